@@ -1,0 +1,1 @@
+//! An underwater vehicle: coefficients, nonlinear longitudinal dynamics, trim, linearisation

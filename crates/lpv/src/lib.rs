@@ -1,0 +1,1 @@
+//! Linear parameter-varying control: LFTs, synthesis by linear matrix inequalities, analysis

@@ -1,0 +1,1 @@
+//! A gain-scheduled controller at run time: loads a frozen LFT design and steps it

@@ -1,0 +1,1 @@
+//! The vehicle as an FMU

@@ -1,0 +1,1 @@
+//! Vehicle and controller in one loop as an FMU

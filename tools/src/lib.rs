@@ -1,0 +1,1 @@
+//! From a vehicle file to FMUs: design, package, simulate, show

@@ -1,0 +1,2 @@
+//! The command `squid`.
+fn main() {}
