@@ -1,1 +1,50 @@
-//! The BLAS and LAPACK symbols that clarabel's PSD cone asks for, in pure Rust on faer
+//! The eleven Fortran symbols that clarabel's PSD cone asks for, in pure Rust on [`faer`].
+//!
+//! clarabel calls BLAS and LAPACK by their Fortran names. Its own ways of providing them download a library
+//! or need a Fortran compiler. This crate defines just the names that clarabel uses, so that `cargo build`
+//! alone makes a semidefinite solver.
+//!
+//! | symbol | what it computes |
+//! |---|---|
+//! | `dgemm_` | `C = alpha op(A) op(B) + beta C` |
+//! | `dgemv_` | `y = alpha op(A) x + beta y` |
+//! | `dsymv_` | the same for a symmetric A |
+//! | `dsyrk_` | `C = alpha op(A) op(A)' + beta C`, one triangle |
+//! | `dsyr2k_` | `C = alpha (op(A) op(B)' + op(B) op(A)') + beta C`, one triangle |
+//! | `dpotrf_`, `dpotrs_` | Cholesky factor; solution with it |
+//! | `dgesv_` | solution of a square system by LU with partial pivoting |
+//! | `dgesdd_`, `dgesvd_` | singular value decomposition, thin |
+//! | `dsyevr_` | eigenvalues and vectors of a symmetric matrix |
+//!
+//! Matrices are stored by columns; `lda` is the distance between two columns. A call with a job that is not
+//! served (only part of the spectrum, say) sets `info` to a negative number, as LAPACK does for a bad
+//! argument; nothing is computed silently wrong.
+#![allow(clippy::too_many_arguments)] // The argument lists are LAPACK's.
+#![allow(clippy::missing_safety_doc)] // One contract for all: the pointers obey LAPACK's reference.
+
+mod blas;
+mod lapack;
+mod view;
+
+pub use blas::{dgemm_, dgemv_, dsymv_, dsyr2k_, dsyrk_};
+pub use lapack::{dgesdd_, dgesv_, dgesvd_, dpotrf_, dpotrs_, dsyevr_};
+
+/// Makes the linker keep the symbols: call it once in the crate that links clarabel.
+///
+/// Returns the number of symbols provided.
+pub fn link() -> usize {
+    let symbols: [*const (); 11] = [
+        dgemm_ as *const (),
+        dgemv_ as *const (),
+        dsymv_ as *const (),
+        dsyrk_ as *const (),
+        dsyr2k_ as *const (),
+        dpotrf_ as *const (),
+        dpotrs_ as *const (),
+        dgesv_ as *const (),
+        dgesdd_ as *const (),
+        dgesvd_ as *const (),
+        dsyevr_ as *const (),
+    ];
+    std::hint::black_box(symbols).len()
+}
