@@ -1,1 +1,29 @@
-//! The FMI 2.0 model description: types, checks and XML writer
+//! The FMI 2.0 model description, typed:
+//!
+//! ```text
+//! variables, units, capabilities -> check -> XML -> GUID
+//! ```
+//!
+//! The standard is the Functional Mock-up Interface for Model Exchange and Co-Simulation,
+//! version 2.0.4 (Modelica Association, 2022); section numbers in this crate refer to it.
+//!
+//! What the XML repeats is derived here, so that it cannot contradict itself: unit definitions follow
+//! from the units of the variables, and `ModelStructure` from their causality and dependencies.
+
+mod check;
+mod description;
+mod enumeration;
+mod guid;
+mod structure;
+mod unit;
+mod variable;
+mod xml;
+
+pub use check::Problem;
+pub use description::{CoSimulation, DefaultExperiment, LogCategory, ModelDescription};
+pub use enumeration::{Enumeration, Item};
+pub use guid::guid;
+pub use structure::{ModelStructure, Unknown};
+pub use unit::{BaseUnit, DisplayUnit, Unit, UnitError};
+pub use variable::{Causality, Dependency, DependencyKind, Initial, Kind, ScalarVariable, Variability};
+pub use xml::WriteError;

@@ -1,0 +1,95 @@
+//! The root element `fmiModelDescription` and its small parts (section 2.2.1).
+
+use crate::{Enumeration, Problem, ScalarVariable, Unit};
+
+/// Everything that `modelDescription.xml` says of a co-simulation FMU, but for its GUID.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelDescription {
+    /// Name of the model, for people.
+    pub model_name: String,
+    /// Short C identifier: file name of the binary, and name of the FMU.
+    pub model_identifier: String,
+    /// What the model is, in a sentence.
+    pub description: String,
+    /// Author of the model.
+    pub author: String,
+    /// Version of the model.
+    pub version: String,
+    /// Licence of the model, as an SPDX expression.
+    pub license: String,
+    /// Tool that wrote the XML.
+    pub generation_tool: String,
+    /// What the binary is able to do.
+    pub co_simulation: CoSimulation,
+    /// Enumerated types that the variables refer to.
+    pub enumerations: Vec<Enumeration>,
+    /// Categories that the logger uses.
+    pub log_categories: Vec<LogCategory>,
+    /// Default start, stop, tolerance and step.
+    pub default_experiment: DefaultExperiment,
+    /// The variables, in the order of the XML.
+    pub variables: Vec<ScalarVariable>,
+}
+
+impl ModelDescription {
+    /// Finds what breaks the standard; an empty list means that the description may be written.
+    pub fn check(&self) -> Vec<Problem> {
+        crate::check::problems(self)
+    }
+
+    /// Units of the Real variables, each once, sorted by name.
+    ///
+    /// A unit that cannot be read is left out here and reported by [`check`](Self::check).
+    pub fn units(&self) -> Vec<Unit> {
+        let mut names: Vec<&str> = self.variables.iter().filter_map(ScalarVariable::unit).collect();
+        names.sort_unstable();
+        names.dedup();
+        names.into_iter().filter_map(|name| Unit::parse(name).ok()).collect()
+    }
+
+    /// Index of a variable counted from zero.
+    pub fn position(&self, name: &str) -> Option<usize> {
+        self.variables.iter().position(|variable| variable.name == name)
+    }
+}
+
+/// Capability flags of the element `CoSimulation` (section 4.3.1).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct CoSimulation {
+    /// The communication step may differ from step to step.
+    pub can_handle_variable_communication_step_size: bool,
+    /// `fmi2SetRealInputDerivatives` is obeyed.
+    pub can_interpolate_inputs: bool,
+    /// Highest order of `fmi2GetRealOutputDerivatives`.
+    pub max_output_derivative_order: u32,
+    /// The memory callbacks are not used.
+    pub can_not_use_memory_management_functions: bool,
+    /// `fmi2GetFMUstate` and `fmi2SetFMUstate` work.
+    pub can_get_and_set_fmu_state: bool,
+    /// The state can be turned into bytes and back.
+    pub can_serialize_fmu_state: bool,
+    /// `fmi2GetDirectionalDerivative` works.
+    pub provides_directional_derivative: bool,
+}
+
+/// Element `DefaultExperiment`, times in seconds (section 2.2.5).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DefaultExperiment {
+    /// Start time in s.
+    pub start_time: f64,
+    /// Stop time in s.
+    pub stop_time: f64,
+    /// Communication step in s.
+    pub step_size: f64,
+    /// Relative tolerance, where the model integrates with one.
+    pub tolerance: Option<f64>,
+}
+
+/// One category of log messages (section 2.2.4).
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LogCategory {
+    /// Name that `fmi2SetDebugLogging` uses.
+    pub name: String,
+    /// What is logged there.
+    pub description: String,
+}

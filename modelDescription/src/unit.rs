@@ -1,0 +1,155 @@
+//! Units, read from their usual spelling into powers of the SI base units (section 2.2.2).
+
+use std::f64::consts::PI;
+
+/// A unit with its base-unit exponents and the display units that a tool may choose.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unit {
+    /// Spelling, such as `kg.m2/s`.
+    pub name: String,
+    /// Powers of the base units.
+    pub base: BaseUnit,
+    /// Units for showing: a value in the display unit is `factor` times the value in this unit.
+    pub display_units: Vec<DisplayUnit>,
+}
+
+/// Exponents of kg, m, s, A, K, mol, cd and rad.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct BaseUnit {
+    /// The exponents in the order of [`BaseUnit::SYMBOLS`].
+    pub exponents: [i32; 8],
+}
+
+/// A unit for showing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DisplayUnit {
+    /// Spelling.
+    pub name: String,
+    /// Value in this unit per value in the unit itself.
+    pub factor: f64,
+}
+
+/// Why a unit could not be read.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum UnitError {
+    /// A symbol that is neither an SI base unit nor one of the derived units known here.
+    #[error("unit '{unit}' has the unknown symbol '{symbol}'")]
+    UnknownSymbol {
+        /// The whole unit.
+        unit: String,
+        /// The symbol.
+        symbol: String,
+    },
+    /// More than one `/`, after which the order of operations is a matter of taste.
+    #[error("unit '{unit}' has more than one '/'")]
+    SeveralSlashes {
+        /// The whole unit.
+        unit: String,
+    },
+}
+
+impl BaseUnit {
+    /// Symbols of the exponents, as the XML names them.
+    pub const SYMBOLS: [&'static str; 8] = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
+}
+
+/// Coherent derived units in powers of kg, m, s (BIPM, The International System of Units, 9th ed., 2019, table 4).
+const DERIVED: [(&str, [i32; 3]); 5] =
+    [("N", [1, 1, -2]), ("Pa", [1, -1, -2]), ("J", [1, 2, -2]), ("W", [1, 2, -3]), ("Hz", [0, 0, -1])];
+
+impl Unit {
+    /// Reads a unit: symbols with integer exponents, `.` between factors, at most one `/`, and `1` for no unit.
+    ///
+    /// ```
+    /// let unit = model_description::Unit::parse("kg.m2/s").unwrap();
+    /// assert_eq!(unit.base.exponents[..3], [1, 2, -1]);
+    /// ```
+    pub fn parse(name: &str) -> Result<Self, UnitError> {
+        let mut parts = name.split('/');
+        let (numerator, denominator) = (parts.next().unwrap_or_default(), parts.next());
+        if parts.next().is_some() {
+            return Err(UnitError::SeveralSlashes { unit: name.to_owned() });
+        }
+        let mut base = BaseUnit::default();
+        base.multiply(name, numerator, 1)?;
+        if let Some(denominator) = denominator {
+            base.multiply(name, denominator, -1)?;
+        }
+        let display_units = display_units(name, base);
+        Ok(Self { name: name.to_owned(), base, display_units })
+    }
+}
+
+impl BaseUnit {
+    fn multiply(&mut self, unit: &str, product: &str, sign: i32) -> Result<(), UnitError> {
+        for factor in product.split('.') {
+            let digits = factor.find(|c: char| c == '-' || c.is_ascii_digit());
+            let (symbol, exponent) = factor.split_at(digits.unwrap_or(factor.len()));
+            let unknown = || UnitError::UnknownSymbol { unit: unit.to_owned(), symbol: factor.to_owned() };
+            if factor == "1" {
+                continue;
+            }
+            let power = match exponent {
+                "" => 1,
+                digits => digits.parse::<i8>().map(i32::from).map_err(|_| unknown())?,
+            };
+            if let Some(position) = Self::SYMBOLS.iter().position(|&known| known == symbol) {
+                self.exponents[position] += sign * power;
+            } else {
+                let derived = DERIVED.iter().find(|(known, _)| *known == symbol).ok_or_else(unknown)?;
+                for (own, of_derived) in self.exponents.iter_mut().zip(derived.1) {
+                    *own += sign * power * of_derived;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Degrees wherever radians stand once.
+fn display_units(name: &str, base: BaseUnit) -> Vec<DisplayUnit> {
+    let power = base.exponents[7];
+    if power.abs() != 1 || name.matches("rad").count() != 1 {
+        return Vec::new();
+    }
+    vec![DisplayUnit { name: name.replacen("rad", "deg", 1), factor: (180.0 / PI).powi(power) }]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reads_base_and_derived_units() {
+        for (name, expected) in [
+            ("rad", [0, 0, 0, 0, 0, 0, 0, 1]),
+            ("1", [0; 8]),
+            ("m/s", [0, 1, -1, 0, 0, 0, 0, 0]),
+            ("N.m", [1, 2, -2, 0, 0, 0, 0, 0]),
+            ("kg.m2/s2", [1, 2, -2, 0, 0, 0, 0, 0]),
+            ("1/s", [0, 0, -1, 0, 0, 0, 0, 0]),
+            ("kg/m.s", [1, -1, -1, 0, 0, 0, 0, 0]),
+            ("m.s-2", [0, 1, -2, 0, 0, 0, 0, 0]),
+        ] {
+            assert_eq!(Unit::parse(name).unwrap().base.exponents, expected, "{name}");
+        }
+    }
+
+    #[test]
+    fn refuses_what_it_does_not_know() {
+        for name in ["furlong", "m/s/s", "m2x", "", "m."] {
+            assert!(Unit::parse(name).is_err(), "{name}");
+        }
+    }
+
+    #[test]
+    fn shows_radians_as_degrees() {
+        let rate = Unit::parse("rad/s").unwrap();
+        assert_eq!(rate.display_units[0].name, "deg/s");
+        assert_eq!(rate.display_units[0].factor * PI, 180.0);
+        let per_radian = Unit::parse("N/rad").unwrap();
+        assert_eq!(per_radian.display_units[0].name, "N/deg");
+        assert!((per_radian.display_units[0].factor - PI / 180.0).abs() < 1e-16);
+        assert!(Unit::parse("m").unwrap().display_units.is_empty());
+    }
+}

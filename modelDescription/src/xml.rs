@@ -1,0 +1,298 @@
+//! Writes `modelDescription.xml` in the order of the schema (`fmi2ModelDescription.xsd`, FMI 2.0.4).
+
+use std::io;
+
+use quick_xml::Writer;
+use quick_xml::events::{BytesDecl, Event};
+
+use crate::{
+    BaseUnit, Causality, DependencyKind, Enumeration, Initial, Kind, ModelDescription, Problem,
+    ScalarVariable, Unit, Unknown, Variability,
+};
+
+/// Why the XML could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum WriteError {
+    /// The description breaks the standard.
+    #[error("the model description breaks the standard: {}", list(problems))]
+    Problems {
+        /// Every violated rule.
+        problems: Vec<Problem>,
+    },
+    /// The XML writer failed.
+    #[error("the model description could not be written: {0}")]
+    Writer(#[from] io::Error),
+}
+
+fn list(problems: &[Problem]) -> String {
+    problems.iter().map(Problem::to_string).collect::<Vec<_>>().join("; ")
+}
+
+type Attributes = Vec<(&'static str, String)>;
+type Xml = Writer<Vec<u8>>;
+
+impl ModelDescription {
+    /// The XML with the given GUID, checked first; the same description gives the same bytes.
+    ///
+    /// # Errors
+    /// [`WriteError::Problems`] when [`check`](Self::check) finds something.
+    pub fn to_xml(&self, guid: &str) -> Result<String, WriteError> {
+        let problems = self.check();
+        if !problems.is_empty() {
+            return Err(WriteError::Problems { problems });
+        }
+        let mut xml = Writer::new_with_indent(Vec::new(), b' ', 2);
+        xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
+        parent(&mut xml, "fmiModelDescription", self.root(guid), |xml| {
+            leaf(xml, "CoSimulation", self.capabilities())?;
+            self.write_units(xml)?;
+            self.write_types(xml)?;
+            self.write_log_categories(xml)?;
+            leaf(xml, "DefaultExperiment", self.experiment())?;
+            parent(xml, "ModelVariables", Vec::new(), |xml| {
+                self.variables.iter().try_for_each(|variable| write_variable(xml, variable))
+            })?;
+            self.write_structure(xml)
+        })?;
+        let mut bytes = xml.into_inner();
+        bytes.push(b'\n');
+        String::from_utf8(bytes).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error).into())
+    }
+
+    fn root(&self, guid: &str) -> Attributes {
+        vec![
+            ("fmiVersion", "2.0".to_owned()),
+            ("modelName", self.model_name.clone()),
+            ("guid", guid.to_owned()),
+            ("description", self.description.clone()),
+            ("author", self.author.clone()),
+            ("version", self.version.clone()),
+            ("license", self.license.clone()),
+            ("generationTool", self.generation_tool.clone()),
+            ("variableNamingConvention", "flat".to_owned()),
+        ]
+    }
+
+    fn capabilities(&self) -> Attributes {
+        let flags = self.co_simulation;
+        vec![
+            ("modelIdentifier", self.model_identifier.clone()),
+            ("needsExecutionTool", "false".to_owned()),
+            (
+                "canHandleVariableCommunicationStepSize",
+                flags.can_handle_variable_communication_step_size.to_string(),
+            ),
+            ("canInterpolateInputs", flags.can_interpolate_inputs.to_string()),
+            ("maxOutputDerivativeOrder", flags.max_output_derivative_order.to_string()),
+            ("canRunAsynchronuously", "false".to_owned()),
+            ("canBeInstantiatedOnlyOncePerProcess", "false".to_owned()),
+            ("canNotUseMemoryManagementFunctions", flags.can_not_use_memory_management_functions.to_string()),
+            ("canGetAndSetFMUstate", flags.can_get_and_set_fmu_state.to_string()),
+            ("canSerializeFMUstate", flags.can_serialize_fmu_state.to_string()),
+            ("providesDirectionalDerivative", flags.provides_directional_derivative.to_string()),
+        ]
+    }
+
+    fn experiment(&self) -> Attributes {
+        let experiment = self.default_experiment;
+        let mut attributes =
+            vec![("startTime", number(experiment.start_time)), ("stopTime", number(experiment.stop_time))];
+        attributes.extend(experiment.tolerance.map(|tolerance| ("tolerance", number(tolerance))));
+        attributes.push(("stepSize", number(experiment.step_size)));
+        attributes
+    }
+
+    fn write_units(&self, xml: &mut Xml) -> io::Result<()> {
+        let units = self.units();
+        if units.is_empty() {
+            return Ok(());
+        }
+        parent(xml, "UnitDefinitions", Vec::new(), |xml| {
+            units.iter().try_for_each(|unit| write_unit(xml, unit))
+        })
+    }
+
+    fn write_types(&self, xml: &mut Xml) -> io::Result<()> {
+        if self.enumerations.is_empty() {
+            return Ok(());
+        }
+        parent(xml, "TypeDefinitions", Vec::new(), |xml| {
+            self.enumerations.iter().try_for_each(|one| write_enumeration(xml, one))
+        })
+    }
+
+    fn write_log_categories(&self, xml: &mut Xml) -> io::Result<()> {
+        if self.log_categories.is_empty() {
+            return Ok(());
+        }
+        parent(xml, "LogCategories", Vec::new(), |xml| {
+            self.log_categories.iter().try_for_each(|category| {
+                let attributes =
+                    vec![("name", category.name.clone()), ("description", category.description.clone())];
+                leaf(xml, "Category", attributes)
+            })
+        })
+    }
+
+    fn write_structure(&self, xml: &mut Xml) -> io::Result<()> {
+        let structure = self.structure();
+        parent(xml, "ModelStructure", Vec::new(), |xml| {
+            write_unknowns(xml, "Outputs", &structure.outputs)?;
+            write_unknowns(xml, "InitialUnknowns", &structure.initial_unknowns)
+        })
+    }
+}
+
+fn write_unit(xml: &mut Xml, unit: &Unit) -> io::Result<()> {
+    parent(xml, "Unit", vec![("name", unit.name.clone())], |xml| {
+        let powers = BaseUnit::SYMBOLS.into_iter().zip(unit.base.exponents);
+        let powers = powers.filter(|(_, power)| *power != 0);
+        leaf(xml, "BaseUnit", powers.map(|(symbol, power)| (symbol, power.to_string())).collect())?;
+        unit.display_units.iter().try_for_each(|display| {
+            leaf(xml, "DisplayUnit", vec![("name", display.name.clone()), ("factor", number(display.factor))])
+        })
+    })
+}
+
+fn write_enumeration(xml: &mut Xml, enumeration: &Enumeration) -> io::Result<()> {
+    let attributes =
+        vec![("name", enumeration.name.clone()), ("description", enumeration.description.clone())];
+    parent(xml, "SimpleType", attributes, |xml| {
+        parent(xml, "Enumeration", Vec::new(), |xml| {
+            enumeration.items.iter().enumerate().try_for_each(|(position, item)| {
+                let attributes = vec![
+                    ("name", item.name.clone()),
+                    ("value", (position + 1).to_string()),
+                    ("description", item.description.clone()),
+                ];
+                leaf(xml, "Item", attributes)
+            })
+        })
+    })
+}
+
+fn write_variable(xml: &mut Xml, variable: &ScalarVariable) -> io::Result<()> {
+    let mut attributes = vec![
+        ("name", variable.name.clone()),
+        ("valueReference", variable.value_reference.to_string()),
+        ("description", variable.description.clone()),
+        ("causality", causality(variable.causality).to_owned()),
+        ("variability", variability(variable.variability).to_owned()),
+    ];
+    attributes.extend(variable.initial().map(|one| ("initial", initial(one).to_owned())));
+    let (element, of_kind) = kind(&variable.kind);
+    parent(xml, "ScalarVariable", attributes, |xml| leaf(xml, element, of_kind))
+}
+
+fn kind(kind: &Kind) -> (&'static str, Attributes) {
+    let mut attributes: Attributes = Vec::new();
+    let mut add = |name, value: Option<String>| attributes.extend(value.map(|value| (name, value)));
+    let element = match kind {
+        Kind::Real { unit, display_unit, min, max, nominal, start } => {
+            add("unit", unit.clone());
+            add("displayUnit", display_unit.clone());
+            add("min", min.map(number));
+            add("max", max.map(number));
+            add("nominal", nominal.map(number));
+            add("start", start.map(number));
+            "Real"
+        }
+        Kind::Integer { min, max, start } => {
+            add("min", min.map(|value| value.to_string()));
+            add("max", max.map(|value| value.to_string()));
+            add("start", start.map(|value| value.to_string()));
+            "Integer"
+        }
+        Kind::Boolean { start } => {
+            add("start", start.map(|value| value.to_string()));
+            "Boolean"
+        }
+        Kind::String { start } => {
+            add("start", start.clone());
+            "String"
+        }
+        Kind::Enumeration { declared_type, start } => {
+            add("declaredType", Some(declared_type.clone()));
+            add("start", start.map(|value| value.to_string()));
+            "Enumeration"
+        }
+    };
+    (element, attributes)
+}
+
+fn write_unknowns(xml: &mut Xml, element: &'static str, unknowns: &[Unknown]) -> io::Result<()> {
+    if unknowns.is_empty() {
+        return Ok(());
+    }
+    parent(xml, element, Vec::new(), |xml| {
+        unknowns.iter().try_for_each(|unknown| {
+            let mut attributes = vec![("index", unknown.index.to_string())];
+            if let Some(dependencies) = &unknown.dependencies {
+                let joined = |text: fn(&(usize, DependencyKind)) -> String| {
+                    dependencies.iter().map(text).collect::<Vec<_>>().join(" ")
+                };
+                attributes.push(("dependencies", joined(|(index, _)| index.to_string())));
+                attributes.push(("dependenciesKind", joined(|(_, kind)| dependency_kind(*kind).to_owned())));
+            }
+            leaf(xml, "Unknown", attributes)
+        })
+    })
+}
+
+fn leaf(xml: &mut Xml, element: &'static str, attributes: Attributes) -> io::Result<()> {
+    let attributes = attributes.iter().map(|(name, value)| (*name, value.as_str()));
+    xml.create_element(element).with_attributes(attributes).write_empty().map(|_| ())
+}
+
+fn parent(
+    xml: &mut Xml,
+    element: &'static str,
+    attributes: Attributes,
+    content: impl FnOnce(&mut Xml) -> io::Result<()>,
+) -> io::Result<()> {
+    let attributes = attributes.iter().map(|(name, value)| (*name, value.as_str()));
+    xml.create_element(element).with_attributes(attributes).write_inner_content(content).map(|_| ())
+}
+
+/// The shortest decimal that reads back to the same number.
+fn number(value: f64) -> String {
+    format!("{value:?}")
+}
+
+fn causality(causality: Causality) -> &'static str {
+    match causality {
+        Causality::Parameter => "parameter",
+        Causality::CalculatedParameter => "calculatedParameter",
+        Causality::Input => "input",
+        Causality::Output => "output",
+        Causality::Local => "local",
+    }
+}
+
+fn variability(variability: Variability) -> &'static str {
+    match variability {
+        Variability::Constant => "constant",
+        Variability::Fixed => "fixed",
+        Variability::Tunable => "tunable",
+        Variability::Discrete => "discrete",
+        Variability::Continuous => "continuous",
+    }
+}
+
+fn initial(initial: Initial) -> &'static str {
+    match initial {
+        Initial::Exact => "exact",
+        Initial::Approx => "approx",
+        Initial::Calculated => "calculated",
+    }
+}
+
+fn dependency_kind(kind: DependencyKind) -> &'static str {
+    match kind {
+        DependencyKind::Dependent => "dependent",
+        DependencyKind::Constant => "constant",
+        DependencyKind::Fixed => "fixed",
+        DependencyKind::Tunable => "tunable",
+        DependencyKind::Discrete => "discrete",
+    }
+}
