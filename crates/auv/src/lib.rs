@@ -1,1 +1,31 @@
-//! An underwater vehicle: coefficients, nonlinear longitudinal dynamics, trim, linearisation
+//! An underwater vehicle in the vertical plane: from a file of coefficients to its motion.
+//!
+//! ```text
+//! vehicle.toml -> Vehicle -> Dynamics -> trim -> linearise
+//!                               |
+//!                               +-> Plant (simulation, nonlinear or by an LPV model)
+//! ```
+//!
+//! - [`Vehicle::read`]: a vehicle file becomes [`Coefficients`] and [`Actuator`]s, or one clear message;
+//! - [`COEFFICIENTS`]: the table of every coefficient, which drives reading, validation and documentation;
+//! - [`Dynamics`]: the nonlinear longitudinal equations of motion, over any [`Scalar`];
+//! - [`trim()`]: level, steady motion at a speed and a depth;
+//! - [`linearise()`]: A and B about a trim, by exact derivatives.
+//!
+//! Units are SI, angles are radians. This crate knows no control theory and no co-simulation.
+
+mod actuator;
+mod coefficients;
+mod dynamics;
+mod linearise;
+mod trim;
+mod vehicle;
+mod vehicle_file;
+
+pub use actuator::{Actuator, Effect};
+pub use coefficients::{Allowed, COEFFICIENTS, CoefficientError, CoefficientSpec, Coefficients};
+pub use dynamics::{Dynamics, LEAST_REYNOLDS_NUMBER, Motion, Scalar, actuator_force};
+pub use linearise::{Linearisation, linearise};
+pub use trim::{Speed, Trim, TrimError, trim};
+pub use vehicle::{Status, Vehicle};
+pub use vehicle_file::{FileProblem, VehicleFileError};

@@ -1,0 +1,85 @@
+//! Actuators: what a command becomes, and what force it makes.
+
+#![allow(non_snake_case, reason = "the field's symbols keep their capitals: Z is a force, z a length")]
+
+use num_dual::DualNum;
+
+/// What an actuator does to the hull.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Effect {
+    /// A thruster; its output is a thrust T \[N\].
+    ///
+    /// `X = T cos(direction)`, `Z = T sin(direction)`, `M = z X - x Z`.
+    Thruster {
+        /// Position forward of the origin \[m\].
+        x: f64,
+        /// Position below the origin \[m\].
+        z: f64,
+        /// Direction of positive thrust \[rad\]: 0 pushes the vehicle forward, pi/2 pushes it down.
+        direction: f64,
+    },
+    /// A control surface; its output is a deflection delta \[rad\].
+    ///
+    /// `Z = Z_uu_delta u|u| delta`, `M = M_uu_delta u|u| delta`, `X = X_uu_delta2 u|u| delta^2`. Published models print u^2;
+    /// u|u| is the same ahead and has the right sign astern.
+    ControlSurface {
+        /// Heave force per u|u| delta \[kg/(m.rad)\].
+        Z_uu_delta: f64,
+        /// Pitch moment per u|u| delta \[kg/rad\].
+        M_uu_delta: f64,
+        /// Surge force per u|u| delta^2 \[kg/(m.rad2)\], zero or negative.
+        X_uu_delta2: f64,
+    },
+}
+
+/// An actuator: saturation and first-order lag, then its effect on the hull.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Actuator {
+    /// Its name, unique on the vehicle.
+    pub name: String,
+    /// Least output \[N or rad\].
+    pub min: f64,
+    /// Greatest output \[N or rad\].
+    pub max: f64,
+    /// Time constant of the lag \[s\]; 0 follows the command at once.
+    pub lag: f64,
+    /// What it does to the hull.
+    pub effect: Effect,
+}
+
+impl Actuator {
+    /// Returns the unit of its output: `N` of a thruster, `rad` of a control surface.
+    pub fn unit(&self) -> &'static str {
+        match self.effect {
+            Effect::Thruster { .. } => "N",
+            Effect::ControlSurface { .. } => "rad",
+        }
+    }
+
+    /// Returns surge force, heave force and pitch moment of an output at a surge speed `u` through the water.
+    pub fn force<D: DualNum<Primitive = f64> + Copy>(&self, u: D, output: D) -> [D; 3] {
+        match self.effect {
+            Effect::Thruster { x, z, direction } => {
+                let (sin, cos) = direction.sin_cos();
+                [output * cos, output * sin, output * (z * cos - x * sin)]
+            }
+            Effect::ControlSurface { Z_uu_delta, M_uu_delta, X_uu_delta2 } => {
+                let deflection = u * u.abs() * output;
+                [deflection * output * X_uu_delta2, deflection * Z_uu_delta, deflection * M_uu_delta]
+            }
+        }
+    }
+
+    /// Returns the output a time `elapsed` \[s\] after it was `start`, under a held command within or beyond the limits.
+    ///
+    /// `tau T' = sat(command) - T` has the solution `T = sat + (start - sat) exp(-elapsed / tau)`.
+    pub fn output_after(&self, elapsed: f64, start: f64, command: f64) -> f64 {
+        let target = command.clamp(self.min, self.max);
+        if self.lag > 0.0 { target + (start - target) * (-elapsed / self.lag).exp() } else { target }
+    }
+
+    /// Returns the largest size of its output \[N or rad\], the unit in which efforts of different actuators compare.
+    pub fn reach(&self) -> f64 {
+        self.min.abs().max(self.max.abs())
+    }
+}

@@ -1,0 +1,242 @@
+//! The coefficients of a vehicle, and the one table that describes every one of them.
+//!
+//! Symbols are those of SNAME (1950) and Fossen (2011): `Z_uw` multiplies the product u w in the heave force, `X_u_dot` is
+//! the derivative of the surge force with respect to du/dt. The table drives the reading and the validation of a
+//! vehicle file, its documentation, and the parameters of whatever simulates the vehicle.
+
+#![allow(non_snake_case, reason = "the field's symbols keep their capitals: Z is a force, z a length")]
+
+use nalgebra::Matrix3;
+use thiserror::Error;
+
+/// The values that a coefficient may take.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Allowed {
+    /// Any finite number.
+    Any,
+    /// A finite number above zero.
+    Positive,
+    /// Zero or a finite number above it.
+    NonNegative,
+    /// Zero or a finite number below it.
+    NonPositive,
+}
+
+impl Allowed {
+    /// Tells whether `value` is allowed.
+    pub fn contains(self, value: f64) -> bool {
+        value.is_finite()
+            && match self {
+                Self::Any => true,
+                Self::Positive => value > 0.0,
+                Self::NonNegative => value >= 0.0,
+                Self::NonPositive => value <= 0.0,
+            }
+    }
+
+    /// Says in words what is allowed.
+    pub fn describe(self) -> &'static str {
+        match self {
+            Self::Any => "any finite number",
+            Self::Positive => "a number above zero",
+            Self::NonNegative => "zero or a positive number",
+            Self::NonPositive => "zero or a negative number",
+        }
+    }
+}
+
+/// One row of [`COEFFICIENTS`]: all that is known of a coefficient but its value.
+#[derive(Debug)]
+pub struct CoefficientSpec {
+    /// Name in the vehicle file, for instance `Z_uw`.
+    pub key: &'static str,
+    /// Table of the vehicle file that holds it, for instance `lift`.
+    pub section: &'static str,
+    /// The only unit in which the vehicle file may give it; SI.
+    pub unit: &'static str,
+    /// The values that it may take.
+    pub allowed: Allowed,
+    /// The value when the file leaves it out; `None` if the file must give it.
+    pub default: Option<f64>,
+    /// What it is, in one line.
+    pub meaning: &'static str,
+    /// Reads it.
+    pub get: fn(&Coefficients) -> f64,
+    /// Writes it, unchecked: call [`Coefficients::check`] afterwards.
+    pub set: fn(&mut Coefficients, f64),
+}
+
+/// Writes the struct and the table from one list, so that they cannot drift apart.
+macro_rules! coefficients {
+    ($($section:literal { $($key:ident [$unit:literal] $allowed:ident $default:expr, $meaning:literal;)* })*) => {
+        /// Every coefficient of the longitudinal model, in SI units; see [`COEFFICIENTS`] for their table.
+        ///
+        /// `Z_uw`, `Z_uq`, `M_uw` and `M_uq` are the lift and viscous parts alone: added-mass cross terms and the Munk
+        /// moment come from the added masses.
+        #[derive(Clone, Debug, PartialEq)]
+        pub struct Coefficients { $($(#[doc = concat!($meaning, " \\[", $unit, "\\].")] pub $key: f64,)*)* }
+
+        /// Every coefficient: key, section, unit, allowed values, default, meaning.
+        pub static COEFFICIENTS: &[CoefficientSpec] = &[$($(CoefficientSpec {
+            key: stringify!($key),
+            section: $section,
+            unit: $unit,
+            allowed: Allowed::$allowed,
+            default: $default,
+            meaning: $meaning,
+            get: |c| c.$key,
+            set: |c, value| c.$key = value,
+        },)*)*];
+
+        impl Default for Coefficients {
+            /// Takes the default of every coefficient, and zero where the file must give a value.
+            fn default() -> Self {
+                Self { $($($key: { const DEFAULT: Option<f64> = $default; DEFAULT.unwrap_or(0.0) },)*)* }
+            }
+        }
+    };
+}
+
+coefficients! {
+    "mass" {
+        mass ["kg"] Positive None, "Mass in air, with the water that it encloses";
+        weight ["N"] Positive None, "Weight W = mass times gravity";
+        x_G ["m"] Any Some(0.0), "Centre of gravity forward of the origin";
+        z_G ["m"] Any None, "Centre of gravity below the origin";
+        I_yy ["kg.m2"] Positive None, "Moment of inertia in pitch about the origin";
+    }
+    "buoyancy" {
+        buoyancy ["N"] Positive None, "Buoyancy B at the reference depth";
+        reference_depth ["m"] NonNegative Some(0.0), "Depth at which the buoyancy is given";
+        buoyancy_gradient ["N/m"] Any Some(0.0), "Change of buoyancy per metre of depth, dB/dz";
+        x_B ["m"] Any Some(0.0), "Centre of buoyancy forward of the origin";
+        z_B ["m"] Any Some(0.0), "Centre of buoyancy below the origin";
+    }
+    "water" {
+        density ["kg/m3"] Positive None, "Density of the water";
+        kinematic_viscosity ["m2/s"] Positive Some(1.19e-6), "Kinematic viscosity of the water (sea water at 15 degC: 1.19e-6)";
+    }
+    "added_mass" {
+        X_u_dot ["kg"] NonPositive None, "Surge force per surge acceleration";
+        Z_w_dot ["kg"] NonPositive None, "Heave force per heave acceleration";
+        Z_q_dot ["kg.m"] Any None, "Heave force per pitch acceleration";
+        M_w_dot ["kg.m"] Any None, "Pitch moment per heave acceleration";
+        M_q_dot ["kg.m2"] NonPositive None, "Pitch moment per pitch acceleration";
+    }
+    "lift" {
+        Z_uw ["kg/m"] Any None, "Heave force per u w: lift of hull and fixed fins";
+        Z_uq ["kg"] Any None, "Heave force per u q";
+        M_uw ["kg"] Any None, "Pitch moment per u w, beyond the Munk moment";
+        M_uq ["kg.m"] Any None, "Pitch moment per u q: damping by the fixed fins";
+    }
+    "damping" {
+        Z_w ["kg/s"] NonPositive Some(0.0), "Heave force per w: linear damping";
+        M_q ["kg.m2/s"] NonPositive Some(0.0), "Pitch moment per q: linear damping";
+        Z_ww ["kg/m"] NonPositive Some(0.0), "Heave force per w|w|: cross-flow drag";
+        Z_qq ["kg.m"] Any Some(0.0), "Heave force per q|q|: cross-flow drag";
+        M_ww ["kg"] Any Some(0.0), "Pitch moment per w|w|: cross-flow drag";
+        M_qq ["kg.m2"] NonPositive Some(0.0), "Pitch moment per q|q|: cross-flow drag";
+        M_uu ["kg"] Any Some(0.0), "Pitch moment per u|u|: asymmetry of the hull";
+    }
+    "drag" {
+        X_uu ["kg/m"] NonPositive Some(0.0), "Surge force per u|u|: a constant drag coefficient";
+        length ["m"] Positive Some(1.0), "Length L of the hull in the Reynolds number";
+        wetted_area ["m2"] NonNegative Some(0.0), "Wetted area S_w of the hull, for friction by ITTC-57";
+        form_factor ["1"] NonNegative Some(1.0), "Form factor on the friction of a flat plate";
+        drag_area ["m2"] NonNegative Some(0.0), "Drag area C_d A of appendages and base";
+    }
+}
+
+/// Why a set of coefficients describes no vehicle.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum CoefficientError {
+    /// A coefficient lies outside its allowed values.
+    #[error("{key} is {found} {unit}, and must be {}", allowed.describe())]
+    NotAllowed {
+        /// The coefficient.
+        key: &'static str,
+        /// Its value.
+        found: f64,
+        /// Its unit.
+        unit: &'static str,
+        /// The values that it may take.
+        allowed: Allowed,
+    },
+    /// The mass matrix, added mass included, is not positive definite.
+    #[error(
+        "the mass matrix (mass, I_yy, x_G, z_G and the added masses) is not positive definite: \
+         its least eigenvalue is {least_eigenvalue:.6}, and must be above zero"
+    )]
+    MassMatrixNotPositiveDefinite {
+        /// Least eigenvalue of its symmetric part (surge, heave, pitch; SI).
+        least_eigenvalue: f64,
+    },
+}
+
+impl Coefficients {
+    /// Returns the mass matrix M of surge, heave and pitch, added mass included.
+    ///
+    /// ```text
+    /// [ m - X_u'      0                 m z_G           ]
+    /// [ 0             m - Z_w'         -(m x_G + Z_q')  ]
+    /// [ m z_G        -(m x_G + M_w')    I_yy - M_q'     ]
+    /// ```
+    ///
+    /// Source: Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control (2011), ch. 6, in the x-z plane.
+    pub fn mass_matrix(&self) -> Matrix3<f64> {
+        let m = self.mass;
+        Matrix3::new(
+            m - self.X_u_dot,
+            0.0,
+            m * self.z_G,
+            0.0,
+            m - self.Z_w_dot,
+            -(m * self.x_G + self.Z_q_dot),
+            m * self.z_G,
+            -(m * self.x_G + self.M_w_dot),
+            self.I_yy - self.M_q_dot,
+        )
+    }
+
+    /// Returns the buoyancy at a depth \[m\]: B(z) = B + dB/dz (z - z_ref).
+    pub fn buoyancy_at(&self, depth: f64) -> f64 {
+        self.buoyancy + self.buoyancy_gradient * (depth - self.reference_depth)
+    }
+
+    /// Checks every coefficient against the table, and that the mass matrix is positive definite.
+    ///
+    /// # Errors
+    /// The first [`CoefficientError`] in the order of the table.
+    pub fn check(&self) -> Result<(), CoefficientError> {
+        for spec in COEFFICIENTS {
+            let found = (spec.get)(self);
+            if !spec.allowed.contains(found) {
+                let (key, unit, allowed) = (spec.key, spec.unit, spec.allowed);
+                return Err(CoefficientError::NotAllowed { key, found, unit, allowed });
+            }
+        }
+        let mass = self.mass_matrix();
+        let least_eigenvalue = ((mass + mass.transpose()) * 0.5).symmetric_eigenvalues().min();
+        if least_eigenvalue > 0.0 {
+            Ok(())
+        } else {
+            Err(CoefficientError::MassMatrixNotPositiveDefinite { least_eigenvalue })
+        }
+    }
+
+    /// Turns combined lift coefficients, as many theses print them, into the lift and viscous parts alone.
+    ///
+    /// Kirchhoff's equations put `-X_u' u q` into the heave force, and `(X_u' - Z_w') u w` (the Munk moment) and `-Z_q' u q`
+    /// into the pitch moment. Where the printed coefficients hold these, they are taken out again:
+    ///
+    /// ```text
+    /// Z_uq += X_u',   M_uw += Z_w' - X_u',   M_uq += Z_q'
+    /// ```
+    ///
+    /// Source: Prestero (2001) prints the combined form; Lamb, Hydrodynamics (1932), ch. VI, has the terms taken out.
+    pub fn split_combined_lift(&mut self) {
+        self.Z_uq += self.X_u_dot;
+        self.M_uw += self.Z_w_dot - self.X_u_dot;
+        self.M_uq += self.Z_q_dot;
+    }
+}

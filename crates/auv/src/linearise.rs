@@ -1,0 +1,54 @@
+//! Linearisation about a trim, by dual numbers: exact derivatives of the very code that simulates.
+
+use nalgebra::{Complex, DMatrix};
+use num_dual::Dual64;
+
+use crate::coefficients::CoefficientError;
+use crate::dynamics::{Dynamics, Motion, actuator_force};
+use crate::trim::Trim;
+use crate::vehicle::Vehicle;
+
+/// The linear motion about a trim: `x' = A (x - x0) + B (T - T0)`.
+///
+/// The state is x = \[u w q theta\] (m/s, m/s, rad/s, rad); the inputs T are the outputs of the actuators (N or rad), their
+/// lag left out. Shapes: A 4 x 4, B 4 x m.
+#[derive(Clone, Debug)]
+pub struct Linearisation {
+    /// State matrix, 4 x 4.
+    pub a: DMatrix<f64>,
+    /// Input matrix, 4 x m.
+    pub b: DMatrix<f64>,
+    /// The trim.
+    pub trim: Trim,
+}
+
+impl Linearisation {
+    /// Returns the eigenvalues of A \[1/s\], the fastest first.
+    pub fn eigenvalues(&self) -> Vec<Complex<f64>> {
+        let mut values: Vec<_> = self.a.complex_eigenvalues().iter().copied().collect();
+        values.sort_by(|a, b| a.re.total_cmp(&b.re).then(a.im.total_cmp(&b.im)));
+        values
+    }
+}
+
+/// Linearises the equations of motion about a trim, at the trim's depth.
+///
+/// # Errors
+/// [`CoefficientError`] if the vehicle's coefficients are not allowed.
+pub fn linearise(vehicle: &Vehicle, trim: &Trim) -> Result<Linearisation, CoefficientError> {
+    let dynamics = Dynamics::new(&vehicle.coefficients)?;
+    let inputs = vehicle.actuators.len();
+    let mut jacobian = DMatrix::zeros(4, 4 + inputs);
+    for seed in 0..4 + inputs {
+        let part = |i: usize, value: f64| Dual64::new(value, if i == seed { 1.0 } else { 0.0 });
+        let Motion { u, w, q, theta } = trim.motion();
+        let motion = Motion { u: part(0, u), w: part(1, w), q: part(2, q), theta: part(3, theta) };
+        let outputs = trim.actuators.iter().enumerate().map(|(i, &output)| part(4 + i, output));
+        let force = actuator_force(&vehicle.actuators, motion.u, outputs);
+        let [du, dw, dq] = dynamics.acceleration(&motion, Dual64::from(trim.depth), force);
+        let column = [du.eps, dw.eps, dq.eps, motion.q.eps];
+        (0..4).for_each(|i| jacobian[(i, seed)] = column[i]);
+    }
+    let (a, b) = (jacobian.columns(0, 4).into_owned(), jacobian.columns(4, inputs).into_owned());
+    Ok(Linearisation { a, b, trim: trim.clone() })
+}

@@ -1,0 +1,260 @@
+//! Level trim: the incidence and the actuator outputs at which nothing accelerates.
+//!
+//! Level flight has theta = alpha, u = V cos alpha, w = V sin alpha, q = 0, so that the depth holds. The unknowns are alpha
+//! and the outputs; the equations are u' = w' = q' = 0. Newton's method; where there are more actuators than
+//! equations, the outputs have the least norm, each measured in units of its own reach.
+
+use nalgebra::{DMatrix, DVector, Vector3};
+use num_dual::Dual64;
+use thiserror::Error;
+
+use crate::coefficients::CoefficientError;
+use crate::dynamics::{Dynamics, Motion, Scalar, actuator_force};
+use crate::vehicle::Vehicle;
+
+const MAX_ITERATIONS: usize = 60;
+const LARGEST_STEP: f64 = 0.2;
+const LARGEST_INCIDENCE: f64 = 1.2;
+const RESIDUAL_TOLERANCE: f64 = 1e-11;
+const RANK_TOLERANCE: f64 = 1e-9;
+
+/// The speed at which to trim.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Speed {
+    /// Speed along the path through the water, V \[m/s\].
+    Path(f64),
+    /// Surge velocity, u \[m/s\].
+    Forward(f64),
+}
+
+impl Speed {
+    fn value(self) -> f64 {
+        match self {
+            Self::Path(speed) | Self::Forward(speed) => speed,
+        }
+    }
+
+    /// Returns level motion at an incidence.
+    fn level_motion<D: Scalar>(self, incidence: D) -> Motion<D> {
+        let (sin, cos) = incidence.sin_cos();
+        let (u, w) = match self {
+            Self::Path(speed) => (cos * speed, sin * speed),
+            Self::Forward(speed) => (D::from(speed), sin / cos * speed),
+        };
+        Motion { u, w, q: D::from(0.0), theta: incidence }
+    }
+}
+
+/// A level, steady motion and what holds it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trim {
+    /// Speed along the path through the water, V \[m/s\].
+    pub speed: f64,
+    /// Surge velocity, u \[m/s\].
+    pub forward_speed: f64,
+    /// Heave velocity, w \[m/s\].
+    pub heave: f64,
+    /// Incidence atan(w / u) \[rad\].
+    pub incidence: f64,
+    /// Pitch \[rad\], equal to the incidence.
+    pub pitch: f64,
+    /// Depth \[m\].
+    pub depth: f64,
+    /// Output of each actuator \[N or rad\].
+    pub actuators: Vec<f64>,
+    /// Largest of |u'|, |w'| \[m/s2\] and |q'| \[rad/s2\] that is left.
+    pub residual: f64,
+}
+
+impl Trim {
+    /// Returns the trimmed motion.
+    pub fn motion(&self) -> Motion {
+        Motion { u: self.forward_speed, w: self.heave, q: 0.0, theta: self.pitch }
+    }
+}
+
+/// Why there is no trim.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum TrimError {
+    /// The coefficients describe no vehicle.
+    #[error(transparent)]
+    Coefficients(#[from] CoefficientError),
+    /// The speed is not a positive number.
+    #[error("the trim speed is {speed} m/s, and must be a number above zero")]
+    SpeedNotPositive {
+        /// The speed asked for.
+        speed: f64,
+    },
+    /// The depth is not a number.
+    #[error("the trim depth is {depth} m, and must be a finite number")]
+    DepthNotFinite {
+        /// The depth asked for.
+        depth: f64,
+    },
+    /// No incidence and outputs balance the forces.
+    #[error(
+        "no level trim at {speed} m/s and {depth} m: at incidence {incidence_deg:.2} deg an acceleration of \
+         {residual:.3e} (m/s2 or rad/s2) is left, and the actuators cannot balance it"
+    )]
+    NotFound {
+        /// The speed asked for \[m/s\].
+        speed: f64,
+        /// The depth asked for \[m\].
+        depth: f64,
+        /// The last incidence tried \[deg\].
+        incidence_deg: f64,
+        /// The largest acceleration left.
+        residual: f64,
+    },
+    /// The trim asks more of an actuator than it can give.
+    #[error(
+        "level trim at {speed} m/s and {depth} m needs {needed:.4} {unit} of {actuator}, \
+         {excess:.4} {unit} beyond its limits {min:.4} .. {max:.4} {unit}"
+    )]
+    BeyondLimits {
+        /// The speed asked for \[m/s\].
+        speed: f64,
+        /// The depth asked for \[m\].
+        depth: f64,
+        /// The actuator.
+        actuator: String,
+        /// The output that trim needs.
+        needed: f64,
+        /// By how much that is beyond the limit.
+        excess: f64,
+        /// Least output.
+        min: f64,
+        /// Greatest output.
+        max: f64,
+        /// Unit of the output.
+        unit: &'static str,
+    },
+}
+
+/// Solves for level trim at a speed and a depth \[m\].
+///
+/// # Errors
+/// [`TrimError`]: bad input, no balance found, or an actuator beyond its limits.
+pub fn trim(vehicle: &Vehicle, speed: Speed, depth: f64) -> Result<Trim, TrimError> {
+    if !(speed.value() > 0.0 && speed.value().is_finite()) {
+        return Err(TrimError::SpeedNotPositive { speed: speed.value() });
+    }
+    if !depth.is_finite() {
+        return Err(TrimError::DepthNotFinite { depth });
+    }
+    let balance = Balance { dynamics: Dynamics::new(&vehicle.coefficients)?, vehicle, speed, depth };
+    let (incidence, actuators, residual) = balance.solve()?;
+    let motion = speed.level_motion(incidence);
+    let trim = Trim {
+        speed: motion.u.hypot(motion.w),
+        forward_speed: motion.u,
+        heave: motion.w,
+        incidence,
+        pitch: incidence,
+        depth,
+        actuators,
+        residual,
+    };
+    check_limits(vehicle, &trim)?;
+    Ok(trim)
+}
+
+/// Refuses a trim that asks more of an actuator than it can give, naming the worst.
+fn check_limits(vehicle: &Vehicle, trim: &Trim) -> Result<(), TrimError> {
+    let excess =
+        |(actuator, &output): (&crate::Actuator, &f64)| (output - actuator.max).max(actuator.min - output);
+    let pairs = || vehicle.actuators.iter().zip(&trim.actuators);
+    let worst = pairs().max_by(|a, b| (excess(*a) / a.0.reach()).total_cmp(&(excess(*b) / b.0.reach())));
+    match worst {
+        Some((actuator, &needed)) if excess((actuator, &needed)) > 0.0 => Err(TrimError::BeyondLimits {
+            speed: trim.speed,
+            depth: trim.depth,
+            actuator: actuator.name.clone(),
+            needed,
+            excess: excess((actuator, &needed)),
+            min: actuator.min,
+            max: actuator.max,
+            unit: actuator.unit(),
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// The equations of level trim.
+struct Balance<'a> {
+    dynamics: Dynamics,
+    vehicle: &'a Vehicle,
+    speed: Speed,
+    depth: f64,
+}
+
+impl Balance<'_> {
+    fn acceleration<D: Scalar>(&self, incidence: D, outputs: impl Iterator<Item = D>) -> [D; 3] {
+        let motion = self.speed.level_motion(incidence);
+        let force = actuator_force(&self.vehicle.actuators, motion.u, outputs);
+        self.dynamics.acceleration(&motion, D::from(self.depth), force)
+    }
+
+    /// Returns the accelerations, their derivative by the incidence, and by each output in units of its reach.
+    fn linearised(&self, incidence: f64, outputs: &[f64]) -> (Vector3<f64>, Vector3<f64>, DMatrix<f64>) {
+        let constant = || outputs.iter().map(|&output| Dual64::from(output));
+        let by_incidence = self.acceleration(Dual64::new(incidence, 1.0), constant());
+        let mut by_outputs = DMatrix::zeros(3, outputs.len());
+        for (j, actuator) in self.vehicle.actuators.iter().enumerate() {
+            let seeded = constant()
+                .enumerate()
+                .map(|(i, output)| if i == j { Dual64::new(output.re, actuator.reach()) } else { output });
+            let column = self.acceleration(Dual64::from(incidence), seeded);
+            (0..3).for_each(|i| by_outputs[(i, j)] = column[i].eps);
+        }
+        (Vector3::from(by_incidence.map(|a| a.re)), Vector3::from(by_incidence.map(|a| a.eps)), by_outputs)
+    }
+
+    /// Newton's method; each step takes the outputs of least norm that meet the linearised equations.
+    ///
+    /// The equations are projected on the plane that the incidence does not reach; there the outputs are a least-norm
+    /// solution, and the incidence takes what is left. At the fixed point the outputs satisfy the first-order condition of
+    /// the least norm over all trims.
+    fn solve(&self) -> Result<(f64, Vec<f64>, f64), TrimError> {
+        let reach = DVector::from_iterator(
+            self.vehicle.actuators.len(),
+            self.vehicle.actuators.iter().map(crate::Actuator::reach),
+        );
+        let mut incidence = 0.0;
+        let mut outputs = vec![0.0; reach.len()];
+        let mut residual = f64::INFINITY;
+        for _ in 0..MAX_ITERATIONS {
+            let (error, by_incidence, by_outputs) = self.linearised(incidence, &outputs);
+            residual = error.amax();
+            let normal = by_incidence / by_incidence.norm();
+            let project = |v: Vector3<f64>| v - normal * normal.dot(&v);
+            let scaled = DVector::from_column_slice(&outputs).component_div(&reach);
+            let target = project(Vector3::from_iterator((&by_outputs * &scaled).iter().copied()) - error);
+            let mut projected = by_outputs.clone();
+            projected.column_iter_mut().for_each(|mut column| {
+                let reached = project(Vector3::new(column[0], column[1], column[2]));
+                column.copy_from(&reached);
+            });
+            let svd = projected.svd(true, true);
+            let threshold = svd.singular_values.max() * RANK_TOLERANCE;
+            let Ok(solution) = svd.solve(&DVector::from_column_slice(target.as_slice()), threshold) else {
+                break;
+            };
+            let moved = error + Vector3::from_iterator((&by_outputs * (&solution - &scaled)).iter().copied());
+            let step = -normal.dot(&moved) / by_incidence.norm();
+            let settled = step.abs() < 1e-14 && (&solution - &scaled).amax() < 1e-13;
+            incidence += step.clamp(-LARGEST_STEP, LARGEST_STEP);
+            outputs = solution.component_mul(&reach).iter().copied().collect();
+            if settled || !incidence.is_finite() || incidence.abs() > LARGEST_INCIDENCE {
+                break;
+            }
+        }
+        let (error, ..) = self.linearised(incidence, &outputs);
+        residual = residual.min(error.amax());
+        if error.amax() < RESIDUAL_TOLERANCE && incidence.abs() <= LARGEST_INCIDENCE {
+            return Ok((incidence, outputs, error.amax()));
+        }
+        let (speed, depth, incidence_deg) = (self.speed.value(), self.depth, incidence.to_degrees());
+        Err(TrimError::NotFound { speed, depth, incidence_deg, residual })
+    }
+}

@@ -1,0 +1,72 @@
+//! A vehicle: its name and standing, its coefficients, its actuators.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use crate::actuator::Actuator;
+use crate::coefficients::Coefficients;
+use crate::vehicle_file::{self, VehicleFileError};
+
+/// How well the coefficients of a vehicle are known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// Derived from geometry and general formulae: no number of the real vehicle.
+    Surrogate,
+    /// Published by others, with a source.
+    Published,
+    /// Identified from trials of the vehicle itself.
+    Measured,
+}
+
+impl Status {
+    /// Every status.
+    pub const ALL: [Self; 3] = [Self::Surrogate, Self::Published, Self::Measured];
+
+    /// The word for it in a vehicle file.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Surrogate => "surrogate",
+            Self::Published => "published",
+            Self::Measured => "measured",
+        }
+    }
+}
+
+/// A vehicle as read from a vehicle file.
+#[derive(Clone, Debug)]
+pub struct Vehicle {
+    /// Name, for instance `squid`.
+    pub name: String,
+    /// How well its coefficients are known.
+    pub status: Status,
+    /// What it is, in a sentence or two.
+    pub description: String,
+    /// Its coefficients.
+    pub coefficients: Coefficients,
+    /// Its actuators, thrusters first, each kind in the order of the file.
+    pub actuators: Vec<Actuator>,
+    /// Where each number comes from, by the name of the coefficient or `actuator.key`.
+    pub sources: BTreeMap<String, String>,
+}
+
+impl Vehicle {
+    /// Reads and validates a vehicle file.
+    ///
+    /// # Errors
+    /// [`VehicleFileError`]: one message with file, line, key, what was found and what is allowed.
+    pub fn read(path: &Path) -> Result<Self, VehicleFileError> {
+        let file = path.display().to_string();
+        match std::fs::read_to_string(path) {
+            Ok(text) => vehicle_file::parse(&text, &file),
+            Err(source) => Err(VehicleFileError::unreadable(file, source)),
+        }
+    }
+
+    /// Reads and validates the text of a vehicle file; `file` is its name in messages.
+    ///
+    /// # Errors
+    /// [`VehicleFileError`]: one message with file, line, key, what was found and what is allowed.
+    pub fn parse(text: &str, file: &str) -> Result<Self, VehicleFileError> {
+        vehicle_file::parse(text, file)
+    }
+}

@@ -1,0 +1,20 @@
+//! The vehicles of this repository.
+
+#![allow(dead_code, reason = "not every test needs every vehicle")]
+
+use std::path::Path;
+
+use auv::Vehicle;
+
+pub fn squid() -> Vehicle {
+    vehicle("squid")
+}
+
+pub fn remus100() -> Vehicle {
+    vehicle("remus100")
+}
+
+fn vehicle(name: &str) -> Vehicle {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles");
+    Vehicle::read(&root.join(name).join("vehicle.toml")).unwrap_or_else(|error| panic!("{error}"))
+}
