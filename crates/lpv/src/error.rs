@@ -1,0 +1,96 @@
+//! What can go wrong, one variant an assumption that is violated.
+
+use thiserror::Error;
+
+/// A polynomial could not be fitted.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum FitError {
+    /// There is nothing to fit.
+    #[error("there are no samples to fit")]
+    NoSamples,
+    /// A polynomial of order d needs d + 1 different parameter values.
+    #[error("{samples} different parameter values do not determine a polynomial of order {order}")]
+    TooFewSamples {
+        /// Different parameter values given.
+        samples: usize,
+        /// The order asked for.
+        order: usize,
+    },
+    /// All samples are matrices of one shape.
+    #[error("the sample at rho = {rho} is {found:?}, the first is {expected:?}")]
+    UnlikeShapes {
+        /// Where.
+        rho: f64,
+        /// Shape of the first sample.
+        expected: (usize, usize),
+        /// Shape of this one.
+        found: (usize, usize),
+    },
+}
+
+/// An LFT has no value.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum LftError {
+    /// `I - D Theta` is singular.
+    #[error("the linear fractional transformation is not well posed at theta = {theta:?}")]
+    NotWellPosed {
+        /// Where.
+        theta: Vec<f64>,
+    },
+    /// The inverse of an LFT needs the inverse of its constant part.
+    #[error("the value at theta = 0 is singular: the inverse does not exist there")]
+    SingularConstant,
+}
+
+/// A matrix of a partitioned system does not fit the others.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[error("{name} is {} x {}, it must be {} x {}", found.0, found.1, expected.0, expected.1)]
+pub struct ShapeError {
+    /// The matrix, by the name it has in the partition.
+    pub name: &'static str,
+    /// Its shape.
+    pub found: (usize, usize),
+    /// What the other matrices demand.
+    pub expected: (usize, usize),
+}
+
+/// Synthesis did not give a controller. The three outcomes of a synthesis are a design, an infeasible problem
+/// and a numerical failure; the last two are kept apart here.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum SynthesisError {
+    /// A mode that no input reaches does not decay.
+    #[error(
+        "the plant cannot be stabilised: the mode at {re:.4} {im:+.4}i is not reached by any control input"
+    )]
+    NotStabilisable {
+        /// Real part of the mode, rad/s.
+        re: f64,
+        /// Imaginary part of the mode, rad/s.
+        im: f64,
+    },
+    /// A mode that no measurement shows does not decay.
+    #[error("the plant cannot be stabilised: the mode at {re:.4} {im:+.4}i is not seen in any measurement")]
+    NotDetectable {
+        /// Real part of the mode, rad/s.
+        re: f64,
+        /// Imaginary part of the mode, rad/s.
+        im: f64,
+    },
+    /// The solver proved that no gamma works.
+    #[error("the matrix inequalities of '{stage}' have no solution (the solver holds a certificate of that)")]
+    Infeasible {
+        /// Which of the inequalities.
+        stage: &'static str,
+    },
+    /// The solver stopped without an answer that holds.
+    #[error("numerical failure in '{stage}': {diagnosis}")]
+    Numerical {
+        /// Which step.
+        stage: &'static str,
+        /// What was found.
+        diagnosis: String,
+    },
+    /// The plant's matrices do not fit together.
+    #[error(transparent)]
+    Shape(#[from] ShapeError),
+}

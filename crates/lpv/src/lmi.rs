@@ -1,0 +1,364 @@
+//! Linear matrix inequalities, written as expressions that look like the paper's matrices.
+//!
+//! A [`Program`] holds matrix variables and inequalities between [`Affine`] expressions of them. An expression
+//! is built from variables by addition, multiplication by constant matrices and transposition, and put into
+//! a symmetric block matrix by [`symmetric`], of which only the upper blocks are written.
+
+use crate::matrix::{Mat, symmetric_part};
+
+/// A matrix unknown of a program: entry `(i, j)` is the sum of `coefficient x[unknown]`.
+#[derive(Debug, Clone)]
+pub struct Variable {
+    rows: usize,
+    cols: usize,
+    /// Index of the first unknown.
+    first: usize,
+    /// For each unknown its entries.
+    basis: Vec<Vec<(usize, usize, f64)>>,
+}
+
+/// One term `left V right` or `left V' right`.
+#[derive(Debug, Clone)]
+struct Term {
+    variable: usize,
+    left: Mat,
+    right: Mat,
+    transposed: bool,
+}
+
+/// A matrix that is affine in the variables: a constant and a sum of `L V R`.
+#[derive(Debug, Clone)]
+pub struct Affine {
+    constant: Mat,
+    terms: Vec<Term>,
+}
+
+impl Affine {
+    /// A constant expression.
+    pub fn constant(m: Mat) -> Self {
+        Self { constant: m, terms: vec![] }
+    }
+
+    /// Zero of a shape.
+    pub fn zeros(rows: usize, cols: usize) -> Self {
+        Self::constant(Mat::zeros(rows, cols))
+    }
+
+    /// Rows and columns.
+    pub fn shape(&self) -> (usize, usize) {
+        self.constant.shape()
+    }
+
+    /// `left E right` for constant matrices.
+    pub fn between(&self, left: &Mat, right: &Mat) -> Self {
+        Self {
+            constant: left * &self.constant * right,
+            terms: self
+                .terms
+                .iter()
+                .map(|t| Term { left: left * &t.left, right: &t.right * right, ..*t })
+                .collect(),
+        }
+    }
+
+    /// `left E`.
+    pub fn after(&self, left: &Mat) -> Self {
+        self.between(left, &Mat::identity(self.shape().1, self.shape().1))
+    }
+
+    /// `E right`.
+    pub fn times(&self, right: &Mat) -> Self {
+        self.between(&Mat::identity(self.shape().0, self.shape().0), right)
+    }
+
+    /// The transpose.
+    pub fn t(&self) -> Self {
+        Self {
+            constant: self.constant.transpose(),
+            terms: self
+                .terms
+                .iter()
+                .map(|t| Term {
+                    variable: t.variable,
+                    left: t.right.transpose(),
+                    right: t.left.transpose(),
+                    transposed: !t.transposed,
+                })
+                .collect(),
+        }
+    }
+
+    /// `N' E N`, a congruence.
+    pub fn congruence(&self, n: &Mat) -> Self {
+        self.between(&n.transpose(), n)
+    }
+
+    /// `factor E`.
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self {
+            constant: &self.constant * factor,
+            terms: self.terms.iter().map(|t| Term { left: &t.left * factor, ..t.clone() }).collect(),
+        }
+    }
+
+    /// For a 1 x 1 expression e: `e I_n`.
+    pub fn times_identity(&self, n: usize) -> Self {
+        let mut out = Self::zeros(n, n);
+        for i in 0..n {
+            let unit = Mat::from_fn(n, 1, |k, _| if k == i { 1.0 } else { 0.0 });
+            out = out + self.between(&unit, &unit.transpose());
+        }
+        out
+    }
+
+    /// The value at `x`, the unknowns of `program`.
+    pub fn value(&self, program: &Program, x: &[f64]) -> Mat {
+        let mut out = self.constant.clone();
+        for t in &self.terms {
+            let v = program.variables[t.variable].value(x);
+            out += &t.left * if t.transposed { v.transpose() } else { v } * &t.right;
+        }
+        out
+    }
+
+    fn placed(&self, rows: usize, cols: usize, top: usize, left: usize) -> Self {
+        let (m, n) = self.shape();
+        let lift = Mat::from_fn(rows, m, |i, k| if i == top + k { 1.0 } else { 0.0 });
+        let spread = Mat::from_fn(n, cols, |k, j| if j == left + k { 1.0 } else { 0.0 });
+        self.between(&lift, &spread)
+    }
+}
+
+impl std::ops::Add for Affine {
+    type Output = Affine;
+    fn add(mut self, other: Affine) -> Affine {
+        self.constant += other.constant;
+        self.terms.extend(other.terms);
+        self
+    }
+}
+
+impl std::ops::Sub for Affine {
+    type Output = Affine;
+    fn sub(self, other: Affine) -> Affine {
+        self + other.scaled(-1.0)
+    }
+}
+
+impl std::ops::Neg for Affine {
+    type Output = Affine;
+    fn neg(self) -> Affine {
+        self.scaled(-1.0)
+    }
+}
+
+/// The symmetric block matrix with these upper blocks: row i holds the blocks (i, i), (i, i+1), ...
+///
+/// Diagonal blocks must be symmetric expressions.
+pub fn symmetric(upper: &[Vec<Affine>]) -> Affine {
+    let sizes: Vec<usize> = upper.iter().map(|row| row[0].shape().0).collect();
+    let starts: Vec<usize> = sizes.iter().scan(0, |at, s| Some(std::mem::replace(at, *at + s))).collect();
+    let total = sizes.iter().sum();
+    let mut out = Affine::zeros(total, total);
+    for (i, row) in upper.iter().enumerate() {
+        for (offset, expression) in row.iter().enumerate() {
+            let j = i + offset;
+            debug_assert_eq!(expression.shape(), (sizes[i], sizes[j]), "block ({i}, {j})");
+            let placed = expression.placed(total, total, starts[i], starts[j]);
+            if i != j {
+                out = out + placed.t();
+            }
+            out = out + placed;
+        }
+    }
+    out
+}
+
+impl Variable {
+    /// The variable's value at the unknowns `x`.
+    pub fn value(&self, x: &[f64]) -> Mat {
+        let mut out = Mat::zeros(self.rows, self.cols);
+        for (k, entries) in self.basis.iter().enumerate() {
+            for &(i, j, coefficient) in entries {
+                out[(i, j)] += coefficient * x[self.first + k];
+            }
+        }
+        out
+    }
+}
+
+/// An inequality `expression > 0` in the sense of symmetric matrices, with a name for diagnoses.
+#[derive(Debug, Clone)]
+pub(crate) struct Inequality {
+    pub(crate) name: &'static str,
+    pub(crate) expression: Affine,
+}
+
+/// A semidefinite program: minimise a linear objective under linear matrix inequalities.
+#[derive(Debug, Clone, Default)]
+pub struct Program {
+    variables: Vec<Variable>,
+    unknowns: usize,
+    pub(crate) inequalities: Vec<Inequality>,
+    pub(crate) objective: Vec<(usize, f64)>,
+}
+
+impl Program {
+    /// An empty program.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The number of scalar unknowns.
+    pub fn unknowns(&self) -> usize {
+        self.unknowns
+    }
+
+    fn add(&mut self, rows: usize, cols: usize, basis: Vec<Vec<(usize, usize, f64)>>) -> Affine {
+        let variable = self.variables.len();
+        let first = self.unknowns;
+        self.unknowns += basis.len();
+        self.variables.push(Variable { rows, cols, first, basis });
+        Affine {
+            constant: Mat::zeros(rows, cols),
+            terms: vec![Term {
+                variable,
+                left: Mat::identity(rows, rows),
+                right: Mat::identity(cols, cols),
+                transposed: false,
+            }],
+        }
+    }
+
+    /// A scalar unknown, as a 1 x 1 expression.
+    pub fn scalar(&mut self) -> Affine {
+        self.add(1, 1, vec![vec![(0, 0, 1.0)]])
+    }
+
+    /// A symmetric n x n unknown.
+    pub fn symmetric(&mut self, n: usize) -> Affine {
+        self.symmetric_commuting(&vec![0; n])
+    }
+
+    /// A symmetric unknown that commutes with `Theta = diag(theta[channels[i]])`: entry (i, j) is free where
+    /// the channels i and j carry the same parameter, and zero elsewhere.
+    pub fn symmetric_commuting(&mut self, channels: &[usize]) -> Affine {
+        let n = channels.len();
+        let basis = pairs(channels, 0)
+            .map(|(i, j)| if i == j { vec![(i, i, 1.0)] } else { vec![(i, j, 1.0), (j, i, 1.0)] })
+            .collect();
+        self.add(n, n, basis)
+    }
+
+    /// A skew-symmetric unknown that commutes with Theta, as [`Program::symmetric_commuting`].
+    pub fn skew_commuting(&mut self, channels: &[usize]) -> Affine {
+        let n = channels.len();
+        let basis = pairs(channels, 1).map(|(i, j)| vec![(i, j, 1.0), (j, i, -1.0)]).collect();
+        self.add(n, n, basis)
+    }
+
+    /// A full unknown.
+    pub fn full(&mut self, rows: usize, cols: usize) -> Affine {
+        let basis = (0..cols).flat_map(|j| (0..rows).map(move |i| vec![(i, j, 1.0)])).collect();
+        self.add(rows, cols, basis)
+    }
+
+    /// Demands `expression > 0`.
+    pub fn positive(&mut self, name: &'static str, expression: Affine) {
+        if expression.shape().0 > 0 {
+            self.inequalities.push(Inequality { name, expression });
+        }
+    }
+
+    /// Demands `expression < 0`.
+    pub fn negative(&mut self, name: &'static str, expression: Affine) {
+        self.positive(name, -expression);
+    }
+
+    /// Adds `weight trace(E)` of an expression without constant part to the objective to be minimised.
+    pub fn minimise_trace(&mut self, expression: &Affine, weight: f64) {
+        for term in &expression.terms {
+            let variable = &self.variables[term.variable];
+            for (k, entries) in variable.basis.iter().enumerate() {
+                // trace(L V R) = trace(R L V)
+                let product = &term.right * &term.left;
+                let sum: f64 = entries
+                    .iter()
+                    .map(|&(i, j, c)| c * if term.transposed { product[(i, j)] } else { product[(j, i)] })
+                    .sum();
+                if sum != 0.0 {
+                    self.objective.push((variable.first + k, weight * sum));
+                }
+            }
+        }
+    }
+
+    /// The constant part and, for each unknown that occurs, the coefficient matrix of an expression.
+    pub(crate) fn coefficients(&self, expression: &Affine) -> (Mat, Vec<(usize, Mat)>) {
+        let n = expression.shape().0;
+        let mut by_unknown: Vec<Option<Mat>> = vec![None; self.unknowns];
+        for term in &expression.terms {
+            let variable = &self.variables[term.variable];
+            for (k, entries) in variable.basis.iter().enumerate() {
+                let target = by_unknown[variable.first + k].get_or_insert_with(|| Mat::zeros(n, n));
+                for &(i, j, coefficient) in entries {
+                    let (row, col) = if term.transposed { (j, i) } else { (i, j) };
+                    target.ger(coefficient, &term.left.column(row), &term.right.row(col).transpose(), 1.0);
+                }
+            }
+        }
+        let found = by_unknown
+            .into_iter()
+            .enumerate()
+            .filter_map(|(k, m)| m.map(|m| (k, symmetric_part(&m))))
+            .filter(|(_, m)| m.amax() > 0.0)
+            .collect();
+        (symmetric_part(&expression.constant), found)
+    }
+}
+
+/// Pairs `i <= j` (or `i < j` with `gap` 1) of channels with the same parameter.
+fn pairs(channels: &[usize], gap: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
+    (0..channels.len())
+        .flat_map(move |i| (i + gap..channels.len()).map(move |j| (i, j)))
+        .filter(|&(i, j)| channels[i] == channels[j])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    #[test]
+    fn coefficients_agree_with_the_value() {
+        let mut p = Program::new();
+        let x = p.symmetric(3);
+        let t = p.skew_commuting(&[0, 0, 1]);
+        let f = p.full(3, 2);
+        let a = dmatrix![1.0, 2.0, 3.0; -1.0, 0.5, 2.0; 0.0, 1.0, 7.0];
+        let b = dmatrix![1.0, 0.0, 2.0; 0.0, -1.0, 1.0];
+        let e = symmetric(&[
+            vec![x.after(&a.transpose()) + x.times(&a), t.times(&a) + f.times(&b)],
+            vec![Affine::constant(Mat::identity(3, 3) * 2.0) - x.clone()],
+        ]);
+        assert_eq!(p.unknowns(), 6 + 1 + 6);
+        let x: Vec<f64> = (0..p.unknowns()).map(|k| (k as f64 + 1.0).sin()).collect();
+        let (mut sum, parts) = p.coefficients(&e);
+        for (k, m) in parts {
+            sum += m * x[k];
+        }
+        assert!((sum - e.value(&p, &x)).amax() < 1e-12);
+    }
+
+    #[test]
+    fn trace_objective_counts_each_entry() {
+        let mut p = Program::new();
+        let x = p.symmetric(2);
+        let a = dmatrix![1.0, 2.0; 3.0, 4.0];
+        let e = x.after(&a);
+        p.minimise_trace(&e, 2.0);
+        let at = [5.0, 6.0, 7.0];
+        let found: f64 = p.objective.iter().map(|&(k, c)| c * at[k]).sum();
+        assert!((found - 2.0 * e.value(&p, &at).trace()).abs() < 1e-12);
+    }
+}
