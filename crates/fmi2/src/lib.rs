@@ -1,1 +1,39 @@
-//! FMI 2.0 co-simulation export: C ABI, state table, variable registry
+//! FMI 2.0 co-simulation export, without any model:
+//!
+//! ```text
+//! resources -> Model::load -> variable table -> model description and GUID      (the packager, `describe`)
+//!                                            -> instance -> C functions          (the binary, `export!`)
+//! ```
+//!
+//! A model implements [`Model`] and writes its table of variables once; value references, XML, GUID, get and
+//! set all follow from that table. The table is built at run time from the files in `resources/`, because a
+//! compiled binary knows no vehicle.
+//!
+//! The standard is FMI 2.0.4 (Modelica Association, 2022); section numbers refer to it. `unsafe` code is
+//! confined to [`abi`].
+
+pub mod abi;
+mod describe;
+mod instance;
+mod log;
+mod model;
+mod phase;
+mod refusal;
+mod resources;
+mod table;
+mod uri;
+mod values;
+mod variable;
+
+pub use describe::{DescribeError, Described, describe};
+pub use instance::{Experiment, Instance, Snapshot};
+pub use log::{Category, Level, Log, Silent};
+pub use model::{About, DirectionalDerivative, Model};
+pub use model_description;
+pub use phase::{Function, Phase};
+pub use refusal::{Failure, Refusal};
+pub use resources::{ResourceError, Resources};
+pub use table::Table;
+pub use uri::{UriError, path_of};
+pub use values::Value;
+pub use variable::{Role, Variable};

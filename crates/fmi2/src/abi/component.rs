@@ -1,0 +1,62 @@
+//! What a `fmi2Component` points to, and the gate that every call passes.
+
+use std::any::Any;
+use std::ffi::CString;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use crate::abi::logger::Logger;
+use crate::abi::types::{self, Status};
+use crate::{Failure, Function, Instance, Model};
+
+/// An instance with its logger, and the texts that the importer may still look at.
+pub(crate) struct Component<M: Model> {
+    pub(crate) instance: Instance<M>,
+    pub(crate) logger: Logger,
+    /// Texts of the last `fmi2GetString`.
+    pub(crate) strings: Vec<CString>,
+    /// Status of the last `fmi2DoStep`.
+    pub(crate) last_step: Status,
+}
+
+pub(crate) type Outcome<M> = Result<(), Failure<<M as Model>::Error>>;
+
+/// Runs one call: checks handle and state table, catches panics, logs what went wrong, returns the status.
+///
+/// # Safety
+/// `component` is NULL or a handle from `fmi2Instantiate::<M>` that was not freed and is in no other call.
+pub(crate) unsafe fn call<M: Model>(
+    component: types::Component,
+    name: &str,
+    function: Function,
+    body: impl FnOnce(&mut Component<M>) -> Outcome<M>,
+) -> Status {
+    // SAFETY: the caller vouches for it.
+    let Some(component) = (unsafe { component.cast::<Component<M>>().as_mut() }) else {
+        return Status::Error;
+    };
+    if let Err(refusal) = component.instance.allows(function) {
+        component.logger.error(name, &refusal);
+        return Status::Error;
+    }
+    component.logger.warned = false;
+    // Unwind safety: after a panic the instance is given up and takes no call but free.
+    match catch_unwind(AssertUnwindSafe(|| body(component))) {
+        Ok(Ok(())) if component.logger.warned => Status::Warning,
+        Ok(Ok(())) => Status::Ok,
+        Ok(Err(failure)) => {
+            component.logger.error(name, &failure);
+            Status::Error
+        }
+        Err(payload) => {
+            component.instance.abandon();
+            component.logger.fatal(name, panic_text(&*payload));
+            Status::Fatal
+        }
+    }
+}
+
+/// The text of a panic.
+pub(crate) fn panic_text(payload: &(dyn Any + Send)) -> &str {
+    let text = payload.downcast_ref::<&str>().copied();
+    text.or_else(|| payload.downcast_ref::<String>().map(String::as_str)).unwrap_or("panic without a text")
+}

@@ -1,0 +1,185 @@
+//! Life cycle: `fmi2Instantiate` to `fmi2FreeInstance`, and logging.
+
+use std::ffi::{c_char, c_int};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use crate::abi::component::{Component, call, panic_text};
+use crate::abi::logger::Logger;
+use crate::abi::pointers::{slice, text};
+use crate::abi::types::{self, CO_SIMULATION, CallbackFunctions, Status};
+use crate::log::{Category, Filter};
+use crate::{Described, Experiment, Function, Instance, Model, Refusal, Resources, describe, path_of};
+
+/// `fmi2GetTypesPlatform`.
+pub extern "C" fn get_types_platform() -> *const c_char {
+    c"default".as_ptr()
+}
+
+/// `fmi2GetVersion`.
+pub extern "C" fn get_version() -> *const c_char {
+    c"2.0".as_ptr()
+}
+
+/// `fmi2Instantiate`: NULL with one logged sentence if anything is wrong.
+///
+/// # Safety
+/// Texts are NULL or NUL-terminated; `functions` is NULL or points to a valid structure.
+pub unsafe extern "C" fn instantiate<M: Model>(
+    instance_name: *const c_char,
+    fmu_type: c_int,
+    fmu_guid: *const c_char,
+    fmu_resource_location: *const c_char,
+    functions: *const CallbackFunctions,
+    _visible: c_int,
+    logging_on: c_int,
+) -> types::Component {
+    // SAFETY: the importer vouches for its pointers.
+    let (name, guid, callbacks) =
+        unsafe { (text(instance_name, "instanceName"), text(fmu_guid, "fmuGUID"), functions.as_ref()) };
+    let logger = Logger::new(callbacks, name.as_ref().copied().unwrap_or("(no name)"), logging_on != 0);
+    let location = match fmu_resource_location.is_null() {
+        true => Err(Refusal::NoResourceLocation),
+        // SAFETY: not NULL, and the importer vouches for the rest.
+        false => unsafe { text(fmu_resource_location, "fmuResourceLocation") },
+    };
+    let loaded = catch_unwind(AssertUnwindSafe(|| load::<M>(name?, fmu_type, guid?, location?)));
+    match loaded {
+        Ok(Ok(described)) => {
+            let instance = Instance::new(described);
+            let component = Component { instance, logger, strings: Vec::new(), last_step: Status::Ok };
+            Box::into_raw(Box::new(component)).cast()
+        }
+        Ok(Err(refusal)) => {
+            logger.error("fmi2Instantiate", &refusal);
+            std::ptr::null_mut()
+        }
+        Err(payload) => {
+            logger.fatal("fmi2Instantiate", panic_text(&*payload));
+            std::ptr::null_mut()
+        }
+    }
+}
+
+fn load<M: Model>(name: &str, fmu_type: c_int, guid: &str, location: &str) -> Result<Described<M>, Refusal> {
+    if name.is_empty() {
+        return Err(Refusal::EmptyName);
+    }
+    if fmu_type != CO_SIMULATION {
+        return Err(Refusal::WrongFmuType { given: fmu_type });
+    }
+    let resources = Resources::from_folder(&path_of(location)?)?;
+    let described = describe::<M>(&resources)?;
+    if described.guid != guid {
+        return Err(Refusal::WrongGuid { given: guid.to_owned(), expected: described.guid });
+    }
+    Ok(described)
+}
+
+/// `fmi2FreeInstance`.
+///
+/// # Safety
+/// `component` is NULL or a handle from [`instantiate`] of the same model that was not freed.
+pub unsafe extern "C" fn free_instance<M: Model>(component: types::Component) {
+    if component.is_null() {
+        return;
+    }
+    // SAFETY: the handle came from Box::into_raw, and the importer vouches that it was not freed.
+    let component = unsafe { Box::from_raw(component.cast::<Component<M>>()) };
+    // A destructor that panics must not unwind into C; nobody is left to tell.
+    let _ = catch_unwind(AssertUnwindSafe(|| drop(component)));
+}
+
+/// `fmi2SetDebugLogging`.
+///
+/// # Safety
+/// As [`free_instance`]; `categories` points to `count` texts.
+pub unsafe extern "C" fn set_debug_logging<M: Model>(
+    component: types::Component,
+    logging_on: c_int,
+    count: usize,
+    categories: *const *const c_char,
+) -> Status {
+    let body = |component: &mut Component<M>| {
+        // SAFETY: the importer vouches for its pointers.
+        let names = unsafe { slice(categories, count, "categories") }?;
+        let mut listed = Vec::with_capacity(count);
+        for &name in names {
+            // SAFETY: the importer vouches for its pointers.
+            let name = unsafe { text(name, "categories") }?;
+            let known = Category::ALL.into_iter().find(|known| known.name() == name);
+            listed.push(known.ok_or_else(|| Refusal::UnknownCategory { category: name.to_owned() })?);
+        }
+        component.logger.filter = match logging_on != 0 && count > 0 {
+            true => Filter::listed(&listed),
+            false => Filter::all(logging_on != 0),
+        };
+        Ok(())
+    };
+    // SAFETY: the importer vouches for the handle.
+    unsafe { call(component, "fmi2SetDebugLogging", Function::SetDebugLogging, body) }
+}
+
+/// `fmi2SetupExperiment`.
+///
+/// # Safety
+/// As [`free_instance`].
+pub unsafe extern "C" fn setup_experiment<M: Model>(
+    component: types::Component,
+    tolerance_defined: c_int,
+    tolerance: f64,
+    start: f64,
+    stop_defined: c_int,
+    stop: f64,
+) -> Status {
+    let experiment = Experiment {
+        start,
+        stop: (stop_defined != 0).then_some(stop),
+        tolerance: (tolerance_defined != 0).then_some(tolerance),
+    };
+    let body = |component: &mut Component<M>| Ok(component.instance.set_up(experiment)?);
+    // SAFETY: the importer vouches for the handle.
+    unsafe { call(component, "fmi2SetupExperiment", Function::SetupExperiment, body) }
+}
+
+/// `fmi2EnterInitializationMode`.
+///
+/// # Safety
+/// As [`free_instance`].
+pub unsafe extern "C" fn enter_initialization_mode<M: Model>(component: types::Component) -> Status {
+    let body = |component: &mut Component<M>| Ok(component.instance.enter_initialization()?);
+    // SAFETY: the importer vouches for the handle.
+    unsafe { call(component, "fmi2EnterInitializationMode", Function::EnterInitializationMode, body) }
+}
+
+/// `fmi2ExitInitializationMode`.
+///
+/// # Safety
+/// As [`free_instance`].
+pub unsafe extern "C" fn exit_initialization_mode<M: Model>(component: types::Component) -> Status {
+    let body = |component: &mut Component<M>| component.instance.exit_initialization(&mut component.logger);
+    // SAFETY: the importer vouches for the handle.
+    unsafe { call(component, "fmi2ExitInitializationMode", Function::ExitInitializationMode, body) }
+}
+
+/// `fmi2Terminate`.
+///
+/// # Safety
+/// As [`free_instance`].
+pub unsafe extern "C" fn terminate<M: Model>(component: types::Component) -> Status {
+    let body = |component: &mut Component<M>| Ok(component.instance.terminate()?);
+    // SAFETY: the importer vouches for the handle.
+    unsafe { call(component, "fmi2Terminate", Function::Terminate, body) }
+}
+
+/// `fmi2Reset`.
+///
+/// # Safety
+/// As [`free_instance`].
+pub unsafe extern "C" fn reset<M: Model>(component: types::Component) -> Status {
+    let body = |component: &mut Component<M>| {
+        component.last_step = Status::Ok;
+        Ok(component.instance.reset()?)
+    };
+    // SAFETY: the importer vouches for the handle.
+    unsafe { call(component, "fmi2Reset", Function::Reset, body) }
+}

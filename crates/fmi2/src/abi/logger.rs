@@ -1,0 +1,74 @@
+//! Hands messages to the importer's logger.
+
+use std::ffi::{CString, c_void};
+
+use crate::abi::types::{self, CallbackFunctions, Status};
+use crate::log::{Category, Filter};
+use crate::{Level, Log};
+
+/// The importer's logger, with what it wants to hear.
+pub(crate) struct Logger {
+    callback: Option<types::Logger>,
+    environment: *mut c_void,
+    instance_name: CString,
+    pub(crate) filter: Filter,
+    /// A warning was recorded in the current call.
+    pub(crate) warned: bool,
+}
+
+impl Logger {
+    pub(crate) fn new(callbacks: Option<&CallbackFunctions>, instance_name: &str, logging_on: bool) -> Self {
+        Self {
+            callback: callbacks.and_then(|callbacks| callbacks.logger),
+            environment: callbacks.map_or(std::ptr::null_mut(), |callbacks| callbacks.component_environment),
+            instance_name: c_string(instance_name),
+            filter: Filter::all(logging_on),
+            warned: false,
+        }
+    }
+
+    pub(crate) fn error(&self, function: &str, message: &dyn std::fmt::Display) {
+        self.send(Status::Error, Category::Error, &format!("{function}: {message}."));
+    }
+
+    pub(crate) fn fatal(&self, function: &str, message: &str) {
+        let text = format!("{function}: a defect of the FMU stopped the call ({message}).");
+        self.send(Status::Fatal, Category::Fatal, &text);
+    }
+
+    fn send(&self, status: Status, category: Category, message: &str) {
+        let Some(callback) = self.callback.filter(|_| self.filter.shows(category)) else {
+            return;
+        };
+        let (category, message) = (c_string(category.name()), c_string(message));
+        // SAFETY: the importer promises a function of this type for as long as the instance lives; the texts
+        // are NUL-terminated and outlive the call; "%s" takes exactly the one text that follows.
+        unsafe {
+            callback(
+                self.environment,
+                self.instance_name.as_ptr(),
+                status,
+                category.as_ptr(),
+                c"%s".as_ptr(),
+                message.as_ptr(),
+            );
+        }
+    }
+}
+
+impl Log for Logger {
+    fn record(&mut self, level: Level, message: &str) {
+        match level {
+            Level::Event => self.send(Status::Ok, Category::Events, message),
+            Level::Warning => {
+                self.warned = true;
+                self.send(Status::Warning, Category::Warning, message);
+            }
+        }
+    }
+}
+
+/// A C text; NUL bytes inside are dropped.
+pub(crate) fn c_string(text: &str) -> CString {
+    CString::new(text.replace('\0', "")).unwrap_or_default()
+}

@@ -1,0 +1,172 @@
+//! Functions of co-simulation only: steps, derivatives of inputs and outputs, and the status of a step.
+
+use std::ffi::{c_char, c_int};
+
+use crate::abi::component::{Component, call};
+use crate::abi::pointers::place;
+use crate::abi::types::{self, DO_STEP_STATUS, LAST_SUCCESSFUL_TIME, Status, StatusKind, TERMINATED};
+use crate::{Function, Model, Refusal};
+
+/// `fmi2DoStep`.
+///
+/// # Safety
+/// `component` is NULL or a live handle of this model.
+pub unsafe extern "C" fn do_step<M: Model>(
+    component: types::Component,
+    at: f64,
+    size: f64,
+    _no_set_state_prior_to_current_point: c_int,
+) -> Status {
+    let body = |component: &mut Component<M>| component.instance.step(at, size, &mut component.logger);
+    // SAFETY: the importer vouches for the handle, here and below.
+    let status = unsafe { call(component, "fmi2DoStep", Function::DoStep, body) };
+    // SAFETY: as above.
+    if let Some(component) = unsafe { component.cast::<Component<M>>().as_mut() } {
+        component.last_step = status;
+    }
+    status
+}
+
+/// `fmi2CancelStep`: refused, for no step is ever in progress.
+///
+/// # Safety
+/// As [`do_step`].
+pub unsafe extern "C" fn cancel_step<M: Model>(component: types::Component) -> Status {
+    // SAFETY: the importer vouches for the handle. The state table refuses every call before the body.
+    unsafe { call(component, "fmi2CancelStep", Function::CancelStep, |_: &mut Component<M>| Ok(())) }
+}
+
+/// `fmi2SetRealInputDerivatives`: refused, as `canInterpolateInputs` says.
+///
+/// # Safety
+/// As [`do_step`].
+pub unsafe extern "C" fn set_real_input_derivatives<M: Model>(
+    component: types::Component,
+    _references: *const u32,
+    count: usize,
+    _orders: *const c_int,
+    _values: *const f64,
+) -> Status {
+    let body = |_: &mut Component<M>| Ok(refuse_unless_empty(count, "canInterpolateInputs = false")?);
+    // SAFETY: the importer vouches for the handle.
+    unsafe { call(component, "fmi2SetRealInputDerivatives", Function::SetRealInputDerivatives, body) }
+}
+
+/// `fmi2GetRealOutputDerivatives`: refused, as `maxOutputDerivativeOrder` says.
+///
+/// # Safety
+/// As [`do_step`].
+pub unsafe extern "C" fn get_real_output_derivatives<M: Model>(
+    component: types::Component,
+    _references: *const u32,
+    count: usize,
+    _orders: *const c_int,
+    _values: *mut f64,
+) -> Status {
+    let body = |_: &mut Component<M>| Ok(refuse_unless_empty(count, "maxOutputDerivativeOrder = 0")?);
+    // SAFETY: the importer vouches for the handle.
+    unsafe { call(component, "fmi2GetRealOutputDerivatives", Function::GetRealOutputDerivatives, body) }
+}
+
+fn refuse_unless_empty(count: usize, flag: &'static str) -> Result<(), Refusal> {
+    match count {
+        0 => Ok(()),
+        _ => Err(Refusal::Unsupported { flag }),
+    }
+}
+
+/// `fmi2GetStatus`: the status of the last step.
+///
+/// # Safety
+/// As [`do_step`]; `value` is NULL or a place to write to.
+pub unsafe extern "C" fn get_status<M: Model>(
+    component: types::Component,
+    kind: StatusKind,
+    value: *mut Status,
+) -> Status {
+    // SAFETY: the importer vouches for its pointers.
+    unsafe { answer::<M, _>(component, "fmi2GetStatus", (kind, DO_STEP_STATUS), value, |own| own.last_step) }
+}
+
+/// `fmi2GetRealStatus`: the end of the last successful step.
+///
+/// # Safety
+/// As [`get_status`].
+pub unsafe extern "C" fn get_real_status<M: Model>(
+    component: types::Component,
+    kind: StatusKind,
+    value: *mut f64,
+) -> Status {
+    let time = |own: &Component<M>| own.instance.time();
+    // SAFETY: the importer vouches for its pointers.
+    unsafe { answer::<M, _>(component, "fmi2GetRealStatus", (kind, LAST_SUCCESSFUL_TIME), value, time) }
+}
+
+/// `fmi2GetBooleanStatus`: whether the model wants to end the simulation, which it never does.
+///
+/// # Safety
+/// As [`get_status`].
+pub unsafe extern "C" fn get_boolean_status<M: Model>(
+    component: types::Component,
+    kind: StatusKind,
+    value: *mut c_int,
+) -> Status {
+    // SAFETY: the importer vouches for its pointers.
+    unsafe { answer::<M, _>(component, "fmi2GetBooleanStatus", (kind, TERMINATED), value, |_| 0) }
+}
+
+/// `fmi2GetIntegerStatus`: no kind of status is an integer.
+///
+/// # Safety
+/// As [`do_step`].
+pub unsafe extern "C" fn get_integer_status<M: Model>(
+    component: types::Component,
+    _kind: StatusKind,
+    _value: *mut c_int,
+) -> Status {
+    // SAFETY: the importer vouches for the handle.
+    unsafe { discard::<M>(component, "fmi2GetIntegerStatus") }
+}
+
+/// `fmi2GetStringStatus`: speaks of pending steps only, and there are none.
+///
+/// # Safety
+/// As [`do_step`].
+pub unsafe extern "C" fn get_string_status<M: Model>(
+    component: types::Component,
+    _kind: StatusKind,
+    _value: *mut *const c_char,
+) -> Status {
+    // SAFETY: the importer vouches for the handle.
+    unsafe { discard::<M>(component, "fmi2GetStringStatus") }
+}
+
+/// Writes what is asked if it is the kind that this function knows, and returns `fmi2Discard` otherwise.
+unsafe fn answer<M: Model, T>(
+    component: types::Component,
+    name: &str,
+    (kind, known): (StatusKind, StatusKind),
+    value: *mut T,
+    read: impl FnOnce(&Component<M>) -> T,
+) -> Status {
+    if kind != known {
+        // SAFETY: the caller vouches for the handle.
+        return unsafe { discard::<M>(component, name) };
+    }
+    let body = |component: &mut Component<M>| {
+        // SAFETY: the caller vouches for its pointer.
+        *unsafe { place(value, "value") }? = read(component);
+        Ok(())
+    };
+    // SAFETY: the caller vouches for the handle.
+    unsafe { call(component, name, Function::GetStatus, body) }
+}
+
+/// The answer to a question about a step that has no answer.
+unsafe fn discard<M: Model>(component: types::Component, name: &str) -> Status {
+    // SAFETY: the caller vouches for the handle.
+    match unsafe { call(component, name, Function::GetStatus, |_: &mut Component<M>| Ok(())) } {
+        Status::Ok => Status::Discard,
+        status => status,
+    }
+}

@@ -1,0 +1,72 @@
+//! From resources to model description, XML and GUID; the packager and the binary take the same way.
+
+use model_description::{CoSimulation, ModelDescription, WriteError, guid};
+
+use crate::log::Category;
+use crate::{Model, Resources, Table};
+
+/// A loaded model with what follows from it.
+#[derive(Debug)]
+pub struct Described<M> {
+    /// The model with its start values.
+    pub model: M,
+    /// Its variables.
+    pub table: Table<M>,
+    /// Its description.
+    pub description: ModelDescription,
+    /// GUID over XML and resources.
+    pub guid: String,
+    /// `modelDescription.xml`.
+    pub xml: String,
+}
+
+/// Why a model cannot be described.
+#[derive(Debug, thiserror::Error)]
+pub enum DescribeError {
+    /// The model could not be loaded.
+    #[error("the model cannot be loaded from its resources: {0}")]
+    Load(#[source] Box<dyn std::error::Error + Send + Sync>),
+    /// The table of variables breaks the standard.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+}
+
+/// Loads a model and writes its XML with the GUID that the binary will demand.
+///
+/// # Errors
+/// [`DescribeError`].
+pub fn describe<M: Model>(resources: &Resources) -> Result<Described<M>, DescribeError> {
+    let model = M::load(resources).map_err(|error| DescribeError::Load(Box::new(error)))?;
+    let table = Table::of(&model);
+    let description = description_of(&model, &table);
+    let guid = guid(&description.to_xml("")?, resources.iter());
+    let xml = description.to_xml(&guid)?;
+    Ok(Described { model, table, description, guid, xml })
+}
+
+fn description_of<M: Model>(model: &M, table: &Table<M>) -> ModelDescription {
+    let about = model.about();
+    let described = |(reference, entry): (u32, &crate::Variable<M>)| entry.described(reference, model);
+    ModelDescription {
+        model_name: about.name,
+        model_identifier: about.identifier,
+        description: about.description,
+        author: env!("CARGO_PKG_AUTHORS").to_owned(),
+        version: about.version,
+        license: env!("CARGO_PKG_LICENSE").to_owned(),
+        generation_tool: concat!("squid ", env!("CARGO_PKG_VERSION")).to_owned(),
+        co_simulation: CoSimulation {
+            can_handle_variable_communication_step_size: true,
+            can_interpolate_inputs: false,
+            max_output_derivative_order: 0,
+            can_not_use_memory_management_functions: true,
+            can_get_and_set_fmu_state: true,
+            can_serialize_fmu_state: false,
+            provides_directional_derivative: M::directional_derivative().is_some(),
+        },
+        enumerations: about.enumerations,
+        log_categories: Category::ALL.map(Category::described).to_vec(),
+        default_experiment: about.default_experiment,
+        variables: (0..).zip(table.variables()).map(described).collect(),
+    }
+}

@@ -1,0 +1,112 @@
+//! The resource location, a file URI (RFC 8089), as importers really write it.
+
+use std::path::PathBuf;
+
+/// Why a resource location cannot be used.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum UriError {
+    /// No `file:` at the beginning.
+    #[error("the resource location '{uri}' is not a file URI such as file:///path/resources")]
+    NotFile {
+        /// What was given.
+        uri: String,
+    },
+    /// A host other than this one.
+    #[error("the resource location '{uri}' names the host '{host}'; only local files can be read")]
+    Remote {
+        /// What was given.
+        uri: String,
+        /// The host.
+        host: String,
+    },
+    /// A `%` that is not followed by two hexadecimal digits, or bytes that are not UTF-8.
+    #[error("the resource location '{uri}' has a broken percent-encoding")]
+    BadEncoding {
+        /// What was given.
+        uri: String,
+    },
+}
+
+/// Path of a file URI: `file:/p`, `file:///p`, `file:////p`, `file://localhost/p`, with or without a slash at the
+/// end, percent-encoded or not, with a drive letter on Windows.
+///
+/// # Errors
+/// See [`UriError`].
+pub fn path_of(uri: &str) -> Result<PathBuf, UriError> {
+    let scheme_end = "file:".len();
+    let is_file = uri.get(..scheme_end).is_some_and(|scheme| scheme.eq_ignore_ascii_case("file:"));
+    if !is_file {
+        return Err(UriError::NotFile { uri: uri.to_owned() });
+    }
+    let rest = &uri[scheme_end..];
+    let path = match rest.strip_prefix("//") {
+        Some(authority) if !authority.starts_with('/') => {
+            let (host, path) = authority.split_at(authority.find('/').unwrap_or(authority.len()));
+            if !host.eq_ignore_ascii_case("localhost") {
+                return Err(UriError::Remote { uri: uri.to_owned(), host: host.to_owned() });
+            }
+            path
+        }
+        _ => rest,
+    };
+    if !path.starts_with('/') {
+        return Err(UriError::NotFile { uri: uri.to_owned() });
+    }
+    let path = path.trim_start_matches('/').trim_end_matches('/');
+    let path = decode(path).ok_or_else(|| UriError::BadEncoding { uri: uri.to_owned() })?;
+    let has_drive = path.as_bytes().get(1) == Some(&b':') && path.as_bytes()[0].is_ascii_alphabetic();
+    Ok(if has_drive { PathBuf::from(path) } else { PathBuf::from(format!("/{path}")) })
+}
+
+/// Replaces `%41` by `A`.
+fn decode(text: &str) -> Option<String> {
+    let mut bytes = Vec::with_capacity(text.len());
+    let mut rest = text.as_bytes();
+    while let Some((&first, tail)) = rest.split_first() {
+        if first == b'%' {
+            let digits = std::str::from_utf8(tail.get(..2)?).ok()?;
+            if !digits.bytes().all(|digit| digit.is_ascii_hexdigit()) {
+                return None;
+            }
+            bytes.push(u8::from_str_radix(digits, 16).ok()?);
+            rest = &tail[2..];
+        } else {
+            bytes.push(first);
+            rest = tail;
+        }
+    }
+    String::from_utf8(bytes).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reads_every_spelling_that_importers_use() {
+        for (uri, path) in [
+            ("file:///tmp/fmu/resources", "/tmp/fmu/resources"),
+            ("file:////tmp/fmu/resources/", "/tmp/fmu/resources"),
+            ("file:/tmp/fmu/resources/", "/tmp/fmu/resources"),
+            ("FILE://localhost/tmp/r", "/tmp/r"),
+            ("file:///tmp/a%20b/%C3%A4", "/tmp/a b/ä"),
+            ("file:///C:/Users/me/r", "C:/Users/me/r"),
+            ("file:/c%3A/r", "c:/r"),
+            ("file:///tmp/ä b", "/tmp/ä b"),
+        ] {
+            assert_eq!(path_of(uri), Ok(PathBuf::from(path)), "{uri}");
+        }
+    }
+
+    #[test]
+    fn refuses_what_is_no_local_file() {
+        assert!(matches!(path_of("http://a/b"), Err(UriError::NotFile { .. })));
+        assert!(matches!(path_of("/tmp/r"), Err(UriError::NotFile { .. })));
+        assert!(matches!(path_of("file:r"), Err(UriError::NotFile { .. })));
+        assert!(matches!(path_of(""), Err(UriError::NotFile { .. })));
+        assert!(matches!(path_of("file://server/r"), Err(UriError::Remote { .. })));
+        for broken in ["file:///%4", "file:///%zz", "file:///%ff", "file:///%+1"] {
+            assert!(matches!(path_of(broken), Err(UriError::BadEncoding { .. })), "{broken}");
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! The four value types of the C functions.
+
+use crate::Refusal;
+use crate::variable::{Access, Get, Set};
+
+/// A type that `fmi2GetXXX` and `fmi2SetXXX` exchange.
+pub trait Value: Sized {
+    /// Name in the standard.
+    const NAME: &'static str;
+
+    /// Getter and setter, if the variable is of this type.
+    #[doc(hidden)]
+    #[allow(clippy::type_complexity)]
+    fn reach<M>(access: &Access<M>) -> Option<(&Get<M, Self>, Option<&Set<M, Self>>)>;
+
+    /// Whether the variable can take the value.
+    #[doc(hidden)]
+    fn check<M>(&self, _name: &str, _access: &Access<M>) -> Result<(), Refusal> {
+        Ok(())
+    }
+}
+
+impl Value for f64 {
+    const NAME: &'static str = "Real";
+
+    fn reach<M>(access: &Access<M>) -> Option<(&Get<M, Self>, Option<&Set<M, Self>>)> {
+        match access {
+            Access::Real(get, set) => Some((get, set.as_ref())),
+            _ => None,
+        }
+    }
+
+    fn check<M>(&self, name: &str, _: &Access<M>) -> Result<(), Refusal> {
+        if self.is_finite() {
+            return Ok(());
+        }
+        Err(Refusal::NotFinite { name: name.to_owned(), value: *self })
+    }
+}
+
+impl Value for i32 {
+    const NAME: &'static str = "Integer";
+
+    fn reach<M>(access: &Access<M>) -> Option<(&Get<M, Self>, Option<&Set<M, Self>>)> {
+        match access {
+            Access::Integer(get, set) | Access::Enumeration(get, set, _) => Some((get, set.as_ref())),
+            _ => None,
+        }
+    }
+
+    fn check<M>(&self, name: &str, access: &Access<M>) -> Result<(), Refusal> {
+        match access {
+            Access::Enumeration(_, _, last) if !(1..=*last).contains(self) => {
+                Err(Refusal::NoSuchItem { name: name.to_owned(), value: *self, last: *last })
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Value for bool {
+    const NAME: &'static str = "Boolean";
+
+    fn reach<M>(access: &Access<M>) -> Option<(&Get<M, Self>, Option<&Set<M, Self>>)> {
+        match access {
+            Access::Boolean(get, set) => Some((get, set.as_ref())),
+            _ => None,
+        }
+    }
+}
+
+impl Value for String {
+    const NAME: &'static str = "String";
+
+    fn reach<M>(access: &Access<M>) -> Option<(&Get<M, Self>, Option<&Set<M, Self>>)> {
+        match access {
+            Access::String(get, set) => Some((get, set.as_ref())),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,298 @@
+//! One entry of a model's table of variables: what the XML says, and how to get and set it.
+
+use std::fmt;
+
+use model_description::{
+    Causality, Dependency, DependencyKind, Enumeration, Initial, Kind, ScalarVariable, Variability,
+};
+
+/// Reads a value from a model.
+pub type Get<M, T> = Box<dyn Fn(&M) -> T + Send + Sync>;
+/// Writes a value into a model.
+pub type Set<M, T> = Box<dyn Fn(&mut M, T) + Send + Sync>;
+
+/// How to reach a value in the model.
+pub enum Access<M> {
+    /// Floating point.
+    Real(Get<M, f64>, Option<Set<M, f64>>),
+    /// 32-bit integer.
+    Integer(Get<M, i32>, Option<Set<M, i32>>),
+    /// Truth value.
+    Boolean(Get<M, bool>, Option<Set<M, bool>>),
+    /// Text.
+    String(Get<M, String>, Option<Set<M, String>>),
+    /// The value is one of the items of the type, counted from 1 to the last number.
+    Enumeration(Get<M, i32>, Option<Set<M, i32>>, i32),
+}
+
+/// One entry of a model's table of variables.
+///
+/// A constructor names the type, how to read the value, and the [`Role`] with how to write it; then come unit, range
+/// and dependencies. The start value in the XML is what the freshly loaded model returns.
+///
+/// ```
+/// use fmi2::{Role, Variable};
+/// struct Thruster { force: f64, command: f64 }
+/// type V = Variable<Thruster>;
+/// type R<T> = Role<Thruster, T>;
+///
+/// let command = V::real("command", "commanded force", |t| t.command, R::input(|t, value| t.command = value))
+///     .unit("N")
+///     .range(-60.0, 100.0);
+/// let force = V::real("force", "force on the vehicle", |t| t.force, R::output()).unit("N").depends_on(&[]);
+/// ```
+pub struct Variable<M> {
+    pub(crate) meta: ScalarVariable,
+    pub(crate) access: Access<M>,
+}
+
+/// Causality and variability of a variable, with its setter if it has one.
+pub struct Role<M, T> {
+    causality: Causality,
+    variability: Option<Variability>,
+    set: Option<Set<M, T>>,
+}
+
+impl<M, T> Role<M, T> {
+    fn settable(
+        causality: Causality,
+        variability: Option<Variability>,
+        set: impl Fn(&mut M, T) + Send + Sync + 'static,
+    ) -> Self {
+        Self { causality, variability, set: Some(Box::new(set)) }
+    }
+
+    fn readable(causality: Causality, variability: Option<Variability>) -> Self {
+        Self { causality, variability, set: None }
+    }
+
+    /// Set by another model at every communication point.
+    pub fn input(set: impl Fn(&mut M, T) + Send + Sync + 'static) -> Self {
+        Self::settable(Causality::Input, None, set)
+    }
+
+    /// Set by the user before the simulation.
+    pub fn parameter(set: impl Fn(&mut M, T) + Send + Sync + 'static) -> Self {
+        Self::settable(Causality::Parameter, Some(Variability::Fixed), set)
+    }
+
+    /// Set by the user, also between steps.
+    pub fn tunable(set: impl Fn(&mut M, T) + Send + Sync + 'static) -> Self {
+        Self::settable(Causality::Parameter, Some(Variability::Tunable), set)
+    }
+
+    /// Computed, for other models.
+    pub fn output() -> Self {
+        Self::readable(Causality::Output, None)
+    }
+
+    /// Computed, for looking at.
+    pub fn local() -> Self {
+        Self::readable(Causality::Local, None)
+    }
+
+    /// Known from the resources, for looking at.
+    pub fn constant() -> Self {
+        Self::readable(Causality::Local, Some(Variability::Constant))
+    }
+
+    /// Computed from parameters at initialisation.
+    pub fn calculated_parameter() -> Self {
+        Self::readable(Causality::CalculatedParameter, Some(Variability::Fixed))
+    }
+}
+
+impl<M> Variable<M> {
+    /// A floating-point variable.
+    pub fn real(
+        name: impl Into<String>,
+        description: impl Into<String>,
+        get: impl Fn(&M) -> f64 + Send + Sync + 'static,
+        role: Role<M, f64>,
+    ) -> Self {
+        let kind =
+            Kind::Real { unit: None, display_unit: None, min: None, max: None, nominal: None, start: None };
+        let variability = role.variability.unwrap_or(Variability::Continuous);
+        let meta = meta(name.into(), description.into(), &role, variability, kind);
+        Self { meta, access: Access::Real(Box::new(get), role.set) }
+    }
+
+    /// An integer variable.
+    pub fn integer(
+        name: impl Into<String>,
+        description: impl Into<String>,
+        get: impl Fn(&M) -> i32 + Send + Sync + 'static,
+        role: Role<M, i32>,
+    ) -> Self {
+        let kind = Kind::Integer { min: None, max: None, start: None };
+        let variability = role.variability.unwrap_or(Variability::Discrete);
+        let meta = meta(name.into(), description.into(), &role, variability, kind);
+        Self { meta, access: Access::Integer(Box::new(get), role.set) }
+    }
+
+    /// A truth value.
+    pub fn boolean(
+        name: impl Into<String>,
+        description: impl Into<String>,
+        get: impl Fn(&M) -> bool + Send + Sync + 'static,
+        role: Role<M, bool>,
+    ) -> Self {
+        let variability = role.variability.unwrap_or(Variability::Discrete);
+        let meta = meta(name.into(), description.into(), &role, variability, Kind::Boolean { start: None });
+        Self { meta, access: Access::Boolean(Box::new(get), role.set) }
+    }
+
+    /// A text variable.
+    pub fn string(
+        name: impl Into<String>,
+        description: impl Into<String>,
+        get: impl Fn(&M) -> String + Send + Sync + 'static,
+        role: Role<M, String>,
+    ) -> Self {
+        let variability = role.variability.unwrap_or(Variability::Discrete);
+        let meta = meta(name.into(), description.into(), &role, variability, Kind::String { start: None });
+        Self { meta, access: Access::String(Box::new(get), role.set) }
+    }
+
+    /// A choice among the items of `of_type`, counted from 1; a number outside them is refused before the setter.
+    pub fn enumeration(
+        name: impl Into<String>,
+        description: impl Into<String>,
+        of_type: &Enumeration,
+        get: impl Fn(&M) -> i32 + Send + Sync + 'static,
+        role: Role<M, i32>,
+    ) -> Self {
+        let kind = Kind::Enumeration { declared_type: of_type.name.clone(), start: None };
+        let variability = role.variability.unwrap_or(Variability::Discrete);
+        let meta = meta(name.into(), description.into(), &role, variability, kind);
+        let last = i32::try_from(of_type.items.len()).unwrap_or(i32::MAX);
+        Self { meta, access: Access::Enumeration(Box::new(get), role.set, last) }
+    }
+
+    /// Unit of a Real variable; where it holds radians once, degrees become the display unit.
+    #[must_use]
+    pub fn unit(mut self, name: &str) -> Self {
+        if let Kind::Real { unit, display_unit, .. } = &mut self.meta.kind {
+            let read = model_description::Unit::parse(name).ok();
+            *display_unit = read.and_then(|unit| unit.display_units.into_iter().next()).map(|one| one.name);
+            *unit = Some(name.to_owned());
+        }
+        self
+    }
+
+    /// Least and greatest value of a Real variable.
+    #[must_use]
+    pub fn range(self, least: f64, greatest: f64) -> Self {
+        self.at_least(least).at_most(greatest)
+    }
+
+    /// Least value of a Real variable.
+    #[must_use]
+    pub fn at_least(mut self, least: f64) -> Self {
+        if let Kind::Real { min, .. } = &mut self.meta.kind {
+            *min = Some(least);
+        }
+        self
+    }
+
+    /// Greatest value of a Real variable.
+    #[must_use]
+    pub fn at_most(mut self, greatest: f64) -> Self {
+        if let Kind::Real { max, .. } = &mut self.meta.kind {
+            *max = Some(greatest);
+        }
+        self
+    }
+
+    /// Typical magnitude of a Real variable.
+    #[must_use]
+    pub fn nominal(mut self, value: f64) -> Self {
+        if let Kind::Real { nominal, .. } = &mut self.meta.kind {
+            *nominal = Some(value);
+        }
+        self
+    }
+
+    /// Changes at events only, such as the ticks of a sampled system.
+    #[must_use]
+    pub fn discrete(mut self) -> Self {
+        self.meta.variability = Variability::Discrete;
+        self
+    }
+
+    /// Has the start value as its first value, although it is computed later.
+    #[must_use]
+    pub fn starts_exactly(mut self) -> Self {
+        self.meta.initial = Some(Initial::Exact);
+        self
+    }
+
+    /// The inputs on which an output depends without a step; by default all of them.
+    #[must_use]
+    pub fn depends_on(mut self, names: &[&str]) -> Self {
+        self.meta.depends_on = Some(dependencies(names));
+        self
+    }
+
+    /// The knowns on which the first value of an output depends; by default all of them.
+    #[must_use]
+    pub fn initially_depends_on(mut self, names: &[&str]) -> Self {
+        self.meta.initially_depends_on = Some(dependencies(names));
+        self
+    }
+
+    /// The entry with the start value that the freshly loaded model has, where the standard wants one.
+    pub(crate) fn described(&self, value_reference: u32, model: &M) -> ScalarVariable {
+        let mut meta = self.meta.clone();
+        meta.value_reference = value_reference;
+        if !meta.needs_start() {
+            return meta;
+        }
+        match (&mut meta.kind, &self.access) {
+            (Kind::Real { start, .. }, Access::Real(get, _)) => *start = Some(get(model)),
+            (Kind::Integer { start, .. }, Access::Integer(get, _))
+            | (Kind::Enumeration { start, .. }, Access::Enumeration(get, _, _)) => *start = Some(get(model)),
+            (Kind::Boolean { start }, Access::Boolean(get, _)) => *start = Some(get(model)),
+            (Kind::String { start }, Access::String(get, _)) => *start = Some(get(model)),
+            _ => {}
+        }
+        meta
+    }
+}
+
+fn meta<M, T>(
+    name: String,
+    description: String,
+    role: &Role<M, T>,
+    variability: Variability,
+    kind: Kind,
+) -> ScalarVariable {
+    ScalarVariable {
+        name,
+        value_reference: 0,
+        description,
+        causality: role.causality,
+        variability,
+        initial: None,
+        kind,
+        depends_on: None,
+        initially_depends_on: None,
+    }
+}
+
+fn dependencies(names: &[&str]) -> Vec<Dependency> {
+    let dependent = |name: &&str| Dependency { on: (*name).to_owned(), kind: DependencyKind::Dependent };
+    names.iter().map(dependent).collect()
+}
+
+impl<M> fmt::Debug for Variable<M> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.meta.fmt(formatter)
+    }
+}
+
+impl<M, T> fmt::Debug for Role<M, T> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{:?} {:?}", self.causality, self.variability)
+    }
+}

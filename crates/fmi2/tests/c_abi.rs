@@ -1,0 +1,393 @@
+//! The exported C functions, called as an importer calls them.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+mod example;
+#[path = "example/importer.rs"]
+mod importer;
+
+use std::ffi::CStr;
+use std::ptr::{null, null_mut};
+
+use fmi2::abi::{Component, Status};
+use fmi2::{Function, Phase};
+use importer::*;
+
+const U: u32 = 0;
+const Y: u32 = 1;
+const GAIN: u32 = 2;
+
+fn real(c: Component, reference: u32) -> f64 {
+    let mut value = f64::NAN;
+    assert_eq!(unsafe { fmi2GetReal(c, &reference, 1, &mut value) }, Status::Ok, "{:?}", messages());
+    value
+}
+
+fn set(c: Component, reference: u32, value: f64) -> Status {
+    unsafe { fmi2SetReal(c, &reference, 1, &value) }
+}
+
+/// Asserts that the last call was refused with one sentence that holds `text`.
+#[track_caller]
+fn assert_refused(status: Status, text: &str) {
+    let messages = messages();
+    assert_eq!(status, Status::Error, "{messages:?}");
+    assert_eq!(messages.len(), 1, "{messages:?}");
+    assert!(messages[0].contains(text), "{messages:?}");
+    assert!(messages[0].starts_with("one Error logStatusError fmi2"), "{messages:?}");
+}
+
+#[test]
+fn tells_version_and_platform() {
+    unsafe {
+        assert_eq!(CStr::from_ptr(fmi2GetVersion()), c"2.0");
+        assert_eq!(CStr::from_ptr(fmi2GetTypesPlatform()), c"default");
+    }
+}
+
+#[test]
+fn steps_a_lag() {
+    let fmu = unpack();
+    let c = fmu.instantiate(false);
+    unsafe {
+        assert_eq!(fmi2SetupExperiment(c, 0, 0.0, 0.0, 1, 1.0), Status::Ok);
+        assert_eq!(fmi2EnterInitializationMode(c), Status::Ok);
+        assert_eq!(set(c, U, 3.0), Status::Ok);
+        assert_eq!(real(c, Y), 6.0, "outputs follow inputs in initialization mode");
+        assert_eq!(set(c, U, 1.0), Status::Ok);
+        assert_eq!(real(c, Y), 2.0);
+        assert_eq!(fmi2ExitInitializationMode(c), Status::Ok);
+        assert_eq!(set(c, U, 0.0), Status::Ok);
+        for k in 0..100 {
+            assert_eq!(fmi2DoStep(c, f64::from(k) * 0.01, 0.010000000000000009, 1), Status::Ok);
+        }
+        let exact = 2.0 * (-2.0f64).exp();
+        assert!((real(c, Y) - exact).abs() < 1e-12);
+        assert_eq!(fmi2Terminate(c), Status::Ok);
+        assert!((real(c, Y) - exact).abs() < 1e-12);
+        fmi2FreeInstance(c);
+        fmi2FreeInstance(null_mut());
+    }
+    assert_eq!(messages(), Vec::<String>::new());
+}
+
+#[test]
+fn exchanges_every_type() {
+    let fmu = unpack();
+    let c = fmu.instantiate(false);
+    unsafe {
+        let (armed, label, method, text) = (4, 5, 6, c"Äther");
+        assert_eq!(fmi2SetBoolean(c, &armed, 1, &7), Status::Ok);
+        assert_eq!(fmi2SetString(c, &label, 1, &text.as_ptr()), Status::Ok);
+        assert_eq!(fmi2SetInteger(c, &method, 1, &2), Status::Ok);
+        assert_eq!(fmi2EnterInitializationMode(c), Status::Ok);
+        let (mut truth, mut number, mut string) = (0, 0, null());
+        assert_eq!(fmi2GetBoolean(c, &armed, 1, &mut truth), Status::Ok);
+        assert_eq!(fmi2GetInteger(c, &method, 1, &mut number), Status::Ok);
+        assert_eq!(fmi2GetString(c, &label, 1, &mut string), Status::Ok);
+        assert_eq!((truth, number, CStr::from_ptr(string)), (1, 2, text));
+        assert_refused(fmi2SetInteger(c, &method, 1, &3), "'method' cannot be set to 3, only to 1 .. 2");
+        let (mut derivative, seed) = (0.0, 0.5);
+        assert_eq!(fmi2GetDirectionalDerivative(c, &Y, 1, &U, 1, &seed, &mut derivative), Status::Ok);
+        assert_eq!(derivative, 1.0);
+        fmi2FreeInstance(c);
+    }
+}
+
+#[test]
+fn refuses_wrong_values_and_references() {
+    let fmu = unpack();
+    let c = fmu.instantiate(false);
+    initialise(c);
+    assert_refused(set(c, U, f64::NAN), "'u' cannot be set to NaN");
+    assert_refused(set(c, U, f64::INFINITY), "'u' cannot be set to inf");
+    assert_refused(set(c, 99, 0.0), "no variable with value reference 99, only 0 .. 7");
+    assert_refused(set(c, Y, 0.0), "'y' may not be set in state 'step complete'");
+    assert_refused(set(c, GAIN, 1.0), "'gain' may not be set in state 'step complete'");
+    unsafe {
+        assert_refused(fmi2SetBoolean(c, &U, 1, &1), "'u' is not of type Boolean");
+        assert_refused(fmi2GetReal(c, null(), 1, null_mut()), "'vr' is NULL");
+        assert_refused(fmi2SetReal(c, &U, 1, null()), "'value' is NULL");
+        assert_eq!(fmi2GetReal(c, null(), 0, null_mut()), Status::Ok);
+        let refused = fmi2SetReal(c, [U, U].as_ptr(), 2, [5.0, f64::NAN].as_ptr());
+        assert_refused(refused, "NaN");
+        assert_eq!(real(c, U), 0.0, "all values or none");
+        fmi2FreeInstance(c);
+        assert_eq!(set(null_mut(), U, 0.0), Status::Error);
+        assert_eq!(fmi2DoStep(null_mut(), 0.0, 0.1, 1), Status::Error);
+    }
+}
+
+#[test]
+fn refuses_steps_that_make_no_sense() {
+    let fmu = unpack();
+    let c = fmu.instantiate(false);
+    unsafe {
+        assert_refused(fmi2SetupExperiment(c, 0, 0.0, f64::NAN, 0, 0.0), "no experiment");
+        assert_refused(fmi2SetupExperiment(c, 0, 0.0, 1.0, 1, 0.5), "no experiment");
+        assert_eq!(fmi2SetupExperiment(c, 0, 0.0, 0.0, 1, 1.0), Status::Ok);
+        assert_eq!(fmi2EnterInitializationMode(c), Status::Ok);
+        assert_eq!(fmi2ExitInitializationMode(c), Status::Ok);
+        for size in [0.0, -0.01, f64::NAN, f64::INFINITY] {
+            assert_refused(fmi2DoStep(c, 0.0, size, 1), "must be finite and above 0");
+        }
+        assert_refused(fmi2DoStep(c, 0.01, 0.01, 1), "starts at 0.01 s, but the last one ended at 0 s");
+        assert_refused(fmi2DoStep(c, f64::NAN, 0.01, 1), "starts at NaN s");
+        assert_refused(fmi2DoStep(c, 0.0, 1.5, 1), "after the stop time 1 s");
+        assert_eq!(fmi2DoStep(c, 1e-13, 0.00999999999999934, 1), Status::Ok);
+        assert_eq!(fmi2DoStep(c, 0.01, 0.99, 1), Status::Ok);
+        fmi2FreeInstance(c);
+    }
+}
+
+#[test]
+fn refuses_to_instantiate_what_does_not_belong_together() {
+    let fmu = unpack();
+    let make = |name, fmu_type, guid, location| unsafe {
+        fmi2Instantiate(name, fmu_type, guid, location, &callbacks(), 0, 0)
+    };
+    let (name, guid, uri) = (c"one".as_ptr(), fmu.guid.as_ptr(), fmu.uri.as_ptr());
+    let empty = tempfile::tempdir().unwrap();
+    let nothing = std::ffi::CString::new(format!("file://{}", empty.path().display())).unwrap();
+    for (name, fmu_type, guid, location, text) in [
+        (name, 1, c"{1}".as_ptr(), uri, "the GUID is '{1}'"),
+        (name, 1, null(), uri, "'fmuGUID' is NULL"),
+        (name, 0, guid, uri, "only co-simulation"),
+        (name, 1, guid, null(), "the resource location is NULL"),
+        (name, 1, guid, c"http://x/y".as_ptr(), "is not a file URI"),
+        (name, 1, guid, c"file:///no/such/folder".as_ptr(), "'/no/such/folder' cannot be read"),
+        (name, 1, guid, nothing.as_ptr(), "resources/gain.txt is missing"),
+        (null(), 1, guid, uri, "'instanceName' is NULL"),
+        (c"".as_ptr(), 1, guid, uri, "the instance name is empty"),
+    ] {
+        assert!(make(name, fmu_type, guid, location).is_null());
+        let messages = messages();
+        assert_eq!(messages.len(), 1, "{messages:?}");
+        assert!(messages[0].contains(text), "{messages:?}");
+    }
+}
+
+#[test]
+fn damaged_resources_are_noticed() {
+    let fmu = unpack();
+    let path = fmi2::path_of(fmu.uri.to_str().unwrap()).unwrap().join("gain.txt");
+    std::fs::write(&path, "2.5\n").unwrap();
+    assert!(fmu.instantiate(false).is_null());
+    assert!(messages()[0].contains("but binary and resources belong to"));
+    std::fs::write(&path, "two\n").unwrap();
+    assert!(fmu.instantiate(false).is_null());
+    assert!(messages()[0].contains("holds 'two', which is no number"));
+}
+
+#[test]
+fn lives_without_callbacks() {
+    let fmu = unpack();
+    unsafe {
+        let c = fmi2Instantiate(c"one".as_ptr(), 1, fmu.guid.as_ptr(), fmu.uri.as_ptr(), null(), 0, 1);
+        assert!(!c.is_null());
+        initialise(c);
+        assert_eq!(set(c, 99, 0.0), Status::Error);
+        fmi2FreeInstance(c);
+    }
+}
+
+#[test]
+fn logs_what_was_asked_for() {
+    let fmu = unpack();
+    let c = fmu.instantiate(false);
+    initialise(c);
+    let step = |k: i32| unsafe { fmi2DoStep(c, f64::from(k), 1.0, 1) };
+    unsafe {
+        assert_eq!((step(0), messages().len()), (Status::Ok, 0));
+        assert_eq!(fmi2SetDebugLogging(c, 1, 0, null()), Status::Ok);
+        assert_eq!((step(1), messages()), (Status::Ok, vec!["one Ok logEvents stepped".to_owned()]));
+        set(c, U, 11.0);
+        assert_eq!((step(2), messages().len()), (Status::Warning, 2));
+        assert_eq!(fmi2SetDebugLogging(c, 1, 1, &c"logStatusWarning".as_ptr()), Status::Ok);
+        let expected = "one Warning logStatusWarning input 100 % beyond its range".to_owned();
+        assert_eq!((step(3), messages()), (Status::Warning, vec![expected]));
+        assert_eq!(fmi2SetDebugLogging(c, 1, 1, &c"logEvents".as_ptr()), Status::Ok);
+        assert_eq!((step(4), messages().len()), (Status::Warning, 1));
+        assert_refused(fmi2SetDebugLogging(c, 1, 1, &c"noise".as_ptr()), "log category 'noise' is unknown");
+        fmi2FreeInstance(c);
+    }
+}
+
+#[test]
+fn a_failed_model_stops_and_can_be_reset() {
+    let fmu = unpack();
+    let c = fmu.instantiate(false);
+    unsafe {
+        assert_eq!(set(c, GAIN, 0.0), Status::Ok);
+        assert_eq!(fmi2EnterInitializationMode(c), Status::Ok);
+        assert_refused(fmi2ExitInitializationMode(c), "gain 0 lets nothing through");
+        assert_refused(fmi2DoStep(c, 0.0, 1.0, 1), "may not be called in state 'error'");
+        assert_eq!(fmi2Reset(c), Status::Ok);
+        initialise(c);
+        assert_eq!(real(c, GAIN), 2.0);
+        fmi2FreeInstance(c);
+    }
+}
+
+#[test]
+fn a_panic_becomes_fatal() {
+    let fmu = unpack();
+    let c = fmu.instantiate(false);
+    unsafe {
+        assert_eq!(fmi2SetInteger(c, &6, 1, &2), Status::Ok);
+        initialise(c);
+        assert_eq!(fmi2DoStep(c, 0.0, 1.0, 1), Status::Fatal);
+        let messages = messages();
+        assert!(messages[0].starts_with("one Fatal logStatusFatal fmi2DoStep"), "{messages:?}");
+        assert!(messages[0].contains("method 2 is broken"), "{messages:?}");
+        assert_refused(fmi2Reset(c), "may not be called in state 'fatal'");
+        fmi2FreeInstance(c);
+    }
+}
+
+#[test]
+fn states_are_stored_and_restored() {
+    let fmu = unpack();
+    let c = fmu.instantiate(false);
+    initialise(c);
+    unsafe {
+        set(c, U, 1.0);
+        fmi2DoStep(c, 0.0, 0.3, 1);
+        let mut state = null_mut();
+        assert_eq!(fmi2GetFMUstate(c, &mut state), Status::Ok);
+        fmi2DoStep(c, 0.3, 0.3, 1);
+        let first = real(c, Y);
+        assert_eq!(fmi2SetFMUstate(c, state), Status::Ok);
+        assert_eq!(fmi2DoStep(c, 0.3, 0.3, 1), Status::Ok);
+        assert_eq!(real(c, Y).to_bits(), first.to_bits());
+        assert_eq!(fmi2GetFMUstate(c, &mut state), Status::Ok);
+        let other = fmu.instantiate(false);
+        assert_eq!(fmi2SetFMUstate(other, state), Status::Ok);
+        assert_eq!(real(other, Y).to_bits(), first.to_bits());
+        assert_refused(fmi2SetFMUstate(c, null_mut()), "'FMUstate' is NULL");
+        assert_refused(fmi2SerializedFMUstateSize(c, state, &mut 0), "canSerializeFMUstate = false");
+        assert_refused(fmi2SerializeFMUstate(c, state, null_mut(), 0), "canSerializeFMUstate = false");
+        assert_refused(fmi2DeSerializeFMUstate(c, null(), 0, &mut state), "canSerializeFMUstate = false");
+        assert_eq!(fmi2FreeFMUstate(c, &mut state), Status::Ok);
+        assert!(state.is_null());
+        assert_eq!(fmi2FreeFMUstate(c, &mut state), Status::Ok);
+        fmi2FreeInstance(c);
+        fmi2FreeInstance(other);
+    }
+}
+
+#[test]
+fn answers_for_synchronous_steps() {
+    let fmu = unpack();
+    let c = fmu.instantiate(false);
+    initialise(c);
+    unsafe {
+        fmi2DoStep(c, 0.0, 0.25, 1);
+        let (mut status, mut time, mut ended) = (Status::Pending, 0.0, 1);
+        assert_eq!(fmi2GetStatus(c, 0, &mut status), Status::Ok);
+        assert_eq!(fmi2GetRealStatus(c, 2, &mut time), Status::Ok);
+        assert_eq!(fmi2GetBooleanStatus(c, 3, &mut ended), Status::Ok);
+        assert_eq!((status, time, ended), (Status::Ok, 0.25, 0));
+        assert_eq!(fmi2GetStringStatus(c, 1, &mut null()), Status::Discard);
+        assert_eq!(fmi2GetIntegerStatus(c, 0, &mut 0), Status::Discard);
+        assert_refused(fmi2CancelStep(c), "may not be called");
+        assert_refused(fmi2SetRealInputDerivatives(c, &U, 1, &1, &0.0), "canInterpolateInputs = false");
+        assert_refused(fmi2GetRealOutputDerivatives(c, &Y, 1, &1, &mut 0.0), "maxOutputDerivativeOrder = 0");
+        fmi2FreeInstance(c);
+    }
+}
+
+#[test]
+fn many_instances_do_not_disturb_one_another() {
+    let fmu = unpack();
+    let all: Vec<_> = (0..20).map(|_| fmu.instantiate(false)).collect();
+    for (k, &c) in all.iter().enumerate() {
+        initialise(c);
+        set(c, U, 0.5 * k as f64);
+    }
+    for &c in &all {
+        assert_eq!(unsafe { fmi2DoStep(c, 0.0, 100.0, 1) }, Status::Ok);
+    }
+    for (k, &c) in all.iter().enumerate() {
+        assert!((real(c, Y) - k as f64).abs() < 1e-12);
+        unsafe { fmi2FreeInstance(c) };
+    }
+}
+
+/// A fresh instance in the given phase.
+fn in_phase(fmu: &Unpacked, phase: Phase) -> Component {
+    let c = fmu.instantiate(false);
+    unsafe {
+        match phase {
+            Phase::Instantiated => {}
+            Phase::Initialization => {
+                fmi2EnterInitializationMode(c);
+            }
+            Phase::Step => initialise(c),
+            Phase::Terminated => {
+                initialise(c);
+                fmi2Terminate(c);
+            }
+            Phase::Error => {
+                set(c, GAIN, 0.0);
+                fmi2EnterInitializationMode(c);
+                fmi2ExitInitializationMode(c);
+            }
+            Phase::Fatal => {
+                fmi2SetInteger(c, &6, 1, &2);
+                initialise(c);
+                fmi2DoStep(c, 0.0, 1.0, 1);
+            }
+        }
+    }
+    messages();
+    c
+}
+
+/// Calls a function with arguments that are right in a phase that allows it.
+fn call(c: Component, function: Function) -> Status {
+    let (mut value, mut state) = (0.0, null_mut());
+    unsafe {
+        match function {
+            Function::SetDebugLogging => fmi2SetDebugLogging(c, 0, 0, null()),
+            Function::FreeInstance => unreachable!("has no status"),
+            Function::SetupExperiment => fmi2SetupExperiment(c, 0, 0.0, 0.0, 0, 0.0),
+            Function::EnterInitializationMode => fmi2EnterInitializationMode(c),
+            Function::ExitInitializationMode => fmi2ExitInitializationMode(c),
+            Function::Terminate => fmi2Terminate(c),
+            Function::Reset => fmi2Reset(c),
+            Function::Get => fmi2GetReal(c, &Y, 1, &mut value),
+            Function::Set => set(c, U, 1.0),
+            Function::GetFmuState => fmi2GetFMUstate(c, &mut state),
+            Function::SetFmuState => fmi2SetFMUstate(c, state),
+            Function::FreeFmuState => fmi2FreeFMUstate(c, &mut state),
+            Function::SerializeFmuState => fmi2SerializedFMUstateSize(c, state, null_mut()),
+            Function::GetDirectionalDerivative => {
+                fmi2GetDirectionalDerivative(c, &Y, 1, &U, 1, &1.0, &mut value)
+            }
+            Function::SetRealInputDerivatives => fmi2SetRealInputDerivatives(c, &U, 1, &1, &0.0),
+            Function::GetRealOutputDerivatives => fmi2GetRealOutputDerivatives(c, &Y, 1, &1, &mut value),
+            Function::DoStep => fmi2DoStep(c, 0.0, 1.0, 1),
+            Function::CancelStep => fmi2CancelStep(c),
+            Function::GetStatus => fmi2GetRealStatus(c, 2, &mut value),
+        }
+    }
+}
+
+#[test]
+fn every_function_in_every_phase_does_what_the_table_says() {
+    let fmu = unpack();
+    for phase in Phase::ALL {
+        for function in Function::all().filter(|function| *function != Function::FreeInstance) {
+            let c = in_phase(&fmu, phase);
+            let status = call(c, function);
+            let messages = messages();
+            let illegal = messages.iter().any(|line| line.contains("may not be called in state"));
+            let context = format!("{} in {}: {messages:?}", function.name(), phase.name());
+            assert_eq!(!illegal, function.is_legal_in(phase), "{context}");
+            if illegal {
+                assert_eq!((status, messages.len()), (Status::Error, 1), "{context}");
+            }
+            unsafe { fmi2FreeInstance(c) };
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! An importer in a few lines: the C functions as a C header would declare them, and a logger that remembers.
+
+use std::cell::RefCell;
+use std::ffi::{CStr, CString, c_char, c_int, c_void};
+
+use fmi2::abi::{CallbackFunctions, Component, FmuState, Logger, Status, StatusKind};
+use fmi2::{Resources, describe};
+
+use crate::example::Lag;
+
+fmi2::export!(Lag);
+
+#[rustfmt::skip]
+unsafe extern "C" {
+    pub fn fmi2GetTypesPlatform() -> *const c_char;
+    pub fn fmi2GetVersion() -> *const c_char;
+    pub fn fmi2Instantiate(name: *const c_char, fmu_type: c_int, guid: *const c_char, location: *const c_char,
+        functions: *const CallbackFunctions, visible: c_int, logging_on: c_int) -> Component;
+    pub fn fmi2FreeInstance(c: Component);
+    pub fn fmi2SetDebugLogging(c: Component, on: c_int, n: usize, categories: *const *const c_char) -> Status;
+    pub fn fmi2SetupExperiment(c: Component, defined: c_int, tolerance: f64, start: f64, stop_defined: c_int, stop: f64) -> Status;
+    pub fn fmi2EnterInitializationMode(c: Component) -> Status;
+    pub fn fmi2ExitInitializationMode(c: Component) -> Status;
+    pub fn fmi2Terminate(c: Component) -> Status;
+    pub fn fmi2Reset(c: Component) -> Status;
+    pub fn fmi2GetReal(c: Component, vr: *const u32, n: usize, value: *mut f64) -> Status;
+    pub fn fmi2GetInteger(c: Component, vr: *const u32, n: usize, value: *mut c_int) -> Status;
+    pub fn fmi2GetBoolean(c: Component, vr: *const u32, n: usize, value: *mut c_int) -> Status;
+    pub fn fmi2GetString(c: Component, vr: *const u32, n: usize, value: *mut *const c_char) -> Status;
+    pub fn fmi2SetReal(c: Component, vr: *const u32, n: usize, value: *const f64) -> Status;
+    pub fn fmi2SetInteger(c: Component, vr: *const u32, n: usize, value: *const c_int) -> Status;
+    pub fn fmi2SetBoolean(c: Component, vr: *const u32, n: usize, value: *const c_int) -> Status;
+    pub fn fmi2SetString(c: Component, vr: *const u32, n: usize, value: *const *const c_char) -> Status;
+    pub fn fmi2GetFMUstate(c: Component, state: *mut FmuState) -> Status;
+    pub fn fmi2SetFMUstate(c: Component, state: FmuState) -> Status;
+    pub fn fmi2FreeFMUstate(c: Component, state: *mut FmuState) -> Status;
+    pub fn fmi2SerializedFMUstateSize(c: Component, state: FmuState, size: *mut usize) -> Status;
+    pub fn fmi2SerializeFMUstate(c: Component, state: FmuState, bytes: *mut u8, size: usize) -> Status;
+    pub fn fmi2DeSerializeFMUstate(c: Component, bytes: *const u8, size: usize, state: *mut FmuState) -> Status;
+    pub fn fmi2GetDirectionalDerivative(c: Component, unknowns: *const u32, n: usize, knowns: *const u32, m: usize,
+        seed: *const f64, sensitivity: *mut f64) -> Status;
+    pub fn fmi2SetRealInputDerivatives(c: Component, vr: *const u32, n: usize, order: *const c_int, value: *const f64) -> Status;
+    pub fn fmi2GetRealOutputDerivatives(c: Component, vr: *const u32, n: usize, order: *const c_int, value: *mut f64) -> Status;
+    pub fn fmi2DoStep(c: Component, at: f64, size: f64, no_set_state: c_int) -> Status;
+    pub fn fmi2CancelStep(c: Component) -> Status;
+    pub fn fmi2GetStatus(c: Component, kind: StatusKind, value: *mut Status) -> Status;
+    pub fn fmi2GetRealStatus(c: Component, kind: StatusKind, value: *mut f64) -> Status;
+    pub fn fmi2GetIntegerStatus(c: Component, kind: StatusKind, value: *mut c_int) -> Status;
+    pub fn fmi2GetBooleanStatus(c: Component, kind: StatusKind, value: *mut c_int) -> Status;
+    pub fn fmi2GetStringStatus(c: Component, kind: StatusKind, value: *mut *const c_char) -> Status;
+}
+
+thread_local! {
+    static MESSAGES: RefCell<Vec<String>> = const { RefCell::new(Vec::new()) };
+}
+
+/// Remembers "name status category message"; its fixed arguments are those of `fmi2CallbackLogger`.
+unsafe extern "C" fn remember(
+    _: *mut c_void,
+    name: *const c_char,
+    status: Status,
+    category: *const c_char,
+    format: *const c_char,
+    message: *const c_char,
+) {
+    let text = |pointer| unsafe { CStr::from_ptr(pointer) }.to_str().unwrap().to_owned();
+    assert_eq!(text(format), "%s");
+    let line = format!("{} {status:?} {} {}", text(name), text(category), text(message));
+    MESSAGES.with_borrow_mut(|messages| messages.push(line));
+}
+
+/// The messages since the last call of this function.
+pub fn messages() -> Vec<String> {
+    MESSAGES.take()
+}
+
+pub fn callbacks() -> CallbackFunctions {
+    // On the platforms of the tests a function that reads one variadic pointer is called like one with a fixed one.
+    let logger = unsafe {
+        std::mem::transmute::<
+            unsafe extern "C" fn(
+                *mut c_void,
+                *const c_char,
+                Status,
+                *const c_char,
+                *const c_char,
+                *const c_char,
+            ),
+            Logger,
+        >(remember)
+    };
+    CallbackFunctions {
+        logger: Some(logger),
+        allocate_memory: None,
+        free_memory: None,
+        step_finished: None,
+        component_environment: std::ptr::null_mut(),
+    }
+}
+
+/// A folder with the resources of a lag of gain 2, its GUID and URI.
+pub struct Unpacked {
+    _folder: tempfile::TempDir,
+    pub guid: CString,
+    pub uri: CString,
+}
+
+pub fn unpack() -> Unpacked {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("gain.txt"), "2.0\n").unwrap();
+    let resources = Resources::from_folder(folder.path()).unwrap();
+    let guid = CString::new(describe::<Lag>(&resources).unwrap().guid).unwrap();
+    let uri = CString::new(format!("file://{}", folder.path().display())).unwrap();
+    Unpacked { _folder: folder, guid, uri }
+}
+
+impl Unpacked {
+    pub fn instantiate(&self, logging_on: bool) -> Component {
+        let name = CString::new("one").unwrap();
+        let callbacks = callbacks();
+        unsafe {
+            fmi2Instantiate(
+                name.as_ptr(),
+                1,
+                self.guid.as_ptr(),
+                self.uri.as_ptr(),
+                &callbacks,
+                0,
+                c_int::from(logging_on),
+            )
+        }
+    }
+}
+
+/// Brings a new instance to step mode.
+pub fn initialise(c: Component) {
+    unsafe {
+        assert_eq!(fmi2SetupExperiment(c, 0, 0.0, 0.0, 0, 0.0), Status::Ok);
+        assert_eq!(fmi2EnterInitializationMode(c), Status::Ok);
+        assert_eq!(fmi2ExitInitializationMode(c), Status::Ok);
+    }
+}
