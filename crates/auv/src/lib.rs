@@ -10,14 +10,19 @@
 //! - [`COEFFICIENTS`]: the table of every coefficient, which drives reading, validation and documentation;
 //! - [`Dynamics`]: the nonlinear longitudinal equations of motion, over any [`Scalar`];
 //! - [`trim()`]: level, steady motion at a speed and a depth;
-//! - [`linearise()`]: A and B about a trim, by exact derivatives.
+//! - [`linearise()`]: A and B about a trim, by exact derivatives;
+//! - [`Plant`]: the vehicle in motion, by the nonlinear equations or by an [`LpvModel`].
 //!
 //! Units are SI, angles are radians. This crate knows no control theory and no co-simulation.
 
 mod actuator;
 mod coefficients;
 mod dynamics;
+mod frozen;
+mod integrator;
 mod linearise;
+mod lpv_model;
+mod plant;
 mod trim;
 mod vehicle;
 mod vehicle_file;
@@ -25,7 +30,10 @@ mod vehicle_file;
 pub use actuator::{Actuator, Effect};
 pub use coefficients::{Allowed, COEFFICIENTS, CoefficientError, CoefficientSpec, Coefficients};
 pub use dynamics::{Dynamics, LEAST_REYNOLDS_NUMBER, Motion, Scalar, actuator_force};
+pub use integrator::IntegrationError;
 pub use linearise::{Linearisation, linearise};
+pub use lpv_model::{LPV_MODEL_FORMAT, LpvModel, LpvModelError, TrimPoint};
+pub use plant::{Current, Fidelity, Plant, SimulationError, State};
 pub use trim::{Speed, Trim, TrimError, trim};
 pub use vehicle::{Status, Vehicle};
 pub use vehicle_file::{FileProblem, VehicleFileError};

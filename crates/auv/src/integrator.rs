@@ -1,0 +1,137 @@
+//! Drives the eighth-order Dormand-Prince method of `differential-equations` from one instant to the next.
+//!
+//! Source: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I (1993), section II.5, DOP853.
+
+use differential_equations::error::Error;
+use differential_equations::methods::{DormandPrince, ExplicitRungeKutta, Ordinary};
+use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
+use thiserror::Error;
+
+const RELATIVE_TOLERANCE: f64 = 1e-11;
+const ABSOLUTE_TOLERANCE: f64 = 1e-12;
+const FIRST_STEP: f64 = 1e-3;
+const LARGEST_STEP: f64 = 0.05;
+const SMALLEST_STEP: f64 = 1e-12;
+/// An interval may take this many steps, and as many more as steps of [`SMALLEST_MEAN_STEP`] would.
+const FREE_STEPS: usize = 1000;
+const SMALLEST_MEAN_STEP: f64 = 1e-5;
+
+/// u, w, q, theta, x, depth.
+pub(crate) type Body = [f64; 6];
+
+type Dop853 = ExplicitRungeKutta<Ordinary, DormandPrince, f64, Body, 8, 12, 16>;
+
+/// Why the equations of motion could not be integrated.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum IntegrationError {
+    /// No step is small enough: the motion runs off to infinity.
+    #[error("no step above {SMALLEST_STEP} s is accurate enough")]
+    StepTooSmall,
+    /// The motion is too fast: the interval would take too many steps.
+    #[error("more than {steps} steps are needed: the motion is too fast for a vehicle")]
+    TooManySteps {
+        /// The steps taken.
+        steps: usize,
+    },
+    /// The motion is no longer a number.
+    #[error("the motion is not a finite number")]
+    NotFinite,
+}
+
+/// The method, and the step size that it last found right.
+#[derive(Clone)]
+pub(crate) struct Integrator {
+    method: Dop853,
+    step: f64,
+}
+
+impl Integrator {
+    pub(crate) fn new() -> Self {
+        let method = Dop853::dop853()
+            .rtol(RELATIVE_TOLERANCE)
+            .atol(ABSOLUTE_TOLERANCE)
+            .h_max(LARGEST_STEP)
+            .max_steps(usize::MAX);
+        Self { method, step: FIRST_STEP }
+    }
+
+    /// Returns the state a time `duration` \[s\] after it was `start`; the equations see the time since then.
+    pub(crate) fn advance<F: ODE<f64, Body>>(
+        &mut self,
+        equations: &F,
+        start: &Body,
+        duration: f64,
+    ) -> Result<Body, IntegrationError> {
+        let end = self.integrate(equations, start, duration);
+        if end.is_err() {
+            self.step = FIRST_STEP;
+        }
+        end
+    }
+
+    fn integrate<F: ODE<f64, Body>>(
+        &mut self,
+        equations: &F,
+        start: &Body,
+        duration: f64,
+    ) -> Result<Body, IntegrationError> {
+        self.restart(equations, 0.0, duration, start)?;
+        let most_steps = FREE_STEPS + (duration / SMALLEST_MEAN_STEP) as usize;
+        let mut steps = 0;
+        loop {
+            let remaining = duration - self.method.t();
+            if remaining <= f64::EPSILON * duration {
+                break;
+            }
+            if steps == most_steps {
+                return Err(IntegrationError::TooManySteps { steps });
+            }
+            steps += 1;
+            let proposed = self.method.h();
+            let clipped = proposed > remaining;
+            if clipped {
+                self.method.set_h(remaining);
+            }
+            let before = self.method.t();
+            if let Err(error) = self.method.step(equations) {
+                self.recover(equations, duration, &error)?;
+                continue;
+            }
+            let accepted = self.method.t() > before;
+            self.step = if clipped && accepted { proposed.max(self.method.h()) } else { self.method.h() };
+            if !accepted && self.step < SMALLEST_STEP {
+                return Err(IntegrationError::StepTooSmall);
+            }
+            self.method.set_h(self.step);
+        }
+        let end = *self.method.y();
+        if end.iter().all(|value| value.is_finite()) { Ok(end) } else { Err(IntegrationError::NotFinite) }
+    }
+
+    fn restart<F: ODE<f64, Body>>(
+        &mut self,
+        equations: &F,
+        time: f64,
+        end: f64,
+        state: &Body,
+    ) -> Result<(), IntegrationError> {
+        self.method.h0 = self.step.clamp(SMALLEST_STEP, LARGEST_STEP).min(end - time);
+        match self.method.init(equations, time, end, state) {
+            Ok(_) => Ok(()),
+            Err(_) => Err(IntegrationError::StepTooSmall),
+        }
+    }
+
+    /// The method gives up after fifteen signs of stiffness, however slowly they come; that is no reason to stop.
+    fn recover<F: ODE<f64, Body>>(
+        &mut self,
+        equations: &F,
+        duration: f64,
+        error: &Error<f64, Body>,
+    ) -> Result<(), IntegrationError> {
+        match *error {
+            Error::Stiffness { t, y } => self.restart(equations, t, duration, &y),
+            _ => Err(IntegrationError::StepTooSmall),
+        }
+    }
+}

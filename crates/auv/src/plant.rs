@@ -1,0 +1,366 @@
+//! The vehicle in motion: commands and current in, motion out.
+
+use differential_equations::ode::ODE;
+use thiserror::Error;
+
+use crate::actuator::Actuator;
+use crate::coefficients::CoefficientError;
+use crate::dynamics::{Dynamics, Motion, actuator_force};
+use crate::frozen::Frozen;
+use crate::integrator::{Body, IntegrationError, Integrator};
+use crate::lpv_model::{LpvModel, LpvModelError};
+use crate::trim::Trim;
+use crate::vehicle::Vehicle;
+
+/// Which equations of motion are integrated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fidelity {
+    /// The nonlinear equations.
+    Nonlinear,
+    /// The LPV model.
+    Lpv,
+}
+
+/// Position and motion of the vehicle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct State {
+    /// Motion through the water.
+    pub motion: Motion,
+    /// Distance north, or whatever way the vehicle faces, in the earth frame \[m\].
+    pub x: f64,
+    /// Depth \[m\].
+    pub depth: f64,
+}
+
+/// A steady, uniform current, in the earth frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Current {
+    /// Horizontal velocity U_c \[m/s\].
+    pub horizontal: f64,
+    /// Vertical velocity W_c \[m/s\], positive down.
+    pub vertical: f64,
+}
+
+impl Current {
+    /// Returns the current along the body axes: `u_c = U_c cos - W_c sin`, `w_c = U_c sin + W_c cos`.
+    fn along_body(self, theta: f64) -> (f64, f64) {
+        let (sin, cos) = theta.sin_cos();
+        (self.horizontal * cos - self.vertical * sin, self.horizontal * sin + self.vertical * cos)
+    }
+}
+
+/// Why a simulation cannot go on.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum SimulationError {
+    /// An input is not a finite number.
+    #[error("the input {input} is {found}, and must be a finite number")]
+    InputNotFinite {
+        /// The input.
+        input: &'static str,
+        /// The number found.
+        found: f64,
+    },
+    /// There is no such actuator.
+    #[error("there is no actuator {index}: the vehicle has {actuators}, counted from 0")]
+    NoSuchActuator {
+        /// The index asked for.
+        index: usize,
+        /// The number of actuators.
+        actuators: usize,
+    },
+    /// A trim has another number of actuators than the vehicle.
+    #[error("the trim is for {found} actuators, and the vehicle has {expected}")]
+    TrimActuators {
+        /// Actuators of the trim.
+        found: usize,
+        /// Actuators of the vehicle.
+        expected: usize,
+    },
+    /// The LPV model was asked for and none was given.
+    #[error("the plant has no LPV model")]
+    NoLpvModel,
+    /// Time would run backwards.
+    #[error("cannot go from {from} s back to {to} s")]
+    Backwards {
+        /// The time reached.
+        from: f64,
+        /// The time asked for.
+        to: f64,
+    },
+    /// The equations could not be integrated; the plant stays where it was.
+    #[error("between {from} s and {to} s: {source}")]
+    Integration {
+        /// The time reached.
+        from: f64,
+        /// The time asked for.
+        to: f64,
+        /// The reason.
+        source: IntegrationError,
+    },
+}
+
+/// A vehicle in motion, with its workspace: no step allocates.
+///
+/// Commands, current and operating speed are held between calls of [`Plant::advance`]. The lag of an actuator is
+/// integrated in closed form, everything else by an adaptive eighth-order Runge-Kutta method, so that the motion does
+/// not depend on how an interval is cut.
+#[derive(Clone)]
+pub struct Plant {
+    dynamics: Dynamics,
+    actuators: Vec<Actuator>,
+    lpv: Option<LpvModel>,
+    fidelity: Fidelity,
+    time: f64,
+    body: Body,
+    outputs: Vec<f64>,
+    commands: Vec<f64>,
+    current: Current,
+    operating_speed: f64,
+    frozen: Frozen,
+    integrator: Integrator,
+}
+
+impl Plant {
+    /// Makes a plant at rest at the origin, nonlinear, every command zero.
+    ///
+    /// # Errors
+    /// [`CoefficientError`] if the vehicle's coefficients are not allowed.
+    pub fn new(vehicle: &Vehicle) -> Result<Self, CoefficientError> {
+        let inputs = vehicle.actuators.len();
+        Ok(Self {
+            dynamics: Dynamics::new(&vehicle.coefficients)?,
+            actuators: vehicle.actuators.clone(),
+            lpv: None,
+            fidelity: Fidelity::Nonlinear,
+            time: 0.0,
+            body: [0.0; 6],
+            outputs: vec![0.0; inputs],
+            commands: vec![0.0; inputs],
+            current: Current::default(),
+            operating_speed: 0.0,
+            frozen: Frozen::new(inputs),
+            integrator: Integrator::new(),
+        })
+    }
+
+    /// Gives the plant an LPV model; [`Plant::set_fidelity`] switches to it.
+    ///
+    /// # Errors
+    /// [`LpvModelError`] if the model is malformed or for another number of actuators.
+    pub fn with_lpv(mut self, model: LpvModel) -> Result<Self, LpvModelError> {
+        model.check()?;
+        let (found, expected) = (model.inputs(), self.actuators.len());
+        if found != expected {
+            return Err(LpvModelError::Actuators { key: "trim", found, expected });
+        }
+        self.lpv = Some(model);
+        Ok(self)
+    }
+
+    /// Chooses the equations of motion.
+    ///
+    /// # Errors
+    /// [`SimulationError::NoLpvModel`] if the LPV model is asked for and none was given.
+    pub fn set_fidelity(&mut self, fidelity: Fidelity) -> Result<(), SimulationError> {
+        if fidelity == Fidelity::Lpv && self.lpv.is_none() {
+            return Err(SimulationError::NoLpvModel);
+        }
+        self.fidelity = fidelity;
+        Ok(())
+    }
+
+    /// Puts the plant into a trim at x = 0: every actuator at its trim output and commanded to stay there, the operating speed
+    /// that of the trim, the current as it is.
+    ///
+    /// # Errors
+    /// [`SimulationError::TrimActuators`] if the trim is of another vehicle.
+    pub fn start(&mut self, time: f64, trim: &Trim) -> Result<(), SimulationError> {
+        let (found, expected) = (trim.actuators.len(), self.actuators.len());
+        if found != expected {
+            return Err(SimulationError::TrimActuators { found, expected });
+        }
+        self.time = time;
+        self.set_state(&State { motion: trim.motion(), x: 0.0, depth: trim.depth });
+        self.outputs.copy_from_slice(&trim.actuators);
+        self.commands.copy_from_slice(&trim.actuators);
+        self.operating_speed = trim.speed;
+        Ok(())
+    }
+
+    /// Sets position and motion.
+    pub fn set_state(&mut self, state: &State) {
+        let Motion { u, w, q, theta } = state.motion;
+        self.body = [u, w, q, theta, state.x, state.depth];
+    }
+
+    /// Commands an actuator \[N or rad\]; beyond its limits it goes to the limit.
+    ///
+    /// # Errors
+    /// [`SimulationError`] if the command is not finite or there is no such actuator.
+    pub fn set_command(&mut self, index: usize, command: f64) -> Result<(), SimulationError> {
+        finite("command", command)?;
+        let actuators = self.commands.len();
+        match self.commands.get_mut(index) {
+            Some(held) => *held = command,
+            None => return Err(SimulationError::NoSuchActuator { index, actuators }),
+        }
+        Ok(())
+    }
+
+    /// Sets the current. The velocity over ground does not jump: the vehicle has mass, and meets the new water at the old
+    /// velocity.
+    ///
+    /// # Errors
+    /// [`SimulationError::InputNotFinite`].
+    pub fn set_current(&mut self, current: Current) -> Result<(), SimulationError> {
+        finite("horizontal current", current.horizontal)?;
+        finite("vertical current", current.vertical)?;
+        let theta = self.body[3];
+        let (old, new) = (self.current.along_body(theta), current.along_body(theta));
+        self.body[0] += old.0 - new.0;
+        self.body[1] += old.1 - new.1;
+        self.current = current;
+        Ok(())
+    }
+
+    /// Sets the speed at which the LPV model is evaluated \[m/s\]; the nonlinear equations do not use it.
+    ///
+    /// # Errors
+    /// [`SimulationError::InputNotFinite`].
+    pub fn set_operating_speed(&mut self, speed: f64) -> Result<(), SimulationError> {
+        finite("operating speed", speed)?;
+        self.operating_speed = speed;
+        Ok(())
+    }
+
+    /// Moves the vehicle to an instant \[s\], all inputs held.
+    ///
+    /// # Errors
+    /// [`SimulationError`] if time would run backwards or the motion runs off; the plant then stays where it was.
+    pub fn advance(&mut self, to: f64) -> Result<(), SimulationError> {
+        finite("time", to)?;
+        let (from, duration) = (self.time, to - self.time);
+        if duration < 0.0 {
+            return Err(SimulationError::Backwards { from, to });
+        }
+        if duration == 0.0 {
+            return Ok(());
+        }
+        let frozen = match (self.fidelity, &self.lpv) {
+            (Fidelity::Lpv, Some(model)) => {
+                self.frozen.evaluate(model, self.operating_speed);
+                Some(&self.frozen)
+            }
+            _ => None,
+        };
+        let flow = Flow {
+            dynamics: &self.dynamics,
+            actuators: &self.actuators,
+            outputs: &self.outputs,
+            commands: &self.commands,
+            current: self.current,
+            frozen,
+        };
+        self.body = self
+            .integrator
+            .advance(&flow, &self.body, duration)
+            .map_err(|source| SimulationError::Integration { from, to, source })?;
+        for ((actuator, output), command) in self.actuators.iter().zip(&mut self.outputs).zip(&self.commands)
+        {
+            *output = actuator.output_after(duration, *output, *command);
+        }
+        self.time = to;
+        Ok(())
+    }
+
+    /// The time reached \[s\].
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// Position, and motion through the water.
+    pub fn state(&self) -> State {
+        let [u, w, q, theta, x, depth] = self.body;
+        State { motion: Motion { u, w, q, theta }, x, depth }
+    }
+
+    /// The actuators.
+    pub fn actuators(&self) -> &[Actuator] {
+        &self.actuators
+    }
+
+    /// The output of each actuator \[N or rad\].
+    pub fn outputs(&self) -> &[f64] {
+        &self.outputs
+    }
+
+    /// The command of each actuator \[N or rad\].
+    pub fn commands(&self) -> &[f64] {
+        &self.commands
+    }
+
+    /// The current.
+    pub fn current(&self) -> Current {
+        self.current
+    }
+
+    /// The equations of motion in use.
+    pub fn fidelity(&self) -> Fidelity {
+        self.fidelity
+    }
+
+    /// Speed through the water, sqrt(u^2 + w^2) \[m/s\].
+    pub fn speed(&self) -> f64 {
+        self.body[0].hypot(self.body[1])
+    }
+
+    /// Velocity over ground along the body axes \[m/s\]: surge, heave.
+    pub fn velocity_over_ground(&self) -> (f64, f64) {
+        let (u_c, w_c) = self.current.along_body(self.body[3]);
+        (self.body[0] + u_c, self.body[1] + w_c)
+    }
+
+    /// Velocity over ground in the earth frame \[m/s\]: horizontal, and down (the rate of depth).
+    pub fn earth_velocity(&self) -> (f64, f64) {
+        earth_velocity(&self.body, self.current)
+    }
+}
+
+fn finite(input: &'static str, found: f64) -> Result<(), SimulationError> {
+    if found.is_finite() { Ok(()) } else { Err(SimulationError::InputNotFinite { input, found }) }
+}
+
+/// `x' = u cos + w sin + U_c`, `z' = -u sin + w cos + W_c`.
+fn earth_velocity(body: &Body, current: Current) -> (f64, f64) {
+    let [u, w, _, theta, ..] = *body;
+    let (sin, cos) = theta.sin_cos();
+    (u * cos + w * sin + current.horizontal, w * cos - u * sin + current.vertical)
+}
+
+/// The equations of motion over an interval in which all inputs are held; time counts from its start.
+struct Flow<'a> {
+    dynamics: &'a Dynamics,
+    actuators: &'a [Actuator],
+    outputs: &'a [f64],
+    commands: &'a [f64],
+    current: Current,
+    frozen: Option<&'a Frozen>,
+}
+
+impl ODE<f64, Body> for Flow<'_> {
+    fn diff(&self, time: f64, body: &Body, rate: &mut Body) {
+        let [u, w, q, theta, _, depth] = *body;
+        let held = self.actuators.iter().zip(self.outputs).zip(self.commands);
+        let outputs = held.map(|((actuator, start), command)| actuator.output_after(time, *start, *command));
+        let (x_rate, depth_rate) = earth_velocity(body, self.current);
+        let [du, dw, dq, dtheta] = match self.frozen {
+            Some(frozen) => frozen.derivative([u, w, q, theta], outputs),
+            None => {
+                let force = actuator_force(self.actuators, u, outputs);
+                let [du, dw, dq] = self.dynamics.acceleration(&Motion { u, w, q, theta }, depth, force);
+                [du, dw, dq, q]
+            }
+        };
+        *rate = [du, dw, dq, dtheta, x_rate, depth_rate];
+    }
+}
