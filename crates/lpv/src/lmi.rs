@@ -275,6 +275,14 @@ impl Program {
         self.positive(name, -expression);
     }
 
+    /// Turns `E > 0` of the inequalities called `name` into `E > by I`, for a 1 x 1 expression `by`.
+    pub fn tighten(&mut self, name: &'static str, by: &Affine) {
+        for inequality in self.inequalities.iter_mut().filter(|i| i.name == name) {
+            let n = inequality.expression.shape().0;
+            inequality.expression = inequality.expression.clone() - by.times_identity(n);
+        }
+    }
+
     /// Adds `weight trace(E)` of an expression without constant part to the objective to be minimised.
     pub fn minimise_trace(&mut self, expression: &Affine, weight: f64) {
         for term in &expression.terms {

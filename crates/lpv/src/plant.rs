@@ -225,6 +225,22 @@ pub struct ClosedLoop {
 }
 
 impl ClosedLoop {
+    /// The loop in the coordinates `x = T x~`, `zt = tau zt~`, `wt = tau wt~`, each given with its inverse.
+    pub fn in_coordinates(&self, (t, t_inverse): (&Mat, &Mat), (tau, tau_inverse): (&Mat, &Mat)) -> Self {
+        Self {
+            a: t_inverse * &self.a * t,
+            bt: t_inverse * &self.bt * tau,
+            b1: t_inverse * &self.b1,
+            ct: tau_inverse * &self.ct * t,
+            dtt: tau_inverse * &self.dtt * tau,
+            dt1: tau_inverse * &self.dt1,
+            c1: &self.c1 * t,
+            d1t: &self.d1t * tau,
+            d11: self.d11.clone(),
+            channels: self.channels.clone(),
+        }
+    }
+
     /// The loop at a frozen parameter value.
     ///
     /// # Errors

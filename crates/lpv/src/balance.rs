@@ -1,0 +1,223 @@
+//! Coordinates in which the matrix inequalities are well conditioned.
+//!
+//! A solver can return 'solved' with gamma wrong by a tenth on an unbalanced realisation. Nothing of the
+//! problem changes with the states' basis, the unit of time, the units of y and u, or a basis of the
+//! parameter channels that commutes with Theta: so these are chosen for the solver, and undone afterwards.
+//!
+//! Source of the diagonal balancing: E. E. Osborne, J. ACM 7(4), 1960. The balanced pair (X, Y): B. C. Moore,
+//! IEEE Trans. Automatic Control 26(1), 1981.
+
+use crate::analysis::Guess;
+use crate::controller::Controller;
+use crate::matrix::{Mat, block, diagonal_blocks, eigenvalues};
+use crate::plant::GeneralisedPlant;
+use nalgebra::DVector;
+
+/// A change of coordinates: `x = T_x x~`, `zt = T_t zt~`, `wt = T_t wt~`, `y = T_y y~`, `u = T_u u~`, `t = t~/speed`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Coordinates {
+    state: Mat,
+    state_inverse: Mat,
+    channel: Mat,
+    channel_inverse: Mat,
+    measurement: Vec<f64>,
+    control: Vec<f64>,
+    speed: f64,
+}
+
+impl Coordinates {
+    /// The coordinates as they are.
+    pub fn identity(plant: &GeneralisedPlant) -> Self {
+        let s = plant.sizes();
+        Self {
+            state: Mat::identity(s.x, s.x),
+            state_inverse: Mat::identity(s.x, s.x),
+            channel: Mat::identity(s.t, s.t),
+            channel_inverse: Mat::identity(s.t, s.t),
+            measurement: vec![1.0; s.y],
+            control: vec![1.0; s.u],
+            speed: 1.0,
+        }
+    }
+
+    /// Time scaled to the middle of the plant's modes, then states, channels, y and u scaled so that their
+    /// rows and columns are of one size.
+    pub fn diagonal(plant: &GeneralisedPlant) -> Self {
+        let mut found = Self { speed: middle_speed(&plant.a), ..Self::identity(plant) };
+        for _ in 0..20 {
+            let s = plant.sizes();
+            let seen = found.apply(plant);
+            let m = block(&[
+                &[&seen.a, &seen.bt, &seen.b1, &seen.b2],
+                &[&seen.ct, &seen.dtt, &seen.dt1, &seen.dt2],
+                &[&seen.c1, &seen.d1t, &seen.d11, &seen.d12],
+                &[&seen.c2, &seen.d2t, &seen.d21, &Mat::zeros(s.y, s.u)],
+            ]);
+            let states: Vec<f64> = (0..s.x).map(|i| osborne(&m, i)).collect();
+            let channels: Vec<f64> = (s.x..s.x + s.t).map(|i| osborne(&m, i)).collect();
+            found.scale_states(&states);
+            found.scale_channels(&channels);
+            for j in 0..s.u {
+                found.control[j] /= norm_or_one(m.column(s.x + s.t + s.w + j).norm());
+            }
+            for i in 0..s.y {
+                found.measurement[i] *= norm_or_one(m.row(s.x + s.t + s.z + i).norm());
+            }
+        }
+        found
+    }
+
+    /// These coordinates followed by those in which the pairs (X, Y) and (S, Sigma) found in them are equal
+    /// and diagonal. `None` when one of them is not positive definite.
+    pub fn equalising(&self, x: &Mat, y: &Mat, s: &Mat, sigma: &Mat, channels: &[usize]) -> Option<Self> {
+        let mut out = self.clone();
+        let (t, t_inverse) = equalise(x, y)?;
+        out.state = &out.state * &t;
+        out.state_inverse = t_inverse * &out.state_inverse;
+        let parameters = channels.iter().copied().max().map_or(0, |c| c + 1);
+        let (mut tau, mut tau_inverse) =
+            (Mat::identity(channels.len(), channels.len()), Mat::identity(channels.len(), channels.len()));
+        for parameter in 0..parameters {
+            let own: Vec<usize> = (0..channels.len()).filter(|&i| channels[i] == parameter).collect();
+            let part = |m: &Mat| Mat::from_fn(own.len(), own.len(), |i, j| m[(own[i], own[j])]);
+            let (t, t_inverse) = equalise(&part(s), &part(sigma))?;
+            for (i, &row) in own.iter().enumerate() {
+                for (j, &col) in own.iter().enumerate() {
+                    tau[(row, col)] = t[(i, j)];
+                    tau_inverse[(row, col)] = t_inverse[(i, j)];
+                }
+            }
+        }
+        out.channel = &out.channel * tau;
+        out.channel_inverse = tau_inverse * &out.channel_inverse;
+        Some(out)
+    }
+
+    fn scale_states(&mut self, factors: &[f64]) {
+        for (i, f) in factors.iter().enumerate() {
+            self.state.column_mut(i).scale_mut(*f);
+            self.state_inverse.row_mut(i).scale_mut(1.0 / f);
+        }
+    }
+
+    fn scale_channels(&mut self, factors: &[f64]) {
+        for (i, f) in factors.iter().enumerate() {
+            self.channel.column_mut(i).scale_mut(*f);
+            self.channel_inverse.row_mut(i).scale_mut(1.0 / f);
+        }
+    }
+
+    /// The plant in these coordinates.
+    pub fn apply(&self, p: &GeneralisedPlant) -> GeneralisedPlant {
+        let (x, xi, t, ti) = (&self.state, &self.state_inverse, &self.channel, &self.channel_inverse);
+        let rate = 1.0 / self.speed;
+        let u = diagonal(&self.control, false);
+        let yi = diagonal(&self.measurement, true);
+        GeneralisedPlant {
+            a: xi * &p.a * x * rate,
+            bt: xi * &p.bt * t * rate,
+            b1: xi * &p.b1 * rate,
+            b2: xi * &p.b2 * &u * rate,
+            ct: ti * &p.ct * x,
+            dtt: ti * &p.dtt * t,
+            dt1: ti * &p.dt1,
+            dt2: ti * &p.dt2 * &u,
+            c1: &p.c1 * x,
+            d1t: &p.d1t * t,
+            d11: p.d11.clone(),
+            d12: &p.d12 * &u,
+            c2: &yi * &p.c2 * x,
+            d2t: &yi * &p.d2t * t,
+            d21: &yi * &p.d21,
+            blocks: p.blocks.clone(),
+        }
+    }
+
+    /// A Lyapunov matrix and a scaling of the closed loop (plant's part, then controller's), in the user's
+    /// coordinates.
+    pub fn undo_guess(&self, guess: &Guess) -> Guess {
+        let lift = |inverse: &Mat, m: &Mat| {
+            let n = m.nrows() - inverse.nrows();
+            let whole = diagonal_blocks(&[inverse, &Mat::identity(n, n)]);
+            whole.transpose() * m * whole
+        };
+        // With time in other units A is larger by the speed and X smaller.
+        Guess {
+            x: lift(&self.state_inverse, &guess.x) / self.speed,
+            s: lift(&self.channel_inverse, &guess.s),
+        }
+    }
+
+    /// A controller found in these coordinates, in the user's. Its own states and channels keep their basis.
+    pub fn undo(&self, k: &Controller) -> Controller {
+        let u = diagonal(&self.control, false);
+        let yi = diagonal(&self.measurement, true);
+        Controller {
+            a: &k.a * self.speed,
+            by: &k.by * &yi * self.speed,
+            bt: &k.bt * self.speed,
+            cu: &u * &k.cu,
+            duy: &u * &k.duy * &yi,
+            dut: &u * &k.dut,
+            ct: k.ct.clone(),
+            dty: &k.dty * &yi,
+            dtt: k.dtt.clone(),
+            blocks: k.blocks.clone(),
+        }
+    }
+}
+
+fn diagonal(v: &[f64], inverse: bool) -> Mat {
+    Mat::from_diagonal(&DVector::from_iterator(v.len(), v.iter().map(|s| if inverse { 1.0 / s } else { *s })))
+}
+
+fn norm_or_one(norm: f64) -> f64 {
+    if norm > 0.0 && norm.is_finite() { norm } else { 1.0 }
+}
+
+/// The factor that makes row and column i of one norm, the diagonal entry left out.
+fn osborne(m: &Mat, i: usize) -> f64 {
+    let without = |norm_squared: f64| (norm_squared - m[(i, i)].powi(2)).max(0.0).sqrt();
+    let (row, column) = (without(m.row(i).norm_squared()), without(m.column(i).norm_squared()));
+    if row > 0.0 && column > 0.0 { (row / column).sqrt().clamp(1e-6, 1e6) } else { 1.0 }
+}
+
+/// The geometric middle of the fastest and slowest modes, in rad/s; 1 when there is no moving mode.
+fn middle_speed(a: &Mat) -> f64 {
+    let sizes: Vec<f64> = eigenvalues(a).iter().map(|v| v.norm()).filter(|v| v.is_finite()).collect();
+    let fastest = sizes.iter().copied().fold(0.0, f64::max);
+    let slowest = sizes.iter().copied().filter(|v| *v > 1e-6 * fastest).fold(fastest, f64::min);
+    if fastest > 0.0 { (fastest * slowest).sqrt() } else { 1.0 }
+}
+
+/// T and its inverse with `T' X T = T^-1 Y T^-T` diagonal.
+fn equalise(x: &Mat, y: &Mat) -> Option<(Mat, Mat)> {
+    if x.is_empty() {
+        return Some((x.clone(), x.clone()));
+    }
+    let (lx, ly) = (x.clone().cholesky()?.l(), y.clone().cholesky()?.l());
+    let svd = (lx.transpose() * &ly).svd(true, true);
+    let (u, v_t) = (svd.u?, svd.v_t?);
+    let root_inverse = Mat::from_diagonal(&svd.singular_values.map(|s| 1.0 / s.sqrt()));
+    let t = &ly * v_t.transpose() * &root_inverse;
+    // T^-1 = Sigma^-1/2 U' Lx', free of any inversion of T.
+    let t_inverse = root_inverse * u.transpose() * lx.transpose();
+    t.iter().chain(t_inverse.iter()).all(|v| v.is_finite()).then_some((t, t_inverse))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    #[test]
+    fn a_pair_becomes_equal_and_diagonal() {
+        let x = dmatrix![4.0, 1.0; 1.0, 3.0];
+        let y = dmatrix![9.0, -2.0; -2.0, 5.0];
+        let (t, ti) = equalise(&x, &y).unwrap();
+        assert!((&t * &ti - Mat::identity(2, 2)).amax() < 1e-12);
+        let (a, b) = (t.transpose() * x * &t, &ti * y * ti.transpose());
+        assert!((&a - b).amax() < 1e-12);
+        assert!(a[(0, 1)].abs() < 1e-12);
+    }
+}

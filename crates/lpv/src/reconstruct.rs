@@ -1,0 +1,238 @@
+//! From a solution of the synthesis inequalities to the controller's matrices.
+//!
+//! The multiplier of the closed loop is in closed form: with `W = S + T` and `U = Sigma + Gamma`,
+//!
+//! ```text
+//! W_e = [ W          W - U^-1 ]      (W_e^-1)_11 = U,   W_e + W_e' > 0
+//!       [ W + U^-T   W + U^-T ]
+//! ```
+//!
+//! is a multiplier for `blkdiag(Theta, Theta)` (plant's copy, controller's copy) of which W and U are the
+//! primal and dual parts; the Lyapunov matrix is `X_c = [X Z; Z Z]`, `Z = X - Y^-1`. With these and gamma fixed
+//! the bounded-real inequality is affine in the controller, `Psi + U K V + (U K V)' < 0`, and has a solution
+//! in closed form: R. E. Skelton, T. Iwasaki, K. Grigoriadis, A Unified Algebraic Approach to Linear Control
+//! Design, 1998, theorem 2.3.12.
+
+use crate::analysis::Guess;
+use crate::controller::Controller;
+use crate::error::SynthesisError;
+use crate::lmi::{Affine, Program};
+use crate::matrix::{
+    Mat, block, diagonal_blocks, kernel, largest_eigenvalue, rank_factors, skew_part, spectral_abscissa,
+    symmetric_function, symmetric_part,
+};
+use crate::plant::{ClosedLoop, GeneralisedPlant};
+use crate::synthesis::{Existence, bounded_real};
+
+const STAGE: &str = "reconstruction";
+
+/// The controller for a solution `found` of the synthesis inequalities of `plant`, with the Lyapunov matrix and
+/// the scaling of the closed loop that come with it.
+///
+/// Of the family of controllers that the closed form gives, the one with the slowest fastest mode is taken
+/// among those that keep the inequality: it is the easiest to sample.
+///
+/// # Errors
+/// [`SynthesisError::Numerical`] when X - Y^-1 or the multiplier is singular, or no controller of the family
+/// satisfies the inequality.
+pub fn reconstruct(
+    plant: &GeneralisedPlant,
+    found: &Existence,
+) -> Result<(Controller, Guess), SynthesisError> {
+    let size = plant.sizes();
+    let lyapunov = lyapunov_matrix(found)?;
+    let multiplier = multiplier(found)?;
+    let affine = AffineLoop::new(plant, &lyapunov, &multiplier, found.gamma)?;
+    let mut best: Option<(f64, Controller)> = None;
+    let Some(least_weight) = affine.least_weight() else {
+        return Err(SynthesisError::Numerical {
+            stage: STAGE,
+            diagnosis: "the dual inequality does not survive the completion of the Lyapunov matrix".into(),
+        });
+    };
+    for step in 0..24 {
+        let Some(m) = affine.solution(least_weight * (1.0 + 10f64.powf(-2.0 + 0.25 * step as f64))) else {
+            continue;
+        };
+        if largest_eigenvalue(&affine.inequality(&m)) >= 0.0 {
+            continue;
+        }
+        let k = Controller::from_matrix(&m, size.x, size.y, size.u, plant.blocks.clone());
+        let fastest = fastest_mode(&k);
+        if spectral_abscissa(&plant.close(&k).a) < 0.0
+            && best.as_ref().is_none_or(|(least, _)| fastest < *least)
+        {
+            best = Some((fastest, k));
+        }
+    }
+    let guess = Guess { x: lyapunov, s: symmetric_part(&multiplier) };
+    best.map(|(_, k)| (k, guess)).ok_or_else(|| SynthesisError::Numerical {
+        stage: STAGE,
+        diagnosis: "no controller of the family satisfies the bounded-real inequality; try a larger back-off"
+            .into(),
+    })
+}
+
+/// The fastest mode of the controller over the vertices and the centre of the parameter box.
+fn fastest_mode(k: &Controller) -> f64 {
+    let parameters = k.blocks.len();
+    (-1..=1)
+        .filter_map(|sign| k.frozen(&vec![f64::from(sign); parameters]).ok())
+        .flat_map(|frozen| frozen.poles())
+        .map(|pole| pole.norm())
+        .fold(0.0, |most, v| if v.is_nan() { f64::INFINITY } else { most.max(v) })
+}
+
+/// `X_c = [X Z; Z Z]`, `Z = X - Y^-1`.
+fn lyapunov_matrix(found: &Existence) -> Result<Mat, SynthesisError> {
+    let y_inverse = inverse(&found.y, "Y")?;
+    let z = symmetric_part(&(&found.x - y_inverse));
+    Ok(block(&[&[&found.x, &z], &[&z, &z]]))
+}
+
+/// `W_e`, of which the symmetric part is S_e and the skew part T_e.
+fn multiplier(found: &Existence) -> Result<Mat, SynthesisError> {
+    let w = &found.primal_scaling;
+    let u_inverse = inverse(&found.dual_scaling, "Sigma + Gamma")?;
+    let lower = w + u_inverse.transpose();
+    Ok(block(&[&[w, &(w - &u_inverse)], &[&lower, &lower]]))
+}
+
+fn inverse(m: &Mat, name: &str) -> Result<Mat, SynthesisError> {
+    m.clone()
+        .try_inverse()
+        .ok_or_else(|| SynthesisError::Numerical { stage: STAGE, diagnosis: format!("{name} is singular") })
+}
+
+/// The bounded-real inequality of the closed loop as `Psi + U K V + (U K V)'`, in coordinates in which the
+/// Lyapunov matrix and the scaling are the identity.
+struct AffineLoop {
+    psi: Mat,
+    left: Mat,
+    right: Mat,
+    /// Factors of U and V: `U = left left_inner`, `V = right_inner right`.
+    left_inner: Mat,
+    right_inner: Mat,
+}
+
+impl AffineLoop {
+    fn new(
+        plant: &GeneralisedPlant,
+        lyapunov: &Mat,
+        multiplier: &Mat,
+        gamma: f64,
+    ) -> Result<Self, SynthesisError> {
+        let size = plant.sizes();
+        let zero = Controller::from_matrix(
+            &Mat::zeros(size.x + size.u + size.t, size.x + size.y + size.t),
+            size.x,
+            size.y,
+            size.u,
+            plant.blocks.clone(),
+        );
+        let open = plant.close(&zero);
+        let (s, t) = (symmetric_part(multiplier), skew_part(multiplier));
+        let psi = bounded_real_value(&open, lyapunov, &s, &t, gamma);
+        let z = Mat::zeros;
+        let (n, r, m, p) = (size.x, size.t, size.u, size.y);
+        // Rows x', xk', zt, zk, z of what the controller's outputs xk', u, zk do.
+        let into_x = block(&[&[&z(n, n), &plant.b2, &z(n, r)], &[&Mat::identity(n, n), &z(n, m), &z(n, r)]]);
+        let into_t = block(&[&[&z(r, n), &plant.dt2, &z(r, r)], &[&z(r, n), &z(r, m), &Mat::identity(r, r)]]);
+        let into_z = block(&[&[&z(size.z, n), &plant.d12, &z(size.z, r)]]);
+        let left = block(&[
+            &[&(lyapunov * &into_x)],
+            &[&(&t * &into_t)],
+            &[&z(size.w, n + m + r)],
+            &[&(&s * &into_t)],
+            &[&into_z],
+        ]);
+        let right = block(&[
+            &[&z(n, n), &Mat::identity(n, n), &z(n, 2 * r), &z(n, size.w), &z(n, 2 * r + size.z)],
+            &[&plant.c2, &z(p, n), &block(&[&[&plant.d2t, &z(p, r)]]), &plant.d21, &z(p, 2 * r + size.z)],
+            &[
+                &z(r, n),
+                &z(r, n),
+                &block(&[&[&z(r, r), &Mat::identity(r, r)]]),
+                &z(r, size.w),
+                &z(r, 2 * r + size.z),
+            ],
+        ]);
+        let unit = normalising_congruence(lyapunov, &s, gamma, size.w, size.z)?;
+        let psi = unit.transpose() * psi * &unit;
+        let (left, left_inner) = orthonormal_columns(&(unit.transpose() * left));
+        let (right_t, right_inner_t) = orthonormal_columns(&(right * unit).transpose());
+        Ok(Self { psi, left, right: right_t.transpose(), left_inner, right_inner: right_inner_t.transpose() })
+    }
+
+    /// The weight above which `weight U U' - Psi` is positive definite: the largest eigenvalue of
+    /// `Psi_11 - Psi_12 Psi_22^-1 Psi_21` in the basis of U and its complement. `None` when `Psi_22` is not
+    /// negative definite, so that no weight is large enough.
+    fn least_weight(&self) -> Option<f64> {
+        let complement = kernel(&self.left.transpose());
+        let part = |a: &Mat, b: &Mat| a.transpose() * &self.psi * b;
+        let cross = part(&complement, &self.left);
+        let inner = symmetric_part(&-part(&complement, &complement)).cholesky()?.solve(&cross);
+        Some(largest_eigenvalue(&(part(&self.left, &self.left) + cross.transpose() * inner)).max(1e-6))
+    }
+
+    /// The controller matrix of the family member `weight`; `None` when the weight is too small.
+    fn solution(&self, weight: f64) -> Option<Mat> {
+        let phi_inverse = &self.left * self.left.transpose() * weight - &self.psi;
+        let factor = symmetric_part(&phi_inverse).cholesky()?;
+        let phi_right = factor.solve(&self.right.transpose());
+        let middle = symmetric_part(&(&self.right * &phi_right)).cholesky()?;
+        let inner = -middle.solve(&(phi_right.transpose() * &self.left)).transpose() * weight;
+        let left_inverse = self.left_inner.clone().pseudo_inverse(1e-12).ok()?;
+        let right_inverse = self.right_inner.clone().pseudo_inverse(1e-12).ok()?;
+        let k = left_inverse * inner * right_inverse;
+        k.iter().all(|v| v.is_finite()).then_some(k)
+    }
+
+    fn inequality(&self, k: &Mat) -> Mat {
+        let term = &self.left * &self.left_inner * k * &self.right_inner * &self.right;
+        &self.psi + &term + term.transpose()
+    }
+}
+
+/// The bounded-real matrix of a closed loop at given X, S, T and gamma.
+pub(crate) fn bounded_real_value(loop_: &ClosedLoop, x: &Mat, s: &Mat, t: &Mat, gamma: f64) -> Mat {
+    let constant = |m: &Mat| Affine::constant(m.clone());
+    let l = loop_;
+    bounded_real(
+        [[&l.a, &l.bt, &l.b1], [&l.ct, &l.dtt, &l.dt1], [&l.c1, &l.d1t, &l.d11]],
+        &constant(&Mat::from_element(1, 1, gamma)),
+        &constant(x),
+        &constant(s),
+        &constant(t),
+    )
+    .value(&Program::new(), &[])
+}
+
+/// `blkdiag(X^-1/2, S^-1/2, gamma^-1/2 I, S^-1/2, gamma^-1/2 I)`.
+fn normalising_congruence(x: &Mat, s: &Mat, gamma: f64, w: usize, z: usize) -> Result<Mat, SynthesisError> {
+    for (m, name) in [(x, "X_c"), (s, "S_e")] {
+        let least = crate::matrix::least_eigenvalue(m);
+        if least <= 0.0 {
+            return Err(SynthesisError::Numerical {
+                stage: STAGE,
+                diagnosis: format!("{name} is not positive definite (least eigenvalue {least:.1e})"),
+            });
+        }
+    }
+    let root = |m: &Mat| if m.is_empty() { m.clone() } else { symmetric_function(m, |v| 1.0 / v.sqrt()) };
+    let (root_x, root_s) = (root(x), root(s));
+    let flat = |n: usize| Mat::identity(n, n) / gamma.sqrt();
+    Ok(diagonal_blocks(&[&root_x, &root_s, &flat(w), &root_s, &flat(z)]))
+}
+
+/// `M = Q R` with orthonormal columns in Q, as many as the rank of M.
+fn orthonormal_columns(m: &Mat) -> (Mat, Mat) {
+    let scale = crate::matrix::largest_singular_value(m);
+    let (mut q, mut r) = rank_factors(m, 1e-12 * scale);
+    for k in 0..q.ncols() {
+        let norm = q.column(k).norm();
+        q.column_mut(k).scale_mut(1.0 / norm);
+        r.row_mut(k).scale_mut(norm);
+    }
+    (q, r)
+}

@@ -1,0 +1,347 @@
+//! LPV synthesis: the matrix inequalities whose solution gives a scheduled controller.
+//!
+//! P. Apkarian, P. Gahinet, "A convex characterization of gain-scheduled H-infinity controllers", IEEE Trans.
+//! Automatic Control 40(5), 1995; with skew scalings G. Scorletti, L. El Ghaoui, "Improved LMI conditions for
+//! gain scheduling and related control problems", Int. J. Robust Nonlinear Control 8, 1998. As printed in
+//! A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci. 40(2), 2011, section 2B.
+
+use crate::analysis::{Certified, bounded_gain};
+use crate::balance::Coordinates;
+use crate::controller::Controller;
+use crate::error::SynthesisError;
+use crate::lmi::{Affine, Program, symmetric};
+use crate::matrix::{Mat, block, diagonal_blocks, kernel, largest_eigenvalue};
+use crate::plant::{GeneralisedPlant, channels};
+use crate::reconstruct::reconstruct;
+use crate::solver::{self, Solution};
+
+/// Which scalings of the parameter channels are sought.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Scalings {
+    /// Symmetric S and Sigma alone (T = Gamma = 0), coupled by [S I; I Sigma] >= 0.
+    Symmetric,
+    /// Symmetric and skew-symmetric ones: the paper's.
+    #[default]
+    SymmetricAndSkew,
+}
+
+/// How a controller is sought.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// The scalings.
+    pub scalings: Scalings,
+    /// The controller is built at `(1 + back_off)` times the least gamma, where X Y keeps off I.
+    pub back_off: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { scalings: Scalings::SymmetricAndSkew, back_off: 0.1 }
+    }
+}
+
+/// A solution of the synthesis inequalities.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Existence {
+    /// The performance level.
+    pub gamma: f64,
+    /// n x n, symmetric.
+    pub x: Mat,
+    /// n x n, symmetric.
+    pub y: Mat,
+    /// S + T, r x r: the multiplier of the primal inequality.
+    pub primal_scaling: Mat,
+    /// Sigma + Gamma, r x r: the multiplier of the dual inequality.
+    pub dual_scaling: Mat,
+    /// The least eigenvalue over all inequalities; positive if they hold strictly.
+    pub margin: f64,
+}
+
+/// A controller with what is known of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Design {
+    /// The controller, in the plant's coordinates.
+    pub controller: Controller,
+    /// The least gamma that the synthesis inequalities allow.
+    pub gamma_optimum: f64,
+    /// The gamma at which the controller was built.
+    pub gamma_design: f64,
+    /// The gain bound of the closed loop, with the matrices that show it.
+    pub certified: Certified,
+}
+
+/// Designs a controller and bounds the gain of the loop that it closes.
+///
+/// # Errors
+/// Three outcomes are kept apart: a design; [`SynthesisError::Infeasible`], [`SynthesisError::NotStabilisable`],
+/// [`SynthesisError::NotDetectable`] for a problem without solution; [`SynthesisError::Numerical`] when nothing
+/// is known.
+pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, SynthesisError> {
+    plant.check()?;
+    crate::modes::check_stabilisable(plant)?;
+    crate::modes::check_detectable(plant)?;
+    let (coordinates, optimum) = least_gamma(plant, options.scalings)?;
+    let gamma_design = optimum.gamma * (1.0 + options.back_off);
+    let balanced = coordinates.apply(plant);
+    let centred = centre(&balanced, gamma_design, &optimum, options.scalings)?;
+    let (in_balance, guess) = reconstruct(&balanced, &centred)?;
+    let controller = coordinates.undo(&in_balance);
+    let certified = bounded_gain(&plant.close(&controller), &coordinates.undo_guess(&guess))?;
+    Ok(Design { controller, gamma_optimum: optimum.gamma, gamma_design, certified })
+}
+
+/// The least gamma, and coordinates in which the inequalities are well conditioned.
+///
+/// The problem is solved in diagonally balanced coordinates, then again in those that make the X and Y found
+/// equal, until gamma settles; the lowest gamma whose inequalities hold to rounding counts.
+///
+/// # Errors
+/// As [`synthesise`].
+pub fn least_gamma(
+    plant: &GeneralisedPlant,
+    scalings: Scalings,
+) -> Result<(Coordinates, Existence), SynthesisError> {
+    let mut coordinates = Coordinates::diagonal(plant);
+    let mut best = minimise(&coordinates.apply(plant), scalings);
+    for _ in 0..3 {
+        let Ok(found) = &best else { break };
+        let Some(next) = equalised(&coordinates, found, plant) else { break };
+        let Ok(again) = minimise(&next.apply(plant), scalings) else { break };
+        let settled = (again.gamma - found.gamma).abs() < 1e-5 * found.gamma;
+        (coordinates, best) = (next, Ok(again));
+        if settled {
+            break;
+        }
+    }
+    best.map(|b| (coordinates, b))
+}
+
+fn equalised(at: &Coordinates, found: &Existence, plant: &GeneralisedPlant) -> Option<Coordinates> {
+    let s = crate::matrix::symmetric_part(&found.primal_scaling);
+    let sigma = crate::matrix::symmetric_part(&found.dual_scaling);
+    at.equalising(&found.x, &found.y, &s, &sigma, &channels(&plant.blocks))
+}
+
+/// The unknowns of the synthesis inequalities.
+struct Unknowns {
+    gamma: Affine,
+    x: Affine,
+    y: Affine,
+    s: Affine,
+    sigma: Affine,
+    t: Affine,
+    skew: Affine,
+}
+
+impl Unknowns {
+    fn existence(&self, program: &Program, solution: &Solution) -> Existence {
+        let value = |e: &Affine| e.value(program, &solution.x);
+        Existence {
+            gamma: value(&self.gamma)[(0, 0)],
+            x: value(&self.x),
+            y: value(&self.y),
+            primal_scaling: value(&self.s) + value(&self.t),
+            dual_scaling: value(&self.sigma) + value(&self.skew),
+            margin: solution.margin,
+        }
+    }
+}
+
+/// States the inequalities of a plant; gamma is an unknown unless it is given.
+fn state(
+    program: &mut Program,
+    plant: &GeneralisedPlant,
+    gamma: Option<f64>,
+    scalings: Scalings,
+) -> Unknowns {
+    let (size, theta) = (plant.sizes(), channels(&plant.blocks));
+    let skew = |program: &mut Program| match scalings {
+        Scalings::Symmetric => Affine::zeros(size.t, size.t),
+        Scalings::SymmetricAndSkew => program.skew_commuting(&theta),
+    };
+    let unknowns = Unknowns {
+        gamma: gamma.map_or_else(|| program.scalar(), |g| Affine::constant(Mat::from_element(1, 1, g))),
+        x: program.symmetric(size.x),
+        y: program.symmetric(size.x),
+        s: program.symmetric_commuting(&theta),
+        sigma: program.symmetric_commuting(&theta),
+        t: skew(program),
+        skew: skew(program),
+    };
+    let Unknowns { gamma, x, y, s, sigma, t, skew } = &unknowns;
+    program.negative("primal", projected(plant, gamma, x, s, t));
+    program.negative("dual", projected(&plant.dual(), gamma, y, sigma, skew));
+    program.positive("[X I; I Y]", coupling(x, y, 1.0));
+    program.positive("S", s.clone());
+    program.positive("Sigma", sigma.clone());
+    if scalings == Scalings::Symmetric {
+        program.positive("[S I; I Sigma]", coupling(s, sigma, 1.0));
+    }
+    unknowns
+}
+
+/// `[P c I; c I Q]`.
+fn coupling(p: &Affine, q: &Affine, c: f64) -> Affine {
+    let n = p.shape().0;
+    symmetric(&[vec![p.clone(), Affine::constant(Mat::identity(n, n) * c)], vec![q.clone()]])
+}
+
+/// The scaled bounded-real inequality of an open plant with its control taken out by projection on the
+/// kernel of `[C2 D2t D21]` (Apkarian and Gahinet 1995, eq. 20, with the skew scaling T).
+fn projected(p: &GeneralisedPlant, gamma: &Affine, x: &Affine, s: &Affine, t: &Affine) -> Affine {
+    let size = p.sizes();
+    let whole = bounded_real(
+        [[&p.a, &p.bt, &p.b1], [&p.ct, &p.dtt, &p.dt1], [&p.c1, &p.d1t, &p.d11]],
+        gamma,
+        x,
+        s,
+        t,
+    );
+    let outputs = size.t + size.z;
+    let n =
+        diagonal_blocks(&[&kernel(&block(&[&[&p.c2, &p.d2t, &p.d21]])), &Mat::identity(outputs, outputs)]);
+    whole.congruence(&n)
+}
+
+/// The scaled bounded-real matrix of `x' = A x + Bt wt + B1 w, zt = .., z = ..`, which is negative definite
+/// when the gain from w to z is below gamma for every Theta:
+///
+/// ```text
+/// [ A'X+XA   XBt+Ct'T'          XB1      Ct'S    C1'  ]
+/// [   *     -S+TDtt+Dtt'T'      T Dt1    Dtt'S   D1t' ]
+/// [   *        *               -gamma I  Dt1'S   D11' ]
+/// [   *        *                 *       -S      0    ]
+/// [   *        *                 *        *   -gamma I]
+/// ```
+pub(crate) fn bounded_real(
+    rows: [[&Mat; 3]; 3],
+    gamma: &Affine,
+    x: &Affine,
+    s: &Affine,
+    t: &Affine,
+) -> Affine {
+    let [[a, bt, b1], [ct, dtt, dt1], [c1, d1t, d11]] = rows;
+    let (r, w, z) = (dtt.nrows(), b1.ncols(), c1.nrows());
+    let constant = |m: &Mat| Affine::constant(m.transpose());
+    let lyapunov = x.times(a);
+    let inner = t.times(dtt);
+    symmetric(&[
+        vec![
+            lyapunov.t() + lyapunov,
+            x.times(bt) + t.times(ct).t(),
+            x.times(b1),
+            s.times(ct).t(),
+            constant(c1),
+        ],
+        vec![inner.t() + inner - s.clone(), t.times(dt1), s.times(dtt).t(), constant(d1t)],
+        vec![-gamma.times_identity(w), s.times(dt1).t(), constant(d11)],
+        vec![-s.clone(), Affine::zeros(r, z)],
+        vec![-gamma.times_identity(z)],
+    ])
+}
+
+/// The least gamma in the plant's own coordinates.
+fn minimise(plant: &GeneralisedPlant, scalings: Scalings) -> Result<Existence, SynthesisError> {
+    let stage = "least gamma";
+    let mut program = Program::new();
+    let unknowns = state(&mut program, plant, None, scalings);
+    program.minimise_trace(&unknowns.gamma, 1.0);
+    let solution = solver::solve(&program, stage)?;
+    let found = unknowns.existence(&program, &solution);
+    // At the optimum the inequalities are tight: they may be missed by rounding, not by more.
+    let size = found.x.amax().max(found.y.amax()).max(found.gamma).max(1.0);
+    if solution.margin < -1e-6 * size {
+        return Err(SynthesisError::Numerical {
+            stage,
+            diagnosis: format!(
+                "the point that the solver returned misses '{}' by {:.1e} (matrices up to {size:.1e})",
+                solution.tightest, -solution.margin
+            ),
+        });
+    }
+    Ok(found)
+}
+
+/// A solution at a given gamma, above the least, that lies well inside the inequalities.
+///
+/// At the least gamma eigenvalues of X Y reach 1, X - Y^-1 is singular and the controller gets modes that no
+/// frozen frequency response shows. So the room between X and Y^-1 is maximised first (t in
+/// `[X tI; tI Y] >= 0`), under an upper bound on all unknowns. Half of that room is then kept, and the
+/// inequalities made as clear as they can be.
+fn centre(
+    plant: &GeneralisedPlant,
+    gamma: f64,
+    optimum: &Existence,
+    scalings: Scalings,
+) -> Result<Existence, SynthesisError> {
+    let room = push(plant, gamma, optimum, scalings, Aim::Room)?.1;
+    let kept = 1.0 + 0.5 * (room - 1.0).max(0.0);
+    let found = push(plant, gamma, optimum, scalings, Aim::Clearance { room: kept })?.0;
+    if found.margin <= 0.0 {
+        return Err(SynthesisError::Numerical {
+            stage: BACK_OFF,
+            diagnosis: format!(
+                "the inequalities do not hold strictly at gamma = {gamma:.4} (margin {:.1e})",
+                found.margin
+            ),
+        });
+    }
+    Ok(found)
+}
+
+const BACK_OFF: &str = "back-off";
+
+/// What [`push`] maximises.
+#[derive(Clone, Copy)]
+enum Aim {
+    /// t in `[X tI; tI Y] >= 0`.
+    Room,
+    /// c in `primal <= -c I`, `dual <= -c I`, `S >= c I`, `Sigma >= c I`, at a given t.
+    Clearance { room: f64 },
+}
+
+/// Maximises `aim` under the synthesis inequalities at `gamma`; returns the point and the value of the aim.
+fn push(
+    plant: &GeneralisedPlant,
+    gamma: f64,
+    optimum: &Existence,
+    scalings: Scalings,
+    aim: Aim,
+) -> Result<(Existence, f64), SynthesisError> {
+    let (n, r) = (plant.sizes().x, plant.sizes().t);
+    let mut program = Program::new();
+    let unknowns = state(&mut program, plant, Some(gamma), scalings);
+    for (e, at_optimum) in [
+        (&unknowns.x, &optimum.x),
+        (&unknowns.y, &optimum.y),
+        (&unknowns.s, &optimum.primal_scaling),
+        (&unknowns.sigma, &optimum.dual_scaling),
+    ] {
+        let size = e.shape().0;
+        let limit = GROWTH * largest_eigenvalue(at_optimum).max(1.0);
+        program.positive("upper bound", Affine::constant(Mat::identity(size, size) * limit) - e.clone());
+    }
+    let value = program.scalar();
+    let room = match aim {
+        Aim::Room => value.times_identity(n),
+        Aim::Clearance { room } => Affine::constant(Mat::identity(n, n) * room),
+    };
+    program.positive("[X tI; tI Y]", symmetric(&[vec![unknowns.x.clone(), room], vec![unknowns.y.clone()]]));
+    if matches!(aim, Aim::Clearance { .. }) {
+        for inequality in ["primal", "dual"] {
+            program.tighten(inequality, &value);
+        }
+        program.positive("floor of S", unknowns.s.clone() - value.times_identity(r));
+        program.positive("floor of Sigma", unknowns.sigma.clone() - value.times_identity(r));
+    }
+    program.minimise_trace(&value, -1.0);
+    let solution = solver::solve(&program, BACK_OFF)?;
+    let reached = value.value(&program, &solution.x)[(0, 0)];
+    let mut found = unknowns.existence(&program, &solution);
+    // Of the tightened inequalities the room to the original ones counts, too.
+    found.margin += if matches!(aim, Aim::Clearance { .. }) { reached } else { 0.0 };
+    Ok((found, reached))
+}
+
+/// How far above their size at the least gamma the unknowns may grow.
+const GROWTH: f64 = 10.0;

@@ -1,0 +1,148 @@
+//! The augmented plant of a tracking problem: model, weight on the tracking error, weight on the control.
+//!
+//! ```text
+//!   r --(+)--> e --[W_e]--> z_e          W_e = (s/M_s + w_b) / (s + w_b eps)
+//!        ^-        |
+//!        |         v y = e
+//!        |        [K]--> u --[W_u]--> z_u
+//!   C x  |         |
+//!        +--[model]+<-- beta d           d: disturbance at the input
+//! ```
+//!
+//! Source: A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci. 40(2), 2011, section 3B and Fig. 2 (the paper prints
+//! 1/W_e); S. Skogestad, I. Postlethwaite, Multivariable Feedback Control, 2005, eq. 2.105.
+
+use crate::error::ShapeError;
+use crate::lft::Lft;
+use crate::matrix::{Mat, block, diagonal_blocks};
+use crate::plant::GeneralisedPlant;
+use nalgebra::DVector;
+
+/// `W_e(s) = (s/M_s + w_b)/(s + w_b eps)`, a bound on the inverse of the sensitivity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrackingWeight {
+    /// M_s: the peak that the sensitivity may have.
+    pub peak: f64,
+    /// eps: the steady tracking error that is allowed, relative.
+    pub steady_error: f64,
+    /// w_b: the bandwidth asked for, rad/s.
+    pub bandwidth: f64,
+}
+
+/// A tracking problem for a model `x' = A(theta) x + B(theta) v`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrackingProblem {
+    /// The LFT of `[A B]`, n x (n + m).
+    pub model: Lft,
+    /// Repetitions of the parameters in the model's channels, which stand in that order.
+    pub blocks: Vec<usize>,
+    /// The rows of C of the tracked outputs, p x n.
+    pub outputs: Mat,
+    /// What counts as 1 in each tracked output: its largest reference.
+    pub output_scale: Vec<f64>,
+    /// What counts as 1 in each input: its limit.
+    pub input_scale: Vec<f64>,
+    /// W_e of each tracked output.
+    pub tracking: Vec<TrackingWeight>,
+    /// W_u of each input, in units of its scale.
+    pub control: Vec<f64>,
+    /// Size of the disturbance at each input, in units of its scale.
+    pub disturbance: f64,
+}
+
+impl TrackingProblem {
+    /// The generalised plant.
+    ///
+    /// States: the model's, then one of each W_e. `w = [r; d]`, `z = [W_e e; W_u u]`, `y = e`, all in units
+    /// of their scales.
+    ///
+    /// # Errors
+    /// The first part whose size does not fit.
+    pub fn augment(&self) -> Result<GeneralisedPlant, ShapeError> {
+        let n = self.model.constant.nrows();
+        let (m, p) = (self.input_scale.len(), self.outputs.nrows());
+        self.check(n, m, p)?;
+        let diagonal = |v: &[f64]| Mat::from_diagonal(&DVector::from_row_slice(v));
+        let scale_u = diagonal(&self.input_scale);
+        let inverse_scale: Vec<f64> = self.output_scale.iter().map(|s| 1.0 / s).collect();
+        let c = diagonal(&inverse_scale) * &self.outputs;
+        let a = self.model.constant.columns(0, n).into_owned();
+        let b = self.model.constant.columns(n, m) * &scale_u;
+        let (rx, ru) =
+            (self.model.right.columns(0, n).into_owned(), self.model.right.columns(n, m) * &scale_u);
+        let weights: Vec<[f64; 3]> = self.tracking.iter().map(TrackingWeight::realise).collect();
+        let column = |i: usize| diagonal(&weights.iter().map(|w| w[i]).collect::<Vec<_>>());
+        let (pole, gain, direct) = (column(0), column(1), column(2));
+        let r = self.model.size();
+        let zero = Mat::zeros;
+        Ok(GeneralisedPlant {
+            a: block(&[&[&a, &zero(n, p)], &[&-(&gain * &c), &pole]]),
+            bt: block(&[&[&self.model.left], &[&zero(p, r)]]),
+            b1: block(&[&[&zero(n, p), &(&b * self.disturbance)], &[&gain, &zero(p, m)]]),
+            b2: block(&[&[&b], &[&zero(p, m)]]),
+            ct: block(&[&[&rx, &zero(r, p)]]),
+            dtt: self.model.inner.clone(),
+            dt1: block(&[&[&zero(r, p), &(&ru * self.disturbance)]]),
+            dt2: ru,
+            c1: block(&[&[&-(&direct * &c), &gain], &[&zero(m, n), &zero(m, p)]]),
+            d1t: zero(p + m, r),
+            d11: diagonal_blocks(&[&direct, &zero(m, m)]),
+            d12: block(&[&[&zero(p, m)], &[&diagonal(&self.control)]]),
+            c2: block(&[&[&-c, &zero(p, p)]]),
+            d2t: zero(p, r),
+            d21: block(&[&[&Mat::identity(p, p), &zero(p, m)]]),
+            blocks: self.blocks.clone(),
+        })
+    }
+
+    fn check(&self, n: usize, m: usize, p: usize) -> Result<(), ShapeError> {
+        let lists: [(&'static str, usize, usize); 4] = [
+            ("output_scale", self.output_scale.len(), p),
+            ("tracking weights", self.tracking.len(), p),
+            ("control weights", self.control.len(), m),
+            ("model channels", self.model.size(), self.blocks.iter().sum()),
+        ];
+        for (name, found, expected) in lists {
+            if found != expected {
+                return Err(ShapeError { name, found: (found, 1), expected: (expected, 1) });
+            }
+        }
+        let shape = self.model.constant.shape();
+        if shape != (n, n + m) {
+            return Err(ShapeError { name: "model [A B]", found: shape, expected: (n, n + m) });
+        }
+        if self.outputs.ncols() != n {
+            return Err(ShapeError { name: "outputs", found: self.outputs.shape(), expected: (p, n) });
+        }
+        Ok(())
+    }
+}
+
+impl TrackingWeight {
+    /// `[pole, gain, direct]` of `x' = pole x + gain e, z = gain x + direct e`.
+    fn realise(&self) -> [f64; 3] {
+        let direct = 1.0 / self.peak;
+        let residue = self.bandwidth * (1.0 - self.steady_error / self.peak);
+        [-self.bandwidth * self.steady_error, residue.sqrt(), direct]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::state_space::StateSpace;
+    use nalgebra::{Complex, dmatrix};
+
+    #[test]
+    fn weight_has_the_printed_form() {
+        let w = TrackingWeight { peak: 2.0, steady_error: 0.01, bandwidth: 0.46 };
+        let [pole, gain, direct] = w.realise();
+        let system =
+            StateSpace { a: dmatrix![pole], b: dmatrix![gain], c: dmatrix![gain], d: dmatrix![direct] };
+        for omega in [0.0, 1e-3, 0.46, 30.0] {
+            let s = Complex::new(0.0, omega);
+            let printed = (s / 2.0 + 0.46) / (s + 0.46 * 0.01);
+            assert!((system.response(s).unwrap()[(0, 0)] - printed).norm() < 1e-12 * printed.norm());
+        }
+    }
+}
