@@ -7,16 +7,18 @@ use differential_equations::methods::{DormandPrince, ExplicitRungeKutta, Ordinar
 use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
 use thiserror::Error;
 
-const RELATIVE_TOLERANCE: f64 = 1e-11;
-const ABSOLUTE_TOLERANCE: f64 = 1e-12;
+const RELATIVE_TOLERANCE: f64 = 1e-13;
+const ABSOLUTE_TOLERANCE: f64 = 1e-14;
 const FIRST_STEP: f64 = 1e-3;
-const LARGEST_STEP: f64 = 0.05;
+const LARGEST_STEP: f64 = 0.01;
 const SMALLEST_STEP: f64 = 1e-12;
+/// An interval this short is crossed by one step of Euler's method, whose error is its square.
+const SHORTEST_INTERVAL: f64 = 1e-11;
 /// An interval may take this many steps, and as many more as steps of [`SMALLEST_MEAN_STEP`] would.
 const FREE_STEPS: usize = 1000;
 const SMALLEST_MEAN_STEP: f64 = 1e-5;
 
-/// u, w, q, theta, x, depth.
+/// u, w, q, theta, and the way made since the start of the interval: x, depth.
 pub(crate) type Body = [f64; 6];
 
 type Dop853 = ExplicitRungeKutta<Ordinary, DormandPrince, f64, Body, 8, 12, 16>;
@@ -75,13 +77,16 @@ impl Integrator {
         start: &Body,
         duration: f64,
     ) -> Result<Body, IntegrationError> {
+        if duration < SHORTEST_INTERVAL {
+            return finite(euler(equations, 0.0, start, duration));
+        }
         self.restart(equations, 0.0, duration, start)?;
         let most_steps = FREE_STEPS + (duration / SMALLEST_MEAN_STEP) as usize;
         let mut steps = 0;
         loop {
             let remaining = duration - self.method.t();
-            if remaining <= f64::EPSILON * duration {
-                break;
+            if remaining < SHORTEST_INTERVAL {
+                return finite(euler(equations, self.method.t(), self.method.y(), remaining));
             }
             if steps == most_steps {
                 return Err(IntegrationError::TooManySteps { steps });
@@ -104,8 +109,6 @@ impl Integrator {
             }
             self.method.set_h(self.step);
         }
-        let end = *self.method.y();
-        if end.iter().all(|value| value.is_finite()) { Ok(end) } else { Err(IntegrationError::NotFinite) }
     }
 
     fn restart<F: ODE<f64, Body>>(
@@ -134,4 +137,14 @@ impl Integrator {
             _ => Err(IntegrationError::StepTooSmall),
         }
     }
+}
+
+fn euler<F: ODE<f64, Body>>(equations: &F, time: f64, body: &Body, step: f64) -> Body {
+    let mut rate = [0.0; 6];
+    equations.diff(time, body, &mut rate);
+    std::array::from_fn(|i| body[i] + step * rate[i])
+}
+
+fn finite(body: Body) -> Result<Body, IntegrationError> {
+    if body.iter().all(|value| value.is_finite()) { Ok(body) } else { Err(IntegrationError::NotFinite) }
 }

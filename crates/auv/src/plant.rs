@@ -259,12 +259,15 @@ impl Plant {
             outputs: &self.outputs,
             commands: &self.commands,
             current: self.current,
+            depth: self.body[5],
             frozen,
         };
-        self.body = self
+        let [u, w, q, theta, x, depth] = self.body;
+        let end = self
             .integrator
-            .advance(&flow, &self.body, duration)
+            .advance(&flow, &[u, w, q, theta, 0.0, 0.0], duration)
             .map_err(|source| SimulationError::Integration { from, to, source })?;
+        self.body = [end[0], end[1], end[2], end[3], x + end[4], depth + end[5]];
         for ((actuator, output), command) in self.actuators.iter().zip(&mut self.outputs).zip(&self.commands)
         {
             *output = actuator.output_after(duration, *output, *command);
@@ -337,19 +340,20 @@ fn earth_velocity(body: &Body, current: Current) -> (f64, f64) {
     (u * cos + w * sin + current.horizontal, w * cos - u * sin + current.vertical)
 }
 
-/// The equations of motion over an interval in which all inputs are held; time counts from its start.
+/// The equations of motion over an interval in which all inputs are held; time and the way made count from its start.
 struct Flow<'a> {
     dynamics: &'a Dynamics,
     actuators: &'a [Actuator],
     outputs: &'a [f64],
     commands: &'a [f64],
     current: Current,
+    depth: f64,
     frozen: Option<&'a Frozen>,
 }
 
 impl ODE<f64, Body> for Flow<'_> {
     fn diff(&self, time: f64, body: &Body, rate: &mut Body) {
-        let [u, w, q, theta, _, depth] = *body;
+        let [u, w, q, theta, _, sunk] = *body;
         let held = self.actuators.iter().zip(self.outputs).zip(self.commands);
         let outputs = held.map(|((actuator, start), command)| actuator.output_after(time, *start, *command));
         let (x_rate, depth_rate) = earth_velocity(body, self.current);
@@ -357,7 +361,8 @@ impl ODE<f64, Body> for Flow<'_> {
             Some(frozen) => frozen.derivative([u, w, q, theta], outputs),
             None => {
                 let force = actuator_force(self.actuators, u, outputs);
-                let [du, dw, dq] = self.dynamics.acceleration(&Motion { u, w, q, theta }, depth, force);
+                let [du, dw, dq] =
+                    self.dynamics.acceleration(&Motion { u, w, q, theta }, self.depth + sunk, force);
                 [du, dw, dq, q]
             }
         };

@@ -44,7 +44,8 @@ fn stepping_does_not_allocate() {
     let trim = trim(&vehicle, Speed::Path(1.0), 50.0).unwrap();
     let linear = linearise(&vehicle, &trim).unwrap();
     let model =
-        LpvModel::new("squid", 50.0, (1.75, 1.25), &[linear.a], &[linear.b], &[trim.clone()]).unwrap();
+        LpvModel::new("squid", 50.0, (1.75, 1.25), &[linear.a], &[linear.b], std::slice::from_ref(&trim))
+            .unwrap();
     let mut plant = Plant::new(&vehicle).unwrap().with_lpv(model).unwrap();
     for fidelity in [Fidelity::Nonlinear, Fidelity::Lpv] {
         plant.set_fidelity(fidelity).unwrap();

@@ -215,8 +215,15 @@ fn actuators_lag_and_saturate() {
 fn constant_lpv(vehicle: &Vehicle, speed: f64) -> (LpvModel, Trim) {
     let trim = trim(vehicle, Speed::Path(speed), DEPTH).unwrap();
     let linear = linearise(vehicle, &trim).unwrap();
-    let model =
-        LpvModel::new(&vehicle.name, DEPTH, (1.75, 1.25), &[linear.a], &[linear.b], &[trim.clone()]).unwrap();
+    let model = LpvModel::new(
+        &vehicle.name,
+        DEPTH,
+        (1.75, 1.25),
+        &[linear.a],
+        &[linear.b],
+        std::slice::from_ref(&trim),
+    )
+    .unwrap();
     (model, trim)
 }
 

@@ -56,7 +56,7 @@ pub enum FileProblem {
         meaning: String,
     },
     /// A value of the wrong type.
-    #[error("`{key}` is a {found}, and must be {expected}")]
+    #[error("`{key}` is of type {found}, and must be {expected}")]
     WrongType {
         /// The key, with the table that holds it.
         key: String,

@@ -1,0 +1,270 @@
+//! Every mistake in a vehicle file gets one message with file, line, key, what was found and what is allowed.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod common;
+
+use std::path::Path;
+
+use auv::{Allowed, COEFFICIENTS, Effect, Status, Vehicle};
+use common::{remus100, squid};
+
+const SQUID: &str = include_str!("../../../vehicles/squid/vehicle.toml");
+const REMUS: &str = include_str!("../../../vehicles/remus100/vehicle.toml");
+
+/// The line, counted from 1, of the first line of the text that holds a marker, or that is it if it is a header.
+fn line_of(text: &str, marker: &str) -> usize {
+    let is_header = marker.starts_with('[');
+    let holds = |line: &str| if is_header { line == marker } else { line.contains(marker) };
+    text.lines().position(holds).expect(marker) + 1
+}
+
+/// Replaces text in a vehicle file, and returns the message that it then gets and the line of the replacement.
+fn message(file: &str, from: &str, to: &str) -> (String, usize) {
+    assert!(file.contains(from), "{from}");
+    let text = file.replacen(from, to, 1);
+    let line = line_of(file, from.lines().next().unwrap());
+    (Vehicle::parse(&text, "vehicle.toml").expect_err(to).to_string(), line)
+}
+
+#[track_caller]
+fn refused(from: &str, to: &str, expected: &str) {
+    let (message, line) = message(SQUID, from, to);
+    assert_eq!(message, format!("vehicle.toml:{line}: {expected}"));
+}
+
+#[test]
+fn both_vehicles_read_as_they_are_written() {
+    let squid = squid();
+    assert_eq!((squid.name.as_str(), squid.status), ("squid", Status::Surrogate));
+    assert_eq!(squid.coefficients.Z_uw, -67.14364866073974);
+    assert!((squid.coefficients.buoyancy_at(0.0) - 1.005 * squid.coefficients.weight).abs() < 1e-9);
+    assert_eq!(squid.coefficients.buoyancy_at(50.0), 658.1606198442163);
+    let names: Vec<&str> = squid.actuators.iter().map(|a| a.name.as_str()).collect();
+    assert_eq!(names, ["lower", "upper_port", "upper_starboard"]);
+    assert_eq!(squid.actuators[0].effect, Effect::Thruster { x: 0.0, z: 0.2, direction: 0.0 });
+    assert_eq!((squid.actuators[1].min, squid.actuators[1].max, squid.actuators[1].lag), (-60.0, 100.0, 0.2));
+    assert!(squid.sources["M_uw"].contains("Hoerner"));
+    assert!(squid.sources["lower.max"].contains("assumed"));
+
+    let remus = remus100();
+    assert_eq!(remus.status, Status::Published);
+    assert_eq!(remus.coefficients.Z_ww, -1310.0);
+    assert_eq!(remus.coefficients.kinematic_viscosity, 1.19e-6);
+    assert_eq!(remus.actuators[1].unit(), "rad");
+    assert!((remus.actuators[1].max - 13.6_f64.to_radians()).abs() < 1e-15);
+}
+
+#[test]
+fn unknown_keys() {
+    refused(
+        "Z_uw = {",
+        "Zuw = {",
+        "unknown key `lift.Zuw` (did you mean `Z_uw`?); allowed here: Z_uw, Z_uq, M_uw, M_uq, convention",
+    );
+    refused(
+        "form_factor = {",
+        "quality = {",
+        "unknown key `drag.quality`; allowed here: X_uu, length, wetted_area, form_factor, drag_area",
+    );
+    let sections =
+        "vehicle, thruster, control_surface, mass, buoyancy, water, added_mass, lift, damping, drag";
+    refused(
+        "[damping]",
+        "[dampnig]",
+        &format!("unknown key `dampnig` (did you mean `damping`?); allowed here: {sections}"),
+    );
+    let key = "z = { value = 0.2, unit = \"m\"";
+    refused(
+        key,
+        "z = { value = 0.2, units = \"m\"",
+        "unknown key `thruster.z.units` (did you mean `unit`?); allowed here: value, unit, source",
+    );
+    refused(
+        key,
+        "y = { value = 0.2, unit = \"m\"",
+        "unknown key `thruster.y`; allowed here: name, x, z, direction, min, max, lag",
+    );
+    refused(
+        "status =",
+        "state =",
+        "unknown key `vehicle.state` (did you mean `status`?); allowed here: name, status, description",
+    );
+}
+
+#[test]
+fn missing_keys() {
+    let without = |file: &str, start: &str| {
+        let line = file.lines().find(|line| line.starts_with(start)).expect(start);
+        Vehicle::parse(&file.replacen(line, "", 1), "vehicle.toml").unwrap_err().to_string()
+    };
+    let at =
+        |marker: &str, text: &str| format!("vehicle.toml:{}: missing key {text}", line_of(SQUID, marker));
+    assert_eq!(
+        without(SQUID, "Z_w_dot"),
+        at("[added_mass]", "`added_mass.Z_w_dot`: Heave force per heave acceleration")
+    );
+    assert_eq!(
+        without(SQUID, "convention"),
+        at("[lift]", "`lift.convention`: must be \"viscous\" or \"combined\"")
+    );
+    assert_eq!(without(SQUID, "name"), at("[vehicle]", "`vehicle.name`: a text in quotes"));
+    assert_eq!(without(SQUID, "z = "), at("[[thruster]]", "`thruster.z`: position below the origin"));
+    assert_eq!(without(SQUID, "lag"), at("[[thruster]]", "`thruster.lag`: time constant of the lag"));
+    refused(
+        ", source = \"derived: mass times 9.81 m/s2\"",
+        "",
+        "missing key `mass.weight.source`: where the number comes from",
+    );
+    refused(
+        "unit = \"kg\", source = \"derived from geometry: displaced",
+        "source = \"",
+        "missing key `mass.mass.unit`: the unit, \"kg\"",
+    );
+    let water = SQUID.find("[water]").unwrap()..SQUID.find("# Added mass").unwrap();
+    let text = SQUID.replace(&SQUID[water], "");
+    let message = Vehicle::parse(&text, "v.toml").unwrap_err().to_string();
+    assert_eq!(message, "v.toml:1: missing key `water.density`: Density of the water");
+}
+
+#[test]
+fn wrong_units_types_and_words() {
+    refused(
+        "unit = \"N\", source = \"derived: mass times",
+        "unit = \"lbf\", source = \"derived: mass times",
+        "`mass.weight` is in \"lbf\", and must be in \"N\"",
+    );
+    refused(
+        "z_G = { value = 0.03, unit = \"m\", source = \"assumed: ballast low in the hull\" }",
+        "z_G = 0.03",
+        "`mass.z_G` is of type float, and must be a table { value = ..., unit = \"...\", source = \"...\" }",
+    );
+    refused(
+        "z_G = { value = 0.03",
+        "z_G = { value = \"3 cm\"",
+        "`mass.z_G.value` is of type string, and must be a decimal number",
+    );
+    refused(
+        "source = \"assumed: ballast low in the hull\"",
+        "source = \" \"",
+        "`mass.z_G.source` is empty, and must say something",
+    );
+    refused(
+        "name = \"squid\"",
+        "name = 7",
+        "`vehicle.name` is of type integer, and must be a text in quotes",
+    );
+    refused(
+        "status = \"surrogate\"",
+        "status = \"surogate\"",
+        "`vehicle.status` is \"surogate\" (did you mean `surrogate`?); allowed: \"surrogate\" or \"published\" or \"measured\"",
+    );
+    refused(
+        "convention = \"viscous\"",
+        "convention = \"total\"",
+        "`lift.convention` is \"total\"; allowed: \"viscous\" or \"combined\"",
+    );
+}
+
+#[test]
+fn numbers_that_are_not_allowed() {
+    refused(
+        "X_u_dot = { value = -1.9624543703746706",
+        "X_u_dot = { value = 1.9",
+        "`added_mass.X_u_dot` is 1.9 kg, and must be zero or a negative number",
+    );
+    refused(
+        "density = { value = 1025.2255",
+        "density = { value = 0",
+        "`water.density` is 0 kg/m3, and must be a number above zero",
+    );
+    refused(
+        "z_G = { value = 0.03",
+        "z_G = { value = nan",
+        "`mass.z_G` is NaN m, and must be any finite number",
+    );
+    refused(
+        "lag = { value = 0.2",
+        "lag = { value = -0.2",
+        "`thruster.lag` is -0.2 s, and must be zero or a positive number",
+    );
+}
+
+#[test]
+fn actuators_that_cannot_be() {
+    refused(
+        "min = { value = -60.0",
+        "min = { value = 160.0",
+        "`lower`: min is 160 N and max is 100 N; min must be below max",
+    );
+    let first = line_of(SQUID, "[[thruster]]");
+    refused(
+        "\"upper_port\"",
+        "\"lower\"",
+        &format!("the actuator name \"lower\" is already taken at line {first}; names must differ"),
+    );
+    refused(
+        "\"upper_port\"",
+        "\"upper port\"",
+        "the actuator name \"upper port\" must begin with a letter and hold only letters, digits and `_`",
+    );
+    let none = &SQUID[..SQUID.find("[[thruster]]").unwrap()];
+    let message = Vehicle::parse(none, "v.toml").unwrap_err().to_string();
+    assert_eq!(message, "v.toml:1: no actuator: give at least one [[thruster]] or [[control_surface]]");
+    let (found, line) =
+        message_of_remus("min = { value = -13.6, unit = \"deg\"", "min = { value = -13.6, unit = \"grad\"");
+    assert_eq!(
+        found,
+        format!(
+            "vehicle.toml:{line}: `control_surface.min` is in \"grad\", and must be in \"rad\" or \"deg\""
+        )
+    );
+    let (found, line) = message_of_remus("Z_uu_delta", "Z_uud");
+    assert!(
+        found.starts_with(&format!(
+            "vehicle.toml:{line}: unknown key `control_surface.Z_uud` (did you mean `Z_uu_delta`?)"
+        )),
+        "{found}"
+    );
+}
+
+fn message_of_remus(from: &str, to: &str) -> (String, usize) {
+    // The comment above the table names the keys, too.
+    let start = REMUS.find("[[control_surface]]").unwrap();
+    let (head, tail) = REMUS.split_at(start);
+    let text = format!("{head}{}", tail.replacen(from, to, 1));
+    let line = head.lines().count() + line_of(tail, from);
+    (Vehicle::parse(&text, "vehicle.toml").unwrap_err().to_string(), line)
+}
+
+#[test]
+fn a_mass_matrix_must_be_positive_definite() {
+    let (message, _) = message(SQUID, "Z_q_dot = { value = -0.96", "Z_q_dot = { value = -960.0");
+    let line = line_of(SQUID, "[added_mass]");
+    assert!(message.starts_with(&format!("vehicle.toml:{line}: the mass matrix")), "{message}");
+    assert!(
+        message.contains("its least eigenvalue is -") && message.ends_with("must be above zero"),
+        "{message}"
+    );
+}
+
+#[test]
+fn texts_that_are_no_toml_and_files_that_are_not_there() {
+    refused("[lift]\n", "[lift\n", "not valid TOML: unclosed table, expected `]`");
+    let message = Vehicle::read(Path::new("no/such/vehicle.toml")).unwrap_err().to_string();
+    assert!(message.starts_with("no/such/vehicle.toml:0: cannot read the file: "), "{message}");
+}
+
+#[test]
+fn the_table_of_coefficients_is_sound() {
+    for (i, spec) in COEFFICIENTS.iter().enumerate() {
+        assert!(COEFFICIENTS[..i].iter().all(|other| other.key != spec.key), "{} twice", spec.key);
+        assert!(!spec.meaning.is_empty() && !spec.unit.is_empty());
+        assert!(spec.default.is_none_or(|default| spec.allowed.contains(default)), "{}", spec.key);
+        let mut coefficients = squid().coefficients;
+        (spec.set)(&mut coefficients, -7.5);
+        assert_eq!((spec.get)(&coefficients), -7.5, "{}", spec.key);
+    }
+    assert!(Allowed::NonPositive.contains(0.0) && !Allowed::NonPositive.contains(1e-300));
+    assert!(!Allowed::Any.contains(f64::INFINITY));
+}
