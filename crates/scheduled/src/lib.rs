@@ -1,1 +1,42 @@
-//! A gain-scheduled controller at run time: loads a frozen LFT design and steps it
+//! A gain-scheduled controller K(rho) at run time:
+//!
+//! ```text
+//! frozen design (JSON) -> read and check -> discretise -> Autopilot: initialise, advance, advance, ...
+//! ```
+//!
+//! The design is a linear fractional transformation (LFT) with the partition
+//!
+//! ```text
+//! xk' = A xk + By y + Bt wk
+//! u   = Cu xk + Duy y + Dut wk        wk = Theta zk,  Theta = blkdiag(theta_i I_ri)
+//! zk  = Ct xk + Dty y + Dtt wk
+//! ```
+//!
+//! with the scaled tracking errors `y` and the scaled actuator commands `u`. This crate knows neither the vehicle's
+//! equations nor how the design was found.
+//!
+//! Saturation: commands are clamped to the actuators' limits, and nothing else is done about it. The controller's
+//! states move on as if the command had been carried out (no anti-windup).
+
+mod autopilot;
+mod controller;
+mod design;
+mod discretise;
+mod error;
+mod json;
+mod lft;
+mod lu;
+mod matrix;
+mod trim;
+mod validate;
+
+pub use autopilot::{Advance, Autopilot, Inputs, Outputs};
+pub use controller::LftController;
+pub use design::{
+    Actuator, ControllerDesign, FORMAT, Gamma, InputHashes, LftMatrices, Rows, Scheduling, Status, Tracked,
+    TrimTable, VehicleName,
+};
+pub use error::{DesignError, TickError};
+pub use lft::{Lft, Sizes};
+pub use matrix::Matrix;
+pub use trim::Trim;

@@ -1,0 +1,237 @@
+//! The sampled autopilot: feedforward of the trim, and K(rho) on the tracking errors.
+
+use std::sync::Arc;
+
+use crate::{ControllerDesign, DesignError, Lft, LftController, TickError, Trim};
+
+/// What the autopilot measures and follows; SI units, radians.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Inputs {
+    /// Pitch angle in rad.
+    pub pitch: f64,
+    /// Forward speed u through the water, along the body axis, in m/s.
+    pub speed: f64,
+    /// Wanted pitch angle in rad, absolute.
+    pub pitch_reference: f64,
+    /// Wanted forward speed in m/s.
+    pub speed_reference: f64,
+}
+
+/// What the autopilot puts out; held between ticks.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outputs {
+    /// Commands, in the order of the design's actuators.
+    pub commands: Vec<f64>,
+    /// The scheduling parameter rho in [-1, 1].
+    pub scheduling_parameter: f64,
+    /// The measured speed lies outside the scheduled range, and rho was clamped.
+    pub out_of_range: bool,
+    /// Trim pitch at the reference speed in rad.
+    pub trim_pitch: f64,
+}
+
+/// What happened in [`Autopilot::advance`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Advance {
+    /// Number of ticks that were run.
+    pub ticks: u64,
+    /// The speed left the scheduled range at one of them.
+    pub left_range: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum TrackedSignal {
+    Pitch,
+    Speed,
+}
+
+/// What never changes.
+#[derive(Debug)]
+struct Plan {
+    sample_time: f64,
+    centre: f64,
+    half_range: f64,
+    tracked: Vec<(TrackedSignal, f64)>,
+    /// Scale, minimum and maximum of each actuator.
+    actuators: Vec<[f64; 3]>,
+    trim: Trim,
+    parameters: usize,
+}
+
+/// A controller that runs at multiples of its sample time.
+///
+/// Tick k belongs to the time `start + k Ts`. It uses the inputs of the step that contains this time, the end of the
+/// step excluded; its outputs hold until the next tick. Which ticks have run is counted, not reckoned from time, so
+/// that no rounding of steps can lose or double one.
+///
+/// ```text
+/// y_i       = (reference_i - measured_i)/scale_i
+/// rho       = clamp((V(u) - centre)/half_range, -1, 1)          V(u): speed along the path that has forward speed u in trim
+/// command_i = clamp(trim_i(speed reference) + scale_i u_i, minimum_i, maximum_i)
+/// ```
+///
+/// The feedforward follows the reference, not the measured speed, so that it adds no feedback that the design does not
+/// know of.
+#[derive(Debug, Clone)]
+pub struct Autopilot {
+    plan: Arc<Plan>,
+    controller: LftController,
+    errors: Vec<f64>,
+    outputs: Outputs,
+    start: f64,
+    next_tick: u64,
+    /// The last tick was out of range.
+    outside: bool,
+}
+
+/// Rounding of rho beyond 1 that is not worth a warning.
+const ROUNDING_OF_RHO: f64 = 1e-9;
+
+/// Part of the sample time by which a tick may come late, for the sake of rounded communication points.
+const ROUNDING_OF_TIME: f64 = 1e-6;
+
+impl Autopilot {
+    /// The autopilot of a design, at rest.
+    ///
+    /// # Errors
+    /// [`DesignError`].
+    pub fn new(design: &ControllerDesign) -> Result<Self, DesignError> {
+        design.validate()?;
+        let lft = Lft::from_rows(&design.lft, design.tracked.len(), design.actuators.len())?;
+        let signal = |name: &str| match name {
+            "pitch" => TrackedSignal::Pitch,
+            _ => TrackedSignal::Speed,
+        };
+        let plan = Plan {
+            sample_time: design.sample_time,
+            centre: design.scheduling.centre,
+            half_range: design.scheduling.half_range,
+            tracked: design.tracked.iter().map(|one| (signal(&one.name), one.scale)).collect(),
+            actuators: design.actuators.iter().map(|one| [one.scale, one.minimum, one.maximum]).collect(),
+            trim: Trim::new(design.trim.clone()),
+            parameters: design.lft.blocks.len(),
+        };
+        Ok(Self {
+            controller: LftController::new(lft.discretise(design.sample_time)?),
+            errors: vec![0.0; plan.tracked.len()],
+            outputs: Outputs {
+                commands: vec![0.0; plan.actuators.len()],
+                scheduling_parameter: 0.0,
+                out_of_range: false,
+                trim_pitch: 0.0,
+            },
+            plan: Arc::new(plan),
+            start: 0.0,
+            next_tick: 0,
+            outside: false,
+        })
+    }
+
+    /// The trim table.
+    pub fn trim(&self) -> &Trim {
+        &self.plan.trim
+    }
+
+    /// The outputs of the last tick, or of the initialisation.
+    pub fn outputs(&self) -> &Outputs {
+        &self.outputs
+    }
+
+    /// Number of ticks since the initialisation.
+    pub fn ticks(&self) -> u64 {
+        self.next_tick
+    }
+
+    /// Starts anew at the time `start` in s: state zero, outputs for the present inputs, no tick run.
+    ///
+    /// # Errors
+    /// [`TickError`].
+    pub fn initialise(&mut self, start: f64, inputs: &Inputs) -> Result<(), TickError> {
+        self.controller.reset();
+        self.start = start;
+        self.next_tick = 0;
+        self.outside = false;
+        self.compute_outputs(inputs)
+    }
+
+    /// Runs the ticks that are due before the time `to` in s, with the inputs held.
+    ///
+    /// # Errors
+    /// [`TickError`].
+    pub fn advance(&mut self, to: f64, inputs: &Inputs) -> Result<Advance, TickError> {
+        let mut done = Advance::default();
+        while self.is_due_before(to) {
+            let was_outside = self.outside;
+            self.tick(inputs)?;
+            done.ticks += 1;
+            done.left_range |= self.outside && !was_outside;
+        }
+        Ok(done)
+    }
+
+    /// Runs the next tick, whatever the time.
+    ///
+    /// # Errors
+    /// [`TickError`].
+    pub fn tick(&mut self, inputs: &Inputs) -> Result<(), TickError> {
+        self.compute_outputs(inputs)?;
+        self.controller.update(&self.errors);
+        self.outside = self.outputs.out_of_range;
+        self.next_tick += 1;
+        Ok(())
+    }
+
+    fn is_due_before(&self, to: f64) -> bool {
+        let sample_time = self.plan.sample_time;
+        let due = self.start + self.next_tick as f64 * sample_time;
+        due < to - ROUNDING_OF_TIME * sample_time
+    }
+
+    fn compute_outputs(&mut self, inputs: &Inputs) -> Result<(), TickError> {
+        inputs.check()?;
+        let plan = &*self.plan;
+        for (error, (signal, scale)) in self.errors.iter_mut().zip(&plan.tracked) {
+            *error = match signal {
+                TrackedSignal::Pitch => inputs.pitch_reference - inputs.pitch,
+                TrackedSignal::Speed => inputs.speed_reference - inputs.speed,
+            } / scale;
+        }
+        let rho = (plan.trim.speed(inputs.speed) - plan.centre) / plan.half_range;
+        let clamped = rho.clamp(-1.0, 1.0);
+        let outputs = &mut self.outputs;
+        outputs.out_of_range = (rho - clamped).abs() > ROUNDING_OF_RHO;
+        outputs.scheduling_parameter = clamped;
+        outputs.trim_pitch = plan.trim.pitch(inputs.speed_reference);
+        self.controller.output(&self.errors, &[clamped][..plan.parameters], &mut outputs.commands)?;
+        self.add_feedforward(inputs.speed_reference)
+    }
+
+    /// Turns the scaled `u` in `commands` into commands.
+    fn add_feedforward(&mut self, speed_reference: f64) -> Result<(), TickError> {
+        for (index, command) in self.outputs.commands.iter_mut().enumerate() {
+            let [scale, minimum, maximum] = self.plan.actuators[index];
+            let value = self.plan.trim.command(speed_reference, index) + scale * *command;
+            if !value.is_finite() {
+                return Err(TickError::Diverged { index, value });
+            }
+            *command = value.clamp(minimum, maximum);
+        }
+        Ok(())
+    }
+}
+
+impl Inputs {
+    fn check(&self) -> Result<(), TickError> {
+        for (name, value) in [
+            ("pitch", self.pitch),
+            ("speed", self.speed),
+            ("pitch_reference", self.pitch_reference),
+            ("speed_reference", self.speed_reference),
+        ] {
+            if !value.is_finite() {
+                return Err(TickError::InputNotFinite { name, value });
+            }
+        }
+        Ok(())
+    }
+}

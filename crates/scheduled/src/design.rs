@@ -1,0 +1,163 @@
+//! The frozen design of a controller, as the JSON file holds it.
+
+use serde::{Deserialize, Serialize};
+
+/// Value of the key `format`.
+pub const FORMAT: &str = "squid-controller/1";
+
+/// A matrix as a list of rows.
+pub type Rows = Vec<Vec<f64>>;
+
+/// Everything that the autopilot needs; SI units, radians.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ControllerDesign {
+    /// [`FORMAT`].
+    pub format: String,
+    /// For which vehicle.
+    pub vehicle: VehicleName,
+    /// Name of the design among those of the vehicle.
+    pub design: String,
+    /// Time between two ticks in s.
+    pub sample_time: f64,
+    /// The scheduling parameter.
+    pub scheduling: Scheduling,
+    /// What follows a reference, in the order of `y`.
+    pub tracked: Vec<Tracked>,
+    /// What is commanded, in the order of `u`.
+    pub actuators: Vec<Actuator>,
+    /// The controller in continuous time.
+    pub lft: LftMatrices,
+    /// Level trim over speed.
+    pub trim: TrimTable,
+    /// What was achieved.
+    pub gamma: Gamma,
+    /// From which files the design was computed.
+    pub inputs: InputHashes,
+}
+
+/// The vehicle that the design belongs to.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct VehicleName {
+    /// Name of the vehicle.
+    pub name: String,
+    /// Where its coefficients come from.
+    pub status: Status,
+}
+
+/// Where a vehicle's coefficients come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Status {
+    /// Derived from geometry, in place of an unpublished vehicle.
+    Surrogate,
+    /// From a publication.
+    Published,
+    /// Measured.
+    Measured,
+}
+
+/// `rho = (V - centre)/half_range`, V the speed along the path in trim.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scheduling {
+    /// What V is; only `speed` is known.
+    pub quantity: String,
+    /// V at rho = -1, in m/s.
+    pub minimum: f64,
+    /// V at rho = 1, in m/s.
+    pub maximum: f64,
+    /// V at rho = 0, in m/s.
+    pub centre: f64,
+    /// Change of V per unit of rho, in m/s.
+    pub half_range: f64,
+}
+
+/// One tracked output: `y_i = (reference - measured)/scale`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Tracked {
+    /// `pitch` or `speed`.
+    pub name: String,
+    /// `rad` or `m/s`.
+    pub unit: String,
+    /// Error that counts as 1.
+    pub scale: f64,
+}
+
+/// One actuator: `command = clamp(trim + scale u_i, minimum, maximum)`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Actuator {
+    /// Name, also of the FMU's output.
+    pub name: String,
+    /// Unit of the command, `N` for a thruster, `rad` for a control surface.
+    pub unit: String,
+    /// Command that counts as 1.
+    pub scale: f64,
+    /// Least command.
+    pub minimum: f64,
+    /// Greatest command.
+    pub maximum: f64,
+}
+
+/// The controller's LFT in continuous time; see the crate's documentation for the partition.
+///
+/// With n states, p tracked outputs, m actuators and r channels, `Bt` is n x r, and so on. A matrix with rows but
+/// no columns is a list of empty rows.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "PascalCase")]
+#[allow(missing_docs)]
+pub struct LftMatrices {
+    /// Repetitions of each scheduling parameter.
+    #[serde(rename = "blocks")]
+    pub blocks: Vec<usize>,
+    pub a: Rows,
+    pub by: Rows,
+    pub bt: Rows,
+    pub cu: Rows,
+    pub duy: Rows,
+    pub dut: Rows,
+    pub ct: Rows,
+    pub dty: Rows,
+    pub dtt: Rows,
+}
+
+/// Level trim on a grid of speeds.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TrimTable {
+    /// Speed V along the path in m/s, increasing.
+    pub speed: Vec<f64>,
+    /// Forward speed u in body axes in m/s, increasing.
+    pub forward_speed: Vec<f64>,
+    /// Pitch angle in rad.
+    pub pitch: Vec<f64>,
+    /// Commands, one row a speed, in the order of the actuators.
+    pub actuators: Rows,
+}
+
+/// The performance level that was achieved.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Gamma {
+    /// Least level that the solver found.
+    pub optimum: f64,
+    /// Level that holds for the controller in this file.
+    pub bound: f64,
+    /// Factor by which the design stayed away from the optimum.
+    pub back_off: f64,
+    /// Whether the bound was proved in exact arithmetic.
+    pub certified: bool,
+}
+
+/// SHA-256 of the files that the design was computed from, in hexadecimal.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InputHashes {
+    /// Of the vehicle file.
+    pub vehicle_sha256: String,
+    /// Of the design file.
+    pub design_sha256: String,
+}

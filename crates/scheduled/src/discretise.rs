@@ -1,0 +1,48 @@
+//! The trapezoidal rule.
+
+use nalgebra::DMatrix;
+
+use crate::{DesignError, Lft, Matrix};
+
+impl Lft {
+    /// The LFT in discrete time, Theta's channels taken as inputs and outputs of a linear time-invariant system.
+    ///
+    /// With `v = [y; wk]`, `o = [u; zk]`, `P = (I - A T/2)^-1`:
+    ///
+    /// ```text
+    /// Ad = P (I + A T/2),  Bd = P B T,  Cd = C P,  Dd = D + C P B T/2
+    /// ```
+    ///
+    /// For every constant Theta, `K_d(e^{jwT}, Theta) = K_c(j (2/T) tan(wT/2), Theta)`: closing the loop with Theta and
+    /// the substitution `s = (2/T) (z - 1)/(z + 1)` commute.
+    ///
+    /// # Errors
+    /// [`DesignError::TooFast`].
+    ///
+    /// Source: Franklin, Powell and Workman, Digital Control of Dynamic Systems, 3rd ed., 1998, section 6.1.
+    pub fn discretise(&self, sample_time: f64) -> Result<Self, DesignError> {
+        let (a, n) = (self.a.to_dense(), self.a.rows());
+        let half = a * (0.5 * sample_time);
+        let identity = DMatrix::<f64>::identity(n, n);
+        let lu = (&identity - &half).lu();
+        let inverse = lu.try_inverse().filter(|inverse| inverse.iter().all(|entry| entry.is_finite()));
+        let p = inverse.ok_or(DesignError::TooFast { sample_time })?;
+        let input = |b: &Matrix| Matrix::from_dense(&(&p * b.to_dense() * sample_time));
+        let output = |c: &Matrix| Matrix::from_dense(&(c.to_dense() * &p));
+        let through = |c: &Matrix, b: &Matrix, d: &Matrix| {
+            Matrix::from_dense(&(d.to_dense() + c.to_dense() * &p * b.to_dense() * (0.5 * sample_time)))
+        };
+        Ok(Self {
+            blocks: self.blocks.clone(),
+            a: Matrix::from_dense(&(&p * (&identity + &half))),
+            by: input(&self.by),
+            bt: input(&self.bt),
+            cu: output(&self.cu),
+            duy: through(&self.cu, &self.by, &self.duy),
+            dut: through(&self.cu, &self.bt, &self.dut),
+            ct: output(&self.ct),
+            dty: through(&self.ct, &self.by, &self.dty),
+            dtt: through(&self.ct, &self.bt, &self.dtt),
+        })
+    }
+}

@@ -1,0 +1,66 @@
+//! What can be wrong with a design, and what can go wrong in a tick.
+
+/// Why a design cannot be used; `key` is the path in the JSON file.
+#[derive(Debug, thiserror::Error)]
+#[allow(missing_docs)]
+pub enum DesignError {
+    /// Not JSON, a key missing, unknown, or of another type.
+    #[error("the controller design cannot be read: {0}")]
+    Json(#[from] serde_json::Error),
+    /// Another format or version.
+    #[error("format is '{found}', but only '{allowed}' can be read")]
+    WrongFormat { found: String, allowed: &'static str },
+    /// A number outside what makes sense.
+    #[error("{key} is {value}, but must be {allowed}")]
+    BadNumber { key: String, value: f64, allowed: &'static str },
+    /// A text outside what is known.
+    #[error("{key} is '{found}', but must be {allowed}")]
+    BadText { key: String, found: String, allowed: &'static str },
+    /// The same name twice.
+    #[error("{key} is '{name}', which stands there twice or is the name of another variable")]
+    NameTaken { key: String, name: String },
+    /// A list that has to hold something.
+    #[error("{key} is empty")]
+    Empty { key: &'static str },
+    /// A list of another length than it must have.
+    #[error("{key} has {found} entries, but must have {expected}")]
+    WrongLength { key: String, found: usize, expected: usize },
+    /// More scheduling parameters than the one that is measured.
+    #[error("lft.blocks has {found} parameters, but only the speed can be scheduled on")]
+    SeveralParameters { found: usize },
+    /// A range with its ends exchanged or equal.
+    #[error("{key} reaches from {minimum} to {maximum}: it holds nothing")]
+    EmptyRange { key: String, minimum: f64, maximum: f64 },
+    /// Centre and half range that do not fit minimum and maximum.
+    #[error("scheduling: {end} m/s gives rho = {rho}, but must give {expected}")]
+    SchedulingMismatch { end: f64, rho: f64, expected: f64 },
+    /// A column that must increase.
+    #[error("{key} must increase, but {next} follows {previous}")]
+    NotIncreasing { key: &'static str, previous: f64, next: f64 },
+    /// A trim table that does not cover the scheduled speeds.
+    #[error("trim.speed covers {first} .. {last} m/s, but scheduling needs {minimum} .. {maximum} m/s")]
+    TrimTooShort { first: f64, last: f64, minimum: f64, maximum: f64 },
+    /// A trim command that the actuator cannot give.
+    #[error("{key} is {value}, outside the limits {minimum} .. {maximum} of that actuator")]
+    TrimBeyondLimits { key: String, value: f64, minimum: f64, maximum: f64 },
+    /// A pole at 2/T, where the trapezoidal rule has none.
+    #[error("I - A T/2 is singular at T = {sample_time} s: the controller is too fast for its sample time")]
+    TooFast { sample_time: f64 },
+}
+
+/// Why a tick could not be computed.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[allow(missing_docs)]
+pub enum TickError {
+    /// An input that is infinite or not a number.
+    #[error("the input {name} is {value}, which is not finite")]
+    InputNotFinite { name: &'static str, value: f64 },
+    /// `I - Dtt Theta` has no inverse.
+    #[error(
+        "the controller's algebraic loop is singular (pivot {pivot:e}) at scheduling parameter {parameter}"
+    )]
+    SingularLoop { parameter: f64, pivot: f64 },
+    /// The controller's own numbers have overflowed.
+    #[error("the controller's command {index} is {value}: the loop has diverged")]
+    Diverged { index: usize, value: f64 },
+}

@@ -1,0 +1,38 @@
+//! Writes a design so that it reads back to the same numbers.
+
+use crate::{ControllerDesign, DesignError};
+
+impl ControllerDesign {
+    /// The design as JSON, one matrix row a line; numbers read back to the same `f64`.
+    ///
+    /// # Errors
+    /// [`DesignError`] if the design is not valid: what cannot be read is not written.
+    pub fn to_json(&self) -> Result<String, DesignError> {
+        self.validate()?;
+        let mut text = join_rows(&serde_json::to_string_pretty(self)?);
+        text.push('\n');
+        Ok(text)
+    }
+}
+
+/// Puts each innermost list on one line.
+fn join_rows(pretty: &str) -> String {
+    let mut joined = String::with_capacity(pretty.len());
+    let mut rest = pretty;
+    // A list opens with a line break behind its bracket; inside a text there is none.
+    while let Some(open) = rest.find("[\n") {
+        let (before, list) = rest.split_at(open);
+        joined.push_str(before);
+        let end = list.find(']').map_or(list.len(), |close| close + 1);
+        if list[1..end].contains(['[', '{', '"']) {
+            joined.push('[');
+            rest = &list[1..];
+        } else {
+            let numbers = list[1..end - 1].split_whitespace().collect::<Vec<_>>().join(" ");
+            joined.extend(["[", &numbers, "]"]);
+            rest = &list[end..];
+        }
+    }
+    joined.push_str(rest);
+    joined
+}

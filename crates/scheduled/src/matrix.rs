@@ -1,0 +1,52 @@
+//! A small dense matrix, row by row, for products without allocation.
+
+use nalgebra::DMatrix;
+
+/// A matrix with its rows one after the other.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Matrix {
+    rows: usize,
+    columns: usize,
+    entries: Vec<f64>,
+}
+
+impl Matrix {
+    /// A matrix of entries, row by row; `None` when their number does not fit.
+    pub fn new(rows: usize, columns: usize, entries: Vec<f64>) -> Option<Self> {
+        (entries.len() == rows * columns).then_some(Self { rows, columns, entries })
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Number of columns.
+    pub fn columns(&self) -> usize {
+        self.columns
+    }
+
+    /// One row.
+    pub fn row(&self, index: usize) -> &[f64] {
+        &self.entries[index * self.columns..(index + 1) * self.columns]
+    }
+
+    /// `out += M x`.
+    ///
+    /// Shapes: `x` has as many entries as the matrix has columns, `out` as many as it has rows.
+    pub fn add_product(&self, x: &[f64], out: &mut [f64]) {
+        debug_assert_eq!((self.rows, self.columns), (out.len(), x.len()));
+        for (index, sum) in out.iter_mut().enumerate() {
+            *sum += self.row(index).iter().zip(x).map(|(entry, x)| entry * x).sum::<f64>();
+        }
+    }
+
+    pub(crate) fn to_dense(&self) -> DMatrix<f64> {
+        DMatrix::from_row_slice(self.rows, self.columns, &self.entries)
+    }
+
+    pub(crate) fn from_dense(dense: &DMatrix<f64>) -> Self {
+        let entries = dense.transpose().as_slice().to_vec();
+        Self { rows: dense.nrows(), columns: dense.ncols(), entries }
+    }
+}

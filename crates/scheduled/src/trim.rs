@@ -1,0 +1,97 @@
+//! Level trim over speed, interpolated linearly.
+
+use crate::TrimTable;
+
+/// The trim table ready for looking up.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trim {
+    table: TrimTable,
+}
+
+/// A place between two rows: `(1 - fraction) row[index] + fraction row[index + 1]`.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    index: usize,
+    fraction: f64,
+}
+
+impl Place {
+    fn interpolate(self, column: impl Fn(usize) -> f64) -> f64 {
+        let (low, high) = (column(self.index), column(self.index + 1));
+        // Exact at both ends.
+        (1.0 - self.fraction) * low + self.fraction * high
+    }
+}
+
+impl Trim {
+    /// A checked table with at least two rows and increasing speeds.
+    pub(crate) fn new(table: TrimTable) -> Self {
+        Self { table }
+    }
+
+    /// Speed V in m/s along the path at forward speed u in m/s; the first and last piece are prolonged.
+    pub fn speed(&self, forward_speed: f64) -> f64 {
+        let speeds = &self.table.speed;
+        find(&self.table.forward_speed, forward_speed).interpolate(|row| speeds[row])
+    }
+
+    /// Forward speed u in m/s at speed V in m/s along the path; the first and last piece are prolonged.
+    pub fn forward_speed(&self, speed: f64) -> f64 {
+        find(&self.table.speed, speed).interpolate(|row| self.table.forward_speed[row])
+    }
+
+    /// Pitch angle in rad at forward speed u in m/s, held beyond the table.
+    pub fn pitch(&self, forward_speed: f64) -> f64 {
+        self.place_within(forward_speed).interpolate(|row| self.table.pitch[row])
+    }
+
+    /// Command of one actuator at forward speed u in m/s, held beyond the table.
+    pub fn command(&self, forward_speed: f64, actuator: usize) -> f64 {
+        self.place_within(forward_speed).interpolate(|row| self.table.actuators[row][actuator])
+    }
+
+    fn place_within(&self, forward_speed: f64) -> Place {
+        let mut place = find(&self.table.forward_speed, forward_speed);
+        place.fraction = place.fraction.clamp(0.0, 1.0);
+        place
+    }
+}
+
+fn find(grid: &[f64], value: f64) -> Place {
+    let above = grid.partition_point(|&point| point <= value);
+    let index = above.clamp(1, grid.len() - 1) - 1;
+    let (low, high) = (grid[index], grid[index + 1]);
+    Place { index, fraction: (value - low) / (high - low) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn trim() -> Trim {
+        Trim::new(TrimTable {
+            speed: vec![0.5, 1.0, 3.0],
+            forward_speed: vec![0.4, 0.9, 2.9],
+            pitch: vec![-0.1, -0.05, -0.01],
+            actuators: vec![vec![1.0, 2.0], vec![3.0, 4.0], vec![7.0, 0.0]],
+        })
+    }
+
+    #[test]
+    fn is_exact_on_the_grid_and_linear_between() {
+        for (u, v) in [(0.4, 0.5), (0.9, 1.0), (2.9, 3.0)] {
+            assert_eq!(trim().speed(u), v);
+            assert_eq!(trim().forward_speed(v), u);
+        }
+        assert_eq!((trim().command(1.9, 0), trim().command(1.9, 1)), (5.0, 2.0));
+        assert!((trim().speed(0.65) - 0.75).abs() < 1e-15);
+    }
+
+    #[test]
+    fn prolongs_speed_and_holds_the_rest() {
+        assert!((trim().speed(3.9) - 4.0).abs() < 1e-14);
+        assert!((trim().speed(0.3) - 0.4).abs() < 1e-15);
+        assert_eq!((trim().pitch(9.0), trim().pitch(-9.0)), (-0.01, -0.1));
+        assert_eq!((trim().command(9.0, 0), trim().command(9.0, 1)), (7.0, 0.0));
+    }
+}

@@ -1,0 +1,188 @@
+//! Checks a design on reading.
+
+use std::collections::HashSet;
+
+use crate::{ControllerDesign, DesignError, FORMAT, Lft};
+
+impl ControllerDesign {
+    /// Reads and checks a design.
+    ///
+    /// # Errors
+    /// [`DesignError`] with the key at fault.
+    pub fn from_json(text: &str) -> Result<Self, DesignError> {
+        let design: Self = serde_json::from_str(text)?;
+        design.validate()?;
+        Ok(design)
+    }
+
+    /// Checks shapes, ranges, names and units.
+    ///
+    /// # Errors
+    /// [`DesignError`] with the key at fault.
+    pub fn validate(&self) -> Result<(), DesignError> {
+        if self.format != FORMAT {
+            return Err(DesignError::WrongFormat { found: self.format.clone(), allowed: FORMAT });
+        }
+        positive(|| "sample_time".to_owned(), self.sample_time)?;
+        self.validate_scheduling()?;
+        self.validate_tracked()?;
+        self.validate_actuators()?;
+        if self.lft.blocks.len() > 1 {
+            return Err(DesignError::SeveralParameters { found: self.lft.blocks.len() });
+        }
+        Lft::from_rows(&self.lft, self.tracked.len(), self.actuators.len())?;
+        self.validate_trim()?;
+        for (key, value) in [
+            ("gamma.optimum", self.gamma.optimum),
+            ("gamma.bound", self.gamma.bound),
+            ("gamma.back_off", self.gamma.back_off),
+        ] {
+            positive(|| key.to_owned(), value)?;
+        }
+        Ok(())
+    }
+
+    fn validate_scheduling(&self) -> Result<(), DesignError> {
+        let scheduling = &self.scheduling;
+        if scheduling.quantity != "speed" {
+            let key = "scheduling.quantity".to_owned();
+            return Err(DesignError::BadText { key, found: scheduling.quantity.clone(), allowed: "'speed'" });
+        }
+        positive(|| "scheduling.minimum".to_owned(), scheduling.minimum)?;
+        positive(|| "scheduling.half_range".to_owned(), scheduling.half_range)?;
+        let (minimum, maximum) = (scheduling.minimum, scheduling.maximum);
+        range(|| "scheduling".to_owned(), minimum, maximum)?;
+        for (end, expected) in [(minimum, -1.0), (maximum, 1.0)] {
+            let rho = (end - scheduling.centre) / scheduling.half_range;
+            // Written so that NaN is refused too.
+            if rho.is_nan() || (rho - expected).abs() > 1e-9 {
+                return Err(DesignError::SchedulingMismatch { end, rho, expected });
+            }
+        }
+        Ok(())
+    }
+
+    fn validate_tracked(&self) -> Result<(), DesignError> {
+        if self.tracked.is_empty() {
+            return Err(DesignError::Empty { key: "tracked" });
+        }
+        let mut names = HashSet::new();
+        for (index, tracked) in self.tracked.iter().enumerate() {
+            let key = |last: &str| format!("tracked[{index}].{last}");
+            let bad = |last, found: &str, allowed| {
+                Err(DesignError::BadText { key: key(last), found: found.to_owned(), allowed })
+            };
+            match (tracked.name.as_str(), tracked.unit.as_str()) {
+                ("pitch", "rad") | ("speed", "m/s") => {}
+                ("pitch", unit) => return bad("unit", unit, "'rad'"),
+                ("speed", unit) => return bad("unit", unit, "'m/s'"),
+                (name, _) => return bad("name", name, "'pitch' or 'speed'"),
+            }
+            positive(|| key("scale"), tracked.scale)?;
+            if !names.insert(&tracked.name) {
+                return Err(DesignError::NameTaken { key: key("name"), name: tracked.name.clone() });
+            }
+        }
+        Ok(())
+    }
+
+    fn validate_actuators(&self) -> Result<(), DesignError> {
+        if self.actuators.is_empty() {
+            return Err(DesignError::Empty { key: "actuators" });
+        }
+        let mut names: HashSet<&str> = HashSet::new();
+        for (index, actuator) in self.actuators.iter().enumerate() {
+            let key = |last: &str| format!("actuators[{index}].{last}");
+            let allowed = "a letter, then letters, digits and underscores";
+            let starts_well = actuator.name.starts_with(|c: char| c.is_ascii_alphabetic());
+            if !starts_well || actuator.name.contains(|c: char| !c.is_ascii_alphanumeric() && c != '_') {
+                return Err(DesignError::BadText { key: key("name"), found: actuator.name.clone(), allowed });
+            }
+            if !names.insert(&actuator.name) {
+                return Err(DesignError::NameTaken { key: key("name"), name: actuator.name.clone() });
+            }
+            positive(|| key("scale"), actuator.scale)?;
+            range(|| format!("actuators[{index}]"), actuator.minimum, actuator.maximum)?;
+        }
+        Ok(())
+    }
+
+    fn validate_trim(&self) -> Result<(), DesignError> {
+        let trim = &self.trim;
+        let rows = trim.speed.len();
+        if rows < 2 {
+            return Err(DesignError::WrongLength { key: "trim.speed".to_owned(), found: rows, expected: 2 });
+        }
+        increasing("trim.speed", &trim.speed)?;
+        length(|| "trim.forward_speed".to_owned(), trim.forward_speed.len(), rows)?;
+        increasing("trim.forward_speed", &trim.forward_speed)?;
+        length(|| "trim.pitch".to_owned(), trim.pitch.len(), rows)?;
+        for (row, &pitch) in trim.pitch.iter().enumerate() {
+            finite(|| format!("trim.pitch[{row}]"), pitch)?;
+        }
+        length(|| "trim.actuators".to_owned(), trim.actuators.len(), rows)?;
+        for (row, commands) in trim.actuators.iter().enumerate() {
+            length(|| format!("trim.actuators[{row}]"), commands.len(), self.actuators.len())?;
+            for (column, (&value, actuator)) in commands.iter().zip(&self.actuators).enumerate() {
+                let key = || format!("trim.actuators[{row}][{column}]");
+                finite(key, value)?;
+                let (minimum, maximum) = (actuator.minimum, actuator.maximum);
+                if value < minimum || value > maximum {
+                    return Err(DesignError::TrimBeyondLimits { key: key(), value, minimum, maximum });
+                }
+            }
+        }
+        self.validate_coverage(trim.speed[0], trim.speed[rows - 1])
+    }
+
+    fn validate_coverage(&self, first: f64, last: f64) -> Result<(), DesignError> {
+        let (minimum, maximum) = (self.scheduling.minimum, self.scheduling.maximum);
+        let rounding = 1e-9 * maximum;
+        if first > minimum + rounding || last < maximum - rounding {
+            return Err(DesignError::TrimTooShort { first, last, minimum, maximum });
+        }
+        Ok(())
+    }
+}
+
+pub(crate) fn finite(key: impl Fn() -> String, value: f64) -> Result<(), DesignError> {
+    if value.is_finite() {
+        return Ok(());
+    }
+    Err(DesignError::BadNumber { key: key(), value, allowed: "finite" })
+}
+
+fn positive(key: impl Fn() -> String, value: f64) -> Result<(), DesignError> {
+    if value.is_finite() && value > 0.0 {
+        return Ok(());
+    }
+    Err(DesignError::BadNumber { key: key(), value, allowed: "finite and above 0" })
+}
+
+fn range(key: impl Fn() -> String, minimum: f64, maximum: f64) -> Result<(), DesignError> {
+    finite(|| format!("{}.minimum", key()), minimum)?;
+    finite(|| format!("{}.maximum", key()), maximum)?;
+    if minimum < maximum {
+        return Ok(());
+    }
+    Err(DesignError::EmptyRange { key: key(), minimum, maximum })
+}
+
+fn length(key: impl Fn() -> String, found: usize, expected: usize) -> Result<(), DesignError> {
+    if found == expected {
+        return Ok(());
+    }
+    Err(DesignError::WrongLength { key: key(), found, expected })
+}
+
+fn increasing(key: &'static str, column: &[f64]) -> Result<(), DesignError> {
+    for (row, &value) in column.iter().enumerate() {
+        finite(|| format!("{key}[{row}]"), value)?;
+    }
+    for pair in column.windows(2) {
+        if pair[1] <= pair[0] {
+            return Err(DesignError::NotIncreasing { key, previous: pair[0], next: pair[1] });
+        }
+    }
+    Ok(())
+}

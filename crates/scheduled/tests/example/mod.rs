@@ -1,0 +1,50 @@
+//! A small design with two states, two channels, two tracked outputs and three actuators.
+
+use scheduled::*;
+
+pub fn design() -> ControllerDesign {
+    let thruster = |name: &str| Actuator {
+        name: name.to_owned(),
+        unit: "N".to_owned(),
+        scale: 100.0,
+        minimum: -60.0,
+        maximum: 100.0,
+    };
+    let tracked =
+        |name: &str, unit: &str, scale| Tracked { name: name.to_owned(), unit: unit.to_owned(), scale };
+    ControllerDesign {
+        format: FORMAT.to_owned(),
+        vehicle: VehicleName { name: "Example".to_owned(), status: Status::Surrogate },
+        design: "default".to_owned(),
+        sample_time: 0.02,
+        scheduling: Scheduling {
+            quantity: "speed".to_owned(),
+            minimum: 0.5,
+            maximum: 3.0,
+            centre: 1.75,
+            half_range: 1.25,
+        },
+        tracked: vec![tracked("pitch", "rad", 0.17), tracked("speed", "m/s", 0.3)],
+        actuators: vec![thruster("thruster_1"), thruster("thruster_2"), thruster("thruster_3")],
+        lft: LftMatrices {
+            blocks: vec![2],
+            a: vec![vec![-0.5, 1.0], vec![-1.0, -2.0]],
+            by: vec![vec![0.3, 0.0], vec![0.1, 0.2]],
+            bt: vec![vec![0.2, 0.0], vec![0.1, -0.3]],
+            cu: vec![vec![0.1, 0.05], vec![-0.1, 0.02], vec![0.0, 0.04]],
+            duy: vec![vec![0.1, 0.05], vec![-0.05, 0.05], vec![-0.05, 0.05]],
+            dut: vec![vec![0.02, 0.0], vec![0.0, 0.01], vec![0.01, 0.01]],
+            ct: vec![vec![0.4, 0.0], vec![0.0, 0.5]],
+            dty: vec![vec![0.1, 0.2], vec![0.0, 0.3]],
+            dtt: vec![vec![0.1, 0.2], vec![-0.2, 0.0]],
+        },
+        trim: TrimTable {
+            speed: vec![0.5, 1.75, 3.0],
+            forward_speed: vec![0.49, 1.749, 3.0],
+            pitch: vec![-0.11, -0.01, -0.003],
+            actuators: vec![vec![1.5, 1.0, 1.0], vec![9.0, 8.0, 8.0], vec![24.0, 23.0, 23.0]],
+        },
+        gamma: Gamma { optimum: 0.79, bound: 0.85, back_off: 1.1, certified: false },
+        inputs: InputHashes { vehicle_sha256: "00".repeat(32), design_sha256: "11".repeat(32) },
+    }
+}
