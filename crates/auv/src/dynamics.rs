@@ -55,6 +55,11 @@ impl Dynamics {
         &self.coefficients
     }
 
+    /// Returns the speed at which the Reynolds number is [`LEAST_REYNOLDS_NUMBER`] \[m/s\].
+    pub fn least_friction_speed(&self) -> f64 {
+        LEAST_REYNOLDS_NUMBER * self.coefficients.kinematic_viscosity / self.coefficients.length
+    }
+
     /// Returns \[u' w' q'\] under the force \[X Z M\] of the actuators: `M nu' = coriolis + restoring + lift + damping + drag +
     /// actuators`.
     pub fn acceleration<D: Scalar>(&self, motion: &Motion<D>, depth: D, actuators: [D; 3]) -> [D; 3] {

@@ -12,6 +12,11 @@ const ABSOLUTE_TOLERANCE: f64 = 1e-14;
 const FIRST_STEP: f64 = 1e-3;
 const LARGEST_STEP: f64 = 0.01;
 const SMALLEST_STEP: f64 = 1e-12;
+/// A step across a corner is repeated ten times shorter, down to this length \[s\]: the error estimate can miss a corner late
+/// in a step.
+const CORNER_STEP: f64 = 1e-4;
+/// A switch that moves less than this makes no corner to speak of.
+const LEAST_SWING: f64 = 1e-6;
 /// An interval this short is crossed by one step of Euler's method, whose error is its square.
 const SHORTEST_INTERVAL: f64 = 1e-11;
 /// An interval may take this many steps, and as many more as steps of [`SMALLEST_MEAN_STEP`] would.
@@ -20,6 +25,12 @@ const SMALLEST_MEAN_STEP: f64 = 1e-5;
 
 /// u, w, q, theta, and the way made since the start of the interval: x, depth.
 pub(crate) type Body = [f64; 6];
+
+/// Equations of motion with corners: each is smooth where none of its switches changes sign.
+pub(crate) trait Equations: ODE<f64, Body> {
+    /// Returns the quantities whose sign picks a branch of the equations.
+    fn switches(&self, body: &Body) -> [f64; 4];
+}
 
 type Dop853 = ExplicitRungeKutta<Ordinary, DormandPrince, f64, Body, 8, 12, 16>;
 
@@ -58,7 +69,7 @@ impl Integrator {
     }
 
     /// Returns the state a time `duration` \[s\] after it was `start`; the equations see the time since then.
-    pub(crate) fn advance<F: ODE<f64, Body>>(
+    pub(crate) fn advance<F: Equations>(
         &mut self,
         equations: &F,
         start: &Body,
@@ -71,7 +82,7 @@ impl Integrator {
         end
     }
 
-    fn integrate<F: ODE<f64, Body>>(
+    fn integrate<F: Equations>(
         &mut self,
         equations: &F,
         start: &Body,
@@ -97,12 +108,20 @@ impl Integrator {
             if clipped {
                 self.method.set_h(remaining);
             }
-            let before = self.method.t();
+            let (before, body) = (self.method.t(), *self.method.y());
             if let Err(error) = self.method.step(equations) {
                 self.recover(equations, duration, &error)?;
                 continue;
             }
-            let accepted = self.method.t() > before;
+            let taken = self.method.t() - before;
+            let accepted = taken > 0.0;
+            if taken > CORNER_STEP
+                && crosses(&equations.switches(&body), &equations.switches(self.method.y()))
+            {
+                self.step = 0.1 * taken;
+                self.restart(equations, before, duration, &body)?;
+                continue;
+            }
             self.step = if clipped && accepted { proposed.max(self.method.h()) } else { self.method.h() };
             if !accepted && self.step < SMALLEST_STEP {
                 return Err(IntegrationError::StepTooSmall);
@@ -111,7 +130,7 @@ impl Integrator {
         }
     }
 
-    fn restart<F: ODE<f64, Body>>(
+    fn restart<F: Equations>(
         &mut self,
         equations: &F,
         time: f64,
@@ -126,7 +145,7 @@ impl Integrator {
     }
 
     /// The method gives up after fifteen signs of stiffness, however slowly they come; that is no reason to stop.
-    fn recover<F: ODE<f64, Body>>(
+    fn recover<F: Equations>(
         &mut self,
         equations: &F,
         duration: f64,
@@ -139,7 +158,12 @@ impl Integrator {
     }
 }
 
-fn euler<F: ODE<f64, Body>>(equations: &F, time: f64, body: &Body, step: f64) -> Body {
+/// Tells whether a switch changes sign from one state to the next.
+fn crosses(from: &[f64; 4], to: &[f64; 4]) -> bool {
+    from.iter().zip(to).any(|(from, to)| from * to < 0.0 && (to - from).abs() > LEAST_SWING)
+}
+
+fn euler<F: Equations>(equations: &F, time: f64, body: &Body, step: f64) -> Body {
     let mut rate = [0.0; 6];
     equations.diff(time, body, &mut rate);
     std::array::from_fn(|i| body[i] + step * rate[i])

@@ -1,14 +1,15 @@
 //! The vehicle in motion: commands and current in, motion out.
 
-use differential_equations::ode::ODE;
-use thiserror::Error;
+use std::fmt;
 
 use crate::actuator::Actuator;
 use crate::coefficients::CoefficientError;
-use crate::dynamics::{Dynamics, Motion, actuator_force};
+use crate::dynamics::{Dynamics, Motion};
+use crate::flow::{Current, Flow, earth_velocity};
 use crate::frozen::Frozen;
-use crate::integrator::{Body, IntegrationError, Integrator};
+use crate::integrator::{Body, Integrator};
 use crate::lpv_model::{LpvModel, LpvModelError};
+use crate::simulation_error::{SimulationError, finite};
 use crate::trim::Trim;
 use crate::vehicle::Vehicle;
 
@@ -30,73 +31,6 @@ pub struct State {
     pub x: f64,
     /// Depth \[m\].
     pub depth: f64,
-}
-
-/// A steady, uniform current, in the earth frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Current {
-    /// Horizontal velocity U_c \[m/s\].
-    pub horizontal: f64,
-    /// Vertical velocity W_c \[m/s\], positive down.
-    pub vertical: f64,
-}
-
-impl Current {
-    /// Returns the current along the body axes: `u_c = U_c cos - W_c sin`, `w_c = U_c sin + W_c cos`.
-    fn along_body(self, theta: f64) -> (f64, f64) {
-        let (sin, cos) = theta.sin_cos();
-        (self.horizontal * cos - self.vertical * sin, self.horizontal * sin + self.vertical * cos)
-    }
-}
-
-/// Why a simulation cannot go on.
-#[derive(Clone, Debug, Error, PartialEq)]
-pub enum SimulationError {
-    /// An input is not a finite number.
-    #[error("the input {input} is {found}, and must be a finite number")]
-    InputNotFinite {
-        /// The input.
-        input: &'static str,
-        /// The number found.
-        found: f64,
-    },
-    /// There is no such actuator.
-    #[error("there is no actuator {index}: the vehicle has {actuators}, counted from 0")]
-    NoSuchActuator {
-        /// The index asked for.
-        index: usize,
-        /// The number of actuators.
-        actuators: usize,
-    },
-    /// A trim has another number of actuators than the vehicle.
-    #[error("the trim is for {found} actuators, and the vehicle has {expected}")]
-    TrimActuators {
-        /// Actuators of the trim.
-        found: usize,
-        /// Actuators of the vehicle.
-        expected: usize,
-    },
-    /// The LPV model was asked for and none was given.
-    #[error("the plant has no LPV model")]
-    NoLpvModel,
-    /// Time would run backwards.
-    #[error("cannot go from {from} s back to {to} s")]
-    Backwards {
-        /// The time reached.
-        from: f64,
-        /// The time asked for.
-        to: f64,
-    },
-    /// The equations could not be integrated; the plant stays where it was.
-    #[error("between {from} s and {to} s: {source}")]
-    Integration {
-        /// The time reached.
-        from: f64,
-        /// The time asked for.
-        to: f64,
-        /// The reason.
-        source: IntegrationError,
-    },
 }
 
 /// A vehicle in motion, with its workspace: no step allocates.
@@ -329,43 +263,14 @@ impl Plant {
     }
 }
 
-fn finite(input: &'static str, found: f64) -> Result<(), SimulationError> {
-    if found.is_finite() { Ok(()) } else { Err(SimulationError::InputNotFinite { input, found }) }
-}
-
-/// `x' = u cos + w sin + U_c`, `z' = -u sin + w cos + W_c`.
-fn earth_velocity(body: &Body, current: Current) -> (f64, f64) {
-    let [u, w, _, theta, ..] = *body;
-    let (sin, cos) = theta.sin_cos();
-    (u * cos + w * sin + current.horizontal, w * cos - u * sin + current.vertical)
-}
-
-/// The equations of motion over an interval in which all inputs are held; time and the way made count from its start.
-struct Flow<'a> {
-    dynamics: &'a Dynamics,
-    actuators: &'a [Actuator],
-    outputs: &'a [f64],
-    commands: &'a [f64],
-    current: Current,
-    depth: f64,
-    frozen: Option<&'a Frozen>,
-}
-
-impl ODE<f64, Body> for Flow<'_> {
-    fn diff(&self, time: f64, body: &Body, rate: &mut Body) {
-        let [u, w, q, theta, _, sunk] = *body;
-        let held = self.actuators.iter().zip(self.outputs).zip(self.commands);
-        let outputs = held.map(|((actuator, start), command)| actuator.output_after(time, *start, *command));
-        let (x_rate, depth_rate) = earth_velocity(body, self.current);
-        let [du, dw, dq, dtheta] = match self.frozen {
-            Some(frozen) => frozen.derivative([u, w, q, theta], outputs),
-            None => {
-                let force = actuator_force(self.actuators, u, outputs);
-                let [du, dw, dq] =
-                    self.dynamics.acceleration(&Motion { u, w, q, theta }, self.depth + sunk, force);
-                [du, dw, dq, q]
-            }
-        };
-        *rate = [du, dw, dq, dtheta, x_rate, depth_rate];
+impl fmt::Debug for Plant {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut debug = f.debug_struct("Plant");
+        debug.field("fidelity", &self.fidelity).field("time", &self.time).field("state", &self.state());
+        debug
+            .field("outputs", &self.outputs)
+            .field("commands", &self.commands)
+            .field("current", &self.current);
+        debug.finish_non_exhaustive()
     }
 }

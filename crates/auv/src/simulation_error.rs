@@ -1,0 +1,60 @@
+//! Why a simulation refuses an input or cannot go on.
+
+use thiserror::Error;
+
+use crate::integrator::IntegrationError;
+
+/// Why a simulation cannot go on.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum SimulationError {
+    /// An input is not a finite number.
+    #[error("the input {input} is {found}, and must be a finite number")]
+    InputNotFinite {
+        /// The input.
+        input: &'static str,
+        /// The number found.
+        found: f64,
+    },
+    /// There is no such actuator.
+    #[error("there is no actuator {index}: the vehicle has {actuators}, counted from 0")]
+    NoSuchActuator {
+        /// The index asked for.
+        index: usize,
+        /// The number of actuators.
+        actuators: usize,
+    },
+    /// A trim has another number of actuators than the vehicle.
+    #[error("the trim is for {found} actuators, and the vehicle has {expected}")]
+    TrimActuators {
+        /// Actuators of the trim.
+        found: usize,
+        /// Actuators of the vehicle.
+        expected: usize,
+    },
+    /// The LPV model was asked for and none was given.
+    #[error("the plant has no LPV model")]
+    NoLpvModel,
+    /// Time would run backwards.
+    #[error("cannot go from {from} s back to {to} s")]
+    Backwards {
+        /// The time reached.
+        from: f64,
+        /// The time asked for.
+        to: f64,
+    },
+    /// The equations could not be integrated; the plant stays where it was.
+    #[error("between {from} s and {to} s: {source}")]
+    Integration {
+        /// The time reached.
+        from: f64,
+        /// The time asked for.
+        to: f64,
+        /// The reason.
+        source: IntegrationError,
+    },
+}
+
+/// Refuses an input that is not a finite number.
+pub(crate) fn finite(input: &'static str, found: f64) -> Result<(), SimulationError> {
+    if found.is_finite() { Ok(()) } else { Err(SimulationError::InputNotFinite { input, found }) }
+}
