@@ -13,6 +13,17 @@
 //! - [`linearise()`]: A and B about a trim, by exact derivatives;
 //! - [`Plant`]: the vehicle in motion, by the nonlinear equations or by an [`LpvModel`].
 //!
+//! ```
+//! use auv::{Speed, Vehicle, linearise, trim};
+//!
+//! let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid/vehicle.toml");
+//! let vehicle = Vehicle::read(&file)?;
+//! let level = trim(&vehicle, Speed::Path(1.0), 50.0)?;
+//! let linear = linearise(&vehicle, &level)?;
+//! assert!(linear.eigenvalues().iter().all(|value| value.re < 0.0));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! Units are SI, angles are radians. This crate knows no control theory and no co-simulation.
 
 mod actuator;

@@ -8,12 +8,14 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use num_dual::Dual64;
 use thiserror::Error;
 
+use crate::actuator::Actuator;
 use crate::coefficients::CoefficientError;
 use crate::dynamics::{Dynamics, Motion, Scalar, actuator_force};
 use crate::vehicle::Vehicle;
 
 const MAX_ITERATIONS: usize = 60;
 const LARGEST_STEP: f64 = 0.2;
+const STARTS: [f64; 5] = [0.0, -0.15, 0.15, -0.4, 0.4];
 const LARGEST_INCIDENCE: f64 = 1.2;
 const RESIDUAL_TOLERANCE: f64 = 1e-11;
 const RANK_TOLERANCE: f64 = 1e-9;
@@ -143,10 +145,14 @@ pub fn trim(vehicle: &Vehicle, speed: Speed, depth: f64) -> Result<Trim, TrimErr
         return Err(TrimError::DepthNotFinite { depth });
     }
     let balance = Balance { dynamics: Dynamics::new(&vehicle.coefficients)?, vehicle, speed, depth };
-    let (incidence, actuators, residual) = balance.solve()?;
+    let Attempt { incidence, outputs: actuators, residual } = balance.solve()?;
     let motion = speed.level_motion(incidence);
+    let path_speed = match speed {
+        Speed::Path(speed) => speed,
+        Speed::Forward(_) => motion.u.hypot(motion.w),
+    };
     let trim = Trim {
-        speed: motion.u.hypot(motion.w),
+        speed: path_speed,
         forward_speed: motion.u,
         heave: motion.w,
         incidence,
@@ -161,8 +167,7 @@ pub fn trim(vehicle: &Vehicle, speed: Speed, depth: f64) -> Result<Trim, TrimErr
 
 /// Refuses a trim that asks more of an actuator than it can give, naming the worst.
 fn check_limits(vehicle: &Vehicle, trim: &Trim) -> Result<(), TrimError> {
-    let excess =
-        |(actuator, &output): (&crate::Actuator, &f64)| (output - actuator.max).max(actuator.min - output);
+    let excess = |(actuator, &output): (&Actuator, &f64)| (output - actuator.max).max(actuator.min - output);
     let pairs = || vehicle.actuators.iter().zip(&trim.actuators);
     let worst = pairs().max_by(|a, b| (excess(*a) / a.0.reach()).total_cmp(&(excess(*b) / b.0.reach())));
     match worst {
@@ -178,6 +183,14 @@ fn check_limits(vehicle: &Vehicle, trim: &Trim) -> Result<(), TrimError> {
         }),
         _ => Ok(()),
     }
+}
+
+/// Where an iteration ended.
+#[derive(Clone, Debug)]
+struct Attempt {
+    incidence: f64,
+    outputs: Vec<f64>,
+    residual: f64,
 }
 
 /// The equations of level trim.
@@ -210,51 +223,79 @@ impl Balance<'_> {
         (Vector3::from(by_incidence.map(|a| a.re)), Vector3::from(by_incidence.map(|a| a.eps)), by_outputs)
     }
 
-    /// Newton's method; each step takes the outputs of least norm that meet the linearised equations.
+    /// Tries Newton's method from several incidences: near the speed at which fins and weight cancel, one start is not enough.
     ///
-    /// The equations are projected on the plane that the incidence does not reach; there the outputs are a least-norm
-    /// solution, and the incidence takes what is left. At the fixed point the outputs satisfy the first-order condition of
-    /// the least norm over all trims.
-    fn solve(&self) -> Result<(f64, Vec<f64>, f64), TrimError> {
-        let reach = DVector::from_iterator(
-            self.vehicle.actuators.len(),
-            self.vehicle.actuators.iter().map(crate::Actuator::reach),
-        );
-        let mut incidence = 0.0;
-        let mut outputs = vec![0.0; reach.len()];
-        let mut residual = f64::INFINITY;
+    /// Returns the first trim within the limits, or else the first trim at all.
+    fn solve(&self) -> Result<Attempt, TrimError> {
+        let attempts: Vec<Attempt> = STARTS.iter().map(|&start| self.newton(start)).collect();
+        let mut found = attempts.iter().filter(|attempt| attempt.residual < RESIDUAL_TOLERANCE);
+        let first = found.clone().next();
+        if let Some(attempt) = found.find(|attempt| self.within_limits(attempt)).or(first) {
+            return Ok(attempt.clone());
+        }
+        let nearest = attempts.iter().min_by(|a, b| a.residual.total_cmp(&b.residual));
+        let (speed, depth) = (self.speed.value(), self.depth);
+        let (incidence, residual) = nearest.map_or((0.0, f64::INFINITY), |a| (a.incidence, a.residual));
+        Err(TrimError::NotFound { speed, depth, incidence_deg: incidence.to_degrees(), residual })
+    }
+
+    fn within_limits(&self, attempt: &Attempt) -> bool {
+        let mut pairs = self.vehicle.actuators.iter().zip(&attempt.outputs);
+        pairs.all(|(actuator, output)| (actuator.min..=actuator.max).contains(output))
+    }
+
+    /// Newton's method; each step takes the outputs of least norm that meet the linearised equations.
+    fn newton(&self, start: f64) -> Attempt {
+        let actuators = &self.vehicle.actuators;
+        let reach = DVector::from_iterator(actuators.len(), actuators.iter().map(Actuator::reach));
+        let mut incidence = start;
+        let mut scaled = DVector::zeros(reach.len());
+        let mut best = Attempt { incidence, outputs: vec![0.0; reach.len()], residual: f64::INFINITY };
         for _ in 0..MAX_ITERATIONS {
+            let outputs: Vec<f64> = scaled.component_mul(&reach).iter().copied().collect();
             let (error, by_incidence, by_outputs) = self.linearised(incidence, &outputs);
-            residual = error.amax();
-            let normal = by_incidence / by_incidence.norm();
-            let project = |v: Vector3<f64>| v - normal * normal.dot(&v);
-            let scaled = DVector::from_column_slice(&outputs).component_div(&reach);
-            let target = project(Vector3::from_iterator((&by_outputs * &scaled).iter().copied()) - error);
-            let mut projected = by_outputs.clone();
-            projected.column_iter_mut().for_each(|mut column| {
-                let reached = project(Vector3::new(column[0], column[1], column[2]));
-                column.copy_from(&reached);
-            });
-            let svd = projected.svd(true, true);
-            let threshold = svd.singular_values.max() * RANK_TOLERANCE;
-            let Ok(solution) = svd.solve(&DVector::from_column_slice(target.as_slice()), threshold) else {
-                break;
-            };
-            let moved = error + Vector3::from_iterator((&by_outputs * (&solution - &scaled)).iter().copied());
-            let step = -normal.dot(&moved) / by_incidence.norm();
-            let settled = step.abs() < 1e-14 && (&solution - &scaled).amax() < 1e-13;
-            incidence += step.clamp(-LARGEST_STEP, LARGEST_STEP);
-            outputs = solution.component_mul(&reach).iter().copied().collect();
+            let residual = error.amax();
+            if residual < best.residual {
+                best = Attempt { incidence, outputs, residual };
+            }
+            let Some((turn, change)) = newton_step(error, by_incidence, &by_outputs, &scaled) else { break };
+            let shortened = (LARGEST_STEP / turn.abs()).min(1.0);
+            incidence += shortened * turn;
+            scaled += &change * shortened;
+            let settled = turn.abs() < 1e-15 && change.amax() < 1e-14;
             if settled || !incidence.is_finite() || incidence.abs() > LARGEST_INCIDENCE {
                 break;
             }
         }
-        let (error, ..) = self.linearised(incidence, &outputs);
-        residual = residual.min(error.amax());
-        if error.amax() < RESIDUAL_TOLERANCE && incidence.abs() <= LARGEST_INCIDENCE {
-            return Ok((incidence, outputs, error.amax()));
-        }
-        let (speed, depth, incidence_deg) = (self.speed.value(), self.depth, incidence.to_degrees());
-        Err(TrimError::NotFound { speed, depth, incidence_deg, residual })
+        best
     }
+}
+
+/// Returns the change of incidence and of the scaled outputs that meets the linearised equations.
+///
+/// The equations are projected on the plane that the incidence does not reach; there the outputs are the solution of
+/// least norm, and the incidence takes what is left. At the fixed point the outputs satisfy the first-order condition of the
+/// least norm over all trims.
+fn newton_step(
+    error: Vector3<f64>,
+    by_incidence: Vector3<f64>,
+    by_outputs: &DMatrix<f64>,
+    scaled: &DVector<f64>,
+) -> Option<(f64, DVector<f64>)> {
+    let slope = by_incidence.norm();
+    let normal = by_incidence / slope;
+    let project = |v: Vector3<f64>| v - normal * normal.dot(&v);
+    let reached = |outputs: &DVector<f64>| Vector3::from_iterator((by_outputs * outputs).iter().copied());
+    let target = project(reached(scaled) - error);
+    let mut projected = by_outputs.clone();
+    for mut column in projected.column_iter_mut() {
+        let inside = project(Vector3::new(column[0], column[1], column[2]));
+        column.copy_from(&inside);
+    }
+    let svd = projected.svd(true, true);
+    let threshold = svd.singular_values.max() * RANK_TOLERANCE;
+    let solution = svd.solve(&DVector::from_column_slice(target.as_slice()), threshold).ok()?;
+    let change = solution - scaled;
+    let turn = -normal.dot(&(error + reached(&change))) / slope;
+    (turn.is_finite() && change.iter().all(|c| c.is_finite())).then_some((turn, change))
 }

@@ -294,7 +294,7 @@ fn lpv_models_that_fit_no_plant_are_refused() {
     let refused = |change: &dyn Fn(&mut LpvModel)| {
         let mut broken = model.clone();
         change(&mut broken);
-        Plant::new(&vehicle).unwrap().with_lpv(broken).err().expect("must be refused")
+        Plant::new(&vehicle).unwrap().with_lpv(broken).expect_err("must be refused")
     };
     assert!(matches!(refused(&|m| m.format = "auv-lpv-model/9".into()), LpvModelError::Format { .. }));
     assert!(matches!(refused(&|m| m.a.clear()), LpvModelError::Empty { matrix: "a" }));

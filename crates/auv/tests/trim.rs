@@ -86,6 +86,15 @@ fn what_cannot_be_trimmed_is_refused_with_numbers() {
         other => panic!("{other:?}"),
     }
 
+    // So slow that the planes cannot hold the bow against the buoyancy: a start at zero incidence alone would find nothing.
+    match trim(&remus100(), Speed::Path(0.3), 50.0) {
+        Err(TrimError::BeyondLimits { actuator, needed, max, unit, .. }) => {
+            assert_eq!((actuator.as_str(), unit), ("stern_planes", "rad"));
+            assert!(needed > max && (max - 13.6_f64.to_radians()).abs() < 1e-15);
+        }
+        other => panic!("{other:?}"),
+    }
+
     let mut axial = squid();
     axial.actuators.truncate(1);
     axial.actuators[0].effect = Effect::Thruster { x: 0.0, z: 0.0, direction: 0.0 };
