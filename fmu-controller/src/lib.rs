@@ -1,1 +1,30 @@
-//! The scheduled controller as an FMU
+//! The gain-scheduled controller as a co-simulation FMU:
+//!
+//! ```text
+//! resources/controller.json -> scheduled::Autopilot -> table of variables -> FMU
+//! ```
+//!
+//! The crate holds no vehicle: names and limits of the actuators, trim, sample time and matrices come from the
+//! frozen design. The C symbols exist with the feature `export` only:
+//!
+//! ```text
+//! cargo rustc -p fmu-controller --lib --crate-type cdylib --features export --profile fmu
+//! ```
+
+mod model;
+mod variables;
+
+pub use model::{Controller, ControllerError, RESOURCE};
+
+use fmi2::{DescribeError, Described, Resources};
+
+/// Model description, GUID and XML of the controller in `resources`.
+///
+/// # Errors
+/// [`DescribeError`] when the design is missing, damaged or makes no legal FMU.
+pub fn describe(resources: &Resources) -> Result<Described<Controller>, DescribeError> {
+    fmi2::describe(resources)
+}
+
+#[cfg(feature = "export")]
+fmi2::export!(Controller);

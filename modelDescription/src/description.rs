@@ -93,3 +93,18 @@ pub struct LogCategory {
     /// What is logged there.
     pub description: String,
 }
+
+/// The C identifier nearest to a name: lower-case letters, digits, and `_` for anything else.
+///
+/// ```
+/// assert_eq!(model_description::identifier("REMUS 100 (2001)"), "remus_100_2001");
+/// assert_eq!(model_description::identifier("100"), "_100");
+/// ```
+pub fn identifier(name: &str) -> String {
+    let words = name.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
+    let joined = words.collect::<Vec<_>>().join("_").to_ascii_lowercase();
+    match joined.starts_with(|c: char| c.is_ascii_digit()) {
+        true => format!("_{joined}"),
+        false => joined,
+    }
+}

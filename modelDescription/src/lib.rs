@@ -20,7 +20,7 @@ mod variable;
 mod xml;
 
 pub use check::Problem;
-pub use description::{CoSimulation, DefaultExperiment, LogCategory, ModelDescription};
+pub use description::{CoSimulation, DefaultExperiment, LogCategory, ModelDescription, identifier};
 pub use enumeration::{Enumeration, Item};
 pub use guid::guid;
 pub use structure::{ModelStructure, Unknown};

@@ -17,7 +17,7 @@ pub enum DesignError {
     #[error("{key} is '{found}', but must be {allowed}")]
     BadText { key: String, found: String, allowed: &'static str },
     /// The same name twice.
-    #[error("{key} is '{name}', which stands there twice or is the name of another variable")]
+    #[error("{key} is '{name}', which stands there twice")]
     NameTaken { key: String, name: String },
     /// A list that has to hold something.
     #[error("{key} is empty")]

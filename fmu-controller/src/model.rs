@@ -1,0 +1,111 @@
+//! The autopilot behind the interface of an FMU.
+
+use std::sync::Arc;
+
+use fmi2::model_description::{DefaultExperiment, identifier};
+use fmi2::{About, Level, Log, Model, ResourceError, Resources, Variable};
+use scheduled::{Autopilot, ControllerDesign, DesignError, Inputs, Status, TickError};
+
+/// The frozen design in `resources/`.
+pub const RESOURCE: &str = "controller.json";
+
+/// A sampled controller with its held inputs and outputs.
+#[derive(Debug, Clone)]
+pub struct Controller {
+    pub(crate) design: Arc<ControllerDesign>,
+    pub(crate) autopilot: Autopilot,
+    pub(crate) inputs: Inputs,
+}
+
+/// What can go wrong in the controller.
+#[derive(Debug, thiserror::Error)]
+pub enum ControllerError {
+    /// The design cannot be read.
+    #[error(transparent)]
+    Resource(#[from] ResourceError),
+    /// The design makes no sense.
+    #[error("resources/{RESOURCE}: {0}")]
+    Design(#[from] DesignError),
+    /// A tick could not be computed.
+    #[error(transparent)]
+    Tick(#[from] TickError),
+}
+
+impl Controller {
+    /// The controller of a design, flying level in the middle of the scheduled speeds, so that a simulation with
+    /// default values is quiet.
+    ///
+    /// # Errors
+    /// [`DesignError`].
+    pub fn new(design: ControllerDesign) -> Result<Self, DesignError> {
+        let autopilot = Autopilot::new(&design)?;
+        let speed = autopilot.trim().forward_speed(design.scheduling.centre);
+        let pitch = autopilot.trim().pitch(speed);
+        let inputs = Inputs { pitch, speed, pitch_reference: pitch, speed_reference: speed };
+        Ok(Self { design: Arc::new(design), autopilot, inputs })
+    }
+
+    fn warn_of_range(&self, log: &mut dyn Log) {
+        let (speed, rho) = (self.inputs.speed, self.autopilot.outputs().scheduling_parameter);
+        let scheduling = &self.design.scheduling;
+        log.record(
+            Level::Warning,
+            &format!(
+                "The forward speed {speed} m/s lies outside the scheduled range of {} to {} m/s; the scheduling \
+                 parameter is held at {rho} until it returns.",
+                scheduling.minimum, scheduling.maximum
+            ),
+        );
+    }
+}
+
+impl Model for Controller {
+    type Error = ControllerError;
+
+    fn load(resources: &Resources) -> Result<Self, ControllerError> {
+        let design = ControllerDesign::from_json(resources.text(RESOURCE)?)?;
+        Ok(Self::new(design)?)
+    }
+
+    fn about(&self) -> About {
+        let ControllerDesign { vehicle, design, sample_time, gamma, .. } = &*self.design;
+        let status = match vehicle.status {
+            Status::Surrogate => "surrogate coefficients",
+            Status::Published => "published coefficients",
+            Status::Measured => "measured coefficients",
+        };
+        let proof = if gamma.certified { "certified" } else { "not certified" };
+        About {
+            identifier: format!("{}_controller", identifier(&vehicle.name)),
+            name: format!("{} controller", vehicle.name),
+            description: format!(
+                "LPV pitch controller of {} ({status}), design '{design}', L2 gain below {}, {proof}",
+                vehicle.name, gamma.bound
+            ),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            enumerations: Vec::new(),
+            default_experiment: DefaultExperiment {
+                start_time: 0.0,
+                stop_time: 60.0,
+                step_size: *sample_time,
+                tolerance: None,
+            },
+        }
+    }
+
+    fn variables(&self) -> Vec<Variable<Self>> {
+        crate::variables::table(&self.design)
+    }
+
+    fn initialise(&mut self, start: f64, _: &mut dyn Log) -> Result<(), ControllerError> {
+        Ok(self.autopilot.initialise(start, &self.inputs)?)
+    }
+
+    fn step(&mut self, _: f64, to: f64, log: &mut dyn Log) -> Result<(), ControllerError> {
+        let done = self.autopilot.advance(to, &self.inputs)?;
+        if done.left_range {
+            self.warn_of_range(log);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,133 @@
+//! The table of variables.
+//!
+//! Outputs change at ticks only, and a tick runs inside the step that begins with it; so at a communication point no
+//! output depends on an input, and a master meets no algebraic loop.
+
+use std::f64::consts::FRAC_PI_2;
+
+use scheduled::{Actuator, ControllerDesign};
+
+use crate::Controller;
+
+type Variable = fmi2::Variable<Controller>;
+type Role<T> = fmi2::Role<Controller, T>;
+
+/// The table for one design.
+pub(crate) fn table(design: &ControllerDesign) -> Vec<Variable> {
+    let mut table = inputs(design);
+    table.extend(design.actuators.iter().enumerate().map(|(index, actuator)| command(index, actuator)));
+    table.extend(monitors());
+    table.extend(constants());
+    table
+}
+
+fn inputs(design: &ControllerDesign) -> Vec<Variable> {
+    let speeds = &design.trim.forward_speed;
+    let (slowest, fastest) = (speeds[0], speeds[speeds.len() - 1]);
+    vec![
+        Variable::real("pitch", "pitch angle", |m| m.inputs.pitch, Role::input(|m, v| m.inputs.pitch = v))
+            .unit("rad")
+            .range(-FRAC_PI_2, FRAC_PI_2)
+            .nominal(0.1),
+        Variable::real(
+            "speed",
+            "forward speed through the water, along the body axis",
+            |m| m.inputs.speed,
+            Role::input(|m, v| m.inputs.speed = v),
+        )
+        .unit("m/s")
+        .range(-2.0 * fastest, 2.0 * fastest)
+        .nominal(1.0),
+        Variable::real(
+            "pitch_reference",
+            "wanted pitch angle",
+            |m| m.inputs.pitch_reference,
+            Role::input(|m, v| m.inputs.pitch_reference = v),
+        )
+        .unit("rad")
+        .range(-FRAC_PI_2, FRAC_PI_2)
+        .nominal(0.1),
+        Variable::real(
+            "speed_reference",
+            "wanted forward speed through the water",
+            |m| m.inputs.speed_reference,
+            Role::input(|m, v| m.inputs.speed_reference = v),
+        )
+        .unit("m/s")
+        .range(slowest, fastest)
+        .nominal(1.0),
+    ]
+}
+
+fn command(index: usize, actuator: &Actuator) -> Variable {
+    let description = format!("command to {}: trim feedforward and K(rho), limited", actuator.name);
+    let get = move |m: &Controller| m.autopilot.outputs().commands[index];
+    Variable::real(&actuator.name, description, get, Role::output())
+        .unit(&actuator.unit)
+        .range(actuator.minimum, actuator.maximum)
+        .nominal(actuator.scale)
+        .discrete()
+        .depends_on(&[])
+        .initially_depends_on(&["pitch", "speed", "pitch_reference", "speed_reference"])
+}
+
+fn monitors() -> Vec<Variable> {
+    vec![
+        Variable::real(
+            "scheduling_parameter",
+            "scheduling parameter rho: -1 at the slowest, 1 at the fastest scheduled speed",
+            |m| m.autopilot.outputs().scheduling_parameter,
+            Role::output(),
+        )
+        .unit("1")
+        .range(-1.0, 1.0)
+        .nominal(1.0)
+        .discrete()
+        .depends_on(&[])
+        .initially_depends_on(&["speed"]),
+        Variable::boolean(
+            "speed_out_of_range",
+            "the speed lies outside the scheduled range, and rho is held at its end",
+            |m| m.autopilot.outputs().out_of_range,
+            Role::output(),
+        )
+        .depends_on(&[])
+        .initially_depends_on(&["speed"]),
+        Variable::real(
+            "trim_pitch",
+            "pitch angle of level trim at the wanted speed",
+            |m| m.autopilot.outputs().trim_pitch,
+            Role::output(),
+        )
+        .unit("rad")
+        .range(-FRAC_PI_2, FRAC_PI_2)
+        .nominal(0.1)
+        .discrete()
+        .depends_on(&[])
+        .initially_depends_on(&["speed_reference"]),
+    ]
+}
+
+fn constants() -> Vec<Variable> {
+    vec![
+        Variable::real("sample_time", "time between two ticks", |m| m.design.sample_time, Role::constant())
+            .unit("s")
+            .at_least(0.0)
+            .nominal(0.02),
+        Variable::real(
+            "gamma",
+            "bound of the closed loop's L2 gain",
+            |m| m.design.gamma.bound,
+            Role::constant(),
+        )
+        .unit("1")
+        .at_least(0.0)
+        .nominal(1.0),
+        Variable::boolean(
+            "gamma_certified",
+            "the bound was proved in exact arithmetic",
+            |m| m.design.gamma.certified,
+            Role::constant(),
+        ),
+    ]
+}

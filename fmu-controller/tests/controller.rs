@@ -1,0 +1,151 @@
+//! The controller as an FMU, without C.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+use fmi2::{Experiment, Instance, Level, Log, Resources, Silent};
+use fmu_controller::{Controller, RESOURCE, describe};
+use serde_json::{Value, json};
+
+/// One state, one channel, pitch tracked, a thruster and a fin.
+fn design() -> Value {
+    json!({
+        "format": "squid-controller/1",
+        "vehicle": {"name": "Test", "status": "surrogate"}, "design": "default", "sample_time": 0.02,
+        "scheduling": {"quantity": "speed", "minimum": 0.5, "maximum": 3.0, "centre": 1.75, "half_range": 1.25},
+        "tracked": [{"name": "pitch", "unit": "rad", "scale": 0.17}],
+        "actuators": [
+            {"name": "thruster", "unit": "N", "scale": 100.0, "minimum": -60.0, "maximum": 100.0},
+            {"name": "fin", "unit": "rad", "scale": 0.2, "minimum": -0.25, "maximum": 0.25}],
+        "lft": {"blocks": [1], "A": [[-1.0]], "By": [[1.0]], "Bt": [[0.2]], "Cu": [[0.1], [0.3]],
+                "Duy": [[0.0], [0.5]], "Dut": [[0.0], [0.1]], "Ct": [[0.3]], "Dty": [[0.1]], "Dtt": [[0.2]]},
+        "trim": {"speed": [0.5, 3.0], "forward_speed": [0.49, 3.0], "pitch": [-0.1, -0.01],
+                 "actuators": [[2.0, 0.1], [70.0, 0.01]]},
+        "gamma": {"optimum": 0.79, "bound": 0.85, "back_off": 1.1, "certified": false},
+        "inputs": {"vehicle_sha256": "00", "design_sha256": "11"}
+    })
+}
+
+fn resources(design: &Value) -> Resources {
+    [(RESOURCE, design.to_string())].into_iter().collect()
+}
+
+#[derive(Default)]
+struct Remember(Vec<String>);
+
+impl Log for Remember {
+    fn record(&mut self, level: Level, message: &str) {
+        assert_eq!(level, Level::Warning);
+        self.0.push(message.to_owned());
+    }
+}
+
+struct Flight {
+    instance: Instance<Controller>,
+}
+
+impl Flight {
+    fn start() -> Self {
+        let mut instance = Instance::new(describe(&resources(&design())).unwrap());
+        instance.set_up(Experiment::default()).unwrap();
+        instance.enter_initialization().unwrap();
+        instance.exit_initialization(&mut Silent).unwrap();
+        Self { instance }
+    }
+
+    fn set(&mut self, name: &str, value: f64) {
+        let reference = self.instance.table().reference(name).unwrap();
+        self.instance.set(&[reference], |_| value).unwrap();
+    }
+
+    fn get(&mut self, name: &str) -> f64 {
+        let reference = self.instance.table().reference(name).unwrap();
+        let mut found = f64::NAN;
+        self.instance.get(&[reference], &mut Silent, |_, value| found = value).unwrap();
+        found
+    }
+}
+
+#[test]
+fn describes_itself_from_the_design() {
+    let described = describe(&resources(&design())).unwrap();
+    assert_eq!(described.description.model_identifier, "test_controller");
+    for part in [
+        r#"name="thruster" valueReference="4""#,
+        r#"<Real unit="N" min="-60.0" max="100.0" nominal="100.0"/>"#,
+        r#"<Real unit="rad" displayUnit="deg" min="-0.25" max="0.25" nominal="0.2"/>"#,
+        r#"<Unknown index="5" dependencies="" dependenciesKind=""/>"#,
+        r#"<Unknown index="7" dependencies="2" dependenciesKind="dependent"/>"#,
+        &described.guid,
+    ] {
+        assert!(described.xml.contains(part), "{part} is not in\n{}", described.xml);
+    }
+    assert_eq!(describe(&resources(&design())).unwrap().xml, described.xml, "the same bytes every time");
+}
+
+#[test]
+fn the_guid_follows_the_design() {
+    let mut other = design();
+    other["lft"]["A"][0][0] = json!(-1.0000000000000002);
+    assert_ne!(describe(&resources(&other)).unwrap().guid, describe(&resources(&design())).unwrap().guid);
+}
+
+#[test]
+fn is_quiet_by_default() {
+    let mut flight = Flight::start();
+    let (thrust, fin) = (flight.get("thruster"), flight.get("fin"));
+    for k in 0..100 {
+        flight.instance.step(f64::from(k) * 0.1, 0.1, &mut Silent).unwrap();
+    }
+    assert_eq!((flight.get("thruster"), flight.get("fin")), (thrust, fin));
+    assert!(thrust > 2.0 && thrust < 70.0);
+    assert!(flight.get("scheduling_parameter").abs() < 1e-15);
+}
+
+#[test]
+fn outputs_hold_until_the_next_step() {
+    let mut flight = Flight::start();
+    let fin = flight.get("fin");
+    flight.set("pitch_reference", 0.1);
+    assert_eq!(flight.get("fin"), fin, "no output follows an input without a step");
+    flight.instance.step(0.0, 0.02, &mut Silent).unwrap();
+    assert!(flight.get("fin") > fin);
+}
+
+#[test]
+fn warns_once_per_entry() {
+    let mut flight = Flight::start();
+    let mut log = Remember::default();
+    for (k, speed) in [1.0, 3.5, 3.6, 2.0, 0.1, 0.1].into_iter().enumerate() {
+        flight.set("speed", speed);
+        flight.instance.step(k as f64, 1.0, &mut log).unwrap();
+    }
+    assert_eq!(log.0.len(), 2, "{:?}", log.0);
+    assert!(
+        log.0[0].starts_with("The forward speed 3.5 m/s lies outside the scheduled range of 0.5 to 3 m/s")
+    );
+}
+
+#[test]
+fn refuses_designs_that_make_no_fmu() {
+    for (change, expected) in [
+        (
+            json!({"actuators": [{"name": "pitch", "unit": "N", "scale": 1.0, "minimum": -60.0, "maximum": 100.0},
+                              {"name": "fin", "unit": "rad", "scale": 1.0, "minimum": -1.0, "maximum": 1.0}]}),
+            "two variables are called 'pitch'",
+        ),
+        (
+            json!({"actuators": [{"name": "a", "unit": "lbf", "scale": 1.0, "minimum": -60.0, "maximum": 100.0},
+                              {"name": "fin", "unit": "rad", "scale": 1.0, "minimum": -1.0, "maximum": 1.0}]}),
+            "unknown symbol 'lbf'",
+        ),
+        (json!({"sample_time": -1.0}), "resources/controller.json: sample_time is -1"),
+    ] {
+        let mut damaged = design();
+        for (key, value) in change.as_object().unwrap() {
+            damaged[key] = value.clone();
+        }
+        let message = describe(&resources(&damaged)).unwrap_err().to_string();
+        assert!(message.contains(expected), "{message}");
+    }
+    let message = describe(&Resources::default()).unwrap_err().to_string();
+    assert!(message.contains("resources/controller.json is missing"), "{message}");
+}
