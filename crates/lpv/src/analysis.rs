@@ -3,17 +3,16 @@
 //! Scaled bounded-real lemma with a constant Lyapunov matrix: P. Apkarian, P. Gahinet, IEEE Trans. Automatic
 //! Control 40(5), 1995, lemma 3.1, with the skew scaling of G. Scorletti and L. El Ghaoui, 1998.
 
+use crate::bounded_real::{bounded_real_compact, bounded_real_value, rows};
 use crate::error::SynthesisError;
 use crate::lmi::{Affine, Program};
 use crate::matrix::{Mat, largest_eigenvalue, skew_part, symmetric_part};
 use crate::plant::ClosedLoop;
-use crate::reconstruct::bounded_real_value;
 use crate::solver;
-use crate::synthesis::bounded_real;
 
 /// A bound on the gain with the matrices that show it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Certified {
+pub struct GainBound {
     /// The bound: for every measurable trajectory Theta(t) in the unit box the loop is exponentially stable
     /// and its L2 gain from w to z is below this.
     pub gamma: f64,
@@ -28,39 +27,23 @@ pub struct Certified {
     pub largest_eigenvalue: f64,
 }
 
-/// By how much the bound is relaxed above the optimum, so that the inequality holds strictly.
+/// By how much the bound is relaxed above the least one, so that the inequality holds clearly.
 const MARGIN: f64 = 0.01;
+
+/// How far the inequality may be missed at the least bound, where it is tight.
+const TIGHT: f64 = 1e-6;
 
 const STAGE: &str = "analysis of the closed loop";
 
-/// A guess at X and S, of which only the size in each direction matters: the inequalities are solved in
-/// coordinates in which it is the identity.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Guess {
-    /// Symmetric positive definite, of the size of the loop's states.
-    pub x: Mat,
-    /// Symmetric positive definite, commuting with Theta.
-    pub s: Mat,
-}
-
-impl Guess {
-    /// No knowledge: the identity.
-    pub fn none(closed: &ClosedLoop) -> Self {
-        let (n, r) = (closed.a.nrows(), closed.channels.len());
-        Self { x: Mat::identity(n, n), s: Mat::identity(r, r) }
-    }
-}
-
-/// Bounds the gain of a closed loop.
+/// Tightens a bound of the gain of a closed loop.
 ///
-/// The least bound is sought first; then, [`MARGIN`] above it, the point at which the inequality holds most
-/// clearly. Each point found serves as the next guess. The matrices returned satisfy the inequality by their
-/// eigenvalues in floating point.
+/// The inequalities are solved in coordinates in which X and S of the bound given are the identity. The least
+/// gamma is sought first; then, 1 % above it, the point at which the inequality holds most clearly. What comes
+/// back holds by its eigenvalues in floating point: if no better bound does, the one given.
 ///
 /// # Errors
-/// [`SynthesisError::Infeasible`] when no bound exists, [`SynthesisError::Numerical`] when the point found does not
-/// satisfy the inequality.
-pub fn bounded_gain(closed: &ClosedLoop, guess: &Guess) -> Result<Certified, SynthesisError> {
+/// [`SynthesisError::Numerical`] when neither a new bound nor the one given satisfies the inequality.
+pub fn bounded_gain(closed: &ClosedLoop, shown: &GainBound) -> Result<GainBound, SynthesisError> {
     let unstable = crate::matrix::spectral_abscissa(&closed.a);
     if unstable.is_nan() || unstable >= 0.0 {
         return Err(SynthesisError::Numerical {
@@ -68,39 +51,44 @@ pub fn bounded_gain(closed: &ClosedLoop, guess: &Guess) -> Result<Certified, Syn
             diagnosis: format!("the closed loop has a mode with real part {unstable:.3e} at Theta = 0"),
         });
     }
-    let first = search(closed, guess, None)?;
-    let better = Guess { x: first.x.clone(), s: first.s.clone() };
-    let least = match search(closed, &better, None) {
-        Ok(second) if second.gamma < first.gamma => second.gamma,
-        _ => first.gamma,
+    let given = GainBound {
+        largest_eigenvalue: worst_eigenvalue(closed, &shown.x, &shown.s, &shown.t, shown.gamma),
+        ..shown.clone()
     };
-    let mut best: Option<Certified> = None;
-    for guess in [guess, &better] {
-        let Ok(found) = search(closed, guess, Some(least * (1.0 + MARGIN))) else { continue };
-        if best.as_ref().is_none_or(|b| found.largest_eigenvalue < b.largest_eigenvalue) {
-            best = Some(found);
+    let mut bases = vec![given.clone()];
+    let mut least = f64::INFINITY;
+    for _ in 0..2 {
+        let Some(found) = bases.last().and_then(|base| search(closed, base, None).ok()) else { break };
+        if found.largest_eigenvalue > TIGHT {
+            break;
+        }
+        let settled = found.gamma > least * (1.0 - 1e-4);
+        least = least.min(found.gamma);
+        bases.push(found);
+        if settled {
+            break;
         }
     }
-    match best {
-        Some(found) if found.largest_eigenvalue < 0.0 => Ok(found),
-        Some(found) => Err(SynthesisError::Numerical {
+    let clear = bases.iter().rev().filter_map(|base| search(closed, base, Some(least * (1.0 + MARGIN))).ok());
+    let better = clear.filter(|found| found.gamma.is_finite() && found.largest_eigenvalue < 0.0).next();
+    let best = better.unwrap_or(given);
+    if best.largest_eigenvalue < 0.0 {
+        Ok(best)
+    } else {
+        Err(SynthesisError::Numerical {
             stage: STAGE,
             diagnosis: format!(
                 "at gamma = {:.4} an eigenvalue of the inequalities has the wrong sign, {:.1e}",
-                found.gamma, found.largest_eigenvalue
+                best.gamma, best.largest_eigenvalue
             ),
-        }),
-        None => Err(SynthesisError::Numerical {
-            stage: STAGE,
-            diagnosis: format!("no point found above the least bound {least:.4}"),
-        }),
+        })
     }
 }
 
-/// The least gamma, or the clearest point at a given gamma, sought where the guess is the identity.
-fn search(closed: &ClosedLoop, guess: &Guess, gamma: Option<f64>) -> Result<Certified, SynthesisError> {
-    let (state, state_inverse) = whitening(&guess.x, "X")?;
-    let (channel, channel_inverse) = whitening(&guess.s, "S")?;
+/// The least gamma, or the clearest point at a given gamma, sought where X and S of `base` are the identity.
+fn search(closed: &ClosedLoop, base: &GainBound, gamma: Option<f64>) -> Result<GainBound, SynthesisError> {
+    let (state, state_inverse) = whitening(&base.x, "X")?;
+    let (channel, channel_inverse) = whitening(&base.s, "S")?;
     let seen = closed.in_coordinates((&state, &state_inverse), (&channel, &channel_inverse));
     let mut program = Program::new();
     let x = program.symmetric(seen.a.nrows());
@@ -110,17 +98,9 @@ fn search(closed: &ClosedLoop, guess: &Guess, gamma: Option<f64>) -> Result<Cert
         Some(g) => Affine::constant(Mat::from_element(1, 1, g)),
         None => program.scalar(),
     };
-    let l = &seen;
-    let lmi = bounded_real(
-        [[&l.a, &l.bt, &l.b1], [&l.ct, &l.dtt, &l.dt1], [&l.c1, &l.d1t, &l.d11]],
-        &level,
-        &x,
-        &s,
-        &t,
-    );
     program.positive("X", x.clone());
     program.positive("S", s.clone());
-    program.negative("bounded real", lmi);
+    program.negative("bounded real", bounded_real_compact(rows(&seen), &level, &x, &s, &t));
     if gamma.is_some() {
         let clear = program.scalar();
         program.tighten("bounded real", &clear);
@@ -136,24 +116,22 @@ fn search(closed: &ClosedLoop, guess: &Guess, gamma: Option<f64>) -> Result<Cert
     let s = symmetric_part(&back(value(&s), &channel_inverse));
     let t = skew_part(&back(value(&t), &channel_inverse));
     let largest_eigenvalue = worst_eigenvalue(closed, &x, &s, &t, gamma);
-    Ok(Certified { gamma, x, s, t, largest_eigenvalue })
+    Ok(GainBound { gamma, x, s, t, largest_eigenvalue })
 }
 
 /// The largest eigenvalue of the bounded-real matrix, -X and -S, each scaled to a unit diagonal: the sign does
 /// not depend on the scaling, and rounding is seen in proportion.
 fn worst_eigenvalue(closed: &ClosedLoop, x: &Mat, s: &Mat, t: &Mat, gamma: f64) -> f64 {
-    [bounded_real_value(closed, x, s, t, gamma), -x, -s]
-        .iter()
-        .map(scaled_largest_eigenvalue)
-        .fold(f64::MIN, f64::max)
+    let all = [bounded_real_value(closed, x, s, t, gamma), -x, -s];
+    all.iter().map(scaled_largest_eigenvalue).fold(f64::NEG_INFINITY, f64::max)
 }
 
 fn scaled_largest_eigenvalue(m: &Mat) -> f64 {
-    if m.is_empty() {
-        return f64::MIN;
+    if m.iter().any(|v| !v.is_finite()) {
+        return f64::INFINITY;
     }
-    if let Some(wrong) = m.diagonal().iter().copied().find(|d| d.is_nan() || *d >= 0.0) {
-        return wrong.abs().max(f64::MIN_POSITIVE);
+    if let Some(wrong) = m.diagonal().iter().copied().find(|d| *d >= 0.0) {
+        return wrong.max(f64::MIN_POSITIVE);
     }
     let scale = Mat::from_diagonal(&m.diagonal().map(|d| 1.0 / (-d).sqrt()));
     largest_eigenvalue(&(&scale * m * &scale))

@@ -7,7 +7,7 @@
 //! Source of the diagonal balancing: E. E. Osborne, J. ACM 7(4), 1960. The balanced pair (X, Y): B. C. Moore,
 //! IEEE Trans. Automatic Control 26(1), 1981.
 
-use crate::analysis::Guess;
+use crate::analysis::GainBound;
 use crate::controller::Controller;
 use crate::matrix::{Mat, block, diagonal_blocks, eigenvalues};
 use crate::plant::GeneralisedPlant;
@@ -133,18 +133,19 @@ impl Coordinates {
         }
     }
 
-    /// A Lyapunov matrix and a scaling of the closed loop (plant's part, then controller's), in the user's
-    /// coordinates.
-    pub fn undo_guess(&self, guess: &Guess) -> Guess {
+    /// A bound of the closed loop's gain (plant's part, then controller's), in the user's coordinates.
+    pub fn undo_bound(&self, bound: &GainBound) -> GainBound {
         let lift = |inverse: &Mat, m: &Mat| {
             let n = m.nrows() - inverse.nrows();
             let whole = diagonal_blocks(&[inverse, &Mat::identity(n, n)]);
             whole.transpose() * m * whole
         };
-        // With time in other units A is larger by the speed and X smaller.
-        Guess {
-            x: lift(&self.state_inverse, &guess.x) / self.speed,
-            s: lift(&self.channel_inverse, &guess.s),
+        GainBound {
+            // With time in other units A is larger by the speed and X smaller.
+            x: lift(&self.state_inverse, &bound.x) / self.speed,
+            s: lift(&self.channel_inverse, &bound.s),
+            t: lift(&self.channel_inverse, &bound.t),
+            ..*bound
         }
     }
 

@@ -1,6 +1,7 @@
 //! Linear parameter-varying control by linear matrix inequalities.
 pub mod analysis;
 pub mod balance;
+mod bounded_real;
 pub mod controller;
 pub mod error;
 pub mod lft;

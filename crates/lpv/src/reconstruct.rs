@@ -13,21 +13,21 @@
 //! in closed form: R. E. Skelton, T. Iwasaki, K. Grigoriadis, A Unified Algebraic Approach to Linear Control
 //! Design, 1998, theorem 2.3.12.
 
-use crate::analysis::Guess;
+use crate::analysis::GainBound;
+use crate::bounded_real::bounded_real_value;
 use crate::controller::Controller;
 use crate::error::SynthesisError;
-use crate::lmi::{Affine, Program};
 use crate::matrix::{
     Mat, block, diagonal_blocks, kernel, largest_eigenvalue, rank_factors, skew_part, spectral_abscissa,
     symmetric_function, symmetric_part,
 };
-use crate::plant::{ClosedLoop, GeneralisedPlant};
-use crate::synthesis::{Existence, bounded_real};
+use crate::plant::GeneralisedPlant;
+use crate::synthesis::Existence;
 
 const STAGE: &str = "reconstruction";
 
-/// The controller for a solution `found` of the synthesis inequalities of `plant`, with the Lyapunov matrix and
-/// the scaling of the closed loop that come with it.
+/// The controller for a solution `found` of the synthesis inequalities of `plant`, with the bound
+/// of the closed loop's gain that comes with it.
 ///
 /// Of the family of controllers that the closed form gives, the one with the slowest fastest mode is taken
 /// among those that keep the inequality: it is the easiest to sample.
@@ -38,7 +38,7 @@ const STAGE: &str = "reconstruction";
 pub fn reconstruct(
     plant: &GeneralisedPlant,
     found: &Existence,
-) -> Result<(Controller, Guess), SynthesisError> {
+) -> Result<(Controller, GainBound), SynthesisError> {
     let size = plant.sizes();
     let lyapunov = lyapunov_matrix(found)?;
     let multiplier = multiplier(found)?;
@@ -65,8 +65,9 @@ pub fn reconstruct(
             best = Some((fastest, k));
         }
     }
-    let guess = Guess { x: lyapunov, s: symmetric_part(&multiplier) };
-    best.map(|(_, k)| (k, guess)).ok_or_else(|| SynthesisError::Numerical {
+    let (s, t) = (symmetric_part(&multiplier), skew_part(&multiplier));
+    let shown = GainBound { gamma: found.gamma, x: lyapunov, s, t, largest_eigenvalue: f64::NAN };
+    best.map(|(_, k)| (k, shown)).ok_or_else(|| SynthesisError::Numerical {
         stage: STAGE,
         diagnosis: "no controller of the family satisfies the bounded-real inequality; try a larger back-off"
             .into(),
@@ -192,20 +193,6 @@ impl AffineLoop {
         let term = &self.left * &self.left_inner * k * &self.right_inner * &self.right;
         &self.psi + &term + term.transpose()
     }
-}
-
-/// The bounded-real matrix of a closed loop at given X, S, T and gamma.
-pub(crate) fn bounded_real_value(loop_: &ClosedLoop, x: &Mat, s: &Mat, t: &Mat, gamma: f64) -> Mat {
-    let constant = |m: &Mat| Affine::constant(m.clone());
-    let l = loop_;
-    bounded_real(
-        [[&l.a, &l.bt, &l.b1], [&l.ct, &l.dtt, &l.dt1], [&l.c1, &l.d1t, &l.d11]],
-        &constant(&Mat::from_element(1, 1, gamma)),
-        &constant(x),
-        &constant(s),
-        &constant(t),
-    )
-    .value(&Program::new(), &[])
 }
 
 /// `blkdiag(X^-1/2, S^-1/2, gamma^-1/2 I, S^-1/2, gamma^-1/2 I)`.

@@ -5,12 +5,13 @@
 //! gain scheduling and related control problems", Int. J. Robust Nonlinear Control 8, 1998. As printed in
 //! A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci. 40(2), 2011, section 2B.
 
-use crate::analysis::{Certified, bounded_gain};
+use crate::analysis::{GainBound, bounded_gain};
 use crate::balance::Coordinates;
+use crate::bounded_real::bounded_real_compact;
 use crate::controller::Controller;
 use crate::error::SynthesisError;
 use crate::lmi::{Affine, Program, symmetric};
-use crate::matrix::{Mat, block, diagonal_blocks, kernel, largest_eigenvalue};
+use crate::matrix::{Mat, block, diagonal_blocks, kernel, symmetric_part};
 use crate::plant::{GeneralisedPlant, channels};
 use crate::reconstruct::reconstruct;
 use crate::solver::{self, Solution};
@@ -67,7 +68,7 @@ pub struct Design {
     /// The gamma at which the controller was built.
     pub gamma_design: f64,
     /// The gain bound of the closed loop, with the matrices that show it.
-    pub certified: Certified,
+    pub certified: GainBound,
 }
 
 /// Designs a controller and bounds the gain of the loop that it closes.
@@ -83,17 +84,19 @@ pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, 
     let (coordinates, optimum) = least_gamma(plant, options.scalings)?;
     let gamma_design = optimum.gamma * (1.0 + options.back_off);
     let balanced = coordinates.apply(plant);
-    let centred = centre(&balanced, gamma_design, &optimum, options.scalings)?;
-    let (in_balance, guess) = reconstruct(&balanced, &centred)?;
+    let small = smallest(&balanced, gamma_design, options.scalings)?;
+    let centred = centre(&balanced, gamma_design, &small, options.scalings)?;
+    let (in_balance, shown) = reconstruct(&balanced, &centred)?;
     let controller = coordinates.undo(&in_balance);
-    let certified = bounded_gain(&plant.close(&controller), &coordinates.undo_guess(&guess))?;
+    let certified = bounded_gain(&plant.close(&controller), &coordinates.undo_bound(&shown))?;
     Ok(Design { controller, gamma_optimum: optimum.gamma, gamma_design, certified })
 }
 
 /// The least gamma, and coordinates in which the inequalities are well conditioned.
 ///
-/// The problem is solved in diagonally balanced coordinates, then again in those that make the X and Y found
-/// equal, until gamma settles; the lowest gamma whose inequalities hold to rounding counts.
+/// The problem is solved in diagonally balanced coordinates. A little above the gamma found the point of least
+/// trace is sought: its X and Y are as small as they may be, and in the coordinates that make them equal and
+/// diagonal the problem is solved again. The lowest gamma whose inequalities hold to rounding counts.
 ///
 /// # Errors
 /// As [`synthesise`].
@@ -103,12 +106,23 @@ pub fn least_gamma(
 ) -> Result<(Coordinates, Existence), SynthesisError> {
     let mut coordinates = Coordinates::diagonal(plant);
     let mut best = minimise(&coordinates.apply(plant), scalings);
-    for _ in 0..3 {
-        let Ok(found) = &best else { break };
-        let Some(next) = equalised(&coordinates, found, plant) else { break };
-        let Ok(again) = minimise(&next.apply(plant), scalings) else { break };
-        let settled = (again.gamma - found.gamma).abs() < 1e-5 * found.gamma;
-        (coordinates, best) = (next, Ok(again));
+    let mut level = match &best {
+        Ok(found) => found.gamma,
+        Err(SynthesisError::Numerical { .. }) => f64::INFINITY,
+        Err(_) => return best.map(|b| (coordinates, b)),
+    };
+    for _ in 0..4 {
+        if !level.is_finite() {
+            break;
+        }
+        let Ok(small) = smallest(&coordinates.apply(plant), level * RELAXED, scalings) else { break };
+        let Some(next) = equalised(&coordinates, &small, plant) else { break };
+        coordinates = next;
+        let again = minimise(&coordinates.apply(plant), scalings);
+        let Ok(found) = &again else { continue };
+        let settled = (found.gamma - level).abs() < 1e-6 * level;
+        level = found.gamma;
+        best = again;
         if settled {
             break;
         }
@@ -116,9 +130,27 @@ pub fn least_gamma(
     best.map(|b| (coordinates, b))
 }
 
+/// How far above gamma the coordinates are sought.
+const RELAXED: f64 = 1.1;
+
+/// The point of least trace at a given gamma: the smallest X, Y, S and Sigma.
+fn smallest(plant: &GeneralisedPlant, gamma: f64, scalings: Scalings) -> Result<Existence, SynthesisError> {
+    let mut program = Program::new();
+    let unknowns = state(&mut program, plant, Some(gamma), scalings);
+    if scalings == Scalings::SymmetricAndSkew {
+        // Without a coupling S and Sigma would shrink against each other.
+        program.positive("[S I; I Sigma]", coupling(&unknowns.s, &unknowns.sigma, 1.0));
+    }
+    for e in [&unknowns.x, &unknowns.y, &unknowns.s, &unknowns.sigma] {
+        program.minimise_trace(e, 1.0);
+    }
+    let solution = solver::solve(&program, "smallest matrices")?;
+    Ok(unknowns.existence(&program, &solution))
+}
+
 fn equalised(at: &Coordinates, found: &Existence, plant: &GeneralisedPlant) -> Option<Coordinates> {
-    let s = crate::matrix::symmetric_part(&found.primal_scaling);
-    let sigma = crate::matrix::symmetric_part(&found.dual_scaling);
+    let s = symmetric_part(&found.primal_scaling);
+    let sigma = symmetric_part(&found.dual_scaling);
     at.equalising(&found.x, &found.y, &s, &sigma, &channels(&plant.blocks))
 }
 
@@ -189,55 +221,10 @@ fn coupling(p: &Affine, q: &Affine, c: f64) -> Affine {
 /// The scaled bounded-real inequality of an open plant with its control taken out by projection on the
 /// kernel of `[C2 D2t D21]` (Apkarian and Gahinet 1995, eq. 20, with the skew scaling T).
 fn projected(p: &GeneralisedPlant, gamma: &Affine, x: &Affine, s: &Affine, t: &Affine) -> Affine {
-    let size = p.sizes();
-    let whole = bounded_real(
-        [[&p.a, &p.bt, &p.b1], [&p.ct, &p.dtt, &p.dt1], [&p.c1, &p.d1t, &p.d11]],
-        gamma,
-        x,
-        s,
-        t,
-    );
-    let outputs = size.t + size.z;
-    let n =
-        diagonal_blocks(&[&kernel(&block(&[&[&p.c2, &p.d2t, &p.d21]])), &Mat::identity(outputs, outputs)]);
-    whole.congruence(&n)
-}
-
-/// The scaled bounded-real matrix of `x' = A x + Bt wt + B1 w, zt = .., z = ..`, which is negative definite
-/// when the gain from w to z is below gamma for every Theta:
-///
-/// ```text
-/// [ A'X+XA   XBt+Ct'T'          XB1      Ct'S    C1'  ]
-/// [   *     -S+TDtt+Dtt'T'      T Dt1    Dtt'S   D1t' ]
-/// [   *        *               -gamma I  Dt1'S   D11' ]
-/// [   *        *                 *       -S      0    ]
-/// [   *        *                 *        *   -gamma I]
-/// ```
-pub(crate) fn bounded_real(
-    rows: [[&Mat; 3]; 3],
-    gamma: &Affine,
-    x: &Affine,
-    s: &Affine,
-    t: &Affine,
-) -> Affine {
-    let [[a, bt, b1], [ct, dtt, dt1], [c1, d1t, d11]] = rows;
-    let (r, w, z) = (dtt.nrows(), b1.ncols(), c1.nrows());
-    let constant = |m: &Mat| Affine::constant(m.transpose());
-    let lyapunov = x.times(a);
-    let inner = t.times(dtt);
-    symmetric(&[
-        vec![
-            lyapunov.t() + lyapunov,
-            x.times(bt) + t.times(ct).t(),
-            x.times(b1),
-            s.times(ct).t(),
-            constant(c1),
-        ],
-        vec![inner.t() + inner - s.clone(), t.times(dt1), s.times(dtt).t(), constant(d1t)],
-        vec![-gamma.times_identity(w), s.times(dt1).t(), constant(d11)],
-        vec![-s.clone(), Affine::zeros(r, z)],
-        vec![-gamma.times_identity(z)],
-    ])
+    let rows = [[&p.a, &p.bt, &p.b1], [&p.ct, &p.dtt, &p.dt1], [&p.c1, &p.d1t, &p.d11]];
+    let z = p.c1.nrows();
+    let n = diagonal_blocks(&[&kernel(&block(&[&[&p.c2, &p.d2t, &p.d21]])), &Mat::identity(z, z)]);
+    bounded_real_compact(rows, gamma, x, s, t).congruence(&n)
 }
 
 /// The least gamma in the plant's own coordinates.
@@ -271,12 +258,12 @@ fn minimise(plant: &GeneralisedPlant, scalings: Scalings) -> Result<Existence, S
 fn centre(
     plant: &GeneralisedPlant,
     gamma: f64,
-    optimum: &Existence,
+    small: &Existence,
     scalings: Scalings,
 ) -> Result<Existence, SynthesisError> {
-    let room = push(plant, gamma, optimum, scalings, Aim::Room)?.1;
+    let room = push(plant, gamma, small, scalings, Aim::Room)?.1;
     let kept = 1.0 + 0.5 * (room - 1.0).max(0.0);
-    let found = push(plant, gamma, optimum, scalings, Aim::Clearance { room: kept })?.0;
+    let found = push(plant, gamma, small, scalings, Aim::Clearance { room: kept })?.0;
     if found.margin <= 0.0 {
         return Err(SynthesisError::Numerical {
             stage: BACK_OFF,
@@ -304,22 +291,20 @@ enum Aim {
 fn push(
     plant: &GeneralisedPlant,
     gamma: f64,
-    optimum: &Existence,
+    small: &Existence,
     scalings: Scalings,
     aim: Aim,
 ) -> Result<(Existence, f64), SynthesisError> {
     let (n, r) = (plant.sizes().x, plant.sizes().t);
     let mut program = Program::new();
     let unknowns = state(&mut program, plant, Some(gamma), scalings);
-    for (e, at_optimum) in [
-        (&unknowns.x, &optimum.x),
-        (&unknowns.y, &optimum.y),
-        (&unknowns.s, &optimum.primal_scaling),
-        (&unknowns.sigma, &optimum.dual_scaling),
+    for (e, least) in [
+        (&unknowns.x, &small.x),
+        (&unknowns.y, &small.y),
+        (&unknowns.s, &small.primal_scaling),
+        (&unknowns.sigma, &small.dual_scaling),
     ] {
-        let size = e.shape().0;
-        let limit = GROWTH * largest_eigenvalue(at_optimum).max(1.0);
-        program.positive("upper bound", Affine::constant(Mat::identity(size, size) * limit) - e.clone());
+        program.positive("upper bound", Affine::constant(symmetric_part(least) * GROWTH) - e.clone());
     }
     let value = program.scalar();
     let room = match aim {
@@ -340,8 +325,15 @@ fn push(
     let mut found = unknowns.existence(&program, &solution);
     // Of the tightened inequalities the room to the original ones counts, too.
     found.margin += if matches!(aim, Aim::Clearance { .. }) { reached } else { 0.0 };
+        println!(
+            "push {} reached {reached:.3e} margin {:.2e} tightest {}",
+            matches!(aim, Aim::Room),
+            solution.margin,
+            solution.tightest
+        );
+    }
     Ok((found, reached))
 }
 
-/// How far above their size at the least gamma the unknowns may grow.
+/// How many times their least size the unknowns may reach.
 const GROWTH: f64 = 10.0;
