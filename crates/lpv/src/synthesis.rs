@@ -322,16 +322,11 @@ fn push(
     program.minimise_trace(&value, -1.0);
     let solution = solver::solve(&program, BACK_OFF)?;
     let reached = value.value(&program, &solution.x)[(0, 0)];
-    let mut found = unknowns.existence(&program, &solution);
-    // Of the tightened inequalities the room to the original ones counts, too.
-    found.margin += if matches!(aim, Aim::Clearance { .. }) { reached } else { 0.0 };
-        println!(
-            "push {} reached {reached:.3e} margin {:.2e} tightest {}",
-            matches!(aim, Aim::Room),
-            solution.margin,
-            solution.tightest
-        );
-    }
+    // What counts are the inequalities themselves, not those tightened and bounded here.
+    let mut original = Program::new();
+    state(&mut original, plant, Some(gamma), scalings);
+    let (margin, _) = solver::margin(&original, &solution.x[..original.unknowns()]);
+    let found = Existence { margin, ..unknowns.existence(&program, &solution) };
     Ok((found, reached))
 }
 
