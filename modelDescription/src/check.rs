@@ -1,151 +1,14 @@
-//! What the schema cannot say, and validators miss.
+//! Checks a description against the rules of [`Problem`].
 
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 
-use crate::{Kind, ModelDescription, ScalarVariable, Unit, UnitError};
-
-/// One violated rule of the standard.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum Problem {
-    /// Two variables of the same name.
-    #[error("two variables are called '{name}'")]
-    DuplicateName {
-        /// The name.
-        name: String,
-    },
-    /// Two variables with the same handle.
-    #[error("variable '{name}' has value reference {value_reference}, which another variable has already")]
-    DuplicateValueReference {
-        /// The second variable.
-        name: String,
-        /// The handle.
-        value_reference: u32,
-    },
-    /// A name that is empty or holds a line break, tab or control character.
-    #[error("variable name {name:?} is empty or holds a control character")]
-    BadName {
-        /// The name.
-        name: String,
-    },
-    /// Not a C identifier.
-    #[error("model identifier '{identifier}' is not a C identifier")]
-    BadIdentifier {
-        /// The identifier.
-        identifier: String,
-    },
-    /// Causality, variability, initial and type that may not stand together.
-    #[error("variable '{name}': causality, variability, initial and type may not stand together")]
-    IllegalCombination {
-        /// The variable.
-        name: String,
-    },
-    /// No start value where the standard demands one.
-    #[error("variable '{name}' needs a start value")]
-    MissingStart {
-        /// The variable.
-        name: String,
-    },
-    /// A start value on a calculated variable.
-    #[error("variable '{name}' is calculated and may have no start value")]
-    UnexpectedStart {
-        /// The variable.
-        name: String,
-    },
-    /// A range that holds no value.
-    #[error("variable '{name}' has min {min} above max {max}")]
-    MinAboveMax {
-        /// The variable.
-        name: String,
-        /// Its min.
-        min: f64,
-        /// Its max.
-        max: f64,
-    },
-    /// A start value outside its range.
-    #[error("variable '{name}' starts at {start}, outside {min} .. {max}")]
-    StartOutOfRange {
-        /// The variable.
-        name: String,
-        /// Its start value.
-        start: f64,
-        /// Its min.
-        min: f64,
-        /// Its max.
-        max: f64,
-    },
-    /// An attribute that is infinite or not a number.
-    #[error("variable '{name}' has the attribute {attribute} = {value}, which is not finite")]
-    NotFinite {
-        /// The variable.
-        name: String,
-        /// The attribute.
-        attribute: &'static str,
-        /// Its value.
-        value: f64,
-    },
-    /// A nominal value that is not positive.
-    #[error("variable '{name}' has nominal {nominal}, which is not above 0")]
-    NominalNotPositive {
-        /// The variable.
-        name: String,
-        /// Its nominal value.
-        nominal: f64,
-    },
-    /// A unit that cannot be read.
-    #[error("variable '{name}': {reason}")]
-    UnknownUnit {
-        /// The variable.
-        name: String,
-        /// What is wrong with the unit.
-        reason: UnitError,
-    },
-    /// A display unit that the unit does not have.
-    #[error("variable '{name}' has display unit '{display_unit}', which its unit does not define")]
-    UnknownDisplayUnit {
-        /// The variable.
-        name: String,
-        /// The display unit.
-        display_unit: String,
-    },
-    /// An enumerated type that is not defined.
-    #[error("variable '{name}' is of type '{declared_type}', which is not defined")]
-    UnknownType {
-        /// The variable.
-        name: String,
-        /// The type.
-        declared_type: String,
-    },
-    /// An enumeration without items, or with two of the same name, or defined twice.
-    #[error("enumeration '{name}' has no items, repeats one, or is defined twice")]
-    BadEnumeration {
-        /// The enumeration.
-        name: String,
-    },
-    /// A dependency on a variable that does not exist, or the same one twice.
-    #[error("variable '{name}' depends on '{on}', which is unknown or named twice")]
-    BadDependency {
-        /// The variable.
-        name: String,
-        /// What it depends on.
-        on: String,
-    },
-    /// A default experiment that cannot be run.
-    #[error("default experiment from {start} s to {stop} s with steps of {step} s cannot be run")]
-    BadExperiment {
-        /// Start time in s.
-        start: f64,
-        /// Stop time in s.
-        stop: f64,
-        /// Step in s.
-        step: f64,
-    },
-}
+use crate::{Kind, ModelDescription, Problem, ScalarVariable, Unit};
 
 /// All problems of a description, in the order of its variables.
 pub(crate) fn problems(description: &ModelDescription) -> Vec<Problem> {
     let mut found = Vec::new();
     check_root(description, &mut found);
-    let (mut names, mut references) = (HashSet::new(), HashSet::new());
+    let (mut names, mut references) = (BTreeSet::new(), BTreeSet::new());
     for variable in &description.variables {
         let name = || variable.name.clone();
         if !names.insert(&variable.name) {
@@ -164,8 +27,7 @@ pub(crate) fn problems(description: &ModelDescription) -> Vec<Problem> {
 
 fn check_root(description: &ModelDescription, found: &mut Vec<Problem>) {
     let identifier = &description.model_identifier;
-    let starts_well = identifier.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
-    if !starts_well || identifier.contains(|c: char| !c.is_ascii_alphanumeric() && c != '_') {
+    if !is_identifier(identifier) {
         found.push(Problem::BadIdentifier { identifier: identifier.clone() });
     }
     let experiment = description.default_experiment;
@@ -175,9 +37,9 @@ fn check_root(description: &ModelDescription, found: &mut Vec<Problem>) {
     if !runs || !tolerance {
         found.push(Problem::BadExperiment { start, stop, step });
     }
-    let mut seen = HashSet::new();
+    let mut seen = BTreeSet::new();
     for enumeration in &description.enumerations {
-        let names: HashSet<_> = enumeration.items.iter().map(|item| &item.name).collect();
+        let names: BTreeSet<_> = enumeration.items.iter().map(|item| &item.name).collect();
         let bad = names.is_empty() || names.len() < enumeration.items.len();
         if bad || !seen.insert(&enumeration.name) {
             found.push(Problem::BadEnumeration { name: enumeration.name.clone() });
@@ -185,9 +47,14 @@ fn check_root(description: &ModelDescription, found: &mut Vec<Problem>) {
     }
 }
 
+fn is_identifier(text: &str) -> bool {
+    text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+        && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+}
+
 fn check_role(variable: &ScalarVariable, found: &mut Vec<Problem>) {
     let name = || variable.name.clone();
-    if variable.name.is_empty() || variable.name.contains(char::is_control) {
+    if !variable.name.split('.').all(is_identifier) {
         found.push(Problem::BadName { name: name() });
     }
     if !variable.is_legal_combination() {
@@ -264,7 +131,7 @@ fn check_unit(
 
 fn check_dependencies(description: &ModelDescription, variable: &ScalarVariable, found: &mut Vec<Problem>) {
     for list in [&variable.depends_on, &variable.initially_depends_on] {
-        let mut seen = HashSet::new();
+        let mut seen = BTreeSet::new();
         for dependency in list.iter().flatten() {
             let on = &dependency.on;
             if description.position(on).is_none() || !seen.insert(on) {

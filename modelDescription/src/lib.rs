@@ -14,15 +14,16 @@ mod check;
 mod description;
 mod enumeration;
 mod guid;
+mod problem;
 mod structure;
 mod unit;
 mod variable;
 mod xml;
 
-pub use check::Problem;
 pub use description::{CoSimulation, DefaultExperiment, LogCategory, ModelDescription, identifier};
 pub use enumeration::{Enumeration, Item};
 pub use guid::guid;
+pub use problem::Problem;
 pub use structure::{ModelStructure, Unknown};
 pub use unit::{BaseUnit, DisplayUnit, Unit, UnitError};
 pub use variable::{Causality, Dependency, DependencyKind, Initial, Kind, ScalarVariable, Variability};

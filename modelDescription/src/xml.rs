@@ -69,7 +69,7 @@ impl ModelDescription {
             ("version", self.version.clone()),
             ("license", self.license.clone()),
             ("generationTool", self.generation_tool.clone()),
-            ("variableNamingConvention", "flat".to_owned()),
+            ("variableNamingConvention", "structured".to_owned()),
         ]
     }
 

@@ -1,6 +1,6 @@
 //! Checks a design on reading.
 
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 
 use crate::{ControllerDesign, DesignError, FORMAT, Lft};
 
@@ -66,7 +66,7 @@ impl ControllerDesign {
         if self.tracked.is_empty() {
             return Err(DesignError::Empty { key: "tracked" });
         }
-        let mut names = HashSet::new();
+        let mut names = BTreeSet::new();
         for (index, tracked) in self.tracked.iter().enumerate() {
             let key = |last: &str| format!("tracked[{index}].{last}");
             let bad = |last, found: &str, allowed| {
@@ -90,7 +90,7 @@ impl ControllerDesign {
         if self.actuators.is_empty() {
             return Err(DesignError::Empty { key: "actuators" });
         }
-        let mut names: HashSet<&str> = HashSet::new();
+        let mut names: BTreeSet<&str> = BTreeSet::new();
         for (index, actuator) in self.actuators.iter().enumerate() {
             let key = |last: &str| format!("actuators[{index}].{last}");
             let allowed = "a letter, then letters, digits and underscores";

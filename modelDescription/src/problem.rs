@@ -1,0 +1,140 @@
+//! What the schema cannot say, and validators miss.
+
+use crate::UnitError;
+
+/// One violated rule of the standard.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Problem {
+    /// Two variables of the same name.
+    #[error("two variables are called '{name}'")]
+    DuplicateName {
+        /// The name.
+        name: String,
+    },
+    /// Two variables with the same handle.
+    #[error("variable '{name}' has value reference {value_reference}, which another variable has already")]
+    DuplicateValueReference {
+        /// The second variable.
+        name: String,
+        /// The handle.
+        value_reference: u32,
+    },
+    /// A name that is not made of identifiers with dots between them.
+    #[error("variable name {name:?} is not made of identifiers with dots between them")]
+    BadName {
+        /// The name.
+        name: String,
+    },
+    /// A model identifier that is not a C identifier.
+    #[error("model identifier '{identifier}' is not a C identifier")]
+    BadIdentifier {
+        /// The identifier.
+        identifier: String,
+    },
+    /// Causality, variability, initial and type that may not stand together.
+    #[error("variable '{name}': causality, variability, initial and type may not stand together")]
+    IllegalCombination {
+        /// The variable.
+        name: String,
+    },
+    /// No start value where the standard demands one.
+    #[error("variable '{name}' needs a start value")]
+    MissingStart {
+        /// The variable.
+        name: String,
+    },
+    /// A start value on a calculated variable.
+    #[error("variable '{name}' is calculated and may have no start value")]
+    UnexpectedStart {
+        /// The variable.
+        name: String,
+    },
+    /// A range that holds no value.
+    #[error("variable '{name}' has min {min} above max {max}")]
+    MinAboveMax {
+        /// The variable.
+        name: String,
+        /// Its min.
+        min: f64,
+        /// Its max.
+        max: f64,
+    },
+    /// A start value outside its range.
+    #[error("variable '{name}' starts at {start}, outside {min} .. {max}")]
+    StartOutOfRange {
+        /// The variable.
+        name: String,
+        /// Its start value.
+        start: f64,
+        /// Its min.
+        min: f64,
+        /// Its max.
+        max: f64,
+    },
+    /// An attribute that is infinite or not a number.
+    #[error("variable '{name}' has the attribute {attribute} = {value}, which is not finite")]
+    NotFinite {
+        /// The variable.
+        name: String,
+        /// The attribute.
+        attribute: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A nominal value that is not positive.
+    #[error("variable '{name}' has nominal {nominal}, which is not above 0")]
+    NominalNotPositive {
+        /// The variable.
+        name: String,
+        /// Its nominal value.
+        nominal: f64,
+    },
+    /// A unit that cannot be read.
+    #[error("variable '{name}': {reason}")]
+    UnknownUnit {
+        /// The variable.
+        name: String,
+        /// What is wrong with the unit.
+        reason: UnitError,
+    },
+    /// A display unit that the unit does not have.
+    #[error("variable '{name}' has display unit '{display_unit}', which its unit does not define")]
+    UnknownDisplayUnit {
+        /// The variable.
+        name: String,
+        /// The display unit.
+        display_unit: String,
+    },
+    /// An enumerated type that is not defined.
+    #[error("variable '{name}' is of type '{declared_type}', which is not defined")]
+    UnknownType {
+        /// The variable.
+        name: String,
+        /// The type.
+        declared_type: String,
+    },
+    /// An enumeration without items, or with two of the same name, or defined twice.
+    #[error("enumeration '{name}' has no items, repeats one, or is defined twice")]
+    BadEnumeration {
+        /// The enumeration.
+        name: String,
+    },
+    /// A dependency on a variable that does not exist, or the same one twice.
+    #[error("variable '{name}' depends on '{on}', which is unknown or named twice")]
+    BadDependency {
+        /// The variable.
+        name: String,
+        /// What it depends on.
+        on: String,
+    },
+    /// A default experiment that cannot be run.
+    #[error("default experiment from {start} s to {stop} s with steps of {step} s cannot be run")]
+    BadExperiment {
+        /// Start time in s.
+        start: f64,
+        /// Stop time in s.
+        stop: f64,
+        /// Step in s.
+        step: f64,
+    },
+}
