@@ -1,28 +1,12 @@
 //! The controller as an FMU, without C.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
+mod example;
+
+use example::design;
 use fmi2::{Experiment, Instance, Level, Log, Resources, Silent};
 use fmu_controller::{Controller, RESOURCE, describe};
 use serde_json::{Value, json};
-
-/// One state, one channel, pitch tracked, a thruster and a fin.
-fn design() -> Value {
-    json!({
-        "format": "squid-controller/1",
-        "vehicle": {"name": "Test", "status": "surrogate"}, "design": "default", "sample_time": 0.02,
-        "scheduling": {"quantity": "speed", "minimum": 0.5, "maximum": 3.0, "centre": 1.75, "half_range": 1.25},
-        "tracked": [{"name": "pitch", "unit": "rad", "scale": 0.17}],
-        "actuators": [
-            {"name": "thruster", "unit": "N", "scale": 100.0, "minimum": -60.0, "maximum": 100.0},
-            {"name": "fin", "unit": "rad", "scale": 0.2, "minimum": -0.25, "maximum": 0.25}],
-        "lft": {"blocks": [1], "A": [[-1.0]], "By": [[1.0]], "Bt": [[0.2]], "Cu": [[0.1], [0.3]],
-                "Duy": [[0.0], [0.5]], "Dut": [[0.0], [0.1]], "Ct": [[0.3]], "Dty": [[0.1]], "Dtt": [[0.2]]},
-        "trim": {"speed": [0.5, 3.0], "forward_speed": [0.49, 3.0], "pitch": [-0.1, -0.01],
-                 "actuators": [[2.0, 0.1], [70.0, 0.01]]},
-        "gamma": {"optimum": 0.79, "bound": 0.85, "back_off": 1.1, "certified": false},
-        "inputs": {"vehicle_sha256": "00", "design_sha256": "11"}
-    })
-}
 
 fn resources(design: &Value) -> Resources {
     [(RESOURCE, design.to_string())].into_iter().collect()

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use model_description::{
-    Causality, Dependency, DependencyKind, Enumeration, Initial, Kind, ScalarVariable, Variability,
+    Causality, Dependency, DependencyKind, Enumeration, Kind, ScalarVariable, Variability,
 };
 
 /// Reads a value from a model.
@@ -217,13 +217,6 @@ impl<M> Variable<M> {
     #[must_use]
     pub fn discrete(mut self) -> Self {
         self.meta.variability = Variability::Discrete;
-        self
-    }
-
-    /// Has the start value as its first value, although it is computed later.
-    #[must_use]
-    pub fn starts_exactly(mut self) -> Self {
-        self.meta.initial = Some(Initial::Exact);
         self
     }
 
