@@ -14,6 +14,7 @@
 
 pub mod abi;
 mod describe;
+mod embed;
 mod instance;
 mod log;
 mod model;
