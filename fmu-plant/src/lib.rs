@@ -1,1 +1,47 @@
-//! The vehicle as an FMU
+//! The vehicle in the vertical plane as a co-simulation FMU:
+//!
+//! ```text
+//! resources/vehicle.toml, plant.json -> auv::Plant -> table of variables -> FMU
+//! ```
+//!
+//! The crate holds no vehicle: coefficients, actuators and limits come from the vehicle file, start values from
+//! the trim table of its LPV model. The C symbols exist with the feature `export` only:
+//!
+//! ```text
+//! cargo rustc -p fmu-plant --lib --crate-type cdylib --features export --profile fmu
+//! ```
+//!
+//! A larger model can hold a [`PlantModel`] and take over parts of its table with [`fmi2::Variable::embedded`]:
+//!
+//! ```
+//! use fmu_plant::{PlantModel, parameters};
+//! struct Loop { plant: PlantModel }
+//!
+//! fn table(whole: &Loop) -> Vec<fmi2::Variable<Loop>> {
+//!     let of_plant = parameters(&whole.plant).into_iter();
+//!     of_plant.map(|one| one.embedded(|whole: &Loop| &whole.plant, |whole| &mut whole.plant)).collect()
+//! }
+//! ```
+
+mod error;
+mod fmu;
+mod model;
+mod variables;
+
+pub use error::PlantError;
+pub use fmu::{LPV_RESOURCE, VEHICLE_RESOURCE};
+pub use model::{Inputs, PlantModel, Settings};
+pub use variables::{fidelities, inputs, outputs, parameters};
+
+use fmi2::{DescribeError, Described, Resources};
+
+/// Model description, GUID and XML of the plant in `resources`.
+///
+/// # Errors
+/// [`DescribeError`] when a file is missing or damaged, or makes no legal FMU.
+pub fn describe(resources: &Resources) -> Result<Described<PlantModel>, DescribeError> {
+    fmi2::describe(resources)
+}
+
+#[cfg(feature = "export")]
+fmi2::export!(PlantModel);

@@ -1,0 +1,51 @@
+//! What can go wrong in the plant, each as one sentence.
+
+use auv::{CoefficientError, LpvModelError, SimulationError, TrimError, VehicleFileError};
+use fmi2::ResourceError;
+
+use crate::LPV_RESOURCE;
+
+/// What can go wrong in the plant.
+#[derive(Debug, thiserror::Error)]
+pub enum PlantError {
+    /// A resource cannot be read.
+    #[error(transparent)]
+    Resource(#[from] ResourceError),
+    /// The vehicle file makes no sense.
+    #[error(transparent)]
+    Vehicle(#[from] VehicleFileError),
+    /// The LPV model makes no sense, or belongs to another number of actuators.
+    #[error("{}", in_file(.0))]
+    Lpv(#[from] LpvModelError),
+    /// The LPV model is that of another vehicle.
+    #[error("resources/{LPV_RESOURCE} is the LPV model of '{found}', and the vehicle is '{expected}'")]
+    OtherVehicle {
+        /// The vehicle of the LPV model.
+        found: String,
+        /// The vehicle of the vehicle file.
+        expected: String,
+    },
+    /// A coefficient is not allowed.
+    #[error("the vehicle cannot start: {0}")]
+    Coefficients(#[from] CoefficientError),
+    /// The start lies above the water.
+    #[error("the vehicle cannot start: initial_depth is {depth} m, and must be zero (the surface) or more")]
+    AboveSurface {
+        /// The depth asked for \[m\].
+        depth: f64,
+    },
+    /// There is no level trim to start from.
+    #[error("the vehicle cannot start: {0}")]
+    Trim(#[from] TrimError),
+    /// The motion cannot be computed.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+}
+
+/// Names the file, which only the complaint about bad JSON does by itself.
+fn in_file(error: &LpvModelError) -> String {
+    match error {
+        LpvModelError::NotJson { .. } => error.to_string(),
+        _ => format!("resources/{LPV_RESOURCE}: {error}"),
+    }
+}

@@ -1,0 +1,104 @@
+//! The plant behind the interface of an FMU.
+
+use auv::{Fidelity, LpvModel, Vehicle};
+use fmi2::model_description::{DefaultExperiment, identifier};
+use fmi2::{About, Level, Log, Model, Resources, Variable};
+
+use crate::variables::{fidelities, inputs, outputs, parameters};
+use crate::{PlantError, PlantModel};
+
+/// The vehicle file in `resources/`.
+pub const VEHICLE_RESOURCE: &str = "vehicle.toml";
+
+/// The LPV model of the vehicle in `resources/`.
+pub const LPV_RESOURCE: &str = "plant.json";
+
+impl Model for PlantModel {
+    type Error = PlantError;
+
+    fn load(resources: &Resources) -> Result<Self, PlantError> {
+        let named = |name: &str| format!("resources/{name}");
+        let vehicle = Vehicle::parse(resources.text(VEHICLE_RESOURCE)?, &named(VEHICLE_RESOURCE))?;
+        let lpv = LpvModel::from_json(resources.text(LPV_RESOURCE)?, &named(LPV_RESOURCE))?;
+        Self::new(vehicle, lpv)
+    }
+
+    fn about(&self) -> About {
+        let Vehicle { name, status, description, .. } = self.vehicle();
+        About {
+            identifier: format!("{}_plant", identifier(name)),
+            name: format!("{name} plant"),
+            description: format!(
+                "Longitudinal motion of {name} ({} coefficients). {description}",
+                status.word()
+            ),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            enumerations: vec![fidelities()],
+            default_experiment: DefaultExperiment {
+                start_time: 0.0,
+                stop_time: 60.0,
+                step_size: 0.01,
+                tolerance: None,
+            },
+        }
+    }
+
+    fn variables(&self) -> Vec<Variable<Self>> {
+        [inputs(self), outputs(self), parameters(self)].into_iter().flatten().collect()
+    }
+
+    fn initialise(&mut self, start: f64, log: &mut dyn Log) -> Result<(), PlantError> {
+        self.start(start)?;
+        if self.settings.fidelity == Fidelity::Lpv && self.settings.coefficients != self.vehicle.coefficients
+        {
+            log.record(
+                Level::Warning,
+                "The LPV model was made with the coefficients of the vehicle file; the changed ones act on the \
+                 trim at the start only.",
+            );
+        }
+        Ok(())
+    }
+
+    fn step(&mut self, _: f64, to: f64, log: &mut dyn Log) -> Result<(), PlantError> {
+        self.advance(to)?;
+        self.warn_of_range(log);
+        self.warn_of_surface(log);
+        Ok(())
+    }
+}
+
+impl PlantModel {
+    /// Warns once per entry when the LPV model is asked for a speed that it does not cover.
+    fn warn_of_range(&mut self, log: &mut dyn Log) {
+        let (centre, half) = (self.lpv.speed_centre, self.lpv.speed_half_range);
+        let speed = self.inputs.operating_speed;
+        let out = self.settings.fidelity == Fidelity::Lpv && (speed - centre).abs() > half * (1.0 + 1e-9);
+        if out && !self.out_of_range {
+            let held = centre + half * self.lpv.rho(speed);
+            log.record(
+                Level::Warning,
+                &format!(
+                    "The operating speed {speed} m/s lies outside the {} to {} m/s of the LPV model, which stands at \
+                     {held} m/s until it returns.",
+                    centre - half,
+                    centre + half
+                ),
+            );
+        }
+        self.out_of_range = out;
+    }
+
+    /// Warns once per emergence: the equations know no surface.
+    fn warn_of_surface(&mut self, log: &mut dyn Log) {
+        let depth = self.plant.state().depth;
+        let above = depth < 0.0;
+        if above && !self.above_surface {
+            log.record(
+                Level::Warning,
+                &format!("The depth is {depth} m, above the surface, of which the equations know nothing."),
+            );
+        }
+        self.above_surface = above;
+    }
+}

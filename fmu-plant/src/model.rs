@@ -1,0 +1,172 @@
+//! The plant with its settings and held inputs; it knows no protocol.
+
+use std::sync::Arc;
+
+use auv::{
+    Coefficients, Current, Fidelity, LpvModel, LpvModelError, Plant, Speed, State, Trim, TrimPoint, Vehicle,
+    trim,
+};
+
+use crate::PlantError;
+
+/// What is fixed before a flight begins.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Coefficients of the vehicle.
+    pub coefficients: Coefficients,
+    /// Speed along the path through the water of the trim to start from \[m/s\].
+    pub initial_speed: f64,
+    /// Depth to start from \[m\].
+    pub initial_depth: f64,
+    /// Which equations of motion are integrated.
+    pub fidelity: Fidelity,
+}
+
+/// What acts on the vehicle, held between two calls of [`PlantModel::advance`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Inputs {
+    /// Command of each actuator \[N or rad\]; beyond its limits the actuator goes to the limit.
+    pub commands: Vec<f64>,
+    /// The current.
+    pub current: Current,
+    /// Speed about which the LPV model stands \[m/s\]; the nonlinear equations do not use it.
+    pub operating_speed: f64,
+}
+
+/// A vehicle that starts in level trim and is then moved by its inputs.
+#[derive(Debug, Clone)]
+pub struct PlantModel {
+    /// What is fixed before a flight begins; [`PlantModel::start`] obeys it.
+    pub settings: Settings,
+    /// What acts on the vehicle; [`PlantModel::advance`] obeys it.
+    pub inputs: Inputs,
+    pub(crate) vehicle: Arc<Vehicle>,
+    pub(crate) lpv: Arc<LpvModel>,
+    pub(crate) plant: Plant,
+    pub(crate) trim: Trim,
+    pub(crate) above_surface: bool,
+    pub(crate) out_of_range: bool,
+}
+
+impl PlantModel {
+    /// The vehicle near the middle of the speeds of its LPV model, in the trim that stands in the model's table.
+    ///
+    /// Settings and inputs are numbers of the files, untouched, so that they are the same on every platform.
+    ///
+    /// # Errors
+    /// [`PlantError::OtherVehicle`], [`PlantError::Lpv`], or coefficients that are not allowed.
+    pub fn new(vehicle: Vehicle, lpv: LpvModel) -> Result<Self, PlantError> {
+        if lpv.vehicle != vehicle.name {
+            return Err(PlantError::OtherVehicle { found: lpv.vehicle, expected: vehicle.name });
+        }
+        let row = row_at_centre(&lpv)?.clone();
+        let trim = trim_of(&row, lpv.depth);
+        let mut plant = Plant::new(&vehicle)?.with_lpv(lpv.clone())?;
+        plant.start(0.0, &trim)?;
+        Ok(Self {
+            settings: Settings {
+                coefficients: vehicle.coefficients.clone(),
+                initial_speed: row.speed,
+                initial_depth: lpv.depth,
+                fidelity: Fidelity::Nonlinear,
+            },
+            inputs: Inputs {
+                commands: row.actuators,
+                current: Current::default(),
+                operating_speed: row.speed,
+            },
+            vehicle: Arc::new(vehicle),
+            lpv: Arc::new(lpv),
+            plant,
+            trim,
+            above_surface: false,
+            out_of_range: false,
+        })
+    }
+
+    /// The vehicle as its file describes it.
+    pub fn vehicle(&self) -> &Vehicle {
+        &self.vehicle
+    }
+
+    /// The LPV model.
+    pub fn lpv(&self) -> &LpvModel {
+        &self.lpv
+    }
+
+    /// The trim from which the flight starts.
+    pub fn trim(&self) -> &Trim {
+        &self.trim
+    }
+
+    /// The time reached \[s\].
+    pub fn time(&self) -> f64 {
+        self.plant.time()
+    }
+
+    /// Position, and motion through the water.
+    pub fn state(&self) -> State {
+        self.plant.state()
+    }
+
+    /// Speed along the path through the water, sqrt(u^2 + w^2) \[m/s\].
+    pub fn path_speed(&self) -> f64 {
+        self.plant.speed()
+    }
+
+    /// The output of each actuator, after lag and limits \[N or rad\].
+    pub fn actuator_outputs(&self) -> &[f64] {
+        self.plant.outputs()
+    }
+
+    /// Puts the vehicle into level trim through the water at initial speed and depth, at a time \[s\].
+    ///
+    /// The actuators start at their trim outputs; the commands act on them, through the lag, from then on.
+    ///
+    /// # Errors
+    /// Coefficients that are not allowed, a start above the surface, or no trim: [`PlantError`].
+    pub fn start(&mut self, time: f64) -> Result<(), PlantError> {
+        let Settings { coefficients, initial_speed, initial_depth, fidelity } = &self.settings;
+        coefficients.check()?;
+        if *initial_depth < 0.0 {
+            return Err(PlantError::AboveSurface { depth: *initial_depth });
+        }
+        let mut vehicle = (*self.vehicle).clone();
+        vehicle.coefficients = coefficients.clone();
+        let trim = trim(&vehicle, Speed::Path(*initial_speed), *initial_depth)?;
+        let mut plant = Plant::new(&vehicle)?.with_lpv((*self.lpv).clone())?;
+        plant.set_fidelity(*fidelity)?;
+        plant.set_current(self.inputs.current)?;
+        plant.start(time, &trim)?;
+        (self.plant, self.trim) = (plant, trim);
+        (self.above_surface, self.out_of_range) = (false, false);
+        Ok(())
+    }
+
+    /// Moves the vehicle to a time \[s\] under the inputs as they stand, without allocating.
+    ///
+    /// # Errors
+    /// [`PlantError::Simulation`]; the vehicle then stays where it was.
+    pub fn advance(&mut self, to: f64) -> Result<(), PlantError> {
+        for (index, &command) in self.inputs.commands.iter().enumerate() {
+            self.plant.set_command(index, command)?;
+        }
+        self.plant.set_current(self.inputs.current)?;
+        self.plant.set_operating_speed(self.inputs.operating_speed)?;
+        Ok(self.plant.advance(to)?)
+    }
+}
+
+/// The row of the trim table whose speed is nearest to the centre of the scheduled speeds; the slower of two.
+fn row_at_centre(lpv: &LpvModel) -> Result<&TrimPoint, LpvModelError> {
+    lpv.check()?;
+    let off_centre = |row: &TrimPoint| (row.speed - lpv.speed_centre).abs();
+    let nearest = lpv.trim.iter().min_by(|a, b| off_centre(a).total_cmp(&off_centre(b)));
+    nearest.ok_or(LpvModelError::Empty { matrix: "trim" })
+}
+
+fn trim_of(row: &TrimPoint, depth: f64) -> Trim {
+    let TrimPoint { speed, forward_speed, heave, pitch, ref actuators } = *row;
+    let actuators = actuators.clone();
+    Trim { speed, forward_speed, heave, incidence: pitch, pitch, depth, actuators, residual: 0.0 }
+}
