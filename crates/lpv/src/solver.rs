@@ -9,7 +9,8 @@ use crate::lmi::Program;
 use crate::matrix::{Mat, least_eigenvalue};
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{
-    DefaultSettingsBuilder, DefaultSolver, IPSolver, SolverStatus, SupportedConeT::PSDTriangleConeT,
+    DefaultSettingsBuilder, DefaultSolver, IPSolver, SolverStatus, SupportedConeT,
+    SupportedConeT::PSDTriangleConeT,
 };
 
 /// A point that the solver returned, and what the inequalities are worth there.
@@ -52,36 +53,73 @@ pub fn solve(program: &Program, stage: &'static str) -> Result<Solution, Synthes
         objective[k] += c;
     }
     let a = sparse(&columns, rhs.len());
-    let p = CscMatrix::zeros((unknowns, unknowns));
-    let settings = DefaultSettingsBuilder::default()
-        .verbose(false)
-        .max_iter(200)
-        .direct_solve_method("faer".into())
-        .build()
-        .map_err(|e| numerical(stage, e.to_string()))?;
-    let mut solver = DefaultSolver::new(&p, &objective, &a, &rhs, &cones, settings)
-        .map_err(|e| numerical(stage, e.to_string()))?;
-    solver.solve();
-    let found = &solver.solution;
-    match found.status {
-        SolverStatus::PrimalInfeasible => Err(SynthesisError::Infeasible { stage }),
-        SolverStatus::Solved
-        | SolverStatus::AlmostSolved
-        | SolverStatus::InsufficientProgress
-        | SolverStatus::NumericalError
-        | SolverStatus::MaxIterations
-            if found.x.iter().all(|v| v.is_finite()) =>
-        {
-            let (margin, tightest) = margin(program, &found.x);
-            Ok(Solution {
-                x: found.x.clone(),
-                margin,
-                tightest,
-                solved: found.status == SolverStatus::Solved,
-                iterations: found.iterations,
-            })
+    let mut best: Option<Solution> = None;
+    let mut failure = None;
+    for attempt in ATTEMPTS {
+        match attempt.run((&a, &rhs, &objective, &cones), program, stage) {
+            Ok(found) if found.solved => return Ok(found),
+            Err(infeasible @ SynthesisError::Infeasible { .. }) => return Err(infeasible),
+            Ok(found) if best.as_ref().is_none_or(|b| found.margin > b.margin) => best = Some(found),
+            Ok(_) => {}
+            Err(other) => failure = Some(other),
         }
-        status => Err(numerical(stage, format!("the solver stopped with '{status:?}'"))),
+    }
+    best.ok_or_else(|| failure.unwrap_or_else(|| numerical(stage, "the solver was not run".into())))
+}
+
+/// One way of running the solver.
+struct Attempt {
+    /// clarabel's name of the factorisation.
+    factorisation: &'static str,
+    /// Whether clarabel rescales the program first.
+    equilibrate: bool,
+}
+
+/// In this order until one is solved: each gets stuck on programs that another solves.
+const ATTEMPTS: [Attempt; 3] = [
+    Attempt { factorisation: "faer", equilibrate: true },
+    Attempt { factorisation: "faer", equilibrate: false },
+    Attempt { factorisation: "qdldl", equilibrate: true },
+];
+
+/// The constraint matrix, its right-hand side, the objective and the cones.
+type Data<'a> = (&'a CscMatrix<f64>, &'a [f64], &'a [f64], &'a [SupportedConeT<f64>]);
+
+impl Attempt {
+    fn run(
+        &self,
+        (a, rhs, objective, cones): Data<'_>,
+        program: &Program,
+        stage: &'static str,
+    ) -> Result<Solution, SynthesisError> {
+        let unknowns = program.unknowns();
+        let settings = DefaultSettingsBuilder::default()
+            .verbose(false)
+            .max_iter(200)
+            .direct_solve_method(self.factorisation.into())
+            .equilibrate_enable(self.equilibrate)
+            .build()
+            .map_err(|e| numerical(stage, e.to_string()))?;
+        let quadratic = CscMatrix::zeros((unknowns, unknowns));
+        let mut solver = DefaultSolver::new(&quadratic, objective, a, rhs, cones, settings)
+            .map_err(|e| numerical(stage, e.to_string()))?;
+        solver.solve();
+        let found = &solver.solution;
+        match found.status {
+            SolverStatus::PrimalInfeasible => Err(SynthesisError::Infeasible { stage }),
+            SolverStatus::Solved
+            | SolverStatus::AlmostSolved
+            | SolverStatus::InsufficientProgress
+            | SolverStatus::NumericalError
+            | SolverStatus::MaxIterations
+                if found.x.iter().all(|v| v.is_finite()) =>
+            {
+                let (margin, tightest) = margin(program, &found.x);
+                let solved = found.status == SolverStatus::Solved;
+                Ok(Solution { x: found.x.clone(), margin, tightest, solved, iterations: found.iterations })
+            }
+            status => Err(numerical(stage, format!("the solver stopped with '{status:?}'"))),
+        }
     }
 }
 
