@@ -1,0 +1,108 @@
+//! Resources made from the vehicle files of this repository, and an FMU flown without C.
+
+#![allow(dead_code, reason = "not every test needs everything")]
+
+use std::path::Path;
+
+use auv::{LpvModel, Speed, Trim, Vehicle, linearise, trim};
+use fmi2::{Experiment, Failure, Instance, Level, Log, Resources};
+use fmu_plant::{LPV_RESOURCE, PlantError, PlantModel, VEHICLE_RESOURCE, describe};
+
+pub const DEPTH: f64 = 50.0;
+
+pub fn vehicle_text(name: &str) -> String {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../vehicles");
+    std::fs::read_to_string(root.join(name).join("vehicle.toml")).unwrap()
+}
+
+/// A and B as parabolas through the linearisations at the ends and the middle of the speeds.
+pub fn lpv(vehicle: &Vehicle, speeds: [f64; 3]) -> LpvModel {
+    let trims: Vec<Trim> = speeds.map(|v| trim(vehicle, Speed::Path(v), DEPTH).unwrap()).to_vec();
+    let [low, mid, high] = [0, 1, 2].map(|i: usize| linearise(vehicle, &trims[i]).unwrap());
+    let a = [mid.a.clone(), (&high.a - &low.a) * 0.5, (&high.a + &low.a) * 0.5 - &mid.a];
+    let b = [mid.b.clone(), (&high.b - &low.b) * 0.5, (&high.b + &low.b) * 0.5 - &mid.b];
+    LpvModel::new(&vehicle.name, DEPTH, (speeds[1], speeds[2] - speeds[1]), &a, &b, &trims).unwrap()
+}
+
+pub fn squid() -> Resources {
+    resources("squid", [0.5, 1.75, 3.0])
+}
+
+pub fn remus100() -> Resources {
+    resources("remus100", [1.0, 1.75, 2.5])
+}
+
+fn resources(name: &str, speeds: [f64; 3]) -> Resources {
+    let text = vehicle_text(name);
+    let model = lpv(&Vehicle::parse(&text, name).unwrap(), speeds).to_json().unwrap();
+    [(VEHICLE_RESOURCE, text), (LPV_RESOURCE, model)].into_iter().collect()
+}
+
+#[derive(Default)]
+pub struct Remember(pub Vec<String>);
+
+impl Log for Remember {
+    fn record(&mut self, level: Level, message: &str) {
+        assert_eq!(level, Level::Warning);
+        self.0.push(message.to_owned());
+    }
+}
+
+/// An instance with its log.
+pub struct Flight {
+    pub instance: Instance<PlantModel>,
+    pub log: Remember,
+}
+
+impl Flight {
+    /// Instantiates, sets parameters and enters initialization mode.
+    pub fn prepare(resources: &Resources, parameters: &[(&str, f64)]) -> Self {
+        let instance = Instance::new(describe(resources).unwrap());
+        let mut flight = Self { instance, log: Remember::default() };
+        for &(name, value) in parameters {
+            flight.set(name, value);
+        }
+        flight.instance.set_up(Experiment::default()).unwrap();
+        flight.instance.enter_initialization().unwrap();
+        flight
+    }
+
+    pub fn start(resources: &Resources, parameters: &[(&str, f64)]) -> Self {
+        let mut flight = Self::prepare(resources, parameters);
+        flight.exit().unwrap();
+        flight
+    }
+
+    pub fn exit(&mut self) -> Result<(), Failure<PlantError>> {
+        self.instance.exit_initialization(&mut self.log)
+    }
+
+    fn reference(&self, name: &str) -> u32 {
+        self.instance.table().reference(name).unwrap_or_else(|| panic!("no variable {name}"))
+    }
+
+    /// Sets a variable; `fidelity` by its number.
+    pub fn set(&mut self, name: &str, value: f64) {
+        let reference = self.reference(name);
+        match name {
+            "fidelity" => self.instance.set(&[reference], |_| value as i32).unwrap(),
+            _ => self.instance.set(&[reference], |_| value).unwrap(),
+        }
+    }
+
+    pub fn get(&mut self, name: &str) -> f64 {
+        let reference = self.reference(name);
+        let mut found = f64::NAN;
+        self.instance.get(&[reference], &mut self.log, |_, value| found = value).unwrap();
+        found
+    }
+
+    /// Steps to a time in equal steps.
+    pub fn fly(&mut self, to: f64, steps: u32) {
+        let from = self.instance.time();
+        let size = (to - from) / f64::from(steps);
+        for k in 0..steps {
+            self.instance.step(from + f64::from(k) * size, size, &mut self.log).unwrap();
+        }
+    }
+}
