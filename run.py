@@ -1,0 +1,81 @@
+#!/usr/bin/env python3
+"""Fly a vehicle from its file to a plot, or run all tests, with one command."""
+
+import argparse
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent
+
+EPILOG = """\
+examples:
+  python3 run.py fly                        design and fly the Squid surrogate
+  python3 run.py fly vehicles/remus100      the same for another vehicle
+  python3 run.py fly --design paper         another design file of the vehicle: vehicles/squid/paper.toml
+  python3 run.py test                       all tests, Rust and Python
+
+Needed: cargo (rustup.rs), a C compiler for the linker, python3 3.10 or later (the tests: 3.11), and for
+the first run a way to the package indices of cargo and pip. Everything made lands in build/ and target/.
+"""
+
+
+def parser() -> argparse.ArgumentParser:
+    """Describe the command line."""
+    top = argparse.ArgumentParser(
+        prog="run.py",
+        description=__doc__,
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    verbs = top.add_subparsers(dest="verb", required=True, metavar="{fly,test}")
+    fly = verbs.add_parser(
+        "fly",
+        help="the main job: build, design, package, validate, fly, compare, plot",
+        description="Build everything, design the controller of a vehicle, write its three FMUs, validate "
+        "them with FMPy, fly plant and controller coupled and in one FMU, compare, and plot.",
+    )
+    fly.add_argument(
+        "vehicle",
+        nargs="?",
+        default=str(ROOT / "vehicles" / "squid"),
+        metavar="VEHICLE_DIR",
+        help="directory with vehicle.toml and its designs (default: vehicles/squid)",
+    )
+    fly.add_argument(
+        "--design",
+        default="design",
+        metavar="NAME",
+        help="name of the design file in VEHICLE_DIR, without .toml (default: design)",
+    )
+    verbs.add_parser(
+        "test",
+        help="all tests: format, lints, Rust, documentation, generated files, Python",
+        description="Run every test there is, all to the end, and print a summary. Exit code 0: all passed.",
+    )
+    return top
+
+
+def main() -> int:
+    """Run the command and return its exit code."""
+    arguments = parser().parse_args()
+    if sys.version_info < (3, 10):
+        print("Python 3.10 or later is needed, and this is %d.%d." % sys.version_info[:2], file=sys.stderr)
+        return 1
+    sys.path.insert(0, str(ROOT / "tools"))
+    from fly import all_tests, main_job
+    from fly.stages import StageError
+
+    try:
+        if arguments.verb == "fly":
+            return main_job.run(Path(arguments.vehicle), arguments.design)
+        return all_tests.run_tests()
+    except StageError as error:
+        print(f"\nStopped: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("\nStopped from the keyboard.", file=sys.stderr)
+        return 130
+
+
+if __name__ == "__main__":
+    sys.exit(main())

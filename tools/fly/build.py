@@ -1,0 +1,49 @@
+"""What cargo builds: the command `squid` and the three binaries inside the FMUs."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+from fly.stages import ROOT, StageError, run
+
+FMU_CRATES = ("fmu-plant", "fmu-controller", "fmu-squid")
+
+
+def build() -> None:
+    """Build the command and the binaries; instant when nothing has changed."""
+    run(["cargo", "build", "--release", "-p", "squid", "--bin", "squid"])
+    for crate in FMU_CRATES:
+        export = ["--lib", "--crate-type", "cdylib", "--features", "export", "--profile", "fmu"]
+        run(["cargo", "rustc", "-p", crate, *export])
+
+
+@cache
+def target_directory() -> Path:
+    """Ask cargo where it puts what it builds."""
+    words = ["cargo", "metadata", "--format-version", "1", "--no-deps"]
+    try:
+        answer = subprocess.run(words, cwd=ROOT, capture_output=True, check=True)
+    except FileNotFoundError:
+        raise StageError("the program `cargo` was not found. Install Rust from https://rustup.rs.") from None
+    except subprocess.CalledProcessError as error:
+        raise StageError(
+            f"`cargo metadata` failed: {error.stderr.decode(errors='replace').strip()}"
+        ) from None
+    return Path(json.loads(answer.stdout)["target_directory"])
+
+
+def squid() -> Path:
+    """Return the path of the command `squid`."""
+    return target_directory() / "release" / ("squid.exe" if os.name == "nt" else "squid")
+
+
+def binaries() -> list[Path]:
+    """Return the paths of the shared libraries."""
+    pattern = {"win32": "{}.dll", "darwin": "lib{}.dylib"}.get(sys.platform, "lib{}.so")
+    names = [pattern.format(crate.replace("-", "_")) for crate in FMU_CRATES]
+    return [target_directory() / "fmu" / name for name in names]

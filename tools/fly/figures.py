@@ -1,0 +1,69 @@
+"""Figures of a flight: what a control engineer reads off the plot."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+JUMP = np.deg2rad(1.0)
+"""A reference that moves this far (rad) within a sample has stepped; ramps of the trim pitch are slower."""
+
+
+@dataclass(frozen=True)
+class StepFigures:
+    """What one step response amounts to; relative figures are relative to the step."""
+
+    time: float
+    """When the step came, s."""
+    height: float
+    """Its height, rad, signed."""
+    overshoot: float
+    """Largest excursion beyond the new reference."""
+    settling_time: float
+    """From the step until the error stays within 5 %, s; infinity if it does not before the next step."""
+    steady_error: float
+    """Size of the mean error over the last tenth of the response."""
+
+
+def steps(time: Array, pitch: Array, reference: Array) -> list[StepFigures]:
+    """Find the steps of a reference and read the figures off each response, up to the next step."""
+    jumps = np.flatnonzero(np.abs(np.diff(reference)) > JUMP) + 1
+    ends = [*jumps[1:], len(time)]
+    return [_step(time, pitch, reference, begin, end) for begin, end in zip(jumps, ends, strict=True)]
+
+
+def _step(time: Array, pitch: Array, reference: Array, begin: int, end: int) -> StepFigures:
+    height = float(reference[begin] - reference[begin - 1])
+    error = (reference[begin:end] - pitch[begin:end]) / height
+    outside = np.flatnonzero(np.abs(error) > 0.05)
+    last = int(outside[-1]) if len(outside) else -1
+    settled = last + 1 < len(error)
+    tail = error[-max(len(error) // 10, 1) :]
+    return StepFigures(
+        time=float(time[begin]),
+        height=height,
+        overshoot=max(0.0, float(np.max(-error))),
+        settling_time=float(time[begin + last + 1] - time[begin]) if settled else float("inf"),
+        steady_error=abs(float(np.mean(tail))),
+    )
+
+
+def worst_error_after(time: Array, error: Array, events: Sequence[float], grace: float) -> float:
+    """Return the largest error outside the `grace` (s) that follows each event."""
+    counted = np.ones(len(time), dtype=bool)
+    for event in events:
+        counted &= (time < event) | (time > event + grace)
+    return float(np.max(np.abs(error[counted]), initial=0.0))
+
+
+def actuator_use(signals: Mapping[str, Array], limits: Mapping[str, tuple[float, float]]) -> float:
+    """Return the largest use of an actuator: 1 is at a limit."""
+    return max(
+        float(max(np.max(signals[name]) / high, np.min(signals[name]) / low))
+        for name, (low, high) in limits.items()
+    )

@@ -1,0 +1,169 @@
+"""The flights of the main job: validate, fly in one FMU, fly coupled, compare, plot, print the figures."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+from fmpy import read_model_description
+from fmpy.validation import validate_fmu
+
+from fly import figures, record
+from fly.master import Signals, Slave, actuators_of, couple
+from fly.package import Packages
+from fly.stages import StageError, run, stage
+
+AGREEMENT = 1e-9
+"""Largest difference between the two flights: they do the same arithmetic, but for the rounding of time."""
+GRACE = 10.0
+"""Time (s) that a pitch step may take before its error counts as one of tracking."""
+
+
+def validate(packages: Packages) -> None:
+    """Let FMPy look for problems in each FMU."""
+    for fmu in packages.fmus:
+        problems = validate_fmu(str(fmu))
+        if problems:
+            raise StageError(f"{fmu.name} is not valid:\n  " + "\n  ".join(problems))
+        print(f"    {fmu.name}: no problems ({fmu.stat().st_size / 1e6:.2f} MB)")
+
+
+def sample_time_of(packages: Packages) -> float:
+    """Return the sample time of the autopilot (s)."""
+    description = read_model_description(packages.controller)
+    return next(float(v.start) for v in description.modelVariables if v.name == "sample_time")
+
+
+def fly_loop(packages: Packages) -> Signals:
+    """Fly the FMU that holds both, its own manoeuvre, by the command line of FMPy."""
+    stop = read_model_description(packages.loop).defaultExperiment.stopTime
+    path = packages.folder / "flight.csv"
+    interval = ["--output-interval", repr(sample_time_of(packages)), "--stop-time", str(stop)]
+    command = [sys.executable, "-m", "fmpy", "simulate", packages.loop, *interval, "--output-file", path]
+    run(command, log="fmpy-simulate")
+    return record.read(path)
+
+
+def fly_coupled(packages: Packages, loop: Signals) -> Signals:
+    """Fly plant and controller by the master, from the same start and with the same references."""
+    sample_time = sample_time_of(packages)
+    with (
+        Slave(packages.loop, "loop") as whole,
+        Slave(packages.plant, "plant") as plant,
+        Slave(packages.controller, "controller") as controller,
+    ):
+        whole.begin()
+        whole.ready()
+        own = set(plant.names("parameter") + plant.names("parameter", "Enumeration"))
+        plant.begin({name: whole.get(name) for name in whole.start_values() if name in own})
+        controller.begin()
+        return couple(plant, controller, record.references_in(loop), float(loop["time"][-1]), sample_time)
+
+
+def compare(loop: Signals, coupled: Signals) -> float:
+    """Return the largest difference between the two flights, and refuse one that is no rounding."""
+    found = record.differences(loop, coupled)
+    name, worst = max(found.items(), key=lambda item: item[1])
+    print(
+        f"    {len(found)} signals over {len(loop['time'])} samples; largest difference {worst:.1e} in {name}"
+    )
+    if not worst <= AGREEMENT:
+        raise StageError(
+            f"coupled and in one FMU differ by {worst:.3e} in {name}; at most {AGREEMENT:.0e} is allowed."
+        )
+    return worst
+
+
+def plot(packages: Packages, squid: Path) -> Path:
+    """Draw the flight."""
+    path = packages.folder / "flight.svg"
+    run([squid, "plot", packages.folder / "flight.csv", "--out", path])
+    return path
+
+
+def limits_of(packages: Packages) -> dict[str, tuple[float, float]]:
+    """Return the limits of each actuator."""
+    with Slave(packages.controller, "limits") as controller, Slave(packages.plant, "plant") as plant:
+        for slave in (controller, plant):
+            slave.begin()
+            slave.ready()
+        variables = [controller.variables[name] for name in actuators_of(controller, plant)]
+        return {v.name: (float(v.min), float(v.max)) for v in variables}
+
+
+def report(packages: Packages, loop: Signals, agreement: float, drawn: Path) -> None:
+    """Print what was achieved."""
+    achieved = json.loads(packages.figures.read_text(encoding="utf-8"))
+    time, pitch, reference = loop["time"], loop["pitch"], loop["pitch_reference_used"]
+    speed_error = loop["speed_reference_used"] - loop["speed"]
+    found = figures.steps(time, pitch, reference)
+    tracking = figures.worst_error_after(time, reference - pitch, [step.time for step in found], GRACE)
+    use = figures.actuator_use(loop, limits_of(packages))
+    late = f"later than {GRACE:.0f} s after a step"
+    print(f"\nWhat was achieved, {packages.vehicle}")
+    lines = [
+        *gamma_lines(achieved),
+        ("pitch tracking", f"error at most {np.rad2deg(tracking):.3f} deg, {late}"),
+        ("speed tracking", f"error at most {np.max(np.abs(speed_error)):.3f} m/s"),
+        *((f"step at {step.time:g} s", describe(step)) for step in found),
+        ("actuators", f"{100 * use:.0f} % of their limits at most"),
+        ("two flights agree", f"to {agreement:.1e} (coupled by the master; in one FMU by fmpy simulate)"),
+        ("plot", os.path.relpath(drawn)),
+    ]
+    for name, value in lines:
+        print(f"  {name:<18} {value}")
+
+
+def gamma_lines(achieved: dict) -> list[tuple[str, str]]:
+    """Say what is known of the gain of the closed loop."""
+    proof = (
+        "certified: proved in exact arithmetic"
+        if achieved["certified"]
+        else "not certified in exact arithmetic"
+    )
+    bound, optimum, back_off = (achieved[key] for key in ("gamma_bound", "gamma_optimum", "back_off"))
+    return [
+        ("gamma", f"{bound:.4f}, a bound of the loop's L2 gain for any course of speed ({proof})"),
+        ("least gamma", f"{optimum:.4f}; the controller is built {100 * back_off:.0f} % above"),
+    ]
+
+
+def describe(step: figures.StepFigures) -> str:
+    """Say what one step response amounts to."""
+    return (
+        f"{np.rad2deg(step.height):+.1f} deg: overshoot {100 * step.overshoot:.1f} %, "
+        f"within 5 % after {step.settling_time:.1f} s"
+    )
+
+
+def main() -> int:
+    """Run the flights and return the exit code."""
+    parser = argparse.ArgumentParser(prog="fly.flight", description=__doc__)
+    parser.add_argument("folder", type=Path, help="folder with the three FMUs and design.json")
+    parser.add_argument("squid", type=Path, help="the command squid")
+    arguments = parser.parse_args()
+    try:
+        packages = Packages.found_in(arguments.folder)
+        with stage("Validating the FMUs with FMPy"):
+            validate(packages)
+        with stage(f"Flying {packages.loop.name} with `fmpy simulate`"):
+            loop = fly_loop(packages)
+        with stage(f"Flying {packages.plant.name} and {packages.controller.name} coupled by the master"):
+            coupled = fly_coupled(packages, loop)
+        with stage("Comparing the two flights"):
+            agreement = compare(loop, coupled)
+        with stage("Drawing the flight"):
+            drawn = plot(packages, arguments.squid)
+        report(packages, loop, agreement, drawn)
+    except StageError as error:
+        print(f"\nStopped: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,24 @@
+"""The main job: from a vehicle file to FMUs that have flown."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+from fly import build, environment, package
+from fly.stages import stage
+
+
+def run(vehicle: Path, design: str) -> int:
+    """Build, design, package and fly; return the exit code."""
+    begin = time.monotonic()
+    vehicle = vehicle.resolve()
+    with stage("Building the command squid and the binaries of the FMUs"):
+        build.build()
+    with stage("Making the Python environment (FMPy)"):
+        python = environment.ready()
+    with stage(f"Designing the controller of {vehicle.name} (design '{design}') and packaging its FMUs"):
+        packages = package.design_and_package(vehicle, design, package.folder_of(vehicle, design))
+    python.run("-m", "fly.flight", packages.folder, build.squid())
+    print(f"\nAll done in {time.monotonic() - begin:.1f} s.")
+    return 0

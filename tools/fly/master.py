@@ -1,0 +1,181 @@
+"""A small master for co-simulation: it exchanges the signals of plant and controller, and steps them in turn.
+
+At each sample time the controller sees the plant as it is now, and its commands act on the plant over the very
+step that follows: no sample of delay. That is how the two run in one loop inside the third FMU.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+
+import numpy as np
+from fmpy import extract, read_model_description
+from fmpy.fmi2 import FMU2Slave
+from numpy.typing import NDArray
+
+Signals = dict[str, NDArray[np.float64]]
+References = Callable[[int, float], tuple[float, float]]
+"""Number of the sample and time (s) to pitch reference (rad) and speed reference (m/s)."""
+
+
+class Slave:
+    """An instance of an FMU whose variables are reached by name; use it in a `with` statement."""
+
+    def __init__(self, fmu: Path, name: str) -> None:
+        self.folder = Path(extract(fmu))
+        self.description = read_model_description(self.folder)
+        self.variables = {variable.name: variable for variable in self.description.modelVariables}
+        identifier = self.description.coSimulation.modelIdentifier
+        self.fmu = FMU2Slave(
+            guid=self.description.guid,
+            unzipDirectory=str(self.folder),
+            modelIdentifier=identifier,
+            instanceName=name,
+        )
+        self.fmu.instantiate()
+        self.time = 0.0
+
+    def __enter__(self) -> Slave:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is None:
+            self.fmu.terminate()
+        self.fmu.freeInstance()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def names(self, causality: str, kind: str = "Real") -> list[str]:
+        """Return the names of the variables of a causality and a type, in their order."""
+        return [
+            v.name for v in self.description.modelVariables if v.causality == causality and v.type == kind
+        ]
+
+    def start_values(self) -> dict[str, float]:
+        """Return the start values of all parameters, as the model description prints them."""
+        parameters = [v for v in self.description.modelVariables if v.causality == "parameter"]
+        return {v.name: float(v.start) for v in parameters if v.type in ("Real", "Enumeration")}
+
+    def begin(self, values: Mapping[str, float] | None = None) -> None:
+        """Set parameters, and enter initialisation."""
+        self.fmu.setupExperiment(startTime=0.0)
+        for name, value in (values or {}).items():
+            self.set(name, value)
+        self.fmu.enterInitializationMode()
+
+    def ready(self) -> None:
+        """Leave initialisation."""
+        self.fmu.exitInitializationMode()
+
+    def set(self, name: str, value: float) -> None:
+        """Set one variable of any type."""
+        variable = self.variables[name]
+        references = [variable.valueReference]
+        if variable.type == "Real":
+            self.fmu.setReal(references, [value])
+        elif variable.type == "Boolean":
+            self.fmu.setBoolean(references, [bool(value)])
+        else:
+            self.fmu.setInteger(references, [int(value)])
+
+    def get(self, name: str) -> float:
+        """Return one variable of any type."""
+        variable = self.variables[name]
+        references = [variable.valueReference]
+        if variable.type == "Real":
+            return self.fmu.getReal(references)[0]
+        if variable.type == "Boolean":
+            return float(self.fmu.getBoolean(references)[0])
+        return float(self.fmu.getInteger(references)[0])
+
+    def references(self, names: Sequence[str]) -> list[int]:
+        """Return the value references of variables."""
+        return [self.variables[name].valueReference for name in names]
+
+    def step_to(self, time: float) -> None:
+        """Move to a time (s)."""
+        self.fmu.doStep(currentCommunicationPoint=self.time, communicationStepSize=time - self.time)
+        self.time = time
+
+
+class Recorder:
+    """Takes down all real outputs of slaves; of two with the same name, that of the first slave."""
+
+    def __init__(self, *slaves: Slave) -> None:
+        self.plan = []
+        self.names = []
+        for slave in slaves:
+            names = [name for name in slave.names("output") if name not in self.names]
+            self.names += names
+            self.plan.append((slave.fmu, slave.references(names)))
+        self.rows: list[list[float]] = []
+
+    def sample(self, time: float) -> None:
+        """Take down one row."""
+        row = [time]
+        for fmu, references in self.plan:
+            row += fmu.getReal(references)
+        self.rows.append(row)
+
+    def signals(self) -> Signals:
+        """Return a column for each output, and `time`."""
+        columns = np.array(self.rows).T
+        return dict(zip(["time", *self.names], columns, strict=True))
+
+
+def actuators_of(controller: Slave, plant: Slave) -> list[str]:
+    """Return what the controller puts out and the plant takes in, by name."""
+    inputs = set(plant.names("input"))
+    return [name for name in controller.names("output") if name in inputs]
+
+
+def couple(
+    plant: Slave, controller: Slave, references: References, duration: float, sample_time: float
+) -> Signals:
+    """Fly plant and controller in one loop for a time (s), exchanging signals every `sample_time` (s).
+
+    Both have begun (`Slave.begin`) and are not ready yet. The references act on the controller from the sample at which
+    they are asked for.
+    """
+    loop = _Loop(plant, controller)
+    loop.inform(*references(0, 0.0))
+    plant.ready()
+    controller.ready()
+    recorder = Recorder(plant, controller)
+    recorder.sample(0.0)
+    for k in range(round(duration / sample_time)):
+        loop.inform(*references(k, k * sample_time))
+        end = (k + 1) * sample_time
+        controller.step_to(end)
+        loop.command()
+        plant.step_to(end)
+        recorder.sample(end)
+    return recorder.signals()
+
+
+class _Loop:
+    """The wires between plant and controller."""
+
+    def __init__(self, plant: Slave, controller: Slave) -> None:
+        self.plant, self.controller = plant, controller
+        actuators = actuators_of(controller, plant)
+        self.measured = plant.references(["pitch", "speed"])
+        self.heard = controller.references(["pitch", "speed", "pitch_reference", "speed_reference"])
+        self.commands = controller.references(actuators)
+        self.commanded = plant.references([*actuators, "operating_speed"])
+        self.speed_reference = 0.0
+
+    def inform(self, pitch_reference: float, speed_reference: float) -> None:
+        """Show the controller the plant and the references."""
+        measured = self.plant.fmu.getReal(self.measured)
+        self.controller.fmu.setReal(self.heard, [*measured, pitch_reference, speed_reference])
+        self.speed_reference = speed_reference
+
+    def command(self) -> None:
+        """Hand the commands to the plant; an LPV plant stands about the wanted speed."""
+        commands = self.controller.fmu.getReal(self.commands)
+        self.plant.fmu.setReal(self.commanded, [*commands, self.speed_reference])

@@ -1,0 +1,81 @@
+"""A vehicle's directory becomes three FMUs, by the command `squid`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from fly import build, stamp
+from fly.stages import BUILD, StageError, run
+
+PLANT = "_plant.fmu"
+
+
+@dataclass(frozen=True)
+class Packages:
+    """The FMUs of one design of one vehicle."""
+
+    folder: Path
+    vehicle: str
+
+    @classmethod
+    def found_in(cls, folder: Path) -> Packages:
+        """Look for the FMUs of the one vehicle in a folder."""
+        plants = sorted(folder.glob(f"*{PLANT}"))
+        if len(plants) != 1:
+            raise StageError(f"{folder} holds {len(plants)} plants (*{PLANT}), and must hold one.")
+        return cls(folder, plants[0].name.removesuffix(PLANT))
+
+    @property
+    def plant(self) -> Path:
+        """The vehicle."""
+        return self.folder / f"{self.vehicle}{PLANT}"
+
+    @property
+    def controller(self) -> Path:
+        """The autopilot."""
+        return self.folder / f"{self.vehicle}_controller.fmu"
+
+    @property
+    def loop(self) -> Path:
+        """Both in one loop."""
+        return self.folder / f"{self.vehicle}.fmu"
+
+    @property
+    def fmus(self) -> tuple[Path, Path, Path]:
+        """All three."""
+        return self.plant, self.controller, self.loop
+
+    @property
+    def figures(self) -> Path:
+        """What the design achieved."""
+        return self.folder / "design.json"
+
+
+def folder_of(vehicle: Path, design: str) -> Path:
+    """Return where the main job puts what it makes of a design."""
+    return BUILD / vehicle.resolve().name / design
+
+
+def design_and_package(vehicle: Path, design: str, folder: Path) -> Packages:
+    """Run `squid design` and `squid package`, unless their results are there and nothing has changed since."""
+    sources = [vehicle / "vehicle.toml", vehicle / f"{design}.toml"]
+    for source in sources:
+        if not source.is_file():
+            raise StageError(
+                f"{source}: there is no such file; VEHICLE_DIR holds vehicle.toml and design files."
+            )
+    expected = stamp.digest([build.squid(), *build.binaries(), *sources], vehicle.resolve().name, design)
+    mark = folder / "stamp"
+    if stamp.is_fresh(mark, expected):
+        packages = Packages.found_in(folder)
+        if all(path.is_file() for path in [*packages.fmus, packages.figures]):
+            print("    nothing has changed since the last run")
+            return packages
+    folder.mkdir(parents=True, exist_ok=True)
+    for old in folder.glob("*.fmu"):
+        old.unlink()
+    for verb in ("design", "package"):
+        run([build.squid(), verb, vehicle, "--design", design, "--out", folder])
+    stamp.write(mark, expected)
+    return Packages.found_in(folder)

@@ -1,0 +1,38 @@
+"""Records of flights: what FMPy wrote, and how far two of them differ."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from fly.master import References, Signals
+
+LOGICAL = {"True": 1.0, "False": 0.0}
+
+
+def read(path: Path) -> Signals:
+    """Read a CSV file with a line of names into a column for each name."""
+    with path.open(newline="", encoding="utf-8") as file:
+        names, *rows = csv.reader(file)
+    columns = zip(*rows, strict=True)
+    values = ([LOGICAL[cell] if cell in LOGICAL else float(cell) for cell in column] for column in columns)
+    return {name: np.array(column) for name, column in zip(names, values, strict=True)}
+
+
+def references_in(loop: Signals) -> References:
+    """Return the references that a flight in one loop used, sample by sample."""
+    pitch, speed = loop["pitch_reference_used"], loop["speed_reference_used"]
+    return lambda k, _: (float(pitch[k]), float(speed[k]))
+
+
+def differences(one: Signals, other: Signals) -> dict[str, float]:
+    """Return the largest difference of each shared signal, relative to the signal's largest size if above 1."""
+    shared = [name for name in one if name in other and name != "time"]
+    return {name: _difference(one[name], other[name]) for name in shared}
+
+
+def _difference(one: np.ndarray, other: np.ndarray) -> float:
+    scale = max(1.0, float(np.max(np.abs(one))))
+    return float(np.max(np.abs(one - other))) / scale

@@ -1,0 +1,64 @@
+"""Stages of a job: each is announced in a line, timed, and stops the job when it fails."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+BUILD = ROOT / "build"
+LOGS = BUILD / "logs"
+
+
+class StageError(Exception):
+    """A stage failed; the message says which and where to look."""
+
+
+@contextmanager
+def stage(title: str) -> Iterator[None]:
+    """Announce a stage, and when it ends its time."""
+    print(f"\n==> {title}", flush=True)
+    begin = time.monotonic()
+    yield
+    print(f"    done in {time.monotonic() - begin:.1f} s", flush=True)
+
+
+def run(
+    command: Sequence[str | Path], *, variables: Mapping[str, str] | None = None, log: str | None = None
+) -> None:
+    """Run a command at the top of the repository.
+
+    Its output passes through, or goes to a log, which is shown if the command fails.
+    """
+    words = [str(word) for word in command]
+    environment = {**os.environ, **(variables or {})}
+    if log is None:
+        code = call(words, environment, None)
+        if code != 0:
+            raise StageError(f"`{' '.join(words)}` ended with exit code {code}.")
+        return
+    LOGS.mkdir(parents=True, exist_ok=True)
+    path = LOGS / f"{log}.log"
+    code = call(words, environment, path)
+    if code != 0:
+        sys.stderr.write(path.read_text(encoding="utf-8", errors="replace"))
+        raise StageError(f"`{' '.join(words)}` ended with exit code {code}; its output is in {path}.")
+
+
+def call(words: Sequence[str], environment: Mapping[str, str], log: Path | None) -> int:
+    """Run a command and return its exit code."""
+    sys.stdout.flush()
+    try:
+        if log is None:
+            return subprocess.run(words, cwd=ROOT, env=environment, check=False).returncode
+        with log.open("wb") as file:
+            streams = {"stdout": file, "stderr": subprocess.STDOUT}
+            return subprocess.run(words, cwd=ROOT, env=environment, check=False, **streams).returncode
+    except FileNotFoundError:
+        hint = " Install Rust from https://rustup.rs." if words[0] == "cargo" else ""
+        raise StageError(f"the program `{words[0]}` was not found.{hint}") from None
