@@ -18,11 +18,12 @@ the water; a steady, uniform current carries the vehicle along, and when it chan
 """
 
 import math
-import tomllib
 from collections import defaultdict
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
+import tomllib
 from scipy.integrate import solve_ivp
 
 LEAST_REYNOLDS_NUMBER = 1e4
@@ -73,7 +74,7 @@ class Vehicle:
 
 @dataclass(frozen=True)
 class Leg:
-    """A part of a flight, up to time `end`, under held commands (one for each actuator) and a current (along x, down)."""
+    """A part of a flight, up to time `end`: held commands, one for each actuator, and a current (along x, down)."""
 
     end: float
     commands: np.ndarray
@@ -87,14 +88,17 @@ def _si(quantity):
 
 def _actuator(kind, table):
     numbers = {key: _si(value) for key, value in table.items() if key != "name"}
-    keys = {"thruster": ("x", "z", "direction"), "control_surface": ("Z_uu_delta", "M_uu_delta", "X_uu_delta2")}
+    keys = {
+        "thruster": ("x", "z", "direction"),
+        "control_surface": ("Z_uu_delta", "M_uu_delta", "X_uu_delta2"),
+    }
     effect = {key: numbers.get(key, 0.0) for key in keys[kind]}
     return Actuator(table["name"], kind, numbers["min"], numbers["max"], numbers.get("lag", 0.0), effect)
 
 
 def read_vehicle(path):
     """Reads a vehicle file; a key that it leaves out is zero, but for length, form factor and viscosity."""
-    with open(path, "rb") as file:
+    with Path(path).open("rb") as file:
         tables = tomllib.load(file)
     c = defaultdict(float, length=1.0, form_factor=1.0, kinematic_viscosity=1.19e-6)
     for section in ("mass", "buoyancy", "water", "added_mass", "lift", "damping", "drag"):
@@ -106,7 +110,9 @@ def read_vehicle(path):
         c["Z_uq"] -= -c["X_u_dot"]
         c["M_uw"] -= c["X_u_dot"] - c["Z_w_dot"]
         c["M_uq"] -= -c["Z_q_dot"]
-    actuators = [_actuator(kind, table) for kind in ("thruster", "control_surface") for table in tables.get(kind, [])]
+    actuators = [
+        _actuator(kind, table) for kind in ("thruster", "control_surface") for table in tables.get(kind, [])
+    ]
     return Vehicle(tables["vehicle"]["name"], c, actuators)
 
 
@@ -142,7 +148,9 @@ def _hull(c, u, w, q):
     friction = 0.075 / (math.log10(reynolds) - 2.0) ** 2
     area = friction * c["form_factor"] * c["wetted_area"] + c["drag_area"]
     surge = (c["X_uu"] - 0.5 * c["density"] * area) * u * abs(u)
-    heave = c["Z_uw"] * u * w + c["Z_uq"] * u * q + c["Z_w"] * w + c["Z_ww"] * w * abs(w) + c["Z_qq"] * q * abs(q)
+    heave = (
+        c["Z_uw"] * u * w + c["Z_uq"] * u * q + c["Z_w"] * w + c["Z_ww"] * w * abs(w) + c["Z_qq"] * q * abs(q)
+    )
     pitch = c["M_uw"] * u * w + c["M_uq"] * u * q + c["M_uu"] * u * abs(u)
     pitch += c["M_q"] * q + c["M_qq"] * q * abs(q) + c["M_ww"] * w * abs(w)
     return np.array([surge, heave, pitch])
@@ -164,7 +172,7 @@ def force(vehicle, y):
     c, (u, w, q, theta, _, depth) = vehicle.coefficients, y[:6]
     total = _rigid_body(c, u, w, q) + _added_mass(c, u, w, q) + _weight_and_buoyancy(c, theta, depth)
     total += _hull(c, u, w, q)
-    for actuator, output in zip(vehicle.actuators, y[6:]):
+    for actuator, output in zip(vehicle.actuators, y[6:], strict=True):
         total += actuator.force(u, output)
     return total
 
@@ -177,7 +185,7 @@ def rate(vehicle, y, commands, current):
     down = -u * math.sin(theta) + w * math.cos(theta) + current[1]
     outputs = [
         (min(max(command, actuator.min), actuator.max) - output) / actuator.lag
-        for actuator, command, output in zip(vehicle.actuators, commands, y[6:])
+        for actuator, command, output in zip(vehicle.actuators, commands, y[6:], strict=True)
     ]
     return np.array([*acceleration, q, ahead, down, *outputs])
 
@@ -232,7 +240,7 @@ def fly(vehicle, start, legs, times):
         inside = ((times > begin) | (begin == 0.0)) & (times <= leg.end)
         wanted = np.unique(np.append(times[inside], leg.end))
         solution = solve_ivp(
-            lambda _, state: rate(vehicle, state, leg.commands, leg.current),
+            lambda _, state, leg=leg: rate(vehicle, state, leg.commands, leg.current),
             (begin, leg.end),
             y,
             method="DOP853",
