@@ -14,7 +14,8 @@ pub const RESOURCE: &str = "controller.json";
 pub struct Controller {
     pub(crate) design: Arc<ControllerDesign>,
     pub(crate) autopilot: Autopilot,
-    pub(crate) inputs: Inputs,
+    /// What the autopilot measures and follows; the next tick uses it.
+    pub inputs: Inputs,
 }
 
 /// What can go wrong in the controller.
@@ -43,6 +44,27 @@ impl Controller {
         let pitch = autopilot.trim().pitch(speed);
         let inputs = Inputs { pitch, speed, pitch_reference: pitch, speed_reference: speed };
         Ok(Self { design: Arc::new(design), autopilot, inputs })
+    }
+
+    /// The frozen design.
+    pub fn design(&self) -> &ControllerDesign {
+        &self.design
+    }
+
+    /// The autopilot with its outputs and ticks.
+    pub fn autopilot(&self) -> &Autopilot {
+        &self.autopilot
+    }
+
+    /// Runs the next tick with the inputs as they stand, whatever the time.
+    ///
+    /// # Errors
+    /// [`ControllerError::Tick`].
+    pub fn tick(&mut self, log: &mut dyn Log) -> Result<(), ControllerError> {
+        if self.autopilot.tick(&self.inputs)?.left_range {
+            self.warn_of_range(log);
+        }
+        Ok(())
     }
 
     fn warn_of_range(&self, log: &mut dyn Log) {

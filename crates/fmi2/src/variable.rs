@@ -234,6 +234,11 @@ impl<M> Variable<M> {
         self
     }
 
+    /// Name of the variable.
+    pub fn name(&self) -> &str {
+        &self.meta.name
+    }
+
     /// The entry with the start value that the freshly loaded model has, where the standard wants one.
     pub(crate) fn described(&self, value_reference: u32, model: &M) -> ScalarVariable {
         let mut meta = self.meta.clone();

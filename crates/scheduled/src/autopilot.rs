@@ -30,7 +30,7 @@ pub struct Outputs {
     pub trim_pitch: f64,
 }
 
-/// What happened in [`Autopilot::advance`].
+/// What happened in [`Autopilot::advance`] or [`Autopilot::tick`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Advance {
     /// Number of ticks that were run.
@@ -161,10 +161,9 @@ impl Autopilot {
     pub fn advance(&mut self, to: f64, inputs: &Inputs) -> Result<Advance, TickError> {
         let mut done = Advance::default();
         while self.is_due_before(to) {
-            let was_outside = self.outside;
-            self.tick(inputs)?;
-            done.ticks += 1;
-            done.left_range |= self.outside && !was_outside;
+            let tick = self.tick(inputs)?;
+            done.ticks += tick.ticks;
+            done.left_range |= tick.left_range;
         }
         Ok(done)
     }
@@ -173,18 +172,26 @@ impl Autopilot {
     ///
     /// # Errors
     /// [`TickError`].
-    pub fn tick(&mut self, inputs: &Inputs) -> Result<(), TickError> {
+    pub fn tick(&mut self, inputs: &Inputs) -> Result<Advance, TickError> {
         self.compute_outputs(inputs)?;
         self.controller.update(&self.errors);
+        let left_range = self.outputs.out_of_range && !self.outside;
         self.outside = self.outputs.out_of_range;
         self.next_tick += 1;
-        Ok(())
+        Ok(Advance { ticks: 1, left_range })
     }
 
-    fn is_due_before(&self, to: f64) -> bool {
-        let sample_time = self.plan.sample_time;
-        let due = self.start + self.next_tick as f64 * sample_time;
-        due < to - ROUNDING_OF_TIME * sample_time
+    /// The time in s to which the next tick belongs, `start + k Ts`.
+    pub fn next_tick_time(&self) -> f64 {
+        self.start + self.next_tick as f64 * self.plan.sample_time
+    }
+
+    /// Whether [`advance`](Self::advance) to the time `to` in s would run a tick.
+    ///
+    /// A tick that lies less than 1e-6 Ts before `to` belongs to the next interval, so that a rounded `to` runs it
+    /// once.
+    pub fn is_due_before(&self, to: f64) -> bool {
+        self.next_tick_time() < to - ROUNDING_OF_TIME * self.plan.sample_time
     }
 
     fn compute_outputs(&mut self, inputs: &Inputs) -> Result<(), TickError> {

@@ -1,0 +1,143 @@
+//! The loop of plant and autopilot, in the order in which a master steps the two.
+
+use fmi2::{Log, Model};
+use fmu_controller::Controller;
+use fmu_plant::PlantModel;
+
+use crate::{ClosedLoopError, Manoeuvre};
+
+/// References from outside, held between two steps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Override {
+    /// Whether they are used instead of the manoeuvre.
+    pub manual: bool,
+    /// Wanted pitch angle \[rad\], absolute.
+    pub pitch_reference: f64,
+    /// Wanted forward speed through the water, along the body axis \[m/s\].
+    pub speed_reference: f64,
+}
+
+/// What the autopilot is asked to follow at one instant.
+#[derive(Debug, Clone, Copy)]
+struct References {
+    pitch: f64,
+    /// Along the body axis.
+    forward_speed: f64,
+    /// Along the path.
+    path_speed: f64,
+}
+
+/// A vehicle and its autopilot, flying a manoeuvre or references from outside.
+///
+/// At each tick, at t = start + k Ts, the autopilot measures the plant and commands it without delay; in between the
+/// plant moves under held commands. Time is that of the experiment, also for the manoeuvre.
+#[derive(Debug, Clone)]
+pub struct ClosedLoop {
+    /// The vehicle.
+    pub plant: PlantModel,
+    /// The autopilot.
+    pub controller: Controller,
+    /// What is flown.
+    pub manoeuvre: Manoeuvre,
+    /// What is flown instead while it is manual.
+    pub outside: Override,
+}
+
+impl ClosedLoop {
+    /// Puts vehicle and autopilot together.
+    ///
+    /// # Errors
+    /// [`ClosedLoopError::OtherVehicle`], [`ClosedLoopError::OtherActuators`], [`ClosedLoopError::Manoeuvre`].
+    pub fn new(
+        plant: PlantModel,
+        controller: Controller,
+        manoeuvre: Manoeuvre,
+    ) -> Result<Self, ClosedLoopError> {
+        manoeuvre.check()?;
+        let (vehicle, design) = (plant.vehicle(), controller.design());
+        if design.vehicle.name != vehicle.name {
+            let (found, expected) = (design.vehicle.name.clone(), vehicle.name.clone());
+            return Err(ClosedLoopError::OtherVehicle { found, expected });
+        }
+        let found: Vec<_> = design.actuators.iter().map(|one| one.name.clone()).collect();
+        let expected: Vec<_> = vehicle.actuators.iter().map(|one| one.name.clone()).collect();
+        if found != expected {
+            return Err(ClosedLoopError::OtherActuators { found, expected });
+        }
+        let trim = controller.autopilot().trim();
+        let speed_reference = trim.forward_speed(manoeuvre.speed_from);
+        let pitch_reference = trim.pitch(speed_reference);
+        let outside = Override { manual: false, pitch_reference, speed_reference };
+        Ok(Self { plant, controller, manoeuvre, outside })
+    }
+
+    /// Puts the vehicle into level trim at the manoeuvre's speed, and the autopilot at rest, at a time \[s\].
+    ///
+    /// # Errors
+    /// [`ClosedLoopError::Manoeuvre`], [`ClosedLoopError::Plant`], [`ClosedLoopError::Controller`].
+    pub fn start(&mut self, time: f64, log: &mut dyn Log) -> Result<(), ClosedLoopError> {
+        self.manoeuvre.check()?;
+        self.plant.settings.initial_speed = self.manoeuvre.speed_reference(time);
+        self.plant.initialise(time, log)?;
+        self.measure(time);
+        self.controller.initialise(time, log)?;
+        self.obey();
+        Ok(())
+    }
+
+    /// Moves the loop to a time \[s\] without allocating.
+    ///
+    /// # Errors
+    /// [`ClosedLoopError::Plant`], [`ClosedLoopError::Controller`].
+    pub fn advance(&mut self, to: f64, log: &mut dyn Log) -> Result<(), ClosedLoopError> {
+        while self.controller.autopilot().is_due_before(to) {
+            let due = self.controller.autopilot().next_tick_time();
+            self.move_plant(due, log)?;
+            self.measure(due);
+            self.controller.tick(log)?;
+            self.obey();
+        }
+        self.move_plant(to, log)
+    }
+
+    /// Moves the plant; it may already be past a tick, by rounding.
+    fn move_plant(&mut self, to: f64, log: &mut dyn Log) -> Result<(), ClosedLoopError> {
+        let now = self.plant.time();
+        if to > now {
+            self.plant.step(now, to, log)?;
+        }
+        Ok(())
+    }
+
+    /// Hands measurements and references to the autopilot, and to the LPV model the speed that it stands about.
+    fn measure(&mut self, time: f64) {
+        let references = self.references(time);
+        let motion = self.plant.state().motion;
+        let inputs = &mut self.controller.inputs;
+        (inputs.pitch, inputs.speed) = (motion.theta, motion.u);
+        (inputs.pitch_reference, inputs.speed_reference) = (references.pitch, references.forward_speed);
+        self.plant.inputs.operating_speed = references.path_speed;
+    }
+
+    /// Hands the commands to the plant.
+    fn obey(&mut self) {
+        self.plant.inputs.commands.copy_from_slice(&self.controller.autopilot().outputs().commands);
+    }
+
+    /// The trim table of the design turns speed along the path into forward speed and gives the pitch of level flight.
+    fn references(&self, time: f64) -> References {
+        let trim = self.controller.autopilot().trim();
+        if self.outside.manual {
+            let Override { pitch_reference, speed_reference, .. } = self.outside;
+            return References {
+                pitch: pitch_reference,
+                forward_speed: speed_reference,
+                path_speed: trim.speed(speed_reference),
+            };
+        }
+        let path_speed = self.manoeuvre.speed_reference(time);
+        let forward_speed = trim.forward_speed(path_speed);
+        let pitch = trim.pitch(forward_speed) + self.manoeuvre.pitch_above_trim(time);
+        References { pitch, forward_speed, path_speed }
+    }
+}

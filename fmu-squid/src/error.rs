@@ -1,0 +1,47 @@
+//! What can go wrong in the loop, each as one sentence.
+
+use fmi2::ResourceError;
+use fmu_controller::{ControllerError, RESOURCE as CONTROLLER_RESOURCE};
+use fmu_plant::PlantError;
+
+use crate::{MANOEUVRE_RESOURCE, ManoeuvreError};
+
+/// What can go wrong in the loop.
+#[derive(Debug, thiserror::Error)]
+pub enum ClosedLoopError {
+    /// A resource cannot be read.
+    #[error(transparent)]
+    Resource(#[from] ResourceError),
+    /// The autopilot cannot be made, or cannot compute.
+    #[error(transparent)]
+    Controller(#[from] ControllerError),
+    /// The plant cannot be made, cannot start or cannot move.
+    #[error(transparent)]
+    Plant(#[from] PlantError),
+    /// The file makes no sense.
+    #[error("resources/{MANOEUVRE_RESOURCE}: {0}")]
+    ManoeuvreFile(#[source] ManoeuvreError),
+    /// The parameters of the manoeuvre make no sense.
+    #[error("the manoeuvre cannot be flown: {0}")]
+    Manoeuvre(#[from] ManoeuvreError),
+    /// The controller is that of another vehicle.
+    #[error("resources/{CONTROLLER_RESOURCE} is the design for '{found}', and the vehicle is '{expected}'")]
+    OtherVehicle {
+        /// The vehicle of the design.
+        found: String,
+        /// The vehicle of the vehicle file.
+        expected: String,
+    },
+    /// The controller commands other actuators than the vehicle has.
+    #[error(
+        "resources/{CONTROLLER_RESOURCE} commands {}, and the actuators of the vehicle are {}",
+        found.join(", "),
+        expected.join(", ")
+    )]
+    OtherActuators {
+        /// Names in the design.
+        found: Vec<String>,
+        /// Names in the vehicle file.
+        expected: Vec<String>,
+    },
+}

@@ -1,0 +1,220 @@
+//! The table of variables: the loop's own, and those of plant and controller that stay visible in it.
+//!
+//! Inputs act during a step only, so at a communication point no output depends on an input, and a master meets no
+//! algebraic loop.
+
+use std::f64::consts::FRAC_PI_2;
+
+use auv::COEFFICIENTS;
+use fmi2::Model;
+
+use crate::ClosedLoop;
+
+type Variable = fmi2::Variable<ClosedLoop>;
+type Role<T> = fmi2::Role<ClosedLoop, T>;
+
+/// Variables of the controller that the loop sets.
+const SET_IN_CONTROLLER: [&str; 4] = ["pitch", "speed", "pitch_reference", "speed_reference"];
+
+/// The parameters on which the speed at the start depends.
+const SPEED_PROFILE: [&str; 4] = ["speed_from", "speed_to", "ramp_start", "ramp_duration"];
+
+/// The table for one loop.
+pub(crate) fn table(model: &ClosedLoop) -> Vec<Variable> {
+    let mut table = Vec::from(manoeuvre());
+    table.extend(plant_parameters(model));
+    table.extend(overrides(model));
+    table.extend(current(model));
+    table.extend(motion(model));
+    table.extend(of_controller(model));
+    table.extend(references());
+    table
+}
+
+fn manoeuvre() -> [Variable; 7] {
+    let parameter = |name, description, get: fn(&ClosedLoop) -> f64, set: fn(&mut ClosedLoop, f64)| {
+        Variable::real(name, description, get, Role::parameter(set))
+    };
+    [
+        parameter(
+            "pitch_step",
+            "height of the pitch step above the trim pitch",
+            |m| m.manoeuvre.pitch_step,
+            |m, v| m.manoeuvre.pitch_step = v,
+        )
+        .unit("rad")
+        .range(-FRAC_PI_2, FRAC_PI_2)
+        .nominal(0.1),
+        parameter(
+            "step_time",
+            "time at which the pitch step comes",
+            |m| m.manoeuvre.step_time,
+            |m, v| m.manoeuvre.step_time = v,
+        )
+        .unit("s")
+        .nominal(10.0),
+        parameter(
+            "step_end",
+            "time at which the pitch step ends",
+            |m| m.manoeuvre.step_end,
+            |m, v| m.manoeuvre.step_end = v,
+        )
+        .unit("s")
+        .nominal(10.0),
+        parameter(
+            "speed_from",
+            "wanted speed along the path through the water before the ramp; the flight starts in its trim",
+            |m| m.manoeuvre.speed_from,
+            |m, v| m.manoeuvre.speed_from = v,
+        )
+        .unit("m/s")
+        .at_least(0.0)
+        .nominal(1.0),
+        parameter(
+            "speed_to",
+            "wanted speed along the path through the water after the ramp",
+            |m| m.manoeuvre.speed_to,
+            |m, v| m.manoeuvre.speed_to = v,
+        )
+        .unit("m/s")
+        .at_least(0.0)
+        .nominal(1.0),
+        parameter(
+            "ramp_start",
+            "time at which the ramp of speed begins",
+            |m| m.manoeuvre.ramp_start,
+            |m, v| m.manoeuvre.ramp_start = v,
+        )
+        .unit("s")
+        .nominal(10.0),
+        parameter(
+            "ramp_duration",
+            "duration of the ramp of speed, above zero",
+            |m| m.manoeuvre.ramp_duration,
+            |m, v| m.manoeuvre.ramp_duration = v,
+        )
+        .unit("s")
+        .at_least(0.0)
+        .nominal(10.0),
+    ]
+}
+
+/// All but the initial speed, which is that of the manoeuvre.
+fn plant_parameters(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
+    let own = |one: &fmi2::Variable<_>| one.name() != "initial_speed";
+    fmu_plant::parameters(&model.plant).into_iter().filter(own).map(of_plant)
+}
+
+fn of_plant(one: fmi2::Variable<fmu_plant::PlantModel>) -> Variable {
+    one.embedded(|m: &ClosedLoop| &m.plant, |m| &mut m.plant)
+}
+
+fn overrides(model: &ClosedLoop) -> [Variable; 3] {
+    let speeds = &model.controller.design().trim.forward_speed;
+    let (slowest, fastest) = (speeds[0], speeds[speeds.len() - 1]);
+    [
+        Variable::boolean(
+            "manual",
+            "follow the inputs pitch_reference and speed_reference instead of the manoeuvre",
+            |m| m.outside.manual,
+            Role::input(|m, v| m.outside.manual = v),
+        ),
+        Variable::real(
+            "pitch_reference",
+            "wanted pitch angle while manual is true",
+            |m| m.outside.pitch_reference,
+            Role::input(|m, v| m.outside.pitch_reference = v),
+        )
+        .unit("rad")
+        .range(-FRAC_PI_2, FRAC_PI_2)
+        .nominal(0.1),
+        Variable::real(
+            "speed_reference",
+            "wanted forward speed through the water, along the body axis, while manual is true",
+            |m| m.outside.speed_reference,
+            Role::input(|m, v| m.outside.speed_reference = v),
+        )
+        .unit("m/s")
+        .range(slowest.min(model.outside.speed_reference), fastest.max(model.outside.speed_reference))
+        .nominal(1.0),
+    ]
+}
+
+/// Of the plant's inputs the current alone; the loop sets the others.
+fn current(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
+    let open = |one: &fmi2::Variable<_>| ["current_horizontal", "current_vertical"].contains(&one.name());
+    fmu_plant::inputs(&model.plant).into_iter().filter(open).map(of_plant)
+}
+
+/// The plant's outputs but its trim, which is that of the start; `trim_pitch` is the controller's here.
+fn motion(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
+    let actuators = model.plant.vehicle().actuators.iter().map(|one| format!("trim_{}", one.name));
+    let trim: Vec<_> = actuators.chain(["trim_pitch".to_owned()]).collect();
+    let open = move |one: &fmi2::Variable<_>| !trim.iter().any(|name| name == one.name());
+    fmu_plant::outputs(&model.plant).into_iter().filter(open).map(of_plant).map(|one| match one.name() {
+        // These start from what they depend on in the plant too.
+        "depth" | "distance" | "pitch_rate" => one,
+        _ => one.initially_depends_on(&knowns_of_start()),
+    })
+}
+
+fn knowns_of_start() -> Vec<&'static str> {
+    let coefficients = COEFFICIENTS.iter().map(|spec| spec.key);
+    SPEED_PROFILE.into_iter().chain(["initial_depth"]).chain(coefficients).collect()
+}
+
+/// Commands, what the scheduling does, and constants of the design.
+fn of_controller(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
+    let open = |one: &fmi2::Variable<_>| !SET_IN_CONTROLLER.contains(&one.name());
+    let constants = ["sample_time", "gamma", "gamma_certified"];
+    model.controller.variables().into_iter().filter(open).map(move |one| {
+        let constant = constants.contains(&one.name());
+        let one = one.embedded(|m: &ClosedLoop| &m.controller, |m| &mut m.controller);
+        if constant { one } else { one.initially_depends_on(&knowns_of_first_tick()) }
+    })
+}
+
+fn knowns_of_first_tick() -> Vec<&'static str> {
+    let mut knowns =
+        vec!["pitch_step", "step_time", "step_end", "manual", "pitch_reference", "speed_reference"];
+    knowns.extend(knowns_of_start());
+    knowns
+}
+
+fn references() -> [Variable; 3] {
+    let output = |name, description, get: fn(&ClosedLoop) -> f64, unit, knowns: &[&str]| {
+        Variable::real(name, description, get, Role::output())
+            .unit(unit)
+            .depends_on(&[])
+            .initially_depends_on(knowns)
+    };
+    let knowns = knowns_of_first_tick();
+    [
+        output(
+            "pitch_reference_used",
+            "wanted pitch angle at the last tick, of the manoeuvre or the input",
+            |m| m.controller.inputs.pitch_reference,
+            "rad",
+            &knowns,
+        )
+        .discrete()
+        .nominal(0.1),
+        output(
+            "speed_reference_used",
+            "wanted forward speed through the water at the last tick, of the manoeuvre or the input",
+            |m| m.controller.inputs.speed_reference,
+            "m/s",
+            &knowns,
+        )
+        .discrete()
+        .nominal(1.0),
+        output(
+            "tracking_error",
+            "pitch_reference_used less pitch",
+            |m| m.controller.inputs.pitch_reference - m.plant.state().motion.theta,
+            "rad",
+            &knowns,
+        )
+        .nominal(0.1),
+    ]
+}
