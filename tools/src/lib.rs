@@ -1,1 +1,28 @@
-//! From a vehicle file to FMUs: design, package, simulate, show
+//! The command `squid`, as a library: from a vehicle file to FMUs.
+//!
+//! ```text
+//! vehicle.toml, design.toml -> inputs -> model -> problem -> (lpv) -> check -> freeze -> store -> package -> *.fmu
+//!                                                                                    \-> flight -> simulate -> plots
+//! ```
+//!
+//! [`design::run`] is the main path; each stage is a file.
+
+pub mod check;
+pub mod design;
+pub mod design_file;
+pub mod error;
+pub mod flight;
+pub mod freeze;
+pub mod frequency;
+pub mod inputs;
+pub mod metrics;
+pub mod model;
+pub mod output;
+pub mod package;
+pub mod plot;
+pub mod problem;
+pub mod record;
+pub mod show;
+pub mod simulate;
+pub mod stages;
+pub mod store;

@@ -1,2 +1,194 @@
 //! The command `squid`.
-fn main() {}
+
+use clap::{Args, Parser, Subcommand};
+use squid::error::Error;
+use squid::inputs::Inputs;
+use squid::package::{Kind, pack, prepare};
+use squid::stages::Stages;
+use squid::{design, model, record, show, simulate, store};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// From the coefficients of an underwater vehicle to a scheduled pitch controller and to FMUs that any simulation
+/// tool flies.
+///
+/// A vehicle is a directory with vehicle.toml (its coefficients) and design.toml (what is asked of the controller).
+/// A first run:
+///
+///   squid show vehicles/squid --speed 1
+///
+///   squid design vehicles/squid
+///
+///   squid simulate vehicles/squid
+///
+///   squid package vehicles/squid
+#[derive(Parser)]
+#[command(version, verbatim_doc_comment)]
+struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Subcommand)]
+enum Verb {
+    /// Design a controller: trim, linearise, fit, LFT, augment, synthesise, check, freeze
+    ///
+    /// Prints each stage with its key figure and writes controller.json, plant.json, manoeuvre.json and design.json.
+    /// A controller that fails a check is not written.
+    Design(Which),
+    /// Pack the three FMUs of a design: the vehicle, the autopilot, and both in one loop
+    ///
+    /// Takes what `squid design` wrote, and refuses it when a file changed since.
+    Package {
+        #[command(flatten)]
+        which: Which,
+        /// Where the FMUs' shared libraries lie, if not where cargo puts them
+        #[arg(long, value_name = "DIR")]
+        binaries: Option<PathBuf>,
+        /// Write the three model descriptions alone, to this directory
+        #[arg(long, value_name = "DIR")]
+        descriptions: Option<PathBuf>,
+    },
+    /// Fly a design in this process: its manoeuvre, pitch steps over the range of speed, the vehicle alone
+    ///
+    /// Designs first if nothing is designed yet. Writes records (CSV) and plots (SVG).
+    Simulate(Which),
+    /// Show the trim, A, B and eigenvalues at a speed; the fit and its residuals; the controller's poles
+    Show {
+        #[command(flatten)]
+        which: Which,
+        /// Trim, A, B and eigenvalues at this speed along the path, m/s
+        #[arg(long, value_name = "M/S")]
+        speed: Option<f64>,
+        /// The polynomial fit and its residuals
+        #[arg(long)]
+        fit: bool,
+        /// The controller and its poles
+        #[arg(long)]
+        controller: bool,
+    },
+    /// Plot the record of a flight, a CSV file such as `fmpy simulate squid.fmu --output-file` writes
+    Plot {
+        /// The record: a column `time`, then one for each variable
+        record: PathBuf,
+        /// The SVG file to write; beside the record if not named
+        #[arg(long, value_name = "FILE")]
+        out: Option<PathBuf>,
+    },
+}
+
+#[derive(Args)]
+struct Which {
+    /// The vehicle's directory, for instance vehicles/squid
+    vehicle: PathBuf,
+    /// The design: a file NAME.toml in the vehicle's directory
+    #[arg(long, value_name = "NAME", default_value = "design")]
+    design: String,
+    /// Replace the bandwidth w_b of every tracking weight, rad/s (the paper tries 0.46, 0.23 and 0.1)
+    #[arg(long, value_name = "RAD/S")]
+    bandwidth: Option<f64>,
+    /// The directory for all files; build/VEHICLE/DESIGN if not named
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+impl Which {
+    fn read(&self) -> Result<(Inputs, PathBuf), Error> {
+        let inputs = Inputs::read(&self.vehicle, &self.design, self.bandwidth)?;
+        let directory = self.out.clone().unwrap_or_else(|| store::default_directory(&inputs));
+        Ok((inputs, directory))
+    }
+}
+
+fn main() -> ExitCode {
+    match run(Cli::parse().verb) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("squid: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(verb: Verb) -> Result<(), Error> {
+    match verb {
+        Verb::Design(which) => run_design(&which),
+        Verb::Package { which, binaries, descriptions } => run_package(&which, binaries, descriptions),
+        Verb::Simulate(which) => run_simulate(&which),
+        Verb::Show { which, speed, fit, controller } => run_show(&which, speed, fit, controller),
+        Verb::Plot { record, out } => {
+            let to = out.unwrap_or_else(|| record.with_extension("svg"));
+            record::plot(&record, &to)?;
+            println!("{}", to.display());
+            Ok(())
+        }
+    }
+}
+
+fn run_design(which: &Which) -> Result<(), Error> {
+    let (inputs, directory) = which.read()?;
+    let stages = Stages::default();
+    let finished = design::run(&inputs, &stages)?;
+    store::save(&directory, &inputs, &finished)?;
+    stages.done("freeze", &format!("{}", directory.display()));
+    Ok(())
+}
+
+fn run_package(which: &Which, binaries: Option<PathBuf>, descriptions: Option<PathBuf>) -> Result<(), Error> {
+    let (inputs, directory) = which.read()?;
+    let stored = store::load(&directory, &inputs)?;
+    for kind in Kind::ALL {
+        if let Some(to) = &descriptions {
+            let prepared = prepare(kind, &inputs, &stored)?;
+            let path = to.join(format!("{}.xml", prepared.identifier));
+            squid::output::write(&path, prepared.xml.as_bytes())?;
+            println!("{}", path.display());
+        } else {
+            let (path, size) = pack(kind, &inputs, &stored, binaries.as_deref(), &directory)?;
+            println!("{} ({:.0} kB)", path.display(), size as f64 / 1000.0);
+        }
+    }
+    Ok(())
+}
+
+fn run_simulate(which: &Which) -> Result<(), Error> {
+    let (inputs, directory) = which.read()?;
+    let stored = match store::load(&directory, &inputs) {
+        Err(Error::NotDesigned { .. } | Error::Stale { .. }) => {
+            store::save(&directory, &inputs, &design::run(&inputs, &Stages::default())?)?;
+            println!();
+            store::load(&directory, &inputs)?
+        }
+        other => other?,
+    };
+    let running = Stages::default().begin("simulate", "flying");
+    let found = simulate::run(&inputs, &stored, &directory)?;
+    drop(running);
+    print!("{found}");
+    Ok(())
+}
+
+fn run_show(which: &Which, speed: Option<f64>, fit: bool, controller: bool) -> Result<(), Error> {
+    let (inputs, _) = which.read()?;
+    let all = speed.is_none() && !fit && !controller;
+    if let Some(v) = speed.or(all.then(|| inputs.design.scheduling().0)) {
+        if !(v.is_finite() && v > 0.0) {
+            return Err(Error::Argument {
+                name: "--speed",
+                found: v.to_string(),
+                allowed: "above 0 (m/s)".into(),
+            });
+        }
+        println!("{}", show::speed(&inputs, v)?);
+    }
+    if fit || all {
+        println!("{}", show::fit(&inputs, &model::Model::new(&inputs)?));
+    }
+    if controller || all {
+        let running = Stages::default().begin("design", "solving the matrix inequalities");
+        let finished = design::run(&inputs, &Stages::quiet())?;
+        drop(running);
+        print!("{}", show::controller(&inputs, &finished)?);
+    }
+    Ok(())
+}

@@ -1,0 +1,154 @@
+//! What a finished controller must pass before it may be shipped.
+//!
+//! The design's inequalities speak of the fit; here the controller, frozen at each speed, also meets the true
+//! linearisations, at the speeds of the grid and between them.
+
+use crate::error::Error;
+use crate::inputs::Inputs;
+use crate::model::{linearise_at, speeds, stacked};
+use crate::problem::augment;
+use lpv::controller::Controller;
+use lpv::lft::Lft;
+use lpv::matrix::{Mat, eigenvalues, spectral_abscissa};
+use lpv::plant::GeneralisedPlant;
+use thiserror::Error as ThisError;
+
+/// Speeds at which the closed loop is checked.
+const CHECKED_SPEEDS: usize = 101;
+
+/// Why a controller may not be shipped.
+#[derive(Debug, Clone, PartialEq, ThisError)]
+pub enum Refusal {
+    /// The loop with the fitted model is not stable.
+    #[error(
+        "at {speed:.3} m/s the loop with the fitted model has a mode with real part {real_part:.3e} rad/s"
+    )]
+    UnstableFit {
+        /// Where.
+        speed: f64,
+        /// The largest real part.
+        real_part: f64,
+    },
+    /// The loop with the true linearisation is not stable.
+    #[error(
+        "at {speed:.3} m/s the loop with the true linearisation has a mode with real part {real_part:.3e} rad/s"
+    )]
+    UnstableTruth {
+        /// Where.
+        speed: f64,
+        /// The largest real part.
+        real_part: f64,
+    },
+    /// The frozen gain exceeds the bound.
+    #[error("at {speed:.3} m/s the frozen gain is {gain:.4}, above the bound {bound:.4}")]
+    Gain {
+        /// Where.
+        speed: f64,
+        /// The gain.
+        gain: f64,
+        /// The bound.
+        bound: f64,
+    },
+    /// The parameter loop is not well posed inside the box.
+    #[error("the controller's parameter loop is not well posed at rho = {rho:.4}")]
+    NotWellPosed {
+        /// Where.
+        rho: f64,
+    },
+}
+
+/// What the checks found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Checks {
+    /// Number of speeds.
+    pub speeds: usize,
+    /// Largest real part of the loop's modes with the fitted model.
+    pub abscissa_fit: f64,
+    /// Largest real part with the true linearisations.
+    pub abscissa_truth: f64,
+    /// Largest frozen gain with the fitted model.
+    pub gain_fit: f64,
+    /// Largest frozen gain with the true linearisations.
+    pub gain_truth: f64,
+    /// Fastest mode of the frozen controller, rad/s.
+    pub fastest_controller_mode: f64,
+}
+
+/// Checks a controller for the scheduled plant `plant` against a gain bound.
+///
+/// # Errors
+/// [`Error::Refused`] with the first failure.
+pub fn check(
+    inputs: &Inputs,
+    plant: &GeneralisedPlant,
+    controller: &Controller,
+    bound: f64,
+) -> Result<Checks, Error> {
+    well_posed(&controller.dtt)?;
+    well_posed(&plant.dtt)?;
+    let closed = plant.close(controller);
+    let (centre, half_range) = inputs.design.scheduling();
+    let mut found = Checks {
+        speeds: CHECKED_SPEEDS,
+        abscissa_fit: f64::NEG_INFINITY,
+        abscissa_truth: f64::NEG_INFINITY,
+        gain_fit: 0.0,
+        gain_truth: 0.0,
+        fastest_controller_mode: 0.0,
+    };
+    for speed in speeds(inputs, CHECKED_SPEEDS) {
+        let rho = (speed - centre) / half_range;
+        let fitted = closed.frozen(&[rho])?;
+        let real_part = spectral_abscissa(&fitted.a);
+        if real_part.is_nan() || real_part >= 0.0 {
+            return Err(Refusal::UnstableFit { speed, real_part }.into());
+        }
+        let gain = fitted.hinf_norm().value;
+        if gain.is_nan() || gain > bound {
+            return Err(Refusal::Gain { speed, gain, bound }.into());
+        }
+        let frozen = frozen_controller(controller, rho)?;
+        let truth = augment(inputs, Lft::constant(stacked(&linearise_at(inputs, speed)?)))?;
+        let true_loop = truth.close(&frozen).frozen(&[])?;
+        let true_real_part = spectral_abscissa(&true_loop.a);
+        if true_real_part.is_nan() || true_real_part >= 0.0 {
+            return Err(Refusal::UnstableTruth { speed, real_part: true_real_part }.into());
+        }
+        found.abscissa_fit = found.abscissa_fit.max(real_part);
+        found.abscissa_truth = found.abscissa_truth.max(true_real_part);
+        found.gain_fit = found.gain_fit.max(gain);
+        found.gain_truth = found.gain_truth.max(true_loop.hinf_norm().value);
+        let fastest = eigenvalues(&frozen.a).iter().map(|p| p.norm()).fold(0.0, f64::max);
+        found.fastest_controller_mode = found.fastest_controller_mode.max(fastest);
+    }
+    Ok(found)
+}
+
+/// A controller with no parameter: the scheduled one at rho.
+fn frozen_controller(k: &Controller, rho: f64) -> Result<Controller, Error> {
+    let frozen = k.frozen(&[rho])?;
+    let (n, u, y) = (frozen.a.nrows(), frozen.c.nrows(), frozen.b.ncols());
+    Ok(Controller {
+        a: frozen.a,
+        by: frozen.b,
+        cu: frozen.c,
+        duy: frozen.d,
+        bt: Mat::zeros(n, 0),
+        dut: Mat::zeros(u, 0),
+        ct: Mat::zeros(0, n),
+        dty: Mat::zeros(0, y),
+        dtt: Mat::zeros(0, 0),
+        blocks: vec![],
+    })
+}
+
+/// `I - rho D` is regular for all |rho| <= 1 exactly when D has no real eigenvalue of size 1 or more.
+fn well_posed(d: &Mat) -> Result<(), Refusal> {
+    for value in eigenvalues(d) {
+        let real = value.im.abs() <= 1e-12 * value.norm();
+        if value.re.is_nan() || (real && value.re.abs() >= 1.0) {
+            return Err(Refusal::NotWellPosed { rho: 1.0 / value.re });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,163 @@
+//! The design, stage by stage: load, trim, linearise, fit, to LFT, augment, synthesise, check, freeze.
+
+use crate::check::{Checks, check};
+use crate::error::Error;
+use crate::freeze::{Frozen, freeze};
+use crate::frequency;
+use crate::inputs::Inputs;
+use crate::model::Model;
+use crate::problem::augment;
+use crate::stages::Stages;
+use auv::Status;
+use lpv::plant::GeneralisedPlant;
+use lpv::synthesis::{Design, Options, synthesise};
+
+/// A design with all that was found on the way.
+#[derive(Debug, Clone)]
+pub struct Finished {
+    /// The vehicle's LPV model.
+    pub model: Model,
+    /// The generalised plant.
+    pub plant: GeneralisedPlant,
+    /// The controller and its gammas.
+    pub design: Design,
+    /// What the checks found.
+    pub checks: Checks,
+    /// What the FMUs carry.
+    pub frozen: Frozen,
+}
+
+/// Runs all stages.
+///
+/// # Errors
+/// The first stage that fails; no controller leaves here that did not pass the checks.
+pub fn run(inputs: &Inputs, stages: &Stages) -> Result<Finished, Error> {
+    stages.done("vehicle", &vehicle_line(inputs));
+    stages.done("design", &format!("{}: {}", inputs.design.name, inputs.design.description));
+    let model = Model::new(inputs)?;
+    stages.done("trim", &trim_line(&model));
+    stages.done("linearise", &linearise_line(&model));
+    stages.done("fit", &fit_line(inputs, &model));
+    stages.done("LFT", &lft_line(&model));
+    let plant = augment(inputs, model.lft.clone())?;
+    stages.done("augment", &augment_line(inputs, &plant));
+    let design = synthesis_stage(inputs, &plant, stages)?;
+    let running = stages.begin("check", "the closed loop against the fit and the true linearisations");
+    let checks = check(inputs, &plant, &design.controller, design.certified.gamma)?;
+    drop(running);
+    stages.done("check", &check_line(&checks, design.certified.gamma));
+    let frozen = freeze(inputs, &model, &design)?;
+    Ok(Finished { model, plant, design, checks, frozen })
+}
+
+fn synthesis_stage(inputs: &Inputs, plant: &GeneralisedPlant, stages: &Stages) -> Result<Design, Error> {
+    let running = stages.begin("synthesise", "solving the matrix inequalities");
+    let options = Options { back_off: inputs.design.back_off, ..Options::default() };
+    let design = synthesise(plant, options)?;
+    let seconds = running.seconds();
+    drop(running);
+    stages.done(
+        "synthesise",
+        &format!(
+            "gamma {:.4} at the least, built at {:.4} ({:.0} % back-off), {seconds:.1} s",
+            design.gamma_optimum,
+            design.gamma_design,
+            100.0 * inputs.design.back_off
+        ),
+    );
+    stages.done(
+        "bound",
+        &format!(
+            "the finished loop has a gain below {:.4} for any course of speed in the range\n\
+             (by eigenvalues in floating point, the nearest at {:.1e}; not yet proved in exact arithmetic)",
+            design.certified.gamma, design.certified.largest_eigenvalue
+        ),
+    );
+    Ok(design)
+}
+
+fn vehicle_line(inputs: &Inputs) -> String {
+    let v = &inputs.vehicle;
+    let names: Vec<&str> = v.actuators.iter().map(|a| a.name.as_str()).collect();
+    let standing = match v.status {
+        Status::Surrogate => "SURROGATE coefficients, not the real vehicle's",
+        Status::Published => "published coefficients",
+        Status::Measured => "measured coefficients",
+    };
+    format!("{} ({standing}); actuators: {}", v.name, names.join(", "))
+}
+
+fn trim_line(model: &Model) -> String {
+    let (first, last) = (&model.grid[0].1.trim, &model.grid[model.grid.len() - 1].1.trim);
+    format!(
+        "level at {} speeds, {:.2} to {:.2} m/s, {:.0} m deep; incidence {:.2} to {:.2} deg",
+        model.grid.len(),
+        first.speed,
+        last.speed,
+        first.depth,
+        first.incidence.to_degrees(),
+        last.incidence.to_degrees()
+    )
+}
+
+fn linearise_line(model: &Model) -> String {
+    let slowest =
+        |i: usize| model.grid[i].1.eigenvalues().iter().map(|e| e.re).fold(f64::NEG_INFINITY, f64::max);
+    let worst = (0..model.grid.len()).map(slowest).fold(f64::NEG_INFINITY, f64::max);
+    let verdict = if worst < 0.0 { "stable at every speed" } else { "UNSTABLE without control" };
+    format!("x = [u w q theta]; {verdict} (largest real part {worst:+.3} rad/s)")
+}
+
+fn fit_line(inputs: &Inputs, model: &Model) -> String {
+    let each: Vec<String> = model
+        .residuals
+        .iter()
+        .map(|r| format!("order {}: {:.2} %", r.order, 100.0 * r.relative_to_variation))
+        .collect();
+    let responses: Vec<String> = frequency::errors(model)
+        .iter()
+        .map(|(order, error)| format!("order {order}: {:.2} %", 100.0 * error))
+        .collect();
+    format!(
+        "order {} in rho; rms residual of A against its variation over speed: {}\n\
+         largest error of the frequency response: {}",
+        inputs.design.order,
+        each.join(", "),
+        responses.join(", ")
+    )
+}
+
+fn lft_line(model: &Model) -> String {
+    format!(
+        "{} channels of rho; differs from the polynomial by {:.1e} at most",
+        model.lft.size(),
+        model.lft_error
+    )
+}
+
+fn augment_line(inputs: &Inputs, plant: &GeneralisedPlant) -> String {
+    let s = plant.sizes();
+    let tracked: Vec<String> = inputs
+        .design
+        .tracked
+        .iter()
+        .map(|t| format!("{} (w_b {} rad/s)", t.output.name(), t.weight.bandwidth))
+        .collect();
+    format!(
+        "tracks {}; {} states, {} inputs w, {} outputs z, {} measurements, {} controls",
+        tracked.join(" and "),
+        s.x,
+        s.w,
+        s.z,
+        s.y,
+        s.u
+    )
+}
+
+fn check_line(c: &Checks, bound: f64) -> String {
+    format!(
+        "{} speeds: stable with the fit and with the true linearisations;\n\
+         largest frozen gain {:.4} and {:.4}, bound {bound:.4}; fastest mode of the controller {:.0} rad/s",
+        c.speeds, c.gain_fit, c.gain_truth, c.fastest_controller_mode
+    )
+}

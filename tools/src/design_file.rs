@@ -1,0 +1,401 @@
+//! The design file: what is asked of the controller.
+//!
+//! Every key is explained in the design files that come with the vehicles.
+
+use fmu_squid::{MANOEUVRE_FORMAT, Manoeuvre};
+use serde::Deserialize;
+use std::path::Path;
+use thiserror::Error;
+use toml::Spanned;
+
+/// A quantity that the controller can track.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Output {
+    /// Pitch angle.
+    Pitch,
+    /// Forward speed through the water.
+    Speed,
+}
+
+impl Output {
+    /// Its name in files and on screen.
+    pub fn name(self) -> &'static str {
+        match self {
+            Output::Pitch => "pitch",
+            Output::Speed => "speed",
+        }
+    }
+
+    /// Its SI unit.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Output::Pitch => "rad",
+            Output::Speed => "m/s",
+        }
+    }
+
+    /// Its place in the state x = [u w q theta].
+    pub fn state(self) -> usize {
+        match self {
+            Output::Pitch => 3,
+            Output::Speed => 0,
+        }
+    }
+}
+
+/// A tracked output with its weight.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tracked {
+    /// Which.
+    pub output: Output,
+    /// The reference that counts as 1, SI.
+    pub scale: f64,
+    /// W_e.
+    pub weight: lpv::tracking::TrackingWeight,
+}
+
+/// A design file, checked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DesignFile {
+    /// The file's name without its ending.
+    pub name: String,
+    /// One sentence for people.
+    pub description: String,
+    /// Lowest speed, m/s.
+    pub speed_min: f64,
+    /// Highest speed, m/s.
+    pub speed_max: f64,
+    /// Number of speeds at which the vehicle is linearised.
+    pub speeds: usize,
+    /// Depth, m.
+    pub depth: f64,
+    /// Order of the polynomials in speed.
+    pub order: usize,
+    /// Singular values of the LFT below this fraction of the largest are dropped.
+    pub drop: f64,
+    /// The tracked outputs.
+    pub tracked: Vec<Tracked>,
+    /// W_u, in units of each actuator's limit.
+    pub control_weight: f64,
+    /// Disturbance at the input, in units of each actuator's limit.
+    pub disturbance: f64,
+    /// Relative back-off from the least gamma.
+    pub back_off: f64,
+    /// Sample time of the autopilot, s.
+    pub sample_time: f64,
+    /// What the FMU of the whole loop flies by default.
+    pub manoeuvre: Manoeuvre,
+}
+
+/// What is wrong with a design file.
+#[derive(Debug, Error)]
+pub enum DesignFileError {
+    /// The file cannot be read.
+    #[error("{file}: cannot be read: {reason}")]
+    Unreadable {
+        /// The file.
+        file: String,
+        /// The system's reason.
+        reason: std::io::Error,
+    },
+    /// It is not TOML, or a key is unknown, missing or of the wrong type.
+    #[error("{file}: {reason}")]
+    Malformed {
+        /// The file.
+        file: String,
+        /// The parser's words, with the line.
+        reason: String,
+    },
+    /// A value is out of its range.
+    #[error("{file}, line {line}: '{key}' is {found}; it must be {allowed}")]
+    OutOfRange {
+        /// The file.
+        file: String,
+        /// The line.
+        line: usize,
+        /// The key.
+        key: String,
+        /// The value found.
+        found: String,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Raw {
+    description: String,
+    model: RawModel,
+    track: Vec<RawTrack>,
+    control: RawControl,
+    synthesis: RawSynthesis,
+    autopilot: RawAutopilot,
+    manoeuvre: RawManoeuvre,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawModel {
+    speed_min: Spanned<f64>,
+    speed_max: Spanned<f64>,
+    speeds: Spanned<usize>,
+    depth: Spanned<f64>,
+    order: Spanned<usize>,
+    drop: Spanned<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawTrack {
+    output: Spanned<Output>,
+    scale: Spanned<f64>,
+    unit: Spanned<String>,
+    peak: Spanned<f64>,
+    steady_error: Spanned<f64>,
+    bandwidth: Spanned<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawControl {
+    weight: Spanned<f64>,
+    disturbance: Spanned<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawSynthesis {
+    back_off: Spanned<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawAutopilot {
+    sample_time: Spanned<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawManoeuvre {
+    pitch_step: Spanned<f64>,
+    unit: Spanned<String>,
+    step_time: Spanned<f64>,
+    speed_from: Spanned<f64>,
+    speed_to: Spanned<f64>,
+    ramp_start: Spanned<f64>,
+    ramp_duration: Spanned<f64>,
+    duration: Spanned<f64>,
+}
+
+impl DesignFile {
+    /// Reads and checks a design file.
+    ///
+    /// # Errors
+    /// [`DesignFileError`], which names file, line and key.
+    pub fn read(path: &Path) -> Result<Self, DesignFileError> {
+        let file = path.display().to_string();
+        let text = std::fs::read_to_string(path)
+            .map_err(|reason| DesignFileError::Unreadable { file: file.clone(), reason })?;
+        let name = path.file_stem().map_or_else(|| file.clone(), |s| s.to_string_lossy().into_owned());
+        Self::parse(&text, &file, &name)
+    }
+
+    /// Checks the text of a design file; `file` is for messages.
+    ///
+    /// # Errors
+    /// [`DesignFileError`], which names file, line and key.
+    pub fn parse(text: &str, file: &str, name: &str) -> Result<Self, DesignFileError> {
+        let raw: Raw = toml::from_str(text).map_err(|e| DesignFileError::Malformed {
+            file: file.into(),
+            reason: e.to_string().trim_end().replace("TOML parse error at ", ""),
+        })?;
+        let check = Checker { text, file };
+        let m = &raw.model;
+        let speed_min = check.number("model.speed_min", &m.speed_min, |v| v > 0.0, "above 0 (m/s)")?;
+        let order = check.number("model.order", &m.order, |v| (1..=5).contains(&v), "from 1 to 5")?;
+        if raw.track.is_empty() {
+            return Err(DesignFileError::Malformed {
+                file: file.into(),
+                reason: "there is no [[track]] table".into(),
+            });
+        }
+        Ok(Self {
+            name: name.into(),
+            description: raw.description,
+            speed_min,
+            speed_max: check.number(
+                "model.speed_max",
+                &m.speed_max,
+                |v| v > speed_min,
+                "above speed_min (m/s)",
+            )?,
+            speeds: check.number(
+                "model.speeds",
+                &m.speeds,
+                |v| v > order && v <= 1000,
+                "more than the order and at most 1000",
+            )?,
+            depth: check.number("model.depth", &m.depth, |v| v >= 0.0, "0 or more (m)")?,
+            order,
+            drop: check.number("model.drop", &m.drop, |v| (0.0..0.5).contains(&v), "from 0 to below 0.5")?,
+            tracked: check.tracked(&raw.track)?,
+            control_weight: check.number("control.weight", &raw.control.weight, |v| v > 0.0, "above 0")?,
+            disturbance: check.number(
+                "control.disturbance",
+                &raw.control.disturbance,
+                |v| v >= 0.0,
+                "0 or more",
+            )?,
+            back_off: check.number(
+                "synthesis.back_off",
+                &raw.synthesis.back_off,
+                |v| (0.001..=1.0).contains(&v),
+                "from 0.001 to 1",
+            )?,
+            sample_time: check.number(
+                "autopilot.sample_time",
+                &raw.autopilot.sample_time,
+                |v| (1e-4..=1.0).contains(&v),
+                "from 0.0001 to 1 (s)",
+            )?,
+            manoeuvre: check.manoeuvre(&raw.manoeuvre)?,
+        })
+    }
+
+    /// The scheduling parameter rho = (V - centre)/half_range: centre and half range, m/s.
+    pub fn scheduling(&self) -> (f64, f64) {
+        (0.5 * (self.speed_min + self.speed_max), 0.5 * (self.speed_max - self.speed_min))
+    }
+
+    /// The same design with another bandwidth of every W_e, as the paper tunes it in its Fig. 5.
+    #[must_use]
+    pub fn with_bandwidth(mut self, bandwidth: f64) -> Self {
+        for tracked in &mut self.tracked {
+            tracked.weight.bandwidth = bandwidth;
+        }
+        self.name = format!("{}, bandwidth {bandwidth} rad/s", self.name);
+        self
+    }
+}
+
+/// How long after the end of the flight the step of the default manoeuvre lasts, s.
+const NEVER: f64 = 1e6;
+
+/// Knows where a key stands in the text.
+struct Checker<'a> {
+    text: &'a str,
+    file: &'a str,
+}
+
+impl Checker<'_> {
+    fn number<T: Copy + std::fmt::Display>(
+        &self,
+        key: &str,
+        value: &Spanned<T>,
+        allowed: impl Fn(T) -> bool,
+        words: &'static str,
+    ) -> Result<T, DesignFileError> {
+        let found = *value.get_ref();
+        if allowed(found) && !["inf", "-inf", "NaN"].contains(&found.to_string().as_str()) {
+            Ok(found)
+        } else {
+            Err(self.out_of_range(key, value.span().start, found.to_string(), words))
+        }
+    }
+
+    fn out_of_range(&self, key: &str, at: usize, found: String, allowed: &'static str) -> DesignFileError {
+        let line = self.text[..at].bytes().filter(|b| *b == b'\n').count() + 1;
+        DesignFileError::OutOfRange { file: self.file.into(), line, key: key.into(), found, allowed }
+    }
+
+    /// A factor from the unit that is named to SI.
+    fn angle(&self, key: &str, unit: &Spanned<String>) -> Result<f64, DesignFileError> {
+        match unit.get_ref().as_str() {
+            "deg" => Ok(1f64.to_radians()),
+            "rad" => Ok(1.0),
+            other => {
+                Err(self.out_of_range(key, unit.span().start, format!("\"{other}\""), "\"deg\" or \"rad\""))
+            }
+        }
+    }
+
+    fn manoeuvre(&self, raw: &RawManoeuvre) -> Result<Manoeuvre, DesignFileError> {
+        let positive = |key: &str, v: &Spanned<f64>| self.number(key, v, |v| v > 0.0, "above 0");
+        let time = |key: &str, v: &Spanned<f64>| self.number(key, v, |v| v >= 0.0, "0 or more (s)");
+        let factor = self.angle("manoeuvre.unit", &raw.unit)?;
+        let step = self.number(
+            "manoeuvre.pitch_step",
+            &raw.pitch_step,
+            |v| v != 0.0 && (v * factor).abs() < std::f64::consts::FRAC_PI_2,
+            "other than 0 and below a right angle",
+        )?;
+        let duration = positive("manoeuvre.duration", &raw.duration)?;
+        Ok(Manoeuvre {
+            format: MANOEUVRE_FORMAT.into(),
+            pitch_step: factor * step,
+            step_time: time("manoeuvre.step_time", &raw.step_time)?,
+            step_end: duration + NEVER,
+            speed_from: positive("manoeuvre.speed_from", &raw.speed_from)?,
+            speed_to: positive("manoeuvre.speed_to", &raw.speed_to)?,
+            ramp_start: time("manoeuvre.ramp_start", &raw.ramp_start)?,
+            ramp_duration: positive("manoeuvre.ramp_duration", &raw.ramp_duration)?,
+            duration,
+        })
+    }
+
+    fn tracked(&self, raw: &[RawTrack]) -> Result<Vec<Tracked>, DesignFileError> {
+        let mut out: Vec<Tracked> = Vec::new();
+        for track in raw {
+            let output = *track.output.get_ref();
+            if out.iter().any(|t| t.output == output) {
+                let found = format!("\"{}\" a second time", output.name());
+                return Err(self.out_of_range(
+                    "track.output",
+                    track.output.span().start,
+                    found,
+                    "named once",
+                ));
+            }
+            let factor = match (output, track.unit.get_ref().as_str()) {
+                (Output::Pitch, _) => self.angle("track.unit", &track.unit)?,
+                (Output::Speed, "m/s") => 1.0,
+                (Output::Speed, other) => {
+                    let found = format!("\"{other}\"");
+                    return Err(self.out_of_range(
+                        "track.unit",
+                        track.unit.span().start,
+                        found,
+                        "\"m/s\" for speed",
+                    ));
+                }
+            };
+            out.push(Tracked {
+                output,
+                scale: factor * self.number("track.scale", &track.scale, |v| v > 0.0, "above 0")?,
+                weight: lpv::tracking::TrackingWeight {
+                    peak: self.number(
+                        "track.peak",
+                        &track.peak,
+                        |v| v > 1.0 && v <= 100.0,
+                        "above 1, at most 100",
+                    )?,
+                    steady_error: self.number(
+                        "track.steady_error",
+                        &track.steady_error,
+                        |v| v > 0.0 && v < 1.0,
+                        "above 0 and below 1",
+                    )?,
+                    bandwidth: self.number(
+                        "track.bandwidth",
+                        &track.bandwidth,
+                        |v| v > 0.0,
+                        "above 0 (rad/s)",
+                    )?,
+                },
+            });
+        }
+        Ok(out)
+    }
+}

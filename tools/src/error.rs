@@ -1,0 +1,163 @@
+//! What can stop the command, one variant a cause.
+
+use thiserror::Error;
+
+/// An error that ends the command with one message.
+#[derive(Debug, Error)]
+pub enum Error {
+    /// The vehicle's directory is not there.
+    #[error("{directory}: there is no such directory; name one that holds vehicle.toml and design.toml")]
+    NoVehicle {
+        /// As given.
+        directory: String,
+    },
+    /// The vehicle file is wrong.
+    #[error(transparent)]
+    Vehicle(#[from] auv::VehicleFileError),
+    /// The design file is wrong.
+    #[error(transparent)]
+    DesignFile(#[from] crate::design_file::DesignFileError),
+    /// A bandwidth on the command line.
+    #[error("--bandwidth is {found}; it must be a number above 0 (rad/s)")]
+    Bandwidth {
+        /// As given.
+        found: f64,
+    },
+    /// A file cannot be read.
+    #[error("{path}: cannot be read: {reason}")]
+    Unreadable {
+        /// The file.
+        path: String,
+        /// The system's reason.
+        reason: std::io::Error,
+    },
+    /// A file cannot be written.
+    #[error("{path}: cannot be written: {reason}")]
+    Unwritable {
+        /// The file.
+        path: String,
+        /// The system's reason.
+        reason: std::io::Error,
+    },
+    /// The vehicle does not trim somewhere in the range.
+    #[error("the vehicle has no level trim at {speed:.2} m/s, a speed of the design's range: {reason}")]
+    Trim {
+        /// Where.
+        speed: f64,
+        /// Why.
+        reason: auv::TrimError,
+    },
+    /// A coefficient is not allowed.
+    #[error(transparent)]
+    Coefficient(#[from] auv::CoefficientError),
+    /// The polynomial fit failed.
+    #[error(transparent)]
+    Fit(#[from] lpv::error::FitError),
+    /// An LFT has no value at some parameter.
+    #[error(transparent)]
+    Lft(#[from] lpv::error::LftError),
+    /// The augmented plant's parts do not fit together.
+    #[error(transparent)]
+    Shape(#[from] lpv::error::ShapeError),
+    /// No controller.
+    #[error(transparent)]
+    Synthesis(#[from] lpv::error::SynthesisError),
+    /// The finished controller failed a check.
+    #[error("the controller is refused: {0}")]
+    Refused(#[from] crate::check::Refusal),
+    /// The plant's LPV model cannot be frozen or read.
+    #[error(transparent)]
+    LpvModel(#[from] auv::LpvModelError),
+    /// The frozen controller is wrong.
+    #[error(transparent)]
+    ControllerDesign(#[from] scheduled::DesignError),
+    /// The autopilot could not compute a tick.
+    #[error(transparent)]
+    Tick(#[from] scheduled::TickError),
+    /// The vehicle could not be simulated.
+    #[error(transparent)]
+    Simulation(#[from] auv::SimulationError),
+    /// JSON could not be written.
+    #[error("{path}: {reason}")]
+    Json {
+        /// The file.
+        path: String,
+        /// Why.
+        reason: serde_json::Error,
+    },
+    /// A plot could not be drawn.
+    #[error("{path}: the plot cannot be drawn: {reason}")]
+    Plot {
+        /// The file.
+        path: String,
+        /// Why.
+        reason: String,
+    },
+    /// A number on the command line is outside what is allowed.
+    #[error("{name} is {found}; it must be {allowed}")]
+    Argument {
+        /// The option.
+        name: &'static str,
+        /// As given.
+        found: String,
+        /// What is allowed.
+        allowed: String,
+    },
+    /// There is no frozen design yet.
+    #[error("{directory}: there is no design yet; run `squid design` first")]
+    NotDesigned {
+        /// Where it was looked for.
+        directory: String,
+    },
+    /// The frozen design belongs to other inputs.
+    #[error("{directory}: {what} changed since this was designed; run `squid design` again")]
+    Stale {
+        /// The directory.
+        directory: String,
+        /// What changed.
+        what: &'static str,
+    },
+    /// A frozen design makes no legal FMU.
+    #[error(transparent)]
+    Describe(#[from] fmi2::DescribeError),
+    /// The manoeuvre is wrong.
+    #[error(transparent)]
+    Manoeuvre(#[from] fmu_squid::ManoeuvreError),
+    /// A shared library is missing.
+    #[error(
+        "{library} is not in {places}; build it with `cargo rustc -p {crate_name} --lib --crate-type cdylib \
+         --features export --profile fmu`, or name its directory with --binaries"
+    )]
+    NoBinary {
+        /// The file.
+        library: String,
+        /// The crate it comes from.
+        crate_name: &'static str,
+        /// Where it was looked for.
+        places: String,
+    },
+    /// FMI 2.0 has no name for this platform.
+    #[error("FMI 2.0 has no name for the platform {os} on {arch}")]
+    Platform {
+        /// Operating system.
+        os: &'static str,
+        /// Processor.
+        arch: &'static str,
+    },
+    /// The zip could not be made.
+    #[error("{path}: {reason}")]
+    Zip {
+        /// The file.
+        path: String,
+        /// Why.
+        reason: zip::result::ZipError,
+    },
+    /// A record of a flight cannot be plotted.
+    #[error("{path}: {reason}")]
+    Record {
+        /// The file.
+        path: String,
+        /// Why.
+        reason: String,
+    },
+}

@@ -1,0 +1,107 @@
+//! A flight of vehicle and autopilot in one loop, in this process.
+
+use crate::error::Error;
+use auv::{Plant, Speed, Vehicle, trim};
+use fmu_squid::Manoeuvre;
+use scheduled::{Autopilot, ControllerDesign, Inputs as Measured};
+
+/// One row of a flight's record.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// s.
+    pub time: f64,
+    /// rad.
+    pub pitch: f64,
+    /// rad.
+    pub pitch_reference: f64,
+    /// Forward speed through the water, m/s.
+    pub speed: f64,
+    /// m/s.
+    pub speed_reference: f64,
+    /// m.
+    pub depth: f64,
+    /// The scheduling parameter.
+    pub rho: f64,
+    /// Whether the speed is outside the range of the design.
+    pub out_of_range: bool,
+    /// Commands, N or rad.
+    pub commands: Vec<f64>,
+}
+
+/// Flies the vehicle from trim: the autopilot at its sample time, the nonlinear vehicle in between.
+///
+/// # Errors
+/// [`Error::Trim`], [`Error::Simulation`], [`Error::Tick`].
+pub fn fly(
+    vehicle: &Vehicle,
+    design: &ControllerDesign,
+    depth: f64,
+    manoeuvre: &Manoeuvre,
+) -> Result<Vec<Row>, Error> {
+    let mut autopilot = Autopilot::new(design)?;
+    let speed = manoeuvre.speed_reference(0.0);
+    let start = trim(vehicle, Speed::Path(speed), depth).map_err(|reason| Error::Trim { speed, reason })?;
+    let mut plant = Plant::new(vehicle)?;
+    plant.start(0.0, &start)?;
+    let steps = (manoeuvre.duration / design.sample_time).round() as u64;
+    let mut rows = Vec::with_capacity(steps as usize + 1);
+    for k in 0..=steps {
+        let time = k as f64 * design.sample_time;
+        let demanded = autopilot.trim().forward_speed(manoeuvre.speed_reference(time));
+        let reference = autopilot.trim().pitch(demanded) + manoeuvre.pitch_above_trim(time);
+        let state = plant.state();
+        let measured = Measured {
+            pitch: state.motion.theta,
+            speed: state.motion.u,
+            pitch_reference: reference,
+            speed_reference: demanded,
+        };
+        if k == 0 {
+            autopilot.initialise(0.0, &measured)?;
+        }
+        autopilot.tick(&measured)?;
+        let outputs = autopilot.outputs();
+        rows.push(Row {
+            time,
+            pitch: measured.pitch,
+            pitch_reference: reference,
+            speed: measured.speed,
+            speed_reference: demanded,
+            depth: state.depth,
+            rho: outputs.scheduling_parameter,
+            out_of_range: outputs.out_of_range,
+            commands: outputs.commands.clone(),
+        });
+        for (i, command) in outputs.commands.iter().enumerate() {
+            plant.set_command(i, *command)?;
+        }
+        plant.advance((k + 1) as f64 * design.sample_time)?;
+    }
+    Ok(rows)
+}
+
+/// The vehicle alone: from trim at a speed, its first actuator stepped. Time (s) and pitch (rad).
+///
+/// # Errors
+/// [`Error::Trim`], [`Error::Simulation`].
+pub fn fly_open_loop(
+    vehicle: &Vehicle,
+    depth: f64,
+    speed: f64,
+    step: f64,
+    interval: f64,
+    duration: f64,
+) -> Result<Vec<(f64, f64)>, Error> {
+    let start = trim(vehicle, Speed::Path(speed), depth).map_err(|reason| Error::Trim { speed, reason })?;
+    let mut plant = Plant::new(vehicle)?;
+    plant.start(0.0, &start)?;
+    plant.set_command(0, start.actuators[0] + step)?;
+    let steps = (duration / interval).round() as u64;
+    let mut rows = vec![(0.0, start.pitch)];
+    for k in 1..=steps {
+        let time = k as f64 * interval;
+        plant.advance(time)?;
+        rows.push((time, plant.state().motion.theta));
+    }
+    Ok(rows)
+}

@@ -1,0 +1,116 @@
+//! The frozen design: what the FMUs carry in their resources.
+
+use crate::error::Error;
+use crate::inputs::Inputs;
+use crate::model::{Model, linearise_at, speeds};
+use auv::{LpvModel, Status, Trim};
+use lpv::controller::Controller;
+use lpv::matrix::to_rows;
+use lpv::synthesis::Design;
+use scheduled::{
+    Actuator, ControllerDesign, FORMAT, Gamma, InputHashes, LftMatrices, Scheduling, Tracked, TrimTable,
+    VehicleName,
+};
+
+/// Rows of the trim table, evenly spread over the range of speed.
+const TRIM_ROWS: usize = 101;
+
+/// The two frozen files.
+#[derive(Debug, Clone)]
+pub struct Frozen {
+    /// `controller.json`.
+    pub controller: ControllerDesign,
+    /// `plant.json`.
+    pub plant: LpvModel,
+}
+
+/// Freezes a finished design.
+///
+/// # Errors
+/// [`Error::LpvModel`], [`Error::Trim`].
+pub fn freeze(inputs: &Inputs, model: &Model, design: &Design) -> Result<Frozen, Error> {
+    let trims: Vec<Trim> = speeds(inputs, TRIM_ROWS)
+        .into_iter()
+        .map(|v| Ok(linearise_at(inputs, v)?.trim))
+        .collect::<Result<_, Error>>()?;
+    let (a, b) = model.coefficients();
+    let plant =
+        LpvModel::new(&inputs.vehicle.name, inputs.design.depth, inputs.design.scheduling(), &a, &b, &trims)?;
+    Ok(Frozen { controller: controller(inputs, design, &trims), plant })
+}
+
+fn controller(inputs: &Inputs, design: &Design, trims: &[Trim]) -> ControllerDesign {
+    let file = &inputs.design;
+    let (centre, half_range) = file.scheduling();
+    let column = |of: fn(&Trim) -> f64| trims.iter().map(of).collect();
+    ControllerDesign {
+        format: FORMAT.into(),
+        vehicle: VehicleName { name: inputs.vehicle.name.clone(), status: status(inputs.vehicle.status) },
+        design: file.name.clone(),
+        sample_time: file.sample_time,
+        scheduling: Scheduling {
+            quantity: "speed".into(),
+            minimum: file.speed_min,
+            maximum: file.speed_max,
+            centre,
+            half_range,
+        },
+        tracked: file
+            .tracked
+            .iter()
+            .map(|t| Tracked { name: t.output.name().into(), unit: t.output.unit().into(), scale: t.scale })
+            .collect(),
+        actuators: inputs
+            .vehicle
+            .actuators
+            .iter()
+            .map(|a| Actuator {
+                name: a.name.clone(),
+                unit: a.unit().into(),
+                scale: a.reach(),
+                minimum: a.min,
+                maximum: a.max,
+            })
+            .collect(),
+        lft: matrices(&design.controller),
+        trim: TrimTable {
+            speed: column(|t| t.speed),
+            forward_speed: column(|t| t.forward_speed),
+            pitch: column(|t| t.pitch),
+            actuators: trims.iter().map(|t| t.actuators.clone()).collect(),
+        },
+        gamma: Gamma {
+            optimum: design.gamma_optimum,
+            bound: design.certified.gamma,
+            back_off: file.back_off,
+            certified: false,
+        },
+        inputs: InputHashes {
+            vehicle_sha256: inputs.vehicle_sha256.clone(),
+            design_sha256: inputs.design_sha256.clone(),
+        },
+    }
+}
+
+fn matrices(k: &Controller) -> LftMatrices {
+    LftMatrices {
+        blocks: k.blocks.clone(),
+        a: to_rows(&k.a),
+        by: to_rows(&k.by),
+        bt: to_rows(&k.bt),
+        cu: to_rows(&k.cu),
+        duy: to_rows(&k.duy),
+        dut: to_rows(&k.dut),
+        ct: to_rows(&k.ct),
+        dty: to_rows(&k.dty),
+        dtt: to_rows(&k.dtt),
+    }
+}
+
+fn status(status: Status) -> scheduled::Status {
+    match status {
+        Status::Surrogate => scheduled::Status::Surrogate,
+        Status::Published => scheduled::Status::Published,
+        Status::Measured => scheduled::Status::Measured,
+    }
+}

@@ -1,0 +1,71 @@
+//! The files that a design starts from.
+
+use crate::design_file::DesignFile;
+use crate::error::Error;
+use auv::Vehicle;
+use sha2::{Digest, Sha256};
+use std::path::{Path, PathBuf};
+
+/// A vehicle and a design, with what identifies the files they came from.
+#[derive(Debug, Clone)]
+pub struct Inputs {
+    /// The vehicle.
+    pub vehicle: Vehicle,
+    /// The text of the vehicle file, which the plant's FMU carries.
+    pub vehicle_text: String,
+    /// The design.
+    pub design: DesignFile,
+    /// SHA-256 of the vehicle file.
+    pub vehicle_sha256: String,
+    /// SHA-256 of the design file, and of what the command line changed in it.
+    pub design_sha256: String,
+}
+
+impl Inputs {
+    /// Reads `vehicle.toml` and the design `name` from a vehicle's directory.
+    ///
+    /// `bandwidth` replaces w_b of every W_e.
+    ///
+    /// # Errors
+    /// The first file, key or value that is wrong.
+    pub fn read(directory: &Path, name: &str, bandwidth: Option<f64>) -> Result<Self, Error> {
+        if !directory.is_dir() {
+            return Err(Error::NoVehicle { directory: directory.display().to_string() });
+        }
+        let vehicle_path = directory.join("vehicle.toml");
+        let vehicle = Vehicle::read(&vehicle_path)?;
+        let vehicle_text = read(&vehicle_path)?;
+        let design_path = design_path(directory, name);
+        let mut design = DesignFile::read(&design_path)?;
+        let mut hash = Sha256::new_with_prefix(read(&design_path)?);
+        if let Some(bandwidth) = bandwidth {
+            if !(bandwidth.is_finite() && bandwidth > 0.0) {
+                return Err(Error::Bandwidth { found: bandwidth });
+            }
+            hash.update(format!("bandwidth = {bandwidth:?}"));
+            design = design.with_bandwidth(bandwidth);
+        }
+        let vehicle_sha256 = hexadecimal(&Sha256::digest(&vehicle_text));
+        Ok(Self {
+            vehicle,
+            vehicle_sha256,
+            vehicle_text,
+            design,
+            design_sha256: hexadecimal(&hash.finalize()),
+        })
+    }
+}
+
+fn design_path(directory: &Path, name: &str) -> PathBuf {
+    let file = if name.ends_with(".toml") { name.to_owned() } else { format!("{name}.toml") };
+    directory.join(file)
+}
+
+fn read(path: &Path) -> Result<String, Error> {
+    std::fs::read_to_string(path)
+        .map_err(|reason| Error::Unreadable { path: path.display().to_string(), reason })
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|b| format!("{b:02x}")).collect()
+}

@@ -1,0 +1,55 @@
+//! Writing files whole or not at all.
+
+use crate::error::Error;
+use serde::Serialize;
+use std::io::Write;
+use std::path::Path;
+
+/// Writes a file through a temporary one beside it, renamed at the end.
+///
+/// # Errors
+/// [`Error::Unwritable`] with the path; nothing is then left behind.
+pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    let attempt = || -> std::io::Result<()> {
+        let folder = path.parent().unwrap_or_else(|| Path::new("."));
+        std::fs::create_dir_all(folder)?;
+        let mut file = tempfile::Builder::new().prefix(".squid-").tempfile_in(folder)?;
+        file.write_all(bytes)?;
+        readable(file.as_file())?;
+        file.persist(path)?;
+        Ok(())
+    };
+    attempt().map_err(|reason| Error::Unwritable { path: path.display().to_string(), reason })
+}
+
+/// Temporary files are private; what is handed out may be read by all.
+#[cfg(unix)]
+fn readable(file: &std::fs::File) -> std::io::Result<()> {
+    use std::os::unix::fs::PermissionsExt;
+    file.set_permissions(std::fs::Permissions::from_mode(0o644))
+}
+
+#[cfg(not(unix))]
+fn readable(_: &std::fs::File) -> std::io::Result<()> {
+    Ok(())
+}
+
+/// Writes a value as JSON.
+///
+/// # Errors
+/// [`Error::Unwritable`], [`Error::Json`].
+pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), Error> {
+    let mut text = serde_json::to_string_pretty(value)
+        .map_err(|reason| Error::Json { path: path.display().to_string(), reason })?;
+    text.push('\n');
+    write(path, text.as_bytes())
+}
+
+/// Reads a text file.
+///
+/// # Errors
+/// [`Error::Unreadable`] with the path.
+pub fn read(path: &Path) -> Result<String, Error> {
+    std::fs::read_to_string(path)
+        .map_err(|reason| Error::Unreadable { path: path.display().to_string(), reason })
+}

@@ -1,0 +1,203 @@
+//! Packing FMUs: model description, binary, resources and documentation into one zip, to the byte alike each
+//! time.
+
+use crate::error::Error;
+use crate::inputs::Inputs;
+use crate::output::write;
+use crate::store::Stored;
+use fmi2::{Described, Model, Resources};
+use std::collections::BTreeMap;
+use std::io::{Cursor, Write};
+use std::path::{Path, PathBuf};
+use zip::write::SimpleFileOptions;
+
+/// The kinds of FMU.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// The vehicle.
+    Plant,
+    /// The autopilot.
+    Controller,
+    /// Both in one loop.
+    Squid,
+}
+
+impl Kind {
+    /// All of them.
+    pub const ALL: [Kind; 3] = [Kind::Plant, Kind::Controller, Kind::Squid];
+
+    /// The crate whose shared library it carries.
+    fn crate_name(self) -> &'static str {
+        match self {
+            Kind::Plant => "fmu-plant",
+            Kind::Controller => "fmu-controller",
+            Kind::Squid => "fmu-squid",
+        }
+    }
+
+    fn library(self) -> String {
+        let stem = self.crate_name().replace('-', "_");
+        format!("{}{stem}{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX)
+    }
+}
+
+/// What a package is made from, before any binary.
+#[derive(Debug)]
+pub struct Prepared {
+    /// Name of the FMU and of its binary.
+    pub identifier: String,
+    /// `modelDescription.xml`.
+    pub xml: String,
+    resources: Resources,
+}
+
+/// The model description and resources of an FMU.
+///
+/// # Errors
+/// [`Error::Describe`] when the frozen design makes no legal FMU.
+pub fn prepare(kind: Kind, inputs: &Inputs, stored: &Stored) -> Result<Prepared, Error> {
+    let mut resources = Resources::default();
+    if kind != Kind::Plant {
+        resources.insert("controller.json", stored.controller.to_json()?);
+    }
+    if kind != Kind::Controller {
+        resources.insert("plant.json", stored.plant.to_json()?);
+        resources.insert("vehicle.toml", inputs.vehicle_text.as_str());
+    }
+    if kind == Kind::Squid {
+        resources.insert("manoeuvre.json", stored.manoeuvre.to_json()?);
+    }
+    match kind {
+        Kind::Plant => Ok(prepared(fmu_plant::describe(&resources)?, resources)),
+        Kind::Controller => Ok(prepared(fmu_controller::describe(&resources)?, resources)),
+        Kind::Squid => Ok(prepared(fmu_squid::describe(&resources)?, resources)),
+    }
+}
+
+fn prepared<M: Model>(described: Described<M>, resources: Resources) -> Prepared {
+    Prepared { identifier: described.description.model_identifier, xml: described.xml, resources }
+}
+
+/// Packs one FMU into `directory` and returns its path and size in bytes.
+///
+/// # Errors
+/// [`Error::NoBinary`] when the shared library has not been built, [`Error::Unwritable`].
+pub fn pack(
+    kind: Kind,
+    inputs: &Inputs,
+    stored: &Stored,
+    binaries: Option<&Path>,
+    directory: &Path,
+) -> Result<(PathBuf, usize), Error> {
+    let prepared = prepare(kind, inputs, stored)?;
+    let binary = find_binary(kind, binaries)?;
+    let bytes = std::fs::read(&binary)
+        .map_err(|reason| Error::Unreadable { path: binary.display().to_string(), reason })?;
+    let mut entries: BTreeMap<String, Vec<u8>> = BTreeMap::new();
+    let name = format!("{}{}", prepared.identifier, std::env::consts::DLL_SUFFIX);
+    entries.insert(format!("binaries/{}/{name}", platform()?), bytes);
+    entries.insert("modelDescription.xml".into(), prepared.xml.into_bytes());
+    for (file, content) in prepared.resources.iter() {
+        entries.insert(format!("resources/{file}"), content.to_vec());
+    }
+    entries.insert("documentation/index.html".into(), documentation(kind, inputs, stored).into_bytes());
+    for (licence, text) in LICENCES {
+        entries.insert(format!("documentation/licenses/{licence}"), text.as_bytes().to_vec());
+    }
+    let path = directory.join(format!("{}.fmu", prepared.identifier));
+    let packed = zipped(&entries).map_err(|e| Error::Zip { path: path.display().to_string(), reason: e })?;
+    write(&path, &packed)?;
+    Ok((path, packed.len()))
+}
+
+const LICENCES: [(&str, &str); 2] = [
+    ("LICENSE-MIT", include_str!("../../LICENSE-MIT")),
+    ("LICENSE-APACHE", include_str!("../../LICENSE-APACHE")),
+];
+
+/// Deflate alone, sorted entries, one fixed time: the same input gives the same bytes.
+fn zipped(entries: &BTreeMap<String, Vec<u8>>) -> Result<Vec<u8>, zip::result::ZipError> {
+    let mut writer = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    for (name, content) in entries {
+        let mode = if name.starts_with("binaries/") { 0o755 } else { 0o644 };
+        let options = SimpleFileOptions::default()
+            .compression_method(zip::CompressionMethod::Deflated)
+            .compression_level(Some(9))
+            .last_modified_time(zip::DateTime::default())
+            .unix_permissions(mode);
+        writer.start_file(name, options)?;
+        writer.write_all(content)?;
+    }
+    Ok(writer.finish()?.into_inner())
+}
+
+/// The FMI 2.0 name of the platform that this program was built for.
+fn platform() -> Result<&'static str, Error> {
+    match (std::env::consts::OS, std::env::consts::ARCH) {
+        ("linux", "x86_64") => Ok("linux64"),
+        ("linux", "aarch64") => Ok("aarch64-linux"),
+        ("windows", "x86_64") => Ok("win64"),
+        ("macos", "x86_64") => Ok("darwin64"),
+        ("macos", "aarch64") => Ok("aarch64-darwin"),
+        (os, arch) => Err(Error::Platform { os, arch }),
+    }
+}
+
+/// Looks for the shared library in `binaries`, or beside this program as cargo lays it out.
+fn find_binary(kind: Kind, binaries: Option<&Path>) -> Result<PathBuf, Error> {
+    let beside = std::env::current_exe().ok().and_then(|exe| Some(exe.parent()?.to_path_buf()));
+    let places: Vec<PathBuf> = match (binaries, beside) {
+        (Some(directory), _) => vec![directory.to_path_buf()],
+        (None, Some(beside)) => vec![beside.join("fmu"), beside.join("../fmu")],
+        (None, None) => vec![],
+    };
+    let found = places.iter().map(|place| place.join(kind.library())).find(|path| path.is_file());
+    found.ok_or_else(|| Error::NoBinary {
+        library: kind.library(),
+        crate_name: kind.crate_name(),
+        places: places.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", "),
+    })
+}
+
+/// The page that importers show: what is inside, and with what standing.
+fn documentation(kind: Kind, inputs: &Inputs, stored: &Stored) -> String {
+    let what = match kind {
+        Kind::Plant => "The vehicle: nonlinear longitudinal motion, or its LPV model.",
+        Kind::Controller => "The autopilot: an LPV controller of pitch, scheduled on forward speed, sampled.",
+        Kind::Squid => "Vehicle and autopilot in one loop, flying a manoeuvre.",
+    };
+    let gamma = &stored.controller.gamma;
+    let standing = if gamma.certified {
+        "certified in exact arithmetic"
+    } else {
+        "checked by eigenvalues in floating point"
+    };
+    let sentences = [
+        what.to_owned(),
+        format!(
+            "Vehicle: {} ({} coefficients). {}",
+            inputs.vehicle.name,
+            inputs.vehicle.status.word(),
+            inputs.vehicle.description
+        ),
+        format!(
+            "Design '{}': {} Bound of the L2 gain from references and disturbances to weighted errors and commands: \
+             {:.4}, {standing}.",
+            inputs.design.name, inputs.design.description, gamma.bound
+        ),
+        format!(
+            "Speeds {} to {} m/s; the bound does not cover saturation, sampling or the nonlinear vehicle.",
+            stored.controller.scheduling.minimum, stored.controller.scheduling.maximum
+        ),
+    ];
+    let paragraphs: String = sentences.iter().map(|s| format!("<p>{}</p>\n", escaped(s))).collect();
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\"><title>{name}</title></head>\n<body>\n\
+         <h1>{name}</h1>\n{paragraphs}</body>\n</html>\n",
+        name = escaped(&inputs.vehicle.name)
+    )
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}

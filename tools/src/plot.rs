@@ -1,0 +1,139 @@
+//! Plots over time as SVG: panels one above the other with a common axis.
+
+use crate::error::Error;
+use crate::output::write;
+use plotters::prelude::*;
+use std::path::Path;
+
+/// Colours that the colour-blind can tell apart (M. Okabe, K. Ito, Color Universal Design, 2008).
+const COLOURS: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(86, 180, 233),
+    RGBColor(230, 159, 0),
+    RGBColor(0, 0, 0),
+];
+
+/// One line in a panel.
+#[derive(Debug, Clone)]
+pub struct Line {
+    /// For the legend.
+    pub name: String,
+    /// (s, value).
+    pub points: Vec<(f64, f64)>,
+    /// References and limits are drawn dashed and grey.
+    pub reference: bool,
+}
+
+/// One panel.
+#[derive(Debug, Clone)]
+pub struct Panel {
+    /// What the vertical axis shows, with its unit.
+    pub label: String,
+    /// The lines.
+    pub lines: Vec<Line>,
+}
+
+const WIDTH: u32 = 900;
+const PANEL_HEIGHT: u32 = 230;
+const TITLE_HEIGHT: u32 = 40;
+
+/// Draws panels over time (s) into an SVG file.
+///
+/// # Errors
+/// [`Error::Plot`], [`Error::Unwritable`].
+pub fn draw(path: &Path, title: &str, panels: &[Panel]) -> Result<(), Error> {
+    let mut svg = String::new();
+    let height = TITLE_HEIGHT + PANEL_HEIGHT * panels.len() as u32;
+    paint(&mut svg, height, title, panels)
+        .map_err(|reason| Error::Plot { path: path.display().to_string(), reason: reason.to_string() })?;
+    write(path, svg.as_bytes())
+}
+
+fn paint(
+    svg: &mut String,
+    height: u32,
+    title: &str,
+    panels: &[Panel],
+) -> Result<(), Box<dyn std::error::Error>> {
+    let root = SVGBackend::with_string(svg, (WIDTH, height)).into_drawing_area();
+    root.fill(&WHITE)?;
+    let (head, body) = root.split_vertically(TITLE_HEIGHT);
+    head.draw(&Text::new(title.to_owned(), (70, 12), ("sans-serif", 18).into_font()))?;
+    for (i, (area, panel)) in body.split_evenly((panels.len(), 1)).iter().zip(panels).enumerate() {
+        paint_panel(area, panel, i + 1 == panels.len())?;
+    }
+    root.present()?;
+    Ok(())
+}
+
+fn paint_panel<B: DrawingBackend>(
+    area: &DrawingArea<B, plotters::coord::Shift>,
+    panel: &Panel,
+    last: bool,
+) -> Result<(), Box<dyn std::error::Error>>
+where
+    B::ErrorType: 'static,
+{
+    let points = || panel.lines.iter().flat_map(|l| &l.points);
+    let end = points().map(|p| p.0).fold(f64::MIN_POSITIVE, f64::max);
+    let start = points().map(|p| p.0).fold(end, f64::min);
+    let low = points().map(|p| p.1).fold(f64::INFINITY, f64::min);
+    let high = points().map(|p| p.1).fold(f64::NEG_INFINITY, f64::max);
+    let room = (0.08 * (high - low)).max(1e-3 * high.abs()).max(1e-9);
+    let mut chart = ChartBuilder::on(area)
+        .margin_right(190)
+        .margin_top(8)
+        .x_label_area_size(if last { 38 } else { 22 })
+        .y_label_area_size(70)
+        .build_cartesian_2d(start..end, (low - room)..(high + room))?;
+    let mut mesh = chart.configure_mesh();
+    mesh.light_line_style(WHITE).bold_line_style(RGBColor(225, 225, 225)).y_labels(6).x_labels(10);
+    mesh.y_desc(panel.label.as_str()).label_style(("sans-serif", 13)).axis_desc_style(("sans-serif", 14));
+    if last {
+        mesh.x_desc("time (s)");
+    }
+    mesh.y_label_formatter(&|v| number(*v)).x_label_formatter(&|v| number(*v));
+    mesh.draw()?;
+    let mut colour = 0;
+    for (row, line) in panel.lines.iter().enumerate() {
+        let style = if line.reference {
+            RGBColor(120, 120, 120).stroke_width(1)
+        } else {
+            colour += 1;
+            COLOURS[(colour - 1) % COLOURS.len()].stroke_width(2)
+        };
+        if line.reference {
+            chart.draw_series(DashedLineSeries::new(line.points.iter().copied(), 6, 4, style))?;
+        } else {
+            chart.draw_series(LineSeries::new(line.points.iter().copied(), style))?;
+        }
+        legend(area, row, &line.name, style)?;
+    }
+    Ok(())
+}
+
+/// The legend stands to the right of the panel, so that it never covers a line.
+fn legend<B: DrawingBackend>(
+    area: &DrawingArea<B, plotters::coord::Shift>,
+    row: usize,
+    name: &str,
+    style: ShapeStyle,
+) -> Result<(), Box<dyn std::error::Error>>
+where
+    B::ErrorType: 'static,
+{
+    let (left, top) = (WIDTH as i32 - 180, 16 + 19 * row as i32);
+    area.draw(&PathElement::new(vec![(left, top), (left + 22, top)], style))?;
+    area.draw(&Text::new(name.to_owned(), (left + 28, top - 7), ("sans-serif", 13).into_font()))?;
+    Ok(())
+}
+
+/// A number for an axis: no more digits than it needs.
+fn number(v: f64) -> String {
+    let text = format!("{v:.3}");
+    let trimmed = text.trim_end_matches('0').trim_end_matches('.');
+    if trimmed == "-0" { "0".into() } else { trimmed.into() }
+}

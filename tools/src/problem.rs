@@ -1,0 +1,32 @@
+//! The control problem: model and weights of the design, as a generalised plant.
+
+use crate::error::Error;
+use crate::inputs::Inputs;
+use crate::model::STATES;
+use lpv::lft::Lft;
+use lpv::matrix::Mat;
+use lpv::plant::GeneralisedPlant;
+use lpv::tracking::TrackingProblem;
+
+/// The generalised plant of the design for a model `[A B]`, scheduled or constant.
+///
+/// # Errors
+/// [`Error::Shape`], which would be a defect of this program.
+pub fn augment(inputs: &Inputs, model: Lft) -> Result<GeneralisedPlant, Error> {
+    let design = &inputs.design;
+    let actuators = inputs.vehicle.actuators.len();
+    let blocks = if model.size() > 0 { vec![model.size()] } else { vec![] };
+    let problem = TrackingProblem {
+        blocks,
+        outputs: Mat::from_fn(design.tracked.len(), STATES, |i, j| {
+            if design.tracked[i].output.state() == j { 1.0 } else { 0.0 }
+        }),
+        output_scale: design.tracked.iter().map(|t| t.scale).collect(),
+        input_scale: inputs.vehicle.actuators.iter().map(auv::Actuator::reach).collect(),
+        tracking: design.tracked.iter().map(|t| t.weight).collect(),
+        control: vec![design.control_weight; actuators],
+        disturbance: design.disturbance,
+        model,
+    };
+    Ok(problem.augment()?)
+}

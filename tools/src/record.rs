@@ -1,0 +1,88 @@
+//! A flight's record as any FMI tool writes it: CSV with a column `time` and one for each variable.
+
+use crate::error::Error;
+use crate::output::read;
+use crate::plot::{Line, Panel, draw};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Draws the record of a flight of `squid.fmu`.
+///
+/// # Errors
+/// [`Error::Record`] when a column is missing or a number is none, [`Error::Plot`].
+pub fn plot(record: &Path, to: &Path) -> Result<(), Error> {
+    let columns = columns(record)?;
+    let wrong = |reason: String| Error::Record { path: record.display().to_string(), reason };
+    let time = columns.get("time").ok_or_else(|| wrong("there is no column 'time'".into()))?;
+    let mut panels = Vec::new();
+    let line = |name: &str, key: &str, factor: f64, reference: bool| {
+        columns.get(key).map(|values| Line {
+            name: name.into(),
+            points: time.iter().zip(values).map(|(t, v)| (*t, factor * v)).collect(),
+            reference,
+        })
+    };
+    let mut add = |label: &str, lines: Vec<Option<Line>>| {
+        let lines: Vec<Line> = lines.into_iter().flatten().collect();
+        if !lines.is_empty() {
+            panels.push(Panel { label: label.into(), lines });
+        }
+    };
+    let deg = 1f64.to_degrees();
+    add(
+        "pitch (deg)",
+        vec![line("reference", "pitch_reference_used", deg, true), line("pitch", "pitch", deg, false)],
+    );
+    add(
+        "speed (m/s)",
+        vec![
+            line("reference", "speed_reference_used", 1.0, true),
+            line("forward speed", "speed", 1.0, false),
+        ],
+    );
+    // Every variable with a twin NAME_output is an actuator's command.
+    let actuators: Vec<&String> =
+        columns.keys().filter(|k| columns.contains_key(&format!("{k}_output"))).collect();
+    let small = |name: &str| columns[name].iter().all(|v| v.abs() < std::f64::consts::PI);
+    let (fins, thrusters): (Vec<&String>, Vec<&String>) = actuators.into_iter().partition(|name| small(name));
+    add("thrust (N)", thrusters.iter().map(|n| line(n, n, 1.0, false)).collect());
+    add("deflection (deg)", fins.iter().map(|n| line(n, n, deg, false)).collect());
+    add("depth (m)", vec![line("depth", "depth", 1.0, false)]);
+    if panels.is_empty() {
+        return Err(wrong("it holds none of the outputs that a flight has (pitch, speed, depth ...)".into()));
+    }
+    let name = record.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
+    draw(to, &format!("Flight: {name}"), &panels)
+}
+
+/// The columns by name; quotes around names are taken off, as FMPy puts them.
+fn columns(path: &Path) -> Result<BTreeMap<String, Vec<f64>>, Error> {
+    let text = read(path)?;
+    let wrong = |reason: String| Error::Record { path: path.display().to_string(), reason };
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
+    let names: Vec<String> = reader
+        .headers()
+        .map_err(|e| wrong(e.to_string()))?
+        .iter()
+        .map(|n| n.trim_matches('"').to_owned())
+        .collect();
+    let mut columns: Vec<Vec<f64>> = vec![Vec::new(); names.len()];
+    for row in reader.records() {
+        let row = row.map_err(|e| wrong(e.to_string()))?;
+        for ((field, name), column) in row.iter().zip(&names).zip(&mut columns) {
+            let value = match field {
+                "True" | "true" => Ok(1.0),
+                "False" | "false" => Ok(0.0),
+                other => other.parse::<f64>(),
+            };
+            let line = row.position().map_or(0, csv::Position::line);
+            column.push(
+                value.map_err(|_| wrong(format!("line {line}, column '{name}': '{field}' is no number")))?,
+            );
+        }
+    }
+    if columns.iter().all(Vec::is_empty) {
+        return Err(wrong("it has no rows".into()));
+    }
+    Ok(names.into_iter().zip(columns).collect())
+}

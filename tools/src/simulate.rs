@@ -1,0 +1,189 @@
+//! Flights in this process: the default manoeuvre, pitch steps over the range of speed, the vehicle alone.
+
+use crate::error::Error;
+use crate::flight::{Row, fly, fly_open_loop};
+use crate::inputs::Inputs;
+use crate::metrics::StepFigures;
+use crate::output::write;
+use crate::plot::{Line, Panel, draw};
+use crate::store::Stored;
+use fmu_squid::Manoeuvre;
+use std::path::Path;
+
+/// Speeds at which pitch steps are flown, as many as in the paper's Fig. 5.
+const STEP_SPEEDS: usize = 6;
+
+/// Flies everything, writes records and plots to `directory` and returns what was found, for people.
+///
+/// # Errors
+/// [`Error::Trim`], [`Error::Simulation`], [`Error::Tick`], [`Error::Unwritable`].
+pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<String, Error> {
+    let manoeuvre = &stored.manoeuvre;
+    let flight = fly(&inputs.vehicle, &stored.controller, inputs.design.depth, manoeuvre)?;
+    write(&directory.join("flight.csv"), csv(inputs, &flight).as_bytes())?;
+    let title = format!("{}, design {}: the default manoeuvre", heading(inputs), inputs.design.name);
+    draw(&directory.join("flight.svg"), &title, &flight_panels(inputs, &flight))?;
+    let mut out = String::from("Pitch step at constant speed, nonlinear vehicle and sampled autopilot\n");
+    out += "  speed m/s   overshoot %   10-90 % s   settled (2 %) s   steady error %   speed off m/s   actuator use %\n";
+    let mut responses = Vec::new();
+    for speed in step_speeds(inputs) {
+        let step = Manoeuvre {
+            speed_from: speed,
+            speed_to: speed,
+            duration: 65.0,
+            step_end: 1e9,
+            ..manoeuvre.clone()
+        };
+        let rows = fly(&inputs.vehicle, &stored.controller, inputs.design.depth, &step)?;
+        out +=
+            &figures_line(speed, &StepFigures::of(&rows, step.step_time, step.pitch_step, &limits(inputs)));
+        responses.push((speed, rows));
+    }
+    let title = format!("{}, design {}: pitch steps at constant speed", heading(inputs), inputs.design.name);
+    draw(&directory.join("steps.svg"), &title, &step_panels(inputs, &responses))?;
+    open_loop(inputs, stored, directory)?;
+    out += &format!(
+        "\nRecords and plots: {}\n",
+        directory.join("{flight.csv,flight.svg,steps.svg,open_loop.svg}").display()
+    );
+    Ok(out)
+}
+
+fn heading(inputs: &Inputs) -> String {
+    let surrogate = if inputs.vehicle.status == auv::Status::Surrogate { " (surrogate)" } else { "" };
+    format!("{}{surrogate}", inputs.vehicle.name)
+}
+
+fn step_speeds(inputs: &Inputs) -> Vec<f64> {
+    crate::model::speeds(inputs, STEP_SPEEDS)
+}
+
+fn limits(inputs: &Inputs) -> Vec<(f64, f64)> {
+    inputs.vehicle.actuators.iter().map(|a| (a.min, a.max)).collect()
+}
+
+fn figures_line(speed: f64, f: &StepFigures) -> String {
+    format!(
+        "  {speed:>9.2}   {:>11.2}   {:>9.2}   {:>15.2}   {:>14.2}   {:>13.3}   {:>14.0}\n",
+        100.0 * f.overshoot,
+        f.rise_time,
+        f.settling_time,
+        100.0 * f.steady_error,
+        f.speed_deviation,
+        100.0 * f.actuator_use
+    )
+}
+
+/// The vehicle alone after a small step of its first actuator, at three speeds (the paper's Fig. 6).
+fn open_loop(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<(), Error> {
+    let actuator = &inputs.vehicle.actuators[0];
+    let step = 0.02 * actuator.reach();
+    let mut lines = Vec::new();
+    for speed in step_speeds(inputs).into_iter().take(3) {
+        let rows = fly_open_loop(
+            &inputs.vehicle,
+            inputs.design.depth,
+            speed,
+            step,
+            stored.controller.sample_time,
+            60.0,
+        )?;
+        let start = rows[0].1;
+        let points = rows.iter().map(|(t, pitch)| (*t, (pitch - start).to_degrees())).collect();
+        lines.push(Line { name: format!("{speed:.2} m/s"), points, reference: false });
+    }
+    let title = format!(
+        "{}: without control, {} stepped by {step:.2} {}",
+        heading(inputs),
+        actuator.name,
+        actuator.unit()
+    );
+    let panel = Panel { label: "pitch from trim (deg)".into(), lines };
+    draw(&directory.join("open_loop.svg"), &title, &[panel])
+}
+
+fn line(name: &str, rows: &[Row], of: impl Fn(&Row) -> f64, reference: bool) -> Line {
+    Line { name: name.into(), points: rows.iter().map(|r| (r.time, of(r))).collect(), reference }
+}
+
+fn flight_panels(inputs: &Inputs, rows: &[Row]) -> Vec<Panel> {
+    let mut panels = vec![
+        Panel {
+            label: "pitch (deg)".into(),
+            lines: vec![
+                line("reference", rows, |r| r.pitch_reference.to_degrees(), true),
+                line("pitch", rows, |r| r.pitch.to_degrees(), false),
+            ],
+        },
+        Panel {
+            label: "speed (m/s)".into(),
+            lines: vec![
+                line("reference", rows, |r| r.speed_reference, true),
+                line("forward speed", rows, |r| r.speed, false),
+            ],
+        },
+    ];
+    panels.extend(command_panels(inputs, rows));
+    panels.push(Panel { label: "depth (m)".into(), lines: vec![line("depth", rows, |r| r.depth, false)] });
+    panels
+}
+
+/// One panel a unit: thrusts in N, deflections in degrees.
+fn command_panels(inputs: &Inputs, rows: &[Row]) -> Vec<Panel> {
+    let kinds = [("N", "thrust (N)", 1.0), ("rad", "deflection (deg)", 1f64.to_degrees())];
+    let panels = kinds.into_iter().map(|(unit, label, factor)| {
+        let own = inputs.vehicle.actuators.iter().enumerate().filter(|(_, a)| a.unit() == unit);
+        let lines = own.map(|(i, a)| line(&a.name, rows, |r| factor * r.commands[i], false)).collect();
+        Panel { label: label.into(), lines }
+    });
+    panels.filter(|p| !p.lines.is_empty()).collect()
+}
+
+fn step_panels(inputs: &Inputs, responses: &[(f64, Vec<Row>)]) -> Vec<Panel> {
+    let each = |of: &dyn Fn(&Row, &Row) -> f64| -> Vec<Line> {
+        responses
+            .iter()
+            .map(|(speed, rows)| Line {
+                name: format!("{speed:.2} m/s"),
+                points: rows.iter().map(|r| (r.time, of(r, &rows[0]))).collect(),
+                reference: false,
+            })
+            .collect()
+    };
+    let actuator = &inputs.vehicle.actuators[0];
+    let (factor, unit) =
+        if actuator.unit() == "rad" { (1f64.to_degrees(), "deg") } else { (1.0, actuator.unit()) };
+    vec![
+        Panel {
+            label: "pitch from trim (deg)".into(),
+            lines: each(&|r, first| (r.pitch - first.pitch_reference).to_degrees()),
+        },
+        Panel { label: "speed error (m/s)".into(), lines: each(&|r, _| r.speed - r.speed_reference) },
+        Panel { label: format!("{} ({unit})", actuator.name), lines: each(&|r, _| factor * r.commands[0]) },
+    ]
+}
+
+/// The record as CSV with the names of the FMU's outputs, SI units.
+fn csv(inputs: &Inputs, rows: &[Row]) -> String {
+    let names: Vec<&str> = inputs.vehicle.actuators.iter().map(|a| a.name.as_str()).collect();
+    let mut out = format!(
+        "time,pitch,pitch_reference_used,speed,speed_reference_used,depth,scheduling_parameter,speed_out_of_range,{}\n",
+        names.join(",")
+    );
+    for r in rows {
+        let commands: Vec<String> = r.commands.iter().map(f64::to_string).collect();
+        out += &format!(
+            "{},{},{},{},{},{},{},{},{}\n",
+            r.time,
+            r.pitch,
+            r.pitch_reference,
+            r.speed,
+            r.speed_reference,
+            r.depth,
+            r.rho,
+            u8::from(r.out_of_range),
+            commands.join(",")
+        );
+    }
+    out
+}

@@ -1,0 +1,144 @@
+//! The output directory of a design: its files, written and read back.
+//!
+//! | file | what |
+//! |---|---|
+//! | `controller.json` | the frozen controller |
+//! | `plant.json` | the frozen LPV model of the vehicle |
+//! | `manoeuvre.json` | what the FMU of the whole loop flies by default |
+//! | `design.json` | the figures of the design |
+
+use crate::design::Finished;
+use crate::error::Error;
+use crate::inputs::Inputs;
+use crate::output::{read, write, write_json};
+use auv::LpvModel;
+use fmu_squid::Manoeuvre;
+use scheduled::ControllerDesign;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// The directory that is used when none is named: `build/VEHICLE/DESIGN`.
+pub fn default_directory(inputs: &Inputs) -> PathBuf {
+    let name: String = inputs
+        .design
+        .name
+        .chars()
+        .map(|c| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '_' })
+        .collect();
+    Path::new("build").join(&inputs.vehicle.name).join(name)
+}
+
+/// The frozen files of a design.
+#[derive(Debug, Clone)]
+pub struct Stored {
+    /// The frozen controller.
+    pub controller: ControllerDesign,
+    /// The frozen LPV model.
+    pub plant: LpvModel,
+    /// The default manoeuvre.
+    pub manoeuvre: Manoeuvre,
+}
+
+/// The figures of a design, as `design.json` holds them.
+#[derive(Debug, Serialize)]
+struct Figures<'a> {
+    vehicle: &'a str,
+    status: &'a str,
+    design: &'a str,
+    gamma_optimum: f64,
+    gamma_design: f64,
+    gamma_bound: f64,
+    back_off: f64,
+    certified: bool,
+    largest_eigenvalue: f64,
+    fit: Vec<FitFigures>,
+    lft_size: usize,
+    lft_error: f64,
+    checked_speeds: usize,
+    largest_real_part: f64,
+    largest_real_part_truth: f64,
+    largest_frozen_gain: f64,
+    largest_frozen_gain_truth: f64,
+    fastest_controller_mode: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct FitFigures {
+    order: usize,
+    rms_relative_to_variation: f64,
+    rms_relative: f64,
+    largest_norm: f64,
+    frequency_response: f64,
+}
+
+/// Writes the files of a finished design.
+///
+/// # Errors
+/// [`Error::Unwritable`]; files are written whole or not at all.
+pub fn save(directory: &Path, inputs: &Inputs, finished: &Finished) -> Result<(), Error> {
+    let to = |name: &str| directory.join(name);
+    write(&to("controller.json"), finished.frozen.controller.to_json()?.as_bytes())?;
+    write(&to("plant.json"), finished.frozen.plant.to_json()?.as_bytes())?;
+    write(&to("manoeuvre.json"), inputs.design.manoeuvre.to_json()?.as_bytes())?;
+    write_json(&to("design.json"), &figures(inputs, finished))
+}
+
+/// Reads the files of a design back, if they belong to these inputs.
+///
+/// # Errors
+/// [`Error::NotDesigned`] when there is none, [`Error::Stale`] when vehicle or design file changed since.
+pub fn load(directory: &Path, inputs: &Inputs) -> Result<Stored, Error> {
+    let path = directory.join("controller.json");
+    if !path.is_file() {
+        return Err(Error::NotDesigned { directory: directory.display().to_string() });
+    }
+    let controller = ControllerDesign::from_json(&read(&path)?)?;
+    let changed = [
+        ("the vehicle file", &controller.inputs.vehicle_sha256, &inputs.vehicle_sha256),
+        ("the design file", &controller.inputs.design_sha256, &inputs.design_sha256),
+    ];
+    if let Some((what, _, _)) = changed.into_iter().find(|(_, frozen, now)| frozen != now) {
+        return Err(Error::Stale { directory: directory.display().to_string(), what });
+    }
+    let plant_path = directory.join("plant.json");
+    let plant = LpvModel::from_json(&read(&plant_path)?, &plant_path.display().to_string())?;
+    Ok(Stored { controller, plant, manoeuvre: inputs.design.manoeuvre.clone() })
+}
+
+fn figures<'a>(inputs: &'a Inputs, f: &Finished) -> Figures<'a> {
+    let responses = crate::frequency::errors(&f.model);
+    Figures {
+        vehicle: &inputs.vehicle.name,
+        status: inputs.vehicle.status.word(),
+        design: &inputs.design.name,
+        gamma_optimum: f.design.gamma_optimum,
+        gamma_design: f.design.gamma_design,
+        gamma_bound: f.design.certified.gamma,
+        back_off: inputs.design.back_off,
+        certified: f.frozen.controller.gamma.certified,
+        largest_eigenvalue: f.design.certified.largest_eigenvalue,
+        fit: f
+            .model
+            .residuals
+            .iter()
+            .map(|r| FitFigures {
+                order: r.order,
+                rms_relative_to_variation: r.relative_to_variation,
+                rms_relative: r.a.relative_rms,
+                largest_norm: r.whole.norms.iter().copied().fold(0.0, f64::max),
+                frequency_response: responses
+                    .iter()
+                    .find(|(o, _)| *o == r.order)
+                    .map_or(f64::NAN, |(_, e)| *e),
+            })
+            .collect(),
+        lft_size: f.model.lft.size(),
+        lft_error: f.model.lft_error,
+        checked_speeds: f.checks.speeds,
+        largest_real_part: f.checks.abscissa_fit,
+        largest_real_part_truth: f.checks.abscissa_truth,
+        largest_frozen_gain: f.checks.gain_fit,
+        largest_frozen_gain_truth: f.checks.gain_truth,
+        fastest_controller_mode: f.checks.fastest_controller_mode,
+    }
+}
