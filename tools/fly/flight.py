@@ -59,7 +59,8 @@ def fly_coupled(packages: Packages, loop: Signals) -> Signals:
         whole.begin()
         whole.ready()
         own = set(plant.names("parameter") + plant.names("parameter", "Enumeration"))
-        plant.begin({name: whole.get(name) for name in whole.start_values() if name in own})
+        start = {name: whole.get(name) for name in whole.start_values() if name in own}
+        plant.begin({**start, "initial_speed": float(loop["path_speed"][0])})
         controller.begin()
         return couple(plant, controller, record.references_in(loop), float(loop["time"][-1]), sample_time)
 

@@ -145,7 +145,7 @@ def couple(
     loop.inform(*references(0, 0.0))
     plant.ready()
     controller.ready()
-    recorder = Recorder(plant, controller)
+    recorder = Recorder(controller, plant)
     recorder.sample(0.0)
     for k in range(round(duration / sample_time)):
         loop.inform(*references(k, k * sample_time))

@@ -22,9 +22,9 @@ def read(path: Path) -> Signals:
 
 
 def references_in(loop: Signals) -> References:
-    """Return the references that a flight in one loop used, sample by sample."""
+    """Return the references that a flight in one loop used; what a sample used stands in the row after it."""
     pitch, speed = loop["pitch_reference_used"], loop["speed_reference_used"]
-    return lambda k, _: (float(pitch[k]), float(speed[k]))
+    return lambda k, _: (float(pitch[k + 1]), float(speed[k + 1]))
 
 
 def differences(one: Signals, other: Signals) -> dict[str, float]:

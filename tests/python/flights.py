@@ -1,0 +1,76 @@
+"""Flights through the FMUs that several tests need."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import numpy as np
+from fly.master import Signals, Slave, couple
+from fly.package import Packages
+from fmpy import read_model_description
+
+TEN_DEGREES = float(np.deg2rad(10.0))
+STEP_TIME = 5.0
+
+
+def start_value(fmu: Path, name: str) -> float:
+    """Return the start value of a variable in the model description."""
+    variables = read_model_description(fmu).modelVariables
+    return next(float(variable.start) for variable in variables if variable.name == name)
+
+
+def sample_time(packages: Packages) -> float:
+    """Return the sample time of the autopilot (s)."""
+    return start_value(packages.controller, "sample_time")
+
+
+def limits(packages: Packages) -> dict[str, tuple[float, float]]:
+    """Return the limits of each actuator, as the plant's inputs state them."""
+    plant = {
+        v.name: v for v in read_model_description(packages.plant).modelVariables if v.causality == "input"
+    }
+    outputs = [
+        v.name for v in read_model_description(packages.controller).modelVariables if v.causality == "output"
+    ]
+    return {name: (float(plant[name].min), float(plant[name].max)) for name in outputs if name in plant}
+
+
+def pitch_step(packages: Packages, speed: float, height: float, duration: float, **values: float) -> Signals:
+    """Fly a lasting pitch step from trim at a speed (m/s), plant and controller coupled; the speed is to stay."""
+    with Slave(packages.plant, "plant") as plant, Slave(packages.controller, "controller") as controller:
+        plant.begin({"initial_speed": speed, **values})
+        controller.begin()
+        forward, trim = plant.get("speed"), plant.get("trim_pitch")
+
+        def references(_: int, time: float) -> tuple[float, float]:
+            return trim + (height if time >= STEP_TIME else 0.0), forward
+
+        flown = couple(plant, controller, references, duration, sample_time(packages))
+        flown["pitch_done"] = (flown["pitch"] - trim) / height
+        flown["speed_error"] = flown["speed"] - forward
+    return flown
+
+
+def fly_alone(
+    fmu: Path,
+    duration: float,
+    step: float,
+    values: Mapping[str, float] | None = None,
+    inputs: Callable[[float], Mapping[str, float]] | None = None,
+) -> Signals:
+    """Fly one FMU from its own start with a communication step (s) and inputs over time, to the end exactly."""
+    with Slave(fmu, "alone") as slave:
+        slave.begin(values)
+        slave.ready()
+        names = slave.names("output")
+        references = slave.references(names)
+        rows = [[0.0, *slave.fmu.getReal(references)]]
+        count = 0
+        while slave.time < duration - 1e-9:
+            for name, value in (inputs(slave.time) if inputs else {}).items():
+                slave.set(name, value)
+            count += 1
+            slave.step_to(min(count * step, duration))
+            rows.append([slave.time, *slave.fmu.getReal(references)])
+    return dict(zip(["time", *names], np.array(rows).T, strict=True))

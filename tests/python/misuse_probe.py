@@ -1,0 +1,234 @@
+"""Misuses an FMU in one way and prints what came of it; a crash ends this process, not the tests.
+
+python misuse_probe.py FMU CASE     prints lines of the FMU's log, then `status N` (5: instantiation was refused)
+"""
+
+from __future__ import annotations
+
+import math
+import shutil
+import sys
+from collections.abc import Callable
+from ctypes import byref
+from pathlib import Path
+
+from fmpy import extract, read_model_description
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import FMU2Slave, defaultCallbacks, fmi2CoSimulation
+
+NOT_INSTANTIATED = 5
+UNKNOWN = 4_000_000_000
+
+
+class Probe:
+    """One instance under misuse."""
+
+    def __init__(self, fmu: str) -> None:
+        self.folder = Path(extract(fmu))
+        description = read_model_description(self.folder)
+        self.guid = description.guid
+        self.identifier = description.coSimulation.modelIdentifier
+        self.variables = description.modelVariables
+        self.fmu: FMU2Slave | None = None
+
+    def resources(self) -> list[Path]:
+        """Return the files of the frozen design."""
+        return sorted(path for path in (self.folder / "resources").iterdir() if path.is_file())
+
+    def one(self, causality: str, kind: str = "Real") -> int:
+        """Return the value reference of some variable of a causality and a type."""
+        found = (v for v in self.variables if v.causality == causality and v.type == kind)
+        return next(found).valueReference
+
+    def load(self, guid: str | None = None) -> FMU2Slave:
+        """Load the binary."""
+        self.fmu = FMU2Slave(
+            guid=guid or self.guid,
+            unzipDirectory=str(self.folder),
+            modelIdentifier=self.identifier,
+            instanceName="probe",
+        )
+        return self.fmu
+
+    def instantiated(self) -> FMU2Slave:
+        """Return a fresh instance."""
+        fmu = self.load()
+        fmu.instantiate()
+        return fmu
+
+    def running(self) -> FMU2Slave:
+        """Return an instance after its initialisation."""
+        fmu = self.instantiated()
+        fmu.setupExperiment(startTime=0.0)
+        fmu.enterInitializationMode()
+        fmu.exitInitializationMode()
+        return fmu
+
+
+def wrong_guid(probe: Probe) -> None:
+    """Instantiate with another GUID."""
+    probe.load("{00000000-0000-0000-0000-000000000000}").instantiate()
+
+
+def no_resources(probe: Probe) -> None:
+    """Instantiate without the folder of resources."""
+    shutil.rmtree(probe.folder / "resources")
+    probe.load().instantiate()
+
+
+def missing_resource(probe: Probe) -> None:
+    """Instantiate without one file."""
+    probe.resources()[0].unlink()
+    probe.load().instantiate()
+
+
+def truncated_resource(probe: Probe) -> None:
+    """Instantiate with half a file."""
+    path = probe.resources()[0]
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    probe.load().instantiate()
+
+
+def binary_resource(probe: Probe) -> None:
+    """Instantiate with bytes that are no text."""
+    probe.resources()[0].write_bytes(bytes(range(256)) * 8)
+    probe.load().instantiate()
+
+
+def changed_resource(probe: Probe) -> None:
+    """Instantiate with a file that is legal but is not the one of the model description."""
+    path = probe.resources()[0]
+    path.write_text(path.read_text(encoding="utf-8").replace("0.", "0.0", 1), encoding="utf-8")
+    probe.load().instantiate()
+
+
+def null_resource_location(probe: Probe) -> None:
+    """Instantiate with NULL for the folder of resources."""
+    fmu = probe.load()
+    callbacks, name, guid = byref(defaultCallbacks), b"probe", probe.guid.encode()
+    if fmu.fmi2Instantiate(name, fmi2CoSimulation, guid, None, callbacks, 0, 0) is None:
+        raise RuntimeError("refused")
+
+
+def nan_input(probe: Probe) -> None:
+    """Set an input to not-a-number."""
+    probe.running().setReal([probe.one("input")], [math.nan])
+
+
+def infinite_input(probe: Probe) -> None:
+    """Set an input to infinity."""
+    probe.running().setReal([probe.one("input")], [math.inf])
+
+
+def zero_step(probe: Probe) -> None:
+    """Step by nothing."""
+    probe.running().doStep(0.0, 0.0)
+
+
+def negative_step(probe: Probe) -> None:
+    """Step backwards."""
+    probe.running().doStep(0.0, -0.1)
+
+
+def nan_step(probe: Probe) -> None:
+    """Step by not-a-number."""
+    probe.running().doStep(0.0, math.nan)
+
+
+def gap_between_steps(probe: Probe) -> None:
+    """Begin a step elsewhere than the last one ended."""
+    fmu = probe.running()
+    fmu.doStep(0.0, 0.1)
+    fmu.doStep(0.5, 0.1)
+
+
+def step_before_initialisation(probe: Probe) -> None:
+    """Step a fresh instance."""
+    probe.instantiated().doStep(0.0, 0.1)
+
+
+def step_after_the_end(probe: Probe) -> None:
+    """Step a terminated instance."""
+    fmu = probe.running()
+    fmu.terminate()
+    fmu.doStep(0.0, 0.1)
+
+
+def initialise_twice(probe: Probe) -> None:
+    """Enter initialisation while running."""
+    probe.running().enterInitializationMode()
+
+
+def unknown_reference_get(probe: Probe) -> None:
+    """Get a variable that does not exist."""
+    probe.running().getReal([UNKNOWN])
+
+
+def unknown_reference_set(probe: Probe) -> None:
+    """Set a variable that does not exist."""
+    probe.running().setReal([UNKNOWN], [1.0])
+
+
+def wrong_type(probe: Probe) -> None:
+    """Get a real as if it were a string."""
+    probe.running().getString([probe.one("output")])
+
+
+def set_an_output(probe: Probe) -> None:
+    """Set an output."""
+    probe.running().setReal([probe.one("output")], [1.0])
+
+
+CASES: dict[str, Callable[[Probe], None]] = {
+    case.__name__: case
+    for case in (
+        wrong_guid,
+        no_resources,
+        missing_resource,
+        truncated_resource,
+        binary_resource,
+        changed_resource,
+        null_resource_location,
+        nan_input,
+        infinite_input,
+        zero_step,
+        negative_step,
+        nan_step,
+        gap_between_steps,
+        step_before_initialisation,
+        step_after_the_end,
+        initialise_twice,
+        unknown_reference_get,
+        unknown_reference_set,
+        wrong_type,
+        set_an_output,
+    )
+}
+
+
+def status_of(case: Callable[[Probe], None], probe: Probe) -> int:
+    """Misuse the FMU, free it, and return the status that it answered."""
+    try:
+        case(probe)
+    except FMICallException as error:
+        probe.fmu.freeInstance()
+        return error.status
+    except Exception:
+        if probe.fmu is None or getattr(probe.fmu, "component", None) is not None:
+            raise
+        return NOT_INSTANTIATED
+    return 0
+
+
+def main() -> None:
+    """Run one case."""
+    probe = Probe(sys.argv[1])
+    try:
+        status = status_of(CASES[sys.argv[2]], probe)
+    finally:
+        shutil.rmtree(probe.folder, ignore_errors=True)
+    print(f"status {status}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

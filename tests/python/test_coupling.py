@@ -1,0 +1,66 @@
+"""Plant and controller coupled by a master, against both in one FMU."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from flights import fly_alone, limits, sample_time
+from fly.flight import AGREEMENT
+from fly.master import Signals, Slave, couple
+from fly.package import Packages
+from fly.record import differences, references_in
+
+
+def fly_loop(packages: Packages, step: float) -> Signals:
+    return fly_alone(packages.loop, 40.0, step)
+
+
+def couple_like(packages: Packages, loop: Signals) -> Signals:
+    with Slave(packages.plant, "plant") as plant, Slave(packages.controller, "controller") as controller:
+        plant.begin({"initial_speed": float(loop["path_speed"][0])})
+        controller.begin()
+        end = float(loop["time"][-1])
+        return couple(plant, controller, references_in(loop), end, sample_time(packages))
+
+
+def test_coupled_is_the_same_flight(packages: Packages) -> None:
+    loop = fly_loop(packages, sample_time(packages))
+    coupled = couple_like(packages, loop)
+    found = differences(loop, coupled)
+    assert {"pitch", "speed", "depth", "distance", *limits(packages)} <= set(found)
+    assert max(found.values()) <= AGREEMENT, found
+
+
+def test_the_comparison_can_fail(squid: Packages) -> None:
+    """A reference that comes one sample late is seen."""
+    loop = fly_loop(squid, sample_time(squid))
+    late = dict(loop)
+    for name in ("pitch_reference_used", "speed_reference_used"):
+        late[name] = np.concatenate([loop[name][:1], loop[name][:-1]])
+    coupled = couple_like(squid, late)
+    assert max(differences(loop, coupled).values()) > 1e3 * AGREEMENT
+
+
+def test_inputs_override_the_manoeuvre(packages: Packages) -> None:
+    """The manual inputs, fed with the manoeuvre's references, give the manoeuvre's flight."""
+    tick = sample_time(packages)
+    loop = fly_loop(packages, tick)
+    references = references_in(loop)
+
+    def inputs(time: float) -> dict[str, float]:
+        pitch, speed = references(round(time / tick), time)
+        return {"manual": True, "pitch_reference": pitch, "speed_reference": speed}
+
+    manual = fly_alone(packages.loop, 40.0, tick, {"pitch_step": 0.0}, inputs)
+    assert max(differences(loop, manual).values()) <= AGREEMENT
+    unlike = fly_alone(packages.loop, 40.0, tick, {"pitch_step": 0.0})
+    assert np.max(np.abs(unlike["pitch"] - loop["pitch"])) > np.deg2rad(5.0)
+
+
+@pytest.mark.parametrize("step", [0.01, 0.1, 0.00999999999999934, 1 / 3, 0.0171])
+def test_loop_does_not_depend_on_the_communication_step(squid: Packages, step: float) -> None:
+    """Ticks fall at multiples of the sample time, whatever the importer's step; compared where both report."""
+    base = fly_loop(squid, sample_time(squid))
+    other = fly_loop(squid, step)
+    ends = {name: abs(base[name][-1] - other[name][-1]) / max(1.0, abs(base[name][-1])) for name in base}
+    assert max(ends.values()) < 1e-8, ends

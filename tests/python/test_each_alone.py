@@ -1,0 +1,55 @@
+"""Each FMU by itself, in FMPy's own simulation loop."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from flights import limits, sample_time
+from fly.figures import steps
+from fly.package import Packages
+from fmpy import read_model_description, simulate_fmu
+
+
+def test_plant_holds_its_trim(packages: Packages) -> None:
+    """With the thrusts of trim held, nothing but rounding moves an open-loop stable vehicle out of it."""
+    description = read_model_description(packages.plant)
+    names = [v.name for v in description.modelVariables if v.causality == "output"]
+    at_start = simulate_fmu(packages.plant, stop_time=0.01, output=names)
+    held = {name: float(at_start[f"trim_{name}"][0]) for name in limits(packages)}
+    flown = simulate_fmu(packages.plant, stop_time=20.0, output=names, start_values=held)
+    assert flown["time"][-1] == pytest.approx(20.0)
+    assert np.ptp(flown["pitch"]) < 1e-6
+    assert np.ptp(flown["speed"]) < 1e-6
+    assert np.ptp(flown["depth"]) < 1e-5
+    expected = 20.0 * flown["path_speed"][0]
+    assert flown["distance"][-1] == pytest.approx(expected, rel=1e-6)
+
+
+def test_controller_at_rest_commands_the_trim(packages: Packages) -> None:
+    """Its default inputs are level flight, so its errors are zero and the feedforward alone is left."""
+    flown = simulate_fmu(packages.controller, stop_time=5.0, output_interval=sample_time(packages))
+    for name, (low, high) in limits(packages).items():
+        assert np.ptp(flown[name]) < 1e-9 * (high - low)
+        assert np.all((flown[name] > low) & (flown[name] < high))
+    assert np.all(np.abs(flown["scheduling_parameter"]) < 1e-6)
+
+
+def test_controller_pushes_the_right_way(squid: Packages) -> None:
+    """The lower thruster lifts the bow, the upper ones lower it; all of them push ahead."""
+    wanted = {"pitch": 0.0, "pitch_reference": 0.05}
+    up = simulate_fmu(squid.controller, stop_time=1.0, start_values=wanted)
+    level = simulate_fmu(squid.controller, stop_time=1.0, start_values={"pitch": 0.0, "pitch_reference": 0.0})
+    assert up["lower"][-1] > level["lower"][-1]
+    assert up["upper_port"][-1] < level["upper_port"][-1]
+    assert up["upper_port"][-1] == pytest.approx(up["upper_starboard"][-1], abs=1e-9)
+
+
+def test_loop_flies_its_manoeuvre(packages: Packages) -> None:
+    description = read_model_description(packages.loop)
+    names = [v.name for v in description.modelVariables if v.causality == "output"]
+    flown = simulate_fmu(packages.loop, output_interval=sample_time(packages), output=names)
+    assert flown["time"][-1] == pytest.approx(float(description.defaultExperiment.stopTime))
+    found = steps(flown["time"], flown["pitch"], flown["pitch_reference_used"])
+    assert found, "the manoeuvre has a pitch step"
+    assert np.rad2deg(found[0].height) == pytest.approx(10.0, abs=0.1)
+    assert np.ptp(flown["speed_reference_used"]) > 0.5, "the speed ramps"

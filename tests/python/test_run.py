@@ -1,0 +1,91 @@
+"""The two commands of run.py as far as they can be tested without running them whole."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fly import figures, record, stamp
+from fly.stages import ROOT, StageError, run
+
+
+@pytest.mark.parametrize("words", [["--help"], ["fly", "--help"], ["test", "--help"]])
+def test_help_teaches(words: list[str]) -> None:
+    done = subprocess.run(
+        [sys.executable, "run.py", *words], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0
+    assert "usage" in done.stdout
+    assert len(done.stdout.splitlines()) > 5
+
+
+def test_a_failing_command_stops_the_job_and_shows_its_log(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("fly.stages.LOGS", tmp_path)
+    with pytest.raises(StageError, match="exit code 3"):
+        run([sys.executable, "-c", "print('the reason'); raise SystemExit(3)"], log="failing")
+    assert "the reason" in capsys.readouterr().err
+
+
+def test_a_missing_program_is_named() -> None:
+    with pytest.raises(StageError, match="no-such-program"):
+        run(["no-such-program"])
+
+
+def test_a_stamp_sees_every_change(tmp_path: Path) -> None:
+    one, mark = tmp_path / "one", tmp_path / "stamp"
+    one.write_bytes(b"1")
+    stamp.write(mark, stamp.digest([one], "word"))
+    assert stamp.is_fresh(mark, stamp.digest([one], "word"))
+    assert not stamp.is_fresh(mark, stamp.digest([one], "words"))
+    one.write_bytes(b"2")
+    assert not stamp.is_fresh(mark, stamp.digest([one], "word"))
+    assert not stamp.is_fresh(tmp_path / "none", stamp.digest([one], "word"))
+
+
+def test_figures_of_a_known_response() -> None:
+    """A second-order system with damping 0.5 overshoots by exp(-pi/sqrt(3)) = 16.3 %."""
+    time = np.arange(0.0, 40.0, 0.01)
+    late = np.clip(time - 5.0, 0.0, None)
+    damped = np.sqrt(0.75)
+    wave = np.exp(-0.5 * late) * (np.cos(damped * late) + 0.5 / damped * np.sin(damped * late))
+    reference = np.where(time >= 5.0, 0.2, 0.0)
+    (step,) = figures.steps(time, 0.2 * (1.0 - wave), reference)
+    assert step.time == pytest.approx(5.0)
+    assert step.height == pytest.approx(0.2)
+    assert step.overshoot == pytest.approx(np.exp(-np.pi / np.sqrt(3.0)), abs=1e-4)
+    assert step.settling_time == pytest.approx(5.29, abs=0.02)
+    assert step.steady_error < 1e-5
+
+
+def test_figures_of_a_response_that_does_not_settle() -> None:
+    time = np.arange(0.0, 10.0, 0.01)
+    (step,) = figures.steps(time, np.zeros_like(time), np.where(time >= 5.0, 0.2, 0.0))
+    assert step.settling_time == float("inf")
+    assert step.steady_error == pytest.approx(1.0)
+
+
+def test_worst_error_leaves_out_what_follows_an_event() -> None:
+    time = np.arange(0.0, 10.0, 0.5)
+    error = np.where((time >= 2.0) & (time < 4.0), 5.0, 0.1)
+    assert figures.worst_error_after(time, error, [2.0], 2.0) == pytest.approx(0.1)
+    assert figures.worst_error_after(time, error, [], 2.0) == pytest.approx(5.0)
+
+
+def test_record_reads_what_fmpy_writes(tmp_path: Path) -> None:
+    path = tmp_path / "flight.csv"
+    path.write_text('"time","a","flag"\n0.0,1e-17,False\n0.5,-2.25,True\n', encoding="utf-8")
+    signals = record.read(path)
+    assert list(signals) == ["time", "a", "flag"]
+    assert signals["a"].tolist() == [1e-17, -2.25]
+    assert signals["flag"].tolist() == [0.0, 1.0]
+
+
+def test_differences_are_relative_to_large_signals() -> None:
+    one = {"time": np.zeros(2), "a": np.array([0.0, 0.5]), "b": np.array([0.0, 200.0]), "c": np.zeros(2)}
+    other = {"time": np.ones(2), "a": np.array([0.0, 0.4]), "b": np.array([0.0, 199.0])}
+    assert record.differences(one, other) == pytest.approx({"a": 0.1, "b": 0.005})
