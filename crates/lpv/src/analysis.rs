@@ -69,8 +69,8 @@ pub fn bounded_gain(closed: &ClosedLoop, shown: &GainBound) -> Result<GainBound,
             break;
         }
     }
-    let clear = bases.iter().rev().filter_map(|base| search(closed, base, Some(least * (1.0 + MARGIN))).ok());
-    let better = clear.filter(|found| found.gamma.is_finite() && found.largest_eigenvalue < 0.0).next();
+    let mut clear = bases.iter().rev().filter_map(|base| search(closed, base, Some(least * (1.0 + MARGIN))).ok());
+    let better = clear.find(|found| found.gamma.is_finite() && found.largest_eigenvalue < 0.0);
     let best = better.unwrap_or(given);
     if best.largest_eigenvalue < 0.0 {
         Ok(best)

@@ -9,7 +9,7 @@
 
 use crate::analysis::GainBound;
 use crate::controller::Controller;
-use crate::matrix::{Mat, block, diagonal_blocks, eigenvalues};
+use crate::matrix::{Mat, Svd, block, diagonal_blocks, eigenvalues, svd};
 use crate::plant::GeneralisedPlant;
 use nalgebra::DVector;
 
@@ -197,10 +197,9 @@ fn equalise(x: &Mat, y: &Mat) -> Option<(Mat, Mat)> {
         return Some((x.clone(), x.clone()));
     }
     let (lx, ly) = (x.clone().cholesky()?.l(), y.clone().cholesky()?.l());
-    let svd = (lx.transpose() * &ly).svd(true, true);
-    let (u, v_t) = (svd.u?, svd.v_t?);
-    let root_inverse = Mat::from_diagonal(&svd.singular_values.map(|s| 1.0 / s.sqrt()));
-    let t = &ly * v_t.transpose() * &root_inverse;
+    let Svd { u, s, v } = svd(&(lx.transpose() * &ly));
+    let root_inverse = Mat::from_diagonal(&DVector::from_iterator(s.len(), s.iter().map(|s| 1.0 / s.sqrt())));
+    let t = &ly * v * &root_inverse;
     // T^-1 = Sigma^-1/2 U' Lx', free of any inversion of T.
     let t_inverse = root_inverse * u.transpose() * lx.transpose();
     t.iter().chain(t_inverse.iter()).all(|v| v.is_finite()).then_some((t, t_inverse))

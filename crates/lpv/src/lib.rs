@@ -1,4 +1,63 @@
-//! Linear parameter-varying control by linear matrix inequalities.
+//! Linear parameter-varying (LPV) control by linear matrix inequalities.
+//!
+//! ```text
+//! samples of [A B] -> MatrixPolynomial -> Lft -> TrackingProblem -> GeneralisedPlant
+//!                                                                        |
+//!        Controller, GainBound <- bounded_gain <- reconstruct <- least_gamma, back-off
+//! ```
+//!
+//! A plant that depends on parameters in `[-1, 1]`, measured while it runs, is written as a linear fractional transformation
+//! (LFT): a constant system closed by `Theta = blkdiag(theta_i I)`. The controller that comes out is an LFT in the same
+//! parameters, and the gain of the closed loop is bounded for every course of the parameters, however fast.
+//!
+//! - [`polynomial`]: matrices that are polynomials in a parameter, fitted to samples;
+//! - [`lft`]: LFTs, their algebra, the smallest one of a polynomial;
+//! - [`tracking`]: the augmented plant of a tracking problem, from model and weights;
+//! - [`plant`], [`controller`]: the partitions of plant, controller and closed loop;
+//! - [`synthesis`]: from a generalised plant to a controller and a bound; [`reconstruct`] is its last step;
+//! - [`analysis`]: a bound on the gain of a finished loop;
+//! - [`balance`]: coordinates in which the inequalities are well conditioned;
+//! - [`lmi`], [`solver`]: linear matrix inequalities as expressions, and the solver behind them;
+//! - [`modes`], [`state_space`], [`matrix`]: reachability of modes, H-infinity norm, dense matrices.
+//!
+//! Time is in seconds and frequencies in rad/s wherever the plant's are; nothing here knows what a plant stands for.
+//!
+//! # Example
+//!
+//! The plant `x' = theta x + u + w1`, `y = x + 0.1 w2`, whose pole lies anywhere between -1 and 1, and moves:
+//!
+//! ```
+//! use lpv::matrix::Mat;
+//! use lpv::plant::GeneralisedPlant;
+//! use lpv::synthesis::{Options, synthesise};
+//! use nalgebra::dmatrix;
+//!
+//! let plant = GeneralisedPlant {
+//!     a: dmatrix![0.0],
+//!     bt: dmatrix![1.0],
+//!     b1: dmatrix![1.0, 0.0],
+//!     b2: dmatrix![1.0],
+//!     ct: dmatrix![1.0],
+//!     dtt: dmatrix![0.0],
+//!     dt1: Mat::zeros(1, 2),
+//!     dt2: dmatrix![0.0],
+//!     c1: dmatrix![1.0; 0.0],
+//!     d1t: Mat::zeros(2, 1),
+//!     d11: Mat::zeros(2, 2),
+//!     d12: dmatrix![0.0; 1.0],
+//!     c2: dmatrix![1.0],
+//!     d2t: dmatrix![0.0],
+//!     d21: dmatrix![0.0, 0.1],
+//!     blocks: vec![1],
+//! };
+//! let design = synthesise(&plant, Options::default())?;
+//! let closed = plant.close(&design.controller);
+//! for theta in [-1.0, 0.0, 1.0] {
+//!     assert!(closed.frozen(&[theta])?.hinf_norm().value < design.certified.gamma);
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
 pub mod analysis;
 pub mod balance;
 mod bounded_real;

@@ -1,6 +1,6 @@
 //! Dense matrices: building from blocks, subspaces, eigenvalues.
 
-use nalgebra::{Complex, DMatrix, DVector, SymmetricEigen};
+use nalgebra::{Complex, DMatrix, DVector};
 
 /// A real matrix of any size.
 pub type Mat = DMatrix<f64>;
@@ -50,14 +50,66 @@ pub fn skew_part(a: &Mat) -> Mat {
     (a - a.transpose()) * 0.5
 }
 
-/// Eigenvalues of a symmetric matrix, ascending.
-pub fn symmetric_eigenvalues(a: &Mat) -> Vec<f64> {
+/// The same numbers as a matrix of faer, whose decompositions are the accurate ones.
+fn to_faer(a: &Mat) -> faer::Mat<f64> {
+    faer::Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)])
+}
+
+fn from_faer(a: faer::MatRef<'_, f64>) -> Mat {
+    Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)])
+}
+
+/// The singular value decomposition `A = U diag(s) V'`, all columns of U and V, s descending.
+///
+/// Not-a-number throughout when A holds one or the iteration fails: no comparison then succeeds.
+pub struct Svd {
+    /// m x m, orthogonal.
+    pub u: Mat,
+    /// min(m, n) values.
+    pub s: Vec<f64>,
+    /// n x n, orthogonal.
+    pub v: Mat,
+}
+
+/// Decomposes A.
+pub fn svd(a: &Mat) -> Svd {
+    let (m, n) = a.shape();
     if a.is_empty() {
-        return Vec::new();
+        return Svd { u: Mat::identity(m, m), s: vec![], v: Mat::identity(n, n) };
     }
-    let mut values: Vec<f64> = symmetric_part(a).symmetric_eigenvalues().iter().copied().collect();
-    values.sort_by(f64::total_cmp);
-    values
+    let found = if a.iter().all(|v| v.is_finite()) { to_faer(a).svd().ok() } else { None };
+    match found {
+        Some(d) => Svd {
+            u: from_faer(d.U()),
+            s: d.S().column_vector().iter().copied().collect(),
+            v: from_faer(d.V()),
+        },
+        None => Svd {
+            u: Mat::from_element(m, m, f64::NAN),
+            s: vec![f64::NAN; m.min(n)],
+            v: Mat::from_element(n, n, f64::NAN),
+        },
+    }
+}
+
+/// The pseudo-inverse, singular values below `tolerance` times the largest taken for zero.
+pub fn pseudo_inverse(a: &Mat, tolerance: f64) -> Mat {
+    let Svd { u, s, v } = svd(a);
+    let largest = s.first().copied().unwrap_or(0.0);
+    let mut out = Mat::zeros(a.ncols(), a.nrows());
+    for (k, value) in s.iter().enumerate().filter(|(_, value)| **value > tolerance * largest) {
+        out += v.column(k) * u.column(k).transpose() / *value;
+    }
+    out
+}
+
+/// Eigenvalues of a symmetric matrix, ascending; not-a-number when it holds one.
+pub fn symmetric_eigenvalues(a: &Mat) -> Vec<f64> {
+    if a.iter().any(|v| !v.is_finite()) {
+        return vec![f64::NAN; a.nrows()];
+    }
+    let found = to_faer(&symmetric_part(a)).self_adjoint_eigenvalues(faer::Side::Lower);
+    found.unwrap_or_else(|_| vec![f64::NAN; a.nrows()])
 }
 
 /// The largest eigenvalue of a symmetric matrix (minus infinity for an empty one).
@@ -79,9 +131,7 @@ pub fn eigenvalues(a: &Mat) -> Vec<Complex<f64>> {
     if n == 0 || a.iter().any(|v| !v.is_finite()) {
         return vec![unknown; n];
     }
-    // faer's QR iteration balances shifts better than nalgebra's, and it ends.
-    let matrix = faer::Mat::from_fn(n, n, |i, j| a[(i, j)]);
-    let mut values: Vec<Complex<f64>> = match matrix.eigenvalues_from_real() {
+    let mut values: Vec<Complex<f64>> = match to_faer(a).eigenvalues_from_real() {
         Ok(values) => values.iter().map(|v| Complex::new(v.re, v.im)).collect(),
         Err(_) => vec![unknown; n],
     };
@@ -103,57 +153,54 @@ pub fn solve(a: &Mat, b: &Mat) -> Option<Mat> {
 
 /// `f(A) = V f(Lambda) V'` of a symmetric matrix.
 pub fn symmetric_function(a: &Mat, f: impl Fn(f64) -> f64) -> Mat {
-    let SymmetricEigen { eigenvectors, eigenvalues } = symmetric_part(a).symmetric_eigen();
-    let mapped = DVector::from_iterator(eigenvalues.len(), eigenvalues.iter().map(|v| f(*v)));
-    &eigenvectors * Mat::from_diagonal(&mapped) * eigenvectors.transpose()
+    let nothing = || Mat::from_element(a.nrows(), a.ncols(), f64::NAN);
+    if a.is_empty() || a.iter().any(|v| !v.is_finite()) {
+        return nothing();
+    }
+    let Ok(found) = to_faer(&symmetric_part(a)).self_adjoint_eigen(faer::Side::Lower) else {
+        return nothing();
+    };
+    let vectors = from_faer(found.U());
+    let values: Vec<f64> = found.S().column_vector().iter().map(|v| f(*v)).collect();
+    &vectors * Mat::from_diagonal(&DVector::from_vec(values)) * vectors.transpose()
 }
 
 /// An orthonormal basis of the kernel of A, as columns.
 ///
 /// Singular values below `1e-10` of the largest count as zero.
 pub fn kernel(a: &Mat) -> Mat {
-    let n = a.ncols();
-    if a.nrows() == 0 || n == 0 {
-        return Mat::identity(n, n);
-    }
-    // The eigenvectors of A'A would square the condition number: take the SVD of A padded to be tall.
-    let padded = if a.nrows() < n { a.clone().insert_rows(a.nrows(), n - a.nrows(), 0.0) } else { a.clone() };
-    let svd = padded.svd(false, true);
-    let Some(v_t) = svd.v_t else { return Mat::identity(n, n) };
-    let largest = svd.singular_values.max();
-    let columns: Vec<DVector<f64>> = (0..n)
-        .filter(|&i| svd.singular_values[i] <= 1e-10 * largest)
-        .map(|i| v_t.row(i).transpose())
-        .collect();
-    if columns.is_empty() { Mat::zeros(n, 0) } else { Mat::from_columns(&columns) }
+    let Svd { s, v, .. } = svd(a);
+    let largest = s.first().copied().unwrap_or(0.0);
+    let rank = s.iter().filter(|value| **value > 1e-10 * largest).count();
+    v.columns(rank, a.ncols() - rank).into_owned()
 }
 
 /// `A = L R` with as few columns in L as `tolerance` allows: singular values up to it are dropped.
 pub fn rank_factors(a: &Mat, tolerance: f64) -> (Mat, Mat) {
-    if a.is_empty() {
-        return (Mat::zeros(a.nrows(), 0), Mat::zeros(0, a.ncols()));
-    }
-    let svd = a.clone().svd(true, true);
-    let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else {
-        return (a.clone(), Mat::identity(a.ncols(), a.ncols()));
-    };
-    let mut kept: Vec<usize> =
-        (0..svd.singular_values.len()).filter(|&i| svd.singular_values[i] > tolerance).collect();
-    kept.sort_by(|&i, &j| svd.singular_values[j].total_cmp(&svd.singular_values[i]));
-    let mut left = Mat::zeros(a.nrows(), kept.len());
-    let mut right = Mat::zeros(kept.len(), a.ncols());
-    for (k, &i) in kept.iter().enumerate() {
+    let Svd { u, s, v } = svd(a);
+    let rank = s.iter().filter(|value| **value > tolerance).count();
+    let (mut left, mut right) = (u.columns(0, rank).into_owned(), v.columns(0, rank).transpose());
+    for (k, value) in s.iter().take(rank).enumerate() {
         // The singular value is shared between the factors, so that both are of one size.
-        let root = svd.singular_values[i].sqrt();
-        left.set_column(k, &(u.column(i) * root));
-        right.set_row(k, &(v_t.row(i) * root));
+        left.column_mut(k).scale_mut(value.sqrt());
+        right.row_mut(k).scale_mut(value.sqrt());
     }
     (left, right)
 }
 
 /// The largest singular value (0 for an empty matrix).
 pub fn largest_singular_value(a: &Mat) -> f64 {
-    if a.is_empty() { 0.0 } else { a.singular_values().max() }
+    svd(a).s.first().copied().unwrap_or(0.0)
+}
+
+/// Singular values of a complex matrix, descending; not-a-number when it holds one.
+pub fn complex_singular_values(a: &DMatrix<Complex<f64>>) -> Vec<f64> {
+    let least = a.nrows().min(a.ncols());
+    if least == 0 || a.iter().any(|v| !(v.re.is_finite() && v.im.is_finite())) {
+        return vec![f64::NAN; least];
+    }
+    let same = faer::Mat::from_fn(a.nrows(), a.ncols(), |i, j| faer::c64::new(a[(i, j)].re, a[(i, j)].im));
+    same.singular_values().unwrap_or_else(|_| vec![f64::NAN; least])
 }
 
 /// The matrix as a list of rows, as the files hold it.

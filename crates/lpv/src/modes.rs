@@ -4,7 +4,7 @@
 //! M. L. J. Hautus, Indag. Math. 31, 1969.
 
 use crate::error::SynthesisError;
-use crate::matrix::{Mat, eigenvalues};
+use crate::matrix::{Mat, complex_singular_values, eigenvalues};
 use crate::plant::GeneralisedPlant;
 use nalgebra::{Complex, DMatrix};
 
@@ -20,8 +20,8 @@ pub fn unreachable_mode(a: &Mat, b: &Mat) -> Option<Complex<f64>> {
             let entry = if j < n { a[(i, j)] } else { b[(i, j - n)] };
             Complex::new(entry, 0.0) - if i == j { *mode } else { Complex::new(0.0, 0.0) }
         });
-        let values = pencil.singular_values();
-        values.min() <= RANK_TOLERANCE * values.max()
+        let values = complex_singular_values(&pencil);
+        matches!((values.first(), values.last()), (Some(most), Some(least)) if *least <= RANK_TOLERANCE * most)
     })
 }
 

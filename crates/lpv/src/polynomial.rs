@@ -42,10 +42,7 @@ impl MatrixPolynomial {
         }
         let vandermonde = Mat::from_fn(samples.len(), order + 1, |i, k| samples[i].0.powi(k as i32));
         let values = Mat::from_fn(samples.len(), shape.0 * shape.1, |i, e| samples[i].1[e]);
-        let solution = vandermonde
-            .svd(true, true)
-            .solve(&values, 1e-13)
-            .map_err(|_| FitError::TooFewSamples { samples: distinct.len(), order })?;
+        let solution = crate::matrix::pseudo_inverse(&vandermonde, 1e-13) * values;
         let coefficients = solution
             .row_iter()
             .map(|row| Mat::from_iterator(shape.0, shape.1, row.iter().copied()))

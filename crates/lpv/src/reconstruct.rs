@@ -18,8 +18,8 @@ use crate::bounded_real::bounded_real_value;
 use crate::controller::Controller;
 use crate::error::SynthesisError;
 use crate::matrix::{
-    Mat, block, diagonal_blocks, kernel, largest_eigenvalue, rank_factors, skew_part, spectral_abscissa,
-    symmetric_function, symmetric_part,
+    Mat, block, diagonal_blocks, kernel, largest_eigenvalue, pseudo_inverse, rank_factors, skew_part,
+    spectral_abscissa, symmetric_function, symmetric_part,
 };
 use crate::plant::GeneralisedPlant;
 use crate::synthesis::Existence;
@@ -183,8 +183,8 @@ impl AffineLoop {
         let phi_right = factor.solve(&self.right.transpose());
         let middle = symmetric_part(&(&self.right * &phi_right)).cholesky()?;
         let inner = -middle.solve(&(phi_right.transpose() * &self.left)).transpose() * weight;
-        let left_inverse = self.left_inner.clone().pseudo_inverse(1e-12).ok()?;
-        let right_inverse = self.right_inner.clone().pseudo_inverse(1e-12).ok()?;
+        let left_inverse = pseudo_inverse(&self.left_inner, 1e-12);
+        let right_inverse = pseudo_inverse(&self.right_inner, 1e-12);
         let k = left_inverse * inner * right_inverse;
         k.iter().all(|v| v.is_finite()).then_some(k)
     }

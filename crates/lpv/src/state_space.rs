@@ -4,7 +4,9 @@
 //! matrix and a quadratically convergent algorithm for computing its L-infinity norm", Systems & Control
 //! Letters 15, 1990; N. A. Bruinsma, M. Steinbuch, Systems & Control Letters 14, 1990.
 
-use crate::matrix::{Mat, block, eigenvalues, largest_singular_value, spectral_abscissa};
+use crate::matrix::{
+    Mat, block, complex_singular_values, eigenvalues, largest_singular_value, spectral_abscissa,
+};
 use nalgebra::{Complex, DMatrix};
 
 /// A linear time-invariant system.
@@ -55,7 +57,7 @@ impl StateSpace {
     /// The largest singular value of the response at frequency omega (rad/s); infinity at a pole.
     pub fn gain_at(&self, omega: f64) -> f64 {
         self.response(Complex::new(0.0, omega))
-            .map_or(f64::INFINITY, |g| if g.is_empty() { 0.0 } else { g.singular_values().max() })
+            .map_or(f64::INFINITY, |g| complex_singular_values(&g).first().copied().unwrap_or(0.0))
     }
 
     /// The H-infinity norm to a relative accuracy of 1e-9; infinite for an unstable system.

@@ -1,0 +1,112 @@
+//! Published and analytic optima, and what must hold of every controller that comes out.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod common;
+
+use lpv::plant::GeneralisedPlant;
+use lpv::synthesis::{Design, Options, Scalings, least_gamma, synthesise};
+
+/// Found may lie above the optimum by the tolerance, and below it by rounding alone.
+fn assert_optimum(name: &str, found: f64, expected: f64, rtol: f64) {
+    let relative = found / expected - 1.0;
+    println!(
+        "{name}: found {found:.7}, expected {expected:.7}, relative {relative:+.1e}, tolerance {rtol:.0e}"
+    );
+    assert!(relative.abs() <= rtol, "{name}: {found} against {expected}");
+}
+
+fn gamma(plant: &GeneralisedPlant, scalings: Scalings) -> f64 {
+    least_gamma(plant, scalings).unwrap().1.gamma
+}
+
+#[test]
+fn plain_h_infinity() {
+    for name in ["hs02_gamma_sqrt065", "hs04_active_suspension"] {
+        let case = common::case(name);
+        let found = gamma(&common::plant(&case), Scalings::SymmetricAndSkew);
+        let expected = &case["expected"];
+        let rtol = expected["rtol"].as_f64().unwrap();
+        assert_optimum(name, found, expected["gamma"].as_f64().unwrap(), rtol);
+    }
+}
+
+#[test]
+fn badly_scaled_plant() {
+    let case = common::case("lpv01_lpvtools_lft_tutorial");
+    let expected = &case["expected"];
+    let rtol = expected["rtol"].as_f64().unwrap();
+    let found = gamma(&common::plant(&case), Scalings::SymmetricAndSkew);
+    assert_optimum("lpv01", found, expected["gamma_opt"].as_f64().unwrap(), rtol);
+}
+
+#[test]
+fn skew_scalings_pay_with_a_repeated_parameter() {
+    let case = common::case("lpv03_lpvtools_grid2lft");
+    let expected = &case["expected"];
+    let rtol = expected["rtol"].as_f64().unwrap();
+    let plant = common::plant(&case);
+    let both = gamma(&plant, Scalings::SymmetricAndSkew);
+    let symmetric = gamma(&plant, Scalings::Symmetric);
+    assert_optimum("lpv03, S and T", both, expected["gamma_opt_S_and_T"].as_f64().unwrap(), rtol);
+    assert_optimum("lpv03, S alone", symmetric, expected["gamma_opt_S_only"].as_f64().unwrap(), rtol);
+    assert!(both < symmetric);
+}
+
+#[test]
+fn one_parameter_loses_nothing() {
+    let case = common::case("lpv05_one_param_lossless");
+    let expected = &case["expected"];
+    let rtol = expected["rtol"].as_f64().unwrap();
+    let list = |key: &str| -> Vec<f64> { serde_json::from_value(expected[key].clone()).unwrap() };
+    let scales: Vec<f64> = serde_json::from_value(case["data"]["Bt_scale"].clone()).unwrap();
+    for (i, scale) in scales.into_iter().enumerate() {
+        let mut plant = common::plant(&case);
+        plant.bt *= scale;
+        assert_optimum(
+            "lpv05, S and T",
+            gamma(&plant, Scalings::SymmetricAndSkew),
+            list("gamma_vertices")[i],
+            rtol,
+        );
+        assert_optimum("lpv05, S alone", gamma(&plant, Scalings::Symmetric), list("gamma_S_only")[i], rtol);
+    }
+}
+
+/// Frozen gains below the bound and stable, on a grid of the parameter box.
+fn assert_frozen_gains_below_the_bound(plant: &GeneralisedPlant, design: &Design) {
+    let closed = plant.close(&design.controller);
+    let parameters = plant.blocks.len();
+    let steps: usize = 9;
+    for index in 0..steps.pow(parameters as u32) {
+        let theta: Vec<f64> = (0..parameters)
+            .map(|p| -1.0 + 2.0 * ((index / steps.pow(p as u32)) % steps) as f64 / (steps - 1) as f64)
+            .collect();
+        let frozen = closed.frozen(&theta).unwrap();
+        let norm = frozen.hinf_norm();
+        assert!(frozen.is_stable(), "{theta:?}");
+        assert!(
+            norm.value < design.certified.gamma,
+            "{theta:?}: {} against {}",
+            norm.value,
+            design.certified.gamma
+        );
+    }
+}
+
+#[test]
+fn every_controller_keeps_its_bound_when_frozen() {
+    for name in [
+        "hs02_gamma_sqrt065",
+        "hs04_active_suspension",
+        "lpv01_lpvtools_lft_tutorial",
+        "lpv03_lpvtools_grid2lft",
+        "lpv05_one_param_lossless",
+    ] {
+        let plant = common::plant(&common::case(name));
+        let design = synthesise(&plant, Options::default()).unwrap_or_else(|e| panic!("{name}: {e}"));
+        println!("{name}: least {:.5}, certified {:.5}", design.gamma_optimum, design.certified.gamma);
+        assert!(design.certified.gamma <= design.gamma_design * (1.0 + 1e-9), "{name}");
+        assert!(design.certified.largest_eigenvalue < 0.0, "{name}");
+        assert_frozen_gains_below_the_bound(&plant, &design);
+    }
+}
