@@ -1,0 +1,122 @@
+//! What the loop says of itself, and which files it refuses.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+mod example;
+
+use example::{Flight, design, manoeuvre, resources, with};
+use fmi2::Resources;
+use fmi2::model_description::Causality;
+use fmu_squid::{MANOEUVRE_RESOURCE, describe};
+
+#[test]
+fn describes_itself_from_the_files() {
+    let described = describe(&resources()).unwrap();
+    let description = &described.description;
+    assert_eq!((description.model_identifier.as_str(), description.model_name.as_str()), ("squid", "squid"));
+    let experiment = description.default_experiment;
+    assert_eq!((experiment.start_time, experiment.stop_time, experiment.step_size), (0.0, 30.0, 0.02));
+    let of = |causality| {
+        let ours = description.variables.iter().filter(move |one| one.causality == causality);
+        ours.map(|one| one.name.as_str()).collect::<Vec<_>>()
+    };
+    assert_eq!(
+        of(Causality::Input),
+        ["manual", "pitch_reference", "speed_reference", "current_horizontal", "current_vertical"]
+    );
+    let outputs = [
+        "pitch",
+        "speed",
+        "pitch_rate",
+        "heave",
+        "path_speed",
+        "depth",
+        "distance",
+        "lower_output",
+        "upper_port_output",
+        "upper_starboard_output",
+        "lower",
+        "upper_port",
+        "upper_starboard",
+        "scheduling_parameter",
+        "speed_out_of_range",
+        "trim_pitch",
+        "pitch_reference_used",
+        "speed_reference_used",
+        "tracking_error",
+    ];
+    assert_eq!(of(Causality::Output), outputs);
+    let parameters = of(Causality::Parameter);
+    for name in ["pitch_step", "step_end", "speed_from", "ramp_duration", "initial_depth", "fidelity", "z_G"]
+    {
+        assert!(parameters.contains(&name), "{name}");
+    }
+    assert!(!parameters.contains(&"initial_speed"), "the manoeuvre says where the flight starts");
+    assert!(described.xml.contains(r#"<Real unit="m/s" min="0.0" nominal="1.0" start="0.8"/>"#));
+    assert_eq!(describe(&resources()).unwrap().xml, described.xml, "the same bytes every time");
+}
+
+#[test]
+fn the_guid_follows_the_manoeuvre() {
+    let mut longer = manoeuvre();
+    longer.duration = 31.0;
+    assert_ne!(describe(&with(&design(), &longer)).unwrap().guid, describe(&resources()).unwrap().guid);
+}
+
+fn refusal(resources: &Resources) -> String {
+    describe(resources).unwrap_err().to_string()
+}
+
+#[test]
+fn refuses_missing_and_damaged_files() {
+    for name in ["vehicle.toml", "plant.json", "controller.json", "manoeuvre.json"] {
+        let complete = resources();
+        let others = complete.iter().filter(|(other, _)| *other != name);
+        let message = refusal(&others.collect());
+        assert!(message.contains(&format!("resources/{name} is missing")), "{message}");
+        for damage in [&b"{\"format\": "[..], &b"\xff"[..]] {
+            let mut damaged = resources();
+            damaged.insert(name, damage);
+            let message = refusal(&damaged);
+            let named = message.contains(name);
+            assert!(named, "{name}: {message}");
+        }
+    }
+}
+
+#[test]
+fn refuses_a_manoeuvre_that_cannot_be_flown() {
+    let mut damaged = resources();
+    let text = manoeuvre().to_json().unwrap().replace("\"ramp_duration\": 10.0", "\"ramp_duration\": -10.0");
+    damaged.insert(MANOEUVRE_RESOURCE, text);
+    let message = refusal(&damaged);
+    let expected = "resources/manoeuvre.json: ramp_duration is -10, but must be finite and above 0";
+    assert!(message.contains(expected), "{message}");
+}
+
+#[test]
+fn refuses_a_controller_of_another_vehicle() {
+    let mut other = design();
+    other.vehicle.name = "whale".to_owned();
+    let message = refusal(&with(&other, &manoeuvre()));
+    assert!(message.contains("is the design for 'whale', and the vehicle is 'squid'"), "{message}");
+    let mut other = design();
+    other.actuators.swap(0, 1);
+    let message = refusal(&with(&other, &manoeuvre()));
+    let expected = "commands upper_port, lower, upper_starboard, and the actuators of the vehicle are lower,";
+    assert!(message.contains(expected), "{message}");
+}
+
+#[test]
+fn refuses_parameters_that_cannot_be_flown() {
+    for (name, value, expected) in [
+        ("ramp_duration", 0.0, "the manoeuvre cannot be flown: ramp_duration is 0, but must be"),
+        ("step_end", 1.0, "the manoeuvre cannot be flown: step_end is 1 s, before step_time at 2 s"),
+        ("speed_from", 80.0, "the vehicle cannot start"),
+        ("initial_depth", -1.0, "initial_depth is -1 m, and must be zero"),
+    ] {
+        let mut flight = Flight::prepare(describe(&resources()).unwrap(), 0.0);
+        flight.set(name, value);
+        let message = flight.begin().unwrap_err().to_string();
+        assert!(message.contains(expected), "{message}");
+    }
+}

@@ -1,0 +1,156 @@
+//! A Squid with a controller made by hand, and any model flown without C.
+
+#![allow(dead_code, reason = "not every test needs everything")]
+
+#[path = "../../../fmu-plant/tests/common/mod.rs"]
+mod plant;
+
+use auv::{Speed, Vehicle, trim};
+use fmi2::{Described, Experiment, Failure, Instance, Model, Resources, Value};
+use fmu_squid::{MANOEUVRE_FORMAT, MANOEUVRE_RESOURCE, Manoeuvre};
+use scheduled::*;
+
+pub use plant::{DEPTH, Remember};
+
+/// Ten degrees at 2 s, from 0.8 to 2.4 m/s between 3 s and 13 s.
+pub fn manoeuvre() -> Manoeuvre {
+    Manoeuvre {
+        format: MANOEUVRE_FORMAT.to_owned(),
+        pitch_step: 10f64.to_radians(),
+        step_time: 2.0,
+        step_end: 1e9,
+        speed_from: 0.8,
+        speed_to: 2.4,
+        ramp_start: 3.0,
+        ramp_duration: 10.0,
+        duration: 30.0,
+    }
+}
+
+/// All four files.
+pub fn resources() -> Resources {
+    with(&design(), &manoeuvre())
+}
+
+pub fn with(design: &ControllerDesign, manoeuvre: &Manoeuvre) -> Resources {
+    let mut resources = plant::squid();
+    resources.insert(fmu_controller::RESOURCE, serde_json::to_string(design).unwrap());
+    resources.insert(MANOEUVRE_RESOURCE, manoeuvre.to_json().unwrap());
+    resources
+}
+
+/// PID on pitch by differential thrust, its proportional part scheduled, and PI on speed by total thrust.
+///
+/// The states are the integral of the pitch error, the low-passed pitch error, and the integral of the speed error.
+pub fn design() -> ControllerDesign {
+    const LAG: f64 = 0.2;
+    // N m/rad on a lever of 0.3 m, and N s/m on three thrusters; errors of 0.17 rad and 0.3 m/s, thrusts of 100 N.
+    let (of_pitch, of_speed) = (0.17 / 0.3 / 100.0, 0.3 / 3.0 / 100.0);
+    let [kp, ki, kd] = [20.0, 10.0, 30.0].map(|gain: f64| gain * of_pitch);
+    let [kv, kvi] = [60.0, 12.0].map(|gain: f64| gain * of_speed);
+    let rows = |row: fn(f64, [f64; 5]) -> Vec<f64>| {
+        [1.0, -0.5, -0.5].map(|side| row(side, [kp, ki, kd, kv, kvi])).to_vec()
+    };
+    let vehicle = Vehicle::parse(&plant::vehicle_text("squid"), "vehicle.toml").unwrap();
+    let signal =
+        |name: &str, unit: &str, scale| Tracked { name: name.to_owned(), unit: unit.to_owned(), scale };
+    let actuator = |one: &auv::Actuator| Actuator {
+        name: one.name.clone(),
+        unit: one.unit().to_owned(),
+        scale: 100.0,
+        minimum: one.min,
+        maximum: one.max,
+    };
+    ControllerDesign {
+        format: FORMAT.to_owned(),
+        vehicle: VehicleName { name: vehicle.name.clone(), status: Status::Surrogate },
+        design: "by hand".to_owned(),
+        sample_time: 0.02,
+        scheduling: Scheduling {
+            quantity: "speed".to_owned(),
+            minimum: 0.5,
+            maximum: 3.0,
+            centre: 1.75,
+            half_range: 1.25,
+        },
+        tracked: vec![signal("pitch", "rad", 0.17), signal("speed", "m/s", 0.3)],
+        actuators: vehicle.actuators.iter().map(actuator).collect(),
+        lft: LftMatrices {
+            blocks: vec![1],
+            a: vec![vec![0.0; 3], vec![0.0, -1.0 / LAG, 0.0], vec![0.0; 3]],
+            by: vec![vec![1.0, 0.0], vec![1.0 / LAG, 0.0], vec![0.0, 1.0]],
+            bt: vec![vec![0.0]; 3],
+            cu: rows(|side, [_, ki, kd, _, kvi]| vec![side * ki, -side * kd / LAG, kvi]),
+            duy: rows(|side, [kp, _, kd, kv, _]| vec![side * (kp + kd / LAG), kv]),
+            dut: rows(|side, [kp, ..]| vec![0.3 * side * kp]),
+            ct: vec![vec![0.0; 3]],
+            dty: vec![vec![1.0, 0.0]],
+            dtt: vec![vec![0.1]],
+        },
+        trim: trim_table(&vehicle),
+        gamma: Gamma { optimum: 0.8, bound: 0.9, back_off: 1.1, certified: false },
+        inputs: InputHashes { vehicle_sha256: "00".repeat(32), design_sha256: "11".repeat(32) },
+    }
+}
+
+fn trim_table(vehicle: &Vehicle) -> TrimTable {
+    let speeds: Vec<f64> = (0..=25).map(|k| 0.5 + 0.1 * f64::from(k)).collect();
+    let trims: Vec<_> = speeds.iter().map(|&v| trim(vehicle, Speed::Path(v), DEPTH).unwrap()).collect();
+    TrimTable {
+        speed: speeds,
+        forward_speed: trims.iter().map(|one| one.forward_speed).collect(),
+        pitch: trims.iter().map(|one| one.pitch).collect(),
+        actuators: trims.into_iter().map(|one| one.actuators).collect(),
+    }
+}
+
+/// An instance with its log.
+pub struct Flight<M: Model> {
+    pub instance: Instance<M>,
+    pub log: Remember,
+}
+
+impl<M: Model> Flight<M> {
+    /// Instantiates at a start time; [`Flight::begin`] follows.
+    pub fn prepare(described: Described<M>, start: f64) -> Self {
+        let mut instance = Instance::new(described);
+        instance.set_up(Experiment { start, ..Experiment::default() }).unwrap();
+        Self { instance, log: Remember::default() }
+    }
+
+    pub fn begin(&mut self) -> Result<(), Failure<M::Error>> {
+        self.instance.enter_initialization()?;
+        self.instance.exit_initialization(&mut self.log)
+    }
+
+    fn reference(&self, name: &str) -> u32 {
+        self.instance.table().reference(name).unwrap_or_else(|| panic!("no variable {name}"))
+    }
+
+    pub fn set<T: Value + Clone>(&mut self, name: &str, value: T) {
+        let reference = self.reference(name);
+        self.instance.set(&[reference], |_| value.clone()).unwrap();
+    }
+
+    pub fn get(&mut self, name: &str) -> f64 {
+        let reference = self.reference(name);
+        let mut found = f64::NAN;
+        self.instance.get(&[reference], &mut self.log, |_, value| found = value).unwrap();
+        found
+    }
+
+    /// Steps to a time; the last step is shorter when they do not fit.
+    pub fn fly(&mut self, to: f64, step: f64) {
+        while self.instance.time() < to - 1e-9 {
+            let now = self.instance.time();
+            self.instance.step(now, step.min(to - now), &mut self.log).unwrap();
+        }
+    }
+}
+
+/// The loop of these files, ready to step.
+pub fn started(resources: &Resources) -> Flight<fmu_squid::ClosedLoop> {
+    let mut flight = Flight::prepare(fmu_squid::describe(resources).unwrap(), 0.0);
+    flight.begin().unwrap();
+    flight
+}
