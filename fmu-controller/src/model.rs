@@ -69,12 +69,13 @@ impl Controller {
 
     fn warn_of_range(&self, log: &mut dyn Log) {
         let (speed, rho) = (self.inputs.speed, self.autopilot.outputs().scheduling_parameter);
+        let along_path = self.autopilot.trim().speed(speed);
         let scheduling = &self.design.scheduling;
         log.record(
             Level::Warning,
             &format!(
-                "The forward speed {speed} m/s lies outside the scheduled range of {} to {} m/s; the scheduling \
-                 parameter is held at {rho} until it returns.",
+                "The forward speed {speed} m/s, in trim {along_path} m/s along the path, lies outside the scheduled \
+                 range of {} to {} m/s; the scheduling parameter is held at {rho} until it returns.",
                 scheduling.minimum, scheduling.maximum
             ),
         );

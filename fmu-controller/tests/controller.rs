@@ -103,8 +103,11 @@ fn warns_once_per_entry() {
         flight.instance.step(k as f64, 1.0, &mut log).unwrap();
     }
     assert_eq!(log.0.len(), 2, "{:?}", log.0);
+    let message = &log.0[0];
+    assert!(message.starts_with("The forward speed 3.5 m/s, in trim 3.49"), "{message}");
     assert!(
-        log.0[0].starts_with("The forward speed 3.5 m/s lies outside the scheduled range of 0.5 to 3 m/s")
+        message.contains("m/s along the path, lies outside the scheduled range of 0.5 to 3 m/s"),
+        "{message}"
     );
 }
 

@@ -88,6 +88,22 @@ fn rounding_neither_loses_nor_doubles_a_tick() {
     }
 }
 
+#[test]
+fn tells_when_the_next_tick_is_due() {
+    let mut autopilot = Autopilot::new(&example::design()).unwrap();
+    autopilot.initialise(3.0, &CRUISE).unwrap();
+    for tick in 0..1000 {
+        let due = 3.0 + f64::from(tick) * 0.02;
+        assert_eq!(autopilot.next_tick_time(), due);
+        assert!(
+            !autopilot.is_due_before(due) && !autopilot.is_due_before(due + 1e-9),
+            "held back by rounding"
+        );
+        assert!(autopilot.is_due_before(due + 1e-6));
+        assert_eq!(autopilot.tick(&CRUISE).unwrap().ticks, 1);
+    }
+}
+
 proptest! {
     /// However the time is cut, the ticks see the inputs of the step they fall into: here the inputs change at
     /// multiples of the sample time only, so every cut must give the same outputs.
