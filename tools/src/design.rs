@@ -33,7 +33,7 @@ pub struct Finished {
 /// The first stage that fails; no controller leaves here that did not pass the checks.
 pub fn run(inputs: &Inputs, stages: &Stages) -> Result<Finished, Error> {
     stages.done("vehicle", &vehicle_line(inputs));
-    stages.done("design", &format!("{}: {}", inputs.design.name, inputs.design.description));
+    stages.done("design", &format!("{}.toml: {}", inputs.design.name, inputs.design.description));
     let model = Model::new(inputs)?;
     stages.done("trim", &trim_line(&model));
     stages.done("linearise", &linearise_line(&model));

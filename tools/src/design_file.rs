@@ -275,7 +275,7 @@ impl DesignFile {
         for tracked in &mut self.tracked {
             tracked.weight.bandwidth = bandwidth;
         }
-        self.name = format!("{}, bandwidth {bandwidth} rad/s", self.name);
+        self.name = format!("{}-bandwidth-{bandwidth}", self.name);
         self
     }
 }

@@ -61,7 +61,7 @@ fn paint(
     let root = SVGBackend::with_string(svg, (WIDTH, height)).into_drawing_area();
     root.fill(&WHITE)?;
     let (head, body) = root.split_vertically(TITLE_HEIGHT);
-    head.draw(&Text::new(title.to_owned(), (70, 12), ("sans-serif", 18).into_font()))?;
+    head.draw(&Text::new(title.to_owned(), (62, 12), ("sans-serif", 18).into_font()))?;
     for (i, (area, panel)) in body.split_evenly((panels.len(), 1)).iter().zip(panels).enumerate() {
         paint_panel(area, panel, i + 1 == panels.len())?;
     }
@@ -87,7 +87,7 @@ where
         .margin_right(190)
         .margin_top(8)
         .x_label_area_size(if last { 38 } else { 22 })
-        .y_label_area_size(70)
+        .y_label_area_size(62)
         .build_cartesian_2d(start..end, (low - room)..(high + room))?;
     let mut mesh = chart.configure_mesh();
     mesh.light_line_style(WHITE).bold_line_style(RGBColor(225, 225, 225)).y_labels(6).x_labels(10);
@@ -97,20 +97,22 @@ where
     }
     mesh.y_label_formatter(&|v| number(*v)).x_label_formatter(&|v| number(*v));
     mesh.draw()?;
+    let drawn = panel.lines.iter().filter(|l| !l.reference).count();
     let mut colour = 0;
     for (row, line) in panel.lines.iter().enumerate() {
         let style = if line.reference {
             RGBColor(120, 120, 120).stroke_width(1)
         } else {
             colour += 1;
-            COLOURS[(colour - 1) % COLOURS.len()].stroke_width(2)
+            // Lines that lie on one another stay visible: those drawn first are wider.
+            COLOURS[(colour - 1) % COLOURS.len()].stroke_width(2 + (drawn - colour).min(2) as u32)
         };
         if line.reference {
             chart.draw_series(DashedLineSeries::new(line.points.iter().copied(), 6, 4, style))?;
         } else {
             chart.draw_series(LineSeries::new(line.points.iter().copied(), style))?;
         }
-        legend(area, row, &line.name, style)?;
+        legend(area, row, line, style)?;
     }
     Ok(())
 }
@@ -119,15 +121,18 @@ where
 fn legend<B: DrawingBackend>(
     area: &DrawingArea<B, plotters::coord::Shift>,
     row: usize,
-    name: &str,
+    line: &Line,
     style: ShapeStyle,
 ) -> Result<(), Box<dyn std::error::Error>>
 where
     B::ErrorType: 'static,
 {
     let (left, top) = (WIDTH as i32 - 180, 16 + 19 * row as i32);
-    area.draw(&PathElement::new(vec![(left, top), (left + 22, top)], style))?;
-    area.draw(&Text::new(name.to_owned(), (left + 28, top - 7), ("sans-serif", 13).into_font()))?;
+    let dashes = if line.reference { vec![(0, 6), (10, 16), (20, 24)] } else { vec![(0, 24)] };
+    for (from, to) in dashes {
+        area.draw(&PathElement::new(vec![(left + from, top), (left + to, top)], style))?;
+    }
+    area.draw(&Text::new(line.name.clone(), (left + 28, top - 7), ("sans-serif", 13).into_font()))?;
     Ok(())
 }
 

@@ -13,6 +13,10 @@ use std::path::Path;
 /// Speeds at which pitch steps are flown, as many as in the paper's Fig. 5.
 const STEP_SPEEDS: usize = 6;
 
+/// How long a pitch step is flown, and how much of it is plotted, s.
+const STEPS_FLOWN: f64 = 60.0;
+const STEPS_SHOWN: f64 = 30.0;
+
 /// Flies everything, writes records and plots to `directory` and returns what was found, for people.
 ///
 /// # Errors
@@ -21,7 +25,7 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<String,
     let manoeuvre = &stored.manoeuvre;
     let flight = fly(&inputs.vehicle, &stored.controller, inputs.design.depth, manoeuvre)?;
     write(&directory.join("flight.csv"), csv(inputs, &flight).as_bytes())?;
-    let title = format!("{}, design {}: the default manoeuvre", heading(inputs), inputs.design.name);
+    let title = format!("{}, {}.toml: the default manoeuvre", heading(inputs), inputs.design.name);
     draw(&directory.join("flight.svg"), &title, &flight_panels(inputs, &flight))?;
     let mut out = String::from("Pitch step at constant speed, nonlinear vehicle and sampled autopilot\n");
     out += "  speed m/s   overshoot %   10-90 % s   settled (2 %) s   steady error %   speed off m/s   actuator use %\n";
@@ -30,8 +34,8 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<String,
         let step = Manoeuvre {
             speed_from: speed,
             speed_to: speed,
-            duration: 65.0,
-            step_end: 1e9,
+            step_time: 2.0,
+            duration: 2.0 + STEPS_FLOWN,
             ..manoeuvre.clone()
         };
         let rows = fly(&inputs.vehicle, &stored.controller, inputs.design.depth, &step)?;
@@ -39,7 +43,7 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<String,
             &figures_line(speed, &StepFigures::of(&rows, step.step_time, step.pitch_step, &limits(inputs)));
         responses.push((speed, rows));
     }
-    let title = format!("{}, design {}: pitch steps at constant speed", heading(inputs), inputs.design.name);
+    let title = format!("{}, {}.toml: pitch steps at constant speed", heading(inputs), inputs.design.name);
     draw(&directory.join("steps.svg"), &title, &step_panels(inputs, &responses))?;
     open_loop(inputs, stored, directory)?;
     out += &format!(
@@ -140,12 +144,13 @@ fn command_panels(inputs: &Inputs, rows: &[Row]) -> Vec<Panel> {
 }
 
 fn step_panels(inputs: &Inputs, responses: &[(f64, Vec<Row>)]) -> Vec<Panel> {
+    let shown = |r: &&Row| r.time <= STEPS_SHOWN;
     let each = |of: &dyn Fn(&Row, &Row) -> f64| -> Vec<Line> {
         responses
             .iter()
             .map(|(speed, rows)| Line {
                 name: format!("{speed:.2} m/s"),
-                points: rows.iter().map(|r| (r.time, of(r, &rows[0]))).collect(),
+                points: rows.iter().filter(shown).map(|r| (r.time, of(r, &rows[0]))).collect(),
                 reference: false,
             })
             .collect()
