@@ -27,7 +27,7 @@ def parser() -> argparse.ArgumentParser:
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    verbs = top.add_subparsers(dest="verb", required=True, metavar="{fly,test}")
+    verbs = top.add_subparsers(dest="verb", required=True, metavar="{fly,test,freeze}")
     fly = verbs.add_parser(
         "fly",
         help="the main job: build, design, package, validate, fly, compare, plot",
@@ -52,6 +52,12 @@ def parser() -> argparse.ArgumentParser:
         help="all tests: format, lints, Rust, documentation, generated files, Python",
         description="Run every test there is, all to the end, and print a summary. Exit code 0: all passed.",
     )
+    verbs.add_parser(
+        "freeze",
+        help="for contributors: make the committed generated files anew",
+        description="Write the frozen designs (vehicles/*/frozen) and the model descriptions "
+        "(modelDescription/*.xml) anew; commit them along with the change that altered them.",
+    )
     return top
 
 
@@ -62,12 +68,14 @@ def main() -> int:
         print("Python 3.10 or later is needed, and this is %d.%d." % sys.version_info[:2], file=sys.stderr)
         return 1
     sys.path.insert(0, str(ROOT / "tools"))
-    from fly import all_tests, main_job
+    from fly import all_tests, freeze, main_job
     from fly.stages import StageError
 
     try:
         if arguments.verb == "fly":
             return main_job.run(Path(arguments.vehicle), arguments.design)
+        if arguments.verb == "freeze":
+            return freeze.freeze()
         return all_tests.run_tests()
     except StageError as error:
         print(f"\nStopped: {error}", file=sys.stderr)

@@ -33,10 +33,10 @@ def run_squid(squid_command: Path) -> Run:
     return run
 
 
-def package(run_squid: Run, vehicle: Path, folder: Path) -> Packages:
+def package(run_squid: Run, vehicle: Path, folder: Path, *options: str) -> Packages:
     """Design and package a vehicle into a folder."""
     for verb in ("design", "package"):
-        done = run_squid(verb, vehicle, "--design", "design", "--out", folder)
+        done = run_squid(verb, vehicle, "--out", folder, *options)
         assert done.returncode == 0, f"squid {verb}:\n{done.stdout}\n{done.stderr}"
     return Packages.found_in(folder)
 

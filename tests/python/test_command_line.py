@@ -25,7 +25,7 @@ def spoil(path: Path, old: str, new: str) -> int:
     text = path.read_text(encoding="utf-8")
     assert old in text
     path.write_text(text.replace(old, new, 1), encoding="utf-8")
-    return line_of(path, new)
+    return line_of(path, new.strip())
 
 
 def refused(run_squid: Run, vehicle: Path, out: Path, design: str = "design") -> str:
@@ -75,7 +75,7 @@ def test_unknown_design(run_squid: Run, tmp_path: Path) -> None:
 def test_misspelt_key(
     run_squid: Run, copied_vehicle: Path, tmp_path: Path, file: str, old: str, new: str, key: str
 ) -> None:
-    line = spoil(copied_vehicle / file, old, new) + 1
+    line = spoil(copied_vehicle / file, old, new)
     message = refused(run_squid, copied_vehicle, tmp_path / "out")
     assert file in message
     assert key in message

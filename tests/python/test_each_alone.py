@@ -41,7 +41,8 @@ def test_controller_pushes_the_right_way(squid: Packages) -> None:
     level = simulate_fmu(squid.controller, stop_time=1.0, start_values={"pitch": 0.0, "pitch_reference": 0.0})
     assert up["lower"][-1] > level["lower"][-1]
     assert up["upper_port"][-1] < level["upper_port"][-1]
-    assert up["upper_port"][-1] == pytest.approx(up["upper_starboard"][-1], abs=1e-9)
+    accuracy_of_the_solver = 1e-6 * 160.0
+    assert up["upper_port"][-1] == pytest.approx(up["upper_starboard"][-1], abs=accuracy_of_the_solver)
 
 
 def test_loop_flies_its_manoeuvre(packages: Packages) -> None:
@@ -51,5 +52,6 @@ def test_loop_flies_its_manoeuvre(packages: Packages) -> None:
     assert flown["time"][-1] == pytest.approx(float(description.defaultExperiment.stopTime))
     found = steps(flown["time"], flown["pitch"], flown["pitch_reference_used"])
     assert found, "the manoeuvre has a pitch step"
-    assert np.rad2deg(found[0].height) == pytest.approx(10.0, abs=0.1)
+    wanted = {"squid": 10.0, "remus100": 5.0}[packages.vehicle]
+    assert np.rad2deg(found[0].height) == pytest.approx(wanted, abs=0.1)
     assert np.ptp(flown["speed_reference_used"]) > 0.5, "the speed ramps"

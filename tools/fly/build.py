@@ -16,10 +16,15 @@ FMU_CRATES = ("fmu-plant", "fmu-controller", "fmu-squid")
 
 def build() -> None:
     """Build the command and the binaries; instant when nothing has changed."""
-    run(["cargo", "build", "--release", "-p", "squid", "--bin", "squid"])
+    build_command()
     for crate in FMU_CRATES:
         export = ["--lib", "--crate-type", "cdylib", "--features", "export", "--profile", "fmu"]
         run(["cargo", "rustc", "-p", crate, *export])
+
+
+def build_command() -> None:
+    """Build the command alone."""
+    run(["cargo", "build", "--release", "-p", "squid", "--bin", "squid"])
 
 
 @cache

@@ -1,0 +1,106 @@
+"""The committed generated files are those that the program makes; `python3 run.py freeze` makes them anew."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import Run
+from fly.freeze import DESCRIBED, DESCRIPTIONS, VEHICLES, frozen
+from fly.stages import ROOT
+
+REMEDY = "run `python3 run.py freeze` and commit what it changes"
+LIBRARY_ROUNDING = 1e-9
+"""Of what is computed without a solver: another C library or processor rounds otherwise."""
+SOLVER_ACCURACY = 1e-3
+"""Of what the solver of matrix inequalities finds: its iterations magnify such rounding."""
+
+
+def load(path: Path) -> dict:
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module", params=VEHICLES)
+def both(
+    request: pytest.FixtureRequest, run_squid: Run, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Path, Path]:
+    """Return the committed design of each vehicle, and the same derived anew."""
+    committed, anew = frozen(request.param), tmp_path_factory.mktemp("anew")
+    assert (committed / "controller.json").is_file(), f"{committed} holds no design; {REMEDY}"
+    done = run_squid("design", ROOT / "vehicles" / request.param, "--out", anew)
+    assert done.returncode == 0, done.stderr
+    return committed, anew
+
+
+def assert_close(one: object, other: object, tolerance: float, where: str) -> None:
+    """Compare two JSON values; numbers by tolerance relative to 1 or their size, everything else exactly."""
+    assert type(one) is type(other), where
+    if isinstance(one, dict):
+        assert one.keys() == other.keys(), where
+        for key in one:
+            assert_close(one[key], other[key], tolerance, f"{where}.{key}")
+    elif isinstance(one, list):
+        assert len(one) == len(other), where
+        for index, pair in enumerate(zip(one, other, strict=True)):
+            assert_close(*pair, tolerance, f"{where}[{index}]")
+    elif isinstance(one, float):
+        assert one == pytest.approx(other, rel=tolerance, abs=tolerance), f"{where}; {REMEDY}"
+    else:
+        assert one == other, f"{where}; {REMEDY}"
+
+
+def test_plant_and_manoeuvre_are_fresh(both: tuple[Path, Path]) -> None:
+    committed, anew = both
+    for name in ("plant.json", "manoeuvre.json"):
+        assert_close(load(committed / name), load(anew / name), LIBRARY_ROUNDING, name)
+
+
+def test_controller_is_fresh(both: tuple[Path, Path]) -> None:
+    """All but the matrices and gamma to the rounding; gamma, and what the matrices do, to the accuracy of the solver."""
+    one, other = (load(folder / "controller.json") for folder in both)
+    lfts = [one.pop("lft"), other.pop("lft")]
+    assert_close(one.pop("gamma"), other.pop("gamma"), SOLVER_ACCURACY, "gamma")
+    assert_close(one, other, LIBRARY_ROUNDING, "controller")
+    for rho in (-1.0, -0.4, 0.0, 0.7, 1.0):
+        for omega in np.logspace(-3, 2, 21):
+            committed, anew = (response(lft, rho, omega) for lft in lfts)
+            difference = np.linalg.norm(committed - anew, 2) / np.linalg.norm(anew, 2)
+            assert difference < SOLVER_ACCURACY, f"rho {rho}, {omega} rad/s; {REMEDY}"
+
+
+def response(lft: dict, rho: float, omega: float) -> np.ndarray:
+    """Return K(rho, j omega) of x' = A x + By y + Bt w, u = Cu x + Duy y + Dut w, w = rho (Ct x + Dty y + Dtt w)."""
+    m = {key: np.array(value, dtype=float) for key, value in lft.items() if key != "blocks"}
+    closed = rho * np.linalg.inv(np.eye(len(m["Dtt"])) - rho * m["Dtt"])
+    a, b = m["A"] + m["Bt"] @ closed @ m["Ct"], m["By"] + m["Bt"] @ closed @ m["Dty"]
+    c, d = m["Cu"] + m["Dut"] @ closed @ m["Ct"], m["Duy"] + m["Dut"] @ closed @ m["Dty"]
+    return d + c @ np.linalg.solve(1j * omega * np.eye(len(a)) - a, b)
+
+
+def test_a_changed_controller_is_seen(both: tuple[Path, Path]) -> None:
+    lft = load(both[0] / "controller.json")["lft"]
+    changed = {**lft, "Cu": (np.array(lft["Cu"]) * 1.01).tolist()}
+    one, other = response(lft, 0.3, 0.5), response(changed, 0.3, 0.5)
+    assert np.linalg.norm(one - other, 2) > SOLVER_ACCURACY * np.linalg.norm(one, 2)
+
+
+def test_figures_are_fresh(both: tuple[Path, Path]) -> None:
+    one, other = (load(folder / "design.json") for folder in both)
+    for figures in (one, other):
+        assert figures.pop("largest_eigenvalue") < 0.0
+    assert_close(one, other, SOLVER_ACCURACY, "design.json")
+
+
+def test_model_descriptions_are_fresh(run_squid: Run, tmp_path: Path) -> None:
+    """To the byte: they come from the committed design, without the solver."""
+    out = frozen(DESCRIBED)
+    done = run_squid("package", ROOT / "vehicles" / DESCRIBED, "--out", out, "--descriptions", tmp_path)
+    assert done.returncode == 0, done.stderr
+    made = sorted(tmp_path.glob("*.xml"))
+    assert len(made) == 3
+    for path in made:
+        committed = DESCRIPTIONS / path.name
+        assert committed.is_file(), f"{committed} is missing; {REMEDY}"
+        assert committed.read_bytes() == path.read_bytes(), f"{committed} is stale; {REMEDY}"
