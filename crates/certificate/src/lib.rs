@@ -1,0 +1,1 @@
+//! Proves the gain bound of an LPV closed loop from its certificate, in exact arithmetic.
