@@ -55,7 +55,7 @@ def parser() -> argparse.ArgumentParser:
     verbs.add_parser(
         "freeze",
         help="for contributors: make the committed generated files anew",
-        description="Write the frozen designs (vehicles/*/frozen) and the model descriptions "
+        description="Write the frozen design of Squid (vehicles/squid/frozen) and the model descriptions "
         "(modelDescription/*.xml) anew; commit them along with the change that altered them.",
     )
     return top

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from conftest import Run, package
+from flights import STEP_TIME, TEN_DEGREES, fly_alone, limits, pitch_step, sample_time
 from fly.figures import steps
 from fly.master import Signals
 from fly.package import Packages
 from fly.stages import ROOT
-from flights import STEP_TIME, TEN_DEGREES, fly_alone, limits, pitch_step, sample_time
 
 SPEEDS = [0.5, 1.0, 1.5, 2.0, 2.5, 3.0]
 BANDWIDTHS = [0.46, 0.23, 0.1]

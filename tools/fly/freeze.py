@@ -1,4 +1,4 @@
-"""The generated files that are committed: frozen designs of the vehicles, and the model descriptions of Squid's FMUs.
+"""The generated files that are committed: the frozen design of Squid, and the model descriptions of its FMUs.
 
 They show a reader what comes out without a build, and a change of any of them in review. A test keeps them fresh.
 """
@@ -10,33 +10,30 @@ from pathlib import Path
 from fly import build
 from fly.stages import ROOT, run, stage
 
-VEHICLES = ("squid", "remus100")
-DESCRIBED = "squid"
+VEHICLE = "squid"
 DESCRIPTIONS = ROOT / "modelDescription"
 
 
-def frozen(vehicle: str) -> Path:
-    """Return the directory of a vehicle's frozen design."""
-    return ROOT / "vehicles" / vehicle / "frozen"
+FROZEN = ROOT / "vehicles" / VEHICLE / "frozen"
 
 
 def freeze() -> int:
     """Make all generated files anew."""
+    vehicle, out = Path("vehicles") / VEHICLE, FROZEN.relative_to(ROOT)
     with stage("Building the command squid"):
         build.build_command()
-    for vehicle in VEHICLES:
-        with stage(f"Freezing the design of {vehicle}"):
-            run(
-                [
-                    build.squid(),
-                    "design",
-                    Path("vehicles") / vehicle,
-                    "--out",
-                    frozen(vehicle).relative_to(ROOT),
-                ]
-            )
+    with stage(f"Freezing the design of {VEHICLE}"):
+        run([build.squid(), "design", vehicle, "--out", out])
     with stage("Writing the model descriptions"):
-        source, out = Path("vehicles") / DESCRIBED, frozen(DESCRIBED).relative_to(ROOT)
-        target = DESCRIPTIONS.relative_to(ROOT)
-        run([build.squid(), "package", source, "--out", out, "--descriptions", target])
+        run(
+            [
+                build.squid(),
+                "package",
+                vehicle,
+                "--out",
+                out,
+                "--descriptions",
+                DESCRIPTIONS.relative_to(ROOT),
+            ]
+        )
     return 0
