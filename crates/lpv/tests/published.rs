@@ -19,9 +19,25 @@ fn gamma(plant: &GeneralisedPlant, scalings: Scalings) -> f64 {
     least_gamma(plant, scalings).unwrap().1.gamma
 }
 
+/// Cases of plain H-infinity synthesis: the LMIs of an LPV problem without parameters.
+const PLAIN: [&str; 12] = [
+    "hs02_gamma_sqrt065",
+    "hs04_active_suspension",
+    "compleib/compleib_AC15",
+    "compleib/compleib_AC4",
+    "compleib/compleib_DIS1",
+    "compleib/compleib_HE1",
+    "compleib/compleib_HE4",
+    "compleib/compleib_NN2",
+    "compleib/compleib_NN8",
+    "compleib/compleib_REA1",
+    "compleib/compleib_TG1",
+    "compleib/compleib_WEC1",
+];
+
 #[test]
 fn plain_h_infinity() {
-    for name in ["hs02_gamma_sqrt065", "hs04_active_suspension"] {
+    for name in PLAIN {
         let case = common::case(name);
         let found = gamma(&common::plant(&case), Scalings::SymmetricAndSkew);
         let expected = &case["expected"];
@@ -72,6 +88,9 @@ fn one_parameter_loses_nothing() {
     }
 }
 
+const SCHEDULED: [&str; 3] =
+    ["lpv01_lpvtools_lft_tutorial", "lpv03_lpvtools_grid2lft", "lpv05_one_param_lossless"];
+
 /// Frozen gains below the bound and stable, on a grid of the parameter box.
 fn assert_frozen_gains_below_the_bound(plant: &GeneralisedPlant, design: &Design) {
     let closed = plant.close(&design.controller);
@@ -95,13 +114,7 @@ fn assert_frozen_gains_below_the_bound(plant: &GeneralisedPlant, design: &Design
 
 #[test]
 fn every_controller_keeps_its_bound_when_frozen() {
-    for name in [
-        "hs02_gamma_sqrt065",
-        "hs04_active_suspension",
-        "lpv01_lpvtools_lft_tutorial",
-        "lpv03_lpvtools_grid2lft",
-        "lpv05_one_param_lossless",
-    ] {
+    for name in PLAIN.into_iter().chain(SCHEDULED) {
         let plant = common::plant(&common::case(name));
         let design = synthesise(&plant, Options::default()).unwrap_or_else(|e| panic!("{name}: {e}"));
         println!("{name}: least {:.5}, certified {:.5}", design.gamma_optimum, design.certified.gamma);
