@@ -1,1 +1,106 @@
 //! Proves the gain bound of an LPV closed loop from its certificate, in exact arithmetic.
+//!
+//! ```text
+//! JSON text -> Certificate -> check shapes -> close the loop -> structure of X, S, T -> X > 0, S > 0, LMI < 0 -> Theorem
+//! ```
+//!
+//! # The theorem
+//!
+//! Plant and controller are linear fractional transformations in the same parameters, `wt = Theta zt` and
+//! `wk = Theta zk` with `Theta = blkdiag(theta_i I_ri)`. Closed, they are
+//!
+//! ```text
+//! x' = A x + Bt wt + B1 w,   zt = Ct x + Dtt wt + Dt1 w,   z = C1 x + D1t wt + D11 w,   wt = Theta_e zt
+//! ```
+//!
+//! with the states, and the channels of `Theta_e = blkdiag(Theta, Theta)`, ordered plant's, then controller's.
+//!
+//! *Claim.* For every measurable trajectory with `|theta_i(t)| <= 1` the parameter loop is well posed, the closed loop
+//! is exponentially stable, and its L2 gain from w to z is below gamma.
+//!
+//! *Conditions, all checked without rounding.* `gamma > 0`; `X = X' > 0`; `S = S' > 0` and `T = -T'` commute with
+//! `Theta_e`; and
+//!
+//! ```text
+//! [ A'X+XA   XBt+Ct'T'          XB1      Ct'S    C1'  ]
+//! [   *     -S+TDtt+Dtt'T'      T Dt1    Dtt'S   D1t' ]
+//! [   *        *               -gamma I  Dt1'S   D11' ]  < 0        rows x, wt, w, zt, z
+//! [   *        *                 *       -S      0    ]
+//! [   *        *                 *        *   -gamma I]
+//! ```
+//!
+//! *Why they suffice* (P. Apkarian, P. Gahinet, IEEE Trans. Automatic Control 40(5), 1995, lemma 3.1; the skew scaling:
+//! G. Scorletti, L. El Ghaoui, Int. J. Robust Nonlinear Control 8, 1998):
+//!
+//! - *The parameters.* S and Theta_e commute and S > 0, so `zt'S zt - wt'S wt = zt' S (I - Theta_e^2) zt >= 0` whenever
+//!   `wt = Theta_e zt`. Theta_e T is skew, because `(Theta_e T)' = -T Theta_e = -Theta_e T`; so `wt'T zt = 0`.
+//! - *Well-posedness.* Rows and columns wt and zt alone, after a Schur complement, read
+//!   `-S + T Dtt + Dtt'T' + Dtt'S Dtt < 0`. If `I - Theta_e Dtt` were singular there would be `wt = Theta_e zt != 0`
+//!   with `zt = Dtt wt`, and that matrix would give `-wt'S wt + 2 wt'T zt + zt'S zt >= 0`, a contradiction. On the
+//!   compact box the inverse is then bounded, and the loop has measurable, bounded coefficients.
+//! - *Stability and gain.* Schur complements of the rows zt and z turn the inequality into: for some `eps > 0`, all x, wt,
+//!   w, and `V = x'X x`,
+//!   `dV/dt + (zt'S zt - wt'S wt) + 2 wt'T zt + z'z/gamma - gamma w'w <= -eps (x'x + w'w)`.
+//!   The two terms of the parameters are not negative along the loop. With `w = 0`, V decays exponentially; from
+//!   `x(0) = 0`, integrated, the energy of z is at most `gamma^2 - eps gamma` times that of w.
+//!
+//! *With a model error* (`residual`): `[A B2]` of the plant becomes `[A B2] + E Delta(t) [F Fu]`, that is
+//! `x' = ... + E w_D`, `w_D = Delta z_D`, `z_D = F x + Fu u`, which is `F_x x + F_t wt + F_w w` once the controller gives
+//! u. For `||Delta|| <= 1` and `lambda > 0`, `lambda (z_D'z_D - w_D'w_D) >= 0`: added to the left side above, it
+//! gives the inequality a row w_D, `[E'X 0 -lambda I 0 0 0 0]`, and a row z_D,
+//! `[lambda F_x  lambda F_t  0  lambda F_w  0  -lambda I  0]`. Delta acts on x' alone, so the parameter loop stays well
+//! posed as before.
+//!
+//! # What it does not cover
+//!
+//! - Saturation of the actuators, and whatever a program does about it: the loop is linear at every instant.
+//! - Sampling: the controller is the continuous one of the file, with Theta(t) measured without delay or error.
+//! - The nonlinear vehicle: the plant is the LPV model of the file. The residual covers errors of its `A` and `B2`, as
+//!   large as the file says, and nothing that is no such error.
+//! - Whether plant and controller in the file are those that are built: whoever ships them compares.
+//!
+//! # Exactness
+//!
+//! Every number of the file is read as the f64 nearest to it, and that f64 as the number `m 2^e` that it is. Sums and
+//! products of such numbers are formed without rounding; a matrix counts as definite when exact arithmetic says so.
+//! Nothing is shared with the synthesis that found the controller.
+//!
+//! # Example
+//!
+//! The plant `x' = u + w`, `z = y = x` under `u = -y` has the gain 1, which is below 1.25:
+//!
+//! ```
+//! let text = r#"{"format": "lpv-certificate/1", "blocks": [], "controller_blocks": [],
+//!   "plant": {"A": [[0]], "Bt": [[]], "B1": [[1]], "B2": [[1]], "Ct": [], "C1": [[1]], "C2": [[1]], "Dtt": [],
+//!     "Dt1": [], "Dt2": [], "D1t": [[]], "D11": [[0]], "D12": [[0]], "D2t": [[]], "D21": [[0]]},
+//!   "controller": {"A": [], "By": [], "Bt": [], "Cu": [[]], "Duy": [[-1]], "Dut": [[]], "Ct": [], "Dty": [],
+//!     "Dtt": []},
+//!   "gamma": 1.25, "X": [[1]], "S": [], "T": []}"#;
+//! let theorem = certificate::Certificate::from_json(text)?.prove()?;
+//! assert_eq!(
+//!     theorem.to_string(),
+//!     "The closed loop of 1 state is exponentially stable and its L2 gain from w to z is below 1.25."
+//! );
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! - [`Certificate`], [`Plant`], [`Controller`], [`Residual`]: the file; [`ReadError`] is what may be wrong with it;
+//! - [`Certificate::prove`]: the proof; [`Theorem`] or [`Failure`] is its outcome.
+
+mod certificate;
+mod closed_loop;
+mod definite;
+mod dyadic;
+mod error;
+mod inequality;
+mod json;
+mod matrix;
+mod prove;
+mod read;
+mod shape;
+mod structure;
+mod theorem;
+
+pub use certificate::{Certificate, Controller, FORMAT, Plant, Residual, Rows};
+pub use error::{Claim, Failure, Proved, ReadError};
+pub use theorem::Theorem;

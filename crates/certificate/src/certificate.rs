@@ -1,0 +1,147 @@
+//! The certificate as its file holds it.
+
+use crate::error::ReadError;
+use serde::Serialize;
+
+/// Value of the key `format`.
+pub const FORMAT: &str = "lpv-certificate/1";
+
+/// A matrix as a list of rows; one with rows but no columns is a list of empty rows.
+pub type Rows = Vec<Vec<f64>>;
+
+/// The claim `gain from w to z < gamma` about a plant and a controller, with the matrices that show it.
+///
+/// With n states, r parameter channels, signals w, z, y, u of the plant, and nk states and rk channels of the
+/// controller, X is (n + nk) square, S and T are (r + rk) square; plant's part first.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Certificate {
+    /// Repetitions `[r_1, r_2, ...]` of the parameters in the plant's channels; 0 where one does not occur.
+    pub blocks: Vec<usize>,
+    /// The same for the controller's channels, of the same parameters in the same order.
+    pub controller_blocks: Vec<usize>,
+    /// The plant.
+    pub plant: Plant,
+    /// The controller.
+    pub controller: Controller,
+    /// The bound.
+    pub gamma: f64,
+    /// The Lyapunov matrix.
+    #[serde(rename = "X")]
+    pub x: Rows,
+    /// The symmetric scaling.
+    #[serde(rename = "S")]
+    pub s: Rows,
+    /// The skew scaling.
+    #[serde(rename = "T")]
+    pub t: Rows,
+    /// A second claim, with model error.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub residual: Option<Residual>,
+}
+
+/// The generalised plant.
+///
+/// ```text
+/// x' = A x + Bt wt + B1 w + B2 u
+/// zt = Ct x + Dtt wt + Dt1 w + Dt2 u      wt = Theta zt,  Theta = blkdiag(theta_i I_ri)
+/// z  = C1 x + D1t wt + D11 w + D12 u
+/// y  = C2 x + D2t wt + D21 w
+/// ```
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+#[serde(rename_all = "PascalCase")]
+#[allow(missing_docs)] // The names are the equations above.
+pub struct Plant {
+    pub a: Rows,
+    pub bt: Rows,
+    pub b1: Rows,
+    pub b2: Rows,
+    pub ct: Rows,
+    pub c1: Rows,
+    pub c2: Rows,
+    pub dtt: Rows,
+    pub dt1: Rows,
+    pub dt2: Rows,
+    pub d1t: Rows,
+    pub d11: Rows,
+    pub d12: Rows,
+    pub d2t: Rows,
+    pub d21: Rows,
+}
+
+/// The controller.
+///
+/// ```text
+/// xk' = A xk + By y + Bt wk
+/// u   = Cu xk + Duy y + Dut wk
+/// zk  = Ct xk + Dty y + Dtt wk            wk = Theta zk
+/// ```
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+#[serde(rename_all = "PascalCase")]
+#[allow(missing_docs)] // The names are the equations above.
+pub struct Controller {
+    pub a: Rows,
+    pub by: Rows,
+    pub bt: Rows,
+    pub cu: Rows,
+    pub duy: Rows,
+    pub dut: Rows,
+    pub ct: Rows,
+    pub dty: Rows,
+    pub dtt: Rows,
+}
+
+/// The claim for the plant with `[A B2] + E Delta(t) [F Fu]` in place of `[A B2]`, for every measurable Delta(t)
+/// with a largest singular value of at most 1, beside Theta(t).
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Residual {
+    /// n x ne.
+    #[serde(rename = "E")]
+    pub e: Rows,
+    /// nf x n.
+    #[serde(rename = "F")]
+    pub f: Rows,
+    /// nf x u.
+    #[serde(rename = "Fu")]
+    pub fu: Rows,
+    /// The multiplier of Delta.
+    pub lambda: f64,
+    /// The bound.
+    pub gamma: f64,
+    /// The Lyapunov matrix.
+    #[serde(rename = "X")]
+    pub x: Rows,
+    /// The symmetric scaling.
+    #[serde(rename = "S")]
+    pub s: Rows,
+    /// The skew scaling.
+    #[serde(rename = "T")]
+    pub t: Rows,
+}
+
+#[derive(Serialize)]
+struct File<'a> {
+    format: &'static str,
+    #[serde(flatten)]
+    certificate: &'a Certificate,
+}
+
+impl Certificate {
+    /// Reads a certificate of format [`FORMAT`].
+    ///
+    /// # Errors
+    /// [`ReadError`], the first problem of the text.
+    pub fn from_json(text: &str) -> Result<Self, ReadError> {
+        let certificate = crate::read::certificate(&serde_json::from_str(text)?)?;
+        certificate.check()?;
+        Ok(certificate)
+    }
+
+    /// Writes the certificate; every number reads back to the same f64.
+    ///
+    /// # Errors
+    /// [`ReadError`] when the certificate does not fit together, or holds a number that is not finite.
+    pub fn to_json(&self) -> Result<String, ReadError> {
+        self.check()?;
+        Ok(serde_json::to_string(&File { format: FORMAT, certificate: self })?)
+    }
+}

@@ -1,0 +1,101 @@
+//! The closed loop of plant and controller, formed exactly.
+
+use crate::certificate::{Certificate, Residual, Rows};
+use crate::matrix::Matrix;
+use crate::shape::Sizes;
+
+/// The closed loop with the states (x, xk), the channels (zt, zk), (wt, wk), and, with a model error, what enters
+/// and leaves Delta:
+///
+/// ```text
+/// (x, xk)'  = state   (x, xk | wt, wk | w)  + e w_Delta
+/// (zt, zk)  = channel (x, xk | wt, wk | w)
+/// z_Delta   = error   (x, xk | wt, wk | w)
+/// z         = output  (x, xk | wt, wk | w)
+/// ```
+pub(crate) struct ClosedLoop {
+    pub(crate) states: usize,
+    pub(crate) channels: usize,
+    pub(crate) inputs: usize,
+    pub(crate) state: Matrix,
+    pub(crate) channel: Matrix,
+    pub(crate) output: Matrix,
+    /// `error` and `e`.
+    pub(crate) delta: Option<(Matrix, Matrix)>,
+    /// The parameter of each channel, plant's, then controller's.
+    pub(crate) parameters: Vec<usize>,
+}
+
+/// Where the parts of (x, xk | wt, wk | w) begin.
+struct Columns {
+    x: usize,
+    xk: usize,
+    t: usize,
+    tk: usize,
+    w: usize,
+    all: usize,
+}
+
+impl ClosedLoop {
+    /// Closes the loop of a checked certificate.
+    ///
+    /// Since y does not depend on u, `y = [C2 0 | D2t 0 | D21]` and `u = Duy y + [0 Cu | 0 Dut | 0]` in terms of
+    /// `(x, xk | wt, wk | w)`; put into the plant's and the controller's rows, they give the closed loop.
+    pub(crate) fn new(certificate: &Certificate, residual: Option<&Residual>) -> Self {
+        let (p, k, s) = (&certificate.plant, &certificate.controller, certificate.sizes());
+        let c = Columns::new(s);
+        let place = |parts: &[(&Rows, usize, usize)]| {
+            let mut m = Matrix::zeros(parts[0].0.len(), c.all);
+            parts.iter().for_each(|&(rows, at, cols)| m.place(0, at, &Matrix::from_rows(rows, cols)));
+            m
+        };
+        let y = place(&[(&p.c2, c.x, s.x), (&p.d2t, c.t, s.t), (&p.d21, c.w, s.w)]);
+        let direct = Matrix::from_rows(&k.duy, s.y);
+        let mut u = place(&[(&k.cu, c.xk, s.xk), (&k.dut, c.tk, s.tk)]);
+        u = u.plus(&direct.times(&y));
+        let from_u = |open: Matrix, b: &Rows| open.plus(&Matrix::from_rows(b, s.u).times(&u));
+        let from_y = |open: Matrix, b: &Rows| open.plus(&Matrix::from_rows(b, s.y).times(&y));
+        let x = from_u(place(&[(&p.a, c.x, s.x), (&p.bt, c.t, s.t), (&p.b1, c.w, s.w)]), &p.b2);
+        let xk = from_y(place(&[(&k.a, c.xk, s.xk), (&k.bt, c.tk, s.tk)]), &k.by);
+        let zt = from_u(place(&[(&p.ct, c.x, s.x), (&p.dtt, c.t, s.t), (&p.dt1, c.w, s.w)]), &p.dt2);
+        let zk = from_y(place(&[(&k.ct, c.xk, s.xk), (&k.dtt, c.tk, s.tk)]), &k.dty);
+        let z = from_u(place(&[(&p.c1, c.x, s.x), (&p.d1t, c.t, s.t), (&p.d11, c.w, s.w)]), &p.d12);
+        let delta = residual.map(|r| {
+            let mut e = Matrix::zeros(s.x + s.xk, r.e.first().map_or(0, Vec::len));
+            e.place(0, 0, &Matrix::from_rows(&r.e, e.cols));
+            (from_u(place(&[(&r.f, c.x, s.x)]), &r.fu), e)
+        });
+        Self {
+            states: s.x + s.xk,
+            channels: s.t + s.tk,
+            inputs: s.w,
+            state: above(&x, &xk),
+            channel: above(&zt, &zk),
+            output: z,
+            delta,
+            parameters: parameters(&certificate.blocks)
+                .chain(parameters(&certificate.controller_blocks))
+                .collect(),
+        }
+    }
+}
+
+impl Columns {
+    fn new(s: Sizes) -> Self {
+        let (xk, t) = (s.x, s.x + s.xk);
+        let (tk, w) = (t + s.t, t + s.t + s.tk);
+        Self { x: 0, xk, t, tk, w, all: w + s.w }
+    }
+}
+
+fn above(top: &Matrix, bottom: &Matrix) -> Matrix {
+    let mut m = Matrix::zeros(top.rows + bottom.rows, top.cols);
+    m.place(0, 0, top);
+    m.place(top.rows, 0, bottom);
+    m
+}
+
+/// The parameter of each channel of `blkdiag(theta_i I_ri)`.
+fn parameters(blocks: &[usize]) -> impl Iterator<Item = usize> {
+    blocks.iter().enumerate().flat_map(|(i, &r)| std::iter::repeat_n(i, r))
+}

@@ -1,0 +1,132 @@
+//! Whether a symmetric matrix of exact numbers is positive definite, without rounding.
+//!
+//! Scaled by powers of two to diagonals between 1 and 4, `M` is shown to be positive definite in one of two ways.
+//!
+//! 1. A witness. A Cholesky factor of `M - delta I`, found in floating point, is rounded to a matrix `L` of whole
+//!    multiples of `2^-52`. `L` may be anything: if in exact arithmetic `R = M - L L'` has positive diagonal entries,
+//!    each larger than the sum of the magnitudes beside it, `R` is positive definite (Gershgorin), and so is
+//!    `M = L L' + R`.
+//! 2. Elimination. Where no witness is found, the fraction-free elimination of E. H. Bareiss ("Sylvester's identity
+//!    and multistep integer-preserving Gaussian elimination", Math. Comp. 22, 1968, eq. 7) gives the leading
+//!    principal minors as whole numbers, and Sylvester's criterion decides. It has the last word on every refusal.
+
+use crate::dyadic::{Dyadic, approximate_ratio};
+use crate::matrix::Matrix;
+use num_bigint::{BigInt, Sign};
+
+/// The first pivot that is not positive.
+#[derive(Debug, PartialEq)]
+pub(crate) struct WrongPivot {
+    /// The row of the matrix.
+    pub(crate) row: usize,
+    /// The pivot, rounded.
+    pub(crate) value: f64,
+    pub(crate) exactly_zero: bool,
+}
+
+/// Decides whether the symmetric matrix `m` is positive definite.
+///
+/// The elimination takes the rows in the order given; the answer does not depend on it.
+pub(crate) fn positive_definite(m: &Matrix, order: &[usize]) -> Result<(), WrongPivot> {
+    let halves: Vec<i64> = (0..m.rows).map(|i| -m[(i, i)].magnitude().unwrap_or(0).div_euclid(2)).collect();
+    let mut scaled = Matrix::zeros(m.rows, m.rows);
+    for (a, &i) in order.iter().enumerate() {
+        for (b, &j) in order.iter().enumerate() {
+            scaled[(a, b)] = m[(i, j)].shifted(halves[i] + halves[j]);
+        }
+    }
+    if witnessed(&scaled) {
+        return Ok(());
+    }
+    eliminate(&scaled).map_err(|(pivot, row)| {
+        let row = order[row];
+        let value = approximate_ratio(&pivot.minor, &pivot.previous, pivot.unit - 2 * halves[row]);
+        WrongPivot { row, value, exactly_zero: pivot.minor.sign() == Sign::NoSign }
+    })
+}
+
+/// What is taken off the diagonal before the factor is sought, one after the other: well above the rounding of the
+/// factorisation, and below the least eigenvalue if that can be.
+const DELTAS: [f64; 3] = [1e-6, 1e-9, 1e-12];
+
+fn witnessed(m: &Matrix) -> bool {
+    let n = m.rows;
+    let rounded: Vec<f64> = (0..n * n).map(|k| m[(k / n, k % n)].to_f64()).collect();
+    DELTAS.iter().any(|delta| factor(&rounded, n, *delta).is_some_and(|l| remainder_dominates(m, &l)))
+}
+
+/// Bits behind the point of the factor.
+const BITS: i64 = 52;
+
+/// The lower Cholesky factor of `m - delta I` in multiples of `2^-52`.
+fn factor(m: &[f64], n: usize, delta: f64) -> Option<Vec<i64>> {
+    let mut l = vec![0.0_f64; n * n];
+    for j in 0..n {
+        for i in j..n {
+            let dot: f64 = (0..j).map(|k| l[i * n + k] * l[j * n + k]).sum();
+            let rest = m[i * n + j] - dot - if i == j { delta } else { 0.0 };
+            l[i * n + j] = if i == j { rest.sqrt() } else { rest / l[j * n + j] };
+            // With diagonals of M up to 4, no entry of a factor exceeds 2; NaN fits nowhere.
+            let fits = l[i * n + j].abs() <= 4.0 && l[j * n + j] > 0.0;
+            if !fits {
+                return None;
+            }
+        }
+    }
+    Some(l.into_iter().map(|x| (x * 2f64.powi(BITS as i32)).round() as i64).collect())
+}
+
+/// Whether `R = M - L L'` is strictly diagonally dominant with positive diagonal entries, exactly.
+fn remainder_dominates(m: &Matrix, l: &[i64]) -> bool {
+    let n = m.rows;
+    // Each product is at most 2^108, each sum at most n 2^108: i128 holds it.
+    debug_assert!(n < 1 << 18);
+    let square = |i: usize, j: usize| -> Dyadic {
+        let sum: i128 = (0..=i.min(j)).map(|k| i128::from(l[i * n + k]) * i128::from(l[j * n + k])).sum();
+        Dyadic::new((-sum).into(), -2 * BITS)
+    };
+    let mut beside = vec![Dyadic::default(); n];
+    let mut diagonal = vec![Dyadic::default(); n];
+    for i in 0..n {
+        diagonal[i] = &m[(i, i)] + &square(i, i);
+        for j in 0..i {
+            let magnitude = (&m[(i, j)] + &square(i, j)).abs();
+            beside[i] = &beside[i] + &magnitude;
+            beside[j] = &beside[j] + &magnitude;
+        }
+    }
+    diagonal.iter().zip(&beside).all(|(d, b)| (d + &-b).is_positive())
+}
+
+/// A leading principal minor that is not positive; the pivot is `minor 2^unit / previous`.
+struct Minor {
+    minor: BigInt,
+    previous: BigInt,
+    unit: i64,
+}
+
+/// Bareiss elimination of the upper triangle: after step k the entries are minors of order k + 2.
+fn eliminate(m: &Matrix) -> Result<(), (Minor, usize)> {
+    let n = m.rows;
+    let entries = (0..n).flat_map(|i| (i..n).map(move |j| (i, j)));
+    let unit = entries.filter_map(|at| m[at].last_bit()).min().unwrap_or(0);
+    let mut a: Vec<Vec<BigInt>> =
+        (0..n).map(|i| (i..n).map(|j| m[(i, j)].in_units(unit)).collect()).collect();
+    let mut previous = BigInt::from(1);
+    for k in 0..n {
+        let (done, rest) = a.split_at_mut(k + 1);
+        let row = &done[k];
+        if row[0].sign() != Sign::Plus {
+            return Err((Minor { minor: row[0].clone(), previous, unit }, k));
+        }
+        for (i, target) in rest.iter_mut().enumerate() {
+            for (j, entry) in target.iter_mut().enumerate() {
+                // The pivot row holds column k + 1 + i + j at index 1 + i + j.
+                let cross = &row[1 + i] * &row[1 + i + j];
+                *entry = (&row[0] * &*entry - cross) / &previous;
+            }
+        }
+        previous = row[0].clone();
+    }
+    Ok(())
+}

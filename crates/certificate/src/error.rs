@@ -1,0 +1,227 @@
+//! What may be wrong with a certificate: the file, or what it claims.
+
+use std::fmt;
+use thiserror::Error;
+
+/// Why a text is no certificate.
+#[derive(Debug, Error)]
+pub enum ReadError {
+    /// The text is not JSON, a key stands twice, or a number is not a finite f64.
+    #[error("the certificate is not JSON with finite numbers: {0}")]
+    Json(#[from] serde_json::Error),
+    /// Another format, or another version of it.
+    #[error("format: found {found}, allowed is \"{allowed}\"")]
+    Format {
+        /// What stands there.
+        found: String,
+        /// The format that is read.
+        allowed: &'static str,
+    },
+    /// A key is not there.
+    #[error("{field}: missing; {object} must have the keys {keys}")]
+    Missing {
+        /// The key with its path.
+        field: String,
+        /// The object that lacks it.
+        object: String,
+        /// The keys that it must have.
+        keys: String,
+    },
+    /// A key that the format does not know.
+    #[error("{field}: unknown key; {object} may have the keys {keys}")]
+    Unknown {
+        /// The key with its path.
+        field: String,
+        /// The object that has it.
+        object: String,
+        /// The keys that it may have.
+        keys: String,
+    },
+    /// A value of the wrong kind.
+    #[error("{field}: found {found}, allowed is {allowed}")]
+    Kind {
+        /// The field with its path.
+        field: String,
+        /// What was found.
+        found: String,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// A matrix whose number of rows is wrong.
+    #[error("{field}: found {found} rows, must have {expected} ({meaning})")]
+    Rows {
+        /// The matrix.
+        field: String,
+        /// Its rows.
+        found: usize,
+        /// The rows that it must have.
+        expected: usize,
+        /// What the rows stand for.
+        meaning: &'static str,
+    },
+    /// A row whose length is wrong.
+    #[error("{field}: row {row} has {found} numbers, must have {expected} ({meaning})")]
+    Columns {
+        /// The matrix.
+        field: String,
+        /// The first row that does not fit, from 0.
+        row: usize,
+        /// Its numbers.
+        found: usize,
+        /// The numbers that it must have.
+        expected: usize,
+        /// What the columns stand for.
+        meaning: &'static str,
+    },
+    /// A signal without components, for which the claim says nothing.
+    #[error("{field}: has no {part}, must have at least one ({meaning})")]
+    Empty {
+        /// The matrix that shows it.
+        field: &'static str,
+        /// `rows` or `columns`.
+        part: &'static str,
+        /// The signal.
+        meaning: &'static str,
+    },
+    /// The repetitions do not add up to the channels of the matrices.
+    #[error("{field}: adds up to {found}, but {matrix} has {expected} rows: one for each channel")]
+    Blocks {
+        /// `blocks` or `controller_blocks`.
+        field: &'static str,
+        /// The sum.
+        found: usize,
+        /// The matrix with a row for each channel.
+        matrix: &'static str,
+        /// Its rows.
+        expected: usize,
+    },
+}
+
+/// A matrix of the proof.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Proved {
+    /// The Lyapunov matrix X.
+    X,
+    /// The symmetric scaling S.
+    S,
+    /// The skew scaling T.
+    T,
+    /// The matrix of the linear matrix inequality.
+    Inequality,
+}
+
+impl fmt::Display for Proved {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::X => "X",
+            Self::S => "S",
+            Self::T => "T",
+            Self::Inequality => "the matrix of the inequality",
+        })
+    }
+}
+
+/// Which of the two claims of a file was at stake.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Claim {
+    /// The loop of plant and controller.
+    Nominal,
+    /// The same loop with the norm-bounded model error of `residual`.
+    WithModelError,
+}
+
+impl fmt::Display for Claim {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Nominal => "the claim",
+            Self::WithModelError => "the claim with model error (residual)",
+        })
+    }
+}
+
+/// The first thing that failed in a proof. Rows and columns count from 0.
+#[derive(Debug, Error)]
+pub enum Failure {
+    /// The certificate, made in a program, does not fit together.
+    #[error("not proved: {0}")]
+    Malformed(#[from] ReadError),
+    /// A number that must be positive is not.
+    #[error("{claim} is not proved: {name} is {found:e}, must be above 0")]
+    NotPositive {
+        /// The claim.
+        claim: Claim,
+        /// `gamma` or `lambda`.
+        name: &'static str,
+        /// Its value.
+        found: f64,
+    },
+    /// Two entries that must be equal, or opposite, are not.
+    #[error(
+        "{claim} is not proved: {matrix} is not {property}: entry [{row}][{column}] is {entry:e}, entry [{column}][{row}] is {mirror:e}"
+    )]
+    NotMirrored {
+        /// The claim.
+        claim: Claim,
+        /// The matrix.
+        matrix: Proved,
+        /// `symmetric` or `skew`.
+        property: &'static str,
+        /// The row.
+        row: usize,
+        /// The column.
+        column: usize,
+        /// The entry.
+        entry: f64,
+        /// The entry across the diagonal.
+        mirror: f64,
+    },
+    /// A scaling couples channels of different parameters.
+    #[error(
+        "{claim} is not proved: {matrix} does not commute with Theta: entry [{row}][{column}] is {entry:e}, must be 0, \
+         because channel {row} carries parameter {row_parameter} and channel {column} parameter {column_parameter}"
+    )]
+    NotCommuting {
+        /// The claim.
+        claim: Claim,
+        /// The matrix.
+        matrix: Proved,
+        /// The row.
+        row: usize,
+        /// The column.
+        column: usize,
+        /// The entry.
+        entry: f64,
+        /// The parameter of the row, from 0.
+        row_parameter: usize,
+        /// The parameter of the column, from 0.
+        column_parameter: usize,
+    },
+    /// A matrix is not definite.
+    #[error(
+        "{claim} is not proved: {matrix} is not {sign} definite: in its elimination the pivot of row {row}, \
+         row {row_in_block} of block {block}, is {}, must be {} 0",
+        signed(*pivot, *exactly_zero), if *sign == "positive" { "above" } else { "below" }
+    )]
+    NotDefinite {
+        /// The claim.
+        claim: Claim,
+        /// The matrix.
+        matrix: Proved,
+        /// `positive` or `negative`, what it should be.
+        sign: &'static str,
+        /// The row of the matrix.
+        row: usize,
+        /// The block of rows: of the inequality x, wt, w_Delta, w, zt, z_Delta or z; the matrix itself otherwise.
+        block: &'static str,
+        /// The row within the block.
+        row_in_block: usize,
+        /// The pivot, rounded.
+        pivot: f64,
+        /// Whether the pivot is zero and not merely small.
+        exactly_zero: bool,
+    },
+}
+
+fn signed(pivot: f64, exactly_zero: bool) -> String {
+    if exactly_zero { "exactly 0".into() } else { format!("about {pivot:+.3e}") }
+}

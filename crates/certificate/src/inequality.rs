@@ -1,0 +1,72 @@
+//! The matrix of the linear matrix inequality, formed exactly.
+
+use crate::closed_loop::ClosedLoop;
+use crate::dyadic::Dyadic;
+use crate::matrix::Matrix;
+
+/// A symmetric matrix whose rows come in named blocks.
+pub(crate) struct Blocked {
+    pub(crate) matrix: Matrix,
+    /// Name and size of each block of rows.
+    pub(crate) blocks: Vec<(&'static str, usize)>,
+}
+
+/// The matrices of a proof.
+pub(crate) struct Proof {
+    pub(crate) gamma: Dyadic,
+    /// The multiplier of Delta; unused without a model error.
+    pub(crate) lambda: Dyadic,
+    pub(crate) x: Matrix,
+    pub(crate) s: Matrix,
+    pub(crate) t: Matrix,
+}
+
+/// The matrix that must be negative definite, `G + G'` with
+///
+/// ```text
+///              x     wt    w_D         w           zt     z_D         z
+/// x        [ X A   X Bt    X E       X B1                                      ]
+/// wt       [ T Ct  T Dtt -S/2        T Dt1                                     ]
+/// w_D      [              -lambda/2                                            ]
+/// w        [                       -gamma/2                                    ]
+/// zt       [ S Ct  S Dtt            S Dt1         -S/2                         ]
+/// z_D      [ lambda (F_x  F_t  0  F_w)                   -lambda/2             ]
+/// z        [ C1    D1t              D11                             -gamma/2   ]
+/// ```
+///
+/// The blocks w_D and z_D are there only with a model error.
+pub(crate) fn inequality(closed: &ClosedLoop, proof: &Proof) -> Blocked {
+    let (n, r, w, z) = (closed.states, closed.channels, closed.inputs, closed.output.rows);
+    let (d, f) = closed.delta.as_ref().map_or((0, 0), |(error, e)| (e.cols, error.rows));
+    let blocks = vec![("x", n), ("wt", r), ("w_Delta", d), ("w", w), ("zt", r), ("z_Delta", f), ("z", z)];
+    let starts: Vec<usize> =
+        blocks.iter().scan(0, |at, &(_, size)| Some(std::mem::replace(at, *at + size))).collect();
+    let all = blocks.iter().map(|(_, size)| size).sum();
+    let mut half = Matrix::zeros(all, all);
+    let mut row = |at: usize, m: &Matrix| {
+        half.place(at, 0, &columns(m, 0, n + r));
+        half.place(at, starts[3], &columns(m, n + r, n + r + w));
+    };
+    row(starts[0], &proof.x.times(&closed.state));
+    row(starts[1], &proof.t.times(&closed.channel));
+    row(starts[4], &proof.s.times(&closed.channel));
+    row(starts[6], &closed.output);
+    if let Some((error, e)) = &closed.delta {
+        row(starts[5], &Matrix::scalar(f, &proof.lambda).times(error));
+        half.place(0, starts[2], &proof.x.times(e));
+    }
+    let mut diagonal = Matrix::zeros(all, all);
+    let (gamma, lambda) = (-&proof.gamma, -&proof.lambda);
+    diagonal.place(starts[1], starts[1], &proof.s.negated());
+    diagonal.place(starts[2], starts[2], &Matrix::scalar(d, &lambda));
+    diagonal.place(starts[3], starts[3], &Matrix::scalar(w, &gamma));
+    diagonal.place(starts[4], starts[4], &proof.s.negated());
+    diagonal.place(starts[5], starts[5], &Matrix::scalar(f, &lambda));
+    diagonal.place(starts[6], starts[6], &Matrix::scalar(z, &gamma));
+    Blocked { matrix: half.plus(&half.transpose()).plus(&diagonal), blocks }
+}
+
+/// The columns `from..to`.
+fn columns(m: &Matrix, from: usize, to: usize) -> Matrix {
+    m.transpose().row_range(from, to).transpose()
+}

@@ -1,0 +1,94 @@
+//! Matrices of exact numbers.
+
+use crate::certificate::Rows;
+use crate::dyadic::Dyadic;
+use std::ops::{Index, IndexMut};
+
+/// A matrix, row by row.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Matrix {
+    pub(crate) rows: usize,
+    pub(crate) cols: usize,
+    entries: Vec<Dyadic>,
+}
+
+impl Matrix {
+    pub(crate) fn zeros(rows: usize, cols: usize) -> Self {
+        Self { rows, cols, entries: vec![Dyadic::default(); rows * cols] }
+    }
+
+    /// `x I`.
+    pub(crate) fn scalar(n: usize, x: &Dyadic) -> Self {
+        let mut m = Self::zeros(n, n);
+        (0..n).for_each(|i| m[(i, i)] = x.clone());
+        m
+    }
+
+    /// A checked list of rows; the number of columns is given because an empty list does not show it.
+    pub(crate) fn from_rows(rows: &Rows, cols: usize) -> Self {
+        let entries = rows.iter().flatten().map(|&x| Dyadic::from_f64(x)).collect();
+        Self { rows: rows.len(), cols, entries }
+    }
+
+    /// Writes `part` with its first entry at `(row, col)`.
+    pub(crate) fn place(&mut self, row: usize, col: usize, part: &Self) {
+        for i in 0..part.rows {
+            for j in 0..part.cols {
+                self[(row + i, col + j)] = part[(i, j)].clone();
+            }
+        }
+    }
+
+    /// The rows `from..to`.
+    pub(crate) fn row_range(&self, from: usize, to: usize) -> Self {
+        let entries = self.entries[from * self.cols..to * self.cols].to_vec();
+        Self { rows: to - from, cols: self.cols, entries }
+    }
+
+    pub(crate) fn transpose(&self) -> Self {
+        let mut m = Self::zeros(self.cols, self.rows);
+        for i in 0..self.rows {
+            for j in 0..self.cols {
+                m[(j, i)] = self[(i, j)].clone();
+            }
+        }
+        m
+    }
+
+    pub(crate) fn plus(&self, other: &Self) -> Self {
+        debug_assert_eq!((self.rows, self.cols), (other.rows, other.cols));
+        let entries = self.entries.iter().zip(&other.entries).map(|(a, b)| a + b).collect();
+        Self { entries, ..*self }
+    }
+
+    pub(crate) fn times(&self, other: &Self) -> Self {
+        debug_assert_eq!(self.cols, other.rows);
+        let mut m = Self::zeros(self.rows, other.cols);
+        for i in 0..self.rows {
+            for k in (0..self.cols).filter(|&k| !self[(i, k)].is_zero()) {
+                for j in (0..other.cols).filter(|&j| !other[(k, j)].is_zero()) {
+                    m[(i, j)] = &m[(i, j)] + &(&self[(i, k)] * &other[(k, j)]);
+                }
+            }
+        }
+        m
+    }
+
+    pub(crate) fn negated(&self) -> Self {
+        Self { entries: self.entries.iter().map(|x| -x).collect(), ..*self }
+    }
+}
+
+impl Index<(usize, usize)> for Matrix {
+    type Output = Dyadic;
+
+    fn index(&self, (i, j): (usize, usize)) -> &Dyadic {
+        &self.entries[i * self.cols + j]
+    }
+}
+
+impl IndexMut<(usize, usize)> for Matrix {
+    fn index_mut(&mut self, (i, j): (usize, usize)) -> &mut Dyadic {
+        &mut self.entries[i * self.cols + j]
+    }
+}

@@ -1,0 +1,187 @@
+//! From the JSON tree to the certificate, with the path of whatever is wrong.
+
+use crate::certificate::{Certificate, Controller, FORMAT, Plant, Residual, Rows};
+use crate::error::ReadError;
+use crate::json::Json;
+
+const TOP: [&str; 9] =
+    ["format", "blocks", "controller_blocks", "plant", "controller", "gamma", "X", "S", "T"];
+const PLANT: [&str; 15] =
+    ["A", "Bt", "B1", "B2", "Ct", "C1", "C2", "Dtt", "Dt1", "Dt2", "D1t", "D11", "D12", "D2t", "D21"];
+const CONTROLLER: [&str; 9] = ["A", "By", "Bt", "Cu", "Duy", "Dut", "Ct", "Dty", "Dtt"];
+const RESIDUAL: [&str; 8] = ["E", "F", "Fu", "lambda", "gamma", "X", "S", "T"];
+
+/// An object of which every required key is there, and no unknown one.
+struct Fields<'a> {
+    /// `plant.` for the keys of `plant`, empty at the top.
+    prefix: String,
+    entries: &'a [(String, Json)],
+}
+
+pub(crate) fn certificate(json: &Json) -> Result<Certificate, ReadError> {
+    check_format(json)?;
+    let top = Fields::new("", json, &TOP, &["residual"])?;
+    Ok(Certificate {
+        blocks: top.sizes("blocks")?,
+        controller_blocks: top.sizes("controller_blocks")?,
+        plant: plant(&Fields::new("plant", top.get("plant")?, &PLANT, &[])?)?,
+        controller: controller(&Fields::new("controller", top.get("controller")?, &CONTROLLER, &[])?)?,
+        gamma: top.number("gamma")?,
+        x: top.matrix("X")?,
+        s: top.matrix("S")?,
+        t: top.matrix("T")?,
+        residual: match top.find("residual") {
+            Some(json) => Some(residual(&Fields::new("residual", json, &RESIDUAL, &[])?)?),
+            None => None,
+        },
+    })
+}
+
+/// The format comes first: nothing is to be said about the keys of another one.
+fn check_format(json: &Json) -> Result<(), ReadError> {
+    let Json::Object(entries) = json else {
+        return Err(ReadError::Kind {
+            field: "the certificate".into(),
+            found: json.describe(),
+            allowed: "an object",
+        });
+    };
+    match entries.iter().find(|(key, _)| key == "format") {
+        Some((_, Json::Text(found))) if found == FORMAT => Ok(()),
+        Some((_, other)) => Err(ReadError::Format { found: other.describe(), allowed: FORMAT }),
+        None => Err(ReadError::Format { found: "nothing".into(), allowed: FORMAT }),
+    }
+}
+
+fn plant(f: &Fields<'_>) -> Result<Plant, ReadError> {
+    Ok(Plant {
+        a: f.matrix("A")?,
+        bt: f.matrix("Bt")?,
+        b1: f.matrix("B1")?,
+        b2: f.matrix("B2")?,
+        ct: f.matrix("Ct")?,
+        c1: f.matrix("C1")?,
+        c2: f.matrix("C2")?,
+        dtt: f.matrix("Dtt")?,
+        dt1: f.matrix("Dt1")?,
+        dt2: f.matrix("Dt2")?,
+        d1t: f.matrix("D1t")?,
+        d11: f.matrix("D11")?,
+        d12: f.matrix("D12")?,
+        d2t: f.matrix("D2t")?,
+        d21: f.matrix("D21")?,
+    })
+}
+
+fn controller(f: &Fields<'_>) -> Result<Controller, ReadError> {
+    Ok(Controller {
+        a: f.matrix("A")?,
+        by: f.matrix("By")?,
+        bt: f.matrix("Bt")?,
+        cu: f.matrix("Cu")?,
+        duy: f.matrix("Duy")?,
+        dut: f.matrix("Dut")?,
+        ct: f.matrix("Ct")?,
+        dty: f.matrix("Dty")?,
+        dtt: f.matrix("Dtt")?,
+    })
+}
+
+fn residual(f: &Fields<'_>) -> Result<Residual, ReadError> {
+    Ok(Residual {
+        e: f.matrix("E")?,
+        f: f.matrix("F")?,
+        fu: f.matrix("Fu")?,
+        lambda: f.number("lambda")?,
+        gamma: f.number("gamma")?,
+        x: f.matrix("X")?,
+        s: f.matrix("S")?,
+        t: f.matrix("T")?,
+    })
+}
+
+impl<'a> Fields<'a> {
+    fn new(name: &str, json: &'a Json, required: &[&str], optional: &[&str]) -> Result<Self, ReadError> {
+        let object = if name.is_empty() { "the certificate" } else { name }.to_string();
+        let Json::Object(entries) = json else {
+            return Err(ReadError::Kind { field: object, found: json.describe(), allowed: "an object" });
+        };
+        let prefix = if name.is_empty() { String::new() } else { format!("{name}.") };
+        let fields = Self { prefix, entries };
+        if let Some(key) = required.iter().find(|key| fields.find(key).is_none()) {
+            return Err(ReadError::Missing { field: fields.path(key), object, keys: required.join(", ") });
+        }
+        let known: Vec<&str> = required.iter().chain(optional).copied().collect();
+        if let Some((key, _)) = entries.iter().find(|(key, _)| !known.contains(&key.as_str())) {
+            return Err(ReadError::Unknown { field: fields.path(key), object, keys: known.join(", ") });
+        }
+        Ok(fields)
+    }
+
+    fn path(&self, key: &str) -> String {
+        format!("{}{key}", self.prefix)
+    }
+
+    fn find(&self, key: &str) -> Option<&'a Json> {
+        self.entries.iter().find(|(k, _)| k == key).map(|(_, value)| value)
+    }
+
+    fn get(&self, key: &str) -> Result<&'a Json, ReadError> {
+        self.find(key).ok_or_else(|| ReadError::Missing {
+            field: self.path(key),
+            object: "the certificate".into(),
+            keys: key.into(),
+        })
+    }
+
+    fn number(&self, key: &str) -> Result<f64, ReadError> {
+        number(&self.path(key), self.get(key)?)
+    }
+
+    fn matrix(&self, key: &str) -> Result<Rows, ReadError> {
+        let path = self.path(key);
+        let rows = list(&path, self.get(key)?, "a list of rows")?;
+        let row = |(i, row): (usize, &Json)| {
+            let path = format!("{path}[{i}]");
+            let entries = list(&path, row, "a list of numbers")?;
+            entries.iter().enumerate().map(|(j, x)| number(&format!("{path}[{j}]"), x)).collect()
+        };
+        rows.iter().enumerate().map(row).collect()
+    }
+
+    fn sizes(&self, key: &str) -> Result<Vec<usize>, ReadError> {
+        let path = self.path(key);
+        let entries = list(&path, self.get(key)?, "a list of whole numbers")?;
+        entries.iter().enumerate().map(|(i, n)| size(&format!("{path}[{i}]"), n)).collect()
+    }
+}
+
+fn list<'a>(field: &str, json: &'a Json, allowed: &'static str) -> Result<&'a [Json], ReadError> {
+    match json {
+        Json::List(items) => Ok(items),
+        other => Err(ReadError::Kind { field: field.into(), found: other.describe(), allowed }),
+    }
+}
+
+fn number(field: &str, json: &Json) -> Result<f64, ReadError> {
+    match json {
+        Json::Number(x) => Ok(*x),
+        other => {
+            Err(ReadError::Kind { field: field.into(), found: other.describe(), allowed: "a finite number" })
+        }
+    }
+}
+
+/// Larger repetitions than any file could hold the matrices of.
+const MOST_REPETITIONS: f64 = 1e6;
+
+fn size(field: &str, json: &Json) -> Result<usize, ReadError> {
+    match json {
+        Json::Number(x) if (0.0..=MOST_REPETITIONS).contains(x) && x.fract() == 0.0 => Ok(*x as usize),
+        other => Err(ReadError::Kind {
+            field: field.into(),
+            found: other.describe(),
+            allowed: "a whole number from 0 to 1000000",
+        }),
+    }
+}

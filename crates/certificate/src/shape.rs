@@ -1,0 +1,182 @@
+//! Whether the matrices of a certificate fit together, and the sizes that they show.
+
+use crate::certificate::{Certificate, Residual, Rows};
+use crate::error::ReadError;
+
+/// A number of rows or columns, and what they stand for.
+type Size = (usize, &'static str);
+
+/// The sizes of the partition.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Sizes {
+    /// States of the plant.
+    pub(crate) x: usize,
+    /// States of the controller.
+    pub(crate) xk: usize,
+    /// Channels of the plant.
+    pub(crate) t: usize,
+    /// Channels of the controller.
+    pub(crate) tk: usize,
+    /// Inputs.
+    pub(crate) w: usize,
+    /// Outputs.
+    pub(crate) z: usize,
+    /// Controls.
+    pub(crate) u: usize,
+    /// Measurements.
+    pub(crate) y: usize,
+}
+
+fn columns(rows: &Rows) -> usize {
+    rows.first().map_or(0, Vec::len)
+}
+
+impl Certificate {
+    /// The sizes, which hold once [`Self::check`] has found nothing wrong.
+    pub(crate) fn sizes(&self) -> Sizes {
+        let (p, k) = (&self.plant, &self.controller);
+        Sizes {
+            x: p.a.len(),
+            xk: k.a.len(),
+            t: p.ct.len(),
+            tk: k.ct.len(),
+            w: columns(&p.d11),
+            z: p.d11.len(),
+            u: columns(&p.d12),
+            y: p.c2.len(),
+        }
+    }
+
+    /// Checks that all numbers are finite and all sizes agree.
+    ///
+    /// # Errors
+    /// The first field that does not fit.
+    pub fn check(&self) -> Result<(), ReadError> {
+        let s = self.sizes();
+        if s.z == 0 {
+            return Err(ReadError::Empty { field: "plant.D11", part: "rows", meaning: "outputs z" });
+        }
+        if s.w == 0 {
+            return Err(ReadError::Empty { field: "plant.D11", part: "columns", meaning: "inputs w" });
+        }
+        check_blocks("blocks", &self.blocks, "plant.Ct", s.t)?;
+        check_blocks("controller_blocks", &self.controller_blocks, "controller.Ct", s.tk)?;
+        self.check_plant(s)?;
+        self.check_controller(s)?;
+        check_number("gamma", self.gamma)?;
+        check_proof("", s, [&self.x, &self.s, &self.t])?;
+        self.residual.as_ref().map_or(Ok(()), |r| check_residual(r, s))
+    }
+
+    fn check_plant(&self, s: Sizes) -> Result<(), ReadError> {
+        let p = &self.plant;
+        let x = (s.x, "plant's states");
+        let t = (s.t, "plant's channels");
+        let (w, z) = ((s.w, "inputs w"), (s.z, "outputs z"));
+        let (u, y) = ((s.u, "controls u"), (s.y, "measurements y"));
+        let all = [
+            ("plant.A", &p.a, x, x),
+            ("plant.Bt", &p.bt, x, t),
+            ("plant.B1", &p.b1, x, w),
+            ("plant.B2", &p.b2, x, u),
+            ("plant.Ct", &p.ct, t, x),
+            ("plant.C1", &p.c1, z, x),
+            ("plant.C2", &p.c2, y, x),
+            ("plant.Dtt", &p.dtt, t, t),
+            ("plant.Dt1", &p.dt1, t, w),
+            ("plant.Dt2", &p.dt2, t, u),
+            ("plant.D1t", &p.d1t, z, t),
+            ("plant.D11", &p.d11, z, w),
+            ("plant.D12", &p.d12, z, u),
+            ("plant.D2t", &p.d2t, y, t),
+            ("plant.D21", &p.d21, y, w),
+        ];
+        all.into_iter().try_for_each(|(name, m, rows, cols)| check_matrix(name, m, rows, cols))
+    }
+
+    fn check_controller(&self, s: Sizes) -> Result<(), ReadError> {
+        let k = &self.controller;
+        let xk = (s.xk, "controller's states");
+        let tk = (s.tk, "controller's channels");
+        let (u, y) = ((s.u, "controls u"), (s.y, "measurements y"));
+        let all = [
+            ("controller.A", &k.a, xk, xk),
+            ("controller.By", &k.by, xk, y),
+            ("controller.Bt", &k.bt, xk, tk),
+            ("controller.Cu", &k.cu, u, xk),
+            ("controller.Duy", &k.duy, u, y),
+            ("controller.Dut", &k.dut, u, tk),
+            ("controller.Ct", &k.ct, tk, xk),
+            ("controller.Dty", &k.dty, tk, y),
+            ("controller.Dtt", &k.dtt, tk, tk),
+        ];
+        all.into_iter().try_for_each(|(name, m, rows, cols)| check_matrix(name, m, rows, cols))
+    }
+}
+
+fn check_residual(r: &Residual, s: Sizes) -> Result<(), ReadError> {
+    let (ne, nf) = (columns(&r.e), r.f.len());
+    if ne == 0 {
+        return Err(ReadError::Empty { field: "residual.E", part: "columns", meaning: "rows of Delta" });
+    }
+    if nf == 0 {
+        return Err(ReadError::Empty { field: "residual.F", part: "rows", meaning: "columns of Delta" });
+    }
+    let x = (s.x, "plant's states");
+    let nf = (nf, "columns of Delta");
+    check_matrix("residual.E", &r.e, x, (ne, "rows of Delta"))?;
+    check_matrix("residual.F", &r.f, nf, x)?;
+    check_matrix("residual.Fu", &r.fu, nf, (s.u, "controls u"))?;
+    check_number("residual.lambda", r.lambda)?;
+    check_number("residual.gamma", r.gamma)?;
+    check_proof("residual.", s, [&r.x, &r.s, &r.t])
+}
+
+fn check_proof(prefix: &str, s: Sizes, [x, sym, skew]: [&Rows; 3]) -> Result<(), ReadError> {
+    let states = (s.x + s.xk, "states of plant and controller");
+    let channels = (s.t + s.tk, "channels of plant and controller");
+    check_matrix(&format!("{prefix}X"), x, states, states)?;
+    check_matrix(&format!("{prefix}S"), sym, channels, channels)?;
+    check_matrix(&format!("{prefix}T"), skew, channels, channels)
+}
+
+fn check_blocks(
+    field: &'static str,
+    blocks: &[usize],
+    matrix: &'static str,
+    expected: usize,
+) -> Result<(), ReadError> {
+    let found = blocks.iter().fold(0, |sum: usize, &b| sum.saturating_add(b));
+    if found == expected { Ok(()) } else { Err(ReadError::Blocks { field, found, matrix, expected }) }
+}
+
+fn check_number(field: &str, x: f64) -> Result<(), ReadError> {
+    if x.is_finite() {
+        return Ok(());
+    }
+    Err(ReadError::Kind { field: field.into(), found: x.to_string(), allowed: "a finite number" })
+}
+
+fn check_matrix(field: &str, m: &Rows, rows: Size, cols: Size) -> Result<(), ReadError> {
+    if m.len() != rows.0 {
+        return Err(ReadError::Rows {
+            field: field.into(),
+            found: m.len(),
+            expected: rows.0,
+            meaning: rows.1,
+        });
+    }
+    for (i, row) in m.iter().enumerate() {
+        if row.len() != cols.0 {
+            return Err(ReadError::Columns {
+                field: field.into(),
+                row: i,
+                found: row.len(),
+                expected: cols.0,
+                meaning: cols.1,
+            });
+        }
+        row.iter().enumerate().try_for_each(|(j, &x)| check_number(&format!("{field}[{i}][{j}]"), x))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,67 @@
+//! What was proved, in words.
+
+use crate::certificate::Certificate;
+use std::fmt;
+
+/// A proved claim; it is printed as a plain sentence.
+///
+/// The gammas are printed with the fewest digits that read back to the same f64, as in the file: the decimal stands
+/// for that f64.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Theorem {
+    /// The L2 gain from w to z is below this.
+    pub gamma: f64,
+    /// Parameters in `[-1, 1]`.
+    pub parameters: usize,
+    /// States of the closed loop.
+    pub states: usize,
+    /// Channels of the parameters in plant and controller.
+    pub channels: usize,
+    /// Components of w.
+    pub inputs: usize,
+    /// Components of z.
+    pub outputs: usize,
+    /// The L2 gain from w to z is below this with the model error, if that was claimed.
+    pub gamma_with_model_error: Option<f64>,
+}
+
+impl Theorem {
+    /// The claim of a certificate that has been proved.
+    pub(crate) fn of(certificate: &Certificate) -> Self {
+        let s = certificate.sizes();
+        Self {
+            gamma: certificate.gamma,
+            parameters: certificate.blocks.len().max(certificate.controller_blocks.len()),
+            states: s.x + s.xk,
+            channels: s.t + s.tk,
+            inputs: s.w,
+            outputs: s.z,
+            gamma_with_model_error: certificate.residual.as_ref().map(|r| r.gamma),
+        }
+    }
+}
+
+impl fmt::Display for Theorem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let loop_ = format!(
+            "the closed loop of {} state{} is exponentially stable and its L2 gain from w to z is below {}",
+            self.states,
+            if self.states == 1 { "" } else { "s" },
+            self.gamma
+        );
+        match self.parameters {
+            0 => write!(f, "T{}.", &loop_[1..])?,
+            1 => write!(f, "For every measurable trajectory of the 1 parameter in [-1, 1] {loop_}.")?,
+            n => write!(f, "For every measurable trajectory of the {n} parameters in [-1, 1] {loop_}.")?,
+        }
+        if let Some(gamma) = self.gamma_with_model_error {
+            write!(
+                f,
+                " It stays exponentially stable, and the gain below {gamma}, when [A B2] of the plant is replaced by \
+                 [A B2] + E Delta [F Fu] for any measurable Delta(t) with a largest singular value of at most 1."
+            )?;
+        }
+        Ok(())
+    }
+}
