@@ -13,6 +13,7 @@ def run(vehicle: Path, design: str) -> int:
     """Build, design, package and fly; return the exit code."""
     begin = time.monotonic()
     vehicle = vehicle.resolve()
+    package.sources_of(vehicle, design)
     with stage("Building the command squid and the binaries of the FMUs"):
         build.build()
     with stage("Making the Python environment (FMPy)"):

@@ -57,14 +57,20 @@ def folder_of(vehicle: Path, design: str) -> Path:
     return BUILD / vehicle.resolve().name / design
 
 
-def design_and_package(vehicle: Path, design: str, folder: Path) -> Packages:
-    """Run `squid design` and `squid package`, unless their results are there and nothing has changed since."""
+def sources_of(vehicle: Path, design: str) -> list[Path]:
+    """Return the files that a design starts from, or say which one is missing."""
     sources = [vehicle / "vehicle.toml", vehicle / f"{design}.toml"]
     for source in sources:
         if not source.is_file():
             raise StageError(
                 f"{source}: there is no such file; VEHICLE_DIR holds vehicle.toml and design files."
             )
+    return sources
+
+
+def design_and_package(vehicle: Path, design: str, folder: Path) -> Packages:
+    """Run `squid design` and `squid package`, unless their results are there and nothing has changed since."""
+    sources = sources_of(vehicle, design)
     expected = stamp.digest([build.squid(), *build.binaries(), *sources], vehicle.resolve().name, design)
     mark = folder / "stamp"
     if stamp.is_fresh(mark, expected):
