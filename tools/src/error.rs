@@ -160,4 +160,48 @@ pub enum Error {
         /// Why.
         reason: String,
     },
+    /// A problem file is wrong.
+    #[error("{file}: {reason}")]
+    Problem {
+        /// The file.
+        file: String,
+        /// Key, what was found, what is allowed.
+        reason: String,
+    },
+    /// A certificate does not prove its claim.
+    #[error(transparent)]
+    Unproved(#[from] certificate::Failure),
+    /// A certificate cannot be read.
+    #[error("{file}: {reason}")]
+    Certificate {
+        /// The file.
+        file: String,
+        /// What is wrong.
+        reason: certificate::ReadError,
+    },
+    /// There is no certificate where one was looked for.
+    #[error("{path}: it holds no resources/{name}, so there is nothing to verify")]
+    NoCertificate {
+        /// The FMU.
+        path: String,
+        /// The resource.
+        name: String,
+    },
+    /// A certificate speaks of another controller.
+    #[error("the certificate is not of this controller: {what} differs")]
+    Mismatch {
+        /// The first part that differs.
+        what: String,
+    },
+    /// A controller without proof is not packed.
+    #[error(
+        "the controller in {directory} is not certified: {reason}\nThe FMUs are not written. With --allow-uncertified \
+         they are, and say that they are uncertified"
+    )]
+    Uncertified {
+        /// Where the design lies.
+        directory: String,
+        /// Why.
+        reason: String,
+    },
 }

@@ -28,7 +28,7 @@ pub struct Frozen {
 ///
 /// # Errors
 /// [`Error::LpvModel`], [`Error::Trim`].
-pub fn freeze(inputs: &Inputs, model: &Model, design: &Design) -> Result<Frozen, Error> {
+pub fn freeze(inputs: &Inputs, model: &Model, design: &Design, certified: bool) -> Result<Frozen, Error> {
     let trims: Vec<Trim> = speeds(inputs, TRIM_ROWS)
         .into_iter()
         .map(|v| Ok(linearise_at(inputs, v)?.trim))
@@ -36,10 +36,10 @@ pub fn freeze(inputs: &Inputs, model: &Model, design: &Design) -> Result<Frozen,
     let (a, b) = model.coefficients();
     let plant =
         LpvModel::new(&inputs.vehicle.name, inputs.design.depth, inputs.design.scheduling(), &a, &b, &trims)?;
-    Ok(Frozen { controller: controller(inputs, design, &trims), plant })
+    Ok(Frozen { controller: controller(inputs, design, &trims, certified), plant })
 }
 
-fn controller(inputs: &Inputs, design: &Design, trims: &[Trim]) -> ControllerDesign {
+fn controller(inputs: &Inputs, design: &Design, trims: &[Trim], certified: bool) -> ControllerDesign {
     let file = &inputs.design;
     let (centre, half_range) = file.scheduling();
     let column = |of: fn(&Trim) -> f64| trims.iter().map(of).collect();
@@ -83,7 +83,7 @@ fn controller(inputs: &Inputs, design: &Design, trims: &[Trim]) -> ControllerDes
             optimum: design.gamma_optimum,
             bound: design.certified.gamma,
             back_off: file.back_off,
-            certified: false,
+            certified,
         },
         inputs: InputHashes {
             vehicle_sha256: inputs.vehicle_sha256.clone(),

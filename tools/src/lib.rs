@@ -7,6 +7,7 @@
 //!
 //! [`design::run`] is the main path; each stage is a file.
 
+pub mod certify;
 pub mod check;
 pub mod design;
 pub mod design_file;
@@ -21,8 +22,10 @@ pub mod output;
 pub mod package;
 pub mod plot;
 pub mod problem;
+pub mod problem_file;
 pub mod record;
 pub mod show;
 pub mod simulate;
 pub mod stages;
 pub mod store;
+pub mod verify;

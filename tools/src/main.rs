@@ -3,9 +3,9 @@
 use clap::{Args, Parser, Subcommand};
 use squid::error::Error;
 use squid::inputs::Inputs;
-use squid::package::{Kind, pack, prepare};
+use squid::package::{Kind, pack, prepare, require_proof};
 use squid::stages::Stages;
-use squid::{design, model, record, show, simulate, store};
+use squid::{design, model, record, show, simulate, store, verify};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -38,13 +38,17 @@ enum Verb {
     Design(Which),
     /// Pack the three FMUs of a design: the vehicle, the autopilot, and both in one loop
     ///
-    /// Takes what `squid design` wrote, and refuses it when a file changed since.
+    /// Takes what `squid design` wrote. Refuses it when a file changed since, and when the certificate of the gain bound does
+    /// not prove.
     Package {
         #[command(flatten)]
         which: Which,
         /// Where the FMUs' shared libraries lie, if not where cargo puts them
         #[arg(long, value_name = "DIR")]
         binaries: Option<PathBuf>,
+        /// Pack a controller without proof all the same; its FMUs then say that they are uncertified
+        #[arg(long)]
+        allow_uncertified: bool,
         /// Write the three model descriptions alone, to this directory
         #[arg(long, value_name = "DIR")]
         descriptions: Option<PathBuf>,
@@ -66,6 +70,14 @@ enum Verb {
         /// The controller and its poles
         #[arg(long)]
         controller: bool,
+    },
+    /// Prove the gain bound of an FMU, or of a certificate.json, in exact arithmetic
+    ///
+    /// Every number is read as the rational number that it is; nothing is rounded, and nothing is shared with the program that
+    /// found the controller. Of an FMU it also checks that the proof is of the very controller inside.
+    Verify {
+        /// A controller's FMU, the FMU of the whole loop, or a certificate
+        file: PathBuf,
     },
     /// Plot the record of a flight, a CSV file such as `fmpy simulate squid.fmu --output-file` writes
     Plot {
@@ -113,9 +125,19 @@ fn main() -> ExitCode {
 fn run(verb: Verb) -> Result<(), Error> {
     match verb {
         Verb::Design(which) => run_design(&which),
-        Verb::Package { which, binaries, descriptions } => run_package(&which, binaries, descriptions),
+        Verb::Package { which, binaries, allow_uncertified, descriptions } => {
+            run_package(&which, binaries, allow_uncertified, descriptions)
+        }
         Verb::Simulate(which) => run_simulate(&which),
         Verb::Show { which, speed, fit, controller } => run_show(&which, speed, fit, controller),
+        Verb::Verify { file } => {
+            let found = verify::verify(&file)?;
+            if let Some(about) = &found.about {
+                println!("{about}");
+            }
+            println!("PROVED: {}", found.theorem);
+            Ok(())
+        }
         Verb::Plot { record, out } => {
             let to = out.unwrap_or_else(|| record.with_extension("svg"));
             record::plot(&record, &to)?;
@@ -134,9 +156,15 @@ fn run_design(which: &Which) -> Result<(), Error> {
     Ok(())
 }
 
-fn run_package(which: &Which, binaries: Option<PathBuf>, descriptions: Option<PathBuf>) -> Result<(), Error> {
+fn run_package(
+    which: &Which,
+    binaries: Option<PathBuf>,
+    allow_uncertified: bool,
+    descriptions: Option<PathBuf>,
+) -> Result<(), Error> {
     let (inputs, directory) = which.read()?;
-    let stored = store::load(&directory, &inputs)?;
+    let mut stored = store::load(&directory, &inputs)?;
+    println!("{}", require_proof(&mut stored, &directory, allow_uncertified)?);
     for kind in Kind::ALL {
         if let Some(to) = &descriptions {
             let prepared = prepare(kind, &inputs, &stored)?;

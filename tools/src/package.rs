@@ -51,6 +51,27 @@ pub struct Prepared {
     resources: Resources,
 }
 
+/// Proves the certificate of a stored design. With `allow_uncertified` a design that does not prove is marked as
+/// uncertified instead of being refused.
+///
+/// # Errors
+/// [`Error::Uncertified`].
+pub fn require_proof(
+    stored: &mut Stored,
+    directory: &Path,
+    allow_uncertified: bool,
+) -> Result<String, Error> {
+    match stored.prove() {
+        Ok(theorem) if stored.controller.gamma.certified => Ok(format!("certified: {theorem}")),
+        Ok(_) => Err(Error::Mismatch { what: "the mark 'certified' of controller.json".into() }),
+        Err(reason) if allow_uncertified => {
+            stored.controller.gamma.certified = false;
+            Ok(format!("UNCERTIFIED: {reason}"))
+        }
+        Err(reason) => Err(Error::Uncertified { directory: directory.display().to_string(), reason }),
+    }
+}
+
 /// The model description and resources of an FMU.
 ///
 /// # Errors
@@ -59,6 +80,9 @@ pub fn prepare(kind: Kind, inputs: &Inputs, stored: &Stored) -> Result<Prepared,
     let mut resources = Resources::default();
     if kind != Kind::Plant {
         resources.insert("controller.json", stored.controller.to_json()?);
+        if let (true, Ok(certificate)) = (stored.controller.gamma.certified, &stored.certificate) {
+            resources.insert("certificate.json", certificate.as_str());
+        }
     }
     if kind != Kind::Controller {
         resources.insert("plant.json", stored.plant.to_json()?);

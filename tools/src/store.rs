@@ -5,13 +5,16 @@
 //! | `controller.json` | the frozen controller |
 //! | `plant.json` | the frozen LPV model of the vehicle |
 //! | `manoeuvre.json` | what the FMU of the whole loop flies by default |
+//! | `certificate.json` | the proof of the gain bound, if there is one |
 //! | `design.json` | the figures of the design |
 
 use crate::design::Finished;
 use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::output::{read, write, write_json};
+use crate::verify;
 use auv::LpvModel;
+use certificate::Theorem;
 use fmu_squid::Manoeuvre;
 use scheduled::ControllerDesign;
 use serde::Serialize;
@@ -37,6 +40,21 @@ pub struct Stored {
     pub plant: LpvModel,
     /// The default manoeuvre.
     pub manoeuvre: Manoeuvre,
+    /// The text of the certificate, or why there is none.
+    pub certificate: Result<String, String>,
+}
+
+impl Stored {
+    /// Proves the certificate again, for the controller that is stored.
+    ///
+    /// # Errors
+    /// The reason why this controller is not certified.
+    pub fn prove(&self) -> Result<Theorem, String> {
+        let text = self.certificate.as_ref().map_err(Clone::clone)?;
+        let certificate = verify::parse(text, "certificate.json").map_err(|e| e.to_string())?;
+        verify::matches(&self.controller, &certificate).map_err(|e| e.to_string())?;
+        certificate.prove().map_err(|e| e.to_string())
+    }
 }
 
 /// The figures of a design, as `design.json` holds them.
@@ -49,7 +67,10 @@ struct Figures<'a> {
     gamma_design: f64,
     gamma_bound: f64,
     back_off: f64,
+    gamma_bound_with_model_error: Option<f64>,
+    model_error: Option<f64>,
     certified: bool,
+    not_certified_because: Option<&'a str>,
     largest_eigenvalue: f64,
     fit: Vec<FitFigures>,
     lft_size: usize,
@@ -80,7 +101,23 @@ pub fn save(directory: &Path, inputs: &Inputs, finished: &Finished) -> Result<()
     write(&to("controller.json"), finished.frozen.controller.to_json()?.as_bytes())?;
     write(&to("plant.json"), finished.frozen.plant.to_json()?.as_bytes())?;
     write(&to("manoeuvre.json"), inputs.design.manoeuvre.to_json()?.as_bytes())?;
+    save_certificate(&to("certificate.json"), finished)?;
     write_json(&to("design.json"), &figures(inputs, finished))
+}
+
+/// Writes the certificate; where there is none, an older one must not be left lying.
+fn save_certificate(path: &Path, finished: &Finished) -> Result<(), Error> {
+    match &finished.proof {
+        Ok(proof) => {
+            let text = proof.certificate.to_json();
+            let text =
+                text.map_err(|reason| Error::Certificate { file: path.display().to_string(), reason })?;
+            write(path, text.as_bytes())
+        }
+        Err(_) if path.exists() => std::fs::remove_file(path)
+            .map_err(|reason| Error::Unwritable { path: path.display().to_string(), reason }),
+        Err(_) => Ok(()),
+    }
 }
 
 /// Reads the files of a design back, if they belong to these inputs.
@@ -102,10 +139,16 @@ pub fn load(directory: &Path, inputs: &Inputs) -> Result<Stored, Error> {
     }
     let plant_path = directory.join("plant.json");
     let plant = LpvModel::from_json(&read(&plant_path)?, &plant_path.display().to_string())?;
-    Ok(Stored { controller, plant, manoeuvre: inputs.design.manoeuvre.clone() })
+    let certificate_path = directory.join("certificate.json");
+    let certificate = if certificate_path.is_file() {
+        Ok(read(&certificate_path)?)
+    } else {
+        Err("there is no certificate.json; `squid design` said why".into())
+    };
+    Ok(Stored { controller, plant, manoeuvre: inputs.design.manoeuvre.clone(), certificate })
 }
 
-fn figures<'a>(inputs: &'a Inputs, f: &Finished) -> Figures<'a> {
+fn figures<'a>(inputs: &'a Inputs, f: &'a Finished) -> Figures<'a> {
     let responses = crate::frequency::errors(&f.model);
     Figures {
         vehicle: &inputs.vehicle.name,
@@ -115,7 +158,10 @@ fn figures<'a>(inputs: &'a Inputs, f: &Finished) -> Figures<'a> {
         gamma_design: f.design.gamma_design,
         gamma_bound: f.design.certified.gamma,
         back_off: inputs.design.back_off,
-        certified: f.frozen.controller.gamma.certified,
+        gamma_bound_with_model_error: f.proof.as_ref().ok().and_then(|p| p.theorem.gamma_with_model_error),
+        model_error: f.proof.as_ref().ok().map(|p| p.model_error),
+        certified: f.proof.is_ok(),
+        not_certified_because: f.proof.as_ref().err().map(String::as_str),
         largest_eigenvalue: f.design.certified.largest_eigenvalue,
         fit: f
             .model

@@ -3,10 +3,11 @@
 //! Scaled bounded-real lemma with a constant Lyapunov matrix: P. Apkarian, P. Gahinet, IEEE Trans. Automatic
 //! Control 40(5), 1995, lemma 3.1, with the skew scaling of G. Scorletti and L. El Ghaoui, 1998.
 
-use crate::bounded_real::{bounded_real_compact, bounded_real_value, rows};
+use crate::bounded_real::{Multipliers, bounded_real_compact, bounded_real_value};
 use crate::error::SynthesisError;
 use crate::lmi::{Affine, Program};
 use crate::matrix::{Mat, largest_eigenvalue, skew_part, symmetric_part};
+use crate::model_error::LoopError;
 use crate::plant::ClosedLoop;
 use crate::solver;
 
@@ -22,6 +23,8 @@ pub struct GainBound {
     pub s: Mat,
     /// The skew scaling.
     pub t: Mat,
+    /// The multiplier of the model error; 0 when there is none.
+    pub lambda: f64,
     /// The largest eigenvalue of the bounded-real matrix, -X and -S, scaled to unit diagonals: negative, and
     /// how clearly.
     pub largest_eigenvalue: f64,
@@ -35,15 +38,20 @@ const TIGHT: f64 = 1e-6;
 
 const STAGE: &str = "analysis of the closed loop";
 
-/// Tightens a bound of the gain of a closed loop.
+/// Tightens a bound of the gain of a closed loop, with or without model error.
 ///
 /// The inequalities are solved in coordinates in which X and S of the bound given are the identity. The least
 /// gamma is sought first; then, 1 % above it, the point at which the inequality holds most clearly. What comes
-/// back holds by its eigenvalues in floating point: if no better bound does, the one given.
+/// back holds by its eigenvalues in floating point: if no better bound does, the one given. A loop too large for
+/// the solver ([`TIGHTENED_SIZE`]) keeps the bound given, if that holds.
 ///
 /// # Errors
 /// [`SynthesisError::Numerical`] when neither a new bound nor the one given satisfies the inequality.
-pub fn bounded_gain(closed: &ClosedLoop, shown: &GainBound) -> Result<GainBound, SynthesisError> {
+pub fn bounded_gain(
+    closed: &ClosedLoop,
+    error: &LoopError,
+    shown: &GainBound,
+) -> Result<GainBound, SynthesisError> {
     let unstable = crate::matrix::spectral_abscissa(&closed.a);
     if unstable.is_nan() || unstable >= 0.0 {
         return Err(SynthesisError::Numerical {
@@ -51,27 +59,13 @@ pub fn bounded_gain(closed: &ClosedLoop, shown: &GainBound) -> Result<GainBound,
             diagnosis: format!("the closed loop has a mode with real part {unstable:.3e} at Theta = 0"),
         });
     }
-    let given = GainBound {
-        largest_eigenvalue: worst_eigenvalue(closed, &shown.x, &shown.s, &shown.t, shown.gamma),
-        ..shown.clone()
-    };
-    let mut bases = vec![given.clone()];
-    let mut least = f64::INFINITY;
-    for _ in 0..2 {
-        let Some(found) = bases.last().and_then(|base| search(closed, base, None).ok()) else { break };
-        if found.largest_eigenvalue > TIGHT {
-            break;
-        }
-        let settled = found.gamma > least * (1.0 - 1e-4);
-        least = least.min(found.gamma);
-        bases.push(found);
-        if settled {
-            break;
-        }
+    let mut given = shown.clone();
+    given.largest_eigenvalue = worst_eigenvalue(closed, error, &given);
+    let size = closed.a.nrows() + closed.channels.len() + closed.b1.ncols() + closed.c1.nrows();
+    if size > TIGHTENED_SIZE && given.largest_eigenvalue < 0.0 {
+        return Ok(given);
     }
-    let mut clear = bases.iter().rev().filter_map(|base| search(closed, base, Some(least * (1.0 + MARGIN))).ok());
-    let better = clear.find(|found| found.gamma.is_finite() && found.largest_eigenvalue < 0.0);
-    let best = better.unwrap_or(given);
+    let best = tightened(closed, error, &given).unwrap_or(given);
     if best.largest_eigenvalue < 0.0 {
         Ok(best)
     } else {
@@ -85,48 +79,83 @@ pub fn bounded_gain(closed: &ClosedLoop, shown: &GainBound) -> Result<GainBound,
     }
 }
 
+/// Loops with more states, channels, inputs and outputs together than this keep the bound of the synthesis.
+pub const TIGHTENED_SIZE: usize = 64;
+
+/// The clearest point a little above the least gamma; `None` when no search led to one that holds.
+fn tightened(closed: &ClosedLoop, error: &LoopError, given: &GainBound) -> Option<GainBound> {
+    let mut bases = vec![given.clone()];
+    let mut least = f64::INFINITY;
+    for _ in 0..2 {
+        let Some(found) = bases.last().and_then(|base| search(closed, error, base, None).ok()) else { break };
+        if found.largest_eigenvalue > TIGHT {
+            break;
+        }
+        let settled = found.gamma > least * (1.0 - 1e-4);
+        least = least.min(found.gamma);
+        bases.push(found);
+        if settled {
+            break;
+        }
+    }
+    let level = least * (1.0 + MARGIN);
+    let mut clear = bases.iter().rev().filter_map(|base| search(closed, error, base, Some(level)).ok());
+    clear.find(|found| found.gamma.is_finite() && found.largest_eigenvalue < 0.0)
+}
+
 /// The least gamma, or the clearest point at a given gamma, sought where X and S of `base` are the identity.
-fn search(closed: &ClosedLoop, base: &GainBound, gamma: Option<f64>) -> Result<GainBound, SynthesisError> {
+fn search(
+    closed: &ClosedLoop,
+    error: &LoopError,
+    base: &GainBound,
+    gamma: Option<f64>,
+) -> Result<GainBound, SynthesisError> {
     let (state, state_inverse) = whitening(&base.x, "X")?;
     let (channel, channel_inverse) = whitening(&base.s, "S")?;
     let seen = closed.in_coordinates((&state, &state_inverse), (&channel, &channel_inverse));
+    let seen_error = error.in_coordinates((&state, &state_inverse), &channel);
     let mut program = Program::new();
-    let x = program.symmetric(seen.a.nrows());
-    let s = program.symmetric_commuting(&seen.channels);
-    let t = program.skew_commuting(&seen.channels);
-    let level = match gamma {
-        Some(g) => Affine::constant(Mat::from_element(1, 1, g)),
-        None => program.scalar(),
+    let scalar = |value: f64| Affine::constant(Mat::from_element(1, 1, value));
+    let m = Multipliers {
+        x: program.symmetric(seen.a.nrows()),
+        s: program.symmetric_commuting(&seen.channels),
+        t: program.skew_commuting(&seen.channels),
+        gamma: gamma.map_or_else(|| program.scalar(), scalar),
+        lambda: if error.is_none() { scalar(0.0) } else { program.scalar() },
     };
-    program.positive("X", x.clone());
-    program.positive("S", s.clone());
-    program.negative("bounded real", bounded_real_compact(rows(&seen), &level, &x, &s, &t));
+    program.positive("X", m.x.clone());
+    program.positive("S", m.s.clone());
+    program.negative("bounded real", bounded_real_compact(&seen, &seen_error, &m));
     if gamma.is_some() {
         let clear = program.scalar();
         program.tighten("bounded real", &clear);
         program.minimise_trace(&clear, -1.0);
     } else {
-        program.minimise_trace(&level, 1.0);
+        program.minimise_trace(&m.gamma, 1.0);
     }
     let solution = solver::solve(&program, STAGE)?;
     let value = |e: &Affine| e.value(&program, &solution.x);
     let back = |m: Mat, inverse: &Mat| inverse.transpose() * m * inverse;
-    let gamma = value(&level)[(0, 0)];
-    let x = symmetric_part(&back(value(&x), &state_inverse));
-    let s = symmetric_part(&back(value(&s), &channel_inverse));
-    let t = skew_part(&back(value(&t), &channel_inverse));
-    let largest_eigenvalue = worst_eigenvalue(closed, &x, &s, &t, gamma);
-    Ok(GainBound { gamma, x, s, t, largest_eigenvalue })
+    let mut found = GainBound {
+        gamma: value(&m.gamma)[(0, 0)],
+        x: symmetric_part(&back(value(&m.x), &state_inverse)),
+        s: symmetric_part(&back(value(&m.s), &channel_inverse)),
+        t: skew_part(&back(value(&m.t), &channel_inverse)),
+        lambda: value(&m.lambda)[(0, 0)],
+        largest_eigenvalue: f64::NAN,
+    };
+    found.largest_eigenvalue = worst_eigenvalue(closed, error, &found);
+    Ok(found)
 }
 
 /// The largest eigenvalue of the bounded-real matrix, -X and -S, each scaled to a unit diagonal: the sign does
 /// not depend on the scaling, and rounding is seen in proportion.
-fn worst_eigenvalue(closed: &ClosedLoop, x: &Mat, s: &Mat, t: &Mat, gamma: f64) -> f64 {
-    let all = [bounded_real_value(closed, x, s, t, gamma), -x, -s];
+fn worst_eigenvalue(closed: &ClosedLoop, error: &LoopError, bound: &GainBound) -> f64 {
+    let all = [bounded_real_value(closed, error, bound), -&bound.x, -&bound.s];
     all.iter().map(scaled_largest_eigenvalue).fold(f64::NEG_INFINITY, f64::max)
 }
 
-fn scaled_largest_eigenvalue(m: &Mat) -> f64 {
+pub(crate) fn scaled_largest_eigenvalue(m: &Mat) -> f64 {
     if m.iter().any(|v| !v.is_finite()) {
         return f64::INFINITY;
     }
@@ -138,7 +167,7 @@ fn scaled_largest_eigenvalue(m: &Mat) -> f64 {
 }
 
 /// T and its inverse with `T' M T = I`.
-fn whitening(m: &Mat, name: &str) -> Result<(Mat, Mat), SynthesisError> {
+pub(crate) fn whitening(m: &Mat, name: &str) -> Result<(Mat, Mat), SynthesisError> {
     if m.is_empty() {
         return Ok((m.clone(), m.clone()));
     }

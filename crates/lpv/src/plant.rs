@@ -174,6 +174,22 @@ impl GeneralisedPlant {
         }
     }
 
+    /// The plant without its control, as a loop: what is left when u = 0.
+    pub fn open(&self) -> ClosedLoop {
+        ClosedLoop {
+            a: self.a.clone(),
+            bt: self.bt.clone(),
+            b1: self.b1.clone(),
+            ct: self.ct.clone(),
+            dtt: self.dtt.clone(),
+            dt1: self.dt1.clone(),
+            c1: self.c1.clone(),
+            d1t: self.d1t.clone(),
+            d11: self.d11.clone(),
+            channels: channels(&self.blocks),
+        }
+    }
+
     /// The closed loop with a controller, its channels ordered plant's, then controller's.
     ///
     /// The direct path from u to y is zero, so the loop is always well posed at Theta = 0.

@@ -21,6 +21,7 @@ use crate::matrix::{
     Mat, block, diagonal_blocks, kernel, largest_eigenvalue, pseudo_inverse, rank_factors, skew_part,
     spectral_abscissa, symmetric_function, symmetric_part,
 };
+use crate::model_error::LoopError;
 use crate::plant::GeneralisedPlant;
 use crate::synthesis::Existence;
 
@@ -42,7 +43,7 @@ pub fn reconstruct(
     let size = plant.sizes();
     let lyapunov = lyapunov_matrix(found)?;
     let multiplier = multiplier(found)?;
-    let affine = AffineLoop::new(plant, &lyapunov, &multiplier, found.gamma)?;
+    let affine = AffineLoop::new(plant, &bound(found, &lyapunov, &multiplier))?;
     let mut best: Option<(f64, Controller)> = None;
     let Some(least_weight) = affine.least_weight() else {
         return Err(SynthesisError::Numerical {
@@ -65,13 +66,24 @@ pub fn reconstruct(
             best = Some((fastest, k));
         }
     }
-    let (s, t) = (symmetric_part(&multiplier), skew_part(&multiplier));
-    let shown = GainBound { gamma: found.gamma, x: lyapunov, s, t, largest_eigenvalue: f64::NAN };
+    let shown = bound(found, &lyapunov, &multiplier);
     best.map(|(_, k)| (k, shown)).ok_or_else(|| SynthesisError::Numerical {
         stage: STAGE,
         diagnosis: "no controller of the family satisfies the bounded-real inequality; try a larger back-off"
             .into(),
     })
+}
+
+/// The bound that a Lyapunov matrix and a multiplier stand for.
+fn bound(found: &Existence, lyapunov: &Mat, multiplier: &Mat) -> GainBound {
+    GainBound {
+        gamma: found.gamma,
+        x: lyapunov.clone(),
+        s: symmetric_part(multiplier),
+        t: skew_part(multiplier),
+        lambda: 0.0,
+        largest_eigenvalue: f64::NAN,
+    }
 }
 
 /// The fastest mode of the controller over the vertices and the centre of the parameter box.
@@ -117,12 +129,7 @@ struct AffineLoop {
 }
 
 impl AffineLoop {
-    fn new(
-        plant: &GeneralisedPlant,
-        lyapunov: &Mat,
-        multiplier: &Mat,
-        gamma: f64,
-    ) -> Result<Self, SynthesisError> {
+    fn new(plant: &GeneralisedPlant, bound: &GainBound) -> Result<Self, SynthesisError> {
         let size = plant.sizes();
         let zero = Controller::from_matrix(
             &Mat::zeros(size.x + size.u + size.t, size.x + size.y + size.t),
@@ -132,8 +139,8 @@ impl AffineLoop {
             plant.blocks.clone(),
         );
         let open = plant.close(&zero);
-        let (s, t) = (symmetric_part(multiplier), skew_part(multiplier));
-        let psi = bounded_real_value(&open, lyapunov, &s, &t, gamma);
+        let GainBound { x: lyapunov, s, t, gamma, .. } = bound;
+        let psi = bounded_real_value(&open, &LoopError::none(&open), bound);
         let z = Mat::zeros;
         let (n, r, m, p) = (size.x, size.t, size.u, size.y);
         // Rows x', xk', zt, zk, z of what the controller's outputs xk', u, zk do.
@@ -142,9 +149,9 @@ impl AffineLoop {
         let into_z = block(&[&[&z(size.z, n), &plant.d12, &z(size.z, r)]]);
         let left = block(&[
             &[&(lyapunov * &into_x)],
-            &[&(&t * &into_t)],
+            &[&(t * &into_t)],
             &[&z(size.w, n + m + r)],
-            &[&(&s * &into_t)],
+            &[&(s * &into_t)],
             &[&into_z],
         ]);
         let right = block(&[
@@ -158,7 +165,7 @@ impl AffineLoop {
                 &z(r, 2 * r + size.z),
             ],
         ]);
-        let unit = normalising_congruence(lyapunov, &s, gamma, size.w, size.z)?;
+        let unit = normalising_congruence(lyapunov, s, *gamma, size.w, size.z)?;
         let psi = unit.transpose() * psi * &unit;
         let (left, left_inner) = orthonormal_columns(&(unit.transpose() * left));
         let (right_t, right_inner_t) = orthonormal_columns(&(right * unit).transpose());

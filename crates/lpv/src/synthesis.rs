@@ -7,11 +7,12 @@
 
 use crate::analysis::{GainBound, bounded_gain};
 use crate::balance::Coordinates;
-use crate::bounded_real::bounded_real_compact;
+use crate::bounded_real::{Multipliers, bounded_real_compact};
 use crate::controller::Controller;
 use crate::error::SynthesisError;
 use crate::lmi::{Affine, Program, symmetric};
 use crate::matrix::{Mat, block, diagonal_blocks, kernel, symmetric_part};
+use crate::model_error::LoopError;
 use crate::plant::{GeneralisedPlant, channels};
 use crate::reconstruct::reconstruct;
 use crate::solver::{self, Solution};
@@ -88,7 +89,8 @@ pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, 
     let centred = centre(&balanced, gamma_design, &small, options.scalings)?;
     let (in_balance, shown) = reconstruct(&balanced, &centred)?;
     let controller = coordinates.undo(&in_balance);
-    let certified = bounded_gain(&plant.close(&controller), &coordinates.undo_bound(&shown))?;
+    let closed = plant.close(&controller);
+    let certified = bounded_gain(&closed, &LoopError::none(&closed), &coordinates.undo_bound(&shown))?;
     Ok(Design { controller, gamma_optimum: optimum.gamma, gamma_design, certified })
 }
 
@@ -144,7 +146,7 @@ fn smallest(plant: &GeneralisedPlant, gamma: f64, scalings: Scalings) -> Result<
     for e in [&unknowns.x, &unknowns.y, &unknowns.s, &unknowns.sigma] {
         program.minimise_trace(e, 1.0);
     }
-    let solution = solver::solve(&program, "smallest matrices")?;
+    let solution = solver::solve(&program, SMALLEST).map_err(contradiction)?;
     Ok(unknowns.existence(&program, &solution))
 }
 
@@ -221,10 +223,13 @@ fn coupling(p: &Affine, q: &Affine, c: f64) -> Affine {
 /// The scaled bounded-real inequality of an open plant with its control taken out by projection on the
 /// kernel of `[C2 D2t D21]` (Apkarian and Gahinet 1995, eq. 20, with the skew scaling T).
 fn projected(p: &GeneralisedPlant, gamma: &Affine, x: &Affine, s: &Affine, t: &Affine) -> Affine {
-    let rows = [[&p.a, &p.bt, &p.b1], [&p.ct, &p.dtt, &p.dt1], [&p.c1, &p.d1t, &p.d11]];
+    let open = p.open();
+    let lambda = Affine::zeros(1, 1);
+    let m = Multipliers { gamma: gamma.clone(), x: x.clone(), s: s.clone(), t: t.clone(), lambda };
+    let whole = bounded_real_compact(&open, &LoopError::none(&open), &m);
     let z = p.c1.nrows();
     let n = diagonal_blocks(&[&kernel(&block(&[&[&p.c2, &p.d2t, &p.d21]])), &Mat::identity(z, z)]);
-    bounded_real_compact(rows, gamma, x, s, t).congruence(&n)
+    whole.congruence(&n)
 }
 
 /// The least gamma in the plant's own coordinates.
@@ -320,7 +325,7 @@ fn push(
         program.positive("floor of Sigma", unknowns.sigma.clone() - value.times_identity(r));
     }
     program.minimise_trace(&value, -1.0);
-    let solution = solver::solve(&program, BACK_OFF)?;
+    let solution = solver::solve(&program, BACK_OFF).map_err(contradiction)?;
     let reached = value.value(&program, &solution.x)[(0, 0)];
     // What counts are the inequalities themselves, not those tightened and bounded here.
     let mut original = Program::new();
@@ -329,6 +334,22 @@ fn push(
     let found = Existence { margin, ..unknowns.existence(&program, &solution) };
     Ok((found, reached))
 }
+
+/// Above the least gamma there is a solution: a solver that denies it has failed.
+fn contradiction(error: SynthesisError) -> SynthesisError {
+    match error {
+        SynthesisError::Infeasible { stage } => SynthesisError::Numerical {
+            stage,
+            diagnosis:
+                "the solver finds no point above the least gamma, where one exists; the problem is badly \
+                        conditioned: check units and weights"
+                    .into(),
+        },
+        other => other,
+    }
+}
+
+const SMALLEST: &str = "smallest matrices";
 
 /// How many times their least size the unknowns may reach.
 const GROWTH: f64 = 10.0;

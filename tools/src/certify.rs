@@ -1,0 +1,164 @@
+//! The certificate: the gain bound of the finished loop in a form that exact arithmetic re-checks.
+//!
+//! Two claims go into one file: the bound for the fitted model, and the bound that also holds when the model is off by
+//! as much as the fit misses the true linearisations anywhere in the range of speed.
+
+use crate::error::Error;
+use crate::inputs::Inputs;
+use crate::model::{Model, STATES, linearise_at, speeds, stacked};
+use certificate::{Certificate, Residual, Theorem};
+use lpv::analysis::{GainBound, bounded_gain};
+use lpv::controller::Controller;
+use lpv::matrix::{Mat, block, largest_singular_value, solve, to_rows};
+use lpv::model_error::ModelError;
+use lpv::plant::GeneralisedPlant;
+use lpv::synthesis::Design;
+
+/// Speeds at which the fit's residual is taken.
+const SAMPLES: usize = 1001;
+
+/// What was proved, and the text that proves it.
+#[derive(Debug, Clone)]
+pub struct Proof {
+    /// The certificate.
+    pub certificate: Certificate,
+    /// What it proves.
+    pub theorem: Theorem,
+    /// The size of the model error that is covered, in the coordinates of [`ModelError`].
+    pub model_error: f64,
+}
+
+/// Certifies a design, and proves the certificate in exact arithmetic.
+///
+/// # Errors
+/// [`Error::Unproved`] with the first thing that failed; [`Error::Synthesis`] when no bound covers the model error.
+pub fn certify(
+    inputs: &Inputs,
+    model: &Model,
+    plant: &GeneralisedPlant,
+    design: &Design,
+) -> Result<Proof, Error> {
+    let (error, size) = model_error(inputs, model, plant, &design.certified)?;
+    let closed = plant.close(&design.controller);
+    let covered = bounded_gain(&closed, &error.close(plant, &design.controller), &design.certified)?;
+    let mut certificate = nominal(plant, &design.controller, &design.certified);
+    certificate.residual = Some(residual(&error, &covered));
+    let theorem = certificate.prove()?;
+    Ok(Proof { certificate, theorem, model_error: size })
+}
+
+/// The certificate of a bound without model error.
+pub fn nominal(plant: &GeneralisedPlant, k: &Controller, bound: &GainBound) -> Certificate {
+    let p = plant;
+    Certificate {
+        blocks: p.blocks.clone(),
+        controller_blocks: k.blocks.clone(),
+        plant: certificate::Plant {
+            a: to_rows(&p.a),
+            bt: to_rows(&p.bt),
+            b1: to_rows(&p.b1),
+            b2: to_rows(&p.b2),
+            ct: to_rows(&p.ct),
+            c1: to_rows(&p.c1),
+            c2: to_rows(&p.c2),
+            dtt: to_rows(&p.dtt),
+            dt1: to_rows(&p.dt1),
+            dt2: to_rows(&p.dt2),
+            d1t: to_rows(&p.d1t),
+            d11: to_rows(&p.d11),
+            d12: to_rows(&p.d12),
+            d2t: to_rows(&p.d2t),
+            d21: to_rows(&p.d21),
+        },
+        controller: certificate::Controller {
+            a: to_rows(&k.a),
+            by: to_rows(&k.by),
+            bt: to_rows(&k.bt),
+            cu: to_rows(&k.cu),
+            duy: to_rows(&k.duy),
+            dut: to_rows(&k.dut),
+            ct: to_rows(&k.ct),
+            dty: to_rows(&k.dty),
+            dtt: to_rows(&k.dtt),
+        },
+        gamma: bound.gamma,
+        x: to_rows(&bound.x),
+        s: to_rows(&bound.s),
+        t: to_rows(&bound.t),
+        residual: None,
+    }
+}
+
+fn residual(error: &ModelError, bound: &GainBound) -> Residual {
+    Residual {
+        e: to_rows(&error.e),
+        f: to_rows(&error.f),
+        fu: to_rows(&error.fu),
+        lambda: bound.lambda,
+        gamma: bound.gamma,
+        x: to_rows(&bound.x),
+        s: to_rows(&bound.s),
+        t: to_rows(&bound.t),
+    }
+}
+
+/// The smallest ball `E Delta [F Fu]`, `|Delta| <= 1`, that holds `[A B2] - [A B2](rho)` at every speed, in coordinates in which
+/// the Lyapunov matrix of the bound is the identity on the model's states and each input is in units of its scale.
+///
+/// With `T` those coordinates and `R(V) = T^-1 [dA T, dB S_u]`, `E = sqrt(e) T` and `[F Fu] = sqrt(e) [T^-1 0; 0 I]` where
+/// `e = max |R(V)|`. The maximum is taken over [`SAMPLES`] speeds and raised by a bound of what may lie between two of them:
+/// see [`between_samples`]. The LFT that was designed on is subtracted, not the polynomial, so that what was dropped there is
+/// covered, too.
+fn model_error(
+    inputs: &Inputs,
+    model: &Model,
+    plant: &GeneralisedPlant,
+    bound: &GainBound,
+) -> Result<(ModelError, f64), Error> {
+    let own = bound.x.view((0, 0), (STATES, STATES)).into_owned();
+    let Some(factor) = own.cholesky() else {
+        return Err(lpv::error::SynthesisError::Numerical {
+            stage: "model error",
+            diagnosis: "the Lyapunov matrix is not positive definite".into(),
+        }
+        .into());
+    };
+    // X = L L', so T = L^-T.
+    let t_inverse = factor.l().transpose();
+    let t =
+        solve(&t_inverse, &Mat::identity(STATES, STATES)).unwrap_or_else(|| Mat::identity(STATES, STATES));
+    let scales: Vec<f64> = inputs.vehicle.actuators.iter().map(auv::Actuator::reach).collect();
+    let (centre, half_range) = inputs.design.scheduling();
+    let mut residuals = Vec::with_capacity(SAMPLES);
+    for v in speeds(inputs, SAMPLES) {
+        let truth = stacked(&linearise_at(inputs, v)?);
+        let difference = truth - model.lft.evaluate(&[(v - centre) / half_range])?;
+        let state = &t_inverse * difference.columns(0, STATES) * &t;
+        let mut input = &t_inverse * difference.columns(STATES, scales.len());
+        for (j, scale) in scales.iter().enumerate() {
+            input.column_mut(j).scale_mut(*scale);
+        }
+        residuals.push(block(&[&[&state, &input]]));
+    }
+    let largest = residuals.iter().map(largest_singular_value).fold(0.0, f64::max);
+    let size = largest + between_samples(&residuals);
+    let (n, m) = (plant.a.nrows(), scales.len());
+    let root = size.sqrt();
+    let mut e = Mat::zeros(n, STATES);
+    e.view_mut((0, 0), (STATES, STATES)).copy_from(&(&t * root));
+    let mut f = Mat::zeros(STATES + m, n);
+    f.view_mut((0, 0), (STATES, STATES)).copy_from(&(&t_inverse * root));
+    let mut fu = Mat::zeros(STATES + m, m);
+    for j in 0..m {
+        fu[(STATES + j, j)] = root;
+    }
+    Ok((ModelError { e, f, fu }, size))
+}
+
+/// A bound of how far a smooth function may rise above its samples: an eighth of the largest second difference, for a
+/// curve between two points lies within `h^2/8 max |R''|` of the chord (linear interpolation, for instance K. Atkinson, An
+/// Introduction to Numerical Analysis, 1989, eq. 3.1.10). Twice that is taken, for the second derivative is itself sampled.
+fn between_samples(residuals: &[Mat]) -> f64 {
+    let second = residuals.windows(3).map(|w| largest_singular_value(&(&w[0] - &w[1] * 2.0 + &w[2])));
+    0.25 * second.fold(0.0, f64::max)
+}

@@ -1,0 +1,114 @@
+//! Problem files of `squid lpv`: a generalised plant as JSON.
+//!
+//! ```json
+//! {"kind": "lpvsyn-lft", "data": {"P": {"A": [[..]], "Bt": .., "B1": .., "B2": .., "Ct": .., "C1": .., "C2": .., "Dtt": ..,
+//!  "Dt1": .., "Dt2": .., "D1t": .., "D11": .., "D12": .., "D2t": .., "D21": ..}, "blocks": [r_1, ..]}}
+//! {"kind": "hinfsyn", "data": {"A": .., "B1": .., "B2": .., "C1": .., "C2": .., "D11": .., "D12": .., "D21": ..}}
+//! ```
+//!
+//! Matrices are lists of rows; the partition is that of `lpv::plant`, with D22 = 0. Other keys are passed over.
+
+use crate::error::Error;
+use crate::output::read;
+use lpv::matrix::{Mat, from_rows};
+use lpv::plant::GeneralisedPlant;
+use serde_json::{Map, Value};
+use std::path::Path;
+
+/// Reads a problem file.
+///
+/// # Errors
+/// [`Error::Unreadable`]; [`Error::Problem`] with file and key; [`Error::Shape`] when matrices do not fit together.
+pub fn plant(path: &Path) -> Result<GeneralisedPlant, Error> {
+    let reader = Reader { file: path.display().to_string() };
+    let text = read(path)?;
+    let value: Value =
+        serde_json::from_str(&text).map_err(|e| reader.wrong("", format!("is not JSON: {e}")))?;
+    let data = reader.object(value.get("data").unwrap_or(&value), "data")?;
+    let scheduled = data.contains_key("P");
+    let matrices = if scheduled { reader.object(&data["P"], "P")? } else { data };
+    let blocks = if scheduled { reader.blocks(data)? } else { vec![] };
+    let r = blocks.iter().sum();
+    let a = reader.matrix(matrices, "A", None)?;
+    let n = a.nrows();
+    let b1 = reader.matrix(matrices, "B1", Some(0))?;
+    let b2 = reader.matrix(matrices, "B2", Some(0))?;
+    let c1 = reader.matrix(matrices, "C1", Some(n))?;
+    let c2 = reader.matrix(matrices, "C2", Some(n))?;
+    let (w, u, z, y) = (b1.ncols(), b2.ncols(), c1.nrows(), c2.nrows());
+    // A problem without parameters has no channel matrices; zeros may also be left out of D11, D12, D21.
+    let part = |key: &'static str, rows: usize, cols: usize| -> Result<Mat, Error> {
+        if !matrices.contains_key(key) && (rows == 0 || cols == 0) {
+            return Ok(Mat::zeros(rows, cols));
+        }
+        reader.matrix(matrices, key, Some(cols))
+    };
+    let plant = GeneralisedPlant {
+        bt: part("Bt", n, r)?,
+        ct: part("Ct", r, n)?,
+        dtt: part("Dtt", r, r)?,
+        dt1: part("Dt1", r, w)?,
+        dt2: part("Dt2", r, u)?,
+        d1t: part("D1t", z, r)?,
+        d2t: part("D2t", y, r)?,
+        d11: part("D11", z, w)?,
+        d12: part("D12", z, u)?,
+        d21: part("D21", y, w)?,
+        a,
+        b1,
+        b2,
+        c1,
+        c2,
+        blocks,
+    };
+    plant.check()?;
+    Ok(plant)
+}
+
+struct Reader {
+    file: String,
+}
+
+impl Reader {
+    fn wrong(&self, key: &str, reason: String) -> Error {
+        let key = if key.is_empty() { String::new() } else { format!("'{key}' ") };
+        Error::Problem { file: self.file.clone(), reason: format!("{key}{reason}") }
+    }
+
+    fn object<'a>(&self, value: &'a Value, key: &str) -> Result<&'a Map<String, Value>, Error> {
+        value.as_object().ok_or_else(|| self.wrong(key, "must be an object with the matrices".into()))
+    }
+
+    fn blocks(&self, data: &Map<String, Value>) -> Result<Vec<usize>, Error> {
+        let blocks = data.get("blocks").ok_or_else(|| self.wrong("blocks", "is missing".into()))?;
+        let list: Option<Vec<usize>> =
+            blocks.as_array().and_then(|l| l.iter().map(|v| v.as_u64().map(|v| v as usize)).collect());
+        match list {
+            Some(list) if list.iter().all(|r| (1..=1000).contains(r)) => Ok(list),
+            _ => {
+                Err(self.wrong("blocks", format!("is {blocks}; it must be a list of whole numbers above 0")))
+            }
+        }
+    }
+
+    /// The matrix `key`; a matrix without rows has as many columns as `columns` says.
+    fn matrix(
+        &self,
+        from: &Map<String, Value>,
+        key: &'static str,
+        columns: Option<usize>,
+    ) -> Result<Mat, Error> {
+        let value = from.get(key).ok_or_else(|| self.wrong(key, "is missing".into()))?;
+        let rows: Option<Vec<Vec<f64>>> = value.as_array().and_then(|rows| {
+            let row =
+                |row: &Value| -> Option<Vec<f64>> { row.as_array()?.iter().map(Value::as_f64).collect() };
+            rows.iter().map(row).collect()
+        });
+        let rows = rows.ok_or_else(|| self.wrong(key, "must be a list of rows of numbers".into()))?;
+        let width = rows.first().map_or(columns.unwrap_or(0), Vec::len);
+        let matrix = from_rows(&rows, width);
+        matrix.ok_or_else(|| {
+            self.wrong(key, format!("has rows of unlike length; the first has {width} numbers"))
+        })
+    }
+}
