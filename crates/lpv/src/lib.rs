@@ -16,6 +16,7 @@
 //! - [`plant`], [`controller`]: the partitions of plant, controller and closed loop;
 //! - [`synthesis`]: from a generalised plant to a controller and a bound; [`reconstruct`] is its last step;
 //! - [`analysis`]: a bound on the gain of a finished loop;
+//! - [`model_error`]: a norm-bounded difference between the plant and what it stands for;
 //! - [`balance`]: coordinates in which the inequalities are well conditioned;
 //! - [`lmi`], [`solver`]: linear matrix inequalities as expressions, and the solver behind them;
 //! - [`modes`], [`state_space`], [`matrix`]: reachability of modes, H-infinity norm, dense matrices.
@@ -66,6 +67,7 @@ pub mod error;
 pub mod lft;
 pub mod lmi;
 pub mod matrix;
+pub mod model_error;
 pub mod modes;
 pub mod plant;
 pub mod polynomial;
