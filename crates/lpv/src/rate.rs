@@ -1,0 +1,276 @@
+//! The gain of a system whose parameter moves at a bounded rate, on a grid of parameter values.
+//!
+//! F. Wu, X. H. Yang, A. Packard, G. Becker, "Induced L2-norm control for LPV systems with bounded parameter
+//! variation rates", Int. J. Robust Nonlinear Control 6, 1996: `x' = A(theta) x + B(theta) w, z = C(theta) x +
+//! D(theta) w` with `|theta'| <= nu` is exponentially stable with an L2 gain below gamma when for every theta and
+//! both signs `X(theta) > 0` and
+//!
+//! ```text
+//! [ A'X + XA +- nu dX/dtheta   XB         C'       ]
+//! [         *                 -gamma I    D'       ]  < 0,     X(theta) = X_0 + s X_1 + ... + s^d X_d
+//! [         *                    *       -gamma I  ]
+//! ```
+//!
+//! with s the parameter mapped to [-1, 1]. The rate enters affinely, so its two extremes are enough. The parameter
+//! does not: the inequality is imposed at some samples and checked at all of them, and **between the samples
+//! nothing is proved**. [`crate::analysis`] bounds the gain with proof, for parameters that move however fast.
+
+use crate::error::{ShapeError, SynthesisError};
+use crate::matrix::{Mat, spectral_abscissa};
+use crate::rate_program::{Aim, Found, Grid, without_signals};
+use crate::state_space::StateSpace;
+use thiserror::Error;
+
+/// Which Lyapunov functions are tried, and where the inequality is imposed first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RateOptions {
+    /// The order d of X(theta).
+    pub order: usize,
+    /// The inequality is imposed at each `stride`-th sample and at the last one, and where it then fails.
+    pub stride: usize,
+}
+
+impl Default for RateOptions {
+    fn default() -> Self {
+        Self { order: 2, stride: 4 }
+    }
+}
+
+/// A symmetric matrix that is a polynomial: `X(theta) = sum_k s^k X_k`, `s = (theta - centre)/half_range`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LyapunovPolynomial {
+    /// The middle of the samples.
+    pub centre: f64,
+    /// From the middle to the last sample (1 when there is but one).
+    pub half_range: f64,
+    /// `X_0, ..., X_d`, n x n.
+    pub coefficients: Vec<Mat>,
+}
+
+impl LyapunovPolynomial {
+    /// X(theta).
+    pub fn value(&self, theta: f64) -> Mat {
+        self.sum(|k| self.power(theta, k))
+    }
+
+    /// dX/dtheta.
+    pub fn slope(&self, theta: f64) -> Mat {
+        self.sum(|k| self.power_slope(theta, k))
+    }
+
+    pub(crate) fn power(&self, theta: f64, k: usize) -> f64 {
+        ((theta - self.centre) / self.half_range).powi(k as i32)
+    }
+
+    pub(crate) fn power_slope(&self, theta: f64, k: usize) -> f64 {
+        if k == 0 { 0.0 } else { k as f64 * self.power(theta, k - 1) / self.half_range }
+    }
+
+    fn sum(&self, weight: impl Fn(usize) -> f64) -> Mat {
+        let n = self.coefficients.first().map_or(0, Mat::nrows);
+        self.coefficients.iter().enumerate().fold(Mat::zeros(n, n), |sum, (k, x)| sum + x * weight(k))
+    }
+}
+
+/// The Lyapunov function found, and how clearly the inequality holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RateProof {
+    /// X(theta).
+    pub lyapunov: LyapunovPolynomial,
+    /// The parameter values at which the inequality was imposed.
+    pub grid: Vec<f64>,
+    /// The number of parameter values at which it was checked: all samples.
+    pub checked: usize,
+    /// The largest eigenvalue of the inequality and of -X over all samples, scaled to unit diagonals: negative.
+    pub largest_eigenvalue: f64,
+    /// The sample with that eigenvalue.
+    pub worst_theta: f64,
+}
+
+/// A gain that holds at all samples.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RateBound {
+    /// The gain: 0.1 % (where that fails, 1 %) above the least one found, so that the inequality holds strictly.
+    pub gamma: f64,
+    /// The bound nu on `|theta'|`; infinite for parameters that move however fast.
+    pub rate: f64,
+    /// What shows it.
+    pub proof: RateProof,
+}
+
+/// Why there is no gain.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum RateError {
+    /// There is nothing to analyse.
+    #[error("there are no samples of the system")]
+    NoSamples,
+    /// Samples are given in ascending order of the parameter.
+    #[error("the sample at theta = {theta} does not lie above the one before it")]
+    NotAscending {
+        /// Where.
+        theta: f64,
+    },
+    /// All samples are systems of one shape.
+    #[error("the sample at theta = {theta}: {source}")]
+    Shape {
+        /// Where.
+        theta: f64,
+        /// What does not fit.
+        source: ShapeError,
+    },
+    /// A rate is a number, zero or more.
+    #[error("the bound on the rate of the parameter is {rate}, it must be zero or more")]
+    NegativeRate {
+        /// What was given.
+        rate: f64,
+    },
+    /// A system that is unstable at a constant parameter has no finite gain.
+    #[error("the system at theta = {theta} has a mode with real part {re:.3e}")]
+    Unstable {
+        /// Where.
+        theta: f64,
+        /// The largest real part of its modes, rad/s.
+        re: f64,
+    },
+    /// No Lyapunov function of this order, or a numerical failure: the two are kept apart in the source.
+    #[error(transparent)]
+    Inequality(#[from] SynthesisError),
+}
+
+impl RateError {
+    /// The numerical failure of a solution that does not hold where it should.
+    pub(crate) fn missed(gamma: f64, theta: f64, by: f64) -> Self {
+        let diagnosis =
+            format!("at gamma = {gamma:.4} the inequality is missed by {by:.1e}, theta = {theta}");
+        SynthesisError::Numerical { stage: crate::rate_program::STAGE, diagnosis }.into()
+    }
+}
+
+/// Bounds the L2 gain of a system that is given by its samples `(theta, system)`, for `|theta'| <= rate`.
+///
+/// `rate` is in units of theta per unit of time; 0 asks for a frozen parameter, infinity for a constant X.
+///
+/// # Errors
+/// [`RateError::Unstable`] and [`SynthesisError::Infeasible`] when no gain is finite, the latter for Lyapunov
+/// functions of this order; [`SynthesisError::Numerical`] when nothing is known; the others for bad input.
+pub fn rate_bounded_gain(
+    samples: &[(f64, StateSpace)],
+    rate: f64,
+    options: RateOptions,
+) -> Result<RateBound, RateError> {
+    match least_gain(samples, rate, options) {
+        // A solver that is stuck on a problem without solution finds the one of stability alone easier to refute.
+        Err(stuck @ RateError::Inequality(SynthesisError::Numerical { .. })) => {
+            match rate_bounded_stability(samples, rate, options) {
+                Err(none @ RateError::Inequality(SynthesisError::Infeasible { .. })) => Err(none),
+                _ => Err(stuck),
+            }
+        }
+        other => other,
+    }
+}
+
+fn least_gain(
+    samples: &[(f64, StateSpace)],
+    rate: f64,
+    options: RateOptions,
+) -> Result<RateBound, RateError> {
+    let system = Grid::new(checked(samples, rate)?, rate, options.order);
+    let mut base = system.start()?;
+    let mut gamma = 0.0;
+    let proof = refine(&system, options.stride, |points| {
+        let least = system.least(points, &mut base)?;
+        let found = system.strict(points, &base, least)?;
+        gamma = found.gamma;
+        Ok(found)
+    })?;
+    Ok(RateBound { gamma, rate, proof })
+}
+
+/// Looks for a Lyapunov function that shows stability for `|theta'| <= rate`; inputs and outputs do not matter.
+///
+/// # Errors
+/// As [`rate_bounded_gain`].
+pub fn rate_bounded_stability(
+    samples: &[(f64, StateSpace)],
+    rate: f64,
+    options: RateOptions,
+) -> Result<RateProof, RateError> {
+    let free: Vec<(f64, StateSpace)> =
+        samples.iter().map(|(theta, s)| (*theta, without_signals(s))).collect();
+    let system = Grid::new(checked(&free, rate)?, rate, options.order);
+    let base = system.start()?;
+    refine(&system, options.stride, |points| system.search(points, &base, Aim::Stability))
+}
+
+/// The samples, when they are in order, of one shape and stable.
+fn checked(samples: &[(f64, StateSpace)], rate: f64) -> Result<&[(f64, StateSpace)], RateError> {
+    let Some((_, like)) = samples.first() else { return Err(RateError::NoSamples) };
+    if rate.is_nan() || rate < 0.0 {
+        return Err(RateError::NegativeRate { rate });
+    }
+    let mut before = f64::NEG_INFINITY;
+    for (theta, system) in samples {
+        let theta = *theta;
+        if !theta.is_finite() || theta <= before {
+            return Err(RateError::NotAscending { theta });
+        }
+        before = theta;
+        check_shapes(system, like).map_err(|source| RateError::Shape { theta, source })?;
+        let re = spectral_abscissa(&system.a);
+        if re.is_nan() || re >= 0.0 {
+            return Err(RateError::Unstable { theta, re });
+        }
+    }
+    Ok(samples)
+}
+
+/// Shapes that fit together, and the numbers of states, inputs and outputs that the first sample has.
+fn check_shapes(system: &StateSpace, like: &StateSpace) -> Result<(), ShapeError> {
+    let (n, m, p) = (like.a.nrows(), like.b.ncols(), like.c.nrows());
+    for (name, matrix, rows, cols) in
+        [("A", &system.a, n, n), ("B", &system.b, n, m), ("C", &system.c, p, n), ("D", &system.d, p, m)]
+    {
+        if matrix.shape() != (rows, cols) {
+            return Err(ShapeError { name, found: matrix.shape(), expected: (rows, cols) });
+        }
+    }
+    Ok(())
+}
+
+/// Solves at a part of the samples, adds those at which the solution fails, until it holds at all of them.
+fn refine(
+    system: &Grid<'_>,
+    stride: usize,
+    mut solve: impl FnMut(&[usize]) -> Result<Found, RateError>,
+) -> Result<RateProof, RateError> {
+    let samples = system.samples;
+    let last = samples.len() - 1;
+    let mut points: Vec<usize> = (0..last).step_by(stride.max(1)).chain([last]).collect();
+    loop {
+        let found = solve(&points)?;
+        let values: Vec<f64> = (0..=last).map(|i| system.eigenvalue(i, &found)).collect();
+        let worst = (0..=last).max_by(|&i, &j| values[i].total_cmp(&values[j])).unwrap_or(0);
+        let (largest_eigenvalue, worst_theta) = (values[worst], samples[worst].0);
+        if largest_eigenvalue < 0.0 {
+            let grid = points.iter().map(|&i| samples[i].0).collect();
+            let (lyapunov, checked) = (found.lyapunov, samples.len());
+            return Ok(RateProof { lyapunov, grid, checked, largest_eigenvalue, worst_theta });
+        }
+        let more = peaks(&values, &points);
+        if more.is_empty() {
+            return Err(RateError::missed(found.gamma, worst_theta, largest_eigenvalue));
+        }
+        points.extend(more);
+        points.sort_unstable();
+    }
+}
+
+/// The samples not among `points` where the inequality fails, and fails worst among their neighbours.
+fn peaks(values: &[f64], points: &[usize]) -> Vec<usize> {
+    let at = |i: Option<usize>| i.and_then(|i| values.get(i)).copied().unwrap_or(f64::NEG_INFINITY);
+    (0..values.len())
+        .filter(|&i| values[i] >= 0.0 && !points.contains(&i))
+        .filter(|&i| values[i] >= at(i.checked_sub(1)) && values[i] >= at(Some(i + 1)))
+        .collect()
+}
