@@ -93,6 +93,11 @@ impl Coordinates {
         Some(out)
     }
 
+    /// A rate (rad/s) in these coordinates' unit of time.
+    pub fn scaled_rate(&self, rate: f64) -> f64 {
+        rate / self.speed
+    }
+
     fn scale_states(&mut self, factors: &[f64]) {
         for (i, f) in factors.iter().enumerate() {
             self.state.column_mut(i).scale_mut(*f);

@@ -82,6 +82,29 @@ pub enum SynthesisError {
         /// Which of the inequalities.
         stage: &'static str,
     },
+    /// The least gamma is above the limit that was asked for.
+    #[error(
+        "the least gamma is {optimum:.4}, {:.1} % above the limit {limit:.4}{}",
+        100.0 * (optimum / limit - 1.0),
+        dominant_words(dominant)
+    )]
+    AboveLimit {
+        /// The least gamma.
+        optimum: f64,
+        /// The limit.
+        limit: f64,
+        /// The channel that dominates in the loop of the best controller, frozen at Theta = 0: output z, input w (from 1), and
+        /// frequency in rad/s.
+        dominant: Option<(usize, usize, f64)>,
+    },
+    /// The controller's fastest mode is beyond the limit that was asked for.
+    #[error(
+        "every controller found has a mode {ratio:.1} times as fast as the limit allows; raise the back-off or the limit"
+    )]
+    TooFast {
+        /// The slowest such mode, relative to the limit.
+        ratio: f64,
+    },
     /// The solver stopped without an answer that holds.
     #[error("numerical failure in '{stage}': {diagnosis}")]
     Numerical {
@@ -93,4 +116,23 @@ pub enum SynthesisError {
     /// The plant's matrices do not fit together.
     #[error(transparent)]
     Shape(#[from] ShapeError),
+}
+
+impl SynthesisError {
+    /// Whether the problem is known to have no solution, as against a failure to find one.
+    pub fn is_infeasible(&self) -> bool {
+        matches!(
+            self,
+            Self::NotStabilisable { .. }
+                | Self::NotDetectable { .. }
+                | Self::Infeasible { .. }
+                | Self::AboveLimit { .. }
+        )
+    }
+}
+
+fn dominant_words(dominant: &Option<(usize, usize, f64)>) -> String {
+    dominant.map_or_else(String::new, |(z, w, omega)| {
+        format!("; what costs most is the path from w{w} to z{z} at {omega:.3} rad/s: relax its weight")
+    })
 }

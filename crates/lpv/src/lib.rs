@@ -61,10 +61,13 @@
 //! ```
 
 pub mod analysis;
+mod back_off;
 pub mod balance;
 mod bounded_real;
 pub mod controller;
 pub mod error;
+mod inequalities;
+mod least_gamma;
 pub mod lft;
 pub mod lmi;
 mod lyapunov;

@@ -283,6 +283,11 @@ impl Program {
         }
     }
 
+    /// Takes the inequalities called `name` out again.
+    pub fn without(&mut self, name: &'static str) {
+        self.inequalities.retain(|i| i.name != name);
+    }
+
     /// Adds `weight trace(E)` of an expression without constant part to the objective to be minimised.
     pub fn minimise_trace(&mut self, expression: &Affine, weight: f64) {
         for term in &expression.terms {

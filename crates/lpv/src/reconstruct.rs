@@ -17,13 +17,13 @@ use crate::analysis::GainBound;
 use crate::bounded_real::bounded_real_value;
 use crate::controller::Controller;
 use crate::error::SynthesisError;
+use crate::inequalities::Existence;
 use crate::matrix::{
     Mat, block, diagonal_blocks, kernel, largest_eigenvalue, pseudo_inverse, rank_factors, skew_part,
     spectral_abscissa, symmetric_function, symmetric_part,
 };
 use crate::model_error::LoopError;
 use crate::plant::GeneralisedPlant;
-use crate::synthesis::Existence;
 
 const STAGE: &str = "reconstruction";
 
@@ -33,12 +33,15 @@ const STAGE: &str = "reconstruction";
 /// Of the family of controllers that the closed form gives, the one with the slowest fastest mode is taken
 /// among those that keep the inequality: it is the easiest to sample.
 ///
+/// A `limit` on the fastest mode is in units of the plant's time.
+///
 /// # Errors
-/// [`SynthesisError::Numerical`] when X - Y^-1 or the multiplier is singular, or no controller of the family
+/// [`SynthesisError::TooFast`] when no controller of the family is slow enough; [`SynthesisError::Numerical`] when X - Y^-1 or the multiplier is singular, or no controller of the family
 /// satisfies the inequality.
 pub fn reconstruct(
     plant: &GeneralisedPlant,
     found: &Existence,
+    limit: Option<f64>,
 ) -> Result<(Controller, GainBound), SynthesisError> {
     let size = plant.sizes();
     let lyapunov = lyapunov_matrix(found)?;
@@ -67,6 +70,11 @@ pub fn reconstruct(
         }
     }
     let shown = bound(found, &lyapunov, &multiplier);
+    if let (Some((fastest, _)), Some(limit)) = (&best, limit)
+        && *fastest > limit
+    {
+        return Err(SynthesisError::TooFast { ratio: fastest / limit });
+    }
     best.map(|(_, k)| (k, shown)).ok_or_else(|| SynthesisError::Numerical {
         stage: STAGE,
         diagnosis: "no controller of the family satisfies the bounded-real inequality; try a larger back-off"

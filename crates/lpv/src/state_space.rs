@@ -88,6 +88,19 @@ impl StateSpace {
         best
     }
 
+    /// The output and the input (counted from 1) that take the largest part in the peak of the response, and the
+    /// frequency of the peak (rad/s). `None` when there is no finite peak.
+    pub fn dominant_channel(&self) -> Option<(usize, usize, f64)> {
+        let omega = self.hinf_norm().frequency;
+        let response = if omega.is_finite() {
+            self.response(Complex::new(0.0, omega))?
+        } else {
+            self.d.map(|v| Complex::new(v, 0.0))
+        };
+        let (output, input) = response.map(|v| v.norm()).iamax_full();
+        (!response.is_empty()).then_some((output + 1, input + 1, omega))
+    }
+
     fn raise(&self, best: &mut HinfNorm, omega: f64) {
         let value = self.gain_at(omega);
         if value > best.value {
