@@ -204,4 +204,10 @@ pub enum Error {
         /// Why.
         reason: String,
     },
+    /// A certificate speaks of another plant.
+    #[error("the certificate is not of this plant: {what} differs")]
+    WrongPlant {
+        /// The first part that differs.
+        what: String,
+    },
 }

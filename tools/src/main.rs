@@ -1,11 +1,12 @@
 //! The command `squid`.
 
 use clap::{Args, Parser, Subcommand};
+use lpv::synthesis::Options;
 use squid::error::Error;
 use squid::inputs::Inputs;
 use squid::package::{Kind, pack, prepare, require_proof};
 use squid::stages::Stages;
-use squid::{design, model, record, show, simulate, store, verify};
+use squid::{design, lpv_synth, model, record, show, simulate, store, verify};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -79,6 +80,9 @@ enum Verb {
         /// A controller's FMU, the FMU of the whole loop, or a certificate
         file: PathBuf,
     },
+    /// LPV synthesis for any plant in a JSON file, with no vehicle
+    #[command(subcommand)]
+    Lpv(LpvVerb),
     /// Plot the record of a flight, a CSV file such as `fmpy simulate squid.fmu --output-file` writes
     Plot {
         /// The record: a column `time`, then one for each variable
@@ -87,6 +91,47 @@ enum Verb {
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
     },
+}
+
+#[derive(Subcommand)]
+enum LpvVerb {
+    /// Find the least gamma and a scheduled controller, and prove its gain bound
+    ///
+    /// Reads a generalised plant: {"data": {"P": {"A": .., "Bt": .., ..}, "blocks": [r_1, ..]}}, or without parameters
+    /// {"data": {"A": .., "B1": .., ..}}; matrices are lists of rows, wt = blkdiag(theta_i I_ri) zt, |theta_i| <= 1. Exit code 0: a controller
+    /// with a proved bound; 2: there is provably none; 3: numerical failure, nothing is known; 1: the file is wrong.
+    Synth(Synth),
+    /// Prove a certificate again, and check that it is of the plant in a problem file
+    Check {
+        /// The problem file
+        problem: PathBuf,
+        /// The certificate that `squid lpv synth` wrote
+        certificate: PathBuf,
+    },
+}
+
+#[derive(Args)]
+struct Synth {
+    /// The problem file
+    problem: PathBuf,
+    /// Print one JSON object and nothing else
+    #[arg(long)]
+    json: bool,
+    /// Write report.json, controller.json and certificate.json to this directory
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Build the controller this far above the least gamma, relative
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.1)]
+    back_off: f64,
+    /// Call a least gamma above this infeasible, and say what it costs
+    #[arg(long, value_name = "GAMMA")]
+    gamma_limit: Option<f64>,
+    /// Allow no mode of the controller faster than this, rad/s
+    #[arg(long, value_name = "RAD/S")]
+    fastest_mode: Option<f64>,
+    /// Remove controller states that hardly matter, as long as the bound stays within 2 %
+    #[arg(long)]
+    reduce: bool,
 }
 
 #[derive(Args)]
@@ -114,7 +159,7 @@ impl Which {
 
 fn main() -> ExitCode {
     match run(Cli::parse().verb) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(code) => code,
         Err(error) => {
             eprintln!("squid: {error}");
             ExitCode::FAILURE
@@ -122,7 +167,15 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(verb: Verb) -> Result<(), Error> {
+fn run(verb: Verb) -> Result<ExitCode, Error> {
+    match verb {
+        Verb::Lpv(LpvVerb::Synth(synth)) => run_synth(&synth),
+        other => run_plain(other).map(|()| ExitCode::SUCCESS),
+    }
+}
+
+/// The verbs that either work or fail.
+fn run_plain(verb: Verb) -> Result<(), Error> {
     match verb {
         Verb::Design(which) => run_design(&which),
         Verb::Package { which, binaries, allow_uncertified, descriptions } => {
@@ -136,6 +189,11 @@ fn run(verb: Verb) -> Result<(), Error> {
                 println!("{about}");
             }
             println!("PROVED: {}", found.theorem);
+            Ok(())
+        }
+        Verb::Lpv(LpvVerb::Synth(synth)) => run_synth(&synth).map(|_| ()),
+        Verb::Lpv(LpvVerb::Check { problem, certificate }) => {
+            println!("PROVED: {}", verify::check(&problem, &certificate)?);
             Ok(())
         }
         Verb::Plot { record, out } => {
@@ -219,4 +277,35 @@ fn run_show(which: &Which, speed: Option<f64>, fit: bool, controller: bool) -> R
         print!("{}", show::controller(&inputs, &finished)?);
     }
     Ok(())
+}
+
+fn run_synth(synth: &Synth) -> Result<ExitCode, Error> {
+    for (name, value) in [("--gamma-limit", synth.gamma_limit), ("--fastest-mode", synth.fastest_mode)] {
+        if let Some(v) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {
+            return Err(Error::Argument { name, found: v.to_string(), allowed: "above 0".into() });
+        }
+    }
+    if !(1e-3..=1.0).contains(&synth.back_off) {
+        let found = synth.back_off.to_string();
+        return Err(Error::Argument { name: "--back-off", found, allowed: "from 0.001 to 1".into() });
+    }
+    let options = Options {
+        back_off: synth.back_off,
+        gamma_limit: synth.gamma_limit,
+        fastest_mode: synth.fastest_mode,
+        ..Options::default()
+    };
+    let stages = if synth.json { Stages::quiet() } else { Stages::default() };
+    let running = stages.begin("synth", "solving the matrix inequalities");
+    let report = lpv_synth::run(&synth.problem, options, synth.reduce)?;
+    drop(running);
+    if let Some(directory) = &synth.out {
+        report.save(directory)?;
+    }
+    if synth.json {
+        println!("{}", squid::output::json(&report)?);
+    } else {
+        print!("{}", report.words());
+    }
+    Ok(ExitCode::from(report.exit_code()))
 }

@@ -34,6 +34,14 @@ fn readable(_: &std::fs::File) -> std::io::Result<()> {
     Ok(())
 }
 
+/// A value as one line of JSON.
+///
+/// # Errors
+/// [`Error::Json`].
+pub fn json(value: &impl Serialize) -> Result<String, Error> {
+    serde_json::to_string(value).map_err(|reason| Error::Json { path: "standard output".into(), reason })
+}
+
 /// Writes a value as JSON.
 ///
 /// # Errors

@@ -4,7 +4,9 @@
 
 use crate::error::Error;
 use crate::output::read;
+use crate::problem_file;
 use certificate::{Certificate, Theorem};
+use lpv::matrix::to_rows;
 use scheduled::ControllerDesign;
 use std::io::Read;
 use std::path::Path;
@@ -101,6 +103,40 @@ pub fn matches(design: &ControllerDesign, certificate: &Certificate) -> Result<(
         return Err(Error::Mismatch { what: "gamma".into() });
     }
     Ok(())
+}
+
+/// Proves a certificate and checks that it is of the plant in a problem file.
+///
+/// # Errors
+/// As [`verify`]; [`Error::Mismatch`] with the first matrix of the plant that differs.
+pub fn check(problem: &Path, certificate: &Path) -> Result<Theorem, Error> {
+    let plant = problem_file::plant(problem)?;
+    let certificate = parse(&read(certificate)?, &certificate.display().to_string())?;
+    let p = &certificate.plant;
+    let pairs = [
+        ("A", &plant.a, &p.a),
+        ("Bt", &plant.bt, &p.bt),
+        ("B1", &plant.b1, &p.b1),
+        ("B2", &plant.b2, &p.b2),
+        ("Ct", &plant.ct, &p.ct),
+        ("C1", &plant.c1, &p.c1),
+        ("C2", &plant.c2, &p.c2),
+        ("Dtt", &plant.dtt, &p.dtt),
+        ("Dt1", &plant.dt1, &p.dt1),
+        ("Dt2", &plant.dt2, &p.dt2),
+        ("D1t", &plant.d1t, &p.d1t),
+        ("D11", &plant.d11, &p.d11),
+        ("D12", &plant.d12, &p.d12),
+        ("D2t", &plant.d2t, &p.d2t),
+        ("D21", &plant.d21, &p.d21),
+    ];
+    if let Some((name, _, _)) = pairs.into_iter().find(|(_, given, proved)| !same(&to_rows(given), proved)) {
+        return Err(Error::WrongPlant { what: format!("matrix {name}") });
+    }
+    if plant.blocks != certificate.blocks {
+        return Err(Error::WrongPlant { what: "blocks".into() });
+    }
+    Ok(certificate.prove()?)
 }
 
 /// Equal to the bit, but for the sign of zero.

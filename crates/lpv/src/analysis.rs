@@ -59,7 +59,13 @@ pub fn bounded_gain(
             diagnosis: format!("the closed loop has a mode with real part {unstable:.3e} at Theta = 0"),
         });
     }
-    let mut given = shown.clone();
+    // Changes of coordinates leave a rounding in what must be exactly symmetric or skew.
+    let mut given = GainBound {
+        x: symmetric_part(&shown.x),
+        s: symmetric_part(&shown.s),
+        t: skew_part(&shown.t),
+        ..shown.clone()
+    };
     given.largest_eigenvalue = worst_eigenvalue(closed, error, &given);
     let size = closed.a.nrows() + closed.channels.len() + closed.b1.ncols() + closed.c1.nrows();
     if size > TIGHTENED_SIZE && given.largest_eigenvalue < 0.0 {

@@ -19,6 +19,7 @@
 //! - [`rate`]: its gain when the parameter moves at a bounded rate, on a grid;
 //! - [`model_error`]: a norm-bounded difference between the plant and what it stands for;
 //! - [`balance`]: coordinates in which the inequalities are well conditioned;
+//! - [`reduce`]: removing controller states that hardly matter;
 //! - [`lmi`], [`solver`]: linear matrix inequalities as expressions, and the solver behind them;
 //! - [`modes`], [`state_space`], [`matrix`]: reachability of modes, H-infinity norm, dense matrices.
 //!
@@ -79,6 +80,7 @@ pub mod polynomial;
 pub mod rate;
 mod rate_program;
 pub mod reconstruct;
+pub mod reduce;
 pub mod solver;
 pub mod state_space;
 pub mod synthesis;
