@@ -17,6 +17,7 @@
 //! - [`synthesis`]: from a generalised plant to a controller and a bound; [`reconstruct`] is its last step;
 //! - [`analysis`]: a bound on the gain of a finished loop;
 //! - [`rate`]: its gain when the parameter moves at a bounded rate, on a grid;
+//! - [`ladder`]: what each assumption on the parameter costs, from frozen to arbitrarily fast;
 //! - [`model_error`]: a norm-bounded difference between the plant and what it stands for;
 //! - [`balance`]: coordinates in which the inequalities are well conditioned;
 //! - [`reduce`]: removing controller states that hardly matter;
@@ -68,6 +69,7 @@ mod bounded_real;
 pub mod controller;
 pub mod error;
 mod inequalities;
+pub mod ladder;
 mod least_gamma;
 pub mod lft;
 pub mod lmi;

@@ -177,11 +177,14 @@ fn least_gain(
 ) -> Result<RateBound, RateError> {
     let system = Grid::new(checked(samples, rate)?, rate, options.order);
     let mut base = system.start()?;
-    let mut gamma = 0.0;
-    let proof = refine(&system, options.stride, |points| {
+    let mut gamma = None;
+    let (gamma, proof) = refine(&system, options.stride, |points| {
+        if let Some(found) = gamma.and_then(|gamma| system.still(points, &base, gamma)) {
+            return Ok(found);
+        }
         let least = system.least(points, &mut base)?;
         let found = system.strict(points, &base, least)?;
-        gamma = found.gamma;
+        gamma = Some(found.gamma);
         Ok(found)
     })?;
     Ok(RateBound { gamma, rate, proof })
@@ -200,7 +203,7 @@ pub fn rate_bounded_stability(
         samples.iter().map(|(theta, s)| (*theta, without_signals(s))).collect();
     let system = Grid::new(checked(&free, rate)?, rate, options.order);
     let base = system.start()?;
-    refine(&system, options.stride, |points| system.search(points, &base, Aim::Stability))
+    Ok(refine(&system, options.stride, |points| system.search(points, &base, Aim::Stability))?.1)
 }
 
 /// The samples, when they are in order, of one shape and stable.
@@ -238,12 +241,13 @@ fn check_shapes(system: &StateSpace, like: &StateSpace) -> Result<(), ShapeError
     Ok(())
 }
 
-/// Solves at a part of the samples, adds those at which the solution fails, until it holds at all of them.
+/// Solves at a part of the samples, adds those at which the solution fails, until it holds at all of them; returns the
+/// gamma and what shows it.
 fn refine(
     system: &Grid<'_>,
     stride: usize,
     mut solve: impl FnMut(&[usize]) -> Result<Found, RateError>,
-) -> Result<RateProof, RateError> {
+) -> Result<(f64, RateProof), RateError> {
     let samples = system.samples;
     let last = samples.len() - 1;
     let mut points: Vec<usize> = (0..last).step_by(stride.max(1)).chain([last]).collect();
@@ -255,7 +259,8 @@ fn refine(
         if largest_eigenvalue < 0.0 {
             let grid = points.iter().map(|&i| samples[i].0).collect();
             let (lyapunov, checked) = (found.lyapunov, samples.len());
-            return Ok(RateProof { lyapunov, grid, checked, largest_eigenvalue, worst_theta });
+            let proof = RateProof { lyapunov, grid, checked, largest_eigenvalue, worst_theta };
+            return Ok((found.gamma, proof));
         }
         let more = peaks(&values, &points);
         if more.is_empty() {

@@ -21,6 +21,9 @@ const MARGINS: [f64; 2] = [1e-3, 1e-2];
 /// How often the least gamma is sought, each time in the coordinates of the last solution.
 const ROUNDS: usize = 4;
 
+/// By how little, relatively, the least gamma may change from one round to the next to be taken.
+const SETTLED: f64 = 1e-4;
+
 /// What a search looks for.
 #[derive(Clone, Copy)]
 pub(crate) enum Aim {
@@ -96,7 +99,7 @@ impl<'a> Grid<'a> {
                 failure = Some(RateError::missed(gamma, theta, miss));
                 continue;
             }
-            let settled = least.is_some_and(|before| (gamma / before - 1.0).abs() < 1e-5);
+            let settled = least.is_some_and(|before| (gamma / before - 1.0).abs() < SETTLED);
             least = Some(least.map_or(gamma, |before| before.min(gamma)));
             if settled {
                 break;
@@ -107,6 +110,12 @@ impl<'a> Grid<'a> {
             (None, Some(failure)) => Err(failure),
             (None, None) => Err(RateError::missed(f64::INFINITY, self.centre, f64::INFINITY)),
         }
+    }
+
+    /// A solution that is strict at these samples, at a gamma found for fewer; `None` when there is no clear one.
+    pub(crate) fn still(&self, points: &[usize], base: &Base, gamma: f64) -> Option<Found> {
+        let found = self.search(points, base, Aim::Clearest { gamma }).ok()?;
+        (self.worst(points, &found).0 < 0.0).then_some(found)
     }
 
     /// A little above the least gamma, a solution that is strict at these samples.

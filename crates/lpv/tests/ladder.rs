@@ -1,0 +1,69 @@
+//! The ladder of gammas on published plants with one parameter.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod common;
+
+use lpv::ladder::{Ladder, LadderError, LadderOptions, ladder};
+use lpv::plant::GeneralisedPlant;
+use lpv::synthesis::{Options, synthesise};
+
+fn climb(plant: &GeneralisedPlant) -> Ladder {
+    let design = synthesise(plant, Options::default()).unwrap();
+    let options = LadderOptions { rates: vec![10.0, 0.1, 1.0], ..LadderOptions::default() };
+    let found = ladder(plant, &design, &options).unwrap();
+    for (theta, gamma) in &found.frozen_optimum {
+        println!("best at theta = {theta}: {:.5}", gamma.as_ref().unwrap());
+    }
+    let (scheduled, symmetric) =
+        (found.scheduled.as_ref().unwrap(), found.scheduled_symmetric.as_ref().unwrap());
+    println!("scheduled {scheduled:.5}, S alone {symmetric:.5}");
+    println!("frozen gain {:.5} at theta = {}", found.frozen_gain.gamma, found.frozen_gain.theta);
+    for (rate, bound) in &found.bounded_rate {
+        println!("rate {rate}: {:.5}", bound.as_ref().unwrap().gamma);
+    }
+    println!("arbitrarily fast {:.5}", found.arbitrarily_fast.as_ref().unwrap().gamma);
+    println!("certified {:.5}", found.certified);
+    assert_eq!(found.disorders(), vec![]);
+    assert!(found.bounded_rate.windows(2).all(|pair| pair[0].0 < pair[1].0), "rates ascend");
+    found
+}
+
+#[test]
+fn lpvtools_tutorial() {
+    let case = common::case("lpv01_lpvtools_lft_tutorial");
+    let (expected, found) = (&case["expected"], climb(&common::plant(&case)));
+    let largest = found.frozen_optimum.iter().map(|(_, g)| *g.as_ref().unwrap()).fold(0.0, f64::max);
+    // The published frozen optimum is given to five digits.
+    assert!((largest / expected["frozen_max"].as_f64().unwrap() - 1.0).abs() < 1e-3, "{largest}");
+    let optimum = expected["gamma_opt"].as_f64().unwrap();
+    assert!((found.scheduled.unwrap() / optimum - 1.0).abs() < expected["rtol"].as_f64().unwrap());
+    // Scheduling and fast parameters do cost something here.
+    assert!(largest < 0.9 * optimum);
+    assert!(found.frozen_gain.gamma < found.arbitrarily_fast.unwrap().gamma);
+}
+
+#[test]
+fn one_repeated_parameter() {
+    let case = common::case("lpv05_one_param_lossless");
+    let expected = &case["expected"];
+    let rtol = expected["rtol"].as_f64().unwrap();
+    let list = |key: &str| -> Vec<f64> { serde_json::from_value(expected[key].clone()).unwrap() };
+    let mut plant = common::plant(&case);
+    plant.bt *= 2.0;
+    let found = climb(&plant);
+    assert!((found.scheduled.unwrap() / list("gamma_S_T")[2] - 1.0).abs() < rtol);
+    assert!((found.scheduled_symmetric.unwrap() / list("gamma_S_only")[2] - 1.0).abs() < rtol);
+}
+
+#[test]
+fn what_has_no_ladder_is_refused() {
+    let plant = common::plant(&common::case("lpv05_one_param_lossless"));
+    let design = synthesise(&plant, Options::default()).unwrap();
+    let usual = LadderOptions { thetas: vec![], rates: vec![], ..LadderOptions::default() };
+    let two = GeneralisedPlant { blocks: vec![1, 1], ..plant.clone() };
+    assert_eq!(ladder(&two, &design, &usual).unwrap_err(), LadderError::NotOneParameter { found: 2 });
+    let outside = LadderOptions { thetas: vec![1.5], ..usual.clone() };
+    assert_eq!(ladder(&plant, &design, &outside).unwrap_err(), LadderError::OutsideTheBox { theta: 1.5 });
+    let few = LadderOptions { samples: 1, ..usual };
+    assert_eq!(ladder(&plant, &design, &few).unwrap_err(), LadderError::TooFewSamples { found: 1 });
+}
