@@ -130,3 +130,80 @@ fn eliminate(m: &Matrix) -> Result<(), (Minor, usize)> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::time::Instant;
+
+    /// `sum of v v'/64` over the columns `v` of a square matrix of f64s, plus `shift I`.
+    fn gram(n: usize, entries: &[f64], shift: f64) -> Matrix {
+        let mut g = Matrix::zeros(n, n);
+        entries
+            .iter()
+            .take(n * n)
+            .enumerate()
+            .for_each(|(k, &x)| g[(k / n, k % n)] = Dyadic::from_f64(x / 8.0));
+        g.times(&g.transpose()).plus(&Matrix::scalar(n, &Dyadic::from_f64(shift)))
+    }
+
+    fn order(n: usize) -> Vec<usize> {
+        (0..n).rev().collect()
+    }
+
+    #[test]
+    fn the_first_wrong_pivot_is_named_in_unscaled_terms() {
+        let mut m = Matrix::scalar(3, &Dyadic::from_f64(1024.0));
+        m[(1, 1)] = Dyadic::from_f64(3.0);
+        m[(0, 1)] = Dyadic::from_f64(64.0);
+        m[(1, 0)] = Dyadic::from_f64(64.0);
+        // Rows 2 and 1 first: the pivot of row 0 is 1024 - 64^2/3.
+        let wrong = positive_definite(&m, &order(3)).unwrap_err();
+        assert_eq!(wrong.row, 0);
+        assert!((wrong.value - (1024.0 - 4096.0 / 3.0)).abs() < 1e-9);
+        m[(1, 1)] = Dyadic::from_f64(4.0);
+        assert!(positive_definite(&m, &order(3)).unwrap_err().exactly_zero);
+        m[(1, 1)] = Dyadic::from_f64(4.0_f64.next_up());
+        assert_eq!(positive_definite(&m, &order(3)), Ok(()));
+        assert_eq!(positive_definite(&Matrix::zeros(0, 0), &[]), Ok(()));
+        assert!(positive_definite(&Matrix::zeros(1, 1), &[0]).unwrap_err().exactly_zero);
+    }
+
+    /// Prints how long both ways take.
+    #[test]
+    fn both_ways_agree_on_large_matrices() {
+        for n in [20, 42, 60] {
+            let entries: Vec<f64> =
+                (0..n * n).map(|k| (k as f64 * 0.7 + (k * k) as f64 * 0.01).sin()).collect();
+            let m = gram(n, &entries, 0.01);
+            let start = Instant::now();
+            assert!(witnessed(&m));
+            let quick = start.elapsed();
+            let start = Instant::now();
+            assert!(eliminate(&m).is_ok());
+            println!("{n} x {n}: witness {quick:?}, elimination {:?}", start.elapsed());
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_witness_is_never_found_where_elimination_refuses(
+            n in 1_usize..7,
+            entries in prop::collection::vec(-1.0..1.0, 36),
+            shift in prop_oneof![-1.0..1.0, -1e-3..1e-3, -1e-13..1e-13],
+            singular in any::<bool>(),
+        ) {
+            let mut entries = entries;
+            if singular {
+                (0..n).for_each(|j| entries[j] = entries[(n - 1) * n + j]);
+            }
+            let m = gram(n, &entries, shift);
+            let exact = eliminate(&m).is_ok();
+            prop_assert!(exact || !witnessed(&m));
+            prop_assert_eq!(positive_definite(&m, &order(n)).is_ok(), exact);
+            prop_assert!(shift <= 0.0 || exact);
+            prop_assert!(!(singular && n > 1 && shift <= 0.0 && exact));
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! Certificates whose numbers can be checked by hand, at and beside their limits.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod common;
+
+use common::{integrator, prove, scheduled};
+use serde_json::json;
+
+#[test]
+fn the_bound_is_strict_to_the_last_bit() {
+    assert!(prove(&integrator(1.0_f64.next_up())).is_ok());
+    let refusal = prove(&integrator(1.0)).unwrap_err();
+    assert!(refusal.contains("row 0 of block x") && refusal.contains("exactly 0"), "{refusal}");
+    let refusal = prove(&integrator(1.0_f64.next_down())).unwrap_err();
+    assert!(refusal.contains("block x") && refusal.contains("about +2.220e-16"), "{refusal}");
+}
+
+#[test]
+fn one_parameter_in_plant_and_controller() {
+    // 2/3 lies between two f64; the larger proves, the smaller does not.
+    let above = if 3.0 * (2.0_f64 / 3.0) > 2.0 { 2.0 / 3.0 } else { (2.0_f64 / 3.0).next_up() };
+    assert_eq!(
+        prove(&scheduled(0.75)).unwrap(),
+        "For every measurable trajectory of the 1 parameter in [-1, 1] the closed loop of 1 state is exponentially \
+         stable and its L2 gain from w to z is below 0.75."
+    );
+    assert!(prove(&scheduled(above)).is_ok());
+    assert!(prove(&scheduled((2.0_f64 / 3.0).next_down())).is_err());
+}
+
+#[test]
+fn the_residual_is_proved_too() {
+    // x' = -x + Delta x/4 + w: the gain is 1/(1 - 1/4) = 4/3. The inequality with X = 1 and E = 1/4, F = 1 is
+    // -2 + lambda + 1/(16 lambda) + 2/gamma < 0; lambda = 1/4 is the best, gamma > 4/3.
+    let with = |gamma: f64, lambda: f64| {
+        let mut c = integrator(1.25);
+        c["residual"] = json!({"E": [[0.25]], "F": [[1.0]], "Fu": [[0.0]], "lambda": lambda, "gamma": gamma,
+            "X": [[1.0]], "S": [], "T": []});
+        prove(&c)
+    };
+    assert!(with(1.34, 0.25).unwrap().contains("the gain below 1.34, when [A B2]"));
+    for (gamma, lambda) in [(1.33, 0.25), (1.34, 0.3), (1.34, 0.2)] {
+        let refusal = with(gamma, lambda).unwrap_err();
+        assert!(refusal.starts_with("the claim with model error (residual)"), "{refusal}");
+    }
+    assert!(with(1.34, 0.0).unwrap_err().contains("lambda is 0e0, must be above 0"));
+}
+
+#[test]
+fn the_residual_of_the_control_matrix_acts_through_the_controller() {
+    // Fu = 1, F = 0: z_Delta = u = -x, the same loop as with F = 1 up to the sign of Delta. With F = Fu = 1 nothing
+    // enters Delta: -2 + 1/(16 lambda) + 2/gamma < 0, gamma > 8/7. With Fu = 1/2 it is -2 + 1/16 + 1/4 + 2/gamma < 0.
+    let with = |f: f64, fu: f64, gamma: f64| {
+        let mut c = integrator(1.25);
+        c["residual"] = json!({"E": [[0.25]], "F": [[f]], "Fu": [[fu]], "lambda": 0.25, "gamma": gamma,
+            "X": [[1.0]], "S": [], "T": []});
+        prove(&c)
+    };
+    assert!(with(0.0, 1.0, 1.34).is_ok());
+    assert!(with(0.0, 1.0, 1.33).is_err());
+    assert!(with(1.0, 1.0, 1.15).is_ok());
+    assert!(with(1.0, 0.5, 1.15).is_err());
+}
+
+#[test]
+fn each_condition_is_named_when_it_fails() {
+    let changed = |pointer: &str, value: serde_json::Value| {
+        let mut c = scheduled(0.75);
+        *c.pointer_mut(pointer).unwrap() = value;
+        prove(&c).unwrap_err()
+    };
+    assert!(changed("/gamma", json!(-1.0)).contains("gamma is -1e0, must be above 0"));
+    assert!(changed("/X", json!([[-1.0]])).contains("X is not positive definite"));
+    assert!(changed("/X", json!([[0.0]])).contains("exactly 0"));
+    let tiny = f64::from_bits(1);
+    assert!(changed("/S/0/1", json!(tiny)).contains("S is not symmetric"));
+    assert!(changed("/T/0/0", json!(tiny)).contains("T is not skew"));
+    assert!(changed("/S/1/1", json!(-1.0)).contains("S is not positive definite"));
+    assert!(changed("/plant/A", json!([[2.0]])).contains("the inequality is not negative definite"));
+    let mut two = scheduled(0.75);
+    two["blocks"] = json!([1, 0]);
+    two["controller_blocks"] = json!([0, 1]);
+    assert!(prove(&two).unwrap().contains("the 2 parameters"));
+    two["S"] = json!([[1.0, 0.25], [0.25, 0.5]]);
+    let refusal = prove(&two).unwrap_err();
+    assert!(refusal.contains("channel 0 carries parameter 0 and channel 1 parameter 1"), "{refusal}");
+}
+
+#[test]
+fn a_coupling_of_plants_and_controllers_copy_of_a_parameter_is_allowed() {
+    let mut c = scheduled(0.75);
+    c["S"] = json!([[1.0, 0.03], [0.03, 0.5]]);
+    c["T"] = json!([[0.0, 0.01], [-0.01, 0.0]]);
+    assert!(prove(&c).is_ok());
+}
+
+#[test]
+fn a_parameter_loop_that_is_not_well_posed_is_refused() {
+    // zt = x + wt: at theta = 1 it has no solution, whatever S is.
+    for s in [1e-6, 1.0, 1e6] {
+        let mut c = scheduled(1e3);
+        c["plant"]["Dtt"] = json!([[1.0]]);
+        c["S"][0][0] = json!(s);
+        assert!(prove(&c).is_err());
+    }
+}
+
+#[test]
+fn numbers_far_apart_are_not_rounded_away() {
+    // gamma = 1 + 2^-52 leaves a margin of 2^-51; a disturbance of X by 1e-300 does not matter, one of A by 1e-300
+    // does when gamma = 1.
+    let mut c = integrator(1.0);
+    c["plant"]["A"] = json!([[-1e-300]]);
+    assert!(prove(&c).is_ok());
+    c["plant"]["A"] = json!([[1e-300]]);
+    assert!(prove(&c).is_err());
+}

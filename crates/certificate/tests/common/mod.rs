@@ -1,0 +1,63 @@
+//! Certificates for the tests: the golden ones, and one small enough to check by hand.
+#![allow(dead_code)] // Each test file uses a part.
+
+use certificate::Certificate;
+use serde_json::{Value, json};
+
+/// The golden certificates of `tests/certificates`.
+pub const GOLDEN: [&str; 5] = ["hs04", "lpv01", "lpv03", "remus100", "squid_surrogate"];
+
+/// The text of a golden certificate.
+pub fn golden_text(name: &str) -> String {
+    let path = format!("{}/../../tests/certificates/{name}.json", env!("CARGO_MANIFEST_DIR"));
+    std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path}: {e}"))
+}
+
+/// A golden certificate.
+pub fn golden(name: &str) -> Certificate {
+    Certificate::from_json(&golden_text(name)).unwrap()
+}
+
+/// `x' = u + w`, `z = y = x`, `u = -y`: the gain is 1. With X = 1 the inequality
+/// `[-2 1 1; 1 -gamma 0; 1 0 -gamma] < 0` asks for `2 gamma > 2`.
+pub fn integrator(gamma: f64) -> Value {
+    json!({
+        "format": "lpv-certificate/1", "blocks": [], "controller_blocks": [],
+        "plant": {
+            "A": [[0.0]], "Bt": [[]], "B1": [[1.0]], "B2": [[1.0]], "Ct": [], "C1": [[1.0]], "C2": [[1.0]],
+            "Dtt": [], "Dt1": [], "Dt2": [], "D1t": [[]], "D11": [[0.0]], "D12": [[0.0]], "D2t": [[]], "D21": [[0.0]]
+        },
+        "controller": {
+            "A": [], "By": [], "Bt": [], "Cu": [[]], "Duy": [[-1.0]], "Dut": [[]], "Ct": [], "Dty": [], "Dtt": []
+        },
+        "gamma": gamma, "X": [[1.0]], "S": [], "T": []
+    })
+}
+
+/// `x' = -2 x + theta x + u + w`, `z = y = x`, `u = -y + theta y/2`, hence `x' = (-3 + 1.5 theta) x + w`: the gain is
+/// largest at theta = 1 frozen, 1/1.5.
+///
+/// The channels are `zt = x` and `zk = y = x`. With X = 1, S = blkdiag(s, sk), T = 0 the inequality, after its Schur
+/// complements, is `[-6 + s + sk + 1/gamma, 1, 1/2, 1; 1, -s, 0, 0; 1/2, 0, -sk, 0; 1, 0, 0, -gamma] < 0`, that is
+/// `-6 + (s + 1/s) + (sk + 1/(4 sk)) + 2/gamma < 0`: with s = 1 and sk = 1/2, `gamma > 2/3`.
+pub fn scheduled(gamma: f64) -> Value {
+    json!({
+        "format": "lpv-certificate/1", "blocks": [1], "controller_blocks": [1],
+        "plant": {
+            "A": [[-2.0]], "Bt": [[1.0]], "B1": [[1.0]], "B2": [[1.0]], "Ct": [[1.0]], "C1": [[1.0]], "C2": [[1.0]],
+            "Dtt": [[0.0]], "Dt1": [[0.0]], "Dt2": [[0.0]], "D1t": [[0.0]], "D11": [[0.0]], "D12": [[0.0]],
+            "D2t": [[0.0]], "D21": [[0.0]]
+        },
+        "controller": {
+            "A": [], "By": [], "Bt": [], "Cu": [[]], "Duy": [[-1.0]], "Dut": [[0.5]], "Ct": [[]], "Dty": [[1.0]],
+            "Dtt": [[0.0]]
+        },
+        "gamma": gamma, "X": [[1.0]], "S": [[1.0, 0.0], [0.0, 0.5]], "T": [[0.0, 0.0], [0.0, 0.0]]
+    })
+}
+
+/// What `prove` says of a JSON value.
+pub fn prove(value: &Value) -> Result<String, String> {
+    let certificate = Certificate::from_json(&value.to_string()).map_err(|e| e.to_string())?;
+    certificate.prove().map(|t| t.to_string()).map_err(|e| e.to_string())
+}

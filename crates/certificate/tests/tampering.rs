@@ -1,0 +1,167 @@
+//! One number of a true certificate is changed, thousands of times: whatever still proves must be true.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod common;
+#[path = "common/independent.rs"]
+mod independent;
+
+use certificate::{Certificate, Failure};
+use common::golden_text;
+use independent::{Loop, claims};
+use proptest::prelude::*;
+use proptest::test_runner::{Config, TestRunner};
+use serde_json::Value;
+use std::cell::Cell;
+
+/// How far the eigenvalues of the scaled inequality, in floating point, may be on the wrong side of zero by rounding.
+const ROUNDING: f64 = 1e-9;
+
+#[derive(Debug, Clone, Copy)]
+enum Change {
+    /// A bit of the upper half of the mantissa.
+    Bit(u32),
+    Sign,
+    /// By a power of ten.
+    Order(i32),
+    Zero,
+    Ulp,
+}
+
+impl Change {
+    fn of(self, x: f64) -> f64 {
+        match self {
+            Self::Bit(bit) => f64::from_bits(x.to_bits() ^ (1 << bit)),
+            Self::Sign => -x,
+            Self::Order(k) => x * 10f64.powi(k),
+            Self::Zero => 0.0,
+            Self::Ulp => x.next_up(),
+        }
+    }
+}
+
+fn change() -> impl Strategy<Value = Change> {
+    prop_oneof![
+        4 => (26_u32..52).prop_map(Change::Bit),
+        2 => Just(Change::Sign),
+        2 => prop_oneof![-3..0, 1..4].prop_map(Change::Order),
+        1 => Just(Change::Zero),
+        1 => Just(Change::Ulp),
+    ]
+}
+
+/// Pointers to all numbers of each field: plant, controller, gamma, X, S, T, residual.
+fn numbers(file: &Value) -> Vec<Vec<String>> {
+    let fields = ["plant", "controller", "gamma", "X", "S", "T", "residual"];
+    let all = fields.map(|field| {
+        let mut found = Vec::new();
+        leaves(file.get(field).unwrap_or(&Value::Null), &format!("/{field}"), &mut found);
+        found
+    });
+    all.into_iter().filter(|f| !f.is_empty()).collect()
+}
+
+fn leaves(value: &Value, at: &str, found: &mut Vec<String>) {
+    match value {
+        Value::Number(_) => found.push(at.to_string()),
+        Value::Array(items) => {
+            items.iter().enumerate().for_each(|(i, v)| leaves(v, &format!("{at}/{i}"), found));
+        }
+        Value::Object(items) => items.iter().for_each(|(k, v)| leaves(v, &format!("{at}/{k}"), found)),
+        _ => (),
+    }
+}
+
+/// Changes one number; with `mirrored`, also the one across the diagonal of X, S or T, so that the structure holds.
+fn tamper(file: &Value, pointer: &str, change: Change, mirrored: bool) -> Value {
+    let mut lie = file.clone();
+    let old = lie.pointer(pointer).unwrap().as_f64().unwrap();
+    let new = change.of(old);
+    *lie.pointer_mut(pointer).unwrap() = new.into();
+    let parts: Vec<&str> = pointer.split('/').collect();
+    if let ([.., matrix @ ("X" | "S" | "T"), i, j], true) = (parts.as_slice(), mirrored) {
+        let across = format!("{}/{j}/{i}", &pointer[..pointer.len() - i.len() - j.len() - 2]);
+        if i != j {
+            *lie.pointer_mut(&across).unwrap() = (if *matrix == "T" { -new } else { new }).into();
+        }
+    }
+    lie
+}
+
+/// Tampers `cases` times with a golden certificate.
+fn survives(name: &str, cases: u32) {
+    let file: Value = serde_json::from_str(&golden_text(name)).unwrap();
+    let fields = numbers(&file);
+    let places = any::<prop::sample::Index>().prop_flat_map(move |field| {
+        let field = fields[field.index(fields.len())].clone();
+        prop::sample::select(field)
+    });
+    let [accepted, structure, refused] = [Cell::new(0), Cell::new(0), Cell::new(0)];
+    let count = |c: &Cell<u32>| c.set(c.get() + 1);
+    let mut runner = TestRunner::new(Config {
+        cases,
+        max_global_rejects: 10 * cases,
+        failure_persistence: None,
+        ..Config::default()
+    });
+    let outcome = runner.run(&(places, change(), any::<bool>()), |(pointer, change, mirrored)| {
+        let lie = tamper(&file, &pointer, change, mirrored);
+        // The sign or the order of a zero is no lie.
+        prop_assume!(lie != file && lie.pointer(&pointer) != Some(&Value::from(-0.0)));
+        let c = Certificate::from_json(&lie.to_string()).unwrap();
+        let closed = Loop::new(&c);
+        let worst = claims(&c).iter().map(|claim| closed.inequality(claim)).fold(f64::NEG_INFINITY, f64::max);
+        match c.prove() {
+            Ok(_) => {
+                count(&accepted);
+                prop_assert!(worst < ROUNDING, "accepted, but an eigenvalue is {worst:e}");
+                for claim in claims(&c) {
+                    prop_assert_eq!(closed.contradiction(&claim), None);
+                }
+            }
+            Err(Failure::NotMirrored { .. } | Failure::NotCommuting { .. }) => {
+                count(&structure);
+                prop_assert!(["X", "S", "T"].iter().any(|m| pointer.contains(m)));
+            }
+            Err(failure) => {
+                count(&refused);
+                let positive =
+                    c.gamma > 0.0 && c.residual.as_ref().is_none_or(|r| r.gamma > 0.0 && r.lambda > 0.0);
+                prop_assert!(!positive || worst > -ROUNDING, "true, but: {failure}; eigenvalue {worst:e}");
+            }
+        }
+        Ok(())
+    });
+    println!(
+        "{name}: {cases} changed, {} still true and accepted, {} refused for their structure, {} for definiteness",
+        accepted.get(),
+        structure.get(),
+        refused.get()
+    );
+    outcome.unwrap();
+    assert!(accepted.get() > 0 && structure.get() > 0 && refused.get() > 0);
+}
+
+#[test]
+fn one_parameter() {
+    survives("lpv01", 4000);
+}
+
+#[test]
+fn two_parameters_and_a_model_error() {
+    survives("lpv03", 3000);
+}
+
+#[test]
+fn a_vehicle_and_a_model_error() {
+    survives("squid_surrogate", 300);
+}
+
+#[test]
+fn another_vehicle() {
+    survives("remus100", 300);
+}
+
+#[test]
+fn no_parameter() {
+    survives("hs04", 300);
+}
