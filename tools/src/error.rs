@@ -210,4 +210,7 @@ pub enum Error {
         /// The first part that differs.
         what: String,
     },
+    /// The ladder of gammas could not be climbed.
+    #[error(transparent)]
+    Ladder(#[from] lpv::ladder::LadderError),
 }

@@ -16,6 +16,7 @@ pub mod flight;
 pub mod freeze;
 pub mod frequency;
 pub mod inputs;
+pub mod ladder;
 pub mod lpv_synth;
 pub mod metrics;
 pub mod model;

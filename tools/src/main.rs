@@ -6,7 +6,7 @@ use squid::error::Error;
 use squid::inputs::Inputs;
 use squid::package::{Kind, pack, prepare, require_proof};
 use squid::stages::Stages;
-use squid::{design, lpv_synth, model, record, show, simulate, store, verify};
+use squid::{design, ladder, lpv_synth, model, record, show, simulate, store, verify};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -36,7 +36,13 @@ enum Verb {
     ///
     /// Prints each stage with its key figure and writes controller.json, plant.json, manoeuvre.json and design.json.
     /// A controller that fails a check is not written.
-    Design(Which),
+    Design {
+        #[command(flatten)]
+        which: Which,
+        /// Also show what each assumption about the speed costs: frozen, slow, arbitrarily fast
+        #[arg(long)]
+        ladder: bool,
+    },
     /// Pack the three FMUs of a design: the vehicle, the autopilot, and both in one loop
     ///
     /// Takes what `squid design` wrote. Refuses it when a file changed since, and when the certificate of the gain bound does
@@ -177,7 +183,7 @@ fn run(verb: Verb) -> Result<ExitCode, Error> {
 /// The verbs that either work or fail.
 fn run_plain(verb: Verb) -> Result<(), Error> {
     match verb {
-        Verb::Design(which) => run_design(&which),
+        Verb::Design { which, ladder } => run_design(&which, ladder),
         Verb::Package { which, binaries, allow_uncertified, descriptions } => {
             run_package(&which, binaries, allow_uncertified, descriptions)
         }
@@ -205,12 +211,18 @@ fn run_plain(verb: Verb) -> Result<(), Error> {
     }
 }
 
-fn run_design(which: &Which) -> Result<(), Error> {
+fn run_design(which: &Which, with_ladder: bool) -> Result<(), Error> {
     let (inputs, directory) = which.read()?;
     let stages = Stages::default();
     let finished = design::run(&inputs, &stages)?;
     store::save(&directory, &inputs, &finished)?;
     stages.done("freeze", &format!("{}", directory.display()));
+    if with_ladder {
+        let running = stages.begin("ladder", "solving for each assumption about the speed");
+        let words = ladder::climb(&inputs, &finished)?;
+        drop(running);
+        print!("\n{words}");
+    }
     Ok(())
 }
 

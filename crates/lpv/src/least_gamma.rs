@@ -16,7 +16,8 @@ use crate::solver;
 /// diagonal the problem is solved again, until gamma settles.
 ///
 /// What comes back satisfies the inequalities strictly, by their eigenvalues: the solver's point is moved towards one
-/// well inside them, by as little as it takes. So gamma is never below the infimum by more than rounding.
+/// well inside them, by as little as it takes. So gamma is never below the infimum by more than rounding. Only where the
+/// solver finds no such point its own comes back, and the margin is negative.
 ///
 /// # Errors
 /// [`SynthesisError::Infeasible`] with the solver's certificate that no gamma will do; [`SynthesisError::Numerical`].
@@ -36,8 +37,9 @@ pub fn least_gamma(
             break;
         }
     }
-    let strict = strictly(&coordinates.apply(plant), &best, scalings)?;
-    Ok((coordinates, strict))
+    let strict = strictly(&coordinates.apply(plant), &best, scalings);
+    // Where no point inside is found, the solver's own stands, with the margin by which it misses.
+    Ok((coordinates, strict.unwrap_or(best)))
 }
 
 /// How far above gamma the coordinates, and a point well inside the inequalities, are sought.
