@@ -172,11 +172,14 @@ impl<'a> Grid<'a> {
             }
             Aim::Stability => {}
         }
-        let solution = solver::solve(&program, STAGE)?;
-        let value = |e: &Affine| e.value(&program, &solution.x);
-        let back = |x: &Affine| symmetric_part(&(inverse.transpose() * value(x) * &inverse));
-        let lyapunov = self.polynomial(unknowns.iter().map(back).collect());
-        Ok(Found { gamma: value(&level)[(0, 0)] * unit, lyapunov })
+        let read = |x: &[f64]| {
+            let back = |e: &Affine| symmetric_part(&(inverse.transpose() * e.value(&program, x) * &inverse));
+            let lyapunov = self.polynomial(unknowns.iter().map(back).collect());
+            Found { gamma: level.value(&program, x)[(0, 0)] * unit, lyapunov }
+        };
+        // Where no least value is asked for, any point that holds will do.
+        let holds = |x: &[f64]| !matches!(aim, Aim::Least) && self.worst(points, &read(x)).0 < 0.0;
+        Ok(read(&solver::solve_until(&program, STAGE, holds)?.x))
     }
 
     /// `X_0, ..., X_d`. At high rates all but the first can only be small; they are scaled to the size of the first.

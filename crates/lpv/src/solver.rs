@@ -34,6 +34,18 @@ pub struct Solution {
 /// [`SynthesisError::Infeasible`] when the solver holds a certificate that no point exists;
 /// [`SynthesisError::Numerical`] when it stopped for any other reason.
 pub fn solve(program: &Program, stage: &'static str) -> Result<Solution, SynthesisError> {
+    solve_until(program, stage, |_| false)
+}
+
+/// As [`solve`], content with a point that is `enough`, be it optimal or not: no other way of running is then tried.
+///
+/// # Errors
+/// As [`solve`].
+pub fn solve_until(
+    program: &Program,
+    stage: &'static str,
+    enough: impl Fn(&[f64]) -> bool,
+) -> Result<Solution, SynthesisError> {
     blas_symbols::link();
     let unknowns = program.unknowns();
     let mut columns: Vec<Vec<(usize, f64)>> = vec![Vec::new(); unknowns];
@@ -57,7 +69,7 @@ pub fn solve(program: &Program, stage: &'static str) -> Result<Solution, Synthes
     let mut failure = None;
     for attempt in ATTEMPTS {
         match attempt.run((&a, &rhs, &objective, &cones), program, stage) {
-            Ok(found) if found.solved => return Ok(found),
+            Ok(found) if found.solved || enough(&found.x) => return Ok(found),
             Err(infeasible @ SynthesisError::Infeasible { .. }) => return Err(infeasible),
             Ok(found) if best.as_ref().is_none_or(|b| found.margin > b.margin) => best = Some(found),
             Ok(_) => {}
