@@ -140,9 +140,8 @@ impl Loop {
         std::iter::once(None).chain(pairs.flat_map(one)).collect()
     }
 
-    /// The largest eigenvalue of the printed inequality, scaled to a unit diagonal; infinite where a diagonal entry
-    /// has the wrong sign.
-    pub fn inequality(&self, claimed: &Claimed<'_>) -> f64 {
+    /// Rows x', zt, z and u of the closed loop, each in columns x, wt, w.
+    fn closed(&self) -> [[Mat; 3]; 4] {
         let [n, r, w, u, z, y, nk, rk] = self.n;
         // Rows x', zt, z, y and columns x, wt, w, u of the plant beside the controller's: u = K y at last.
         let p = &self.plant;
@@ -150,7 +149,7 @@ impl Loop {
         let k = &self.controller;
         let zero = Mat::zeros;
         let at = [0, n, n + r, n + r + w];
-        let row = [(0, n), (n, r), (n + r, z)];
+        let row = [(0, n), (n, r), (n + r, z), (0, 0)];
         let cy = [
             blocks(&[&[part(p, n + r + z, 0, y, n), zero(y, nk)]]),
             blocks(&[&[part(p, n + r + z, at[1], y, r), zero(y, rk)]]),
@@ -173,23 +172,29 @@ impl Loop {
             match kind {
                 0 => blocks(&[&[top], &[driven.rows(0, nk).into_owned()]]),
                 1 => blocks(&[&[top], &[driven.rows(nk, rk).into_owned()]]),
-                _ => top,
+                2 => top,
+                _ => u_row,
             }
         };
-        let u_of = |col: usize| (&k_y * &cy[col] + &k_x[col]).rows(k_u, u).into_owned();
+        [0, 1, 2, 3].map(|kind| [0, 1, 2].map(|col| closed(kind, col)))
+    }
+
+    /// The largest eigenvalue of the printed inequality, scaled to a unit diagonal; infinite where a diagonal entry
+    /// has the wrong sign.
+    pub fn inequality(&self, claimed: &Claimed<'_>) -> f64 {
+        let [n, r, w, u, z, _, nk, rk] = self.n;
+        let zero = Mat::zeros;
         let (x, s, t) = (mat(claimed.x, n + nk), mat(claimed.s, r + rk), mat(claimed.t, r + rk));
-        let [a, bt, b1] = [closed(0, 0), closed(0, 1), closed(0, 2)];
-        let [ct, dtt, dt1] = [closed(1, 0), closed(1, 1), closed(1, 2)];
-        let [c1, d1t, d11] = [closed(2, 0), closed(2, 1), closed(2, 2)];
+        let [[a, bt, b1], [ct, dtt, dt1], [c1, d1t, d11], [ux, ut, uw]] = self.closed();
         let (lambda, e, f, fu) = match claimed.delta {
             None => (1.0, zero(n + nk, 0), zero(0, n), zero(0, u)),
             Some((lambda, e, f, fu)) => {
                 let e = mat(e, e[0].len());
-                (lambda, blocks(&[&[e.clone()], &[zero(nk, e.ncols())]]), mat(f, n), mat(fu, u))
+                (lambda, e.insert_rows(n, nk, 0.0), mat(f, n), mat(fu, u))
             }
         };
         let (ne, nf) = (e.ncols(), f.nrows());
-        let [fx, ft, fw] = [blocks(&[&[f, zero(nf, nk)]]) + &fu * u_of(0), &fu * u_of(1), &fu * u_of(2)];
+        let [fx, ft, fw] = [blocks(&[&[f, zero(nf, nk)]]) + &fu * ux, &fu * ut, &fu * uw];
         let eye = |m: usize, v: f64| Mat::identity(m, m) * v;
         let g = -claimed.gamma;
         let rt = r + rk;
