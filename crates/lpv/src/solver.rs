@@ -12,6 +12,7 @@ use clarabel::solver::{
     DefaultSettingsBuilder, DefaultSolver, IPSolver, SolverStatus, SupportedConeT,
     SupportedConeT::PSDTriangleConeT,
 };
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// A point that the solver returned, and what the inequalities are worth there.
 #[derive(Debug, Clone)]
@@ -117,7 +118,10 @@ impl Attempt {
         let quadratic = CscMatrix::zeros((unknowns, unknowns));
         let mut solver = DefaultSolver::new(&quadratic, objective, a, rhs, cones, settings)
             .map_err(|e| numerical(stage, e.to_string()))?;
-        solver.solve();
+        // clarabel panics when a decomposition of one of its scalings does not converge.
+        if catch_unwind(AssertUnwindSafe(|| solver.solve())).is_err() {
+            return Err(numerical(stage, "a decomposition inside the solver did not converge".into()));
+        }
         let found = &solver.solution;
         match found.status {
             SolverStatus::PrimalInfeasible => Err(SynthesisError::Infeasible { stage }),
