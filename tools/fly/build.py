@@ -19,7 +19,14 @@ def build() -> None:
     build_command()
     for crate in FMU_CRATES:
         export = ["--lib", "--crate-type", "cdylib", "--features", "export", "--profile", "fmu"]
-        run(["cargo", "rustc", "-p", crate, *export])
+        run(["cargo", "rustc", "-p", crate, *export], variables={"RUSTFLAGS": without_paths()})
+
+
+def without_paths() -> str:
+    """Return the flags that keep the builder's folders out of the binaries, added to those of the user."""
+    home = Path(os.environ.get("CARGO_HOME", Path.home() / ".cargo"))
+    flags = [f"--remap-path-prefix={home}=cargo", f"--remap-path-prefix={ROOT}=squid"]
+    return " ".join([os.environ.get("RUSTFLAGS", ""), *flags]).strip()
 
 
 def build_command() -> None:

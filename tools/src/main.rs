@@ -163,7 +163,19 @@ impl Which {
     }
 }
 
+/// The solver panics where a decomposition does not converge; that is caught and another way tried, so the message
+/// would only frighten. All other panics are defects and print theirs.
+fn keep_caught_panics_quiet() {
+    let print = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |info| {
+        if !info.location().is_some_and(|l| l.file().contains("clarabel")) {
+            print(info);
+        }
+    }));
+}
+
 fn main() -> ExitCode {
+    keep_caught_panics_quiet();
     match run(Cli::parse().verb) {
         Ok(code) => code,
         Err(error) => {
