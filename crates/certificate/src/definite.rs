@@ -170,6 +170,24 @@ mod tests {
         assert!(positive_definite(&Matrix::zeros(1, 1), &[0]).unwrap_err().exactly_zero);
     }
 
+    /// The factor is a guess: a wrong one must not pass, whatever it is.
+    #[test]
+    fn a_remainder_must_dominate_strictly() {
+        let matrix = |rows: [[f64; 2]; 2]| Matrix::from_rows(&rows.map(Vec::from).to_vec(), 2);
+        let whole = |l: [i64; 4]| l.map(|x| x << BITS);
+        let none = whole([0; 4]);
+        assert!(remainder_dominates(&matrix([[1.0, 0.9], [0.9, 1.0]]), &none));
+        assert!(!remainder_dominates(&matrix([[1.0, 1.0], [1.0, 1.0]]), &none));
+        assert!(!remainder_dominates(&matrix([[1.0, 2.0], [2.0, 1.0]]), &none));
+        assert!(!remainder_dominates(&matrix([[1.0, 2.0], [2.0, 9.0]]), &none));
+        // L L' = [4 2; 2 1]: what is left must be positive in both rows.
+        let l = whole([2, 0, 1, 0]);
+        assert!(!remainder_dominates(&matrix([[4.0, 2.0], [2.0, 1.0]]), &l));
+        assert!(!remainder_dominates(&matrix([[4.0, 2.0], [2.0, 2.0]]), &l));
+        assert!(!remainder_dominates(&matrix([[4.5, 2.0], [2.0, 0.5]]), &l));
+        assert!(remainder_dominates(&matrix([[4.0_f64.next_up(), 2.0], [2.0, 1.0_f64.next_up()]]), &l));
+    }
+
     /// Prints how long both ways take.
     #[test]
     fn both_ways_agree_on_large_matrices() {
@@ -187,6 +205,20 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn whatever_the_factor_what_dominates_is_definite(
+            n in 1_usize..5,
+            entries in prop::collection::vec(-1.0..1.0, 16),
+            shift in -0.1..0.1,
+            error in prop_oneof![Just(0.0), -0.05..0.05],
+        ) {
+            let m = gram(n, &entries, shift);
+            let near: Vec<f64> = (0..n * n).map(|k| m[(k / n, k % n)].to_f64() + if k % (n + 1) == 0 { 0.1 } else { error }).collect();
+            if let Some(l) = factor(&near, n, 0.11) {
+                prop_assert!(!remainder_dominates(&m, &l) || eliminate(&m).is_ok());
+            }
+        }
+
         #[test]
         fn a_witness_is_never_found_where_elimination_refuses(
             n in 1_usize..7,
