@@ -32,8 +32,9 @@ class Probe:
         self.fmu: FMU2Slave | None = None
 
     def resources(self) -> list[Path]:
-        """Return the files of the frozen design."""
-        return sorted(path for path in (self.folder / "resources").iterdir() if path.is_file())
+        """Return the files of the frozen design that the model reads; the certificate is for `squid verify`."""
+        files = sorted(path for path in (self.folder / "resources").iterdir() if path.is_file())
+        return [path for path in files if path.name != "certificate.json"]
 
     def one(self, causality: str, kind: str = "Real") -> int:
         """Return the value reference of some variable of a causality and a type."""
@@ -99,6 +100,13 @@ def changed_resource(probe: Probe) -> None:
     """Instantiate with a file that is legal but is not the one of the model description."""
     path = probe.resources()[0]
     path.write_text(path.read_text(encoding="utf-8").replace("0.", "0.0", 1), encoding="utf-8")
+    probe.load().instantiate()
+
+
+def changed_certificate(probe: Probe) -> None:
+    """Instantiate with a certificate that is not the one that was packed, where there is one."""
+    path = probe.folder / "resources" / "certificate.json"
+    path.write_text(path.read_text(encoding="utf-8") + " " if path.exists() else "{}", encoding="utf-8")
     probe.load().instantiate()
 
 
@@ -188,6 +196,7 @@ CASES: dict[str, Callable[[Probe], None]] = {
         truncated_resource,
         binary_resource,
         changed_resource,
+        changed_certificate,
         null_resource_location,
         nan_input,
         infinite_input,

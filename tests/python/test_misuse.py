@@ -21,6 +21,7 @@ AT_INSTANTIATION = {
     "truncated_resource": "resources/",
     "binary_resource": "resources/",
     "changed_resource": "GUID",
+    "changed_certificate": "GUID",
     "null_resource_location": "resource location is NULL",
 }
 WHILE_RUNNING = {
