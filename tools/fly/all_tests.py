@@ -33,6 +33,7 @@ def checks() -> list[Check]:
         Check("Rust: documentation", documentation),
         Check("FMUs: build", build.build),
         *(Check(f"Main job: {name}", lambda name=name: fly(name)) for name in VEHICLES),
+        Check("Published cases", published_cases),
         Check("Python: format, lints", python_lints),
         Check("Python: tests", python_tests),
     ]
@@ -56,6 +57,12 @@ def documentation() -> None:
 def fly(name: str) -> None:
     """Run the main job for a vehicle."""
     main_job.run(ROOT / "vehicles" / name, "design")
+
+
+def published_cases() -> None:
+    """Solve the published problems by the command line, and print found against expected."""
+    build.build_command()
+    run([sys.executable, Path("tests") / "python" / "published_cases.py", build.squid()])
 
 
 def python_lints() -> None:

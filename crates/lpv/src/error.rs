@@ -76,6 +76,18 @@ pub enum SynthesisError {
         /// Imaginary part of the mode, rad/s.
         im: f64,
     },
+    /// At each frozen parameter the plant may be stabilised, but not for every course of the parameters by one Lyapunov function.
+    #[error(
+        "no gamma will do: the control cannot stabilise the plant for every course of the parameters (quadratically, with \
+         these scalings); narrow the range of the parameters, or reach what they drive"
+    )]
+    NotQuadraticallyStabilisable,
+    /// The same for what the measurements show.
+    #[error(
+        "no gamma will do: the measurements do not show enough to observe the plant for every course of the parameters \
+         (quadratically, with these scalings); narrow the range of the parameters, or measure what they drive"
+    )]
+    NotQuadraticallyDetectable,
     /// The solver proved that no gamma works.
     #[error("the matrix inequalities of '{stage}' have no solution (the solver holds a certificate of that)")]
     Infeasible {
@@ -123,7 +135,9 @@ impl SynthesisError {
     pub fn is_infeasible(&self) -> bool {
         matches!(
             self,
-            Self::NotStabilisable { .. }
+            Self::NotQuadraticallyStabilisable
+                | Self::NotQuadraticallyDetectable
+                | Self::NotStabilisable { .. }
                 | Self::NotDetectable { .. }
                 | Self::Infeasible { .. }
                 | Self::AboveLimit { .. }

@@ -12,6 +12,7 @@ pub use crate::least_gamma::least_gamma;
 use crate::least_gamma::smallest;
 use crate::model_error::LoopError;
 use crate::plant::GeneralisedPlant;
+use crate::quadratic::infeasible_side;
 use crate::reconstruct::reconstruct;
 
 /// How a controller is sought.
@@ -56,7 +57,10 @@ pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, 
     plant.check()?;
     crate::modes::check_stabilisable(plant)?;
     crate::modes::check_detectable(plant)?;
-    let (coordinates, optimum) = least_gamma(plant, options.scalings)?;
+    let (coordinates, optimum) = match least_gamma(plant, options.scalings) {
+        Ok(found) => found,
+        Err(error) => return explained(plant, Err(error), options),
+    };
     if let Some(limit) = options.gamma_limit.filter(|limit| optimum.gamma > *limit) {
         return Err(above_limit(plant, &coordinates, optimum.gamma, limit, options));
     }
@@ -67,7 +71,24 @@ pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, 
         }
         outcome = build(plant, &coordinates, optimum.gamma, factor * options.back_off, options).or(outcome);
     }
-    outcome
+    explained(plant, outcome, options)
+}
+
+/// A failure may be that no gamma exists at all: then the solver only saw gamma grow.
+fn explained(
+    plant: &GeneralisedPlant,
+    outcome: Result<Design, SynthesisError>,
+    options: Options,
+) -> Result<Design, SynthesisError> {
+    match outcome {
+        Err(SynthesisError::Numerical { .. } | SynthesisError::Infeasible { .. }) => {
+            match infeasible_side(plant, options.scalings) {
+                Some(reason) => Err(reason),
+                None => outcome,
+            }
+        }
+        other => other,
+    }
 }
 
 /// Builds the controller at `(1 + back_off)` times the least gamma.

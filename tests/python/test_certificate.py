@@ -1,0 +1,103 @@
+"""The certificate as shipped: proved, refused when tampered with, demanded before anything is packed."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from conftest import Run
+from fly.package import Packages
+
+
+def edited(package: Path, copy: Path, name: str, change: Callable[[dict], None]) -> Path:
+    """Copy an FMU with one of its JSON resources changed."""
+    with zipfile.ZipFile(package) as source, zipfile.ZipFile(copy, "w", zipfile.ZIP_DEFLATED) as target:
+        for entry in source.infolist():
+            content = source.read(entry)
+            if entry.filename == f"resources/{name}":
+                value = json.loads(content)
+                change(value)
+                content = json.dumps(value).encode()
+            target.writestr(entry, content)
+    return copy
+
+
+def test_shipped_controllers_are_proved(packages: Packages, run_squid: Run) -> None:
+    """Both FMUs that hold the controller prove, with the residual of the fit."""
+    for package in (packages.controller, packages.loop):
+        done = run_squid("verify", package, timeout=10.0)
+        assert done.returncode == 0, done.stderr
+        assert "PROVED: For every measurable trajectory" in done.stdout
+        assert "when [A B2] of the plant is replaced" in done.stdout
+
+
+def test_plant_has_nothing_to_verify(squid: Packages, run_squid: Run) -> None:
+    """An FMU without controller is told apart from one that fails."""
+    done = run_squid("verify", squid.plant)
+    assert done.returncode == 1
+    assert "nothing to verify" in done.stderr
+
+
+@pytest.mark.parametrize("matrix", ["A", "By", "Dtt"])
+def test_controller_that_is_not_the_proved_one(
+    squid: Packages, run_squid: Run, tmp_path: Path, matrix: str
+) -> None:
+    """One number of the flown controller changed in its last digits: the proof is of another controller."""
+
+    def change(controller: dict) -> None:
+        controller["lft"][matrix][0][0] = controller["lft"][matrix][0][0] * (1 + 1e-15) + 1e-300
+
+    done = run_squid("verify", edited(squid.controller, tmp_path / "spoilt.fmu", "controller.json", change))
+    assert done.returncode == 1
+    assert f"matrix {matrix} differs" in done.stderr
+
+
+def test_bound_that_is_too_good(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
+    """A lower gamma in both files does not prove, and the failure is named."""
+
+    def lower(value: dict) -> None:
+        inner = value["gamma"] if isinstance(value["gamma"], dict) else None
+        if inner is None:
+            value["gamma"] *= 0.9
+        else:
+            inner["bound"] *= 0.9
+
+    once = edited(squid.controller, tmp_path / "once.fmu", "certificate.json", lower)
+    twice = edited(once, tmp_path / "twice.fmu", "controller.json", lower)
+    assert "gamma differs" in run_squid("verify", once).stderr
+    done = run_squid("verify", twice)
+    assert done.returncode == 1
+    assert "not proved" in done.stderr and "pivot" in done.stderr
+
+
+def test_design_without_proof_is_not_packed(
+    squid: Packages, run_squid: Run, copied_vehicle: Path, tmp_path: Path
+) -> None:
+    """Without certificate nothing is written; the flag overrides, and the FMU then says so."""
+    out = tmp_path / "out"
+    assert run_squid("design", copied_vehicle, "--out", out).returncode == 0
+    (out / "certificate.json").unlink()
+    done = run_squid("package", copied_vehicle, "--out", out)
+    assert done.returncode == 1
+    assert "not certified" in done.stderr and "--allow-uncertified" in done.stderr
+    assert not list(out.glob("*.fmu"))
+    done = run_squid("package", copied_vehicle, "--out", out, "--allow-uncertified")
+    assert done.returncode == 0 and "UNCERTIFIED" in done.stdout
+    with zipfile.ZipFile(out / "squid_controller.fmu") as package:
+        assert "not certified" in package.read("modelDescription.xml").decode()
+        assert "resources/certificate.json" not in package.namelist()
+
+
+def test_certificate_of_another_design_is_not_packed(
+    remus100: Packages, run_squid: Run, copied_vehicle: Path, tmp_path: Path
+) -> None:
+    """A certificate that proves, but for another controller, does not help."""
+    out = tmp_path / "out"
+    assert run_squid("design", copied_vehicle, "--out", out).returncode == 0
+    shutil.copy(remus100.controller.parent / "certificate.json", out / "certificate.json")
+    done = run_squid("package", copied_vehicle, "--out", out)
+    assert done.returncode == 1 and "not of this controller" in done.stderr
