@@ -19,15 +19,29 @@
 //! Matrices are stored by columns; `lda` is the distance between two columns. A call with a job that is not
 //! served (only part of the spectrum, say) sets `info` to a negative number, as LAPACK does for a bad
 //! argument; nothing is computed silently wrong.
-#![allow(clippy::too_many_arguments)] // The argument lists are LAPACK's.
-#![allow(clippy::missing_safety_doc)] // One contract for all: the pointers obey LAPACK's reference.
+//!
+//! With the feature `openblas` nothing is defined here: the symbols come from the system's OpenBLAS, which must be
+//! installed (`libopenblas-dev` on Debian). It is faster on large problems; set `OPENBLAS_NUM_THREADS=1` for small ones.
+#![cfg_attr(not(feature = "openblas"), allow(clippy::too_many_arguments))] // The argument lists are LAPACK's.
+#![cfg_attr(not(feature = "openblas"), allow(clippy::missing_safety_doc))] // One contract for all: LAPACK's reference.
 
+#[cfg(not(feature = "openblas"))]
 mod blas;
+#[cfg(not(feature = "openblas"))]
 mod lapack;
+#[cfg(feature = "openblas")]
+mod openblas;
+#[cfg(not(feature = "openblas"))]
 mod view;
 
+#[cfg(not(feature = "openblas"))]
 pub use blas::{dgemm_, dgemv_, dsymv_, dsyr2k_, dsyrk_};
+#[cfg(not(feature = "openblas"))]
 pub use lapack::{dgesdd_, dgesv_, dgesvd_, dpotrf_, dpotrs_, dsyevr_};
+#[cfg(feature = "openblas")]
+use openblas::{
+    dgemm_, dgemv_, dgesdd_, dgesv_, dgesvd_, dpotrf_, dpotrs_, dsyevr_, dsymv_, dsyr2k_, dsyrk_,
+};
 
 /// Makes the linker keep the symbols: call it once in the crate that links clarabel.
 ///

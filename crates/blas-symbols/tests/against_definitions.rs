@@ -1,4 +1,5 @@
 //! Each symbol against its definition, on random matrices, called as clarabel calls it.
+#![cfg(not(feature = "openblas"))]
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use blas_symbols::*;
