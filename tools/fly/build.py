@@ -19,14 +19,19 @@ def build() -> None:
     build_command()
     for crate in FMU_CRATES:
         export = ["--lib", "--crate-type", "cdylib", "--features", "export", "--profile", "fmu"]
-        run(["cargo", "rustc", "-p", crate, *export], variables={"RUSTFLAGS": without_paths()})
+        run(["cargo", "rustc", "-p", crate, *export], variables={"CARGO_ENCODED_RUSTFLAGS": without_paths()})
 
 
 def without_paths() -> str:
-    """Return the flags that keep the builder's folders out of the binaries, added to those of the user."""
+    """Return the flags that keep the builder's folders out of the binaries, added to those of the user.
+
+    They are joined as cargo's encoded variable wants it, which bears folders with spaces.
+    """
     home = Path(os.environ.get("CARGO_HOME", Path.home() / ".cargo"))
+    encoded = os.environ.get("CARGO_ENCODED_RUSTFLAGS")
+    own = encoded.split("\x1f") if encoded else os.environ.get("RUSTFLAGS", "").split()
     flags = [f"--remap-path-prefix={home}=cargo", f"--remap-path-prefix={ROOT}=squid"]
-    return " ".join([os.environ.get("RUSTFLAGS", ""), *flags]).strip()
+    return "\x1f".join([*own, *flags])
 
 
 def build_command() -> None:

@@ -79,10 +79,10 @@ def compare(loop: Signals, coupled: Signals) -> float:
     return worst
 
 
-def plot(packages: Packages, squid: Path) -> Path:
+def plot(packages: Packages, squid: Path, vehicle: Path) -> Path:
     """Draw the flight."""
     path = packages.folder / "flight.svg"
-    run([squid, "plot", packages.folder / "flight.csv", "--out", path])
+    run([squid, "plot", packages.folder / "flight.csv", "--vehicle", vehicle, "--out", path])
     return path
 
 
@@ -122,14 +122,19 @@ def report(packages: Packages, loop: Signals, agreement: float, drawn: Path) -> 
 def gamma_lines(achieved: dict) -> list[tuple[str, str]]:
     """Say what is known of the gain of the closed loop."""
     proof = (
-        "certified: proved in exact arithmetic"
+        "PROVED in exact arithmetic"
         if achieved["certified"]
-        else "not certified in exact arithmetic"
+        else "not proved"
     )
     bound, optimum, back_off = (achieved[key] for key in ("gamma_bound", "gamma_optimum", "back_off"))
+    with_error = achieved["gamma_bound_with_model_error"]
+    covered = [] if with_error is None else [
+        ("  off the fit", f"{with_error:.4f}, for every model in a ball that holds the true linearisations (proved)")
+    ]
     return [
         ("gamma", f"{bound:.4f}, a bound of the loop's L2 gain for any course of speed ({proof})"),
-        ("least gamma", f"{optimum:.4f}; the controller is built {100 * back_off:.0f} % above"),
+        *covered,
+        ("least gamma", f"{optimum:.4f}; the controller is built {100 * back_off:.1f} % above"),
     ]
 
 
@@ -146,6 +151,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="fly.flight", description=__doc__)
     parser.add_argument("folder", type=Path, help="folder with the three FMUs and design.json")
     parser.add_argument("squid", type=Path, help="the command squid")
+    parser.add_argument("vehicle", type=Path, help="directory of the vehicle that flies")
     arguments = parser.parse_args()
     try:
         packages = Packages.found_in(arguments.folder)
@@ -158,7 +164,7 @@ def main() -> int:
         with stage("Comparing the two flights"):
             agreement = compare(loop, coupled)
         with stage("Drawing the flight"):
-            drawn = plot(packages, arguments.squid)
+            drawn = plot(packages, arguments.squid, arguments.vehicle)
         report(packages, loop, agreement, drawn)
     except StageError as error:
         print(f"\nStopped: {error}", file=sys.stderr)

@@ -20,6 +20,6 @@ def run(vehicle: Path, design: str) -> int:
         python = environment.ready()
     with stage(f"Designing the controller of {vehicle.name} (design '{design}') and packaging its FMUs"):
         packages = package.design_and_package(vehicle, design, package.folder_of(vehicle, design))
-    python.run("-m", "fly.flight", packages.folder, build.squid())
+    python.run("-m", "fly.flight", packages.folder, build.squid(), vehicle)
     print(f"\nAll done in {time.monotonic() - begin:.1f} s.")
     return 0

@@ -71,17 +71,20 @@ def sources_of(vehicle: Path, design: str) -> list[Path]:
 def design_and_package(vehicle: Path, design: str, folder: Path) -> Packages:
     """Run `squid design` and `squid package`, unless their results are there and nothing has changed since."""
     sources = sources_of(vehicle, design)
-    expected = stamp.digest([build.squid(), *build.binaries(), *sources], vehicle.resolve().name, design)
+    made_from = [build.squid(), *build.binaries(), *sources]
     mark = folder / "stamp"
-    if stamp.is_fresh(mark, expected):
+    if mark.is_file():
         packages = Packages.found_in(folder)
-        if all(path.is_file() for path in [*packages.fmus, packages.figures]):
+        made = [*packages.fmus, packages.figures]
+        if all(path.is_file() for path in made) and stamp.is_fresh(mark, stamp.digest([*made_from, *made], design)):
             print("    nothing has changed since the last run")
             return packages
     folder.mkdir(parents=True, exist_ok=True)
+    mark.unlink(missing_ok=True)
     for old in folder.glob("*.fmu"):
         old.unlink()
     for verb in ("design", "package"):
         run([build.squid(), verb, vehicle, "--design", design, "--out", folder])
-    stamp.write(mark, expected)
-    return Packages.found_in(folder)
+    packages = Packages.found_in(folder)
+    stamp.write(mark, stamp.digest([*made_from, *packages.fmus, packages.figures], design))
+    return packages

@@ -7,6 +7,7 @@ use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::model::{linearise_at, speeds, stacked};
 use crate::problem::augment;
+use crate::sampled::{sampled_dtt, spectral_radius};
 use lpv::controller::Controller;
 use lpv::lft::Lft;
 use lpv::matrix::{Mat, eigenvalues, spectral_abscissa};
@@ -49,6 +50,29 @@ pub enum Refusal {
         /// The bound.
         bound: f64,
     },
+    /// The loop as it is sampled is not stable.
+    #[error(
+        "at {speed:.3} m/s the loop sampled at {sample_time} s, with the actuators' lags, is not stable (a mode of modulus \
+         {radius:.4}); a shorter autopilot.sample_time is needed"
+    )]
+    UnstableSampled {
+        /// Where.
+        speed: f64,
+        /// The sample time, s.
+        sample_time: f64,
+        /// The largest modulus.
+        radius: f64,
+    },
+    /// The frozen gain with the true linearisation exceeds the bound that is to cover it.
+    #[error(
+        "at {speed:.3} m/s the frozen gain with the true linearisation is {gain:.4}, no finite number above zero"
+    )]
+    TrueGain {
+        /// Where.
+        speed: f64,
+        /// The gain.
+        gain: f64,
+    },
     /// The parameter loop is not well posed inside the box.
     #[error("the controller's parameter loop is not well posed at rho = {rho:.4}")]
     NotWellPosed {
@@ -70,6 +94,8 @@ pub struct Checks {
     pub gain_fit: f64,
     /// Largest frozen gain with the true linearisations.
     pub gain_truth: f64,
+    /// Largest modulus of the modes of the sampled loop, with true linearisations and actuator lags.
+    pub sampled_radius: f64,
     /// Fastest mode of the frozen controller, rad/s.
     pub fastest_controller_mode: f64,
 }
@@ -86,6 +112,8 @@ pub fn check(
 ) -> Result<Checks, Error> {
     well_posed(&controller.dtt)?;
     well_posed(&plant.dtt)?;
+    let sample_time = inputs.design.sample_time;
+    well_posed(&sampled_dtt(controller, sample_time).unwrap_or_else(|| Mat::from_element(1, 1, f64::NAN)))?;
     let closed = plant.close(controller);
     let (centre, half_range) = inputs.design.scheduling();
     let mut found = Checks {
@@ -94,6 +122,7 @@ pub fn check(
         abscissa_truth: f64::NEG_INFINITY,
         gain_fit: 0.0,
         gain_truth: 0.0,
+        sampled_radius: 0.0,
         fastest_controller_mode: 0.0,
     };
     for speed in speeds(inputs, CHECKED_SPEEDS) {
@@ -108,7 +137,12 @@ pub fn check(
             return Err(Refusal::Gain { speed, gain, bound }.into());
         }
         let frozen = frozen_controller(controller, rho)?;
-        let truth = augment(inputs, Lft::constant(stacked(&linearise_at(inputs, speed)?)))?;
+        let linearisation = linearise_at(inputs, speed)?;
+        let radius = spectral_radius(inputs, &linearisation, &controller.frozen(&[rho])?);
+        if radius.is_nan() || radius >= 1.0 {
+            return Err(Refusal::UnstableSampled { speed, sample_time, radius }.into());
+        }
+        let truth = augment(inputs, Lft::constant(stacked(&linearisation)))?;
         let true_loop = truth.close(&frozen).frozen(&[])?;
         let true_real_part = spectral_abscissa(&true_loop.a);
         if true_real_part.is_nan() || true_real_part >= 0.0 {
@@ -117,7 +151,12 @@ pub fn check(
         found.abscissa_fit = found.abscissa_fit.max(real_part);
         found.abscissa_truth = found.abscissa_truth.max(true_real_part);
         found.gain_fit = found.gain_fit.max(gain);
-        found.gain_truth = found.gain_truth.max(true_loop.hinf_norm().value);
+        let true_gain = true_loop.hinf_norm().value;
+        if !true_gain.is_finite() {
+            return Err(Refusal::TrueGain { speed, gain: true_gain }.into());
+        }
+        found.gain_truth = found.gain_truth.max(true_gain);
+        found.sampled_radius = found.sampled_radius.max(radius);
         let fastest = eigenvalues(&frozen.a).iter().map(|p| p.norm()).fold(0.0, f64::max);
         found.fastest_controller_mode = found.fastest_controller_mode.max(fastest);
     }

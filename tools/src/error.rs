@@ -40,7 +40,7 @@ pub enum Error {
         reason: std::io::Error,
     },
     /// The vehicle does not trim somewhere in the range.
-    #[error("the vehicle has no level trim at {speed:.2} m/s, a speed of the design's range: {reason}")]
+    #[error("{reason}")]
     Trim {
         /// Where.
         speed: f64,

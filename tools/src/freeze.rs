@@ -82,7 +82,7 @@ fn controller(inputs: &Inputs, design: &Design, trims: &[Trim], certified: bool)
         gamma: Gamma {
             optimum: design.gamma_optimum,
             bound: design.certified.gamma,
-            back_off: file.back_off,
+            back_off: crate::design::back_off(design),
             certified,
         },
         inputs: InputHashes {

@@ -9,6 +9,8 @@ use std::path::{Path, PathBuf};
 /// A vehicle and a design, with what identifies the files they came from.
 #[derive(Debug, Clone)]
 pub struct Inputs {
+    /// The vehicle's directory, in full.
+    pub directory: PathBuf,
     /// The vehicle.
     pub vehicle: Vehicle,
     /// The text of the vehicle file, which the plant's FMU carries.
@@ -46,7 +48,9 @@ impl Inputs {
             design = design.with_bandwidth(bandwidth);
         }
         let vehicle_sha256 = hexadecimal(&Sha256::digest(&vehicle_text));
+        let directory = std::path::absolute(directory).unwrap_or_else(|_| directory.to_owned());
         Ok(Self {
+            directory,
             vehicle,
             vehicle_sha256,
             vehicle_text,

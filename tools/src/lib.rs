@@ -26,6 +26,7 @@ pub mod plot;
 pub mod problem;
 pub mod problem_file;
 pub mod record;
+pub mod sampled;
 pub mod show;
 pub mod simulate;
 pub mod stages;

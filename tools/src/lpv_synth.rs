@@ -129,7 +129,14 @@ impl Report {
     /// [`Error::Unwritable`].
     pub fn save(&self, directory: &Path) -> Result<(), Error> {
         write_json(&directory.join("report.json"), self)?;
-        let Some(certificate) = &self.certificate else { return Ok(()) };
+        // What does not prove is not kept, and what an earlier run left must not stand beside this verdict.
+        let proved = self.certificate.as_ref().filter(|_| self.theorem.is_some());
+        let Some(certificate) = proved else {
+            for name in ["controller.json", "certificate.json"] {
+                output::remove(&directory.join(name))?;
+            }
+            return Ok(());
+        };
         write_json(&directory.join("controller.json"), &certificate.controller)?;
         let path = directory.join("certificate.json");
         let text = certificate.to_json();

@@ -4,6 +4,7 @@ use clap::{Args, Parser, Subcommand};
 use lpv::synthesis::Options;
 use squid::error::Error;
 use squid::inputs::Inputs;
+use squid::output::say;
 use squid::package::{Kind, pack, prepare, require_proof};
 use squid::stages::Stages;
 use squid::{design, ladder, lpv_synth, model, record, show, simulate, store, verify};
@@ -93,6 +94,9 @@ enum Verb {
     Plot {
         /// The record: a column `time`, then one for each variable
         record: PathBuf,
+        /// The vehicle that flew; its actuators are plotted, too
+        #[arg(long, value_name = "DIR")]
+        vehicle: Option<PathBuf>,
         /// The SVG file to write; beside the record if not named
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
@@ -204,20 +208,24 @@ fn run_plain(verb: Verb) -> Result<(), Error> {
         Verb::Verify { file } => {
             let found = verify::verify(&file)?;
             if let Some(about) = &found.about {
-                println!("{about}");
+                say(about);
             }
-            println!("PROVED: {}", found.theorem);
+            say(&format!("PROVED: {}", found.theorem));
             Ok(())
         }
         Verb::Lpv(LpvVerb::Synth(synth)) => run_synth(&synth).map(|_| ()),
         Verb::Lpv(LpvVerb::Check { problem, certificate }) => {
-            println!("PROVED: {}", verify::check(&problem, &certificate)?);
+            say(&format!("PROVED: {}", verify::check(&problem, &certificate)?));
             Ok(())
         }
-        Verb::Plot { record, out } => {
+        Verb::Plot { record, vehicle, out } => {
             let to = out.unwrap_or_else(|| record.with_extension("svg"));
-            record::plot(&record, &to)?;
-            println!("{}", to.display());
+            let actuators = match vehicle {
+                Some(directory) => auv::Vehicle::read(&directory.join("vehicle.toml"))?.actuators,
+                None => Vec::new(),
+            };
+            record::plot(&record, &to, &actuators)?;
+            say(&to.display().to_string());
             Ok(())
         }
     }
@@ -233,7 +241,7 @@ fn run_design(which: &Which, with_ladder: bool) -> Result<(), Error> {
         let running = stages.begin("ladder", "solving for each assumption about the speed");
         let words = ladder::climb(&inputs, &finished)?;
         drop(running);
-        print!("\n{words}");
+        say(&format!("\n{}", words.trim_end()));
     }
     Ok(())
 }
@@ -246,16 +254,16 @@ fn run_package(
 ) -> Result<(), Error> {
     let (inputs, directory) = which.read()?;
     let mut stored = store::load(&directory, &inputs)?;
-    println!("{}", require_proof(&mut stored, &directory, allow_uncertified)?);
+    say(&require_proof(&inputs, &mut stored, &directory, allow_uncertified)?);
     for kind in Kind::ALL {
         if let Some(to) = &descriptions {
             let prepared = prepare(kind, &inputs, &stored)?;
             let path = to.join(format!("{}.xml", prepared.identifier));
             squid::output::write(&path, prepared.xml.as_bytes())?;
-            println!("{}", path.display());
+            say(&path.display().to_string());
         } else {
             let (path, size) = pack(kind, &inputs, &stored, binaries.as_deref(), &directory)?;
-            println!("{} ({:.0} kB)", path.display(), size as f64 / 1000.0);
+            say(&format!("{} ({:.0} kB)", path.display(), size as f64 / 1000.0));
         }
     }
     Ok(())
@@ -266,7 +274,7 @@ fn run_simulate(which: &Which) -> Result<(), Error> {
     let stored = match store::load(&directory, &inputs) {
         Err(Error::NotDesigned { .. } | Error::Stale { .. }) => {
             store::save(&directory, &inputs, &design::run(&inputs, &Stages::default())?)?;
-            println!();
+            say("");
             store::load(&directory, &inputs)?
         }
         other => other?,
@@ -274,7 +282,7 @@ fn run_simulate(which: &Which) -> Result<(), Error> {
     let running = Stages::default().begin("simulate", "flying");
     let found = simulate::run(&inputs, &stored, &directory)?;
     drop(running);
-    print!("{found}");
+    say(found.trim_end());
     Ok(())
 }
 
@@ -289,16 +297,16 @@ fn run_show(which: &Which, speed: Option<f64>, fit: bool, controller: bool) -> R
                 allowed: "above 0 (m/s)".into(),
             });
         }
-        println!("{}", show::speed(&inputs, v)?);
+        say(&show::speed(&inputs, v)?);
     }
     if fit || all {
-        println!("{}", show::fit(&inputs, &model::Model::new(&inputs)?));
+        say(&show::fit(&inputs, &model::Model::new(&inputs)?));
     }
     if controller || all {
         let running = Stages::default().begin("design", "solving the matrix inequalities");
         let finished = design::run(&inputs, &Stages::quiet())?;
         drop(running);
-        print!("{}", show::controller(&inputs, &finished)?);
+        say(show::controller(&inputs, &finished)?.trim_end());
     }
     Ok(())
 }
@@ -327,9 +335,9 @@ fn run_synth(synth: &Synth) -> Result<ExitCode, Error> {
         report.save(directory)?;
     }
     if synth.json {
-        println!("{}", squid::output::json(&report)?);
+        say(&squid::output::json(&report)?);
     } else {
-        print!("{}", report.words());
+        say(report.words().trim_end());
     }
     Ok(ExitCode::from(report.exit_code()))
 }

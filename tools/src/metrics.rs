@@ -19,6 +19,13 @@ pub struct StepFigures {
     pub actuator_use: f64,
 }
 
+/// How much of an actuator a command uses: 0 at rest, 1 at a limit. Where the range does not hold 0, rest is its middle.
+fn used_fraction(command: f64, low: f64, high: f64) -> f64 {
+    let rest = if low <= 0.0 && high >= 0.0 { 0.0 } else { 0.5 * (low + high) };
+    let room = if command >= rest { high - rest } else { rest - low };
+    if room > 0.0 { (command - rest).abs() / room } else { 0.0 }
+}
+
 impl StepFigures {
     /// Reads the figures off a record with one step of `height` (rad) at `step_time` (s).
     pub fn of(rows: &[Row], step_time: f64, height: f64, limits: &[(f64, f64)]) -> Self {
@@ -34,7 +41,7 @@ impl StepFigures {
         let tail = &after[after.len() - (after.len() / 10).max(1)..];
         let mean_done = tail.iter().map(|r| done(r)).sum::<f64>() / tail.len() as f64;
         let used = |r: &Row| {
-            let each = r.commands.iter().zip(limits).map(|(c, (low, high))| (c / high).max(c / low));
+            let each = r.commands.iter().zip(limits).map(|(c, (low, high))| used_fraction(*c, *low, *high));
             each.fold(0.0, f64::max)
         };
         Self {
@@ -45,5 +52,20 @@ impl StepFigures {
             speed_deviation: rows.iter().map(|r| (r.speed_reference - r.speed).abs()).fold(0.0, f64::max),
             actuator_use: rows.iter().map(used).fold(0.0, f64::max),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::used_fraction;
+
+    #[test]
+    fn use_is_one_at_a_limit_and_zero_at_rest() {
+        assert_eq!(used_fraction(-60.0, -60.0, 100.0), 1.0);
+        assert_eq!(used_fraction(50.0, -60.0, 100.0), 0.5);
+        assert_eq!(used_fraction(0.0, 0.0, 20.0), 0.0);
+        assert_eq!(used_fraction(10.0, 0.0, 20.0), 0.5);
+        assert_eq!(used_fraction(4.0, 2.0, 4.0), 1.0);
+        assert_eq!(used_fraction(3.0, 2.0, 4.0), 0.0);
     }
 }

@@ -5,6 +5,12 @@ use serde::Serialize;
 use std::io::Write;
 use std::path::Path;
 
+/// Prints to standard output. A reader that went away, as `head` does, is no reason to stop working.
+pub fn say(text: &str) {
+    let mut out = std::io::stdout().lock();
+    let _ = writeln!(out, "{text}").and_then(|()| out.flush());
+}
+
 /// Writes a file through a temporary one beside it, renamed at the end.
 ///
 /// # Errors
@@ -51,6 +57,19 @@ pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), Error> {
         .map_err(|reason| Error::Json { path: path.display().to_string(), reason })?;
     text.push('\n');
     write(path, text.as_bytes())
+}
+
+/// Removes a file, if it is there.
+///
+/// # Errors
+/// [`Error::Unwritable`] with the path.
+pub fn remove(path: &Path) -> Result<(), Error> {
+    match std::fs::remove_file(path) {
+        Err(reason) if reason.kind() != std::io::ErrorKind::NotFound => {
+            Err(Error::Unwritable { path: path.display().to_string(), reason })
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Reads a text file.

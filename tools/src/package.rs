@@ -57,11 +57,12 @@ pub struct Prepared {
 /// # Errors
 /// [`Error::Uncertified`].
 pub fn require_proof(
+    inputs: &Inputs,
     stored: &mut Stored,
     directory: &Path,
     allow_uncertified: bool,
 ) -> Result<String, Error> {
-    match stored.prove() {
+    match stored.prove(inputs) {
         Ok(theorem) if stored.controller.gamma.certified => Ok(format!("certified: {theorem}")),
         Ok(_) => Err(Error::Mismatch { what: "the mark 'certified' of controller.json".into() }),
         Err(reason) if allow_uncertified => {

@@ -3,14 +3,15 @@
 use crate::error::Error;
 use crate::output::read;
 use crate::plot::{Line, Panel, draw};
+use auv::Actuator;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Draws the record of a flight of `squid.fmu`.
+/// Draws the record of a flight of `squid.fmu`; commands are shown of the actuators that are given.
 ///
 /// # Errors
 /// [`Error::Record`] when a column is missing or a number is none, [`Error::Plot`].
-pub fn plot(record: &Path, to: &Path) -> Result<(), Error> {
+pub fn plot(record: &Path, to: &Path, actuators: &[Actuator]) -> Result<(), Error> {
     let columns = columns(record)?;
     let wrong = |reason: String| Error::Record { path: record.display().to_string(), reason };
     let time = columns.get("time").ok_or_else(|| wrong("there is no column 'time'".into()))?;
@@ -40,13 +41,12 @@ pub fn plot(record: &Path, to: &Path) -> Result<(), Error> {
             line("forward speed", "speed", 1.0, false),
         ],
     );
-    // Every variable with a twin NAME_output is an actuator's command.
-    let actuators: Vec<&String> =
-        columns.keys().filter(|k| columns.contains_key(&format!("{k}_output"))).collect();
-    let small = |name: &str| columns[name].iter().all(|v| v.abs() < std::f64::consts::PI);
-    let (fins, thrusters): (Vec<&String>, Vec<&String>) = actuators.into_iter().partition(|name| small(name));
-    add("thrust (N)", thrusters.iter().map(|n| line(n, n, 1.0, false)).collect());
-    add("deflection (deg)", fins.iter().map(|n| line(n, n, deg, false)).collect());
+    let commands = |unit: &str, factor: f64| -> Vec<Option<Line>> {
+        let own = actuators.iter().filter(|a| a.unit() == unit);
+        own.map(|a| line(&a.name, &a.name, factor, false)).collect()
+    };
+    add("thrust (N)", commands("N", 1.0));
+    add("deflection (deg)", commands("rad", deg));
     add("depth (m)", vec![line("depth", "depth", 1.0, false)]);
     if panels.is_empty() {
         return Err(wrong("it holds none of the outputs that a flight has (pitch, speed, depth ...)".into()));

@@ -1,5 +1,6 @@
 //! Progress for people: one line a stage, with its key figure.
 
+use crate::output::say;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::time::{Duration, Instant};
 
@@ -33,7 +34,7 @@ impl Stages {
     pub fn done(&self, name: &str, figure: &str) {
         if !self.quiet {
             for (i, line) in figure.lines().enumerate() {
-                println!("{:<12} {line}", if i == 0 { name } else { "" });
+                say(&format!("{:<12} {line}", if i == 0 { name } else { "" }));
             }
         }
     }

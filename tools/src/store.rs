@@ -11,7 +11,7 @@
 use crate::design::Finished;
 use crate::error::Error;
 use crate::inputs::Inputs;
-use crate::output::{read, write, write_json};
+use crate::output::{read, remove, write, write_json};
 use crate::verify;
 use auv::LpvModel;
 use certificate::Theorem;
@@ -28,7 +28,9 @@ pub fn default_directory(inputs: &Inputs) -> PathBuf {
         .chars()
         .map(|c| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '_' })
         .collect();
-    Path::new("build").join(&inputs.vehicle.name).join(name)
+    let vehicle =
+        inputs.directory.file_name().map_or_else(|| inputs.vehicle.name.clone().into(), ToOwned::to_owned);
+    Path::new("build").join(vehicle).join(name)
 }
 
 /// The frozen files of a design.
@@ -45,14 +47,15 @@ pub struct Stored {
 }
 
 impl Stored {
-    /// Proves the certificate again, for the controller that is stored.
+    /// Proves the certificate again, for the controller that is stored and for the plant and weights of the inputs.
     ///
     /// # Errors
     /// The reason why this controller is not certified.
-    pub fn prove(&self) -> Result<Theorem, String> {
+    pub fn prove(&self, inputs: &Inputs) -> Result<Theorem, String> {
         let text = self.certificate.as_ref().map_err(Clone::clone)?;
         let certificate = verify::parse(text, "certificate.json").map_err(|e| e.to_string())?;
         verify::matches(&self.controller, &certificate).map_err(|e| e.to_string())?;
+        verify::matches_inputs(&certificate, inputs).map_err(|e| e.to_string())?;
         certificate.prove().map_err(|e| e.to_string())
     }
 }
@@ -80,6 +83,7 @@ struct Figures<'a> {
     largest_real_part_truth: f64,
     largest_frozen_gain: f64,
     largest_frozen_gain_truth: f64,
+    sampled_radius: f64,
     fastest_controller_mode: f64,
 }
 
@@ -98,11 +102,12 @@ struct FitFigures {
 /// [`Error::Unwritable`]; files are written whole or not at all.
 pub fn save(directory: &Path, inputs: &Inputs, finished: &Finished) -> Result<(), Error> {
     let to = |name: &str| directory.join(name);
-    write(&to("controller.json"), finished.frozen.controller.to_json()?.as_bytes())?;
     write(&to("plant.json"), finished.frozen.plant.to_json()?.as_bytes())?;
     write(&to("manoeuvre.json"), inputs.design.manoeuvre.to_json()?.as_bytes())?;
     save_certificate(&to("certificate.json"), finished)?;
-    write_json(&to("design.json"), &figures(inputs, finished))
+    write_json(&to("design.json"), &figures(inputs, finished))?;
+    // Last, for its hashes are what `load` trusts.
+    write(&to("controller.json"), finished.frozen.controller.to_json()?.as_bytes())
 }
 
 /// Writes the certificate; where there is none, an older one must not be left lying.
@@ -114,9 +119,7 @@ fn save_certificate(path: &Path, finished: &Finished) -> Result<(), Error> {
                 text.map_err(|reason| Error::Certificate { file: path.display().to_string(), reason })?;
             write(path, text.as_bytes())
         }
-        Err(_) if path.exists() => std::fs::remove_file(path)
-            .map_err(|reason| Error::Unwritable { path: path.display().to_string(), reason }),
-        Err(_) => Ok(()),
+        Err(_) => remove(path),
     }
 }
 
@@ -157,7 +160,7 @@ fn figures<'a>(inputs: &'a Inputs, f: &'a Finished) -> Figures<'a> {
         gamma_optimum: f.design.gamma_optimum,
         gamma_design: f.design.gamma_design,
         gamma_bound: f.design.certified.gamma,
-        back_off: inputs.design.back_off,
+        back_off: crate::design::back_off(&f.design),
         gamma_bound_with_model_error: f.proof.as_ref().ok().and_then(|p| p.theorem.gamma_with_model_error),
         model_error: f.proof.as_ref().ok().map(|p| p.model_error),
         certified: f.proof.is_ok(),
@@ -185,6 +188,7 @@ fn figures<'a>(inputs: &'a Inputs, f: &'a Finished) -> Figures<'a> {
         largest_real_part_truth: f.checks.abscissa_truth,
         largest_frozen_gain: f.checks.gain_fit,
         largest_frozen_gain_truth: f.checks.gain_truth,
+        sampled_radius: f.checks.sampled_radius,
         fastest_controller_mode: f.checks.fastest_controller_mode,
     }
 }

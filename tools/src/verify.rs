@@ -3,10 +3,14 @@
 //! Of an FMU it also checks that the certificate speaks of the very controller that the FMU flies.
 
 use crate::error::Error;
+use crate::inputs::Inputs;
+use crate::model::Model;
 use crate::output::read;
+use crate::problem::augment;
 use crate::problem_file;
 use certificate::{Certificate, Theorem};
-use lpv::matrix::to_rows;
+use lpv::matrix::{Mat, from_rows, to_rows};
+use lpv::plant::GeneralisedPlant;
 use scheduled::ControllerDesign;
 use std::io::Read;
 use std::path::Path;
@@ -137,6 +141,65 @@ pub fn check(problem: &Path, certificate: &Path) -> Result<Theorem, Error> {
         return Err(Error::WrongPlant { what: "blocks".into() });
     }
     Ok(certificate.prove()?)
+}
+
+/// Checks that the plant in a certificate is the one of these inputs: trimmed, linearised, fitted and weighted anew, and compared
+/// at parameter values over the range, because the basis of an LFT's channels is not unique.
+///
+/// # Errors
+/// [`Error::WrongPlant`] with the first part that differs; the errors of [`Model::new`].
+pub fn matches_inputs(certificate: &Certificate, inputs: &Inputs) -> Result<(), Error> {
+    let wanted = augment(inputs, Model::new(inputs)?.lft)?;
+    let found =
+        plant_of(certificate).ok_or_else(|| Error::WrongPlant { what: "the shape of a matrix".into() })?;
+    found.check()?;
+    for rho in [-1.0, -0.6, -0.1, 0.3, 0.8, 1.0] {
+        let (a, b) = (wanted.frozen(&[rho])?, found.frozen(&[rho])?);
+        let pairs = [
+            ("A", a.a, b.a),
+            ("B1", a.b1, b.b1),
+            ("B2", a.b2, b.b2),
+            ("C1", a.c1, b.c1),
+            ("D11", a.d11, b.d11),
+            ("D12", a.d12, b.d12),
+            ("C2", a.c2, b.c2),
+            ("D21", a.d21, b.d21),
+        ];
+        let unlike =
+            |p: &Mat, q: &Mat| p.shape() != q.shape() || (p - q).amax() > SAME_PLANT * p.amax().max(1.0);
+        if let Some((name, _, _)) = pairs.into_iter().find(|(_, p, q)| unlike(p, q)) {
+            return Err(Error::WrongPlant { what: format!("matrix {name} at rho = {rho}") });
+        }
+    }
+    Ok(())
+}
+
+/// How far the plant of a certificate may be from the one computed anew: rounding on another processor.
+const SAME_PLANT: f64 = 1e-8;
+
+/// The plant of a certificate; `None` when its matrices are ragged.
+fn plant_of(certificate: &Certificate) -> Option<GeneralisedPlant> {
+    let p = &certificate.plant;
+    let (n, w, u) = (p.a.len(), p.b1.first()?.len(), p.b2.first()?.len());
+    let r = certificate.blocks.iter().sum();
+    Some(GeneralisedPlant {
+        a: from_rows(&p.a, n)?,
+        bt: from_rows(&p.bt, r)?,
+        b1: from_rows(&p.b1, w)?,
+        b2: from_rows(&p.b2, u)?,
+        ct: from_rows(&p.ct, n)?,
+        dtt: from_rows(&p.dtt, r)?,
+        dt1: from_rows(&p.dt1, w)?,
+        dt2: from_rows(&p.dt2, u)?,
+        c1: from_rows(&p.c1, n)?,
+        d1t: from_rows(&p.d1t, r)?,
+        d11: from_rows(&p.d11, w)?,
+        d12: from_rows(&p.d12, u)?,
+        c2: from_rows(&p.c2, n)?,
+        d2t: from_rows(&p.d2t, r)?,
+        d21: from_rows(&p.d21, w)?,
+        blocks: certificate.blocks.clone(),
+    })
 }
 
 /// Equal to the bit, but for the sign of zero.

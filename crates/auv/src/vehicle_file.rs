@@ -27,6 +27,9 @@ pub(crate) fn parse(text: &str, file: &str) -> Result<Vehicle, VehicleFileError>
     let head = root.required_table("vehicle", "name, status and description of the vehicle")?;
     head.allow_only(&["name", "status", "description"])?;
     let name = head.text("name")?;
+    if !names_a_vehicle(&name) {
+        return Err(head.blame("name", FileProblem::VehicleName { name }));
+    }
     let description = head.text("description")?;
     let word = head.one_of("status", &Status::ALL.map(Status::word))?;
     let status = Status::ALL.into_iter().find(|s| s.word() == word).unwrap_or(Status::Surrogate);
@@ -34,6 +37,12 @@ pub(crate) fn parse(text: &str, file: &str) -> Result<Vehicle, VehicleFileError>
     let coefficients = coefficients(&root, &mut sources)?;
     let actuators = actuator_tables::read(&root, &mut sources)?;
     Ok(Vehicle { name, status, description, coefficients, actuators, sources })
+}
+
+/// Whether a name may stand in names of files and models.
+fn names_a_vehicle(name: &str) -> bool {
+    name.starts_with(|c: char| c.is_ascii_alphabetic())
+        && name.chars().all(|c| c.is_ascii_alphanumeric() || "_- ".contains(c))
 }
 
 /// Reads every coefficient of the table, splits combined lift, and checks the mass matrix.

@@ -128,6 +128,14 @@ pub enum FileProblem {
         /// Where it was first used.
         first_line: usize,
     },
+    /// A vehicle name that cannot name files and models.
+    #[error(
+        "`vehicle.name` is \"{name}\"; it must begin with a letter and hold only letters, digits, `_`, `-` and spaces"
+    )]
+    VehicleName {
+        /// The name found.
+        name: String,
+    },
     /// An actuator name that cannot name a variable.
     #[error("the actuator name \"{name}\" must begin with a letter and hold only letters, digits and `_`")]
     ActuatorName {
