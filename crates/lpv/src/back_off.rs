@@ -55,6 +55,17 @@ enum Aim {
     Clearance { room: f64 },
 }
 
+impl Aim {
+    /// The margin from which a point serves, be it the best or nearly so: inside the inequalities, or, where only the
+    /// room is asked for, on their border as far as rounding tells.
+    fn least_margin(self, point: &Existence) -> f64 {
+        match self {
+            Self::Room => -1e-6 * point.x.amax().max(point.y.amax()).max(point.gamma).max(1.0),
+            Self::Clearance { .. } => 0.0,
+        }
+    }
+}
+
 /// Maximises `aim` under the synthesis inequalities at `gamma`; returns the point and the value of the aim.
 fn push(
     plant: &GeneralisedPlant,
@@ -88,7 +99,11 @@ fn push(
         program.positive("floor of Sigma", unknowns.sigma.clone() - value.times_identity(r));
     }
     program.minimise_trace(&value, -1.0);
-    let solution = solver::solve(&program, BACK_OFF).map_err(contradiction)?;
+    let enough = |x: &[f64]| {
+        let point = unknowns.at(&program, x);
+        point.true_margin(plant, scalings) > aim.least_margin(&point)
+    };
+    let solution = solver::solve_until(&program, BACK_OFF, enough).map_err(contradiction)?;
     let reached = value.value(&program, &solution.x)[(0, 0)];
     let mut found = unknowns.existence(&program, &solution);
     // What counts are the inequalities themselves, not those tightened and bounded here.

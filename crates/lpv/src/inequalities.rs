@@ -93,14 +93,19 @@ pub(crate) struct Unknowns {
 impl Unknowns {
     /// Their values at a solution.
     pub(crate) fn existence(&self, program: &Program, solution: &Solution) -> Existence {
-        let value = |e: &Affine| e.value(program, &solution.x);
+        Existence { margin: solution.margin, ..self.at(program, &solution.x) }
+    }
+
+    /// Their values at a point `x` of the program; the margin is not evaluated.
+    pub(crate) fn at(&self, program: &Program, x: &[f64]) -> Existence {
+        let value = |e: &Affine| e.value(program, x);
         Existence {
             gamma: value(&self.gamma)[(0, 0)],
             x: value(&self.x),
             y: value(&self.y),
             primal_scaling: value(&self.s) + value(&self.t),
             dual_scaling: value(&self.sigma) + value(&self.skew),
-            margin: solution.margin,
+            margin: f64::NAN,
         }
     }
 }
