@@ -101,3 +101,18 @@ def test_certificate_of_another_design_is_not_packed(
     shutil.copy(remus100.controller.parent / "certificate.json", out / "certificate.json")
     done = run_squid("package", copied_vehicle, "--out", out)
     assert done.returncode == 1 and "not of this controller" in done.stderr
+
+
+def test_proof_of_another_plant_is_not_packed(run_squid: Run, copied_vehicle: Path, tmp_path: Path) -> None:
+    """Outputs made small make a certificate that proves; but it is not of this vehicle and these weights."""
+    out = tmp_path / "out"
+    assert run_squid("design", copied_vehicle, "--out", out).returncode == 0
+    path = out / "certificate.json"
+    certificate = json.loads(path.read_text(encoding="utf-8"))
+    for key in ("C1", "D1t", "D11", "D12"):
+        rows = certificate["plant"][key]
+        certificate["plant"][key] = [[value / 1024 for value in row] for row in rows]
+    path.write_text(json.dumps(certificate), encoding="utf-8")
+    assert run_squid("verify", path).returncode == 0, "the spoilt certificate is a true theorem"
+    done = run_squid("package", copied_vehicle, "--out", out)
+    assert done.returncode == 1 and "not of this plant" in done.stderr

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import filecmp
 import re
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -170,3 +171,30 @@ def test_design_prints_each_stage(run_squid: Run, tmp_path: Path) -> None:
     for stage in ("vehicle", "trim", "linearise", "fit", "LFT", "augment", "synthesise", "check"):
         assert re.search(rf"^{stage}\s+\S", done.stdout, re.MULTILINE), stage
     assert "SURROGATE" in done.stdout
+
+
+def test_sample_time_that_is_too_long(run_squid: Run, copied_vehicle: Path, tmp_path: Path) -> None:
+    """A controller whose sampled loop is unstable is refused, with the speed and what to change."""
+    spoil(copied_vehicle / "design.toml", "sample_time = 0.02", "sample_time = 1.0")
+    message = refused(run_squid, copied_vehicle, tmp_path / "out")
+    assert "sampled at 1 s" in message and "autopilot.sample_time" in message
+
+
+def test_vehicle_name_that_leaves_the_folder(run_squid: Run, copied_vehicle: Path, tmp_path: Path) -> None:
+    """A name that would be a path is refused, with file, line and key."""
+    path = copied_vehicle / "vehicle.toml"
+    line = spoil(path, 'name = "squid"', 'name = "../escape"')
+    message = refused(run_squid, copied_vehicle, tmp_path / "out")
+    assert str(path) in message and str(line) in message and "vehicle.name" in message
+
+
+def test_reader_that_goes_away(squid_command: Path, tmp_path: Path) -> None:
+    """`squid design | head` still writes the whole design, and nothing frightening."""
+    out = tmp_path / "out"
+    words = [str(squid_command), "design", str(ROOT / "vehicles" / "squid"), "--out", str(out)]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        process.stdout.close()
+        error = process.stderr.read().decode()
+        assert process.wait(timeout=120) == 0
+    assert "panicked" not in error
+    assert (out / "controller.json").is_file()
