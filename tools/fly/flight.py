@@ -121,16 +121,19 @@ def report(packages: Packages, loop: Signals, agreement: float, drawn: Path) -> 
 
 def gamma_lines(achieved: dict) -> list[tuple[str, str]]:
     """Say what is known of the gain of the closed loop."""
-    proof = (
-        "PROVED in exact arithmetic"
-        if achieved["certified"]
-        else "not proved"
-    )
+    proof = "PROVED in exact arithmetic" if achieved["certified"] else "not proved"
     bound, optimum, back_off = (achieved[key] for key in ("gamma_bound", "gamma_optimum", "back_off"))
     with_error = achieved["gamma_bound_with_model_error"]
-    covered = [] if with_error is None else [
-        ("  off the fit", f"{with_error:.4f}, for every model in a ball that holds the true linearisations (proved)")
-    ]
+    covered = (
+        []
+        if with_error is None
+        else [
+            (
+                "  off the fit",
+                f"{with_error:.4f}, for every model in a ball that holds the true linearisations (proved)",
+            )
+        ]
+    )
     return [
         ("gamma", f"{bound:.4f}, a bound of the loop's L2 gain for any course of speed ({proof})"),
         *covered,

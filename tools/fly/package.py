@@ -76,7 +76,9 @@ def design_and_package(vehicle: Path, design: str, folder: Path) -> Packages:
     if mark.is_file():
         packages = Packages.found_in(folder)
         made = [*packages.fmus, packages.figures]
-        if all(path.is_file() for path in made) and stamp.is_fresh(mark, stamp.digest([*made_from, *made], design)):
+        if all(path.is_file() for path in made) and stamp.is_fresh(
+            mark, stamp.digest([*made_from, *made], design)
+        ):
             print("    nothing has changed since the last run")
             return packages
     folder.mkdir(parents=True, exist_ok=True)

@@ -13,6 +13,7 @@ use lpv::matrix::{Mat, block, largest_singular_value, solve, to_rows};
 use lpv::model_error::ModelError;
 use lpv::plant::GeneralisedPlant;
 use lpv::synthesis::Design;
+use scheduled::LftMatrices;
 
 /// Speeds at which the fit's residual is taken.
 pub const SAMPLES: usize = 1001;
@@ -49,44 +50,65 @@ pub fn certify(
 
 /// The certificate of a bound without model error.
 pub fn nominal(plant: &GeneralisedPlant, k: &Controller, bound: &GainBound) -> Certificate {
-    let p = plant;
     Certificate {
-        blocks: p.blocks.clone(),
+        blocks: plant.blocks.clone(),
         controller_blocks: k.blocks.clone(),
-        plant: certificate::Plant {
-            a: to_rows(&p.a),
-            bt: to_rows(&p.bt),
-            b1: to_rows(&p.b1),
-            b2: to_rows(&p.b2),
-            ct: to_rows(&p.ct),
-            c1: to_rows(&p.c1),
-            c2: to_rows(&p.c2),
-            dtt: to_rows(&p.dtt),
-            dt1: to_rows(&p.dt1),
-            dt2: to_rows(&p.dt2),
-            d1t: to_rows(&p.d1t),
-            d11: to_rows(&p.d11),
-            d12: to_rows(&p.d12),
-            d2t: to_rows(&p.d2t),
-            d21: to_rows(&p.d21),
-        },
-        controller: certificate::Controller {
-            a: to_rows(&k.a),
-            by: to_rows(&k.by),
-            bt: to_rows(&k.bt),
-            cu: to_rows(&k.cu),
-            duy: to_rows(&k.duy),
-            dut: to_rows(&k.dut),
-            ct: to_rows(&k.ct),
-            dty: to_rows(&k.dty),
-            dtt: to_rows(&k.dtt),
-        },
+        plant: plant_rows(plant),
+        controller: controller_rows(k),
         gamma: bound.gamma,
         x: to_rows(&bound.x),
         s: to_rows(&bound.s),
         t: to_rows(&bound.t),
         residual: None,
     }
+}
+
+/// A plant as the certificate holds it.
+pub fn plant_rows(p: &GeneralisedPlant) -> certificate::Plant {
+    certificate::Plant {
+        a: to_rows(&p.a),
+        bt: to_rows(&p.bt),
+        b1: to_rows(&p.b1),
+        b2: to_rows(&p.b2),
+        ct: to_rows(&p.ct),
+        c1: to_rows(&p.c1),
+        c2: to_rows(&p.c2),
+        dtt: to_rows(&p.dtt),
+        dt1: to_rows(&p.dt1),
+        dt2: to_rows(&p.dt2),
+        d1t: to_rows(&p.d1t),
+        d11: to_rows(&p.d11),
+        d12: to_rows(&p.d12),
+        d2t: to_rows(&p.d2t),
+        d21: to_rows(&p.d21),
+    }
+}
+
+/// A controller as the certificate holds it.
+pub fn controller_rows(k: &Controller) -> certificate::Controller {
+    certificate::Controller {
+        a: to_rows(&k.a),
+        by: to_rows(&k.by),
+        bt: to_rows(&k.bt),
+        cu: to_rows(&k.cu),
+        duy: to_rows(&k.duy),
+        dut: to_rows(&k.dut),
+        ct: to_rows(&k.ct),
+        dty: to_rows(&k.dty),
+        dtt: to_rows(&k.dtt),
+    }
+}
+
+/// A certificate's controller with its blocks, as files hold a controller.
+pub fn rows_with_blocks(certificate: &Certificate) -> LftMatrices {
+    let certificate::Controller { a, by, bt, cu, duy, dut, ct, dty, dtt } = certificate.controller.clone();
+    LftMatrices { blocks: certificate.controller_blocks.clone(), a, by, bt, cu, duy, dut, ct, dty, dtt }
+}
+
+/// The frozen controller's matrices as the certificate holds them.
+pub fn frozen_rows(lft: &LftMatrices) -> certificate::Controller {
+    let LftMatrices { blocks: _, a, by, bt, cu, duy, dut, ct, dty, dtt } = lft.clone();
+    certificate::Controller { a, by, bt, cu, duy, dut, ct, dty, dtt }
 }
 
 fn residual(error: &ModelError, bound: &GainBound) -> Residual {

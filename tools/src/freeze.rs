@@ -1,11 +1,11 @@
 //! The frozen design: what the FMUs carry in their resources.
 
+use crate::certify::controller_rows;
 use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::model::{Model, linearise_at, speeds};
 use auv::{LpvModel, Status, Trim};
 use lpv::controller::Controller;
-use lpv::matrix::to_rows;
 use lpv::synthesis::Design;
 use scheduled::{
     Actuator, ControllerDesign, FORMAT, Gamma, InputHashes, LftMatrices, Scheduling, Tracked, TrimTable,
@@ -93,18 +93,8 @@ fn controller(inputs: &Inputs, design: &Design, trims: &[Trim], certified: bool)
 }
 
 fn matrices(k: &Controller) -> LftMatrices {
-    LftMatrices {
-        blocks: k.blocks.clone(),
-        a: to_rows(&k.a),
-        by: to_rows(&k.by),
-        bt: to_rows(&k.bt),
-        cu: to_rows(&k.cu),
-        duy: to_rows(&k.duy),
-        dut: to_rows(&k.dut),
-        ct: to_rows(&k.ct),
-        dty: to_rows(&k.dty),
-        dtt: to_rows(&k.dtt),
-    }
+    let certificate::Controller { a, by, bt, cu, duy, dut, ct, dty, dtt } = controller_rows(k);
+    LftMatrices { blocks: k.blocks.clone(), a, by, bt, cu, duy, dut, ct, dty, dtt }
 }
 
 fn status(status: Status) -> scheduled::Status {

@@ -1,6 +1,6 @@
 //! `squid lpv synth`: from a problem file to gamma, controller and certificate.
 
-use crate::certify::nominal;
+use crate::certify::{nominal, rows_with_blocks};
 use crate::error::Error;
 use crate::output::write_json;
 use crate::{output, problem_file};
@@ -137,7 +137,7 @@ impl Report {
             }
             return Ok(());
         };
-        write_json(&directory.join("controller.json"), &certificate.controller)?;
+        write_json(&directory.join("controller.json"), &rows_with_blocks(certificate))?;
         let path = directory.join("certificate.json");
         let text = certificate.to_json();
         let text = text.map_err(|reason| Error::Certificate { file: path.display().to_string(), reason })?;

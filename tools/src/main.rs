@@ -255,16 +255,20 @@ fn run_package(
     let (inputs, directory) = which.read()?;
     let mut stored = store::load(&directory, &inputs)?;
     say(&require_proof(&inputs, &mut stored, &directory, allow_uncertified)?);
+    // All three are made before any is written.
+    let mut files: Vec<(PathBuf, Vec<u8>)> = Vec::new();
     for kind in Kind::ALL {
-        if let Some(to) = &descriptions {
-            let prepared = prepare(kind, &inputs, &stored)?;
-            let path = to.join(format!("{}.xml", prepared.identifier));
-            squid::output::write(&path, prepared.xml.as_bytes())?;
-            say(&path.display().to_string());
-        } else {
-            let (path, size) = pack(kind, &inputs, &stored, binaries.as_deref(), &directory)?;
-            say(&format!("{} ({:.0} kB)", path.display(), size as f64 / 1000.0));
-        }
+        files.push(match &descriptions {
+            Some(to) => {
+                let prepared = prepare(kind, &inputs, &stored)?;
+                (to.join(format!("{}.xml", prepared.identifier)), prepared.xml.into_bytes())
+            }
+            None => pack(kind, &inputs, &stored, binaries.as_deref(), &directory)?,
+        });
+    }
+    for (path, bytes) in &files {
+        squid::output::write(path, bytes)?;
+        say(&format!("{} ({:.0} kB)", path.display(), bytes.len() as f64 / 1000.0));
     }
     Ok(())
 }

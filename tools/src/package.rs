@@ -3,7 +3,6 @@
 
 use crate::error::Error;
 use crate::inputs::Inputs;
-use crate::output::write;
 use crate::store::Stored;
 use fmi2::{Described, Model, Resources};
 use std::collections::BTreeMap;
@@ -103,17 +102,17 @@ fn prepared<M: Model>(described: Described<M>, resources: Resources) -> Prepared
     Prepared { identifier: described.description.model_identifier, xml: described.xml, resources }
 }
 
-/// Packs one FMU into `directory` and returns its path and size in bytes.
+/// Packs one FMU, in memory, and returns the path in `directory` that it belongs to.
 ///
 /// # Errors
-/// [`Error::NoBinary`] when the shared library has not been built, [`Error::Unwritable`].
+/// [`Error::NoBinary`] when the shared library has not been built, [`Error::Describe`].
 pub fn pack(
     kind: Kind,
     inputs: &Inputs,
     stored: &Stored,
     binaries: Option<&Path>,
     directory: &Path,
-) -> Result<(PathBuf, usize), Error> {
+) -> Result<(PathBuf, Vec<u8>), Error> {
     let prepared = prepare(kind, inputs, stored)?;
     let binary = find_binary(kind, binaries)?;
     let bytes = std::fs::read(&binary)
@@ -131,8 +130,7 @@ pub fn pack(
     }
     let path = directory.join(format!("{}.fmu", prepared.identifier));
     let packed = zipped(&entries).map_err(|e| Error::Zip { path: path.display().to_string(), reason: e })?;
-    write(&path, &packed)?;
-    Ok((path, packed.len()))
+    Ok((path, packed))
 }
 
 const LICENCES: [(&str, &str); 2] = [

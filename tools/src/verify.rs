@@ -2,14 +2,15 @@
 //!
 //! Of an FMU it also checks that the certificate speaks of the very controller that the FMU flies.
 
+use crate::certify::{frozen_rows, plant_rows};
 use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::model::Model;
 use crate::output::read;
 use crate::problem::augment;
 use crate::problem_file;
-use certificate::{Certificate, Theorem};
-use lpv::matrix::{Mat, from_rows, to_rows};
+use certificate::{Certificate, Rows, Theorem};
+use lpv::matrix::{Mat, from_rows};
 use lpv::plant::GeneralisedPlant;
 use scheduled::ControllerDesign;
 use std::io::Read;
@@ -85,22 +86,11 @@ fn resource(path: &Path, name: &str) -> Result<String, Error> {
 /// # Errors
 /// [`Error::Mismatch`] with the first part that differs.
 pub fn matches(design: &ControllerDesign, certificate: &Certificate) -> Result<(), Error> {
-    let (k, c) = (&design.lft, &certificate.controller);
-    let pairs = [
-        ("A", &k.a, &c.a),
-        ("By", &k.by, &c.by),
-        ("Bt", &k.bt, &c.bt),
-        ("Cu", &k.cu, &c.cu),
-        ("Duy", &k.duy, &c.duy),
-        ("Dut", &k.dut, &c.dut),
-        ("Ct", &k.ct, &c.ct),
-        ("Dty", &k.dty, &c.dty),
-        ("Dtt", &k.dtt, &c.dtt),
-    ];
-    if let Some((name, _, _)) = pairs.into_iter().find(|(_, shipped, proved)| !same(shipped, proved)) {
+    let shipped = frozen_rows(&design.lft);
+    if let Some(name) = first_unlike(&shipped.named(), &certificate.controller.named()) {
         return Err(Error::Mismatch { what: format!("the controller's matrix {name}") });
     }
-    if k.blocks != certificate.controller_blocks {
+    if design.lft.blocks != certificate.controller_blocks {
         return Err(Error::Mismatch { what: "the controller's blocks".into() });
     }
     if design.gamma.bound.to_bits() != certificate.gamma.to_bits() {
@@ -116,25 +106,7 @@ pub fn matches(design: &ControllerDesign, certificate: &Certificate) -> Result<(
 pub fn check(problem: &Path, certificate: &Path) -> Result<Theorem, Error> {
     let plant = problem_file::plant(problem)?;
     let certificate = parse(&read(certificate)?, &certificate.display().to_string())?;
-    let p = &certificate.plant;
-    let pairs = [
-        ("A", &plant.a, &p.a),
-        ("Bt", &plant.bt, &p.bt),
-        ("B1", &plant.b1, &p.b1),
-        ("B2", &plant.b2, &p.b2),
-        ("Ct", &plant.ct, &p.ct),
-        ("C1", &plant.c1, &p.c1),
-        ("C2", &plant.c2, &p.c2),
-        ("Dtt", &plant.dtt, &p.dtt),
-        ("Dt1", &plant.dt1, &p.dt1),
-        ("Dt2", &plant.dt2, &p.dt2),
-        ("D1t", &plant.d1t, &p.d1t),
-        ("D11", &plant.d11, &p.d11),
-        ("D12", &plant.d12, &p.d12),
-        ("D2t", &plant.d2t, &p.d2t),
-        ("D21", &plant.d21, &p.d21),
-    ];
-    if let Some((name, _, _)) = pairs.into_iter().find(|(_, given, proved)| !same(&to_rows(given), proved)) {
+    if let Some(name) = first_unlike(&plant_rows(&plant).named(), &certificate.plant.named()) {
         return Err(Error::WrongPlant { what: format!("matrix {name}") });
     }
     if plant.blocks != certificate.blocks {
@@ -202,7 +174,7 @@ fn plant_of(certificate: &Certificate) -> Option<GeneralisedPlant> {
     })
 }
 
-/// Equal to the bit, but for the sign of zero.
-fn same(a: &[Vec<f64>], b: &[Vec<f64>]) -> bool {
-    a.len() == b.len() && a.iter().zip(b).all(|(p, q)| p == q)
+/// The name of the first matrix that differs in any bit, but for the sign of zero.
+fn first_unlike(a: &[(&'static str, &Rows)], b: &[(&'static str, &Rows)]) -> Option<&'static str> {
+    a.iter().zip(b).find(|((_, p), (_, q))| p != q).map(|((name, _), _)| *name)
 }

@@ -118,6 +118,46 @@ pub struct Residual {
     pub t: Rows,
 }
 
+impl Plant {
+    /// All matrices with their names, as the file has them.
+    pub fn named(&self) -> [(&'static str, &Rows); 15] {
+        [
+            ("A", &self.a),
+            ("Bt", &self.bt),
+            ("B1", &self.b1),
+            ("B2", &self.b2),
+            ("Ct", &self.ct),
+            ("C1", &self.c1),
+            ("C2", &self.c2),
+            ("Dtt", &self.dtt),
+            ("Dt1", &self.dt1),
+            ("Dt2", &self.dt2),
+            ("D1t", &self.d1t),
+            ("D11", &self.d11),
+            ("D12", &self.d12),
+            ("D2t", &self.d2t),
+            ("D21", &self.d21),
+        ]
+    }
+}
+
+impl Controller {
+    /// All matrices with their names, as the file has them.
+    pub fn named(&self) -> [(&'static str, &Rows); 9] {
+        [
+            ("A", &self.a),
+            ("By", &self.by),
+            ("Bt", &self.bt),
+            ("Cu", &self.cu),
+            ("Duy", &self.duy),
+            ("Dut", &self.dut),
+            ("Ct", &self.ct),
+            ("Dty", &self.dty),
+            ("Dtt", &self.dtt),
+        ]
+    }
+}
+
 #[derive(Serialize)]
 struct File<'a> {
     format: &'static str,

@@ -111,7 +111,8 @@ pub enum SynthesisError {
     },
     /// The controller's fastest mode is beyond the limit that was asked for.
     #[error(
-        "every controller found has a mode {ratio:.1} times as fast as the limit allows; raise the back-off or the limit"
+        "every controller found has a mode {ratio:.3} times as fast as the limit allows, also with the back-off raised; raise the limit or \
+         relax the weights"
     )]
     TooFast {
         /// The slowest such mode, relative to the limit.

@@ -94,11 +94,14 @@ fn bound(found: &Existence, lyapunov: &Mat, multiplier: &Mat) -> GainBound {
     }
 }
 
-/// The fastest mode of the controller over the vertices and the centre of the parameter box.
+/// The fastest mode of the controller over a grid of the parameter box: its vertices and the points midway.
 fn fastest_mode(k: &Controller) -> f64 {
-    let parameters = k.blocks.len();
-    (-1..=1)
-        .filter_map(|sign| k.frozen(&vec![f64::from(sign); parameters]).ok())
+    let parameters = k.blocks.len() as u32;
+    (0..3usize.pow(parameters.min(8)))
+        .map(|index| {
+            (0..parameters).map(|p| ((index / 3usize.pow(p.min(8))) % 3) as f64 - 1.0).collect::<Vec<f64>>()
+        })
+        .filter_map(|theta| k.frozen(&theta).ok())
         .flat_map(|frozen| frozen.poles())
         .map(|pole| pole.norm())
         .fold(0.0, |most, v| if v.is_nan() { f64::INFINITY } else { most.max(v) })

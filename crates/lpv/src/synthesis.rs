@@ -66,7 +66,7 @@ pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, 
     }
     let mut outcome = build(plant, &coordinates, optimum.gamma, options.back_off, options);
     for factor in [2.0, 4.0] {
-        if !matches!(outcome, Err(SynthesisError::Numerical { .. })) {
+        if !matches!(outcome, Err(SynthesisError::Numerical { .. } | SynthesisError::TooFast { .. })) {
             break;
         }
         outcome = build(plant, &coordinates, optimum.gamma, factor * options.back_off, options).or(outcome);
