@@ -31,7 +31,7 @@ pub fn least_gamma(
         let Ok(small) = smallest(&coordinates.apply(plant), best.gamma * RELAXED, scalings) else { break };
         let Some(next) = equalised(&coordinates, &small, plant) else { break };
         let Ok(again) = minimise(&next.apply(plant), scalings) else { break };
-        let settled = (again.gamma - best.gamma).abs() < 1e-6 * best.gamma;
+        let settled = (again.gamma - best.gamma).abs() < SETTLED * best.gamma;
         (coordinates, best) = (next, again);
         if settled {
             break;
@@ -44,6 +44,10 @@ pub fn least_gamma(
 
 /// How far above gamma the coordinates, and a point well inside the inequalities, are sought.
 const RELAXED: f64 = 1.1;
+
+/// Two searches in different coordinates that agree so closely, relative to gamma, have found the least: the solver's
+/// own noise is not far below.
+const SETTLED: f64 = 1e-5;
 
 /// The least mixture of an optimum with a point inside that satisfies the inequalities strictly.
 fn strictly(

@@ -95,6 +95,9 @@ const ATTEMPTS: [Attempt; 3] = [
     Attempt { factorisation: "qdldl", equilibrate: true },
 ];
 
+/// Below so many rows the threads of a factorisation cost more than they save. 0 threads are as many as there are.
+const ONE_THREAD: usize = 1000;
+
 /// The constraint matrix, its right-hand side, the objective and the cones.
 type Data<'a> = (&'a CscMatrix<f64>, &'a [f64], &'a [f64], &'a [SupportedConeT<f64>]);
 
@@ -111,6 +114,7 @@ impl Attempt {
             .max_iter(200)
             .direct_solve_method(self.factorisation.into())
             .equilibrate_enable(self.equilibrate)
+            .max_threads(if rhs.len() < ONE_THREAD { 1 } else { 0 })
             // The coupling [X I; I Y] looks sparse and is not: taking it apart doubles the time.
             .chordal_decomposition_enable(false)
             .build()
