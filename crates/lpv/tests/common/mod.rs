@@ -45,3 +45,10 @@ pub fn plant(case: &Value) -> GeneralisedPlant {
         c2,
     }
 }
+
+/// The plant of the certificate `name` of the repository's `tests/certificates`.
+pub fn certified_plant(name: &str) -> GeneralisedPlant {
+    let path = format!("{}/../../tests/certificates/{name}.json", env!("CARGO_MANIFEST_DIR"));
+    let certificate: Value = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
+    plant(&serde_json::json!({ "data": { "P": certificate["plant"], "blocks": certificate["blocks"] } }))
+}

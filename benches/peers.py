@@ -1,0 +1,172 @@
+"""Compare `lpv` with its peers, alternately in one run, and write the tables and the plot of docs/benchmarks.md.
+
+The first call makes a virtual environment in build/bench-venv and starts itself again there.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import statistics
+import subprocess
+import sys
+import time
+import venv
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+VENV = ROOT / "build" / "bench-venv"
+EXAMPLES = ROOT / "target" / "release" / "examples"
+DOCS = ROOT / "docs"
+SQUID = ROOT / "tests" / "certificates" / "squid_surrogate.json"
+PLAIN = ("hs02_gamma_sqrt065", *(f"compleib/compleib_{name}" for name in ("AC15", "HE4", "NN2", "REA1", "TG1")))
+METHODS = ("HinfSynSlicot", "HinfSynLmi")
+SIZES = ((4, 4), (8, 5), (12, 6), (16, 7), (20, 8), (24, 10))
+ROUNDS = 3
+PATIENCE = 10.0  # Seconds after which a peer counts as hanging.
+
+
+def in_venv() -> None:
+    """Start again in the peers' environment, and make that first where it is missing."""
+    python = VENV / ("Scripts" if os.name == "nt" else "bin") / "python"
+    if Path(sys.prefix).resolve() == VENV.resolve():
+        return
+    if not python.exists():
+        venv.create(VENV, with_pip=True)
+        requirements = ROOT / "benches" / "requirements.txt"
+        subprocess.run([python, "-m", "pip", "install", "-q", "-r", requirements], check=True)
+    sys.exit(subprocess.run([python, __file__, *sys.argv[1:]], check=False).returncode)
+
+
+def ours(path: Path) -> dict:
+    """Run our synthesis on one plant; it takes its own time, without the start of the process."""
+    done = subprocess.run([EXAMPLES / "timed", path], capture_output=True, text=True, check=True)
+    return json.loads(done.stdout)
+
+
+def theirs(method: str, path: Path) -> dict:
+    """Run a synthesis of dkpy in a process of its own, which takes its own time; it may hang."""
+    words = [sys.executable, str(ROOT / "benches" / "hinf_peers.py"), method, str(path)]
+    try:
+        done = subprocess.run(words, capture_output=True, text=True, timeout=PATIENCE, check=False)
+    except subprocess.TimeoutExpired:
+        return {"failure": f"no answer in {PATIENCE:.0f} s"}
+    lines = done.stdout.strip().splitlines()
+    return json.loads(lines[-1]) if done.returncode == 0 and lines else {"failure": "the process died"}
+
+
+def squid_rows() -> list[str]:
+    """Return the table of Squid's inequalities."""
+    import numpy as np
+    from lpv_cvxpy import Plant, least_gamma, synthesise
+
+    file = json.loads(SQUID.read_text(encoding="utf-8"))
+    plant = Plant({key: np.array(value) for key, value in file["plant"].items()}, file["blocks"])
+    parts: dict[str, list[tuple[float, float]]] = {"least gamma alone": [], "whole call": []}
+    for _ in range(ROUNDS):
+        mine = ours(SQUID)
+        begin = time.perf_counter()
+        least = least_gamma(plant)
+        parts["least gamma alone"].append((mine["seconds_least_gamma"], time.perf_counter() - begin))
+        begin = time.perf_counter()
+        clearance = synthesise(plant)[1]
+        parts["whole call"].append((mine["seconds"], time.perf_counter() - begin))
+    rows = ["| Squid | lpv, s | cvxpy + Clarabel, s | cvxpy / lpv |", "|---|---|---|---|"]
+    for name, pairs in parts.items():
+        a, b = (statistics.median(column) for column in zip(*pairs, strict=True))
+        ratio = statistics.median(b / a for a, b in pairs)
+        rows.append(f"| {name} | {a:.3f} | {b:.3f} | {ratio:.2f} |")
+    rows.append("")
+    rows.append(f"Least gamma: lpv {mine['gamma']:.6f}, cvxpy {least:.6f}; proved by lpv: {mine['certified_gamma']:.6f}. ")
+    rows.append(f"Clearance of the closed loop's inequality in cvxpy: {clearance:.1e}.")
+    return rows
+
+
+def plain_row(name: str) -> str:
+    """Return the row of one plain H-infinity plant."""
+    from hinf_peers import closed_norm, read
+    import numpy as np
+
+    path = ROOT / "tests" / "cases" / f"{name}.json"
+    plant, published = read(path)
+    ratios: dict[str, list[float]] = {method: [] for method in METHODS}
+    last: dict[str, dict] = {}
+    for _ in range(ROUNDS):
+        mine = ours(path)
+        for method in METHODS:
+            if "failure" in last.get(method, {}):
+                continue  # Once is enough.
+            last[method] = theirs(method, path)
+            if "failure" not in last[method]:
+                ratios[method].append(last[method]["seconds"] / mine["seconds"])
+    k = mine["controller"]
+    norm = closed_norm(plant, tuple(np.array(k[key], ndmin=2) for key in "ABCD"))
+    cells = [path.stem, f"{published:.6g}", f"{mine['gamma']:.6g}; {norm:.6g}; {1e3 * mine['seconds']:.0f} ms"]
+    for method in METHODS:
+        found = last[method]
+        if "failure" in found:
+            cells.append(found["failure"])
+            continue
+        ratio = statistics.median(ratios[method])
+        cells.append(f"{found['gamma']:.6g}; {found['norm']:.6g}; {ratio:.2f} x")
+    return "| " + " | ".join(cells) + " |"
+
+
+def growth_rows() -> list[str]:
+    """Return the table of growth, and draw it."""
+    import matplotlib
+
+    matplotlib.use("svg")
+    matplotlib.rcParams["svg.hashsalt"] = "growth"
+    from matplotlib import pyplot
+
+    rows = ["| n | r | seconds | peak memory, MB | least gamma | proved |", "|---|---|---|---|---|---|"]
+    found = []
+    for n, r in SIZES:
+        words = [EXAMPLES / "growth", str(n), str(r)]
+        cells = subprocess.run(words, capture_output=True, text=True, check=True).stdout.split()
+        rows.append("| " + " | ".join(cells) + " |")
+        found.append([float(cell) for cell in cells])
+    figure, left = pyplot.subplots(figsize=(7, 4))
+    right = left.twinx()
+    left.semilogy([row[0] for row in found], [row[2] for row in found], "o-", color="tab:blue")
+    right.semilogy([row[0] for row in found], [row[3] for row in found], "s--", color="tab:orange")
+    left.set_xticks([n for n, _ in SIZES], [f"{n}\nr = {r}" for n, r in SIZES])
+    left.set_xlabel("states n")
+    left.set_ylabel("time of synthesis, s", color="tab:blue")
+    right.set_ylabel("peak memory, MB", color="tab:orange")
+    left.grid(alpha=0.3)
+    figure.tight_layout()
+    figure.savefig(DOCS / "growth.svg", metadata={"Date": None})
+    return rows
+
+
+def put(name: str, rows: list[str]) -> None:
+    """Print a table, and write it between its markers in docs/benchmarks.md."""
+    text = (DOCS / "benchmarks.md").read_text(encoding="utf-8")
+    begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"
+    before, rest = text.split(begin)
+    after = rest.split(end)[1]
+    table = "\n".join(rows)
+    (DOCS / "benchmarks.md").write_text(f"{before}{begin}{table}\n{end}{after}", encoding="utf-8")
+    print(f"{table}\n", flush=True)
+
+
+def main() -> int:
+    """Measure what is named on the command line, or everything."""
+    in_venv()
+    words = ["cargo", "build", "--release", "-p", "lpv", "--examples"]
+    subprocess.run(words, cwd=ROOT, check=True)
+    wanted = [word for word in sys.argv[1:] if not word.startswith("-")] or ["squid", "plain", "growth"]
+    if "growth" in wanted:
+        put("growth", growth_rows())
+    if "squid" in wanted:
+        put("squid", squid_rows())
+    if "plain" in wanted:
+        head = "| plant | published | lpv | " + " | ".join(METHODS) + " |"
+        put("plain", [head, "|---" * 5 + "|", *(plain_row(name) for name in PLAIN)])
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
