@@ -58,13 +58,25 @@ fn strictly(
     let gamma = optimum.gamma * RELAXED;
     let inside = clearest(plant, gamma, &smallest(plant, gamma, scalings)?, scalings)?;
     let parts = (-36..=0).map(|k| 10f64.powf(f64::from(k) / 4.0));
-    parts
+    let mixed = parts
         .map(|part| optimum.mixed(&inside, part, plant, scalings))
         .find(|mixed| mixed.margin > 0.0)
         .ok_or_else(|| SynthesisError::Numerical {
             stage: STAGE,
             diagnosis: format!("no point satisfies the inequalities strictly, up to gamma = {gamma:.4}"),
-        })
+        })?;
+    // Where the optimum was found badly much has to be mixed in; a search a little above it may do better.
+    for excess in [1e-6, 1e-5, 1e-4].into_iter().filter(|e| optimum.gamma * (1.0 + 2.0 * e) < mixed.gamma) {
+        let level = optimum.gamma * (1.0 + excess);
+        let direct =
+            smallest(plant, level, scalings).and_then(|small| clearest(plant, level, &small, scalings));
+        if let Ok(found) = direct
+            && found.margin > 0.0
+        {
+            return Ok(found);
+        }
+    }
+    Ok(mixed)
 }
 
 const STAGE: &str = "least gamma";

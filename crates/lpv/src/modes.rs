@@ -3,6 +3,7 @@
 //! Popov-Belevitch-Hautus test: the mode lambda of A is reached by B when `[A - lambda I, B]` has full row rank.
 //! M. L. J. Hautus, Indag. Math. 31, 1969.
 
+use crate::balance::Coordinates;
 use crate::error::SynthesisError;
 use crate::matrix::{Mat, complex_singular_values, eigenvalues};
 use crate::plant::GeneralisedPlant;
@@ -30,7 +31,8 @@ pub fn unreachable_mode(a: &Mat, b: &Mat) -> Option<Complex<f64>> {
 /// # Errors
 /// [`SynthesisError::NotStabilisable`] with the mode.
 pub fn check_stabilisable(plant: &GeneralisedPlant) -> Result<(), SynthesisError> {
-    match unreachable_mode(&plant.a, &plant.b2) {
+    let balanced = Coordinates::diagonal(plant).apply(plant);
+    match unreachable_mode(&balanced.a, &balanced.b2).map(|mode| in_users_time(mode, plant)) {
         Some(mode) => Err(SynthesisError::NotStabilisable { re: mode.re, im: mode.im }),
         None => Ok(()),
     }
@@ -41,10 +43,18 @@ pub fn check_stabilisable(plant: &GeneralisedPlant) -> Result<(), SynthesisError
 /// # Errors
 /// [`SynthesisError::NotDetectable`] with the mode.
 pub fn check_detectable(plant: &GeneralisedPlant) -> Result<(), SynthesisError> {
-    match unreachable_mode(&plant.a.transpose(), &plant.c2.transpose()) {
+    let balanced = Coordinates::diagonal(plant).apply(plant);
+    let unseen = unreachable_mode(&balanced.a.transpose(), &balanced.c2.transpose());
+    match unseen.map(|mode| in_users_time(mode, plant)) {
         Some(mode) => Err(SynthesisError::NotDetectable { re: mode.re, im: mode.im }),
         None => Ok(()),
     }
+}
+
+/// A mode of the balanced plant, in the user's unit of time. (Rank is judged in balanced coordinates: in badly scaled ones
+/// everything looks unreachable.)
+fn in_users_time(mode: Complex<f64>, plant: &GeneralisedPlant) -> Complex<f64> {
+    mode / Coordinates::diagonal(plant).scaled_rate(1.0)
 }
 
 #[cfg(test)]
