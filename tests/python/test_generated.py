@@ -15,7 +15,12 @@ REMEDY = "run `python3 run.py freeze` and commit what it changes"
 LIBRARY_ROUNDING = 1e-9
 """Of what is computed without a solver: another C library or processor rounds otherwise."""
 SOLVER_ACCURACY = 1e-3
-"""Of what the solver of matrix inequalities finds: its iterations magnify such rounding."""
+"""Of the optima that the solver of matrix inequalities finds: its iterations magnify such rounding."""
+SPREAD_OF_CONTROLLERS = 0.03
+"""Of the controller itself. An optimum is flat: two coefficients changed in their last digit (by 2e-14) moved its frequency response by
+0.6 % and left gamma alone to 1e-6. Five times that is allowed, for another processor."""
+SPREAD_OF_COVER = 0.1
+"""Of the bound that covers the fit's residual, which depends on the coordinates of the Lyapunov matrix found; moved by 1.6 % then."""
 
 
 def load(path: Path) -> dict:
@@ -65,7 +70,7 @@ def test_controller_is_fresh(both: tuple[Path, Path]) -> None:
         for omega in np.logspace(-3, 2, 21):
             committed, anew = (response(lft, rho, omega) for lft in lfts)
             difference = np.linalg.norm(committed - anew, 2) / np.linalg.norm(anew, 2)
-            assert difference < SOLVER_ACCURACY, f"rho {rho}, {omega} rad/s; {REMEDY}"
+            assert difference < SPREAD_OF_CONTROLLERS, f"rho {rho}, {omega} rad/s; {REMEDY}"
 
 
 def response(lft: dict, rho: float, omega: float) -> np.ndarray:
@@ -79,15 +84,19 @@ def response(lft: dict, rho: float, omega: float) -> np.ndarray:
 
 def test_a_changed_controller_is_seen(both: tuple[Path, Path]) -> None:
     lft = load(both[0] / "controller.json")["lft"]
-    changed = {**lft, "Cu": (np.array(lft["Cu"]) * 1.01).tolist()}
+    changed = {**lft, "Cu": (np.array(lft["Cu"]) * 1.05).tolist()}
     one, other = response(lft, 0.3, 0.5), response(changed, 0.3, 0.5)
-    assert np.linalg.norm(one - other, 2) > SOLVER_ACCURACY * np.linalg.norm(one, 2)
+    assert np.linalg.norm(one - other, 2) > SPREAD_OF_CONTROLLERS * np.linalg.norm(one, 2)
 
 
 def test_figures_are_fresh(both: tuple[Path, Path]) -> None:
     one, other = (load(folder / "design.json") for folder in both)
     for figures in (one, other):
         assert figures.pop("largest_eigenvalue") < 0.0
+        assert figures.pop("model_error") > 0.0
+    spreads = {"gamma_bound_with_model_error": SPREAD_OF_COVER, "fastest_controller_mode": SPREAD_OF_COVER}
+    for key, spread in spreads.items():
+        assert_close(one.pop(key), other.pop(key), spread, key)
     assert_close(one, other, SOLVER_ACCURACY, "design.json")
 
 
@@ -101,3 +110,14 @@ def test_model_descriptions_are_fresh(run_squid: Run, tmp_path: Path) -> None:
         committed = DESCRIPTIONS / path.name
         assert committed.is_file(), f"{committed} is missing; {REMEDY}"
         assert committed.read_bytes() == path.read_bytes(), f"{committed} is stale; {REMEDY}"
+
+
+def test_documented_bounds_are_those_proved() -> None:
+    """The page on the certificate states bounds that were proved of the frozen design: rounded up, by no more than 1 %."""
+    page = (ROOT / "docs" / "certificate.md").read_text(encoding="utf-8")
+    line = next(line for line in page.splitlines() if line.startswith("| Squid (surrogate) |"))
+    stated = [float(cell) for cell in line.split("|")[2:4]]
+    figures = load(FROZEN / "design.json")
+    proved = (figures["gamma_bound"], figures["gamma_bound_with_model_error"])
+    for value, bound in zip(stated, proved, strict=True):
+        assert bound <= value <= 1.01 * bound

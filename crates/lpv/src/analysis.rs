@@ -85,7 +85,7 @@ pub fn bounded_gain(
 }
 
 /// Loops with more states, channels, inputs and outputs together than this keep the bound of the synthesis.
-pub const TIGHTENED_SIZE: usize = 64;
+pub const TIGHTENED_SIZE: usize = 56;
 
 /// Loops larger than this, counted alike, are searched once for the least bound; smaller ones once more, in the better
 /// coordinates that the first search gives.
