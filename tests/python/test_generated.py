@@ -17,10 +17,10 @@ LIBRARY_ROUNDING = 1e-9
 SOLVER_ACCURACY = 1e-3
 """Of the optima that the solver of matrix inequalities finds: its iterations magnify such rounding."""
 SPREAD_OF_CONTROLLERS = 0.03
-"""Of the controller itself. An optimum is flat: two coefficients changed in their last digit (by 2e-14) moved its frequency response by
-0.6 % and left gamma alone to 1e-6. Five times that is allowed, for another processor."""
+"""Of the controller itself. An optimum is flat: two coefficients changed in their last digit (by 2e-14) moved its
+frequency response by 0.6 %, and left gamma alone to 1e-6. Five times that is allowed, for another processor."""
 SPREAD_OF_COVER = 0.1
-"""Of the bound that covers the fit's residual, which depends on the coordinates of the Lyapunov matrix found; moved by 1.6 % then."""
+"""Of the bound that covers the fit's residual: it depends on the Lyapunov matrix found, and moved by 1.6 % then."""
 
 
 def load(path: Path) -> dict:
@@ -113,7 +113,7 @@ def test_model_descriptions_are_fresh(run_squid: Run, tmp_path: Path) -> None:
 
 
 def test_documented_bounds_are_those_proved() -> None:
-    """The page on the certificate states bounds that were proved of the frozen design: rounded up, by no more than 1 %."""
+    """The page on the certificate states the bounds proved of the frozen design, rounded up by at most 1 %."""
     page = (ROOT / "docs" / "certificate.md").read_text(encoding="utf-8")
     line = next(line for line in page.splitlines() if line.startswith("| Squid (surrogate) |"))
     stated = [float(cell) for cell in line.split("|")[2:4]]
