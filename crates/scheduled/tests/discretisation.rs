@@ -33,7 +33,7 @@ fn close(lft: &Lft, theta: &[f64]) -> Option<[DMatrix<f64>; 4]> {
     ])
 }
 
-/// C (s I - A)^-1 B + D, and the size of its terms: where they cancel, rounding is in proportion to them and not to the sum.
+/// C (s I - A)^-1 B + D, and the size of its terms.
 fn response([a, b, c, d]: &[DMatrix<f64>; 4], s: Complex<f64>) -> Option<(ComplexMatrix, f64)> {
     let complex = |matrix: &DMatrix<f64>| matrix.map(|entry| Complex::new(entry, 0.0));
     let pencil = ComplexMatrix::identity(a.nrows(), a.nrows()) * s - complex(a);
@@ -87,8 +87,10 @@ proptest! {
         let sampled = close(&discrete, &case.theta).and_then(|closed| response(&closed, z));
         prop_assume!(continuous.is_some() && sampled.is_some());
         let ((continuous, size), (sampled, _)) = (continuous.unwrap(), sampled.unwrap());
+        // Where the terms cancel, the sum keeps fewer digits than it takes to judge it.
+        prop_assume!(continuous.norm() >= 0.1 * size);
         let error = (&sampled - &continuous).norm();
-        prop_assert!(error <= 1e-10 * size, "{error:e} of {size:e}");
+        prop_assert!(error <= 1e-10 * continuous.norm(), "{error:e}");
     }
 
     /// Each tick gives u = C x + D y and x+ = A x + B y of the LFT with Theta closed, Theta changing at every tick.
