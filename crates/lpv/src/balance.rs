@@ -98,6 +98,16 @@ impl Coordinates {
         rate / self.speed
     }
 
+    /// What counts as 1 in each control, in the user's units.
+    pub fn control_units(&self) -> &[f64] {
+        &self.control
+    }
+
+    /// What counts as 1 in each measurement, in the user's units.
+    pub fn measurement_units(&self) -> &[f64] {
+        &self.measurement
+    }
+
     fn scale_states(&mut self, factors: &[f64]) {
         for (i, f) in factors.iter().enumerate() {
             self.state.column_mut(i).scale_mut(*f);

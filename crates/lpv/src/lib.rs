@@ -21,6 +21,7 @@
 //! - [`model_error`]: a norm-bounded difference between the plant and what it stands for;
 //! - [`balance`]: coordinates in which the inequalities are well conditioned;
 //! - [`reduce`]: removing controller states that hardly matter;
+//! - [`regularity`]: controls without a weight, measurements without noise;
 //! - [`lmi`], [`solver`]: linear matrix inequalities as expressions, and the solver behind them;
 //! - [`modes`], [`state_space`], [`matrix`]: reachability of modes, H-infinity norm, dense matrices.
 //!
@@ -92,6 +93,7 @@ pub mod rate;
 mod rate_program;
 pub mod reconstruct;
 pub mod reduce;
+pub mod regularity;
 pub mod solver;
 pub mod state_space;
 pub mod synthesis;

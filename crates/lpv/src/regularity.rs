@@ -1,0 +1,327 @@
+//! Controls without a weight and measurements without noise.
+//!
+//! Where D12 lacks full column rank a direction of the control costs nothing, and where D21 lacks full row rank a combination
+//! of measurements can be differentiated at no price. Neither makes the inequalities of the synthesis infeasible: their least
+//! gamma is then an infimum that gains without limit approach, at which the numerics fail. Source of the conditions: J. C. Doyle,
+//! K. Glover, P. P. Khargonekar, B. A. Francis, IEEE Trans. Automatic Control 34(8), 1989, section III.A; that LMIs do without them:
+//! P. Gahinet, P. Apkarian, Int. J. Robust and Nonlinear Control 4, 1994.
+//!
+//! A parameter channel counts as well: through Dt2 the gain between the channels, which must stay below 1, bounds a control,
+//! and through D2t the parameter disturbs a measurement. So `[D12; Dt2]` and `[D21 D2t]` are what is judged.
+
+use crate::balance::Coordinates;
+use crate::matrix::{Mat, block, largest_singular_value, svd};
+use crate::plant::GeneralisedPlant;
+use std::fmt;
+
+/// A singular value up to this counts as zero: in balanced coordinates, where all that one control does (one measurement shows) has
+/// norm 1. Its square is what stands in the inequalities, and 1e-12 is lost beside the 1e-8 to which they are solved.
+pub const RANK_TOLERANCE: f64 = 1e-6;
+
+/// A control or measurement for which the problem sets no price.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Finding {
+    /// A direction of the control that no performance output and no parameter channel sees directly.
+    UnweightedControl {
+        /// The direction, in the units of u, its largest component 1.
+        direction: Vec<f64>,
+        /// What of it reaches z and zt directly, in balanced coordinates; at most [`RANK_TOLERANCE`].
+        weight: f64,
+    },
+    /// A combination `c'y` of the measurements that no disturbance and no parameter channel enters directly.
+    NoiselessMeasurement {
+        /// The coefficients c, in units of 1/y, the largest 1.
+        combination: Vec<f64>,
+        /// What of w and wt enters it directly, in balanced coordinates; at most [`RANK_TOLERANCE`].
+        noise: f64,
+    },
+}
+
+/// All findings about a plant, controls first; none when `[D12; Dt2]` has full column rank and `[D21 D2t]` full row rank.
+///
+/// The rank is judged in diagonally balanced coordinates, with z and w in units of their own size, so that no unit matters.
+pub fn findings(plant: &GeneralisedPlant) -> Vec<Finding> {
+    let (seen, coordinates) = normalised(plant);
+    let weighted = block(&[&[&seen.d12], &[&seen.dt2]]);
+    let disturbed = block(&[&[&seen.d21, &seen.d2t]]).transpose();
+    let controls = free_directions(&weighted).into_iter().map(|(direction, weight)| {
+        // u = T_u u~
+        let direction = in_users_units(&direction, coordinates.control_units(), |v, unit| v * unit);
+        Finding::UnweightedControl { direction, weight }
+    });
+    let measurements = free_directions(&disturbed).into_iter().map(|(combination, noise)| {
+        // c~' y~ = (T_y^-1 c~)' y
+        let units = coordinates.measurement_units();
+        Finding::NoiselessMeasurement {
+            combination: in_users_units(&combination, units, |v, unit| v / unit),
+            noise,
+        }
+    });
+    controls.chain(measurements).collect()
+}
+
+/// The plant in diagonally balanced coordinates and with z and w scaled until what reaches z, and what w reaches, has norm 1.
+fn normalised(plant: &GeneralisedPlant) -> (GeneralisedPlant, Coordinates) {
+    let mut plant = plant.clone();
+    let mut coordinates = Coordinates::diagonal(&plant);
+    // Each round halves the exponent that is left, as the balancing shares a factor between both sides of the states.
+    for _ in 0..8 {
+        let seen = coordinates.apply(&plant);
+        let z = size(&block(&[&[&seen.c1, &seen.d1t, &seen.d12]]));
+        let w = size(&block(&[&[&seen.b1], &[&seen.dt1], &[&seen.d21]]));
+        for m in [&mut plant.c1, &mut plant.d1t, &mut plant.d12, &mut plant.d11] {
+            *m /= z;
+        }
+        for m in [&mut plant.b1, &mut plant.dt1, &mut plant.d21, &mut plant.d11] {
+            *m /= w;
+        }
+        coordinates = Coordinates::diagonal(&plant);
+    }
+    (coordinates.apply(&plant), coordinates)
+}
+
+fn size(m: &Mat) -> f64 {
+    let size = largest_singular_value(m);
+    if size > 0.0 && size.is_finite() { size } else { 1.0 }
+}
+
+/// Directions v of norm 1 with `|M v|` up to the tolerance, each with that norm: coordinate axes first, then combinations of the others.
+fn free_directions(m: &Mat) -> Vec<(Vec<f64>, f64)> {
+    let count = m.ncols();
+    let (free, rest): (Vec<usize>, Vec<usize>) =
+        (0..count).partition(|&j| m.column(j).norm() <= RANK_TOLERANCE);
+    let axis = |j: usize| (0..count).map(|i| if i == j { 1.0 } else { 0.0 }).collect();
+    let mut out: Vec<(Vec<f64>, f64)> = free.into_iter().map(|j| (axis(j), m.column(j).norm())).collect();
+    let found = svd(&m.select_columns(&rest));
+    for (k, v) in found.v.column_iter().enumerate() {
+        let value = found.s.get(k).copied().unwrap_or(0.0);
+        if value <= RANK_TOLERANCE {
+            let mut direction = vec![0.0; count];
+            for (&j, component) in rest.iter().zip(v.iter()) {
+                direction[j] = *component;
+            }
+            out.push((direction, value));
+        }
+    }
+    out
+}
+
+/// In the user's units, the largest component 1; components that are rounding beside the others in balanced units are 0.
+fn in_users_units(direction: &[f64], units: &[f64], convert: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+    let kept = direction.iter().map(|v| if v.abs() > RANK_TOLERANCE { *v } else { 0.0 });
+    let converted: Vec<f64> = kept.zip(units).map(|(v, unit)| convert(v, *unit)).collect();
+    let largest =
+        converted.iter().copied().fold(0.0, |most: f64, v| if v.abs() > most.abs() { v } else { most });
+    converted.into_iter().map(|v| v / largest).collect()
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Finding::UnweightedControl { direction, .. } => match only(direction) {
+                Some(j) => write!(
+                    f,
+                    "no performance output weighs u{j}, so that its gain may grow without limit: give u{j} a weight (column {j} of D12)"
+                ),
+                None => write!(
+                    f,
+                    "no performance output weighs the controls' direction {}, so that its gain may grow without limit: \
+                     give each of {} a weight of its own (columns of D12)",
+                    direction_words(direction, "u"),
+                    names(direction, "u")
+                ),
+            },
+            Finding::NoiselessMeasurement { combination, .. } => match only(combination) {
+                Some(i) => write!(
+                    f,
+                    "the measurement y{i} is free of noise, so that the gain from it may grow without limit: add noise to y{i} \
+                     (row {i} of D21)"
+                ),
+                None => write!(
+                    f,
+                    "the combination {} of measurements is free of noise, so that the gain from it may grow without limit: \
+                     add noise of its own to each of {} (rows of D21)",
+                    sum_words(combination, "y"),
+                    names(combination, "y")
+                ),
+            },
+        }
+    }
+}
+
+/// The one component that is not zero, from 1.
+fn only(direction: &[f64]) -> Option<usize> {
+    let mut parts = direction.iter().enumerate().filter(|(_, v)| **v != 0.0);
+    match (parts.next(), parts.next()) {
+        (Some((i, _)), None) => Some(i + 1),
+        _ => None,
+    }
+}
+
+fn parts(direction: &[f64]) -> impl Iterator<Item = (usize, f64)> {
+    direction.iter().enumerate().filter(|(_, v)| **v != 0.0).map(|(i, v)| (i + 1, *v))
+}
+
+fn names(direction: &[f64], letter: &str) -> String {
+    parts(direction).map(|(i, _)| format!("{letter}{i}")).collect::<Vec<_>>().join(", ")
+}
+
+/// `(u1, u3) = (1, -0.5)`.
+fn direction_words(direction: &[f64], letter: &str) -> String {
+    let values: Vec<String> = parts(direction).map(|(_, v)| number(v)).collect();
+    format!("({}) = ({})", names(direction, letter), values.join(", "))
+}
+
+/// `y1 - 0.5 y3`.
+fn sum_words(combination: &[f64], letter: &str) -> String {
+    let mut out = String::new();
+    for (i, v) in parts(combination) {
+        let sign = match (v < 0.0, out.is_empty()) {
+            (true, true) => "-",
+            (true, false) => " - ",
+            (false, true) => "",
+            (false, false) => " + ",
+        };
+        let factor = if v.abs() == 1.0 { String::new() } else { format!("{} ", number(v.abs())) };
+        out += &format!("{sign}{factor}{letter}{i}");
+    }
+    out
+}
+
+/// Four digits, without the zeros that say nothing.
+fn number(v: f64) -> String {
+    let text = format!("{v:.3e}");
+    text.parse::<f64>().map_or(text, |rounded| rounded.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    /// Two states, two controls, two measurements, all weighted and all noisy.
+    fn regular() -> GeneralisedPlant {
+        GeneralisedPlant {
+            a: dmatrix![-1.0, 0.3; 0.2, -2.0],
+            bt: dmatrix![0.1; 0.2],
+            b1: dmatrix![1.0, 0.0, 0.0; 0.5, 0.0, 0.0],
+            b2: dmatrix![1.0, 0.4; 0.0, 1.0],
+            ct: dmatrix![0.3, 0.1],
+            dtt: dmatrix![0.0],
+            dt1: Mat::zeros(1, 3),
+            dt2: Mat::zeros(1, 2),
+            c1: dmatrix![1.0, 0.0; 0.0, 0.0; 0.0, 0.0],
+            d1t: Mat::zeros(3, 1),
+            d11: Mat::zeros(3, 3),
+            d12: dmatrix![0.0, 0.0; 0.1, 0.0; 0.0, 0.2],
+            c2: dmatrix![1.0, 0.0; 0.3, 1.0],
+            d2t: Mat::zeros(2, 1),
+            d21: dmatrix![0.0, 0.1, 0.0; 0.0, 0.0, 0.2],
+            blocks: vec![1],
+        }
+    }
+
+    #[test]
+    fn a_regular_plant_gives_no_finding() {
+        assert_eq!(findings(&regular()), vec![]);
+    }
+
+    #[test]
+    fn a_control_without_weight_is_named() {
+        let mut plant = regular();
+        plant.d12[(2, 1)] = 0.0;
+        let found = findings(&plant);
+        assert_eq!(found, vec![Finding::UnweightedControl { direction: vec![0.0, 1.0], weight: 0.0 }]);
+        assert!(found[0].to_string().contains("give u2 a weight (column 2 of D12)"));
+    }
+
+    #[test]
+    fn a_measurement_without_noise_is_named() {
+        let mut plant = regular();
+        plant.d21[(0, 1)] = 0.0;
+        let found = findings(&plant);
+        assert_eq!(found, vec![Finding::NoiselessMeasurement { combination: vec![1.0, 0.0], noise: 0.0 }]);
+        assert!(found[0].to_string().contains("add noise to y1 (row 1 of D21)"));
+    }
+
+    /// z sees `2 u1 + u2` alone, so (1, -2) costs nothing; w3 enters y1 and y2 as 3 to 1, so y1 - 3 y2 is free of it.
+    #[test]
+    fn directions_that_are_no_axes_come_in_the_users_units() {
+        let mut plant = regular();
+        plant.d12 = dmatrix![0.0, 0.0; 0.2, 0.1; 0.0, 0.0];
+        plant.d21 = dmatrix![0.0, 0.0, 0.3; 0.0, 0.0, 0.1];
+        let found = findings(&plant);
+        let [Finding::UnweightedControl { direction, .. }, Finding::NoiselessMeasurement { combination, .. }] =
+            found.as_slice()
+        else {
+            panic!("{found:?}");
+        };
+        assert!((direction[0] + 0.5).abs() < 1e-9 && direction[1] == 1.0, "{direction:?}");
+        assert!((combination[0] + 1.0 / 3.0).abs() < 1e-9 && combination[1] == 1.0, "{combination:?}");
+        assert!(found[0].to_string().contains("(u1, u2) = (-0.5, 1)"), "{}", found[0]);
+        assert!(found[1].to_string().contains("-0.3333 y1 + y2"), "{}", found[1]);
+    }
+
+    #[test]
+    fn more_controls_than_outputs_leave_one_direction_free() {
+        let mut plant = regular();
+        plant.c1 = dmatrix![1.0, 0.0];
+        plant.d1t = Mat::zeros(1, 1);
+        plant.d11 = Mat::zeros(1, 3);
+        plant.d12 = dmatrix![1.0, 1.0];
+        assert_eq!(findings(&plant).len(), 1);
+    }
+
+    #[test]
+    fn a_parameter_channel_bounds_a_control_too() {
+        let mut plant = regular();
+        plant.d12[(2, 1)] = 0.0;
+        plant.dt2[(0, 1)] = 0.5;
+        assert_eq!(findings(&plant), vec![]);
+    }
+
+    /// Units of u, y, z, w, time and states by many orders of magnitude: a regular plant stays regular, and a singular one singular.
+    #[test]
+    fn units_do_not_matter() {
+        for (weight, expected) in [(0.2, 0), (0.0, 1)] {
+            for exponent in [-8, -4, 4, 8] {
+                let unit = 10f64.powi(exponent);
+                let mut plant = regular();
+                plant.d12[(2, 1)] = weight;
+                let scaled = |m: &Mat, factor: f64| m * factor;
+                let in_other_units = [
+                    GeneralisedPlant {
+                        c1: scaled(&plant.c1, unit),
+                        d12: scaled(&plant.d12, unit),
+                        ..plant.clone()
+                    },
+                    GeneralisedPlant {
+                        b1: scaled(&plant.b1, unit),
+                        d21: scaled(&plant.d21, unit),
+                        ..plant.clone()
+                    },
+                    GeneralisedPlant {
+                        b2: scaled(&plant.b2, unit),
+                        d12: scaled(&plant.d12, unit),
+                        ..plant.clone()
+                    },
+                    GeneralisedPlant {
+                        c2: scaled(&plant.c2, unit),
+                        d21: scaled(&plant.d21, unit),
+                        ..plant.clone()
+                    },
+                    GeneralisedPlant {
+                        a: scaled(&plant.a, unit),
+                        bt: scaled(&plant.bt, unit),
+                        b1: scaled(&plant.b1, unit),
+                        b2: scaled(&plant.b2, unit),
+                        ..plant.clone()
+                    },
+                ];
+                for (i, plant) in in_other_units.iter().enumerate() {
+                    assert_eq!(findings(plant).len(), expected, "units {i}, {unit:.0e}, weight {weight}");
+                }
+            }
+        }
+    }
+}
