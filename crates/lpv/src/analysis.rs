@@ -9,7 +9,7 @@ use crate::lmi::{Affine, Program};
 use crate::matrix::{Mat, largest_eigenvalue, skew_part, symmetric_part};
 use crate::model_error::LoopError;
 use crate::plant::ClosedLoop;
-use crate::solver;
+use crate::solver::{self, Search};
 
 /// A bound on the gain with the matrices that show it.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,20 +30,19 @@ pub struct GainBound {
     pub largest_eigenvalue: f64,
 }
 
-/// By how much the bound is relaxed above the least one, so that the inequality holds clearly.
-const MARGIN: f64 = 0.01;
+/// How close to the least bound the one sought is, relative to itself plus 1. Closer ones are tight, and hold less clearly.
+const TIGHT: f64 = 0.01;
 
-/// How far the inequality may be missed at the least bound, where it is tight.
-const TIGHT: f64 = 1e-6;
+/// How often the search begins again, in the better coordinates that its last point gives.
+const ROUNDS: usize = 3;
 
 const STAGE: &str = "analysis of the closed loop";
 
 /// Tightens a bound of the gain of a closed loop, with or without model error.
 ///
-/// The inequalities are solved in coordinates in which X and S of the bound given are the identity. The least
-/// gamma is sought first; then, 1 % above it, the point at which the inequality holds most clearly. What comes
-/// back holds by its eigenvalues in floating point: if no better bound does, the one given. A loop too large for
-/// the solver ([`TIGHTENED_SIZE`]) keeps the bound given, if that holds.
+/// The inequalities are solved in coordinates in which X and S of the bound given are the identity, until gamma is within 1 %
+/// of the least: there the inequality still holds clearly. What comes back holds by its eigenvalues in floating point: if
+/// no better bound does, the one given.
 ///
 /// # Errors
 /// [`SynthesisError::Numerical`] when neither a new bound nor the one given satisfies the inequality.
@@ -67,9 +66,6 @@ pub fn bounded_gain(
         ..shown.clone()
     };
     given.largest_eigenvalue = worst_eigenvalue(closed, error, &given);
-    if size_of(closed) > TIGHTENED_SIZE && given.largest_eigenvalue < 0.0 {
-        return Ok(given);
-    }
     let best = tightened(closed, error, &given).unwrap_or(given);
     if best.largest_eigenvalue < 0.0 {
         Ok(best)
@@ -84,47 +80,32 @@ pub fn bounded_gain(
     }
 }
 
-/// Loops with more states, channels, inputs and outputs together than this keep the bound of the synthesis.
-pub const TIGHTENED_SIZE: usize = 56;
-
-/// Loops larger than this, counted alike, are searched once for the least bound; smaller ones once more, in the better
-/// coordinates that the first search gives.
-const TWICE_SIZE: usize = 48;
-
-/// States, channels, inputs and outputs together.
-fn size_of(closed: &ClosedLoop) -> usize {
-    closed.a.nrows() + closed.channels.len() + closed.b1.ncols() + closed.c1.nrows()
-}
-
-/// The clearest point a little above the least gamma; `None` when no search led to one that holds.
+/// A bound close to the least; `None` when no search led to one that holds and is better.
 fn tightened(closed: &ClosedLoop, error: &LoopError, given: &GainBound) -> Option<GainBound> {
-    let mut bases = vec![given.clone()];
-    let mut least = f64::INFINITY;
-    let rounds = if size_of(closed) > TWICE_SIZE { 1 } else { 2 };
-    for _ in 0..rounds {
-        let Some(found) = bases.last().and_then(|base| search(closed, error, base, None).ok()) else { break };
-        if found.largest_eigenvalue > TIGHT {
+    let mut best: Option<GainBound> = None;
+    for _ in 0..ROUNDS {
+        let base = best.as_ref().unwrap_or(given);
+        let Ok((found, gap)) = search(closed, error, base) else { break };
+        if found.largest_eigenvalue >= 0.0 {
             break;
         }
-        let settled = found.gamma > least * (1.0 - 1e-4);
-        least = least.min(found.gamma);
-        bases.push(found);
-        if settled {
+        let better = base.largest_eigenvalue >= 0.0 || found.gamma < base.gamma;
+        if better {
+            best = Some(found);
+        }
+        if !better || gap <= TIGHT {
             break;
         }
     }
-    let level = least * (1.0 + MARGIN);
-    let mut clear = bases.iter().rev().filter_map(|base| search(closed, error, base, Some(level)).ok());
-    clear.find(|found| found.gamma.is_finite() && found.largest_eigenvalue < 0.0)
+    best
 }
 
-/// The least gamma, or the clearest point at a given gamma, sought where X and S of `base` are the identity.
+/// A gamma close to the least, sought where X and S of `base` are the identity, and how close.
 fn search(
     closed: &ClosedLoop,
     error: &LoopError,
     base: &GainBound,
-    gamma: Option<f64>,
-) -> Result<GainBound, SynthesisError> {
+) -> Result<(GainBound, f64), SynthesisError> {
     let (state, state_inverse) = whitening(&base.x, "X")?;
     let (channel, channel_inverse) = whitening(&base.s, "S")?;
     let seen = closed.in_coordinates((&state, &state_inverse), (&channel, &channel_inverse));
@@ -135,20 +116,21 @@ fn search(
         x: program.symmetric(seen.a.nrows()),
         s: program.symmetric_commuting(&seen.channels),
         t: program.skew_commuting(&seen.channels),
-        gamma: gamma.map_or_else(|| program.scalar(), scalar),
+        gamma: program.scalar(),
         lambda: if error.is_none() { scalar(0.0) } else { program.scalar() },
     };
     program.positive("X", m.x.clone());
     program.positive("S", m.s.clone());
     program.negative("bounded real", bounded_real_compact(&seen, &seen_error, &m));
-    if gamma.is_some() {
-        let clear = program.scalar();
-        program.tighten("bounded real", &clear);
-        program.minimise_trace(&clear, -1.0);
-    } else {
-        program.minimise_trace(&m.gamma, 1.0);
-    }
-    let solution = solver::solve(&program, STAGE)?;
+    program.minimise_trace(&m.gamma, 1.0);
+    let mut start = vec![0.0; program.unknowns()];
+    let unit = |n: usize| Mat::identity(n, n);
+    program.set(&mut start, &m.x, &unit(seen.a.nrows()));
+    program.set(&mut start, &m.s, &unit(seen.channels.len()));
+    program.set(&mut start, &m.t, &(channel.transpose() * &base.t * &channel));
+    program.set(&mut start, &m.gamma, &Mat::from_element(1, 1, base.gamma));
+    program.set(&mut start, &m.lambda, &Mat::from_element(1, 1, base.lambda));
+    let solution = solver::solve(&program, STAGE, Search { tolerance: TIGHT, start: Some(&start) })?;
     let value = |e: &Affine| e.value(&program, &solution.x);
     let back = |m: Mat, inverse: &Mat| inverse.transpose() * m * inverse;
     let mut found = GainBound {
@@ -160,7 +142,7 @@ fn search(
         largest_eigenvalue: f64::NAN,
     };
     found.largest_eigenvalue = worst_eigenvalue(closed, error, &found);
-    Ok(found)
+    Ok((found, solution.gap))
 }
 
 /// The largest eigenvalue of the bounded-real matrix, -X and -S, each scaled to a unit diagonal: the sign does

@@ -5,7 +5,7 @@ use crate::inequalities::{COUPLING, DUAL, Existence, PRIMAL, Scalings, state};
 use crate::lmi::{Affine, Program, symmetric};
 use crate::matrix::{Mat, symmetric_part};
 use crate::plant::GeneralisedPlant;
-use crate::solver;
+use crate::solver::{self, Search};
 
 /// A solution at a given gamma, above the least, that lies well inside the inequalities.
 ///
@@ -34,16 +34,6 @@ pub(crate) fn centre(
     Ok(found)
 }
 
-/// The clearest point at a given gamma, with no room asked between X and Y^-1 but what the inequalities ask.
-pub(crate) fn clearest(
-    plant: &GeneralisedPlant,
-    gamma: f64,
-    small: &Existence,
-    scalings: Scalings,
-) -> Result<Existence, SynthesisError> {
-    Ok(push(plant, gamma, small, scalings, Aim::Clearance { room: 1.0 + 1e-3 })?.0)
-}
-
 const BACK_OFF: &str = "back-off";
 
 /// What [`push`] maximises.
@@ -53,17 +43,6 @@ enum Aim {
     Room,
     /// c in `primal <= -c I`, `dual <= -c I`, `S >= c I`, `Sigma >= c I`, at a given t.
     Clearance { room: f64 },
-}
-
-impl Aim {
-    /// The margin from which a point serves, be it the best or nearly so: inside the inequalities, or, where only the
-    /// room is asked for, on their border as far as rounding tells.
-    fn least_margin(self, point: &Existence) -> f64 {
-        match self {
-            Self::Room => -1e-6 * point.x.amax().max(point.y.amax()).max(point.gamma).max(1.0),
-            Self::Clearance { .. } => 0.0,
-        }
-    }
 }
 
 /// Maximises `aim` under the synthesis inequalities at `gamma`; returns the point and the value of the aim.
@@ -99,11 +78,7 @@ fn push(
         program.positive("floor of Sigma", unknowns.sigma.clone() - value.times_identity(r));
     }
     program.minimise_trace(&value, -1.0);
-    let enough = |x: &[f64]| {
-        let point = unknowns.at(&program, x);
-        point.true_margin(plant, scalings) > aim.least_margin(&point)
-    };
-    let solution = solver::solve_until(&program, BACK_OFF, enough).map_err(contradiction)?;
+    let solution = solver::solve(&program, BACK_OFF, Search::within(ROUGH)).map_err(contradiction)?;
     let reached = value.value(&program, &solution.x)[(0, 0)];
     let mut found = unknowns.existence(&program, &solution);
     // What counts are the inequalities themselves, not those tightened and bounded here.
@@ -124,6 +99,9 @@ pub(crate) fn contradiction(error: SynthesisError) -> SynthesisError {
         other => other,
     }
 }
+
+/// How closely the most room and the clearest point are sought.
+const ROUGH: f64 = 1e-3;
 
 /// How many times their least size the unknowns may reach.
 const GROWTH: f64 = 10.0;

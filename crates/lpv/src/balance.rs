@@ -9,6 +9,7 @@
 
 use crate::analysis::GainBound;
 use crate::controller::Controller;
+use crate::inequalities::Existence;
 use crate::matrix::{Mat, Svd, block, diagonal_blocks, eigenvalues, svd};
 use crate::plant::GeneralisedPlant;
 use nalgebra::DVector;
@@ -106,6 +107,20 @@ impl Coordinates {
     /// What counts as 1 in each measurement, in the user's units.
     pub fn measurement_units(&self) -> &[f64] {
         &self.measurement
+    }
+
+    /// A solution of the synthesis inequalities found in the coordinates `from`, in these.
+    pub(crate) fn carry(&self, from: &Self, found: &Existence) -> Existence {
+        // Both run at the same speed.
+        let (t, t_inverse) = (&from.state_inverse * &self.state, &self.state_inverse * &from.state);
+        let (c, c_inverse) = (&from.channel_inverse * &self.channel, &self.channel_inverse * &from.channel);
+        Existence {
+            x: t.transpose() * &found.x * &t,
+            y: &t_inverse * &found.y * t_inverse.transpose(),
+            primal_scaling: c.transpose() * &found.primal_scaling * &c,
+            dual_scaling: &c_inverse * &found.dual_scaling * c_inverse.transpose(),
+            ..*found
+        }
     }
 
     fn scale_states(&mut self, factors: &[f64]) {

@@ -40,27 +40,6 @@ pub struct Existence {
 }
 
 impl Existence {
-    /// `(1 - part) self + part other`, with its own margin: the inequalities are convex in all unknowns together.
-    pub(crate) fn mixed(
-        &self,
-        other: &Self,
-        part: f64,
-        plant: &GeneralisedPlant,
-        scalings: Scalings,
-    ) -> Self {
-        let mix = |a: &Mat, b: &Mat| a * (1.0 - part) + b * part;
-        let mut out = Self {
-            gamma: self.gamma * (1.0 - part) + other.gamma * part,
-            x: mix(&self.x, &other.x),
-            y: mix(&self.y, &other.y),
-            primal_scaling: mix(&self.primal_scaling, &other.primal_scaling),
-            dual_scaling: mix(&self.dual_scaling, &other.dual_scaling),
-            margin: f64::NAN,
-        };
-        out.margin = out.true_margin(plant, scalings);
-        out
-    }
-
     /// The least eigenvalue over the synthesis inequalities of `plant`.
     pub(crate) fn true_margin(&self, plant: &GeneralisedPlant, scalings: Scalings) -> f64 {
         let constant = |m: Mat| Affine::constant(m);

@@ -1,85 +1,83 @@
 //! The least gamma, and coordinates in which the inequalities are well conditioned.
 
-use crate::back_off::{clearest, contradiction};
+use crate::back_off::contradiction;
 use crate::balance::Coordinates;
 use crate::error::SynthesisError;
 use crate::inequalities::{Existence, Scalings, coupling, state};
 use crate::lmi::Program;
 use crate::matrix::symmetric_part;
 use crate::plant::{GeneralisedPlant, channels};
-use crate::solver;
+use crate::solver::{self, Search, numerical};
 
 /// The least gamma that the synthesis inequalities allow, and the coordinates in which it was found.
 ///
-/// The problem is solved in diagonally balanced coordinates. A little above the gamma found the point of least
-/// trace is sought: its X and Y are as small as they may be, and in the coordinates that make them equal and
-/// diagonal the problem is solved again, until gamma settles.
+/// The problem is solved in diagonally balanced coordinates. Where the solver gets stuck before it is sure of the optimum, the point
+/// of least trace is sought a little above the gamma found: its X and Y are as small as they may be, and in the coordinates
+/// that make them equal and diagonal the problem is solved again.
 ///
-/// What comes back satisfies the inequalities strictly, by their eigenvalues: the solver's point is moved towards one
-/// well inside them, by as little as it takes. So gamma is never below the infimum by more than rounding. Only where the
-/// solver finds no such point its own comes back, and the margin is negative.
+/// What comes back satisfies the inequalities strictly, by their eigenvalues: gamma is never below the infimum.
 ///
 /// # Errors
-/// [`SynthesisError::Infeasible`] with the solver's certificate that no gamma will do; [`SynthesisError::Numerical`].
+/// [`SynthesisError::Infeasible`] with a certificate that no gamma will do; [`SynthesisError::Numerical`].
 pub fn least_gamma(
     plant: &GeneralisedPlant,
     scalings: Scalings,
 ) -> Result<(Coordinates, Existence), SynthesisError> {
     let mut coordinates = Coordinates::diagonal(plant);
     let mut best = minimise(&coordinates.apply(plant), scalings)?;
-    for _ in 0..4 {
-        let Ok(small) = smallest(&coordinates.apply(plant), best.gamma * RELAXED, scalings) else { break };
-        let Some(next) = equalised(&coordinates, &small, plant) else { break };
-        let Ok(again) = minimise(&next.apply(plant), scalings) else { break };
-        let settled = (again.gamma - best.gamma).abs() < SETTLED * best.gamma;
-        (coordinates, best) = (next, again);
-        if settled {
+    let mut seen = (coordinates.clone(), best.found.gamma);
+    for _ in 0..ROUNDS {
+        if best.gap <= SETTLED && best.found.margin > 0.0 {
             break;
         }
-    }
-    let strict = strictly(&coordinates.apply(plant), &best, scalings);
-    // Where no point inside is found, the solver's own stands, with the margin by which it misses.
-    Ok((coordinates, strict.unwrap_or(best)))
-}
-
-/// How far above gamma the coordinates, and a point well inside the inequalities, are sought.
-const RELAXED: f64 = 1.1;
-
-/// Two searches in different coordinates that agree so closely, relative to gamma, have found the least: the solver's
-/// own noise is not far below.
-const SETTLED: f64 = 1e-5;
-
-/// The least mixture of an optimum with a point inside that satisfies the inequalities strictly.
-fn strictly(
-    plant: &GeneralisedPlant,
-    optimum: &Existence,
-    scalings: Scalings,
-) -> Result<Existence, SynthesisError> {
-    let gamma = optimum.gamma * RELAXED;
-    let inside = clearest(plant, gamma, &smallest(plant, gamma, scalings)?, scalings)?;
-    let parts = (-36..=0).map(|k| 10f64.powf(f64::from(k) / 4.0));
-    let mixed = parts
-        .map(|part| optimum.mixed(&inside, part, plant, scalings))
-        .find(|mixed| mixed.margin > 0.0)
-        .ok_or_else(|| SynthesisError::Numerical {
-            stage: STAGE,
-            diagnosis: format!("no point satisfies the inequalities strictly, up to gamma = {gamma:.4}"),
-        })?;
-    // Where the optimum was found badly much has to be mixed in; a search a little above it may do better.
-    for excess in [1e-6, 1e-5, 1e-4].into_iter().filter(|e| optimum.gamma * (1.0 + 2.0 * e) < mixed.gamma) {
-        let level = optimum.gamma * (1.0 + excess);
-        let direct =
-            smallest(plant, level, scalings).and_then(|small| clearest(plant, level, &small, scalings));
-        if let Ok(found) = direct
-            && found.margin > 0.0
-        {
-            return Ok(found);
+        let balanced = seen.0.apply(plant);
+        let Ok(small) = smallest(&balanced, seen.1 * RELAXED, scalings) else { break };
+        let Some(next) = equalised(&seen.0, &small, plant) else { break };
+        let Ok(again) = minimise(&next.apply(plant), scalings) else { break };
+        seen = (next.clone(), again.found.gamma);
+        if again.better_than(&best) {
+            (coordinates, best) = (next, again);
         }
     }
-    Ok(mixed)
+    if best.found.margin > 0.0 {
+        return Ok((coordinates, best.found));
+    }
+    let (gamma, missed) = (best.found.gamma, -best.found.margin);
+    Err(numerical(
+        STAGE,
+        format!("at the gamma found, {gamma:.4}, the inequalities are missed by {missed:.1e}"),
+    ))
+}
+
+/// How far above gamma the coordinates are sought.
+const RELAXED: f64 = 1.1;
+
+/// How often other coordinates are tried.
+const ROUNDS: usize = 3;
+
+/// A gap between gamma and its lower bound, relative to gamma plus 1, that settles the matter.
+const SETTLED: f64 = 1e-5;
+
+/// A solution and how far its gamma may be from the least.
+struct Optimum {
+    found: Existence,
+    gap: f64,
+}
+
+impl Optimum {
+    fn better_than(&self, other: &Self) -> bool {
+        match (self.found.margin > 0.0, other.found.margin > 0.0) {
+            (true, true) => self.found.gamma < other.found.gamma,
+            (false, false) => self.found.margin > other.found.margin,
+            (strict, _) => strict,
+        }
+    }
 }
 
 const STAGE: &str = "least gamma";
+
+/// How closely the smallest matrices are sought: they only set a scale.
+const ROUGH: f64 = 1e-3;
 
 /// The point of least trace at a given gamma: the smallest X, Y, S and Sigma.
 pub(crate) fn smallest(
@@ -96,35 +94,28 @@ pub(crate) fn smallest(
     for e in [&unknowns.x, &unknowns.y, &unknowns.s, &unknowns.sigma] {
         program.minimise_trace(e, 1.0);
     }
-    let solution = solver::solve(&program, SMALLEST).map_err(contradiction)?;
+    let solution = solver::solve(&program, SMALLEST, Search::within(ROUGH)).map_err(contradiction)?;
     Ok(unknowns.existence(&program, &solution))
 }
 
-fn equalised(at: &Coordinates, found: &Existence, plant: &GeneralisedPlant) -> Option<Coordinates> {
+/// The coordinates in which a solution's pairs (X, Y) and (S, Sigma) are equal and diagonal.
+pub(crate) fn equalised(
+    at: &Coordinates,
+    found: &Existence,
+    plant: &GeneralisedPlant,
+) -> Option<Coordinates> {
     let s = symmetric_part(&found.primal_scaling);
     let sigma = symmetric_part(&found.dual_scaling);
     at.equalising(&found.x, &found.y, &s, &sigma, &channels(&plant.blocks))
 }
 
 /// The least gamma in the plant's own coordinates.
-fn minimise(plant: &GeneralisedPlant, scalings: Scalings) -> Result<Existence, SynthesisError> {
+fn minimise(plant: &GeneralisedPlant, scalings: Scalings) -> Result<Optimum, SynthesisError> {
     let mut program = Program::new();
     let unknowns = state(&mut program, plant, None, scalings);
     program.minimise_trace(&unknowns.gamma, 1.0);
-    let solution = solver::solve(&program, STAGE)?;
-    let found = unknowns.existence(&program, &solution);
-    // At the optimum the inequalities are tight: they may be missed by rounding, not by more.
-    let size = found.x.amax().max(found.y.amax()).max(found.gamma).max(1.0);
-    if solution.margin < -1e-6 * size {
-        return Err(SynthesisError::Numerical {
-            stage: STAGE,
-            diagnosis: format!(
-                "the point that the solver returned misses '{}' by {:.1e} (matrices up to {size:.1e})",
-                solution.tightest, -solution.margin
-            ),
-        });
-    }
-    Ok(found)
+    let solution = solver::solve(&program, STAGE, Search::fine())?;
+    Ok(Optimum { found: unknowns.existence(&program, &solution), gap: solution.gap })
 }
 
 const SMALLEST: &str = "smallest matrices";

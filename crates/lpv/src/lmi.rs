@@ -13,6 +13,8 @@ pub struct Variable {
     cols: usize,
     /// Index of the first unknown.
     first: usize,
+    /// 1 if it equals its transpose, -1 if its negative, none otherwise.
+    sign: Option<f64>,
     /// For each unknown its entries.
     basis: Vec<Vec<(usize, usize, f64)>>,
 }
@@ -42,6 +44,11 @@ impl Affine {
     /// Zero of a shape.
     pub fn zeros(rows: usize, cols: usize) -> Self {
         Self::constant(Mat::zeros(rows, cols))
+    }
+
+    /// The part without unknowns.
+    pub(crate) fn constant_part(&self) -> &Mat {
+        &self.constant
     }
 
     /// Rows and columns.
@@ -200,7 +207,7 @@ pub struct Program {
     variables: Vec<Variable>,
     unknowns: usize,
     pub(crate) inequalities: Vec<Inequality>,
-    pub(crate) objective: Vec<(usize, f64)>,
+    objective: Vec<(usize, f64)>,
 }
 
 impl Program {
@@ -214,11 +221,16 @@ impl Program {
         self.unknowns
     }
 
-    fn add(&mut self, rows: usize, cols: usize, basis: Vec<Vec<(usize, usize, f64)>>) -> Affine {
+    fn add(
+        &mut self,
+        (rows, cols): (usize, usize),
+        sign: Option<f64>,
+        basis: Vec<Vec<(usize, usize, f64)>>,
+    ) -> Affine {
         let variable = self.variables.len();
         let first = self.unknowns;
         self.unknowns += basis.len();
-        self.variables.push(Variable { rows, cols, first, basis });
+        self.variables.push(Variable { rows, cols, first, sign, basis });
         Affine {
             constant: Mat::zeros(rows, cols),
             terms: vec![Term {
@@ -232,7 +244,7 @@ impl Program {
 
     /// A scalar unknown, as a 1 x 1 expression.
     pub fn scalar(&mut self) -> Affine {
-        self.add(1, 1, vec![vec![(0, 0, 1.0)]])
+        self.add((1, 1), Some(1.0), vec![vec![(0, 0, 1.0)]])
     }
 
     /// A symmetric n x n unknown.
@@ -247,20 +259,20 @@ impl Program {
         let basis = pairs(channels, 0)
             .map(|(i, j)| if i == j { vec![(i, i, 1.0)] } else { vec![(i, j, 1.0), (j, i, 1.0)] })
             .collect();
-        self.add(n, n, basis)
+        self.add((n, n), Some(1.0), basis)
     }
 
     /// A skew-symmetric unknown that commutes with Theta, as [`Program::symmetric_commuting`].
     pub fn skew_commuting(&mut self, channels: &[usize]) -> Affine {
         let n = channels.len();
         let basis = pairs(channels, 1).map(|(i, j)| vec![(i, j, 1.0), (j, i, -1.0)]).collect();
-        self.add(n, n, basis)
+        self.add((n, n), Some(-1.0), basis)
     }
 
     /// A full unknown.
     pub fn full(&mut self, rows: usize, cols: usize) -> Affine {
         let basis = (0..cols).flat_map(|j| (0..rows).map(move |i| vec![(i, j, 1.0)])).collect();
-        self.add(rows, cols, basis)
+        self.add((rows, cols), None, basis)
     }
 
     /// Demands `expression > 0`.
@@ -301,6 +313,69 @@ impl Program {
                     .sum();
                 if sum != 0.0 {
                     self.objective.push((variable.first + k, weight * sum));
+                }
+            }
+        }
+    }
+
+    /// The symmetric part of an expression without its constant, as the symmetric part of a sum of `L V R`: variables that
+    /// occur several times with the same L, or the same R, are put together.
+    pub(crate) fn merged_terms(&self, expression: &Affine) -> Vec<(usize, Mat, Mat)> {
+        let mut out: Vec<(usize, Mat, Mat)> = vec![];
+        for term in &expression.terms {
+            let (mut left, mut right) = (term.left.clone(), term.right.clone());
+            if term.transposed {
+                // The symmetric part of L V' R is that of R' V L'.
+                (left, right) = (right.transpose(), left.transpose());
+            }
+            let sign = self.variables[term.variable].sign;
+            let known =
+                out.iter_mut().filter(|(variable, ..)| *variable == term.variable).find_map(|(_, l, r)| {
+                    if *l == left {
+                        *r += &right;
+                    } else if *r == right {
+                        *l += &left;
+                    } else {
+                        // For V' = sign V it is also that of sign R' V L'.
+                        let sign = sign?;
+                        if *l == right.transpose() {
+                            *r += left.transpose() * sign;
+                        } else if r.transpose() == left {
+                            *l += right.transpose() * sign;
+                        } else {
+                            return None;
+                        }
+                    }
+                    Some(())
+                });
+            if known.is_none() {
+                out.push((term.variable, left, right));
+            }
+        }
+        out
+    }
+
+    /// The unknowns of a variable, each with the entries that it fills.
+    pub(crate) fn entries(&self, variable: usize) -> impl Iterator<Item = (usize, &[(usize, usize, f64)])> {
+        let variable = &self.variables[variable];
+        variable.basis.iter().enumerate().map(|(k, entries)| (variable.first + k, entries.as_slice()))
+    }
+
+    /// The objective's coefficient of each unknown.
+    pub(crate) fn costs(&self) -> Vec<f64> {
+        let mut out = vec![0.0; self.unknowns];
+        for &(k, c) in &self.objective {
+            out[k] += c;
+        }
+        out
+    }
+
+    /// Writes into `x` the unknowns at which `variable`, an expression that is one variable and nothing else, has `value`.
+    pub fn set(&self, x: &mut [f64], variable: &Affine, value: &Mat) {
+        for term in &variable.terms {
+            for (unknown, entries) in self.entries(term.variable) {
+                if let Some(&(i, j, coefficient)) = entries.first() {
+                    x[unknown] = value[(i, j)] / coefficient;
                 }
             }
         }

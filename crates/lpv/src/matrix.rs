@@ -151,6 +151,58 @@ pub fn solve(a: &Mat, b: &Mat) -> Option<Mat> {
     if a.is_empty() { Some(b.clone()) } else { a.clone().lu().solve(b) }
 }
 
+/// The Cholesky factor of a symmetric positive definite matrix, for systems of equations.
+pub(crate) struct Cholesky {
+    /// The lower triangle is read.
+    matrix: faer::Mat<f64>,
+    factor: faer::linalg::solvers::Llt<f64>,
+}
+
+impl Cholesky {
+    /// Factorises the matrix whose lower triangle is given, its diagonal raised by as little as it takes; `None` when
+    /// 1e-8 of itself is not enough.
+    pub(crate) fn regularised(lower: Mat) -> Option<Self> {
+        let n = lower.nrows();
+        if lower.iter().any(|v| !v.is_finite()) {
+            return None;
+        }
+        let matrix = to_faer(&lower);
+        for raise in [0.0, 1e-15, 1e-13, 1e-11, 1e-8] {
+            let mut raised = matrix.clone();
+            for i in 0..n {
+                raised[(i, i)] += raise * matrix[(i, i)];
+            }
+            if let Ok(factor) = raised.llt(faer::Side::Lower) {
+                return Some(Self { matrix, factor });
+            }
+        }
+        None
+    }
+
+    /// The solution of `A x = b`, refined with the matrix as it was given.
+    pub(crate) fn solve(&self, b: &[f64]) -> Vec<f64> {
+        use faer::linalg::solvers::Solve;
+        let n = b.len();
+        let column = |v: &[f64]| faer::Mat::from_fn(n, 1, |i, _| v[i]);
+        let mut x = self.factor.solve(column(b));
+        for _ in 0..REFINEMENTS {
+            let mut left: Vec<f64> = b.to_vec();
+            for j in 0..n {
+                left[j] -= self.matrix[(j, j)] * x[(j, 0)];
+                for i in j + 1..n {
+                    left[i] -= self.matrix[(i, j)] * x[(j, 0)];
+                    left[j] -= self.matrix[(i, j)] * x[(i, 0)];
+                }
+            }
+            x += self.factor.solve(column(&left));
+        }
+        (0..n).map(|i| x[(i, 0)]).collect()
+    }
+}
+
+/// Steps of refinement of a solution.
+const REFINEMENTS: usize = 2;
+
 /// `f(A) = V f(Lambda) V'` of a symmetric matrix.
 pub fn symmetric_function(a: &Mat, f: impl Fn(f64) -> f64) -> Mat {
     let nothing = || Mat::from_element(a.nrows(), a.ncols(), f64::NAN);

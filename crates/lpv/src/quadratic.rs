@@ -15,7 +15,7 @@ use crate::lmi::{Affine, Program};
 use crate::matrix::{Mat, block, kernel};
 use crate::model_error::LoopError;
 use crate::plant::{ClosedLoop, GeneralisedPlant, channels};
-use crate::solver;
+use crate::solver::{self, Search};
 
 /// A clearance below this counts as none: the solver's accuracy.
 const NONE: f64 = 1e-7;
@@ -61,8 +61,8 @@ fn clearance(plant: &GeneralisedPlant, scalings: Scalings) -> Option<f64> {
         program.positive("upper bound", Affine::constant(Mat::identity(size, size)) - e.clone());
     }
     program.minimise_trace(&t, -1.0);
-    let solution = solver::solve(&program, STAGE).ok()?;
-    solution.solved.then(|| t.value(&program, &solution.x)[(0, 0)])
+    let solution = solver::solve(&program, STAGE, Search { tolerance: 0.1 * NONE, start: None }).ok()?;
+    (solution.gap <= NONE).then(|| t.value(&program, &solution.x)[(0, 0)])
 }
 
 fn without_performance(plant: &GeneralisedPlant) -> ClosedLoop {

@@ -177,16 +177,7 @@ fn least_gain(
 ) -> Result<RateBound, RateError> {
     let system = Grid::new(checked(samples, rate)?, rate, options.order);
     let mut base = system.start()?;
-    let mut gamma = None;
-    let (gamma, proof) = refine(&system, options.stride, |points| {
-        if let Some(found) = gamma.and_then(|gamma| system.still(points, &base, gamma)) {
-            return Ok(found);
-        }
-        let least = system.least(points, &mut base)?;
-        let found = system.strict(points, &base, least)?;
-        gamma = Some(found.gamma);
-        Ok(found)
-    })?;
+    let (gamma, proof) = refine(&system, options.stride, |points| system.least(points, &mut base))?;
     Ok(RateBound { gamma, rate, proof })
 }
 
@@ -203,7 +194,7 @@ pub fn rate_bounded_stability(
         samples.iter().map(|(theta, s)| (*theta, without_signals(s))).collect();
     let system = Grid::new(checked(&free, rate)?, rate, options.order);
     let base = system.start()?;
-    Ok(refine(&system, options.stride, |points| system.search(points, &base, Aim::Stability))?.1)
+    Ok(refine(&system, options.stride, |points| Ok(system.search(points, &base, Aim::Stability)?.0))?.1)
 }
 
 /// The samples, when they are in order, of one shape and stable.

@@ -1,36 +1,29 @@
 //! The inequality of [`crate::rate`] at some samples of a system, in coordinates in which it is well conditioned.
 
+use crate::analysis::scaled_largest_eigenvalue;
 use crate::error::SynthesisError;
 use crate::lmi::{Affine, Program, symmetric};
 use crate::lyapunov::middle_of_gramians;
-use crate::matrix::{Mat, largest_eigenvalue, symmetric_function, symmetric_part};
+use crate::matrix::{Mat, symmetric_function, symmetric_part};
 use crate::rate::{LyapunovPolynomial, RateError};
-use crate::solver;
+use crate::solver::{self, Search};
 use crate::state_space::StateSpace;
 
 pub(crate) const STAGE: &str = "gain at a bounded rate";
 
 const INEQUALITY: &str = "bounded real with rate";
 
-/// How far the inequality may be missed at the least gamma, where it is tight.
-const TIGHT: f64 = 1e-6;
+/// How close to the least gamma the one sought is, relative to itself plus 1 in units of a guess at it.
+const CLOSE: f64 = 2e-4;
 
-/// How far above the least gamma a strict solution is sought; the second when the first fails.
-const MARGINS: [f64; 2] = [1e-3, 1e-2];
-
-/// How often the least gamma is sought, each time in the coordinates of the last solution.
+/// How often gamma is sought, each time in the coordinates of the last solution.
 const ROUNDS: usize = 4;
-
-/// By how little, relatively, the least gamma may change from one round to the next to be taken.
-const SETTLED: f64 = 1e-4;
 
 /// What a search looks for.
 #[derive(Clone, Copy)]
 pub(crate) enum Aim {
     /// The least gamma.
     Least,
-    /// The point at which the inequality holds most clearly at this gamma.
-    Clearest { gamma: f64 },
     /// Any X(theta) with `A'X + XA +- nu dX/dtheta < -I`, B and C left out.
     Stability,
 }
@@ -79,72 +72,42 @@ impl<'a> Grid<'a> {
         Ok(Base { x, gamma: frozen.max(hankel) })
     }
 
-    /// The least gamma at some samples: sought from `base`, and again from the solution, which replaces it.
-    pub(crate) fn least(&self, points: &[usize], base: &mut Base) -> Result<f64, RateError> {
-        let mut least: Option<f64> = None;
+    /// A gamma close to the least at some samples, with a solution that is strict there: sought from `base` and, where the
+    /// solver gets stuck, again from the solution. `base` becomes that solution.
+    pub(crate) fn least(&self, points: &[usize], base: &mut Base) -> Result<Found, RateError> {
+        let mut best: Option<Found> = None;
         let mut failure = None;
         for _ in 0..ROUNDS {
-            let found = match self.search(points, base, Aim::Least) {
+            let (found, gap) = match self.search(points, base, Aim::Least) {
                 Ok(found) => found,
                 Err(e) => {
                     failure = Some(e);
                     break;
                 }
             };
-            let gamma = found.gamma;
-            let (miss, theta) = self.worst(points, &found);
             let mean = points.iter().map(|&i| found.lyapunov.value(self.samples[i].0)).sum::<Mat>();
-            *base = Base { x: mean / points.len() as f64, gamma };
-            if miss > TIGHT {
-                failure = Some(RateError::missed(gamma, theta, miss));
-                continue;
+            *base = Base { x: mean / points.len() as f64, gamma: found.gamma };
+            let (miss, theta) = self.worst(points, &found);
+            if miss >= 0.0 {
+                failure = Some(RateError::missed(found.gamma, theta, miss));
+            } else if best.as_ref().is_none_or(|known| found.gamma < known.gamma) {
+                best = Some(found);
             }
-            let settled = least.is_some_and(|before| (gamma / before - 1.0).abs() < SETTLED);
-            least = Some(least.map_or(gamma, |before| before.min(gamma)));
-            if settled {
+            if gap <= CLOSE && miss < 0.0 {
                 break;
             }
         }
-        match (least, failure) {
-            (Some(gamma), _) => Ok(gamma),
-            (None, Some(failure)) => Err(failure),
-            (None, None) => Err(RateError::missed(f64::INFINITY, self.centre, f64::INFINITY)),
-        }
+        let missed = || RateError::missed(f64::INFINITY, self.centre, f64::INFINITY);
+        best.ok_or_else(|| failure.unwrap_or_else(missed))
     }
 
-    /// A solution that is strict at these samples, at a gamma found for fewer; `None` when there is no clear one.
-    pub(crate) fn still(&self, points: &[usize], base: &Base, gamma: f64) -> Option<Found> {
-        let found = self.search(points, base, Aim::Clearest { gamma }).ok()?;
-        (self.worst(points, &found).0 < 0.0).then_some(found)
-    }
-
-    /// A little above the least gamma, a solution that is strict at these samples.
-    pub(crate) fn strict(&self, points: &[usize], base: &Base, least: f64) -> Result<Found, RateError> {
-        let mut failure = RateError::missed(least, self.centre, f64::INFINITY);
-        for margin in MARGINS {
-            let gamma = least * (1.0 + margin);
-            match self.search(points, base, Aim::Clearest { gamma }) {
-                Ok(found) => {
-                    let (miss, theta) = self.worst(points, &found);
-                    if miss < 0.0 {
-                        return Ok(found);
-                    }
-                    failure = RateError::missed(gamma, theta, miss);
-                }
-                Err(e) => failure = e,
-            }
-        }
-        Err(failure)
-    }
-
-    /// Solves the program of an aim at some samples.
-    pub(crate) fn search(&self, points: &[usize], base: &Base, aim: Aim) -> Result<Found, RateError> {
+    /// Solves the program of an aim at some samples; returns the gap as well.
+    pub(crate) fn search(&self, points: &[usize], base: &Base, aim: Aim) -> Result<(Found, f64), RateError> {
         // State is X^-1/2, so that X becomes the identity.
         let (state, inverse) =
             (symmetric_function(&base.x, |v| 1.0 / v.sqrt()), symmetric_function(&base.x, f64::sqrt));
         let unit = match aim {
             Aim::Least => base.gamma,
-            Aim::Clearest { gamma } => gamma,
             Aim::Stability => 1.0,
         };
         let mut systems: Vec<StateSpace> =
@@ -163,23 +126,21 @@ impl<'a> Grid<'a> {
         for (&i, system) in points.iter().zip(&systems) {
             self.impose(&mut program, aim, (self.samples[i].0, system, speed), &unknowns, &level);
         }
-        match aim {
-            Aim::Least => program.minimise_trace(&level, 1.0),
-            Aim::Clearest { .. } => {
-                let clear = program.scalar();
-                program.tighten(INEQUALITY, &clear);
-                program.minimise_trace(&clear, -1.0);
-            }
-            Aim::Stability => {}
+        if matches!(aim, Aim::Least) {
+            program.minimise_trace(&level, 1.0);
         }
         let read = |x: &[f64]| {
             let back = |e: &Affine| symmetric_part(&(inverse.transpose() * e.value(&program, x) * &inverse));
             let lyapunov = self.polynomial(unknowns.iter().map(back).collect());
             Found { gamma: level.value(&program, x)[(0, 0)] * unit, lyapunov }
         };
-        // Where no least value is asked for, any point that holds will do.
-        let holds = |x: &[f64]| !matches!(aim, Aim::Least) && self.worst(points, &read(x)).0 < 0.0;
-        Ok(read(&solver::solve_until(&program, STAGE, holds)?.x))
+        let search = match aim {
+            Aim::Least => Search::within(CLOSE),
+            // Any point that holds will do.
+            Aim::Stability => Search::within(f64::INFINITY),
+        };
+        let solution = solver::solve(&program, STAGE, search)?;
+        Ok((read(&solution.x), solution.gap))
     }
 
     /// `X_0, ..., X_d`. At high rates all but the first can only be small; they are scaled to the size of the first.
@@ -243,7 +204,7 @@ impl<'a> Grid<'a> {
             let drift = Affine::constant(&slope * rate);
             bounded_real(system, &Affine::constant(x.clone()), drift, &level).value(&Program::new(), &[])
         });
-        values.chain([-&x]).map(|m| largest_in_proportion(&m)).fold(f64::NEG_INFINITY, f64::max)
+        values.chain([-&x]).map(|m| scaled_largest_eigenvalue(&m)).fold(f64::NEG_INFINITY, f64::max)
     }
 }
 
@@ -281,17 +242,4 @@ fn bounded_real(s: &StateSpace, x: &Affine, drift: Affine, gamma: &Affine) -> Af
         vec![-gamma.times_identity(s.b.ncols()), constant(&s.d)],
         vec![-gamma.times_identity(s.c.nrows())],
     ])
-}
-
-/// The largest eigenvalue of a symmetric matrix scaled to -1 on its diagonal: it has the sign of the matrix's own,
-/// and rounding is seen in proportion.
-fn largest_in_proportion(m: &Mat) -> f64 {
-    if m.iter().any(|v| !v.is_finite()) {
-        return f64::INFINITY;
-    }
-    if let Some(wrong) = m.diagonal().iter().copied().find(|d| *d >= 0.0) {
-        return wrong.max(f64::MIN_POSITIVE);
-    }
-    let scale = Mat::from_diagonal(&m.diagonal().map(|d| 1.0 / (-d).sqrt()));
-    largest_eigenvalue(&(&scale * m * &scale))
 }

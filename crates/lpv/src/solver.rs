@@ -1,20 +1,18 @@
-//! The semidefinite solver. No other file knows clarabel.
+//! Solving a program of linear matrix inequalities, and judging what comes back.
 //!
-//! P. J. Goulart, Y. Chen, "Clarabel: an interior-point solver for conic programs with quadratic objectives",
-//! arXiv:2405.12762, 2024. A solver's word is not taken for proof: every inequality is evaluated at the point
+//! The method of [`crate::interior_point`] is tried first: it knows the structure of these inequalities and returns a point at
+//! which they hold strictly, with a bound on how far it is from the best. Where it gets stuck, and for the proof that no point
+//! exists, there is a general conic solver. A solver's word is not taken for proof: every inequality is evaluated at the point
 //! returned and its least eigenvalue reported.
 
+use crate::conic::{ConicProgram, Verdict, WAYS};
 use crate::error::SynthesisError;
+use crate::interior_point;
 use crate::lmi::Program;
-use crate::matrix::{Mat, least_eigenvalue};
-use clarabel::algebra::CscMatrix;
-use clarabel::solver::{
-    DefaultSettingsBuilder, DefaultSolver, IPSolver, SolverStatus, SupportedConeT,
-    SupportedConeT::PSDTriangleConeT,
-};
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use crate::low_rank::LowRank;
+use crate::matrix::least_eigenvalue;
 
-/// A point that the solver returned, and what the inequalities are worth there.
+/// A point that a solver returned, and what the inequalities are worth there.
 #[derive(Debug, Clone)]
 pub struct Solution {
     /// The unknowns of the program.
@@ -23,126 +21,95 @@ pub struct Solution {
     pub margin: f64,
     /// The inequality with that eigenvalue.
     pub tightest: &'static str,
-    /// Whether the solver itself claims optimality at full accuracy.
-    pub solved: bool,
-    /// Interior-point iterations.
-    pub iterations: u32,
+    /// How far the objective is from the least, at most, relative to its size plus 1; infinite when nothing is known.
+    pub gap: f64,
 }
+
+/// How a program is to be solved.
+#[derive(Debug, Clone, Copy)]
+pub struct Search<'a> {
+    /// The gap at which to stop.
+    pub tolerance: f64,
+    /// A point at which all inequalities hold strictly, if one is known.
+    pub start: Option<&'a [f64]>,
+}
+
+impl Search<'_> {
+    /// As close to the optimum as rounding lets one come.
+    pub fn fine() -> Self {
+        Self { tolerance: 1e-7, start: None }
+    }
+
+    /// Within `tolerance` of the optimum, and therefore well inside the inequalities.
+    pub fn within(tolerance: f64) -> Self {
+        Self { tolerance, start: None }
+    }
+}
+
+/// A method that gets stuck this close to the optimum has found it.
+const CLOSE: f64 = 1e-5;
 
 /// Solves `program`.
 ///
 /// # Errors
-/// [`SynthesisError::Infeasible`] when the solver holds a certificate that no point exists;
-/// [`SynthesisError::Numerical`] when it stopped for any other reason.
-pub fn solve(program: &Program, stage: &'static str) -> Result<Solution, SynthesisError> {
-    solve_until(program, stage, |_| false)
+/// [`SynthesisError::Infeasible`] with a certificate, evaluated here, that no point exists;
+/// [`SynthesisError::Numerical`] when no point was found for any other reason.
+pub fn solve(program: &Program, stage: &'static str, search: Search<'_>) -> Result<Solution, SynthesisError> {
+    let data: Vec<LowRank> =
+        program.inequalities.iter().map(|i| LowRank::new(program, &i.expression)).collect();
+    let costs = program.costs();
+    let stop = interior_point::minimise(&data, &costs, search.tolerance, search.start);
+    let own = stop.map(|stop| judged(program, stop.x, stop.gap));
+    match own {
+        Some(own) if own.gap <= search.tolerance.max(CLOSE) => Ok(own),
+        _ => general(program, stage, own),
+    }
 }
 
-/// As [`solve`], content with a point that is `enough`, be it optimal or not: no other way of running is then tried.
-///
-/// # Errors
-/// As [`solve`].
-pub fn solve_until(
+/// The best of a point that is known and those that the general solver finds.
+fn general(
     program: &Program,
     stage: &'static str,
-    enough: impl Fn(&[f64]) -> bool,
+    known: Option<Solution>,
 ) -> Result<Solution, SynthesisError> {
-    blas_symbols::link();
-    let unknowns = program.unknowns();
-    let mut columns: Vec<Vec<(usize, f64)>> = vec![Vec::new(); unknowns];
-    let (mut rhs, mut cones) = (Vec::new(), Vec::new());
-    for inequality in &program.inequalities {
-        let (constant, parts) = program.coefficients(&inequality.expression);
-        let top = rhs.len();
-        for (k, part) in parts {
-            let entries = triangle(&part).enumerate().filter(|(_, v)| *v != 0.0);
-            columns[k].extend(entries.map(|(i, v)| (top + i, -v)));
-        }
-        rhs.extend(triangle(&constant));
-        cones.push(PSDTriangleConeT(constant.nrows()));
-    }
-    let mut objective = vec![0.0; unknowns];
-    for &(k, c) in &program.objective {
-        objective[k] += c;
-    }
-    let a = sparse(&columns, rhs.len());
-    let mut best: Option<Solution> = None;
+    let conic = ConicProgram::new(program);
+    let costs = program.costs();
+    let cost = |s: &Solution| s.x.iter().zip(&costs).map(|(x, c)| x * c).sum::<f64>();
+    let mut best = known;
     let mut failure = None;
-    for attempt in ATTEMPTS {
-        match attempt.run((&a, &rhs, &objective, &cones), program, stage) {
-            Ok(found) if found.solved || enough(&found.x) => return Ok(found),
-            Err(infeasible @ SynthesisError::Infeasible { .. }) => return Err(infeasible),
-            Ok(found) if best.as_ref().is_none_or(|b| found.margin > b.margin) => best = Some(found),
-            Ok(_) => {}
-            Err(other) => failure = Some(other),
-        }
-    }
-    best.ok_or_else(|| failure.unwrap_or_else(|| numerical(stage, "the solver was not run".into())))
-}
-
-/// One way of running the solver.
-struct Attempt {
-    /// clarabel's name of the factorisation.
-    factorisation: &'static str,
-    /// Whether clarabel rescales the program first.
-    equilibrate: bool,
-}
-
-/// In this order until one is solved: each gets stuck on programs that another solves.
-const ATTEMPTS: [Attempt; 3] = [
-    Attempt { factorisation: "faer", equilibrate: true },
-    Attempt { factorisation: "faer", equilibrate: false },
-    Attempt { factorisation: "qdldl", equilibrate: true },
-];
-
-/// Below so many rows the threads of a factorisation cost more than they save. 0 threads are as many as there are.
-const ONE_THREAD: usize = 1000;
-
-/// The constraint matrix, its right-hand side, the objective and the cones.
-type Data<'a> = (&'a CscMatrix<f64>, &'a [f64], &'a [f64], &'a [SupportedConeT<f64>]);
-
-impl Attempt {
-    fn run(
-        &self,
-        (a, rhs, objective, cones): Data<'_>,
-        program: &Program,
-        stage: &'static str,
-    ) -> Result<Solution, SynthesisError> {
-        let unknowns = program.unknowns();
-        let settings = DefaultSettingsBuilder::default()
-            .verbose(false)
-            .max_iter(200)
-            .direct_solve_method(self.factorisation.into())
-            .equilibrate_enable(self.equilibrate)
-            .max_threads(if rhs.len() < ONE_THREAD { 1 } else { 0 })
-            // The coupling [X I; I Y] looks sparse and is not: taking it apart doubles the time.
-            .chordal_decomposition_enable(false)
-            .build()
-            .map_err(|e| numerical(stage, e.to_string()))?;
-        let quadratic = CscMatrix::zeros((unknowns, unknowns));
-        let mut solver = DefaultSolver::new(&quadratic, objective, a, rhs, cones, settings)
-            .map_err(|e| numerical(stage, e.to_string()))?;
-        // clarabel panics when a decomposition of one of its scalings does not converge.
-        if catch_unwind(AssertUnwindSafe(|| solver.solve())).is_err() {
-            return Err(numerical(stage, "a decomposition inside the solver did not converge".into()));
-        }
-        let found = &solver.solution;
-        match found.status {
-            SolverStatus::PrimalInfeasible => Err(SynthesisError::Infeasible { stage }),
-            SolverStatus::Solved
-            | SolverStatus::AlmostSolved
-            | SolverStatus::InsufficientProgress
-            | SolverStatus::NumericalError
-            | SolverStatus::MaxIterations
-                if found.x.iter().all(|v| v.is_finite()) =>
-            {
-                let (margin, tightest) = margin(program, &found.x);
-                let solved = found.status == SolverStatus::Solved;
-                Ok(Solution { x: found.x.clone(), margin, tightest, solved, iterations: found.iterations })
+    for way in &WAYS {
+        let (found, solved) = match conic.run(way, stage) {
+            Ok(Verdict::Solved(x)) => (judged(program, x, f64::INFINITY), true),
+            Ok(Verdict::Stopped(x)) => (judged(program, x, f64::INFINITY), false),
+            // A point at which the inequalities hold is the stronger argument.
+            Ok(Verdict::Infeasible) if best.as_ref().is_none_or(|b| b.margin <= 0.0) => {
+                return Err(SynthesisError::Infeasible { stage });
             }
-            status => Err(numerical(stage, format!("the solver stopped with '{status:?}'"))),
+            Ok(Verdict::Infeasible) => break,
+            Err(other) => {
+                failure = Some(other);
+                continue;
+            }
+        };
+        let better = best.as_ref().is_none_or(|b| match (found.margin > 0.0, b.margin > 0.0) {
+            (true, true) => cost(&found) < cost(b),
+            (true, false) => true,
+            (false, true) => false,
+            (false, false) => found.margin > b.margin,
+        });
+        if better {
+            best = Some(found);
+        }
+        if solved {
+            break;
         }
     }
+    best.ok_or_else(|| failure.unwrap_or_else(|| numerical(stage, "no solver was run".into())))
+}
+
+fn judged(program: &Program, x: Vec<f64>, gap: f64) -> Solution {
+    let (margin, tightest) = margin(program, &x);
+    Solution { x, margin, tightest, gap }
 }
 
 /// The least eigenvalue over all inequalities at `x`, and whose it is.
@@ -154,30 +121,14 @@ pub fn margin(program: &Program, x: &[f64]) -> (f64, &'static str) {
         .fold((f64::INFINITY, "none"), |least, next| if next.0 < least.0 { next } else { least })
 }
 
-fn numerical(stage: &'static str, diagnosis: String) -> SynthesisError {
+pub(crate) fn numerical(stage: &'static str, diagnosis: String) -> SynthesisError {
     SynthesisError::Numerical { stage, diagnosis }
-}
-
-/// The upper triangle by columns, off-diagonal entries times sqrt(2), as clarabel's cone wants it.
-fn triangle(m: &Mat) -> impl Iterator<Item = f64> + '_ {
-    (0..m.ncols()).flat_map(move |j| {
-        (0..=j).map(move |i| if i == j { m[(i, j)] } else { std::f64::consts::SQRT_2 * m[(i, j)] })
-    })
-}
-
-fn sparse(columns: &[Vec<(usize, f64)>], rows: usize) -> CscMatrix<f64> {
-    let (mut starts, mut places, mut values) = (vec![0], Vec::new(), Vec::new());
-    for column in columns {
-        places.extend(column.iter().map(|(i, _)| *i));
-        values.extend(column.iter().map(|(_, v)| *v));
-        starts.push(places.len());
-    }
-    CscMatrix::new(rows, columns.len(), starts, places, values)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::matrix::Mat;
     use crate::lmi::{Affine, symmetric};
     use nalgebra::dmatrix;
 
@@ -196,7 +147,7 @@ mod tests {
         program.positive("X", x);
         program.negative("bounded real", brl);
         program.minimise_trace(&gamma, 1.0);
-        let solution = solve(&program, "test").unwrap();
+        let solution = solve(&program, "test", Search::fine()).unwrap();
         let found = gamma.value(&program, &solution.x)[(0, 0)];
         assert!((found - 1.0 / (0.2 * 0.99f64.sqrt())).abs() < 1e-5 * found, "{found}");
     }
@@ -207,6 +158,9 @@ mod tests {
         let x = program.symmetric(2);
         program.positive("X", x.clone());
         program.negative("X", x + Affine::constant(Mat::identity(2, 2)));
-        assert_eq!(solve(&program, "test").err(), Some(SynthesisError::Infeasible { stage: "test" }));
+        assert_eq!(
+            solve(&program, "test", Search::fine()).err(),
+            Some(SynthesisError::Infeasible { stage: "test" })
+        );
     }
 }

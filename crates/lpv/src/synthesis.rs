@@ -9,7 +9,7 @@ use crate::controller::Controller;
 use crate::error::SynthesisError;
 pub use crate::inequalities::{Existence, Scalings};
 pub use crate::least_gamma::least_gamma;
-use crate::least_gamma::smallest;
+use crate::least_gamma::{equalised, smallest};
 use crate::model_error::LoopError;
 use crate::plant::GeneralisedPlant;
 use crate::quadratic::infeasible_side;
@@ -100,8 +100,12 @@ fn build(
     options: Options,
 ) -> Result<Design, SynthesisError> {
     let gamma_design = gamma_optimum * (1.0 + back_off);
+    let small = smallest(&coordinates.apply(plant), gamma_design, options.scalings)?;
+    let (coordinates, small) = match equalised(coordinates, &small, plant) {
+        Some(equal) => (equal.clone(), equal.carry(coordinates, &small)),
+        None => (coordinates.clone(), small),
+    };
     let balanced = coordinates.apply(plant);
-    let small = smallest(&balanced, gamma_design, options.scalings)?;
     let centred = centre(&balanced, gamma_design, &small, options.scalings)?;
     let fastest = options.fastest_mode.map(|limit| coordinates.scaled_rate(limit));
     let (in_balance, shown) = reconstruct(&balanced, &centred, fastest)?;

@@ -1,0 +1,281 @@
+//! A primal-dual interior-point method for linear matrix inequalities whose data are of low rank.
+//!
+//! ```text
+//! minimise c'x   subject to  F(x) = F_0 + sum x_i F_i = Z >= 0
+//! maximise -tr(F_0 X)   subject to  tr(F_i X) = c_i,  X >= 0
+//! ```
+//!
+//! Each step solves the Newton equations of `X Z = mu I` for dx alone, of which there are as many as unknowns, whatever the size of the
+//! matrices: `sum_j tr(F_i X F_j Z^-1) dx_j = tr(F_i (mu Z^-1 - X R Z^-1)) - c_i` with `R = F(x) - Z`. With [`LowRank`] data
+//! an entry of that matrix costs a few multiplications. A general conic solver factorises a matrix with a row for each entry of each inequality instead.
+//!
+//! Direction: C. Helmberg, F. Rendl, R. J. Vanderbei, H. Wolkowicz, SIAM J. Optimization 6(2), 1996, and M. Kojima, S. Shindoh, S. Hara, 7(1), 1997;
+//! predictor and corrector: S. Mehrotra, SIAM J. Optimization 2(4), 1992; starting point: B. Borchers, Optimization Methods
+//! and Software 11, 1999, eq. 19.
+
+use crate::low_rank::LowRank;
+use crate::matrix::{Cholesky, Mat, least_eigenvalue, symmetric_part};
+
+/// Where the method stopped.
+#[derive(Debug, Clone)]
+pub(crate) struct Stop {
+    /// The best point found at which all inequalities hold strictly.
+    pub(crate) x: Vec<f64>,
+    /// How far its objective is above the least, at most, relative to the objective plus 1.
+    pub(crate) gap: f64,
+}
+
+/// More steps than this are never needed by a problem that can be solved.
+const MOST_STEPS: u32 = 100;
+
+/// A method that goes less far than this along its direction is stuck.
+const STUCK: f64 = 1e-4;
+
+/// Minimises `objective` until the relative gap is below `tolerance`. `None` when no strictly feasible point is found.
+///
+/// It starts at a point at which all inequalities hold strictly, if one is given.
+pub(crate) fn minimise(
+    inequalities: &[LowRank],
+    objective: &[f64],
+    tolerance: f64,
+    start: Option<&[f64]>,
+) -> Option<Stop> {
+    let mut state = start
+        .and_then(|x| State::warm(inequalities, objective, x))
+        .unwrap_or_else(|| State::cold(inequalities, objective));
+    let mut best: Option<Stop> = None;
+    for _ in 0..MOST_STEPS {
+        if state.feasible {
+            let gap = state.gap();
+            if best.as_ref().is_none_or(|known| gap < known.gap) {
+                best = Some(Stop { x: state.x.clone(), gap });
+            }
+            if gap < tolerance {
+                break;
+            }
+        }
+        match state.advance() {
+            Some(length) if length > STUCK => {}
+            _ => break,
+        }
+    }
+    best
+}
+
+/// One inequality at the present point.
+struct Cone<'a> {
+    data: &'a LowRank,
+    /// The multiplier X.
+    x: Mat,
+    /// The slack Z.
+    z: Mat,
+}
+
+struct State<'a> {
+    cones: Vec<Cone<'a>>,
+    objective: &'a [f64],
+    x: Vec<f64>,
+    /// Whether every slack is the value of its inequality, not yet brought there.
+    feasible: bool,
+}
+
+/// A cone's matrices that do not change within a step.
+struct Factors {
+    x_root: Mat,
+    z_root: Mat,
+    z_inverse: Mat,
+    /// `F(x) - Z`.
+    residual: Mat,
+}
+
+/// A direction in one cone.
+struct Direction {
+    x: Mat,
+    z: Mat,
+}
+
+impl<'a> State<'a> {
+    /// The multipliers are put on the central path's direction, at the level that fits the objective best.
+    fn warm(inequalities: &'a [LowRank], objective: &'a [f64], x: &[f64]) -> Option<Self> {
+        let mut cones = Vec::with_capacity(inequalities.len());
+        let mut slope = vec![0.0; objective.len()];
+        for data in inequalities {
+            let z = data.constant() + data.linear(x);
+            let inverse = symmetric_part(&z.clone().cholesky()?.inverse());
+            data.add_inner_products(&data.seen(&inverse), 1.0, &mut slope);
+            cones.push(Cone { data, x: inverse, z });
+        }
+        let product: f64 = slope.iter().zip(objective).map(|(s, c)| s * c).sum();
+        let square: f64 = slope.iter().map(|s| s * s).sum();
+        let mu = if product > 0.0 { product / square } else { 1.0 };
+        cones.iter_mut().for_each(|c| c.x *= mu);
+        Some(Self { cones, objective, x: x.to_vec(), feasible: true })
+    }
+
+    fn cold(inequalities: &'a [LowRank], objective: &'a [f64]) -> Self {
+        let cones = inequalities
+            .iter()
+            .map(|data| {
+                let n = data.size() as f64;
+                let norms = data.norms(objective.len());
+                let largest = norms.iter().copied().fold(data.constant().norm(), f64::max);
+                let ratio = norms.iter().zip(objective).map(|(norm, c)| (1.0 + c.abs()) / (1.0 + norm));
+                let x = 10.0 * n * ratio.fold(0.0, f64::max);
+                let z = 10.0 * (1.0 + largest);
+                let unit = Mat::identity(data.size(), data.size());
+                Cone { data, x: &unit * x, z: unit * z }
+            })
+            .collect();
+        Self { cones, objective, x: vec![0.0; objective.len()], feasible: false }
+    }
+
+    fn rows(&self) -> f64 {
+        self.cones.iter().map(|c| c.data.size()).sum::<usize>() as f64
+    }
+
+    /// `tr(X Z)` over the number of rows.
+    fn mu(&self) -> f64 {
+        self.cones.iter().map(|c| c.x.dot(&c.z)).sum::<f64>() / self.rows()
+    }
+
+    /// The relative gap between the objective here and what the multipliers leave possible.
+    fn gap(&self) -> f64 {
+        let value: f64 = self.x.iter().zip(self.objective).map(|(x, c)| x * c).sum();
+        let bound: f64 = self.cones.iter().map(|c| -c.x.dot(c.data.constant())).sum();
+        let mut residual = self.objective.to_vec();
+        for cone in &self.cones {
+            cone.data.add_inner_products(&cone.data.seen(&cone.x), -1.0, &mut residual);
+        }
+        let missed: f64 = residual.iter().zip(&self.x).map(|(r, x)| (r * x).abs()).sum();
+        ((value - bound).abs().max(self.mu() * self.rows()) + missed) / (1.0 + value.abs())
+    }
+
+    /// One predictor and corrector step; returns the shorter of the two lengths, `None` when a factorisation fails.
+    fn advance(&mut self) -> Option<f64> {
+        let factors: Vec<Factors> = self.cones.iter().map(|c| self.factors(c)).collect::<Option<_>>()?;
+        let m = self.objective.len();
+        let mut schur = Mat::zeros(m, m);
+        for (cone, f) in self.cones.iter().zip(&factors) {
+            cone.data.add_schur_complement(
+                &cone.data.seen(&cone.x),
+                &cone.data.seen(&f.z_inverse),
+                &mut schur,
+            );
+        }
+        let schur = Cholesky::regularised(schur)?;
+        let mu = self.mu();
+        let (_, predicted) = self.direction(&factors, &schur, 0.0, None);
+        let (reach_x, reach_z) = self.reach(&factors, &predicted);
+        let (full_x, full_z) = (reach_x.min(1.0), reach_z.min(1.0));
+        let ahead: f64 = self
+            .cones
+            .iter()
+            .zip(&predicted)
+            .map(|(c, d)| (&c.x + &d.x * full_x).dot(&(&c.z + &d.z * full_z)))
+            .sum::<f64>()
+            / self.rows();
+        let shorter = full_x.min(full_z);
+        let exponent = (3.0 * shorter * shorter).max(1.0);
+        let sigma = (ahead / mu).max(0.0).powf(exponent).clamp(1e-6, 1.0);
+        let (dx, direction) = self.direction(&factors, &schur, sigma * mu, Some(&predicted));
+        let (reach_x, reach_z) = self.reach(&factors, &direction);
+        let kept = 0.9 + 0.09 * shorter;
+        let (step_x, step_z) = ((kept * reach_x).min(1.0), (kept * reach_z).min(1.0));
+        if !(step_x.is_finite() && step_z.is_finite() && dx.iter().all(|v| v.is_finite())) {
+            return None;
+        }
+        self.go(&dx, &direction, step_x, step_z);
+        Some(step_x.min(step_z))
+    }
+
+    fn factors(&self, cone: &Cone<'_>) -> Option<Factors> {
+        let z_root = cone.z.clone().cholesky()?.unpack();
+        let x_root = cone.x.clone().cholesky()?.unpack();
+        let inverse = inverse_of_lower(&z_root)?;
+        let n = cone.data.size();
+        let residual = if self.feasible {
+            Mat::zeros(n, n)
+        } else {
+            cone.data.constant() + cone.data.linear(&self.x) - &cone.z
+        };
+        Some(Factors {
+            x_root,
+            z_root,
+            z_inverse: symmetric_part(&(inverse.transpose() * inverse)),
+            residual,
+        })
+    }
+
+    /// The direction towards `X Z = mu I`, with the product of the steps of `predicted` taken into account.
+    fn direction(
+        &self,
+        factors: &[Factors],
+        schur: &Cholesky,
+        mu: f64,
+        predicted: Option<&[Direction]>,
+    ) -> (Vec<f64>, Vec<Direction>) {
+        let mut rhs: Vec<f64> = self.objective.iter().map(|c| -c).collect();
+        let mut centres = Vec::with_capacity(self.cones.len());
+        for (k, (cone, f)) in self.cones.iter().zip(factors).enumerate() {
+            let mut pushed = &cone.x * &f.residual;
+            if let Some(predicted) = predicted {
+                pushed += &predicted[k].x * &predicted[k].z;
+            }
+            let centre = &f.z_inverse * mu - symmetric_part(&(pushed * &f.z_inverse));
+            cone.data.add_inner_products(&cone.data.seen(&centre), 1.0, &mut rhs);
+            centres.push(centre);
+        }
+        let dx = schur.solve(&rhs);
+        let directions = self.cones.iter().zip(factors).zip(centres).map(|((cone, f), centre)| {
+            let moved = cone.data.linear(&dx);
+            let x = centre - &cone.x - symmetric_part(&(&cone.x * &moved * &f.z_inverse));
+            Direction { x, z: moved + &f.residual }
+        });
+        let directions = directions.collect();
+        (dx, directions)
+    }
+
+    /// How far X and Z stay positive along a direction.
+    fn reach(&self, factors: &[Factors], direction: &[Direction]) -> (f64, f64) {
+        let along = |root: &Mat, d: &Mat| -> f64 {
+            let Some(half) = root.solve_lower_triangular(d) else { return 0.0 };
+            let Some(seen) = root.solve_lower_triangular(&half.transpose()) else { return 0.0 };
+            let least = least_eigenvalue(&seen);
+            if least.is_nan() {
+                0.0
+            } else if least < 0.0 {
+                -1.0 / least
+            } else {
+                f64::INFINITY
+            }
+        };
+        factors.iter().zip(direction).fold((f64::INFINITY, f64::INFINITY), |(x, z), (f, d)| {
+            (x.min(along(&f.x_root, &d.x)), z.min(along(&f.z_root, &d.z)))
+        })
+    }
+
+    fn go(&mut self, dx: &[f64], direction: &[Direction], step_x: f64, step_z: f64) {
+        for (x, d) in self.x.iter_mut().zip(dx) {
+            *x += step_z * d;
+        }
+        for (cone, d) in self.cones.iter_mut().zip(direction) {
+            cone.x += &d.x * step_x;
+            cone.z += &d.z * step_z;
+        }
+        // Once the inequalities hold at x their own values are the slacks, free of what rounding has gathered.
+        if self.feasible || step_z == 1.0 {
+            let values: Vec<Mat> =
+                self.cones.iter().map(|c| c.data.constant() + c.data.linear(&self.x)).collect();
+            if values.iter().all(|v| v.clone().cholesky().is_some()) {
+                self.feasible = true;
+                for (cone, value) in self.cones.iter_mut().zip(values) {
+                    cone.z = value;
+                }
+            }
+        }
+    }
+}
+
+fn inverse_of_lower(root: &Mat) -> Option<Mat> {
+    root.solve_lower_triangular(&Mat::identity(root.nrows(), root.nrows()))
+}
