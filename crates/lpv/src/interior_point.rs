@@ -28,6 +28,10 @@ pub(crate) struct Stop {
 /// More steps than this are never needed by a problem that can be solved.
 const MOST_STEPS: u32 = 100;
 
+/// How far above the level that fits best the multipliers of a known point begin: what is too much is gone after a
+/// few steps, too little leads to ones that are too short.
+const ABOVE: f64 = 1e6;
+
 /// A method that goes less far than this along its direction is stuck.
 const STUCK: f64 = 1e-4;
 
@@ -107,7 +111,7 @@ impl<'a> State<'a> {
         }
         let product: f64 = slope.iter().zip(objective).map(|(s, c)| s * c).sum();
         let square: f64 = slope.iter().map(|s| s * s).sum();
-        let mu = if product > 0.0 { product / square } else { 1.0 };
+        let mu = ABOVE * if product > 0.0 { product / square } else { 1.0 };
         cones.iter_mut().for_each(|c| c.x *= mu);
         Some(Self { cones, objective, x: x.to_vec(), feasible: true })
     }

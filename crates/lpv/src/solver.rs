@@ -30,7 +30,7 @@ pub struct Solution {
 pub struct Search<'a> {
     /// The gap at which to stop.
     pub tolerance: f64,
-    /// A point at which all inequalities hold strictly, if one is known.
+    /// A point at which all inequalities hold strictly, if one is known. The best point found is then good enough.
     pub start: Option<&'a [f64]>,
 }
 
@@ -46,8 +46,8 @@ impl Search<'_> {
     }
 }
 
-/// A method that gets stuck this close to the optimum has found it.
-const CLOSE: f64 = 1e-5;
+/// Where the method gets stuck this close to the optimum the general solver does not come closer.
+const CLOSE: f64 = 1e-4;
 
 /// Solves `program`.
 ///
@@ -61,7 +61,7 @@ pub fn solve(program: &Program, stage: &'static str, search: Search<'_>) -> Resu
     let stop = interior_point::minimise(&data, &costs, search.tolerance, search.start);
     let own = stop.map(|stop| judged(program, stop.x, stop.gap));
     match own {
-        Some(own) if own.gap <= search.tolerance.max(CLOSE) => Ok(own),
+        Some(own) if own.gap <= search.tolerance.max(CLOSE) || search.start.is_some() => Ok(own),
         _ => general(program, stage, own),
     }
 }
@@ -128,8 +128,8 @@ pub(crate) fn numerical(stage: &'static str, diagnosis: String) -> SynthesisErro
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::matrix::Mat;
     use crate::lmi::{Affine, symmetric};
+    use crate::matrix::Mat;
     use nalgebra::dmatrix;
 
     /// The bounded-real lemma of 1/(s^2 + 0.2 s + 1) has a norm in closed form.
