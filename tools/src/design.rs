@@ -10,7 +10,9 @@ use crate::model::Model;
 use crate::problem::augment;
 use crate::stages::Stages;
 use auv::Status;
+use lpv::error::SynthesisError;
 use lpv::plant::GeneralisedPlant;
+use lpv::regularity::findings;
 use lpv::synthesis::{Design, Options, synthesise};
 
 /// A design with all that was found on the way.
@@ -57,7 +59,7 @@ pub fn run(inputs: &Inputs, stages: &Stages) -> Result<Finished, Error> {
 fn synthesis_stage(inputs: &Inputs, plant: &GeneralisedPlant, stages: &Stages) -> Result<Design, Error> {
     let running = stages.begin("synthesise", "solving the matrix inequalities");
     let options = Options { back_off: inputs.design.back_off, ..Options::default() };
-    let design = synthesise(plant, options)?;
+    let design = synthesise(plant, options).map_err(|reason| no_controller(inputs, plant, reason))?;
     let seconds = running.seconds();
     drop(running);
     stages.done(
@@ -83,6 +85,24 @@ fn synthesis_stage(inputs: &Inputs, plant: &GeneralisedPlant, stages: &Stages) -
         ),
     );
     Ok(design)
+}
+
+/// Where the synthesis failed without a proof that there is no controller, the remarks say what about the problem may be the cause.
+fn no_controller(inputs: &Inputs, plant: &GeneralisedPlant, reason: SynthesisError) -> Error {
+    let unexplained = matches!(reason, SynthesisError::Numerical { .. } | SynthesisError::TooFast { .. });
+    let found = if unexplained { findings(plant) } else { vec![] };
+    let mut remarks: Vec<String> = found.iter().map(ToString::to_string).collect();
+    if !remarks.is_empty() {
+        let actuators = inputs.vehicle.actuators.iter().enumerate();
+        let names: Vec<String> = actuators.map(|(j, a)| format!("u{} is {}", j + 1, a.name)).collect();
+        remarks.push(format!(
+            "{}; their weight is 'control.weight' of {}.toml, {}",
+            names.join(", "),
+            inputs.design.name,
+            inputs.design.control_weight
+        ));
+    }
+    Error::NoController { reason, remarks }
 }
 
 /// How far above the least gamma the controller was built, relative.

@@ -1,6 +1,10 @@
 //! The design file: what is asked of the controller.
 //!
 //! Every key is explained in the design files that come with the vehicles.
+//!
+//! Weights are given by numbers that mean something, not by polynomials: `W_e = (s/peak + bandwidth)/(s + bandwidth steady_error)` and a
+//! constant W_u. Both are proper for every value in the ranges below; a value that would make them improper or infinite (peak = 0,
+//! bandwidth = inf) is refused with file, line and key.
 
 mod checker;
 
@@ -46,6 +50,42 @@ impl Output {
         }
     }
 }
+
+/// A range of numbers, in words that a message can hold.
+#[derive(Debug, Clone, Copy)]
+pub struct Range {
+    least: f64,
+    most: f64,
+    /// What is allowed.
+    pub words: &'static str,
+}
+
+impl Range {
+    /// Whether a number lies in it; not-a-number does not.
+    pub fn allows(&self, v: f64) -> bool {
+        (self.least..=self.most).contains(&v)
+    }
+}
+
+/// w_b of W_e.
+pub const BANDWIDTH: Range = Range { least: 1e-6, most: 1e6, words: "from 1e-6 to 1e6 (rad/s)" };
+
+/// M_s of W_e. Towards 0 the gain 1/M_s at high frequency grows; at 0 the weight is not proper.
+const PEAK: Range = Range {
+    least: 1.0 + f64::EPSILON,
+    most: 100.0,
+    words: "above 1, at most 100; 1/peak is the gain of W_e at high frequency, and with 0 W_e would not be proper",
+};
+
+/// Scales of references, by which is divided.
+const SCALE: Range = Range { least: 1e-6, most: 1e6, words: "from 1e-6 to 1e6" };
+
+/// W_u.
+const CONTROL_WEIGHT: Range = Range {
+    least: 1e-6,
+    most: 1e6,
+    words: "from 1e-6 to 1e6; without a weight on the actuators their gains grow without limit",
+};
 
 /// A tracked output with its weight.
 #[derive(Debug, Clone, PartialEq)]
@@ -244,12 +284,12 @@ impl DesignFile {
             order,
             drop: check.number("model.drop", &m.drop, |v| (0.0..0.5).contains(&v), "from 0 to below 0.5")?,
             tracked: check.tracked(&raw.track)?,
-            control_weight: check.number("control.weight", &raw.control.weight, |v| v > 0.0, "above 0")?,
+            control_weight: check.within("control.weight", &raw.control.weight, CONTROL_WEIGHT)?,
             disturbance: check.number(
                 "control.disturbance",
                 &raw.control.disturbance,
-                |v| v >= 0.0,
-                "0 or more",
+                |v| (0.0..=1e6).contains(&v),
+                "from 0 to 1e6",
             )?,
             back_off: check.number(
                 "synthesis.back_off",

@@ -18,7 +18,7 @@ pub enum Error {
     #[error(transparent)]
     DesignFile(#[from] crate::design_file::DesignFileError),
     /// A bandwidth on the command line.
-    #[error("--bandwidth is {found}; it must be a number above 0 (rad/s)")]
+    #[error("--bandwidth is {found}; it must be {}", crate::design_file::BANDWIDTH.words)]
     Bandwidth {
         /// As given.
         found: f64,
@@ -56,12 +56,23 @@ pub enum Error {
     /// An LFT has no value at some parameter.
     #[error(transparent)]
     Lft(#[from] lpv::error::LftError),
-    /// The augmented plant's parts do not fit together.
+    /// The matrices of a problem file do not fit together.
     #[error(transparent)]
     Shape(#[from] lpv::error::ShapeError),
+    /// Model and weights make no generalised plant.
+    #[error(transparent)]
+    Augment(#[from] lpv::error::AugmentError),
     /// No controller.
     #[error(transparent)]
     Synthesis(#[from] lpv::error::SynthesisError),
+    /// No controller for a vehicle, with what about the problem may be the cause.
+    #[error("{reason}{}", remarks.iter().map(|r| format!("\n  remark: {r}")).collect::<String>())]
+    NoController {
+        /// Why.
+        reason: lpv::error::SynthesisError,
+        /// Remarks on the problem.
+        remarks: Vec<String>,
+    },
     /// The finished controller failed a check.
     #[error("the controller is refused: {0}")]
     Refused(#[from] crate::check::Refusal),

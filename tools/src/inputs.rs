@@ -1,6 +1,6 @@
 //! The files that a design starts from.
 
-use crate::design_file::DesignFile;
+use crate::design_file::{BANDWIDTH, DesignFile};
 use crate::error::Error;
 use auv::Vehicle;
 use sha2::{Digest, Sha256};
@@ -41,7 +41,7 @@ impl Inputs {
         let mut design = DesignFile::read(&design_path)?;
         let mut hash = Sha256::new_with_prefix(read(&design_path)?);
         if let Some(bandwidth) = bandwidth {
-            if !(bandwidth.is_finite() && bandwidth > 0.0) {
+            if !BANDWIDTH.allows(bandwidth) {
                 return Err(Error::Bandwidth { found: bandwidth });
             }
             hash.update(format!("bandwidth = {bandwidth:?}"));

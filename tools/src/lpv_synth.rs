@@ -7,12 +7,13 @@ use crate::{output, problem_file};
 use certificate::{Certificate, Theorem};
 use lpv::error::SynthesisError;
 use lpv::plant::GeneralisedPlant;
+use lpv::regularity::findings;
 use lpv::synthesis::{Design, Options, Scalings, least_gamma, synthesise};
 use serde::Serialize;
 use std::path::Path;
 use std::time::Instant;
 
-/// The three outcomes.
+/// The outcomes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
@@ -20,6 +21,9 @@ pub enum Status {
     Feasible,
     /// There is provably none.
     Infeasible,
+    /// There are controllers, but none of those found keeps the fastest mode that was asked for; whether another one does is not
+    /// known.
+    TooFast,
     /// Nothing is known.
     NumericalFailure,
 }
@@ -39,6 +43,8 @@ pub struct Report {
     pub controller_states: Option<usize>,
     /// Why there is no controller.
     pub reason: Option<String>,
+    /// What about the problem makes gains grow and numerics fail, with the remedy; whatever the outcome.
+    pub remarks: Vec<String>,
     /// Wall-clock time.
     pub seconds: f64,
     /// What was proved.
@@ -63,12 +69,13 @@ pub fn run(path: &Path, options: Options, reduce: bool) -> Result<Report, Error>
         certified_gamma: None,
         controller_states: None,
         reason: None,
+        remarks: findings(&plant).iter().map(ToString::to_string).collect(),
         seconds: 0.0,
         theorem: None,
         certificate: None,
     };
     match synthesise(&plant, options) {
-        Ok(design) => feasible(&plant, design, reduce, &mut report),
+        Ok(design) => feasible(&plant, design, reduce.then_some(options), &mut report),
         Err(error) => without_controller(&plant, options, &error, &mut report),
     }
     report.gamma_symmetric = match (plant.blocks.is_empty(), report.gamma) {
@@ -84,10 +91,11 @@ pub fn run(path: &Path, options: Options, reduce: bool) -> Result<Report, Error>
     Ok(report)
 }
 
-fn feasible(plant: &GeneralisedPlant, mut design: Design, reduce: bool, report: &mut Report) {
+/// Proves a design; `reduce` holds the options if states are to be removed first.
+fn feasible(plant: &GeneralisedPlant, mut design: Design, reduce: Option<Options>, report: &mut Report) {
     report.gamma = Some(design.gamma_optimum);
-    if reduce {
-        design = lpv::reduce::reduce(plant, &design);
+    if let Some(options) = reduce {
+        design = lpv::reduce::reduce(plant, &design, options.fastest_mode);
     }
     report.controller_states = Some(design.controller.a.nrows());
     let certificate = nominal(plant, &design.controller, &design.certified);
@@ -111,9 +119,11 @@ fn without_controller(
     error: &SynthesisError,
     report: &mut Report,
 ) {
-    if error.is_infeasible() {
-        report.status = Status::Infeasible;
-    }
+    report.status = match error {
+        SynthesisError::TooFast { .. } => Status::TooFast,
+        other if other.is_infeasible() => Status::Infeasible,
+        _ => Status::NumericalFailure,
+    };
     report.gamma = match error {
         SynthesisError::AboveLimit { optimum, .. } => Some(*optimum),
         other if other.is_infeasible() => None,
@@ -150,10 +160,18 @@ impl Report {
         let mut out = match self.status {
             Status::Feasible => "feasible\n".to_owned(),
             Status::Infeasible => "infeasible: there is no such controller\n".to_owned(),
+            Status::TooFast => {
+                "too fast: no controller found keeps the fastest mode that was asked for\n".to_owned()
+            }
             Status::NumericalFailure => "numerical failure: nothing is known\n".to_owned(),
         };
         if let Some(reason) = &self.reason {
             out += &format!("  {reason}\n");
+        }
+        if matches!(self.status, Status::TooFast | Status::NumericalFailure) {
+            for remark in &self.remarks {
+                out += &format!("  remark: {remark}\n");
+            }
         }
         if self.gamma.is_some() {
             out += &format!(
@@ -168,12 +186,13 @@ impl Report {
         out + &format!("  {:.2} s\n", self.seconds)
     }
 
-    /// 0 for a controller, 2 for none possible, 3 for a numerical failure.
+    /// 0 for a controller, 2 for none possible, 3 for a numerical failure, 4 for controllers that are all too fast.
     pub fn exit_code(&self) -> u8 {
         match self.status {
             Status::Feasible => 0,
             Status::Infeasible => 2,
             Status::NumericalFailure => 3,
+            Status::TooFast => 4,
         }
     }
 }

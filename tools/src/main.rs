@@ -108,8 +108,13 @@ enum LpvVerb {
     /// Find the least gamma and a scheduled controller, and prove its gain bound
     ///
     /// Reads a generalised plant: {"data": {"P": {"A": .., "Bt": .., ..}, "blocks": [r_1, ..]}}, or without parameters
-    /// {"data": {"A": .., "B1": .., ..}}; matrices are lists of rows, wt = blkdiag(theta_i I_ri) zt, |theta_i| <= 1. Exit code 0: a controller
-    /// with a proved bound; 2: there is provably none; 3: numerical failure, nothing is known; 1: the file is wrong.
+    /// {"data": {"A": .., "B1": .., ..}}; matrices are lists of rows, wt = blkdiag(theta_i I_ri) zt, |theta_i| <= 1. Weights are part of
+    /// the plant, so all are proper: D22 and E are refused, unless 0 and the identity.
+    ///
+    /// Exit codes, and the word `status` of --json: 0, feasible: a controller with a proved bound; 2, infeasible: there is provably
+    /// none; 3, numerical_failure: nothing is known; 4, too_fast: there are controllers, but none found keeps --fastest-mode, which
+    /// proves nothing of the others; 1: the file is wrong. `reason` says why there is no controller, `remarks` what about the problem
+    /// makes gains grow without limit: a control without a weight, a measurement without noise.
     Synth(Synth),
     /// Prove a certificate again, and check that it is of the plant in a problem file
     Check {
@@ -136,7 +141,10 @@ struct Synth {
     /// Call a least gamma above this infeasible, and say what it costs
     #[arg(long, value_name = "GAMMA")]
     gamma_limit: Option<f64>,
-    /// Allow no mode of the controller faster than this, rad/s
+    /// Allow no mode of the controller faster than this, rad/s; also after --reduce
+    ///
+    /// Of the controller frozen at each point of a grid of the parameters: 11 values each for one or two of them, 7 for three, 5 for
+    /// four, 3 for five and six, beyond that vertices alone. Between the points it is not checked.
     #[arg(long, value_name = "RAD/S")]
     fastest_mode: Option<f64>,
     /// Remove controller states that hardly matter, as long as the bound stays within 2 %

@@ -11,7 +11,7 @@ use lpv::tracking::TrackingProblem;
 /// The generalised plant of the design for a model `[A B]`, scheduled or constant.
 ///
 /// # Errors
-/// [`Error::Shape`], which would be a defect of this program.
+/// [`Error::Augment`], which would be a defect of this program.
 pub fn augment(inputs: &Inputs, model: Lft) -> Result<GeneralisedPlant, Error> {
     let design = &inputs.design;
     let actuators = inputs.vehicle.actuators.len();

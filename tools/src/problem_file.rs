@@ -6,7 +6,10 @@
 //! {"kind": "hinfsyn", "data": {"A": .., "B1": .., "B2": .., "C1": .., "C2": .., "D11": .., "D12": .., "D21": ..}}
 //! ```
 //!
-//! Matrices are lists of rows; the partition is that of `lpv::plant`, with D22 = 0. Other keys are passed over.
+//! Matrices are lists of rows; the partition is that of `lpv::plant`. Weights are part of the plant, so a weight that is not proper
+//! cannot be written down: it has no state-space form with finite matrices. What would stand for one is refused by name: `E` of a
+//! descriptor system `E x' = A x + ..` unless it is the identity, and numbers that are not finite. So is `D22` unless it is 0, for
+//! the synthesis would be of another plant. Other keys are passed over.
 
 use crate::error::Error;
 use crate::output::read;
@@ -22,8 +25,7 @@ use std::path::Path;
 pub fn plant(path: &Path) -> Result<GeneralisedPlant, Error> {
     let reader = Reader { file: path.display().to_string() };
     let text = read(path)?;
-    let value: Value =
-        serde_json::from_str(&text).map_err(|e| reader.wrong("", format!("is not JSON: {e}")))?;
+    let value: Value = serde_json::from_str(&text).map_err(|e| reader.wrong("", not_json(&e)))?;
     let data = reader.object(value.get("data").unwrap_or(&value), "data")?;
     let scheduled = data.contains_key("P");
     let matrices = if scheduled { reader.object(&data["P"], "P")? } else { data };
@@ -31,6 +33,8 @@ pub fn plant(path: &Path) -> Result<GeneralisedPlant, Error> {
     let r = blocks.iter().sum();
     let a = reader.matrix(matrices, "A", None)?;
     let n = a.nrows();
+    reader.only(matrices, "E", |i, j| if i == j { 1.0 } else { 0.0 }, IMPROPER)?;
+    reader.only(matrices, "D22", |_, _| 0.0, DIRECT_PATH)?;
     let b1 = reader.matrix(matrices, "B1", Some(0))?;
     let b2 = reader.matrix(matrices, "B2", Some(0))?;
     let c1 = reader.matrix(matrices, "C1", Some(n))?;
@@ -65,6 +69,18 @@ pub fn plant(path: &Path) -> Result<GeneralisedPlant, Error> {
     Ok(plant)
 }
 
+/// JSON has no infinity, but programs write it: Python as `Infinity`, others as 1e999.
+fn not_json(error: &serde_json::Error) -> String {
+    format!(
+        "is not JSON: {error}; all numbers must be finite (a weight that is infinite at high frequency is not proper)"
+    )
+}
+
+const IMPROPER: &str = "the identity, or left out: with a singular E the plant, or a weight in it, is not proper (its gain grows without \
+                        limit with frequency), and has no least gamma; make such a weight proper by a pole well above the bandwidth";
+
+const DIRECT_PATH: &str = "0, or left out: take the direct path from u to y out of the plant, and put it around the controller again";
+
 struct Reader {
     file: String,
 }
@@ -91,6 +107,52 @@ impl Reader {
         }
     }
 
+    /// Checks that the matrix `key`, if it is there, is the one allowed.
+    fn only(
+        &self,
+        from: &Map<String, Value>,
+        key: &'static str,
+        allowed: impl Fn(usize, usize) -> f64,
+        words: &str,
+    ) -> Result<(), Error> {
+        if !from.contains_key(key) {
+            return Ok(());
+        }
+        let matrix = self.matrix(from, key, Some(0))?;
+        for i in 0..matrix.nrows() {
+            for j in 0..matrix.ncols() {
+                if matrix[(i, j)] != allowed(i, j) {
+                    let found = matrix[(i, j)];
+                    return Err(self.wrong(
+                        key,
+                        format!("is {found} in row {}, column {}; it must be {words}", i + 1, j + 1),
+                    ));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// What is wrong with a matrix that is no list of rows of numbers.
+    fn no_matrix(&self, key: &str, value: &Value) -> Error {
+        for (i, row) in value.as_array().into_iter().flatten().enumerate() {
+            for (j, entry) in row.as_array().into_iter().flatten().enumerate() {
+                if entry.as_f64().is_none() {
+                    return self.wrong(
+                        key,
+                        format!(
+                            "is {entry} in row {}, column {}; it must be a finite number (a weight that is infinite at high \
+                             frequency is not proper)",
+                            i + 1,
+                            j + 1
+                        ),
+                    );
+                }
+            }
+        }
+        self.wrong(key, "must be a list of rows of numbers".into())
+    }
+
     /// The matrix `key`; a matrix without rows has as many columns as `columns` says.
     fn matrix(
         &self,
@@ -104,7 +166,7 @@ impl Reader {
                 |row: &Value| -> Option<Vec<f64>> { row.as_array()?.iter().map(Value::as_f64).collect() };
             rows.iter().map(row).collect()
         });
-        let rows = rows.ok_or_else(|| self.wrong(key, "must be a list of rows of numbers".into()))?;
+        let rows = rows.ok_or_else(|| self.no_matrix(key, value))?;
         let width = rows.first().map_or(columns.unwrap_or(0), Vec::len);
         let matrix = from_rows(&rows, width);
         matrix.ok_or_else(|| {

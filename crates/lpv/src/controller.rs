@@ -43,6 +43,17 @@ impl Controller {
         })
     }
 
+    /// The fastest mode of the frozen controller over some parameter values, the largest |lambda| of its A, rad/s.
+    ///
+    /// Infinity where the controller is not well posed, or its eigenvalues cannot be found. Between the values nothing is known.
+    pub fn fastest_mode(&self, thetas: &[Vec<f64>]) -> f64 {
+        let fastest_at = |theta: &Vec<f64>| match self.frozen(theta) {
+            Ok(frozen) => frozen.poles().iter().map(|pole| pole.norm()).fold(0.0, worse),
+            Err(_) => f64::INFINITY,
+        };
+        thetas.iter().map(fastest_at).fold(0.0, worse)
+    }
+
     /// The whole matrix `[A By Bt; Cu Duy Dut; Ct Dty Dtt]`.
     pub fn matrix(&self) -> Mat {
         crate::matrix::block(&[
@@ -68,5 +79,43 @@ impl Controller {
             dtt: part(states + u, states + y, r, r),
             blocks,
         }
+    }
+}
+
+/// The larger of two; what is not a number counts as infinite.
+fn worse(most: f64, v: f64) -> f64 {
+    if v.is_nan() { f64::INFINITY } else { most.max(v) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    /// One state with the pole `-1 - 3 theta/(1 - d theta)`.
+    fn controller(d: f64) -> Controller {
+        Controller {
+            a: dmatrix![-1.0],
+            by: dmatrix![1.0],
+            bt: dmatrix![-3.0],
+            cu: dmatrix![1.0],
+            duy: dmatrix![0.0],
+            dut: dmatrix![0.0],
+            ct: dmatrix![1.0],
+            dty: dmatrix![0.0],
+            dtt: dmatrix![d],
+            blocks: vec![1],
+        }
+    }
+
+    #[test]
+    fn the_fastest_mode_is_that_of_the_worst_value() {
+        assert_eq!(controller(0.0).fastest_mode(&[vec![-1.0], vec![0.0], vec![1.0]]), 4.0);
+        assert_eq!(controller(0.5).fastest_mode(&[vec![1.0]]), 7.0);
+    }
+
+    #[test]
+    fn a_controller_that_is_not_well_posed_is_infinitely_fast() {
+        assert_eq!(controller(1.0).fastest_mode(&[vec![0.0], vec![1.0]]), f64::INFINITY);
     }
 }

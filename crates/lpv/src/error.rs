@@ -54,6 +54,26 @@ pub struct ShapeError {
     pub expected: (usize, usize),
 }
 
+/// A tracking problem makes no generalised plant.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum AugmentError {
+    /// A part does not fit the others.
+    #[error(transparent)]
+    Shape(#[from] ShapeError),
+    /// A number makes a weight improper, unstable or infinite.
+    #[error("{name} {index} is {found}; it must be {allowed}")]
+    Number {
+        /// What it is.
+        name: &'static str,
+        /// Of which output or input, from 1.
+        index: usize,
+        /// Its value.
+        found: f64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+}
+
 /// Synthesis did not give a controller. The three outcomes of a synthesis are a design, an infeasible problem
 /// and a numerical failure; the last two are kept apart here.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -109,13 +129,14 @@ pub enum SynthesisError {
         /// frequency in rad/s.
         dominant: Option<(usize, usize, f64)>,
     },
-    /// The controller's fastest mode is beyond the limit that was asked for.
+    /// The controller's fastest mode, on a grid of the parameters, is beyond the limit that was asked for. That is no proof that every
+    /// controller is too fast: only some of those that keep gamma were looked at.
     #[error(
-        "every controller found has a mode {ratio:.3} times as fast as the limit allows, also with the back-off raised; raise the limit or \
-         relax the weights"
+        "every controller found has a mode {ratio:.3} times as fast as the limit allows, also with the back-off raised, and whether \
+         there is a slower one is not known; raise the limit or relax the weights"
     )]
     TooFast {
-        /// The slowest such mode, relative to the limit.
+        /// The fastest mode of the last controller that was tried, relative to the limit.
         ratio: f64,
     },
     /// The solver stopped without an answer that holds.

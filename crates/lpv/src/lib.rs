@@ -20,6 +20,7 @@
 //! - [`ladder`]: what each assumption on the parameter costs, from frozen to arbitrarily fast;
 //! - [`model_error`]: a norm-bounded difference between the plant and what it stands for;
 //! - [`balance`]: coordinates in which the inequalities are well conditioned;
+//! - [`parameter_grid`]: points of the parameter box, for what is checked and not proved;
 //! - [`reduce`]: removing controller states that hardly matter;
 //! - [`regularity`]: controls without a weight, measurements without noise;
 //! - [`lmi`], [`solver`]: linear matrix inequalities as expressions, and the solver behind them;
@@ -89,6 +90,7 @@ mod lyapunov;
 pub mod matrix;
 pub mod model_error;
 pub mod modes;
+pub mod parameter_grid;
 pub mod plant;
 pub mod polynomial;
 mod quadratic;

@@ -23,6 +23,7 @@ use crate::matrix::{
     spectral_abscissa, symmetric_function, symmetric_part,
 };
 use crate::model_error::LoopError;
+use crate::parameter_grid::{coarse_grid, parameter_grid};
 use crate::plant::GeneralisedPlant;
 
 const STAGE: &str = "reconstruction";
@@ -33,11 +34,11 @@ const STAGE: &str = "reconstruction";
 /// Of the family of controllers that the closed form gives, the one with the slowest fastest mode is taken
 /// among those that keep the inequality: it is the easiest to sample.
 ///
-/// A `limit` on the fastest mode is in units of the plant's time.
+/// A `limit` on the fastest mode is in units of the plant's time. It is checked on the grid of [`parameter_grid`], no more.
 ///
 /// # Errors
-/// [`SynthesisError::TooFast`] when no controller of the family is slow enough; [`SynthesisError::Numerical`] when X - Y^-1 or the multiplier is singular, or no controller of the family
-/// satisfies the inequality.
+/// [`SynthesisError::TooFast`] when the controller taken is not slow enough; [`SynthesisError::Numerical`] when X - Y^-1 or
+/// the multiplier is singular, or no controller of the family satisfies the inequality.
 pub fn reconstruct(
     plant: &GeneralisedPlant,
     found: &Existence,
@@ -54,6 +55,7 @@ pub fn reconstruct(
             diagnosis: "the dual inequality does not survive the completion of the Lyapunov matrix".into(),
         });
     };
+    let thetas = coarse_grid(plant.blocks.len());
     for step in 0..24 {
         let Some(m) = affine.solution(least_weight * (1.0 + 10f64.powf(-2.0 + 0.25 * step as f64))) else {
             continue;
@@ -62,7 +64,7 @@ pub fn reconstruct(
             continue;
         }
         let k = Controller::from_matrix(&m, size.x, size.y, size.u, plant.blocks.clone());
-        let fastest = fastest_mode(&k);
+        let fastest = k.fastest_mode(&thetas);
         if spectral_abscissa(&plant.close(&k).a) < 0.0
             && best.as_ref().is_none_or(|(least, _)| fastest < *least)
         {
@@ -70,10 +72,11 @@ pub fn reconstruct(
         }
     }
     let shown = bound(found, &lyapunov, &multiplier);
-    if let (Some((fastest, _)), Some(limit)) = (&best, limit)
-        && *fastest > limit
-    {
-        return Err(SynthesisError::TooFast { ratio: fastest / limit });
+    if let (Some((_, k)), Some(limit)) = (&best, limit) {
+        let fastest = k.fastest_mode(&parameter_grid(k.blocks.len()));
+        if fastest > limit {
+            return Err(SynthesisError::TooFast { ratio: fastest / limit });
+        }
     }
     best.map(|(_, k)| (k, shown)).ok_or_else(|| SynthesisError::Numerical {
         stage: STAGE,
@@ -92,19 +95,6 @@ fn bound(found: &Existence, lyapunov: &Mat, multiplier: &Mat) -> GainBound {
         lambda: 0.0,
         largest_eigenvalue: f64::NAN,
     }
-}
-
-/// The fastest mode of the controller over a grid of the parameter box: its vertices and the points midway.
-fn fastest_mode(k: &Controller) -> f64 {
-    let parameters = k.blocks.len() as u32;
-    (0..3usize.pow(parameters.min(8)))
-        .map(|index| {
-            (0..parameters).map(|p| ((index / 3usize.pow(p.min(8))) % 3) as f64 - 1.0).collect::<Vec<f64>>()
-        })
-        .filter_map(|theta| k.frozen(&theta).ok())
-        .flat_map(|frozen| frozen.poles())
-        .map(|pole| pole.norm())
-        .fold(0.0, |most, v| if v.is_nan() { f64::INFINITY } else { most.max(v) })
 }
 
 /// `X_c = [X Z; Z Z]`, `Z = X - Y^-1`.

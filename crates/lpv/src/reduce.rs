@@ -11,6 +11,7 @@ use crate::controller::Controller;
 use crate::lyapunov::lyapunov;
 use crate::matrix::{Mat, Svd, block, solve, spectral_abscissa, svd};
 use crate::model_error::LoopError;
+use crate::parameter_grid::parameter_grid;
 use crate::plant::GeneralisedPlant;
 use crate::synthesis::Design;
 
@@ -19,7 +20,12 @@ const TOLERANCE: f64 = 0.02;
 
 /// The design with as many controller states removed as leave the certified bound within 2 %; the design itself when none
 /// can go, or when its controller is unstable at Theta = 0.
-pub fn reduce(plant: &GeneralisedPlant, design: &Design) -> Design {
+///
+/// With a `fastest_mode` (rad/s) only such controllers are taken as keep it on the grid of [`parameter_grid`]: with states at
+/// their steady values the others may become faster.
+pub fn reduce(plant: &GeneralisedPlant, design: &Design, fastest_mode: Option<f64>) -> Design {
+    let thetas = parameter_grid(plant.blocks.len());
+    let slow_enough = |k: &Controller| fastest_mode.is_none_or(|limit| k.fastest_mode(&thetas) <= limit);
     let Some((balanced, transform)) = balance(&design.controller) else { return design.clone() };
     let mut best = design.clone();
     for states in (0..design.controller.a.nrows()).rev() {
@@ -30,7 +36,9 @@ pub fn reduce(plant: &GeneralisedPlant, design: &Design) -> Design {
         if certified.gamma > design.certified.gamma * (1.0 + TOLERANCE) {
             break;
         }
-        best = Design { controller, certified, ..best };
+        if slow_enough(&controller) {
+            best = Design { controller, certified, ..best };
+        }
     }
     best
 }

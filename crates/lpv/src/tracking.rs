@@ -12,13 +12,16 @@
 //! Source: A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci. 40(2), 2011, section 3B and Fig. 2 (the paper prints
 //! 1/W_e); S. Skogestad, I. Postlethwaite, Multivariable Feedback Control, 2005, eq. 2.105.
 
-use crate::error::ShapeError;
+use crate::error::{AugmentError, ShapeError};
 use crate::lft::Lft;
 use crate::matrix::{Mat, block, diagonal_blocks};
 use crate::plant::GeneralisedPlant;
 use nalgebra::DVector;
 
 /// `W_e(s) = (s/M_s + w_b)/(s + w_b eps)`, a bound on the inverse of the sensitivity.
+///
+/// It is proper for every M_s that is not 0: 1/M_s is its gain at high frequency. No other weight can be asked for, and W_u is a
+/// constant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrackingWeight {
     /// M_s: the peak that the sensitivity may have.
@@ -57,11 +60,12 @@ impl TrackingProblem {
     /// of their scales.
     ///
     /// # Errors
-    /// The first part whose size does not fit.
-    pub fn augment(&self) -> Result<GeneralisedPlant, ShapeError> {
+    /// The first part whose size does not fit, or the first number that makes a weight improper, unstable or infinite.
+    pub fn augment(&self) -> Result<GeneralisedPlant, AugmentError> {
         let n = self.model.constant.nrows();
         let (m, p) = (self.input_scale.len(), self.outputs.nrows());
         self.check(n, m, p)?;
+        self.check_numbers()?;
         let diagonal = |v: &[f64]| Mat::from_diagonal(&DVector::from_row_slice(v));
         let scale_u = diagonal(&self.input_scale);
         let inverse_scale: Vec<f64> = self.output_scale.iter().map(|s| 1.0 / s).collect();
@@ -95,6 +99,28 @@ impl TrackingProblem {
         })
     }
 
+    fn check_numbers(&self) -> Result<(), AugmentError> {
+        let positive = |name, v: &f64| (name, *v, invertible(*v), "above 0 and finite");
+        let finite = |name, v: &f64| (name, *v, v.is_finite(), "finite");
+        let number = |index: usize, (name, found, good, allowed)| match good {
+            true => Ok(()),
+            false => Err(AugmentError::Number { name, index: index + 1, found, allowed }),
+        };
+        for (i, weight) in self.tracking.iter().enumerate() {
+            weight.checks().into_iter().try_for_each(|check| number(i, check))?;
+        }
+        for (i, scale) in self.output_scale.iter().enumerate() {
+            number(i, positive("the scale of output", scale))?;
+        }
+        for (i, scale) in self.input_scale.iter().enumerate() {
+            number(i, positive("the scale of input", scale))?;
+        }
+        for (i, weight) in self.control.iter().enumerate() {
+            number(i, finite("W_u of input", weight))?;
+        }
+        number(0, finite("the disturbance at input", &self.disturbance))
+    }
+
     fn check(&self, n: usize, m: usize, p: usize) -> Result<(), ShapeError> {
         let lists: [(&'static str, usize, usize); 4] = [
             ("output_scale", self.output_scale.len(), p),
@@ -118,7 +144,27 @@ impl TrackingProblem {
     }
 }
 
+/// Finite, above 0, and with a finite inverse.
+fn invertible(v: f64) -> bool {
+    v > 0.0 && v.is_finite() && v.recip().is_finite()
+}
+
 impl TrackingWeight {
+    /// Name, value, whether it is allowed, and what is.
+    fn checks(&self) -> [(&'static str, f64, bool, &'static str); 3] {
+        let within = (0.0..=self.peak).contains(&self.steady_error);
+        [
+            ("the peak of W_e", self.peak, invertible(self.peak), "above 0, or W_e is not proper"),
+            ("the steady error of W_e", self.steady_error, within, "from 0 to the peak, or W_e is no bound"),
+            (
+                "the bandwidth of W_e",
+                self.bandwidth,
+                invertible(self.bandwidth),
+                "above 0 and finite (rad/s)",
+            ),
+        ]
+    }
+
     /// `[pole, gain, direct]` of `x' = pole x + gain e, z = gain x + direct e`.
     fn realise(&self) -> [f64; 3] {
         let direct = 1.0 / self.peak;
@@ -132,6 +178,48 @@ mod tests {
     use super::*;
     use crate::state_space::StateSpace;
     use nalgebra::{Complex, dmatrix};
+
+    /// A model with one state, one input and no parameter.
+    fn problem() -> TrackingProblem {
+        let none = |rows, columns| Mat::zeros(rows, columns);
+        TrackingProblem {
+            model: Lft {
+                constant: dmatrix![-1.0, 1.0],
+                left: none(1, 0),
+                inner: none(0, 0),
+                right: none(0, 2),
+            },
+            blocks: vec![],
+            outputs: dmatrix![1.0],
+            output_scale: vec![1.0],
+            input_scale: vec![1.0],
+            tracking: vec![TrackingWeight { peak: 2.0, steady_error: 0.01, bandwidth: 0.46 }],
+            control: vec![0.5],
+            disturbance: 0.1,
+        }
+    }
+
+    #[test]
+    fn a_weight_that_is_not_proper_is_refused_by_name() {
+        assert!(problem().augment().is_ok());
+        let spoilt: [(fn(&mut TrackingProblem), &str); 6] = [
+            (
+                |p| p.tracking[0].peak = 0.0,
+                "the peak of W_e 1 is 0; it must be above 0, or W_e is not proper",
+            ),
+            (|p| p.tracking[0].steady_error = 3.0, "the steady error of W_e 1 is 3"),
+            (|p| p.tracking[0].bandwidth = f64::INFINITY, "the bandwidth of W_e 1 is inf"),
+            (|p| p.output_scale[0] = 0.0, "the scale of output 1 is 0"),
+            (|p| p.control[0] = f64::NAN, "W_u of input 1 is NaN"),
+            (|p| p.disturbance = f64::INFINITY, "the disturbance at input 1 is inf"),
+        ];
+        for (spoil, words) in spoilt {
+            let mut problem = problem();
+            spoil(&mut problem);
+            let message = problem.augment().unwrap_err().to_string();
+            assert!(message.starts_with(words), "{message}");
+        }
+    }
 
     #[test]
     fn weight_has_the_printed_form() {

@@ -1,6 +1,6 @@
 //! Checks the values of a design file, and says where a wrong one stands.
 
-use super::{DesignFileError, Output, RawManoeuvre, RawTrack, Tracked};
+use super::{BANDWIDTH, DesignFileError, Output, PEAK, Range, RawManoeuvre, RawTrack, SCALE, Tracked};
 use fmu_squid::{MANOEUVRE_FORMAT, Manoeuvre};
 use toml::Spanned;
 
@@ -28,6 +28,16 @@ impl Checker<'_> {
         } else {
             Err(self.out_of_range(key, value.span().start, found.to_string(), words))
         }
+    }
+
+    /// A number in a range.
+    pub(super) fn within(
+        &self,
+        key: &str,
+        value: &Spanned<f64>,
+        range: Range,
+    ) -> Result<f64, DesignFileError> {
+        self.number(key, value, |v| range.allows(v), range.words)
     }
 
     fn out_of_range(&self, key: &str, at: usize, found: String, allowed: &'static str) -> DesignFileError {
@@ -100,26 +110,16 @@ impl Checker<'_> {
             };
             out.push(Tracked {
                 output,
-                scale: factor * self.number("track.scale", &track.scale, |v| v > 0.0, "above 0")?,
+                scale: factor * self.within("track.scale", &track.scale, SCALE)?,
                 weight: lpv::tracking::TrackingWeight {
-                    peak: self.number(
-                        "track.peak",
-                        &track.peak,
-                        |v| v > 1.0 && v <= 100.0,
-                        "above 1, at most 100",
-                    )?,
+                    peak: self.within("track.peak", &track.peak, PEAK)?,
                     steady_error: self.number(
                         "track.steady_error",
                         &track.steady_error,
                         |v| v > 0.0 && v < 1.0,
                         "above 0 and below 1",
                     )?,
-                    bandwidth: self.number(
-                        "track.bandwidth",
-                        &track.bandwidth,
-                        |v| v > 0.0,
-                        "above 0 (rad/s)",
-                    )?,
+                    bandwidth: self.within("track.bandwidth", &track.bandwidth, BANDWIDTH)?,
                 },
             });
         }
