@@ -17,6 +17,7 @@ NEVER = {
     "lpv": {"auv", "scheduled", "fmi2", "model-description"},
     "scheduled": {"auv", "lpv", "fmi2", "model-description", "clarabel"},
     "fmi2": {"auv", "lpv", "scheduled", "clarabel"},
+    "certificate": {"auv", "lpv", "scheduled", "fmi2", "model-description", "clarabel", "faer"},
     "model-description": {"auv", "lpv", "scheduled", "fmi2"},
 }
 FORBIDDEN_NAMES = {"openblas-src", "netlib-src", "intel-mkl-src", "bindgen", "cmake"}

@@ -14,6 +14,13 @@ JUMP = np.deg2rad(1.0)
 """A reference that moves this far (rad) within a sample has stepped; ramps of the trim pitch are slower."""
 
 
+SETTLED = 0.02
+"""The band around the new reference, relative to the step, within which a response counts as settled.
+
+The same as of `squid simulate`, in `tools/src/metrics.rs`.
+"""
+
+
 @dataclass(frozen=True)
 class StepFigures:
     """What one step response amounts to; relative figures are relative to the step."""
@@ -25,7 +32,7 @@ class StepFigures:
     overshoot: float
     """Largest excursion beyond the new reference."""
     settling_time: float
-    """From the step until the error stays within 5 %, s; infinity if it does not before the next step."""
+    """From the step until the error stays within `SETTLED`, s; infinity if it does not before the next step."""
     steady_error: float
     """Size of the mean error over the last tenth of the response."""
 
@@ -40,7 +47,7 @@ def steps(time: Array, pitch: Array, reference: Array) -> list[StepFigures]:
 def _step(time: Array, pitch: Array, reference: Array, begin: int, end: int) -> StepFigures:
     height = float(reference[begin] - reference[begin - 1])
     error = (reference[begin:end] - pitch[begin:end]) / height
-    outside = np.flatnonzero(np.abs(error) > 0.05)
+    outside = np.flatnonzero(np.abs(error) > SETTLED)
     last = int(outside[-1]) if len(outside) else -1
     settled = last + 1 < len(error)
     tail = error[-max(len(error) // 10, 1) :]

@@ -145,7 +145,7 @@ def describe(step: figures.StepFigures) -> str:
     """Say what one step response amounts to."""
     return (
         f"{np.rad2deg(step.height):+.1f} deg: overshoot {100 * step.overshoot:.1f} %, "
-        f"within 5 % after {step.settling_time:.1f} s"
+        f"within {100 * figures.SETTLED:.0f} % after {step.settling_time:.1f} s"
     )
 
 

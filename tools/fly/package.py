@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from pathlib import Path
 
 from fly import build, stamp
 from fly.stages import BUILD, StageError, run
 
-PLANT = "_plant.fmu"
+FIGURES = "design.json"
 
 
 @dataclass(frozen=True)
@@ -17,19 +18,26 @@ class Packages:
 
     folder: Path
     vehicle: str
+    """What the names of all three begin with."""
 
     @classmethod
     def found_in(cls, folder: Path) -> Packages:
-        """Look for the FMUs of the one vehicle in a folder."""
-        plants = sorted(folder.glob(f"*{PLANT}"))
-        if len(plants) != 1:
-            raise StageError(f"{folder} holds {len(plants)} plants (*{PLANT}), and must hold one.")
-        return cls(folder, plants[0].name.removesuffix(PLANT))
+        """Ask the design in a folder what its FMUs are called."""
+        path = folder / FIGURES
+        try:
+            figures = json.loads(path.read_text(encoding="utf-8"))
+            return cls(folder, str(figures["fmu_identifier"]))
+        except OSError:
+            raise StageError(f"{folder} holds no {FIGURES}; run `squid design` first.") from None
+        except (ValueError, TypeError, KeyError):
+            raise StageError(
+                f"{path} names no 'fmu_identifier'; run `squid design` again to write it anew."
+            ) from None
 
     @property
     def plant(self) -> Path:
         """The vehicle."""
-        return self.folder / f"{self.vehicle}{PLANT}"
+        return self.folder / f"{self.vehicle}_plant.fmu"
 
     @property
     def controller(self) -> Path:
@@ -49,7 +57,7 @@ class Packages:
     @property
     def figures(self) -> Path:
         """What the design achieved."""
-        return self.folder / "design.json"
+        return self.folder / FIGURES
 
 
 def folder_of(vehicle: Path, design: str) -> Path:
@@ -73,7 +81,7 @@ def design_and_package(vehicle: Path, design: str, folder: Path) -> Packages:
     sources = sources_of(vehicle, design)
     made_from = [build.squid(), *build.binaries(), *sources]
     mark = folder / "stamp"
-    if mark.is_file():
+    if mark.is_file() and (folder / FIGURES).is_file():
         packages = Packages.found_in(folder)
         made = [*packages.fmus, packages.figures]
         if all(path.is_file() for path in made) and stamp.is_fresh(

@@ -2,6 +2,10 @@
 
 use crate::flight::Row;
 
+/// The band around the new reference, relative to the step, within which a response counts as settled. The same as of the main
+/// job, in `tools/fly/figures.py`.
+pub const SETTLED: f64 = 0.02;
+
 /// What a pitch step response amounts to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepFigures {
@@ -9,7 +13,7 @@ pub struct StepFigures {
     pub overshoot: f64,
     /// From 10 % to 90 % of the step, s.
     pub rise_time: f64,
-    /// From the step until the pitch stays within 2 % of the step, s; infinity if it does not.
+    /// From the step until the pitch stays within [`SETTLED`], s; infinity if it does not.
     pub settling_time: f64,
     /// Mean error over the last tenth of the record, relative to the step.
     pub steady_error: f64,
@@ -32,7 +36,7 @@ impl StepFigures {
         let after: Vec<&Row> = rows.iter().filter(|r| r.time >= step_time).collect();
         let done = |r: &Row| 1.0 - (r.pitch_reference - r.pitch) / height;
         let first = |level: f64| after.iter().find(|r| done(r) >= level).map_or(f64::INFINITY, |r| r.time);
-        let last_outside = after.iter().rposition(|r| (done(r) - 1.0).abs() > 0.02);
+        let last_outside = after.iter().rposition(|r| (done(r) - 1.0).abs() > SETTLED);
         let settling_time = match last_outside {
             Some(i) if i + 1 < after.len() => after[i + 1].time - step_time,
             Some(_) => f64::INFINITY,
@@ -57,7 +61,36 @@ impl StepFigures {
 
 #[cfg(test)]
 mod tests {
-    use super::used_fraction;
+    use super::*;
+
+    /// A second-order system with damping 0.5 overshoots by exp(-pi/sqrt(3)) = 16.3 %, leaves 2 % last at 8.08 s and rises in 1.64 s.
+    /// The test in `tests/python/test_run.py` is of the same response.
+    #[test]
+    fn figures_of_a_known_response() {
+        let damped = 0.75f64.sqrt();
+        let wave = |t: f64| (-0.5 * t).exp() * ((damped * t).cos() + 0.5 / damped * (damped * t).sin());
+        let row = |i: u32| {
+            let time = 0.01 * f64::from(i);
+            let reference = if time >= 5.0 { 0.2 } else { 0.0 };
+            Row {
+                time,
+                pitch: 0.2 * (1.0 - if time >= 5.0 { wave(time - 5.0) } else { 1.0 }),
+                pitch_reference: reference,
+                speed: 1.0,
+                speed_reference: 1.0,
+                depth: 0.0,
+                rho: 0.0,
+                out_of_range: false,
+                commands: vec![],
+            }
+        };
+        let rows: Vec<Row> = (0..4000).map(row).collect();
+        let found = StepFigures::of(&rows, 5.0, 0.2, &[]);
+        assert!((found.overshoot - (-std::f64::consts::PI / 3f64.sqrt()).exp()).abs() < 1e-4);
+        assert!((found.settling_time - 8.08).abs() < 0.01, "{}", found.settling_time);
+        assert!((found.rise_time - 1.64).abs() < 0.02, "{}", found.rise_time);
+        assert!(found.steady_error < 1e-5);
+    }
 
     #[test]
     fn use_is_one_at_a_limit_and_zero_at_rest() {

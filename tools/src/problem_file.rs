@@ -6,7 +6,7 @@
 //! {"kind": "hinfsyn", "data": {"A": .., "B1": .., "B2": .., "C1": .., "C2": .., "D11": .., "D12": .., "D21": ..}}
 //! ```
 //!
-//! Matrices are lists of rows; the partition is that of `lpv::plant`. Weights are part of the plant, so a weight that is not proper
+//! A certificate is a problem file, too: its plant is taken. Matrices are lists of rows; the partition is that of `lpv::plant`. Weights are part of the plant, so a weight that is not proper
 //! cannot be written down: it has no state-space form with finite matrices. What would stand for one is refused by name: `E` of a
 //! descriptor system `E x' = A x + ..` unless it is the identity, and numbers that are not finite. So is `D22` unless it is 0, for
 //! the synthesis would be of another plant. Other keys are passed over.
@@ -27,9 +27,9 @@ pub fn plant(path: &Path) -> Result<GeneralisedPlant, Error> {
     let text = read(path)?;
     let value: Value = serde_json::from_str(&text).map_err(|e| reader.wrong("", not_json(&e)))?;
     let data = reader.object(value.get("data").unwrap_or(&value), "data")?;
-    let scheduled = data.contains_key("P");
-    let matrices = if scheduled { reader.object(&data["P"], "P")? } else { data };
-    let blocks = if scheduled { reader.blocks(data)? } else { vec![] };
+    let nested = ["P", "plant"].into_iter().find(|key| data.contains_key(*key));
+    let matrices = nested.map_or(Ok(data), |key| reader.object(&data[key], key))?;
+    let blocks = if nested.is_some() { reader.blocks(data)? } else { vec![] };
     let r = blocks.iter().sum();
     let a = reader.matrix(matrices, "A", None)?;
     let n = a.nrows();

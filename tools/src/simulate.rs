@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::flight::{Row, fly, fly_open_loop};
 use crate::inputs::Inputs;
-use crate::metrics::StepFigures;
+use crate::metrics::{SETTLED, StepFigures};
 use crate::output::write;
 use crate::plot::{Line, Panel, draw};
 use crate::store::Stored;
@@ -28,7 +28,10 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<String,
     let title = format!("{}, {}.toml: the default manoeuvre", heading(inputs), inputs.design.name);
     draw(&directory.join("flight.svg"), &title, &flight_panels(inputs, &flight))?;
     let mut out = String::from("Pitch step at constant speed, nonlinear vehicle and sampled autopilot\n");
-    out += "  speed m/s   overshoot %   10-90 % s   settled (2 %) s   steady error %   speed off m/s   actuator use %\n";
+    out += &format!(
+        "  speed m/s   overshoot %   10-90 % s   settled ({:.0} %) s   steady error %   speed off m/s   actuator use %\n",
+        100.0 * SETTLED
+    );
     let mut responses = Vec::new();
     for speed in step_speeds(inputs) {
         let step = Manoeuvre {

@@ -66,6 +66,8 @@ struct Figures<'a> {
     vehicle: &'a str,
     status: &'a str,
     design: &'a str,
+    /// What the names of the FMUs begin with: IDENTIFIER.fmu, IDENTIFIER_plant.fmu, IDENTIFIER_controller.fmu.
+    fmu_identifier: String,
     gamma_optimum: f64,
     gamma_design: f64,
     gamma_bound: f64,
@@ -157,6 +159,7 @@ fn figures<'a>(inputs: &'a Inputs, f: &'a Finished) -> Figures<'a> {
         vehicle: &inputs.vehicle.name,
         status: inputs.vehicle.status.word(),
         design: &inputs.design.name,
+        fmu_identifier: fmi2::model_description::identifier(&inputs.vehicle.name),
         gamma_optimum: f.design.gamma_optimum,
         gamma_design: f.design.gamma_design,
         gamma_bound: f.design.certified.gamma,

@@ -1,0 +1,61 @@
+//! Designs a controller for a generalised plant, and writes the certificate of the loop.
+//!
+//! ```text
+//! cargo run --release -p squid --example certify -- PROBLEM.json CERTIFICATE.json [BALL]
+//! ```
+//!
+//! PROBLEM.json is what `squid lpv synth` reads. With BALL the certificate also covers errors of `[A B2]` up to that size in the
+//! largest singular value, at a gamma found by trial.
+
+use certificate::{Certificate, Residual};
+use lpv::matrix::{Mat, to_rows};
+use lpv::synthesis::{Options, synthesise};
+use squid::certify::nominal;
+use std::error::Error;
+use std::path::Path;
+use std::time::Instant;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [problem, output, rest @ ..] = arguments.as_slice() else {
+        return Err("usage: certify PROBLEM.json CERTIFICATE.json [BALL]".into());
+    };
+    let plant = squid::problem_file::plant(Path::new(problem))?;
+    let design = synthesise(&plant, Options::default())?;
+    let mut certificate = nominal(&plant, &design.controller, &design.certified);
+    if let Some(ball) = rest.first() {
+        certificate = with_ball(certificate, ball.parse()?).ok_or("no gamma covers that ball")?;
+    }
+    let start = Instant::now();
+    println!("{}", certificate.prove().map_err(|failure| failure.to_string())?);
+    println!("proved in {:.1} ms", 1e3 * start.elapsed().as_secs_f64());
+    std::fs::write(output, certificate.to_json()? + "\n")?;
+    Ok(())
+}
+
+/// Adds the claim for `||[dA dB2]|| <= ball`, with X, S and T of the nominal claim and the first lambda and gamma of
+/// a table that prove it.
+fn with_ball(certificate: Certificate, ball: f64) -> Option<Certificate> {
+    let (n, u) = (certificate.plant.a.len(), certificate.plant.d12.first().map_or(0, Vec::len));
+    let eye = |rows: usize, cols: usize, below: usize| {
+        to_rows(&Mat::from_fn(rows, cols, |i, j| if i == j + below { 1.0 } else { 0.0 }))
+    };
+    let trials = [1.05, 1.2, 2.0];
+    let lambdas = (-12..=12).map(|k| 10f64.powi(k));
+    let table = trials.into_iter().flat_map(|up| lambdas.clone().map(move |lambda| (up, lambda)));
+    table
+        .map(|(up, lambda)| {
+            let residual = Residual {
+                e: to_rows(&(Mat::identity(n, n) * ball)),
+                f: eye(n + u, n, 0),
+                fu: eye(n + u, u, n),
+                lambda,
+                gamma: certificate.gamma * up,
+                x: certificate.x.clone(),
+                s: certificate.s.clone(),
+                t: certificate.t.clone(),
+            };
+            Certificate { residual: Some(residual), ..certificate.clone() }
+        })
+        .find(|trial| trial.prove().is_ok())
+}
