@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import filecmp
 import re
+import shutil
 import subprocess
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -97,6 +99,26 @@ def test_misspelt_key(
         ("design.toml", "back_off = 0.1", "back_off = -0.1", "back_off"),
         ("design.toml", "speeds = 26", "speeds = 2", "speeds"),
         ("design.toml", "speed_max = 3.0", "speed_max = 0.4", "speed_max"),
+        (
+            "design.toml",
+            "peak = 2.0  ",
+            "peak = 0.0  ",
+            "'track.peak' is 0; it must be above 1, at most 100; 1/peak",
+        ),
+        (
+            "design.toml",
+            "bandwidth = 0.46  ",
+            "bandwidth = inf  ",
+            "'track.bandwidth' is inf; it must be from 1e-6 to 1e6",
+        ),
+        ("design.toml", "steady_error = 0.01  ", "steady_error = 1.0  ", "track.steady_error"),
+        ("design.toml", "scale = 10.0", "scale = 0.0", "'track.scale' is 0; it must be from 1e-6 to 1e6"),
+        (
+            "design.toml",
+            "weight = 0.5",
+            "weight = 0.0",
+            "'control.weight' is 0; it must be from 1e-6 to 1e6; without a weight",
+        ),
         ("design.toml", 'output = "pitch"', 'output = "roll"', "roll"),
         ("design.toml", "sample_time = 0.02", "sample_time = nan", "sample_time"),
         ("design.toml", "[model]", "[model", "design.toml"),
@@ -126,6 +148,28 @@ def test_range_of_speeds_that_the_vehicle_cannot_fly(
     spoil(copied_vehicle / "design.toml", "speed_max = 3.0", "speed_max = 30.0")
     message = refused(run_squid, copied_vehicle, tmp_path / "out")
     assert "m/s" in message
+
+
+def test_weight_by_a_polynomial_is_refused(run_squid: Run, copied_vehicle: Path, tmp_path: Path) -> None:
+    """Weights have no numerator and denominator, so that none can be improper."""
+    spoil(copied_vehicle / "design.toml", "peak = 2.0  ", "numerator = [1.0, 0.0]  ")
+    message = refused(run_squid, copied_vehicle, tmp_path / "out")
+    assert "design.toml" in message and "unknown field `numerator`" in message and "bandwidth" in message
+
+
+@pytest.mark.parametrize("bandwidth", ["0", "inf", "-1", "nan"])
+def test_bandwidth_on_the_command_line(run_squid: Run, tmp_path: Path, bandwidth: str) -> None:
+    done = run_squid("design", SQUID, "--out", tmp_path / "out", f"--bandwidth={bandwidth}")
+    assert done.returncode == 1 and "from 1e-6 to 1e6" in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_vehicle_called_plant(run_squid: Run, copied_vehicle: Path, tmp_path: Path) -> None:
+    """A name that ends as those of FMUs do: the three are found by the name in design.json."""
+    spoil(copied_vehicle / "vehicle.toml", 'name = "squid"', 'name = "hydro_plant"')
+    packages = package(run_squid, copied_vehicle, tmp_path / "out")
+    assert packages.vehicle == "hydro_plant"
+    assert {path.name for path in (tmp_path / "out").glob("*.fmu")} == {path.name for path in packages.fmus}
 
 
 def test_package_before_design(run_squid: Run, tmp_path: Path) -> None:
@@ -173,10 +217,39 @@ def test_design_prints_each_stage(run_squid: Run, tmp_path: Path) -> None:
     assert "SURROGATE" in done.stdout
 
 
-def test_sample_time_that_is_too_long(run_squid: Run, copied_vehicle: Path, tmp_path: Path) -> None:
-    """A controller whose sampled loop is unstable is refused, with the speed and what to change."""
-    spoil(copied_vehicle / "design.toml", "sample_time = 0.02", "sample_time = 1.0")
-    message = refused(run_squid, copied_vehicle, tmp_path / "out")
+@pytest.mark.parametrize("vehicle", ["squid", "remus100"])
+def test_ladder_of_gammas(run_squid: Run, tmp_path: Path, vehicle: str) -> None:
+    """Each further freedom of the speed costs: the gammas rise down both lists, up to the 0.2 % of their accuracy."""
+    done = run_squid("design", ROOT / "vehicles" / vehicle, "--out", tmp_path / "out", "--ladder")
+    assert done.returncode == 0, done.stderr
+    assert "CONTRADICTION" not in done.stdout and "unknown" not in done.stdout
+    ladder = done.stdout.split("The best controller", 1)[1]
+    best, finished = (part.splitlines()[1:] for part in ladder.split("The controller of this design", 1))
+    alone, scheduled = [gammas(lines) for lines in (best[:6], best[6:])]
+    loop = gammas(finished)
+    assert (len(alone), len(scheduled), len(loop)) == (6, 2, 7)
+    for lower, upper in pairwise([max(alone), *scheduled]):
+        assert lower <= 1.002 * upper
+    for lower, upper in pairwise(loop):
+        assert lower <= 1.002 * upper
+    proved = re.search(r"PROVED .* gain below ([\d.]+)", done.stdout)
+    assert proved and float(proved[1]) == pytest.approx(loop[-1], abs=1e-4)
+
+
+def gammas(lines: list[str]) -> list[float]:
+    """Return the gammas of a part of the ladder: numbers of four decimals, one a line."""
+    return [float(found[1]) for line in lines if (found := re.search(r" (\d+\.\d{4})(?!\d)", line))]
+
+
+def test_sample_time_that_is_too_long(run_squid: Run, tmp_path: Path) -> None:
+    """A controller whose sampled loop is unstable is refused, with the speed and what to change.
+
+    REMUS 100 is unstable without control, with a time constant below 3 s; a tick each second is too slow for it.
+    """
+    vehicle = tmp_path / "vehicle"
+    shutil.copytree(ROOT / "vehicles" / "remus100", vehicle)
+    spoil(vehicle / "design.toml", "sample_time = 0.02", "sample_time = 1.0")
+    message = refused(run_squid, vehicle, tmp_path / "out")
     assert "sampled at 1 s" in message and "autopilot.sample_time" in message
 
 

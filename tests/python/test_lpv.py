@@ -6,6 +6,7 @@ import copy
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 from conftest import Run
 from fly.stages import ROOT
@@ -98,6 +99,88 @@ def test_gamma_above_the_limit(run_squid: Run, tmp_path: Path, case: dict) -> No
     assert (code, report["status"]) == (2, "infeasible")
     assert "above the limit 1.5000" in report["reason"] and "path from w" in report["reason"]
     assert report["gamma"] == pytest.approx(2.0354532, rel=1e-5)
+
+
+def test_controllers_that_are_too_fast(run_squid: Run, tmp_path: Path, case: dict) -> None:
+    """A limit that no controller found keeps is neither a proof that there is none, nor a numerical failure."""
+    code, report, _ = synth(run_squid, tmp_path / "p.json", case, "--fastest-mode", "0.001")
+    assert (code, report["status"]) == (4, "too_fast")
+    assert "times as fast as the limit allows" in report["reason"]
+    assert report["gamma"] == pytest.approx(2.0354532, rel=1e-5) and report["certified_gamma"] is None
+    assert report["remarks"] == []
+
+
+def test_limit_on_the_fastest_mode_holds_after_reduction(run_squid: Run, tmp_path: Path) -> None:
+    """With states removed a controller is slow enough that was too fast before; the one written keeps the limit."""
+    problem = ROOT / "tests" / "cases" / "compleib" / "compleib_AC15.json"
+    limit = ["--fastest-mode", "10", "--out", str(tmp_path)]
+    code, report, _ = synth(run_squid, tmp_path / "p.json", problem.read_text(encoding="utf-8"), *limit)
+    assert (code, report["status"]) == (4, "too_fast")
+    assert not (tmp_path / "controller.json").exists()
+    code, report, _ = synth(
+        run_squid, tmp_path / "p.json", problem.read_text(encoding="utf-8"), *limit, "--reduce"
+    )
+    assert (code, report["status"]) == (0, "feasible")
+    a = np.array(json.loads((tmp_path / "controller.json").read_text(encoding="utf-8"))["A"])
+    assert report["controller_states"] == len(a) < 4
+    assert np.max(np.abs(np.linalg.eigvals(a))) <= 10.0
+
+
+def zeros(rows: list[list[float]]) -> list[list[float]]:
+    """Return a matrix of the same shape without anything in it."""
+    return [[0.0] * len(row) for row in rows]
+
+
+def test_remarks_on_what_has_no_price(run_squid: Run, tmp_path: Path, case: dict) -> None:
+    """A control without weight and a measurement without noise are told, whatever the outcome."""
+    p = case["data"]["P"]
+    p["D12"], p["D21"] = zeros(p["D12"]), zeros(p["D21"])
+    code, report, _ = synth(run_squid, tmp_path / "p.json", case)
+    assert (code, report["status"]) == (0, "feasible")
+    weight, noise = report["remarks"]
+    assert "give u1 a weight (column 1 of D12)" in weight
+    assert "add noise to y1 (row 1 of D21)" in noise
+
+
+def test_remarks_stand_beside_a_failure(run_squid: Run, tmp_path: Path, case: dict) -> None:
+    """People read them where there is no controller without a proof that there is none."""
+    p = case["data"]["P"]
+    p["D12"] = zeros(p["D12"])
+    path = tmp_path / "p.json"
+    path.write_text(json.dumps(case), encoding="utf-8")
+    done = run_squid("lpv", "synth", path, "--fastest-mode", "0.001")
+    assert done.returncode == 4
+    assert "remark: no performance output weighs u1" in done.stdout
+    done = run_squid("lpv", "synth", path)
+    assert done.returncode == 0 and "remark" not in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (
+            lambda c: c["data"]["P"].update(E=[[1, 0, 0], [0, 1, 0], [0, 0, 0]]),
+            "'E' is 0 in row 3, column 3; it must be the identity",
+        ),
+        (lambda c: c["data"]["P"].update(D22=[[0.5]]), "'D22' is 0.5 in row 1, column 1; it must be 0"),
+        (lambda c: c["data"]["P"]["D12"][1].__setitem__(0, None), "'D12' is null in row 2, column 1"),
+        (lambda c: c["data"]["P"]["D12"][1].__setitem__(0, float("inf")), "not proper"),
+        (lambda c: c["data"]["P"]["C1"][0].__setitem__(0, 10**400), "numbers must be finite"),
+    ],
+)
+def test_weight_that_is_not_proper(run_squid: Run, tmp_path: Path, case: dict, spoil, words: str) -> None:
+    """What stands for an improper weight in a state-space file is refused with one sentence that says so."""
+    spoil(case)
+    code, report, error = synth(run_squid, tmp_path / "p.json", case)
+    assert code == 1 and report == {}
+    assert words in error and len(error.strip().splitlines()) == 1
+
+
+def test_plant_of_a_descriptor_with_the_identity(run_squid: Run, tmp_path: Path, case: dict) -> None:
+    """E = I and D22 = 0 say nothing, and change nothing."""
+    case["data"]["P"].update(E=[[1, 0, 0], [0, 1, 0], [0, 0, 1]], D22=[[0.0]])
+    code, report, _ = synth(run_squid, tmp_path / "p.json", case)
+    assert code == 0 and report["gamma"] == pytest.approx(2.0354532, rel=1e-5)
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ use crate::output::write_json;
 use crate::{output, problem_file};
 use certificate::{Certificate, Theorem};
 use lpv::error::SynthesisError;
+use lpv::parameter_grid::parameter_grid;
 use lpv::plant::GeneralisedPlant;
 use lpv::regularity::findings;
 use lpv::synthesis::{Design, Options, Scalings, least_gamma, synthesise};
@@ -74,8 +75,8 @@ pub fn run(path: &Path, options: Options, reduce: bool) -> Result<Report, Error>
         theorem: None,
         certificate: None,
     };
-    match synthesise(&plant, options) {
-        Ok(design) => feasible(&plant, design, reduce.then_some(options), &mut report),
+    match design(&plant, options, reduce) {
+        Ok(design) => feasible(&plant, &design, &mut report),
         Err(error) => without_controller(&plant, options, &error, &mut report),
     }
     report.gamma_symmetric = match (plant.blocks.is_empty(), report.gamma) {
@@ -91,12 +92,24 @@ pub fn run(path: &Path, options: Options, reduce: bool) -> Result<Report, Error>
     Ok(report)
 }
 
-/// Proves a design; `reduce` holds the options if states are to be removed first.
-fn feasible(plant: &GeneralisedPlant, mut design: Design, reduce: Option<Options>, report: &mut Report) {
-    report.gamma = Some(design.gamma_optimum);
-    if let Some(options) = reduce {
-        design = lpv::reduce::reduce(plant, &design, options.fastest_mode);
+/// Synthesises, and removes states if that is asked for. What is too fast with all its states may be slow enough with fewer.
+fn design(plant: &GeneralisedPlant, options: Options, reduce: bool) -> Result<Design, SynthesisError> {
+    let found = synthesise(plant, options);
+    if !reduce {
+        return found;
     }
+    let fewer = |design: &Design| lpv::reduce::reduce(plant, design, options.fastest_mode);
+    let (Err(SynthesisError::TooFast { .. }), Some(limit)) = (&found, options.fastest_mode) else {
+        return found.map(|design| fewer(&design));
+    };
+    let reduced = fewer(&synthesise(plant, Options { fastest_mode: None, ..options })?);
+    let fastest = reduced.controller.fastest_mode(&parameter_grid(plant.blocks.len()));
+    if fastest <= limit { Ok(reduced) } else { found }
+}
+
+/// Proves a design.
+fn feasible(plant: &GeneralisedPlant, design: &Design, report: &mut Report) {
+    report.gamma = Some(design.gamma_optimum);
     report.controller_states = Some(design.controller.a.nrows());
     let certificate = nominal(plant, &design.controller, &design.certified);
     match certificate.prove() {

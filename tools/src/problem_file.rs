@@ -6,10 +6,12 @@
 //! {"kind": "hinfsyn", "data": {"A": .., "B1": .., "B2": .., "C1": .., "C2": .., "D11": .., "D12": .., "D21": ..}}
 //! ```
 //!
-//! A certificate is a problem file, too: its plant is taken. Matrices are lists of rows; the partition is that of `lpv::plant`. Weights are part of the plant, so a weight that is not proper
-//! cannot be written down: it has no state-space form with finite matrices. What would stand for one is refused by name: `E` of a
-//! descriptor system `E x' = A x + ..` unless it is the identity, and numbers that are not finite. So is `D22` unless it is 0, for
-//! the synthesis would be of another plant. Other keys are passed over.
+//! A certificate is a problem file, too: its plant is taken. Matrices are lists of rows; the partition is that of `lpv::plant`.
+//!
+//! Weights are part of the plant, so a weight that is not proper cannot be written down: it has no state-space form with finite
+//! matrices. What would stand for one is refused by name: `E` of a descriptor system `E x' = A x + ..` unless it is the identity, and
+//! numbers that are not finite. So is `D22` unless it is 0, for the synthesis would be of another plant. Other keys are passed
+//! over.
 
 use crate::error::Error;
 use crate::output::read;
@@ -25,7 +27,7 @@ use std::path::Path;
 pub fn plant(path: &Path) -> Result<GeneralisedPlant, Error> {
     let reader = Reader { file: path.display().to_string() };
     let text = read(path)?;
-    let value: Value = serde_json::from_str(&text).map_err(|e| reader.wrong("", not_json(&e)))?;
+    let value: Value = serde_json::from_str(&text).map_err(|e| reader.wrong("", not_json(&e, &text)))?;
     let data = reader.object(value.get("data").unwrap_or(&value), "data")?;
     let nested = ["P", "plant"].into_iter().find(|key| data.contains_key(*key));
     let matrices = nested.map_or(Ok(data), |key| reader.object(&data[key], key))?;
@@ -69,11 +71,16 @@ pub fn plant(path: &Path) -> Result<GeneralisedPlant, Error> {
     Ok(plant)
 }
 
-/// JSON has no infinity, but programs write it: Python as `Infinity`, others as 1e999.
-fn not_json(error: &serde_json::Error) -> String {
-    format!(
-        "is not JSON: {error}; all numbers must be finite (a weight that is infinite at high frequency is not proper)"
-    )
+/// JSON has no infinity, but programs write one: Python as `Infinity`, others as 1e999.
+fn not_json(error: &serde_json::Error, text: &str) -> String {
+    let infinite = ["Infinity", "NaN", "nan", "inf"].iter().any(|word| text.contains(word))
+        || error.to_string().starts_with("number out of range");
+    let advice = if infinite {
+        "; its numbers must be finite (a weight that is infinite at high frequency is not proper)"
+    } else {
+        ""
+    };
+    format!("is not JSON: {error}{advice}")
 }
 
 const IMPROPER: &str = "the identity, or left out: with a singular E the plant, or a weight in it, is not proper (its gain grows without \

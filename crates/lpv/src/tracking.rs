@@ -188,6 +188,7 @@ mod tests {
                 left: none(1, 0),
                 inner: none(0, 0),
                 right: none(0, 2),
+                channels: vec![],
             },
             blocks: vec![],
             outputs: dmatrix![1.0],
@@ -202,7 +203,8 @@ mod tests {
     #[test]
     fn a_weight_that_is_not_proper_is_refused_by_name() {
         assert!(problem().augment().is_ok());
-        let spoilt: [(fn(&mut TrackingProblem), &str); 6] = [
+        type Spoil = fn(&mut TrackingProblem);
+        let spoilt: [(Spoil, &str); 6] = [
             (
                 |p| p.tracking[0].peak = 0.0,
                 "the peak of W_e 1 is 0; it must be above 0, or W_e is not proper",
