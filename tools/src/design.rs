@@ -225,3 +225,35 @@ fn check_line(c: &Checks, bound: f64) -> String {
         c.speeds, c.gain_fit, c.gain_truth, c.fastest_controller_mode
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    /// The plant of Squid with its weight on the control taken out: a failure without proof comes with remarks, a proof without.
+    #[test]
+    fn a_failure_that_proves_nothing_comes_with_remarks() {
+        let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../vehicles/squid"));
+        let inputs = Inputs::read(vehicle, "design", None).unwrap();
+        let mut plant = augment(&inputs, Model::new(&inputs).unwrap().lft).unwrap();
+        let failed = || SynthesisError::Numerical { stage: "test", diagnosis: "made up".into() };
+        let words = |plant: &GeneralisedPlant, reason| no_controller(&inputs, plant, reason).to_string();
+        assert_eq!(words(&plant, failed()), failed().to_string());
+
+        plant.d12.fill(0.0);
+        plant.dt2.fill(0.0);
+        let found = words(&plant, failed());
+        assert!(found.starts_with(&failed().to_string()), "{found}");
+        for part in [
+            "\n  remark: no performance output weighs u1",
+            "weighs u2",
+            "'control.weight' of design.toml, 0.5",
+        ] {
+            assert!(found.contains(part), "{part}: {found}");
+        }
+        assert!(words(&plant, SynthesisError::TooFast { ratio: 2.0 }).contains("remark"));
+        let proved = SynthesisError::NotQuadraticallyStabilisable;
+        assert_eq!(words(&plant, proved.clone()), proved.to_string());
+    }
+}
