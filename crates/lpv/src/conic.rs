@@ -81,8 +81,12 @@ impl ConicProgram {
         let found = &solver.solution;
         let finite = found.x.iter().all(|v| v.is_finite());
         match found.status {
-            SolverStatus::PrimalInfeasible if self.refutes(&found.z) => Ok(Verdict::Infeasible),
-            SolverStatus::PrimalInfeasible => {
+            SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible
+                if self.refutes(&found.z) =>
+            {
+                Ok(Verdict::Infeasible)
+            }
+            SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => {
                 Err(numerical(stage, "the solver's certificate of infeasibility does not hold".into()))
             }
             SolverStatus::Solved if finite => Ok(Verdict::Solved(found.x.clone())),
@@ -119,7 +123,7 @@ impl ConicProgram {
 }
 
 /// A certificate of infeasibility counts when every point that it does not refute has an unknown larger than this, in coordinates in which the plant is balanced.
-const SENSIBLE: f64 = 1e6;
+const SENSIBLE: f64 = 1e4;
 
 /// One way of running the solver.
 pub(crate) struct Way {

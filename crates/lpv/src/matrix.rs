@@ -151,57 +151,80 @@ pub fn solve(a: &Mat, b: &Mat) -> Option<Mat> {
     if a.is_empty() { Some(b.clone()) } else { a.clone().lu().solve(b) }
 }
 
-/// The Cholesky factor of a symmetric positive definite matrix, for systems of equations.
-pub(crate) struct Cholesky {
-    /// The lower triangle is read.
-    matrix: faer::Mat<f64>,
+/// A symmetric positive definite matrix of a system of equations, however badly conditioned.
+pub(crate) struct Definite {
+    /// `D A D` with a unit diagonal, raised.
+    matrix: Mat,
+    /// The diagonal of D.
+    scale: Vec<f64>,
     factor: faer::linalg::solvers::Llt<f64>,
 }
 
-impl Cholesky {
+impl Definite {
     /// Factorises the matrix whose lower triangle is given, its diagonal raised by as little as it takes; `None` when
     /// 1e-8 of itself is not enough.
-    pub(crate) fn regularised(lower: Mat) -> Option<Self> {
+    pub(crate) fn new(lower: Mat) -> Option<Self> {
         let n = lower.nrows();
-        if lower.iter().any(|v| !v.is_finite()) {
+        if lower.iter().any(|v| !v.is_finite()) || lower.diagonal().iter().any(|d| *d <= 0.0) {
             return None;
         }
-        let matrix = to_faer(&lower);
-        for raise in [0.0, 1e-15, 1e-13, 1e-11, 1e-8] {
-            let mut raised = matrix.clone();
-            for i in 0..n {
-                raised[(i, i)] += raise * matrix[(i, i)];
+        let scale: Vec<f64> = lower.diagonal().iter().map(|d| 1.0 / d.sqrt()).collect();
+        let mut matrix = lower;
+        for j in 0..n {
+            for i in j..n {
+                matrix[(i, j)] *= scale[i] * scale[j];
+                matrix[(j, i)] = matrix[(i, j)];
             }
-            if let Ok(factor) = raised.llt(faer::Side::Lower) {
-                return Some(Self { matrix, factor });
+        }
+        for raise in [0.0, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8] {
+            matrix.fill_diagonal(1.0 + raise);
+            if let Ok(factor) = to_faer(&matrix).llt(faer::Side::Lower) {
+                return Some(Self { matrix, scale, factor });
             }
         }
         None
     }
 
-    /// The solution of `A x = b`, refined with the matrix as it was given.
+    /// The solution of `A x = b`, by conjugate gradients with the factor as preconditioner: two steps when the factor is good.
     pub(crate) fn solve(&self, b: &[f64]) -> Vec<f64> {
         use faer::linalg::solvers::Solve;
         let n = b.len();
-        let column = |v: &[f64]| faer::Mat::from_fn(n, 1, |i, _| v[i]);
-        let mut x = self.factor.solve(column(b));
+        let precondition = |v: &DVector<f64>| {
+            let solved = self.factor.solve(faer::Mat::from_fn(n, 1, |i, _| v[i]));
+            DVector::from_fn(n, |i, _| solved[(i, 0)])
+        };
+        let mut x = DVector::zeros(n);
+        let mut left = DVector::from_fn(n, |i, _| b[i] * self.scale[i]);
+        let (mut best, mut least) = (x.clone(), left.norm());
+        let enough = 1e-14 * least;
+        let mut push = precondition(&left);
+        let mut product = left.dot(&push);
         for _ in 0..REFINEMENTS {
-            let mut left: Vec<f64> = b.to_vec();
-            for j in 0..n {
-                left[j] -= self.matrix[(j, j)] * x[(j, 0)];
-                for i in j + 1..n {
-                    left[i] -= self.matrix[(i, j)] * x[(j, 0)];
-                    left[j] -= self.matrix[(i, j)] * x[(i, 0)];
-                }
+            let moved = &self.matrix * &push;
+            let curvature = push.dot(&moved);
+            if curvature <= 0.0 || !curvature.is_finite() {
+                break;
             }
-            x += self.factor.solve(column(&left));
+            let length = product / curvature;
+            x += &push * length;
+            left -= moved * length;
+            if left.norm() < least {
+                (best, least) = (x.clone(), left.norm());
+            }
+            if least <= enough {
+                break;
+            }
+            let seen = precondition(&left);
+            let next = left.dot(&seen);
+            push = seen + push * (next / product);
+            product = next;
         }
-        (0..n).map(|i| x[(i, 0)]).collect()
+        best.iter().zip(&self.scale).map(|(x, s)| x * s).collect()
     }
 }
 
-/// Steps of refinement of a solution.
-const REFINEMENTS: usize = 2;
+/// Steps of conjugate gradients, at most: what more of them would find is rounding.
+const REFINEMENTS: usize = 3;
 
 /// `f(A) = V f(Lambda) V'` of a symmetric matrix.
 pub fn symmetric_function(a: &Mat, f: impl Fn(f64) -> f64) -> Mat {

@@ -174,6 +174,21 @@ impl GeneralisedPlant {
         }
     }
 
+    /// The plant with w and z in units in which a gain of `gamma` is 1. The inequalities have the same X, Y and scalings.
+    pub(crate) fn in_units_of(&self, gamma: f64) -> GeneralisedPlant {
+        let root = gamma.sqrt();
+        Self {
+            b1: &self.b1 / root,
+            dt1: &self.dt1 / root,
+            d21: &self.d21 / root,
+            c1: &self.c1 / root,
+            d1t: &self.d1t / root,
+            d12: &self.d12 / root,
+            d11: &self.d11 / gamma,
+            ..self.clone()
+        }
+    }
+
     /// The plant without its control, as a loop: what is left when u = 0.
     pub fn open(&self) -> ClosedLoop {
         ClosedLoop {

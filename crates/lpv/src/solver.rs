@@ -1,8 +1,8 @@
 //! Solving a program of linear matrix inequalities, and judging what comes back.
 //!
-//! The method of [`crate::interior_point`] is tried first: it knows the structure of these inequalities and returns a point at
+//! A primal-dual interior-point method is tried first (`interior_point.rs`): it knows the structure of these inequalities and returns a point at
 //! which they hold strictly, with a bound on how far it is from the best. Where it gets stuck, and for the proof that no point
-//! exists, there is a general conic solver. A solver's word is not taken for proof: every inequality is evaluated at the point
+//! exists, there is a general conic solver (`conic.rs`). A solver's word is not taken for proof: every inequality is evaluated at the point
 //! returned and its least eigenvalue reported.
 
 use crate::conic::{ConicProgram, Verdict, WAYS};

@@ -100,15 +100,17 @@ fn build(
     options: Options,
 ) -> Result<Design, SynthesisError> {
     let gamma_design = gamma_optimum * (1.0 + back_off);
-    let small = smallest(&coordinates.apply(plant), gamma_design, options.scalings)?;
-    let (coordinates, small) = match equalised(coordinates, &small, plant) {
+    let unit = plant.in_units_of(gamma_design);
+    let small = smallest(&coordinates.apply(&unit), 1.0, options.scalings)?;
+    let (coordinates, small) = match equalised(coordinates, &small, &unit) {
         Some(equal) => (equal.clone(), equal.carry(coordinates, &small)),
         None => (coordinates.clone(), small),
     };
-    let balanced = coordinates.apply(plant);
-    let centred = centre(&balanced, gamma_design, &small, options.scalings)?;
+    let balanced = coordinates.apply(&unit);
+    let centred = centre(&balanced, 1.0, &small, options.scalings)?;
     let fastest = options.fastest_mode.map(|limit| coordinates.scaled_rate(limit));
     let (in_balance, shown) = reconstruct(&balanced, &centred, fastest)?;
+    let shown = GainBound { gamma: gamma_design, ..shown };
     let controller = coordinates.undo(&in_balance);
     let closed = plant.close(&controller);
     let certified = bounded_gain(&closed, &LoopError::none(&closed), &coordinates.undo_bound(&shown))?;
