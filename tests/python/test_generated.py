@@ -14,13 +14,12 @@ from fly.stages import ROOT
 REMEDY = "run `python3 run.py freeze` and commit what it changes"
 LIBRARY_ROUNDING = 1e-9
 """Of what is computed without a solver: another C library or processor rounds otherwise."""
-SOLVER_ACCURACY = 1e-3
-"""Of the optima that the solver of matrix inequalities finds: its iterations magnify such rounding."""
-SPREAD_OF_CONTROLLERS = 0.03
-"""Of the controller itself. An optimum is flat: two coefficients changed in their last digit (by 2e-14) moved its
-frequency response by 0.6 %, and left gamma alone to 1e-6. Five times that is allowed, for another processor."""
-SPREAD_OF_COVER = 0.1
-"""Of the bound that covers the fit's residual: it depends on the Lyapunov matrix found, and moved by 1.6 % then."""
+SOLVER_ACCURACY = 1e-5
+"""Of the gammas. Coefficients changed in their last digit (by 2e-14) moved the least one by 4e-12 at most, the bound of
+the loop by 1e-8."""
+SPREAD = 1e-3
+"""Of the controller and of what follows from it. The same changes moved them by 2e-7 at most, but another processor
+rounds every step otherwise."""
 
 
 def load(path: Path) -> dict:
@@ -70,7 +69,7 @@ def test_controller_is_fresh(both: tuple[Path, Path]) -> None:
         for omega in np.logspace(-3, 2, 21):
             committed, anew = (response(lft, rho, omega) for lft in lfts)
             difference = np.linalg.norm(committed - anew, 2) / np.linalg.norm(anew, 2)
-            assert difference < SPREAD_OF_CONTROLLERS, f"rho {rho}, {omega} rad/s; {REMEDY}"
+            assert difference < SPREAD, f"rho {rho}, {omega} rad/s; {REMEDY}"
 
 
 def response(lft: dict, rho: float, omega: float) -> np.ndarray:
@@ -84,19 +83,18 @@ def response(lft: dict, rho: float, omega: float) -> np.ndarray:
 
 def test_a_changed_controller_is_seen(both: tuple[Path, Path]) -> None:
     lft = load(both[0] / "controller.json")["lft"]
-    changed = {**lft, "Cu": (np.array(lft["Cu"]) * 1.05).tolist()}
+    changed = {**lft, "Cu": (np.array(lft["Cu"]) * 1.002).tolist()}
     one, other = response(lft, 0.3, 0.5), response(changed, 0.3, 0.5)
-    assert np.linalg.norm(one - other, 2) > SPREAD_OF_CONTROLLERS * np.linalg.norm(one, 2)
+    assert np.linalg.norm(one - other, 2) > SPREAD * np.linalg.norm(one, 2)
 
 
 def test_figures_are_fresh(both: tuple[Path, Path]) -> None:
     one, other = (load(folder / "design.json") for folder in both)
     for figures in (one, other):
+        # How clearly the inequality holds is next to nothing, and only its sign counts.
         assert figures.pop("largest_eigenvalue") < 0.0
-        assert figures.pop("model_error") > 0.0
-    spreads = {"gamma_bound_with_model_error": SPREAD_OF_COVER, "fastest_controller_mode": SPREAD_OF_COVER}
-    for key, spread in spreads.items():
-        assert_close(one.pop(key), other.pop(key), spread, key)
+    for key in ("model_error", "gamma_bound_with_model_error", "fastest_controller_mode"):
+        assert_close(one.pop(key), other.pop(key), SPREAD, key)
     assert_close(one, other, SOLVER_ACCURACY, "design.json")
 
 

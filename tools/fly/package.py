@@ -81,14 +81,10 @@ def design_and_package(vehicle: Path, design: str, folder: Path) -> Packages:
     sources = sources_of(vehicle, design)
     made_from = [build.squid(), *build.binaries(), *sources]
     mark = folder / "stamp"
-    if mark.is_file() and (folder / FIGURES).is_file():
-        packages = Packages.found_in(folder)
-        made = [*packages.fmus, packages.figures]
-        if all(path.is_file() for path in made) and stamp.is_fresh(
-            mark, stamp.digest([*made_from, *made], design)
-        ):
-            print("    nothing has changed since the last run")
-            return packages
+    packages = made_before(folder) if mark.is_file() else None
+    if packages and stamp.is_fresh(mark, digest_of(made_from, packages, design)):
+        print("    nothing has changed since the last run")
+        return packages
     folder.mkdir(parents=True, exist_ok=True)
     mark.unlink(missing_ok=True)
     for old in folder.glob("*.fmu"):
@@ -96,5 +92,19 @@ def design_and_package(vehicle: Path, design: str, folder: Path) -> Packages:
     for verb in ("design", "package"):
         run([build.squid(), verb, vehicle, "--design", design, "--out", folder])
     packages = Packages.found_in(folder)
-    stamp.write(mark, stamp.digest([*made_from, *packages.fmus, packages.figures], design))
+    stamp.write(mark, digest_of(made_from, packages, design))
     return packages
+
+
+def made_before(folder: Path) -> Packages | None:
+    """Return what an earlier run made, if it is all there; an earlier version may have written something else."""
+    try:
+        packages = Packages.found_in(folder)
+    except StageError:
+        return None
+    return packages if all(path.is_file() for path in packages.fmus) else None
+
+
+def digest_of(made_from: list[Path], packages: Packages, design: str) -> str:
+    """Return the digest of all that a design was made from and all that was made of it."""
+    return stamp.digest([*made_from, *packages.fmus, packages.figures], design)

@@ -74,8 +74,8 @@ pub enum AugmentError {
     },
 }
 
-/// Synthesis did not give a controller. The three outcomes of a synthesis are a design, an infeasible problem
-/// and a numerical failure; the last two are kept apart here.
+/// Synthesis did not give a controller: the problem is infeasible ([`SynthesisError::is_infeasible`]), what was asked beyond feasibility
+/// was not met ([`SynthesisError::TooFast`]), the input is wrong, or the numerics failed.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum SynthesisError {
     /// A mode that no input reaches does not decay.

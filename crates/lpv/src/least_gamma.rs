@@ -5,7 +5,7 @@ use crate::balance::Coordinates;
 use crate::error::SynthesisError;
 use crate::inequalities::{Existence, Scalings, coupling, state};
 use crate::lmi::Program;
-use crate::matrix::symmetric_part;
+use crate::matrix::{Mat, least_eigenvalue, symmetric_function, symmetric_part};
 use crate::plant::{GeneralisedPlant, channels};
 use crate::solver::{self, Search, numerical};
 
@@ -25,16 +25,16 @@ pub fn least_gamma(
 ) -> Result<(Coordinates, Existence), SynthesisError> {
     let mut coordinates = Coordinates::diagonal(plant);
     let mut best = minimise(&coordinates.apply(plant), scalings)?;
-    let mut seen = (coordinates.clone(), best.found.gamma);
+    let mut seen = (coordinates.clone(), best.found.clone());
     for _ in 0..ROUNDS {
         if best.gap <= SETTLED && best.found.margin > 0.0 {
             break;
         }
         let balanced = seen.0.apply(plant);
-        let Ok(small) = smallest(&balanced, seen.1 * RELAXED, scalings) else { break };
+        let Ok(small) = smallest(&balanced, seen.1.gamma * RELAXED, &seen.1, scalings) else { break };
         let Some(next) = equalised(&seen.0, &small, plant) else { break };
         let Ok(again) = minimise(&next.apply(plant), scalings) else { break };
-        seen = (next.clone(), again.found.gamma);
+        seen = (next.clone(), again.found.clone());
         if again.better_than(&best) {
             (coordinates, best) = (next, again);
         }
@@ -79,23 +79,32 @@ const STAGE: &str = "least gamma";
 /// How closely the smallest matrices are sought: they only set a scale.
 const ROUGH: f64 = 1e-3;
 
-/// The point of least trace at a given gamma: the smallest X, Y, S and Sigma.
+/// The point of least trace at a given gamma: the smallest X, Y, S and Sigma. `known` is a solution at this gamma or a lower one.
 pub(crate) fn smallest(
     plant: &GeneralisedPlant,
     gamma: f64,
+    known: &Existence,
     scalings: Scalings,
 ) -> Result<Existence, SynthesisError> {
     let mut program = Program::new();
     let unknowns = state(&mut program, plant, Some(gamma), scalings);
     if scalings == Scalings::SymmetricAndSkew {
-        // Without a coupling S and Sigma would shrink against each other.
-        program.positive("[S I; I Sigma]", coupling(&unknowns.s, &unknowns.sigma, 1.0));
+        // Nothing else keeps S and Sigma from shrinking to nothing. The inequalities do not ask for this, so it asks for no more
+        // than the known solution has.
+        let size = least_product(&known.primal_scaling, &known.dual_scaling).min(1.0);
+        program.positive("[S cI; cI Sigma]", coupling(&unknowns.s, &unknowns.sigma, 0.9 * size));
     }
     for e in [&unknowns.x, &unknowns.y, &unknowns.s, &unknowns.sigma] {
         program.minimise_trace(e, 1.0);
     }
     let solution = solver::solve(&program, SMALLEST, Search::within(ROUGH)).map_err(contradiction)?;
     Ok(unknowns.existence(&program, &solution))
+}
+
+/// The largest c with `[S cI; cI Sigma] >= 0` for the symmetric parts S and Sigma: `c^2` is the least eigenvalue of `S Sigma`.
+fn least_product(primal: &Mat, dual: &Mat) -> f64 {
+    let root = symmetric_function(&symmetric_part(primal), |v| v.max(0.0).sqrt());
+    least_eigenvalue(&(&root * symmetric_part(dual) * &root)).max(0.0).sqrt()
 }
 
 /// The coordinates in which a solution's pairs (X, Y) and (S, Sigma) are equal and diagonal.

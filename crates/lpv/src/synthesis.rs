@@ -51,8 +51,8 @@ pub struct Design {
 /// Designs a controller and bounds the gain of the loop that it closes.
 ///
 /// # Errors
-/// Three outcomes are kept apart: a design; [`SynthesisError::is_infeasible`] for a problem without solution;
-/// [`SynthesisError::Numerical`] when nothing is known.
+/// Kept apart are: a design; [`SynthesisError::is_infeasible`] for a problem without solution; [`SynthesisError::TooFast`] when only
+/// controllers beyond the limit were found; [`SynthesisError::Numerical`] when nothing is known.
 pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, SynthesisError> {
     plant.check()?;
     crate::modes::check_stabilisable(plant)?;
@@ -62,14 +62,14 @@ pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, 
         Err(error) => return explained(plant, Err(error), options),
     };
     if let Some(limit) = options.gamma_limit.filter(|limit| optimum.gamma > *limit) {
-        return Err(above_limit(plant, &coordinates, optimum.gamma, limit, options));
+        return Err(above_limit(plant, &coordinates, &optimum, limit, options));
     }
-    let mut outcome = build(plant, &coordinates, optimum.gamma, options.back_off, options);
+    let mut outcome = build(plant, &coordinates, &optimum, options.back_off, options);
     for factor in [2.0, 4.0] {
         if !matches!(outcome, Err(SynthesisError::Numerical { .. } | SynthesisError::TooFast { .. })) {
             break;
         }
-        outcome = build(plant, &coordinates, optimum.gamma, factor * options.back_off, options).or(outcome);
+        outcome = build(plant, &coordinates, &optimum, factor * options.back_off, options).or(outcome);
     }
     explained(plant, outcome, options)
 }
@@ -95,13 +95,13 @@ fn explained(
 fn build(
     plant: &GeneralisedPlant,
     coordinates: &Coordinates,
-    gamma_optimum: f64,
+    optimum: &Existence,
     back_off: f64,
     options: Options,
 ) -> Result<Design, SynthesisError> {
-    let gamma_design = gamma_optimum * (1.0 + back_off);
+    let gamma_design = optimum.gamma * (1.0 + back_off);
     let unit = plant.in_units_of(gamma_design);
-    let small = smallest(&coordinates.apply(&unit), 1.0, options.scalings)?;
+    let small = smallest(&coordinates.apply(&unit), 1.0, optimum, options.scalings)?;
     let (coordinates, small) = match equalised(coordinates, &small, &unit) {
         Some(equal) => (equal.clone(), equal.carry(coordinates, &small)),
         None => (coordinates.clone(), small),
@@ -114,14 +114,14 @@ fn build(
     let controller = coordinates.undo(&in_balance);
     let closed = plant.close(&controller);
     let certified = bounded_gain(&closed, &LoopError::none(&closed), &coordinates.undo_bound(&shown))?;
-    Ok(Design { controller, gamma_optimum, gamma_design, certified })
+    Ok(Design { controller, gamma_optimum: optimum.gamma, gamma_design, certified })
 }
 
 /// Says by how much the limit is missed, and which channel dominates in the loop of the best controller.
 fn above_limit(
     plant: &GeneralisedPlant,
     coordinates: &Coordinates,
-    optimum: f64,
+    optimum: &Existence,
     limit: f64,
     options: Options,
 ) -> SynthesisError {
@@ -129,5 +129,5 @@ fn above_limit(
         let theta = vec![0.0; plant.blocks.len()];
         plant.close(&design.controller).frozen(&theta).ok()?.dominant_channel()
     });
-    SynthesisError::AboveLimit { optimum, limit, dominant }
+    SynthesisError::AboveLimit { optimum: optimum.gamma, limit, dominant }
 }
