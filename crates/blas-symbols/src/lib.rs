@@ -21,7 +21,7 @@
 //! argument; nothing is computed silently wrong.
 //!
 //! With the feature `openblas` nothing is defined here: the symbols come from the system's OpenBLAS, which must be
-//! installed (`libopenblas-dev` on Debian). It is faster on large problems; set `OPENBLAS_NUM_THREADS=1` for small ones.
+//! installed (`libopenblas-dev` on Debian). Set `OPENBLAS_NUM_THREADS=1` for small problems.
 #![cfg_attr(not(feature = "openblas"), allow(clippy::too_many_arguments))] // The argument lists are LAPACK's.
 #![cfg_attr(not(feature = "openblas"), allow(clippy::missing_safety_doc))] // One contract for all: LAPACK's reference.
 
