@@ -72,6 +72,7 @@
 //!
 //! The crate `certificate` proves such a bound in exact arithmetic.
 
+mod affine;
 pub mod analysis;
 mod back_off;
 pub mod balance;

@@ -61,7 +61,7 @@ impl LowRank {
             }
         }
         let mut out = Self {
-            constant: symmetric_part(expression.constant_part()),
+            constant: symmetric_part(&expression.constant),
             columns: Mat::from_fn(n, columns.len(), |i, j| columns[j][i]),
             unknowns: vec![],
             starts: vec![0],
