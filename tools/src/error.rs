@@ -215,6 +215,9 @@ pub enum Error {
         /// Why.
         reason: String,
     },
+    /// A report's figure is of pitch.
+    #[error("the design tracks no pitch, so that there is no response of pitch to show")]
+    PitchNotTracked,
     /// A certificate speaks of another plant.
     #[error("the certificate is not of this plant: {what} differs")]
     WrongPlant {

@@ -80,7 +80,7 @@ pub fn fly(
     Ok(rows)
 }
 
-/// The vehicle alone: from trim at a speed, its first actuator stepped. Time (s) and pitch (rad).
+/// The vehicle alone: from trim at a speed, one actuator (its index, and by how much) stepped. Time (s) and pitch (rad).
 ///
 /// # Errors
 /// [`Error::Trim`], [`Error::Simulation`].
@@ -88,14 +88,14 @@ pub fn fly_open_loop(
     vehicle: &Vehicle,
     depth: f64,
     speed: f64,
-    step: f64,
+    (actuator, step): (usize, f64),
     interval: f64,
     duration: f64,
 ) -> Result<Vec<(f64, f64)>, Error> {
     let start = trim(vehicle, Speed::Path(speed), depth).map_err(|reason| Error::Trim { speed, reason })?;
     let mut plant = Plant::new(vehicle)?;
     plant.start(0.0, &start)?;
-    plant.set_command(0, start.actuators[0] + step)?;
+    plant.set_command(actuator, start.actuators[actuator] + step)?;
     let steps = (duration / interval).round() as u64;
     let mut rows = vec![(0.0, start.pitch)];
     for k in 1..=steps {

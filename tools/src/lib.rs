@@ -3,6 +3,7 @@
 //! ```text
 //! vehicle.toml, design.toml -> inputs -> model -> problem -> (lpv) -> check -> freeze -> store -> package -> *.fmu
 //!                                                                                    \-> flight -> simulate -> plots
+//!                                                                                     \-> report -> page, figures
 //! ```
 //!
 //! [`design::run`] is the main path; each stage is a file.
@@ -26,6 +27,7 @@ pub mod plot;
 pub mod problem;
 pub mod problem_file;
 pub mod record;
+pub mod report;
 pub mod sampled;
 pub mod show;
 pub mod simulate;

@@ -7,8 +7,9 @@ use squid::inputs::Inputs;
 use squid::output::say;
 use squid::package::{Kind, pack, prepare, require_proof};
 use squid::stages::Stages;
-use squid::{design, ladder, lpv_synth, model, record, show, simulate, store, verify};
-use std::path::PathBuf;
+use squid::store::Stored;
+use squid::{design, ladder, lpv_synth, model, record, report, show, simulate, store, verify};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// From the coefficients of an underwater vehicle to a scheduled pitch controller and to FMUs that any simulation
@@ -65,6 +66,10 @@ enum Verb {
     ///
     /// Designs first if nothing is designed yet. Writes records (CSV) and plots (SVG).
     Simulate(Which),
+    /// Write the report: the paper's figures for this vehicle, and whether it bears out what the paper claims
+    ///
+    /// One page, report.html, that needs no network, and each figure as figures/NAME.svg. Designs first if nothing is designed yet.
+    Report(Which),
     /// Show the trim, A, B and eigenvalues at a speed; the fit and its residuals; the controller's poles
     Show {
         #[command(flatten)]
@@ -212,6 +217,7 @@ fn run_plain(verb: Verb) -> Result<(), Error> {
             run_package(&which, binaries, allow_uncertified, descriptions)
         }
         Verb::Simulate(which) => run_simulate(&which),
+        Verb::Report(which) => run_report(&which),
         Verb::Show { which, speed, fit, controller } => run_show(&which, speed, fit, controller),
         Verb::Verify { file } => {
             let found = verify::verify(&file)?;
@@ -283,19 +289,35 @@ fn run_package(
 
 fn run_simulate(which: &Which) -> Result<(), Error> {
     let (inputs, directory) = which.read()?;
-    let stored = match store::load(&directory, &inputs) {
-        Err(Error::NotDesigned { .. } | Error::Stale { .. }) => {
-            store::save(&directory, &inputs, &design::run(&inputs, &Stages::default())?)?;
-            say("");
-            store::load(&directory, &inputs)?
-        }
-        other => other?,
-    };
+    let stored = load_or_design(&inputs, &directory)?;
     let running = Stages::default().begin("simulate", "flying");
     let found = simulate::run(&inputs, &stored, &directory)?;
     drop(running);
     say(found.trim_end());
     Ok(())
+}
+
+fn run_report(which: &Which) -> Result<(), Error> {
+    let (inputs, directory) = which.read()?;
+    let stored = load_or_design(&inputs, &directory)?;
+    let running = Stages::default().begin("report", "computing the figures");
+    let found = report::report(&inputs, &stored)?;
+    drop(running);
+    say(&found.words());
+    say(&found.save(&directory)?.display().to_string());
+    Ok(())
+}
+
+/// The stored design, made now if there is none for these files.
+fn load_or_design(inputs: &Inputs, directory: &Path) -> Result<Stored, Error> {
+    match store::load(directory, inputs) {
+        Err(Error::NotDesigned { .. } | Error::Stale { .. }) => {
+            store::save(directory, inputs, &design::run(inputs, &Stages::default())?)?;
+            say("");
+            store::load(directory, inputs)
+        }
+        other => other,
+    }
 }
 
 fn run_show(which: &Which, speed: Option<f64>, fit: bool, controller: bool) -> Result<(), Error> {

@@ -50,8 +50,8 @@ fn held(inputs: &Inputs, l: &Linearisation) -> (Mat, Mat) {
     (transition.view((0, 0), (n, n)).into_owned(), transition.view((0, n), (n, m)).into_owned())
 }
 
-/// The trapezoidal rule, as `scheduled::Lft::discretise` at a frozen parameter.
-fn trapezoidal(k: &StateSpace, sample_time: f64) -> Option<StateSpace> {
+/// The trapezoidal rule, as `scheduled::Lft::discretise` at a frozen parameter; `None` where a mode lies at 2/T.
+pub fn trapezoidal(k: &StateSpace, sample_time: f64) -> Option<StateSpace> {
     let n = k.a.nrows();
     let half = &k.a * (0.5 * sample_time);
     let identity = Mat::identity(n, n);

@@ -91,7 +91,7 @@ fn open_loop(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<(), E
             &inputs.vehicle,
             inputs.design.depth,
             speed,
-            step,
+            (0, step),
             stored.controller.sample_time,
             60.0,
         )?;

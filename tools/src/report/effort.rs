@@ -1,0 +1,130 @@
+//! The actuators during the pitch steps at six speeds, and at which speed control is hardest.
+
+use super::axis::Axis;
+use super::chart::{Chart, Curve, Key};
+use super::figure::Figure;
+use super::section::{Part, Table};
+use super::subject::{SHOWN, STEP_TIME, Subject};
+use super::tuning::seconds;
+use super::verdict::{Verdict, hardest_below, worst};
+use crate::error::Error;
+use crate::flight::Row;
+use crate::metrics::StepFigures;
+use lpv::synthesis::{Scalings, least_gamma};
+
+/// Actuators, and the verdict on low speed.
+///
+/// # Errors
+/// As [`crate::flight::fly`].
+pub fn effort(subject: &Subject) -> Result<Vec<Part>, Error> {
+    let lft = &subject.stored.controller.lft;
+    let flights =
+        subject.speeds.iter().map(|v| subject.fly_step(*v, lft)).collect::<Result<Vec<Vec<Row>>, Error>>()?;
+    let height = subject.stored.manoeuvre.pitch_step;
+    let figures: Vec<StepFigures> =
+        flights.iter().map(|rows| StepFigures::of(rows, STEP_TIME, height, &subject.limits())).collect();
+    let difficulty = difficulty(subject, &figures);
+    let mut table = Table { head: vec!["speed (m/s)".into()], rows: vec![] };
+    table.head.extend(difficulty.iter().map(|(name, _)| (*name).to_owned()));
+    for (i, v) in subject.speeds.iter().enumerate() {
+        let mut row = vec![format!("{v:.2}")];
+        row.extend(difficulty.iter().map(|(_, values)| digits(values[i].1)));
+        table.rows.push(row);
+    }
+    Ok(vec![
+        Part::Figure(figure(subject, &flights)),
+        Part::Table(table),
+        Part::Verdict(verdict(subject, &difficulty)),
+    ])
+}
+
+fn digits(v: f64) -> String {
+    if v.is_nan() {
+        "unknown".into()
+    } else if v < 2.0 {
+        format!("{v:.4}")
+    } else {
+        seconds(v)
+    }
+}
+
+type Measure = (&'static str, Vec<(f64, f64)>);
+
+/// How hard control is at each speed, by four measures: larger is harder.
+fn difficulty(subject: &Subject, figures: &[StepFigures]) -> [Measure; 4] {
+    let at = |of: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
+        subject.speeds.iter().enumerate().map(|(i, v)| (*v, of(i))).collect()
+    };
+    let alone = |i: usize| {
+        let frozen = subject.plant.frozen(&[subject.rho(subject.speeds[i])]).ok();
+        let least = frozen.and_then(|plant| least_gamma(&plant, Scalings::SymmetricAndSkew).ok());
+        least.map_or(f64::NAN, |(_, found)| found.gamma)
+    };
+    let achieved = |i: usize| {
+        let rho = subject.rho(subject.speeds[i]);
+        subject.plant.close(&subject.controller).frozen(&[rho]).map_or(f64::NAN, |l| l.hinf_norm().value)
+    };
+    [
+        ("least gamma, a controller for this speed alone", at(&alone)),
+        ("gain of the scheduled loop, frozen", at(&achieved)),
+        ("settling of a step (s)", at(&|i| figures[i].settling_time)),
+        ("largest actuator use (%)", at(&|i| 100.0 * figures[i].actuator_use)),
+    ]
+}
+
+fn verdict(subject: &Subject, difficulty: &[Measure]) -> Verdict {
+    let (centre, _) = subject.inputs.design.scheduling();
+    let each: Vec<String> = difficulty
+        .iter()
+        .map(|(name, values)| match worst(values) {
+            Some(at) => format!("{name}: {at:.2} m/s"),
+            None => format!("{name}: no single speed"),
+        })
+        .collect();
+    let measures: Vec<Vec<(f64, f64)>> = difficulty.iter().map(|(_, values)| values.clone()).collect();
+    Verdict {
+        claim: "it is more difficult to control the vehicle at low speed than at high speed (section 4).",
+        criterion: format!(
+            "at which of the six speeds each of the four measures in the table is worst: for all of them below the middle of the range, \
+             {centre:.2} m/s, bears it out, for some of them partly."
+        ),
+        finding: hardest_below(centre, &measures),
+        because: format!("Worst is, by {}.", each.join("; by ")),
+    }
+}
+
+fn figure(subject: &Subject, flights: &[Vec<Row>]) -> Figure {
+    let chart = |(j, actuator): (usize, &auv::Actuator)| {
+        let (factor, unit) =
+            if actuator.unit() == "rad" { (1f64.to_degrees(), "deg") } else { (1.0, actuator.unit()) };
+        let mut curves: Vec<Curve> = flights
+            .iter()
+            .enumerate()
+            .map(|(key, rows)| {
+                let shown = rows.iter().filter(|r| r.time <= SHOWN);
+                Curve { key, points: shown.map(|r| (r.time, factor * r.commands[j])).collect() }
+            })
+            .collect();
+        for limit in [actuator.min, actuator.max] {
+            curves.push(Curve {
+                key: flights.len(),
+                points: vec![(0.0, factor * limit), (SHOWN, factor * limit)],
+            });
+        }
+        let y = Axis::linear(format!("command ({unit})"));
+        Chart { title: actuator.name.clone(), x: Axis::linear("time (s)"), y, curves }
+    };
+    let mut keys: Vec<Key> =
+        subject.speeds.iter().enumerate().map(|(i, v)| Key::nth(i, Subject::speed_name(*v))).collect();
+    keys.push(Key::reference("limits"));
+    Figure {
+        name: "actuators-in-steps".into(),
+        caption: format!(
+            "Commands of {} during a pitch step of {:.0} deg at six speeds, nonlinear and sampled, with the design's own weights.",
+            subject.name(),
+            subject.stored.manoeuvre.pitch_step.to_degrees()
+        ),
+        keys,
+        charts: subject.inputs.vehicle.actuators.iter().enumerate().map(chart).collect(),
+    }
+}

@@ -1,0 +1,140 @@
+//! A figure: charts side by side with one legend, as a part of a page and as an SVG of its own.
+
+use super::chart::{Chart, HEIGHT, Key, WIDTH};
+use super::page::escaped;
+use crate::error::Error;
+use std::fmt::Write;
+
+/// A figure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Figure {
+    /// What its file is called, without the ending; also its anchor in the page.
+    pub name: String,
+    /// What is shown, in one sentence or two.
+    pub caption: String,
+    /// The kinds of curves.
+    pub keys: Vec<Key>,
+    /// The charts.
+    pub charts: Vec<Chart>,
+}
+
+/// Charts in a row of a figure of its own.
+const ACROSS: usize = 3;
+/// Height of the title and of a row of the legend, in units of the page.
+const LINE: u32 = 20;
+/// About the width of a letter, in units of the page.
+const LETTER: f64 = 7.0;
+
+impl Figure {
+    fn drawn(&self) -> Result<Vec<String>, Error> {
+        let failed = |reason| Error::Plot { path: format!("{}.svg", self.name), reason };
+        self.charts.iter().map(|chart| chart.svg(&self.keys).map_err(failed)).collect()
+    }
+
+    /// The figure as part of a page: the charts stand side by side where there is room, else one below the other.
+    ///
+    /// # Errors
+    /// [`Error::Plot`].
+    pub fn html(&self) -> Result<String, Error> {
+        let mut out = format!("<figure id=\"{}\">\n", self.name);
+        if self.keys.len() > 1 {
+            out += "<div class=\"legend\">";
+            for key in &self.keys {
+                let _ = write!(
+                    out,
+                    "<span><svg width=\"26\" height=\"12\" aria-hidden=\"true\">{}</svg> {}</span>\n",
+                    key.sample(),
+                    escaped(&key.name)
+                );
+            }
+            out += "</div>\n";
+        }
+        out += "<div class=\"charts\">\n";
+        for (chart, svg) in self.charts.iter().zip(self.drawn()?) {
+            let label = format!("{} {} over {}", chart.title, chart.y.label, chart.x.label);
+            let _ = writeln!(
+                out,
+                "<svg role=\"img\" aria-label=\"{}\" viewBox=\"{}\">{svg}</svg>",
+                escaped(label.trim()),
+                Chart::view_box()
+            );
+        }
+        let _ = write!(out, "</div>\n<figcaption>{}</figcaption>\n</figure>\n", escaped(&self.caption));
+        Ok(out)
+    }
+
+    /// The figure as an SVG file.
+    ///
+    /// # Errors
+    /// [`Error::Plot`].
+    pub fn file(&self, title: &str) -> Result<String, Error> {
+        let across = self.charts.len().clamp(1, ACROSS);
+        let width = WIDTH * across as u32;
+        let (legend, rows) = self.legend(f64::from(width));
+        let top = LINE * (1 + rows) + 12;
+        let height = top + HEIGHT * self.charts.len().div_ceil(across) as u32;
+        let mut out = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
+             font-family=\"sans-serif\">\n<rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n\
+             <text x=\"6\" y=\"16\" font-size=\"15\">{}</text>\n{legend}",
+            escaped(title)
+        );
+        for (i, svg) in self.drawn()?.into_iter().enumerate() {
+            let (x, y) = (WIDTH * (i % across) as u32, top + HEIGHT * (i / across) as u32);
+            let _ = writeln!(
+                out,
+                "<svg x=\"{x}\" y=\"{y}\" width=\"{WIDTH}\" height=\"{HEIGHT}\" viewBox=\"{}\">{svg}</svg>",
+                Chart::view_box()
+            );
+        }
+        Ok(out + "</svg>\n")
+    }
+
+    /// The legend above the charts, and the number of its rows.
+    fn legend(&self, width: f64) -> (String, u32) {
+        if self.keys.len() < 2 {
+            return (String::new(), 0);
+        }
+        let (mut out, mut x, mut row) = (String::new(), 6.0, 0u32);
+        for key in &self.keys {
+            let needed = 52.0 + LETTER * key.name.chars().count() as f64;
+            if x > 6.0 && x + needed > width {
+                (x, row) = (6.0, row + 1);
+            }
+            let y = LINE * (row + 1) + 6;
+            let _ = writeln!(
+                out,
+                "<svg x=\"{x}\" y=\"{y}\" width=\"26\" height=\"12\">{}</svg><text x=\"{}\" y=\"{}\" font-size=\"13\">{}</text>",
+                key.sample(),
+                x + 32.0,
+                y + 11,
+                escaped(&key.name)
+            );
+            x += needed;
+        }
+        (out, row + 1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::axis::Axis;
+    use crate::report::chart::Curve;
+
+    #[test]
+    fn a_legend_of_many_long_names_takes_several_rows() {
+        let chart = Chart {
+            title: String::new(),
+            x: Axis::linear("x"),
+            y: Axis::linear("y"),
+            curves: vec![Curve { key: 0, points: vec![(0.0, 0.0), (1.0, 1.0)] }],
+        };
+        let keys = (0..6).map(|i| Key::nth(i, "a name of thirty letters & more")).collect();
+        let figure = Figure { name: "f".into(), caption: "c".into(), keys, charts: vec![chart] };
+        let (legend, rows) = figure.legend(f64::from(WIDTH));
+        assert_eq!(rows, 6, "{legend}");
+        assert!(!legend.contains("& "), "escaped");
+        assert!(figure.file("t").unwrap().starts_with("<svg xmlns"));
+    }
+}

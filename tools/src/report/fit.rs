@@ -1,0 +1,191 @@
+//! The paper's Fig. 3 and 4: the polynomials in speed against the true linearisations.
+
+use super::axis::Axis;
+use super::chart::{Chart, Curve, Key};
+use super::figure::Figure;
+use super::section::{Part, Table};
+use super::subject::Subject;
+use super::verdict::{MUCH, Verdict, much_smaller};
+use crate::error::Error;
+use crate::frequency;
+use crate::model::{STATES, stacked};
+use lpv::matrix::Mat;
+use lpv::polynomial::MatrixPolynomial;
+use nalgebra::Complex;
+
+/// The orders that the paper compares.
+const ORDERS: [usize; 2] = [1, 2];
+const DERIVATIVES: [&str; STATES] = ["u'", "w'", "q'", "theta'"];
+const NAMES: [&str; STATES] = ["u", "w", "q", "theta"];
+/// Units of the rows' derivatives over those of the columns.
+const UNITS: [[&str; STATES]; STATES] = [
+    ["1/s", "1/s", "m/s", "m/s^2"],
+    ["1/s", "1/s", "m/s", "m/s^2"],
+    ["1/(m s)", "1/(m s)", "1/s", "1/s^2"],
+    ["1/m", "1/m", "1", "1/s"],
+];
+/// An entry that varies by less than this part of the largest entry is drawn no more than a zero.
+const VARIES: f64 = 1e-6;
+
+fn keys() -> Vec<Key> {
+    let order = |n: usize, name: &str, dash| Key { dash, ..Key::nth(n, name) };
+    vec![Key::ground("exact linearisation"), order(1, "order 1", "7 3"), order(0, "order 2", "")]
+}
+
+fn fits(subject: &Subject) -> Result<Vec<MatrixPolynomial>, Error> {
+    let samples: Vec<(f64, Mat)> = subject.model.grid.iter().map(|(rho, l)| (*rho, stacked(l))).collect();
+    Ok(ORDERS.map(|order| MatrixPolynomial::fit(&samples, order)).into_iter().collect::<Result<_, _>>()?)
+}
+
+/// Fig. 3: the entries of A over speed.
+///
+/// # Errors
+/// [`Error::Fit`] when there are too few speeds.
+pub fn entries(subject: &Subject) -> Result<Vec<Part>, Error> {
+    let fits = fits(subject)?;
+    let largest = subject.model.grid.iter().map(|(_, l)| l.a.amax()).fold(0.0, f64::max);
+    let mut charts = Vec::new();
+    for (i, j) in (0..STATES).flat_map(|i| (0..STATES).map(move |j| (i, j))) {
+        let values = || subject.model.grid.iter().map(|(_, l)| l.a[(i, j)]);
+        let (low, high) =
+            (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
+        if high - low > VARIES * largest {
+            charts.push(entry(subject, &fits, i, j));
+        }
+    }
+    let residual = |order: usize| {
+        let found = subject.model.residuals.iter().find(|r| r.order == order);
+        found.map_or(f64::NAN, |r| 100.0 * r.relative_to_variation)
+    };
+    let (first, second) = (residual(1), residual(2));
+    let verdict = Verdict {
+        claim: "a second-order polynomial approximates the entries of A much better than a first-order one (Fig. 3).",
+        criterion: format!(
+            "the rms residual of A over the grid of speeds, relative to how much A varies; 'much' means at least {MUCH} times smaller."
+        ),
+        finding: much_smaller(first, second),
+        because: format!(
+            "The residual is {first:.2} % with order 1 and {second:.2} % with order 2, {:.1} times smaller.",
+            first / second
+        ),
+    };
+    let caption = format!(
+        "The {} entries of A that vary with speed, of {}: exact at {} speeds, and as polynomials. x = [u w q theta].",
+        charts.len(),
+        subject.name(),
+        subject.model.grid.len()
+    );
+    let figure = Figure { name: "fig3-entries-of-A".into(), caption, keys: keys(), charts };
+    Ok(vec![Part::Figure(figure), Part::Verdict(verdict)])
+}
+
+fn entry(subject: &Subject, fits: &[MatrixPolynomial], i: usize, j: usize) -> Chart {
+    let (centre, half_range) = subject.inputs.design.scheduling();
+    let exact = subject.model.grid.iter().map(|(rho, l)| (centre + half_range * rho, l.a[(i, j)])).collect();
+    let mut curves = vec![Curve { key: 0, points: exact }];
+    for (k, fit) in fits.iter().enumerate() {
+        let fine = (0..=60).map(|n| f64::from(n) / 30.0 - 1.0);
+        let points = fine.map(|rho| (centre + half_range * rho, fit.evaluate(rho)[(i, j)])).collect();
+        curves.push(Curve { key: k + 1, points });
+    }
+    Chart {
+        title: format!("{} per {}", DERIVATIVES[i], NAMES[j]),
+        x: Axis::linear("speed V (m/s)"),
+        y: Axis::linear(UNITS[i][j]),
+        curves,
+    }
+}
+
+/// Fig. 4: frequency responses.
+///
+/// # Errors
+/// As [`entries`].
+pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
+    let fits = fits(subject)?;
+    let (input, actuator) = subject.pitching_actuator();
+    let mut charts = Vec::new();
+    for at in [0, subject.truth.len() / 2, subject.truth.len() - 1] {
+        let (speed, exact) = (subject.speeds[at], stacked(&subject.truth[at]));
+        let models: Vec<Mat> =
+            std::iter::once(exact).chain(fits.iter().map(|fit| fit.evaluate(subject.rho(speed)))).collect();
+        let title = Subject::speed_name(speed);
+        let magnitude = Axis::logarithmic(format!("|pitch| ({} deg)", per(actuator.unit())));
+        charts.push(response(&title, &models, input, magnitude, &|g| {
+            g.norm().to_degrees() * scale(actuator.unit())
+        }));
+        let phase = Axis::linear("phase (deg)");
+        charts.push(response(&title, &models, input, phase, &|g| g.arg().to_degrees()));
+    }
+    let errors = frequency::errors(&subject.model);
+    let error = |order: usize| errors.iter().find(|e| e.0 == order).map_or(f64::NAN, |e| 100.0 * e.1);
+    let (first, second) = (error(1), error(2));
+    let verdict = Verdict {
+        claim: "the frequency response of the second-order model is a better approximation than that of the first-order one (Fig. 4).",
+        criterion: format!(
+            "the largest relative error |G_fit - G|/|G| from the actuators to speed and pitch, over all speeds of the grid and 0.01 to 10 \
+             rad/s, in the largest singular value; at least {MUCH} times smaller bears it out, smaller at all does so partly."
+        ),
+        finding: much_smaller(first, second),
+        because: format!(
+            "The largest error is {first:.2} % with order 1 and {second:.2} % with order 2, {:.1} times smaller.",
+            first / second
+        ),
+    };
+    let figure = Figure {
+        name: "fig4-frequency-responses".into(),
+        caption: format!(
+            "From {} (the actuator that moves pitch most) to pitch, of {}, at three speeds. Where the curves lie on one another, the \
+             polynomials are as good as exact.",
+            actuator.name,
+            subject.name()
+        ),
+        keys: keys(),
+        charts,
+    };
+    let mut table =
+        Table::new(["order", "rms residual of A, % of its variation", "largest error of the response, %"]);
+    for r in &subject.model.residuals {
+        table.rows.push(vec![
+            r.order.to_string(),
+            format!("{:.3}", 100.0 * r.relative_to_variation),
+            format!("{:.3}", error(r.order)),
+        ]);
+    }
+    Ok(vec![Part::Figure(figure), Part::Table(table), Part::Verdict(verdict)])
+}
+
+/// What the magnitude is of: degrees of pitch per newton, or per degree of deflection.
+fn per(unit: &str) -> &'static str {
+    if unit == "rad" { "per deg," } else { "per N," }
+}
+
+fn scale(unit: &str) -> f64 {
+    if unit == "rad" { 1f64.to_radians() } else { 1.0 }
+}
+
+fn response(title: &str, models: &[Mat], input: usize, y: Axis, of: &dyn Fn(Complex<f64>) -> f64) -> Chart {
+    let axis: Vec<f64> = (0..=150).map(|i| 10f64.powf(-2.0 + f64::from(i) / 50.0)).collect();
+    let curve = |(key, ab): (usize, &Mat)| {
+        let system = frequency::system(ab);
+        let at = |omega: f64| Some((omega, of(system.response(Complex::new(0.0, omega))?[(1, input)])));
+        let mut points: Vec<(f64, f64)> = axis.iter().filter_map(|omega| at(*omega)).collect();
+        if y.label.starts_with("phase") {
+            unwrap(&mut points);
+        }
+        Curve { key, points }
+    };
+    Chart {
+        title: title.into(),
+        x: Axis::logarithmic("frequency (rad/s)"),
+        y: y.clone(),
+        curves: models.iter().enumerate().map(curve).collect(),
+    }
+}
+
+/// Takes whole turns out of a phase in degrees.
+fn unwrap(points: &mut [(f64, f64)]) {
+    for i in 1..points.len() {
+        let turns = ((points[i].1 - points[i - 1].1) / 360.0).round();
+        points[i].1 -= 360.0 * turns;
+    }
+}

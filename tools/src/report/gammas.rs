@@ -1,0 +1,117 @@
+//! The ladder of gammas: what each assumption about the speed costs.
+
+use super::axis::Axis;
+use super::chart::{Chart, Curve, Key};
+use super::figure::Figure;
+use super::section::{Part, Table};
+use super::subject::Subject;
+use crate::error::Error;
+use lpv::analysis::GainBound;
+use lpv::ladder::{Ladder, LadderOptions, ladder};
+use lpv::matrix::Mat;
+use lpv::synthesis::Design;
+
+/// Speeds at which the finished loop is analysed. `squid design --ladder` takes more; here the page should not keep people waiting.
+const SAMPLES: usize = 9;
+
+/// The section.
+///
+/// # Errors
+/// [`Error::Ladder`].
+pub fn gammas(subject: &Subject) -> Result<Vec<Part>, Error> {
+    let (_, half_range) = subject.inputs.design.scheduling();
+    let m = &subject.stored.manoeuvre;
+    let acceleration = ((m.speed_to - m.speed_from) / m.ramp_duration).abs();
+    let options = LadderOptions {
+        thetas: subject.speeds.iter().map(|v| subject.rho(*v)).collect(),
+        rates: vec![acceleration / half_range],
+        samples: SAMPLES,
+        ..LadderOptions::default()
+    };
+    let found = ladder(&subject.plant, &design(subject), &options)?;
+    let rungs = rungs(&found, acceleration);
+    let mut table = Table::new(["assumption", "gamma"]);
+    for (name, gamma) in &rungs {
+        table.rows.push(vec![name.clone(), gamma.map_or_else(|| "unknown".into(), |g| format!("{g:.4}"))]);
+    }
+    let words = format!(
+        "Above the line of the design's own loop: the least gamma that any controller reaches if it may assume this about the speed. Below: the gain \
+         of the finished loop, built {:.1} % above its least gamma. Only the last is a proof for every course of speed; bounded rates and \
+         arbitrarily fast changes are analysed at {SAMPLES} speeds.",
+        100.0 * subject.stored.controller.gamma.back_off
+    );
+    Ok(vec![Part::Words(words), Part::Figure(figure(subject, &found)), Part::Table(table)])
+}
+
+/// The stored design as the ladder takes it: of the bound it reads the number alone.
+fn design(subject: &Subject) -> Design {
+    let gamma = &subject.stored.controller.gamma;
+    let none = || Mat::zeros(0, 0);
+    Design {
+        controller: subject.controller.clone(),
+        gamma_optimum: gamma.optimum,
+        gamma_design: gamma.optimum * (1.0 + gamma.back_off),
+        certified: GainBound {
+            gamma: gamma.bound,
+            x: none(),
+            s: none(),
+            t: none(),
+            lambda: 0.0,
+            largest_eigenvalue: f64::NAN,
+        },
+    }
+}
+
+fn rungs(found: &Ladder, acceleration: f64) -> Vec<(String, Option<f64>)> {
+    let hardest = found.frozen_optimum.iter().filter_map(|(_, g)| g.as_ref().ok()).copied().reduce(f64::max);
+    let mut rungs = vec![
+        ("best controller for one frozen speed, the hardest of six".to_owned(), hardest),
+        ("best scheduled controller, any course of speed".into(), found.scheduled.as_ref().ok().copied()),
+        ("the same by symmetric scalings alone".into(), found.scheduled_symmetric.as_ref().ok().copied()),
+        ("this loop, speed constant, at its worst".into(), Some(found.frozen_gain.gamma)),
+    ];
+    for (_, bound) in &found.bounded_rate {
+        let name =
+            format!("this loop, speed changing by at most {acceleration:.3} m/s^2, as the manoeuvre does");
+        rungs.push((name, bound.as_ref().ok().map(|b| b.gamma)));
+    }
+    let fast = found.arbitrarily_fast.as_ref().ok().map(|b| b.gamma);
+    rungs.push(("this loop, speed changing arbitrarily fast".into(), fast));
+    rungs.push(("this loop, proved for every course of speed".into(), Some(found.certified)));
+    rungs
+}
+
+fn figure(subject: &Subject, found: &Ladder) -> Figure {
+    let (low, high) = (subject.inputs.design.speed_min, subject.inputs.design.speed_max);
+    let alone: Vec<(f64, f64)> = subject
+        .speeds
+        .iter()
+        .zip(&found.frozen_optimum)
+        .filter_map(|(v, (_, gamma))| Some((*v, *gamma.as_ref().ok()?)))
+        .collect();
+    let closed = subject.plant.close(&subject.controller);
+    let frozen: Vec<(f64, f64)> = crate::model::speeds(subject.inputs, 41)
+        .into_iter()
+        .filter_map(|v| Some((v, closed.frozen(&[subject.rho(v)]).ok()?.hinf_norm().value)))
+        .collect();
+    let level = |gamma: Option<f64>| gamma.map_or_else(Vec::new, |g| vec![(low, g), (high, g)]);
+    let lines = [
+        ("best controller for this speed alone", alone),
+        ("this loop at this speed, frozen", frozen),
+        ("best scheduled controller", level(found.scheduled.as_ref().ok().copied())),
+        ("this loop, proved for any course of speed", level(Some(found.certified))),
+    ];
+    let keys = lines.iter().enumerate().map(|(i, (name, _))| Key::nth(i, *name)).collect();
+    let curves = lines.into_iter().enumerate().map(|(key, (_, points))| Curve { key, points }).collect();
+    Figure {
+        name: "ladder-of-gammas".into(),
+        caption: format!("Gammas of {} over speed.", subject.name()),
+        keys,
+        charts: vec![Chart {
+            title: String::new(),
+            x: Axis::linear("speed V (m/s)"),
+            y: Axis::linear("gamma"),
+            curves,
+        }],
+    }
+}

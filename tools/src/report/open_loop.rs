@@ -1,0 +1,134 @@
+//! The paper's Fig. 6: the vehicle alone.
+
+use super::axis::Axis;
+use super::chart::{Chart, Curve, Key};
+use super::figure::Figure;
+use super::section::{Part, Table};
+use super::subject::{FLOWN, STEP_TIME, Subject};
+use super::tuning::seconds;
+use super::verdict::{Verdict, each_smaller};
+use crate::error::Error;
+use crate::flight::fly_open_loop;
+use crate::metrics::{SETTLED, StepFigures};
+
+/// How much of its reach the actuator is stepped by.
+const PART: f64 = 0.02;
+/// The paper shows the lower half of its six speeds.
+const SHOWN_SPEEDS: usize = 3;
+/// Pitch is drawn up to here (deg): a vehicle that is unstable turns over.
+const DRAWN: f64 = 90.0;
+
+/// Fig. 6.
+///
+/// # Errors
+/// As [`fly_open_loop`] and [`crate::flight::fly`].
+pub fn open_loop(subject: &Subject) -> Result<Vec<Part>, Error> {
+    let (index, actuator) = subject.pitching_actuator();
+    let step = PART * actuator.reach();
+    let (factor, unit) =
+        if actuator.unit() == "rad" { (1f64.to_degrees(), "deg") } else { (1.0, actuator.unit()) };
+    let (mut keys, mut curves, mut pairs) = (Vec::new(), Vec::new(), Vec::new());
+    let mut table = Table::new([
+        "speed (m/s)",
+        "alone: settled to 2 % (s)",
+        "closed loop: settled (s)",
+        "alone: largest real part (rad/s)",
+    ]);
+    for (i, speed) in subject.speeds.iter().copied().take(SHOWN_SPEEDS).enumerate() {
+        let points = alone(subject, speed, index, step)?;
+        let rows = subject.fly_step(speed, &subject.stored.controller.lft)?;
+        let height = subject.stored.manoeuvre.pitch_step;
+        let closed = StepFigures::of(&rows, STEP_TIME, height, &subject.limits()).settling_time;
+        let open = settling_time(&points);
+        let slowest = subject.truth[i].eigenvalues().iter().map(|e| e.re).fold(f64::NEG_INFINITY, f64::max);
+        table.rows.push(vec![
+            format!("{speed:.2}"),
+            seconds(open),
+            seconds(closed),
+            format!("{slowest:+.3}"),
+        ]);
+        pairs.push((closed, open));
+        keys.push(Key::nth(i, Subject::speed_name(speed)));
+        curves.push(Curve { key: i, points });
+    }
+    let low = curves.iter().flat_map(|c| &c.points).map(|p| p.1).fold(0.0, f64::min).max(-DRAWN);
+    let high = curves.iter().flat_map(|c| &c.points).map(|p| p.1).fold(0.0, f64::max).min(DRAWN);
+    let room = 0.06 * (high - low) + 1e-6;
+    let y = Axis::linear("pitch from trim (deg)").over(low - room, high + room);
+    let figure = Figure {
+        name: "fig6-open-loop".into(),
+        caption: format!(
+            "{} without control after a step of {} by {:.2} {unit}, nonlinear.",
+            capital(&subject.name()),
+            actuator.name,
+            factor * step
+        ),
+        keys,
+        charts: vec![Chart { title: String::new(), x: Axis::linear("time (s)"), y, curves }],
+    };
+    Ok(vec![Part::Figure(figure), Part::Table(table), Part::Verdict(verdict(&pairs))])
+}
+
+fn verdict(pairs: &[(f64, f64)]) -> Verdict {
+    let faster = pairs.iter().filter(|(closed, open)| closed < open).count();
+    Verdict {
+        claim: "compared with the vehicle alone (Fig. 6), the responses of the closed loop are fast (section 4).",
+        criterion: format!(
+            "the closed loop's pitch step settles to {:.0} % sooner than the vehicle alone does after a step of its actuator, within {FLOWN} s, \
+             at each of the {} speeds.",
+            100.0 * SETTLED,
+            pairs.len()
+        ),
+        finding: each_smaller(pairs),
+        because: format!(
+            "The closed loop is faster at {faster} of {} speeds; the times are in the table.",
+            pairs.len()
+        ),
+    }
+}
+
+/// Time (s) and pitch from trim (deg) of the vehicle alone.
+fn alone(subject: &Subject, speed: f64, index: usize, step: f64) -> Result<Vec<(f64, f64)>, Error> {
+    let (interval, depth) = (subject.stored.controller.sample_time, subject.inputs.design.depth);
+    let rows = fly_open_loop(&subject.inputs.vehicle, depth, speed, (index, step), interval, FLOWN)?;
+    let start = rows[0].1;
+    Ok(rows.iter().map(|(t, pitch)| (*t, (pitch - start).to_degrees())).collect())
+}
+
+/// Until pitch stays within 2 % of where it ends; infinite when that is only in the last fifth of the record, or after it turned over.
+fn settling_time(points: &[(f64, f64)]) -> f64 {
+    let Some(&(duration, end)) = points.last() else { return f64::NAN };
+    let outside = |p: &(f64, f64)| (p.1 - end).abs() > SETTLED * end.abs();
+    let turned = points.iter().any(|p| p.1.abs() > DRAWN);
+    let settled = points.iter().rposition(outside).map_or(0.0, |i| points[i].0);
+    if turned || settled > 0.8 * duration { f64::INFINITY } else { settled }
+}
+
+/// A sentence begins with a capital.
+pub fn capital(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::verdict::Finding;
+
+    /// 1 - exp(-t) is within 2 % of its end after ln 50 = 3.91 s; a growing oscillation never is.
+    #[test]
+    fn settling_of_known_responses() {
+        let record = |of: fn(f64) -> f64| {
+            (0..6000).map(|i| 0.01 * f64::from(i)).map(|t| (t, of(t))).collect::<Vec<_>>()
+        };
+        assert!((settling_time(&record(|t| 1.0 - (-t).exp())) - 50f64.ln()).abs() < 0.02);
+        assert_eq!(settling_time(&record(|t| (0.1 * t).exp() * t.sin())), f64::INFINITY);
+        assert_eq!(settling_time(&record(|t| if t < 1.0 { 100.0 } else { 1.0 })), f64::INFINITY);
+    }
+
+    #[test]
+    fn the_verdict_follows_the_times() {
+        assert_eq!(verdict(&[(5.0, f64::INFINITY), (4.0, 9.0)]).finding, Finding::BorneOut);
+        assert_eq!(verdict(&[(9.0, 5.0)]).finding, Finding::NotBorneOut);
+    }
+}

@@ -1,0 +1,108 @@
+//! The report as one page of HTML: nothing is fetched, nothing runs.
+//!
+//! It is well-formed XML as well, so that any XML reader checks it.
+
+use super::Report;
+use super::section::{Part, Section, Table};
+use super::verdict::Verdict;
+use crate::error::Error;
+use std::fmt::Write;
+
+const STYLE: &str = "\
+:root{color-scheme:light}\
+body{font:16px/1.5 system-ui,sans-serif;color:#1a1a1a;background:#fff;max-width:78rem;margin:0 auto;padding:0 1rem 3rem}\
+h1{font-size:1.6rem;margin:1.2rem 0 .3rem}h2{font-size:1.25rem;margin:2.2rem 0 .4rem;border-top:1px solid #ccc;padding-top:1rem}\
+p{max-width:46rem}nav ul{columns:16rem;padding-left:1.2rem}a{color:#005a8c}\
+figure{margin:1rem 0}.charts{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(100%,21rem),1fr));gap:.6rem}\
+.charts svg{width:100%;height:auto;max-width:34rem}\
+.legend span{display:inline-block;margin-right:1.1rem;white-space:nowrap;font-size:.9rem}.legend svg{vertical-align:middle}\
+figcaption{font-size:.9rem;color:#444;max-width:46rem;margin-top:.3rem}\
+.table{overflow-x:auto}table{border-collapse:collapse;margin:.6rem 0;font-size:.92rem}\
+th,td{padding:.15rem .7rem;text-align:right;border-bottom:1px solid #ddd}th:first-child,td:first-child{text-align:left}\
+.verdict{border-left:.35rem solid #888;background:#f6f6f6;padding:.5rem .9rem;margin:.8rem 0;max-width:46rem}\
+.verdict p{margin:.2rem 0}.yes{border-color:#009e73}.partly{border-color:#e69f00}.no{border-color:#d55e00}\
+.surrogate{background:#fff3d6;border:1px solid #e69f00;padding:.5rem .9rem;max-width:46rem}\
+@media print{body{max-width:none;font-size:10.5pt}h2,.verdict,.charts svg,tr{break-inside:avoid}h2{break-after:avoid}\
+.charts{grid-template-columns:repeat(3,1fr)}nav{display:none}}";
+
+/// Text as HTML and as an attribute.
+pub fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// The whole page; `about` is put below the heading.
+///
+/// # Errors
+/// [`Error::Plot`].
+pub fn page(report: &Report, about: &[String]) -> Result<String, Error> {
+    let title = escaped(&report.heading);
+    let mut out = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\" xmlns=\"http://www.w3.org/1999/xhtml\">\n<head><meta charset=\"utf-8\"/>\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>{title}</title>\n\
+         <style>{STYLE}</style></head>\n<body>\n<h1>{title}</h1>\n"
+    );
+    if let Some(warning) = &report.warning {
+        let _ = writeln!(out, "<p class=\"surrogate\">{}</p>", escaped(warning));
+    }
+    for words in about.iter().chain(&report.introduction) {
+        out += &paragraph(words);
+    }
+    out += &overview(report);
+    for section in &report.sections {
+        out += &self::section(section, report)?;
+    }
+    Ok(out + "</body>\n</html>\n")
+}
+
+fn paragraph(words: &str) -> String {
+    format!("<p>{}</p>\n", escaped(words))
+}
+
+/// The claims with their verdicts, and the way to each section.
+fn overview(report: &Report) -> String {
+    let mut table = Table::new(["What the paper claims", &format!("Of {}", report.subject)]);
+    for verdict in report.verdicts() {
+        table.rows.push(vec![verdict.claim.into(), verdict.finding.words().into()]);
+    }
+    let mut out = self::table(&table) + "<nav><ul>\n";
+    for section in &report.sections {
+        let _ = writeln!(out, "<li><a href=\"#{}\">{}</a></li>", section.id, escaped(section.title));
+    }
+    out + "</ul></nav>\n"
+}
+
+fn section(section: &Section, report: &Report) -> Result<String, Error> {
+    let mut out = format!("<section id=\"{}\">\n<h2>{}</h2>\n", section.id, escaped(section.title));
+    for part in &section.parts {
+        out += &match part {
+            Part::Words(words) => paragraph(words),
+            Part::Figure(figure) => figure.html()?,
+            Part::Table(found) => table(found),
+            Part::Verdict(found) => verdict(found, &report.subject),
+        };
+    }
+    Ok(out + "</section>\n")
+}
+
+fn table(table: &Table) -> String {
+    let cells = |row: &[String], tag: &str| -> String {
+        row.iter().map(|cell| format!("<{tag}>{}</{tag}>", escaped(cell))).collect()
+    };
+    let rows: String = table.rows.iter().map(|row| format!("<tr>{}</tr>\n", cells(row, "td"))).collect();
+    format!(
+        "<div class=\"table\"><table>\n<thead><tr>{}</tr></thead>\n<tbody>\n{rows}</tbody></table></div>\n",
+        cells(&table.head, "th")
+    )
+}
+
+fn verdict(verdict: &Verdict, subject: &str) -> String {
+    format!(
+        "<div class=\"verdict {}\">\n<p>The paper: {}</p>\n<p><strong>Of {}: {}.</strong> {}</p>\n<p>Judged by: {}</p>\n</div>\n",
+        verdict.finding.class(),
+        escaped(verdict.claim),
+        escaped(subject),
+        verdict.finding.words(),
+        escaped(&verdict.because),
+        escaped(&verdict.criterion)
+    )
+}

@@ -1,0 +1,152 @@
+//! What the report is about: a vehicle, its model, and the controller as it is stored.
+
+use crate::design_file::Output;
+use crate::error::Error;
+use crate::flight::{Row, fly};
+use crate::inputs::Inputs;
+use crate::model::{Model, STATES, linearise_at, speeds};
+use crate::problem::augment;
+use crate::store::Stored;
+use auv::{Actuator, Linearisation, Status};
+use fmu_squid::Manoeuvre;
+use lpv::controller::Controller;
+use lpv::matrix::{Mat, from_rows};
+use lpv::plant::GeneralisedPlant;
+use scheduled::LftMatrices;
+
+/// As many speeds as in the paper's Fig. 5.
+const SPEEDS: usize = 6;
+
+/// When a step comes (s), and how long is flown after it.
+pub const STEP_TIME: f64 = 1.0;
+/// How long a step is flown (s).
+pub const FLOWN: f64 = 60.0;
+/// How much of a response is drawn (s).
+pub const SHOWN: f64 = 30.0;
+
+/// The vehicle, its model and its controller.
+#[derive(Debug)]
+pub struct Subject<'a> {
+    /// The files.
+    pub inputs: &'a Inputs,
+    /// The design as it is stored.
+    pub stored: &'a Stored,
+    /// Linearisations and fits.
+    pub model: Model,
+    /// The generalised plant of the design.
+    pub plant: GeneralisedPlant,
+    /// The stored controller.
+    pub controller: Controller,
+    /// Six speeds over the range.
+    pub speeds: Vec<f64>,
+    /// The true linearisations at these speeds.
+    pub truth: Vec<Linearisation>,
+}
+
+impl<'a> Subject<'a> {
+    /// Linearises and fits the vehicle anew, and takes the controller from the stored design.
+    ///
+    /// # Errors
+    /// As [`Model::new`]; [`Error::Mismatch`] when the stored controller has ragged matrices.
+    pub fn new(inputs: &'a Inputs, stored: &'a Stored) -> Result<Self, Error> {
+        let model = Model::new(inputs)?;
+        let plant = augment(inputs, model.lft.clone())?;
+        let controller = controller(&stored.controller.lft)
+            .ok_or_else(|| Error::Mismatch { what: "the shape of a matrix of the controller".into() })?;
+        let speeds = speeds(inputs, SPEEDS);
+        let truth = speeds.iter().map(|v| linearise_at(inputs, *v)).collect::<Result<_, Error>>()?;
+        Ok(Self { inputs, stored, model, plant, controller, speeds, truth })
+    }
+
+    /// The vehicle in words: a surrogate is called one wherever it is named.
+    pub fn name(&self) -> String {
+        let vehicle = &self.inputs.vehicle;
+        match vehicle.status {
+            Status::Surrogate => format!("the {} surrogate", vehicle.name),
+            _ => vehicle.name.clone(),
+        }
+    }
+
+    /// The scheduling parameter at a speed.
+    pub fn rho(&self, speed: f64) -> f64 {
+        let (centre, half_range) = self.inputs.design.scheduling();
+        (speed - centre) / half_range
+    }
+
+    /// A speed in words.
+    pub fn speed_name(v: f64) -> String {
+        format!("{v:.2} m/s")
+    }
+
+    /// Which of the tracked outputs is pitch.
+    ///
+    /// # Errors
+    /// [`Error::PitchNotTracked`].
+    pub fn pitch(&self) -> Result<usize, Error> {
+        let tracked = &self.inputs.design.tracked;
+        tracked.iter().position(|t| t.output == Output::Pitch).ok_or(Error::PitchNotTracked)
+    }
+
+    /// The actuator that moves pitch most, by its reach, at the lowest speed.
+    pub fn pitching_actuator(&self) -> (usize, &Actuator) {
+        let b = &self.truth[0].b;
+        let actuators = &self.inputs.vehicle.actuators;
+        let effect = |j: usize| b[(2, j)].abs() * actuators[j].reach();
+        let most = (0..actuators.len()).max_by(|i, j| effect(*i).total_cmp(&effect(*j)).then(j.cmp(i)));
+        let most = most.unwrap_or(0);
+        (most, &actuators[most])
+    }
+
+    /// A pitch step of the height in the design file, flown at a constant speed by a stored or another controller.
+    ///
+    /// # Errors
+    /// As [`fly`].
+    pub fn fly_step(&self, speed: f64, lft: &LftMatrices) -> Result<Vec<Row>, Error> {
+        let step = Manoeuvre {
+            speed_from: speed,
+            speed_to: speed,
+            step_time: STEP_TIME,
+            step_end: f64::MAX,
+            duration: STEP_TIME + FLOWN,
+            ..self.stored.manoeuvre.clone()
+        };
+        let design = scheduled::ControllerDesign { lft: lft.clone(), ..self.stored.controller.clone() };
+        fly(&self.inputs.vehicle, &design, self.inputs.design.depth, &step)
+    }
+
+    /// The limits of the actuators.
+    pub fn limits(&self) -> Vec<(f64, f64)> {
+        self.inputs.vehicle.actuators.iter().map(|a| (a.min, a.max)).collect()
+    }
+
+    /// The linear model `x' = A x + B u` with inputs in units of their reach and the tracked outputs in units of their scale.
+    pub fn scaled(&self, l: &Linearisation) -> (Mat, Mat, Mat) {
+        let mut b = l.b.clone();
+        for (j, actuator) in self.inputs.vehicle.actuators.iter().enumerate() {
+            b.column_mut(j).scale_mut(actuator.reach());
+        }
+        let tracked = &self.inputs.design.tracked;
+        let c = Mat::from_fn(tracked.len(), STATES, |i, j| {
+            if tracked[i].output.state() == j { 1.0 / tracked[i].scale } else { 0.0 }
+        });
+        (l.a.clone(), b, c)
+    }
+}
+
+/// The frozen controller's matrices as the theory has them; `None` when they are ragged.
+fn controller(lft: &LftMatrices) -> Option<Controller> {
+    let (n, y) = (lft.a.len(), lft.by.first()?.len());
+    let r = lft.blocks.iter().sum();
+    Some(Controller {
+        a: from_rows(&lft.a, n)?,
+        by: from_rows(&lft.by, y)?,
+        bt: from_rows(&lft.bt, r)?,
+        cu: from_rows(&lft.cu, n)?,
+        duy: from_rows(&lft.duy, y)?,
+        dut: from_rows(&lft.dut, r)?,
+        ct: from_rows(&lft.ct, n)?,
+        dty: from_rows(&lft.dty, y)?,
+        dtt: from_rows(&lft.dtt, r)?,
+        blocks: lft.blocks.clone(),
+    })
+}

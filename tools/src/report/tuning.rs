@@ -1,0 +1,279 @@
+//! The paper's Fig. 5: pitch responses at six speeds for three bandwidths of W_e.
+
+use super::axis::Axis;
+use super::chart::{Chart, Curve, Key};
+use super::figure::Figure;
+use super::frozen_loop::FrozenLoop;
+use super::section::{Part, Table};
+use super::subject::{FLOWN, SHOWN, STEP_TIME, Subject};
+use super::verdict::{LEAST_DAMPING, Verdict, all_below, best, equivalent_damping, least, well_damped};
+use crate::certify::controller_rows;
+use crate::error::Error;
+use crate::flight::Row;
+use crate::inputs::Inputs;
+use crate::metrics::StepFigures;
+use crate::problem::augment;
+use lpv::controller::Controller;
+use lpv::synthesis::{Options, synthesise};
+use scheduled::LftMatrices;
+
+/// The bandwidths of Fig. 5 a, b and c (rad/s), and the one that the paper prefers.
+const TRIED: [(f64, &str); 3] = [(0.46, "a"), (0.1, "b"), (0.23, "c")];
+const PREFERRED: f64 = 0.23;
+/// Under which the paper sees the bandwidth of the closed loop (rad/s).
+const CLAIMED_BANDWIDTH: f64 = 1.0;
+const INTERVAL: f64 = 0.02;
+
+/// A controller as the frozen file holds it.
+pub fn lft_matrices(k: &Controller) -> LftMatrices {
+    let certificate::Controller { a, by, bt, cu, duy, dut, ct, dty, dtt } = controller_rows(k);
+    LftMatrices { blocks: k.blocks.clone(), a, by, bt, cu, duy, dut, ct, dty, dtt }
+}
+
+/// What became of one bandwidth at one speed.
+struct Response {
+    impulse: Vec<(f64, f64)>,
+    bandwidth: f64,
+    damping: f64,
+    least_damping: (f64, f64),
+    rows: Vec<Row>,
+    figures: StepFigures,
+    cost: f64,
+}
+
+struct Tuned {
+    weight: f64,
+    letter: &'static str,
+    gamma: f64,
+    responses: Vec<Response>,
+}
+
+/// Fig. 5.
+///
+/// # Errors
+/// [`Error::PitchNotTracked`]; [`Error::Synthesis`] when a bandwidth allows no controller; as [`crate::flight::fly`].
+pub fn tuning(subject: &Subject) -> Result<Vec<Part>, Error> {
+    let all = TRIED.iter().map(|(w, letter)| tune(subject, *w, letter)).collect::<Result<Vec<_>, _>>()?;
+    let step = subject.stored.manoeuvre.pitch_step.to_degrees();
+    let words = format!(
+        "W_e is given another bandwidth and the controller is synthesised anew each time; everything else is as in the design file. \
+         Impulses are of the linear loop at frozen speed (true linearisation, controller in continuous time), as the paper's presumably \
+         are. Steps of {step:.0} deg are flown by the nonlinear vehicle with the sampled autopilot, actuator lags and limits."
+    );
+    Ok(vec![
+        Part::Words(words),
+        Part::Figure(figure(subject, &all)),
+        Part::Table(table(subject, &all)),
+        Part::Verdict(damping_verdict(&all)),
+        Part::Verdict(bandwidth_verdict(&all)),
+        Part::Table(costs_table(&all)),
+        Part::Verdict(best_verdict(&all)),
+    ])
+}
+
+fn tune(subject: &Subject, weight: f64, letter: &'static str) -> Result<Tuned, Error> {
+    let inputs =
+        Inputs { design: subject.inputs.design.clone().with_bandwidth(weight), ..subject.inputs.clone() };
+    let plant = augment(&inputs, subject.model.lft.clone())?;
+    let options = Options { back_off: inputs.design.back_off, ..Options::default() };
+    let design = synthesise(&plant, options)?;
+    let lft = lft_matrices(&design.controller);
+    let pitch = subject.pitch()?;
+    let respond = |i: usize| -> Result<Response, Error> {
+        let linear = FrozenLoop::new(subject, &design.controller, &subject.truth[i])?;
+        let impulse = linear.impulse(pitch, INTERVAL, (FLOWN / INTERVAL) as usize);
+        let damping = equivalent_damping(&impulse.iter().map(|p| p.1).collect::<Vec<_>>());
+        let rows = subject.fly_step(subject.speeds[i], &lft)?;
+        let height = subject.stored.manoeuvre.pitch_step;
+        Ok(Response {
+            bandwidth: linear.bandwidth(pitch),
+            damping,
+            least_damping: linear.least_damping(),
+            impulse,
+            figures: StepFigures::of(&rows, STEP_TIME, height, &subject.limits()),
+            cost: time_weighted_error(&rows, height),
+            rows,
+        })
+    };
+    let responses = (0..subject.speeds.len()).map(respond).collect::<Result<_, _>>()?;
+    Ok(Tuned { weight, letter, gamma: design.certified.gamma, responses })
+}
+
+/// ITAE, the integral of t |error|/height from the step on (s^2): small for a response that is fast and does not ring.
+///
+/// Source: D. Graham, R. Lathrop, Trans. AIEE 72, 1953.
+fn time_weighted_error(rows: &[Row], height: f64) -> f64 {
+    let each = rows.windows(2).map(|w| {
+        let (t, dt) = (w[1].time - STEP_TIME, w[1].time - w[0].time);
+        t.max(0.0) * ((w[1].pitch_reference - w[1].pitch) / height).abs() * dt
+    });
+    each.sum()
+}
+
+fn figure(subject: &Subject, all: &[Tuned]) -> Figure {
+    let keys = subject.speeds.iter().enumerate().map(|(i, v)| Key::nth(i, Subject::speed_name(*v))).collect();
+    let shown = |points: Vec<(f64, f64)>| points.into_iter().filter(|p| p.0 <= SHOWN).collect::<Vec<_>>();
+    let curves = |tuned: &Tuned, of: &dyn Fn(&Response) -> Vec<(f64, f64)>| {
+        let each = tuned.responses.iter().enumerate();
+        each.map(|(key, r)| Curve { key, points: shown(of(r)) }).collect::<Vec<Curve>>()
+    };
+    let mut charts = Vec::new();
+    for tuned in all {
+        charts.push(Chart {
+            title: format!("{}, w_b {}: impulse", tuned.letter, tuned.weight),
+            x: Axis::linear("time (s)"),
+            y: Axis::linear("pitch (deg per deg s)"),
+            curves: curves(tuned, &|r| r.impulse.clone()),
+        });
+    }
+    for tuned in all {
+        charts.push(Chart {
+            title: format!("{}, w_b {}: step", tuned.letter, tuned.weight),
+            x: Axis::linear("time (s)"),
+            y: Axis::linear("pitch from trim (deg)"),
+            curves: curves(tuned, &|r| {
+                let start = r.rows[0].pitch_reference;
+                r.rows.iter().map(|row| (row.time, (row.pitch - start).to_degrees())).collect()
+            }),
+        });
+    }
+    Figure {
+        name: "fig5-pitch-responses".into(),
+        caption: format!(
+            "Pitch of {} at six speeds after an impulse of the demand (above: pitch in degrees for a demand of 1 deg during 1 s, pressed \
+             into an instant) and after a step (below).",
+            subject.name()
+        ),
+        keys,
+        charts,
+    }
+}
+
+fn table(subject: &Subject, all: &[Tuned]) -> Table {
+    let mut table = Table::new([
+        "w_b (rad/s), speed (m/s)",
+        "overshoot %",
+        "10-90 % (s)",
+        "settled to 2 % (s)",
+        "steady error %",
+        "actuator use %",
+        "bandwidth (rad/s)",
+        "damping",
+    ]);
+    for tuned in all {
+        for (v, r) in subject.speeds.iter().zip(&tuned.responses) {
+            table.rows.push(vec![
+                format!("{}, {v:.2}", tuned.weight),
+                format!("{:.1}", 100.0 * r.figures.overshoot),
+                format!("{:.2}", r.figures.rise_time),
+                seconds(r.figures.settling_time),
+                format!("{:.2}", 100.0 * r.figures.steady_error),
+                format!("{:.0}", 100.0 * r.figures.actuator_use),
+                format!("{:.2}", r.bandwidth),
+                format!("{:.2}", r.damping),
+            ]);
+        }
+    }
+    table
+}
+
+/// A time, or that it was not reached.
+pub fn seconds(v: f64) -> String {
+    if v.is_finite() { format!("{v:.2}") } else { "never".into() }
+}
+
+fn damping_verdict(all: &[Tuned]) -> Verdict {
+    let each = || all.iter().flat_map(|t| &t.responses);
+    let ratios: Vec<f64> = each().map(|r| r.damping).collect();
+    let least = ratios.iter().copied().fold(f64::INFINITY, f64::min);
+    let mode =
+        each().map(|r| r.least_damping).fold((f64::INFINITY, 0.0), |a, b| if b.0 < a.0 { b } else { a });
+    let overshoot = each().map(|r| r.figures.overshoot).fold(0.0, f64::max);
+    Verdict {
+        claim: "the closed loop is well damped at all speeds (Fig. 5).",
+        criterion: format!(
+            "the damping ratio by the logarithmic decrement of the impulse response, at least {LEAST_DAMPING} (the best class of \
+             short-period damping in MIL-F-8785C), at each of the six speeds and three bandwidths."
+        ),
+        finding: well_damped(&ratios),
+        because: format!(
+            "{} of {} responses reach {LEAST_DAMPING}; the least is {least:.2}. The largest overshoot of a flown step is {:.1} %. The least \
+             damped mode of any of the loops has {:.2} at {:.2} rad/s, whether or not pitch shows it.",
+            ratios.iter().filter(|z| **z >= LEAST_DAMPING).count(),
+            ratios.len(),
+            100.0 * overshoot,
+            mode.0,
+            mode.1
+        ),
+    }
+}
+
+fn bandwidth_verdict(all: &[Tuned]) -> Verdict {
+    let largest = |t: &Tuned| t.responses.iter().map(|r| r.bandwidth).fold(0.0, worse);
+    let found: Vec<f64> = all.iter().map(largest).collect();
+    let each: Vec<String> =
+        all.iter().zip(&found).map(|(t, b)| format!("{b:.2} rad/s with w_b = {}", t.weight)).collect();
+    Verdict {
+        claim: "the bandwidth of the closed loop is below 1 rad/s at all speeds (section 4).",
+        criterion: format!(
+            "the highest frequency at which |T| of pitch is 1/sqrt(2), largest over the six speeds, below {CLAIMED_BANDWIDTH} rad/s for \
+             each of the three bandwidths of the weight; for some of them bears it out partly."
+        ),
+        finding: all_below(&found, CLAIMED_BANDWIDTH),
+        because: format!("The largest is {}.", each.join(", ")),
+    }
+}
+
+/// The larger of two, or not-a-number if one is.
+fn worse(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
+}
+
+/// Name, unit, and what each bandwidth costs at its worst or on average.
+fn costs(all: &[Tuned]) -> [(&'static str, Vec<(f64, f64)>); 4] {
+    let each = |of: &dyn Fn(&Response) -> f64, fold: &dyn Fn(&[f64]) -> f64| -> Vec<(f64, f64)> {
+        let values = |t: &Tuned| t.responses.iter().map(of).collect::<Vec<f64>>();
+        all.iter().map(|t| (t.weight, fold(&values(t)))).collect()
+    };
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+    let largest = |v: &[f64]| v.iter().copied().fold(0.0, worse);
+    [
+        ("ITAE, mean (s^2)", each(&|r| r.cost, &mean)),
+        ("settling, worst (s)", each(&|r| r.figures.settling_time, &largest)),
+        ("overshoot, worst (%)", each(&|r| 100.0 * r.figures.overshoot, &largest)),
+        ("actuator use, worst (%)", each(&|r| 100.0 * r.figures.actuator_use, &largest)),
+    ]
+}
+
+fn costs_table(all: &[Tuned]) -> Table {
+    let costs = costs(all);
+    let mut head = vec!["w_b (rad/s)".to_owned(), "gamma, bound".to_owned()];
+    head.extend(costs.iter().map(|(name, _)| (*name).to_owned()));
+    let row = |(i, tuned): (usize, &Tuned)| {
+        let mut row = vec![tuned.weight.to_string(), format!("{:.4}", tuned.gamma)];
+        row.extend(costs.iter().map(|(_, values)| seconds(values[i].1)));
+        row
+    };
+    Table { head, rows: all.iter().enumerate().map(row).collect() }
+}
+
+fn best_verdict(all: &[Tuned]) -> Verdict {
+    let costs = costs(all);
+    let measures: Vec<Vec<(f64, f64)>> = costs.iter().map(|(_, values)| values.clone()).collect();
+    let each: Vec<String> = costs
+        .iter()
+        .map(|(name, values)| match least(values) {
+            Some(at) => format!("by {name} w_b = {at}"),
+            None => format!("by {name} none alone"),
+        })
+        .collect();
+    Verdict {
+        claim: "from the point of view of time simulation w_b = 0.23 is the best of the three (section 4).",
+        criterion: "which bandwidth has the least of four costs of the flown steps over the six speeds: ITAE (the time-weighted error), the \
+                    worst settling time, the worst overshoot, the worst use of an actuator. The paper does not say by what it chose; the best \
+                    by all four bears it out, by some partly."
+            .into(),
+        finding: best(PREFERRED, &measures),
+        because: format!("Best is {}.", each.join(", ")),
+    }
+}
