@@ -2,21 +2,21 @@
 
 #![allow(non_snake_case, reason = "the field's symbols keep their capitals: Z is a force, z a length")]
 
-use num_dual::DualNum;
+use crate::dynamics::Scalar;
 
 /// What an actuator does to the hull.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Effect {
+pub enum Effect<D = f64> {
     /// A thruster; its output is a thrust T \[N\].
     ///
     /// `X = T cos(direction)`, `Z = T sin(direction)`, `M = z X - x Z`.
     Thruster {
         /// Position forward of the origin \[m\].
-        x: f64,
+        x: D,
         /// Position below the origin \[m\].
-        z: f64,
+        z: D,
         /// Direction of positive thrust \[rad\]: 0 pushes the vehicle forward, pi/2 pushes it down.
-        direction: f64,
+        direction: D,
     },
     /// A control surface; its output is a deflection delta \[rad\].
     ///
@@ -24,11 +24,11 @@ pub enum Effect {
     /// u|u| is the same ahead and has the right sign astern.
     ControlSurface {
         /// Heave force per u|u| delta \[kg/(m.rad)\].
-        Z_uu_delta: f64,
+        Z_uu_delta: D,
         /// Pitch moment per u|u| delta \[kg/rad\].
-        M_uu_delta: f64,
+        M_uu_delta: D,
         /// Surge force per u|u| delta^2 \[kg/(m.rad2)\], zero or negative.
-        X_uu_delta2: f64,
+        X_uu_delta2: D,
     },
 }
 
@@ -57,17 +57,8 @@ impl Actuator {
     }
 
     /// Returns surge force, heave force and pitch moment of an output at a surge speed `u` through the water.
-    pub fn force<D: DualNum<Primitive = f64> + Copy>(&self, u: D, output: D) -> [D; 3] {
-        match self.effect {
-            Effect::Thruster { x, z, direction } => {
-                let (sin, cos) = direction.sin_cos();
-                [output * cos, output * sin, output * (z * cos - x * sin)]
-            }
-            Effect::ControlSurface { Z_uu_delta, M_uu_delta, X_uu_delta2 } => {
-                let deflection = u * u.abs() * output;
-                [deflection * output * X_uu_delta2, deflection * Z_uu_delta, deflection * M_uu_delta]
-            }
-        }
+    pub fn force<D: Scalar>(&self, u: D, output: D) -> [D; 3] {
+        self.effect.map(|_, value| D::from(value)).force(u, output)
     }
 
     /// Returns the output a time `elapsed` \[s\] after it was `start`, under a held command within or beyond the limits.
@@ -81,5 +72,37 @@ impl Actuator {
     /// Returns the largest size of its output \[N or rad\], the unit in which efforts of different actuators compare.
     pub fn reach(&self) -> f64 {
         self.min.abs().max(self.max.abs())
+    }
+}
+
+impl<D: Scalar> Effect<D> {
+    /// Returns surge force, heave force and pitch moment of an output at a surge speed `u` through the water.
+    pub(crate) fn force(&self, u: D, output: D) -> [D; 3] {
+        match *self {
+            Self::Thruster { x, z, direction } => {
+                let (sin, cos) = direction.sin_cos();
+                [output * cos, output * sin, output * (z * cos - x * sin)]
+            }
+            Self::ControlSurface { Z_uu_delta, M_uu_delta, X_uu_delta2 } => {
+                let deflection = u * u.abs() * output;
+                [deflection * output * X_uu_delta2, deflection * Z_uu_delta, deflection * M_uu_delta]
+            }
+        }
+    }
+}
+
+impl<C: Copy> Effect<C> {
+    /// Turns every number into `f(key, value)`, with the key of the vehicle file.
+    pub fn map<D>(&self, f: impl Fn(&'static str, C) -> D) -> Effect<D> {
+        match *self {
+            Self::Thruster { x, z, direction } => {
+                Effect::Thruster { x: f("x", x), z: f("z", z), direction: f("direction", direction) }
+            }
+            Self::ControlSurface { Z_uu_delta, M_uu_delta, X_uu_delta2 } => Effect::ControlSurface {
+                Z_uu_delta: f("Z_uu_delta", Z_uu_delta),
+                M_uu_delta: f("M_uu_delta", M_uu_delta),
+                X_uu_delta2: f("X_uu_delta2", X_uu_delta2),
+            },
+        }
     }
 }

@@ -9,6 +9,8 @@
 use nalgebra::Matrix3;
 use thiserror::Error;
 
+use crate::dynamics::Scalar;
+
 /// The values that a coefficient may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Allowed {
@@ -71,10 +73,19 @@ macro_rules! coefficients {
     ($($section:literal { $($key:ident [$unit:literal] $allowed:ident $default:expr, $meaning:literal;)* })*) => {
         /// Every coefficient of the longitudinal model, in SI units; see [`COEFFICIENTS`] for their table.
         ///
+        /// Over a [`Scalar`] that carries derivatives, so do they.
+        ///
         /// `Z_uw`, `Z_uq`, `M_uw` and `M_uq` are the lift and viscous parts alone: added-mass cross terms and the Munk
         /// moment come from the added masses.
         #[derive(Clone, Debug, PartialEq)]
-        pub struct Coefficients { $($(#[doc = concat!($meaning, " \\[", $unit, "\\].")] pub $key: f64,)*)* }
+        pub struct Coefficients<D = f64> { $($(#[doc = concat!($meaning, " \\[", $unit, "\\].")] pub $key: D,)*)* }
+
+        impl<C: Copy> Coefficients<C> {
+            /// Turns every coefficient into `f(key, value)`.
+            pub fn map<D>(&self, f: impl Fn(&'static str, C) -> D) -> Coefficients<D> {
+                Coefficients { $($($key: f(stringify!($key), self.$key),)*)* }
+            }
+        }
 
         /// Every coefficient: key, section, unit, allowed values, default, meaning.
         pub static COEFFICIENTS: &[CoefficientSpec] = &[$($(CoefficientSpec {
@@ -173,7 +184,7 @@ pub enum CoefficientError {
     },
 }
 
-impl Coefficients {
+impl<D: Scalar> Coefficients<D> {
     /// Returns the mass matrix M of surge, heave and pitch, added mass included.
     ///
     /// ```text
@@ -183,13 +194,13 @@ impl Coefficients {
     /// ```
     ///
     /// Source: Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control (2011), ch. 6, in the x-z plane.
-    pub fn mass_matrix(&self) -> Matrix3<f64> {
-        let m = self.mass;
+    pub fn mass_matrix(&self) -> Matrix3<D> {
+        let (m, none) = (self.mass, D::from(0.0));
         Matrix3::new(
             m - self.X_u_dot,
-            0.0,
+            none,
             m * self.z_G,
-            0.0,
+            none,
             m - self.Z_w_dot,
             -(m * self.x_G + self.Z_q_dot),
             m * self.z_G,
@@ -197,7 +208,9 @@ impl Coefficients {
             self.I_yy - self.M_q_dot,
         )
     }
+}
 
+impl Coefficients {
     /// Returns the buoyancy at a depth \[m\]: B(z) = B + dB/dz (z - z_ref).
     pub fn buoyancy_at(&self, depth: f64) -> f64 {
         self.buoyancy + self.buoyancy_gradient * (depth - self.reference_depth)

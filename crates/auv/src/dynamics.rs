@@ -63,14 +63,7 @@ impl Dynamics {
     /// Returns \[u' w' q'\] under the force \[X Z M\] of the actuators: `M nu' = coriolis + restoring + lift + damping + drag +
     /// actuators`.
     pub fn acceleration<D: Scalar>(&self, motion: &Motion<D>, depth: D, actuators: [D; 3]) -> [D; 3] {
-        let parts = [
-            self.coriolis(motion),
-            self.restoring(motion.theta, depth),
-            self.lift(motion),
-            self.damping(motion),
-            [self.axial_drag(motion.u), D::from(0.0), D::from(0.0)],
-        ];
-        let total = parts.into_iter().fold(actuators, add);
+        let total = self.lifted().force(motion, depth, actuators);
         let row = |i: usize| {
             total[0] * self.inverse_mass[(i, 0)]
                 + total[1] * self.inverse_mass[(i, 1)]
@@ -79,55 +72,16 @@ impl Dynamics {
         [row(0), row(1), row(2)]
     }
 
-    /// Kirchhoff's inertial terms: `-q p_z`, `q p_x`, `u p_z - w p_x`, with the momenta `p_x = (m - X_u') u + m z_G q` and
-    /// `p_z = (m - Z_w') w - (m x_G + Z_q') q`; the Munk moment is among them.
-    fn coriolis<D: Scalar>(&self, motion: &Motion<D>) -> [D; 3] {
-        let c = &self.coefficients;
-        let Motion { u, w, q, .. } = *motion;
-        let p_x = u * (c.mass - c.X_u_dot) + q * (c.mass * c.z_G);
-        let p_z = w * (c.mass - c.Z_w_dot) - q * (c.mass * c.x_G + c.Z_q_dot);
-        [-(q * p_z), q * p_x, u * p_z - w * p_x]
-    }
-
-    /// Weight and buoyancy: `-(W - B) sin`, `(W - B) cos`, `-(z_G W - z_B B) sin - (x_G W - x_B B) cos`.
-    fn restoring<D: Scalar>(&self, theta: D, depth: D) -> [D; 3] {
-        let c = &self.coefficients;
-        let (sin, cos) = theta.sin_cos();
-        let buoyancy = (depth - c.reference_depth) * c.buoyancy_gradient + c.buoyancy;
-        let excess = -(buoyancy - c.weight);
-        let righting = -(buoyancy * c.z_B - c.z_G * c.weight);
-        let trimming = -(buoyancy * c.x_B - c.x_G * c.weight);
-        [-(excess * sin), excess * cos, -(righting * sin) - trimming * cos]
-    }
-
-    /// Lift and its moment: `Z_uw u w + Z_uq u q` and `M_uw u w + M_uq u q + M_uu u|u|`.
-    fn lift<D: Scalar>(&self, motion: &Motion<D>) -> [D; 3] {
-        let c = &self.coefficients;
-        let Motion { u, w, q, .. } = *motion;
-        let force = u * w * c.Z_uw + u * q * c.Z_uq;
-        let moment = u * w * c.M_uw + u * q * c.M_uq + u * u.abs() * c.M_uu;
-        [D::from(0.0), force, moment]
-    }
-
-    /// Linear damping and cross-flow drag: `Z_w w + Z_ww w|w| + Z_qq q|q|` and `M_q q + M_qq q|q| + M_ww w|w|`.
-    fn damping<D: Scalar>(&self, motion: &Motion<D>) -> [D; 3] {
-        let c = &self.coefficients;
-        let Motion { w, q, .. } = *motion;
-        let (ww, qq) = (w * w.abs(), q * q.abs());
-        [D::from(0.0), w * c.Z_w + ww * c.Z_ww + qq * c.Z_qq, q * c.M_q + qq * c.M_qq + ww * c.M_ww]
-    }
-
     /// Returns the surge force of drag: `X_uu u|u| - rho/2 (C_f k S_w + C_d A) u|u|`.
     ///
     /// `C_f = 0.075 / (log10 Re - 2)^2`, `Re = |u| L / nu`, at least [`LEAST_REYNOLDS_NUMBER`]. Source: ITTC (1957).
     pub fn axial_drag<D: Scalar>(&self, u: D) -> D {
-        let c = &self.coefficients;
-        let reynolds = u.abs() * (c.length / c.kinematic_viscosity);
-        let reynolds =
-            if reynolds > LEAST_REYNOLDS_NUMBER { reynolds } else { D::from(LEAST_REYNOLDS_NUMBER) };
-        let line = reynolds.log10() - 2.0;
-        let friction = (line * line).recip() * (0.075 * c.form_factor * c.wetted_area);
-        u * u.abs() * ((friction + c.drag_area) * (-0.5 * c.density) + c.X_uu)
+        self.lifted().axial_drag(u)
+    }
+
+    /// The coefficients as constants among scalars that carry derivatives.
+    fn lifted<D: Scalar>(&self) -> Coefficients<D> {
+        self.coefficients.map(|_, value| D::from(value))
     }
 }
 
@@ -141,6 +95,6 @@ pub fn actuator_force<D: Scalar>(
     actuators.iter().zip(outputs).fold(zero, |sum, (actuator, output)| add(sum, actuator.force(u, output)))
 }
 
-fn add<D: Scalar>(a: [D; 3], b: [D; 3]) -> [D; 3] {
+pub(crate) fn add<D: Scalar>(a: [D; 3], b: [D; 3]) -> [D; 3] {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }

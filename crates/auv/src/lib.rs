@@ -11,6 +11,7 @@
 //! - [`Dynamics`]: the nonlinear longitudinal equations of motion, over any [`Scalar`];
 //! - [`trim()`]: level, steady motion at a speed and a depth;
 //! - [`linearise()`]: A and B about a trim, by exact derivatives;
+//! - [`Descriptor`]: the same before the mass matrix is inverted, and its derivatives by any [`Parameter`] of vehicle and trim;
 //! - [`Plant`]: the vehicle in motion, by the nonlinear equations or by an [`LpvModel`].
 //!
 //! ```
@@ -28,12 +29,15 @@
 
 mod actuator;
 mod coefficients;
+mod descriptor;
 mod dynamics;
 mod flow;
+mod forces;
 mod frozen;
 mod integrator;
 mod linearise;
 mod lpv_model;
+mod parameter;
 mod plant;
 mod simulation_error;
 mod trim;
@@ -42,11 +46,13 @@ mod vehicle_file;
 
 pub use actuator::{Actuator, Effect};
 pub use coefficients::{Allowed, COEFFICIENTS, CoefficientError, CoefficientSpec, Coefficients};
+pub use descriptor::Descriptor;
 pub use dynamics::{Dynamics, LEAST_REYNOLDS_NUMBER, Motion, Scalar, actuator_force};
 pub use flow::Current;
 pub use integrator::IntegrationError;
 pub use linearise::{Linearisation, linearise};
 pub use lpv_model::{LPV_MODEL_FORMAT, LpvModel, LpvModelError, TrimPoint};
+pub use parameter::{Parameter, UnknownParameter};
 pub use plant::{Fidelity, Plant, State};
 pub use simulation_error::SimulationError;
 pub use trim::{Speed, Trim, TrimError, trim};

@@ -10,6 +10,7 @@ pub use error::{FileProblem, VehicleFileError};
 
 use crate::coefficients::{COEFFICIENTS, CoefficientError, CoefficientSpec, Coefficients};
 use crate::vehicle::{Status, Vehicle};
+pub(crate) use table::nearest;
 use table::{Document, Table};
 
 const CONVENTION: &str = "convention";

@@ -238,7 +238,7 @@ fn quoted(units: &[&str]) -> String {
 }
 
 /// Returns the candidate that is most like the word, if one is like it.
-fn nearest(word: &str, candidates: &[&str]) -> Option<String> {
+pub(crate) fn nearest(word: &str, candidates: &[&str]) -> Option<String> {
     let likeness = |candidate: &str| strsim::jaro_winkler(&word.to_lowercase(), &candidate.to_lowercase());
     let scored = candidates.iter().map(|candidate| (likeness(candidate), candidate));
     let (score, candidate) = scored.max_by(|a, b| a.0.total_cmp(&b.0))?;

@@ -1,0 +1,137 @@
+//! The linear motion before the mass matrix is inverted, and its derivatives by the vehicle's coefficients and its trim.
+//!
+//! Dual numbers of second and third order differentiate the very code that simulates; nothing is differenced.
+
+use nalgebra::DMatrix;
+use num_dual::{Dual64, HyperDual64, HyperHyperDual64};
+
+use crate::coefficients::Coefficients;
+use crate::dynamics::{Motion, Scalar, add};
+use crate::parameter::Parameter;
+use crate::trim::Trim;
+use crate::vehicle::Vehicle;
+
+/// `M x' = C x + D (T - T0)` about a trim, with x = \[u w q theta\] less its trim.
+///
+/// M and C are 4 x 4 and D is 4 x m; the rows are surge force \[N\], heave force \[N\], pitch moment \[N.m\], and theta' = q. A is
+/// `M^-1 C` and B is `M^-1 D`. In most coefficients M, C and D are affine, and none divides by another.
+///
+/// Source: A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci. 40(2), 2011, section 3A.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Descriptor {
+    /// M.
+    pub mass: DMatrix<f64>,
+    /// C.
+    pub state: DMatrix<f64>,
+    /// D.
+    pub input: DMatrix<f64>,
+}
+
+impl Descriptor {
+    /// Returns M, C and D at a trim, which need not be one of this very vehicle.
+    pub fn at(vehicle: &Vehicle, trim: &Trim) -> Self {
+        differentiate(vehicle, trim, &[], Dual64::new(0.0, 1.0), |d| d.re, |d| d.eps)
+    }
+
+    /// Returns the derivatives of M, C and D by a parameter, all others held, the trim among them.
+    pub fn derivative(vehicle: &Vehicle, trim: &Trim, by: Parameter) -> Self {
+        let zero = HyperDual64::from(0.0);
+        let seeds = [(by, zero.derivative2())];
+        differentiate(vehicle, trim, &seeds, zero.derivative1(), |d| d.eps2, |d| d.eps1eps2)
+    }
+
+    /// Returns the second derivatives of M, C and D by two parameters, all others held, the trim among them.
+    pub fn second_derivative(vehicle: &Vehicle, trim: &Trim, by: [Parameter; 2]) -> Self {
+        let zero = HyperHyperDual64::from(0.0);
+        let seeds = [(by[0], zero.derivative2()), (by[1], zero.derivative3())];
+        let unit = zero.derivative1();
+        differentiate(vehicle, trim, &seeds, unit, |d| d.eps2eps3, |d| d.eps1eps2eps3)
+    }
+
+    /// Returns `[M C D]`, 4 x (8 + m).
+    pub fn stacked(&self) -> DMatrix<f64> {
+        let inputs = self.input.ncols();
+        let mut whole = DMatrix::zeros(4, 8 + inputs);
+        whole.columns_mut(0, 4).copy_from(&self.mass);
+        whole.columns_mut(4, 4).copy_from(&self.state);
+        whole.columns_mut(8, inputs).copy_from(&self.input);
+        whole
+    }
+}
+
+/// Evaluates the forces with `seeds` added to parameters and `unit` to one state or input after the other, and takes parts.
+fn differentiate<D: Scalar>(
+    vehicle: &Vehicle,
+    trim: &Trim,
+    seeds: &[(Parameter, D)],
+    unit: D,
+    mass_part: impl Fn(&D) -> f64,
+    part: impl Fn(&D) -> f64,
+) -> Descriptor {
+    let point = Point::new(vehicle, trim, seeds);
+    let inputs = point.outputs.len();
+    let mut jacobian = DMatrix::zeros(4, 4 + inputs);
+    for column in 0..4 + inputs {
+        let force = point.force(column, unit);
+        (0..4).for_each(|row| jacobian[(row, column)] = part(&force[row]));
+    }
+    let inertia = point.coefficients.mass_matrix();
+    let mut mass = DMatrix::zeros(4, 4);
+    (0..3).for_each(|i| (0..3).for_each(|j| mass[(i, j)] = mass_part(&inertia[(i, j)])));
+    mass[(3, 3)] = mass_part(&D::from(1.0));
+    Descriptor {
+        mass,
+        state: jacobian.columns(0, 4).into_owned(),
+        input: jacobian.columns(4, inputs).into_owned(),
+    }
+}
+
+/// A vehicle and its trim over scalars that carry derivatives.
+struct Point<D> {
+    coefficients: Coefficients<D>,
+    effects: Vec<crate::actuator::Effect<D>>,
+    motion: Motion<D>,
+    depth: D,
+    outputs: Vec<D>,
+}
+
+impl<D: Scalar> Point<D> {
+    fn new(vehicle: &Vehicle, trim: &Trim, seeds: &[(Parameter, D)]) -> Self {
+        let seeded = |parameter: Parameter, value: f64| {
+            let start = D::from(value);
+            seeds.iter().filter(|(p, _)| *p == parameter).fold(start, |sum, (_, seed)| sum + *seed)
+        };
+        let incidence = seeded(Parameter::Incidence, trim.incidence);
+        let (sin, cos) = incidence.sin_cos();
+        let actuators = vehicle.actuators.iter().enumerate();
+        Self {
+            coefficients: vehicle.coefficients.map(|key, value| seeded(Parameter::Coefficient(key), value)),
+            effects: actuators
+                .map(|(actuator, a)| {
+                    a.effect.map(|key, value| seeded(Parameter::Effect { actuator, key }, value))
+                })
+                .collect(),
+            motion: Motion { u: cos * trim.speed, w: sin * trim.speed, q: D::from(0.0), theta: incidence },
+            depth: D::from(trim.depth),
+            outputs: trim
+                .actuators
+                .iter()
+                .enumerate()
+                .map(|(i, t)| seeded(Parameter::Output(i), *t))
+                .collect(),
+        }
+    }
+
+    /// Surge force, heave force, pitch moment and theta', with `unit` added to the state or input number `column`.
+    fn force(&self, column: usize, unit: D) -> [D; 4] {
+        let added = |place: usize, value: D| if place == column { value + unit } else { value };
+        let Motion { u, w, q, theta } = self.motion;
+        let motion = Motion { u: added(0, u), w: added(1, w), q: added(2, q), theta: added(3, theta) };
+        let zero = [D::from(0.0); 3];
+        let pairs = self.effects.iter().zip(&self.outputs).enumerate();
+        let actuators = pairs
+            .fold(zero, |sum, (i, (effect, output))| add(sum, effect.force(motion.u, added(4 + i, *output))));
+        let [x, z, m] = self.coefficients.force(&motion, self.depth, actuators);
+        [x, z, m, motion.q]
+    }
+}

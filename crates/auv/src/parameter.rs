@@ -1,0 +1,143 @@
+//! The numbers of a vehicle, and of its trim, that a model may hold uncertain.
+
+use thiserror::Error;
+
+use crate::actuator::Effect;
+use crate::coefficients::COEFFICIENTS;
+use crate::trim::Trim;
+use crate::vehicle::Vehicle;
+use crate::vehicle_file::nearest;
+
+/// A number on which the linear motion depends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Parameter {
+    /// A row of [`COEFFICIENTS`], by its key.
+    Coefficient(&'static str),
+    /// A number of an actuator's effect, by its key in the vehicle file.
+    Effect {
+        /// The actuator's place in the vehicle.
+        actuator: usize,
+        /// The key, for instance `Z_uu_delta`.
+        key: &'static str,
+    },
+    /// The incidence at trim \[rad\].
+    Incidence,
+    /// The output of an actuator at trim \[N or rad\], by its place in the vehicle.
+    Output(usize),
+}
+
+/// Why there is no such parameter.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error(
+    "the vehicle has no coefficient '{name}'{}; it has {known}",
+    suggestion.as_ref().map(|s| format!(" (did you mean '{s}'?)")).unwrap_or_default()
+)]
+pub struct UnknownParameter {
+    /// The name asked for.
+    pub name: String,
+    /// The name that is most like it.
+    pub suggestion: Option<String>,
+    /// All names.
+    pub known: String,
+}
+
+impl Parameter {
+    /// Returns every coefficient of a vehicle and of its actuators, in the order of the vehicle file.
+    pub fn all(vehicle: &Vehicle) -> Vec<Self> {
+        let coefficients = COEFFICIENTS.iter().map(|spec| Self::Coefficient(spec.key));
+        let effects = vehicle.actuators.iter().enumerate().flat_map(|(actuator, a)| {
+            let keys: &[&'static str] = match a.effect {
+                Effect::Thruster { .. } => &["x", "z", "direction"],
+                Effect::ControlSurface { .. } => &["Z_uu_delta", "M_uu_delta", "X_uu_delta2"],
+            };
+            keys.iter().map(move |key| Self::Effect { actuator, key })
+        });
+        coefficients.chain(effects).collect()
+    }
+
+    /// Finds a coefficient by its name: `Z_uw`, or `stern_planes.M_uu_delta`.
+    ///
+    /// # Errors
+    /// [`UnknownParameter`] with the nearest name.
+    pub fn named(vehicle: &Vehicle, name: &str) -> Result<Self, UnknownParameter> {
+        let all = Self::all(vehicle);
+        let names: Vec<String> = all.iter().map(|parameter| parameter.name(vehicle)).collect();
+        if let Some(place) = names.iter().position(|known| known == name) {
+            return Ok(all[place]);
+        }
+        let known: Vec<&str> = names.iter().map(String::as_str).collect();
+        let suggestion = nearest(name, &known);
+        Err(UnknownParameter { name: name.to_string(), suggestion, known: known.join(", ") })
+    }
+
+    /// Returns its name, as [`Parameter::named`] reads it; `incidence` and `stern_planes at trim` for those of the trim.
+    pub fn name(self, vehicle: &Vehicle) -> String {
+        match self {
+            Self::Coefficient(key) => key.to_string(),
+            Self::Effect { actuator, key } => format!("{}.{key}", vehicle.actuators[actuator].name),
+            Self::Incidence => "incidence".to_string(),
+            Self::Output(actuator) => format!("{} at trim", vehicle.actuators[actuator].name),
+        }
+    }
+
+    /// Returns its SI unit.
+    pub fn unit(self, vehicle: &Vehicle) -> &'static str {
+        match self {
+            Self::Coefficient(key) => COEFFICIENTS.iter().find(|s| s.key == key).map_or("", |s| s.unit),
+            Self::Effect { key, .. } => match key {
+                "x" | "z" => "m",
+                "Z_uu_delta" => "kg/(m.rad)",
+                "M_uu_delta" => "kg/rad",
+                "X_uu_delta2" => "kg/(m.rad2)",
+                _ => "rad",
+            },
+            Self::Incidence => "rad",
+            Self::Output(actuator) => vehicle.actuators[actuator].unit(),
+        }
+    }
+
+    /// Returns its value, SI.
+    pub fn value(self, vehicle: &Vehicle, trim: &Trim) -> f64 {
+        match self {
+            Self::Incidence => trim.incidence,
+            Self::Output(actuator) => trim.actuators[actuator],
+            of_vehicle => of_vehicle.coefficient(vehicle).unwrap_or(0.0),
+        }
+    }
+
+    /// Returns the value of a coefficient, SI; `None` for what belongs to the trim.
+    pub fn coefficient(self, vehicle: &Vehicle) -> Option<f64> {
+        match self {
+            Self::Coefficient(key) => {
+                COEFFICIENTS.iter().find(|s| s.key == key).map(|s| (s.get)(&vehicle.coefficients))
+            }
+            Self::Effect { actuator, key } => {
+                let found = std::cell::Cell::new(None);
+                vehicle.actuators[actuator].effect.map(|k, value| {
+                    if k == key {
+                        found.set(Some(value));
+                    }
+                });
+                found.get()
+            }
+            Self::Incidence | Self::Output(_) => None,
+        }
+    }
+
+    /// Returns the vehicle with another value of a coefficient, unchecked; what belongs to the trim changes nothing.
+    #[must_use]
+    pub fn with_value(self, vehicle: &Vehicle, value: f64) -> Vehicle {
+        let mut changed = vehicle.clone();
+        match self {
+            Self::Coefficient(key) => {
+                changed.coefficients = vehicle.coefficients.map(|k, v| if k == key { value } else { v });
+            }
+            Self::Effect { actuator, key } => {
+                let effect = vehicle.actuators[actuator].effect.map(|k, v| if k == key { value } else { v });
+                changed.actuators[actuator].effect = effect;
+            }
+            Self::Incidence | Self::Output(_) => {}
+        }
+        changed
+    }
+}
