@@ -95,6 +95,17 @@ pub enum ReadError {
         /// Its rows.
         expected: usize,
     },
+    /// A parameter that the claim would count, and on which nothing depends.
+    #[error(
+        "{field}[{index}]: is 0 or missing in blocks and controller_blocks alike, must be above 0 in one of them: no channel has \
+         parameter {index}"
+    )]
+    NoChannel {
+        /// `blocks`, or `controller_blocks` where the other list is shorter.
+        field: &'static str,
+        /// The parameter, from 0.
+        index: usize,
+    },
 }
 
 /// A matrix of the proof.

@@ -3,20 +3,26 @@
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use std::fmt;
 
-/// A JSON value; the keys of an object stay in the order of the text.
+/// A JSON value, read strictly: a key that stands twice in one object, or a number that is no finite f64, is an error.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Json {
+pub enum Json {
+    /// `null`.
     Null,
+    /// `true` or `false`.
     Bool(bool),
+    /// A number, as the f64 nearest to it.
     Number(f64),
+    /// A string.
     Text(String),
+    /// A list.
     List(Vec<Json>),
+    /// An object; its keys stay in the order of the text.
     Object(Vec<(String, Json)>),
 }
 
 impl Json {
     /// What a message calls this value.
-    pub(crate) fn describe(&self) -> String {
+    pub fn describe(&self) -> String {
         match self {
             Self::Null => "null".into(),
             Self::Bool(b) => b.to_string(),

@@ -79,13 +79,15 @@
 //! let theorem = certificate::Certificate::from_json(text)?.prove()?;
 //! assert_eq!(
 //!     theorem.to_string(),
-//!     "The closed loop of 1 state is exponentially stable and its L2 gain from w to z is below 1.25."
+//!     "The closed loop of 1 state is exponentially stable and its L2 gain from w to z is below 1.25. \
+//!      Nothing is proved of a plant that differs from the one in the certificate: it has no section `residual`."
 //! );
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
 //! - [`Certificate`], [`Plant`], [`Controller`], [`Residual`]: the file; [`ReadError`] is what may be wrong with it;
-//! - [`Certificate::prove`]: the proof; [`Theorem`] or [`Failure`] is its outcome.
+//! - [`Certificate::prove`]: the proof; [`Theorem`] or [`Failure`] is its outcome;
+//! - [`Json`]: how strictly the file is read, for other files that deserve it.
 
 mod certificate;
 mod closed_loop;
@@ -103,4 +105,5 @@ mod theorem;
 
 pub use certificate::{Certificate, Controller, FORMAT, Plant, Residual, Rows};
 pub use error::{Claim, Failure, Proved, ReadError};
+pub use json::Json;
 pub use theorem::Theorem;

@@ -61,11 +61,26 @@ impl Certificate {
         }
         check_blocks("blocks", &self.blocks, "plant.Ct", s.t)?;
         check_blocks("controller_blocks", &self.controller_blocks, "controller.Ct", s.tk)?;
+        self.check_parameters()?;
         self.check_plant(s)?;
         self.check_controller(s)?;
         check_number("gamma", self.gamma)?;
         check_proof("", s, [&self.x, &self.s, &self.t])?;
         self.residual.as_ref().map_or(Ok(()), |r| check_residual(r, s))
+    }
+
+    /// Each parameter has a channel: nothing may be claimed of more parameters than there are.
+    fn check_parameters(&self) -> Result<(), ReadError> {
+        let (plant, controller) = (&self.blocks, &self.controller_blocks);
+        let repetitions = |blocks: &[usize], i: usize| blocks.get(i).copied().unwrap_or(0);
+        let unused = |&i: &usize| repetitions(plant, i) == 0 && repetitions(controller, i) == 0;
+        match (0..plant.len().max(controller.len())).find(unused) {
+            Some(index) => {
+                let field = if index < plant.len() { "blocks" } else { "controller_blocks" };
+                Err(ReadError::NoChannel { field, index })
+            }
+            None => Ok(()),
+        }
     }
 
     fn check_plant(&self, s: Sizes) -> Result<(), ReadError> {

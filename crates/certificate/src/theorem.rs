@@ -12,7 +12,7 @@ use std::fmt;
 pub struct Theorem {
     /// The L2 gain from w to z is below this.
     pub gamma: f64,
-    /// Parameters in `[-1, 1]`.
+    /// Parameters in `[-1, 1]`, all of which occur in plant or controller.
     pub parameters: usize,
     /// States of the closed loop.
     pub states: usize,
@@ -55,13 +55,15 @@ impl fmt::Display for Theorem {
             1 => write!(f, "For every measurable trajectory of the 1 parameter in [-1, 1] {loop_}.")?,
             n => write!(f, "For every measurable trajectory of the {n} parameters in [-1, 1] {loop_}.")?,
         }
-        if let Some(gamma) = self.gamma_with_model_error {
-            write!(
+        match self.gamma_with_model_error {
+            Some(gamma) => write!(
                 f,
                 " It stays exponentially stable, and the gain below {gamma}, when [A B2] of the plant is replaced by \
                  [A B2] + E Delta [F Fu] for any measurable Delta(t) with a largest singular value of at most 1."
-            )?;
+            ),
+            None => f.write_str(
+                " Nothing is proved of a plant that differs from the one in the certificate: it has no section `residual`.",
+            ),
         }
-        Ok(())
     }
 }

@@ -134,6 +134,26 @@ fn each_wrong_shape() {
 }
 
 #[test]
+fn parameters_that_occur_nowhere() {
+    let with = |plant: Value, controller: Value| {
+        let mut c = with_residual();
+        c["blocks"] = plant;
+        c["controller_blocks"] = controller;
+        c.to_string()
+    };
+    let many: Vec<usize> = std::iter::once(1).chain([0; 50]).collect();
+    for (plant, controller, field) in [
+        (json!(many), json!([1]), "blocks[1]: "),
+        (json!([1]), json!(many), "controller_blocks[1]: "),
+        (json!([0, 1]), json!([0, 1]), "blocks[0]: "),
+    ] {
+        let message = refusal(&with(plant, controller));
+        assert!(message.starts_with(field) && message.contains("must be above 0"), "{message}");
+    }
+    assert!(Certificate::from_json(&with(json!([1]), json!([0, 1]))).is_ok());
+}
+
+#[test]
 fn other_formats() {
     for (format, found) in [
         (json!("lpv-certificate/2"), "the string \"lpv-certificate/2\""),
