@@ -5,7 +5,7 @@ use lpv::synthesis::Options;
 use squid::error::Error;
 use squid::inputs::Inputs;
 use squid::output::say;
-use squid::package::{Kind, pack, prepare, require_proof};
+use squid::package::{Kind, Prepared, pack, prepare, require_proof};
 use squid::stages::Stages;
 use squid::store::Stored;
 use squid::{design, ladder, lpv_synth, model, record, report, show, simulate, store, verify};
@@ -270,16 +270,18 @@ fn run_package(
     let mut stored = store::load(&directory, &inputs)?;
     say(&require_proof(&inputs, &mut stored, &directory, allow_uncertified)?);
     // All three are made before any is written.
-    let mut files: Vec<(PathBuf, Vec<u8>)> = Vec::new();
-    for kind in Kind::ALL {
-        files.push(match &descriptions {
-            Some(to) => {
-                let prepared = prepare(kind, &inputs, &stored)?;
-                (to.join(format!("{}.xml", prepared.identifier)), prepared.xml.into_bytes())
-            }
-            None => pack(kind, &inputs, &stored, binaries.as_deref(), &directory)?,
-        });
-    }
+    let files: Vec<(PathBuf, Vec<u8>)> = match &descriptions {
+        Some(to) => {
+            let described = Kind::ALL.into_iter().map(|kind| prepare(kind, &inputs, &stored));
+            let file = |p: Prepared| (to.join(format!("{}.xml", p.identifier)), p.xml.into_bytes());
+            described.map(|made| made.map(file)).collect::<Result<_, _>>()?
+        }
+        None => {
+            let report = compute_report(&inputs, &stored)?;
+            let packed = |kind| pack(kind, &inputs, &stored, &report, binaries.as_deref(), &directory);
+            Kind::ALL.into_iter().map(packed).collect::<Result<_, _>>()?
+        }
+    };
     for (path, bytes) in &files {
         squid::output::write(path, bytes)?;
         say(&format!("{} ({:.0} kB)", path.display(), bytes.len() as f64 / 1000.0));
@@ -300,12 +302,17 @@ fn run_simulate(which: &Which) -> Result<(), Error> {
 fn run_report(which: &Which) -> Result<(), Error> {
     let (inputs, directory) = which.read()?;
     let stored = load_or_design(&inputs, &directory)?;
-    let running = Stages::default().begin("report", "computing the figures");
-    let found = report::report(&inputs, &stored)?;
-    drop(running);
+    let found = compute_report(&inputs, &stored)?;
     say(&found.words());
     say(&found.save(&directory)?.display().to_string());
     Ok(())
+}
+
+fn compute_report(inputs: &Inputs, stored: &Stored) -> Result<report::Report, Error> {
+    let running = Stages::default().begin("report", "computing the figures");
+    let found = report::report(inputs, stored);
+    drop(running);
+    found
 }
 
 /// The stored design, made now if there is none for these files.

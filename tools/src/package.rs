@@ -3,6 +3,7 @@
 
 use crate::error::Error;
 use crate::inputs::Inputs;
+use crate::report::Report;
 use crate::store::Stored;
 use fmi2::{Described, Model, Resources};
 use std::collections::BTreeMap;
@@ -102,7 +103,7 @@ fn prepared<M: Model>(described: Described<M>, resources: Resources) -> Prepared
     Prepared { identifier: described.description.model_identifier, xml: described.xml, resources }
 }
 
-/// Packs one FMU, in memory, and returns the path in `directory` that it belongs to.
+/// Packs one FMU, in memory, and returns the path in `directory` that it belongs to. Its documentation is the report.
 ///
 /// # Errors
 /// [`Error::NoBinary`] when the shared library has not been built, [`Error::Describe`].
@@ -110,6 +111,7 @@ pub fn pack(
     kind: Kind,
     inputs: &Inputs,
     stored: &Stored,
+    report: &Report,
     binaries: Option<&Path>,
     directory: &Path,
 ) -> Result<(PathBuf, Vec<u8>), Error> {
@@ -124,7 +126,7 @@ pub fn pack(
     for (file, content) in prepared.resources.iter() {
         entries.insert(format!("resources/{file}"), content.to_vec());
     }
-    entries.insert("documentation/index.html".into(), documentation(kind, inputs, stored).into_bytes());
+    entries.insert("documentation/index.html".into(), report.page(&about(kind, stored))?.into_bytes());
     for (licence, text) in LICENCES {
         entries.insert(format!("documentation/licenses/{licence}"), text.as_bytes().to_vec());
     }
@@ -182,12 +184,14 @@ fn find_binary(kind: Kind, binaries: Option<&Path>) -> Result<PathBuf, Error> {
     })
 }
 
-/// The page that importers show: what is inside, and with what standing.
-fn documentation(kind: Kind, inputs: &Inputs, stored: &Stored) -> String {
+/// What the page that importers show says first: what is inside, and with what standing.
+fn about(kind: Kind, stored: &Stored) -> Vec<String> {
     let what = match kind {
-        Kind::Plant => "The vehicle: nonlinear longitudinal motion, or its LPV model.",
-        Kind::Controller => "The autopilot: an LPV controller of pitch, scheduled on forward speed, sampled.",
-        Kind::Squid => "Vehicle and autopilot in one loop, flying a manoeuvre.",
+        Kind::Plant => "This FMU is the vehicle: nonlinear longitudinal motion, or its LPV model.",
+        Kind::Controller => {
+            "This FMU is the autopilot: an LPV controller of pitch, scheduled on forward speed, sampled."
+        }
+        Kind::Squid => "This FMU is vehicle and autopilot in one loop, flying a manoeuvre.",
     };
     let gamma = &stored.controller.gamma;
     let standing = if gamma.certified {
@@ -195,32 +199,13 @@ fn documentation(kind: Kind, inputs: &Inputs, stored: &Stored) -> String {
     } else {
         "checked by eigenvalues in floating point"
     };
-    let sentences = [
+    let scheduling = &stored.controller.scheduling;
+    vec![
         what.to_owned(),
         format!(
-            "Vehicle: {} ({} coefficients). {}",
-            inputs.vehicle.name,
-            inputs.vehicle.status.word(),
-            inputs.vehicle.description
+            "Bound of the L2 gain from references and disturbances to weighted errors and commands: {:.4}, {standing}. Speeds {} to {} m/s; \
+             the bound does not cover saturation, sampling or the nonlinear vehicle.",
+            gamma.bound, scheduling.minimum, scheduling.maximum
         ),
-        format!(
-            "Design '{}': {} Bound of the L2 gain from references and disturbances to weighted errors and commands: \
-             {:.4}, {standing}.",
-            inputs.design.name, inputs.design.description, gamma.bound
-        ),
-        format!(
-            "Speeds {} to {} m/s; the bound does not cover saturation, sampling or the nonlinear vehicle.",
-            stored.controller.scheduling.minimum, stored.controller.scheduling.maximum
-        ),
-    ];
-    let paragraphs: String = sentences.iter().map(|s| format!("<p>{}</p>\n", escaped(s))).collect();
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\"><title>{name}</title></head>\n<body>\n\
-         <h1>{name}</h1>\n{paragraphs}</body>\n</html>\n",
-        name = escaped(&inputs.vehicle.name)
-    )
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+    ]
 }

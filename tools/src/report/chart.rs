@@ -87,7 +87,7 @@ pub const HEIGHT: u32 = 250;
 /// plotters places things on whole units; a unit of the page is this many of its.
 const FINE: u32 = 4;
 /// Left, right, top and bottom of the frame, in units of the page.
-const FRAME: [u32; 4] = [46, 14, 24, 36];
+const FRAME: [u32; 4] = [52, 16, 26, 40];
 /// What a point may be off to be left out, as a part of the axis: a tenth of a unit of the page.
 const INVISIBLE: f64 = 3e-4;
 const X_TICKS: usize = 6;
@@ -156,7 +156,7 @@ impl Chart {
         y: (f64, f64),
     ) -> Result<(), Box<dyn std::error::Error>> {
         let root = SVGBackend::with_string(svg, (FINE * WIDTH, FINE * HEIGHT)).into_drawing_area();
-        let font = ("sans-serif", 13 * FINE);
+        let font = ("sans-serif", 15 * FINE);
         let heading = match self.title.as_str() {
             "" => self.y.label.clone(),
             title => format!("{title}: {}", self.y.label),
@@ -176,7 +176,7 @@ impl Chart {
         mesh.light_line_style(TRANSPARENT).bold_line_style(RGBColor(222, 222, 222).stroke_width(FINE));
         mesh.axis_style(RGBColor(120, 120, 120).stroke_width(FINE)).set_all_tick_mark_size(3 * FINE);
         mesh.x_labels(X_TICKS).y_labels(Y_TICKS).x_desc(self.x.label.as_str());
-        mesh.label_style(("sans-serif", 12 * FINE)).axis_desc_style(font);
+        mesh.label_style(("sans-serif", 14 * FINE)).axis_desc_style(font);
         let x_word = |v: &f64| self.x.word(*v, x, X_TICKS);
         let y_word = |v: &f64| self.y.word(*v, y, Y_TICKS);
         mesh.x_label_formatter(&x_word).y_label_formatter(&y_word).draw()?;
@@ -190,7 +190,9 @@ fn curves(placed: &[(&Key, Vec<(f64, f64)>)], x: (f64, f64), y: (f64, f64)) -> S
     let [left, right, top, bottom] = FRAME.map(|side| FINE * side);
     let (width, height) = (FINE * WIDTH - left - right, FINE * HEIGHT - top - bottom);
     let mut out = format!("<svg x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\">");
-    for (key, points) in placed {
+    // Dashed ones upon whole ones, so that lines that lie on one another are all seen.
+    let (whole, dashed): (Vec<_>, Vec<_>) = placed.iter().partition(|(key, _)| key.dash.is_empty());
+    for (key, points) in whole.into_iter().chain(dashed) {
         let unit: Vec<(f64, f64)> =
             points.iter().map(|p| ((p.0 - x.0) / (x.1 - x.0), (p.1 - y.0) / (y.1 - y.0))).collect();
         let mut text = String::new();

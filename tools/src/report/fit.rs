@@ -109,7 +109,7 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
         let models: Vec<Mat> =
             std::iter::once(exact).chain(fits.iter().map(|fit| fit.evaluate(subject.rho(speed)))).collect();
         let title = Subject::speed_name(speed);
-        let magnitude = Axis::logarithmic(format!("|pitch| ({} deg)", per(actuator.unit())));
+        let magnitude = Axis::logarithmic(format!("|pitch| (deg per {})", unit_name(actuator.unit())));
         charts.push(response(&title, &models, input, magnitude, &|g| {
             g.norm().to_degrees() * scale(actuator.unit())
         }));
@@ -154,11 +154,11 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
     Ok(vec![Part::Figure(figure), Part::Table(table), Part::Verdict(verdict)])
 }
 
-/// What the magnitude is of: degrees of pitch per newton, or per degree of deflection.
-fn per(unit: &str) -> &'static str {
-    if unit == "rad" { "per deg," } else { "per N," }
+fn unit_name(unit: &str) -> &str {
+    if unit == "rad" { "deg" } else { unit }
 }
 
+/// The magnitude is of degrees of pitch per newton, or per degree of deflection.
 fn scale(unit: &str) -> f64 {
     if unit == "rad" { 1f64.to_radians() } else { 1.0 }
 }

@@ -35,8 +35,8 @@ pub fn gammas(subject: &Subject) -> Result<Vec<Part>, Error> {
         table.rows.push(vec![name.clone(), gamma.map_or_else(|| "unknown".into(), |g| format!("{g:.4}"))]);
     }
     let words = format!(
-        "Above the line of the design's own loop: the least gamma that any controller reaches if it may assume this about the speed. Below: the gain \
-         of the finished loop, built {:.1} % above its least gamma. Only the last is a proof for every course of speed; bounded rates and \
+        "'Best' rows hold the least gamma that any controller reaches if it may assume this about the speed; 'this loop' is the finished one, built \
+         {:.1} % above its least gamma. Only the last holds for every course of speed and between the samples; bounded rates and \
          arbitrarily fast changes are analysed at {SAMPLES} speeds.",
         100.0 * subject.stored.controller.gamma.back_off
     );
@@ -77,7 +77,7 @@ fn rungs(found: &Ladder, acceleration: f64) -> Vec<(String, Option<f64>)> {
     }
     let fast = found.arbitrarily_fast.as_ref().ok().map(|b| b.gamma);
     rungs.push(("this loop, speed changing arbitrarily fast".into(), fast));
-    rungs.push(("this loop, proved for every course of speed".into(), Some(found.certified)));
+    rungs.push(("this loop, bound for every course of speed".into(), Some(found.certified)));
     rungs
 }
 
@@ -99,7 +99,7 @@ fn figure(subject: &Subject, found: &Ladder) -> Figure {
         ("best controller for this speed alone", alone),
         ("this loop at this speed, frozen", frozen),
         ("best scheduled controller", level(found.scheduled.as_ref().ok().copied())),
-        ("this loop, proved for any course of speed", level(Some(found.certified))),
+        ("this loop, bound for any course of speed", level(Some(found.certified))),
     ];
     let keys = lines.iter().enumerate().map(|(i, (name, _))| Key::nth(i, *name)).collect();
     let curves = lines.into_iter().enumerate().map(|(key, (_, points))| Curve { key, points }).collect();

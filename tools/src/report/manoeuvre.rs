@@ -3,6 +3,7 @@
 use super::axis::Axis;
 use super::chart::{Chart, Curve, Key};
 use super::figure::Figure;
+use super::page::capital;
 use super::section::Part;
 use super::subject::Subject;
 use crate::error::Error;
@@ -62,8 +63,7 @@ pub fn manoeuvre(subject: &Subject) -> Result<Vec<Part>, Error> {
         last.abs(),
         100.0 * outside
     );
-    let caption =
-        format!("{}: nonlinear, with the sampled autopilot.", super::open_loop::capital(&subject.name()));
+    let caption = format!("{}: nonlinear, with the sampled autopilot.", capital(&subject.name()));
     let figure = Figure { name: "manoeuvre".into(), caption, keys, charts };
     Ok(vec![Part::Words(words), Part::Figure(figure)])
 }

@@ -3,6 +3,7 @@
 use super::axis::Axis;
 use super::chart::{Chart, Curve, Key};
 use super::figure::Figure;
+use super::page::capital;
 use super::section::{Part, Table};
 use super::subject::{FLOWN, STEP_TIME, Subject};
 use super::tuning::seconds;
@@ -102,12 +103,6 @@ fn settling_time(points: &[(f64, f64)]) -> f64 {
     let turned = points.iter().any(|p| p.1.abs() > DRAWN);
     let settled = points.iter().rposition(outside).map_or(0.0, |i| points[i].0);
     if turned || settled > 0.8 * duration { f64::INFINITY } else { settled }
-}
-
-/// A sentence begins with a capital.
-pub fn capital(words: &str) -> String {
-    let mut letters = words.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 #[cfg(test)]

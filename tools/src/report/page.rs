@@ -13,8 +13,8 @@ const STYLE: &str = "\
 body{font:16px/1.5 system-ui,sans-serif;color:#1a1a1a;background:#fff;max-width:78rem;margin:0 auto;padding:0 1rem 3rem}\
 h1{font-size:1.6rem;margin:1.2rem 0 .3rem}h2{font-size:1.25rem;margin:2.2rem 0 .4rem;border-top:1px solid #ccc;padding-top:1rem}\
 p{max-width:46rem}nav ul{columns:16rem;padding-left:1.2rem}a{color:#005a8c}\
-figure{margin:1rem 0}.charts{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(100%,21rem),1fr));gap:.6rem}\
-.charts svg{width:100%;height:auto;max-width:34rem}\
+figure{margin:1rem 0}.charts{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,21rem),1fr));gap:.6rem}\
+.charts svg{width:100%;height:auto;max-width:28rem}\
 .legend span{display:inline-block;margin-right:1.1rem;white-space:nowrap;font-size:.9rem}.legend svg{vertical-align:middle}\
 figcaption{font-size:.9rem;color:#444;max-width:46rem;margin-top:.3rem}\
 .table{overflow-x:auto}table{border-collapse:collapse;margin:.6rem 0;font-size:.92rem}\
@@ -28,6 +28,12 @@ th,td{padding:.15rem .7rem;text-align:right;border-bottom:1px solid #ddd}th:firs
 /// Text as HTML and as an attribute.
 pub fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// A sentence begins with a capital.
+pub fn capital(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// The whole page; `about` is put below the heading.
@@ -62,7 +68,7 @@ fn paragraph(words: &str) -> String {
 fn overview(report: &Report) -> String {
     let mut table = Table::new(["What the paper claims", &format!("Of {}", report.subject)]);
     for verdict in report.verdicts() {
-        table.rows.push(vec![verdict.claim.into(), verdict.finding.words().into()]);
+        table.rows.push(vec![capital(verdict.claim), verdict.finding.words().into()]);
     }
     let mut out = self::table(&table) + "<nav><ul>\n";
     for section in &report.sections {

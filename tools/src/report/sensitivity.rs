@@ -37,7 +37,7 @@ pub fn sensitivity(subject: &Subject) -> Result<Vec<Part>, Error> {
     let mut keys: Vec<Key> =
         subject.speeds.iter().enumerate().map(|(i, v)| Key::nth(i, Subject::speed_name(*v))).collect();
     keys.push(Key { dash: "", ..Key::reference("asked for: 1/|W|") });
-    keys.push(Key::reference("proved: gamma/|W|"));
+    keys.push(Key::reference("guaranteed: gamma/|W|"));
     let mut charts = Vec::new();
     for (i, tracked) in subject.inputs.design.tracked.iter().enumerate() {
         let title = format!("|S| of {}", tracked.output.name());
@@ -51,7 +51,7 @@ pub fn sensitivity(subject: &Subject) -> Result<Vec<Part>, Error> {
         name: "weights-and-sensitivity".into(),
         caption: format!(
             "What the weights ask for and what the loop of {} achieves at six frozen speeds (true linearisations), in units of the \
-             references' scales and the actuators' limits. Dashed: what the gain bound {gamma:.4} guarantees.",
+             references' scales and the actuators' limits. Dashed: what the gain bound {gamma:.4} guarantees for the fitted model.",
             subject.name()
         ),
         keys,

@@ -1,8 +1,10 @@
 //! The scheduled controller against controllers made for six speeds and switched, under the same ramp of speed.
 
+use super::alternation::{Alternation, worst_alternation};
 use super::axis::Axis;
 use super::chart::{Chart, Curve, Key};
 use super::figure::Figure;
+use super::page::capital;
 use super::section::{Part, Table};
 use super::subject::Subject;
 use super::switched::{Memory, fly_switched};
@@ -11,6 +13,15 @@ use crate::error::Error;
 use crate::flight::{Row, fly};
 use lpv::state_space::StateSpace;
 use lpv::synthesis::{Options, synthesise};
+
+/// How long after the step its own jump is not counted (s).
+const STEP_RINGS: f64 = 1.0;
+
+const MEMORIES: [(Memory, &str); 3] = [
+    (Memory::Reset, "switched, states reset"),
+    (Memory::Carried, "switched, states carried over"),
+    (Memory::Parallel, "switched, all running"),
+];
 
 /// The section.
 ///
@@ -23,12 +34,10 @@ pub fn switching(subject: &Subject) -> Result<Vec<Part>, Error> {
         "scheduled",
         fly(&inputs.vehicle, &stored.controller, inputs.design.depth, &stored.manoeuvre)?,
     )];
-    for (memory, name) in [
-        (Memory::Reset, "switched, states reset"),
-        (Memory::Carried, "switched, states carried over"),
-        (Memory::Parallel, "switched, all running"),
-    ] {
+    let mut turns = Vec::new();
+    for (memory, name) in MEMORIES {
         flights.push((name, fly_switched(subject, &bank, memory)?));
+        turns.push((name, worst_alternation(subject, &bank, memory)?));
     }
     let ridden: Vec<Ridden> = flights.iter().map(|(_, rows)| ridden(subject, rows)).collect();
     let mut table = Table::new([
@@ -50,7 +59,9 @@ pub fn switching(subject: &Subject) -> Result<Vec<Part>, Error> {
         "The same synthesis for the plant frozen at {} m/s gives {} controllers without parameters; the one made for the speed nearest to the \
          measured one is in charge. When it changes, the new one starts from zero ('reset'), or takes over the numbers in the old one's states \
          ('carried over'; the states of two syntheses do not mean the same), or all run all the time on the same errors and only \
-         the output is switched ('all running'). Ramp, step, feedforward and vehicle are those of the manoeuvre above.",
+         the output is switched ('all running'). Ramp, step, feedforward and vehicle are those of the manoeuvre above. One ramp is one switching signal; so also, at the speed midway \
+         between two neighbours, both take turns, each in charge for the same time from 0.05 to 20 s: the second table has the fastest growth of the linear loop, \
+         unstable above 0 (a controller that is reset many times a second is little more than its direct term). For the scheduled controller the theorem below excludes that for every signal.",
         names.join(", "),
         bank.len()
     );
@@ -58,7 +69,8 @@ pub fn switching(subject: &Subject) -> Result<Vec<Part>, Error> {
         Part::Words(words),
         Part::Figure(figure(subject, &flights)),
         Part::Table(table),
-        Part::Verdict(verdict(&ridden)),
+        Part::Table(turns_table(&turns)),
+        Part::Verdict(verdict(&ridden, &turns)),
     ])
 }
 
@@ -81,33 +93,67 @@ fn ridden(subject: &Subject, rows: &[Row]) -> Ridden {
     };
     let tail = &after[after.len() - (after.len() / 10).clamp(1, after.len())..];
     // At the step every controller jumps.
-    let quiet = |w: &&[Row]| w[1].time < m.step_time || w[0].time >= m.step_time;
+    let quiet = |w: &&[Row]| !(m.step_time - 1e-6..m.step_time + STEP_RINGS).contains(&w[1].time);
     let actuators = &subject.inputs.vehicle.actuators;
     let jump = |w: &[Row]| {
         let each = actuators.iter().enumerate();
         each.map(|(j, a)| (w[1].commands[j] - w[0].commands[j]).abs() / a.reach()).fold(0.0, f64::max)
     };
-    let jumps = rows.windows(2).filter(quiet).filter(|w| (w[1].time - m.step_time).abs() > 1e-6).map(jump);
+    let jumps = rows.windows(2).filter(quiet).map(jump);
     Ridden { error: rms(&after), error_at_end: rms(tail), jump: jumps.fold(0.0, f64::max) }
 }
 
-fn verdict(ridden: &[Ridden]) -> Verdict {
+type Turns = (&'static str, Option<Alternation>);
+
+fn turns_table(turns: &[Turns]) -> Table {
+    let mut table = Table::new([
+        "two taking turns",
+        "fastest growth (1/s)",
+        "at speed (m/s)",
+        "each in charge for (s)",
+        "grows up to (s)",
+        "each alone",
+    ]);
+    for (name, worst) in turns {
+        if let Some(w) = worst {
+            let alone = if w.each_stable { "stable" } else { "unstable" };
+            table.rows.push(vec![
+                (*name).into(),
+                format!("{:+.4}", w.rate),
+                format!("{:.2}", w.speed),
+                format!("{:.2}", w.dwell),
+                w.longest.map_or_else(|| "none".into(), |l| format!("{l:.2}")),
+                alone.into(),
+            ]);
+        }
+    }
+    table
+}
+
+fn verdict(ridden: &[Ridden], turns: &[Turns]) -> Verdict {
     let (scheduled, switched) = (ridden[0], &ridden[1..]);
     let largest = |of: fn(&Ridden) -> f64| switched.iter().map(of).fold(0.0, f64::max);
     let resting = switched.iter().filter(|r| r.error_at_end <= AT_REST).count();
+    let stable = || turns.iter().filter_map(|(name, w)| Some((*name, (*w)?))).filter(|(_, w)| w.each_stable);
+    let rates: Vec<f64> = stable().map(|(_, w)| w.rate).collect();
+    let unstable: Vec<&str> = stable().filter(|(_, w)| w.rate > 0.0).map(|(name, _)| name).collect();
+    let signal = match unstable.as_slice() {
+        [] => "No signal that was tried makes two stable controllers an unstable loop.".to_owned(),
+        names => format!("Taking turns makes the loop unstable: {}.", names.join("; ")),
+    };
     Verdict {
-        claim: "instability may arise in switched linear systems, even if each controller alone is stable (introduction).",
+        claim: "switching may do harm, up to instability, even between controllers each of which is stable (introduction).",
         criterion: format!(
-            "borne out, if a switched flight does not come to rest (an rms pitch error over the last tenth above {:.0} % of the step) where the \
-             scheduled one does; partly, if all do but one has an rms error or a jump of a command more than {:.0} % above the scheduled \
-             one's. One ramp cannot show that no other switching does harm.",
+            "borne out, if two controllers that are stable alone make the loop unstable by taking turns, or if a switched flight does not come \
+             to rest (an rms pitch error over the last tenth above {:.0} % of the step) where the scheduled one does; partly, if there is neither, \
+             but an rms error or a jump of a command (but for the {STEP_RINGS} s after the step) is more than {:.0} % above the scheduled one's.",
             100.0 * AT_REST,
             100.0 * (WORSE - 1.0)
         ),
-        finding: switching_harms(scheduled, switched),
+        finding: switching_harms(scheduled, switched, &rates),
         because: format!(
             "{resting} of {} switched flights come to rest. The rms error is {:.2} % of the step scheduled and up to {:.2} % switched; the largest \
-             jump of a command is {:.2} % of its reach scheduled and up to {:.2} % switched.",
+             jump of a command is {:.2} % of its reach scheduled and up to {:.2} % switched. {signal}",
             switched.len(),
             100.0 * scheduled.error,
             100.0 * largest(|r| r.error),
@@ -135,10 +181,7 @@ fn figure(subject: &Subject, flights: &[(&str, Vec<Row>)]) -> Figure {
     let keys = flights.iter().enumerate().map(|(i, (name, _))| Key::nth(i, *name)).collect();
     Figure {
         name: "scheduled-and-switched".into(),
-        caption: format!(
-            "{} under one and the same ramp of speed.",
-            super::open_loop::capital(&subject.name())
-        ),
+        caption: format!("{} under one and the same ramp of speed.", capital(&subject.name())),
         keys,
         charts: vec![
             chart("pitch error (deg)".into(), curves(&|r| (r.pitch_reference - r.pitch).to_degrees())),

@@ -85,7 +85,7 @@ pub fn much_smaller(first: f64, second: f64) -> Finding {
 /// The least damping ratio of a short-period mode that MIL-F-8785C (1980), table IV, allows in its best class.
 pub const LEAST_DAMPING: f64 = 0.35;
 
-/// Are all damping ratios large enough?
+/// Are all damping ratios, of modes and of responses, large enough?
 pub fn well_damped(ratios: &[f64]) -> Finding {
     Finding::of(ratios.iter().map(|z| at_most(LEAST_DAMPING, *z).filter(|_| !z.is_nan())))
 }
@@ -156,7 +156,7 @@ pub struct Ridden {
     pub error: f64,
     /// The same over the last tenth of the flight.
     pub error_at_end: f64,
-    /// The largest change of a command from one tick to the next, relative to the actuator's reach.
+    /// The largest change of a command from one tick to the next, relative to the actuator's reach, but for the second after the step.
     pub jump: f64,
 }
 
@@ -166,19 +166,19 @@ pub const AT_REST: f64 = 0.05;
 /// Errors and jumps this many times those of the scheduled flight count as worse.
 pub const WORSE: f64 = 1.1;
 
-/// Does switching harm? Borne out, if a switched flight does not come to rest where the scheduled one does; partly, if all do but
-/// some have larger errors or jumps.
-pub fn switching_harms(scheduled: Ridden, switched: &[Ridden]) -> Finding {
+/// Does switching harm? Borne out, if a switched flight does not come to rest where the scheduled one does, or if stable controllers that
+/// take turns make an unstable loop (one that grows at a rate above 0); partly, if there is neither, but some flight has larger errors or jumps.
+pub fn switching_harms(scheduled: Ridden, switched: &[Ridden], rates: &[f64]) -> Finding {
     let numbers = |r: &Ridden| !(r.error.is_nan() || r.error_at_end.is_nan() || r.jump.is_nan());
     if switched.is_empty() || !numbers(&scheduled) || !switched.iter().all(numbers) {
         return Finding::Unknown;
     }
     let rests = |r: &Ridden| r.error_at_end <= AT_REST;
-    if rests(&scheduled) && !switched.iter().all(rests) {
+    if rates.iter().any(|r| *r > 0.0) || (rests(&scheduled) && !switched.iter().all(rests)) {
         return Finding::BorneOut;
     }
-    let worse = |r: &&Ridden| r.error > WORSE * scheduled.error || r.jump > WORSE * scheduled.jump;
-    if switched.iter().find(worse).is_some() { Finding::Partly } else { Finding::NotBorneOut }
+    let worse = |r: &Ridden| r.error > WORSE * scheduled.error || r.jump > WORSE * scheduled.jump;
+    if switched.iter().any(worse) { Finding::Partly } else { Finding::NotBorneOut }
 }
 
 #[cfg(test)]
@@ -253,11 +253,12 @@ mod tests {
         let good = Ridden { error: 0.1, error_at_end: 0.01, jump: 0.2 };
         let rough = Ridden { jump: 0.5, ..good };
         let lost = Ridden { error_at_end: 2.0, ..good };
-        assert_eq!(switching_harms(good, &[good]), Finding::NotBorneOut);
-        assert_eq!(switching_harms(good, &[good, rough]), Finding::Partly);
-        assert_eq!(switching_harms(good, &[rough, lost]), Finding::BorneOut);
-        assert_eq!(switching_harms(lost, &[lost]), Finding::NotBorneOut);
-        assert_eq!(switching_harms(good, &[]), Finding::Unknown);
-        assert_eq!(switching_harms(good, &[Ridden { error: f64::NAN, ..good }]), Finding::Unknown);
+        assert_eq!(switching_harms(good, &[good], &[-0.1]), Finding::NotBorneOut);
+        assert_eq!(switching_harms(good, &[good, rough], &[-0.1]), Finding::Partly);
+        assert_eq!(switching_harms(good, &[rough, lost], &[]), Finding::BorneOut);
+        assert_eq!(switching_harms(good, &[good], &[-0.1, 0.1]), Finding::BorneOut);
+        assert_eq!(switching_harms(lost, &[lost], &[]), Finding::NotBorneOut);
+        assert_eq!(switching_harms(good, &[], &[]), Finding::Unknown);
+        assert_eq!(switching_harms(good, &[Ridden { error: f64::NAN, ..good }], &[]), Finding::Unknown);
     }
 }

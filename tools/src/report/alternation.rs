@@ -1,0 +1,147 @@
+//! Is there a switching signal that makes a loop of two stable controllers unstable? Two neighbours take turns at a constant speed.
+
+use super::subject::Subject;
+use super::switched::Memory;
+use crate::error::Error;
+use crate::model::linearise_at;
+use lpv::matrix::{Mat, block, eigenvalues, spectral_abscissa};
+use lpv::state_space::StateSpace;
+
+/// The worst that taking turns was found to do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Alternation {
+    /// The constant speed, midway between those that the two controllers are made for (m/s).
+    pub speed: f64,
+    /// How long each is in charge (s).
+    pub dwell: f64,
+    /// How fast the loop grows (1/s): above 0 it is unstable.
+    pub rate: f64,
+    /// The longest time in charge at which any pair grows (s), if one does.
+    pub longest: Option<f64>,
+    /// Whether each of the two alone makes a stable loop at this speed.
+    pub each_stable: bool,
+}
+
+/// Times in charge that are tried (s), evenly spread on a logarithmic axis from 0.05 to 20.
+fn dwells() -> Vec<f64> {
+    (0..=52).map(|i| 0.05 * 10f64.powf(f64::from(i) / 20.0)).collect()
+}
+
+/// The worst over all pairs of neighbours and all times in charge, with the true linearisation; `None` when there is no pair.
+///
+/// # Errors
+/// [`Error::Trim`].
+pub fn worst_alternation(
+    subject: &Subject,
+    bank: &[StateSpace],
+    memory: Memory,
+) -> Result<Option<Alternation>, Error> {
+    let (mut worst, mut longest): (Option<Alternation>, Option<f64>) = (None, None);
+    for (k, v) in bank.windows(2).zip(subject.speeds.windows(2)) {
+        let speed = 0.5 * (v[0] + v[1]);
+        let model = subject.scaled(&linearise_at(subject.inputs, speed)?);
+        let turn = Turn::new(&model, &k[0], &k[1], memory);
+        for dwell in dwells() {
+            let rate = turn.growth(dwell).ln() / (2.0 * dwell);
+            if rate > 0.0 {
+                longest = Some(longest.map_or(dwell, |l: f64| l.max(dwell)));
+            }
+            if rate.is_finite() && worst.is_none_or(|w| rate > w.rate) {
+                worst =
+                    Some(Alternation { speed, dwell, rate, longest: None, each_stable: turn.each_stable });
+            }
+        }
+    }
+    Ok(worst.map(|w| Alternation { longest, ..w }))
+}
+
+/// Two controllers on one plant, states \[x, k1, k2\]: the flow while each is in charge, and the jump when the other takes over.
+struct Turn {
+    flows: [Mat; 2],
+    jumps: [Mat; 2],
+    each_stable: bool,
+}
+
+impl Turn {
+    fn new((a, b, c): &(Mat, Mat, Mat), one: &StateSpace, two: &StateSpace, memory: Memory) -> Self {
+        let (n, n1, n2) = (a.nrows(), one.a.nrows(), two.a.nrows());
+        let none = Mat::zeros;
+        let runs = if memory == Memory::Parallel { 1.0 } else { 0.0 };
+        let first = block(&[
+            &[&(a - b * &one.d * c), &(b * &one.c), &none(n, n2)],
+            &[&-(&one.b * c), &one.a, &none(n1, n2)],
+            &[&(-(&two.b * c) * runs), &none(n2, n1), &(&two.a * runs)],
+        ]);
+        let second = block(&[
+            &[&(a - b * &two.d * c), &none(n, n1), &(b * &two.c)],
+            &[&(-(&one.b * c) * runs), &(&one.a * runs), &none(n1, n2)],
+            &[&-(&two.b * c), &none(n2, n1), &two.a],
+        ]);
+        let alone = |k: &StateSpace| {
+            spectral_abscissa(&block(&[&[&(a - b * &k.d * c), &(b * &k.c)], &[&-(&k.b * c), &k.a]])) < 0.0
+        };
+        let jump = |from: usize, to: usize, rows: usize| {
+            let mut jump = Mat::identity(n + n1 + n2, n + n1 + n2);
+            if memory != Memory::Parallel {
+                jump.rows_mut(to, rows).fill(0.0);
+            }
+            if memory == Memory::Carried {
+                (0..n1.min(n2)).for_each(|i| jump[(to + i, from + i)] = 1.0);
+            }
+            jump
+        };
+        let (at_one, at_two) = (n, n + n1);
+        Self {
+            flows: [first, second],
+            jumps: [jump(at_one, at_two, n2), jump(at_two, at_one, n1)],
+            each_stable: alone(one) && alone(two),
+        }
+    }
+
+    /// The largest modulus of the modes of `J21 exp(A2 t) J12 exp(A1 t)`.
+    fn growth(&self, dwell: f64) -> f64 {
+        let [one, two] = [0, 1].map(|i| &self.jumps[i] * (&self.flows[i] * dwell).exp());
+        eigenvalues(&(two * one))
+            .iter()
+            .map(|v| v.norm())
+            .fold(0.0, |most, v| if v.is_nan() { v } else { f64::max(most, v) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    fn gain(d: Mat) -> StateSpace {
+        let (u, y) = d.shape();
+        StateSpace { a: Mat::zeros(0, 0), b: Mat::zeros(0, y), c: Mat::zeros(u, 0), d }
+    }
+
+    /// Two stable oscillators whose ellipses lie across one another: switching at the right moments makes the state grow
+    /// (D. Liberzon, Switching in Systems and Control, 2003, section 3.1). With K = -A and B = C = I the loop is A itself.
+    #[test]
+    fn two_stable_loops_can_make_an_unstable_one() {
+        let (one, two) = (dmatrix![-0.1, 1.0; -10.0, -0.1], dmatrix![-0.1, 10.0; -1.0, -0.1]);
+        let plant = (Mat::zeros(2, 2), Mat::identity(2, 2), Mat::identity(2, 2));
+        let turn = Turn::new(&plant, &gain(-&one), &gain(-&two), Memory::Carried);
+        assert!(turn.each_stable);
+        let quarter = std::f64::consts::FRAC_PI_2 / 10f64.sqrt();
+        assert!(turn.growth(quarter) > 5.0, "{}", turn.growth(quarter));
+        // The same one twice only decays: exp(-0.1 2 quarter).
+        let turn = Turn::new(&plant, &gain(-&one), &gain(-&one), Memory::Reset);
+        assert!((turn.growth(quarter) - (-0.2 * quarter).exp()).abs() < 1e-9);
+    }
+
+    /// x' = -u, two integrators in turn: reset, neither ever builds up what the other had; carried, it is one and the same loop.
+    #[test]
+    fn memory_makes_the_difference() {
+        let integrator =
+            StateSpace { a: dmatrix![0.0], b: dmatrix![1.0], c: dmatrix![1.0], d: dmatrix![1.0] };
+        let plant = (dmatrix![0.0], dmatrix![1.0], dmatrix![1.0]);
+        let growth = |memory| Turn::new(&plant, &integrator, &integrator, memory).growth(1.0);
+        // x' = -x + k, k' = -x: modes (-1 +- j sqrt 3)/2, so over two seconds they shrink by exp(-1).
+        assert!((growth(Memory::Carried) - (-1f64).exp()).abs() < 1e-9);
+        assert!((growth(Memory::Reset) - growth(Memory::Carried)).abs() > 0.1);
+    }
+}
