@@ -30,7 +30,7 @@ pub struct GainBound {
     pub largest_eigenvalue: f64,
 }
 
-/// How close to the least bound the one sought is, relative to itself plus 1. Closer ones are tight, and hold less clearly.
+/// How close to the least bound the one sought is, relative to itself and the one it starts from. Closer ones are tight, and hold less clearly.
 const TIGHT: f64 = 0.01;
 
 /// How often the search begins again, in the better coordinates that its last point gives.
@@ -51,13 +51,6 @@ pub fn bounded_gain(
     error: &LoopError,
     shown: &GainBound,
 ) -> Result<GainBound, SynthesisError> {
-    let unstable = crate::matrix::spectral_abscissa(&closed.a);
-    if unstable.is_nan() || unstable >= 0.0 {
-        return Err(SynthesisError::Numerical {
-            stage: STAGE,
-            diagnosis: format!("the closed loop has a mode with real part {unstable:.3e} at Theta = 0"),
-        });
-    }
     // Changes of coordinates leave a rounding in what must be exactly symmetric or skew.
     let mut given = GainBound {
         x: symmetric_part(&shown.x),
@@ -68,16 +61,21 @@ pub fn bounded_gain(
     given.largest_eigenvalue = worst_eigenvalue(closed, error, &given);
     let best = tightened(closed, error, &given).unwrap_or(given);
     if best.largest_eigenvalue < 0.0 {
-        Ok(best)
-    } else {
-        Err(SynthesisError::Numerical {
-            stage: STAGE,
-            diagnosis: format!(
-                "at gamma = {:.4} an eigenvalue of the inequalities has the wrong sign, {:.1e}",
-                best.gamma, best.largest_eigenvalue
-            ),
-        })
+        return Ok(best);
     }
+    let slowest = crate::matrix::spectral_abscissa(&closed.a);
+    let why = if slowest >= 0.0 {
+        format!("; a mode has real part {slowest:.1e} at Theta = 0")
+    } else {
+        String::new()
+    };
+    Err(SynthesisError::Numerical {
+        stage: STAGE,
+        diagnosis: format!(
+            "at gamma = {:.4e} an eigenvalue of the inequalities has the wrong sign, {:.1e}{why}",
+            best.gamma, best.largest_eigenvalue
+        ),
+    })
 }
 
 /// A bound close to the least; `None` when no search led to one that holds and is better.
@@ -109,7 +107,8 @@ fn search(
     let (state, state_inverse) = whitening(&base.x, "X")?;
     let (channel, channel_inverse) = whitening(&base.s, "S")?;
     let seen = closed.in_coordinates((&state, &state_inverse), (&channel, &channel_inverse));
-    let seen_error = error.in_coordinates((&state, &state_inverse), &channel);
+    let seen = seen.in_units_of(base.gamma);
+    let seen_error = error.in_coordinates((&state, &state_inverse), &channel).in_units_of(base.gamma);
     let mut program = Program::new();
     let scalar = |value: f64| Affine::constant(Mat::from_element(1, 1, value));
     let m = Multipliers {
@@ -128,13 +127,13 @@ fn search(
     program.set(&mut start, &m.x, &unit(seen.a.nrows()));
     program.set(&mut start, &m.s, &unit(seen.channels.len()));
     program.set(&mut start, &m.t, &(channel.transpose() * &base.t * &channel));
-    program.set(&mut start, &m.gamma, &Mat::from_element(1, 1, base.gamma));
+    program.set(&mut start, &m.gamma, &Mat::from_element(1, 1, 1.0));
     program.set(&mut start, &m.lambda, &Mat::from_element(1, 1, base.lambda));
-    let solution = solver::solve(&program, STAGE, Search { tolerance: TIGHT, start: Some(&start) })?;
+    let solution = solver::solve(&program, STAGE, Search { start: Some(&start), ..Search::within(TIGHT) })?;
     let value = |e: &Affine| e.value(&program, &solution.x);
     let back = |m: Mat, inverse: &Mat| inverse.transpose() * m * inverse;
     let mut found = GainBound {
-        gamma: value(&m.gamma)[(0, 0)],
+        gamma: base.gamma * value(&m.gamma)[(0, 0)],
         x: symmetric_part(&back(value(&m.x), &state_inverse)),
         s: symmetric_part(&back(value(&m.s), &channel_inverse)),
         t: skew_part(&back(value(&m.t), &channel_inverse)),

@@ -26,7 +26,7 @@ pub(crate) fn centre(
         return Err(SynthesisError::Numerical {
             stage: BACK_OFF,
             diagnosis: format!(
-                "the inequalities do not hold strictly at gamma = {gamma:.4} (margin {:.1e})",
+                "the inequalities do not hold strictly at the gamma of the design (margin {:.1e})",
                 found.margin
             ),
         });
@@ -78,7 +78,12 @@ fn push(
         program.positive("floor of Sigma", unknowns.sigma.clone() - value.times_identity(r));
     }
     program.minimise_trace(&value, -1.0);
-    let solution = solver::solve(&program, BACK_OFF, Search::within(ROUGH)).map_err(contradiction)?;
+    let search = match aim {
+        Aim::Room => Search::within(ROUGH),
+        // A clearance may be small, and has to be found above zero.
+        Aim::Clearance { .. } => Search { floor: 1e-9, patient: true, ..Search::within(CLEAR) },
+    };
+    let solution = solver::solve(&program, BACK_OFF, search).map_err(contradiction)?;
     let reached = value.value(&program, &solution.x)[(0, 0)];
     let mut found = unknowns.existence(&program, &solution);
     // What counts are the inequalities themselves, not those tightened and bounded here.
@@ -100,8 +105,11 @@ pub(crate) fn contradiction(error: SynthesisError) -> SynthesisError {
     }
 }
 
-/// How closely the most room and the clearest point are sought.
+/// How closely the most room is sought.
 const ROUGH: f64 = 1e-3;
+
+/// How closely the clearest point is sought, relative to its clearance.
+const CLEAR: f64 = 0.02;
 
 /// How many times their least size the unknowns may reach.
 const GROWTH: f64 = 10.0;

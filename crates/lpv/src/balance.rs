@@ -213,12 +213,17 @@ fn osborne(m: &Mat, i: usize) -> f64 {
     if row > 0.0 && column > 0.0 { (row / column).sqrt().clamp(1e-6, 1e6) } else { 1.0 }
 }
 
-/// The geometric middle of the fastest and slowest modes, in rad/s; 1 when there is no moving mode.
+/// The median of the modes' distances from zero, in rad/s: one slow or fast weight does not set the unit of time. Modes at zero, as
+/// far as rounding tells, do not count; 1 when there is no other.
 fn middle_speed(a: &Mat) -> f64 {
     let sizes: Vec<f64> = eigenvalues(a).iter().map(|v| v.norm()).filter(|v| v.is_finite()).collect();
     let fastest = sizes.iter().copied().fold(0.0, f64::max);
-    let slowest = sizes.iter().copied().filter(|v| *v > 1e-6 * fastest).fold(fastest, f64::min);
-    if fastest > 0.0 { (fastest * slowest).sqrt() } else { 1.0 }
+    let mut moving: Vec<f64> = sizes.into_iter().filter(|v| *v > 1e-12 * fastest).collect();
+    moving.sort_by(f64::total_cmp);
+    match (moving.get(moving.len().saturating_sub(1) / 2), moving.get(moving.len() / 2)) {
+        (Some(low), Some(high)) => (low * high).sqrt(),
+        _ => 1.0,
+    }
 }
 
 /// T and its inverse with `T' X T = T^-1 Y T^-T` diagonal.

@@ -102,9 +102,18 @@ impl ConicProgram {
         }
     }
 
-    /// Whether z shows that no point of a sensible size satisfies the inequalities: with z in the cones,
-    /// `0 <= z'(b - A x) = z'b - (A'z)'x < 0` for every x smaller than `-z'b / |A'z|`.
+    /// Whether z shows that no point of a sensible size satisfies the inequalities: with z in the cones, to which it is brought first,
+    /// `0 <= z'(b - A x) = z'b - (A'z)'x` needs an x whose entries add up to `-z'b / max |A'z|` at least.
     fn refutes(&self, z: &[f64]) -> bool {
+        let mut z = z.to_vec();
+        let mut top = 0;
+        for &n in &self.sizes {
+            let below = (-least_eigenvalue(&full(&z[top..], n))).max(0.0);
+            for k in 0..n {
+                z[top + k * (k + 3) / 2] += below;
+            }
+            top += n * (n + 1) / 2;
+        }
         let value: f64 = z.iter().zip(&self.rhs).map(|(z, b)| z * b).sum();
         let mut slope: f64 = 0.0;
         for column in 0..self.objective.len() {
@@ -112,17 +121,12 @@ impl ConicProgram {
             let sum: f64 = entries.map(|e| self.a.nzval[e] * z[self.a.rowval[e]]).sum();
             slope = slope.max(sum.abs());
         }
-        let mut top = 0;
-        let in_cones = self.sizes.iter().all(|&n| {
-            let part = full(&z[top..], n);
-            top += n * (n + 1) / 2;
-            least_eigenvalue(&part) >= -1e-9 * part.norm()
-        });
-        in_cones && value < 0.0 && -value >= SENSIBLE * slope
+        value < 0.0 && -value >= SENSIBLE * slope
     }
 }
 
-/// A certificate of infeasibility counts when every point that it does not refute has an unknown larger than this, in coordinates in which the plant is balanced.
+/// A certificate of infeasibility counts when every point that it does not refute has unknowns whose sizes add up to more than this, in
+/// coordinates in which the plant is balanced.
 const SENSIBLE: f64 = 1e4;
 
 /// One way of running the solver.

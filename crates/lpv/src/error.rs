@@ -116,7 +116,7 @@ pub enum SynthesisError {
     },
     /// The least gamma is above the limit that was asked for.
     #[error(
-        "the least gamma is {optimum:.4}, {:.1} % above the limit {limit:.4}{}",
+        "the least gamma is {optimum:.4e}, {:.1} % above the limit {limit:.4e}{}",
         100.0 * (optimum / limit - 1.0),
         dominant_words(dominant)
     )]

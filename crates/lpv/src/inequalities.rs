@@ -37,6 +37,8 @@ pub struct Existence {
     pub dual_scaling: Mat,
     /// The least eigenvalue over all inequalities; positive if they hold strictly.
     pub margin: f64,
+    /// How far gamma may be above the least, relative to itself; infinite when nothing is known or gamma was given.
+    pub gap: f64,
 }
 
 impl Existence {
@@ -85,6 +87,7 @@ impl Unknowns {
             primal_scaling: value(&self.s) + value(&self.t),
             dual_scaling: value(&self.sigma) + value(&self.skew),
             margin: f64::NAN,
+            gap: f64::INFINITY,
         }
     }
 }

@@ -15,17 +15,18 @@
 
 use crate::low_rank::LowRank;
 use crate::matrix::{Definite, Mat, least_eigenvalue, symmetric_part};
+use crate::solver::Search;
 
 /// Where the method stopped.
 #[derive(Debug, Clone)]
 pub(crate) struct Stop {
     /// The best point found at which all inequalities hold strictly.
     pub(crate) x: Vec<f64>,
-    /// How far its objective is above the least, at most, relative to the objective plus 1.
+    /// How far its objective may be above the least, relative to the objective plus the floor of the search.
     pub(crate) gap: f64,
 }
 
-/// More steps than this are never needed by a problem that can be solved.
+/// More steps than this lead no further.
 const MOST_STEPS: u32 = 100;
 
 /// How far above the level that fits best the multipliers of a known point begin: what is too much is gone after a
@@ -35,26 +36,20 @@ const ABOVE: f64 = 1e6;
 /// A method that goes less far than this along its direction is stuck.
 const STUCK: f64 = 1e-4;
 
-/// Minimises `objective` until the relative gap is below `tolerance`. `None` when no strictly feasible point is found.
-///
-/// It starts at a point at which all inequalities hold strictly, if one is given.
-pub(crate) fn minimise(
-    inequalities: &[LowRank],
-    objective: &[f64],
-    tolerance: f64,
-    start: Option<&[f64]>,
-) -> Option<Stop> {
-    let mut state = start
+/// Minimises `objective` as `search` says. `None` when no strictly feasible point is found.
+pub(crate) fn minimise(inequalities: &[LowRank], objective: &[f64], search: Search<'_>) -> Option<Stop> {
+    let mut state = search
+        .start
         .and_then(|x| State::warm(inequalities, objective, x))
         .unwrap_or_else(|| State::cold(inequalities, objective));
     let mut best: Option<Stop> = None;
     for _ in 0..MOST_STEPS {
         if state.feasible {
-            let gap = state.gap();
+            let gap = state.gap(search.floor);
             if best.as_ref().is_none_or(|known| gap < known.gap) {
                 best = Some(Stop { x: state.x.clone(), gap });
             }
-            if gap < tolerance {
+            if gap < search.tolerance {
                 break;
             }
         }
@@ -142,16 +137,18 @@ impl<'a> State<'a> {
         self.cones.iter().map(|c| c.x.dot(&c.z)).sum::<f64>() / self.rows()
     }
 
-    /// The relative gap between the objective here and what the multipliers leave possible.
-    fn gap(&self) -> f64 {
+    /// The relative gap between the objective here and what the multipliers leave possible for any point no farther from zero
+    /// than this one: `c'x >= -tr(F_0 X) + r'x` with the residual r of the multipliers' equations.
+    fn gap(&self, floor: f64) -> f64 {
         let value: f64 = self.x.iter().zip(self.objective).map(|(x, c)| x * c).sum();
         let bound: f64 = self.cones.iter().map(|c| -c.x.dot(c.data.constant())).sum();
         let mut residual = self.objective.to_vec();
         for cone in &self.cones {
             cone.data.add_inner_products(&cone.data.seen(&cone.x), -1.0, &mut residual);
         }
-        let missed: f64 = residual.iter().zip(&self.x).map(|(r, x)| (r * x).abs()).sum();
-        ((value - bound).abs().max(self.mu() * self.rows()) + missed) / (1.0 + value.abs())
+        let norm = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let missed = norm(&residual) * norm(&self.x);
+        ((value - bound).abs().max(self.mu() * self.rows()) + missed) / (floor + value.abs())
     }
 
     /// One predictor and corrector step; returns the shorter of the two lengths, `None` when a factorisation fails.
@@ -289,7 +286,7 @@ mod tests {
     use super::*;
     use crate::error::SynthesisError;
     use crate::lmi::{Affine, Program, symmetric};
-    use crate::solver::{Search, solve};
+    use crate::solver::solve;
     use crate::state_space::StateSpace;
     use proptest::prelude::*;
 
@@ -338,13 +335,14 @@ mod tests {
             let above = |stop: &Stop| gamma.value(&program, &stop.x)[(0, 0)] - norm;
             // The bisection's own accuracy.
             let rounding = 1e-9 * (1.0 + norm);
-            let stop = minimise(&data(&program), &program.costs(), 1e-7, None).unwrap();
+            let stop = minimise(&data(&program), &program.costs(), Search::fine()).unwrap();
             prop_assert!(stop.gap < 1e-4, "{}", stop.gap);
             prop_assert!((-rounding..stop.gap * (1.0 + norm) + rounding).contains(&above(&stop)));
             prop_assert!(least_eigenvalue(&x.value(&program, &stop.x)) > 0.0);
             // From a point found by stopping early the same comes out.
-            let early = minimise(&data(&program), &program.costs(), 0.3, None).unwrap();
-            let again = minimise(&data(&program), &program.costs(), 1e-5, Some(&early.x)).unwrap();
+            let early = minimise(&data(&program), &program.costs(), Search::within(0.3)).unwrap();
+            let search = Search { start: Some(&early.x), ..Search::within(1e-5) };
+            let again = minimise(&data(&program), &program.costs(), search).unwrap();
             prop_assert!(again.gap < 1e-4, "{}", again.gap);
             prop_assert!((-rounding..again.gap * (1.0 + norm) + rounding).contains(&above(&again)));
         }
@@ -359,7 +357,7 @@ mod tests {
             let unstable = StateSpace { a: &system.a + unit * 0.8, b, c, d };
             let (mut program, _, gamma) = bounded_real(&unstable);
             program.positive("limit", Affine::constant(Mat::from_element(1, 1, 10.0)) - gamma);
-            prop_assert!(minimise(&data(&program), &program.costs(), 1e-7, None).is_none());
+            prop_assert!(minimise(&data(&program), &program.costs(), Search::fine()).is_none());
             match solve(&program, "test", Search::fine()) {
                 Ok(claimed) => prop_assert!(claimed.margin <= 0.0, "{}", claimed.margin),
                 Err(SynthesisError::Infeasible { .. } | SynthesisError::Numerical { .. }) => {}

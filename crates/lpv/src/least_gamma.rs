@@ -11,42 +11,49 @@ use crate::solver::{self, Search, numerical};
 
 /// The least gamma that the synthesis inequalities allow, and the coordinates in which it was found.
 ///
-/// The problem is solved in diagonally balanced coordinates. Where the solver gets stuck before it is sure of the optimum, the point
-/// of least trace is sought a little above the gamma found: its X and Y are as small as they may be, and in the coordinates
-/// that make them equal and diagonal the problem is solved again.
+/// The problem is solved in diagonally balanced coordinates, w and z in units in which gamma is about 1. Where the solver gets stuck before
+/// it is sure of the optimum, the point of least trace is sought a little above the gamma found: its X and Y are as small as they may be,
+/// and in the coordinates that make them equal and diagonal the problem is solved again.
 ///
-/// What comes back satisfies the inequalities strictly, by their eigenvalues: gamma is never below the infimum.
+/// What comes back satisfies the inequalities strictly, by their eigenvalues: gamma is never below the infimum, and its `gap` tells how
+/// far it may be above.
 ///
 /// # Errors
-/// [`SynthesisError::Infeasible`] with a certificate that no gamma will do; [`SynthesisError::Numerical`].
+/// [`SynthesisError::Infeasible`] when the solver holds a certificate that no gamma will do; [`SynthesisError::Numerical`].
 pub fn least_gamma(
     plant: &GeneralisedPlant,
     scalings: Scalings,
 ) -> Result<(Coordinates, Existence), SynthesisError> {
-    let mut coordinates = Coordinates::diagonal(plant);
-    let mut best = minimise(&coordinates.apply(plant), scalings)?;
-    let mut seen = (coordinates.clone(), best.found.clone());
+    let (mut place, mut best) = first(plant, scalings)?;
+    let mut seen = (place.clone(), best.clone());
     for _ in 0..ROUNDS {
-        if best.gap <= SETTLED && best.found.margin > 0.0 {
+        if best.gap <= SETTLED && best.margin > 0.0 {
             break;
         }
-        let balanced = seen.0.apply(plant);
-        let Ok(small) = smallest(&balanced, seen.1.gamma * RELAXED, &seen.1, scalings) else { break };
-        let Some(next) = equalised(&seen.0, &small, plant) else { break };
-        let Ok(again) = minimise(&next.apply(plant), scalings) else { break };
-        seen = (next.clone(), again.found.clone());
-        if again.better_than(&best) {
-            (coordinates, best) = (next, again);
+        let here = seen.0.plant(plant);
+        let level = RELAXED * seen.1.gamma / seen.0.unit;
+        let Ok(small) = smallest(&here, level, &seen.1, scalings) else { break };
+        let Some(coordinates) = equalised(&seen.0.coordinates, &small, plant) else { break };
+        let next = Place { coordinates, ..seen.0 };
+        let Ok(again) = minimise(plant, &next, scalings, false) else { break };
+        seen = (next, again);
+        if better(&seen.1, &best) {
+            (place, best) = seen.clone();
         }
     }
-    if best.found.margin > 0.0 {
-        return Ok((coordinates, best.found));
+    if best.gap > DOUBTFUL || best.margin <= 0.0 {
+        if let Ok(other) = minimise(plant, &place, scalings, true)
+            && better(&other, &best)
+        {
+            best = other;
+        }
     }
-    let (gamma, missed) = (best.found.gamma, -best.found.margin);
-    Err(numerical(
-        STAGE,
-        format!("at the gamma found, {gamma:.4}, the inequalities are missed by {missed:.1e}"),
-    ))
+    if best.margin > 0.0 {
+        return Ok((place.coordinates, best));
+    }
+    let (gamma, missed) = (best.gamma, -best.margin);
+    let diagnosis = format!("at the gamma found, {gamma:.4e}, the inequalities are missed by {missed:.1e}");
+    Err(numerical(STAGE, diagnosis))
 }
 
 /// How far above gamma the coordinates are sought.
@@ -55,22 +62,63 @@ const RELAXED: f64 = 1.1;
 /// How often other coordinates are tried.
 const ROUNDS: usize = 3;
 
-/// A gap between gamma and its lower bound, relative to gamma plus 1, that settles the matter.
+/// A gap between gamma and its lower bound, relative to gamma, that settles the matter.
 const SETTLED: f64 = 1e-5;
 
-/// A solution and how far its gamma may be from the least.
-struct Optimum {
-    found: Existence,
-    gap: f64,
+/// A gap that is worth asking the general solver.
+const DOUBTFUL: f64 = 1e-3;
+
+/// How far from 1 gamma may be in units that need no change.
+const NEAR: f64 = 10.0;
+
+/// How often the units are changed.
+const UNITS: usize = 5;
+
+/// Coordinates, and the gain that counts as 1.
+#[derive(Clone)]
+struct Place {
+    coordinates: Coordinates,
+    unit: f64,
 }
 
-impl Optimum {
-    fn better_than(&self, other: &Self) -> bool {
-        match (self.found.margin > 0.0, other.found.margin > 0.0) {
-            (true, true) => self.found.gamma < other.found.gamma,
-            (false, false) => self.found.margin > other.found.margin,
-            (strict, _) => strict,
+impl Place {
+    fn balanced(plant: &GeneralisedPlant, unit: f64) -> Self {
+        Self { coordinates: Coordinates::diagonal(&plant.in_units_of(unit)), unit }
+    }
+
+    fn plant(&self, plant: &GeneralisedPlant) -> GeneralisedPlant {
+        self.coordinates.apply(&plant.in_units_of(self.unit))
+    }
+}
+
+/// A first solution, in units in which its gamma is about 1.
+fn first(plant: &GeneralisedPlant, scalings: Scalings) -> Result<(Place, Existence), SynthesisError> {
+    let mut place = Place::balanced(plant, first_unit(plant));
+    let mut best = minimise(plant, &place, scalings, false)?;
+    for _ in 0..UNITS {
+        let ratio = best.gamma / place.unit;
+        if (1.0 / NEAR..NEAR).contains(&ratio) || ratio.is_nan() || ratio <= 0.0 {
+            break;
         }
+        let next = Place::balanced(plant, best.gamma);
+        let Ok(again) = minimise(plant, &next, scalings, false) else { break };
+        (place, best) = (next, again);
+    }
+    Ok((place, best))
+}
+
+/// A guess at gamma, from sizes alone.
+fn first_unit(plant: &GeneralisedPlant) -> f64 {
+    let seen = Coordinates::diagonal(plant).apply(plant);
+    let guess = seen.d11.norm() + seen.b1.norm() * seen.c1.norm();
+    if guess.is_finite() && guess > 0.0 { guess } else { 1.0 }
+}
+
+fn better(one: &Existence, other: &Existence) -> bool {
+    match (one.margin > 0.0, other.margin > 0.0) {
+        (true, true) => one.gamma < other.gamma,
+        (false, false) => one.margin > other.margin,
+        (strict, _) => strict,
     }
 }
 
@@ -118,13 +166,20 @@ pub(crate) fn equalised(
     at.equalising(&found.x, &found.y, &s, &sigma, &channels(&plant.blocks))
 }
 
-/// The least gamma in the plant's own coordinates.
-fn minimise(plant: &GeneralisedPlant, scalings: Scalings) -> Result<Optimum, SynthesisError> {
+/// The least gamma, sought at a place; gamma comes back in the plant's units.
+fn minimise(
+    plant: &GeneralisedPlant,
+    place: &Place,
+    scalings: Scalings,
+    patient: bool,
+) -> Result<Existence, SynthesisError> {
     let mut program = Program::new();
-    let unknowns = state(&mut program, plant, None, scalings);
+    let unknowns = state(&mut program, &place.plant(plant), None, scalings);
     program.minimise_trace(&unknowns.gamma, 1.0);
-    let solution = solver::solve(&program, STAGE, Search::fine())?;
-    Ok(Optimum { found: unknowns.existence(&program, &solution), gap: solution.gap })
+    let solution = solver::solve(&program, STAGE, Search { patient, ..Search::fine() })?;
+    let found = unknowns.existence(&program, &solution);
+    let gap = solution.gap * (1.0 + found.gamma.abs()) / found.gamma;
+    Ok(Existence { gamma: place.unit * found.gamma, gap, ..found })
 }
 
 const SMALLEST: &str = "smallest matrices";

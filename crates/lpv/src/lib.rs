@@ -91,6 +91,7 @@ mod lyapunov;
 pub mod matrix;
 pub mod model_error;
 pub mod modes;
+pub mod mu;
 pub mod parameter_grid;
 pub mod plant;
 pub mod polynomial;

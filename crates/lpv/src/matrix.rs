@@ -278,6 +278,20 @@ pub fn complex_singular_values(a: &DMatrix<Complex<f64>>) -> Vec<f64> {
     same.singular_values().unwrap_or_else(|_| vec![f64::NAN; least])
 }
 
+/// Eigenvalues of a Hermitian matrix, ascending; not-a-number when it holds one.
+pub fn hermitian_eigenvalues(a: &DMatrix<Complex<f64>>) -> Vec<f64> {
+    let n = a.nrows();
+    if n == 1 {
+        return vec![a[(0, 0)].re];
+    }
+    if a.iter().any(|v| !(v.re.is_finite() && v.im.is_finite())) {
+        return vec![f64::NAN; n];
+    }
+    let entry = |i: usize, j: usize| faer::c64::new(a[(i, j)].re, a[(i, j)].im);
+    let same = faer::Mat::from_fn(n, n, entry);
+    same.self_adjoint_eigenvalues(faer::Side::Lower).unwrap_or_else(|_| vec![f64::NAN; n])
+}
+
 /// The matrix as a list of rows, as the files hold it.
 pub fn to_rows(a: &Mat) -> Vec<Vec<f64>> {
     a.row_iter().map(|row| row.iter().copied().collect()).collect()

@@ -56,6 +56,11 @@ impl LoopError {
         self.e.ncols() == 0
     }
 
+    /// With w and z in units in which a gain of `gamma` is 1.
+    pub(crate) fn in_units_of(&self, gamma: f64) -> Self {
+        Self { fw: &self.fw / gamma.sqrt(), ..self.clone() }
+    }
+
     /// In the coordinates `x = T x~`, `zt = tau zt~`, `wt = tau wt~`.
     pub fn in_coordinates(&self, (t, t_inverse): (&Mat, &Mat), tau: &Mat) -> Self {
         Self { e: t_inverse * &self.e, fx: &self.fx * t, ft: &self.ft * tau, fw: self.fw.clone() }

@@ -9,21 +9,45 @@ use crate::matrix::{Mat, complex_singular_values, eigenvalues};
 use crate::plant::GeneralisedPlant;
 use nalgebra::{Complex, DMatrix};
 
-/// A mode with non-negative real part counts as out of reach when the least singular value of the pencil is
-/// below this fraction of the largest.
-const RANK_TOLERANCE: f64 = 1e-10;
+/// A mode counts as out of reach when the least singular value of the pencil, its rows and columns scaled to one size, is below
+/// this fraction of the largest.
+const RANK_TOLERANCE: f64 = 1e-12;
+
+/// A mode whose real part is this close to zero, relative to the size of A, may lie on the axis.
+const ON_AXIS: f64 = 1e-13;
 
 /// The first mode with `Re >= 0` that B does not reach.
 pub fn unreachable_mode(a: &Mat, b: &Mat) -> Option<Complex<f64>> {
-    eigenvalues(a).into_iter().filter(|mode| mode.re >= 0.0).find(|mode| {
+    let axis = ON_AXIS * a.norm();
+    eigenvalues(a).into_iter().filter(|mode| mode.re >= -axis).find(|mode| {
         let n = a.nrows();
         let pencil = DMatrix::from_fn(n, n + b.ncols(), |i, j| {
             let entry = if j < n { a[(i, j)] } else { b[(i, j - n)] };
             Complex::new(entry, 0.0) - if i == j { *mode } else { Complex::new(0.0, 0.0) }
         });
-        let values = complex_singular_values(&pencil);
+        let values = complex_singular_values(&equilibrated(pencil, n));
         matches!((values.first(), values.last()), (Some(most), Some(least)) if *least <= RANK_TOLERANCE * most)
     })
+}
+
+/// A pencil with each row, and each of its first n columns, divided by a number so that they are of one size. Its rank stays: a fast
+/// mode elsewhere, or a unit, does not decide. Rows and columns of zeros stay as they are.
+fn equilibrated(mut pencil: DMatrix<Complex<f64>>, n: usize) -> DMatrix<Complex<f64>> {
+    for _ in 0..10 {
+        for mut row in pencil.row_iter_mut() {
+            let norm = row.norm();
+            if norm > 0.0 {
+                row.unscale_mut(norm);
+            }
+        }
+        for mut column in pencil.columns_mut(0, n).column_iter_mut() {
+            let norm = column.norm();
+            if norm > 0.0 {
+                column.unscale_mut(norm);
+            }
+        }
+    }
+    pencil
 }
 
 /// Checks that u reaches every mode of the plant at Theta = 0 that does not decay.
@@ -32,6 +56,7 @@ pub fn unreachable_mode(a: &Mat, b: &Mat) -> Option<Complex<f64>> {
 /// [`SynthesisError::NotStabilisable`] with the mode.
 pub fn check_stabilisable(plant: &GeneralisedPlant) -> Result<(), SynthesisError> {
     let balanced = Coordinates::diagonal(plant).apply(plant);
+    check_finite(&balanced)?;
     match unreachable_mode(&balanced.a, &balanced.b2).map(|mode| in_users_time(mode, plant)) {
         Some(mode) => Err(SynthesisError::NotStabilisable { re: mode.re, im: mode.im }),
         None => Ok(()),
@@ -44,11 +69,23 @@ pub fn check_stabilisable(plant: &GeneralisedPlant) -> Result<(), SynthesisError
 /// [`SynthesisError::NotDetectable`] with the mode.
 pub fn check_detectable(plant: &GeneralisedPlant) -> Result<(), SynthesisError> {
     let balanced = Coordinates::diagonal(plant).apply(plant);
+    check_finite(&balanced)?;
     let unseen = unreachable_mode(&balanced.a.transpose(), &balanced.c2.transpose());
     match unseen.map(|mode| in_users_time(mode, plant)) {
         Some(mode) => Err(SynthesisError::NotDetectable { re: mode.re, im: mode.im }),
         None => Ok(()),
     }
+}
+
+/// Numbers that overflow prove nothing.
+fn check_finite(plant: &GeneralisedPlant) -> Result<(), SynthesisError> {
+    if eigenvalues(&plant.a).iter().all(|v| v.re.is_finite() && v.im.is_finite()) {
+        return Ok(());
+    }
+    Err(SynthesisError::Numerical {
+        stage: "modes of the plant",
+        diagnosis: "the eigenvalues of A cannot be computed: its numbers are too large".into(),
+    })
 }
 
 /// A mode of the balanced plant, in the user's unit of time. (Rank is judged in balanced coordinates: in badly scaled ones

@@ -272,6 +272,19 @@ impl ClosedLoop {
         }
     }
 
+    /// The loop with w and z in units in which a gain of `gamma` is 1. The inequalities have the same X and scalings.
+    pub(crate) fn in_units_of(&self, gamma: f64) -> Self {
+        let root = gamma.sqrt();
+        Self {
+            b1: &self.b1 / root,
+            dt1: &self.dt1 / root,
+            c1: &self.c1 / root,
+            d1t: &self.d1t / root,
+            d11: &self.d11 / gamma,
+            ..self.clone()
+        }
+    }
+
     /// The loop at a frozen parameter value.
     ///
     /// # Errors

@@ -1,41 +1,75 @@
 //! Whether any controller stabilises the plant for every course of the parameters, whatever the gain.
 //!
-//! Without w and z the synthesis inequalities are homogeneous, so that the unknowns may be bounded by the identity. The clearance
-//! t that they then allow is positive exactly when a gamma exists; t is bounded from both sides, so the solver can tell
-//! where without the bound it only sees gamma grow.
+//! Without w and z the synthesis inequalities are homogeneous, so that the unknowns may be bounded by the identity, and the largest
+//! clearance t that they then allow is positive exactly when a gamma exists. In other coordinates t is another number, and on a stiff plant it
+//! may be as small as rounding in most. So a point that satisfies the inequalities strictly is always believed; that there is none only after
+//! the coordinates have been changed several times to those in which the best X and S are the identity, which
+//! raises t towards 1 where it can be raised.
 //!
 //! B. R. Barmish, "Necessary and sufficient conditions for quadratic stabilizability of an uncertain system", J. Optimization Theory
 //! and Applications 46(4), 1985, for the notion.
 
+use crate::analysis::scaled_largest_eigenvalue;
 use crate::balance::Coordinates;
 use crate::bounded_real::{Multipliers, bounded_real_compact};
 use crate::error::SynthesisError;
 use crate::inequalities::Scalings;
 use crate::lmi::{Affine, Program};
-use crate::matrix::{Mat, block, kernel};
+use crate::matrix::{Mat, block, kernel, symmetric_function};
 use crate::model_error::LoopError;
 use crate::plant::{ClosedLoop, GeneralisedPlant, channels};
 use crate::solver::{self, Search};
 
-/// A clearance below this counts as none: the solver's accuracy.
+/// A clearance below this counts as none, if it is no more in other coordinates.
 const NONE: f64 = 1e-7;
+
+/// How often the coordinates are changed.
+const ROUNDS: usize = 8;
+
+/// How much smaller than the largest an eigenvalue of X or S may count in a change of coordinates.
+const FLOOR: f64 = 1e-4;
 
 const STAGE: &str = "stabilisation for every parameter";
 
-/// Says which side makes the problem infeasible, if one does and the solver could tell.
+/// Says which side makes the problem infeasible, if one does and the solver could tell. Without parameters the modes have told.
 pub(crate) fn infeasible_side(plant: &GeneralisedPlant, scalings: Scalings) -> Option<SynthesisError> {
+    if plant.blocks.is_empty() {
+        return None;
+    }
     let balanced = Coordinates::diagonal(plant).apply(plant);
-    if clearance(&balanced.dual(), scalings).is_some_and(|t| t < NONE) {
+    if is_impossible(balanced.dual(), scalings) {
         return Some(SynthesisError::NotQuadraticallyStabilisable);
     }
-    if clearance(&balanced, scalings).is_some_and(|t| t < NONE) {
+    if is_impossible(balanced, scalings) {
         return Some(SynthesisError::NotQuadraticallyDetectable);
     }
     None
 }
 
+fn is_impossible(mut plant: GeneralisedPlant, scalings: Scalings) -> bool {
+    for _ in 0..ROUNDS {
+        let Some(found) = clearest(&plant, scalings) else { return false };
+        if found.holds || found.clearance > NONE {
+            return false;
+        }
+        let (state, state_inverse) = root(&found.x);
+        let (channel, channel_inverse) = root(&found.s);
+        plant = in_coordinates(&plant, (&state, &state_inverse), (&channel, &channel_inverse));
+    }
+    true
+}
+
+/// The point of the largest clearance.
+struct Clearest {
+    clearance: f64,
+    x: Mat,
+    s: Mat,
+    /// Whether the inequalities hold strictly at the point.
+    holds: bool,
+}
+
 /// The largest t with `N' L(X, S, T) N <= -t I`, `t I <= X <= I`, `t I <= S <= I`; `None` when the solver does not reach an optimum.
-fn clearance(plant: &GeneralisedPlant, scalings: Scalings) -> Option<f64> {
+fn clearest(plant: &GeneralisedPlant, scalings: Scalings) -> Option<Clearest> {
     let (n, r) = (plant.sizes().x, plant.sizes().t);
     let mut program = Program::new();
     let theta = channels(&plant.blocks);
@@ -55,14 +89,55 @@ fn clearance(plant: &GeneralisedPlant, scalings: Scalings) -> Option<f64> {
     let whole = bounded_real_compact(&bare, &LoopError::none(&bare), &m);
     let projected = whole.congruence(&kernel(&block(&[&[&plant.c2, &plant.d2t]])));
     let size = projected.shape().0;
-    program.negative("stability", projected + t.times_identity(size));
+    program.negative("stability", projected.clone() + t.times_identity(size));
     for (e, size) in [(&m.x, n), (&m.s, r)] {
         program.positive("floor", e.clone() - t.times_identity(size));
         program.positive("upper bound", Affine::constant(Mat::identity(size, size)) - e.clone());
     }
     program.minimise_trace(&t, -1.0);
-    let solution = solver::solve(&program, STAGE, Search { tolerance: 0.1 * NONE, start: None }).ok()?;
-    (solution.gap <= NONE).then(|| t.value(&program, &solution.x)[(0, 0)])
+    let search = Search { patient: true, ..Search::within(0.1 * NONE) };
+    let solution = solver::solve(&program, STAGE, search).ok()?;
+    let value = |e: &Affine| e.value(&program, &solution.x);
+    let (x, s) = (value(&m.x), value(&m.s));
+    let inequalities = [value(&projected), -&x, -&s];
+    let holds = inequalities.iter().all(|m| scaled_largest_eigenvalue(m) < -ROUNDING);
+    let clearance = value(&t)[(0, 0)];
+    (holds || solution.gap <= NONE).then_some(Clearest { clearance, x, s, holds })
+}
+
+/// An inequality scaled to a unit diagonal holds strictly when no eigenvalue is nearer to zero.
+const ROUNDING: f64 = 1e-12;
+
+/// `M^-1/2` and its inverse, small eigenvalues raised.
+fn root(m: &Mat) -> (Mat, Mat) {
+    if m.is_empty() {
+        return (m.clone(), m.clone());
+    }
+    let floor = FLOOR * crate::matrix::largest_eigenvalue(m).max(f64::MIN_POSITIVE);
+    (symmetric_function(m, |v| 1.0 / v.max(floor).sqrt()), symmetric_function(m, |v| v.max(floor).sqrt()))
+}
+
+/// The plant in the coordinates `x = T x~`, `zt = tau zt~`, `wt = tau wt~`.
+fn in_coordinates(
+    p: &GeneralisedPlant,
+    (t, t_inverse): (&Mat, &Mat),
+    (tau, tau_inverse): (&Mat, &Mat),
+) -> GeneralisedPlant {
+    GeneralisedPlant {
+        a: t_inverse * &p.a * t,
+        bt: t_inverse * &p.bt * tau,
+        b1: t_inverse * &p.b1,
+        b2: t_inverse * &p.b2,
+        ct: tau_inverse * &p.ct * t,
+        dtt: tau_inverse * &p.dtt * tau,
+        dt1: tau_inverse * &p.dt1,
+        dt2: tau_inverse * &p.dt2,
+        c1: &p.c1 * t,
+        d1t: &p.d1t * tau,
+        c2: &p.c2 * t,
+        d2t: &p.d2t * tau,
+        ..p.clone()
+    }
 }
 
 fn without_performance(plant: &GeneralisedPlant) -> ClosedLoop {

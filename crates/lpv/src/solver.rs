@@ -19,9 +19,7 @@ pub struct Solution {
     pub x: Vec<f64>,
     /// The least eigenvalue over all inequalities: the point satisfies them strictly if it is positive.
     pub margin: f64,
-    /// The inequality with that eigenvalue.
-    pub tightest: &'static str,
-    /// How far the objective is from the least, at most, relative to its size plus 1; infinite when nothing is known.
+    /// How far the objective may be above the least, relative to its size plus [`Search::floor`]; infinite when nothing is known.
     pub gap: f64,
 }
 
@@ -30,39 +28,38 @@ pub struct Solution {
 pub struct Search<'a> {
     /// The gap at which to stop.
     pub tolerance: f64,
+    /// An objective smaller than this counts as this large when the gap is set in relation to it.
+    pub floor: f64,
     /// A point at which all inequalities hold strictly, if one is known. The best point found is then good enough.
     pub start: Option<&'a [f64]>,
+    /// Whether to go on with the general solver where the first gets stuck at a point that is feasible, but not the best.
+    pub patient: bool,
 }
 
 impl Search<'_> {
     /// As close to the optimum as rounding lets one come.
     pub fn fine() -> Self {
-        Self { tolerance: 1e-7, start: None }
+        Self::within(1e-7)
     }
 
     /// Within `tolerance` of the optimum, and therefore well inside the inequalities.
     pub fn within(tolerance: f64) -> Self {
-        Self { tolerance, start: None }
+        Self { tolerance, floor: 1.0, start: None, patient: false }
     }
 }
-
-/// Where the method gets stuck this close to the optimum the general solver does not come closer.
-const CLOSE: f64 = 1e-4;
 
 /// Solves `program`.
 ///
 /// # Errors
-/// [`SynthesisError::Infeasible`] with a certificate, evaluated here, that no point exists;
+/// [`SynthesisError::Infeasible`] when the general solver's certificate, evaluated here, leaves room for none but enormous points;
 /// [`SynthesisError::Numerical`] when no point was found for any other reason.
 pub fn solve(program: &Program, stage: &'static str, search: Search<'_>) -> Result<Solution, SynthesisError> {
     let data: Vec<LowRank> =
         program.inequalities.iter().map(|i| LowRank::new(program, &i.expression)).collect();
-    let costs = program.costs();
-    let stop = interior_point::minimise(&data, &costs, search.tolerance, search.start);
-    let own = stop.map(|stop| judged(program, stop.x, stop.gap));
-    match own {
-        Some(own) if own.gap <= search.tolerance.max(CLOSE) || search.start.is_some() => Ok(own),
-        _ => general(program, stage, own),
+    let stop = interior_point::minimise(&data, &program.costs(), search);
+    match stop.map(|stop| judged(program, stop.x, stop.gap)) {
+        Some(own) if own.gap <= search.tolerance || search.start.is_some() || !search.patient => Ok(own),
+        own => general(program, stage, own),
     }
 }
 
@@ -108,17 +105,14 @@ fn general(
 }
 
 fn judged(program: &Program, x: Vec<f64>, gap: f64) -> Solution {
-    let (margin, tightest) = margin(program, &x);
-    Solution { x, margin, tightest, gap }
+    let margin = margin(program, &x);
+    Solution { x, margin, gap }
 }
 
-/// The least eigenvalue over all inequalities at `x`, and whose it is.
-pub fn margin(program: &Program, x: &[f64]) -> (f64, &'static str) {
-    program
-        .inequalities
-        .iter()
-        .map(|i| (least_eigenvalue(&i.expression.value(program, x)), i.name))
-        .fold((f64::INFINITY, "none"), |least, next| if next.0 < least.0 { next } else { least })
+/// The least eigenvalue over all inequalities at `x`.
+pub fn margin(program: &Program, x: &[f64]) -> f64 {
+    let each = program.inequalities.iter().map(|i| least_eigenvalue(&i.expression.value(program, x)));
+    each.fold(f64::INFINITY, f64::min)
 }
 
 pub(crate) fn numerical(stage: &'static str, diagnosis: String) -> SynthesisError {

@@ -71,7 +71,15 @@ pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, 
         }
         outcome = build(plant, &coordinates, &optimum, factor * options.back_off, options).or(outcome);
     }
-    explained(plant, outcome, options)
+    explained(plant, outcome.map(|design| consistent(design, options.scalings)), options)
+}
+
+/// The bound of a loop, shown with skew scalings, shows that the least gamma with them is no larger.
+fn consistent(design: Design, scalings: Scalings) -> Design {
+    if scalings == Scalings::Symmetric {
+        return design;
+    }
+    Design { gamma_optimum: design.gamma_optimum.min(design.certified.gamma), ..design }
 }
 
 /// A failure may be that no gamma exists at all: then the solver only saw gamma grow.
@@ -82,9 +90,16 @@ fn explained(
 ) -> Result<Design, SynthesisError> {
     match outcome {
         Err(SynthesisError::Numerical { .. } | SynthesisError::Infeasible { .. }) => {
-            match infeasible_side(plant, options.scalings) {
-                Some(reason) => Err(reason),
-                None => outcome,
+            match (infeasible_side(plant, options.scalings), outcome) {
+                (Some(reason), _) => Err(reason),
+                // The modes and the inequalities of stabilisation say otherwise, or nothing.
+                (None, Err(SynthesisError::Infeasible { stage })) => Err(SynthesisError::Numerical {
+                    stage,
+                    diagnosis:
+                        "the solver finds no gamma, but the plant can be stabilised; check units and weights"
+                            .into(),
+                }),
+                (None, outcome) => outcome,
             }
         }
         other => other,
@@ -125,6 +140,16 @@ fn above_limit(
     limit: f64,
     options: Options,
 ) -> SynthesisError {
+    if optimum.gamma * (1.0 - optimum.gap) <= limit {
+        let (gamma, limit) = (optimum.gamma, limit);
+        return SynthesisError::Numerical {
+            stage: "limit of gamma",
+            diagnosis: format!(
+                "the least gamma found is {gamma:.6e}, above the limit {limit:.6e}, but the search is only sure of it to {:.1e} of itself",
+                optimum.gap
+            ),
+        };
+    }
     let dominant = build(plant, coordinates, optimum, options.back_off, options).ok().and_then(|design| {
         let theta = vec![0.0; plant.blocks.len()];
         plant.close(&design.controller).frozen(&theta).ok()?.dominant_channel()

@@ -1,0 +1,178 @@
+//! The structure of a perturbation: blocks on the diagonal.
+
+use super::CMat;
+use nalgebra::Complex;
+use std::ops::Range;
+use thiserror::Error;
+
+/// A block of a perturbation, w = Delta z.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Block {
+    /// `delta I`, delta real; how often it is repeated.
+    Real(usize),
+    /// `delta I`, delta complex; how often it is repeated.
+    Complex(usize),
+    /// Any complex matrix.
+    Full {
+        /// Its rows: entries of w.
+        rows: usize,
+        /// Its columns: entries of z.
+        cols: usize,
+    },
+}
+
+impl Block {
+    /// Entries of w.
+    pub fn rows(self) -> usize {
+        match self {
+            Self::Real(r) | Self::Complex(r) => r,
+            Self::Full { rows, .. } => rows,
+        }
+    }
+
+    /// Entries of z.
+    pub fn cols(self) -> usize {
+        match self {
+            Self::Real(r) | Self::Complex(r) => r,
+            Self::Full { cols, .. } => cols,
+        }
+    }
+}
+
+/// A list of blocks, down the diagonal.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Structure(Vec<Block>);
+
+/// What is wrong with a structure, or a matrix for it.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum StructureError {
+    /// A block has something in it.
+    #[error("block {number} is empty; a block has at least one row and one column")]
+    EmptyBlock {
+        /// Which, from 1.
+        number: usize,
+    },
+    /// There is a perturbation.
+    #[error("there is no block")]
+    NoBlock,
+    /// The usual notation of a block is [-r, 0], [r, 0] or [p, q].
+    #[error(
+        "block {number} is [{}, {}]; a block is [-r, 0] (a real scalar repeated r times), [r, 0] (a complex one) or [p, q] (a \
+         full complex block)",
+        found.0,
+        found.1
+    )]
+    Notation {
+        /// Which, from 1.
+        number: usize,
+        /// What was given.
+        found: (i64, i64),
+    },
+    /// M takes w and gives z.
+    #[error("M is {} x {}; for these blocks it must be {} x {}", found.0, found.1, expected.0, expected.1)]
+    Shape {
+        /// The shape of M.
+        found: (usize, usize),
+        /// The shape that the blocks ask for.
+        expected: (usize, usize),
+    },
+    /// Every entry of M is finite.
+    #[error("M holds a number that is not finite")]
+    NotFinite,
+}
+
+impl Structure {
+    /// # Errors
+    /// [`StructureError::NoBlock`], [`StructureError::EmptyBlock`].
+    pub fn new(blocks: Vec<Block>) -> Result<Self, StructureError> {
+        if blocks.is_empty() {
+            return Err(StructureError::NoBlock);
+        }
+        match blocks.iter().position(|b| b.rows() == 0 || b.cols() == 0) {
+            Some(k) => Err(StructureError::EmptyBlock { number: k + 1 }),
+            None => Ok(Self(blocks)),
+        }
+    }
+
+    /// From the usual notation: `[-r, 0]` a real scalar repeated r times, `[r, 0]` a complex one, `[p, q]` a full block of p
+    /// rows and q columns. `[-1, 1]` is taken for `[-1, 0]`, and `[1, 1]` is a complex scalar either way.
+    ///
+    /// # Errors
+    /// [`StructureError`].
+    pub fn from_notation(blocks: &[(i64, i64)]) -> Result<Self, StructureError> {
+        let block = |(k, &(p, q)): (usize, &(i64, i64))| match (p, q) {
+            (-1, 1) => Ok(Block::Real(1)),
+            (r, 0) if r < 0 => Ok(Block::Real(r.unsigned_abs() as usize)),
+            (r, 0) if r > 0 => Ok(Block::Complex(r as usize)),
+            (1, 1) => Ok(Block::Complex(1)),
+            (p, q) if p > 0 && q > 0 => Ok(Block::Full { rows: p as usize, cols: q as usize }),
+            found => Err(StructureError::Notation { number: k + 1, found }),
+        };
+        Self::new(blocks.iter().enumerate().map(block).collect::<Result<_, _>>()?)
+    }
+
+    /// The blocks.
+    pub fn blocks(&self) -> &[Block] {
+        &self.0
+    }
+
+    /// Entries of w.
+    pub fn rows(&self) -> usize {
+        self.0.iter().map(|b| b.rows()).sum()
+    }
+
+    /// Entries of z.
+    pub fn cols(&self) -> usize {
+        self.0.iter().map(|b| b.cols()).sum()
+    }
+
+    /// Each block with its entries of w and of z.
+    pub fn places(&self) -> Vec<(Block, Range<usize>, Range<usize>)> {
+        let (mut row, mut col) = (0, 0);
+        let place = |b: &Block| {
+            let found = (*b, row..row + b.rows(), col..col + b.cols());
+            (row, col) = (found.1.end, found.2.end);
+            found
+        };
+        self.0.iter().map(place).collect()
+    }
+
+    /// Whether every block is a real scalar.
+    pub fn is_real(&self) -> bool {
+        self.0.iter().all(|b| matches!(b, Block::Real(_)))
+    }
+
+    /// Checks that M takes w and gives z.
+    ///
+    /// # Errors
+    /// [`StructureError::Shape`], [`StructureError::NotFinite`].
+    pub fn check(&self, m: &CMat) -> Result<(), StructureError> {
+        let expected = (self.cols(), self.rows());
+        if m.shape() != expected {
+            return Err(StructureError::Shape { found: m.shape(), expected });
+        }
+        if m.iter().any(|v| !(v.re.is_finite() && v.im.is_finite())) {
+            return Err(StructureError::NotFinite);
+        }
+        Ok(())
+    }
+
+    /// Whether `delta` has this structure, but for rounding.
+    pub fn holds(&self, delta: &CMat) -> bool {
+        if delta.shape() != (self.rows(), self.cols()) {
+            return false;
+        }
+        let mut allowed = CMat::zeros(self.rows(), self.cols());
+        for (block, rows, cols) in self.places() {
+            let part = delta.view((rows.start, cols.start), (rows.len(), cols.len()));
+            let first = part[(0, 0)];
+            let kept = match block {
+                Block::Full { .. } => part.into_owned(),
+                Block::Complex(r) => CMat::identity(r, r) * first,
+                Block::Real(r) => CMat::identity(r, r) * Complex::new(first.re, 0.0),
+            };
+            allowed.view_mut((rows.start, cols.start), kept.shape()).copy_from(&kept);
+        }
+        (delta - allowed).norm() <= 1e-12 * delta.norm()
+    }
+}
