@@ -198,6 +198,12 @@ pub enum Error {
         /// The resource.
         name: String,
     },
+    /// A certificate speaks of less than the design claims.
+    #[error(
+        "the certificate has no section 'residual', but the design is marked as certified for the vehicle: what is left is of the fit \
+         alone, and proves nothing about the residual between the fit and the true linearisations"
+    )]
+    NoResidual,
     /// A certificate speaks of another controller.
     #[error("the certificate is not of this controller: {what} differs")]
     Mismatch {
@@ -227,4 +233,11 @@ pub enum Error {
     /// The ladder of gammas could not be climbed.
     #[error(transparent)]
     Ladder(#[from] lpv::ladder::LadderError),
+}
+
+impl Error {
+    /// Whether the command line is wrong, and no file.
+    pub fn is_usage(&self) -> bool {
+        matches!(self, Self::Argument { .. } | Self::Bandwidth { .. })
+    }
 }

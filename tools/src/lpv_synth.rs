@@ -38,19 +38,27 @@ pub struct Report {
     pub gamma: Option<f64>,
     /// The same with symmetric scalings alone.
     pub gamma_symmetric: Option<f64>,
+    /// The gamma at which the controller was built.
+    pub gamma_design: Option<f64>,
+    /// How far that is above the least, `gamma_design/gamma - 1`; more than was asked where nothing closer could be built.
+    pub back_off: Option<f64>,
     /// The bound of the controller that was built, proved in exact arithmetic.
     pub certified_gamma: Option<f64>,
     /// States of the controller.
     pub controller_states: Option<usize>,
     /// Why there is no controller.
     pub reason: Option<String>,
-    /// What about the problem makes gains grow and numerics fail, with the remedy; whatever the outcome.
+    /// What about the problem makes gains grow and numerics fail, with the remedy, whatever the outcome; then what went otherwise
+    /// than asked.
     pub remarks: Vec<String>,
     /// Wall-clock time.
     pub seconds: f64,
     /// What was proved.
     #[serde(skip)]
     pub theorem: Option<Theorem>,
+    /// How many of the remarks, the first ones, are about the problem.
+    #[serde(skip)]
+    pub of_problem: usize,
     /// The certificate, which holds the controller.
     #[serde(skip)]
     pub certificate: Option<Certificate>,
@@ -63,31 +71,13 @@ pub struct Report {
 pub fn run(path: &Path, options: Options, reduce: bool) -> Result<Report, Error> {
     let plant = problem_file::plant(path)?;
     let started = Instant::now();
-    let mut report = Report {
-        status: Status::NumericalFailure,
-        gamma: None,
-        gamma_symmetric: None,
-        certified_gamma: None,
-        controller_states: None,
-        reason: None,
-        remarks: findings(&plant).iter().map(ToString::to_string).collect(),
-        seconds: 0.0,
-        theorem: None,
-        certificate: None,
-    };
+    let mut report = Report::new(findings(&plant).iter().map(ToString::to_string).collect());
     match design(&plant, options, reduce) {
         Ok(design) => feasible(&plant, &design, &mut report),
         Err(error) => without_controller(&plant, options, &error, &mut report),
     }
-    report.gamma_symmetric = match (plant.blocks.is_empty(), report.gamma) {
-        (true, gamma) => gamma,
-        (false, Some(_)) => least_gamma(&plant, Scalings::Symmetric).ok().map(|(_, found)| found.gamma),
-        (false, None) => None,
-    };
-    // A solution with symmetric scalings is one with both.
-    if let (Some(both), Some(symmetric)) = (report.gamma, report.gamma_symmetric) {
-        report.gamma = Some(both.min(symmetric));
-    }
+    symmetric(&plant, &mut report);
+    report.compare_back_off(options.back_off);
     report.seconds = started.elapsed().as_secs_f64();
     Ok(report)
 }
@@ -107,9 +97,31 @@ fn design(plant: &GeneralisedPlant, options: Options, reduce: bool) -> Result<De
     if fastest <= limit { Ok(reduced) } else { found }
 }
 
+/// The least gamma with symmetric scalings alone, where there is one with both.
+fn symmetric(plant: &GeneralisedPlant, report: &mut Report) {
+    let Some(both) = report.gamma else { return };
+    if plant.blocks.is_empty() {
+        report.gamma_symmetric = Some(both);
+        return;
+    }
+    match least_gamma(plant, Scalings::Symmetric) {
+        Ok((_, found)) => {
+            report.gamma_symmetric = Some(found.gamma);
+            // A solution with symmetric scalings is one with both.
+            report.gamma = Some(both.min(found.gamma));
+        }
+        Err(reason) => {
+            report
+                .remarks
+                .push(format!("the least gamma with symmetric scalings alone is not known: {reason}"));
+        }
+    }
+}
+
 /// Proves a design.
 fn feasible(plant: &GeneralisedPlant, design: &Design, report: &mut Report) {
     report.gamma = Some(design.gamma_optimum);
+    report.gamma_design = Some(design.gamma_design);
     report.controller_states = Some(design.controller.a.nrows());
     let certificate = nominal(plant, &design.controller, &design.certified);
     match certificate.prove() {
@@ -146,6 +158,38 @@ fn without_controller(
 }
 
 impl Report {
+    /// Nothing is known yet but what the problem itself shows.
+    fn new(remarks: Vec<String>) -> Self {
+        Self {
+            status: Status::NumericalFailure,
+            gamma: None,
+            gamma_symmetric: None,
+            gamma_design: None,
+            back_off: None,
+            certified_gamma: None,
+            controller_states: None,
+            reason: None,
+            of_problem: remarks.len(),
+            remarks,
+            seconds: 0.0,
+            theorem: None,
+            certificate: None,
+        }
+    }
+
+    /// Computes the back-off, and remarks on it when it is more than asked.
+    fn compare_back_off(&mut self, asked: f64) {
+        let (Some(built), Some(least)) = (self.gamma_design, self.gamma) else { return };
+        self.back_off = Some(built / least - 1.0).filter(|b| b.is_finite());
+        if let Some(found) = self.back_off.filter(|b| *b > 1.01 * asked) {
+            self.remarks.push(format!(
+                "the controller was built {:.1} % above the least gamma where {:.1} % was asked: nothing closer could be built",
+                100.0 * found,
+                100.0 * asked
+            ));
+        }
+    }
+
     /// Writes `report.json`, and `controller.json` and `certificate.json` if there is a controller.
     ///
     /// # Errors
@@ -181,10 +225,10 @@ impl Report {
         if let Some(reason) = &self.reason {
             out += &format!("  {reason}\n");
         }
-        if matches!(self.status, Status::TooFast | Status::NumericalFailure) {
-            for remark in &self.remarks {
-                out += &format!("  remark: {remark}\n");
-            }
+        // What about the problem makes gains grow is of interest where nothing was found or proved.
+        let unexplained = matches!(self.status, Status::TooFast | Status::NumericalFailure);
+        for remark in self.remarks.iter().skip(if unexplained { 0 } else { self.of_problem }) {
+            out += &format!("  remark: {remark}\n");
         }
         if self.gamma.is_some() {
             out += &format!(
@@ -192,6 +236,9 @@ impl Report {
                 number(self.gamma),
                 number(self.gamma_symmetric)
             );
+        }
+        if let (Some(built), Some(back_off)) = (self.gamma_design, self.back_off) {
+            out += &format!("  built at            {built:.6}, {:.1} % above the least\n", 100.0 * back_off);
         }
         if let Some(theorem) = &self.theorem {
             out += &format!("  certified gamma     {}\n  PROVED: {theorem}\n", number(self.certified_gamma));

@@ -1,14 +1,14 @@
 //! The command `squid`.
 
 use clap::{Args, Parser, Subcommand};
-use lpv::synthesis::Options;
 use squid::error::Error;
 use squid::inputs::Inputs;
+use squid::lpv_command::{self, LpvVerb};
 use squid::output::say;
 use squid::package::{Kind, Prepared, pack, prepare, require_proof};
 use squid::stages::Stages;
 use squid::store::Stored;
-use squid::{design, ladder, lpv_synth, model, record, report, show, simulate, store, verify};
+use squid::{design, ladder, model, record, report, show, simulate, store, verify};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -25,6 +25,8 @@ use std::process::ExitCode;
 ///   squid simulate vehicles/squid
 ///
 ///   squid package vehicles/squid
+///
+/// Exit codes: 0 when all is well, 1 when a file is wrong or the work fails, 64 when the command line is wrong; `squid lpv synth` has more.
 #[derive(Parser)]
 #[command(version, verbatim_doc_comment)]
 struct Cli {
@@ -108,55 +110,6 @@ enum Verb {
     },
 }
 
-#[derive(Subcommand)]
-enum LpvVerb {
-    /// Find the least gamma and a scheduled controller, and prove its gain bound
-    ///
-    /// Reads a generalised plant: {"data": {"P": {"A": .., "Bt": .., ..}, "blocks": [r_1, ..]}}, or without parameters
-    /// {"data": {"A": .., "B1": .., ..}}; matrices are lists of rows, wt = blkdiag(theta_i I_ri) zt, |theta_i| <= 1. Weights are part of
-    /// the plant, so all are proper: D22 and E are refused, unless 0 and the identity.
-    ///
-    /// Exit codes, and the word `status` of --json: 0, feasible: a controller with a proved bound; 2, infeasible: there is provably
-    /// none; 3, numerical_failure: nothing is known; 4, too_fast: there are controllers, but none found keeps --fastest-mode, which
-    /// proves nothing of the others; 1: the file is wrong. `reason` says why there is no controller, `remarks` what about the problem
-    /// makes gains grow without limit: a control without a weight, a measurement without noise.
-    Synth(Synth),
-    /// Prove a certificate again, and check that it is of the plant in a problem file
-    Check {
-        /// The problem file
-        problem: PathBuf,
-        /// The certificate that `squid lpv synth` wrote
-        certificate: PathBuf,
-    },
-}
-
-#[derive(Args)]
-struct Synth {
-    /// The problem file
-    problem: PathBuf,
-    /// Print one JSON object and nothing else
-    #[arg(long)]
-    json: bool,
-    /// Write report.json, controller.json and certificate.json to this directory
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// Build the controller this far above the least gamma, relative
-    #[arg(long, value_name = "FRACTION", default_value_t = 0.1)]
-    back_off: f64,
-    /// Call a least gamma above this infeasible, and say what it costs
-    #[arg(long, value_name = "GAMMA")]
-    gamma_limit: Option<f64>,
-    /// Allow no mode of the controller faster than this, rad/s; also after --reduce
-    ///
-    /// Of the controller frozen at each point of a grid of the parameters: 11 values each for one or two of them, 7 for three, 5 for
-    /// four, 3 for five and six, beyond that vertices alone. Between the points it is not checked.
-    #[arg(long, value_name = "RAD/S")]
-    fastest_mode: Option<f64>,
-    /// Remove controller states that hardly matter, as long as the bound stays within 2 %
-    #[arg(long)]
-    reduce: bool,
-}
-
 #[derive(Args)]
 struct Which {
     /// The vehicle's directory, for instance vehicles/squid
@@ -191,20 +144,31 @@ fn keep_caught_panics_quiet() {
     }));
 }
 
+/// Exit code when the command line is wrong: `EX_USAGE` of BSD's sysexits.h. Clap's own is 2, which means infeasible here.
+const WRONG_USAGE: u8 = 64;
+
 fn main() -> ExitCode {
     keep_caught_panics_quiet();
-    match run(Cli::parse().verb) {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(told) => {
+            // Help and version come as errors, too, but not to standard error.
+            let code = if told.use_stderr() { WRONG_USAGE.into() } else { ExitCode::SUCCESS };
+            return told.print().map_or(ExitCode::FAILURE, |()| code);
+        }
+    };
+    match run(cli.verb) {
         Ok(code) => code,
         Err(error) => {
             eprintln!("squid: {error}");
-            ExitCode::FAILURE
+            if error.is_usage() { WRONG_USAGE.into() } else { ExitCode::FAILURE }
         }
     }
 }
 
 fn run(verb: Verb) -> Result<ExitCode, Error> {
     match verb {
-        Verb::Lpv(LpvVerb::Synth(synth)) => run_synth(&synth),
+        Verb::Lpv(verb) => lpv_command::run(&verb),
         other => run_plain(other).map(|()| ExitCode::SUCCESS),
     }
 }
@@ -227,11 +191,7 @@ fn run_plain(verb: Verb) -> Result<(), Error> {
             say(&format!("PROVED: {}", found.theorem));
             Ok(())
         }
-        Verb::Lpv(LpvVerb::Synth(synth)) => run_synth(&synth).map(|_| ()),
-        Verb::Lpv(LpvVerb::Check { problem, certificate }) => {
-            say(&format!("PROVED: {}", verify::check(&problem, &certificate)?));
-            Ok(())
-        }
+        Verb::Lpv(verb) => lpv_command::run(&verb).map(|_| ()),
         Verb::Plot { record, vehicle, out } => {
             let to = out.unwrap_or_else(|| record.with_extension("svg"));
             let actuators = match vehicle {
@@ -350,35 +310,4 @@ fn run_show(which: &Which, speed: Option<f64>, fit: bool, controller: bool) -> R
         say(show::controller(&inputs, &finished)?.trim_end());
     }
     Ok(())
-}
-
-fn run_synth(synth: &Synth) -> Result<ExitCode, Error> {
-    for (name, value) in [("--gamma-limit", synth.gamma_limit), ("--fastest-mode", synth.fastest_mode)] {
-        if let Some(v) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {
-            return Err(Error::Argument { name, found: v.to_string(), allowed: "above 0".into() });
-        }
-    }
-    if !(1e-3..=1.0).contains(&synth.back_off) {
-        let found = synth.back_off.to_string();
-        return Err(Error::Argument { name: "--back-off", found, allowed: "from 0.001 to 1".into() });
-    }
-    let options = Options {
-        back_off: synth.back_off,
-        gamma_limit: synth.gamma_limit,
-        fastest_mode: synth.fastest_mode,
-        ..Options::default()
-    };
-    let stages = if synth.json { Stages::quiet() } else { Stages::default() };
-    let running = stages.begin("synth", "solving the matrix inequalities");
-    let report = lpv_synth::run(&synth.problem, options, synth.reduce)?;
-    drop(running);
-    if let Some(directory) = &synth.out {
-        report.save(directory)?;
-    }
-    if synth.json {
-        say(&squid::output::json(&report)?);
-    } else {
-        say(report.words().trim_end());
-    }
-    Ok(ExitCode::from(report.exit_code()))
 }

@@ -6,50 +6,68 @@
 //! {"kind": "hinfsyn", "data": {"A": .., "B1": .., "B2": .., "C1": .., "C2": .., "D11": .., "D12": .., "D21": ..}}
 //! ```
 //!
-//! A certificate is a problem file, too: its plant is taken. Matrices are lists of rows; the partition is that of `lpv::plant`.
+//! A certificate is a problem file, too: its plant is taken. Matrices are lists of rows; the partition is that of `lpv::plant`. The
+//! sizes are those that any matrix shows: a plant without states has `"A": []`, and its inputs and outputs are those of `D11`, `D12`
+//! and `D21`. The text is read as strictly as a certificate: no key stands twice. Other keys are passed over.
 //!
 //! Weights are part of the plant, so a weight that is not proper cannot be written down: it has no state-space form with finite
 //! matrices. What would stand for one is refused by name: `E` of a descriptor system `E x' = A x + ..` unless it is the identity, and
-//! numbers that are not finite. So is `D22` unless it is 0, for the synthesis would be of another plant. Other keys are passed
-//! over.
+//! numbers that are not finite. So is `D22` unless it is 0, for the synthesis would be of another plant.
 
 use crate::error::Error;
 use crate::output::read;
-use lpv::matrix::{Mat, from_rows};
+use crate::problem_matrices::{Matrices, Reader, Size, find};
+use certificate::Json;
 use lpv::plant::GeneralisedPlant;
-use serde_json::{Map, Value};
 use std::path::Path;
 
 /// Reads a problem file.
 ///
 /// # Errors
-/// [`Error::Unreadable`]; [`Error::Problem`] with file and key; [`Error::Shape`] when matrices do not fit together.
+/// [`Error::Unreadable`]; [`Error::Problem`] with file and key, also when matrices do not fit together.
 pub fn plant(path: &Path) -> Result<GeneralisedPlant, Error> {
-    let reader = Reader { file: path.display().to_string() };
+    let reader = Reader::new(path.display().to_string());
     let text = read(path)?;
-    let value: Value = serde_json::from_str(&text).map_err(|e| reader.wrong("", not_json(&e, &text)))?;
-    let data = reader.object(value.get("data").unwrap_or(&value), "data")?;
-    let nested = ["P", "plant"].into_iter().find(|key| data.contains_key(*key));
-    let matrices = nested.map_or(Ok(data), |key| reader.object(&data[key], key))?;
+    let value: Json = serde_json::from_str(&text).map_err(|e| reader.wrong("", not_json(&e, &text)))?;
+    let top = reader.object(&value, "")?;
+    let data = find(top, "data").map_or(Ok(top), |data| reader.object(data, "data"))?;
+    let nested = ["P", "plant"].into_iter().find_map(|key| Some((key, find(data, key)?)));
+    let entries = nested.map_or(Ok(data), |(key, plant)| reader.object(plant, key))?;
     let blocks = if nested.is_some() { reader.blocks(data)? } else { vec![] };
-    let r = blocks.iter().sum();
-    let a = reader.matrix(matrices, "A", None)?;
+    let plant = partition(&Matrices::read(&reader, entries)?, blocks)?;
+    if plant.b1.ncols() == 0 {
+        return Err(reader.wrong("B1", no_performance("columns", "no disturbance w")));
+    }
+    if plant.c1.nrows() == 0 {
+        return Err(reader.wrong("C1", no_performance("rows", "no output z")));
+    }
+    plant.check().map_err(|shape| reader.wrong("", shape.to_string()))?;
+    Ok(plant)
+}
+
+fn no_performance(part: &str, lacking: &str) -> String {
+    format!(
+        "has no {part}, so there is {lacking}; a problem needs a performance channel, from w (B1, D11, D21) to z (C1, D11, D12), \
+         whose gain is to be small"
+    )
+}
+
+/// The plant of the matrices; a matrix without rows or columns may be left out, unless it is what shows the sizes.
+fn partition(m: &Matrices<'_>, blocks: Vec<usize>) -> Result<GeneralisedPlant, Error> {
+    let a = m.get("A", Size::own())?;
     let n = a.nrows();
-    reader.only(matrices, "E", |i, j| if i == j { 1.0 } else { 0.0 }, IMPROPER)?;
-    reader.only(matrices, "D22", |_, _| 0.0, DIRECT_PATH)?;
-    let b1 = reader.matrix(matrices, "B1", Some(0))?;
-    let b2 = reader.matrix(matrices, "B2", Some(0))?;
-    let c1 = reader.matrix(matrices, "C1", Some(n))?;
-    let c2 = reader.matrix(matrices, "C2", Some(n))?;
-    let (w, u, z, y) = (b1.ncols(), b2.ncols(), c1.nrows(), c2.nrows());
-    // A problem without parameters has no channel matrices; zeros may also be left out of D11, D12, D21.
-    let part = |key: &'static str, rows: usize, cols: usize| -> Result<Mat, Error> {
-        if !matrices.contains_key(key) && (rows == 0 || cols == 0) {
-            return Ok(Mat::zeros(rows, cols));
-        }
-        reader.matrix(matrices, key, Some(cols))
-    };
-    let plant = GeneralisedPlant {
+    m.only("E", |i, j| if i == j { 1.0 } else { 0.0 }, IMPROPER)?;
+    m.only("D22", |_, _| 0.0, DIRECT_PATH)?;
+    let r = blocks.iter().sum();
+    let (w, u) = (m.columns(&["B1", "D11", "D21", "Dt1"])?, m.columns(&["B2", "D12", "Dt2"])?);
+    let (z, y) = (m.rows(&["C1", "D11", "D12", "D1t"])?, m.rows(&["C2", "D21", "D2t"])?);
+    let part = |key, rows, columns| m.get(key, Size { rows, columns, required: false });
+    let shown = |key, rows, columns| m.get(key, Size { rows, columns, required: n > 0 });
+    Ok(GeneralisedPlant {
+        b1: shown("B1", n, w)?,
+        b2: shown("B2", n, u)?,
+        c1: shown("C1", z, n)?,
+        c2: shown("C2", y, n)?,
         bt: part("Bt", n, r)?,
         ct: part("Ct", r, n)?,
         dtt: part("Dtt", r, r)?,
@@ -61,19 +79,18 @@ pub fn plant(path: &Path) -> Result<GeneralisedPlant, Error> {
         d12: part("D12", z, u)?,
         d21: part("D21", y, w)?,
         a,
-        b1,
-        b2,
-        c1,
-        c2,
         blocks,
-    };
-    plant.check()?;
-    Ok(plant)
+    })
 }
 
-/// JSON has no infinity, but programs write one: Python as `Infinity`, others as 1e999.
+/// Why a text cannot be read. JSON has no infinity, but programs write one: Python as `Infinity`, others as 1e999.
 fn not_json(error: &serde_json::Error, text: &str) -> String {
-    let infinite = ["Infinity", "NaN", "nan", "inf"].iter().any(|word| text.contains(word))
+    if error.is_data() {
+        return format!("cannot be read: {error}");
+    }
+    let line = text.lines().nth(error.line().saturating_sub(1)).unwrap_or_default();
+    let here: String = line.chars().skip(error.column().saturating_sub(4)).take(12).collect();
+    let infinite = ["Infinity", "NaN", "nan", "inf"].iter().any(|word| here.contains(word))
         || error.to_string().starts_with("number out of range");
     let advice = if infinite {
         "; its numbers must be finite (a weight that is infinite at high frequency is not proper)"
@@ -88,96 +105,84 @@ const IMPROPER: &str = "the identity, or left out: with a singular E the plant, 
 
 const DIRECT_PATH: &str = "0, or left out: take the direct path from u to y out of the plant, and put it around the controller again";
 
-struct Reader {
-    file: String,
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-impl Reader {
-    fn wrong(&self, key: &str, reason: String) -> Error {
-        let key = if key.is_empty() { String::new() } else { format!("'{key}' ") };
-        Error::Problem { file: self.file.clone(), reason: format!("{key}{reason}") }
+    fn plant_of(text: &str) -> Result<GeneralisedPlant, String> {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("p.json");
+        std::fs::write(&path, text).unwrap();
+        plant(&path).map_err(|e| e.to_string())
     }
 
-    fn object<'a>(&self, value: &'a Value, key: &str) -> Result<&'a Map<String, Value>, Error> {
-        value.as_object().ok_or_else(|| self.wrong(key, "must be an object with the matrices".into()))
+    fn refusal(text: &str) -> String {
+        let words = plant_of(text).unwrap_err();
+        assert!(words.contains("p.json: "), "{words}");
+        words
     }
 
-    fn blocks(&self, data: &Map<String, Value>) -> Result<Vec<usize>, Error> {
-        let blocks = data.get("blocks").ok_or_else(|| self.wrong("blocks", "is missing".into()))?;
-        let list: Option<Vec<usize>> =
-            blocks.as_array().and_then(|l| l.iter().map(|v| v.as_u64().map(|v| v as usize)).collect());
-        match list {
-            Some(list) if list.iter().all(|r| (1..=1000).contains(r)) => Ok(list),
-            _ => {
-                Err(self.wrong("blocks", format!("is {blocks}; it must be a list of whole numbers above 0")))
-            }
+    const PLAIN: &str = r#"{"A": [[-1.0]], "B1": [[1.0]], "B2": [[1.0]], "C1": [[1.0], [0.0]], "C2": [[1.0]],
+        "D11": [[0.0], [0.0]], "D12": [[0.0], [1.0]], "D21": [[1.0]]}"#;
+
+    #[test]
+    fn plants_without_states_have_the_sizes_of_their_direct_paths() {
+        let text = r#"{"A": [], "B1": [], "B2": [], "C1": [[]], "C2": [[]], "D11": [[1, 2]], "D12": [[1]], "D21": [[1, 0]]}"#;
+        let p = plant_of(text).unwrap();
+        assert_eq!(
+            (p.b1.shape(), p.b2.shape(), p.c1.shape(), p.c2.shape()),
+            ((0, 2), (0, 1), (1, 0), (1, 0))
+        );
+        let without = r#"{"A": [], "D11": [[1, 2]], "D12": [[1]], "D21": [[1, 0]]}"#;
+        assert_eq!(plant_of(without).unwrap(), p);
+        let scheduled = r#"{"P": {"A": [], "Dtt": [[0.5]], "Dt1": [[1]], "Dt2": [[0]], "D1t": [[1]], "D11": [[0]],
+            "D12": [[0.1]], "D2t": [[0]], "D21": [[1]]}, "blocks": [1]}"#;
+        let p = plant_of(scheduled).unwrap();
+        assert_eq!((p.bt.shape(), p.ct.shape(), p.blocks), ((0, 1), (1, 0), vec![1]));
+    }
+
+    #[test]
+    fn a_performance_channel_is_demanded() {
+        let no_w = r#"{"A": [[1]], "B1": [[]], "B2": [[1]], "C1": [[1]], "C2": [[1]], "D11": [[]], "D12": [[1]], "D21": [[]]}"#;
+        let no_z = r#"{"A": [[1]], "B1": [[1]], "B2": [[1]], "C1": [], "C2": [[1]], "D11": [], "D12": [], "D21": [[1]]}"#;
+        for (text, words) in [(no_w, "'B1' has no columns"), (no_z, "'C1' has no rows")] {
+            let found = refusal(text);
+            assert!(found.contains(words) && found.contains("needs a performance channel"), "{found}");
         }
     }
 
-    /// Checks that the matrix `key`, if it is there, is the one allowed.
-    fn only(
-        &self,
-        from: &Map<String, Value>,
-        key: &'static str,
-        allowed: impl Fn(usize, usize) -> f64,
-        words: &str,
-    ) -> Result<(), Error> {
-        if !from.contains_key(key) {
-            return Ok(());
+    #[test]
+    fn what_is_wrong_is_told_with_file_and_key() {
+        assert!(plant_of(PLAIN).is_ok());
+        for (old, new, words) in [
+            (r#""A": [[-1.0]]"#, r#""A": [[1.0]], "A": [[-1.0]]"#, "the key \"A\" stands twice"),
+            (
+                r#""A": [[-1.0]]"#,
+                r#""A": [["x"]]"#,
+                "'A' is the string \"x\" in row 1, column 1; it must be a finite number",
+            ),
+            (r#""A": [[-1.0]]"#, r#""A": [[null]]"#, "'A' is null in row 1, column 1"),
+            (
+                r#""A": [[-1.0]]"#,
+                r#""A": [-1.0]"#,
+                "'A' is the number -1 in row 1; it must be a list of rows",
+            ),
+            (r#""A": [[-1.0]]"#, r#""A": -1.0"#, "'A' is the number -1; it must be a list of rows"),
+            (
+                r#""A": [[-1.0]]"#,
+                r#""A": [[-1e101]]"#,
+                "'A' is -1e101 in row 1, column 1; it must be at most 1e100",
+            ),
+            (r#""A": [[-1.0]]"#, r#""A": [[Infinity]]"#, "not proper"),
+            (r#""A": [[-1.0]]"#, r#""A": [[1e999]]"#, "not proper"),
+            (r#""D21": [[1.0]]"#, r#""D21": [[1.0, 2.0]]"#, "D21 is 1 x 2, it must be 1 x 1"),
+            (r#""D21": [[1.0]]"#, r#""inf": 1, "D21": [[1.0]]]"#, "is not JSON"),
+            (r#""B2": [[1.0]], "#, "", "'B2' is missing"),
+        ] {
+            let found = refusal(&PLAIN.replacen(old, new, 1));
+            assert!(found.contains(words), "{new}: {found}");
+            let improper = found.contains("not proper");
+            assert_eq!(improper, ["null", "Infinity", "1e999"].iter().any(|w| new.contains(w)), "{found}");
         }
-        let matrix = self.matrix(from, key, Some(0))?;
-        for i in 0..matrix.nrows() {
-            for j in 0..matrix.ncols() {
-                if matrix[(i, j)] != allowed(i, j) {
-                    let found = matrix[(i, j)];
-                    return Err(self.wrong(
-                        key,
-                        format!("is {found} in row {}, column {}; it must be {words}", i + 1, j + 1),
-                    ));
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// What is wrong with a matrix that is no list of rows of numbers.
-    fn no_matrix(&self, key: &str, value: &Value) -> Error {
-        for (i, row) in value.as_array().into_iter().flatten().enumerate() {
-            for (j, entry) in row.as_array().into_iter().flatten().enumerate() {
-                if entry.as_f64().is_none() {
-                    return self.wrong(
-                        key,
-                        format!(
-                            "is {entry} in row {}, column {}; it must be a finite number (a weight that is infinite at high \
-                             frequency is not proper)",
-                            i + 1,
-                            j + 1
-                        ),
-                    );
-                }
-            }
-        }
-        self.wrong(key, "must be a list of rows of numbers".into())
-    }
-
-    /// The matrix `key`; a matrix without rows has as many columns as `columns` says.
-    fn matrix(
-        &self,
-        from: &Map<String, Value>,
-        key: &'static str,
-        columns: Option<usize>,
-    ) -> Result<Mat, Error> {
-        let value = from.get(key).ok_or_else(|| self.wrong(key, "is missing".into()))?;
-        let rows: Option<Vec<Vec<f64>>> = value.as_array().and_then(|rows| {
-            let row =
-                |row: &Value| -> Option<Vec<f64>> { row.as_array()?.iter().map(Value::as_f64).collect() };
-            rows.iter().map(row).collect()
-        });
-        let rows = rows.ok_or_else(|| self.no_matrix(key, value))?;
-        let width = rows.first().map_or(columns.unwrap_or(0), Vec::len);
-        let matrix = from_rows(&rows, width);
-        matrix.ok_or_else(|| {
-            self.wrong(key, format!("has rows of unlike length; the first has {width} numbers"))
-        })
     }
 }

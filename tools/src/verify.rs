@@ -28,7 +28,8 @@ pub struct Verified {
 /// Verifies an FMU (by its ending) or a certificate as JSON.
 ///
 /// # Errors
-/// [`Error::Unreadable`], [`Error::NoCertificate`], [`Error::Certificate`], [`Error::Mismatch`], [`Error::Unproved`].
+/// [`Error::Unreadable`], [`Error::NoCertificate`], [`Error::Certificate`], [`Error::Mismatch`], [`Error::NoResidual`],
+/// [`Error::Unproved`].
 pub fn verify(path: &Path) -> Result<Verified, Error> {
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("fmu")) {
         return verify_fmu(path);
@@ -51,8 +52,16 @@ fn verify_fmu(path: &Path) -> Result<Verified, Error> {
     let name = format!("{}, resources/certificate.json", path.display());
     let certificate = parse(&resource(path, "certificate.json")?, &name)?;
     matches(&design, &certificate)?;
-    let about =
-        format!("{} ({} coefficients), design '{}'", design.vehicle.name, status(&design), design.design);
+    let coverage = match certificate.residual {
+        Some(_) => "for the fit, and for a ball of models around it (residual)",
+        None => "for the fit alone; nothing about the residual between the fit and the true linearisations",
+    };
+    let about = format!(
+        "{} ({} coefficients), design '{}': {coverage}",
+        design.vehicle.name,
+        status(&design),
+        design.design
+    );
     Ok(Verified { theorem: certificate.prove()?, about: Some(about) })
 }
 
@@ -81,10 +90,12 @@ fn resource(path: &Path, name: &str) -> Result<String, Error> {
     Ok(text)
 }
 
-/// Checks that a certificate speaks of a frozen controller: the same numbers to the bit, the same bound.
+/// Checks that a certificate speaks of a frozen controller: the same numbers to the bit, the same bound, and of all that the mark
+/// `certified` stands for. No design is marked without a bound that covers the fit's residual ([`crate::certify::certify`]), so that
+/// where the mark is, the section `residual` must be.
 ///
 /// # Errors
-/// [`Error::Mismatch`] with the first part that differs.
+/// [`Error::Mismatch`] with the first part that differs; [`Error::NoResidual`].
 pub fn matches(design: &ControllerDesign, certificate: &Certificate) -> Result<(), Error> {
     let shipped = frozen_rows(&design.lft);
     if let Some(name) = first_unlike(&shipped.named(), &certificate.controller.named()) {
@@ -95,6 +106,9 @@ pub fn matches(design: &ControllerDesign, certificate: &Certificate) -> Result<(
     }
     if design.gamma.bound.to_bits() != certificate.gamma.to_bits() {
         return Err(Error::Mismatch { what: "gamma".into() });
+    }
+    if design.gamma.certified && certificate.residual.is_none() {
+        return Err(Error::NoResidual);
     }
     Ok(())
 }

@@ -1,0 +1,153 @@
+//! The verbs of `squid lpv`: their options, what they print, and their exit codes.
+
+use crate::error::Error;
+use crate::output::{json, say};
+use crate::stages::Stages;
+use crate::{lpv_synth, verify};
+use clap::{Args, Subcommand};
+use lpv::synthesis::Options;
+use serde::Serialize;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// What `squid lpv` can do.
+#[derive(Debug, Subcommand)]
+pub enum LpvVerb {
+    /// Find the least gamma and a scheduled controller, and prove its gain bound
+    ///
+    /// Reads a generalised plant: {"data": {"P": {"A": .., "Bt": .., ..}, "blocks": [r_1, ..]}}, or without parameters
+    /// {"data": {"A": .., "B1": .., ..}}; matrices are lists of rows, wt = blkdiag(theta_i I_ri) zt, |theta_i| <= 1. Weights are part of
+    /// the plant, so all are proper: D22 and E are refused, unless 0 and the identity.
+    ///
+    /// Exit codes, and the word `status` of --json: 0, feasible: a controller with a proved bound; 2, infeasible: there is provably
+    /// none; 3, numerical_failure: nothing is known; 4, too_fast: there are controllers, but none found keeps --fastest-mode, which
+    /// proves nothing of the others; 1, error: a file is wrong; 64: the command line is wrong. `reason` says why there is no controller,
+    /// `remarks` what about the problem makes gains grow without limit (a control without a weight, a measurement without noise) and
+    /// what else went otherwise than asked.
+    Synth(Synth),
+    /// Prove a certificate again, and check that it is of the plant in a problem file
+    ///
+    /// Exit codes, and the word `status` of --json: 0, proved; 1, not_proved: the certificate fails, or is of another plant; 1, error: a
+    /// file is wrong; 64: the command line is wrong.
+    Check(Check),
+}
+
+/// The options of `squid lpv synth`.
+#[derive(Debug, Args)]
+pub struct Synth {
+    /// The problem file
+    problem: PathBuf,
+    /// Print one JSON object and nothing else, also when a file is wrong
+    #[arg(long)]
+    json: bool,
+    /// Write report.json, controller.json and certificate.json to this directory
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Build the controller this far above the least gamma, relative
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.1, allow_negative_numbers = true)]
+    back_off: f64,
+    /// Call a least gamma above this infeasible, and say what it costs
+    #[arg(long, value_name = "GAMMA", allow_negative_numbers = true)]
+    gamma_limit: Option<f64>,
+    /// Allow no mode of the controller faster than this, rad/s; also after --reduce
+    ///
+    /// Of the controller frozen at each point of a grid of the parameters: 11 values each for one or two of them, 7 for three, 5 for
+    /// four, 3 for five and six, beyond that vertices alone. Between the points it is not checked.
+    #[arg(long, value_name = "RAD/S", allow_negative_numbers = true)]
+    fastest_mode: Option<f64>,
+    /// Remove controller states that hardly matter, as long as the bound stays within 2 %
+    #[arg(long)]
+    reduce: bool,
+}
+
+/// The options of `squid lpv check`.
+#[derive(Debug, Args)]
+pub struct Check {
+    /// The problem file
+    problem: PathBuf,
+    /// The certificate that `squid lpv synth` wrote
+    certificate: PathBuf,
+    /// Print one JSON object and nothing else, also when a file is wrong
+    #[arg(long)]
+    json: bool,
+}
+
+/// What `squid lpv check --json` prints, and `squid lpv synth --json` when it cannot even try.
+#[derive(Debug, Serialize)]
+struct Verdict {
+    status: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gamma: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gamma_with_model_error: Option<f64>,
+    reason: Option<String>,
+}
+
+/// Runs a verb. With `--json` an error is printed as an object, too.
+///
+/// # Errors
+/// Those of the files and options.
+pub fn run(verb: &LpvVerb) -> Result<ExitCode, Error> {
+    let (outcome, as_json) = match verb {
+        LpvVerb::Synth(options) => (synth(options), options.json),
+        LpvVerb::Check(options) => (check(options), options.json),
+    };
+    if let (Err(error), true) = (&outcome, as_json) {
+        say(&json(&refusal(error))?);
+    }
+    outcome
+}
+
+fn refusal(error: &Error) -> Verdict {
+    let status = match error {
+        Error::Unproved(_) | Error::WrongPlant { .. } => "not_proved",
+        _ => "error",
+    };
+    Verdict { status, gamma: None, gamma_with_model_error: None, reason: Some(error.to_string()) }
+}
+
+fn check(check: &Check) -> Result<ExitCode, Error> {
+    let theorem = verify::check(&check.problem, &check.certificate)?;
+    if check.json {
+        let (gamma, gamma_with_model_error) = (Some(theorem.gamma), theorem.gamma_with_model_error);
+        say(&json(&Verdict { status: "proved", gamma, gamma_with_model_error, reason: None })?);
+    } else {
+        say(&format!("PROVED: {theorem}"));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn synth(synth: &Synth) -> Result<ExitCode, Error> {
+    let options = options(synth)?;
+    let stages = if synth.json { Stages::quiet() } else { Stages::default() };
+    let running = stages.begin("synth", "solving the matrix inequalities");
+    let report = lpv_synth::run(&synth.problem, options, synth.reduce)?;
+    drop(running);
+    if let Some(directory) = &synth.out {
+        report.save(directory)?;
+    }
+    if synth.json {
+        say(&json(&report)?);
+    } else {
+        say(report.words().trim_end());
+    }
+    Ok(ExitCode::from(report.exit_code()))
+}
+
+fn options(synth: &Synth) -> Result<Options, Error> {
+    for (name, value) in [("--gamma-limit", synth.gamma_limit), ("--fastest-mode", synth.fastest_mode)] {
+        if let Some(v) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {
+            return Err(Error::Argument { name, found: v.to_string(), allowed: "above 0".into() });
+        }
+    }
+    if !(1e-3..=1.0).contains(&synth.back_off) {
+        let found = synth.back_off.to_string();
+        return Err(Error::Argument { name: "--back-off", found, allowed: "from 0.001 to 1".into() });
+    }
+    Ok(Options {
+        back_off: synth.back_off,
+        gamma_limit: synth.gamma_limit,
+        fastest_mode: synth.fastest_mode,
+        ..Options::default()
+    })
+}

@@ -1,0 +1,207 @@
+//! The matrices of a problem file, with the name of whatever is wrong.
+
+use crate::error::Error;
+use certificate::Json;
+use lpv::matrix::{Mat, from_rows};
+
+/// Larger numbers than this overflow in the products of the matrix inequalities.
+const LARGEST: f64 = 1e100;
+
+/// The keys and values of an object.
+pub type Entries = [(String, Json)];
+
+/// The value of a key.
+pub fn find<'a>(entries: &'a Entries, key: &str) -> Option<&'a Json> {
+    entries.iter().find(|(k, _)| k == key).map(|(_, value)| value)
+}
+
+/// What a matrix must be where its own rows do not say.
+#[derive(Debug, Clone, Copy)]
+pub struct Size {
+    /// Rows.
+    pub rows: usize,
+    /// Columns.
+    pub columns: usize,
+    /// Whether it must be there even when it has no entries.
+    pub required: bool,
+}
+
+impl Size {
+    /// The matrix must be there and has the size that it shows.
+    pub fn own() -> Self {
+        Self { rows: 0, columns: 0, required: true }
+    }
+}
+
+/// Reads parts of one file; every error names it.
+#[derive(Debug)]
+pub struct Reader {
+    file: String,
+}
+
+impl Reader {
+    /// A reader of `file`, a name for messages.
+    pub fn new(file: String) -> Self {
+        Self { file }
+    }
+
+    /// The error that `key`, if one is named, is wrong.
+    pub fn wrong(&self, key: &str, reason: String) -> Error {
+        let key = if key.is_empty() { String::new() } else { format!("'{key}' ") };
+        Error::Problem { file: self.file.clone(), reason: format!("{key}{reason}") }
+    }
+
+    /// The entries of an object.
+    ///
+    /// # Errors
+    /// [`Error::Problem`].
+    pub fn object<'a>(&self, value: &'a Json, key: &str) -> Result<&'a Entries, Error> {
+        match value {
+            Json::Object(entries) => Ok(entries),
+            other => {
+                Err(self
+                    .wrong(key, format!("is {}; it must be an object with the matrices", other.describe())))
+            }
+        }
+    }
+
+    /// The repetitions of the parameters.
+    ///
+    /// # Errors
+    /// [`Error::Problem`].
+    pub fn blocks(&self, data: &Entries) -> Result<Vec<usize>, Error> {
+        const ALLOWED: &str = "it must be a list of whole numbers from 1 to 1000";
+        let value = find(data, "blocks").ok_or_else(|| self.wrong("blocks", "is missing".into()))?;
+        let Json::List(list) = value else {
+            return Err(self.wrong("blocks", format!("is {}; {ALLOWED}", value.describe())));
+        };
+        let repetitions = |(i, entry): (usize, &Json)| match entry {
+            Json::Number(r) if (1.0..=1000.0).contains(r) && r.fract() == 0.0 => Ok(*r as usize),
+            other => {
+                let found = other.describe();
+                Err(self.wrong("blocks", format!("has {found} in place {}; {ALLOWED}", i + 1)))
+            }
+        };
+        list.iter().enumerate().map(repetitions).collect()
+    }
+
+    /// A matrix; one without rows has as many columns as `columns` says.
+    fn matrix(&self, key: &str, value: &Json, columns: usize) -> Result<Mat, Error> {
+        let not_rows = |found: &Json, place: String| {
+            self.wrong(key, format!("is {}{place}; it must be a list of rows of numbers", found.describe()))
+        };
+        let Json::List(list) = value else { return Err(not_rows(value, String::new())) };
+        let mut rows = Vec::with_capacity(list.len());
+        for (i, row) in list.iter().enumerate() {
+            let Json::List(entries) = row else {
+                return Err(not_rows(row, format!(" in row {}", i + 1)));
+            };
+            let number = |(j, entry)| self.number(key, entry, (i + 1, j + 1));
+            rows.push(entries.iter().enumerate().map(number).collect::<Result<Vec<f64>, Error>>()?);
+        }
+        let width = rows.first().map_or(columns, Vec::len);
+        from_rows(&rows, width).ok_or_else(|| {
+            self.wrong(key, format!("has rows of unlike length; the first has {width} numbers"))
+        })
+    }
+
+    fn number(&self, key: &str, entry: &Json, (row, column): (usize, usize)) -> Result<f64, Error> {
+        let wrong = |found: String, words: &str| {
+            self.wrong(key, format!("is {found} in row {row}, column {column}; it must be {words}"))
+        };
+        match entry {
+            Json::Number(v) if v.abs() > LARGEST => {
+                Err(wrong(format!("{v:e}"), "at most 1e100 in size, for products of larger numbers overflow"))
+            }
+            Json::Number(v) => Ok(*v),
+            Json::Null => Err(wrong(
+                "null".into(),
+                "a finite number (programs write null for an infinite one; a weight that is infinite at high frequency is not proper)",
+            )),
+            other => Err(wrong(other.describe(), "a finite number")),
+        }
+    }
+}
+
+/// The matrices of one plant.
+#[derive(Debug)]
+pub struct Matrices<'a> {
+    reader: &'a Reader,
+    entries: &'a Entries,
+}
+
+impl<'a> Matrices<'a> {
+    /// The matrices among the entries of an object.
+    ///
+    /// # Errors
+    /// [`Error::Problem`] when there is no `A`.
+    pub fn read(reader: &'a Reader, entries: &'a Entries) -> Result<Self, Error> {
+        match find(entries, "A") {
+            Some(_) => Ok(Self { reader, entries }),
+            None => Err(reader.wrong("A", "is missing".into())),
+        }
+    }
+
+    fn find(&self, key: &str, columns: usize) -> Result<Option<Mat>, Error> {
+        find(self.entries, key).map(|value| self.reader.matrix(key, value, columns)).transpose()
+    }
+
+    /// A matrix. One that has no entries may be left out, unless it is required.
+    ///
+    /// # Errors
+    /// [`Error::Problem`].
+    pub fn get(&self, key: &str, size: Size) -> Result<Mat, Error> {
+        let empty = size.rows == 0 || size.columns == 0;
+        match self.find(key, size.columns)? {
+            Some(matrix) if matrix.is_empty() && empty && !size.required => {
+                Ok(Mat::zeros(size.rows, size.columns))
+            }
+            Some(matrix) => Ok(matrix),
+            None if empty && !size.required => Ok(Mat::zeros(size.rows, size.columns)),
+            None => Err(self.reader.wrong(key, "is missing".into())),
+        }
+    }
+
+    /// The columns of the first of these matrices that has rows.
+    ///
+    /// # Errors
+    /// [`Error::Problem`] when one cannot be read.
+    pub fn columns(&self, keys: &[&str]) -> Result<usize, Error> {
+        self.first(keys).map(|found| found.map_or(0, |m| m.ncols()))
+    }
+
+    /// The rows of the first of these matrices that has any.
+    ///
+    /// # Errors
+    /// [`Error::Problem`] when one cannot be read.
+    pub fn rows(&self, keys: &[&str]) -> Result<usize, Error> {
+        self.first(keys).map(|found| found.map_or(0, |m| m.nrows()))
+    }
+
+    fn first(&self, keys: &[&str]) -> Result<Option<Mat>, Error> {
+        for key in keys {
+            if let Some(matrix) = self.find(key, 0)?.filter(|m| m.nrows() > 0) {
+                return Ok(Some(matrix));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Checks that the matrix `key`, if it is there, is the one allowed.
+    ///
+    /// # Errors
+    /// [`Error::Problem`] with the first entry that is not.
+    pub fn only(&self, key: &str, allowed: impl Fn(usize, usize) -> f64, words: &str) -> Result<(), Error> {
+        let Some(matrix) = self.find(key, 0)? else { return Ok(()) };
+        for i in 0..matrix.nrows() {
+            for j in 0..matrix.ncols() {
+                let found = matrix[(i, j)];
+                if found != allowed(i, j) {
+                    let reason = format!("is {found} in row {}, column {}; it must be {words}", i + 1, j + 1);
+                    return Err(self.reader.wrong(key, reason));
+                }
+            }
+        }
+        Ok(())
+    }
+}
