@@ -24,6 +24,23 @@ const ACROSS: usize = 3;
 const LINE: u32 = 20;
 /// About the width of a letter, in units of the page.
 const LETTER: f64 = 7.0;
+/// The same of the title.
+const TITLE_LETTER: f64 = 7.6;
+
+/// Words in lines of so many letters.
+fn wrapped(text: &str, letters: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + word.chars().count() < letters => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
 
 impl Figure {
     fn drawn(&self) -> Result<Vec<String>, Error> {
@@ -70,15 +87,20 @@ impl Figure {
     pub fn file(&self, title: &str) -> Result<String, Error> {
         let across = self.charts.len().clamp(1, ACROSS);
         let width = WIDTH * across as u32;
-        let (legend, rows) = self.legend(f64::from(width));
-        let top = LINE * (1 + rows) + 12;
+        let lines = wrapped(title, (f64::from(width) / TITLE_LETTER) as usize);
+        let head = LINE * lines.len() as u32;
+        let (legend, rows) = self.legend(f64::from(width), head);
+        let top = head + LINE * rows + 12;
         let height = top + HEIGHT * self.charts.len().div_ceil(across) as u32;
         let mut out = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
-             font-family=\"sans-serif\">\n<rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n\
-             <text x=\"6\" y=\"16\" font-size=\"15\">{}</text>\n{legend}",
-            escaped(title)
+             font-family=\"sans-serif\">\n<rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n"
         );
+        for (i, line) in lines.iter().enumerate() {
+            let y = LINE * i as u32 + 16;
+            let _ = writeln!(out, "<text x=\"6\" y=\"{y}\" font-size=\"15\">{}</text>", escaped(line));
+        }
+        out += &legend;
         for (i, svg) in self.drawn()?.into_iter().enumerate() {
             let (x, y) = (WIDTH * (i % across) as u32, top + HEIGHT * (i / across) as u32);
             let _ = writeln!(
@@ -90,8 +112,8 @@ impl Figure {
         Ok(out + "</svg>\n")
     }
 
-    /// The legend above the charts, and the number of its rows.
-    fn legend(&self, width: f64) -> (String, u32) {
+    /// The legend below the title, which is `head` high, and the number of its rows.
+    fn legend(&self, width: f64, head: u32) -> (String, u32) {
         if self.keys.len() < 2 {
             return (String::new(), 0);
         }
@@ -101,7 +123,7 @@ impl Figure {
             if x > 6.0 && x + needed > width {
                 (x, row) = (6.0, row + 1);
             }
-            let y = LINE * (row + 1) + 6;
+            let y = head + LINE * row + 6;
             let _ = writeln!(
                 out,
                 "<svg x=\"{x}\" y=\"{y}\" width=\"26\" height=\"12\">{}</svg><text x=\"{}\" y=\"{}\" font-size=\"13\">{}</text>",
@@ -132,9 +154,10 @@ mod tests {
         };
         let keys = (0..6).map(|i| Key::nth(i, "a name of thirty letters & more")).collect();
         let figure = Figure { name: "f".into(), caption: "c".into(), keys, charts: vec![chart] };
-        let (legend, rows) = figure.legend(f64::from(WIDTH));
+        let (legend, rows) = figure.legend(f64::from(WIDTH), 20);
         assert_eq!(rows, 6, "{legend}");
         assert!(!legend.contains("& "), "escaped");
+        assert_eq!(wrapped("one two three", 8), ["one two", "three"]);
         assert!(figure.file("t").unwrap().starts_with("<svg xmlns"));
     }
 }

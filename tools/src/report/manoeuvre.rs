@@ -64,6 +64,6 @@ pub fn manoeuvre(subject: &Subject) -> Result<Vec<Part>, Error> {
         100.0 * outside
     );
     let caption = format!("{}: nonlinear, with the sampled autopilot.", capital(&subject.name()));
-    let figure = Figure { name: "manoeuvre".into(), caption, keys, charts };
+    let figure = Figure { name: "pitch-step-on-a-ramp".into(), caption, keys, charts };
     Ok(vec![Part::Words(words), Part::Figure(figure)])
 }

@@ -22,8 +22,9 @@ th,td{padding:.15rem .7rem;text-align:right;border-bottom:1px solid #ddd}th:firs
 .verdict{border-left:.35rem solid #888;background:#f6f6f6;padding:.5rem .9rem;margin:.8rem 0;max-width:46rem}\
 .verdict p{margin:.2rem 0}.yes{border-color:#009e73}.partly{border-color:#e69f00}.no{border-color:#d55e00}\
 .surrogate{background:#fff3d6;border:1px solid #e69f00;padding:.5rem .9rem;max-width:46rem}\
-@media print{body{max-width:none;font-size:10.5pt}h2,.verdict,.charts svg,tr{break-inside:avoid}h2{break-after:avoid}\
-.charts{grid-template-columns:repeat(3,1fr)}nav{display:none}}";
+@media print{@page{margin:14mm}body{max-width:none;font-size:10pt;padding:0}h2,.verdict,.charts svg,tr{break-inside:avoid}\
+h2,.legend{break-after:avoid}.charts{grid-template-columns:repeat(2,1fr)}.table{overflow:visible}table{font-size:8.5pt}\
+th,td{padding:.1rem .35rem}nav{display:none}}";
 
 /// Text as HTML and as an attribute.
 pub fn escaped(text: &str) -> String {

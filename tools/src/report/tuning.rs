@@ -153,7 +153,8 @@ fn figure(subject: &Subject, all: &[Tuned]) -> Figure {
 
 fn table(subject: &Subject, all: &[Tuned]) -> Table {
     let mut table = Table::new([
-        "w_b (rad/s), speed (m/s)",
+        "w_b (rad/s)",
+        "speed (m/s)",
         "overshoot %",
         "10-90 % (s)",
         "settled to 2 % (s)",
@@ -166,7 +167,8 @@ fn table(subject: &Subject, all: &[Tuned]) -> Table {
     for tuned in all {
         for (v, r) in subject.speeds.iter().zip(&tuned.responses) {
             table.rows.push(vec![
-                format!("{}, {v:.2}", tuned.weight),
+                tuned.weight.to_string(),
+                format!("{v:.2}"),
                 format!("{:.1}", 100.0 * r.figures.overshoot),
                 format!("{:.2}", r.figures.rise_time),
                 seconds(r.figures.settling_time),

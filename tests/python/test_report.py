@@ -1,0 +1,184 @@
+"""The report: one page that needs nothing else, the same in the FMUs, with every figure, and verdicts that follow from numbers."""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ET
+import zipfile
+from pathlib import Path
+
+import pytest
+from conftest import Run
+from fly.package import Packages
+from fly.stages import ROOT
+
+XHTML = "{http://www.w3.org/1999/xhtml}"
+SVG = "{http://www.w3.org/2000/svg}"
+LARGEST_PAGE = 1_000_000
+FIGURES = (
+    "fig3-entries-of-A",
+    "fig4-frequency-responses",
+    "fig5-pitch-responses",
+    "fig6-open-loop",
+    "weights-and-sensitivity",
+    "actuators-in-steps",
+    "ladder-of-gammas",
+    "pitch-step-on-a-ramp",
+    "scheduled-and-switched",
+)
+ACTUATORS = {"squid": 3, "remus100": 2}
+FINDINGS = {"borne out", "partly borne out", "not borne out", "cannot be judged"}
+
+
+@pytest.fixture(scope="module", params=list(ACTUATORS))
+def written(
+    request: pytest.FixtureRequest, run_squid: Run, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[str, Path]:
+    """Return the name of a vehicle, and the folder with its report."""
+    folder = tmp_path_factory.mktemp(request.param)
+    done = run_squid("report", ROOT / "vehicles" / request.param, "--out", folder)
+    assert done.returncode == 0, done.stderr
+    return request.param, folder
+
+
+@pytest.fixture
+def page(written: tuple[str, Path]) -> ET.Element:
+    """Return the page, which is well-formed XML."""
+    return ET.fromstring((written[1] / "report.html").read_text(encoding="utf-8"))
+
+
+def words(element: ET.Element) -> str:
+    return " ".join(" ".join(element.itertext()).split())
+
+
+def test_page_needs_nothing_else(written: tuple[str, Path], page: ET.Element) -> None:
+    """No script, nothing to load: every reference stays within the page, and the style imports nothing."""
+    for element in page.iter():
+        tag = element.tag.removeprefix(XHTML)
+        assert tag not in {"script", "link", "iframe", "object", "embed", "img", "image", "base"}, tag
+        for name, value in element.attrib.items():
+            assert not name.startswith("on"), f"{tag} {name}"
+            if name.rsplit("}", 1)[-1] in {"href", "src", "data", "action", "srcset", "poster"}:
+                assert value.startswith("#"), f"{tag} {name}={value}"
+            assert "url(" not in value, f"{tag} {name}={value}"
+        if tag == "style":
+            assert "url(" not in words(element)
+            assert "@import" not in words(element)
+    assert (written[1] / "report.html").stat().st_size < LARGEST_PAGE
+
+
+def test_links_lead_somewhere(page: ET.Element) -> None:
+    anchors = [element.attrib["id"] for element in page.iter() if "id" in element.attrib]
+    assert len(anchors) == len(set(anchors))
+    links = [link.attrib["href"][1:] for link in page.iter(f"{XHTML}a")]
+    assert len(links) >= len(FIGURES)
+    assert set(links) <= set(anchors)
+
+
+def test_every_figure_is_there(written: tuple[str, Path], page: ET.Element) -> None:
+    """In the page and as a file of its own, each with curves that have points and with units at its axes."""
+    name, folder = written
+    figures = {figure.attrib["id"]: figure for figure in page.iter(f"{XHTML}figure")}
+    assert set(figures) == set(FIGURES)
+    assert "could not be computed" not in words(page)
+    assert len(list(figures["actuators-in-steps"].iter(f"{XHTML}polyline"))) > 0
+    for key, figure in figures.items():
+        file = ET.parse(folder / "figures" / f"{key}.svg").getroot()
+        assert file.tag == f"{SVG}svg"
+        for curves in (figure.iter(f"{XHTML}polyline"), file.iter(f"{SVG}polyline")):
+            points = [curve.attrib["points"].split() for curve in curves]
+            assert points, key
+            assert not re.search("nan|inf", " ".join(map(" ".join, points)), re.IGNORECASE)
+        charts = [chart for chart in figure.iter(f"{XHTML}svg") if "viewBox" in chart.attrib]
+        for chart in charts:
+            labels = [words(text) for text in chart.iter(f"{XHTML}text")]
+            assert any(re.search(r"\((s|m/s|rad/s)\)$", label) for label in labels), (key, labels)
+        assert figure.find(f"{XHTML}figcaption") is not None
+    charts = [c for c in figures["actuators-in-steps"].iter(f"{XHTML}svg") if "viewBox" in c.attrib]
+    assert len(charts) == ACTUATORS[name]
+    fig5 = [c for c in figures["fig5-pitch-responses"].iter(f"{XHTML}svg") if "viewBox" in c.attrib]
+    assert len(fig5) == 6, "impulse and step for three bandwidths"
+    for chart in fig5:
+        drawn = [p for p in chart.iter(f"{XHTML}polyline") if "stroke-linejoin" in p.attrib]
+        assert len(drawn) == 6, "six speeds"
+
+
+def test_every_claim_has_verdict_criterion_and_numbers(page: ET.Element) -> None:
+    verdicts = [d for d in page.iter(f"{XHTML}div") if d.attrib.get("class", "").startswith("verdict")]
+    assert len(verdicts) >= 10
+    for verdict in verdicts:
+        claim, found, criterion = [words(p) for p in verdict.iter(f"{XHTML}p")]
+        assert claim.startswith("The paper: ")
+        assert criterion.startswith("Judged by: ")
+        finding = re.match(r"Of .*?: (.*?)\.", found)
+        assert finding
+        assert finding[1] in FINDINGS - {"cannot be judged"}
+        assert re.search(r"\d", found), found
+
+
+def test_a_surrogate_is_called_one(written: tuple[str, Path], page: ET.Element) -> None:
+    """Squid's heading, warning, captions and verdicts say so; REMUS 100 is published."""
+    name, _ = written
+    surrogate = name == "squid"
+    assert ("SURROGATE" in words(page)) == surrogate
+    named = [words(c) for c in page.iter(f"{XHTML}strong")] + [words(c) for c in page.iter(f"{XHTML}h1")]
+    assert all(("surrogate" in text) == surrogate for text in named)
+
+
+def test_the_verdict_on_the_order_follows_from_the_table(page: ET.Element) -> None:
+    """The residuals are in a table; the verdict must be the one that its criterion gives for them."""
+    tables = [
+        [[words(cell) for cell in row] for row in table.iter(f"{XHTML}tr")]
+        for table in page.iter(f"{XHTML}table")
+    ]
+    residuals = next(table for table in tables if table[0][0] == "order")
+    error = {row[0]: float(row[2]) for row in residuals[1:]}
+    section = next(s for s in page.iter(f"{XHTML}section") if s.attrib["id"] == "responses")
+    found = next(words(s) for s in section.iter(f"{XHTML}strong"))
+    ratio = error["1"] / error["2"]
+    expected = "borne out" if ratio >= 2 else "partly borne out" if ratio > 1 else "not borne out"
+    assert found.endswith(f": {expected}.")
+
+
+def test_the_report_follows_the_vehicle(run_squid: Run, copied_vehicle: Path, tmp_path: Path) -> None:
+    """Other speeds in the design file are other speeds in the report."""
+    design = copied_vehicle / "design.toml"
+    text = design.read_text(encoding="utf-8")
+    for old, new in [("speed_min = 0.5", "speed_min = 1.5"), ("speed_from = 0.6", "speed_from = 1.6")]:
+        assert old in text
+        text = text.replace(old, new)
+    design.write_text(text, encoding="utf-8")
+    done = run_squid("report", copied_vehicle, "--out", tmp_path / "out")
+    assert done.returncode == 0, done.stderr
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "1.80 m/s" in page
+    assert "0.50 m/s" not in page
+
+
+def test_a_section_that_cannot_be_computed_says_why(
+    run_squid: Run, copied_vehicle: Path, tmp_path: Path
+) -> None:
+    """A design that tracks speed alone has no pitch response; everything else is there."""
+    design = copied_vehicle / "design.toml"
+    text = design.read_text(encoding="utf-8")
+    first, second = text.index("[[track]]"), text.index("# Without this one")
+    design.write_text(text[:first] + text[second:], encoding="utf-8")
+    done = run_squid("report", copied_vehicle, "--out", tmp_path / "out")
+    assert done.returncode == 0, done.stderr
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "could not be computed: the design tracks no pitch" in page
+    assert 'figure id="fig3-entries-of-A"' in page
+
+
+def test_fmus_carry_the_report(packages: Packages) -> None:
+    """As documentation/index.html, with a line on what the FMU is."""
+    for fmu, what in zip(
+        packages.fmus, ("is the vehicle", "is the autopilot", "is vehicle and autopilot"), strict=True
+    ):
+        with zipfile.ZipFile(fmu) as archive:
+            entry = archive.getinfo("documentation/index.html")
+            page = ET.fromstring(archive.read(entry).decode())
+        assert f"This FMU {what}" in words(page)
+        figures = {figure.attrib["id"] for figure in page.iter(f"{XHTML}figure")}
+        assert figures == set(FIGURES)
+        assert entry.file_size < LARGEST_PAGE
