@@ -164,7 +164,10 @@ pub fn check(
 }
 
 /// A controller with no parameter: the scheduled one at rho.
-fn frozen_controller(k: &Controller, rho: f64) -> Result<Controller, Error> {
+///
+/// # Errors
+/// [`Error::Lft`] where it is not well posed.
+pub fn frozen_controller(k: &Controller, rho: f64) -> Result<Controller, Error> {
     let frozen = k.frozen(&[rho])?;
     let (n, u, y) = (frozen.a.nrows(), frozen.c.nrows(), frozen.b.ncols());
     Ok(Controller {

@@ -7,6 +7,7 @@
 //! bandwidth = inf) is refused with file, line and key.
 
 mod checker;
+mod uncertainty;
 
 use checker::Checker;
 use fmu_squid::Manoeuvre;
@@ -14,6 +15,7 @@ use serde::Deserialize;
 use std::path::Path;
 use thiserror::Error;
 use toml::Spanned;
+pub use uncertainty::{HalfRange, UncertainCoefficient, UncertainParameter, Uncertainty};
 
 /// A quantity that the controller can track.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -129,6 +131,8 @@ pub struct DesignFile {
     pub sample_time: f64,
     /// What the FMU of the whole loop flies by default.
     pub manoeuvre: Manoeuvre,
+    /// Which numbers of the vehicle are uncertain; `None` without the section.
+    pub uncertainty: Option<Uncertainty>,
 }
 
 /// What is wrong with a design file.
@@ -164,6 +168,18 @@ pub enum DesignFileError {
         /// What is allowed.
         allowed: &'static str,
     },
+    /// A coefficient is named that the vehicle does not have.
+    #[error("{file}, line {line}: [{section}]: {reason}")]
+    UnknownCoefficient {
+        /// The file.
+        file: String,
+        /// The line.
+        line: usize,
+        /// The section.
+        section: &'static str,
+        /// The name, and the nearest that there is.
+        reason: auv::UnknownParameter,
+    },
 }
 
 #[derive(Deserialize)]
@@ -176,6 +192,7 @@ struct Raw {
     synthesis: RawSynthesis,
     autopilot: RawAutopilot,
     manoeuvre: RawManoeuvre,
+    uncertainty: Option<uncertainty::RawUncertainty>,
 }
 
 #[derive(Deserialize)]
@@ -304,6 +321,7 @@ impl DesignFile {
                 "from 0.0001 to 1 (s)",
             )?,
             manoeuvre: check.manoeuvre(&raw.manoeuvre)?,
+            uncertainty: raw.uncertainty.as_ref().map(|raw| check.uncertainty(raw)).transpose()?,
         })
     }
 

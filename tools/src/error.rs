@@ -47,6 +47,9 @@ pub enum Error {
         /// Why.
         reason: auv::TrimError,
     },
+    /// There is no uncertain model.
+    #[error(transparent)]
+    Uncertain(#[from] crate::uncertain::UncertainError),
     /// A coefficient is not allowed.
     #[error(transparent)]
     Coefficient(#[from] auv::CoefficientError),

@@ -1,6 +1,6 @@
 //! The files that a design starts from.
 
-use crate::design_file::{BANDWIDTH, DesignFile};
+use crate::design_file::{BANDWIDTH, DesignFile, UncertainParameter};
 use crate::error::Error;
 use auv::Vehicle;
 use sha2::{Digest, Sha256};
@@ -17,6 +17,8 @@ pub struct Inputs {
     pub vehicle_text: String,
     /// The design.
     pub design: DesignFile,
+    /// The uncertain coefficients that the design names, in the order of the vehicle file.
+    pub uncertain: Vec<UncertainParameter>,
     /// SHA-256 of the vehicle file.
     pub vehicle_sha256: String,
     /// SHA-256 of the design file, and of what the command line changed in it.
@@ -39,6 +41,10 @@ impl Inputs {
         let vehicle_text = read(&vehicle_path)?;
         let design_path = design_path(directory, name);
         let mut design = DesignFile::read(&design_path)?;
+        let uncertain = match &design.uncertainty {
+            Some(section) => section.resolve(&vehicle, &design_path.display().to_string())?,
+            None => Vec::new(),
+        };
         let mut hash = Sha256::new_with_prefix(read(&design_path)?);
         if let Some(bandwidth) = bandwidth {
             if !BANDWIDTH.allows(bandwidth) {
@@ -55,6 +61,7 @@ impl Inputs {
             vehicle_sha256,
             vehicle_text,
             design,
+            uncertain,
             design_sha256: hexadecimal(&hash.finalize()),
         })
     }

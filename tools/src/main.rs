@@ -85,6 +85,9 @@ enum Verb {
         /// The controller and its poles
         #[arg(long)]
         controller: bool,
+        /// What is uncertain, its channels in the LFT, and how well that holds
+        #[arg(long)]
+        uncertainty: bool,
     },
     /// Prove the gain bound of an FMU, or of a certificate.json, in exact arithmetic
     ///
@@ -182,7 +185,15 @@ fn run_plain(verb: Verb) -> Result<(), Error> {
         }
         Verb::Simulate(which) => run_simulate(&which),
         Verb::Report(which) => run_report(&which),
-        Verb::Show { which, speed, fit, controller } => run_show(&which, speed, fit, controller),
+        Verb::Show { which, speed, fit, controller, uncertainty } => {
+            if speed.is_some() || fit || controller || !uncertainty {
+                run_show(&which, speed, fit, controller)?;
+            }
+            if uncertainty {
+                say(squid::uncertain_show::uncertainty(&which.read()?.0)?.trim_end());
+            }
+            Ok(())
+        }
         Verb::Verify { file } => {
             let found = verify::verify(&file)?;
             if let Some(about) = &found.about {

@@ -40,9 +40,20 @@ impl Checker<'_> {
         self.number(key, value, |v| range.allows(v), range.words)
     }
 
-    fn out_of_range(&self, key: &str, at: usize, found: String, allowed: &'static str) -> DesignFileError {
-        let line = self.text[..at].bytes().filter(|b| *b == b'\n').count() + 1;
+    pub(super) fn out_of_range(
+        &self,
+        key: &str,
+        at: usize,
+        found: String,
+        allowed: &'static str,
+    ) -> DesignFileError {
+        let line = self.line(at);
         DesignFileError::OutOfRange { file: self.file.into(), line, key: key.into(), found, allowed }
+    }
+
+    /// The line, counted from 1, of a place in the text.
+    pub(super) fn line(&self, at: usize) -> usize {
+        self.text[..at].bytes().filter(|b| *b == b'\n').count() + 1
     }
 
     /// A factor from the unit that is named to SI.
