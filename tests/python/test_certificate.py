@@ -74,6 +74,39 @@ def test_bound_that_is_too_good(squid: Packages, run_squid: Run, tmp_path: Path)
     assert "not proved" in done.stderr and "pivot" in done.stderr
 
 
+def test_certificate_that_lost_the_residual(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
+    """A certified FMU must cover it; elsewhere the theorem says that it is of the fit alone."""
+    spoilt = edited(
+        squid.controller, tmp_path / "spoilt.fmu", "certificate.json", lambda c: c.pop("residual")
+    )
+    done = run_squid("verify", spoilt)
+    assert done.returncode == 1 and "no section 'residual'" in done.stderr and "PROVED" not in done.stdout
+
+    def unmark(controller: dict) -> None:
+        controller["gamma"]["certified"] = False
+
+    done = run_squid("verify", edited(spoilt, tmp_path / "unmarked.fmu", "controller.json", unmark))
+    assert done.returncode == 0 and "nothing about the residual" in done.stdout
+    with zipfile.ZipFile(spoilt) as package:
+        package.extract("resources/certificate.json", tmp_path)
+    done = run_squid("verify", tmp_path / "resources" / "certificate.json")
+    assert done.returncode == 0 and "Nothing is proved of a plant that differs" in done.stdout
+
+
+def test_certificate_without_residual_is_not_packed(
+    run_squid: Run, copied_vehicle: Path, tmp_path: Path
+) -> None:
+    """The mark 'certified' stands for the bound with the residual, too."""
+    out = tmp_path / "out"
+    assert run_squid("design", copied_vehicle, "--out", out).returncode == 0
+    path = out / "certificate.json"
+    certificate = json.loads(path.read_text(encoding="utf-8"))
+    del certificate["residual"]
+    path.write_text(json.dumps(certificate), encoding="utf-8")
+    done = run_squid("package", copied_vehicle, "--out", out)
+    assert done.returncode == 1 and "no section 'residual'" in done.stderr
+
+
 def test_design_without_proof_is_not_packed(
     squid: Packages, run_squid: Run, copied_vehicle: Path, tmp_path: Path
 ) -> None:

@@ -44,6 +44,72 @@ def test_files_and_check(run_squid: Run, tmp_path: Path) -> None:
     assert done.returncode == 1 and "not of this plant" in done.stderr
 
 
+def test_check_answers_with_one_object(run_squid: Run, tmp_path: Path) -> None:
+    """Proved, not proved and a wrong file are told apart, with gamma or a reason."""
+    done = run_squid("lpv", "synth", CASE, "--json", "--out", tmp_path)
+    gamma = json.loads(done.stdout)["certified_gamma"]
+    path = tmp_path / "certificate.json"
+
+    def check(problem: Path) -> tuple[int, dict]:
+        done = run_squid("lpv", "check", problem, path, "--json")
+        return done.returncode, json.loads(done.stdout)
+
+    assert check(CASE) == (0, {"status": "proved", "gamma": gamma, "reason": None})
+    code, verdict = check(CASE.with_name("lpv01_lpvtools_lft_tutorial.json"))
+    assert (code, verdict["status"]) == (1, "not_proved") and "not of this plant" in verdict["reason"]
+    code, verdict = check(tmp_path / "none.json")
+    assert (code, verdict["status"]) == (1, "error") and "none.json" in verdict["reason"]
+    certificate = json.loads(path.read_text(encoding="utf-8"))
+    path.write_text(json.dumps(certificate | {"gamma": 0.9 * gamma}), encoding="utf-8")
+    code, verdict = check(CASE)
+    assert (code, verdict["status"]) == (1, "not_proved") and "pivot" in verdict["reason"]
+    both = {key: [*certificate[key], 0] for key in ("blocks", "controller_blocks")}
+    path.write_text(json.dumps(certificate | both), encoding="utf-8")
+    code, verdict = check(CASE)
+    assert (code, verdict["status"]) == (1, "error") and "certificate.json: blocks[1]" in verdict["reason"]
+
+
+def test_back_off_is_told(run_squid: Run, tmp_path: Path, case: dict) -> None:
+    """The gamma at which the controller was built, and how far that is above the least."""
+    _, report, _ = synth(run_squid, tmp_path / "p.json", case, "--back-off", "0.25")
+    assert report["back_off"] == pytest.approx(0.25, abs=1e-6) and report["remarks"] == []
+    assert report["gamma_design"] == pytest.approx(1.25 * report["gamma"], rel=1e-6)
+    done = run_squid("lpv", "synth", CASE, "--back-off", "0.25")
+    assert "25.0 % above the least" in done.stdout and "remark" not in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("words", "found"),
+    [
+        (["lpv", "synth"], "required"),
+        (["lpv", "synth", CASE, "--back-off", "-1"], "--back-off is -1; it must be from 0.001 to 1"),
+        (["lpv", "synth", CASE, "--gamma-limit", "-1"], "--gamma-limit is -1; it must be above 0"),
+        (["lpv", "synth", CASE, "--back-off", "x"], "invalid value"),
+        (["lpv", "check", CASE], "required"),
+        (["show", "vehicles/squid", "--speed", "0"], "--speed is 0"),
+        (["fly"], "unrecognized subcommand"),
+        ([], "Usage"),
+    ],
+)
+def test_wrong_usage_is_not_infeasible(run_squid: Run, words: list, found: str) -> None:
+    """A wrong command line ends with 64, for 2 is the code of a proof that there is no controller."""
+    done = run_squid(*words)
+    assert done.returncode == 64 and found in done.stderr and not done.stdout
+
+
+def test_help_is_no_wrong_usage(run_squid: Run) -> None:
+    """What is asked for goes to standard output, and says what the codes mean."""
+    done = run_squid("lpv", "synth", "--help")
+    assert done.returncode == 0 and "64: the command line is wrong" in done.stdout
+
+
+def assert_refused(code: int, report: dict, error: str, words: str) -> None:
+    """Check that a file was refused with one sentence that names it, on standard error and as an object."""
+    assert code == 1 and len(error.strip().splitlines()) == 1
+    assert words in error and "p.json" in error
+    assert report == {"status": "error", "reason": error.removeprefix("squid: ").strip()}
+
+
 def test_units_do_not_change_the_answer(run_squid: Run, tmp_path: Path, case: dict) -> None:
     """States in other units, time in other units, channels in other units: the same gamma."""
     plain = synth(run_squid, tmp_path / "plain.json", case)[1]
@@ -172,8 +238,7 @@ def test_weight_that_is_not_proper(run_squid: Run, tmp_path: Path, case: dict, s
     """What stands for an improper weight in a state-space file is refused with one sentence that says so."""
     spoil(case)
     code, report, error = synth(run_squid, tmp_path / "p.json", case)
-    assert code == 1 and report == {}
-    assert words in error and len(error.strip().splitlines()) == 1
+    assert_refused(code, report, error, words)
 
 
 def test_plant_of_a_descriptor_with_the_identity(run_squid: Run, tmp_path: Path, case: dict) -> None:
@@ -188,9 +253,15 @@ def test_plant_of_a_descriptor_with_the_identity(run_squid: Run, tmp_path: Path,
     [
         (lambda c: c["data"]["P"].pop("B2"), "'B2' is missing"),
         (lambda c: c["data"]["P"]["A"][0].pop(), "'A' has rows of unlike length"),
-        (lambda c: c["data"]["P"].update(C1="x"), "'C1' must be a list of rows of numbers"),
+        (
+            lambda c: c["data"]["P"].update(C1="x"),
+            "'C1' is the string \"x\"; it must be a list of rows of numbers",
+        ),
         (lambda c: c["data"].update(blocks=[3]), "must be"),
-        (lambda c: c["data"].update(blocks=[-1]), "'blocks'"),
+        (lambda c: c["data"].update(blocks=[-1]), "'blocks' has the number -1 in place 1"),
+        (lambda c: c["data"]["P"]["A"][0].__setitem__(1, "1"), "'A' is the string \"1\" in row 1, column 2"),
+        (lambda c: c["data"]["P"]["A"][0].__setitem__(1, 1e200), "'A' is 1e200 in row 1, column 2"),
+        (lambda c: c["data"]["P"].update(C1=[], D11=[], D12=[], D1t=[]), "needs a performance channel"),
         (lambda c: c["data"]["P"]["B1"].pop(), "B1"),
     ],
 )
@@ -198,11 +269,30 @@ def test_wrong_file(run_squid: Run, tmp_path: Path, case: dict, spoil, words: st
     """A wrong file is refused with one sentence, and no report."""
     spoil(case)
     code, report, error = synth(run_squid, tmp_path / "p.json", case)
-    assert code == 1 and report == {}
-    assert words in error and len(error.strip().splitlines()) == 1
+    assert_refused(code, report, error, words)
 
 
 def test_not_json(run_squid: Run, tmp_path: Path) -> None:
     """Text that is no JSON is refused with file, line and column."""
-    code, _, error = synth(run_squid, tmp_path / "p.json", '{"data": [}')
-    assert code == 1 and "p.json" in error and "line 1" in error
+    code, report, error = synth(run_squid, tmp_path / "p.json", '{"data": [}')
+    assert_refused(code, report, error, "line 1")
+
+
+def test_key_that_stands_twice(run_squid: Run, tmp_path: Path, case: dict) -> None:
+    """Which of the two is meant cannot be known; a certificate is read alike."""
+    text = json.dumps(case).replace('"A":', '"A": [[1.0]], "A":', 1)
+    code, report, error = synth(run_squid, tmp_path / "p.json", text)
+    assert_refused(code, report, error, 'the key "A" stands twice in one object')
+
+
+def test_file_that_is_not_there(run_squid: Run, tmp_path: Path) -> None:
+    """Also then there is one object."""
+    done = run_squid("lpv", "synth", tmp_path / "p.json", "--json")
+    assert_refused(done.returncode, json.loads(done.stdout), done.stderr, "cannot be read")
+
+
+def test_plant_without_states(run_squid: Run, tmp_path: Path) -> None:
+    """Its sizes are read off the direct paths; it is no wrong file."""
+    data = {"A": [], "B1": [], "B2": [], "C1": [[]], "C2": [[]], "D11": [[1]], "D12": [[1]], "D21": [[1]]}
+    _, report, error = synth(run_squid, tmp_path / "p.json", {"data": data})
+    assert report["status"] != "error" and error == ""

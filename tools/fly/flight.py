@@ -42,8 +42,22 @@ def fly_loop(packages: Packages) -> Signals:
     """Fly the FMU that holds both, its own manoeuvre, by the command line of FMPy."""
     stop = read_model_description(packages.loop).defaultExperiment.stopTime
     path = packages.folder / "flight.csv"
-    interval = ["--output-interval", repr(sample_time_of(packages)), "--stop-time", str(stop)]
-    command = [sys.executable, "-m", "fmpy", "simulate", packages.loop, *interval, "--output-file", path]
+    interval = [
+        "--output-interval",
+        repr(sample_time_of(packages)),
+        "--stop-time",
+        str(stop),
+    ]
+    command = [
+        sys.executable,
+        "-m",
+        "fmpy",
+        "simulate",
+        packages.loop,
+        *interval,
+        "--output-file",
+        path,
+    ]
     run(command, log="fmpy-simulate")
     return record.read(path)
 
@@ -62,7 +76,13 @@ def fly_coupled(packages: Packages, loop: Signals) -> Signals:
         start = {name: whole.get(name) for name in whole.start_values() if name in own}
         plant.begin({**start, "initial_speed": float(loop["path_speed"][0])})
         controller.begin()
-        return couple(plant, controller, record.references_in(loop), float(loop["time"][-1]), sample_time)
+        return couple(
+            plant,
+            controller,
+            record.references_in(loop),
+            float(loop["time"][-1]),
+            sample_time,
+        )
 
 
 def compare(loop: Signals, coupled: Signals) -> float:
@@ -82,13 +102,26 @@ def compare(loop: Signals, coupled: Signals) -> float:
 def plot(packages: Packages, squid: Path, vehicle: Path) -> Path:
     """Draw the flight."""
     path = packages.folder / "flight.svg"
-    run([squid, "plot", packages.folder / "flight.csv", "--vehicle", vehicle, "--out", path])
+    run(
+        [
+            squid,
+            "plot",
+            packages.folder / "flight.csv",
+            "--vehicle",
+            vehicle,
+            "--out",
+            path,
+        ]
+    )
     return path
 
 
 def limits_of(packages: Packages) -> dict[str, tuple[float, float]]:
     """Return the limits of each actuator."""
-    with Slave(packages.controller, "limits") as controller, Slave(packages.plant, "plant") as plant:
+    with (
+        Slave(packages.controller, "limits") as controller,
+        Slave(packages.plant, "plant") as plant,
+    ):
         for slave in (controller, plant):
             slave.begin()
             slave.ready()
@@ -112,7 +145,10 @@ def report(packages: Packages, loop: Signals, agreement: float, drawn: Path) -> 
         ("speed tracking", f"error at most {np.max(np.abs(speed_error)):.3f} m/s"),
         *((f"step at {step.time:g} s", describe(step)) for step in found),
         ("actuators", f"{100 * use:.0f} % of their limits at most"),
-        ("two flights agree", f"to {agreement:.1e} (coupled by the master; in one FMU by fmpy simulate)"),
+        (
+            "two flights agree",
+            f"to {agreement:.1e} (coupled by the master; in one FMU by fmpy simulate)",
+        ),
         ("plot", os.path.relpath(drawn)),
     ]
     for name, value in lines:
@@ -130,14 +166,20 @@ def gamma_lines(achieved: dict) -> list[tuple[str, str]]:
         else [
             (
                 "  off the fit",
-                f"{with_error:.4f}, for every model in a ball that holds the true linearisations (proved)",
+                f"{with_error:.4f}, for every model in a ball around the fit (proved)",
             )
         ]
     )
     return [
-        ("gamma", f"{bound:.4f}, a bound of the loop's L2 gain for any course of speed ({proof})"),
+        (
+            "gamma",
+            f"{bound:.4f}, a bound of the loop's L2 gain for any course of speed ({proof})",
+        ),
         *covered,
-        ("least gamma", f"{optimum:.4f}; the controller is built {100 * back_off:.1f} % above"),
+        (
+            "least gamma",
+            f"{optimum:.4f}; the controller is built {100 * back_off:.1f} % above",
+        ),
     ]
 
 

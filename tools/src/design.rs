@@ -131,8 +131,8 @@ fn certificate_stage(
 
 fn proof_line(proof: &Proof, seconds: f64) -> String {
     let covered = proof.theorem.gamma_with_model_error.map_or_else(String::new, |gamma| {
-        format!("\nand below {gamma:.4} for every model in a ball around the fit that holds the true linearisations \
-             (taken at {SAMPLES} speeds)")
+        format!("\nand below {gamma:.4} for every model in a ball around the fit, which holds the true linearisations by a \
+             computation at {SAMPLES} speeds")
     });
     format!(
         "PROVED in exact arithmetic ({seconds:.1} s): gain below {:.4} for every course of speed in the range,{covered}",
