@@ -37,6 +37,7 @@ pub mod stages;
 pub mod store;
 pub mod uncertain;
 pub mod uncertain_errors;
+pub mod uncertain_gradients;
 pub mod uncertain_loop;
 pub mod uncertain_pencil;
 pub mod uncertain_reduce;

@@ -13,7 +13,8 @@
 use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::model::{Model, STATES, linearise_at, stacked};
-use crate::uncertain_pencil::{DETAIL, DETAIL_OVER_RANGE, Gradients, Pencil, coarsen};
+use crate::uncertain_gradients::{Gradients, coarsen};
+use crate::uncertain_pencil::{DETAIL, DETAIL_OVER_RANGE, Pencil};
 use crate::uncertain_reduce::{minimal, runs};
 use crate::uncertain_trim::{TrimRange, trim_range};
 use auv::{Linearisation, Parameter, Trim, Vehicle};

@@ -37,6 +37,49 @@ impl ModelErrors {
     }
 }
 
+/// `[A B]` of the vehicle at one corner of the box, and what a model makes of it.
+struct Compared {
+    /// With the nominal trim held, and trimmed anew.
+    held: Mat,
+    anew: Mat,
+    /// The model, likewise.
+    model_held: Mat,
+    model_anew: Mat,
+}
+
+fn compare(
+    inputs: &Inputs,
+    frozen: &FrozenUncertain,
+    model: &UncertainModel,
+    rho: f64,
+    corner: &[f64],
+) -> Result<Compared, Error> {
+    let trim = &frozen.nominal.trim;
+    let all = blocks(inputs, trim, &frozen.trim_range);
+    let (changed, moved) = retrim(&inputs.vehicle, trim, &all, corner)?;
+    // Where the corner and its trim lie in the ranges; parameters that the model has none of have no place.
+    let place = |b: &Block, through_trim: bool| {
+        let Some(i) = all.iter().position(|a| a.uncertain == b.uncertain) else { return 0.0 };
+        match b.uncertain {
+            Uncertain::Parameter(p) if b.uncertain.is_of_trim() => {
+                let move_ = p.value(&changed, &moved) - p.value(&inputs.vehicle, trim);
+                if through_trim { move_ / all[i].half_range } else { 0.0 }
+            }
+            _ => corner[i],
+        }
+    };
+    let value = |through_trim: bool| {
+        let delta: Vec<f64> = model.blocks.iter().map(|b| place(b, through_trim)).collect();
+        model.evaluate(rho, &delta)
+    };
+    Ok(Compared {
+        held: with_gains(stacked(&linearise(&changed, trim)?), &all, corner),
+        anew: with_gains(stacked(&linearise(&changed, &moved)?), &all, corner),
+        model_held: value(false)?,
+        model_anew: value(true)?,
+    })
+}
+
 /// Compares a model, at rho where it is scheduled, with the vehicle at a speed.
 ///
 /// # Errors
@@ -47,41 +90,59 @@ pub fn errors(
     model: &UncertainModel,
     rho: f64,
 ) -> Result<ModelErrors, Error> {
-    let trim = &frozen.nominal.trim;
-    let all = blocks(inputs, trim, &frozen.trim_range);
     let nominal = stacked(&frozen.nominal);
+    let sides = blocks(inputs, &frozen.nominal.trim, &frozen.trim_range).len();
     let mut worst = ModelErrors::default();
-    for corner in random_corners(all.len(), CORNERS) {
-        let (changed, moved) = retrim(&inputs.vehicle, trim, &all, &corner)?;
-        let held = with_gains(stacked(&linearise(&changed, trim)?), &all, &corner);
-        let truth = with_gains(stacked(&linearise(&changed, &moved)?), &all, &corner);
-        // Where the corner and its trim lie in the ranges; parameters that the model has none of have no place.
-        let place = |b: &Block, through_trim: bool| {
-            let Some(i) = all.iter().position(|a| a.uncertain == b.uncertain) else { return 0.0 };
-            match b.uncertain {
-                Uncertain::Parameter(p) if b.uncertain.is_of_trim() => {
-                    let move_ = p.value(&changed, &moved) - p.value(&inputs.vehicle, trim);
-                    if through_trim { move_ / all[i].half_range } else { 0.0 }
-                }
-                _ => corner[i],
-            }
-        };
-        let value = |through_trim: bool| {
-            let delta: Vec<f64> = model.blocks.iter().map(|b| place(b, through_trim)).collect();
-            model.evaluate(rho, &delta)
-        };
+    for corner in random_corners(sides, CORNERS, 2) {
+        let c = compare(inputs, frozen, model, rho, &corner)?;
         let relative = |found: &Mat, wanted: &Mat| {
             scaled(inputs, &(found - wanted)).norm() / scaled(inputs, wanted).norm()
         };
         worst = worst.or(ModelErrors {
-            movement: relative(&nominal, &truth),
-            through_trim: relative(&held, &truth),
-            at_held_trim: relative(&value(false)?, &held),
-            remainder: relative(&value(true)?, &truth),
+            movement: relative(&nominal, &c.anew),
+            through_trim: relative(&c.held, &c.anew),
+            at_held_trim: relative(&c.model_held, &c.held),
+            remainder: relative(&c.model_anew, &c.anew),
         });
     }
     Ok(worst)
 }
+
+/// A ball of `[A B]`: `E Delta F` with any `||Delta|| <= 1`, complex and full.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Remainder {
+    /// E, n x p; p = n + m.
+    pub left: Mat,
+    /// F, p x (n + m).
+    pub right: Mat,
+}
+
+/// The ball around a model at one speed that holds the vehicle trimmed anew at corners of the box, made wider by half.
+///
+/// Row i of what the model misses is at most e_i, in units of states and of the actuators' reach; E has `sqrt(3) e_i` on its
+/// diagonal, because three rows may be off at once (theta' = q is exact), and F takes states and inputs to those units.
+///
+/// # Errors
+/// [`Error::Lft`], [`Error::Uncertain`].
+pub fn remainder(inputs: &Inputs, frozen: &FrozenUncertain) -> Result<Remainder, Error> {
+    let sides = blocks(inputs, &frozen.nominal.trim, &frozen.trim_range).len();
+    let size = STATES + inputs.vehicle.actuators.len();
+    let mut rows = [0.0_f64; STATES];
+    for corner in random_corners(sides, CORNERS, 2) {
+        let c = compare(inputs, frozen, &frozen.model, 0.0, &corner)?;
+        let off = scaled(inputs, &(c.model_anew - c.anew));
+        rows.iter_mut().zip(off.row_iter()).for_each(|(most, row)| *most = most.max(row.norm()));
+    }
+    let reach = inputs.vehicle.actuators.iter().map(auv::Actuator::reach);
+    let units: Vec<f64> = std::iter::repeat_n(1.0, STATES).chain(reach.map(|r| 1.0 / r)).collect();
+    Ok(Remainder {
+        left: Mat::from_fn(STATES, size, |i, j| if i == j { WIDER * 3f64.sqrt() * rows[i] } else { 0.0 }),
+        right: Mat::from_diagonal(&nalgebra::DVector::from_vec(units)),
+    })
+}
+
+/// How much larger than measured the remainder is taken.
+const WIDER: f64 = 1.5;
 
 /// `[A B]` with the gains of the actuators at their deltas.
 fn with_gains(mut stacked: Mat, all: &[Block], delta: &[f64]) -> Mat {

@@ -1,7 +1,7 @@
 //! The closed loop of the uncertain model with a controller, as mu analysis wants it.
 //!
 //! ```text
-//!   +--[ Delta ]<--+        Delta = blkdiag(delta_i I_ri), |delta_i| <= 1, real
+//!   +--[ Delta ]<--+        Delta = blkdiag(delta_i I_ri), |delta_i| <= 1, real; a full block for the remainder last
 //!   |              |
 //!   wd            zd
 //!   +-->[      ]---+        robustly stable while det(I - N11(j omega) Delta) != 0
@@ -9,12 +9,14 @@
 //!   w-->[      ]--> z       w = [r; d], z = [W_e e; W_u u], as in `lpv::tracking`
 //! ```
 
+use crate::check::frozen_controller;
 use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::problem::augment;
 use crate::uncertain::UncertainModel;
+use crate::uncertain_errors::Remainder;
 use lpv::controller::Controller;
-use lpv::matrix::block;
+use lpv::matrix::{Mat, block, diagonal_blocks};
 use lpv::plant::GeneralisedPlant;
 use lpv::state_space::StateSpace;
 
@@ -25,6 +27,8 @@ pub struct UncertainLoop {
     pub system: StateSpace,
     /// Name and repetitions of each real repeated parameter, in the order of the channels wd and zd.
     pub blocks: Vec<(String, usize)>,
+    /// Size of the full complex block that follows the real ones, for what the model leaves out; 0 for none.
+    pub remainder: usize,
     /// The number of performance inputs w, which follow wd.
     pub inputs: usize,
     /// The number of performance outputs z, which follow zd.
@@ -34,7 +38,7 @@ pub struct UncertainLoop {
 impl UncertainLoop {
     /// The number of channels wd, and of zd.
     pub fn channels(&self) -> usize {
-        self.blocks.iter().map(|(_, repetitions)| repetitions).sum()
+        self.blocks.iter().map(|(_, repetitions)| repetitions).sum::<usize>() + self.remainder
     }
 
     /// `N11`, from wd to zd: what robust stability asks about.
@@ -59,6 +63,8 @@ pub fn uncertain_plant(inputs: &Inputs, model: &UncertainModel) -> Result<Genera
 
 /// N(s) of the uncertain model at one speed with the controller frozen at that speed's rho.
 ///
+/// With a `remainder`, see [`crate::uncertain_errors::remainder`], its full block is the last of Delta.
+///
 /// # Errors
 /// [`Error::Lft`] where the controller is not well posed at rho.
 pub fn uncertain_loop(
@@ -66,11 +72,20 @@ pub fn uncertain_loop(
     model: &UncertainModel,
     controller: &Controller,
     rho: f64,
+    remainder: Option<&Remainder>,
 ) -> Result<UncertainLoop, Error> {
-    let plant = uncertain_plant(inputs, model)?;
-    let closed = plant.close(&crate::check::frozen_controller(controller, rho)?);
-    let blocks = model.blocks.iter().map(|b| (b.name.clone(), b.repetitions)).collect();
+    let mut lft = model.lft();
+    if let Some(Remainder { left, right }) = remainder {
+        let size = left.ncols();
+        lft.channels.extend(std::iter::repeat_n(model.repetitions().len(), size));
+        lft.left = block(&[&[&lft.left, left]]);
+        lft.inner = diagonal_blocks(&[&lft.inner, &Mat::zeros(size, size)]);
+        lft.right = block(&[&[&lft.right], &[right]]);
+    }
+    let closed = augment(inputs, lft)?.close(&frozen_controller(controller, rho)?);
     Ok(UncertainLoop {
+        blocks: model.blocks.iter().map(|b| (b.name.clone(), b.repetitions)).collect(),
+        remainder: remainder.map_or(0, |r| r.left.ncols()),
         inputs: closed.b1.ncols(),
         outputs: closed.c1.nrows(),
         system: StateSpace {
@@ -79,6 +94,5 @@ pub fn uncertain_loop(
             c: block(&[&[&closed.ct], &[&closed.c1]]),
             d: block(&[&[&closed.dtt, &closed.dt1], &[&closed.d1t, &closed.d11]]),
         },
-        blocks,
     })
 }

@@ -7,7 +7,7 @@
 use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::uncertain::{Block, UncertainError, blocks};
-use crate::uncertain_pencil::perturbed;
+use crate::uncertain_gradients::perturbed;
 use auv::{Descriptor, Parameter, Speed, Trim, Vehicle, trim};
 
 /// Corners of the box at which the vehicle is trimmed, beside those to which each coefficient alone points.
@@ -107,7 +107,7 @@ pub fn trim_range(inputs: &Inputs, nominal: &Trim) -> Result<TrimRange, Error> {
             visit(&slope.iter().map(|s| side * s.signum()).collect::<Vec<f64>>())?;
         }
     }
-    for delta in random_corners(all.len(), RANDOM_CORNERS) {
+    for delta in random_corners(all.len(), RANDOM_CORNERS, 1) {
         visit(&delta)?;
     }
     let moved = quantities.into_iter().zip(farthest).filter(|(_, most)| *most > STILL);
@@ -115,10 +115,10 @@ pub fn trim_range(inputs: &Inputs, nominal: &Trim) -> Result<TrimRange, Error> {
     Ok(range)
 }
 
-/// Corners of a box of `n` sides, the same ones every time.
-pub(crate) fn random_corners(n: usize, count: usize) -> Vec<Vec<f64>> {
+/// Corners of a box of `n` sides, for each seed the same ones every time.
+pub fn random_corners(n: usize, count: usize, seed: u64) -> Vec<Vec<f64>> {
     // A linear congruential generator; multiplier of Knuth, The Art of Computer Programming 2 (MMIX).
-    let mut state = 1_u64;
+    let mut state = seed;
     let mut sign = || {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         if state >> 63 == 1 { 1.0 } else { -1.0 }

@@ -13,10 +13,11 @@ use squid::check::frozen_controller;
 use squid::inputs::Inputs;
 use squid::model::{Model, stacked};
 use squid::problem::augment;
-use squid::uncertain::{FrozenUncertain, Uncertain, UncertainModel, at_speed, over_range};
-use squid::uncertain_errors::errors;
+use squid::uncertain::{Block, FrozenUncertain, Uncertain, UncertainModel, at_speed, over_range};
+use squid::uncertain_errors::{errors, remainder};
+use squid::uncertain_gradients::perturbed;
 use squid::uncertain_loop::{UncertainLoop, uncertain_loop};
-use squid::uncertain_pencil::perturbed;
+use squid::uncertain_trim::{random_corners, retrim};
 use std::path::Path;
 use std::sync::LazyLock;
 
@@ -166,7 +167,7 @@ fn the_uncertain_loop_closed_by_delta_is_the_perturbed_loop() {
         };
         for frozen in &subject.frozen {
             let rho = 0.4;
-            let n = uncertain_loop(&subject.inputs, &frozen.model, &controller, rho).unwrap();
+            let n = uncertain_loop(&subject.inputs, &frozen.model, &controller, rho, None).unwrap();
             assert_eq!((n.inputs, n.outputs), (tracked + actuators, tracked + actuators));
             let values: Vec<f64> = (0..24).map(|i| f64::from(i).cos()).collect();
             let delta = with_trim_held(&frozen.model, &values);
@@ -218,6 +219,40 @@ fn the_models_follow_the_vehicle_trimmed_anew() {
             assert!(own.at_held_trim < 1e-12, "{own:?}");
             assert!(own.movement > 0.15 && own.remainder < 0.005, "{own:?}");
             assert!(over.remainder < 0.016, "{over:?}");
+        }
+    }
+}
+
+/// The ball of the remainder holds the vehicle at corners other than those it was measured at, and stands last in the loop.
+#[test]
+fn the_remainder_holds_what_the_model_leaves_out() {
+    for subject in SUBJECTS.iter() {
+        let vehicle = &subject.inputs.vehicle;
+        for frozen in &subject.frozen {
+            let ball = remainder(&subject.inputs, frozen).unwrap();
+            let size = 4 + vehicle.actuators.len();
+            let (own, trim) = (&frozen.model, &frozen.nominal.trim);
+            for corner in random_corners(own.blocks.len(), 30, 12345) {
+                let (changed, moved) = retrim(vehicle, trim, &own.blocks, &corner).unwrap();
+                let place = |(b, d): (&Block, &f64)| match b.uncertain {
+                    Uncertain::Parameter(p) if b.uncertain.is_of_trim() => {
+                        (p.value(&changed, &moved) - p.value(vehicle, trim)) / b.half_range
+                    }
+                    _ => *d,
+                };
+                let delta: Vec<f64> = own.blocks.iter().zip(&corner).map(place).collect();
+                assert!(delta.iter().all(|d| d.abs() <= 1.0 + 1e-9), "{delta:?}");
+                let mut off = stacked(&linearise(&changed, &moved).unwrap());
+                for (b, d) in own.blocks.iter().zip(&corner) {
+                    if let Uncertain::Gain(actuator) = b.uncertain {
+                        off.column_mut(4 + actuator).scale_mut(1.0 + b.half_range * d);
+                    }
+                }
+                off -= own.evaluate(0.0, &delta).unwrap();
+                let inverse = ball.right.clone().try_inverse().unwrap();
+                let scaled = Mat::from_fn(3, size, |i, j| off[(i, j)] * inverse[(j, j)] / ball.left[(i, i)]);
+                assert!(svd(&scaled).s[0] <= 1.0, "{}", svd(&scaled).s[0]);
+            }
         }
     }
 }
