@@ -1,4 +1,4 @@
-"""The report: one page that needs nothing else, the same in the FMUs, with every figure, and verdicts that follow from numbers."""
+"""The report: one page that needs nothing else, with every figure and judged claims; the same in the FMUs."""
 
 from __future__ import annotations
 

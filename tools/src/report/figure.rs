@@ -57,9 +57,9 @@ impl Figure {
         if self.keys.len() > 1 {
             out += "<div class=\"legend\">";
             for key in &self.keys {
-                let _ = write!(
+                let _ = writeln!(
                     out,
-                    "<span><svg width=\"26\" height=\"12\" aria-hidden=\"true\">{}</svg> {}</span>\n",
+                    "<span><svg width=\"26\" height=\"12\" aria-hidden=\"true\">{}</svg> {}</span>",
                     key.sample(),
                     escaped(&key.name)
                 );

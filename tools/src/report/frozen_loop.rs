@@ -28,7 +28,7 @@ impl FrozenLoop {
         let (a, b, c) = subject.scaled(l);
         let theta = vec![subject.rho(l.trim.speed); controller.blocks.len()];
         let k = controller.frozen(&theta)?;
-        let (n, p) = (a.nrows() + k.a.nrows(), c.nrows());
+        let p = c.nrows();
         let none = Mat::zeros(p, k.a.nrows());
         let system = StateSpace {
             a: block(&[&[&(&a - &b * &k.d * &c), &(&b * &k.c)], &[&-(&k.b * &c), &k.a]]),
@@ -36,7 +36,6 @@ impl FrozenLoop {
             c: block(&[&[&c, &none], &[&-(&k.d * &c), &k.c]]),
             d: block(&[&[&Mat::zeros(p, p)], &[&k.d]]),
         };
-        debug_assert_eq!(system.a.nrows(), n);
         Ok(Self { system, tracked: p })
     }
 
@@ -101,5 +100,33 @@ impl FrozenLoop {
     pub fn least_damping(&self) -> (f64, f64) {
         let ratios = self.system.poles().into_iter().map(|p| (-p.re / p.norm(), p.norm()));
         ratios.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NAN, f64::NAN))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    /// T = 1/(s + 1), and the control is 2 T: bandwidth 1 rad/s, impulse response exp(-t).
+    #[test]
+    fn a_first_order_loop_has_its_closed_forms() {
+        let system =
+            StateSpace { a: dmatrix![-1.0], b: dmatrix![1.0], c: dmatrix![1.0; 2.0], d: dmatrix![0.0; 0.0] };
+        let one = FrozenLoop { system, tracked: 1 };
+        assert!((one.bandwidth(0) - 1.0).abs() < 1e-9);
+        assert!((one.tracking(0, 1.0) - 0.5f64.sqrt()).abs() < 1e-12);
+        assert!((one.sensitivity(0, 1.0) - 0.5f64.sqrt()).abs() < 1e-12);
+        assert!((one.control(0.0) - 2.0).abs() < 1e-12);
+        for (t, h) in one.impulse(0, 0.1, 50) {
+            assert!((h - (-t).exp()).abs() < 1e-12);
+        }
+        assert_eq!(one.least_damping(), (1.0, 1.0));
+    }
+
+    #[test]
+    fn no_crossing_is_no_bandwidth() {
+        let system = StateSpace { a: dmatrix![-1.0], b: dmatrix![1.0], c: dmatrix![0.1], d: dmatrix![0.0] };
+        assert!(FrozenLoop { system, tracked: 1 }.bandwidth(0).is_nan());
     }
 }

@@ -295,3 +295,30 @@ fn best_verdict(all: &[Tuned]) -> Verdict {
         ),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The error exp(-t) after the step has an ITAE of 1.
+    #[test]
+    fn itae_of_a_known_response() {
+        let row = |i: u32| {
+            let time = 1e-3 * f64::from(i);
+            let error = if time < STEP_TIME { 0.0 } else { 0.2 * (STEP_TIME - time).exp() };
+            Row {
+                time,
+                pitch: -error,
+                pitch_reference: 0.0,
+                speed: 1.0,
+                speed_reference: 1.0,
+                depth: 0.0,
+                rho: 0.0,
+                out_of_range: false,
+                commands: vec![],
+            }
+        };
+        let rows: Vec<Row> = (0..30_000).map(row).collect();
+        assert!((time_weighted_error(&rows, 0.2) - 1.0).abs() < 1e-3);
+    }
+}
