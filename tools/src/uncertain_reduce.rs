@@ -15,8 +15,9 @@ const ROUNDING: f64 = 1e-10;
 
 /// The same LFT without unreachable and unobservable channels, its channels sorted by parameter and balanced.
 pub fn minimal(lft: &Lft) -> Lft {
-    let reached = project(&sorted(lft));
-    let seen = transpose(&project(&transpose(&reached)));
+    let whole = sorted(lft);
+    let reached = project(&whole, &sizes(&whole));
+    let seen = transpose(&project(&transpose(&reached), &sizes(&transpose(&whole))));
     balanced(&seen)
 }
 
@@ -56,21 +57,30 @@ pub fn runs(channels: &[usize]) -> Vec<(usize, usize, usize)> {
     out
 }
 
-/// Restricts the channels of a sorted LFT to what its inputs reach.
-fn project(lft: &Lft) -> Lft {
+/// The size of what goes into the channels of each parameter of a sorted LFT: what is rounding beside it is nothing.
+fn sizes(lft: &Lft) -> Vec<(usize, f64)> {
+    let size = |first, n| lft.right.rows(first, n).norm().max(lft.inner.rows(first, n).norm());
+    runs(&lft.channels).into_iter().map(|(parameter, first, n)| (parameter, size(first, n))).collect()
+}
+
+/// Restricts the channels of a sorted LFT to what its inputs reach, beside the sizes of its parameters.
+fn project(lft: &Lft, sizes: &[(usize, f64)]) -> Lft {
     let runs = runs(&lft.channels);
-    let mut bases: Vec<Mat> =
-        runs.iter().map(|&(_, first, n)| range(&lft.right.rows(first, n).into_owned())).collect();
+    let size = |parameter: usize| sizes.iter().find(|(p, _)| *p == parameter).map_or(0.0, |(_, size)| *size);
+    let mut bases: Vec<Mat> = runs
+        .iter()
+        .map(|&(parameter, first, n)| range_beside(&lft.right.rows(first, n).into_owned(), size(parameter)))
+        .collect();
     loop {
         let next: Vec<Mat> = runs
             .iter()
-            .map(|&(_, first, n)| {
+            .map(|&(parameter, first, n)| {
                 let mut reached = lft.right.rows(first, n).into_owned();
                 for (basis, &(_, from, m)) in bases.iter().zip(&runs) {
                     let moved = lft.inner.view((first, from), (n, m)) * basis;
                     reached = block(&[&[&reached, &moved]]);
                 }
-                range(&reached)
+                range_beside(&reached, size(parameter))
             })
             .collect();
         let settled = next.iter().zip(&bases).all(|(new, old)| new.ncols() == old.ncols());
@@ -92,9 +102,14 @@ fn project(lft: &Lft) -> Lft {
 
 /// An orthonormal basis of the range of a matrix.
 pub fn range(a: &Mat) -> Mat {
+    range_beside(a, 0.0)
+}
+
+/// The same, where what is rounding beside `size` is nothing.
+fn range_beside(a: &Mat, size: f64) -> Mat {
     let found = svd(a);
-    let largest = found.s.first().copied().unwrap_or(0.0);
-    let rank = found.s.iter().filter(|s| **s > ROUNDING * largest && **s > 0.0).count();
+    let largest = found.s.first().copied().unwrap_or(0.0).max(size);
+    let rank = found.s.iter().filter(|s| **s > ROUNDING * largest).count();
     found.u.columns(0, rank).into_owned()
 }
 

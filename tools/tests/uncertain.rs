@@ -5,7 +5,7 @@
 use auv::{Parameter, linearise};
 use lpv::controller::Controller;
 use lpv::lft::Lft;
-use lpv::matrix::{Mat, svd};
+use lpv::matrix::{Mat, diagonal_blocks, svd};
 use lpv::state_space::StateSpace;
 use nalgebra::Complex;
 use proptest::prelude::*;
@@ -167,37 +167,46 @@ fn the_uncertain_loop_closed_by_delta_is_the_perturbed_loop() {
         };
         for frozen in &subject.frozen {
             let rho = 0.4;
-            let n = uncertain_loop(&subject.inputs, &frozen.model, &controller, rho, None).unwrap();
-            assert_eq!((n.inputs, n.outputs), (tracked + actuators, tracked + actuators));
+            let ball = remainder(&subject.inputs, frozen).unwrap();
             let values: Vec<f64> = (0..24).map(|i| f64::from(i).cos()).collect();
             let delta = with_trim_held(&frozen.model, &values);
-            let found = closed_by(&n, &delta);
+            let mut vehicle = truth(subject, frozen, &delta);
+            for missed in [None, Some(&ball)] {
+                let n = uncertain_loop(&subject.inputs, &frozen.model, &controller, rho, missed).unwrap();
+                assert_eq!((n.inputs, n.outputs), (tracked + actuators, tracked + actuators));
+                let full = some(n.remainder, n.remainder, 9.0);
+                if let Some(ball) = missed {
+                    vehicle += &ball.left * &full * &ball.right;
+                }
+                let repeated = n.blocks.iter().zip(&delta).flat_map(|((_, r), d)| vec![*d; *r]);
+                let real = Mat::from_diagonal(&nalgebra::DVector::from_vec(repeated.collect()));
+                let found = closed_by(&n, &diagonal_blocks(&[&real, &full]));
 
-            let plant = augment(&subject.inputs, Lft::constant(truth(subject, frozen, &delta))).unwrap();
-            let wanted = plant.close(&frozen_controller(&controller, rho).unwrap()).frozen(&[]).unwrap();
-            for omega in [0.0, 0.1, 1.0, 10.0] {
-                let s = Complex::new(0.0, omega);
-                let (a, b) = (found.response(s).unwrap(), wanted.response(s).unwrap());
-                assert!((&a - &b).norm() < 1e-9 * b.norm(), "{a} {b}");
-                let (k, whole) = (n.channels(), n.system.response(s).unwrap());
-                let corner = whole.view((0, 0), (k, k)).into_owned();
-                assert!((n.stability().response(s).unwrap() - corner).norm() < 1e-12);
+                let plant = augment(&subject.inputs, Lft::constant(vehicle.clone())).unwrap();
+                let frozen_at_rho = frozen_controller(&controller, rho).unwrap();
+                let wanted = plant.close(&frozen_at_rho).frozen(&[]).unwrap();
+                for omega in [0.0, 0.1, 1.0, 10.0] {
+                    let s = Complex::new(0.0, omega);
+                    let (a, b) = (found.response(s).unwrap(), wanted.response(s).unwrap());
+                    assert!((&a - &b).norm() < 1e-9 * b.norm(), "{a} {b}");
+                    let (k, whole) = (n.channels(), n.system.response(s).unwrap());
+                    let corner = whole.view((0, 0), (k, k)).into_owned();
+                    assert!((n.stability().response(s).unwrap() - corner).norm() < 1e-12);
+                }
             }
         }
     }
 }
 
 /// `F_u(N, Delta)`.
-fn closed_by(n: &UncertainLoop, delta: &[f64]) -> StateSpace {
+fn closed_by(n: &UncertainLoop, delta: &Mat) -> StateSpace {
     let k = n.channels();
-    let repeated = n.blocks.iter().zip(delta).flat_map(|((_, r), d)| std::iter::repeat_n(*d, *r));
-    let delta = Mat::from_diagonal(&nalgebra::DVector::from_iterator(k, repeated));
     let StateSpace { a, b, c, d } = &n.system;
     let (bd, bw) = (b.columns(0, k), b.columns(k, n.inputs));
     let (cd, cz) = (c.rows(0, k), c.rows(k, n.outputs));
     let (ddd, ddw) = (d.view((0, 0), (k, k)), d.view((0, k), (k, n.inputs)));
     let (dzd, dzw) = (d.view((k, 0), (n.outputs, k)), d.view((k, k), (n.outputs, n.inputs)));
-    let closing = (Mat::identity(k, k) - &delta * ddd).try_inverse().unwrap() * &delta;
+    let closing = (Mat::identity(k, k) - delta * ddd).try_inverse().unwrap() * delta;
     StateSpace {
         a: a + bd * &closing * cd,
         b: bw + bd * &closing * ddw,

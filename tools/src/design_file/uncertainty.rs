@@ -165,3 +165,103 @@ impl UncertainCoefficient {
         Ok(UncertainParameter { parameter, value, half_range })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::DesignFile;
+    use super::*;
+    use std::path::Path;
+
+    /// The design of Squid with another section, resolved for the vehicle; the section begins on line 1.
+    fn resolve(vehicle: &str, section: &str) -> Result<Vec<UncertainParameter>, DesignFileError> {
+        let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("../vehicles");
+        let vehicle = Vehicle::read(&directory.join(vehicle).join("vehicle.toml")).unwrap();
+        let text = std::fs::read_to_string(directory.join("squid/paper.toml")).unwrap();
+        let (before, _) = text.split_once("[uncertainty]").unwrap();
+        let lines = before.lines().count();
+        let file = format!("{before}[uncertainty]\n{section}");
+        let design = DesignFile::parse(&file, "design.toml", "design").map_err(|e| shifted(e, lines))?;
+        design.uncertainty.unwrap().resolve(&vehicle, "design.toml").map_err(|e| shifted(e, lines))
+    }
+
+    fn shifted(error: DesignFileError, by: usize) -> DesignFileError {
+        match error {
+            DesignFileError::OutOfRange { file, line, key, found, allowed } => {
+                DesignFileError::OutOfRange { file, line: line - by, key, found, allowed }
+            }
+            DesignFileError::UnknownCoefficient { file, line, section, reason } => {
+                DesignFileError::UnknownCoefficient { file, line: line - by, section, reason }
+            }
+            other => other,
+        }
+    }
+
+    #[test]
+    fn ranges_are_read_in_the_order_of_the_vehicle_file() {
+        let section = "[uncertainty.coefficients]\nM_q = 0.3\nx_G = { absolute = 0.01, unit = \"m\" }\n\"lower.z\" = 0.05\n";
+        let found = resolve("squid", section).unwrap();
+        let shown: Vec<(Parameter, f64, f64)> =
+            found.iter().map(|u| (u.parameter, u.value, u.half_range)).collect();
+        let lower = Parameter::Effect { actuator: 0, key: "z" };
+        assert_eq!(
+            shown,
+            [
+                (Parameter::Coefficient("x_G"), 0.0, 0.01),
+                (Parameter::Coefficient("M_q"), -5.0, 1.5),
+                (lower, 0.2, 0.2 * 0.05),
+            ]
+        );
+        assert_eq!(resolve("squid", "actuator_gain = 0.1\n").unwrap(), []);
+    }
+
+    #[test]
+    fn what_is_wrong_is_told_with_line_and_key() {
+        let coefficients = |line: &str| format!("[uncertainty.coefficients]\nM_q = 0.3\n{line}\n");
+        let begins = [
+            (
+                "actuator_gain = 1.0".to_string(),
+                "design.toml, line 2: 'uncertainty.actuator_gain' is 1; it must be from 0",
+            ),
+            (
+                coefficients("Z_vw = 0.3"),
+                "design.toml, line 4: [uncertainty]: the vehicle has no coefficient 'Z_vw' (did you mean 'Z_",
+            ),
+            (
+                coefficients("Z_w = 1.2"),
+                "design.toml, line 4: 'uncertainty.coefficients.Z_w' is 1.2; it must be above 0 and below 1",
+            ),
+            (
+                coefficients("Z_w = nan"),
+                "design.toml, line 4: 'uncertainty.coefficients.Z_w' is NaN; it must be",
+            ),
+            (
+                coefficients("x_G = 0.3"),
+                "design.toml, line 4: 'uncertainty.coefficients.x_G' is a relative range; it must be { absolute",
+            ),
+            (
+                coefficients("z_G = { absolute = 5, unit = \"mm\" }"),
+                "design.toml, line 4: 'uncertainty.coefficients.z_G' is in \"mm\"; it must be m",
+            ),
+            (
+                coefficients("z_G = { absolute = -0.1, unit = \"m\" }"),
+                "design.toml, line 4: 'uncertainty.coefficients.z_G' is -0.1; it must be above 0 and finite",
+            ),
+            (
+                coefficients("Z_w = { absolute = 20.0, unit = \"kg/s\" }"),
+                "design.toml, line 4: 'uncertainty.coefficients.Z_w' is a range that reaches 8; it must be zero or a negative",
+            ),
+        ];
+        for (section, words) in begins {
+            let message = resolve("squid", &section).unwrap_err().to_string();
+            assert!(message.starts_with(words), "{message}\n{words}");
+        }
+        for section in
+            [coefficients("Z_w = \"much\""), coefficients("Z_w = { absolut = 1.0, unit = \"kg/s\" }")]
+        {
+            let message = resolve("squid", &section).unwrap_err().to_string();
+            assert!(message.contains("a relative half range such as 0.3"), "{message}");
+        }
+        let message = resolve("squid", "gain = 0.1\n").unwrap_err().to_string();
+        assert!(message.contains("unknown field `gain`"), "{message}");
+    }
+}
