@@ -263,15 +263,16 @@ impl<'a> State<'a> {
             cone.x += &d.x * step_x;
             cone.z += &d.z * step_z;
         }
-        // Once the inequalities hold at x their own values are the slacks, free of what rounding has gathered.
-        if self.feasible || step_z == 1.0 {
-            let values: Vec<Mat> =
-                self.cones.iter().map(|c| c.data.constant() + c.data.linear(&self.x)).collect();
-            if values.iter().all(|v| v.clone().cholesky().is_some()) {
-                self.feasible = true;
-                for (cone, value) in self.cones.iter_mut().zip(values) {
-                    cone.z = value;
-                }
+        // Once the inequalities hold at x, and clearly beside what is missing of the slacks, their own values are the slacks, free of what
+        // rounding has gathered.
+        let values: Vec<Mat> =
+            self.cones.iter().map(|c| c.data.constant() + c.data.linear(&self.x)).collect();
+        let share = if self.feasible || step_z == 1.0 { 0.0 } else { 0.5 };
+        let clear = |(c, v): (&Cone<'_>, &Mat)| (v - &c.z * share).cholesky().is_some();
+        if self.cones.iter().zip(&values).all(clear) {
+            self.feasible = true;
+            for (cone, value) in self.cones.iter_mut().zip(values) {
+                cone.z = value;
             }
         }
     }

@@ -41,12 +41,11 @@ pub fn least_gamma(
             (place, best) = seen.clone();
         }
     }
-    if best.gap > DOUBTFUL || best.margin <= 0.0 {
-        if let Ok(other) = minimise(plant, &place, scalings, true)
-            && better(&other, &best)
-        {
-            best = other;
-        }
+    if (best.gap > DOUBTFUL || best.margin <= 0.0)
+        && let Ok(other) = minimise(plant, &place, scalings, true)
+        && better(&other, &best)
+    {
+        best = other;
     }
     if best.margin > 0.0 {
         return Ok((place.coordinates, best));
