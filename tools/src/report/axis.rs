@@ -98,8 +98,12 @@ fn tidy(v: f64, digits: usize) -> String {
 fn step(range: f64, wanted: usize) -> f64 {
     let raw = (range / wanted.max(1) as f64).max(f64::MIN_POSITIVE);
     let power = 10f64.powf(raw.log10().floor());
-    let lead = raw / power;
-    power * [1.0, 2.0, 5.0].into_iter().find(|nice| lead <= nice * (1.0 + 1e-9)).unwrap_or(10.0)
+    match raw / power {
+        lead if lead < 1.5 => power,
+        lead if lead < 3.5 => 2.0 * power,
+        lead if lead < 7.5 => 5.0 * power,
+        _ => 10.0 * power,
+    }
 }
 
 fn linear_ticks(from: f64, to: f64, wanted: usize) -> Vec<f64> {
