@@ -178,7 +178,7 @@ pub enum DesignFileError {
         /// The section.
         section: &'static str,
         /// The name, and the nearest that there is.
-        reason: auv::UnknownParameter,
+        reason: Box<auv::UnknownParameter>,
     },
 }
 

@@ -269,16 +269,14 @@ fn the_remainder_holds_what_the_model_leaves_out() {
 /// What enters through trim alone, and what multiplies: weight, buoyancy, mass and the centre of gravity together.
 #[test]
 fn weight_and_centre_of_gravity_may_be_uncertain() {
-    let mut inputs = inputs("squid");
-    let of = |name: &str, half_range: f64, inputs: &Inputs| {
-        let parameter = Parameter::named(&inputs.vehicle, name).unwrap();
-        let value = parameter.coefficient(&inputs.vehicle).unwrap();
-        squid::design_file::UncertainParameter { parameter, value, half_range }
-    };
-    inputs.uncertain =
-        [("mass", 2.0), ("weight", 1.0), ("x_G", 0.005), ("z_G", 0.003), ("buoyancy", 1.0), ("z_B", 0.002)]
-            .map(|(name, half_range)| of(name, half_range, &inputs))
-            .into();
+    let inputs = naming(&[
+        ("mass", 2.0),
+        ("weight", 1.0),
+        ("x_G", 0.005),
+        ("z_G", 0.003),
+        ("buoyancy", 1.0),
+        ("z_B", 0.002),
+    ]);
     let model = Model::new(&inputs).unwrap();
     let joint = over_range(&inputs, &model).unwrap();
     let subject = Subject { frozen: vec![at_speed(&inputs, 1.0).unwrap()], inputs, model, joint };
@@ -294,4 +292,47 @@ fn weight_and_centre_of_gravity_may_be_uncertain() {
     }
     let own = errors(&subject.inputs, frozen, &frozen.model, 0.0).unwrap();
     assert!(own.through_trim > 0.02 && own.remainder < 0.1 * own.through_trim, "{own:?}");
+}
+
+/// Squid with other uncertain coefficients, their half ranges in SI.
+fn naming(coefficients: &[(&str, f64)]) -> Inputs {
+    let mut inputs = inputs("squid");
+    let of = |&(name, half_range): &(&str, f64)| {
+        let parameter = Parameter::named(&inputs.vehicle, name).unwrap();
+        let value = parameter.coefficient(&inputs.vehicle).unwrap();
+        squid::design_file::UncertainParameter { parameter, value, half_range }
+    };
+    inputs.uncertain = coefficients.iter().map(of).collect();
+    inputs
+}
+
+#[test]
+fn what_no_lft_can_hold_is_refused_by_name() {
+    let refused =
+        |coefficients: &[(&str, f64)]| at_speed(&naming(coefficients), 0.5).unwrap_err().to_string();
+    let begins = [
+        (
+            refused(&[("length", 0.5)]),
+            "[uncertainty]: 'length' does not enter the equations of motion linearly (off by ",
+        ),
+        (
+            refused(&[("density", 100.0), ("wetted_area", 0.3), ("form_factor", 0.2)]),
+            "[uncertainty]: three of the coefficients multiply one another (off by ",
+        ),
+        (
+            refused(&[("I_yy", 16.0), ("M_q_dot", 12.2), ("z_G", 0.5)]),
+            "[uncertainty]: with every coefficient at an end of its range, the mass matrix",
+        ),
+        (
+            refused(&[("weight", 250.0)]),
+            "[uncertainty]: with every coefficient at an end of its range there is no trim: no level trim at 0.5 m/s",
+        ),
+    ];
+    for (message, words) in begins {
+        assert!(message.starts_with(words), "{message}\n{words}");
+    }
+    let mut nothing = naming(&[]);
+    nothing.design.uncertainty = None;
+    let message = at_speed(&nothing, 1.0).unwrap_err().to_string();
+    assert!(message.starts_with("the design design.toml names nothing uncertain"), "{message}");
 }

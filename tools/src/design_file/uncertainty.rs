@@ -133,6 +133,7 @@ impl UncertainCoefficient {
     fn resolve(&self, vehicle: &Vehicle, file: &str) -> Result<UncertainParameter, DesignFileError> {
         let (line, key) = (self.line, format!("{COEFFICIENT}.{}", self.name));
         let parameter = Parameter::named(vehicle, &self.name).map_err(|reason: UnknownParameter| {
+            let reason = Box::new(reason);
             DesignFileError::UnknownCoefficient { file: file.into(), line, section: SECTION, reason }
         })?;
         let wrong = |found: String, allowed: &'static str| DesignFileError::OutOfRange {
