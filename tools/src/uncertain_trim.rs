@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::uncertain::{Block, UncertainError, blocks};
 use crate::uncertain_gradients::perturbed;
-use auv::{Descriptor, Parameter, Speed, Trim, Vehicle, trim};
+use auv::{Descriptor, Parameter, Speed, Trim, TrimError, Vehicle, trim};
 
 /// Corners of the box at which the vehicle is trimmed, beside those to which each coefficient alone points.
 const RANDOM_CORNERS: usize = 48;
@@ -52,7 +52,7 @@ impl TrimRange {
 /// Trims the vehicle with its coefficients at `delta`, at the speed and depth of a trim, as if actuators had no limits.
 ///
 /// # Errors
-/// [`UncertainError::NoTrim`].
+/// [`UncertainError::NoTrim`], [`UncertainError::Corner`].
 pub fn retrim(
     vehicle: &Vehicle,
     nominal: &Trim,
@@ -66,14 +66,18 @@ pub fn retrim(
         actuator.max *= WIDENED;
     }
     let found = trim(&free, Speed::Path(nominal.speed), nominal.depth);
-    Ok((changed, found.map_err(|reason| UncertainError::NoTrim { reason })?))
+    let found = found.map_err(|reason| match reason {
+        TrimError::Coefficients(reason) => UncertainError::Corner { reason },
+        reason => UncertainError::NoTrim { reason },
+    })?;
+    Ok((changed, found))
 }
 
 /// Trims at corners of the box: each coefficient alone at its ends, all of them where the incidence and each
 /// deflection move farthest by that, and random corners.
 ///
 /// # Errors
-/// [`UncertainError::NoTrim`].
+/// [`UncertainError::NoTrim`], [`UncertainError::Corner`].
 pub fn trim_range(inputs: &Inputs, nominal: &Trim) -> Result<TrimRange, Error> {
     let vehicle = &inputs.vehicle;
     let mut range = TrimRange { deviations: Vec::new(), corners: 0, beyond_limits: 0 };
