@@ -61,7 +61,7 @@ pub fn switching(subject: &Subject) -> Result<Vec<Part>, Error> {
          ('carried over'; the states of two syntheses do not mean the same), or all run all the time on the same errors and only \
          the output is switched ('all running'). Ramp, step, feedforward and vehicle are those of the manoeuvre above. One ramp is one switching signal; so also, at the speed midway \
          between two neighbours, both take turns, each in charge for the same time from 0.05 to 20 s: the second table has the fastest growth of the linear loop, \
-         unstable above 0 (a controller that is reset many times a second is little more than its direct term). For the scheduled controller the theorem below excludes that for every signal.",
+         unstable above 0 (a controller that is reset many times a second is little more than its direct term). For the scheduled controller the theorem below, where it is proved, excludes that for every signal.",
         names.join(", "),
         bank.len()
     );
