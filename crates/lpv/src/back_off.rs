@@ -109,7 +109,7 @@ pub(crate) fn contradiction(error: SynthesisError) -> SynthesisError {
 const ROUGH: f64 = 1e-3;
 
 /// How closely the clearest point is sought, relative to its clearance.
-const CLEAR: f64 = 0.02;
+const CLEAR: f64 = 0.3;
 
 /// How many times their least size the unknowns may reach.
 const GROWTH: f64 = 10.0;

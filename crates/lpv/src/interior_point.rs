@@ -42,14 +42,17 @@ pub(crate) fn minimise(inequalities: &[LowRank], objective: &[f64], search: Sear
         .start
         .and_then(|x| State::warm(inequalities, objective, x))
         .unwrap_or_else(|| State::cold(inequalities, objective));
-    let mut best: Option<Stop> = None;
+    let mut best: Option<(f64, Vec<f64>)> = None;
+    let mut bound = f64::NEG_INFINITY;
+    let gap = |value: f64, bound: f64| (value - bound) / (search.floor + value.abs());
     for _ in 0..MOST_STEPS {
         if state.feasible {
-            let gap = state.gap(search.floor);
-            if best.as_ref().is_none_or(|known| gap < known.gap) {
-                best = Some(Stop { x: state.x.clone(), gap });
+            let value = state.value();
+            bound = bound.max(state.bound());
+            if best.as_ref().is_none_or(|(known, _)| value < *known) {
+                best = Some((value, state.x.clone()));
             }
-            if gap < search.tolerance {
+            if best.as_ref().is_some_and(|(value, _)| gap(*value, bound) < search.tolerance) {
                 break;
             }
         }
@@ -58,7 +61,7 @@ pub(crate) fn minimise(inequalities: &[LowRank], objective: &[f64], search: Sear
             _ => break,
         }
     }
-    best
+    best.map(|(value, x)| Stop { x, gap: gap(value, bound) })
 }
 
 /// One inequality at the present point.
@@ -137,18 +140,22 @@ impl<'a> State<'a> {
         self.cones.iter().map(|c| c.x.dot(&c.z)).sum::<f64>() / self.rows()
     }
 
-    /// The relative gap between the objective here and what the multipliers leave possible for any point no farther from zero
-    /// than this one: `c'x >= -tr(F_0 X) + r'x` with the residual r of the multipliers' equations.
-    fn gap(&self, floor: f64) -> f64 {
-        let value: f64 = self.x.iter().zip(self.objective).map(|(x, c)| x * c).sum();
+    /// The objective here.
+    fn value(&self) -> f64 {
+        self.x.iter().zip(self.objective).map(|(x, c)| x * c).sum()
+    }
+
+    /// What the multipliers leave possible for any point no farther from zero than this one:
+    /// `c'x >= -tr(F_0 X) + r'x` with the residual r of the multipliers' equations.
+    fn bound(&self) -> f64 {
         let bound: f64 = self.cones.iter().map(|c| -c.x.dot(c.data.constant())).sum();
         let mut residual = self.objective.to_vec();
         for cone in &self.cones {
             cone.data.add_inner_products(&cone.data.seen(&cone.x), -1.0, &mut residual);
         }
         let norm = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let missed = norm(&residual) * norm(&self.x);
-        ((value - bound).abs().max(self.mu() * self.rows()) + missed) / (floor + value.abs())
+        let rounding = f64::EPSILON * self.rows() * bound.abs();
+        bound - norm(&residual) * norm(&self.x) - rounding
     }
 
     /// One predictor and corrector step; returns the shorter of the two lengths, `None` when a factorisation fails.
