@@ -5,6 +5,9 @@ use nalgebra::{Complex, DMatrix, DVector};
 /// A real matrix of any size.
 pub type Mat = DMatrix<f64>;
 
+/// A complex vector of any size.
+pub type ComplexVector = DVector<Complex<f64>>;
+
 /// Puts blocks together: `block(&[&[a, b], &[c, d]])` is `[a b; c d]`.
 ///
 /// Each row of blocks has one height and each column of blocks one width; blocks with no rows or no columns
@@ -276,6 +279,34 @@ pub fn complex_singular_values(a: &DMatrix<Complex<f64>>) -> Vec<f64> {
     }
     let same = faer::Mat::from_fn(a.nrows(), a.ncols(), |i, j| faer::c64::new(a[(i, j)].re, a[(i, j)].im));
     same.singular_values().unwrap_or_else(|_| vec![f64::NAN; least])
+}
+
+/// Eigenvalues of a square complex matrix; not-a-number throughout when it holds one or the iteration fails.
+pub fn complex_eigenvalues(a: &DMatrix<Complex<f64>>) -> Vec<Complex<f64>> {
+    let n = a.nrows();
+    let unknown = vec![Complex::new(f64::NAN, f64::NAN); n];
+    if n == 0 || a.iter().any(|v| !(v.re.is_finite() && v.im.is_finite())) {
+        return unknown;
+    }
+    let same = faer::Mat::from_fn(n, n, |i, j| faer::c64::new(a[(i, j)].re, a[(i, j)].im));
+    match same.eigenvalues() {
+        Ok(values) => values.iter().map(|v| Complex::new(v.re, v.im)).collect(),
+        Err(_) => unknown,
+    }
+}
+
+/// The left and right singular vectors of the least singular value of a square complex matrix: those that it nearly annihilates.
+pub fn complex_svd_ends(a: &DMatrix<Complex<f64>>) -> Option<(ComplexVector, ComplexVector)> {
+    let n = a.nrows();
+    if n == 0 || a.iter().any(|v| !(v.re.is_finite() && v.im.is_finite())) {
+        return None;
+    }
+    let same = faer::Mat::from_fn(n, n, |i, j| faer::c64::new(a[(i, j)].re, a[(i, j)].im));
+    let found = same.svd().ok()?;
+    let last = |m: faer::MatRef<'_, faer::c64>| {
+        DVector::from_fn(n, |i, _| Complex::new(m[(i, n - 1)].re, m[(i, n - 1)].im))
+    };
+    Some((last(found.U()), last(found.V())))
 }
 
 /// Eigenvalues of a Hermitian matrix, ascending; not-a-number when it holds one.

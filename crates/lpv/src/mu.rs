@@ -11,8 +11,12 @@
 //! - [`structure`]: what a perturbation may look like;
 //! - [`upper`]: the bound by D-G scalings, and the scalings that show it;
 
+pub mod interval;
+pub mod lower;
+pub mod margin;
 mod scaling;
 pub mod structure;
+pub mod sweep;
 pub mod upper;
 
 pub use structure::{Block, Structure, StructureError};

@@ -15,8 +15,8 @@ use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn};
 pub struct UpperBound {
     /// mu is at most this.
     pub value: f64,
-    /// `M* D M + j (G M - M* G) <= value^2 D`, by eigenvalues; none when M is zero.
-    pub scalings: Option<Scalings>,
+    /// `M* D M + j (G M - M* G) <= value^2 D`, by eigenvalues.
+    pub scalings: Scalings,
     /// About how far the bound may be above the least that D-G scalings allow, relative to itself; infinite when that was not asked.
     pub gap: f64,
 }
@@ -49,7 +49,8 @@ fn search(m: &CMat, structure: &Structure, level: f64) -> UpperBound {
     let balance = Balance::new(m, structure);
     let size = complex_singular_values(&balance.matrix).first().copied().unwrap_or(0.0);
     if size == 0.0 {
-        return UpperBound { value: 0.0, scalings: None, gap: 0.0 };
+        let family = Family::new(structure);
+        return UpperBound { value: 0.0, scalings: family.values(&family.identity()), gap: 0.0 };
     }
     let matrix = &balance.matrix / Complex::new(size, 0.0);
     let mut centre = Centre::new(&matrix, structure);
@@ -59,7 +60,7 @@ fn search(m: &CMat, structure: &Structure, level: f64) -> UpperBound {
     // lambda = beta^2: half of its relative gap is that of beta.
     let gap = if lambda > NOTHING * NOTHING { 0.5 * gap / lambda } else { 0.0 };
     let scalings = centre.family.values(&centre.p).undone(&balance.tw, &balance.tz, size);
-    UpperBound { value, scalings: Some(scalings), gap }
+    UpperBound { value, scalings, gap }
 }
 
 /// `T_z M T_w^-1` with a scalar for each block, so that blocks that meet are of one size.
@@ -308,7 +309,7 @@ mod tests {
 
     /// The least eigenvalue of `value^2 D - left`, its diagonal scaled to one.
     fn margin(bound: &UpperBound, value: f64, m: &CMat) -> f64 {
-        let s = bound.scalings.as_ref().unwrap();
+        let s = &bound.scalings;
         let phi = &s.dw * Complex::new(value * value, 0.0) - s.left(m);
         let scale: Vec<f64> = phi.diagonal().iter().map(|d| 1.0 / d.re.abs().sqrt()).collect();
         hermitian_eigenvalues(&CMat::from_fn(phi.nrows(), phi.ncols(), |i, j| {

@@ -1,0 +1,122 @@
+//! Between which frequencies scalings found at one of them still show the bound.
+//!
+//! `Phi(omega) = b^2 D_w - M* D_z M - j (G M - M* G)` with `M = M(j omega)` is Hermitian and depends continuously on omega: where it is positive
+//! definite at one frequency it stays so up to the nearest at which it is singular, and those are imaginary eigenvalues of a Hamiltonian
+//! matrix: S. Boyd, V. Balakrishnan, P. Kabamba, Math. Control Signals Systems 2, 1989; for mu P. M. Young, J. C. Doyle, M. P. Newlin, and
+//! G. Ferreres, J.-F. Magni, J.-M. Biannic, Int. J. Robust Nonlinear Control 13, 2003.
+//!
+//! The Hamiltonian is formed in the variable `p = 1/(s - j omega_0)`, in which the frequency asked about lies at infinity: what has to be inverted is
+//! then Phi there, which is positive definite, and a singular `Phi(infinity)` does no harm.
+
+use super::CMat;
+use super::scaling::Scalings;
+use crate::matrix::{Mat, complex_eigenvalues, hermitian_eigenvalues};
+use crate::state_space::StateSpace;
+use nalgebra::Complex;
+
+/// The frequencies between which scalings show a bound, rad/s; `to` may be infinite.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Interval {
+    /// The lowest, at least 0.
+    pub from: f64,
+    /// The highest.
+    pub to: f64,
+}
+
+/// An eigenvalue whose real part is this small, relative to the Hamiltonian, counts as imaginary: that can only make intervals shorter.
+const ON_AXIS: f64 = 1e-7;
+
+/// What is cut off an interval at each end, relative to its length, so that Phi is not singular there.
+const CUT: f64 = 1e-6;
+
+const J: Complex<f64> = Complex::new(0.0, 1.0);
+
+/// The largest interval round `omega` (infinity included) on which `scalings` show that mu stays below `level`; `None` when they do
+/// not at `omega` itself.
+pub fn good_interval(system: &StateSpace, scalings: &Scalings, level: f64, omega: f64) -> Option<Interval> {
+    let seen = Seen::at(system, omega)?;
+    let phi = seen.form(scalings, level);
+    if hermitian_eigenvalues(&phi).first().is_none_or(|least| *least <= 0.0) {
+        return None;
+    }
+    let hamiltonian = seen.hamiltonian(scalings, &phi)?;
+    let axis = ON_AXIS * hamiltonian.norm();
+    let crossings = complex_eigenvalues(&hamiltonian)
+        .into_iter()
+        .filter(|p| p.re.is_nan() || p.re.abs() <= axis)
+        .map(|p| p.im);
+    let (mut from, mut to) = (f64::NEG_INFINITY, f64::INFINITY);
+    if omega.is_infinite() {
+        // p = s: what counts is the crossing farthest from zero.
+        from = crossings.map(f64::abs).fold(0.0, f64::max) * (1.0 + CUT);
+    } else {
+        // p = 1/(j (w - omega)): w = omega - 1/Im p.
+        for q in crossings {
+            if q > 0.0 {
+                from = from.max(omega - 1.0 / q);
+            } else if q < 0.0 {
+                to = to.min(omega - 1.0 / q);
+            } else {
+                return None;
+            }
+        }
+        from += CUT * (omega - from);
+        to -= CUT * (to - omega);
+        if from.is_infinite() || from.is_nan() {
+            from = 0.0;
+        }
+        if to.is_nan() {
+            to = f64::INFINITY;
+        }
+    }
+    Some(Interval { from: from.max(0.0), to })
+}
+
+/// The system in the variable p.
+struct Seen {
+    a: CMat,
+    b: CMat,
+    c: CMat,
+    /// `M(j omega)`.
+    d: CMat,
+}
+
+impl Seen {
+    fn at(system: &StateSpace, omega: f64) -> Option<Self> {
+        let complex = |m: &Mat| m.map(|v| Complex::new(v, 0.0));
+        let (a, b, c, d) = (complex(&system.a), complex(&system.b), complex(&system.c), complex(&system.d));
+        if omega.is_infinite() || a.is_empty() {
+            return Some(Self { a, b, c, d });
+        }
+        let n = a.nrows();
+        let inverse = (a - CMat::identity(n, n) * (J * omega)).try_inverse()?;
+        let (eb, ce) = (&inverse * &b, &c * &inverse);
+        Some(Self { d: d - &c * &eb, a: inverse, b: eb, c: -ce })
+    }
+
+    /// Phi at the frequency.
+    fn form(&self, s: &Scalings, level: f64) -> CMat {
+        &s.dw * Complex::new(level * level, 0.0) - s.left(&self.d)
+    }
+
+    fn hamiltonian(&self, s: &Scalings, phi: &CMat) -> Option<CMat> {
+        let n = self.a.nrows();
+        let q11 = -&s.dz;
+        let q21 = &s.g * -J;
+        let cross = (self.d.adjoint() * &q11 + q21) * &self.c;
+        let inverse = phi.clone().try_inverse()?;
+        let feedback = &inverse * &cross;
+        let first = &self.a - &self.b * &feedback;
+        let upper = -(&self.b * inverse * self.b.adjoint());
+        let lower = cross.adjoint() * feedback - self.c.adjoint() * q11 * &self.c;
+        // The unit of the costate is free: both corners of one size.
+        let ratio = (lower.norm() / upper.norm()).sqrt();
+        let ratio = Complex::new(if ratio > 0.0 && ratio.is_finite() { ratio } else { 1.0 }, 0.0);
+        let mut out = CMat::zeros(2 * n, 2 * n);
+        out.view_mut((0, 0), (n, n)).copy_from(&first);
+        out.view_mut((0, n), (n, n)).copy_from(&(upper * ratio));
+        out.view_mut((n, 0), (n, n)).copy_from(&(lower / ratio));
+        out.view_mut((n, n), (n, n)).copy_from(&-first.adjoint());
+        Some(out)
+    }
+}

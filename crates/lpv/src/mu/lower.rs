@@ -1,0 +1,315 @@
+//! Lower bounds on mu of a matrix: perturbations that make `I - M Delta` singular, found and then checked.
+//!
+//! A unit perturbation Q is improved by the first-order change of an eigenvalue lambda of `M Q`: with `M Q v = lambda v` and `u* M Q = lambda u*`,
+//! `d lambda = (M* u)* dQ v / (u* v)`, and each block of Q is put where that is largest. Its fixed points are those of the power iteration of
+//! A. Packard, M. K. H. Fan, J. C. Doyle, "A power method for the structured singular value", 27th CDC, 1988, and for real scalars of
+//! P. M. Young, J. C. Doyle, "Computation of mu with real and complex uncertainties", 29th CDC, 1990. What it settles on is made exact by turning
+//! the complex blocks, or moving one real scalar, until lambda is real: then `Delta = Q / lambda`.
+
+use super::CMat;
+use super::structure::{Block, Structure, StructureError};
+use crate::matrix::{complex_eigenvalues, complex_singular_values, complex_svd_ends};
+use nalgebra::{Complex, DVector};
+
+/// A perturbation that makes `I - M Delta` singular.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LowerBound {
+    /// mu is at least this: one over the size of Delta.
+    pub value: f64,
+    /// The perturbation.
+    pub delta: CMat,
+    /// The frequency, rad/s, where M is a frequency response.
+    pub frequency: Option<f64>,
+    /// The least singular value of `I - M Delta`, relative to the largest, at least 1.
+    pub residual: f64,
+}
+
+/// A residual below this counts as zero.
+pub const SINGULAR: f64 = 1e-12;
+
+/// How many perturbations the search starts from.
+const STARTS: usize = 16;
+
+/// Steps from one start.
+const STEPS: usize = 300;
+
+/// Newton steps that make an eigenvalue real.
+const CORRECTIONS: usize = 12;
+
+type CVec = DVector<Complex<f64>>;
+
+/// Looks for the smallest perturbation that makes `I - M Delta` singular. `None` when none is found.
+///
+/// # Errors
+/// [`StructureError`] when M does not fit the structure.
+pub fn lower_bound(m: &CMat, structure: &Structure) -> Result<Option<LowerBound>, StructureError> {
+    structure.check(m)?;
+    let search =
+        Search { m, structure, is_mixed: structure.blocks().iter().any(|b| matches!(b, Block::Real(_))) };
+    let mut random = Sequence(0x9E37_79B9_7F4A_7C15);
+    let mut best: Option<LowerBound> = None;
+    for start in 0..STARTS {
+        let q = search.start(start, &mut random);
+        for found in search.climb(q) {
+            if best.as_ref().is_none_or(|known| found.value > known.value) {
+                best = Some(found);
+            }
+        }
+    }
+    Ok(best)
+}
+
+/// A perturbation that was evaluated and makes `I - M Delta` singular; `None` when it does not.
+pub fn checked(m: &CMat, structure: &Structure, delta: CMat) -> Option<LowerBound> {
+    let n = m.nrows();
+    let values = complex_singular_values(&(CMat::identity(n, n) - m * &delta));
+    let residual = values.last()? / values.first()?.max(1.0);
+    let size = complex_singular_values(&delta).first().copied()?;
+    let sound = residual <= SINGULAR && structure.holds(&delta) && size > 0.0;
+    sound.then(|| LowerBound { value: 1.0 / size, delta, frequency: None, residual })
+}
+
+/// Numbers that look random and are the same in every run.
+struct Sequence(u64);
+
+impl Sequence {
+    /// In [-1, 1].
+    fn next(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+}
+
+/// An eigenvalue of `M Q`, and `M* u` and v, with `u* v = 1`.
+struct Mode {
+    lambda: Complex<f64>,
+    x: CVec,
+    v: CVec,
+}
+
+struct Search<'a> {
+    m: &'a CMat,
+    structure: &'a Structure,
+    is_mixed: bool,
+}
+
+impl Search<'_> {
+    /// A unit perturbation: the first ones plain, the others at random.
+    fn start(&self, number: usize, random: &mut Sequence) -> CMat {
+        let mut q = CMat::zeros(self.structure.rows(), self.structure.cols());
+        for (block, rows, cols) in self.structure.places() {
+            let mut draw = || if number == 0 { 1.0 } else { random.next() };
+            let part = match block {
+                Block::Real(r) => CMat::identity(r, r) * Complex::new(draw().signum(), 0.0),
+                Block::Complex(r) => {
+                    CMat::identity(r, r) * Complex::from_polar(1.0, std::f64::consts::PI * (1.0 - draw()))
+                }
+                Block::Full { rows, cols } => {
+                    let mut vector =
+                        |n: usize| CVec::from_fn(n, |_, _| Complex::new(draw(), draw())).normalize();
+                    let (x, v) = (vector(rows), vector(cols));
+                    x * v.adjoint()
+                }
+            };
+            q.view_mut((rows.start, cols.start), part.shape()).copy_from(&part);
+        }
+        q
+    }
+
+    /// Improves Q until it stays; returns the exact perturbations met on the way.
+    fn climb(&self, mut q: CMat) -> Vec<LowerBound> {
+        let mut out: Vec<LowerBound> = vec![];
+        let mut before = f64::NEG_INFINITY;
+        for _ in 0..STEPS {
+            let Some(mode) = self.best_mode(&q) else { break };
+            let height = if self.is_mixed { mode.lambda.re } else { mode.lambda.norm() };
+            if (height - before).abs() <= 1e-10 * height.abs() {
+                break;
+            }
+            before = height;
+            q = self.improved(&q, &mode);
+        }
+        out.extend(self.exact(&q));
+        out
+    }
+
+    /// The eigenvalue farthest to the right, or of the largest modulus where all blocks can be turned.
+    fn best_mode(&self, q: &CMat) -> Option<Mode> {
+        let rank = |v: &Complex<f64>| if self.is_mixed { v.re } else { v.norm() };
+        let values = complex_eigenvalues(&(self.m * q));
+        let lambda =
+            values.into_iter().filter(|v| v.re.is_finite()).max_by(|a, b| rank(a).total_cmp(&rank(b)))?;
+        self.mode(q, lambda)
+    }
+
+    fn mode(&self, q: &CMat, lambda: Complex<f64>) -> Option<Mode> {
+        let n = self.m.nrows();
+        let (u, v) = complex_svd_ends(&(self.m * q - CMat::identity(n, n) * lambda))?;
+        let product = u.dotc(&v);
+        if product.norm() < 1e-12 {
+            return None;
+        }
+        // u* v = 1
+        Some(Mode { lambda, x: self.m.adjoint() * u / product.conj(), v })
+    }
+
+    /// The eigenvalue of `M Q` next to one that is known.
+    fn followed(&self, q: &CMat, near: Complex<f64>) -> Option<Mode> {
+        let values = complex_eigenvalues(&(self.m * q));
+        let lambda = values.into_iter().min_by(|a, b| (a - near).norm().total_cmp(&(b - near).norm()))?;
+        self.mode(q, lambda)
+    }
+
+    /// Each block where the eigenvalue grows most.
+    fn improved(&self, q: &CMat, mode: &Mode) -> CMat {
+        let turn = if self.is_mixed || mode.lambda.norm() == 0.0 {
+            Complex::new(1.0, 0.0)
+        } else {
+            mode.lambda.conj() / mode.lambda.norm()
+        };
+        let mut out = q.clone();
+        for (block, rows, cols) in self.structure.places() {
+            let x = mode.x.rows(rows.start, rows.len());
+            let v = mode.v.rows(cols.start, cols.len());
+            let slope = || turn * x.dotc(&v);
+            let part = match block {
+                Block::Real(r) if slope().re != 0.0 => {
+                    CMat::identity(r, r) * Complex::new(slope().re.signum(), 0.0)
+                }
+                Block::Complex(r) if slope().norm() > 0.0 => {
+                    CMat::identity(r, r) * (slope().conj() / slope().norm())
+                }
+                Block::Full { .. } if x.norm() > 0.0 && v.norm() > 0.0 => {
+                    x.unscale(x.norm()) * v.unscale(v.norm()).adjoint() * turn.conj()
+                }
+                _ => continue,
+            };
+            out.view_mut((rows.start, cols.start), part.shape()).copy_from(&part);
+        }
+        out
+    }
+
+    /// Perturbations near Q for which an eigenvalue of `M Q` is real and positive.
+    fn exact(&self, q: &CMat) -> Vec<LowerBound> {
+        let Some(mode) = self.best_mode(q) else { return vec![] };
+        if !self.is_mixed {
+            let turned = q * (mode.lambda.conj() / mode.lambda.norm());
+            let delta = turned / Complex::new(mode.lambda.norm(), 0.0);
+            return checked(self.m, self.structure, delta).into_iter().collect();
+        }
+        let knobs = self.structure.places();
+        let turns = std::iter::once(None)
+            .chain((0..knobs.len()).filter(|k| matches!(knobs[*k].0, Block::Real(_))).map(Some));
+        turns.filter_map(|knob| self.made_real(q, mode.lambda, knob)).collect()
+    }
+
+    /// Turns all complex blocks, or moves one real scalar, until the eigenvalue followed is real.
+    fn made_real(&self, q: &CMat, lambda: Complex<f64>, knob: Option<usize>) -> Option<LowerBound> {
+        let places = self.structure.places();
+        let mut q = q.clone();
+        let mut near = lambda;
+        for _ in 0..CORRECTIONS {
+            let mode = self.followed(&q, near)?;
+            near = mode.lambda;
+            if near.im.abs() <= 1e-13 * near.norm() {
+                break;
+            }
+            // d lambda by the angle of all complex blocks, or by the scalar.
+            let slope: Complex<f64> = match knob {
+                None => {
+                    let of = places.iter().filter(|(block, ..)| !matches!(block, Block::Real(_)));
+                    let part = |rows: &std::ops::Range<usize>, cols: &std::ops::Range<usize>| {
+                        let inner = q.view((rows.start, cols.start), (rows.len(), cols.len()));
+                        mode.x
+                            .rows(rows.start, rows.len())
+                            .dotc(&(inner * mode.v.rows(cols.start, cols.len())))
+                    };
+                    Complex::new(0.0, 1.0) * of.map(|(_, rows, cols)| part(rows, cols)).sum::<Complex<f64>>()
+                }
+                Some(k) => {
+                    let (_, rows, cols) = &places[k];
+                    mode.x.rows(rows.start, rows.len()).dotc(&mode.v.rows(cols.start, cols.len()))
+                }
+            };
+            if slope.im == 0.0 {
+                return None;
+            }
+            let step = -near.im / slope.im;
+            self.turn(&mut q, knob, step)?;
+        }
+        if near.re <= 0.0 {
+            return None;
+        }
+        checked(self.m, self.structure, q / Complex::new(near.re, 0.0))
+    }
+
+    fn turn(&self, q: &mut CMat, knob: Option<usize>, step: f64) -> Option<()> {
+        for (k, (block, rows, cols)) in self.structure.places().into_iter().enumerate() {
+            let mut part = q.view_mut((rows.start, cols.start), (rows.len(), cols.len()));
+            match knob {
+                None if !matches!(block, Block::Real(_)) => {
+                    part *= Complex::from_polar(1.0, step.clamp(-0.5, 0.5))
+                }
+                Some(chosen) if chosen == k => {
+                    let next = part[(0, 0)].re + step;
+                    if !(-1.0..=1.0).contains(&next) {
+                        return None;
+                    }
+                    let r = rows.len();
+                    part.copy_from(&(CMat::identity(r, r) * Complex::new(next, 0.0)));
+                }
+                _ => {}
+            }
+        }
+        Some(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mu::upper::upper_bound;
+    use proptest::prelude::*;
+
+    fn problem() -> impl Strategy<Value = (Structure, CMat)> {
+        let block = prop_oneof![
+            (1usize..3).prop_map(Block::Real),
+            (1usize..3).prop_map(Block::Complex),
+            (1usize..3, 1usize..3).prop_map(|(rows, cols)| Block::Full { rows, cols }),
+        ];
+        prop::collection::vec(block, 1..5).prop_flat_map(|blocks| {
+            let structure = Structure::new(blocks).unwrap();
+            let (rows, cols) = (structure.cols(), structure.rows());
+            let entry = (-1.0..1.0f64, -1.0..1.0f64).prop_map(|(re, im)| Complex::new(re, im));
+            let matrix =
+                prop::collection::vec(entry, rows * cols).prop_map(move |v| CMat::from_vec(rows, cols, v));
+            (Just(structure), matrix)
+        })
+    }
+
+    proptest! {
+        /// Never above the bound from above; and what is returned is what it says.
+        #[test]
+        fn below_the_upper_bound((structure, m) in problem()) {
+            let upper = upper_bound(&m, &structure).unwrap().value;
+            if let Some(lower) = lower_bound(&m, &structure).unwrap() {
+                prop_assert!(lower.value <= upper * (1.0 + 1e-6), "{} {upper}", lower.value);
+                let n = m.nrows();
+                let values = complex_singular_values(&(CMat::identity(n, n) - &m * &lower.delta));
+                prop_assert!(values[n - 1] < 1e-10 * values[0].max(1.0), "{values:?}");
+                prop_assert!(structure.holds(&lower.delta));
+            }
+        }
+
+        /// One full block, and one repeated complex scalar, are found exactly.
+        #[test]
+        fn one_block_is_exact((_, m) in problem()) {
+            let full = Structure::new(vec![Block::Full { rows: m.ncols(), cols: m.nrows() }]).unwrap();
+            let largest = complex_singular_values(&m)[0];
+            let found = lower_bound(&m, &full).unwrap().unwrap().value;
+            prop_assert!((found / largest - 1.0).abs() < 1e-4, "{found} {largest}");
+        }
+    }
+}

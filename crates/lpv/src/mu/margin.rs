@@ -1,0 +1,196 @@
+//! The smallest real parameters that destabilise a loop, as far as a search finds them.
+//!
+//! For real scalars alone a power iteration at one frequency finds nothing. Here the frequency is left free: a direction delta in the box is
+//! followed until a pole of the loop reaches the axis, each delta_i goes to the end of its range to which that pole's sensitivity points, and so
+//! on until nothing changes; then single scalars are turned round. Moving poles by gain: G. Ferreres, J.-M. Biannic, "Reliable computation of the
+//! robustness margin for a flexible aircraft", Control Engineering Practice 9, 2001.
+
+use super::CMat;
+use super::lower::{LowerBound, checked};
+use super::structure::Structure;
+use crate::matrix::{Mat, complex_svd_ends, eigenvalues, solve};
+use crate::state_space::StateSpace;
+use nalgebra::Complex;
+
+/// How many directions the search starts from.
+const STARTS: usize = 24;
+
+/// Steps from one start, and rounds of turning single scalars.
+const STEPS: usize = 12;
+
+/// Sizes of delta tried on the way out, each larger by a factor.
+const STRIDE: f64 = 1.25;
+
+/// The largest size of delta, relative to the smallest tried.
+const FARTHEST: f64 = 1e6;
+
+/// Looks for the smallest real perturbation that takes a pole of the loop to the axis. `None` when there is a block that is not a real
+/// scalar, or none is found.
+pub fn real_lower_bound(system: &StateSpace, structure: &Structure) -> Option<LowerBound> {
+    if !structure.is_real() || system.a.is_empty() {
+        return None;
+    }
+    let search = Search { system, structure, sizes: structure.blocks().iter().map(|b| b.rows()).collect() };
+    let count = search.sizes.len();
+    let mut state = 0x2545_F491_4F6C_DD1Du64;
+    let mut sign = || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        if state & (1 << 30) == 0 { 1.0 } else { -1.0 }
+    };
+    let mut best: Option<Crossing> = None;
+    for start in 0..STARTS {
+        let direction: Vec<f64> = match start {
+            0 => vec![1.0; count],
+            1 => vec![-1.0; count],
+            _ => (0..count).map(|_| sign()).collect(),
+        };
+        let reach = best.as_ref().map_or(FARTHEST * search.smallest(), |b| b.size);
+        if let Some(found) = search.climb(direction, reach)
+            && best.as_ref().is_none_or(|known| found.size < known.size)
+        {
+            best = Some(found);
+        }
+    }
+    let mut best = best?;
+    search.turn_single(&mut best);
+    search.bound(&best)
+}
+
+/// A direction, and how far along it the first pole reaches the axis.
+struct Crossing {
+    direction: Vec<f64>,
+    size: f64,
+    /// The pole, on the axis but for rounding.
+    pole: Complex<f64>,
+}
+
+struct Search<'a> {
+    system: &'a StateSpace,
+    structure: &'a Structure,
+    sizes: Vec<usize>,
+}
+
+impl Search<'_> {
+    /// A size of delta that certainly does nothing: one over the largest gain of the loop seen by delta.
+    fn smallest(&self) -> f64 {
+        0.1 / self.system.hinf_norm().value.max(f64::MIN_POSITIVE)
+    }
+
+    fn diagonal(&self, direction: &[f64], size: f64) -> Mat {
+        let entries = direction.iter().zip(&self.sizes).flat_map(|(d, r)| std::iter::repeat_n(d * size, *r));
+        Mat::from_diagonal(&nalgebra::DVector::from_iterator(self.structure.rows(), entries))
+    }
+
+    /// A of the perturbed loop.
+    fn perturbed(&self, direction: &[f64], size: f64) -> Option<Mat> {
+        let s = self.system;
+        let delta = self.diagonal(direction, size);
+        let n = delta.nrows();
+        let inner = solve(&(Mat::identity(n, n) - &delta * &s.d), &(&delta * &s.c))?;
+        Some(&s.a + &s.b * inner)
+    }
+
+    fn rightmost(&self, direction: &[f64], size: f64) -> Option<Complex<f64>> {
+        let values = eigenvalues(&self.perturbed(direction, size)?);
+        values.into_iter().max_by(|a, b| a.re.total_cmp(&b.re))
+    }
+
+    /// The first crossing along a direction, up to a size.
+    fn crossing(&self, direction: &[f64], farthest: f64) -> Option<Crossing> {
+        let mut low = self.smallest().min(farthest / STRIDE);
+        let mut high = low;
+        loop {
+            high = (high * STRIDE).min(farthest);
+            if self.rightmost(direction, high)?.re >= 0.0 {
+                break;
+            }
+            low = high;
+            if high >= farthest {
+                return None;
+            }
+        }
+        for _ in 0..200 {
+            let middle = 0.5 * (low + high);
+            if middle <= low || middle >= high {
+                break;
+            }
+            if self.rightmost(direction, middle)?.re >= 0.0 { high = middle } else { low = middle }
+        }
+        let pole = self.rightmost(direction, high)?;
+        Some(Crossing { direction: direction.to_vec(), size: high, pole })
+    }
+
+    /// Where each scalar would move the pole to the right.
+    fn towards_instability(&self, at: &Crossing) -> Option<Vec<f64>> {
+        let a = self.perturbed(&at.direction, at.size)?;
+        let n = a.nrows();
+        let shifted = a.map(|v| Complex::new(v, 0.0)) - CMat::identity(n, n) * at.pole;
+        let (u, v) = complex_svd_ends(&shifted)?;
+        let product = u.dotc(&v);
+        if product.norm() < 1e-12 {
+            return None;
+        }
+        let delta = self.diagonal(&at.direction, at.size);
+        let s = self.system;
+        let m = delta.nrows();
+        // dA = B (I - Delta D)^-1 dDelta (I - D Delta)^-1 C
+        let left = s.b.clone() * solve(&(Mat::identity(m, m) - &delta * &s.d), &Mat::identity(m, m))?;
+        let right = solve(&(Mat::identity(m, m) - &s.d * &delta), &s.c)?;
+        let complex = |m: &Mat| m.map(|v| Complex::new(v, 0.0));
+        let (row, column) = (u.adjoint() * complex(&left), complex(&right) * v);
+        let mut top = 0;
+        let slopes = self.sizes.iter().zip(&at.direction).map(|(r, old)| {
+            let sum: Complex<f64> = (top..top + r).map(|k| row[k] * column[k]).sum();
+            top += r;
+            let slope = (sum / product).re;
+            if slope == 0.0 { *old } else { slope.signum() }
+        });
+        Some(slopes.collect())
+    }
+
+    fn climb(&self, direction: Vec<f64>, reach: f64) -> Option<Crossing> {
+        // A first direction may have to go farther than the best one that is known.
+        let mut best = self.crossing(&direction, (reach * 8.0).min(FARTHEST * self.smallest()))?;
+        for _ in 0..STEPS {
+            let next = self.towards_instability(&best)?;
+            if next == best.direction {
+                break;
+            }
+            match self.crossing(&next, best.size * (1.0 - 1e-9)) {
+                Some(found) => best = found,
+                None => break,
+            }
+        }
+        Some(best)
+    }
+
+    /// Turns single scalars round, and sets them to zero, as long as that helps.
+    fn turn_single(&self, best: &mut Crossing) {
+        for _ in 0..STEPS {
+            let before = best.size;
+            for k in 0..self.sizes.len() {
+                for value in [-best.direction[k], 0.0] {
+                    let mut direction = best.direction.clone();
+                    direction[k] = value;
+                    if let Some(found) = self.crossing(&direction, best.size * (1.0 - 1e-9)) {
+                        *best = found;
+                    }
+                }
+            }
+            if best.size == before {
+                return;
+            }
+        }
+    }
+
+    /// The perturbation with the loop that it makes singular evaluated.
+    fn bound(&self, at: &Crossing) -> Option<LowerBound> {
+        let omega = at.pole.im.abs();
+        let m = self.system.response(Complex::new(0.0, omega))?;
+        let delta = self.diagonal(&at.direction, at.size).map(|v| Complex::new(v, 0.0));
+        let found = checked(&m, self.structure, delta)?;
+        Some(LowerBound { frequency: Some(omega), ..found })
+    }
+}

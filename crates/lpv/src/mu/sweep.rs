@@ -1,0 +1,251 @@
+//! A bound on mu that holds at every frequency from 0 to infinity, not on a grid.
+//!
+//! Scalings found at one frequency are good on an interval; frequencies are added where none is, until the intervals cover the axis. Where no scalings reach
+//! the level sought the level is raised, by no more than it takes: so it ends close above the largest of the bounds at single frequencies.
+
+use super::interval::{Interval, good_interval};
+use super::margin::real_lower_bound;
+use super::scaling::Scalings;
+use super::structure::{Structure, StructureError};
+use super::upper::{bound_at_level, upper_bound};
+use super::{CMat, lower};
+use crate::matrix::{complex_singular_values, spectral_abscissa};
+use crate::state_space::StateSpace;
+use nalgebra::Complex;
+use thiserror::Error;
+
+/// Scalings, and where they show the bound.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Piece {
+    /// The frequency at which they were found, rad/s.
+    pub frequency: f64,
+    /// The bound that they show there alone.
+    pub value: f64,
+    /// Where they show the bound of the sweep.
+    pub interval: Interval,
+    /// D and G.
+    pub scalings: Scalings,
+}
+
+/// A bound for all frequencies.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrequencyBound {
+    /// mu is below this at every frequency from 0 to infinity.
+    pub upper: f64,
+    /// The frequency with the largest bound of its own, rad/s.
+    pub frequency: f64,
+    /// Pieces whose intervals cover the axis, ascending.
+    pub pieces: Vec<Piece>,
+}
+
+/// A sweep that came to no end.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum SweepError {
+    /// The unperturbed loop is stable.
+    #[error("the loop is unstable without any perturbation: a mode has real part {re:.3e}")]
+    Unstable {
+        /// The largest real part.
+        re: f64,
+    },
+    /// M fits the structure.
+    #[error(transparent)]
+    Structure(#[from] StructureError),
+    /// Intervals do not close.
+    #[error("the bound could not be shown between {from:.6e} and {to:.6e} rad/s")]
+    Stuck {
+        /// From where.
+        from: f64,
+        /// To where.
+        to: f64,
+    },
+}
+
+/// By how much the level is above the largest bound at a single frequency.
+const ABOVE: f64 = 5e-5;
+
+/// More pieces than this are not sought.
+const MOST_PIECES: usize = 4000;
+
+/// The frequency response of a system.
+pub fn response(system: &StateSpace, omega: f64) -> Option<CMat> {
+    if omega.is_infinite() {
+        Some(system.d.map(|v| v.into()))
+    } else {
+        system.response(Complex::new(0.0, omega))
+    }
+}
+
+/// Bounds mu of `M(j omega)` over all frequencies. `floor` is a level that the bound need not go below, for instance a lower bound known.
+///
+/// # Errors
+/// [`SweepError`].
+pub fn bound_over_frequency(
+    system: &StateSpace,
+    structure: &Structure,
+    floor: f64,
+) -> Result<FrequencyBound, SweepError> {
+    let re = spectral_abscissa(&system.a);
+    if !system.a.is_empty() && (re.is_nan() || re >= 0.0) {
+        return Err(SweepError::Unstable { re });
+    }
+    let mut sweep = Sweep::new(system, structure, floor)?;
+    sweep.start()?;
+    for _ in 0..MOST_PIECES {
+        let Some((from, to)) = sweep.uncovered() else { return Ok(sweep.finish()) };
+        sweep.add(middle(from, to))?;
+        if sweep.tiny {
+            return Err(SweepError::Stuck { from, to });
+        }
+    }
+    let (from, to) = sweep.uncovered().unwrap_or((0.0, f64::INFINITY));
+    Err(SweepError::Stuck { from, to })
+}
+
+/// A frequency inside a gap.
+fn middle(from: f64, to: f64) -> f64 {
+    if from == 0.0 && to.is_infinite() {
+        1.0
+    } else if to.is_infinite() {
+        // Another look at infinity was taken already: go there in steps.
+        10.0 * from
+    } else if from > 0.0 && to > 4.0 * from {
+        (from * to).sqrt()
+    } else {
+        0.5 * (from + to)
+    }
+}
+
+struct Sweep<'a> {
+    system: &'a StateSpace,
+    structure: &'a Structure,
+    level: f64,
+    peak: (f64, f64),
+    pieces: Vec<Piece>,
+    tiny: bool,
+}
+
+impl<'a> Sweep<'a> {
+    fn new(system: &'a StateSpace, structure: &'a Structure, floor: f64) -> Result<Self, SweepError> {
+        structure.check(&system.d.map(|v| v.into()))?;
+        Ok(Self {
+            system,
+            structure,
+            level: floor * (1.0 + ABOVE),
+            peak: (0.0, 0.0),
+            pieces: vec![],
+            tiny: false,
+        })
+    }
+
+    /// Looks at zero, infinity and the modes, so that the level is about right from the beginning.
+    fn start(&mut self) -> Result<(), SweepError> {
+        let mut points: Vec<f64> =
+            self.system.poles().iter().map(|p| p.norm()).chain([0.0, f64::INFINITY]).collect();
+        points.sort_by(f64::total_cmp);
+        points.dedup_by(|a, b| (*a - *b).abs() <= 0.05 * b.abs());
+        let mut largest = 0.0f64;
+        for &omega in &points {
+            let Some(m) = response(self.system, omega) else { continue };
+            largest = largest.max(complex_singular_values(&m).first().copied().unwrap_or(0.0));
+            let bound = upper_bound(&m, self.structure)?;
+            self.seen(omega, bound.value);
+        }
+        // Real blocks may have a mu of zero almost everywhere.
+        self.level = self.level.max(1e-6 * largest).max(f64::MIN_POSITIVE.sqrt());
+        for &omega in &points {
+            self.add(omega)?;
+        }
+        Ok(())
+    }
+
+    fn seen(&mut self, omega: f64, value: f64) {
+        if value > self.peak.1 {
+            self.peak = (omega, value);
+        }
+        self.level = self.level.max(value * (1.0 + ABOVE));
+    }
+
+    fn add(&mut self, omega: f64) -> Result<(), SweepError> {
+        if self.covers(omega) {
+            return Ok(());
+        }
+        let Some(m) = response(self.system, omega) else { return Ok(()) };
+        let mut bound = bound_at_level(&m, self.structure, self.level)?;
+        if bound.value >= self.level {
+            let tight = upper_bound(&m, self.structure)?;
+            self.seen(omega, tight.value);
+            bound = bound_at_level(&m, self.structure, self.level)?;
+        }
+        let scalings = bound.scalings;
+        let Some(interval) = good_interval(self.system, &scalings, self.level, omega) else {
+            // The scalings hold with no clearance at all: a level that is a little higher has some.
+            self.level *= 1.0 + ABOVE;
+            return Ok(());
+        };
+        if omega.is_finite() && interval.to - interval.from < 1e-12 * omega {
+            self.tiny = true;
+        }
+        self.pieces.push(Piece { frequency: omega, value: bound.value, interval, scalings });
+        self.pieces.sort_by(|a, b| a.interval.from.total_cmp(&b.interval.from));
+        Ok(())
+    }
+
+    fn covers(&self, omega: f64) -> bool {
+        self.pieces.iter().any(|p| {
+            (p.interval.from <= omega && omega < p.interval.to)
+                || (omega.is_infinite() && p.interval.to.is_infinite() && p.frequency.is_infinite())
+        })
+    }
+
+    /// The lowest gap.
+    fn uncovered(&self) -> Option<(f64, f64)> {
+        let mut reached = 0.0;
+        for piece in &self.pieces {
+            if piece.interval.from > reached {
+                return Some((reached, piece.interval.from));
+            }
+            reached = piece.interval.to.max(reached);
+        }
+        (reached < f64::INFINITY).then_some((reached, f64::INFINITY))
+    }
+
+    fn finish(self) -> FrequencyBound {
+        FrequencyBound { upper: self.level, frequency: self.peak.0, pieces: self.pieces }
+    }
+}
+
+/// Both bounds over all frequencies.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrequencyMu {
+    /// The bound from above.
+    pub upper: FrequencyBound,
+    /// The perturbation found, with the bound from below that it shows; none when none was found.
+    pub lower: Option<lower::LowerBound>,
+}
+
+/// Bounds mu over all frequencies from both sides.
+///
+/// # Errors
+/// [`SweepError`].
+pub fn mu_over_frequency(system: &StateSpace, structure: &Structure) -> Result<FrequencyMu, SweepError> {
+    let first = real_lower_bound(system, structure);
+    let upper = bound_over_frequency(system, structure, first.as_ref().map_or(0.0, |l| l.value))?;
+    let mut lower = first;
+    let mut best: Vec<(f64, f64)> = upper.pieces.iter().map(|p| (p.value, p.frequency)).collect();
+    best.push((f64::INFINITY, upper.frequency));
+    best.sort_by(|a, b| b.0.total_cmp(&a.0));
+    for (_, omega) in best.into_iter().take(LOOKED_AT) {
+        let Some(m) = response(system, omega) else { continue };
+        let found = lower::lower_bound(&m, structure)?;
+        if let Some(mut found) = found
+            && lower.as_ref().is_none_or(|known| found.value > known.value)
+        {
+            found.frequency = Some(omega);
+            lower = Some(found);
+        }
+    }
+    Ok(FrequencyMu { upper, lower })
+}
+
+/// At how many frequencies a perturbation is sought.
+const LOOKED_AT: usize = 12;
