@@ -119,10 +119,10 @@ where
     Ok(())
 }
 
-/// The points that are drawn: those left out lie within a quarter of a unit of the drawing.
+/// The points that are drawn: those left out lie within a tenth of a unit of the drawing.
 fn thinned(points: &[(f64, f64)], (across, up): (f64, f64)) -> Vec<(f64, f64)> {
     let unit: Vec<(f64, f64)> = points.iter().map(|p| (p.0 / across, p.1 / up)).collect();
-    thin(&unit, 4e-4).into_iter().map(|p| (p.0 * across, p.1 * up)).collect()
+    thin(&unit, 1e-4).into_iter().map(|p| (p.0 * across, p.1 * up)).collect()
 }
 
 /// The legend stands to the right of the panel, so that it never covers a line.

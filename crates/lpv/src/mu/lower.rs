@@ -33,6 +33,9 @@ const STARTS: usize = 16;
 /// Steps from one start.
 const STEPS: usize = 300;
 
+/// Steps without improvement after which a start is given up: with real scalars the steps may go round.
+const IDLE: usize = 5;
+
 /// Newton steps that make an eigenvalue real.
 const CORRECTIONS: usize = 12;
 
@@ -118,21 +121,23 @@ impl Search<'_> {
         q
     }
 
-    /// Improves Q until it stays; returns the exact perturbations met on the way.
+    /// Improves Q until it gets no better; returns the exact perturbations near the best.
     fn climb(&self, mut q: CMat) -> Vec<LowerBound> {
-        let mut out: Vec<LowerBound> = vec![];
-        let mut before = f64::NEG_INFINITY;
+        let mut best = (f64::NEG_INFINITY, q.clone());
+        let mut idle = 0;
         for _ in 0..STEPS {
             let Some(mode) = self.best_mode(&q) else { break };
             let height = if self.is_mixed { mode.lambda.re } else { mode.lambda.norm() };
-            if (height - before).abs() <= 1e-10 * height.abs() {
+            idle = if height > best.0 + 1e-10 * height.abs() { 0 } else { idle + 1 };
+            if height > best.0 {
+                best = (height, q.clone());
+            }
+            if idle > IDLE {
                 break;
             }
-            before = height;
             q = self.improved(&q, &mode);
         }
-        out.extend(self.exact(&q));
-        out
+        self.exact(&best.1)
     }
 
     /// The eigenvalue farthest to the right, or of the largest modulus where all blocks can be turned.

@@ -231,6 +231,10 @@ pub fn mu_over_frequency(system: &StateSpace, structure: &Structure) -> Result<F
     let first = real_lower_bound(system, structure);
     let upper = bound_over_frequency(system, structure, first.as_ref().map_or(0.0, |l| l.value))?;
     let mut lower = first;
+    if lower.is_some() {
+        // For real scalars alone a search at one frequency finds nothing more.
+        return Ok(FrequencyMu { upper, lower });
+    }
     let mut best: Vec<(f64, f64)> = upper.pieces.iter().map(|p| (p.value, p.frequency)).collect();
     best.push((f64::INFINITY, upper.frequency));
     best.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -248,4 +252,4 @@ pub fn mu_over_frequency(system: &StateSpace, structure: &Structure) -> Result<F
 }
 
 /// At how many frequencies a perturbation is sought.
-const LOOKED_AT: usize = 12;
+const LOOKED_AT: usize = 8;
