@@ -233,6 +233,22 @@ pub enum Error {
         /// The first part that differs.
         what: String,
     },
+    /// mu has no bound.
+    #[error("{file}: {reason}")]
+    Mu {
+        /// The problem file.
+        file: String,
+        /// Why.
+        reason: lpv::mu::sweep::SweepError,
+    },
+    /// mu at a speed has no bound.
+    #[error("mu at {speed} m/s: {reason}")]
+    MuAtSpeed {
+        /// Speed along the path, m/s.
+        speed: f64,
+        /// Why.
+        reason: lpv::mu::sweep::SweepError,
+    },
     /// The ladder of gammas could not be climbed.
     #[error(transparent)]
     Ladder(#[from] lpv::ladder::LadderError),

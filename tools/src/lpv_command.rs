@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::output::{json, say};
 use crate::stages::Stages;
-use crate::{lpv_synth, verify};
+use crate::{lpv_mu, lpv_synth, verify};
 use clap::{Args, Subcommand};
 use lpv::synthesis::Options;
 use serde::Serialize;
@@ -30,6 +30,22 @@ pub enum LpvVerb {
     /// Exit codes, and the word `status` of --json: 0, proved; 1, not_proved: the certificate fails, or is of another plant; 1, error: a
     /// file is wrong; 64: the command line is wrong.
     Check(Check),
+    /// Bound the structured singular value mu from both sides: of a matrix, or of a system over all frequencies
+    ///
+    /// Reads {"data": {"M": [[[re, im], ..], ..], "blocks": [..]}}, where plain numbers will do for real entries, or
+    /// {"data": {"P": {"A": .., "B": .., "C": .., "D": ..}, "blocks": [..]}}: z = M w, w = Delta z, and A stable. `blocks` in the usual
+    /// notation: [-r, 0] a real scalar repeated r times, [r, 0] a complex one, [p, q] a full complex block of p rows and q columns.
+    ///
+    /// Of a system the upper bound holds at every frequency from 0 to infinity, not on a grid. The lower bound comes with the
+    /// perturbation that shows it: it makes I - M Delta singular.
+    ///
+    /// --json prints `upper`, `lower` (0 when no perturbation was found), `frequency` (where the upper bound is largest, rad/s; null for a
+    /// matrix, the word "infinity" for infinite frequency), `lower_frequency` (where Delta puts a pole on the axis), `delta` (rows of
+    /// [re, im]; null when none was found), `residual` (of det(I - M Delta) = 0), `intervals`, `seconds`, `reason`.
+    ///
+    /// Exit codes, and the word `status` of --json: 0, bounded; 1, error: a file is wrong, the system is unstable without any
+    /// perturbation, or the intervals do not close; 64: the command line is wrong.
+    Mu(Mu),
 }
 
 /// The options of `squid lpv synth`.
@@ -72,6 +88,16 @@ pub struct Check {
     json: bool,
 }
 
+/// The options of `squid lpv mu`.
+#[derive(Debug, Args)]
+pub struct Mu {
+    /// The problem file
+    problem: PathBuf,
+    /// Print one JSON object and nothing else, also when a file is wrong
+    #[arg(long)]
+    json: bool,
+}
+
 /// What `squid lpv check --json` prints, and `squid lpv synth --json` when it cannot even try.
 #[derive(Debug, Serialize)]
 struct Verdict {
@@ -91,6 +117,7 @@ pub fn run(verb: &LpvVerb) -> Result<ExitCode, Error> {
     let (outcome, as_json) = match verb {
         LpvVerb::Synth(options) => (synth(options), options.json),
         LpvVerb::Check(options) => (check(options), options.json),
+        LpvVerb::Mu(options) => return mu(options),
     };
     if let (Err(error), true) = (&outcome, as_json) {
         say(&json(&refusal(error))?);
@@ -104,6 +131,17 @@ fn refusal(error: &Error) -> Verdict {
         _ => "error",
     };
     Verdict { status, gamma: None, gamma_with_model_error: None, reason: Some(error.to_string()) }
+}
+
+fn mu(mu: &Mu) -> Result<ExitCode, Error> {
+    let outcome = lpv_mu::run(&mu.problem);
+    match &outcome {
+        Ok(report) if mu.json => say(&json(report)?),
+        Ok(report) => say(&report.words()),
+        Err(error) if mu.json => say(&json(&lpv_mu::Report::refused(error))?),
+        Err(_) => {}
+    }
+    outcome.map(|_| ExitCode::SUCCESS)
 }
 
 fn check(check: &Check) -> Result<ExitCode, Error> {

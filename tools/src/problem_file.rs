@@ -84,7 +84,7 @@ fn partition(m: &Matrices<'_>, blocks: Vec<usize>) -> Result<GeneralisedPlant, E
 }
 
 /// Why a text cannot be read. JSON has no infinity, but programs write one: Python as `Infinity`, others as 1e999.
-fn not_json(error: &serde_json::Error, text: &str) -> String {
+pub(crate) fn not_json(error: &serde_json::Error, text: &str) -> String {
     if error.is_data() {
         return format!("cannot be read: {error}");
     }

@@ -105,7 +105,11 @@ impl Reader {
         })
     }
 
-    fn number(&self, key: &str, entry: &Json, (row, column): (usize, usize)) -> Result<f64, Error> {
+    /// A finite number that is an entry of a matrix.
+    ///
+    /// # Errors
+    /// [`Error::Problem`].
+    pub fn number(&self, key: &str, entry: &Json, (row, column): (usize, usize)) -> Result<f64, Error> {
         let wrong = |found: String, words: &str| {
             self.wrong(key, format!("is {found} in row {row}, column {column}; it must be {words}"))
         };

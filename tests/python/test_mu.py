@@ -1,0 +1,381 @@
+"""`squid lpv mu`: published structured singular values, the perturbations that show them, and wrong files."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import Run
+from fly.stages import ROOT
+from scipy import signal
+from scipy.linalg import block_diag
+
+CASES = ROOT / "tests" / "cases"
+System = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+
+
+def problem(system: System, blocks: list[list[int]]) -> dict:
+    """Return a problem file of a system."""
+    return {
+        "kind": "mu",
+        "data": {"P": {k: m.tolist() for k, m in zip("ABCD", system, strict=True)}, "blocks": blocks},
+    }
+
+
+def mu(run_squid: Run, path: Path, value: dict | str) -> tuple[int, dict, str]:
+    """Run `squid lpv mu --json` on a problem; return exit code, report and standard error."""
+    path.write_text(value if isinstance(value, str) else json.dumps(value), encoding="utf-8")
+    done = run_squid("lpv", "mu", path, "--json")
+    return done.returncode, json.loads(done.stdout), done.stderr
+
+
+def bounds(run_squid: Run, path: Path, value: dict) -> dict:
+    """Return the report of a problem that has bounds, with its perturbation checked by NumPy alone."""
+    code, report, error = mu(run_squid, path, value)
+    assert (code, report["status"], report["reason"], error) == (0, "bounded", None, "")
+    assert report["seconds"] > 0.0
+    data = value["data"]
+    if report["delta"] is None:
+        assert report["lower"] == 0.0
+        return report
+    delta = np.array(report["delta"]) @ np.array([1.0, 1j])
+    assert_structure(delta, data["blocks"])
+    if "M" in data:
+        entries = np.array(data["M"], dtype=float)
+        m = entries @ np.array([1.0, 1j]) if entries.ndim == 3 else entries
+    else:
+        m = response(
+            tuple(np.array(data["P"][key], dtype=float) for key in "ABCD"), float(report["lower_frequency"])
+        )
+    assert report["lower"] == pytest.approx(1.0 / np.linalg.norm(delta, 2), rel=1e-9)
+    singular = np.linalg.svd(np.eye(len(m)) - m @ delta, compute_uv=False)
+    assert singular[-1] <= 1e-8 * max(1.0, singular[0])
+    assert report["lower"] <= report["upper"]
+    return report
+
+
+def response(system: System, omega: float) -> np.ndarray:
+    """Return the frequency response at a frequency in rad/s."""
+    a, b, c, d = system
+    if np.isinf(omega):
+        return d
+    return c @ np.linalg.solve(1j * omega * np.eye(len(a)) - a, b) + d
+
+
+def assert_structure(delta: np.ndarray, blocks: list[list[int]]) -> None:
+    """Assert that a perturbation is of the structure, block by block."""
+    row = column = 0
+    rest = delta.copy()
+    for p, q in blocks:
+        scalar = q == 0 or (abs(p), q) == (1, 1)
+        rows, columns = (abs(p), abs(p)) if scalar else (p, q)
+        part = delta[row : row + rows, column : column + columns]
+        rest[row : row + rows, column : column + columns] = 0.0
+        if scalar:
+            assert np.abs(part - part[0, 0] * np.eye(rows)).max() <= 1e-12 * abs(part[0, 0])
+        if p < 0:
+            assert part[0, 0].imag == 0.0
+        row, column = row + rows, column + columns
+    assert (row, column) == delta.shape and not rest.any()
+
+
+def test_example_of_ab13md(run_squid: Run, tmp_path: Path) -> None:
+    """Two real scalars, a full block, two complex scalars: the example of SLICOT's AB13MD, which prints 41.74753408."""
+    case = json.loads((CASES / "mu01_slicot_ab13md.json").read_text(encoding="utf-8"))
+    report = bounds(run_squid, tmp_path / "p.json", case)
+    assert report["upper"] == pytest.approx(41.74753408, rel=1e-6)
+    assert report["lower"] > 0.99 * report["upper"]
+    assert report["frequency"] is None and report["lower_frequency"] is None
+
+
+def test_four_complex_scalars_with_a_gap(run_squid: Run, tmp_path: Path) -> None:
+    """The bound by scalings is 1 and mu 0.87236: A. Packard, J. C. Doyle, Automatica 29(1), 1993."""
+    case = json.loads((CASES / "mu04_packard_doyle_gap.json").read_text(encoding="utf-8"))
+    report = bounds(run_squid, tmp_path / "p.json", case)
+    assert report["upper"] == pytest.approx(1.0, rel=1e-5)
+    assert 0.864 < report["lower"] < 0.87237
+
+
+@pytest.mark.parametrize("block", [[-1, 0], [-1, 1], [1, 0], [1, 1]])
+def test_spinning_satellite(run_squid: Run, tmp_path: Path, block: list[int]) -> None:
+    """S. Skogestad, I. Postlethwaite, Multivariable Feedback Control, 2005, section 3.7.1, in closed form.
+
+    The characteristic polynomial is s^2 + (2 + d1 + d2) s + 1 + d1 + d2 + 101 d1 d2.
+    """
+    a, c = np.array([[0.0, 10.0], [-10.0, 0.0]]), np.array([[1.0, 10.0], [-10.0, 1.0]])
+    system = (a - c, -np.eye(2), c, np.zeros((2, 2)))
+    report = bounds(run_squid, tmp_path / "p.json", problem(system, [block, block]))
+    expected = 10.04987562112089
+    assert expected * (1 - 1e-9) <= report["upper"] <= expected * (1 + 1e-4)
+    assert expected * (1 - 1e-6) <= report["lower"] <= expected * (1 + 1e-9)
+    assert report["frequency"] == pytest.approx(0.0, abs=1e-6)
+
+
+def gain(rational: tuple[list[float], list[float]]) -> System:
+    """Return a scalar transfer function as a state space system."""
+    return signal.tf2ss(*rational)
+
+
+def distillation() -> System:
+    """Return the loop N of a distillation column with input uncertainty and a weight on the error, minimal.
+
+    S. Skogestad, I. Postlethwaite, Multivariable Feedback Control, 2005, section 8.11.3: G = G0/(75 s + 1),
+    K = 0.7 (75 s + 1)/s G0^-1, wI = (s + 0.2)/(0.5 s + 1), wP = (s/2 + 0.05)/s. The controller inverts the plant: G K
+    = 0.7/s I and S = s/(s + 0.7) I, which takes the integrator of wP away. What is left of N by hand:
+
+        -wI T        -wI K S                       T = 0.7/(s + 0.7) I,  K S = 0.7 (75 s + 1)/(s + 0.7) G0^-1,
+        wP S G       wP S                          wP S G = (0.5 s + 0.05)/((s + 0.7) (75 s + 1)) G0.
+    """
+    g0 = np.array([[87.8, -86.4], [108.2, -109.6]])
+    inverse = np.linalg.inv(g0)
+    i = np.eye(2)
+    slow, fast = np.array([1.0, 0.7]), np.array([0.5, 1.0])
+    weighted = np.polymul(slow, fast)
+    entries = [
+        ([-0.7, -0.14], weighted, np.kron([[1, 0], [0, 0]], i)),
+        (-0.7 * np.polymul([1.0, 0.2], [75.0, 1.0]), weighted, np.kron([[0, 1], [0, 0]], inverse)),
+        ([0.5, 0.05], np.polymul(slow, [75.0, 1.0]), np.kron([[0, 0], [1, 0]], g0)),
+        ([0.5, 0.05], slow, np.kron([[0, 0], [0, 1]], i)),
+    ]
+    return summed([(gain((np.array(num), den)), matrix) for num, den, matrix in entries])
+
+
+def summed(parts: list[tuple[System, np.ndarray]]) -> System:
+    """Return the sum of scalar systems, each times a matrix; of each as many copies as the rank of its matrix."""
+    a, b, c, d = [], [], [], 0.0
+    for (ai, bi, ci, di), matrix in parts:
+        u, s, vt = np.linalg.svd(matrix)
+        rank = int(np.sum(s > 1e-12 * s[0]))
+        i = np.eye(rank)
+        a.append(np.kron(i, ai))
+        b.append(np.kron(i, bi) @ vt[:rank])
+        c.append((u[:, :rank] * s[:rank]) @ np.kron(i, ci))
+        d = d + di[0, 0] * matrix
+    return block_diag(*a), np.vstack(b), np.hstack(c), d
+
+
+def test_distillation_column(run_squid: Run, tmp_path: Path) -> None:
+    """Robust performance: two complex scalars and a full block; the book has a peak of 5.77."""
+    n = distillation()
+    plant = response(n, 0.3)
+    g0 = np.array([[87.8, -86.4], [108.2, -109.6]])
+    g, k = g0 / (75 * 0.3j + 1), 0.7 * (75 * 0.3j + 1) / 0.3j * np.linalg.inv(g0)
+    s = np.linalg.inv(np.eye(2) + g @ k)
+    wi, wp = (0.3j + 0.2) / (0.15j + 1), (0.15j + 0.05) / 0.3j
+    assert plant == pytest.approx(np.block([[-wi * k @ g @ s, -wi * k @ s], [wp * s @ g, wp * s]]), rel=1e-9)
+    report = bounds(run_squid, tmp_path / "p.json", problem(n, [[1, 1], [1, 1], [2, 2]]))
+    assert report["upper"] == pytest.approx(5.7818, rel=2e-3)
+    assert report["frequency"] == pytest.approx(1.4636, rel=2e-3)
+    assert report["lower"] > 0.99 * report["upper"]
+    stability = (n[0], n[1][:, :2], n[2][:2], n[3][:2, :2])
+    report = bounds(run_squid, tmp_path / "s.json", problem(stability, [[1, 1], [1, 1]]))
+    assert report["upper"] == pytest.approx(0.5254, rel=2e-3)
+    performance = (n[0], n[1][:, 2:], n[2][2:], n[3][2:, 2:])
+    report = bounds(run_squid, tmp_path / "n.json", problem(performance, [[2, 2]]))
+    assert report["upper"] == pytest.approx(0.5, rel=2e-3)
+    assert report["frequency"] == "infinity"
+
+
+def test_isolated_peak_of_a_real_scalar(run_squid: Run, tmp_path: Path) -> None:
+    """M = -(8/3) s/(s + 1)^3 is real at 1/sqrt(3) rad/s alone, and 1 there; any grid of frequencies says 0."""
+    system = gain(([-8.0 / 3.0, 0.0], np.poly([-1.0, -1.0, -1.0])))
+    report = bounds(run_squid, tmp_path / "p.json", problem(system, [[-1, 0]]))
+    assert 1.0 - 1e-9 <= report["upper"] <= 1.0 + 1e-4
+    assert report["lower"] == pytest.approx(1.0, rel=1e-6)
+    assert report["frequency"] == pytest.approx(3**-0.5, rel=1e-4)
+
+
+NOMINAL = {
+    "Ybeta": -0.082,
+    "Yp": 0.010827,
+    "Yr": 0.060268,
+    "Ydeltap": 0.002,
+    "Ydeltar": 0.0118,
+    "Lbeta": -0.84,
+    "Lp": -0.76,
+    "Lr": 0.74,
+    "Ldeltap": 0.095,
+    "Ldeltar": 0.06,
+    "Nbeta": 0.092,
+    "Np": -0.23,
+    "Nr": -0.114,
+    "Ndeltar": -0.151,
+}
+# Row of x' and column of [A B] that a coefficient enters.
+PLACES = [
+    (0, 0),
+    (0, 1),
+    (0, 2),
+    (0, 4),
+    (0, 5),
+    (1, 0),
+    (1, 1),
+    (1, 2),
+    (1, 4),
+    (1, 5),
+    (2, 0),
+    (2, 1),
+    (2, 2),
+    (2, 5),
+]
+
+
+def aircraft() -> System:
+    """Return the loop of a transport aircraft, each of whose coefficients is c (1 + 0.1 delta).
+
+    G. Ferreres, A Practical Approach to Robustness Analysis, 1999; numbers as in MathWorks' example "Real Mu Analysis".
+    x = [beta p r phi], two actuators, u = -K y.
+    """
+    alpha, g = np.deg2rad(8.0), 0.146418
+    rates = np.zeros((4, 6))
+    for (row, column), value in zip(PLACES, NOMINAL.values(), strict=True):
+        rates[row, column] = value
+    scale = -np.pi / 180.0 / g
+    entering = np.zeros((4, 14))
+    entering[[row for row, _ in PLACES], range(14)] = 1.0
+    outputs = np.vstack([scale * rates[0], np.eye(6)[1:4]])
+    feed = np.zeros((4, 14))
+    feed[0] = scale * entering[0]
+    seen = np.zeros((14, 6))
+    for i, ((_, column), value) in enumerate(zip(PLACES, NOMINAL.values(), strict=True)):
+        seen[i, column] = 0.1 * value
+    rates[0, 1:4] += [np.sin(alpha), -np.cos(alpha), g]
+    rates[3, 1:3] = [1.0, 0.14]
+    k = np.array([[-629.8858, 11.5254, 3.311, 9.4278], [285.9496, 0.3693, -2.6301, -0.5489]])
+    first = gain(([-1.77, 399.0], [1.0, 48.2, 399.0]))
+    second = gain(([2.6, -1185.0, 27350.0], [1.0, 77.7, 3331.0, 27350.0]))
+    aa, ba, ca = (block_diag(first[j], second[j]) for j in range(3))
+    state = block_diag(np.eye(4), ca)  # From x and the actuators' states to [x; u].
+    a = np.vstack([rates @ state, np.hstack([np.zeros((5, 4)), aa]) - ba @ k @ outputs @ state])
+    return a, np.vstack([entering, -ba @ k @ feed]), seen @ state, np.zeros((14, 14))
+
+
+def test_fourteen_real_coefficients(run_squid: Run, tmp_path: Path) -> None:
+    """A power iteration finds 0 here; searching all 16384 corners gives a margin of 5.4281175 at 0.62285583 rad/s."""
+    report = bounds(run_squid, tmp_path / "p.json", problem(aircraft(), [[-1, 0]] * 14))
+    assert report["lower"] == pytest.approx(0.18422593, rel=1e-3)
+    assert report["lower_frequency"] == pytest.approx(0.62285583, rel=1e-3)
+    # The largest bound by scalings at a single frequency is 0.2283190, at 0.66409 rad/s, by SLICOT's AB13MD.
+    assert 0.228319 <= report["upper"] < 0.228319 * (1 + 1e-4)
+
+
+def test_words(run_squid: Run, tmp_path: Path) -> None:
+    """People are told that the bound is for all frequencies, what shows the lower one, and the margin."""
+    path = tmp_path / "p.json"
+    path.write_text(json.dumps(problem(aircraft(), [[-1, 0]] * 14)), encoding="utf-8")
+    done = run_squid("lpv", "mu", path)
+    assert done.returncode == 0
+    for words in (
+        "at every frequency from 0 to infinity",
+        "puts a pole on the axis",
+        "Margin 1/mu: the loop stays stable",
+    ):
+        assert words in done.stdout
+    done = run_squid("lpv", "mu", CASES / "mu04_packard_doyle_gap.json")
+    assert "makes I - M Delta singular" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("m", "blocks", "exact"),
+    [
+        ([[1, 2], [3, 4]], [[2, 2]], 5.464985704219043),
+        ([[1, 2], [3, 4]], [[2, 0]], 5.372281323269014),
+        ([[1, 2], [3, 4]], [[-2, 0]], 5.372281323269014),
+        ([[3, 4]], [[2, 1]], 5.0),
+        ([[[0, 2]]], [[1, 1]], 2.0),
+        ([[0, 0], [0, 0]], [[1, 1], [-1, 0]], 0.0),
+    ],
+)
+def test_exact(run_squid: Run, tmp_path: Path, m: list, blocks: list, exact: float) -> None:
+    """A full block, square or not, sees the largest singular value; a repeated scalar the spectral radius."""
+    report = bounds(run_squid, tmp_path / "p.json", {"data": {"M": m, "blocks": blocks}})
+    assert exact * (1 - 1e-9) <= report["upper"] <= exact * (1 + 1e-4)
+    assert exact * (1 - 1e-4) <= report["lower"] <= exact * (1 + 1e-9)
+
+
+def test_real_scalar_that_does_nothing(run_squid: Run, tmp_path: Path) -> None:
+    """1 - j delta is never zero for a real delta: no lower bound, and an upper one of about zero."""
+    report = bounds(run_squid, tmp_path / "p.json", {"data": {"M": [[[0, 1]]], "blocks": [[-1, 0]]}})
+    assert report["delta"] is None and 0.0 <= report["upper"] < 1e-6
+
+
+MATRIX = {"M": [[1, [0, 2]], [3, 4]], "blocks": [[-1, 0], [1, 1]]}
+SYSTEM = {"P": {"A": [[-1]], "B": [[1]], "C": [[1]], "D": [[0]]}, "blocks": [[-1, 0]]}
+
+
+@pytest.mark.parametrize(
+    ("data", "spoil", "words"),
+    [
+        (MATRIX, lambda d: d.pop("M"), "'M' is missing"),
+        (MATRIX, lambda d: d.update(P=SYSTEM["P"]), "'M' and 'P' are both there"),
+        (MATRIX, lambda d: d.update(M=[]), "'M' is empty"),
+        (MATRIX, lambda d: d.update(M=3), "'M' is the number 3; it must be a list of rows"),
+        (MATRIX, lambda d: d["M"][0].pop(), "'M' has rows of unlike length; the first has 1 numbers"),
+        (MATRIX, lambda d: d["M"][0].__setitem__(1, [1, 2, 3]), "'M' has a list of 3 in row 1, column 2"),
+        (MATRIX, lambda d: d["M"][1].__setitem__(0, "x"), "'M' is the string \"x\" in row 2, column 1"),
+        (MATRIX, lambda d: d["M"][1].__setitem__(0, [0, None]), "'M' is null in row 2, column 1"),
+        (MATRIX, lambda d: d["M"][1].__setitem__(0, 1e200), "'M' is 1e200 in row 2, column 1"),
+        (MATRIX, lambda d: d.pop("blocks"), "'blocks' is missing"),
+        (MATRIX, lambda d: d.update(blocks=[]), "'blocks' is wrong: there is no block"),
+        (MATRIX, lambda d: d.update(blocks=[2]), "'blocks' has the number 2 in place 1"),
+        (MATRIX, lambda d: d.update(blocks=[[1, 1], [1]]), "'blocks' has no such pair in place 2"),
+        (MATRIX, lambda d: d.update(blocks=[[1.5, 0]]), "'blocks' has no such pair in place 1"),
+        (MATRIX, lambda d: d.update(blocks=[[1, 1], [-2, 2]]), "block 2 is [-2, 2]; a block is [-r, 0]"),
+        (MATRIX, lambda d: d.update(blocks=[[0, 0], [2, 0]]), "block 1 is [0, 0]; a block is [-r, 0]"),
+        (MATRIX, lambda d: d.update(blocks=[[3, 0]]), "'M' is 2 x 2; for these blocks it must be 3 x 3"),
+        (MATRIX, lambda d: d.update(blocks=[[2, 1]]), "'M' is 2 x 2; for these blocks it must be 1 x 2"),
+        (SYSTEM, lambda d: d["P"].pop("A"), "'A' is missing"),
+        (SYSTEM, lambda d: d["P"].pop("D"), "'D' is missing"),
+        (SYSTEM, lambda d: d["P"].update(A=[[-1, 0]]), "'A' is 1 x 2"),
+        (SYSTEM, lambda d: d["P"].update(B=[[1, 2]]), "'B' is 1 x 2; beside the others it must be 1 x 1"),
+        (SYSTEM, lambda d: d["P"].update(C=[[1], [2]]), "'C' is 2 x 1; beside the others it must be 1 x 1"),
+        (SYSTEM, lambda d: d.update(blocks=[[-2, 0]]), "'D' is 1 x 1; for these blocks it must be 2 x 2"),
+        (
+            SYSTEM,
+            lambda d: d["P"].update(A=[[0.5]]),
+            "unstable without any perturbation: a mode has real part 5.000e-1",
+        ),
+        (SYSTEM, lambda d: d["P"].update(A=[[0]]), "unstable without any perturbation"),
+    ],
+)
+def test_wrong_file(
+    run_squid: Run, tmp_path: Path, data: dict, spoil: Callable[[dict], object], words: str
+) -> None:
+    """What cannot be bounded is refused with one sentence that names the file."""
+    data = json.loads(json.dumps(data))
+    spoil(data)
+    assert_refused(*mu(run_squid, tmp_path / "p.json", {"kind": "mu", "data": data}), words)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('{"data": [}', "is not JSON"),
+        ('{"data": {"M": [[1]], "M": [[2]], "blocks": [[1, 1]]}}', 'the key "M" stands twice'),
+        ('{"data": {"M": [[Infinity]], "blocks": [[1, 1]]}}', "numbers must be finite"),
+        ("[]", "must be an object"),
+    ],
+)
+def test_wrong_text(run_squid: Run, tmp_path: Path, text: str, words: str) -> None:
+    """So is what is no such file at all."""
+    assert_refused(*mu(run_squid, tmp_path / "p.json", text), words)
+
+
+def assert_refused(code: int, report: dict, error: str, words: str) -> None:
+    """Assert one sentence with the file and the words, on both outputs, and exit code 1."""
+    assert (code, report["status"], report["upper"], report["lower"]) == (1, "error", None, None)
+    assert words in report["reason"] and words in error and "p.json: " in error
+    assert len(error.strip().splitlines()) == 1
+
+
+def test_command_line(run_squid: Run, tmp_path: Path) -> None:
+    """A file that is not there ends with 1 and one object, a wrong command line with 64; --help says what is read."""
+    done = run_squid("lpv", "mu", tmp_path / "p.json", "--json")
+    assert_refused(done.returncode, json.loads(done.stdout), done.stderr, "cannot be read")
+    assert run_squid("lpv", "mu").returncode == 64
+    assert run_squid("lpv", "mu", "p.json", "--grid").returncode == 64
+    done = run_squid("lpv", "mu", "--help")
+    assert done.returncode == 0 and "[-r, 0] a real scalar" in done.stdout
