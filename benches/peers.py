@@ -157,9 +157,13 @@ def main() -> int:
     in_venv()
     words = ["cargo", "build", "--release", "-p", "lpv", "--examples"]
     subprocess.run(words, cwd=ROOT, check=True)
-    wanted = [word for word in sys.argv[1:] if not word.startswith("-")] or ["squid", "plain", "growth"]
+    wanted = [word for word in sys.argv[1:] if not word.startswith("-")] or ["squid", "plain", "growth", "mu"]
     if "growth" in wanted:
         put("growth", growth_rows())
+    if "mu" in wanted:
+        import mu_peers
+
+        put("mu", mu_peers.rows(EXAMPLES / "mu_timed", ROOT / "tests" / "cases" / "mu01_slicot_ab13md.json"))
     if "squid" in wanted:
         put("squid", squid_rows())
     if "plain" in wanted:
