@@ -20,6 +20,7 @@ FIGURES = (
     "fig4-frequency-responses",
     "fig5-pitch-responses",
     "fig6-open-loop",
+    "fig7-mu-bounds",
     "weights-and-sensitivity",
     "actuators-in-steps",
     "ladder-of-gammas",

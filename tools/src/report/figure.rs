@@ -12,7 +12,7 @@ pub struct Figure {
     pub name: String,
     /// What is shown, in one sentence or two.
     pub caption: String,
-    /// The kinds of curves.
+    /// The kinds of curves; one without a name is not in the legend.
     pub keys: Vec<Key>,
     /// The charts.
     pub charts: Vec<Chart>,
@@ -43,6 +43,10 @@ fn wrapped(text: &str, letters: usize) -> Vec<String> {
 }
 
 impl Figure {
+    fn named(&self) -> impl Iterator<Item = &Key> {
+        self.keys.iter().filter(|key| !key.name.is_empty())
+    }
+
     fn drawn(&self) -> Result<Vec<String>, Error> {
         let failed = |reason| Error::Plot { path: format!("{}.svg", self.name), reason };
         self.charts.iter().map(|chart| chart.svg(&self.keys).map_err(failed)).collect()
@@ -56,7 +60,7 @@ impl Figure {
         let mut out = format!("<figure id=\"{}\">\n", self.name);
         if self.keys.len() > 1 {
             out += "<div class=\"legend\">";
-            for key in &self.keys {
+            for key in self.named() {
                 let _ = writeln!(
                     out,
                     "<span><svg width=\"26\" height=\"12\" aria-hidden=\"true\">{}</svg> {}</span>",
@@ -118,7 +122,7 @@ impl Figure {
             return (String::new(), 0);
         }
         let (mut out, mut x, mut row) = (String::new(), 6.0, 0u32);
-        for key in &self.keys {
+        for key in self.named() {
             let needed = 52.0 + LETTER * key.name.chars().count() as f64;
             if x > 6.0 && x + needed > width {
                 (x, row) = (6.0, row + 1);
@@ -152,10 +156,11 @@ mod tests {
             y: Axis::linear("y"),
             curves: vec![Curve { key: 0, points: vec![(0.0, 0.0), (1.0, 1.0)] }],
         };
-        let keys = (0..6).map(|i| Key::nth(i, "a name of thirty letters & more")).collect();
+        let names = ["a name of thirty letters & more"; 6].into_iter().chain([""]);
+        let keys = names.enumerate().map(|(i, name)| Key::nth(i, name)).collect();
         let figure = Figure { name: "f".into(), caption: "c".into(), keys, charts: vec![chart] };
         let (legend, rows) = figure.legend(f64::from(WIDTH), 20);
-        assert_eq!(rows, 6, "{legend}");
+        assert_eq!(rows, 6, "{legend}: the one without a name takes none");
         assert!(!legend.contains("& "), "escaped");
         assert_eq!(wrapped("one two three", 8), ["one two", "three"]);
         assert!(figure.file("t").unwrap().starts_with("<svg xmlns"));

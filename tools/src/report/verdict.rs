@@ -149,6 +149,17 @@ pub fn least(measure: &[(f64, f64)]) -> Option<f64> {
     worst(&measure.iter().map(|(key, v)| (*key, -v)).collect::<Vec<_>>())
 }
 
+/// Does a loop stay stable under all of its uncertainty? Each case has bounds on mu from above and from below (not-a-number for none):
+/// below 1 from above it does, at least 1 from below it does not, and anything between is no answer.
+pub fn stays_stable(bounds: &[(f64, f64)]) -> Finding {
+    let case = |&(upper, lower): &(f64, f64)| match () {
+        () if upper < 1.0 => Some(true),
+        () if lower >= 1.0 => Some(false),
+        () => None,
+    };
+    Finding::of(bounds.iter().map(case))
+}
+
 /// What a flight under a ramp came to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ridden {
@@ -237,6 +248,17 @@ mod tests {
         assert_eq!(hardest_below(1.5, &[low, high.clone()]), Finding::Partly);
         assert_eq!(hardest_below(1.5, &[high]), Finding::NotBorneOut);
         assert_eq!(hardest_below(1.5, &[even, none]), Finding::Unknown);
+    }
+
+    #[test]
+    fn stability_both_ways() {
+        assert_eq!(stays_stable(&[(0.9, 0.8), (0.5, f64::NAN)]), Finding::BorneOut);
+        assert_eq!(stays_stable(&[(0.9, 0.8), (1.2, 1.1)]), Finding::Partly);
+        assert_eq!(stays_stable(&[(1.2, 1.0)]), Finding::NotBorneOut);
+        assert_eq!(stays_stable(&[(0.9, 0.8), (1.2, 0.9)]), Finding::Unknown);
+        assert_eq!(stays_stable(&[(0.9, 0.8), (1.0, f64::NAN)]), Finding::Unknown);
+        assert_eq!(stays_stable(&[(f64::NAN, f64::NAN)]), Finding::Unknown);
+        assert_eq!(stays_stable(&[]), Finding::Unknown);
     }
 
     #[test]

@@ -1,0 +1,272 @@
+//! The paper's Fig. 7: mu bounds for robust stability over frequency, at six speeds.
+
+mod at_speed;
+
+use super::axis::Axis;
+use super::chart::{Chart, Curve, Key};
+use super::figure::Figure;
+use super::section::{Part, Table};
+use super::subject::Subject;
+use super::verdict::{Verdict, hardest_below, stays_stable};
+use crate::error::Error;
+use crate::uncertain::UncertainError;
+use at_speed::{Change, DECADES, SpeedMu};
+use std::sync::Mutex;
+
+/// Speeds in a panel, as in the paper.
+const IN_A_PANEL: usize = 3;
+/// A parameter with a smaller share in the instability is not named.
+const NAMED: f64 = 0.1;
+/// Half the length of the mark of a lower bound on the frequency axis, as a factor.
+const MARK: f64 = 1.08;
+
+/// Fig. 7.
+///
+/// # Errors
+/// As [`SpeedMu::new`].
+pub fn mu(subject: &Subject) -> Result<Vec<Part>, Error> {
+    let found = match at_all_speeds(subject) {
+        Err(Error::Uncertain(UncertainError::NothingUncertain { design })) => {
+            return Ok(vec![Part::Words(format!(
+                "Nothing is said to be uncertain in {design}, so that there is nothing to analyse: a section [uncertainty] in it would name \
+                 coefficients with their ranges."
+            ))]);
+        }
+        other => other?,
+    };
+    Ok(vec![
+        Part::Words(about(&found)),
+        Part::Figure(figure(subject, &found)),
+        Part::Table(table(&found)),
+        Part::Table(causes_table(&found)),
+        Part::Verdict(stability_verdict(&bounds(&found))),
+        Part::Verdict(speed_verdict(subject.inputs.design.scheduling().0, &bounds(&found))),
+    ])
+}
+
+/// One speed after the other, by as many threads as there are processors.
+fn at_all_speeds(subject: &Subject) -> Result<Vec<SpeedMu>, Error> {
+    let waiting = Mutex::new(subject.speeds.iter().copied().enumerate());
+    let next = || waiting.lock().ok().and_then(|mut speeds| speeds.next());
+    let work = || -> Vec<(usize, Result<SpeedMu, Error>)> {
+        std::iter::from_fn(next).map(|(i, speed)| (i, SpeedMu::new(subject, speed))).collect()
+    };
+    let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let mut all: Vec<(usize, Result<SpeedMu, Error>)> = std::thread::scope(|scope| {
+        let others: Vec<_> = (1..threads.min(subject.speeds.len())).map(|_| scope.spawn(work)).collect();
+        let own = work();
+        let joined = others
+            .into_iter()
+            .flat_map(|other| other.join().unwrap_or_else(|p| std::panic::resume_unwind(p)));
+        own.into_iter().chain(joined).collect()
+    });
+    all.sort_by_key(|(i, _)| *i);
+    all.into_iter().map(|(_, found)| found).collect()
+}
+
+/// Bounds on mu over all frequencies at a speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Bounds {
+    speed: f64,
+    guaranteed: f64,
+    /// Not-a-number when no perturbation was found.
+    shown: f64,
+}
+
+fn bounds(found: &[SpeedMu]) -> Vec<Bounds> {
+    let of = |f: &SpeedMu| Bounds {
+        speed: f.speed,
+        guaranteed: f.guaranteed(),
+        shown: f.shown().unwrap_or(f64::NAN),
+    };
+    found.iter().map(of).collect()
+}
+
+fn about(found: &[SpeedMu]) -> String {
+    let (parameters, channels) = found.iter().map(|f| f.size).max().unwrap_or((0, 0));
+    format!(
+        "mu is one over the size of the smallest perturbation that destabilises the loop of the linear model and the controller, both frozen \
+         at a speed; 1 is the uncertainty that the design file declares. The paper does not print the structure of its uncertainty. Here it is \
+         up to {parameters} real parameters in {channels} channels: coefficients with their relative errors, the gain of each actuator, and how \
+         far all that moves the trim. The coefficients enter exactly, the trim to first order. The upper bound of the table holds at every \
+         frequency from zero to infinity, between the points of the curves as well; each lower bound is shown by a perturbation, with which the \
+         loop has a pole on the axis. A perturbation of which a bound speaks does not change with time; what a changing speed does is the \
+         business of the certificate."
+    )
+}
+
+fn figure(subject: &Subject, found: &[SpeedMu]) -> Figure {
+    let mut keys: Vec<Key> = found
+        .iter()
+        .enumerate()
+        .map(|(i, f)| Key { dash: "", ..Key::nth(i, Subject::speed_name(f.speed)) })
+        .collect();
+    let marks = keys.len();
+    let mark = |i: usize| Key { dash: "", width: 3.0, ..Key::nth(i, "") };
+    keys.extend((0..marks).map(mark));
+    keys.push(Key::reference("mu = 1"));
+    let shown = [DECADES.0, DECADES.1].map(|k| 10f64.powi(k));
+    let highest = found.iter().map(SpeedMu::guaranteed).fold(1.0, f64::max);
+    let chart = |(panel, speeds): (usize, &[SpeedMu])| {
+        let mut curves = vec![Curve { key: keys.len() - 1, points: shown.map(|o| (o, 1.0)).to_vec() }];
+        for (i, f) in speeds.iter().enumerate() {
+            curves.push(Curve { key: panel * IN_A_PANEL + i, points: f.upper.clone() });
+            let mark = |&(omega, value): &(f64, f64)| {
+                let at = omega.clamp(shown[0] * MARK, shown[1] / MARK);
+                Curve {
+                    key: marks + panel * IN_A_PANEL + i,
+                    points: vec![(at / MARK, value), (at * MARK, value)],
+                }
+            };
+            curves.extend(f.lower.iter().map(mark));
+        }
+        Chart {
+            title: String::new(),
+            x: Axis::logarithmic("frequency (rad/s)"),
+            y: Axis::linear("mu").over(0.0, 1.06 * highest),
+            curves,
+        }
+    };
+    let charts = found.chunks(IN_A_PANEL).enumerate().map(chart).collect();
+    Figure {
+        name: "fig7-mu-bounds".into(),
+        caption: format!(
+            "mu for robust stability of {} with the controller frozen at six speeds. Curves: upper bounds; marks of the same colour: lower bounds, \
+             each shown by a perturbation at that very frequency (at the left edge: at frequency zero, which \
+             has no place on the axis and where the upper bound, too, may be above the curve). For real parameters a lower bound is \
+             found at some frequencies and not at others.",
+            subject.name()
+        ),
+        keys,
+        charts,
+    }
+}
+
+fn table(found: &[SpeedMu]) -> Table {
+    let mut table = Table::new([
+        "speed (m/s)",
+        "mu below, at every frequency",
+        "peak (rad/s)",
+        "mu at least",
+        "at (rad/s)",
+        "stable up to",
+        "unstable at",
+    ]);
+    for f in found {
+        let lower = f.bounds.lower.as_ref();
+        let number =
+            |v: Option<f64>, unit: &str| v.map_or_else(|| "none found".into(), |v| format!("{v:.3}{unit}"));
+        table.rows.push(vec![
+            format!("{:.2}", f.speed),
+            format!("{:.3}", f.guaranteed()),
+            format!("{:.2}", f.peak),
+            number(f.shown(), ""),
+            lower.and_then(|l| l.frequency).map_or_else(String::new, |o| format!("{o:.2}")),
+            format!("{:.0} %", 100.0 / f.guaranteed()),
+            f.shown().map_or_else(|| "none found".into(), |v| format!("{:.0} %", 100.0 / v)),
+        ]);
+    }
+    table
+}
+
+fn causes_table(found: &[SpeedMu]) -> Table {
+    let mut table = Table::new([
+        "speed (m/s)",
+        "what does most in the perturbation that destabilises, and its share in it",
+    ]);
+    table.rows = found.iter().map(|f| vec![format!("{:.2}", f.speed), causes(&f.worst)]).collect();
+    table
+}
+
+/// The parameters that do most, which stand first.
+fn causes(worst: &[Change]) -> String {
+    let named = worst.iter().filter(|c| c.share >= NAMED);
+    named.map(|c| format!("{} {} ({:.0} %)", c.name, c.by, 100.0 * c.share)).collect::<Vec<_>>().join(", ")
+}
+
+fn stability_verdict(bounds: &[Bounds]) -> Verdict {
+    let pairs: Vec<(f64, f64)> = bounds.iter().map(|b| (b.guaranteed, b.shown)).collect();
+    let at = |of: &dyn Fn(&Bounds) -> bool| -> String {
+        let speeds: Vec<String> =
+            bounds.iter().filter(|b| of(b)).map(|b| format!("{:.2}", b.speed)).collect();
+        if speeds.is_empty() { "no speed".into() } else { format!("{} m/s", speeds.join(", ")) }
+    };
+    let most = bounds.iter().map(|b| b.guaranteed).fold(0.0, f64::max);
+    Verdict {
+        claim: "mu peaks at 0.268, so that 373 % of the modelled uncertainty is tolerated (section 4, Fig. 7).",
+        criterion: "robust stability: at each of the six speeds mu is guaranteed to be below 1 at every frequency; a perturbation within the declared uncertainty that \
+                    destabilises (a lower bound of 1 or more) refutes it there; anything between leaves it open. The paper's 0.268 itself cannot be \
+                    compared, because its uncertainty is not printed."
+            .into(),
+        finding: stays_stable(&pairs),
+        because: format!(
+            "Shown to be stable for all of the declared uncertainty: {}; destabilised within it: {}. The guaranteed bound is {most:.3} at most, a \
+             margin of {:.0} %.",
+            at(&|b| b.guaranteed < 1.0),
+            at(&|b| b.shown >= 1.0),
+            100.0 / most
+        ),
+    }
+}
+
+fn speed_verdict(centre: f64, bounds: &[Bounds]) -> Verdict {
+    let of = |value: &dyn Fn(&Bounds) -> f64| -> Vec<(f64, f64)> {
+        bounds.iter().map(|b| (b.speed, value(b))).collect()
+    };
+    let measures = [of(&|b| b.guaranteed), of(&|b| b.shown)];
+    let words = |measure: &[(f64, f64)]| match super::verdict::worst(measure) {
+        Some(at) => format!("at {at:.2} m/s"),
+        None => "at no single speed".into(),
+    };
+    Verdict {
+        claim: "mu is largest at low speed, 1 m/s: it is more difficult to control the vehicle at low speed than at high speed (section 4, Fig. 7).",
+        criterion: format!(
+            "at which of the six speeds the guaranteed upper bound and the lower bound are largest: both below the middle of the range, \
+             {centre:.2} m/s, bears it out, one of them partly."
+        ),
+        finding: hardest_below(centre, &measures),
+        because: format!(
+            "The upper bound is largest {}, the lower bound {}.",
+            words(&measures[0]),
+            words(&measures[1])
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::verdict::Finding;
+
+    fn at(speed: f64, guaranteed: f64, shown: f64) -> Bounds {
+        Bounds { speed, guaranteed, shown }
+    }
+
+    #[test]
+    fn stability_follows_the_bounds() {
+        let good = stability_verdict(&[at(0.5, 0.3, 0.2), at(1.0, 0.5, f64::NAN)]);
+        assert_eq!(good.finding, Finding::BorneOut);
+        assert!(
+            good.because.contains("declared uncertainty: 0.50, 1.00 m/s; destabilised within it: no speed"),
+            "{}",
+            good.because
+        );
+        assert!(good.because.contains("0.500 at most, a margin of 200 %"), "{}", good.because);
+        assert_eq!(stability_verdict(&[at(0.5, 0.3, 0.2), at(1.0, 1.5, 1.4)]).finding, Finding::Partly);
+        assert_eq!(stability_verdict(&[at(1.0, 1.5, 1.4)]).finding, Finding::NotBorneOut);
+    }
+
+    #[test]
+    fn the_speed_follows_the_bounds() {
+        let (low, high) = ([at(1.0, 2.0, 1.9), at(2.0, 1.0, 0.9)], [at(1.0, 1.0, 0.9), at(2.0, 2.0, 1.9)]);
+        assert_eq!(speed_verdict(1.5, &low).finding, Finding::BorneOut);
+        assert_eq!(speed_verdict(1.5, &high).finding, Finding::NotBorneOut);
+        assert_eq!(speed_verdict(1.5, &[at(1.0, 2.0, 0.5), at(2.0, 1.0, 0.9)]).finding, Finding::Partly);
+    }
+
+    #[test]
+    fn only_what_matters_is_named() {
+        let change = |name: &str, share| Change { name: name.into(), by: "+40 %".into(), share };
+        assert_eq!(causes(&[change("M_uw", 0.62), change("Z_w", 0.05)]), "M_uw +40 % (62 %)");
+    }
+}
