@@ -5,7 +5,7 @@
 //! ```
 //!
 //! The paper: A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci. 40(2), 2011, 275-286. Every verdict is computed by a rule in
-//! [`verdict`]; [`SECTIONS`] is the table of contents, and a further section is a further line in it.
+//! [`verdict`]; `SECTIONS` is the table of contents, and a further section is a further line in it.
 
 mod alternation;
 pub mod axis;
