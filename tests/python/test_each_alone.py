@@ -41,8 +41,7 @@ def test_controller_pushes_the_right_way(squid: Packages) -> None:
     level = simulate_fmu(squid.controller, stop_time=1.0, start_values={"pitch": 0.0, "pitch_reference": 0.0})
     assert up["lower"][-1] > level["lower"][-1]
     assert up["upper_port"][-1] < level["upper_port"][-1]
-    # The difference of the two does nothing but cost, and the solver leaves 5e-5 of a thruster's limit in it.
-    accuracy_of_the_solver = 1e-4 * 160.0
+    accuracy_of_the_solver = 1e-6 * 160.0
     assert up["upper_port"][-1] == pytest.approx(up["upper_starboard"][-1], abs=accuracy_of_the_solver)
 
 

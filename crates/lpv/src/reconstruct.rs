@@ -49,7 +49,7 @@ pub fn reconstruct(
     let multiplier = multiplier(found)?;
     let affine = AffineLoop::new(plant, &bound(found, &lyapunov, &multiplier))?;
     let mut best: Option<(f64, Controller)> = None;
-    let Some(least_weight) = affine.least_weight() else {
+    let Some(family) = affine.family() else {
         return Err(SynthesisError::Numerical {
             stage: STAGE,
             diagnosis: "the dual inequality does not survive the completion of the Lyapunov matrix".into(),
@@ -57,7 +57,8 @@ pub fn reconstruct(
     };
     let thetas = coarse_grid(plant.blocks.len());
     for step in 0..24 {
-        let Some(m) = affine.solution(least_weight * (1.0 + 10f64.powf(-2.0 + 0.25 * step as f64))) else {
+        let weight = family.least_weight() * (1.0 + 10f64.powf(-2.0 + 0.25 * step as f64));
+        let Some(m) = family.solution(weight) else {
             continue;
         };
         if largest_eigenvalue(&affine.inequality(&m)) >= 0.0 {
@@ -66,7 +67,7 @@ pub fn reconstruct(
         let k = Controller::from_matrix(&m, size.x, size.y, size.u, plant.blocks.clone());
         let fastest = k.fastest_mode(&thetas);
         if spectral_abscissa(&plant.close(&k).a) < 0.0
-            && best.as_ref().is_none_or(|(least, _)| fastest < *least)
+            && best.as_ref().is_none_or(|(least, _)| fastest < SLOWER * least)
         {
             best = Some((fastest, k));
         }
@@ -84,6 +85,9 @@ pub fn reconstruct(
             .into(),
     })
 }
+
+/// A mode counts as slower below this fraction of another; rounding does not choose.
+const SLOWER: f64 = 0.999;
 
 /// The bound that a Lyapunov matrix and a multiplier stand for.
 fn bound(found: &Existence, lyapunov: &Mat, multiplier: &Mat) -> GainBound {
@@ -173,33 +177,58 @@ impl AffineLoop {
         Ok(Self { psi, left, right: right_t.transpose(), left_inner, right_inner: right_inner_t.transpose() })
     }
 
-    /// The weight above which `weight U U' - Psi` is positive definite: the largest eigenvalue of
-    /// `Psi_11 - Psi_12 Psi_22^-1 Psi_21` in the basis of U and its complement. `None` when `Psi_22` is not
-    /// negative definite, so that no weight is large enough.
-    fn least_weight(&self) -> Option<f64> {
+    /// The family of solutions; `None` when `Psi_22` is not negative definite, so that there is none.
+    fn family(&self) -> Option<Family> {
         let complement = kernel(&self.left.transpose());
         let part = |a: &Mat, b: &Mat| a.transpose() * &self.psi * b;
+        let inner = symmetric_part(&-part(&complement, &complement)).cholesky()?;
         let cross = part(&complement, &self.left);
-        let inner = symmetric_part(&-part(&complement, &complement)).cholesky()?.solve(&cross);
-        Some(largest_eigenvalue(&(part(&self.left, &self.left) + cross.transpose() * inner)).max(1e-6))
-    }
-
-    /// The controller matrix of the family member `weight`; `None` when the weight is too small.
-    fn solution(&self, weight: f64) -> Option<Mat> {
-        let phi_inverse = &self.left * self.left.transpose() * weight - &self.psi;
-        let factor = symmetric_part(&phi_inverse).cholesky()?;
-        let phi_right = factor.solve(&self.right.transpose());
-        let middle = symmetric_part(&(&self.right * &phi_right)).cholesky()?;
-        let inner = -middle.solve(&(phi_right.transpose() * &self.left)).transpose() * weight;
-        let left_inverse = pseudo_inverse(&self.left_inner, 1e-12);
-        let right_inverse = pseudo_inverse(&self.right_inner, 1e-12);
-        let k = left_inverse * inner * right_inverse;
-        k.iter().all(|v| v.is_finite()).then_some(k)
+        let lower = (&self.right * &complement).transpose();
+        let (of_cross, of_lower) = (inner.solve(&cross), inner.solve(&lower));
+        Some(Family {
+            q: symmetric_part(&(part(&self.left, &self.left) + cross.transpose() * of_cross)),
+            v: (&self.right * &self.left).transpose() + cross.transpose() * &of_lower,
+            rest: lower.transpose() * of_lower,
+            left_inverse: pseudo_inverse(&self.left_inner, 1e-12),
+            right_inverse: pseudo_inverse(&self.right_inner, 1e-12),
+        })
     }
 
     fn inequality(&self, k: &Mat) -> Mat {
         let term = &self.left * &self.left_inner * k * &self.right_inner * &self.right;
         &self.psi + &term + term.transpose()
+    }
+}
+
+/// The closed form `K = -w U' Phi V' (V Phi V')^-1` with `Phi = (w U U' - Psi)^-1`, in the basis of U and its complement, where the weight w, which
+/// may be large, meets nothing that it could drown:
+///
+/// ```text
+/// Q = Psi_11 - Psi_12 Psi_22^-1 Psi_21,   v = V_1' - Psi_12 Psi_22^-1 V_2',   rest = -V_2 Psi_22^-1 V_2'
+/// U' Phi V' = (w I - Q)^-1 v,   V Phi V' = rest + v' (w I - Q)^-1 v
+/// ```
+struct Family {
+    q: Mat,
+    v: Mat,
+    rest: Mat,
+    left_inverse: Mat,
+    right_inverse: Mat,
+}
+
+impl Family {
+    /// The weight above which there is a solution: the largest eigenvalue of Q.
+    fn least_weight(&self) -> f64 {
+        largest_eigenvalue(&self.q).max(1e-6)
+    }
+
+    /// The controller matrix of the family member `weight`; `None` when the weight is too small.
+    fn solution(&self, weight: f64) -> Option<Mat> {
+        let n = self.q.nrows();
+        // w (w I - Q)^-1 v
+        let seen = (Mat::identity(n, n) - &self.q / weight).cholesky()?.solve(&self.v);
+        let middle = symmetric_part(&(&self.rest + self.v.transpose() * &seen / weight)).cholesky()?;
+        let k = &self.left_inverse * -middle.solve(&seen.transpose()).transpose() * &self.right_inverse;
+        k.iter().all(|v| v.is_finite()).then_some(k)
     }
 }
 
