@@ -60,12 +60,17 @@ pub(crate) struct Integrator {
 
 impl Integrator {
     pub(crate) fn new() -> Self {
-        let method = Dop853::dop853()
-            .rtol(RELATIVE_TOLERANCE)
-            .atol(ABSOLUTE_TOLERANCE)
-            .h_max(LARGEST_STEP)
-            .max_steps(usize::MAX);
-        Self { method, step: FIRST_STEP }
+        Self { method: method(), step: FIRST_STEP }
+    }
+
+    /// The step size that it last found right \[s\]: all that it remembers from one interval to the next.
+    pub(crate) fn step(&self) -> f64 {
+        self.step
+    }
+
+    /// Makes the integrator begin with a step size \[s\].
+    pub(crate) fn set_step(&mut self, step: f64) {
+        self.step = step;
     }
 
     /// Returns the state a time `duration` \[s\] after it was `start`; the equations see the time since then.
@@ -91,6 +96,8 @@ impl Integrator {
         if duration < SHORTEST_INTERVAL {
             return finite(euler(equations, 0.0, start, duration));
         }
+        // The method counts steps and signs of stiffness across intervals; anew, the way on depends on the state alone.
+        self.method = method();
         self.restart(equations, 0.0, duration, start)?;
         let most_steps = FREE_STEPS + (duration / SMALLEST_MEAN_STEP) as usize;
         let mut steps = 0;
@@ -156,6 +163,14 @@ impl Integrator {
             _ => Err(IntegrationError::StepTooSmall),
         }
     }
+}
+
+fn method() -> Dop853 {
+    Dop853::dop853()
+        .rtol(RELATIVE_TOLERANCE)
+        .atol(ABSOLUTE_TOLERANCE)
+        .h_max(LARGEST_STEP)
+        .max_steps(usize::MAX)
 }
 
 /// Tells whether a switch changes sign from one state to the next.

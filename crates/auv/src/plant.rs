@@ -9,6 +9,8 @@ use crate::flow::{Current, Flow, earth_velocity};
 use crate::frozen::Frozen;
 use crate::integrator::{Body, Integrator};
 use crate::lpv_model::{LpvModel, LpvModelError};
+use crate::memory::Memory;
+use crate::rates::Instant;
 use crate::simulation_error::{SimulationError, finite};
 use crate::trim::Trim;
 use crate::vehicle::Vehicle;
@@ -210,6 +212,43 @@ impl Plant {
         Ok(())
     }
 
+    /// Takes over a memory that was checked.
+    pub(crate) fn put(&mut self, dynamics: Dynamics, memory: &Memory) {
+        self.dynamics = dynamics;
+        self.time = memory.time;
+        self.set_state(&memory.state);
+        self.outputs.copy_from_slice(&memory.outputs);
+        self.commands.copy_from_slice(&memory.commands);
+        self.current = memory.current;
+        self.operating_speed = memory.operating_speed;
+        self.integrator.set_step(memory.integrator_step);
+    }
+
+    /// The speed at which the LPV model is evaluated \[m/s\].
+    pub fn operating_speed(&self) -> f64 {
+        self.operating_speed
+    }
+
+    /// The step that the integrator last found right \[s\].
+    pub(crate) fn integrator_step(&self) -> f64 {
+        self.integrator.step()
+    }
+
+    /// Sets the motion by its velocities over ground, and the way made \[m\], under the current as it is.
+    pub fn set_motion_over_ground(&mut self, instant: &Instant, x: f64) {
+        let Instant { surge, heave, pitch_rate, pitch, depth, .. } = *instant;
+        let (u_c, w_c) = self.current.along_body(pitch);
+        self.body = [surge - u_c, heave - w_c, pitch_rate, pitch, x, depth];
+    }
+
+    /// Sets the output of an actuator \[N or rad\], whatever its lag.
+    ///
+    /// # Panics
+    /// If there is no such actuator.
+    pub fn set_output(&mut self, index: usize, output: f64) {
+        self.outputs[index] = output;
+    }
+
     /// The time reached \[s\].
     pub fn time(&self) -> f64 {
         self.time
@@ -249,6 +288,32 @@ impl Plant {
     /// Speed through the water, sqrt(u^2 + w^2) \[m/s\].
     pub fn speed(&self) -> f64 {
         self.body[0].hypot(self.body[1])
+    }
+
+    /// The equations of motion.
+    pub fn dynamics(&self) -> &Dynamics {
+        &self.dynamics
+    }
+
+    /// The LPV model, if there is one.
+    pub fn lpv(&self) -> Option<&LpvModel> {
+        self.lpv.as_ref()
+    }
+
+    /// The motion at this instant, with velocities over ground, and what acts on it.
+    pub fn instant(&self) -> Instant {
+        let (surge, heave) = self.velocity_over_ground();
+        let [_, _, pitch_rate, pitch, _, depth] = self.body;
+        Instant {
+            surge,
+            heave,
+            pitch_rate,
+            pitch,
+            depth,
+            current_horizontal: self.current.horizontal,
+            current_vertical: self.current.vertical,
+            operating_speed: self.operating_speed,
+        }
     }
 
     /// Velocity over ground along the body axes \[m/s\]: surge, heave.

@@ -1,0 +1,82 @@
+//! Everything of a plant that changes, so that it can be put away and taken up again.
+
+use crate::coefficients::{CoefficientError, Coefficients};
+use crate::dynamics::{Dynamics, Motion};
+use crate::flow::Current;
+use crate::plant::{Fidelity, Plant, State};
+use crate::simulation_error::{SimulationError, finite};
+
+/// What a [`Plant`] remembers besides the vehicle's actuators and its LPV model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Memory {
+    /// Coefficients in use.
+    pub coefficients: Coefficients,
+    /// Which equations of motion are integrated.
+    pub fidelity: Fidelity,
+    /// The time reached \[s\].
+    pub time: f64,
+    /// Position and motion.
+    pub state: State,
+    /// The output of each actuator \[N or rad\].
+    pub outputs: Vec<f64>,
+    /// The command of each actuator \[N or rad\].
+    pub commands: Vec<f64>,
+    /// The current.
+    pub current: Current,
+    /// Speed at which the LPV model is evaluated \[m/s\].
+    pub operating_speed: f64,
+    /// The step that the integrator last found right \[s\].
+    pub integrator_step: f64,
+}
+
+/// Why a memory is none of this plant.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum MemoryError {
+    /// A coefficient is not allowed.
+    #[error(transparent)]
+    Coefficients(#[from] CoefficientError),
+    /// A number is not finite, actuators are missing, or there is no LPV model.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+}
+
+impl Plant {
+    /// Returns everything that [`Plant::recall`] needs to go on from here, to the bit.
+    pub fn memory(&self) -> Memory {
+        Memory {
+            coefficients: self.dynamics().coefficients().clone(),
+            fidelity: self.fidelity(),
+            time: self.time(),
+            state: self.state(),
+            outputs: self.outputs().to_vec(),
+            commands: self.commands().to_vec(),
+            current: self.current(),
+            operating_speed: self.operating_speed(),
+            integrator_step: self.integrator_step(),
+        }
+    }
+
+    /// Puts a plant of the same vehicle into the state that a memory holds.
+    ///
+    /// # Errors
+    /// [`MemoryError`]; the plant is then as it was.
+    pub fn recall(&mut self, memory: &Memory) -> Result<(), MemoryError> {
+        let Memory { coefficients, outputs, commands, state, current, .. } = memory;
+        let dynamics = Dynamics::new(coefficients)?;
+        let expected = self.actuators().len();
+        for found in [outputs.len(), commands.len()] {
+            if found != expected {
+                return Err(SimulationError::TrimActuators { found, expected }.into());
+            }
+        }
+        let Motion { u, w, q, theta } = state.motion;
+        let numbers = [u, w, q, theta, state.x, state.depth, current.horizontal, current.vertical];
+        let others = [memory.time, memory.operating_speed, memory.integrator_step];
+        for &number in numbers.iter().chain(&others).chain(outputs).chain(commands) {
+            finite("stored number", number)?;
+        }
+        self.set_fidelity(memory.fidelity)?;
+        self.put(dynamics, memory);
+        Ok(())
+    }
+}

@@ -1,0 +1,207 @@
+//! The motion at one instant as states and their rates, for who integrates it himself and for exact derivatives.
+//!
+//! The states are the velocities over ground along the body, not those through the water: the vehicle has mass, so that
+//! they do not jump where the current does.
+
+use crate::actuator::Actuator;
+use crate::dynamics::{Motion, Scalar, actuator_force};
+use crate::lpv_model::LpvModel;
+use crate::plant::{Fidelity, Plant};
+
+/// The motion at one instant, and what acts on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Instant<D = f64> {
+    /// Velocity over ground along the body, forward \[m/s\].
+    pub surge: D,
+    /// Velocity over ground along the body, down \[m/s\].
+    pub heave: D,
+    /// Pitch rate \[rad/s\].
+    pub pitch_rate: D,
+    /// Pitch \[rad\].
+    pub pitch: D,
+    /// Depth \[m\].
+    pub depth: D,
+    /// Horizontal velocity of the current \[m/s\].
+    pub current_horizontal: D,
+    /// Vertical velocity of the current \[m/s\], positive down.
+    pub current_vertical: D,
+    /// Speed at which the LPV model is evaluated \[m/s\].
+    pub operating_speed: D,
+}
+
+/// Time derivatives of the states of an [`Instant`], in their order, with that of the way made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rates<D = f64> {
+    /// Of the surge velocity over ground \[m/s2\].
+    pub surge: D,
+    /// Of the heave velocity over ground \[m/s2\].
+    pub heave: D,
+    /// Of the pitch rate \[rad/s2\].
+    pub pitch_rate: D,
+    /// Of the pitch \[rad/s\].
+    pub pitch: D,
+    /// Of the horizontal way made over ground \[m/s\].
+    pub distance: D,
+    /// Of the depth \[m/s\].
+    pub depth: D,
+}
+
+impl<D: Scalar> Instant<D> {
+    /// The current along the body: `u_c = U_c cos - W_c sin`, `w_c = U_c sin + W_c cos`.
+    fn current(&self) -> (D, D) {
+        let (sin, cos) = self.pitch.sin_cos();
+        let (u, w) = (self.current_horizontal, self.current_vertical);
+        (u * cos - w * sin, u * sin + w * cos)
+    }
+
+    /// The motion through the water.
+    pub fn motion(&self) -> Motion<D> {
+        let (u_c, w_c) = self.current();
+        Motion { u: self.surge - u_c, w: self.heave - w_c, q: self.pitch_rate, theta: self.pitch }
+    }
+}
+
+impl Actuator {
+    /// Returns the command within the limits.
+    pub fn saturate<D: Scalar>(&self, command: D) -> D {
+        if command.re() < self.min {
+            D::from(self.min)
+        } else if command.re() > self.max {
+            D::from(self.max)
+        } else {
+            command
+        }
+    }
+
+    /// Returns the rate of the output, `(sat(command) - output) / lag`; zero without lag, where the output is no state.
+    pub fn rate<D: Scalar>(&self, output: D, command: D) -> D {
+        if self.lag > 0.0 { (self.saturate(command) - output) / self.lag } else { D::from(0.0) }
+    }
+}
+
+impl Plant {
+    /// Returns the rates of the motion under steady currents, `output(i)` being that of actuator i \[N or rad\].
+    ///
+    /// With `u = u_g - u_c(theta)`, `w = w_g - w_c(theta)`: `u_g' = u' - theta' w_c`, `w_g' = w' + theta' u_c`, and u', w', q', theta'
+    /// by the equations of motion in use.
+    pub fn rates<D: Scalar>(&self, instant: &Instant<D>, output: impl Fn(usize) -> D) -> Rates<D> {
+        let motion = instant.motion();
+        let actuators = self.actuators();
+        let outputs = (0..actuators.len()).map(output);
+        let [du, dw, dq, dtheta] = match (self.fidelity(), self.lpv()) {
+            (Fidelity::Lpv, Some(model)) => model.derivative(
+                instant.operating_speed,
+                [motion.u, motion.w, motion.q, motion.theta],
+                outputs,
+            ),
+            _ => {
+                let force = actuator_force(actuators, motion.u, outputs);
+                let [du, dw, dq] = self.dynamics().acceleration(&motion, instant.depth, force);
+                [du, dw, dq, motion.q]
+            }
+        };
+        let ((u_c, w_c), (sin, cos)) = (instant.current(), instant.pitch.sin_cos());
+        Rates {
+            surge: du - dtheta * w_c,
+            heave: dw + dtheta * u_c,
+            pitch_rate: dq,
+            pitch: dtheta,
+            distance: instant.surge * cos + instant.heave * sin,
+            depth: instant.heave * cos - instant.surge * sin,
+        }
+    }
+}
+
+impl LpvModel {
+    /// Returns `A(rho) (x - x_trim(V)) + B(rho) (T - T_trim(V))` at a speed V \[m/s\] that may carry derivatives.
+    pub(crate) fn derivative<D: Scalar>(
+        &self,
+        speed: D,
+        x: [D; 4],
+        outputs: impl Iterator<Item = D>,
+    ) -> [D; 4] {
+        let rho = (speed - self.speed_centre) / self.speed_half_range;
+        let rho = if rho.re() < -1.0 {
+            D::from(-1.0)
+        } else if rho.re() > 1.0 {
+            D::from(1.0)
+        } else {
+            rho
+        };
+        let entry = |terms: &[Vec<Vec<f64>>], i: usize, j: usize| {
+            terms.iter().rev().fold(D::from(0.0), |sum, term| sum * rho + term[i][j])
+        };
+        let (below, above, held) = self.bracket(speed.re());
+        let span = above.speed - below.speed;
+        let within = held > 0.0 && held < 1.0;
+        let weight = if within { (speed - below.speed) / span } else { D::from(held) };
+        let between = |from: f64, to: f64| weight * (to - from) + from;
+        let trim = [
+            between(below.forward_speed, above.forward_speed),
+            between(below.heave, above.heave),
+            D::from(0.0),
+            between(below.pitch, above.pitch),
+        ];
+        let mut derivative = [D::from(0.0); 4];
+        for (i, sum) in derivative.iter_mut().enumerate() {
+            for (j, (x, trim)) in x.into_iter().zip(trim).enumerate() {
+                *sum += entry(&self.a, i, j) * (x - trim);
+            }
+        }
+        for (j, output) in outputs.enumerate() {
+            let off = output - between(below.actuators[j], above.actuators[j]);
+            for (i, sum) in derivative.iter_mut().enumerate() {
+                *sum += entry(&self.b, i, j) * off;
+            }
+        }
+        derivative
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Current, Speed, Vehicle, trim};
+
+    fn vehicle() -> Vehicle {
+        let file =
+            std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/remus100/vehicle.toml");
+        Vehicle::read(&file).unwrap()
+    }
+
+    /// A short flight moves as the rates say, to second order in its length.
+    #[test]
+    fn rates_are_those_of_the_flight() {
+        let vehicle = vehicle();
+        let mut plant = Plant::new(&vehicle).unwrap();
+        plant.start(0.0, &trim(&vehicle, Speed::Path(1.5), 30.0).unwrap()).unwrap();
+        plant.set_current(Current { horizontal: 0.3, vertical: -0.1 }).unwrap();
+        for index in 0..vehicle.actuators.len() {
+            plant.set_command(index, 0.7 * vehicle.actuators[index].max).unwrap();
+        }
+        plant.advance(0.5).unwrap();
+        let before = plant.instant();
+        let rates = plant.rates(&before, |i| plant.outputs()[i]);
+        let x = plant.state().x;
+        let outputs = plant.outputs().to_vec();
+        let h = 1e-5;
+        plant.advance(0.5 + h).unwrap();
+        let after = plant.instant();
+        for (name, found, expected) in [
+            ("surge", after.surge - before.surge, rates.surge),
+            ("heave", after.heave - before.heave, rates.heave),
+            ("pitch_rate", after.pitch_rate - before.pitch_rate, rates.pitch_rate),
+            ("pitch", after.pitch - before.pitch, rates.pitch),
+            ("depth", after.depth - before.depth, rates.depth),
+            ("distance", plant.state().x - x, rates.distance),
+        ] {
+            assert!((found / h - expected).abs() < 1e-3 * (1.0 + expected.abs()), "{name}");
+            assert!(expected != 0.0, "{name}");
+        }
+        for (index, actuator) in vehicle.actuators.iter().enumerate().filter(|(_, one)| one.lag > 0.0) {
+            let rate = actuator.rate(outputs[index], plant.commands()[index]);
+            let found = (plant.outputs()[index] - outputs[index]) / h;
+            assert!((found - rate).abs() < 1e-3 * (1.0 + rate.abs()), "{}", actuator.name);
+        }
+    }
+}
