@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::{ControllerDesign, DesignError, Lft, LftController, TickError, Trim};
+use crate::{ControllerDesign, DesignError, Lft, LftController, Memory, MemoryError, TickError, Trim};
 
 /// What the autopilot measures and follows; SI units, radians.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,22 +40,22 @@ pub struct Advance {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum TrackedSignal {
+pub(crate) enum TrackedSignal {
     Pitch,
     Speed,
 }
 
 /// What never changes.
 #[derive(Debug)]
-struct Plan {
+pub(crate) struct Plan {
     sample_time: f64,
-    centre: f64,
-    half_range: f64,
-    tracked: Vec<(TrackedSignal, f64)>,
+    pub(crate) centre: f64,
+    pub(crate) half_range: f64,
+    pub(crate) tracked: Vec<(TrackedSignal, f64)>,
     /// Scale, minimum and maximum of each actuator.
-    actuators: Vec<[f64; 3]>,
-    trim: Trim,
-    parameters: usize,
+    pub(crate) actuators: Vec<[f64; 3]>,
+    pub(crate) trim: Trim,
+    pub(crate) parameters: usize,
 }
 
 /// A controller that runs at multiples of its sample time.
@@ -74,8 +74,8 @@ struct Plan {
 /// know of.
 #[derive(Debug, Clone)]
 pub struct Autopilot {
-    plan: Arc<Plan>,
-    controller: LftController,
+    pub(crate) plan: Arc<Plan>,
+    pub(crate) controller: LftController,
     errors: Vec<f64>,
     outputs: Outputs,
     start: f64,
@@ -142,6 +142,31 @@ impl Autopilot {
         self.next_tick
     }
 
+    /// Everything that changes, so that it can be put away and taken up again.
+    pub fn memory(&self) -> Memory {
+        Memory {
+            state: self.controller.state().to_vec(),
+            outputs: self.outputs.clone(),
+            start: self.start,
+            ticks: self.next_tick,
+            outside: self.outside,
+        }
+    }
+
+    /// Goes on from a memory of an autopilot of the same design.
+    ///
+    /// # Errors
+    /// [`MemoryError`]; the autopilot is then as it was.
+    pub fn recall(&mut self, memory: &Memory) -> Result<(), MemoryError> {
+        memory.check(self.controller.state().len(), self.outputs.commands.len())?;
+        self.controller.set_state(&memory.state);
+        self.outputs.clone_from(&memory.outputs);
+        self.start = memory.start;
+        self.next_tick = memory.ticks;
+        self.outside = memory.outside;
+        Ok(())
+    }
+
     /// Starts anew at the time `start` in s: state zero, outputs for the present inputs, no tick run.
     ///
     /// # Errors
@@ -192,6 +217,11 @@ impl Autopilot {
     /// once.
     pub fn is_due_before(&self, to: f64) -> bool {
         self.next_tick_time() < to - ROUNDING_OF_TIME * self.plan.sample_time
+    }
+
+    /// Whether the next tick belongs to the time `now` in s, or to an earlier one.
+    pub fn is_due_at(&self, now: f64) -> bool {
+        self.next_tick_time() <= now + ROUNDING_OF_TIME * self.plan.sample_time
     }
 
     fn compute_outputs(&mut self, inputs: &Inputs) -> Result<(), TickError> {

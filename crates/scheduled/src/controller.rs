@@ -40,6 +40,11 @@ impl LftController {
         &self.state
     }
 
+    /// Sets the state xk, which has as many entries as before.
+    pub(crate) fn set_state(&mut self, state: &[f64]) {
+        self.state.copy_from_slice(state);
+    }
+
     /// Computes `u` from the present state and `y`; the state stays.
     ///
     /// ```text
@@ -73,27 +78,82 @@ impl LftController {
         std::mem::swap(&mut self.state, &mut self.next_state);
     }
 
+    /// Computes the derivative of `u` in one direction, `du` along `dy` and `dtheta`, the state held; nothing changes.
+    ///
+    /// ```text
+    /// (I - Dtt Theta) zk  = Ct xk + Dty y
+    /// (I - Dtt Theta) dzk = Dty dy + Dtt dTheta zk,   dwk = dTheta zk + Theta dzk,   du = Duy dy + Dut dwk
+    /// ```
+    ///
+    /// Shapes: `y` and `dy` p, `theta` and `dtheta` one value a block, `du` m.
+    ///
+    /// # Errors
+    /// [`TickError::SingularLoop`].
+    pub fn tangent(
+        &self,
+        (y, dy): (&[f64], &[f64]),
+        (theta, dtheta): (&[f64], &[f64]),
+        du: &mut [f64],
+    ) -> Result<(), TickError> {
+        let lft = &*self.lft;
+        let mut z = vec![0.0; self.channels.len()];
+        lft.ct.add_product(&self.state, &mut z);
+        lft.dty.add_product(y, &mut z);
+        self.solve_loop(theta, &mut z)?;
+        let moved: Vec<f64> =
+            z.iter().zip(expand(&lft.blocks, dtheta)).map(|(z, dtheta)| z * dtheta).collect();
+        let mut dz = vec![0.0; z.len()];
+        lft.dty.add_product(dy, &mut dz);
+        lft.dtt.add_product(&moved, &mut dz);
+        self.solve_loop(theta, &mut dz)?;
+        let through = dz.iter().zip(expand(&lft.blocks, theta)).zip(&moved);
+        let dw: Vec<f64> = through.map(|((dz, theta), moved)| moved + theta * dz).collect();
+        du.fill(0.0);
+        lft.duy.add_product(dy, du);
+        lft.dut.add_product(&dw, du);
+        Ok(())
+    }
+
+    /// Computes what [`output`](Self::output) would; nothing changes.
+    ///
+    /// # Errors
+    /// [`TickError::SingularLoop`].
+    pub(crate) fn peek(&self, y: &[f64], theta: &[f64], u: &mut [f64]) -> Result<(), TickError> {
+        self.clone().output(y, theta, u)
+    }
+
+    /// Replaces `b` by the solution of `(I - Dtt Theta) z = b`.
+    fn solve_loop(&self, theta: &[f64], b: &mut [f64]) -> Result<(), TickError> {
+        let mut matrix = vec![0.0; b.len() * b.len()];
+        fill_loop(&self.lft, theta, &mut matrix);
+        solve_in_place(&mut matrix, b).map_err(|pivot| singular(theta, pivot))
+    }
+
     /// Turns `Ct xk + Dty y` in `channels` into wk.
     fn close_loop(&mut self, theta: &[f64]) -> Result<(), TickError> {
-        let lft = &*self.lft;
-        debug_assert_eq!(theta.len(), lft.blocks.len());
-        let r = self.channels.len();
-        for row in 0..r {
-            for (column, (entry, theta)) in
-                lft.dtt.row(row).iter().zip(expand(&lft.blocks, theta)).enumerate()
-            {
-                let unit = if row == column { 1.0 } else { 0.0 };
-                self.loop_matrix[row * r + column] = unit - entry * theta;
-            }
-        }
-        solve_in_place(&mut self.loop_matrix, &mut self.channels).map_err(|pivot| {
-            TickError::SingularLoop { parameter: theta.first().copied().unwrap_or(0.0), pivot }
-        })?;
-        for (channel, theta) in self.channels.iter_mut().zip(expand(&lft.blocks, theta)) {
+        fill_loop(&self.lft, theta, &mut self.loop_matrix);
+        solve_in_place(&mut self.loop_matrix, &mut self.channels).map_err(|pivot| singular(theta, pivot))?;
+        for (channel, theta) in self.channels.iter_mut().zip(expand(&self.lft.blocks, theta)) {
             *channel *= theta;
         }
         Ok(())
     }
+}
+
+/// Fills in `I - Dtt Theta`, row by row.
+fn fill_loop(lft: &Lft, theta: &[f64], matrix: &mut [f64]) {
+    debug_assert_eq!(theta.len(), lft.blocks.len());
+    let r = lft.dtt.rows();
+    for row in 0..r {
+        for (column, (entry, theta)) in lft.dtt.row(row).iter().zip(expand(&lft.blocks, theta)).enumerate() {
+            let unit = if row == column { 1.0 } else { 0.0 };
+            matrix[row * r + column] = unit - entry * theta;
+        }
+    }
+}
+
+fn singular(theta: &[f64], pivot: f64) -> TickError {
+    TickError::SingularLoop { parameter: theta.first().copied().unwrap_or(0.0), pivot }
 }
 
 /// The diagonal of Theta.

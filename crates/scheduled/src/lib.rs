@@ -27,6 +27,8 @@ mod json;
 mod lft;
 mod lu;
 mod matrix;
+mod memory;
+mod tangent;
 mod trim;
 mod validate;
 
@@ -39,4 +41,6 @@ pub use design::{
 pub use error::{DesignError, TickError};
 pub use lft::{Lft, Sizes};
 pub use matrix::Matrix;
+pub use memory::{Memory, MemoryError};
+pub use tangent::OutputTangents;
 pub use trim::Trim;

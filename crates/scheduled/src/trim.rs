@@ -50,6 +50,34 @@ impl Trim {
         self.place_within(forward_speed).interpolate(|row| self.table.actuators[row][actuator])
     }
 
+    /// Slope of the speed along the path over forward speed u in m/s, to the right where there is a corner.
+    pub fn speed_slope(&self, forward_speed: f64) -> f64 {
+        let speeds = &self.table.speed;
+        self.slope(find(&self.table.forward_speed, forward_speed), |row| speeds[row])
+    }
+
+    /// Slope of the pitch angle over forward speed u in rad s/m, zero beyond the table.
+    pub fn pitch_slope(&self, forward_speed: f64) -> f64 {
+        self.slope_within(forward_speed, |row| self.table.pitch[row])
+    }
+
+    /// Slope of the command of one actuator over forward speed u in m/s, zero beyond the table.
+    pub fn command_slope(&self, forward_speed: f64, actuator: usize) -> f64 {
+        self.slope_within(forward_speed, |row| self.table.actuators[row][actuator])
+    }
+
+    fn slope(&self, place: Place, column: impl Fn(usize) -> f64) -> f64 {
+        let grid = &self.table.forward_speed;
+        let (low, high) = (place.index, place.index + 1);
+        (column(high) - column(low)) / (grid[high] - grid[low])
+    }
+
+    fn slope_within(&self, forward_speed: f64, column: impl Fn(usize) -> f64) -> f64 {
+        let place = find(&self.table.forward_speed, forward_speed);
+        let inside = (0.0..=1.0).contains(&place.fraction);
+        if inside { self.slope(place, column) } else { 0.0 }
+    }
+
     fn place_within(&self, forward_speed: f64) -> Place {
         let mut place = find(&self.table.forward_speed, forward_speed);
         place.fraction = place.fraction.clamp(0.0, 1.0);
@@ -85,6 +113,17 @@ mod tests {
         }
         assert_eq!((trim().command(1.9, 0), trim().command(1.9, 1)), (5.0, 2.0));
         assert!((trim().speed(0.65) - 0.75).abs() < 1e-15);
+    }
+
+    #[test]
+    fn slopes_are_those_of_the_pieces() {
+        assert_eq!(
+            (trim().speed_slope(0.65), trim().speed_slope(1.9), trim().speed_slope(9.0)),
+            (1.0, 1.0, 1.0)
+        );
+        assert!((trim().pitch_slope(0.6) - 0.1).abs() < 1e-15);
+        assert_eq!((trim().command_slope(1.9, 0), trim().command_slope(1.9, 1)), (2.0, -2.0));
+        assert_eq!((trim().command_slope(9.0, 0), trim().pitch_slope(0.1)), (0.0, 0.0));
     }
 
     #[test]

@@ -1,0 +1,48 @@
+//! Everything of an autopilot that changes, so that it can be put away and taken up again.
+
+use crate::Outputs;
+
+/// What an [`Autopilot`](crate::Autopilot) remembers besides its design.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Memory {
+    /// State xk of the controller.
+    pub state: Vec<f64>,
+    /// Outputs of the last tick.
+    pub outputs: Outputs,
+    /// Time of tick 0 in s.
+    pub start: f64,
+    /// Number of ticks that were run.
+    pub ticks: u64,
+    /// The last tick was out of the scheduled range.
+    pub outside: bool,
+}
+
+/// Why a memory is none of this autopilot.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[allow(missing_docs)]
+pub enum MemoryError {
+    /// Another number of states or commands than the design has.
+    #[error("it has {found} {what}, and the controller has {expected}")]
+    Length { what: &'static str, found: usize, expected: usize },
+    /// A number that is infinite or not a number.
+    #[error("it holds the number {value}")]
+    NotFinite { value: f64 },
+}
+
+impl Memory {
+    pub(crate) fn check(&self, states: usize, commands: usize) -> Result<(), MemoryError> {
+        for (what, found, expected) in
+            [("states", self.state.len(), states), ("commands", self.outputs.commands.len(), commands)]
+        {
+            if found != expected {
+                return Err(MemoryError::Length { what, found, expected });
+            }
+        }
+        let others = [self.start, self.outputs.scheduling_parameter, self.outputs.trim_pitch];
+        let mut all = self.state.iter().chain(&self.outputs.commands).chain(&others);
+        match all.find(|value| !value.is_finite()) {
+            Some(&value) => Err(MemoryError::NotFinite { value }),
+            None => Ok(()),
+        }
+    }
+}

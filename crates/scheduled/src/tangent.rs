@@ -1,0 +1,55 @@
+//! Exact derivatives of a tick by its inputs.
+
+use crate::autopilot::TrackedSignal;
+use crate::{Autopilot, Inputs, TickError};
+
+/// The derivatives of the outputs of a tick in one direction of its inputs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OutputTangents {
+    /// Of the commands, in the order of the design's actuators.
+    pub commands: Vec<f64>,
+    /// Of the scheduling parameter.
+    pub scheduling_parameter: f64,
+    /// Of the trim pitch.
+    pub trim_pitch: f64,
+}
+
+impl Autopilot {
+    /// The derivatives of what a tick would put out now, at `inputs` and along `direction`; nothing changes.
+    ///
+    /// The LFT is closed at the scheduling parameter of the measured speed, which the direction moves too. Where a command
+    /// is limited its derivative is zero; at a corner of the trim table it is that to the right.
+    ///
+    /// # Errors
+    /// [`TickError::SingularLoop`].
+    pub fn tangents(&self, inputs: &Inputs, direction: &Inputs) -> Result<OutputTangents, TickError> {
+        let plan = &*self.plan;
+        let errors = |of: &Inputs| -> Vec<f64> {
+            let error = |(signal, scale): &(TrackedSignal, f64)| match signal {
+                TrackedSignal::Pitch => (of.pitch_reference - of.pitch) / scale,
+                TrackedSignal::Speed => (of.speed_reference - of.speed) / scale,
+            };
+            plan.tracked.iter().map(error).collect()
+        };
+        let (y, dy) = (errors(inputs), errors(direction));
+        let rho = (plan.trim.speed(inputs.speed) - plan.centre) / plan.half_range;
+        let inside = rho.abs() <= 1.0;
+        let slope = plan.trim.speed_slope(inputs.speed) / plan.half_range;
+        let drho = if inside { slope * direction.speed } else { 0.0 };
+        let theta = &[rho.clamp(-1.0, 1.0)][..plan.parameters];
+        let mut commands = vec![0.0; plan.actuators.len()];
+        let mut scaled = commands.clone();
+        self.controller.tangent((&y, &dy), (theta, &[drho][..plan.parameters]), &mut commands)?;
+        self.controller.peek(&y, theta, &mut scaled)?;
+        for (index, command) in commands.iter_mut().enumerate() {
+            let [scale, minimum, maximum] = plan.actuators[index];
+            let value = plan.trim.command(inputs.speed_reference, index) + scale * scaled[index];
+            let feedforward =
+                plan.trim.command_slope(inputs.speed_reference, index) * direction.speed_reference;
+            let free = (minimum..=maximum).contains(&value);
+            *command = if free { feedforward + scale * *command } else { 0.0 };
+        }
+        let trim_pitch = plan.trim.pitch_slope(inputs.speed_reference) * direction.speed_reference;
+        Ok(OutputTangents { commands, scheduling_parameter: drho, trim_pitch })
+    }
+}
