@@ -12,6 +12,8 @@
 //! ```
 
 mod model;
+mod state;
+mod tangents;
 mod variables;
 
 pub use model::{Controller, ControllerError, RESOURCE};

@@ -3,7 +3,10 @@
 use std::sync::Arc;
 
 use fmi2::model_description::{DefaultExperiment, identifier};
-use fmi2::{About, Level, Log, Model, ResourceError, Resources, Variable};
+use fmi2::{
+    About, Level, Log, Model, ResourceError, Resources, StateError, StateReader, StateWriter, Tangents,
+    Variable,
+};
 use scheduled::{Autopilot, ControllerDesign, DesignError, Inputs, Status, TickError};
 
 /// The frozen design in `resources/`.
@@ -130,5 +133,17 @@ impl Model for Controller {
             self.warn_of_range(log);
         }
         Ok(())
+    }
+
+    fn save(&self, state: &mut StateWriter) {
+        self.write(state);
+    }
+
+    fn recall(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+        self.read(state)
+    }
+
+    fn tangents() -> Option<Tangents<Self>> {
+        Some(Self::carry)
     }
 }

@@ -7,7 +7,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use scheduled::{Actuator, ControllerDesign};
 
-use crate::Controller;
+use crate::{Controller, tangents};
 
 type Variable = fmi2::Variable<Controller>;
 type Role<T> = fmi2::Role<Controller, T>;
@@ -28,6 +28,7 @@ fn inputs(design: &ControllerDesign) -> Vec<Variable> {
         Variable::real("pitch", "pitch angle", |m| m.inputs.pitch, Role::input(|m, v| m.inputs.pitch = v))
             .unit("rad")
             .range(-FRAC_PI_2, FRAC_PI_2)
+            .quantity(tangents::PITCH)
             .nominal(0.1),
         Variable::real(
             "speed",
@@ -37,6 +38,7 @@ fn inputs(design: &ControllerDesign) -> Vec<Variable> {
         )
         .unit("m/s")
         .range(-2.0 * fastest, 2.0 * fastest)
+        .quantity(tangents::SPEED)
         .nominal(1.0),
         Variable::real(
             "pitch_reference",
@@ -46,6 +48,7 @@ fn inputs(design: &ControllerDesign) -> Vec<Variable> {
         )
         .unit("rad")
         .range(-FRAC_PI_2, FRAC_PI_2)
+        .quantity(tangents::PITCH_REFERENCE)
         .nominal(0.1),
         Variable::real(
             "speed_reference",
@@ -55,6 +58,7 @@ fn inputs(design: &ControllerDesign) -> Vec<Variable> {
         )
         .unit("m/s")
         .range(slowest, fastest)
+        .quantity(tangents::SPEED_REFERENCE)
         .nominal(1.0),
     ]
 }
@@ -66,6 +70,7 @@ fn command(index: usize, actuator: &Actuator) -> Variable {
         .unit(&actuator.unit)
         .range(actuator.minimum, actuator.maximum)
         .nominal(actuator.scale)
+        .quantity(tangents::COMMANDS + index)
         .discrete()
         .depends_on(&[])
         .initially_depends_on(&["pitch", "speed", "pitch_reference", "speed_reference"])
@@ -81,6 +86,7 @@ fn monitors() -> Vec<Variable> {
         )
         .unit("1")
         .range(-1.0, 1.0)
+        .quantity(tangents::SCHEDULING_PARAMETER)
         .nominal(1.0)
         .discrete()
         .depends_on(&[])
@@ -101,6 +107,7 @@ fn monitors() -> Vec<Variable> {
         )
         .unit("rad")
         .range(-FRAC_PI_2, FRAC_PI_2)
+        .quantity(tangents::TRIM_PITCH)
         .nominal(0.1)
         .discrete()
         .depends_on(&[])

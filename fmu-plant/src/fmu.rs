@@ -2,9 +2,11 @@
 
 use auv::{Fidelity, LpvModel, Vehicle};
 use fmi2::model_description::{DefaultExperiment, identifier};
-use fmi2::{About, Level, Log, Model, Resources, Variable};
+use fmi2::{
+    About, Continuous, Level, Log, Model, Resources, StateError, StateReader, StateWriter, Tangents, Variable,
+};
 
-use crate::variables::{fidelities, inputs, outputs, parameters};
+use crate::variables::{fidelities, inputs, outputs, parameters, states};
 use crate::{PlantError, PlantModel};
 
 /// The vehicle file in `resources/`.
@@ -44,7 +46,7 @@ impl Model for PlantModel {
     }
 
     fn variables(&self) -> Vec<Variable<Self>> {
-        [inputs(self), outputs(self), parameters(self)].into_iter().flatten().collect()
+        [inputs(self), outputs(self), parameters(self), states(self)].into_iter().flatten().collect()
     }
 
     fn initialise(&mut self, start: f64, log: &mut dyn Log) -> Result<(), PlantError> {
@@ -62,13 +64,37 @@ impl Model for PlantModel {
 
     fn step(&mut self, _: f64, to: f64, log: &mut dyn Log) -> Result<(), PlantError> {
         self.advance(to)?;
-        self.warn_of_range(log);
-        self.warn_of_surface(log);
+        self.warn(log);
         Ok(())
+    }
+
+    fn save(&self, state: &mut StateWriter) {
+        self.write(state);
+    }
+
+    fn recall(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+        self.read(state)
+    }
+
+    fn continuous() -> Option<Continuous<Self>> {
+        Some(Continuous::of())
+    }
+
+    fn tangents() -> Option<Tangents<Self>> {
+        Some(|plant, moment, tangents| {
+            plant.carry(moment.initial, tangents);
+            Ok(())
+        })
     }
 }
 
 impl PlantModel {
+    /// Warns of what the equations do not cover.
+    pub(crate) fn warn(&mut self, log: &mut dyn Log) {
+        self.warn_of_range(log);
+        self.warn_of_surface(log);
+    }
+
     /// Warns once per entry when the LPV model is asked for a speed that it does not cover.
     fn warn_of_range(&mut self, log: &mut dyn Log) {
         let (centre, half) = (self.lpv.speed_centre, self.lpv.speed_half_range);

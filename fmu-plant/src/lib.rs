@@ -1,4 +1,4 @@
-//! The vehicle in the vertical plane as a co-simulation FMU:
+//! The vehicle in the vertical plane as an FMU for co-simulation and model exchange:
 //!
 //! ```text
 //! resources/vehicle.toml, plant.json -> auv::Plant -> table of variables -> FMU
@@ -24,14 +24,19 @@
 //! ```
 
 mod error;
+mod exchange;
 mod fmu;
 mod model;
+mod quantity;
+mod state;
+mod tangents;
 mod variables;
 
 pub use error::PlantError;
 pub use fmu::{LPV_RESOURCE, VEHICLE_RESOURCE};
 pub use model::{Inputs, PlantModel, Settings};
-pub use variables::{fidelities, inputs, outputs, parameters};
+pub use quantity::Quantity;
+pub use variables::{fidelities, inputs, outputs, parameters, states};
 
 use fmi2::{DescribeError, Described, Resources};
 

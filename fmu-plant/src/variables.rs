@@ -1,12 +1,13 @@
-//! The table of variables, in three parts.
+//! The table of variables, in four parts.
 //!
-//! Inputs act during a step only, so at a communication point no output depends on an input, and a master meets no
-//! algebraic loop. First values of outputs follow from parameters alone.
+//! In co-simulation inputs act during a step only. In model exchange they act at once: the velocities through the water
+//! depend on the current, and an actuator without lag follows its command. So a master meets no algebraic loop unless
+//! the commands follow such a quantity. First values of outputs follow from parameters alone.
 
 use auv::{Actuator, Allowed, COEFFICIENTS, CoefficientSpec, Fidelity};
 use fmi2::model_description::Enumeration;
 
-use crate::PlantModel;
+use crate::{PlantModel, Quantity};
 
 type Variable = fmi2::Variable<PlantModel>;
 type Role<T> = fmi2::Role<PlantModel, T>;
@@ -35,7 +36,8 @@ pub fn inputs(model: &PlantModel) -> Vec<Variable> {
             Role::input(|m, v| m.inputs.current.horizontal = v),
         )
         .unit("m/s")
-        .nominal(1.0),
+        .nominal(1.0)
+        .quantity(Quantity::CurrentHorizontal.number()),
         Variable::real(
             "current_vertical",
             "vertical velocity of the current, positive down",
@@ -43,7 +45,8 @@ pub fn inputs(model: &PlantModel) -> Vec<Variable> {
             Role::input(|m, v| m.inputs.current.vertical = v),
         )
         .unit("m/s")
-        .nominal(1.0),
+        .nominal(1.0)
+        .quantity(Quantity::CurrentVertical.number()),
         Variable::real(
             "operating_speed",
             "speed about which the LPV model stands; fidelity nonlinear does not use it",
@@ -52,7 +55,8 @@ pub fn inputs(model: &PlantModel) -> Vec<Variable> {
         )
         .unit("m/s")
         .at_least(0.0)
-        .nominal(1.0),
+        .nominal(1.0)
+        .quantity(Quantity::OperatingSpeed.number()),
     ]);
     table
 }
@@ -65,6 +69,7 @@ fn command(index: usize, actuator: &Actuator) -> Variable {
         .unit(actuator.unit())
         .range(actuator.min, actuator.max)
         .nominal(actuator.reach())
+        .quantity(Quantity::Command(index).number())
 }
 
 /// Motion, position, what the actuators do, and the trim at the start.
@@ -100,54 +105,70 @@ fn output(
 /// Motion through the water.
 fn motion() -> Vec<Variable> {
     let trim = knowns_of_trim();
-    vec![
-        output("pitch", "pitch angle, positive bow up", "rad", |m| m.state().motion.theta)
-            .nominal(0.1)
-            .initially_depends_on(&trim),
-        output("speed", "forward speed through the water, along the body axis (u)", "m/s", |m| {
-            m.state().motion.u
-        })
-        .nominal(1.0)
-        .initially_depends_on(&trim),
-        output("pitch_rate", "rate of pitch (q)", "rad/s", |m| m.state().motion.q)
-            .nominal(0.1)
-            .initially_depends_on(&[]),
+    let through_water = |one: Variable, quantity: Quantity, own: &[&str]| {
+        let knowns = [own, &["pitch", "current_horizontal", "current_vertical"]].concat();
+        one.depends_on(&knowns).initially_depends_on(&trim).quantity(quantity.number())
+    };
+    let speed = output("speed", "forward speed through the water, along the body axis (u)", "m/s", |m| {
+        m.state().motion.u
+    });
+    let heave =
         output("heave", "heave velocity through the water, positive down in the body (w)", "m/s", |m| {
             m.state().motion.w
-        })
-        .nominal(0.1)
-        .initially_depends_on(&trim),
+        });
+    let path_speed =
         output("path_speed", "speed along the path through the water, V = sqrt(u^2 + w^2)", "m/s", |m| {
             m.path_speed()
-        })
-        .at_least(0.0)
-        .nominal(1.0)
-        .initially_depends_on(&trim),
+        });
+    let both = ["surge_over_ground", "heave_over_ground"];
+    vec![
+        state("pitch", "pitch angle, positive bow up", "rad", Quantity::Pitch, |m| m.state().motion.theta)
+            .nominal(0.1)
+            .initially_depends_on(&trim),
+        through_water(speed.nominal(1.0), Quantity::Speed, &both[..1]),
+        state("pitch_rate", "rate of pitch (q)", "rad/s", Quantity::PitchRate, |m| m.state().motion.q)
+            .nominal(0.1)
+            .initially_depends_on(&[]),
+        through_water(heave.nominal(0.1), Quantity::Heave, &both[1..]),
+        through_water(path_speed.at_least(0.0).nominal(1.0), Quantity::PathSpeed, &both),
     ]
+}
+
+/// An output that is a state too.
+fn state(
+    name: &str,
+    description: &str,
+    unit: &str,
+    quantity: Quantity,
+    get: impl Fn(&PlantModel) -> f64 + Send + Sync + 'static,
+) -> Variable {
+    output(name, description, unit, get).depends_linearly_on(name).quantity(quantity.number())
 }
 
 fn position() -> [Variable; 2] {
     [
-        output("depth", "depth of the origin of the body", "m", |m| m.state().depth)
+        state("depth", "depth of the origin of the body", "m", Quantity::Depth, |m| m.state().depth)
             .nominal(10.0)
             .initially_depends_on(&["initial_depth"]),
-        output("distance", "horizontal way made over ground", "m", |m| m.state().x)
+        state("distance", "horizontal way made over ground", "m", Quantity::Distance, |m| m.state().x)
             .nominal(10.0)
             .initially_depends_on(&[]),
     ]
 }
 
 fn actuator_output(index: usize, actuator: &Actuator) -> Variable {
-    let Actuator { name, min, max, .. } = actuator;
-    output(
-        &format!("{name}_output"),
-        &format!("output of {name}, after limits and lag"),
-        actuator.unit(),
-        move |m| m.actuator_outputs()[index],
-    )
-    .range(*min, *max)
-    .nominal(actuator.reach())
-    .initially_depends_on(&knowns_of_trim())
+    let Actuator { name, min, max, lag, .. } = actuator;
+    let own = format!("{name}_output");
+    let description = format!("output of {name}, after limits and lag");
+    let one = output(&own, &description, actuator.unit(), move |m| m.actuator_outputs()[index])
+        .range(*min, *max)
+        .nominal(actuator.reach())
+        .initially_depends_on(&knowns_of_trim())
+        .quantity(Quantity::Output(index).number());
+    match *lag > 0.0 {
+        true => one.depends_linearly_on(&own),
+        false => one.depends_on(&[name]),
+    }
 }
 
 fn trim_output(index: usize, actuator: &Actuator) -> Variable {
@@ -167,6 +188,84 @@ fn trim_output(index: usize, actuator: &Actuator) -> Variable {
 fn knowns_of_trim() -> Vec<&'static str> {
     let coefficients = COEFFICIENTS.iter().map(|spec| spec.key);
     ["initial_speed", "initial_depth"].into_iter().chain(coefficients).collect()
+}
+
+/// For model exchange: the two states that are no outputs, and the rates of all states in the order of the states.
+pub fn states(model: &PlantModel) -> Vec<Variable> {
+    let knowns = [&knowns_of_trim()[..], &["current_horizontal", "current_vertical"]].concat();
+    let over_ground = |name: &str, description: &str, quantity: Quantity, get: fn(&PlantModel) -> f64| {
+        Variable::real(name, description, get, Role::local())
+            .unit("m/s")
+            .nominal(1.0)
+            .initially_depends_on(&knowns)
+            .quantity(quantity.number())
+    };
+    let mut table = vec![
+        over_ground(
+            "surge_over_ground",
+            "velocity over ground along the body axis, forward",
+            Quantity::SurgeOverGround,
+            |m| m.instant().surge,
+        ),
+        over_ground(
+            "heave_over_ground",
+            "velocity over ground across the body axis, down",
+            Quantity::HeaveOverGround,
+            |m| m.instant().heave,
+        ),
+    ];
+    table.extend(rates(model));
+    table.extend(model.lagging().map(|index| output_rate(index, &model.vehicle().actuators[index])));
+    table
+}
+
+/// The name of a rate, the state and unit, how to read it, and its quantity.
+type Rate = (&'static str, &'static str, fn(&PlantModel) -> f64, Quantity);
+
+fn rates(model: &PlantModel) -> Vec<Variable> {
+    const DYNAMIC: [Rate; 4] = [
+        ("surge_over_ground", "m/s2", |m| m.rates().surge, Quantity::SurgeAcceleration),
+        ("heave_over_ground", "m/s2", |m| m.rates().heave, Quantity::HeaveAcceleration),
+        ("pitch_rate", "rad/s2", |m| m.rates().pitch_rate, Quantity::PitchAcceleration),
+        ("pitch", "rad/s", |m| m.rates().pitch, Quantity::RateOfPitch),
+    ];
+    const KINEMATIC: [Rate; 2] = [
+        ("distance", "m/s", |m| m.rates().distance, Quantity::RateOfDistance),
+        ("depth", "m/s", |m| m.rates().depth, Quantity::RateOfDepth),
+    ];
+    let motion = ["surge_over_ground", "heave_over_ground", "pitch_rate", "pitch", "depth"];
+    let inputs = ["current_horizontal", "current_vertical", "operating_speed"];
+    let forces: Vec<String> = model.vehicle().actuators.iter().map(force_of).collect();
+    let forces = forces.iter().map(String::as_str);
+    let of_dynamics: Vec<&str> = motion.into_iter().chain(inputs).chain(forces).collect();
+    let of_kinematics = ["surge_over_ground", "heave_over_ground", "pitch"];
+    let all = DYNAMIC.iter().map(|rate| (rate, &of_dynamics[..]));
+    let all = all.chain(KINEMATIC.iter().map(|rate| (rate, &of_kinematics[..])));
+    all.map(|(&(state, unit, get, quantity), knowns)| {
+        rate(state, unit, get).depends_on(knowns).quantity(quantity.number())
+    })
+    .collect()
+}
+
+/// What sets the force of an actuator: its output where it is a state, its command where there is no lag.
+fn force_of(actuator: &Actuator) -> String {
+    match actuator.lag > 0.0 {
+        true => format!("{}_output", actuator.name),
+        false => actuator.name.clone(),
+    }
+}
+
+fn output_rate(index: usize, actuator: &Actuator) -> Variable {
+    let (own, unit) = (format!("{}_output", actuator.name), format!("{}/s", actuator.unit()));
+    rate(&own, &unit, move |m| m.output_rate(index))
+        .depends_on(&[&actuator.name])
+        .depends_linearly_on(&own)
+        .quantity(Quantity::OutputRate(index).number())
+}
+
+fn rate(state: &str, unit: &str, get: impl Fn(&PlantModel) -> f64 + Send + Sync + 'static) -> Variable {
+    let description = format!("time derivative of {state}");
+    Variable::real(format!("der({state})"), description, get, Role::local()).unit(unit).derivative_of(state)
 }
 
 /// The start, the fidelity, and every coefficient of the vehicle.

@@ -96,21 +96,35 @@ fn every_coefficient_is_a_fixed_parameter() {
 }
 
 #[test]
-fn outputs_hang_on_no_input() {
+fn outputs_hang_on_states_and_on_the_current_alone() {
     let description = describe(&squid()).unwrap().description;
     let structure = description.structure();
-    assert!(structure.outputs.iter().all(|one| one.dependencies == Some(Vec::new())));
     let name = |index: usize| description.variables[index - 1].name.as_str();
-    for unknown in &structure.initial_unknowns {
+    for unknown in &structure.outputs {
+        let on = unknown.dependencies.as_ref().unwrap().iter();
+        let on: Vec<_> = on.map(|&(index, _)| name(index)).collect();
+        let current = ["current_horizontal", "current_vertical"];
+        match name(unknown.index) {
+            "speed" => assert_eq!(on, [&current[..], &["pitch", "surge_over_ground"]].concat()),
+            "heave" | "path_speed" => assert_eq!(on[..2], current),
+            constant if constant.starts_with("trim_") => assert!(on.is_empty()),
+            state => assert_eq!(on, [state]),
+        }
+    }
+    let of_states = |unknown: usize| !name(unknown).starts_with("der(");
+    for unknown in structure.initial_unknowns.iter().filter(|one| of_states(one.index)) {
         let on: Vec<_> =
             unknown.dependencies.as_ref().unwrap().iter().map(|&(index, _)| name(index)).collect();
         match name(unknown.index) {
             "depth" => assert_eq!(on, ["initial_depth"]),
             "distance" | "pitch_rate" => assert!(on.is_empty()),
+            "surge_over_ground" => assert!(on.contains(&"initial_speed") && on.contains(&"current_vertical")),
             _ => assert!(on.contains(&"initial_speed") && on.contains(&"Z_uw") && !on.contains(&"lower")),
         }
     }
     assert_eq!(structure.outputs.len(), 7 + 3 + 3 + 1);
+    assert_eq!(structure.derivatives.len(), 6 + 3);
+    assert_eq!(structure.initial_unknowns.len(), structure.outputs.len() + 2 + structure.derivatives.len());
 }
 
 fn complaint(resources: &Resources) -> String {

@@ -7,7 +7,7 @@ mod common;
 use auv::{Fidelity, LpvModel, Vehicle};
 use common::{squid, vehicle_text};
 use fmi2::model_description::DefaultExperiment;
-use fmi2::{About, Log, Model, Resources, Silent, Table, Variable};
+use fmi2::{About, Log, Model, Resources, Silent, StateError, StateReader, StateWriter, Table, Variable};
 use fmu_plant::{LPV_RESOURCE, PlantError, PlantModel, fidelities, outputs, parameters};
 
 /// A plant whose commands come from inside.
@@ -41,6 +41,7 @@ impl Model for Tow {
 
     fn variables(&self) -> Vec<Variable<Self>> {
         let of_plant = parameters(&self.plant).into_iter().chain(outputs(&self.plant));
+        let of_plant = of_plant.map(|one| one.depends_only_where(|_| false));
         of_plant.map(|one| one.embedded(|tow: &Self| &tow.plant, |tow| &mut tow.plant)).collect()
     }
 
@@ -52,6 +53,14 @@ impl Model for Tow {
 
     fn step(&mut self, from: f64, to: f64, log: &mut dyn Log) -> Result<(), PlantError> {
         self.plant.step(from, to, log)
+    }
+
+    fn save(&self, state: &mut StateWriter) {
+        self.plant.save(state);
+    }
+
+    fn recall(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+        self.plant.recall(state)
     }
 }
 

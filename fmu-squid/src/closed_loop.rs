@@ -81,7 +81,7 @@ impl ClosedLoop {
         self.plant.initialise(time, log)?;
         self.measure(time);
         self.controller.initialise(time, log)?;
-        self.obey();
+        self.command();
         Ok(())
     }
 
@@ -93,11 +93,20 @@ impl ClosedLoop {
         while self.controller.autopilot().is_due_before(to) {
             let due = self.controller.autopilot().next_tick_time();
             self.move_plant(due, log)?;
-            self.measure(due);
-            self.controller.tick(log)?;
-            self.obey();
+            self.tick(log)?;
         }
         self.move_plant(to, log)
+    }
+
+    /// Runs the next tick on the plant as it is.
+    ///
+    /// # Errors
+    /// [`ClosedLoopError::Controller`].
+    pub fn tick(&mut self, log: &mut dyn Log) -> Result<(), ClosedLoopError> {
+        self.measure(self.controller.autopilot().next_tick_time());
+        self.controller.tick(log)?;
+        self.command();
+        Ok(())
     }
 
     /// Moves the plant; it may already be past a tick, by rounding.
@@ -120,7 +129,7 @@ impl ClosedLoop {
     }
 
     /// Hands the commands to the plant.
-    fn obey(&mut self) {
+    fn command(&mut self) {
         self.plant.inputs.commands.copy_from_slice(&self.controller.autopilot().outputs().commands);
     }
 

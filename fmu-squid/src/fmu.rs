@@ -1,7 +1,9 @@
 //! The loop behind the interface of an FMU.
 
 use fmi2::model_description::{DefaultExperiment, identifier};
-use fmi2::{About, Log, Model, Resources, Variable};
+use fmi2::{
+    About, Continuous, Log, Model, Resources, StateError, StateReader, StateWriter, Tangents, Variable,
+};
 use fmu_controller::Controller;
 use fmu_plant::{PlantModel, fidelities};
 
@@ -51,5 +53,21 @@ impl Model for ClosedLoop {
 
     fn step(&mut self, _: f64, to: f64, log: &mut dyn Log) -> Result<(), ClosedLoopError> {
         self.advance(to, log)
+    }
+
+    fn save(&self, state: &mut StateWriter) {
+        self.write(state);
+    }
+
+    fn recall(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+        self.read(state)
+    }
+
+    fn continuous() -> Option<Continuous<Self>> {
+        Some(Continuous::of())
+    }
+
+    fn tangents() -> Option<Tangents<Self>> {
+        Some(Self::carry)
     }
 }

@@ -18,8 +18,11 @@
 
 mod closed_loop;
 mod error;
+mod exchange;
 mod fmu;
 mod manoeuvre;
+mod state;
+mod tangents;
 mod variables;
 
 pub use closed_loop::{ClosedLoop, Override};

@@ -125,6 +125,20 @@ impl Manoeuvre {
         Ok(())
     }
 
+    /// Every number of the manoeuvre.
+    pub(crate) fn numbers(&mut self) -> [&mut f64; 8] {
+        [
+            &mut self.pitch_step,
+            &mut self.step_time,
+            &mut self.step_end,
+            &mut self.speed_from,
+            &mut self.speed_to,
+            &mut self.ramp_start,
+            &mut self.ramp_duration,
+            &mut self.duration,
+        ]
+    }
+
     /// Wanted speed V along the path through the water \[m/s\] at a time \[s\].
     pub fn speed_reference(&self, time: f64) -> f64 {
         let progress = ((time - self.ramp_start) / self.ramp_duration).clamp(0.0, 1.0);

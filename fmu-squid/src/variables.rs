@@ -1,7 +1,6 @@
 //! The table of variables: the loop's own, and those of plant and controller that stay visible in it.
 //!
-//! Inputs act during a step only, so at a communication point no output depends on an input, and a master meets no
-//! algebraic loop.
+//! The references act at ticks only, and the current on the velocities through the water alone.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -9,6 +8,7 @@ use auv::COEFFICIENTS;
 use fmi2::Model;
 
 use crate::ClosedLoop;
+use crate::tangents::Own;
 
 type Variable = fmi2::Variable<ClosedLoop>;
 type Role<T> = fmi2::Role<ClosedLoop, T>;
@@ -27,7 +27,8 @@ pub(crate) fn table(model: &ClosedLoop) -> Vec<Variable> {
     table.extend(current(model));
     table.extend(motion(model));
     table.extend(of_controller(model));
-    table.extend(references());
+    table.extend(references(model));
+    table.extend(states(model));
     table
 }
 
@@ -112,6 +113,7 @@ fn of_plant(one: fmi2::Variable<fmu_plant::PlantModel>) -> Variable {
 fn overrides(model: &ClosedLoop) -> [Variable; 3] {
     let speeds = &model.controller.design().trim.forward_speed;
     let (slowest, fastest) = (speeds[0], speeds[speeds.len() - 1]);
+    let own = |quantity: Own| quantity.number(actuators(model));
     [
         Variable::boolean(
             "manual",
@@ -127,7 +129,8 @@ fn overrides(model: &ClosedLoop) -> [Variable; 3] {
         )
         .unit("rad")
         .range(-FRAC_PI_2, FRAC_PI_2)
-        .nominal(0.1),
+        .nominal(0.1)
+        .quantity(own(Own::PitchReference)),
         Variable::real(
             "speed_reference",
             "wanted forward speed through the water, along the body axis, while manual is true",
@@ -136,7 +139,8 @@ fn overrides(model: &ClosedLoop) -> [Variable; 3] {
         )
         .unit("m/s")
         .range(slowest.min(model.outside.speed_reference), fastest.max(model.outside.speed_reference))
-        .nominal(1.0),
+        .nominal(1.0)
+        .quantity(own(Own::SpeedReference)),
     ]
 }
 
@@ -151,11 +155,39 @@ fn motion(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let actuators = model.plant.vehicle().actuators.iter().map(|one| format!("trim_{}", one.name));
     let trim: Vec<_> = actuators.chain(["trim_pitch".to_owned()]).collect();
     let open = move |one: &fmi2::Variable<_>| !trim.iter().any(|name| name == one.name());
-    fmu_plant::outputs(&model.plant).into_iter().filter(open).map(of_plant).map(|one| match one.name() {
-        // These start from what they depend on in the plant too.
-        "depth" | "distance" | "pitch_rate" => one,
-        _ => one.initially_depends_on(&knowns_of_start()),
+    let known = known_of(model);
+    let here = move |one: Variable| one.depends_only_where(&known);
+    fmu_plant::outputs(&model.plant).into_iter().filter(open).map(of_plant).map(here).map(|one| {
+        match one.name() {
+            // These start from what they depend on in the plant too.
+            "depth" | "distance" | "pitch_rate" => one,
+            _ => one.initially_depends_on(&knowns_of_start()),
+        }
     })
+}
+
+/// Rates and states for model exchange.
+fn states(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
+    let known = known_of(model);
+    let of_plant = fmu_plant::states(&model.plant).into_iter().map(of_plant);
+    of_plant.map(move |one| one.depends_only_where(&known)).map(|one| match one.name() {
+        "surge_over_ground" | "heave_over_ground" => {
+            let current = ["current_horizontal", "current_vertical"];
+            one.initially_depends_on(&[&knowns_of_start()[..], &current].concat())
+        }
+        _ => one,
+    })
+}
+
+/// Of what the plant depends on, all but what is set in the loop.
+fn known_of(model: &ClosedLoop) -> impl Fn(&str) -> bool + use<> {
+    let actuators = model.plant.vehicle().actuators.iter().map(|one| one.name.clone());
+    let set: Vec<String> = actuators.chain(["operating_speed".to_owned()]).collect();
+    move |name| !set.iter().any(|one| one == name)
+}
+
+fn actuators(model: &ClosedLoop) -> usize {
+    model.plant.vehicle().actuators.len()
 }
 
 fn knowns_of_start() -> Vec<&'static str> {
@@ -167,11 +199,25 @@ fn knowns_of_start() -> Vec<&'static str> {
 fn of_controller(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let open = |one: &fmi2::Variable<_>| !SET_IN_CONTROLLER.contains(&one.name());
     let constants = ["sample_time", "gamma", "gamma_certified"];
+    let names: Vec<String> = model.plant.vehicle().actuators.iter().map(|one| one.name.clone()).collect();
     model.controller.variables().into_iter().filter(open).map(move |one| {
         let constant = constants.contains(&one.name());
         let one = one.embedded(|m: &ClosedLoop| &m.controller, |m| &mut m.controller);
-        if constant { one } else { one.initially_depends_on(&knowns_of_first_tick()) }
+        let one = if constant { one } else { one.initially_depends_on(&knowns_of_first_tick()) };
+        match quantity_of(one.name(), &names) {
+            Some(own) => one.quantity(own.number(names.len())),
+            None => one,
+        }
     })
+}
+
+/// The quantity of an output of the controller.
+fn quantity_of(name: &str, actuators: &[String]) -> Option<Own> {
+    match name {
+        "scheduling_parameter" => Some(Own::SchedulingParameter),
+        "trim_pitch" => Some(Own::TrimPitch),
+        _ => actuators.iter().position(|one| one == name).map(Own::Command),
+    }
 }
 
 fn knowns_of_first_tick() -> Vec<&'static str> {
@@ -181,7 +227,8 @@ fn knowns_of_first_tick() -> Vec<&'static str> {
     knowns
 }
 
-fn references() -> [Variable; 3] {
+fn references(model: &ClosedLoop) -> [Variable; 3] {
+    let own = |quantity: Own| quantity.number(actuators(model));
     let output = |name, description, get: fn(&ClosedLoop) -> f64, unit, knowns: &[&str]| {
         Variable::real(name, description, get, Role::output())
             .unit(unit)
@@ -198,7 +245,8 @@ fn references() -> [Variable; 3] {
             &knowns,
         )
         .discrete()
-        .nominal(0.1),
+        .nominal(0.1)
+        .quantity(own(Own::PitchReferenceUsed)),
         output(
             "speed_reference_used",
             "wanted forward speed through the water at the last tick, of the manoeuvre or the input",
@@ -207,7 +255,8 @@ fn references() -> [Variable; 3] {
             &knowns,
         )
         .discrete()
-        .nominal(1.0),
+        .nominal(1.0)
+        .quantity(own(Own::SpeedReferenceUsed)),
         output(
             "tracking_error",
             "pitch_reference_used less pitch",
@@ -215,6 +264,8 @@ fn references() -> [Variable; 3] {
             "rad",
             &knowns,
         )
-        .nominal(0.1),
+        .nominal(0.1)
+        .depends_on(&["pitch"])
+        .quantity(own(Own::TrackingError)),
     ]
 }

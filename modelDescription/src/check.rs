@@ -2,7 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use crate::{Kind, ModelDescription, Problem, ScalarVariable, Unit};
+use crate::{
+    Causality, DependencyKind, Initial, Kind, ModelDescription, Problem, ScalarVariable, Unit, Variability,
+};
 
 /// All problems of a description, in the order of its variables.
 pub(crate) fn problems(description: &ModelDescription) -> Vec<Problem> {
@@ -21,7 +23,9 @@ pub(crate) fn problems(description: &ModelDescription) -> Vec<Problem> {
         check_role(variable, &mut found);
         check_kind(description, variable, &mut found);
         check_dependencies(description, variable, &mut found);
+        check_derivative(description, variable, &mut found);
     }
+    check_structure(description, &mut found);
     found
 }
 
@@ -52,9 +56,15 @@ fn is_identifier(text: &str) -> bool {
         && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
 }
 
+/// The structured naming of section 2.2.9: identifiers with dots between them, or `der(...)` of such a name.
+fn is_structured(name: &str) -> bool {
+    let inner = name.strip_prefix("der(").and_then(|rest| rest.strip_suffix(')'));
+    inner.unwrap_or(name).split('.').all(is_identifier)
+}
+
 fn check_role(variable: &ScalarVariable, found: &mut Vec<Problem>) {
     let name = || variable.name.clone();
-    if !variable.name.split('.').all(is_identifier) {
+    if !is_structured(&variable.name) {
         found.push(Problem::BadName { name: name() });
     }
     if !variable.is_legal_combination() {
@@ -139,4 +149,52 @@ fn check_dependencies(description: &ModelDescription, variable: &ScalarVariable,
             }
         }
     }
+}
+
+/// A derivative and its state are continuous Reals, and no state has two of them.
+fn check_derivative(description: &ModelDescription, variable: &ScalarVariable, found: &mut Vec<Problem>) {
+    let Some(state) = &variable.derivative_of else { return };
+    let continuous = |one: &ScalarVariable| {
+        one.variability == Variability::Continuous && matches!(one.kind, Kind::Real { .. })
+    };
+    let of_state = description.variables.iter().find(|one| one.name == *state);
+    let legal = of_state.is_some_and(|one| continuous(one) && one.causality != Causality::Input);
+    let claims = description.variables.iter().filter(|one| one.derivative_of.as_ref() == Some(state));
+    let twice = claims.count() > 1;
+    if !legal || !continuous(variable) || twice || !description.model_exchange {
+        found.push(Problem::BadDerivative { name: variable.name.clone(), state: state.clone() });
+    }
+}
+
+/// Nothing depends on what is no known in its list of `ModelStructure`.
+fn check_structure(description: &ModelDescription, found: &mut Vec<Problem>) {
+    let structure = description.structure();
+    for (list, unknowns, initial) in [
+        ("Outputs", &structure.outputs, false),
+        ("Derivatives", &structure.derivatives, false),
+        ("InitialUnknowns", &structure.initial_unknowns, true),
+    ] {
+        for unknown in unknowns {
+            let name = || description.variables[unknown.index - 1].name.clone();
+            for &(index, kind) in unknown.dependencies.iter().flatten() {
+                let on = &description.variables[index - 1];
+                let known = if initial { is_initially_known(on) } else { is_known(description, on) };
+                let legal = !initial || matches!(kind, DependencyKind::Dependent | DependencyKind::Constant);
+                if !known || !legal {
+                    found.push(Problem::NoKnown { name: name(), on: on.name.clone(), list });
+                }
+            }
+        }
+    }
+}
+
+/// Knowns at an instant are inputs and states (section 2.2.8).
+fn is_known(description: &ModelDescription, variable: &ScalarVariable) -> bool {
+    variable.causality == Causality::Input
+        || description.variables.iter().any(|one| one.derivative_of.as_ref() == Some(&variable.name))
+}
+
+/// Knowns of the initialisation are inputs and what is given by a start value.
+fn is_initially_known(variable: &ScalarVariable) -> bool {
+    variable.causality == Causality::Input || variable.initial() == Some(Initial::Exact)
 }

@@ -2,7 +2,7 @@
 
 use crate::{Enumeration, Problem, ScalarVariable, Unit};
 
-/// Everything that `modelDescription.xml` says of a co-simulation FMU, but for its GUID.
+/// Everything that `modelDescription.xml` says of an FMU for co-simulation, and perhaps model exchange, but for its GUID.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelDescription {
     /// Name of the model, for people.
@@ -19,7 +19,11 @@ pub struct ModelDescription {
     pub license: String,
     /// Tool that wrote the XML.
     pub generation_tool: String,
-    /// What the binary is able to do.
+    /// Whether the FMU is one for model exchange too.
+    pub model_exchange: bool,
+    /// What the binary is able to do in both.
+    pub capabilities: Capabilities,
+    /// What the binary is able to do in co-simulation.
     pub co_simulation: CoSimulation,
     /// Enumerated types that the variables refer to.
     pub enumerations: Vec<Enumeration>,
@@ -62,8 +66,12 @@ pub struct CoSimulation {
     pub can_interpolate_inputs: bool,
     /// Highest order of `fmi2GetRealOutputDerivatives`.
     pub max_output_derivative_order: u32,
-    /// The memory callbacks are not used.
-    pub can_not_use_memory_management_functions: bool,
+}
+
+/// Capability flags that the elements `ModelExchange` and `CoSimulation` share (sections 3.3.1 and 4.3.1); the memory
+/// callbacks are never used, and any number of instances may live in one process.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Capabilities {
     /// `fmi2GetFMUstate` and `fmi2SetFMUstate` work.
     pub can_get_and_set_fmu_state: bool,
     /// The state can be turned into bytes and back.

@@ -20,7 +20,9 @@ mod unit;
 mod variable;
 mod xml;
 
-pub use description::{CoSimulation, DefaultExperiment, LogCategory, ModelDescription, identifier};
+pub use description::{
+    Capabilities, CoSimulation, DefaultExperiment, LogCategory, ModelDescription, identifier,
+};
 pub use enumeration::{Enumeration, Item};
 pub use guid::guid;
 pub use problem::Problem;

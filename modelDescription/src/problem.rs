@@ -127,6 +127,24 @@ pub enum Problem {
         /// What it depends on.
         on: String,
     },
+    /// A derivative of what is no continuous state, or a second one of the same state, or one without model exchange.
+    #[error("variable '{name}' cannot be the derivative of '{state}'")]
+    BadDerivative {
+        /// The derivative.
+        name: String,
+        /// The state.
+        state: String,
+    },
+    /// A dependency on what is no known, or of a kind that the list does not allow.
+    #[error("variable '{name}' cannot depend on '{on}' in this way in {list}")]
+    NoKnown {
+        /// The unknown.
+        name: String,
+        /// What it depends on.
+        on: String,
+        /// The list.
+        list: &'static str,
+    },
     /// A default experiment that cannot be run.
     #[error("default experiment from {start} s to {stop} s with steps of {step} s cannot be run")]
     BadExperiment {

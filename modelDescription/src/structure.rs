@@ -1,5 +1,7 @@
 //! `ModelStructure`, derived from the variables (section 2.2.8).
 
+use std::collections::BTreeSet;
+
 use crate::{Causality, Dependency, DependencyKind, Initial, ModelDescription, ScalarVariable};
 
 /// Unknowns at a communication point and at initialisation.
@@ -7,6 +9,8 @@ use crate::{Causality, Dependency, DependencyKind, Initial, ModelDescription, Sc
 pub struct ModelStructure {
     /// All outputs, each once, in the order of the variables.
     pub outputs: Vec<Unknown>,
+    /// All derivatives of states, each once, in the order of the variables, which is that of the states.
+    pub derivatives: Vec<Unknown>,
     /// All unknowns of the initialisation, in the order of the variables.
     pub initial_unknowns: Vec<Unknown>,
 }
@@ -23,21 +27,31 @@ pub struct Unknown {
 impl ModelDescription {
     /// The structure that follows from causality, initial and dependencies of the variables.
     pub fn structure(&self) -> ModelStructure {
-        let unknowns = |chosen: fn(&ScalarVariable) -> bool,
-                        of: fn(&ScalarVariable) -> &Option<Vec<Dependency>>| {
-            let numbered = self.variables.iter().enumerate();
-            let chosen = numbered.filter(|(_, variable)| chosen(variable));
-            chosen
-                .map(|(position, variable)| Unknown {
-                    index: position + 1,
-                    dependencies: of(variable).as_deref().map(|list| self.indices(list)),
-                })
-                .collect()
-        };
+        let states: BTreeSet<&str> =
+            self.variables.iter().filter_map(|one| one.derivative_of.as_deref()).collect();
+        let is_state = |variable: &ScalarVariable| states.contains(variable.name.as_str());
         ModelStructure {
-            outputs: unknowns(is_output, |variable| &variable.depends_on),
-            initial_unknowns: unknowns(is_initial_unknown, |variable| &variable.initially_depends_on),
+            outputs: self.unknowns(is_output, |variable| &variable.depends_on),
+            derivatives: self
+                .unknowns(|variable| variable.derivative_of.is_some(), |variable| &variable.depends_on),
+            initial_unknowns: self.unknowns(
+                |variable| is_initial_unknown(variable, is_state(variable)),
+                |variable| &variable.initially_depends_on,
+            ),
         }
+    }
+
+    fn unknowns(
+        &self,
+        chosen: impl Fn(&ScalarVariable) -> bool,
+        of: impl Fn(&ScalarVariable) -> &Option<Vec<Dependency>>,
+    ) -> Vec<Unknown> {
+        let numbered = self.variables.iter().enumerate().filter(|(_, variable)| chosen(variable));
+        let unknown = |(position, variable)| Unknown {
+            index: position + 1,
+            dependencies: of(variable).as_deref().map(|list| self.indices(list)),
+        };
+        numbered.map(unknown).collect()
     }
 
     fn indices(&self, dependencies: &[Dependency]) -> Vec<(usize, DependencyKind)> {
@@ -54,8 +68,10 @@ fn is_output(variable: &ScalarVariable) -> bool {
     variable.causality == Causality::Output
 }
 
-/// An output or calculated parameter that is not given by its start value.
-fn is_initial_unknown(variable: &ScalarVariable) -> bool {
-    matches!(variable.causality, Causality::Output | Causality::CalculatedParameter)
-        && matches!(variable.initial(), Some(Initial::Approx | Initial::Calculated))
+/// An output, calculated parameter, state or derivative that is not given by its start value.
+fn is_initial_unknown(variable: &ScalarVariable, is_state: bool) -> bool {
+    let is_unknown = matches!(variable.causality, Causality::Output | Causality::CalculatedParameter)
+        || is_state
+        || variable.derivative_of.is_some();
+    is_unknown && matches!(variable.initial(), Some(Initial::Approx | Initial::Calculated))
 }

@@ -17,7 +17,9 @@ pub struct ScalarVariable {
     pub initial: Option<Initial>,
     /// Type with its attributes.
     pub kind: Kind,
-    /// Names of the variables that an output depends on directly; `None` means all of them.
+    /// Name of the state of which this is the time derivative.
+    pub derivative_of: Option<String>,
+    /// Names of the variables that an output or derivative depends on directly; `None` means all of them.
     pub depends_on: Option<Vec<Dependency>>,
     /// The same for the initial value; `None` means all of them.
     pub initially_depends_on: Option<Vec<Dependency>>,

@@ -44,13 +44,16 @@ impl ModelDescription {
         let mut xml = Writer::new_with_indent(Vec::new(), b' ', 2);
         xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
         parent(&mut xml, "fmiModelDescription", self.root(guid), |xml| {
-            leaf(xml, "CoSimulation", self.capabilities())?;
+            if self.model_exchange {
+                leaf(xml, "ModelExchange", self.of_model_exchange())?;
+            }
+            leaf(xml, "CoSimulation", self.of_co_simulation())?;
             self.write_units(xml)?;
             self.write_types(xml)?;
             self.write_log_categories(xml)?;
             leaf(xml, "DefaultExperiment", self.experiment())?;
             parent(xml, "ModelVariables", Vec::new(), |xml| {
-                self.variables.iter().try_for_each(|variable| write_variable(xml, variable))
+                self.variables.iter().try_for_each(|variable| self.write_variable(xml, variable))
             })?;
             self.write_structure(xml)
         })?;
@@ -70,14 +73,21 @@ impl ModelDescription {
             ("license", self.license.clone()),
             ("generationTool", self.generation_tool.clone()),
             ("variableNamingConvention", "structured".to_owned()),
+            ("numberOfEventIndicators", "0".to_owned()),
         ]
     }
 
-    fn capabilities(&self) -> Attributes {
+    fn of_model_exchange(&self) -> Attributes {
+        let mut attributes = self.identity();
+        attributes.push(("completedIntegratorStepNotNeeded", "false".to_owned()));
+        attributes.extend(self.shared());
+        attributes
+    }
+
+    fn of_co_simulation(&self) -> Attributes {
         let flags = self.co_simulation;
-        vec![
-            ("modelIdentifier", self.model_identifier.clone()),
-            ("needsExecutionTool", "false".to_owned()),
+        let mut attributes = self.identity();
+        attributes.extend([
             (
                 "canHandleVariableCommunicationStepSize",
                 flags.can_handle_variable_communication_step_size.to_string(),
@@ -85,8 +95,20 @@ impl ModelDescription {
             ("canInterpolateInputs", flags.can_interpolate_inputs.to_string()),
             ("maxOutputDerivativeOrder", flags.max_output_derivative_order.to_string()),
             ("canRunAsynchronuously", "false".to_owned()),
+        ]);
+        attributes.extend(self.shared());
+        attributes
+    }
+
+    fn identity(&self) -> Attributes {
+        vec![("modelIdentifier", self.model_identifier.clone()), ("needsExecutionTool", "false".to_owned())]
+    }
+
+    fn shared(&self) -> Attributes {
+        let flags = self.capabilities;
+        vec![
             ("canBeInstantiatedOnlyOncePerProcess", "false".to_owned()),
-            ("canNotUseMemoryManagementFunctions", flags.can_not_use_memory_management_functions.to_string()),
+            ("canNotUseMemoryManagementFunctions", "true".to_owned()),
             ("canGetAndSetFMUstate", flags.can_get_and_set_fmu_state.to_string()),
             ("canSerializeFMUstate", flags.can_serialize_fmu_state.to_string()),
             ("providesDirectionalDerivative", flags.provides_directional_derivative.to_string()),
@@ -134,10 +156,26 @@ impl ModelDescription {
         })
     }
 
+    fn write_variable(&self, xml: &mut Xml, variable: &ScalarVariable) -> io::Result<()> {
+        let mut attributes = vec![
+            ("name", variable.name.clone()),
+            ("valueReference", variable.value_reference.to_string()),
+            ("description", variable.description.clone()),
+            ("causality", causality(variable.causality).to_owned()),
+            ("variability", variability(variable.variability).to_owned()),
+        ];
+        attributes.extend(variable.initial().map(|one| ("initial", initial(one).to_owned())));
+        let (element, mut of_kind) = kind(&variable.kind);
+        let state = variable.derivative_of.as_deref().and_then(|state| self.position(state));
+        of_kind.extend(state.map(|position| ("derivative", (position + 1).to_string())));
+        parent(xml, "ScalarVariable", attributes, |xml| leaf(xml, element, of_kind))
+    }
+
     fn write_structure(&self, xml: &mut Xml) -> io::Result<()> {
         let structure = self.structure();
         parent(xml, "ModelStructure", Vec::new(), |xml| {
             write_unknowns(xml, "Outputs", &structure.outputs)?;
+            write_unknowns(xml, "Derivatives", &structure.derivatives)?;
             write_unknowns(xml, "InitialUnknowns", &structure.initial_unknowns)
         })
     }
@@ -169,19 +207,6 @@ fn write_enumeration(xml: &mut Xml, enumeration: &Enumeration) -> io::Result<()>
             })
         })
     })
-}
-
-fn write_variable(xml: &mut Xml, variable: &ScalarVariable) -> io::Result<()> {
-    let mut attributes = vec![
-        ("name", variable.name.clone()),
-        ("valueReference", variable.value_reference.to_string()),
-        ("description", variable.description.clone()),
-        ("causality", causality(variable.causality).to_owned()),
-        ("variability", variability(variable.variability).to_owned()),
-    ];
-    attributes.extend(variable.initial().map(|one| ("initial", initial(one).to_owned())));
-    let (element, of_kind) = kind(&variable.kind);
-    parent(xml, "ScalarVariable", attributes, |xml| leaf(xml, element, of_kind))
 }
 
 fn kind(kind: &Kind) -> (&'static str, Attributes) {

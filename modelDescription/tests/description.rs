@@ -17,6 +17,7 @@ fn variable(name: &str, value_reference: u32, causality: Causality, kind: Kind) 
         },
         initial: None,
         kind,
+        derivative_of: None,
         depends_on: None,
         initially_depends_on: None,
     }
@@ -40,8 +41,12 @@ fn description() -> ModelDescription {
         start: Some(0.25),
     };
     let mut output = variable("plant.y", 7, Causality::Output, real(None));
-    output.depends_on = Some(vec![on("fidelity"), on("u")]);
+    output.depends_on = Some(vec![on("x"), on("u")]);
     output.initially_depends_on = Some(vec![]);
+    let mut rate = variable("der(x)", 11, Causality::Local, real(None));
+    rate.derivative_of = Some("x".to_owned());
+    rate.depends_on = Some(vec![Dependency { on: "x".to_owned(), kind: DependencyKind::Constant }]);
+    rate.initially_depends_on = Some(vec![on("label")]);
     ModelDescription {
         model_name: "A <model> & \"more\"".to_owned(),
         model_identifier: "a_model".to_owned(),
@@ -50,6 +55,8 @@ fn description() -> ModelDescription {
         version: "1".to_owned(),
         license: "MIT".to_owned(),
         generation_tool: "test".to_owned(),
+        model_exchange: true,
+        capabilities: Capabilities::default(),
         co_simulation: CoSimulation::default(),
         enumerations: vec![Enumeration::new(
             "fidelity",
@@ -81,6 +88,8 @@ fn description() -> ModelDescription {
             variable("label", 4, Causality::Parameter, Kind::String { start: Some("<x>".to_owned()) }),
             output,
             variable("mass", 9, Causality::CalculatedParameter, real(None)),
+            variable("x", 10, Causality::Local, real(None)),
+            rate,
         ],
     }
 }
@@ -160,10 +169,47 @@ fn finds_problems_of_units_types_and_experiment() {
 fn structure_follows_from_the_variables() {
     let structure = description().structure();
     let kind = DependencyKind::Dependent;
-    let output = Unknown { index: 6, dependencies: Some(vec![(1, kind), (2, kind)]) };
+    let output = Unknown { index: 6, dependencies: Some(vec![(1, kind), (8, kind)]) };
     assert_eq!(structure.outputs, [output]);
-    let first = Unknown { index: 6, dependencies: Some(vec![]) };
-    assert_eq!(structure.initial_unknowns, [first, Unknown { index: 7, dependencies: None }]);
+    let rate = Unknown { index: 9, dependencies: Some(vec![(8, DependencyKind::Constant)]) };
+    assert_eq!(structure.derivatives, [rate]);
+    let unknown = |index, dependencies| Unknown { index, dependencies };
+    let first =
+        [unknown(6, Some(vec![])), unknown(7, None), unknown(8, None), unknown(9, Some(vec![(5, kind)]))];
+    assert_eq!(structure.initial_unknowns, first);
+}
+
+#[test]
+fn finds_problems_of_states_and_dependencies() {
+    let rate = 8;
+    let mut other = description();
+    other.variables[rate].derivative_of = Some("on".to_owned());
+    let problems: Vec<String> = other.check().iter().map(ToString::to_string).collect();
+    assert!(
+        problems.contains(&"variable 'der(x)' cannot be the derivative of 'on'".to_owned()),
+        "{problems:?}"
+    );
+    assert_problem(|d| d.variables[rate].name = "der(a b)".to_owned(), "\"der(a b)\" is not made of");
+    assert_problem(|d| d.variables[5].depends_on = Some(vec![on("n")]), "'plant.y' cannot depend on 'n'");
+    assert_problem(
+        |d| d.variables[5].initially_depends_on = Some(vec![on("x")]),
+        "cannot depend on 'x' in this way in InitialUnknowns",
+    );
+    assert_problem(
+        |d| {
+            let fixed = Dependency { on: "label".to_owned(), kind: DependencyKind::Fixed };
+            d.variables[5].initially_depends_on = Some(vec![fixed]);
+        },
+        "cannot depend on 'label' in this way in InitialUnknowns",
+    );
+    let mut twice = description();
+    let mut second = twice.variables[rate].clone();
+    (second.name, second.value_reference) = ("der(y)".to_owned(), 12);
+    twice.variables.push(second);
+    assert_eq!(twice.check().len(), 2, "both claim to be the derivative of x");
+    let mut without = description();
+    without.model_exchange = false;
+    assert_eq!(without.check().len(), 1, "states are for model exchange");
 }
 
 #[test]
@@ -173,6 +219,8 @@ fn elements_stand_in_the_order_of_the_schema() {
     for part in [
         r#"<?xml version="1.0" encoding="UTF-8"?>"#,
         r#"<fmiModelDescription fmiVersion="2.0" modelName="A &lt;model&gt; &amp; &quot;more&quot;" guid="{guid}""#,
+        r#"numberOfEventIndicators="0">"#,
+        r#"<ModelExchange modelIdentifier="a_model""#,
         r#"<CoSimulation modelIdentifier="a_model""#,
         "<UnitDefinitions>",
         r#"<Unit name="rad">"#,
@@ -191,9 +239,12 @@ fn elements_stand_in_the_order_of_the_schema() {
         r#"<Boolean start="true"/>"#,
         r#"<String start="&lt;x&gt;"/>"#,
         r#"causality="output" variability="continuous" initial="calculated">"#,
+        r#"<Real derivative="8"/>"#,
         "<ModelStructure>",
         "<Outputs>",
-        r#"<Unknown index="6" dependencies="1 2" dependenciesKind="dependent dependent"/>"#,
+        r#"<Unknown index="6" dependencies="1 8" dependenciesKind="dependent dependent"/>"#,
+        "<Derivatives>",
+        r#"<Unknown index="9" dependencies="8" dependenciesKind="constant"/>"#,
         "<InitialUnknowns>",
         r#"<Unknown index="6" dependencies="" dependenciesKind=""/>"#,
         r#"<Unknown index="7"/>"#,

@@ -1,6 +1,6 @@
 //! From resources to model description, XML and GUID; the packager and the binary take the same way.
 
-use model_description::{CoSimulation, ModelDescription, WriteError, guid};
+use model_description::{Capabilities, CoSimulation, ModelDescription, WriteError, guid};
 
 use crate::log::Category;
 use crate::{Model, Resources, Table};
@@ -55,14 +55,16 @@ fn description_of<M: Model>(model: &M, table: &Table<M>) -> ModelDescription {
         version: about.version,
         license: env!("CARGO_PKG_LICENSE").to_owned(),
         generation_tool: concat!("squid ", env!("CARGO_PKG_VERSION")).to_owned(),
+        model_exchange: M::continuous().is_some(),
+        capabilities: Capabilities {
+            can_get_and_set_fmu_state: true,
+            can_serialize_fmu_state: true,
+            provides_directional_derivative: M::tangents().is_some(),
+        },
         co_simulation: CoSimulation {
             can_handle_variable_communication_step_size: true,
             can_interpolate_inputs: false,
-            max_output_derivative_order: 0,
-            can_not_use_memory_management_functions: true,
-            can_get_and_set_fmu_state: true,
-            can_serialize_fmu_state: false,
-            provides_directional_derivative: M::directional_derivative().is_some(),
+            max_output_derivative_order: u32::from(M::continuous().is_some() && M::tangents().is_some()),
         },
         enumerations: about.enumerations,
         log_categories: Category::ALL.map(Category::described).to_vec(),

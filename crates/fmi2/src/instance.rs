@@ -3,8 +3,12 @@
 use std::sync::Arc;
 
 use crate::refusal::Failure;
+use crate::state::identity;
 use crate::values::Value;
-use crate::{Described, Function, Log, Model, Phase, Refusal, Table};
+use crate::{Described, Function, Interface, Log, Model, Phase, Refusal, Snapshot, Table};
+
+/// A step longer than a day \[s\] is refused: it is a mistake, and would take long.
+const LONGEST_STEP: f64 = 86_400.0;
 
 /// Start, stop and tolerance of `fmi2SetupExperiment`, times in s.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -20,36 +24,28 @@ pub struct Experiment {
 /// A running model: life cycle, time and access to variables.
 #[derive(Debug)]
 pub struct Instance<M: Model> {
-    table: Arc<Table<M>>,
-    fresh: M,
-    now: Snapshot<M>,
+    pub(crate) table: Arc<Table<M>>,
+    pub(crate) fresh: M,
+    pub(crate) now: Snapshot<M>,
+    /// Workspace for derivatives.
+    pub(crate) tangents: Vec<f64>,
+    pub(crate) rates: Vec<f64>,
 }
 
-/// Everything of an instance that changes.
-#[derive(Debug, Clone)]
-pub struct Snapshot<M> {
-    model: M,
-    phase: Phase,
-    experiment: Experiment,
-    time: f64,
-    /// A variable was set since the outputs were computed.
-    stale: bool,
-}
-
-impl<M: Clone> Snapshot<M> {
-    fn start(model: &M) -> Self {
-        let experiment = Experiment::default();
-        Self { model: model.clone(), phase: Phase::Instantiated, experiment, time: 0.0, stale: true }
-    }
-}
-
-type Outcome<M> = Result<(), Failure<<M as Model>::Error>>;
+pub(crate) type Outcome<M> = Result<(), Failure<<M as Model>::Error>>;
 
 impl<M: Model> Instance<M> {
-    /// An instance of a described model.
+    /// An instance of a described model for co-simulation.
     pub fn new(described: Described<M>) -> Self {
-        let now = Snapshot::start(&described.model);
-        Self { table: Arc::new(described.table), fresh: described.model, now }
+        Self::made_for(Interface::CoSimulation, described)
+    }
+
+    /// An instance of a described model.
+    pub fn made_for(interface: Interface, described: Described<M>) -> Self {
+        let now = Snapshot::fresh(&described.model, identity(&described.guid), interface);
+        let table = Arc::new(described.table);
+        let (tangents, rates) = (vec![0.0; table.quantities()], vec![0.0; table.states().len()]);
+        Self { table, fresh: described.model, now, tangents, rates }
     }
 
     /// Where the instance stands in its life.
@@ -75,12 +71,18 @@ impl<M: Model> Instance<M> {
     /// Whether the state table allows a function now.
     ///
     /// # Errors
-    /// [`Refusal::IllegalCall`].
+    /// [`Refusal::IllegalCall`], [`Refusal::OtherInterface`].
     pub fn allows(&self, function: Function) -> Result<(), Refusal> {
-        if function.is_legal_in(self.now.phase) {
+        let Snapshot { phase, interface, .. } = self.now;
+        if function.is_legal_in(phase, interface) {
             return Ok(());
         }
-        Err(Refusal::IllegalCall { phase: self.now.phase.name() })
+        match function.interface().filter(|needed| *needed != interface) {
+            Some(needed) => {
+                Err(Refusal::OtherInterface { needed: needed.name(), interface: interface.name() })
+            }
+            None => Err(Refusal::IllegalCall { phase: phase.name() }),
+        }
     }
 
     /// `fmi2SetupExperiment`.
@@ -118,7 +120,7 @@ impl<M: Model> Instance<M> {
     pub fn exit_initialization(&mut self, log: &mut dyn Log) -> Outcome<M> {
         self.allows(Function::ExitInitializationMode)?;
         self.update(log)?;
-        self.now.phase = Phase::Step;
+        self.now.phase = self.now.interface.first_phase();
         Ok(())
     }
 
@@ -137,8 +139,11 @@ impl<M: Model> Instance<M> {
         if !at.is_finite() || (at - time).abs() > rounding {
             return Err(Refusal::WrongCommunicationPoint { given: at, expected: time }.into());
         }
-        if !end.is_finite() || size <= 0.0 || end <= time {
-            return Err(Refusal::BadStepSize { size }.into());
+        if size.is_nan() || size <= 0.0 || size > LONGEST_STEP {
+            return Err(Refusal::BadStepSize { size, longest: LONGEST_STEP }.into());
+        }
+        if end <= time {
+            return Err(Refusal::StepTooShort { size, time }.into());
         }
         if let Some(stop) = self.now.experiment.stop.filter(|stop| end > stop + rounding) {
             return Err(Refusal::BeyondStopTime { end, stop }.into());
@@ -166,7 +171,7 @@ impl<M: Model> Instance<M> {
     /// [`Refusal::IllegalCall`].
     pub fn reset(&mut self) -> Result<(), Refusal> {
         self.allows(Function::Reset)?;
-        self.now = Snapshot::start(&self.fresh);
+        self.now = Snapshot::fresh(&self.fresh, self.now.identity, self.now.interface);
         Ok(())
     }
 
@@ -180,7 +185,7 @@ impl<M: Model> Instance<M> {
         log: &mut dyn Log,
         mut take: impl FnMut(usize, T),
     ) -> Outcome<M> {
-        self.allows(Function::Get)?;
+        self.allows(T::GET)?;
         self.update(log)?;
         for (position, &reference) in references.iter().enumerate() {
             take(position, self.table.get(&self.now.model, reference)?);
@@ -193,7 +198,7 @@ impl<M: Model> Instance<M> {
     /// # Errors
     /// A refused call.
     pub fn set<T: Value>(&mut self, references: &[u32], value: impl Fn(usize) -> T) -> Result<(), Refusal> {
-        self.allows(Function::Set)?;
+        self.allows(T::SET)?;
         for (position, &reference) in references.iter().enumerate() {
             self.table.check(reference, &value(position), self.now.phase)?;
         }
@@ -204,60 +209,23 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// `fmi2GetDirectionalDerivative`.
-    ///
-    /// # Errors
-    /// A refused call, [`Refusal::Unsupported`], or that the model could not compute it.
-    pub fn directional_derivative(
-        &mut self,
-        unknowns: &[u32],
-        knowns: &[u32],
-        seed: &[f64],
-        sensitivity: &mut [f64],
-        log: &mut dyn Log,
-    ) -> Outcome<M> {
-        self.allows(Function::GetDirectionalDerivative)?;
-        let flag = "providesDirectionalDerivative = false";
-        let derivative = M::directional_derivative().ok_or(Refusal::Unsupported { flag })?;
-        self.update(log)?;
-        for &reference in unknowns.iter().chain(knowns) {
-            self.table.get::<f64>(&self.now.model, reference)?;
-        }
-        derivative(&self.now.model, unknowns, knowns, seed, sensitivity).map_err(Failure::Model)
-    }
-
-    /// `fmi2GetFMUstate`.
-    ///
-    /// # Errors
-    /// [`Refusal::IllegalCall`].
-    pub fn snapshot(&self) -> Result<Snapshot<M>, Refusal> {
-        self.allows(Function::GetFmuState)?;
-        Ok(self.now.clone())
-    }
-
-    /// `fmi2SetFMUstate`.
-    ///
-    /// # Errors
-    /// [`Refusal::IllegalCall`].
-    pub fn restore(&mut self, snapshot: &Snapshot<M>) -> Result<(), Refusal> {
-        self.allows(Function::SetFmuState)?;
-        self.now = snapshot.clone();
-        Ok(())
-    }
-
     /// Gives the instance up after a panic.
     pub(crate) fn abandon(&mut self) {
         self.now.phase = Phase::Fatal;
     }
 
     /// Brings the outputs up to date with what was set.
-    fn update(&mut self, log: &mut dyn Log) -> Outcome<M> {
+    pub(crate) fn update(&mut self, log: &mut dyn Log) -> Outcome<M> {
         if !self.now.stale {
             return Ok(());
         }
         let outcome = match self.now.phase {
             Phase::Initialization => self.now.model.initialise(self.now.experiment.start, log),
             Phase::Step => self.now.model.refresh(),
+            Phase::Event | Phase::Continuous => match M::continuous() {
+                Some(continuous) => (continuous.obey)(&mut self.now.model),
+                None => Ok(()),
+            },
             _ => Ok(()),
         };
         self.settle(outcome)?;
@@ -265,7 +233,7 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    fn settle(&mut self, outcome: Result<(), M::Error>) -> Outcome<M> {
+    pub(crate) fn settle(&mut self, outcome: Result<(), M::Error>) -> Outcome<M> {
         outcome.map_err(|error| {
             self.now.phase = Phase::Error;
             Failure::Model(error)

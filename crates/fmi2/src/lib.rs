@@ -1,4 +1,4 @@
-//! FMI 2.0 co-simulation export, without any model:
+//! FMI 2.0 export for co-simulation and model exchange, without any model:
 //!
 //! ```text
 //! resources -> Model::load -> variable table -> model description and GUID      (the packager, `describe`)
@@ -13,27 +13,38 @@
 //! confined to [`abi`].
 
 pub mod abi;
+mod continuous;
+mod derivatives;
 mod describe;
 mod embed;
+mod exchange;
 mod instance;
+mod legal;
 mod log;
 mod model;
 mod phase;
 mod refusal;
 mod resources;
+mod snapshot;
+mod state;
 mod table;
 mod uri;
 mod values;
 mod variable;
 
+pub use continuous::{Continuous, ContinuousModel};
 pub use describe::{DescribeError, Described, describe};
-pub use instance::{Experiment, Instance, Snapshot};
+pub use exchange::Events;
+pub use instance::{Experiment, Instance};
+pub use legal::Function;
 pub use log::{Category, Level, Log, Silent};
-pub use model::{About, DirectionalDerivative, Model};
+pub use model::{About, Model, Moment, Tangents};
 pub use model_description;
-pub use phase::{Function, Phase};
+pub use phase::{Interface, Phase};
 pub use refusal::{Failure, Refusal};
 pub use resources::{ResourceError, Resources};
+pub use snapshot::Snapshot;
+pub use state::{StateError, StateReader, StateWriter};
 pub use table::Table;
 pub use uri::{UriError, path_of};
 pub use values::Value;

@@ -2,12 +2,12 @@
 
 use model_description::{DefaultExperiment, Enumeration};
 
-use crate::{Log, ResourceError, Resources, Variable};
+use crate::{Continuous, Log, ResourceError, Resources, StateError, StateReader, StateWriter, Variable};
 
 /// A model that can be stepped in time; it knows no protocol.
 ///
 /// A clone is a complete snapshot: it serves `fmi2GetFMUstate` and `fmi2Reset`. Heavy data that never changes
-/// belongs into an `Arc`.
+/// belongs into an `Arc`. A state that leaves the process goes through [`Model::save`] and [`Model::recall`].
 pub trait Model: Clone + Send + 'static {
     /// What can go wrong; its text is logged as one sentence.
     type Error: std::error::Error + From<ResourceError> + Send + Sync + 'static;
@@ -51,15 +51,39 @@ pub trait Model: Clone + Send + 'static {
         Ok(())
     }
 
-    /// The model's own directional derivative, if it has one.
-    fn directional_derivative() -> Option<DirectionalDerivative<Self>> {
+    /// Writes everything that [`Model::recall`] needs to go on from here; what follows from the resources is left out.
+    fn save(&self, state: &mut StateWriter);
+
+    /// Puts a freshly loaded model of the same resources into a saved state.
+    ///
+    /// # Errors
+    /// [`StateError`]: the bytes end early, or make no state of this model.
+    fn recall(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError>;
+
+    /// The continuous states, if an importer may integrate them itself.
+    fn continuous() -> Option<Continuous<Self>> {
+        None
+    }
+
+    /// The model's exact derivatives, if it has them.
+    fn tangents() -> Option<Tangents<Self>> {
         None
     }
 }
 
-/// `dz = (d unknowns / d knowns) dv`: model, value references of unknowns and knowns, `dv`, and room for `dz`.
-pub type DirectionalDerivative<M> =
-    fn(&M, &[u32], &[u32], &[f64], &mut [f64]) -> Result<(), <M as Model>::Error>;
+/// Derivatives along one direction: `tangents[q]` is the derivative of quantity q, as [`Variable::quantity`] numbers them.
+///
+/// Those of the knowns (inputs; states, but for the initialization) come in; the function fills in those of the unknowns.
+pub type Tangents<M> = fn(&M, Moment, &mut [f64]) -> Result<(), <M as Model>::Error>;
+
+/// When derivatives are asked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Moment {
+    /// Time in s.
+    pub time: f64,
+    /// In initialization mode, where states follow from inputs and parameters.
+    pub initial: bool,
+}
 
 /// What a model description says besides the variables.
 #[derive(Debug, Clone, PartialEq)]

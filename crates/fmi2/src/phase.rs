@@ -1,8 +1,35 @@
-//! Which function may be called when (FMI 2.0.4, table in section 4.2.4).
+//! Where an instance stands in its life (FMI 2.0.4, state machines in sections 3.2.3 and 4.2.4).
 
-use Phase::{Error, Fatal, Initialization, Instantiated, Step, Terminated};
+use Phase::{Continuous, Error, Event, Fatal, Initialization, Instantiated, Step, Terminated};
 
-/// State of a co-simulation instance.
+/// What an instance was made for (`fmi2Type`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Interface {
+    /// The importer integrates (section 3).
+    ModelExchange,
+    /// The FMU steps itself (section 4).
+    CoSimulation,
+}
+
+impl Interface {
+    /// Name in prose.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ModelExchange => "model exchange",
+            Self::CoSimulation => "co-simulation",
+        }
+    }
+
+    /// The phase after `fmi2ExitInitializationMode`.
+    pub(crate) fn first_phase(self) -> Phase {
+        match self {
+            Self::ModelExchange => Event,
+            Self::CoSimulation => Step,
+        }
+    }
+}
+
+/// State of an instance.
 ///
 /// `stepInProgress`, `stepFailed` and `stepCanceled` of the standard do not occur: a step is computed before
 /// `fmi2DoStep` returns, and it is computed whole or not at all.
@@ -12,8 +39,12 @@ pub enum Phase {
     Instantiated,
     /// Between `fmi2EnterInitializationMode` and `fmi2ExitInitializationMode`.
     Initialization,
-    /// `stepComplete` of the standard: ready for `fmi2DoStep`.
+    /// `stepComplete` of the standard: ready for `fmi2DoStep`; co-simulation only.
     Step,
+    /// Event mode; model exchange only.
+    Event,
+    /// Continuous-time mode; model exchange only.
+    Continuous,
     /// After `fmi2Terminate`.
     Terminated,
     /// The model could not compute; reset, an earlier state, or free.
@@ -22,90 +53,10 @@ pub enum Phase {
     Fatal,
 }
 
-/// Functions that belong to an instance, by what the table says of them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[allow(missing_docs)]
-pub enum Function {
-    SetDebugLogging,
-    FreeInstance,
-    SetupExperiment,
-    EnterInitializationMode,
-    ExitInitializationMode,
-    Terminate,
-    Reset,
-    Get,
-    Set,
-    GetFmuState,
-    SetFmuState,
-    FreeFmuState,
-    SerializeFmuState,
-    GetDirectionalDerivative,
-    SetRealInputDerivatives,
-    GetRealOutputDerivatives,
-    DoStep,
-    CancelStep,
-    GetStatus,
-}
-
-const ALIVE: &[Phase] = &[Instantiated, Initialization, Step, Terminated, Error];
-const READABLE: &[Phase] = &[Initialization, Step, Terminated, Error];
-
-/// The table.
-const LEGAL: [(Function, &str, &[Phase]); 19] = [
-    (Function::SetDebugLogging, "fmi2SetDebugLogging", ALIVE),
-    (
-        Function::FreeInstance,
-        "fmi2FreeInstance",
-        &[Instantiated, Initialization, Step, Terminated, Error, Fatal],
-    ),
-    (Function::SetupExperiment, "fmi2SetupExperiment", &[Instantiated]),
-    (Function::EnterInitializationMode, "fmi2EnterInitializationMode", &[Instantiated]),
-    (Function::ExitInitializationMode, "fmi2ExitInitializationMode", &[Initialization]),
-    (Function::Terminate, "fmi2Terminate", &[Step]),
-    (Function::Reset, "fmi2Reset", ALIVE),
-    (Function::Get, "fmi2GetXXX", READABLE),
-    (Function::Set, "fmi2SetXXX", &[Instantiated, Initialization, Step]),
-    (Function::GetFmuState, "fmi2GetFMUstate", ALIVE),
-    (Function::SetFmuState, "fmi2SetFMUstate", ALIVE),
-    (Function::FreeFmuState, "fmi2FreeFMUstate", ALIVE),
-    (Function::SerializeFmuState, "serialization of the FMU state", ALIVE),
-    (Function::GetDirectionalDerivative, "fmi2GetDirectionalDerivative", READABLE),
-    (Function::SetRealInputDerivatives, "fmi2SetRealInputDerivatives", &[Instantiated, Initialization, Step]),
-    (Function::GetRealOutputDerivatives, "fmi2GetRealOutputDerivatives", &[Step, Terminated, Error]),
-    (Function::DoStep, "fmi2DoStep", &[Step]),
-    (Function::CancelStep, "fmi2CancelStep", &[]),
-    (Function::GetStatus, "fmi2GetXXXStatus", &[Step, Terminated]),
-];
-
-impl Function {
-    /// All functions.
-    pub fn all() -> impl Iterator<Item = Self> {
-        LEGAL.iter().map(|row| row.0)
-    }
-
-    fn row(self) -> &'static (Function, &'static str, &'static [Phase]) {
-        &LEGAL[self as usize]
-    }
-
-    /// Name in the standard.
-    pub fn name(self) -> &'static str {
-        self.row().1
-    }
-
-    /// Whether the function may be called in the given phase.
-    pub fn is_legal_in(self, phase: Phase) -> bool {
-        self.row().2.contains(&phase)
-    }
-
-    /// The phases in which the function may be called.
-    pub fn legal_phases(self) -> &'static [Phase] {
-        self.row().2
-    }
-}
-
 impl Phase {
     /// All phases.
-    pub const ALL: [Self; 6] = [Instantiated, Initialization, Step, Terminated, Error, Fatal];
+    pub const ALL: [Self; 8] =
+        [Instantiated, Initialization, Step, Event, Continuous, Terminated, Error, Fatal];
 
     /// Name in the standard.
     pub fn name(self) -> &'static str {
@@ -113,21 +64,20 @@ impl Phase {
             Instantiated => "instantiated",
             Initialization => "initialization mode",
             Step => "step complete",
+            Event => "event mode",
+            Continuous => "continuous-time mode",
             Terminated => "terminated",
             Error => "error",
             Fatal => "fatal",
         }
     }
-}
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rows_stand_in_the_order_of_the_functions() {
-        for (position, function) in Function::all().enumerate() {
-            assert_eq!(function as usize, position, "{}", function.name());
+    /// Whether an instance of this kind can ever be in the phase.
+    pub fn occurs_in(self, interface: Interface) -> bool {
+        match self {
+            Step => interface == Interface::CoSimulation,
+            Event | Continuous => interface == Interface::ModelExchange,
+            _ => true,
         }
     }
 }

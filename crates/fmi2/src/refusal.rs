@@ -1,6 +1,6 @@
 //! Every reason for which a call is refused, as one sentence.
 
-use crate::{DescribeError, ResourceError, UriError};
+use crate::{DescribeError, ResourceError, StateError, UriError};
 
 /// Why a call was refused; nothing in the instance has changed.
 #[derive(Debug, thiserror::Error)]
@@ -8,6 +8,8 @@ use crate::{DescribeError, ResourceError, UriError};
 pub enum Refusal {
     #[error("may not be called in state '{phase}'")]
     IllegalCall { phase: &'static str },
+    #[error("may not be called at all: it belongs to {needed}, and the instance was made for {interface}")]
+    OtherInterface { needed: &'static str, interface: &'static str },
     #[error("the pointer '{argument}' is NULL")]
     NullPointer { argument: &'static str },
     #[error("the text '{argument}' is not UTF-8")]
@@ -24,20 +26,50 @@ pub enum Refusal {
     NoSuchItem { name: String, value: i32, last: i32 },
     #[error("start time {start} s, stop time {stop} s and tolerance {tolerance} make no experiment")]
     BadExperiment { start: f64, stop: f64, tolerance: f64 },
-    #[error("the step size is {size} s, but must be finite and above 0")]
-    BadStepSize { size: f64 },
+    #[error("the step size is {size} s, but must be above 0 and at most {longest}")]
+    BadStepSize { size: f64, longest: f64 },
+    #[error("a step of {size} s does not move the time {time} s")]
+    StepTooShort { size: f64, time: f64 },
     #[error("the step starts at {given} s, but the last one ended at {expected} s")]
     WrongCommunicationPoint { given: f64, expected: f64 },
     #[error("the step ends at {end} s, after the stop time {stop} s")]
     BeyondStopTime { end: f64, stop: f64 },
+    #[error("the time is {time} s, but must be finite")]
+    BadTime { time: f64 },
+    #[error("{found} numbers are given, but there are {expected} {what}")]
+    WrongCount { what: &'static str, found: usize, expected: usize },
+    #[error("the derivative of state '{name}' is {value} here")]
+    NoDerivative { name: String, value: f64 },
+    #[error(
+        "no derivative by variable '{name}' can be asked for in state '{phase}', only by inputs and states"
+    )]
+    NotKnown { name: String, phase: &'static str },
+    #[error(
+        "no derivative of variable '{name}' can be asked for, only of outputs, states and their derivatives"
+    )]
+    NotUnknown { name: String },
+    #[error("variable '{name}' is no output")]
+    NotOutput { name: String },
+    #[error("the directional derivative of variable '{name}' is {value} here")]
+    NoSensitivity { name: String, value: f64 },
+    #[error("the derivative of order {order} of variable '{name}' is not known, only that of order 1")]
+    BadOrder { name: String, order: i32 },
+    #[error(transparent)]
+    BadState(#[from] StateError),
+    #[error("the state belongs to an FMU with another GUID")]
+    ForeignState,
+    #[error("the state is that of an instance made for {found}, and this one was made for {interface}")]
+    OtherInterfaceState { found: &'static str, interface: &'static str },
+    #[error("the buffer has {found} bytes, but the state needs {expected}")]
+    BufferTooSmall { found: usize, expected: usize },
     #[error("log category '{category}' is unknown")]
     UnknownCategory { category: String },
     #[error("is not supported: the model description says {flag}")]
     Unsupported { flag: &'static str },
     #[error("the instance name is empty")]
     EmptyName,
-    #[error("only co-simulation is supported, the FMU type {given} is not")]
-    WrongFmuType { given: i32 },
+    #[error("the FMU type {given} is not supported, only {supported}")]
+    WrongFmuType { given: i32, supported: &'static str },
     #[error("the resource location is NULL, but the model reads its design from there")]
     NoResourceLocation,
     #[error(transparent)]

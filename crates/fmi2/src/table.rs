@@ -1,6 +1,6 @@
 //! The table of variables at run time: value reference to entry.
 
-use model_description::{Causality, Initial, Variability};
+use model_description::{Causality, Initial, Kind, Variability};
 
 use crate::values::Value;
 use crate::{Model, Phase, Refusal, Variable};
@@ -9,12 +9,72 @@ use crate::{Model, Phase, Refusal, Variable};
 #[derive(Debug)]
 pub struct Table<M> {
     variables: Vec<Variable<M>>,
+    /// Value references of the states, in the order of their derivatives.
+    states: Vec<u32>,
 }
 
 impl<M: Model> Table<M> {
     /// The table of a loaded model.
     pub fn of(model: &M) -> Self {
-        Self { variables: model.variables() }
+        let mut table = Self { variables: model.variables(), states: Vec::new() };
+        let states = table.variables.iter().filter_map(|one| one.meta.derivative_of.as_deref());
+        table.states = states.filter_map(|name| table.reference(name)).collect();
+        table
+    }
+
+    /// Value references of the continuous states, in their order.
+    pub fn states(&self) -> &[u32] {
+        &self.states
+    }
+
+    /// Nominal value of a Real variable, 1 where none is given.
+    pub(crate) fn nominal(&self, reference: u32) -> f64 {
+        match self.variables.get(reference as usize).map(|one| &one.meta.kind) {
+            Some(Kind::Real { nominal: Some(nominal), .. }) => *nominal,
+            _ => 1.0,
+        }
+    }
+
+    /// How many quantities the model's tangents have.
+    pub(crate) fn quantities(&self) -> usize {
+        self.variables.iter().filter_map(|one| one.quantity).max().map_or(0, |last| last + 1)
+    }
+
+    /// The quantity that a variable is, where derivatives by it can be asked for: an input, or a state that does not follow
+    /// from others as it does in initialization mode.
+    pub(crate) fn known(&self, reference: u32, phase: Phase) -> Result<usize, Refusal> {
+        let entry = self.real(reference)?;
+        let is_state = phase != Phase::Initialization && self.states.contains(&reference);
+        let is_known = is_state || entry.meta.causality == Causality::Input;
+        let refused = || Refusal::NotKnown { name: entry.meta.name.clone(), phase: phase.name() };
+        entry.quantity.filter(|_| is_known).ok_or_else(refused)
+    }
+
+    /// The quantity that a variable is, where its own derivatives can be asked for: an output, a state or a derivative. What
+    /// changes at events alone is none, and its derivatives are zero.
+    pub(crate) fn unknown(&self, reference: u32) -> Result<Option<usize>, Refusal> {
+        let entry = self.real(reference)?;
+        let is_unknown = entry.meta.causality == Causality::Output
+            || entry.meta.derivative_of.is_some()
+            || self.states.contains(&reference);
+        match is_unknown {
+            true => Ok(entry.quantity),
+            false => Err(Refusal::NotUnknown { name: entry.meta.name.clone() }),
+        }
+    }
+
+    /// An output and its quantity.
+    pub(crate) fn output(&self, reference: u32) -> Result<Option<usize>, Refusal> {
+        let entry = self.real(reference)?;
+        match entry.meta.causality {
+            Causality::Output => Ok(entry.quantity),
+            _ => Err(Refusal::NotOutput { name: entry.meta.name.clone() }),
+        }
+    }
+
+    fn real(&self, reference: u32) -> Result<&Variable<M>, Refusal> {
+        let entry = self.entry(reference)?;
+        f64::reach(&entry.access).map(|_| entry).ok_or_else(|| wrong_type::<M, f64>(entry))
     }
 
     /// The entries in the order of their value references.
@@ -77,7 +137,7 @@ fn wrong_type<M, T: Value>(entry: &Variable<M>) -> Refusal {
     Refusal::WrongType { name: entry.meta.name.clone(), wanted: T::NAME }
 }
 
-/// Footnotes of the table in section 4.2.4.
+/// Footnotes of the tables in sections 3.2.3 and 4.2.4.
 fn may_be_set<M>(entry: &Variable<M>, phase: Phase) -> bool {
     let meta = &entry.meta;
     let is_input = meta.causality == Causality::Input;
@@ -85,6 +145,7 @@ fn may_be_set<M>(entry: &Variable<M>, phase: Phase) -> bool {
     match phase {
         Phase::Instantiated => varies && meta.needs_start(),
         Phase::Initialization => is_input || (varies && meta.initial() == Some(Initial::Exact)),
+        Phase::Continuous => is_input && meta.variability == Variability::Continuous,
         _ => is_input || (meta.causality == Causality::Parameter && meta.variability == Variability::Tunable),
     }
 }

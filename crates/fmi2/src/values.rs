@@ -1,12 +1,16 @@
 //! The four value types of the C functions.
 
-use crate::Refusal;
 use crate::variable::{Access, Get, Set};
+use crate::{Function, Refusal};
 
 /// A type that `fmi2GetXXX` and `fmi2SetXXX` exchange.
 pub trait Value: Sized {
     /// Name in the standard.
     const NAME: &'static str;
+    /// The function that reads it.
+    const GET: Function;
+    /// The function that writes it.
+    const SET: Function;
 
     /// Getter and setter, if the variable is of this type.
     #[doc(hidden)]
@@ -22,6 +26,8 @@ pub trait Value: Sized {
 
 impl Value for f64 {
     const NAME: &'static str = "Real";
+    const GET: Function = Function::GetReal;
+    const SET: Function = Function::SetReal;
 
     fn reach<M>(access: &Access<M>) -> Option<(&Get<M, Self>, Option<&Set<M, Self>>)> {
         match access {
@@ -40,6 +46,8 @@ impl Value for f64 {
 
 impl Value for i32 {
     const NAME: &'static str = "Integer";
+    const GET: Function = Function::GetInteger;
+    const SET: Function = Function::SetInteger;
 
     fn reach<M>(access: &Access<M>) -> Option<(&Get<M, Self>, Option<&Set<M, Self>>)> {
         match access {
@@ -60,6 +68,8 @@ impl Value for i32 {
 
 impl Value for bool {
     const NAME: &'static str = "Boolean";
+    const GET: Function = Function::GetBoolean;
+    const SET: Function = Function::SetBoolean;
 
     fn reach<M>(access: &Access<M>) -> Option<(&Get<M, Self>, Option<&Set<M, Self>>)> {
         match access {
@@ -71,6 +81,8 @@ impl Value for bool {
 
 impl Value for String {
     const NAME: &'static str = "String";
+    const GET: Function = Function::GetString;
+    const SET: Function = Function::SetString;
 
     fn reach<M>(access: &Access<M>) -> Option<(&Get<M, Self>, Option<&Set<M, Self>>)> {
         match access {

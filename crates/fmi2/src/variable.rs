@@ -44,6 +44,8 @@ pub enum Access<M> {
 pub struct Variable<M> {
     pub(crate) meta: ScalarVariable,
     pub(crate) access: Access<M>,
+    /// Number among the quantities of [`Tangents`](crate::Tangents).
+    pub(crate) quantity: Option<usize>,
 }
 
 /// Causality and variability of a variable, with its setter if it has one.
@@ -114,7 +116,7 @@ impl<M> Variable<M> {
             Kind::Real { unit: None, display_unit: None, min: None, max: None, nominal: None, start: None };
         let variability = role.variability.unwrap_or(Variability::Continuous);
         let meta = meta(name.into(), description.into(), &role, variability, kind);
-        Self { meta, access: Access::Real(Box::new(get), role.set) }
+        Self { meta, access: Access::Real(Box::new(get), role.set), quantity: None }
     }
 
     /// An integer variable.
@@ -127,7 +129,7 @@ impl<M> Variable<M> {
         let kind = Kind::Integer { min: None, max: None, start: None };
         let variability = role.variability.unwrap_or(Variability::Discrete);
         let meta = meta(name.into(), description.into(), &role, variability, kind);
-        Self { meta, access: Access::Integer(Box::new(get), role.set) }
+        Self { meta, access: Access::Integer(Box::new(get), role.set), quantity: None }
     }
 
     /// A truth value.
@@ -139,7 +141,7 @@ impl<M> Variable<M> {
     ) -> Self {
         let variability = role.variability.unwrap_or(Variability::Discrete);
         let meta = meta(name.into(), description.into(), &role, variability, Kind::Boolean { start: None });
-        Self { meta, access: Access::Boolean(Box::new(get), role.set) }
+        Self { meta, access: Access::Boolean(Box::new(get), role.set), quantity: None }
     }
 
     /// A text variable.
@@ -151,7 +153,7 @@ impl<M> Variable<M> {
     ) -> Self {
         let variability = role.variability.unwrap_or(Variability::Discrete);
         let meta = meta(name.into(), description.into(), &role, variability, Kind::String { start: None });
-        Self { meta, access: Access::String(Box::new(get), role.set) }
+        Self { meta, access: Access::String(Box::new(get), role.set), quantity: None }
     }
 
     /// A choice among the items of `of_type`, counted from 1; a number outside them is refused before the setter.
@@ -166,7 +168,7 @@ impl<M> Variable<M> {
         let variability = role.variability.unwrap_or(Variability::Discrete);
         let meta = meta(name.into(), description.into(), &role, variability, kind);
         let last = i32::try_from(of_type.items.len()).unwrap_or(i32::MAX);
-        Self { meta, access: Access::Enumeration(Box::new(get), role.set, last) }
+        Self { meta, access: Access::Enumeration(Box::new(get), role.set, last), quantity: None }
     }
 
     /// Unit of a Real variable; where it holds radians once, degrees become the display unit.
@@ -220,10 +222,41 @@ impl<M> Variable<M> {
         self
     }
 
-    /// The inputs on which an output depends without a step; by default all of them.
+    /// The time derivative of the state of the given name; the order of the derivatives is that of the states.
+    #[must_use]
+    pub fn derivative_of(mut self, state: &str) -> Self {
+        self.meta.derivative_of = Some(state.to_owned());
+        self
+    }
+
+    /// Number of the variable among the quantities of the model's [`Tangents`](crate::Tangents).
+    #[must_use]
+    pub fn quantity(mut self, number: usize) -> Self {
+        self.quantity = Some(number);
+        self
+    }
+
+    /// The inputs and states on which an output or derivative depends without a step; by default all of them.
     #[must_use]
     pub fn depends_on(mut self, names: &[&str]) -> Self {
         self.meta.depends_on = Some(dependencies(names));
+        self
+    }
+
+    /// Like [`depends_on`](Self::depends_on), on one more by a constant factor.
+    #[must_use]
+    pub fn depends_linearly_on(mut self, name: &str) -> Self {
+        let one = Dependency { on: name.to_owned(), kind: DependencyKind::Constant };
+        self.meta.depends_on.get_or_insert_default().push(one);
+        self
+    }
+
+    /// Drops dependencies that a larger model does not know as inputs or states.
+    #[must_use]
+    pub fn depends_only_where(mut self, known: impl Fn(&str) -> bool) -> Self {
+        if let Some(list) = &mut self.meta.depends_on {
+            list.retain(|dependency| known(&dependency.on));
+        }
         self
     }
 
@@ -273,6 +306,7 @@ fn meta<M, T>(
         variability,
         initial: None,
         kind,
+        derivative_of: None,
         depends_on: None,
         initially_depends_on: None,
     }

@@ -26,7 +26,7 @@ pub unsafe extern "C" fn get_real<M: Model>(
         component.instance.get(references, &mut component.logger, take)
     };
     // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, "fmi2GetReal", Function::Get, body) }
+    unsafe { call(component, Function::GetReal, body) }
 }
 
 /// `fmi2GetInteger`, also for enumerations.
@@ -47,7 +47,7 @@ pub unsafe extern "C" fn get_integer<M: Model>(
         component.instance.get(references, &mut component.logger, take)
     };
     // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, "fmi2GetInteger", Function::Get, body) }
+    unsafe { call(component, Function::GetInteger, body) }
 }
 
 /// `fmi2GetBoolean`.
@@ -68,7 +68,7 @@ pub unsafe extern "C" fn get_boolean<M: Model>(
         component.instance.get(references, &mut component.logger, take)
     };
     // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, "fmi2GetBoolean", Function::Get, body) }
+    unsafe { call(component, Function::GetBoolean, body) }
 }
 
 /// `fmi2GetString`; the texts live until the next call of this function.
@@ -95,7 +95,7 @@ pub unsafe extern "C" fn get_string<M: Model>(
         Ok(())
     };
     // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, "fmi2GetString", Function::Get, body) }
+    unsafe { call(component, Function::GetString, body) }
 }
 
 /// `fmi2SetReal`.
@@ -115,7 +115,7 @@ pub unsafe extern "C" fn set_real<M: Model>(
         Ok(component.instance.set(references, |position| values[position])?)
     };
     // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, "fmi2SetReal", Function::Set, body) }
+    unsafe { call(component, Function::SetReal, body) }
 }
 
 /// `fmi2SetInteger`, also for enumerations.
@@ -135,7 +135,7 @@ pub unsafe extern "C" fn set_integer<M: Model>(
         Ok(component.instance.set(references, |position| values[position])?)
     };
     // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, "fmi2SetInteger", Function::Set, body) }
+    unsafe { call(component, Function::SetInteger, body) }
 }
 
 /// `fmi2SetBoolean`; any number but 0 is true.
@@ -155,7 +155,7 @@ pub unsafe extern "C" fn set_boolean<M: Model>(
         Ok(component.instance.set(references, |position| values[position] != 0)?)
     };
     // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, "fmi2SetBoolean", Function::Set, body) }
+    unsafe { call(component, Function::SetBoolean, body) }
 }
 
 /// `fmi2SetString`.
@@ -180,5 +180,5 @@ pub unsafe extern "C" fn set_string<M: Model>(
         Ok(component.instance.set(references, |position| texts[position].clone())?)
     };
     // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, "fmi2SetString", Function::Set, body) }
+    unsafe { call(component, Function::SetString, body) }
 }

@@ -6,7 +6,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::abi::logger::Logger;
 use crate::abi::types::{self, Status};
-use crate::{Failure, Function, Instance, Model};
+use crate::{Failure, Function, Instance, Model, Refusal};
 
 /// An instance with its logger, and the texts that the importer may still look at.
 pub(crate) struct Component<M: Model> {
@@ -26,7 +26,6 @@ pub(crate) type Outcome<M> = Result<(), Failure<<M as Model>::Error>>;
 /// `component` is NULL or a handle from `fmi2Instantiate::<M>` that was not freed and is in no other call.
 pub(crate) unsafe fn call<M: Model>(
     component: types::Component,
-    name: &str,
     function: Function,
     body: impl FnOnce(&mut Component<M>) -> Outcome<M>,
 ) -> Status {
@@ -35,7 +34,7 @@ pub(crate) unsafe fn call<M: Model>(
         return Status::Error;
     };
     if let Err(refusal) = component.instance.allows(function) {
-        component.logger.error(name, &refusal);
+        component.logger.error(function.name(), &refusal);
         return Status::Error;
     }
     component.logger.warned = false;
@@ -43,13 +42,18 @@ pub(crate) unsafe fn call<M: Model>(
     match catch_unwind(AssertUnwindSafe(|| body(component))) {
         Ok(Ok(())) if component.logger.warned => Status::Warning,
         Ok(Ok(())) => Status::Ok,
+        // An integrator takes a shorter step where there is no derivative (section 3.2.2).
+        Ok(Err(failure @ Failure::Refused(Refusal::NoDerivative { .. }))) => {
+            component.logger.discard(function.name(), &failure);
+            Status::Discard
+        }
         Ok(Err(failure)) => {
-            component.logger.error(name, &failure);
+            component.logger.error(function.name(), &failure);
             Status::Error
         }
         Err(payload) => {
             component.instance.abandon();
-            component.logger.fatal(name, panic_text(&*payload));
+            component.logger.fatal(function.name(), panic_text(&*payload));
             Status::Fatal
         }
     }

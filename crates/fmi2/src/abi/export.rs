@@ -1,6 +1,6 @@
 //! The macro that gives the generic functions their C names.
 
-/// Exports the 34 functions of FMI 2.0 co-simulation for one model.
+/// Exports the 44 functions of FMI 2.0 for one model: 34 of co-simulation, and 10 more of model exchange.
 ///
 /// Only one crate of a binary may do so, hence the cargo feature `export` of the crates that call this:
 ///
@@ -13,8 +13,8 @@ macro_rules! export {
     ($model:ty) => {
         const _: () = {
             use ::std::ffi::{c_char, c_int};
-            use $crate::abi::{CallbackFunctions, Component, FmuState, Status, StatusKind};
-            use $crate::abi::{access, lifecycle, state, step};
+            use $crate::abi::{CallbackFunctions, Component, EventInfo, FmuState, Status, StatusKind};
+            use $crate::abi::{access, exchange, lifecycle, state, step};
 
             $crate::export_functions! { $model,
                 fn fmi2GetTypesPlatform = lifecycle::get_types_platform [] () -> *const c_char;
@@ -136,6 +136,46 @@ macro_rules! export {
                     known_count: usize,
                     seed: *const f64,
                     sensitivity: *mut f64
+                ) -> Status;
+                fn fmi2EnterEventMode = exchange::enter_event_mode [$model] (component: Component) -> Status;
+                fn fmi2NewDiscreteStates = exchange::new_discrete_states [$model] (
+                    component: Component,
+                    info: *mut EventInfo
+                ) -> Status;
+                fn fmi2EnterContinuousTimeMode = exchange::enter_continuous_time_mode [$model] (
+                    component: Component
+                ) -> Status;
+                fn fmi2CompletedIntegratorStep = exchange::completed_integrator_step [$model] (
+                    component: Component,
+                    no_set_state_prior: c_int,
+                    enter_event_mode: *mut c_int,
+                    terminate: *mut c_int
+                ) -> Status;
+                fn fmi2SetTime = exchange::set_time [$model] (component: Component, time: f64) -> Status;
+                fn fmi2SetContinuousStates = exchange::set_continuous_states [$model] (
+                    component: Component,
+                    states: *const f64,
+                    count: usize
+                ) -> Status;
+                fn fmi2GetDerivatives = exchange::get_derivatives [$model] (
+                    component: Component,
+                    derivatives: *mut f64,
+                    count: usize
+                ) -> Status;
+                fn fmi2GetEventIndicators = exchange::get_event_indicators [$model] (
+                    component: Component,
+                    indicators: *mut f64,
+                    count: usize
+                ) -> Status;
+                fn fmi2GetContinuousStates = exchange::get_continuous_states [$model] (
+                    component: Component,
+                    states: *mut f64,
+                    count: usize
+                ) -> Status;
+                fn fmi2GetNominalsOfContinuousStates = exchange::get_nominals_of_continuous_states [$model] (
+                    component: Component,
+                    nominals: *mut f64,
+                    count: usize
                 ) -> Status;
                 fn fmi2SetRealInputDerivatives = step::set_real_input_derivatives [$model] (
                     component: Component,

@@ -6,9 +6,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use crate::abi::component::{Component, call, panic_text};
 use crate::abi::logger::Logger;
 use crate::abi::pointers::{slice, text};
-use crate::abi::types::{self, CO_SIMULATION, CallbackFunctions, Status};
+use crate::abi::types::{self, CO_SIMULATION, CallbackFunctions, MODEL_EXCHANGE, Status};
 use crate::log::{Category, Filter};
-use crate::{Described, Experiment, Function, Instance, Model, Refusal, Resources, describe, path_of};
+use crate::{Experiment, Function, Instance, Interface, Model, Refusal, Resources, describe, path_of};
 
 /// `fmi2GetTypesPlatform`.
 pub extern "C" fn get_types_platform() -> *const c_char {
@@ -44,35 +44,42 @@ pub unsafe extern "C" fn instantiate<M: Model>(
     };
     let loaded = catch_unwind(AssertUnwindSafe(|| load::<M>(name?, fmu_type, guid?, location?)));
     match loaded {
-        Ok(Ok(described)) => {
-            let instance = Instance::new(described);
+        Ok(Ok(instance)) => {
             let component = Component { instance, logger, strings: Vec::new(), last_step: Status::Ok };
             Box::into_raw(Box::new(component)).cast()
         }
         Ok(Err(refusal)) => {
-            logger.error("fmi2Instantiate", &refusal);
+            logger.error(Function::Instantiate.name(), &refusal);
             std::ptr::null_mut()
         }
         Err(payload) => {
-            logger.fatal("fmi2Instantiate", panic_text(&*payload));
+            logger.fatal(Function::Instantiate.name(), panic_text(&*payload));
             std::ptr::null_mut()
         }
     }
 }
 
-fn load<M: Model>(name: &str, fmu_type: c_int, guid: &str, location: &str) -> Result<Described<M>, Refusal> {
+fn load<M: Model>(name: &str, fmu_type: c_int, guid: &str, location: &str) -> Result<Instance<M>, Refusal> {
     if name.is_empty() {
         return Err(Refusal::EmptyName);
     }
-    if fmu_type != CO_SIMULATION {
-        return Err(Refusal::WrongFmuType { given: fmu_type });
-    }
+    let interface = match (fmu_type, M::continuous().is_some()) {
+        (CO_SIMULATION, _) => Interface::CoSimulation,
+        (MODEL_EXCHANGE, true) => Interface::ModelExchange,
+        (given, true) => {
+            return Err(Refusal::WrongFmuType {
+                given,
+                supported: "0 (model exchange) and 1 (co-simulation)",
+            });
+        }
+        (given, false) => return Err(Refusal::WrongFmuType { given, supported: "1 (co-simulation)" }),
+    };
     let resources = Resources::from_folder(&path_of(location)?)?;
     let described = describe::<M>(&resources)?;
     if described.guid != guid {
         return Err(Refusal::WrongGuid { given: guid.to_owned(), expected: described.guid });
     }
-    Ok(described)
+    Ok(Instance::made_for(interface, described))
 }
 
 /// `fmi2FreeInstance`.
@@ -116,7 +123,7 @@ pub unsafe extern "C" fn set_debug_logging<M: Model>(
         Ok(())
     };
     // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, "fmi2SetDebugLogging", Function::SetDebugLogging, body) }
+    unsafe { call(component, Function::SetDebugLogging, body) }
 }
 
 /// `fmi2SetupExperiment`.
@@ -138,7 +145,7 @@ pub unsafe extern "C" fn setup_experiment<M: Model>(
     };
     let body = |component: &mut Component<M>| Ok(component.instance.set_up(experiment)?);
     // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, "fmi2SetupExperiment", Function::SetupExperiment, body) }
+    unsafe { call(component, Function::SetupExperiment, body) }
 }
 
 /// `fmi2EnterInitializationMode`.
@@ -148,7 +155,7 @@ pub unsafe extern "C" fn setup_experiment<M: Model>(
 pub unsafe extern "C" fn enter_initialization_mode<M: Model>(component: types::Component) -> Status {
     let body = |component: &mut Component<M>| Ok(component.instance.enter_initialization()?);
     // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, "fmi2EnterInitializationMode", Function::EnterInitializationMode, body) }
+    unsafe { call(component, Function::EnterInitializationMode, body) }
 }
 
 /// `fmi2ExitInitializationMode`.
@@ -158,7 +165,7 @@ pub unsafe extern "C" fn enter_initialization_mode<M: Model>(component: types::C
 pub unsafe extern "C" fn exit_initialization_mode<M: Model>(component: types::Component) -> Status {
     let body = |component: &mut Component<M>| component.instance.exit_initialization(&mut component.logger);
     // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, "fmi2ExitInitializationMode", Function::ExitInitializationMode, body) }
+    unsafe { call(component, Function::ExitInitializationMode, body) }
 }
 
 /// `fmi2Terminate`.
@@ -168,7 +175,7 @@ pub unsafe extern "C" fn exit_initialization_mode<M: Model>(component: types::Co
 pub unsafe extern "C" fn terminate<M: Model>(component: types::Component) -> Status {
     let body = |component: &mut Component<M>| Ok(component.instance.terminate()?);
     // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, "fmi2Terminate", Function::Terminate, body) }
+    unsafe { call(component, Function::Terminate, body) }
 }
 
 /// `fmi2Reset`.
@@ -181,5 +188,5 @@ pub unsafe extern "C" fn reset<M: Model>(component: types::Component) -> Status 
         Ok(component.instance.reset()?)
     };
     // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, "fmi2Reset", Function::Reset, body) }
+    unsafe { call(component, Function::Reset, body) }
 }

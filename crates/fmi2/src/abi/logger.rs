@@ -31,6 +31,10 @@ impl Logger {
         self.send(Status::Error, Category::Error, &format!("{function}: {message}."));
     }
 
+    pub(crate) fn discard(&self, function: &str, message: &dyn std::fmt::Display) {
+        self.send(Status::Discard, Category::Events, &format!("{function}: {message}."));
+    }
+
     pub(crate) fn fatal(&self, function: &str, message: &str) {
         let text = format!("{function}: a defect of the FMU stopped the call ({message}).");
         self.send(Status::Fatal, Category::Fatal, &text);

@@ -6,6 +6,7 @@
 
 pub mod access;
 mod component;
+pub mod exchange;
 mod export;
 pub mod lifecycle;
 mod logger;
@@ -14,4 +15,4 @@ pub mod state;
 pub mod step;
 mod types;
 
-pub use types::{CallbackFunctions, Component, FmuState, Logger, Status, StatusKind};
+pub use types::{CallbackFunctions, Component, EventInfo, FmuState, Logger, Status, StatusKind};

@@ -3,7 +3,8 @@
 use crate::abi::component::{Component, call};
 use crate::abi::pointers::{place, slice, slice_mut};
 use crate::abi::types::{self, FmuState, Status};
-use crate::{Function, Model, Refusal, Snapshot};
+use crate::state::Identity;
+use crate::{Failure, Function, Model, Refusal, Snapshot};
 
 /// `fmi2GetFMUstate`; a state that is passed in is overwritten.
 ///
@@ -18,14 +19,10 @@ pub unsafe extern "C" fn get_fmu_state<M: Model>(
         let state = unsafe { place(state, "FMUstate") }?;
         let snapshot = component.instance.snapshot()?;
         // SAFETY: the importer vouches that a state that is not NULL came from here.
-        match unsafe { state.cast::<Snapshot<M>>().as_mut() } {
-            Some(old) => *old = snapshot,
-            None => *state = Box::into_raw(Box::new(snapshot)).cast(),
-        }
-        Ok(())
+        unsafe { hand_out(component, snapshot, state) }
     };
     // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, "fmi2GetFMUstate", Function::GetFmuState, body) }
+    unsafe { call(component, Function::GetFmuState, body) }
 }
 
 /// `fmi2SetFMUstate`.
@@ -35,11 +32,11 @@ pub unsafe extern "C" fn get_fmu_state<M: Model>(
 pub unsafe extern "C" fn set_fmu_state<M: Model>(component: types::Component, state: FmuState) -> Status {
     let body = |component: &mut Component<M>| {
         // SAFETY: the importer vouches that a state that is not NULL came from here.
-        let snapshot = unsafe { place(state.cast::<Snapshot<M>>(), "FMUstate") }?;
+        let snapshot = unsafe { held::<M>(component, state) }?;
         Ok(component.instance.restore(snapshot)?)
     };
     // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, "fmi2SetFMUstate", Function::SetFmuState, body) }
+    unsafe { call(component, Function::SetFmuState, body) }
 }
 
 /// `fmi2FreeFMUstate`; NULL is ignored.
@@ -50,10 +47,12 @@ pub unsafe extern "C" fn free_fmu_state<M: Model>(
     component: types::Component,
     state: *mut FmuState,
 ) -> Status {
-    let body = |_: &mut Component<M>| {
+    let body = |component: &mut Component<M>| {
         // SAFETY: the importer vouches for its pointer.
         let state = unsafe { place(state, "FMUstate") }?;
         if !state.is_null() {
+            // SAFETY: the importer vouches that a state that is not NULL came from here.
+            unsafe { held::<M>(component, *state) }?;
             // SAFETY: it came from Box::into_raw, and the importer vouches that it was not freed.
             drop(unsafe { Box::from_raw(state.cast::<Snapshot<M>>()) });
             *state = std::ptr::null_mut();
@@ -61,55 +60,107 @@ pub unsafe extern "C" fn free_fmu_state<M: Model>(
         Ok(())
     };
     // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, "fmi2FreeFMUstate", Function::FreeFmuState, body) }
+    unsafe { call(component, Function::FreeFmuState, body) }
 }
 
-/// `fmi2SerializedFMUstateSize`: refused, as `canSerializeFMUstate` says.
+/// `fmi2SerializedFMUstateSize`.
 ///
 /// # Safety
-/// `component` is NULL or a live handle of this model.
+/// As [`set_fmu_state`]; `size` is NULL or a place to write to.
 pub unsafe extern "C" fn serialized_fmu_state_size<M: Model>(
     component: types::Component,
-    _state: FmuState,
-    _size: *mut usize,
+    state: FmuState,
+    size: *mut usize,
 ) -> Status {
+    let body = |component: &mut Component<M>| {
+        // SAFETY: the importer vouches for its pointers.
+        let (snapshot, size) = unsafe { (held::<M>(component, state)?, place(size, "size")?) };
+        *size = component.instance.serialise(snapshot)?.len();
+        Ok(())
+    };
     // SAFETY: the importer vouches for the handle.
-    unsafe { refuse_serialization::<M>(component, "fmi2SerializedFMUstateSize") }
+    unsafe { call(component, Function::SerializedFmuStateSize, body) }
 }
 
-/// `fmi2SerializeFMUstate`: refused, as `canSerializeFMUstate` says.
+/// `fmi2SerializeFMUstate`.
 ///
 /// # Safety
-/// `component` is NULL or a live handle of this model.
+/// As [`set_fmu_state`]; `bytes` is NULL or has room for `size` bytes.
 pub unsafe extern "C" fn serialize_fmu_state<M: Model>(
     component: types::Component,
-    _state: FmuState,
-    _bytes: *mut u8,
-    _size: usize,
+    state: FmuState,
+    bytes: *mut u8,
+    size: usize,
 ) -> Status {
+    let body = |component: &mut Component<M>| {
+        // SAFETY: the importer vouches for its pointers.
+        let (snapshot, room) =
+            unsafe { (held::<M>(component, state)?, slice_mut(bytes, size, "serializedState")?) };
+        let serialised = component.instance.serialise(snapshot)?;
+        let (found, expected) = (room.len(), serialised.len());
+        let Some(room) = room.get_mut(..expected) else {
+            return Err(Refusal::BufferTooSmall { found, expected }.into());
+        };
+        room.copy_from_slice(&serialised);
+        Ok(())
+    };
     // SAFETY: the importer vouches for the handle.
-    unsafe { refuse_serialization::<M>(component, "fmi2SerializeFMUstate") }
+    unsafe { call(component, Function::SerializeFmuState, body) }
 }
 
-/// `fmi2DeSerializeFMUstate`: refused, as `canSerializeFMUstate` says.
+/// `fmi2DeSerializeFMUstate`; a state that is passed in is overwritten.
 ///
 /// # Safety
-/// `component` is NULL or a live handle of this model.
+/// As [`get_fmu_state`]; `bytes` is NULL or points to `size` bytes.
 pub unsafe extern "C" fn deserialize_fmu_state<M: Model>(
     component: types::Component,
-    _bytes: *const u8,
-    _size: usize,
-    _state: *mut FmuState,
+    bytes: *const u8,
+    size: usize,
+    state: *mut FmuState,
 ) -> Status {
+    let body = |component: &mut Component<M>| {
+        // SAFETY: the importer vouches for its pointers.
+        let (bytes, state) = unsafe { (slice(bytes, size, "serializedState")?, place(state, "FMUstate")?) };
+        let snapshot = component.instance.deserialise(bytes)?;
+        // SAFETY: the importer vouches that a state that is not NULL came from here.
+        unsafe { hand_out(component, snapshot, state) }
+    };
     // SAFETY: the importer vouches for the handle.
-    unsafe { refuse_serialization::<M>(component, "fmi2DeSerializeFMUstate") }
+    unsafe { call(component, Function::DeserializeFmuState, body) }
 }
 
-unsafe fn refuse_serialization<M: Model>(component: types::Component, name: &str) -> Status {
-    let body =
-        |_: &mut Component<M>| Err(Refusal::Unsupported { flag: "canSerializeFMUstate = false" }.into());
-    // SAFETY: the caller vouches for the handle.
-    unsafe { call(component, name, Function::SerializeFmuState, body) }
+/// The state behind a handle, if it is one of this FMU.
+///
+/// # Safety
+/// `state` is NULL or a state of an FMU of this tool, that was not freed.
+unsafe fn held<'a, M: Model>(
+    component: &Component<M>,
+    state: FmuState,
+) -> Result<&'a mut Snapshot<M>, Refusal> {
+    // SAFETY: every state of this tool begins with the identity of its FMU.
+    let identity = unsafe { place(state.cast::<Identity>(), "FMUstate") }?;
+    if *identity != component.instance.now.identity {
+        return Err(Refusal::ForeignState);
+    }
+    // SAFETY: the identity is that of this FMU, so that the state is one of this model.
+    unsafe { place(state.cast::<Snapshot<M>>(), "FMUstate") }
+}
+
+/// Overwrites the state behind a handle, or makes a new one where it is NULL.
+///
+/// # Safety
+/// As [`held`].
+unsafe fn hand_out<M: Model>(
+    component: &Component<M>,
+    snapshot: Snapshot<M>,
+    state: &mut FmuState,
+) -> Result<(), Failure<M::Error>> {
+    match state.is_null() {
+        true => *state = Box::into_raw(Box::new(snapshot)).cast(),
+        // SAFETY: the caller vouches for it.
+        false => *unsafe { held(component, *state) }? = snapshot,
+    }
+    Ok(())
 }
 
 /// `fmi2GetDirectionalDerivative`.
@@ -139,5 +190,5 @@ pub unsafe extern "C" fn get_directional_derivative<M: Model>(
         instance.directional_derivative(unknowns, knowns, seed, sensitivity, &mut component.logger)
     };
     // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, "fmi2GetDirectionalDerivative", Function::GetDirectionalDerivative, body) }
+    unsafe { call(component, Function::GetDirectionalDerivative, body) }
 }

@@ -3,7 +3,7 @@
 use std::ffi::{c_char, c_int};
 
 use crate::abi::component::{Component, call};
-use crate::abi::pointers::place;
+use crate::abi::pointers::{place, slice, slice_mut};
 use crate::abi::types::{self, DO_STEP_STATUS, LAST_SUCCESSFUL_TIME, Status, StatusKind, TERMINATED};
 use crate::{Function, Model, Refusal};
 
@@ -19,7 +19,7 @@ pub unsafe extern "C" fn do_step<M: Model>(
 ) -> Status {
     let body = |component: &mut Component<M>| component.instance.step(at, size, &mut component.logger);
     // SAFETY: the importer vouches for the handle, here and below.
-    let status = unsafe { call(component, "fmi2DoStep", Function::DoStep, body) };
+    let status = unsafe { call(component, Function::DoStep, body) };
     // SAFETY: as above.
     if let Some(component) = unsafe { component.cast::<Component<M>>().as_mut() } {
         component.last_step = status;
@@ -33,7 +33,7 @@ pub unsafe extern "C" fn do_step<M: Model>(
 /// As [`do_step`].
 pub unsafe extern "C" fn cancel_step<M: Model>(component: types::Component) -> Status {
     // SAFETY: the importer vouches for the handle. The state table refuses every call before the body.
-    unsafe { call(component, "fmi2CancelStep", Function::CancelStep, |_: &mut Component<M>| Ok(())) }
+    unsafe { call(component, Function::CancelStep, |_: &mut Component<M>| Ok(())) }
 }
 
 /// `fmi2SetRealInputDerivatives`: refused, as `canInterpolateInputs` says.
@@ -47,32 +47,39 @@ pub unsafe extern "C" fn set_real_input_derivatives<M: Model>(
     _orders: *const c_int,
     _values: *const f64,
 ) -> Status {
-    let body = |_: &mut Component<M>| Ok(refuse_unless_empty(count, "canInterpolateInputs = false")?);
+    let flag = "canInterpolateInputs = false";
+    let body = |_: &mut Component<M>| match count {
+        0 => Ok(()),
+        _ => Err(Refusal::Unsupported { flag }.into()),
+    };
     // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, "fmi2SetRealInputDerivatives", Function::SetRealInputDerivatives, body) }
+    unsafe { call(component, Function::SetRealInputDerivatives, body) }
 }
 
-/// `fmi2GetRealOutputDerivatives`: refused, as `maxOutputDerivativeOrder` says.
+/// `fmi2GetRealOutputDerivatives`, of the order that `maxOutputDerivativeOrder` says.
 ///
 /// # Safety
-/// As [`do_step`].
+/// As [`do_step`]; the arrays have `count` elements.
 pub unsafe extern "C" fn get_real_output_derivatives<M: Model>(
     component: types::Component,
-    _references: *const u32,
+    references: *const u32,
     count: usize,
-    _orders: *const c_int,
-    _values: *mut f64,
+    orders: *const c_int,
+    values: *mut f64,
 ) -> Status {
-    let body = |_: &mut Component<M>| Ok(refuse_unless_empty(count, "maxOutputDerivativeOrder = 0")?);
+    let body = |component: &mut Component<M>| {
+        // SAFETY: the importer vouches for its arrays.
+        let (references, orders, values) = unsafe {
+            (
+                slice(references, count, "vr")?,
+                slice(orders, count, "order")?,
+                slice_mut(values, count, "value")?,
+            )
+        };
+        component.instance.output_derivatives(references, orders, values, &mut component.logger)
+    };
     // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, "fmi2GetRealOutputDerivatives", Function::GetRealOutputDerivatives, body) }
-}
-
-fn refuse_unless_empty(count: usize, flag: &'static str) -> Result<(), Refusal> {
-    match count {
-        0 => Ok(()),
-        _ => Err(Refusal::Unsupported { flag }),
-    }
+    unsafe { call(component, Function::GetRealOutputDerivatives, body) }
 }
 
 /// `fmi2GetStatus`: the status of the last step.
@@ -85,7 +92,9 @@ pub unsafe extern "C" fn get_status<M: Model>(
     value: *mut Status,
 ) -> Status {
     // SAFETY: the importer vouches for its pointers.
-    unsafe { answer::<M, _>(component, "fmi2GetStatus", (kind, DO_STEP_STATUS), value, |own| own.last_step) }
+    unsafe {
+        answer::<M, _>(component, Function::GetStatus, (kind, DO_STEP_STATUS), value, |own| own.last_step)
+    }
 }
 
 /// `fmi2GetRealStatus`: the end of the last successful step.
@@ -99,7 +108,7 @@ pub unsafe extern "C" fn get_real_status<M: Model>(
 ) -> Status {
     let time = |own: &Component<M>| own.instance.time();
     // SAFETY: the importer vouches for its pointers.
-    unsafe { answer::<M, _>(component, "fmi2GetRealStatus", (kind, LAST_SUCCESSFUL_TIME), value, time) }
+    unsafe { answer::<M, _>(component, Function::GetRealStatus, (kind, LAST_SUCCESSFUL_TIME), value, time) }
 }
 
 /// `fmi2GetBooleanStatus`: whether the model wants to end the simulation, which it never does.
@@ -112,7 +121,7 @@ pub unsafe extern "C" fn get_boolean_status<M: Model>(
     value: *mut c_int,
 ) -> Status {
     // SAFETY: the importer vouches for its pointers.
-    unsafe { answer::<M, _>(component, "fmi2GetBooleanStatus", (kind, TERMINATED), value, |_| 0) }
+    unsafe { answer::<M, _>(component, Function::GetBooleanStatus, (kind, TERMINATED), value, |_| 0) }
 }
 
 /// `fmi2GetIntegerStatus`: no kind of status is an integer.
@@ -125,7 +134,7 @@ pub unsafe extern "C" fn get_integer_status<M: Model>(
     _value: *mut c_int,
 ) -> Status {
     // SAFETY: the importer vouches for the handle.
-    unsafe { discard::<M>(component, "fmi2GetIntegerStatus") }
+    unsafe { discard::<M>(component, Function::GetIntegerStatus) }
 }
 
 /// `fmi2GetStringStatus`: speaks of pending steps only, and there are none.
@@ -138,20 +147,20 @@ pub unsafe extern "C" fn get_string_status<M: Model>(
     _value: *mut *const c_char,
 ) -> Status {
     // SAFETY: the importer vouches for the handle.
-    unsafe { discard::<M>(component, "fmi2GetStringStatus") }
+    unsafe { discard::<M>(component, Function::GetStringStatus) }
 }
 
 /// Writes what is asked if it is the kind that this function knows, and returns `fmi2Discard` otherwise.
 unsafe fn answer<M: Model, T>(
     component: types::Component,
-    name: &str,
+    function: Function,
     (kind, known): (StatusKind, StatusKind),
     value: *mut T,
     read: impl FnOnce(&Component<M>) -> T,
 ) -> Status {
     if kind != known {
         // SAFETY: the caller vouches for the handle.
-        return unsafe { discard::<M>(component, name) };
+        return unsafe { discard::<M>(component, function) };
     }
     let body = |component: &mut Component<M>| {
         // SAFETY: the caller vouches for its pointer.
@@ -159,13 +168,13 @@ unsafe fn answer<M: Model, T>(
         Ok(())
     };
     // SAFETY: the caller vouches for the handle.
-    unsafe { call(component, name, Function::GetStatus, body) }
+    unsafe { call(component, function, body) }
 }
 
 /// The answer to a question about a step that has no answer.
-unsafe fn discard<M: Model>(component: types::Component, name: &str) -> Status {
+unsafe fn discard<M: Model>(component: types::Component, function: Function) -> Status {
     // SAFETY: the caller vouches for the handle.
-    match unsafe { call(component, name, Function::GetStatus, |_: &mut Component<M>| Ok(())) } {
+    match unsafe { call(component, function, |_: &mut Component<M>| Ok(())) } {
         Status::Ok => Status::Discard,
         status => status,
     }

@@ -31,6 +31,8 @@ pub(crate) const LAST_SUCCESSFUL_TIME: StatusKind = 2;
 /// `fmi2Terminated`.
 pub(crate) const TERMINATED: StatusKind = 3;
 
+/// `fmi2ModelExchange` of `fmi2Type`.
+pub(crate) const MODEL_EXCHANGE: c_int = 0;
 /// `fmi2CoSimulation` of `fmi2Type`.
 pub(crate) const CO_SIMULATION: c_int = 1;
 
@@ -54,4 +56,17 @@ pub struct CallbackFunctions {
     pub free_memory: Option<unsafe extern "C" fn(*mut c_void)>,
     pub step_finished: Option<unsafe extern "C" fn(*mut c_void, Status)>,
     pub component_environment: *mut c_void,
+}
+
+/// `fmi2EventInfo`.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+#[allow(missing_docs)]
+pub struct EventInfo {
+    pub new_discrete_states_needed: c_int,
+    pub terminate_simulation: c_int,
+    pub nominals_of_continuous_states_changed: c_int,
+    pub values_of_continuous_states_changed: c_int,
+    pub next_event_time_defined: c_int,
+    pub next_event_time: f64,
 }

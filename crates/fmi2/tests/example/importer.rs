@@ -1,10 +1,12 @@
 //! An importer in a few lines: the C functions as a C header would declare them, and a logger that remembers.
 
+#![allow(dead_code, reason = "not every test needs everything")]
+
 use std::cell::RefCell;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 
-use fmi2::abi::{CallbackFunctions, Component, FmuState, Logger, Status, StatusKind};
-use fmi2::{Resources, describe};
+use fmi2::abi::{CallbackFunctions, Component, EventInfo, FmuState, Logger, Status, StatusKind};
+use fmi2::{Interface, Resources, describe};
 
 use crate::example::Lag;
 
@@ -39,6 +41,16 @@ unsafe extern "C" {
     pub fn fmi2DeSerializeFMUstate(c: Component, bytes: *const u8, size: usize, state: *mut FmuState) -> Status;
     pub fn fmi2GetDirectionalDerivative(c: Component, unknowns: *const u32, n: usize, knowns: *const u32, m: usize,
         seed: *const f64, sensitivity: *mut f64) -> Status;
+    pub fn fmi2EnterEventMode(c: Component) -> Status;
+    pub fn fmi2NewDiscreteStates(c: Component, info: *mut EventInfo) -> Status;
+    pub fn fmi2EnterContinuousTimeMode(c: Component) -> Status;
+    pub fn fmi2CompletedIntegratorStep(c: Component, no_set_state: c_int, event: *mut c_int, end: *mut c_int) -> Status;
+    pub fn fmi2SetTime(c: Component, time: f64) -> Status;
+    pub fn fmi2SetContinuousStates(c: Component, x: *const f64, n: usize) -> Status;
+    pub fn fmi2GetDerivatives(c: Component, x: *mut f64, n: usize) -> Status;
+    pub fn fmi2GetEventIndicators(c: Component, z: *mut f64, n: usize) -> Status;
+    pub fn fmi2GetContinuousStates(c: Component, x: *mut f64, n: usize) -> Status;
+    pub fn fmi2GetNominalsOfContinuousStates(c: Component, x: *mut f64, n: usize) -> Status;
     pub fn fmi2SetRealInputDerivatives(c: Component, vr: *const u32, n: usize, order: *const c_int, value: *const f64) -> Status;
     pub fn fmi2GetRealOutputDerivatives(c: Component, vr: *const u32, n: usize, order: *const c_int, value: *mut f64) -> Status;
     pub fn fmi2DoStep(c: Component, at: f64, size: f64, no_set_state: c_int) -> Status;
@@ -106,8 +118,13 @@ pub struct Unpacked {
 }
 
 pub fn unpack() -> Unpacked {
+    unpack_with("2.0\n")
+}
+
+/// The same with another gain.
+pub fn unpack_with(gain: &str) -> Unpacked {
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("gain.txt"), "2.0\n").unwrap();
+    std::fs::write(folder.path().join("gain.txt"), gain).unwrap();
     let resources = Resources::from_folder(folder.path()).unwrap();
     let guid = CString::new(describe::<Lag>(&resources).unwrap().guid).unwrap();
     let uri = CString::new(format!("file://{}", folder.path().display())).unwrap();
@@ -116,12 +133,16 @@ pub fn unpack() -> Unpacked {
 
 impl Unpacked {
     pub fn instantiate(&self, logging_on: bool) -> Component {
+        self.made_for(Interface::CoSimulation, logging_on)
+    }
+
+    pub fn made_for(&self, interface: Interface, logging_on: bool) -> Component {
         let name = CString::new("one").unwrap();
         let callbacks = callbacks();
         unsafe {
             fmi2Instantiate(
                 name.as_ptr(),
-                1,
+                c_int::from(interface == Interface::CoSimulation),
                 self.guid.as_ptr(),
                 self.uri.as_ptr(),
                 &callbacks,
@@ -132,7 +153,7 @@ impl Unpacked {
     }
 }
 
-/// Brings a new instance to step mode.
+/// Brings a new instance to step mode, or event mode.
 pub fn initialise(c: Component) {
     unsafe {
         assert_eq!(fmi2SetupExperiment(c, 0, 0.0, 0.0, 0, 0.0), Status::Ok);

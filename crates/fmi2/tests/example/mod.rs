@@ -1,7 +1,10 @@
-//! A small model with a variable of each type: a first-order lag, `y' = (gain u - y)/tau`.
+//! A small model with a variable of each type: a first-order lag, `y' = (gain u - y)/tau`; its `count` ticks once a second.
 
 use fmi2::model_description::{DefaultExperiment, Enumeration};
-use fmi2::{About, DirectionalDerivative, Level, Log, Model, ResourceError, Resources, Role, Variable};
+use fmi2::{
+    About, Continuous, ContinuousModel, Level, Log, Model, Moment, ResourceError, Resources, Role,
+    StateError, StateReader, StateWriter, Tangents, Variable,
+};
 
 #[derive(Debug, Clone)]
 pub struct Lag {
@@ -59,14 +62,26 @@ impl Model for Lag {
         type V = Variable<Lag>;
         type R<T> = Role<Lag, T>;
         vec![
-            V::real("u", "input", |m| m.u, R::input(|m, v| m.u = v)).unit("rad").range(-10.0, 10.0),
-            V::real("y", "output", |m| m.y, R::output()).unit("rad").depends_on(&[]),
+            V::real("u", "input", |m| m.u, R::input(|m, v| m.u = v))
+                .unit("rad")
+                .range(-10.0, 10.0)
+                .quantity(0),
+            V::real("y", "output", |m| m.y, R::output())
+                .unit("rad")
+                .nominal(4.0)
+                .depends_linearly_on("y")
+                .quantity(1),
             V::real("gain", "gain", |m| m.gain, R::parameter(|m, v| m.gain = v)).nominal(2.0),
             V::integer("count", "steps so far", |m| m.count, R::output()).depends_on(&[]),
             V::boolean("armed", "lets u through", |m| m.armed, R::tunable(|m, v| m.armed = v)),
             V::string("label", "name", |m| m.label.clone(), R::parameter(|m, v| m.label = v)),
             V::enumeration("method", "way", &methods(), |m| m.method, R::parameter(|m, v| m.method = v)),
             V::real("tau", "time constant", |_| TAU, R::constant()).unit("s"),
+            V::real("der(y)", "rate", |m| m.rate(), R::local())
+                .unit("rad/s")
+                .derivative_of("y")
+                .depends_on(&["u", "y"])
+                .quantity(2),
         ]
     }
 
@@ -91,13 +106,72 @@ impl Model for Lag {
         Ok(())
     }
 
-    fn directional_derivative() -> Option<DirectionalDerivative<Self>> {
-        Some(|model, unknowns, knowns, seed, sensitivity| {
-            for (unknown, result) in unknowns.iter().zip(sensitivity) {
-                let known = knowns.iter().zip(seed).filter(|(known, _)| **known == 0 && *unknown == 1);
-                *result = known.map(|(_, seed)| model.gain * seed).sum();
+    fn save(&self, state: &mut StateWriter) {
+        state.reals(&[self.gain, self.u, self.y]);
+        state.integer(self.count as u64);
+        state.boolean(self.armed);
+        state.text(&self.label);
+        state.integer(self.method as u64);
+    }
+
+    fn recall(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+        [self.gain, self.u, self.y] = [state.finite()?, state.finite()?, state.finite()?];
+        self.count = i32::try_from(state.integer()?).map_err(StateError::inconsistent)?;
+        self.armed = state.boolean()?;
+        self.label = state.text()?;
+        self.method = i32::try_from(state.integer()?).map_err(StateError::inconsistent)?;
+        Ok(())
+    }
+
+    fn continuous() -> Option<Continuous<Self>> {
+        Some(Continuous::of())
+    }
+
+    fn tangents() -> Option<Tangents<Self>> {
+        Some(|model, moment: Moment, tangents| {
+            let gain = if model.armed { model.gain } else { 0.0 };
+            if moment.initial {
+                tangents[1] = model.gain * tangents[0];
             }
+            tangents[2] = (gain * tangents[0] - tangents[1]) / TAU;
             Ok(())
         })
+    }
+}
+
+impl Lag {
+    fn rate(&self) -> f64 {
+        let target = if self.armed { self.gain * self.u } else { 0.0 };
+        (target - self.y) / TAU
+    }
+}
+
+impl ContinuousModel for Lag {
+    fn states(&self, states: &mut [f64]) {
+        states[0] = self.y;
+    }
+
+    fn set_states(&mut self, states: &[f64]) {
+        self.y = states[0];
+    }
+
+    fn obey(&mut self) -> Result<(), LagError> {
+        Ok(())
+    }
+
+    fn derivatives(&self, rates: &mut [f64]) {
+        rates[0] = if self.y > 1e6 { f64::NAN } else { self.rate() };
+    }
+
+    fn next_event(&self) -> Option<f64> {
+        Some(f64::from(self.count))
+    }
+
+    fn event(&mut self, time: f64, _: &mut dyn Log) -> Result<(), LagError> {
+        assert!(self.method == 1, "method 2 is broken");
+        while f64::from(self.count) <= time {
+            self.count += 1;
+        }
+        Ok(())
     }
 }

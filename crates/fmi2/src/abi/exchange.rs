@@ -1,0 +1,173 @@
+//! Functions of model exchange only.
+
+use std::ffi::c_int;
+
+use crate::abi::component::{Component, call};
+use crate::abi::pointers::{place, slice, slice_mut};
+use crate::abi::types::{self, EventInfo, Status};
+use crate::{Function, Model};
+
+/// `fmi2EnterEventMode`.
+///
+/// # Safety
+/// `component` is NULL or a live handle of this model.
+pub unsafe extern "C" fn enter_event_mode<M: Model>(component: types::Component) -> Status {
+    let body = |component: &mut Component<M>| Ok(component.instance.enter_event_mode()?);
+    // SAFETY: the importer vouches for the handle, here and below.
+    unsafe { call(component, Function::EnterEventMode, body) }
+}
+
+/// `fmi2NewDiscreteStates`.
+///
+/// # Safety
+/// As [`enter_event_mode`]; `info` is NULL or a place to write to.
+pub unsafe extern "C" fn new_discrete_states<M: Model>(
+    component: types::Component,
+    info: *mut EventInfo,
+) -> Status {
+    let body = |component: &mut Component<M>| {
+        // SAFETY: the importer vouches for its pointer.
+        let info = unsafe { place(info, "eventInfo") }?;
+        let next = component.instance.new_discrete_states(&mut component.logger)?.next;
+        *info = EventInfo {
+            next_event_time_defined: c_int::from(next.is_some()),
+            next_event_time: next.unwrap_or_default(),
+            ..EventInfo::default()
+        };
+        Ok(())
+    };
+    // SAFETY: the importer vouches for the handle.
+    unsafe { call(component, Function::NewDiscreteStates, body) }
+}
+
+/// `fmi2EnterContinuousTimeMode`.
+///
+/// # Safety
+/// As [`enter_event_mode`].
+pub unsafe extern "C" fn enter_continuous_time_mode<M: Model>(component: types::Component) -> Status {
+    let body = |component: &mut Component<M>| Ok(component.instance.enter_continuous_time_mode()?);
+    // SAFETY: the importer vouches for the handle.
+    unsafe { call(component, Function::EnterContinuousTimeMode, body) }
+}
+
+/// `fmi2CompletedIntegratorStep`.
+///
+/// # Safety
+/// As [`enter_event_mode`]; the pointers are NULL or places to write to.
+pub unsafe extern "C" fn completed_integrator_step<M: Model>(
+    component: types::Component,
+    _no_set_state_prior_to_current_point: c_int,
+    enter_event_mode: *mut c_int,
+    terminate: *mut c_int,
+) -> Status {
+    let body = |component: &mut Component<M>| {
+        // SAFETY: the importer vouches for its pointers.
+        let (event, end) =
+            unsafe { (place(enter_event_mode, "enterEventMode")?, place(terminate, "terminateSimulation")?) };
+        component.instance.integrator_step_completed(&mut component.logger)?;
+        (*event, *end) = (0, 0);
+        Ok(())
+    };
+    // SAFETY: the importer vouches for the handle.
+    unsafe { call(component, Function::CompletedIntegratorStep, body) }
+}
+
+/// `fmi2SetTime`.
+///
+/// # Safety
+/// As [`enter_event_mode`].
+pub unsafe extern "C" fn set_time<M: Model>(component: types::Component, time: f64) -> Status {
+    let body = |component: &mut Component<M>| Ok(component.instance.set_time(time)?);
+    // SAFETY: the importer vouches for the handle.
+    unsafe { call(component, Function::SetTime, body) }
+}
+
+/// `fmi2SetContinuousStates`.
+///
+/// # Safety
+/// As [`enter_event_mode`]; the array has `count` elements.
+pub unsafe extern "C" fn set_continuous_states<M: Model>(
+    component: types::Component,
+    states: *const f64,
+    count: usize,
+) -> Status {
+    let body = |component: &mut Component<M>| {
+        // SAFETY: the importer vouches for its array.
+        let states = unsafe { slice(states, count, "x") }?;
+        Ok(component.instance.set_continuous_states(states)?)
+    };
+    // SAFETY: the importer vouches for the handle.
+    unsafe { call(component, Function::SetContinuousStates, body) }
+}
+
+/// `fmi2GetDerivatives`; `fmi2Discard` where the states have none.
+///
+/// # Safety
+/// As [`set_continuous_states`].
+pub unsafe extern "C" fn get_derivatives<M: Model>(
+    component: types::Component,
+    derivatives: *mut f64,
+    count: usize,
+) -> Status {
+    let body = |component: &mut Component<M>| {
+        // SAFETY: the importer vouches for its array.
+        let derivatives = unsafe { slice_mut(derivatives, count, "derivatives") }?;
+        component.instance.derivatives(derivatives, &mut component.logger)
+    };
+    // SAFETY: the importer vouches for the handle.
+    unsafe { call(component, Function::GetDerivatives, body) }
+}
+
+/// `fmi2GetEventIndicators`.
+///
+/// # Safety
+/// As [`set_continuous_states`].
+pub unsafe extern "C" fn get_event_indicators<M: Model>(
+    component: types::Component,
+    indicators: *mut f64,
+    count: usize,
+) -> Status {
+    let body = |component: &mut Component<M>| {
+        // SAFETY: the importer vouches for its array.
+        let indicators = unsafe { slice_mut(indicators, count, "eventIndicators") }?;
+        Ok(component.instance.event_indicators(indicators)?)
+    };
+    // SAFETY: the importer vouches for the handle.
+    unsafe { call(component, Function::GetEventIndicators, body) }
+}
+
+/// `fmi2GetContinuousStates`.
+///
+/// # Safety
+/// As [`set_continuous_states`].
+pub unsafe extern "C" fn get_continuous_states<M: Model>(
+    component: types::Component,
+    states: *mut f64,
+    count: usize,
+) -> Status {
+    let body = |component: &mut Component<M>| {
+        // SAFETY: the importer vouches for its array.
+        let states = unsafe { slice_mut(states, count, "x") }?;
+        component.instance.continuous_states(states, &mut component.logger)
+    };
+    // SAFETY: the importer vouches for the handle.
+    unsafe { call(component, Function::GetContinuousStates, body) }
+}
+
+/// `fmi2GetNominalsOfContinuousStates`.
+///
+/// # Safety
+/// As [`set_continuous_states`].
+pub unsafe extern "C" fn get_nominals_of_continuous_states<M: Model>(
+    component: types::Component,
+    nominals: *mut f64,
+    count: usize,
+) -> Status {
+    let body = |component: &mut Component<M>| {
+        // SAFETY: the importer vouches for its array.
+        let nominals = unsafe { slice_mut(nominals, count, "x_nominal") }?;
+        Ok(component.instance.nominals(nominals)?)
+    };
+    // SAFETY: the importer vouches for the handle.
+    unsafe { call(component, Function::GetNominalsOfContinuousStates, body) }
+}

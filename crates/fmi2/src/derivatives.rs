@@ -1,0 +1,96 @@
+//! Derivatives of the model at one instant: directional ones, and those of outputs by time (sections 2.1.9 and 4.2.1).
+//!
+//! In co-simulation they are those just after the communication point, with the inputs as they are set.
+
+use crate::instance::Outcome;
+use crate::{Function, Instance, Log, Model, Moment, Phase, Refusal, Tangents};
+
+impl<M: Model> Instance<M> {
+    /// `fmi2GetDirectionalDerivative`: `sensitivity = (d unknowns / d knowns) seed`, exact.
+    ///
+    /// # Errors
+    /// A refused call, or that the model could not compute it; what is given as known or unknown must be one.
+    pub fn directional_derivative(
+        &mut self,
+        unknowns: &[u32],
+        knowns: &[u32],
+        seed: &[f64],
+        sensitivity: &mut [f64],
+        log: &mut dyn Log,
+    ) -> Outcome<M> {
+        self.allows(Function::GetDirectionalDerivative)?;
+        let flag = "providesDirectionalDerivative = false";
+        let tangents = M::tangents().ok_or(Refusal::Unsupported { flag })?;
+        self.update(log)?;
+        self.tangents.fill(0.0);
+        for (&known, &seed) in knowns.iter().zip(seed) {
+            let quantity = self.table.known(known, self.now.phase)?;
+            if !seed.is_finite() {
+                return Err(Refusal::NotFinite { name: self.name(known), value: seed }.into());
+            }
+            self.tangents[quantity] += seed;
+        }
+        for &unknown in unknowns {
+            self.table.unknown(unknown)?;
+        }
+        self.carry(tangents)?;
+        for (&unknown, result) in unknowns.iter().zip(sensitivity) {
+            *result = self.table.unknown(unknown)?.map_or(0.0, |quantity| self.tangents[quantity]);
+            if !result.is_finite() {
+                return Err(Refusal::NoSensitivity { name: self.name(unknown), value: *result }.into());
+            }
+        }
+        Ok(())
+    }
+
+    /// `fmi2GetRealOutputDerivatives`: the derivatives of outputs by time, of order 1, under the inputs as they stand.
+    ///
+    /// # Errors
+    /// A refused call, or that the model could not compute it; another order, or what is no output.
+    pub fn output_derivatives(
+        &mut self,
+        references: &[u32],
+        orders: &[i32],
+        values: &mut [f64],
+        log: &mut dyn Log,
+    ) -> Outcome<M> {
+        self.allows(Function::GetRealOutputDerivatives)?;
+        if references.is_empty() {
+            return Ok(());
+        }
+        let flag = "maxOutputDerivativeOrder = 0";
+        let (tangents, continuous) =
+            M::tangents().zip(M::continuous()).ok_or(Refusal::Unsupported { flag })?;
+        for (&reference, &order) in references.iter().zip(orders) {
+            self.table.output(reference)?;
+            if order != 1 {
+                return Err(Refusal::BadOrder { name: self.name(reference), order }.into());
+            }
+        }
+        self.update(log)?;
+        (continuous.derivatives)(&self.now.model, &mut self.rates);
+        self.tangents.fill(0.0);
+        for (&state, &rate) in self.table.states().iter().zip(&self.rates) {
+            let quantity = self.table.known(state, Phase::Step)?;
+            self.tangents[quantity] = rate;
+        }
+        self.carry(tangents)?;
+        for (&reference, value) in references.iter().zip(values) {
+            *value = self.table.output(reference)?.map_or(0.0, |quantity| self.tangents[quantity]);
+            if !value.is_finite() {
+                return Err(Refusal::NoSensitivity { name: self.name(reference), value: *value }.into());
+            }
+        }
+        Ok(())
+    }
+
+    fn carry(&mut self, tangents: Tangents<M>) -> Outcome<M> {
+        let moment = Moment { time: self.now.time, initial: self.now.phase == Phase::Initialization };
+        tangents(&self.now.model, moment, &mut self.tangents).map_err(crate::Failure::Model)
+    }
+
+    /// Name of a variable that is known to exist.
+    fn name(&self, reference: u32) -> String {
+        self.table.variables()[reference as usize].name().to_owned()
+    }
+}

@@ -1,0 +1,159 @@
+//! Model exchange: the importer integrates (section 3).
+
+use crate::instance::Outcome;
+use crate::{Continuous, Failure, Function, Instance, Log, Model, Phase, Refusal};
+
+/// What `fmi2NewDiscreteStates` tells; the states never jump, and one call is always enough.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Events {
+    /// Time in s of the next event, if one is known.
+    pub next: Option<f64>,
+}
+
+impl<M: Model> Instance<M> {
+    /// `fmi2EnterEventMode`.
+    ///
+    /// # Errors
+    /// [`Refusal::IllegalCall`].
+    pub fn enter_event_mode(&mut self) -> Result<(), Refusal> {
+        self.allows(Function::EnterEventMode)?;
+        self.now.phase = Phase::Event;
+        Ok(())
+    }
+
+    /// `fmi2NewDiscreteStates`: what is due by now happens.
+    ///
+    /// # Errors
+    /// A refused call, or that the model could not compute.
+    pub fn new_discrete_states(&mut self, log: &mut dyn Log) -> Result<Events, Failure<M::Error>> {
+        self.allows(Function::NewDiscreteStates)?;
+        let continuous = continuous::<M>()?;
+        self.update(log)?;
+        let outcome = (continuous.event)(&mut self.now.model, self.now.time, log);
+        self.settle(outcome)?;
+        self.now.stale = true;
+        Ok(Events { next: (continuous.next_event)(&self.now.model) })
+    }
+
+    /// `fmi2EnterContinuousTimeMode`.
+    ///
+    /// # Errors
+    /// [`Refusal::IllegalCall`].
+    pub fn enter_continuous_time_mode(&mut self) -> Result<(), Refusal> {
+        self.allows(Function::EnterContinuousTimeMode)?;
+        self.now.phase = Phase::Continuous;
+        Ok(())
+    }
+
+    /// `fmi2CompletedIntegratorStep`; it never asks for an event.
+    ///
+    /// # Errors
+    /// A refused call, or that the model could not compute.
+    pub fn integrator_step_completed(&mut self, log: &mut dyn Log) -> Outcome<M> {
+        self.allows(Function::CompletedIntegratorStep)?;
+        let continuous = continuous::<M>()?;
+        self.update(log)?;
+        (continuous.step_completed)(&mut self.now.model, log);
+        Ok(())
+    }
+
+    /// `fmi2SetTime`, in s.
+    ///
+    /// # Errors
+    /// [`Refusal::IllegalCall`], [`Refusal::BadTime`].
+    pub fn set_time(&mut self, time: f64) -> Result<(), Refusal> {
+        self.allows(Function::SetTime)?;
+        if !time.is_finite() {
+            return Err(Refusal::BadTime { time });
+        }
+        self.now.time = time;
+        Ok(())
+    }
+
+    /// `fmi2SetContinuousStates`.
+    ///
+    /// # Errors
+    /// A refused call; [`Refusal::WrongCount`], [`Refusal::NotFinite`].
+    pub fn set_continuous_states(&mut self, states: &[f64]) -> Result<(), Refusal> {
+        self.allows(Function::SetContinuousStates)?;
+        let continuous = continuous::<M>()?;
+        self.counts("continuous states", states.len(), self.table.states().len())?;
+        if let Some(index) = states.iter().position(|state| !state.is_finite()) {
+            return Err(Refusal::NotFinite { name: self.state_name(index), value: states[index] });
+        }
+        (continuous.set_states)(&mut self.now.model, states);
+        self.now.stale = true;
+        Ok(())
+    }
+
+    /// `fmi2GetContinuousStates`.
+    ///
+    /// # Errors
+    /// A refused call, or that the model could not compute.
+    pub fn continuous_states(&mut self, states: &mut [f64], log: &mut dyn Log) -> Outcome<M> {
+        self.allows(Function::GetContinuousStates)?;
+        let continuous = continuous::<M>()?;
+        self.counts("continuous states", states.len(), self.table.states().len())?;
+        self.update(log)?;
+        (continuous.states)(&self.now.model, states);
+        Ok(())
+    }
+
+    /// `fmi2GetDerivatives`.
+    ///
+    /// # Errors
+    /// A refused call, or that the model could not compute; [`Refusal::NoDerivative`] where the states are impossible.
+    pub fn derivatives(&mut self, rates: &mut [f64], log: &mut dyn Log) -> Outcome<M> {
+        self.allows(Function::GetDerivatives)?;
+        let continuous = continuous::<M>()?;
+        self.counts("continuous states", rates.len(), self.table.states().len())?;
+        self.update(log)?;
+        (continuous.derivatives)(&self.now.model, rates);
+        match rates.iter().position(|rate| !rate.is_finite()) {
+            Some(index) => {
+                Err(Refusal::NoDerivative { name: self.state_name(index), value: rates[index] }.into())
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// `fmi2GetEventIndicators`: there are none.
+    ///
+    /// # Errors
+    /// A refused call; [`Refusal::WrongCount`].
+    pub fn event_indicators(&self, indicators: &mut [f64]) -> Result<(), Refusal> {
+        self.allows(Function::GetEventIndicators)?;
+        continuous::<M>()?;
+        self.counts("event indicators", indicators.len(), 0)
+    }
+
+    /// `fmi2GetNominalsOfContinuousStates`.
+    ///
+    /// # Errors
+    /// A refused call; [`Refusal::WrongCount`].
+    pub fn nominals(&self, nominals: &mut [f64]) -> Result<(), Refusal> {
+        self.allows(Function::GetNominalsOfContinuousStates)?;
+        continuous::<M>()?;
+        self.counts("continuous states", nominals.len(), self.table.states().len())?;
+        for (nominal, &state) in nominals.iter_mut().zip(self.table.states()) {
+            *nominal = self.table.nominal(state);
+        }
+        Ok(())
+    }
+
+    fn counts(&self, what: &'static str, found: usize, expected: usize) -> Result<(), Refusal> {
+        match found == expected {
+            true => Ok(()),
+            false => Err(Refusal::WrongCount { what, found, expected }),
+        }
+    }
+
+    fn state_name(&self, index: usize) -> String {
+        let variable = self.table.states().get(index).map(|&state| &self.table.variables()[state as usize]);
+        variable.map(|one| one.name().to_owned()).unwrap_or_default()
+    }
+}
+
+fn continuous<M: Model>() -> Result<Continuous<M>, Refusal> {
+    M::continuous().ok_or(Refusal::Unsupported { flag: "no ModelExchange" })
+}

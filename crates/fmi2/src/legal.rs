@@ -1,0 +1,219 @@
+//! Which function may be called when: the tables of sections 3.2.3 and 4.2.4 of FMI 2.0.4 in one.
+
+use Phase::{Continuous, Error, Event, Initialization, Instantiated, Step, Terminated};
+
+use crate::{Interface, Phase};
+
+/// The functions of FMI 2.0, one for each C symbol.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Function {
+    GetTypesPlatform,
+    GetVersion,
+    Instantiate,
+    FreeInstance,
+    SetDebugLogging,
+    SetupExperiment,
+    EnterInitializationMode,
+    ExitInitializationMode,
+    Terminate,
+    Reset,
+    GetReal,
+    GetInteger,
+    GetBoolean,
+    GetString,
+    SetReal,
+    SetInteger,
+    SetBoolean,
+    SetString,
+    GetFmuState,
+    SetFmuState,
+    FreeFmuState,
+    SerializedFmuStateSize,
+    SerializeFmuState,
+    DeserializeFmuState,
+    GetDirectionalDerivative,
+    EnterEventMode,
+    NewDiscreteStates,
+    EnterContinuousTimeMode,
+    CompletedIntegratorStep,
+    SetTime,
+    SetContinuousStates,
+    GetDerivatives,
+    GetEventIndicators,
+    GetContinuousStates,
+    GetNominalsOfContinuousStates,
+    SetRealInputDerivatives,
+    GetRealOutputDerivatives,
+    DoStep,
+    CancelStep,
+    GetStatus,
+    GetRealStatus,
+    GetIntegerStatus,
+    GetBooleanStatus,
+    GetStringStatus,
+}
+
+/// One line of the table.
+struct Row {
+    function: Function,
+    name: &'static str,
+    /// Where the standard describes the function.
+    section: &'static str,
+    /// The one interface that it belongs to; `None` means both.
+    interface: Option<Interface>,
+    phases: &'static [Phase],
+}
+
+const BOTH: Option<Interface> = None;
+const ME: Option<Interface> = Some(Interface::ModelExchange);
+const CS: Option<Interface> = Some(Interface::CoSimulation);
+
+/// The standard ends an instance in fatal; here it may still be freed, so that nothing leaks.
+const EVERYWHERE: &[Phase] = &Phase::ALL;
+const ALIVE: &[Phase] = &[Instantiated, Initialization, Step, Event, Continuous, Terminated, Error];
+const READABLE: &[Phase] = &[Initialization, Step, Event, Continuous, Terminated, Error];
+/// What changes at events only is not set in continuous-time mode.
+const SET_REAL: &[Phase] = &[Instantiated, Initialization, Step, Event, Continuous];
+const SET_OTHER: &[Phase] = &[Instantiated, Initialization, Step, Event];
+const RUNNING: &[Phase] = &[Step, Event, Continuous];
+const MOVING: &[Phase] = &[Event, Continuous];
+const COMPUTABLE: &[Phase] = &[Initialization, Event, Continuous, Terminated, Error];
+const NOMINAL: &[Phase] = &[Instantiated, Event, Continuous, Terminated, Error];
+const INPUT: &[Phase] = &[Instantiated, Initialization, Step];
+const STEPPED: &[Phase] = &[Step, Terminated, Error];
+const STATUS: &[Phase] = &[Step, Terminated];
+const NOWHERE: &[Phase] = &[];
+
+/// The table.
+#[rustfmt::skip]
+const LEGAL: [Row; 44] = [
+    row(Function::GetTypesPlatform,              "fmi2GetTypesPlatform",              "2.1.4", BOTH, EVERYWHERE),
+    row(Function::GetVersion,                    "fmi2GetVersion",                    "2.1.4", BOTH, EVERYWHERE),
+    row(Function::Instantiate,                   "fmi2Instantiate",                   "2.1.5", BOTH, EVERYWHERE),
+    row(Function::FreeInstance,                  "fmi2FreeInstance",                  "2.1.5", BOTH, EVERYWHERE),
+    row(Function::SetDebugLogging,               "fmi2SetDebugLogging",               "2.1.5", BOTH, ALIVE),
+    row(Function::SetupExperiment,               "fmi2SetupExperiment",               "2.1.6", BOTH, &[Instantiated]),
+    row(Function::EnterInitializationMode,       "fmi2EnterInitializationMode",       "2.1.6", BOTH, &[Instantiated]),
+    row(Function::ExitInitializationMode,        "fmi2ExitInitializationMode",        "2.1.6", BOTH, &[Initialization]),
+    row(Function::Terminate,                     "fmi2Terminate",                     "2.1.6", BOTH, RUNNING),
+    row(Function::Reset,                         "fmi2Reset",                         "2.1.6", BOTH, ALIVE),
+    row(Function::GetReal,                       "fmi2GetReal",                       "2.1.7", BOTH, READABLE),
+    row(Function::GetInteger,                    "fmi2GetInteger",                    "2.1.7", BOTH, READABLE),
+    row(Function::GetBoolean,                    "fmi2GetBoolean",                    "2.1.7", BOTH, READABLE),
+    row(Function::GetString,                     "fmi2GetString",                     "2.1.7", BOTH, READABLE),
+    row(Function::SetReal,                       "fmi2SetReal",                       "2.1.7", BOTH, SET_REAL),
+    row(Function::SetInteger,                    "fmi2SetInteger",                    "2.1.7", BOTH, SET_OTHER),
+    row(Function::SetBoolean,                    "fmi2SetBoolean",                    "2.1.7", BOTH, SET_OTHER),
+    row(Function::SetString,                     "fmi2SetString",                     "2.1.7", BOTH, SET_OTHER),
+    row(Function::GetFmuState,                   "fmi2GetFMUstate",                   "2.1.8", BOTH, ALIVE),
+    row(Function::SetFmuState,                   "fmi2SetFMUstate",                   "2.1.8", BOTH, ALIVE),
+    row(Function::FreeFmuState,                  "fmi2FreeFMUstate",                  "2.1.8", BOTH, ALIVE),
+    row(Function::SerializedFmuStateSize,        "fmi2SerializedFMUstateSize",        "2.1.8", BOTH, ALIVE),
+    row(Function::SerializeFmuState,             "fmi2SerializeFMUstate",             "2.1.8", BOTH, ALIVE),
+    row(Function::DeserializeFmuState,           "fmi2DeSerializeFMUstate",           "2.1.8", BOTH, ALIVE),
+    row(Function::GetDirectionalDerivative,      "fmi2GetDirectionalDerivative",      "2.1.9", BOTH, READABLE),
+    row(Function::EnterEventMode,                "fmi2EnterEventMode",                "3.2.2", ME,   MOVING),
+    row(Function::NewDiscreteStates,             "fmi2NewDiscreteStates",             "3.2.2", ME,   &[Event]),
+    row(Function::EnterContinuousTimeMode,       "fmi2EnterContinuousTimeMode",       "3.2.2", ME,   &[Event]),
+    row(Function::CompletedIntegratorStep,       "fmi2CompletedIntegratorStep",       "3.2.2", ME,   &[Continuous]),
+    row(Function::SetTime,                       "fmi2SetTime",                       "3.2.1", ME,   MOVING),
+    row(Function::SetContinuousStates,           "fmi2SetContinuousStates",           "3.2.1", ME,   &[Continuous]),
+    row(Function::GetDerivatives,                "fmi2GetDerivatives",                "3.2.2", ME,   COMPUTABLE),
+    row(Function::GetEventIndicators,            "fmi2GetEventIndicators",            "3.2.2", ME,   COMPUTABLE),
+    row(Function::GetContinuousStates,           "fmi2GetContinuousStates",           "3.2.2", ME,   COMPUTABLE),
+    row(Function::GetNominalsOfContinuousStates, "fmi2GetNominalsOfContinuousStates", "3.2.2", ME,   NOMINAL),
+    row(Function::SetRealInputDerivatives,       "fmi2SetRealInputDerivatives",       "4.2.1", CS,   INPUT),
+    row(Function::GetRealOutputDerivatives,      "fmi2GetRealOutputDerivatives",      "4.2.1", CS,   STEPPED),
+    row(Function::DoStep,                        "fmi2DoStep",                        "4.2.2", CS,   &[Step]),
+    row(Function::CancelStep,                    "fmi2CancelStep",                    "4.2.2", CS,   NOWHERE),
+    row(Function::GetStatus,                     "fmi2GetStatus",                     "4.2.3", CS,   STATUS),
+    row(Function::GetRealStatus,                 "fmi2GetRealStatus",                 "4.2.3", CS,   STATUS),
+    row(Function::GetIntegerStatus,              "fmi2GetIntegerStatus",              "4.2.3", CS,   STATUS),
+    row(Function::GetBooleanStatus,              "fmi2GetBooleanStatus",              "4.2.3", CS,   STATUS),
+    row(Function::GetStringStatus,               "fmi2GetStringStatus",               "4.2.3", CS,   STATUS),
+];
+
+const fn row(
+    function: Function,
+    name: &'static str,
+    section: &'static str,
+    interface: Option<Interface>,
+    phases: &'static [Phase],
+) -> Row {
+    Row { function, name, section, interface, phases }
+}
+
+impl Function {
+    /// All functions.
+    pub fn all() -> impl Iterator<Item = Self> {
+        LEGAL.iter().map(|row| row.function)
+    }
+
+    fn row(self) -> &'static Row {
+        &LEGAL[self as usize]
+    }
+
+    /// Name in the standard.
+    pub fn name(self) -> &'static str {
+        self.row().name
+    }
+
+    /// Section of FMI 2.0.4 that describes the function.
+    pub fn section(self) -> &'static str {
+        self.row().section
+    }
+
+    /// The interface that alone has the function; `None` means both.
+    pub fn interface(self) -> Option<Interface> {
+        self.row().interface
+    }
+
+    /// Whether an instance of the given kind has the function at all.
+    pub fn belongs_to(self, interface: Interface) -> bool {
+        self.row().interface.is_none_or(|own| own == interface)
+    }
+
+    /// Whether the function may be called in the given phase of an instance of the given kind.
+    pub fn is_legal_in(self, phase: Phase, interface: Interface) -> bool {
+        self.belongs_to(interface) && self.row().phases.contains(&phase)
+    }
+
+    /// The phases in which the function may be called.
+    pub fn legal_phases(self) -> &'static [Phase] {
+        self.row().phases
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_stand_in_the_order_of_the_functions() {
+        for (position, function) in Function::all().enumerate() {
+            assert_eq!(function as usize, position, "{}", function.name());
+        }
+    }
+
+    #[test]
+    fn names_are_those_of_the_standard_and_differ() {
+        let names: std::collections::BTreeSet<_> = Function::all().map(Function::name).collect();
+        assert_eq!(names.len(), 44);
+        assert!(names.iter().all(|name| name.starts_with("fmi2")));
+        let of_co_simulation = Function::all().filter(|one| one.belongs_to(Interface::CoSimulation));
+        assert_eq!(of_co_simulation.count(), 34);
+    }
+
+    #[test]
+    fn a_function_of_one_interface_is_legal_in_phases_of_that_interface_alone() {
+        for function in Function::all() {
+            for &phase in function.legal_phases() {
+                let some = [Interface::ModelExchange, Interface::CoSimulation]
+                    .into_iter()
+                    .any(|one| phase.occurs_in(one) && function.is_legal_in(phase, one));
+                assert!(some, "{} in {}", function.name(), phase.name());
+            }
+        }
+    }
+}

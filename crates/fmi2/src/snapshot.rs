@@ -1,0 +1,128 @@
+//! Stored states of an instance: `fmi2GetFMUstate` to `fmi2DeSerializeFMUstate` (section 2.1.8).
+
+use crate::state::Identity;
+use crate::{
+    Experiment, Function, Instance, Interface, Model, Phase, Refusal, StateError, StateReader, StateWriter,
+};
+
+/// Everything of an instance that changes.
+#[derive(Debug, Clone)]
+#[repr(C)]
+pub struct Snapshot<M> {
+    /// Which FMU it belongs to. It comes first, so that it can be read before anything else is believed.
+    pub(crate) identity: Identity,
+    pub(crate) interface: Interface,
+    pub(crate) phase: Phase,
+    pub(crate) experiment: Experiment,
+    pub(crate) time: f64,
+    /// A variable was set since the outputs were computed.
+    pub(crate) stale: bool,
+    pub(crate) model: M,
+}
+
+impl<M: Model> Snapshot<M> {
+    /// An instance that was just made.
+    pub(crate) fn fresh(model: &M, identity: Identity, interface: Interface) -> Self {
+        Self {
+            identity,
+            interface,
+            phase: Phase::Instantiated,
+            experiment: Experiment::default(),
+            time: 0.0,
+            stale: true,
+            model: model.clone(),
+        }
+    }
+
+    fn save(&self) -> Vec<u8> {
+        let mut state = StateWriter::default();
+        state.boolean(self.interface == Interface::CoSimulation);
+        state.integer(self.phase as u64);
+        for limit in [Some(self.experiment.start), self.experiment.stop, self.experiment.tolerance] {
+            state.boolean(limit.is_some());
+            state.real(limit.unwrap_or(0.0));
+        }
+        state.real(self.time);
+        state.boolean(self.stale);
+        self.model.save(&mut state);
+        state.sealed(&self.identity)
+    }
+
+    fn recall(bytes: &[u8], fresh: &M, identity: &Identity) -> Result<Self, StateError> {
+        let mut state = StateReader::unsealed(bytes, identity)?;
+        let interface = match state.boolean()? {
+            true => Interface::CoSimulation,
+            false => Interface::ModelExchange,
+        };
+        let mut snapshot = Self::fresh(fresh, *identity, interface);
+        let number = state.integer()?;
+        let phase = Phase::ALL.into_iter().find(|phase| *phase as u64 == number);
+        let possible = phase.filter(|phase| *phase != Phase::Fatal && phase.occurs_in(interface));
+        snapshot.phase =
+            possible.ok_or_else(|| StateError::inconsistent(format_args!("the phase {number}")))?;
+        let mut limit = || Ok::<_, StateError>((state.boolean()?, state.finite()?));
+        let [start, stop, tolerance] = [limit()?, limit()?, limit()?];
+        let given = |(given, value): (bool, f64)| given.then_some(value);
+        snapshot.experiment = Experiment { start: start.1, stop: given(stop), tolerance: given(tolerance) };
+        snapshot.time = state.finite()?;
+        snapshot.stale = state.boolean()?;
+        snapshot.model.recall(&mut state)?;
+        state.finish()?;
+        Ok(snapshot)
+    }
+}
+
+impl<M: Model> Instance<M> {
+    /// `fmi2GetFMUstate`.
+    ///
+    /// # Errors
+    /// [`Refusal::IllegalCall`].
+    pub fn snapshot(&self) -> Result<Snapshot<M>, Refusal> {
+        self.allows(Function::GetFmuState)?;
+        Ok(self.now.clone())
+    }
+
+    /// `fmi2SetFMUstate`.
+    ///
+    /// # Errors
+    /// [`Refusal::IllegalCall`], [`Refusal::ForeignState`], [`Refusal::OtherInterfaceState`].
+    pub fn restore(&mut self, snapshot: &Snapshot<M>) -> Result<(), Refusal> {
+        self.allows(Function::SetFmuState)?;
+        self.accepts(snapshot)?;
+        self.now = snapshot.clone();
+        Ok(())
+    }
+
+    /// `fmi2SerializeFMUstate`.
+    ///
+    /// # Errors
+    /// [`Refusal::IllegalCall`], [`Refusal::ForeignState`].
+    pub fn serialise(&self, snapshot: &Snapshot<M>) -> Result<Vec<u8>, Refusal> {
+        self.allows(Function::SerializeFmuState)?;
+        self.accepts(snapshot)?;
+        Ok(snapshot.save())
+    }
+
+    /// `fmi2DeSerializeFMUstate`.
+    ///
+    /// # Errors
+    /// [`Refusal::IllegalCall`], [`Refusal::BadState`], [`Refusal::OtherInterfaceState`].
+    pub fn deserialise(&self, bytes: &[u8]) -> Result<Snapshot<M>, Refusal> {
+        self.allows(Function::DeserializeFmuState)?;
+        let snapshot = Snapshot::recall(bytes, &self.fresh, &self.now.identity)?;
+        self.accepts(&snapshot)?;
+        Ok(snapshot)
+    }
+
+    /// Whether a state belongs to an instance of this FMU and kind.
+    fn accepts(&self, snapshot: &Snapshot<M>) -> Result<(), Refusal> {
+        if snapshot.identity != self.now.identity {
+            return Err(Refusal::ForeignState);
+        }
+        let (found, interface) = (snapshot.interface, self.now.interface);
+        if found != interface {
+            return Err(Refusal::OtherInterfaceState { found: found.name(), interface: interface.name() });
+        }
+        Ok(())
+    }
+}

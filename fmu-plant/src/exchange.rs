@@ -1,0 +1,96 @@
+//! The plant for who integrates it himself: states, their rates, and inputs that act at once.
+//!
+//! The states are velocities over ground along the body, pitch rate, pitch, way, depth, and the output of each actuator that
+//! lags. The equations have no jumps: there are corners alone, where a velocity or the Reynolds number of friction passes its
+//! threshold and where a command passes a limit, so that no event is needed.
+
+use auv::{Instant, Rates};
+use fmi2::{ContinuousModel, Log};
+
+use crate::{PlantError, PlantModel};
+
+impl PlantModel {
+    /// The motion now, under the inputs as they stand; a current that was just set has not moved the vehicle yet.
+    pub fn instant(&self) -> Instant {
+        Instant {
+            current_horizontal: self.inputs.current.horizontal,
+            current_vertical: self.inputs.current.vertical,
+            operating_speed: self.inputs.operating_speed,
+            ..self.plant.instant()
+        }
+    }
+
+    /// The rates of the motion now, under the inputs as they stand.
+    pub fn rates(&self) -> Rates {
+        self.plant.rates(&self.instant(), |index| self.output_under_inputs(index))
+    }
+
+    /// The rate of an actuator's output now.
+    pub fn output_rate(&self, index: usize) -> f64 {
+        let output = self.plant.outputs()[index];
+        self.plant.actuators()[index].rate(output, self.inputs.commands[index])
+    }
+
+    fn output_under_inputs(&self, index: usize) -> f64 {
+        let actuator = &self.plant.actuators()[index];
+        match actuator.lag > 0.0 {
+            true => self.plant.outputs()[index],
+            false => actuator.saturate(self.inputs.commands[index]),
+        }
+    }
+
+    /// Indices of the actuators whose output is a state.
+    pub(crate) fn lagging(&self) -> impl Iterator<Item = usize> {
+        let actuators = self.vehicle.actuators.iter().enumerate();
+        actuators.filter(|(_, actuator)| actuator.lag > 0.0).map(|(index, _)| index)
+    }
+}
+
+impl ContinuousModel for PlantModel {
+    fn states(&self, states: &mut [f64]) {
+        let now = self.plant.instant();
+        let motion = [now.surge, now.heave, now.pitch_rate, now.pitch, self.plant.state().x, now.depth];
+        let outputs = self.lagging().map(|index| self.plant.outputs()[index]);
+        for (state, value) in states.iter_mut().zip(motion.into_iter().chain(outputs)) {
+            *state = value;
+        }
+    }
+
+    fn set_states(&mut self, states: &[f64]) {
+        let [surge, heave, pitch_rate, pitch, distance, depth, outputs @ ..] = states else { return };
+        let (surge, heave, pitch_rate, pitch, depth) = (*surge, *heave, *pitch_rate, *pitch, *depth);
+        let instant = Instant { surge, heave, pitch_rate, pitch, depth, ..self.plant.instant() };
+        self.plant.set_motion_over_ground(&instant, *distance);
+        let mut outputs = outputs.iter();
+        for index in 0..self.vehicle.actuators.len() {
+            if self.vehicle.actuators[index].lag > 0.0
+                && let Some(&output) = outputs.next()
+            {
+                self.plant.set_output(index, output);
+            }
+        }
+    }
+
+    fn obey(&mut self) -> Result<(), PlantError> {
+        for index in 0..self.inputs.commands.len() {
+            self.plant.set_command(index, self.inputs.commands[index])?;
+            let output = self.output_under_inputs(index);
+            self.plant.set_output(index, output);
+        }
+        self.plant.set_current(self.inputs.current)?;
+        Ok(self.plant.set_operating_speed(self.inputs.operating_speed)?)
+    }
+
+    fn derivatives(&self, rates: &mut [f64]) {
+        let Rates { surge, heave, pitch_rate, pitch, distance, depth } = self.rates();
+        let motion = [surge, heave, pitch_rate, pitch, distance, depth];
+        let outputs = self.lagging().map(|index| self.output_rate(index));
+        for (rate, value) in rates.iter_mut().zip(motion.into_iter().chain(outputs)) {
+            *rate = value;
+        }
+    }
+
+    fn step_completed(&mut self, log: &mut dyn Log) {
+        self.warn(log);
+    }
+}

@@ -1,0 +1,103 @@
+//! The state of a flight as bytes.
+
+use auv::{COEFFICIENTS, Coefficients, Current, Fidelity, Memory, Motion, State};
+use fmi2::{StateError, StateReader, StateWriter};
+
+use crate::PlantModel;
+
+impl PlantModel {
+    /// Writes settings, inputs, trim and the whole motion.
+    pub(crate) fn write(&self, to: &mut StateWriter) {
+        write_coefficients(&self.settings.coefficients, to);
+        to.reals(&[self.settings.initial_speed, self.settings.initial_depth]);
+        to.boolean(self.settings.fidelity == Fidelity::Lpv);
+        to.reals(&self.inputs.commands);
+        to.reals(&[
+            self.inputs.current.horizontal,
+            self.inputs.current.vertical,
+            self.inputs.operating_speed,
+        ]);
+        let trim = &self.trim;
+        to.reals(&[trim.speed, trim.forward_speed, trim.heave, trim.incidence, trim.pitch, trim.depth]);
+        to.real(trim.residual);
+        to.reals(&trim.actuators);
+        to.boolean(self.above_surface);
+        to.boolean(self.out_of_range);
+        write_memory(&self.plant.memory(), to);
+    }
+
+    /// Reads what [`PlantModel::write`] wrote, into a plant of the same vehicle.
+    pub(crate) fn read(&mut self, from: &mut StateReader<'_>) -> Result<(), StateError> {
+        read_coefficients(&mut self.settings.coefficients, from)?;
+        self.settings.initial_speed = from.finite()?;
+        self.settings.initial_depth = from.finite()?;
+        self.settings.fidelity = read_fidelity(from)?;
+        from.reals(&mut self.inputs.commands)?;
+        self.inputs.current = read_current(from)?;
+        self.inputs.operating_speed = from.finite()?;
+        let trim = &mut self.trim;
+        for number in [
+            &mut trim.speed,
+            &mut trim.forward_speed,
+            &mut trim.heave,
+            &mut trim.incidence,
+            &mut trim.pitch,
+            &mut trim.depth,
+            &mut trim.residual,
+        ] {
+            *number = from.finite()?;
+        }
+        from.reals(&mut trim.actuators)?;
+        self.above_surface = from.boolean()?;
+        self.out_of_range = from.boolean()?;
+        let mut memory = self.plant.memory();
+        read_memory(&mut memory, from)?;
+        self.plant.recall(&memory).map_err(StateError::inconsistent)
+    }
+}
+
+fn write_memory(memory: &Memory, to: &mut StateWriter) {
+    write_coefficients(&memory.coefficients, to);
+    to.boolean(memory.fidelity == Fidelity::Lpv);
+    let State { motion: Motion { u, w, q, theta }, x, depth } = memory.state;
+    to.reals(&[memory.time, u, w, q, theta, x, depth]);
+    to.reals(&memory.outputs);
+    to.reals(&memory.commands);
+    to.reals(&[memory.current.horizontal, memory.current.vertical]);
+    to.reals(&[memory.operating_speed, memory.integrator_step]);
+}
+
+fn read_memory(memory: &mut Memory, from: &mut StateReader<'_>) -> Result<(), StateError> {
+    read_coefficients(&mut memory.coefficients, from)?;
+    memory.fidelity = read_fidelity(from)?;
+    let mut motion = [0.0; 7];
+    from.reals(&mut motion)?;
+    let [time, u, w, q, theta, x, depth] = motion;
+    memory.time = time;
+    memory.state = State { motion: Motion { u, w, q, theta }, x, depth };
+    from.reals(&mut memory.outputs)?;
+    from.reals(&mut memory.commands)?;
+    memory.current = read_current(from)?;
+    memory.operating_speed = from.finite()?;
+    memory.integrator_step = from.finite()?;
+    Ok(())
+}
+
+fn read_current(from: &mut StateReader<'_>) -> Result<Current, StateError> {
+    Ok(Current { horizontal: from.finite()?, vertical: from.finite()? })
+}
+
+fn read_fidelity(from: &mut StateReader<'_>) -> Result<Fidelity, StateError> {
+    Ok(if from.boolean()? { Fidelity::Lpv } else { Fidelity::Nonlinear })
+}
+
+fn write_coefficients(coefficients: &Coefficients, to: &mut StateWriter) {
+    COEFFICIENTS.iter().for_each(|spec| to.real((spec.get)(coefficients)));
+}
+
+fn read_coefficients(coefficients: &mut Coefficients, from: &mut StateReader<'_>) -> Result<(), StateError> {
+    for spec in COEFFICIENTS {
+        (spec.set)(coefficients, from.finite()?);
+    }
+    Ok(())
+}

@@ -1,0 +1,90 @@
+//! Exact derivatives of the plant, by dual numbers in the very code that simulates.
+
+use auv::{Dual64, Instant, Rates};
+
+use crate::{PlantModel, Quantity as Q};
+
+impl PlantModel {
+    /// Fills in the tangents of outputs and rates from those of inputs and states, as [`Quantity`](crate::Quantity) numbers them.
+    ///
+    /// In the initialization the vehicle moves through the water as the parameters say, whatever the current: the velocities
+    /// over ground follow from it.
+    pub fn carry(&self, initial: bool, tangents: &mut [f64]) {
+        if initial {
+            self.carry_current(tangents);
+        }
+        let instant = self.seeded(tangents);
+        let output = |index: usize| self.seeded_output(index, tangents);
+        let rates = self.plant.rates(&instant, output);
+        let motion = instant.motion();
+        let Rates { surge, heave, pitch_rate, pitch, distance, depth } = rates;
+        let actuators = self.plant.actuators();
+        for (index, actuator) in actuators.iter().enumerate() {
+            let output = self.seeded_output(index, tangents);
+            let rate = actuator.rate(output, self.seeded_command(index, tangents));
+            tangents[Q::Output(index).number()] = output.eps;
+            tangents[Q::OutputRate(index).number()] = rate.eps;
+        }
+        let square = motion.u * motion.u + motion.w * motion.w;
+        for (quantity, value) in [
+            (Q::SurgeAcceleration, surge),
+            (Q::HeaveAcceleration, heave),
+            (Q::PitchAcceleration, pitch_rate),
+            (Q::RateOfPitch, pitch),
+            (Q::RateOfDistance, distance),
+            (Q::RateOfDepth, depth),
+            (Q::Speed, motion.u),
+            (Q::Heave, motion.w),
+        ] {
+            tangents[quantity.number()] = value.eps;
+        }
+        // V = sqrt(u^2 + w^2) has no derivative at rest.
+        tangents[Q::PathSpeed.number()] = 0.5 * square.eps / square.re.sqrt();
+    }
+
+    fn carry_current(&self, tangents: &mut [f64]) {
+        let still = Instant { surge: 0.0, heave: 0.0, ..self.instant() };
+        let dual = |value: f64, quantity: Q| Dual64::new(value, tangents[quantity.number()]);
+        let against = Instant {
+            surge: Dual64::from(0.0),
+            heave: Dual64::from(0.0),
+            pitch_rate: Dual64::from(0.0),
+            pitch: Dual64::from(still.pitch),
+            depth: Dual64::from(0.0),
+            current_horizontal: dual(still.current_horizontal, Q::CurrentHorizontal),
+            current_vertical: dual(still.current_vertical, Q::CurrentVertical),
+            operating_speed: Dual64::from(0.0),
+        };
+        // At rest over ground the water comes against the vehicle with the velocity of the current.
+        let water = against.motion();
+        tangents[Q::SurgeOverGround.number()] = -water.u.eps;
+        tangents[Q::HeaveOverGround.number()] = -water.w.eps;
+    }
+
+    fn seeded(&self, tangents: &[f64]) -> Instant<Dual64> {
+        let dual = |value: f64, quantity: Q| Dual64::new(value, tangents[quantity.number()]);
+        let now = self.instant();
+        Instant {
+            surge: dual(now.surge, Q::SurgeOverGround),
+            heave: dual(now.heave, Q::HeaveOverGround),
+            pitch_rate: dual(now.pitch_rate, Q::PitchRate),
+            pitch: dual(now.pitch, Q::Pitch),
+            depth: dual(now.depth, Q::Depth),
+            current_horizontal: dual(now.current_horizontal, Q::CurrentHorizontal),
+            current_vertical: dual(now.current_vertical, Q::CurrentVertical),
+            operating_speed: dual(now.operating_speed, Q::OperatingSpeed),
+        }
+    }
+
+    fn seeded_command(&self, index: usize, tangents: &[f64]) -> Dual64 {
+        Dual64::new(self.inputs.commands[index], tangents[Q::Command(index).number()])
+    }
+
+    fn seeded_output(&self, index: usize, tangents: &[f64]) -> Dual64 {
+        let actuator = &self.plant.actuators()[index];
+        match actuator.lag > 0.0 {
+            true => Dual64::new(self.plant.outputs()[index], tangents[Q::Output(index).number()]),
+            false => actuator.saturate(self.seeded_command(index, tangents)),
+        }
+    }
+}

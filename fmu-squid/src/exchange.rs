@@ -1,0 +1,39 @@
+//! The loop for who integrates it himself: the states are the plant's, and every tick of the autopilot is a time event.
+
+use fmi2::{ContinuousModel, Log};
+
+use crate::{ClosedLoop, ClosedLoopError};
+
+impl ContinuousModel for ClosedLoop {
+    fn states(&self, states: &mut [f64]) {
+        self.plant.states(states);
+    }
+
+    fn set_states(&mut self, states: &[f64]) {
+        self.plant.set_states(states);
+    }
+
+    fn obey(&mut self) -> Result<(), ClosedLoopError> {
+        Ok(self.plant.obey()?)
+    }
+
+    fn derivatives(&self, rates: &mut [f64]) {
+        self.plant.derivatives(rates);
+    }
+
+    fn next_event(&self) -> Option<f64> {
+        Some(self.controller.autopilot().next_tick_time())
+    }
+
+    /// Runs the tick that is due; one at a time, so that an event long overdue keeps nobody waiting.
+    fn event(&mut self, time: f64, log: &mut dyn Log) -> Result<(), ClosedLoopError> {
+        if self.controller.autopilot().is_due_at(time) {
+            self.tick(log)?;
+        }
+        Ok(())
+    }
+
+    fn step_completed(&mut self, log: &mut dyn Log) {
+        self.plant.step_completed(log);
+    }
+}

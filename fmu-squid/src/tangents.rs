@@ -1,0 +1,73 @@
+//! Exact derivatives of the loop between two ticks, while the commands are held, and at its start.
+
+use fmi2::Moment;
+use fmu_plant::Quantity;
+use scheduled::Inputs;
+
+use crate::{ClosedLoop, ClosedLoopError};
+
+/// The quantities of the loop itself; they follow those of the plant.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Own {
+    PitchReference,
+    SpeedReference,
+    PitchReferenceUsed,
+    SpeedReferenceUsed,
+    TrackingError,
+    SchedulingParameter,
+    TrimPitch,
+    Command(usize),
+}
+
+/// Own quantities that are no command.
+const FIXED: usize = 7;
+
+impl Own {
+    /// The number of the quantity for a vehicle with a number of actuators.
+    pub(crate) fn number(self, actuators: usize) -> usize {
+        let position = match self {
+            Self::PitchReference => 0,
+            Self::SpeedReference => 1,
+            Self::PitchReferenceUsed => 2,
+            Self::SpeedReferenceUsed => 3,
+            Self::TrackingError => 4,
+            Self::SchedulingParameter => 5,
+            Self::TrimPitch => 6,
+            Self::Command(index) => FIXED + index,
+        };
+        Quantity::count(actuators) + position
+    }
+}
+
+impl ClosedLoop {
+    /// Fills in the tangents of outputs and rates from those of inputs and states.
+    ///
+    /// References act at ticks; at the start those from outside, if they are used, move the first commands.
+    pub(crate) fn carry(&self, moment: Moment, tangents: &mut [f64]) -> Result<(), ClosedLoopError> {
+        let actuators = self.plant.vehicle().actuators.len();
+        let own = |quantity: Own| quantity.number(actuators);
+        let (pitch, speed) = (tangents[own(Own::PitchReference)], tangents[own(Own::SpeedReference)]);
+        tangents[own(Own::PitchReferenceUsed)..].fill(0.0);
+        if moment.initial && self.outside.manual {
+            let direction = Inputs { pitch: 0.0, speed: 0.0, pitch_reference: pitch, speed_reference: speed };
+            let autopilot = self.controller.autopilot();
+            let moved = autopilot
+                .tangents(&self.controller.inputs, &direction)
+                .map_err(fmu_controller::ControllerError::from)?;
+            tangents[own(Own::PitchReferenceUsed)] = pitch;
+            tangents[own(Own::SpeedReferenceUsed)] = speed;
+            tangents[own(Own::TrimPitch)] = moved.trim_pitch;
+            for (index, command) in moved.commands.into_iter().enumerate() {
+                tangents[own(Own::Command(index))] = command;
+                tangents[Quantity::Command(index).number()] = command;
+            }
+            let trim = autopilot.trim();
+            tangents[Quantity::OperatingSpeed.number()] =
+                trim.speed_slope(self.outside.speed_reference) * speed;
+        }
+        self.plant.carry(moment.initial, tangents);
+        tangents[own(Own::TrackingError)] =
+            tangents[own(Own::PitchReferenceUsed)] - tangents[Quantity::Pitch.number()];
+        Ok(())
+    }
+}

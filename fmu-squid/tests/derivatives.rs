@@ -1,0 +1,249 @@
+//! Directional derivatives and derivatives of outputs by time, against differences.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+mod example;
+
+use example::resources;
+use fmi2::model_description::{Causality, Kind, ModelDescription};
+use fmi2::{Experiment, Instance, Interface, Model, Silent, describe};
+use fmu_controller::Controller;
+use fmu_plant::PlantModel;
+use fmu_squid::ClosedLoop;
+use proptest::prelude::*;
+
+fn described<M: Model>() -> ModelDescription {
+    describe::<M>(&resources()).unwrap().description
+}
+
+fn instance<M: Model>(interface: Interface) -> Instance<M> {
+    let mut instance = Instance::made_for(interface, describe::<M>(&resources()).unwrap());
+    instance.set_up(Experiment::default()).unwrap();
+    instance.enter_initialization().unwrap();
+    instance
+}
+
+fn real_of(description: &ModelDescription, causality: Causality) -> Vec<(u32, f64, f64)> {
+    let all = description.variables.iter().filter(|one| one.causality == causality);
+    let number = |one: &fmi2::model_description::ScalarVariable| match one.kind {
+        Kind::Real { start, nominal, .. } => {
+            Some((one.value_reference, start.unwrap_or(0.0), nominal.unwrap_or(1.0)))
+        }
+        _ => None,
+    };
+    all.filter_map(number).collect()
+}
+
+fn references(signals: &[(u32, f64, f64)]) -> Vec<u32> {
+    signals.iter().map(|one| one.0).collect()
+}
+
+fn read<M: Model>(instance: &mut Instance<M>, references: &[u32]) -> Vec<f64> {
+    let mut values = Vec::new();
+    instance.get(references, &mut Silent, |_, value: f64| values.push(value)).unwrap();
+    values
+}
+
+fn write<M: Model>(instance: &mut Instance<M>, references: &[u32], values: &[f64]) {
+    instance.set(references, |position| values[position]).unwrap();
+}
+
+/// Asserts that derivatives are the differences of `value` on both sides, relative to the size of what is compared.
+fn assert_slopes(names: &[&str], exact: &[f64], size: &[f64], step: f64, value: impl Fn(f64) -> Vec<f64>) {
+    let (above, below) = (value(step), value(-step));
+    for (position, name) in names.iter().enumerate() {
+        let slope = (above[position] - below[position]) / (2.0 * step);
+        let tolerance = 1e-5 * (exact[position].abs() + size[position]);
+        assert!((slope - exact[position]).abs() < tolerance, "{name}: {} and {slope}", exact[position]);
+    }
+}
+
+/// Rates and outputs of a model under its own states and inputs, in continuous-time mode, along a direction.
+fn hold_in_continuous_time<M: Model>(offsets: &[f64], direction: &[f64]) {
+    let description = described::<M>();
+    let mut instance = instance::<M>(Interface::ModelExchange);
+    instance.exit_initialization(&mut Silent).unwrap();
+    instance.new_discrete_states(&mut Silent).unwrap();
+    instance.enter_continuous_time_mode().unwrap();
+    let inputs = real_of(&description, Causality::Input);
+    let states = instance.table().states().to_vec();
+    let mut trim = vec![0.0; states.len()];
+    instance.continuous_states(&mut trim, &mut Silent).unwrap();
+    let mut nominals = vec![0.0; states.len()];
+    instance.nominals(&mut nominals).unwrap();
+    let mut offset = offsets.iter().cycle();
+    let mut near = |value: f64, nominal: f64| value + 0.2 * nominal * offset.next().unwrap();
+    let at_states: Vec<f64> = trim.iter().zip(&nominals).map(|(&x, &nominal)| near(x, nominal)).collect();
+    let at_inputs: Vec<f64> = inputs.iter().map(|&(_, start, nominal)| near(start, nominal)).collect();
+    let sizes = nominals.iter().copied().chain(inputs.iter().map(|one| one.2));
+    let seed: Vec<f64> = sizes.zip(direction.iter().cycle()).map(|(size, along)| size * along).collect();
+    let (along_states, along_inputs) = seed.split_at(states.len());
+    let input_references = references(&inputs);
+    let rates = description.structure().derivatives.into_iter().map(|one| one.index as u32 - 1);
+    let unknowns: Vec<u32> = rates.chain(references(&real_of(&description, Causality::Output))).collect();
+    let names: Vec<&str> =
+        unknowns.iter().map(|&one| description.variables[one as usize].name.as_str()).collect();
+    let values = |step: f64| {
+        let mut moved = Instance::<M>::made_for(Interface::ModelExchange, describe(&resources()).unwrap());
+        moved.restore(&instance.snapshot().unwrap()).unwrap();
+        let along = |at: &[f64], by: &[f64]| -> Vec<f64> {
+            at.iter().zip(by).map(|(at, by)| at + step * by).collect()
+        };
+        write(&mut moved, &input_references, &along(&at_inputs, along_inputs));
+        moved.set_continuous_states(&along(&at_states, along_states)).unwrap();
+        read(&mut moved, &unknowns)
+    };
+    let size: Vec<f64> = values(0.0).iter().map(|value| value.abs() + 1e-2).collect();
+    let mut moved = Instance::<M>::made_for(Interface::ModelExchange, describe(&resources()).unwrap());
+    moved.restore(&instance.snapshot().unwrap()).unwrap();
+    write(&mut moved, &input_references, &at_inputs);
+    moved.set_continuous_states(&at_states).unwrap();
+    let knowns: Vec<u32> = states.iter().chain(&input_references).copied().collect();
+    let mut exact = vec![0.0; unknowns.len()];
+    moved.directional_derivative(&unknowns, &knowns, &seed, &mut exact, &mut Silent).unwrap();
+    assert!(exact.iter().any(|value| *value != 0.0));
+    assert_slopes(&names, &exact, &size, 1e-5, values);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn of_the_plant(
+        offsets in prop::collection::vec(0.1..1.0, 17),
+        direction in prop::collection::vec(-1.0..1.0, 13),
+    ) {
+        hold_in_continuous_time::<PlantModel>(&offsets, &direction);
+    }
+
+    #[test]
+    fn of_the_loop(
+        offsets in prop::collection::vec(0.1..1.0, 17),
+        direction in prop::collection::vec(-1.0..1.0, 13),
+    ) {
+        hold_in_continuous_time::<ClosedLoop>(&offsets, &direction);
+    }
+
+    /// The first outputs by the inputs, in initialization mode, by setting and getting.
+    #[test]
+    fn of_the_controllers_first_outputs(
+        at in prop::collection::vec(-1.0..1.0, 4),
+        direction in prop::collection::vec(-1.0..1.0, 4),
+    ) {
+        let description = described::<Controller>();
+        let (inputs, outputs) = (
+            real_of(&description, Causality::Input),
+            references(&real_of(&description, Causality::Output)),
+        );
+        let place = at_inputs(&inputs, &at);
+        let seed: Vec<f64> = direction.iter().zip([0.1, 1.0, 0.1, 1.0]).map(|(by, size)| by * size).collect();
+        let mut now = instance::<Controller>(Interface::CoSimulation);
+        write(&mut now, &references(&inputs), &place);
+        let mut exact = vec![0.0; outputs.len()];
+        now.directional_derivative(&outputs, &references(&inputs), &seed, &mut exact, &mut Silent).unwrap();
+        let values = |step: f64| {
+            let mut moved = instance::<Controller>(Interface::CoSimulation);
+            let at: Vec<f64> = place.iter().zip(&seed).map(|(at, by)| at + step * by).collect();
+            write(&mut moved, &references(&inputs), &at);
+            read(&mut moved, &outputs)
+        };
+        let names: Vec<String> = outputs.iter().map(|one| format!("output {one}")).collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        assert_slopes(&names, &exact, &vec![1.0; outputs.len()], 1e-6, values);
+    }
+
+    /// In a flight: the commands of the tick that the next step begins with, by setting, stepping and getting.
+    #[test]
+    fn of_the_controllers_next_tick(
+        at in prop::collection::vec(-1.0..1.0, 4),
+        direction in prop::collection::vec(-1.0..1.0, 4),
+        ticks in 0..20,
+    ) {
+        let description = described::<Controller>();
+        let (inputs, outputs) = (
+            real_of(&description, Causality::Input),
+            references(&real_of(&description, Causality::Output)),
+        );
+        let (sample_time, place) = (0.02, at_inputs(&inputs, &at));
+        let seed: Vec<f64> = direction.iter().zip([0.1, 1.0, 0.1, 1.0]).map(|(by, size)| by * size).collect();
+        let mut now = instance::<Controller>(Interface::CoSimulation);
+        now.exit_initialization(&mut Silent).unwrap();
+        write(&mut now, &references(&inputs), &place);
+        for _ in 0..ticks {
+            now.step(now.time(), sample_time, &mut Silent).unwrap();
+        }
+        let before = now.snapshot().unwrap();
+        let mut exact = vec![0.0; outputs.len()];
+        now.directional_derivative(&outputs, &references(&inputs), &seed, &mut exact, &mut Silent).unwrap();
+        let values = |step: f64| {
+            let mut moved = instance::<Controller>(Interface::CoSimulation);
+            moved.restore(&before).unwrap();
+            let at: Vec<f64> = place.iter().zip(&seed).map(|(at, by)| at + step * by).collect();
+            write(&mut moved, &references(&inputs), &at);
+            moved.step(moved.time(), 1e-3, &mut Silent).unwrap();
+            read(&mut moved, &outputs)
+        };
+        let names: Vec<String> = outputs.iter().map(|one| format!("output {one}")).collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        assert_slopes(&names, &exact, &vec![1.0; outputs.len()], 1e-6, values);
+        now.step(now.time(), 1e-3, &mut Silent).unwrap();
+        now.directional_derivative(&outputs, &references(&inputs), &seed, &mut exact, &mut Silent).unwrap();
+        assert!(exact.iter().all(|value| *value == 0.0), "no tick is due now");
+    }
+}
+
+/// Inputs near level flight in the middle of the speeds, off the corners of the trim table.
+fn at_inputs(inputs: &[(u32, f64, f64)], offsets: &[f64]) -> Vec<f64> {
+    let size = [0.05, 0.5, 0.05, 0.5];
+    let place = inputs.iter().zip(offsets).zip(size).map(|((one, offset), size)| one.1 + 0.9 * size * offset);
+    place.enumerate().map(|(i, value)| if i % 2 == 1 { off_corner(value) } else { value }).collect()
+}
+
+/// The trim table of the example has a corner every 0.1 m/s or so; its speeds along the body are a little less.
+fn off_corner(speed: f64) -> f64 {
+    let trims = describe::<Controller>(&resources()).unwrap().model.design().trim.forward_speed.clone();
+    let near = trims.into_iter().find(|corner| (corner - speed).abs() < 1e-3);
+    near.map_or(speed, |corner| corner + 2e-3)
+}
+
+fn outputs_move_as_told<M: Model>() {
+    let description = described::<M>();
+    let mut instance = instance::<M>(Interface::CoSimulation);
+    instance.exit_initialization(&mut Silent).unwrap();
+    let inputs = real_of(&description, Causality::Input);
+    let outputs = references(&real_of(&description, Causality::Output));
+    for (position, &(reference, start, nominal)) in inputs.iter().enumerate() {
+        instance.set(&[reference], |_| start + 0.05 * (position as f64 + 1.0) * nominal).unwrap();
+    }
+    for _ in 0..123 {
+        instance.step(instance.time(), 0.0171, &mut Silent).unwrap();
+    }
+    let mut told = vec![0.0; outputs.len()];
+    instance.output_derivatives(&outputs, &vec![1; outputs.len()], &mut told, &mut Silent).unwrap();
+    let before = read(&mut instance, &outputs);
+    let h = 1e-6;
+    instance.step(instance.time(), h, &mut Silent).unwrap();
+    let after = read(&mut instance, &outputs);
+    for (position, told) in told.iter().enumerate() {
+        let found = (after[position] - before[position]) / h;
+        let name = &description.variables[outputs[position] as usize].name;
+        assert!((found - told).abs() < 1e-4 * (1.0 + told.abs()), "{name}: {told} and {found}");
+    }
+    assert!(told.iter().filter(|value| **value != 0.0).count() > 5);
+    let refused = instance.output_derivatives(&outputs[..1], &[2], &mut [0.0], &mut Silent);
+    assert!(refused.unwrap_err().to_string().contains("order 2"));
+}
+
+#[test]
+fn outputs_move_as_their_derivatives_say() {
+    outputs_move_as_told::<PlantModel>();
+    outputs_move_as_told::<ClosedLoop>();
+}
+
+#[test]
+fn parameters_are_no_knowns() {
+    let mut instance = instance::<PlantModel>(Interface::CoSimulation);
+    let reference = |name: &str| described::<PlantModel>().position(name).unwrap() as u32;
+    let (pitch, mass) = (reference("pitch"), reference("mass"));
+    let refused = instance.directional_derivative(&[pitch], &[mass], &[1.0], &mut [0.0], &mut Silent);
+    assert!(refused.unwrap_err().to_string().contains("no derivative by variable 'mass' can be asked for"));
+}
