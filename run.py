@@ -12,6 +12,7 @@ examples:
   python3 run.py fly                        design and fly the Squid surrogate
   python3 run.py fly vehicles/remus100      the same for another vehicle
   python3 run.py fly --design paper         another design file of the vehicle: vehicles/squid/paper.toml
+  python3 run.py fly --platforms all        FMUs that run on Linux (x86-64 and ARM) and Windows
   python3 run.py test                       all tests, Rust and Python
 
 Needed: cargo (rustup.rs), a C compiler for the linker, python3 3.10 or later (the tests: 3.11), and for
@@ -47,6 +48,13 @@ def parser() -> argparse.ArgumentParser:
         metavar="NAME",
         help="name of the design file in VEHICLE_DIR, without .toml (default: design)",
     )
+    fly.add_argument(
+        "--platforms",
+        default="host",
+        metavar="LIST",
+        help="whom the FMUs run for: host, all, or some of linux64, win64, aarch64-linux with commas between "
+        "(default: host; the others are built with Zig, which pip fetches)",
+    )
     verbs.add_parser(
         "test",
         help="all tests: format, lints, Rust, documentation, generated files, Python",
@@ -73,7 +81,7 @@ def main() -> int:
 
     try:
         if arguments.verb == "fly":
-            return main_job.run(Path(arguments.vehicle), arguments.design)
+            return main_job.run(Path(arguments.vehicle), arguments.design, arguments.platforms)
         if arguments.verb == "freeze":
             return freeze.freeze()
         return all_tests.run_tests()

@@ -12,14 +12,14 @@ from pathlib import Path
 from fly.stages import ROOT, StageError, run
 
 FMU_CRATES = ("fmu-plant", "fmu-controller", "fmu-squid")
+CDYLIB = ("--lib", "--crate-type", "cdylib", "--features", "export", "--profile", "fmu")
 
 
 def build() -> None:
     """Build the command and the binaries; instant when nothing has changed."""
     build_command()
     for crate in FMU_CRATES:
-        export = ["--lib", "--crate-type", "cdylib", "--features", "export", "--profile", "fmu"]
-        run(["cargo", "rustc", "-p", crate, *export], variables={"CARGO_ENCODED_RUSTFLAGS": without_paths()})
+        run(["cargo", "rustc", "-p", crate, *CDYLIB], variables={"CARGO_ENCODED_RUSTFLAGS": without_paths()})
 
 
 def without_paths() -> str:

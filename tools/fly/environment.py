@@ -1,4 +1,4 @@
-"""The Python environment of the flights and the tests: FMPy and its company, in build/, versions pinned."""
+"""Python environments in build/, versions pinned: FMPy and its company for flights and tests, and others by name."""
 
 from __future__ import annotations
 
@@ -21,46 +21,54 @@ class Environment:
 
     python: Path
     variables: dict[str, str] = field(default_factory=dict)
+    shared: bool = False
+    """Whether the interpreter is the user's own, with the packages beside it."""
+
+    @property
+    def scripts(self) -> Path:
+        """Where the commands lie that were installed with the packages."""
+        site = self.variables["PYTHONPATH"].split(os.pathsep)[0]
+        return Path(site) / "bin" if self.shared else self.python.parent
 
     def run(self, *words: str | Path, log: str | None = None) -> None:
         """Run this Python with arguments."""
         run([self.python, *words], variables=self.variables, log=log)
 
 
-def ready() -> Environment:
-    """Return the environment, made first if it is missing or its requirements have changed."""
+def ready(name: str = "", requirements: Path = REQUIREMENTS) -> Environment:
+    """Return an environment, made first if it is missing or its requirements have changed."""
+    own = f"{name}-" if name else ""
     path = os.pathsep.join(
         [str(ROOT / "tools"), *([os.environ["PYTHONPATH"]] if "PYTHONPATH" in os.environ else [])]
     )
-    expected = stamp.digest([REQUIREMENTS], sys.version, sys.executable)
+    expected = stamp.digest([requirements], sys.version, sys.executable)
     if importlib.util.find_spec("venv") and importlib.util.find_spec("ensurepip"):
-        python = _venv(expected)
+        python = _venv(BUILD / f"{own}venv", requirements, expected)
         return Environment(python, {"PYTHONPATH": path})
     if importlib.util.find_spec("pip"):
-        site = _site(expected)
-        return Environment(Path(sys.executable), {"PYTHONPATH": os.pathsep.join([str(site), path])})
+        site = _site(BUILD / f"{own}site", requirements, expected)
+        variables = {"PYTHONPATH": os.pathsep.join([str(site), path])}
+        return Environment(Path(sys.executable), variables, shared=True)
     raise StageError("this Python has neither venv nor pip; on Debian and Ubuntu: apt install python3-venv.")
 
 
-def _venv(expected: str) -> Path:
-    home = BUILD / "venv"
+def _venv(home: Path, requirements: Path, expected: str) -> Path:
     python = home / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
     mark = home / "stamp"
     if not (stamp.is_fresh(mark, expected) and python.exists()):
         shutil.rmtree(home, ignore_errors=True)
         run([sys.executable, "-m", "venv", home], log="venv")
-        run([python, "-m", "pip", "install", "--disable-pip-version-check", "-r", REQUIREMENTS], log="pip")
+        run([python, "-m", "pip", "install", "--disable-pip-version-check", "-r", requirements], log="pip")
         stamp.write(mark, expected)
     return python
 
 
-def _site(expected: str) -> Path:
+def _site(home: Path, requirements: Path, expected: str) -> Path:
     """Install beside the interpreter, for a Python that was packaged without venv."""
-    home = BUILD / "site"
     mark = home / "stamp"
     if not stamp.is_fresh(mark, expected):
         shutil.rmtree(home, ignore_errors=True)
         install = [sys.executable, "-m", "pip", "install", "--disable-pip-version-check"]
-        run([*install, "--target", home, "-r", REQUIREMENTS], log="pip")
+        run([*install, "--target", home, "-r", requirements], log="pip")
         stamp.write(mark, expected)
     return home

@@ -5,21 +5,25 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
-from fly import build, environment, package
+from fly import build, environment, package, platforms
 from fly.stages import stage
 
 
-def run(vehicle: Path, design: str) -> int:
+def run(vehicle: Path, design: str, platform_words: str = "host") -> int:
     """Build, design, package and fly; return the exit code."""
     begin = time.monotonic()
     vehicle = vehicle.resolve()
     package.sources_of(vehicle, design)
+    names = platforms.named(platform_words)
     with stage("Building the command squid and the binaries of the FMUs"):
         build.build()
+    if names:
+        with stage(f"Building the binaries for {', '.join(names)}"):
+            platforms.build_all(names)
     with stage("Making the Python environment (FMPy)"):
         python = environment.ready()
     with stage(f"Designing the controller of {vehicle.name} (design '{design}') and packaging its FMUs"):
-        packages = package.design_and_package(vehicle, design, package.folder_of(vehicle, design))
+        packages = package.design_and_package(vehicle, design, package.folder_of(vehicle, design), names)
     python.run("-m", "fly.flight", packages.folder, build.squid(), vehicle)
     print(f"\nAll done in {time.monotonic() - begin:.1f} s.")
     return 0

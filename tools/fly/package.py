@@ -6,7 +6,7 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
-from fly import build, stamp
+from fly import build, platforms, stamp
 from fly.stages import BUILD, StageError, run
 
 FIGURES = "design.json"
@@ -76,23 +76,28 @@ def sources_of(vehicle: Path, design: str) -> list[Path]:
     return sources
 
 
-def design_and_package(vehicle: Path, design: str, folder: Path) -> Packages:
-    """Run `squid design` and `squid package`, unless their results are there and nothing has changed since."""
+def design_and_package(vehicle: Path, design: str, folder: Path, names: list[str]) -> Packages:
+    """Run `squid design` and `squid package`, unless their results are there and nothing has changed since.
+
+    The FMUs run on the platforms that are named, by their names in FMI, and on this one.
+    """
     sources = sources_of(vehicle, design)
-    made_from = [build.squid(), *build.binaries(), *sources]
+    binaries = [*build.binaries(), *platforms.binaries(names)]
+    made_from = [build.squid(), *binaries, *sources]
     mark = folder / "stamp"
     packages = made_before(folder) if mark.is_file() else None
-    if packages and stamp.is_fresh(mark, digest_of(made_from, packages, design)):
+    if packages and stamp.is_fresh(mark, digest_of(made_from, packages, [design, *names])):
         print("    nothing has changed since the last run")
         return packages
     folder.mkdir(parents=True, exist_ok=True)
     mark.unlink(missing_ok=True)
     for old in folder.glob("*.fmu"):
         old.unlink()
-    for verb in ("design", "package"):
-        run([build.squid(), verb, vehicle, "--design", design, "--out", folder])
+    which = [vehicle, "--design", design, "--out", folder]
+    run([build.squid(), "design", *which])
+    run([build.squid(), "package", *which, "--platforms", platforms.option(names)])
     packages = Packages.found_in(folder)
-    stamp.write(mark, digest_of(made_from, packages, design))
+    stamp.write(mark, digest_of(made_from, packages, [design, *names]))
     return packages
 
 
@@ -105,6 +110,6 @@ def made_before(folder: Path) -> Packages | None:
     return packages if all(path.is_file() for path in packages.fmus) else None
 
 
-def digest_of(made_from: list[Path], packages: Packages, design: str) -> str:
+def digest_of(made_from: list[Path], packages: Packages, words: list[str]) -> str:
     """Return the digest of all that a design was made from and all that was made of it."""
-    return stamp.digest([*made_from, *packages.fmus, packages.figures], design)
+    return stamp.digest([*made_from, *packages.fmus, packages.figures], *words)

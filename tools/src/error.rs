@@ -138,15 +138,12 @@ pub enum Error {
     #[error(transparent)]
     Manoeuvre(#[from] fmu_squid::ManoeuvreError),
     /// A shared library is missing.
-    #[error(
-        "{library} is not in {places}; build it with `cargo rustc -p {crate_name} --lib --crate-type cdylib \
-         --features export --profile fmu`, or name its directory with --binaries"
-    )]
+    #[error("{library} is not in {places}; build it with `{how}`, or name its directory with --binaries")]
     NoBinary {
         /// The file.
         library: String,
-        /// The crate it comes from.
-        crate_name: &'static str,
+        /// The command that builds it.
+        how: String,
         /// Where it was looked for.
         places: String,
     },
@@ -165,6 +162,14 @@ pub enum Error {
         path: String,
         /// Why.
         reason: zip::result::ZipError,
+    },
+    /// The system of plant and controller could not be described.
+    #[error("{path}: {reason}")]
+    Ssp {
+        /// The file.
+        path: String,
+        /// Why.
+        reason: std::io::Error,
     },
     /// A record of a flight cannot be plotted.
     #[error("{path}: {reason}")]

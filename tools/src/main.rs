@@ -5,10 +5,11 @@ use squid::error::Error;
 use squid::inputs::Inputs;
 use squid::lpv_command::{self, LpvVerb};
 use squid::output::say;
-use squid::package::{Kind, Prepared, pack, prepare, require_proof};
+use squid::package::{Binaries, Kind, Prepared, pack, prepare, require_proof};
+use squid::package_platform::Platform;
 use squid::stages::Stages;
 use squid::store::Stored;
-use squid::{design, ladder, model, record, report, show, simulate, store, verify};
+use squid::{design, ladder, model, record, report, show, simulate, ssp, store, verify};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -47,14 +48,17 @@ enum Verb {
         #[arg(long)]
         ladder: bool,
     },
-    /// Pack the three FMUs of a design: the vehicle, the autopilot, and both in one loop
+    /// Pack the three FMUs of a design: the vehicle, the autopilot, and both in one loop; and the first two wired, as SSP
     ///
     /// Takes what `squid design` wrote. Refuses it when a file changed since, and when the certificate of the gain bound does
     /// not prove.
     Package {
         #[command(flatten)]
         which: Which,
-        /// Where the FMUs' shared libraries lie, if not where cargo puts them
+        /// Whom the FMUs run for: host, all, or some of linux64, win64, aarch64-linux, with commas between
+        #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "host")]
+        platforms: Vec<String>,
+        /// Where the FMUs' shared libraries lie, if not where cargo puts them; of named platforms, in folders of that name
         #[arg(long, value_name = "DIR")]
         binaries: Option<PathBuf>,
         /// Pack a controller without proof all the same; its FMUs then say that they are uncertified
@@ -180,8 +184,9 @@ fn run(verb: Verb) -> Result<ExitCode, Error> {
 fn run_plain(verb: Verb) -> Result<(), Error> {
     match verb {
         Verb::Design { which, ladder } => run_design(&which, ladder),
-        Verb::Package { which, binaries, allow_uncertified, descriptions } => {
-            run_package(&which, binaries, allow_uncertified, descriptions)
+        Verb::Package { which, platforms, binaries, allow_uncertified, descriptions } => {
+            let binaries = Binaries { platforms: Platform::named(&platforms)?, directory: binaries };
+            run_package(&which, &binaries, allow_uncertified, descriptions)
         }
         Verb::Simulate(which) => run_simulate(&which),
         Verb::Report(which) => run_report(&which),
@@ -233,14 +238,14 @@ fn run_design(which: &Which, with_ladder: bool) -> Result<(), Error> {
 
 fn run_package(
     which: &Which,
-    binaries: Option<PathBuf>,
+    binaries: &Binaries,
     allow_uncertified: bool,
     descriptions: Option<PathBuf>,
 ) -> Result<(), Error> {
     let (inputs, directory) = which.read()?;
     let mut stored = store::load(&directory, &inputs)?;
     say(&require_proof(&inputs, &mut stored, &directory, allow_uncertified)?);
-    // All three are made before any is written.
+    // All are made before any is written.
     let files: Vec<(PathBuf, Vec<u8>)> = match &descriptions {
         Some(to) => {
             let described = Kind::ALL.into_iter().map(|kind| prepare(kind, &inputs, &stored));
@@ -249,8 +254,13 @@ fn run_package(
         }
         None => {
             let report = compute_report(&inputs, &stored)?;
-            let packed = |kind| pack(kind, &inputs, &stored, &report, binaries.as_deref(), &directory);
-            Kind::ALL.into_iter().map(packed).collect::<Result<_, _>>()?
+            let packed = |kind| pack(kind, &inputs, &stored, &report, binaries, &directory);
+            let [plant, controller, whole] =
+                [packed(Kind::Plant)?, packed(Kind::Controller)?, packed(Kind::Squid)?];
+            let name = &whole.description.model_identifier;
+            let system = ssp::pack(name, &plant, &controller, &stored, &directory)?;
+            let fmus = [plant, controller, whole].map(|packed| (packed.path, packed.bytes));
+            fmus.into_iter().chain([system]).collect()
         }
     };
     for (path, bytes) in &files {

@@ -3,9 +3,11 @@
 
 use crate::error::Error;
 use crate::inputs::Inputs;
+use crate::package_platform::Platform;
 use crate::report::Report;
 use crate::store::Stored;
 use fmi2::{Described, Model, Resources};
+use model_description::ModelDescription;
 use std::collections::BTreeMap;
 use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
@@ -27,18 +29,22 @@ impl Kind {
     pub const ALL: [Kind; 3] = [Kind::Plant, Kind::Controller, Kind::Squid];
 
     /// The crate whose shared library it carries.
-    fn crate_name(self) -> &'static str {
+    pub fn crate_name(self) -> &'static str {
         match self {
             Kind::Plant => "fmu-plant",
             Kind::Controller => "fmu-controller",
             Kind::Squid => "fmu-squid",
         }
     }
+}
 
-    fn library(self) -> String {
-        let stem = self.crate_name().replace('-', "_");
-        format!("{}{stem}{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX)
-    }
+/// Which binaries go into the FMUs.
+#[derive(Debug)]
+pub struct Binaries {
+    /// One for each of these platforms.
+    pub platforms: Vec<Platform>,
+    /// Where they lie, if not where cargo puts them.
+    pub directory: Option<PathBuf>,
 }
 
 /// What a package is made from, before any binary.
@@ -48,7 +54,19 @@ pub struct Prepared {
     pub identifier: String,
     /// `modelDescription.xml`.
     pub xml: String,
+    description: ModelDescription,
     resources: Resources,
+}
+
+/// A finished FMU, in memory.
+#[derive(Debug)]
+pub struct Packed {
+    /// The path that it belongs to.
+    pub path: PathBuf,
+    /// The file.
+    pub bytes: Vec<u8>,
+    /// What its model description says.
+    pub description: ModelDescription,
 }
 
 /// Proves the certificate of a stored design. With `allow_uncertified` a design that does not prove is marked as
@@ -100,10 +118,11 @@ pub fn prepare(kind: Kind, inputs: &Inputs, stored: &Stored) -> Result<Prepared,
 }
 
 fn prepared<M: Model>(described: Described<M>, resources: Resources) -> Prepared {
-    Prepared { identifier: described.description.model_identifier, xml: described.xml, resources }
+    let Described { description, xml, .. } = described;
+    Prepared { identifier: description.model_identifier.clone(), xml, description, resources }
 }
 
-/// Packs one FMU, in memory, and returns the path in `directory` that it belongs to. Its documentation is the report.
+/// Packs one FMU that belongs into `directory`, in memory. Its documentation is the report.
 ///
 /// # Errors
 /// [`Error::NoBinary`] when the shared library has not been built, [`Error::Describe`].
@@ -112,16 +131,17 @@ pub fn pack(
     inputs: &Inputs,
     stored: &Stored,
     report: &Report,
-    binaries: Option<&Path>,
+    binaries: &Binaries,
     directory: &Path,
-) -> Result<(PathBuf, Vec<u8>), Error> {
+) -> Result<Packed, Error> {
     let prepared = prepare(kind, inputs, stored)?;
-    let binary = find_binary(kind, binaries)?;
-    let bytes = std::fs::read(&binary)
-        .map_err(|reason| Error::Unreadable { path: binary.display().to_string(), reason })?;
     let mut entries: BTreeMap<String, Vec<u8>> = BTreeMap::new();
-    let name = format!("{}{}", prepared.identifier, std::env::consts::DLL_SUFFIX);
-    entries.insert(format!("binaries/{}/{name}", platform()?), bytes);
+    for platform in &binaries.platforms {
+        let binary = platform.find(kind, binaries.directory.as_deref())?;
+        let bytes = std::fs::read(&binary)
+            .map_err(|reason| Error::Unreadable { path: binary.display().to_string(), reason })?;
+        entries.insert(platform.entry(&prepared.identifier), bytes);
+    }
     entries.insert("modelDescription.xml".into(), prepared.xml.into_bytes());
     for (file, content) in prepared.resources.iter() {
         entries.insert(format!("resources/{file}"), content.to_vec());
@@ -131,8 +151,8 @@ pub fn pack(
         entries.insert(format!("documentation/licenses/{licence}"), text.as_bytes().to_vec());
     }
     let path = directory.join(format!("{}.fmu", prepared.identifier));
-    let packed = zipped(&entries).map_err(|e| Error::Zip { path: path.display().to_string(), reason: e })?;
-    Ok((path, packed))
+    let bytes = zipped(&entries).map_err(|e| Error::Zip { path: path.display().to_string(), reason: e })?;
+    Ok(Packed { path, bytes, description: prepared.description })
 }
 
 const LICENCES: [(&str, &str); 2] = [
@@ -141,7 +161,7 @@ const LICENCES: [(&str, &str); 2] = [
 ];
 
 /// Deflate alone, sorted entries, one fixed time: the same input gives the same bytes.
-fn zipped(entries: &BTreeMap<String, Vec<u8>>) -> Result<Vec<u8>, zip::result::ZipError> {
+pub(crate) fn zipped(entries: &BTreeMap<String, Vec<u8>>) -> Result<Vec<u8>, zip::result::ZipError> {
     let mut writer = zip::ZipWriter::new(Cursor::new(Vec::new()));
     for (name, content) in entries {
         let mode = if name.starts_with("binaries/") { 0o755 } else { 0o644 };
@@ -154,34 +174,6 @@ fn zipped(entries: &BTreeMap<String, Vec<u8>>) -> Result<Vec<u8>, zip::result::Z
         writer.write_all(content)?;
     }
     Ok(writer.finish()?.into_inner())
-}
-
-/// The FMI 2.0 name of the platform that this program was built for.
-fn platform() -> Result<&'static str, Error> {
-    match (std::env::consts::OS, std::env::consts::ARCH) {
-        ("linux", "x86_64") => Ok("linux64"),
-        ("linux", "aarch64") => Ok("aarch64-linux"),
-        ("windows", "x86_64") => Ok("win64"),
-        ("macos", "x86_64") => Ok("darwin64"),
-        ("macos", "aarch64") => Ok("aarch64-darwin"),
-        (os, arch) => Err(Error::Platform { os, arch }),
-    }
-}
-
-/// Looks for the shared library in `binaries`, or beside this program as cargo lays it out.
-fn find_binary(kind: Kind, binaries: Option<&Path>) -> Result<PathBuf, Error> {
-    let beside = std::env::current_exe().ok().and_then(|exe| Some(exe.parent()?.to_path_buf()));
-    let places: Vec<PathBuf> = match (binaries, beside) {
-        (Some(directory), _) => vec![directory.to_path_buf()],
-        (None, Some(beside)) => vec![beside.join("fmu"), beside.join("../fmu")],
-        (None, None) => vec![],
-    };
-    let found = places.iter().map(|place| place.join(kind.library())).find(|path| path.is_file());
-    found.ok_or_else(|| Error::NoBinary {
-        library: kind.library(),
-        crate_name: kind.crate_name(),
-        places: places.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", "),
-    })
 }
 
 /// What the page that importers show says first: what is inside, and with what standing.

@@ -1,0 +1,286 @@
+//! Plant and controller wired into one system, as System Structure and Parameterization (SSP) 1.0 describes it:
+//!
+//! ```text
+//! SystemStructure.ssd     the default variant, at a speed in the middle of the range
+//! speed_V.ssd             the same system at the speed V along the path
+//! resources/*.fmu         both FMUs
+//! resources/*_V.ssv       start values of each for that speed: trim, with a constant reference a pitch step above it
+//! ```
+//!
+//! The parameter sets are bound to the components and not to the system, and the references are inputs of the component
+//! `controller` and not of the system: libcosim and Ecos ignore or refuse the other way. Section numbers are those of the standard's
+//! document "System Structure and Parameterization", version 1.0 (Modelica Association, 2019).
+
+use crate::error::Error;
+use crate::package::{Kind, Packed, zipped};
+use crate::store::Stored;
+use auv::TrimPoint;
+use model_description::{Causality, ModelDescription};
+use quick_xml::Writer;
+use quick_xml::events::{BytesDecl, Event};
+use std::collections::BTreeMap;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// How many speeds have a variant.
+const VARIANTS: usize = 6;
+
+const SSD: &str = "http://ssp-standard.org/SSP1/SystemStructureDescription";
+const SSC: &str = "http://ssp-standard.org/SSP1/SystemStructureCommon";
+const SSV: &str = "http://ssp-standard.org/SSP1/SystemStructureParameterValues";
+const TOOL: &str = concat!("squid ", env!("CARGO_PKG_VERSION"));
+
+type Xml = Writer<Vec<u8>>;
+
+/// Packs the system of a packed plant and a packed controller, in memory, and returns the path in `directory` that it belongs to.
+///
+/// # Errors
+/// [`Error::Zip`], [`Error::Ssp`].
+pub fn pack(
+    name: &str,
+    plant: &Packed,
+    controller: &Packed,
+    stored: &Stored,
+    directory: &Path,
+) -> Result<(PathBuf, Vec<u8>), Error> {
+    let path = directory.join(format!("{name}.ssp"));
+    let failed = |reason| Error::Ssp { path: path.display().to_string(), reason };
+    let components = [(Kind::Plant, plant), (Kind::Controller, controller)];
+    let mut entries: BTreeMap<String, Vec<u8>> = BTreeMap::new();
+    for (_, packed) in components {
+        entries.insert(source(packed), packed.bytes.clone());
+    }
+    let points = speeds(&stored.plant.trim);
+    for (index, point) in points.iter().enumerate() {
+        let variant = format!("speed_{:.3}", point.speed);
+        let system = System { name, variant: &variant, components, duration: stored.manoeuvre.duration };
+        let text = system.description().map_err(failed)?;
+        if index == (points.len() - 1) / 2 {
+            entries.insert("SystemStructure.ssd".into(), text.clone());
+        }
+        entries.insert(format!("{variant}.ssd"), text);
+        for (kind, packed) in components {
+            let values = start_values(kind, packed, point, stored);
+            entries.insert(values_file(kind, &variant), parameter_set(&variant, &values).map_err(failed)?);
+        }
+    }
+    let packed =
+        zipped(&entries).map_err(|reason| Error::Zip { path: path.display().to_string(), reason })?;
+    Ok((path, packed))
+}
+
+/// Rows of the trim table, spread evenly and away from both ends, which a pitch step overshoots.
+fn speeds(trim: &[TrimPoint]) -> Vec<&TrimPoint> {
+    let last = trim.len().saturating_sub(1);
+    let mut rows: Vec<usize> =
+        (0..VARIANTS).map(|k| (last * (2 * k + 1) + VARIANTS) / (2 * VARIANTS)).collect();
+    rows.dedup();
+    rows.iter().filter_map(|&row| trim.get(row)).collect()
+}
+
+/// What each component starts with: the plant in trim at the speed, the references a pitch step above that.
+fn start_values(kind: Kind, packed: &Packed, at: &TrimPoint, stored: &Stored) -> Vec<(&'static str, f64)> {
+    let values = match kind {
+        Kind::Plant => vec![("initial_speed", at.speed), ("operating_speed", at.forward_speed)],
+        _ => vec![
+            ("pitch", at.pitch),
+            ("speed", at.forward_speed),
+            ("pitch_reference", at.pitch + stored.manoeuvre.pitch_step),
+            ("speed_reference", at.forward_speed),
+        ],
+    };
+    let known = |name: &str| packed.description.variables.iter().any(|variable| variable.name == name);
+    values.into_iter().filter(|(name, _)| known(name)).collect()
+}
+
+fn values_file(kind: Kind, variant: &str) -> String {
+    format!("resources/{}_{variant}.ssv", component(kind))
+}
+
+fn source(packed: &Packed) -> String {
+    format!("resources/{}.fmu", packed.description.model_identifier)
+}
+
+fn component(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Plant => "plant",
+        Kind::Controller => "controller",
+        Kind::Squid => "loop",
+    }
+}
+
+/// One variant of the system.
+struct System<'a> {
+    name: &'a str,
+    variant: &'a str,
+    components: [(Kind, &'a Packed); 2],
+    duration: f64,
+}
+
+impl System<'_> {
+    /// The system structure description (section 5.2).
+    fn description(&self) -> io::Result<Vec<u8>> {
+        document(|xml| {
+            let root = [
+                ("xmlns:ssd", SSD),
+                ("xmlns:ssc", SSC),
+                ("xmlns:ssv", SSV),
+                ("version", "1.0"),
+                ("name", self.name),
+                ("generationTool", TOOL),
+            ];
+            xml.create_element("ssd:SystemStructureDescription").with_attributes(root).write_inner_content(
+                |xml| {
+                    let about =
+                        format!("vehicle and autopilot in one loop, {} m/s", &self.variant["speed_".len()..]);
+                    xml.create_element("ssd:System")
+                        .with_attributes([("name", self.name), ("description", about.as_str())])
+                        .write_inner_content(|xml| self.system(xml))?;
+                    let stop = format!("{:?}", self.duration);
+                    xml.create_element("ssd:DefaultExperiment")
+                        .with_attributes([("startTime", "0.0"), ("stopTime", stop.as_str())])
+                        .write_empty()?;
+                    Ok(())
+                },
+            )?;
+            Ok(())
+        })
+    }
+
+    fn system(&self, xml: &mut Xml) -> io::Result<()> {
+        xml.create_element("ssd:Elements").write_inner_content(|xml| {
+            self.components.iter().try_for_each(|(kind, packed)| self.component(xml, *kind, packed))
+        })?;
+        xml.create_element("ssd:Connections").write_inner_content(|xml| {
+            let [plant, controller] = self.components;
+            connections(xml, plant, controller)?;
+            connections(xml, controller, plant)
+        })?;
+        Ok(())
+    }
+
+    fn component(&self, xml: &mut Xml, kind: Kind, packed: &Packed) -> io::Result<()> {
+        let fmu = source(packed);
+        let attributes = [
+            ("name", component(kind)),
+            ("type", "application/x-fmu-sharedlibrary"),
+            ("source", fmu.as_str()),
+            ("implementation", "CoSimulation"),
+        ];
+        xml.create_element("ssd:Component").with_attributes(attributes).write_inner_content(|xml| {
+            xml.create_element("ssd:Connectors")
+                .write_inner_content(|xml| connectors(xml, &packed.description))?;
+            let values = values_file(kind, self.variant);
+            xml.create_element("ssd:ParameterBindings").write_inner_content(|xml| {
+                let binding = [("type", "application/x-ssp-parameter-set"), ("source", values.as_str())];
+                xml.create_element("ssd:ParameterBinding").with_attributes(binding).write_empty()?;
+                Ok(())
+            })?;
+            Ok(())
+        })?;
+        Ok(())
+    }
+}
+
+/// A connector for each real input and output (section 5.3.1).
+fn connectors(xml: &mut Xml, description: &ModelDescription) -> io::Result<()> {
+    for (name, kind) in real(description) {
+        let kind = if kind == Causality::Input { "input" } else { "output" };
+        xml.create_element("ssd:Connector")
+            .with_attributes([("name", name), ("kind", kind)])
+            .write_inner_content(|xml| {
+                xml.create_element("ssc:Real").write_empty()?;
+                Ok(())
+            })?;
+    }
+    Ok(())
+}
+
+/// Real inputs and outputs in their order.
+fn real(description: &ModelDescription) -> impl Iterator<Item = (&str, Causality)> {
+    let of_interest = |causality| causality == Causality::Input || causality == Causality::Output;
+    let variables = description.variables.iter();
+    variables
+        .filter(move |v| of_interest(v.causality) && matches!(v.kind, model_description::Kind::Real { .. }))
+        .map(|v| (v.name.as_str(), v.causality))
+}
+
+/// Wires each output of one component to the input of that name of the other (section 5.3.3).
+fn connections(xml: &mut Xml, from: (Kind, &Packed), to: (Kind, &Packed)) -> io::Result<()> {
+    for (name, _) in real(&from.1.description).filter(|(_, causality)| *causality == Causality::Output) {
+        if real(&to.1.description).any(|other| other == (name, Causality::Input)) {
+            let ends = [
+                ("startElement", component(from.0)),
+                ("startConnector", name),
+                ("endElement", component(to.0)),
+                ("endConnector", name),
+            ];
+            xml.create_element("ssd:Connection").with_attributes(ends).write_empty()?;
+        }
+    }
+    Ok(())
+}
+
+/// A set of start values (section 6).
+fn parameter_set(name: &str, values: &[(&str, f64)]) -> io::Result<Vec<u8>> {
+    document(|xml| {
+        let root = [("xmlns:ssv", SSV), ("version", "1.0"), ("name", name), ("generationTool", TOOL)];
+        xml.create_element("ssv:ParameterSet").with_attributes(root).write_inner_content(|xml| {
+            xml.create_element("ssv:Parameters").write_inner_content(|xml| {
+                values.iter().try_for_each(|(name, value)| parameter(xml, name, *value))
+            })?;
+            Ok(())
+        })?;
+        Ok(())
+    })
+}
+
+fn parameter(xml: &mut Xml, name: &str, value: f64) -> io::Result<()> {
+    let text = format!("{value:?}");
+    xml.create_element("ssv:Parameter").with_attribute(("name", name)).write_inner_content(|xml| {
+        xml.create_element("ssv:Real").with_attribute(("value", text.as_str())).write_empty()?;
+        Ok(())
+    })?;
+    Ok(())
+}
+
+fn document(body: impl FnOnce(&mut Xml) -> io::Result<()>) -> io::Result<Vec<u8>> {
+    let mut xml = Writer::new_with_indent(Vec::new(), b' ', 2);
+    xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
+    body(&mut xml)?;
+    let mut bytes = xml.into_inner();
+    bytes.push(b'\n');
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(count: usize) -> Vec<TrimPoint> {
+        let row = |k: usize| TrimPoint {
+            speed: k as f64,
+            forward_speed: k as f64,
+            heave: 0.0,
+            pitch: 0.0,
+            actuators: Vec::new(),
+        };
+        (0..count).map(row).collect()
+    }
+
+    fn chosen(count: usize) -> Vec<f64> {
+        speeds(&table(count)).iter().map(|point| point.speed).collect()
+    }
+
+    #[test]
+    fn speeds_are_spread_evenly_and_not_at_the_ends() {
+        assert_eq!(chosen(26), [2.0, 6.0, 10.0, 15.0, 19.0, 23.0]);
+        assert_eq!(chosen(61), [5.0, 15.0, 25.0, 35.0, 45.0, 55.0]);
+    }
+
+    #[test]
+    fn a_short_table_gives_each_row_once() {
+        assert_eq!(chosen(2), [0.0, 1.0]);
+        assert_eq!(chosen(3), [0.0, 1.0, 2.0]);
+    }
+}
