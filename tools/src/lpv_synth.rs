@@ -36,6 +36,8 @@ pub struct Report {
     pub status: Status,
     /// The least gamma, whose inequalities hold strictly by their eigenvalues: symmetric and skew scalings.
     pub gamma: Option<f64>,
+    /// No gamma below this is possible, as far as the solver's multipliers tell in floating point; absent when they do not.
+    pub gamma_lower: Option<f64>,
     /// The same with symmetric scalings alone.
     pub gamma_symmetric: Option<f64>,
     /// The gamma at which the controller was built.
@@ -77,6 +79,7 @@ pub fn run(path: &Path, options: Options, reduce: bool) -> Result<Report, Error>
         Err(error) => without_controller(&plant, options, &error, &mut report),
     }
     symmetric(&plant, &mut report);
+    report.doubt_gamma();
     report.compare_back_off(options.back_off);
     report.seconds = started.elapsed().as_secs_f64();
     Ok(report)
@@ -121,6 +124,7 @@ fn symmetric(plant: &GeneralisedPlant, report: &mut Report) {
 /// Proves a design.
 fn feasible(plant: &GeneralisedPlant, design: &Design, report: &mut Report) {
     report.gamma = Some(design.gamma_optimum);
+    report.gamma_lower = known(design.gamma_lower);
     report.gamma_design = Some(design.gamma_design);
     report.controller_states = Some(design.controller.a.nrows());
     let certificate = nominal(plant, &design.controller, &design.certified);
@@ -138,6 +142,14 @@ fn feasible(plant: &GeneralisedPlant, design: &Design, report: &mut Report) {
     report.certificate = Some(certificate);
 }
 
+/// A lower bound that says something.
+fn known(lower: f64) -> Option<f64> {
+    Some(lower).filter(|v| *v > 0.0)
+}
+
+/// A gap between gamma and its lower bound, relative to gamma, that is worth a remark.
+const DOUBT: f64 = 1e-2;
+
 fn without_controller(
     plant: &GeneralisedPlant,
     options: Options,
@@ -149,11 +161,16 @@ fn without_controller(
         other if other.is_infeasible() => Status::Infeasible,
         _ => Status::NumericalFailure,
     };
-    report.gamma = match error {
-        SynthesisError::AboveLimit { optimum, .. } => Some(*optimum),
-        other if other.is_infeasible() => None,
-        _ => least_gamma(plant, options.scalings).ok().map(|(_, found)| found.gamma),
-    };
+    match error {
+        SynthesisError::AboveLimit { optimum, .. } => report.gamma = Some(*optimum),
+        other if other.is_infeasible() => {}
+        _ => {
+            if let Ok((_, found)) = least_gamma(plant, options.scalings) {
+                report.gamma = Some(found.gamma);
+                report.gamma_lower = known(found.gamma_lower());
+            }
+        }
+    }
     report.reason = Some(error.to_string());
 }
 
@@ -163,6 +180,7 @@ impl Report {
         Self {
             status: Status::NumericalFailure,
             gamma: None,
+            gamma_lower: None,
             gamma_symmetric: None,
             gamma_design: None,
             back_off: None,
@@ -174,6 +192,20 @@ impl Report {
             seconds: 0.0,
             theorem: None,
             certificate: None,
+        }
+    }
+
+    /// Remarks on a gamma that may be too high.
+    fn doubt_gamma(&mut self) {
+        let Some(gamma) = self.gamma.filter(|_| self.status != Status::Infeasible) else { return };
+        match self.gamma_lower {
+            Some(lower) if gamma - lower <= DOUBT * gamma => {}
+            Some(lower) => self.remarks.push(format!(
+                "the least gamma may be as low as {lower:.6}: the problem is badly conditioned, check units and weights"
+            )),
+            None => self.remarks.push(
+                "how far the least gamma may be below the one found is not known: the problem is badly conditioned, check units and weights".into(),
+            ),
         }
     }
 

@@ -6,7 +6,7 @@
 use crate::bounded_real::{Multipliers, bounded_real_compact, bounded_real_value};
 use crate::error::SynthesisError;
 use crate::lmi::{Affine, Program};
-use crate::matrix::{Mat, largest_eigenvalue, skew_part, symmetric_part};
+use crate::matrix::{Mat, scaled_largest_eigenvalue, skew_part, symmetric_part};
 use crate::model_error::LoopError;
 use crate::plant::ClosedLoop;
 use crate::solver::{self, Search};
@@ -149,17 +149,6 @@ fn search(
 fn worst_eigenvalue(closed: &ClosedLoop, error: &LoopError, bound: &GainBound) -> f64 {
     let all = [bounded_real_value(closed, error, bound), -&bound.x, -&bound.s];
     all.iter().map(scaled_largest_eigenvalue).fold(f64::NEG_INFINITY, f64::max)
-}
-
-pub(crate) fn scaled_largest_eigenvalue(m: &Mat) -> f64 {
-    if m.iter().any(|v| !v.is_finite()) {
-        return f64::INFINITY;
-    }
-    if let Some(wrong) = m.diagonal().iter().copied().find(|d| *d >= 0.0) {
-        return wrong.max(f64::MIN_POSITIVE);
-    }
-    let scale = Mat::from_diagonal(&m.diagonal().map(|d| 1.0 / (-d).sqrt()));
-    largest_eigenvalue(&(&scale * m * &scale))
 }
 
 /// T and its inverse with `T' M T = I`.

@@ -19,9 +19,15 @@ pub(crate) fn centre(
     small: &Existence,
     scalings: Scalings,
 ) -> Result<Existence, SynthesisError> {
-    let room = push(plant, gamma, small, scalings, Aim::Room)?.1;
+    let (roomy, room) = push(plant, gamma, small, scalings, Aim::Room)?;
     let kept = 1.0 + 0.5 * (room - 1.0).max(0.0);
-    let found = push(plant, gamma, small, scalings, Aim::Clearance { room: kept })?.0;
+    let clear = push(plant, gamma, small, scalings, Aim::Clearance { room: kept });
+    let found = match clear {
+        Ok((found, _)) if found.margin > 0.0 || roomy.margin <= 0.0 => found,
+        Err(error) if roomy.margin <= 0.0 => return Err(error),
+        // Badly conditioned, but inside.
+        _ => roomy,
+    };
     if found.margin <= 0.0 {
         return Err(SynthesisError::Numerical {
             stage: BACK_OFF,

@@ -7,7 +7,9 @@
 
 use crate::bounded_real::{Multipliers, bounded_real_compact};
 use crate::lmi::{Affine, Program, symmetric};
-use crate::matrix::{Mat, block, diagonal_blocks, kernel, least_eigenvalue, skew_part, symmetric_part};
+use crate::matrix::{
+    Mat, block, diagonal_blocks, kernel, scaled_least_eigenvalue, skew_part, symmetric_part,
+};
 use crate::model_error::LoopError;
 use crate::plant::{GeneralisedPlant, channels};
 use crate::solver::Solution;
@@ -35,13 +37,18 @@ pub struct Existence {
     pub primal_scaling: Mat,
     /// Sigma + Gamma, r x r: the multiplier of the dual inequality.
     pub dual_scaling: Mat,
-    /// The least eigenvalue over all inequalities; positive if they hold strictly.
+    /// The least eigenvalue over all inequalities, each scaled to a unit diagonal; positive if they hold strictly.
     pub margin: f64,
     /// How far gamma may be above the least, relative to itself; infinite when nothing is known or gamma was given.
     pub gap: f64,
 }
 
 impl Existence {
+    /// What the search leaves possible for the least gamma: no gamma below this, as far as multipliers in floating point tell; 0 when nothing is known.
+    pub fn gamma_lower(&self) -> f64 {
+        (self.gamma * (1.0 - self.gap)).max(0.0)
+    }
+
     /// The least eigenvalue over the synthesis inequalities of `plant`.
     pub(crate) fn true_margin(&self, plant: &GeneralisedPlant, scalings: Scalings) -> f64 {
         let constant = |m: Mat| Affine::constant(m);
@@ -56,7 +63,7 @@ impl Existence {
         };
         let nothing = Program::new();
         let each = inequalities(plant, &unknowns, scalings).into_iter();
-        each.map(|(_, e)| least_eigenvalue(&e.value(&nothing, &[]))).fold(f64::INFINITY, f64::min)
+        each.map(|(_, e)| scaled_least_eigenvalue(&e.value(&nothing, &[]))).fold(f64::INFINITY, f64::min)
     }
 }
 

@@ -90,6 +90,20 @@ impl LowRank {
         &self.constant
     }
 
+    /// The same inequality after a congruence with a diagonal matrix that divides each row by its size to the power `evenness`.
+    pub(crate) fn with_even_rows(&self, evenness: f64) -> Self {
+        let factors = self.columns.row_iter().map(|row| row.norm());
+        let factors: Vec<f64> =
+            factors.map(|norm| if norm > 0.0 { norm.powf(-evenness) } else { 1.0 }).collect();
+        let mut out = self.clone();
+        for (i, f) in factors.iter().enumerate() {
+            out.columns.row_mut(i).scale_mut(*f);
+            out.constant.row_mut(i).scale_mut(*f);
+            out.constant.column_mut(i).scale_mut(*f);
+        }
+        out
+    }
+
     fn each(&self) -> impl Iterator<Item = (usize, &[Pair])> {
         self.unknowns
             .iter()

@@ -125,6 +125,24 @@ pub fn least_eigenvalue(a: &Mat) -> f64 {
     symmetric_eigenvalues(a).first().copied().unwrap_or(f64::INFINITY)
 }
 
+/// The largest eigenvalue of a symmetric matrix after the congruence with a diagonal matrix that makes its diagonal -1. Its sign is that of the
+/// largest eigenvalue, and rounding is seen in proportion. Where the diagonal is not negative, 1.
+pub(crate) fn scaled_largest_eigenvalue(m: &Mat) -> f64 {
+    if m.iter().any(|v| !v.is_finite()) {
+        return f64::INFINITY;
+    }
+    if m.diagonal().iter().any(|d| *d >= 0.0) {
+        return 1.0;
+    }
+    let scale = Mat::from_diagonal(&m.diagonal().map(|d| 1.0 / (-d).sqrt()));
+    largest_eigenvalue(&(&scale * m * &scale))
+}
+
+/// As [`scaled_largest_eigenvalue`], the least one for a matrix that is to be positive definite.
+pub(crate) fn scaled_least_eigenvalue(m: &Mat) -> f64 {
+    -scaled_largest_eigenvalue(&-m)
+}
+
 /// Eigenvalues of a square matrix, sorted by real and then imaginary part.
 ///
 /// Not-a-number throughout if the matrix holds one or the QR iteration fails: no comparison then succeeds.

@@ -9,13 +9,12 @@
 //! B. R. Barmish, "Necessary and sufficient conditions for quadratic stabilizability of an uncertain system", J. Optimization Theory
 //! and Applications 46(4), 1985, for the notion.
 
-use crate::analysis::scaled_largest_eigenvalue;
 use crate::balance::Coordinates;
 use crate::bounded_real::{Multipliers, bounded_real_compact};
 use crate::error::SynthesisError;
 use crate::inequalities::Scalings;
 use crate::lmi::{Affine, Program};
-use crate::matrix::{Mat, block, kernel, symmetric_function};
+use crate::matrix::{Mat, block, kernel, scaled_largest_eigenvalue, symmetric_function};
 use crate::model_error::LoopError;
 use crate::plant::{ClosedLoop, GeneralisedPlant, channels};
 use crate::solver::{self, Search};

@@ -1,10 +1,9 @@
 //! The inequality of [`crate::rate`] at some samples of a system, in coordinates in which it is well conditioned.
 
-use crate::analysis::scaled_largest_eigenvalue;
 use crate::error::SynthesisError;
 use crate::lmi::{Affine, Program, symmetric};
 use crate::lyapunov::middle_of_gramians;
-use crate::matrix::{Mat, symmetric_function, symmetric_part};
+use crate::matrix::{Mat, scaled_largest_eigenvalue, symmetric_function, symmetric_part};
 use crate::rate::{LyapunovPolynomial, RateError};
 use crate::solver::{self, Search};
 use crate::state_space::StateSpace;

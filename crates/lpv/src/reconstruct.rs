@@ -19,8 +19,8 @@ use crate::controller::Controller;
 use crate::error::SynthesisError;
 use crate::inequalities::Existence;
 use crate::matrix::{
-    Mat, block, diagonal_blocks, kernel, largest_eigenvalue, pseudo_inverse, rank_factors, skew_part,
-    spectral_abscissa, symmetric_function, symmetric_part,
+    Mat, block, diagonal_blocks, kernel, largest_eigenvalue, pseudo_inverse, rank_factors,
+    scaled_largest_eigenvalue, skew_part, spectral_abscissa, symmetric_function, symmetric_part,
 };
 use crate::model_error::LoopError;
 use crate::parameter_grid::{coarse_grid, parameter_grid};
@@ -61,7 +61,7 @@ pub fn reconstruct(
         let Some(m) = family.solution(weight) else {
             continue;
         };
-        if largest_eigenvalue(&affine.inequality(&m)) >= 0.0 {
+        if scaled_largest_eigenvalue(&affine.inequality(&m)) >= 0.0 {
             continue;
         }
         let k = Controller::from_matrix(&m, size.x, size.y, size.u, plant.blocks.clone());

@@ -10,14 +10,14 @@ use crate::error::SynthesisError;
 use crate::interior_point;
 use crate::lmi::Program;
 use crate::low_rank::LowRank;
-use crate::matrix::least_eigenvalue;
+use crate::matrix::scaled_least_eigenvalue;
 
 /// A point that a solver returned, and what the inequalities are worth there.
 #[derive(Debug, Clone)]
 pub struct Solution {
     /// The unknowns of the program.
     pub x: Vec<f64>,
-    /// The least eigenvalue over all inequalities: the point satisfies them strictly if it is positive.
+    /// The least eigenvalue over all inequalities, each scaled to a unit diagonal: the point satisfies them strictly if it is positive.
     pub margin: f64,
     /// How far the objective may be above the least, relative to its size plus [`Search::floor`]; infinite when nothing is known.
     pub gap: f64,
@@ -56,10 +56,36 @@ impl Search<'_> {
 pub fn solve(program: &Program, stage: &'static str, search: Search<'_>) -> Result<Solution, SynthesisError> {
     let data: Vec<LowRank> =
         program.inequalities.iter().map(|i| LowRank::new(program, &i.expression)).collect();
-    let stop = interior_point::minimise(&data, &program.costs(), search);
-    match stop.map(|stop| judged(program, stop.x, stop.gap)) {
+    let costs = program.costs();
+    let mut own: Option<Solution> = None;
+    for evenness in EVENNESS {
+        let data: Vec<LowRank> = data.iter().map(|d| d.with_even_rows(evenness)).collect();
+        let Some(stop) = interior_point::minimise(&data, &costs, search) else { continue };
+        let found = judged(program, stop.x, stop.gap);
+        if own.as_ref().is_none_or(|known| better(&found, known, &costs)) {
+            own = Some(found);
+        }
+        if own.as_ref().is_some_and(|own| own.gap <= search.tolerance && own.margin > 0.0) {
+            break;
+        }
+    }
+    match own {
         Some(own) if own.gap <= search.tolerance || search.start.is_some() || !search.patient => Ok(own),
         own => general(program, stage, own),
+    }
+}
+
+/// How far the rows of the inequalities are brought to one size, from not at all to all the way. Most programs are solved as they are; one with rows of very
+/// different sizes may need the help, and there is no telling which of the two.
+const EVENNESS: [f64; 3] = [0.0, 0.5, 1.0];
+
+/// Whether a point is better than another: strictly feasible, and then of the lesser cost.
+fn better(one: &Solution, other: &Solution, costs: &[f64]) -> bool {
+    let cost = |s: &Solution| s.x.iter().zip(costs).map(|(x, c)| x * c).sum::<f64>();
+    match (one.margin > 0.0, other.margin > 0.0) {
+        (true, true) => cost(one) < cost(other),
+        (false, false) => one.margin > other.margin,
+        (strict, _) => strict,
     }
 }
 
@@ -71,7 +97,6 @@ fn general(
 ) -> Result<Solution, SynthesisError> {
     let conic = ConicProgram::new(program);
     let costs = program.costs();
-    let cost = |s: &Solution| s.x.iter().zip(&costs).map(|(x, c)| x * c).sum::<f64>();
     let mut best = known;
     let mut failure = None;
     for way in &WAYS {
@@ -88,13 +113,7 @@ fn general(
                 continue;
             }
         };
-        let better = best.as_ref().is_none_or(|b| match (found.margin > 0.0, b.margin > 0.0) {
-            (true, true) => cost(&found) < cost(b),
-            (true, false) => true,
-            (false, true) => false,
-            (false, false) => found.margin > b.margin,
-        });
-        if better {
+        if best.as_ref().is_none_or(|known| better(&found, known, &costs)) {
             best = Some(found);
         }
         if solved {
@@ -109,9 +128,9 @@ fn judged(program: &Program, x: Vec<f64>, gap: f64) -> Solution {
     Solution { x, margin, gap }
 }
 
-/// The least eigenvalue over all inequalities at `x`.
+/// The least eigenvalue over all inequalities at `x`, each scaled to a unit diagonal.
 pub fn margin(program: &Program, x: &[f64]) -> f64 {
-    let each = program.inequalities.iter().map(|i| least_eigenvalue(&i.expression.value(program, x)));
+    let each = program.inequalities.iter().map(|i| scaled_least_eigenvalue(&i.expression.value(program, x)));
     each.fold(f64::INFINITY, f64::min)
 }
 

@@ -14,6 +14,7 @@ use crate::model_error::LoopError;
 use crate::plant::GeneralisedPlant;
 use crate::quadratic::infeasible_side;
 use crate::reconstruct::reconstruct;
+use crate::solver::numerical;
 
 /// How a controller is sought.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,6 +43,8 @@ pub struct Design {
     pub controller: Controller,
     /// The least gamma that the synthesis inequalities allow.
     pub gamma_optimum: f64,
+    /// No gamma below this is possible, as far as the search tells; 0 when it does not.
+    pub gamma_lower: f64,
     /// The gamma at which the controller was built.
     pub gamma_design: f64,
     /// The gain bound of the closed loop, with the matrices that show it.
@@ -64,13 +67,7 @@ pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, 
     if let Some(limit) = options.gamma_limit.filter(|limit| optimum.gamma > *limit) {
         return Err(above_limit(plant, &coordinates, &optimum, limit, options));
     }
-    let mut outcome = build(plant, &coordinates, &optimum, options.back_off, options);
-    for factor in [2.0, 4.0] {
-        if !matches!(outcome, Err(SynthesisError::Numerical { .. } | SynthesisError::TooFast { .. })) {
-            break;
-        }
-        outcome = build(plant, &coordinates, &optimum, factor * options.back_off, options).or(outcome);
-    }
+    let outcome = build(plant, &coordinates, &optimum, options);
     explained(plant, outcome.map(|design| consistent(design, options.scalings)), options)
 }
 
@@ -106,18 +103,49 @@ fn explained(
     }
 }
 
-/// Builds the controller at `(1 + back_off)` times the least gamma.
+/// Builds the controller a little above the least gamma, or farther where none can be built so close.
 fn build(
     plant: &GeneralisedPlant,
     coordinates: &Coordinates,
     optimum: &Existence,
-    back_off: f64,
     options: Options,
 ) -> Result<Design, SynthesisError> {
-    let gamma_design = optimum.gamma * (1.0 + back_off);
+    let mut first_failure = None;
+    for factor in [1.0, 2.0, 4.0] {
+        for basis in [Basis::Equalised, Basis::AsFound] {
+            let gamma = optimum.gamma * (1.0 + factor * options.back_off);
+            match build_at(gamma, basis, plant, coordinates, optimum, options) {
+                Err(error @ (SynthesisError::Numerical { .. } | SynthesisError::TooFast { .. })) => {
+                    first_failure.get_or_insert(error);
+                }
+                settled => return settled,
+            }
+        }
+    }
+    Err(first_failure.unwrap_or_else(|| numerical("back-off", "no gamma was tried".into())))
+}
+
+/// The coordinates in which a controller is built.
+#[derive(Clone, Copy, PartialEq)]
+enum Basis {
+    /// Those in which the smallest X and Y are equal.
+    Equalised,
+    /// Those in which the least gamma was found, for a plant so stiff that rounding spoils the others.
+    AsFound,
+}
+
+fn build_at(
+    gamma_design: f64,
+    basis: Basis,
+    plant: &GeneralisedPlant,
+    coordinates: &Coordinates,
+    optimum: &Existence,
+    options: Options,
+) -> Result<Design, SynthesisError> {
     let unit = plant.in_units_of(gamma_design);
     let small = smallest(&coordinates.apply(&unit), 1.0, optimum, options.scalings)?;
-    let (coordinates, small) = match equalised(coordinates, &small, &unit) {
+    let equal = (basis == Basis::Equalised).then(|| equalised(coordinates, &small, &unit)).flatten();
+    let (coordinates, small) = match equal {
         Some(equal) => (equal.clone(), equal.carry(coordinates, &small)),
         None => (coordinates.clone(), small),
     };
@@ -129,7 +157,13 @@ fn build(
     let controller = coordinates.undo(&in_balance);
     let closed = plant.close(&controller);
     let certified = bounded_gain(&closed, &LoopError::none(&closed), &coordinates.undo_bound(&shown))?;
-    Ok(Design { controller, gamma_optimum: optimum.gamma, gamma_design, certified })
+    Ok(Design {
+        controller,
+        gamma_optimum: optimum.gamma,
+        gamma_lower: optimum.gamma_lower(),
+        gamma_design,
+        certified,
+    })
 }
 
 /// Says by how much the limit is missed, and which channel dominates in the loop of the best controller.
@@ -150,7 +184,7 @@ fn above_limit(
             ),
         };
     }
-    let dominant = build(plant, coordinates, optimum, options.back_off, options).ok().and_then(|design| {
+    let dominant = build(plant, coordinates, optimum, options).ok().and_then(|design| {
         let theta = vec![0.0; plant.blocks.len()];
         plant.close(&design.controller).frozen(&theta).ok()?.dominant_channel()
     });

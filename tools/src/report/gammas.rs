@@ -50,6 +50,7 @@ fn design(subject: &Subject) -> Design {
     Design {
         controller: subject.controller.clone(),
         gamma_optimum: gamma.optimum,
+        gamma_lower: 0.0,
         gamma_design: gamma.optimum * (1.0 + gamma.back_off),
         certified: GainBound {
             gamma: gamma.bound,
