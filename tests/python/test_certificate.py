@@ -107,6 +107,23 @@ def test_certificate_without_residual_is_not_packed(
     assert done.returncode == 1 and "no section 'residual'" in done.stderr
 
 
+def test_ball_that_leaves_the_vehicle_out_is_not_packed(
+    run_squid: Run, copied_vehicle: Path, tmp_path: Path
+) -> None:
+    """A smaller ball of models proves all the more, but it no longer holds the true linearisations."""
+    out = tmp_path / "out"
+    assert run_squid("design", copied_vehicle, "--out", out).returncode == 0
+    path = out / "certificate.json"
+    certificate = json.loads(path.read_text(encoding="utf-8"))
+    residual = certificate["residual"]
+    residual["E"] = [[0.9 * entry for entry in row] for row in residual["E"]]
+    path.write_text(json.dumps(certificate), encoding="utf-8")
+    assert run_squid("verify", path).returncode == 0
+    done = run_squid("package", copied_vehicle, "--out", out)
+    assert done.returncode == 1 and "reach 1.1111 times as far from the fit as the ball" in done.stderr
+    assert not list(out.glob("*.fmu"))
+
+
 def test_design_without_proof_is_not_packed(
     squid: Packages, run_squid: Run, copied_vehicle: Path, tmp_path: Path
 ) -> None:

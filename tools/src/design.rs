@@ -1,12 +1,13 @@
 //! The design, stage by stage: load, trim, linearise, fit, to LFT, augment, synthesise, check, freeze.
 
-use crate::certify::{Proof, SAMPLES, certify};
+use crate::certify::{Proof, certify};
 use crate::check::{Checks, check};
 use crate::error::Error;
 use crate::freeze::{Frozen, freeze};
 use crate::frequency;
 use crate::inputs::Inputs;
 use crate::model::Model;
+use crate::model_ball::SAMPLES;
 use crate::problem::augment;
 use crate::stages::Stages;
 use auv::Status;

@@ -238,6 +238,18 @@ pub enum Error {
         /// The first part that differs.
         what: String,
     },
+    /// The ball of models that a certificate speaks of leaves the vehicle out.
+    #[error(
+        "the certificate's section 'residual' does not cover this vehicle: {}",
+        .reach.map_or_else(
+            || "E, F and Fu have not the shape of a ball around the fit".to_owned(),
+            |r| format!("the true linearisations reach {r:.4} times as far from the fit as the ball does")
+        )
+    )]
+    Ball {
+        /// How far the residual reaches, the ball's radius being 1.
+        reach: Option<f64>,
+    },
     /// mu has no bound.
     #[error("{file}: {reason}")]
     Mu {

@@ -23,6 +23,7 @@ pub mod lpv_mu;
 pub mod lpv_synth;
 pub mod metrics;
 pub mod model;
+pub mod model_ball;
 pub mod mu_file;
 pub mod output;
 pub mod package;

@@ -6,6 +6,7 @@ use crate::certify::{frozen_rows, plant_rows};
 use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::model::Model;
+use crate::model_ball;
 use crate::output::read;
 use crate::problem::augment;
 use crate::problem_file;
@@ -130,12 +131,13 @@ pub fn check(problem: &Path, certificate: &Path) -> Result<Theorem, Error> {
 }
 
 /// Checks that the plant in a certificate is the one of these inputs: trimmed, linearised, fitted and weighted anew, and compared
-/// at parameter values over the range, because the basis of an LFT's channels is not unique.
+/// at parameter values over the range, because the basis of an LFT's channels is not unique; and that its ball holds the true linearisations.
 ///
 /// # Errors
-/// [`Error::WrongPlant`] with the first part that differs; the errors of [`Model::new`].
+/// [`Error::WrongPlant`] with the first part that differs; [`Error::Ball`]; the errors of [`Model::new`].
 pub fn matches_inputs(certificate: &Certificate, inputs: &Inputs) -> Result<(), Error> {
-    let wanted = augment(inputs, Model::new(inputs)?.lft)?;
+    let model = Model::new(inputs)?;
+    let wanted = augment(inputs, model.lft.clone())?;
     let found =
         plant_of(certificate).ok_or_else(|| Error::WrongPlant { what: "the shape of a matrix".into() })?;
     found.check()?;
@@ -157,7 +159,7 @@ pub fn matches_inputs(certificate: &Certificate, inputs: &Inputs) -> Result<(), 
             return Err(Error::WrongPlant { what: format!("matrix {name} at rho = {rho}") });
         }
     }
-    Ok(())
+    certificate.residual.as_ref().map_or(Ok(()), |ball| model_ball::holds(ball, inputs, &model))
 }
 
 /// How far the plant of a certificate may be from the one computed anew: rounding on another processor.
