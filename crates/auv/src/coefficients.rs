@@ -6,10 +6,12 @@
 
 #![allow(non_snake_case, reason = "the field's symbols keep their capitals: Z is a force, z a length")]
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, SymmetricEigen};
 use thiserror::Error;
 
 use crate::dynamics::Scalar;
+
+const EIGENVALUE_ITERATIONS: usize = 1000;
 
 /// The values that a coefficient may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -229,7 +231,10 @@ impl Coefficients {
             }
         }
         let mass = self.mass_matrix();
-        let least_eigenvalue = ((mass + mass.transpose()) * 0.5).symmetric_eigenvalues().min();
+        let symmetric = (mass + mass.transpose()) * 0.5;
+        // Without a limit the decomposition of numbers that are none would never end.
+        let eigenvalues = SymmetricEigen::try_new(symmetric, f64::EPSILON, EIGENVALUE_ITERATIONS);
+        let least_eigenvalue = eigenvalues.map_or(f64::NAN, |found| found.eigenvalues.min());
         if least_eigenvalue > 0.0 {
             Ok(())
         } else {

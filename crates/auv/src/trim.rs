@@ -19,6 +19,8 @@ const STARTS: [f64; 5] = [0.0, -0.15, 0.15, -0.4, 0.4];
 const LARGEST_INCIDENCE: f64 = 1.2;
 const RESIDUAL_TOLERANCE: f64 = 1e-11;
 const RANK_TOLERANCE: f64 = 1e-9;
+const SVD_TOLERANCE: f64 = 5.0 * f64::EPSILON;
+const SVD_ITERATIONS: usize = 1000;
 
 /// The speed at which to trim.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -292,7 +294,8 @@ fn newton_step(
         let inside = project(Vector3::new(column[0], column[1], column[2]));
         column.copy_from(&inside);
     }
-    let svd = projected.svd(true, true);
+    // Without a limit the decomposition of numbers that are none would never end.
+    let svd = projected.try_svd(true, true, SVD_TOLERANCE, SVD_ITERATIONS)?;
     let threshold = svd.singular_values.max() * RANK_TOLERANCE;
     let solution = svd.solve(&DVector::from_column_slice(target.as_slice()), threshold).ok()?;
     let change = solution - scaled;

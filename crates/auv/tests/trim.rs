@@ -4,7 +4,7 @@
 
 mod common;
 
-use auv::{CoefficientError, Dynamics, Effect, Speed, TrimError, actuator_force, trim};
+use auv::{COEFFICIENTS, CoefficientError, Dynamics, Effect, Speed, TrimError, actuator_force, trim};
 use common::{remus100, squid};
 
 #[test]
@@ -109,4 +109,22 @@ fn what_cannot_be_trimmed_is_refused_with_numbers() {
         trim(&broken, Speed::Path(1.0), 50.0),
         Err(TrimError::Coefficients(CoefficientError::NotAllowed { key: "mass", .. }))
     ));
+}
+
+/// Numbers so large that their squares overflow: a refusal, and no decomposition that goes on for ever.
+#[test]
+fn absurd_numbers_are_refused_in_time() {
+    let mut vehicle = squid();
+    for spec in COEFFICIENTS {
+        for absurd in [1e308, -1e308, 1e-308, 1e160] {
+            let before = (spec.get)(&vehicle.coefficients);
+            (spec.set)(&mut vehicle.coefficients, absurd);
+            if let Ok(found) = trim(&vehicle, Speed::Path(1.0), 50.0) {
+                assert!(found.residual.is_finite(), "{}", spec.key);
+            }
+            (spec.set)(&mut vehicle.coefficients, before);
+        }
+    }
+    assert!(trim(&vehicle, Speed::Path(1e308), 50.0).is_err());
+    assert!(trim(&vehicle, Speed::Path(1.0), 1e308).is_err());
 }

@@ -4,6 +4,9 @@ use std::collections::BTreeSet;
 
 use crate::{ControllerDesign, DesignError, FORMAT, Lft};
 
+/// Shorter sample times \[s\] are a mistake, and would make a step take for ever.
+const SHORTEST_SAMPLE_TIME: f64 = 1e-5;
+
 impl ControllerDesign {
     /// Reads and checks a design.
     ///
@@ -23,7 +26,10 @@ impl ControllerDesign {
         if self.format != FORMAT {
             return Err(DesignError::WrongFormat { found: self.format.clone(), allowed: FORMAT });
         }
-        positive(|| "sample_time".to_owned(), self.sample_time)?;
+        if !(SHORTEST_SAMPLE_TIME..f64::INFINITY).contains(&self.sample_time) {
+            let (key, value) = ("sample_time".to_owned(), self.sample_time);
+            return Err(DesignError::BadNumber { key, value, allowed: "finite and at least 1e-5" });
+        }
         self.validate_scheduling()?;
         self.validate_tracked()?;
         self.validate_actuators()?;

@@ -46,6 +46,8 @@ fn refuses_designs_that_make_no_sense() {
     assert_refused(|d| d.format = "squid-controller/2".to_owned(), "only 'squid-controller/1' can be read");
     assert_refused(|d| d.sample_time = 0.0, "sample_time is 0");
     assert_refused(|d| d.sample_time = f64::NAN, "sample_time is NaN");
+    assert_refused(|d| d.sample_time = 1e-300, "must be finite and at least 1e-5");
+    assert_refused(|d| d.sample_time = f64::INFINITY, "sample_time is inf");
     assert_refused(|d| d.scheduling.quantity = "depth".to_owned(), "scheduling.quantity is 'depth'");
     assert_refused(|d| d.scheduling.maximum = 0.4, "scheduling reaches from 0.5 to 0.4");
     assert_refused(|d| d.scheduling.centre = 1.7, "0.5 m/s gives rho");
