@@ -1,26 +1,36 @@
-//! Exchange and step allocate nothing.
+//! Exchange and step allocate nothing, in none of the three FMUs, and instances leave nothing behind.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
+mod abi;
 mod example;
 
 use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicIsize, AtomicUsize, Ordering};
 
-use fmi2::Silent;
+use abi::{MESSAGES, Unpacked, do_step, free, get};
+use fmi2::abi::{Component, Status, access, exchange, step};
+use fmi2::model_description::{Causality, Kind, ModelDescription};
+use fmi2::{Interface, Model, describe};
+use fmu_controller::Controller;
+use fmu_plant::PlantModel;
+use fmu_squid::ClosedLoop;
 
 struct Counting;
 
 static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
+static LIVE_BYTES: AtomicIsize = AtomicIsize::new(0);
 
 // SAFETY: hands everything on to the system's allocator.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        LIVE_BYTES.fetch_add(layout.size().cast_signed(), Ordering::Relaxed);
         // SAFETY: the caller keeps the contract.
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        LIVE_BYTES.fetch_sub(layout.size().cast_signed(), Ordering::Relaxed);
         // SAFETY: the caller keeps the contract.
         unsafe { System.dealloc(pointer, layout) }
     }
@@ -29,20 +39,126 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static COUNTING: Counting = Counting;
 
-/// The only test of this file, so that no other thread allocates meanwhile.
-#[test]
-fn a_communication_step_allocates_nothing() {
-    let mut flight = example::started(&example::resources());
-    let table = flight.instance.table();
-    let references = ["pitch", "lower", "tracking_error"].map(|name| table.reference(name).unwrap());
-    let current = [table.reference("current_vertical").unwrap()];
-    let before = ALLOCATIONS.load(Ordering::Relaxed);
+/// Value references, and start values of the inputs.
+struct Signals {
+    inputs: Vec<u32>,
+    start: Vec<f64>,
+    outputs: Vec<u32>,
+    all: Vec<u32>,
+    states: usize,
+}
+
+fn signals(description: &ModelDescription) -> Signals {
+    let real = |wanted: &dyn Fn(Causality) -> bool| {
+        let all = description.variables.iter().filter(|one| matches!(one.kind, Kind::Real { .. }));
+        let chosen = all.filter(|one| wanted(one.causality));
+        let start = |kind: &Kind| match kind {
+            Kind::Real { start, .. } => start.unwrap_or(0.0),
+            _ => 0.0,
+        };
+        chosen.map(|one| (one.value_reference, start(&one.kind))).unzip()
+    };
+    let (inputs, start) = real(&|causality| causality == Causality::Input);
+    let (outputs, _): (_, Vec<f64>) = real(&|causality| causality == Causality::Output);
+    let (all, _): (_, Vec<f64>) = real(&|_| true);
+    Signals { inputs, start, outputs, all, states: description.structure().derivatives.len() }
+}
+
+fn set_all<M: Model>(c: Component, signals: &Signals) {
+    let count = signals.inputs.len();
+    let status = unsafe { access::set_real::<M>(c, signals.inputs.as_ptr(), count, signals.start.as_ptr()) };
+    assert_eq!(status, Status::Ok);
+}
+
+/// A thousand communication steps with everything that belongs to one.
+fn simulate<M: Model>(c: Component, signals: &Signals) -> f64 {
+    let (mut values, mut rates) = ([0.0; 128], [0.0; 128]);
+    let (orders, count) = ([1; 128], signals.outputs.len());
     let mut sum = 0.0;
     for k in 0..1000 {
-        flight.instance.set(&current, |_| 1e-3 * f64::from(k % 7)).unwrap();
-        flight.instance.step(f64::from(k) * 0.03, 0.03, &mut Silent).unwrap();
-        flight.instance.get(&references, &mut Silent, |_, value: f64| sum += value).unwrap();
+        set_all::<M>(c, signals);
+        assert_eq!(do_step::<M>(c, f64::from(k) * 0.03, 0.03), Status::Ok);
+        assert_eq!(get::<M>(c, &signals.all, &mut values), Status::Ok);
+        sum += values[..signals.all.len()].iter().sum::<f64>();
+        if signals.states > 0 {
+            let (references, orders) = (signals.outputs.as_ptr(), orders.as_ptr());
+            let derivatives = rates.as_mut_ptr();
+            let status =
+                unsafe { step::get_real_output_derivatives::<M>(c, references, count, orders, derivatives) };
+            assert_eq!(status, Status::Ok);
+        }
+        unsafe {
+            let (mut time, mut status) = (0.0, Status::Ok);
+            assert_eq!(step::get_real_status::<M>(c, 2, &mut time), Status::Ok);
+            assert_eq!(step::get_status::<M>(c, 0, &mut status), Status::Ok);
+        }
     }
-    assert_eq!(ALLOCATIONS.load(Ordering::Relaxed) - before, 0);
-    assert!(sum != 0.0 && before > 0, "the allocator counts");
+    sum
+}
+
+/// A thousand evaluations of the right-hand side, with an event now and then.
+fn integrate<M: Model>(c: Component, signals: &Signals) -> f64 {
+    let (mut states, mut rates, mut sum) = ([0.0; 64], [0.0; 64], 0.0);
+    let n = signals.states;
+    let mut info = fmi2::abi::EventInfo::default();
+    unsafe {
+        for k in 0..1000 {
+            if k % 10 == 0 {
+                assert_eq!(exchange::enter_event_mode::<M>(c), Status::Ok);
+                assert_eq!(exchange::new_discrete_states::<M>(c, &mut info), Status::Ok);
+                assert_eq!(exchange::enter_continuous_time_mode::<M>(c), Status::Ok);
+            }
+            set_all::<M>(c, signals);
+            assert_eq!(exchange::set_time::<M>(c, f64::from(k) * 1e-3), Status::Ok);
+            assert_eq!(exchange::get_continuous_states::<M>(c, states.as_mut_ptr(), n), Status::Ok);
+            assert_eq!(exchange::get_derivatives::<M>(c, rates.as_mut_ptr(), n), Status::Ok);
+            states.iter_mut().zip(rates).for_each(|(state, rate)| *state += 1e-3 * rate);
+            assert_eq!(exchange::set_continuous_states::<M>(c, states.as_ptr(), n), Status::Ok);
+            let (mut event, mut end) = (0, 0);
+            let status = exchange::completed_integrator_step::<M>(c, 1, &mut event, &mut end);
+            assert_eq!(status, Status::Ok);
+            assert_eq!(get::<M>(c, &signals.outputs, &mut rates), Status::Ok);
+            sum += states[3] + rates[0];
+        }
+    }
+    sum
+}
+
+fn allocates_nothing<M: Model>(run: fn(Component, &Signals) -> f64, interface: Interface) {
+    let fmu = Unpacked::<M>::new(&example::resources());
+    let signals = signals(&describe::<M>(&example::resources()).unwrap().description);
+    let c = fmu.started(interface);
+    let before = ALLOCATIONS.load(Ordering::Relaxed);
+    let sum = run(c, &signals);
+    assert_eq!(ALLOCATIONS.load(Ordering::Relaxed) - before, 0, "{interface:?}");
+    assert!(sum != 0.0 && sum.is_finite() && before > 0, "the allocator counts");
+    free::<M>(c);
+}
+
+fn leaves_nothing_behind<M: Model>(count: usize) {
+    let fmu = Unpacked::<M>::new(&example::resources());
+    let one = || {
+        let c = fmu.started(Interface::CoSimulation);
+        assert_eq!(do_step::<M>(c, 0.0, 0.01), Status::Ok);
+        free::<M>(c);
+    };
+    one();
+    let before = LIVE_BYTES.load(Ordering::Relaxed);
+    (0..count).for_each(|_| one());
+    assert_eq!(LIVE_BYTES.load(Ordering::Relaxed), before, "bytes left after {count} instances");
+}
+
+/// The only test of this file, so that no other thread allocates meanwhile.
+#[test]
+fn a_step_allocates_nothing_and_an_instance_leaves_nothing_behind() {
+    let (co_simulation, model_exchange) = (Interface::CoSimulation, Interface::ModelExchange);
+    allocates_nothing::<PlantModel>(simulate::<PlantModel>, co_simulation);
+    allocates_nothing::<Controller>(simulate::<Controller>, co_simulation);
+    allocates_nothing::<ClosedLoop>(simulate::<ClosedLoop>, co_simulation);
+    allocates_nothing::<PlantModel>(integrate::<PlantModel>, model_exchange);
+    allocates_nothing::<ClosedLoop>(integrate::<ClosedLoop>, model_exchange);
+    assert_eq!(MESSAGES.load(Ordering::Relaxed), 0, "nothing is logged in the normal path");
+    leaves_nothing_behind::<PlantModel>(1000);
+    leaves_nothing_behind::<Controller>(10_000);
+    leaves_nothing_behind::<ClosedLoop>(1000);
 }

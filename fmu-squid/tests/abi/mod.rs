@@ -30,14 +30,8 @@ unsafe extern "C" fn count(
 }
 
 pub fn callbacks() -> CallbackFunctions {
-    type Fixed = unsafe extern "C" fn(
-        *mut c_void,
-        *const c_char,
-        Status,
-        *const c_char,
-        *const c_char,
-        *const c_char,
-    );
+    type Fixed =
+        unsafe extern "C" fn(*mut c_void, *const c_char, Status, *const c_char, *const c_char, *const c_char);
     // On the platforms of the tests a function that reads one variadic pointer is called like one with a fixed one.
     let logger = unsafe { std::mem::transmute::<Fixed, Logger>(count) };
     CallbackFunctions {
