@@ -9,6 +9,7 @@ use crate::inputs::Inputs;
 use crate::model::Model;
 use crate::model_ball::SAMPLES;
 use crate::problem::augment;
+use crate::robust::{Robust, robust};
 use crate::stages::Stages;
 use auv::Status;
 use lpv::error::SynthesisError;
@@ -31,6 +32,8 @@ pub struct Finished {
     pub proof: Result<Proof, String>,
     /// What the FMUs carry.
     pub frozen: Frozen,
+    /// How the controller came to bear more of the declared uncertainty, if that was asked for.
+    pub robust: Option<Robust>,
 }
 
 /// Runs all stages.
@@ -38,6 +41,14 @@ pub struct Finished {
 /// # Errors
 /// The first stage that fails; no controller leaves here that did not pass the checks.
 pub fn run(inputs: &Inputs, stages: &Stages) -> Result<Finished, Error> {
+    run_with(inputs, stages, false)
+}
+
+/// The same, with a robust controller in place of the nominal one where that is asked for; see [`crate::robust`].
+///
+/// # Errors
+/// As [`run`], and those of [`robust`].
+pub fn run_with(inputs: &Inputs, stages: &Stages, with_robust: bool) -> Result<Finished, Error> {
     stages.done("vehicle", &vehicle_line(inputs));
     stages.done("design", &format!("{}.toml: {}", inputs.design.name, inputs.design.description));
     let model = Model::new(inputs)?;
@@ -47,14 +58,16 @@ pub fn run(inputs: &Inputs, stages: &Stages) -> Result<Finished, Error> {
     stages.done("LFT", &lft_line(&model));
     let plant = augment(inputs, model.lft.clone())?;
     stages.done("augment", &augment_line(inputs, &plant));
-    let design = synthesis_stage(inputs, &plant, stages)?;
+    let nominal = synthesis_stage(inputs, &plant, stages)?;
+    let robust = with_robust.then(|| robust(inputs, &model, &plant, &nominal, stages)).transpose()?;
+    let design = robust.as_ref().map_or(nominal, |found| found.design.clone());
     let running = stages.begin("check", "the closed loop against the fit and the true linearisations");
     let checks = check(inputs, &plant, &design.controller, design.certified.gamma)?;
     drop(running);
     stages.done("check", &check_line(&checks, design.certified.gamma));
     let proof = certificate_stage(inputs, &model, &plant, &design, stages);
     let frozen = freeze(inputs, &model, &design, proof.is_ok())?;
-    Ok(Finished { model, plant, design, checks, proof, frozen })
+    Ok(Finished { model, plant, design, checks, proof, frozen, robust })
 }
 
 fn synthesis_stage(inputs: &Inputs, plant: &GeneralisedPlant, stages: &Stages) -> Result<Design, Error> {

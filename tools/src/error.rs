@@ -50,6 +50,9 @@ pub enum Error {
     /// There is no uncertain model.
     #[error(transparent)]
     Uncertain(#[from] crate::uncertain::UncertainError),
+    /// There is no robust controller.
+    #[error(transparent)]
+    Robust(#[from] crate::robust::RobustError),
     /// A coefficient is not allowed.
     #[error(transparent)]
     Coefficient(#[from] auv::CoefficientError),

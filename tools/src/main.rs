@@ -9,7 +9,7 @@ use squid::package::{Binaries, Kind, Prepared, pack, prepare, require_proof};
 use squid::package_platform::Platform;
 use squid::stages::Stages;
 use squid::store::Stored;
-use squid::{design, ladder, model, record, report, show, simulate, ssp, store, verify};
+use squid::{design, ladder, model, record, report, robust, show, simulate, ssp, store, verify};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -47,6 +47,9 @@ enum Verb {
         /// Also show what each assumption about the speed costs: frozen, slow, arbitrarily fast
         #[arg(long)]
         ladder: bool,
+        /// Look for a controller that bears more of the declared uncertainty, and show both side by side (about a minute)
+        #[arg(long)]
+        robust: bool,
     },
     /// Pack the three FMUs of a design: the vehicle, the autopilot, and both in one loop; and the first two wired, as SSP
     ///
@@ -183,7 +186,7 @@ fn run(verb: Verb) -> Result<ExitCode, Error> {
 /// The verbs that either work or fail.
 fn run_plain(verb: Verb) -> Result<(), Error> {
     match verb {
-        Verb::Design { which, ladder } => run_design(&which, ladder),
+        Verb::Design { which, ladder, robust } => run_design(&which, ladder, robust),
         Verb::Package { which, platforms, binaries, allow_uncertified, descriptions } => {
             let binaries = Binaries { platforms: Platform::named(&platforms)?, directory: binaries };
             run_package(&which, &binaries, allow_uncertified, descriptions)
@@ -221,12 +224,21 @@ fn run_plain(verb: Verb) -> Result<(), Error> {
     }
 }
 
-fn run_design(which: &Which, with_ladder: bool) -> Result<(), Error> {
+fn run_design(which: &Which, with_ladder: bool, with_robust: bool) -> Result<(), Error> {
     let (inputs, directory) = which.read()?;
     let stages = Stages::default();
-    let finished = design::run(&inputs, &stages)?;
+    let finished = design::run_with(&inputs, &stages, with_robust)?;
     store::save(&directory, &inputs, &finished)?;
+    let certificate = directory.join(robust::CERTIFICATE);
+    match &finished.robust {
+        Some(found) => found.save(&directory)?,
+        // That of another controller must not be left lying.
+        None => squid::output::remove(&certificate)?,
+    }
     stages.done("freeze", &format!("{}", directory.display()));
+    if let Some(found) = &finished.robust {
+        say(&format!("\n{}PROVED in exact arithmetic: {}", found.words(), certificate.display()));
+    }
     if with_ladder {
         let running = stages.begin("ladder", "solving for each assumption about the speed");
         let words = ladder::climb(&inputs, &finished)?;

@@ -133,7 +133,7 @@ pub struct UncertainModel {
 
 impl UncertainModel {
     /// From an LFT of `[A B]` whose parameter 0 is rho and parameter 1 + i is `all[i]`.
-    fn from_lft(lft: &Lft, all: &[Block]) -> Self {
+    pub(crate) fn from_lft(lft: &Lft, all: &[Block]) -> Self {
         let mut scheduled = 0;
         let mut blocks = Vec::new();
         for (parameter, _, count) in runs(&lft.channels) {

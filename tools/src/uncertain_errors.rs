@@ -155,7 +155,7 @@ fn with_gains(mut stacked: Mat, all: &[Block], delta: &[f64]) -> Mat {
 }
 
 /// `[A B]` with inputs in units of their reach.
-fn scaled(inputs: &Inputs, stacked: &Mat) -> Mat {
+pub(crate) fn scaled(inputs: &Inputs, stacked: &Mat) -> Mat {
     let mut out = stacked.clone();
     for (j, actuator) in inputs.vehicle.actuators.iter().enumerate() {
         out.column_mut(STATES + j).scale_mut(actuator.reach());

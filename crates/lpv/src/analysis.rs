@@ -83,7 +83,7 @@ fn tightened(closed: &ClosedLoop, error: &LoopError, given: &GainBound) -> Optio
     let mut best: Option<GainBound> = None;
     for _ in 0..ROUNDS {
         let base = best.as_ref().unwrap_or(given);
-        let Ok((found, gap)) = search(closed, error, base) else { break };
+        let Ok((found, gap)) = search(Base { closed, error, bound: base }, TIGHT) else { break };
         if found.largest_eigenvalue >= 0.0 {
             break;
         }
@@ -98,55 +98,114 @@ fn tightened(closed: &ClosedLoop, error: &LoopError, given: &GainBound) -> Optio
     best
 }
 
-/// A gamma close to the least, sought where X and S of `base` are the identity, and how close.
-fn search(
-    closed: &ClosedLoop,
-    error: &LoopError,
-    base: &GainBound,
-) -> Result<(GainBound, f64), SynthesisError> {
-    let (state, state_inverse) = whitening(&base.x, "X")?;
-    let (channel, channel_inverse) = whitening(&base.s, "S")?;
-    let seen = closed.in_coordinates((&state, &state_inverse), (&channel, &channel_inverse));
-    let seen = seen.in_units_of(base.gamma);
-    let seen_error = error.in_coordinates((&state, &state_inverse), &channel).in_units_of(base.gamma);
-    let mut program = Program::new();
-    let scalar = |value: f64| Affine::constant(Mat::from_element(1, 1, value));
-    let m = Multipliers {
-        x: program.symmetric(seen.a.nrows()),
-        s: program.symmetric_commuting(&seen.channels),
-        t: program.skew_commuting(&seen.channels),
-        gamma: program.scalar(),
-        lambda: if error.is_none() { scalar(0.0) } else { program.scalar() },
-    };
-    program.positive("X", m.x.clone());
-    program.positive("S", m.s.clone());
-    program.negative("bounded real", bounded_real_compact(&seen, &seen_error, &m));
-    program.minimise_trace(&m.gamma, 1.0);
-    let mut start = vec![0.0; program.unknowns()];
-    let unit = |n: usize| Mat::identity(n, n);
-    program.set(&mut start, &m.x, &unit(seen.a.nrows()));
-    program.set(&mut start, &m.s, &unit(seen.channels.len()));
-    program.set(&mut start, &m.t, &(channel.transpose() * &base.t * &channel));
-    program.set(&mut start, &m.gamma, &Mat::from_element(1, 1, 1.0));
-    program.set(&mut start, &m.lambda, &Mat::from_element(1, 1, base.lambda));
-    let solution = solver::solve(&program, STAGE, Search { start: Some(&start), ..Search::within(TIGHT) })?;
-    let value = |e: &Affine| e.value(&program, &solution.x);
-    let back = |m: Mat, inverse: &Mat| inverse.transpose() * m * inverse;
-    let mut found = GainBound {
-        gamma: base.gamma * value(&m.gamma)[(0, 0)],
-        x: symmetric_part(&back(value(&m.x), &state_inverse)),
-        s: symmetric_part(&back(value(&m.s), &channel_inverse)),
-        t: skew_part(&back(value(&m.t), &channel_inverse)),
-        lambda: value(&m.lambda)[(0, 0)],
-        largest_eigenvalue: f64::NAN,
-    };
-    found.largest_eigenvalue = worst_eigenvalue(closed, error, &found);
-    Ok((found, solution.gap))
+/// A loop, and a bound of it in whose coordinates one is sought: those in which its X and S are the identity.
+#[derive(Clone, Copy)]
+pub(crate) struct Base<'a> {
+    pub(crate) closed: &'a ClosedLoop,
+    pub(crate) error: &'a LoopError,
+    pub(crate) bound: &'a GainBound,
 }
+
+/// The program of a base in its coordinates.
+struct Posed {
+    program: Program,
+    unknowns: Multipliers<Affine>,
+    /// The bounded-real matrix.
+    inequality: Affine,
+    /// The point of the base.
+    start: Vec<f64>,
+    state_inverse: Mat,
+    channel_inverse: Mat,
+}
+
+impl Posed {
+    /// With gamma unknown, or that of the base.
+    fn new(base: Base, fixed: bool) -> Result<Self, SynthesisError> {
+        let (state, state_inverse) = whitening(&base.bound.x, "X")?;
+        let (channel, channel_inverse) = whitening(&base.bound.s, "S")?;
+        let seen = base.closed.in_coordinates((&state, &state_inverse), (&channel, &channel_inverse));
+        let seen = seen.in_units_of(base.bound.gamma);
+        let error = base.error.in_coordinates((&state, &state_inverse), &channel);
+        let error = error.in_units_of(base.bound.gamma);
+        let (n, r) = (seen.a.nrows(), seen.channels.len());
+        let mut program = Program::new();
+        let scalar = |value: f64| Affine::constant(Mat::from_element(1, 1, value));
+        let m = Multipliers {
+            x: program.symmetric(n),
+            s: program.symmetric_commuting(&seen.channels),
+            t: program.skew_commuting(&seen.channels),
+            gamma: if fixed { scalar(1.0) } else { program.scalar() },
+            lambda: if error.is_none() { scalar(0.0) } else { program.scalar() },
+        };
+        let mut start = vec![0.0; program.unknowns()];
+        program.set(&mut start, &m.x, &Mat::identity(n, n));
+        program.set(&mut start, &m.s, &Mat::identity(r, r));
+        program.set(&mut start, &m.t, &(channel.transpose() * &base.bound.t * &channel));
+        program.set(&mut start, &m.gamma, &Mat::from_element(1, 1, 1.0));
+        program.set(&mut start, &m.lambda, &Mat::from_element(1, 1, base.bound.lambda));
+        let inequality = bounded_real_compact(&seen, &error, &m);
+        Ok(Self { program, unknowns: m, inequality, start, state_inverse, channel_inverse })
+    }
+
+    /// The bound at a point, in the loop's own coordinates.
+    fn bound(&self, base: Base, point: &[f64]) -> GainBound {
+        let value = |e: &Affine| e.value(&self.program, point);
+        let back = |m: Mat, inverse: &Mat| inverse.transpose() * m * inverse;
+        let m = &self.unknowns;
+        let mut found = GainBound {
+            gamma: base.bound.gamma * value(&m.gamma)[(0, 0)],
+            x: symmetric_part(&back(value(&m.x), &self.state_inverse)),
+            s: symmetric_part(&back(value(&m.s), &self.channel_inverse)),
+            t: skew_part(&back(value(&m.t), &self.channel_inverse)),
+            lambda: value(&m.lambda)[(0, 0)],
+            largest_eigenvalue: f64::NAN,
+        };
+        found.largest_eigenvalue = worst_eigenvalue(base.closed, base.error, &found);
+        found
+    }
+}
+
+/// A gamma close to the least, within `tolerance`, and how close.
+pub(crate) fn search(base: Base, tolerance: f64) -> Result<(GainBound, f64), SynthesisError> {
+    let mut posed = Posed::new(base, false)?;
+    let m = &posed.unknowns;
+    posed.program.positive("X", m.x.clone());
+    posed.program.positive("S", m.s.clone());
+    posed.program.negative("bounded real", posed.inequality.clone());
+    posed.program.minimise_trace(&m.gamma, 1.0);
+    let search = Search { start: Some(&posed.start), ..Search::within(tolerance) };
+    let solution = solver::solve(&posed.program, STAGE, search)?;
+    Ok((posed.bound(base, &solution.x), solution.gap))
+}
+
+/// At the gamma of the base the point at which the inequalities hold most clearly: the largest t with `-t I` above the bounded-real matrix and X and S
+/// between `t I` and a few times the identity, in the coordinates of the base.
+pub(crate) fn clearest(base: Base) -> Result<GainBound, SynthesisError> {
+    let mut posed = Posed::new(base, true)?;
+    let clearance = posed.program.scalar();
+    posed.start.push(0.0);
+    let size = posed.inequality.shape().0;
+    posed.program.negative("bounded real", posed.inequality.clone() + clearance.times_identity(size));
+    for e in [&posed.unknowns.x, &posed.unknowns.s] {
+        let n = e.shape().0;
+        posed.program.positive("floor", e.clone() - clearance.times_identity(n));
+        posed.program.positive("upper bound", Affine::constant(Mat::identity(n, n) * ROOM) - e.clone());
+    }
+    posed.program.minimise_trace(&clearance, -1.0);
+    let search = Search { start: Some(&posed.start), floor: 1e-9, ..Search::within(CLEAR) };
+    let solution = solver::solve(&posed.program, STAGE, search)?;
+    Ok(posed.bound(base, &solution.x))
+}
+
+/// How far X and S may grow while the clearest point is sought.
+const ROOM: f64 = 4.0;
+
+/// How close to the largest clearance is close enough, relatively.
+const CLEAR: f64 = 0.3;
 
 /// The largest eigenvalue of the bounded-real matrix, -X and -S, each scaled to a unit diagonal: the sign does
 /// not depend on the scaling, and rounding is seen in proportion.
-fn worst_eigenvalue(closed: &ClosedLoop, error: &LoopError, bound: &GainBound) -> f64 {
+pub(crate) fn worst_eigenvalue(closed: &ClosedLoop, error: &LoopError, bound: &GainBound) -> f64 {
     let all = [bounded_real_value(closed, error, bound), -&bound.x, -&bound.s];
     all.iter().map(scaled_largest_eigenvalue).fold(f64::NEG_INFINITY, f64::max)
 }

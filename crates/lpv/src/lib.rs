@@ -22,6 +22,7 @@
 //! - [`balance`]: coordinates in which the inequalities are well conditioned;
 //! - [`parameter_grid`]: points of the parameter box, for what is checked and not proved;
 //! - [`reduce`]: removing controller states that hardly matter;
+//! - [`robust`], [`robust_bound`]: parameters that no controller sees: a bound for them, and a controller that bears more;
 //! - [`regularity`]: controls without a weight, measurements without noise;
 //! - [`lmi`], [`solver`]: linear matrix inequalities as expressions, and the solver behind them;
 //! - [`modes`], [`state_space`], [`matrix`]: reachability of modes, H-infinity norm, dense matrices.
@@ -101,6 +102,8 @@ mod rate_program;
 pub mod reconstruct;
 pub mod reduce;
 pub mod regularity;
+pub mod robust;
+pub mod robust_bound;
 pub mod solver;
 pub mod state_space;
 pub mod synthesis;

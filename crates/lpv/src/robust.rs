@@ -1,0 +1,343 @@
+//! The plant whose parameters are part known, part unknown: a controller is scheduled on Theta and has to bear Delta.
+//!
+//! ```text
+//! (wt, wd) = blkdiag(Theta, Delta) (zt, size zd),   |theta_i(t)| <= 1 measured,   |delta_i(t)| <= 1 unknown
+//! ```
+//!
+//! In the analysis of a finished loop Delta is one more parameter: the scaled bounded-real inequality of [`crate::analysis`] with S and T for both proves the
+//! gain for every course of Theta and of Delta. In the synthesis S and T of Delta would enter with their inverses. So they are held, as the analysis
+//! left them, and with
+//!
+//! ```text
+//! zd'S zd + 2 wd'T zd - wd'S wd = |S^1/2 zd + S^-1/2 T' wd|^2 - |R^1/2 wd|^2,   R = S + T S^-1 T'
+//! ```
+//!
+//! Delta's channels become performance channels of a plant that is scheduled on Theta alone: [`UncertainPlant::weighed`].
+//! Synthesis and analysis take turns: J. C. Doyle, "Structured uncertainty in control system design", 24th CDC, 1985, for D and K. A plant that depends on
+//! measured and on unknown parameters: J. Veenman, C. W. Scherer, "A synthesis framework for robust gain-scheduling controllers",
+//! Automatica 50(11), 2014.
+
+use crate::analysis::GainBound;
+use crate::controller::Controller;
+use crate::error::SynthesisError;
+use crate::matrix::{Mat, block, symmetric_function};
+use crate::plant::GeneralisedPlant;
+use crate::robust_bound::{RobustBound, RobustLoop};
+use crate::synthesis::{Options, synthesise};
+use thiserror::Error;
+
+/// What a robust synthesis is asked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RobustOptions {
+    /// The gain that must not be exceeded.
+    pub gamma: f64,
+    /// How far above the least gain each controller is built; see [`Options::back_off`].
+    pub back_off: f64,
+    /// Rounds of synthesis and analysis, at most.
+    pub rounds: usize,
+    /// A round that makes the size grow by less than this, relatively, is the last.
+    pub pays: f64,
+}
+
+/// What came of one round.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Round {
+    /// The size that the round's controller bears at the gain asked for.
+    pub size: f64,
+    /// The least gain of the weighed plant, 1 being what the controller before had: below 1 there is something to win.
+    pub least_gain: f64,
+}
+
+/// Why the rounds came to an end.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum Stop {
+    /// The last round won too little.
+    #[error("another round no longer pays")]
+    NoLongerPays,
+    /// As many rounds as allowed.
+    #[error("no further round was allowed")]
+    Rounds,
+    /// No controller was found.
+    #[error("no better controller was found: {0}")]
+    Synthesis(SynthesisError),
+    /// The controller found has no bound at the gain asked for.
+    #[error("the last controller has no bound at that gain")]
+    NoBound,
+}
+
+/// A controller that bears more, or the one given where none does.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RobustDesign {
+    /// The controller.
+    pub controller: Controller,
+    /// The largest size at which its gain stays below the one asked for, and the bound there.
+    pub bears: RobustBound,
+    /// What the controller given bears.
+    pub given_bears: RobustBound,
+    /// The rounds that were kept.
+    pub rounds: Vec<Round>,
+    /// Why there are no more.
+    pub stop: Stop,
+}
+
+/// The given controller has no bound at the gain asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[error(
+    "with the controller given no size of the uncertainty was found at which the gain is sure to stay below {gamma:.4}"
+)]
+pub struct NoSize {
+    /// The gain.
+    pub gamma: f64,
+}
+
+/// The size at which a first bound is sought.
+const FIRST_SIZE: f64 = 0.05;
+
+/// Raises the size of Delta that is borne at a gain: synthesis and analysis in turn, beginning with a controller and a bound of its loop at Delta = 0. `told`
+/// hears of each round.
+///
+/// # Errors
+/// [`NoSize`].
+pub fn more_robust(
+    uncertain: &UncertainPlant,
+    controller: &Controller,
+    shown: &GainBound,
+    options: RobustOptions,
+    told: &mut dyn FnMut(&Round),
+) -> Result<RobustDesign, NoSize> {
+    let given = RobustLoop::new(uncertain, controller);
+    let first = (0..SMALLER).find_map(|k| given.bound(FIRST_SIZE * 0.5f64.powi(k), shown));
+    let bears = first.and_then(|first| given.largest_size(&first, options.gamma));
+    let bears = bears.ok_or(NoSize { gamma: options.gamma })?;
+    let mut design = RobustDesign {
+        controller: controller.clone(),
+        given_bears: bears.clone(),
+        bears,
+        rounds: vec![],
+        stop: Stop::Rounds,
+    };
+    for _ in 0..options.rounds {
+        match round(uncertain, &design, options) {
+            Ok((round, controller, bears)) => {
+                let won = bears.size / design.bears.size - 1.0;
+                if won > 0.0 {
+                    told(&round);
+                    design.rounds.push(round);
+                    (design.controller, design.bears) = (controller, bears);
+                }
+                if won < options.pays {
+                    design.stop = Stop::NoLongerPays;
+                    break;
+                }
+            }
+            Err(stop) => {
+                design.stop = stop;
+                break;
+            }
+        }
+    }
+    Ok(design)
+}
+
+/// How often the first size is halved.
+const SMALLER: i32 = 8;
+
+fn round(
+    uncertain: &UncertainPlant,
+    before: &RobustDesign,
+    options: RobustOptions,
+) -> Result<(Round, Controller, RobustBound), Stop> {
+    let RobustBound { size, bound } = &before.bears;
+    let (s, t) = RobustLoop::new(uncertain, &before.controller).multipliers_of_delta(bound);
+    let weighed = uncertain.weighed(*size, bound.gamma, &s, &t);
+    let found = synthesise(&weighed, Options { back_off: options.back_off, ..Options::default() })
+        .map_err(Stop::Synthesis)?;
+    let closed = RobustLoop::new(uncertain, &found.controller);
+    let shown = closed.from_weighed(&found.certified, *size, bound.gamma, (&s, &t));
+    let begin = closed.at_size(&shown, *size).ok_or(Stop::NoBound)?;
+    let bears = closed.largest_size(&begin, options.gamma).ok_or(Stop::NoBound)?;
+    let round = Round { size: bears.size, least_gain: found.gamma_optimum };
+    Ok((round, found.controller, bears))
+}
+
+/// A plant of which the controller measures some parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UncertainPlant {
+    /// The plant; its parameters are those of Theta, then those of Delta.
+    pub plant: GeneralisedPlant,
+    /// How many of the parameters are of Theta.
+    pub scheduled: usize,
+}
+
+impl UncertainPlant {
+    /// Channels of Theta.
+    pub fn scheduled_channels(&self) -> usize {
+        self.plant.blocks.iter().take(self.scheduled).sum()
+    }
+
+    /// Channels of Delta.
+    pub fn unknown_channels(&self) -> usize {
+        self.plant.blocks.iter().skip(self.scheduled).sum()
+    }
+
+    /// The plant with `|delta_i| <= size`, normalised anew.
+    pub fn sized(&self, size: f64) -> GeneralisedPlant {
+        let (r, k) = (self.scheduled_channels(), self.unknown_channels());
+        let mut out = self.plant.clone();
+        for m in [&mut out.ct, &mut out.dtt, &mut out.dt1, &mut out.dt2] {
+            m.rows_mut(r, k).scale_mut(size);
+        }
+        out
+    }
+
+    /// The plant at Delta = 0.
+    pub fn nominal(&self) -> GeneralisedPlant {
+        let r = self.scheduled_channels();
+        let p = &self.plant;
+        let rows = |m: &Mat| m.rows(0, r).into_owned();
+        let columns = |m: &Mat| m.columns(0, r).into_owned();
+        GeneralisedPlant {
+            bt: columns(&p.bt),
+            ct: rows(&p.ct),
+            dtt: rows(&columns(&p.dtt)),
+            dt1: rows(&p.dt1),
+            dt2: rows(&p.dt2),
+            d1t: columns(&p.d1t),
+            d2t: columns(&p.d2t),
+            blocks: p.blocks[..self.scheduled].to_vec(),
+            ..p.clone()
+        }
+    }
+
+    /// The plant, scheduled on Theta alone, whose gain is below 1 when the multipliers S and T of Delta, channels of Delta square, show a gain
+    /// below `gamma` for every Delta up to `size`.
+    pub fn weighed(&self, size: f64, gamma: f64, s: &Mat, t: &Mat) -> GeneralisedPlant {
+        let (r, k) = (self.scheduled_channels(), self.unknown_channels());
+        let sized = self.sized(size).in_units_of(gamma);
+        let root = symmetric_function(s, |v| v.max(0.0).sqrt());
+        let inverse = symmetric_function(s, |v| 1.0 / v.max(f64::MIN_POSITIVE));
+        let inverse_root = symmetric_function(s, |v| 1.0 / v.max(f64::MIN_POSITIVE).sqrt());
+        let other = s + t * inverse * t.transpose();
+        let other = symmetric_function(&other, |v| 1.0 / v.max(f64::MIN_POSITIVE).sqrt());
+        let rows = |m: &Mat| m.rows(0, r).into_owned();
+        let unknown_rows = |m: &Mat| &root * m.rows(r, k);
+        let columns = |m: &Mat| m.columns(0, r).into_owned();
+        let unknown_columns = |m: &Mat| m.columns(r, k) * &other;
+        let direct = unknown_columns(&unknown_rows(&sized.dtt)) + inverse_root * t.transpose() * &other;
+        GeneralisedPlant {
+            a: sized.a.clone(),
+            b2: sized.b2.clone(),
+            c2: sized.c2.clone(),
+            bt: columns(&sized.bt),
+            b1: block(&[&[&unknown_columns(&sized.bt), &sized.b1]]),
+            ct: rows(&sized.ct),
+            dtt: rows(&columns(&sized.dtt)),
+            dt1: block(&[&[&rows(&unknown_columns(&sized.dtt)), &rows(&sized.dt1)]]),
+            dt2: rows(&sized.dt2),
+            c1: block(&[&[&unknown_rows(&sized.ct)], &[&sized.c1]]),
+            d1t: block(&[&[&columns(&unknown_rows(&sized.dtt))], &[&columns(&sized.d1t)]]),
+            d11: block(&[&[&direct, &unknown_rows(&sized.dt1)], &[&unknown_columns(&sized.d1t), &sized.d11]]),
+            d12: block(&[&[&unknown_rows(&sized.dt2)], &[&sized.d12]]),
+            d2t: columns(&sized.d2t),
+            d21: block(&[&[&unknown_columns(&sized.d2t), &sized.d21]]),
+            blocks: self.plant.blocks[..self.scheduled].to_vec(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::matrix::largest_singular_value;
+    use nalgebra::dmatrix;
+
+    /// An oscillator, hardly damped, whose stiffness depends on theta and on a delta that also acts on the input.
+    fn plant() -> UncertainPlant {
+        let plant = GeneralisedPlant {
+            a: dmatrix![0.0, 1.0; -1.0, -0.02],
+            bt: dmatrix![0.0, 0.0, 0.0; 0.1, 1.0, 0.3],
+            b1: dmatrix![0.0, 0.0; 0.3, 0.0],
+            b2: dmatrix![0.0; 1.0],
+            ct: dmatrix![1.0, 0.0; 1.0, 0.0; 0.0, 0.0],
+            dtt: dmatrix![0.0, 0.0, 0.0; 0.0, 0.1, 0.0; 0.0, 0.0, 0.0],
+            dt1: Mat::zeros(3, 2),
+            dt2: dmatrix![0.0; 0.0; 1.0],
+            c1: dmatrix![1.0, 0.0; 0.0, 0.0],
+            d1t: Mat::zeros(2, 3),
+            d11: Mat::zeros(2, 2),
+            d12: dmatrix![0.0; 0.3],
+            c2: dmatrix![1.0, 0.0],
+            d2t: Mat::zeros(1, 3),
+            d21: dmatrix![0.0, 0.1],
+            blocks: vec![1, 2],
+        };
+        UncertainPlant { plant, scheduled: 1 }
+    }
+
+    /// The form that the weighed channels take on is the one that S and T define.
+    #[test]
+    fn weighing_completes_the_square() {
+        let uncertain = plant();
+        let (s, t) = (dmatrix![2.0, 0.3; 0.3, 1.0], dmatrix![0.0, 0.7; -0.7, 0.0]);
+        let (size, gamma) = (0.8, 1.7);
+        let weighed = uncertain.weighed(size, gamma, &s, &t);
+        weighed.check().unwrap();
+        // A motion of the plant: state, wt, wd, w and u, and what the same is in the weighed plant.
+        let (x, wt, wd, w, u) = (dmatrix![0.4; -0.8], -0.3, dmatrix![0.9; -1.1], dmatrix![0.2; 0.7], -0.6);
+        let sized = uncertain.sized(size);
+        let all = block(&[&[&dmatrix![wt]], &[&wd]]);
+        let zd =
+            (&sized.ct * &x + &sized.dtt * all + &sized.dt1 * &w + &sized.dt2 * u).rows(1, 2).into_owned();
+        let form = |a: &Mat, m: &Mat, b: &Mat| (a.transpose() * m * b)[(0, 0)];
+        let wanted = form(&zd, &s, &zd) + 2.0 * form(&wd, &t, &zd) - form(&wd, &s, &wd);
+        let other =
+            symmetric_function(&(&s + &t * s.clone().try_inverse().unwrap() * t.transpose()), f64::sqrt);
+        let all = block(&[&[&(&other * &wd)], &[&(&w * gamma.sqrt())]]);
+        let z = &weighed.c1 * &x + &weighed.d1t * wt + &weighed.d11 * &all + &weighed.d12 * u;
+        let found = z.rows(0, 2).norm_squared() - all.rows(0, 2).norm_squared();
+        assert!((found - wanted).abs() < 1e-12, "{found} {wanted}");
+        let moved = &weighed.a * &x + &weighed.bt * wt + &weighed.b1 * &all + &weighed.b2 * u;
+        let whole = block(&[&[&dmatrix![wt]], &[&wd]]);
+        let truth = &sized.a * &x + &sized.bt * whole + &sized.b1 * &w + &sized.b2 * u;
+        assert!(largest_singular_value(&(moved - truth)) < 1e-12);
+    }
+
+    /// The robust controller bears more at the same gain, and every frozen loop within the size confirms both bounds.
+    #[test]
+    fn rounds_raise_what_is_borne() {
+        let uncertain = plant();
+        let nominal = synthesise(&uncertain.nominal(), Options::default()).unwrap();
+        let gamma = 1.2 * nominal.certified.gamma;
+        let options = RobustOptions { gamma, back_off: 0.02, rounds: 3, pays: 0.01 };
+        let mut heard = 0;
+        let found =
+            more_robust(&uncertain, &nominal.controller, &nominal.certified, options, &mut |_| heard += 1)
+                .unwrap();
+        assert_eq!(heard, found.rounds.len());
+        assert!(found.bears.size >= found.given_bears.size && found.bears.bound.gamma <= gamma);
+        assert!(found.bears.size > 1.02 * found.given_bears.size, "{:?}", found.rounds);
+        for (controller, bears) in
+            [(&nominal.controller, &found.given_bears), (&found.controller, &found.bears)]
+        {
+            let closed = uncertain.sized(bears.size).close(controller);
+            for theta in [-1.0, 0.0, 1.0] {
+                for delta in [-1.0, -0.4, 1.0] {
+                    let gain = closed.frozen(&[theta, delta]).unwrap().hinf_norm().value;
+                    assert!(gain < bears.bound.gamma, "{gain} {}", bears.bound.gamma);
+                }
+            }
+        }
+    }
+
+    /// A bound made clear for a proof holds more clearly, at hardly more gain.
+    #[test]
+    fn a_bound_is_cleared() {
+        let uncertain = plant();
+        let nominal = synthesise(&uncertain.nominal(), Options::default()).unwrap();
+        let closed = RobustLoop::new(&uncertain, &nominal.controller);
+        let bound = closed.bound(0.1, &nominal.certified).unwrap();
+        let clear = closed.cleared(&bound).unwrap();
+        assert!(clear.bound.gamma <= 1.0101 * bound.bound.gamma);
+        assert!(clear.bound.largest_eigenvalue < -1e-6, "{}", clear.bound.largest_eigenvalue);
+    }
+}
