@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use auv::{
-    Coefficients, Current, Fidelity, LpvModel, LpvModelError, Plant, Speed, State, Trim, TrimPoint, Vehicle,
-    trim,
+    Coefficients, Current, Fidelity, LpvModel, LpvModelError, Plant, Slopes, Speed, State, Trim, TrimPoint,
+    Vehicle, trim,
 };
 
 use crate::PlantError;
@@ -22,7 +22,7 @@ pub struct Settings {
     pub fidelity: Fidelity,
 }
 
-/// What acts on the vehicle, held between two calls of [`PlantModel::advance`].
+/// What acts on the vehicle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Inputs {
     /// Command of each actuator \[N or rad\]; beyond its limits the actuator goes to the limit.
@@ -40,6 +40,8 @@ pub struct PlantModel {
     pub settings: Settings,
     /// What acts on the vehicle; [`PlantModel::advance`] obeys it.
     pub inputs: Inputs,
+    /// The rates at which the inputs change during [`PlantModel::advance`], which carries them along.
+    pub slopes: Slopes,
     pub(crate) vehicle: Arc<Vehicle>,
     pub(crate) lpv: Arc<LpvModel>,
     pub(crate) plant: Plant,
@@ -75,6 +77,7 @@ impl PlantModel {
                 current: Current::default(),
                 operating_speed: row.speed,
             },
+            slopes: Slopes::held(vehicle.actuators.len()),
             vehicle: Arc::new(vehicle),
             lpv: Arc::new(lpv),
             plant,
@@ -143,7 +146,7 @@ impl PlantModel {
         Ok(())
     }
 
-    /// Moves the vehicle to a time \[s\] under the inputs as they stand, without allocating.
+    /// Moves the vehicle to a time \[s\] under the inputs, held or changing at their rates, without allocating.
     ///
     /// # Errors
     /// [`PlantError::Simulation`]; the vehicle then stays where it was.
@@ -153,7 +156,12 @@ impl PlantModel {
         }
         self.plant.set_current(self.inputs.current)?;
         self.plant.set_operating_speed(self.inputs.operating_speed)?;
-        Ok(self.plant.advance(to)?)
+        self.plant.set_slopes(&self.slopes)?;
+        self.plant.advance(to)?;
+        self.inputs.commands.copy_from_slice(self.plant.commands());
+        self.inputs.current = self.plant.current();
+        self.inputs.operating_speed = self.plant.operating_speed();
+        Ok(())
     }
 }
 

@@ -1,6 +1,6 @@
 //! The state of a flight as bytes.
 
-use auv::{COEFFICIENTS, Coefficients, Current, Fidelity, Memory, Motion, State};
+use auv::{COEFFICIENTS, Coefficients, Current, Fidelity, Memory, Motion, Slopes, State};
 use fmi2::{StateError, StateReader, StateWriter};
 
 use crate::PlantModel;
@@ -17,6 +17,9 @@ impl PlantModel {
             self.inputs.current.vertical,
             self.inputs.operating_speed,
         ]);
+        let Slopes { commands, current, operating_speed } = &self.slopes;
+        to.reals(commands);
+        to.reals(&[current.horizontal, current.vertical, *operating_speed]);
         let trim = &self.trim;
         to.reals(&[trim.speed, trim.forward_speed, trim.heave, trim.incidence, trim.pitch, trim.depth]);
         to.real(trim.residual);
@@ -35,6 +38,9 @@ impl PlantModel {
         from.reals(&mut self.inputs.commands)?;
         self.inputs.current = read_current(from)?;
         self.inputs.operating_speed = from.finite()?;
+        from.reals(&mut self.slopes.commands)?;
+        self.slopes.current = read_current(from)?;
+        self.slopes.operating_speed = from.finite()?;
         let trim = &mut self.trim;
         for number in [
             &mut trim.speed,

@@ -37,7 +37,8 @@ pub fn inputs(model: &PlantModel) -> Vec<Variable> {
         )
         .unit("m/s")
         .nominal(1.0)
-        .quantity(Quantity::CurrentHorizontal.number()),
+        .quantity(Quantity::CurrentHorizontal.number())
+        .slope(|m, v| m.slopes.current.horizontal = v),
         Variable::real(
             "current_vertical",
             "vertical velocity of the current, positive down",
@@ -46,7 +47,8 @@ pub fn inputs(model: &PlantModel) -> Vec<Variable> {
         )
         .unit("m/s")
         .nominal(1.0)
-        .quantity(Quantity::CurrentVertical.number()),
+        .quantity(Quantity::CurrentVertical.number())
+        .slope(|m, v| m.slopes.current.vertical = v),
         Variable::real(
             "operating_speed",
             "speed about which the LPV model stands; fidelity nonlinear does not use it",
@@ -56,7 +58,8 @@ pub fn inputs(model: &PlantModel) -> Vec<Variable> {
         .unit("m/s")
         .at_least(0.0)
         .nominal(1.0)
-        .quantity(Quantity::OperatingSpeed.number()),
+        .quantity(Quantity::OperatingSpeed.number())
+        .slope(|m, v| m.slopes.operating_speed = v),
     ]);
     table
 }
@@ -70,6 +73,7 @@ fn command(index: usize, actuator: &Actuator) -> Variable {
         .range(actuator.min, actuator.max)
         .nominal(actuator.reach())
         .quantity(Quantity::Command(index).number())
+        .slope(move |m, v| m.slopes.commands[index] = v)
 }
 
 /// Motion, position, what the actuators do, and the trim at the start.

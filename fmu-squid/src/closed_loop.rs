@@ -15,6 +15,10 @@ pub struct Override {
     pub pitch_reference: f64,
     /// Wanted forward speed through the water, along the body axis \[m/s\].
     pub speed_reference: f64,
+    /// The rate of the pitch reference \[rad/s\]; [`ClosedLoop::advance`] carries the reference along.
+    pub pitch_slope: f64,
+    /// The rate of the speed reference \[m/s2\].
+    pub speed_slope: f64,
 }
 
 /// What the autopilot is asked to follow at one instant.
@@ -67,7 +71,8 @@ impl ClosedLoop {
         let trim = controller.autopilot().trim();
         let speed_reference = trim.forward_speed(manoeuvre.speed_from);
         let pitch_reference = trim.pitch(speed_reference);
-        let outside = Override { manual: false, pitch_reference, speed_reference };
+        let (pitch_slope, speed_slope) = (0.0, 0.0);
+        let outside = Override { manual: false, pitch_reference, speed_reference, pitch_slope, speed_slope };
         Ok(Self { plant, controller, manoeuvre, outside })
     }
 
@@ -109,11 +114,14 @@ impl ClosedLoop {
         Ok(())
     }
 
-    /// Moves the plant; it may already be past a tick, by rounding.
+    /// Moves the plant, and the references from outside along; it may already be past a tick, by rounding.
     fn move_plant(&mut self, to: f64, log: &mut dyn Log) -> Result<(), ClosedLoopError> {
         let now = self.plant.time();
         if to > now {
             self.plant.step(now, to, log)?;
+            let outside = &mut self.outside;
+            outside.pitch_reference += outside.pitch_slope * (to - now);
+            outside.speed_reference += outside.speed_slope * (to - now);
         }
         Ok(())
     }

@@ -2,7 +2,7 @@
 
 use fmi2::{Model, StateError, StateReader, StateWriter};
 
-use crate::ClosedLoop;
+use crate::{ClosedLoop, Override};
 
 impl ClosedLoop {
     /// Writes manoeuvre, references from outside, plant and controller.
@@ -10,7 +10,8 @@ impl ClosedLoop {
         let mut manoeuvre = self.manoeuvre.clone();
         manoeuvre.numbers().into_iter().for_each(|number| to.real(*number));
         to.boolean(self.outside.manual);
-        to.reals(&[self.outside.pitch_reference, self.outside.speed_reference]);
+        let Override { pitch_reference, speed_reference, pitch_slope, speed_slope, .. } = self.outside;
+        to.reals(&[pitch_reference, speed_reference, pitch_slope, speed_slope]);
         self.plant.save(to);
         self.controller.save(to);
     }
@@ -23,6 +24,8 @@ impl ClosedLoop {
         self.outside.manual = from.boolean()?;
         self.outside.pitch_reference = from.finite()?;
         self.outside.speed_reference = from.finite()?;
+        self.outside.pitch_slope = from.finite()?;
+        self.outside.speed_slope = from.finite()?;
         self.plant.recall(from)?;
         self.controller.recall(from)
     }

@@ -130,7 +130,8 @@ fn overrides(model: &ClosedLoop) -> [Variable; 3] {
         .unit("rad")
         .range(-FRAC_PI_2, FRAC_PI_2)
         .nominal(0.1)
-        .quantity(own(Own::PitchReference)),
+        .quantity(own(Own::PitchReference))
+        .slope(|m, v| m.outside.pitch_slope = v),
         Variable::real(
             "speed_reference",
             "wanted forward speed through the water, along the body axis, while manual is true",
@@ -140,7 +141,8 @@ fn overrides(model: &ClosedLoop) -> [Variable; 3] {
         .unit("m/s")
         .range(slowest.min(model.outside.speed_reference), fastest.max(model.outside.speed_reference))
         .nominal(1.0)
-        .quantity(own(Own::SpeedReference)),
+        .quantity(own(Own::SpeedReference))
+        .slope(|m, v| m.outside.speed_slope = v),
     ]
 }
 

@@ -77,6 +77,15 @@ fn simulate<M: Model>(c: Component, signals: &Signals) -> f64 {
     let mut sum = 0.0;
     for k in 0..1000 {
         set_all::<M>(c, signals);
+        if signals.states > 0 {
+            let (references, slopes) = (signals.inputs.as_ptr(), [1e-3; 16]);
+            let count = signals.inputs.len();
+            let orders = orders.as_ptr();
+            let status = unsafe {
+                step::set_real_input_derivatives::<M>(c, references, count, orders, slopes.as_ptr())
+            };
+            assert_eq!(status, Status::Ok);
+        }
         assert_eq!(do_step::<M>(c, f64::from(k) * 0.03, 0.03), Status::Ok);
         assert_eq!(get::<M>(c, &signals.all, &mut values), Status::Ok);
         sum += values[..signals.all.len()].iter().sum::<f64>();

@@ -15,6 +15,8 @@ pub struct ModelDescription {
     pub author: String,
     /// Version of the model.
     pub version: String,
+    /// Who holds the copyright.
+    pub copyright: String,
     /// Licence of the model, as an SPDX expression.
     pub license: String,
     /// Tool that wrote the XML.

@@ -70,6 +70,7 @@ impl ModelDescription {
             ("description", self.description.clone()),
             ("author", self.author.clone()),
             ("version", self.version.clone()),
+            ("copyright", self.copyright.clone()),
             ("license", self.license.clone()),
             ("generationTool", self.generation_tool.clone()),
             ("variableNamingConvention", "structured".to_owned()),

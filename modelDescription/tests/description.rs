@@ -53,6 +53,7 @@ fn description() -> ModelDescription {
         description: "For tests".to_owned(),
         author: "Nobody".to_owned(),
         version: "1".to_owned(),
+        copyright: "Copyright nobody".to_owned(),
         license: "MIT".to_owned(),
         generation_tool: "test".to_owned(),
         model_exchange: true,

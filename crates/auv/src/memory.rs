@@ -5,6 +5,7 @@ use crate::dynamics::{Dynamics, Motion};
 use crate::flow::Current;
 use crate::plant::{Fidelity, Plant, State};
 use crate::simulation_error::{SimulationError, finite};
+use crate::slopes::Slopes;
 
 /// What a [`Plant`] remembers besides the vehicle's actuators and its LPV model.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,6 +26,8 @@ pub struct Memory {
     pub current: Current,
     /// Speed at which the LPV model is evaluated \[m/s\].
     pub operating_speed: f64,
+    /// The rates at which the inputs change.
+    pub slopes: Slopes,
     /// The step that the integrator last found right \[s\].
     pub integrator_step: f64,
 }
@@ -52,6 +55,7 @@ impl Plant {
             commands: self.commands().to_vec(),
             current: self.current(),
             operating_speed: self.operating_speed(),
+            slopes: self.slopes().clone(),
             integrator_step: self.integrator_step(),
         }
     }
@@ -76,6 +80,7 @@ impl Plant {
             finite("stored number", number)?;
         }
         self.set_fidelity(memory.fidelity)?;
+        self.set_slopes(&memory.slopes)?;
         self.put(dynamics, memory);
         Ok(())
     }

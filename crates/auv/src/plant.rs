@@ -5,13 +5,14 @@ use std::fmt;
 use crate::actuator::Actuator;
 use crate::coefficients::CoefficientError;
 use crate::dynamics::{Dynamics, Motion};
-use crate::flow::{Current, Flow, earth_velocity};
+use crate::flow::{Current, Flow, Moving, earth_velocity};
 use crate::frozen::Frozen;
 use crate::integrator::{Body, Integrator};
 use crate::lpv_model::{LpvModel, LpvModelError};
 use crate::memory::Memory;
 use crate::rates::Instant;
 use crate::simulation_error::{SimulationError, finite};
+use crate::slopes::Slopes;
 use crate::trim::Trim;
 use crate::vehicle::Vehicle;
 
@@ -52,6 +53,9 @@ pub struct Plant {
     commands: Vec<f64>,
     current: Current,
     operating_speed: f64,
+    slopes: Slopes,
+    /// Whether an input changes.
+    moving: bool,
     frozen: Frozen,
     integrator: Integrator,
 }
@@ -74,6 +78,8 @@ impl Plant {
             commands: vec![0.0; inputs],
             current: Current::default(),
             operating_speed: 0.0,
+            slopes: Slopes::held(inputs),
+            moving: false,
             frozen: Frozen::new(inputs),
             integrator: Integrator::new(),
         })
@@ -169,7 +175,20 @@ impl Plant {
         Ok(())
     }
 
-    /// Moves the vehicle to an instant \[s\], all inputs held.
+    /// Takes over rates that were checked.
+    pub(crate) fn take_slopes(&mut self, slopes: &Slopes) {
+        self.slopes.commands.copy_from_slice(&slopes.commands);
+        (self.slopes.current, self.slopes.operating_speed) = (slopes.current, slopes.operating_speed);
+        let held = slopes.current == Current::default() && slopes.operating_speed == 0.0;
+        self.moving = !held || slopes.commands.iter().any(|rate| *rate != 0.0);
+    }
+
+    /// The rates at which the inputs change.
+    pub fn slopes(&self) -> &Slopes {
+        &self.slopes
+    }
+
+    /// Moves the vehicle to an instant \[s\], all inputs held or changing at their rates.
     ///
     /// # Errors
     /// [`SimulationError`] if time would run backwards or the motion runs off; the plant then stays where it was.
@@ -182,13 +201,13 @@ impl Plant {
         if duration == 0.0 {
             return Ok(());
         }
-        let frozen = match (self.fidelity, &self.lpv) {
-            (Fidelity::Lpv, Some(model)) => {
-                self.frozen.evaluate(model, self.operating_speed);
-                Some(&self.frozen)
-            }
-            _ => None,
-        };
+        let lpv = self.lpv.as_ref().filter(|_| self.fidelity == Fidelity::Lpv);
+        if let Some(model) = lpv {
+            self.frozen.evaluate(model, self.operating_speed);
+        }
+        let slopes = &self.slopes;
+        let moving =
+            self.moving.then(|| Moving { slopes, lpv: lpv.map(|model| (model, self.operating_speed)) });
         let flow = Flow {
             dynamics: &self.dynamics,
             actuators: &self.actuators,
@@ -196,7 +215,8 @@ impl Plant {
             commands: &self.commands,
             current: self.current,
             depth: self.body[5],
-            frozen,
+            frozen: lpv.map(|_| &self.frozen),
+            slopes: moving,
         };
         let [u, w, q, theta, x, depth] = self.body;
         let end = self
@@ -204,12 +224,20 @@ impl Plant {
             .advance(&flow, &[u, w, q, theta, 0.0, 0.0], duration)
             .map_err(|source| SimulationError::Integration { from, to, source })?;
         self.body = [end[0], end[1], end[2], end[3], x + end[4], depth + end[5]];
-        for ((actuator, output), command) in self.actuators.iter().zip(&mut self.outputs).zip(&self.commands)
-        {
-            *output = actuator.output_after(duration, *output, *command);
-        }
+        self.carry_inputs(duration);
         self.time = to;
         Ok(())
+    }
+
+    fn carry_inputs(&mut self, duration: f64) {
+        let actuators = self.actuators.iter().zip(&mut self.outputs);
+        let inputs = self.commands.iter_mut().zip(&self.slopes.commands);
+        for ((actuator, output), (command, slope)) in actuators.zip(inputs) {
+            *output = actuator.output_along(duration, *output, *command, *slope);
+            *command += slope * duration;
+        }
+        self.current = self.current.after(duration, self.slopes.current);
+        self.operating_speed += self.slopes.operating_speed * duration;
     }
 
     /// Takes over a memory that was checked.

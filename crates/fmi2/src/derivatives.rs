@@ -43,6 +43,36 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
+    /// `fmi2SetRealInputDerivatives`: the rates of inputs during the next step, of order 1.
+    ///
+    /// # Errors
+    /// A refused call; another order, what is no continuous input, or a rate that is not finite. Then no rate is set.
+    pub fn set_input_derivatives(
+        &mut self,
+        references: &[u32],
+        orders: &[i32],
+        values: &[f64],
+    ) -> Result<(), Refusal> {
+        self.allows(Function::SetRealInputDerivatives)?;
+        if !references.is_empty() && !self.table.interpolates() {
+            return Err(Refusal::Unsupported { flag: "canInterpolateInputs = false" });
+        }
+        for ((&reference, &order), &value) in references.iter().zip(orders).zip(values) {
+            self.table.slope(reference)?;
+            if order != 1 {
+                return Err(Refusal::BadOrder { name: self.name(reference), order });
+            }
+            if !value.is_finite() {
+                return Err(Refusal::NotFinite { name: self.name(reference), value });
+            }
+        }
+        for (&reference, &value) in references.iter().zip(values) {
+            (self.table.slope(reference)?)(&mut self.now.model, value);
+            self.now.sloped = true;
+        }
+        Ok(())
+    }
+
     /// `fmi2GetRealOutputDerivatives`: the derivatives of outputs by time, of order 1, under the inputs as they stand.
     ///
     /// # Errors

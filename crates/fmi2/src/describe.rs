@@ -53,6 +53,7 @@ fn description_of<M: Model>(model: &M, table: &Table<M>) -> ModelDescription {
         description: about.description,
         author: env!("CARGO_PKG_AUTHORS").to_owned(),
         version: about.version,
+        copyright: concat!("Copyright ", env!("CARGO_PKG_AUTHORS")).to_owned(),
         license: env!("CARGO_PKG_LICENSE").to_owned(),
         generation_tool: concat!("squid ", env!("CARGO_PKG_VERSION")).to_owned(),
         model_exchange: M::continuous().is_some(),
@@ -63,7 +64,7 @@ fn description_of<M: Model>(model: &M, table: &Table<M>) -> ModelDescription {
         },
         co_simulation: CoSimulation {
             can_handle_variable_communication_step_size: true,
-            can_interpolate_inputs: false,
+            can_interpolate_inputs: table.interpolates(),
             max_output_derivative_order: u32::from(M::continuous().is_some() && M::tangents().is_some()),
         },
         enumerations: about.enumerations,

@@ -26,7 +26,7 @@ impl<M: 'static> Variable<M> {
                 Access::Enumeration(read(get, part), write(set, part_mut), last)
             }
         };
-        Variable { meta: self.meta, access, quantity: self.quantity }
+        Variable { meta: self.meta, access, quantity: self.quantity, slope: write(self.slope, part_mut) }
     }
 }
 

@@ -150,6 +150,10 @@ impl<M: Model> Instance<M> {
         }
         let outcome = self.now.model.step(time, end, log);
         self.settle(outcome)?;
+        if self.now.sloped {
+            self.table.hold(&mut self.now.model);
+            self.now.sloped = false;
+        }
         self.now.time = end;
         self.now.stale = false;
         Ok(())

@@ -50,6 +50,8 @@ pub enum Refusal {
     NotUnknown { name: String },
     #[error("variable '{name}' is no output")]
     NotOutput { name: String },
+    #[error("variable '{name}' cannot be interpolated: it is no continuous input")]
+    NotInterpolated { name: String },
     #[error("the directional derivative of variable '{name}' is {value} here")]
     NoSensitivity { name: String, value: f64 },
     #[error("the derivative of order {order} of variable '{name}' is not known, only that of order 1")]

@@ -17,6 +17,8 @@ pub struct Snapshot<M> {
     pub(crate) time: f64,
     /// A variable was set since the outputs were computed.
     pub(crate) stale: bool,
+    /// An input changes during the next step.
+    pub(crate) sloped: bool,
     pub(crate) model: M,
 }
 
@@ -30,6 +32,7 @@ impl<M: Model> Snapshot<M> {
             experiment: Experiment::default(),
             time: 0.0,
             stale: true,
+            sloped: false,
             model: model.clone(),
         }
     }
@@ -44,6 +47,7 @@ impl<M: Model> Snapshot<M> {
         }
         state.real(self.time);
         state.boolean(self.stale);
+        state.boolean(self.sloped);
         self.model.save(&mut state);
         state.sealed(&self.identity)
     }
@@ -66,6 +70,7 @@ impl<M: Model> Snapshot<M> {
         snapshot.experiment = Experiment { start: start.1, stop: given(stop), tolerance: given(tolerance) };
         snapshot.time = state.finite()?;
         snapshot.stale = state.boolean()?;
+        snapshot.sloped = state.boolean()?;
         snapshot.model.recall(&mut state)?;
         state.finish()?;
         Ok(snapshot)

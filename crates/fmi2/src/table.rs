@@ -3,6 +3,7 @@
 use model_description::{Causality, Initial, Kind, Variability};
 
 use crate::values::Value;
+use crate::variable::Set;
 use crate::{Model, Phase, Refusal, Variable};
 
 /// A model's variables; the value reference of a variable is its position.
@@ -61,6 +62,26 @@ impl<M: Model> Table<M> {
             true => Ok(entry.quantity),
             false => Err(Refusal::NotUnknown { name: entry.meta.name.clone() }),
         }
+    }
+
+    /// Whether every continuous input can change during a step, and there is one.
+    pub(crate) fn interpolates(&self) -> bool {
+        let continuous = |one: &&Variable<M>| {
+            one.meta.causality == Causality::Input && one.meta.variability == Variability::Continuous
+        };
+        let mut inputs = self.variables.iter().filter(continuous).peekable();
+        inputs.peek().is_some() && inputs.all(|one| one.slope.is_some())
+    }
+
+    /// The rate of an input.
+    pub(crate) fn slope(&self, reference: u32) -> Result<&Set<M, f64>, Refusal> {
+        let entry = self.real(reference)?;
+        entry.slope.as_ref().ok_or_else(|| Refusal::NotInterpolated { name: entry.meta.name.clone() })
+    }
+
+    /// Holds every input again.
+    pub(crate) fn hold(&self, model: &mut M) {
+        self.variables.iter().filter_map(|one| one.slope.as_ref()).for_each(|set| set(model, 0.0));
     }
 
     /// An output and its quantity.

@@ -46,6 +46,8 @@ pub struct Variable<M> {
     pub(crate) access: Access<M>,
     /// Number among the quantities of [`Tangents`](crate::Tangents).
     pub(crate) quantity: Option<usize>,
+    /// Sets the rate at which an input changes.
+    pub(crate) slope: Option<Set<M, f64>>,
 }
 
 /// Causality and variability of a variable, with its setter if it has one.
@@ -116,7 +118,7 @@ impl<M> Variable<M> {
             Kind::Real { unit: None, display_unit: None, min: None, max: None, nominal: None, start: None };
         let variability = role.variability.unwrap_or(Variability::Continuous);
         let meta = meta(name.into(), description.into(), &role, variability, kind);
-        Self { meta, access: Access::Real(Box::new(get), role.set), quantity: None }
+        Self { meta, access: Access::Real(Box::new(get), role.set), quantity: None, slope: None }
     }
 
     /// An integer variable.
@@ -129,7 +131,7 @@ impl<M> Variable<M> {
         let kind = Kind::Integer { min: None, max: None, start: None };
         let variability = role.variability.unwrap_or(Variability::Discrete);
         let meta = meta(name.into(), description.into(), &role, variability, kind);
-        Self { meta, access: Access::Integer(Box::new(get), role.set), quantity: None }
+        Self { meta, access: Access::Integer(Box::new(get), role.set), quantity: None, slope: None }
     }
 
     /// A truth value.
@@ -141,7 +143,7 @@ impl<M> Variable<M> {
     ) -> Self {
         let variability = role.variability.unwrap_or(Variability::Discrete);
         let meta = meta(name.into(), description.into(), &role, variability, Kind::Boolean { start: None });
-        Self { meta, access: Access::Boolean(Box::new(get), role.set), quantity: None }
+        Self { meta, access: Access::Boolean(Box::new(get), role.set), quantity: None, slope: None }
     }
 
     /// A text variable.
@@ -153,7 +155,7 @@ impl<M> Variable<M> {
     ) -> Self {
         let variability = role.variability.unwrap_or(Variability::Discrete);
         let meta = meta(name.into(), description.into(), &role, variability, Kind::String { start: None });
-        Self { meta, access: Access::String(Box::new(get), role.set), quantity: None }
+        Self { meta, access: Access::String(Box::new(get), role.set), quantity: None, slope: None }
     }
 
     /// A choice among the items of `of_type`, counted from 1; a number outside them is refused before the setter.
@@ -168,7 +170,7 @@ impl<M> Variable<M> {
         let variability = role.variability.unwrap_or(Variability::Discrete);
         let meta = meta(name.into(), description.into(), &role, variability, kind);
         let last = i32::try_from(of_type.items.len()).unwrap_or(i32::MAX);
-        Self { meta, access: Access::Enumeration(Box::new(get), role.set, last), quantity: None }
+        Self { meta, access: Access::Enumeration(Box::new(get), role.set, last), quantity: None, slope: None }
     }
 
     /// Unit of a Real variable; where it holds radians once, degrees become the display unit.
@@ -233,6 +235,14 @@ impl<M> Variable<M> {
     #[must_use]
     pub fn quantity(mut self, number: usize) -> Self {
         self.quantity = Some(number);
+        self
+    }
+
+    /// How to set the rate at which a Real input changes during the next step (`fmi2SetRealInputDerivatives`); the model
+    /// carries the input along, and is told the rate zero after the step.
+    #[must_use]
+    pub fn slope(mut self, set: impl Fn(&mut M, f64) + Send + Sync + 'static) -> Self {
+        self.slope = Some(Box::new(set));
         self
     }
 

@@ -5,7 +5,7 @@ use std::ffi::{c_char, c_int};
 use crate::abi::component::{Component, call};
 use crate::abi::pointers::{place, slice, slice_mut};
 use crate::abi::types::{self, DO_STEP_STATUS, LAST_SUCCESSFUL_TIME, Status, StatusKind, TERMINATED};
-use crate::{Function, Model, Refusal};
+use crate::{Function, Model};
 
 /// `fmi2DoStep`.
 ///
@@ -36,21 +36,23 @@ pub unsafe extern "C" fn cancel_step<M: Model>(component: types::Component) -> S
     unsafe { call(component, Function::CancelStep, |_: &mut Component<M>| Ok(())) }
 }
 
-/// `fmi2SetRealInputDerivatives`: refused, as `canInterpolateInputs` says.
+/// `fmi2SetRealInputDerivatives`, of order 1, where `canInterpolateInputs` says so.
 ///
 /// # Safety
-/// As [`do_step`].
+/// As [`do_step`]; the arrays have `count` elements.
 pub unsafe extern "C" fn set_real_input_derivatives<M: Model>(
     component: types::Component,
-    _references: *const u32,
+    references: *const u32,
     count: usize,
-    _orders: *const c_int,
-    _values: *const f64,
+    orders: *const c_int,
+    values: *const f64,
 ) -> Status {
-    let flag = "canInterpolateInputs = false";
-    let body = |_: &mut Component<M>| match count {
-        0 => Ok(()),
-        _ => Err(Refusal::Unsupported { flag }.into()),
+    let body = |component: &mut Component<M>| {
+        // SAFETY: the importer vouches for its arrays.
+        let (references, orders, values) = unsafe {
+            (slice(references, count, "vr")?, slice(orders, count, "order")?, slice(values, count, "value")?)
+        };
+        Ok(component.instance.set_input_derivatives(references, orders, values)?)
     };
     // SAFETY: the importer vouches for the handle.
     unsafe { call(component, Function::SetRealInputDerivatives, body) }
