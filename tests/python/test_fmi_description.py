@@ -1,0 +1,169 @@
+"""What no validator catches in a model description, checked on the XML as packaged."""
+
+from __future__ import annotations
+
+import ctypes
+import shutil
+from collections import Counter
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+from conftest import Run
+from fly.package import Packages
+from fly.stages import ROOT
+from fmpy import extract, read_model_description
+from fmpy.validation import validate_fmu
+
+KINDS = ("plant", "controller", "loop")
+BASE_UNITS = {"kg", "m", "s", "A", "K", "mol", "cd", "rad"}
+FUNCTIONS = """
+    GetTypesPlatform GetVersion SetDebugLogging Instantiate FreeInstance SetupExperiment EnterInitializationMode
+    ExitInitializationMode Terminate Reset GetReal GetInteger GetBoolean GetString SetReal SetInteger SetBoolean
+    SetString GetFMUstate SetFMUstate FreeFMUstate SerializedFMUstateSize SerializeFMUstate DeSerializeFMUstate
+    GetDirectionalDerivative EnterEventMode NewDiscreteStates EnterContinuousTimeMode CompletedIntegratorStep SetTime
+    SetContinuousStates GetDerivatives GetEventIndicators GetContinuousStates GetNominalsOfContinuousStates
+    SetRealInputDerivatives GetRealOutputDerivatives DoStep CancelStep GetStatus GetRealStatus GetIntegerStatus
+    GetBooleanStatus GetStringStatus
+"""
+
+
+@pytest.fixture(params=KINDS)
+def fmu(request: pytest.FixtureRequest, packages: Packages) -> Path:
+    """Return each FMU of each vehicle."""
+    return getattr(packages, request.param)
+
+
+@pytest.fixture
+def root(fmu: Path, tmp_path: Path) -> ElementTree.Element:
+    """Return the root of the model description."""
+    return ElementTree.parse(Path(extract(fmu, tmp_path)) / "modelDescription.xml").getroot()
+
+
+def variables(root: ElementTree.Element) -> list[ElementTree.Element]:
+    found = root.find("ModelVariables")
+    assert found is not None
+    return list(found)
+
+
+def unknowns(root: ElementTree.Element, kind: str) -> list[ElementTree.Element]:
+    """Return the entries of a list of ModelStructure; an empty list stands for none."""
+    return root.findall(f"ModelStructure/{kind}/Unknown")
+
+
+def test_fmpy_finds_nothing(fmu: Path) -> None:
+    assert validate_fmu(fmu) == []
+
+
+def test_names_and_references_are_unique(root: ElementTree.Element) -> None:
+    for attribute in ("name", "valueReference"):
+        counted = Counter(variable.get(attribute) for variable in variables(root))
+        assert max(counted.values()) == 1
+
+
+def test_values_lie_within_their_range(root: ElementTree.Element) -> None:
+    checked = 0
+    for variable in variables(root):
+        for real in variable.findall("Real"):
+            low, high = float(real.get("min", "-inf")), float(real.get("max", "inf"))
+            assert low <= high, variable.get("name")
+            if "start" in real.attrib:
+                assert low <= float(real.attrib["start"]) <= high, variable.get("name")
+                checked += 1
+            assert float(real.get("nominal", "1")) > 0.0
+    assert checked >= 4
+
+
+def test_units_are_defined_in_base_units(root: ElementTree.Element) -> None:
+    defined = {unit.attrib["name"]: unit for unit in root.findall("UnitDefinitions/Unit")}
+    used = {real.attrib["unit"] for real in root.iter("Real") if "unit" in real.attrib}
+    assert set(defined) == used
+    for unit in defined.values():
+        bases = unit.findall("BaseUnit")
+        assert len(bases) == 1 and set(bases[0].attrib) <= BASE_UNITS
+    shown = {real.attrib["displayUnit"] for real in root.iter("Real") if "displayUnit" in real.attrib}
+    assert shown <= {one.attrib["name"] for unit in defined.values() for one in unit.findall("DisplayUnit")}
+    numbers = [real for real in root.iter("Real") if "unit" not in real.attrib]
+    assert not numbers, "every Real has a unit"
+    types = {one.attrib["name"] for one in root.findall("TypeDefinitions/SimpleType")}
+    assert {
+        one.attrib["declaredType"] for one in root.iter("Enumeration") if "declaredType" in one.attrib
+    } == types
+
+
+def test_structure_is_complete_and_without_repetition(root: ElementTree.Element) -> None:
+    listed = variables(root)
+    for kind in ("Outputs", "Derivatives", "InitialUnknowns"):
+        indices = [int(unknown.attrib["index"]) for unknown in unknowns(root, kind)]
+        assert len(indices) == len(set(indices))
+        assert indices == sorted(indices)
+    outputs = [i + 1 for i, variable in enumerate(listed) if variable.get("causality") == "output"]
+    rates = [i + 1 for i, variable in enumerate(listed) if variable.find("Real[@derivative]") is not None]
+    states = {int(listed[i - 1].find("Real").attrib["derivative"]) for i in rates}
+    assert [int(unknown.attrib["index"]) for unknown in unknowns(root, "Outputs")] == outputs
+    assert [int(unknown.attrib["index"]) for unknown in unknowns(root, "Derivatives")] == rates
+    initial = {int(unknown.attrib["index"]) for unknown in unknowns(root, "InitialUnknowns")}
+    assert initial == {*outputs, *rates, *states}
+    assert len(states) == len(rates)
+
+
+def test_dependencies_are_on_knowns(root: ElementTree.Element) -> None:
+    listed = variables(root)
+    states = {real.attrib["derivative"] for real in root.iter("Real") if "derivative" in real.attrib}
+    inputs = {str(i + 1) for i, variable in enumerate(listed) if variable.get("causality") == "input"}
+    exact = {str(i + 1) for i, variable in enumerate(listed) if variable.get("initial") == "exact"}
+    for kind, knowns in (
+        ("Outputs", inputs | states),
+        ("Derivatives", inputs | states),
+        ("InitialUnknowns", inputs | exact),
+    ):
+        for unknown in unknowns(root, kind):
+            on, kinds = (unknown.get(name, "").split() for name in ("dependencies", "dependenciesKind"))
+            assert set(on) <= knowns
+            assert len(on) == len(set(on)) == len(kinds)
+            assert set(kinds) <= {"dependent", "constant"}
+
+
+def test_identity_is_told(fmu: Path, root: ElementTree.Element) -> None:
+    for attribute in ("author", "version", "copyright", "license", "generationTool", "description"):
+        assert root.get(attribute), attribute
+    assert root.get("generationDateAndTime") is None, "the same files give the same bytes on any day"
+    assert {category.get("name") for category in root.findall("LogCategories/Category")} == {
+        "logEvents",
+        "logStatusWarning",
+        "logStatusError",
+        "logStatusFatal",
+    }
+    interfaces = [one for one in root if one.tag in ("ModelExchange", "CoSimulation")]
+    assert all(one.get("modelIdentifier") == fmu.stem for one in interfaces)
+    for one in interfaces:
+        for flag in ("canGetAndSetFMUstate", "canSerializeFMUstate", "providesDirectionalDerivative"):
+            assert one.get(flag) == "true"
+
+
+def test_interfaces_are_those_that_the_model_can_offer(packages: Packages) -> None:
+    """A sampled controller has no continuous state to integrate and nothing to interpolate."""
+    for kind, continuous in (("plant", True), ("controller", False), ("loop", True)):
+        description = read_model_description(getattr(packages, kind))
+        assert (description.modelExchange is not None) == continuous
+        assert description.coSimulation.canInterpolateInputs == continuous
+        assert description.coSimulation.maxOutputDerivativeOrder == int(continuous)
+        assert description.coSimulation.canHandleVariableCommunicationStepSize
+
+
+def test_every_function_is_exported(fmu: Path, tmp_path: Path) -> None:
+    library = ctypes.CDLL(str(next((Path(extract(fmu, tmp_path)) / "binaries").rglob("*64/*.so"))))
+    names = set(FUNCTIONS.split())
+    assert len(names) == 44
+    for name in names:
+        assert hasattr(library, f"fmi2{name}"), name
+
+
+def test_the_same_design_gives_the_same_bytes(run_squid: Run, squid: Packages, tmp_path: Path) -> None:
+    again = tmp_path / "again"
+    shutil.copytree(squid.plant.parent, again)
+    vehicle = ROOT / "vehicles" / "squid"
+    assert run_squid("package", vehicle, "--out", again).returncode == 0
+    for kind in KINDS:
+        first = getattr(squid, kind)
+        assert (again / first.name).read_bytes() == first.read_bytes()

@@ -1,0 +1,112 @@
+"""Model exchange: FMPy's own solver flies plant and loop as the FMUs themselves do, to its tolerance."""
+
+from __future__ import annotations
+
+import ctypes
+from pathlib import Path
+
+import numpy as np
+import pytest
+from flights import limits
+from fly.package import Packages
+from fmpy import extract, read_model_description, simulate_fmu
+from fmpy.fmi2 import FMU2Model
+from numpy.typing import NDArray
+
+MOTION = ("pitch", "pitch_rate", "speed", "heave", "depth", "distance")
+
+
+def flown(fmu: Path, kind: str, **options: object) -> NDArray[np.void]:
+    """Fly ten seconds; of the two rows at an event the one before it counts, as in co-simulation."""
+    rows = simulate_fmu(fmu, fmi_type=kind, output=MOTION, stop_time=10.0, output_interval=0.02, **options)
+    _, first = np.unique(rows["time"].round(9), return_index=True)
+    return rows[first]
+
+
+def largest_difference(one: NDArray[np.void], other: NDArray[np.void]) -> float:
+    assert np.allclose(one["time"], other["time"], atol=1e-9)
+    return max(np.max(np.abs(one[name] - other[name]) / (1.0 + np.abs(other[name]))) for name in MOTION)
+
+
+def pushed(packages: Packages) -> dict[str, float]:
+    """Return commands well off the trim."""
+    return {name: low + 0.7 * (high - low) for name, (low, high) in limits(packages).items()}
+
+
+@pytest.mark.parametrize("fidelity", [1, 2])
+def test_plant_agrees_to_the_tolerance_of_the_solver(packages: Packages, fidelity: int) -> None:
+    start = {**pushed(packages), "fidelity": fidelity, "current_horizontal": 0.3, "current_vertical": -0.1}
+    stepped = flown(packages.plant, "CoSimulation", start_values=start)
+    errors = []
+    for tolerance in (1e-4, 1e-9):
+        integrated = flown(
+            packages.plant,
+            "ModelExchange",
+            start_values=start,
+            solver="CVode",
+            relative_tolerance=tolerance,
+        )
+        errors.append(largest_difference(integrated, stepped))
+    assert np.ptp(stepped["pitch"]) > 0.01
+    assert errors[1] < 1e-6
+    assert errors[1] < errors[0] < 0.05
+
+
+def test_loop_ticks_as_time_events(packages: Packages) -> None:
+    stepped = flown(packages.loop, "CoSimulation")
+    integrated = flown(packages.loop, "ModelExchange", solver="CVode", relative_tolerance=1e-9)
+    assert np.ptp(stepped["pitch"]) > 0.01
+    assert largest_difference(integrated, stepped) < 1e-6
+
+
+def test_a_current_that_comes_suddenly_is_no_jump_of_a_state(squid: Packages) -> None:
+    """The velocity over ground is the state, so that an input may jump without an event."""
+    signals = np.array(
+        [(0.0, 0.0), (2.0, 0.0), (2.0, 0.5), (10.0, 0.5)],
+        dtype=[("time", np.float64), ("current_horizontal", np.float64)],
+    )
+    rows = simulate_fmu(
+        squid.plant,
+        fmi_type="ModelExchange",
+        solver="CVode",
+        relative_tolerance=1e-9,
+        input=signals,
+        output=["speed", "surge_over_ground", "pitch"],
+        stop_time=4.0,
+        output_interval=0.01,
+    )
+    around = np.searchsorted(rows["time"], [1.995, 2.015])
+    before, after = rows[around[0]], rows[around[1]]
+    assert after["speed"] - before["speed"] == pytest.approx(-0.5 * np.cos(after["pitch"]), abs=0.02)
+    assert after["surge_over_ground"] == pytest.approx(before["surge_over_ground"], abs=0.02)
+
+
+def test_states_and_rates_are_those_of_the_variables(squid: Packages, tmp_path: Path) -> None:
+    """fmi2GetDerivatives and fmi2GetReal of the derivatives tell the same, in the order of ModelStructure."""
+    folder = extract(squid.plant, tmp_path)
+    description = read_model_description(folder)
+    fmu = FMU2Model(
+        guid=description.guid,
+        unzipDirectory=folder,
+        modelIdentifier=description.modelExchange.modelIdentifier,
+        instanceName="plant",
+    )
+    fmu.instantiate()
+    fmu.setupExperiment()
+    fmu.enterInitializationMode()
+    fmu.exitInitializationMode()
+    assert fmu.newDiscreteStates()[0] is False
+    fmu.enterContinuousTimeMode()
+    derivatives = [unknown.variable for unknown in description.derivatives]
+    states = [variable.derivative for variable in derivatives]
+    count = len(states)
+    x, dx, nominals = (np.zeros(count) for _ in range(3))
+    as_pointer = ctypes.POINTER(ctypes.c_double)
+    fmu.getContinuousStates(x.ctypes.data_as(as_pointer), count)
+    fmu.getDerivatives(dx.ctypes.data_as(as_pointer), count)
+    fmu.getNominalsOfContinuousStates(nominals.ctypes.data_as(as_pointer), count)
+    assert fmu.getReal([variable.valueReference for variable in states]) == x.tolist()
+    assert fmu.getReal([variable.valueReference for variable in derivatives]) == dx.tolist()
+    assert nominals.tolist() == [float(variable.nominal) for variable in states]
+    fmu.terminate()
+    fmu.freeInstance()

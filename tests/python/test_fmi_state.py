@@ -1,0 +1,140 @@
+"""States, directional derivatives and odd steps, through the C ABI of the FMUs as packaged."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from fly.master import Slave
+from fly.package import Packages
+from fmpy.fmi1 import FMICallException
+
+KINDS = ("plant", "controller", "loop")
+MOVED = {"plant": "current_vertical", "controller": "pitch_reference", "loop": "current_vertical"}
+
+
+def ready(packages: Packages, kind: str, name: str = "one") -> Slave:
+    """Return an instance that has begun to fly."""
+    slave = Slave(getattr(packages, kind), name)
+    slave.begin()
+    slave.ready()
+    return slave
+
+
+def fly_on(slave: Slave, kind: str, begin: float) -> list[float]:
+    """Fly half a second with an input that moves; return every output after every step."""
+    values = []
+    for step in range(25):
+        slave.set(MOVED[kind], 0.01 * (step % 7))
+        slave.fmu.doStep(begin + 0.02 * step, 0.02)
+        values += [slave.get(name) for name in slave.names("output")]
+    return values
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_state_goes_on_to_the_bit(packages: Packages, kind: str) -> None:
+    with ready(packages, kind) as first, ready(packages, kind, "two") as second:
+        fly_on(first, kind, 0.0)
+        state = first.fmu.getFMUstate()
+        stored = first.fmu.serializeFMUstate(state)
+        expected = fly_on(first, kind, 0.5)
+        first.fmu.setFMUstate(state)
+        assert fly_on(first, kind, 0.5) == expected
+        read = second.fmu.deSerializeFMUstate(stored)
+        second.fmu.setFMUstate(read)
+        assert fly_on(second, kind, 0.5) == expected
+        first.fmu.freeFMUstate(state)
+        second.fmu.freeFMUstate(read)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_foreign_or_damaged_state_is_refused(
+    squid: Packages, remus100: Packages, capsys: pytest.CaptureFixture[str], kind: str
+) -> None:
+    """Whatever is wrong with the bytes, the message says so, and the instance flies on."""
+    with ready(squid, kind) as first, ready(remus100, kind) as other:
+        state = first.fmu.getFMUstate()
+        stored = first.fmu.serializeFMUstate(state)
+        first.fmu.freeFMUstate(state)
+        damaged = bytes([*stored[:-40], stored[-40] ^ 1, *stored[-39:]])
+        for slave, content, sentence in (
+            (other, stored, "the state belongs to an FMU with another GUID"),
+            (first, damaged, "the state is damaged: its checksum does not fit"),
+            (first, stored[:-1], "bytes, but should have"),
+            (first, stored[:5], "the state has 5 bytes, but should have"),
+            (first, bytes(len(stored)), "the bytes are no state that this tool has written"),
+        ):
+            with pytest.raises(FMICallException):
+                slave.fmu.deSerializeFMUstate(content)
+            assert sentence in capsys.readouterr().out
+        fly_on(first, kind, 0.0)
+
+
+def test_the_plants_derivatives_are_those_of_its_motion(packages: Packages) -> None:
+    """The columns of the Jacobian at trim, against differences of the rates."""
+    with ready(packages, "plant") as plant:
+        reference = {name: variable.valueReference for name, variable in plant.variables.items()}
+        rates = [f"der({name})" for name in ("surge_over_ground", "heave_over_ground", "pitch_rate", "pitch")]
+        unknowns = [reference[name] for name in rates]
+        actuator = plant.names("input")[0]
+        exact = plant.fmu.getDirectionalDerivative(unknowns, [reference["current_horizontal"]], [1.0])
+        step = 1e-5
+        around = []
+        for sign in (1.0, -1.0):
+            plant.set("current_horizontal", sign * step)
+            around.append(np.array(plant.fmu.getReal(unknowns)))
+        difference = (around[0] - around[1]) / (2.0 * step)
+        assert np.allclose(exact, difference, atol=1e-6)
+        assert np.any(np.abs(exact) > 1e-3)
+        lagged = plant.fmu.getDirectionalDerivative(
+            [reference[f"der({actuator}_output)"]], [reference[actuator]], [1.0]
+        )
+        assert lagged[0] > 0.0
+
+
+def test_the_controllers_derivatives_are_those_of_its_first_commands(packages: Packages) -> None:
+    with Slave(packages.controller, "one") as controller:
+        controller.begin()
+        reference = {name: variable.valueReference for name, variable in controller.variables.items()}
+        outputs = [name for name in controller.names("output") if name != "speed_out_of_range"]
+        unknowns = [reference[name] for name in outputs]
+        start = controller.get("pitch")
+        exact = controller.fmu.getDirectionalDerivative(unknowns, [reference["pitch"]], [1.0])
+        step = 1e-6
+        around = []
+        for sign in (1.0, -1.0):
+            controller.set("pitch", start + sign * step)
+            around.append(np.array(controller.fmu.getReal(unknowns)))
+        difference = (around[0] - around[1]) / (2.0 * step)
+        assert np.allclose(exact, difference, rtol=1e-6, atol=1e-6)
+        assert np.any(np.abs(exact) > 1e-3)
+        controller.ready()
+
+
+NEARLY_A_HUNDREDTH = (0.01, 0.00999999999999934, 0.010000000000000009)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("size", [*NEARLY_A_HUNDREDTH, 0.01 / 3.0, 1.0 / 7.0, 5.0])
+def test_steps_of_any_size_fly_alike(squid: Packages, kind: str, size: float) -> None:
+    """Ten seconds in steps as importers send them, against one of ten seconds."""
+    end = 10.0
+    with ready(squid, kind) as cut, ready(squid, kind, "two") as whole:
+        for slave in (cut, whole):
+            slave.set(MOVED[kind], 0.05)
+        nominal = 0.01 if size in NEARLY_A_HUNDREDTH else size
+        count = round(end / nominal)
+        for step in range(count):
+            begin = step * nominal
+            cut.fmu.doStep(begin, size if step + 1 < count else end - begin)
+        whole.fmu.doStep(0.0, end)
+        for name in cut.names("output"):
+            assert cut.get(name) == pytest.approx(whole.get(name), rel=1e-9, abs=1e-9), name
+
+
+def test_many_steps_of_a_microsecond(squid: Packages) -> None:
+    with ready(squid, "loop") as cut, ready(squid, "loop", "two") as whole:
+        for step in range(50_000):
+            cut.fmu.doStep(step * 1e-6, 1e-6)
+        whole.fmu.doStep(0.0, 0.05)
+        for name in cut.names("output"):
+            assert cut.get(name) == pytest.approx(whole.get(name), rel=1e-9, abs=1e-9), name
