@@ -6,8 +6,8 @@ use fmi2::{
     About, Continuous, Level, Log, Model, Resources, StateError, StateReader, StateWriter, Tangents, Variable,
 };
 
-use crate::variables::{fidelities, inputs, outputs, parameters, states};
-use crate::{PlantError, PlantModel};
+use crate::variables::{fidelities, inputs, outputs, parameters};
+use crate::{PlantError, PlantModel, states};
 
 /// The vehicle file in `resources/`.
 pub const VEHICLE_RESOURCE: &str = "vehicle.toml";

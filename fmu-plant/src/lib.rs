@@ -29,6 +29,7 @@ mod fmu;
 mod model;
 mod quantity;
 mod state;
+mod states;
 mod tangents;
 mod variables;
 
@@ -36,7 +37,8 @@ pub use error::PlantError;
 pub use fmu::{LPV_RESOURCE, VEHICLE_RESOURCE};
 pub use model::{Inputs, PlantModel, Settings};
 pub use quantity::Quantity;
-pub use variables::{fidelities, inputs, outputs, parameters, states};
+pub use states::states;
+pub use variables::{fidelities, inputs, outputs, parameters};
 
 use fmi2::{DescribeError, Described, Resources};
 

@@ -1,4 +1,4 @@
-//! The table of variables, in four parts.
+//! The table of variables, in three parts; a fourth is in `states.rs`.
 //!
 //! In co-simulation inputs act during a step only. In model exchange they act at once: the velocities through the water
 //! depend on the current, and an actuator without lag follows its command. So a master meets no algebraic loop unless
@@ -189,87 +189,9 @@ fn trim_output(index: usize, actuator: &Actuator) -> Variable {
     .initially_depends_on(&knowns_of_trim())
 }
 
-fn knowns_of_trim() -> Vec<&'static str> {
+pub(crate) fn knowns_of_trim() -> Vec<&'static str> {
     let coefficients = COEFFICIENTS.iter().map(|spec| spec.key);
     ["initial_speed", "initial_depth"].into_iter().chain(coefficients).collect()
-}
-
-/// For model exchange: the two states that are no outputs, and the rates of all states in the order of the states.
-pub fn states(model: &PlantModel) -> Vec<Variable> {
-    let knowns = [&knowns_of_trim()[..], &["current_horizontal", "current_vertical"]].concat();
-    let over_ground = |name: &str, description: &str, quantity: Quantity, get: fn(&PlantModel) -> f64| {
-        Variable::real(name, description, get, Role::local())
-            .unit("m/s")
-            .nominal(1.0)
-            .initially_depends_on(&knowns)
-            .quantity(quantity.number())
-    };
-    let mut table = vec![
-        over_ground(
-            "surge_over_ground",
-            "velocity over ground along the body axis, forward",
-            Quantity::SurgeOverGround,
-            |m| m.instant().surge,
-        ),
-        over_ground(
-            "heave_over_ground",
-            "velocity over ground across the body axis, down",
-            Quantity::HeaveOverGround,
-            |m| m.instant().heave,
-        ),
-    ];
-    table.extend(rates(model));
-    table.extend(model.lagging().map(|index| output_rate(index, &model.vehicle().actuators[index])));
-    table
-}
-
-/// The name of a rate, the state and unit, how to read it, and its quantity.
-type Rate = (&'static str, &'static str, fn(&PlantModel) -> f64, Quantity);
-
-fn rates(model: &PlantModel) -> Vec<Variable> {
-    const DYNAMIC: [Rate; 4] = [
-        ("surge_over_ground", "m/s2", |m| m.rates().surge, Quantity::SurgeAcceleration),
-        ("heave_over_ground", "m/s2", |m| m.rates().heave, Quantity::HeaveAcceleration),
-        ("pitch_rate", "rad/s2", |m| m.rates().pitch_rate, Quantity::PitchAcceleration),
-        ("pitch", "rad/s", |m| m.rates().pitch, Quantity::RateOfPitch),
-    ];
-    const KINEMATIC: [Rate; 2] = [
-        ("distance", "m/s", |m| m.rates().distance, Quantity::RateOfDistance),
-        ("depth", "m/s", |m| m.rates().depth, Quantity::RateOfDepth),
-    ];
-    let motion = ["surge_over_ground", "heave_over_ground", "pitch_rate", "pitch", "depth"];
-    let inputs = ["current_horizontal", "current_vertical", "operating_speed"];
-    let forces: Vec<String> = model.vehicle().actuators.iter().map(force_of).collect();
-    let forces = forces.iter().map(String::as_str);
-    let of_dynamics: Vec<&str> = motion.into_iter().chain(inputs).chain(forces).collect();
-    let of_kinematics = ["surge_over_ground", "heave_over_ground", "pitch"];
-    let all = DYNAMIC.iter().map(|rate| (rate, &of_dynamics[..]));
-    let all = all.chain(KINEMATIC.iter().map(|rate| (rate, &of_kinematics[..])));
-    all.map(|(&(state, unit, get, quantity), knowns)| {
-        rate(state, unit, get).depends_on(knowns).quantity(quantity.number())
-    })
-    .collect()
-}
-
-/// What sets the force of an actuator: its output where it is a state, its command where there is no lag.
-fn force_of(actuator: &Actuator) -> String {
-    match actuator.lag > 0.0 {
-        true => format!("{}_output", actuator.name),
-        false => actuator.name.clone(),
-    }
-}
-
-fn output_rate(index: usize, actuator: &Actuator) -> Variable {
-    let (own, unit) = (format!("{}_output", actuator.name), format!("{}/s", actuator.unit()));
-    rate(&own, &unit, move |m| m.output_rate(index))
-        .depends_on(&[&actuator.name])
-        .depends_linearly_on(&own)
-        .quantity(Quantity::OutputRate(index).number())
-}
-
-fn rate(state: &str, unit: &str, get: impl Fn(&PlantModel) -> f64 + Send + Sync + 'static) -> Variable {
-    let description = format!("time derivative of {state}");
-    Variable::real(format!("der({state})"), description, get, Role::local()).unit(unit).derivative_of(state)
 }
 
 /// The start, the fidelity, and every coefficient of the vehicle.

@@ -191,6 +191,46 @@ proptest! {
     }
 }
 
+/// First outputs and rates by the inputs, in initialization mode, by setting and getting.
+fn hold_at_the_start<M: Model>(offsets: &[f64], direction: &[f64], prepare: fn(&mut Instance<M>)) {
+    let description = described::<M>();
+    let inputs = real_of(&description, Causality::Input);
+    let offset = |(&(_, start, nominal), by): (&(u32, f64, f64), &f64)| start + 0.1 * nominal * by;
+    let place: Vec<f64> = inputs.iter().zip(offsets.iter().cycle()).map(offset).collect();
+    let seed: Vec<f64> =
+        inputs.iter().zip(direction.iter().cycle()).map(|(one, along)| 0.1 * one.2 * along).collect();
+    let rates = description.structure().derivatives.into_iter().map(|one| one.index as u32 - 1);
+    let unknowns: Vec<u32> = rates.chain(references(&real_of(&description, Causality::Output))).collect();
+    let names: Vec<&str> =
+        unknowns.iter().map(|&one| description.variables[one as usize].name.as_str()).collect();
+    let start = |step: f64| {
+        let mut instance = instance::<M>(Interface::CoSimulation);
+        prepare(&mut instance);
+        let at: Vec<f64> = place.iter().zip(&seed).map(|(at, by)| at + step * by).collect();
+        write(&mut instance, &references(&inputs), &at);
+        instance
+    };
+    let mut exact = vec![0.0; unknowns.len()];
+    let known = references(&inputs);
+    start(0.0).directional_derivative(&unknowns, &known, &seed, &mut exact, &mut Silent).unwrap();
+    let size: Vec<f64> = read(&mut start(0.0), &unknowns).iter().map(|value| value.abs() + 1e-2).collect();
+    assert_slopes(&names, &exact, &size, 1e-4, |step| read(&mut start(step), &unknowns));
+    assert!(exact.iter().any(|value| *value != 0.0));
+}
+
+#[test]
+fn at_the_start_they_are_those_of_the_initialisation() {
+    let directions = [[1.0, 0.3, -0.7], [-0.2, 1.0, 0.4]];
+    for direction in &directions {
+        hold_at_the_start::<PlantModel>(&[0.5, -0.3, 0.2, 0.4], direction, |_| {});
+        hold_at_the_start::<ClosedLoop>(&[0.31, -0.27, 0.23, 0.4], direction, |_| {});
+        hold_at_the_start::<ClosedLoop>(&[0.31, -0.27, 0.23, 0.4], direction, |instance| {
+            let manual = instance.table().reference("manual").unwrap();
+            instance.set(&[manual], |_| true).unwrap();
+        });
+    }
+}
+
 /// Inputs near level flight in the middle of the speeds, off the corners of the trim table.
 fn at_inputs(inputs: &[(u32, f64, f64)], offsets: &[f64]) -> Vec<f64> {
     let size = [0.05, 0.5, 0.05, 0.5];

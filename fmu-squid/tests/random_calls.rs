@@ -1,5 +1,5 @@
 //! Random calls with random arguments through the C ABI of each FMU: whatever comes, no defect shows, and what the importer
-//! gets back is a status. `PROPTEST_CASES` makes the run longer; failures are kept in `random_calls.proptest-regressions`.
+//! gets back is a status. `PROPTEST_CASES` makes the run longer; failures are kept in `random_calls.regressions`.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod abi;
@@ -17,6 +17,7 @@ use fmu_controller::Controller;
 use fmu_plant::PlantModel;
 use fmu_squid::ClosedLoop;
 use proptest::prelude::*;
+use proptest::test_runner::FileFailurePersistence;
 
 /// One call: which function, which variables, which numbers.
 #[derive(Debug, Clone)]
@@ -208,7 +209,15 @@ fn closed_loop() -> &'static Unpacked<ClosedLoop> {
     FMU.get_or_init(|| Unpacked::new(&example::resources()))
 }
 
+/// As many cases as `PROPTEST_CASES` says; what fails is kept beside this file, and tried first from then on.
+fn config() -> ProptestConfig {
+    let kept = FileFailurePersistence::WithSource("regressions");
+    ProptestConfig { failure_persistence: Some(Box::new(kept)), ..ProptestConfig::default() }
+}
+
 proptest! {
+    #![proptest_config(config())]
+
     #[test]
     fn a_plant_survives(calls in prop::collection::vec(call(), 1..60)) {
         survives(plant(), Interface::CoSimulation, &calls);

@@ -1,5 +1,5 @@
 //! Random changes of resource files: a model that loads them starts, steps and is freed, or refuses in a sentence; nothing
-//! panics. `PROPTEST_CASES` makes the run longer; failures are kept in `random_resources.proptest-regressions`.
+//! panics. `PROPTEST_CASES` makes the run longer; failures are kept in `random_resources.regressions`.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod abi;
@@ -14,6 +14,7 @@ use fmu_controller::Controller;
 use fmu_plant::PlantModel;
 use fmu_squid::ClosedLoop;
 use proptest::prelude::*;
+use proptest::test_runner::FileFailurePersistence;
 
 /// What happens to a file.
 #[derive(Debug, Clone)]
@@ -122,7 +123,15 @@ fn survives<M: Model>(file: &str, change: &Change) {
     assert_eq!(DEFECTS.load(Ordering::Relaxed), 0, "{file}: {change:?}");
 }
 
+/// As many cases as `PROPTEST_CASES` says; what fails is kept beside this file, and tried first from then on.
+fn config() -> ProptestConfig {
+    let kept = FileFailurePersistence::WithSource("regressions");
+    ProptestConfig { failure_persistence: Some(Box::new(kept)), ..ProptestConfig::default() }
+}
+
 proptest! {
+    #![proptest_config(config())]
+
     #[test]
     fn plants_survive(file in prop::sample::select(FILES[..2].to_vec()), change in change()) {
         survives::<PlantModel>(file, &change);

@@ -56,7 +56,7 @@ impl Plant {
             current: self.current(),
             operating_speed: self.operating_speed(),
             slopes: self.slopes().clone(),
-            integrator_step: self.integrator_step(),
+            integrator_step: self.integrator.step(),
         }
     }
 
@@ -81,7 +81,14 @@ impl Plant {
         }
         self.set_fidelity(memory.fidelity)?;
         self.set_slopes(&memory.slopes)?;
-        self.put(dynamics, memory);
+        self.dynamics = dynamics;
+        self.time = memory.time;
+        self.set_state(&memory.state);
+        self.outputs.copy_from_slice(&memory.outputs);
+        self.commands.copy_from_slice(&memory.commands);
+        self.current = memory.current;
+        self.operating_speed = memory.operating_speed;
+        self.integrator.set_step(memory.integrator_step);
         Ok(())
     }
 }

@@ -9,8 +9,6 @@ use crate::flow::{Current, Flow, Moving, earth_velocity};
 use crate::frozen::Frozen;
 use crate::integrator::{Body, Integrator};
 use crate::lpv_model::{LpvModel, LpvModelError};
-use crate::memory::Memory;
-use crate::rates::Instant;
 use crate::simulation_error::{SimulationError, finite};
 use crate::slopes::Slopes;
 use crate::trim::Trim;
@@ -43,21 +41,21 @@ pub struct State {
 /// not depend on how an interval is cut.
 #[derive(Clone)]
 pub struct Plant {
-    dynamics: Dynamics,
-    actuators: Vec<Actuator>,
-    lpv: Option<LpvModel>,
-    fidelity: Fidelity,
-    time: f64,
-    body: Body,
-    outputs: Vec<f64>,
-    commands: Vec<f64>,
-    current: Current,
-    operating_speed: f64,
-    slopes: Slopes,
+    pub(crate) dynamics: Dynamics,
+    pub(crate) actuators: Vec<Actuator>,
+    pub(crate) lpv: Option<LpvModel>,
+    pub(crate) fidelity: Fidelity,
+    pub(crate) time: f64,
+    pub(crate) body: Body,
+    pub(crate) outputs: Vec<f64>,
+    pub(crate) commands: Vec<f64>,
+    pub(crate) current: Current,
+    pub(crate) operating_speed: f64,
+    pub(crate) slopes: Slopes,
     /// Whether an input changes.
-    moving: bool,
-    frozen: Frozen,
-    integrator: Integrator,
+    pub(crate) moving: bool,
+    pub(crate) frozen: Frozen,
+    pub(crate) integrator: Integrator,
 }
 
 impl Plant {
@@ -175,19 +173,6 @@ impl Plant {
         Ok(())
     }
 
-    /// Takes over rates that were checked.
-    pub(crate) fn take_slopes(&mut self, slopes: &Slopes) {
-        self.slopes.commands.copy_from_slice(&slopes.commands);
-        (self.slopes.current, self.slopes.operating_speed) = (slopes.current, slopes.operating_speed);
-        let held = slopes.current == Current::default() && slopes.operating_speed == 0.0;
-        self.moving = !held || slopes.commands.iter().any(|rate| *rate != 0.0);
-    }
-
-    /// The rates at which the inputs change.
-    pub fn slopes(&self) -> &Slopes {
-        &self.slopes
-    }
-
     /// Moves the vehicle to an instant \[s\], all inputs held or changing at their rates.
     ///
     /// # Errors
@@ -229,44 +214,9 @@ impl Plant {
         Ok(())
     }
 
-    fn carry_inputs(&mut self, duration: f64) {
-        let actuators = self.actuators.iter().zip(&mut self.outputs);
-        let inputs = self.commands.iter_mut().zip(&self.slopes.commands);
-        for ((actuator, output), (command, slope)) in actuators.zip(inputs) {
-            *output = actuator.output_along(duration, *output, *command, *slope);
-            *command += slope * duration;
-        }
-        self.current = self.current.after(duration, self.slopes.current);
-        self.operating_speed += self.slopes.operating_speed * duration;
-    }
-
-    /// Takes over a memory that was checked.
-    pub(crate) fn put(&mut self, dynamics: Dynamics, memory: &Memory) {
-        self.dynamics = dynamics;
-        self.time = memory.time;
-        self.set_state(&memory.state);
-        self.outputs.copy_from_slice(&memory.outputs);
-        self.commands.copy_from_slice(&memory.commands);
-        self.current = memory.current;
-        self.operating_speed = memory.operating_speed;
-        self.integrator.set_step(memory.integrator_step);
-    }
-
     /// The speed at which the LPV model is evaluated \[m/s\].
     pub fn operating_speed(&self) -> f64 {
         self.operating_speed
-    }
-
-    /// The step that the integrator last found right \[s\].
-    pub(crate) fn integrator_step(&self) -> f64 {
-        self.integrator.step()
-    }
-
-    /// Sets the motion by its velocities over ground, and the way made \[m\], under the current as it is.
-    pub fn set_motion_over_ground(&mut self, instant: &Instant, x: f64) {
-        let Instant { surge, heave, pitch_rate, pitch, depth, .. } = *instant;
-        let (u_c, w_c) = self.current.along_body(pitch);
-        self.body = [surge - u_c, heave - w_c, pitch_rate, pitch, x, depth];
     }
 
     /// Sets the output of an actuator \[N or rad\], whatever its lag.
@@ -326,22 +276,6 @@ impl Plant {
     /// The LPV model, if there is one.
     pub fn lpv(&self) -> Option<&LpvModel> {
         self.lpv.as_ref()
-    }
-
-    /// The motion at this instant, with velocities over ground, and what acts on it.
-    pub fn instant(&self) -> Instant {
-        let (surge, heave) = self.velocity_over_ground();
-        let [_, _, pitch_rate, pitch, _, depth] = self.body;
-        Instant {
-            surge,
-            heave,
-            pitch_rate,
-            pitch,
-            depth,
-            current_horizontal: self.current.horizontal,
-            current_vertical: self.current.vertical,
-            operating_speed: self.operating_speed,
-        }
     }
 
     /// Velocity over ground along the body axes \[m/s\]: surge, heave.

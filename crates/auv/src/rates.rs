@@ -80,6 +80,29 @@ impl Actuator {
 }
 
 impl Plant {
+    /// The motion at this instant, with velocities over ground, and what acts on it.
+    pub fn instant(&self) -> Instant {
+        let (surge, heave) = self.velocity_over_ground();
+        let [_, _, pitch_rate, pitch, _, depth] = self.body;
+        Instant {
+            surge,
+            heave,
+            pitch_rate,
+            pitch,
+            depth,
+            current_horizontal: self.current.horizontal,
+            current_vertical: self.current.vertical,
+            operating_speed: self.operating_speed,
+        }
+    }
+
+    /// Sets the motion by its velocities over ground, and the way made \[m\], under the current as it is.
+    pub fn set_motion_over_ground(&mut self, instant: &Instant, x: f64) {
+        let Instant { surge, heave, pitch_rate, pitch, depth, .. } = *instant;
+        let (u_c, w_c) = self.current.along_body(pitch);
+        self.body = [surge - u_c, heave - w_c, pitch_rate, pitch, x, depth];
+    }
+
     /// Returns the rates of the motion under steady currents, `output(i)` being that of actuator i \[N or rad\].
     ///
     /// With `u = u_g - u_c(theta)`, `w = w_g - w_c(theta)`: `u_g' = u' - theta' w_c`, `w_g' = w' + theta' u_c`, and u', w', q', theta'

@@ -72,8 +72,28 @@ impl Plant {
         for &rate in [horizontal, vertical, slopes.operating_speed].iter().chain(&slopes.commands) {
             finite("rate of an input", rate)?;
         }
-        self.take_slopes(slopes);
+        self.slopes.commands.copy_from_slice(&slopes.commands);
+        (self.slopes.current, self.slopes.operating_speed) = (slopes.current, slopes.operating_speed);
+        let held = slopes.current == Current::default() && slopes.operating_speed == 0.0;
+        self.moving = !held || slopes.commands.iter().any(|rate| *rate != 0.0);
         Ok(())
+    }
+
+    /// The rates at which the inputs change.
+    pub fn slopes(&self) -> &Slopes {
+        &self.slopes
+    }
+
+    /// Carries outputs of actuators and inputs along.
+    pub(crate) fn carry_inputs(&mut self, duration: f64) {
+        let actuators = self.actuators.iter().zip(&mut self.outputs);
+        let inputs = self.commands.iter_mut().zip(&self.slopes.commands);
+        for ((actuator, output), (command, slope)) in actuators.zip(inputs) {
+            *output = actuator.output_along(duration, *output, *command, *slope);
+            *command += slope * duration;
+        }
+        self.current = self.current.after(duration, self.slopes.current);
+        self.operating_speed += self.slopes.operating_speed * duration;
     }
 }
 

@@ -1,0 +1,69 @@
+//! What part a variable plays, and how it is set.
+
+use std::fmt;
+
+use model_description::{Causality, Variability};
+
+use crate::variable::Set;
+
+/// Causality and variability of a variable, with its setter if it has one.
+pub struct Role<M, T> {
+    pub(crate) causality: Causality,
+    pub(crate) variability: Option<Variability>,
+    pub(crate) set: Option<Set<M, T>>,
+}
+
+impl<M, T> Role<M, T> {
+    fn settable(
+        causality: Causality,
+        variability: Option<Variability>,
+        set: impl Fn(&mut M, T) + Send + Sync + 'static,
+    ) -> Self {
+        Self { causality, variability, set: Some(Box::new(set)) }
+    }
+
+    fn readable(causality: Causality, variability: Option<Variability>) -> Self {
+        Self { causality, variability, set: None }
+    }
+
+    /// Set by another model at every communication point.
+    pub fn input(set: impl Fn(&mut M, T) + Send + Sync + 'static) -> Self {
+        Self::settable(Causality::Input, None, set)
+    }
+
+    /// Set by the user before the simulation.
+    pub fn parameter(set: impl Fn(&mut M, T) + Send + Sync + 'static) -> Self {
+        Self::settable(Causality::Parameter, Some(Variability::Fixed), set)
+    }
+
+    /// Set by the user, also between steps.
+    pub fn tunable(set: impl Fn(&mut M, T) + Send + Sync + 'static) -> Self {
+        Self::settable(Causality::Parameter, Some(Variability::Tunable), set)
+    }
+
+    /// Computed, for other models.
+    pub fn output() -> Self {
+        Self::readable(Causality::Output, None)
+    }
+
+    /// Computed, for looking at.
+    pub fn local() -> Self {
+        Self::readable(Causality::Local, None)
+    }
+
+    /// Known from the resources, for looking at.
+    pub fn constant() -> Self {
+        Self::readable(Causality::Local, Some(Variability::Constant))
+    }
+
+    /// Computed from parameters at initialisation.
+    pub fn calculated_parameter() -> Self {
+        Self::readable(Causality::CalculatedParameter, Some(Variability::Fixed))
+    }
+}
+
+impl<M, T> fmt::Debug for Role<M, T> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{:?} {:?}", self.causality, self.variability)
+    }
+}
