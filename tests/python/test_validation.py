@@ -32,7 +32,6 @@ def test_names_binary_and_platform(fmu: Path) -> None:
     assert description.fmiVersion == "2.0"
     assert description.coSimulation.modelIdentifier == fmu.stem
     assert supported_platforms(fmu) == [platform]
-    assert description.modelExchange is None
 
 
 def test_start_values_lie_within_limits(fmu: Path) -> None:
