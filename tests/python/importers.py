@@ -1,0 +1,45 @@
+"""The importers of `tests/importers`: how they are called, and what counts as having flown."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+
+from fly import environment, record
+from fly.environment import Environment
+from fly.master import Signals
+from fly.stages import ROOT
+
+FOLDER = ROOT / "tests" / "importers"
+
+
+class ImporterError(Exception):
+    """An importer did not fly."""
+
+
+@cache
+def others() -> Environment:
+    """Return the Python environment with the importers from PyPI."""
+    return environment.ready("importers", ROOT / "tests" / "importers.txt")
+
+
+def of_pypi(name: str) -> list[str | Path]:
+    """Return the command of an importer from PyPI; a plan comes after it."""
+    return [others().python, FOLDER / f"fly_{name}.py"]
+
+
+def fly(importer: list[str | Path], plan: Mapping, folder: Path) -> Signals:
+    """Fly a plan; exit code and record are checked, for some importers end with 0 whatever became of the flight."""
+    path, out = folder / "plan.json", folder / "record.csv"
+    path.write_text(json.dumps({**plan, "out": str(out)}), encoding="utf-8")
+    done = subprocess.run([*importer, path], capture_output=True, text=True, timeout=120, check=False)
+    told = f"{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
+    if done.returncode != 0 or not out.is_file():
+        raise ImporterError(told)
+    signals = record.read(out)
+    if len(signals["time"]) != plan["count"] // plan["every"]:
+        raise ImporterError(f"{len(signals['time'])} rows: {told}")
+    return signals

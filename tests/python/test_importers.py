@@ -1,0 +1,235 @@
+"""Importers other than FMPy fly the FMUs, each in a process of its own, and arrive where FMPy does.
+
+All couple plant and controller in parallel, as most masters do: each FMU steps with what the others put out at the last
+communication point, so that the plant hears each command one communication step late. That flight differs from the one
+in squid.fmu (`test_coupling.py` has the master that does not); here the importers are to agree with one another.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+from collections.abc import Mapping
+from contextlib import ExitStack
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from fly import build, record
+from fly.master import Signals, Slave
+from fly.package import Packages
+from fly.stages import ROOT
+from importers import FOLDER, ImporterError, fly, of_pypi, others
+from native import program
+
+AGREEMENT = 1e-9
+NAMES = ["libcosim", "ecos", "fmi-crate"]
+
+
+@pytest.fixture(scope="session")
+def fmi_crate() -> Path:
+    """Return the importer of the crate `fmi`, whose bindings need libclang and the compiler's own headers."""
+    compiler = program("gcc", "cc", "gcc", "clang")
+    words = [others().python, "-c", "import clang; print(clang.__path__[0])"]
+    clang = subprocess.run(
+        words, env={**os.environ, **others().variables}, capture_output=True, text=True, check=True
+    )
+    headers = subprocess.run(
+        [compiler, "-print-file-name=include"], capture_output=True, text=True, check=True
+    )
+    target = build.target_directory() / "importers"
+    variables = {
+        "LIBCLANG_PATH": str(Path(clang.stdout.strip()) / "native"),
+        "BINDGEN_EXTRA_CLANG_ARGS": f"-I{headers.stdout.strip()}",
+        "CARGO_TARGET_DIR": str(target),
+    }
+    folder = FOLDER / "fmi-crate"
+    subprocess.run(
+        ["cargo", "build", "--quiet", "--locked"], cwd=folder, env={**os.environ, **variables}, check=True
+    )
+    return target / "debug" / "fly-fmi"
+
+
+@pytest.fixture(params=NAMES)
+def importer(request: pytest.FixtureRequest) -> list[str | Path]:
+    """Return the command of each importer in turn; a plan comes after it."""
+    if request.param == "fmi-crate":
+        return [request.getfixturevalue("fmi_crate")]
+    return of_pypi(request.param)
+
+
+def by_fmpy(plan: Mapping) -> Signals:
+    """Fly a plan by FMPy."""
+    rows = []
+    with ExitStack() as stack:
+        slaves = {name: stack.enter_context(Slave(Path(path), name)) for name, path in plan["fmus"].items()}
+
+        def find(path: str) -> tuple[Slave, str]:
+            name, variable = path.split(".", 1)
+            return slaves[name], variable
+
+        def get(path: str) -> float:
+            slave, variable = find(path)
+            return slave.get(variable)
+
+        def exchange() -> None:
+            values = [get(source) for source, _ in plan["connections"]]
+            for (_, sink), value in zip(plan["connections"], values, strict=True):
+                slave, variable = find(sink)
+                slave.set(variable, value)
+
+        for name, slave in slaves.items():
+            own = {path.split(".", 1)[1]: v for path, v in plan["values"].items() if path.startswith(name)}
+            slave.begin(own)
+        for _ in slaves:  # A command at the start follows from a measurement at the start.
+            exchange()
+        for slave in slaves.values():
+            slave.ready()
+        for k in range(plan["count"]):
+            for slave in slaves.values():
+                slave.step_to((k + 1) * plan["step"])
+            exchange()
+            if (k + 1) % plan["every"] == 0:
+                rows.append([(k + 1) * plan["step"], *map(get, plan["record"])])
+    return dict(zip(["time", *plan["record"]], np.array(rows).T, strict=True))
+
+
+def loop_plan(packages: Packages) -> dict:
+    """Return the flight of the FMU that holds both: its own manoeuvre."""
+    return {
+        "fmus": {"loop": str(packages.loop)},
+        "values": {},
+        "connections": [],
+        "step": 0.02,
+        "count": 3000,
+        "every": 10,
+        "record": [f"loop.{name}" for name in ("pitch", "speed", "depth", "distance", "pitch_rate", "heave")],
+    }
+
+
+def coupled_plan(packages: Packages) -> dict:
+    """Return the flight of plant and controller from trim to a constant pitch."""
+    with Slave(packages.plant, "plant") as plant, Slave(packages.controller, "controller") as controller:
+        inputs = set(plant.names("input"))
+        actuators = [name for name in controller.names("output") if name in inputs]
+        plant.begin({"initial_speed": 1.5})
+        plant.ready()
+        values = {
+            "plant.initial_speed": 1.5,
+            "controller.pitch_reference": plant.get("trim_pitch") + np.deg2rad(10.0),
+            "controller.speed_reference": plant.get("speed"),
+        }
+        controller.begin()
+        controller.ready()
+    return {
+        "fmus": {"plant": str(packages.plant), "controller": str(packages.controller)},
+        "values": values,
+        "connections": [
+            *((f"plant.{name}", f"controller.{name}") for name in ("pitch", "speed")),
+            *((f"controller.{name}", f"plant.{name}") for name in actuators),
+        ],
+        "step": 0.02,
+        "count": 2000,
+        "every": 10,
+        "record": [
+            *(f"plant.{name}" for name in ("pitch", "speed", "depth", "distance")),
+            *(f"controller.{name}" for name in actuators),
+        ],
+    }
+
+
+PLANS = {"loop": loop_plan, "coupled": coupled_plan}
+
+
+@pytest.mark.parametrize("which", PLANS)
+def test_importers_agree(importer: list[str | Path], which: str, packages: Packages, tmp_path: Path) -> None:
+    plan = PLANS[which](packages)
+    expected = by_fmpy(plan)
+    found = record.differences(expected, fly(importer, plan, tmp_path))
+    assert set(found) == set(plan["record"])
+    assert max(found.values()) <= AGREEMENT, found
+    pitch = expected[plan["record"][0]]
+    assert np.ptp(pitch) > 0.05, "it flies"
+
+
+def test_an_importer_that_cannot_fly_is_seen(
+    importer: list[str | Path], squid: Packages, tmp_path: Path
+) -> None:
+    broken = tmp_path / "broken.fmu"
+    broken.write_bytes(squid.loop.read_bytes()[:1000])
+    plan = {**loop_plan(squid), "fmus": {"loop": str(broken)}}
+    with pytest.raises(ImporterError):
+        fly(importer, plan, tmp_path)
+
+
+C_TYPES = {
+    "Component": "fmi2Component",
+    "FmuState": "fmi2FMUstate",
+    "Status": "fmi2Status",
+    "StatusKind": "fmi2StatusKind",
+    "CallbackFunctions": "fmi2CallbackFunctions",
+    "EventInfo": "fmi2EventInfo",
+    "Type": "fmi2Type",
+    "f64": "double",
+    "u32": "unsigned int",
+    "u8": "char",
+    "usize": "size_t",
+    "c_int": "int",
+    "c_char": "char",
+    "()": "void",
+}
+
+
+def c_type(rust: str) -> str:
+    """Return the type of C that a type of the export macro stands for."""
+    rust = rust.strip()
+    if rust.startswith("*const "):
+        return f"{c_type(rust[7:])} const *"
+    return f"{c_type(rust[5:])} *" if rust.startswith("*mut ") else C_TYPES[rust]
+
+
+def exported() -> dict[str, str]:
+    """Return the prototype in C of each function that the macro `fmi2::export!` exports."""
+    sources = (ROOT / "crates" / "fmi2" / "src" / "abi").glob("*.rs")
+    text = "\n".join(path.read_text(encoding="utf-8") for path in sorted(sources))
+    found = re.findall(r"fn (fmi2\w+) = [\w:]+ \[[^\]]*\] \(([^)]*)\) -> ([^;]+);", text)
+    prototypes = {}
+    for name, arguments, result in found:
+        # An enumeration that no Rust type may stand for, since an importer may send anything; it passes as an int.
+        arguments = arguments.replace("fmu_type: c_int", "fmu_type: Type")
+        types = [c_type(argument.split(":", 1)[1]) for argument in arguments.split(",") if argument.strip()]
+        prototypes[name] = f"{c_type(result)} {name}({', '.join(types) or 'void'});"
+    return prototypes
+
+
+def declared(headers: Path) -> set[str]:
+    """Return the functions that the header of the standard declares."""
+    text = (headers / "fmi2Functions.h").read_text(encoding="utf-8", errors="replace")
+    return set(re.findall(r"FMI2_Export\s+fmi2\w+TYPE\s+(fmi2\w+);", text))
+
+
+def compiles(source: str, headers: Path, folder: Path) -> subprocess.CompletedProcess:
+    path = folder / "prototypes.c"
+    path.write_text(source, encoding="utf-8")
+    words = [program("gcc", "cc", "gcc", "clang"), "-std=c11", "-fsyntax-only", f"-I{headers}", path]
+    return subprocess.run(words, capture_output=True, text=True, check=False)
+
+
+def test_exported_functions_have_the_types_of_the_standard(tmp_path: Path) -> None:
+    """A prototype that conflicts with the header of FMI 2.0 does not compile."""
+    headers = Path(fmpy.__file__).parent / "c-code"
+    prototypes = exported()
+    assert set(prototypes) <= declared(headers)
+    assert {"fmi2Instantiate", "fmi2DoStep", "fmi2SerializeFMUstate"} <= set(prototypes)
+    source = "\n".join(['#include "fmi2Functions.h"', *prototypes.values(), ""])
+    done = compiles(source, headers, tmp_path)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("name", ["fmi2DoStep", "fmi2GetString", "fmi2Instantiate", "fmi2FreeInstance"])
+def test_a_wrong_type_would_be_seen(tmp_path: Path, name: str) -> None:
+    headers = Path(fmpy.__file__).parent / "c-code"
+    wrong = exported()[name].replace(");", ", double);")
+    assert compiles(f'#include "fmi2Functions.h"\n{wrong}\n', headers, tmp_path).returncode != 0

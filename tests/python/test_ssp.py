@@ -1,0 +1,165 @@
+"""The system of plant and controller as SSP: legal by the schema, and flown by tools that read it.
+
+These tools step all components in parallel and exchange signals after the step, so that a command reaches the plant one
+communication step after the tick that computed it. `squid.fmu`, and a master that steps the controller first, have no
+such delay. The flights differ by an amount in proportion to the communication step; the tests show both.
+"""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from flights import fly_alone, sample_time
+from fly.master import Signals, Slave
+from fly.package import Packages
+from fly.record import differences
+from fmpy.ssp.ssd import read_ssd, read_ssv, validate_tree
+from importers import fly, of_pypi
+from lxml import etree
+
+NAMES = {"ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription"}
+DURATION = 30.0
+DEFAULT = 2
+"""Which variant is the default: the third of six."""
+
+
+@pytest.fixture
+def ssp(packages: Packages) -> Path:
+    """Return the system of each vehicle in turn."""
+    return packages.folder / f"{packages.vehicle}.ssp"
+
+
+def variants(ssp: Path) -> list[str]:
+    """Return the names of the variants, by speed."""
+    with zipfile.ZipFile(ssp) as archive:
+        names = archive.namelist()
+    return sorted(name.removesuffix(".ssd") for name in names if name.startswith("speed_"))
+
+
+def values(ssp: Path, component: str, variant: str) -> dict[str, float]:
+    """Return the start values of a component in a variant."""
+    found = read_ssv(str(ssp), f"resources/{component}_{variant}.ssv")
+    return {parameter.name: float(parameter.value) for parameter in found.parameters}
+
+
+def test_obeys_the_schema(ssp: Path) -> None:
+    read_ssd(str(ssp))
+    assert len(variants(ssp)) == 6
+    with zipfile.ZipFile(ssp) as archive:
+        for name in archive.namelist():
+            if name.endswith(".ssd"):
+                validate_tree(etree.fromstring(archive.read(name)), "SystemStructureDescription.xsd")
+            elif name.endswith(".ssv"):
+                validate_tree(etree.fromstring(archive.read(name)), "SystemStructureParameterValues.xsd")
+        assert archive.read("SystemStructure.ssd") == archive.read(f"{variants(ssp)[DEFAULT]}.ssd")
+
+
+def test_the_schema_can_be_broken(ssp: Path) -> None:
+    with zipfile.ZipFile(ssp) as archive:
+        text = archive.read("SystemStructure.ssd").replace(b"startElement", b"startelement")
+    with pytest.raises(Exception, match="startelement"):
+        validate_tree(etree.fromstring(text), "SystemStructureDescription.xsd")
+
+
+def test_names_what_it_holds(packages: Packages, ssp: Path) -> None:
+    """Every source is in the archive, and the FMUs are those beside it, to the byte."""
+    with zipfile.ZipFile(ssp) as archive:
+        for variant in [*variants(ssp), "SystemStructure"]:
+            root = etree.fromstring(archive.read(f"{variant}.ssd"))
+            sources = {element.get("source") for element in root.iter() if element.get("source")}
+            assert len(sources) == 4
+            assert sources <= set(archive.namelist())
+        for fmu in (packages.plant, packages.controller):
+            assert archive.read(f"resources/{fmu.name}") == fmu.read_bytes()
+
+
+def test_wires_every_measurement_and_every_actuator(packages: Packages, ssp: Path) -> None:
+    with Slave(packages.plant, "plant") as plant, Slave(packages.controller, "controller") as controller:
+        for slave in (plant, controller):
+            slave.begin()
+            slave.ready()
+        commands = set(controller.names("output")) & set(plant.names("input"))
+    with zipfile.ZipFile(ssp) as archive:
+        root = etree.fromstring(archive.read("SystemStructure.ssd"))
+    wired = [
+        tuple(element.get(end) for end in ("startElement", "startConnector", "endElement", "endConnector"))
+        for element in root.iterfind(".//ssd:Connection", NAMES)
+    ]
+    expected = {("controller", name, "plant", name) for name in commands}
+    expected |= {("plant", name, "controller", name) for name in ("pitch", "speed")}
+    assert len(wired) == len(set(wired))
+    assert set(wired) == expected
+
+
+def test_parameter_sets_are_trims(packages: Packages, ssp: Path) -> None:
+    """Each variant starts in the trim of its speed, and asks for a pitch step above it."""
+    for variant in variants(ssp):
+        at_plant, at_controller = values(ssp, "plant", variant), values(ssp, "controller", variant)
+        assert f"speed_{at_plant['initial_speed']:.3f}" == variant
+        with Slave(packages.plant, "plant") as plant:
+            plant.begin(at_plant)
+            plant.ready()
+            assert plant.get("pitch") == pytest.approx(at_controller["pitch"], abs=1e-9)
+            assert plant.get("speed") == pytest.approx(at_controller["speed_reference"], abs=1e-9)
+        assert at_controller["pitch_reference"] - at_controller["pitch"] > 0.05
+
+
+def in_one_fmu(packages: Packages, variant: str, ssp: Path) -> Signals:
+    """Fly the flight of a variant by the FMU that holds both, which steps the controller first."""
+    at_plant, at_controller = values(ssp, "plant", variant), values(ssp, "controller", variant)
+    speed = at_plant["initial_speed"]
+    wanted = {name: at_controller[name] for name in ("pitch_reference", "speed_reference")}
+    return fly_alone(
+        packages.loop,
+        DURATION,
+        sample_time(packages),
+        {"speed_from": speed, "speed_to": speed},
+        lambda _: {"manual": True, **wanted},
+    )
+
+
+def by_tool(importer: list[str | Path], ssp: Path, variant: str, step: float, folder: Path) -> Signals:
+    """Fly the system by a tool that reads SSP; a row every 0.1 s."""
+    plan = {
+        "ssp": str(ssp),
+        "instances": ["plant", "controller"],
+        "parameter_set": variant,
+        "step": step,
+        "count": round(DURATION / step),
+        "every": round(0.1 / step),
+        "record": [f"plant.{name}" for name in ("pitch", "speed", "depth", "distance")],
+    }
+    flown = fly(importer, plan, folder)
+    return {name.removeprefix("plant."): signal for name, signal in flown.items()}
+
+
+@pytest.fixture(params=["libcosim", "ecos"])
+def tool(request: pytest.FixtureRequest) -> list[str | Path]:
+    """Return the command of each tool that reads SSP in turn."""
+    return of_pypi(request.param)
+
+
+def test_flies_as_in_one_fmu(tool: list[str | Path], packages: Packages, ssp: Path, tmp_path: Path) -> None:
+    """To 3e-3 at one communication step a sample, and to a tenth of that with ten: all that differs is the delay."""
+    variant = variants(ssp)[DEFAULT]
+    tick = sample_time(packages)
+    whole = in_one_fmu(packages, variant, ssp)
+    rows = np.arange(1, round(DURATION / 0.1) + 1) * round(0.1 / tick)
+    expected = {name: whole[name][rows] for name in ("pitch", "speed", "depth", "distance")}
+    coarse, fine = (
+        max(differences(expected, by_tool(tool, ssp, variant, tick / n, tmp_path)).values()) for n in (1, 10)
+    )
+    print(f"{tool[-1]}: {coarse:.2e} at {tick} s, {fine:.2e} at {tick / 10} s")
+    assert np.ptp(expected["pitch"]) > 0.05
+    assert coarse < 3e-3
+    assert 9.0 < coarse / fine < 11.0
+
+
+def test_both_tools_agree(squid: Packages, tmp_path: Path) -> None:
+    ssp = squid.folder / "squid.ssp"
+    variant = variants(ssp)[DEFAULT]
+    one, other = (by_tool(of_pypi(name), ssp, variant, 0.02, tmp_path) for name in ("libcosim", "ecos"))
+    assert max(differences(one, other).values()) <= 1e-9
