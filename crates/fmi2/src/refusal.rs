@@ -12,6 +12,8 @@ pub enum Refusal {
     OtherInterface { needed: &'static str, interface: &'static str },
     #[error("the pointer '{argument}' is NULL")]
     NullPointer { argument: &'static str },
+    #[error("the pointer '{argument}' cannot point to {count} elements")]
+    BadArray { argument: &'static str, count: usize },
     #[error("the text '{argument}' is not UTF-8")]
     NotUnicode { argument: &'static str },
     #[error("there is no variable with value reference {reference}, only 0 .. {}", count.saturating_sub(1))]

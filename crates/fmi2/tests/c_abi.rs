@@ -103,6 +103,9 @@ fn refuses_wrong_values_and_references() {
         assert_refused(fmi2SetBoolean(c, &U, 1, &1), "'u' is not of type Boolean");
         assert_refused(fmi2GetReal(c, null(), 1, null_mut()), "'vr' is NULL");
         assert_refused(fmi2SetReal(c, &U, 1, null()), "'value' is NULL");
+        assert_refused(fmi2SetReal(c, &U, usize::MAX, &1.0), "'vr' cannot point to 18446744073709551615");
+        let askew = [0u64; 2].as_ptr().cast::<u8>().add(1).cast::<f64>();
+        assert_refused(fmi2SetReal(c, &U, 1, askew), "'value' cannot point to 1 elements");
         assert_eq!(fmi2GetReal(c, null(), 0, null_mut()), Status::Ok);
         let refused = fmi2SetReal(c, [U, U].as_ptr(), 2, [5.0, f64::NAN].as_ptr());
         assert_refused(refused, "NaN");

@@ -16,10 +16,8 @@ pub(crate) unsafe fn slice<'a, T>(
     if count == 0 {
         return Ok(&[]);
     }
-    if pointer.is_null() {
-        return Err(Refusal::NullPointer { argument });
-    }
-    // SAFETY: not NULL, and the caller vouches for the rest.
+    check(pointer, count, argument)?;
+    // SAFETY: neither NULL nor absurd, and the caller vouches for the rest.
     Ok(unsafe { std::slice::from_raw_parts(pointer, count) })
 }
 
@@ -35,11 +33,21 @@ pub(crate) unsafe fn slice_mut<'a, T>(
     if count == 0 {
         return Ok(&mut []);
     }
+    check(pointer, count, argument)?;
+    // SAFETY: neither NULL nor absurd, and the caller vouches for the rest.
+    Ok(unsafe { std::slice::from_raw_parts_mut(pointer, count) })
+}
+
+/// Refuses NULL, a count that no memory holds, such as -1 read as a size, and an address that is none of the type.
+fn check<T>(pointer: *const T, count: usize, argument: &'static str) -> Result<(), Refusal> {
     if pointer.is_null() {
         return Err(Refusal::NullPointer { argument });
     }
-    // SAFETY: not NULL, and the caller vouches for the rest.
-    Ok(unsafe { std::slice::from_raw_parts_mut(pointer, count) })
+    let most = isize::MAX.unsigned_abs() / size_of::<T>().max(1);
+    if count > most || !pointer.is_aligned() {
+        return Err(Refusal::BadArray { argument, count });
+    }
+    Ok(())
 }
 
 /// A place to write one value to.
@@ -47,8 +55,9 @@ pub(crate) unsafe fn slice_mut<'a, T>(
 /// # Safety
 /// `pointer` is NULL or points to a `T` that nobody else uses while the reference lives.
 pub(crate) unsafe fn place<'a, T>(pointer: *mut T, argument: &'static str) -> Result<&'a mut T, Refusal> {
-    // SAFETY: the caller vouches for it.
-    unsafe { pointer.as_mut() }.ok_or(Refusal::NullPointer { argument })
+    check(pointer, 1, argument)?;
+    // SAFETY: not NULL, and the caller vouches for the rest.
+    Ok(unsafe { &mut *pointer })
 }
 
 /// A text.
