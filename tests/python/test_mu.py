@@ -179,6 +179,29 @@ def test_distillation_column(run_squid: Run, tmp_path: Path) -> None:
     assert report["frequency"] == "infinity"
 
 
+def test_worst_case_gain_of_the_distillation_column(run_squid: Run, tmp_path: Path) -> None:
+    """At the size 1/mu the worst-case gain is mu of robust performance; what is found has the gain that is told."""
+    n = distillation()
+    value = problem(n, [[1, 1], [1, 1]])
+    value["data"] |= {"performance": [2, 2], "size": 1 / 5.7818}
+    code, report, _ = mu(run_squid, tmp_path / "p.json", value)
+    assert code == 0
+    assert report["upper"] == pytest.approx(0.5254, rel=2e-3)
+    found = report["performance"]
+    assert found["upper"] == pytest.approx(5.7818, rel=2e-3)
+    assert found["gain_upper"] == pytest.approx(5.7818, rel=1e-2)
+    assert 0.98 * found["gain_upper"] < found["gain_lower"] <= found["gain_upper"]
+    delta = np.array(found["gain_delta"]) @ np.array([1.0, 1j])
+    assert_structure(delta, [[1, 1], [1, 1]])
+    assert np.linalg.norm(delta, 2) <= (1 + 1e-9) / 5.7818
+    m = response(n, float(found["gain_frequency"]))
+    perturbed = m[2:, 2:] + m[2:, :2] @ delta @ np.linalg.solve(np.eye(2) - m[:2, :2] @ delta, m[:2, 2:])
+    assert np.linalg.norm(perturbed, 2) == pytest.approx(found["gain_lower"], rel=1e-9)
+    value["data"]["size"] = 2.0
+    code, report, _ = mu(run_squid, tmp_path / "p.json", value)
+    assert (code, report["performance"]["gain_upper"]) == (0, None)
+
+
 def test_isolated_peak_of_a_real_scalar(run_squid: Run, tmp_path: Path) -> None:
     """M = -(8/3) s/(s + 1)^3 is real at 1/sqrt(3) rad/s alone, and 1 there; any grid of frequencies says 0."""
     system = gain(([-8.0 / 3.0, 0.0], np.poly([-1.0, -1.0, -1.0])))
@@ -339,6 +362,15 @@ SYSTEM = {"P": {"A": [[-1]], "B": [[1]], "C": [[1]], "D": [[0]]}, "blocks": [[-1
             "unstable without any perturbation: a mode has real part 5.000e-1",
         ),
         (SYSTEM, lambda d: d["P"].update(A=[[0]]), "unstable without any perturbation"),
+        (SYSTEM, lambda d: d.update(performance=[1, 1]), "'D' is 1 x 1; for these blocks it must be 2 x 2"),
+        (SYSTEM, lambda d: d.update(performance=[1]), "'performance' is a list of 1; it must be a pair"),
+        (SYSTEM, lambda d: d.update(performance=[1, 0]), "it must be a pair of whole numbers from 1"),
+        (SYSTEM, lambda d: d.update(size=0), "'size' is the number 0; it must be a number above 0"),
+        (
+            MATRIX,
+            lambda d: d.update(performance=[1, 1], blocks=[[1, 1]]),
+            "'performance' goes with a system P",
+        ),
     ],
 )
 def test_wrong_file(

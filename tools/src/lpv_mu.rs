@@ -2,10 +2,11 @@
 
 use crate::error::Error;
 use crate::mu_file::{Perturbed, mu_problem};
-use lpv::mu::Structure;
 use lpv::mu::lower::{LowerBound, SINGULAR, lower_bound};
-use lpv::mu::sweep::{FrequencyMu, mu_over_frequency, response};
+use lpv::mu::sweep::{FrequencyMu, SweepError, mu_over_frequency, response};
 use lpv::mu::upper::upper_bound;
+use lpv::mu::worst_case::{Perturbable, WorstCaseError, worst_case_gain};
+use lpv::mu::{CMat, Structure};
 use lpv::state_space::StateSpace;
 use serde::{Serialize, Serializer};
 use std::path::Path;
@@ -32,10 +33,33 @@ pub struct Report {
     pub residual: Option<f64>,
     /// How many intervals, each with its own scalings, cover the frequencies from 0 to infinity.
     pub intervals: Option<usize>,
+    /// Where the problem has inputs and outputs of performance: robust performance and the worst-case gain.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub performance: Option<Performance>,
     /// Wall-clock time.
     pub seconds: Option<f64>,
     /// Why there are no bounds.
     pub reason: Option<String>,
+}
+
+/// What is said of performance.
+#[derive(Debug, Clone, Serialize)]
+pub struct Performance {
+    /// mu with a full block from z to w is at most this: for every perturbation smaller than its inverse the gain is below it.
+    pub upper: f64,
+    /// The same mu is at least this; 0 when no perturbation was found.
+    pub lower: f64,
+    /// The size of the perturbation for the worst-case gain.
+    pub size: f64,
+    /// The gain is below this for every perturbation of that size; none when the loop is not shown to stay stable.
+    pub gain_upper: Option<f64>,
+    /// A perturbation of that size was found with this gain.
+    pub gain_lower: Option<f64>,
+    /// The frequency where it has it, rad/s.
+    #[serde(serialize_with = "frequency")]
+    pub gain_frequency: Option<f64>,
+    /// That perturbation: rows of `[re, im]`.
+    pub gain_delta: Option<Vec<Vec<[f64; 2]>>>,
 }
 
 /// JSON has no infinity: a peak there is written as a word.
@@ -60,17 +84,45 @@ pub fn run(path: &Path) -> Result<Report, Error> {
             report.upper = Some(upper_bound(&m, &structure).map_err(|e| wrong(e.into()))?.value);
             lower_bound(&m, &structure).map_err(|e| wrong(e.into()))?
         }
-        Perturbed::System(system) => {
-            let found = mu_over_frequency(&system, &structure).map_err(wrong)?;
-            report.upper = Some(found.upper.upper);
-            report.frequency = Some(peak(&system, &structure, &found));
-            report.intervals = Some(found.upper.pieces.len());
-            found.lower
+        Perturbed::System(system) => report.over_frequency(&system, &structure).map_err(wrong)?,
+        Perturbed::Performing(system, size) => {
+            let whole = Perturbable { system, structure, size };
+            let lower = report.over_frequency(&whole.stability(), &whole.structure).map_err(wrong)?;
+            report.performance = Some(performance(&whole).map_err(wrong)?);
+            lower
         }
     };
     report.shown_by(lower);
     report.seconds = Some(begin.elapsed().as_secs_f64());
     Ok(report)
+}
+
+fn performance(whole: &Perturbable) -> Result<Performance, SweepError> {
+    let both = mu_over_frequency(&whole.system, &whole.with_performance()?)?;
+    let mut out = Performance {
+        upper: both.upper.upper,
+        lower: both.lower.map_or(0.0, |found| found.value * (1.0 - SINGULAR)),
+        size: whole.size,
+        gain_upper: None,
+        gain_lower: None,
+        gain_frequency: None,
+        gain_delta: None,
+    };
+    match worst_case_gain(whole) {
+        Ok(found) => {
+            out.gain_upper = Some(found.upper);
+            out.gain_lower = Some(found.worst.gain);
+            out.gain_frequency = Some(found.worst.frequency);
+            out.gain_delta = Some(pairs(&found.worst.delta));
+        }
+        Err(WorstCaseError::Sweep(reason)) => return Err(reason),
+        Err(_) => {}
+    }
+    Ok(out)
+}
+
+fn pairs(delta: &CMat) -> Vec<Vec<[f64; 2]>> {
+    delta.row_iter().map(|row| row.iter().map(|v| [v.re, v.im]).collect()).collect()
 }
 
 /// A lower bound this close to the upper one, relatively, shows where the peak is.
@@ -127,6 +179,7 @@ impl Report {
             delta: None,
             residual: None,
             intervals: None,
+            performance: None,
             seconds: None,
             reason: None,
         }
@@ -137,14 +190,26 @@ impl Report {
         Self { reason: Some(error.to_string()), ..Self::empty("error") }
     }
 
+    /// The bounds of a system; what shows the lower one.
+    fn over_frequency(
+        &mut self,
+        system: &StateSpace,
+        structure: &Structure,
+    ) -> Result<Option<LowerBound>, SweepError> {
+        let found = mu_over_frequency(system, structure)?;
+        self.upper = Some(found.upper.upper);
+        self.frequency = Some(peak(system, structure, &found));
+        self.intervals = Some(found.upper.pieces.len());
+        Ok(found.lower)
+    }
+
     fn shown_by(&mut self, found: Option<LowerBound>) {
         // I - M Delta is singular up to SINGULAR: so much is taken off.
         self.lower = Some(found.as_ref().map_or(0.0, |l| l.value * (1.0 - SINGULAR)));
         let Some(found) = found else { return };
         self.lower_frequency = found.frequency;
         self.residual = Some(found.residual);
-        let rows = found.delta.row_iter().map(|row| row.iter().map(|v| [v.re, v.im]).collect());
-        self.delta = Some(rows.collect());
+        self.delta = Some(pairs(&found.delta));
     }
 
     /// For people: bounds rounded to their safe side.
@@ -181,7 +246,34 @@ impl Report {
         let intervals =
             self.intervals.map_or_else(String::new, |n| format!(" {n} intervals cover the axis."));
         let seconds = self.seconds.unwrap_or(0.0);
-        format!("{below}.{intervals}\n{above}\nMargin 1/mu: {margin}.\n{seconds:.2} s")
+        let performance = self.performance.as_ref().map_or_else(String::new, Performance::words);
+        format!("{below}.{intervals}\n{above}\nMargin 1/mu: {margin}.\n{performance}{seconds:.2} s")
+    }
+}
+
+impl Performance {
+    fn words(&self) -> String {
+        let up = |v: f64| digits(v, f64::ceil);
+        let mut out = format!(
+            "Robust performance: mu with performance <= {0}, so that the gain from w to z stays below {0} for every perturbation smaller than {1}; mu >= {2}.\n",
+            up(self.upper),
+            digits(1.0 / self.upper, f64::floor),
+            digits(self.lower, f64::floor)
+        );
+        out += &match (self.gain_upper, self.gain_lower) {
+            (Some(upper), Some(lower)) => format!(
+                "Worst-case gain for perturbations of size {}: below {} at every frequency, and at least {} for one that was found, at {}.\n",
+                self.size,
+                up(upper),
+                digits(lower, f64::floor),
+                rads(self.gain_frequency.unwrap_or(0.0))
+            ),
+            _ => format!(
+                "Worst-case gain: the loop is not shown to stay stable for perturbations of size {}, so that there is no bound.\n",
+                self.size
+            ),
+        };
+        out
     }
 }
 

@@ -3,7 +3,11 @@
 //! ```json
 //! {"kind": "mu", "data": {"M": [[[re, im], ..], ..], "blocks": [[-r, 0], [r, 0], [p, q], ..]}}
 //! {"kind": "mu", "data": {"P": {"A": [[..]], "B": .., "C": .., "D": ..}, "blocks": ..}}
+//! {"kind": "mu", "data": {"P": .., "blocks": .., "performance": [p, q], "size": 1}}
 //! ```
+//!
+//! With `performance` the last p inputs of P are w and its last q outputs z, of which robust performance and the worst-case gain speak; `size` is that of the
+//! perturbation for the latter, 1 where it is not given.
 //!
 //! An entry of M is a pair of numbers, or a plain number where it is real. Other keys are passed over; no key stands twice.
 
@@ -25,6 +29,8 @@ pub enum Perturbed {
     Matrix(CMat),
     /// A system, at all frequencies.
     System(StateSpace),
+    /// A system with inputs and outputs of performance, which stand last.
+    Performing(StateSpace, f64),
 }
 
 /// More rows or columns than this are a mistake.
@@ -52,8 +58,48 @@ pub fn mu_problem(path: &Path) -> Result<(Perturbed, Structure), Error> {
         }
     };
     let structure = structure(&reader, data)?;
-    fits(&reader, &perturbed, &structure)?;
-    Ok((perturbed, structure))
+    let performance = performance(&reader, data)?;
+    if performance.is_some() && matches!(perturbed, Perturbed::Matrix(_)) {
+        return Err(reader.wrong("performance", "goes with a system P, not with a matrix M".into()));
+    }
+    fits(&reader, &perturbed, &structure, performance.map_or((0, 0), |(w, z, _)| (w, z)))?;
+    match (perturbed, performance) {
+        (Perturbed::System(system), Some((_, _, size))) => {
+            Ok((Perturbed::Performing(system, size), structure))
+        }
+        (Perturbed::Matrix(_), Some(_)) => {
+            Err(reader.wrong("performance", "goes with a system P, not with a matrix M".into()))
+        }
+        (perturbed, _) => Ok((perturbed, structure)),
+    }
+}
+
+/// The numbers of inputs w and outputs z, and the size of the perturbation.
+fn performance(reader: &Reader, data: &Entries) -> Result<Option<(usize, usize, f64)>, Error> {
+    const ALLOWED: &str =
+        "it must be a pair of whole numbers from 1 to 1000: of the last inputs and of the last outputs of P";
+    let size = match find(data, "size") {
+        None => 1.0,
+        Some(Json::Number(v)) if *v > 0.0 => *v,
+        Some(other) => {
+            let words =
+                format!("is {}; it must be a number above 0, the size of the perturbation", other.describe());
+            return Err(reader.wrong("size", words));
+        }
+    };
+    let Some(value) = find(data, "performance") else { return Ok(None) };
+    let whole = |entry: &Json| match entry {
+        Json::Number(v) if v.fract() == 0.0 && (1.0..=MOST).contains(v) => Some(*v as usize),
+        _ => None,
+    };
+    let pair = match value {
+        Json::List(pair) if pair.len() == 2 => whole(&pair[0]).zip(whole(&pair[1])),
+        _ => None,
+    };
+    match pair {
+        Some((w, z)) => Ok(Some((w, z, size))),
+        None => Err(reader.wrong("performance", format!("is {}; {ALLOWED}", value.describe()))),
+    }
 }
 
 /// `[[-r, 0], [r, 0], [p, q], ..]`.
@@ -142,12 +188,17 @@ fn size(m: &Mat) -> String {
     format!("{} x {}", m.nrows(), m.ncols())
 }
 
-fn fits(reader: &Reader, perturbed: &Perturbed, structure: &Structure) -> Result<(), Error> {
+fn fits(
+    reader: &Reader,
+    perturbed: &Perturbed,
+    structure: &Structure,
+    (w, z): (usize, usize),
+) -> Result<(), Error> {
     let (key, found) = match perturbed {
         Perturbed::Matrix(m) => ("M", m.shape()),
-        Perturbed::System(p) => ("D", p.d.shape()),
+        Perturbed::System(p) | Perturbed::Performing(p, _) => ("D", p.d.shape()),
     };
-    let (rows, columns) = (structure.cols(), structure.rows());
+    let (rows, columns) = (structure.cols() + z, structure.rows() + w);
     if found == (rows, columns) {
         return Ok(());
     }

@@ -18,8 +18,9 @@ use crate::uncertain::{at_speed, over_range};
 use crate::uncertain_loop::{uncertain_loop, uncertain_plant};
 use crate::uncertain_truncate::{Truncated, truncated};
 use certificate::Certificate;
-use lpv::analysis::GainBound;
+use lpv::analysis::{GainBound, bounded_gain};
 use lpv::controller::Controller;
+use lpv::model_error::LoopError;
 use lpv::mu::sweep::bound_over_frequency;
 use lpv::mu::{Block, Structure};
 use lpv::plant::GeneralisedPlant;
@@ -120,8 +121,10 @@ fn at_zero(plant: &GeneralisedPlant, nominal: &Design, found: &RobustDesign) -> 
     }
     let exact = UncertainPlant { plant: plant.clone(), scheduled: plant.blocks.len() };
     let closed = RobustLoop::new(&exact, &found.controller);
-    let bound = closed.bound(1.0, &found.bears.bound).and_then(|bound| closed.cleared(&bound));
-    let certified = bound.ok_or(RobustError::NotClear { which: "robust" })?.bound;
+    let clear = closed.bound(1.0, &found.bears.bound).and_then(|bound| closed.cleared(&bound));
+    let clear = clear.ok_or(RobustError::NotClear { which: "robust" })?.bound;
+    let whole = plant.close(&found.controller);
+    let certified = bounded_gain(&whole, &LoopError::none(&whole), &clear)?;
     let gamma_design = certified.gamma;
     Ok(Design { controller: found.controller.clone(), gamma_design, certified, ..nominal.clone() })
 }
@@ -163,7 +166,7 @@ fn mu(inputs: &Inputs, controllers: [&Controller; 2]) -> Result<Vec<(f64, f64, f
         let structure = structure.map_err(|reason| Error::MuAtSpeed { speed, reason: reason.into() })?;
         let bound = |k: &Controller| {
             let closed = uncertain_loop(inputs, &model, k, (speed - centre) / half_range, None)?;
-            let found = bound_over_frequency(&closed.stability(), &structure, 0.0);
+            let found = bound_over_frequency(&closed.stability(), &structure, None);
             Ok::<f64, Error>(found.map_or(f64::INFINITY, |bound| bound.upper))
         };
         Ok((speed, bound(controllers[0])?, bound(controllers[1])?))

@@ -10,6 +10,9 @@
 //!
 //! - [`structure`]: what a perturbation may look like;
 //! - [`upper`]: the bound by D-G scalings, and the scalings that show it;
+//! - [`lower`], [`margin`]: perturbations that destabilise;
+//! - [`sweep`], [`interval`]: bounds for all frequencies;
+//! - [`worst_case`]: the largest gain at a given size of the perturbation.
 
 pub mod interval;
 pub mod lower;
@@ -18,6 +21,8 @@ mod scaling;
 pub mod structure;
 pub mod sweep;
 pub mod upper;
+pub mod worst_case;
+pub mod worst_perturbation;
 
 pub use structure::{Block, Structure, StructureError};
 

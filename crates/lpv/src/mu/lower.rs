@@ -275,24 +275,9 @@ impl Search<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mu::structure::random::problem;
     use crate::mu::upper::upper_bound;
     use proptest::prelude::*;
-
-    fn problem() -> impl Strategy<Value = (Structure, CMat)> {
-        let block = prop_oneof![
-            (1usize..3).prop_map(Block::Real),
-            (1usize..3).prop_map(Block::Complex),
-            (1usize..3, 1usize..3).prop_map(|(rows, cols)| Block::Full { rows, cols }),
-        ];
-        prop::collection::vec(block, 1..5).prop_flat_map(|blocks| {
-            let structure = Structure::new(blocks).unwrap();
-            let (rows, cols) = (structure.cols(), structure.rows());
-            let entry = (-1.0..1.0f64, -1.0..1.0f64).prop_map(|(re, im)| Complex::new(re, im));
-            let matrix =
-                prop::collection::vec(entry, rows * cols).prop_map(move |v| CMat::from_vec(rows, cols, v));
-            (Just(structure), matrix)
-        })
-    }
 
     proptest! {
         /// Never above the bound from above; and what is returned is what it says.

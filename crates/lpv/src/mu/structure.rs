@@ -176,3 +176,31 @@ impl Structure {
         (delta - allowed).norm() <= 1e-12 * delta.norm()
     }
 }
+
+/// Random structures and matrices, for the tests of all bounds.
+#[cfg(test)]
+pub(super) mod random {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Some blocks of every kind.
+    pub(crate) fn blocks(most: usize) -> impl Strategy<Value = Structure> {
+        let block = prop_oneof![
+            (1usize..3).prop_map(Block::Real),
+            (1usize..3).prop_map(Block::Complex),
+            (1usize..3, 1usize..3).prop_map(|(rows, cols)| Block::Full { rows, cols }),
+        ];
+        prop::collection::vec(block, 1..most).prop_map(|blocks| Structure::new(blocks).unwrap())
+    }
+
+    /// A structure, and a matrix for it.
+    pub(crate) fn problem() -> impl Strategy<Value = (Structure, CMat)> {
+        blocks(5).prop_flat_map(|structure| {
+            let (rows, cols) = (structure.cols(), structure.rows());
+            let entry = (-1.0..1.0f64, -1.0..1.0f64).prop_map(|(re, im)| Complex::new(re, im));
+            let matrix =
+                prop::collection::vec(entry, rows * cols).prop_map(move |v| CMat::from_vec(rows, cols, v));
+            (Just(structure), matrix)
+        })
+    }
+}

@@ -75,34 +75,34 @@ pub fn response(system: &StateSpace, omega: f64) -> Option<CMat> {
     }
 }
 
-/// Bounds mu of `M(j omega)` over all frequencies. `floor` is a level that the bound need not go below, for instance a lower bound known.
+/// Bounds mu of `M(j omega)` over all frequencies. The bound need not go below one from below that is `known`; where that was found is looked at, too.
 ///
 /// # Errors
 /// [`SweepError`].
 pub fn bound_over_frequency(
     system: &StateSpace,
     structure: &Structure,
-    floor: f64,
+    known: Option<&lower::LowerBound>,
 ) -> Result<FrequencyBound, SweepError> {
     let re = spectral_abscissa(&system.a);
     if !system.a.is_empty() && (re.is_nan() || re >= 0.0) {
         return Err(SweepError::Unstable { re });
     }
-    let mut sweep = Sweep::new(system, structure, floor)?;
-    sweep.start()?;
+    let mut sweep = Sweep::new(system, structure, known.map_or(0.0, |lower| lower.value))?;
+    sweep.start(known.and_then(|lower| lower.frequency))?;
     for _ in 0..MOST_PIECES {
-        let Some((from, to)) = sweep.uncovered() else { return Ok(sweep.finish()) };
+        let Some((from, to)) = sweep.covered.gap() else { return Ok(sweep.finish()) };
         sweep.add(middle(from, to))?;
         if sweep.tiny {
             return Err(SweepError::Stuck { from, to });
         }
     }
-    let (from, to) = sweep.uncovered().unwrap_or((0.0, f64::INFINITY));
+    let (from, to) = sweep.covered.gap().unwrap_or((0.0, f64::INFINITY));
     Err(SweepError::Stuck { from, to })
 }
 
 /// A frequency inside a gap.
-fn middle(from: f64, to: f64) -> f64 {
+pub(super) fn middle(from: f64, to: f64) -> f64 {
     if from == 0.0 && to.is_infinite() {
         1.0
     } else if to.is_infinite() {
@@ -115,12 +115,54 @@ fn middle(from: f64, to: f64) -> f64 {
     }
 }
 
+/// Intervals that are covered, ascending.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Covered(Vec<Interval>);
+
+impl Covered {
+    /// Adds the interval round a frequency; whether it is one.
+    pub(super) fn add(&mut self, omega: f64, interval: Interval) -> bool {
+        if omega.is_finite() && interval.to - interval.from < TINY * omega {
+            return false;
+        }
+        self.0.push(interval);
+        self.0.sort_by(|a, b| a.from.total_cmp(&b.from));
+        true
+    }
+
+    /// How many there are.
+    pub(super) fn count(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Whether a frequency is covered; of infinity itself no interval tells.
+    pub(super) fn holds(&self, omega: f64) -> bool {
+        omega.is_finite() && self.0.iter().any(|i| i.from <= omega && omega < i.to)
+    }
+
+    /// The lowest gap.
+    pub(super) fn gap(&self) -> Option<(f64, f64)> {
+        let mut reached = 0.0;
+        for interval in &self.0 {
+            if interval.from > reached {
+                return Some((reached, interval.from));
+            }
+            reached = interval.to.max(reached);
+        }
+        (reached < f64::INFINITY).then_some((reached, f64::INFINITY))
+    }
+}
+
+/// An interval shorter than this, relative to its frequency, is none.
+const TINY: f64 = 1e-12;
+
 struct Sweep<'a> {
     system: &'a StateSpace,
     structure: &'a Structure,
     level: f64,
     peak: (f64, f64),
     pieces: Vec<Piece>,
+    covered: Covered,
     tiny: bool,
 }
 
@@ -133,16 +175,18 @@ impl<'a> Sweep<'a> {
             level: floor * (1.0 + ABOVE),
             peak: (0.0, 0.0),
             pieces: vec![],
+            covered: Covered::default(),
             tiny: false,
         })
     }
 
-    /// Looks at zero, infinity and the modes, so that the level is about right from the beginning.
-    fn start(&mut self) -> Result<(), SweepError> {
+    /// Looks at zero, infinity, the modes and where the peak is thought to be, so that the level is about right from the beginning.
+    fn start(&mut self, peak: Option<f64>) -> Result<(), SweepError> {
         let mut points: Vec<f64> =
             self.system.poles().iter().map(|p| p.norm()).chain([0.0, f64::INFINITY]).collect();
         points.sort_by(f64::total_cmp);
         points.dedup_by(|a, b| (*a - *b).abs() <= 0.05 * b.abs());
+        points.extend(peak);
         let mut largest = 0.0f64;
         for &omega in &points {
             let Some(m) = response(self.system, omega) else { continue };
@@ -166,7 +210,7 @@ impl<'a> Sweep<'a> {
     }
 
     fn add(&mut self, omega: f64) -> Result<(), SweepError> {
-        if self.covers(omega) {
+        if self.covered.holds(omega) {
             return Ok(());
         }
         let Some(m) = response(self.system, omega) else { return Ok(()) };
@@ -182,34 +226,13 @@ impl<'a> Sweep<'a> {
             self.level *= 1.0 + ABOVE;
             return Ok(());
         };
-        if omega.is_finite() && interval.to - interval.from < 1e-12 * omega {
-            self.tiny = true;
-        }
+        self.tiny = !self.covered.add(omega, interval);
         self.pieces.push(Piece { frequency: omega, value: bound.value, interval, scalings });
-        self.pieces.sort_by(|a, b| a.interval.from.total_cmp(&b.interval.from));
         Ok(())
     }
 
-    fn covers(&self, omega: f64) -> bool {
-        self.pieces.iter().any(|p| {
-            (p.interval.from <= omega && omega < p.interval.to)
-                || (omega.is_infinite() && p.interval.to.is_infinite() && p.frequency.is_infinite())
-        })
-    }
-
-    /// The lowest gap.
-    fn uncovered(&self) -> Option<(f64, f64)> {
-        let mut reached = 0.0;
-        for piece in &self.pieces {
-            if piece.interval.from > reached {
-                return Some((reached, piece.interval.from));
-            }
-            reached = piece.interval.to.max(reached);
-        }
-        (reached < f64::INFINITY).then_some((reached, f64::INFINITY))
-    }
-
-    fn finish(self) -> FrequencyBound {
+    fn finish(mut self) -> FrequencyBound {
+        self.pieces.sort_by(|a, b| a.interval.from.total_cmp(&b.interval.from));
         FrequencyBound { upper: self.level, frequency: self.peak.0, pieces: self.pieces }
     }
 }
@@ -229,7 +252,7 @@ pub struct FrequencyMu {
 /// [`SweepError`].
 pub fn mu_over_frequency(system: &StateSpace, structure: &Structure) -> Result<FrequencyMu, SweepError> {
     let first = real_lower_bound(system, structure);
-    let upper = bound_over_frequency(system, structure, first.as_ref().map_or(0.0, |l| l.value))?;
+    let upper = bound_over_frequency(system, structure, first.as_ref())?;
     let mut lower = first;
     if lower.is_some() {
         // For real scalars alone a search at one frequency finds nothing more.

@@ -288,24 +288,8 @@ fn barrier((phi, blocks): &(Factor, Vec<Factor>)) -> f64 {
 mod tests {
     use super::*;
     use crate::mu::Block;
+    use crate::mu::structure::random::problem;
     use proptest::prelude::*;
-
-    /// A structure, and a matrix for it.
-    fn problem() -> impl Strategy<Value = (Structure, CMat)> {
-        let block = prop_oneof![
-            (1usize..3).prop_map(Block::Real),
-            (1usize..3).prop_map(Block::Complex),
-            (1usize..3, 1usize..3).prop_map(|(rows, cols)| Block::Full { rows, cols }),
-        ];
-        prop::collection::vec(block, 1..5).prop_flat_map(|blocks| {
-            let structure = Structure::new(blocks).unwrap();
-            let (rows, cols) = (structure.cols(), structure.rows());
-            let entry = (-1.0..1.0f64, -1.0..1.0f64).prop_map(|(re, im)| Complex::new(re, im));
-            let matrix =
-                prop::collection::vec(entry, rows * cols).prop_map(move |v| CMat::from_vec(rows, cols, v));
-            (Just(structure), matrix)
-        })
-    }
 
     /// The least eigenvalue of `value^2 D - left`, its diagonal scaled to one.
     fn margin(bound: &UpperBound, value: f64, m: &CMat) -> f64 {

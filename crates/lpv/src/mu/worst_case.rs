@@ -1,0 +1,360 @@
+//! The worst-case gain: how large the gain from w to z becomes while the perturbation stays within a size.
+//!
+//! ```text
+//! z = F(Delta) w,   F(Delta) = M22 + M21 Delta (I - M11 Delta)^-1 M12,   |Delta| <= size
+//! ```
+//!
+//! From above: the gain is below g, and the loop stable, for every such Delta when mu of `[size M11, size M12; M21/g, M22/g]` with a full block from z to w
+//! is below 1 at every frequency. g is raised where scalings do not show that; those found before stay good, because they show it for every larger g.
+//! From below: perturbations are improved by the first-order change of the largest singular value of F, and evaluated.
+//!
+//! A. Packard, J. C. Doyle, "The complex structured singular value", Automatica 29(1), 1993, section 4 (the main loop theorem); A. Packard, G. Balas, R. Liu, J.-Y.
+//! Shin, "Results on worst-case performance assessment", American Control Conference, 2000.
+
+use super::CMat;
+use super::interval::good_interval;
+use super::structure::{Block, Structure, StructureError};
+use super::sweep::{Covered, SweepError, middle, response};
+use super::upper::{bound_at_level, upper_bound};
+use super::worst_perturbation::{Perturbed, refined, worst_perturbation};
+use crate::matrix::{complex_singular_values, spectral_abscissa};
+use crate::state_space::StateSpace;
+use nalgebra::Complex;
+use thiserror::Error;
+
+/// A perturbed system: from (wd, w) to (zd, z), `wd = Delta zd`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Perturbable {
+    /// The system.
+    pub system: StateSpace,
+    /// The structure of Delta; its entries of w and of z stand first.
+    pub structure: Structure,
+    /// The size of Delta.
+    pub size: f64,
+}
+
+/// The worst-case gain from both sides.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WorstCaseGain {
+    /// The gain is below this at every frequency, for every perturbation of the size.
+    pub upper: f64,
+    /// The frequency that asked for it, rad/s.
+    pub frequency: f64,
+    /// How many intervals, each with its own scalings, cover the frequencies from 0 to infinity.
+    pub intervals: usize,
+    /// The worst perturbation found.
+    pub worst: Perturbed,
+}
+
+/// Why there is no worst-case gain.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum WorstCaseError {
+    /// A perturbation of the size may destabilise.
+    #[error(
+        "a perturbation of size {size} may take the loop to the brink of instability near {frequency:.4e} rad/s: mu is not shown to be below {:.6} there, and the gain \
+         has no bound",
+        1.0 / size
+    )]
+    NotRobustlyStable {
+        /// The size.
+        size: f64,
+        /// Where, rad/s.
+        frequency: f64,
+    },
+    /// Sizes are positive.
+    #[error("the size of the perturbation is {found}; it must be above 0 and finite")]
+    Size {
+        /// What was given.
+        found: f64,
+    },
+    /// There are inputs and outputs of performance.
+    #[error("besides the {} inputs and {} outputs of the blocks the system has {} and {}; at least one of each is needed", blocks.0, blocks.1, found.0, found.1)]
+    NoPerformance {
+        /// Of the blocks.
+        blocks: (usize, usize),
+        /// Beside them.
+        found: (usize, usize),
+    },
+    /// The sweep.
+    #[error(transparent)]
+    Sweep(#[from] SweepError),
+}
+
+/// By how much the gain is above what scalings show at the worst frequency, relatively.
+const ABOVE: f64 = 1e-4;
+
+/// How closely the gain at one frequency is sought.
+const CLOSE: f64 = 1e-4;
+
+/// A gain so many times the largest without perturbation counts as none.
+const LARGEST: f64 = 1e6;
+
+/// More intervals than this are not sought.
+const MOST_PIECES: usize = 4000;
+
+impl Perturbable {
+    /// Inputs and outputs beside those of Delta.
+    fn performance(&self) -> (usize, usize) {
+        let (outputs, inputs) = self.system.d.shape();
+        (inputs.saturating_sub(self.structure.rows()), outputs.saturating_sub(self.structure.cols()))
+    }
+
+    fn check(&self) -> Result<(), WorstCaseError> {
+        let (w, z) = self.performance();
+        if w == 0 || z == 0 {
+            let blocks = (self.structure.rows(), self.structure.cols());
+            return Err(WorstCaseError::NoPerformance { blocks, found: (w, z) });
+        }
+        if !(self.size > 0.0 && self.size.is_finite()) {
+            return Err(WorstCaseError::Size { found: self.size });
+        }
+        let re = spectral_abscissa(&self.system.a);
+        if !self.system.a.is_empty() && (re.is_nan() || re >= 0.0) {
+            return Err(SweepError::Unstable { re }.into());
+        }
+        Ok(())
+    }
+
+    /// What Delta alone sees: from wd to zd.
+    pub fn stability(&self) -> StateSpace {
+        let (k, w) = (self.structure.cols(), self.structure.rows());
+        StateSpace {
+            a: self.system.a.clone(),
+            b: self.system.b.columns(0, w).into_owned(),
+            c: self.system.c.rows(0, k).into_owned(),
+            d: self.system.d.view((0, 0), (k, w)).into_owned(),
+        }
+    }
+
+    /// The structure with the full block of performance.
+    ///
+    /// # Errors
+    /// [`StructureError::EmptyBlock`] when there is no input or no output beside those of Delta.
+    pub fn with_performance(&self) -> Result<Structure, StructureError> {
+        let (rows, cols) = self.performance();
+        let blocks = self.structure.blocks().iter().copied();
+        Structure::new(blocks.chain([Block::Full { rows, cols }]).collect())
+    }
+
+    /// The system with zd in units of the size and z in units of `gain`.
+    fn scaled(&self, gain: f64) -> StateSpace {
+        let mut out = self.system.clone();
+        let k = self.structure.cols();
+        let z = out.d.nrows() - k;
+        for m in [&mut out.c, &mut out.d] {
+            m.rows_mut(0, k).scale_mut(self.size);
+            m.rows_mut(k, z).unscale_mut(gain);
+        }
+        out
+    }
+}
+
+/// Bounds the worst-case gain from both sides.
+///
+/// # Errors
+/// [`WorstCaseError`].
+pub fn worst_case_gain(loop_: &Perturbable) -> Result<WorstCaseGain, WorstCaseError> {
+    loop_.check()?;
+    let worst = worst_perturbation(loop_);
+    let mut sweep = Sweep::new(loop_, worst.gain, worst.frequency)?;
+    for omega in sweep.first_frequencies(worst.frequency) {
+        sweep.add(omega)?;
+    }
+    for _ in 0..MOST_PIECES {
+        match sweep.covered.gap() {
+            None => {
+                let (upper, frequency) = (sweep.gain, sweep.peak);
+                let intervals = sweep.covered.count();
+                let worst = refined(loop_, worst, frequency);
+                return Ok(WorstCaseGain { upper, frequency, intervals, worst });
+            }
+            Some((from, to)) => {
+                if !sweep.add(middle(from, to))? {
+                    return Err(SweepError::Stuck { from, to }.into());
+                }
+            }
+        }
+    }
+    let (from, to) = sweep.covered.gap().unwrap_or((0.0, f64::INFINITY));
+    Err(SweepError::Stuck { from, to }.into())
+}
+
+struct Sweep<'a> {
+    loop_: &'a Perturbable,
+    structure: Structure,
+    gain: f64,
+    /// The system in units of the gain.
+    system: StateSpace,
+    peak: f64,
+    covered: Covered,
+}
+
+impl<'a> Sweep<'a> {
+    fn new(loop_: &'a Perturbable, known: f64, peak: f64) -> Result<Self, WorstCaseError> {
+        let structure = loop_.with_performance().map_err(SweepError::from)?;
+        structure.check(&loop_.system.d.map(Complex::from)).map_err(SweepError::from)?;
+        let gain = known.max(f64::MIN_POSITIVE.sqrt()) * (1.0 + ABOVE);
+        let system = loop_.scaled(gain);
+        Ok(Self { loop_, structure, gain, system, peak, covered: Covered::default() })
+    }
+
+    /// The worst frequency first, so that the gain is about right from the beginning.
+    fn first_frequencies(&self, worst: f64) -> Vec<f64> {
+        let mut points: Vec<f64> = self.system.poles().iter().map(|p| p.norm()).collect();
+        points.sort_by(f64::total_cmp);
+        points.dedup_by(|a, b| (*a - *b).abs() <= 0.05 * b.abs());
+        [worst].into_iter().chain(points).chain([0.0, f64::INFINITY]).collect()
+    }
+
+    /// Covers a frequency, at a larger gain where it must be; whether an interval came of it.
+    fn add(&mut self, omega: f64) -> Result<bool, WorstCaseError> {
+        if self.covered.holds(omega) {
+            return Ok(true);
+        }
+        let Some(m) = response(&self.system, omega) else { return Ok(false) };
+        let mut bound = bound_at_level(&m, &self.structure, 1.0).map_err(SweepError::from)?;
+        if bound.value >= 1.0 {
+            self.raise(&m, omega)?;
+            let Some(m) = response(&self.system, omega) else { return Ok(false) };
+            bound = bound_at_level(&m, &self.structure, 1.0).map_err(SweepError::from)?;
+        }
+        match good_interval(&self.system, &bound.scalings, 1.0, omega) {
+            Some(interval) => Ok(self.covered.add(omega, interval)),
+            None => {
+                // The scalings hold with no clearance at all: a gain that is a little higher has some.
+                self.set(self.gain * (1.0 + ABOVE));
+                Ok(true)
+            }
+        }
+    }
+
+    fn set(&mut self, gain: f64) {
+        self.gain = gain;
+        self.system = self.loop_.scaled(gain);
+    }
+
+    /// The gain at which the scalings show enough at a frequency, by false position in its logarithm.
+    fn raise(&mut self, m: &CMat, omega: f64) -> Result<(), WorstCaseError> {
+        let k = self.loop_.structure.cols();
+        let above = |factor: f64| -> Result<f64, SweepError> {
+            let mut scaled = m.clone();
+            let z = m.nrows() - k;
+            scaled.rows_mut(k, z).unscale_mut(factor);
+            Ok(upper_bound(&scaled, &self.structure)?.value.ln())
+        };
+        let (mut low, mut at_low) = (0.0, above(1.0)?);
+        let mut high = at_low.max(CLOSE);
+        let mut at_high = above(high.exp())?;
+        while at_high >= 0.0 {
+            (low, at_low) = (high, at_high);
+            high = 2.0 * high + 0.1;
+            if high > LARGEST.ln() {
+                let (size, frequency) = (self.loop_.size, omega);
+                return Err(WorstCaseError::NotRobustlyStable { size, frequency });
+            }
+            at_high = above(high.exp())?;
+        }
+        while high - low > CLOSE {
+            // Not too near to either end, or false position creeps.
+            let part = (at_low / (at_low - at_high)).clamp(0.1, 0.9);
+            let next = low + part * (high - low);
+            let value = above(next.exp())?;
+            if value >= 0.0 { (low, at_low) = (next, value) } else { (high, at_high) = (next, value) }
+        }
+        self.peak = omega;
+        self.set(self.gain * high.exp() * (1.0 + ABOVE));
+        Ok(())
+    }
+}
+
+/// The largest singular value.
+pub(super) fn largest(m: &CMat) -> f64 {
+    complex_singular_values(m).first().copied().unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::matrix::Mat;
+    use crate::mu::structure::random::blocks;
+    use crate::mu::sweep::mu_over_frequency;
+    use nalgebra::dmatrix;
+    use proptest::prelude::*;
+
+    /// `x' = -x + 0.5 wd + w, zd = x, z = x`: with delta the gain is `1/(1 - 0.5 delta)` at frequency zero.
+    fn first_order(size: f64) -> Perturbable {
+        let system = StateSpace {
+            a: dmatrix![-1.0],
+            b: dmatrix![0.5, 1.0],
+            c: dmatrix![1.0; 1.0],
+            d: Mat::zeros(2, 2),
+        };
+        Perturbable { system, structure: Structure::new(vec![Block::Real(1)]).unwrap(), size }
+    }
+
+    #[test]
+    fn the_gain_of_one_parameter_is_known() {
+        for size in [0.1, 1.0, 1.9] {
+            let found = worst_case_gain(&first_order(size)).unwrap();
+            let exact = 1.0 / (1.0 - 0.5 * size);
+            assert!(found.upper >= exact && found.upper < exact * 1.001, "{} {exact}", found.upper);
+            assert!((found.worst.gain - exact).abs() < 1e-9 * exact, "{} {exact}", found.worst.gain);
+            assert!((found.worst.delta[(0, 0)].re - size).abs() < 1e-12);
+        }
+        assert!(matches!(worst_case_gain(&first_order(2.0)), Err(WorstCaseError::NotRobustlyStable { .. })));
+        assert!(matches!(worst_case_gain(&first_order(0.0)), Err(WorstCaseError::Size { .. })));
+    }
+
+    fn systems() -> impl Strategy<Value = Perturbable> {
+        (blocks(4), prop::collection::vec(-1.0..1.0f64, 200), 0.1..0.9f64).prop_map(
+            |(structure, entries, part)| {
+                let (inputs, outputs) = (structure.rows() + 2, structure.cols() + 1);
+                let mut next = entries.into_iter().cycle();
+                let mut fill = |r, c| Mat::from_fn(r, c, |_, _| next.next().unwrap_or(0.0));
+                let a = fill(3, 3) - Mat::identity(3, 3) * 2.5;
+                let system =
+                    StateSpace { a, b: fill(3, inputs), c: fill(outputs, 3), d: fill(outputs, inputs) * 0.3 };
+                let k = (structure.cols(), structure.rows());
+                let inner = StateSpace {
+                    a: system.a.clone(),
+                    b: system.b.columns(0, k.1).into_owned(),
+                    c: system.c.rows(0, k.0).into_owned(),
+                    d: system.d.view((0, 0), k).into_owned(),
+                };
+                // A part of a size that is certainly borne.
+                let size = part / mu_over_frequency(&inner, &structure).unwrap().upper.upper.max(1e-3);
+                Perturbable { system, structure, size }
+            },
+        )
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(24))]
+
+        /// What is found lies below what is guaranteed, is of the structure and of the size, and has the gain that is told.
+        #[test]
+        fn found_is_below_guaranteed(loop_ in systems()) {
+            let found = worst_case_gain(&loop_).unwrap();
+            prop_assert!(found.worst.gain <= found.upper, "{} {}", found.worst.gain, found.upper);
+            prop_assert!(loop_.structure.holds(&found.worst.delta) || found.worst.delta.norm() == 0.0);
+            prop_assert!(largest(&found.worst.delta) <= loop_.size * (1.0 + 1e-9));
+            let m = response(&loop_.system, found.worst.frequency).unwrap();
+            let (k, w) = (loop_.structure.cols(), loop_.structure.rows());
+            let part = |r: usize, c: usize, rows: usize, cols: usize| m.view((r, c), (rows, cols)).into_owned();
+            let inner = CMat::identity(k, k) - part(0, 0, k, w) * &found.worst.delta;
+            let seen = inner.lu().solve(&part(0, w, k, 2)).unwrap();
+            let gain = largest(&(part(k, w, 1, 2) + part(k, 0, 1, w) * &found.worst.delta * seen));
+            prop_assert!((gain - found.worst.gain).abs() < 1e-8 * gain, "{gain} {}", found.worst.gain);
+        }
+
+        /// At the size 1/beta of robust performance the worst-case gain is beta: mu with a full block for performance.
+        #[test]
+        fn robust_performance_is_where_gain_and_size_meet(loop_ in systems()) {
+            let both = loop_.with_performance().unwrap();
+            let beta = mu_over_frequency(&loop_.system, &both).unwrap().upper.upper;
+            prop_assume!(beta > 1e-2);
+            let found = worst_case_gain(&Perturbable { size: 0.999 / beta, ..loop_ }).unwrap();
+            prop_assert!(found.upper <= beta * 1.01, "{} {beta}", found.upper);
+        }
+    }
+}

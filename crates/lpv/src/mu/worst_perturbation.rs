@@ -1,0 +1,263 @@
+//! A perturbation that makes the gain large, found and evaluated: the lower bound of the worst-case gain.
+//!
+//! With u and v the singular vectors of the largest gain, `a* = u* M21 (I - Delta M11)^-1` and `b = (I - M11 Delta)^-1 M12 v`, the gain changes by
+//! `Re(a* dDelta b)`: each block goes where that is largest, as far as it makes the gain larger. Frequencies are those where the gain is large; with
+//! real scalars alone the peak of the perturbed loop follows.
+
+use super::CMat;
+use super::structure::Block;
+use super::sweep::response;
+use super::worst_case::{Perturbable, largest};
+use crate::matrix::{Mat, complex_svd_ends, solve};
+use crate::state_space::StateSpace;
+use nalgebra::{Complex, DVector};
+
+type CVec = DVector<Complex<f64>>;
+
+/// A perturbation with the gain that it makes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Perturbed {
+    /// The gain at the frequency.
+    pub gain: f64,
+    /// The frequency, rad/s; may be infinite.
+    pub frequency: f64,
+    /// The perturbation.
+    pub delta: CMat,
+}
+
+/// Frequencies at which the search begins, and perturbations at each.
+const FREQUENCIES: usize = 6;
+const STARTS: usize = 4;
+
+/// Steps from one start, and how often the peak is followed.
+const STEPS: usize = 60;
+const FOLLOWED: usize = 4;
+
+/// The worst perturbation that the search finds; no perturbation at all where none is worse.
+pub fn worst_perturbation(loop_: &Perturbable) -> Perturbed {
+    let search = Search { loop_, k: loop_.structure.cols(), w: loop_.structure.rows() };
+    let nominal = search.performance(&CMat::zeros(search.w, search.k));
+    let peak = nominal.as_ref().map_or(0.0, |system| system.hinf_norm().frequency);
+    let mut best = Perturbed { gain: 0.0, frequency: peak, delta: CMat::zeros(search.w, search.k) };
+    search.keep(&mut best, peak, &CMat::zeros(search.w, search.k));
+    for omega in search.frequencies(peak) {
+        for start in 0..STARTS {
+            search.climb(&mut best, omega, start);
+        }
+    }
+    if loop_.structure.is_real() {
+        for _ in 0..FOLLOWED {
+            let Some(system) = search.performance(&best.delta) else { break };
+            let before = best.gain;
+            let peak = system.hinf_norm().frequency;
+            let delta = best.delta.clone();
+            search.keep(&mut best, peak, &delta);
+            search.improve(&mut best, peak, delta);
+            if best.gain <= before * (1.0 + 1e-9) {
+                break;
+            }
+        }
+    }
+    best
+}
+
+/// A perturbation known, or a worse one that is found near another frequency and by moving the frequency.
+pub(super) fn refined(loop_: &Perturbable, known: Perturbed, near: f64) -> Perturbed {
+    let search = Search { loop_, k: loop_.structure.cols(), w: loop_.structure.rows() };
+    let mut best = known;
+    for start in 0..STARTS {
+        search.climb(&mut best, near, start);
+    }
+    let mut stride = STRIDE;
+    for _ in 0..MOVES {
+        let before = best.gain;
+        for omega in [best.frequency * stride, best.frequency / stride] {
+            if omega.is_finite() && omega > 0.0 {
+                let delta = best.delta.clone();
+                search.improve(&mut best, omega, delta);
+            }
+        }
+        if best.gain <= before * (1.0 + 1e-9) {
+            stride = stride.sqrt();
+        }
+    }
+    best
+}
+
+/// How far the frequency is moved, as a ratio, and how often.
+const STRIDE: f64 = 1.2;
+const MOVES: usize = 16;
+
+struct Search<'a> {
+    loop_: &'a Perturbable,
+    /// Entries of zd and of wd.
+    k: usize,
+    w: usize,
+}
+
+/// M at a frequency, in its four parts.
+struct Parts {
+    m11: CMat,
+    m12: CMat,
+    m21: CMat,
+    m22: CMat,
+}
+
+impl Search<'_> {
+    /// The peak without perturbation, and where the gain of the whole system is large.
+    fn frequencies(&self, peak: f64) -> Vec<f64> {
+        let system = &self.loop_.system;
+        let mut all: Vec<(f64, f64)> = system
+            .poles()
+            .iter()
+            .map(|p| p.norm())
+            .chain([0.0])
+            .filter_map(|omega| Some((largest(&response(system, omega)?), omega)))
+            .collect();
+        all.sort_by(|a, b| b.0.total_cmp(&a.0));
+        all.dedup_by(|a, b| (a.1 - b.1).abs() <= 0.05 * b.1);
+        [peak].into_iter().chain(all.into_iter().map(|(_, omega)| omega)).take(FREQUENCIES).collect()
+    }
+
+    fn parts(&self, omega: f64) -> Option<Parts> {
+        let m = response(&self.loop_.system, omega)?;
+        let (k, w) = (self.k, self.w);
+        let (rows, cols) = (m.nrows() - k, m.ncols() - w);
+        let part = |r, c, rows, cols| m.view((r, c), (rows, cols)).into_owned();
+        Some(Parts {
+            m11: part(0, 0, k, w),
+            m12: part(0, w, k, cols),
+            m21: part(k, 0, rows, w),
+            m22: part(k, w, rows, cols),
+        })
+    }
+
+    /// From w to z with a real perturbation.
+    fn performance(&self, delta: &CMat) -> Option<StateSpace> {
+        let (k, w) = (self.k, self.w);
+        let s = &self.loop_.system;
+        let delta: Mat = delta.map(|v| v.re);
+        let (rows, cols) = (s.d.nrows() - k, s.d.ncols() - w);
+        let d11 = s.d.view((0, 0), (k, w)).into_owned();
+        let closing = solve(&(Mat::identity(w, w) - &delta * d11), &delta)?;
+        let through = |left: &Mat, right: &Mat| left * &closing * right;
+        let (b1, b2) = (s.b.columns(0, w).into_owned(), s.b.columns(w, cols).into_owned());
+        let (c1, c2) = (s.c.rows(0, k).into_owned(), s.c.rows(k, rows).into_owned());
+        let (d12, d21) = (s.d.view((0, w), (k, cols)).into_owned(), s.d.view((k, 0), (rows, w)).into_owned());
+        Some(StateSpace {
+            a: &s.a + through(&b1, &c1),
+            b: b2 + through(&b1, &d12),
+            c: c2 + through(&d21, &c1),
+            d: s.d.view((k, w), (rows, cols)).into_owned() + through(&d21, &d12),
+        })
+    }
+
+    /// Keeps a perturbation that is worse than the worst.
+    fn keep(&self, best: &mut Perturbed, omega: f64, delta: &CMat) {
+        if let Some(parts) = self.parts(omega)
+            && let Some((gain, _, _)) = parts.gain(delta)
+            && gain > best.gain
+        {
+            *best = Perturbed { gain, frequency: omega, delta: delta.clone() };
+        }
+    }
+
+    fn climb(&self, best: &mut Perturbed, omega: f64, start: usize) {
+        // Signs that look random and are the same in every run.
+        let mut state = 0x9E37_79B9_7F4A_7C15u64 ^ (start as u64).wrapping_mul(0x2545_F491_4F6C_DD1D);
+        let mut sign = || {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            if state & (1 << 30) == 0 { 1.0 } else { -1.0 }
+        };
+        let mut delta = CMat::zeros(self.w, self.k);
+        if start > 0 {
+            for (_, rows, cols) in self.loop_.structure.places() {
+                let value = Complex::new(0.5 * self.loop_.size * sign(), 0.0);
+                rows.zip(cols).for_each(|(i, j)| delta[(i, j)] = value);
+            }
+        }
+        self.improve(best, omega, delta);
+    }
+
+    /// Improves a perturbation at a frequency until nothing gets worse.
+    fn improve(&self, best: &mut Perturbed, omega: f64, mut delta: CMat) {
+        let Some(parts) = self.parts(omega) else { return };
+        let Some(mut at) = parts.gain(&delta) else { return };
+        for _ in 0..STEPS {
+            let aimed = self.aimed(&delta, &at.1, &at.2);
+            // All the way, or less far, or one block alone.
+            let shorter =
+                (0..4).map(|halvings| &delta + (&aimed - &delta) * Complex::new(0.5f64.powi(halvings), 0.0));
+            let single = self.loop_.structure.places().into_iter().map(|(_, rows, cols)| {
+                let mut one = delta.clone();
+                let place = ((rows.start, cols.start), (rows.len(), cols.len()));
+                one.view_mut(place.0, place.1).copy_from(&aimed.view(place.0, place.1));
+                one
+            });
+            let better = shorter.chain(single).find_map(|next| {
+                let found = parts.gain(&next)?;
+                (found.0 > at.0 * (1.0 + 1e-10)).then_some((next, found))
+            });
+            let Some((next, found)) = better else { break };
+            (delta, at) = (next, found);
+        }
+        if at.0 > best.gain {
+            *best = Perturbed { gain: at.0, frequency: omega, delta };
+        }
+    }
+
+    /// Each block where the gain grows most.
+    fn aimed(&self, delta: &CMat, a: &CVec, b: &CVec) -> CMat {
+        let mut out = delta.clone();
+        let size = self.loop_.size;
+        for (block, rows, cols) in self.loop_.structure.places() {
+            let (a, b) = (a.rows(rows.start, rows.len()), b.rows(cols.start, cols.len()));
+            let slope = || a.dotc(&b);
+            let unit = |r: usize, value: Complex<f64>| CMat::identity(r, r) * value;
+            let part = match block {
+                Block::Real(r) if slope().re != 0.0 => unit(r, Complex::new(size * slope().re.signum(), 0.0)),
+                Block::Complex(r) if slope().norm() > 0.0 => {
+                    unit(r, slope().conj() * (size / slope().norm()))
+                }
+                Block::Full { .. } if a.norm() > 0.0 && b.norm() > 0.0 => {
+                    a.unscale(a.norm()) * b.unscale(b.norm()).adjoint() * Complex::new(size, 0.0)
+                }
+                _ => continue,
+            };
+            out.view_mut((rows.start, cols.start), part.shape()).copy_from(&part);
+        }
+        out
+    }
+}
+
+impl Parts {
+    /// The gain with a perturbation, and a and b of its first-order change.
+    fn gain(&self, delta: &CMat) -> Option<(f64, CVec, CVec)> {
+        let (k, w) = self.m11.shape();
+        let seen = (CMat::identity(k, k) - &self.m11 * delta).lu();
+        let through = seen.solve(&self.m12)?;
+        let whole = &self.m22 + &self.m21 * delta * &through;
+        let gain = largest(&whole);
+        if !gain.is_finite() {
+            return None;
+        }
+        let found = singular_vectors(&whole)?;
+        let back = (CMat::identity(w, w) - delta * &self.m11).adjoint().lu();
+        let a = back.solve(&(self.m21.adjoint() * found.0))?;
+        Some((gain, a, through * found.1))
+    }
+}
+
+/// Singular vectors of the largest singular value.
+fn singular_vectors(m: &CMat) -> Option<(CVec, CVec)> {
+    let squared = m.adjoint() * m;
+    let n = squared.nrows();
+    let top = largest(&squared);
+    // The vector that `m* m - sigma^2` takes to zero.
+    let (_, v) = complex_svd_ends(&(squared - CMat::identity(n, n) * Complex::new(top, 0.0)))?;
+    let u = m * &v;
+    let length = u.norm();
+    (length > 0.0).then(|| (u.unscale(length), v))
+}
