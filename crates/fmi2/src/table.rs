@@ -38,7 +38,7 @@ impl<M: Model> Table<M> {
 
     /// How many quantities the model's tangents have.
     pub(crate) fn quantities(&self) -> usize {
-        self.variables.iter().filter_map(|one| one.quantity).max().map_or(0, |last| last + 1)
+        self.variables.iter().map(|one| one.quantity.map_or(0, |last| last + 1)).max().unwrap_or(0)
     }
 
     /// The quantity that a variable is, where derivatives by it can be asked for: an input, or a state that does not follow
