@@ -1,4 +1,4 @@
-"""The generated files that are committed: the frozen design of Squid, and the model descriptions of its FMUs.
+"""The generated files that are committed: frozen design and model descriptions of Squid, and licences of others.
 
 They show a reader what comes out without a build, and a change of any of them in review. A test keeps them fresh.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fly import build
+from fly import build, licences
 from fly.stages import ROOT, run, stage
 
 VEHICLE = "squid"
@@ -20,6 +20,8 @@ FROZEN = ROOT / "vehicles" / VEHICLE / "frozen"
 def freeze() -> int:
     """Make all generated files anew."""
     vehicle, out = Path("vehicles") / VEHICLE, FROZEN.relative_to(ROOT)
+    with stage("Collecting the licences of what is compiled in"):
+        licences.write()
     with stage("Building the command squid"):
         build.build_command()
     with stage(f"Freezing the design of {VEHICLE}"):

@@ -142,6 +142,7 @@ pub fn pack(
             .map_err(|reason| Error::Unreadable { path: binary.display().to_string(), reason })?;
         entries.insert(platform.entry(&prepared.identifier), bytes);
     }
+    entries.insert("model.png".into(), ICON.to_vec());
     entries.insert("modelDescription.xml".into(), prepared.xml.into_bytes());
     for (file, content) in prepared.resources.iter() {
         entries.insert(format!("resources/{file}"), content.to_vec());
@@ -155,9 +156,14 @@ pub fn pack(
     Ok(Packed { path, bytes, description: prepared.description })
 }
 
-const LICENCES: [(&str, &str); 2] = [
+/// The picture that tools show for the FMU (FMI 2.0.4, section 2.3).
+const ICON: &[u8] = include_bytes!("../model.png");
+
+/// Squid's own licences, and those of what is compiled in; `tools/fly/licences.py` writes the latter.
+const LICENCES: [(&str, &str); 3] = [
     ("LICENSE-MIT", include_str!("../../LICENSE-MIT")),
     ("LICENSE-APACHE", include_str!("../../LICENSE-APACHE")),
+    ("third_party.txt", include_str!("../third_party.txt")),
 ];
 
 /// Deflate alone, sorted entries, one fixed time: the same input gives the same bytes.

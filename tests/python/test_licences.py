@@ -1,0 +1,47 @@
+"""The licences that travel inside the FMUs are those of what is compiled in."""
+
+from __future__ import annotations
+
+import struct
+import zipfile
+
+import pytest
+from fly import licences
+from fly.package import Packages
+from fly.stages import StageError
+
+
+def test_the_committed_file_is_fresh() -> None:
+    """`python3 run.py freeze` writes it anew."""
+    assert licences.FILE.read_text(encoding="utf-8") == licences.text()
+
+
+def test_every_crate_can_be_shipped() -> None:
+    found = licences.compiled_in(licences.metadata())
+    names = {package["name"] for package in found}
+    assert {"nalgebra", "serde_json", "toml", "differential-equations"} <= names
+    assert not {"clarabel", "serde_derive", "zip"} & names, "neither solvers nor macros are compiled in"
+    assert {licences.chosen(package) for package in found} <= {"MIT", "Apache-2.0"}
+
+
+@pytest.mark.parametrize("licence", ["GPL-3.0-only", "LGPL-2.1", "MIT AND GPL-2.0", "", None])
+def test_what_cannot_be_shipped_is_refused(licence: str | None) -> None:
+    with pytest.raises(StageError, match="can be shipped"):
+        licences.chosen({"name": "viral", "version": "1.0.0", "license": licence})
+
+
+def test_travels_in_every_fmu(packages: Packages) -> None:
+    for fmu in packages.fmus:
+        with zipfile.ZipFile(fmu) as archive:
+            folder = "documentation/licenses/"
+            assert archive.read(f"{folder}third_party.txt") == licences.FILE.read_bytes()
+            assert {f"{folder}LICENSE-MIT", f"{folder}LICENSE-APACHE"} <= set(archive.namelist())
+
+
+def test_every_fmu_has_a_picture(packages: Packages) -> None:
+    for fmu in packages.fmus:
+        with zipfile.ZipFile(fmu) as archive:
+            picture = archive.read("model.png")
+        assert picture.startswith(b"\x89PNG\r\n\x1a\n")
+        width, height = struct.unpack(">II", picture[16:24])
+        assert width == height == 100

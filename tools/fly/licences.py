@@ -1,0 +1,96 @@
+"""The licences of the crates that are compiled into the FMUs, as one file that goes into each of them.
+
+`python3 run.py freeze` writes tools/third_party.txt anew; a test keeps it fresh, and refuses what cannot be shipped.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+from pathlib import Path
+
+from fly import build, platforms
+from fly.stages import ROOT, StageError
+
+FILE = ROOT / "tools" / "third_party.txt"
+ALLOWED = ("MIT", "Apache-2.0")
+"""What is accepted of what a crate offers, in the order of preference."""
+TEXTS = re.compile(r"^licen[cs]e([-.](mit|txt|md))*$", re.IGNORECASE)
+HEAD = """\
+The binaries of this FMU contain Rust's standard library (MIT OR Apache-2.0, https://www.rust-lang.org) and the crates
+below, each under the licence named first in its line. The text of the Apache License 2.0 is in LICENSE-APACHE.
+"""
+
+
+def metadata() -> dict:
+    """Ask cargo for all crates, on the platforms that FMUs are built for."""
+    words = ["cargo", "metadata", "--format-version", "1", "--locked"]
+    for target in platforms.TARGETS.values():
+        words += ["--filter-platform", target]
+    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise StageError(f"`cargo metadata` failed: {done.stderr.strip()}")
+    return json.loads(done.stdout)
+
+
+def compiled_in(found: dict) -> list[dict]:
+    """Return the foreign packages that the FMUs are linked from, by name; macros run in the compiler alone."""
+    packages = {package["id"]: package for package in found["packages"]}
+    nodes = {node["id"]: node["deps"] for node in found["resolve"]["nodes"]}
+    reached, waiting = set(), [p["id"] for p in found["packages"] if p["name"] in build.FMU_CRATES]
+    while waiting:
+        identity = waiting.pop()
+        kinds = {kind for target in packages[identity]["targets"] for kind in target["kind"]}
+        if identity in reached or "proc-macro" in kinds:
+            continue
+        reached.add(identity)
+        deps = nodes[identity]
+        waiting += [dep["pkg"] for dep in deps if any(kind["kind"] is None for kind in dep["dep_kinds"])]
+    foreign = (packages[identity] for identity in reached if packages[identity]["source"])
+    return sorted(foreign, key=lambda package: (package["name"], package["version"]))
+
+
+def chosen(package: dict) -> str:
+    """Return the licence under which a crate is shipped."""
+    offered = set(re.split(r"\s+OR\s+|/", package["license"] or ""))
+    for licence in ALLOWED:
+        if licence in offered:
+            return licence
+    name = f"{package['name']} {package['version']}"
+    raise StageError(f"{name} is under '{package['license']}', and only {', '.join(ALLOWED)} can be shipped.")
+
+
+def text() -> str:
+    """Return the whole file: a line for each crate, and below it the text of its MIT licence where that was chosen."""
+    parts = [HEAD]
+    for package in compiled_in(metadata()):
+        licence = chosen(package)
+        line = f"{package['name']} {package['version']}: {licence} (offered: {package['license']})"
+        if package["repository"]:
+            line += f", {package['repository']}"
+        parts.append(f"{'-' * 80}\n{line}\n")
+        if licence == "MIT":
+            parts.append(mit(package))
+    return "\n".join(parts)
+
+
+def mit(package: dict) -> str:
+    """Return the text of a crate's MIT licence."""
+    folder = Path(package["manifest_path"]).parent
+    files = sorted((path for path in folder.iterdir() if TEXTS.match(path.name)), key=preference)
+    for path in files:
+        words = path.read_text(encoding="utf-8", errors="replace")
+        if "Permission is hereby granted, free of charge" in words:
+            return "\n".join(line.rstrip() for line in words.strip().splitlines()) + "\n"
+    raise StageError(f"{package['name']} {package['version']} brings no text of the MIT licence along.")
+
+
+def preference(path: Path) -> tuple[bool, str]:
+    """Order a file that is named for MIT before others."""
+    return "mit" not in path.name.lower(), path.name
+
+
+def write() -> None:
+    """Write the file."""
+    FILE.write_text(text(), encoding="utf-8", newline="\n")
