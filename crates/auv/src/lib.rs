@@ -12,7 +12,9 @@
 //! - [`trim()`]: level, steady motion at a speed and a depth;
 //! - [`linearise()`]: A and B about a trim, by exact derivatives;
 //! - [`Descriptor`]: the same before the mass matrix is inverted, and its derivatives by any [`Parameter`] of vehicle and trim;
-//! - [`Plant`]: the vehicle in motion, by the nonlinear equations or by an [`LpvModel`].
+//! - [`Plant`]: the vehicle in motion, by the nonlinear equations or by an [`LpvModel`];
+//! - [`Instant`] and [`Rates`]: the motion at one instant as states and their rates, over any [`Scalar`];
+//! - [`Slopes`]: inputs that are ramps instead of being held; [`Memory`]: a plant put away to be taken up again.
 //!
 //! ```
 //! use auv::{Speed, Vehicle, linearise, trim};
