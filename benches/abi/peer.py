@@ -1,0 +1,40 @@
+"""The law of the controller as a slave of pythonfmu, with NumPy; `law.json` lies beside it in the FMU's resources."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+from pythonfmu import Fmi2Causality, Fmi2Slave, Real
+
+
+class Peer(Fmi2Slave):
+    """One tick a step."""
+
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        law = json.loads((Path(self.resources) / "law.json").read_text(encoding="utf-8"))
+        self.law = {name: np.array(value) for name, value in law.items()}
+        self.x = np.zeros(len(law["A"]))
+        self.unit = np.eye(len(law["Dtt"]))
+        for name in ("pitch", "speed", "pitch_reference", "speed_reference"):
+            setattr(self, name, 0.0)
+            self.register_variable(Real(name, causality=Fmi2Causality.input))
+        for index in range(len(law["Cu"])):
+            setattr(self, f"command{index}", 0.0)
+            self.register_variable(Real(f"command{index}", causality=Fmi2Causality.output))
+
+    def do_step(self, current_time, step_size):
+        """Compute the commands and the next state."""
+        law = self.law
+        y = np.array([self.pitch_reference - self.pitch, self.speed_reference - self.speed]) / law["SCALE"]
+        rho = (np.interp(self.speed, law["FORWARD"], law["SPEED"]) - law["CENTRE"]) / law["HALF"]
+        rho = min(max(rho, -1.0), 1.0)
+        z = np.linalg.solve(self.unit - law["Dtt"] * rho, law["Ct"] @ self.x + law["Dty"] @ y)
+        w = rho * z
+        u = law["Cu"] @ self.x + law["Duy"] @ y + law["Dut"] @ w
+        self.x = law["A"] @ self.x + law["By"] @ y + law["Bt"] @ w
+        for index, value in enumerate(u):
+            scale, low, high = law["ACTUATOR"][index]
+            trim = np.interp(self.speed_reference, law["FORWARD"], law["TRIM"][index])
+            setattr(self, f"command{index}", float(min(max(trim + scale * value, low), high)))
+        return True

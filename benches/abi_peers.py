@@ -1,0 +1,206 @@
+"""Time a step of the controller through the C ABI, beside pythonfmu and C by hand with the same law, in one run.
+
+Needs FMUs: `python3 run.py fly` first, or a folder that holds them as the first word. Writes into docs/benchmarks.md.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import statistics
+import subprocess
+import sys
+import sysconfig
+import tempfile
+import zipfile
+from pathlib import Path
+from xml.etree import ElementTree
+
+ROOT = Path(__file__).resolve().parents[1]
+HERE = ROOT / "benches" / "abi"
+sys.path.insert(0, str(ROOT / "tools"))
+
+from fly import environment  # noqa: E402
+
+FOLDER = ROOT / "build" / "squid" / "design"
+INPUTS = ("pitch", "speed", "pitch_reference", "speed_reference")
+COUNT, SLOW_COUNT = 20_000, 2_000
+TURNS = 9
+AGREEMENT = 1e-9
+
+
+def in_environment() -> None:
+    """Start again in the environment of the peer, made first where it is missing."""
+    if os.environ.get("SQUID_ABI_PEERS") == "1":
+        return
+    found = environment.ready("abi", HERE / "requirements.txt")
+    variables = {**os.environ, **found.variables, "SQUID_ABI_PEERS": "1"}
+    sys.exit(subprocess.run([found.python, __file__, *sys.argv[1:]], env=variables, check=False).returncode)
+
+
+def law_of(design: dict) -> dict:
+    """Return the matrices of one tick, by the trapezoidal rule, and the tables around them.
+
+    With a = Ts/2 and M = (I - a A)^-1: A_d = M (I + a A), B_d = M B, C_d = Ts C M, D_d = D + a C M B, for the inputs
+    [wt, y] and the outputs [zt, u] of the LFT.
+    """
+    import numpy as np
+
+    lft = {name: np.array(value, dtype=float) for name, value in design["lft"].items() if name != "blocks"}
+    ts = design["sample_time"]
+    n, r = lft["Bt"].shape
+    b, c = np.hstack([lft["Bt"], lft["By"]]), np.vstack([lft["Ct"], lft["Cu"]])
+    d = np.block([[lft["Dtt"], lft["Dty"]], [lft["Dut"], lft["Duy"]]])
+    m = np.linalg.inv(np.eye(n) - ts / 2 * lft["A"])
+    a, cd, d = m @ (np.eye(n) + ts / 2 * lft["A"]), ts * c @ m, d + ts / 2 * c @ m @ b
+    b = m @ b
+    law = {"A": a, "Bt": b[:, :r], "By": b[:, r:], "Ct": cd[:r], "Cu": cd[r:]}
+    law |= {"Dtt": d[:r, :r], "Dty": d[:r, r:], "Dut": d[r:, :r], "Duy": d[r:, r:]}
+    law |= {"SPEED": design["trim"]["speed"], "FORWARD": design["trim"]["forward_speed"]}
+    law |= {"TRIM": np.array(design["trim"]["actuators"]).T}
+    law |= {"SCALE": [one["scale"] for one in design["tracked"]]}
+    law |= {"ACTUATOR": [[one["scale"], one["minimum"], one["maximum"]] for one in design["actuators"]]}
+    law |= {"CENTRE": design["scheduling"]["centre"], "HALF": design["scheduling"]["half_range"]}
+    return {name: np.array(value).tolist() for name, value in law.items()}
+
+
+def header(law: dict) -> str:
+    """Return the law as constants of C."""
+
+    def literal(value: float | list) -> str:
+        return "{" + ", ".join(map(literal, value)) + "}" if isinstance(value, list) else repr(value)
+
+    def shape(value: float | list) -> str:
+        return f"[{len(value)}]" + shape(value[0]) if isinstance(value, list) else ""
+
+    sizes = {"N": law["A"], "R": law["Dtt"], "M": law["Cu"], "ROWS": law["SPEED"]}
+    lines = [f"enum {{ {', '.join(f'{name} = {len(value)}' for name, value in sizes.items())} }};"]
+    lines += [f"static const double {name}{shape(value)} = {literal(value)};" for name, value in law.items()]
+    return "\n".join(lines) + "\n"
+
+
+class Peer:
+    """A binary and how the driver reaches its variables."""
+
+    def __init__(
+        self, name: str, library: Path, guid: str, resources: str, variables: dict[str, int], count: int
+    ):
+        self.name, self.count = name, count
+        outputs = [vr for variable, vr in variables.items() if variable not in INPUTS]
+        inputs = [variables[variable] for variable in INPUTS]
+        self.tail = [",".join(map(str, inputs)), ",".join(map(str, outputs))]
+        self.head = [library, guid, resources]
+
+    def measure(self, driver: Path, step: float, count: int, rounds: int) -> tuple[float, list[float]]:
+        """Return nanoseconds a step and the outputs at the end."""
+        words = [driver, *self.head, repr(step), count, rounds, *self.tail]
+        done = subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            raise SystemExit(f"{self.name}: {done.stderr}")
+        taken, *values = map(float, done.stdout.split("\n")[-2].split())
+        return taken, values
+
+
+def from_fmu(name: str, fmu: Path, folder: Path, outputs: list[str], count: int) -> Peer:
+    """Unpack an FMU and return it as a peer."""
+    with zipfile.ZipFile(fmu) as archive:
+        archive.extractall(folder)
+    root = ElementTree.parse(folder / "modelDescription.xml").getroot()
+    references = {v.get("name"): int(v.get("valueReference")) for v in root.iter("ScalarVariable")}
+    identifier = root.find("CoSimulation").get("modelIdentifier")
+    library = folder / "binaries" / "linux64" / f"{identifier}.so"
+    variables = {name: references[name] for name in (*INPUTS, *outputs)}
+    return Peer(name, library, root.get("guid"), (folder / "resources").as_uri(), variables, count)
+
+
+def peers(design: dict, fmu: Path, folder: Path) -> list[Peer]:
+    """Return the controller, C by hand, and pythonfmu."""
+    law = law_of(design)
+    actuators = [one["name"] for one in design["actuators"]]
+    (folder / "law.h").write_text(header(law), encoding="utf-8")
+    floor = folder / "floor.so"
+    words = ["cc", "-O3", "-shared", "-fPIC", f"-I{folder}", "-o", floor, HERE / "floor.c"]
+    subprocess.run([str(word) for word in words], check=True)
+    (folder / "law.json").write_text(json.dumps(law), encoding="utf-8")
+    words = [
+        sys.executable,
+        "-m",
+        "pythonfmu",
+        "build",
+        "-f",
+        HERE / "peer.py",
+        "-d",
+        folder,
+        folder / "law.json",
+    ]
+    subprocess.run([str(word) for word in words], check=True, stdout=subprocess.DEVNULL)
+    by_hand = {name: index for index, name in enumerate((*INPUTS, *actuators))}
+    commands = [f"command{index}" for index in range(len(actuators))]
+    return [
+        from_fmu("squid's controller", fmu, folder / "controller", actuators, COUNT),
+        Peer("C by hand", floor, "-", "-", by_hand, COUNT),
+        from_fmu("pythonfmu, NumPy", folder / "Peer.fmu", folder / "pythonfmu", commands, SLOW_COUNT),
+    ]
+
+
+def rows(design: dict, fmu: Path) -> list[str]:
+    """Check that all compute the same, measure them in turn, and return the table."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        driver = folder / "driver"
+        found = peers(design, fmu, folder)
+        subprocess.run(["cc", "-O2", "-o", str(driver), str(HERE / "driver.c"), "-ldl", "-lm"], check=True)
+        # The binary of pythonfmu expects an interpreter in the process, and is not linked with one.
+        interpreter = Path(sysconfig.get_config_var("LIBDIR")) / sysconfig.get_config_var("INSTSONAME")
+        os.environ |= {
+            "LD_PRELOAD": str(interpreter),
+            "PYTHONHOME": sys.base_prefix,
+            "PYTHONPATH": sysconfig.get_path("purelib"),
+        }
+        step = design["sample_time"]
+        ends = [peer.measure(driver, step, SLOW_COUNT, 1)[1] for peer in found]
+        scale = max(max(map(abs, ends[0])), 1.0)
+        worst = max(abs(a - b) / scale for end in ends[1:] for a, b in zip(ends[0], end, strict=True))
+        if worst > AGREEMENT:
+            raise SystemExit(f"the laws differ by {worst:.1e} after {SLOW_COUNT} steps")
+        turns = [[p.measure(driver, step, p.count, 5)[0] for p in found] for _ in range(TURNS)]
+    lines = ["| | ns a step (set + step + get) | over squid |", "|---|---|---|"]
+    for index, peer in enumerate(found):
+        ratio = statistics.median(turn[index] / turn[0] for turn in turns)
+        lines.append(f"| {peer.name} | {statistics.median(t[index] for t in turns):.0f} | {ratio:.3g} |")
+    over = statistics.median(turn[0] / turn[1] for turn in turns)
+    lines += [
+        "",
+        f"Squid's controller takes {over:.2f} times C by hand. "
+        f"The commands after {SLOW_COUNT} steps agree to {worst:.0e}.",
+    ]
+    return lines
+
+
+def put(name: str, lines: list[str]) -> None:
+    """Print a table, and write it between its markers in docs/benchmarks.md."""
+    path = ROOT / "docs" / "benchmarks.md"
+    text = path.read_text(encoding="utf-8")
+    begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"
+    before, rest = text.split(begin)
+    table = "\n".join(lines)
+    path.write_text(f"{before}{begin}{table}\n{end}{rest.split(end)[1]}", encoding="utf-8")
+    print(f"{platform.machine()}\n{table}", flush=True)
+
+
+def main() -> int:
+    """Measure, and write the table."""
+    in_environment()
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else FOLDER
+    controllers = list(folder.glob("*_controller.fmu"))
+    if len(controllers) != 1:
+        raise SystemExit(f"{folder} holds {len(controllers)} controllers; run `python3 run.py fly` first")
+    with zipfile.ZipFile(controllers[0]) as archive:
+        design = json.loads(archive.read("resources/controller.json"))
+    put("abi", rows(design, controllers[0]))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
