@@ -11,7 +11,7 @@ from pathlib import Path
 from fly import build, environment, main_job
 from fly.stages import ROOT, StageError, run
 
-PYTHON_SOURCES = ("run.py", "tools/fly", "tests/python")
+PYTHON_SOURCES = ("run.py", "tools/fly", "tests/python", "tests/importers")
 VEHICLES = ("squid", "remus100")
 LEAST_PYTHON = (3, 11)
 
