@@ -5,6 +5,7 @@
 mod abi;
 mod example;
 
+use std::sync::OnceLock;
 use std::sync::atomic::Ordering;
 
 use abi::{DEFECTS, Unpacked, do_step, free};
@@ -97,7 +98,8 @@ fn numbers_of(text: &[u8]) -> Vec<(usize, usize)> {
 
 /// Loads the changed files; where that works, flies them for a moment.
 fn survives<M: Model>(file: &str, change: &Change) {
-    let whole = example::resources();
+    static WHOLE: OnceLock<Resources> = OnceLock::new();
+    let whole = WHOLE.get_or_init(example::resources);
     let mut resources = Resources::default();
     for (name, bytes) in whole.iter() {
         match if name == file { changed(bytes, change) } else { Some(bytes.to_vec()) } {
