@@ -110,6 +110,36 @@ def test_the_controllers_derivatives_are_those_of_its_first_commands(packages: P
         controller.ready()
 
 
+@pytest.mark.parametrize("kind", ["plant", "loop"])
+def test_an_input_on_a_ramp_is_the_limit_of_stairs(squid: Packages, kind: str) -> None:
+    """One step of a second with the rate of the current, against a thousand with the current held."""
+    rate, pieces = 0.2, 1000
+    with ready(squid, kind) as ramp, ready(squid, kind, "two") as stairs:
+        reference = ramp.variables["current_vertical"].valueReference
+        ramp.fmu.setRealInputDerivatives([reference], [1], [rate])
+        ramp.fmu.doStep(0.0, 1.0)
+        for piece in range(pieces):
+            stairs.set("current_vertical", rate * (piece + 0.5) / pieces)
+            stairs.fmu.doStep(piece / pieces, 1.0 / pieces)
+        for name in ("pitch", "depth", "distance", "pitch_rate"):
+            assert ramp.get(name) == pytest.approx(stairs.get(name), rel=1e-4, abs=1e-5), name
+        assert ramp.get("current_vertical") == pytest.approx(rate, rel=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["plant", "loop"])
+def test_outputs_move_as_their_derivatives_say(packages: Packages, kind: str) -> None:
+    with ready(packages, kind) as slave:
+        fly_on(slave, kind, 0.0)
+        names = ["pitch", "pitch_rate", "speed", "heave", "path_speed", "depth", "distance"]
+        references = [slave.variables[name].valueReference for name in names]
+        told = slave.fmu.getRealOutputDerivatives(references, [1] * len(names))
+        before, step = np.array(slave.fmu.getReal(references)), 1e-6
+        slave.fmu.doStep(0.5, step)
+        found = (np.array(slave.fmu.getReal(references)) - before) / step
+        assert np.allclose(told, found, rtol=1e-3, atol=1e-4)
+        assert np.all(np.abs(told) > 0.0)
+
+
 NEARLY_A_HUNDREDTH = (0.01, 0.00999999999999934, 0.010000000000000009)
 
 
