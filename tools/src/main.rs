@@ -229,15 +229,17 @@ fn run_design(which: &Which, with_ladder: bool, with_robust: bool) -> Result<(),
     let stages = Stages::default();
     let finished = design::run_with(&inputs, &stages, with_robust)?;
     store::save(&directory, &inputs, &finished)?;
-    let certificate = directory.join(robust::CERTIFICATE);
     match &finished.robust {
         Some(found) => found.save(&directory)?,
-        // That of another controller must not be left lying.
-        None => squid::output::remove(&certificate)?,
+        None => robust::forget(&directory)?,
     }
     stages.done("freeze", &format!("{}", directory.display()));
     if let Some(found) = &finished.robust {
-        say(&format!("\n{}PROVED in exact arithmetic: {}", found.words(), certificate.display()));
+        say(&format!(
+            "\n{}PROVED in exact arithmetic: {}",
+            found.figures.words(),
+            directory.join(robust::CERTIFICATE).display()
+        ));
     }
     if with_ladder {
         let running = stages.begin("ladder", "solving for each assumption about the speed");
@@ -313,6 +315,7 @@ fn load_or_design(inputs: &Inputs, directory: &Path) -> Result<Stored, Error> {
     match store::load(directory, inputs) {
         Err(Error::NotDesigned { .. } | Error::Stale { .. }) => {
             store::save(directory, inputs, &design::run(inputs, &Stages::default())?)?;
+            robust::forget(directory)?;
             say("");
             store::load(directory, inputs)
         }

@@ -19,6 +19,7 @@ mod manoeuvre;
 mod mu;
 mod open_loop;
 mod page;
+mod robust;
 pub mod section;
 mod sensitivity;
 pub mod subject;
@@ -42,12 +43,13 @@ use verdict::Verdict;
 type Maker = (&'static str, &'static str, fn(&Subject) -> Result<Vec<Part>, Error>);
 
 /// The sections, in the order in which they are read.
-const SECTIONS: [Maker; 11] = [
+const SECTIONS: [Maker; 12] = [
     ("entries", "Entries of A over speed (the paper's Fig. 3)", fit::entries),
     ("responses", "Frequency responses of the models (Fig. 4)", fit::responses),
     ("tuning", "Pitch responses for three bandwidths of the weight (Fig. 5 a, b, c)", tuning::tuning),
     ("open-loop", "The vehicle alone (Fig. 6)", open_loop::open_loop),
     ("mu", "Robust stability: mu over frequency (Fig. 7 a, b)", mu::mu),
+    ("robust", "The robust controller against the nominal one", robust::robust),
     ("sensitivity", "The weights against the achieved sensitivity", sensitivity::sensitivity),
     ("effort", "What the actuators do, and where control is hardest", effort::effort),
     ("gammas", "The ladder of gammas: what each assumption about the speed costs", gammas::gammas),

@@ -12,7 +12,7 @@ use crate::certify::nominal as certificate_of;
 use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::model::{Model, speeds};
-use crate::output::write;
+use crate::output::{read, remove, write, write_json};
 use crate::stages::Stages;
 use crate::uncertain::{at_speed, over_range};
 use crate::uncertain_loop::{uncertain_loop, uncertain_plant};
@@ -22,11 +22,13 @@ use lpv::analysis::{GainBound, bounded_gain};
 use lpv::controller::Controller;
 use lpv::model_error::LoopError;
 use lpv::mu::sweep::bound_over_frequency;
+use lpv::mu::worst_case::{Perturbable, worst_case_gain};
 use lpv::mu::{Block, Structure};
 use lpv::plant::GeneralisedPlant;
 use lpv::robust::{RobustDesign, RobustOptions, Round, UncertainPlant, more_robust};
 use lpv::robust_bound::{RobustBound, RobustLoop};
 use lpv::synthesis::Design;
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 use thiserror::Error as ThisError;
 
@@ -44,7 +46,10 @@ const PAYS: f64 = 0.02;
 const BOX: f64 = 0.5;
 const TOLERANCE: f64 = 0.01;
 
-/// Speeds at which mu is shown.
+/// The part of the declared uncertainty, held constant, for which the worst-case gain is shown.
+const CONSTANT_SIZE: f64 = 0.25;
+
+/// Speeds at which mu and worst-case gains are shown.
 const SPEEDS: usize = 6;
 
 /// Why there is no robust controller.
@@ -61,19 +66,49 @@ pub enum RobustError {
     },
 }
 
-/// The two controllers side by side.
+/// The two controllers side by side, as `robust.json` holds them; sizes are fractions of the declared uncertainty.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RobustFigures {
+    /// The gain that neither may exceed.
+    pub gamma: f64,
+    /// The size that the nominal controller bears at this gain.
+    pub nominal_bears: f64,
+    /// The size that the robust controller bears.
+    pub robust_bears: f64,
+    /// Sizes, and at each the bound of the nominal and of the robust controller where there is one.
+    pub ladder: Vec<(f64, Option<f64>, Option<f64>)>,
+    /// The size of [`Frozen::worst`].
+    pub constant_size: f64,
+    /// Both controllers frozen at several speeds, with constant uncertainty.
+    pub frozen: Vec<Frozen>,
+    /// Uncertain parameters, their channels, and the channels of rho.
+    pub sizes: (usize, usize, usize),
+    /// How far the model may be off for its missing channels, relative.
+    pub model_error: f64,
+    /// Parameters that were left out.
+    pub left_out: Vec<String>,
+    /// Why there were no more rounds.
+    pub stop: String,
+}
+
+/// What constant uncertainty does at one speed, to the nominal and the robust controller.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Frozen {
+    /// Speed along the path, m/s.
+    pub speed: f64,
+    /// mu for robust stability is below this at every frequency; none where no bound closes.
+    pub mu: [Option<f64>; 2],
+    /// The worst-case gain at a size: below the first, and at least the second; none where the loop is not shown to stay stable.
+    pub worst: [Option<(f64, f64)>; 2],
+}
+
+/// What came of the search.
 #[derive(Debug, Clone)]
 pub struct Robust {
     /// The robust controller with its bound at Delta = 0, for the plant of the nominal design.
     pub design: Design,
-    /// What the rounds came to.
-    pub found: RobustDesign,
-    /// The model that they worked on.
-    pub truncated: Truncated,
-    /// Sizes of the uncertainty, as fractions of what is declared, and at each the bound of the nominal and of the robust controller where there is one.
-    pub ladder: Vec<(f64, Option<f64>, Option<f64>)>,
-    /// Speed (m/s) and the upper bound on mu, over all frequencies, of the nominal and of the robust controller.
-    pub mu: Vec<(f64, f64, f64)>,
+    /// The numbers side by side.
+    pub figures: RobustFigures,
     /// The certificate of the robust controller at the size that it bears.
     pub certificate: Certificate,
 }
@@ -107,11 +142,21 @@ pub fn robust(
     let found = more_robust(&uncertain, &nominal.controller, &nominal.certified, options, &mut told)
         .map_err(RobustError::from)?;
     let design = at_zero(plant, nominal, &found)?;
-    let ladder = ladder(&uncertain, nominal, &design, &found);
     let certificate = proved(&uncertain, &found)?;
-    let mu = mu(inputs, [&nominal.controller, &found.controller])?;
+    let figures = RobustFigures {
+        gamma: options.gamma,
+        nominal_bears: found.given_bears.size,
+        robust_bears: found.bears.size,
+        ladder: ladder(&uncertain, nominal, &design, &found),
+        constant_size: CONSTANT_SIZE,
+        frozen: frozen(inputs, [&nominal.controller, &found.controller])?,
+        sizes: (truncated.model.blocks.len(), uncertain.unknown_channels(), uncertain.scheduled_channels()),
+        model_error: truncated.error,
+        left_out: truncated.gone,
+        stop: found.stop.to_string(),
+    };
     drop(running);
-    Ok(Robust { design, found, truncated, ladder, mu, certificate })
+    Ok(Robust { design, figures, certificate })
 }
 
 /// The robust controller with its bound for the plant without uncertainty.
@@ -157,19 +202,22 @@ fn proved(uncertain: &UncertainPlant, found: &RobustDesign) -> Result<Certificat
     Ok(certificate)
 }
 
-/// mu for robust stability of the loops frozen at several speeds; infinite where a loop is unstable or no bound closes.
-fn mu(inputs: &Inputs, controllers: [&Controller; 2]) -> Result<Vec<(f64, f64, f64)>, Error> {
+/// mu for robust stability and the worst-case gain of the loops frozen at several speeds.
+fn frozen(inputs: &Inputs, controllers: [&Controller; 2]) -> Result<Vec<Frozen>, Error> {
     let (centre, half_range) = inputs.design.scheduling();
     let at = |speed: f64| {
         let model = at_speed(inputs, speed)?.model;
         let structure = Structure::new(model.blocks.iter().map(|b| Block::Real(b.repetitions)).collect());
         let structure = structure.map_err(|reason| Error::MuAtSpeed { speed, reason: reason.into() })?;
-        let bound = |k: &Controller| {
-            let closed = uncertain_loop(inputs, &model, k, (speed - centre) / half_range, None)?;
-            let found = bound_over_frequency(&closed.stability(), &structure, None);
-            Ok::<f64, Error>(found.map_or(f64::INFINITY, |bound| bound.upper))
-        };
-        Ok((speed, bound(controllers[0])?, bound(controllers[1])?))
+        let mut found = Frozen { speed, mu: [None; 2], worst: [None; 2] };
+        for (i, k) in controllers.into_iter().enumerate() {
+            let system = uncertain_loop(inputs, &model, k, (speed - centre) / half_range, None)?.system;
+            let whole = Perturbable { system, structure: structure.clone(), size: CONSTANT_SIZE };
+            let mu = bound_over_frequency(&whole.stability(), &structure, None);
+            found.mu[i] = mu.ok().map(|bound| bound.upper);
+            found.worst[i] = worst_case_gain(&whole).ok().map(|worst| (worst.upper, worst.worst.gain));
+        }
+        Ok(found)
     };
     speeds(inputs, SPEEDS).into_iter().map(at).collect()
 }
@@ -198,30 +246,7 @@ fn round_line(number: usize, round: &Round) -> String {
 }
 
 impl Robust {
-    /// The numbers side by side, for people.
-    pub fn words(&self) -> String {
-        let (low, high) = (self.found.given_bears.size, self.found.bears.size);
-        let number = |g: Option<f64>| g.map_or_else(|| "none found".into(), |g| format!("{g:.4}"));
-        let mut out = format!(
-            "At a gain of {:.4}, {PRICE} times that of the nominal controller, is borne of the declared uncertainty, changing arbitrarily fast:\n\
-             \x20 nominal controller {:.1} %, robust controller {:.1} %: {:.2} times as much\n\
-             Gain bound at a part of the declared uncertainty\n        part     nominal      robust\n",
-            PRICE * self.ladder[0].1.unwrap_or(f64::NAN),
-            100.0 * low,
-            100.0 * high,
-            high / low
-        );
-        for (size, nominal, robust) in &self.ladder {
-            out += &format!("  {:>8.1} %  {:>10}  {:>10}\n", 100.0 * size, number(*nominal), number(*robust));
-        }
-        out += "mu for robust stability, constant uncertainty, below at every frequency\n         m/s     nominal      robust\n";
-        for (speed, nominal, robust) in &self.mu {
-            out += &format!("  {speed:>10.2}  {nominal:>10.3}  {robust:>10.3}\n");
-        }
-        out + &format!("No more rounds: {}\n", self.found.stop)
-    }
-
-    /// Writes the certificate.
+    /// Writes the certificate and the figures.
     ///
     /// # Errors
     /// [`Error::Certificate`], [`Error::Unwritable`].
@@ -229,9 +254,73 @@ impl Robust {
         let path = directory.join(CERTIFICATE);
         let text = self.certificate.to_json();
         let text = text.map_err(|reason| Error::Certificate { file: path.display().to_string(), reason })?;
-        write(&path, text.as_bytes())
+        write(&path, text.as_bytes())?;
+        write_json(&directory.join(FIGURES), &self.figures)
     }
 }
+
+/// Takes away what an earlier robust design left: it is of another controller.
+///
+/// # Errors
+/// [`Error::Unwritable`].
+pub fn forget(directory: &Path) -> Result<(), Error> {
+    remove(&directory.join(CERTIFICATE))?;
+    remove(&directory.join(FIGURES))
+}
+
+/// The figures of the robust design in a directory, if it holds one.
+///
+/// # Errors
+/// [`Error::Unreadable`], [`Error::Json`].
+pub fn stored(directory: &Path) -> Result<Option<RobustFigures>, Error> {
+    let path = directory.join(FIGURES);
+    if !path.is_file() {
+        return Ok(None);
+    }
+    let wrong = |reason| Error::Json { path: path.display().to_string(), reason };
+    serde_json::from_str(&read(&path)?).map(Some).map_err(wrong)
+}
+
+impl RobustFigures {
+    /// For people.
+    pub fn words(&self) -> String {
+        let number = |g: Option<f64>| g.map_or_else(|| "none".into(), |g| format!("{g:.3}"));
+        let mut out = format!(
+            "At a gain of {:.4}, {PRICE} times that of the nominal controller, is borne of the declared uncertainty, changing arbitrarily fast:\n\
+             \x20 nominal controller {:.1} %, robust controller {:.1} %: {:.2} times as much\n\
+             Gain bound at a part of the declared uncertainty\n        part     nominal      robust\n",
+            self.gamma,
+            100.0 * self.nominal_bears,
+            100.0 * self.robust_bears,
+            self.robust_bears / self.nominal_bears
+        );
+        for (size, nominal, robust) in &self.ladder {
+            out += &format!("  {:>8.1} %  {:>10}  {:>10}\n", 100.0 * size, number(*nominal), number(*robust));
+        }
+        out += &format!(
+            "Constant uncertainty: mu for robust stability, and the worst-case gain (found, guaranteed) at {:.0} % of what is declared\n\
+             \x20        m/s  mu nominal      robust   gain nominal         robust\n",
+            100.0 * self.constant_size
+        );
+        for f in &self.frozen {
+            let gain = |g: Option<(f64, f64)>| {
+                g.map_or_else(|| "no bound".into(), |(upper, lower)| format!("{lower:.3}..{upper:.3}"))
+            };
+            out += &format!(
+                "  {:>10.2}  {:>10}  {:>10}  {:>13}  {:>13}\n",
+                f.speed,
+                number(f.mu[0]),
+                number(f.mu[1]),
+                gain(f.worst[0]),
+                gain(f.worst[1])
+            );
+        }
+        out + &format!("No more rounds: {}\n", self.stop)
+    }
+}
+
+/// The file of the figures.
+pub const FIGURES: &str = "robust.json";
 
 /// The file of the certificate with uncertainty.
 pub const CERTIFICATE: &str = "robust_certificate.json";

@@ -7,11 +7,14 @@
 //! | `manoeuvre.json` | what the FMU of the whole loop flies by default |
 //! | `certificate.json` | the proof of the gain bound, if there is one |
 //! | `design.json` | the figures of the design |
+//! | `robust.json` | of a robust design: nominal and robust controller side by side |
+//! | `robust_certificate.json` | of a robust design: the proof of the gain bound with uncertainty |
 
 use crate::design::Finished;
 use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::output::{read, remove, write, write_json};
+use crate::robust::RobustFigures;
 use crate::verify;
 use auv::LpvModel;
 use certificate::Theorem;
@@ -44,6 +47,8 @@ pub struct Stored {
     pub manoeuvre: Manoeuvre,
     /// The text of the certificate, or why there is none.
     pub certificate: Result<String, String>,
+    /// The figures of a robust design, if it is one.
+    pub robust: Option<RobustFigures>,
 }
 
 impl Stored {
@@ -150,7 +155,8 @@ pub fn load(directory: &Path, inputs: &Inputs) -> Result<Stored, Error> {
     } else {
         Err("there is no certificate.json; `squid design` said why".into())
     };
-    Ok(Stored { controller, plant, manoeuvre: inputs.design.manoeuvre.clone(), certificate })
+    let robust = crate::robust::stored(directory)?;
+    Ok(Stored { controller, plant, manoeuvre: inputs.design.manoeuvre.clone(), certificate, robust })
 }
 
 fn figures<'a>(inputs: &'a Inputs, f: &'a Finished) -> Figures<'a> {

@@ -18,7 +18,7 @@ const UPPER_POINTS: i32 = 8;
 
 /// The same of the lower bounds, which take longer and are of interest where the upper ones are high.
 const LOWER_DECADES: (i32, i32) = (-2, 1);
-const LOWER_POINTS: i32 = 2;
+const LOWER_POINTS: i32 = 1;
 
 /// What mu analysis says of one speed.
 #[derive(Debug, Clone, PartialEq)]

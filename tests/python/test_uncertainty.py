@@ -1,0 +1,52 @@
+"""A vehicle of which nothing is said to be uncertain, and the robust controller of one whose coefficients are."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from conftest import Run
+from fly.stages import ROOT
+
+
+def test_a_vehicle_without_uncertainty(run_squid: Run, copied_vehicle: Path, tmp_path: Path) -> None:
+    """It designs, reports and packages; what asks for uncertainty is refused, and nothing is written."""
+    design = copied_vehicle / "design.toml"
+    text = design.read_text(encoding="utf-8")
+    certain, found, _ = text.partition("[uncertainty]")
+    assert found
+    design.write_text(certain, encoding="utf-8")
+    for verb in ("design", "report", "package"):
+        done = run_squid(verb, copied_vehicle, "--out", tmp_path / "out")
+        assert done.returncode == 0, f"{verb}: {done.stderr}"
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "Nothing is said to be uncertain in design.toml" in page
+    assert len(list((tmp_path / "out").glob("*.fmu"))) == 3
+    for verb in (("show", "--uncertainty"), ("design", "--robust", "--out", tmp_path / "none")):
+        done = run_squid(verb[0], copied_vehicle, *verb[1:])
+        assert done.returncode == 1
+        assert "the design design.toml names nothing uncertain" in done.stderr
+    assert not (tmp_path / "none").exists()
+
+
+def test_the_robust_controller_bears_more(run_squid: Run, tmp_path: Path) -> None:
+    """More at the same gain, proved; and a nominal design takes the robust one's files away."""
+    vehicle = ROOT / "vehicles" / "remus100"
+    done = run_squid("design", vehicle, "--robust", "--out", tmp_path, timeout=900.0)
+    assert done.returncode == 0, done.stderr
+    found = json.loads((tmp_path / "robust.json").read_text(encoding="utf-8"))
+    assert found["robust_bears"] > 1.15 * found["nominal_bears"] > 0.0
+    certificate = tmp_path / "robust_certificate.json"
+    proved = json.loads(certificate.read_text(encoding="utf-8"))
+    assert len(proved["blocks"]) == 1 + found["sizes"][0], "rho and the uncertain parameters"
+    assert len(proved["controller_blocks"]) == 1, "the controller knows rho alone"
+    assert proved["gamma"] <= 1.011 * found["gamma"]
+    done = run_squid("verify", certificate)
+    assert (done.returncode, "PROVED" in done.stdout) == (0, True)
+    for size, nominal, robust in found["ladder"][1:]:
+        assert robust < nominal, size
+    done = run_squid("report", vehicle, "--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "The controller of this report is the robust one" in (tmp_path / "report.html").read_text("utf-8")
+    assert run_squid("design", vehicle, "--out", tmp_path).returncode == 0
+    assert not certificate.exists() and not (tmp_path / "robust.json").exists()
