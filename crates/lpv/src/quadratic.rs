@@ -3,7 +3,7 @@
 //! Without w and z the synthesis inequalities are homogeneous, so that the unknowns may be bounded by the identity, and the largest
 //! clearance t that they then allow is positive exactly when a gamma exists. In other coordinates t is another number, and on a stiff plant it
 //! may be as small as rounding in most. So a point that satisfies the inequalities strictly is always believed; that there is none only after
-//! the coordinates have been changed several times to those in which the best X and S are the identity, which
+//! the coordinates have been changed successfully several times to those in which the best X and S are the identity, which
 //! raises t towards 1 where it can be raised.
 //!
 //! B. R. Barmish, "Necessary and sufficient conditions for quadratic stabilizability of an uncertain system", J. Optimization Theory
@@ -23,39 +23,63 @@ use crate::solver::{self, Search};
 const NONE: f64 = 1e-7;
 
 /// How often the coordinates are changed.
-const ROUNDS: usize = 8;
+const ROUNDS: usize = 10;
 
-/// How much smaller than the largest an eigenvalue of X or S may count in a change of coordinates.
+/// In so many coordinates there has to be no clearance before none is believed to exist.
+const ENOUGH: usize = 5;
+
+/// How much smaller than the largest an eigenvalue of X or S may count in a change of coordinates, at first.
 const FLOOR: f64 = 1e-4;
 
 const STAGE: &str = "stabilisation for every parameter";
 
-/// Says which side makes the problem infeasible, if one does and the solver could tell. Without parameters the modes have told.
-pub(crate) fn infeasible_side(plant: &GeneralisedPlant, scalings: Scalings) -> Option<SynthesisError> {
-    if plant.blocks.is_empty() {
-        return None;
-    }
-    let balanced = Coordinates::diagonal(plant).apply(plant);
-    if is_impossible(balanced.dual(), scalings) {
-        return Some(SynthesisError::NotQuadraticallyStabilisable);
-    }
-    if is_impossible(balanced, scalings) {
-        return Some(SynthesisError::NotQuadraticallyDetectable);
-    }
-    None
+/// Whether a controller stabilises the plant for every course of the parameters.
+pub(crate) enum Stabilisation {
+    /// None does; the error says which side is to blame.
+    Impossible(SynthesisError),
+    /// One does: both sides' inequalities hold strictly at a point that was found.
+    Possible,
+    /// The solver could not tell.
+    Unknown,
 }
 
-fn is_impossible(mut plant: GeneralisedPlant, scalings: Scalings) -> bool {
-    for _ in 0..ROUNDS {
-        let Some(found) = clearest(&plant, scalings) else { return false };
-        if found.holds || found.clearance > NONE {
-            return false;
-        }
-        let (state, state_inverse) = root(&found.x);
-        let (channel, channel_inverse) = root(&found.s);
-        plant = in_coordinates(&plant, (&state, &state_inverse), (&channel, &channel_inverse));
+/// Judges both sides, that of the control first. Without parameters the modes have told.
+pub(crate) fn stabilisation(plant: &GeneralisedPlant, scalings: Scalings) -> Stabilisation {
+    if plant.blocks.is_empty() {
+        return Stabilisation::Possible;
     }
-    true
+    let balanced = Coordinates::diagonal(plant).apply(plant);
+    let control = is_possible(balanced.dual(), scalings);
+    if control == Some(false) {
+        return Stabilisation::Impossible(SynthesisError::NotQuadraticallyStabilisable);
+    }
+    match (control, is_possible(balanced, scalings)) {
+        (_, Some(false)) => Stabilisation::Impossible(SynthesisError::NotQuadraticallyDetectable),
+        (Some(true), Some(true)) => Stabilisation::Possible,
+        _ => Stabilisation::Unknown,
+    }
+}
+
+/// `None` when the solver could not tell.
+fn is_possible(plant: GeneralisedPlant, scalings: Scalings) -> Option<bool> {
+    let (mut here, mut best) = (plant.clone(), None);
+    let (mut next, mut floor, mut denied) = (plant, FLOOR, 0);
+    for _ in 0..ROUNDS {
+        match clearest(&next, scalings) {
+            Some(found) if found.holds => return Some(true),
+            Some(found) if found.clearance > NONE => return None,
+            Some(found) => {
+                denied += 1;
+                (here, best) = (next, Some(found));
+            }
+            // These coordinates are too bad: others are sought nearer to the last that were not.
+            None => floor *= 10.0,
+        }
+        let Clearest { x, s, .. } = best.as_ref()?;
+        let ((state, state_inverse), (channel, channel_inverse)) = (root(x, floor), root(s, floor));
+        next = in_coordinates(&here, (&state, &state_inverse), (&channel, &channel_inverse));
+    }
+    (denied >= ENOUGH).then_some(false)
 }
 
 /// The point of the largest clearance.
@@ -108,11 +132,11 @@ fn clearest(plant: &GeneralisedPlant, scalings: Scalings) -> Option<Clearest> {
 const ROUNDING: f64 = 1e-12;
 
 /// `M^-1/2` and its inverse, small eigenvalues raised.
-fn root(m: &Mat) -> (Mat, Mat) {
+fn root(m: &Mat, floor: f64) -> (Mat, Mat) {
     if m.is_empty() {
         return (m.clone(), m.clone());
     }
-    let floor = FLOOR * crate::matrix::largest_eigenvalue(m).max(f64::MIN_POSITIVE);
+    let floor = floor * crate::matrix::largest_eigenvalue(m).max(f64::MIN_POSITIVE);
     (symmetric_function(m, |v| 1.0 / v.max(floor).sqrt()), symmetric_function(m, |v| v.max(floor).sqrt()))
 }
 

@@ -12,7 +12,7 @@ pub use crate::least_gamma::least_gamma;
 use crate::least_gamma::{equalised, smallest};
 use crate::model_error::LoopError;
 use crate::plant::GeneralisedPlant;
-use crate::quadratic::infeasible_side;
+use crate::quadratic::{Stabilisation, stabilisation};
 use crate::reconstruct::reconstruct;
 use crate::solver::numerical;
 
@@ -87,16 +87,19 @@ fn explained(
 ) -> Result<Design, SynthesisError> {
     match outcome {
         Err(SynthesisError::Numerical { .. } | SynthesisError::Infeasible { .. }) => {
-            match (infeasible_side(plant, options.scalings), outcome) {
-                (Some(reason), _) => Err(reason),
-                // The modes and the inequalities of stabilisation say otherwise, or nothing.
-                (None, Err(SynthesisError::Infeasible { stage })) => Err(SynthesisError::Numerical {
+            match (stabilisation(plant, options.scalings), outcome) {
+                (Stabilisation::Impossible(reason), _) => Err(reason),
+                (Stabilisation::Possible, Err(SynthesisError::Infeasible { stage })) => Err(numerical(
                     stage,
-                    diagnosis:
-                        "the solver finds no gamma, but the plant can be stabilised; check units and weights"
-                            .into(),
-                }),
-                (None, outcome) => outcome,
+                    "the solver finds no gamma, but the plant can be stabilised; check units and weights".into(),
+                )),
+                (Stabilisation::Unknown, Err(SynthesisError::Infeasible { stage })) => Err(numerical(
+                    stage,
+                    "the solver finds no gamma, and could not tell whether the plant can be stabilised for every course of the \
+                     parameters; narrow their range, or check units and weights"
+                        .into(),
+                )),
+                (_, outcome) => outcome,
             }
         }
         other => other,
