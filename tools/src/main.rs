@@ -47,7 +47,7 @@ enum Verb {
         /// Also show what each assumption about the speed costs: frozen, slow, arbitrarily fast
         #[arg(long)]
         ladder: bool,
-        /// Look for a controller that bears more of the declared uncertainty, and show both side by side (about a minute)
+        /// Look for a controller that bears more of the declared uncertainty, and show both side by side (minutes)
         #[arg(long)]
         robust: bool,
     },
