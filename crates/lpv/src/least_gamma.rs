@@ -26,6 +26,8 @@ pub fn least_gamma(
 ) -> Result<(Coordinates, Existence), SynthesisError> {
     let (mut place, mut best) = first(plant, scalings)?;
     let mut seen = (place.clone(), best.clone());
+    // What no gamma goes below is the same in all coordinates.
+    let mut lower = best.gamma_lower();
     for _ in 0..ROUNDS {
         if best.gap <= SETTLED && best.margin > 0.0 {
             break;
@@ -36,16 +38,19 @@ pub fn least_gamma(
         let Some(coordinates) = equalised(&seen.0.coordinates, &small, plant) else { break };
         let next = Place { coordinates, ..seen.0 };
         let Ok(again) = minimise(plant, &next, scalings, false) else { break };
+        lower = lower.max(again.gamma_lower());
         seen = (next, again);
         if better(&seen.1, &best) {
             (place, best) = seen.clone();
         }
+        best.gap = gap(best.gamma, lower);
     }
     if (best.gap > DOUBTFUL || best.margin <= 0.0)
         && let Ok(other) = minimise(plant, &place, scalings, true)
         && better(&other, &best)
     {
-        best = other;
+        lower = lower.max(other.gamma_lower());
+        best = Existence { gap: gap(other.gamma, lower), ..other };
     }
     if best.margin > 0.0 {
         return Ok((place.coordinates, best));
@@ -53,6 +58,11 @@ pub fn least_gamma(
     let (gamma, missed) = (best.gamma, -best.margin);
     let diagnosis = format!("at the gamma found, {gamma:.4e}, the inequalities are missed by {missed:.1e}");
     Err(numerical(STAGE, diagnosis))
+}
+
+/// How far gamma may be above the least, relative to itself; infinite when there is no lower bound.
+fn gap(gamma: f64, lower: f64) -> f64 {
+    if lower > 0.0 { (1.0 - lower / gamma).max(0.0) } else { f64::INFINITY }
 }
 
 /// How far above gamma the coordinates are sought.
