@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::trim::Level;
 use crate::{ControllerDesign, DesignError, Lft, LftController, Memory, MemoryError, TickError, Trim};
 
 /// What the autopilot measures and follows; SI units, radians.
@@ -238,16 +239,19 @@ impl Autopilot {
         let outputs = &mut self.outputs;
         outputs.out_of_range = (rho - clamped).abs() > ROUNDING_OF_RHO;
         outputs.scheduling_parameter = clamped;
-        outputs.trim_pitch = plan.trim.pitch(inputs.speed_reference);
+        let level = plan.trim.level(inputs.speed_reference);
+        outputs.trim_pitch = level.pitch();
         self.controller.output(&self.errors, &[clamped][..plan.parameters], &mut outputs.commands)?;
-        self.add_feedforward(inputs.speed_reference)
+        plan.add_feedforward(level, &mut outputs.commands)
     }
+}
 
+impl Plan {
     /// Turns the scaled `u` in `commands` into commands.
-    fn add_feedforward(&mut self, speed_reference: f64) -> Result<(), TickError> {
-        for (index, command) in self.outputs.commands.iter_mut().enumerate() {
-            let [scale, minimum, maximum] = self.plan.actuators[index];
-            let value = self.plan.trim.command(speed_reference, index) + scale * *command;
+    fn add_feedforward(&self, level: Level<'_>, commands: &mut [f64]) -> Result<(), TickError> {
+        for (index, command) in commands.iter_mut().enumerate() {
+            let [scale, minimum, maximum] = self.actuators[index];
+            let value = level.command(index) + scale * *command;
             if !value.is_finite() {
                 return Err(TickError::Diverged { index, value });
             }

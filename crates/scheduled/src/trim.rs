@@ -42,12 +42,19 @@ impl Trim {
 
     /// Pitch angle in rad at forward speed u in m/s, held beyond the table.
     pub fn pitch(&self, forward_speed: f64) -> f64 {
-        self.place_within(forward_speed).interpolate(|row| self.table.pitch[row])
+        self.level(forward_speed).pitch()
     }
 
     /// Command of one actuator at forward speed u in m/s, held beyond the table.
     pub fn command(&self, forward_speed: f64, actuator: usize) -> f64 {
-        self.place_within(forward_speed).interpolate(|row| self.table.actuators[row][actuator])
+        self.level(forward_speed).command(actuator)
+    }
+
+    /// Level flight at forward speed u in m/s, looked up once; held beyond the table.
+    pub(crate) fn level(&self, forward_speed: f64) -> Level<'_> {
+        let mut place = find(&self.table.forward_speed, forward_speed);
+        place.fraction = place.fraction.clamp(0.0, 1.0);
+        Level { table: &self.table, place }
     }
 
     /// Slope of the speed along the path over forward speed u in m/s, to the right where there is a corner.
@@ -77,11 +84,24 @@ impl Trim {
         let inside = (0.0..=1.0).contains(&place.fraction);
         if inside { self.slope(place, column) } else { 0.0 }
     }
+}
 
-    fn place_within(&self, forward_speed: f64) -> Place {
-        let mut place = find(&self.table.forward_speed, forward_speed);
-        place.fraction = place.fraction.clamp(0.0, 1.0);
-        place
+/// Level flight at one speed.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Level<'a> {
+    table: &'a TrimTable,
+    place: Place,
+}
+
+impl Level<'_> {
+    /// Pitch angle in rad.
+    pub(crate) fn pitch(&self) -> f64 {
+        self.place.interpolate(|row| self.table.pitch[row])
+    }
+
+    /// Command of one actuator.
+    pub(crate) fn command(&self, actuator: usize) -> f64 {
+        self.place.interpolate(|row| self.table.actuators[row][actuator])
     }
 }
 
