@@ -14,6 +14,8 @@ pub struct Theorem {
     pub gamma: f64,
     /// Parameters in `[-1, 1]`, all of which occur in plant or controller.
     pub parameters: usize,
+    /// Those of them on which the controller depends.
+    pub scheduled: usize,
     /// States of the closed loop.
     pub states: usize,
     /// Channels of the parameters in plant and controller.
@@ -33,6 +35,7 @@ impl Theorem {
         Self {
             gamma: certificate.gamma,
             parameters: certificate.blocks.len().max(certificate.controller_blocks.len()),
+            scheduled: certificate.controller_blocks.iter().filter(|repetitions| **repetitions > 0).count(),
             states: s.x + s.xk,
             channels: s.t + s.tk,
             inputs: s.w,
@@ -50,10 +53,17 @@ impl fmt::Display for Theorem {
             if self.states == 1 { "" } else { "s" },
             self.gamma
         );
+        // What the controller does not depend on may be unknown to it: that is worth saying.
+        let known = match self.scheduled {
+            all if all == self.parameters => String::new(),
+            some => format!(", {some} of which the controller depends on,"),
+        };
         match self.parameters {
             0 => write!(f, "T{}.", &loop_[1..])?,
-            1 => write!(f, "For every measurable trajectory of the 1 parameter in [-1, 1] {loop_}.")?,
-            n => write!(f, "For every measurable trajectory of the {n} parameters in [-1, 1] {loop_}.")?,
+            1 => write!(f, "For every measurable trajectory of the 1 parameter in [-1, 1]{known} {loop_}.")?,
+            n => {
+                write!(f, "For every measurable trajectory of the {n} parameters in [-1, 1]{known} {loop_}.")?
+            }
         }
         match self.gamma_with_model_error {
             Some(gamma) => write!(
