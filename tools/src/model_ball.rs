@@ -22,7 +22,7 @@ const SAME_BALL: f64 = 1e-6;
 ///
 /// With `T` those coordinates and `R~(V) = T^-1 R [T 0; 0 S_u]`, `E = sqrt(e) T` and `[F Fu] = sqrt(e) [T^-1 0; 0 S_u^-1]` where
 /// `e = max |R~(V)|`. The maximum is taken over [`SAMPLES`] speeds and raised by a bound of what may lie between two of them:
-/// see [`between_samples`]. The LFT that was designed on is subtracted, not the polynomial, so that what was dropped there is
+/// see `between_samples`. The LFT that was designed on is subtracted, not the polynomial, so that what was dropped there is
 /// covered, too. The plant's u is in units of the scales `S_u` already, so that its Fu is the identity times sqrt(e).
 ///
 /// # Errors
