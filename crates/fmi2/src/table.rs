@@ -150,7 +150,7 @@ impl<M: Model> Table<M> {
 
     fn entry(&self, reference: u32) -> Result<&Variable<M>, Refusal> {
         let entry = self.variables.get(reference as usize);
-        entry.ok_or(Refusal::UnknownReference { reference, count: self.variables.len() })
+        entry.ok_or_else(|| Refusal::UnknownReference { reference, count: self.variables.len() })
     }
 }
 

@@ -13,6 +13,8 @@ pub struct LftController {
     next_state: Vec<f64>,
     /// Theta's inputs zk, turned into its outputs wk.
     channels: Vec<f64>,
+    /// The diagonal of Theta.
+    diagonal: Vec<f64>,
     /// `I - Dtt Theta`, row by row.
     loop_matrix: Vec<f64>,
 }
@@ -26,6 +28,7 @@ impl LftController {
             state: vec![0.0; sizes.states],
             next_state: vec![0.0; sizes.states],
             channels: vec![0.0; sizes.channels],
+            diagonal: vec![0.0; sizes.channels],
             loop_matrix: vec![0.0; sizes.channels * sizes.channels],
         }
     }
@@ -125,15 +128,19 @@ impl LftController {
     /// Replaces `b` by the solution of `(I - Dtt Theta) z = b`.
     fn solve_loop(&self, theta: &[f64], b: &mut [f64]) -> Result<(), TickError> {
         let mut matrix = vec![0.0; b.len() * b.len()];
-        fill_loop(&self.lft, theta, &mut matrix);
+        let diagonal: Vec<f64> = expand(&self.lft.blocks, theta).collect();
+        fill_loop(&self.lft, &diagonal, &mut matrix);
         solve_in_place(&mut matrix, b).map_err(|pivot| singular(theta, pivot))
     }
 
     /// Turns `Ct xk + Dty y` in `channels` into wk.
     fn close_loop(&mut self, theta: &[f64]) -> Result<(), TickError> {
-        fill_loop(&self.lft, theta, &mut self.loop_matrix);
+        for (entry, theta) in self.diagonal.iter_mut().zip(expand(&self.lft.blocks, theta)) {
+            *entry = theta;
+        }
+        fill_loop(&self.lft, &self.diagonal, &mut self.loop_matrix);
         solve_in_place(&mut self.loop_matrix, &mut self.channels).map_err(|pivot| singular(theta, pivot))?;
-        for (channel, theta) in self.channels.iter_mut().zip(expand(&self.lft.blocks, theta)) {
+        for (channel, theta) in self.channels.iter_mut().zip(&self.diagonal) {
             *channel *= theta;
         }
         Ok(())
@@ -141,14 +148,13 @@ impl LftController {
 }
 
 /// Fills in `I - Dtt Theta`, row by row.
-fn fill_loop(lft: &Lft, theta: &[f64], matrix: &mut [f64]) {
-    debug_assert_eq!(theta.len(), lft.blocks.len());
+fn fill_loop(lft: &Lft, diagonal: &[f64], matrix: &mut [f64]) {
     let r = lft.dtt.rows();
-    for row in 0..r {
-        for (column, (entry, theta)) in lft.dtt.row(row).iter().zip(expand(&lft.blocks, theta)).enumerate() {
-            let unit = if row == column { 1.0 } else { 0.0 };
-            matrix[row * r + column] = unit - entry * theta;
+    for (index, row) in matrix.chunks_exact_mut(r.max(1)).enumerate() {
+        for ((to, entry), theta) in row.iter_mut().zip(lft.dtt.row(index)).zip(diagonal) {
+            *to = -entry * theta;
         }
+        row[index] += 1.0;
     }
 }
 

@@ -29,17 +29,25 @@ pub(crate) fn solve_in_place(matrix: &mut [f64], b: &mut [f64]) -> Result<(), f6
             }
             b.swap(column, best);
         }
-        for row in column + 1..n {
-            let factor = matrix[row * n + column] / pivot;
-            for k in column + 1..n {
-                matrix[row * n + k] -= factor * matrix[column * n + k];
+        let (above, below) = matrix.split_at_mut((column + 1) * n);
+        let (diagonal, pivot_row) = above[column * n + column..].split_at_mut(1);
+        // Kept for the way back: one division a column, where there would be one for each row.
+        let reciprocal = 1.0 / pivot;
+        diagonal[0] = reciprocal;
+        let (solved, rest) = b.split_at_mut(column + 1);
+        for (row, entry) in below.chunks_exact_mut(n).zip(rest) {
+            let factor = row[column] * reciprocal;
+            for (to, from) in row[column + 1..].iter_mut().zip(&*pivot_row) {
+                *to -= factor * from;
             }
-            b[row] -= factor * b[column];
+            *entry -= factor * solved[column];
         }
     }
     for row in (0..n).rev() {
-        let known: f64 = (row + 1..n).map(|k| matrix[row * n + k] * b[k]).sum();
-        b[row] = (b[row] - known) / matrix[row * n + row];
+        let (own, solved) = b.split_at_mut(row + 1);
+        let entries = &matrix[row * n + row..(row + 1) * n];
+        let known: f64 = entries[1..].iter().zip(solved).map(|(entry, x)| entry * *x).sum();
+        own[row] = (own[row] - known) * entries[0];
     }
     Ok(())
 }

@@ -106,8 +106,16 @@ impl Level<'_> {
 }
 
 fn find(grid: &[f64], value: f64) -> Place {
-    let above = grid.partition_point(|&point| point <= value);
-    let index = above.clamp(1, grid.len() - 1) - 1;
+    let last = grid.len() - 2;
+    // Trim tables are all but evenly spaced: a guess saves most of the search.
+    let share = (value - grid[0]) / (grid[last + 1] - grid[0]);
+    let mut index = ((share * (last + 1) as f64) as usize).min(last);
+    while index < last && grid[index + 1] <= value {
+        index += 1;
+    }
+    while index > 0 && grid[index] > value {
+        index -= 1;
+    }
     let (low, high) = (grid[index], grid[index + 1]);
     Place { index, fraction: (value - low) / (high - low) }
 }
@@ -133,6 +141,16 @@ mod tests {
         }
         assert_eq!((trim().command(1.9, 0), trim().command(1.9, 1)), (5.0, 2.0));
         assert!((trim().speed(0.65) - 0.75).abs() < 1e-15);
+    }
+
+    #[test]
+    fn any_value_finds_its_piece_of_any_grid() {
+        let grid = [-1.0, -0.99, 0.0, 0.5, 7.0, 7.1];
+        let known = grid.iter().flat_map(|at| [*at, at - 1e-9, at + 1e-9]);
+        for value in known.chain([f64::NEG_INFINITY, -5.0, 3.0, 50.0, f64::INFINITY, f64::NAN]) {
+            let above = grid.partition_point(|&point| point <= value);
+            assert_eq!(find(&grid, value).index, above.clamp(1, grid.len() - 1) - 1, "{value}");
+        }
     }
 
     #[test]
