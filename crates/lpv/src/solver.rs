@@ -57,6 +57,7 @@ pub fn solve(program: &Program, stage: &'static str, search: Search<'_>) -> Resu
     let data: Vec<LowRank> =
         program.inequalities.iter().map(|i| LowRank::new(program, &i.expression)).collect();
     let costs = program.costs();
+    let enough = if search.patient { search.tolerance } else { search.tolerance.max(CLOSE) };
     let mut own: Option<Solution> = None;
     for evenness in EVENNESS {
         let data: Vec<LowRank> = data.iter().map(|d| d.with_even_rows(evenness)).collect();
@@ -65,7 +66,7 @@ pub fn solve(program: &Program, stage: &'static str, search: Search<'_>) -> Resu
         if own.as_ref().is_none_or(|known| better(&found, known, &costs)) {
             own = Some(found);
         }
-        if own.as_ref().is_some_and(|own| own.gap <= search.tolerance && own.margin > 0.0) {
+        if own.as_ref().is_some_and(|own| own.gap <= enough && own.margin > 0.0) {
             break;
         }
     }
@@ -74,6 +75,9 @@ pub fn solve(program: &Program, stage: &'static str, search: Search<'_>) -> Resu
         own => general(program, stage, own),
     }
 }
+
+/// A gap at which other rows are not tried for an impatient search: what is left then is rounding at the optimum, not a search that is stuck on the way.
+const CLOSE: f64 = 1e-3;
 
 /// How far the rows of the inequalities are brought to one size, from not at all to all the way. Most programs are solved as they are; one with rows of very
 /// different sizes may need the help, and there is no telling which of the two.
