@@ -39,11 +39,16 @@ pub fn least_gamma(
         let next = Place { coordinates, ..seen.0 };
         let Ok(again) = minimise(plant, &next, scalings, false) else { break };
         lower = lower.max(again.gamma_lower());
+        let agree =
+            again.margin > 0.0 && best.margin > 0.0 && (again.gamma / best.gamma - 1.0).abs() < AGREEMENT;
         seen = (next, again);
         if better(&seen.1, &best) {
             (place, best) = seen.clone();
         }
         best.gap = gap(best.gamma, lower);
+        if agree && best.gap < DOUBTFUL {
+            break;
+        }
     }
     if (best.gap > DOUBTFUL || best.margin <= 0.0)
         && let Ok(other) = minimise(plant, &place, scalings, true)
@@ -73,6 +78,9 @@ const ROUNDS: usize = 3;
 
 /// A gap between gamma and its lower bound, relative to gamma, that settles the matter.
 const SETTLED: f64 = 1e-5;
+
+/// Searches in two sets of coordinates that agree so well, relative to gamma, have found the same.
+const AGREEMENT: f64 = 1e-6;
 
 /// A gap that is worth asking the general solver.
 const DOUBTFUL: f64 = 1e-3;
