@@ -108,6 +108,12 @@ fn symmetric(plant: &GeneralisedPlant, report: &mut Report) {
         return;
     }
     match least_gamma(plant, Scalings::Symmetric) {
+        Ok((_, found)) if found.gamma > both && found.gamma_lower() < HALF * found.gamma => {
+            report.remarks.push(format!(
+                "the least gamma with symmetric scalings alone is not known: the search got stuck at {:.4e}",
+                found.gamma
+            ));
+        }
         Ok((_, found)) => {
             report.gamma_symmetric = Some(found.gamma);
             // A solution with symmetric scalings is one with both.
@@ -120,6 +126,9 @@ fn symmetric(plant: &GeneralisedPlant, report: &mut Report) {
         }
     }
 }
+
+/// A lower bound below this fraction of gamma leaves gamma unknown.
+const HALF: f64 = 0.5;
 
 /// Proves a design.
 fn feasible(plant: &GeneralisedPlant, design: &Design, report: &mut Report) {

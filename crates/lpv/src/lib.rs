@@ -81,6 +81,7 @@ mod bounded_real;
 mod conic;
 pub mod controller;
 pub mod error;
+mod fast_modes;
 mod inequalities;
 mod interior_point;
 pub mod ladder;

@@ -1,0 +1,55 @@
+//! Weights with poles far beyond the plant's: gamma and controller as if they were merely fast.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod common;
+
+use lpv::matrix::{Mat, block};
+use lpv::plant::GeneralisedPlant;
+use lpv::synthesis::{Design, Options, synthesise};
+
+/// The tutorial plant of LPVTools with one more output: a tenth of the plant's own, behind a low-pass at `rate`.
+fn with_filter(rate: f64) -> GeneralisedPlant {
+    let p = common::plant(&common::case("lpv01_lpvtools_lft_tutorial"));
+    let s = p.sizes();
+    let below = |m: &Mat| block(&[&[m], &[&Mat::zeros(1, m.ncols())]]);
+    let beside = |m: &Mat| block(&[&[m, &Mat::zeros(m.nrows(), 1)]]);
+    let (seen, filter) = (&p.c2 * rate, Mat::from_element(1, 1, -rate));
+    let output = block(&[&[&Mat::zeros(1, s.x), &Mat::from_element(1, 1, 0.1)]]);
+    GeneralisedPlant {
+        a: block(&[&[&p.a, &Mat::zeros(s.x, 1)], &[&seen, &filter]]),
+        bt: below(&p.bt),
+        b1: below(&p.b1),
+        b2: below(&p.b2),
+        ct: beside(&p.ct),
+        c1: block(&[&[&beside(&p.c1)], &[&output]]),
+        d1t: below(&p.d1t),
+        d11: below(&p.d11),
+        d12: below(&p.d12),
+        c2: beside(&p.c2),
+        ..p
+    }
+}
+
+/// Proved for the plant itself: by the eigenvalues of its own loop, at three frozen parameters too.
+fn assert_bounded(plant: &GeneralisedPlant, design: &Design) {
+    assert!(design.certified.largest_eigenvalue < 0.0);
+    let closed = plant.close(&design.controller);
+    for theta in [-1.0, 0.0, 1.0] {
+        let norm = closed.frozen(&[theta]).unwrap().hinf_norm().value;
+        assert!(norm < design.certified.gamma, "{norm} against {}", design.certified.gamma);
+    }
+}
+
+#[test]
+fn gamma_and_bound_do_not_change_with_a_filter_however_fast() {
+    let reference = synthesise(&with_filter(1e5), Options::default()).unwrap();
+    for rate in [1e7, 1e8, 1e9, 1e10, 1e11, 1e12] {
+        let plant = with_filter(rate);
+        let design = synthesise(&plant, Options::default()).unwrap();
+        let (least, proved) = (design.gamma_optimum, design.certified.gamma);
+        println!("filter at {rate:.0e} rad/s: least {least:.5}, proved {proved:.5}");
+        assert!((least / reference.gamma_optimum - 1.0).abs() < 3e-3);
+        assert!(proved < 1.1 * reference.gamma_optimum);
+        assert_bounded(&plant, &design);
+    }
+}
