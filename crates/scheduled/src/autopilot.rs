@@ -200,7 +200,7 @@ impl Autopilot {
     /// [`TickError`].
     pub fn tick(&mut self, inputs: &Inputs) -> Result<Advance, TickError> {
         self.compute_outputs(inputs)?;
-        self.controller.update(&self.errors);
+        self.controller.update();
         let left_range = self.outputs.out_of_range && !self.outside;
         self.outside = self.outputs.out_of_range;
         self.next_tick += 1;

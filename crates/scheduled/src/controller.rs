@@ -3,18 +3,33 @@
 use std::sync::Arc;
 
 use crate::lu::solve_in_place;
+use crate::panels::Panels;
+use crate::schur::solve_quasi_triangular;
 use crate::{Lft, TickError};
+
+/// What never changes.
+#[derive(Debug)]
+struct Law {
+    lft: Lft,
+    /// `Dtt` is quasi-triangular, and `Theta = theta I`.
+    triangular: bool,
+    /// `[Ct Dty]`.
+    into_loop: Panels,
+    /// `[Cu Duy Dut]`.
+    output: Panels,
+    /// `[A By Bt]`.
+    update: Panels,
+}
 
 /// A discrete LFT with its state and workspace.
 #[derive(Debug, Clone)]
 pub struct LftController {
-    lft: Arc<Lft>,
-    state: Vec<f64>,
+    law: Arc<Law>,
+    /// `[xk; y; wk]`.
+    signals: Vec<f64>,
     next_state: Vec<f64>,
-    /// Theta's inputs zk, turned into its outputs wk.
+    /// Theta's inputs zk.
     channels: Vec<f64>,
-    /// The diagonal of Theta.
-    diagonal: Vec<f64>,
     /// `I - Dtt Theta`, row by row.
     loop_matrix: Vec<f64>,
 }
@@ -23,29 +38,39 @@ impl LftController {
     /// A controller at rest; `lft` is in discrete time.
     pub fn new(lft: Lft) -> Self {
         let sizes = lft.sizes();
+        let (lft, triangular) = match lft.in_schur_coordinates() {
+            Some(lft) => (lft, true),
+            None => (lft, false),
+        };
+        let law = Law {
+            triangular,
+            into_loop: Panels::beside(&[&lft.ct, &lft.dty]),
+            output: Panels::beside(&[&lft.cu, &lft.duy, &lft.dut]),
+            update: Panels::beside(&[&lft.a, &lft.by, &lft.bt]),
+            lft,
+        };
         Self {
-            lft: Arc::new(lft),
-            state: vec![0.0; sizes.states],
+            law: Arc::new(law),
+            signals: vec![0.0; sizes.states + sizes.inputs + sizes.channels],
             next_state: vec![0.0; sizes.states],
             channels: vec![0.0; sizes.channels],
-            diagonal: vec![0.0; sizes.channels],
             loop_matrix: vec![0.0; sizes.channels * sizes.channels],
         }
     }
 
     /// Brings the controller to rest.
     pub fn reset(&mut self) {
-        self.state.fill(0.0);
+        self.signals.fill(0.0);
     }
 
     /// The state xk.
     pub fn state(&self) -> &[f64] {
-        &self.state
+        &self.signals[..self.next_state.len()]
     }
 
     /// Sets the state xk, which has as many entries as before.
     pub(crate) fn set_state(&mut self, state: &[f64]) {
-        self.state.copy_from_slice(state);
+        self.signals[..state.len()].copy_from_slice(state);
     }
 
     /// Computes `u` from the present state and `y`; the state stays.
@@ -59,26 +84,22 @@ impl LftController {
     /// # Errors
     /// [`TickError::SingularLoop`].
     pub fn output(&mut self, y: &[f64], theta: &[f64], u: &mut [f64]) -> Result<(), TickError> {
-        let lft = &*self.lft;
-        self.channels.fill(0.0);
-        lft.ct.add_product(&self.state, &mut self.channels);
-        lft.dty.add_product(y, &mut self.channels);
-        self.close_loop(theta)?;
-        u.fill(0.0);
-        self.lft.cu.add_product(&self.state, u);
-        self.lft.duy.add_product(y, u);
-        self.lft.dut.add_product(&self.channels, u);
+        let (outer, through) = self.signals.split_at_mut(self.next_state.len() + y.len());
+        outer[self.next_state.len()..].copy_from_slice(y);
+        self.law.into_loop.product(outer, &mut self.channels);
+        self.law.close_loop(theta, &mut self.loop_matrix, &mut self.channels)?;
+        let channels = through.iter_mut().zip(&self.channels);
+        for ((w, z), theta) in channels.zip(expand(&self.law.lft.blocks, theta)) {
+            *w = theta * z;
+        }
+        self.law.output.product(&self.signals, u);
         Ok(())
     }
 
-    /// Moves the state to the next tick: `xk+ = A xk + By y + Bt wk`, with wk of the last [`output`](Self::output).
-    pub fn update(&mut self, y: &[f64]) {
-        let lft = &*self.lft;
-        self.next_state.fill(0.0);
-        lft.a.add_product(&self.state, &mut self.next_state);
-        lft.by.add_product(y, &mut self.next_state);
-        lft.bt.add_product(&self.channels, &mut self.next_state);
-        std::mem::swap(&mut self.state, &mut self.next_state);
+    /// Moves the state to the next tick: `xk+ = A xk + By y + Bt wk`, with y and wk of the last [`output`](Self::output).
+    pub fn update(&mut self) {
+        self.law.update.product(&self.signals, &mut self.next_state);
+        self.signals[..self.next_state.len()].copy_from_slice(&self.next_state);
     }
 
     /// Computes the derivative of `u` in one direction, `du` along `dy` and `dtheta`, the state held; nothing changes.
@@ -98,17 +119,18 @@ impl LftController {
         (theta, dtheta): (&[f64], &[f64]),
         du: &mut [f64],
     ) -> Result<(), TickError> {
-        let lft = &*self.lft;
+        let lft = &self.law.lft;
         let mut z = vec![0.0; self.channels.len()];
-        lft.ct.add_product(&self.state, &mut z);
+        lft.ct.add_product(self.state(), &mut z);
         lft.dty.add_product(y, &mut z);
-        self.solve_loop(theta, &mut z)?;
+        let mut workspace = self.loop_matrix.clone();
+        self.law.close_loop(theta, &mut workspace, &mut z)?;
         let moved: Vec<f64> =
             z.iter().zip(expand(&lft.blocks, dtheta)).map(|(z, dtheta)| z * dtheta).collect();
         let mut dz = vec![0.0; z.len()];
         lft.dty.add_product(dy, &mut dz);
         lft.dtt.add_product(&moved, &mut dz);
-        self.solve_loop(theta, &mut dz)?;
+        self.law.close_loop(theta, &mut workspace, &mut dz)?;
         let through = dz.iter().zip(expand(&lft.blocks, theta)).zip(&moved);
         let dw: Vec<f64> = through.map(|((dz, theta), moved)| moved + theta * dz).collect();
         du.fill(0.0);
@@ -124,42 +146,33 @@ impl LftController {
     pub(crate) fn peek(&self, y: &[f64], theta: &[f64], u: &mut [f64]) -> Result<(), TickError> {
         self.clone().output(y, theta, u)
     }
-
-    /// Replaces `b` by the solution of `(I - Dtt Theta) z = b`.
-    fn solve_loop(&self, theta: &[f64], b: &mut [f64]) -> Result<(), TickError> {
-        let mut matrix = vec![0.0; b.len() * b.len()];
-        let diagonal: Vec<f64> = expand(&self.lft.blocks, theta).collect();
-        fill_loop(&self.lft, &diagonal, &mut matrix);
-        solve_in_place(&mut matrix, b).map_err(|pivot| singular(theta, pivot))
-    }
-
-    /// Turns `Ct xk + Dty y` in `channels` into wk.
-    fn close_loop(&mut self, theta: &[f64]) -> Result<(), TickError> {
-        for (entry, theta) in self.diagonal.iter_mut().zip(expand(&self.lft.blocks, theta)) {
-            *entry = theta;
-        }
-        fill_loop(&self.lft, &self.diagonal, &mut self.loop_matrix);
-        solve_in_place(&mut self.loop_matrix, &mut self.channels).map_err(|pivot| singular(theta, pivot))?;
-        for (channel, theta) in self.channels.iter_mut().zip(&self.diagonal) {
-            *channel *= theta;
-        }
-        Ok(())
-    }
 }
 
-/// Fills in `I - Dtt Theta`, row by row.
-fn fill_loop(lft: &Lft, diagonal: &[f64], matrix: &mut [f64]) {
-    let r = lft.dtt.rows();
-    for (index, row) in matrix.chunks_exact_mut(r.max(1)).enumerate() {
-        for ((to, entry), theta) in row.iter_mut().zip(lft.dtt.row(index)).zip(diagonal) {
-            *to = -entry * theta;
-        }
-        row[index] += 1.0;
+impl Law {
+    /// Replaces `z` by the solution of `(I - Dtt Theta) z = b`, which stands in its place; `matrix` is workspace of r x r.
+    fn close_loop(&self, theta: &[f64], matrix: &mut [f64], z: &mut [f64]) -> Result<(), TickError> {
+        let done = match (self.triangular, theta) {
+            (true, [theta]) => solve_quasi_triangular(&self.lft.dtt, *theta, z),
+            _ => {
+                self.fill_loop(theta, matrix);
+                solve_in_place(matrix, z)
+            }
+        };
+        let parameter = theta.first().copied().unwrap_or(0.0);
+        done.map_err(|pivot| TickError::SingularLoop { parameter, pivot })
     }
-}
 
-fn singular(theta: &[f64], pivot: f64) -> TickError {
-    TickError::SingularLoop { parameter: theta.first().copied().unwrap_or(0.0), pivot }
+    /// Fills in `I - Dtt Theta`, row by row.
+    fn fill_loop(&self, theta: &[f64], matrix: &mut [f64]) {
+        let dtt = &self.lft.dtt;
+        for (index, row) in matrix.chunks_exact_mut(dtt.rows().max(1)).enumerate() {
+            let entries = row.iter_mut().zip(dtt.row(index));
+            for ((to, entry), theta) in entries.zip(expand(&self.lft.blocks, theta)) {
+                *to = -entry * theta;
+            }
+            row[index] += 1.0;
+        }
+    }
 }
 
 /// The diagonal of Theta.

@@ -21,20 +21,18 @@ impl Lft {
     ///
     /// Source: Franklin, Powell and Workman, Digital Control of Dynamic Systems, 3rd ed., 1998, section 6.1.
     pub fn discretise(&self, sample_time: f64) -> Result<Self, DesignError> {
-        let (a, n) = (self.a.to_dense(), self.a.rows());
-        let half = a * (0.5 * sample_time);
+        let n = self.a.rows();
+        let half = self.a.to_dense() * (0.5 * sample_time);
         let identity = DMatrix::<f64>::identity(n, n);
-        let lu = (&identity - &half).lu();
-        let inverse = lu.try_inverse().filter(|inverse| inverse.iter().all(|entry| entry.is_finite()));
-        let p = inverse.ok_or(DesignError::TooFast { sample_time })?;
-        let input = |b: &Matrix| Matrix::from_dense(&(&p * b.to_dense() * sample_time));
-        let output = |c: &Matrix| Matrix::from_dense(&(c.to_dense() * &p));
-        let through = |c: &Matrix, b: &Matrix, d: &Matrix| {
-            Matrix::from_dense(&(d.to_dense() + c.to_dense() * &p * b.to_dense() * (0.5 * sample_time)))
-        };
+        let inverse = (&identity - &half).lu().try_inverse();
+        let inverse = inverse.filter(|inverse| inverse.iter().all(|entry| entry.is_finite()));
+        let p = Matrix::from_dense(&inverse.ok_or(DesignError::TooFast { sample_time })?);
+        let output = |c: &Matrix| c.times(&p);
+        let input = |b: &Matrix| p.times(b).scaled(sample_time);
+        let through = |c: &Matrix, b: &Matrix, d: &Matrix| d.plus(0.5 * sample_time, &output(c).times(b));
         Ok(Self {
             blocks: self.blocks.clone(),
-            a: Matrix::from_dense(&(&p * (&identity + &half))),
+            a: p.times(&Matrix::from_dense(&(identity + half))),
             by: input(&self.by),
             bt: input(&self.bt),
             cu: output(&self.cu),

@@ -31,6 +31,8 @@ mod lft;
 mod lu;
 mod matrix;
 mod memory;
+mod panels;
+mod schur;
 mod tangent;
 mod trim;
 mod validate;

@@ -41,6 +41,33 @@ impl Matrix {
         }
     }
 
+    /// `self other`, for matrices that fit.
+    pub(crate) fn times(&self, other: &Self) -> Self {
+        debug_assert_eq!(self.columns, other.rows);
+        let mut entries = vec![0.0; self.rows * other.columns];
+        for (index, out) in entries.chunks_exact_mut(other.columns.max(1)).enumerate() {
+            for (inner, factor) in self.row(index).iter().enumerate() {
+                for (to, entry) in out.iter_mut().zip(other.row(inner)) {
+                    *to += factor * entry;
+                }
+            }
+        }
+        Self { rows: self.rows, columns: other.columns, entries }
+    }
+
+    /// `self + factor other`, for matrices of the same shape.
+    pub(crate) fn plus(&self, factor: f64, other: &Self) -> Self {
+        debug_assert_eq!((self.rows, self.columns), (other.rows, other.columns));
+        let sum = |(one, other): (&f64, &f64)| one + factor * other;
+        Self { entries: self.entries.iter().zip(&other.entries).map(sum).collect(), ..*self }
+    }
+
+    /// `factor self`.
+    pub(crate) fn scaled(mut self, factor: f64) -> Self {
+        self.entries.iter_mut().for_each(|entry| *entry *= factor);
+        self
+    }
+
     pub(crate) fn to_dense(&self) -> DMatrix<f64> {
         DMatrix::from_row_slice(self.rows, self.columns, &self.entries)
     }

@@ -108,7 +108,7 @@ proptest! {
             let y = DVector::from_column_slice(&y[..sizes.inputs]);
             let mut u = vec![0.0; sizes.outputs];
             controller.output(y.as_slice(), &theta, &mut u).unwrap();
-            controller.update(y.as_slice());
+            controller.update();
             let expected = &c * &state + &d * &y;
             prop_assert!((DVector::from_vec(u) - &expected).norm() <= 1e-10 * (1.0 + expected.norm()));
             state = &a * &state + &b * &y;
