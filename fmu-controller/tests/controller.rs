@@ -54,8 +54,8 @@ fn describes_itself_from_the_design() {
     assert_eq!(described.description.model_identifier, "test_controller");
     for part in [
         r#"name="thruster" valueReference="4""#,
-        r#"<Real unit="N" min="-60.0" max="100.0" nominal="100.0"/>"#,
-        r#"<Real unit="rad" displayUnit="deg" min="-0.25" max="0.25" nominal="0.2"/>"#,
+        r#"<Real declaredType="SI.Force" unit="N" min="-60.0" max="100.0" nominal="100.0"/>"#,
+        r#"<Real declaredType="SI.Angle" unit="rad" displayUnit="deg" min="-0.25" max="0.25" nominal="0.2"/>"#,
         r#"<Unknown index="5" dependencies="" dependenciesKind=""/>"#,
         r#"<Unknown index="7" dependencies="2" dependenciesKind="dependent"/>"#,
         &described.guid,

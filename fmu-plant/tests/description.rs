@@ -18,8 +18,8 @@ fn describes_itself_from_the_files() {
     for part in [
         "(surrogate coefficients)",
         r#"name="lower" valueReference="0""#,
-        r#"<Real unit="N" min="-60.0" max="100.0" nominal="100.0" start="#,
-        r#"<Real unit="rad/s" displayUnit="deg/s" nominal="0.1"/>"#,
+        r#"<Real declaredType="SI.Force" unit="N" min="-60.0" max="100.0" nominal="100.0" start="#,
+        r#"<Real declaredType="SI.AngularVelocity" unit="rad/s" displayUnit="deg/s" nominal="0.1"/>"#,
         r#"<Item name="nonlinear" value="1""#,
         r#"<Item name="lpv" value="2""#,
         r#"<Enumeration declaredType="Fidelity" start="1"/>"#,

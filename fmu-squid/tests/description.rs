@@ -51,7 +51,11 @@ fn describes_itself_from_the_files() {
         assert!(parameters.contains(&name), "{name}");
     }
     assert!(!parameters.contains(&"initial_speed"), "the manoeuvre says where the flight starts");
-    assert!(described.xml.contains(r#"<Real unit="m/s" min="0.0" nominal="1.0" start="0.8"/>"#));
+    assert!(
+        described
+            .xml
+            .contains(r#"<Real declaredType="SI.Speed" unit="m/s" min="0.0" nominal="1.0" start="0.8"/>"#)
+    );
     assert_eq!(describe(&resources()).unwrap().xml, described.xml, "the same bytes every time");
 }
 

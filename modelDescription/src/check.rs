@@ -44,7 +44,8 @@ fn check_root(description: &ModelDescription, found: &mut Vec<Problem>) {
     let mut seen = BTreeSet::new();
     for enumeration in &description.enumerations {
         let names: BTreeSet<_> = enumeration.items.iter().map(|item| &item.name).collect();
-        let bad = names.is_empty() || names.len() < enumeration.items.len();
+        let taken = description.variables.iter().any(|variable| variable.name == enumeration.name);
+        let bad = taken || names.is_empty() || names.len() < enumeration.items.len();
         if bad || !seen.insert(&enumeration.name) {
             found.push(Problem::BadEnumeration { name: enumeration.name.clone() });
         }

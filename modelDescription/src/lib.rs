@@ -7,14 +7,15 @@
 //! The standard is the Functional Mock-up Interface for Model Exchange and Co-Simulation,
 //! version 2.0.4 (Modelica Association, 2022); section numbers in this crate refer to it.
 //!
-//! What the XML repeats is derived here, so that it cannot contradict itself: unit definitions follow
-//! from the units of the variables, and `ModelStructure` from their causality and dependencies.
+//! What the XML repeats is derived here, so that it cannot contradict itself: unit definitions and declared
+//! types follow from units and ranges of the variables, and `ModelStructure` from their causality and dependencies.
 
 mod check;
 mod description;
 mod enumeration;
 mod guid;
 mod problem;
+mod real_type;
 mod structure;
 mod unit;
 mod variable;
@@ -26,6 +27,7 @@ pub use description::{
 pub use enumeration::{Enumeration, Item};
 pub use guid::guid;
 pub use problem::Problem;
+pub use real_type::RealType;
 pub use structure::{ModelStructure, Unknown};
 pub use unit::{BaseUnit, DisplayUnit, Unit, UnitError};
 pub use variable::{Causality, Dependency, DependencyKind, Initial, Kind, ScalarVariable, Variability};

@@ -113,8 +113,8 @@ pub enum Problem {
         /// The type.
         declared_type: String,
     },
-    /// An enumeration without items, or with two of the same name, or defined twice.
-    #[error("enumeration '{name}' has no items, repeats one, or is defined twice")]
+    /// An enumeration without items, or with two of the same name, or defined twice, or called like a variable.
+    #[error("enumeration '{name}' has no items, repeats one, is defined twice, or is called like a variable")]
     BadEnumeration {
         /// The enumeration.
         name: String,

@@ -6,7 +6,7 @@ use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, Event};
 
 use crate::{
-    BaseUnit, Causality, DependencyKind, Enumeration, Initial, Kind, ModelDescription, Problem,
+    BaseUnit, Causality, DependencyKind, Enumeration, Initial, Kind, ModelDescription, Problem, RealType,
     ScalarVariable, Unit, Unknown, Variability,
 };
 
@@ -136,10 +136,12 @@ impl ModelDescription {
     }
 
     fn write_types(&self, xml: &mut Xml) -> io::Result<()> {
-        if self.enumerations.is_empty() {
+        let types = self.real_types();
+        if self.enumerations.is_empty() && types.is_empty() {
             return Ok(());
         }
         parent(xml, "TypeDefinitions", Vec::new(), |xml| {
+            types.iter().try_for_each(|one| write_real_type(xml, one))?;
             self.enumerations.iter().try_for_each(|one| write_enumeration(xml, one))
         })
     }
@@ -167,6 +169,7 @@ impl ModelDescription {
         ];
         attributes.extend(variable.initial().map(|one| ("initial", initial(one).to_owned())));
         let (element, mut of_kind) = kind(&variable.kind);
+        of_kind.splice(0..0, variable.real_type().map(|one| ("declaredType", one.name.to_owned())));
         let state = variable.derivative_of.as_deref().and_then(|state| self.position(state));
         of_kind.extend(state.map(|position| ("derivative", (position + 1).to_string())));
         parent(xml, "ScalarVariable", attributes, |xml| leaf(xml, element, of_kind))
@@ -191,6 +194,15 @@ fn write_unit(xml: &mut Xml, unit: &Unit) -> io::Result<()> {
             leaf(xml, "DisplayUnit", vec![("name", display.name.clone()), ("factor", number(display.factor))])
         })
     })
+}
+
+fn write_real_type(xml: &mut Xml, one: &RealType) -> io::Result<()> {
+    let attributes = vec![("name", one.name.to_owned()), ("description", one.description.to_owned())];
+    let mut of_real = vec![("quantity", one.quantity.to_owned()), ("unit", one.unit.to_owned())];
+    of_real.extend(one.display_unit().map(|unit| ("displayUnit", unit)));
+    of_real.extend(one.min.map(|min| ("min", number(min))));
+    of_real.extend(one.max.map(|max| ("max", number(max))));
+    parent(xml, "SimpleType", attributes, |xml| leaf(xml, "Real", of_real))
 }
 
 fn write_enumeration(xml: &mut Xml, enumeration: &Enumeration) -> io::Result<()> {

@@ -60,7 +60,7 @@ fn description() -> ModelDescription {
         capabilities: Capabilities::default(),
         co_simulation: CoSimulation::default(),
         enumerations: vec![Enumeration::new(
-            "fidelity",
+            "Fidelity",
             "how exact",
             &[("fine", "slow"), ("coarse", "fast")],
         )],
@@ -77,7 +77,7 @@ fn description() -> ModelDescription {
                 "fidelity",
                 1,
                 Causality::Parameter,
-                Kind::Enumeration { declared_type: "fidelity".to_owned(), start: Some(2) },
+                Kind::Enumeration { declared_type: "Fidelity".to_owned(), start: Some(2) },
             ),
             variable(
                 "n",
@@ -158,9 +158,10 @@ fn finds_problems_of_units_types_and_experiment() {
     assert_problem(|d| set(d, "knot", None), "unknown symbol 'knot'");
     assert_problem(|d| set(d, "rad", Some("rpm")), "display unit 'rpm'");
     assert_problem(|d| set(d, "m", Some("deg")), "display unit 'deg'");
-    assert_problem(|d| d.enumerations.clear(), "'fidelity' is of type 'fidelity', which is not defined");
+    assert_problem(|d| d.enumerations.clear(), "'fidelity' is of type 'Fidelity', which is not defined");
     assert_problem(|d| d.enumerations[0].items.truncate(1), "'fidelity' starts at 2, outside 1 .. 1");
     assert_problem(|d| d.enumerations[0].items[1].name = "fine".to_owned(), "repeats one");
+    assert_problem(|d| d.variables[3].name = "Fidelity".to_owned(), "called like a variable");
     assert_problem(|d| d.default_experiment.stop_time = 0.0, "from 0 s to 0 s");
     assert_problem(|d| d.default_experiment.step_size = -1.0, "steps of -1 s");
     assert_problem(|d| d.default_experiment.tolerance = Some(f64::NAN), "cannot be run");
@@ -228,14 +229,16 @@ fn elements_stand_in_the_order_of_the_schema() {
         r#"<BaseUnit rad="1"/>"#,
         r#"<DisplayUnit name="deg" factor="57.29577951308232"/>"#,
         "<TypeDefinitions>",
-        r#"<SimpleType name="fidelity" description="how exact">"#,
+        r#"<SimpleType name="SI.Angle" description="angle">"#,
+        r#"<Real quantity="Angle" unit="rad" displayUnit="deg"/>"#,
+        r#"<SimpleType name="Fidelity" description="how exact">"#,
         r#"<Item name="coarse" value="2" description="fast"/>"#,
         "<LogCategories>",
         r#"<DefaultExperiment startTime="0.0" stopTime="10.0" tolerance="1e-6" stepSize="0.01"/>"#,
         "<ModelVariables>",
         r#"<ScalarVariable name="u" valueReference="0" description="the u" causality="input" variability="continuous">"#,
-        r#"<Real unit="rad" displayUnit="deg" min="-1.0" max="1.0" nominal="0.1" start="0.25"/>"#,
-        r#"<Enumeration declaredType="fidelity" start="2"/>"#,
+        r#"<Real declaredType="SI.Angle" unit="rad" displayUnit="deg" min="-1.0" max="1.0" nominal="0.1" start="0.25"/>"#,
+        r#"<Enumeration declaredType="Fidelity" start="2"/>"#,
         r#"<Integer min="0" max="9" start="3"/>"#,
         r#"<Boolean start="true"/>"#,
         r#"<String start="&lt;x&gt;"/>"#,

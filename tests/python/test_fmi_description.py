@@ -76,19 +76,64 @@ def test_values_lie_within_their_range(root: ElementTree.Element) -> None:
 
 def test_units_are_defined_in_base_units(root: ElementTree.Element) -> None:
     defined = {unit.attrib["name"]: unit for unit in root.findall("UnitDefinitions/Unit")}
-    used = {real.attrib["unit"] for real in root.iter("Real") if "unit" in real.attrib}
+    used = {real.attrib["unit"] for real in root.iter("Real")}
     assert set(defined) == used
     for unit in defined.values():
         bases = unit.findall("BaseUnit")
         assert len(bases) == 1 and set(bases[0].attrib) <= BASE_UNITS
     shown = {real.attrib["displayUnit"] for real in root.iter("Real") if "displayUnit" in real.attrib}
     assert shown <= {one.attrib["name"] for unit in defined.values() for one in unit.findall("DisplayUnit")}
-    numbers = [real for real in root.iter("Real") if "unit" not in real.attrib]
-    assert not numbers, "every Real has a unit"
-    types = {one.attrib["name"] for one in root.findall("TypeDefinitions/SimpleType")}
-    assert {
-        one.attrib["declaredType"] for one in root.iter("Enumeration") if "declaredType" in one.attrib
-    } == types
+
+
+def test_declared_types_agree_with_the_variables(root: ElementTree.Element) -> None:
+    """A tool may take unit and limits from the type or from the variable (section 2.2.3): they are the same."""
+    types = {one.attrib["name"]: one[0] for one in root.findall("TypeDefinitions/SimpleType")}
+    used, typed = set(), Counter()
+    for variable in variables(root):
+        declared = variable[0].get("declaredType")
+        typed[variable[0].tag, declared is not None] += 1
+        if declared is None:
+            continue
+        used.add(declared)
+        simple = types[declared]
+        assert simple.tag == variable[0].tag
+        for attribute in ("unit", "displayUnit"):
+            assert simple.get(attribute) == variable[0].get(attribute), variable.get("name")
+        for attribute in ("min", "max"):
+            assert simple.get(attribute) in (None, variable[0].get(attribute)), variable.get("name")
+        assert simple.tag == "Enumeration" or simple.get("quantity")
+    assert used == set(types)
+    assert not used & {variable.get("name") for variable in variables(root)}, "section 2.2.3: names differ"
+    assert typed["Enumeration", False] == 0
+    assert typed["Real", True] > typed["Real", False], "coefficients alone have units without a name"
+
+
+def test_every_start_value_is_where_the_standard_wants_it(root: ElementTree.Element) -> None:
+    """The table in section 2.2.7: inputs and what is exact have one, what is calculated has none."""
+    allowed = {
+        "parameter": {("fixed", "exact"), ("tunable", "exact")},
+        "input": {("continuous", None), ("discrete", None)},
+        "output": {("continuous", "calculated"), ("discrete", "calculated")},
+        "local": {("continuous", "calculated"), ("constant", "exact")},
+    }
+    for variable in variables(root):
+        causality, variability, initial = map(variable.get, ("causality", "variability", "initial"))
+        assert (variability, initial) in allowed[causality], variable.get("name")
+        assert ("start" in variable[0].attrib) == (causality == "input" or initial == "exact")
+        assert variability != "continuous" or variable[0].tag == "Real"
+        assert "reinit" not in variable[0].attrib, "states do not jump at events"
+
+
+def test_indices_stand_in_order(root: ElementTree.Element) -> None:
+    """Section 2.2.8: dependencies are ordered by size, and are given wherever their kinds are."""
+    checked = 0
+    for kind in ("Outputs", "Derivatives", "InitialUnknowns"):
+        for unknown in unknowns(root, kind):
+            on = [int(index) for index in unknown.get("dependencies", "").split()]
+            assert on == sorted(on)
+            assert ("dependencies" in unknown.attrib) == ("dependenciesKind" in unknown.attrib)
+            checked += len(on)
+    assert checked > 5
 
 
 def test_structure_is_complete_and_without_repetition(root: ElementTree.Element) -> None:

@@ -30,7 +30,7 @@ pub enum LagError {
 const TAU: f64 = 0.5;
 
 pub fn methods() -> Enumeration {
-    Enumeration::new("method", "how to integrate", &[("exact", "exponential"), ("panic", "a defect")])
+    Enumeration::new("Method", "how to integrate", &[("exact", "exponential"), ("panic", "a defect")])
 }
 
 impl Model for Lag {
