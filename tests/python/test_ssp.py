@@ -16,11 +16,16 @@ from flights import fly_alone, sample_time
 from fly.master import Signals, Slave
 from fly.package import Packages
 from fly.record import differences
+from fmpy import read_model_description
 from fmpy.ssp.ssd import read_ssd, read_ssv, validate_tree
 from importers import fly, of_pypi
 from lxml import etree
 
-NAMES = {"ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription"}
+NAMES = {
+    "ssc": "http://ssp-standard.org/SSP1/SystemStructureCommon",
+    "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",
+    "ssv": "http://ssp-standard.org/SSP1/SystemStructureParameterValues",
+}
 DURATION = 30.0
 DEFAULT = 2
 """Which variant is the default: the third of six."""
@@ -74,6 +79,40 @@ def test_names_what_it_holds(packages: Packages, ssp: Path) -> None:
             assert sources <= set(archive.namelist())
         for fmu in (packages.plant, packages.controller):
             assert archive.read(f"resources/{fmu.name}") == fmu.read_bytes()
+
+
+def units_of(root: etree._Element) -> dict[str, dict[str, str]]:
+    """Return the units that a file defines, with their powers of base units."""
+    return {unit.get("name"): dict(unit[0].attrib) for unit in root.iterfind(".//ssc:Unit", NAMES)}
+
+
+def test_every_number_has_a_unit(packages: Packages, ssp: Path) -> None:
+    """Connectors and start values have the units of the FMUs, and each file defines just those that it names."""
+    descriptions = {"plant": packages.plant, "controller": packages.controller}
+    variables = {
+        component: {one.name: one for one in read_model_description(fmu).modelVariables}
+        for component, fmu in descriptions.items()
+    }
+    with zipfile.ZipFile(ssp) as archive:
+        for name in archive.namelist():
+            if name.endswith(".fmu"):
+                continue
+            root = etree.fromstring(archive.read(name))
+            used = set()
+            if name.endswith(".ssv"):
+                component = Path(name).name.split("_")[0]
+                reals = [(component, real.getparent(), real) for real in root.iterfind(".//ssv:Real", NAMES)]
+            else:
+                reals = [
+                    (real.getparent().getparent().getparent().get("name"), real.getparent(), real)
+                    for real in root.iterfind(".//ssc:Real", NAMES)
+                ]
+            for component, owner, real in reals:
+                assert real.get("unit") == variables[component][owner.get("name")].unit
+                used.add(real.get("unit"))
+            assert used
+            assert set(units_of(root)) == used
+    assert units_of(root).get("rad", {"rad": "1"}) == {"rad": "1"}
 
 
 def test_wires_every_measurement_and_every_actuator(packages: Packages, ssp: Path) -> None:

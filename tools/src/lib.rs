@@ -39,6 +39,7 @@ pub mod sampled;
 pub mod show;
 pub mod simulate;
 pub mod ssp;
+mod ssp_units;
 pub mod stages;
 pub mod store;
 pub mod uncertain;

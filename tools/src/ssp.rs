@@ -13,9 +13,10 @@
 
 use crate::error::Error;
 use crate::package::{Kind, Packed, zipped};
+use crate::ssp_units::{of_connectors, units};
 use crate::store::Stored;
 use auv::TrimPoint;
-use model_description::{Causality, ModelDescription};
+use model_description::{Causality, ModelDescription, ScalarVariable};
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, Event};
 use std::collections::BTreeMap;
@@ -30,7 +31,7 @@ const SSC: &str = "http://ssp-standard.org/SSP1/SystemStructureCommon";
 const SSV: &str = "http://ssp-standard.org/SSP1/SystemStructureParameterValues";
 const TOOL: &str = concat!("squid ", env!("CARGO_PKG_VERSION"));
 
-type Xml = Writer<Vec<u8>>;
+pub(crate) type Xml = Writer<Vec<u8>>;
 
 /// Packs the system of a packed plant and a packed controller, in memory, and returns the path in `directory` that it belongs to.
 ///
@@ -61,7 +62,8 @@ pub fn pack(
         entries.insert(format!("{variant}.ssd"), text);
         for (kind, packed) in components {
             let values = start_values(kind, packed, point, stored);
-            entries.insert(values_file(kind, &variant), parameter_set(&variant, &values).map_err(failed)?);
+            let set = parameter_set(&variant, &packed.description, &values).map_err(failed)?;
+            entries.insert(values_file(kind, &variant), set);
         }
     }
     let packed =
@@ -136,6 +138,8 @@ impl System<'_> {
                     xml.create_element("ssd:System")
                         .with_attributes([("name", self.name), ("description", about.as_str())])
                         .write_inner_content(|xml| self.system(xml))?;
+                    let of_all = self.components.iter().flat_map(|(_, one)| of_connectors(&one.description));
+                    units(xml, "ssd:Units", of_all.collect())?;
                     let stop = format!("{:?}", self.duration);
                     xml.create_element("ssd:DefaultExperiment")
                         .with_attributes([("startTime", "0.0"), ("stopTime", stop.as_str())])
@@ -182,14 +186,16 @@ impl System<'_> {
     }
 }
 
-/// A connector for each real input and output (section 5.3.1).
+/// A connector for each real input and output, with its unit (section 5.3.1).
 fn connectors(xml: &mut Xml, description: &ModelDescription) -> io::Result<()> {
-    for (name, kind) in real(description) {
-        let kind = if kind == Causality::Input { "input" } else { "output" };
+    for variable in real(description) {
+        let name = variable.name.as_str();
+        let kind = if variable.causality == Causality::Input { "input" } else { "output" };
         xml.create_element("ssd:Connector")
             .with_attributes([("name", name), ("kind", kind)])
             .write_inner_content(|xml| {
-                xml.create_element("ssc:Real").write_empty()?;
+                let unit = variable.unit().map(|unit| ("unit", unit));
+                xml.create_element("ssc:Real").with_attributes(unit).write_empty()?;
                 Ok(())
             })?;
     }
@@ -197,18 +203,19 @@ fn connectors(xml: &mut Xml, description: &ModelDescription) -> io::Result<()> {
 }
 
 /// Real inputs and outputs in their order.
-fn real(description: &ModelDescription) -> impl Iterator<Item = (&str, Causality)> {
+pub(crate) fn real(description: &ModelDescription) -> impl Iterator<Item = &ScalarVariable> {
     let of_interest = |causality| causality == Causality::Input || causality == Causality::Output;
     let variables = description.variables.iter();
     variables
         .filter(move |v| of_interest(v.causality) && matches!(v.kind, model_description::Kind::Real { .. }))
-        .map(|v| (v.name.as_str(), v.causality))
 }
 
 /// Wires each output of one component to the input of that name of the other (section 5.3.3).
 fn connections(xml: &mut Xml, from: (Kind, &Packed), to: (Kind, &Packed)) -> io::Result<()> {
-    for (name, _) in real(&from.1.description).filter(|(_, causality)| *causality == Causality::Output) {
-        if real(&to.1.description).any(|other| other == (name, Causality::Input)) {
+    for one in real(&from.1.description).filter(|one| one.causality == Causality::Output) {
+        let name = one.name.as_str();
+        let takes = |other: &ScalarVariable| other.name == name && other.causality == Causality::Input;
+        if real(&to.1.description).any(takes) {
             let ends = [
                 ("startElement", component(from.0)),
                 ("startConnector", name),
@@ -221,24 +228,32 @@ fn connections(xml: &mut Xml, from: (Kind, &Packed), to: (Kind, &Packed)) -> io:
     Ok(())
 }
 
-/// A set of start values (section 6).
-fn parameter_set(name: &str, values: &[(&str, f64)]) -> io::Result<Vec<u8>> {
+/// A set of start values, with their units (section 6).
+fn parameter_set(name: &str, of: &ModelDescription, values: &[(&str, f64)]) -> io::Result<Vec<u8>> {
+    let unit = |name: &str| of.variables.iter().find(|one| one.name == name).and_then(ScalarVariable::unit);
     document(|xml| {
-        let root = [("xmlns:ssv", SSV), ("version", "1.0"), ("name", name), ("generationTool", TOOL)];
+        let root = [
+            ("xmlns:ssv", SSV),
+            ("xmlns:ssc", SSC),
+            ("version", "1.0"),
+            ("name", name),
+            ("generationTool", TOOL),
+        ];
         xml.create_element("ssv:ParameterSet").with_attributes(root).write_inner_content(|xml| {
             xml.create_element("ssv:Parameters").write_inner_content(|xml| {
-                values.iter().try_for_each(|(name, value)| parameter(xml, name, *value))
+                values.iter().try_for_each(|(name, value)| parameter(xml, name, *value, unit(name)))
             })?;
-            Ok(())
+            units(xml, "ssv:Units", values.iter().filter_map(|(name, _)| unit(name)).collect())
         })?;
         Ok(())
     })
 }
 
-fn parameter(xml: &mut Xml, name: &str, value: f64) -> io::Result<()> {
+fn parameter(xml: &mut Xml, name: &str, value: f64, unit: Option<&str>) -> io::Result<()> {
     let text = format!("{value:?}");
+    let attributes = [("value", text.as_str())].into_iter().chain(unit.map(|unit| ("unit", unit)));
     xml.create_element("ssv:Parameter").with_attribute(("name", name)).write_inner_content(|xml| {
-        xml.create_element("ssv:Real").with_attribute(("value", text.as_str())).write_empty()?;
+        xml.create_element("ssv:Real").with_attributes(attributes).write_empty()?;
         Ok(())
     })?;
     Ok(())
