@@ -33,6 +33,14 @@ pub enum ControllerError {
     /// A tick could not be computed.
     #[error(transparent)]
     Tick(#[from] TickError),
+    /// More ticks are due at once than a flight ever leaves open, as only a state that was tampered with can have it.
+    #[error("the next tick belongs to {tick} s, and the flight has come to {time} s without it")]
+    Behind {
+        /// Time of the next tick in s.
+        tick: f64,
+        /// Time reached in s.
+        time: f64,
+    },
 }
 
 impl Controller {
@@ -68,6 +76,18 @@ impl Controller {
             self.warn_of_range(log);
         }
         Ok(())
+    }
+
+    /// Asserts that no more than one tick is left open at a time in s.
+    ///
+    /// # Errors
+    /// [`ControllerError::Behind`].
+    pub fn keeps_up(&self, time: f64) -> Result<(), ControllerError> {
+        let tick = self.autopilot.next_tick_time();
+        match time - tick <= self.design.sample_time + 1e-9 * time.abs().max(1.0) {
+            true => Ok(()),
+            false => Err(ControllerError::Behind { tick, time }),
+        }
     }
 
     fn warn_of_range(&self, log: &mut dyn Log) {
@@ -127,7 +147,8 @@ impl Model for Controller {
         Ok(self.autopilot.initialise(start, &self.inputs)?)
     }
 
-    fn step(&mut self, _: f64, to: f64, log: &mut dyn Log) -> Result<(), ControllerError> {
+    fn step(&mut self, from: f64, to: f64, log: &mut dyn Log) -> Result<(), ControllerError> {
+        self.keeps_up(from)?;
         let done = self.autopilot.advance(to, &self.inputs)?;
         if done.left_range {
             self.warn_of_range(log);

@@ -40,6 +40,14 @@ pub enum PlantError {
     /// The motion cannot be computed.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
+    /// The plant's clock shows another time than the flight has come to, as only a state that was tampered with can have it.
+    #[error("the plant's clock shows {clock} s, and the flight has come to {time} s")]
+    OtherTime {
+        /// The plant's time in s.
+        clock: f64,
+        /// The time reached in s.
+        time: f64,
+    },
 }
 
 /// Names the file, which only the complaint about bad JSON does by itself.

@@ -62,7 +62,8 @@ impl Model for PlantModel {
         Ok(())
     }
 
-    fn step(&mut self, _: f64, to: f64, log: &mut dyn Log) -> Result<(), PlantError> {
+    fn step(&mut self, from: f64, to: f64, log: &mut dyn Log) -> Result<(), PlantError> {
+        self.stands_at(from)?;
         self.advance(to)?;
         self.warn(log);
         Ok(())
@@ -89,6 +90,18 @@ impl Model for PlantModel {
 }
 
 impl PlantModel {
+    /// Asserts that the plant was moved up to a time in s, but for rounding.
+    ///
+    /// # Errors
+    /// [`PlantError::OtherTime`].
+    pub fn stands_at(&self, time: f64) -> Result<(), PlantError> {
+        let clock = self.time();
+        match (clock - time).abs() <= 1e-9 * time.abs().max(1.0) {
+            true => Ok(()),
+            false => Err(PlantError::OtherTime { clock, time }),
+        }
+    }
+
     /// Warns of what the equations do not cover.
     pub(crate) fn warn(&mut self, log: &mut dyn Log) {
         self.warn_of_range(log);

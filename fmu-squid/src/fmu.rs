@@ -51,7 +51,9 @@ impl Model for ClosedLoop {
         self.start(start, log)
     }
 
-    fn step(&mut self, _: f64, to: f64, log: &mut dyn Log) -> Result<(), ClosedLoopError> {
+    fn step(&mut self, from: f64, to: f64, log: &mut dyn Log) -> Result<(), ClosedLoopError> {
+        self.plant.stands_at(from)?;
+        self.controller.keeps_up(from)?;
         self.advance(to, log)
     }
 

@@ -1,29 +1,30 @@
 //! Random calls with random arguments through the C ABI of each FMU: whatever comes, no defect shows, and what the importer
-//! gets back is a status. `PROPTEST_CASES` makes the run longer; failures are kept in `random_calls.regressions`.
+//! gets back is a status. `PROPTEST_CASES` and `SQUID_FUZZ_MINUTES` make the run longer; `corpus` keeps what was once interesting.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod abi;
 mod example;
+mod fuzz;
 
 use std::ffi::{c_char, c_int};
 use std::ptr::{null, null_mut};
-use std::sync::OnceLock;
-use std::sync::atomic::Ordering;
 
-use abi::{DEFECTS, Unpacked, free};
+use abi::{Unpacked, free, own_defects, texts};
 use fmi2::abi::{Component, EventInfo, FmuState, Status, access, exchange, lifecycle, state, step};
 use fmi2::{Interface, Model};
 use fmu_controller::Controller;
 use fmu_plant::PlantModel;
 use fmu_squid::ClosedLoop;
+use fuzz::{Case, Seen, kind_of};
 use proptest::prelude::*;
-use proptest::test_runner::FileFailurePersistence;
+use serde::{Deserialize, Serialize};
 
 /// One call: which function, which variables, which numbers.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 struct Call {
     function: u8,
     references: Vec<u32>,
+    #[serde(with = "fuzz::reals")]
     numbers: Vec<f64>,
     whole: i32,
     /// A pointer that is NULL instead.
@@ -42,9 +43,12 @@ fn number() -> impl Strategy<Value = f64> {
     ]
 }
 
+/// As many as the models have continuous states.
+const NUMBERS: usize = 9;
+
 fn call() -> impl Strategy<Value = Call> {
     let references = prop::collection::vec(prop_oneof![9 => 0..110u32, 1 => any::<u32>()], 1..5);
-    let numbers = prop::collection::vec(number(), 16);
+    let numbers = prop::collection::vec(number(), NUMBERS);
     let whole = prop_oneof![4 => -2..5, 1 => any::<i32>()];
     (0..45u8, references, numbers, whole, prop::bool::weighted(0.03)).prop_map(
         |(function, references, numbers, whole, null)| Call { function, references, numbers, whole, null },
@@ -179,59 +183,88 @@ fn on_states<M: Model>(c: Component, call: &Call, held: &mut Held) -> Status {
     }
 }
 
-fn survives<M: Model>(fmu: &Unpacked<M>, interface: Interface, calls: &[Call]) {
+/// A sequence of calls; together with statuses and messages, what came before a call tells what it met.
+type Calls = Vec<Call>;
+
+impl Case for Calls {
+    fn fresh() -> BoxedStrategy<Self> {
+        prop::collection::vec(call(), 1..60).boxed()
+    }
+
+    fn grown(mut self, by: Self, at: usize) -> Self {
+        self.truncate(1 + at % self.len());
+        self.extend(by);
+        self
+    }
+
+    fn simpler(&self) -> Vec<Self> {
+        let halves = [&self[..self.len() / 2], &self[self.len() / 2..]].map(<[Call]>::to_vec);
+        let without = (0..self.len()).map(|left_out| {
+            let kept = self.iter().enumerate().filter(|(index, _)| *index != left_out);
+            kept.map(|(_, call)| call.clone()).collect()
+        });
+        let plain = (0..self.len()).filter(|&index| self[index].numbers.iter().any(|number| *number != 0.0));
+        let plain = plain.map(|index| {
+            let mut calls = self.clone();
+            calls[index].numbers.fill(0.0);
+            calls
+        });
+        halves.into_iter().chain(without).chain(plain).filter(|calls| !calls.is_empty()).collect()
+    }
+}
+
+/// Functions that may lead to another state of the instance.
+const LEADING: [u8; 10] = [2, 3, 4, 5, 6, 7, 25, 26, 27, 37];
+
+fn survives<M: Model>(fmu: &Unpacked<M>, interface: Interface, calls: &Calls) -> Seen {
     let c = fmu.instantiate(interface);
     assert!(!c.is_null());
     let mut held = Held::default();
+    let (mut seen, mut led_by) = (Seen::new(), 0);
+    texts();
     for call in calls {
         let status = make::<M>(c, call, &mut held);
         assert!(!matches!(status, Status::Fatal | Status::Pending), "{call:?}");
+        seen.insert(format!("{} after {led_by}: {status:?}", call.function));
+        seen.extend(texts().iter().map(|text| kind_of(text)));
+        if status == Status::Ok && LEADING.contains(&call.function) {
+            led_by = call.function;
+        }
     }
     if let Some(mut stored) = held.state {
         assert_eq!(unsafe { state::free_fmu_state::<M>(c, &mut stored) }, Status::Ok);
     }
     free::<M>(c);
-    assert_eq!(DEFECTS.load(Ordering::Relaxed), 0);
+    assert_eq!(own_defects(), 0);
+    seen
 }
 
-fn plant() -> &'static Unpacked<PlantModel> {
-    static FMU: OnceLock<Unpacked<PlantModel>> = OnceLock::new();
-    FMU.get_or_init(|| Unpacked::new(&example::resources()))
+fn tried<M: Model>(name: &str, interface: Interface) {
+    let fmu = Unpacked::<M>::new(&example::resources());
+    fuzz::run(name, |calls| survives(&fmu, interface, calls));
 }
 
-fn controller() -> &'static Unpacked<Controller> {
-    static FMU: OnceLock<Unpacked<Controller>> = OnceLock::new();
-    FMU.get_or_init(|| Unpacked::new(&example::resources()))
+#[test]
+fn a_plant_survives_co_simulation() {
+    tried::<PlantModel>("plant_calls", Interface::CoSimulation);
 }
 
-fn closed_loop() -> &'static Unpacked<ClosedLoop> {
-    static FMU: OnceLock<Unpacked<ClosedLoop>> = OnceLock::new();
-    FMU.get_or_init(|| Unpacked::new(&example::resources()))
+#[test]
+fn a_plant_survives_model_exchange() {
+    tried::<PlantModel>("plant_exchange_calls", Interface::ModelExchange);
 }
 
-/// As many cases as `PROPTEST_CASES` says; what fails is kept beside this file, and tried first from then on.
-fn config() -> ProptestConfig {
-    let kept = FileFailurePersistence::WithSource("regressions");
-    ProptestConfig { failure_persistence: Some(Box::new(kept)), ..ProptestConfig::default() }
+#[test]
+fn a_controller_survives() {
+    tried::<Controller>("controller_calls", Interface::CoSimulation);
 }
 
-proptest! {
-    #![proptest_config(config())]
+#[test]
+fn a_loop_survives_co_simulation() {
+    tried::<ClosedLoop>("squid_calls", Interface::CoSimulation);
+}
 
-    #[test]
-    fn a_plant_survives(calls in prop::collection::vec(call(), 1..60)) {
-        survives(plant(), Interface::CoSimulation, &calls);
-        survives(plant(), Interface::ModelExchange, &calls);
-    }
-
-    #[test]
-    fn a_controller_survives(calls in prop::collection::vec(call(), 1..60)) {
-        survives(controller(), Interface::CoSimulation, &calls);
-    }
-
-    #[test]
-    fn a_loop_survives(calls in prop::collection::vec(call(), 1..60)) {
-        survives(closed_loop(), Interface::CoSimulation, &calls);
-        survives(closed_loop(), Interface::ModelExchange, &calls);
-    }
+#[test]
+fn a_loop_survives_model_exchange() {
+    tried::<ClosedLoop>("squid_exchange_calls", Interface::ModelExchange);
 }

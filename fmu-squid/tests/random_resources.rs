@@ -1,27 +1,29 @@
 //! Random changes of resource files: a model that loads them starts, steps and is freed, or refuses in a sentence; nothing
-//! panics. `PROPTEST_CASES` makes the run longer; failures are kept in `random_resources.regressions`.
+//! panics. `PROPTEST_CASES` and `SQUID_FUZZ_MINUTES` make the run longer; `corpus` keeps what was once interesting.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod abi;
 mod example;
+mod fuzz;
 
 use std::sync::OnceLock;
 use std::sync::atomic::Ordering;
 
-use abi::{DEFECTS, Unpacked, do_step, free};
+use abi::{Unpacked, do_step, free, own_defects, texts};
 use fmi2::abi::{Status, lifecycle};
 use fmi2::{Interface, Model, Resources, describe};
 use fmu_controller::Controller;
 use fmu_plant::PlantModel;
 use fmu_squid::ClosedLoop;
+use fuzz::{Case, Seen, kind_of};
 use proptest::prelude::*;
-use proptest::test_runner::FileFailurePersistence;
+use serde::{Deserialize, Serialize};
 
 /// What happens to a file.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 enum Change {
     /// The n-th number becomes a text.
-    Number(usize, &'static str),
+    Number(usize, String),
     /// A byte is changed.
     Byte(usize, u8),
     /// The file ends early.
@@ -53,7 +55,7 @@ const NUMBERS: [&str; 14] = [
 
 fn change() -> impl Strategy<Value = Change> {
     prop_oneof![
-        6 => (any::<usize>(), prop::sample::select(NUMBERS.to_vec())).prop_map(|(n, to)| Change::Number(n, to)),
+        6 => (any::<usize>(), prop::sample::select(NUMBERS.to_vec())).prop_map(|(n, to)| Change::Number(n, to.to_owned())),
         2 => (any::<usize>(), any::<u8>()).prop_map(|(at, byte)| Change::Byte(at, byte)),
         1 => any::<usize>().prop_map(Change::Cut),
         1 => (any::<usize>(), any::<usize>()).prop_map(|(from, to)| Change::Twice(from, to)),
@@ -65,12 +67,18 @@ fn changed(text: &[u8], change: &Change) -> Option<Vec<u8>> {
     let within = |position: usize| position % text.len().max(1);
     let mut bytes = text.to_vec();
     match *change {
-        Change::Number(which, to) => {
+        Change::Number(which, ref to) => {
             let numbers = numbers_of(text);
-            let (start, end) = numbers[which % numbers.len()];
-            bytes.splice(start..end, to.bytes());
+            if !numbers.is_empty() {
+                let (start, end) = numbers[which % numbers.len()];
+                bytes.splice(start..end, to.bytes());
+            }
         }
-        Change::Byte(at, byte) => bytes[within(at)] = byte,
+        Change::Byte(at, byte) => {
+            if let Some(changed) = bytes.get_mut(within(at)) {
+                *changed = byte;
+            }
+        }
         Change::Cut(at) => bytes.truncate(within(at)),
         Change::Twice(one, other) => {
             let (from, to) = (within(one).min(within(other)), within(one).max(within(other)));
@@ -96,23 +104,53 @@ fn numbers_of(text: &[u8]) -> Vec<(usize, usize)> {
     found
 }
 
+/// Changes of files, the n-th of those that a model has; a file may be changed more than once.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Changes(Vec<(usize, Change)>);
+
+impl Case for Changes {
+    fn fresh() -> BoxedStrategy<Self> {
+        let one = || (0..FILES.len(), change());
+        prop_oneof![4 => prop::collection::vec(one(), 1), 1 => prop::collection::vec(one(), 2..4)]
+            .prop_map(Self)
+            .boxed()
+    }
+
+    fn grown(mut self, by: Self, at: usize) -> Self {
+        self.0.truncate(1 + at % self.0.len());
+        self.0.extend(by.0);
+        self
+    }
+
+    fn simpler(&self) -> Vec<Self> {
+        let without = |left_out: usize| {
+            let mut changes = self.0.clone();
+            changes.remove(left_out);
+            Self(changes)
+        };
+        (0..self.0.len()).map(without).filter(|changes| !changes.0.is_empty()).collect()
+    }
+}
+
 /// Loads the changed files; where that works, flies them for a moment.
-fn survives<M: Model>(file: &str, change: &Change) {
+fn survives<M: Model>(files: &[&str], changes: &Changes) -> Seen {
     static WHOLE: OnceLock<Resources> = OnceLock::new();
     let whole = WHOLE.get_or_init(example::resources);
     let mut resources = Resources::default();
     for (name, bytes) in whole.iter() {
-        match if name == file { changed(bytes, change) } else { Some(bytes.to_vec()) } {
-            Some(bytes) => resources.insert(name, bytes),
-            None => continue,
+        let mut of_file = changes.0.iter().filter(|(file, _)| files[file % files.len()] == name);
+        let bytes = of_file.try_fold(bytes.to_vec(), |bytes, (_, one)| changed(&bytes, one));
+        if let Some(bytes) = bytes {
+            resources.insert(name, bytes);
         }
     }
     if let Err(refused) = describe::<M>(&resources) {
         let sentence = refused.to_string();
         assert!(!sentence.is_empty() && !sentence.contains("panic"), "{sentence}");
-        return;
+        return Seen::from([kind_of(&sentence)]);
     }
     let fmu = Unpacked::<M>::new(&resources);
+    texts();
     let c = fmu.instantiate(Interface::CoSimulation);
     assert!(!c.is_null());
     unsafe { lifecycle::enter_initialization_mode::<M>(c) };
@@ -122,32 +160,23 @@ fn survives<M: Model>(file: &str, change: &Change) {
         }
     }
     free::<M>(c);
-    assert_eq!(DEFECTS.load(Ordering::Relaxed), 0, "{file}: {change:?}");
+    assert_eq!(own_defects(), 0, "{changes:?}");
+    texts().iter().map(|text| kind_of(text)).collect()
 }
 
-/// As many cases as `PROPTEST_CASES` says; what fails is kept beside this file, and tried first from then on.
-fn config() -> ProptestConfig {
-    let kept = FileFailurePersistence::WithSource("regressions");
-    ProptestConfig { failure_persistence: Some(Box::new(kept)), ..ProptestConfig::default() }
+#[test]
+fn plants_survive() {
+    fuzz::run("plant_resources", |changes| survives::<PlantModel>(&FILES[..2], changes));
 }
 
-proptest! {
-    #![proptest_config(config())]
+#[test]
+fn controllers_survive() {
+    fuzz::run("controller_resources", |changes| survives::<Controller>(&FILES[2..3], changes));
+}
 
-    #[test]
-    fn plants_survive(file in prop::sample::select(FILES[..2].to_vec()), change in change()) {
-        survives::<PlantModel>(file, &change);
-    }
-
-    #[test]
-    fn controllers_survive(change in change()) {
-        survives::<Controller>("controller.json", &change);
-    }
-
-    #[test]
-    fn loops_survive(file in prop::sample::select(FILES.to_vec()), change in change()) {
-        survives::<ClosedLoop>(file, &change);
-    }
+#[test]
+fn loops_survive() {
+    fuzz::run("squid_resources", |changes| survives::<ClosedLoop>(&FILES, changes));
 }
 
 /// A folder instead of a file, and a file of a hundred megabytes.

@@ -294,7 +294,10 @@ fn newton_step(
         let inside = project(Vector3::new(column[0], column[1], column[2]));
         column.copy_from(&inside);
     }
-    // Without a limit the decomposition of numbers that are none would never end.
+    // Of numbers that are none, coefficients whose products overflow, there is no decomposition.
+    if !projected.iter().all(|entry| entry.is_finite()) {
+        return None;
+    }
     let svd = projected.try_svd(true, true, SVD_TOLERANCE, SVD_ITERATIONS)?;
     let threshold = svd.singular_values.max() * RANK_TOLERANCE;
     let solution = svd.solve(&DVector::from_column_slice(target.as_slice()), threshold).ok()?;

@@ -2,7 +2,8 @@
 
 #![allow(dead_code, reason = "not every test needs everything")]
 
-use std::ffi::{CString, c_char, c_int, c_void};
+use std::cell::{Cell, RefCell};
+use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::marker::PhantomData;
 use std::ptr::null;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -15,17 +16,40 @@ pub static MESSAGES: AtomicUsize = AtomicUsize::new(0);
 /// Those that speak of a defect of the FMU.
 pub static DEFECTS: AtomicUsize = AtomicUsize::new(0);
 
+thread_local! {
+    /// Those among them that came on this thread.
+    static OWN_DEFECTS: Cell<usize> = const { Cell::new(0) };
+    /// The texts of this thread's messages, where a test wants them.
+    static TEXTS: RefCell<Option<Vec<String>>> = const { RefCell::new(None) };
+}
+
+/// How many messages of this thread spoke of a defect since the last call.
+pub fn own_defects() -> usize {
+    OWN_DEFECTS.take()
+}
+
+/// Keeps the texts of this thread's messages from now on, and hands back those since the last call.
+pub fn texts() -> Vec<String> {
+    TEXTS.with_borrow_mut(|texts| texts.replace(Vec::new())).unwrap_or_default()
+}
+
 unsafe extern "C" fn count(
     _: *mut c_void,
     _: *const c_char,
     status: Status,
     _: *const c_char,
     _: *const c_char,
-    _: *const c_char,
+    text: *const c_char,
 ) {
     MESSAGES.fetch_add(1, Ordering::Relaxed);
+    TEXTS.with_borrow_mut(|texts| {
+        if let Some(texts) = texts {
+            texts.push(unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned());
+        }
+    });
     if status == Status::Fatal {
         DEFECTS.fetch_add(1, Ordering::Relaxed);
+        OWN_DEFECTS.set(OWN_DEFECTS.get() + 1);
     }
 }
 

@@ -1,0 +1,213 @@
+//! Random cases with a corpus that is kept:
+//!
+//! ```text
+//! replay tests/corpus/NAME.jsonl -> random cases, half of them grown from the corpus -> more of them for SQUID_FUZZ_MINUTES
+//! ```
+//!
+//! A property returns what its case brought about, as texts ("fmi2SetReal: variable may not be set in state").
+//! A run with `SQUID_FUZZ_MINUTES` makes the first case that brings about something new as short as it can, and adds it to the
+//! corpus, from where every later run replays it. A case that fails is added by any run.
+
+use std::cell::RefCell;
+use std::collections::BTreeSet;
+use std::env;
+use std::fmt::Debug;
+use std::fs::{self, OpenOptions};
+use std::io::Write;
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::time::{Duration, Instant};
+
+use proptest::prelude::*;
+use proptest::test_runner::{TestError, TestRunner};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// What a case brought about.
+pub type Seen = BTreeSet<String>;
+
+/// A case that takes longer keeps a host waiting, and is a failure.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Cases between two looks at the clock.
+const BATCH: u32 = 200;
+
+/// So much of a sentence tells its reason.
+const WORDS: usize = 10;
+
+/// A random case that may grow out of kept ones and be made shorter.
+pub trait Case: Serialize + DeserializeOwned + Clone + Debug + 'static {
+    /// Any case.
+    fn fresh() -> BoxedStrategy<Self>;
+
+    /// A kept case that went on in another way.
+    fn grown(self, by: Self, at: usize) -> Self;
+
+    /// Simpler cases, the simplest first.
+    fn simpler(&self) -> Vec<Self>;
+}
+
+/// Replays the kept cases, then tries random ones.
+pub fn run<T: Case>(name: &str, property: impl Fn(&T) -> Seen) {
+    let watch = Watch::new(name);
+    let watched = |case: &T| {
+        watch.over(format!("{case:?}"));
+        let seen = property(case);
+        watch.off();
+        seen
+    };
+    let mut corpus = Corpus::read(name);
+    for case in &corpus.cases {
+        corpus.seen.extend(watched(case));
+    }
+    let minutes: Option<f64> =
+        env::var("SQUID_FUZZ_MINUTES").ok().map(|text| text.parse().expect("SQUID_FUZZ_MINUTES is a number"));
+    let end = Instant::now() + Duration::from_secs_f64(60.0 * minutes.unwrap_or(0.0));
+    let mut tried: u64 = 0;
+    loop {
+        tried += u64::from(corpus.batch(minutes.is_some(), &watched));
+        if Instant::now() >= end {
+            break;
+        }
+    }
+    println!(
+        "{name}: {} kept cases, {tried} random ones, {} things seen",
+        corpus.cases.len(),
+        corpus.seen.len()
+    );
+}
+
+/// The kept cases of one property.
+struct Corpus<T> {
+    path: PathBuf,
+    cases: Vec<T>,
+    seen: Seen,
+}
+
+impl<T: Case> Corpus<T> {
+    fn read(name: &str) -> Self {
+        let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/corpus");
+        let path = folder.join(format!("{name}.jsonl"));
+        let text = fs::read_to_string(&path).unwrap_or_default();
+        let case =
+            |line: &str| serde_json::from_str(line).unwrap_or_else(|error| panic!("{path:?}: {error}"));
+        let cases = text.lines().map(case).collect();
+        Self { path, cases, seen: Seen::new() }
+    }
+
+    fn strategy(&self) -> BoxedStrategy<T> {
+        if self.cases.is_empty() {
+            return T::fresh();
+        }
+        let kept = prop::sample::select(self.cases.clone());
+        let grown = (kept, T::fresh(), any::<prop::sample::Index>());
+        let grown = grown.prop_map(|(kept, by, at)| kept.grown(by, at.index(1 << 16)));
+        prop_oneof![T::fresh(), grown].boxed()
+    }
+
+    /// Tries as many cases as `PROPTEST_CASES` says, or a batch of a long run.
+    fn batch(&mut self, long: bool, property: &impl Fn(&T) -> Seen) -> u32 {
+        let config = ProptestConfig { failure_persistence: None, ..ProptestConfig::default() };
+        let config = if long { ProptestConfig { cases: BATCH, ..config } } else { config };
+        let cases = config.cases;
+        let new = RefCell::new(Vec::new());
+        let seen = &self.seen;
+        let outcome = TestRunner::new(config).run(&self.strategy(), |case| {
+            if !property(&case).is_subset(seen) {
+                new.borrow_mut().push(case);
+            }
+            Ok(())
+        });
+        if let Err(TestError::Fail(reason, case)) = outcome {
+            self.keep(case.clone());
+            panic!("{reason}\nadded to {:?}: {case:?}", self.path);
+        }
+        if long {
+            new.into_inner().into_iter().for_each(|case| self.consider(case, property));
+        }
+        cases
+    }
+
+    /// Adds a case, as simple as it can be, if it still shows something new.
+    fn consider(&mut self, mut case: T, property: &impl Fn(&T) -> Seen) {
+        let new: Seen = property(&case).difference(&self.seen).cloned().collect();
+        if new.is_empty() {
+            return;
+        }
+        while let Some(simpler) = case.simpler().into_iter().find(|one| new.is_subset(&property(one))) {
+            case = simpler;
+        }
+        self.seen.extend(property(&case));
+        self.keep(case);
+    }
+
+    fn keep(&mut self, case: T) {
+        let line = serde_json::to_string(&case).unwrap();
+        let mut file = OpenOptions::new().create(true).append(true).open(&self.path).unwrap();
+        writeln!(file, "{line}").unwrap();
+        self.cases.push(case);
+    }
+}
+
+/// Ends the process with the case in hand where one takes too long: a call that never comes back cannot be caught.
+struct Watch {
+    tell: Mutex<Sender<Option<String>>>,
+}
+
+impl Watch {
+    fn new(name: &str) -> Self {
+        let (tell, hear) = channel::<Option<String>>();
+        let name = name.to_owned();
+        std::thread::spawn(move || {
+            let mut case = None;
+            loop {
+                let heard = match &case {
+                    Some(_) => hear.recv_timeout(PATIENCE),
+                    None => hear.recv().map_err(|_| RecvTimeoutError::Disconnected),
+                };
+                case = match (heard, case) {
+                    (Ok(next), _) => next,
+                    (Err(RecvTimeoutError::Timeout), Some(case)) => {
+                        eprintln!("{name}: longer than {PATIENCE:?}: {case}");
+                        std::process::abort();
+                    }
+                    _ => return,
+                };
+            }
+        });
+        Self { tell: Mutex::new(tell) }
+    }
+
+    fn over(&self, case: String) {
+        self.tell.lock().unwrap().send(Some(case)).unwrap();
+    }
+
+    fn off(&self) {
+        self.tell.lock().unwrap().send(None).unwrap();
+    }
+}
+
+/// The beginning of a sentence without numbers, names and what it quotes, so that two with the same reason are one.
+pub fn kind_of(sentence: &str) -> String {
+    let quotes = |c: char| "'`\"".contains(c);
+    let spoken = sentence.split(quotes).step_by(2).flat_map(str::split_whitespace);
+    let is_word = |word: &&str| word.bytes().all(|byte| byte.is_ascii_alphabetic() || b",:;".contains(&byte));
+    spoken.filter(is_word).take(WORDS).collect::<Vec<_>>().join(" ")
+}
+
+/// Real numbers as texts, since JSON knows neither infinities nor what is not a number.
+#[allow(dead_code, reason = "not every case has real numbers")]
+pub mod reals {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(values: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
+        let texts: Vec<String> = values.iter().map(|value| format!("{value:?}")).collect();
+        texts.serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<f64>, D::Error> {
+        let texts = Vec::<String>::deserialize(deserializer)?;
+        texts.iter().map(|text| text.parse().map_err(serde::de::Error::custom)).collect()
+    }
+}
