@@ -43,9 +43,15 @@ pub enum Refusal {
     #[error("the derivative of state '{name}' is {value} here")]
     NoDerivative { name: String, value: f64 },
     #[error(
-        "no derivative by variable '{name}' can be asked for in state '{phase}', only by inputs and states"
+        "no derivative by variable '{name}' can be asked for in state '{phase}', only by {}",
+        match initial { true => "inputs, for states follow from them", false => "inputs and states" }
     )]
-    NotKnown { name: String, phase: &'static str },
+    NotKnown { name: String, phase: &'static str, initial: bool },
+    #[error(
+        "derivatives by parameters, such as '{name}', are not computed; set another value before the initialization, \
+         and take the difference"
+    )]
+    ByParameter { name: String },
     #[error(
         "no derivative of variable '{name}' can be asked for, only of outputs, states and their derivatives"
     )]

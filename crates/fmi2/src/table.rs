@@ -47,7 +47,13 @@ impl<M: Model> Table<M> {
         let entry = self.real(reference)?;
         let is_state = phase != Phase::Initialization && self.states.contains(&reference);
         let is_known = is_state || entry.meta.causality == Causality::Input;
-        let refused = || Refusal::NotKnown { name: entry.meta.name.clone(), phase: phase.name() };
+        let name = || entry.meta.name.clone();
+        // The initialization knows parameters too (section 2.1.9).
+        if entry.meta.causality == Causality::Parameter {
+            return Err(Refusal::ByParameter { name: name() });
+        }
+        let initial = phase == Phase::Initialization;
+        let refused = || Refusal::NotKnown { name: name(), phase: phase.name(), initial };
         entry.quantity.filter(|_| is_known).ok_or_else(refused)
     }
 

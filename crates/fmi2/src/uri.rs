@@ -28,7 +28,7 @@ pub enum UriError {
 }
 
 /// Path of a file URI: `file:/p`, `file:///p`, `file:////p`, `file://localhost/p`, with or without a slash at the
-/// end, percent-encoded or not, with a drive letter on Windows.
+/// end, percent-encoded or not, with a drive letter on Windows, before which two slashes will do.
 ///
 /// # Errors
 /// See [`UriError`].
@@ -40,22 +40,27 @@ pub fn path_of(uri: &str) -> Result<PathBuf, UriError> {
     }
     let rest = &uri[scheme_end..];
     let path = match rest.strip_prefix("//") {
-        Some(authority) if !authority.starts_with('/') => {
+        // Two slashes before a drive letter name no host, though importers write it so.
+        Some(authority) if !authority.starts_with('/') && !begins_with_drive(authority) => {
             let (host, path) = authority.split_at(authority.find('/').unwrap_or(authority.len()));
             if !host.eq_ignore_ascii_case("localhost") {
                 return Err(UriError::Remote { uri: uri.to_owned(), host: host.to_owned() });
             }
             path
         }
-        _ => rest,
+        Some(path) => path,
+        None => rest,
     };
-    if !path.starts_with('/') {
+    if !path.starts_with('/') && !begins_with_drive(path) {
         return Err(UriError::NotFile { uri: uri.to_owned() });
     }
     let path = path.trim_start_matches('/').trim_end_matches('/');
     let path = decode(path).ok_or_else(|| UriError::BadEncoding { uri: uri.to_owned() })?;
-    let has_drive = path.as_bytes().get(1) == Some(&b':') && path.as_bytes()[0].is_ascii_alphabetic();
-    Ok(if has_drive { PathBuf::from(path) } else { PathBuf::from(format!("/{path}")) })
+    Ok(if begins_with_drive(&path) { PathBuf::from(path) } else { PathBuf::from(format!("/{path}")) })
+}
+
+fn begins_with_drive(path: &str) -> bool {
+    matches!(path.as_bytes(), [letter, b':', ..] if letter.is_ascii_alphabetic())
 }
 
 /// Replaces `%41` by `A`.
@@ -92,6 +97,8 @@ mod tests {
             ("file:///opt/a%20b/%C3%A4", "/opt/a b/ä"),
             ("file:///C:/Users/me/r", "C:/Users/me/r"),
             ("file:/c%3A/r", "c:/r"),
+            ("file://C:/Users/me/r/", "C:/Users/me/r"),
+            (r"file:///C:\Users\me\r", r"C:\Users\me\r"),
             ("file:///opt/ä b", "/opt/ä b"),
         ] {
             assert_eq!(path_of(uri), Ok(PathBuf::from(path)), "{uri}");

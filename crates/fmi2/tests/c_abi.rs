@@ -377,7 +377,7 @@ fn derivatives_are_exact_and_asked_for_where_they_make_sense() {
     assert_eq!((slope(Y, U, &mut derivative), derivative), (Status::Ok, 0.0));
     assert_eq!((slope(rate, U, &mut derivative), derivative), (Status::Ok, 2.0));
     assert_eq!((slope(rate, Y, &mut derivative), derivative), (Status::Ok, -1.0));
-    assert_refused(slope(Y, GAIN, &mut derivative), "no derivative by variable 'gain'");
+    assert_refused(slope(Y, GAIN, &mut derivative), "derivatives by parameters, such as 'gain'");
     assert_refused(slope(tau, U, &mut derivative), "no derivative of variable 'tau'");
     assert_refused(slope(99, U, &mut derivative), "value reference 99");
     unsafe {

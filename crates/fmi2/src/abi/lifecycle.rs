@@ -140,7 +140,8 @@ pub unsafe extern "C" fn setup_experiment<M: Model>(
 ) -> Status {
     let experiment = Experiment {
         start,
-        stop: (stop_defined != 0).then_some(stop),
+        // A stop time of infinity is none.
+        stop: (stop_defined != 0 && stop != f64::INFINITY).then_some(stop),
         tolerance: (tolerance_defined != 0).then_some(tolerance),
     };
     let body = |component: &mut Component<M>| Ok(component.instance.set_up(experiment)?);
