@@ -163,6 +163,7 @@ impl LpvModel {
     ///
     /// # Errors
     /// [`LpvModelError`]: not JSON, another format, wrong shapes, numbers that are not finite.
+    #[inline]
     pub fn from_json(text: &str, file: &str) -> Result<Self, LpvModelError> {
         let model: Self = serde_json::from_str(text)
             .map_err(|error| LpvModelError::NotJson { file: file.to_string(), message: error.to_string() })?;

@@ -42,7 +42,8 @@ pub enum Access<M> {
 /// let force = V::real("force", "force on the vehicle", |t| t.force, R::output()).unit("N").depends_on(&[]);
 /// ```
 pub struct Variable<M> {
-    pub(crate) meta: ScalarVariable,
+    /// In a box, so that a table is small and quickly walked through.
+    pub(crate) meta: Box<ScalarVariable>,
     pub(crate) access: Access<M>,
     /// Number among the quantities of [`Tangents`](crate::Tangents).
     pub(crate) quantity: Option<usize>,
@@ -228,7 +229,7 @@ impl<M> Variable<M> {
 
     /// The entry with the start value that the freshly loaded model has, where the standard wants one.
     pub(crate) fn described(&self, value_reference: u32, model: &M) -> ScalarVariable {
-        let mut meta = self.meta.clone();
+        let mut meta = (*self.meta).clone();
         meta.value_reference = value_reference;
         if !meta.needs_start() {
             return meta;
@@ -251,8 +252,8 @@ fn meta<M, T>(
     role: &Role<M, T>,
     variability: Variability,
     kind: Kind,
-) -> ScalarVariable {
-    ScalarVariable {
+) -> Box<ScalarVariable> {
+    Box::new(ScalarVariable {
         name,
         value_reference: 0,
         description,
@@ -263,7 +264,7 @@ fn meta<M, T>(
         derivative_of: None,
         depends_on: None,
         initially_depends_on: None,
-    }
+    })
 }
 
 fn dependencies(names: &[&str]) -> Vec<Dependency> {

@@ -96,6 +96,7 @@ impl Autopilot {
     ///
     /// # Errors
     /// [`DesignError`].
+    #[inline]
     pub fn new(design: &ControllerDesign) -> Result<Self, DesignError> {
         design.validate()?;
         let lft = Lft::from_rows(&design.lft, design.tracked.len(), design.actuators.len())?;

@@ -36,6 +36,7 @@ pub struct LftController {
 
 impl LftController {
     /// A controller at rest; `lft` is in discrete time.
+    #[inline]
     pub fn new(lft: Lft) -> Self {
         let sizes = lft.sizes();
         let (lft, triangular) = match lft.in_schur_coordinates() {

@@ -20,6 +20,7 @@ impl Lft {
     /// [`DesignError::TooFast`].
     ///
     /// Source: Franklin, Powell and Workman, Digital Control of Dynamic Systems, 3rd ed., 1998, section 6.1.
+    #[inline]
     pub fn discretise(&self, sample_time: f64) -> Result<Self, DesignError> {
         let n = self.a.rows();
         let half = self.a.to_dense() * (0.5 * sample_time);

@@ -37,6 +37,7 @@ impl Lft {
     ///
     /// # Errors
     /// [`DesignError::WrongLength`], [`DesignError::BadNumber`].
+    #[inline]
     pub fn from_rows(matrices: &LftMatrices, inputs: usize, outputs: usize) -> Result<Self, DesignError> {
         let (n, r) = (matrices.a.len(), matrices.blocks.iter().sum());
         let of = |key, rows: &Rows, shape| matrix(key, rows, shape);

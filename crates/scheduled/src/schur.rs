@@ -14,6 +14,7 @@ const MOST_ITERATIONS: usize = 10_000;
 impl Lft {
     /// The same controller with `Dtt` quasi-triangular: `Bt Q`, `Dut Q`, `Q^T Ct`, `Q^T Dty` and `T` in the places of `Bt`,
     /// `Dut`, `Ct`, `Dty` and `Dtt`; `None` with several parameters, or where the iteration does not end.
+    #[inline]
     pub(crate) fn in_schur_coordinates(&self) -> Option<Self> {
         if self.blocks.len() != 1 {
             return None;

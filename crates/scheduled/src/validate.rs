@@ -12,6 +12,7 @@ impl ControllerDesign {
     ///
     /// # Errors
     /// [`DesignError`] with the key at fault.
+    #[inline]
     pub fn from_json(text: &str) -> Result<Self, DesignError> {
         let design: Self = serde_json::from_str(text)?;
         design.validate()?;
@@ -22,6 +23,7 @@ impl ControllerDesign {
     ///
     /// # Errors
     /// [`DesignError`] with the key at fault.
+    #[inline]
     pub fn validate(&self) -> Result<(), DesignError> {
         if self.format != FORMAT {
             return Err(DesignError::WrongFormat { found: self.format.clone(), allowed: FORMAT });
