@@ -15,6 +15,7 @@ import sysconfig
 import tempfile
 import zipfile
 from pathlib import Path
+from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -23,6 +24,9 @@ sys.path.insert(0, str(ROOT / "tools"))
 
 from fly import environment  # noqa: E402
 
+if TYPE_CHECKING:
+    import numpy as np
+
 FOLDER = ROOT / "build" / "squid" / "design"
 INPUTS = ("pitch", "speed", "pitch_reference", "speed_reference")
 COUNT, SLOW_COUNT = 20_000, 2_000
@@ -30,16 +34,16 @@ TURNS = 9
 AGREEMENT = 1e-9
 
 
-def in_environment() -> None:
-    """Start again in the environment of the peer, made first where it is missing."""
+def in_environment(script: str) -> None:
+    """Start a script again in the environment of the peer, made first where it is missing."""
     if os.environ.get("SQUID_ABI_PEERS") == "1":
         return
     found = environment.ready("abi", HERE / "requirements.txt")
     variables = {**os.environ, **found.variables, "SQUID_ABI_PEERS": "1"}
-    sys.exit(subprocess.run([found.python, __file__, *sys.argv[1:]], env=variables, check=False).returncode)
+    sys.exit(subprocess.run([found.python, script, *sys.argv[1:]], env=variables, check=False).returncode)
 
 
-def law_of(design: dict) -> dict:
+def law_of(design: dict) -> dict[str, np.ndarray]:
     """Return the matrices of one tick, by the trapezoidal rule, and the tables around them.
 
     With a = Ts/2 and M = (I - a A)^-1: A_d = M (I + a A), B_d = M B, C_d = Ts C M, D_d = D + a C M B, for the inputs
@@ -49,7 +53,9 @@ def law_of(design: dict) -> dict:
 
     lft = {name: np.array(value, dtype=float) for name, value in design["lft"].items() if name != "blocks"}
     ts = design["sample_time"]
-    n, r = lft["Bt"].shape
+    (n, r), p = lft["Bt"].shape, lft["By"].shape[1]
+    # A list without rows does not tell their width.
+    lft |= {"Ct": lft["Ct"].reshape(r, n), "Dtt": lft["Dtt"].reshape(r, r), "Dty": lft["Dty"].reshape(r, p)}
     b, c = np.hstack([lft["Bt"], lft["By"]]), np.vstack([lft["Ct"], lft["Cu"]])
     d = np.block([[lft["Dtt"], lft["Dty"]], [lft["Dut"], lft["Duy"]]])
     m = np.linalg.inv(np.eye(n) - ts / 2 * lft["A"])
@@ -62,21 +68,22 @@ def law_of(design: dict) -> dict:
     law |= {"SCALE": [one["scale"] for one in design["tracked"]]}
     law |= {"ACTUATOR": [[one["scale"], one["minimum"], one["maximum"]] for one in design["actuators"]]}
     law |= {"CENTRE": design["scheduling"]["centre"], "HALF": design["scheduling"]["half_range"]}
-    return {name: np.array(value).tolist() for name, value in law.items()}
+    return {name: np.array(value, dtype=float) for name, value in law.items()}
 
 
-def header(law: dict) -> str:
+def header(law: dict[str, np.ndarray]) -> str:
     """Return the law as constants of C."""
 
     def literal(value: float | list) -> str:
         return "{" + ", ".join(map(literal, value)) + "}" if isinstance(value, list) else repr(value)
 
-    def shape(value: float | list) -> str:
-        return f"[{len(value)}]" + shape(value[0]) if isinstance(value, list) else ""
+    def constant(name: str, value: np.ndarray) -> str:
+        shape = "".join(f"[{size}]" for size in value.shape)
+        return f"static const double {name}{shape} = {literal(value.tolist())};"
 
     sizes = {"N": law["A"], "R": law["Dtt"], "M": law["Cu"], "ROWS": law["SPEED"]}
     lines = [f"enum {{ {', '.join(f'{name} = {len(value)}' for name, value in sizes.items())} }};"]
-    lines += [f"static const double {name}{shape(value)} = {literal(value)};" for name, value in law.items()]
+    lines += [constant(name, value) for name, value in law.items()]
     return "\n".join(lines) + "\n"
 
 
@@ -114,15 +121,28 @@ def from_fmu(name: str, fmu: Path, folder: Path, outputs: list[str], count: int)
     return Peer(name, library, root.get("guid"), (folder / "resources").as_uri(), variables, count)
 
 
-def peers(design: dict, fmu: Path, folder: Path) -> list[Peer]:
-    """Return the controller, C by hand, and pythonfmu."""
-    law = law_of(design)
-    actuators = [one["name"] for one in design["actuators"]]
+def by_hand(law: dict[str, np.ndarray], actuators: list[str], folder: Path) -> Peer:
+    """Compile the law in C for its sizes and return it as a peer."""
     (folder / "law.h").write_text(header(law), encoding="utf-8")
     floor = folder / "floor.so"
     words = ["cc", "-O3", "-shared", "-fPIC", f"-I{folder}", "-o", floor, HERE / "floor.c"]
     subprocess.run([str(word) for word in words], check=True)
-    (folder / "law.json").write_text(json.dumps(law), encoding="utf-8")
+    variables = {name: index for index, name in enumerate((*INPUTS, *actuators))}
+    return Peer("C by hand", floor, "-", "-", variables, COUNT)
+
+
+def compiled_driver(folder: Path) -> Path:
+    """Compile the driver and return its path."""
+    driver = folder / "driver"
+    subprocess.run(["cc", "-O2", "-o", str(driver), str(HERE / "driver.c"), "-ldl", "-lm"], check=True)
+    return driver
+
+
+def peers(design: dict, fmu: Path, folder: Path) -> list[Peer]:
+    """Return the controller, C by hand, and pythonfmu."""
+    law = law_of(design)
+    actuators = [one["name"] for one in design["actuators"]]
+    (folder / "law.json").write_text(json.dumps({n: v.tolist() for n, v in law.items()}), encoding="utf-8")
     words = [
         sys.executable,
         "-m",
@@ -135,11 +155,10 @@ def peers(design: dict, fmu: Path, folder: Path) -> list[Peer]:
         folder / "law.json",
     ]
     subprocess.run([str(word) for word in words], check=True, stdout=subprocess.DEVNULL)
-    by_hand = {name: index for index, name in enumerate((*INPUTS, *actuators))}
     commands = [f"command{index}" for index in range(len(actuators))]
     return [
         from_fmu("squid's controller", fmu, folder / "controller", actuators, COUNT),
-        Peer("C by hand", floor, "-", "-", by_hand, COUNT),
+        by_hand(law, actuators, folder),
         from_fmu("pythonfmu, NumPy", folder / "Peer.fmu", folder / "pythonfmu", commands, SLOW_COUNT),
     ]
 
@@ -148,9 +167,8 @@ def rows(design: dict, fmu: Path) -> list[str]:
     """Check that all compute the same, measure them in turn, and return the table."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        driver = folder / "driver"
+        driver = compiled_driver(folder)
         found = peers(design, fmu, folder)
-        subprocess.run(["cc", "-O2", "-o", str(driver), str(HERE / "driver.c"), "-ldl", "-lm"], check=True)
         # The binary of pythonfmu expects an interpreter in the process, and is not linked with one.
         interpreter = Path(sysconfig.get_config_var("LIBDIR")) / sysconfig.get_config_var("INSTSONAME")
         os.environ |= {
@@ -189,16 +207,22 @@ def put(name: str, lines: list[str]) -> None:
     print(f"{platform.machine()}\n{table}", flush=True)
 
 
-def main() -> int:
-    """Measure, and write the table."""
-    in_environment()
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else FOLDER
+def controller_in(words: list[str]) -> Path:
+    """Return the controller's FMU in the folder that the command line names, or where the main job puts it."""
+    folder = Path(words[0]) if words else FOLDER
     controllers = list(folder.glob("*_controller.fmu"))
     if len(controllers) != 1:
         raise SystemExit(f"{folder} holds {len(controllers)} controllers; run `python3 run.py fly` first")
-    with zipfile.ZipFile(controllers[0]) as archive:
+    return controllers[0]
+
+
+def main() -> int:
+    """Measure, and write the table."""
+    in_environment(__file__)
+    controller = controller_in(sys.argv[1:])
+    with zipfile.ZipFile(controller) as archive:
         design = json.loads(archive.read("resources/controller.json"))
-    put("abi", rows(design, controllers[0]))
+    put("abi", rows(design, controller))
     return 0
 
 
