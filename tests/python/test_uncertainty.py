@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
+import pytest
 from conftest import Run
 from fly.stages import ROOT
 
@@ -34,6 +36,7 @@ def test_the_robust_controller_bears_more(run_squid: Run, tmp_path: Path) -> Non
     vehicle = ROOT / "vehicles" / "remus100"
     done = run_squid("design", vehicle, "--robust", "--out", tmp_path, timeout=900.0)
     assert done.returncode == 0, done.stderr
+    printed = done.stdout
     found = json.loads((tmp_path / "robust.json").read_text(encoding="utf-8"))
     assert found["robust_bears"] > 1.15 * found["nominal_bears"] > 0.0
     certificate = tmp_path / "robust_certificate.json"
@@ -45,8 +48,36 @@ def test_the_robust_controller_bears_more(run_squid: Run, tmp_path: Path) -> Non
     assert (done.returncode, "PROVED" in done.stdout) == (0, True)
     for size, nominal, robust in found["ladder"][1:]:
         assert robust < nominal, size
+    assert_documented(found)
+    assert "The proof is about the model. It leaves out how far the model is off the vehicle: " in printed
     done = run_squid("report", vehicle, "--out", tmp_path)
     assert done.returncode == 0, done.stderr
     assert "The controller of this report is the robust one" in (tmp_path / "report.html").read_text("utf-8")
     assert run_squid("design", vehicle, "--out", tmp_path).returncode == 0
     assert not certificate.exists() and not (tmp_path / "robust.json").exists()
+
+
+def assert_documented(found: dict) -> None:
+    """Assert that docs/robust.md has these numbers of REMUS 100, within 1 % of what is found now."""
+    page = (ROOT / "docs" / "robust.md").read_text(encoding="utf-8")
+    summary = next(line for line in page.splitlines() if line.startswith("| REMUS 100 | "))
+    gamma, nominal, robust, ratio, *gains = (
+        float(cell.strip(" %")) for cell in summary.strip("|").split("|")[1:]
+    )
+    assert gamma == pytest.approx(found["gamma"], rel=0.01)
+    assert [nominal, robust] == pytest.approx(
+        [100 * found["nominal_bears"], 100 * found["robust_bears"]], rel=0.02
+    )
+    assert ratio == pytest.approx(robust / nominal, rel=0.02)
+    assert gains == pytest.approx(found["ladder"][0][1:], rel=0.01)
+    mu, worst = page.split("| REMUS 100, m/s |")[1:]
+    for table, of in ((mu, lambda f, i: f["mu"][i]), (worst, lambda f, i: f["worst"][i][0])):
+        speeds, _, *rows = [
+            [float(c) for c in re.findall(r"\d+\.\d+", line)] for line in table.splitlines()[:4]
+        ]
+        assert speeds == pytest.approx([f["speed"] for f in found["frozen"]], rel=0.01)
+        for i, row in enumerate(rows):
+            assert row == pytest.approx([of(f, i) for f in found["frozen"]], rel=0.01)
+    least, most = (f"{100 * part:.1f}" for part in found["remainder"])
+    left_out = f"and {least} to {most} % for REMUS 100"
+    assert left_out in page

@@ -8,16 +8,20 @@
 //! Both controllers are judged by the same inequality on the same model, in which the uncertain coefficients, like the speed, may change arbitrarily fast. See
 //! `docs/robust.md` for what that means.
 
+mod figures;
+
 use crate::certify::nominal as certificate_of;
 use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::model::{Model, speeds};
-use crate::output::{read, remove, write, write_json};
+use crate::output::{remove, write, write_json};
 use crate::stages::Stages;
-use crate::uncertain::{at_speed, over_range};
+use crate::uncertain::{UncertainModel, at_speed, over_range};
+use crate::uncertain_errors::errors;
 use crate::uncertain_loop::{uncertain_loop, uncertain_plant};
 use crate::uncertain_truncate::{Truncated, truncated};
 use certificate::Certificate;
+pub use figures::{FIGURES, Frozen, RobustFigures, stored};
 use lpv::analysis::{GainBound, bounded_gain};
 use lpv::controller::Controller;
 use lpv::model_error::LoopError;
@@ -28,7 +32,6 @@ use lpv::plant::GeneralisedPlant;
 use lpv::robust::{RobustDesign, RobustOptions, Round, UncertainPlant, more_robust};
 use lpv::robust_bound::{RobustBound, RobustLoop};
 use lpv::synthesis::Design;
-use serde::{Deserialize, Serialize};
 use std::path::Path;
 use thiserror::Error as ThisError;
 
@@ -66,42 +69,6 @@ pub enum RobustError {
     },
 }
 
-/// The two controllers side by side, as `robust.json` holds them; sizes are fractions of the declared uncertainty.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct RobustFigures {
-    /// The gain that neither may exceed.
-    pub gamma: f64,
-    /// The size that the nominal controller bears at this gain.
-    pub nominal_bears: f64,
-    /// The size that the robust controller bears.
-    pub robust_bears: f64,
-    /// Sizes, and at each the bound of the nominal and of the robust controller where there is one.
-    pub ladder: Vec<(f64, Option<f64>, Option<f64>)>,
-    /// The size of [`Frozen::worst`].
-    pub constant_size: f64,
-    /// Both controllers frozen at several speeds, with constant uncertainty.
-    pub frozen: Vec<Frozen>,
-    /// Uncertain parameters, their channels, and the channels of rho.
-    pub sizes: (usize, usize, usize),
-    /// How far the model may be off for its missing channels, relative.
-    pub model_error: f64,
-    /// Parameters that were left out.
-    pub left_out: Vec<String>,
-    /// Why there were no more rounds.
-    pub stop: String,
-}
-
-/// What constant uncertainty does at one speed, to the nominal and the robust controller.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Frozen {
-    /// Speed along the path, m/s.
-    pub speed: f64,
-    /// mu for robust stability is below this at every frequency; none where no bound closes.
-    pub mu: [Option<f64>; 2],
-    /// The worst-case gain at a size: below the first, and at least the second; none where the loop is not shown to stay stable.
-    pub worst: [Option<(f64, f64)>; 2],
-}
-
 /// What came of the search.
 #[derive(Debug, Clone)]
 pub struct Robust {
@@ -124,7 +91,8 @@ pub fn robust(
     nominal: &Design,
     stages: &Stages,
 ) -> Result<Robust, Error> {
-    let truncated = truncated(inputs, &over_range(inputs, model)?, BOX, TOLERANCE)?;
+    let whole = over_range(inputs, model)?;
+    let truncated = truncated(inputs, &whole, BOX, TOLERANCE)?;
     let uncertain = UncertainPlant { plant: uncertain_plant(inputs, &truncated.model)?, scheduled: 1 };
     stages.done("uncertain", &model_line(&truncated));
     let options = RobustOptions {
@@ -152,6 +120,7 @@ pub fn robust(
         frozen: frozen(inputs, [&nominal.controller, &found.controller])?,
         sizes: (truncated.model.blocks.len(), uncertain.unknown_channels(), uncertain.scheduled_channels()),
         model_error: truncated.error,
+        remainder: remainder(inputs, &whole)?,
         left_out: truncated.gone,
         stop: found.stop.to_string(),
     };
@@ -200,6 +169,17 @@ fn proved(uncertain: &UncertainPlant, found: &RobustDesign) -> Result<Certificat
     let certificate = certificate_of(&uncertain.sized(clear.size), &found.controller, &clear.bound);
     certificate.prove()?;
     Ok(certificate)
+}
+
+/// How far the uncertain model is off the vehicle trimmed anew, relative: the least and the largest over the speeds.
+fn remainder(inputs: &Inputs, model: &UncertainModel) -> Result<(f64, f64), Error> {
+    let (centre, half_range) = inputs.design.scheduling();
+    let mut found = (f64::INFINITY, 0.0_f64);
+    for speed in speeds(inputs, SPEEDS) {
+        let off = errors(inputs, &at_speed(inputs, speed)?, model, (speed - centre) / half_range)?.remainder;
+        found = (found.0.min(off), found.1.max(off));
+    }
+    Ok(found)
 }
 
 /// mu for robust stability and the worst-case gain of the loops frozen at several speeds.
@@ -267,60 +247,6 @@ pub fn forget(directory: &Path) -> Result<(), Error> {
     remove(&directory.join(CERTIFICATE))?;
     remove(&directory.join(FIGURES))
 }
-
-/// The figures of the robust design in a directory, if it holds one.
-///
-/// # Errors
-/// [`Error::Unreadable`], [`Error::Json`].
-pub fn stored(directory: &Path) -> Result<Option<RobustFigures>, Error> {
-    let path = directory.join(FIGURES);
-    if !path.is_file() {
-        return Ok(None);
-    }
-    let wrong = |reason| Error::Json { path: path.display().to_string(), reason };
-    serde_json::from_str(&read(&path)?).map(Some).map_err(wrong)
-}
-
-impl RobustFigures {
-    /// For people.
-    pub fn words(&self) -> String {
-        let number = |g: Option<f64>| g.map_or_else(|| "none".into(), |g| format!("{g:.3}"));
-        let mut out = format!(
-            "At a gain of {:.4}, {PRICE} times that of the nominal controller, is borne of the declared uncertainty, changing arbitrarily fast:\n\
-             \x20 nominal controller {:.1} %, robust controller {:.1} %: {:.2} times as much\n\
-             Gain bound at a part of the declared uncertainty\n        part     nominal      robust\n",
-            self.gamma,
-            100.0 * self.nominal_bears,
-            100.0 * self.robust_bears,
-            self.robust_bears / self.nominal_bears
-        );
-        for (size, nominal, robust) in &self.ladder {
-            out += &format!("  {:>8.1} %  {:>10}  {:>10}\n", 100.0 * size, number(*nominal), number(*robust));
-        }
-        out += &format!(
-            "Constant uncertainty: mu for robust stability, and the worst-case gain (found, guaranteed) at {:.0} % of what is declared\n\
-             \x20        m/s  mu nominal      robust   gain nominal         robust\n",
-            100.0 * self.constant_size
-        );
-        for f in &self.frozen {
-            let gain = |g: Option<(f64, f64)>| {
-                g.map_or_else(|| "no bound".into(), |(upper, lower)| format!("{lower:.3}..{upper:.3}"))
-            };
-            out += &format!(
-                "  {:>10.2}  {:>10}  {:>10}  {:>13}  {:>13}\n",
-                f.speed,
-                number(f.mu[0]),
-                number(f.mu[1]),
-                gain(f.worst[0]),
-                gain(f.worst[1])
-            );
-        }
-        out + &format!("No more rounds: {}\n", self.stop)
-    }
-}
-
-/// The file of the figures.
-pub const FIGURES: &str = "robust.json";
 
 /// The file of the certificate with uncertainty.
 pub const CERTIFICATE: &str = "robust_certificate.json";

@@ -103,7 +103,7 @@ fn entry(subject: &Subject, fits: &[MatrixPolynomial], i: usize, j: usize) -> Ch
 pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
     let fits = fits(subject)?;
     let (input, actuator) = subject.pitching_actuator();
-    let mut charts = Vec::new();
+    let (mut charts, mut phases) = (Vec::new(), Vec::new());
     for at in [0, subject.truth.len() / 2, subject.truth.len() - 1] {
         let (speed, exact) = (subject.speeds[at], stacked(&subject.truth[at]));
         let models: Vec<Mat> =
@@ -114,8 +114,10 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
             g.norm().to_degrees() * scale(actuator.unit())
         }));
         let phase = Axis::linear("phase (deg)");
-        charts.push(response(&title, &models, input, phase, &|g| g.arg().to_degrees()));
+        phases.push(response(&title, &models, input, phase, &|g| g.arg().to_degrees()));
     }
+    // In rows of three: the phase of a speed below its magnitude.
+    charts.append(&mut phases);
     let errors = frequency::errors(&subject.model);
     let error = |order: usize| errors.iter().find(|e| e.0 == order).map_or(f64::NAN, |e| 100.0 * e.1);
     let (first, second) = (error(1), error(2));

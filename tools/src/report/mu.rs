@@ -1,10 +1,12 @@
 //! The paper's Fig. 7: mu bounds for robust stability over frequency, at six speeds.
 
 mod at_speed;
+mod worst_gain;
 
 use super::axis::Axis;
 use super::chart::{Chart, Curve, Key};
 use super::figure::Figure;
+use super::robust::between;
 use super::section::{Part, Table};
 use super::subject::Subject;
 use super::verdict::{Verdict, hardest_below, stays_stable};
@@ -12,13 +14,16 @@ use crate::error::Error;
 use crate::uncertain::UncertainError;
 use at_speed::{Change, DECADES, SpeedMu};
 use std::sync::Mutex;
+use worst_gain::PARTS;
 
 /// Speeds in a panel, as in the paper.
 const IN_A_PANEL: usize = 3;
 /// A parameter with a smaller share in the instability is not named.
 const NAMED: f64 = 0.1;
+/// Width of the mark of a lower bound, in units of the page.
+const MARK_WIDTH: f64 = 5.0;
 /// Half the length of the mark of a lower bound on the frequency axis, as a factor.
-const MARK: f64 = 1.08;
+const MARK: f64 = 1.16;
 
 /// Fig. 7.
 ///
@@ -41,6 +46,8 @@ pub fn mu(subject: &Subject) -> Result<Vec<Part>, Error> {
         Part::Table(causes_table(&found)),
         Part::Verdict(stability_verdict(&bounds(&found))),
         Part::Verdict(speed_verdict(subject.inputs.design.scheduling().0, &bounds(&found))),
+        Part::Words(about_gain()),
+        Part::Table(gain_table(&found)),
     ])
 }
 
@@ -102,8 +109,13 @@ fn figure(subject: &Subject, found: &[SpeedMu]) -> Figure {
         .map(|(i, f)| Key { dash: "", ..Key::nth(i, Subject::speed_name(f.speed)) })
         .collect();
     let marks = keys.len();
-    let mark = |i: usize| Key { dash: "", width: 3.0, ..Key::nth(i, "") };
+    let mark = |i: usize| Key { dash: "", width: MARK_WIDTH, ..Key::nth(i, "") };
     keys.extend((0..marks).map(mark));
+    keys.push(Key {
+        dash: "9 20",
+        width: MARK_WIDTH,
+        ..Key::reference("lower bound, in the speed's colour")
+    });
     keys.push(Key::reference("mu = 1"));
     let shown = [DECADES.0, DECADES.1].map(|k| 10f64.powi(k));
     let highest = found.iter().map(SpeedMu::guaranteed).fold(1.0, f64::max);
@@ -131,7 +143,7 @@ fn figure(subject: &Subject, found: &[SpeedMu]) -> Figure {
     Figure {
         name: "fig7-mu-bounds".into(),
         caption: format!(
-            "mu for robust stability of {} with the controller frozen at six speeds. Curves: upper bounds; marks of the same colour: lower bounds, \
+            "mu for robust stability of {} with the controller frozen at six speeds. Curves: upper bounds; short bars of the same colour: lower bounds, \
              each shown by a perturbation at that very frequency (at the left edge: at frequency zero, which \
              has no place on the axis and where the upper bound, too, may be above the curve). For real parameters a lower bound is \
              found at some frequencies and not at others.",
@@ -145,7 +157,7 @@ fn figure(subject: &Subject, found: &[SpeedMu]) -> Figure {
 fn table(found: &[SpeedMu]) -> Table {
     let mut table = Table::new([
         "speed (m/s)",
-        "mu below, at every frequency",
+        "mu below",
         "peak (rad/s)",
         "mu at least",
         "at (rad/s)",
@@ -175,6 +187,26 @@ fn causes_table(found: &[SpeedMu]) -> Table {
         "what does most in the perturbation that destabilises, and its share in it",
     ]);
     table.rows = found.iter().map(|f| vec![format!("{:.2}", f.speed), causes(&f.worst)]).collect();
+    table
+}
+
+fn about_gain() -> String {
+    format!(
+        "The worst-case gain says what is left of performance: the largest gain of the same loop from w to z, of which the gamma of the design is a bound, with \
+         constant coefficients anywhere in the part of the declared uncertainty at the head of the column ({} % is all of it). Of two numbers the first was found with coefficients that \
+         have it, the second is guaranteed at every frequency. 'No bound': at that size the loop is not shown to stay stable.",
+        100.0 * PARTS[PARTS.len() - 1]
+    )
+}
+
+fn gain_table(found: &[SpeedMu]) -> Table {
+    let mut table = Table::new(["speed (m/s)", "gain at no uncertainty"]);
+    table.head.extend(PARTS.iter().map(|part| format!("worst case at {:.0} %", 100.0 * part)));
+    for f in found {
+        let mut row = vec![format!("{:.2}", f.speed), format!("{:.3}", f.gain.nominal)];
+        row.extend(f.gain.at.map(between));
+        table.rows.push(row);
+    }
     table
 }
 

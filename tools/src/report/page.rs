@@ -12,18 +12,22 @@ const STYLE: &str = "\
 :root{color-scheme:light}\
 body{font:16px/1.5 system-ui,sans-serif;color:#1a1a1a;background:#fff;max-width:78rem;margin:0 auto;padding:0 1rem 3rem}\
 h1{font-size:1.6rem;margin:1.2rem 0 .3rem}h2{font-size:1.25rem;margin:2.2rem 0 .4rem;border-top:1px solid #ccc;padding-top:1rem}\
-p{max-width:46rem}nav ul{columns:16rem;padding-left:1.2rem}a{color:#005a8c}\
+p{max-width:46rem}nav ul{columns:16rem;padding-left:1.2rem}li{break-inside:avoid}a{color:#005a8c}\
 figure{margin:1rem 0}.charts{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,21rem),1fr));gap:.6rem}\
 .charts svg{width:100%;height:auto;max-width:28rem}\
 .legend span{display:inline-block;margin-right:1.1rem;white-space:nowrap;font-size:.9rem}.legend svg{vertical-align:middle}\
 figcaption{font-size:.9rem;color:#444;max-width:46rem;margin-top:.3rem}\
-.table{overflow-x:auto}table{border-collapse:collapse;margin:.6rem 0;font-size:.92rem}\
-th,td{padding:.15rem .7rem;text-align:right;border-bottom:1px solid #ddd}th:first-child,td:first-child{text-align:left}\
+.table{overflow-x:auto;background:linear-gradient(to right,#fff 40%,#fff0),linear-gradient(to left,#fff 40%,#fff0) 100% 0,\
+linear-gradient(to right,#0003,#0000),linear-gradient(to left,#0003,#0000) 100% 0;background-repeat:no-repeat;\
+background-size:2rem 100%,2rem 100%,.8rem 100%,.8rem 100%;background-attachment:local,local,scroll,scroll}\
+table{border-collapse:collapse;margin:.6rem 0;font-size:.92rem}th,td{padding:.15rem .7rem;text-align:right;border-bottom:1px solid #ddd}\
+td{white-space:nowrap}th:first-child,td:first-child,.words{text-align:left}td:first-child,td.words{white-space:normal}\
 .verdict{border-left:.35rem solid #888;background:#f6f6f6;padding:.5rem .9rem;margin:.8rem 0;max-width:46rem}\
 .verdict p{margin:.2rem 0}.yes{border-color:#009e73}.partly{border-color:#e69f00}.no{border-color:#d55e00}\
 .surrogate{background:#fff3d6;border:1px solid #e69f00;padding:.5rem .9rem;max-width:46rem}\
+@media(max-width:40rem){table{font-size:.8rem}th,td{padding:.15rem .3rem}}\
 @media print{@page{margin:14mm}body{max-width:none;font-size:10pt;padding:0}h2,.verdict,.charts svg,tr{break-inside:avoid}\
-h2,.legend{break-after:avoid}.charts{grid-template-columns:repeat(2,1fr)}.table{overflow:visible}table{font-size:8.5pt}\
+h2,.legend{break-after:avoid}.charts{grid-template-columns:repeat(2,1fr)}.table{overflow:visible;background:none}table{font-size:8.5pt}\
 th,td{padding:.1rem .35rem}nav{display:none}}";
 
 /// Text as HTML and as an attribute.
@@ -62,7 +66,26 @@ pub fn page(report: &Report, about: &[String]) -> Result<String, Error> {
 }
 
 fn paragraph(words: &str) -> String {
-    format!("<p>{}</p>\n", escaped(words))
+    format!("<p>{}</p>\n", prose(words))
+}
+
+/// What is not parted from the number before it at the end of a line.
+const UNITS: [&str; 7] = ["%", "s", "m/s", "rad/s", "deg", "N", "m"];
+
+/// Text as HTML, numbers and their units on one line.
+fn prose(text: &str) -> String {
+    let words: Vec<&str> = text.split(' ').collect();
+    let mut out = String::new();
+    for (i, word) in words.iter().enumerate() {
+        let before = i.checked_sub(1).map_or("", |k| words[k]);
+        let is_unit = UNITS.contains(&word.trim_end_matches(['.', ',', ';', ':', ')']));
+        let tied = before.ends_with(|c: char| c.is_ascii_digit()) && is_unit || before.ends_with("Fig.");
+        if i > 0 {
+            out.push(if tied { '\u{a0}' } else { ' ' });
+        }
+        out.push_str(word);
+    }
+    escaped(&out)
 }
 
 /// The claims with their verdicts, and the way to each section.
@@ -91,9 +114,18 @@ fn section(section: &Section, report: &Report) -> Result<String, Error> {
     Ok(out + "</section>\n")
 }
 
+/// A cell that begins with a letter and is longer than this makes its column one of words, not of numbers.
+const WORD: usize = 12;
+
 fn table(table: &Table) -> String {
+    let is_words = |cell: &String| cell.len() > WORD && cell.starts_with(|c: char| c.is_alphabetic());
+    let of_words = |column: usize| table.rows.iter().any(|row| row.get(column).is_some_and(is_words));
     let cells = |row: &[String], tag: &str| -> String {
-        row.iter().map(|cell| format!("<{tag}>{}</{tag}>", escaped(cell))).collect()
+        let class = |i: usize| if of_words(i) { " class=\"words\"" } else { "" };
+        row.iter()
+            .enumerate()
+            .map(|(i, cell)| format!("<{tag}{}>{}</{tag}>", class(i), prose(cell)))
+            .collect()
     };
     let rows: String = table.rows.iter().map(|row| format!("<tr>{}</tr>\n", cells(row, "td"))).collect();
     format!(
@@ -106,10 +138,33 @@ fn verdict(verdict: &Verdict, subject: &str) -> String {
     format!(
         "<div class=\"verdict {}\">\n<p>The paper: {}</p>\n<p><strong>Of {}: {}.</strong> {}</p>\n<p>Judged by: {}</p>\n</div>\n",
         verdict.finding.class(),
-        escaped(verdict.claim),
+        prose(verdict.claim),
         escaped(subject),
         verdict.finding.words(),
-        escaped(&verdict.because),
-        escaped(&verdict.criterion)
+        prose(&verdict.because),
+        prose(&verdict.criterion)
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_keeps_its_unit() {
+        assert_eq!(
+            prose("within 60 s, at 5 % & in Fig. 7"),
+            "within 60\u{a0}s, at 5\u{a0}% &amp; in Fig.\u{a0}7"
+        );
+        assert_eq!(prose("6 controllers so 3 sets"), "6 controllers so 3 sets");
+    }
+
+    #[test]
+    fn columns_of_words_are_set_as_words() {
+        let mut table = Table::new(["speed", "cause", "gain"]);
+        table.rows.push(["0.50", "M_uw +40 % (62 %)", "no bound"].map(str::to_owned).to_vec());
+        let html = self::table(&table);
+        assert!(html.contains("<th class=\"words\">cause</th><th>gain</th>"), "{html}");
+        assert!(html.contains("<td>0.50</td><td class=\"words\">M_uw"), "{html}");
+    }
 }

@@ -58,7 +58,7 @@ pub fn tuning(subject: &Subject) -> Result<Vec<Part>, Error> {
     let all = TRIED.iter().map(|(w, letter)| tune(subject, *w, letter)).collect::<Result<Vec<_>, _>>()?;
     let step = subject.stored.manoeuvre.pitch_step.to_degrees();
     let words = format!(
-        "W_e is given another bandwidth and the controller is synthesised anew each time; everything else is as in the design file. \
+        "W_e is given another bandwidth and the (nominal) controller is synthesised anew each time; everything else is as in the design file. \
          Impulses are of the linear loop at frozen speed (true linearisation, controller in continuous time), as the paper's presumably \
          are. Steps of {step:.0} deg are flown by the nonlinear vehicle with the sampled autopilot, actuator lags and limits."
     );
@@ -161,8 +161,8 @@ fn table(subject: &Subject, all: &[Tuned]) -> Table {
         "steady error %",
         "actuator use %",
         "bandwidth (rad/s)",
-        "damping: modes",
-        "as shown",
+        "damping of the modes",
+        "damping as seen",
     ]);
     for tuned in all {
         for (v, r) in subject.speeds.iter().zip(&tuned.responses) {

@@ -1,5 +1,6 @@
 //! mu for robust stability at one speed: bounds for all frequencies, curves over frequency, and the perturbation that destabilises.
 
+use super::worst_gain::WorstGain;
 use crate::error::Error;
 use crate::report::subject::Subject;
 use crate::uncertain::{self, Block, Uncertain};
@@ -37,6 +38,8 @@ pub struct SpeedMu {
     pub lower: Vec<(f64, f64)>,
     /// The perturbation of the largest lower bound, one entry a parameter; those that do most stand first.
     pub worst: Vec<Change>,
+    /// The gain of the loop with and without errors of the coefficients.
+    pub gain: WorstGain,
 }
 
 /// What one uncertain parameter does in a perturbation.
@@ -72,7 +75,9 @@ impl SpeedMu {
             let shares = shares(&system, &model.blocks, &values);
             ordered(&model.blocks, &values, &shares)
         });
-        Ok(Self { speed, size: (model.blocks.len(), model.channels()), bounds, upper, peak, lower, worst })
+        let gain = WorstGain::new(&closed.system, &structure, bounds.upper.upper);
+        let size = (model.blocks.len(), model.channels());
+        Ok(Self { speed, size, bounds, upper, peak, lower, worst, gain })
     }
 
     /// mu is below this at every frequency.

@@ -1,0 +1,78 @@
+//! The worst-case gain at one speed: how large the gain of the loop becomes when the coefficients are off and stay so.
+
+use lpv::mu::Structure;
+use lpv::mu::worst_case::{Perturbable, worst_case_gain};
+use lpv::state_space::StateSpace;
+
+/// The parts of the declared uncertainty for which the gain is bounded.
+pub const PARTS: [f64; 2] = [0.25, 1.0];
+
+/// What constant errors of the coefficients do to the gain from w to z.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WorstGain {
+    /// Without any.
+    pub nominal: f64,
+    /// At each of [`PARTS`]: below the first, and at least the second; none where the loop is not shown to stay stable.
+    pub at: [Option<(f64, f64)>; PARTS.len()],
+}
+
+impl WorstGain {
+    /// Bounds the gain of a loop from (wd, w) to (zd, z) with a structure of Delta, of which mu for robust stability is known to be below `mu`.
+    pub fn new(system: &StateSpace, structure: &Structure, mu: f64) -> Self {
+        let at = |size: f64| {
+            // Where mu leaves room for an unstable loop there is no bound, and no need to look for one.
+            let whole = (size * mu < 1.0).then(|| Perturbable {
+                system: system.clone(),
+                structure: structure.clone(),
+                size,
+            });
+            let found = worst_case_gain(&whole?).ok()?;
+            Some((found.upper, found.worst.gain))
+        };
+        Self { nominal: unperturbed(system, structure).hinf_norm().value, at: PARTS.map(at) }
+    }
+}
+
+/// From w to z without perturbation.
+fn unperturbed(system: &StateSpace, structure: &Structure) -> StateSpace {
+    let (k, w) = (structure.cols(), structure.rows());
+    let (rows, cols) = (system.d.nrows() - k, system.d.ncols() - w);
+    StateSpace {
+        a: system.a.clone(),
+        b: system.b.columns(w, cols).into_owned(),
+        c: system.c.rows(k, rows).into_owned(),
+        d: system.d.view((k, w), (rows, cols)).into_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lpv::matrix::Mat;
+    use lpv::mu::Block;
+    use nalgebra::dmatrix;
+
+    /// `x' = -x + c delta x + w`, z = x: the gain is `1/(1 - c delta)`, and mu is c.
+    #[test]
+    fn gains_that_are_known() {
+        let of = |c: f64| {
+            let system = StateSpace {
+                a: dmatrix![-1.0],
+                b: dmatrix![c, 1.0],
+                c: dmatrix![1.0; 1.0],
+                d: Mat::zeros(2, 2),
+            };
+            WorstGain::new(&system, &Structure::new(vec![Block::Real(1)]).unwrap(), c)
+        };
+        let found = of(0.8);
+        assert!((found.nominal - 1.0).abs() < 1e-9);
+        for (part, at) in PARTS.iter().zip(found.at) {
+            let (exact, (upper, lower)) = (1.0 / (1.0 - 0.8 * part), at.unwrap());
+            assert!(upper >= exact && upper < 1.001 * exact, "{upper} {exact}");
+            assert!((lower / exact - 1.0).abs() < 1e-9, "{lower} {exact}");
+        }
+        let found = of(2.0);
+        assert!(found.at[0].is_some() && found.at[1].is_none(), "{found:?}");
+        assert_eq!(of(5.0).at, [None; 2]);
+    }
+}
