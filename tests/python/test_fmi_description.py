@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import ctypes
 import shutil
+import zipfile
 from collections import Counter
 from pathlib import Path
 from xml.etree import ElementTree
 
+import fmpy
 import pytest
 from conftest import Run
 from fly.package import Packages
 from fly.stages import ROOT
 from fmpy import extract, read_model_description
 from fmpy.validation import validate_fmu
+from lxml import etree
 
 KINDS = ("plant", "controller", "loop")
 BASE_UNITS = {"kg", "m", "s", "A", "K", "mol", "cd", "rad"}
@@ -212,3 +215,33 @@ def test_the_same_design_gives_the_same_bytes(run_squid: Run, squid: Packages, t
     for kind in KINDS:
         first = getattr(squid, kind)
         assert (again / first.name).read_bytes() == first.read_bytes()
+
+
+def plug(fmu: Path) -> ElementTree.Element:
+    """Return the one terminal of an FMU."""
+    with zipfile.ZipFile(fmu) as archive:
+        text = archive.read("terminalsAndIcons/terminalsAndIcons.xml")
+        assert archive.read("terminalsAndIcons/icon.png") == archive.read("model.png")
+    schema = Path(fmpy.__file__).parent / "schema" / "fmi3" / "fmi3TerminalsAndIcons.xsd"
+    etree.XMLSchema(etree.parse(str(schema))).assertValid(etree.fromstring(text))
+    (found,) = ElementTree.fromstring(text).iter("Terminal")
+    return found
+
+
+def test_one_gesture_wires_plant_and_controller(packages: Packages) -> None:
+    """The plugs name the same members, and each is an output on one side and an input of the same unit on the other."""
+    ends = [plug(fmu) for fmu in (packages.plant, packages.controller)]
+    members = [{one.get("memberName"): one.get("variableName") for one in end} for end in ends]
+    assert list(members[0]) == list(members[1])
+    assert len(members[0]) >= 3
+    assert all(end.get("matchingRule") == "plug" for end in ends)
+    sides = [
+        {one.name: one for one in read_model_description(fmu).modelVariables}
+        for fmu in (packages.plant, packages.controller)
+    ]
+    for name in members[0]:
+        plant, controller = (side[member[name]] for side, member in zip(sides, members, strict=True))
+        assert {plant.causality, controller.causality} == {"input", "output"}
+        assert plant.unit == controller.unit
+    with zipfile.ZipFile(packages.loop) as archive:
+        assert "terminalsAndIcons/terminalsAndIcons.xml" not in archive.namelist()

@@ -42,6 +42,7 @@ pub mod ssp;
 mod ssp_units;
 pub mod stages;
 pub mod store;
+mod terminals;
 pub mod uncertain;
 pub mod uncertain_errors;
 pub mod uncertain_gradients;

@@ -6,6 +6,7 @@ use crate::inputs::Inputs;
 use crate::package_platform::Platform;
 use crate::report::Report;
 use crate::store::Stored;
+use crate::terminals::terminals;
 use fmi2::{Described, Model, Resources};
 use model_description::ModelDescription;
 use std::collections::BTreeMap;
@@ -152,11 +153,15 @@ pub fn pack(
         entries.insert(format!("documentation/licenses/{licence}"), text.as_bytes().to_vec());
     }
     let path = directory.join(format!("{}.fmu", prepared.identifier));
+    let plug = terminals(kind, &prepared.description, &stored.controller)
+        .map_err(|reason| Error::Zip { path: path.display().to_string(), reason: reason.into() })?;
+    entries.extend(plug.map(|text| ("terminalsAndIcons/terminalsAndIcons.xml".into(), text)));
+    entries.insert("terminalsAndIcons/icon.png".into(), ICON.to_vec());
     let bytes = zipped(&entries).map_err(|e| Error::Zip { path: path.display().to_string(), reason: e })?;
     Ok(Packed { path, bytes, description: prepared.description })
 }
 
-/// The picture that tools show for the FMU (FMI 2.0.4, section 2.3).
+/// The picture that tools show for the FMU, some from either place (FMI 2.0.4, section 2.3).
 const ICON: &[u8] = include_bytes!("../model.png");
 
 /// Squid's own licences, and those of what is compiled in; `tools/fly/licences.py` writes the latter.

@@ -259,7 +259,7 @@ fn parameter(xml: &mut Xml, name: &str, value: f64, unit: Option<&str>) -> io::R
     Ok(())
 }
 
-fn document(body: impl FnOnce(&mut Xml) -> io::Result<()>) -> io::Result<Vec<u8>> {
+pub(crate) fn document(body: impl FnOnce(&mut Xml) -> io::Result<()>) -> io::Result<Vec<u8>> {
     let mut xml = Writer::new_with_indent(Vec::new(), b' ', 2);
     xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
     body(&mut xml)?;
