@@ -7,6 +7,7 @@ in squid.fmu (`test_coupling.py` has the master that does not); here the importe
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import subprocess
@@ -25,7 +26,7 @@ from importers import FOLDER, ImporterError, fly, of_pypi, others
 from native import program
 
 AGREEMENT = 1e-9
-NAMES = ["libcosim", "ecos", "fmi-crate"]
+NAMES = ["libcosim", "ecos", "container", "fmi-crate", "fmu-runner", "fmi-rs"]
 
 
 @pytest.fixture(scope="session")
@@ -52,11 +53,26 @@ def fmi_crate() -> Path:
     return target / "debug" / "fly-fmi"
 
 
+@pytest.fixture(scope="session")
+def other_crates() -> Path:
+    """Return the folder with the importers of other crates, which need nothing but a C compiler."""
+    target = build.target_directory() / "importers"
+    subprocess.run(
+        ["cargo", "build", "--quiet", "--locked"],
+        cwd=FOLDER / "other-crates",
+        env={**os.environ, "CARGO_TARGET_DIR": str(target)},
+        check=True,
+    )
+    return target / "debug"
+
+
 @pytest.fixture(params=NAMES)
 def importer(request: pytest.FixtureRequest) -> list[str | Path]:
     """Return the command of each importer in turn; a plan comes after it."""
     if request.param == "fmi-crate":
         return [request.getfixturevalue("fmi_crate")]
+    if request.param in ("fmu-runner", "fmi-rs"):
+        return [request.getfixturevalue("other_crates") / f"fly-{request.param}"]
     return of_pypi(request.param)
 
 
@@ -162,6 +178,36 @@ def test_an_importer_that_cannot_fly_is_seen(
     plan = {**loop_plan(squid), "fmus": {"loop": str(broken)}}
     with pytest.raises(ImporterError):
         fly(importer, plan, tmp_path)
+
+
+def test_one_plug_stands_for_all_connections(packages: Packages, tmp_path: Path) -> None:
+    """A tool that knows terminals wires plant and controller by one line."""
+    plan = {**coupled_plan(packages), "plugs": [("plant.autopilot", "controller.vehicle")]}
+    found = record.differences(by_fmpy(plan), fly(of_pypi("container"), plan, tmp_path))
+    assert max(found.values()) <= AGREEMENT, found
+
+
+def by_euler(importer: Path, packages: Packages, refined: int, folder: Path) -> float:
+    """Return how far the flight of the loop by model exchange, in steps of Euler's method, is from co-simulation."""
+    plan = {**loop_plan(packages), "step": 0.002 / refined, "count": 15_000 * refined, "every": 50 * refined}
+    plan["out"] = str(folder / "exchange.csv")
+    path = folder / "plan.json"
+    path.write_text(json.dumps(plan), encoding="utf-8")
+    subprocess.run([importer, path], check=True, timeout=120)
+    found, expected = record.read(Path(plan["out"])), by_fmpy({**loop_plan(packages), "every": 5})
+    # Before and after an event there is a row each.
+    last = [np.flatnonzero(np.abs(found["time"] - 0.1 * k) < 1e-9)[-1] for k in range(1, 300)]
+    at_ends = {name: found[name][last] for name in plan["record"]}
+    return max(record.differences({name: expected[name][:299] for name in plan["record"]}, at_ends).values())
+
+
+def test_model_exchange_arrives_where_co_simulation_does(
+    other_crates: Path, packages: Packages, tmp_path: Path
+) -> None:
+    """The ticks are time events; what differs is the error of Euler's method, in proportion to its step."""
+    coarse, fine = (by_euler(other_crates / "exchange-fmi-rs", packages, n, tmp_path) for n in (1, 4))
+    assert coarse < 1e-3
+    assert 3.5 < coarse / fine < 4.5
 
 
 C_TYPES = {

@@ -1,0 +1,63 @@
+"""Fly a plan by the FMU Manipulation Toolbox: its container, an FMU whose binary imports others, flown by FMPy.
+
+The container exchanges signals after each step, and before the first one in the initialization.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from fmpy import simulate_fmu
+
+
+def container(plan: dict, folder: Path) -> Path:
+    """Build an FMU out of the FMUs of a plan."""
+    # Where the plan joins plugs, that is the terminals of the FMUs, they stand for the connections.
+    names = {name: Path(path).name for name, path in plan["fmus"].items()}
+    for path in plan["fmus"].values():
+        shutil.copy(path, folder)
+
+    def find(path: str) -> list[str]:
+        slave, variable = path.split(".", 1)
+        return [names[slave], variable]
+
+    described = {
+        "name": "container.fmu",
+        "step_size": plan["step"],
+        "auto_link": False,
+        "auto_input": False,
+        "auto_output": False,
+        "fmu": list(names.values()),
+        "link": [[*find(one), *find(other)] for one, other in plan.get("plugs", plan["connections"])],
+        "start": [[*find(path), value] for path, value in plan["values"].items()],
+        "output": [[*find(path), path.replace(".", "_")] for path in plan["record"]],
+    }
+    (folder / "container.json").write_text(json.dumps(described), encoding="utf-8")
+    words = ["-fmu-directory", folder, "-container", "container.json"]
+    subprocess.run([Path(sys.executable).with_name("fmucontainer"), *words], cwd=folder, check=True)
+    return folder / "container.fmu"
+
+
+def main() -> None:
+    """Fly a plan and write the record."""
+    plan = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
+    columns = [path.replace(".", "_") for path in plan["record"]]
+    with tempfile.TemporaryDirectory() as folder:
+        flown = simulate_fmu(
+            container(plan, Path(folder)),
+            stop_time=plan["count"] * plan["step"],
+            output_interval=plan["step"] * plan["every"],
+            output=columns,
+        )
+    rows = [",".join(["time", *plan["record"]])]
+    rows += [",".join(map(repr, map(float, row))) for row in flown[["time", *columns]][1:]]
+    Path(plan["out"]).write_text("\n".join(rows) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
