@@ -285,6 +285,14 @@ def test_fourteen_real_coefficients(run_squid: Run, tmp_path: Path) -> None:
     assert 0.228319 <= report["upper"] < 0.228319 * (1 + 1e-4)
 
 
+def test_aircraft_of_the_cases() -> None:
+    """Its file holds the loop that is closed here by hand."""
+    data = json.loads((CASES / "mu13_transport_aircraft.json").read_text(encoding="utf-8"))["data"]
+    assert data["blocks"] == [[-1, 0]] * 14
+    for key, matrix in zip("ABCD", aircraft(), strict=True):
+        assert np.array(data["P"][key]) == pytest.approx(matrix, rel=1e-12, abs=1e-12), key
+
+
 def test_words(run_squid: Run, tmp_path: Path) -> None:
     """People are told that the bound is for all frequencies, what shows the lower one, and the margin."""
     path = tmp_path / "p.json"
@@ -323,6 +331,50 @@ def test_real_scalar_that_does_nothing(run_squid: Run, tmp_path: Path) -> None:
     """1 - j delta is never zero for a real delta: no lower bound, and an upper one of about zero."""
     report = bounds(run_squid, tmp_path / "p.json", {"data": {"M": [[[0, 1]]], "blocks": [[-1, 0]]}})
     assert report["delta"] is None and 0.0 <= report["upper"] < 1e-6
+
+
+KINDS = {"real": "r", "complex": "c", "full": "f", "mixed": "rcf"}
+RANDOM_PROBLEMS = 10
+
+
+def random_blocks(random: np.random.Generator, kinds: str) -> list[list[int]]:
+    """Return one to four blocks, scalars repeated up to three times, full blocks not square."""
+    sign = {"r": -1, "c": 1}
+    drawn = [kinds[random.integers(len(kinds))] for _ in range(random.integers(1, 5))]
+    sizes = [(int(random.integers(1, 4)), int(random.integers(1, 4))) for _ in drawn]
+    return [[p, q] if k == "f" else [sign[k] * p, 0] for k, (p, q) in zip(drawn, sizes, strict=True)]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_random_problems(run_squid: Run, tmp_path: Path, kind: str) -> None:
+    """Matrices and systems, some real, of low rank or badly scaled: bounds in order, perturbations as told."""
+    for seed in range(RANDOM_PROBLEMS):
+        random = np.random.default_rng(seed)
+        blocks = random_blocks(random, KINDS[kind])
+        w = sum(abs(p) for p, _ in blocks)
+        z = sum(q or abs(p) for p, q in blocks)
+        m = random.normal(size=(z, w)) + 1j * random.normal(size=(z, w)) * (seed % 4 != 3)
+        if seed % 5 == 4:
+            m = np.outer(m[:, 0], m[0])
+        m = m * 10.0 ** random.uniform(-4.0, 4.0, size=(z, 1) if seed % 3 == 2 else 1)
+        entries = np.stack([m.real, m.imag], axis=-1).tolist()
+        bounds(run_squid, tmp_path / "m.json", {"data": {"M": entries, "blocks": blocks}})
+        n = int(random.integers(1, 5))
+        a = random.normal(size=(n, n))
+        a = a - (np.linalg.eigvals(a).real.max() + 10.0 ** random.uniform(-2.0, 0.5)) * np.eye(n)
+        b, c, d = random.normal(size=(n, w)), random.normal(size=(z, n)), random.normal(size=(z, w))
+        bounds(run_squid, tmp_path / "p.json", problem((a, b, c, d * (seed % 3 == 0)), blocks))
+
+
+@pytest.mark.parametrize("blocks", [[[2, 0]], [[1, 1], [-1, 0]]])
+def test_what_cannot_come_back(run_squid: Run, tmp_path: Path, blocks: list[list[int]]) -> None:
+    """I - M Delta with M = [0 1; 0 0] has the determinant 1 for each of these: mu is zero; not that of M = 1e-300."""
+    report = bounds(run_squid, tmp_path / "p.json", {"data": {"M": [[0, 1], [0, 0]], "blocks": blocks}})
+    assert report["lower"] == 0.0 and report["upper"] < 1e-5
+    report = bounds(run_squid, tmp_path / "p.json", {"data": {"M": [[1e-300]], "blocks": [[1, 1]]}})
+    assert report["upper"] == pytest.approx(1e-300, rel=1e-4)
+    zero = (np.zeros((0, 0)), np.zeros((0, 2)), np.zeros((2, 0)), np.zeros((2, 2)))
+    assert bounds(run_squid, tmp_path / "p.json", problem(zero, blocks))["upper"] < 1e-50
 
 
 MATRIX = {"M": [[1, [0, 2]], [3, 4]], "blocks": [[-1, 0], [1, 1]]}

@@ -14,6 +14,8 @@
 //! - [`sweep`], [`interval`]: bounds for all frequencies;
 //! - [`worst_case`]: the largest gain at a given size of the perturbation.
 
+mod balance;
+mod centre;
 pub mod interval;
 pub mod lower;
 pub mod margin;

@@ -69,6 +69,16 @@ fn hermitian_basis(r: usize) -> Vec<Vec<(usize, usize, Complex<f64>)>> {
     out
 }
 
+impl Unknown {
+    /// The sum of the sizes of what the curvature along an unknown of G is a sum of.
+    fn curvature_terms(&self, inner: &CMat) -> f64 {
+        let pairs = self.products.iter().flat_map(|p| self.products.iter().map(move |q| (p, q)));
+        pairs
+            .map(|(p, q)| (p.coefficient * q.coefficient * inner[(q.y, p.x)] * inner[(p.y, q.x)]).norm())
+            .sum()
+    }
+}
+
 impl Family {
     pub(super) fn new(structure: &Structure) -> Self {
         let (rows, cols, places) = (structure.rows(), structure.cols(), structure.places());
@@ -162,6 +172,8 @@ impl Family {
     }
 
     /// Gradient and Hessian of `-log det Phi(lambda) - log det D`, with `inner = W* Phi^-1 W` and the inverses of D's blocks.
+    ///
+    /// Unknowns of G that change nothing, because they meet zeros of M, are held: one on the diagonal, zero beside it.
     pub(super) fn derivatives(
         &self,
         lambda: f64,
@@ -171,6 +183,7 @@ impl Family {
         hessian: &mut nalgebra::DMatrix<f64>,
     ) {
         let weight = |p: &Product| if p.scaled { p.coefficient * lambda } else { p.coefficient };
+        let mut idle = vec![];
         for (i, one) in self.unknowns.iter().enumerate() {
             let mut slope: f64 =
                 -one.products.iter().map(|p| (weight(p) * inner[(p.y, p.x)]).re).sum::<f64>();
@@ -183,6 +196,9 @@ impl Family {
                         .map(|q| weight(q) * inner[(q.y, p.x)] * inner[(p.y, q.x)])
                         .sum();
                     curvature += (weight(p) * sum).re;
+                }
+                if i == j && one.is_g && curvature <= CANCELLED * one.curvature_terms(inner) {
+                    idle.push(i);
                 }
                 if one.block == other.block && !one.is_g && !other.is_g {
                     let d = &d_inverses[one.block];
@@ -201,8 +217,17 @@ impl Family {
             }
             gradient[i] = slope;
         }
+        for i in idle {
+            gradient[i] = 0.0;
+            hessian.row_mut(i).fill(0.0);
+            hessian.column_mut(i).fill(0.0);
+            hessian[(i, i)] = 1.0;
+        }
     }
 }
+
+/// A sum this small, relative to its terms, is zero but for rounding.
+const CANCELLED: f64 = 1e-12;
 
 fn order(block: Block, w: &Range<usize>) -> usize {
     if matches!(block, Block::Full { .. }) { 1 } else { w.len() }

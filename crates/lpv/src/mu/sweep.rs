@@ -63,6 +63,14 @@ pub enum SweepError {
 /// By how much the level is above the largest bound at a single frequency.
 const ABOVE: f64 = 5e-5;
 
+/// An interval this much slower than every mode and this short, both relatively, raises the level by so much.
+const SLOW: f64 = 0.05;
+const SHORT: f64 = 0.2;
+const RAISED: f64 = 2e-3;
+
+/// A level below this is none: its square and the inverse of that are numbers with room to spare.
+pub(super) const NOTHING: f64 = 1e-60;
+
 /// More pieces than this are not sought.
 const MOST_PIECES: usize = 4000;
 
@@ -164,11 +172,14 @@ struct Sweep<'a> {
     pieces: Vec<Piece>,
     covered: Covered,
     tiny: bool,
+    /// The modes are faster than this, rad/s.
+    slow: f64,
 }
 
 impl<'a> Sweep<'a> {
     fn new(system: &'a StateSpace, structure: &'a Structure, floor: f64) -> Result<Self, SweepError> {
         structure.check(&system.d.map(|v| v.into()))?;
+        let slowest = system.poles().iter().map(|p| p.norm()).fold(f64::INFINITY, f64::min);
         Ok(Self {
             system,
             structure,
@@ -177,6 +188,7 @@ impl<'a> Sweep<'a> {
             pieces: vec![],
             covered: Covered::default(),
             tiny: false,
+            slow: SLOW * slowest,
         })
     }
 
@@ -195,7 +207,7 @@ impl<'a> Sweep<'a> {
             self.seen(omega, bound.value);
         }
         // Real blocks may have a mu of zero almost everywhere.
-        self.level = self.level.max(1e-6 * largest).max(f64::MIN_POSITIVE.sqrt());
+        self.level = self.level.max(1e-6 * largest).max(NOTHING);
         for &omega in &points {
             self.add(omega)?;
         }
@@ -227,6 +239,10 @@ impl<'a> Sweep<'a> {
             return Ok(());
         };
         self.tiny = !self.covered.add(omega, interval);
+        if omega < self.slow && interval.to - interval.from < SHORT * omega {
+            // Slower than every mode nothing changes but the phase, which leaves zero: real blocks are easier to bound at zero itself than next to it.
+            self.level *= 1.0 + RAISED;
+        }
         self.pieces.push(Piece { frequency: omega, value: bound.value, interval, scalings });
         Ok(())
     }

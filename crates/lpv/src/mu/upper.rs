@@ -1,14 +1,15 @@
 //! An upper bound on mu of a matrix, with the D-G scalings that show it.
 //!
-//! The least beta for which scalings exist is sought by the method of centres: S. Boyd, L. El Ghaoui, "Method of centers for
-//! minimizing generalized eigenvalues", Linear Algebra and its Applications 188, 1993, with lambda = beta^2 moving along.
+//! The least beta for which scalings exist is sought by the method of centres, with lambda = beta^2 moving along; the bound is that of the scalings found, and
+//! above it by what rounding may have done.
 
 use super::CMat;
+use super::balance::Balance;
+use super::centre::Centre;
 use super::scaling::Family;
 pub use super::scaling::Scalings;
 use super::structure::{Structure, StructureError};
-use crate::matrix::{complex_singular_values, hermitian_eigenvalues};
-use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn};
+use crate::matrix::complex_singular_values;
 
 /// A bound with the scalings that show it.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,17 +46,28 @@ pub fn bound_at_level(m: &CMat, structure: &Structure, level: f64) -> Result<Upp
     Ok(search(m, structure, level))
 }
 
+/// A bound that needs no search: of a matrix of that Frobenius norm.
+fn unscaled(structure: &Structure, norm: f64) -> UpperBound {
+    let family = Family::new(structure);
+    let gap = if norm > 0.0 { f64::INFINITY } else { 0.0 };
+    UpperBound { value: norm, scalings: family.values(&family.identity()), gap }
+}
+
 fn search(m: &CMat, structure: &Structure, level: f64) -> UpperBound {
-    let balance = Balance::new(m, structure);
-    let size = complex_singular_values(&balance.matrix).first().copied().unwrap_or(0.0);
-    if size == 0.0 {
-        let family = Family::new(structure);
-        return UpperBound { value: 0.0, scalings: family.values(&family.identity()), gap: 0.0 };
+    let entry = m.iter().map(|v| v.re.abs().max(v.im.abs())).fold(0.0, f64::max);
+    if entry == 0.0 {
+        return unscaled(structure, 0.0);
     }
-    let matrix = &balance.matrix / Complex::new(size, 0.0);
-    let mut centre = Centre::new(&matrix, structure);
-    let target = (level / size).powi(2);
-    let (lambda, gap) = centre.least(target);
+    // Entries of about one, so that squares neither vanish nor overflow.
+    let unit = m.unscale(entry);
+    let balance = Balance::new(&unit, structure);
+    let largest = complex_singular_values(&balance.matrix).first().copied().unwrap_or(f64::NAN);
+    let size = entry * largest;
+    let mut centre = Centre::new(balance.matrix.unscale(largest), structure);
+    let (lambda, gap) = centre.least((level / size).powi(2));
+    if !lambda.is_finite() {
+        return unscaled(structure, entry * unit.norm());
+    }
     let value = size * lambda.max(NOTHING * NOTHING).sqrt();
     // lambda = beta^2: half of its relative gap is that of beta.
     let gap = if lambda > NOTHING * NOTHING { 0.5 * gap / lambda } else { 0.0 };
@@ -63,232 +75,13 @@ fn search(m: &CMat, structure: &Structure, level: f64) -> UpperBound {
     UpperBound { value, scalings, gap }
 }
 
-/// `T_z M T_w^-1` with a scalar for each block, so that blocks that meet are of one size.
-///
-/// E. E. Osborne, J. ACM 7(4), 1960; as a bound on mu M. G. Safonov, IEE Proc. D 129(6), 1982.
-struct Balance {
-    matrix: CMat,
-    tw: Vec<f64>,
-    tz: Vec<f64>,
-}
-
-impl Balance {
-    fn new(m: &CMat, structure: &Structure) -> Self {
-        let places = structure.places();
-        let size = |i: usize, j: usize| {
-            let (rows, cols) = (&places[i].2, &places[j].1);
-            m.view((rows.start, cols.start), (rows.len(), cols.len())).norm_squared()
-        };
-        let n = places.len();
-        let squares = DMatrix::from_fn(n, n, size);
-        let mut t = vec![1.0f64; n];
-        for _ in 0..10 {
-            for k in 0..n {
-                let others = || (0..n).filter(|j| *j != k);
-                let row: f64 = others().map(|j| squares[(k, j)] / (t[j] * t[j])).sum();
-                let column: f64 = others().map(|i| squares[(i, k)] * t[i] * t[i]).sum();
-                if row > 0.0 && column > 0.0 {
-                    t[k] = (column / row).powf(0.25).clamp(1e-8, 1e8);
-                }
-            }
-        }
-        let mut tw = vec![1.0; structure.rows()];
-        let mut tz = vec![1.0; structure.cols()];
-        for ((_, w, z), t) in places.iter().zip(&t) {
-            tw[w.clone()].fill(*t);
-            tz[z.clone()].fill(*t);
-        }
-        let matrix = CMat::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] * (tz[i] / tw[j]));
-        Self { matrix, tw, tz }
-    }
-}
-
-/// A point, and lambda for which `Phi(lambda) > 0` there.
-struct Centre<'a> {
-    m: &'a CMat,
-    /// `[I, M*]`.
-    columns: CMat,
-    family: Family,
-    p: Vec<f64>,
-    lambda: f64,
-    /// The shift u of `Phi(lambda) + u D_0`, whose least value says how much smaller lambda may be.
-    shift: f64,
-    /// D_0: D as it was when lambda was set.
-    base: CMat,
-}
-
-/// The Newton decrement below which a point counts as a centre.
-const CENTRED: f64 = 0.3;
-
-/// Newton steps towards one centre, at most.
-const MOST_STEPS: usize = 100;
-
-/// By how much the weight of lambda grows from one centre to the next.
-const GROWTH: f64 = 10.0;
-
-/// How many times the distance that is left lambda may move before D_0 counts as out of date.
-const FAR: f64 = 30.0;
-
-type Factor = Cholesky<Complex<f64>, Dyn>;
-
-impl<'a> Centre<'a> {
-    fn new(m: &'a CMat, structure: &Structure) -> Self {
-        let family = Family::new(structure);
-        let (nz, nw) = m.shape();
-        let mut columns = CMat::identity(nw, nw + nz);
-        columns.columns_mut(nw, nz).copy_from(&m.adjoint());
-        let p = family.identity();
-        let base = CMat::identity(nw, nw);
-        Self { m, columns, family, p, lambda: 1.1, shift: 0.0, base }
-    }
-
-    /// The least lambda, and about how far it may be above it: or `target`, where that is above, at the centre there.
-    fn least(&mut self, target: f64) -> (f64, f64) {
-        let mut best = (self.border().unwrap_or(f64::INFINITY), f64::INFINITY);
-        self.lambda = 1.1 * best.0;
-        let mut kept = self.p.clone();
-        let mut weight = 2.0 * self.m.ncols() as f64 / self.lambda;
-        for _ in 0..60 {
-            if best.0 < target {
-                (self.lambda, self.shift) = (target, 0.0);
-                self.p.clone_from(&kept);
-                self.centre(None);
-                return (
-                    self.border().map_or(best.0, |border| border.min(target)).max(best.0),
-                    f64::INFINITY,
-                );
-            }
-            let arrived = self.centre(Some(weight));
-            let Some(border) = self.border() else { break };
-            if border <= best.0 {
-                (best.0, kept) = (border, self.p.clone());
-            }
-            // Where the shift is gone lambda is smaller by about as much.
-            let moved = self.shift.abs();
-            self.lambda = (self.lambda + self.shift).max(border + 1e-2 * (self.lambda - border).abs());
-            self.shift = 0.0;
-            self.base = self.family.values(&self.p).dw;
-            let near = self.m.ncols() as f64 / weight;
-            // D has moved on from D_0 when lambda moves by more than the weight explains: then once more with this weight.
-            let settled = moved <= FAR * near;
-            if settled {
-                best.1 = near;
-                weight *= GROWTH;
-            }
-            if best.0 <= NOTHING * NOTHING || best.1 <= 2.0 * TIGHT * best.0 || !arrived {
-                break;
-            }
-        }
-        self.p = kept;
-        best
-    }
-
-    /// The least lambda with `Phi(lambda) >= 0` at a point.
-    fn border(&self) -> Option<f64> {
-        let s = self.family.values(&self.p);
-        let root = cholesky(s.dw.clone())?.unpack();
-        let half = root.solve_lower_triangular(&s.left(self.m))?;
-        let seen = root.solve_lower_triangular(&half.adjoint())?;
-        hermitian_eigenvalues(&seen).last().copied()
-    }
-
-    /// `Phi(lambda) + shift D_0` and D's blocks, factorised; `None` unless all are positive definite.
-    fn factors(&self, p: &[f64], shift: f64) -> Option<(Factor, Vec<Factor>)> {
-        let s = self.family.values(p);
-        let blocks: Vec<Factor> =
-            self.family.d_blocks(&s).into_iter().map(cholesky).collect::<Option<_>>()?;
-        let phi =
-            &s.dw * Complex::new(self.lambda, 0.0) - s.left(self.m) + &self.base * Complex::new(shift, 0.0);
-        Some((cholesky(phi)?, blocks))
-    }
-
-    /// Newton's method for the least of `weight u - log det (Phi(lambda) + u D_0) - log det D`, with u = 0 when there is no weight; whether
-    /// it arrives.
-    fn centre(&mut self, weight: Option<f64>) -> bool {
-        self.newton(weight).is_some()
-    }
-
-    fn newton(&mut self, weight: Option<f64>) -> Option<()> {
-        let n = self.family.unknowns();
-        let free = usize::from(weight.is_some());
-        let mut trace = self.family.trace();
-        trace.resize(n + free, 0.0);
-        let trace = DVector::from_vec(trace);
-        let (mut gradient, mut hessian) = (vec![0.0; n + free], DMatrix::zeros(n + free, n + free));
-        let mut factors = self.factors(&self.p, self.shift)?;
-        for _ in 0..MOST_STEPS {
-            let (phi, blocks) = &factors;
-            let half = phi.l_dirty().solve_lower_triangular(&self.columns)?;
-            let inner = half.adjoint() * &half;
-            let inverses: Vec<CMat> = blocks.iter().map(Cholesky::inverse).collect();
-            self.family.derivatives(self.lambda, &inner, &inverses, &mut gradient, &mut hessian);
-            if let Some(weight) = weight {
-                self.add_shift(weight, &inner, &mut gradient, &mut hessian);
-            }
-            let system = crate::matrix::Definite::new(hessian.clone())?;
-            // The trace of D stays as it is.
-            let towards = DVector::from_vec(system.solve(&gradient));
-            let across = DVector::from_vec(system.solve(trace.as_slice()));
-            let step = &across * (trace.dot(&towards) / trace.dot(&across)) - &towards;
-            let decrement = (-step.dot(&DVector::from_column_slice(&gradient))).max(0.0).sqrt();
-            let mut length = 1.0;
-            let value = barrier(&factors) + weight.unwrap_or(0.0) * self.shift;
-            loop {
-                let next: Vec<f64> = self.p.iter().zip(step.iter()).map(|(p, d)| p + length * d).collect();
-                let shift = self.shift + if free == 1 { length * step[n] } else { 0.0 };
-                if let Some(found) = self.factors(&next, shift) {
-                    let below = value - barrier(&found) - weight.unwrap_or(0.0) * shift;
-                    if below >= 0.1 * length * decrement * decrement || decrement < CENTRED {
-                        (self.p, self.shift, factors) = (next, shift, found);
-                        break;
-                    }
-                }
-                length *= 0.5;
-                if length < 1e-6 {
-                    return None;
-                }
-            }
-            if decrement < CENTRED {
-                return Some(());
-            }
-        }
-        None
-    }
-
-    /// The derivatives by the shift, whose matrix is D_0.
-    fn add_shift(&self, weight: f64, inner: &CMat, gradient: &mut [f64], hessian: &mut DMatrix<f64>) {
-        let n = self.family.unknowns();
-        let d = &self.base;
-        let rows = d.nrows();
-        // W* Phi^-1 D Phi^-1 W
-        let seen = inner.view((0, 0), (inner.nrows(), rows)) * d * inner.view((0, 0), (rows, inner.ncols()));
-        gradient[n] = weight - (inner.view((0, 0), (rows, rows)) * d).trace().re;
-        hessian[(n, n)] = (seen.view((0, 0), (rows, rows)) * d).trace().re;
-        for (i, value) in self.family.products(self.lambda, &seen).enumerate() {
-            hessian[(i, n)] = value;
-            hessian[(n, i)] = value;
-        }
-    }
-}
-
-/// The Cholesky factor of a positive definite matrix. nalgebra takes the complex root of a negative pivot.
-fn cholesky(m: CMat) -> Option<Factor> {
-    let factor = Cholesky::new(m)?;
-    let sound = factor.l_dirty().diagonal().iter().all(|d| d.re > 0.0 && d.im.abs() <= 1e-9 * d.re);
-    sound.then_some(factor)
-}
-
-/// `-log det Phi - log det D`.
-fn barrier((phi, blocks): &(Factor, Vec<Factor>)) -> f64 {
-    let half = |f: &Factor| f.l_dirty().diagonal().iter().map(|v| v.re.ln()).sum::<f64>();
-    -2.0 * (half(phi) + blocks.iter().map(half).sum::<f64>())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::matrix::{Mat, hermitian_eigenvalues};
     use crate::mu::Block;
     use crate::mu::structure::random::problem;
+    use nalgebra::{Complex, dmatrix};
     use proptest::prelude::*;
 
     /// The least eigenvalue of `value^2 D - left`, its diagonal scaled to one.
@@ -305,7 +98,64 @@ mod tests {
         m.clone().schur().eigenvalues().unwrap().iter().map(|v| v.norm()).fold(0.0, f64::max)
     }
 
+    /// Matrices with zeros, of which mu is plain: the largest of the blocks on the diagonal, however large what stands beside them.
+    #[test]
+    fn what_cannot_come_back_does_not_count() {
+        let of = |rows: &[[f64; 3]; 3], blocks: Vec<Block>| {
+            let m = CMat::from_fn(3, 3, |i, j| Complex::new(rows[i][j], 0.0));
+            upper_bound(&m, &Structure::new(blocks).unwrap()).unwrap().value
+        };
+        let above = [[0.5, 3.0, 7.0], [0.0, 0.25, 2.0], [0.0, 0.0, 0.125]];
+        let below = [[0.5, 0.0, 0.0], [1e8, 0.25, 0.0], [0.0, 1e8, 0.125]];
+        let nilpotent = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]];
+        for blocks in [vec![Block::Real(1); 3], vec![Block::Complex(1), Block::Real(1), Block::Complex(1)]] {
+            for m in [&above, &below] {
+                let found = of(m, blocks.clone());
+                assert!((0.5..0.5001).contains(&found), "{blocks:?} {found}");
+            }
+        }
+        let structures = [vec![Block::Complex(3)], vec![Block::Real(1); 3]];
+        for blocks in structures {
+            let found = of(&nilpotent, blocks.clone());
+            assert!(found < 1e-5, "{blocks:?} {found}");
+        }
+    }
+
+    /// One real scalar on an entry that is not real: 1 - m delta is never zero, and scalings show it.
+    #[test]
+    fn a_real_scalar_on_a_complex_entry_does_nothing() {
+        let structure = Structure::new(vec![Block::Real(1)]).unwrap();
+        for (re, im) in [(0.0, 1.0), (2.894, 5.655), (-42.449, -65.026), (-1e3, 1.0), (1.0, -0.1)] {
+            let m = CMat::from_element(1, 1, Complex::new(re, im));
+            let found = upper_bound(&m, &structure).unwrap().value;
+            assert!(found <= 1e-6 * m.norm(), "{re} {im} {found}");
+        }
+    }
+
+    /// One repeated real scalar and a real matrix: mu is its largest real eigenvalue, here 1 beside a larger complex pair. Scalings reach it in the limit
+    /// alone, where rounding might take the bound below it.
+    #[test]
+    fn a_limit_of_scalings_is_not_overshot() {
+        for (re, im, beside) in [(-1.9, 1.1, 0.3), (0.2, 3.0, 0.3), (-1.2, 0.1, 0.1), (-1.0, 0.7, 1.0)] {
+            let t =
+                Mat::from_fn(3, 3, |i, j| if i == j { 1.0 } else { beside * (i as f64 - 2.0 * j as f64) });
+            let middle = dmatrix![re, im, 0.0; -im, re, 0.0; 0.0, 0.0, 1.0];
+            let m = (&t * middle * t.clone().try_inverse().unwrap()).map(|v| Complex::new(v, 0.0));
+            let found = upper_bound(&m, &Structure::new(vec![Block::Real(3)]).unwrap()).unwrap().value;
+            assert!((1.0 - 1e-12..1.001).contains(&found), "{re} {im} {beside}: {found}");
+        }
+    }
+
     proptest! {
+        /// mu grows with the matrix, from the smallest numbers to the largest.
+        #[test]
+        fn a_bound_is_as_large_as_its_matrix((structure, m) in problem(), power in -1000..300i32) {
+            let value = upper_bound(&m, &structure).unwrap().value;
+            let factor = 2f64.powi(power);
+            let found = upper_bound(&m.scale(factor), &structure).unwrap().value / factor;
+            prop_assert!((found - value).abs() <= 2e-4 * value, "{found} {value}");
+        }
+
         /// The scalings returned show the bound, and it is no larger than the largest singular value.
         #[test]
         fn the_scalings_show_the_bound((structure, m) in problem()) {

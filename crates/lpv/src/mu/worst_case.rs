@@ -14,7 +14,7 @@
 use super::CMat;
 use super::interval::good_interval;
 use super::structure::{Block, Structure, StructureError};
-use super::sweep::{Covered, SweepError, middle, response};
+use super::sweep::{Covered, NOTHING, SweepError, middle, response};
 use super::upper::{bound_at_level, upper_bound};
 use super::worst_perturbation::{Perturbed, refined, worst_perturbation};
 use crate::matrix::{complex_singular_values, spectral_abscissa};
@@ -193,7 +193,7 @@ impl<'a> Sweep<'a> {
     fn new(loop_: &'a Perturbable, known: f64, peak: f64) -> Result<Self, WorstCaseError> {
         let structure = loop_.with_performance().map_err(SweepError::from)?;
         structure.check(&loop_.system.d.map(Complex::from)).map_err(SweepError::from)?;
-        let gain = known.max(f64::MIN_POSITIVE.sqrt()) * (1.0 + ABOVE);
+        let gain = known.max(NOTHING) * (1.0 + ABOVE);
         let system = loop_.scaled(gain);
         Ok(Self { loop_, structure, gain, system, peak, covered: Covered::default() })
     }

@@ -1,0 +1,230 @@
+//! The least lambda for which scalings exist, by the method of centres.
+//!
+//! S. Boyd, L. El Ghaoui, "Method of centers for minimizing generalized eigenvalues", Linear Algebra and its Applications 188, 1993, with lambda = beta^2
+//! moving along.
+
+use super::CMat;
+use super::scaling::Family;
+use super::structure::Structure;
+use super::upper::{NOTHING, TIGHT};
+use crate::matrix::{Definite, hermitian_eigenvalues};
+use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn};
+
+/// A point, and lambda for which `Phi(lambda) > 0` there.
+pub(super) struct Centre {
+    m: CMat,
+    /// `[I, M*]`.
+    columns: CMat,
+    pub(super) family: Family,
+    pub(super) p: Vec<f64>,
+    lambda: f64,
+    /// The shift u of `Phi(lambda) + u D_0`, whose least value says how much smaller lambda may be.
+    shift: f64,
+    /// D_0: D as it was when lambda was set.
+    base: CMat,
+}
+
+/// The Newton decrement below which a point counts as a centre.
+const CENTRED: f64 = 0.3;
+
+/// Newton steps towards one centre, at most.
+const MOST_STEPS: usize = 100;
+
+/// By how much the diagonal of the Hessian is raised, relatively: always, and at most, where a step leads nowhere because there are directions that matter little.
+const RIDGE: (f64, f64) = (1e-13, 1e-4);
+
+/// By how much the weight of lambda grows from one centre to the next.
+const GROWTH: f64 = 10.0;
+
+/// How many times the distance that is left lambda may move before D_0 counts as out of date.
+const FAR: f64 = 30.0;
+
+type Factor = Cholesky<Complex<f64>, Dyn>;
+
+impl Centre {
+    pub(super) fn new(m: CMat, structure: &Structure) -> Self {
+        let family = Family::new(structure);
+        let (nz, nw) = m.shape();
+        let mut columns = CMat::identity(nw, nw + nz);
+        columns.columns_mut(nw, nz).copy_from(&m.adjoint());
+        let p = family.identity();
+        let base = CMat::identity(nw, nw);
+        Self { m, columns, family, p, lambda: 1.1, shift: 0.0, base }
+    }
+
+    /// The least lambda, and about how far it may be above it: or `target`, where that is above, at the centre there.
+    pub(super) fn least(&mut self, target: f64) -> (f64, f64) {
+        let mut best = (self.border().unwrap_or(f64::INFINITY), f64::INFINITY);
+        self.lambda = 1.1 * best.0;
+        let mut kept = self.p.clone();
+        let mut weight = 2.0 * self.m.ncols() as f64 / self.lambda;
+        for _ in 0..60 {
+            if best.0 < target {
+                (self.lambda, self.shift) = (target, 0.0);
+                self.p.clone_from(&kept);
+                self.centre(None);
+                return (
+                    self.border().map_or(best.0, |border| border.min(target)).max(best.0),
+                    f64::INFINITY,
+                );
+            }
+            let arrived = self.centre(Some(weight));
+            let Some(border) = self.border() else { break };
+            if border <= best.0 {
+                (best.0, kept) = (border, self.p.clone());
+            }
+            // Where the shift is gone lambda is smaller by about as much.
+            let moved = self.shift.abs();
+            self.lambda = (self.lambda + self.shift).max(border + 1e-2 * (self.lambda - border).abs());
+            self.shift = 0.0;
+            self.base = self.family.values(&self.p).dw;
+            let near = self.m.ncols() as f64 / weight;
+            // D has moved on from D_0 when lambda moves by more than the weight explains: then once more with this weight.
+            let settled = moved <= FAR * near;
+            if settled {
+                best.1 = near;
+                weight *= GROWTH;
+            }
+            if best.0 <= NOTHING * NOTHING || best.1 <= 2.0 * TIGHT * best.0 || !arrived {
+                break;
+            }
+        }
+        self.p = kept;
+        best
+    }
+
+    /// The least lambda with `Phi(lambda) >= 0` at a point, and above it by what rounding may have done.
+    ///
+    /// D that is nearly singular, or G that is large, makes the numbers that cancel large: then lambda is known less well than its digits say.
+    fn border(&self) -> Option<f64> {
+        let s = self.family.values(&self.p);
+        let root = cholesky(s.dw.clone())?.unpack();
+        let half = root.solve_lower_triangular(&s.left(&self.m))?;
+        let seen = root.solve_lower_triangular(&half.adjoint())?;
+        let lambda = hermitian_eigenvalues(&seen).last().copied().filter(|lambda| lambda.is_finite())?;
+        let n = root.nrows();
+        let sizes = |m: &CMat| m.map(|v| v.norm());
+        let (m, g) = (sizes(&self.m), sizes(&s.g));
+        let gm = &g * &m;
+        let added = m.transpose() * sizes(&s.dz) * &m + &gm + gm.transpose();
+        let inverse = sizes(&root.solve_lower_triangular(&CMat::identity(n, n))?);
+        let root = sizes(&root);
+        let rounded = added + &root * root.transpose() * lambda.abs();
+        // The norm of a matrix without negative entries is at most its largest row sum, of a symmetric one.
+        let spread = &inverse * rounded * inverse.transpose();
+        let off = spread.row_iter().map(|row| row.sum()).fold(0.0, f64::max);
+        Some(lambda + (n + self.m.nrows()) as f64 * f64::EPSILON * off).filter(|lambda| lambda.is_finite())
+    }
+
+    /// `Phi(lambda) + shift D_0` and D's blocks, factorised; `None` unless all are positive definite.
+    fn factors(&self, p: &[f64], shift: f64) -> Option<(Factor, Vec<Factor>)> {
+        let s = self.family.values(p);
+        let blocks: Vec<Factor> =
+            self.family.d_blocks(&s).into_iter().map(cholesky).collect::<Option<_>>()?;
+        let phi =
+            &s.dw * Complex::new(self.lambda, 0.0) - s.left(&self.m) + &self.base * Complex::new(shift, 0.0);
+        Some((cholesky(phi)?, blocks))
+    }
+
+    /// Newton's method for the least of `weight u - log det (Phi(lambda) + u D_0) - log det D`, with u = 0 when there is no weight; whether
+    /// it arrives.
+    fn centre(&mut self, weight: Option<f64>) -> bool {
+        self.newton(weight).is_some()
+    }
+
+    fn newton(&mut self, weight: Option<f64>) -> Option<()> {
+        let n = self.family.unknowns();
+        let free = usize::from(weight.is_some());
+        let mut trace = self.family.trace();
+        trace.resize(n + free, 0.0);
+        let trace = DVector::from_vec(trace);
+        let (mut gradient, mut hessian) = (vec![0.0; n + free], DMatrix::zeros(n + free, n + free));
+        let mut factors = self.factors(&self.p, self.shift)?;
+        let mut ridge = RIDGE.0;
+        for _ in 0..MOST_STEPS {
+            let (phi, blocks) = &factors;
+            let half = phi.l_dirty().solve_lower_triangular(&self.columns)?;
+            let inner = half.adjoint() * &half;
+            let inverses: Vec<CMat> = blocks.iter().map(Cholesky::inverse).collect();
+            self.family.derivatives(self.lambda, &inner, &inverses, &mut gradient, &mut hessian);
+            if let Some(weight) = weight {
+                self.add_shift(weight, &inner, &mut gradient, &mut hessian);
+            }
+            (0..n + free).for_each(|i| hessian[(i, i)] *= 1.0 + ridge);
+            let step = step(&hessian, &gradient, &trace);
+            match step.and_then(|step| self.advance(&step, &gradient, weight, &mut factors)) {
+                Some(decrement) if decrement < CENTRED => return Some(()),
+                // There is no least value: lambda is zero, or nearly.
+                Some(_) if free == 1 && self.lambda + self.shift < 0.0 => return Some(()),
+                Some(_) => {}
+                None if ridge < RIDGE.1 => ridge *= 100.0,
+                None => return None,
+            }
+        }
+        None
+    }
+
+    /// Goes along a step as far as it leads down, and returns the Newton decrement; `None`, and no move, where it does not.
+    fn advance(
+        &mut self,
+        step: &DVector<f64>,
+        gradient: &[f64],
+        weight: Option<f64>,
+        factors: &mut (Factor, Vec<Factor>),
+    ) -> Option<f64> {
+        let last = self.family.unknowns();
+        let weigh = |shift: f64| weight.map_or(0.0, |weight| weight * shift);
+        let decrement = (-step.dot(&DVector::from_column_slice(gradient))).max(0.0).sqrt();
+        let value = barrier(factors) + weigh(self.shift);
+        let mut length = 1.0;
+        while length >= 1e-6 {
+            let next: Vec<f64> = self.p.iter().zip(step.iter()).map(|(p, d)| p + length * d).collect();
+            let shift = self.shift + weight.map_or(0.0, |_| length * step[last]);
+            if let Some(found) = self.factors(&next, shift) {
+                let below = value - barrier(&found) - weigh(shift);
+                if below >= 0.1 * length * decrement * decrement || decrement < CENTRED {
+                    (self.p, self.shift, *factors) = (next, shift, found);
+                    return Some(decrement);
+                }
+            }
+            length *= 0.5;
+        }
+        None
+    }
+
+    /// The derivatives by the shift, whose matrix is D_0.
+    fn add_shift(&self, weight: f64, inner: &CMat, gradient: &mut [f64], hessian: &mut DMatrix<f64>) {
+        let n = self.family.unknowns();
+        let d = &self.base;
+        let rows = d.nrows();
+        // W* Phi^-1 D Phi^-1 W
+        let seen = inner.view((0, 0), (inner.nrows(), rows)) * d * inner.view((0, 0), (rows, inner.ncols()));
+        gradient[n] = weight - (inner.view((0, 0), (rows, rows)) * d).trace().re;
+        hessian[(n, n)] = (seen.view((0, 0), (rows, rows)) * d).trace().re;
+        for (i, value) in self.family.products(self.lambda, &seen).enumerate() {
+            hessian[(i, n)] = value;
+            hessian[(n, i)] = value;
+        }
+    }
+}
+
+/// Newton's step, with the trace of D as it is.
+fn step(hessian: &DMatrix<f64>, gradient: &[f64], trace: &DVector<f64>) -> Option<DVector<f64>> {
+    let system = Definite::new(hessian.clone())?;
+    let towards = DVector::from_vec(system.solve(gradient));
+    let across = DVector::from_vec(system.solve(trace.as_slice()));
+    Some(&across * (trace.dot(&towards) / trace.dot(&across)) - &towards)
+}
+
+/// The Cholesky factor of a positive definite matrix. nalgebra takes the complex root of a negative pivot.
+fn cholesky(m: CMat) -> Option<Factor> {
+    let factor = Cholesky::new(m)?;
+    let sound = factor.l_dirty().diagonal().iter().all(|d| d.re > 0.0 && d.im.abs() <= 1e-9 * d.re);
+    sound.then_some(factor)
+}
+
+/// `-log det Phi - log det D`.
+fn barrier((phi, blocks): &(Factor, Vec<Factor>)) -> f64 {
+    let half = |f: &Factor| f.l_dirty().diagonal().iter().map(|v| v.re.ln()).sum::<f64>();
+    -2.0 * (half(phi) + blocks.iter().map(half).sum::<f64>())
+}
