@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import statistics
 import subprocess
 import tempfile
@@ -21,7 +22,12 @@ STRUCTURES = (
     ("4 complex", [[1, 1]] * 4, 1),
     ("10 complex", [[1, 1]] * 10, 1),
     ("10 real", [[-1, 0]] * 10, 0),
+    ("20 real", [[-1, 0]] * 20, 0),
 )
+# The aircraft of the last rows: its coefficients, and the frequency (rad/s) where the bound is largest.
+AIRCRAFT = "14 real: the transport aircraft at 0.664 rad/s, where the bound is largest"
+PEAK = 0.66409
+SWEEPS = 2
 
 
 def matrix(blocks: list[list[int]], example: Path) -> np.ndarray:
@@ -62,11 +68,19 @@ def by_dkpy(m: np.ndarray, blocks: list[list[int]]) -> tuple[float, float]:
     return time.perf_counter() - begin, float(np.max(found))
 
 
-def rows(program: Path, example: Path) -> list[str]:
-    """Return the table."""
+def aircraft(case: Path) -> tuple[str, list[list[int]], int, np.ndarray]:
+    """Return the row of the transport aircraft, with its response at the frequency of the peak."""
+    data = json.loads(case.read_text(encoding="utf-8"))["data"]
+    a, b, c, d = (np.array(data["P"][key]) for key in "ABCD")
+    return AIRCRAFT, data["blocks"], 0, d + c @ np.linalg.solve(1j * PEAK * np.eye(len(a)) - a, b)
+
+
+def rows(program: Path, cases: Path) -> list[str]:
+    """Return the table of the bounds at one frequency."""
     table = ["| blocks | lpv | AB13MD | AB13MD / lpv | dkpy | dkpy / lpv |", "|---" * 6 + "|"]
-    for name, blocks, asked in STRUCTURES:
-        m = matrix(blocks, example)
+    example = cases / "mu01_slicot_ab13md.json"
+    problems = [(*structure, matrix(structure[1], example)) for structure in STRUCTURES]
+    for name, blocks, asked, m in [*problems, aircraft(cases / "mu13_transport_aircraft.json")]:
         mine, theirs, third = [], [], []
         for _ in range(ROUNDS):
             mine.append(ours(program, m, blocks))
@@ -88,3 +102,19 @@ def rows(program: Path, example: Path) -> list[str]:
 def cell(seconds: float, bound: float) -> str:
     """Return a bound with its time."""
     return f"{bound:.7g}; {1e3 * seconds:.3g} ms"
+
+
+def sweep_rows(program: Path, problems: list[Path]) -> list[str]:
+    """Return the table of sweeps over all frequencies, each with its perturbation; processor time of one."""
+    table = ["| speed, m/s | real scalars, repeated | states | s | mu <= | mu >= | intervals |", "|---" * 7 + "|"]
+    for path in problems:
+        file = json.loads(path.read_text(encoding="utf-8"))
+        before = os.times()
+        done = subprocess.run([program, path, str(SWEEPS)], capture_output=True, text=True, check=True)
+        seconds = (os.times().children_user - before.children_user) / (SWEEPS + 1)  # One does not count inside.
+        found = json.loads(done.stdout)
+        blocks = [-r for r, _ in file["data"]["blocks"]]
+        cells = [f"{file['speed']:.2f}", f"{len(blocks)}, in all {sum(blocks)}", str(len(file["data"]["P"]["A"]))]
+        cells += [f"{seconds:.2f}", f"{found['upper']:.3f}", f"{found['lower']:.3f}", str(found["intervals"])]
+        table.append("| " + " | ".join(cells) + " |")
+    return table

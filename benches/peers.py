@@ -10,6 +10,7 @@ import os
 import statistics
 import subprocess
 import sys
+import tempfile
 import time
 import venv
 from pathlib import Path
@@ -163,7 +164,15 @@ def main() -> int:
     if "mu" in wanted:
         import mu_peers
 
-        put("mu", mu_peers.rows(EXAMPLES / "mu_timed", ROOT / "tests" / "cases" / "mu01_slicot_ab13md.json"))
+        put("mu", mu_peers.rows(EXAMPLES / "mu_timed", ROOT / "tests" / "cases"))
+        words = ["cargo", "run", "--release", "-q", "-p", "squid", "--example", "mu_problems", "--"]
+        squid = ROOT / "vehicles" / "squid"
+        with tempfile.TemporaryDirectory() as folder:
+            done = subprocess.run(
+                [*words, squid, squid / "frozen", folder], cwd=ROOT, capture_output=True, text=True, check=True
+            )
+            problems = [Path(line) for line in done.stdout.splitlines()]
+            put("mu sweeps", mu_peers.sweep_rows(EXAMPLES / "mu_timed", problems))
     if "squid" in wanted:
         put("squid", squid_rows())
     if "plain" in wanted:

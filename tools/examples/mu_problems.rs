@@ -1,0 +1,39 @@
+//! Writes the loop of a stored design, frozen at each of the report's six speeds, as problems for `squid lpv mu`.
+//!
+//! ```text
+//! cargo run --release -p squid --example mu_problems -- VEHICLE_DIR DESIGN_DIR OUTPUT_DIR
+//! ```
+//!
+//! The blocks are the uncertain parameters of the design file, real and repeated. The paths of the files are printed, lowest speed first.
+
+use lpv::matrix::to_rows;
+use serde_json::json;
+use squid::inputs::Inputs;
+use squid::report::subject::Subject;
+use squid::store;
+use squid::uncertain::at_speed;
+use squid::uncertain_loop::uncertain_loop;
+use std::error::Error;
+use std::path::Path;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [vehicle, design, output] = arguments.as_slice() else {
+        return Err("usage: mu_problems VEHICLE_DIR DESIGN_DIR OUTPUT_DIR".into());
+    };
+    let inputs = Inputs::read(Path::new(vehicle), "design", None)?;
+    let stored = store::load(Path::new(design), &inputs)?;
+    let subject = Subject::new(&inputs, &stored)?;
+    for &speed in &subject.speeds {
+        let model = at_speed(&inputs, speed)?.model;
+        let system =
+            uncertain_loop(&inputs, &model, &subject.controller, subject.rho(speed), None)?.stability();
+        let blocks: Vec<(i64, i64)> = model.blocks.iter().map(|b| (-(b.repetitions as i64), 0)).collect();
+        let plant = json!({ "A": to_rows(&system.a), "B": to_rows(&system.b), "C": to_rows(&system.c), "D": to_rows(&system.d) });
+        let problem = json!({ "kind": "mu", "speed": speed, "data": { "P": plant, "blocks": blocks } });
+        let path = Path::new(output).join(format!("{speed:.2}.json"));
+        std::fs::write(&path, format!("{problem}\n"))?;
+        println!("{}", path.display());
+    }
+    Ok(())
+}
