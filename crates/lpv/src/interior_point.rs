@@ -33,6 +33,12 @@ const MOST_STEPS: u32 = 100;
 /// few steps, too little leads to ones that are too short.
 const ABOVE: f64 = 1e6;
 
+/// A distance from the optimum, relative to the objective, from which on the multipliers are corrected.
+const NEAR: f64 = 1e-2;
+
+/// They are when that distance is less than this part of the gap.
+const DROWNED: f64 = 0.1;
+
 /// A method that goes less far than this along its direction is stuck.
 const STUCK: f64 = 1e-4;
 
@@ -49,6 +55,11 @@ pub(crate) fn minimise(inequalities: &[LowRank], objective: &[f64], search: Sear
         if state.feasible {
             let value = state.value();
             bound = bound.max(state.bound());
+            // What is missing of the bound is not the distance from the optimum, but rounding.
+            let distance = state.rows() * state.mu() / (search.floor + value.abs());
+            if distance < NEAR && distance < DROWNED * gap(value, bound) {
+                bound = bound.max(state.correct().unwrap_or(f64::NEG_INFINITY));
+            }
             if best.as_ref().is_none_or(|(known, _)| value < *known) {
                 best = Some((value, state.x.clone()));
             }
@@ -149,13 +160,49 @@ impl<'a> State<'a> {
     /// `c'x >= -tr(F_0 X) + r'x` with the residual r of the multipliers' equations.
     fn bound(&self) -> f64 {
         let bound: f64 = self.cones.iter().map(|c| -c.x.dot(c.data.constant())).sum();
+        let residual = self.residual();
+        let norm = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let rounding: f64 = self.cones.iter().map(|c| c.data.rounding(&c.x, &self.x)).sum();
+        bound - norm(&residual) * norm(&self.x) - rounding
+    }
+
+    /// What the multipliers miss of their equations, `c_i - tr(F_i X)`.
+    fn residual(&self) -> Vec<f64> {
         let mut residual = self.objective.to_vec();
         for cone in &self.cones {
             cone.data.add_inner_products(&cone.data.seen(&cone.x), -1.0, &mut residual);
         }
-        let norm = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let rounding = f64::EPSILON * self.rows() * bound.abs();
-        bound - norm(&residual) * norm(&self.x) - rounding
+        residual
+    }
+
+    /// Replaces the multipliers by `X + X F(y) X` with the y for which they meet their equations, where that gives a better bound: rounding
+    /// may have left the present ones so far off that they tell nothing. Returns their bound; `None` when they would not stay positive.
+    fn correct(&mut self) -> Option<f64> {
+        let m = self.objective.len();
+        let mut gram = Mat::zeros(m, m);
+        for cone in &self.cones {
+            let seen = cone.data.seen(&cone.x);
+            cone.data.add_schur_complement(&seen, &seen, &mut gram);
+        }
+        let y = Definite::new(gram)?.solve(&self.residual());
+        let corrected = self.cones.iter().map(|c| {
+            let x = symmetric_part(&(&c.x + &c.x * c.data.linear(&y) * &c.x));
+            x.clone().cholesky().map(|_| x)
+        });
+        let mut corrected = corrected.collect::<Option<Vec<_>>>()?;
+        let before = self.bound();
+        self.exchange(&mut corrected);
+        let after = self.bound();
+        if after < before {
+            self.exchange(&mut corrected);
+        }
+        Some(after)
+    }
+
+    fn exchange(&mut self, multipliers: &mut [Mat]) {
+        for (cone, x) in self.cones.iter_mut().zip(multipliers) {
+            std::mem::swap(&mut cone.x, x);
+        }
     }
 
     /// One predictor and corrector step; returns the shorter of the two lengths, `None` when a factorisation fails.

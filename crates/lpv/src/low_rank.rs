@@ -155,6 +155,17 @@ impl LowRank {
         }
     }
 
+    /// The rounding to expect of `tr(F(x) M)`, its terms summed one by one.
+    pub(crate) fn rounding(&self, m: &Mat, x: &[f64]) -> f64 {
+        let constant: f64 = self.constant.iter().zip(m.iter()).map(|(f, m)| (f * m).abs()).sum();
+        let columns = self.columns.abs();
+        let seen = columns.transpose() * (m.abs() * &columns);
+        let size = |p: &Pair| (p.coefficient * seen[(p.a as usize, p.b as usize)]).abs();
+        let linear: f64 =
+            self.each().map(|(i, pairs)| 2.0 * x[i].abs() * pairs.iter().map(size).sum::<f64>()).sum();
+        f64::EPSILON * (constant + linear)
+    }
+
     /// Adds `tr(F_i M F_j N)` to the lower triangle of `out` for each i, j; `m` is `W'MW` and `n` is `W'NW`.
     pub(crate) fn add_schur_complement(&self, m: &Mat, n: &Mat, out: &mut Mat) {
         let q = self.columns.ncols();

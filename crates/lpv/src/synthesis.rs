@@ -66,8 +66,18 @@ pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, 
     if options.scalings == Scalings::Symmetric || is_settled(&outcome, options) {
         return outcome;
     }
-    let by_way_of = slowed(plant).iter().find_map(|slowed| at_speed(plant, slowed, &outcome, options));
-    by_way_of.map_or(outcome, Ok)
+    let mut best = outcome;
+    for slowed in slowed(plant) {
+        let found = directly(&slowed.plant, options);
+        let settled = is_settled(&found, options);
+        if let Some(design) = found.ok().and_then(|found| at_speed(plant, &slowed, found, &best, options)) {
+            best = Ok(design);
+            if settled {
+                break;
+            }
+        }
+    }
+    best
 }
 
 /// A gap between gamma and its lower bound, relative to gamma, that leaves the question open.
@@ -84,35 +94,34 @@ fn is_settled(outcome: &Result<Design, SynthesisError>, options: Options) -> boo
     }
 }
 
-/// A controller designed for a slowed plant, with the bound of the loop that it closes round the plant itself, where that is better than what
-/// was found.
+/// A design for a slowed plant, with the bound of the loop that its controller closes round the plant itself, where that is better than what is known.
 fn at_speed(
     plant: &GeneralisedPlant,
     slowed: &Slowed,
+    found: Design,
     known: &Result<Design, SynthesisError>,
     options: Options,
 ) -> Option<Design> {
-    let built = |back_off: f64| {
-        let found = directly(&slowed.plant, Options { back_off, ..options }).ok()?;
+    let bound = |found: &Design| {
         let closed = plant.close(&found.controller);
-        let certified =
-            bounded_gain(&closed, &LoopError::none(&closed), &slowed.at_speed(&found.certified)).ok()?;
-        Some(Design { certified, ..found })
+        bounded_gain(&closed, &LoopError::none(&closed), &slowed.at_speed(&found.certified)).ok()
     };
-    let design = built(options.back_off)?;
+    let certified = bound(&found)?;
+    let better = known.as_ref().map_or(true, |known| certified.gamma < known.certified.gamma);
+    if !better {
+        return None;
+    }
     // A loop closer to the least gamma tells more of it.
-    let nearer = built(CLOSE * options.back_off).map_or(f64::INFINITY, |design| design.certified.gamma);
-    let mut gamma_optimum = design.certified.gamma.min(nearer);
+    let nearer = Options { back_off: CLOSE * options.back_off, ..options };
+    let nearer = directly(&slowed.plant, nearer).ok().and_then(|found| bound(&found));
+    let mut gamma_optimum = nearer.map_or(certified.gamma, |nearer| nearer.gamma.min(certified.gamma));
     let mut gamma_lower = 0.0;
     if let Ok(known) = known {
-        if known.certified.gamma <= design.certified.gamma {
-            return None;
-        }
         gamma_optimum = gamma_optimum.min(known.gamma_optimum);
         gamma_lower = known.gamma_lower;
     }
     let within = options.gamma_limit.is_none_or(|limit| gamma_optimum <= limit);
-    within.then_some(Design { gamma_optimum, gamma_lower, ..design })
+    within.then_some(Design { gamma_optimum, gamma_lower, certified, ..found })
 }
 
 /// How far from the least gamma a loop is closed only to tell it, relative to the back-off.
