@@ -1,18 +1,28 @@
-//! The GUID that ties XML, resources and binary together.
+//! The GUID that ties description, resources and binary together.
 
 use sha2::{Digest, Sha256};
 
-/// GUID `{8-4-4-4-12}` from SHA-256 over the XML with an empty GUID, then name and bytes of each resource.
+use crate::ModelDescription;
+
+/// GUID `{8-4-4-4-12}` from SHA-256 over a description, then name and bytes of each resource.
 ///
-/// The hash runs over `len(xml) xml`, then for each resource `len(name) name len(bytes) bytes`, lengths as 64-bit
-/// little-endian numbers; its first 128 bits become the GUID. Resources must come sorted by name.
-pub fn guid<'a>(xml: &str, resources: impl IntoIterator<Item = (&'a str, &'a [u8])>) -> String {
+/// The hash runs over `len(text) text` of what `{:?}` prints of the description, every field of it, then for each resource
+/// `len(name) name len(bytes) bytes`, lengths as 64-bit little-endian numbers; its first 128 bits become the GUID.
+/// Resources must come sorted by name.
+pub fn guid<'a>(
+    description: &ModelDescription,
+    resources: impl IntoIterator<Item = (&'a str, &'a [u8])>,
+) -> String {
+    of_text(&format!("{description:?}"), resources)
+}
+
+fn of_text<'a>(text: &str, resources: impl IntoIterator<Item = (&'a str, &'a [u8])>) -> String {
     let mut hash = Sha256::new();
     let mut add = |bytes: &[u8]| {
         hash.update((bytes.len() as u64).to_le_bytes());
         hash.update(bytes);
     };
-    add(xml.as_bytes());
+    add(text.as_bytes());
     for (name, bytes) in resources {
         add(name.as_bytes());
         add(bytes);
@@ -27,14 +37,14 @@ mod tests {
 
     #[test]
     fn has_the_registry_form() {
-        let guid = guid("", []);
+        let guid = of_text("", []);
         // SHA-256 of eight zero bytes.
         assert_eq!(guid, "{af5570f5-a181-0b7a-f78c-af4bc70a660f}");
     }
 
     #[test]
     fn changes_with_every_part() {
-        let of = |xml, name, bytes: &'static [u8]| guid(xml, [(name, bytes)]);
+        let of = |xml, name, bytes: &'static [u8]| of_text(xml, [(name, bytes)]);
         let all = [
             of("x", "n", b"b"),
             of("y", "n", b"b"),

@@ -1,7 +1,7 @@
 //! The FMI 2.0 model description, typed:
 //!
 //! ```text
-//! variables, units, capabilities -> check -> XML -> GUID
+//! variables, units, capabilities -> GUID -> check -> XML
 //! ```
 //!
 //! The standard is the Functional Mock-up Interface for Model Exchange and Co-Simulation,

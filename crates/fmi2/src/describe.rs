@@ -1,11 +1,24 @@
-//! From resources to model description, XML and GUID; the packager and the binary take the same way.
+//! From resources to model, description and GUID; the packager and the binary take the same way, and the packager writes the XML.
 
 use model_description::{Capabilities, CoSimulation, ModelDescription, WriteError, guid};
 
 use crate::log::Category;
 use crate::{Model, Resources, Table};
 
-/// A loaded model with what follows from it.
+/// A loaded model with what an instance needs to know of it.
+#[derive(Debug)]
+pub struct Loaded<M> {
+    /// The model with its start values.
+    pub model: M,
+    /// Its variables.
+    pub table: Table<M>,
+    /// Its description.
+    pub description: ModelDescription,
+    /// GUID over description and resources.
+    pub guid: String,
+}
+
+/// A loaded model with its XML.
 #[derive(Debug)]
 pub struct Described<M> {
     /// The model with its start values.
@@ -14,18 +27,29 @@ pub struct Described<M> {
     pub table: Table<M>,
     /// Its description.
     pub description: ModelDescription,
-    /// GUID over XML and resources.
+    /// GUID over description and resources.
     pub guid: String,
     /// `modelDescription.xml`.
     pub xml: String,
 }
 
+impl<M> From<Described<M>> for Loaded<M> {
+    fn from(Described { model, table, description, guid, .. }: Described<M>) -> Self {
+        Self { model, table, description, guid }
+    }
+}
+
+/// The model could not be loaded.
+#[derive(Debug, thiserror::Error)]
+#[error("the model cannot be loaded from its resources: {0}")]
+pub struct LoadError(#[source] Box<dyn std::error::Error + Send + Sync>);
+
 /// Why a model cannot be described.
 #[derive(Debug, thiserror::Error)]
 pub enum DescribeError {
     /// The model could not be loaded.
-    #[error("the model cannot be loaded from its resources: {0}")]
-    Load(#[source] Box<dyn std::error::Error + Send + Sync>),
+    #[error(transparent)]
+    Load(#[from] LoadError),
     /// The table of variables breaks the standard.
     #[error(transparent)]
     Write(#[from] WriteError),
@@ -36,12 +60,21 @@ pub enum DescribeError {
 /// # Errors
 /// [`DescribeError`].
 pub fn describe<M: Model>(resources: &Resources) -> Result<Described<M>, DescribeError> {
-    let model = M::load(resources).map_err(|error| DescribeError::Load(Box::new(error)))?;
-    let table = Table::of(&model);
-    let description = description_of(&model, &table);
-    let guid = guid(&description.to_xml("")?, resources.iter());
+    let Loaded { model, table, description, guid } = load(resources)?;
     let xml = description.to_xml(&guid)?;
     Ok(Described { model, table, description, guid, xml })
+}
+
+/// Loads a model. That its description keeps to the standard was checked by the packager: with any other the GUID would be another.
+///
+/// # Errors
+/// [`LoadError`].
+pub(crate) fn load<M: Model>(resources: &Resources) -> Result<Loaded<M>, LoadError> {
+    let model = M::load(resources).map_err(|error| LoadError(Box::new(error)))?;
+    let table = Table::of(&model);
+    let description = description_of(&model, &table);
+    let guid = guid(&description, resources.iter());
+    Ok(Loaded { model, table, description, guid })
 }
 
 fn description_of<M: Model>(model: &M, table: &Table<M>) -> ModelDescription {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::refusal::Failure;
 use crate::state::identity;
 use crate::values::Value;
-use crate::{Described, Function, Interface, Log, Model, Phase, Refusal, Snapshot, Table};
+use crate::{Function, Interface, Loaded, Log, Model, Phase, Refusal, Snapshot, Table};
 
 /// A step longer than a day \[s\] is refused: it is a mistake, and would take long.
 const LONGEST_STEP: f64 = 86_400.0;
@@ -36,16 +36,17 @@ pub(crate) type Outcome<M> = Result<(), Failure<<M as Model>::Error>>;
 
 impl<M: Model> Instance<M> {
     /// An instance of a described model for co-simulation.
-    pub fn new(described: Described<M>) -> Self {
-        Self::made_for(Interface::CoSimulation, described)
+    pub fn new(model: impl Into<Loaded<M>>) -> Self {
+        Self::made_for(Interface::CoSimulation, model)
     }
 
     /// An instance of a described model.
-    pub fn made_for(interface: Interface, described: Described<M>) -> Self {
-        let now = Snapshot::fresh(&described.model, identity(&described.guid), interface);
-        let table = Arc::new(described.table);
+    pub fn made_for(interface: Interface, model: impl Into<Loaded<M>>) -> Self {
+        let loaded = model.into();
+        let now = Snapshot::fresh(&loaded.model, identity(&loaded.guid), interface);
+        let table = Arc::new(loaded.table);
         let (tangents, rates) = (vec![0.0; table.quantities()], vec![0.0; table.states().len()]);
-        Self { table, fresh: described.model, now, tangents, rates }
+        Self { table, fresh: loaded.model, now, tangents, rates }
     }
 
     /// Where the instance stands in its life.

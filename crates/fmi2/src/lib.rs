@@ -34,7 +34,7 @@ mod values;
 mod variable;
 
 pub use continuous::{Continuous, ContinuousModel};
-pub use describe::{DescribeError, Described, describe};
+pub use describe::{DescribeError, Described, LoadError, Loaded, describe};
 pub use exchange::Events;
 pub use instance::{Experiment, Instance};
 pub use legal::Function;

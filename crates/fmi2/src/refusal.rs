@@ -1,6 +1,6 @@
 //! Every reason for which a call is refused, as one sentence.
 
-use crate::{DescribeError, ResourceError, StateError, UriError};
+use crate::{LoadError, ResourceError, StateError, UriError};
 
 /// Why a call was refused; nothing in the instance has changed.
 #[derive(Debug, thiserror::Error)]
@@ -87,7 +87,7 @@ pub enum Refusal {
     #[error(transparent)]
     BadResources(#[from] ResourceError),
     #[error(transparent)]
-    BadDescription(#[from] DescribeError),
+    BadDescription(#[from] LoadError),
     #[error("the GUID is '{given}', but binary and resources belong to '{expected}'")]
     WrongGuid { given: String, expected: String },
 }

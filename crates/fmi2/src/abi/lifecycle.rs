@@ -75,11 +75,11 @@ fn load<M: Model>(name: &str, fmu_type: c_int, guid: &str, location: &str) -> Re
         (given, false) => return Err(Refusal::WrongFmuType { given, supported: "1 (co-simulation)" }),
     };
     let resources = Resources::from_folder(&path_of(location)?)?;
-    let described = describe::<M>(&resources)?;
-    if described.guid != guid {
-        return Err(Refusal::WrongGuid { given: guid.to_owned(), expected: described.guid });
+    let loaded = describe::load::<M>(&resources)?;
+    if loaded.guid != guid {
+        return Err(Refusal::WrongGuid { given: guid.to_owned(), expected: loaded.guid });
     }
-    Ok(Instance::made_for(interface, described))
+    Ok(Instance::made_for(interface, loaded))
 }
 
 /// `fmi2FreeInstance`.
