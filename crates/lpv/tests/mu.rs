@@ -148,6 +148,22 @@ fn four_complex_scalars_with_a_gap() {
     assert!(lower > 0.864 && lower < 0.87237, "{lower}");
 }
 
+/// Systems through which nothing passes, with states and without: mu is zero at every frequency, and no small number spoils that.
+#[test]
+fn nothing_passes_through_zeros() {
+    let structure = Structure::from_notation(&[(1, 0), (3, 3)]).unwrap();
+    for n in [0, 2] {
+        let system = StateSpace {
+            a: -Mat::identity(n, n),
+            b: Mat::zeros(n, 4),
+            c: Mat::zeros(4, n),
+            d: Mat::zeros(4, 4),
+        };
+        let found = mu_over_frequency(&system, &structure).unwrap();
+        assert!(found.upper.upper < 1e-50 && found.lower.is_none(), "{}", found.upper.upper);
+    }
+}
+
 /// A problem file of the published cases.
 fn case(name: &str) -> (CMat, Structure) {
     let path = format!("{}/../../tests/cases/{name}.json", env!("CARGO_MANIFEST_DIR"));

@@ -39,6 +39,9 @@ pub fn good_interval(system: &StateSpace, scalings: &Scalings, level: f64, omega
     if hermitian_eigenvalues(&phi).first().is_none_or(|least| *least <= 0.0) {
         return None;
     }
+    if seen.a.is_empty() {
+        return Some(Interval { from: 0.0, to: f64::INFINITY });
+    }
     let hamiltonian = seen.hamiltonian(scalings, &phi)?;
     let axis = ON_AXIS * hamiltonian.norm();
     let crossings = complex_eigenvalues(&hamiltonian)
@@ -104,7 +107,9 @@ impl Seen {
         let q11 = -&s.dz;
         let q21 = &s.g * -J;
         let cross = (self.d.adjoint() * &q11 + q21) * &self.c;
-        let inverse = phi.clone().try_inverse()?;
+        // Of the size of one while it is inverted: the determinant of a small one is nothing.
+        let size = phi.camax();
+        let inverse = phi.unscale(size).try_inverse()?.unscale(size);
         let feedback = &inverse * &cross;
         let first = &self.a - &self.b * &feedback;
         let upper = -(&self.b * inverse * self.b.adjoint());
