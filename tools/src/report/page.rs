@@ -12,7 +12,7 @@ const STYLE: &str = "\
 :root{color-scheme:light}\
 body{font:16px/1.5 system-ui,sans-serif;color:#1a1a1a;background:#fff;max-width:78rem;margin:0 auto;padding:0 1rem 3rem}\
 h1{font-size:1.6rem;margin:1.2rem 0 .3rem}h2{font-size:1.25rem;margin:2.2rem 0 .4rem;border-top:1px solid #ccc;padding-top:1rem}\
-p{max-width:46rem}nav ul{columns:16rem;padding-left:1.2rem}li{break-inside:avoid}a{color:#005a8c}\
+p{max-width:46rem}nav ul{columns:16rem;column-gap:1.5rem;padding-left:0}nav li{margin-left:1.2rem}li{break-inside:avoid}a{color:#005a8c}\
 figure{margin:1rem 0}.charts{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,21rem),1fr));gap:.6rem}\
 .charts svg{width:100%;height:auto;max-width:28rem}\
 .legend span{display:inline-block;margin-right:1.1rem;white-space:nowrap;font-size:.9rem}.legend svg{vertical-align:middle}\
