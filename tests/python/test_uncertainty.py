@@ -60,8 +60,9 @@ def test_the_robust_controller_bears_more(run_squid: Run, tmp_path: Path) -> Non
 def assert_documented(found: dict) -> None:
     """Assert that docs/robust.md has these numbers of REMUS 100.
 
-    Within 1 %; what is said of the robust controller frozen at a speed within 5 %, for a search that takes turns ends elsewhere when rounding
-    differs, by up to 3 % in the worst-case gain between two versions of the solver.
+    Within 1 %; what is said of the robust controller frozen at a speed within 5 %: a search that takes
+    turns ends elsewhere when rounding differs, by up to 3 % in the worst-case gain between two versions
+    of the solver.
     """
     page = (ROOT / "docs" / "robust.md").read_text(encoding="utf-8")
     summary = next(line for line in page.splitlines() if line.startswith("| REMUS 100 | "))
