@@ -33,12 +33,6 @@ const MOST_STEPS: u32 = 100;
 /// few steps, too little leads to ones that are too short.
 const ABOVE: f64 = 1e6;
 
-/// A distance from the optimum, relative to the objective, from which on the multipliers are corrected.
-const NEAR: f64 = 1e-2;
-
-/// They are when that distance is less than this part of the gap.
-const DROWNED: f64 = 0.1;
-
 /// A method that goes less far than this along its direction is stuck.
 const STUCK: f64 = 1e-4;
 
@@ -57,7 +51,7 @@ pub(crate) fn minimise(inequalities: &[LowRank], objective: &[f64], search: Sear
             bound = bound.max(state.bound());
             // What is missing of the bound is not the distance from the optimum, but rounding.
             let distance = state.rows() * state.mu() / (search.floor + value.abs());
-            if distance < NEAR && distance < DROWNED * gap(value, bound) {
+            if distance < search.tolerance && gap(value, bound) >= search.tolerance {
                 bound = bound.max(state.correct().unwrap_or(f64::NEG_INFINITY));
             }
             if best.as_ref().is_none_or(|(known, _)| value < *known) {
