@@ -54,6 +54,9 @@ pub struct Design {
 
 /// Designs a controller and bounds the gain of the loop that it closes.
 ///
+/// Where the search is unsure of gamma, and some modes are far faster than the others, it is repeated for the plant with these modes slowed; the bound is
+/// always of the loop with the plant itself.
+///
 /// # Errors
 /// Kept apart are: a design; [`SynthesisError::is_infeasible`] for a problem without solution; [`SynthesisError::TooFast`] when only
 /// controllers beyond the limit were found; [`SynthesisError::Numerical`] when nothing is known.
