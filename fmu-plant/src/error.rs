@@ -1,6 +1,6 @@
 //! What can go wrong in the plant, each as one sentence.
 
-use auv::{CoefficientError, LpvModelError, SimulationError, TrimError, VehicleFileError};
+use auv::{CoefficientError, LpvModelError, SimulationError, TrimError, VehicleJsonError};
 use fmi2::ResourceError;
 
 use crate::LPV_RESOURCE;
@@ -11,9 +11,9 @@ pub enum PlantError {
     /// A resource cannot be read.
     #[error(transparent)]
     Resource(#[from] ResourceError),
-    /// The vehicle file makes no sense.
+    /// The vehicle makes no sense.
     #[error(transparent)]
-    Vehicle(#[from] VehicleFileError),
+    Vehicle(#[from] VehicleJsonError),
     /// The LPV model makes no sense, or belongs to another number of actuators.
     #[error("{}", in_file(.0))]
     Lpv(#[from] LpvModelError),
@@ -22,7 +22,7 @@ pub enum PlantError {
     OtherVehicle {
         /// The vehicle of the LPV model.
         found: String,
-        /// The vehicle of the vehicle file.
+        /// The vehicle itself.
         expected: String,
     },
     /// A coefficient is not allowed.

@@ -9,8 +9,8 @@ use fmi2::{
 use crate::variables::{fidelities, inputs, outputs, parameters};
 use crate::{PlantError, PlantModel, states};
 
-/// The vehicle file in `resources/`.
-pub const VEHICLE_RESOURCE: &str = "vehicle.toml";
+/// The vehicle in `resources/`.
+pub const VEHICLE_RESOURCE: &str = "vehicle.json";
 
 /// The LPV model of the vehicle in `resources/`.
 pub const LPV_RESOURCE: &str = "plant.json";
@@ -20,7 +20,7 @@ impl Model for PlantModel {
 
     fn load(resources: &Resources) -> Result<Self, PlantError> {
         let named = |name: &str| format!("resources/{name}");
-        let vehicle = Vehicle::parse(resources.text(VEHICLE_RESOURCE)?, &named(VEHICLE_RESOURCE))?;
+        let vehicle = Vehicle::from_json(resources.text(VEHICLE_RESOURCE)?, &named(VEHICLE_RESOURCE))?;
         let lpv = LpvModel::from_json(resources.text(LPV_RESOURCE)?, &named(LPV_RESOURCE))?;
         Self::new(vehicle, lpv)
     }

@@ -1,7 +1,7 @@
 //! The vehicle in the vertical plane as an FMU for co-simulation and model exchange:
 //!
 //! ```text
-//! resources/vehicle.toml, plant.json -> auv::Plant -> table of variables -> FMU
+//! resources/vehicle.json, plant.json -> auv::Plant -> table of variables -> FMU
 //! ```
 //!
 //! The crate holds no vehicle: coefficients, actuators and limits come from the vehicle file, start values from

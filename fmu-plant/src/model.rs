@@ -63,7 +63,8 @@ impl PlantModel {
         }
         let row = row_at_centre(&lpv)?.clone();
         let trim = trim_of(&row, lpv.depth);
-        let mut plant = Plant::new(&vehicle)?.with_lpv(lpv.clone())?;
+        let lpv = Arc::new(lpv);
+        let mut plant = Plant::new(&vehicle)?.with_lpv(Arc::clone(&lpv))?;
         plant.start(0.0, &trim)?;
         Ok(Self {
             settings: Settings {
@@ -79,7 +80,7 @@ impl PlantModel {
             },
             slopes: Slopes::held(vehicle.actuators.len()),
             vehicle: Arc::new(vehicle),
-            lpv: Arc::new(lpv),
+            lpv,
             plant,
             trim,
             above_surface: false,
@@ -137,7 +138,7 @@ impl PlantModel {
         let mut vehicle = (*self.vehicle).clone();
         vehicle.coefficients = coefficients.clone();
         let trim = trim(&vehicle, Speed::Path(*initial_speed), *initial_depth)?;
-        let mut plant = Plant::new(&vehicle)?.with_lpv((*self.lpv).clone())?;
+        let mut plant = Plant::new(&vehicle)?.with_lpv(Arc::clone(&self.lpv))?;
         plant.set_fidelity(*fidelity)?;
         plant.set_current(self.inputs.current)?;
         plant.start(time, &trim)?;

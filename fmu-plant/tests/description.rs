@@ -4,8 +4,8 @@
 
 mod common;
 
-use auv::{COEFFICIENTS, LpvModel, Vehicle};
-use common::{Flight, remus100, squid, vehicle_text};
+use auv::{COEFFICIENTS, LpvModel};
+use common::{Flight, remus100, squid, vehicle};
 use fmi2::Resources;
 use fmi2::model_description::{Causality, Kind, ScalarVariable, Variability};
 use fmu_plant::{LPV_RESOURCE, VEHICLE_RESOURCE, describe};
@@ -76,7 +76,7 @@ fn between_two_rows_the_slower_one_is_taken() {
 #[test]
 fn every_coefficient_is_a_fixed_parameter() {
     for (name, resources) in [("squid", squid()), ("remus100", remus100())] {
-        let vehicle = Vehicle::parse(&vehicle_text(name), name).unwrap();
+        let vehicle = vehicle(name);
         let variables = describe(&resources).unwrap().description.variables;
         let mut flight = Flight::prepare(&resources, &[]);
         for (position, spec) in COEFFICIENTS.iter().enumerate() {
@@ -135,7 +135,7 @@ fn complaint(resources: &Resources) -> String {
 fn refuses_files_that_make_no_plant() {
     let good = squid();
     let json = good.text(LPV_RESOURCE).unwrap();
-    let toml = good.text(VEHICLE_RESOURCE).unwrap();
+    let vehicle = good.text(VEHICLE_RESOURCE).unwrap();
     for (name, text, expected) in [
         (LPV_RESOURCE, "{", "resources/plant.json: not an LPV model"),
         (
@@ -148,8 +148,12 @@ fn refuses_files_that_make_no_plant() {
             &json.replace("\"squid\"", "\"whale\""),
             "resources/plant.json is the LPV model of 'whale', and the vehicle is 'squid'",
         ),
-        (VEHICLE_RESOURCE, &toml.replace("I_yy", "I_yyy"), "I_yyy"),
-        (VEHICLE_RESOURCE, &toml.replace("\"lower\"", "\"pitch\""), "two variables are called 'pitch'"),
+        (
+            VEHICLE_RESOURCE,
+            &vehicle.replace("I_yy", "I_yyy"),
+            "resources/vehicle.json: `coefficients.I_yyy` is unknown",
+        ),
+        (VEHICLE_RESOURCE, &vehicle.replace("\"lower\"", "\"pitch\""), "two variables are called 'pitch'"),
     ] {
         let mut damaged = good.clone();
         damaged.insert(name, text);
@@ -158,11 +162,14 @@ fn refuses_files_that_make_no_plant() {
         assert_eq!(message.matches("resources/plant.json").count(), expected.matches("plant.json").count());
     }
     let mut other = good.clone();
-    other.insert(VEHICLE_RESOURCE, vehicle_text("remus100").replace("\"remus100\"", "\"squid\""));
+    other.insert(
+        VEHICLE_RESOURCE,
+        remus100().text(VEHICLE_RESOURCE).unwrap().replace("\"remus100\"", "\"squid\""),
+    );
     assert!(
         complaint(&other).contains("resources/plant.json: `trim` is for 3 actuators, and the vehicle has 2")
     );
-    assert!(complaint(&Resources::default()).contains("resources/vehicle.toml is missing"));
-    let alone: Resources = [(VEHICLE_RESOURCE, toml)].into_iter().collect();
+    assert!(complaint(&Resources::default()).contains("resources/vehicle.json is missing"));
+    let alone: Resources = [(VEHICLE_RESOURCE, vehicle)].into_iter().collect();
     assert!(complaint(&alone).contains("resources/plant.json is missing"));
 }

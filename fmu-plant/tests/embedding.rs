@@ -4,8 +4,8 @@
 
 mod common;
 
-use auv::{Fidelity, LpvModel, Vehicle};
-use common::{squid, vehicle_text};
+use auv::{Fidelity, LpvModel};
+use common::{squid, vehicle};
 use fmi2::model_description::DefaultExperiment;
 use fmi2::{About, Log, Model, Resources, Silent, StateError, StateReader, StateWriter, Table, Variable};
 use fmu_plant::{LPV_RESOURCE, PlantError, PlantModel, fidelities, outputs, parameters};
@@ -85,7 +85,7 @@ fn a_larger_model_takes_over_parameters_and_outputs() {
 
 #[test]
 fn the_plant_serves_without_any_protocol() {
-    let vehicle = Vehicle::parse(&vehicle_text("squid"), "vehicle.toml").unwrap();
+    let vehicle = vehicle("squid");
     let model = LpvModel::from_json(squid().text(LPV_RESOURCE).unwrap(), LPV_RESOURCE).unwrap();
     let mut plant = PlantModel::new(vehicle, model).unwrap();
     plant.settings.initial_speed = 1.0;

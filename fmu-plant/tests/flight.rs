@@ -4,8 +4,8 @@
 
 mod common;
 
-use auv::{Speed, Vehicle, trim};
-use common::{DEPTH, Flight, remus100, squid, vehicle_text};
+use auv::{Speed, trim};
+use common::{DEPTH, Flight, remus100, squid, vehicle};
 
 const THRUSTERS: [&str; 3] = ["lower", "upper_port", "upper_starboard"];
 
@@ -18,7 +18,7 @@ fn command_trim(flight: &mut Flight) {
 
 #[test]
 fn starts_in_trim_and_stays_there() {
-    let vehicle = Vehicle::parse(&vehicle_text("squid"), "squid").unwrap();
+    let vehicle = vehicle("squid");
     for speed in [0.5, 1.0, 2.2, 3.0] {
         let level = trim(&vehicle, Speed::Path(speed), 20.0).unwrap();
         let mut flight = Flight::prepare(&squid(), &[("initial_speed", speed), ("initial_depth", 20.0)]);

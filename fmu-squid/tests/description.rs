@@ -72,7 +72,7 @@ fn refusal(resources: &Resources) -> String {
 
 #[test]
 fn refuses_missing_and_damaged_files() {
-    for name in ["vehicle.toml", "plant.json", "controller.json", "manoeuvre.json"] {
+    for name in ["vehicle.json", "plant.json", "controller.json", "manoeuvre.json"] {
         let complete = resources();
         let others = complete.iter().filter(|(other, _)| *other != name);
         let message = refusal(&others.collect());

@@ -34,7 +34,7 @@ enum Change {
     Gone,
 }
 
-const FILES: [&str; 4] = ["vehicle.toml", "plant.json", "controller.json", "manoeuvre.json"];
+const FILES: [&str; 4] = ["vehicle.json", "plant.json", "controller.json", "manoeuvre.json"];
 
 const NUMBERS: [&str; 14] = [
     "0",

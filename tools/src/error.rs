@@ -85,6 +85,9 @@ pub enum Error {
     /// The plant's LPV model cannot be frozen or read.
     #[error(transparent)]
     LpvModel(#[from] auv::LpvModelError),
+    /// A vehicle has no JSON.
+    #[error(transparent)]
+    VehicleJson(#[from] auv::VehicleJsonError),
     /// The frozen controller is wrong.
     #[error(transparent)]
     ControllerDesign(#[from] scheduled::DesignError),

@@ -13,8 +13,6 @@ pub struct Inputs {
     pub directory: PathBuf,
     /// The vehicle.
     pub vehicle: Vehicle,
-    /// The text of the vehicle file, which the plant's FMU carries.
-    pub vehicle_text: String,
     /// The design.
     pub design: DesignFile,
     /// The uncertain coefficients that the design names, in the order of the vehicle file.
@@ -38,7 +36,6 @@ impl Inputs {
         }
         let vehicle_path = directory.join("vehicle.toml");
         let vehicle = Vehicle::read(&vehicle_path)?;
-        let vehicle_text = read(&vehicle_path)?;
         let design_path = design_path(directory, name);
         let mut design = DesignFile::read(&design_path)?;
         let uncertain = match &design.uncertainty {
@@ -53,13 +50,12 @@ impl Inputs {
             hash.update(format!("bandwidth = {bandwidth:?}"));
             design = design.with_bandwidth(bandwidth);
         }
-        let vehicle_sha256 = hexadecimal(&Sha256::digest(&vehicle_text));
+        let vehicle_sha256 = hexadecimal(&Sha256::digest(read(&vehicle_path)?));
         let directory = std::path::absolute(directory).unwrap_or_else(|_| directory.to_owned());
         Ok(Self {
             directory,
             vehicle,
             vehicle_sha256,
-            vehicle_text,
             design,
             uncertain,
             design_sha256: hexadecimal(&hash.finalize()),

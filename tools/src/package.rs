@@ -106,7 +106,7 @@ pub fn prepare(kind: Kind, inputs: &Inputs, stored: &Stored) -> Result<Prepared,
     }
     if kind != Kind::Controller {
         resources.insert("plant.json", stored.plant.to_json()?);
-        resources.insert("vehicle.toml", inputs.vehicle_text.as_str());
+        resources.insert("vehicle.json", inputs.vehicle.to_json()?);
     }
     if kind == Kind::Squid {
         resources.insert("manoeuvre.json", stored.manoeuvre.to_json()?);

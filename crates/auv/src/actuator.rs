@@ -2,6 +2,7 @@
 
 #![allow(non_snake_case, reason = "the field's symbols keep their capitals: Z is a force, z a length")]
 
+use crate::coefficients::Allowed;
 use crate::dynamics::Scalar;
 
 /// What an actuator does to the hull.
@@ -89,6 +90,47 @@ impl<D: Scalar> Effect<D> {
             }
         }
     }
+}
+
+impl Effect {
+    /// One of each kind, with every number zero.
+    pub(crate) const ALL: [Self; 2] = [
+        Self::Thruster { x: 0.0, z: 0.0, direction: 0.0 },
+        Self::ControlSurface { Z_uu_delta: 0.0, M_uu_delta: 0.0, X_uu_delta2: 0.0 },
+    ];
+
+    /// The word for it in a vehicle file.
+    pub(crate) fn kind(&self) -> &'static str {
+        match self {
+            Self::Thruster { .. } => "thruster",
+            Self::ControlSurface { .. } => "control_surface",
+        }
+    }
+
+    /// Its numbers with their keys in a vehicle file.
+    pub(crate) fn numbers(&self) -> [(&'static str, f64); 3] {
+        match self.map(|key, value| (key, value)) {
+            Effect::Thruster { x, z, direction } => [x, z, direction],
+            Effect::ControlSurface { Z_uu_delta, M_uu_delta, X_uu_delta2 } => {
+                [Z_uu_delta, M_uu_delta, X_uu_delta2]
+            }
+        }
+    }
+}
+
+/// The values that a number of an actuator may take.
+pub(crate) fn allowed(key: &str) -> Allowed {
+    match key {
+        "lag" => Allowed::NonNegative,
+        "X_uu_delta2" => Allowed::NonPositive,
+        _ => Allowed::Any,
+    }
+}
+
+/// Whether a name may name a variable.
+pub(crate) fn is_actuator_name(name: &str) -> bool {
+    name.starts_with(|c: char| c.is_ascii_alphabetic())
+        && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
 }
 
 impl<C: Copy> Effect<C> {

@@ -6,7 +6,8 @@
 //!                               +-> Plant (simulation, nonlinear or by an LPV model)
 //! ```
 //!
-//! - [`Vehicle::read`]: a vehicle file becomes [`Coefficients`] and [`Actuator`]s, or one clear message;
+//! - [`Vehicle::read`]: a vehicle file becomes [`Coefficients`] and [`Actuator`]s, or one clear message; [`Vehicle::to_json`] passes the
+//!   vehicle on to machines, and [`Vehicle::from_json`] takes it up;
 //! - [`COEFFICIENTS`]: the table of every coefficient, which drives reading, validation and documentation;
 //! - [`Dynamics`]: the nonlinear longitudinal equations of motion, over any [`Scalar`];
 //! - [`trim()`]: level, steady motion at a speed and a depth;
@@ -48,6 +49,7 @@ mod slopes;
 mod trim;
 mod vehicle;
 mod vehicle_file;
+mod vehicle_json;
 
 pub use actuator::{Actuator, Effect};
 pub use coefficients::{Allowed, COEFFICIENTS, CoefficientError, CoefficientSpec, Coefficients};
@@ -68,3 +70,4 @@ pub use slopes::Slopes;
 pub use trim::{Speed, Trim, TrimError, trim};
 pub use vehicle::{Status, Vehicle};
 pub use vehicle_file::{FileProblem, VehicleFileError};
+pub use vehicle_json::{JsonProblem, VEHICLE_FORMAT, VehicleJsonError};

@@ -1,6 +1,7 @@
 //! The vehicle in motion: commands and current in, motion out.
 
 use std::fmt;
+use std::sync::Arc;
 
 use crate::actuator::Actuator;
 use crate::coefficients::CoefficientError;
@@ -42,8 +43,8 @@ pub struct State {
 #[derive(Clone)]
 pub struct Plant {
     pub(crate) dynamics: Dynamics,
-    pub(crate) actuators: Vec<Actuator>,
-    pub(crate) lpv: Option<LpvModel>,
+    pub(crate) actuators: Arc<[Actuator]>,
+    pub(crate) lpv: Option<Arc<LpvModel>>,
     pub(crate) fidelity: Fidelity,
     pub(crate) time: f64,
     pub(crate) body: Body,
@@ -67,7 +68,7 @@ impl Plant {
         let inputs = vehicle.actuators.len();
         Ok(Self {
             dynamics: Dynamics::new(&vehicle.coefficients)?,
-            actuators: vehicle.actuators.clone(),
+            actuators: vehicle.actuators.as_slice().into(),
             lpv: None,
             fidelity: Fidelity::Nonlinear,
             time: 0.0,
@@ -87,7 +88,8 @@ impl Plant {
     ///
     /// # Errors
     /// [`LpvModelError`] if the model is malformed or for another number of actuators.
-    pub fn with_lpv(mut self, model: LpvModel) -> Result<Self, LpvModelError> {
+    pub fn with_lpv(mut self, model: impl Into<Arc<LpvModel>>) -> Result<Self, LpvModelError> {
+        let model = model.into();
         model.check()?;
         let (found, expected) = (model.inputs(), self.actuators.len());
         if found != expected {
@@ -186,7 +188,7 @@ impl Plant {
         if duration == 0.0 {
             return Ok(());
         }
-        let lpv = self.lpv.as_ref().filter(|_| self.fidelity == Fidelity::Lpv);
+        let lpv = self.lpv.as_deref().filter(|_| self.fidelity == Fidelity::Lpv);
         if let Some(model) = lpv {
             self.frozen.evaluate(model, self.operating_speed);
         }
@@ -275,7 +277,7 @@ impl Plant {
 
     /// The LPV model, if there is one.
     pub fn lpv(&self) -> Option<&LpvModel> {
-        self.lpv.as_ref()
+        self.lpv.as_deref()
     }
 
     /// Velocity over ground along the body axes \[m/s\]: surge, heave.

@@ -33,7 +33,7 @@ impl Status {
 }
 
 /// A vehicle as read from a vehicle file.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Vehicle {
     /// Name, for instance `squid`.
     pub name: String,
@@ -47,6 +47,12 @@ pub struct Vehicle {
     pub actuators: Vec<Actuator>,
     /// Where each number comes from, by the name of the coefficient or `actuator.key`.
     pub sources: BTreeMap<String, String>,
+}
+
+/// Whether a name may stand in names of files and models.
+pub(crate) fn is_vehicle_name(name: &str) -> bool {
+    name.starts_with(|c: char| c.is_ascii_alphabetic())
+        && name.chars().all(|c| c.is_ascii_alphanumeric() || "_- ".contains(c))
 }
 
 impl Vehicle {

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 pub use error::{FileProblem, VehicleFileError};
 
 use crate::coefficients::{COEFFICIENTS, CoefficientError, CoefficientSpec, Coefficients};
-use crate::vehicle::{Status, Vehicle};
+use crate::vehicle::{Status, Vehicle, is_vehicle_name};
 pub(crate) use table::nearest;
 use table::{Document, Table};
 
@@ -28,7 +28,7 @@ pub(crate) fn parse(text: &str, file: &str) -> Result<Vehicle, VehicleFileError>
     let head = root.required_table("vehicle", "name, status and description of the vehicle")?;
     head.allow_only(&["name", "status", "description"])?;
     let name = head.text("name")?;
-    if !names_a_vehicle(&name) {
+    if !is_vehicle_name(&name) {
         return Err(head.blame("name", FileProblem::VehicleName { name }));
     }
     let description = head.text("description")?;
@@ -38,12 +38,6 @@ pub(crate) fn parse(text: &str, file: &str) -> Result<Vehicle, VehicleFileError>
     let coefficients = coefficients(&root, &mut sources)?;
     let actuators = actuator_tables::read(&root, &mut sources)?;
     Ok(Vehicle { name, status, description, coefficients, actuators, sources })
-}
-
-/// Whether a name may stand in names of files and models.
-fn names_a_vehicle(name: &str) -> bool {
-    name.starts_with(|c: char| c.is_ascii_alphabetic())
-        && name.chars().all(|c| c.is_ascii_alphanumeric() || "_- ".contains(c))
 }
 
 /// Reads every coefficient of the table, splits combined lift, and checks the mass matrix.

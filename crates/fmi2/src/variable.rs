@@ -1,5 +1,6 @@
 //! One entry of a model's table of variables: what the XML says, and how to get and set it.
 
+use std::borrow::Cow;
 use std::fmt;
 
 use model_description::{Dependency, DependencyKind, Enumeration, Kind, ScalarVariable, Variability};
@@ -53,23 +54,28 @@ pub struct Variable<M> {
 
 impl<M> Variable<M> {
     /// A floating-point variable.
-    pub fn real(
-        name: impl Into<String>,
-        description: impl Into<String>,
+    pub fn real<'a>(
+        name: impl Into<Cow<'a, str>>,
+        description: impl Into<Cow<'a, str>>,
         get: impl Fn(&M) -> f64 + Send + Sync + 'static,
         role: Role<M, f64>,
     ) -> Self {
+        Self::real_of(name.into(), description.into(), Box::new(get), role)
+    }
+
+    /// [`real`](Self::real), compiled once for all the ways to read.
+    fn real_of(name: Cow<'_, str>, description: Cow<'_, str>, get: Get<M, f64>, role: Role<M, f64>) -> Self {
         let kind =
             Kind::Real { unit: None, display_unit: None, min: None, max: None, nominal: None, start: None };
         let variability = role.variability.unwrap_or(Variability::Continuous);
-        let meta = meta(name.into(), description.into(), &role, variability, kind);
-        Self { meta, access: Access::Real(Box::new(get), role.set), quantity: None, slope: None }
+        let meta = meta(name, description, &role, variability, kind);
+        Self { meta, access: Access::Real(get, role.set), quantity: None, slope: None }
     }
 
     /// An integer variable.
-    pub fn integer(
-        name: impl Into<String>,
-        description: impl Into<String>,
+    pub fn integer<'a>(
+        name: impl Into<Cow<'a, str>>,
+        description: impl Into<Cow<'a, str>>,
         get: impl Fn(&M) -> i32 + Send + Sync + 'static,
         role: Role<M, i32>,
     ) -> Self {
@@ -80,9 +86,9 @@ impl<M> Variable<M> {
     }
 
     /// A truth value.
-    pub fn boolean(
-        name: impl Into<String>,
-        description: impl Into<String>,
+    pub fn boolean<'a>(
+        name: impl Into<Cow<'a, str>>,
+        description: impl Into<Cow<'a, str>>,
         get: impl Fn(&M) -> bool + Send + Sync + 'static,
         role: Role<M, bool>,
     ) -> Self {
@@ -92,9 +98,9 @@ impl<M> Variable<M> {
     }
 
     /// A text variable.
-    pub fn string(
-        name: impl Into<String>,
-        description: impl Into<String>,
+    pub fn string<'a>(
+        name: impl Into<Cow<'a, str>>,
+        description: impl Into<Cow<'a, str>>,
         get: impl Fn(&M) -> String + Send + Sync + 'static,
         role: Role<M, String>,
     ) -> Self {
@@ -104,9 +110,9 @@ impl<M> Variable<M> {
     }
 
     /// A choice among the items of `of_type`, counted from 1; a number outside them is refused before the setter.
-    pub fn enumeration(
-        name: impl Into<String>,
-        description: impl Into<String>,
+    pub fn enumeration<'a>(
+        name: impl Into<Cow<'a, str>>,
+        description: impl Into<Cow<'a, str>>,
         of_type: &Enumeration,
         get: impl Fn(&M) -> i32 + Send + Sync + 'static,
         role: Role<M, i32>,
@@ -247,16 +253,16 @@ impl<M> Variable<M> {
 }
 
 fn meta<M, T>(
-    name: String,
-    description: String,
+    name: Cow<'_, str>,
+    description: Cow<'_, str>,
     role: &Role<M, T>,
     variability: Variability,
     kind: Kind,
 ) -> Box<ScalarVariable> {
     Box::new(ScalarVariable {
-        name,
+        name: name.into_owned(),
         value_reference: 0,
-        description,
+        description: description.into_owned(),
         causality: role.causality,
         variability,
         initial: None,

@@ -76,7 +76,7 @@ fn matrix(key: &str, rows: &Rows, (height, width): (usize, usize)) -> Result<Mat
             return Err(wrong(format!("{key}[{i}]"), row.len(), width));
         }
         for (j, &value) in row.iter().enumerate() {
-            crate::validate::finite(|| format!("{key}[{i}][{j}]"), value)?;
+            crate::validate::finite(format_args!("{key}[{i}][{j}]"), value)?;
         }
     }
     Matrix::new(height, width, rows.concat()).ok_or_else(|| wrong(key.to_owned(), 0, height * width))

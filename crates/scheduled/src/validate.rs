@@ -1,6 +1,7 @@
 //! Checks a design on reading.
 
 use std::collections::BTreeSet;
+use std::fmt;
 
 use crate::{ControllerDesign, DesignError, FORMAT, Lft};
 
@@ -45,7 +46,7 @@ impl ControllerDesign {
             ("gamma.bound", self.gamma.bound),
             ("gamma.back_off", self.gamma.back_off),
         ] {
-            positive(|| key.to_owned(), value)?;
+            positive(format_args!("{key}"), value)?;
         }
         Ok(())
     }
@@ -56,10 +57,10 @@ impl ControllerDesign {
             let key = "scheduling.quantity".to_owned();
             return Err(DesignError::BadText { key, found: scheduling.quantity.clone(), allowed: "'speed'" });
         }
-        positive(|| "scheduling.minimum".to_owned(), scheduling.minimum)?;
-        positive(|| "scheduling.half_range".to_owned(), scheduling.half_range)?;
+        positive(format_args!("scheduling.minimum"), scheduling.minimum)?;
+        positive(format_args!("scheduling.half_range"), scheduling.half_range)?;
         let (minimum, maximum) = (scheduling.minimum, scheduling.maximum);
-        range(|| "scheduling".to_owned(), minimum, maximum)?;
+        range(format_args!("scheduling"), minimum, maximum)?;
         for (end, expected) in [(minimum, -1.0), (maximum, 1.0)] {
             let rho = (end - scheduling.centre) / scheduling.half_range;
             // Written so that NaN is refused too.
@@ -86,7 +87,7 @@ impl ControllerDesign {
                 ("speed", unit) => return bad("unit", unit, "'m/s'"),
                 (name, _) => return bad("name", name, "'pitch' or 'speed'"),
             }
-            positive(|| key("scale"), tracked.scale)?;
+            positive(format_args!("tracked[{index}].scale"), tracked.scale)?;
             if !names.insert(&tracked.name) {
                 return Err(DesignError::NameTaken { key: key("name"), name: tracked.name.clone() });
             }
@@ -109,8 +110,8 @@ impl ControllerDesign {
             if !names.insert(&actuator.name) {
                 return Err(DesignError::NameTaken { key: key("name"), name: actuator.name.clone() });
             }
-            positive(|| key("scale"), actuator.scale)?;
-            range(|| format!("actuators[{index}]"), actuator.minimum, actuator.maximum)?;
+            positive(format_args!("actuators[{index}].scale"), actuator.scale)?;
+            range(format_args!("actuators[{index}]"), actuator.minimum, actuator.maximum)?;
         }
         Ok(())
     }
@@ -122,21 +123,21 @@ impl ControllerDesign {
             return Err(DesignError::WrongLength { key: "trim.speed".to_owned(), found: rows, expected: 2 });
         }
         increasing("trim.speed", &trim.speed)?;
-        length(|| "trim.forward_speed".to_owned(), trim.forward_speed.len(), rows)?;
+        length(format_args!("trim.forward_speed"), trim.forward_speed.len(), rows)?;
         increasing("trim.forward_speed", &trim.forward_speed)?;
-        length(|| "trim.pitch".to_owned(), trim.pitch.len(), rows)?;
+        length(format_args!("trim.pitch"), trim.pitch.len(), rows)?;
         for (row, &pitch) in trim.pitch.iter().enumerate() {
-            finite(|| format!("trim.pitch[{row}]"), pitch)?;
+            finite(format_args!("trim.pitch[{row}]"), pitch)?;
         }
-        length(|| "trim.actuators".to_owned(), trim.actuators.len(), rows)?;
+        length(format_args!("trim.actuators"), trim.actuators.len(), rows)?;
         for (row, commands) in trim.actuators.iter().enumerate() {
-            length(|| format!("trim.actuators[{row}]"), commands.len(), self.actuators.len())?;
+            length(format_args!("trim.actuators[{row}]"), commands.len(), self.actuators.len())?;
             for (column, (&value, actuator)) in commands.iter().zip(&self.actuators).enumerate() {
-                let key = || format!("trim.actuators[{row}][{column}]");
-                finite(key, value)?;
+                finite(format_args!("trim.actuators[{row}][{column}]"), value)?;
                 let (minimum, maximum) = (actuator.minimum, actuator.maximum);
                 if value < minimum || value > maximum {
-                    return Err(DesignError::TrimBeyondLimits { key: key(), value, minimum, maximum });
+                    let key = format!("trim.actuators[{row}][{column}]");
+                    return Err(DesignError::TrimBeyondLimits { key, value, minimum, maximum });
                 }
             }
         }
@@ -153,39 +154,39 @@ impl ControllerDesign {
     }
 }
 
-pub(crate) fn finite(key: impl Fn() -> String, value: f64) -> Result<(), DesignError> {
+pub(crate) fn finite(key: fmt::Arguments<'_>, value: f64) -> Result<(), DesignError> {
     if value.is_finite() {
         return Ok(());
     }
-    Err(DesignError::BadNumber { key: key(), value, allowed: "finite" })
+    Err(DesignError::BadNumber { key: key.to_string(), value, allowed: "finite" })
 }
 
-fn positive(key: impl Fn() -> String, value: f64) -> Result<(), DesignError> {
+fn positive(key: fmt::Arguments<'_>, value: f64) -> Result<(), DesignError> {
     if value.is_finite() && value > 0.0 {
         return Ok(());
     }
-    Err(DesignError::BadNumber { key: key(), value, allowed: "finite and above 0" })
+    Err(DesignError::BadNumber { key: key.to_string(), value, allowed: "finite and above 0" })
 }
 
-fn range(key: impl Fn() -> String, minimum: f64, maximum: f64) -> Result<(), DesignError> {
-    finite(|| format!("{}.minimum", key()), minimum)?;
-    finite(|| format!("{}.maximum", key()), maximum)?;
+fn range(key: fmt::Arguments<'_>, minimum: f64, maximum: f64) -> Result<(), DesignError> {
+    finite(format_args!("{key}.minimum"), minimum)?;
+    finite(format_args!("{key}.maximum"), maximum)?;
     if minimum < maximum {
         return Ok(());
     }
-    Err(DesignError::EmptyRange { key: key(), minimum, maximum })
+    Err(DesignError::EmptyRange { key: key.to_string(), minimum, maximum })
 }
 
-fn length(key: impl Fn() -> String, found: usize, expected: usize) -> Result<(), DesignError> {
+fn length(key: fmt::Arguments<'_>, found: usize, expected: usize) -> Result<(), DesignError> {
     if found == expected {
         return Ok(());
     }
-    Err(DesignError::WrongLength { key: key(), found, expected })
+    Err(DesignError::WrongLength { key: key.to_string(), found, expected })
 }
 
 fn increasing(key: &'static str, column: &[f64]) -> Result<(), DesignError> {
     for (row, &value) in column.iter().enumerate() {
-        finite(|| format!("{key}[{row}]"), value)?;
+        finite(format_args!("{key}[{row}]"), value)?;
     }
     for pair in column.windows(2) {
         if pair[1] <= pair[0] {

@@ -10,9 +10,9 @@ use fmu_plant::{LPV_RESOURCE, PlantError, PlantModel, VEHICLE_RESOURCE, describe
 
 pub const DEPTH: f64 = 50.0;
 
-pub fn vehicle_text(name: &str) -> String {
+pub fn vehicle(name: &str) -> Vehicle {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../vehicles");
-    std::fs::read_to_string(root.join(name).join("vehicle.toml")).unwrap()
+    Vehicle::read(&root.join(name).join("vehicle.toml")).unwrap()
 }
 
 /// A and B as parabolas through the linearisations at the ends and the middle of the speeds.
@@ -33,9 +33,9 @@ pub fn remus100() -> Resources {
 }
 
 fn resources(name: &str, speeds: [f64; 3]) -> Resources {
-    let text = vehicle_text(name);
-    let model = lpv(&Vehicle::parse(&text, name).unwrap(), speeds).to_json().unwrap();
-    [(VEHICLE_RESOURCE, text), (LPV_RESOURCE, model)].into_iter().collect()
+    let vehicle = vehicle(name);
+    let model = lpv(&vehicle, speeds).to_json().unwrap();
+    [(VEHICLE_RESOURCE, vehicle.to_json().unwrap()), (LPV_RESOURCE, model)].into_iter().collect()
 }
 
 #[derive(Default)]

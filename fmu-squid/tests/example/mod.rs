@@ -51,7 +51,7 @@ pub fn design() -> ControllerDesign {
     let rows = |row: fn(f64, [f64; 5]) -> Vec<f64>| {
         [1.0, -0.5, -0.5].map(|side| row(side, [kp, ki, kd, kv, kvi])).to_vec()
     };
-    let vehicle = Vehicle::parse(&plant::vehicle_text("squid"), "vehicle.toml").unwrap();
+    let vehicle = plant::vehicle("squid");
     let signal =
         |name: &str, unit: &str, scale| Tracked { name: name.to_owned(), unit: unit.to_owned(), scale };
     let actuator = |one: &auv::Actuator| Actuator {

@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 
 use super::error::{FileProblem, VehicleFileError};
 use super::table::Table;
-use crate::actuator::{Actuator, Effect};
-use crate::coefficients::Allowed;
+use crate::actuator::{Actuator, Effect, allowed, is_actuator_name};
 
 const ANGLES: [&str; 2] = ["rad", "deg"];
 
@@ -34,8 +33,7 @@ pub(crate) fn read(root: &Table<'_>, sources: &mut Sources) -> Result<Vec<Actuat
 
 fn name(table: &Table<'_>) -> Result<String, VehicleFileError> {
     let name = table.text("name")?;
-    let letters = name.starts_with(|c: char| c.is_ascii_alphabetic());
-    if letters && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') {
+    if is_actuator_name(&name) {
         return Ok(name);
     }
     Err(table.blame("name", FileProblem::ActuatorName { name }))
@@ -50,9 +48,9 @@ impl Reader<'_> {
     fn thruster(self, sources: &mut Sources) -> Result<Actuator, VehicleFileError> {
         self.table.allow_only(&["name", "x", "z", "direction", "min", "max", "lag"])?;
         let effect = Effect::Thruster {
-            x: self.optional("x", &["m"], Allowed::Any, sources)?,
-            z: self.required("z", &["m"], Allowed::Any, "position below the origin", sources)?,
-            direction: self.optional("direction", &ANGLES, Allowed::Any, sources)?,
+            x: self.optional("x", &["m"], sources)?,
+            z: self.required("z", &["m"], "position below the origin", sources)?,
+            direction: self.optional("direction", &ANGLES, sources)?,
         };
         self.finish(&["N"], effect, sources)
     }
@@ -62,9 +60,9 @@ impl Reader<'_> {
         self.table.allow_only(&keys)?;
         let (force, moment) = ("heave force per u|u| delta", "pitch moment per u|u| delta");
         let effect = Effect::ControlSurface {
-            Z_uu_delta: self.required("Z_uu_delta", &["kg/(m.rad)"], Allowed::Any, force, sources)?,
-            M_uu_delta: self.required("M_uu_delta", &["kg/rad"], Allowed::Any, moment, sources)?,
-            X_uu_delta2: self.optional("X_uu_delta2", &["kg/(m.rad2)"], Allowed::NonPositive, sources)?,
+            Z_uu_delta: self.required("Z_uu_delta", &["kg/(m.rad)"], force, sources)?,
+            M_uu_delta: self.required("M_uu_delta", &["kg/rad"], moment, sources)?,
+            X_uu_delta2: self.optional("X_uu_delta2", &["kg/(m.rad2)"], sources)?,
         };
         self.finish(&ANGLES, effect, sources)
     }
@@ -75,9 +73,9 @@ impl Reader<'_> {
         effect: Effect,
         sources: &mut Sources,
     ) -> Result<Actuator, VehicleFileError> {
-        let min = self.required("min", units, Allowed::Any, "the least output", sources)?;
-        let max = self.required("max", units, Allowed::Any, "the greatest output", sources)?;
-        let lag = self.required("lag", &["s"], Allowed::NonNegative, "time constant of the lag", sources)?;
+        let min = self.required("min", units, "the least output", sources)?;
+        let max = self.required("max", units, "the greatest output", sources)?;
+        let lag = self.required("lag", &["s"], "time constant of the lag", sources)?;
         let actuator = Actuator { name: self.name.clone(), min, max, lag, effect };
         if min < max {
             return Ok(actuator);
@@ -90,32 +88,24 @@ impl Reader<'_> {
         &self,
         key: &str,
         units: &[&str],
-        allowed: Allowed,
         meaning: &str,
         sources: &mut Sources,
     ) -> Result<f64, VehicleFileError> {
-        self.number(key, units, allowed, sources)?.ok_or_else(|| self.table.missing(key, meaning))
+        self.number(key, units, sources)?.ok_or_else(|| self.table.missing(key, meaning))
     }
 
-    fn optional(
-        &self,
-        key: &str,
-        units: &[&str],
-        allowed: Allowed,
-        sources: &mut Sources,
-    ) -> Result<f64, VehicleFileError> {
-        Ok(self.number(key, units, allowed, sources)?.unwrap_or(0.0))
+    fn optional(&self, key: &str, units: &[&str], sources: &mut Sources) -> Result<f64, VehicleFileError> {
+        Ok(self.number(key, units, sources)?.unwrap_or(0.0))
     }
 
     fn number(
         &self,
         key: &str,
         units: &[&str],
-        allowed: Allowed,
         sources: &mut Sources,
     ) -> Result<Option<f64>, VehicleFileError> {
         let Some(quantity) = self.table.quantity(key, units)? else { return Ok(None) };
-        quantity.check(allowed)?;
+        quantity.check(allowed(key))?;
         let number = quantity.si();
         sources.insert(format!("{}.{key}", self.name), quantity.source);
         Ok(Some(number))

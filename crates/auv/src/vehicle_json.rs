@@ -1,0 +1,203 @@
+//! A vehicle as machines pass it on: JSON in SI units, every number finite and allowed. People write TOML; see
+//! [`Vehicle::read`].
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::actuator::{Actuator, Effect, allowed, is_actuator_name};
+use crate::coefficients::{COEFFICIENTS, CoefficientError, Coefficients};
+use crate::vehicle::{Status, Vehicle, is_vehicle_name};
+
+/// The `format` of the files that this version reads and writes.
+pub const VEHICLE_FORMAT: &str = "auv-vehicle/1";
+
+const LIMITS: [&str; 3] = ["min", "max", "lag"];
+
+type Numbers = BTreeMap<String, f64>;
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    format: String,
+    name: String,
+    status: String,
+    description: String,
+    /// By the keys of [`COEFFICIENTS`].
+    coefficients: Numbers,
+    actuators: Vec<Row>,
+    sources: BTreeMap<String, String>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Row {
+    name: String,
+    kind: String,
+    /// [`LIMITS`], and the numbers of the [`Effect`] by their keys in a vehicle file.
+    numbers: Numbers,
+}
+
+/// What is wrong with the JSON of a vehicle.
+#[derive(Debug, Error, PartialEq)]
+#[error("{file}: {problem}")]
+pub struct VehicleJsonError {
+    /// The file, as it was named.
+    pub file: String,
+    /// What is wrong.
+    pub problem: JsonProblem,
+}
+
+/// What is wrong with the JSON of a vehicle, without the name of the file.
+#[derive(Debug, Error, PartialEq)]
+pub enum JsonProblem {
+    /// The text is not the JSON of a vehicle.
+    #[error("not a vehicle: {0}")]
+    NotJson(String),
+    /// A word or number that is not allowed.
+    #[error("`{key}` is {found}, and must be {allowed}")]
+    NotAllowed {
+        /// Where it stands.
+        key: String,
+        /// What was found.
+        found: String,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// A number that must be there.
+    #[error("`{0}` is missing")]
+    Missing(String),
+    /// A number that has no meaning.
+    #[error("`{0}` is unknown")]
+    Unknown(String),
+    /// The coefficients are not those of a vehicle.
+    #[error(transparent)]
+    Coefficients(#[from] CoefficientError),
+}
+
+impl Vehicle {
+    /// Reads a vehicle from JSON, as [`Vehicle::to_json`] writes it, and checks it as a vehicle file is; `file` is its name in
+    /// messages.
+    ///
+    /// # Errors
+    /// [`VehicleJsonError`]: not JSON, another format, a number that is missing, unknown or not allowed.
+    #[inline]
+    pub fn from_json(text: &str, file: &str) -> Result<Self, VehicleJsonError> {
+        let read = serde_json::from_str(text).map_err(|error| JsonProblem::NotJson(error.to_string()));
+        read.and_then(vehicle).map_err(|problem| VehicleJsonError { file: file.to_owned(), problem })
+    }
+
+    /// Writes the vehicle as JSON, with numbers that read back to the same `f64`.
+    ///
+    /// # Errors
+    /// [`VehicleJsonError`]: JSON has no word for a number that is not finite.
+    pub fn to_json(&self) -> Result<String, VehicleJsonError> {
+        let file = File {
+            format: VEHICLE_FORMAT.to_owned(),
+            name: self.name.clone(),
+            status: self.status.word().to_owned(),
+            description: self.description.clone(),
+            coefficients: COEFFICIENTS
+                .iter()
+                .map(|spec| (spec.key.to_owned(), (spec.get)(&self.coefficients)))
+                .collect(),
+            actuators: self.actuators.iter().map(row).collect(),
+            sources: self.sources.clone(),
+        };
+        serde_json::to_string_pretty(&file).map(|text| text + "\n").map_err(|error| VehicleJsonError {
+            file: self.name.clone(),
+            problem: JsonProblem::NotJson(error.to_string()),
+        })
+    }
+}
+
+fn row(actuator: &Actuator) -> Row {
+    let Actuator { name, min, max, lag, effect } = actuator;
+    let mut numbers: Numbers = LIMITS.iter().map(|&key| key.to_owned()).zip([*min, *max, *lag]).collect();
+    numbers.extend(effect.numbers().map(|(key, value)| (key.to_owned(), value)));
+    Row { name: name.clone(), kind: effect.kind().to_owned(), numbers }
+}
+
+#[inline]
+fn vehicle(file: File) -> Result<Vehicle, JsonProblem> {
+    let File { format, name, status, description, coefficients, actuators, sources } = file;
+    if format != VEHICLE_FORMAT {
+        return Err(not_allowed("format", format, VEHICLE_FORMAT));
+    }
+    if !is_vehicle_name(&name) {
+        return Err(not_allowed("name", name, "the name of a vehicle"));
+    }
+    let Some(status) = Status::ALL.into_iter().find(|one| one.word() == status) else {
+        return Err(not_allowed("status", status, "surrogate, published or measured"));
+    };
+    let coefficients = read_coefficients(&coefficients)?;
+    let actuators = read_actuators(actuators)?;
+    Ok(Vehicle { name, status, description, coefficients, actuators, sources })
+}
+
+#[inline]
+fn read_coefficients(numbers: &Numbers) -> Result<Coefficients, JsonProblem> {
+    let keys: Vec<&str> = COEFFICIENTS.iter().map(|spec| spec.key).collect();
+    exactly("coefficients", numbers, &keys)?;
+    let mut coefficients = Coefficients::default();
+    for spec in COEFFICIENTS {
+        (spec.set)(&mut coefficients, numbers[spec.key]);
+    }
+    coefficients.check()?;
+    Ok(coefficients)
+}
+
+#[inline]
+fn read_actuators(rows: Vec<Row>) -> Result<Vec<Actuator>, JsonProblem> {
+    let mut actuators: Vec<Actuator> = Vec::new();
+    for row in rows {
+        if !is_actuator_name(&row.name) || actuators.iter().any(|other| other.name == row.name) {
+            let allowed = "a name of its own, of letters, digits and `_`";
+            return Err(not_allowed("actuators.name", row.name, allowed));
+        }
+        actuators.push(actuator(row)?);
+    }
+    match actuators.is_empty() {
+        true => Err(not_allowed("actuators", "empty".to_owned(), "one actuator or more")),
+        false => Ok(actuators),
+    }
+}
+
+#[inline]
+fn actuator(row: Row) -> Result<Actuator, JsonProblem> {
+    let Row { name, kind, numbers } = row;
+    let Some(effect) = Effect::ALL.into_iter().find(|one| one.kind() == kind) else {
+        return Err(not_allowed(&format!("{name}.kind"), kind, "thruster or control_surface"));
+    };
+    let keys: Vec<&str> = LIMITS.into_iter().chain(effect.numbers().map(|(key, _)| key)).collect();
+    exactly(&name, &numbers, &keys)?;
+    for (key, value) in &numbers {
+        let allowed = allowed(key);
+        if !allowed.contains(*value) {
+            return Err(not_allowed(&format!("{name}.{key}"), value.to_string(), allowed.describe()));
+        }
+    }
+    let [min, max, lag] = LIMITS.map(|key| numbers[key]);
+    if min >= max {
+        return Err(not_allowed(&format!("{name}.min"), min.to_string(), "below max"));
+    }
+    let effect = effect.map(|key, _| numbers[key]);
+    Ok(Actuator { name, min, max, lag, effect })
+}
+
+fn not_allowed(key: &str, found: String, allowed: &'static str) -> JsonProblem {
+    JsonProblem::NotAllowed { key: key.to_owned(), found, allowed }
+}
+
+/// Asserts that these numbers are there, and no others.
+#[inline]
+fn exactly(place: &str, numbers: &Numbers, keys: &[&str]) -> Result<(), JsonProblem> {
+    let unknown = numbers.keys().find(|key| !keys.contains(&key.as_str()));
+    let missing = keys.iter().find(|&&key| !numbers.contains_key(key));
+    match (unknown, missing) {
+        (Some(key), _) => Err(JsonProblem::Unknown(format!("{place}.{key}"))),
+        (None, Some(key)) => Err(JsonProblem::Missing(format!("{place}.{key}"))),
+        (None, None) => Ok(()),
+    }
+}
