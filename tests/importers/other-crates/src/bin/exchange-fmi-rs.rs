@@ -1,7 +1,7 @@
 //! Integrates an FMU by model exchange with the crate `fmi-rs`, which takes steps of Euler's method and looks at the model
 //! description first: `exchange-fmi-rs PLAN.json`, of which the one FMU, step, count, every, record and out count.
 
-use fly_others::Failure;
+use fly_plan::Failure;
 use fmi_rs::fmi2::builder::FMU2Builder;
 use fmi_rs::model_description::fmi2::ModelDescription;
 use fmi_rs::sim::fmi2::me::simulate;

@@ -1,7 +1,7 @@
 //! Flies a plan by the crate `fmi-rs`, and lets it look at the model description first: `fly-fmi-rs PLAN.json`.
 #![allow(non_snake_case)]
 
-use fly_others::{Failure, Slave, run};
+use fly_plan::{Failure, Slave, run};
 use fmi_rs::fmi2::builder::FMU2Builder;
 use fmi_rs::fmi2::types::fmi2Status;
 use fmi_rs::fmi2::{CS, FMU2};
@@ -33,26 +33,30 @@ impl Slave for Flown {
         Ok(Self { instance, references, _builder: builder })
     }
 
-    fn get(&self, name: &str) -> Result<f64, Failure> {
+    fn get(&mut self, name: &str) -> Result<f64, Failure> {
         let mut value = [0.0];
         done(self.instance.getReal(&[*self.references.get(name).ok_or("no such variable")?], &mut value))?;
         Ok(value[0])
     }
 
-    fn set(&self, name: &str, value: f64) -> Result<(), Failure> {
+    fn set(&mut self, name: &str, value: f64) -> Result<(), Failure> {
         done(self.instance.setReal(&[*self.references.get(name).ok_or("no such variable")?], &[value]))
     }
 
-    fn enter_initialization(&self) -> Result<(), Failure> {
+    fn enter_initialization(&mut self) -> Result<(), Failure> {
         done(self.instance.enterInitializationMode())
     }
 
-    fn exit_initialization(&self) -> Result<(), Failure> {
+    fn exit_initialization(&mut self) -> Result<(), Failure> {
         done(self.instance.exitInitializationMode())
     }
 
-    fn step(&self, at: f64, size: f64) -> Result<(), Failure> {
+    fn step(&mut self, at: f64, size: f64) -> Result<(), Failure> {
         done(self.instance.doStep(at, size, 1))
+    }
+
+    fn terminate(&mut self) -> Result<(), Failure> {
+        done(self.instance.terminate())
     }
 }
 

@@ -1,6 +1,6 @@
 //! Flies a plan by the crate `fmu-runner`: `fly-fmu-runner PLAN.json`.
 
-use fly_others::{Failure, Slave, run};
+use fly_plan::{Failure, Slave, run};
 use fmu_runner::model_description::ScalarVariable;
 use fmu_runner::{Fmu, FmuInstance, FmuLibrary, fmi2Type};
 use std::collections::HashMap;
@@ -21,25 +21,30 @@ impl Slave for Runner {
         Ok(Self(instance))
     }
 
-    fn get(&self, name: &str) -> Result<f64, Failure> {
+    fn get(&mut self, name: &str) -> Result<f64, Failure> {
         let values = self.0.get_reals(&[self.variable(name)?])?;
         values.into_values().next().ok_or_else(|| "no value".into())
     }
 
-    fn set(&self, name: &str, value: f64) -> Result<(), Failure> {
+    fn set(&mut self, name: &str, value: f64) -> Result<(), Failure> {
         Ok(self.0.set_reals(&HashMap::from([(self.variable(name)?, value)]))?)
     }
 
-    fn enter_initialization(&self) -> Result<(), Failure> {
+    fn enter_initialization(&mut self) -> Result<(), Failure> {
         Ok(self.0.enter_initialization_mode()?)
     }
 
-    fn exit_initialization(&self) -> Result<(), Failure> {
+    fn exit_initialization(&mut self) -> Result<(), Failure> {
         Ok(self.0.exit_initialization_mode()?)
     }
 
-    fn step(&self, at: f64, size: f64) -> Result<(), Failure> {
+    fn step(&mut self, at: f64, size: f64) -> Result<(), Failure> {
         Ok(self.0.do_step(at, size, true)?)
+    }
+
+    /// It frees without it.
+    fn terminate(&mut self) -> Result<(), Failure> {
+        Ok(())
     }
 }
 

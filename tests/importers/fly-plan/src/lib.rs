@@ -11,11 +11,13 @@ pub type Failure = Box<dyn Error>;
 /// An FMU in an importer's hands, set up from time 0 on.
 pub trait Slave: Sized {
     fn new(name: &str, path: &str) -> Result<Self, Failure>;
-    fn get(&self, name: &str) -> Result<f64, Failure>;
-    fn set(&self, name: &str, value: f64) -> Result<(), Failure>;
-    fn enter_initialization(&self) -> Result<(), Failure>;
-    fn exit_initialization(&self) -> Result<(), Failure>;
-    fn step(&self, at: f64, size: f64) -> Result<(), Failure>;
+    fn get(&mut self, name: &str) -> Result<f64, Failure>;
+    fn set(&mut self, name: &str, value: f64) -> Result<(), Failure>;
+    fn enter_initialization(&mut self) -> Result<(), Failure>;
+    fn exit_initialization(&mut self) -> Result<(), Failure>;
+    fn step(&mut self, at: f64, size: f64) -> Result<(), Failure>;
+    /// Before it is freed, where the importer can.
+    fn terminate(&mut self) -> Result<(), Failure>;
 }
 
 /// The slaves of a plan, by name.
@@ -23,22 +25,22 @@ struct Slaves<S>(BTreeMap<String, S>);
 
 impl<S: Slave> Slaves<S> {
     /// The slave of `slave.variable`, and the variable's name.
-    fn find<'p>(&self, path: &'p str) -> Result<(&S, &'p str), Failure> {
+    fn find<'p>(&mut self, path: &'p str) -> Result<(&mut S, &'p str), Failure> {
         let (slave, variable) = path.split_once('.').ok_or("a path is slave.variable")?;
-        Ok((self.0.get(slave).ok_or("there is no such slave")?, variable))
+        Ok((self.0.get_mut(slave).ok_or("there is no such slave")?, variable))
     }
 
-    fn get(&self, path: &str) -> Result<f64, Failure> {
+    fn get(&mut self, path: &str) -> Result<f64, Failure> {
         let (slave, variable) = self.find(path)?;
         slave.get(variable)
     }
 
-    fn set(&self, path: &str, value: f64) -> Result<(), Failure> {
+    fn set(&mut self, path: &str, value: f64) -> Result<(), Failure> {
         let (slave, variable) = self.find(path)?;
         slave.set(variable, value)
     }
 
-    fn exchange(&self, connections: &[(String, String)]) -> Result<(), Failure> {
+    fn exchange(&mut self, connections: &[(String, String)]) -> Result<(), Failure> {
         let values = connections.iter().map(|(source, _)| self.get(source)).collect::<Result<Vec<_>, _>>()?;
         connections.iter().zip(values).try_for_each(|((_, sink), value)| self.set(sink, value))
     }
@@ -68,14 +70,14 @@ fn fly<S: Slave>(plan: &Value) -> Result<(), Failure> {
     let step = plan["step"].as_f64().ok_or("a plan has a step")?;
     let count = plan["count"].as_u64().ok_or("a plan has a count")?;
     let every = plan["every"].as_u64().ok_or("a plan says how often to record")?;
-    slaves.0.values().try_for_each(S::enter_initialization)?;
+    slaves.0.values_mut().try_for_each(S::enter_initialization)?;
     // A command at the start follows from a measurement at the start.
     (0..slaves.0.len()).try_for_each(|_| slaves.exchange(&connections))?;
-    slaves.0.values().try_for_each(S::exit_initialization)?;
+    slaves.0.values_mut().try_for_each(S::exit_initialization)?;
     let mut out = BufWriter::new(File::create(text(&plan["out"])?)?);
     writeln!(out, "time,{}", record.join(","))?;
     for k in 0..count {
-        slaves.0.values().try_for_each(|slave| slave.step(k as f64 * step, step))?;
+        slaves.0.values_mut().try_for_each(|slave| slave.step(k as f64 * step, step))?;
         slaves.exchange(&connections)?;
         if (k + 1) % every == 0 {
             write!(out, "{:?}", (k + 1) as f64 * step)?;
@@ -85,6 +87,7 @@ fn fly<S: Slave>(plan: &Value) -> Result<(), Failure> {
             writeln!(out)?;
         }
     }
+    slaves.0.values_mut().try_for_each(S::terminate)?;
     Ok(out.flush()?)
 }
 
