@@ -13,8 +13,11 @@
 //! predictor and corrector: S. Mehrotra, SIAM J. Optimization 2(4), 1992; starting point: B. Borchers, Optimization Methods
 //! and Software 11, 1999, eq. 19.
 
+mod multipliers;
+mod step;
+
 use crate::low_rank::LowRank;
-use crate::matrix::{Definite, Mat, least_eigenvalue, symmetric_part};
+use crate::matrix::{Mat, symmetric_part};
 use crate::solver::Search;
 
 /// Where the method stopped.
@@ -86,21 +89,6 @@ struct State<'a> {
     feasible: bool,
 }
 
-/// A cone's matrices that do not change within a step.
-struct Factors {
-    x_root: Mat,
-    z_root: Mat,
-    z_inverse: Mat,
-    /// `F(x) - Z`.
-    residual: Mat,
-}
-
-/// A direction in one cone.
-struct Direction {
-    x: Mat,
-    z: Mat,
-}
-
 impl<'a> State<'a> {
     /// The multipliers are put on the central path's direction, at the level that fits the objective best.
     fn warm(inequalities: &'a [LowRank], objective: &'a [f64], x: &[f64]) -> Option<Self> {
@@ -149,185 +137,6 @@ impl<'a> State<'a> {
     fn value(&self) -> f64 {
         self.x.iter().zip(self.objective).map(|(x, c)| x * c).sum()
     }
-
-    /// What the multipliers leave possible for any point no farther from zero than this one:
-    /// `c'x >= -tr(F_0 X) + r'x` with the residual r of the multipliers' equations.
-    fn bound(&self) -> f64 {
-        let bound: f64 = self.cones.iter().map(|c| -c.x.dot(c.data.constant())).sum();
-        let residual = self.residual();
-        let norm = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let rounding: f64 = self.cones.iter().map(|c| c.data.rounding(&c.x, &self.x)).sum();
-        bound - norm(&residual) * norm(&self.x) - rounding
-    }
-
-    /// What the multipliers miss of their equations, `c_i - tr(F_i X)`.
-    fn residual(&self) -> Vec<f64> {
-        let mut residual = self.objective.to_vec();
-        for cone in &self.cones {
-            cone.data.add_inner_products(&cone.data.seen(&cone.x), -1.0, &mut residual);
-        }
-        residual
-    }
-
-    /// Replaces the multipliers by `X + X F(y) X` with the y for which they meet their equations, where that gives a better bound: rounding
-    /// may have left the present ones so far off that they tell nothing. Returns their bound; `None` when they would not stay positive.
-    fn correct(&mut self) -> Option<f64> {
-        let m = self.objective.len();
-        let mut gram = Mat::zeros(m, m);
-        for cone in &self.cones {
-            let seen = cone.data.seen(&cone.x);
-            cone.data.add_schur_complement(&seen, &seen, &mut gram);
-        }
-        let y = Definite::new(gram)?.solve(&self.residual());
-        let corrected = self.cones.iter().map(|c| {
-            let x = symmetric_part(&(&c.x + &c.x * c.data.linear(&y) * &c.x));
-            x.clone().cholesky().map(|_| x)
-        });
-        let mut corrected = corrected.collect::<Option<Vec<_>>>()?;
-        let before = self.bound();
-        self.exchange(&mut corrected);
-        let after = self.bound();
-        if after < before {
-            self.exchange(&mut corrected);
-        }
-        Some(after)
-    }
-
-    fn exchange(&mut self, multipliers: &mut [Mat]) {
-        for (cone, x) in self.cones.iter_mut().zip(multipliers) {
-            std::mem::swap(&mut cone.x, x);
-        }
-    }
-
-    /// One predictor and corrector step; returns the shorter of the two lengths, `None` when a factorisation fails.
-    fn advance(&mut self) -> Option<f64> {
-        let factors: Vec<Factors> = self.cones.iter().map(|c| self.factors(c)).collect::<Option<_>>()?;
-        let m = self.objective.len();
-        let mut schur = Mat::zeros(m, m);
-        for (cone, f) in self.cones.iter().zip(&factors) {
-            cone.data.add_schur_complement(
-                &cone.data.seen(&cone.x),
-                &cone.data.seen(&f.z_inverse),
-                &mut schur,
-            );
-        }
-        let schur = Definite::new(schur)?;
-        let mu = self.mu();
-        let (_, predicted) = self.direction(&factors, &schur, 0.0, None);
-        let (reach_x, reach_z) = self.reach(&factors, &predicted);
-        let (full_x, full_z) = (reach_x.min(1.0), reach_z.min(1.0));
-        let ahead: f64 = self
-            .cones
-            .iter()
-            .zip(&predicted)
-            .map(|(c, d)| (&c.x + &d.x * full_x).dot(&(&c.z + &d.z * full_z)))
-            .sum::<f64>()
-            / self.rows();
-        let shorter = full_x.min(full_z);
-        let exponent = (3.0 * shorter * shorter).max(1.0);
-        let sigma = (ahead / mu).max(0.0).powf(exponent).clamp(1e-6, 1.0);
-        let (dx, direction) = self.direction(&factors, &schur, sigma * mu, Some(&predicted));
-        let (reach_x, reach_z) = self.reach(&factors, &direction);
-        let kept = 0.9 + 0.09 * shorter;
-        let (step_x, step_z) = ((kept * reach_x).min(1.0), (kept * reach_z).min(1.0));
-        if !(step_x.is_finite() && step_z.is_finite() && dx.iter().all(|v| v.is_finite())) {
-            return None;
-        }
-        self.go(&dx, &direction, step_x, step_z);
-        Some(step_x.min(step_z))
-    }
-
-    fn factors(&self, cone: &Cone<'_>) -> Option<Factors> {
-        let z_root = cone.z.clone().cholesky()?.unpack();
-        let x_root = cone.x.clone().cholesky()?.unpack();
-        let inverse = inverse_of_lower(&z_root)?;
-        let n = cone.data.size();
-        let residual = if self.feasible {
-            Mat::zeros(n, n)
-        } else {
-            cone.data.constant() + cone.data.linear(&self.x) - &cone.z
-        };
-        Some(Factors {
-            x_root,
-            z_root,
-            z_inverse: symmetric_part(&(inverse.transpose() * inverse)),
-            residual,
-        })
-    }
-
-    /// The direction towards `X Z = mu I`, with the product of the steps of `predicted` taken into account.
-    fn direction(
-        &self,
-        factors: &[Factors],
-        schur: &Definite,
-        mu: f64,
-        predicted: Option<&[Direction]>,
-    ) -> (Vec<f64>, Vec<Direction>) {
-        let mut rhs: Vec<f64> = self.objective.iter().map(|c| -c).collect();
-        let mut centres = Vec::with_capacity(self.cones.len());
-        for (k, (cone, f)) in self.cones.iter().zip(factors).enumerate() {
-            let mut pushed = &cone.x * &f.residual;
-            if let Some(predicted) = predicted {
-                pushed += &predicted[k].x * &predicted[k].z;
-            }
-            let centre = &f.z_inverse * mu - symmetric_part(&(pushed * &f.z_inverse));
-            cone.data.add_inner_products(&cone.data.seen(&centre), 1.0, &mut rhs);
-            centres.push(centre);
-        }
-        let dx = schur.solve(&rhs);
-        let directions = self.cones.iter().zip(factors).zip(centres).map(|((cone, f), centre)| {
-            let moved = cone.data.linear(&dx);
-            let x = centre - &cone.x - symmetric_part(&(&cone.x * &moved * &f.z_inverse));
-            Direction { x, z: moved + &f.residual }
-        });
-        let directions = directions.collect();
-        (dx, directions)
-    }
-
-    /// How far X and Z stay positive along a direction.
-    fn reach(&self, factors: &[Factors], direction: &[Direction]) -> (f64, f64) {
-        let along = |root: &Mat, d: &Mat| -> f64 {
-            let Some(half) = root.solve_lower_triangular(d) else { return 0.0 };
-            let Some(seen) = root.solve_lower_triangular(&half.transpose()) else { return 0.0 };
-            let least = least_eigenvalue(&seen);
-            if least.is_nan() {
-                0.0
-            } else if least < 0.0 {
-                -1.0 / least
-            } else {
-                f64::INFINITY
-            }
-        };
-        factors.iter().zip(direction).fold((f64::INFINITY, f64::INFINITY), |(x, z), (f, d)| {
-            (x.min(along(&f.x_root, &d.x)), z.min(along(&f.z_root, &d.z)))
-        })
-    }
-
-    fn go(&mut self, dx: &[f64], direction: &[Direction], step_x: f64, step_z: f64) {
-        for (x, d) in self.x.iter_mut().zip(dx) {
-            *x += step_z * d;
-        }
-        for (cone, d) in self.cones.iter_mut().zip(direction) {
-            cone.x += &d.x * step_x;
-            cone.z += &d.z * step_z;
-        }
-        // Once the inequalities hold at x, and clearly beside what is missing of the slacks, their own values are the slacks, free of what
-        // rounding has gathered.
-        let values: Vec<Mat> =
-            self.cones.iter().map(|c| c.data.constant() + c.data.linear(&self.x)).collect();
-        let share = if self.feasible || step_z == 1.0 { 0.0 } else { 0.5 };
-        let clear = |(c, v): (&Cone<'_>, &Mat)| (v - &c.z * share).cholesky().is_some();
-        if self.cones.iter().zip(&values).all(clear) {
-            self.feasible = true;
-            for (cone, value) in self.cones.iter_mut().zip(values) {
-                cone.z = value;
-            }
-        }
-    }
-}
-
-fn inverse_of_lower(root: &Mat) -> Option<Mat> {
-    root.solve_lower_triangular(&Mat::identity(root.nrows(), root.nrows()))
 }
 
 #[cfg(test)]
@@ -335,6 +144,7 @@ mod tests {
     use super::*;
     use crate::error::SynthesisError;
     use crate::lmi::{Affine, Program, symmetric};
+    use crate::matrix::least_eigenvalue;
     use crate::solver::solve;
     use crate::state_space::StateSpace;
     use proptest::prelude::*;
