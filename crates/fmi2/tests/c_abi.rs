@@ -8,22 +8,8 @@ mod importer;
 use std::ffi::CStr;
 use std::ptr::{null, null_mut};
 
-use fmi2::abi::{Component, Status};
+use fmi2::abi::Status;
 use importer::*;
-
-const U: u32 = 0;
-const Y: u32 = 1;
-const GAIN: u32 = 2;
-
-fn real(c: Component, reference: u32) -> f64 {
-    let mut value = f64::NAN;
-    assert_eq!(unsafe { fmi2GetReal(c, &reference, 1, &mut value) }, Status::Ok, "{:?}", messages());
-    value
-}
-
-fn set(c: Component, reference: u32, value: f64) -> Status {
-    unsafe { fmi2SetReal(c, &reference, 1, &value) }
-}
 
 /// Asserts that the last call was refused with one sentence that holds `text`.
 #[track_caller]

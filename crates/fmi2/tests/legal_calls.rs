@@ -14,9 +14,6 @@ use fmi2::{Function, Interface, Phase};
 use importer::*;
 
 const BOTH: [Interface; 2] = [Interface::ModelExchange, Interface::CoSimulation];
-const U: u32 = 0;
-const Y: u32 = 1;
-const GAIN: u32 = 2;
 const COUNT: u32 = 3;
 const ARMED: u32 = 4;
 const LABEL: u32 = 5;

@@ -62,6 +62,25 @@ unsafe extern "C" {
     pub fn fmi2GetStringStatus(c: Component, kind: StatusKind, value: *mut *const c_char) -> Status;
 }
 
+/// Input of [`Lag`].
+pub const U: u32 = 0;
+/// Output of [`Lag`].
+pub const Y: u32 = 1;
+/// Parameter of [`Lag`].
+pub const GAIN: u32 = 2;
+
+/// The value of a Real, which must be to be had.
+pub fn real(c: Component, reference: u32) -> f64 {
+    let mut value = f64::NAN;
+    assert_eq!(unsafe { fmi2GetReal(c, &reference, 1, &mut value) }, Status::Ok, "{:?}", messages());
+    value
+}
+
+/// Sets a Real.
+pub fn set(c: Component, reference: u32, value: f64) -> Status {
+    unsafe { fmi2SetReal(c, &reference, 1, &value) }
+}
+
 thread_local! {
     static MESSAGES: RefCell<Vec<String>> = const { RefCell::new(Vec::new()) };
 }
