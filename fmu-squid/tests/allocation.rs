@@ -4,40 +4,16 @@
 mod abi;
 mod example;
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicIsize, AtomicUsize, Ordering};
+use std::sync::atomic::Ordering;
 
 use abi::{MESSAGES, Unpacked, do_step, free, get};
+use allocation_counter::measure;
 use fmi2::abi::{Component, Status, access, exchange, step};
 use fmi2::model_description::{Causality, Kind, ModelDescription};
 use fmi2::{Interface, Model, describe};
 use fmu_controller::Controller;
 use fmu_plant::PlantModel;
 use fmu_squid::ClosedLoop;
-
-struct Counting;
-
-static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
-static LIVE_BYTES: AtomicIsize = AtomicIsize::new(0);
-
-// SAFETY: hands everything on to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
-        LIVE_BYTES.fetch_add(layout.size().cast_signed(), Ordering::Relaxed);
-        // SAFETY: the caller keeps the contract.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        LIVE_BYTES.fetch_sub(layout.size().cast_signed(), Ordering::Relaxed);
-        // SAFETY: the caller keeps the contract.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static COUNTING: Counting = Counting;
 
 /// Value references, and start values of the inputs.
 struct Signals {
@@ -137,10 +113,10 @@ fn allocates_nothing<M: Model>(run: fn(Component, &Signals) -> f64, interface: I
     let fmu = Unpacked::<M>::new(&example::resources());
     let signals = signals(&describe::<M>(&example::resources()).unwrap().description);
     let c = fmu.started(interface);
-    let before = ALLOCATIONS.load(Ordering::Relaxed);
-    let sum = run(c, &signals);
-    assert_eq!(ALLOCATIONS.load(Ordering::Relaxed) - before, 0, "{interface:?}");
-    assert!(sum != 0.0 && sum.is_finite() && before > 0, "the allocator counts");
+    let mut sum = 0.0;
+    let flight = measure(|| sum = run(c, &signals));
+    assert_eq!(flight.count_total, 0, "{interface:?}");
+    assert!(sum != 0.0 && sum.is_finite());
     free::<M>(c);
 }
 
@@ -152,12 +128,11 @@ fn leaves_nothing_behind<M: Model>(count: usize) {
         free::<M>(c);
     };
     one();
-    let before = LIVE_BYTES.load(Ordering::Relaxed);
-    (0..count).for_each(|_| one());
-    assert_eq!(LIVE_BYTES.load(Ordering::Relaxed), before, "bytes left after {count} instances");
+    let all = measure(|| (0..count).for_each(|_| one()));
+    assert!(all.count_total > 0, "the allocator counts");
+    assert_eq!(all.bytes_current, 0, "bytes left after {count} instances");
 }
 
-/// The only test of this file, so that no other thread allocates meanwhile.
 #[test]
 fn a_step_allocates_nothing_and_an_instance_leaves_nothing_behind() {
     let (co_simulation, model_exchange) = (Interface::CoSimulation, Interface::ModelExchange);
