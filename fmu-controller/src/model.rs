@@ -5,7 +5,7 @@ use std::sync::Arc;
 use fmi2::model_description::{DefaultExperiment, identifier};
 use fmi2::{
     About, Level, Log, Model, ResourceError, Resources, StateError, StateReader, StateWriter, Tangents,
-    Variable,
+    Variable, rounding_of_time,
 };
 use scheduled::{Autopilot, ControllerDesign, DesignError, Inputs, Status, TickError};
 
@@ -84,7 +84,7 @@ impl Controller {
     /// [`ControllerError::Behind`].
     pub fn keeps_up(&self, time: f64) -> Result<(), ControllerError> {
         let tick = self.autopilot.next_tick_time();
-        match time - tick <= self.design.sample_time + 1e-9 * time.abs().max(1.0) {
+        match time - tick <= self.design.sample_time + rounding_of_time(time) {
             true => Ok(()),
             false => Err(ControllerError::Behind { tick, time }),
         }

@@ -4,10 +4,10 @@
 //! lags. The equations have no jumps: there are corners alone, where a velocity or the Reynolds number of friction passes its
 //! threshold and where a command passes a limit, so that no event is needed.
 
-use auv::{Instant, Rates};
+use auv::{Instant, Rates, Slopes};
 use fmi2::{ContinuousModel, Log};
 
-use crate::{PlantError, PlantModel};
+use crate::{PlantError, PlantModel, Quantity};
 
 impl PlantModel {
     /// The motion now, under the inputs as they stand; a current that was just set has not moved the vehicle yet.
@@ -88,6 +88,16 @@ impl ContinuousModel for PlantModel {
         for (rate, value) in rates.iter_mut().zip(motion.into_iter().chain(outputs)) {
             *rate = value;
         }
+    }
+
+    fn input_rates(&self, tangents: &mut [f64]) {
+        let Slopes { commands, current, operating_speed } = &self.slopes;
+        for (index, &rate) in commands.iter().enumerate() {
+            tangents[Quantity::Command(index).number()] = rate;
+        }
+        tangents[Quantity::CurrentHorizontal.number()] = current.horizontal;
+        tangents[Quantity::CurrentVertical.number()] = current.vertical;
+        tangents[Quantity::OperatingSpeed.number()] = *operating_speed;
     }
 
     fn step_completed(&mut self, log: &mut dyn Log) {

@@ -3,7 +3,8 @@
 use auv::{Fidelity, LpvModel, Vehicle};
 use fmi2::model_description::{DefaultExperiment, identifier};
 use fmi2::{
-    About, Continuous, Level, Log, Model, Resources, StateError, StateReader, StateWriter, Tangents, Variable,
+    About, Continuous, Level, Log, Model, Resources, StateError, StateReader, StateWriter, Tangents,
+    Variable, rounding_of_time,
 };
 
 use crate::variables::{fidelities, inputs, outputs, parameters};
@@ -96,7 +97,7 @@ impl PlantModel {
     /// [`PlantError::OtherTime`].
     pub fn stands_at(&self, time: f64) -> Result<(), PlantError> {
         let clock = self.time();
-        match (clock - time).abs() <= 1e-9 * time.abs().max(1.0) {
+        match (clock - time).abs() <= rounding_of_time(time) {
             true => Ok(()),
             false => Err(PlantError::OtherTime { clock, time }),
         }

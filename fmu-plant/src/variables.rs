@@ -1,8 +1,7 @@
 //! The table of variables, in three parts; a fourth is in `states.rs`.
 //!
-//! In co-simulation inputs act during a step only. In model exchange they act at once: the velocities through the water
-//! depend on the current, and an actuator without lag follows its command. So a master meets no algebraic loop unless
-//! the commands follow such a quantity. First values of outputs follow from parameters alone.
+//! Inputs act at once, in co-simulation as in model exchange: the velocities through the water depend on the current, and an
+//! actuator without lag follows its command. A master meets no algebraic loop unless the commands follow such a quantity. First values of outputs follow from parameters alone.
 
 use auv::{Actuator, Allowed, COEFFICIENTS, CoefficientSpec, Fidelity};
 use fmi2::model_description::Enumeration;

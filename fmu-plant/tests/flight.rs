@@ -68,17 +68,21 @@ fn commands_act_through_lag_and_limits_from_the_start_on() {
     assert_eq!(flight.get("lower"), 500.0, "the command reads back as it was set");
 }
 
+/// A vehicle has mass: a current that is just set changes its velocity through the water, and that over ground by a step alone.
 #[test]
-fn no_output_follows_an_input_without_a_step() {
+fn without_a_step_a_current_moves_the_water_alone() {
     let mut flight = Flight::start(&squid(), &[]);
     flight.fly(1.0, 10);
-    let names = ["pitch", "speed", "heave", "depth", "lower_output"];
-    let before = names.map(|name| flight.get(name));
+    let held = ["pitch", "surge_over_ground", "depth", "lower_output"];
+    let before = held.map(|name| flight.get(name));
+    let (pitch, speed, heave) = (flight.get("pitch"), flight.get("speed"), flight.get("heave"));
     flight.set("lower", 40.0);
     flight.set("current_horizontal", 0.5);
-    assert_eq!(names.map(|name| flight.get(name)), before);
+    assert_eq!(held.map(|name| flight.get(name)), before);
+    assert!((flight.get("speed") - speed + 0.5 * pitch.cos()).abs() < 1e-14);
+    assert!((flight.get("heave") - heave + 0.5 * pitch.sin()).abs() < 1e-14);
     flight.fly(1.1, 1);
-    assert!(names.map(|name| flight.get(name)).iter().zip(before).all(|(after, before)| *after != before));
+    assert!(held.map(|name| flight.get(name)).iter().zip(before).all(|(after, before)| *after != before));
 }
 
 #[test]

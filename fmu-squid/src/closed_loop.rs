@@ -1,6 +1,6 @@
 //! The loop of plant and autopilot, in the order in which a master steps the two.
 
-use fmi2::{Log, Model};
+use fmi2::{ContinuousModel, Log, Model};
 use fmu_controller::Controller;
 use fmu_plant::PlantModel;
 
@@ -95,6 +95,8 @@ impl ClosedLoop {
     /// # Errors
     /// [`ClosedLoopError::Plant`], [`ClosedLoopError::Controller`].
     pub fn advance(&mut self, to: f64, log: &mut dyn Log) -> Result<(), ClosedLoopError> {
+        // A tick at once must see what was set.
+        self.plant.obey()?;
         while self.controller.autopilot().is_due_before(to) {
             let due = self.controller.autopilot().next_tick_time();
             self.move_plant(due, log)?;

@@ -21,6 +21,10 @@ impl ContinuousModel for ClosedLoop {
         self.plant.derivatives(rates);
     }
 
+    fn input_rates(&self, tangents: &mut [f64]) {
+        self.plant.input_rates(tangents);
+    }
+
     fn next_event(&self) -> Option<f64> {
         Some(self.controller.autopilot().next_tick_time())
     }

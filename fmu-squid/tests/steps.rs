@@ -93,6 +93,49 @@ fn a_loop_flies_alike_in_any_steps() {
     cut_does_not_matter::<ClosedLoop>("current_vertical", 1e-9);
 }
 
+/// A current that begins at a tick is there for this tick, on whichever side of it the importer's clock stands by rounding.
+#[test]
+fn a_tick_sees_what_was_set_for_it() {
+    let flown = |size: f64, summed: bool| {
+        let mut instance = started::<ClosedLoop>(Interface::CoSimulation);
+        let steps = |seconds: f64| (seconds / size).round() as usize;
+        for k in 0..steps(9.0) {
+            if k == steps(7.02) {
+                disturb(&mut instance, "current_horizontal", 0.3);
+            }
+            let at = if summed { instance.time() } else { k as f64 * size };
+            instance.step(at, size, &mut Silent).unwrap();
+        }
+        outputs(&mut instance)
+    };
+    let expected = flown(0.02, false);
+    for size in [0.001, 0.002, 0.005, 0.01, 0.02] {
+        for summed in [false, true] {
+            for (one, other) in flown(size, summed).into_iter().zip(&expected) {
+                assert!((one - other).abs() < 1e-9 * (1.0 + other.abs()), "{size} s: {one} and {other}");
+            }
+        }
+    }
+}
+
+/// On a clock that counts from 1970 a nanosecond is lost in the last digit, but a step is not.
+#[test]
+fn a_large_clock_hides_no_mistake() {
+    const START: f64 = 1_763_400_000.0;
+    let mut plant = Instance::new(describe::<PlantModel>(&resources()).unwrap());
+    plant.set_up(Experiment { start: START, ..Experiment::default() }).unwrap();
+    plant.enter_initialization().unwrap();
+    plant.exit_initialization(&mut Silent).unwrap();
+    for (at, size) in [(START + 1.0, 0.01), (START - 1.0, 2.0), (START + 1e-3, 0.01)] {
+        let refused = plant.step(at, size, &mut Silent).unwrap_err().to_string();
+        assert!(refused.contains("but the last one ended at"), "{refused}");
+    }
+    for k in 0..100 {
+        plant.step(START + f64::from(k) * 0.01, 0.01, &mut Silent).unwrap();
+    }
+    assert_eq!(plant.time(), START + 1.0);
+}
+
 /// Ticks are counted: however the steps are cut, as many run as there are sample times.
 #[test]
 fn a_controller_ticks_alike_in_any_steps() {

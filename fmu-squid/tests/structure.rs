@@ -81,6 +81,50 @@ fn derivatives_vanish_where_no_dependency_is_listed() {
     derivatives_agree::<ClosedLoop>(Interface::ModelExchange, by_hand);
 }
 
+/// In a flight an output that is read after an input was set has moved as the derivative says, which is zero where no dependency is listed.
+fn values_move_as_listed<M: Model>(at_least: usize) {
+    let description = describe::<M>(&resources()).unwrap().description;
+    let list = named(&description, &description.structure().outputs);
+    let unknowns: Vec<u32> = list.iter().map(|(unknown, _)| *unknown).collect();
+    let mut instance = instance::<M>(Interface::CoSimulation);
+    instance.enter_initialization().unwrap();
+    instance.exit_initialization(&mut Silent).unwrap();
+    (0..7).for_each(|k| instance.step(f64::from(k) * 0.013, 0.013, &mut Silent).unwrap());
+    let state = instance.snapshot().unwrap();
+    let mut moved = 0;
+    for input in inputs(&description) {
+        let read = |instance: &mut Instance<M>, reference: &[u32]| {
+            let mut values = Vec::new();
+            instance.get(reference, &mut Silent, |_, value: f64| values.push(value)).unwrap();
+            values
+        };
+        instance.restore(&state).unwrap();
+        let (before, start) = (read(&mut instance, &unknowns), read(&mut instance, &[input])[0]);
+        let mut slopes = vec![f64::NAN; unknowns.len()];
+        instance.directional_derivative(&unknowns, &[input], &[1.0], &mut slopes, &mut Silent).unwrap();
+        let by = 1e-6;
+        instance.set(&[input], |_| start + by).unwrap();
+        for (position, after) in read(&mut instance, &unknowns).into_iter().enumerate() {
+            let change = after - before[position];
+            assert!(
+                change == 0.0 || list[position].1.contains(&input),
+                "{input} moves {}",
+                unknowns[position]
+            );
+            assert!((change / by - slopes[position]).abs() < 1e-5, "{} by {input}", unknowns[position]);
+            moved += usize::from(change != 0.0);
+        }
+    }
+    assert!(moved >= at_least, "{moved}");
+}
+
+#[test]
+fn what_is_read_moves_with_the_inputs_that_are_listed() {
+    values_move_as_listed::<PlantModel>(6);
+    values_move_as_listed::<ClosedLoop>(6);
+    values_move_as_listed::<Controller>(0);
+}
+
 fn first_values<M: Model>(unknowns: &[u32], changed: Option<(u32, f64)>) -> Option<Vec<f64>> {
     let mut instance = instance::<M>(Interface::CoSimulation);
     if let Some((parameter, value)) = changed {

@@ -10,6 +10,9 @@ use crate::{
 pub(crate) fn problems(description: &ModelDescription) -> Vec<Problem> {
     let mut found = Vec::new();
     check_root(description, &mut found);
+    for text in [&description.model_name, &description.description, &description.version] {
+        check_text(&description.model_identifier, text, &mut found);
+    }
     let (mut names, mut references) = (BTreeSet::new(), BTreeSet::new());
     for variable in &description.variables {
         let name = || variable.name.clone();
@@ -20,6 +23,7 @@ pub(crate) fn problems(description: &ModelDescription) -> Vec<Problem> {
             let value_reference = variable.value_reference;
             found.push(Problem::DuplicateValueReference { name: name(), value_reference });
         }
+        check_text(&variable.name, &variable.description, &mut found);
         check_role(variable, &mut found);
         check_kind(description, variable, &mut found);
         check_dependencies(description, variable, &mut found);
@@ -49,6 +53,14 @@ fn check_root(description: &ModelDescription, found: &mut Vec<Problem>) {
         if bad || !seen.insert(&enumeration.name) {
             found.push(Problem::BadEnumeration { name: enumeration.name.clone() });
         }
+    }
+}
+
+/// Names are identifiers; descriptions are whatever people wrote.
+fn check_text(place: &str, text: &str, found: &mut Vec<Problem>) {
+    let unknown = |&c: &char| matches!(c, '\0'..='\u{8}' | '\u{b}' | '\u{c}' | '\u{e}'..='\u{1f}' | '\u{fffe}' | '\u{ffff}');
+    if let Some(character) = text.chars().find(unknown) {
+        found.push(Problem::BadCharacter { place: place.to_owned(), character });
     }
 }
 

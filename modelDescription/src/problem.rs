@@ -5,6 +5,14 @@ use crate::UnitError;
 /// One violated rule of the standard.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Problem {
+    /// A text holds what XML 1.0 (section 2.2) has no way to write.
+    #[error("the text of '{place}' holds the character U+{:04X}, which XML cannot", u32::from(*character))]
+    BadCharacter {
+        /// The variable, or the model.
+        place: String,
+        /// The character.
+        character: char,
+    },
     /// Two variables of the same name.
     #[error("two variables are called '{name}'")]
     DuplicateName {

@@ -114,6 +114,9 @@ fn assert_problem(change: impl FnOnce(&mut ModelDescription), expected: &str) {
 #[test]
 fn finds_problems_of_names_and_roles() {
     assert_problem(|d| d.model_identifier = "a-model".to_owned(), "'a-model' is not a C identifier");
+    let word = "'u' holds the character U+0001, which XML cannot";
+    assert_problem(|d| d.variables[0].description = "in\u{1}put".to_owned(), word);
+    assert_problem(|d| d.description = "\u{ffff}".to_owned(), "holds the character U+FFFF");
     assert_problem(|d| d.variables[3].name = "u".to_owned(), "two variables are called 'u'");
     assert_problem(|d| d.variables[3].name = "a b".to_owned(), "\"a b\" is not made of identifiers");
     assert_problem(|d| d.variables[3].value_reference = 2, "'on' has value reference 2");

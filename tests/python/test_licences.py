@@ -35,7 +35,8 @@ def test_travels_in_every_fmu(packages: Packages) -> None:
         with zipfile.ZipFile(fmu) as archive:
             folder = "documentation/licenses/"
             assert archive.read(f"{folder}third_party.txt") == licences.FILE.read_bytes()
-            assert {f"{folder}LICENSE-MIT", f"{folder}LICENSE-APACHE"} <= set(archive.namelist())
+            named = [f"{folder}{name}" for name in ("license.txt", "LICENSE-MIT", "LICENSE-APACHE")]
+            assert set(named) <= set(archive.namelist())
 
 
 def test_every_fmu_has_a_picture(packages: Packages) -> None:

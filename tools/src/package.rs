@@ -164,8 +164,9 @@ pub fn pack(
 /// The picture that tools show for the FMU, some from either place (FMI 2.0.4, section 2.3).
 const ICON: &[u8] = include_bytes!("../model.png");
 
-/// Squid's own licences, and those of what is compiled in; `tools/fly/licences.py` writes the latter.
-const LICENCES: [(&str, &str); 3] = [
+/// Where to begin (section 2.3), Squid's own licences, and those of what is compiled in; `tools/fly/licences.py` writes the latter.
+const LICENCES: [(&str, &str); 4] = [
+    ("license.txt", include_str!("../license.txt")),
     ("LICENSE-MIT", include_str!("../../LICENSE-MIT")),
     ("LICENSE-APACHE", include_str!("../../LICENSE-APACHE")),
     ("third_party.txt", include_str!("../third_party.txt")),

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
+use serde_with::rust::maps_duplicate_key_is_error;
 use thiserror::Error;
 
 use crate::actuator::{Actuator, Effect, allowed, is_actuator_name};
@@ -25,8 +26,10 @@ struct File {
     status: String,
     description: String,
     /// By the keys of [`COEFFICIENTS`].
+    #[serde(deserialize_with = "maps_duplicate_key_is_error::deserialize")]
     coefficients: Numbers,
     actuators: Vec<Row>,
+    #[serde(deserialize_with = "maps_duplicate_key_is_error::deserialize")]
     sources: BTreeMap<String, String>,
 }
 
@@ -36,6 +39,7 @@ struct Row {
     name: String,
     kind: String,
     /// [`LIMITS`], and the numbers of the [`Effect`] by their keys in a vehicle file.
+    #[serde(deserialize_with = "maps_duplicate_key_is_error::deserialize")]
     numbers: Numbers,
 }
 

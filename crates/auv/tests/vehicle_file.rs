@@ -197,6 +197,11 @@ fn actuators_that_cannot_be() {
         "min = { value = 160.0",
         "`lower`: min is 160 N and max is 100 N; min must be below max",
     );
+    refused(
+        "source = \"assumed: ballast",
+        "source = \"\\u0007assumed: ballast",
+        "`mass.z_G.source` holds the character U+0007, and must hold printable ones",
+    );
     let first = line_of(SQUID, "[[thruster]]");
     refused(
         "\"upper_port\"",

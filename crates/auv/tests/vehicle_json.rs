@@ -69,6 +69,17 @@ fn what_is_wrong_is_told_with_its_key() {
 }
 
 #[test]
+fn no_number_is_given_twice() {
+    let text = squid().to_json().unwrap();
+    for (key, value) in [("mass", "90.0"), ("lag", "5.0"), ("lower.max", "\"guessed\"")] {
+        let at = text.find(&format!("\"{key}\": ")).unwrap();
+        let twice = format!("{}\"{key}\": {value}, {}", &text[..at], &text[at..]);
+        let told = Vehicle::from_json(&twice, "v.json").unwrap_err().to_string();
+        assert!(told.starts_with("v.json: not a vehicle: invalid entry: found duplicate key"), "{told}");
+    }
+}
+
+#[test]
 fn a_mass_matrix_that_is_none_and_a_fin_that_drives_are_refused() {
     let told = complaint(&squid(), "/coefficients/z_G", json!(3.0));
     assert!(told.starts_with("v.json: the mass matrix"), "{told}");

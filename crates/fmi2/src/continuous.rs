@@ -1,4 +1,4 @@
-//! What a model must offer so that an importer integrates it (model exchange, section 3).
+//! What a model must offer so that an importer integrates it (model exchange, section 3), or sees its inputs act without a step.
 
 use crate::{Log, Model};
 
@@ -21,6 +21,11 @@ pub trait ContinuousModel: Model {
 
     /// Computes `f(x, u)`; numbers that are not finite mean that there is none.
     fn derivatives(&self, rates: &mut [f64]);
+
+    /// Fills in the tangents of the inputs that change at a rate, by their [quantities](crate::Variable::quantity).
+    ///
+    /// Models whose inputs have no [slope](crate::Variable::slope) keep this default.
+    fn input_rates(&self, _tangents: &mut [f64]) {}
 
     /// The time in s of the next event, if one is known.
     fn next_event(&self) -> Option<f64> {
@@ -47,6 +52,7 @@ pub struct Continuous<M: Model> {
     pub(crate) set_states: fn(&mut M, &[f64]),
     pub(crate) obey: fn(&mut M) -> Result<(), M::Error>,
     pub(crate) derivatives: fn(&M, &mut [f64]),
+    pub(crate) input_rates: fn(&M, &mut [f64]),
     pub(crate) next_event: fn(&M) -> Option<f64>,
     pub(crate) event: EventOf<M>,
     pub(crate) step_completed: fn(&mut M, &mut dyn Log),
@@ -60,6 +66,7 @@ impl<M: ContinuousModel> Continuous<M> {
             set_states: M::set_states,
             obey: M::obey,
             derivatives: M::derivatives,
+            input_rates: M::input_rates,
             next_event: M::next_event,
             event: M::event,
             step_completed: M::step_completed,

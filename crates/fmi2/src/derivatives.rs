@@ -3,6 +3,7 @@
 //! In co-simulation they are those just after the communication point, with the inputs as they are set.
 
 use crate::instance::Outcome;
+use crate::snapshot::Slopes;
 use crate::{Function, Instance, Log, Model, Moment, Phase, Refusal, Tangents};
 
 impl<M: Model> Instance<M> {
@@ -66,14 +67,16 @@ impl<M: Model> Instance<M> {
                 return Err(Refusal::NotFinite { name: self.name(reference), value });
             }
         }
+        self.forget_flown_slopes();
         for (&reference, &value) in references.iter().zip(values) {
             (self.table.slope(reference)?)(&mut self.now.model, value);
-            self.now.sloped = true;
+            self.now.slopes = Slopes::Ahead;
         }
         Ok(())
     }
 
-    /// `fmi2GetRealOutputDerivatives`: the derivatives of outputs by time, of order 1, under the inputs as they stand.
+    /// `fmi2GetRealOutputDerivatives`: the derivatives of outputs by time, of order 1, under the inputs as they stand, which change
+    /// at the rates set for the next step, or else at those of the step just made.
     ///
     /// # Errors
     /// A refused call, or that the model could not compute it; another order, or what is no output.
@@ -104,6 +107,7 @@ impl<M: Model> Instance<M> {
             let quantity = self.table.known(state, Phase::Step)?;
             self.tangents[quantity] = rate;
         }
+        (continuous.input_rates)(&self.now.model, &mut self.tangents);
         self.carry(tangents)?;
         for (&reference, value) in references.iter().zip(values) {
             *value = self.table.output(reference)?.map_or(0.0, |quantity| self.tangents[quantity]);

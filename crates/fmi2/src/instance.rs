@@ -3,12 +3,18 @@
 use std::sync::Arc;
 
 use crate::refusal::Failure;
+use crate::snapshot::Slopes;
 use crate::state::identity;
 use crate::values::Value;
 use crate::{Function, Interface, Loaded, Log, Model, Phase, Refusal, Snapshot, Table};
 
 /// A step longer than a day \[s\] is refused: it is a mistake, and would take long.
 const LONGEST_STEP: f64 = 86_400.0;
+
+/// By how much two readings of one clock may differ at a time \[s\]: a nanosecond, and some last digits of a large time.
+pub fn rounding_of_time(time: f64) -> f64 {
+    1e-9 + 16.0 * f64::EPSILON * time.abs()
+}
 
 /// Start, stop and tolerance of `fmi2SetupExperiment`, times in s.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -128,7 +134,7 @@ impl<M: Model> Instance<M> {
     /// `fmi2DoStep` from `at` over `size`, both in s.
     ///
     /// Importers reckon time in several ways, so `at` may differ from the end of the last step by rounding:
-    /// `|at - time| <= 1e-9 max(1 s, |time|)`.
+    /// [`rounding_of_time`].
     ///
     /// # Errors
     /// A refused call, or that the model could not compute the step.
@@ -136,7 +142,7 @@ impl<M: Model> Instance<M> {
         self.allows(Function::DoStep)?;
         let time = self.now.time;
         let end = at + size;
-        let rounding = 1e-9 * time.abs().max(1.0);
+        let rounding = rounding_of_time(time);
         if !at.is_finite() || (at - time).abs() > rounding {
             return Err(Refusal::WrongCommunicationPoint { given: at, expected: time }.into());
         }
@@ -149,11 +155,11 @@ impl<M: Model> Instance<M> {
         if let Some(stop) = self.now.experiment.stop.filter(|stop| end > stop + rounding) {
             return Err(Refusal::BeyondStopTime { end, stop }.into());
         }
+        self.forget_flown_slopes();
         let outcome = self.now.model.step(time, end, log);
         self.settle(outcome)?;
-        if self.now.sloped {
-            self.table.hold(&mut self.now.model);
-            self.now.sloped = false;
+        if self.now.slopes == Slopes::Ahead {
+            self.now.slopes = Slopes::Flown;
         }
         self.now.time = end;
         self.now.stale = false;
@@ -226,8 +232,7 @@ impl<M: Model> Instance<M> {
         }
         let outcome = match self.now.phase {
             Phase::Initialization => self.now.model.initialise(self.now.experiment.start, log),
-            Phase::Step => self.now.model.refresh(),
-            Phase::Event | Phase::Continuous => match M::continuous() {
+            Phase::Step | Phase::Event | Phase::Continuous => match M::continuous() {
                 Some(continuous) => (continuous.obey)(&mut self.now.model),
                 None => Ok(()),
             },
@@ -236,6 +241,14 @@ impl<M: Model> Instance<M> {
         self.settle(outcome)?;
         self.now.stale = false;
         Ok(())
+    }
+
+    /// Holds the inputs whose rates belong to a step that is over.
+    pub(crate) fn forget_flown_slopes(&mut self) {
+        if self.now.slopes == Slopes::Flown {
+            self.table.hold(&mut self.now.model);
+            self.now.slopes = Slopes::None;
+        }
     }
 
     pub(crate) fn settle(&mut self, outcome: Result<(), M::Error>) -> Outcome<M> {

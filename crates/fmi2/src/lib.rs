@@ -36,7 +36,7 @@ mod variable;
 pub use continuous::{Continuous, ContinuousModel};
 pub use describe::{DescribeError, Described, LoadError, Loaded, describe};
 pub use exchange::Events;
-pub use instance::{Experiment, Instance};
+pub use instance::{Experiment, Instance, rounding_of_time};
 pub use legal::Function;
 pub use log::{Category, Level, Log, Silent};
 pub use model::{About, Model, Moment, Tangents};

@@ -41,16 +41,6 @@ pub trait Model: Clone + Send + 'static {
     /// The step cannot be computed; the instance then only takes reset, an earlier state, or free.
     fn step(&mut self, from: f64, to: f64, log: &mut dyn Log) -> Result<(), Self::Error>;
 
-    /// Recomputes the outputs that follow an input without a step.
-    ///
-    /// Models whose outputs only move with a step keep this default.
-    ///
-    /// # Errors
-    /// The outputs cannot be computed.
-    fn refresh(&mut self) -> Result<(), Self::Error> {
-        Ok(())
-    }
-
     /// Writes everything that [`Model::recall`] needs to go on from here; what follows from the resources is left out.
     fn save(&self, state: &mut StateWriter);
 
@@ -60,7 +50,8 @@ pub trait Model: Clone + Send + 'static {
     /// [`StateError`]: the bytes end early, or make no state of this model.
     fn recall(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError>;
 
-    /// The continuous states, if an importer may integrate them itself.
+    /// The continuous states, if an importer may integrate them itself. With them the inputs act at once in co-simulation too
+    /// ([`ContinuousModel::obey`](crate::ContinuousModel::obey)); without them the outputs move with a step alone.
     fn continuous() -> Option<Continuous<Self>> {
         None
     }

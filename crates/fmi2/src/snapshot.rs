@@ -5,6 +5,21 @@ use crate::{
     Experiment, Function, Instance, Interface, Model, Phase, Refusal, StateError, StateReader, StateWriter,
 };
 
+/// Which step the rates of the inputs belong to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Slopes {
+    /// All inputs are held.
+    None,
+    /// The next one.
+    Ahead,
+    /// The last one, at whose end they are still the rates of the inputs.
+    Flown,
+}
+
+impl Slopes {
+    const ALL: [Self; 3] = [Self::None, Self::Ahead, Self::Flown];
+}
+
 /// Everything of an instance that changes.
 #[derive(Debug, Clone)]
 #[repr(C)]
@@ -17,8 +32,7 @@ pub struct Snapshot<M> {
     pub(crate) time: f64,
     /// A variable was set since the outputs were computed.
     pub(crate) stale: bool,
-    /// An input changes during the next step.
-    pub(crate) sloped: bool,
+    pub(crate) slopes: Slopes,
     pub(crate) model: M,
 }
 
@@ -32,7 +46,7 @@ impl<M: Model> Snapshot<M> {
             experiment: Experiment::default(),
             time: 0.0,
             stale: true,
-            sloped: false,
+            slopes: Slopes::None,
             model: model.clone(),
         }
     }
@@ -47,7 +61,7 @@ impl<M: Model> Snapshot<M> {
         }
         state.real(self.time);
         state.boolean(self.stale);
-        state.boolean(self.sloped);
+        state.integer(self.slopes as u64);
         self.model.save(&mut state);
         state.sealed(&self.identity)
     }
@@ -70,7 +84,10 @@ impl<M: Model> Snapshot<M> {
         snapshot.experiment = Experiment { start: start.1, stop: given(stop), tolerance: given(tolerance) };
         snapshot.time = state.finite()?;
         snapshot.stale = state.boolean()?;
-        snapshot.sloped = state.boolean()?;
+        let number = state.integer()?;
+        let slopes = Slopes::ALL.into_iter().find(|slopes| *slopes as u64 == number);
+        snapshot.slopes =
+            slopes.ok_or_else(|| StateError::inconsistent(format_args!("the slopes {number}")))?;
         snapshot.model.recall(&mut state)?;
         state.finish()?;
         Ok(snapshot)

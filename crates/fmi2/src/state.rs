@@ -10,7 +10,7 @@ use sha2::{Digest, Sha256};
 
 const MAGIC: &[u8; 8] = b"squidFMU";
 /// Version of the layout; another one is refused.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 const HASH: usize = 32;
 const HEAD: usize = MAGIC.len() + 4 + HASH + 8;
 

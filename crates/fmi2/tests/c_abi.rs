@@ -140,6 +140,7 @@ fn refuses_to_instantiate_what_does_not_belong_together() {
         (name, 1, guid, null(), "the resource location is NULL"),
         (name, 1, guid, c"http://x/y".as_ptr(), "is not a file URI"),
         (name, 1, guid, c"file:///no/such/folder".as_ptr(), "'/no/such/folder' cannot be read"),
+        (name, 1, guid, c"file:///no/%23r1%23".as_ptr(), "'/no/##r1##' cannot be read"),
         (name, 1, guid, nothing.as_ptr(), "resources/gain.txt is missing"),
         (null(), 1, guid, uri, "'instanceName' is NULL"),
         (c"".as_ptr(), 1, guid, uri, "the instance name is empty"),
@@ -326,7 +327,7 @@ fn states_survive_as_bytes_and_damaged_or_foreign_ones_are_refused() {
             changed
         };
         assert_refused(read(&changed(0)), "no state that this tool has written");
-        assert_refused(read(&changed(8)), "has version 17, but only version 1 can be read");
+        assert_refused(read(&changed(8)), "has version 18, but only version 2 can be read");
         assert_refused(read(&changed(size / 2)), "its checksum does not fit");
         assert_refused(fmi2DeSerializeFMUstate(c, null(), 9, &mut null_mut()), "'serializedState' is NULL");
         let exchange = fmu.made_for(fmi2::Interface::ModelExchange, false);

@@ -215,15 +215,19 @@ impl Autopilot {
 
     /// Whether [`advance`](Self::advance) to the time `to` in s would run a tick.
     ///
-    /// A tick that lies less than 1e-6 Ts before `to` belongs to the next interval, so that a rounded `to` runs it
-    /// once.
+    /// A tick that lies less than 1e-6 Ts, or a few last digits of a large time, before `to` belongs to the next interval, so that a
+    /// rounded `to` runs it once.
     pub fn is_due_before(&self, to: f64) -> bool {
-        self.next_tick_time() < to - ROUNDING_OF_TIME * self.plan.sample_time
+        self.next_tick_time() < to - self.rounding(to)
     }
 
     /// Whether the next tick belongs to the time `now` in s, or to an earlier one.
     pub fn is_due_at(&self, now: f64) -> bool {
-        self.next_tick_time() <= now + ROUNDING_OF_TIME * self.plan.sample_time
+        self.next_tick_time() <= now + self.rounding(now)
+    }
+
+    fn rounding(&self, time: f64) -> f64 {
+        ROUNDING_OF_TIME * self.plan.sample_time + 4.0 * f64::EPSILON * time.abs()
     }
 
     fn compute_outputs(&mut self, inputs: &Inputs) -> Result<(), TickError> {

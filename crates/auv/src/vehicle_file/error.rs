@@ -83,6 +83,14 @@ pub enum FileProblem {
         /// The key, with the table that holds it.
         key: String,
     },
+    /// A character that no model description may hold.
+    #[error("`{key}` holds the character U+{:04X}, and must hold printable ones", u32::from(*found))]
+    Character {
+        /// The key, with the table that holds it.
+        key: String,
+        /// The character found.
+        found: char,
+    },
     /// A unit that is not the expected one.
     #[error("`{key}` is in \"{found}\", and must be in {expected}")]
     WrongUnit {

@@ -166,6 +166,10 @@ impl<'a> Table<'a> {
         if text.trim().is_empty() {
             return Err(self.document.error(&value.span(), FileProblem::EmptyText { key: self.full(key) }));
         }
+        if let Some(found) = text.chars().find(|&c| !stands_in_xml(c)) {
+            let problem = FileProblem::Character { key: self.full(key), found };
+            return Err(self.document.error(&value.span(), problem));
+        }
         Ok(text.to_string())
     }
 
@@ -231,6 +235,11 @@ impl<'a> Table<'a> {
         };
         number.ok_or_else(|| self.wrong_type("value", value, "a decimal number"))
     }
+}
+
+/// Whether a character may stand in XML 1.0, where the texts of a vehicle end up.
+fn stands_in_xml(c: char) -> bool {
+    !matches!(c, '\0'..='\u{8}' | '\u{b}' | '\u{c}' | '\u{e}'..='\u{1f}' | '\u{fffe}' | '\u{ffff}')
 }
 
 fn quoted(units: &[&str]) -> String {

@@ -44,7 +44,8 @@ impl Logger {
         let Some(callback) = self.callback.filter(|_| self.filter.shows(category)) else {
             return;
         };
-        let (category, message) = (c_string(category.name()), c_string(message));
+        // "#" would begin the reference to a variable (section 2.1.5).
+        let (category, message) = (c_string(category.name()), c_string(&message.replace('#', "##")));
         // SAFETY: the importer promises a function of this type for as long as the instance lives; the texts
         // are NUL-terminated and outlive the call; "%s" takes exactly the one text that follows.
         unsafe {
