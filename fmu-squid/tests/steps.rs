@@ -9,6 +9,7 @@ use fmi2::{Experiment, Instance, Interface, Model, Silent, describe};
 use fmu_controller::Controller;
 use fmu_plant::PlantModel;
 use fmu_squid::ClosedLoop;
+use proptest::prelude::*;
 
 /// The sizes of steps that importers were seen to send for 0.01 s.
 const NEARLY_A_HUNDREDTH: [f64; 4] = [0.01, 0.00999999999999934, 0.010000000000000009, 0.009999999999999787];
@@ -115,6 +116,62 @@ fn a_tick_sees_what_was_set_for_it() {
                 assert!((one - other).abs() < 1e-9 * (1.0 + other.abs()), "{size} s: {one} and {other}");
             }
         }
+    }
+}
+
+/// At a hundredth of a second, counted from the start, an input goes this far off its start value, in nominals.
+type Setting = (usize, usize, f64);
+
+/// Outputs after three seconds in which inputs are set, each hundredth cut into so many steps.
+fn flown_under<M: Model>(settings: &[Setting], pieces: usize, summed: bool) -> Vec<f64> {
+    let description = describe::<M>(&resources()).unwrap().description;
+    let inputs = description.variables.iter().filter(|one| one.causality == Causality::Input);
+    let real = inputs.filter_map(|one| match one.kind {
+        Kind::Real { start: Some(start), nominal, .. } => {
+            Some((one.value_reference, start, nominal.unwrap_or(1.0)))
+        }
+        _ => None,
+    });
+    let inputs: Vec<(u32, f64, f64)> = real.collect();
+    let mut instance = started::<M>(Interface::CoSimulation);
+    if let Some(manual) = instance.table().reference("manual") {
+        instance.set(&[manual], |_| true).unwrap();
+    }
+    let size = 0.01 / pieces as f64;
+    for hundredth in 0..300 {
+        for &(_, input, off) in settings.iter().filter(|(when, _, _)| *when == hundredth) {
+            let (reference, start, nominal) = inputs[input % inputs.len()];
+            instance.set(&[reference], |_| start + off * nominal).unwrap();
+        }
+        for piece in 0..pieces {
+            let at = if summed { instance.time() } else { (hundredth * pieces + piece) as f64 * size };
+            instance.step(at, size, &mut Silent).unwrap();
+        }
+    }
+    outputs(&mut instance)
+}
+
+fn settings_act_alike<M: Model>(settings: &[Setting]) {
+    let expected = flown_under::<M>(settings, 1, false);
+    for (pieces, summed) in [(1, true), (2, true), (3, false), (7, true), (10, false)] {
+        for (one, other) in flown_under::<M>(settings, pieces, summed).into_iter().zip(&expected) {
+            let alike = (one - other).abs() < 1e-9 * (1.0 + other.abs());
+            assert!(alike, "{pieces} steps a hundredth, summed: {summed}: {one} and {other}");
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(16))]
+
+    /// Whatever is set whenever: neither how the time between is cut nor how the importer reckons it matters.
+    #[test]
+    fn what_is_set_acts_alike_in_any_steps(
+        settings in prop::collection::vec((0usize..290, any::<usize>(), -0.3..0.3), 1..6),
+    ) {
+        settings_act_alike::<PlantModel>(&settings);
+        settings_act_alike::<Controller>(&settings);
+        settings_act_alike::<ClosedLoop>(&settings);
     }
 }
 
