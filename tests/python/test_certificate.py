@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from conftest import Run
 from fly.package import Packages
+from fly.stages import ROOT
 
 
 def edited(package: Path, copy: Path, name: str, change: Callable[[dict], None]) -> Path:
@@ -140,6 +141,55 @@ def test_design_without_proof_is_not_packed(
     with zipfile.ZipFile(out / "squid_controller.fmu") as package:
         assert "not certified" in package.read("modelDescription.xml").decode()
         assert "resources/certificate.json" not in package.namelist()
+
+
+@pytest.mark.parametrize(
+    ("file", "change", "key"),
+    [
+        ("controller.json", lambda c: c["actuators"][0].update(scale=3000.0), "actuators[0].scale"),
+        ("controller.json", lambda c: c["tracked"][0].update(scale=99.0), "tracked[0].scale"),
+        ("controller.json", lambda c: c.update(sample_time=1.0), "sample_time"),
+        ("controller.json", lambda c: c["trim"]["pitch"].__setitem__(7, 1.0), "trim.pitch[7]"),
+        ("plant.json", lambda p: p["a"][0][0].__setitem__(0, -9.0), "a[0][0][0]"),
+    ],
+)
+def test_numbers_beside_the_proof_are_not_packed_when_edited(
+    squid: Packages,
+    run_squid: Run,
+    tmp_path: Path,
+    file: str,
+    change: Callable[[dict], None],
+    key: str,
+) -> None:
+    """The certificate holds the matrices; scales, trims and sample time follow from vehicle and design file."""
+    out = tmp_path / "out"
+    out.mkdir()
+    for path in squid.controller.parent.glob("*.json"):
+        shutil.copy(path, out)
+    content = json.loads((out / file).read_text(encoding="utf-8"))
+    change(content)
+    (out / file).write_text(json.dumps(content), encoding="utf-8")
+    done = run_squid("package", ROOT / "vehicles" / "squid", "--out", out)
+    assert done.returncode == 1 and f"{file}: `{key}` is" in done.stderr
+    assert not list(out.glob("*.fmu"))
+
+
+def test_resources_edited_after_packing_are_not_verified(
+    squid: Packages, run_squid: Run, tmp_path: Path
+) -> None:
+    """Thirty times the gain of the loop, in an FMU whose matrices are still those of the proof."""
+    other = tmp_path / "other.fmu"
+    with zipfile.ZipFile(squid.loop) as package, zipfile.ZipFile(other, "w") as edited:
+        for entry in package.infolist():
+            content = package.read(entry)
+            if entry.filename == "resources/controller.json":
+                assert b'"scale": 100.0' in content
+                content = content.replace(b'"scale": 100.0', b'"scale": 3000.0')
+            edited.writestr(entry, content)
+    done = run_squid("verify", other)
+    assert done.returncode == 1 and "its resources were changed after it was packed" in done.stderr
+    assert "PROVED" not in done.stdout
+    assert run_squid("verify", squid.loop).returncode == 0
 
 
 def test_certificate_of_another_design_is_not_packed(

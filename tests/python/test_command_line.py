@@ -172,6 +172,26 @@ def test_vehicle_called_plant(run_squid: Run, copied_vehicle: Path, tmp_path: Pa
     assert {path.name for path in (tmp_path / "out").glob("*.fmu")} == {path.name for path in packages.fmus}
 
 
+@pytest.mark.parametrize("name", ["pitch", "time", "mass", "upper_port_output"])
+def test_actuator_with_the_name_of_a_variable(
+    run_squid: Run, copied_vehicle: Path, tmp_path: Path, name: str
+) -> None:
+    spoil(copied_vehicle / "vehicle.toml", 'name = "upper_starboard"', f'name = "{name}"')
+    done = run_squid("design", copied_vehicle, "--out", tmp_path / "out")
+    assert done.returncode == 1 and "vehicle.toml: an actuator cannot be called" in done.stderr
+    assert f"'{name}'" in done.stderr and not (tmp_path / "out").exists()
+
+
+def test_lags_that_no_sample_time_can_mend(run_squid: Run, copied_vehicle: Path, tmp_path: Path) -> None:
+    path = copied_vehicle / "vehicle.toml"
+    path.write_text(
+        path.read_text(encoding="utf-8").replace("lag = { value = 0.2", "lag = { value = 10.0"),
+        encoding="utf-8",
+    )
+    done = run_squid("design", copied_vehicle, "--out", tmp_path / "out")
+    assert done.returncode == 1 and "however often it is sampled" in done.stderr
+
+
 def test_package_before_design(run_squid: Run, tmp_path: Path) -> None:
     done = run_squid("package", SQUID, "--out", tmp_path / "empty")
     assert done.returncode != 0

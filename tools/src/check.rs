@@ -17,6 +17,9 @@ use thiserror::Error as ThisError;
 /// Speeds at which the closed loop is checked.
 const CHECKED_SPEEDS: usize = 101;
 
+/// A loop that is unstable even when sampled so many times as often is so without sampling.
+const OFTEN: f64 = 50.0;
+
 /// Why a controller may not be shipped.
 #[derive(Debug, Clone, PartialEq, ThisError)]
 pub enum Refusal {
@@ -62,6 +65,17 @@ pub enum Refusal {
         sample_time: f64,
         /// The largest modulus.
         radius: f64,
+    },
+    /// The loop is not stable with the lags of the actuators, which the design does not know.
+    #[error(
+        "at {speed:.3} m/s the loop with the actuators' lags has a mode with real part {real_part:.3e} rad/s, however often it is \
+         sampled; a lower bandwidth or faster actuators are needed"
+    )]
+    UnstableWithLags {
+        /// Where.
+        speed: f64,
+        /// The largest real part.
+        real_part: f64,
     },
     /// The frozen gain with the true linearisation exceeds the bound that is to cover it.
     #[error(
@@ -140,7 +154,17 @@ pub fn check(
         let linearisation = linearise_at(inputs, speed)?;
         let radius = spectral_radius(inputs, &linearisation, &controller.frozen(&[rho])?);
         if radius.is_nan() || radius >= 1.0 {
-            return Err(Refusal::UnstableSampled { speed, sample_time, radius }.into());
+            let mut often = inputs.clone();
+            often.design.sample_time = sample_time / OFTEN;
+            let growth = spectral_radius(&often, &linearisation, &controller.frozen(&[rho])?).ln();
+            return Err(match growth >= 0.0 {
+                true => {
+                    let real_part = growth / often.design.sample_time;
+                    Refusal::UnstableWithLags { speed, real_part }
+                }
+                false => Refusal::UnstableSampled { speed, sample_time, radius },
+            }
+            .into());
         }
         let truth = augment(inputs, Lft::constant(stacked(&linearisation)))?;
         let true_loop = truth.close(&frozen).frozen(&[])?;

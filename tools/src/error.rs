@@ -82,6 +82,56 @@ pub enum Error {
     /// The finished controller failed a check.
     #[error("the controller is refused: {0}")]
     Refused(#[from] crate::check::Refusal),
+    /// An actuator's name belongs to another variable of the FMUs.
+    #[error(
+        "{file}: an actuator cannot be called '{actuator}', because '{name}' is the name of another variable of the FMUs"
+    )]
+    ActuatorName {
+        /// The vehicle file.
+        file: String,
+        /// The actuator.
+        actuator: String,
+        /// The name that is there twice.
+        name: String,
+    },
+    /// A frozen controller makes no sense.
+    #[error("{path}: {reason}")]
+    BadController {
+        /// The file.
+        path: String,
+        /// What is wrong with it.
+        reason: scheduled::DesignError,
+    },
+    /// A frozen LPV model makes no sense.
+    #[error("{path}: {reason}")]
+    BadPlant {
+        /// The file.
+        path: String,
+        /// What is wrong with it.
+        reason: auv::LpvModelError,
+    },
+    /// A frozen file says something else than vehicle and design file.
+    #[error(
+        "{file}: `{key}` is {found}, but {expected} follows from vehicle and design file; `squid design` makes it anew"
+    )]
+    Edited {
+        /// The file.
+        file: &'static str,
+        /// The first key that differs.
+        key: String,
+        /// Its value.
+        found: String,
+        /// What it should be.
+        expected: String,
+    },
+    /// The resources of an FMU are not those that it was packed with.
+    #[error(
+        "{path}: its resources were changed after it was packed, or another version of squid packed it (the GUID differs)"
+    )]
+    WrongGuid {
+        /// The FMU.
+        path: String,
+    },
     /// The plant's LPV model cannot be frozen or read.
     #[error(transparent)]
     LpvModel(#[from] auv::LpvModelError),

@@ -29,6 +29,20 @@ pub struct Frozen {
 /// # Errors
 /// [`Error::LpvModel`], [`Error::Trim`].
 pub fn freeze(inputs: &Inputs, model: &Model, design: &Design, certified: bool) -> Result<Frozen, Error> {
+    let gamma = Gamma {
+        optimum: design.gamma_optimum,
+        bound: design.certified.gamma,
+        back_off: crate::design::back_off(design),
+        certified,
+    };
+    frozen(inputs, model, matrices(&design.controller), gamma)
+}
+
+/// What vehicle and design file make of the matrices and the gamma of a controller: all that the FMUs fly besides.
+///
+/// # Errors
+/// [`Error::LpvModel`], [`Error::Trim`].
+pub fn frozen(inputs: &Inputs, model: &Model, lft: LftMatrices, gamma: Gamma) -> Result<Frozen, Error> {
     let trims: Vec<Trim> = speeds(inputs, TRIM_ROWS)
         .into_iter()
         .map(|v| Ok(linearise_at(inputs, v)?.trim))
@@ -36,10 +50,10 @@ pub fn freeze(inputs: &Inputs, model: &Model, design: &Design, certified: bool) 
     let (a, b) = model.coefficients();
     let plant =
         LpvModel::new(&inputs.vehicle.name, inputs.design.depth, inputs.design.scheduling(), &a, &b, &trims)?;
-    Ok(Frozen { controller: controller(inputs, design, &trims, certified), plant })
+    Ok(Frozen { controller: controller(inputs, lft, gamma, &trims), plant })
 }
 
-fn controller(inputs: &Inputs, design: &Design, trims: &[Trim], certified: bool) -> ControllerDesign {
+fn controller(inputs: &Inputs, lft: LftMatrices, gamma: Gamma, trims: &[Trim]) -> ControllerDesign {
     let file = &inputs.design;
     let (centre, half_range) = file.scheduling();
     let column = |of: fn(&Trim) -> f64| trims.iter().map(of).collect();
@@ -72,19 +86,14 @@ fn controller(inputs: &Inputs, design: &Design, trims: &[Trim], certified: bool)
                 maximum: a.max,
             })
             .collect(),
-        lft: matrices(&design.controller),
+        lft,
         trim: TrimTable {
             speed: column(|t| t.speed),
             forward_speed: column(|t| t.forward_speed),
             pitch: column(|t| t.pitch),
             actuators: trims.iter().map(|t| t.actuators.clone()).collect(),
         },
-        gamma: Gamma {
-            optimum: design.gamma_optimum,
-            bound: design.certified.gamma,
-            back_off: crate::design::back_off(design),
-            certified,
-        },
+        gamma,
         inputs: InputHashes {
             vehicle_sha256: inputs.vehicle_sha256.clone(),
             design_sha256: inputs.design_sha256.clone(),

@@ -1,5 +1,6 @@
 //! The files that a design starts from.
 
+use crate::actuator_names;
 use crate::design_file::{BANDWIDTH, DesignFile, UncertainParameter};
 use crate::error::Error;
 use auv::Vehicle;
@@ -36,6 +37,7 @@ impl Inputs {
         }
         let vehicle_path = directory.join("vehicle.toml");
         let vehicle = Vehicle::read(&vehicle_path)?;
+        actuator_names::check(&vehicle, &vehicle_path.display().to_string())?;
         let design_path = design_path(directory, name);
         let mut design = DesignFile::read(&design_path)?;
         let uncertain = match &design.uncertainty {

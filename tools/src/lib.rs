@@ -8,6 +8,7 @@
 //!
 //! [`design::run`] is the main path; each stage is a file.
 
+pub mod actuator_names;
 pub mod certify;
 pub mod check;
 pub mod design;
@@ -52,4 +53,5 @@ pub mod uncertain_reduce;
 pub mod uncertain_show;
 pub mod uncertain_trim;
 pub mod uncertain_truncate;
+pub mod unedited;
 pub mod verify;

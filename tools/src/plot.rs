@@ -40,6 +40,9 @@ const WIDTH: u32 = 900;
 const PANEL_HEIGHT: u32 = 230;
 const TITLE_HEIGHT: u32 = 40;
 
+/// Numbers beyond this come of a flight that ran off; the drawing of axes would overflow with them.
+const WIDEST: f64 = 1e100;
+
 /// Draws panels over time (s) into an SVG file.
 ///
 /// # Errors
@@ -83,6 +86,11 @@ where
     let low = points().map(|p| p.1).fold(f64::INFINITY, f64::min);
     let high = points().map(|p| p.1).fold(f64::NEG_INFINITY, f64::max);
     let room = (0.08 * (high - low)).max(1e-3 * high.abs()).max(1e-9);
+    for (from, to) in [(start, end), (low, high)] {
+        if to - from > WIDEST || to.abs().max(from.abs()) > WIDEST {
+            return Err(format!("no axis can be drawn from {from:e} to {to:e}").into());
+        }
+    }
     let mut chart = ChartBuilder::on(area)
         .margin_right(190)
         .margin_top(8)
@@ -201,6 +209,17 @@ mod tests {
             assert!(nearest <= 3e-4, "{p:?} is {nearest} off");
         }
         assert_eq!((kept[0], kept[kept.len() - 1]), (points[0], points[2999]));
+    }
+
+    /// The axis of a flight that ran off would never be finished.
+    #[test]
+    fn what_no_axis_can_show_is_refused() {
+        let line = Line { name: "pitch".into(), points: vec![(0.0, 1e308), (1.0, -1e308)], reference: false };
+        let panel = Panel { label: "rad".into(), lines: vec![line] };
+        let folder = tempfile::tempdir().unwrap();
+        let told = draw(&folder.path().join("a.svg"), "a", &[panel]).unwrap_err().to_string();
+        assert!(told.contains("no axis can be drawn from -1e308 to 1e308"), "{told}");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 
     #[test]

@@ -13,10 +13,12 @@
 use crate::design::Finished;
 use crate::error::Error;
 use crate::inputs::Inputs;
+use crate::model::Model;
 use crate::output::{read, remove, write, write_json};
 use crate::robust::RobustFigures;
+use crate::unedited;
 use crate::verify;
-use auv::LpvModel;
+use auv::{LpvModel, LpvModelError};
 use certificate::Theorem;
 use fmu_squid::Manoeuvre;
 use scheduled::ControllerDesign;
@@ -60,7 +62,9 @@ impl Stored {
         let text = self.certificate.as_ref().map_err(Clone::clone)?;
         let certificate = verify::parse(text, "certificate.json").map_err(|e| e.to_string())?;
         verify::matches(&self.controller, &certificate).map_err(|e| e.to_string())?;
-        verify::matches_inputs(&certificate, inputs).map_err(|e| e.to_string())?;
+        let model = Model::new(inputs).map_err(|e| e.to_string())?;
+        verify::matches_inputs(&certificate, inputs, &model).map_err(|e| e.to_string())?;
+        unedited::check(self, inputs, &model).map_err(|e| e.to_string())?;
         certificate.prove().map_err(|e| e.to_string())
     }
 }
@@ -139,7 +143,8 @@ pub fn load(directory: &Path, inputs: &Inputs) -> Result<Stored, Error> {
     if !path.is_file() {
         return Err(Error::NotDesigned { directory: directory.display().to_string() });
     }
-    let controller = ControllerDesign::from_json(&read(&path)?)?;
+    let controller = ControllerDesign::from_json(&read(&path)?)
+        .map_err(|reason| Error::BadController { path: path.display().to_string(), reason })?;
     let changed = [
         ("the vehicle file", &controller.inputs.vehicle_sha256, &inputs.vehicle_sha256),
         ("the design file", &controller.inputs.design_sha256, &inputs.design_sha256),
@@ -148,7 +153,11 @@ pub fn load(directory: &Path, inputs: &Inputs) -> Result<Stored, Error> {
         return Err(Error::Stale { directory: directory.display().to_string(), what });
     }
     let plant_path = directory.join("plant.json");
-    let plant = LpvModel::from_json(&read(&plant_path)?, &plant_path.display().to_string())?;
+    let plant_file = plant_path.display().to_string();
+    let plant = LpvModel::from_json(&read(&plant_path)?, &plant_file).map_err(|reason| match reason {
+        LpvModelError::NotJson { .. } => Error::LpvModel(reason),
+        reason => Error::BadPlant { path: plant_file, reason },
+    })?;
     let certificate_path = directory.join("certificate.json");
     let certificate = if certificate_path.is_file() {
         Ok(read(&certificate_path)?)

@@ -11,6 +11,7 @@ use crate::output::read;
 use crate::problem::augment;
 use crate::problem_file;
 use certificate::{Certificate, Rows, Theorem};
+use fmi2::Resources;
 use lpv::matrix::{Mat, from_rows};
 use lpv::plant::GeneralisedPlant;
 use scheduled::ControllerDesign;
@@ -63,7 +64,9 @@ fn verify_fmu(path: &Path) -> Result<Verified, Error> {
         status(&design),
         design.design
     );
-    Ok(Verified { theorem: certificate.prove()?, about: Some(about) })
+    let theorem = certificate.prove()?;
+    unchanged(path)?;
+    Ok(Verified { theorem, about: Some(about) })
 }
 
 fn status(design: &ControllerDesign) -> String {
@@ -71,6 +74,34 @@ fn status(design: &ControllerDesign) -> String {
         .ok()
         .and_then(|v| v.as_str().map(str::to_owned))
         .unwrap_or_default()
+}
+
+/// Asserts that the GUID in the XML is the one of the resources, scales, trims and limits of the controller included.
+fn unchanged(path: &Path) -> Result<(), Error> {
+    let zip_error = |reason| Error::Zip { path: path.display().to_string(), reason };
+    let unreadable = |reason| Error::Unreadable { path: path.display().to_string(), reason };
+    let mut archive =
+        zip::ZipArchive::new(std::fs::File::open(path).map_err(unreadable)?).map_err(zip_error)?;
+    let (mut resources, mut xml) = (Resources::default(), String::new());
+    for index in 0..archive.len() {
+        let mut entry = archive.by_index(index).map_err(zip_error)?;
+        let name = entry.name().map_err(zip_error)?.into_owned();
+        if name == "modelDescription.xml" {
+            entry.read_to_string(&mut xml).map_err(unreadable)?;
+        } else if let Some(resource) = name.strip_prefix("resources/").filter(|rest| !rest.is_empty()) {
+            let mut bytes = Vec::new();
+            entry.read_to_end(&mut bytes).map_err(unreadable)?;
+            resources.insert(resource, bytes);
+        }
+    }
+    let guid = match resources.text(fmu_plant::VEHICLE_RESOURCE) {
+        Ok(_) => fmu_squid::describe(&resources)?.guid,
+        Err(_) => fmu_controller::describe(&resources)?.guid,
+    };
+    match xml.contains(&format!("guid=\"{guid}\"")) {
+        true => Ok(()),
+        false => Err(Error::WrongGuid { path: path.display().to_string() }),
+    }
 }
 
 /// One file of an FMU's resources.
@@ -134,9 +165,8 @@ pub fn check(problem: &Path, certificate: &Path) -> Result<Theorem, Error> {
 /// at parameter values over the range, because the basis of an LFT's channels is not unique; and that its ball holds the true linearisations.
 ///
 /// # Errors
-/// [`Error::WrongPlant`] with the first part that differs; [`Error::Ball`]; the errors of [`Model::new`].
-pub fn matches_inputs(certificate: &Certificate, inputs: &Inputs) -> Result<(), Error> {
-    let model = Model::new(inputs)?;
+/// [`Error::WrongPlant`] with the first part that differs; [`Error::Ball`]; the errors of [`augment`].
+pub fn matches_inputs(certificate: &Certificate, inputs: &Inputs, model: &Model) -> Result<(), Error> {
     let wanted = augment(inputs, model.lft.clone())?;
     let found =
         plant_of(certificate).ok_or_else(|| Error::WrongPlant { what: "the shape of a matrix".into() })?;
@@ -159,7 +189,7 @@ pub fn matches_inputs(certificate: &Certificate, inputs: &Inputs) -> Result<(), 
             return Err(Error::WrongPlant { what: format!("matrix {name} at rho = {rho}") });
         }
     }
-    certificate.residual.as_ref().map_or(Ok(()), |ball| model_ball::holds(ball, inputs, &model))
+    certificate.residual.as_ref().map_or(Ok(()), |ball| model_ball::holds(ball, inputs, model))
 }
 
 /// How far the plant of a certificate may be from the one computed anew: rounding on another processor.

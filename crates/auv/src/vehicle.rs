@@ -49,9 +49,13 @@ pub struct Vehicle {
     pub sources: BTreeMap<String, String>,
 }
 
+/// Longer names make names of files that some systems refuse.
+const LONGEST_NAME: usize = 64;
+
 /// Whether a name may stand in names of files and models.
 pub(crate) fn is_vehicle_name(name: &str) -> bool {
-    name.starts_with(|c: char| c.is_ascii_alphabetic())
+    name.len() <= LONGEST_NAME
+        && name.starts_with(|c: char| c.is_ascii_alphabetic())
         && name.chars().all(|c| c.is_ascii_alphanumeric() || "_- ".contains(c))
 }
 

@@ -138,7 +138,8 @@ pub enum FileProblem {
     },
     /// A vehicle name that cannot name files and models.
     #[error(
-        "`vehicle.name` is \"{name}\"; it must begin with a letter and hold only letters, digits, `_`, `-` and spaces"
+        "`vehicle.name` is \"{name}\"; it must begin with a letter and hold only letters, digits, `_`, `-` and spaces, \
+         64 of them at most"
     )]
     VehicleName {
         /// The name found.
