@@ -99,7 +99,8 @@ enum Verb {
     /// Prove the gain bound of an FMU, or of a certificate.json, in exact arithmetic
     ///
     /// Every number is read as the rational number that it is; nothing is rounded, and nothing is shared with the program that
-    /// found the controller. Of an FMU it also checks that the proof is of the very controller inside.
+    /// found the controller. Of an FMU it also checks that the proof is of the very controller inside, and that its resources are
+    /// those that it was packed with.
     Verify {
         /// A controller's FMU, the FMU of the whole loop, or a certificate
         file: PathBuf,
