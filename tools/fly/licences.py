@@ -23,31 +23,30 @@ below, each under the licence named first in its line. The text of the Apache Li
 """
 
 
-def metadata() -> dict:
-    """Ask cargo for all crates, on the platforms that FMUs are built for."""
-    words = ["cargo", "metadata", "--format-version", "1", "--locked"]
-    for target in platforms.TARGETS.values():
-        words += ["--filter-platform", target]
-    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
+def asked(*words: str) -> str:
+    """Ask cargo about the crates that are locked."""
+    done = subprocess.run(
+        ["cargo", *words, "--locked"], cwd=ROOT, capture_output=True, text=True, check=False
+    )
     if done.returncode != 0:
-        raise StageError(f"`cargo metadata` failed: {done.stderr.strip()}")
-    return json.loads(done.stdout)
+        raise StageError(f"`cargo {words[0]}` failed: {done.stderr.strip()}")
+    return done.stdout
 
 
-def compiled_in(found: dict) -> list[dict]:
-    """Return the foreign packages that the FMUs are linked from, by name; macros run in the compiler alone."""
-    packages = {package["id"]: package for package in found["packages"]}
-    nodes = {node["id"]: node["deps"] for node in found["resolve"]["nodes"]}
-    reached, waiting = set(), [p["id"] for p in found["packages"] if p["name"] in build.FMU_CRATES]
-    while waiting:
-        identity = waiting.pop()
-        kinds = {kind for target in packages[identity]["targets"] for kind in target["kind"]}
-        if identity in reached or "proc-macro" in kinds:
-            continue
-        reached.add(identity)
-        deps = nodes[identity]
-        waiting += [dep["pkg"] for dep in deps if any(kind["kind"] is None for kind in dep["dep_kinds"])]
-    foreign = (packages[identity] for identity in reached if packages[identity]["source"])
+def compiled_in() -> list[dict]:
+    """Return the foreign packages that the FMUs are linked from, by name; macros run in the compiler alone.
+
+    `cargo metadata` knows their licences, and lists more than is built where a feature of a dependency might want it; `cargo tree`
+    knows what is built.
+    """
+    words = ["tree", "--edges", "normal,no-proc-macro", "--prefix", "none", "--format", "{p}"]
+    for crate in build.FMU_CRATES:
+        words += ["--package", crate]
+    for target in platforms.TARGETS.values():
+        words += ["--target", target]
+    built = {tuple(line.split()[:2]) for line in asked(*words).splitlines() if line}
+    packages = json.loads(asked("metadata", "--format-version", "1"))["packages"]
+    foreign = [p for p in packages if p["source"] and (p["name"], f"v{p['version']}") in built]
     return sorted(foreign, key=lambda package: (package["name"], package["version"]))
 
 
@@ -64,7 +63,7 @@ def chosen(package: dict) -> str:
 def text() -> str:
     """Return the whole file: a line for each crate, and below it the text of its MIT licence where that was chosen."""
     parts = [HEAD]
-    for package in compiled_in(metadata()):
+    for package in compiled_in():
         licence = chosen(package)
         line = f"{package['name']} {package['version']}: {licence} (offered: {package['license']})"
         if package["repository"]:
