@@ -36,8 +36,8 @@ def asked(*words: str) -> str:
 def compiled_in() -> list[dict]:
     """Return the foreign packages that the FMUs are linked from, by name; macros run in the compiler alone.
 
-    `cargo metadata` knows their licences, and lists more than is built where a feature of a dependency might want it; `cargo tree`
-    knows what is built.
+    `cargo metadata` knows their licences, and lists more than is built where a feature of a dependency might want it;
+    `cargo tree` knows what is built.
     """
     words = ["tree", "--edges", "normal,no-proc-macro", "--prefix", "none", "--format", "{p}"]
     for crate in build.FMU_CRATES:
