@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fly import figures, record, stamp
+from fly import figures, record, room, stamp
 from fly.package import FIGURES, Packages
 from fly.stages import ROOT, StageError, run
 
@@ -35,6 +35,17 @@ def test_a_failing_command_stops_the_job_and_shows_its_log(
 def test_a_missing_program_is_named() -> None:
     with pytest.raises(StageError, match="no-such-program"):
         run(["no-such-program"])
+
+
+def test_a_full_disk_is_told_before_the_work(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Less is asked for where something has been built before."""
+    monkeypatch.setattr(room, "BUILD", tmp_path / "none")
+    monkeypatch.setattr(room, "free_in", lambda folder: 3.26)
+    room.ask_for(3.0, "the tests")
+    with pytest.raises(StageError, match=rf"^the tests take 7 GB of disk, and {ROOT} has 3\.3 GB left\.$"):
+        room.ask_for(7.0, "the tests")
+    monkeypatch.setattr(room, "BUILD", tmp_path)
+    room.ask_for(7.0, "the tests")
 
 
 def test_a_stamp_sees_every_change(tmp_path: Path) -> None:

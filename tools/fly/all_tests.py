@@ -8,12 +8,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from fly import build, environment, main_job
+from fly import build, environment, main_job, room
 from fly.stages import ROOT, StageError, run
 
 PYTHON_SOURCES = ("run.py", "tools/fly", "tests/python", "tests/importers")
 VEHICLES = ("squid", "remus100")
 LEAST_PYTHON = (3, 11)
+DISK = 7.0
+"""What the first run takes, with some to spare (GB)."""
 
 
 @dataclass(frozen=True)
@@ -99,6 +101,7 @@ def run_tests() -> int:
     """Run all tests, print the summary, and return the exit code."""
     if sys.version_info < LEAST_PYTHON:
         raise StageError("the tests need Python 3.11 or later; the main job is content with 3.10.")
+    room.ask_for(DISK, "the tests")
     begin = time.monotonic()
     results = run_all()
     print("\nSummary")

@@ -5,8 +5,13 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
-from fly import build, environment, package, platforms
+from fly import build, environment, package, platforms, room
 from fly.stages import stage
+
+DISK = 2.0
+"""What the first run takes, with some to spare (GB)."""
+DISK_OF_PLATFORMS = 1.5
+"""What the first run for other platforms takes besides (GB)."""
 
 
 def run(vehicle: Path, design: str, platform_words: str = "host") -> int:
@@ -15,6 +20,7 @@ def run(vehicle: Path, design: str, platform_words: str = "host") -> int:
     vehicle = vehicle.resolve()
     package.sources_of(vehicle, design)
     names = platforms.named(platform_words)
+    room.ask_for(DISK + (DISK_OF_PLATFORMS if names else 0.0), "building and flying")
     with stage("Building the command squid and the binaries of the FMUs"):
         build.build()
     if names:
