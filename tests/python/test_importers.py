@@ -15,6 +15,7 @@ from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
 
+import fmipp_importer
 import fmpy
 import numpy as np
 import pytest
@@ -26,7 +27,7 @@ from importers import FOLDER, ImporterError, fly, of_pypi, others
 from native import program
 
 AGREEMENT = 1e-9
-NAMES = ["libcosim", "ecos", "container", "fmi-crate", "fmu-runner", "fmi-rs"]
+NAMES = ["libcosim", "ecos", "container", "fmi-crate", "fmu-runner", "fmi-rs", "fmipp"]
 
 
 @pytest.fixture(scope="session")
@@ -66,6 +67,12 @@ def other_crates() -> Path:
     return target / "debug"
 
 
+@pytest.fixture(scope="session")
+def fmipp() -> list[str | Path]:
+    """Return the command of the importer of the FMI++ Library."""
+    return [*of_pypi("fmipp"), fmipp_importer.built()]
+
+
 @pytest.fixture(params=NAMES)
 def importer(request: pytest.FixtureRequest) -> list[str | Path]:
     """Return the command of each importer in turn; a plan comes after it."""
@@ -73,6 +80,8 @@ def importer(request: pytest.FixtureRequest) -> list[str | Path]:
         return [request.getfixturevalue("fmi_crate")]
     if request.param in ("fmu-runner", "fmi-rs"):
         return [request.getfixturevalue("other_crates") / f"fly-{request.param}"]
+    if request.param == "fmipp":
+        return request.getfixturevalue("fmipp")
     return of_pypi(request.param)
 
 
@@ -208,6 +217,17 @@ def test_model_exchange_arrives_where_co_simulation_does(
     coarse, fine = (by_euler(other_crates / "exchange-fmi-rs", packages, n, tmp_path) for n in (1, 4))
     assert coarse < 1e-3
     assert 3.5 < coarse / fine < 4.5
+
+
+def test_model_exchange_with_step_control(
+    fmipp: list[str | Path], packages: Packages, tmp_path: Path
+) -> None:
+    """FMI++ with the method of Dormand and Prince, which finds its own steps and stops at each tick."""
+    plan = loop_plan(packages)
+    found = fly(fmipp, {**plan, "interface": "model exchange"}, tmp_path)
+    apart = record.differences(by_fmpy(plan), found)
+    assert set(apart) == set(plan["record"])
+    assert max(apart.values()) <= 1e-8, apart
 
 
 C_TYPES = {
