@@ -136,7 +136,8 @@ impl Plant {
 }
 
 impl LpvModel {
-    /// Returns `A(rho) (x - x_trim(V)) + B(rho) (T - T_trim(V))` at a speed V \[m/s\] that may carry derivatives.
+    /// Returns `A(rho) (x - x_trim(V)) + B(rho) (T - T_trim(V))` at a speed V \[m/s\] that may carry derivatives,
+    /// those to the right where there is a corner.
     pub(crate) fn derivative<D: Scalar>(
         &self,
         speed: D,
@@ -146,7 +147,7 @@ impl LpvModel {
         let rho = (speed - self.speed_centre) / self.speed_half_range;
         let rho = if rho.re() < -1.0 {
             D::from(-1.0)
-        } else if rho.re() > 1.0 {
+        } else if rho.re() >= 1.0 {
             D::from(1.0)
         } else {
             rho
@@ -156,7 +157,7 @@ impl LpvModel {
         };
         let (below, above, held) = self.bracket(speed.re());
         let span = above.speed - below.speed;
-        let within = held > 0.0 && held < 1.0;
+        let within = speed.re() >= below.speed && held < 1.0 && span > 0.0;
         let weight = if within { (speed - below.speed) / span } else { D::from(held) };
         let between = |from: f64, to: f64| weight * (to - from) + from;
         let trim = [
