@@ -9,6 +9,8 @@ use fmi2::{
 };
 use scheduled::{Autopilot, ControllerDesign, DesignError, Inputs, Status, TickError};
 
+use crate::tangents::COMMANDS;
+
 /// The frozen design in `resources/`.
 pub const RESOURCE: &str = "controller.json";
 
@@ -166,5 +168,9 @@ impl Model for Controller {
 
     fn tangents() -> Option<Tangents<Self>> {
         Some(Self::carry)
+    }
+
+    fn quantities(&self) -> usize {
+        COMMANDS + self.design.actuators.len()
     }
 }

@@ -31,6 +31,16 @@ impl PlantModel {
         self.plant.actuators()[index].rate(output, self.inputs.commands[index])
     }
 
+    /// Lets the commands act: at once where there is no lag.
+    pub(crate) fn obey_commands(&mut self) -> Result<(), PlantError> {
+        for index in 0..self.inputs.commands.len() {
+            self.plant.set_command(index, self.inputs.commands[index])?;
+            let output = self.output_under_inputs(index);
+            self.plant.set_output(index, output);
+        }
+        Ok(())
+    }
+
     fn output_under_inputs(&self, index: usize) -> f64 {
         let actuator = &self.plant.actuators()[index];
         match actuator.lag > 0.0 {
@@ -72,11 +82,7 @@ impl ContinuousModel for PlantModel {
     }
 
     fn obey(&mut self) -> Result<(), PlantError> {
-        for index in 0..self.inputs.commands.len() {
-            self.plant.set_command(index, self.inputs.commands[index])?;
-            let output = self.output_under_inputs(index);
-            self.plant.set_output(index, output);
-        }
+        self.obey_commands()?;
         self.plant.set_current(self.inputs.current)?;
         Ok(self.plant.set_operating_speed(self.inputs.operating_speed)?)
     }

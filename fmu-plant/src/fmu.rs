@@ -8,7 +8,7 @@ use fmi2::{
 };
 
 use crate::variables::{fidelities, inputs, outputs, parameters};
-use crate::{PlantError, PlantModel, states};
+use crate::{PlantError, PlantModel, Quantity, states};
 
 /// The vehicle in `resources/`.
 pub const VEHICLE_RESOURCE: &str = "vehicle.json";
@@ -87,6 +87,10 @@ impl Model for PlantModel {
             plant.carry(moment.initial, tangents);
             Ok(())
         })
+    }
+
+    fn quantities(&self) -> usize {
+        Quantity::count(self.vehicle.actuators.len())
     }
 }
 

@@ -125,7 +125,7 @@ impl PlantModel {
 
     /// Puts the vehicle into level trim through the water at initial speed and depth, at a time \[s\].
     ///
-    /// The actuators start at their trim outputs; the commands act on them, through the lag, from then on.
+    /// Actuators that lag start at their trim outputs; the commands act on them from then on, and on those without lag at once.
     ///
     /// # Errors
     /// Coefficients that are not allowed, a start above the surface, or no trim: [`PlantError`].
@@ -144,7 +144,7 @@ impl PlantModel {
         plant.start(time, &trim)?;
         (self.plant, self.trim) = (plant, trim);
         (self.above_surface, self.out_of_range) = (false, false);
-        Ok(())
+        self.obey_commands()
     }
 
     /// Moves the vehicle to a time \[s\] under the inputs, held or changing at their rates, without allocating.

@@ -1,7 +1,8 @@
 //! The table of variables, in three parts; a fourth is in `states.rs`.
 //!
 //! Inputs act at once, in co-simulation as in model exchange: the velocities through the water depend on the current, and an
-//! actuator without lag follows its command. A master meets no algebraic loop unless the commands follow such a quantity. First values of outputs follow from parameters alone.
+//! actuator without lag follows its command. A master meets no algebraic loop unless the commands follow such a quantity. First
+//! values of other outputs follow from parameters alone.
 
 use auv::{Actuator, Allowed, COEFFICIENTS, CoefficientSpec, Fidelity};
 use fmi2::model_description::Enumeration;
@@ -166,11 +167,10 @@ fn actuator_output(index: usize, actuator: &Actuator) -> Variable {
     let one = output(&own, &description, actuator.unit(), move |m| m.actuator_outputs()[index])
         .range(*min, *max)
         .nominal(actuator.reach())
-        .initially_depends_on(&knowns_of_trim())
         .quantity(Quantity::Output(index).number());
     match *lag > 0.0 {
-        true => one.depends_linearly_on(&own),
-        false => one.depends_on(&[name]),
+        true => one.depends_linearly_on(&own).initially_depends_on(&knowns_of_trim()),
+        false => one.depends_on(&[name]).initially_depends_on(&[name]),
     }
 }
 

@@ -87,7 +87,8 @@ impl ClosedLoop {
         self.measure(time);
         self.controller.initialise(time, log)?;
         self.command();
-        Ok(())
+        // Actuators without lag follow the first commands.
+        Ok(self.plant.obey()?)
     }
 
     /// Moves the loop to a time \[s\] without allocating.

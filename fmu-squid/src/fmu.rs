@@ -7,6 +7,7 @@ use fmi2::{
 use fmu_controller::Controller;
 use fmu_plant::{PlantModel, fidelities};
 
+use crate::tangents::Own;
 use crate::{ClosedLoop, ClosedLoopError, MANOEUVRE_RESOURCE, Manoeuvre};
 
 impl Model for ClosedLoop {
@@ -71,5 +72,9 @@ impl Model for ClosedLoop {
 
     fn tangents() -> Option<Tangents<Self>> {
         Some(Self::carry)
+    }
+
+    fn quantities(&self) -> usize {
+        Own::count(self.plant.vehicle().actuators.len())
     }
 }

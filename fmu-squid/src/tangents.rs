@@ -23,6 +23,11 @@ pub(crate) enum Own {
 const FIXED: usize = 7;
 
 impl Own {
+    /// How many quantities a loop with a number of actuators has, those of the plant among them.
+    pub(crate) fn count(actuators: usize) -> usize {
+        Self::Command(actuators).number(actuators)
+    }
+
     /// The number of the quantity for a vehicle with a number of actuators.
     pub(crate) fn number(self, actuators: usize) -> usize {
         let position = match self {

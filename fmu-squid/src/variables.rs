@@ -159,10 +159,15 @@ fn motion(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let open = move |one: &fmi2::Variable<_>| !trim.iter().any(|name| name == one.name());
     let known = known_of(model);
     let here = move |one: Variable| one.depends_only_where(&known);
-    fmu_plant::outputs(&model.plant).into_iter().filter(open).map(of_plant).map(here).map(|one| {
+    let actuators = model.plant.vehicle().actuators.iter().filter(|one| one.lag <= 0.0);
+    let at_once: Vec<_> = actuators.map(|one| format!("{}_output", one.name)).collect();
+    fmu_plant::outputs(&model.plant).into_iter().filter(open).map(of_plant).map(here).map(move |one| {
         match one.name() {
             // These start from what they depend on in the plant too.
             "depth" | "distance" | "pitch_rate" => one,
+            name if at_once.iter().any(|output| output == name) => {
+                one.initially_depends_on(&knowns_of_first_tick())
+            }
             _ => one.initially_depends_on(&knowns_of_start()),
         }
     })

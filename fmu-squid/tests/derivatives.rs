@@ -3,23 +3,49 @@
 
 mod example;
 
-use example::resources;
+use example::{resources, without_lag};
 use fmi2::model_description::{Causality, Kind, ModelDescription};
-use fmi2::{Experiment, Instance, Interface, Model, Silent, describe};
+use fmi2::{Described, Experiment, Instance, Interface, Model, Resources, Silent, describe};
 use fmu_controller::Controller;
 use fmu_plant::PlantModel;
 use fmu_squid::ClosedLoop;
 use proptest::prelude::*;
 
+/// Which files, and which equations of motion by their number.
+#[derive(Clone, Copy)]
+struct Case {
+    resources: fn() -> Resources,
+    fidelity: i32,
+}
+
+const SQUID: Case = Case { resources, fidelity: 1 };
+const LPV: Case = Case { resources, fidelity: 2 };
+const WITHOUT_LAG: Case = Case { resources: without_lag, fidelity: 1 };
+const CASES: [Case; 3] = [SQUID, LPV, WITHOUT_LAG];
+
+impl Case {
+    fn describe<M: Model>(self) -> Described<M> {
+        describe(&(self.resources)()).unwrap()
+    }
+
+    /// An instance in initialization mode.
+    fn instance<M: Model>(self, interface: Interface) -> Instance<M> {
+        let mut instance = Instance::made_for(interface, self.describe::<M>());
+        instance.set_up(Experiment::default()).unwrap();
+        if let Some(fidelity) = instance.table().reference("fidelity") {
+            instance.set(&[fidelity], |_| self.fidelity).unwrap();
+        }
+        instance.enter_initialization().unwrap();
+        instance
+    }
+}
+
 fn described<M: Model>() -> ModelDescription {
-    describe::<M>(&resources()).unwrap().description
+    SQUID.describe::<M>().description
 }
 
 fn instance<M: Model>(interface: Interface) -> Instance<M> {
-    let mut instance = Instance::made_for(interface, describe::<M>(&resources()).unwrap());
-    instance.set_up(Experiment::default()).unwrap();
-    instance.enter_initialization().unwrap();
-    instance
+    SQUID.instance(interface)
 }
 
 fn real_of(description: &ModelDescription, causality: Causality) -> Vec<(u32, f64, f64)> {
@@ -58,9 +84,9 @@ fn assert_slopes(names: &[&str], exact: &[f64], size: &[f64], step: f64, value: 
 }
 
 /// Rates and outputs of a model under its own states and inputs, in continuous-time mode, along a direction.
-fn hold_in_continuous_time<M: Model>(offsets: &[f64], direction: &[f64]) {
-    let description = described::<M>();
-    let mut instance = instance::<M>(Interface::ModelExchange);
+fn hold_in_continuous_time<M: Model>(case: Case, offsets: &[f64], direction: &[f64]) {
+    let description = case.describe::<M>().description;
+    let mut instance = case.instance::<M>(Interface::ModelExchange);
     instance.exit_initialization(&mut Silent).unwrap();
     instance.new_discrete_states(&mut Silent).unwrap();
     instance.enter_continuous_time_mode().unwrap();
@@ -83,7 +109,7 @@ fn hold_in_continuous_time<M: Model>(offsets: &[f64], direction: &[f64]) {
     let names: Vec<&str> =
         unknowns.iter().map(|&one| description.variables[one as usize].name.as_str()).collect();
     let values = |step: f64| {
-        let mut moved = Instance::<M>::made_for(Interface::ModelExchange, describe(&resources()).unwrap());
+        let mut moved = Instance::<M>::made_for(Interface::ModelExchange, case.describe());
         moved.restore(&instance.snapshot().unwrap()).unwrap();
         let along = |at: &[f64], by: &[f64]| -> Vec<f64> {
             at.iter().zip(by).map(|(at, by)| at + step * by).collect()
@@ -93,7 +119,7 @@ fn hold_in_continuous_time<M: Model>(offsets: &[f64], direction: &[f64]) {
         read(&mut moved, &unknowns)
     };
     let size: Vec<f64> = values(0.0).iter().map(|value| value.abs() + 1e-2).collect();
-    let mut moved = Instance::<M>::made_for(Interface::ModelExchange, describe(&resources()).unwrap());
+    let mut moved = Instance::<M>::made_for(Interface::ModelExchange, case.describe());
     moved.restore(&instance.snapshot().unwrap()).unwrap();
     write(&mut moved, &input_references, &at_inputs);
     moved.set_continuous_states(&at_states).unwrap();
@@ -112,7 +138,7 @@ proptest! {
         offsets in prop::collection::vec(0.1..1.0, 17),
         direction in prop::collection::vec(-1.0..1.0, 13),
     ) {
-        hold_in_continuous_time::<PlantModel>(&offsets, &direction);
+        CASES.iter().for_each(|case| hold_in_continuous_time::<PlantModel>(*case, &offsets, &direction));
     }
 
     #[test]
@@ -120,7 +146,7 @@ proptest! {
         offsets in prop::collection::vec(0.1..1.0, 17),
         direction in prop::collection::vec(-1.0..1.0, 13),
     ) {
-        hold_in_continuous_time::<ClosedLoop>(&offsets, &direction);
+        CASES.iter().for_each(|case| hold_in_continuous_time::<ClosedLoop>(*case, &offsets, &direction));
     }
 
     /// The first outputs by the inputs, in initialization mode, by setting and getting.
@@ -192,8 +218,13 @@ proptest! {
 }
 
 /// First outputs and rates by the inputs, in initialization mode, by setting and getting.
-fn hold_at_the_start<M: Model>(offsets: &[f64], direction: &[f64], prepare: fn(&mut Instance<M>)) {
-    let description = described::<M>();
+fn hold_at_the_start<M: Model>(
+    case: Case,
+    offsets: &[f64],
+    direction: &[f64],
+    prepare: fn(&mut Instance<M>),
+) {
+    let description = case.describe::<M>().description;
     let inputs = real_of(&description, Causality::Input);
     let offset = |(&(_, start, nominal), by): (&(u32, f64, f64), &f64)| start + 0.1 * nominal * by;
     let place: Vec<f64> = inputs.iter().zip(offsets.iter().cycle()).map(offset).collect();
@@ -204,7 +235,7 @@ fn hold_at_the_start<M: Model>(offsets: &[f64], direction: &[f64], prepare: fn(&
     let names: Vec<&str> =
         unknowns.iter().map(|&one| description.variables[one as usize].name.as_str()).collect();
     let start = |step: f64| {
-        let mut instance = instance::<M>(Interface::CoSimulation);
+        let mut instance = case.instance::<M>(Interface::CoSimulation);
         prepare(&mut instance);
         let at: Vec<f64> = place.iter().zip(&seed).map(|(at, by)| at + step * by).collect();
         write(&mut instance, &references(&inputs), &at);
@@ -221,13 +252,38 @@ fn hold_at_the_start<M: Model>(offsets: &[f64], direction: &[f64], prepare: fn(&
 #[test]
 fn at_the_start_they_are_those_of_the_initialisation() {
     let directions = [[1.0, 0.3, -0.7], [-0.2, 1.0, 0.4]];
-    for direction in &directions {
-        hold_at_the_start::<PlantModel>(&[0.5, -0.3, 0.2, 0.4], direction, |_| {});
-        hold_at_the_start::<ClosedLoop>(&[0.31, -0.27, 0.23, 0.4], direction, |_| {});
-        hold_at_the_start::<ClosedLoop>(&[0.31, -0.27, 0.23, 0.4], direction, |instance| {
+    for (case, direction) in CASES.iter().flat_map(|case| directions.iter().map(|one| (*case, one))) {
+        hold_at_the_start::<PlantModel>(case, &[0.5, -0.3, 0.2, 0.4], direction, |_| {});
+        hold_at_the_start::<ClosedLoop>(case, &[0.31, -0.27, 0.23, 0.4], direction, |_| {});
+        hold_at_the_start::<ClosedLoop>(case, &[0.31, -0.27, 0.23, 0.4], direction, |instance| {
             let manual = instance.table().reference("manual").unwrap();
             instance.set(&[manual], |_| true).unwrap();
         });
+    }
+}
+
+/// The slopes of the trims differ on either side of a row of their table, and beyond it there are none.
+#[test]
+fn at_a_row_of_the_trim_table_they_are_those_to_the_right() {
+    let mut instance = LPV.instance::<PlantModel>(Interface::ModelExchange);
+    instance.exit_initialization(&mut Silent).unwrap();
+    let reference = |name: &str| instance.table().reference(name).unwrap();
+    let (speed, rate) = (reference("operating_speed"), reference("der(surge_over_ground)"));
+    let mut slope_at = |at: f64| {
+        let mut value = |speed_now: f64| {
+            instance.set(&[speed], |_| speed_now).unwrap();
+            read(&mut instance, &[rate])[0]
+        };
+        let step = 1e-6;
+        let (above, below, here) = (value(at + step), value(at - step), value(at));
+        let mut exact = [f64::NAN];
+        instance.directional_derivative(&[rate], &[speed], &[1.0], &mut exact, &mut Silent).unwrap();
+        (exact[0], (above - here) / step, (here - below) / step)
+    };
+    for row in [0.5, 1.75, 3.0] {
+        let (exact, right, left) = slope_at(row);
+        assert!((exact - right).abs() < 1e-6, "at {row} m/s {exact}, and {right}");
+        assert!((right - left).abs() > 1e-4, "at {row} m/s {right} and {left}");
     }
 }
 
@@ -245,9 +301,9 @@ fn off_corner(speed: f64) -> f64 {
     near.map_or(speed, |corner| corner + 2e-3)
 }
 
-fn outputs_move_as_told<M: Model>() {
-    let description = described::<M>();
-    let mut instance = instance::<M>(Interface::CoSimulation);
+fn outputs_move_as_told<M: Model>(case: Case) {
+    let description = case.describe::<M>().description;
+    let mut instance = case.instance::<M>(Interface::CoSimulation);
     instance.exit_initialization(&mut Silent).unwrap();
     let inputs = real_of(&description, Causality::Input);
     let outputs = references(&real_of(&description, Causality::Output));
@@ -314,8 +370,10 @@ fn on_a_ramp_outputs_move_as_their_derivatives_say() {
 
 #[test]
 fn outputs_move_as_their_derivatives_say() {
-    outputs_move_as_told::<PlantModel>();
-    outputs_move_as_told::<ClosedLoop>();
+    for case in CASES {
+        outputs_move_as_told::<PlantModel>(case);
+        outputs_move_as_told::<ClosedLoop>(case);
+    }
 }
 
 #[test]

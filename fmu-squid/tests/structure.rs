@@ -3,15 +3,20 @@
 
 mod example;
 
-use example::resources;
+use example::{resources, without_lag};
 use fmi2::model_description::{Causality, Initial, Kind, ModelDescription, ScalarVariable, Unknown};
-use fmi2::{Experiment, Instance, Interface, Model, Silent, describe};
+use fmi2::{Experiment, Instance, Interface, Model, Resources, Silent, describe};
 use fmu_controller::Controller;
 use fmu_plant::PlantModel;
 use fmu_squid::ClosedLoop;
 
-fn instance<M: Model>(interface: Interface) -> Instance<M> {
-    let mut instance = Instance::made_for(interface, describe::<M>(&resources()).unwrap());
+/// Which files the model is made of.
+type Files = fn() -> Resources;
+
+const FILES: [Files; 2] = [resources, without_lag];
+
+fn instance<M: Model>(files: Files, interface: Interface) -> Instance<M> {
+    let mut instance = Instance::made_for(interface, describe::<M>(&files()).unwrap());
     instance.set_up(Experiment::default()).unwrap();
     instance
 }
@@ -51,10 +56,10 @@ fn inputs(description: &ModelDescription) -> Vec<u32> {
     inputs.map(|one| one.value_reference).collect()
 }
 
-fn derivatives_agree<M: Model>(interface: Interface, prepare: fn(&mut Instance<M>)) {
-    let description = describe::<M>(&resources()).unwrap().description;
+fn derivatives_agree<M: Model>(files: Files, interface: Interface, prepare: fn(&mut Instance<M>)) {
+    let description = describe::<M>(&files()).unwrap().description;
     let structure = description.structure();
-    let mut instance = instance::<M>(interface);
+    let mut instance = instance::<M>(files, interface);
     prepare(&mut instance);
     instance.enter_initialization().unwrap();
     let mut knowns = inputs(&description);
@@ -70,23 +75,25 @@ fn derivatives_agree<M: Model>(interface: Interface, prepare: fn(&mut Instance<M
 
 #[test]
 fn derivatives_vanish_where_no_dependency_is_listed() {
-    derivatives_agree::<PlantModel>(Interface::CoSimulation, |_| {});
-    derivatives_agree::<PlantModel>(Interface::ModelExchange, |_| {});
-    derivatives_agree::<Controller>(Interface::CoSimulation, |_| {});
     let by_hand = |instance: &mut Instance<ClosedLoop>| {
         let manual = instance.table().reference("manual").unwrap();
         instance.set(&[manual], |_| true).unwrap();
     };
-    derivatives_agree::<ClosedLoop>(Interface::CoSimulation, by_hand);
-    derivatives_agree::<ClosedLoop>(Interface::ModelExchange, by_hand);
+    for files in FILES {
+        derivatives_agree::<PlantModel>(files, Interface::CoSimulation, |_| {});
+        derivatives_agree::<PlantModel>(files, Interface::ModelExchange, |_| {});
+        derivatives_agree::<Controller>(files, Interface::CoSimulation, |_| {});
+        derivatives_agree::<ClosedLoop>(files, Interface::CoSimulation, by_hand);
+        derivatives_agree::<ClosedLoop>(files, Interface::ModelExchange, by_hand);
+    }
 }
 
 /// In a flight an output that is read after an input was set has moved as the derivative says, which is zero where no dependency is listed.
-fn values_move_as_listed<M: Model>(at_least: usize) {
-    let description = describe::<M>(&resources()).unwrap().description;
+fn values_move_as_listed<M: Model>(files: Files, at_least: usize) {
+    let description = describe::<M>(&files()).unwrap().description;
     let list = named(&description, &description.structure().outputs);
     let unknowns: Vec<u32> = list.iter().map(|(unknown, _)| *unknown).collect();
-    let mut instance = instance::<M>(Interface::CoSimulation);
+    let mut instance = instance::<M>(files, Interface::CoSimulation);
     instance.enter_initialization().unwrap();
     instance.exit_initialization(&mut Silent).unwrap();
     (0..7).for_each(|k| instance.step(f64::from(k) * 0.013, 0.013, &mut Silent).unwrap());
@@ -120,13 +127,15 @@ fn values_move_as_listed<M: Model>(at_least: usize) {
 
 #[test]
 fn what_is_read_moves_with_the_inputs_that_are_listed() {
-    values_move_as_listed::<PlantModel>(6);
-    values_move_as_listed::<ClosedLoop>(6);
-    values_move_as_listed::<Controller>(0);
+    for files in FILES {
+        values_move_as_listed::<PlantModel>(files, 6);
+        values_move_as_listed::<ClosedLoop>(files, 6);
+        values_move_as_listed::<Controller>(files, 0);
+    }
 }
 
-fn first_values<M: Model>(unknowns: &[u32], changed: Option<(u32, f64)>) -> Option<Vec<f64>> {
-    let mut instance = instance::<M>(Interface::CoSimulation);
+fn first_values<M: Model>(files: Files, unknowns: &[u32], changed: Option<(u32, f64)>) -> Option<Vec<f64>> {
+    let mut instance = instance::<M>(files, Interface::CoSimulation);
     if let Some((parameter, value)) = changed {
         instance.set(&[parameter], |_| value).unwrap();
     }
@@ -137,11 +146,11 @@ fn first_values<M: Model>(unknowns: &[u32], changed: Option<(u32, f64)>) -> Opti
 }
 
 /// A first value moves with the parameters that it is said to depend on, and with no other; derivatives by them are refused.
-fn parameters_act_as_listed<M: Model>(at_least: usize) {
-    let description = describe::<M>(&resources()).unwrap().description;
+fn parameters_act_as_listed<M: Model>(files: Files, at_least: usize) {
+    let description = describe::<M>(&files()).unwrap().description;
     let list = named(&description, &description.structure().initial_unknowns);
     let unknowns: Vec<u32> = list.iter().map(|(unknown, _)| *unknown).collect();
-    let before = first_values::<M>(&unknowns, None).unwrap();
+    let before = first_values::<M>(files, &unknowns, None).unwrap();
     let parameters = description.variables.iter().filter(|one| one.causality == Causality::Parameter);
     let mut acted = 0;
     for parameter in parameters.filter(|one| is_real(one)) {
@@ -150,14 +159,14 @@ fn parameters_act_as_listed<M: Model>(at_least: usize) {
             panic!("a parameter has a start value")
         };
         let reference = parameter.value_reference;
-        let Some(after) = first_values::<M>(&unknowns, Some((reference, start * (1.0 + 1e-6)))) else {
+        let Some(after) = first_values::<M>(files, &unknowns, Some((reference, start * (1.0 + 1e-6)))) else {
             continue;
         };
         for (((unknown, on), before), after) in list.iter().zip(&before).zip(after) {
             assert!(*before == after || on.contains(&reference), "{} moves {unknown}", parameter.name);
             acted += usize::from(*before != after);
         }
-        let mut instance = instance::<M>(Interface::CoSimulation);
+        let mut instance = instance::<M>(files, Interface::CoSimulation);
         instance.enter_initialization().unwrap();
         let refused =
             instance.directional_derivative(&unknowns[..1], &[reference], &[1.0], &mut [0.0], &mut Silent);
@@ -169,6 +178,59 @@ fn parameters_act_as_listed<M: Model>(at_least: usize) {
 
 #[test]
 fn first_values_depend_on_the_parameters_that_are_listed() {
-    parameters_act_as_listed::<PlantModel>(20);
-    parameters_act_as_listed::<ClosedLoop>(20);
+    for files in FILES {
+        parameters_act_as_listed::<PlantModel>(files, 20);
+        parameters_act_as_listed::<ClosedLoop>(files, 20);
+    }
+}
+
+/// What an actuator puts out that follows its command at once: the command, as it stands, as long as the instance lives.
+fn obeys_at_once(interface: Interface) {
+    let mut instance = instance::<PlantModel>(without_lag, interface);
+    let name = describe::<PlantModel>(&without_lag()).unwrap().model.vehicle().actuators[0].name.clone();
+    let reference = |name: &str| instance.table().reference(name).unwrap();
+    let (command, output, other) =
+        (reference(&name), reference(&format!("{name}_output")), reference("initial_depth"));
+    let at = |instance: &mut Instance<PlantModel>| {
+        let mut found = f64::NAN;
+        instance.get(&[output], &mut Silent, |_, value| found = value).unwrap();
+        found
+    };
+    instance.set(&[command], |_| 3.5).unwrap();
+    instance.enter_initialization().unwrap();
+    assert_eq!(at(&mut instance), 3.5);
+    instance.set(&[other], |_| 60.0).unwrap();
+    assert_eq!(at(&mut instance), 3.5);
+    instance.exit_initialization(&mut Silent).unwrap();
+    assert_eq!(at(&mut instance), 3.5);
+    instance.set(&[command], |_| 2.5).unwrap();
+    assert_eq!(at(&mut instance), 2.5);
+    instance.set(&[command], |_| 1.5).unwrap();
+    instance.terminate().unwrap();
+    assert_eq!(at(&mut instance), 1.5);
+}
+
+#[test]
+fn an_actuator_without_lag_puts_out_its_command() {
+    obeys_at_once(Interface::CoSimulation);
+    obeys_at_once(Interface::ModelExchange);
+}
+
+/// In the loop it puts out the command of the first tick from the start.
+#[test]
+fn in_the_loop_an_actuator_without_lag_puts_out_the_first_command() {
+    for interface in [Interface::CoSimulation, Interface::ModelExchange] {
+        let mut instance = instance::<ClosedLoop>(without_lag, interface);
+        let name = instance.model().plant.vehicle().actuators[0].name.clone();
+        let step = instance.table().reference("step_time").unwrap();
+        instance.set(&[step], |_| 0.0).unwrap();
+        instance.enter_initialization().unwrap();
+        instance.exit_initialization(&mut Silent).unwrap();
+        let pair = [name.clone(), format!("{name}_output")];
+        let pair = pair.map(|name| instance.table().reference(&name).unwrap());
+        let mut found = [f64::NAN; 2];
+        instance.get(&pair, &mut Silent, |position, value| found[position] = value).unwrap();
+        let trim = instance.model().plant.trim().actuators[0];
+        assert!(found[0] == found[1] && (found[0] - trim).abs() > 1.0, "{found:?} and {trim}");
+    }
 }

@@ -51,7 +51,7 @@ impl<M: Model> Instance<M> {
         let loaded = model.into();
         let now = Snapshot::fresh(&loaded.model, identity(&loaded.guid), interface);
         let table = Arc::new(loaded.table);
-        let (tangents, rates) = (vec![0.0; table.quantities()], vec![0.0; table.states().len()]);
+        let (tangents, rates) = (vec![0.0; loaded.model.quantities()], vec![0.0; table.states().len()]);
         Self { table, fresh: loaded.model, now, tangents, rates }
     }
 

@@ -60,6 +60,11 @@ pub trait Model: Clone + Send + 'static {
     fn tangents() -> Option<Tangents<Self>> {
         None
     }
+
+    /// How many quantities the [tangents](Model::tangents) have; some may be no variable's.
+    fn quantities(&self) -> usize {
+        0
+    }
 }
 
 /// Derivatives along one direction: `tangents[q]` is the derivative of quantity q, as [`Variable::quantity`] numbers them.

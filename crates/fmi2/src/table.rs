@@ -36,11 +36,6 @@ impl<M: Model> Table<M> {
         }
     }
 
-    /// How many quantities the model's tangents have.
-    pub(crate) fn quantities(&self) -> usize {
-        self.variables.iter().map(|one| one.quantity.map_or(0, |last| last + 1)).max().unwrap_or(0)
-    }
-
     /// The quantity that a variable is, where derivatives by it can be asked for: an input, or a state that does not follow
     /// from others as it does in initialization mode.
     pub(crate) fn known(&self, reference: u32, phase: Phase) -> Result<usize, Refusal> {

@@ -28,13 +28,23 @@ pub fn squid() -> Resources {
     resources("squid", [0.5, 1.75, 3.0])
 }
 
+/// Squid with a first actuator that follows its command at once.
+pub fn squid_without_lag() -> Resources {
+    let mut vehicle = vehicle("squid");
+    vehicle.actuators[0].lag = 0.0;
+    of(&vehicle, [0.5, 1.75, 3.0])
+}
+
 pub fn remus100() -> Resources {
     resources("remus100", [1.0, 1.75, 2.5])
 }
 
 fn resources(name: &str, speeds: [f64; 3]) -> Resources {
-    let vehicle = vehicle(name);
-    let model = lpv(&vehicle, speeds).to_json().unwrap();
+    of(&vehicle(name), speeds)
+}
+
+fn of(vehicle: &Vehicle, speeds: [f64; 3]) -> Resources {
+    let model = lpv(vehicle, speeds).to_json().unwrap();
     [(VEHICLE_RESOURCE, vehicle.to_json().unwrap()), (LPV_RESOURCE, model)].into_iter().collect()
 }
 

@@ -32,8 +32,16 @@ pub fn resources() -> Resources {
     with(&design(), &manoeuvre())
 }
 
+/// Those of a vehicle with an actuator that follows its command at once.
+pub fn without_lag() -> Resources {
+    together(plant::squid_without_lag(), &design(), &manoeuvre())
+}
+
 pub fn with(design: &ControllerDesign, manoeuvre: &Manoeuvre) -> Resources {
-    let mut resources = plant::squid();
+    together(plant::squid(), design, manoeuvre)
+}
+
+fn together(mut resources: Resources, design: &ControllerDesign, manoeuvre: &Manoeuvre) -> Resources {
     resources.insert(fmu_controller::RESOURCE, serde_json::to_string(design).unwrap());
     resources.insert(MANOEUVRE_RESOURCE, manoeuvre.to_json().unwrap());
     resources

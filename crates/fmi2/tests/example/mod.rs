@@ -137,6 +137,10 @@ impl Model for Lag {
             Ok(())
         })
     }
+
+    fn quantities(&self) -> usize {
+        3
+    }
 }
 
 impl Lag {
