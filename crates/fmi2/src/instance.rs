@@ -232,7 +232,7 @@ impl<M: Model> Instance<M> {
         }
         let outcome = match self.now.phase {
             Phase::Initialization => self.now.model.initialise(self.now.experiment.start, log),
-            Phase::Step | Phase::Event | Phase::Continuous => match M::continuous() {
+            Phase::Step | Phase::Event | Phase::Continuous | Phase::Terminated => match M::continuous() {
                 Some(continuous) => (continuous.obey)(&mut self.now.model),
                 None => Ok(()),
             },
