@@ -29,7 +29,7 @@ pub struct Inputs {
     pub commands: Vec<f64>,
     /// The current.
     pub current: Current,
-    /// Speed about which the LPV model stands \[m/s\]; the nonlinear equations do not use it.
+    /// Speed V along the path about whose trim the LPV model stands \[m/s\]; the nonlinear equations do not use it.
     pub operating_speed: f64,
 }
 

@@ -51,7 +51,8 @@ pub fn inputs(model: &PlantModel) -> Vec<Variable> {
         .slope(|m, v| m.slopes.current.vertical = v),
         Variable::real(
             "operating_speed",
-            "speed about which the LPV model stands; fidelity nonlinear does not use it",
+            "speed along the path through the water, V, about whose trim the LPV model stands; fidelity nonlinear does not \
+             use it",
             |m| m.inputs.operating_speed,
             Role::input(|m, v| m.inputs.operating_speed = v),
         )

@@ -16,17 +16,19 @@ def fly_loop(packages: Packages, step: float) -> Signals:
     return fly_alone(packages.loop, 40.0, step)
 
 
-def couple_like(packages: Packages, loop: Signals) -> Signals:
+def couple_like(packages: Packages, loop: Signals, fidelity: int = 1) -> Signals:
     with Slave(packages.plant, "plant") as plant, Slave(packages.controller, "controller") as controller:
-        plant.begin({"initial_speed": float(loop["path_speed"][0])})
+        plant.begin({"initial_speed": float(loop["path_speed"][0]), "fidelity": fidelity})
         controller.begin()
         end = float(loop["time"][-1])
         return couple(plant, controller, references_in(loop), end, sample_time(packages))
 
 
-def test_coupled_is_the_same_flight(packages: Packages) -> None:
-    loop = fly_loop(packages, sample_time(packages))
-    coupled = couple_like(packages, loop)
+@pytest.mark.parametrize("fidelity", [1, 2])
+def test_coupled_is_the_same_flight(packages: Packages, fidelity: int) -> None:
+    """By the nonlinear equations and by the LPV model, which stands about the trim of the wanted speed."""
+    loop = fly_alone(packages.loop, 40.0, sample_time(packages), {"fidelity": fidelity})
+    coupled = couple_like(packages, loop, fidelity)
     found = differences(loop, coupled)
     assert {"pitch", "speed", "depth", "distance", *limits(packages)} <= set(found)
     assert max(found.values()) <= AGREEMENT, found

@@ -138,6 +138,7 @@ def test_parameter_sets_are_trims(packages: Packages, ssp: Path) -> None:
     for variant in variants(ssp):
         at_plant, at_controller = values(ssp, "plant", variant), values(ssp, "controller", variant)
         assert f"speed_{at_plant['initial_speed']:.3f}" == variant
+        assert at_plant["operating_speed"] == at_plant["initial_speed"]
         with Slave(packages.plant, "plant") as plant:
             plant.begin(at_plant)
             plant.ready()

@@ -6,7 +6,9 @@ step that follows: no sample of delay. That is how the two run in one loop insid
 
 from __future__ import annotations
 
+import json
 import shutil
+from bisect import bisect_right
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
@@ -157,6 +159,23 @@ def couple(
     return recorder.signals()
 
 
+def path_speed_of(controller: Slave) -> Callable[[float], float]:
+    """Return what turns forward speed u into the speed V along the path of level flight (m/s), both through the water.
+
+    It interpolates in the trim table of the frozen design that the controller's FMU carries, and prolongs its end pieces.
+    """
+    design = controller.folder / "resources" / "controller.json"
+    trim = json.loads(design.read_text(encoding="utf-8"))["trim"]
+    path, forward = trim["speed"], trim["forward_speed"]
+
+    def path_speed(speed: float) -> float:
+        row = min(max(bisect_right(forward, speed) - 1, 0), len(forward) - 2)
+        part = (speed - forward[row]) / (forward[row + 1] - forward[row])
+        return (1.0 - part) * path[row] + part * path[row + 1]
+
+    return path_speed
+
+
 class _Loop:
     """The wires between plant and controller."""
 
@@ -167,6 +186,7 @@ class _Loop:
         self.heard = controller.references(["pitch", "speed", "pitch_reference", "speed_reference"])
         self.commands = controller.references(actuators)
         self.commanded = plant.references([*actuators, "operating_speed"])
+        self.path_speed = path_speed_of(controller)
         self.speed_reference = 0.0
 
     def inform(self, pitch_reference: float, speed_reference: float) -> None:
@@ -176,6 +196,6 @@ class _Loop:
         self.speed_reference = speed_reference
 
     def command(self) -> None:
-        """Hand the commands to the plant; an LPV plant stands about the wanted speed."""
+        """Hand the commands to the plant; an LPV plant stands about the trim of the wanted speed."""
         commands = self.controller.fmu.getReal(self.commands)
-        self.plant.fmu.setReal(self.commanded, [*commands, self.speed_reference])
+        self.plant.fmu.setReal(self.commanded, [*commands, self.path_speed(self.speed_reference)])

@@ -83,7 +83,7 @@ fn speeds(trim: &[TrimPoint]) -> Vec<&TrimPoint> {
 /// What each component starts with: the plant in trim at the speed, the references a pitch step above that.
 fn start_values(kind: Kind, packed: &Packed, at: &TrimPoint, stored: &Stored) -> Vec<(&'static str, f64)> {
     let values = match kind {
-        Kind::Plant => vec![("initial_speed", at.speed), ("operating_speed", at.forward_speed)],
+        Kind::Plant => vec![("initial_speed", at.speed), ("operating_speed", at.speed)],
         _ => vec![
             ("pitch", at.pitch),
             ("speed", at.forward_speed),
