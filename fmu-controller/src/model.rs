@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use fmi2::model_description::{DefaultExperiment, identifier};
 use fmi2::{
-    About, Level, Log, Model, ResourceError, Resources, StateError, StateReader, StateWriter, Tangents,
-    Variable, rounding_of_time,
+    About, Log, Model, ResourceError, Resources, StateError, StateReader, StateWriter, Tangents, Variable,
+    rounding_of_time,
 };
 use scheduled::{Autopilot, ControllerDesign, DesignError, Inputs, Status, TickError};
 
@@ -96,9 +96,7 @@ impl Controller {
         let (speed, rho) = (self.inputs.speed, self.autopilot.outputs().scheduling_parameter);
         let along_path = self.autopilot.trim().speed(speed);
         let scheduling = &self.design.scheduling;
-        log.record(
-            Level::Warning,
-            &format!(
+        log.warn(&format!(
                 "The forward speed {speed} m/s, in trim {along_path} m/s along the path, lies outside the scheduled \
                  range of {} to {} m/s; the scheduling parameter is held at {rho} until it returns.",
                 scheduling.minimum, scheduling.maximum

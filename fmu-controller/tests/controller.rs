@@ -4,7 +4,7 @@
 mod example;
 
 use example::design;
-use fmi2::{Experiment, Instance, Level, Log, Resources, Silent};
+use fmi2::{Experiment, Instance, Log, Resources, Silent};
 use fmu_controller::{Controller, RESOURCE, describe};
 use serde_json::{Value, json};
 
@@ -16,8 +16,7 @@ fn resources(design: &Value) -> Resources {
 struct Remember(Vec<String>);
 
 impl Log for Remember {
-    fn record(&mut self, level: Level, message: &str) {
-        assert_eq!(level, Level::Warning);
+    fn warn(&mut self, message: &str) {
         self.0.push(message.to_owned());
     }
 }
@@ -135,4 +134,15 @@ fn refuses_designs_that_make_no_fmu() {
     }
     let message = describe(&Resources::default()).unwrap_err().to_string();
     assert!(message.contains("resources/controller.json is missing"), "{message}");
+}
+
+/// A speed that is finite but absurd does not pass for a singular loop: the scheduling parameter is held at its end.
+#[test]
+fn an_absurd_speed_is_out_of_range_and_no_more() {
+    for (speed, rho) in [(1e308, 1.0), (-1e308, -1.0)] {
+        let mut flight = Flight::start();
+        flight.set("speed", speed);
+        flight.instance.step(0.0, 0.1, &mut Silent).unwrap();
+        assert_eq!(flight.get("scheduling_parameter"), rho);
+    }
 }

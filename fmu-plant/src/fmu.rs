@@ -3,8 +3,8 @@
 use auv::{Fidelity, LpvModel, Vehicle};
 use fmi2::model_description::{DefaultExperiment, identifier};
 use fmi2::{
-    About, Continuous, Level, Log, Model, Resources, StateError, StateReader, StateWriter, Tangents,
-    Variable, rounding_of_time,
+    About, Continuous, Log, Model, Resources, StateError, StateReader, StateWriter, Tangents, Variable,
+    rounding_of_time,
 };
 
 use crate::variables::{fidelities, inputs, outputs, parameters};
@@ -54,9 +54,7 @@ impl Model for PlantModel {
         self.start(start)?;
         if self.settings.fidelity == Fidelity::Lpv && self.settings.coefficients != self.vehicle.coefficients
         {
-            log.record(
-                Level::Warning,
-                "The LPV model was made with the coefficients of the vehicle file; the changed ones act on the \
+            log.warn("The LPV model was made with the coefficients of the vehicle file; the changed ones act on the \
                  trim at the start only.",
             );
         }
@@ -120,9 +118,7 @@ impl PlantModel {
         let out = self.settings.fidelity == Fidelity::Lpv && (speed - centre).abs() > half * (1.0 + 1e-9);
         if out && !self.out_of_range {
             let held = centre + half * self.lpv.rho(speed);
-            log.record(
-                Level::Warning,
-                &format!(
+            log.warn(&format!(
                     "The operating speed {speed} m/s lies outside the {} to {} m/s of the LPV model, which stands at \
                      {held} m/s until it returns.",
                     centre - half,
@@ -138,10 +134,9 @@ impl PlantModel {
         let depth = self.plant.state().depth;
         let above = depth < 0.0;
         if above && !self.above_surface {
-            log.record(
-                Level::Warning,
-                &format!("The depth is {depth} m, above the surface, of which the equations know nothing."),
-            );
+            log.warn(&format!(
+                "The depth is {depth} m, above the surface, of which the equations know nothing."
+            ));
         }
         self.above_surface = above;
     }

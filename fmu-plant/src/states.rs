@@ -41,12 +41,12 @@ pub fn states(model: &PlantModel) -> Vec<Variable> {
 type Rate = (&'static str, &'static str, fn(&PlantModel) -> f64, Quantity);
 
 fn rates(model: &PlantModel) -> Vec<Variable> {
-    const DYNAMIC: [Rate; 4] = [
+    const DYNAMIC: [Rate; 3] = [
         ("surge_over_ground", "m/s2", |m| m.rates().surge, Quantity::SurgeAcceleration),
         ("heave_over_ground", "m/s2", |m| m.rates().heave, Quantity::HeaveAcceleration),
         ("pitch_rate", "rad/s2", |m| m.rates().pitch_rate, Quantity::PitchAcceleration),
-        ("pitch", "rad/s", |m| m.rates().pitch, Quantity::RateOfPitch),
     ];
+    const TURNING: Rate = ("pitch", "rad/s", |m| m.rates().pitch, Quantity::RateOfPitch);
     const KINEMATIC: [Rate; 2] = [
         ("distance", "m/s", |m| m.rates().distance, Quantity::RateOfDistance),
         ("depth", "m/s", |m| m.rates().depth, Quantity::RateOfDepth),
@@ -57,7 +57,11 @@ fn rates(model: &PlantModel) -> Vec<Variable> {
     let forces = forces.iter().map(String::as_str);
     let of_dynamics: Vec<&str> = motion.into_iter().chain(inputs).chain(forces).collect();
     let of_kinematics = ["surge_over_ground", "heave_over_ground", "pitch"];
-    let all = DYNAMIC.iter().map(|rate| (rate, &of_dynamics[..]));
+    let of_turning = match model.lpv().turns_with_pitch_rate_alone() {
+        true => &["pitch_rate", "operating_speed"][..],
+        false => &of_dynamics,
+    };
+    let all = DYNAMIC.iter().map(|rate| (rate, &of_dynamics[..])).chain([(&TURNING, of_turning)]);
     let all = all.chain(KINEMATIC.iter().map(|rate| (rate, &of_kinematics[..])));
     all.map(|(&(state, unit, get, quantity), knowns)| {
         rate(state, unit, get).depends_on(knowns).quantity(quantity.number())

@@ -199,7 +199,7 @@ pub fn parameters(model: &PlantModel) -> Vec<Variable> {
     let mut table = vec![
         Variable::real(
             "initial_speed",
-            "speed along the path through the water at the start, in level trim",
+            "speed along the path through the water at the start, in level trim, above zero",
             |m| m.settings.initial_speed,
             Role::parameter(|m, v| m.settings.initial_speed = v),
         )
@@ -241,7 +241,8 @@ fn fidelity_of(number: i32) -> Fidelity {
 
 fn coefficient(spec: &'static CoefficientSpec, model: &PlantModel) -> Variable {
     let source = model.vehicle().sources.get(spec.key).map_or("the default", String::as_str);
-    let description = format!("{}; source: {source}", spec.meaning);
+    let above_zero = if spec.allowed == Allowed::Positive { ", above zero" } else { "" };
+    let description = format!("{}{above_zero}; source: {source}", spec.meaning);
     let get = |m: &PlantModel| (spec.get)(&m.settings.coefficients);
     let set = |m: &mut PlantModel, v| (spec.set)(&mut m.settings.coefficients, v);
     let size = get(model).abs();

@@ -39,7 +39,7 @@ fn manoeuvre() -> [Variable; 7] {
     [
         parameter(
             "pitch_step",
-            "height of the pitch step above the trim pitch",
+            "height of the pitch step above the trim pitch; the limits themselves are excluded",
             |m| m.manoeuvre.pitch_step,
             |m, v| m.manoeuvre.pitch_step = v,
         )
@@ -64,7 +64,7 @@ fn manoeuvre() -> [Variable; 7] {
         .nominal(10.0),
         parameter(
             "speed_from",
-            "wanted speed along the path through the water before the ramp; the flight starts in its trim",
+            "wanted speed along the path through the water before the ramp, above zero; the flight starts in its trim",
             |m| m.manoeuvre.speed_from,
             |m, v| m.manoeuvre.speed_from = v,
         )
@@ -73,7 +73,7 @@ fn manoeuvre() -> [Variable; 7] {
         .nominal(1.0),
         parameter(
             "speed_to",
-            "wanted speed along the path through the water after the ramp",
+            "wanted speed along the path through the water after the ramp, above zero",
             |m| m.manoeuvre.speed_to,
             |m, v| m.manoeuvre.speed_to = v,
         )

@@ -4,8 +4,8 @@
 mod example;
 
 use example::{Flight, design, manoeuvre, resources, with};
-use fmi2::Resources;
-use fmi2::model_description::Causality;
+use fmi2::model_description::{Causality, Kind};
+use fmi2::{Described, Experiment, Instance, Model, Resources, Silent};
 use fmu_squid::{MANOEUVRE_RESOURCE, describe};
 
 #[test]
@@ -123,4 +123,35 @@ fn refuses_parameters_that_cannot_be_flown() {
         let message = flight.begin().unwrap_err().to_string();
         assert!(message.contains(expected), "{message}");
     }
+}
+
+/// Minimum and maximum of FMI include the ends; where the model refuses an end, the description says so.
+fn ends_are_taken_or_excluded_in_words<M: Model>(describe: fn() -> Described<M>) -> usize {
+    let description = describe().description;
+    let mut excluded = 0;
+    for parameter in description.variables.iter().filter(|one| one.causality == Causality::Parameter) {
+        let Kind::Real { min, max, .. } = parameter.kind else { continue };
+        for end in [min, max].into_iter().flatten() {
+            let mut instance = Instance::new(describe());
+            instance.set(&[parameter.value_reference], |_| end).unwrap();
+            instance.set_up(Experiment::default()).unwrap();
+            instance.enter_initialization().unwrap();
+            let Err(refused) = instance.exit_initialization(&mut Silent) else { continue };
+            let sentence = refused.to_string();
+            let own = sentence.contains(&format!("{} is {end}", parameter.name));
+            if own || sentence.contains("trim speed is") {
+                let words = ["above zero", "excluded"];
+                let told = words.iter().any(|word| parameter.description.contains(word));
+                assert!(told, "'{}' at {end}: {sentence}", parameter.description);
+                excluded += 1;
+            }
+        }
+    }
+    excluded
+}
+
+#[test]
+fn an_end_of_a_range_that_is_refused_is_excluded_in_words() {
+    assert!(ends_are_taken_or_excluded_in_words(|| fmu_plant::describe(&resources()).unwrap()) >= 3);
+    assert!(ends_are_taken_or_excluded_in_words(|| describe(&resources()).unwrap()) >= 6);
 }

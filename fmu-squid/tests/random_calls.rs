@@ -79,7 +79,7 @@ fn make<M: Model>(c: Component, call: &Call, held: &mut Held) -> Status {
     let states = if call.whole.unsigned_abs() < 3 { 9 } else { count };
     unsafe {
         match call.function {
-            0 => lifecycle::set_debug_logging::<M>(c, call.whole, 1, &c"logEvents".as_ptr()),
+            0 => lifecycle::set_debug_logging::<M>(c, call.whole, 1, &c"logStatusDiscard".as_ptr()),
             1 => lifecycle::setup_experiment::<M>(
                 c,
                 call.whole,

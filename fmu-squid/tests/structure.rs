@@ -79,7 +79,12 @@ fn derivatives_vanish_where_no_dependency_is_listed() {
         let manual = instance.table().reference("manual").unwrap();
         instance.set(&[manual], |_| true).unwrap();
     };
+    let by_lpv_model = |instance: &mut Instance<PlantModel>| {
+        let fidelity = instance.table().reference("fidelity").unwrap();
+        instance.set(&[fidelity], |_| 2).unwrap();
+    };
     for files in FILES {
+        derivatives_agree::<PlantModel>(files, Interface::ModelExchange, by_lpv_model);
         derivatives_agree::<PlantModel>(files, Interface::CoSimulation, |_| {});
         derivatives_agree::<PlantModel>(files, Interface::ModelExchange, |_| {});
         derivatives_agree::<Controller>(files, Interface::CoSimulation, |_| {});
@@ -233,4 +238,18 @@ fn in_the_loop_an_actuator_without_lag_puts_out_the_first_command() {
         let trim = instance.model().plant.trim().actuators[0];
         assert!(found[0] == found[1] && (found[0] - trim).abs() > 1.0, "{found:?} and {trim}");
     }
+}
+
+/// The rate of pitch is the pitch rate by the equations of motion, and proportional to it by the LPV model.
+#[test]
+fn the_rate_of_pitch_lists_the_pitch_rate_and_little_else() {
+    fn knowns_of_rate<M: Model>() -> Vec<String> {
+        let description = describe::<M>(&resources()).unwrap().description;
+        let rate = description.position("der(pitch)").unwrap() + 1;
+        let listed = description.structure().derivatives.into_iter().find(|one| one.index == rate).unwrap();
+        let name = |(index, _): (usize, _)| description.variables[index - 1].name.clone();
+        listed.dependencies.unwrap().into_iter().map(name).collect()
+    }
+    assert_eq!(knowns_of_rate::<PlantModel>(), ["operating_speed", "pitch_rate"]);
+    assert_eq!(knowns_of_rate::<ClosedLoop>(), ["pitch_rate"]);
 }

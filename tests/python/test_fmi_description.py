@@ -177,7 +177,7 @@ def test_identity_is_told(fmu: Path, root: ElementTree.Element) -> None:
         assert root.get(attribute), attribute
     assert root.get("generationDateAndTime") is None, "the same files give the same bytes on any day"
     assert {category.get("name") for category in root.findall("LogCategories/Category")} == {
-        "logEvents",
+        "logStatusDiscard",
         "logStatusWarning",
         "logStatusError",
         "logStatusFatal",

@@ -188,6 +188,13 @@ impl LpvModel {
         self.trim.first().map_or(0, |point| point.actuators.len())
     }
 
+    /// Tells whether the rate of pitch follows from the pitch rate and the operating speed alone, as in the equations of motion it does
+    /// from the pitch rate.
+    pub fn turns_with_pitch_rate_alone(&self) -> bool {
+        let by_state = self.a.iter().all(|term| [0, 1, 3].iter().all(|&column| term[3][column] == 0.0));
+        by_state && self.b.iter().all(|term| term[3].iter().all(|entry| *entry == 0.0))
+    }
+
     /// Returns rho at a speed \[m/s\], clamped to \[-1, 1\].
     pub fn rho(&self, speed: f64) -> f64 {
         ((speed - self.speed_centre) / self.speed_half_range).clamp(-1.0, 1.0)

@@ -11,6 +11,7 @@ impl<M: Model> Instance<M> {
     ///
     /// # Errors
     /// A refused call, or that the model could not compute it; what is given as known or unknown must be one.
+    /// [`Refusal::Undefined`] where there is no derivative; all others are written.
     pub fn directional_derivative(
         &mut self,
         unknowns: &[u32],
@@ -35,13 +36,10 @@ impl<M: Model> Instance<M> {
             self.table.unknown(unknown)?;
         }
         self.carry(tangents)?;
-        for (&unknown, result) in unknowns.iter().zip(sensitivity) {
+        for (&unknown, result) in unknowns.iter().zip(&mut *sensitivity) {
             *result = self.table.unknown(unknown)?.map_or(0.0, |quantity| self.tangents[quantity]);
-            if !result.is_finite() {
-                return Err(Refusal::NoSensitivity { name: self.name(unknown), value: *result }.into());
-            }
         }
-        Ok(())
+        self.defined("the directional derivative of variable", unknowns, sensitivity)
     }
 
     /// `fmi2SetRealInputDerivatives`: the rates of inputs during the next step, of order 1.
@@ -79,7 +77,8 @@ impl<M: Model> Instance<M> {
     /// at the rates set for the next step, or else at those of the step just made.
     ///
     /// # Errors
-    /// A refused call, or that the model could not compute it; another order, or what is no output.
+    /// A refused call, or that the model could not compute it; another order, or what is no output. [`Refusal::Undefined`] where
+    /// there is no derivative; all others are written.
     pub fn output_derivatives(
         &mut self,
         references: &[u32],
@@ -109,13 +108,10 @@ impl<M: Model> Instance<M> {
         }
         (continuous.input_rates)(&self.now.model, &mut self.tangents);
         self.carry(tangents)?;
-        for (&reference, value) in references.iter().zip(values) {
+        for (&reference, value) in references.iter().zip(&mut *values) {
             *value = self.table.output(reference)?.map_or(0.0, |quantity| self.tangents[quantity]);
-            if !value.is_finite() {
-                return Err(Refusal::NoSensitivity { name: self.name(reference), value: *value }.into());
-            }
         }
-        Ok(())
+        self.defined("the time derivative of output", references, values)
     }
 
     fn carry(&mut self, tangents: Tangents<M>) -> Outcome<M> {
@@ -123,8 +119,18 @@ impl<M: Model> Instance<M> {
         tangents(&self.now.model, moment, &mut self.tangents).map_err(crate::Failure::Model)
     }
 
+    /// Asserts that numbers that were handed out are finite.
+    pub(crate) fn defined(&self, what: &'static str, references: &[u32], values: &[f64]) -> Outcome<M> {
+        match references.iter().zip(values).find(|(_, value)| !value.is_finite()) {
+            Some((&reference, &value)) => {
+                Err(Refusal::Undefined { what, name: self.name(reference), value }.into())
+            }
+            None => Ok(()),
+        }
+    }
+
     /// Name of a variable that is known to exist.
-    fn name(&self, reference: u32) -> String {
+    pub(crate) fn name(&self, reference: u32) -> String {
         self.table.variables()[reference as usize].name().to_owned()
     }
 }

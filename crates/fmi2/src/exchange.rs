@@ -79,7 +79,8 @@ impl<M: Model> Instance<M> {
         let continuous = continuous::<M>()?;
         self.counts("continuous states", states.len(), self.table.states().len())?;
         if let Some(index) = states.iter().position(|state| !state.is_finite()) {
-            return Err(Refusal::NotFinite { name: self.state_name(index), value: states[index] });
+            let name = self.name(self.table.states()[index]);
+            return Err(Refusal::NotFinite { name, value: states[index] });
         }
         (continuous.set_states)(&mut self.now.model, states);
         self.now.stale = true;
@@ -102,19 +103,14 @@ impl<M: Model> Instance<M> {
     /// `fmi2GetDerivatives`.
     ///
     /// # Errors
-    /// A refused call, or that the model could not compute; [`Refusal::NoDerivative`] where the states are impossible.
+    /// A refused call, or that the model could not compute; [`Refusal::Undefined`] where the states are impossible.
     pub fn derivatives(&mut self, rates: &mut [f64], log: &mut dyn Log) -> Outcome<M> {
         self.allows(Function::GetDerivatives)?;
         let continuous = continuous::<M>()?;
         self.counts("continuous states", rates.len(), self.table.states().len())?;
         self.update(log)?;
         (continuous.derivatives)(&self.now.model, rates);
-        match rates.iter().position(|rate| !rate.is_finite()) {
-            Some(index) => {
-                Err(Refusal::NoDerivative { name: self.state_name(index), value: rates[index] }.into())
-            }
-            None => Ok(()),
-        }
+        self.defined("the derivative of state", self.table.states(), rates)
     }
 
     /// `fmi2GetEventIndicators`: there are none.
@@ -146,11 +142,6 @@ impl<M: Model> Instance<M> {
             true => Ok(()),
             false => Err(Refusal::WrongCount { what, found, expected }),
         }
-    }
-
-    fn state_name(&self, index: usize) -> String {
-        let variable = self.table.states().get(index).map(|&state| &self.table.variables()[state as usize]);
-        variable.map(|one| one.name().to_owned()).unwrap_or_default()
     }
 }
 

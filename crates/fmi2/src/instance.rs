@@ -98,9 +98,9 @@ impl<M: Model> Instance<M> {
     /// [`Refusal::IllegalCall`], [`Refusal::BadExperiment`].
     pub fn set_up(&mut self, experiment: Experiment) -> Result<(), Refusal> {
         self.allows(Function::SetupExperiment)?;
-        let (start, stop) = (experiment.start, experiment.stop.unwrap_or(f64::MAX));
+        let (start, stop) = (experiment.start, experiment.stop.unwrap_or(f64::INFINITY));
         let tolerance = experiment.tolerance.unwrap_or(0.0);
-        let possible = start.is_finite() && stop.is_finite() && stop >= start;
+        let possible = start.is_finite() && stop >= start && experiment.stop.is_none_or(f64::is_finite);
         if !possible || !tolerance.is_finite() || tolerance < 0.0 {
             return Err(Refusal::BadExperiment { start, stop, tolerance });
         }
@@ -189,7 +189,8 @@ impl<M: Model> Instance<M> {
     /// `fmi2GetXXX`: hands each value to `take` with its position in `references`.
     ///
     /// # Errors
-    /// A refused call, or that the model could not compute its outputs.
+    /// A refused call, or that the model could not compute its outputs. [`Refusal::Undefined`] where one is not finite; all are
+    /// handed out.
     pub fn get<T: Value>(
         &mut self,
         references: &[u32],
@@ -198,10 +199,14 @@ impl<M: Model> Instance<M> {
     ) -> Outcome<M> {
         self.allows(T::GET)?;
         self.update(log)?;
+        let mut undefined = None;
         for (position, &reference) in references.iter().enumerate() {
-            take(position, self.table.get(&self.now.model, reference)?);
+            let value: T = self.table.get(&self.now.model, reference)?;
+            undefined = undefined.or(value.undefined().map(|value| (reference, value)));
+            take(position, value);
         }
-        Ok(())
+        let Some((reference, value)) = undefined else { return Ok(()) };
+        Err(Refusal::Undefined { what: "variable", name: self.name(reference), value }.into())
     }
 
     /// `fmi2SetXXX`: sets all of the values, or none if one is refused.

@@ -38,7 +38,7 @@ pub use describe::{DescribeError, Described, LoadError, Loaded, describe};
 pub use exchange::Events;
 pub use instance::{Experiment, Instance, rounding_of_time};
 pub use legal::Function;
-pub use log::{Category, Level, Log, Silent};
+pub use log::{Category, Log, Silent};
 pub use model::{About, Model, Moment, Tangents};
 pub use model_description;
 pub use phase::{Interface, Phase};

@@ -4,24 +4,15 @@ use model_description::LogCategory;
 
 /// Takes the messages of a model.
 pub trait Log {
-    /// Hands over one message, a sentence.
-    fn record(&mut self, level: Level, message: &str);
-}
-
-/// How serious a message is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Level {
-    /// For the curious; shown with debug logging only.
-    Event,
-    /// The result may be doubtful; the call returns `fmi2Warning`.
-    Warning,
+    /// Hands over a warning, a sentence: the result may be doubtful, and the call returns `fmi2Warning`.
+    fn warn(&mut self, message: &str);
 }
 
 /// Log categories, with the names that the standard proposes (section 2.2.4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Category {
-    /// Events of the model.
-    Events,
+    /// What has no value at a point.
+    Discard,
     /// Warnings.
     Warning,
     /// Refused calls and failed computations.
@@ -32,12 +23,12 @@ pub enum Category {
 
 impl Category {
     /// All categories, in the order of the model description.
-    pub const ALL: [Self; 4] = [Self::Events, Self::Warning, Self::Error, Self::Fatal];
+    pub const ALL: [Self; 4] = [Self::Discard, Self::Warning, Self::Error, Self::Fatal];
 
     /// Name in the model description.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Events => "logEvents",
+            Self::Discard => "logStatusDiscard",
             Self::Warning => "logStatusWarning",
             Self::Error => "logStatusError",
             Self::Fatal => "logStatusFatal",
@@ -46,7 +37,7 @@ impl Category {
 
     fn description(self) -> &'static str {
         match self {
-            Self::Events => "events of the model, with debug logging only",
+            Self::Discard => "what has no value here: an integrator may take a shorter step",
             Self::Warning => "warnings: the result may be doubtful",
             Self::Error => "refused calls and failed computations, always logged",
             Self::Fatal => "defects of the FMU, always logged",
@@ -60,31 +51,29 @@ impl Category {
 
 /// Which categories are shown (section 2.1.5).
 ///
-/// Errors are shown always: a refusal without a sentence helps nobody. Warnings are shown unless a list of
-/// categories leaves them out, events only while debug logging is on.
+/// Errors are shown always: a refusal without a sentence helps nobody. The others are shown unless a list of categories leaves
+/// them out, for the standard wants a message with every such status (section 2.1.3).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Filter {
-    events: bool,
+    discards: bool,
     warnings: bool,
 }
 
 impl Filter {
-    /// All categories, or all but debugging.
-    pub(crate) fn all(logging_on: bool) -> Self {
-        Self { events: logging_on, warnings: true }
-    }
+    /// All categories.
+    pub(crate) const ALL: Self = Self { discards: true, warnings: true };
 
     /// Only the listed ones (and errors).
     pub(crate) fn listed(categories: &[Category]) -> Self {
         Self {
-            events: categories.contains(&Category::Events),
+            discards: categories.contains(&Category::Discard),
             warnings: categories.contains(&Category::Warning),
         }
     }
 
     pub(crate) fn shows(self, category: Category) -> bool {
         match category {
-            Category::Events => self.events,
+            Category::Discard => self.discards,
             Category::Warning => self.warnings,
             Category::Error | Category::Fatal => true,
         }
@@ -96,5 +85,5 @@ impl Filter {
 pub struct Silent;
 
 impl Log for Silent {
-    fn record(&mut self, _: Level, _: &str) {}
+    fn warn(&mut self, _: &str) {}
 }

@@ -8,7 +8,7 @@ use crate::{Continuous, Log, ResourceError, Resources, StateError, StateReader, 
 ///
 /// A clone is a complete snapshot: it serves `fmi2GetFMUstate` and `fmi2Reset`. Heavy data that never changes
 /// belongs into an `Arc`. A state that leaves the process goes through [`Model::save`] and [`Model::recall`].
-pub trait Model: Clone + Send + 'static {
+pub trait Model: Clone + Send + Sync + 'static {
     /// What can go wrong; its text is logged as one sentence.
     type Error: std::error::Error + From<ResourceError> + Send + Sync + 'static;
 

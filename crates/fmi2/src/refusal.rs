@@ -40,8 +40,8 @@ pub enum Refusal {
     BadTime { time: f64 },
     #[error("{found} numbers are given, but there are {expected} {what}")]
     WrongCount { what: &'static str, found: usize, expected: usize },
-    #[error("the derivative of state '{name}' is {value} here")]
-    NoDerivative { name: String, value: f64 },
+    #[error("{what} '{name}' is {value} here")]
+    Undefined { what: &'static str, name: String, value: f64 },
     #[error(
         "no derivative by variable '{name}' can be asked for in state '{phase}', only by {}",
         match initial { true => "inputs, for states follow from them", false => "inputs and states" }
@@ -60,8 +60,6 @@ pub enum Refusal {
     NotOutput { name: String },
     #[error("variable '{name}' cannot be interpolated: it is no continuous input")]
     NotInterpolated { name: String },
-    #[error("the directional derivative of variable '{name}' is {value} here")]
-    NoSensitivity { name: String, value: f64 },
     #[error("the derivative of order {order} of variable '{name}' is not known, only that of order 1")]
     BadOrder { name: String, order: i32 },
     #[error(transparent)]
@@ -88,7 +86,10 @@ pub enum Refusal {
     BadResources(#[from] ResourceError),
     #[error(transparent)]
     BadDescription(#[from] LoadError),
-    #[error("the GUID is '{given}', but binary and resources belong to '{expected}'")]
+    #[error(
+        "the GUID is '{given}', but binary and resources belong to '{expected}': they are of another FMU, or a file in resources \
+         was changed or added"
+    )]
     WrongGuid { given: String, expected: String },
 }
 

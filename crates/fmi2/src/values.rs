@@ -17,6 +17,12 @@ pub trait Value: Sized {
     #[allow(clippy::type_complexity)]
     fn reach<M>(access: &Access<M>) -> Option<(&Get<M, Self>, Option<&Set<M, Self>>)>;
 
+    /// The value, if it is a number that is not finite.
+    #[doc(hidden)]
+    fn undefined(&self) -> Option<f64> {
+        None
+    }
+
     /// Whether the variable can take the value.
     #[doc(hidden)]
     fn check<M>(&self, _name: &str, _access: &Access<M>) -> Result<(), Refusal> {
@@ -36,11 +42,15 @@ impl Value for f64 {
         }
     }
 
+    fn undefined(&self) -> Option<f64> {
+        (!self.is_finite()).then_some(*self)
+    }
+
     fn check<M>(&self, name: &str, _: &Access<M>) -> Result<(), Refusal> {
-        if self.is_finite() {
-            return Ok(());
+        match self.undefined() {
+            Some(value) => Err(Refusal::NotFinite { name: name.to_owned(), value }),
+            None => Ok(()),
         }
-        Err(Refusal::NotFinite { name: name.to_owned(), value: *self })
     }
 }
 

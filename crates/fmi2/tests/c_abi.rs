@@ -107,7 +107,10 @@ fn refuses_steps_that_make_no_sense() {
     let fmu = unpack();
     let c = fmu.instantiate(false);
     unsafe {
-        assert_refused(fmi2SetupExperiment(c, 0, 0.0, f64::NAN, 0, 0.0), "no experiment");
+        let sentence = "start time NaN s, stop time inf s and tolerance 0 make no experiment";
+        assert_refused(fmi2SetupExperiment(c, 0, 0.0, f64::NAN, 0, 0.0), sentence);
+        assert_refused(fmi2SetupExperiment(c, 1, -1.0, 0.0, 0, 0.0), "tolerance -1 make no experiment");
+        assert_refused(fmi2SetupExperiment(c, 0, 0.0, 0.0, 1, f64::NAN), "stop time NaN s");
         assert_refused(fmi2SetupExperiment(c, 0, 0.0, 1.0, 1, 0.5), "no experiment");
         assert_eq!(fmi2SetupExperiment(c, 0, 0.0, 0.0, 1, 1.0), Status::Ok);
         assert_eq!(fmi2EnterInitializationMode(c), Status::Ok);
@@ -159,6 +162,10 @@ fn damaged_resources_are_noticed() {
     std::fs::write(&path, "2.5\n").unwrap();
     assert!(fmu.instantiate(false).is_null());
     assert!(messages()[0].contains("but binary and resources belong to"));
+    std::fs::write(&path, "2\n").unwrap();
+    std::fs::write(path.with_file_name("Thumbs.db"), "").unwrap();
+    assert!(fmu.instantiate(false).is_null());
+    assert!(messages()[0].contains("or a file in resources was changed or added"));
     std::fs::write(&path, "two\n").unwrap();
     assert!(fmu.instantiate(false).is_null());
     assert!(messages()[0].contains("holds 'two', which is no number"));
@@ -176,6 +183,16 @@ fn lives_without_callbacks() {
     }
 }
 
+/// The one message since the last look is that a value is not to be had.
+fn assert_discarded(text: &str) {
+    let messages = messages();
+    assert_eq!(messages.len(), 1, "{messages:?}");
+    assert!(
+        messages[0].starts_with("one Discard logStatusDiscard") && messages[0].contains(text),
+        "{messages:?}"
+    );
+}
+
 #[test]
 fn logs_what_was_asked_for() {
     let fmu = unpack();
@@ -184,15 +201,15 @@ fn logs_what_was_asked_for() {
     let step = |k: i32| unsafe { fmi2DoStep(c, f64::from(k), 1.0, 1) };
     unsafe {
         assert_eq!((step(0), messages().len()), (Status::Ok, 0));
-        assert_eq!(fmi2SetDebugLogging(c, 1, 0, null()), Status::Ok);
-        assert_eq!((step(1), messages()), (Status::Ok, vec!["one Ok logEvents stepped".to_owned()]));
         set(c, U, 11.0);
-        assert_eq!((step(2), messages().len()), (Status::Warning, 2));
+        let warning = "one Warning logStatusWarning input 100 % beyond its range".to_owned();
+        assert_eq!((step(1), messages()), (Status::Warning, vec![warning.clone()]));
+        assert_eq!(fmi2SetDebugLogging(c, 1, 1, &c"logStatusDiscard".as_ptr()), Status::Ok);
+        assert_eq!((step(2), messages().len()), (Status::Warning, 0));
         assert_eq!(fmi2SetDebugLogging(c, 1, 1, &c"logStatusWarning".as_ptr()), Status::Ok);
-        let expected = "one Warning logStatusWarning input 100 % beyond its range".to_owned();
-        assert_eq!((step(3), messages()), (Status::Warning, vec![expected]));
-        assert_eq!(fmi2SetDebugLogging(c, 1, 1, &c"logEvents".as_ptr()), Status::Ok);
-        assert_eq!((step(4), messages().len()), (Status::Warning, 1));
+        assert_eq!((step(3), messages()), (Status::Warning, vec![warning.clone()]));
+        assert_eq!(fmi2SetDebugLogging(c, 0, 0, null()), Status::Ok, "debugging is off, warnings are not");
+        assert_eq!((step(4), messages()), (Status::Warning, vec![warning]));
         assert_refused(fmi2SetDebugLogging(c, 1, 1, &c"noise".as_ptr()), "log category 'noise' is unknown");
         fmi2FreeInstance(c);
     }
@@ -412,6 +429,16 @@ fn an_importer_integrates() {
         assert_refused(fmi2SetTime(c, f64::INFINITY), "the time is inf s");
         fmi2SetContinuousStates(c, &1e7, 1);
         assert_eq!(fmi2GetDerivatives(c, &mut rate, 1), Status::Discard, "the solver shall step back");
+        assert_discarded("fmi2GetDerivatives: the derivative of state 'y' is NaN here.");
+        let (unknowns, mut values) = ([8, Y], [7.0; 2]);
+        assert_eq!(fmi2GetReal(c, unknowns.as_ptr(), 2, values.as_mut_ptr()), Status::Discard);
+        assert_discarded("fmi2GetReal: variable 'der(y)' is NaN here.");
+        assert!(values[0].is_nan() && values[1] == 1e7, "all are written: {values:?}");
+        let (by, values) = (&mut 1.0, &mut [7.0; 2]);
+        let status = fmi2GetDirectionalDerivative(c, unknowns.as_ptr(), 2, &Y, 1, by, values.as_mut_ptr());
+        assert_eq!(status, Status::Discard);
+        assert_discarded("the directional derivative of variable 'der(y)' is NaN here.");
+        assert!(values[0].is_nan() && values[1] == 1.0, "all are written: {values:?}");
         fmi2SetContinuousStates(c, &1.0, 1);
         assert_eq!(fmi2GetDerivatives(c, &mut rate, 1), Status::Ok);
         assert_eq!(fmi2EnterEventMode(c), Status::Ok);

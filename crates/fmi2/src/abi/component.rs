@@ -42,8 +42,8 @@ pub(crate) unsafe fn call<M: Model>(
     match catch_unwind(AssertUnwindSafe(|| body(component))) {
         Ok(Ok(())) if component.logger.warned => Status::Warning,
         Ok(Ok(())) => Status::Ok,
-        // An integrator takes a shorter step where there is no derivative (section 3.2.2).
-        Ok(Err(failure @ Failure::Refused(Refusal::NoDerivative { .. }))) => {
+        // An integrator takes a shorter step where something has no value (section 2.1.3).
+        Ok(Err(failure @ Failure::Refused(Refusal::Undefined { .. }))) => {
             component.logger.discard(function.name(), &failure);
             Status::Discard
         }

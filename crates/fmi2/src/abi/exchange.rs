@@ -29,11 +29,11 @@ pub unsafe extern "C" fn new_discrete_states<M: Model>(
         // SAFETY: the importer vouches for its pointer.
         let info = unsafe { place(info, "eventInfo") }?;
         let next = component.instance.new_discrete_states(&mut component.logger)?.next;
-        *info = EventInfo {
+        info.write(EventInfo {
             next_event_time_defined: c_int::from(next.is_some()),
             next_event_time: next.unwrap_or_default(),
             ..EventInfo::default()
-        };
+        });
         Ok(())
     };
     // SAFETY: the importer vouches for the handle.
@@ -65,7 +65,8 @@ pub unsafe extern "C" fn completed_integrator_step<M: Model>(
         let (event, end) =
             unsafe { (place(enter_event_mode, "enterEventMode")?, place(terminate, "terminateSimulation")?) };
         component.instance.integrator_step_completed(&mut component.logger)?;
-        (*event, *end) = (0, 0);
+        event.write(0);
+        end.write(0);
         Ok(())
     };
     // SAFETY: the importer vouches for the handle.

@@ -31,12 +31,12 @@ pub unsafe extern "C" fn instantiate<M: Model>(
     fmu_resource_location: *const c_char,
     functions: *const CallbackFunctions,
     _visible: c_int,
-    logging_on: c_int,
+    _logging_on: c_int,
 ) -> types::Component {
     // SAFETY: the importer vouches for its pointers.
     let (name, guid, callbacks) =
         unsafe { (text(instance_name, "instanceName"), text(fmu_guid, "fmuGUID"), functions.as_ref()) };
-    let logger = Logger::new(callbacks, name.as_ref().copied().unwrap_or("(no name)"), logging_on != 0);
+    let logger = Logger::new(callbacks, name.as_ref().copied().unwrap_or("(no name)"));
     let location = match fmu_resource_location.is_null() {
         true => Err(Refusal::NoResourceLocation),
         // SAFETY: not NULL, and the importer vouches for the rest.
@@ -118,7 +118,7 @@ pub unsafe extern "C" fn set_debug_logging<M: Model>(
         }
         component.logger.filter = match logging_on != 0 && count > 0 {
             true => Filter::listed(&listed),
-            false => Filter::all(logging_on != 0),
+            false => Filter::ALL,
         };
         Ok(())
     };

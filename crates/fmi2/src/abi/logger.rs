@@ -2,9 +2,9 @@
 
 use std::ffi::{CString, c_void};
 
+use crate::Log;
 use crate::abi::types::{self, CallbackFunctions, Status};
 use crate::log::{Category, Filter};
-use crate::{Level, Log};
 
 /// The importer's logger, with what it wants to hear.
 pub(crate) struct Logger {
@@ -17,12 +17,12 @@ pub(crate) struct Logger {
 }
 
 impl Logger {
-    pub(crate) fn new(callbacks: Option<&CallbackFunctions>, instance_name: &str, logging_on: bool) -> Self {
+    pub(crate) fn new(callbacks: Option<&CallbackFunctions>, instance_name: &str) -> Self {
         Self {
             callback: callbacks.and_then(|callbacks| callbacks.logger),
             environment: callbacks.map_or(std::ptr::null_mut(), |callbacks| callbacks.component_environment),
             instance_name: c_string(instance_name),
-            filter: Filter::all(logging_on),
+            filter: Filter::ALL,
             warned: false,
         }
     }
@@ -32,7 +32,7 @@ impl Logger {
     }
 
     pub(crate) fn discard(&self, function: &str, message: &dyn std::fmt::Display) {
-        self.send(Status::Discard, Category::Events, &format!("{function}: {message}."));
+        self.send(Status::Discard, Category::Discard, &format!("{function}: {message}."));
     }
 
     pub(crate) fn fatal(&self, function: &str, message: &str) {
@@ -62,14 +62,9 @@ impl Logger {
 }
 
 impl Log for Logger {
-    fn record(&mut self, level: Level, message: &str) {
-        match level {
-            Level::Event => self.send(Status::Ok, Category::Events, message),
-            Level::Warning => {
-                self.warned = true;
-                self.send(Status::Warning, Category::Warning, message);
-            }
-        }
+    fn warn(&mut self, message: &str) {
+        self.warned = true;
+        self.send(Status::Warning, Category::Warning, message);
     }
 }
 

@@ -21,7 +21,7 @@ pub(crate) unsafe fn slice<'a, T>(
     Ok(unsafe { std::slice::from_raw_parts(pointer, count) })
 }
 
-/// A slice to write to.
+/// A slice to write to, of numbers or pointers: of these any bytes make one.
 ///
 /// # Safety
 /// `pointer` is NULL or points to `count` elements that nobody else uses while the slice lives.
@@ -50,11 +50,41 @@ fn check<T>(pointer: *const T, count: usize, argument: &'static str) -> Result<(
     Ok(())
 }
 
+/// A place for one value; what stands there need not be one yet.
+pub(crate) struct Place<T>(*mut T);
+
+impl<T: Copy> Place<T> {
+    /// Puts a value there.
+    pub(crate) fn write(self, value: T) {
+        // SAFETY: the place is not NULL, and who made it vouched for the rest.
+        unsafe { self.0.write(value) }
+    }
+}
+
 /// A place to write one value to.
 ///
 /// # Safety
+/// `pointer` is NULL or has room for a `T`, that nobody else uses while the place lives.
+pub(crate) unsafe fn place<T>(pointer: *mut T, argument: &'static str) -> Result<Place<T>, Refusal> {
+    check(pointer, 1, argument)?;
+    Ok(Place(pointer))
+}
+
+/// A value that others may read at the same time.
+///
+/// # Safety
+/// `pointer` is NULL or points to a `T` that nobody changes while the reference lives.
+pub(crate) unsafe fn shared<'a, T>(pointer: *const T, argument: &'static str) -> Result<&'a T, Refusal> {
+    check(pointer, 1, argument)?;
+    // SAFETY: not NULL, and the caller vouches for the rest.
+    Ok(unsafe { &*pointer })
+}
+
+/// A value that is read and overwritten.
+///
+/// # Safety
 /// `pointer` is NULL or points to a `T` that nobody else uses while the reference lives.
-pub(crate) unsafe fn place<'a, T>(pointer: *mut T, argument: &'static str) -> Result<&'a mut T, Refusal> {
+pub(crate) unsafe fn exclusive<'a, T>(pointer: *mut T, argument: &'static str) -> Result<&'a mut T, Refusal> {
     check(pointer, 1, argument)?;
     // SAFETY: not NULL, and the caller vouches for the rest.
     Ok(unsafe { &mut *pointer })

@@ -1,7 +1,7 @@
 //! Stored states and directional derivatives.
 
 use crate::abi::component::{Component, call};
-use crate::abi::pointers::{place, slice, slice_mut};
+use crate::abi::pointers::{exclusive, place, shared, slice, slice_mut};
 use crate::abi::types::{self, FmuState, Status};
 use crate::state::Identity;
 use crate::{Failure, Function, Model, Refusal, Snapshot};
@@ -16,7 +16,7 @@ pub unsafe extern "C" fn get_fmu_state<M: Model>(
 ) -> Status {
     let body = |component: &mut Component<M>| {
         // SAFETY: the importer vouches for its pointer.
-        let state = unsafe { place(state, "FMUstate") }?;
+        let state = unsafe { exclusive(state, "FMUstate") }?;
         let snapshot = component.instance.snapshot()?;
         // SAFETY: the importer vouches that a state that is not NULL came from here.
         unsafe { hand_out(component, snapshot, state) }
@@ -33,7 +33,9 @@ pub unsafe extern "C" fn set_fmu_state<M: Model>(component: types::Component, st
     let body = |component: &mut Component<M>| {
         // SAFETY: the importer vouches that a state that is not NULL came from here.
         let snapshot = unsafe { held::<M>(component, state) }?;
-        Ok(component.instance.restore(snapshot)?)
+        component.instance.restore(snapshot)?;
+        component.last_step = Status::Ok;
+        Ok(())
     };
     // SAFETY: the importer vouches for the handle.
     unsafe { call(component, Function::SetFmuState, body) }
@@ -49,7 +51,7 @@ pub unsafe extern "C" fn free_fmu_state<M: Model>(
 ) -> Status {
     let body = |component: &mut Component<M>| {
         // SAFETY: the importer vouches for its pointer.
-        let state = unsafe { place(state, "FMUstate") }?;
+        let state = unsafe { exclusive(state, "FMUstate") }?;
         if !state.is_null() {
             // SAFETY: the importer vouches that a state that is not NULL came from here.
             unsafe { held::<M>(component, *state) }?;
@@ -75,7 +77,7 @@ pub unsafe extern "C" fn serialized_fmu_state_size<M: Model>(
     let body = |component: &mut Component<M>| {
         // SAFETY: the importer vouches for its pointers.
         let (snapshot, size) = unsafe { (held::<M>(component, state)?, place(size, "size")?) };
-        *size = component.instance.serialise(snapshot)?.len();
+        size.write(component.instance.serialise(snapshot)?.len());
         Ok(())
     };
     // SAFETY: the importer vouches for the handle.
@@ -120,7 +122,8 @@ pub unsafe extern "C" fn deserialize_fmu_state<M: Model>(
 ) -> Status {
     let body = |component: &mut Component<M>| {
         // SAFETY: the importer vouches for its pointers.
-        let (bytes, state) = unsafe { (slice(bytes, size, "serializedState")?, place(state, "FMUstate")?) };
+        let (bytes, state) =
+            unsafe { (slice(bytes, size, "serializedState")?, exclusive(state, "FMUstate")?) };
         let snapshot = component.instance.deserialise(bytes)?;
         // SAFETY: the importer vouches that a state that is not NULL came from here.
         unsafe { hand_out(component, snapshot, state) }
@@ -129,36 +132,37 @@ pub unsafe extern "C" fn deserialize_fmu_state<M: Model>(
     unsafe { call(component, Function::DeserializeFmuState, body) }
 }
 
-/// The state behind a handle, if it is one of this FMU.
+/// The state behind a handle, if it is one of this FMU. Several instances may restore it at the same time.
 ///
 /// # Safety
-/// `state` is NULL or a state of an FMU of this tool, that was not freed.
-unsafe fn held<'a, M: Model>(
-    component: &Component<M>,
-    state: FmuState,
-) -> Result<&'a mut Snapshot<M>, Refusal> {
+/// `state` is NULL or a state of an FMU of this tool, that was not freed and is not overwritten while the reference lives.
+unsafe fn held<'a, M: Model>(component: &Component<M>, state: FmuState) -> Result<&'a Snapshot<M>, Refusal> {
     // SAFETY: every state of this tool begins with the identity of its FMU.
-    let identity = unsafe { place(state.cast::<Identity>(), "FMUstate") }?;
+    let identity = unsafe { shared(state.cast::<Identity>(), "FMUstate") }?;
     if *identity != component.instance.now.identity {
         return Err(Refusal::ForeignState);
     }
     // SAFETY: the identity is that of this FMU, so that the state is one of this model.
-    unsafe { place(state.cast::<Snapshot<M>>(), "FMUstate") }
+    unsafe { shared(state.cast::<Snapshot<M>>(), "FMUstate") }
 }
 
 /// Overwrites the state behind a handle, or makes a new one where it is NULL.
 ///
 /// # Safety
-/// As [`held`].
+/// As [`held`], and nobody else uses the state.
 unsafe fn hand_out<M: Model>(
     component: &Component<M>,
     snapshot: Snapshot<M>,
     state: &mut FmuState,
 ) -> Result<(), Failure<M::Error>> {
-    match state.is_null() {
-        true => *state = Box::into_raw(Box::new(snapshot)).cast(),
-        // SAFETY: the caller vouches for it.
-        false => *unsafe { held(component, *state) }? = snapshot,
+    if state.is_null() {
+        *state = Box::into_raw(Box::new(snapshot)).cast();
+        return Ok(());
+    }
+    // SAFETY: the caller vouches for it.
+    unsafe {
+        held(component, *state)?;
+        *exclusive(state.cast::<Snapshot<M>>(), "FMUstate")? = snapshot;
     }
     Ok(())
 }

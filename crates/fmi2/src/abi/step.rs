@@ -17,11 +17,14 @@ pub unsafe extern "C" fn do_step<M: Model>(
     size: f64,
     _no_set_state_prior_to_current_point: c_int,
 ) -> Status {
-    let body = |component: &mut Component<M>| component.instance.step(at, size, &mut component.logger);
     // SAFETY: the importer vouches for the handle, here and below.
+    let legal = unsafe { component.cast::<Component<M>>().as_ref() }
+        .is_some_and(|component| component.instance.allows(Function::DoStep).is_ok());
+    let body = |component: &mut Component<M>| component.instance.step(at, size, &mut component.logger);
+    // SAFETY: as above.
     let status = unsafe { call(component, Function::DoStep, body) };
     // SAFETY: as above.
-    if let Some(component) = unsafe { component.cast::<Component<M>>().as_mut() } {
+    if let Some(component) = unsafe { component.cast::<Component<M>>().as_mut() }.filter(|_| legal) {
         component.last_step = status;
     }
     status
@@ -153,7 +156,7 @@ pub unsafe extern "C" fn get_string_status<M: Model>(
 }
 
 /// Writes what is asked if it is the kind that this function knows, and returns `fmi2Discard` otherwise.
-unsafe fn answer<M: Model, T>(
+unsafe fn answer<M: Model, T: Copy>(
     component: types::Component,
     function: Function,
     (kind, known): (StatusKind, StatusKind),
@@ -166,7 +169,8 @@ unsafe fn answer<M: Model, T>(
     }
     let body = |component: &mut Component<M>| {
         // SAFETY: the caller vouches for its pointer.
-        *unsafe { place(value, "value") }? = read(component);
+        let place = unsafe { place(value, "value") }?;
+        place.write(read(component));
         Ok(())
     };
     // SAFETY: the caller vouches for the handle.

@@ -2,8 +2,8 @@
 
 use fmi2::model_description::{DefaultExperiment, Enumeration};
 use fmi2::{
-    About, Continuous, ContinuousModel, Level, Log, Model, Moment, ResourceError, Resources, Role,
-    StateError, StateReader, StateWriter, Tangents, Variable,
+    About, Continuous, ContinuousModel, Log, Model, Moment, ResourceError, Resources, Role, StateError,
+    StateReader, StateWriter, Tangents, Variable,
 };
 
 #[derive(Debug, Clone)]
@@ -97,9 +97,8 @@ impl Model for Lag {
     fn step(&mut self, from: f64, to: f64, log: &mut dyn Log) -> Result<(), LagError> {
         assert!(self.method == 1, "method 2 is broken");
         if self.u.abs() > 10.0 {
-            log.record(Level::Warning, "input 100 % beyond its range");
+            log.warn("input 100 % beyond its range");
         }
-        log.record(Level::Event, "stepped");
         let target = if self.armed { self.gain * self.u } else { 0.0 };
         self.y = target + (self.y - target) * (-(to - from) / TAU).exp();
         self.count += 1;
@@ -133,7 +132,7 @@ impl Model for Lag {
             if moment.initial {
                 tangents[1] = model.gain * tangents[0];
             }
-            tangents[2] = (gain * tangents[0] - tangents[1]) / TAU;
+            tangents[2] = model.rate() * 0.0 + (gain * tangents[0] - tangents[1]) / TAU;
             Ok(())
         })
     }
@@ -144,9 +143,10 @@ impl Model for Lag {
 }
 
 impl Lag {
+    /// There is none beyond a million.
     fn rate(&self) -> f64 {
         let target = if self.armed { self.gain * self.u } else { 0.0 };
-        (target - self.y) / TAU
+        if self.y > 1e6 { f64::NAN } else { (target - self.y) / TAU }
     }
 }
 
@@ -164,7 +164,7 @@ impl ContinuousModel for Lag {
     }
 
     fn derivatives(&self, rates: &mut [f64]) {
-        rates[0] = if self.y > 1e6 { f64::NAN } else { self.rate() };
+        rates[0] = self.rate();
     }
 
     fn next_event(&self) -> Option<f64> {
