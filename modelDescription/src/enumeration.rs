@@ -33,9 +33,4 @@ impl Enumeration {
             items: items.iter().map(item).collect(),
         }
     }
-
-    /// Whether `value` is the number of one of the choices.
-    pub fn holds(&self, value: i32) -> bool {
-        usize::try_from(value).is_ok_and(|value| (1..=self.items.len()).contains(&value))
-    }
 }

@@ -58,8 +58,6 @@ pub enum Function {
 struct Row {
     function: Function,
     name: &'static str,
-    /// Where the standard describes the function.
-    section: &'static str,
     /// The one interface that it belongs to; `None` means both.
     interface: Option<Interface>,
     phases: &'static [Phase],
@@ -88,60 +86,59 @@ const NOWHERE: &[Phase] = &[];
 /// The table.
 #[rustfmt::skip]
 const LEGAL: [Row; 44] = [
-    row(Function::GetTypesPlatform,              "fmi2GetTypesPlatform",              "2.1.4", BOTH, EVERYWHERE),
-    row(Function::GetVersion,                    "fmi2GetVersion",                    "2.1.4", BOTH, EVERYWHERE),
-    row(Function::Instantiate,                   "fmi2Instantiate",                   "2.1.5", BOTH, EVERYWHERE),
-    row(Function::FreeInstance,                  "fmi2FreeInstance",                  "2.1.5", BOTH, EVERYWHERE),
-    row(Function::SetDebugLogging,               "fmi2SetDebugLogging",               "2.1.5", BOTH, ALIVE),
-    row(Function::SetupExperiment,               "fmi2SetupExperiment",               "2.1.6", BOTH, &[Instantiated]),
-    row(Function::EnterInitializationMode,       "fmi2EnterInitializationMode",       "2.1.6", BOTH, &[Instantiated]),
-    row(Function::ExitInitializationMode,        "fmi2ExitInitializationMode",        "2.1.6", BOTH, &[Initialization]),
-    row(Function::Terminate,                     "fmi2Terminate",                     "2.1.6", BOTH, RUNNING),
-    row(Function::Reset,                         "fmi2Reset",                         "2.1.6", BOTH, ALIVE),
-    row(Function::GetReal,                       "fmi2GetReal",                       "2.1.7", BOTH, READABLE),
-    row(Function::GetInteger,                    "fmi2GetInteger",                    "2.1.7", BOTH, READABLE),
-    row(Function::GetBoolean,                    "fmi2GetBoolean",                    "2.1.7", BOTH, READABLE),
-    row(Function::GetString,                     "fmi2GetString",                     "2.1.7", BOTH, READABLE),
-    row(Function::SetReal,                       "fmi2SetReal",                       "2.1.7", BOTH, SET_REAL),
-    row(Function::SetInteger,                    "fmi2SetInteger",                    "2.1.7", BOTH, SET_OTHER),
-    row(Function::SetBoolean,                    "fmi2SetBoolean",                    "2.1.7", BOTH, SET_OTHER),
-    row(Function::SetString,                     "fmi2SetString",                     "2.1.7", BOTH, SET_OTHER),
-    row(Function::GetFmuState,                   "fmi2GetFMUstate",                   "2.1.8", BOTH, ALIVE),
-    row(Function::SetFmuState,                   "fmi2SetFMUstate",                   "2.1.8", BOTH, ALIVE),
-    row(Function::FreeFmuState,                  "fmi2FreeFMUstate",                  "2.1.8", BOTH, ALIVE),
-    row(Function::SerializedFmuStateSize,        "fmi2SerializedFMUstateSize",        "2.1.8", BOTH, ALIVE),
-    row(Function::SerializeFmuState,             "fmi2SerializeFMUstate",             "2.1.8", BOTH, ALIVE),
-    row(Function::DeserializeFmuState,           "fmi2DeSerializeFMUstate",           "2.1.8", BOTH, ALIVE),
-    row(Function::GetDirectionalDerivative,      "fmi2GetDirectionalDerivative",      "2.1.9", BOTH, READABLE),
-    row(Function::EnterEventMode,                "fmi2EnterEventMode",                "3.2.2", ME,   MOVING),
-    row(Function::NewDiscreteStates,             "fmi2NewDiscreteStates",             "3.2.2", ME,   &[Event]),
-    row(Function::EnterContinuousTimeMode,       "fmi2EnterContinuousTimeMode",       "3.2.2", ME,   &[Event]),
-    row(Function::CompletedIntegratorStep,       "fmi2CompletedIntegratorStep",       "3.2.2", ME,   &[Continuous]),
-    row(Function::SetTime,                       "fmi2SetTime",                       "3.2.1", ME,   MOVING),
-    row(Function::SetContinuousStates,           "fmi2SetContinuousStates",           "3.2.1", ME,   &[Continuous]),
-    row(Function::GetDerivatives,                "fmi2GetDerivatives",                "3.2.2", ME,   COMPUTABLE),
-    row(Function::GetEventIndicators,            "fmi2GetEventIndicators",            "3.2.2", ME,   COMPUTABLE),
-    row(Function::GetContinuousStates,           "fmi2GetContinuousStates",           "3.2.2", ME,   COMPUTABLE),
-    row(Function::GetNominalsOfContinuousStates, "fmi2GetNominalsOfContinuousStates", "3.2.2", ME,   NOMINAL),
-    row(Function::SetRealInputDerivatives,       "fmi2SetRealInputDerivatives",       "4.2.1", CS,   INPUT),
-    row(Function::GetRealOutputDerivatives,      "fmi2GetRealOutputDerivatives",      "4.2.1", CS,   STEPPED),
-    row(Function::DoStep,                        "fmi2DoStep",                        "4.2.2", CS,   &[Step]),
-    row(Function::CancelStep,                    "fmi2CancelStep",                    "4.2.2", CS,   NOWHERE),
-    row(Function::GetStatus,                     "fmi2GetStatus",                     "4.2.3", CS,   STATUS),
-    row(Function::GetRealStatus,                 "fmi2GetRealStatus",                 "4.2.3", CS,   STATUS),
-    row(Function::GetIntegerStatus,              "fmi2GetIntegerStatus",              "4.2.3", CS,   STATUS),
-    row(Function::GetBooleanStatus,              "fmi2GetBooleanStatus",              "4.2.3", CS,   STATUS),
-    row(Function::GetStringStatus,               "fmi2GetStringStatus",               "4.2.3", CS,   STATUS),
+    row(Function::GetTypesPlatform,              "fmi2GetTypesPlatform",              BOTH, EVERYWHERE),
+    row(Function::GetVersion,                    "fmi2GetVersion",                    BOTH, EVERYWHERE),
+    row(Function::Instantiate,                   "fmi2Instantiate",                   BOTH, EVERYWHERE),
+    row(Function::FreeInstance,                  "fmi2FreeInstance",                  BOTH, EVERYWHERE),
+    row(Function::SetDebugLogging,               "fmi2SetDebugLogging",               BOTH, ALIVE),
+    row(Function::SetupExperiment,               "fmi2SetupExperiment",               BOTH, &[Instantiated]),
+    row(Function::EnterInitializationMode,       "fmi2EnterInitializationMode",       BOTH, &[Instantiated]),
+    row(Function::ExitInitializationMode,        "fmi2ExitInitializationMode",        BOTH, &[Initialization]),
+    row(Function::Terminate,                     "fmi2Terminate",                     BOTH, RUNNING),
+    row(Function::Reset,                         "fmi2Reset",                         BOTH, ALIVE),
+    row(Function::GetReal,                       "fmi2GetReal",                       BOTH, READABLE),
+    row(Function::GetInteger,                    "fmi2GetInteger",                    BOTH, READABLE),
+    row(Function::GetBoolean,                    "fmi2GetBoolean",                    BOTH, READABLE),
+    row(Function::GetString,                     "fmi2GetString",                     BOTH, READABLE),
+    row(Function::SetReal,                       "fmi2SetReal",                       BOTH, SET_REAL),
+    row(Function::SetInteger,                    "fmi2SetInteger",                    BOTH, SET_OTHER),
+    row(Function::SetBoolean,                    "fmi2SetBoolean",                    BOTH, SET_OTHER),
+    row(Function::SetString,                     "fmi2SetString",                     BOTH, SET_OTHER),
+    row(Function::GetFmuState,                   "fmi2GetFMUstate",                   BOTH, ALIVE),
+    row(Function::SetFmuState,                   "fmi2SetFMUstate",                   BOTH, ALIVE),
+    row(Function::FreeFmuState,                  "fmi2FreeFMUstate",                  BOTH, ALIVE),
+    row(Function::SerializedFmuStateSize,        "fmi2SerializedFMUstateSize",        BOTH, ALIVE),
+    row(Function::SerializeFmuState,             "fmi2SerializeFMUstate",             BOTH, ALIVE),
+    row(Function::DeserializeFmuState,           "fmi2DeSerializeFMUstate",           BOTH, ALIVE),
+    row(Function::GetDirectionalDerivative,      "fmi2GetDirectionalDerivative",      BOTH, READABLE),
+    row(Function::EnterEventMode,                "fmi2EnterEventMode",                ME,   MOVING),
+    row(Function::NewDiscreteStates,             "fmi2NewDiscreteStates",             ME,   &[Event]),
+    row(Function::EnterContinuousTimeMode,       "fmi2EnterContinuousTimeMode",       ME,   &[Event]),
+    row(Function::CompletedIntegratorStep,       "fmi2CompletedIntegratorStep",       ME,   &[Continuous]),
+    row(Function::SetTime,                       "fmi2SetTime",                       ME,   MOVING),
+    row(Function::SetContinuousStates,           "fmi2SetContinuousStates",           ME,   &[Continuous]),
+    row(Function::GetDerivatives,                "fmi2GetDerivatives",                ME,   COMPUTABLE),
+    row(Function::GetEventIndicators,            "fmi2GetEventIndicators",            ME,   COMPUTABLE),
+    row(Function::GetContinuousStates,           "fmi2GetContinuousStates",           ME,   COMPUTABLE),
+    row(Function::GetNominalsOfContinuousStates, "fmi2GetNominalsOfContinuousStates", ME,   NOMINAL),
+    row(Function::SetRealInputDerivatives,       "fmi2SetRealInputDerivatives",       CS,   INPUT),
+    row(Function::GetRealOutputDerivatives,      "fmi2GetRealOutputDerivatives",      CS,   STEPPED),
+    row(Function::DoStep,                        "fmi2DoStep",                        CS,   &[Step]),
+    row(Function::CancelStep,                    "fmi2CancelStep",                    CS,   NOWHERE),
+    row(Function::GetStatus,                     "fmi2GetStatus",                     CS,   STATUS),
+    row(Function::GetRealStatus,                 "fmi2GetRealStatus",                 CS,   STATUS),
+    row(Function::GetIntegerStatus,              "fmi2GetIntegerStatus",              CS,   STATUS),
+    row(Function::GetBooleanStatus,              "fmi2GetBooleanStatus",              CS,   STATUS),
+    row(Function::GetStringStatus,               "fmi2GetStringStatus",               CS,   STATUS),
 ];
 
 const fn row(
     function: Function,
     name: &'static str,
-    section: &'static str,
     interface: Option<Interface>,
     phases: &'static [Phase],
 ) -> Row {
-    Row { function, name, section, interface, phases }
+    Row { function, name, interface, phases }
 }
 
 impl Function {
@@ -157,11 +154,6 @@ impl Function {
     /// Name in the standard.
     pub fn name(self) -> &'static str {
         self.row().name
-    }
-
-    /// Section of FMI 2.0.4 that describes the function.
-    pub fn section(self) -> &'static str {
-        self.row().section
     }
 
     /// The interface that alone has the function; `None` means both.

@@ -55,11 +55,6 @@ impl<M, T> Role<M, T> {
     pub fn constant() -> Self {
         Self::readable(Causality::Local, Some(Variability::Constant))
     }
-
-    /// Computed from parameters at initialisation.
-    pub fn calculated_parameter() -> Self {
-        Self::readable(Causality::CalculatedParameter, Some(Variability::Fixed))
-    }
 }
 
 impl<M, T> fmt::Debug for Role<M, T> {
