@@ -41,7 +41,7 @@ pub struct Advance {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum TrackedSignal {
+enum TrackedSignal {
     Pitch,
     Speed,
 }
@@ -50,9 +50,9 @@ pub(crate) enum TrackedSignal {
 #[derive(Debug)]
 pub(crate) struct Plan {
     sample_time: f64,
-    pub(crate) centre: f64,
+    centre: f64,
     pub(crate) half_range: f64,
-    pub(crate) tracked: Vec<(TrackedSignal, f64)>,
+    tracked: Vec<(TrackedSignal, f64)>,
     /// Scale, minimum and maximum of each actuator.
     pub(crate) actuators: Vec<[f64; 3]>,
     pub(crate) trim: Trim,
@@ -233,13 +233,8 @@ impl Autopilot {
     fn compute_outputs(&mut self, inputs: &Inputs) -> Result<(), TickError> {
         inputs.check()?;
         let plan = &*self.plan;
-        for (error, (signal, scale)) in self.errors.iter_mut().zip(&plan.tracked) {
-            *error = match signal {
-                TrackedSignal::Pitch => inputs.pitch_reference - inputs.pitch,
-                TrackedSignal::Speed => inputs.speed_reference - inputs.speed,
-            } / scale;
-        }
-        let rho = (plan.trim.speed(inputs.speed) - plan.centre) / plan.half_range;
+        plan.errors(inputs).zip(&mut self.errors).for_each(|(found, error)| *error = found);
+        let rho = plan.rho(inputs.speed);
         let clamped = rho.clamp(-1.0, 1.0);
         let outputs = &mut self.outputs;
         outputs.out_of_range = (rho - clamped).abs() > ROUNDING_OF_RHO;
@@ -252,6 +247,19 @@ impl Autopilot {
 }
 
 impl Plan {
+    /// What the controller hears: the scaled tracking errors.
+    pub(crate) fn errors(&self, of: &Inputs) -> impl Iterator<Item = f64> {
+        self.tracked.iter().map(|(signal, scale)| match signal {
+            TrackedSignal::Pitch => (of.pitch_reference - of.pitch) / scale,
+            TrackedSignal::Speed => (of.speed_reference - of.speed) / scale,
+        })
+    }
+
+    /// The scheduling parameter at a forward speed in m/s, beyond 1 where it is to be clamped.
+    pub(crate) fn rho(&self, forward_speed: f64) -> f64 {
+        (self.trim.speed(forward_speed) - self.centre) / self.half_range
+    }
+
     /// Turns the scaled `u` in `commands` into commands.
     fn add_feedforward(&self, level: Level<'_>, commands: &mut [f64]) -> Result<(), TickError> {
         for (index, command) in commands.iter_mut().enumerate() {

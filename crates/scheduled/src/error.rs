@@ -60,7 +60,9 @@ pub enum TickError {
         "the controller's algebraic loop is singular (pivot {pivot:e}) at scheduling parameter {parameter}"
     )]
     SingularLoop { parameter: f64, pivot: f64 },
-    /// The controller's own numbers have overflowed.
-    #[error("the controller's command {index} is {value}: the loop has diverged")]
+    /// The numbers have overflowed.
+    #[error(
+        "the controller's command {index} is {value}: an input is far too large, or the loop has diverged"
+    )]
     Diverged { index: usize, value: f64 },
 }

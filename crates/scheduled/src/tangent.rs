@@ -1,6 +1,5 @@
 //! Exact derivatives of a tick by its inputs.
 
-use crate::autopilot::TrackedSignal;
 use crate::{Autopilot, Inputs, TickError};
 
 /// The derivatives of the outputs of a tick in one direction of its inputs.
@@ -24,15 +23,8 @@ impl Autopilot {
     /// [`TickError::SingularLoop`].
     pub fn tangents(&self, inputs: &Inputs, direction: &Inputs) -> Result<OutputTangents, TickError> {
         let plan = &*self.plan;
-        let errors = |of: &Inputs| -> Vec<f64> {
-            let error = |(signal, scale): &(TrackedSignal, f64)| match signal {
-                TrackedSignal::Pitch => (of.pitch_reference - of.pitch) / scale,
-                TrackedSignal::Speed => (of.speed_reference - of.speed) / scale,
-            };
-            plan.tracked.iter().map(error).collect()
-        };
-        let (y, dy) = (errors(inputs), errors(direction));
-        let rho = (plan.trim.speed(inputs.speed) - plan.centre) / plan.half_range;
+        let (y, dy): (Vec<f64>, Vec<f64>) = plan.errors(inputs).zip(plan.errors(direction)).unzip();
+        let rho = plan.rho(inputs.speed);
         let inside = rho.abs() <= 1.0;
         let slope = plan.trim.speed_slope(inputs.speed) / plan.half_range;
         let drho = if inside { slope * direction.speed } else { 0.0 };

@@ -15,7 +15,15 @@ struct Place {
     fraction: f64,
 }
 
+/// How many pieces beyond the table a piece is prolonged, so that no speed overflows.
+const FARTHEST: f64 = 1e100;
+
 impl Place {
+    /// The same place, or one that is not as far beyond the table.
+    fn at_hand(self) -> Self {
+        Self { fraction: self.fraction.clamp(-FARTHEST, FARTHEST), ..self }
+    }
+
     fn interpolate(self, column: impl Fn(usize) -> f64) -> f64 {
         let (low, high) = (column(self.index), column(self.index + 1));
         // Exact at both ends.
@@ -32,12 +40,12 @@ impl Trim {
     /// Speed V in m/s along the path at forward speed u in m/s; the first and last piece are prolonged.
     pub fn speed(&self, forward_speed: f64) -> f64 {
         let speeds = &self.table.speed;
-        find(&self.table.forward_speed, forward_speed).interpolate(|row| speeds[row])
+        find(&self.table.forward_speed, forward_speed).at_hand().interpolate(|row| speeds[row])
     }
 
     /// Forward speed u in m/s at speed V in m/s along the path; the first and last piece are prolonged.
     pub fn forward_speed(&self, speed: f64) -> f64 {
-        find(&self.table.speed, speed).interpolate(|row| self.table.forward_speed[row])
+        find(&self.table.speed, speed).at_hand().interpolate(|row| self.table.forward_speed[row])
     }
 
     /// Pitch angle in rad at forward speed u in m/s, held beyond the table.
@@ -168,6 +176,9 @@ mod tests {
     fn prolongs_speed_and_holds_the_rest() {
         assert!((trim().speed(3.9) - 4.0).abs() < 1e-14);
         assert!((trim().speed(0.3) - 0.4).abs() < 1e-15);
+        let far = [trim().speed(1e308), trim().forward_speed(1e308)];
+        assert!(far.iter().all(|speed| speed.is_finite() && *speed > 1e99), "{far:?}");
+        assert!(trim().speed(-1e308) < -1e99);
         assert_eq!((trim().pitch(9.0), trim().pitch(-9.0)), (-0.01, -0.1));
         assert_eq!((trim().command(9.0, 0), trim().command(9.0, 1)), (7.0, 0.0));
     }
