@@ -1,7 +1,7 @@
-//! Vehicle and autopilot in one loop as a co-simulation FMU:
+//! Vehicle and autopilot in one loop as an FMU for co-simulation and model exchange:
 //!
 //! ```text
-//! resources/vehicle.toml, plant.json -> fmu_plant::PlantModel      -+
+//! resources/vehicle.json, plant.json -> fmu_plant::PlantModel      -+
 //! resources/controller.json          -> fmu_controller::Controller -+-> ClosedLoop -> table of variables -> FMU
 //! resources/manoeuvre.json           -> Manoeuvre                  -+
 //! ```

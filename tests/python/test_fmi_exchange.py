@@ -54,6 +54,21 @@ def test_plant_agrees_to_the_tolerance_of_the_solver(packages: Packages, fidelit
     assert errors[1] < errors[0] < 0.05
 
 
+def test_solvers_look_beyond_the_stop_time(squid: Packages, monkeypatch: pytest.MonkeyPatch) -> None:
+    """CVode does, which is why `fmi2SetTime` takes such times; the flight itself ends at the stop time."""
+    asked = []
+    take = FMU2Model.setTime
+
+    def set_time(model: FMU2Model, time: float) -> None:
+        asked.append(time)
+        take(model, time)
+
+    monkeypatch.setattr(FMU2Model, "setTime", set_time)
+    rows = flown(squid.plant, "ModelExchange", solver="CVode", start_values=pushed(squid))
+    assert rows["time"][-1] == pytest.approx(10.0)
+    assert max(asked) > 10.0 + 1e-3
+
+
 def test_loop_ticks_as_time_events(packages: Packages) -> None:
     stepped = flown(packages.loop, "CoSimulation", 25.0)
     integrated = flown(packages.loop, "ModelExchange", 25.0, solver="CVode", relative_tolerance=1e-9)

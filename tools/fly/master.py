@@ -162,7 +162,7 @@ def couple(
 def path_speed_of(controller: Slave) -> Callable[[float], float]:
     """Return what turns forward speed u into the speed V along the path of level flight (m/s), both through the water.
 
-    It interpolates in the trim table of the frozen design that the controller's FMU carries, and prolongs its end pieces.
+    It interpolates in the trim table of the design that the controller's FMU carries, and prolongs its end pieces.
     """
     design = controller.folder / "resources" / "controller.json"
     trim = json.loads(design.read_text(encoding="utf-8"))["trim"]

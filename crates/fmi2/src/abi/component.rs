@@ -14,7 +14,7 @@ pub(crate) struct Component<M: Model> {
     pub(crate) logger: Logger,
     /// Texts of the last `fmi2GetString`.
     pub(crate) strings: Vec<CString>,
-    /// Status of the last `fmi2DoStep`.
+    /// Status of the last `fmi2DoStep` that left the instance ready for another one.
     pub(crate) last_step: Status,
 }
 

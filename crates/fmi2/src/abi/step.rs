@@ -5,7 +5,7 @@ use std::ffi::{c_char, c_int};
 use crate::abi::component::{Component, call};
 use crate::abi::pointers::{place, slice, slice_mut};
 use crate::abi::types::{self, DO_STEP_STATUS, LAST_SUCCESSFUL_TIME, Status, StatusKind, TERMINATED};
-use crate::{Function, Model};
+use crate::{Function, Model, Phase};
 
 /// `fmi2DoStep`.
 ///
@@ -17,14 +17,13 @@ pub unsafe extern "C" fn do_step<M: Model>(
     size: f64,
     _no_set_state_prior_to_current_point: c_int,
 ) -> Status {
-    // SAFETY: the importer vouches for the handle, here and below.
-    let legal = unsafe { component.cast::<Component<M>>().as_ref() }
-        .is_some_and(|component| component.instance.allows(Function::DoStep).is_ok());
     let body = |component: &mut Component<M>| component.instance.step(at, size, &mut component.logger);
-    // SAFETY: as above.
+    // SAFETY: the importer vouches for the handle, here and below.
     let status = unsafe { call(component, Function::DoStep, body) };
     // SAFETY: as above.
-    if let Some(component) = unsafe { component.cast::<Component<M>>().as_mut() }.filter(|_| legal) {
+    if let Some(component) = unsafe { component.cast::<Component<M>>().as_mut() }
+        && component.instance.phase() == Phase::Step
+    {
         component.last_step = status;
     }
     status
