@@ -1,0 +1,70 @@
+//! What is flown for derivatives: two vehicles, by either fidelity.
+
+#![allow(dead_code, reason = "not every test needs everything")]
+
+use fmi2::model_description::{Causality, Kind, ModelDescription};
+use fmi2::{Described, Experiment, Instance, Interface, Model, Resources, Silent, describe};
+
+use crate::example::{resources, without_lag};
+
+/// Which files, and which equations of motion by their number.
+#[derive(Clone, Copy)]
+pub struct Case {
+    pub resources: fn() -> Resources,
+    pub fidelity: i32,
+}
+
+pub const SQUID: Case = Case { resources, fidelity: 1 };
+pub const LPV: Case = Case { resources, fidelity: 2 };
+pub const WITHOUT_LAG: Case = Case { resources: without_lag, fidelity: 1 };
+pub const CASES: [Case; 3] = [SQUID, LPV, WITHOUT_LAG];
+
+impl Case {
+    pub fn describe<M: Model>(self) -> Described<M> {
+        describe(&(self.resources)()).unwrap()
+    }
+
+    /// An instance in initialization mode.
+    pub fn instance<M: Model>(self, interface: Interface) -> Instance<M> {
+        let mut instance = Instance::made_for(interface, self.describe::<M>());
+        instance.set_up(Experiment::default()).unwrap();
+        if let Some(fidelity) = instance.table().reference("fidelity") {
+            instance.set(&[fidelity], |_| self.fidelity).unwrap();
+        }
+        instance.enter_initialization().unwrap();
+        instance
+    }
+}
+
+pub fn described<M: Model>() -> ModelDescription {
+    SQUID.describe::<M>().description
+}
+
+pub fn instance<M: Model>(interface: Interface) -> Instance<M> {
+    SQUID.instance(interface)
+}
+
+pub fn real_of(description: &ModelDescription, causality: Causality) -> Vec<(u32, f64, f64)> {
+    let all = description.variables.iter().filter(|one| one.causality == causality);
+    let number = |one: &fmi2::model_description::ScalarVariable| match one.kind {
+        Kind::Real { start, nominal, .. } => {
+            Some((one.value_reference, start.unwrap_or(0.0), nominal.unwrap_or(1.0)))
+        }
+        _ => None,
+    };
+    all.filter_map(number).collect()
+}
+
+pub fn references(signals: &[(u32, f64, f64)]) -> Vec<u32> {
+    signals.iter().map(|one| one.0).collect()
+}
+
+pub fn read<M: Model>(instance: &mut Instance<M>, references: &[u32]) -> Vec<f64> {
+    let mut values = Vec::new();
+    instance.get(references, &mut Silent, |_, value: f64| values.push(value)).unwrap();
+    values
+}
+
+pub fn write<M: Model>(instance: &mut Instance<M>, references: &[u32], values: &[f64]) {
+    instance.set(references, |position| values[position]).unwrap();
+}
