@@ -1,6 +1,7 @@
 //! Derivatives of the model at one instant: directional ones, and those of outputs by time (sections 2.1.9 and 4.2.1).
 //!
-//! In co-simulation they are those just after the communication point, with the inputs as they are set.
+//! In co-simulation they are those at the communication point, with the inputs as they are set; what the next step begins with has not
+//! happened yet.
 
 use crate::instance::Outcome;
 use crate::snapshot::Slopes;
