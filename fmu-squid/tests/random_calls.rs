@@ -239,9 +239,10 @@ fn survives<M: Model>(fmu: &Unpacked<M>, interface: Interface, calls: &Calls) ->
     seen
 }
 
+/// Tries the same calls on an FMU all of whose actuators lag, and on one with an actuator that does not.
 fn tried<M: Model>(name: &str, interface: Interface) {
-    let fmu = Unpacked::<M>::new(&example::resources());
-    fuzz::run(name, |calls| survives(&fmu, interface, calls));
+    let fmus = [example::resources(), example::without_lag()].map(|files| Unpacked::<M>::new(&files));
+    fuzz::run(name, |calls| fmus.iter().flat_map(|fmu| survives(fmu, interface, calls)).collect());
 }
 
 #[test]

@@ -192,7 +192,7 @@ fn first_values_depend_on_the_parameters_that_are_listed() {
 /// What an actuator puts out that follows its command at once: the command, as it stands, as long as the instance lives.
 fn obeys_at_once(interface: Interface) {
     let mut instance = instance::<PlantModel>(without_lag, interface);
-    let name = describe::<PlantModel>(&without_lag()).unwrap().model.vehicle().actuators[0].name.clone();
+    let name = instance.model().vehicle().actuators.last().unwrap().name.clone();
     let reference = |name: &str| instance.table().reference(name).unwrap();
     let (command, output, other) =
         (reference(&name), reference(&format!("{name}_output")), reference("initial_depth"));
@@ -226,7 +226,7 @@ fn an_actuator_without_lag_puts_out_its_command() {
 fn in_the_loop_an_actuator_without_lag_puts_out_the_first_command() {
     for interface in [Interface::CoSimulation, Interface::ModelExchange] {
         let mut instance = instance::<ClosedLoop>(without_lag, interface);
-        let name = instance.model().plant.vehicle().actuators[0].name.clone();
+        let name = instance.model().plant.vehicle().actuators.last().unwrap().name.clone();
         let step = instance.table().reference("step_time").unwrap();
         instance.set(&[step], |_| 0.0).unwrap();
         instance.enter_initialization().unwrap();
@@ -235,7 +235,7 @@ fn in_the_loop_an_actuator_without_lag_puts_out_the_first_command() {
         let pair = pair.map(|name| instance.table().reference(&name).unwrap());
         let mut found = [f64::NAN; 2];
         instance.get(&pair, &mut Silent, |position, value| found[position] = value).unwrap();
-        let trim = instance.model().plant.trim().actuators[0];
+        let trim = *instance.model().plant.trim().actuators.last().unwrap();
         assert!(found[0] == found[1] && (found[0] - trim).abs() > 1.0, "{found:?} and {trim}");
     }
 }

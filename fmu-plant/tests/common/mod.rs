@@ -28,10 +28,10 @@ pub fn squid() -> Resources {
     resources("squid", [0.5, 1.75, 3.0])
 }
 
-/// Squid with a first actuator that follows its command at once.
+/// Squid with a last actuator that follows its command at once.
 pub fn squid_without_lag() -> Resources {
     let mut vehicle = vehicle("squid");
-    vehicle.actuators[0].lag = 0.0;
+    vehicle.actuators.last_mut().unwrap().lag = 0.0;
     of(&vehicle, [0.5, 1.75, 3.0])
 }
 
