@@ -95,6 +95,14 @@ pub enum ReadError {
         /// Its rows.
         expected: usize,
     },
+    /// A loop that is larger than can be proved in reasonable time and memory.
+    #[error("the inequality has {rows} rows, at most {most} are proved")]
+    Large {
+        /// Its rows.
+        rows: usize,
+        /// The most.
+        most: usize,
+    },
     /// A parameter that the claim would count, and on which nothing depends.
     #[error(
         "{field}[{index}]: is 0 or missing in blocks and controller_blocks alike, must be above 0 in one of them: no channel has \

@@ -1,6 +1,7 @@
 //! A JSON text as a tree, read strictly: no key stands twice, every number is a finite f64.
 
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
+use std::collections::HashSet;
 use std::fmt;
 
 /// A JSON value, read strictly: a key that stands twice in one object, or a number that is no finite f64, is an error.
@@ -84,8 +85,9 @@ impl<'de> Visitor<'de> for Tree {
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Json, A::Error> {
         let mut object: Vec<(String, Json)> = Vec::new();
+        let mut seen = HashSet::new();
         while let Some(key) = map.next_key::<String>()? {
-            if object.iter().any(|(k, _)| *k == key) {
+            if !seen.insert(key.clone()) {
                 return Err(A::Error::custom(format_args!("the key {key:?} stands twice in one object")));
             }
             object.push((key, map.next_value()?));

@@ -27,6 +27,19 @@ pub(crate) struct Sizes {
     pub(crate) y: usize,
 }
 
+/// Rows of the inequality, at most: ten times those of the largest loops that have been designed, and what fits into memory.
+const MOST_ROWS: usize = 1000;
+
+impl Sizes {
+    /// Rows of the inequality: x, wt, w_Delta, w, zt, z_Delta and z.
+    fn rows(self, residual: Option<&Residual>) -> usize {
+        let error = residual.map_or(0, |r| columns(&r.e).saturating_add(r.f.len()));
+        [self.x, self.xk, self.t, self.t, self.tk, self.tk, self.w, self.z, error]
+            .into_iter()
+            .fold(0, usize::saturating_add)
+    }
+}
+
 fn columns(rows: &Rows) -> usize {
     rows.first().map_or(0, Vec::len)
 }
@@ -58,6 +71,10 @@ impl Certificate {
         }
         if s.w == 0 {
             return Err(ReadError::Empty { field: "plant.D11", part: "columns", meaning: "inputs w" });
+        }
+        let rows = s.rows(self.residual.as_ref());
+        if rows > MOST_ROWS {
+            return Err(ReadError::Large { rows, most: MOST_ROWS });
         }
         check_blocks("blocks", &self.blocks, "plant.Ct", s.t)?;
         check_blocks("controller_blocks", &self.controller_blocks, "controller.Ct", s.tk)?;

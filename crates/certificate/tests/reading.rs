@@ -133,6 +133,15 @@ fn each_wrong_shape() {
     }
 }
 
+/// A few thousand numbers would ask for gigabytes, or for years.
+#[test]
+fn loops_too_large_to_be_proved() {
+    let mut c = with_residual();
+    c["plant"]["D11"] = json!([vec![0.0; 3000]]);
+    assert!(refusal(&c.to_string()).contains("the inequality has 30"), "{}", refusal(&c.to_string()));
+    assert!(refusal(&c.to_string()).contains("at most 1000 are proved"));
+}
+
 #[test]
 fn parameters_that_occur_nowhere() {
     let with = |plant: Value, controller: Value| {
