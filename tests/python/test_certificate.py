@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
+import fmpy
 import pytest
 from conftest import Run
+from fly.master import Slave
 from fly.package import Packages
 from fly.stages import ROOT
 
@@ -140,6 +143,10 @@ def test_design_without_proof_is_not_packed(
     assert done.returncode == 0 and "UNCERTIFIED" in done.stdout
     with zipfile.ZipFile(out / "squid_controller.fmu") as package:
         assert "not certified" in package.read("modelDescription.xml").decode()
+        assert (
+            "UNCERTIFIED: this controller was packed without a proof"
+            in package.read("documentation/index.html").decode()
+        )
         assert "resources/certificate.json" not in package.namelist()
 
 
@@ -187,6 +194,177 @@ def test_resources_edited_after_packing_are_not_verified(
     assert done.returncode == 1 and "its resources were changed after it was packed" in done.stderr
     assert "PROVED" not in done.stdout
     assert run_squid("verify", squid.loop).returncode == 0
+
+
+def test_verify_against_the_vehicle(
+    packages: Packages, run_squid: Run, copied_vehicle: Path, tmp_path: Path
+) -> None:
+    """With vehicle and design file at hand, all that the FMU flies is computed anew."""
+    of = ROOT / "vehicles" / packages.vehicle
+    for file in (packages.controller, packages.loop, packages.controller.parent / "certificate.json"):
+        done = run_squid("verify", file, "--vehicle", of)
+        assert done.returncode == 0 and "PROVED" in done.stdout, done.stderr
+        assert "computed anew" in done.stdout
+    other = ROOT / "vehicles" / ("remus100" if packages.vehicle == "squid" else "squid")
+    done = run_squid("verify", packages.loop, "--vehicle", other)
+    assert done.returncode == 1 and "the vehicle file is another one" in done.stderr
+    done = run_squid("verify", packages.controller.parent / "certificate.json", "--vehicle", other)
+    assert done.returncode == 1 and "not of this plant" in done.stderr
+    assert run_squid("verify", packages.loop, "--design", "design").returncode == 64
+
+
+def test_a_controller_amplified_under_a_fitting_guid(
+    squid: Packages, run_squid: Run, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Whoever changes a scale can change the GUID as well: what the vehicle file says shows it."""
+
+    def amplify(controller: dict) -> None:
+        controller["tracked"][0]["scale"] /= 50
+
+    spoilt = edited(squid.controller, tmp_path / "spoilt.fmu", "controller.json", amplify)
+    with pytest.raises(Exception, match="instantiate"):
+        Slave(spoilt, "spoilt")
+    packed = fmpy.read_model_description(spoilt).guid
+    (fitting,) = set(re.findall(r"\{[0-9a-f-]{36}\}", capfd.readouterr().out)) - {packed}
+    forged = tmp_path / "forged.fmu"
+    with zipfile.ZipFile(spoilt) as source, zipfile.ZipFile(forged, "w") as target:
+        for entry in source.infolist():
+            content = source.read(entry)
+            if entry.filename == "modelDescription.xml":
+                content = content.replace(packed.encode(), fitting.encode())
+            target.writestr(entry, content)
+    with Slave(forged, "forged") as slave:
+        slave.begin()
+        slave.ready()
+    assert run_squid("verify", forged).returncode == 0, "the GUID is no signature"
+    done = run_squid("verify", forged, "--vehicle", ROOT / "vehicles" / "squid")
+    assert done.returncode == 1 and "`tracked[0].scale` is" in done.stderr
+    assert "PROVED" not in done.stdout
+
+
+@pytest.mark.parametrize(
+    "name", ["./resources/controller.json", "resources//controller.json", "resources/Controller.json"]
+)
+def test_an_archive_that_tools_unpack_differently(
+    squid: Packages, run_squid: Run, tmp_path: Path, name: str
+) -> None:
+    """What is proved must be what is flown, whichever of two entries a tool unpacks last."""
+    spoilt = tmp_path / "spoilt.fmu"
+    shutil.copy(squid.controller, spoilt)
+    with zipfile.ZipFile(spoilt, "a") as package:
+        package.writestr(name, "{}")
+    done = run_squid("verify", spoilt)
+    assert done.returncode == 1 and name.split("/")[-1] in done.stderr
+    assert "PROVED" not in done.stdout
+
+
+def test_a_guid_beside_the_attribute_does_not_count(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
+    """Where the attribute is another one, the right GUID in a comment does not help."""
+    spoilt = tmp_path / "spoilt.fmu"
+    with zipfile.ZipFile(squid.controller) as source, zipfile.ZipFile(spoilt, "w") as target:
+        for entry in source.infolist():
+            content = source.read(entry)
+            if entry.filename == "modelDescription.xml":
+                guid = fmpy.read_model_description(squid.controller).guid.encode()
+                content = content.replace(guid, b"{other}") + b'<!-- guid="' + guid + b'" -->'
+            target.writestr(entry, content)
+    done = run_squid("verify", spoilt)
+    assert done.returncode == 1 and "the GUID differs" in done.stderr
+
+
+def squid_design(squid: Packages, out: Path) -> tuple[dict, dict]:
+    """Copy the design of Squid into a folder; return its certificate and its controller."""
+    out.mkdir()
+    for path in squid.controller.parent.glob("*.json"):
+        shutil.copy(path, out)
+    names = ("certificate.json", "controller.json")
+    certificate, controller = (json.loads((out / name).read_text(encoding="utf-8")) for name in names)
+    return certificate, controller
+
+
+def zeros(rows: int, columns: int) -> list[list[float]]:
+    """Return a matrix of zeros."""
+    return [[0.0] * columns for _ in range(rows)]
+
+
+def diagonal(values: list[float]) -> list[list[float]]:
+    """Return a diagonal matrix."""
+    return [[v if i == j else 0.0 for j in range(len(values))] for i, v in enumerate(values)]
+
+
+def test_a_plant_that_overflows_is_not_this_plant(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
+    """Channels of 1e157 that nothing sees: a true theorem, but in floating point the plant is no number."""
+    out = tmp_path / "out"
+    certificate, controller = squid_design(squid, out)
+    plant, law = certificate["plant"], certificate["controller"]
+    n, w, z, u, y = (
+        len(plant["A"]),
+        len(plant["D11"][0]),
+        len(plant["D11"]),
+        len(plant["D12"][0]),
+        len(plant["C2"]),
+    )
+    (r,), nk, rk = certificate["blocks"], len(law["A"]), len(law["Ct"])
+    huge = zeros(r, r)
+    huge[0][1] = huge[1][2] = 1e157
+    sizes = {"x": n, "t": r, "w": w, "z": z, "u": u, "y": y}
+    rows = {
+        "A": "xx",
+        "Bt": "xt",
+        "B1": "xw",
+        "B2": "xu",
+        "Ct": "tx",
+        "C1": "zx",
+        "C2": "yx",
+        "Dt1": "tw",
+        "Dt2": "tu",
+    }
+    rows |= {"D1t": "zt", "D11": "zw", "D12": "zu", "D2t": "yt", "D21": "yw"}
+    certificate["plant"] = {name: zeros(sizes[a], sizes[b]) for name, (a, b) in rows.items()}
+    certificate["plant"] |= {"A": diagonal([-1000.0] * n), "Dtt": huge}
+    law = {name: zeros(len(value), len(value[0])) for name, value in law.items()}
+    law |= {"A": diagonal([-1.0] * nk), "Duy": [[3.0] * y for _ in range(u)]}
+    certificate["controller"] = law
+    controller["lft"] = {"blocks": controller["lft"]["blocks"], **law}
+    proof = {"X": diagonal([1.0] * (n + nk)), "T": zeros(r + rk, r + rk)}
+    proof |= {"S": diagonal([5e-324, 1e-9, 1e306] + [1.0] * (r - 3 + rk)), "gamma": 1e-6}
+    certificate |= proof
+    certificate["residual"] |= {**proof, "lambda": 1.0}
+    controller["gamma"] |= {"bound": 1e-6, "optimum": 1e-6}
+    for name, value in (("certificate.json", certificate), ("controller.json", controller)):
+        (out / name).write_text(json.dumps(value), encoding="utf-8")
+    done = run_squid("verify", out / "certificate.json")
+    assert done.returncode == 0, f"the spoilt certificate is a true theorem: {done.stderr}"
+    done = run_squid("package", ROOT / "vehicles" / "squid", "--out", out)
+    assert done.returncode == 1 and "not of this plant" in done.stderr
+    assert not list(out.glob("*.fmu"))
+
+
+def test_a_ball_that_overflows_holds_nothing(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
+    """An E so small that its inverse is infinite proves as much as no ball at all."""
+    out = tmp_path / "out"
+    certificate, _ = squid_design(squid, out)
+    ball = certificate["residual"]
+    for key in ("X", "S", "T", "gamma"):
+        ball[key] = certificate[key]
+    ball["E"] = [[1e-310 if i == j else 0.0 for j in range(len(row))] for i, row in enumerate(ball["E"])]
+    for key in ("F", "Fu"):
+        ball[key] = [[1e-3 * (value != 0.0) for value in row] for row in ball[key]]
+    ball["lambda"] = 1e-3
+    (out / "certificate.json").write_text(json.dumps(certificate), encoding="utf-8")
+    assert run_squid("verify", out / "certificate.json").returncode == 0
+    done = run_squid("package", ROOT / "vehicles" / "squid", "--out", out)
+    assert done.returncode == 1 and "section 'residual' does not cover this vehicle" in done.stderr
+
+
+def test_blocks_of_nothing_are_refused(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
+    """A first parameter without channels: no panic, one sentence."""
+    out = tmp_path / "out"
+    certificate, _ = squid_design(squid, out)
+    certificate["blocks"].insert(0, 0)
+    (out / "certificate.json").write_text(json.dumps(certificate), encoding="utf-8")
+    done = run_squid("package", ROOT / "vehicles" / "squid", "--out", out)
+    assert done.returncode == 1 and "panicked" not in done.stderr and "not certified" in done.stderr
 
 
 def test_certificate_of_another_design_is_not_packed(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from pathlib import Path
 
@@ -43,7 +44,7 @@ def test_the_robust_controller_bears_more(run_squid: Run, tmp_path: Path) -> Non
     proved = json.loads(certificate.read_text(encoding="utf-8"))
     assert len(proved["blocks"]) == 1 + found["sizes"][0], "rho and the uncertain parameters"
     assert len(proved["controller_blocks"]) == 1, "the controller knows rho alone"
-    assert proved["gamma"] <= 1.011 * found["gamma"]
+    assert proved["gamma"] == found["proved"] <= found["gamma"], "what is proved is what was allowed"
     done = run_squid("verify", certificate)
     assert (done.returncode, "PROVED" in done.stdout) == (0, True)
     for size, nominal, robust in found["ladder"][1:]:
@@ -52,9 +53,24 @@ def test_the_robust_controller_bears_more(run_squid: Run, tmp_path: Path) -> Non
     assert "The proof is about the model. It leaves out how far the model is off the vehicle: " in printed
     done = run_squid("report", vehicle, "--out", tmp_path)
     assert done.returncode == 0, done.stderr
-    assert "The controller of this report is the robust one" in (tmp_path / "report.html").read_text("utf-8")
+    page = (tmp_path / "report.html").read_text("utf-8")
+    assert "The controller of this report is the robust one" in page
+    assert f"the gain of the robust controller is below {math.ceil(1e4 * found['proved']) / 1e4:.4f}" in page
+    assert_not_believed(run_squid, vehicle, tmp_path, found)
     assert run_squid("design", vehicle, "--out", tmp_path).returncode == 0
     assert not certificate.exists() and not (tmp_path / "robust.json").exists()
+
+
+def assert_not_believed(run_squid: Run, vehicle: Path, folder: Path, found: dict) -> None:
+    """Assert that the report shows no figures that the certificate beside them does not prove."""
+    path = folder / "robust.json"
+    for key, value in (("robust_bears", 5.0), ("proved", 0.5 * found["proved"])):
+        path.write_text(json.dumps({**found, key: value}), encoding="utf-8")
+        assert run_squid("report", vehicle, "--out", folder).returncode == 0
+        page = (folder / "report.html").read_text("utf-8")
+        assert "This section could not be computed: the certificate is not of this" in page
+        assert "The controller of this report is the robust one" not in page
+    path.write_text(json.dumps(found), encoding="utf-8")
 
 
 def assert_documented(found: dict) -> None:
@@ -66,7 +82,7 @@ def assert_documented(found: dict) -> None:
     """
     page = (ROOT / "docs" / "robust.md").read_text(encoding="utf-8")
     summary = next(line for line in page.splitlines() if line.startswith("| REMUS 100 | "))
-    gamma, nominal, robust, ratio, *gains = (
+    gamma, nominal, robust, ratio, proved, *gains = (
         float(cell.strip(" %")) for cell in summary.strip("|").split("|")[1:]
     )
     assert gamma == pytest.approx(found["gamma"], rel=0.01)
@@ -74,6 +90,7 @@ def assert_documented(found: dict) -> None:
         [100 * found["nominal_bears"], 100 * found["robust_bears"]], rel=0.02
     )
     assert ratio == pytest.approx(robust / nominal, rel=0.02)
+    assert proved == pytest.approx(found["proved"], rel=0.01)
     assert gains == pytest.approx(found["ladder"][0][1:], rel=0.01)
     mu, worst = page.split("| REMUS 100, m/s |")[1:]
     for table, of in ((mu, lambda f, i: f["mu"][i]), (worst, lambda f, i: f["worst"][i][0])):

@@ -166,14 +166,14 @@ def gamma_lines(achieved: dict) -> list[tuple[str, str]]:
         else [
             (
                 "  off the fit",
-                f"{with_error:.4f}, for every model in a ball around the fit (proved)",
+                f"{rounded_up(with_error):.4f}, for every model in a ball around the fit (proved)",
             )
         ]
     )
     return [
         (
             "gamma",
-            f"{bound:.4f}, a bound of the loop's L2 gain for any course of speed ({proof})",
+            f"{rounded_up(bound):.4f}, a bound of the loop's L2 gain for any course of speed ({proof})",
         ),
         *covered,
         (
@@ -181,6 +181,11 @@ def gamma_lines(achieved: dict) -> list[tuple[str, str]]:
             f"{optimum:.4f}; the controller is built {100 * back_off:.1f} % above",
         ),
     ]
+
+
+def rounded_up(bound: float) -> float:
+    """Return a bound from above with four decimals, none of them too small."""
+    return np.ceil(1e4 * bound) / 1e4
 
 
 def describe(step: figures.StepFigures) -> str:

@@ -10,7 +10,7 @@ use crate::model_ball::smallest_ball;
 use certificate::{Certificate, Residual, Theorem};
 use lpv::analysis::{GainBound, bounded_gain};
 use lpv::controller::Controller;
-use lpv::matrix::to_rows;
+use lpv::matrix::{from_rows, to_rows};
 use lpv::model_error::ModelError;
 use lpv::plant::GeneralisedPlant;
 use lpv::synthesis::Design;
@@ -107,6 +107,24 @@ pub fn rows_with_blocks(certificate: &Certificate) -> LftMatrices {
 pub fn frozen_rows(lft: &LftMatrices) -> certificate::Controller {
     let LftMatrices { blocks: _, a, by, bt, cu, duy, dut, ct, dty, dtt } = lft.clone();
     certificate::Controller { a, by, bt, cu, duy, dut, ct, dty, dtt }
+}
+
+/// The frozen controller's matrices as the theory has them; `None` when they are ragged.
+pub fn controller_of(lft: &LftMatrices) -> Option<Controller> {
+    let (n, y) = (lft.a.len(), lft.by.first()?.len());
+    let r = lft.blocks.iter().sum();
+    Some(Controller {
+        a: from_rows(&lft.a, n)?,
+        by: from_rows(&lft.by, y)?,
+        bt: from_rows(&lft.bt, r)?,
+        cu: from_rows(&lft.cu, n)?,
+        duy: from_rows(&lft.duy, y)?,
+        dut: from_rows(&lft.dut, r)?,
+        ct: from_rows(&lft.ct, n)?,
+        dty: from_rows(&lft.dty, y)?,
+        dtt: from_rows(&lft.dtt, r)?,
+        blocks: lft.blocks.clone(),
+    })
 }
 
 fn residual(error: &ModelError, bound: &GainBound) -> Residual {

@@ -8,6 +8,7 @@ use crate::frequency;
 use crate::inputs::Inputs;
 use crate::model::Model;
 use crate::model_ball::SAMPLES;
+use crate::output::above;
 use crate::problem::augment;
 use crate::robust::{Robust, robust};
 use crate::stages::Stages;
@@ -93,9 +94,10 @@ fn synthesis_stage(inputs: &Inputs, plant: &GeneralisedPlant, stages: &Stages) -
     stages.done(
         "bound",
         &format!(
-            "the finished loop has a gain below {:.4} for any course of speed in the range\n\
+            "the finished loop has a gain below {} for any course of speed in the range\n\
              (by eigenvalues in floating point, the nearest at {:.1e})",
-            design.certified.gamma, design.certified.largest_eigenvalue
+            above(design.certified.gamma),
+            design.certified.largest_eigenvalue
         ),
     );
     Ok(design)
@@ -145,12 +147,13 @@ fn certificate_stage(
 
 fn proof_line(proof: &Proof, seconds: f64) -> String {
     let covered = proof.theorem.gamma_with_model_error.map_or_else(String::new, |gamma| {
-        format!("\nand below {gamma:.4} for every model in a ball around the fit, which holds the true linearisations by a \
+        let gamma = above(gamma);
+        format!("\nand below {gamma} for every model in a ball around the fit, which holds the true linearisations by a \
              computation at {SAMPLES} speeds")
     });
     format!(
-        "PROVED in exact arithmetic ({seconds:.1} s): gain below {:.4} for every course of speed in the range,{covered}",
-        proof.theorem.gamma
+        "PROVED in exact arithmetic ({seconds:.1} s): gain below {} for every course of speed in the range,{covered}",
+        above(proof.theorem.gamma)
     )
 }
 

@@ -132,6 +132,14 @@ pub enum Error {
         /// The FMU.
         path: String,
     },
+    /// An FMU is not what vehicle and design file make.
+    #[error("{path}: it is not what these vehicle and design files make: {reason}")]
+    NotOfInputs {
+        /// The FMU.
+        path: String,
+        /// The first thing that differs.
+        reason: String,
+    },
     /// The plant's LPV model cannot be frozen or read.
     #[error(transparent)]
     LpvModel(#[from] auv::LpvModelError),
@@ -210,6 +218,14 @@ pub enum Error {
         os: &'static str,
         /// Processor.
         arch: &'static str,
+    },
+    /// A file is no FMU that every tool unpacks alike.
+    #[error("{path}: {reason}")]
+    Archive {
+        /// The FMU.
+        path: String,
+        /// Why.
+        reason: crate::fmu_archive::ArchiveError,
     },
     /// The zip could not be made.
     #[error("{path}: {reason}")]
@@ -298,7 +314,7 @@ pub enum Error {
     #[error(
         "the certificate's section 'residual' does not cover this vehicle: {}",
         .reach.map_or_else(
-            || "E, F and Fu have not the shape of a ball around the fit".to_owned(),
+            || "E, F and Fu make no ball around the fit".to_owned(),
             |r| format!("the true linearisations reach {r:.4} times as far from the fit as the ball does")
         )
     )]

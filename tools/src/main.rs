@@ -99,11 +99,21 @@ enum Verb {
     /// Prove the gain bound of an FMU, or of a certificate.json, in exact arithmetic
     ///
     /// Every number is read as the rational number that it is; nothing is rounded, and nothing is shared with the program that
-    /// found the controller. Of an FMU it also checks that the proof is of the very controller inside, and that its resources are
-    /// those that it was packed with.
+    /// found the controller. Of an FMU it also checks that the proof is of the very controller inside, and that its resources belong to its
+    /// GUID. With --vehicle it computes anew that the proof is about that vehicle, and that scales, trims and limits are those of its
+    /// files: all that is asked before an FMU is packed.
     Verify {
         /// A controller's FMU, the FMU of the whole loop, or a certificate
         file: PathBuf,
+        /// The vehicle's directory: is the file what this vehicle's design makes?
+        #[arg(long, value_name = "DIR")]
+        vehicle: Option<PathBuf>,
+        /// The design: a file NAME.toml in the vehicle's directory
+        #[arg(long, value_name = "NAME", default_value = "design", requires = "vehicle")]
+        design: String,
+        /// The bandwidth that replaced w_b of every tracking weight, rad/s
+        #[arg(long, value_name = "RAD/S", requires = "vehicle")]
+        bandwidth: Option<f64>,
     },
     /// LPV synthesis for any plant in a JSON file, with no vehicle
     #[command(subcommand)]
@@ -203,11 +213,10 @@ fn run_plain(verb: Verb) -> Result<(), Error> {
             }
             Ok(())
         }
-        Verb::Verify { file } => {
-            let found = verify::verify(&file)?;
-            if let Some(about) = &found.about {
-                say(about);
-            }
+        Verb::Verify { file, vehicle, design, bandwidth } => {
+            let inputs = vehicle.map(|directory| Inputs::read(&directory, &design, bandwidth)).transpose()?;
+            let found = verify::verify(&file, inputs.as_ref())?;
+            found.about.iter().for_each(|line| say(line));
             say(&format!("PROVED: {}", found.theorem));
             Ok(())
         }

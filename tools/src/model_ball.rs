@@ -7,7 +7,7 @@ use crate::inputs::Inputs;
 use crate::model::{Model, STATES, linearise_at, speeds, stacked};
 use certificate::Residual;
 use lpv::analysis::GainBound;
-use lpv::matrix::{Mat, block, from_rows, largest_singular_value, solve};
+use lpv::matrix::{Mat, block, from_rows, largest, largest_singular_value, solve};
 use lpv::model_error::ModelError;
 use lpv::plant::GeneralisedPlant;
 
@@ -75,7 +75,11 @@ pub fn holds(ball: &Residual, inputs: &Inputs, model: &Model) -> Result<(), Erro
     let left = invert(&e.rows(0, STATES).into_owned())?;
     let right = invert(&block(&[&[&f.columns(0, STATES).into_owned(), &fu]]))?;
     let reach = reach(residuals(inputs, model)?.iter().map(|r| &left * r * &right));
-    if reach <= 1.0 + SAME_BALL { Ok(()) } else { Err(Error::Ball { reach: Some(reach) }) }
+    if reach <= 1.0 + SAME_BALL {
+        Ok(())
+    } else {
+        Err(Error::Ball { reach: reach.is_finite().then_some(reach) })
+    }
 }
 
 /// `[dA, dB S_u]` over the range of speed: what the fit misses, each input in units of its scale.
@@ -93,10 +97,11 @@ fn residuals(inputs: &Inputs, model: &Model) -> Result<Vec<Mat>, Error> {
     speeds(inputs, SAMPLES).into_iter().map(at).collect()
 }
 
-/// The largest singular value over samples of a curve of matrices, with a reserve for what lies between them.
+/// The largest singular value over samples of a curve of matrices, with a reserve for what lies between them; not-a-number when a
+/// sample holds one.
 fn reach(samples: impl Iterator<Item = Mat>) -> f64 {
     let samples: Vec<Mat> = samples.collect();
-    samples.iter().map(largest_singular_value).fold(0.0, f64::max) + between_samples(&samples)
+    largest(0.0, samples.iter().map(largest_singular_value)) + between_samples(&samples)
 }
 
 fn not_definite() -> Error {
@@ -121,7 +126,7 @@ fn not_definite() -> Error {
 /// bends, and where no two kinks share an interval or lie in neighbouring ones.
 fn between_samples(residuals: &[Mat]) -> f64 {
     let second = residuals.windows(3).map(|w| largest_singular_value(&(&w[0] - &w[1] * 2.0 + &w[2])));
-    17.0 / 8.0 * second.fold(0.0, f64::max)
+    17.0 / 8.0 * largest(0.0, second)
 }
 
 #[cfg(test)]

@@ -40,6 +40,13 @@ fn readable(_: &std::fs::File) -> std::io::Result<()> {
     Ok(())
 }
 
+/// A bound from above for people: rounded up, so that what is said is true, too.
+pub fn above(bound: f64) -> String {
+    const DECIMALS: f64 = 1e4;
+    let up = (bound * DECIMALS).ceil() / DECIMALS;
+    format!("{:.4}", if up.is_finite() { up } else { bound })
+}
+
 /// A value as one line of JSON.
 ///
 /// # Errors

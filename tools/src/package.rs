@@ -3,6 +3,7 @@
 
 use crate::error::Error;
 use crate::inputs::Inputs;
+use crate::output::above;
 use crate::package_platform::Platform;
 use crate::report::Report;
 use crate::store::Stored;
@@ -198,18 +199,20 @@ fn about(kind: Kind, stored: &Stored) -> Vec<String> {
         Kind::Squid => "This FMU is vehicle and autopilot in one loop, flying a manoeuvre.",
     };
     let gamma = &stored.controller.gamma;
-    let standing = if gamma.certified {
-        "certified in exact arithmetic"
-    } else {
-        "checked by eigenvalues in floating point"
-    };
     let scheduling = &stored.controller.scheduling;
-    vec![
-        what.to_owned(),
+    let standing = if gamma.certified {
         format!(
-            "Bound of the L2 gain from references and disturbances to weighted errors and commands: {:.4}, {standing}. Speeds {} to {} m/s; \
+            "Bound of the L2 gain from references and disturbances to weighted errors and commands: {}, certified in exact arithmetic. Speeds {} to {} m/s; \
              the bound does not cover saturation, sampling or the nonlinear vehicle.",
+            above(gamma.bound),
+            scheduling.minimum,
+            scheduling.maximum
+        )
+    } else {
+        format!(
+            "UNCERTIFIED: this controller was packed without a proof. Its file names {} as a bound of the L2 gain, and nothing here shows it. Speeds {} to {} m/s.",
             gamma.bound, scheduling.minimum, scheduling.maximum
-        ),
-    ]
+        )
+    };
+    vec![what.to_owned(), standing]
 }

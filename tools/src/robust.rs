@@ -9,19 +9,19 @@
 //! `docs/robust.md` for what that means.
 
 mod figures;
+mod stored;
 
 use crate::certify::nominal as certificate_of;
 use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::model::{Model, speeds};
-use crate::output::{remove, write, write_json};
 use crate::stages::Stages;
 use crate::uncertain::{UncertainModel, at_speed, over_range};
 use crate::uncertain_errors::errors;
 use crate::uncertain_loop::{uncertain_loop, uncertain_plant};
 use crate::uncertain_truncate::{Truncated, truncated};
 use certificate::Certificate;
-pub use figures::{FIGURES, Frozen, RobustFigures, stored};
+pub use figures::{Frozen, RobustFigures};
 use lpv::analysis::{GainBound, bounded_gain};
 use lpv::controller::Controller;
 use lpv::model_error::LoopError;
@@ -30,9 +30,9 @@ use lpv::mu::worst_case::{Perturbable, worst_case_gain};
 use lpv::mu::{Block, Structure};
 use lpv::plant::GeneralisedPlant;
 use lpv::robust::{RobustDesign, RobustOptions, Round, UncertainPlant, more_robust};
-use lpv::robust_bound::{RobustBound, RobustLoop};
+use lpv::robust_bound::{FOR_CLEARANCE, RobustBound, RobustLoop};
 use lpv::synthesis::Design;
-use std::path::Path;
+pub use stored::{CERTIFICATE, StoredRobust, forget, stored};
 use thiserror::Error as ThisError;
 
 /// The gain that the robust controller may have, relative to the bound of the nominal one.
@@ -92,11 +92,12 @@ pub fn robust(
     stages: &Stages,
 ) -> Result<Robust, Error> {
     let whole = over_range(inputs, model)?;
-    let truncated = truncated(inputs, &whole, BOX, TOLERANCE)?;
-    let uncertain = UncertainPlant { plant: uncertain_plant(inputs, &truncated.model)?, scheduled: 1 };
+    let (truncated, uncertain) = thinned(inputs, &whole)?;
     stages.done("uncertain", &model_line(&truncated));
+    let allowed = PRICE * nominal.certified.gamma;
     let options = RobustOptions {
-        gamma: PRICE * nominal.certified.gamma,
+        // What a proof takes of gamma is left to it, so that what is proved is what was allowed.
+        gamma: allowed / (1.0 + FOR_CLEARANCE),
         back_off: BACK_OFF,
         rounds: ROUNDS,
         pays: PAYS,
@@ -112,10 +113,11 @@ pub fn robust(
     let design = at_zero(plant, nominal, &found)?;
     let certificate = proved(&uncertain, &found)?;
     let figures = RobustFigures {
-        gamma: options.gamma,
+        gamma: allowed,
+        proved: certificate.gamma,
         nominal_bears: found.given_bears.size,
         robust_bears: found.bears.size,
-        ladder: ladder(&uncertain, nominal, &design, &found),
+        ladder: ladder(&uncertain, nominal, &design, &found, certificate.gamma),
         constant_size: CONSTANT_SIZE,
         frozen: frozen(inputs, [&nominal.controller, &found.controller])?,
         sizes: (truncated.model.blocks.len(), uncertain.unknown_channels(), uncertain.scheduled_channels()),
@@ -126,6 +128,13 @@ pub fn robust(
     };
     drop(running);
     Ok(Robust { design, figures, certificate })
+}
+
+/// The uncertain model with fewer channels, and the plant with its weights.
+fn thinned(inputs: &Inputs, whole: &UncertainModel) -> Result<(Truncated, UncertainPlant), Error> {
+    let truncated = truncated(inputs, whole, BOX, TOLERANCE)?;
+    let plant = uncertain_plant(inputs, &truncated.model)?;
+    Ok((truncated, UncertainPlant { plant, scheduled: 1 }))
 }
 
 /// The robust controller with its bound for the plant without uncertainty.
@@ -143,12 +152,13 @@ fn at_zero(plant: &GeneralisedPlant, nominal: &Design, found: &RobustDesign) -> 
     Ok(Design { controller: found.controller.clone(), gamma_design, certified, ..nominal.clone() })
 }
 
-/// Both controllers' bounds at no uncertainty and at what either bears.
+/// Both controllers' bounds at no uncertainty and at what either bears; of the robust one there the bound that is proved.
 fn ladder(
     uncertain: &UncertainPlant,
     nominal: &Design,
     robust: &Design,
     found: &RobustDesign,
+    proved: f64,
 ) -> Vec<(f64, Option<f64>, Option<f64>)> {
     let (low, high) = (&found.given_bears, &found.bears);
     let at = |k: &Controller, known: &RobustBound, size: f64| {
@@ -158,7 +168,7 @@ fn ladder(
     vec![
         (0.0, gamma(&nominal.certified), gamma(&robust.certified)),
         (low.size, gamma(&low.bound), at(&found.controller, high, low.size)),
-        (high.size, at(&nominal.controller, low, high.size), gamma(&high.bound)),
+        (high.size, at(&nominal.controller, low, high.size), Some(proved)),
     ]
 }
 
@@ -224,29 +234,3 @@ fn round_line(number: usize, round: &Round) -> String {
         round.least_gain
     )
 }
-
-impl Robust {
-    /// Writes the certificate and the figures.
-    ///
-    /// # Errors
-    /// [`Error::Certificate`], [`Error::Unwritable`].
-    pub fn save(&self, directory: &Path) -> Result<(), Error> {
-        let path = directory.join(CERTIFICATE);
-        let text = self.certificate.to_json();
-        let text = text.map_err(|reason| Error::Certificate { file: path.display().to_string(), reason })?;
-        write(&path, text.as_bytes())?;
-        write_json(&directory.join(FIGURES), &self.figures)
-    }
-}
-
-/// Takes away what an earlier robust design left: it is of another controller.
-///
-/// # Errors
-/// [`Error::Unwritable`].
-pub fn forget(directory: &Path) -> Result<(), Error> {
-    remove(&directory.join(CERTIFICATE))?;
-    remove(&directory.join(FIGURES))
-}
-
-/// The file of the certificate with uncertainty.
-pub const CERTIFICATE: &str = "robust_certificate.json";

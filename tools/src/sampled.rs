@@ -6,7 +6,7 @@
 use crate::inputs::Inputs;
 use crate::model::STATES;
 use auv::Linearisation;
-use lpv::matrix::{Mat, block, eigenvalues, solve};
+use lpv::matrix::{Mat, block, eigenvalues, largest, solve};
 use lpv::state_space::StateSpace;
 
 /// The largest modulus of the sampled loop's modes; not-a-number when it cannot be formed.
@@ -19,10 +19,7 @@ pub fn spectral_radius(inputs: &Inputs, l: &Linearisation, frozen: &StateSpace) 
     });
     let closed =
         block(&[&[&(&phi + &gamma * &k.d * &measured), &(&gamma * &k.c)], &[&(&k.b * &measured), &k.a]]);
-    eigenvalues(&closed)
-        .iter()
-        .map(|v| v.norm())
-        .fold(0.0, |most, v| if v.is_nan() { v } else { f64::max(most, v) })
+    largest(0.0, eigenvalues(&closed).iter().map(|v| v.norm()))
 }
 
 /// `Dtt` of the discretised controller: `Dtt + Ct (I - A T/2)^-1 Bt T/2`.

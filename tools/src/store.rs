@@ -10,17 +10,21 @@
 //! | `robust.json` | of a robust design: nominal and robust controller side by side |
 //! | `robust_certificate.json` | of a robust design: the proof of the gain bound with uncertainty |
 
+use crate::certify::controller_of;
+use crate::check::check;
 use crate::design::Finished;
 use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::model::Model;
 use crate::output::{read, remove, write, write_json};
-use crate::robust::RobustFigures;
+use crate::problem::augment;
+use crate::robust::StoredRobust;
 use crate::unedited;
 use crate::verify;
 use auv::{LpvModel, LpvModelError};
-use certificate::Theorem;
+use certificate::{Certificate, Theorem};
 use fmu_squid::Manoeuvre;
+use lpv::controller::Controller;
 use scheduled::ControllerDesign;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -49,12 +53,13 @@ pub struct Stored {
     pub manoeuvre: Manoeuvre,
     /// The text of the certificate, or why there is none.
     pub certificate: Result<String, String>,
-    /// The figures of a robust design, if it is one.
-    pub robust: Option<RobustFigures>,
+    /// Figures and certificate of a robust design, if it is one.
+    pub robust: Option<StoredRobust>,
 }
 
 impl Stored {
-    /// Proves the certificate again, for the controller that is stored and for the plant and weights of the inputs.
+    /// Proves the certificate again, for the controller that is stored and for the plant and weights of the inputs; and checks what is
+    /// checked before a controller is written.
     ///
     /// # Errors
     /// The reason why this controller is not certified.
@@ -62,10 +67,27 @@ impl Stored {
         let text = self.certificate.as_ref().map_err(Clone::clone)?;
         let certificate = verify::parse(text, "certificate.json").map_err(|e| e.to_string())?;
         verify::matches(&self.controller, &certificate).map_err(|e| e.to_string())?;
-        let model = Model::new(inputs).map_err(|e| e.to_string())?;
-        verify::matches_inputs(&certificate, inputs, &model).map_err(|e| e.to_string())?;
-        unedited::check(self, inputs, &model).map_err(|e| e.to_string())?;
-        certificate.prove().map_err(|e| e.to_string())
+        let theorem = certificate.prove().map_err(|e| e.to_string())?;
+        self.made_of(inputs, &certificate).map_err(|e| e.to_string())?;
+        Ok(theorem)
+    }
+
+    /// Checks all that is no matter of proof: the plant and the ball of the certificate, scales and trims, the frozen loops.
+    fn made_of(&self, inputs: &Inputs, certificate: &Certificate) -> Result<(), Error> {
+        let model = Model::new(inputs)?;
+        verify::of_inputs(certificate, inputs, &model)?;
+        unedited::check(self, inputs, &model)?;
+        let plant = augment(inputs, model.lft.clone())?;
+        check(inputs, &plant, &self.lpv_controller()?, self.controller.gamma.bound).map(|_| ())
+    }
+
+    /// The frozen controller's matrices as the theory has them.
+    ///
+    /// # Errors
+    /// [`Error::Mismatch`] when they are ragged.
+    pub fn lpv_controller(&self) -> Result<Controller, Error> {
+        controller_of(&self.controller.lft)
+            .ok_or_else(|| Error::Mismatch { what: "the shape of a matrix of the controller".into() })
     }
 }
 

@@ -162,9 +162,12 @@ pub fn eigenvalues(a: &Mat) -> Vec<Complex<f64>> {
 
 /// The largest real part of the eigenvalues (minus infinity for an empty matrix).
 pub fn spectral_abscissa(a: &Mat) -> f64 {
-    let real_parts = eigenvalues(a).into_iter().map(|v| v.re);
-    real_parts
-        .fold(f64::NEG_INFINITY, |most, v| if most.is_nan() || v.is_nan() { f64::NAN } else { most.max(v) })
+    largest(f64::NEG_INFINITY, eigenvalues(a).into_iter().map(|v| v.re))
+}
+
+/// The largest of some values and of `least`; not-a-number when one of them is, which `f64::max` would pass over.
+pub fn largest(least: f64, values: impl IntoIterator<Item = f64>) -> f64 {
+    values.into_iter().fold(least, |most, v| if most.is_nan() || v.is_nan() { f64::NAN } else { most.max(v) })
 }
 
 /// The solution of `A X = B` by LU with partial pivoting; `None` when A is singular. Empty systems are welcome.

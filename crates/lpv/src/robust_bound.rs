@@ -39,8 +39,8 @@ const STRIDE: f64 = 1.2;
 const MOST_STRIDES: usize = 30;
 const DIVISIONS: usize = 5;
 
-/// What part of gamma is given for an inequality that holds clearly.
-const FOR_CLEARANCE: f64 = 0.01;
+/// What part of gamma is given for an inequality that holds clearly: see [`RobustLoop::cleared`].
+pub const FOR_CLEARANCE: f64 = 0.01;
 
 impl<'a> RobustLoop<'a> {
     /// The loop that a controller closes.

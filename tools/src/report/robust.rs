@@ -6,18 +6,21 @@ use super::figure::Figure;
 use super::section::{Part, Table};
 use super::subject::Subject;
 use crate::error::Error;
+use crate::output::above;
 use crate::robust::{Frozen, PRICE, RobustFigures};
 
 /// Both controllers side by side, or how to get there.
 ///
 /// # Errors
-/// None; sections have one signature.
+/// Those of [`crate::robust::StoredRobust::confirm`]: what is not proved is not shown.
 pub fn robust(subject: &Subject) -> Result<Vec<Part>, Error> {
-    let Some(found) = &subject.stored.robust else {
+    let Some(stored) = &subject.stored.robust else {
         let words = "The controller of this report is the nominal one. `squid design --robust` looks for one that bears more of the declared uncertainty, \
                      and this section then shows both side by side.";
         return Ok(vec![Part::Words(words.into())]);
     };
+    stored.confirm(subject.inputs, &subject.model, &subject.stored.controller.lft)?;
+    let found = &stored.figures;
     Ok(vec![
         Part::Words(about(found)),
         Part::Table(ladder(found)),
@@ -35,7 +38,7 @@ fn percent(part: f64) -> String {
 fn about(found: &RobustFigures) -> String {
     let (parameters, channels, rho) = found.sizes;
     format!(
-        "The controller of this report is the robust one (Fig. 5, where W_e is varied, and the switched controllers are of the nominal synthesis). Coefficients that change arbitrarily fast: at a gain of {:.3}, which is {PRICE} times the bound of the \
+        "The controller of this report is the robust one (Fig. 5, where W_e is varied, and the switched controllers are of the nominal synthesis). Coefficients that change arbitrarily fast: at a gain of {:.4}, which is {PRICE} times the bound of the \
          nominal controller, the robust controller bears {} of the declared uncertainty and the nominal one {}. Both are judged by the same inequality, in \
          which {parameters} coefficients ({channels} channels) and the speed ({rho} channels) may change at any rate within their ranges. The table has the gain that is \
          not exceeded when a smaller or a larger part of the declared uncertainty is let loose.",
@@ -47,7 +50,9 @@ fn about(found: &RobustFigures) -> String {
 
 fn proof(found: &RobustFigures) -> String {
     format!(
-        "The bound of the robust controller, at the part that it bears, is proved in exact arithmetic (robust_certificate.json). {}",
+        "Proved anew for this page, in exact arithmetic (robust_certificate.json): with {} of the declared uncertainty the gain of the robust controller is below {}. {}",
+        percent(found.robust_bears),
+        above(found.proved),
         found.not_proved()
     )
 }
@@ -66,7 +71,7 @@ fn whole_percent(part: f64) -> String {
 }
 
 fn number(value: Option<f64>) -> String {
-    value.map_or_else(|| "none found".into(), |v| format!("{v:.3}"))
+    value.map_or_else(|| "none found".into(), above)
 }
 
 fn ladder(found: &RobustFigures) -> Table {
@@ -124,11 +129,11 @@ fn frozen(found: &RobustFigures) -> Table {
     table
 }
 
-/// A gain between what was found and what is guaranteed: (below, at least).
+/// A gain between what was found and what is guaranteed: (below, at least). One number where they agree to three decimals.
 pub fn between(gain: Option<(f64, f64)>) -> String {
-    match gain.map(|(upper, lower)| (format!("{lower:.3}"), format!("{upper:.3}"))) {
+    match gain {
         None => "no bound".into(),
-        Some((lower, upper)) if lower == upper => upper,
-        Some((lower, upper)) => format!("{lower} to {upper}"),
+        Some((upper, lower)) if format!("{lower:.3}") == format!("{upper:.3}") => above(upper),
+        Some((upper, lower)) => format!("{lower:.4} to {}", above(upper)),
     }
 }

@@ -8,6 +8,7 @@ use super::section::Part;
 use super::subject::Subject;
 use super::verdict::{Verdict, all_below};
 use crate::error::Error;
+use crate::output::above;
 use lpv::tracking::TrackingWeight;
 use nalgebra::Complex;
 
@@ -51,8 +52,14 @@ pub fn sensitivity(subject: &Subject) -> Result<Vec<Part>, Error> {
         name: "weights-and-sensitivity".into(),
         caption: format!(
             "What the weights ask for and what the loop of {} achieves at six frozen speeds (true linearisations), in units of the \
-             references' scales and the actuators' limits. Dashed: what the gain bound {gamma:.4} guarantees for the fitted model.",
-            subject.name()
+             references' scales and the actuators' limits. Dashed: what a gain below {} means for the fitted model{}.",
+            subject.name(),
+            above(gamma),
+            if subject.stored.controller.gamma.certified {
+                ""
+            } else {
+                "; this controller is not proved to have it"
+            }
         ),
         keys,
         charts,

@@ -10,7 +10,7 @@ use crate::store::Stored;
 use auv::{Actuator, Linearisation, Status};
 use fmu_squid::Manoeuvre;
 use lpv::controller::Controller;
-use lpv::matrix::{Mat, from_rows};
+use lpv::matrix::Mat;
 use lpv::plant::GeneralisedPlant;
 use scheduled::LftMatrices;
 
@@ -51,8 +51,7 @@ impl<'a> Subject<'a> {
     pub fn new(inputs: &'a Inputs, stored: &'a Stored) -> Result<Self, Error> {
         let model = Model::new(inputs)?;
         let plant = augment(inputs, model.lft.clone())?;
-        let controller = controller(&stored.controller.lft)
-            .ok_or_else(|| Error::Mismatch { what: "the shape of a matrix of the controller".into() })?;
+        let controller = stored.lpv_controller()?;
         let speeds = speeds(inputs, SPEEDS);
         let truth = speeds.iter().map(|v| linearise_at(inputs, *v)).collect::<Result<_, Error>>()?;
         Ok(Self { inputs, stored, model, plant, controller, speeds, truth })
@@ -131,22 +130,4 @@ impl<'a> Subject<'a> {
         });
         (l.a.clone(), b, c)
     }
-}
-
-/// The frozen controller's matrices as the theory has them; `None` when they are ragged.
-fn controller(lft: &LftMatrices) -> Option<Controller> {
-    let (n, y) = (lft.a.len(), lft.by.first()?.len());
-    let r = lft.blocks.iter().sum();
-    Some(Controller {
-        a: from_rows(&lft.a, n)?,
-        by: from_rows(&lft.by, y)?,
-        bt: from_rows(&lft.bt, r)?,
-        cu: from_rows(&lft.cu, n)?,
-        duy: from_rows(&lft.duy, y)?,
-        dut: from_rows(&lft.dut, r)?,
-        ct: from_rows(&lft.ct, n)?,
-        dty: from_rows(&lft.dty, y)?,
-        dtt: from_rows(&lft.dtt, r)?,
-        blocks: lft.blocks.clone(),
-    })
 }

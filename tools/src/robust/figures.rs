@@ -1,19 +1,16 @@
 //! The numbers of a robust design beside those of the nominal one: as a file, and for people.
 
 use super::PRICE;
-use crate::error::Error;
-use crate::output::read;
+use crate::output::above;
 use serde::{Deserialize, Serialize};
-use std::path::Path;
-
-/// The file of the figures.
-pub const FIGURES: &str = "robust.json";
 
 /// The two controllers side by side, as `robust.json` holds them; sizes are fractions of the declared uncertainty.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RobustFigures {
     /// The gain that neither may exceed.
     pub gamma: f64,
+    /// The bound of the robust controller's gain at the size that it bears, which the certificate proves.
+    pub proved: f64,
     /// The size that the nominal controller bears at this gain.
     pub nominal_bears: f64,
     /// The size that the robust controller bears.
@@ -51,15 +48,16 @@ pub struct Frozen {
 impl RobustFigures {
     /// For people.
     pub fn words(&self) -> String {
-        let number = |g: Option<f64>| g.map_or_else(|| "none".into(), |g| format!("{g:.3}"));
+        let number = |g: Option<f64>| g.map_or_else(|| "none".into(), above);
         let mut out = format!(
             "At a gain of {:.4}, {PRICE} times the bound of the nominal controller, each bears a part of the declared uncertainty, changing arbitrarily fast:\n\
-             \x20 the nominal controller {:.1} %, the robust controller {:.1} %, which is {:.2} times as much\n\
+             \x20 the nominal controller {:.1} %, the robust controller {:.1} %, which is {:.2} times as much (proved: a gain below {})\n\
              The gain is below this at a part of the declared uncertainty, changing arbitrarily fast\n        part     nominal      robust\n",
             self.gamma,
             100.0 * self.nominal_bears,
             100.0 * self.robust_bears,
-            self.robust_bears / self.nominal_bears
+            self.robust_bears / self.nominal_bears,
+            above(self.proved)
         );
         for (size, nominal, robust) in &self.ladder {
             out += &format!("  {:>8.1} %  {:>10}  {:>10}\n", 100.0 * size, number(*nominal), number(*robust));
@@ -67,15 +65,15 @@ impl RobustFigures {
         out += &format!(
             "Constant uncertainty at frozen speed: an upper bound on mu for robust stability (1 is all of the declared uncertainty), and the\n\
              worst-case gain at {:.0} % of it (found..guaranteed)\n\
-             \x20        m/s  mu nominal      robust   gain nominal         robust\n",
+             \x20        m/s  mu nominal      robust     gain nominal           robust\n",
             100.0 * self.constant_size
         );
         for f in &self.frozen {
             let gain = |g: Option<(f64, f64)>| {
-                g.map_or_else(|| "no bound".into(), |(upper, lower)| format!("{lower:.3}..{upper:.3}"))
+                g.map_or_else(|| "no bound".into(), |(upper, lower)| format!("{lower:.4}..{}", above(upper)))
             };
             out += &format!(
-                "  {:>10.2}  {:>10}  {:>10}  {:>13}  {:>13}\n",
+                "  {:>10.2}  {:>10}  {:>10}  {:>15}  {:>15}\n",
                 f.speed,
                 number(f.mu[0]),
                 number(f.mu[1]),
@@ -113,17 +111,4 @@ fn listed(names: &[String]) -> String {
         [one] => one.clone(),
         [most @ .., last] => format!("{} and {last}", most.join(", ")),
     }
-}
-
-/// The figures of the robust design in a directory, if it holds one.
-///
-/// # Errors
-/// [`Error::Unreadable`], [`Error::Json`].
-pub fn stored(directory: &Path) -> Result<Option<RobustFigures>, Error> {
-    let path = directory.join(FIGURES);
-    if !path.is_file() {
-        return Ok(None);
-    }
-    let wrong = |reason| Error::Json { path: path.display().to_string(), reason };
-    serde_json::from_str(&read(&path)?).map(Some).map_err(wrong)
 }

@@ -1,0 +1,84 @@
+//! A robust design in its directory: figures and certificate, written, read back and confirmed.
+
+use super::figures::RobustFigures;
+use super::{Robust, thinned};
+use crate::error::Error;
+use crate::inputs::Inputs;
+use crate::model::Model;
+use crate::output::{read, remove, write, write_json};
+use crate::same_plant;
+use crate::uncertain::over_range;
+use crate::verify;
+use certificate::Certificate;
+use scheduled::LftMatrices;
+use std::path::Path;
+
+/// The file of the figures.
+pub const FIGURES: &str = "robust.json";
+
+/// The file of the certificate with uncertainty.
+pub const CERTIFICATE: &str = "robust_certificate.json";
+
+impl Robust {
+    /// Writes the certificate and the figures.
+    ///
+    /// # Errors
+    /// [`Error::Certificate`], [`Error::Unwritable`].
+    pub fn save(&self, directory: &Path) -> Result<(), Error> {
+        let path = directory.join(CERTIFICATE);
+        let text = self.certificate.to_json();
+        let text = text.map_err(|reason| Error::Certificate { file: path.display().to_string(), reason })?;
+        write(&path, text.as_bytes())?;
+        write_json(&directory.join(FIGURES), &self.figures)
+    }
+}
+
+/// Takes away what an earlier robust design left: it is of another controller.
+///
+/// # Errors
+/// [`Error::Unwritable`].
+pub fn forget(directory: &Path) -> Result<(), Error> {
+    remove(&directory.join(CERTIFICATE))?;
+    remove(&directory.join(FIGURES))
+}
+
+/// A robust design as it was stored.
+#[derive(Debug, Clone)]
+pub struct StoredRobust {
+    /// The figures.
+    pub figures: RobustFigures,
+    certificate: Certificate,
+}
+
+/// The robust design in a directory, if it holds one.
+///
+/// # Errors
+/// [`Error::Unreadable`], [`Error::Json`], [`Error::Certificate`].
+pub fn stored(directory: &Path) -> Result<Option<StoredRobust>, Error> {
+    let path = directory.join(FIGURES);
+    if !path.is_file() {
+        return Ok(None);
+    }
+    let wrong = |reason| Error::Json { path: path.display().to_string(), reason };
+    let figures = serde_json::from_str(&read(&path)?).map_err(wrong)?;
+    let path = directory.join(CERTIFICATE);
+    let certificate = verify::parse(&read(&path)?, &path.display().to_string())?;
+    Ok(Some(StoredRobust { figures, certificate }))
+}
+
+impl StoredRobust {
+    /// Proves the certificate anew, and checks that it is of this controller, of the gain that the figures name, and of the model of what is declared
+    /// uncertain at the size that they name.
+    ///
+    /// # Errors
+    /// [`Error::Unproved`], [`Error::Mismatch`], [`Error::WrongPlant`], those of the uncertain model.
+    pub fn confirm(&self, inputs: &Inputs, model: &Model, controller: &LftMatrices) -> Result<(), Error> {
+        verify::same_controller(controller, &self.certificate)?;
+        if self.certificate.gamma.to_bits() != self.figures.proved.to_bits() {
+            return Err(Error::Mismatch { what: format!("`proved` of {FIGURES}") });
+        }
+        let (_, uncertain) = thinned(inputs, &over_range(inputs, model)?)?;
+        same_plant::check_in_box(&self.certificate, &uncertain.sized(self.figures.robust_bears))?;
+        Ok(self.certificate.prove().map(|_| ())?)
+    }
+}
