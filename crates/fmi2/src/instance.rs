@@ -202,11 +202,19 @@ impl<M: Model> Instance<M> {
         let mut undefined = None;
         for (position, &reference) in references.iter().enumerate() {
             let value: T = self.table.get(&self.now.model, reference)?;
-            undefined = undefined.or(value.undefined().map(|value| (reference, value)));
+            if value.undefined().is_some() {
+                undefined = undefined.or(Some(reference));
+            }
             take(position, value);
         }
-        let Some((reference, value)) = undefined else { return Ok(()) };
-        Err(Refusal::Undefined { what: "variable", name: self.name(reference), value }.into())
+        undefined.map_or(Ok(()), |reference| self.refuse_undefined::<T>(reference))
+    }
+
+    #[cold]
+    fn refuse_undefined<T: Value>(&self, reference: u32) -> Outcome<M> {
+        let found: T = self.table.get(&self.now.model, reference)?;
+        let (name, value) = (self.name(reference), found.undefined().unwrap_or(f64::NAN));
+        Err(Refusal::Undefined { what: "variable", name, value }.into())
     }
 
     /// `fmi2SetXXX`: sets all of the values, or none if one is refused.

@@ -83,53 +83,53 @@ const STEPPED: &[Phase] = &[Step, Terminated, Error];
 const STATUS: &[Phase] = &[Step, Terminated];
 const NOWHERE: &[Phase] = &[];
 
-/// The table.
+/// The table; behind each row the section of FMI 2.0.4 that describes the function.
 #[rustfmt::skip]
 const LEGAL: [Row; 44] = [
-    row(Function::GetTypesPlatform,              "fmi2GetTypesPlatform",              BOTH, EVERYWHERE),
-    row(Function::GetVersion,                    "fmi2GetVersion",                    BOTH, EVERYWHERE),
-    row(Function::Instantiate,                   "fmi2Instantiate",                   BOTH, EVERYWHERE),
-    row(Function::FreeInstance,                  "fmi2FreeInstance",                  BOTH, EVERYWHERE),
-    row(Function::SetDebugLogging,               "fmi2SetDebugLogging",               BOTH, ALIVE),
-    row(Function::SetupExperiment,               "fmi2SetupExperiment",               BOTH, &[Instantiated]),
-    row(Function::EnterInitializationMode,       "fmi2EnterInitializationMode",       BOTH, &[Instantiated]),
-    row(Function::ExitInitializationMode,        "fmi2ExitInitializationMode",        BOTH, &[Initialization]),
-    row(Function::Terminate,                     "fmi2Terminate",                     BOTH, RUNNING),
-    row(Function::Reset,                         "fmi2Reset",                         BOTH, ALIVE),
-    row(Function::GetReal,                       "fmi2GetReal",                       BOTH, READABLE),
-    row(Function::GetInteger,                    "fmi2GetInteger",                    BOTH, READABLE),
-    row(Function::GetBoolean,                    "fmi2GetBoolean",                    BOTH, READABLE),
-    row(Function::GetString,                     "fmi2GetString",                     BOTH, READABLE),
-    row(Function::SetReal,                       "fmi2SetReal",                       BOTH, SET_REAL),
-    row(Function::SetInteger,                    "fmi2SetInteger",                    BOTH, SET_OTHER),
-    row(Function::SetBoolean,                    "fmi2SetBoolean",                    BOTH, SET_OTHER),
-    row(Function::SetString,                     "fmi2SetString",                     BOTH, SET_OTHER),
-    row(Function::GetFmuState,                   "fmi2GetFMUstate",                   BOTH, ALIVE),
-    row(Function::SetFmuState,                   "fmi2SetFMUstate",                   BOTH, ALIVE),
-    row(Function::FreeFmuState,                  "fmi2FreeFMUstate",                  BOTH, ALIVE),
-    row(Function::SerializedFmuStateSize,        "fmi2SerializedFMUstateSize",        BOTH, ALIVE),
-    row(Function::SerializeFmuState,             "fmi2SerializeFMUstate",             BOTH, ALIVE),
-    row(Function::DeserializeFmuState,           "fmi2DeSerializeFMUstate",           BOTH, ALIVE),
-    row(Function::GetDirectionalDerivative,      "fmi2GetDirectionalDerivative",      BOTH, READABLE),
-    row(Function::EnterEventMode,                "fmi2EnterEventMode",                ME,   MOVING),
-    row(Function::NewDiscreteStates,             "fmi2NewDiscreteStates",             ME,   &[Event]),
-    row(Function::EnterContinuousTimeMode,       "fmi2EnterContinuousTimeMode",       ME,   &[Event]),
-    row(Function::CompletedIntegratorStep,       "fmi2CompletedIntegratorStep",       ME,   &[Continuous]),
-    row(Function::SetTime,                       "fmi2SetTime",                       ME,   MOVING),
-    row(Function::SetContinuousStates,           "fmi2SetContinuousStates",           ME,   &[Continuous]),
-    row(Function::GetDerivatives,                "fmi2GetDerivatives",                ME,   COMPUTABLE),
-    row(Function::GetEventIndicators,            "fmi2GetEventIndicators",            ME,   COMPUTABLE),
-    row(Function::GetContinuousStates,           "fmi2GetContinuousStates",           ME,   COMPUTABLE),
-    row(Function::GetNominalsOfContinuousStates, "fmi2GetNominalsOfContinuousStates", ME,   NOMINAL),
-    row(Function::SetRealInputDerivatives,       "fmi2SetRealInputDerivatives",       CS,   INPUT),
-    row(Function::GetRealOutputDerivatives,      "fmi2GetRealOutputDerivatives",      CS,   STEPPED),
-    row(Function::DoStep,                        "fmi2DoStep",                        CS,   &[Step]),
-    row(Function::CancelStep,                    "fmi2CancelStep",                    CS,   NOWHERE),
-    row(Function::GetStatus,                     "fmi2GetStatus",                     CS,   STATUS),
-    row(Function::GetRealStatus,                 "fmi2GetRealStatus",                 CS,   STATUS),
-    row(Function::GetIntegerStatus,              "fmi2GetIntegerStatus",              CS,   STATUS),
-    row(Function::GetBooleanStatus,              "fmi2GetBooleanStatus",              CS,   STATUS),
-    row(Function::GetStringStatus,               "fmi2GetStringStatus",               CS,   STATUS),
+    row(Function::GetTypesPlatform,              "fmi2GetTypesPlatform",              BOTH, EVERYWHERE), // 2.1.4
+    row(Function::GetVersion,                    "fmi2GetVersion",                    BOTH, EVERYWHERE), // 2.1.4
+    row(Function::Instantiate,                   "fmi2Instantiate",                   BOTH, EVERYWHERE), // 2.1.5
+    row(Function::FreeInstance,                  "fmi2FreeInstance",                  BOTH, EVERYWHERE), // 2.1.5
+    row(Function::SetDebugLogging,               "fmi2SetDebugLogging",               BOTH, ALIVE), // 2.1.5
+    row(Function::SetupExperiment,               "fmi2SetupExperiment",               BOTH, &[Instantiated]), // 2.1.6
+    row(Function::EnterInitializationMode,       "fmi2EnterInitializationMode",       BOTH, &[Instantiated]), // 2.1.6
+    row(Function::ExitInitializationMode,        "fmi2ExitInitializationMode",        BOTH, &[Initialization]), // 2.1.6
+    row(Function::Terminate,                     "fmi2Terminate",                     BOTH, RUNNING), // 2.1.6
+    row(Function::Reset,                         "fmi2Reset",                         BOTH, ALIVE), // 2.1.6
+    row(Function::GetReal,                       "fmi2GetReal",                       BOTH, READABLE), // 2.1.7
+    row(Function::GetInteger,                    "fmi2GetInteger",                    BOTH, READABLE), // 2.1.7
+    row(Function::GetBoolean,                    "fmi2GetBoolean",                    BOTH, READABLE), // 2.1.7
+    row(Function::GetString,                     "fmi2GetString",                     BOTH, READABLE), // 2.1.7
+    row(Function::SetReal,                       "fmi2SetReal",                       BOTH, SET_REAL), // 2.1.7
+    row(Function::SetInteger,                    "fmi2SetInteger",                    BOTH, SET_OTHER), // 2.1.7
+    row(Function::SetBoolean,                    "fmi2SetBoolean",                    BOTH, SET_OTHER), // 2.1.7
+    row(Function::SetString,                     "fmi2SetString",                     BOTH, SET_OTHER), // 2.1.7
+    row(Function::GetFmuState,                   "fmi2GetFMUstate",                   BOTH, ALIVE), // 2.1.8
+    row(Function::SetFmuState,                   "fmi2SetFMUstate",                   BOTH, ALIVE), // 2.1.8
+    row(Function::FreeFmuState,                  "fmi2FreeFMUstate",                  BOTH, ALIVE), // 2.1.8
+    row(Function::SerializedFmuStateSize,        "fmi2SerializedFMUstateSize",        BOTH, ALIVE), // 2.1.8
+    row(Function::SerializeFmuState,             "fmi2SerializeFMUstate",             BOTH, ALIVE), // 2.1.8
+    row(Function::DeserializeFmuState,           "fmi2DeSerializeFMUstate",           BOTH, ALIVE), // 2.1.8
+    row(Function::GetDirectionalDerivative,      "fmi2GetDirectionalDerivative",      BOTH, READABLE), // 2.1.9
+    row(Function::EnterEventMode,                "fmi2EnterEventMode",                ME,   MOVING), // 3.2.2
+    row(Function::NewDiscreteStates,             "fmi2NewDiscreteStates",             ME,   &[Event]), // 3.2.2
+    row(Function::EnterContinuousTimeMode,       "fmi2EnterContinuousTimeMode",       ME,   &[Event]), // 3.2.2
+    row(Function::CompletedIntegratorStep,       "fmi2CompletedIntegratorStep",       ME,   &[Continuous]), // 3.2.2
+    row(Function::SetTime,                       "fmi2SetTime",                       ME,   MOVING), // 3.2.1
+    row(Function::SetContinuousStates,           "fmi2SetContinuousStates",           ME,   &[Continuous]), // 3.2.1
+    row(Function::GetDerivatives,                "fmi2GetDerivatives",                ME,   COMPUTABLE), // 3.2.2
+    row(Function::GetEventIndicators,            "fmi2GetEventIndicators",            ME,   COMPUTABLE), // 3.2.2
+    row(Function::GetContinuousStates,           "fmi2GetContinuousStates",           ME,   COMPUTABLE), // 3.2.2
+    row(Function::GetNominalsOfContinuousStates, "fmi2GetNominalsOfContinuousStates", ME,   NOMINAL), // 3.2.2
+    row(Function::SetRealInputDerivatives,       "fmi2SetRealInputDerivatives",       CS,   INPUT), // 4.2.1
+    row(Function::GetRealOutputDerivatives,      "fmi2GetRealOutputDerivatives",      CS,   STEPPED), // 4.2.1
+    row(Function::DoStep,                        "fmi2DoStep",                        CS,   &[Step]), // 4.2.2
+    row(Function::CancelStep,                    "fmi2CancelStep",                    CS,   NOWHERE), // 4.2.2
+    row(Function::GetStatus,                     "fmi2GetStatus",                     CS,   STATUS), // 4.2.3
+    row(Function::GetRealStatus,                 "fmi2GetRealStatus",                 CS,   STATUS), // 4.2.3
+    row(Function::GetIntegerStatus,              "fmi2GetIntegerStatus",              CS,   STATUS), // 4.2.3
+    row(Function::GetBooleanStatus,              "fmi2GetBooleanStatus",              CS,   STATUS), // 4.2.3
+    row(Function::GetStringStatus,               "fmi2GetStringStatus",               CS,   STATUS), // 4.2.3
 ];
 
 const fn row(
