@@ -144,7 +144,7 @@ def test_design_without_proof_is_not_packed(
     with zipfile.ZipFile(out / "squid_controller.fmu") as package:
         assert "not certified" in package.read("modelDescription.xml").decode()
         assert (
-            "UNCERTIFIED: this controller was packed without a proof"
+            "UNCERTIFIED: this controller was packed without a proof that holds"
             in package.read("documentation/index.html").decode()
         )
         assert "resources/certificate.json" not in package.namelist()
@@ -270,6 +270,39 @@ def test_a_guid_beside_the_attribute_does_not_count(squid: Packages, run_squid: 
             target.writestr(entry, content)
     done = run_squid("verify", spoilt)
     assert done.returncode == 1 and "the GUID differs" in done.stderr
+
+
+def test_a_description_edited_after_packing_is_not_verified(
+    squid: Packages, run_squid: Run, tmp_path: Path
+) -> None:
+    """A tool that sends its start values would fly another mass."""
+    spoilt = tmp_path / "spoilt.fmu"
+    with zipfile.ZipFile(squid.loop) as source, zipfile.ZipFile(spoilt, "w") as target:
+        for entry in source.infolist():
+            content = source.read(entry)
+            if entry.filename == "modelDescription.xml":
+                content, count = re.subn(
+                    rb'(name="mass".*?start=")[0-9.]+', rb"\g<1>90.0", content, count=1, flags=re.S
+                )
+                assert count == 1
+            target.writestr(entry, content)
+    done = run_squid("verify", spoilt)
+    assert done.returncode == 1 and "its modelDescription.xml was changed" in done.stderr
+
+
+def test_what_is_no_fmu_is_told(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
+    """An archive by another name is read as one; every message names its file."""
+    other = tmp_path / "controller.zip"
+    shutil.copy(squid.controller, other)
+    assert run_squid("verify", other).returncode == 0
+    ssp = next(squid.controller.parent.glob("*.ssp"))
+    done = run_squid("verify", ssp)
+    assert done.returncode == 1 and f"{ssp}: modelDescription.xml: it is missing" in done.stderr
+    done = run_squid("verify", squid.controller.parent / "design.json")
+    assert (
+        done.returncode == 1
+        and f"{squid.controller.parent / 'design.json'}: format: found nothing" in done.stderr
+    )
 
 
 def squid_design(squid: Packages, out: Path) -> tuple[dict, dict]:

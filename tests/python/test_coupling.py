@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import re
+import shutil
+from pathlib import Path
+
 import numpy as np
 import pytest
+from conftest import Run, package
 from flights import fly_alone, limits, sample_time
 from fly.flight import AGREEMENT
 from fly.master import Signals, Slave, couple
 from fly.package import Packages
 from fly.record import differences, references_in
+from fly.stages import ROOT
 from fmpy import read_model_description
 
 
@@ -32,6 +38,24 @@ def test_coupled_is_the_same_flight(packages: Packages, fidelity: int) -> None:
     found = differences(loop, coupled)
     assert {"pitch", "speed", "depth", "distance", *limits(packages)} <= set(found)
     assert max(found.values()) <= AGREEMENT, found
+
+
+def test_actuators_without_lag(run_squid: Run, tmp_path: Path) -> None:
+    """Their outputs are the commands, from the first row on."""
+    vehicle = tmp_path / "vehicle"
+    shutil.copytree(ROOT / "vehicles" / "remus100", vehicle)
+    file = vehicle / "vehicle.toml"
+    text, count = re.subn(
+        r"lag = \{ value = [0-9.]+", "lag = { value = 0.0", file.read_text(encoding="utf-8")
+    )
+    assert count == 2
+    file.write_text(text, encoding="utf-8")
+    packages = package(run_squid, vehicle, tmp_path / "out")
+    loop = fly_loop(packages, sample_time(packages))
+    found = differences(loop, couple_like(packages, loop))
+    outputs = [name for name in found if name.endswith("_output")]
+    assert len(outputs) == 2 and max(found.values()) <= AGREEMENT, found
+    assert all(loop[name][0] == loop[name.removesuffix("_output")][0] for name in outputs)
 
 
 def test_the_comparison_can_fail(squid: Packages) -> None:

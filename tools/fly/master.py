@@ -145,6 +145,8 @@ def couple(
     """
     loop = _Loop(plant, controller)
     loop.inform(*references(0, 0.0))
+    # An actuator without lag follows the first command from the start.
+    loop.command()
     plant.ready()
     controller.ready()
     recorder = Recorder(controller, plant)

@@ -132,6 +132,20 @@ pub enum Error {
         /// The FMU.
         path: String,
     },
+    /// The model description of an FMU is not the one that it was packed with.
+    #[error("{path}: its modelDescription.xml was changed after it was packed")]
+    WrongDescription {
+        /// The FMU.
+        path: String,
+    },
+    /// What was said of a file that does not name it.
+    #[error("{path}: {reason}")]
+    Of {
+        /// The file.
+        path: String,
+        /// What was said.
+        reason: Box<Error>,
+    },
     /// An FMU is not what vehicle and design file make.
     #[error("{path}: it is not what these vehicle and design files make: {reason}")]
     NotOfInputs {

@@ -30,7 +30,8 @@ pub enum ArchiveError {
     },
     /// A name that is not plain, and that one tool may unpack to another place than the next.
     #[error(
-        "it holds an entry called '{name}'; allowed are names with / between folders, without '.', '..', '\\' and ':'"
+        "it holds an entry called '{name}'; allowed are files and folders with / between them, without '\\' and ':', none called '.' or '..' or with \
+         a dot or a space at the end, and no links"
     )]
     Name {
         /// The entry.
@@ -58,6 +59,8 @@ pub enum ArchiveError {
 pub struct FmuArchive {
     /// The GUID in `modelDescription.xml`.
     pub guid: String,
+    /// `modelDescription.xml`.
+    pub description: Vec<u8>,
     /// What lies in `resources/`.
     pub resources: Resources,
 }
@@ -81,23 +84,32 @@ impl FmuArchive {
         let mut archive = ZipArchive::new(Cursor::new(bytes))?;
         // Among others: no name twice, no overlap, and the same in the directory as before each entry.
         archive.validate_header_consistency()?;
-        let (mut places, mut resources, mut guid) = (HashSet::new(), Resources::default(), None);
+        let (mut files, mut folders) = (HashSet::new(), HashSet::new());
+        let (mut description, mut resources) = (Vec::new(), Resources::default());
         for index in 0..archive.len() {
             let entry = archive.by_index(index)?;
             let name = entry.name()?.into_owned();
-            if !is_plain(&name) {
+            if !is_plain(&name) || entry.is_symlink() {
                 return Err(ArchiveError::Name { name });
             }
-            if !places.insert(name.to_lowercase()) {
+            let place = name.to_lowercase();
+            if entry.is_dir() {
+                folders.insert(place.trim_end_matches('/').to_owned());
+            } else if !files.insert(place.clone()) {
                 return Err(ArchiveError::Twice { name });
             }
+            folders.extend(place.match_indices('/').map(|(end, _)| place[..end].to_owned()));
             if name == DESCRIPTION {
-                guid = guid_of(&content(entry, &name)?);
+                description = content(entry, &name)?;
             } else if let Some(resource) = name.strip_prefix("resources/").filter(|rest| !rest.is_empty()) {
                 resources.insert(resource, content(entry, &name)?);
             }
         }
-        Ok(Self { guid: guid.ok_or(ArchiveError::NoGuid)?, resources })
+        if let Some(name) = files.intersection(&folders).next() {
+            return Err(ArchiveError::Twice { name: name.clone() });
+        }
+        let guid = guid_of(&description).ok_or(ArchiveError::NoGuid)?;
+        Ok(Self { guid, description, resources })
     }
 }
 
@@ -106,7 +118,9 @@ const DESCRIPTION: &str = "modelDescription.xml";
 /// Whether every tool unpacks this name to the same place: of a folder, a `/` may stand at the end.
 fn is_plain(name: &str) -> bool {
     let path = name.strip_suffix('/').unwrap_or(name);
-    path.split('/').all(|part| !matches!(part, "" | "." | "..") && !part.contains(['\\', ':', '\0']))
+    // Windows drops a dot or a space at the end of a name.
+    path.split('/')
+        .all(|part| !part.is_empty() && !part.ends_with(['.', ' ']) && !part.contains(['\\', ':', '\0']))
 }
 
 /// The bytes of an entry.
@@ -125,7 +139,7 @@ fn guid_of(xml: &[u8]) -> Option<String> {
     let mut reader = Reader::from_reader(xml);
     loop {
         match reader.read_event().ok()? {
-            Event::Start(root) => {
+            Event::Start(root) | Event::Empty(root) => {
                 let attribute = root.try_get_attribute("guid").ok()??;
                 return Some(attribute.value.into_owned());
             }
@@ -159,9 +173,7 @@ mod tests {
             FmuArchive::from_bytes(&zipped(&[(DESCRIPTION, XML), ("resources/one.json", b"1")])).unwrap();
         assert_eq!(found.guid, "{1}");
         assert_eq!(found.resources.bytes("one.json").unwrap(), b"1");
-        for nameless in
-            [&b"<a><b guid=\"1\"/></a>"[..], b"", b"<a guid=\"1\" guid=\"2\"/>", b"<!-- guid=\"1\" -->"]
-        {
+        for nameless in [&b"<a><b guid=\"1\"/></a>"[..], b"", b"<!-- guid=\"1\" -->"] {
             let refused = FmuArchive::from_bytes(&zipped(&[(DESCRIPTION, nameless)]));
             assert!(matches!(refused, Err(ArchiveError::NoGuid)), "{}", String::from_utf8_lossy(nameless));
         }
@@ -169,7 +181,7 @@ mod tests {
 
     #[test]
     fn what_tools_may_unpack_differently_is_refused() {
-        for name in ["./a", "a/../b", "/a", "a//b", "a\\b", "c:a", ".."] {
+        for name in ["./a", "a/../b", "/a", "a//b", "a\\b", "c:a", "..", "resources./a", "a "] {
             let refused = FmuArchive::from_bytes(&zipped(&[(DESCRIPTION, XML), (name, b"")]));
             assert!(
                 matches!(&refused, Err(ArchiveError::Name { name: found }) if found == name),
@@ -182,6 +194,13 @@ mod tests {
             ("resources/a", b""),
         ]));
         assert!(matches!(refused, Err(ArchiveError::Twice { .. })));
+        let refused =
+            FmuArchive::from_bytes(&zipped(&[(DESCRIPTION, XML), ("resources/a", b""), ("Resources", b"")]));
+        assert!(matches!(refused, Err(ArchiveError::Twice { .. })), "a file where a folder is");
+        let mut zip = zip::ZipWriter::new_append(Cursor::new(zipped(&[(DESCRIPTION, XML)]))).unwrap();
+        zip.add_symlink("resources/a", "elsewhere", SimpleFileOptions::default()).unwrap();
+        let refused = FmuArchive::from_bytes(&zip.finish().unwrap().into_inner());
+        assert!(matches!(refused, Err(ArchiveError::Name { .. })), "a link");
         // The same name twice: the second is renamed in the bytes, for the writer refuses it.
         let mut twice = zipped(&[(DESCRIPTION, XML), ("resources/a.json", b"1"), ("resources/b.json", b"2")]);
         let name = b"resources/b.json";

@@ -210,7 +210,7 @@ fn about(kind: Kind, stored: &Stored) -> Vec<String> {
         )
     } else {
         format!(
-            "UNCERTIFIED: this controller was packed without a proof. Its file names {} as a bound of the L2 gain, and nothing here shows it. Speeds {} to {} m/s.",
+            "UNCERTIFIED: this controller was packed without a proof that holds for the vehicle. Its file names {} as a bound of the L2 gain. Speeds {} to {} m/s.",
             gamma.bound, scheduling.minimum, scheduling.maximum
         )
     };

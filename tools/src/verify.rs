@@ -17,6 +17,7 @@ use auv::LpvModel;
 use certificate::{Certificate, Rows, Theorem};
 use fmi2::Resources;
 use scheduled::{ControllerDesign, LftMatrices};
+use std::io::Read;
 use std::path::Path;
 
 /// What was verified.
@@ -34,16 +35,40 @@ pub struct Verified {
 /// [`Error::Unreadable`], [`Error::Archive`], [`Error::NoCertificate`], [`Error::Certificate`], [`Error::Mismatch`], [`Error::NoResidual`],
 /// [`Error::WrongGuid`], [`Error::NotOfInputs`], [`Error::Unproved`].
 pub fn verify(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
-    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("fmu")) {
-        return verify_fmu(path, inputs);
-    }
+    let found = match is_archive(path)? {
+        true => verify_fmu(path, inputs),
+        false => verify_certificate(path, inputs),
+    };
+    let name = path.display().to_string();
+    found.map_err(|reason| match reason.to_string().starts_with(&name) {
+        true => reason,
+        false => Error::Of { path: name, reason: Box::new(reason) },
+    })
+}
+
+/// Whether a file begins as a zip does, whatever it is called; one that is called an FMU is to be one.
+fn is_archive(path: &Path) -> Result<bool, Error> {
+    let unreadable = |reason| Error::Unreadable { path: path.display().to_string(), reason };
+    let mut start = Vec::new();
+    let file = std::fs::File::open(path).map_err(unreadable)?;
+    file.take(2).read_to_end(&mut start).map_err(unreadable)?;
+    Ok(start == b"PK" || path.extension().is_some_and(|e| e.eq_ignore_ascii_case("fmu")))
+}
+
+fn verify_certificate(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
     let certificate = parse(&read(path)?, &path.display().to_string())?;
     let theorem = certificate.prove()?;
     let mut about = vec![];
     if let Some(inputs) = inputs {
         let model = Model::new(inputs)?;
         of_inputs(&certificate, inputs, &model)?;
-        about.push(format!("{}: its plant and its ball are those of {}", path.display(), named(inputs)));
+        let what = match certificate.residual {
+            Some(_) => "its plant and its ball of models are those",
+            None => {
+                "its plant is that, and nothing is said of the residual between the fit and the true linearisations,"
+            }
+        };
+        about.push(format!("{}: {what} of {}", path.display(), named(inputs)));
     }
     Ok(Verified { theorem, about })
 }
@@ -57,7 +82,7 @@ pub fn parse(text: &str, file: &str) -> Result<Certificate, Error> {
 }
 
 fn verify_fmu(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
-    let FmuArchive { guid, resources } = FmuArchive::read(path)?;
+    let FmuArchive { guid, description, resources } = FmuArchive::read(path)?;
     let resource = |name: &str| {
         let missing = Error::NoCertificate { path: path.display().to_string(), name: name.into() };
         resources.text(name).map_err(|_| missing)
@@ -78,11 +103,14 @@ fn verify_fmu(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
     )];
     let theorem = certificate.prove()?;
     let packed = match resources.text(fmu_plant::VEHICLE_RESOURCE) {
-        Ok(_) => fmu_squid::describe(&resources)?.guid,
-        Err(_) => fmu_controller::describe(&resources)?.guid,
+        Ok(_) => fmu_squid::describe(&resources).map(|of| (of.guid, of.xml))?,
+        Err(_) => fmu_controller::describe(&resources).map(|of| (of.guid, of.xml))?,
     };
-    if packed != guid {
+    if packed.0 != guid {
         return Err(Error::WrongGuid { path: path.display().to_string() });
+    }
+    if packed.1.as_bytes() != description {
+        return Err(Error::WrongDescription { path: path.display().to_string() });
     }
     if let Some(inputs) = inputs {
         let certificate = text.to_owned();
@@ -105,7 +133,10 @@ fn status(design: &ControllerDesign) -> String {
 
 fn named(inputs: &Inputs) -> String {
     let directory = inputs.directory.display();
-    format!("vehicle.toml and {}.toml in {directory} (computed anew, in floating point)", inputs.design.name)
+    format!(
+        "vehicle.toml and design '{}' in {directory} (computed anew, in floating point)",
+        inputs.design.name
+    )
 }
 
 /// Checks that the resources of an FMU are what vehicle and design file make of the controller's matrices, and that the certificate is of
