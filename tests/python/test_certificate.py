@@ -17,17 +17,24 @@ from fly.package import Packages
 from fly.stages import ROOT
 
 
-def edited(package: Path, copy: Path, name: str, change: Callable[[dict], None]) -> Path:
-    """Copy an FMU with one of its JSON resources changed."""
+def rewritten(package: Path, copy: Path, name: str, change: Callable[[bytes], bytes]) -> Path:
+    """Copy an FMU with one of its entries changed."""
     with zipfile.ZipFile(package) as source, zipfile.ZipFile(copy, "w", zipfile.ZIP_DEFLATED) as target:
         for entry in source.infolist():
             content = source.read(entry)
-            if entry.filename == f"resources/{name}":
-                value = json.loads(content)
-                change(value)
-                content = json.dumps(value).encode()
-            target.writestr(entry, content)
+            target.writestr(entry, change(content) if entry.filename == name else content)
     return copy
+
+
+def edited(package: Path, copy: Path, name: str, change: Callable[[dict], None]) -> Path:
+    """Copy an FMU with one of its JSON resources changed."""
+
+    def change_text(content: bytes) -> bytes:
+        value = json.loads(content)
+        change(value)
+        return json.dumps(value).encode()
+
+    return rewritten(package, copy, f"resources/{name}", change_text)
 
 
 def test_shipped_controllers_are_proved(packages: Packages, run_squid: Run) -> None:
@@ -226,13 +233,12 @@ def test_a_controller_amplified_under_a_fitting_guid(
         Slave(spoilt, "spoilt")
     packed = fmpy.read_model_description(spoilt).guid
     (fitting,) = set(re.findall(r"\{[0-9a-f-]{36}\}", capfd.readouterr().out)) - {packed}
-    forged = tmp_path / "forged.fmu"
-    with zipfile.ZipFile(spoilt) as source, zipfile.ZipFile(forged, "w") as target:
-        for entry in source.infolist():
-            content = source.read(entry)
-            if entry.filename == "modelDescription.xml":
-                content = content.replace(packed.encode(), fitting.encode())
-            target.writestr(entry, content)
+    forged = rewritten(
+        spoilt,
+        tmp_path / "forged.fmu",
+        "modelDescription.xml",
+        lambda xml: xml.replace(packed.encode(), fitting.encode()),
+    )
     with Slave(forged, "forged") as slave:
         slave.begin()
         slave.ready()
@@ -260,14 +266,12 @@ def test_an_archive_that_tools_unpack_differently(
 
 def test_a_guid_beside_the_attribute_does_not_count(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
     """Where the attribute is another one, the right GUID in a comment does not help."""
-    spoilt = tmp_path / "spoilt.fmu"
-    with zipfile.ZipFile(squid.controller) as source, zipfile.ZipFile(spoilt, "w") as target:
-        for entry in source.infolist():
-            content = source.read(entry)
-            if entry.filename == "modelDescription.xml":
-                guid = fmpy.read_model_description(squid.controller).guid.encode()
-                content = content.replace(guid, b"{other}") + b'<!-- guid="' + guid + b'" -->'
-            target.writestr(entry, content)
+    guid = fmpy.read_model_description(squid.controller).guid.encode()
+
+    def shift(xml: bytes) -> bytes:
+        return xml.replace(guid, b"{other}") + b'<!-- guid="' + guid + b'" -->'
+
+    spoilt = rewritten(squid.controller, tmp_path / "spoilt.fmu", "modelDescription.xml", shift)
     done = run_squid("verify", spoilt)
     assert done.returncode == 1 and "the GUID differs" in done.stderr
 
@@ -276,16 +280,13 @@ def test_a_description_edited_after_packing_is_not_verified(
     squid: Packages, run_squid: Run, tmp_path: Path
 ) -> None:
     """A tool that sends its start values would fly another mass."""
-    spoilt = tmp_path / "spoilt.fmu"
-    with zipfile.ZipFile(squid.loop) as source, zipfile.ZipFile(spoilt, "w") as target:
-        for entry in source.infolist():
-            content = source.read(entry)
-            if entry.filename == "modelDescription.xml":
-                content, count = re.subn(
-                    rb'(name="mass".*?start=")[0-9.]+', rb"\g<1>90.0", content, count=1, flags=re.S
-                )
-                assert count == 1
-            target.writestr(entry, content)
+
+    def burden(xml: bytes) -> bytes:
+        heavier, count = re.subn(rb'(name="mass".*?start=")[0-9.]+', rb"\g<1>90.0", xml, count=1, flags=re.S)
+        assert count == 1
+        return heavier
+
+    spoilt = rewritten(squid.loop, tmp_path / "spoilt.fmu", "modelDescription.xml", burden)
     done = run_squid("verify", spoilt)
     assert done.returncode == 1 and "its modelDescription.xml was changed" in done.stderr
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -38,14 +39,30 @@ def test_a_missing_program_is_named() -> None:
 
 
 def test_a_full_disk_is_told_before_the_work(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Less is asked for where something has been built before."""
-    monkeypatch.setattr(room, "BUILD", tmp_path / "none")
-    monkeypatch.setattr(room, "free_in", lambda folder: 3.26)
-    room.ask_for(3.0, "the tests")
-    with pytest.raises(StageError, match=rf"^the tests take 7 GB of disk, and {ROOT} has 3\.3 GB left\.$"):
-        room.ask_for(7.0, "the tests")
-    monkeypatch.setattr(room, "BUILD", tmp_path)
-    room.ask_for(7.0, "the tests")
+    """What lies there already is not asked for again, and of the disk of temporary files less is."""
+    free = {ROOT: 3.26, Path(tempfile.gettempdir()): 1.2}
+    monkeypatch.setattr(room, "free_in", free.__getitem__)
+    monkeypatch.setattr(room, "taken_by", lambda folder: 0.0)
+    room.ask_for(3.0, 1.0, "the tests")
+    told = r"^the tests take {} GB of disk, and {} has {} GB left\.$"
+    with pytest.raises(StageError, match=told.format(r"7\.0", ROOT, r"3\.3")):
+        room.ask_for(7.0, 1.0, "the tests")
+    with pytest.raises(StageError, match=told.format(r"1\.5", tempfile.gettempdir(), r"1\.2")):
+        room.ask_for(3.0, 1.5, "the tests")
+    monkeypatch.setattr(room, "taken_by", lambda folder: 2.0)
+    room.ask_for(7.0, 1.0, "the tests")
+    free[ROOT] = 0.4
+    with pytest.raises(StageError, match=told.format(r"0\.5", ROOT, r"0\.4")):
+        room.ask_for(3.0, 1.0, "the tests")
+
+
+def test_a_file_with_two_names_is_counted_once(tmp_path: Path) -> None:
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "one").write_bytes(bytes(3000))
+    (tmp_path / "folder" / "other").hardlink_to(tmp_path / "one")
+    (tmp_path / "folder" / "third").write_bytes(bytes(500))
+    assert room.taken_by(tmp_path) == pytest.approx(3.5e-6)
+    assert room.taken_by(tmp_path / "none") == 0.0
 
 
 def test_a_stamp_sees_every_change(tmp_path: Path) -> None:

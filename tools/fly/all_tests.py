@@ -16,6 +16,8 @@ VEHICLES = ("squid", "remus100")
 LEAST_PYTHON = (3, 11)
 DISK = 7.0
 """What the first run takes, with some to spare (GB)."""
+TEMPORARY = 1.0
+"""What temporary files take at the most (GB)."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +103,7 @@ def run_tests() -> int:
     """Run all tests, print the summary, and return the exit code."""
     if sys.version_info < LEAST_PYTHON:
         raise StageError("the tests need Python 3.11 or later; the main job is content with 3.10.")
-    room.ask_for(DISK, "the tests")
+    room.ask_for(DISK, TEMPORARY, "the tests")
     begin = time.monotonic()
     results = run_all()
     print("\nSummary")

@@ -10,6 +10,8 @@ from fly.stages import stage
 
 DISK = 2.0
 """What the first run takes, with some to spare (GB)."""
+TEMPORARY = 0.1
+"""What temporary files take (GB)."""
 DISK_OF_PLATFORMS = 1.5
 """What the first run for other platforms takes besides (GB)."""
 
@@ -20,7 +22,7 @@ def run(vehicle: Path, design: str, platform_words: str = "host") -> int:
     vehicle = vehicle.resolve()
     package.sources_of(vehicle, design)
     names = platforms.named(platform_words)
-    room.ask_for(DISK + (DISK_OF_PLATFORMS if names else 0.0), "building and flying")
+    room.ask_for(DISK + (DISK_OF_PLATFORMS if names else 0.0), TEMPORARY, "building and flying")
     with stage("Building the command squid and the binaries of the FMUs"):
         build.build()
     if names:
