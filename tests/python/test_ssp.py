@@ -22,6 +22,7 @@ from importers import fly, of_pypi
 from lxml import etree
 
 NAMES = {
+    "oms": "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd",
     "ssc": "http://ssp-standard.org/SSP1/SystemStructureCommon",
     "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",
     "ssv": "http://ssp-standard.org/SSP1/SystemStructureParameterValues",
@@ -37,11 +38,16 @@ def ssp(packages: Packages) -> Path:
     return packages.folder / f"{packages.vehicle}.ssp"
 
 
+def structures(ssp: Path) -> dict[str, etree._Element]:
+    """Return the system structure descriptions of an archive, by file."""
+    with zipfile.ZipFile(ssp) as archive:
+        files = [name for name in archive.namelist() if name.endswith(".ssd")]
+        return {name: etree.fromstring(archive.read(name)) for name in files}
+
+
 def variants(ssp: Path) -> list[str]:
     """Return the names of the variants, by speed."""
-    with zipfile.ZipFile(ssp) as archive:
-        names = archive.namelist()
-    return sorted(name.removesuffix(".ssd") for name in names if name.startswith("speed_"))
+    return sorted(root.get("name") for root in structures(ssp).values())
 
 
 def values(ssp: Path, component: str, variant: str) -> dict[str, float]:
@@ -59,7 +65,27 @@ def test_obeys_the_schema(ssp: Path) -> None:
                 validate_tree(etree.fromstring(archive.read(name)), "SystemStructureDescription.xsd")
             elif name.endswith(".ssv"):
                 validate_tree(etree.fromstring(archive.read(name)), "SystemStructureParameterValues.xsd")
-        assert archive.read("SystemStructure.ssd") == archive.read(f"{variants(ssp)[DEFAULT]}.ssd")
+
+
+def test_variants_have_names_of_their_own(ssp: Path) -> None:
+    """SSP 1.0 selects among variants by the name of the description; OMSimulator refuses two of one name."""
+    named = {file: root.get("name") for file, root in structures(ssp).items()}
+    assert len(set(named.values())) == len(named) == 6
+    default = named.pop("SystemStructure.ssd")
+    assert default == variants(ssp)[DEFAULT]
+    assert named == {f"{name}.ssd": name for name in named.values()}
+
+
+def test_tells_omsimulator_the_step(packages: Packages, ssp: Path) -> None:
+    """One communication step a sample, in the place where OMSimulator reads it."""
+    for root in structures(ssp).values():
+        (annotation,) = root.iterfind("ssd:System/ssd:Annotations/ssc:Annotation", NAMES)
+        assert annotation.get("type") == "org.openmodelica"
+        (master,) = annotation.iterfind(
+            "oms:Annotations/oms:SimulationInformation/oms:FixedStepMaster", NAMES
+        )
+        assert master.get("description") == "oms-ma"
+        assert float(master.get("stepSize")) == sample_time(packages)
 
 
 def test_the_schema_can_be_broken(ssp: Path) -> None:
@@ -72,8 +98,7 @@ def test_the_schema_can_be_broken(ssp: Path) -> None:
 def test_names_what_it_holds(packages: Packages, ssp: Path) -> None:
     """Every source is in the archive, and the FMUs are those beside it, to the byte."""
     with zipfile.ZipFile(ssp) as archive:
-        for variant in [*variants(ssp), "SystemStructure"]:
-            root = etree.fromstring(archive.read(f"{variant}.ssd"))
+        for root in structures(ssp).values():
             sources = {element.get("source") for element in root.iter() if element.get("source")}
             assert len(sources) == 4
             assert sources <= set(archive.namelist())

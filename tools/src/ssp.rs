@@ -1,8 +1,8 @@
 //! Plant and controller wired into one system, as System Structure and Parameterization (SSP) 1.0 describes it:
 //!
 //! ```text
-//! SystemStructure.ssd     the default variant, at a speed in the middle of the range
-//! speed_V.ssd             the same system at the speed V along the path
+//! SystemStructure.ssd     the default variant, at a speed V in the middle of the range
+//! speed_V.ssd             a variant at each other speed V along the path
 //! resources/*.fmu         both FMUs
 //! resources/*_V.ssv       start values of each for that speed: trim, with a constant reference a pitch step above it
 //! ```
@@ -29,6 +29,10 @@ const VARIANTS: usize = 6;
 const SSD: &str = "http://ssp-standard.org/SSP1/SystemStructureDescription";
 const SSC: &str = "http://ssp-standard.org/SSP1/SystemStructureCommon";
 const SSV: &str = "http://ssp-standard.org/SSP1/SystemStructureParameterValues";
+/// The namespace of OMSimulator's annotations (`schema/oms.xsd` of that project).
+const OMS: &str = "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd";
+/// Required by OMSimulator's schema; a master with a fixed step does not use it.
+const UNUSED_TOLERANCE: &str = "0.0001";
 const TOOL: &str = concat!("squid ", env!("CARGO_PKG_VERSION"));
 
 pub(crate) type Xml = Writer<Vec<u8>>;
@@ -54,12 +58,16 @@ pub fn pack(
     let points = speeds(&stored.plant.trim);
     for (index, point) in points.iter().enumerate() {
         let variant = format!("speed_{:.3}", point.speed);
-        let system = System { name, variant: &variant, components, duration: stored.manoeuvre.duration };
-        let text = system.description().map_err(failed)?;
-        if index == (points.len() - 1) / 2 {
-            entries.insert("SystemStructure.ssd".into(), text.clone());
-        }
-        entries.insert(format!("{variant}.ssd"), text);
+        let system = System {
+            name,
+            variant: &variant,
+            components,
+            duration: stored.manoeuvre.duration,
+            sample_time: stored.controller.sample_time,
+        };
+        let is_default = index == (points.len() - 1) / 2;
+        let file = if is_default { "SystemStructure" } else { &variant };
+        entries.insert(format!("{file}.ssd"), system.description().map_err(failed)?);
         for (kind, packed) in components {
             let values = start_values(kind, packed, point, stored);
             let set = parameter_set(&variant, &packed.description, &values).map_err(failed)?;
@@ -117,10 +125,11 @@ struct System<'a> {
     variant: &'a str,
     components: [(Kind, &'a Packed); 2],
     duration: f64,
+    sample_time: f64,
 }
 
 impl System<'_> {
-    /// The system structure description (section 5.2).
+    /// The system structure description (section 5.2). Its name tells the variants apart (section 5.2, attribute `name`).
     fn description(&self) -> io::Result<Vec<u8>> {
         document(|xml| {
             let root = [
@@ -128,7 +137,7 @@ impl System<'_> {
                 ("xmlns:ssc", SSC),
                 ("xmlns:ssv", SSV),
                 ("version", "1.0"),
-                ("name", self.name),
+                ("name", self.variant),
                 ("generationTool", TOOL),
             ];
             xml.create_element("ssd:SystemStructureDescription").with_attributes(root).write_inner_content(
@@ -160,7 +169,25 @@ impl System<'_> {
             connections(xml, plant, controller)?;
             connections(xml, controller, plant)
         })?;
-        Ok(())
+        self.master(xml)
+    }
+
+    /// The step of the master, in the annotation that OMSimulator reads and others ignore: one sample of the controller.
+    fn master(&self, xml: &mut Xml) -> io::Result<()> {
+        let step = format!("{:?}", self.sample_time);
+        let master =
+            [("description", "oms-ma"), ("stepSize", step.as_str()), ("relativeTolerance", UNUSED_TOLERANCE)];
+        let annotation = [("type", "org.openmodelica"), ("xmlns:oms", OMS)];
+        nested(xml, "ssd:Annotations", &[], |xml| {
+            nested(xml, "ssc:Annotation", &annotation, |xml| {
+                nested(xml, "oms:Annotations", &[], |xml| {
+                    nested(xml, "oms:SimulationInformation", &[], |xml| {
+                        xml.create_element("oms:FixedStepMaster").with_attributes(master).write_empty()?;
+                        Ok(())
+                    })
+                })
+            })
+        })
     }
 
     fn component(&self, xml: &mut Xml, kind: Kind, packed: &Packed) -> io::Result<()> {
@@ -256,6 +283,17 @@ fn parameter(xml: &mut Xml, name: &str, value: f64, unit: Option<&str>) -> io::R
         xml.create_element("ssv:Real").with_attributes(attributes).write_empty()?;
         Ok(())
     })?;
+    Ok(())
+}
+
+/// An element with attributes and content.
+fn nested(
+    xml: &mut Xml,
+    name: &str,
+    attributes: &[(&str, &str)],
+    content: impl FnOnce(&mut Xml) -> io::Result<()>,
+) -> io::Result<()> {
+    xml.create_element(name).with_attributes(attributes.iter().copied()).write_inner_content(content)?;
     Ok(())
 }
 
