@@ -127,6 +127,15 @@ def test_worst_error_leaves_out_what_follows_an_event() -> None:
     assert figures.worst_error_after(time, error, [], 2.0) == pytest.approx(5.0)
 
 
+def test_worst_error_after_a_step_is_not_from_before_it() -> None:
+    """The summary says 'later than 10 s after a step': what a flight begins with is no answer to that."""
+    time = np.arange(0.0, 30.0, 0.5)
+    error = np.where(time < 5.0, 3.0, 0.01)
+    assert figures.worst_error_after(time, error, [10.0], 10.0) == pytest.approx(0.01)
+    assert figures.worst_error_after(time, error, [10.0, 15.0], 10.0) == pytest.approx(0.01)
+    assert figures.worst_error_after(time, error, [25.0], 10.0) is None
+
+
 def test_record_reads_what_fmpy_writes(tmp_path: Path) -> None:
     path = tmp_path / "flight.csv"
     path.write_text('"time","a","flag"\n0.0,1e-17,False\n0.5,-2.25,True\n', encoding="utf-8")

@@ -60,12 +60,15 @@ def _step(time: Array, pitch: Array, reference: Array, begin: int, end: int) -> 
     )
 
 
-def worst_error_after(time: Array, error: Array, events: Sequence[float], grace: float) -> float:
-    """Return the largest error outside the `grace` (s) that follows each event."""
-    counted = np.ones(len(time), dtype=bool)
+def worst_error_after(time: Array, error: Array, events: Sequence[float], grace: float) -> float | None:
+    """Return the largest error from the first event on, without the `grace` (s) that follows each.
+
+    Without events it is that of the whole record; `None` when the record ends before any such time.
+    """
+    counted = time > min(events, default=-np.inf)
     for event in events:
         counted &= (time < event) | (time > event + grace)
-    return float(np.max(np.abs(error[counted]), initial=0.0))
+    return float(np.max(np.abs(error[counted]))) if counted.any() else None
 
 
 def actuator_use(signals: Mapping[str, Array], limits: Mapping[str, tuple[float, float]]) -> float:

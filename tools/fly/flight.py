@@ -136,12 +136,13 @@ def report(packages: Packages, loop: Signals, agreement: float, drawn: Path) -> 
     speed_error = loop["speed_reference_used"] - loop["speed"]
     found = figures.steps(time, pitch, reference)
     tracking = figures.worst_error_after(time, reference - pitch, [step.time for step in found], GRACE)
+    off = "not flown" if tracking is None else f"error at most {np.rad2deg(tracking):.3f} deg"
     use = figures.actuator_use(loop, limits_of(packages))
-    late = f"later than {GRACE:.0f} s after a step"
+    when = f"later than {GRACE:.0f} s after a step" if found else "with no step"
     print(f"\nWhat was achieved, {packages.vehicle}")
     lines = [
         *gamma_lines(achieved),
-        ("pitch tracking", f"error at most {np.rad2deg(tracking):.3f} deg, {late}"),
+        ("pitch tracking", f"{off}, {when}"),
         ("speed tracking", f"error at most {np.max(np.abs(speed_error)):.3f} m/s"),
         *((f"step at {step.time:g} s", describe(step)) for step in found),
         ("actuators", f"{100 * use:.0f} % of their limits at most"),

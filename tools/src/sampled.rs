@@ -3,23 +3,45 @@
 //! The gain bound is about the controller in continuous time. Here the frozen controller is discretised by the trapezoidal rule, as
 //! the FMU does it, and closed with the true linearisation and the lags of the actuators under a zero-order hold.
 
+use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::model::STATES;
 use auv::Linearisation;
-use lpv::matrix::{Mat, block, eigenvalues, largest, solve};
+use lpv::matrix::{Mat, block, largest, solve};
 use lpv::state_space::StateSpace;
 
 /// The largest modulus of the sampled loop's modes; not-a-number when it cannot be formed.
 pub fn spectral_radius(inputs: &Inputs, l: &Linearisation, frozen: &StateSpace) -> f64 {
-    let (phi, gamma) = held(inputs, l);
-    let Some(k) = trapezoidal(frozen, inputs.design.sample_time) else { return f64::NAN };
-    let measured = Mat::from_fn(inputs.design.tracked.len(), phi.nrows(), |i, j| {
-        let tracked = &inputs.design.tracked[i];
-        if tracked.output.state() == j { -1.0 / tracked.scale } else { 0.0 }
-    });
-    let closed =
-        block(&[&[&(&phi + &gamma * &k.d * &measured), &(&gamma * &k.c)], &[&(&k.b * &measured), &k.a]]);
-    largest(0.0, eigenvalues(&closed).iter().map(|v| v.norm()))
+    let radius = |closed: StateSpace| largest(0.0, closed.poles().iter().map(|v| v.norm()));
+    flying(inputs, l, frozen).map_or(f64::NAN, radius)
+}
+
+/// The sampled loop from the references to the tracked outputs and the controls, at the ticks and in units of their scales; `None` where a mode of
+/// the controller lies at 2/T.
+///
+/// ```text
+/// x+ = Phi x + Gamma u,  y = r - C x,  (k+, u) = K(k, y),  states [x, k]
+/// ```
+pub fn flying(inputs: &Inputs, l: &Linearisation, frozen: &StateSpace) -> Option<StateSpace> {
+    let (phi, gamma, c) = held(inputs, l);
+    let k = trapezoidal(frozen, inputs.design.sample_time)?;
+    Some(closed(&phi, &gamma, &c, &k))
+}
+
+/// What to say when [`flying`] or [`trapezoidal`] gives nothing.
+pub fn cannot() -> Error {
+    Error::Mismatch { what: "the sample time, with a mode of the controller".into() }
+}
+
+/// A plant without direct term and a controller in one loop, from the references to the outputs and the controls.
+pub fn closed(a: &Mat, b: &Mat, c: &Mat, k: &StateSpace) -> StateSpace {
+    let p = c.nrows();
+    StateSpace {
+        a: block(&[&[&(a - b * &k.d * c), &(b * &k.c)], &[&-(&k.b * c), &k.a]]),
+        b: block(&[&[&(b * &k.d)], &[&k.b]]),
+        c: block(&[&[c, &Mat::zeros(p, k.a.nrows())], &[&-(&k.d * c), &k.c]]),
+        d: block(&[&[&Mat::zeros(p, p)], &[&k.d]]),
+    }
 }
 
 /// `Dtt` of the discretised controller: `Dtt + Ct (I - A T/2)^-1 Bt T/2`.
@@ -29,8 +51,8 @@ pub fn sampled_dtt(k: &lpv::controller::Controller, sample_time: f64) -> Option<
     Some(&k.dtt + &k.ct * inner * (0.5 * sample_time))
 }
 
-/// Vehicle and actuators over one sample with the commands held: states \[u w q theta, actuators\], inputs in units of their scale.
-fn held(inputs: &Inputs, l: &Linearisation) -> (Mat, Mat) {
+/// Vehicle and actuators over one sample with the commands held: states \[u w q theta, actuators\], inputs and tracked outputs in units of their scales.
+pub fn held(inputs: &Inputs, l: &Linearisation) -> (Mat, Mat, Mat) {
     let actuators = &inputs.vehicle.actuators;
     let m = actuators.len();
     let n = STATES + m;
@@ -44,7 +66,11 @@ fn held(inputs: &Inputs, l: &Linearisation) -> (Mat, Mat) {
         generator[(STATES + j, n + j)] = rate * actuator.reach();
     }
     let transition = (generator * inputs.design.sample_time).exp();
-    (transition.view((0, 0), (n, n)).into_owned(), transition.view((0, n), (n, m)).into_owned())
+    let tracked = &inputs.design.tracked;
+    let measured = Mat::from_fn(tracked.len(), n, |i, j| {
+        if tracked[i].output.state() == j { 1.0 / tracked[i].scale } else { 0.0 }
+    });
+    (transition.view((0, 0), (n, n)).into_owned(), transition.view((0, n), (n, m)).into_owned(), measured)
 }
 
 /// The trapezoidal rule, as `scheduled::Lft::discretise` at a frozen parameter; `None` where a mode lies at 2/T.

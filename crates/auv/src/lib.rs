@@ -68,6 +68,6 @@ pub use rates::{Instant, Rates};
 pub use simulation_error::SimulationError;
 pub use slopes::Slopes;
 pub use trim::{Speed, Trim, TrimError, trim};
-pub use vehicle::{Status, Vehicle};
+pub use vehicle::{PublishedLinearModel, Status, Vehicle};
 pub use vehicle_file::{FileProblem, VehicleFileError};
 pub use vehicle_json::{JsonProblem, VEHICLE_FORMAT, VehicleJsonError};

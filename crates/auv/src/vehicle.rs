@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use nalgebra::Complex;
+
 use crate::actuator::Actuator;
 use crate::coefficients::Coefficients;
 use crate::vehicle_file::{self, VehicleFileError};
@@ -47,6 +49,21 @@ pub struct Vehicle {
     pub actuators: Vec<Actuator>,
     /// Where each number comes from, by the name of the coefficient or `actuator.key`.
     pub sources: BTreeMap<String, String>,
+    /// What the source prints as its linear model, if the file says so. Only the file has it: the JSON of a vehicle has not.
+    pub published_linear_model: Option<PublishedLinearModel>,
+}
+
+/// The poles of the linear model that the source of the coefficients prints, to be held against those that follow from the coefficients.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PublishedLinearModel {
+    /// Speed \[m/s\].
+    pub speed: f64,
+    /// Poles \[rad/s\].
+    pub poles: Vec<Complex<f64>>,
+    /// Where they are printed.
+    pub source: String,
+    /// What is to be said of them.
+    pub note: String,
 }
 
 /// Longer names make names of files that some systems refuse.

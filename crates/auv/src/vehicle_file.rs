@@ -2,6 +2,7 @@
 
 mod actuator_tables;
 mod error;
+mod published_model;
 mod table;
 
 use std::collections::BTreeMap;
@@ -20,7 +21,7 @@ const CONVENTIONS: [&str; 2] = ["viscous", "combined"];
 pub(crate) fn parse(text: &str, file: &str) -> Result<Vehicle, VehicleFileError> {
     let document = Document::new(text, file);
     let root = document.root()?;
-    let mut sections: Vec<&str> = vec!["vehicle", "thruster", "control_surface"];
+    let mut sections: Vec<&str> = vec!["vehicle", "thruster", "control_surface", published_model::SECTION];
     sections.extend(COEFFICIENTS.iter().map(|spec| spec.section));
     root.allow_only(&sections)?;
 
@@ -37,7 +38,8 @@ pub(crate) fn parse(text: &str, file: &str) -> Result<Vehicle, VehicleFileError>
 
     let coefficients = coefficients(&root, &mut sources)?;
     let actuators = actuator_tables::read(&root, &mut sources)?;
-    Ok(Vehicle { name, status, description, coefficients, actuators, sources })
+    let published_linear_model = published_model::read(&root)?;
+    Ok(Vehicle { name, status, description, coefficients, actuators, sources, published_linear_model })
 }
 
 /// Reads every coefficient of the table, splits combined lift, and checks the mass matrix.

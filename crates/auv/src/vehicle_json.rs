@@ -137,7 +137,8 @@ fn vehicle(file: File) -> Result<Vehicle, JsonProblem> {
     };
     let coefficients = read_coefficients(&coefficients)?;
     let actuators = read_actuators(actuators)?;
-    Ok(Vehicle { name, status, description, coefficients, actuators, sources })
+    let published_linear_model = None;
+    Ok(Vehicle { name, status, description, coefficients, actuators, sources, published_linear_model })
 }
 
 #[inline]

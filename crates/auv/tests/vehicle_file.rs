@@ -67,8 +67,7 @@ fn unknown_keys() {
         "quality = {",
         "unknown key `drag.quality`; allowed here: X_uu, length, wetted_area, form_factor, drag_area",
     );
-    let sections =
-        "vehicle, thruster, control_surface, mass, buoyancy, water, added_mass, lift, damping, drag";
+    let sections = "vehicle, thruster, control_surface, published_linear_model, mass, buoyancy, water, added_mass, lift, damping, drag";
     refused(
         "[damping]",
         "[dampnig]",
@@ -240,6 +239,44 @@ fn message_of_remus(from: &str, to: &str) -> (String, usize) {
     let text = format!("{head}{}", tail.replacen(from, to, 1));
     let line = head.lines().count() + line_of(tail, from);
     (Vehicle::parse(&text, "vehicle.toml").unwrap_err().to_string(), line)
+}
+
+/// The poles that the thesis prints are data of the vehicle file, each mistake in them told with its line.
+#[test]
+fn a_published_linear_model_is_read_and_checked() {
+    let remus = remus100().published_linear_model.unwrap();
+    let poles: Vec<(f64, f64)> = remus.poles.iter().map(|p| (p.re, p.im)).collect();
+    assert_eq!((remus.speed, poles), (1.54, vec![(0.174, 0.509), (0.174, -0.509), (-2.44, 0.0)]));
+    assert!(remus.source.contains("9.36") && remus.note.contains("does not follow"));
+    assert_eq!(squid().published_linear_model, None);
+
+    let poles = "poles = [[0.174, 0.509], [0.174, -0.509], [-2.44, 0.0]]";
+    let pairs = "must be pairs [real part, imaginary part] in rad/s, one or more";
+    let cases = [
+        (
+            poles,
+            "poles = [[0.174, 0.509, 1.0]]",
+            format!("`published_linear_model.poles` is of type array, and {pairs}"),
+        ),
+        (poles, "poles = []", format!("`published_linear_model.poles` is of type array, and {pairs}")),
+        (poles, "poles = -2.44", format!("`published_linear_model.poles` is of type float, and {pairs}")),
+        (
+            poles,
+            "poles = [[inf, 0.0]]",
+            "`published_linear_model.poles` is inf rad/s, and must be any finite number".into(),
+        ),
+        (
+            "speed = { value = 1.54,",
+            "speed = { value = -1.54,",
+            "`published_linear_model.speed` is -1.54 m/s, and must be a number above zero".into(),
+        ),
+        (poles, "", "missing key `published_linear_model.poles`: pairs [real part".into()),
+        (poles, "zeros = [[0.0, 0.0]]", "unknown key `published_linear_model.zeros`".into()),
+    ];
+    for (from, to, expected) in cases {
+        let (message, _) = message_of_remus(from, to);
+        assert!(message.contains(&expected), "{message}");
+    }
 }
 
 #[test]

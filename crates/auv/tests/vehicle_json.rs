@@ -11,7 +11,9 @@ use serde_json::{Value, json};
 
 #[test]
 fn a_vehicle_comes_back_to_the_bit() {
-    for vehicle in [squid(), remus100()] {
+    for mut vehicle in [squid(), remus100()] {
+        // For the report alone: what flies needs none.
+        vehicle.published_linear_model = None;
         let text = vehicle.to_json().unwrap();
         assert_eq!(Vehicle::from_json(&text, "v").unwrap(), vehicle);
         assert!(text.contains("\"surrogate\"") || text.contains("\"published\""), "{text}");

@@ -12,6 +12,7 @@ use fmu_squid::Manoeuvre;
 use lpv::controller::Controller;
 use lpv::matrix::Mat;
 use lpv::plant::GeneralisedPlant;
+use lpv::state_space::StateSpace;
 use scheduled::LftMatrices;
 
 /// As many speeds as in the paper's Fig. 5.
@@ -111,6 +112,14 @@ impl<'a> Subject<'a> {
         };
         let design = scheduled::ControllerDesign { lft: lft.clone(), ..self.stored.controller.clone() };
         fly(&self.inputs.vehicle, &design, self.inputs.design.depth, &step)
+    }
+
+    /// A controller frozen at the speed of a trim.
+    ///
+    /// # Errors
+    /// [`Error::Lft`] when it has no value there.
+    pub fn frozen(&self, controller: &Controller, l: &Linearisation) -> Result<StateSpace, Error> {
+        Ok(controller.frozen(&vec![self.rho(l.trim.speed); controller.blocks.len()])?)
     }
 
     /// The limits of the actuators.

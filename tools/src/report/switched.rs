@@ -4,7 +4,7 @@ use super::subject::Subject;
 use crate::design_file::Output;
 use crate::error::Error;
 use crate::flight::Row;
-use crate::sampled::trapezoidal;
+use crate::sampled::{cannot, trapezoidal};
 use auv::{Plant, Speed, trim};
 use lpv::matrix::Mat;
 use lpv::state_space::StateSpace;
@@ -65,8 +65,7 @@ pub fn fly_switched(subject: &Subject, bank: &[StateSpace], memory: Memory) -> R
     let (inputs, design, manoeuvre) = (subject.inputs, &subject.stored.controller, &subject.stored.manoeuvre);
     let sampled = |k: &StateSpace| {
         let sampled = trapezoidal(k, design.sample_time);
-        sampled
-            .ok_or_else(|| Error::Mismatch { what: "the sample time, with a mode of the controller".into() })
+        sampled.ok_or_else(cannot)
     };
     let controllers: Vec<StateSpace> = bank.iter().map(sampled).collect::<Result<_, Error>>()?;
     let states = controllers.iter().map(|k| Mat::zeros(k.a.nrows(), 1)).collect();

@@ -1,6 +1,6 @@
 //! The scheduled controller against controllers made for six speeds and switched, under the same ramp of speed.
 
-use super::alternation::{Alternation, worst_alternation};
+use super::alternation::{Alternation, Loop, worst_alternation};
 use super::axis::Axis;
 use super::chart::{Chart, Curve, Key};
 use super::figure::Figure;
@@ -37,7 +37,8 @@ pub fn switching(subject: &Subject) -> Result<Vec<Part>, Error> {
     let mut turns = Vec::new();
     for (memory, name) in MEMORIES {
         flights.push((name, fly_switched(subject, &bank, memory)?));
-        turns.push((name, worst_alternation(subject, &bank, memory)?));
+        let worst = |which| worst_alternation(subject, &bank, memory, which);
+        turns.push(Turns { name, flying: worst(Loop::Flying)?, ideal: worst(Loop::Ideal)? });
     }
     let ridden: Vec<Ridden> = flights.iter().map(|(_, rows)| ridden(subject, rows)).collect();
     let mut table = Table::new([
@@ -60,8 +61,8 @@ pub fn switching(subject: &Subject) -> Result<Vec<Part>, Error> {
          measured one is in charge. When it changes, the new one starts from zero ('reset'), or takes over the numbers in the old one's states \
          ('carried over'; the states of two syntheses do not mean the same), or all run all the time on the same errors and only \
          the output is switched ('all running'). Ramp, step, feedforward and vehicle are those of the manoeuvre above. One ramp is one switching signal; so also, at the speed midway \
-         between two neighbours, both take turns, each in charge for the same time from 0.05 to 20 s: the second table has the fastest growth of the linear loop, \
-         unstable above 0 (a controller that is reset many times a second is little more than its direct term). For the scheduled controller the theorem below, where it is proved, excludes that for every signal.",
+         between two neighbours, both take turns, each in charge for the same time from 0.05 to 20 s: the second table has the fastest growth of the linear loop as it flies, sampled and with the lags \
+         of the actuators, unstable above 0 (a controller that is reset many times a second is little more than its direct term). For the scheduled controller the theorem below, where it is proved, excludes that for every signal.",
         names.join(", "),
         bank.len()
     );
@@ -103,7 +104,12 @@ fn ridden(subject: &Subject, rows: &[Row]) -> Ridden {
     Ridden { error: rms(&after), error_at_end: rms(tail), jump: jumps.fold(0.0, f64::max) }
 }
 
-type Turns = (&'static str, Option<Alternation>);
+/// The worst that taking turns does to the loop as it flies, and to the one in continuous time without lags.
+struct Turns {
+    name: &'static str,
+    flying: Option<Alternation>,
+    ideal: Option<Alternation>,
+}
 
 fn turns_table(turns: &[Turns]) -> Table {
     let mut table = Table::new([
@@ -113,17 +119,19 @@ fn turns_table(turns: &[Turns]) -> Table {
         "each in charge for (s)",
         "grows up to (s)",
         "each alone",
+        "growth in continuous time, without lags (1/s)",
     ]);
-    for (name, worst) in turns {
-        if let Some(w) = worst {
+    for turn in turns {
+        if let Some(w) = turn.flying {
             let alone = if w.each_stable { "stable" } else { "unstable" };
             table.rows.push(vec![
-                (*name).into(),
+                turn.name.into(),
                 format!("{:+.4}", w.rate),
                 format!("{:.2}", w.speed),
                 format!("{:.2}", w.dwell),
                 w.longest.map_or_else(|| "none".into(), |l| format!("{l:.2}")),
                 alone.into(),
+                turn.ideal.map_or_else(|| "none".into(), |w| format!("{:+.4}", w.rate)),
             ]);
         }
     }
@@ -134,7 +142,7 @@ fn verdict(ridden: &[Ridden], turns: &[Turns]) -> Verdict {
     let (scheduled, switched) = (ridden[0], &ridden[1..]);
     let largest = |of: fn(&Ridden) -> f64| switched.iter().map(of).fold(0.0, f64::max);
     let resting = switched.iter().filter(|r| r.error_at_end <= AT_REST).count();
-    let stable = || turns.iter().filter_map(|(name, w)| Some((*name, (*w)?))).filter(|(_, w)| w.each_stable);
+    let stable = || turns.iter().filter_map(|t| Some((t.name, t.flying?))).filter(|(_, w)| w.each_stable);
     let rates: Vec<f64> = stable().map(|(_, w)| w.rate).collect();
     let unstable: Vec<&str> = stable().filter(|(_, w)| w.rate > 0.0).map(|(name, _)| name).collect();
     let signal = match unstable.as_slice() {
@@ -144,7 +152,7 @@ fn verdict(ridden: &[Ridden], turns: &[Turns]) -> Verdict {
     Verdict {
         claim: "switching may do harm, up to instability, even between controllers each of which is stable (introduction).",
         criterion: format!(
-            "borne out, if two controllers that are stable alone make the loop unstable by taking turns, or if a switched flight does not come \
+            "borne out, if two controllers that are stable alone make the loop, as it flies, unstable by taking turns, or if a switched flight does not come \
              to rest (an rms pitch error over the last tenth above {:.0} % of the step) where the scheduled one does; partly, if there is neither, \
              but an rms error or a jump of a command (but for the {STEP_RINGS} s after the step) is more than {:.0} % above the scheduled one's.",
             100.0 * AT_REST,

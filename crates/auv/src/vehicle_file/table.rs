@@ -228,12 +228,28 @@ impl<'a> Table<'a> {
 
     fn number(&self) -> Result<f64, VehicleFileError> {
         let Some(value) = self.entries.get("value") else { return Err(self.missing("value", "the number")) };
-        let number = match value.get_ref() {
-            DeValue::Float(float) => float.as_str().parse().ok(),
-            DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().parse().ok(),
+        decimal(value).ok_or_else(|| self.wrong_type("value", value, "a decimal number"))
+    }
+
+    /// Returns a list of pairs of numbers that must be there, with one pair or more.
+    pub(crate) fn pairs(&self, key: &str, expected: &'static str) -> Result<Vec<[f64; 2]>, VehicleFileError> {
+        let Some(value) = self.entries.get(key) else { return Err(self.missing(key, expected)) };
+        let pair = |pair: &Spanned<DeValue<'_>>| match pair.get_ref().as_array()?.as_ref() {
+            [one, two] => Some([decimal(one)?, decimal(two)?]),
             _ => None,
         };
-        number.ok_or_else(|| self.wrong_type("value", value, "a decimal number"))
+        let pairs =
+            value.get_ref().as_array().and_then(|list| list.iter().map(pair).collect::<Option<Vec<_>>>());
+        pairs.filter(|list| !list.is_empty()).ok_or_else(|| self.wrong_type(key, value, expected))
+    }
+}
+
+/// A decimal number, if it is one.
+fn decimal(value: &Spanned<DeValue<'_>>) -> Option<f64> {
+    match value.get_ref() {
+        DeValue::Float(float) => float.as_str().parse().ok(),
+        DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().parse().ok(),
+        _ => None,
     }
 }
 
