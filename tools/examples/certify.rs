@@ -8,8 +8,9 @@
 //! largest singular value, at a gamma found by trial.
 
 use certificate::{Certificate, Residual};
+use lpv::direct_path::synthesise;
 use lpv::matrix::{Mat, to_rows};
-use lpv::synthesis::{Options, synthesise};
+use lpv::synthesis::Options;
 use squid::certify::nominal;
 use std::error::Error;
 use std::path::Path;
@@ -20,9 +21,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let [problem, output, rest @ ..] = arguments.as_slice() else {
         return Err("usage: certify PROBLEM.json CERTIFICATE.json [BALL]".into());
     };
-    let plant = squid::problem_file::plant(Path::new(problem))?;
-    let design = synthesise(&plant, Options::default())?;
+    let squid::problem_file::Problem { plant, d22 } = squid::problem_file::problem(Path::new(problem))?;
+    let design = synthesise(&plant, &d22, Options::default())?;
     let mut certificate = nominal(&plant, &design.controller, &design.certified);
+    certificate.plant.d22 = squid::certify::direct_path(&d22);
     if let Some(ball) = rest.first() {
         certificate = with_ball(certificate, ball.parse()?).ok_or("no gamma covers that ball")?;
     }

@@ -7,10 +7,10 @@ use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::model::Model;
 use crate::model_ball::smallest_ball;
-use certificate::{Certificate, Residual, Theorem};
+use certificate::{Certificate, Residual, Rows, Theorem};
 use lpv::analysis::{GainBound, bounded_gain};
 use lpv::controller::Controller;
-use lpv::matrix::{from_rows, to_rows};
+use lpv::matrix::{Mat, from_rows, to_rows};
 use lpv::model_error::ModelError;
 use lpv::plant::GeneralisedPlant;
 use lpv::synthesis::Design;
@@ -79,7 +79,13 @@ pub fn plant_rows(p: &GeneralisedPlant) -> certificate::Plant {
         d12: to_rows(&p.d12),
         d2t: to_rows(&p.d2t),
         d21: to_rows(&p.d21),
+        d22: vec![],
     }
+}
+
+/// A direct path from u to y as the certificate holds it: nothing where it is 0.
+pub fn direct_path(d22: &Mat) -> Rows {
+    if d22.iter().all(|entry| *entry == 0.0) { vec![] } else { to_rows(d22) }
 }
 
 /// A controller as the certificate holds it.

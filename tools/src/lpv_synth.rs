@@ -1,15 +1,17 @@
 //! `squid lpv synth`: from a problem file to gamma, controller and certificate.
 
-use crate::certify::{nominal, rows_with_blocks};
+use crate::certify::{self, nominal, rows_with_blocks};
 use crate::error::Error;
+use crate::output;
 use crate::output::write_json;
-use crate::{output, problem_file};
+use crate::problem_file::{self, Problem};
 use certificate::{Certificate, Theorem};
+use lpv::direct_path::{self, synthesise};
 use lpv::error::SynthesisError;
 use lpv::parameter_grid::parameter_grid;
 use lpv::plant::GeneralisedPlant;
 use lpv::regularity::findings;
-use lpv::synthesis::{Design, Options, Scalings, least_gamma, synthesise};
+use lpv::synthesis::{Design, Options, Scalings, least_gamma};
 use serde::Serialize;
 use std::path::Path;
 use std::time::Instant;
@@ -71,14 +73,15 @@ pub struct Report {
 /// # Errors
 /// Only those of the file; that a problem has no solution is a [`Report`].
 pub fn run(path: &Path, options: Options, reduce: bool) -> Result<Report, Error> {
-    let plant = problem_file::plant(path)?;
+    let problem = problem_file::problem(path)?;
+    let plant = &problem.plant;
     let started = Instant::now();
-    let mut report = Report::new(findings(&plant).iter().map(ToString::to_string).collect());
-    match design(&plant, options, reduce) {
-        Ok(design) => feasible(&plant, &design, &mut report),
-        Err(error) => without_controller(&plant, options, &error, &mut report),
+    let mut report = Report::new(findings(plant).iter().map(ToString::to_string).collect());
+    match design(&problem, options, reduce) {
+        Ok(design) => feasible(&problem, &design, &mut report),
+        Err(error) => without_controller(plant, options, &error, &mut report),
     }
-    symmetric(&plant, &mut report);
+    symmetric(plant, &mut report);
     report.doubt_gamma();
     report.compare_back_off(options.back_off);
     report.seconds = started.elapsed().as_secs_f64();
@@ -86,16 +89,17 @@ pub fn run(path: &Path, options: Options, reduce: bool) -> Result<Report, Error>
 }
 
 /// Synthesises, and removes states if that is asked for. What is too fast with all its states may be slow enough with fewer.
-fn design(plant: &GeneralisedPlant, options: Options, reduce: bool) -> Result<Design, SynthesisError> {
-    let found = synthesise(plant, options);
+fn design(problem: &Problem, options: Options, reduce: bool) -> Result<Design, SynthesisError> {
+    let Problem { plant, d22 } = problem;
+    let found = synthesise(plant, d22, options);
     if !reduce {
         return found;
     }
-    let fewer = |design: &Design| lpv::reduce::reduce(plant, design, options.fastest_mode);
+    let fewer = |design: &Design| direct_path::reduce(plant, d22, design, options.fastest_mode);
     let (Err(SynthesisError::TooFast { .. }), Some(limit)) = (&found, options.fastest_mode) else {
         return found.map(|design| fewer(&design));
     };
-    let reduced = fewer(&synthesise(plant, Options { fastest_mode: None, ..options })?);
+    let reduced = fewer(&synthesise(plant, d22, Options { fastest_mode: None, ..options })?);
     let fastest = reduced.controller.fastest_mode(&parameter_grid(plant.blocks.len()));
     if fastest <= limit { Ok(reduced) } else { found }
 }
@@ -131,12 +135,13 @@ fn symmetric(plant: &GeneralisedPlant, report: &mut Report) {
 const HALF: f64 = 0.5;
 
 /// Proves a design.
-fn feasible(plant: &GeneralisedPlant, design: &Design, report: &mut Report) {
+fn feasible(problem: &Problem, design: &Design, report: &mut Report) {
     report.gamma = Some(design.gamma_optimum);
     report.gamma_lower = known(design.gamma_lower);
     report.gamma_design = Some(design.gamma_design);
     report.controller_states = Some(design.controller.a.nrows());
-    let certificate = nominal(plant, &design.controller, &design.certified);
+    let mut certificate = nominal(&problem.plant, &design.controller, &design.certified);
+    certificate.plant.d22 = certify::direct_path(&problem.d22);
     match certificate.prove() {
         Ok(theorem) => {
             report.status = Status::Feasible;

@@ -12,20 +12,30 @@
 //!
 //! Weights are part of the plant, so a weight that is not proper cannot be written down: it has no state-space form with finite
 //! matrices. What would stand for one is refused by name: `E` of a descriptor system `E x' = A x + ..` unless it is the identity, and
-//! numbers that are not finite. So is `D22` unless it is 0, for the synthesis would be of another plant.
+//! numbers that are not finite. A direct path from u to y, `D22`, may be there and is 0 where it is not.
 
 use crate::error::Error;
 use crate::output::read;
 use crate::problem_matrices::{Matrices, Reader, Size, find};
 use certificate::Json;
+use lpv::matrix::Mat;
 use lpv::plant::GeneralisedPlant;
 use std::path::Path;
+
+/// A generalised plant with a direct path from u to y.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Problem {
+    /// The plant without it.
+    pub plant: GeneralisedPlant,
+    /// The direct path.
+    pub d22: Mat,
+}
 
 /// Reads a problem file.
 ///
 /// # Errors
 /// [`Error::Unreadable`]; [`Error::Problem`] with file and key, also when matrices do not fit together.
-pub fn plant(path: &Path) -> Result<GeneralisedPlant, Error> {
+pub fn problem(path: &Path) -> Result<Problem, Error> {
     let reader = Reader::new(path.display().to_string());
     let text = read(path)?;
     let value: Json = serde_json::from_str(&text).map_err(|e| reader.wrong("", not_json(&e, &text)))?;
@@ -34,7 +44,8 @@ pub fn plant(path: &Path) -> Result<GeneralisedPlant, Error> {
     let nested = ["P", "plant"].into_iter().find_map(|key| Some((key, find(data, key)?)));
     let entries = nested.map_or(Ok(data), |(key, plant)| reader.object(plant, key))?;
     let blocks = if nested.is_some() { reader.blocks(data)? } else { vec![] };
-    let plant = partition(&Matrices::read(&reader, entries)?, blocks)?;
+    let matrices = Matrices::read(&reader, entries)?;
+    let plant = partition(&matrices, blocks)?;
     if plant.b1.ncols() == 0 {
         return Err(reader.wrong("B1", no_performance("columns", "no disturbance w")));
     }
@@ -42,7 +53,8 @@ pub fn plant(path: &Path) -> Result<GeneralisedPlant, Error> {
         return Err(reader.wrong("C1", no_performance("rows", "no output z")));
     }
     plant.check().map_err(|shape| reader.wrong("", shape.to_string()))?;
-    Ok(plant)
+    let d22 = matrices.or_zero("D22", plant.sizes().y, plant.sizes().u)?;
+    Ok(Problem { plant, d22 })
 }
 
 fn no_performance(part: &str, lacking: &str) -> String {
@@ -57,7 +69,6 @@ fn partition(m: &Matrices<'_>, blocks: Vec<usize>) -> Result<GeneralisedPlant, E
     let a = m.get("A", Size::own())?;
     let n = a.nrows();
     m.only("E", |i, j| if i == j { 1.0 } else { 0.0 }, IMPROPER)?;
-    m.only("D22", |_, _| 0.0, DIRECT_PATH)?;
     let r = blocks.iter().sum();
     let (w, u) = (m.columns(&["B1", "D11", "D21", "Dt1"])?, m.columns(&["B2", "D12", "Dt2"])?);
     let (z, y) = (m.rows(&["C1", "D11", "D12", "D1t"])?, m.rows(&["C2", "D21", "D2t"])?);
@@ -103,8 +114,6 @@ pub(crate) fn not_json(error: &serde_json::Error, text: &str) -> String {
 const IMPROPER: &str = "the identity, or left out: with a singular E the plant, or a weight in it, is not proper (its gain grows without \
                         limit with frequency), and has no least gamma; make such a weight proper by a pole well above the bandwidth";
 
-const DIRECT_PATH: &str = "0, or left out: take the direct path from u to y out of the plant, and put it around the controller again";
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -113,7 +122,7 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("p.json");
         std::fs::write(&path, text).unwrap();
-        plant(&path).map_err(|e| e.to_string())
+        problem(&path).map(|problem| problem.plant).map_err(|e| e.to_string())
     }
 
     fn refusal(text: &str) -> String {

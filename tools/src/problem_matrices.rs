@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use certificate::Json;
+use lpv::error::ShapeError;
 use lpv::matrix::{Mat, from_rows};
 
 /// Larger numbers than this overflow in the products of the matrix inequalities.
@@ -163,6 +164,22 @@ impl<'a> Matrices<'a> {
             Some(matrix) => Ok(matrix),
             None if empty && !size.required => Ok(Mat::zeros(size.rows, size.columns)),
             None => Err(self.reader.wrong(key, "is missing".into())),
+        }
+    }
+
+    /// A matrix of zeros where it is left out.
+    ///
+    /// # Errors
+    /// [`Error::Problem`] when it cannot be read or has another shape.
+    pub fn or_zero(&self, key: &'static str, rows: usize, columns: usize) -> Result<Mat, Error> {
+        let expected = (rows, columns);
+        match self.find(key, columns)? {
+            Some(found) if found.shape() != expected && found.shape() != (0, 0) => {
+                let shape = ShapeError { name: key, found: found.shape(), expected };
+                Err(self.reader.wrong("", shape.to_string()))
+            }
+            Some(found) if found.shape() == expected => Ok(found),
+            _ => Ok(Mat::zeros(rows, columns)),
         }
     }
 

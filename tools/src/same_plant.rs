@@ -97,6 +97,9 @@ fn alike(wanted: &Mat, found: &Mat) -> bool {
 
 /// The plant of a certificate, with the channels that it should have.
 fn plant_with(certificate: &Certificate, blocks: &[usize]) -> Result<GeneralisedPlant, Error> {
+    if certificate.plant.direct_path().is_some() {
+        return Err(wrong("D22, which a vehicle does not have,".into()));
+    }
     let found = plant_of(certificate).ok_or_else(|| wrong("the shape of a matrix".into()))?;
     found.check()?;
     if found.blocks == blocks { Ok(found) } else { Err(wrong("the number of channels".into())) }

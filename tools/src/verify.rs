@@ -3,14 +3,14 @@
 //! Of an FMU it also checks that the certificate speaks of the very controller that the FMU flies; and, where vehicle and design file
 //! are there, that plant, ball and all that is flown beside the controller's matrices are what they make.
 
-use crate::certify::{frozen_rows, plant_rows};
+use crate::certify::{direct_path, frozen_rows, plant_rows};
 use crate::error::Error;
 use crate::fmu_archive::FmuArchive;
 use crate::inputs::Inputs;
 use crate::model::Model;
 use crate::output::read;
 use crate::problem::augment;
-use crate::problem_file;
+use crate::problem_file::{self, Problem};
 use crate::store::Stored;
 use crate::{freeze, model_ball, same_plant};
 use auv::LpvModel;
@@ -221,10 +221,13 @@ pub fn same_controller(lft: &LftMatrices, certificate: &Certificate) -> Result<(
 /// # Errors
 /// As [`verify`]; [`Error::Mismatch`] with the first matrix of the plant that differs.
 pub fn check(problem: &Path, certificate: &Path) -> Result<Theorem, Error> {
-    let plant = problem_file::plant(problem)?;
+    let Problem { plant, d22 } = problem_file::problem(problem)?;
     let certificate = parse(&read(certificate)?, &certificate.display().to_string())?;
     if let Some(name) = first_unlike(&plant_rows(&plant).named(), &certificate.plant.named()) {
         return Err(Error::WrongPlant { what: format!("matrix {name}") });
+    }
+    if direct_path(&d22) != certificate.plant.direct_path().cloned().unwrap_or_default() {
+        return Err(Error::WrongPlant { what: "matrix D22".into() });
     }
     if plant.blocks != certificate.blocks {
         return Err(Error::WrongPlant { what: "blocks".into() });

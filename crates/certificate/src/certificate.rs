@@ -45,7 +45,7 @@ pub struct Certificate {
 /// x' = A x + Bt wt + B1 w + B2 u
 /// zt = Ct x + Dtt wt + Dt1 w + Dt2 u      wt = Theta zt,  Theta = blkdiag(theta_i I_ri)
 /// z  = C1 x + D1t wt + D11 w + D12 u
-/// y  = C2 x + D2t wt + D21 w
+/// y  = C2 x + D2t wt + D21 w + D22 u
 /// ```
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 #[serde(rename_all = "PascalCase")]
@@ -66,6 +66,9 @@ pub struct Plant {
     pub d12: Rows,
     pub d2t: Rows,
     pub d21: Rows,
+    /// The direct path from u to y; an empty list, or no such key in the file, stands for 0.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub d22: Rows,
 }
 
 /// The controller.
@@ -119,7 +122,7 @@ pub struct Residual {
 }
 
 impl Plant {
-    /// All matrices with their names, as the file has them.
+    /// All matrices that every file has, with their names: all but D22.
     pub fn named(&self) -> [(&'static str, &Rows); 15] {
         [
             ("A", &self.a),
@@ -138,6 +141,11 @@ impl Plant {
             ("D2t", &self.d2t),
             ("D21", &self.d21),
         ]
+    }
+
+    /// D22; none where it is 0.
+    pub fn direct_path(&self) -> Option<&Rows> {
+        Some(&self.d22).filter(|rows| rows.iter().flatten().any(|entry| *entry != 0.0))
     }
 }
 

@@ -1,6 +1,9 @@
 //! The closed loop of plant and controller, formed exactly.
 
 use crate::certificate::{Certificate, Residual, Rows};
+use crate::definite::fraction_free_inverse;
+use crate::dyadic::Dyadic;
+use crate::error::Failure;
 use crate::matrix::Matrix;
 use crate::shape::Sizes;
 
@@ -13,10 +16,13 @@ use crate::shape::Sizes;
 /// z_Delta   = error   (x, xk | wt, wk | w)
 /// z         = output  (x, xk | wt, wk | w)
 /// ```
+///
+/// The matrices are held `scale` times as large, `|det(I - Duy D22)|`, so that none of their entries is a fraction.
 pub(crate) struct ClosedLoop {
     pub(crate) states: usize,
     pub(crate) channels: usize,
     pub(crate) inputs: usize,
+    pub(crate) scale: Dyadic,
     pub(crate) state: Matrix,
     pub(crate) channel: Matrix,
     pub(crate) output: Matrix,
@@ -39,9 +45,13 @@ struct Columns {
 impl ClosedLoop {
     /// Closes the loop of a checked certificate.
     ///
-    /// Since y does not depend on u, `y = [C2 0 | D2t 0 | D21]` and `u = Duy y + [0 Cu | 0 Dut | 0]` in terms of
-    /// `(x, xk | wt, wk | w)`; put into the plant's and the controller's rows, they give the closed loop.
-    pub(crate) fn new(certificate: &Certificate, residual: Option<&Residual>) -> Self {
+    /// With `y0 = [C2 0 | D2t 0 | D21]` and `u0 = [0 Cu | 0 Dut | 0]` in terms of `(x, xk | wt, wk | w)`, `y = y0 + D22 u` and
+    /// `u = u0 + Duy y`, so that `(I - Duy D22) u = u0 + Duy y0`. Put into the plant's and the controller's rows, u and y give the
+    /// closed loop.
+    ///
+    /// # Errors
+    /// [`Failure::NotWellPosed`] when `I - Duy D22` is singular.
+    pub(crate) fn new(certificate: &Certificate, residual: Option<&Residual>) -> Result<Self, Failure> {
         let (p, k, s) = (&certificate.plant, &certificate.controller, certificate.sizes());
         let c = Columns::new(s);
         let place = |parts: &[(&Rows, usize, usize)]| {
@@ -49,12 +59,21 @@ impl ClosedLoop {
             parts.iter().for_each(|&(rows, at, cols)| m.place(0, at, &Matrix::from_rows(rows, cols)));
             m
         };
-        let y = place(&[(&p.c2, c.x, s.x), (&p.d2t, c.t, s.t), (&p.d21, c.w, s.w)]);
+        let mut y = place(&[(&p.c2, c.x, s.x), (&p.d2t, c.t, s.t), (&p.d21, c.w, s.w)]);
         let direct = Matrix::from_rows(&k.duy, s.y);
         let mut u = place(&[(&k.cu, c.xk, s.xk), (&k.dut, c.tk, s.tk)]);
         u = u.plus(&direct.times(&y));
-        let from_u = |open: Matrix, b: &Rows| open.plus(&Matrix::from_rows(b, s.u).times(&u));
-        let from_y = |open: Matrix, b: &Rows| open.plus(&Matrix::from_rows(b, s.y).times(&y));
+        let mut scale = Dyadic::from_f64(1.0);
+        if let Some(d22) = p.direct_path() {
+            let d22 = Matrix::from_rows(d22, s.u);
+            let difference = Matrix::scalar(s.u, &scale).plus(&direct.times(&d22).negated());
+            let inverse;
+            (inverse, scale) = fraction_free_inverse(&difference).ok_or(Failure::NotWellPosed)?;
+            u = inverse.times(&u);
+            y = y.scaled(&scale).plus(&d22.times(&u));
+        }
+        let from_u = |open: Matrix, b: &Rows| open.scaled(&scale).plus(&Matrix::from_rows(b, s.u).times(&u));
+        let from_y = |open: Matrix, b: &Rows| open.scaled(&scale).plus(&Matrix::from_rows(b, s.y).times(&y));
         let x = from_u(place(&[(&p.a, c.x, s.x), (&p.bt, c.t, s.t), (&p.b1, c.w, s.w)]), &p.b2);
         let xk = from_y(place(&[(&k.a, c.xk, s.xk), (&k.bt, c.tk, s.tk)]), &k.by);
         let zt = from_u(place(&[(&p.ct, c.x, s.x), (&p.dtt, c.t, s.t), (&p.dt1, c.w, s.w)]), &p.dt2);
@@ -62,10 +81,10 @@ impl ClosedLoop {
         let z = from_u(place(&[(&p.c1, c.x, s.x), (&p.d1t, c.t, s.t), (&p.d11, c.w, s.w)]), &p.d12);
         let delta = residual.map(|r| {
             let mut e = Matrix::zeros(s.x + s.xk, r.e.first().map_or(0, Vec::len));
-            e.place(0, 0, &Matrix::from_rows(&r.e, e.cols));
+            e.place(0, 0, &Matrix::from_rows(&r.e, e.cols).scaled(&scale));
             (from_u(place(&[(&r.f, c.x, s.x)]), &r.fu), e)
         });
-        Self {
+        Ok(Self {
             states: s.x + s.xk,
             channels: s.t + s.tk,
             inputs: s.w,
@@ -76,7 +95,8 @@ impl ClosedLoop {
             parameters: parameters(&certificate.blocks)
                 .chain(parameters(&certificate.controller_blocks))
                 .collect(),
-        }
+            scale,
+        })
     }
 }
 

@@ -164,6 +164,12 @@ pub enum Failure {
     /// The certificate, made in a program, does not fit together.
     #[error("not proved: {0}")]
     Malformed(#[from] ReadError),
+    /// Plant and controller determine no u and y.
+    #[error(
+        "the claim is not proved: the loop is not well posed, for I - Duy D22 is singular (its determinant is exactly 0); another \
+         controller is needed, one with another Duy"
+    )]
+    NotWellPosed,
     /// A number that must be positive is not.
     #[error("{claim} is not proved: {name} is {found:e}, must be above 0")]
     NotPositive {

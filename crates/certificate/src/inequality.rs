@@ -9,6 +9,8 @@ pub(crate) struct Blocked {
     pub(crate) matrix: Matrix,
     /// Name and size of each block of rows.
     pub(crate) blocks: Vec<(&'static str, usize)>,
+    /// How many times as large it is as what it stands for.
+    pub(crate) scale: Dyadic,
 }
 
 /// The matrices of a proof.
@@ -34,7 +36,8 @@ pub(crate) struct Proof {
 /// z        [ C1    D1t              D11                             -gamma/2   ]
 /// ```
 ///
-/// The blocks w_D and z_D are there only with a model error.
+/// The blocks w_D and z_D are there only with a model error. The whole matrix comes [`ClosedLoop`]'s `scale` times as large, which changes
+/// the sign of nothing.
 pub(crate) fn inequality(closed: &ClosedLoop, proof: &Proof) -> Blocked {
     let (n, r, w, z) = (closed.states, closed.channels, closed.inputs, closed.output.rows);
     let (d, f) = closed.delta.as_ref().map_or((0, 0), |(error, e)| (e.cols, error.rows));
@@ -56,14 +59,17 @@ pub(crate) fn inequality(closed: &ClosedLoop, proof: &Proof) -> Blocked {
         half.place(0, starts[2], &proof.x.times(e));
     }
     let mut diagonal = Matrix::zeros(all, all);
-    let (gamma, lambda) = (-&proof.gamma, -&proof.lambda);
-    diagonal.place(starts[1], starts[1], &proof.s.negated());
+    let constant = |value: &Dyadic| -&(value * &closed.scale);
+    let (gamma, lambda) = (constant(&proof.gamma), constant(&proof.lambda));
+    let s = proof.s.scaled(&closed.scale).negated();
+    diagonal.place(starts[1], starts[1], &s);
     diagonal.place(starts[2], starts[2], &Matrix::scalar(d, &lambda));
     diagonal.place(starts[3], starts[3], &Matrix::scalar(w, &gamma));
-    diagonal.place(starts[4], starts[4], &proof.s.negated());
+    diagonal.place(starts[4], starts[4], &s);
     diagonal.place(starts[5], starts[5], &Matrix::scalar(f, &lambda));
     diagonal.place(starts[6], starts[6], &Matrix::scalar(z, &gamma));
-    Blocked { matrix: half.plus(&half.transpose()).plus(&diagonal), blocks }
+    let matrix = half.plus(&half.transpose()).plus(&diagonal);
+    Blocked { matrix, blocks, scale: closed.scale.clone() }
 }
 
 /// The columns `from..to`.

@@ -74,6 +74,10 @@ impl Matrix {
         m
     }
 
+    pub(crate) fn scaled(&self, factor: &Dyadic) -> Self {
+        Self { entries: self.entries.iter().map(|x| x * factor).collect(), ..*self }
+    }
+
     pub(crate) fn negated(&self) -> Self {
         Self { entries: self.entries.iter().map(|x| -x).collect(), ..*self }
     }

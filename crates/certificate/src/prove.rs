@@ -35,7 +35,7 @@ impl Certificate {
             s: &self.s,
             t: &self.t,
         };
-        nominal.prove(&ClosedLoop::new(self, None))?;
+        nominal.prove(&ClosedLoop::new(self, None)?)?;
         if let Some(r) = &self.residual {
             let robust = Claimed {
                 claim: Claim::WithModelError,
@@ -45,7 +45,7 @@ impl Certificate {
                 s: &r.s,
                 t: &r.t,
             };
-            robust.prove(&ClosedLoop::new(self, Some(r)))?;
+            robust.prove(&ClosedLoop::new(self, Some(r))?)?;
         }
         Ok(Theorem::of(self))
     }
@@ -85,7 +85,8 @@ impl Claimed<'_> {
         let order: Vec<usize> = (0..m.rows).rev().collect();
         positive_definite(m, &order).map_err(|wrong| {
             let (block, row_in_block) = blocked.locate(wrong.row);
-            let pivot = if negative { -wrong.value } else { wrong.value };
+            let value = wrong.value / blocked.scale.to_f64();
+            let pivot = if negative { -value } else { value };
             let exactly_zero = wrong.exactly_zero;
             let (claim, row) = (self.claim, wrong.row);
             Failure::NotDefinite { claim, matrix, sign, row, block, row_in_block, pivot, exactly_zero }
@@ -94,7 +95,7 @@ impl Claimed<'_> {
 }
 
 fn whole(name: &'static str, m: &Matrix) -> Blocked {
-    Blocked { matrix: m.clone(), blocks: vec![(name, m.rows)] }
+    Blocked { matrix: m.clone(), blocks: vec![(name, m.rows)], scale: Dyadic::from_f64(1.0) }
 }
 
 impl Blocked {

@@ -24,7 +24,7 @@ pub(crate) fn certificate(json: &Json) -> Result<Certificate, ReadError> {
     Ok(Certificate {
         blocks: top.sizes("blocks")?,
         controller_blocks: top.sizes("controller_blocks")?,
-        plant: plant(&Fields::new("plant", top.get("plant")?, &PLANT, &[])?)?,
+        plant: plant(&Fields::new("plant", top.get("plant")?, &PLANT, &["D22"])?)?,
         controller: controller(&Fields::new("controller", top.get("controller")?, &CONTROLLER, &[])?)?,
         gamma: top.number("gamma")?,
         x: top.matrix("X")?,
@@ -70,6 +70,7 @@ fn plant(f: &Fields<'_>) -> Result<Plant, ReadError> {
         d12: f.matrix("D12")?,
         d2t: f.matrix("D2t")?,
         d21: f.matrix("D21")?,
+        d22: f.find("D22").map_or(Ok(vec![]), |_| f.matrix("D22"))?,
     })
 }
 

@@ -123,7 +123,8 @@ impl Certificate {
             ("plant.D2t", &p.d2t, y, t),
             ("plant.D21", &p.d21, y, w),
         ];
-        all.into_iter().try_for_each(|(name, m, rows, cols)| check_matrix(name, m, rows, cols))
+        all.into_iter().try_for_each(|(name, m, rows, cols)| check_matrix(name, m, rows, cols))?;
+        if p.d22.is_empty() { Ok(()) } else { check_matrix("plant.D22", &p.d22, y, u) }
     }
 
     fn check_controller(&self, s: Sizes) -> Result<(), ReadError> {

@@ -139,6 +139,12 @@ pub enum SynthesisError {
         /// The fastest mode of the last controller that was tried, relative to the limit.
         ratio: f64,
     },
+    /// There are controllers for the plant without D22, but none found that stays well posed round it.
+    #[error(
+        "the direct path D22 from u to y makes every controller found ill posed: I + Duy D22 of the controller for the plant without \
+         D22 is singular within the box of the parameters; put a lag into the measurements or the controls of the plant"
+    )]
+    NotWellPosed,
     /// The solver stopped without an answer that holds.
     #[error("numerical failure in '{stage}': {diagnosis}")]
     Numerical {

@@ -15,6 +15,7 @@
 //! - [`tracking`]: the augmented plant of a tracking problem, from model and weights;
 //! - [`plant`], [`controller`]: the partitions of plant, controller and closed loop;
 //! - [`synthesis`]: from a generalised plant to a controller and a bound; [`reconstruct`] is its last step;
+//! - [`direct_path`]: the same for a plant with a direct path from u to y;
 //! - [`analysis`]: a bound on the gain of a finished loop;
 //! - [`rate`]: its gain when the parameter moves at a bounded rate, on a grid;
 //! - [`ladder`]: what each assumption on the parameter costs, from frozen to arbitrarily fast;
@@ -80,6 +81,7 @@ pub mod balance;
 mod bounded_real;
 mod conic;
 pub mod controller;
+pub mod direct_path;
 pub mod error;
 mod fast_modes;
 mod inequalities;
