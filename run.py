@@ -2,31 +2,41 @@
 """Fly a vehicle from its file to a plot, or run all tests, with one command."""
 
 import argparse
+import shutil
 import sys
+import textwrap
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent
 
-EPILOG = """\
-examples:
-  python3 run.py fly                        design and fly the Squid surrogate
-  python3 run.py fly vehicles/remus100      the same for another vehicle
-  python3 run.py fly --design paper         another design file of the vehicle: vehicles/squid/paper.toml
-  python3 run.py fly --platforms all        FMUs that run on Linux (x86-64 and ARM) and Windows
-  python3 run.py test                       all tests, Rust and Python
+EXAMPLES = {
+    "python3 run.py fly": "design and fly the Squid surrogate",
+    "python3 run.py fly vehicles/remus100": "the same for another vehicle",
+    "python3 run.py fly --design paper": "another design file of the vehicle: vehicles/squid/paper.toml",
+    "python3 run.py fly --platforms all": "FMUs that run on Linux (x86-64 and ARM) and Windows",
+    "python3 run.py test": "all tests, Rust and Python",
+}
+NEEDED = (
+    "Needed: cargo (rustup.rs), a C compiler for the linker, python3 3.10 or later (the tests: 3.11), and for "
+    "the first run a way to the package indices of cargo and pip. Everything made lands in build/ and target/: "
+    "2 GB to fly, 7 GB for the tests."
+)
 
-Needed: cargo (rustup.rs), a C compiler for the linker, python3 3.10 or later (the tests: 3.11), and for
-the first run a way to the package indices of cargo and pip. Everything made lands in build/ and target/:
-2 GB to fly, 7 GB for the tests.
-"""
+
+def epilog(width: int) -> str:
+    """Return the end of the help, an example a line."""
+    lines = [f"  {command:<41} {what}" for command, what in EXAMPLES.items()]
+    wrapped = [textwrap.fill(line, width, subsequent_indent=" " * 6) for line in lines]
+    return "\n".join(["examples:", *wrapped, "", textwrap.fill(NEEDED, width)])
 
 
 def parser() -> argparse.ArgumentParser:
-    """Describe the command line."""
+    """Describe the command line, in words as wide as the terminal."""
+    width = shutil.get_terminal_size().columns - 2
     top = argparse.ArgumentParser(
         prog="run.py",
-        description=__doc__,
-        epilog=EPILOG,
+        description=textwrap.fill(__doc__, width),
+        epilog=epilog(width),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     verbs = top.add_subparsers(dest="verb", required=True, metavar="{fly,test,freeze}")

@@ -25,13 +25,14 @@ def build() -> None:
 def without_paths() -> str:
     """Return the flags that keep the builder's folders out of the binaries, added to those of the user.
 
+    That of cargo's packages is renamed; this one need not be, for cargo compiles what is here by paths relative to it. It must not be
+    named, either: cargo compiles everything anew when a flag changes, and this folder may be moved.
     They are joined as cargo's encoded variable wants it, which bears folders with spaces.
     """
     home = Path(os.environ.get("CARGO_HOME", Path.home() / ".cargo"))
     encoded = os.environ.get("CARGO_ENCODED_RUSTFLAGS")
     own = encoded.split("\x1f") if encoded else os.environ.get("RUSTFLAGS", "").split()
-    flags = [f"--remap-path-prefix={home}=cargo", f"--remap-path-prefix={ROOT}=squid"]
-    return "\x1f".join([*own, *flags])
+    return "\x1f".join([*own, f"--remap-path-prefix={home}=cargo"])
 
 
 def build_command() -> None:

@@ -292,6 +292,16 @@ pub enum Error {
         /// The resource.
         name: String,
     },
+    /// A design came to its end without a proof.
+    #[error(
+        "NOT PROVED: {reason}\nThe design is in {directory}, to be looked at; it proves nothing, and `squid package` refuses it"
+    )]
+    NotProved {
+        /// Where the design lies.
+        directory: String,
+        /// Why.
+        reason: String,
+    },
     /// A certificate speaks of less than the design claims.
     #[error(
         "the certificate has no section 'residual', but the design is marked as certified for the vehicle: what is left is of the fit \

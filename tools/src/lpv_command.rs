@@ -1,7 +1,7 @@
 //! The verbs of `squid lpv`: their options, what they print, and their exit codes.
 
 use crate::error::Error;
-use crate::output::{json, say};
+use crate::output::{check_directory, json, say};
 use crate::stages::Stages;
 use crate::{lpv_mu, lpv_synth, verify};
 use clap::{Args, Subcommand};
@@ -157,6 +157,7 @@ fn check(check: &Check) -> Result<ExitCode, Error> {
 
 fn synth(synth: &Synth) -> Result<ExitCode, Error> {
     let options = options(synth)?;
+    synth.out.as_deref().map_or(Ok(()), check_directory)?;
     let stages = if synth.json { Stages::quiet() } else { Stages::default() };
     let running = stages.begin("synth", "solving the matrix inequalities");
     let report = lpv_synth::run(&synth.problem, options, synth.reduce)?;

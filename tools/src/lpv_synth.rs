@@ -1,9 +1,10 @@
 //! `squid lpv synth`: from a problem file to gamma, controller and certificate.
 
 use crate::certify::{self, nominal, rows_with_blocks};
+use crate::certify::{self, nominal, rows_with_blocks};
 use crate::error::Error;
-use crate::output;
-use crate::output::write_json;
+use crate::error::Error;
+use crate::output::Files;
 use crate::problem_file::{self, Problem};
 use certificate::{Certificate, Theorem};
 use lpv::direct_path::{self, synthesise};
@@ -241,20 +242,22 @@ impl Report {
     /// # Errors
     /// [`Error::Unwritable`].
     pub fn save(&self, directory: &Path) -> Result<(), Error> {
-        write_json(&directory.join("report.json"), self)?;
+        let mut files = Files::default();
         // What does not prove is not kept, and what an earlier run left must not stand beside this verdict.
         let proved = self.certificate.as_ref().filter(|_| self.theorem.is_some());
-        let Some(certificate) = proved else {
-            for name in ["controller.json", "certificate.json"] {
-                output::remove(&directory.join(name))?;
-            }
-            return Ok(());
-        };
-        write_json(&directory.join("controller.json"), &rows_with_blocks(certificate))?;
-        let path = directory.join("certificate.json");
-        let text = certificate.to_json();
-        let text = text.map_err(|reason| Error::Certificate { file: path.display().to_string(), reason })?;
-        output::write(&path, text.as_bytes())
+        let [path, controller] = ["certificate.json", "controller.json"].map(|name| directory.join(name));
+        if let Some(certificate) = proved {
+            let text = certificate.to_json();
+            let text =
+                text.map_err(|reason| Error::Certificate { file: path.display().to_string(), reason })?;
+            files.add(path, text);
+            files.add_json(controller, &rows_with_blocks(certificate))?;
+        } else {
+            files.remove(path);
+            files.remove(controller);
+        }
+        files.add_json(directory.join("report.json"), self)?;
+        files.save(directory)
     }
 
     /// For people.

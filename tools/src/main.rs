@@ -4,12 +4,13 @@ use clap::{Args, Parser, Subcommand};
 use squid::error::Error;
 use squid::inputs::Inputs;
 use squid::lpv_command::{self, LpvVerb};
-use squid::output::say;
+use squid::output::{Files, all_said, check_directory, printed, say};
 use squid::package::{Binaries, Kind, Prepared, pack, prepare, require_proof};
 use squid::package_platform::Platform;
 use squid::stages::Stages;
 use squid::store::Stored;
 use squid::{design, ladder, model, record, report, robust, show, simulate, ssp, store, verify};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -17,30 +18,30 @@ use std::process::ExitCode;
 /// tool flies.
 ///
 /// A vehicle is a directory with vehicle.toml (its coefficients) and design.toml (what is asked of the controller).
-/// A first run:
-///
-///   squid show vehicles/squid --speed 1
-///
-///   squid design vehicles/squid
-///
-///   squid simulate vehicles/squid
-///
-///   squid package vehicles/squid
-///
-/// Exit codes: 0 when all is well, 1 when a file is wrong or the work fails, 64 when the command line is wrong; `squid lpv synth` has more.
 #[derive(Parser)]
-#[command(version, verbatim_doc_comment)]
+#[command(version, after_long_help = FIRST_RUN)]
 struct Cli {
     #[command(subcommand)]
     verb: Verb,
 }
+
+/// The end of `--help`: the examples stand on lines of their own.
+const FIRST_RUN: &str = "\
+A first run:
+  squid show vehicles/squid --speed 1
+  squid design vehicles/squid
+  squid simulate vehicles/squid
+  squid package vehicles/squid
+
+Exit codes: 0 when all is well, 1 when a file is wrong, the work fails or nothing is proved, 64 when the command line is wrong; `squid lpv synth` \
+has more.";
 
 #[derive(Subcommand)]
 enum Verb {
     /// Design a controller: trim, linearise, fit, LFT, augment, synthesise, check, freeze
     ///
     /// Prints each stage with its key figure and writes controller.json, plant.json, manoeuvre.json and design.json.
-    /// A controller that fails a check is not written.
+    /// A controller that fails a check is not written. One whose gain bound is not proved is written, to be looked at, and the exit code is 1.
     Design {
         #[command(flatten)]
         which: Which,
@@ -89,7 +90,7 @@ enum Verb {
         /// The polynomial fit and its residuals
         #[arg(long)]
         fit: bool,
-        /// The controller and its poles
+        /// The controller and its poles: the stored one, or one designed now if there is none in the default directory
         #[arg(long)]
         controller: bool,
         /// What is uncertain, its channels in the LFT, and how well that holds
@@ -152,6 +153,13 @@ impl Which {
         let directory = self.out.clone().unwrap_or_else(|| store::default_directory(&inputs));
         Ok((inputs, directory))
     }
+
+    /// The same for a verb that writes to the directory, which is told at once if it cannot.
+    fn read_to_write(&self) -> Result<(Inputs, PathBuf), Error> {
+        let (inputs, directory) = self.read()?;
+        check_directory(&directory)?;
+        Ok((inputs, directory))
+    }
 }
 
 /// The solver panics where a decomposition does not converge; that is caught and another way tried, so the message
@@ -170,18 +178,22 @@ const WRONG_USAGE: u8 = 64;
 
 fn main() -> ExitCode {
     keep_caught_panics_quiet();
-    let cli = match Cli::try_parse() {
-        Ok(cli) => cli,
-        Err(told) => {
-            // Help and version come as errors, too, but not to standard error.
-            let code = if told.use_stderr() { WRONG_USAGE.into() } else { ExitCode::SUCCESS };
-            return told.print().map_or(ExitCode::FAILURE, |()| code);
+    let outcome = match Cli::try_parse() {
+        Ok(cli) => run(cli.verb),
+        Err(told) if told.use_stderr() => {
+            let _ = told.print();
+            return WRONG_USAGE.into();
+        }
+        Err(help_or_version) => {
+            printed(help_or_version.print());
+            Ok(ExitCode::SUCCESS)
         }
     };
-    match run(cli.verb) {
+    match outcome.and_then(|code| all_said().map(|()| code)) {
         Ok(code) => code,
         Err(error) => {
-            eprintln!("squid: {error}");
+            // Not `eprintln`, which panics where nothing can be written.
+            let _ = writeln!(io::stderr(), "squid: {error}");
             if error.is_usage() { WRONG_USAGE.into() } else { ExitCode::FAILURE }
         }
     }
@@ -205,13 +217,7 @@ fn run_plain(verb: Verb) -> Result<(), Error> {
         Verb::Simulate(which) => run_simulate(&which),
         Verb::Report(which) => run_report(&which),
         Verb::Show { which, speed, fit, controller, uncertainty } => {
-            if speed.is_some() || fit || controller || !uncertainty {
-                run_show(&which, speed, fit, controller)?;
-            }
-            if uncertainty {
-                say(squid::uncertain_show::uncertainty(&which.read()?.0)?.trim_end());
-            }
-            Ok(())
+            run_show(&which, &Asked { speed, fit, controller, uncertainty })
         }
         Verb::Verify { file, vehicle, design, bandwidth } => {
             let inputs = vehicle.map(|directory| Inputs::read(&directory, &design, bandwidth)).transpose()?;
@@ -235,14 +241,10 @@ fn run_plain(verb: Verb) -> Result<(), Error> {
 }
 
 fn run_design(which: &Which, with_ladder: bool, with_robust: bool) -> Result<(), Error> {
-    let (inputs, directory) = which.read()?;
+    let (inputs, directory) = which.read_to_write()?;
     let stages = Stages::default();
     let finished = design::run_with(&inputs, &stages, with_robust)?;
     store::save(&directory, &inputs, &finished)?;
-    match &finished.robust {
-        Some(found) => found.save(&directory)?,
-        None => robust::forget(&directory)?,
-    }
     stages.done("freeze", &format!("{}", directory.display()));
     if let Some(found) = &finished.robust {
         say(&format!(
@@ -257,7 +259,8 @@ fn run_design(which: &Which, with_ladder: bool, with_robust: bool) -> Result<(),
         drop(running);
         say(&format!("\n{}", words.trim_end()));
     }
-    Ok(())
+    let directory = directory.display().to_string();
+    finished.proof.map(|_| ()).map_err(|reason| Error::NotProved { directory, reason })
 }
 
 fn run_package(
@@ -266,8 +269,12 @@ fn run_package(
     allow_uncertified: bool,
     descriptions: Option<PathBuf>,
 ) -> Result<(), Error> {
-    let (inputs, directory) = which.read()?;
+    let (inputs, directory) = which.read_to_write()?;
     let mut stored = store::load(&directory, &inputs)?;
+    match &descriptions {
+        Some(to) => check_directory(to)?,
+        None => binaries.find()?,
+    }
     say(&require_proof(&inputs, &mut stored, &directory, allow_uncertified)?);
     // All are made before any is written.
     let files: Vec<(PathBuf, Vec<u8>)> = match &descriptions {
@@ -287,15 +294,18 @@ fn run_package(
             fmus.into_iter().chain([system]).collect()
         }
     };
-    for (path, bytes) in &files {
-        squid::output::write(path, bytes)?;
-        say(&format!("{} ({:.0} kB)", path.display(), bytes.len() as f64 / 1000.0));
-    }
+    let size =
+        |path: &Path, bytes: &[u8]| format!("{} ({:.0} kB)", path.display(), bytes.len() as f64 / 1000.0);
+    let told: Vec<String> = files.iter().map(|(path, bytes)| size(path, bytes)).collect();
+    let mut set = Files::default();
+    files.into_iter().for_each(|(path, bytes)| set.add(path, bytes));
+    set.save(descriptions.as_deref().unwrap_or(&directory))?;
+    told.iter().for_each(|line| say(line));
     Ok(())
 }
 
 fn run_simulate(which: &Which) -> Result<(), Error> {
-    let (inputs, directory) = which.read()?;
+    let (inputs, directory) = which.read_to_write()?;
     let stored = load_or_design(&inputs, &directory)?;
     let running = Stages::default().begin("simulate", "flying");
     let found = simulate::run(&inputs, &stored, &directory)?;
@@ -305,7 +315,7 @@ fn run_simulate(which: &Which) -> Result<(), Error> {
 }
 
 fn run_report(which: &Which) -> Result<(), Error> {
-    let (inputs, directory) = which.read()?;
+    let (inputs, directory) = which.read_to_write()?;
     let stored = load_or_design(&inputs, &directory)?;
     let found = compute_report(&inputs, &stored)?;
     say(&found.words());
@@ -322,38 +332,70 @@ fn compute_report(inputs: &Inputs, stored: &Stored) -> Result<report::Report, Er
 
 /// The stored design, made now if there is none for these files.
 fn load_or_design(inputs: &Inputs, directory: &Path) -> Result<Stored, Error> {
-    match store::load(directory, inputs) {
+    let stored = match store::load(directory, inputs) {
         Err(Error::NotDesigned { .. } | Error::Stale { .. }) => {
             store::save(directory, inputs, &design::run(inputs, &Stages::default())?)?;
-            robust::forget(directory)?;
             say("");
             store::load(directory, inputs)
         }
         other => other,
-    }
+    }?;
+    stored.unproved(inputs).iter().for_each(|words| say(words));
+    Ok(stored)
 }
 
-fn run_show(which: &Which, speed: Option<f64>, fit: bool, controller: bool) -> Result<(), Error> {
-    let (inputs, _) = which.read()?;
-    let all = speed.is_none() && !fit && !controller;
-    if let Some(v) = speed.or(all.then(|| inputs.design.scheduling().0)) {
-        if !(v.is_finite() && v > 0.0) {
-            return Err(Error::Argument {
-                name: "--speed",
-                found: v.to_string(),
-                allowed: "above 0 (m/s)".into(),
-            });
-        }
+/// What `squid show` is asked for; nothing is all of it but what is uncertain.
+struct Asked {
+    speed: Option<f64>,
+    fit: bool,
+    controller: bool,
+    uncertainty: bool,
+}
+
+fn run_show(which: &Which, asked: &Asked) -> Result<(), Error> {
+    let (inputs, directory) = which.read()?;
+    let all = asked.speed.is_none() && !asked.fit && !asked.controller && !asked.uncertainty;
+    let speed = asked.speed.or(all.then(|| inputs.design.scheduling().0));
+    if let Some(v) = speed.filter(|v| !(v.is_finite() && *v > 0.0)) {
+        return Err(Error::Argument {
+            name: "--speed",
+            found: v.to_string(),
+            allowed: "above 0 (m/s)".into(),
+        });
+    }
+    let stored = match (store::load(&directory, &inputs), &which.out) {
+        (Err(Error::NotDesigned { .. } | Error::Stale { .. }), None) => None,
+        (found, _) => Some(found?),
+    };
+    let controller =
+        (asked.controller || all).then(|| shown_controller(&inputs, stored.as_ref(), &directory));
+    let controller = controller.transpose()?;
+    let unproved = stored.and_then(|stored| stored.unproved(&inputs));
+    unproved.iter().for_each(|words| say(words));
+    if let Some(v) = speed {
         say(&show::speed(&inputs, v)?);
     }
-    if fit || all {
+    if asked.fit || all {
         say(&show::fit(&inputs, &model::Model::new(&inputs)?));
     }
-    if controller || all {
-        let running = Stages::default().begin("design", "solving the matrix inequalities");
-        let finished = design::run(&inputs, &Stages::quiet())?;
-        drop(running);
-        say(show::controller(&inputs, &finished)?.trim_end());
+    controller.iter().for_each(|words| say(words.trim_end()));
+    if asked.uncertainty {
+        say(squid::uncertain_show::uncertainty(&inputs)?.trim_end());
     }
     Ok(())
+}
+
+/// The stored controller, or one that is designed to be shown.
+fn shown_controller(inputs: &Inputs, stored: Option<&Stored>, directory: &Path) -> Result<String, Error> {
+    let directory = directory.display();
+    if let Some(stored) = stored {
+        let robust = if stored.robust.is_some() { ", made with --robust" } else { "" };
+        let words = show::controller(inputs, &stored.lpv_controller()?, &stored.controller.gamma)?;
+        return Ok(format!("The design in {directory}{robust}\n{words}"));
+    }
+    let running = Stages::default().begin("design", "solving the matrix inequalities");
+    let finished = design::run(inputs, &Stages::quiet())?;
+    drop(running);
+    let words = show::controller(inputs, &finished.design.controller, &finished.frozen.controller.gamma)?;
+    Ok(format!("No design of these files is in {directory}; this is what `squid design` finds\n{words}"))
 }

@@ -49,6 +49,18 @@ pub struct Binaries {
     pub directory: Option<PathBuf>,
 }
 
+impl Binaries {
+    /// Checks that all of them are there, before any work.
+    ///
+    /// # Errors
+    /// [`Error::NoBinary`].
+    pub fn find(&self) -> Result<(), Error> {
+        let each = self.platforms.iter().flat_map(|platform| Kind::ALL.map(|kind| (platform, kind)));
+        each.into_iter()
+            .try_for_each(|(platform, kind)| platform.find(kind, self.directory.as_deref()).map(|_| ()))
+    }
+}
+
 /// What a package is made from, before any binary.
 #[derive(Debug)]
 pub struct Prepared {

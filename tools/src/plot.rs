@@ -1,7 +1,6 @@
 //! Plots over time as SVG: panels one above the other with a common axis.
 
 use crate::error::Error;
-use crate::output::write;
 use plotters::prelude::*;
 use std::path::Path;
 
@@ -43,16 +42,16 @@ const TITLE_HEIGHT: u32 = 40;
 /// Numbers beyond this come of a flight that ran off; the drawing of axes would overflow with them.
 const WIDEST: f64 = 1e100;
 
-/// Draws panels over time (s) into an SVG file.
+/// Draws panels over time (s) as SVG for a file.
 ///
 /// # Errors
-/// [`Error::Plot`], [`Error::Unwritable`].
-pub fn draw(path: &Path, title: &str, panels: &[Panel]) -> Result<(), Error> {
+/// [`Error::Plot`] with the file.
+pub fn draw(path: &Path, title: &str, panels: &[Panel]) -> Result<String, Error> {
     let mut svg = String::new();
     let height = TITLE_HEIGHT + PANEL_HEIGHT * panels.len() as u32;
     paint(&mut svg, height, title, panels)
         .map_err(|reason| Error::Plot { path: path.display().to_string(), reason: reason.to_string() })?;
-    write(path, svg.as_bytes())
+    Ok(svg)
 }
 
 fn paint(

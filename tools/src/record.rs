@@ -1,7 +1,7 @@
 //! A flight's record as any FMI tool writes it: CSV with a column `time` and one for each variable.
 
 use crate::error::Error;
-use crate::output::read;
+use crate::output::{read, write};
 use crate::plot::{Line, Panel, draw};
 use auv::Actuator;
 use std::collections::BTreeMap;
@@ -10,7 +10,7 @@ use std::path::Path;
 /// Draws the record of a flight of `squid.fmu`; commands are shown of the actuators that are given.
 ///
 /// # Errors
-/// [`Error::Record`] when a column is missing or a number is none, [`Error::Plot`].
+/// [`Error::Record`] when a column is missing or a number is none, [`Error::Plot`], [`Error::Unwritable`].
 pub fn plot(record: &Path, to: &Path, actuators: &[Actuator]) -> Result<(), Error> {
     let columns = columns(record)?;
     let wrong = |reason: String| Error::Record { path: record.display().to_string(), reason };
@@ -52,7 +52,7 @@ pub fn plot(record: &Path, to: &Path, actuators: &[Actuator]) -> Result<(), Erro
         return Err(wrong("it holds none of the outputs that a flight has (pitch, speed, depth ...)".into()));
     }
     let name = record.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
-    draw(to, &format!("Flight: {name}"), &panels)
+    write(to, draw(to, &format!("Flight: {name}"), &panels)?.as_bytes())
 }
 
 /// The columns by name; quotes around names are taken off, as FMPy puts them.

@@ -31,7 +31,7 @@ pub mod verdict;
 
 use crate::error::Error;
 use crate::inputs::Inputs;
-use crate::output::write;
+use crate::output::Files;
 use crate::store::Stored;
 use auv::Status;
 use section::{Part, Section};
@@ -128,12 +128,14 @@ impl Report {
     /// # Errors
     /// [`Error::Plot`], [`Error::Unwritable`].
     pub fn save(&self, directory: &Path) -> Result<PathBuf, Error> {
+        let mut files = Files::default();
         for figure in self.sections.iter().flat_map(Section::figures) {
             let path = directory.join("figures").join(format!("{}.svg", figure.name));
-            write(&path, figure.file(&figure.caption)?.as_bytes())?;
+            files.add(path, figure.file(&figure.caption)?);
         }
         let path = directory.join("report.html");
-        write(&path, self.page(&[])?.as_bytes())?;
+        files.add(path.clone(), self.page(&[])?);
+        files.save(directory)?;
         Ok(path)
     }
 

@@ -1,11 +1,13 @@
 //! What `squid show` prints.
 
-use crate::design::Finished;
 use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::model::{Model, linearise_at};
+use crate::problem::augment;
+use lpv::controller::Controller;
 use lpv::matrix::Mat;
 use nalgebra::Complex;
+use scheduled::Gamma;
 
 const STATES: [&str; 4] = ["u", "w", "q", "theta"];
 
@@ -71,12 +73,12 @@ pub fn fit(inputs: &Inputs, model: &Model) -> String {
     out
 }
 
-/// The controller: its size and its poles at the ends and the middle of the range.
+/// A controller: its size and its poles at the ends and the middle of the range.
 ///
 /// # Errors
-/// [`Error::Lft`], which would be a defect of this program.
-pub fn controller(inputs: &Inputs, finished: &Finished) -> Result<String, Error> {
-    let k = &finished.design.controller;
+/// [`Error::Lft`], which would be a defect of this program; those of the model.
+pub fn controller(inputs: &Inputs, k: &Controller, gamma: &Gamma) -> Result<String, Error> {
+    let plant = augment(inputs, Model::new(inputs)?.lft)?;
     let (centre, half_range) = inputs.design.scheduling();
     let mut out = format!(
         "Controller: {} states, {} channels of rho, {} measurements, {} commands\n\
@@ -85,9 +87,9 @@ pub fn controller(inputs: &Inputs, finished: &Finished) -> Result<String, Error>
         k.bt.ncols(),
         k.by.ncols(),
         k.cu.nrows(),
-        finished.design.gamma_optimum,
-        finished.design.gamma_design,
-        finished.design.certified.gamma
+        gamma.optimum,
+        gamma.optimum * (1.0 + gamma.back_off),
+        gamma.bound
     );
     for rho in [-1.0, 0.0, 1.0] {
         let v = centre + half_range * rho;
@@ -95,7 +97,7 @@ pub fn controller(inputs: &Inputs, finished: &Finished) -> Result<String, Error>
         out += &modes(&k.frozen(&[rho])?.poles());
         out += &format!(
             "Poles of the closed loop there, 1/s\n{}",
-            modes(&finished.plant.close(k).frozen(&[rho])?.poles())
+            modes(&plant.close(k).frozen(&[rho])?.poles())
         );
     }
     Ok(out)

@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::flight::{Row, fly, fly_open_loop};
 use crate::inputs::Inputs;
 use crate::metrics::{SETTLED, StepFigures};
-use crate::output::write;
+use crate::output::Files;
 use crate::plot::{Line, Panel, draw};
 use crate::store::Stored;
 use fmu_squid::Manoeuvre;
@@ -23,10 +23,14 @@ const STEPS_SHOWN: f64 = 30.0;
 /// [`Error::Trim`], [`Error::Simulation`], [`Error::Tick`], [`Error::Unwritable`].
 pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<String, Error> {
     let manoeuvre = &stored.manoeuvre;
+    let mut files = Files::default();
+    let mut plot = |name: &str, title: &str, panels: &[Panel]| {
+        let path = directory.join(name);
+        draw(&path, title, panels).map(|svg| files.add(path, svg))
+    };
     let flight = fly(&inputs.vehicle, &stored.controller, inputs.design.depth, manoeuvre)?;
-    write(&directory.join("flight.csv"), csv(inputs, &flight).as_bytes())?;
     let title = format!("{}, {}.toml: the default manoeuvre", heading(inputs), inputs.design.name);
-    draw(&directory.join("flight.svg"), &title, &flight_panels(inputs, &flight))?;
+    plot("flight.svg", &title, &flight_panels(inputs, &flight))?;
     let mut out = String::from("Pitch step at constant speed, nonlinear vehicle and sampled autopilot\n");
     out += &format!(
         "  speed m/s   overshoot %   10-90 % s   settled ({:.0} %) s   steady error %   speed off m/s   actuator use %\n",
@@ -47,8 +51,11 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<String,
         responses.push((speed, rows));
     }
     let title = format!("{}, {}.toml: pitch steps at constant speed", heading(inputs), inputs.design.name);
-    draw(&directory.join("steps.svg"), &title, &step_panels(inputs, &responses))?;
-    open_loop(inputs, stored, directory)?;
+    plot("steps.svg", &title, &step_panels(inputs, &responses))?;
+    let (title, panel) = open_loop(inputs, stored)?;
+    plot("open_loop.svg", &title, &[panel])?;
+    files.add(directory.join("flight.csv"), csv(inputs, &flight));
+    files.save(directory)?;
     out += &format!(
         "\nRecords and plots: {}\n",
         directory.join("{flight.csv,flight.svg,steps.svg,open_loop.svg}").display()
@@ -81,8 +88,8 @@ fn figures_line(speed: f64, f: &StepFigures) -> String {
     )
 }
 
-/// The vehicle alone after a small step of its first actuator, at three speeds (the paper's Fig. 6).
-fn open_loop(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<(), Error> {
+/// The vehicle alone after a small step of its first actuator, at three speeds (the paper's Fig. 6): the plot's title, and the plot.
+fn open_loop(inputs: &Inputs, stored: &Stored) -> Result<(String, Panel), Error> {
     let actuator = &inputs.vehicle.actuators[0];
     let step = 0.02 * actuator.reach();
     let mut lines = Vec::new();
@@ -105,8 +112,7 @@ fn open_loop(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<(), E
         actuator.name,
         actuator.unit()
     );
-    let panel = Panel { label: "pitch from trim (deg)".into(), lines };
-    draw(&directory.join("open_loop.svg"), &title, &[panel])
+    Ok((title, Panel { label: "pitch from trim (deg)".into(), lines }))
 }
 
 fn line(name: &str, rows: &[Row], of: impl Fn(&Row) -> f64, reference: bool) -> Line {

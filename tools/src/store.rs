@@ -16,9 +16,9 @@ use crate::design::Finished;
 use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::model::Model;
-use crate::output::{read, remove, write, write_json};
+use crate::output::{Files, read, reading};
 use crate::problem::augment;
-use crate::robust::StoredRobust;
+use crate::robust::{self, StoredRobust};
 use crate::unedited;
 use crate::verify;
 use auv::{LpvModel, LpvModelError};
@@ -70,6 +70,16 @@ impl Stored {
         let theorem = certificate.prove().map_err(|e| e.to_string())?;
         self.made_of(inputs, &certificate).map_err(|e| e.to_string())?;
         Ok(theorem)
+    }
+
+    /// What must be said before anything else of a design without a proof that holds.
+    pub fn unproved(&self, inputs: &Inputs) -> Option<String> {
+        let reason = match self.prove(inputs) {
+            Ok(_) if self.controller.gamma.certified => return None,
+            Ok(_) => "controller.json says that it is not certified".to_owned(),
+            Err(reason) => reason,
+        };
+        Some(format!("NOT PROVED: {reason}"))
     }
 
     /// Checks all that is no matter of proof: the plant and the ball of the certificate, scales and trims, the frozen loops.
@@ -129,31 +139,32 @@ struct FitFigures {
     frequency_response: f64,
 }
 
-/// Writes the files of a finished design.
+/// Writes the files of a finished design, all of them or none, and takes away what an earlier one left.
 ///
 /// # Errors
-/// [`Error::Unwritable`]; files are written whole or not at all.
+/// [`Error::Unwritable`].
 pub fn save(directory: &Path, inputs: &Inputs, finished: &Finished) -> Result<(), Error> {
     let to = |name: &str| directory.join(name);
-    write(&to("plant.json"), finished.frozen.plant.to_json()?.as_bytes())?;
-    write(&to("manoeuvre.json"), inputs.design.manoeuvre.to_json()?.as_bytes())?;
-    save_certificate(&to("certificate.json"), finished)?;
-    write_json(&to("design.json"), &figures(inputs, finished))?;
-    // Last, for its hashes are what `load` trusts.
-    write(&to("controller.json"), finished.frozen.controller.to_json()?.as_bytes())
-}
-
-/// Writes the certificate; where there is none, an older one must not be left lying.
-fn save_certificate(path: &Path, finished: &Finished) -> Result<(), Error> {
+    let mut files = Files::default();
+    files.add(to("plant.json"), finished.frozen.plant.to_json()?);
+    files.add(to("manoeuvre.json"), inputs.design.manoeuvre.to_json()?);
+    let path = to("certificate.json");
     match &finished.proof {
         Ok(proof) => {
             let text = proof.certificate.to_json();
-            let text =
-                text.map_err(|reason| Error::Certificate { file: path.display().to_string(), reason })?;
-            write(path, text.as_bytes())
+            let wrong = |reason| Error::Certificate { file: path.display().to_string(), reason };
+            files.add(path.clone(), text.map_err(wrong)?);
         }
-        Err(_) => remove(path),
+        Err(_) => files.remove(path),
     }
+    files.add_json(to("design.json"), &figures(inputs, finished))?;
+    match &finished.robust {
+        Some(found) => found.add_to(&mut files, directory)?,
+        None => robust::forget(&mut files, directory),
+    }
+    // Last, for its hashes are what `load` trusts.
+    files.add(to("controller.json"), finished.frozen.controller.to_json()?);
+    files.save(directory)
 }
 
 /// Reads the files of a design back, if they belong to these inputs.
@@ -162,6 +173,7 @@ fn save_certificate(path: &Path, finished: &Finished) -> Result<(), Error> {
 /// [`Error::NotDesigned`] when there is none, [`Error::Stale`] when vehicle or design file changed since.
 pub fn load(directory: &Path, inputs: &Inputs) -> Result<Stored, Error> {
     let path = directory.join("controller.json");
+    let _held = reading(&path);
     if !path.is_file() {
         return Err(Error::NotDesigned { directory: directory.display().to_string() });
     }
@@ -184,10 +196,18 @@ pub fn load(directory: &Path, inputs: &Inputs) -> Result<Stored, Error> {
     let certificate = if certificate_path.is_file() {
         Ok(read(&certificate_path)?)
     } else {
-        Err("there is no certificate.json; `squid design` said why".into())
+        Err(format!("there is no certificate.json{}", why_not_certified(directory)))
     };
-    let robust = crate::robust::stored(directory)?;
+    let robust = robust::stored(directory)?;
     Ok(Stored { controller, plant, manoeuvre: inputs.design.manoeuvre.clone(), certificate, robust })
+}
+
+/// What `squid design` wrote down where it found no proof.
+fn why_not_certified(directory: &Path) -> String {
+    let figures = read(&directory.join("design.json")).ok();
+    let figures: Option<serde_json::Value> = figures.and_then(|text| serde_json::from_str(&text).ok());
+    let reason = figures.as_ref().and_then(|f| f.get("not_certified_because")?.as_str());
+    reason.map_or_else(String::new, |reason| format!(": {reason}"))
 }
 
 fn figures<'a>(inputs: &'a Inputs, f: &'a Finished) -> Figures<'a> {

@@ -5,7 +5,7 @@ use super::{Robust, thinned};
 use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::model::Model;
-use crate::output::{read, remove, write, write_json};
+use crate::output::{Files, read};
 use crate::same_plant;
 use crate::uncertain::over_range;
 use crate::verify;
@@ -20,26 +20,23 @@ pub const FIGURES: &str = "robust.json";
 pub const CERTIFICATE: &str = "robust_certificate.json";
 
 impl Robust {
-    /// Writes the certificate and the figures.
+    /// Adds the certificate and the figures to the files of the design.
     ///
     /// # Errors
-    /// [`Error::Certificate`], [`Error::Unwritable`].
-    pub fn save(&self, directory: &Path) -> Result<(), Error> {
+    /// [`Error::Certificate`], [`Error::Json`].
+    pub fn add_to(&self, files: &mut Files, directory: &Path) -> Result<(), Error> {
         let path = directory.join(CERTIFICATE);
         let text = self.certificate.to_json();
         let text = text.map_err(|reason| Error::Certificate { file: path.display().to_string(), reason })?;
-        write(&path, text.as_bytes())?;
-        write_json(&directory.join(FIGURES), &self.figures)
+        files.add(path, text);
+        files.add_json(directory.join(FIGURES), &self.figures)
     }
 }
 
 /// Takes away what an earlier robust design left: it is of another controller.
-///
-/// # Errors
-/// [`Error::Unwritable`].
-pub fn forget(directory: &Path) -> Result<(), Error> {
-    remove(&directory.join(CERTIFICATE))?;
-    remove(&directory.join(FIGURES))
+pub fn forget(files: &mut Files, directory: &Path) {
+    files.remove(directory.join(CERTIFICATE));
+    files.remove(directory.join(FIGURES));
 }
 
 /// A robust design as it was stored.
