@@ -6,20 +6,16 @@
 //! constant W_u. Both are proper for every value in the ranges below; a value that would make them improper or infinite (peak = 0,
 //! bandwidth = inf) is refused with file, line and key.
 
-mod checker;
+mod tables;
 mod uncertainty;
 
-use checker::Checker;
+use auv::toml_file::{Document, FileError, read_text};
 use fmu_squid::Manoeuvre;
-use serde::Deserialize;
 use std::path::Path;
-use thiserror::Error;
-use toml::Spanned;
 pub use uncertainty::{HalfRange, UncertainCoefficient, UncertainParameter, Uncertainty};
 
 /// A quantity that the controller can track.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Output {
     /// Pitch angle.
     Pitch,
@@ -28,6 +24,9 @@ pub enum Output {
 }
 
 impl Output {
+    /// Every output.
+    pub const ALL: [Self; 2] = [Self::Pitch, Self::Speed];
+
     /// Its name in files and on screen.
     pub fn name(self) -> &'static str {
         match self {
@@ -135,194 +134,24 @@ pub struct DesignFile {
     pub uncertainty: Option<Uncertainty>,
 }
 
-/// What is wrong with a design file.
-#[derive(Debug, Error)]
-pub enum DesignFileError {
-    /// The file cannot be read.
-    #[error("{file}: cannot be read: {reason}")]
-    Unreadable {
-        /// The file.
-        file: String,
-        /// The system's reason.
-        reason: std::io::Error,
-    },
-    /// It is not TOML, or a key is unknown, missing or of the wrong type.
-    #[error("{file}: {reason}")]
-    Malformed {
-        /// The file.
-        file: String,
-        /// The parser's words, with the line.
-        reason: String,
-    },
-    /// A value is out of its range.
-    #[error("{file}, line {line}: '{key}' is {found}; it must be {allowed}")]
-    OutOfRange {
-        /// The file.
-        file: String,
-        /// The line.
-        line: usize,
-        /// The key.
-        key: String,
-        /// The value found.
-        found: String,
-        /// What is allowed.
-        allowed: &'static str,
-    },
-    /// A coefficient is named that the vehicle does not have.
-    #[error("{file}, line {line}: [{section}]: {reason}")]
-    UnknownCoefficient {
-        /// The file.
-        file: String,
-        /// The line.
-        line: usize,
-        /// The section.
-        section: &'static str,
-        /// The name, and the nearest that there is.
-        reason: Box<auv::UnknownParameter>,
-    },
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Raw {
-    description: String,
-    model: RawModel,
-    track: Vec<RawTrack>,
-    control: RawControl,
-    synthesis: RawSynthesis,
-    autopilot: RawAutopilot,
-    manoeuvre: RawManoeuvre,
-    uncertainty: Option<uncertainty::RawUncertainty>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawModel {
-    speed_min: Spanned<f64>,
-    speed_max: Spanned<f64>,
-    speeds: Spanned<usize>,
-    depth: Spanned<f64>,
-    order: Spanned<usize>,
-    drop: Spanned<f64>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawTrack {
-    output: Spanned<Output>,
-    scale: Spanned<f64>,
-    unit: Spanned<String>,
-    peak: Spanned<f64>,
-    steady_error: Spanned<f64>,
-    bandwidth: Spanned<f64>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawControl {
-    weight: Spanned<f64>,
-    disturbance: Spanned<f64>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawSynthesis {
-    back_off: Spanned<f64>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawAutopilot {
-    sample_time: Spanned<f64>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawManoeuvre {
-    pitch_step: Spanned<f64>,
-    unit: Spanned<String>,
-    step_time: Spanned<f64>,
-    speed_from: Spanned<f64>,
-    speed_to: Spanned<f64>,
-    ramp_start: Spanned<f64>,
-    ramp_duration: Spanned<f64>,
-    duration: Spanned<f64>,
-}
-
 impl DesignFile {
     /// Reads and checks a design file.
     ///
     /// # Errors
-    /// [`DesignFileError`], which names file, line and key.
-    pub fn read(path: &Path) -> Result<Self, DesignFileError> {
+    /// [`FileError`]: every mistake with file, line, key, what was found and what is allowed.
+    pub fn read(path: &Path) -> Result<Self, FileError> {
         let file = path.display().to_string();
-        let text = std::fs::read_to_string(path)
-            .map_err(|reason| DesignFileError::Unreadable { file: file.clone(), reason })?;
         let name = path.file_stem().map_or_else(|| file.clone(), |s| s.to_string_lossy().into_owned());
-        Self::parse(&text, &file, &name)
+        Self::parse(&read_text(path)?, &file, &name)
     }
 
     /// Checks the text of a design file; `file` is for messages.
     ///
     /// # Errors
-    /// [`DesignFileError`], which names file, line and key.
-    pub fn parse(text: &str, file: &str, name: &str) -> Result<Self, DesignFileError> {
-        let raw: Raw = toml::from_str(text).map_err(|e| DesignFileError::Malformed {
-            file: file.into(),
-            reason: e.to_string().trim_end().replace("TOML parse error at ", ""),
-        })?;
-        let check = Checker { text, file };
-        let m = &raw.model;
-        let speed_min = check.number("model.speed_min", &m.speed_min, |v| v > 0.0, "above 0 (m/s)")?;
-        let order = check.number("model.order", &m.order, |v| (1..=5).contains(&v), "from 1 to 5")?;
-        if raw.track.is_empty() {
-            return Err(DesignFileError::Malformed {
-                file: file.into(),
-                reason: "there is no [[track]] table".into(),
-            });
-        }
-        Ok(Self {
-            name: name.into(),
-            description: raw.description,
-            speed_min,
-            speed_max: check.number(
-                "model.speed_max",
-                &m.speed_max,
-                |v| v > speed_min,
-                "above speed_min (m/s)",
-            )?,
-            speeds: check.number(
-                "model.speeds",
-                &m.speeds,
-                |v| v > order && v <= 1000,
-                "more than the order and at most 1000",
-            )?,
-            depth: check.number("model.depth", &m.depth, |v| v >= 0.0, "0 or more (m)")?,
-            order,
-            drop: check.number("model.drop", &m.drop, |v| (0.0..0.5).contains(&v), "from 0 to below 0.5")?,
-            tracked: check.tracked(&raw.track)?,
-            control_weight: check.within("control.weight", &raw.control.weight, CONTROL_WEIGHT)?,
-            disturbance: check.number(
-                "control.disturbance",
-                &raw.control.disturbance,
-                |v| (0.0..=1e6).contains(&v),
-                "from 0 to 1e6",
-            )?,
-            back_off: check.number(
-                "synthesis.back_off",
-                &raw.synthesis.back_off,
-                |v| (0.001..=1.0).contains(&v),
-                "from 0.001 to 1",
-            )?,
-            sample_time: check.number(
-                "autopilot.sample_time",
-                &raw.autopilot.sample_time,
-                |v| (1e-4..=1.0).contains(&v),
-                "from 0.0001 to 1 (s)",
-            )?,
-            manoeuvre: check.manoeuvre(&raw.manoeuvre)?,
-            uncertainty: raw.uncertainty.as_ref().map(|raw| check.uncertainty(raw)).transpose()?,
-        })
+    /// As [`DesignFile::read`].
+    pub fn parse(text: &str, file: &str, name: &str) -> Result<Self, FileError> {
+        let document = Document::parse(text, file)?;
+        document.finish(tables::design(&document, name))
     }
 
     /// The scheduling parameter rho = (V - centre)/half_range: centre and half range, m/s.

@@ -11,14 +11,11 @@ pub enum Error {
         /// As given.
         directory: String,
     },
-    /// The vehicle file is wrong.
+    /// The vehicle file or the design file is wrong, or a file is no text.
     #[error(transparent)]
-    Vehicle(#[from] auv::VehicleFileError),
-    /// The design file is wrong.
-    #[error(transparent)]
-    DesignFile(#[from] crate::design_file::DesignFileError),
+    File(#[from] auv::FileError),
     /// A bandwidth on the command line.
-    #[error("--bandwidth is {found}; it must be {}", crate::design_file::BANDWIDTH.words)]
+    #[error("--bandwidth is {}; it must be {}", auv::number(*found), crate::design_file::BANDWIDTH.words)]
     Bandwidth {
         /// As given.
         found: f64,

@@ -3,6 +3,7 @@
 use crate::actuator_names;
 use crate::design_file::{BANDWIDTH, DesignFile, UncertainParameter};
 use crate::error::Error;
+use crate::output::read;
 use auv::Vehicle;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
@@ -68,11 +69,6 @@ impl Inputs {
 fn design_path(directory: &Path, name: &str) -> PathBuf {
     let file = if name.ends_with(".toml") { name.to_owned() } else { format!("{name}.toml") };
     directory.join(file)
-}
-
-fn read(path: &Path) -> Result<String, Error> {
-    std::fs::read_to_string(path)
-        .map_err(|reason| Error::Unreadable { path: path.display().to_string(), reason })
 }
 
 fn hexadecimal(bytes: &[u8]) -> String {

@@ -1,8 +1,6 @@
 //! `squid lpv synth`: from a problem file to gamma, controller and certificate.
 
 use crate::certify::{self, nominal, rows_with_blocks};
-use crate::certify::{self, nominal, rows_with_blocks};
-use crate::error::Error;
 use crate::error::Error;
 use crate::output::Files;
 use crate::problem_file::{self, Problem};

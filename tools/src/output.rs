@@ -194,8 +194,7 @@ fn remove(path: &Path) -> Result<(), Error> {
 /// Reads a text file.
 ///
 /// # Errors
-/// [`Error::Unreadable`] with the path.
+/// [`Error::File`] with the path.
 pub fn read(path: &Path) -> Result<String, Error> {
-    std::fs::read_to_string(path)
-        .map_err(|reason| Error::Unreadable { path: path.display().to_string(), reason })
+    Ok(auv::read_text(path)?)
 }

@@ -4,9 +4,9 @@ use thiserror::Error;
 
 use crate::actuator::Effect;
 use crate::coefficients::COEFFICIENTS;
+use crate::toml_file::nearest;
 use crate::trim::Trim;
 use crate::vehicle::Vehicle;
-use crate::vehicle_file::nearest;
 
 /// A number on which the linear motion depends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -7,7 +7,8 @@ use nalgebra::Complex;
 
 use crate::actuator::Actuator;
 use crate::coefficients::Coefficients;
-use crate::vehicle_file::{self, VehicleFileError};
+use crate::toml_file::{FileError, read_text};
+use crate::vehicle_file;
 
 /// How well the coefficients of a vehicle are known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,20 +81,16 @@ impl Vehicle {
     /// Reads and validates a vehicle file.
     ///
     /// # Errors
-    /// [`VehicleFileError`]: one message with file, line, key, what was found and what is allowed.
-    pub fn read(path: &Path) -> Result<Self, VehicleFileError> {
-        let file = path.display().to_string();
-        match std::fs::read_to_string(path) {
-            Ok(text) => vehicle_file::parse(&text, &file),
-            Err(source) => Err(VehicleFileError::unreadable(file, source)),
-        }
+    /// [`FileError`]: every mistake with file, line, key, what was found and what is allowed.
+    pub fn read(path: &Path) -> Result<Self, FileError> {
+        vehicle_file::parse(&read_text(path)?, &path.display().to_string())
     }
 
     /// Reads and validates the text of a vehicle file; `file` is its name in messages.
     ///
     /// # Errors
-    /// [`VehicleFileError`]: one message with file, line, key, what was found and what is allowed.
-    pub fn parse(text: &str, file: &str) -> Result<Self, VehicleFileError> {
+    /// [`FileError`]: every mistake with file, line, key, what was found and what is allowed.
+    pub fn parse(text: &str, file: &str) -> Result<Self, FileError> {
         vehicle_file::parse(text, file)
     }
 }

@@ -1,104 +1,126 @@
 //! Reads a vehicle file (TOML): every number with its unit and its source, every mistake with its line.
 
 mod actuator_tables;
-mod error;
 mod published_model;
-mod table;
 
 use std::collections::BTreeMap;
 
-pub use error::{FileProblem, VehicleFileError};
-
 use crate::coefficients::{COEFFICIENTS, CoefficientError, CoefficientSpec, Coefficients};
+use crate::toml_file::{Document, FileError, FileProblem, Table, cited};
 use crate::vehicle::{Status, Vehicle, is_vehicle_name};
-pub(crate) use table::nearest;
-use table::{Document, Table};
 
 const CONVENTION: &str = "convention";
 const CONVENTIONS: [&str; 2] = ["viscous", "combined"];
 
+/// Standard gravity, to the digits in which published tables divide a weight by it \[m/s2\].
+const GRAVITY: f64 = 9.81;
+
+/// How far the weight may be off mass times gravity, relative. Gravity varies by 0.5 % over the earth, and a mass and a weight
+/// of two digits each are off by up to 5 %; the least of the mistakes in units, pounds for kilograms, is a factor of 2.2.
+const WEIGHT_TOLERANCE: f64 = 0.1;
+
 /// Reads and validates the text of a vehicle file.
-pub(crate) fn parse(text: &str, file: &str) -> Result<Vehicle, VehicleFileError> {
-    let document = Document::new(text, file);
-    let root = document.root()?;
+pub(crate) fn parse(text: &str, file: &str) -> Result<Vehicle, FileError> {
+    let document = Document::parse(text, file)?;
+    let root = document.root();
     let mut sections: Vec<&str> = vec!["vehicle", "thruster", "control_surface", published_model::SECTION];
     sections.extend(COEFFICIENTS.iter().map(|spec| spec.section));
-    root.allow_only(&sections)?;
+    root.allow_only(&sections);
 
     let mut sources = BTreeMap::new();
-    let head = root.required_table("vehicle", "name, status and description of the vehicle")?;
-    head.allow_only(&["name", "status", "description"])?;
-    let name = head.text("name")?;
-    if !is_vehicle_name(&name) {
-        return Err(head.blame("name", FileProblem::VehicleName { name }));
-    }
-    let description = head.text("description")?;
-    let word = head.one_of("status", &Status::ALL.map(Status::word))?;
-    let status = Status::ALL.into_iter().find(|s| s.word() == word).unwrap_or(Status::Surrogate);
-
-    let coefficients = coefficients(&root, &mut sources)?;
-    let actuators = actuator_tables::read(&root, &mut sources)?;
-    let published_linear_model = published_model::read(&root)?;
+    let head = root.required_table("vehicle", "name, status and description of the vehicle");
+    let head = head.and_then(|table| vehicle_table(&table));
+    let coefficients = coefficients(&root, &mut sources);
+    let actuators = actuator_tables::read(&root, &mut sources);
+    let published_linear_model = published_model::read(&root);
+    document.check()?;
+    check_matrix(&root, &coefficients);
+    let (name, status, description) = document.finish(head)?;
     Ok(Vehicle { name, status, description, coefficients, actuators, sources, published_linear_model })
 }
 
-/// Reads every coefficient of the table, splits combined lift, and checks the mass matrix.
-fn coefficients(
-    root: &Table<'_>,
-    sources: &mut BTreeMap<String, String>,
-) -> Result<Coefficients, VehicleFileError> {
+/// Name, status and description.
+fn vehicle_table(table: &Table<'_>) -> Option<(String, Status, String)> {
+    table.allow_only(&["name", "status", "description"]);
+    let name = table.text("name");
+    if let Some(name) = name.as_ref().filter(|name| !is_vehicle_name(name)) {
+        let allowed = "at most 64 letters, digits, '_', '-' and spaces, beginning with a letter";
+        table.not_allowed("name", cited(name), allowed);
+    }
+    let status = table.one_of("status", &Status::ALL.map(Status::word)).map(|place| Status::ALL[place]);
+    let description = table.text("description");
+    Some((name?, status?, description?))
+}
+
+/// Reads every coefficient of the table, and splits combined lift.
+fn coefficients(root: &Table<'_>, sources: &mut BTreeMap<String, String>) -> Coefficients {
     let mut coefficients = Coefficients::default();
     let mut names: Vec<&str> = COEFFICIENTS.iter().map(|spec| spec.section).collect();
     names.dedup();
     let mut combined = false;
     for name in names {
         let specs: Vec<&CoefficientSpec> = COEFFICIENTS.iter().filter(|s| s.section == name).collect();
-        let Some(table) = root.table(name)? else {
-            match specs.iter().find(|spec| spec.default.is_none()) {
-                Some(spec) => return Err(root.missing(&format!("{name}.{}", spec.key), spec.meaning)),
-                None => continue,
-            }
+        let required = specs.iter().find(|spec| spec.default.is_none());
+        let table = match required {
+            Some(spec) => root.required_table(name, &format!("it must hold {}, {}", spec.key, spec.meaning)),
+            None => root.table(name),
         };
+        let Some(table) = table else { continue };
         let mut keys: Vec<&str> = specs.iter().map(|spec| spec.key).collect();
         if name == "lift" {
-            combined = table.one_of(CONVENTION, &CONVENTIONS)? == "combined";
+            combined = table.one_of(CONVENTION, &CONVENTIONS) == Some(1);
             keys.push(CONVENTION);
         }
-        table.allow_only(&keys)?;
-        section(&table, &specs, &mut coefficients, sources)?;
+        table.allow_only(&keys);
+        for spec in specs {
+            section_entry(&table, spec, &mut coefficients, sources);
+        }
+        if name == "mass" {
+            check_weight(&table, &coefficients);
+        }
     }
     if combined {
         coefficients.split_combined_lift();
     }
-    match coefficients.check() {
-        Ok(()) => Ok(coefficients),
-        Err(CoefficientError::MassMatrixNotPositiveDefinite { least_eigenvalue }) => {
-            let problem = FileProblem::MassMatrixNotPositiveDefinite { least_eigenvalue };
-            Err(root.table("added_mass")?.as_ref().unwrap_or(root).problem(problem))
-        }
-        Err(source @ CoefficientError::NotAllowed { .. }) => {
-            Err(root.problem(FileProblem::Coefficient { source }))
-        }
-    }
+    coefficients
 }
 
-/// Reads the coefficients of one section.
-fn section(
+/// Reads one coefficient of a section.
+fn section_entry(
     table: &Table<'_>,
-    specs: &[&CoefficientSpec],
+    spec: &CoefficientSpec,
     coefficients: &mut Coefficients,
     sources: &mut BTreeMap<String, String>,
-) -> Result<(), VehicleFileError> {
-    for spec in specs {
-        let Some(quantity) = table.quantity(spec.key, &[spec.unit])? else {
-            match spec.default {
-                Some(_) => continue,
-                None => return Err(table.missing(spec.key, spec.meaning)),
-            }
-        };
-        quantity.check(spec.allowed)?;
+) {
+    if spec.default.is_none() && !table.requires(spec.key, spec.meaning) {
+        return;
+    }
+    if let Some(quantity) = table.quantity(spec.key, &[spec.unit], spec.allowed) {
         (spec.set)(coefficients, quantity.value);
         sources.insert(spec.key.to_string(), quantity.source);
     }
-    Ok(())
+}
+
+/// Complains of a weight that is not that of the mass; of either that could not be read, nothing more is said.
+fn check_weight(table: &Table<'_>, coefficients: &Coefficients) {
+    let (weight, expected) = (coefficients.weight, coefficients.mass * GRAVITY);
+    let off = (weight - expected).abs() > WEIGHT_TOLERANCE * expected;
+    if weight > 0.0 && expected > 0.0 && off {
+        let (gravity, tolerance) = (GRAVITY, WEIGHT_TOLERANCE);
+        table.blame("weight", FileProblem::MassAndWeight { weight, expected, gravity, tolerance });
+    }
+}
+
+/// Complains of a mass matrix that is not positive definite.
+fn check_matrix(root: &Table<'_>, coefficients: &Coefficients) {
+    match coefficients.check() {
+        Ok(()) => {}
+        Err(CoefficientError::MassMatrixNotPositiveDefinite { least_eigenvalue }) => {
+            let problem = FileProblem::MassMatrixNotPositiveDefinite { least_eigenvalue };
+            root.table("added_mass").as_ref().unwrap_or(root).problem(problem);
+        }
+        Err(source @ CoefficientError::NotAllowed { .. }) => {
+            root.problem(FileProblem::Coefficient { source })
+        }
+    }
 }

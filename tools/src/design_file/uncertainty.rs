@@ -1,14 +1,11 @@
 //! The section `[uncertainty]` of a design file: which numbers of the vehicle are uncertain, and how far.
 
-use super::DesignFileError;
-use super::checker::Checker;
-use auv::{COEFFICIENTS, Parameter, UnknownParameter, Vehicle};
-use serde::Deserialize;
-use std::collections::BTreeMap;
-use toml::Spanned;
+use auv::toml_file::{Document, FileError, FileProblem, Mistake, Table, cited, number};
+use auv::{COEFFICIENTS, Parameter, Vehicle};
 
 const SECTION: &str = "uncertainty";
 const COEFFICIENT: &str = "uncertainty.coefficients";
+const EITHER: &str = "a relative half range such as 0.3, or { absolute = 0.005, unit = \"m\" }";
 const RELATIVE: &str = "above 0 and below 1, or it would change sign; it is the half range over the value";
 
 /// What is uncertain, checked but for what the vehicle must know.
@@ -45,62 +42,38 @@ pub enum HalfRange {
     },
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawUncertainty {
-    actuator_gain: Option<Spanned<f64>>,
-    #[serde(default)]
-    coefficients: BTreeMap<Spanned<String>, Spanned<RawHalfRange>>,
+/// The section, with everything that can be checked without the vehicle; what cannot be read is left out.
+pub(super) fn read(document: &Document<'_>, table: &Table<'_>) -> Uncertainty {
+    table.allow_only(&["actuator_gain", "coefficients"]);
+    let gain = |v: f64| (0.0..1.0).contains(&v);
+    let actuator_gain = match table.has("actuator_gain") {
+        true => table.number("actuator_gain", gain, "from 0 to below 1, relative").unwrap_or(0.0),
+        false => 0.0,
+    };
+    let coefficients = table.table("coefficients").map_or_else(Vec::new, |named| {
+        let each = named.keys().into_iter().filter_map(|(at, name)| {
+            let half_range = half_range(&named, name)?;
+            Some(UncertainCoefficient { name: name.to_owned(), half_range, line: document.line(at) })
+        });
+        each.collect()
+    });
+    Uncertainty { actuator_gain, coefficients }
 }
 
-#[derive(Clone, Deserialize)]
-#[serde(untagged, expecting = "a relative half range such as 0.3, or { absolute = 0.005, unit = \"m\" }")]
-enum RawHalfRange {
-    Relative(f64),
-    Absolute(RawAbsolute),
-}
-
-#[derive(Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawAbsolute {
-    absolute: f64,
-    unit: String,
-}
-
-impl Checker<'_> {
-    /// The section, with everything that can be checked without the vehicle.
-    pub(super) fn uncertainty(&self, raw: &RawUncertainty) -> Result<Uncertainty, DesignFileError> {
-        let actuator_gain = match &raw.actuator_gain {
-            Some(gain) => self.number(
-                "uncertainty.actuator_gain",
-                gain,
-                |v| (0.0..1.0).contains(&v),
-                "from 0 to below 1, relative",
-            )?,
-            None => 0.0,
-        };
-        let mut coefficients = Vec::new();
-        for (name, half_range) in &raw.coefficients {
-            let at = name.span().start;
-            let name = name.get_ref().clone();
-            let blame = |found: f64, words| {
-                self.out_of_range(&format!("{COEFFICIENT}.{name}"), at, found.to_string(), words)
-            };
-            let half_range = match half_range.get_ref().clone() {
-                RawHalfRange::Relative(v) if v > 0.0 && v < 1.0 => HalfRange::Relative(v),
-                RawHalfRange::Relative(v) => return Err(blame(v, RELATIVE)),
-                RawHalfRange::Absolute(RawAbsolute { absolute, unit })
-                    if absolute > 0.0 && absolute.is_finite() =>
-                {
-                    HalfRange::Absolute { value: absolute, unit }
-                }
-                RawHalfRange::Absolute(raw) => return Err(blame(raw.absolute, "above 0 and finite")),
-            };
-            coefficients.push((at, UncertainCoefficient { name, half_range, line: self.line(at) }));
+fn half_range(named: &Table<'_>, name: &str) -> Option<HalfRange> {
+    if !named.holds_table(name) {
+        let found = named.float(name, EITHER)?;
+        if found > 0.0 && found < 1.0 {
+            return Some(HalfRange::Relative(found));
         }
-        coefficients.sort_by_key(|(at, _)| *at);
-        Ok(Uncertainty { actuator_gain, coefficients: coefficients.into_iter().map(|(_, c)| c).collect() })
+        named.not_allowed(name, number(found), RELATIVE);
+        return None;
     }
+    let table = named.table(name)?;
+    table.allow_only(&["absolute", "unit"]);
+    let value = table.number("absolute", |v| v > 0.0, "above 0 and finite");
+    let unit = table.text("unit");
+    Some(HalfRange::Absolute { value: value?, unit: unit? })
 }
 
 /// A coefficient of the vehicle with its range, SI.
@@ -118,30 +91,33 @@ impl Uncertainty {
     /// The coefficients and their ranges for a vehicle, in the order of the vehicle file; `file` is for messages.
     ///
     /// # Errors
-    /// [`DesignFileError`]: a name that the vehicle does not have, another unit than the coefficient's, a relative range of a
-    /// coefficient that is 0, or a range that leaves what the coefficient may be.
-    pub fn resolve(&self, vehicle: &Vehicle, file: &str) -> Result<Vec<UncertainParameter>, DesignFileError> {
-        let mut found: Vec<UncertainParameter> =
-            self.coefficients.iter().map(|c| c.resolve(vehicle, file)).collect::<Result<_, _>>()?;
+    /// [`FileError`]: names that the vehicle does not have, other units than the coefficients', relative ranges of
+    /// coefficients that are 0, ranges that leave what a coefficient may be.
+    pub fn resolve(&self, vehicle: &Vehicle, file: &str) -> Result<Vec<UncertainParameter>, FileError> {
+        let (mut found, mut mistakes) = (Vec::new(), Vec::new());
+        for coefficient in &self.coefficients {
+            match coefficient.resolve(vehicle) {
+                Ok(parameter) => found.push(parameter),
+                Err(problem) => mistakes.push(Mistake { line: Some(coefficient.line), problem }),
+            }
+        }
+        if !mistakes.is_empty() {
+            return Err(FileError { file: file.into(), mistakes });
+        }
         let order = Parameter::all(vehicle);
-        found.sort_by_key(|u| order.iter().position(|p| *p == u.parameter));
+        found.sort_by_key(|u: &UncertainParameter| order.iter().position(|p| *p == u.parameter));
         Ok(found)
     }
 }
 
 impl UncertainCoefficient {
-    fn resolve(&self, vehicle: &Vehicle, file: &str) -> Result<UncertainParameter, DesignFileError> {
-        let (line, key) = (self.line, format!("{COEFFICIENT}.{}", self.name));
-        let parameter = Parameter::named(vehicle, &self.name).map_err(|reason: UnknownParameter| {
-            let reason = Box::new(reason);
-            DesignFileError::UnknownCoefficient { file: file.into(), line, section: SECTION, reason }
-        })?;
-        let wrong = |found: String, allowed: &'static str| DesignFileError::OutOfRange {
-            file: file.into(),
-            line,
-            key: key.clone(),
+    fn resolve(&self, vehicle: &Vehicle) -> Result<UncertainParameter, FileProblem> {
+        let parameter = Parameter::named(vehicle, &self.name)
+            .map_err(|source| FileProblem::UnknownCoefficient { section: SECTION, source })?;
+        let wrong = |found: String, allowed: &str| FileProblem::NotAllowed {
+            key: format!("{COEFFICIENT}.{}", self.name),
             found,
-            allowed,
+            allowed: allowed.into(),
         };
         let value = parameter.coefficient(vehicle).unwrap_or(0.0);
         let half_range = match &self.half_range {
@@ -152,7 +128,10 @@ impl UncertainCoefficient {
             HalfRange::Relative(fraction) => fraction * value.abs(),
             HalfRange::Absolute { value, unit } if unit == parameter.unit(vehicle) => *value,
             HalfRange::Absolute { unit, .. } => {
-                return Err(wrong(format!("in \"{unit}\""), parameter.unit(vehicle)));
+                return Err(wrong(
+                    format!("in {}", cited(unit)),
+                    &format!("in \"{}\"", parameter.unit(vehicle)),
+                ));
             }
         };
         if let Parameter::Coefficient(name) = parameter {
@@ -160,7 +139,7 @@ impl UncertainCoefficient {
             let outside = |v: &f64| spec.is_some_and(|spec| !spec.allowed.contains(*v));
             if let Some(end) = [value - half_range, value + half_range].into_iter().find(outside) {
                 let allowed = spec.map_or("", |spec| spec.allowed.describe());
-                return Err(wrong(format!("a range that reaches {end}"), allowed));
+                return Err(wrong(format!("a range that reaches {}", number(end)), allowed));
             }
         }
         Ok(UncertainParameter { parameter, value, half_range })
@@ -174,27 +153,20 @@ mod tests {
     use std::path::Path;
 
     /// The design of Squid with another section, resolved for the vehicle; the section begins on line 1.
-    fn resolve(vehicle: &str, section: &str) -> Result<Vec<UncertainParameter>, DesignFileError> {
+    fn resolve(vehicle: &str, section: &str) -> Result<Vec<UncertainParameter>, FileError> {
         let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("../vehicles");
         let vehicle = Vehicle::read(&directory.join(vehicle).join("vehicle.toml")).unwrap();
         let text = std::fs::read_to_string(directory.join("squid/paper.toml")).unwrap();
         let (before, _) = text.split_once("[uncertainty]").unwrap();
-        let lines = before.lines().count();
+        let shifted = |mut error: FileError| {
+            for line in error.mistakes.iter_mut().filter_map(|mistake| mistake.line.as_mut()) {
+                *line -= before.lines().count();
+            }
+            error
+        };
         let file = format!("{before}[uncertainty]\n{section}");
-        let design = DesignFile::parse(&file, "design.toml", "design").map_err(|e| shifted(e, lines))?;
-        design.uncertainty.unwrap().resolve(&vehicle, "design.toml").map_err(|e| shifted(e, lines))
-    }
-
-    fn shifted(error: DesignFileError, by: usize) -> DesignFileError {
-        match error {
-            DesignFileError::OutOfRange { file, line, key, found, allowed } => {
-                DesignFileError::OutOfRange { file, line: line - by, key, found, allowed }
-            }
-            DesignFileError::UnknownCoefficient { file, line, section, reason } => {
-                DesignFileError::UnknownCoefficient { file, line: line - by, section, reason }
-            }
-            other => other,
-        }
+        let design = DesignFile::parse(&file, "design.toml", "design").map_err(shifted)?;
+        design.uncertainty.unwrap().resolve(&vehicle, "design.toml").map_err(shifted)
     }
 
     #[test]
@@ -221,48 +193,63 @@ mod tests {
         let begins = [
             (
                 "actuator_gain = 1.0".to_string(),
-                "design.toml, line 2: 'uncertainty.actuator_gain' is 1; it must be from 0",
+                "design.toml:2: 'uncertainty.actuator_gain' is 1; it must be from 0",
             ),
             (
                 coefficients("Z_vw = 0.3"),
-                "design.toml, line 4: [uncertainty]: the vehicle has no coefficient 'Z_vw' (did you mean 'Z_",
+                "design.toml:4: [uncertainty]: the vehicle has no coefficient 'Z_vw' (did you mean 'Z_",
             ),
             (
                 coefficients("Z_w = 1.2"),
-                "design.toml, line 4: 'uncertainty.coefficients.Z_w' is 1.2; it must be above 0 and below 1",
+                "design.toml:4: 'uncertainty.coefficients.Z_w' is 1.2; it must be above 0 and below 1",
             ),
-            (
-                coefficients("Z_w = nan"),
-                "design.toml, line 4: 'uncertainty.coefficients.Z_w' is NaN; it must be",
-            ),
+            (coefficients("Z_w = nan"), "design.toml:4: 'uncertainty.coefficients.Z_w' is NaN; it must be"),
             (
                 coefficients("x_G = 0.3"),
-                "design.toml, line 4: 'uncertainty.coefficients.x_G' is a relative range; it must be { absolute",
+                "design.toml:4: 'uncertainty.coefficients.x_G' is a relative range; it must be { absolute",
             ),
             (
                 coefficients("z_G = { absolute = 5, unit = \"mm\" }"),
-                "design.toml, line 4: 'uncertainty.coefficients.z_G' is in \"mm\"; it must be m",
+                "design.toml:4: 'uncertainty.coefficients.z_G' is in \"mm\"; it must be in \"m\"",
             ),
             (
                 coefficients("z_G = { absolute = -0.1, unit = \"m\" }"),
-                "design.toml, line 4: 'uncertainty.coefficients.z_G' is -0.1; it must be above 0 and finite",
+                "design.toml:4: 'uncertainty.coefficients.z_G.absolute' is -0.1; it must be above 0 and finite",
             ),
             (
                 coefficients("Z_w = { absolute = 20.0, unit = \"kg/s\" }"),
-                "design.toml, line 4: 'uncertainty.coefficients.Z_w' is a range that reaches 8; it must be zero or a negative",
+                "design.toml:4: 'uncertainty.coefficients.Z_w' is a range that reaches 8; it must be zero or a negative",
             ),
         ];
         for (section, words) in begins {
             let message = resolve("squid", &section).unwrap_err().to_string();
             assert!(message.starts_with(words), "{message}\n{words}");
         }
-        for section in
-            [coefficients("Z_w = \"much\""), coefficients("Z_w = { absolut = 1.0, unit = \"kg/s\" }")]
-        {
+        for (section, words) in [
+            (
+                coefficients("Z_w = \"much\""),
+                "is the text \"much\"; it must be a relative half range such as 0.3, or {",
+            ),
+            (
+                coefficients("Z_w = { absolut = 1.0, unit = \"kg/s\" }"),
+                "unknown key 'uncertainty.coefficients.Z_w.absolut' (did you mean 'absolute'?)",
+            ),
+            ("gain = 0.1\n".to_owned(), "unknown key 'uncertainty.gain'"),
+        ] {
             let message = resolve("squid", &section).unwrap_err().to_string();
-            assert!(message.contains("a relative half range such as 0.3"), "{message}");
+            assert!(message.contains(words), "{message}");
         }
-        let message = resolve("squid", "gain = 0.1\n").unwrap_err().to_string();
-        assert!(message.contains("unknown field `gain`"), "{message}");
+    }
+
+    /// One line each, in the order of the file.
+    #[test]
+    fn all_mistakes_are_told_at_once() {
+        let section = "[uncertainty.coefficients]\nZ_vw = 0.3\nM_q = 0.3\nx_G = 0.3\n";
+        let message = resolve("squid", section).unwrap_err().to_string();
+        let lines: Vec<&str> = message.lines().collect();
+        assert_eq!(lines.len(), 2, "{message}");
+        assert!(
+            lines[0].starts_with("design.toml:3: [uncertainty]: ") && lines[1].starts_with("design.toml:5: ")
+        );
     }
 }

@@ -2,41 +2,45 @@
 
 use std::collections::BTreeMap;
 
-use super::error::{FileProblem, VehicleFileError};
-use super::table::Table;
 use crate::actuator::{Actuator, Effect, allowed, is_actuator_name};
+use crate::toml_file::{FileProblem, Table, cited};
 
 const ANGLES: [&str; 2] = ["rad", "deg"];
 
 type Sources = BTreeMap<String, String>;
 
-/// Reads all actuators, thrusters first.
-pub(crate) fn read(root: &Table<'_>, sources: &mut Sources) -> Result<Vec<Actuator>, VehicleFileError> {
-    let mut actuators: Vec<(Actuator, usize)> = Vec::new();
-    let thrusters = root.tables("thruster")?.into_iter().map(|table| (table, true));
-    let surfaces = root.tables("control_surface")?.into_iter().map(|table| (table, false));
-    for (table, is_thruster) in thrusters.chain(surfaces) {
-        let reader = Reader { name: name(&table)?, table: &table };
-        let actuator =
-            if is_thruster { reader.thruster(sources)? } else { reader.control_surface(sources)? };
-        if let Some((_, first_line)) = actuators.iter().find(|(other, _)| other.name == actuator.name) {
-            let problem = FileProblem::DuplicateActuator { name: actuator.name, first_line: *first_line };
-            return Err(table.blame("name", problem));
-        }
-        actuators.push((actuator, table.line()));
+/// Reads all actuators, thrusters first; those that cannot be read are left out.
+pub(crate) fn read(root: &Table<'_>, sources: &mut Sources) -> Vec<Actuator> {
+    let mut actuators: Vec<Actuator> = Vec::new();
+    let mut taken: Vec<(String, usize)> = Vec::new();
+    let thrusters = root.tables("thruster").into_iter().map(|table| (table, true));
+    let surfaces = root.tables("control_surface").into_iter().map(|table| (table, false));
+    let tables: Vec<(Table<'_>, bool)> = thrusters.chain(surfaces).collect();
+    if tables.is_empty() {
+        root.problem(FileProblem::NoActuator);
     }
-    if actuators.is_empty() {
-        return Err(root.problem(FileProblem::NoActuator));
+    for (table, is_thruster) in tables {
+        let name = name(&table, &mut taken);
+        let reader = Reader { name: name.clone().unwrap_or_default(), table: &table };
+        let actuator = if is_thruster { reader.thruster(sources) } else { reader.control_surface(sources) };
+        actuators.extend(name.and(actuator));
     }
-    Ok(actuators.into_iter().map(|(actuator, _)| actuator).collect())
+    actuators
 }
 
-fn name(table: &Table<'_>) -> Result<String, VehicleFileError> {
+/// A name that no other actuator has.
+fn name(table: &Table<'_>, taken: &mut Vec<(String, usize)>) -> Option<String> {
     let name = table.text("name")?;
-    if is_actuator_name(&name) {
-        return Ok(name);
+    if !is_actuator_name(&name) {
+        table.not_allowed("name", cited(&name), "letters, digits and '_', beginning with a letter");
+        return None;
     }
-    Err(table.blame("name", FileProblem::ActuatorName { name }))
+    if let Some((_, first_line)) = taken.iter().find(|(other, _)| *other == name) {
+        table.blame("name", FileProblem::DuplicateActuator { name, first_line: *first_line });
+        return None;
+    }
+    taken.push((name.clone(), table.line()));
+    Some(name)
 }
 
 struct Reader<'a> {
@@ -45,69 +49,58 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    fn thruster(self, sources: &mut Sources) -> Result<Actuator, VehicleFileError> {
-        self.table.allow_only(&["name", "x", "z", "direction", "min", "max", "lag"])?;
-        let effect = Effect::Thruster {
-            x: self.optional("x", &["m"], sources)?,
-            z: self.required("z", &["m"], "position below the origin", sources)?,
-            direction: self.optional("direction", &ANGLES, sources)?,
-        };
-        self.finish(&["N"], effect, sources)
+    fn thruster(self, sources: &mut Sources) -> Option<Actuator> {
+        self.table.allow_only(&["name", "x", "z", "direction", "min", "max", "lag"]);
+        let x = self.optional("x", &["m"], sources);
+        let z = self.required("z", &["m"], "position below the origin", sources);
+        let direction = self.optional("direction", &ANGLES, sources);
+        let limits = self.limits(&["N"], sources);
+        let effect = Effect::Thruster { x: x?, z: z?, direction: direction? };
+        self.finish(limits?, effect)
     }
 
-    fn control_surface(self, sources: &mut Sources) -> Result<Actuator, VehicleFileError> {
+    fn control_surface(self, sources: &mut Sources) -> Option<Actuator> {
         let keys = ["name", "Z_uu_delta", "M_uu_delta", "X_uu_delta2", "min", "max", "lag"];
-        self.table.allow_only(&keys)?;
+        self.table.allow_only(&keys);
         let (force, moment) = ("heave force per u|u| delta", "pitch moment per u|u| delta");
-        let effect = Effect::ControlSurface {
-            Z_uu_delta: self.required("Z_uu_delta", &["kg/(m.rad)"], force, sources)?,
-            M_uu_delta: self.required("M_uu_delta", &["kg/rad"], moment, sources)?,
-            X_uu_delta2: self.optional("X_uu_delta2", &["kg/(m.rad2)"], sources)?,
-        };
-        self.finish(&ANGLES, effect, sources)
+        let heave = self.required("Z_uu_delta", &["kg/(m.rad)"], force, sources);
+        let pitch = self.required("M_uu_delta", &["kg/rad"], moment, sources);
+        let surge = self.optional("X_uu_delta2", &["kg/(m.rad2)"], sources);
+        let limits = self.limits(&ANGLES, sources);
+        let effect = Effect::ControlSurface { Z_uu_delta: heave?, M_uu_delta: pitch?, X_uu_delta2: surge? };
+        self.finish(limits?, effect)
     }
 
-    fn finish(
-        self,
-        units: &[&str],
-        effect: Effect,
-        sources: &mut Sources,
-    ) -> Result<Actuator, VehicleFileError> {
-        let min = self.required("min", units, "the least output", sources)?;
-        let max = self.required("max", units, "the greatest output", sources)?;
-        let lag = self.required("lag", &["s"], "time constant of the lag", sources)?;
-        let actuator = Actuator { name: self.name.clone(), min, max, lag, effect };
+    /// Least and greatest output, and lag.
+    fn limits(&self, units: &[&str], sources: &mut Sources) -> Option<[f64; 3]> {
+        let min = self.required("min", units, "the least output", sources);
+        let max = self.required("max", units, "the greatest output", sources);
+        let lag = self.required("lag", &["s"], "time constant of the lag", sources);
+        Some([min?, max?, lag?])
+    }
+
+    fn finish(self, [min, max, lag]: [f64; 3], effect: Effect) -> Option<Actuator> {
+        let actuator = Actuator { name: self.name, min, max, lag, effect };
         if min < max {
-            return Ok(actuator);
+            return Some(actuator);
         }
         let (key, unit) = (actuator.name.clone(), actuator.unit());
-        Err(self.table.blame("min", FileProblem::LimitsReversed { key, min, max, unit }))
+        self.table.blame("min", FileProblem::LimitsReversed { key, min, max, unit });
+        None
     }
 
-    fn required(
-        &self,
-        key: &str,
-        units: &[&str],
-        meaning: &str,
-        sources: &mut Sources,
-    ) -> Result<f64, VehicleFileError> {
-        self.number(key, units, sources)?.ok_or_else(|| self.table.missing(key, meaning))
+    fn required(&self, key: &str, units: &[&str], meaning: &str, sources: &mut Sources) -> Option<f64> {
+        self.table.requires(key, meaning).then(|| self.optional(key, units, sources)).flatten()
     }
 
-    fn optional(&self, key: &str, units: &[&str], sources: &mut Sources) -> Result<f64, VehicleFileError> {
-        Ok(self.number(key, units, sources)?.unwrap_or(0.0))
-    }
-
-    fn number(
-        &self,
-        key: &str,
-        units: &[&str],
-        sources: &mut Sources,
-    ) -> Result<Option<f64>, VehicleFileError> {
-        let Some(quantity) = self.table.quantity(key, units)? else { return Ok(None) };
-        quantity.check(allowed(key))?;
+    /// Returns the number, or 0 where there is none.
+    fn optional(&self, key: &str, units: &[&str], sources: &mut Sources) -> Option<f64> {
+        if !self.table.has(key) {
+            return Some(0.0);
+        }
+        let quantity = self.table.quantity(key, units, allowed(key))?;
         let number = quantity.si();
         sources.insert(format!("{}.{key}", self.name), quantity.source);
-        Ok(Some(number))
+        Some(number)
     }
 }

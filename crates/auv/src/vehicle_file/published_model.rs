@@ -2,9 +2,8 @@
 
 use nalgebra::Complex;
 
-use super::error::{FileProblem, VehicleFileError};
-use super::table::Table;
 use crate::coefficients::Allowed;
+use crate::toml_file::Table;
 use crate::vehicle::PublishedLinearModel;
 
 /// Its name.
@@ -14,23 +13,17 @@ const SPEED: &str = "speed";
 const POLES: &str = "poles";
 
 /// Reads the section, if it is there.
-pub(super) fn read(root: &Table<'_>) -> Result<Option<PublishedLinearModel>, VehicleFileError> {
-    let Some(table) = root.table(SECTION)? else { return Ok(None) };
-    table.allow_only(&[SPEED, POLES, "source", "note"])?;
-    let Some(speed) = table.quantity(SPEED, &["m/s"])? else {
-        return Err(table.missing(SPEED, "the speed of the linear model"));
-    };
-    speed.check(Allowed::Positive)?;
-    let poles = table.pairs(POLES, "pairs [real part, imaginary part] in rad/s, one or more")?;
-    if let Some(found) = poles.iter().flatten().copied().find(|part| !part.is_finite()) {
-        let (key, unit) = (table.full(POLES), "rad/s".into());
-        let allowed = Allowed::Any.describe();
-        return Err(table.blame(POLES, FileProblem::NotAllowed { key, found, unit, allowed }));
-    }
-    Ok(Some(PublishedLinearModel {
-        speed: speed.value,
-        poles: poles.into_iter().map(|[re, im]| Complex::new(re, im)).collect(),
-        source: table.text("source")?,
-        note: table.text("note")?,
-    }))
+pub(super) fn read(root: &Table<'_>) -> Option<PublishedLinearModel> {
+    let table = root.table(SECTION)?;
+    table.allow_only(&[SPEED, POLES, "source", "note"]);
+    let speed = table.requires(SPEED, "the speed of the linear model");
+    let speed = speed.then(|| table.quantity(SPEED, &["m/s"], Allowed::Positive)).flatten();
+    let poles = table.pairs(POLES, "pairs [real part, imaginary part] in rad/s, one or more");
+    let (source, note) = (table.text("source"), table.text("note"));
+    Some(PublishedLinearModel {
+        speed: speed?.value,
+        poles: poles?.into_iter().map(|[re, im]| Complex::new(re, im)).collect(),
+        source: source?,
+        note: note?,
+    })
 }

@@ -1,0 +1,392 @@
+//! TOML files that people write: tables that know their names and their lines, and take down every mistake before any is told.
+
+mod error;
+mod text;
+
+use std::cell::RefCell;
+use std::ops::Range;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, Error};
+
+pub use error::{FileError, FileProblem, Mistake, number};
+pub use text::read_text;
+
+use crate::coefficients::Allowed;
+use text::line_of;
+
+/// The longest text that a message repeats whole.
+const LONGEST_SHOWN: usize = 60;
+
+/// A file with the mistakes that were found in it so far.
+#[derive(Debug)]
+pub struct Document<'a> {
+    text: &'a str,
+    file: &'a str,
+    entries: DeTable<'a>,
+    /// Place in the text, and what is wrong there.
+    mistakes: RefCell<Vec<(usize, FileProblem)>>,
+}
+
+impl<'a> Document<'a> {
+    /// Parses a text; `file` is its name in messages.
+    ///
+    /// # Errors
+    /// [`FileError`]: the text is not TOML. A key that stands twice is taken down as a mistake, and its first value holds.
+    pub fn parse(text: &'a str, file: &'a str) -> Result<Self, FileError> {
+        let (root, errors) = DeTable::parse_recoverable(text);
+        let document = Self { text, file, entries: root.into_inner(), mistakes: RefCell::new(Vec::new()) };
+        let mut errors: Vec<(usize, &Error)> =
+            errors.iter().map(|error| (error.span().map_or(0, |span| span.start), error)).collect();
+        errors.sort_by_key(|(at, _)| *at);
+        for (at, error) in errors {
+            if error.message() == "duplicate key" {
+                let key = error.span().and_then(|span| text.get(span)).unwrap_or_default().to_owned();
+                document.blame(at, FileProblem::Twice { key });
+            } else {
+                // What follows may be a consequence.
+                document.blame(at, FileProblem::NotToml { message: error.message().to_owned() });
+                document.check()?;
+            }
+        }
+        Ok(document)
+    }
+
+    /// The table that holds all others.
+    pub fn root(&self) -> Table<'_> {
+        Table { document: self, path: String::new(), span: 0..0, entries: &self.entries }
+    }
+
+    /// Takes down a mistake at a place in the text.
+    pub fn blame(&self, at: usize, problem: FileProblem) {
+        self.mistakes.borrow_mut().push((at, problem));
+    }
+
+    /// Whether no mistake was taken down so far.
+    ///
+    /// # Errors
+    /// [`FileError`] with all mistakes in the order of the file.
+    pub fn check(&self) -> Result<(), FileError> {
+        let mut mistakes = self.mistakes.take();
+        if mistakes.is_empty() {
+            return Ok(());
+        }
+        mistakes.sort_by_key(|(at, _)| *at);
+        let mistake = |(at, problem)| Mistake { line: Some(self.line(at)), problem };
+        Err(FileError { file: self.file.to_owned(), mistakes: mistakes.into_iter().map(mistake).collect() })
+    }
+
+    /// Returns what was read, if no mistake was taken down.
+    ///
+    /// # Errors
+    /// As [`Document::check`]; what could not be read left a mistake.
+    pub fn finish<T>(&self, read: Option<T>) -> Result<T, FileError> {
+        self.check()?;
+        read.ok_or_else(|| FileError { file: self.file.to_owned(), mistakes: Vec::new() })
+    }
+
+    /// The line, counted from 1, of a place in the text.
+    pub fn line(&self, at: usize) -> usize {
+        line_of(self.text.as_bytes(), at)
+    }
+}
+
+/// A table of a file. What it cannot read it takes down as a mistake of its [`Document`], and returns `None`.
+#[derive(Debug, Clone)]
+pub struct Table<'d> {
+    document: &'d Document<'d>,
+    path: String,
+    span: Range<usize>,
+    entries: &'d DeTable<'d>,
+}
+
+/// A number with its unit and source.
+#[derive(Debug, Clone)]
+pub struct Quantity {
+    /// The number, in its unit.
+    pub value: f64,
+    /// The unit.
+    pub unit: String,
+    /// Where the number comes from.
+    pub source: String,
+}
+
+impl Quantity {
+    /// Returns the number in SI: degrees become radians, everything else is SI already.
+    pub fn si(&self) -> f64 {
+        if self.unit == "deg" { self.value.to_radians() } else { self.value }
+    }
+}
+
+impl<'d> Table<'d> {
+    /// The line on which the table begins.
+    pub fn line(&self) -> usize {
+        self.document.line(self.span.start)
+    }
+
+    /// Blames the table.
+    pub fn problem(&self, problem: FileProblem) {
+        self.document.blame(self.span.start, problem);
+    }
+
+    /// Blames the value of a key, or the table if the key is not there.
+    pub fn blame(&self, key: &str, problem: FileProblem) {
+        let at = self.entries.get(key).map_or(self.span.start, |value| value.span().start);
+        self.document.blame(at, problem);
+    }
+
+    /// Complains of what stands under a key.
+    pub fn not_allowed(&self, key: &str, found: impl Into<String>, allowed: impl Into<String>) {
+        let (found, allowed) = (found.into(), allowed.into());
+        self.blame(key, FileProblem::NotAllowed { key: self.full(key), found, allowed });
+    }
+
+    /// The keys of the table with their places in the text, in the order of the file.
+    pub fn keys(&self) -> Vec<(usize, &'d str)> {
+        let mut keys: Vec<_> =
+            self.entries.iter().map(|(key, _)| (key.span().start, key.get_ref().as_ref())).collect();
+        keys.sort_unstable();
+        keys
+    }
+
+    /// Whether a key is there.
+    pub fn has(&self, key: &str) -> bool {
+        self.entries.contains_key(key)
+    }
+
+    /// Whether a key is there; complains if it is not.
+    pub fn requires(&self, key: &str, meaning: &str) -> bool {
+        let there = self.has(key);
+        if !there {
+            self.problem(FileProblem::MissingKey { key: self.full(key), meaning: meaning.to_owned() });
+        }
+        there
+    }
+
+    /// The name of a key with the tables around it.
+    fn full(&self, key: &str) -> String {
+        if self.path.is_empty() { key.to_string() } else { format!("{}.{key}", self.path) }
+    }
+
+    /// Complains of every key that is not listed.
+    pub fn allow_only(&self, keys: &[&str]) {
+        for (at, key) in self.keys().into_iter().filter(|(_, key)| !keys.contains(key)) {
+            let mut allowed = keys.to_vec();
+            allowed.dedup();
+            let problem = FileProblem::UnknownKey {
+                key: self.full(key),
+                suggestion: nearest(key, &allowed),
+                allowed: allowed.join(", "),
+            };
+            self.document.blame(at, problem);
+        }
+    }
+
+    /// Complains of the type of the value of a key.
+    fn wrong_type<T>(&self, key: &str, value: &Spanned<DeValue<'_>>, expected: &str) -> Option<T> {
+        let (found, allowed) = (describe(value.get_ref()), expected.to_owned());
+        let problem = FileProblem::NotAllowed { key: self.full(key), found, allowed };
+        self.document.blame(value.span().start, problem);
+        None
+    }
+
+    /// Returns a table, if it is there.
+    pub fn table(&self, key: &str) -> Option<Table<'d>> {
+        let (name, value) = self.entries.get_key_value(key)?;
+        match value.get_ref() {
+            DeValue::Table(entries) => Some(self.child(self.full(key), name.span(), entries)),
+            _ => self.wrong_type(key, value, "a table"),
+        }
+    }
+
+    /// Returns a table that must be there.
+    pub fn required_table(&self, key: &str, meaning: &str) -> Option<Table<'d>> {
+        self.requires(key, meaning).then(|| self.table(key)).flatten()
+    }
+
+    /// Returns an array of tables `[[key]]`, empty if it is not there.
+    pub fn tables(&self, key: &str) -> Vec<Table<'d>> {
+        let Some(value) = self.entries.get(key) else { return Vec::new() };
+        let expected = "a list of tables, each under its own [[...]]";
+        let DeValue::Array(items) = value.get_ref() else {
+            return self.wrong_type(key, value, expected).unwrap_or_default();
+        };
+        let table = |item: &'d Spanned<DeValue<'d>>| match item.get_ref() {
+            DeValue::Table(entries) => Some(self.child(self.full(key), item.span(), entries)),
+            _ => self.wrong_type(key, item, expected),
+        };
+        items.iter().filter_map(table).collect()
+    }
+
+    fn child(&self, path: String, span: Range<usize>, entries: &'d DeTable<'d>) -> Table<'d> {
+        Table { document: self.document, path, span, entries }
+    }
+
+    /// Returns a text that must be there and not be empty.
+    pub fn text(&self, key: &str) -> Option<String> {
+        self.requires(key, "a text in quotes").then(|| self.words(key, "a text in quotes")).flatten()
+    }
+
+    fn words(&self, key: &str, expected: &str) -> Option<String> {
+        let value = self.entries.get(key)?;
+        let Some(text) = value.get_ref().as_str() else { return self.wrong_type(key, value, expected) };
+        let problem = if text.trim().is_empty() {
+            FileProblem::EmptyText { key: self.full(key) }
+        } else if let Some(found) = text.chars().find(|&c| !stands_in_xml(c)) {
+            FileProblem::Character { key: self.full(key), found }
+        } else {
+            return Some(text.to_string());
+        };
+        self.blame(key, problem);
+        None
+    }
+
+    /// Returns the place in a list of the word under a key, which must be there.
+    pub fn one_of(&self, key: &str, words: &[&str]) -> Option<usize> {
+        let allowed = quoted(words);
+        if !self.requires(key, &format!("it must be {allowed}")) {
+            return None;
+        }
+        let found = self.words(key, &allowed)?;
+        let place = words.iter().position(|word| *word == found);
+        if place.is_none() {
+            let suggestion = nearest(&found, words).map(|word| format!(" (did you mean \"{word}\"?)"));
+            self.not_allowed(key, cited(&found) + &suggestion.unwrap_or_default(), allowed);
+        }
+        place
+    }
+
+    /// Returns `{ value, unit, source }` if the key is there; the unit must be one of `units`, the number one of those allowed.
+    pub fn quantity(&self, key: &str, units: &[&str], allowed: Allowed) -> Option<Quantity> {
+        let value = self.entries.get(key)?;
+        let DeValue::Table(entries) = value.get_ref() else {
+            return self.wrong_type(key, value, "a table { value = ..., unit = \"...\", source = \"...\" }");
+        };
+        let table = self.child(self.full(key), value.span(), entries);
+        table.allow_only(&["value", "unit", "source"]);
+        let found = table.requires("value", "the number").then(|| table.float("value", "a decimal number"));
+        let unit_there = table.requires("unit", &format!("the unit, {}", quoted(units)));
+        let unit = unit_there.then(|| table.words("unit", "a text in quotes"));
+        let source_there = table.requires("source", "where the number comes from");
+        let source = source_there.then(|| table.words("source", "a text in quotes"));
+        let (value, unit, source) = (found.flatten(), unit.flatten(), source.flatten());
+        if let Some(found) = unit.clone().filter(|unit| !units.contains(&unit.as_str())) {
+            let (key, expected) = (self.full(key), quoted(units));
+            table.blame("unit", FileProblem::WrongUnit { key, found, expected });
+            return None;
+        }
+        let (value, unit, source) = (value?, unit?, source?);
+        if !allowed.contains(value) {
+            self.not_allowed(key, format!("{} {unit}", number(value)), allowed.describe());
+            return None;
+        }
+        Some(Quantity { value, unit, source })
+    }
+
+    /// Returns a number that must be there and be allowed; `words` say what is.
+    pub fn number(&self, key: &str, allowed: impl Fn(f64) -> bool, words: &str) -> Option<f64> {
+        if !self.requires(key, words) {
+            return None;
+        }
+        let found = self.float(key, &format!("a number, {words}"))?;
+        if found.is_finite() && allowed(found) {
+            return Some(found);
+        }
+        self.not_allowed(key, number(found), words);
+        None
+    }
+
+    /// Returns a whole number that must be there and be allowed; `words` say what is.
+    pub fn whole(&self, key: &str, allowed: impl Fn(usize) -> bool, words: &str) -> Option<usize> {
+        if !self.requires(key, words) {
+            return None;
+        }
+        let value = self.entries.get(key)?;
+        let found = match value.get_ref() {
+            DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().parse().ok(),
+            _ => None,
+        };
+        match found {
+            Some(found) if allowed(found) => Some(found),
+            _ => self.wrong_type(key, value, &format!("a whole number, {words}")),
+        }
+    }
+
+    /// Returns the number under a key that is there.
+    pub fn float(&self, key: &str, expected: &str) -> Option<f64> {
+        let value = self.entries.get(key)?;
+        decimal(value).or_else(|| self.wrong_type(key, value, expected))
+    }
+
+    /// Returns a list of pairs of finite numbers that must be there, with one pair or more; `words` say what it is.
+    pub fn pairs(&self, key: &str, words: &str) -> Option<Vec<[f64; 2]>> {
+        if !self.requires(key, words) {
+            return None;
+        }
+        let value = self.entries.get(key)?;
+        let finite = |value: &Spanned<DeValue<'_>>| decimal(value).filter(|number: &f64| number.is_finite());
+        let pair = |pair: &Spanned<DeValue<'_>>| match pair.get_ref().as_array()?.as_ref() {
+            [one, two] => Some([finite(one)?, finite(two)?]),
+            _ => None,
+        };
+        let pairs =
+            value.get_ref().as_array().and_then(|list| list.iter().map(pair).collect::<Option<Vec<_>>>());
+        pairs.filter(|list| !list.is_empty()).or_else(|| self.wrong_type(key, value, words))
+    }
+
+    /// Whether a table stands under a key.
+    pub fn holds_table(&self, key: &str) -> bool {
+        self.entries.get(key).is_some_and(|value| value.get_ref().is_table())
+    }
+}
+
+/// A decimal number, if it is one.
+fn decimal(value: &Spanned<DeValue<'_>>) -> Option<f64> {
+    match value.get_ref() {
+        DeValue::Float(float) => float.as_str().parse().ok(),
+        DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().parse().ok(),
+        _ => None,
+    }
+}
+
+/// A value in plain words.
+fn describe(value: &DeValue<'_>) -> String {
+    match value {
+        DeValue::String(text) => format!("the text {}", cited(text)),
+        DeValue::Integer(integer) => format!("the number {}", shortened(integer.as_str())),
+        DeValue::Float(float) => format!("the number {}", shortened(float.as_str())),
+        DeValue::Boolean(truth) => truth.to_string(),
+        DeValue::Datetime(date) => format!("the date or time {date}"),
+        DeValue::Array(_) => "a list".into(),
+        DeValue::Table(_) => "a table".into(),
+    }
+}
+
+/// A text in quotes, on one line.
+pub fn cited(text: &str) -> String {
+    format!("\"{}\"", shortened(text))
+}
+
+/// The beginning of a long text.
+fn shortened(text: &str) -> String {
+    let rest = if text.chars().count() > LONGEST_SHOWN { "..." } else { "" };
+    let visible = text.chars().map(|c| if c.is_control() { ' ' } else { c });
+    visible.take(LONGEST_SHOWN).chain(rest.chars()).collect()
+}
+
+/// Whether a character may stand in XML 1.0, where the texts of a vehicle end up.
+fn stands_in_xml(c: char) -> bool {
+    !matches!(c, '\0'..='\u{8}' | '\u{b}' | '\u{c}' | '\u{e}'..='\u{1f}' | '\u{fffe}' | '\u{ffff}')
+}
+
+fn quoted(words: &[&str]) -> String {
+    words.iter().map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(" or ")
+}
+
+/// Returns the candidate that is most like the word, if one is like it.
+pub(crate) fn nearest(word: &str, candidates: &[&str]) -> Option<String> {
+    let likeness = |candidate: &str| strsim::jaro_winkler(&word.to_lowercase(), &candidate.to_lowercase());
+    let scored = candidates.iter().map(|candidate| (likeness(candidate), candidate));
+    let (score, candidate) = scored.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (score > 0.8).then(|| candidate.to_string())
+}

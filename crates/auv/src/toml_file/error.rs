@@ -1,0 +1,221 @@
+//! What can be wrong with a file that people write.
+
+use std::fmt;
+
+use thiserror::Error;
+
+use crate::coefficients::CoefficientError;
+use crate::parameter::UnknownParameter;
+
+/// The mistakes in a file, in the order of the file, each on a line `FILE:LINE: what was found and what is allowed`.
+#[derive(Debug)]
+pub struct FileError {
+    /// The file, as it was named.
+    pub file: String,
+    /// What is wrong: one mistake or more.
+    pub mistakes: Vec<Mistake>,
+}
+
+/// A mistake in a file, and where it is.
+#[derive(Debug)]
+pub struct Mistake {
+    /// The line, counted from 1; `None` if it is the file as a whole.
+    pub line: Option<usize>,
+    /// What is wrong.
+    pub problem: FileProblem,
+}
+
+impl FileError {
+    /// One mistake, and nothing else.
+    pub fn one(file: impl Into<String>, line: Option<usize>, problem: FileProblem) -> Self {
+        Self { file: file.into(), mistakes: vec![Mistake { line, problem }] }
+    }
+}
+
+impl fmt::Display for FileError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.mistakes.is_empty() {
+            return write!(f, "{}: cannot be read", self.file);
+        }
+        for (i, Mistake { line, problem }) in self.mistakes.iter().enumerate() {
+            let (end, file) = (if i > 0 { "\n" } else { "" }, &self.file);
+            match line {
+                Some(line) => write!(f, "{end}{file}:{line}: {problem}")?,
+                None => write!(f, "{end}{file}: {problem}")?,
+            }
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for FileError {}
+
+/// What is wrong with a file.
+#[derive(Debug, Error)]
+pub enum FileProblem {
+    /// The file cannot be opened.
+    #[error("cannot be read: {source}")]
+    Unreadable {
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// There is no such file.
+    #[error("there is no such file")]
+    NotFound,
+    /// A folder stands in the place of the file.
+    #[error("this is a folder; it must be a file")]
+    Folder,
+    /// A link that ends nowhere.
+    #[error("this is a link that leads to no file, or back to itself; it must be a file, or a link to one")]
+    Link,
+    /// The text is not UTF-8.
+    #[error("the text is not UTF-8 but {found}; save the file as UTF-8")]
+    Encoding {
+        /// What it seems to be.
+        found: String,
+    },
+    /// The text is not TOML.
+    #[error("this is not TOML: {message}")]
+    NotToml {
+        /// The parser's reason.
+        message: String,
+    },
+    /// A key or a table that is there already.
+    #[error("'{key}' stands here a second time; each key and each table of keys may stand once")]
+    Twice {
+        /// The key.
+        key: String,
+    },
+    /// A key that no such file may hold.
+    #[error("unknown key '{key}'{}; allowed here: {allowed}", suggest(suggestion))]
+    UnknownKey {
+        /// The key, with the table that holds it.
+        key: String,
+        /// The allowed key that looks most like it.
+        suggestion: Option<String>,
+        /// All allowed keys.
+        allowed: String,
+    },
+    /// A key that every such file must hold.
+    #[error("missing key '{key}': {meaning}")]
+    MissingKey {
+        /// The key, with the table that should hold it.
+        key: String,
+        /// What it would say.
+        meaning: String,
+    },
+    /// A value of the wrong type, a number of the wrong sign or out of range, a word that is not in the list.
+    #[error("'{key}' is {found}; it must be {allowed}")]
+    NotAllowed {
+        /// The key, with the table that holds it.
+        key: String,
+        /// What was found.
+        found: String,
+        /// What is allowed.
+        allowed: String,
+    },
+    /// A text that must not be empty.
+    #[error("'{key}' is empty; it must say something")]
+    EmptyText {
+        /// The key, with the table that holds it.
+        key: String,
+    },
+    /// A character that no model description may hold.
+    #[error("'{key}' holds the character U+{:04X}; it must hold printable ones", u32::from(*found))]
+    Character {
+        /// The key, with the table that holds it.
+        key: String,
+        /// The character found.
+        found: char,
+    },
+    /// A unit that is not the expected one.
+    #[error("'{key}' is in \"{found}\"; it must be in {expected}")]
+    WrongUnit {
+        /// The key, with the table that holds it.
+        key: String,
+        /// The unit found.
+        found: String,
+        /// The unit or units expected.
+        expected: String,
+    },
+    /// Mass and weight that do not belong together.
+    #[error(
+        "'mass.weight' is {} N and 'mass.mass' times {gravity} m/s2 is {} N; they must agree within {:.0} % (is the weight in kg, \
+         or the mass in pounds?)",
+        number(*weight), number(*expected), 100.0 * tolerance
+    )]
+    MassAndWeight {
+        /// The weight found \[N\].
+        weight: f64,
+        /// Mass times gravity \[N\].
+        expected: f64,
+        /// Gravity \[m/s2\].
+        gravity: f64,
+        /// How far they may differ, relative.
+        tolerance: f64,
+    },
+    /// The mass matrix is not positive definite.
+    #[error(
+        "the mass matrix (mass, I_yy, x_G, z_G and [added_mass]) is not positive definite: its least eigenvalue is {}; \
+         it must be above zero",
+        number(*least_eigenvalue)
+    )]
+    MassMatrixNotPositiveDefinite {
+        /// Least eigenvalue of its symmetric part (SI).
+        least_eigenvalue: f64,
+    },
+    /// The coefficients, taken together, are not allowed.
+    #[error("{source}")]
+    Coefficient {
+        /// The reason.
+        source: CoefficientError,
+    },
+    /// Two actuators with one name.
+    #[error("the actuator name \"{name}\" is already taken at line {first_line}; names must differ")]
+    DuplicateActuator {
+        /// The name.
+        name: String,
+        /// Where it was first used.
+        first_line: usize,
+    },
+    /// Limits in the wrong order.
+    #[error("'{key}.min' is {} {unit} and '{key}.max' is {} {unit}; min must be below max", number(*min), number(*max))]
+    LimitsReversed {
+        /// The actuator.
+        key: String,
+        /// Its least output.
+        min: f64,
+        /// Its greatest output.
+        max: f64,
+        /// Their unit.
+        unit: &'static str,
+    },
+    /// No actuator at all.
+    #[error("no actuator: give at least one [[thruster]] or [[control_surface]]")]
+    NoActuator,
+    /// A coefficient that the vehicle does not have.
+    #[error("[{section}]: {source}")]
+    UnknownCoefficient {
+        /// The section that names it.
+        section: &'static str,
+        /// The name, and the nearest that there is.
+        source: UnknownParameter,
+    },
+}
+
+fn suggest(suggestion: &Option<String>) -> String {
+    suggestion.as_ref().map(|s| format!(" (did you mean '{s}'?)")).unwrap_or_default()
+}
+
+/// A number for people: as short as it can be without loss, with a power of ten where it would need many zeros.
+///
+/// ```
+/// assert_eq!([0.2, -60.0, 1e300, 1e-300].map(auv::number), ["0.2", "-60", "1e300", "1e-300"]);
+/// ```
+pub fn number(v: f64) -> String {
+    let size = v.abs();
+    if size == 0.0 {
+        return "0".into();
+    }
+    if (1e-4..1e7).contains(&size) || !v.is_finite() { v.to_string() } else { format!("{v:e}") }
+}
