@@ -31,9 +31,22 @@ fn used_fraction(command: f64, low: f64, high: f64) -> f64 {
 }
 
 impl StepFigures {
+    /// Of a flight that ended before the step: none is known.
+    const NONE: Self = Self {
+        overshoot: f64::NAN,
+        rise_time: f64::NAN,
+        settling_time: f64::NAN,
+        steady_error: f64::NAN,
+        speed_deviation: f64::NAN,
+        actuator_use: f64::NAN,
+    };
+
     /// Reads the figures off a record with one step of `height` (rad) at `step_time` (s).
     pub fn of(rows: &[Row], step_time: f64, height: f64, limits: &[(f64, f64)]) -> Self {
         let after: Vec<&Row> = rows.iter().filter(|r| r.time >= step_time).collect();
+        if after.is_empty() {
+            return Self::NONE;
+        }
         let done = |r: &Row| 1.0 - (r.pitch_reference - r.pitch) / height;
         let first = |level: f64| after.iter().find(|r| done(r) >= level).map_or(f64::INFINITY, |r| r.time);
         let last_outside = after.iter().rposition(|r| (done(r) - 1.0).abs() > SETTLED);

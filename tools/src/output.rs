@@ -40,6 +40,13 @@ fn readable(_: &std::fs::File) -> std::io::Result<()> {
     Ok(())
 }
 
+/// A number with so many decimals, and 0 rather than -0.
+pub fn decimals(v: f64, digits: usize) -> String {
+    let text = format!("{v:.digits$}");
+    let is_zero = text.bytes().all(|b| matches!(b, b'-' | b'0' | b'.'));
+    if is_zero { text.trim_start_matches('-').into() } else { text }
+}
+
 /// A bound from above for people: rounded up, so that what is said is true, too.
 pub fn above(bound: f64) -> String {
     const DECIMALS: f64 = 1e4;

@@ -1,10 +1,10 @@
 //! Flights in this process: the default manoeuvre, pitch steps over the range of speed, the vehicle alone.
 
 use crate::error::Error;
-use crate::flight::{Row, fly, fly_open_loop};
+use crate::flight::{Row, Surfacing, fly, fly_open_loop};
 use crate::inputs::Inputs;
 use crate::metrics::{SETTLED, StepFigures};
-use crate::output::write;
+use crate::output::{decimals, write};
 use crate::plot::{Line, Panel, draw};
 use crate::store::Stored;
 use fmu_squid::Manoeuvre;
@@ -24,15 +24,17 @@ const STEPS_SHOWN: f64 = 30.0;
 pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<String, Error> {
     let manoeuvre = &stored.manoeuvre;
     let flight = fly(&inputs.vehicle, &stored.controller, inputs.design.depth, manoeuvre)?;
+    let mut out = early_end("the default manoeuvre", flight.surfacing);
+    let flight = flight.rows;
     write(&directory.join("flight.csv"), csv(inputs, &flight).as_bytes())?;
     let title = format!("{}, {}.toml: the default manoeuvre", heading(inputs), inputs.design.name);
     draw(&directory.join("flight.svg"), &title, &flight_panels(inputs, &flight))?;
-    let mut out = String::from("Pitch step at constant speed, nonlinear vehicle and sampled autopilot\n");
+    out += "Pitch step at constant speed, nonlinear vehicle and sampled autopilot\n";
     out += &format!(
         "  speed m/s   overshoot %   10-90 % s   settled ({:.0} %) s   steady error %   speed off m/s   actuator use %\n",
         100.0 * SETTLED
     );
-    let mut responses = Vec::new();
+    let (mut responses, mut ended) = (Vec::new(), String::new());
     for speed in step_speeds(inputs) {
         let step = Manoeuvre {
             speed_from: speed,
@@ -41,10 +43,15 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<String,
             duration: 2.0 + STEPS_FLOWN,
             ..manoeuvre.clone()
         };
-        let rows = fly(&inputs.vehicle, &stored.controller, inputs.design.depth, &step)?;
+        let flown = fly(&inputs.vehicle, &stored.controller, inputs.design.depth, &step)?;
+        ended += &early_end(&format!("the step at {speed:.2} m/s"), flown.surfacing);
+        let rows = flown.rows;
         out +=
             &figures_line(speed, &StepFigures::of(&rows, step.step_time, step.pitch_step, &limits(inputs)));
         responses.push((speed, rows));
+    }
+    if !ended.is_empty() {
+        out += &format!("\n{ended}The figures of a flight that ends so are of what is before.\n");
     }
     let title = format!("{}, {}.toml: pitch steps at constant speed", heading(inputs), inputs.design.name);
     draw(&directory.join("steps.svg"), &title, &step_panels(inputs, &responses))?;
@@ -54,6 +61,13 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<String,
         directory.join("{flight.csv,flight.svg,steps.svg,open_loop.svg}").display()
     );
     Ok(out)
+}
+
+/// Says that a flight ended at the surface, and why.
+fn early_end(flight: &str, surfacing: Option<Surfacing>) -> String {
+    let words =
+        |s| format!("In {flight} {s}, and the flight ends there: its equations are those of deep water.\n");
+    surfacing.map(words).unwrap_or_default()
 }
 
 fn heading(inputs: &Inputs) -> String {
@@ -70,14 +84,16 @@ fn limits(inputs: &Inputs) -> Vec<(f64, f64)> {
 }
 
 fn figures_line(speed: f64, f: &StepFigures) -> String {
+    // What is not reached, or ends before, has no number.
+    let cell = |v: f64, digits| if v.is_finite() { decimals(v, digits) } else { "never".into() };
     format!(
-        "  {speed:>9.2}   {:>11.2}   {:>9.2}   {:>15.2}   {:>14.2}   {:>13.3}   {:>14.0}\n",
-        100.0 * f.overshoot,
-        f.rise_time,
-        f.settling_time,
-        100.0 * f.steady_error,
-        f.speed_deviation,
-        100.0 * f.actuator_use
+        "  {speed:>9.2}   {:>11}   {:>9}   {:>15}   {:>14}   {:>13}   {:>14}\n",
+        cell(100.0 * f.overshoot, 2),
+        cell(f.rise_time, 2),
+        cell(f.settling_time, 2),
+        cell(100.0 * f.steady_error, 2),
+        cell(f.speed_deviation, 3),
+        cell(100.0 * f.actuator_use, 0)
     )
 }
 

@@ -1,8 +1,8 @@
 //! Reads the tables of a design file.
 
 use super::{BANDWIDTH, CONTROL_WEIGHT, DesignFile, Output, PEAK, Range, SCALE, Tracked};
-use auv::number;
 use auv::toml_file::{Document, Table};
+use auv::{number, rounded};
 use fmu_squid::{MANOEUVRE_FORMAT, Manoeuvre};
 use std::f64::consts::FRAC_PI_2;
 
@@ -117,9 +117,6 @@ fn tracked(root: &Table<'_>) -> Option<Vec<Tracked>> {
         return None;
     }
     let tables = root.tables("track");
-    if tables.is_empty() {
-        root.not_allowed("track", "empty", "one table [[track]] or more");
-    }
     let mut taken: Vec<Output> = Vec::new();
     let each: Vec<Option<Tracked>> = tables.iter().map(|table| track(table, &mut taken)).collect();
     each.into_iter().collect()
@@ -130,6 +127,7 @@ fn track(table: &Table<'_>, taken: &mut Vec<Output>) -> Option<Tracked> {
     let output = table.one_of("output", &Output::ALL.map(Output::name)).map(|place| Output::ALL[place]);
     if let Some(output) = output.filter(|output| taken.contains(output)) {
         table.not_allowed("output", format!("\"{}\" a second time", output.name()), "named once");
+        return None;
     }
     taken.extend(output);
     let factor = match output? {
@@ -199,17 +197,17 @@ impl Limits {
     }
 
     fn pitch_step(&self, table: &Table<'_>, factor: f64) -> Option<f64> {
-        let Some(scale) = self.pitch else {
+        let Some(scale) = self.pitch.filter(|scale| *scale < FRAC_PI_2) else {
             let words = "other than 0 and below a right angle";
             let step = table.number("pitch_step", |v| v != 0.0 && (v * factor).abs() < FRAC_PI_2, words);
             return step.map(|step| factor * step);
         };
-        let most = scale.min(FRAC_PI_2 * (1.0 - ROUNDING));
+        let unit = if factor == 1.0 { "rad" } else { "deg" };
         let words = format!(
-            "other than 0 and at most {:.3} in size, the 'scale' of pitch: the largest reference that the design is made for",
-            most / factor
+            "other than 0 and at most {} {unit} in size, the 'scale' of pitch: the largest reference that the design is made for",
+            rounded(scale / factor)
         );
-        let allowed = |v: f64| v != 0.0 && (v * factor).abs() <= most * (1.0 + ROUNDING);
+        let allowed = |v: f64| v != 0.0 && (v * factor).abs() <= scale * (1.0 + ROUNDING);
         table.number("pitch_step", allowed, &words).map(|step| factor * step)
     }
 
