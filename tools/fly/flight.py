@@ -165,7 +165,7 @@ def surface_lines(flown: Signals, row: int | None) -> list[tuple[str, str]]:
     return [
         (
             "SURFACE",
-            f"reached at {time:.2f} s with {speed:.2f} m/s; plot and figures end there, flight.csv goes on as in deep water",
+            f"reached at {time:.2f} s with {speed:.2f} m/s; plot and figures end there, flight.csv goes on",
         )
     ]
 
@@ -206,7 +206,9 @@ def rounded_up(bound: float) -> float:
 def describe(step: figures.StepFigures) -> str:
     """Say what one step response amounts to."""
     band = f"within {100 * figures.SETTLED:.0f} %"
-    settled = f"{band} after {step.settling_time:.1f} s" if np.isfinite(step.settling_time) else f"never {band}"
+    settled = (
+        f"{band} after {step.settling_time:.1f} s" if np.isfinite(step.settling_time) else f"never {band}"
+    )
     return f"{np.rad2deg(step.height):+.1f} deg: overshoot {100 * step.overshoot:.1f} %, {settled}"
 
 

@@ -245,3 +245,29 @@ fn well_posed(d: &Mat) -> Result<(), Refusal> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn modes_beyond_a_fifth_of_the_sampling_rate_are_told() {
+        let checks = |fastest| Checks {
+            speeds: 1,
+            abscissa_fit: -1.0,
+            abscissa_truth: -1.0,
+            gain_fit: 1.0,
+            gain_truth: 1.0,
+            sampled_radius: 0.9,
+            fastest_controller_mode: fastest,
+        };
+        // 2 pi/0.02/5 = 62.83 rad/s.
+        assert_eq!(checks(62.8).remark(0.02), None);
+        let words = checks(112.0).remark(0.02).unwrap();
+        assert!(words.contains("112 rad/s, is beyond a fifth of the sampling rate, 62.8 rad/s"), "{words}");
+        // 2 pi/5/112 = 0.01122 s.
+        assert!(words.contains("A sample time of 0.011 s"), "{words}");
+        assert_eq!(checks(112.0).remark(0.011), None);
+        assert_eq!([0.0112, 0.999, 1.26, 0.000541].map(rounded_down), ["0.011", "0.99", "1.2", "0.00054"]);
+    }
+}

@@ -145,3 +145,33 @@ pub fn fly_open_loop(
     }
     Ok(rows)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::inputs::Inputs;
+    use std::path::Path;
+
+    /// The committed design of Squid, 10 degrees bow up from a metre below the surface: it comes out of the water, and no row is above.
+    #[test]
+    fn a_flight_ends_at_the_surface() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../vehicles/squid");
+        let inputs = Inputs::read(&folder, "design", None).unwrap();
+        let frozen = crate::output::read(&folder.join("frozen/controller.json")).unwrap();
+        let design = ControllerDesign::from_json(&frozen).unwrap();
+        let manoeuvre = &inputs.design.manoeuvre;
+        let flown = |depth| fly(&inputs.vehicle, &design, depth, manoeuvre).unwrap();
+        let deep = flown(50.0);
+        assert_eq!((deep.surfacing, deep.rows.len()), (None, 3001));
+
+        let flight = flown(1.0);
+        let Surfacing { time, speed } = flight.surfacing.unwrap();
+        let last = flight.rows.last().unwrap();
+        assert!((last.time + design.sample_time - time).abs() < 1e-9, "{time}");
+        assert!(last.depth.abs() < 0.05 && flight.rows.iter().all(|row| !out_of_water(row.depth)));
+        // The step comes at 10 s; from a metre down at 1 m/s and 10 degrees it takes some 5 s.
+        assert!((12.0..20.0).contains(&time) && (0.6..2.9).contains(&speed), "{time} s, {speed} m/s");
+        let words = flight.surfacing.unwrap().to_string();
+        assert!(words.starts_with("the vehicle reaches the surface at 1"), "{words}");
+    }
+}

@@ -93,3 +93,15 @@ pub fn remove(path: &Path) -> Result<(), Error> {
 pub fn read(path: &Path) -> Result<String, Error> {
     Ok(auv::read_text(path)?)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn zero_has_no_sign() {
+        let shown = [-0.00004, -0.0, 0.0, -0.00006, -12.5].map(|v| decimals(v, 4));
+        assert_eq!(shown, ["0.0000", "0.0000", "0.0000", "-0.0001", "-12.5000"]);
+        assert_eq!(decimals(f64::NAN, 1), "NaN");
+    }
+}

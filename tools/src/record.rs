@@ -103,3 +103,25 @@ fn columns(path: &Path) -> Result<BTreeMap<String, Vec<f64>>, Error> {
     }
     Ok(names.into_iter().zip(columns).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plot_ends_at_the_surface() {
+        let record = "time,depth,speed\n0,1,2\n1,0.2,2.5\n2,-0.3,2.75\n3,0.1,2\n";
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("flight.csv");
+        std::fs::write(&path, record).unwrap();
+        let mut found = columns(&path).unwrap();
+        let words = end_at_surface(&mut found).unwrap();
+        assert_eq!(words, "The vehicle reaches the surface at 2.00 s, with 2.75 m/s; the plot ends there.");
+        assert_eq!((&found["time"], &found["depth"]), (&vec![0.0, 1.0], &vec![1.0, 0.2]));
+        assert_eq!(end_at_surface(&mut found), None);
+
+        std::fs::write(&path, record.replace("2.75", "much")).unwrap();
+        let words = columns(&path).unwrap_err().to_string();
+        assert!(words.ends_with("flight.csv:4: 'speed' is \"much\"; it must be a number"), "{words}");
+    }
+}

@@ -46,12 +46,17 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<String,
         let flown = fly(&inputs.vehicle, &stored.controller, inputs.design.depth, &step)?;
         ended += &early_end(&format!("the step at {speed:.2} m/s"), flown.surfacing);
         let rows = flown.rows;
-        out +=
-            &figures_line(speed, &StepFigures::of(&rows, step.step_time, step.pitch_step, &limits(inputs)));
+        let mut figures = StepFigures::of(&rows, step.step_time, step.pitch_step, &limits(inputs));
+        if flown.surfacing.is_some() {
+            figures = figures.cut_short();
+        }
+        out += &figures_line(speed, &figures);
         responses.push((speed, rows));
     }
     if !ended.is_empty() {
-        out += &format!("\n{ended}The figures of a flight that ends so are of what is before.\n");
+        out += &format!(
+            "\n{ended}The figures of a flight that ends so are of what is before; - is what it does not tell.\n"
+        );
     }
     let title = format!("{}, {}.toml: pitch steps at constant speed", heading(inputs), inputs.design.name);
     draw(&directory.join("steps.svg"), &title, &step_panels(inputs, &responses))?;
@@ -84,8 +89,11 @@ fn limits(inputs: &Inputs) -> Vec<(f64, f64)> {
 }
 
 fn figures_line(speed: f64, f: &StepFigures) -> String {
-    // What is not reached, or ends before, has no number.
-    let cell = |v: f64, digits| if v.is_finite() { decimals(v, digits) } else { "never".into() };
+    let cell = |v: f64, digits| match v {
+        v if v.is_nan() => "-".into(),
+        v if v.is_infinite() => "never".into(),
+        v => decimals(v, digits),
+    };
     format!(
         "  {speed:>9.2}   {:>11}   {:>9}   {:>15}   {:>14}   {:>13}   {:>14}\n",
         cell(100.0 * f.overshoot, 2),

@@ -98,8 +98,8 @@ pub enum TrimError {
     },
     /// No incidence and outputs balance the forces.
     #[error(
-        "no level trim at {} m/s and {} m: lift and actuators cannot balance a weight of {} N and a buoyancy of {} N there, and a moment \
-         (the nearest is an incidence of {incidence_deg:.1} deg, with {} m/s2 or rad/s2 left)",
+        "no level trim at {} m/s and {} m: lift and actuators do not balance a weight of {} N, a buoyancy of {} N and the moments \
+         (nearest at an incidence of {incidence_deg:.1} deg, with {} m/s2 or rad/s2 left)",
         rounded(*speed), rounded(*depth), rounded(*weight), rounded(*buoyancy), rounded(*residual)
     )]
     NotFound {
