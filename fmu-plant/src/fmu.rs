@@ -1,6 +1,6 @@
 //! The plant behind the interface of an FMU.
 
-use auv::{Fidelity, LpvModel, Vehicle};
+use auv::{Fidelity, LpvModel, State, Vehicle};
 use fmi2::model_description::{DefaultExperiment, identifier};
 use fmi2::{
     About, Continuous, Log, Model, Resources, StateError, StateReader, StateWriter, Tangents, Variable,
@@ -129,13 +129,17 @@ impl PlantModel {
         self.out_of_range = out;
     }
 
-    /// Warns once per emergence: the equations know no surface.
+    /// Warns once per emergence: the equations know no surface. A step that failed there would end a simulation at an instant that depends
+    /// on the step, and a depth that is held would be a jump that the states of model exchange and their derivatives do not have.
     fn warn_of_surface(&mut self, log: &mut dyn Log) {
-        let depth = self.plant.state().depth;
+        let State { depth, motion, .. } = self.plant.state();
         let above = depth < 0.0;
         if above && !self.above_surface {
             log.warn(&format!(
-                "The depth is {depth} m, above the surface, of which the equations know nothing."
+                "At {:.2} s the vehicle is above the surface, with {:.2} m/s and a depth of {depth:.4} m. The equations are those \
+                 of deep water, and fly on as if there were no surface.",
+                self.time(),
+                motion.u
             ));
         }
         self.above_surface = above;

@@ -154,7 +154,107 @@ def test_weight_by_a_polynomial_is_refused(run_squid: Run, copied_vehicle: Path,
     """Weights have no numerator and denominator, so that none can be improper."""
     spoil(copied_vehicle / "design.toml", "peak = 2.0  ", "numerator = [1.0, 0.0]  ")
     message = refused(run_squid, copied_vehicle, tmp_path / "out")
-    assert "design.toml" in message and "unknown field `numerator`" in message and "bandwidth" in message
+    assert "design.toml:" in message and "unknown key 'track.numerator'" in message and "bandwidth" in message
+
+
+def test_all_mistakes_of_a_file_in_one_run(run_squid: Run, copied_vehicle: Path, tmp_path: Path) -> None:
+    """One line each with file and line, in the order of the file, in one sentence of plain words."""
+    path = copied_vehicle / "design.toml"
+    expected = []
+    for old, new, words in (
+        (
+            "speeds = 26",
+            "speeds = 26.5",
+            "'model.speeds' is the number 26.5; it must be a whole number, more",
+        ),
+        (
+            "depth = 50.0",
+            'depth = "deep"',
+            "'model.depth' is the text \"deep\"; it must be a number, 0 or more",
+        ),
+        ('output = "speed"', 'output = "roll"', '\'track.output\' is "roll"; it must be "pitch" or "speed"'),
+        ("back_off = 0.1", "backoff = 0.1", "unknown key 'synthesis.backoff' (did you mean 'back_off'?)"),
+        ("speed_to = 2.9", "speed_to = 3.5", "'manoeuvre.speed_to' is 3.5; it must be from 0.5 to 3 (m/s)"),
+    ):
+        expected.append(f"{path}:{spoil(path, old, new)}: {words}")
+    found = refused(run_squid, copied_vehicle, tmp_path / "out").removeprefix("squid: ").splitlines()
+    assert len(found) == len(expected), found
+    for line, words in zip(found, expected, strict=True):
+        assert line.startswith(words), line
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("weight = { value = 654.8", "weight = { value = 66.7"),
+        ("mass = { value = 66.7", "mass = { value = 147.1"),
+    ],
+    ids=["weight in kg", "mass in pounds"],
+)
+def test_weight_that_is_not_that_of_the_mass(
+    run_squid: Run, copied_vehicle: Path, tmp_path: Path, old: str, new: str
+) -> None:
+    path = copied_vehicle / "vehicle.toml"
+    spoil(path, old, new)
+    message = refused(run_squid, copied_vehicle, tmp_path / "out")
+    assert f"{path}:{line_of(path, 'weight = {')}: 'mass.weight' is " in message
+    assert "within 10 %" in message and "a mass in pounds?" in message
+
+
+def test_files_that_are_no_text(run_squid: Run, copied_vehicle: Path, tmp_path: Path) -> None:
+    path = copied_vehicle / "design.toml"
+    text = path.read_text(encoding="utf-8")
+    path.write_bytes(text.encode("utf-16"))
+    assert f"{path}: the text is not UTF-8 but UTF-16" in refused(run_squid, copied_vehicle, tmp_path / "out")
+    path.write_bytes(text.replace("Tracks", "Schl\u00fcssel").encode("latin-1"))
+    line = 1 + text[: text.index("Tracks")].count("\n")
+    assert f"{path}:{line}: the text is not UTF-8 but Latin-1" in refused(
+        run_squid, copied_vehicle, tmp_path / "out"
+    )
+    path.unlink()
+    path.mkdir()
+    assert f"{path}: this is a folder" in refused(run_squid, copied_vehicle, tmp_path / "out")
+
+
+def test_flight_that_leaves_the_water(run_squid: Run, copied_vehicle: Path, tmp_path: Path) -> None:
+    """It ends at the surface, with time and speed; nothing is recorded or plotted beyond."""
+    spoil(copied_vehicle / "design.toml", "depth = 50.0", "depth = 1.0")
+    done = run_squid("simulate", copied_vehicle, "--out", tmp_path / "out")
+    assert done.returncode == 0, done.stderr
+    told = re.search(
+        r"In the default manoeuvre the vehicle reaches the surface at ([\d.]+) s, with ([\d.]+) m/s",
+        done.stdout,
+    )
+    assert told, done.stdout
+    names, *rows = (tmp_path / "out" / "flight.csv").read_text(encoding="utf-8").splitlines()
+    column = names.split(",").index("depth")
+    assert min(float(row.split(",")[column]) for row in rows) >= -1e-3
+    assert float(rows[-1].split(",")[0]) == pytest.approx(float(told[1]) - 0.02, abs=0.006)
+    assert "the step at 3.00 m/s the vehicle reaches the surface at " in done.stdout
+    assert "inf" not in done.stdout and "NaN" not in done.stdout
+
+
+def test_modes_beyond_the_sampling_rate(run_squid: Run, tmp_path: Path) -> None:
+    """A fifth of 2 pi/0.02 s is 62.8 rad/s; the default design stays below."""
+    done = run_squid("design", SQUID, "--out", tmp_path / "out")
+    assert done.returncode == 0 and "WARNING" not in done.stdout
+    done = run_squid("design", SQUID, "--bandwidth", "3", "--out", tmp_path / "out")
+    told = re.search(r"fastest mode of the controller, (\d+) rad/s, is beyond .* 62\.8 rad/s", done.stdout)
+    assert done.returncode == 0 and told and float(told[1]) > 62.8, done.stdout
+    assert "A sample time of 0.0" in done.stdout
+
+
+@pytest.mark.parametrize("words", [["design", "--bandwidth", "-1"], ["show", "--speed", "-1"]])
+def test_negative_numbers_on_the_command_line(run_squid: Run, words: list[str]) -> None:
+    """They are refused for what they are, and no other way to write them is advised."""
+    done = run_squid(words[0], SQUID, *words[1:])
+    assert done.returncode == 64
+    assert f"{words[1]} is -1; it must be " in done.stderr and "tip" not in done.stderr
+
+
+def test_zero_has_no_sign(run_squid: Run) -> None:
+    done = run_squid("show", SQUID, "--speed", "1")
+    assert done.returncode == 0 and not re.search(r"-0\.0+(?!\d)", done.stdout), done.stdout
 
 
 @pytest.mark.parametrize("bandwidth", ["0", "inf", "-1", "nan"])

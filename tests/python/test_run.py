@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fly import figures, record, room, stamp
+from fly import figures, flight, record, room, stamp
 from fly.package import FIGURES, Packages
 from fly.stages import ROOT, StageError, run
 
@@ -118,6 +118,20 @@ def test_figures_of_a_response_that_does_not_settle() -> None:
     (step,) = figures.steps(time, np.zeros_like(time), np.where(time >= 5.0, 0.2, 0.0))
     assert step.settling_time == float("inf")
     assert step.steady_error == pytest.approx(1.0)
+
+
+def test_a_step_that_does_not_settle_is_told_in_words() -> None:
+    told = flight.describe(figures.StepFigures(10.0, np.deg2rad(10.0), 0.05, float("inf"), 0.1))
+    assert told == "+10.0 deg: overshoot 5.0 %, never within 2 %"
+
+
+def test_a_flight_ends_at_the_surface() -> None:
+    """A millimetre above it is rounding; time and speed are told."""
+    signals = {"time": np.arange(4.0), "depth": np.array([0.0, -5e-4, -0.02, 1.0]), "speed": np.full(4, 2.5)}
+    wet, row = figures.until_surface(signals)
+    assert row == 2 and wet["time"].tolist() == [0.0, 1.0]
+    assert flight.surface_lines(signals, row)[0][1].startswith("reached at 2.00 s with 2.50 m/s")
+    assert flight.surface_lines(wet, figures.until_surface(wet)[1]) == []
 
 
 def test_worst_error_leaves_out_what_follows_an_event() -> None:

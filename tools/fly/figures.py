@@ -21,6 +21,17 @@ The same as of `squid simulate`, in `tools/src/metrics.rs`.
 """
 
 
+OUT_OF_WATER = 1e-3
+"""A vehicle that has come so far out of the water (m) has left it. The same as in `tools/src/flight.rs`."""
+
+
+def until_surface(signals: Mapping[str, Array]) -> tuple[dict[str, Array], int | None]:
+    """Return the part of a flight that is in the water, and the row at which the vehicle leaves it, if it does."""
+    above = np.flatnonzero(signals["depth"] < -OUT_OF_WATER)
+    row = int(above[0]) if len(above) else None
+    return {name: column[:row] for name, column in signals.items()}, row
+
+
 @dataclass(frozen=True)
 class StepFigures:
     """What one step response amounts to; relative figures are relative to the step."""

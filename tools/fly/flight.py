@@ -129,8 +129,9 @@ def limits_of(packages: Packages) -> dict[str, tuple[float, float]]:
         return {v.name: (float(v.min), float(v.max)) for v in variables}
 
 
-def report(packages: Packages, loop: Signals, agreement: float, drawn: Path) -> None:
-    """Print what was achieved."""
+def report(packages: Packages, flown: Signals, agreement: float, drawn: Path) -> None:
+    """Print what was achieved; the equations are those of deep water, and a flight ends at the surface."""
+    loop, surfaced = figures.until_surface(flown)
     achieved = json.loads(packages.figures.read_text(encoding="utf-8"))
     time, pitch, reference = loop["time"], loop["pitch"], loop["pitch_reference_used"]
     speed_error = loop["speed_reference_used"] - loop["speed"]
@@ -145,6 +146,7 @@ def report(packages: Packages, loop: Signals, agreement: float, drawn: Path) -> 
         ("pitch tracking", f"{off}, {when}"),
         ("speed tracking", f"error at most {np.max(np.abs(speed_error)):.3f} m/s"),
         *((f"step at {step.time:g} s", describe(step)) for step in found),
+        *surface_lines(flown, surfaced),
         ("actuators", f"{100 * use:.0f} % of their limits at most"),
         (
             "two flights agree",
@@ -154,6 +156,19 @@ def report(packages: Packages, loop: Signals, agreement: float, drawn: Path) -> 
     ]
     for name, value in lines:
         print(f"  {name:<18} {value}")
+
+
+def surface_lines(flown: Signals, row: int | None) -> list[tuple[str, str]]:
+    """Say where the vehicle left the water, if it did."""
+    if row is None:
+        return []
+    time, speed = flown["time"][row], flown["speed"][row]
+    return [
+        (
+            "SURFACE",
+            f"reached at {time:.2f} s with {speed:.2f} m/s; plot and figures end there, flight.csv goes on",
+        )
+    ]
 
 
 def gamma_lines(achieved: dict) -> list[tuple[str, str]]:
@@ -191,10 +206,11 @@ def rounded_up(bound: float) -> float:
 
 def describe(step: figures.StepFigures) -> str:
     """Say what one step response amounts to."""
-    return (
-        f"{np.rad2deg(step.height):+.1f} deg: overshoot {100 * step.overshoot:.1f} %, "
-        f"within {100 * figures.SETTLED:.0f} % after {step.settling_time:.1f} s"
+    band = f"within {100 * figures.SETTLED:.0f} %"
+    settled = (
+        f"{band} after {step.settling_time:.1f} s" if np.isfinite(step.settling_time) else f"never {band}"
     )
+    return f"{np.rad2deg(step.height):+.1f} deg: overshoot {100 * step.overshoot:.1f} %, {settled}"
 
 
 def main() -> int:

@@ -66,6 +66,9 @@ pub fn run_with(inputs: &Inputs, stages: &Stages, with_robust: bool) -> Result<F
     let checks = check(inputs, &plant, &design.controller, design.certified.gamma)?;
     drop(running);
     stages.done("check", &check_line(&checks, design.certified.gamma));
+    if let Some(words) = checks.remark(inputs.design.sample_time) {
+        stages.done("", &words);
+    }
     let proof = certificate_stage(inputs, &model, &plant, &design, stages);
     let frozen = freeze(inputs, &model, &design, proof.is_ok())?;
     Ok(Finished { model, plant, design, checks, proof, frozen, robust })
@@ -238,8 +241,12 @@ fn augment_line(inputs: &Inputs, plant: &GeneralisedPlant) -> String {
 fn check_line(c: &Checks, bound: f64) -> String {
     format!(
         "{} speeds: stable with the fit, with the true linearisations, and sampled with the actuators' lags;\n\
-         largest frozen gain {:.4} and {:.4}, bound {bound:.4}; fastest mode of the controller {:.0} rad/s",
-        c.speeds, c.gain_fit, c.gain_truth, c.fastest_controller_mode
+         largest frozen gain {:.4} and {:.4}, bound {}; fastest mode of the controller {:.0} rad/s",
+        c.speeds,
+        c.gain_fit,
+        c.gain_truth,
+        above(bound),
+        c.fastest_controller_mode
     )
 }
 

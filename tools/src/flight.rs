@@ -28,7 +28,40 @@ pub struct Row {
     pub commands: Vec<f64>,
 }
 
-/// Flies the vehicle from trim: the autopilot at its sample time, the nonlinear vehicle in between.
+/// A vehicle that has come so far out of the water \[m\] has left it; less is rounding, of a flight that begins at the surface.
+const OUT_OF_WATER: f64 = 1e-3;
+
+/// Whether a vehicle at a depth \[m\] is out of the water, where the equations hold no longer.
+pub fn out_of_water(depth: f64) -> bool {
+    depth < -OUT_OF_WATER
+}
+
+/// Where a flight ended early.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Surfacing {
+    /// s.
+    pub time: f64,
+    /// Forward speed through the water, m/s.
+    pub speed: f64,
+}
+
+impl std::fmt::Display for Surfacing {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "the vehicle reaches the surface at {:.2} s, with {:.2} m/s", self.time, self.speed)
+    }
+}
+
+/// A flight from trim to the end of its manoeuvre, or to the surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Flight {
+    /// A row for each tick, all in the water.
+    pub rows: Vec<Row>,
+    /// Where the vehicle left the water, if it did.
+    pub surfacing: Option<Surfacing>,
+}
+
+/// Flies the vehicle from trim: the autopilot at its sample time, the nonlinear vehicle in between. The flight ends at the surface, for
+/// the equations of motion are those of deep water.
 ///
 /// # Errors
 /// [`Error::Trim`], [`Error::Simulation`], [`Error::Tick`].
@@ -37,7 +70,7 @@ pub fn fly(
     design: &ControllerDesign,
     depth: f64,
     manoeuvre: &Manoeuvre,
-) -> Result<Vec<Row>, Error> {
+) -> Result<Flight, Error> {
     let mut autopilot = Autopilot::new(design)?;
     let speed = manoeuvre.speed_reference(0.0);
     let start = trim(vehicle, Speed::Path(speed), depth).map_err(|reason| Error::Trim { speed, reason })?;
@@ -50,6 +83,9 @@ pub fn fly(
         let demanded = autopilot.trim().forward_speed(manoeuvre.speed_reference(time));
         let reference = autopilot.trim().pitch(demanded) + manoeuvre.pitch_above_trim(time);
         let state = plant.state();
+        if out_of_water(state.depth) {
+            return Ok(Flight { rows, surfacing: Some(Surfacing { time, speed: state.motion.u }) });
+        }
         let measured = Measured {
             pitch: state.motion.theta,
             speed: state.motion.u,
@@ -77,10 +113,11 @@ pub fn fly(
         }
         plant.advance((k + 1) as f64 * design.sample_time)?;
     }
-    Ok(rows)
+    Ok(Flight { rows, surfacing: None })
 }
 
-/// The vehicle alone: from trim at a speed, one actuator (its index, and by how much) stepped. Time (s) and pitch (rad).
+/// The vehicle alone: from trim at a speed, one actuator (its index, and by how much) stepped. Time (s) and pitch (rad), up to the
+/// surface if it comes there.
 ///
 /// # Errors
 /// [`Error::Trim`], [`Error::Simulation`].
@@ -101,7 +138,40 @@ pub fn fly_open_loop(
     for k in 1..=steps {
         let time = k as f64 * interval;
         plant.advance(time)?;
+        if out_of_water(plant.state().depth) {
+            break;
+        }
         rows.push((time, plant.state().motion.theta));
     }
     Ok(rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::inputs::Inputs;
+    use std::path::Path;
+
+    /// The committed design of Squid, 10 degrees bow up from a metre below the surface: it comes out of the water, and no row is above.
+    #[test]
+    fn a_flight_ends_at_the_surface() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../vehicles/squid");
+        let inputs = Inputs::read(&folder, "design", None).unwrap();
+        let frozen = crate::output::read(&folder.join("frozen/controller.json")).unwrap();
+        let design = ControllerDesign::from_json(&frozen).unwrap();
+        let manoeuvre = &inputs.design.manoeuvre;
+        let flown = |depth| fly(&inputs.vehicle, &design, depth, manoeuvre).unwrap();
+        let deep = flown(50.0);
+        assert_eq!((deep.surfacing, deep.rows.len()), (None, 3001));
+
+        let flight = flown(1.0);
+        let Surfacing { time, speed } = flight.surfacing.unwrap();
+        let last = flight.rows.last().unwrap();
+        assert!((last.time + design.sample_time - time).abs() < 1e-9, "{time}");
+        assert!(last.depth.abs() < 0.05 && flight.rows.iter().all(|row| !out_of_water(row.depth)));
+        // The step comes at 10 s; from a metre down at 1 m/s and 10 degrees it takes some 5 s.
+        assert!((12.0..20.0).contains(&time) && (0.6..2.9).contains(&speed), "{time} s, {speed} m/s");
+        let words = flight.surfacing.unwrap().to_string();
+        assert!(words.starts_with("the vehicle reaches the surface at 1"), "{words}");
+    }
 }

@@ -85,7 +85,7 @@ enum Verb {
         #[command(flatten)]
         which: Which,
         /// Trim, A, B and eigenvalues at this speed along the path, m/s
-        #[arg(long, value_name = "M/S")]
+        #[arg(long, value_name = "M/S", allow_negative_numbers = true)]
         speed: Option<f64>,
         /// The polynomial fit and its residuals
         #[arg(long)]
@@ -113,7 +113,7 @@ enum Verb {
         #[arg(long, value_name = "NAME", default_value = "design", requires = "vehicle")]
         design: String,
         /// The bandwidth that replaced w_b of every tracking weight, rad/s
-        #[arg(long, value_name = "RAD/S", requires = "vehicle")]
+        #[arg(long, value_name = "RAD/S", requires = "vehicle", allow_negative_numbers = true)]
         bandwidth: Option<f64>,
     },
     /// LPV synthesis for any plant in a JSON file, with no vehicle
@@ -140,7 +140,7 @@ struct Which {
     #[arg(long, value_name = "NAME", default_value = "design")]
     design: String,
     /// Replace the bandwidth w_b of every tracking weight, rad/s (the paper tries 0.46, 0.23 and 0.1)
-    #[arg(long, value_name = "RAD/S")]
+    #[arg(long, value_name = "RAD/S", allow_negative_numbers = true)]
     bandwidth: Option<f64>,
     /// The directory for all files; build/VEHICLE/DESIGN if not named
     #[arg(long, value_name = "DIR")]
@@ -359,7 +359,7 @@ fn run_show(which: &Which, asked: &Asked) -> Result<(), Error> {
     if let Some(v) = speed.filter(|v| !(v.is_finite() && *v > 0.0)) {
         return Err(Error::Argument {
             name: "--speed",
-            found: v.to_string(),
+            found: auv::number(v),
             allowed: "above 0 (m/s)".into(),
         });
     }

@@ -23,6 +23,16 @@ pub struct StepFigures {
     pub actuator_use: f64,
 }
 
+impl StepFigures {
+    /// The figures of a flight that ended before its time: what was not reached may have been, and no error is steady.
+    #[must_use]
+    pub fn cut_short(self) -> Self {
+        let known = |v: f64| if v.is_finite() { v } else { f64::NAN };
+        let (rise_time, settling_time) = (known(self.rise_time), known(self.settling_time));
+        Self { rise_time, settling_time, steady_error: f64::NAN, ..self }
+    }
+}
+
 /// How much of an actuator a command uses: 0 at rest, 1 at a limit. Where the range does not hold 0, rest is its middle.
 fn used_fraction(command: f64, low: f64, high: f64) -> f64 {
     let rest = if low <= 0.0 && high >= 0.0 { 0.0 } else { 0.5 * (low + high) };
@@ -31,9 +41,22 @@ fn used_fraction(command: f64, low: f64, high: f64) -> f64 {
 }
 
 impl StepFigures {
+    /// Of a flight that ended before the step: none is known.
+    const NONE: Self = Self {
+        overshoot: f64::NAN,
+        rise_time: f64::NAN,
+        settling_time: f64::NAN,
+        steady_error: f64::NAN,
+        speed_deviation: f64::NAN,
+        actuator_use: f64::NAN,
+    };
+
     /// Reads the figures off a record with one step of `height` (rad) at `step_time` (s).
     pub fn of(rows: &[Row], step_time: f64, height: f64, limits: &[(f64, f64)]) -> Self {
         let after: Vec<&Row> = rows.iter().filter(|r| r.time >= step_time).collect();
+        if after.is_empty() {
+            return Self::NONE;
+        }
         let done = |r: &Row| 1.0 - (r.pitch_reference - r.pitch) / height;
         let first = |level: f64| after.iter().find(|r| done(r) >= level).map_or(f64::INFINITY, |r| r.time);
         let last_outside = after.iter().rposition(|r| (done(r) - 1.0).abs() > SETTLED);
@@ -50,7 +73,7 @@ impl StepFigures {
         };
         Self {
             overshoot: after.iter().map(|r| done(r) - 1.0).fold(0.0, f64::max),
-            rise_time: first(0.9) - first(0.1),
+            rise_time: if first(0.9).is_finite() { first(0.9) - first(0.1) } else { f64::INFINITY },
             settling_time,
             steady_error: (1.0 - mean_done).abs(),
             speed_deviation: rows.iter().map(|r| (r.speed_reference - r.speed).abs()).fold(0.0, f64::max),
@@ -100,5 +123,27 @@ mod tests {
         assert_eq!(used_fraction(10.0, 0.0, 20.0), 0.5);
         assert_eq!(used_fraction(4.0, 2.0, 4.0), 1.0);
         assert_eq!(used_fraction(3.0, 2.0, 4.0), 0.0);
+    }
+
+    /// A flight that ended at the surface: no panic, and no number for what it does not tell.
+    #[test]
+    fn figures_of_a_flight_that_was_cut_short() {
+        assert!(StepFigures::of(&[], 5.0, 0.2, &[]).settling_time.is_nan());
+        let row = Row {
+            time: 6.0,
+            pitch: 0.01,
+            pitch_reference: 0.2,
+            speed: 1.0,
+            speed_reference: 1.25,
+            depth: 0.1,
+            rho: 0.0,
+            out_of_range: false,
+            commands: vec![],
+        };
+        let found = StepFigures::of(&[row], 5.0, 0.2, &[]);
+        assert_eq!((found.rise_time, found.settling_time), (f64::INFINITY, f64::INFINITY));
+        let cut = found.cut_short();
+        assert!(cut.rise_time.is_nan() && cut.settling_time.is_nan() && cut.steady_error.is_nan());
+        assert_eq!(cut.speed_deviation, 0.25);
     }
 }

@@ -1,9 +1,11 @@
 //! A flight's record as any FMI tool writes it: CSV with a column `time` and one for each variable.
 
 use crate::error::Error;
-use crate::output::{read, write};
+use crate::flight::out_of_water;
+use crate::output::{read, say, write};
 use crate::plot::{Line, Panel, draw};
 use auv::Actuator;
+use auv::toml_file::cited;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -12,7 +14,10 @@ use std::path::Path;
 /// # Errors
 /// [`Error::Record`] when a column is missing or a number is none, [`Error::Plot`], [`Error::Unwritable`].
 pub fn plot(record: &Path, to: &Path, actuators: &[Actuator]) -> Result<(), Error> {
-    let columns = columns(record)?;
+    let mut columns = columns(record)?;
+    if let Some(words) = end_at_surface(&mut columns) {
+        say(&words);
+    }
     let wrong = |reason: String| Error::Record { path: record.display().to_string(), reason };
     let time = columns.get("time").ok_or_else(|| wrong("there is no column 'time'".into()))?;
     let mut panels = Vec::new();
@@ -55,6 +60,17 @@ pub fn plot(record: &Path, to: &Path, actuators: &[Actuator]) -> Result<(), Erro
     write(to, draw(to, &format!("Flight: {name}"), &panels)?.as_bytes())
 }
 
+/// Takes off what lies beyond the surface, where the equations of the plant hold no longer, and says so.
+fn end_at_surface(columns: &mut BTreeMap<String, Vec<f64>>) -> Option<String> {
+    let row = columns.get("depth")?.iter().position(|depth| out_of_water(*depth))?;
+    let time = columns.get("time")?.get(row)?;
+    let speed = columns.get("speed").and_then(|speeds| speeds.get(row));
+    let speed = speed.map_or_else(String::new, |speed| format!(", with {speed:.2} m/s"));
+    let words = format!("The vehicle reaches the surface at {time:.2} s{speed}; the plot ends there.");
+    columns.values_mut().for_each(|column| column.truncate(row));
+    Some(words)
+}
+
 /// The columns by name; quotes around names are taken off, as FMPy puts them.
 fn columns(path: &Path) -> Result<BTreeMap<String, Vec<f64>>, Error> {
     let text = read(path)?;
@@ -76,13 +92,36 @@ fn columns(path: &Path) -> Result<BTreeMap<String, Vec<f64>>, Error> {
                 other => other.parse::<f64>(),
             };
             let line = row.position().map_or(0, csv::Position::line);
-            column.push(
-                value.map_err(|_| wrong(format!("line {line}, column '{name}': '{field}' is no number")))?,
-            );
+            column.push(value.map_err(|_| Error::Record {
+                path: format!("{}:{line}", path.display()),
+                reason: format!("'{name}' is {}; it must be a number", cited(field)),
+            })?);
         }
     }
     if columns.iter().all(Vec::is_empty) {
         return Err(wrong("it has no rows".into()));
     }
     Ok(names.into_iter().zip(columns).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plot_ends_at_the_surface() {
+        let record = "time,depth,speed\n0,1,2\n1,0.2,2.5\n2,-0.3,2.75\n3,0.1,2\n";
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("flight.csv");
+        std::fs::write(&path, record).unwrap();
+        let mut found = columns(&path).unwrap();
+        let words = end_at_surface(&mut found).unwrap();
+        assert_eq!(words, "The vehicle reaches the surface at 2.00 s, with 2.75 m/s; the plot ends there.");
+        assert_eq!((&found["time"], &found["depth"]), (&vec![0.0, 1.0], &vec![1.0, 0.2]));
+        assert_eq!(end_at_surface(&mut found), None);
+
+        std::fs::write(&path, record.replace("2.75", "much")).unwrap();
+        let words = columns(&path).unwrap_err().to_string();
+        assert!(words.ends_with("flight.csv:4: 'speed' is \"much\"; it must be a number"), "{words}");
+    }
 }

@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::model::{Model, linearise_at};
+use crate::output::{above, decimals};
 use crate::problem::augment;
 use lpv::controller::Controller;
 use lpv::matrix::Mat;
@@ -19,17 +20,17 @@ pub fn speed(inputs: &Inputs, speed: f64) -> Result<String, Error> {
     let l = linearise_at(inputs, speed)?;
     let t = &l.trim;
     let mut out = format!(
-        "Level trim at V = {:.3} m/s, {:.1} m deep\n  incidence = pitch  {:9.4} deg\n  forward speed u    {:9.4} m/s\n  heave w            {:9.4} m/s\n",
+        "Level trim at V = {:.3} m/s, {:.1} m deep\n  incidence = pitch  {:>9} deg\n  forward speed u    {:>9} m/s\n  heave w            {:>9} m/s\n",
         t.speed,
         t.depth,
-        t.incidence.to_degrees(),
-        t.forward_speed,
-        t.heave
+        decimals(t.incidence.to_degrees(), 4),
+        decimals(t.forward_speed, 4),
+        decimals(t.heave, 4)
     );
     for (actuator, value) in inputs.vehicle.actuators.iter().zip(&t.actuators) {
         let (shown, unit) =
             if actuator.unit() == "rad" { (value.to_degrees(), "deg") } else { (*value, actuator.unit()) };
-        out += &format!("  {:<18} {shown:9.4} {unit}\n", actuator.name);
+        out += &format!("  {:<18} {:>9} {unit}\n", actuator.name, decimals(shown, 4));
     }
     let names: Vec<&str> = inputs.vehicle.actuators.iter().map(|a| a.name.as_str()).collect();
     out += "\nA, x = [u w q theta] in m/s, m/s, rad/s, rad\n";
@@ -82,14 +83,14 @@ pub fn controller(inputs: &Inputs, k: &Controller, gamma: &Gamma) -> Result<Stri
     let (centre, half_range) = inputs.design.scheduling();
     let mut out = format!(
         "Controller: {} states, {} channels of rho, {} measurements, {} commands\n\
-         gamma {:.4} at the least, built at {:.4}, the finished loop bounded by {:.4}\n",
+         gamma {:.4} at the least, built at {:.4}, the finished loop bounded by {}\n",
         k.a.nrows(),
         k.bt.ncols(),
         k.by.ncols(),
         k.cu.nrows(),
         gamma.optimum,
         gamma.optimum * (1.0 + gamma.back_off),
-        gamma.bound
+        above(gamma.bound)
     );
     for rho in [-1.0, 0.0, 1.0] {
         let v = centre + half_range * rho;
@@ -113,7 +114,7 @@ fn table(m: &Mat, rows: &[&str], columns: &[&str]) -> String {
     for (i, row) in rows.iter().enumerate() {
         out += &format!("  {row:<6}");
         for j in 0..m.ncols() {
-            out += &format!(" {:>width$.6}", m[(i, j)]);
+            out += &format!(" {:>width$}", decimals(m[(i, j)], 6));
         }
         out.push('\n');
     }
@@ -126,9 +127,10 @@ fn modes(values: &[Complex<f64>]) -> String {
     shown
         .map(|v| {
             if v.im == 0.0 {
-                format!("  {:>11.5}\n", v.re)
+                format!("  {:>11}\n", decimals(v.re, 5))
             } else {
-                format!("  {:>11.5} +- {:.5}i   (damping {:.3})\n", v.re, v.im, -v.re / v.norm())
+                let (re, im, damping) = (decimals(v.re, 5), v.im, decimals(-v.re / v.norm(), 3));
+                format!("  {re:>11} +- {im:.5}i   (damping {damping})\n")
             }
         })
         .collect()

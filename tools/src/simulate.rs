@@ -1,10 +1,10 @@
 //! Flights in this process: the default manoeuvre, pitch steps over the range of speed, the vehicle alone.
 
 use crate::error::Error;
-use crate::flight::{Row, fly, fly_open_loop};
+use crate::flight::{Row, Surfacing, fly, fly_open_loop};
 use crate::inputs::Inputs;
 use crate::metrics::{SETTLED, StepFigures};
-use crate::output::Files;
+use crate::output::{Files, decimals};
 use crate::plot::{Line, Panel, draw};
 use crate::store::Stored;
 use fmu_squid::Manoeuvre;
@@ -29,14 +29,16 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<String,
         draw(&path, title, panels).map(|svg| files.add(path, svg))
     };
     let flight = fly(&inputs.vehicle, &stored.controller, inputs.design.depth, manoeuvre)?;
+    let mut out = early_end("the default manoeuvre", flight.surfacing);
+    let flight = flight.rows;
     let title = format!("{}, {}.toml: the default manoeuvre", heading(inputs), inputs.design.name);
     plot("flight.svg", &title, &flight_panels(inputs, &flight))?;
-    let mut out = String::from("Pitch step at constant speed, nonlinear vehicle and sampled autopilot\n");
+    out += "Pitch step at constant speed, nonlinear vehicle and sampled autopilot\n";
     out += &format!(
         "  speed m/s   overshoot %   10-90 % s   settled ({:.0} %) s   steady error %   speed off m/s   actuator use %\n",
         100.0 * SETTLED
     );
-    let mut responses = Vec::new();
+    let (mut responses, mut ended) = (Vec::new(), String::new());
     for speed in step_speeds(inputs) {
         let step = Manoeuvre {
             speed_from: speed,
@@ -45,10 +47,20 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<String,
             duration: 2.0 + STEPS_FLOWN,
             ..manoeuvre.clone()
         };
-        let rows = fly(&inputs.vehicle, &stored.controller, inputs.design.depth, &step)?;
-        out +=
-            &figures_line(speed, &StepFigures::of(&rows, step.step_time, step.pitch_step, &limits(inputs)));
+        let flown = fly(&inputs.vehicle, &stored.controller, inputs.design.depth, &step)?;
+        ended += &early_end(&format!("the step at {speed:.2} m/s"), flown.surfacing);
+        let rows = flown.rows;
+        let mut figures = StepFigures::of(&rows, step.step_time, step.pitch_step, &limits(inputs));
+        if flown.surfacing.is_some() {
+            figures = figures.cut_short();
+        }
+        out += &figures_line(speed, &figures);
         responses.push((speed, rows));
+    }
+    if !ended.is_empty() {
+        out += &format!(
+            "\n{ended}The figures of a flight that ends so are of what is before; - is what it does not tell.\n"
+        );
     }
     let title = format!("{}, {}.toml: pitch steps at constant speed", heading(inputs), inputs.design.name);
     plot("steps.svg", &title, &step_panels(inputs, &responses))?;
@@ -61,6 +73,13 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<String,
         directory.join("{flight.csv,flight.svg,steps.svg,open_loop.svg}").display()
     );
     Ok(out)
+}
+
+/// Says that a flight ended at the surface, and why.
+fn early_end(flight: &str, surfacing: Option<Surfacing>) -> String {
+    let words =
+        |s| format!("In {flight} {s}, and the flight ends there: its equations are those of deep water.\n");
+    surfacing.map(words).unwrap_or_default()
 }
 
 fn heading(inputs: &Inputs) -> String {
@@ -77,14 +96,19 @@ fn limits(inputs: &Inputs) -> Vec<(f64, f64)> {
 }
 
 fn figures_line(speed: f64, f: &StepFigures) -> String {
+    let cell = |v: f64, digits| match v {
+        v if v.is_nan() => "-".into(),
+        v if v.is_infinite() => "never".into(),
+        v => decimals(v, digits),
+    };
     format!(
-        "  {speed:>9.2}   {:>11.2}   {:>9.2}   {:>15.2}   {:>14.2}   {:>13.3}   {:>14.0}\n",
-        100.0 * f.overshoot,
-        f.rise_time,
-        f.settling_time,
-        100.0 * f.steady_error,
-        f.speed_deviation,
-        100.0 * f.actuator_use
+        "  {speed:>9.2}   {:>11}   {:>9}   {:>15}   {:>14}   {:>13}   {:>14}\n",
+        cell(100.0 * f.overshoot, 2),
+        cell(f.rise_time, 2),
+        cell(f.settling_time, 2),
+        cell(100.0 * f.steady_error, 2),
+        cell(f.speed_deviation, 3),
+        cell(100.0 * f.actuator_use, 0)
     )
 }
 

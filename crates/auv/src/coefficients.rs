@@ -10,6 +10,7 @@ use nalgebra::{Matrix3, SymmetricEigen};
 use thiserror::Error;
 
 use crate::dynamics::Scalar;
+use crate::toml_file::{number, rounded};
 
 const EIGENVALUE_ITERATIONS: usize = 1000;
 
@@ -164,7 +165,7 @@ coefficients! {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum CoefficientError {
     /// A coefficient lies outside its allowed values.
-    #[error("{key} is {found} {unit}, and must be {}", allowed.describe())]
+    #[error("{key} is {} {unit}, and must be {}", number(*found), allowed.describe())]
     NotAllowed {
         /// The coefficient.
         key: &'static str,
@@ -178,7 +179,8 @@ pub enum CoefficientError {
     /// The mass matrix, added mass included, is not positive definite.
     #[error(
         "the mass matrix (mass, I_yy, x_G, z_G and the added masses) is not positive definite: \
-         its least eigenvalue is {least_eigenvalue:.6}, and must be above zero"
+         its least eigenvalue is {}, and must be above zero",
+        rounded(*least_eigenvalue)
     )]
     MassMatrixNotPositiveDefinite {
         /// Least eigenvalue of its symmetric part (surge, heave, pitch; SI).

@@ -68,7 +68,7 @@ pub use plant::{Fidelity, Plant, State};
 pub use rates::{Instant, Rates};
 pub use simulation_error::SimulationError;
 pub use slopes::Slopes;
-pub use toml_file::{FileError, FileProblem, number, read_text};
+pub use toml_file::{FileError, FileProblem, number, read_text, rounded};
 pub use trim::{Speed, Trim, TrimError, trim};
 pub use vehicle::{PublishedLinearModel, Status, Vehicle};
 pub use vehicle_json::{JsonProblem, VEHICLE_FORMAT, VehicleJsonError};

@@ -9,11 +9,15 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Error};
 
-pub use error::{FileError, FileProblem, Mistake, number};
+pub use error::{FileError, FileProblem, Mistake, number, rounded};
 pub use text::read_text;
 
 use crate::coefficients::Allowed;
 use text::line_of;
+
+/// Larger numbers than this overflow in the products of coefficients. The moments of the largest ships are some 1e13 kg m2.
+const LARGEST: f64 = 1e18;
+const TOO_LARGE: &str = "at most 1e18 in size, for the products of larger numbers overflow";
 
 /// The longest text that a message repeats whole.
 const LONGEST_SHOWN: usize = 60;
@@ -54,7 +58,11 @@ impl<'a> Document<'a> {
 
     /// The table that holds all others.
     pub fn root(&self) -> Table<'_> {
-        Table { document: self, path: String::new(), span: 0..0, entries: &self.entries }
+        self.table(String::new(), 0..0, &self.entries)
+    }
+
+    fn table<'d>(&'d self, path: String, span: Range<usize>, entries: &'d DeTable<'d>) -> Table<'d> {
+        Table { document: self, path, span, entries, meant: RefCell::new(Vec::new()) }
     }
 
     /// Takes down a mistake at a place in the text.
@@ -98,6 +106,8 @@ pub struct Table<'d> {
     path: String,
     span: Range<usize>,
     entries: &'d DeTable<'d>,
+    /// The keys that misspelt ones seem to mean: they are not missing as well.
+    meant: RefCell<Vec<String>>,
 }
 
 /// A number with its unit and source.
@@ -157,7 +167,7 @@ impl<'d> Table<'d> {
     /// Whether a key is there; complains if it is not.
     pub fn requires(&self, key: &str, meaning: &str) -> bool {
         let there = self.has(key);
-        if !there {
+        if !there && !self.meant.borrow().iter().any(|meant| meant == key) {
             self.problem(FileProblem::MissingKey { key: self.full(key), meaning: meaning.to_owned() });
         }
         there
@@ -168,17 +178,15 @@ impl<'d> Table<'d> {
         if self.path.is_empty() { key.to_string() } else { format!("{}.{key}", self.path) }
     }
 
-    /// Complains of every key that is not listed.
+    /// Complains of every key that is not listed; what a misspelt key seems to mean is then not called missing.
     pub fn allow_only(&self, keys: &[&str]) {
         for (at, key) in self.keys().into_iter().filter(|(_, key)| !keys.contains(key)) {
             let mut allowed = keys.to_vec();
             allowed.dedup();
-            let problem = FileProblem::UnknownKey {
-                key: self.full(key),
-                suggestion: nearest(key, &allowed),
-                allowed: allowed.join(", "),
-            };
-            self.document.blame(at, problem);
+            let suggestion = nearest(key, &allowed);
+            self.meant.borrow_mut().extend(suggestion.clone());
+            let (key, allowed) = (self.full(key), allowed.join(", "));
+            self.document.blame(at, FileProblem::UnknownKey { key, suggestion, allowed });
         }
     }
 
@@ -215,11 +223,14 @@ impl<'d> Table<'d> {
             DeValue::Table(entries) => Some(self.child(self.full(key), item.span(), entries)),
             _ => self.wrong_type(key, item, expected),
         };
+        if items.is_empty() {
+            self.not_allowed(key, "an empty list", expected);
+        }
         items.iter().filter_map(table).collect()
     }
 
     fn child(&self, path: String, span: Range<usize>, entries: &'d DeTable<'d>) -> Table<'d> {
-        Table { document: self.document, path, span, entries }
+        self.document.table(path, span, entries)
     }
 
     /// Returns a text that must be there and not be empty.
@@ -276,8 +287,9 @@ impl<'d> Table<'d> {
             return None;
         }
         let (value, unit, source) = (value?, unit?, source?);
-        if !allowed.contains(value) {
-            self.not_allowed(key, format!("{} {unit}", number(value)), allowed.describe());
+        if !allowed.contains(value) || value.abs() > LARGEST {
+            let words = if allowed.contains(value) { TOO_LARGE } else { allowed.describe() };
+            self.not_allowed(key, format!("{} {unit}", number(value)), words);
             return None;
         }
         Some(Quantity { value, unit, source })
@@ -289,10 +301,11 @@ impl<'d> Table<'d> {
             return None;
         }
         let found = self.float(key, &format!("a number, {words}"))?;
-        if found.is_finite() && allowed(found) {
+        let possible = found.is_finite() && allowed(found);
+        if possible && found.abs() <= LARGEST {
             return Some(found);
         }
-        self.not_allowed(key, number(found), words);
+        self.not_allowed(key, number(found), if possible { TOO_LARGE } else { words });
         None
     }
 

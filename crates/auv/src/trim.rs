@@ -11,6 +11,7 @@ use thiserror::Error;
 use crate::actuator::Actuator;
 use crate::coefficients::CoefficientError;
 use crate::dynamics::{Dynamics, Motion, Scalar, actuator_force};
+use crate::toml_file::rounded;
 use crate::vehicle::Vehicle;
 
 const MAX_ITERATIONS: usize = 60;
@@ -84,27 +85,32 @@ pub enum TrimError {
     #[error(transparent)]
     Coefficients(#[from] CoefficientError),
     /// The speed is not a positive number.
-    #[error("the trim speed is {speed} m/s, and must be a number above zero")]
+    #[error("the trim speed is {} m/s, and must be a number above zero", rounded(*speed))]
     SpeedNotPositive {
         /// The speed asked for.
         speed: f64,
     },
     /// The depth is not a number.
-    #[error("the trim depth is {depth} m, and must be a finite number")]
+    #[error("the trim depth is {} m, and must be a finite number", rounded(*depth))]
     DepthNotFinite {
         /// The depth asked for.
         depth: f64,
     },
     /// No incidence and outputs balance the forces.
     #[error(
-        "no level trim at {speed} m/s and {depth} m: at incidence {incidence_deg:.2} deg an acceleration of \
-         {residual:.3e} (m/s2 or rad/s2) is left, and the actuators cannot balance it"
+        "no level trim at {} m/s and {} m: lift and actuators do not balance a weight of {} N, a buoyancy of {} N and the moments \
+         (nearest at an incidence of {incidence_deg:.1} deg, with {} m/s2 or rad/s2 left)",
+        rounded(*speed), rounded(*depth), rounded(*weight), rounded(*buoyancy), rounded(*residual)
     )]
     NotFound {
         /// The speed asked for \[m/s\].
         speed: f64,
         /// The depth asked for \[m\].
         depth: f64,
+        /// The weight \[N\].
+        weight: f64,
+        /// The buoyancy at that depth \[N\].
+        buoyancy: f64,
         /// The last incidence tried \[deg\].
         incidence_deg: f64,
         /// The largest acceleration left.
@@ -112,8 +118,8 @@ pub enum TrimError {
     },
     /// The trim asks more of an actuator than it can give.
     #[error(
-        "level trim at {speed} m/s and {depth} m needs {needed:.4} {unit} of {actuator}, \
-         {excess:.4} {unit} beyond its limits {min:.4} .. {max:.4} {unit}"
+        "level trim at {} m/s and {} m needs {} {unit} of {actuator}, {} {unit} beyond its limits {} .. {} {unit}",
+        rounded(*speed), rounded(*depth), rounded(*needed), rounded(*excess), rounded(*min), rounded(*max)
     )]
     BeyondLimits {
         /// The speed asked for \[m/s\].
@@ -238,7 +244,10 @@ impl Balance<'_> {
         let nearest = attempts.iter().min_by(|a, b| a.residual.total_cmp(&b.residual));
         let (speed, depth) = (self.speed.value(), self.depth);
         let (incidence, residual) = nearest.map_or((0.0, f64::INFINITY), |a| (a.incidence, a.residual));
-        Err(TrimError::NotFound { speed, depth, incidence_deg: incidence.to_degrees(), residual })
+        let coefficients = &self.vehicle.coefficients;
+        let (weight, buoyancy) = (coefficients.weight, coefficients.buoyancy_at(depth));
+        let incidence_deg = incidence.to_degrees();
+        Err(TrimError::NotFound { speed, depth, weight, buoyancy, incidence_deg, residual })
     }
 
     fn within_limits(&self, attempt: &Attempt) -> bool {

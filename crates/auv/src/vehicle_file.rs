@@ -60,18 +60,18 @@ fn coefficients(root: &Table<'_>, sources: &mut BTreeMap<String, String>) -> Coe
     let mut combined = false;
     for name in names {
         let specs: Vec<&CoefficientSpec> = COEFFICIENTS.iter().filter(|s| s.section == name).collect();
-        let required = specs.iter().find(|spec| spec.default.is_none());
-        let table = match required {
-            Some(spec) => root.required_table(name, &format!("it must hold {}, {}", spec.key, spec.meaning)),
-            None => root.table(name),
+        let required: Vec<&str> = specs.iter().filter(|s| s.default.is_none()).map(|s| s.key).collect();
+        let table = match required.is_empty() {
+            false => root.required_table(name, &format!("a table with {}", required.join(", "))),
+            true => root.table(name),
         };
         let Some(table) = table else { continue };
         let mut keys: Vec<&str> = specs.iter().map(|spec| spec.key).collect();
+        keys.extend((name == "lift").then_some(CONVENTION));
+        table.allow_only(&keys);
         if name == "lift" {
             combined = table.one_of(CONVENTION, &CONVENTIONS) == Some(1);
-            keys.push(CONVENTION);
         }
-        table.allow_only(&keys);
         for spec in specs {
             section_entry(&table, spec, &mut coefficients, sources);
         }

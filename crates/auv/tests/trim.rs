@@ -101,7 +101,7 @@ fn what_cannot_be_trimmed_is_refused_with_numbers() {
     let error = trim(&axial, Speed::Path(1.0), 50.0).unwrap_err();
     assert!(matches!(error, TrimError::NotFound { residual, .. } if residual > 1e-4), "{error}");
     let text = error.to_string();
-    assert!(text.starts_with("no level trim at 1 m/s and 50 m: at incidence"), "{text}");
+    assert!(text.starts_with("no level trim at 1 m/s and 50 m: lift and actuators do not balance"), "{text}");
 
     let mut broken = squid();
     broken.coefficients.mass = -1.0;

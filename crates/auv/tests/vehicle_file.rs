@@ -252,22 +252,18 @@ fn a_published_linear_model_is_read_and_checked() {
         (
             poles,
             "poles = [[0.174, 0.509, 1.0]]",
-            format!("`published_linear_model.poles` is of type array, and {pairs}"),
+            format!("'published_linear_model.poles' is a list; it {pairs}"),
         ),
-        (poles, "poles = []", format!("`published_linear_model.poles` is of type array, and {pairs}")),
-        (poles, "poles = -2.44", format!("`published_linear_model.poles` is of type float, and {pairs}")),
-        (
-            poles,
-            "poles = [[inf, 0.0]]",
-            "`published_linear_model.poles` is inf rad/s, and must be any finite number".into(),
-        ),
+        (poles, "poles = []", format!("'published_linear_model.poles' is a list; it {pairs}")),
+        (poles, "poles = -2.44", format!("'published_linear_model.poles' is the number -2.44; it {pairs}")),
+        (poles, "poles = [[inf, 0.0]]", format!("'published_linear_model.poles' is a list; it {pairs}")),
         (
             "speed = { value = 1.54,",
             "speed = { value = -1.54,",
-            "`published_linear_model.speed` is -1.54 m/s, and must be a number above zero".into(),
+            "'published_linear_model.speed' is -1.54 m/s; it must be a number above zero".into(),
         ),
-        (poles, "", "missing key `published_linear_model.poles`: pairs [real part".into()),
-        (poles, "zeros = [[0.0, 0.0]]", "unknown key `published_linear_model.zeros`".into()),
+        (poles, "", "missing key 'published_linear_model.poles': pairs [real part".into()),
+        (poles, "zeros = [[0.0, 0.0]]", "unknown key 'published_linear_model.zeros'".into()),
     ];
     for (from, to, expected) in cases {
         let (message, _) = message_of_remus(from, to);
@@ -290,7 +286,110 @@ fn a_mass_matrix_must_be_positive_definite() {
 fn texts_that_are_no_toml_and_files_that_are_not_there() {
     refused("[lift]\n", "[lift\n", "this is not TOML: unclosed table, expected `]`");
     let message = Vehicle::read(Path::new("no/such/vehicle.toml")).unwrap_err().to_string();
-    assert!(message == "no/such/vehicle.toml: there is no such file", "{message}");
+    assert_eq!(message, "no/such/vehicle.toml: there is no such file");
+}
+
+/// One line each, in the order of the file; a misspelt key is not missing as well.
+#[test]
+fn all_mistakes_are_told_at_once() {
+    let edits = [
+        ("status = \"surrogate\"", "state = \"surrogate\""),
+        ("z_G = { value = 0.03, unit = \"m\"", "z_G = { value = 30, unit = \"mm\""),
+        ("X_u_dot = { value = -", "X_u_dot = { value = "),
+        ("\nM_uq = {", "\nMuq = {"),
+        ("lag = { value = 0.2, unit = \"s\"", "lag = { value = 0.2, unit = \"ms\""),
+    ];
+    let text = edits.iter().fold(SQUID.to_owned(), |text, (old, new)| {
+        assert!(text.contains(old), "{old}");
+        text.replacen(old, new, 1)
+    });
+    let message = Vehicle::parse(&text, "vehicle.toml").unwrap_err().to_string();
+    let lines: Vec<&str> = message.lines().collect();
+    assert_eq!(lines.len(), edits.len(), "{message}");
+    for (line, (old, _)) in lines.iter().zip(edits) {
+        let number = line_of(SQUID, old.trim());
+        assert!(line.starts_with(&format!("vehicle.toml:{number}: ")), "{line} of {number}");
+    }
+}
+
+/// The mistakes in units that are made: the weight printed in kg or pounds, the mass in pounds.
+#[test]
+fn a_weight_that_is_not_that_of_the_mass() {
+    for (from, to) in [
+        ("weight = { value = 654.82400067414", "weight = { value = 66.75"),
+        ("weight = { value = 654.82400067414", "weight = { value = 147.16"),
+        ("mass = { value = 66.75066265791438", "mass = { value = 147.16"),
+        ("mass = { value = 66.75066265791438", "mass = { value = 1e17"),
+    ] {
+        let (message, _) = message(SQUID, from, to);
+        let line = line_of(SQUID, "weight = {");
+        assert!(message.starts_with(&format!("vehicle.toml:{line}: 'mass.weight' is ")), "{message}");
+        assert!(message.contains("they must agree within 10 % (a weight in kg or pounds"), "{message}");
+        assert!(message.lines().count() == 1 && message.len() < 250, "{message}");
+    }
+    let (found, _) = message(SQUID, "weight = { value = 654.82400067414", "weight = { value = 66.75");
+    assert!(found.contains("is 66.75 N and 'mass.mass' times 9.81 m/s2 is 654.824 N"), "{found}");
+    // A mass of two digits.
+    let rounded = SQUID.replacen("mass = { value = 66.75066265791438", "mass = { value = 70", 1);
+    assert!(Vehicle::parse(&rounded, "vehicle.toml").is_ok());
+}
+
+#[test]
+fn keys_that_stand_twice_are_named() {
+    let twice = SQUID.replacen(
+        "\nM_q = {",
+        "\nZ_w = { value = -1.0, unit = \"kg/s\", source = \"again\" }\nM_q = {",
+        1,
+    );
+    let line = line_of(SQUID, "Z_w = {") + 1;
+    let message = Vehicle::parse(&twice, "vehicle.toml").unwrap_err().to_string();
+    assert!(
+        message.starts_with(&format!("vehicle.toml:{line}: 'Z_w' stands here a second time; ")),
+        "{message}"
+    );
+    assert_eq!(message.lines().count(), 1);
+}
+
+#[test]
+fn numbers_too_large_are_not_printed_in_full() {
+    refused(
+        "I_yy = { value = 16.687665664478594",
+        "I_yy = { value = 1e300",
+        "'mass.I_yy' is 1e300 kg.m2; it must be at most 1e18 in size, for the products of larger numbers overflow",
+    );
+    let trimmed = auv::trim(&squid(), auv::Speed::Path(1e300), 50.0).unwrap_err().to_string();
+    assert!(trimmed.starts_with("no level trim at 1e300 m/s and 50 m") && trimmed.len() < 300, "{trimmed}");
+}
+
+/// Each says what stands there and what to do; none has a line 0.
+#[test]
+fn files_that_are_no_text() {
+    let folder = std::env::temp_dir().join(format!("squid-no-text-{}", std::process::id()));
+    std::fs::create_dir_all(folder.join("vehicle.toml")).unwrap();
+    let told = |name: &str| {
+        let words = Vehicle::read(&folder.join(name)).unwrap_err().to_string();
+        words.strip_prefix(folder.to_str().unwrap()).unwrap()[1..].to_owned()
+    };
+    assert_eq!(told("vehicle.toml"), "vehicle.toml: this is a folder; it must be a file");
+    let utf16: Vec<u8> = "\u{feff}[vehicle]".encode_utf16().flat_map(u16::to_le_bytes).collect();
+    std::fs::write(folder.join("utf16"), utf16).unwrap();
+    assert_eq!(
+        told("utf16"),
+        "utf16: the text is not UTF-8 but UTF-16, or no text at all; save the file as UTF-8"
+    );
+    std::fs::write(folder.join("latin1"), b"[vehicle]\nname = \"caf\xe9\"\n").unwrap();
+    assert!(
+        told("latin1")
+            .starts_with("latin1:2: the text is not UTF-8 but Latin-1 or the like (it holds the byte 0xE9)")
+    );
+    std::fs::write(folder.join("marked"), format!("\u{feff}{SQUID}")).unwrap();
+    assert!(Vehicle::read(&folder.join("marked")).is_ok());
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("loop", folder.join("loop")).unwrap();
+        assert!(told("loop").starts_with("loop: this is a link that leads to no file, or back to itself;"));
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
 }
 
 #[test]

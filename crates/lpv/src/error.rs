@@ -80,7 +80,7 @@ pub enum AugmentError {
 pub enum SynthesisError {
     /// A mode that no input reaches does not decay.
     #[error(
-        "the plant cannot be stabilised: the mode at {re:.4} {im:+.4}i is not reached by any control input"
+        "the plant cannot be stabilised: the mode at {:.4} {:+.4}i is not reached by any control input", shown(*re), shown(*im)
     )]
     NotStabilisable {
         /// Real part of the mode, rad/s.
@@ -89,7 +89,7 @@ pub enum SynthesisError {
         im: f64,
     },
     /// A mode that no measurement shows does not decay.
-    #[error("the plant cannot be stabilised: the mode at {re:.4} {im:+.4}i is not seen in any measurement")]
+    #[error("the plant cannot be stabilised: the mode at {:.4} {:+.4}i is not seen in any measurement", shown(*re), shown(*im))]
     NotDetectable {
         /// Real part of the mode, rad/s.
         re: f64,
@@ -177,4 +177,9 @@ fn dominant_words(dominant: &Option<(usize, usize, f64)>) -> String {
     dominant.map_or_else(String::new, |(z, w, omega)| {
         format!("; what costs most is the path from w{w} to z{z} at {omega:.3} rad/s: relax its weight")
     })
+}
+
+/// A number to be shown with four decimals: 0 rather than -0.0000.
+fn shown(v: f64) -> f64 {
+    if v.abs() < 0.5e-4 { 0.0 } else { v }
 }

@@ -1,8 +1,8 @@
 //! Reads the tables of a design file.
 
 use super::{BANDWIDTH, CONTROL_WEIGHT, DesignFile, Output, PEAK, Range, SCALE, Tracked};
-use auv::number;
 use auv::toml_file::{Document, Table};
+use auv::{number, rounded};
 use fmu_squid::{MANOEUVRE_FORMAT, Manoeuvre};
 use std::f64::consts::FRAC_PI_2;
 
@@ -117,9 +117,6 @@ fn tracked(root: &Table<'_>) -> Option<Vec<Tracked>> {
         return None;
     }
     let tables = root.tables("track");
-    if tables.is_empty() {
-        root.not_allowed("track", "empty", "one table [[track]] or more");
-    }
     let mut taken: Vec<Output> = Vec::new();
     let each: Vec<Option<Tracked>> = tables.iter().map(|table| track(table, &mut taken)).collect();
     each.into_iter().collect()
@@ -130,6 +127,7 @@ fn track(table: &Table<'_>, taken: &mut Vec<Output>) -> Option<Tracked> {
     let output = table.one_of("output", &Output::ALL.map(Output::name)).map(|place| Output::ALL[place]);
     if let Some(output) = output.filter(|output| taken.contains(output)) {
         table.not_allowed("output", format!("\"{}\" a second time", output.name()), "named once");
+        return None;
     }
     taken.extend(output);
     let factor = match output? {
@@ -199,17 +197,17 @@ impl Limits {
     }
 
     fn pitch_step(&self, table: &Table<'_>, factor: f64) -> Option<f64> {
-        let Some(scale) = self.pitch else {
+        let Some(scale) = self.pitch.filter(|scale| *scale < FRAC_PI_2) else {
             let words = "other than 0 and below a right angle";
             let step = table.number("pitch_step", |v| v != 0.0 && (v * factor).abs() < FRAC_PI_2, words);
             return step.map(|step| factor * step);
         };
-        let most = scale.min(FRAC_PI_2 * (1.0 - ROUNDING));
+        let unit = if factor == 1.0 { "rad" } else { "deg" };
         let words = format!(
-            "other than 0 and at most {:.3} in size, the 'scale' of pitch: the largest reference that the design is made for",
-            most / factor
+            "other than 0 and at most {} {unit} in size, the 'scale' of pitch: the largest reference that the design is made for",
+            rounded(scale / factor)
         );
-        let allowed = |v: f64| v != 0.0 && (v * factor).abs() <= most * (1.0 + ROUNDING);
+        let allowed = |v: f64| v != 0.0 && (v * factor).abs() <= scale * (1.0 + ROUNDING);
         table.number("pitch_step", allowed, &words).map(|step| factor * step)
     }
 
@@ -220,5 +218,145 @@ impl Limits {
             None => "within the range of the design (m/s)".into(),
         };
         table.number(key, |v| (low..=high).contains(&v), &words)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn squid() -> String {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../vehicles/squid/design.toml");
+        auv::read_text(&path).unwrap()
+    }
+
+    /// The words for the design of Squid with texts replaced, and the lines on which these stand.
+    fn refused(edits: &[(&str, &str)]) -> (Vec<String>, Vec<usize>) {
+        let (original, mut text) = (squid(), squid());
+        let mut lines = Vec::new();
+        for (old, new) in edits {
+            let (before, _) = original.split_once(old).expect(old);
+            lines.push(before.matches('\n').count() + 1);
+            text = text.replacen(old, new, 1);
+        }
+        let words = DesignFile::parse(&text, "design.toml", "design").unwrap_err().to_string();
+        (words.lines().map(str::to_owned).collect(), lines)
+    }
+
+    #[test]
+    fn wrong_types_are_told_in_one_sentence() {
+        for (old, new, words) in [
+            (
+                "speeds = 26",
+                "speeds = 26.5",
+                "'model.speeds' is the number 26.5; it must be a whole number, more than",
+            ),
+            (
+                "order = 2",
+                "order = -2",
+                "'model.order' is the number -2; it must be a whole number, from 1 to 5",
+            ),
+            (
+                "depth = 50.0",
+                "depth = \"50 m\"",
+                "'model.depth' is the text \"50 m\"; it must be a number, 0 or more (m)",
+            ),
+            (
+                "back_off = 0.1",
+                "back_off = true",
+                "'synthesis.back_off' is true; it must be a number, from 0.001 to 1",
+            ),
+            (
+                "weight = 0.5",
+                "weight = { value = 1 }",
+                "'control.weight' is a table; it must be a number, from 1e-6 to 1e6",
+            ),
+            (
+                "weight = 0.5",
+                "weight = [0.5]",
+                "'control.weight' is a list; it must be a number, from 1e-6 to 1e6",
+            ),
+            (
+                "weight = 0.5",
+                "weight = 2026-01-01",
+                "'control.weight' is the date or time 2026-01-01; it must be a number",
+            ),
+            ("unit = \"m/s\"", "unit = 7", "'track.unit' is the number 7; it must be \"m/s\""),
+            (
+                "output = \"pitch\"",
+                "output = \"picth\"",
+                "'track.output' is \"picth\" (did you mean \"pitch\"?); it must be \"pitch\" or \"speed\"",
+            ),
+            ("back_off = 0.1", "back_off = 1e17", "'synthesis.back_off' is 1e17; it must be from 0.001 to 1"),
+            ("depth = 50.0", "depth = 1e300", "'model.depth' is 1e300; it must be at most 1e18 in size"),
+            ("depth = 50.0", "depth = 50.0\ndepth = 50.0", "'depth' stands here a second time"),
+        ] {
+            let (found, lines) = refused(&[(old, new)]);
+            let line = lines[0] + usize::from(new.contains("\ndepth"));
+            assert_eq!(found.len(), 1, "{found:?}");
+            assert!(found[0].starts_with(&format!("design.toml:{line}: {words}")), "{found:?}");
+        }
+    }
+
+    /// One line each, in the order of the file; a misspelt key is not missing as well.
+    #[test]
+    fn all_mistakes_are_told_at_once() {
+        let (found, lines) = refused(&[
+            ("sample_time =", "sampletime ="),
+            ("speed_min =", "speedmin ="),
+            ("peak = 2.0", "peak = \"two\""),
+            ("depth = 50.0", "depth = -50.0"),
+            ("ramp_start = 5.0", "ramp_start = nan"),
+        ]);
+        let mut lines = lines;
+        lines.sort_unstable();
+        assert_eq!(found.len(), lines.len(), "{found:?}");
+        for (words, line) in found.iter().zip(lines) {
+            assert!(words.starts_with(&format!("design.toml:{line}: ")), "{words}");
+        }
+        assert!(found[0].contains("unknown key 'model.speedmin' (did you mean 'speed_min'?)"), "{found:?}");
+    }
+
+    #[test]
+    fn a_manoeuvre_stays_within_the_design() {
+        for (old, new, words) in [
+            (
+                "speed_to = 2.9",
+                "speed_to = 3.1",
+                "'manoeuvre.speed_to' is 3.1; it must be from 0.5 to 3 (m/s), the range",
+            ),
+            (
+                "speed_from = 0.6",
+                "speed_from = 0.4",
+                "'manoeuvre.speed_from' is 0.4; it must be from 0.5 to 3 (m/s)",
+            ),
+            (
+                "pitch_step = 10.0",
+                "pitch_step = -10.1",
+                "'manoeuvre.pitch_step' is -10.1; it must be other than 0 and at most 10 deg",
+            ),
+            (
+                "step_time = 10.0",
+                "step_time = 60.0",
+                "'manoeuvre.step_time' is 60; it must be 0 or more, and before the end",
+            ),
+            (
+                "duration = 60.0",
+                "duration = 20001",
+                "'manoeuvre.duration' is 20001; it must be above 0 and at most 20000 (s)",
+            ),
+        ] {
+            let (found, lines) = refused(&[(old, new)]);
+            assert_eq!(found.len(), 1, "{found:?}");
+            assert!(found[0].starts_with(&format!("design.toml:{}: {words}", lines[0])), "{found:?}");
+        }
+        let whole = squid().replacen("speed_to = 2.9", "speed_to = 3", 1).replacen(
+            "pitch_step = 10.0",
+            "pitch_step = -10",
+            1,
+        );
+        let design = DesignFile::parse(&whole, "design.toml", "design").unwrap();
+        assert_eq!((design.manoeuvre.speed_to, design.manoeuvre.pitch_step), (3.0, -10f64.to_radians()));
     }
 }

@@ -9,7 +9,7 @@ use super::subject::{SHOWN, STEP_TIME, Subject};
 use super::tuning::seconds;
 use super::verdict::{Verdict, hardest_below, worst};
 use crate::error::Error;
-use crate::flight::Row;
+use crate::flight::{Flight, Row};
 use crate::metrics::StepFigures;
 use lpv::synthesis::{Scalings, least_gamma};
 
@@ -19,8 +19,12 @@ use lpv::synthesis::{Scalings, least_gamma};
 /// As [`crate::flight::fly`].
 pub fn effort(subject: &Subject) -> Result<Vec<Part>, Error> {
     let lft = &subject.stored.controller.lft;
-    let flights =
-        subject.speeds.iter().map(|v| subject.fly_step(*v, lft)).collect::<Result<Vec<Vec<Row>>, Error>>()?;
+    let flown =
+        subject.speeds.iter().map(|v| subject.fly_step(*v, lft)).collect::<Result<Vec<Flight>, Error>>()?;
+    let ends = flown.iter().zip(&subject.speeds).filter_map(|(f, v)| Some((v, f.surfacing?)));
+    let ends: String =
+        ends.map(|(v, s)| format!("In the step at {v:.2} m/s {s}, and the flight ends there. ")).collect();
+    let flights: Vec<Vec<Row>> = flown.into_iter().map(|flight| flight.rows).collect();
     let height = subject.stored.manoeuvre.pitch_step;
     let figures: Vec<StepFigures> =
         flights.iter().map(|rows| StepFigures::of(rows, STEP_TIME, height, &subject.limits())).collect();
@@ -35,11 +39,15 @@ pub fn effort(subject: &Subject) -> Result<Vec<Part>, Error> {
         row.extend(difficulty.iter().map(|(_, values)| digits(values[i].1)));
         table.rows.push(row);
     }
-    Ok(vec![
-        Part::Figure(figure(subject, &flights)),
-        Part::Table(table),
-        Part::Verdict(verdict(subject, &difficulty)),
-    ])
+    let words = (!ends.is_empty()).then(|| Part::Words(ends.trim_end().into()));
+    Ok(words
+        .into_iter()
+        .chain([
+            Part::Figure(figure(subject, &flights)),
+            Part::Table(table),
+            Part::Verdict(verdict(subject, &difficulty)),
+        ])
+        .collect())
 }
 
 fn digits(v: f64) -> String {

@@ -5,7 +5,7 @@ use super::chart::{Chart, Curve, Key};
 use super::figure::Figure;
 use super::section::{Part, Table};
 use super::subject::Subject;
-use super::verdict::{MUCH, Verdict, much_smaller};
+use super::verdict::{MUCH, Verdict, compared, much_smaller};
 use crate::error::Error;
 use crate::frequency;
 use crate::model::{STATES, stacked};
@@ -64,10 +64,7 @@ pub fn entries(subject: &Subject) -> Result<Vec<Part>, Error> {
             "the rms residual of A over the grid of speeds, relative to how much A varies; 'much' means at least {MUCH} times smaller."
         ),
         finding: much_smaller(first, second),
-        because: format!(
-            "The residual is {first:.2} % with order 1 and {second:.2} % with order 2, {:.1} times smaller.",
-            first / second
-        ),
+        because: format!("The residual is {}.", compared(first, second)),
     };
     let caption = format!(
         "The {} entries of A that vary with speed, of {}: exact at {} speeds, and as polynomials. x = [u w q theta].",
@@ -128,10 +125,7 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
              rad/s, in the largest singular value; at least {MUCH} times smaller bears it out, smaller at all does so partly."
         ),
         finding: much_smaller(first, second),
-        because: format!(
-            "The largest error is {first:.2} % with order 1 and {second:.2} % with order 2, {:.1} times smaller.",
-            first / second
-        ),
+        because: format!("The largest error is {}.", compared(first, second)),
     };
     let figure = Figure {
         name: "fig4-frequency-responses".into(),

@@ -15,7 +15,8 @@ use crate::flight::{Row, fly};
 /// As [`fly`].
 pub fn manoeuvre(subject: &Subject) -> Result<Vec<Part>, Error> {
     let (inputs, stored) = (subject.inputs, subject.stored);
-    let rows = fly(&inputs.vehicle, &stored.controller, inputs.design.depth, &stored.manoeuvre)?;
+    let flight = fly(&inputs.vehicle, &stored.controller, inputs.design.depth, &stored.manoeuvre)?;
+    let rows = flight.rows;
     let mut keys = vec![Key::reference("reference"), Key::nth(0, "flown")];
     let series = |key: usize, of: &dyn Fn(&Row) -> f64| Curve {
         key,
@@ -63,6 +64,8 @@ pub fn manoeuvre(subject: &Subject) -> Result<Vec<Part>, Error> {
         last.abs(),
         100.0 * outside
     );
+    let early = flight.surfacing.map(|s| format!("{words} The flight ends early: {s}."));
+    let words = early.unwrap_or(words);
     let caption = format!("{}: nonlinear, with the sampled autopilot.", capital(&subject.name()));
     let figure = Figure { name: "pitch-step-on-a-ramp".into(), caption, keys, charts };
     Ok(vec![Part::Words(words), Part::Figure(figure)])

@@ -37,14 +37,16 @@ pub fn open_loop(subject: &Subject) -> Result<Vec<Part>, Error> {
     ]);
     for (i, speed) in subject.speeds.iter().copied().take(SHOWN_SPEEDS).enumerate() {
         let points = alone(subject, speed, index, step)?;
-        let rows = subject.fly_step(speed, &subject.stored.controller.lft)?;
+        let rows = subject.fly_step(speed, &subject.stored.controller.lft)?.rows;
         let height = subject.stored.manoeuvre.pitch_step;
         let closed = StepFigures::of(&rows, STEP_TIME, height, &subject.limits()).settling_time;
-        let open = settling_time(&points);
+        // One that came to the surface first might have settled, or not.
+        let surfaced = points.last().is_some_and(|p| p.0 < FLOWN - 0.5 * STEP_TIME);
+        let open = if surfaced { f64::NAN } else { settling_time(&points) };
         let slowest = subject.truth[i].eigenvalues().iter().map(|e| e.re).fold(f64::NEG_INFINITY, f64::max);
         table.rows.push(vec![
             format!("{speed:.2}"),
-            seconds(open),
+            if surfaced { "reaches the surface".into() } else { seconds(open) },
             seconds(closed),
             format!("{slowest:+.3}"),
         ]);

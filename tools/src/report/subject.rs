@@ -2,7 +2,7 @@
 
 use crate::design_file::Output;
 use crate::error::Error;
-use crate::flight::{Row, fly};
+use crate::flight::{Flight, fly};
 use crate::inputs::Inputs;
 use crate::model::{Model, STATES, linearise_at, speeds};
 use crate::problem::augment;
@@ -101,7 +101,7 @@ impl<'a> Subject<'a> {
     ///
     /// # Errors
     /// As [`fly`].
-    pub fn fly_step(&self, speed: f64, lft: &LftMatrices) -> Result<Vec<Row>, Error> {
+    pub fn fly_step(&self, speed: f64, lft: &LftMatrices) -> Result<Flight, Error> {
         let step = Manoeuvre {
             speed_from: speed,
             speed_to: speed,

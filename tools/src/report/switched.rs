@@ -3,7 +3,7 @@
 use super::subject::Subject;
 use crate::design_file::Output;
 use crate::error::Error;
-use crate::flight::Row;
+use crate::flight::{Row, out_of_water};
 use crate::sampled::{cannot, trapezoidal};
 use auv::{Plant, Speed, trim};
 use lpv::matrix::Mat;
@@ -84,6 +84,9 @@ pub fn fly_switched(subject: &Subject, bank: &[StateSpace], memory: Memory) -> R
         let demanded = table.forward_speed(manoeuvre.speed_reference(time));
         let reference = table.pitch(demanded) + manoeuvre.pitch_above_trim(time);
         let state = plant.state();
+        if out_of_water(state.depth) {
+            break;
+        }
         let errors = inputs.design.tracked.iter().map(|t| match t.output {
             Output::Pitch => (reference - state.motion.theta) / t.scale,
             Output::Speed => (demanded - state.motion.u) / t.scale,

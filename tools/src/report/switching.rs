@@ -32,7 +32,7 @@ pub fn switching(subject: &Subject) -> Result<Vec<Part>, Error> {
     let bank = bank(subject)?;
     let mut flights = vec![(
         "scheduled",
-        fly(&inputs.vehicle, &stored.controller, inputs.design.depth, &stored.manoeuvre)?,
+        fly(&inputs.vehicle, &stored.controller, inputs.design.depth, &stored.manoeuvre)?.rows,
     )];
     let mut turns = Vec::new();
     for (memory, name) in MEMORIES {
@@ -92,7 +92,7 @@ fn ridden(subject: &Subject, rows: &[Row]) -> Ridden {
         let squares = rows.iter().map(|r| ((r.pitch_reference - r.pitch) / m.pitch_step).powi(2));
         (squares.sum::<f64>() / rows.len() as f64).sqrt()
     };
-    let tail = &after[after.len() - (after.len() / 10).clamp(1, after.len())..];
+    let tail = &after[after.len() - (after.len() / 10).max(1).min(after.len())..];
     // At the step every controller jumps.
     let quiet = |w: &&[Row]| !(m.step_time - 1e-6..m.step_time + STEP_RINGS).contains(&w[1].time);
     let actuators = &subject.inputs.vehicle.actuators;

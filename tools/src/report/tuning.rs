@@ -14,6 +14,7 @@ use crate::error::Error;
 use crate::flight::Row;
 use crate::inputs::Inputs;
 use crate::metrics::StepFigures;
+use crate::output::above;
 use crate::problem::augment;
 use lpv::controller::Controller;
 use lpv::synthesis::{Options, synthesise};
@@ -98,13 +99,15 @@ fn tune(subject: &Subject, weight: f64, letter: &'static str) -> Result<Tuned, E
     let pitch = subject.pitch()?;
     let respond = |i: usize| -> Result<Response, Error> {
         let truth = &subject.truth[i];
-        let rows = subject.fly_step(subject.speeds[i], &lft)?;
+        let flight = subject.fly_step(subject.speeds[i], &lft)?;
+        let rows = flight.rows;
         let height = subject.stored.manoeuvre.pitch_step;
         Ok(Response {
             flying: Linear::of(&FrozenLoop::flying(subject, &design.controller, truth)?, pitch),
             ideal: Linear::of(&FrozenLoop::ideal(subject, &design.controller, truth)?, pitch),
             figures: StepFigures::of(&rows, STEP_TIME, height, &subject.limits()),
-            cost: time_weighted_error(&rows, height),
+            // Of a flight that came to the surface the rest is not known.
+            cost: flight.surfacing.map_or_else(|| time_weighted_error(&rows, height), |_| f64::NAN),
             rows,
         })
     };
@@ -281,7 +284,7 @@ fn costs_table(all: &[Tuned]) -> Table {
     let mut head = vec!["w_b (rad/s)".to_owned(), "gamma, bound".to_owned()];
     head.extend(costs.iter().map(|(name, _)| (*name).to_owned()));
     let row = |(i, tuned): (usize, &Tuned)| {
-        let mut row = vec![tuned.weight.to_string(), format!("{:.4}", tuned.gamma)];
+        let mut row = vec![tuned.weight.to_string(), above(tuned.gamma)];
         row.extend(costs.iter().map(|(_, values)| seconds(values[i].1)));
         row
     };

@@ -1,5 +1,7 @@
 //! Whether what the paper claims is borne out by a vehicle: rules on numbers, each with its criterion in words.
 
+use crate::output::decimals;
+
 /// The outcome.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Finding {
@@ -66,12 +68,30 @@ fn at_most(v: f64, limit: f64) -> Option<bool> {
     (!v.is_nan()).then_some(v <= limit)
 }
 
+/// An error below this (%) is rounding: which of two such is smaller says nothing.
+const EXACT: f64 = 1e-8;
+
+/// Two errors (%) in words, and how many times the second is smaller.
+pub fn compared(first: f64, second: f64) -> String {
+    let percent = |v: f64| match v < EXACT {
+        true => "no more than rounding".to_owned(),
+        false => format!("{} %", decimals(v, if v < 0.1 { (1.0 - v.log10().floor()) as usize } else { 2 })),
+    };
+    let words = format!("{} with order 1 and {} with order 2", percent(first), percent(second));
+    if !(first.min(second) >= EXACT) {
+        return words;
+    }
+    let (ratio, which) =
+        if first < second { (second / first, "larger") } else { (first / second, "smaller") };
+    format!("{words}, {} times {which}", decimals(ratio, if ratio < 100.0 { 1 } else { 0 }))
+}
+
 /// An error this many times smaller is called much smaller.
 pub const MUCH: f64 = 2.0;
 
 /// Is the second error much smaller than the first? Partly, if it is smaller at all.
 pub fn much_smaller(first: f64, second: f64) -> Finding {
-    if first.is_nan() || second.is_nan() {
+    if first.is_nan() || second.is_nan() || (first < EXACT && second < EXACT) {
         Finding::Unknown
     } else if first >= MUCH * second && first > 0.0 {
         Finding::BorneOut
@@ -201,8 +221,23 @@ mod tests {
         assert_eq!(much_smaller(3.0, 1.0), Finding::BorneOut);
         assert_eq!(much_smaller(1.5, 1.0), Finding::Partly);
         assert_eq!(much_smaller(1.0, 1.5), Finding::NotBorneOut);
-        assert_eq!(much_smaller(0.0, 0.0), Finding::NotBorneOut);
+        assert_eq!(much_smaller(0.0, 0.0), Finding::Unknown);
         assert_eq!(much_smaller(f64::NAN, 1.0), Finding::Unknown);
+        assert_eq!(much_smaller(3e-13, 1e-13), Finding::Unknown);
+        assert_eq!(much_smaller(3.0, 1e-13), Finding::BorneOut);
+    }
+
+    #[test]
+    fn errors_are_compared_in_numbers_that_mean_something() {
+        for (first, second, words) in [
+            (1.54, 0.45, "1.54 % with order 1 and 0.45 % with order 2, 3.4 times smaller"),
+            (0.0042, 0.002, "0.0042 % with order 1 and 0.0020 % with order 2, 2.1 times smaller"),
+            (1.0, 2.0, "1.00 % with order 1 and 2.00 % with order 2, 2.0 times larger"),
+            (3.2, 2e-14, "3.20 % with order 1 and no more than rounding with order 2"),
+            (3e-13, 1e-13, "no more than rounding with order 1 and no more than rounding with order 2"),
+        ] {
+            assert_eq!(compared(first, second), words);
+        }
     }
 
     #[test]

@@ -140,9 +140,9 @@ pub enum FileProblem {
     },
     /// Mass and weight that do not belong together.
     #[error(
-        "'mass.weight' is {} N and 'mass.mass' times {gravity} m/s2 is {} N; they must agree within {:.0} % (is the weight in kg, \
-         or the mass in pounds?)",
-        number(*weight), number(*expected), 100.0 * tolerance
+        "'mass.weight' is {} N and 'mass.mass' times {gravity} m/s2 is {} N; they must agree within {:.0} % \
+         (a weight in kg or pounds, or a mass in pounds?)",
+        rounded(*weight), rounded(*expected), 100.0 * tolerance
     )]
     MassAndWeight {
         /// The weight found \[N\].
@@ -158,7 +158,7 @@ pub enum FileProblem {
     #[error(
         "the mass matrix (mass, I_yy, x_G, z_G and [added_mass]) is not positive definite: its least eigenvalue is {}; \
          it must be above zero",
-        number(*least_eigenvalue)
+        rounded(*least_eigenvalue)
     )]
     MassMatrixNotPositiveDefinite {
         /// Least eigenvalue of its symmetric part (SI).
@@ -218,4 +218,13 @@ pub fn number(v: f64) -> String {
         return "0".into();
     }
     if (1e-4..1e7).contains(&size) || !v.is_finite() { v.to_string() } else { format!("{v:e}") }
+}
+
+/// A computed number for people: six significant digits, none of them an idle zero.
+///
+/// ```
+/// assert_eq!([1443.6461006741401, 2.0 / 3.0, -0.0, 3e300].map(auv::rounded), ["1443.65", "0.666667", "0", "3e300"]);
+/// ```
+pub fn rounded(v: f64) -> String {
+    number(format!("{v:.5e}").parse().unwrap_or(v))
 }

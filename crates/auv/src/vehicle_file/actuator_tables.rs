@@ -6,6 +6,8 @@ use crate::actuator::{Actuator, Effect, allowed, is_actuator_name};
 use crate::toml_file::{FileProblem, Table, cited};
 
 const ANGLES: [&str; 2] = ["rad", "deg"];
+const THRUSTER: [&str; 7] = ["name", "x", "z", "direction", "min", "max", "lag"];
+const CONTROL_SURFACE: [&str; 7] = ["name", "Z_uu_delta", "M_uu_delta", "X_uu_delta2", "min", "max", "lag"];
 
 type Sources = BTreeMap<String, String>;
 
@@ -16,10 +18,11 @@ pub(crate) fn read(root: &Table<'_>, sources: &mut Sources) -> Vec<Actuator> {
     let thrusters = root.tables("thruster").into_iter().map(|table| (table, true));
     let surfaces = root.tables("control_surface").into_iter().map(|table| (table, false));
     let tables: Vec<(Table<'_>, bool)> = thrusters.chain(surfaces).collect();
-    if tables.is_empty() {
+    if !root.has("thruster") && !root.has("control_surface") {
         root.problem(FileProblem::NoActuator);
     }
     for (table, is_thruster) in tables {
+        table.allow_only(if is_thruster { &THRUSTER } else { &CONTROL_SURFACE });
         let name = name(&table, &mut taken);
         let reader = Reader { name: name.clone().unwrap_or_default(), table: &table };
         let actuator = if is_thruster { reader.thruster(sources) } else { reader.control_surface(sources) };
@@ -50,7 +53,6 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     fn thruster(self, sources: &mut Sources) -> Option<Actuator> {
-        self.table.allow_only(&["name", "x", "z", "direction", "min", "max", "lag"]);
         let x = self.optional("x", &["m"], sources);
         let z = self.required("z", &["m"], "position below the origin", sources);
         let direction = self.optional("direction", &ANGLES, sources);
@@ -60,8 +62,6 @@ impl Reader<'_> {
     }
 
     fn control_surface(self, sources: &mut Sources) -> Option<Actuator> {
-        let keys = ["name", "Z_uu_delta", "M_uu_delta", "X_uu_delta2", "min", "max", "lag"];
-        self.table.allow_only(&keys);
         let (force, moment) = ("heave force per u|u| delta", "pitch moment per u|u| delta");
         let heave = self.required("Z_uu_delta", &["kg/(m.rad)"], force, sources);
         let pitch = self.required("M_uu_delta", &["kg/rad"], moment, sources);
