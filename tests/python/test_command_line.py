@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import filecmp
+import os
 import re
 import shutil
 import subprocess
@@ -327,6 +328,28 @@ def test_help_teaches(run_squid: Run, verb: list[str]) -> None:
     assert done.returncode == 0
     assert len(done.stdout.splitlines()) > 8
     assert "Usage" in done.stdout
+
+
+@pytest.mark.parametrize("columns", [60, 80, 160])
+@pytest.mark.parametrize(
+    "verb", [[], ["design"], ["package"], ["show"], ["verify"], ["lpv", "synth"], ["lpv", "mu"]]
+)
+def test_help_is_as_wide_as_the_terminal(squid_command: Path, verb: list[str], columns: int) -> None:
+    """Nothing is broken at a fixed place but the examples, each of which stands on a line of its own."""
+    environment = {**os.environ, "COLUMNS": str(columns)}
+    done = subprocess.run(
+        [squid_command, *verb, "--help"],
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        env=environment,
+        check=False,
+    )
+    lines = done.stdout.splitlines()
+    assert max(map(len, lines)) <= columns
+    assert columns < 160 or max(map(len, lines)) > 120
+    examples = [line for line in lines if line.startswith("  squid ")]
+    assert verb or [line.split()[1] for line in examples] == ["show", "design", "simulate", "package"]
 
 
 def test_design_prints_each_stage(run_squid: Run, tmp_path: Path) -> None:

@@ -32,7 +32,7 @@ def test_files_and_check(run_squid: Run, tmp_path: Path) -> None:
     """The controller and the certificate are written, and the certificate proves for this plant alone."""
     done = run_squid("lpv", "synth", CASE, "--out", tmp_path)
     assert done.returncode == 0 and "PROVED" in done.stdout
-    assert {path.name for path in tmp_path.iterdir()} == {
+    assert {path.name for path in tmp_path.glob("[!.]*")} == {
         "report.json",
         "controller.json",
         "certificate.json",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import tempfile
@@ -9,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fly import figures, flight, record, room, stamp
+from fly import build, figures, flight, record, room, stamp
 from fly.package import FIGURES, Packages
 from fly.stages import ROOT, StageError, run
 
@@ -22,6 +23,25 @@ def test_help_teaches(words: list[str]) -> None:
     assert done.returncode == 0
     assert "usage" in done.stdout
     assert len(done.stdout.splitlines()) > 5
+
+
+@pytest.mark.parametrize("columns", [60, 80, 160])
+def test_help_is_as_wide_as_the_terminal(columns: int) -> None:
+    environment = {**os.environ, "COLUMNS": str(columns)}
+    words = [sys.executable, "run.py", "--help"]
+    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, env=environment, check=False)
+    lines = done.stdout.splitlines()
+    assert max(map(len, lines)) <= columns
+    assert columns < 160 or max(map(len, lines)) > 120
+    assert sum(line.startswith("  python3 run.py ") for line in lines) == 5
+
+
+def test_what_cargo_is_told_does_not_name_this_folder(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """A flag that does would have every crate compiled anew where the folder was moved."""
+    monkeypatch.setenv("CARGO_HOME", str(tmp_path))
+    assert str(ROOT) not in build.without_paths() and str(tmp_path) in build.without_paths()
 
 
 def test_a_failing_command_stops_the_job_and_shows_its_log(

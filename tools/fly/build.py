@@ -25,8 +25,8 @@ def build() -> None:
 def without_paths() -> str:
     """Return the flags that keep the builder's folders out of the binaries, added to those of the user.
 
-    That of cargo's packages is renamed; this one need not be, for cargo compiles what is here by paths relative to it. It must not be
-    named, either: cargo compiles everything anew when a flag changes, and this folder may be moved.
+    That of cargo's packages is renamed. This one must not be named: cargo compiles everything anew when a flag
+    changes, and this folder may be moved. It need not be, for cargo compiles what lies here by relative paths.
     They are joined as cargo's encoded variable wants it, which bears folders with spaces.
     """
     home = Path(os.environ.get("CARGO_HOME", Path.home() / ".cargo"))

@@ -217,3 +217,52 @@ mod tests {
         assert_eq!(decimals(f64::NAN, 1), "NaN");
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_directory_is_checked_and_not_made() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, deep) = (folder.path().join("file"), folder.path().join("a").join("b"));
+        std::fs::write(&file, "mine").unwrap();
+        check_directory(&deep).unwrap();
+        check_directory(Path::new("")).unwrap();
+        assert!(!deep.parent().unwrap().exists());
+        for wrong in [file.clone(), file.join("deeper")] {
+            let told = check_directory(&wrong).unwrap_err().to_string();
+            assert_eq!(
+                told,
+                format!(
+                    "{}: cannot be written: it is a file, and a directory is needed here",
+                    file.display()
+                )
+            );
+        }
+    }
+
+    #[test]
+    fn a_set_is_written_whole_or_not_at_all() {
+        let folder = tempfile::tempdir().unwrap();
+        let to = |name: &str| folder.path().join(name);
+        let set = |first: &str| {
+            let mut files = Files::default();
+            files.add(to("a"), first);
+            files.remove(to("b"));
+            files.add(to("c/d"), "2");
+            files
+        };
+        std::fs::write(to("a"), "0").unwrap();
+        std::fs::write(to("b"), "0").unwrap();
+        std::fs::create_dir_all(to("c/d")).unwrap();
+        let told = set("1").save(folder.path()).unwrap_err().to_string();
+        assert!(told.contains("it is a directory, and a file is needed here"), "{told}");
+        assert_eq!((read(&to("a")).unwrap().as_str(), read(&to("b")).unwrap().as_str()), ("0", "0"));
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 4, "a, b, c and the lock");
+        std::fs::remove_dir(to("c/d")).unwrap();
+        set("1").save(folder.path()).unwrap();
+        assert_eq!((read(&to("a")).unwrap().as_str(), read(&to("c/d")).unwrap().as_str()), ("1", "2"));
+        assert!(!to("b").exists());
+    }
+}

@@ -85,13 +85,15 @@ pub fn report(inputs: &Inputs, stored: &Stored) -> Result<Report, Error> {
     };
     let sections = SECTIONS.iter().map(make).collect();
     let vehicle = &inputs.vehicle;
-    let warning = (vehicle.status == Status::Surrogate).then(|| {
+    let surrogate = (vehicle.status == Status::Surrogate).then(|| {
         format!(
             "SURROGATE: the coefficients of the real vehicle are not published. All numbers on this page are of a surrogate of {} with \
              coefficients derived from geometry; where they differ from the paper's, the vehicle does, too.",
             vehicle.name
         )
     });
+    let warnings = [stored.unproved(inputs), surrogate].into_iter().flatten();
+    let warning = warnings.reduce(|first, second| format!("{first}. {second}"));
     let introduction = vec![
         format!("Vehicle: {} ({} coefficients). {}", vehicle.name, vehicle.status.word(), vehicle.description),
         format!("Design '{}': {}", inputs.design.name, inputs.design.description),

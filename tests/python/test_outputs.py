@@ -1,0 +1,267 @@
+"""What `squid` writes: all of it or nothing, never lost in silence; and what it says of a design without a proof."""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import shutil
+import signal
+import stat
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import Run
+from fly.stages import ROOT
+
+SQUID = ROOT / "vehicles" / "squid"
+CASE = ROOT / "tests" / "cases" / "lpv05_one_param_lossless.json"
+MU = ROOT / "tests" / "cases" / "mu04_packard_doyle_gap.json"
+FULL = Path("/dev/full")
+full_device = pytest.mark.skipif(not FULL.exists(), reason="this system has no /dev/full")
+
+
+@pytest.fixture(scope="module")
+def designed(run_squid: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with a design of Squid and its flights."""
+    folder = tmp_path_factory.mktemp("designed")
+    for verb in ("design", "simulate"):
+        assert run_squid(verb, SQUID, "--out", folder).returncode == 0
+    return folder
+
+
+@pytest.fixture
+def copied_design(designed: Path, tmp_path: Path) -> Path:
+    """Return a copy of that folder that a test may spoil."""
+    return Path(shutil.copytree(designed, tmp_path / "out"))
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Return the files of a folder, hidden ones left out but for temporary ones."""
+    paths = (path for path in folder.iterdir() if path.name != ".squid-lock")
+    return {path.name: path.read_bytes() for path in paths}
+
+
+def unproved_vehicle(folder: Path) -> Path:
+    """Return a copy of Squid with a design that ends without a proof.
+
+    A fit of first order from 0.1 m/s on misses the true linearisations by more than any bound of the loop covers.
+    """
+    vehicle = Path(shutil.copytree(SQUID, folder))
+    path = vehicle / "design.toml"
+    text = path.read_text(encoding="utf-8")
+    for old, new in (("\nspeed_min = 0.5", "\nspeed_min = 0.1"), ("\norder = 2", "\norder = 1")):
+        assert old in text
+        text = text.replace(old, new)
+    path.write_text(text.partition("[uncertainty]")[0], encoding="utf-8")
+    return vehicle
+
+
+def test_a_design_that_is_not_proved_is_no_success(run_squid: Run, tmp_path: Path) -> None:
+    """The files are there, the exit code is 1, and whatever is shown of it begins with that."""
+    vehicle, out = unproved_vehicle(tmp_path / "vehicle"), tmp_path / "out"
+    done = run_squid("design", vehicle, "--out", out)
+    assert done.returncode == 1
+    assert done.stderr.startswith("squid: NOT PROVED: ") and str(out) in done.stderr
+    assert json.loads((out / "design.json").read_text("utf-8"))["certified"] is False
+    for words in (["simulate"], ["report"], ["show"], ["show", "--speed", "1"]):
+        done = run_squid(words[0], vehicle, *words[1:], "--out", out)
+        assert done.returncode == 0, done.stderr
+        assert done.stdout.startswith("NOT PROVED: there is no certificate.json: "), words
+    page = (out / "report.html").read_text("utf-8")
+    assert 0 < page.index("NOT PROVED: there is no certificate.json") < page.index("<nav>")
+
+
+@pytest.mark.parametrize(
+    ("verb", "spoilt"),
+    [("simulate", "removed"), ("show", "removed"), ("show", "gamma"), ("simulate", "gamma")],
+)
+def test_a_certificate_that_does_not_prove_is_told_first(
+    run_squid: Run, copied_design: Path, verb: str, spoilt: str
+) -> None:
+    certificate = copied_design / "certificate.json"
+    if spoilt == "removed":
+        certificate.unlink()
+    else:
+        values = json.loads(certificate.read_text("utf-8"))
+        certificate.write_text(json.dumps(values | {"gamma": 0.9 * values["gamma"]}), encoding="utf-8")
+    done = run_squid(verb, SQUID, "--out", copied_design)
+    assert done.stdout.startswith("NOT PROVED: "), done.stdout
+    assert spoilt == "removed" or "differs" in done.stdout.splitlines()[0]
+
+
+def test_a_proved_design_is_not_called_unproved(run_squid: Run, designed: Path) -> None:
+    done = run_squid("show", SQUID, "--out", designed)
+    assert done.returncode == 0 and "NOT PROVED" not in done.stdout
+
+
+def test_show_prints_the_controller_that_is_stored(run_squid: Run, copied_design: Path) -> None:
+    """One with modes twice as fast as designed: its poles are shown, and that nothing is proved of it."""
+    path = copied_design / "controller.json"
+    values = json.loads(path.read_text("utf-8"))
+    values["lft"]["A"] = (2.0 * np.array(values["lft"]["A"])).tolist()
+    path.write_text(json.dumps(values), encoding="utf-8")
+    done = run_squid("show", SQUID, "--controller", "--out", copied_design)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("NOT PROVED: ") and f"The design in {copied_design}" in done.stdout
+    middle = np.array(values["lft"]["A"])
+    slowest = min(np.linalg.eigvals(middle), key=abs)
+    assert f"{slowest.real:.5f}" in done.stdout.split("(rho = +0)")[1].split("(rho = +1)")[0]
+
+
+@pytest.mark.parametrize("words", [[], ["--controller"], ["--speed", "1"], ["--uncertainty"]])
+def test_show_of_a_folder_without_a_design(run_squid: Run, tmp_path: Path, words: list[str]) -> None:
+    for folder in (tmp_path, tmp_path / "nowhere"):
+        done = run_squid("show", SQUID, *words, "--out", folder)
+        assert (done.returncode, done.stdout) == (1, "")
+        assert "there is no design" in done.stderr and str(folder) in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+@full_device
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--help"],
+        ["--version"],
+        ["show", SQUID, "--speed", "1"],
+        ["design", SQUID, "--out", "OUT"],
+        ["simulate", SQUID, "--out", "OUT"],
+        ["verify", "OUT/certificate.json"],
+        ["plot", "OUT/flight.csv"],
+        ["lpv", "synth", CASE, "--json"],
+        ["lpv", "synth", CASE],
+        ["lpv", "mu", MU],
+    ],
+    ids=lambda words: " ".join(map(str, words[:2])),
+)
+def test_words_that_are_lost_are_told(
+    squid_command: Path, copied_design: Path, words: list[str | Path]
+) -> None:
+    """Standard output on a full device: one sentence and exit code 1; the files are written all the same."""
+    command = [squid_command, *(str(word).replace("OUT", str(copied_design)) for word in words)]
+    with FULL.open("w") as full:
+        done = subprocess.run(command, cwd=ROOT, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stderr.startswith("squid: standard output: cannot be written: No space left on device")
+    assert len(done.stderr.splitlines()) == 1
+
+
+@full_device
+def test_standard_error_that_is_full_is_no_panic(squid_command: Path) -> None:
+    with FULL.open("w") as full:
+        done = subprocess.run([squid_command, "show", "nowhere"], cwd=ROOT, stderr=full, check=False)
+    assert done.returncode == 1
+
+
+@pytest.mark.parametrize("words", [["--help"], ["show", SQUID], ["lpv", "synth", CASE, "--json"]])
+def test_a_reader_that_goes_away_is_no_failure(squid_command: Path, words: list) -> None:
+    command = [squid_command, *map(str, words)]
+    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        process.stdout.close()
+        assert (process.stderr.read(), process.wait(timeout=120)) == (b"", 0)
+
+
+@full_device
+def test_a_plot_on_a_full_device(run_squid: Run, designed: Path, tmp_path: Path) -> None:
+    """What is no file is written into, not replaced by one."""
+    device = tmp_path / "full"
+    device.symlink_to(FULL)
+    done = run_squid("plot", designed / "flight.csv", "--out", device)
+    assert done.returncode == 1 and "No space left on device" in done.stderr
+    assert device.is_symlink() and stat.S_ISCHR(device.stat().st_mode)
+
+
+def test_a_plot_into_a_pipe(squid_command: Path, designed: Path, tmp_path: Path) -> None:
+    pipe, copy = tmp_path / "pipe", tmp_path / "copy.svg"
+    os.mkfifo(pipe)
+    with copy.open("wb") as file, subprocess.Popen(["cat", pipe], stdout=file) as reader:
+        words = [squid_command, "plot", designed / "flight.csv", "--out", pipe]
+        done = subprocess.run(words, cwd=ROOT, capture_output=True, check=False)
+        if not stat.S_ISFIFO(pipe.lstat().st_mode):
+            reader.kill()
+    assert done.returncode == 0 and stat.S_ISFIFO(pipe.lstat().st_mode)
+    text = copy.read_text("utf-8")
+    assert text.startswith("<svg") and text.rstrip().endswith("</svg>")
+
+
+def limited(squid_command: Path, size: int, *words: str | Path) -> subprocess.CompletedProcess:
+    """Run `squid` so that no file grows beyond a size (bytes): what a full disk does, without one."""
+
+    def limit() -> None:
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+
+    command = [squid_command, *map(str, words)]
+    return subprocess.run(
+        command,
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+        preexec_fn=limit,
+        restore_signals=False,
+    )
+
+
+def test_a_full_disk_leaves_the_earlier_design_whole(squid_command: Path, copied_design: Path) -> None:
+    """The largest file does not fit: none is written, and none is left over."""
+    before = contents(copied_design)
+    names = ("plant.json", "manoeuvre.json", "certificate.json", "design.json", "controller.json")
+    sizes = {name: len(before[name]) for name in names}
+    room = max(sizes.values()) - 1000
+    assert sum(size < room for size in sizes.values()) >= 3, "most of them fit"
+    done = limited(squid_command, room, "design", SQUID, "--bandwidth", "0.23", "--out", copied_design)
+    assert done.returncode == 1 and "cannot be written" in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert contents(copied_design) == before
+    done = limited(squid_command, room, "design", SQUID, "--out", copied_design / "new")
+    assert done.returncode == 1 and not contents(copied_design / "new")
+
+
+def test_a_full_disk_leaves_earlier_flights_and_syntheses_whole(
+    squid_command: Path, run_squid: Run, copied_design: Path, tmp_path: Path
+) -> None:
+    before = contents(copied_design)
+    (copied_design / "steps.svg").write_text("earlier", encoding="utf-8")
+    room = len(before["flight.csv"]) - 1000
+    assert len(before["flight.svg"]) < room
+    done = limited(squid_command, room, "simulate", SQUID, "--out", copied_design)
+    assert done.returncode == 1 and "cannot be written" in done.stderr
+    assert contents(copied_design) == before | {"steps.svg": b"earlier"}
+    assert run_squid("lpv", "synth", CASE, "--out", tmp_path / "lpv").returncode == 0
+    before = contents(tmp_path / "lpv")
+    room = len(before["certificate.json"]) - 100
+    assert min(map(len, before.values())) < room
+    done = limited(squid_command, room, "lpv", "synth", CASE, "--back-off", "0.3", "--out", tmp_path / "lpv")
+    assert done.returncode == 1 and "certificate.json: cannot be written" in done.stderr
+    assert contents(tmp_path / "lpv") == before
+
+
+@pytest.mark.parametrize(
+    "words", [["design", SQUID, "--robust"], ["simulate", SQUID], ["report", SQUID], ["lpv", "synth", CASE]]
+)
+def test_an_output_that_cannot_be_is_told_before_the_work(
+    run_squid: Run, tmp_path: Path, words: list[str | Path]
+) -> None:
+    """Not a stage is passed."""
+    file = tmp_path / "file"
+    file.write_text("mine", encoding="utf-8")
+    for out in (file, file / "deeper" / "still"):
+        done = run_squid(*words, "--out", out)
+        assert (done.returncode, done.stdout) == (1, "")
+        assert done.stderr.startswith(f"squid: {file}: cannot be written: it is a file")
+        assert len(done.stderr.splitlines()) == 1
+    assert file.read_text("utf-8") == "mine"
+
+
+def test_missing_binaries_are_told_before_the_work(
+    run_squid: Run, copied_design: Path, tmp_path: Path
+) -> None:
+    """Before the proof, which comes first and is told, and before the report."""
+    done = run_squid("package", SQUID, "--out", copied_design, "--binaries", tmp_path)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert "fmu_plant" in done.stderr and str(tmp_path) in done.stderr
+    assert not list(copied_design.glob("*.fmu"))
