@@ -39,8 +39,8 @@ def copied_design(designed: Path, tmp_path: Path) -> Path:
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    """Return the files of a folder, hidden ones left out but for temporary ones."""
-    paths = (path for path in folder.iterdir() if path.name != ".squid-lock")
+    """Return the files of a folder, temporary ones among them, but for the lock."""
+    paths = (path for path in folder.iterdir() if path.is_file() and path.name != ".squid-lock")
     return {path.name: path.read_bytes() for path in paths}
 
 
@@ -206,19 +206,21 @@ def limited(squid_command: Path, size: int, *words: str | Path) -> subprocess.Co
     )
 
 
-def test_a_full_disk_leaves_the_earlier_design_whole(squid_command: Path, copied_design: Path) -> None:
-    """The largest file does not fit: none is written, and none is left over."""
+def test_a_full_disk_leaves_the_earlier_design_whole(
+    squid_command: Path, copied_design: Path, copied_vehicle: Path
+) -> None:
+    """The certificate does not fit, with a fit of third order the largest file: none is written, none left over."""
+    design = copied_vehicle / "design.toml"
+    text = design.read_text(encoding="utf-8")
+    assert "\norder = 2" in text
+    design.write_text(text.replace("\norder = 2", "\norder = 3"), encoding="utf-8")
     before = contents(copied_design)
-    names = ("plant.json", "manoeuvre.json", "certificate.json", "design.json", "controller.json")
-    sizes = {name: len(before[name]) for name in names}
-    room = max(sizes.values()) - 1000
-    assert sum(size < room for size in sizes.values()) >= 3, "most of them fit"
-    done = limited(squid_command, room, "design", SQUID, "--bandwidth", "0.23", "--out", copied_design)
-    assert done.returncode == 1 and "cannot be written" in done.stderr
-    assert len(done.stderr.splitlines()) == 1
-    assert contents(copied_design) == before
-    done = limited(squid_command, room, "design", SQUID, "--out", copied_design / "new")
-    assert done.returncode == 1 and not contents(copied_design / "new")
+    room = len(before["plant.json"]) + 2000
+    for out, there in ((copied_design, before), (copied_design / "new", {})):
+        done = limited(squid_command, room, "design", copied_vehicle, "--out", out)
+        assert done.returncode == 1 and "certificate.json: cannot be written" in done.stderr
+        assert len(done.stderr.splitlines()) == 1
+        assert contents(out) == there
 
 
 def test_a_full_disk_leaves_earlier_flights_and_syntheses_whole(

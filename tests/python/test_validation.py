@@ -85,7 +85,7 @@ def test_archive_is_plain(fmu: Path) -> None:
 
 
 def test_carries_no_path_of_the_machine_that_made_it(fmu: Path) -> None:
-    """In no file, the binaries among them: neither the builder's home, nor this folder, nor that of cargo's packages."""
+    """In no file, the binaries among them: not the builder's home, not this folder, not that of cargo's packages."""
     packages = os.environ.get("CARGO_HOME", str(Path.home() / ".cargo"))
     folders = [str(Path.home()), str(Path(__file__).resolve().parents[2]), packages]
     with zipfile.ZipFile(fmu) as archive:
