@@ -269,11 +269,12 @@ fn run_package(
     allow_uncertified: bool,
     descriptions: Option<PathBuf>,
 ) -> Result<(), Error> {
-    let (inputs, directory) = which.read_to_write()?;
+    let (inputs, directory) = which.read()?;
     let mut stored = store::load(&directory, &inputs)?;
-    match &descriptions {
-        Some(to) => check_directory(to)?,
-        None => binaries.find()?,
+    let folder = descriptions.as_ref().unwrap_or(&directory);
+    check_directory(folder)?;
+    if descriptions.is_none() {
+        binaries.find()?;
     }
     say(&require_proof(&inputs, &mut stored, &directory, allow_uncertified)?);
     // All are made before any is written.
@@ -299,7 +300,7 @@ fn run_package(
     let told: Vec<String> = files.iter().map(|(path, bytes)| size(path, bytes)).collect();
     let mut set = Files::default();
     files.into_iter().for_each(|(path, bytes)| set.add(path, bytes));
-    set.save(descriptions.as_deref().unwrap_or(&directory))?;
+    set.save(folder)?;
     told.iter().for_each(|line| say(line));
     Ok(())
 }

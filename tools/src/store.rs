@@ -9,6 +9,7 @@
 //! | `design.json` | the figures of the design |
 //! | `robust.json` | of a robust design: nominal and robust controller side by side |
 //! | `robust_certificate.json` | of a robust design: the proof of the gain bound with uncertainty |
+//! | `.squid-lock` | empty; locked while the others are written or read, so that all are of one design |
 
 use crate::certify::controller_of;
 use crate::check::check;
