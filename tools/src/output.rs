@@ -216,11 +216,6 @@ mod tests {
         assert_eq!(shown, ["0.0000", "0.0000", "0.0000", "-0.0001", "-12.5000"]);
         assert_eq!(decimals(f64::NAN, 1), "NaN");
     }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
 
     #[test]
     fn a_directory_is_checked_and_not_made() {
