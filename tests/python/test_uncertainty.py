@@ -53,7 +53,10 @@ def test_the_robust_controller_bears_more(run_squid: Run, tmp_path: Path) -> Non
     assert "The proof is about the model. It leaves out how far the model is off the vehicle: " in printed
     done = run_squid("show", vehicle, "--controller", "--out", tmp_path)
     bound = json.loads((tmp_path / "controller.json").read_text(encoding="utf-8"))["gamma"]["bound"]
-    assert "made with --robust" in done.stdout and f"bounded by {math.ceil(1e4 * bound) / 1e4:.4f}" in done.stdout
+    assert (
+        "made with --robust" in done.stdout
+        and f"bounded by {math.ceil(1e4 * bound) / 1e4:.4f}" in done.stdout
+    )
     done = run_squid("report", vehicle, "--out", tmp_path)
     assert done.returncode == 0, done.stderr
     page = (tmp_path / "report.html").read_text("utf-8")

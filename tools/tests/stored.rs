@@ -10,7 +10,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// How often each of the two designs is written.
-const TIMES: usize = 200;
+const TIMES: usize = 50;
 
 fn design(bandwidth: Option<f64>) -> (Inputs, Finished) {
     let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../vehicles/squid"));
