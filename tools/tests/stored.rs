@@ -1,5 +1,7 @@
 //! Designs in one folder: whoever writes at the same time, what is read is one design.
 
+#![allow(clippy::unwrap_used)]
+
 use squid::design::{self, Finished};
 use squid::error::Error;
 use squid::inputs::Inputs;
