@@ -79,11 +79,11 @@ fn unknown_keys() {
         "z = { value = 0.2, units = \"m\"",
         "unknown key 'thruster.z.units' (did you mean 'unit'?); allowed here: value, unit, source",
     );
-    refused(
-        key,
-        "y = { value = 0.2, unit = \"m\"",
-        "unknown key 'thruster.y'; allowed here: name, x, z, direction, min, max, lag",
-    );
+    let (two, line) = message(SQUID, key, "y = { value = 0.2, unit = \"m\"");
+    let header = line_of(SQUID, "[[thruster]]");
+    let missing = format!("vehicle.toml:{header}: missing key 'thruster.z': position below the origin");
+    let allowed = "allowed here: name, x, z, direction, min, max, lag";
+    assert_eq!(two, format!("{missing}\nvehicle.toml:{line}: unknown key 'thruster.y'; {allowed}"));
     refused(
         "status =",
         "state =",
@@ -123,7 +123,7 @@ fn missing_keys() {
     let water = SQUID.find("[water]").unwrap()..SQUID.find("# Added mass").unwrap();
     let text = SQUID.replace(&SQUID[water], "");
     let message = Vehicle::parse(&text, "v.toml").unwrap_err().to_string();
-    assert_eq!(message, "v.toml:1: missing key 'water': it must hold density, Density of the water");
+    assert_eq!(message, "v.toml:1: missing key 'water': a table with density");
 }
 
 #[test]
