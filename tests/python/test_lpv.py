@@ -275,7 +275,7 @@ def test_wrong_file(run_squid: Run, tmp_path: Path, case: dict, spoil, words: st
 def test_not_json(run_squid: Run, tmp_path: Path) -> None:
     """Text that is no JSON is refused with file, line and column."""
     code, report, error = synth(run_squid, tmp_path / "p.json", '{"data": [}')
-    assert_refused(code, report, error, "line 1")
+    assert_refused(code, report, error, "p.json:1: this is not JSON: expected value (column 11)")
 
 
 def test_key_that_stands_twice(run_squid: Run, tmp_path: Path, case: dict) -> None:
@@ -288,7 +288,7 @@ def test_key_that_stands_twice(run_squid: Run, tmp_path: Path, case: dict) -> No
 def test_file_that_is_not_there(run_squid: Run, tmp_path: Path) -> None:
     """Also then there is one object."""
     done = run_squid("lpv", "synth", tmp_path / "p.json", "--json")
-    assert_refused(done.returncode, json.loads(done.stdout), done.stderr, "cannot be read")
+    assert_refused(done.returncode, json.loads(done.stdout), done.stderr, "there is no such file")
 
 
 def test_plant_without_states(run_squid: Run, tmp_path: Path) -> None:

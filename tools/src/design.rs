@@ -8,7 +8,7 @@ use crate::frequency;
 use crate::inputs::Inputs;
 use crate::model::Model;
 use crate::model_ball::SAMPLES;
-use crate::output::above;
+use crate::output::{above, decimals};
 use crate::problem::augment;
 use crate::robust::{Robust, robust};
 use crate::stages::Stages;
@@ -174,13 +174,13 @@ fn vehicle_line(inputs: &Inputs) -> String {
 fn trim_line(model: &Model) -> String {
     let (first, last) = (&model.grid[0].1.trim, &model.grid[model.grid.len() - 1].1.trim);
     format!(
-        "level at {} speeds, {:.2} to {:.2} m/s, {:.0} m deep; incidence {:.2} to {:.2} deg",
+        "level at {} speeds, {:.2} to {:.2} m/s, {:.0} m deep; incidence {} to {} deg",
         model.grid.len(),
         first.speed,
         last.speed,
         first.depth,
-        first.incidence.to_degrees(),
-        last.incidence.to_degrees()
+        decimals(first.incidence.to_degrees(), 2),
+        decimals(last.incidence.to_degrees(), 2)
     )
 }
 

@@ -3,6 +3,7 @@
 use crate::design::Finished;
 use crate::error::Error;
 use crate::inputs::Inputs;
+use crate::output::rounded_up;
 use lpv::ladder::{Disorder, Ladder, LadderOptions, Rung, ladder};
 use std::fmt::Display;
 use std::time::Instant;
@@ -92,7 +93,7 @@ fn finished_loop(found: &Ladder, speeds: Speeds, samples: usize, back_off: f64) 
     }
     let fast = found.arbitrarily_fast.as_ref().map(|b| b.gamma);
     out += &row(&speeds.name(Rung::ArbitrarilyFast), fast, frozen);
-    out += &row(&speeds.name(Rung::Certified), Ok::<_, Error>(found.certified), frozen);
+    out += &row(&speeds.name(Rung::Certified), Ok::<_, Error>(rounded_up(found.certified)), frozen);
     out + &format!(
         "  (+ %: above constant speed. All but the last look at {samples} speeds alone, and are no proof)\n"
     )

@@ -43,7 +43,7 @@ const MOST: f64 = 1000.0;
 pub fn mu_problem(path: &Path) -> Result<(Perturbed, Structure), Error> {
     let reader = Reader::new(path.display().to_string());
     let text = read(path)?;
-    let value: Json = serde_json::from_str(&text).map_err(|e| reader.wrong("", not_json(&e, &text)))?;
+    let value: Json = serde_json::from_str(&text).map_err(|e| not_json(&reader, &e, &text))?;
     let top = reader.object(&value, "")?;
     let data = find(top, "data").map_or(Ok(top), |data| reader.object(data, "data"))?;
     let perturbed = match (find(data, "M"), find(data, "P")) {

@@ -177,9 +177,14 @@ pub fn decimals(v: f64, digits: usize) -> String {
 
 /// A bound from above for people: rounded up, so that what is said is true, too.
 pub fn above(bound: f64) -> String {
+    format!("{:.4}", rounded_up(bound))
+}
+
+/// A bound from above as [`above`] shows it.
+pub fn rounded_up(bound: f64) -> f64 {
     const DECIMALS: f64 = 1e4;
     let up = (bound * DECIMALS).ceil() / DECIMALS;
-    format!("{:.4}", if up.is_finite() { up } else { bound })
+    if up.is_finite() { up } else { bound }
 }
 
 /// A value as one line of JSON.

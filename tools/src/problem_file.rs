@@ -38,7 +38,7 @@ pub struct Problem {
 pub fn problem(path: &Path) -> Result<Problem, Error> {
     let reader = Reader::new(path.display().to_string());
     let text = read(path)?;
-    let value: Json = serde_json::from_str(&text).map_err(|e| reader.wrong("", not_json(&e, &text)))?;
+    let value: Json = serde_json::from_str(&text).map_err(|e| not_json(&reader, &e, &text))?;
     let top = reader.object(&value, "")?;
     let data = find(top, "data").map_or(Ok(top), |data| reader.object(data, "data"))?;
     let nested = ["P", "plant"].into_iter().find_map(|key| Some((key, find(data, key)?)));
@@ -94,21 +94,27 @@ fn partition(m: &Matrices<'_>, blocks: Vec<usize>) -> Result<GeneralisedPlant, E
     })
 }
 
-/// Why a text cannot be read. JSON has no infinity, but programs write one: Python as `Infinity`, others as 1e999.
-pub(crate) fn not_json(error: &serde_json::Error, text: &str) -> String {
+/// That a text cannot be read, and why: with its line. JSON has no infinity, but programs write one: Python as `Infinity`, others as 1e999.
+pub(crate) fn not_json(reader: &Reader, error: &serde_json::Error, text: &str) -> Error {
+    let told = error.to_string();
+    let at = format!(" at line {} column {}", error.line(), error.column());
+    let (what, place) = match told.strip_suffix(&at) {
+        Some(what) => (what, format!(" (column {})", error.column())),
+        None => (told.as_str(), String::new()),
+    };
     if error.is_data() {
-        return format!("cannot be read: {error}");
+        return reader.wrong_at(error.line(), format!("cannot be read: {what}{place}"));
     }
     let line = text.lines().nth(error.line().saturating_sub(1)).unwrap_or_default();
     let here: String = line.chars().skip(error.column().saturating_sub(4)).take(12).collect();
     let infinite = ["Infinity", "NaN", "nan", "inf"].iter().any(|word| here.contains(word))
-        || error.to_string().starts_with("number out of range");
+        || told.starts_with("number out of range");
     let advice = if infinite {
         "; its numbers must be finite (a weight that is infinite at high frequency is not proper)"
     } else {
         ""
     };
-    format!("is not JSON: {error}{advice}")
+    reader.wrong_at(error.line(), format!("this is not JSON: {what}{place}{advice}"))
 }
 
 const IMPROPER: &str = "the identity, or left out: with a singular E the plant, or a weight in it, is not proper (its gain grows without \
@@ -127,7 +133,7 @@ mod tests {
 
     fn refusal(text: &str) -> String {
         let words = plant_of(text).unwrap_err();
-        assert!(words.contains("p.json: "), "{words}");
+        assert!(words.contains("p.json:"), "{words}");
         words
     }
 
@@ -148,6 +154,14 @@ mod tests {
             "D12": [[0.1]], "D2t": [[0]], "D21": [[1]]}, "blocks": [1]}"#;
         let p = plant_of(scheduled).unwrap();
         assert_eq!((p.bt.shape(), p.ct.shape(), p.blocks), ((0, 1), (1, 0), vec![1]));
+    }
+
+    #[test]
+    fn texts_that_are_no_json_are_told_with_their_line() {
+        let words = plant_of("{\"A\": [[1]],\n \"B1\": [[1],]}").unwrap_err();
+        assert!(words.ends_with("p.json:2: this is not JSON: trailing comma (column 13)"), "{words}");
+        let words = plant_of("{\"A\": [[1]],\n\n \"B1\": [[Infinity]]}").unwrap_err();
+        assert!(words.contains("p.json:3: ") && words.contains("not proper"), "{words}");
     }
 
     #[test]

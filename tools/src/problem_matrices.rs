@@ -46,6 +46,11 @@ impl Reader {
         Self { file }
     }
 
+    /// The error that something is wrong at a line.
+    pub fn wrong_at(&self, line: usize, reason: String) -> Error {
+        Error::Problem { file: format!("{}:{line}", self.file), reason }
+    }
+
     /// The error that `key`, if one is named, is wrong.
     pub fn wrong(&self, key: &str, reason: String) -> Error {
         let key = if key.is_empty() { String::new() } else { format!("'{key}' ") };

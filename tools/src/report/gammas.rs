@@ -6,6 +6,7 @@ use super::figure::Figure;
 use super::section::{Part, Table};
 use super::subject::Subject;
 use crate::error::Error;
+use crate::output::rounded_up;
 use lpv::analysis::GainBound;
 use lpv::ladder::{Ladder, LadderOptions, ladder};
 use lpv::matrix::Mat;
@@ -78,7 +79,7 @@ fn rungs(found: &Ladder, acceleration: f64) -> Vec<(String, Option<f64>)> {
     }
     let fast = found.arbitrarily_fast.as_ref().ok().map(|b| b.gamma);
     rungs.push(("this loop, speed changing arbitrarily fast".into(), fast));
-    rungs.push(("this loop, bound for every course of speed".into(), Some(found.certified)));
+    rungs.push(("this loop, bound for every course of speed".into(), Some(rounded_up(found.certified))));
     rungs
 }
 
