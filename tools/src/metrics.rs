@@ -24,12 +24,11 @@ pub struct StepFigures {
 }
 
 impl StepFigures {
-    /// The figures of a flight that ended before its time: what was not reached may have been, and no error is steady.
+    /// The figures of a flight that ended before its time: it might have left the band again, and no error is steady.
     #[must_use]
     pub fn cut_short(self) -> Self {
-        let known = |v: f64| if v.is_finite() { v } else { f64::NAN };
-        let (rise_time, settling_time) = (known(self.rise_time), known(self.settling_time));
-        Self { rise_time, settling_time, steady_error: f64::NAN, ..self }
+        let rise_time = if self.rise_time.is_finite() { self.rise_time } else { f64::NAN };
+        Self { rise_time, settling_time: f64::NAN, steady_error: f64::NAN, ..self }
     }
 }
 

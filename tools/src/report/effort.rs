@@ -5,7 +5,7 @@ use super::chart::{Chart, Curve, Key};
 use super::figure::Figure;
 use super::frozen_loop::FrozenLoop;
 use super::section::{Part, Table};
-use super::subject::{SHOWN, STEP_TIME, Subject};
+use super::subject::{SHOWN, Subject};
 use super::tuning::seconds;
 use super::verdict::{Verdict, hardest_below, worst};
 use crate::error::Error;
@@ -24,10 +24,8 @@ pub fn effort(subject: &Subject) -> Result<Vec<Part>, Error> {
     let ends = flown.iter().zip(&subject.speeds).filter_map(|(f, v)| Some((v, f.surfacing?)));
     let ends: String =
         ends.map(|(v, s)| format!("In the step at {v:.2} m/s {s}, and the flight ends there. ")).collect();
+    let figures: Vec<StepFigures> = flown.iter().map(|flight| subject.figures(flight)).collect();
     let flights: Vec<Vec<Row>> = flown.into_iter().map(|flight| flight.rows).collect();
-    let height = subject.stored.manoeuvre.pitch_step;
-    let figures: Vec<StepFigures> =
-        flights.iter().map(|rows| StepFigures::of(rows, STEP_TIME, height, &subject.limits())).collect();
     let pitch = subject.pitch()?;
     let peak = |l| Ok(FrozenLoop::flying(subject, &subject.controller, l)?.peak(pitch));
     let peaks = subject.truth.iter().map(peak).collect::<Result<Vec<f64>, Error>>()?;

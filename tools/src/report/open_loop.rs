@@ -10,7 +10,7 @@ use super::tuning::seconds;
 use super::verdict::{Verdict, each_smaller};
 use crate::error::Error;
 use crate::flight::fly_open_loop;
-use crate::metrics::{SETTLED, StepFigures};
+use crate::metrics::SETTLED;
 
 /// How much of its reach the actuator is stepped by.
 const PART: f64 = 0.02;
@@ -37,9 +37,8 @@ pub fn open_loop(subject: &Subject) -> Result<Vec<Part>, Error> {
     ]);
     for (i, speed) in subject.speeds.iter().copied().take(SHOWN_SPEEDS).enumerate() {
         let points = alone(subject, speed, index, step)?;
-        let rows = subject.fly_step(speed, &subject.stored.controller.lft)?.rows;
-        let height = subject.stored.manoeuvre.pitch_step;
-        let closed = StepFigures::of(&rows, STEP_TIME, height, &subject.limits()).settling_time;
+        let flight = subject.fly_step(speed, &subject.stored.controller.lft)?;
+        let closed = subject.figures(&flight).settling_time;
         // One that came to the surface first might have settled, or not.
         let surfaced = points.last().is_some_and(|p| p.0 < FLOWN - 0.5 * STEP_TIME);
         let open = if surfaced { f64::NAN } else { settling_time(&points) };

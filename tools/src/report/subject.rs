@@ -4,6 +4,7 @@ use crate::design_file::Output;
 use crate::error::Error;
 use crate::flight::{Flight, fly};
 use crate::inputs::Inputs;
+use crate::metrics::StepFigures;
 use crate::model::{Model, STATES, linearise_at, speeds};
 use crate::problem::augment;
 use crate::store::Stored;
@@ -120,6 +121,13 @@ impl<'a> Subject<'a> {
     /// [`Error::Lft`] when it has no value there.
     pub fn frozen(&self, controller: &Controller, l: &Linearisation) -> Result<StateSpace, Error> {
         Ok(controller.frozen(&vec![self.rho(l.trim.speed); controller.blocks.len()])?)
+    }
+
+    /// The figures of a step flown by [`Subject::fly_step`].
+    pub fn figures(&self, flight: &Flight) -> StepFigures {
+        let found =
+            StepFigures::of(&flight.rows, STEP_TIME, self.stored.manoeuvre.pitch_step, &self.limits());
+        if flight.surfacing.is_some() { found.cut_short() } else { found }
     }
 
     /// The limits of the actuators.

@@ -76,7 +76,12 @@ pub fn tuning(subject: &Subject) -> Result<Vec<Part>, Error> {
     let words = format!(
         "W_e is given another bandwidth and the (nominal) controller is synthesised anew each time; everything else is as in the design file. \
          Impulses, bandwidths and damping are of the linear loop at frozen speed as it flies: true linearisation, sampled controller, lags of the actuators. \
-         Steps of {step:.0} deg are flown by the nonlinear vehicle with the sampled autopilot, actuator lags and limits."
+         Steps of {step:.0} deg are flown by the nonlinear vehicle with the sampled autopilot, actuator lags and limits.{}",
+        if all.iter().flat_map(|t| &t.responses).any(|r| r.cost.is_nan()) {
+            " Some of these flights end at the surface, before their time: - is what they do not tell."
+        } else {
+            ""
+        }
     );
     Ok(vec![
         Part::Words(words),
@@ -100,12 +105,12 @@ fn tune(subject: &Subject, weight: f64, letter: &'static str) -> Result<Tuned, E
     let respond = |i: usize| -> Result<Response, Error> {
         let truth = &subject.truth[i];
         let flight = subject.fly_step(subject.speeds[i], &lft)?;
+        let (height, figures) = (subject.stored.manoeuvre.pitch_step, subject.figures(&flight));
         let rows = flight.rows;
-        let height = subject.stored.manoeuvre.pitch_step;
         Ok(Response {
             flying: Linear::of(&FrozenLoop::flying(subject, &design.controller, truth)?, pitch),
             ideal: Linear::of(&FrozenLoop::ideal(subject, &design.controller, truth)?, pitch),
-            figures: StepFigures::of(&rows, STEP_TIME, height, &subject.limits()),
+            figures,
             // Of a flight that came to the surface the rest is not known.
             cost: flight.surfacing.map_or_else(|| time_weighted_error(&rows, height), |_| f64::NAN),
             rows,
@@ -186,7 +191,7 @@ fn table(subject: &Subject, all: &[Tuned]) -> Table {
                 format!("{:.1}", 100.0 * r.figures.overshoot),
                 format!("{:.2}", r.figures.rise_time),
                 seconds(r.figures.settling_time),
-                format!("{:.2}", 100.0 * r.figures.steady_error),
+                seconds(100.0 * r.figures.steady_error),
                 format!("{:.0}", 100.0 * r.figures.actuator_use),
                 format!("{:.2}", r.flying.bandwidth),
                 format!("{:.2}", r.flying.modes),
@@ -197,8 +202,11 @@ fn table(subject: &Subject, all: &[Tuned]) -> Table {
     table
 }
 
-/// A time, or that it was not reached.
+/// A time, or that it was not reached, or is not known.
 pub fn seconds(v: f64) -> String {
+    if v.is_nan() {
+        return "-".into();
+    }
     if v.is_finite() { format!("{v:.2}") } else { "never".into() }
 }
 

@@ -75,10 +75,11 @@ const EXACT: f64 = 1e-8;
 pub fn compared(first: f64, second: f64) -> String {
     let percent = |v: f64| match v < EXACT {
         true => "no more than rounding".to_owned(),
+        false if v.is_nan() => "unknown".to_owned(),
         false => format!("{} %", decimals(v, if v < 0.1 { (1.0 - v.log10().floor()) as usize } else { 2 })),
     };
     let words = format!("{} with order 1 and {} with order 2", percent(first), percent(second));
-    if !(first.min(second) >= EXACT) {
+    if first.is_nan() || second.is_nan() || first.min(second) < EXACT {
         return words;
     }
     let (ratio, which) =
