@@ -177,14 +177,14 @@ fn warns_above_the_surface() {
     flight.fly(3.0, 30);
     assert!(flight.get("depth") < 0.0);
     assert_eq!(flight.log.0.len(), 1);
-    // The vehicle drifts up with the water: 0.05 m in half a second.
+    // The vehicle drifts up with the water, for which 0.05 m take half a second, and comes up behind it, for it has mass.
     let words = &flight.log.0[0];
     assert!(
         words.contains("above the surface, with 1.7") && words.contains("those of deep water"),
         "{words}"
     );
     let time: f64 = words.split_whitespace().nth(1).unwrap().parse().unwrap();
-    assert!((0.5..0.9).contains(&time), "{words}");
+    assert!((0.5..1.5).contains(&time), "{words}");
 }
 
 #[test]

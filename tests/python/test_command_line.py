@@ -253,9 +253,14 @@ def test_negative_numbers_on_the_command_line(run_squid: Run, words: list[str]) 
     assert f"{words[1]} is -1; it must be " in done.stderr and "tip" not in done.stderr
 
 
-def test_zero_has_no_sign(run_squid: Run) -> None:
-    done = run_squid("show", SQUID, "--speed", "1")
-    assert done.returncode == 0 and not re.search(r"-0\.0+(?!\d)", done.stdout), done.stdout
+def test_zero_has_no_sign(run_squid: Run, copied_vehicle: Path) -> None:
+    """A vehicle that is all but neutral flies level with an incidence of -2e-5 deg."""
+    path = copied_vehicle / "vehicle.toml"
+    spoil(path, "buoyancy = { value = 658.1606198442163", "buoyancy = { value = 654.82403")
+    spoil(path, "buoyancy_gradient = { value = 0.00124998333411", "buoyancy_gradient = { value = 0.0")
+    spoil(path, "M_uu = { value = 0.15", "M_uu = { value = 0.0")
+    done = run_squid("show", copied_vehicle, "--speed", "1")
+    assert done.returncode == 0 and re.search(r"incidence = pitch +0\.0000 deg", done.stdout), done.stdout
 
 
 @pytest.mark.parametrize("bandwidth", ["0", "inf", "-1", "nan"])
