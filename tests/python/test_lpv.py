@@ -228,7 +228,6 @@ def test_remarks_stand_beside_a_failure(run_squid: Run, tmp_path: Path, case: di
             lambda c: c["data"]["P"].update(E=[[1, 0, 0], [0, 1, 0], [0, 0, 0]]),
             "'E' is 0 in row 3, column 3; it must be the identity",
         ),
-        (lambda c: c["data"]["P"].update(D22=[[0.5]]), "'D22' is 0.5 in row 1, column 1; it must be 0"),
         (lambda c: c["data"]["P"]["D12"][1].__setitem__(0, None), "'D12' is null in row 2, column 1"),
         (lambda c: c["data"]["P"]["D12"][1].__setitem__(0, float("inf")), "not proper"),
         (lambda c: c["data"]["P"]["C1"][0].__setitem__(0, 10**400), "numbers must be finite"),
@@ -248,9 +247,83 @@ def test_plant_of_a_descriptor_with_the_identity(run_squid: Run, tmp_path: Path,
     assert code == 0 and report["gamma"] == pytest.approx(2.0354532, rel=1e-5)
 
 
+def frozen(p: dict, order: tuple[str, ...], theta: float) -> np.ndarray:
+    """Close the parameter: [[A, B..], [C, D..]] from the matrices named row by row, channels in second place."""
+    size = round(len(order) ** 0.5)
+    rows = [[np.array(p[key], dtype=float) for key in order[i : i + size]] for i in range(0, len(order), size)]
+    whole, n, r = np.block(rows), len(rows[0][0]), len(rows[1][1])
+    keep = [i for i in range(whole.shape[0]) if not n <= i < n + r]
+    columns = [j for j in range(whole.shape[1]) if not n <= j < n + r]
+    channels = slice(n, n + r)
+    closing = np.linalg.solve(np.eye(r) - theta * whole[channels, channels], theta * whole[channels][:, columns])
+    return whole[np.ix_(keep, columns)] + whole[keep][:, channels] @ closing
+
+
+def lft(p: np.ndarray, k: np.ndarray, n: int, nk: int, u: int, y: int) -> tuple[np.ndarray, ...]:
+    """Return A, B, C, D of the lower LFT of plant [A B1 B2; C1 D11 D12; C2 D21 D22] and controller [A B; C D]."""
+    top, bottom = p[:-y], p[-y:]
+    w = p.shape[1] - n - u
+    ak, bk, ck, dk = k[:nk, :nk], k[:nk, nk:], k[nk:, :nk], k[nk:, nk:]
+    algebraic = np.block([[np.eye(u), -dk], [-bottom[:, n + w :], np.eye(y)]])
+    given = np.block([[np.zeros((u, n)), ck, np.zeros((u, w))], [bottom[:, :n], np.zeros((y, nk)), bottom[:, n : n + w]]])
+    control, measured = np.split(np.linalg.solve(algebraic, given), [u])
+    own = np.hstack([top[:, :n], np.zeros((len(top), nk)), top[:, n : n + w]]) + top[:, n + w :] @ control
+    law = np.hstack([np.zeros((nk, n)), ak, np.zeros((nk, w))]) + bk @ measured
+    state, out = np.vstack([own[:n], law]), own[n:]
+    return state[:, : n + nk], state[:, n + nk :], out[:, : n + nk], out[:, n + nk :]
+
+
+PLANT_ORDER = (
+    *("A", "Bt", "B1", "B2"),
+    *("Ct", "Dtt", "Dt1", "Dt2"),
+    *("C1", "D1t", "D11", "D12"),
+    *("C2", "D2t", "D21", "D22"),
+)
+CONTROLLER_ORDER = ("A", "Bt", "By", "Ct", "Dtt", "Dty", "Cu", "Dut", "Duy")
+
+
+def test_direct_path(run_squid: Run, tmp_path: Path, case: dict) -> None:
+    """With a path from u to y gamma stays, and the controller written keeps its bound in the loop with that path."""
+    p = case["data"]["P"]
+    p["D22"] = [[-1.5]]
+    code, report, _ = synth(run_squid, tmp_path / "p.json", case, "--out", str(tmp_path))
+    assert (code, report["status"]) == (0, "feasible")
+    assert report["gamma"] == pytest.approx(2.0354532, rel=1e-5) and report["remarks"] == []
+    k = json.loads((tmp_path / "controller.json").read_text(encoding="utf-8"))
+    n, nk = len(p["A"]), len(k["A"])
+    for theta in np.linspace(-1.0, 1.0, 9):
+        loop = lft(frozen(p, PLANT_ORDER, theta), frozen(k, CONTROLLER_ORDER, theta), n, nk, 1, 1)
+        assert np.max(np.linalg.eigvals(loop[0]).real) < 0.0
+        for omega in np.logspace(-3, 4, 200):
+            inner = np.linalg.solve(1j * omega * np.eye(n + nk) - loop[0], loop[1])
+            gain = np.linalg.norm(loop[2] @ inner + loop[3], 2)
+            assert gain < report["certified_gamma"]
+    certificate = tmp_path / "certificate.json"
+    assert run_squid("lpv", "check", tmp_path / "p.json", certificate).returncode == 0
+    assert run_squid("verify", certificate).returncode == 0
+    for other in ([[0.0]], [[-1.25]]):
+        p["D22"] = other
+        (tmp_path / "other.json").write_text(json.dumps(case), encoding="utf-8")
+        done = run_squid("lpv", "check", tmp_path / "other.json", certificate)
+        assert done.returncode == 1 and "not of this plant" in done.stderr and "D22" in done.stderr
+
+
+def test_direct_path_that_leaves_the_loop_open(run_squid: Run, tmp_path: Path, case: dict) -> None:
+    """Where I - Duy D22 is singular nothing is proved, and the reason is named."""
+    case["data"]["P"]["D22"] = [[0.5]]
+    assert synth(run_squid, tmp_path / "p.json", case, "--out", str(tmp_path))[0] == 0
+    path = tmp_path / "certificate.json"
+    certificate = json.loads(path.read_text(encoding="utf-8"))
+    certificate["controller"]["Duy"] = [[2.0]]
+    path.write_text(json.dumps(certificate), encoding="utf-8")
+    done = run_squid("lpv", "check", tmp_path / "p.json", path)
+    assert done.returncode == 1 and "not well posed" in done.stderr and "I - Duy D22 is singular" in done.stderr
+
+
 @pytest.mark.parametrize(
     ("spoil", "words"),
     [
+        (lambda c: c["data"]["P"].update(D22=[[0.5, 0.5]]), "D22 is 1 x 2, it must be 1 x 1"),
         (lambda c: c["data"]["P"].pop("B2"), "'B2' is missing"),
         (lambda c: c["data"]["P"]["A"][0].pop(), "'A' has rows of unlike length"),
         (

@@ -94,6 +94,9 @@ fn synthesis_stage(inputs: &Inputs, plant: &GeneralisedPlant, stages: &Stages) -
             }
         ),
     );
+    if let Some(added) = &design.regularisation {
+        stages.done("remark", &added.to_string());
+    }
     stages.done(
         "bound",
         &format!(

@@ -17,7 +17,7 @@ pub enum LpvVerb {
     ///
     /// Reads a generalised plant: {"data": {"P": {"A": .., "Bt": .., ..}, "blocks": [r_1, ..]}}, or without parameters
     /// {"data": {"A": .., "B1": .., ..}}; matrices are lists of rows, wt = blkdiag(theta_i I_ri) zt, |theta_i| <= 1. Weights are part of
-    /// the plant, so all are proper: D22 and E are refused, unless 0 and the identity.
+    /// the plant, so all are proper: E is refused, unless the identity. D22 may be left out where it is 0.
     ///
     /// Exit codes, and the word `status` of --json: 0, feasible: a controller with a proved bound; 2, infeasible: there is provably
     /// none; 3, numerical_failure: nothing is known; 4, too_fast: there are controllers, but none found keeps --fastest-mode, which

@@ -9,6 +9,7 @@ use lpv::direct_path::{self, synthesise};
 use lpv::error::SynthesisError;
 use lpv::parameter_grid::parameter_grid;
 use lpv::plant::GeneralisedPlant;
+use lpv::regularise::is_nothing;
 use lpv::regularity::findings;
 use lpv::synthesis::{Design, Options, Scalings, least_gamma};
 use serde::Serialize;
@@ -59,6 +60,9 @@ pub struct Report {
     /// What was proved.
     #[serde(skip)]
     pub theorem: Option<Theorem>,
+    /// Whether weight or noise was added for the design: gamma_design is then of the plant with it.
+    #[serde(skip)]
+    pub regularised: bool,
     /// How many of the remarks, the first ones, are about the problem.
     #[serde(skip)]
     pub of_problem: usize,
@@ -139,6 +143,10 @@ fn feasible(problem: &Problem, design: &Design, report: &mut Report) {
     report.gamma_lower = known(design.gamma_lower);
     report.gamma_design = Some(design.gamma_design);
     report.controller_states = Some(design.controller.a.nrows());
+    if let Some(added) = &design.regularisation {
+        report.regularised = true;
+        report.remarks.push(added.to_string());
+    }
     let mut certificate = nominal(&problem.plant, &design.controller, &design.certified);
     certificate.plant.d22 = certify::direct_path(&problem.d22);
     match certificate.prove() {
@@ -159,6 +167,9 @@ fn feasible(problem: &Problem, design: &Design, report: &mut Report) {
 fn known(lower: f64) -> Option<f64> {
     Some(lower).filter(|v| *v > 0.0)
 }
+
+const NO_LEAST: &str = "the least gamma found is zero but for rounding: the smaller the bound is to be, the larger the gains, and no \
+                        controller is near the least; give every control a weight and every measurement noise";
 
 /// A gap between gamma and its lower bound, relative to gamma, that is worth a remark.
 const DOUBT: f64 = 1e-2;
@@ -201,6 +212,7 @@ impl Report {
             controller_states: None,
             reason: None,
             of_problem: remarks.len(),
+            regularised: false,
             remarks,
             seconds: 0.0,
             theorem: None,
@@ -225,8 +237,12 @@ impl Report {
     /// Computes the back-off, and remarks on it when it is more than asked.
     fn compare_back_off(&mut self, asked: f64) {
         let (Some(built), Some(least)) = (self.gamma_design, self.gamma) else { return };
+        if self.certified_gamma.is_some_and(|bound| is_nothing(least, bound)) {
+            self.remarks.push(NO_LEAST.into());
+            return;
+        }
         self.back_off = Some(built / least - 1.0).filter(|b| b.is_finite());
-        if let Some(found) = self.back_off.filter(|b| *b > 1.01 * asked) {
+        if let Some(found) = self.back_off.filter(|b| *b > 1.01 * asked && !self.regularised) {
             self.remarks.push(format!(
                 "the controller was built {:.1} % above the least gamma where {:.1} % was asked: nothing closer could be built",
                 100.0 * found,

@@ -44,6 +44,13 @@
 //!   The two terms of the parameters are not negative along the loop. With `w = 0`, V decays exponentially; from
 //!   `x(0) = 0`, integrated, the energy of z is at most `gamma^2 - eps gamma` times that of w.
 //!
+//! *With a direct path* `D22` of the plant, `y = C2 x + D2t wt + D21 w + D22 u`: with `wt = 0` and `wk = 0`, that is at `Theta = 0`, u and y
+//! are determined by the states and w if and only if `I - Duy D22` is regular, which is checked. They are then linear in x, wt, wk and w at
+//! every Theta, the closed loop has the form above, and all that was said of it holds; its parameter loop is well posed by the block of wt
+//! and zt, so that plant and controller determine all signals together at every Theta. Its matrices have the denominator
+//! `det(I - Duy D22)`. The inequality is linear in them and holds no product of two, so that the whole of it, times the magnitude of that
+//! determinant, holds sums and products of the file's numbers alone. The factor is positive and changes no sign.
+//!
 //! *With a model error* (`residual`): `[A B2]` of the plant becomes `[A B2] + E Delta(t) [F Fu]`, that is
 //! `x' = ... + E w_D`, `w_D = Delta z_D`, `z_D = F x + Fu u`, which is `F_x x + F_t wt + F_w w` once the controller gives
 //! u. For `||Delta|| <= 1` and `lambda > 0`, `lambda (z_D'z_D - w_D'w_D) >= 0`: added to the left side above, it

@@ -29,6 +29,48 @@ fn one_parameter_in_plant_and_controller() {
     assert!(prove(&scheduled((2.0_f64 / 3.0).next_down())).is_err());
 }
 
+/// The integrator with `y = x + d u`: `u = k y` is `u = -x` for `k = -1/(1 - d)`, and det(I - Duy D22) is `1/(1 - d)`.
+fn with_direct_path(d: f64, k: f64, gamma: f64) -> serde_json::Value {
+    let mut c = integrator(gamma);
+    c["plant"]["D22"] = json!([[d]]);
+    c["controller"]["Duy"] = json!([[k]]);
+    c
+}
+
+#[test]
+fn a_direct_path_is_closed_without_rounding() {
+    for (d, k) in [(0.5, -2.0), (-1.0, -0.5), (3.0, 0.5), (0.0, -1.0)] {
+        assert!(prove(&with_direct_path(d, k, 1.0_f64.next_up())).is_ok(), "{d}");
+        let refusal = prove(&with_direct_path(d, k, 1.0)).unwrap_err();
+        assert!(refusal.contains("row 0 of block x") && refusal.contains("exactly 0"), "{refusal}");
+        let refusal = prove(&with_direct_path(d, k, 1.0_f64.next_down())).unwrap_err();
+        assert!(refusal.contains("block x") && refusal.contains("about +2.220e-16"), "{d}: {refusal}");
+        // The model error sees u, too: as in the_residual_of_the_control_matrix_acts_through_the_controller.
+        let with = |gamma: f64| {
+            let mut c = with_direct_path(d, k, 1.25);
+            c["residual"] = json!({"E": [[0.25]], "F": [[0.0]], "Fu": [[1.0]], "lambda": 0.25, "gamma": gamma,
+                "X": [[1.0]], "S": [], "T": []});
+            prove(&c)
+        };
+        assert!(with(1.34).is_ok() && with(1.33).is_err());
+    }
+    // u = -y with the direct path is u = -x/4: another loop.
+    assert!(prove(&with_direct_path(3.0, -1.0, 1.25)).is_err());
+}
+
+#[test]
+fn a_direct_path_that_leaves_u_open_is_refused() {
+    for (d, k) in [(0.5, 2.0), (-1.0, -1.0)] {
+        let refusal = prove(&with_direct_path(d, k, 1e6)).unwrap_err();
+        assert!(
+            refusal.contains("not well posed") && refusal.contains("I - Duy D22 is singular"),
+            "{refusal}"
+        );
+        // A hair beside it u = -x/2^-53, or so.
+        assert!(prove(&with_direct_path(d.next_up(), k, 1e6)).is_ok());
+    }
+}
+
 #[test]
 fn the_residual_is_proved_too() {
     // x' = -x + Delta x/4 + w: the gain is 1/(1 - 1/4) = 4/3. The inequality with X = 1 and E = 1/4, F = 1 is

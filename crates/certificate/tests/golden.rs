@@ -5,9 +5,10 @@ mod common;
 #[path = "common/independent.rs"]
 mod independent;
 
-use certificate::{Certificate, Failure};
+use certificate::{Certificate, Failure, Rows};
 use common::{GOLDEN, golden};
 use independent::{Loop, claims};
+use nalgebra::DMatrix;
 
 #[test]
 fn each_proves_and_is_confirmed() {
@@ -21,6 +22,39 @@ fn each_proves_and_is_confirmed() {
             assert!(closed.inequality(&claim) < 0.0, "{name}: {}", closed.inequality(&claim));
             assert_eq!(closed.contradiction(&claim), None, "{name}");
         }
+    }
+}
+
+/// A direct path from u to y, and the controller put around it, `u = K (y - D22 u)`: the loop is the same but for rounding.
+#[test]
+fn the_same_loops_with_a_direct_path_prove() {
+    for name in GOLDEN {
+        let mut c = golden(name);
+        let k = &mut c.controller;
+        let (n, r, y, u) = (k.a.len(), k.ct.len(), c.plant.c2.len(), k.duy.len());
+        let mat = |m: &Rows, cols: usize| DMatrix::from_fn(m.len(), cols, |i, j| m[i][j]);
+        let rows = |m: DMatrix<f64>| m.row_iter().map(|r| r.iter().copied().collect()).collect::<Rows>();
+        let (cu, duy, dut) = (mat(&k.cu, n), mat(&k.duy, y), mat(&k.dut, r));
+        let size = 0.5 / duy.norm().max(1e-3);
+        let d22 = DMatrix::from_fn(y, u, |i, j| size * (1.0 + i as f64 - 0.7 * j as f64));
+        let inverse = (DMatrix::identity(u, u) + &duy * &d22).try_inverse().unwrap();
+        let (cu, duy, dut) = (&inverse * cu, &inverse * duy, &inverse * dut);
+        let (by, dty) = (mat(&k.by, y) * &d22, mat(&k.dty, y) * &d22);
+        k.a = rows(mat(&k.a, n) - &by * &cu);
+        k.by = rows(mat(&k.by, y) - &by * &duy);
+        k.bt = rows(mat(&k.bt, r) - &by * &dut);
+        k.ct = rows(mat(&k.ct, n) - &dty * &cu);
+        k.dty = rows(mat(&k.dty, y) - &dty * &duy);
+        k.dtt = rows(mat(&k.dtt, r) - &dty * &dut);
+        (k.cu, k.duy, k.dut) = (rows(cu), rows(duy), rows(dut));
+        c.plant.d22 = rows(d22);
+        assert!(c.prove().is_ok(), "{name}: {}", c.prove().unwrap_err());
+        let closed = Loop::new(&c);
+        for claim in claims(&c) {
+            assert!(closed.inequality(&claim) < 0.0, "{name}: {}", closed.inequality(&claim));
+            assert_eq!(closed.contradiction(&claim), None, "{name}");
+        }
+        assert_eq!(Certificate::from_json(&c.to_json().unwrap()).unwrap(), c);
     }
 }
 

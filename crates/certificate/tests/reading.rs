@@ -163,6 +163,33 @@ fn parameters_that_occur_nowhere() {
 }
 
 #[test]
+fn a_direct_path_may_be_left_out() {
+    let with = |d22: Value| {
+        let mut c = scheduled(0.75);
+        c["plant"]["D22"] = d22;
+        c.to_string()
+    };
+    let plain = common::prove(&scheduled(0.75)).unwrap();
+    for d22 in [json!([[0.0]]), json!([])] {
+        let read = Certificate::from_json(&with(d22)).unwrap();
+        assert_eq!(read.plant.direct_path(), None);
+        assert_eq!(read.prove().unwrap().to_string(), plain);
+    }
+    assert!(
+        !Certificate::from_json(&scheduled(0.75).to_string()).unwrap().to_json().unwrap().contains("D22")
+    );
+    for (d22, words) in [
+        (json!([[0.5, 0.5]]), "plant.D22: row 0 has 2 numbers, must have 1 (controls u)"),
+        (json!([[0.5], [0.5]]), "plant.D22: found 2 rows, must have 1 (measurements y)"),
+        (json!([["x"]]), "plant.D22[0][0]: found the string"),
+        (json!(0.5), "plant.D22: found the number 0.5"),
+    ] {
+        let message = refusal(&with(d22));
+        assert!(message.starts_with(words), "{message}");
+    }
+}
+
+#[test]
 fn other_formats() {
     for (format, found) in [
         (json!("lpv-certificate/2"), "the string \"lpv-certificate/2\""),

@@ -24,7 +24,7 @@
 //! - [`parameter_grid`]: points of the parameter box, for what is checked and not proved;
 //! - [`reduce`]: removing controller states that hardly matter;
 //! - [`robust`], [`robust_bound`]: parameters that no controller sees: a bound for them, and a controller that bears more;
-//! - [`regularity`]: controls without a weight, measurements without noise;
+//! - [`regularity`]: controls without a weight, measurements without noise; [`regularise`]: controllers for such problems;
 //! - [`lmi`], [`solver`]: linear matrix inequalities as expressions, and the solver behind them;
 //! - [`modes`], [`state_space`], [`matrix`]: reachability of modes, H-infinity norm, dense matrices.
 //!
@@ -104,6 +104,7 @@ pub mod rate;
 mod rate_program;
 pub mod reconstruct;
 pub mod reduce;
+pub mod regularise;
 pub mod regularity;
 pub mod robust;
 pub mod robust_bound;

@@ -41,15 +41,15 @@ pub enum Finding {
 ///
 /// The rank is judged in diagonally balanced coordinates, with z and w in units of their own size, so that no unit matters.
 pub fn findings(plant: &GeneralisedPlant) -> Vec<Finding> {
-    let (seen, coordinates) = normalised(plant);
+    let (seen, coordinates, _) = normalised(plant);
     let weighted = block(&[&[&seen.d12], &[&seen.dt2]]);
     let disturbed = block(&[&[&seen.d21, &seen.d2t]]).transpose();
-    let controls = free_directions(&weighted).into_iter().map(|(direction, weight)| {
+    let controls = free_directions(&weighted, RANK_TOLERANCE).into_iter().map(|(direction, weight)| {
         // u = T_u u~
         let direction = in_users_units(&direction, coordinates.control_units(), |v, unit| v * unit);
         Finding::UnweightedControl { direction, weight }
     });
-    let measurements = free_directions(&disturbed).into_iter().map(|(combination, noise)| {
+    let measurements = free_directions(&disturbed, RANK_TOLERANCE).into_iter().map(|(combination, noise)| {
         // c~' y~ = (T_y^-1 c~)' y
         let units = coordinates.measurement_units();
         Finding::NoiselessMeasurement {
@@ -60,10 +60,12 @@ pub fn findings(plant: &GeneralisedPlant) -> Vec<Finding> {
     controls.chain(measurements).collect()
 }
 
-/// The plant in diagonally balanced coordinates and with z and w scaled until what reaches z, and what w reaches, has norm 1.
-fn normalised(plant: &GeneralisedPlant) -> (GeneralisedPlant, Coordinates) {
+/// The plant in diagonally balanced coordinates and with z and w scaled until what reaches z, and what w reaches, has norm 1; the
+/// coordinates, and what then counts as 1 in z and in 1/w, in the user's units.
+pub(crate) fn normalised(plant: &GeneralisedPlant) -> (GeneralisedPlant, Coordinates, (f64, f64)) {
     let mut plant = plant.clone();
     let mut coordinates = Coordinates::diagonal(&plant);
+    let mut units = (1.0, 1.0);
     // Each round halves the exponent that is left, as the balancing shares a factor between both sides of the states.
     for _ in 0..8 {
         let seen = coordinates.apply(&plant);
@@ -75,9 +77,10 @@ fn normalised(plant: &GeneralisedPlant) -> (GeneralisedPlant, Coordinates) {
         for m in [&mut plant.b1, &mut plant.dt1, &mut plant.d21, &mut plant.d11] {
             *m /= w;
         }
+        units = (units.0 * z, units.1 * w);
         coordinates = Coordinates::diagonal(&plant);
     }
-    (coordinates.apply(&plant), coordinates)
+    (coordinates.apply(&plant), coordinates, units)
 }
 
 fn size(m: &Mat) -> f64 {
@@ -86,16 +89,15 @@ fn size(m: &Mat) -> f64 {
 }
 
 /// Directions v of norm 1 with `|M v|` up to the tolerance, each with that norm: coordinate axes first, then combinations of the others.
-fn free_directions(m: &Mat) -> Vec<(Vec<f64>, f64)> {
+pub(crate) fn free_directions(m: &Mat, tolerance: f64) -> Vec<(Vec<f64>, f64)> {
     let count = m.ncols();
-    let (free, rest): (Vec<usize>, Vec<usize>) =
-        (0..count).partition(|&j| m.column(j).norm() <= RANK_TOLERANCE);
+    let (free, rest): (Vec<usize>, Vec<usize>) = (0..count).partition(|&j| m.column(j).norm() <= tolerance);
     let axis = |j: usize| (0..count).map(|i| if i == j { 1.0 } else { 0.0 }).collect();
     let mut out: Vec<(Vec<f64>, f64)> = free.into_iter().map(|j| (axis(j), m.column(j).norm())).collect();
     let found = svd(&m.select_columns(&rest));
     for (k, v) in found.v.column_iter().enumerate() {
         let value = found.s.get(k).copied().unwrap_or(0.0);
-        if value <= RANK_TOLERANCE {
+        if value <= tolerance {
             let mut direction = vec![0.0; count];
             for (&j, component) in rest.iter().zip(v.iter()) {
                 direction[j] = *component;
@@ -158,7 +160,7 @@ fn only(direction: &[f64]) -> Option<usize> {
     }
 }
 
-fn parts(direction: &[f64]) -> impl Iterator<Item = (usize, f64)> {
+pub(crate) fn parts(direction: &[f64]) -> impl Iterator<Item = (usize, f64)> {
     direction.iter().enumerate().filter(|(_, v)| **v != 0.0).map(|(i, v)| (i + 1, *v))
 }
 
@@ -173,7 +175,7 @@ fn direction_words(direction: &[f64], letter: &str) -> String {
 }
 
 /// `y1 - 0.5 y3`.
-fn sum_words(combination: &[f64], letter: &str) -> String {
+pub(crate) fn sum_words(combination: &[f64], letter: &str) -> String {
     let mut out = String::new();
     for (i, v) in parts(combination) {
         let sign = match (v < 0.0, out.is_empty()) {
@@ -189,7 +191,7 @@ fn sum_words(combination: &[f64], letter: &str) -> String {
 }
 
 /// Four digits, without the zeros that say nothing.
-fn number(v: f64) -> String {
+pub(crate) fn number(v: f64) -> String {
     let text = format!("{v:.3e}");
     text.parse::<f64>().map_or(text, |rounded| rounded.to_string())
 }

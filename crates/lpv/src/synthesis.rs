@@ -15,6 +15,7 @@ use crate::model_error::LoopError;
 use crate::plant::GeneralisedPlant;
 use crate::quadratic::{Stabilisation, stabilisation};
 use crate::reconstruct::reconstruct;
+use crate::regularise::{self, Regularisation};
 use crate::solver::numerical;
 
 /// How a controller is sought.
@@ -50,12 +51,16 @@ pub struct Design {
     pub gamma_design: f64,
     /// The gain bound of the closed loop, with the matrices that show it.
     pub certified: GainBound,
+    /// What was added to the plant for the design of the controller, where none could be built without; gamma_design is then of the
+    /// plant with it, and all else of the plant as given.
+    pub regularisation: Option<Regularisation>,
 }
 
 /// Designs a controller and bounds the gain of the loop that it closes.
 ///
 /// Where the search is unsure of gamma, and some modes are far faster than the others, it is repeated for the plant with these modes slowed; the bound is
-/// always of the loop with the plant itself.
+/// always of the loop with the plant itself. Where no controller can be computed and something has no weight or no noise, it is repeated with
+/// a little of both ([`crate::regularise`]).
 ///
 /// # Errors
 /// Kept apart are: a design; [`SynthesisError::is_infeasible`] for a problem without solution; [`SynthesisError::TooFast`] when only
@@ -64,6 +69,18 @@ pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, 
     plant.check()?;
     crate::modes::check_stabilisable(plant)?;
     crate::modes::check_detectable(plant)?;
+    match as_given(plant, options) {
+        Err(reason @ SynthesisError::Numerical { .. }) => {
+            let least = least_gamma(plant, options.scalings).ok();
+            let least = least.map(|(_, found)| found);
+            regularise::design(plant, least.as_ref(), options).ok_or(reason)
+        }
+        outcome => outcome,
+    }
+}
+
+/// The design for the plant as it is.
+fn as_given(plant: &GeneralisedPlant, options: Options) -> Result<Design, SynthesisError> {
     let outcome = directly(plant, options);
     // The bound of a finished loop uses skew scalings: it tells nothing of the least gamma without them.
     if options.scalings == Scalings::Symmetric || is_settled(&outcome, options) {
@@ -131,7 +148,7 @@ fn at_speed(
 const CLOSE: f64 = 0.02;
 
 /// The design in one go.
-fn directly(plant: &GeneralisedPlant, options: Options) -> Result<Design, SynthesisError> {
+pub(crate) fn directly(plant: &GeneralisedPlant, options: Options) -> Result<Design, SynthesisError> {
     let (coordinates, optimum) = match least_gamma(plant, options.scalings) {
         Ok(found) => found,
         Err(error) => return explained(plant, Err(error), options),
@@ -238,6 +255,7 @@ fn build_at(
         gamma_lower: optimum.gamma_lower(),
         gamma_design,
         certified,
+        regularisation: None,
     })
 }
 

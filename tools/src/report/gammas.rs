@@ -61,6 +61,7 @@ fn design(subject: &Subject) -> Design {
             lambda: 0.0,
             largest_eigenvalue: f64::NAN,
         },
+        regularisation: None,
     }
 }
 

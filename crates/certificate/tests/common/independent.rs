@@ -47,7 +47,7 @@ fn blocks(rows: &[&[Mat]]) -> Mat {
     all
 }
 
-/// Plant and controller as matrices `[A Bt B1 B2; Ct Dtt Dt1 Dt2; C1 D1t D11 D12; C2 D2t D21 0]` and
+/// Plant and controller as matrices `[A Bt B1 B2; Ct Dtt Dt1 Dt2; C1 D1t D11 D12; C2 D2t D21 D22]` and
 /// `[A Bt By; Ct Dtt Dty; Cu Dut Duy]`, with their sizes.
 pub struct Loop {
     plant: Mat,
@@ -61,11 +61,12 @@ impl Loop {
         let (p, k) = (&c.plant, &c.controller);
         let (n, r, w, u) = (p.a.len(), p.ct.len(), p.d11[0].len(), p.d12[0].len());
         let (z, y, nk, rk) = (p.d11.len(), p.c2.len(), k.a.len(), k.ct.len());
+        let d22 = if p.d22.is_empty() { Mat::zeros(y, u) } else { mat(&p.d22, u) };
         let plant = blocks(&[
             &[mat(&p.a, n), mat(&p.bt, r), mat(&p.b1, w), mat(&p.b2, u)],
             &[mat(&p.ct, n), mat(&p.dtt, r), mat(&p.dt1, w), mat(&p.dt2, u)],
             &[mat(&p.c1, n), mat(&p.d1t, r), mat(&p.d11, w), mat(&p.d12, u)],
-            &[mat(&p.c2, n), mat(&p.d2t, r), mat(&p.d21, w), Mat::zeros(y, u)],
+            &[mat(&p.c2, n), mat(&p.d2t, r), mat(&p.d21, w), d22],
         ]);
         let controller = blocks(&[
             &[mat(&k.a, nk), mat(&k.bt, rk), mat(&k.by, y)],
@@ -97,9 +98,13 @@ impl Loop {
         let part = |m: &Mat, i, j, a, b| m.view((i, j), (a, b)).into_owned();
         let (bu, cy) = (part(&p, 0, n + w, n + z, u), part(&p, n + z, 0, y, n + w));
         let (ak, bk) = (part(&k, 0, 0, nk, nk), part(&k, 0, nk, nk, y));
+        let direct = part(&p, n + z, n + w, y, u);
         let (ck, dk) = (part(&k, nk, 0, u, nk), part(&k, nk, nk, u, y));
+        let solve = (Mat::identity(u, u) - &dk * &direct).lu();
+        let (ck, dk) = (solve.solve(&ck)?, solve.solve(&dk)?);
         let open = part(&p, 0, 0, n + z, n + w) + &bu * &dk * &cy;
-        let (bu_ck, bk_cy) = (&bu * &ck, &bk * &cy);
+        let (bu_ck, bk_cy) = (&bu * &ck, &bk * (&cy + &direct * &dk * &cy));
+        let ak = ak + &bk * &direct * &ck;
         Some((
             n + nk,
             blocks(&[
@@ -162,9 +167,13 @@ impl Loop {
             zero(nk + rk + u, w),
         ];
         let widths = [(n, nk), (r, rk), (w, 0)];
+        // u = Duy (y0 + D22 u) + ...
+        let direct = part(p, n + r + z, at[3], y, u);
+        let before = (Mat::identity(u, u) - k_y.rows(k_u, u) * &direct).try_inverse().unwrap();
         let closed = |kind: usize, col: usize| {
             let driven = &k_y * &cy[col] + &k_x[col];
-            let u_row = driven.rows(k_u, u).into_owned();
+            let u_row = &before * driven.rows(k_u, u);
+            let driven = driven + &k_y * &direct * &u_row;
             let (i, height) = row[kind];
             let own = part(p, i, at[col], height, widths[col].0);
             let own = blocks(&[&[own, zero(height, widths[col].1)]]);

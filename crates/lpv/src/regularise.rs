@@ -1,0 +1,175 @@
+//! Controllers for singular problems: a small weight on what no output weighs, a small noise on what no disturbance enters.
+//!
+//! Without them the least gamma is an infimum that gains without limit approach, and the arithmetic may fail on the way (see
+//! [`crate::regularity`]). With them the plant has one more output for each such direction of the controls, and one more disturbance for
+//! each such combination of measurements:
+//!
+//! ```text
+//! z+ = e v' u~,   y~ + e c w+
+//! ```
+//!
+//! A loop with outputs and disturbances left out has no larger gain, and the matrices that bound the gain with them, rows and columns left
+//! out, bound it without: the bound of the plant as given comes with that of the plant so changed, and is then tightened. Source of the
+//! idea: K. Zhou, J. C. Doyle, K. Glover, "Robust and Optimal Control", 1996, section 17.1.
+
+use crate::analysis::{Base, GainBound, bounded_gain, clearest};
+use crate::inequalities::Existence;
+use crate::matrix::{Mat, block};
+use crate::model_error::LoopError;
+use crate::plant::GeneralisedPlant;
+use crate::regularity::{free_directions, normalised, number, parts, sum_words};
+use crate::synthesis::{Design, Options, directly};
+use std::fmt;
+
+/// What was added to a plant for the design of its controller; the bound is of the plant without it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Regularisation {
+    /// Rows of coefficients of u, in units of z/u: an output each.
+    pub weights: Vec<Vec<f64>>,
+    /// Columns of coefficients in y, in units of y/w: a disturbance each.
+    pub noises: Vec<Vec<f64>>,
+}
+
+impl Regularisation {
+    /// What a plant needs in order that every direction of the controls has at least the weight `size`, and every combination of the
+    /// measurements the noise, in balanced coordinates in which all that reaches z, and all that w reaches, is about 1.
+    fn new(plant: &GeneralisedPlant, size: f64) -> Self {
+        let (seen, coordinates, units) = normalised(plant);
+        let weighted = block(&[&[&seen.d12], &[&seen.dt2]]);
+        let disturbed = block(&[&[&seen.d21, &seen.d2t]]).transpose();
+        let added = |m: &Mat, convert: &dyn Fn(usize, f64) -> f64| -> Vec<Vec<f64>> {
+            let directions = free_directions(m, size).into_iter();
+            let scaled =
+                |(v, _): (Vec<f64>, f64)| v.iter().enumerate().map(|(i, v)| convert(i, size * v)).collect();
+            directions.map(scaled).collect()
+        };
+        let (u, y) = (coordinates.control_units(), coordinates.measurement_units());
+        Self {
+            weights: added(&weighted, &|j, v| v * units.0 / u[j]),
+            noises: added(&disturbed, &|i, v| v * units.1 * y[i]),
+        }
+    }
+
+    /// The plant with these outputs and disturbances.
+    fn apply(&self, plant: &GeneralisedPlant) -> GeneralisedPlant {
+        let s = plant.sizes();
+        let (more_z, more_w) = (self.weights.len(), self.noises.len());
+        let z = Mat::zeros;
+        let weights = Mat::from_fn(more_z, s.u, |i, j| self.weights[i][j]);
+        let noises = Mat::from_fn(s.y, more_w, |i, j| self.noises[j][i]);
+        GeneralisedPlant {
+            b1: block(&[&[&plant.b1, &z(s.x, more_w)]]),
+            dt1: block(&[&[&plant.dt1, &z(s.t, more_w)]]),
+            c1: block(&[&[&plant.c1], &[&z(more_z, s.x)]]),
+            d1t: block(&[&[&plant.d1t], &[&z(more_z, s.t)]]),
+            d11: block(&[&[&plant.d11, &z(s.z, more_w)], &[&z(more_z, s.w + more_w)]]),
+            d12: block(&[&[&plant.d12], &[&weights]]),
+            d21: block(&[&[&plant.d21, &noises]]),
+            ..plant.clone()
+        }
+    }
+}
+
+/// A design for a plant of which the least gamma may be known, but no controller: that of the plant with weights and noises added.
+///
+/// They are as small as they need be for a bound near the least gamma, and large enough for the arithmetic.
+pub(crate) fn design(
+    plant: &GeneralisedPlant,
+    least: Option<&Existence>,
+    options: Options,
+) -> Option<Design> {
+    let sought = Options { back_off: SHARE * options.back_off, gamma_limit: None, ..options };
+    let is_near = |found: &Design| {
+        let (bound, least) = (found.certified.gamma, least.map_or(0.0, |least| least.gamma));
+        bound <= (1.0 + NEAR * options.back_off) * least || is_nothing(least, bound)
+    };
+    let mut best = None;
+    for size in LARGER {
+        best = attempt(plant, size, sought);
+        if best.is_some() {
+            break;
+        }
+    }
+    let mut best = best?;
+    for size in SMALLER {
+        if is_near(&best) {
+            break;
+        }
+        match attempt(plant, size, sought) {
+            Some(found) if found.certified.gamma < BETTER * best.certified.gamma => best = found,
+            _ => break,
+        }
+    }
+    let least_or_bound = |least: &Existence| least.gamma.min(best.certified.gamma);
+    Some(Design {
+        gamma_optimum: least.map_or(best.certified.gamma, least_or_bound),
+        gamma_lower: least.map_or(0.0, Existence::gamma_lower),
+        ..best
+    })
+}
+
+/// Whether a least gamma is zero as far as rounding tells: there is then none that is attained, and no controller is near it.
+pub fn is_nothing(least: f64, bound: f64) -> bool {
+    least < NOTHING * bound
+}
+
+/// The controller of the plant with weights and noises of a size, and a clear bound of the loop that it closes round the plant as given.
+fn attempt(plant: &GeneralisedPlant, size: f64, options: Options) -> Option<Design> {
+    let added = Regularisation::new(plant, size);
+    if added.weights.is_empty() && added.noises.is_empty() {
+        return None;
+    }
+    let found = directly(&added.apply(plant), options).ok()?;
+    let closed = plant.close(&found.controller);
+    let error = LoopError::none(&closed);
+    let mut certified = bounded_gain(&closed, &error, &found.certified).ok()?;
+    if certified.largest_eigenvalue > -CLEAR {
+        let room = GainBound { gamma: ROOM * certified.gamma, ..certified.clone() };
+        let clearer = clearest(Base { closed: &closed, error: &error, bound: &room }).ok();
+        let is_clearer = |found: &GainBound| found.largest_eigenvalue < certified.largest_eigenvalue;
+        certified = clearer.filter(is_clearer).unwrap_or(certified);
+    }
+    Some(Design { certified, regularisation: Some(added), ..found })
+}
+
+/// The sizes of weights and noises that are tried until there is a controller, relative to what else reaches z and enters y. The first
+/// costs a few per cent of most gammas, and leaves gains of a size that double precision bears.
+const LARGER: [f64; 5] = [1e-3, 3e-3, 1e-2, 3e-2, 1e-1];
+
+/// The sizes that are tried after the first while the bound is not near the least gamma, and gets nearer.
+const SMALLER: [f64; 5] = [3e-4, 1e-4, 3e-5, 1e-5, 3e-6];
+
+/// The part of the back-off asked for that the design keeps from the least gamma of the plant with the additions: these keep X Y off I, too.
+const SHARE: f64 = 0.2;
+
+/// A bound is near the least gamma within this part of the back-off that was asked for.
+const NEAR: f64 = 0.5;
+
+/// A bound counts as better below this fraction of another.
+const BETTER: f64 = 0.99;
+
+/// A least gamma below this fraction of a bound counts as zero.
+const NOTHING: f64 = 1e-6;
+
+/// An eigenvalue of the inequalities, scaled to a unit diagonal, nearer to zero than this may be rounding.
+const CLEAR: f64 = 1e-11;
+
+/// How far the bound is raised, as a factor, in order to hold more clearly.
+const ROOM: f64 = 1.01;
+
+impl fmt::Display for Regularisation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let outputs = self.weights.iter().map(|row| format!("an output {} (weight)", sum_words(row, "u")));
+        let disturbances = self.noises.iter().map(|column| {
+            let parts: Vec<String> =
+                parts(column).map(|(i, v)| format!("{} of it in y{i}", number(v))).collect();
+            format!("a disturbance with {} (noise)", parts.join(", "))
+        });
+        write!(
+            f,
+            "no controller could be computed for the plant as it is; this one was designed for the plant with {} added. The bound is of \
+             the plant as given, without them",
+            outputs.chain(disturbances).collect::<Vec<_>>().join("; ")
+        )
+    }
+}
