@@ -87,10 +87,11 @@ fn synthesis_stage(inputs: &Inputs, plant: &GeneralisedPlant, stages: &Stages) -
             design.gamma_optimum,
             design.gamma_design,
             100.0 * back_off(&design),
-            if back_off(&design) > 1.01 * inputs.design.back_off {
-                ", more than asked: closer none could be built"
-            } else {
-                ""
+            match &design.regularisation {
+                Some(_) => ", of the plant with weight and noise added",
+                None if back_off(&design) > 1.01 * inputs.design.back_off =>
+                    ", more than asked: closer none could be built",
+                None => "",
             }
         ),
     );

@@ -149,7 +149,13 @@ fn at_zero(plant: &GeneralisedPlant, nominal: &Design, found: &RobustDesign) -> 
     let whole = plant.close(&found.controller);
     let certified = bounded_gain(&whole, &LoopError::none(&whole), &clear)?;
     let gamma_design = certified.gamma;
-    Ok(Design { controller: found.controller.clone(), gamma_design, certified, ..nominal.clone() })
+    Ok(Design {
+        controller: found.controller.clone(),
+        gamma_design,
+        certified,
+        regularisation: None,
+        ..nominal.clone()
+    })
 }
 
 /// Both controllers' bounds at no uncertainty and at what either bears; of the robust one there the bound that is proved.

@@ -114,6 +114,9 @@ struct Figures<'a> {
     gamma_design: f64,
     gamma_bound: f64,
     back_off: f64,
+    /// What was added to the plant for the design alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    added_for_the_design: Option<String>,
     gamma_bound_with_model_error: Option<f64>,
     model_error: Option<f64>,
     certified: bool,
@@ -222,6 +225,7 @@ fn figures<'a>(inputs: &'a Inputs, f: &'a Finished) -> Figures<'a> {
         gamma_design: f.design.gamma_design,
         gamma_bound: f.design.certified.gamma,
         back_off: crate::design::back_off(&f.design),
+        added_for_the_design: f.design.regularisation.as_ref().map(ToString::to_string),
         gamma_bound_with_model_error: f.proof.as_ref().ok().and_then(|p| p.theorem.gamma_with_model_error),
         model_error: f.proof.as_ref().ok().map(|p| p.model_error),
         certified: f.proof.is_ok(),

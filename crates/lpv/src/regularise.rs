@@ -72,37 +72,30 @@ impl Regularisation {
 
 /// A design for a plant of which the least gamma may be known, but no controller: that of the plant with weights and noises added.
 ///
-/// They are as small as they need be for a bound near the least gamma, and large enough for the arithmetic.
+/// How small these may be for the arithmetic is a matter of trial. The first bound near the least gamma is taken, or the best of all; of a least
+/// gamma that is zero but for rounding the first, for none is near it.
 pub(crate) fn design(
     plant: &GeneralisedPlant,
     least: Option<&Existence>,
     options: Options,
 ) -> Option<Design> {
-    let sought = Options { back_off: SHARE * options.back_off, gamma_limit: None, ..options };
-    let is_near = |found: &Design| {
-        let (bound, least) = (found.certified.gamma, least.map_or(0.0, |least| least.gamma));
-        bound <= (1.0 + NEAR * options.back_off) * least || is_nothing(least, bound)
-    };
-    let mut best = None;
-    for size in LARGER {
-        best = attempt(plant, size, sought);
-        if best.is_some() {
+    let mut best: Option<Design> = None;
+    for (size, share) in TRIES {
+        let sought = Options { back_off: share * options.back_off, gamma_limit: None, ..options };
+        let Some(found) = attempt(plant, size, sought) else { continue };
+        if best.as_ref().is_none_or(|best| found.certified.gamma < best.certified.gamma) {
+            best = Some(found);
+        }
+        let (Some(least), Some(best)) = (least, &best) else { continue };
+        let bound = best.certified.gamma;
+        if bound <= (1.0 + NEAR * options.back_off) * least.gamma || is_nothing(least.gamma, bound) {
             break;
         }
     }
-    let mut best = best?;
-    for size in SMALLER {
-        if is_near(&best) {
-            break;
-        }
-        match attempt(plant, size, sought) {
-            Some(found) if found.certified.gamma < BETTER * best.certified.gamma => best = found,
-            _ => break,
-        }
-    }
-    let least_or_bound = |least: &Existence| least.gamma.min(best.certified.gamma);
+    let best = best?;
+    let bound = best.certified.gamma;
     Some(Design {
-        gamma_optimum: least.map_or(best.certified.gamma, least_or_bound),
+        gamma_optimum: least.map_or(bound, |least| least.gamma.min(bound)),
         gamma_lower: least.map_or(0.0, Existence::gamma_lower),
         ..best
     })
@@ -122,31 +115,39 @@ fn attempt(plant: &GeneralisedPlant, size: f64, options: Options) -> Option<Desi
     let found = directly(&added.apply(plant), options).ok()?;
     let closed = plant.close(&found.controller);
     let error = LoopError::none(&closed);
-    let mut certified = bounded_gain(&closed, &error, &found.certified).ok()?;
-    if certified.largest_eigenvalue > -CLEAR {
-        let room = GainBound { gamma: ROOM * certified.gamma, ..certified.clone() };
-        let clearer = clearest(Base { closed: &closed, error: &error, bound: &room }).ok();
-        let is_clearer = |found: &GainBound| found.largest_eigenvalue < certified.largest_eigenvalue;
-        certified = clearer.filter(is_clearer).unwrap_or(certified);
+    let known = bounded_gain(&closed, &error, &found.certified).ok();
+    if let Some(certified) = known.clone().filter(|bound| bound.largest_eigenvalue < -CLEAR) {
+        return Some(Design { certified, regularisation: Some(added), ..found });
     }
+    // What holds by so little may be rounding, and may not hold for the same reason.
+    let base = known.clone().unwrap_or(found.certified.clone());
+    let room = GainBound { gamma: ROOM * base.gamma, ..base };
+    let clearer = clearest(Base { closed: &closed, error: &error, bound: &room }).ok();
+    let eigenvalue = known.as_ref().map_or(0.0, |known| known.largest_eigenvalue);
+    let certified = clearer.filter(|found| found.largest_eigenvalue < eigenvalue).or(known)?;
     Some(Design { certified, regularisation: Some(added), ..found })
 }
 
-/// The sizes of weights and noises that are tried until there is a controller, relative to what else reaches z and enters y. The first
-/// costs a few per cent of most gammas, and leaves gains of a size that double precision bears.
-const LARGER: [f64; 5] = [1e-3, 3e-3, 1e-2, 3e-2, 1e-1];
-
-/// The sizes that are tried after the first while the bound is not near the least gamma, and gets nearer.
-const SMALLER: [f64; 5] = [3e-4, 1e-4, 3e-5, 1e-5, 3e-6];
-
-/// The part of the back-off asked for that the design keeps from the least gamma of the plant with the additions: these keep X Y off I, too.
-const SHARE: f64 = 0.2;
+/// Sizes of weights and noises, relative to what else reaches z and enters y, each with the part of the back-off asked for that the design keeps from
+/// the least gamma of the plant with them: they keep X Y off I, too. The first costs a few per cent of most gammas, and leaves gains that
+/// double precision bears.
+const TRIES: [(f64, f64); 12] = [
+    (1e-3, 0.2),
+    (3e-3, 0.1),
+    (1e-3, 0.5),
+    (3e-4, 0.2),
+    (1e-4, 0.2),
+    (1e-2, 0.1),
+    (3e-5, 0.2),
+    (3e-2, 0.1),
+    (1e-5, 0.2),
+    (1e-1, 0.2),
+    (1e-6, 0.2),
+    (1e-1, 1.0),
+];
 
 /// A bound is near the least gamma within this part of the back-off that was asked for.
 const NEAR: f64 = 0.5;
-
-/// A bound counts as better below this fraction of another.
-const BETTER: f64 = 0.99;
 
 /// A least gamma below this fraction of a bound counts as zero.
 const NOTHING: f64 = 1e-6;
