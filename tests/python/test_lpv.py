@@ -208,6 +208,36 @@ def test_remarks_on_what_has_no_price(run_squid: Run, tmp_path: Path, case: dict
     assert "add noise to y1 (row 1 of D21)" in noise
 
 
+@pytest.mark.parametrize(
+    "path", sorted((CASE.parent / "singular").glob("*.json")), ids=lambda path: path.stem
+)
+def test_singular_problem(run_squid: Run, tmp_path: Path, path: Path) -> None:
+    """A controller near the least gamma, where nothing weighs the controls, and what its design took."""
+    expected = json.loads(path.read_text(encoding="utf-8"))["expected"]
+    done = run_squid("lpv", "synth", path, "--json", "--out", tmp_path)
+    report = json.loads(done.stdout)
+    assert (done.returncode, report["status"]) == (0, "feasible")
+    assert report["gamma"] == pytest.approx(expected["gamma"], rel=expected["rtol"])
+    assert report["gamma_lower"] <= report["gamma"] <= report["certified_gamma"] <= 1.05 * report["gamma"]
+    (remark,) = [remark for remark in report["remarks"] if "designed for the plant with" in remark]
+    assert "of it in y1" in remark and "u1 (weight)" in remark and "plant as given" in remark
+    assert run_squid("lpv", "check", path, tmp_path / "certificate.json").returncode == 0
+
+
+def test_singular_problem_without_a_least_gamma(run_squid: Run, tmp_path: Path) -> None:
+    """Without weights the gain of this plant can be made as small as one likes, and that is said."""
+    problem = json.loads((CASE.parent / "compleib" / "compleib_DIS1.json").read_text(encoding="utf-8"))
+    problem["data"]["D12"] = zeros(problem["data"]["D12"])
+    code, report, _ = synth(run_squid, tmp_path / "p.json", problem)
+    assert (code, report["status"]) == (0, "feasible")
+    assert report["gamma"] < 1e-6 * report["certified_gamma"] < 1e-6 and report["back_off"] is None
+    assert any("the least gamma found is zero but for rounding" in remark for remark in report["remarks"])
+    assert any("designed for the plant with an output" in remark for remark in report["remarks"])
+    done = run_squid("lpv", "synth", tmp_path / "p.json")
+    assert "designed for the plant with an output" in done.stdout and "PROVED" in done.stdout
+    assert "% above the least" not in done.stdout
+
+
 def test_remarks_stand_beside_a_failure(run_squid: Run, tmp_path: Path, case: dict) -> None:
     """People read them where there is no controller without a proof that there is none."""
     p = case["data"]["P"]
@@ -250,12 +280,16 @@ def test_plant_of_a_descriptor_with_the_identity(run_squid: Run, tmp_path: Path,
 def frozen(p: dict, order: tuple[str, ...], theta: float) -> np.ndarray:
     """Close the parameter: [[A, B..], [C, D..]] from the matrices named row by row, channels in second place."""
     size = round(len(order) ** 0.5)
-    rows = [[np.array(p[key], dtype=float) for key in order[i : i + size]] for i in range(0, len(order), size)]
+    rows = [
+        [np.array(p[key], dtype=float) for key in order[i : i + size]] for i in range(0, len(order), size)
+    ]
     whole, n, r = np.block(rows), len(rows[0][0]), len(rows[1][1])
     keep = [i for i in range(whole.shape[0]) if not n <= i < n + r]
     columns = [j for j in range(whole.shape[1]) if not n <= j < n + r]
     channels = slice(n, n + r)
-    closing = np.linalg.solve(np.eye(r) - theta * whole[channels, channels], theta * whole[channels][:, columns])
+    closing = np.linalg.solve(
+        np.eye(r) - theta * whole[channels, channels], theta * whole[channels][:, columns]
+    )
     return whole[np.ix_(keep, columns)] + whole[keep][:, channels] @ closing
 
 
@@ -265,7 +299,9 @@ def lft(p: np.ndarray, k: np.ndarray, n: int, nk: int, u: int, y: int) -> tuple[
     w = p.shape[1] - n - u
     ak, bk, ck, dk = k[:nk, :nk], k[:nk, nk:], k[nk:, :nk], k[nk:, nk:]
     algebraic = np.block([[np.eye(u), -dk], [-bottom[:, n + w :], np.eye(y)]])
-    given = np.block([[np.zeros((u, n)), ck, np.zeros((u, w))], [bottom[:, :n], np.zeros((y, nk)), bottom[:, n : n + w]]])
+    given = np.block(
+        [[np.zeros((u, n)), ck, np.zeros((u, w))], [bottom[:, :n], np.zeros((y, nk)), bottom[:, n : n + w]]]
+    )
     control, measured = np.split(np.linalg.solve(algebraic, given), [u])
     own = np.hstack([top[:, :n], np.zeros((len(top), nk)), top[:, n : n + w]]) + top[:, n + w :] @ control
     law = np.hstack([np.zeros((nk, n)), ak, np.zeros((nk, w))]) + bk @ measured
@@ -317,7 +353,9 @@ def test_direct_path_that_leaves_the_loop_open(run_squid: Run, tmp_path: Path, c
     certificate["controller"]["Duy"] = [[2.0]]
     path.write_text(json.dumps(certificate), encoding="utf-8")
     done = run_squid("lpv", "check", tmp_path / "p.json", path)
-    assert done.returncode == 1 and "not well posed" in done.stderr and "I - Duy D22 is singular" in done.stderr
+    assert (
+        done.returncode == 1 and "not well posed" in done.stderr and "I - Duy D22 is singular" in done.stderr
+    )
 
 
 @pytest.mark.parametrize(

@@ -42,7 +42,7 @@ pub struct Report {
     pub gamma_lower: Option<f64>,
     /// The same with symmetric scalings alone.
     pub gamma_symmetric: Option<f64>,
-    /// The gamma at which the controller was built.
+    /// The gamma at which the controller was built; of the plant with weight and noise added, where a remark names them.
     pub gamma_design: Option<f64>,
     /// How far that is above the least, `gamma_design/gamma - 1`; more than was asked where nothing closer could be built.
     pub back_off: Option<f64>,

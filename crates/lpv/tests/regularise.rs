@@ -1,0 +1,78 @@
+//! Singular problems: a controller comes out, and what was added for its design is what the numbers say.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod common;
+
+use lpv::matrix::{Mat, block};
+use lpv::plant::GeneralisedPlant;
+use lpv::regularise::Regularisation;
+use lpv::synthesis::{Options, synthesise};
+
+/// The plant with the outputs and disturbances that were added, as a reader of the remark would add them.
+fn with(p: &GeneralisedPlant, added: &Regularisation) -> GeneralisedPlant {
+    let s = p.sizes();
+    let (more_z, more_w) = (added.weights.len(), added.noises.len());
+    let weights = Mat::from_fn(more_z, s.u, |i, j| added.weights[i][j]);
+    let noises = Mat::from_fn(s.y, more_w, |i, j| added.noises[j][i]);
+    let z = Mat::zeros;
+    GeneralisedPlant {
+        b1: block(&[&[&p.b1, &z(s.x, more_w)]]),
+        dt1: z(s.t, s.w + more_w),
+        c1: block(&[&[&p.c1], &[&z(more_z, s.x)]]),
+        d1t: z(s.z + more_z, s.t),
+        d11: block(&[&[&p.d11, &z(s.z, more_w)], &[&z(more_z, s.w + more_w)]]),
+        d12: block(&[&[&p.d12], &[&weights]]),
+        d21: block(&[&[&p.d21, &noises]]),
+        ..p.clone()
+    }
+}
+
+/// The plant with other units of u, y, z, w and time.
+fn in_other_units(p: &GeneralisedPlant) -> GeneralisedPlant {
+    let (u, y, z, w, rate) = (1e3, 1e-2, 10.0, 0.1, 20.0);
+    GeneralisedPlant {
+        a: &p.a * rate,
+        b1: &p.b1 * (rate * w),
+        b2: &p.b2 * (rate * u),
+        c1: &p.c1 * z,
+        d11: &p.d11 * (z * w),
+        d12: &p.d12 * (z * u),
+        c2: &p.c2 * y,
+        d21: &p.d21 * (y * w),
+        ..p.clone()
+    }
+}
+
+#[test]
+fn the_bound_is_of_the_plant_as_given_and_the_design_of_the_plant_with_what_is_named() {
+    let given = common::plant(&common::case("singular/five_states"));
+    for plant in [in_other_units(&given), given] {
+        let design = synthesise(&plant, Options::default()).unwrap();
+        let added = design.regularisation.as_ref().unwrap();
+        let norm = |plant: &GeneralisedPlant| {
+            let closed = plant.close(&design.controller).frozen(&[]).unwrap();
+            assert!(closed.poles().iter().all(|pole| pole.re < 0.0));
+            closed.hinf_norm().value
+        };
+        let (without, with) = (norm(&plant), norm(&with(&plant, added)));
+        assert!(without < design.certified.gamma && with < design.gamma_design, "{without} {with}");
+        assert!(with > without);
+        assert!(design.certified.gamma < 1.05 * design.gamma_optimum, "{}", design.certified.gamma);
+        assert!(design.gamma_lower > 0.99 * design.gamma_optimum);
+        let counts = (added.weights.len(), added.noises.len());
+        assert_eq!(counts, (empty_columns(&plant.d12), empty_columns(&plant.d21.transpose())));
+    }
+}
+
+/// Columns without anything in them.
+fn empty_columns(m: &Mat) -> usize {
+    m.column_iter().filter(|column| column.iter().all(|v| *v == 0.0)).count()
+}
+
+#[test]
+fn what_works_without_gets_nothing_added() {
+    for name in ["compleib/compleib_NN2", "compleib/compleib_REA1", "hs02_gamma_sqrt065"] {
+        let design = synthesise(&common::plant(&common::case(name)), Options::default()).unwrap();
+        assert_eq!(design.regularisation, None, "{name}");
+    }
+}
