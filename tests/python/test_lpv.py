@@ -222,7 +222,7 @@ def test_singular_problem(run_squid: Run, tmp_path: Path, path: Path) -> None:
     assert report["gamma_lower"] <= report["gamma"] <= report["certified_gamma"] <= 1.05 * report["gamma"]
     (remark,) = [remark for remark in report["remarks"] if "designed for the plant with" in remark]
     assert "u1 (weight)" in remark and "plant as given" in remark
-    assert ("of it in y1 (noise)" in remark) == (not np.any(plant["D21"]))
+    assert ("of it in y1 (noise)" in remark) == (not np.any(plant["D21"][0]))
     assert run_squid("lpv", "check", path, tmp_path / "certificate.json").returncode == 0
 
 
