@@ -80,24 +80,7 @@ fn synthesis_stage(inputs: &Inputs, plant: &GeneralisedPlant, stages: &Stages) -
     let design = synthesise(plant, options).map_err(|reason| no_controller(inputs, plant, reason))?;
     let seconds = running.seconds();
     drop(running);
-    stages.done(
-        "synthesise",
-        &format!(
-            "gamma {:.4} at the least, built at {:.4} ({:.1} % back-off{}), {seconds:.1} s",
-            design.gamma_optimum,
-            design.gamma_design,
-            100.0 * back_off(&design),
-            match &design.regularisation {
-                Some(_) => ", of the plant with weight and noise added",
-                None if back_off(&design) > 1.01 * inputs.design.back_off =>
-                    ", more than asked: closer none could be built",
-                None => "",
-            }
-        ),
-    );
-    if let Some(added) = &design.regularisation {
-        stages.done("remark", &added.to_string());
-    }
+    stages.done("synthesise", &synthesis_line(&design, inputs.design.back_off, seconds));
     stages.done(
         "bound",
         &format!(
@@ -108,6 +91,23 @@ fn synthesis_stage(inputs: &Inputs, plant: &GeneralisedPlant, stages: &Stages) -
         ),
     );
     Ok(design)
+}
+
+/// The gammas, how near to each other they could be had, and what was added to the plant for it.
+fn synthesis_line(design: &Design, asked: f64, seconds: f64) -> String {
+    let (how, remark) = match &design.regularisation {
+        Some(added) => (", of the plant with weight and noise added", format!("\nremark: {added}")),
+        None if back_off(design) > 1.01 * asked => {
+            (", more than asked: closer none could be built", String::new())
+        }
+        None => ("", String::new()),
+    };
+    format!(
+        "gamma {:.4} at the least, built at {:.4} ({:.1} % back-off{how}), {seconds:.1} s{remark}",
+        design.gamma_optimum,
+        design.gamma_design,
+        100.0 * back_off(design)
+    )
 }
 
 /// Where the synthesis failed without a proof that there is no controller, the remarks say what about the problem may be the cause.
@@ -258,6 +258,23 @@ fn check_line(c: &Checks, bound: f64) -> String {
 mod tests {
     use super::*;
     use std::path::Path;
+
+    #[test]
+    fn what_was_added_for_the_design_is_told() {
+        let cases = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/cases"));
+        let line = |name: &str| {
+            let problem = crate::problem_file::problem(&cases.join(name)).unwrap();
+            let design = synthesise(&problem.plant, Options::default()).unwrap();
+            synthesis_line(&design, Options::default().back_off, 1.0)
+        };
+        let singular = line("singular/five_states_one_control.json");
+        assert!(
+            singular.contains("\nremark: no controller could be computed for the plant as it is"),
+            "{singular}"
+        );
+        assert!(singular.contains("u1 (weight)") && !singular.contains("closer none"), "{singular}");
+        assert!(line("compleib/compleib_NN2.json").ends_with("(10.0 % back-off), 1.0 s"));
+    }
 
     /// The plant of Squid with its weight on the control taken out: a failure without proof comes with remarks, a proof without.
     #[test]
