@@ -193,6 +193,17 @@ mod tests {
         check(&of(&turned), &wanted).expect("the same plant in other channels");
     }
 
+    #[test]
+    fn a_direct_path_is_not_of_a_vehicle() {
+        let wanted = squid(2);
+        let mut certificate = of(&wanted);
+        let sizes = wanted.sizes();
+        certificate.plant.d22 = vec![vec![0.0; sizes.u]; sizes.y];
+        check(&certificate, &wanted).unwrap();
+        certificate.plant.d22[1][0] = 1e-300;
+        assert!(check(&certificate, &wanted).unwrap_err().to_string().contains("D22"));
+    }
+
     /// What is no number compares like nothing, and not like everything.
     #[test]
     fn overflow_is_no_agreement() {
