@@ -4,13 +4,15 @@
 //! y = y~ + D22 u,   u = K~ y~ = K~ (y - D22 u) = K y
 //! ```
 //!
-//! K~ is designed for the plant without D22, whose output is y~. The loop of K~ with that plant and the loop of K with the plant as
-//! given are one and the same, and so are their bounds. Source: M. G. Safonov, D. J. N. Limebeer, R. Y. Chiang, "Simplifying the H-infinity
-//! theory via loop-shifting, matrix-pencil and descriptor concepts", Int. J. Control 50(6), 1989, section 4.
+//! K~ is designed for the plant without D22, whose output is y~. The loop of K~ with that plant and the loop of K
+//! with the plant as given are one and the same, and so are their bounds. Source: M. G. Safonov, D. J. N. Limebeer,
+//! R. Y. Chiang, "Simplifying the H-infinity theory via loop-shifting, matrix-pencil and descriptor concepts", Int.
+//! J. Control 50(6), 1989, section 4.
 //!
-//! K exists where `I + Duy~ D22` is regular, for every value of the parameters. A K~ for which it is not is changed a little, for
-//! inequalities that hold strictly hold beside it, too. Where the parameters carry it through a singular value, no small change
-//! helps: then a controller is designed that sees y~ through lags, and has no direct path of its own.
+//! K exists where `I + Duy~ D22` is regular, for every value of the parameters. A K~ for which it is not is changed
+//! a little, for inequalities that hold strictly hold beside it, too. Where the parameters carry it through a
+//! singular value, no small change helps: then a controller is designed that sees y~ through lags, and has no direct
+//! path of its own.
 
 use crate::analysis::{GainBound, bounded_gain, worst_eigenvalue};
 use crate::controller::Controller;
@@ -48,15 +50,15 @@ pub fn around(k: &Controller, d22: &Mat) -> Option<Controller> {
     Some(Controller::from_matrix(&whole, n, y, looped.nrows(), k.blocks.clone()))
 }
 
-/// Designs a controller for a plant with a direct path from u to y, and bounds the gain of the loop that it closes: [`synthesis::synthesise`]
-/// for `y = C2 x + D2t wt + D21 w + D22 u`.
+/// Designs a controller for a plant with a direct path from u to y, and bounds the gain of the loop that it closes:
+/// [`synthesis::synthesise`] for `y = C2 x + D2t wt + D21 w + D22 u`.
 ///
-/// `plant` is without D22 (y x u). The bound is of the loop that is the same with D22 and the controller returned as without it and the one
-/// that [`around`] makes of that controller and `-D22`.
+/// `plant` is without D22 (y x u). The bound is of the loop that is the same with D22 and the controller returned as
+/// without it and the one that [`around`] makes of that controller and `-D22`.
 ///
 /// # Errors
-/// As [`synthesis::synthesise`]; [`SynthesisError::Shape`] for a D22 that does not fit; [`SynthesisError::NotWellPosed`] where no controller was
-/// found that D22 leaves well posed.
+/// As [`synthesis::synthesise`]; [`SynthesisError::Shape`] for a D22 that does not fit;
+/// [`SynthesisError::NotWellPosed`] where no controller was found that D22 leaves well posed.
 pub fn synthesise(plant: &GeneralisedPlant, d22: &Mat, options: Options) -> Result<Design, SynthesisError> {
     if is_none(d22) {
         return synthesis::synthesise(plant, options);
@@ -109,7 +111,8 @@ fn excess(k: &Controller, limit: Option<f64>) -> Option<f64> {
     (ratio > 1.0).then_some(ratio)
 }
 
-/// A design for the plant without D22, made one for the plant with it: the first that costs next to nothing, or the best.
+/// A design for the plant without D22, made one for the plant with it: the first that costs next to nothing, or the
+/// best.
 fn put_back(
     plant: &GeneralisedPlant,
     d22: &Mat,
@@ -146,7 +149,8 @@ fn put_back(
     best.ok_or(SynthesisError::NotWellPosed)
 }
 
-/// The controller put around D22, and the bound of its loop, shown for the controller that D22 makes of it: rounding is seen.
+/// The controller put around D22, and the bound of its loop, shown for the controller that D22 makes of it: rounding
+/// is seen.
 fn closed(
     plant: &GeneralisedPlant,
     d22: &Mat,
@@ -174,7 +178,8 @@ fn nudged(k: &Controller, factor: f64) -> Controller {
     Controller { duy: &k.duy * factor, dty: &k.dty * factor, ..k.clone() }
 }
 
-/// A design that sees y through lags of this rate (rad/s), which are made part of its controller: its own states come after those of the lags.
+/// A design that sees y through lags of this rate (rad/s), which are made part of its controller: its own states
+/// come after those of the lags.
 fn behind_lags(plant: &GeneralisedPlant, rate: f64, options: Options) -> Option<Design> {
     let s = plant.sizes();
     let z = Mat::zeros;
@@ -207,7 +212,8 @@ fn behind_lags(plant: &GeneralisedPlant, rate: f64, options: Options) -> Option<
     Some(Design { controller, ..found })
 }
 
-/// An eigenvalue of `I + Duy D22` below this fraction of the largest of `Duy D22`, or of 1, counts as zero: the controller's numbers grow with its inverse.
+/// An eigenvalue of `I + Duy D22` below this fraction of the largest of `Duy D22`, or of 1, counts as zero: the
+/// controller's numbers grow with its inverse.
 const SINGULAR: f64 = 1e-6;
 
 /// By how much the direct paths of a controller are changed, relatively, until D22 leaves it well posed.

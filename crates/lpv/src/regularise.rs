@@ -1,16 +1,19 @@
-//! Controllers for singular problems: a small weight on what no output weighs, a small noise on what no disturbance enters.
+//! Controllers for singular problems: a small weight on what no output weighs, a small noise on what no disturbance
+//! enters.
 //!
-//! Without them the least gamma is an infimum that gains without limit approach, and the arithmetic may fail on the way (see
-//! [`crate::regularity`]). With them the plant has one more output for each such direction of the controls, and one more disturbance for
-//! each such combination of measurements:
+//! Without them the least gamma is an infimum that gains without limit approach, and the arithmetic may fail on the
+//! way (see
+//! [`crate::regularity`]). With them the plant has one more output for each such direction of the controls, and one
+//! more disturbance for each such combination of measurements:
 //!
 //! ```text
 //! z+ = e v' u~,   y~ + e c w+
 //! ```
 //!
-//! A loop with outputs and disturbances left out has no larger gain, and the matrices that bound the gain with them, rows and columns left
-//! out, bound it without: the bound of the plant as given comes with that of the plant so changed, and is then tightened. Source of the
-//! idea: K. Zhou, J. C. Doyle, K. Glover, "Robust and Optimal Control", 1996, section 17.1.
+//! A loop with outputs and disturbances left out has no larger gain, and the matrices that bound the gain with them,
+//! rows and columns left out, bound it without: the bound of the plant as given comes with that of the plant so
+//! changed, and is then tightened. Source of the idea: K. Zhou, J. C. Doyle, K. Glover, "Robust and Optimal
+//! Control", 1996, section 17.1.
 
 use crate::analysis::{Base, GainBound, bounded_gain, clearest};
 use crate::inequalities::Existence;
@@ -31,8 +34,9 @@ pub struct Regularisation {
 }
 
 impl Regularisation {
-    /// What a plant needs in order that every direction of the controls has at least the weight `size`, and every combination of the
-    /// measurements the noise, in balanced coordinates in which all that reaches z, and all that w reaches, is about 1.
+    /// What a plant needs in order that every direction of the controls has at least the weight `size`, and every
+    /// combination of the measurements the noise, in balanced coordinates in which all that reaches z, and all that
+    /// w reaches, is about 1.
     fn new(plant: &GeneralisedPlant, size: f64) -> Self {
         let (seen, coordinates, units) = normalised(plant);
         let weighted = block(&[&[&seen.d12], &[&seen.dt2]]);
@@ -70,10 +74,11 @@ impl Regularisation {
     }
 }
 
-/// A design for a plant of which the least gamma may be known, but no controller: that of the plant with weights and noises added.
+/// A design for a plant of which the least gamma may be known, but no controller: that of the plant with weights and
+/// noises added.
 ///
-/// How small these may be for the arithmetic is a matter of trial. The first bound near the least gamma is taken, or the best of all; of a least
-/// gamma that is zero but for rounding the first, for none is near it.
+/// How small these may be for the arithmetic is a matter of trial. The first bound near the least gamma is taken, or
+/// the best of all; of a least gamma that is zero but for rounding the first, for none is near it.
 pub(crate) fn design(
     plant: &GeneralisedPlant,
     least: Option<&Existence>,
@@ -101,12 +106,14 @@ pub(crate) fn design(
     })
 }
 
-/// Whether a least gamma is zero as far as rounding tells: there is then none that is attained, and no controller is near it.
+/// Whether a least gamma is zero as far as rounding tells: there is then none that is attained, and no controller is
+/// near it.
 pub fn is_nothing(least: f64, bound: f64) -> bool {
     least < NOTHING * bound
 }
 
-/// The controller of the plant with weights and noises of a size, and a clear bound of the loop that it closes round the plant as given.
+/// The controller of the plant with weights and noises of a size, and a clear bound of the loop that it closes round
+/// the plant as given.
 fn attempt(plant: &GeneralisedPlant, size: f64, options: Options) -> Option<Design> {
     let added = Regularisation::new(plant, size);
     if added.weights.is_empty() && added.noises.is_empty() {
@@ -128,9 +135,9 @@ fn attempt(plant: &GeneralisedPlant, size: f64, options: Options) -> Option<Desi
     Some(Design { certified, regularisation: Some(added), ..found })
 }
 
-/// Sizes of weights and noises, relative to what else reaches z and enters y, each with the part of the back-off asked for that the design keeps from
-/// the least gamma of the plant with them: they keep X Y off I, too. The first costs a few per cent of most gammas, and leaves gains that
-/// double precision bears.
+/// Sizes of weights and noises, relative to what else reaches z and enters y, each with the part of the back-off
+/// asked for that the design keeps from the least gamma of the plant with them: they keep X Y off I, too. The first
+/// costs a few per cent of most gammas, and leaves gains that double precision bears.
 const TRIES: [(f64, f64); 12] = [
     (1e-3, 0.2),
     (3e-3, 0.1),

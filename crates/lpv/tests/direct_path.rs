@@ -13,7 +13,8 @@ use lpv::synthesis::{Design, Options};
 use nalgebra::dmatrix;
 use proptest::prelude::*;
 
-/// The loop of a plant with D22 and a controller, all of its equations solved at once: unknown are x', xk', z, zt, zk, wt, wk, u and y.
+/// The loop of a plant with D22 and a controller, all of its equations solved at once: unknown are x', xk', z, zt,
+/// zk, wt, wk, u and y.
 fn loop_with(p: &GeneralisedPlant, d22: &Mat, k: &Controller, theta: &[f64]) -> Option<StateSpace> {
     let s = p.sizes();
     let (nk, rk) = (k.a.nrows(), k.dtt.nrows());
@@ -70,7 +71,8 @@ fn matrix(rows: usize, cols: usize) -> impl Strategy<Value = Mat> {
 const BLOCKS: [usize; 2] = [2, 1];
 
 prop_compose! {
-    /// Three states, two parameters in three channels, two w, z, y, and u: any but for the size of the parameters' own loop.
+    /// Three states, two parameters in three channels, two w, z, y, and u: any but for the size of the parameters'
+    /// own loop.
     fn random_plant()(
         a in matrix(3, 3), bt in matrix(3, 3), b1 in matrix(3, 2), b2 in matrix(3, 2),
         ct in matrix(3, 3), dtt in matrix(3, 3), dt1 in matrix(3, 2), dt2 in matrix(3, 2),
@@ -155,7 +157,8 @@ fn a_controller_that_a_direct_path_makes_singular_is_changed() {
     assert_keeps_its_bound(&plant, &d22, &design);
 }
 
-/// The same at one value of the parameter, to whose two sides `I + Duy D22` has different signs: no small change helps.
+/// The same at one value of the parameter, to whose two sides `I + Duy D22` has different signs: no small change
+/// helps.
 #[test]
 fn a_controller_that_is_singular_within_the_box_gets_lags() {
     let plant = common::plant(&common::case("lpv01_lpvtools_lft_tutorial"));

@@ -45,7 +45,8 @@ fn in_other_units(p: &GeneralisedPlant) -> GeneralisedPlant {
     }
 }
 
-/// Designs for a singular plant without parameters, and checks both loops: that of the plant as given, and that of the plant with what was added.
+/// Designs for a singular plant without parameters, and checks both loops: that of the plant as given, and that of
+/// the plant with what was added.
 fn assert_holds(plant: &GeneralisedPlant) -> Design {
     let design = synthesise(plant, Options::default()).unwrap();
     let norm = |plant: &GeneralisedPlant| {
