@@ -209,8 +209,13 @@ impl Definite {
         None
     }
 
-    /// The solution of `A x = b`, by conjugate gradients with the factor as preconditioner: two steps when the factor is good.
+    /// The solution of `A x = b` as exactly as it can be.
     pub(crate) fn solve(&self, b: &[f64]) -> Vec<f64> {
+        self.solve_to(b, 1e-14)
+    }
+
+    /// The solution of `A x = b` to a residual, relatively, by conjugate gradients with the factor as preconditioner: two steps when the factor is good.
+    pub(crate) fn solve_to(&self, b: &[f64], residual: f64) -> Vec<f64> {
         use faer::linalg::solvers::Solve;
         let n = b.len();
         let precondition = |v: &DVector<f64>| {
@@ -220,7 +225,7 @@ impl Definite {
         let mut x = DVector::zeros(n);
         let mut left = DVector::from_fn(n, |i, _| b[i] * self.scale[i]);
         let (mut best, mut least) = (x.clone(), left.norm());
-        let enough = 1e-14 * least;
+        let enough = residual * least;
         let mut push = precondition(&left);
         let mut product = left.dot(&push);
         for _ in 0..REFINEMENTS {
@@ -328,6 +333,31 @@ pub fn complex_svd_ends(a: &DMatrix<Complex<f64>>) -> Option<(ComplexVector, Com
         DVector::from_fn(n, |i, _| Complex::new(m[(i, n - 1)].re, m[(i, n - 1)].im))
     };
     Some((last(found.U()), last(found.V())))
+}
+
+/// Left and right vectors that a square complex matrix takes nearly to zero, where it is singular but for rounding: by inverse iteration.
+pub fn complex_null_vectors(a: &DMatrix<Complex<f64>>) -> Option<(ComplexVector, ComplexVector)> {
+    let n = a.nrows();
+    let size = a.norm();
+    if n == 0 || !size.is_finite() || size == 0.0 {
+        return None;
+    }
+    // Off by rounding, so that no pivot is zero.
+    let off = DMatrix::identity(n, n) * Complex::new(4.0 * f64::EPSILON * size, 0.0);
+    let vector = |m: DMatrix<Complex<f64>>| {
+        let factors = m.lu();
+        let mut v = DVector::from_fn(n, |i, _| Complex::new(1.0, 0.1 * i as f64));
+        for _ in 0..3 {
+            v = factors.solve(&v)?;
+            let length = v.norm();
+            if !(length.is_finite() && length > 0.0) {
+                return None;
+            }
+            v.unscale_mut(length);
+        }
+        Some(v)
+    };
+    Some((vector((a + &off).adjoint())?, vector(a + off)?))
 }
 
 /// Eigenvalues of a Hermitian matrix, ascending; not-a-number when it holds one.

@@ -19,6 +19,7 @@ mod centre;
 pub mod interval;
 pub mod lower;
 pub mod margin;
+mod product;
 mod scaling;
 pub mod structure;
 pub mod sweep;

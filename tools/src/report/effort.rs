@@ -11,7 +11,6 @@ use super::verdict::{Verdict, hardest_below, worst};
 use crate::error::Error;
 use crate::flight::{Flight, Row};
 use crate::metrics::StepFigures;
-use lpv::synthesis::{Scalings, least_gamma};
 
 /// Actuators, and the verdict on low speed.
 ///
@@ -65,11 +64,7 @@ fn difficulty(subject: &Subject, figures: &[StepFigures], peaks: &[f64]) -> [Mea
     let at = |of: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
         subject.speeds.iter().enumerate().map(|(i, v)| (*v, of(i))).collect()
     };
-    let alone = |i: usize| {
-        let frozen = subject.plant.frozen(&[subject.rho(subject.speeds[i])]).ok();
-        let least = frozen.and_then(|plant| least_gamma(&plant, Scalings::SymmetricAndSkew).ok());
-        least.map_or(f64::NAN, |(_, found)| found.gamma)
-    };
+    let alone = |i: usize| subject.alone()[i].as_ref().map_or(f64::NAN, |design| design.gamma_optimum);
     let peak = |i: usize| peaks[i];
     [
         ("least gamma of a controller for this speed alone (continuous time, no lags)", at(&alone)),

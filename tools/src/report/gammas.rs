@@ -24,13 +24,14 @@ pub fn gammas(subject: &Subject) -> Result<Vec<Part>, Error> {
     let m = &subject.stored.manoeuvre;
     let acceleration = ((m.speed_to - m.speed_from) / m.ramp_duration).abs();
     let options = LadderOptions {
-        thetas: subject.speeds.iter().map(|v| subject.rho(*v)).collect(),
+        // Those of the six speeds are known already.
+        thetas: vec![],
         rates: vec![acceleration / half_range],
         samples: SAMPLES,
         ..LadderOptions::default()
     };
     let found = ladder(&subject.plant, &design(subject), &options)?;
-    let rungs = rungs(&found, acceleration);
+    let rungs = rungs(subject, &found, acceleration);
     let mut table = Table::new(["assumption", "gamma"]);
     for (name, gamma) in &rungs {
         table.rows.push(vec![name.clone(), gamma.map_or_else(|| "unknown".into(), |g| format!("{g:.4}"))]);
@@ -65,8 +66,9 @@ fn design(subject: &Subject) -> Design {
     }
 }
 
-fn rungs(found: &Ladder, acceleration: f64) -> Vec<(String, Option<f64>)> {
-    let hardest = found.frozen_optimum.iter().filter_map(|(_, g)| g.as_ref().ok()).copied().reduce(f64::max);
+fn rungs(subject: &Subject, found: &Ladder, acceleration: f64) -> Vec<(String, Option<f64>)> {
+    let alone = subject.alone().iter().filter_map(|design| Some(design.as_ref().ok()?.gamma_optimum));
+    let hardest = alone.reduce(f64::max);
     let mut rungs = vec![
         ("best controller for one frozen speed, the hardest of six".to_owned(), hardest),
         ("best scheduled controller, any course of speed".into(), found.scheduled.as_ref().ok().copied()),
@@ -89,8 +91,8 @@ fn figure(subject: &Subject, found: &Ladder) -> Figure {
     let alone: Vec<(f64, f64)> = subject
         .speeds
         .iter()
-        .zip(&found.frozen_optimum)
-        .filter_map(|(v, (_, gamma))| Some((*v, *gamma.as_ref().ok()?)))
+        .zip(subject.alone())
+        .filter_map(|(v, design)| Some((*v, design.as_ref().ok()?.gamma_optimum)))
         .collect();
     let closed = subject.plant.close(&subject.controller);
     let frozen: Vec<(f64, f64)> = crate::model::speeds(subject.inputs, 41)

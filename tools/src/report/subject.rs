@@ -7,14 +7,18 @@ use crate::inputs::Inputs;
 use crate::metrics::StepFigures;
 use crate::model::{Model, STATES, linearise_at, speeds};
 use crate::problem::augment;
+use crate::stages::Stages;
 use crate::store::Stored;
 use auv::{Actuator, Linearisation, Status};
 use fmu_squid::Manoeuvre;
 use lpv::controller::Controller;
+use lpv::error::SynthesisError;
 use lpv::matrix::Mat;
 use lpv::plant::GeneralisedPlant;
 use lpv::state_space::StateSpace;
+use lpv::synthesis::{Design, Options, synthesise};
 use scheduled::LftMatrices;
+use std::sync::OnceLock;
 
 /// As many speeds as in the paper's Fig. 5.
 const SPEEDS: usize = 6;
@@ -43,6 +47,9 @@ pub struct Subject<'a> {
     pub speeds: Vec<f64>,
     /// The true linearisations at these speeds.
     pub truth: Vec<Linearisation>,
+    /// Where progress is told.
+    pub stages: &'a Stages,
+    alone: OnceLock<Vec<Result<Design, SynthesisError>>>,
 }
 
 impl<'a> Subject<'a> {
@@ -50,13 +57,27 @@ impl<'a> Subject<'a> {
     ///
     /// # Errors
     /// As [`Model::new`]; [`Error::Mismatch`] when the stored controller has ragged matrices.
-    pub fn new(inputs: &'a Inputs, stored: &'a Stored) -> Result<Self, Error> {
+    pub fn new(inputs: &'a Inputs, stored: &'a Stored, stages: &'a Stages) -> Result<Self, Error> {
         let model = Model::new(inputs)?;
         let plant = augment(inputs, model.lft.clone())?;
         let controller = stored.lpv_controller()?;
         let speeds = speeds(inputs, SPEEDS);
         let truth = speeds.iter().map(|v| linearise_at(inputs, *v)).collect::<Result<_, Error>>()?;
-        Ok(Self { inputs, stored, model, plant, controller, speeds, truth })
+        let alone = OnceLock::new();
+        Ok(Self { inputs, stored, model, plant, controller, speeds, truth, stages, alone })
+    }
+
+    /// A controller without parameters for each of the six speeds alone, by the same synthesis; made once.
+    pub fn alone(&self) -> &[Result<Design, SynthesisError>] {
+        let options = Options { back_off: self.inputs.design.back_off, ..Options::default() };
+        let made = |v: &f64| {
+            let singular = |_| SynthesisError::Numerical {
+                stage: "freezing",
+                diagnosis: "the plant has no value".into(),
+            };
+            synthesise(&self.plant.frozen(&[self.rho(*v)]).map_err(singular)?, options)
+        };
+        self.alone.get_or_init(|| self.speeds.iter().map(made).collect())
     }
 
     /// The vehicle in words: a surrogate is called one wherever it is named.

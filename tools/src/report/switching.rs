@@ -11,8 +11,9 @@ use super::switched::{Memory, fly_switched};
 use super::verdict::{AT_REST, Ridden, Verdict, WORSE, switching_harms};
 use crate::error::Error;
 use crate::flight::{Row, fly};
+use lpv::error::SynthesisError;
 use lpv::state_space::StateSpace;
-use lpv::synthesis::{Options, synthesise};
+use lpv::synthesis::Design;
 
 /// How long after the step its own jump is not counted (s).
 const STEP_RINGS: f64 = 1.0;
@@ -77,12 +78,10 @@ pub fn switching(subject: &Subject) -> Result<Vec<Part>, Error> {
 
 /// One controller without parameters for each of the six speeds.
 fn bank(subject: &Subject) -> Result<Vec<StateSpace>, Error> {
-    let options = Options { back_off: subject.inputs.design.back_off, ..Options::default() };
-    let made = |v: &f64| {
-        let plant = subject.plant.frozen(&[subject.rho(*v)])?;
-        Ok(synthesise(&plant, options)?.controller.frozen(&[])?)
+    let frozen = |design: &Result<Design, SynthesisError>| {
+        Ok(design.as_ref().map_err(Clone::clone)?.controller.frozen(&[])?)
     };
-    subject.speeds.iter().map(made).collect()
+    subject.alone().iter().map(frozen).collect()
 }
 
 fn ridden(subject: &Subject, rows: &[Row]) -> Ridden {

@@ -4,9 +4,10 @@
 //! moving along.
 
 use super::CMat;
-use super::scaling::Family;
+use super::product::product;
+use super::scaling::{AtLambda, Family, Scalings};
 use super::structure::Structure;
-use super::upper::{NOTHING, TIGHT};
+use super::upper::NOTHING;
 use crate::matrix::{Definite, hermitian_eigenvalues};
 use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn};
 
@@ -22,7 +23,15 @@ pub(super) struct Centre {
     shift: f64,
     /// D_0: D as it was when lambda was set.
     base: CMat,
+    /// About how far, relatively, the first lambda may be above the least.
+    near: f64,
+    /// A point on the way that is a start for matrices much like this one: at the end of the way too little is positive clearly.
+    pub(super) start: Vec<f64>,
 }
+
+/// How far the first lambda may be above the least, relatively: anywhere, and from scalings of a matrix that is much the same.
+const COLD: f64 = 0.5;
+const WARM: f64 = 0.1;
 
 /// The Newton decrement below which a point counts as a centre.
 const CENTRED: f64 = 0.3;
@@ -33,6 +42,9 @@ const MOST_STEPS: usize = 100;
 /// By how much the diagonal of the Hessian is raised, relatively: always, and at most, where a step leads nowhere because there are directions that matter little.
 const RIDGE: (f64, f64) = (1e-13, 1e-4);
 
+/// How exactly a step is solved for, relatively: what it leads to is checked.
+const ACCURATE: f64 = 1e-9;
+
 /// By how much the weight of lambda grows from one centre to the next.
 const GROWTH: f64 = 10.0;
 
@@ -42,27 +54,42 @@ const FAR: f64 = 30.0;
 type Factor = Cholesky<Complex<f64>, Dyn>;
 
 impl Centre {
-    pub(super) fn new(m: CMat, structure: &Structure) -> Self {
+    /// From a matrix of size about one, and scalings that may be good for it.
+    pub(super) fn new(m: CMat, structure: &Structure, from: Option<&Scalings>) -> Self {
         let family = Family::new(structure);
         let (nz, nw) = m.shape();
         let mut columns = CMat::identity(nw, nw + nz);
         columns.columns_mut(nw, nz).copy_from(&m.adjoint());
         let p = family.identity();
         let base = CMat::identity(nw, nw);
-        Self { m, columns, family, p, lambda: 1.1, shift: 0.0, base }
+        let mut cold =
+            Self { m, columns, family, p, lambda: 1.1, shift: 0.0, base, near: COLD, start: vec![] };
+        let Some(from) = from else { return cold };
+        let border = cold.border();
+        let identity = std::mem::replace(&mut cold.p, cold.family.point(from));
+        match (cold.border(), border) {
+            // Where the known scalings are no better, they are no start.
+            (Some(warm), Some(plain)) if warm < plain => {
+                cold.near = WARM;
+                cold.base = cold.family.values(&cold.p).dw;
+            }
+            _ => cold.p = identity,
+        }
+        cold
     }
 
-    /// The least lambda, and about how far it may be above it: or `target`, where that is above, at the centre there.
-    pub(super) fn least(&mut self, target: f64) -> (f64, f64) {
+    /// The least lambda, and about how far it may be above it, relatively at most twice `tight`: or `target`, where that is above, at the centre there.
+    pub(super) fn least(&mut self, target: f64, tight: f64) -> (f64, f64) {
         let mut best = (self.border().unwrap_or(f64::INFINITY), f64::INFINITY);
         self.lambda = 1.1 * best.0;
         let mut kept = self.p.clone();
-        let mut weight = 2.0 * self.m.ncols() as f64 / self.lambda;
+        let mut weight = self.m.ncols() as f64 / (self.near * self.lambda);
         for _ in 0..60 {
             if best.0 < target {
                 (self.lambda, self.shift) = (target, 0.0);
                 self.p.clone_from(&kept);
                 self.centre(None);
+                self.start.clone_from(&self.p);
                 return (
                     self.border().map_or(best.0, |border| border.min(target)).max(best.0),
                     f64::INFINITY,
@@ -72,6 +99,9 @@ impl Centre {
             let Some(border) = self.border() else { break };
             if border <= best.0 {
                 (best.0, kept) = (border, self.p.clone());
+            }
+            if self.start.is_empty() || self.m.ncols() as f64 / weight >= WARM * border {
+                self.start.clone_from(&self.p);
             }
             // Where the shift is gone lambda is smaller by about as much.
             let moved = self.shift.abs();
@@ -85,7 +115,7 @@ impl Centre {
                 best.1 = near;
                 weight *= GROWTH;
             }
-            if best.0 <= NOTHING * NOTHING || best.1 <= 2.0 * TIGHT * best.0 || !arrived {
+            if best.0 <= NOTHING * NOTHING || best.1 <= 2.0 * tight * best.0 || !arrived {
                 break;
             }
         }
@@ -138,17 +168,18 @@ impl Centre {
         let mut trace = self.family.trace();
         trace.resize(n + free, 0.0);
         let trace = DVector::from_vec(trace);
+        let at = self.family.at(self.lambda);
         let (mut gradient, mut hessian) = (vec![0.0; n + free], DMatrix::zeros(n + free, n + free));
         let mut factors = self.factors(&self.p, self.shift)?;
         let mut ridge = RIDGE.0;
         for _ in 0..MOST_STEPS {
             let (phi, blocks) = &factors;
             let half = phi.l_dirty().solve_lower_triangular(&self.columns)?;
-            let inner = half.adjoint() * &half;
+            let inner = product(&half.adjoint(), &half);
             let inverses: Vec<CMat> = blocks.iter().map(Cholesky::inverse).collect();
-            self.family.derivatives(self.lambda, &inner, &inverses, &mut gradient, &mut hessian);
+            self.family.derivatives(&at, &inner, &inverses, &mut gradient, &mut hessian);
             if let Some(weight) = weight {
-                self.add_shift(weight, &inner, &mut gradient, &mut hessian);
+                self.add_shift(&at, weight, &inner, &mut gradient, &mut hessian);
             }
             (0..n + free).for_each(|i| hessian[(i, i)] *= 1.0 + ridge);
             let step = step(&hessian, &gradient, &trace);
@@ -193,15 +224,26 @@ impl Centre {
     }
 
     /// The derivatives by the shift, whose matrix is D_0.
-    fn add_shift(&self, weight: f64, inner: &CMat, gradient: &mut [f64], hessian: &mut DMatrix<f64>) {
+    fn add_shift(
+        &self,
+        at: &AtLambda,
+        weight: f64,
+        inner: &CMat,
+        gradient: &mut [f64],
+        hessian: &mut DMatrix<f64>,
+    ) {
         let n = self.family.unknowns();
         let d = &self.base;
         let rows = d.nrows();
-        // W* Phi^-1 D Phi^-1 W
-        let seen = inner.view((0, 0), (inner.nrows(), rows)) * d * inner.view((0, 0), (rows, inner.ncols()));
-        gradient[n] = weight - (inner.view((0, 0), (rows, rows)) * d).trace().re;
-        hessian[(n, n)] = (seen.view((0, 0), (rows, rows)) * d).trace().re;
-        for (i, value) in self.family.products(self.lambda, &seen).enumerate() {
+        // N = Phi^-1 D Phi^-1, seen by W*: of W* N W the entries that the products ask for.
+        let left = product(&inner.columns(0, rows).into_owned(), d);
+        let seen = |y: usize, x: usize| -> Complex<f64> {
+            left.row(y).iter().zip(inner.column(x).rows(0, rows).iter()).map(|(a, b)| a * b).sum()
+        };
+        gradient[n] = weight - left.view((0, 0), (rows, rows)).trace().re;
+        hessian[(n, n)] =
+            (0..rows).map(|k| (0..rows).map(|l| (seen(k, l) * d[(l, k)]).re).sum::<f64>()).sum();
+        for (i, value) in at.along(seen).enumerate() {
             hessian[(i, n)] = value;
             hessian[(n, i)] = value;
         }
@@ -211,8 +253,8 @@ impl Centre {
 /// Newton's step, with the trace of D as it is.
 fn step(hessian: &DMatrix<f64>, gradient: &[f64], trace: &DVector<f64>) -> Option<DVector<f64>> {
     let system = Definite::new(hessian.clone())?;
-    let towards = DVector::from_vec(system.solve(gradient));
-    let across = DVector::from_vec(system.solve(trace.as_slice()));
+    let towards = DVector::from_vec(system.solve_to(gradient, ACCURATE));
+    let across = DVector::from_vec(system.solve_to(trace.as_slice(), ACCURATE));
     Some(&across * (trace.dot(&towards) / trace.dot(&across)) - &towards)
 }
 

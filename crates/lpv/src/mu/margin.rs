@@ -30,7 +30,9 @@ pub fn real_lower_bound(system: &StateSpace, structure: &Structure) -> Option<Lo
     if !structure.is_real() || system.a.is_empty() {
         return None;
     }
-    let search = Search { system, structure, sizes: structure.blocks().iter().map(|b| b.rows()).collect() };
+    let sizes = structure.blocks().iter().map(|b| b.rows()).collect();
+    let smallest = 0.1 / system.hinf_norm().value.max(f64::MIN_POSITIVE);
+    let search = Search { system, structure, sizes, smallest };
     let count = search.sizes.len();
     let mut state = 0x2545_F491_4F6C_DD1Du64;
     let mut sign = || {
@@ -46,7 +48,7 @@ pub fn real_lower_bound(system: &StateSpace, structure: &Structure) -> Option<Lo
             1 => vec![-1.0; count],
             _ => (0..count).map(|_| sign()).collect(),
         };
-        let reach = best.as_ref().map_or(FARTHEST * search.smallest(), |b| b.size);
+        let reach = best.as_ref().map_or(FARTHEST * search.smallest, |b| b.size);
         if let Some(found) = search.climb(direction, reach)
             && best.as_ref().is_none_or(|known| found.size < known.size)
         {
@@ -70,14 +72,11 @@ struct Search<'a> {
     system: &'a StateSpace,
     structure: &'a Structure,
     sizes: Vec<usize>,
+    /// A size of delta that certainly does nothing: below one over the largest gain of the loop seen by delta.
+    smallest: f64,
 }
 
 impl Search<'_> {
-    /// A size of delta that certainly does nothing: one over the largest gain of the loop seen by delta.
-    fn smallest(&self) -> f64 {
-        0.1 / self.system.hinf_norm().value.max(f64::MIN_POSITIVE)
-    }
-
     fn diagonal(&self, direction: &[f64], size: f64) -> Mat {
         let entries = direction.iter().zip(&self.sizes).flat_map(|(d, r)| std::iter::repeat_n(d * size, *r));
         Mat::from_diagonal(&nalgebra::DVector::from_iterator(self.structure.rows(), entries))
@@ -99,7 +98,7 @@ impl Search<'_> {
 
     /// The first crossing along a direction, up to a size.
     fn crossing(&self, direction: &[f64], farthest: f64) -> Option<Crossing> {
-        let mut low = self.smallest().min(farthest / STRIDE);
+        let mut low = self.smallest.min(farthest / STRIDE);
         let mut high = low;
         loop {
             high = (high * STRIDE).min(farthest);
@@ -111,15 +110,38 @@ impl Search<'_> {
                 return None;
             }
         }
-        for _ in 0..200 {
-            let middle = 0.5 * (low + high);
-            if middle <= low || middle >= high {
-                break;
-            }
-            if self.rightmost(direction, middle)?.re >= 0.0 { high = middle } else { low = middle }
-        }
+        self.narrow(direction, &mut low, &mut high)?;
         let pole = self.rightmost(direction, high)?;
         Some(Crossing { direction: direction.to_vec(), size: high, pole })
+    }
+
+    /// Narrows down where the rightmost pole reaches the axis, between a size at which it is left of it and one at which it is not: by false position,
+    /// with the Illinois rule (M. Dowell, P. Jarratt, BIT 11, 1971), and by halves where that is slow.
+    fn narrow(&self, direction: &[f64], low: &mut f64, high: &mut f64) -> Option<()> {
+        let at = |size: f64| Some(self.rightmost(direction, size)?.re);
+        let (mut at_low, mut at_high) = (at(*low)?, at(*high)?);
+        let mut kept = 0;
+        for step in 1..200 {
+            let width = *high - *low;
+            if width <= 2.0 * f64::EPSILON * *high {
+                break;
+            }
+            let part = at_low / (at_low - at_high);
+            let halve = step % 4 == 0 || !(part > 0.0 && part < 1.0);
+            let next = (*low + if halve { 0.5 } else { part } * width)
+                .clamp(*low + f64::EPSILON * *high, *high - f64::EPSILON * *high);
+            let value = at(next)?;
+            if value >= 0.0 {
+                (*high, at_high) = (next, value);
+                at_low *= if kept == -1 { 0.5 } else { 1.0 };
+                kept = -1;
+            } else {
+                (*low, at_low) = (next, value);
+                at_high *= if kept == 1 { 0.5 } else { 1.0 };
+                kept = 1;
+            }
+        }
+        Some(())
     }
 
     /// Where each scalar would move the pole to the right.
@@ -152,7 +174,7 @@ impl Search<'_> {
 
     fn climb(&self, direction: Vec<f64>, reach: f64) -> Option<Crossing> {
         // A first direction may have to go farther than the best one that is known.
-        let mut best = self.crossing(&direction, (reach * 8.0).min(FARTHEST * self.smallest()))?;
+        let mut best = self.crossing(&direction, (reach * 8.0).min(FARTHEST * self.smallest))?;
         for _ in 0..STEPS {
             let next = self.towards_instability(&best)?;
             if next == best.direction {

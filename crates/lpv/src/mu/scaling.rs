@@ -8,6 +8,7 @@
 //! square); G is Hermitian on the real blocks and zero elsewhere. `Phi(beta^2) > 0` shows that mu < beta.
 
 use super::CMat;
+use super::product::product;
 use super::structure::{Block, Structure};
 use nalgebra::Complex;
 use std::ops::Range;
@@ -69,13 +70,59 @@ fn hermitian_basis(r: usize) -> Vec<Vec<(usize, usize, Complex<f64>)>> {
     out
 }
 
-impl Unknown {
-    /// The sum of the sizes of what the curvature along an unknown of G is a sum of.
-    fn curvature_terms(&self, inner: &CMat) -> f64 {
-        let pairs = self.products.iter().flat_map(|p| self.products.iter().map(move |q| (p, q)));
-        pairs
-            .map(|(p, q)| (p.coefficient * q.coefficient * inner[(q.y, p.x)] * inner[(p.y, q.x)]).norm())
-            .sum()
+/// A product with its weight at one lambda.
+#[derive(Debug, Clone, Copy)]
+struct Weighed {
+    x: usize,
+    y: usize,
+    weight: Complex<f64>,
+}
+
+/// All products of all unknowns at one lambda.
+pub(super) struct AtLambda {
+    /// Of unknown i: `products[starts[i]..starts[i + 1]]`.
+    products: Vec<Weighed>,
+    starts: Vec<usize>,
+    /// The same without those that are the adjoint of another one, which counts twice.
+    halves: Vec<Weighed>,
+    half_starts: Vec<usize>,
+}
+
+impl AtLambda {
+    fn products(&self, i: usize) -> &[Weighed] {
+        &self.products[self.starts[i]..self.starts[i + 1]]
+    }
+
+    /// `tr(F_i N)` for every unknown, `seen(y, x)` being the entries of `W* N W`.
+    pub(super) fn along(&self, seen: impl Fn(usize, usize) -> Complex<f64>) -> impl Iterator<Item = f64> {
+        (1..self.starts.len())
+            .map(move |i| self.products(i - 1).iter().map(|p| (p.weight * seen(p.y, p.x)).re).sum())
+    }
+
+    /// `tr(F_i K F_j K)` for every j from i on, K Hermitian and given by its columns of n entries; `sums` is room for as many as there are products.
+    fn curvatures(&self, i: usize, k: &[Complex<f64>], n: usize, sums: &mut [Complex<f64>], out: &mut [f64]) {
+        let first = self.starts[i];
+        let others = &self.products[first..];
+        let sums = &mut sums[first..];
+        sums.fill(Complex::new(0.0, 0.0));
+        let mut weighed = vec![Complex::new(0.0, 0.0); n];
+        for p in &self.halves[self.half_starts[i]..self.half_starts[i + 1]] {
+            let (column, row) = (&k[p.x * n..(p.x + 1) * n], &k[p.y * n..(p.y + 1) * n]);
+            weighed.iter_mut().zip(column).for_each(|(w, v)| *w = p.weight * v);
+            for (sum, q) in sums.iter_mut().zip(others) {
+                *sum += weighed[q.y] * row[q.x].conj();
+            }
+        }
+        for j in i..out.len() {
+            let own = self.starts[j] - first..self.starts[j + 1] - first;
+            out[j] = others[own.clone()].iter().zip(&sums[own]).map(|(q, sum)| (q.weight * sum).re).sum();
+        }
+    }
+
+    /// A bound of the sum of the sizes of what the curvature along an unknown is a sum of.
+    fn curvature_terms(&self, i: usize, inner: &CMat) -> f64 {
+        let pairs = self.products(i).iter().flat_map(|p| self.products(i).iter().map(move |q| (p, q)));
+        pairs.map(|(p, q)| (p.weight * q.weight * inner[(q.y, p.x)] * inner[(p.y, q.x)]).l1_norm()).sum()
     }
 }
 
@@ -165,10 +212,23 @@ impl Family {
         self.places.iter().map(part).collect()
     }
 
-    /// `tr(F_i N)` for every unknown, `seen` being `W* N W`.
-    pub(super) fn products<'a>(&'a self, lambda: f64, seen: &'a CMat) -> impl Iterator<Item = f64> + 'a {
-        let weight = move |p: &Product| if p.scaled { p.coefficient * lambda } else { p.coefficient };
-        self.unknowns.iter().map(move |u| u.products.iter().map(|p| (weight(p) * seen[(p.y, p.x)]).re).sum())
+    /// The products at a lambda.
+    pub(super) fn at(&self, lambda: f64) -> AtLambda {
+        let mut at = AtLambda { products: vec![], starts: vec![0], halves: vec![], half_starts: vec![0] };
+        for unknown in &self.unknowns {
+            for p in &unknown.products {
+                let weight = if p.scaled { p.coefficient * lambda } else { p.coefficient };
+                at.products.push(Weighed { x: p.x, y: p.y, weight });
+                // F_i is Hermitian: the product of y and x is the adjoint of that of x and y.
+                if p.x <= p.y {
+                    let weight = if p.x < p.y { weight * 2.0 } else { weight };
+                    at.halves.push(Weighed { x: p.x, y: p.y, weight });
+                }
+            }
+            at.starts.push(at.products.len());
+            at.half_starts.push(at.halves.len());
+        }
+        at
     }
 
     /// Gradient and Hessian of `-log det Phi(lambda) - log det D`, with `inner = W* Phi^-1 W` and the inverses of D's blocks.
@@ -176,46 +236,37 @@ impl Family {
     /// Unknowns of G that change nothing, because they meet zeros of M, are held: one on the diagonal, zero beside it.
     pub(super) fn derivatives(
         &self,
-        lambda: f64,
+        at: &AtLambda,
         inner: &CMat,
         d_inverses: &[CMat],
         gradient: &mut [f64],
         hessian: &mut nalgebra::DMatrix<f64>,
     ) {
-        let weight = |p: &Product| if p.scaled { p.coefficient * lambda } else { p.coefficient };
+        let count = self.unknowns.len();
+        let (mut row, mut sums) = (vec![0.0; count], vec![Complex::new(0.0, 0.0); at.products.len()]);
         let mut idle = vec![];
         for (i, one) in self.unknowns.iter().enumerate() {
-            let mut slope: f64 =
-                -one.products.iter().map(|p| (weight(p) * inner[(p.y, p.x)]).re).sum::<f64>();
-            for (j, other) in self.unknowns.iter().enumerate().skip(i) {
-                let mut curvature = 0.0;
-                for p in &one.products {
-                    let sum: Complex<f64> = other
-                        .products
-                        .iter()
-                        .map(|q| weight(q) * inner[(q.y, p.x)] * inner[(p.y, q.x)])
-                        .sum();
-                    curvature += (weight(p) * sum).re;
-                }
-                if i == j && one.is_g && curvature <= CANCELLED * one.curvature_terms(inner) {
-                    idle.push(i);
-                }
-                if one.block == other.block && !one.is_g && !other.is_g {
-                    let d = &d_inverses[one.block];
-                    for &(a, b, v) in &one.entries {
-                        for &(k, l, u) in &other.entries {
-                            curvature += (v * u * d[(l, a)] * d[(b, k)]).re;
-                        }
-                    }
-                }
-                hessian[(i, j)] = curvature;
-                hessian[(j, i)] = curvature;
+            at.curvatures(i, inner.as_slice(), inner.nrows(), &mut sums, &mut row);
+            if one.is_g && row[i] <= CANCELLED * at.curvature_terms(i, inner) {
+                idle.push(i);
             }
+            let mut slope = -at.products(i).iter().map(|p| (p.weight * inner[(p.y, p.x)]).re).sum::<f64>();
             if !one.is_g {
                 let d = &d_inverses[one.block];
                 slope -= one.entries.iter().map(|&(a, b, v)| (v * d[(b, a)]).re).sum::<f64>();
+                let own = self.unknowns.iter().enumerate().skip(i);
+                for (j, other) in own.take_while(|(_, o)| o.block == one.block).filter(|(_, o)| !o.is_g) {
+                    for &(a, b, v) in &one.entries {
+                        let each = other.entries.iter().map(|&(k, l, u)| (v * u * d[(l, a)] * d[(b, k)]).re);
+                        row[j] += each.sum::<f64>();
+                    }
+                }
             }
             gradient[i] = slope;
+            for j in i..count {
+                hessian[(i, j)] = row[j];
+                hessian[(j, i)] = row[j];
+            }
         }
         for i in idle {
             gradient[i] = 0.0;
@@ -223,6 +274,21 @@ impl Family {
             hessian.column_mut(i).fill(0.0);
             hessian[(i, i)] = 1.0;
         }
+    }
+
+    /// The point of scalings; its trace of D is that of the identity. The inverse of [`Self::values`] but for a factor.
+    pub(super) fn point(&self, s: &Scalings) -> Vec<f64> {
+        let value = |u: &Unknown| {
+            let (_, w, z) = &self.places[u.block];
+            let (k, l, v) = u.entries[0];
+            let found =
+                if u.is_g { s.g[(w.start + k, z.start + l)] } else { s.dw[(w.start + k, w.start + l)] };
+            (v.conj() * found).re
+        };
+        let p: Vec<f64> = self.unknowns.iter().map(value).collect();
+        let along = |p: &[f64]| self.trace().iter().zip(p).map(|(t, v)| t * v).sum::<f64>();
+        let factor = along(&self.identity()) / along(&p);
+        p.into_iter().map(|v| v * factor).collect()
     }
 }
 
@@ -236,9 +302,9 @@ fn order(block: Block, w: &Range<usize>) -> usize {
 impl Scalings {
     /// `M* D_z M + j (G M - M* G)`, of which `lambda D_w` must be larger.
     pub fn left(&self, m: &CMat) -> CMat {
-        let gm = &self.g * m;
-        let whole = m.adjoint() * &self.dz * m + (&gm - gm.adjoint()) * J;
-        (&whole + whole.adjoint()) * Complex::new(0.5, 0.0)
+        // (M* D_z/2 + j G) M and its adjoint.
+        let half = product(&(product(&m.adjoint(), &self.dz) * Complex::new(0.5, 0.0) + &self.g * J), m);
+        &half + half.adjoint()
     }
 
     /// The scalings in the coordinates `w = T_w w~`, `z = T_z z~` undone, for a matrix divided by `size`:
@@ -252,5 +318,11 @@ impl Scalings {
             dz: scaled(&self.dz, tz, tz, 1.0),
             g: scaled(&self.g, tw, tz, size),
         }
+    }
+
+    /// The inverse of [`Self::undone`].
+    pub(super) fn redone(&self, tw: &[f64], tz: &[f64], size: f64) -> Self {
+        let inverse = |t: &[f64]| t.iter().map(|v| 1.0 / v).collect::<Vec<f64>>();
+        self.undone(&inverse(tw), &inverse(tz), 1.0 / size)
     }
 }

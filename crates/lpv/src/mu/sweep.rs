@@ -7,7 +7,7 @@ use super::interval::{Interval, good_interval};
 use super::margin::real_lower_bound;
 use super::scaling::Scalings;
 use super::structure::{Structure, StructureError};
-use super::upper::{bound_at_level, upper_bound};
+use super::upper::{Search, search};
 use super::{CMat, lower};
 use crate::matrix::{complex_singular_values, spectral_abscissa};
 use crate::state_space::StateSpace;
@@ -96,7 +96,7 @@ pub fn bound_over_frequency(
     if !system.a.is_empty() && (re.is_nan() || re >= 0.0) {
         return Err(SweepError::Unstable { re });
     }
-    let mut sweep = Sweep::new(system, structure, known.map_or(0.0, |lower| lower.value))?;
+    let mut sweep = Sweep::new(system, structure, known)?;
     sweep.start(known.and_then(|lower| lower.frequency))?;
     for _ in 0..MOST_PIECES {
         let Some((from, to)) = sweep.covered.gap() else { return Ok(sweep.finish()) };
@@ -177,14 +177,19 @@ struct Sweep<'a> {
 }
 
 impl<'a> Sweep<'a> {
-    fn new(system: &'a StateSpace, structure: &'a Structure, floor: f64) -> Result<Self, SweepError> {
+    fn new(
+        system: &'a StateSpace,
+        structure: &'a Structure,
+        known: Option<&lower::LowerBound>,
+    ) -> Result<Self, SweepError> {
+        let floor = known.map_or(0.0, |lower| lower.value);
         structure.check(&system.d.map(|v| v.into()))?;
         let slowest = system.poles().iter().map(|p| p.norm()).fold(f64::INFINITY, f64::min);
         Ok(Self {
             system,
             structure,
             level: floor * (1.0 + ABOVE),
-            peak: (0.0, 0.0),
+            peak: (known.and_then(|lower| lower.frequency).unwrap_or(0.0), floor),
             pieces: vec![],
             covered: Covered::default(),
             tiny: false,
@@ -198,17 +203,15 @@ impl<'a> Sweep<'a> {
             self.system.poles().iter().map(|p| p.norm()).chain([0.0, f64::INFINITY]).collect();
         points.sort_by(f64::total_cmp);
         points.dedup_by(|a, b| (*a - *b).abs() <= 0.05 * b.abs());
-        points.extend(peak);
         let mut largest = 0.0f64;
         for &omega in &points {
             let Some(m) = response(self.system, omega) else { continue };
             largest = largest.max(complex_singular_values(&m).first().copied().unwrap_or(0.0));
-            let bound = upper_bound(&m, self.structure)?;
-            self.seen(omega, bound.value);
         }
         // Real blocks may have a mu of zero almost everywhere.
         self.level = self.level.max(1e-6 * largest).max(NOTHING);
-        for &omega in &points {
+        // The peak first: then few of the others ask for a higher level.
+        for omega in peak.into_iter().chain(points) {
             self.add(omega)?;
         }
         Ok(())
@@ -226,11 +229,18 @@ impl<'a> Sweep<'a> {
             return Ok(());
         }
         let Some(m) = response(self.system, omega) else { return Ok(()) };
-        let mut bound = bound_at_level(&m, self.structure, self.level)?;
+        let nearest = self.pieces.iter().min_by(|a, b| {
+            let distance = |p: &Piece| (p.frequency - omega).abs();
+            distance(a).total_cmp(&distance(b))
+        });
+        let asked =
+            Search { level: self.level, from: nearest.map(|piece| &piece.scalings), ..Search::default() };
+        let mut bound = search(&m, self.structure, asked)?;
         if bound.value >= self.level {
-            let tight = upper_bound(&m, self.structure)?;
-            self.seen(omega, tight.value);
-            bound = bound_at_level(&m, self.structure, self.level)?;
+            // Nothing shows this level, so what was found is the least.
+            self.seen(omega, bound.value);
+            let asked = Search { level: self.level, from: Some(&bound.start), ..Search::default() };
+            bound = search(&m, self.structure, asked)?;
         }
         let scalings = bound.scalings;
         let Some(interval) = good_interval(self.system, &scalings, self.level, omega) else {

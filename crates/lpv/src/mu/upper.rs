@@ -18,6 +18,8 @@ pub struct UpperBound {
     pub value: f64,
     /// `M* D M + j (G M - M* G) <= value^2 D`, by eigenvalues.
     pub scalings: Scalings,
+    /// Scalings to begin at for a matrix much like this one.
+    pub start: Scalings,
     /// About how far the bound may be above the least that D-G scalings allow, relative to itself; infinite when that was not asked.
     pub gap: f64,
 }
@@ -28,13 +30,29 @@ pub const TIGHT: f64 = 2e-5;
 /// A bound below this fraction of the largest singular value counts as zero: real blocks often have a mu of zero.
 pub const NOTHING: f64 = 1e-7;
 
+/// What is asked of a search.
+#[derive(Debug, Clone, Copy)]
+pub struct Search<'a> {
+    /// The bound need not be below this: where scalings show it, those are sought that show it as clearly as they can.
+    pub level: f64,
+    /// How close to the least bound, relatively, is close enough.
+    pub tight: f64,
+    /// The start of a bound of a matrix much like this one, to begin at.
+    pub from: Option<&'a Scalings>,
+}
+
+impl Default for Search<'_> {
+    fn default() -> Self {
+        Self { level: 0.0, tight: TIGHT, from: None }
+    }
+}
+
 /// Bounds mu of M.
 ///
 /// # Errors
 /// [`StructureError`] when M does not fit the structure.
 pub fn upper_bound(m: &CMat, structure: &Structure) -> Result<UpperBound, StructureError> {
-    structure.check(m)?;
-    Ok(search(m, structure, 0.0))
+    search(m, structure, Search::default())
 }
 
 /// Looks for scalings that show `mu <= level` and hold there as clearly as they can; where there are none, for the best.
@@ -42,18 +60,27 @@ pub fn upper_bound(m: &CMat, structure: &Structure) -> Result<UpperBound, Struct
 /// # Errors
 /// [`StructureError`] when M does not fit the structure.
 pub fn bound_at_level(m: &CMat, structure: &Structure, level: f64) -> Result<UpperBound, StructureError> {
-    structure.check(m)?;
-    Ok(search(m, structure, level))
+    search(m, structure, Search { level, ..Search::default() })
 }
 
 /// A bound that needs no search: of a matrix of that Frobenius norm.
 fn unscaled(structure: &Structure, norm: f64) -> UpperBound {
     let family = Family::new(structure);
     let gap = if norm > 0.0 { f64::INFINITY } else { 0.0 };
-    UpperBound { value: norm, scalings: family.values(&family.identity()), gap }
+    let scalings = family.values(&family.identity());
+    UpperBound { value: norm, start: scalings.clone(), scalings, gap }
 }
 
-fn search(m: &CMat, structure: &Structure, level: f64) -> UpperBound {
+/// Bounds mu of M as it is asked.
+///
+/// # Errors
+/// [`StructureError`] when M does not fit the structure.
+pub fn search(m: &CMat, structure: &Structure, asked: Search) -> Result<UpperBound, StructureError> {
+    structure.check(m)?;
+    Ok(found(m, structure, asked))
+}
+
+fn found(m: &CMat, structure: &Structure, Search { level, tight, from }: Search) -> UpperBound {
     let entry = m.iter().map(|v| v.re.abs().max(v.im.abs())).fold(0.0, f64::max);
     if entry == 0.0 {
         return unscaled(structure, 0.0);
@@ -63,16 +90,17 @@ fn search(m: &CMat, structure: &Structure, level: f64) -> UpperBound {
     let balance = Balance::new(&unit, structure);
     let largest = complex_singular_values(&balance.matrix).first().copied().unwrap_or(f64::NAN);
     let size = entry * largest;
-    let mut centre = Centre::new(balance.matrix.unscale(largest), structure);
-    let (lambda, gap) = centre.least((level / size).powi(2));
+    let from = from.map(|known| known.redone(&balance.tw, &balance.tz, size));
+    let mut centre = Centre::new(balance.matrix.unscale(largest), structure, from.as_ref());
+    let (lambda, gap) = centre.least((level / size).powi(2), tight);
     if !lambda.is_finite() {
         return unscaled(structure, entry * unit.norm());
     }
     let value = size * lambda.max(NOTHING * NOTHING).sqrt();
     // lambda = beta^2: half of its relative gap is that of beta.
     let gap = if lambda > NOTHING * NOTHING { 0.5 * gap / lambda } else { 0.0 };
-    let scalings = centre.family.values(&centre.p).undone(&balance.tw, &balance.tz, size);
-    UpperBound { value, scalings, gap }
+    let own = |p: &[f64]| centre.family.values(p).undone(&balance.tw, &balance.tz, size);
+    UpperBound { value, scalings: own(&centre.p), start: own(&centre.start), gap }
 }
 
 #[cfg(test)]

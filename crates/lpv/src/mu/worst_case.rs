@@ -15,7 +15,7 @@ use super::CMat;
 use super::interval::good_interval;
 use super::structure::{Block, Structure, StructureError};
 use super::sweep::{Covered, NOTHING, SweepError, middle, response};
-use super::upper::{bound_at_level, upper_bound};
+use super::upper::{Scalings, Search, UpperBound, search};
 use super::worst_perturbation::{Perturbed, refined, worst_perturbation};
 use crate::matrix::{complex_singular_values, spectral_abscissa};
 use crate::state_space::StateSpace;
@@ -84,7 +84,7 @@ pub enum WorstCaseError {
 const ABOVE: f64 = 1e-4;
 
 /// How closely the gain at one frequency is sought.
-const CLOSE: f64 = 1e-4;
+const CLOSE: f64 = 2e-5;
 
 /// A gain so many times the largest without perturbation counts as none.
 const LARGEST: f64 = 1e6;
@@ -187,6 +187,8 @@ struct Sweep<'a> {
     system: StateSpace,
     peak: f64,
     covered: Covered,
+    /// Where scalings were sought, and where to begin near by.
+    starts: Vec<(f64, Scalings)>,
 }
 
 impl<'a> Sweep<'a> {
@@ -195,7 +197,7 @@ impl<'a> Sweep<'a> {
         structure.check(&loop_.system.d.map(Complex::from)).map_err(SweepError::from)?;
         let gain = known.max(NOTHING) * (1.0 + ABOVE);
         let system = loop_.scaled(gain);
-        Ok(Self { loop_, structure, gain, system, peak, covered: Covered::default() })
+        Ok(Self { loop_, structure, gain, system, peak, covered: Covered::default(), starts: vec![] })
     }
 
     /// The worst frequency first, so that the gain is about right from the beginning.
@@ -212,12 +214,15 @@ impl<'a> Sweep<'a> {
             return Ok(true);
         }
         let Some(m) = response(&self.system, omega) else { return Ok(false) };
-        let mut bound = bound_at_level(&m, &self.structure, 1.0).map_err(SweepError::from)?;
+        let nearest = self.starts.iter().min_by(|a, b| (a.0 - omega).abs().total_cmp(&(b.0 - omega).abs()));
+        let from = nearest.map(|(_, start)| start);
+        let mut bound = self.shown(&m, from)?;
         if bound.value >= 1.0 {
-            self.raise(&m, omega)?;
+            let start = self.raise(&m, omega, bound)?;
             let Some(m) = response(&self.system, omega) else { return Ok(false) };
-            bound = bound_at_level(&m, &self.structure, 1.0).map_err(SweepError::from)?;
+            bound = self.shown(&m, Some(&start))?;
         }
+        self.starts.push((omega, bound.start));
         match good_interval(&self.system, &bound.scalings, 1.0, omega) {
             Some(interval) => Ok(self.covered.add(omega, interval)),
             None => {
@@ -233,16 +238,27 @@ impl<'a> Sweep<'a> {
         self.system = self.loop_.scaled(gain);
     }
 
-    /// The gain at which the scalings show enough at a frequency, by false position in its logarithm.
-    fn raise(&mut self, m: &CMat, omega: f64) -> Result<(), WorstCaseError> {
+    /// Scalings that show mu to be below 1, or the least bound.
+    fn shown(&self, m: &CMat, from: Option<&Scalings>) -> Result<UpperBound, SweepError> {
+        Ok(search(m, &self.structure, Search { level: 1.0, from, ..Search::default() })?)
+    }
+
+    /// Sets the gain at which the scalings show enough at a frequency, by false position in its logarithm; `least` is the bound at the present gain.
+    /// Returns where to begin there.
+    ///
+    /// The Illinois rule keeps either end from staying: M. Dowell, P. Jarratt, BIT 11, 1971.
+    fn raise(&mut self, m: &CMat, omega: f64, least: UpperBound) -> Result<Scalings, WorstCaseError> {
         let k = self.loop_.structure.cols();
-        let above = |factor: f64| -> Result<f64, SweepError> {
+        let mut start = least.start;
+        let mut above = |factor: f64| -> Result<f64, SweepError> {
             let mut scaled = m.clone();
             let z = m.nrows() - k;
             scaled.rows_mut(k, z).unscale_mut(factor);
-            Ok(upper_bound(&scaled, &self.structure)?.value.ln())
+            let found = search(&scaled, &self.structure, Search { from: Some(&start), ..Search::default() })?;
+            start = found.start;
+            Ok(found.value.ln())
         };
-        let (mut low, mut at_low) = (0.0, above(1.0)?);
+        let (mut low, mut at_low) = (0.0, least.value.ln());
         let mut high = at_low.max(CLOSE);
         let mut at_high = above(high.exp())?;
         while at_high >= 0.0 {
@@ -254,16 +270,29 @@ impl<'a> Sweep<'a> {
             }
             at_high = above(high.exp())?;
         }
+        let mut last = 0;
         while high - low > CLOSE {
-            // Not too near to either end, or false position creeps.
-            let part = (at_low / (at_low - at_high)).clamp(0.1, 0.9);
-            let next = low + part * (high - low);
+            // Not at either end, or nothing is learnt.
+            let next = low + at_low / (at_low - at_high) * (high - low);
+            let next = next.clamp(low + 0.4 * CLOSE, high - 0.4 * CLOSE);
             let value = above(next.exp())?;
-            if value >= 0.0 { (low, at_low) = (next, value) } else { (high, at_high) = (next, value) }
+            if value >= 0.0 {
+                (low, at_low) = (next, value);
+                if last == 1 {
+                    at_high *= 0.5
+                }
+                last = 1;
+            } else {
+                (high, at_high) = (next, value);
+                if last == -1 {
+                    at_low *= 0.5
+                }
+                last = -1;
+            }
         }
         self.peak = omega;
         self.set(self.gain * high.exp() * (1.0 + ABOVE));
-        Ok(())
+        Ok(start)
     }
 }
 

@@ -8,7 +8,7 @@ use crate::uncertain_loop::uncertain_loop;
 use lpv::matrix::{Mat, solve, spectral_abscissa};
 use lpv::mu::lower::{LowerBound, lower_bound};
 use lpv::mu::sweep::{FrequencyMu, SweepError, mu_over_frequency, response};
-use lpv::mu::upper::upper_bound;
+use lpv::mu::upper::{Search, search};
 use lpv::mu::{self, Structure};
 use lpv::state_space::StateSpace;
 use nalgebra::DVector;
@@ -112,9 +112,20 @@ fn upper_curve(
     let mut axis: Vec<f64> = spread(DECADES, UPPER_POINTS).chain(around).chain([0.0]).collect();
     axis.sort_by(f64::total_cmp);
     axis.dedup();
-    let at = |omega: f64| response(system, omega).map(|m| Ok((omega, upper_bound(&m, structure)?.value)));
+    let mut start = None;
+    let at = |omega: f64| {
+        let m = response(system, omega)?;
+        let found = search(&m, structure, Search { tight: DRAWN, from: start.as_ref(), ..Search::default() });
+        Some(found.map(|bound| {
+            start = Some(bound.start);
+            (omega, bound.value)
+        }))
+    };
     axis.into_iter().filter_map(at).collect()
 }
+
+/// How close to the least bound the curves are, relatively: closer than their lines are thick.
+const DRAWN: f64 = 5e-4;
 
 /// Lower bounds at the single frequencies where a perturbation is found, that of the sweep among them.
 fn lower_points(

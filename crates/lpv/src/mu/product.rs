@@ -1,0 +1,21 @@
+//! Products of complex matrices: nalgebra multiplies them entry by entry, faer with the processor's vectors.
+
+use super::CMat;
+use faer::linalg::matmul::matmul;
+use faer::{Accum, MatMut, MatRef, Par};
+use nalgebra::Complex;
+
+/// `left right`.
+pub(super) fn product(left: &CMat, right: &CMat) -> CMat {
+    let mut out = CMat::zeros(left.nrows(), right.ncols());
+    let ((m, k), (l, n)) = (left.shape(), right.shape());
+    matmul(
+        MatMut::from_column_major_slice_mut(out.as_mut_slice(), m, n),
+        Accum::Replace,
+        MatRef::from_column_major_slice(left.as_slice(), m, k),
+        MatRef::from_column_major_slice(right.as_slice(), l, n),
+        Complex::new(1.0, 0.0),
+        Par::Seq,
+    );
+    out
+}
