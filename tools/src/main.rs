@@ -7,9 +7,10 @@ use squid::lpv_command::{self, LpvVerb};
 use squid::output::{Files, all_said, check_directory, printed, say};
 use squid::package::{Binaries, Kind, Prepared, pack, prepare, require_proof};
 use squid::package_platform::Platform;
+use squid::report::rendered::rendered;
 use squid::stages::Stages;
 use squid::store::Stored;
-use squid::{design, ladder, model, record, report, robust, show, simulate, ssp, store, verify};
+use squid::{design, ladder, model, record, robust, show, simulate, ssp, store, verify};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -276,7 +277,11 @@ fn run_package(
     if descriptions.is_none() {
         binaries.find()?;
     }
-    say(&require_proof(&inputs, &mut stored, &directory, allow_uncertified)?);
+    let stages = Stages::default();
+    let proving = stages.begin("certify", "proving again, and computing again what the proof is about");
+    let standing = require_proof(&inputs, &mut stored, &directory, allow_uncertified)?;
+    drop(proving);
+    say(&standing);
     // All are made before any is written.
     let files: Vec<(PathBuf, Vec<u8>)> = match &descriptions {
         Some(to) => {
@@ -285,12 +290,14 @@ fn run_package(
             described.map(|made| made.map(file)).collect::<Result<_, _>>()?
         }
         None => {
-            let report = compute_report(&inputs, &stored)?;
+            let report = rendered(&inputs, &stored, &directory, &stages)?;
+            let packing = stages.begin("package", "compressing");
             let packed = |kind| pack(kind, &inputs, &stored, &report, binaries, &directory);
             let [plant, controller, whole] =
                 [packed(Kind::Plant)?, packed(Kind::Controller)?, packed(Kind::Squid)?];
             let name = &whole.description.model_identifier;
             let system = ssp::pack(name, &plant, &controller, &stored, &directory)?;
+            drop(packing);
             let fmus = [plant, controller, whole].map(|packed| (packed.path, packed.bytes));
             fmus.into_iter().chain([system]).collect()
         }
@@ -318,17 +325,10 @@ fn run_simulate(which: &Which) -> Result<(), Error> {
 fn run_report(which: &Which) -> Result<(), Error> {
     let (inputs, directory) = which.read_to_write()?;
     let stored = load_or_design(&inputs, &directory)?;
-    let found = compute_report(&inputs, &stored)?;
-    say(&found.words());
+    let found = rendered(&inputs, &stored, &directory, &Stages::default())?;
+    say(&format!("\n{}", found.words));
     say(&found.save(&directory)?.display().to_string());
     Ok(())
-}
-
-fn compute_report(inputs: &Inputs, stored: &Stored) -> Result<report::Report, Error> {
-    let running = Stages::default().begin("report", "computing the figures");
-    let found = report::report(inputs, stored);
-    drop(running);
-    found
 }
 
 /// The stored design, made now if there is none for these files.

@@ -5,7 +5,7 @@ use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::output::above;
 use crate::package_platform::Platform;
-use crate::report::Report;
+use crate::report::rendered::Rendered;
 use crate::store::Stored;
 use crate::terminals::terminals;
 use fmi2::{Described, Model, Resources};
@@ -144,7 +144,7 @@ pub fn pack(
     kind: Kind,
     inputs: &Inputs,
     stored: &Stored,
-    report: &Report,
+    report: &Rendered,
     binaries: &Binaries,
     directory: &Path,
 ) -> Result<Packed, Error> {
@@ -161,7 +161,7 @@ pub fn pack(
     for (file, content) in prepared.resources.iter() {
         entries.insert(format!("resources/{file}"), content.to_vec());
     }
-    entries.insert("documentation/index.html".into(), report.page(&about(kind, stored))?.into_bytes());
+    entries.insert("documentation/index.html".into(), report.page(&about(kind, stored)).into_bytes());
     for (licence, text) in LICENCES {
         entries.insert(format!("documentation/licenses/{licence}"), text.as_bytes().to_vec());
     }

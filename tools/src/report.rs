@@ -19,6 +19,7 @@ mod manoeuvre;
 mod mu;
 mod open_loop;
 mod page;
+pub mod rendered;
 mod robust;
 pub mod section;
 mod sensitivity;
@@ -31,11 +32,13 @@ pub mod verdict;
 
 use crate::error::Error;
 use crate::inputs::Inputs;
-use crate::output::Files;
+use crate::stages::Stages;
 use crate::store::Stored;
 use auv::Status;
+use figure::Figure;
 use section::{Part, Section};
-use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::Instant;
 use subject::Subject;
 use verdict::Verdict;
 
@@ -58,6 +61,9 @@ const SECTIONS: [Maker; 12] = [
     ("theorem", "The theorem of the certificate", theorem::theorem),
 ];
 
+/// The section that takes longest.
+const LONGEST: &str = "mu";
+
 /// The report on one design of one vehicle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
@@ -73,17 +79,24 @@ pub struct Report {
     pub sections: Vec<Section>,
 }
 
-/// Computes the report. A section that cannot be computed says why, and leaves the others standing.
+/// Computes the report, several sections at the same time, and tells of each that is done. A section that cannot be computed says why, and leaves the
+/// others standing.
 ///
 /// # Errors
 /// As [`Subject::new`].
-pub fn report(inputs: &Inputs, stored: &Stored) -> Result<Report, Error> {
-    let subject = Subject::new(inputs, stored)?;
+pub fn report(inputs: &Inputs, stored: &Stored, stages: &Stages) -> Result<Report, Error> {
+    let subject = Subject::new(inputs, stored, stages)?;
     let make = |&(id, title, of): &Maker| {
         let failed = |reason| vec![Part::Words(format!("This section could not be computed: {reason}"))];
-        Section { id, title, parts: of(&subject).unwrap_or_else(failed) }
+        let started = Instant::now();
+        let parts = of(&subject).unwrap_or_else(failed);
+        stages.done("report", &format!("{title} ({:.1} s)", started.elapsed().as_secs_f64()));
+        Section { id, title, parts }
     };
-    let sections = SECTIONS.iter().map(make).collect();
+    // The longest first, so that the others fill the time beside it.
+    let (first, rest): (Vec<&Maker>, Vec<&Maker>) = SECTIONS.iter().partition(|maker| maker.0 == LONGEST);
+    let mut sections = side_by_side(first.into_iter().chain(rest), make);
+    sections.sort_by_key(|section| SECTIONS.iter().position(|maker| maker.0 == section.id));
     let vehicle = &inputs.vehicle;
     let surrogate = (vehicle.status == Status::Surrogate).then(|| {
         format!(
@@ -112,12 +125,12 @@ pub fn report(inputs: &Inputs, stored: &Stored) -> Result<Report, Error> {
 }
 
 impl Report {
-    /// The page; `about` is put below its heading.
+    /// The page, in two parts: what it is packed with is said between them.
     ///
     /// # Errors
     /// [`Error::Plot`].
-    pub fn page(&self, about: &[String]) -> Result<String, Error> {
-        page::page(self, about)
+    fn page(&self) -> Result<(String, String), Error> {
+        page::page(self)
     }
 
     /// All verdicts.
@@ -125,24 +138,12 @@ impl Report {
         self.sections.iter().flat_map(Section::verdicts)
     }
 
-    /// Writes `report.html` and each figure as `figures/NAME.svg`, and returns the path of the page.
-    ///
-    /// # Errors
-    /// [`Error::Plot`], [`Error::Unwritable`].
-    pub fn save(&self, directory: &Path) -> Result<PathBuf, Error> {
-        let mut files = Files::default();
-        for figure in self.sections.iter().flat_map(Section::figures) {
-            let path = directory.join("figures").join(format!("{}.svg", figure.name));
-            files.add(path, figure.file(&figure.caption)?);
-        }
-        let path = directory.join("report.html");
-        files.add(path.clone(), self.page(&[])?);
-        files.save(directory)?;
-        Ok(path)
+    fn figures(&self) -> impl Iterator<Item = &Figure> {
+        self.sections.iter().flat_map(Section::figures)
     }
 
     /// The verdicts for a terminal.
-    pub fn words(&self) -> String {
+    fn words(&self) -> String {
         let line = |v: &Verdict| format!("  {:<17} {}\n", v.finding.words(), v.claim);
         format!(
             "What the paper claims, of {}:\n{}",
@@ -150,4 +151,23 @@ impl Report {
             self.verdicts().map(line).collect::<String>()
         )
     }
+}
+
+/// Works on all items, as many at the same time as there are processors; results come in the order in which they are done.
+fn side_by_side<T: Send, R: Send>(
+    items: impl Iterator<Item = T> + Send,
+    work: impl Fn(T) -> R + Sync,
+) -> Vec<R> {
+    let waiting = Mutex::new(items);
+    let next = || waiting.lock().ok().and_then(|mut items| items.next());
+    let all = || std::iter::from_fn(next).map(&work).collect::<Vec<R>>();
+    let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    std::thread::scope(|scope| {
+        let others: Vec<_> = (1..threads).map(|_| scope.spawn(all)).collect();
+        let own = all();
+        let joined = others
+            .into_iter()
+            .flat_map(|other| other.join().unwrap_or_else(|p| std::panic::resume_unwind(p)));
+        own.into_iter().chain(joined).collect()
+    })
 }

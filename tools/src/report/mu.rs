@@ -8,12 +8,12 @@ use super::chart::{Chart, Curve, Key};
 use super::figure::Figure;
 use super::robust::between;
 use super::section::{Part, Table};
+use super::side_by_side;
 use super::subject::Subject;
 use super::verdict::{Verdict, hardest_below, stays_stable};
 use crate::error::Error;
 use crate::uncertain::UncertainError;
 use at_speed::{Change, DECADES, SpeedMu};
-use std::sync::Mutex;
 use worst_gain::PARTS;
 
 /// Speeds in a panel, as in the paper.
@@ -51,21 +51,12 @@ pub fn mu(subject: &Subject) -> Result<Vec<Part>, Error> {
     ])
 }
 
-/// One speed after the other, by as many threads as there are processors.
+/// All speeds, side by side.
 fn at_all_speeds(subject: &Subject) -> Result<Vec<SpeedMu>, Error> {
-    let waiting = Mutex::new(subject.speeds.iter().copied().enumerate());
-    let next = || waiting.lock().ok().and_then(|mut speeds| speeds.next());
-    let work = || -> Vec<(usize, Result<SpeedMu, Error>)> {
-        std::iter::from_fn(next).map(|(i, speed)| (i, SpeedMu::new(subject, speed))).collect()
-    };
-    let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-    let mut all: Vec<(usize, Result<SpeedMu, Error>)> = std::thread::scope(|scope| {
-        let others: Vec<_> = (1..threads.min(subject.speeds.len())).map(|_| scope.spawn(work)).collect();
-        let own = work();
-        let joined = others
-            .into_iter()
-            .flat_map(|other| other.join().unwrap_or_else(|p| std::panic::resume_unwind(p)));
-        own.into_iter().chain(joined).collect()
+    let mut all = side_by_side(subject.speeds.iter().copied().enumerate(), |(i, speed)| {
+        let found = SpeedMu::new(subject, speed);
+        subject.stages.done("report", &format!("  mu at {speed:.2} m/s"));
+        (i, found)
     });
     all.sort_by_key(|(i, _)| *i);
     all.into_iter().map(|(_, found)| found).collect()

@@ -41,31 +41,30 @@ pub fn capital(words: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// The whole page; `about` is put below the heading.
+/// The page up to its heading and warning, and the rest.
 ///
 /// # Errors
 /// [`Error::Plot`].
-pub fn page(report: &Report, about: &[String]) -> Result<String, Error> {
+pub fn page(report: &Report) -> Result<(String, String), Error> {
     let title = escaped(&report.heading);
-    let mut out = format!(
+    let mut head = format!(
         "<!DOCTYPE html>\n<html lang=\"en\" xmlns=\"http://www.w3.org/1999/xhtml\">\n<head><meta charset=\"utf-8\"/>\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>{title}</title>\n\
          <style>{STYLE}</style></head>\n<body>\n<h1>{title}</h1>\n"
     );
     if let Some(warning) = &report.warning {
-        let _ = writeln!(out, "<p class=\"surrogate\">{}</p>", escaped(warning));
+        let _ = writeln!(head, "<p class=\"surrogate\">{}</p>", escaped(warning));
     }
-    for words in about.iter().chain(&report.introduction) {
-        out += &paragraph(words);
-    }
+    let mut out: String = report.introduction.iter().map(|words| paragraph(words)).collect();
     out += &overview(report);
     for section in &report.sections {
         out += &self::section(section, report)?;
     }
-    Ok(out + "</body>\n</html>\n")
+    Ok((head, out + "</body>\n</html>\n"))
 }
 
-fn paragraph(words: &str) -> String {
+/// A paragraph of text.
+pub fn paragraph(words: &str) -> String {
     format!("<p>{}</p>\n", prose(words))
 }
 

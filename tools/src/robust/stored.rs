@@ -64,6 +64,17 @@ pub fn stored(directory: &Path) -> Result<Option<StoredRobust>, Error> {
 }
 
 impl StoredRobust {
+    /// Figures and certificate as text.
+    ///
+    /// # Errors
+    /// [`Error::Json`], [`Error::Certificate`].
+    pub fn texts(&self) -> Result<[String; 2], Error> {
+        let certificate = self.certificate.to_json();
+        let certificate =
+            certificate.map_err(|reason| Error::Certificate { file: CERTIFICATE.into(), reason })?;
+        Ok([crate::output::json(&self.figures)?, certificate])
+    }
+
     /// Proves the certificate anew, and checks that it is of this controller, of the gain that the figures name, and of the model of what is declared
     /// uncertain at the size that they name.
     ///
