@@ -202,16 +202,21 @@ fn fit_line(inputs: &Inputs, model: &Model) -> String {
         .iter()
         .map(|r| format!("order {}: {:.2} %", r.order, 100.0 * r.relative_to_variation))
         .collect();
-    let responses: Vec<String> = frequency::errors(model)
-        .iter()
-        .map(|(order, error)| format!("order {order}: {:.2} %", 100.0 * error))
-        .collect();
+    let errors = frequency::errors(inputs, model);
+    let responses = |of: &dyn Fn(&frequency::Errors) -> f64| -> String {
+        let each = errors.iter().map(|e| format!("order {}: {:.2} %", e.order, 100.0 * of(e)));
+        each.collect::<Vec<_>>().join(", ")
+    };
+    let most = frequency::pitching_actuator(inputs, model);
     format!(
         "order {} in rho; rms residual of A against its variation over speed: {}\n\
-         largest error of the frequency response: {}",
+         largest error of the frequency response, in the scales of the design: {}\n\
+         and from {} to pitch alone: {}",
         inputs.design.order,
         each.join(", "),
-        responses.join(", ")
+        responses(&|e| e.scaled),
+        inputs.vehicle.actuators[most].name,
+        responses(&|e| e.channels[(1, most)])
     )
 }
 

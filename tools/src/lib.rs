@@ -55,5 +55,6 @@ pub mod uncertain_reduce;
 pub mod uncertain_show;
 pub mod uncertain_trim;
 pub mod uncertain_truncate;
+pub mod uncertain_vehicle;
 pub mod unedited;
 pub mod verify;

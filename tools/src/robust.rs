@@ -20,6 +20,7 @@ use crate::uncertain::{UncertainModel, at_speed, over_range};
 use crate::uncertain_errors::errors;
 use crate::uncertain_loop::{uncertain_loop, uncertain_plant};
 use crate::uncertain_truncate::{Truncated, truncated};
+use crate::uncertain_vehicle::{gain, values, vehicle_at};
 use certificate::Certificate;
 pub use figures::{Frozen, RobustFigures};
 use lpv::analysis::{GainBound, bounded_gain};
@@ -202,16 +203,21 @@ fn remainder(inputs: &Inputs, model: &UncertainModel) -> Result<(f64, f64), Erro
 fn frozen(inputs: &Inputs, controllers: [&Controller; 2]) -> Result<Vec<Frozen>, Error> {
     let (centre, half_range) = inputs.design.scheduling();
     let at = |speed: f64| {
-        let model = at_speed(inputs, speed)?.model;
+        let uncertain = at_speed(inputs, speed)?;
+        let (model, rho) = (&uncertain.model, (speed - centre) / half_range);
         let structure = Structure::new(model.blocks.iter().map(|b| Block::Real(b.repetitions)).collect());
         let structure = structure.map_err(|reason| Error::MuAtSpeed { speed, reason: reason.into() })?;
-        let mut found = Frozen { speed, mu: [None; 2], worst: [None; 2] };
+        let mut found = Frozen { speed, mu: [None; 2], worst: [None; 2], vehicle: [None; 2] };
         for (i, k) in controllers.into_iter().enumerate() {
-            let system = uncertain_loop(inputs, &model, k, (speed - centre) / half_range, None)?.system;
+            let system = uncertain_loop(inputs, model, k, rho, None)?.system;
             let whole = Perturbable { system, structure: structure.clone(), size: CONSTANT_SIZE };
             let mu = bound_over_frequency(&whole.stability(), &structure, None);
             found.mu[i] = mu.ok().map(|bound| bound.upper);
-            found.worst[i] = worst_case_gain(&whole).ok().map(|worst| (worst.upper, worst.worst.gain));
+            let worst = worst_case_gain(&whole).ok();
+            found.worst[i] = worst.as_ref().map(|worst| (worst.upper, worst.worst.gain));
+            let delta = worst.map(|worst| values(&uncertain, &worst.worst.delta));
+            let vehicle = delta.and_then(|delta| vehicle_at(inputs, &uncertain, &delta));
+            found.vehicle[i] = vehicle.map(|l| gain(inputs, &l, k, rho)).transpose()?;
         }
         Ok(found)
     };

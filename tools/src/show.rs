@@ -46,19 +46,26 @@ pub fn fit(inputs: &Inputs, model: &Model) -> String {
     let mut out = String::from(
         "Polynomials in rho fitted to [A B]\n  order   A: rms      of its variation   largest |residual of [A B]|   frequency response\n",
     );
-    let responses = crate::frequency::errors(model);
+    let responses = crate::frequency::errors(inputs, model);
+    let most = crate::frequency::pitching_actuator(inputs, model);
     for r in &model.residuals {
-        let response = responses.iter().find(|(o, _)| *o == r.order).map_or(f64::NAN, |(_, e)| *e);
+        let response = responses.iter().find(|e| e.order == r.order);
+        let (whole, pitch) = response.map_or((f64::NAN, f64::NAN), |e| (e.scaled, e.channels[(1, most)]));
         out += &format!(
-            "  {:>5}   {:7.3} %   {:7.3} %          {:9.2e}                     {:7.3} %\n",
+            "  {:>5}   {:7.3} %   {:7.3} %          {:9.2e}                     {:7.3} %   {:7.3} %\n",
             r.order,
             100.0 * r.a.relative_rms,
             100.0 * r.relative_to_variation,
             r.whole.norms.iter().copied().fold(0.0, f64::max),
-            100.0 * response
+            100.0 * whole,
+            100.0 * pitch
         );
     }
-    out += "  (the frequency response from the actuators to u and theta, largest relative error over speeds and 0.01..10 rad/s)\n";
+    out += &format!(
+        "  (the frequency response, largest relative error over speeds and 0.01..10 rad/s: from all actuators to what is tracked in the scales of the design,\n  \
+         and from {} to pitch)\n",
+        inputs.vehicle.actuators[most].name
+    );
     let names: Vec<&str> =
         STATES.into_iter().chain(inputs.vehicle.actuators.iter().map(|a| a.name.as_str())).collect();
     for r in model.residuals.iter().filter(|r| r.order <= 2 || r.order == inputs.design.order) {

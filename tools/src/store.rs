@@ -15,6 +15,7 @@ use crate::certify::controller_of;
 use crate::check::check;
 use crate::design::Finished;
 use crate::error::Error;
+use crate::frequency::{Errors, OUTPUTS, errors};
 use crate::inputs::Inputs;
 use crate::model::Model;
 use crate::output::{Files, read, reading};
@@ -140,7 +141,38 @@ struct FitFigures {
     rms_relative_to_variation: f64,
     rms_relative: f64,
     largest_norm: f64,
-    frequency_response: f64,
+    frequency_response: ResponseFigures,
+}
+
+/// The largest relative errors of the frequency response, as in [`crate::frequency::Errors`].
+#[derive(Debug, Serialize)]
+struct ResponseFigures {
+    scaled: f64,
+    channels: Vec<ChannelFigures>,
+}
+
+#[derive(Debug, Serialize)]
+struct ChannelFigures {
+    from: String,
+    to: &'static str,
+    error: f64,
+}
+
+fn response_figures(inputs: &Inputs, errors: Option<&Errors>) -> ResponseFigures {
+    let channel = |(i, to): (usize, &'static str), j: usize| ChannelFigures {
+        from: inputs.vehicle.actuators[j].name.clone(),
+        to,
+        error: errors.map_or(f64::NAN, |e| e.channels[(i, j)]),
+    };
+    let outputs = OUTPUTS.into_iter().enumerate();
+    let actuators = 0..inputs.vehicle.actuators.len();
+    ResponseFigures {
+        scaled: errors.map_or(f64::NAN, |e| e.scaled),
+        channels: outputs
+            .flat_map(|to| actuators.clone().map(move |j| (to, j)))
+            .map(|(to, j)| channel(to, j))
+            .collect(),
+    }
 }
 
 /// Writes the files of a finished design, all of them or none, and takes away what an earlier one left.
@@ -215,7 +247,7 @@ fn why_not_certified(directory: &Path) -> String {
 }
 
 fn figures<'a>(inputs: &'a Inputs, f: &'a Finished) -> Figures<'a> {
-    let responses = crate::frequency::errors(&f.model);
+    let responses = errors(inputs, &f.model);
     Figures {
         vehicle: &inputs.vehicle.name,
         status: inputs.vehicle.status.word(),
@@ -240,10 +272,7 @@ fn figures<'a>(inputs: &'a Inputs, f: &'a Finished) -> Figures<'a> {
                 rms_relative_to_variation: r.relative_to_variation,
                 rms_relative: r.a.relative_rms,
                 largest_norm: r.whole.norms.iter().copied().fold(0.0, f64::max),
-                frequency_response: responses
-                    .iter()
-                    .find(|(o, _)| *o == r.order)
-                    .map_or(f64::NAN, |(_, e)| *e),
+                frequency_response: response_figures(inputs, responses.iter().find(|e| e.order == r.order)),
             })
             .collect(),
         lft_size: f.model.lft.size(),

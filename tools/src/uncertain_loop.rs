@@ -96,3 +96,55 @@ pub fn uncertain_loop(
         },
     })
 }
+
+/// What the perturbation sees, from wd to zd, of the loop as it flies: each actuator with its lag, and sampling and holding as a lag of half a sample, which is
+/// what they delay.
+///
+/// # Errors
+/// As [`uncertain_loop`].
+pub fn flying_stability(
+    inputs: &Inputs,
+    model: &UncertainModel,
+    controller: &Controller,
+    rho: f64,
+) -> Result<StateSpace, Error> {
+    let plant = with_actuators(inputs, &augment(inputs, model.lft())?);
+    let closed = plant.close(&frozen_controller(controller, rho)?);
+    Ok(StateSpace { a: closed.a, b: closed.bt, c: closed.ct, d: closed.dtt })
+}
+
+/// A plant with lags in front of its controls; its z still weighs the commands.
+fn with_actuators(inputs: &Inputs, plant: &GeneralisedPlant) -> GeneralisedPlant {
+    let actuators = &inputs.vehicle.actuators;
+    let lags =
+        |a: &auv::Actuator| [a.lag, 0.5 * inputs.design.sample_time].into_iter().filter(|lag| *lag > 0.0);
+    let count = actuators.iter().flat_map(lags).count();
+    let (n, m) = (plant.a.nrows(), actuators.len());
+    let (mut a, mut b, mut c) = (Mat::zeros(count, count), Mat::zeros(count, m), Mat::zeros(m, count));
+    let mut state = 0;
+    for (j, actuator) in actuators.iter().enumerate() {
+        for (k, lag) in lags(actuator).enumerate() {
+            a[(state, state)] = -1.0 / lag;
+            if k == 0 {
+                b[(state, j)] = 1.0 / lag
+            } else {
+                a[(state, state - 1)] = 1.0 / lag
+            }
+            state += 1;
+        }
+        c[(j, state - 1)] = 1.0;
+    }
+    let below = |m: &Mat| block(&[&[m], &[&Mat::zeros(count, m.ncols())]]);
+    let beside = |m: &Mat| block(&[&[m, &Mat::zeros(m.nrows(), count)]]);
+    GeneralisedPlant {
+        a: block(&[&[&plant.a, &(&plant.b2 * &c)], &[&Mat::zeros(count, n), &a]]),
+        bt: below(&plant.bt),
+        b1: below(&plant.b1),
+        b2: block(&[&[&Mat::zeros(n, m)], &[&b]]),
+        ct: block(&[&[&plant.ct, &(&plant.dt2 * &c)]]),
+        dt2: Mat::zeros(plant.dt2.nrows(), m),
+        c1: beside(&plant.c1),
+        c2: beside(&plant.c2),
+        ..plant.clone()
+    }
+}

@@ -115,17 +115,26 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
     }
     // In rows of three: the phase of a speed below its magnitude.
     charts.append(&mut phases);
-    let errors = frequency::errors(&subject.model);
-    let error = |order: usize| errors.iter().find(|e| e.0 == order).map_or(f64::NAN, |e| 100.0 * e.1);
-    let (first, second) = (error(1), error(2));
+    let errors = frequency::errors(subject.inputs, &subject.model);
+    let error = |order: usize, of: &dyn Fn(&frequency::Errors) -> f64| {
+        errors.iter().find(|e| e.order == order).map_or(f64::NAN, |e| 100.0 * of(e))
+    };
+    let shown = |e: &frequency::Errors| e.channels[(1, input)];
+    let scaled = |e: &frequency::Errors| e.scaled;
+    let (first, second) = (error(1, &shown), error(2, &shown));
     let verdict = Verdict {
         claim: "the frequency response of the second-order model is a better approximation than that of the first-order one (Fig. 4).",
         criterion: format!(
-            "the largest relative error |G_fit - G|/|G| from the actuators to speed and pitch, over all speeds of the grid and 0.01 to 10 \
-             rad/s, in the largest singular value; at least {MUCH} times smaller bears it out, smaller at all does so partly."
+            "the largest relative error |G_fit - G|/|G| from {} to pitch, which the figure shows, over all speeds of the grid and 0.01 to 10 rad/s; at least {MUCH} times \
+             smaller bears it out, smaller at all does so partly.",
+            actuator.name
         ),
         finding: much_smaller(first, second),
-        because: format!("The largest error is {}.", compared(first, second)),
+        because: format!(
+            "The largest error is {}. From all actuators to what is tracked, in the scales of the design and the largest singular value, it is {}.",
+            compared(first, second),
+            compared(error(1, &scaled), error(2, &scaled))
+        ),
     };
     let figure = Figure {
         name: "fig4-frequency-responses".into(),
@@ -138,16 +147,38 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
         keys: keys(),
         charts,
     };
-    let mut table =
-        Table::new(["order", "rms residual of A, % of its variation", "largest error of the response, %"]);
+    let mut table = Table::new(["order", "rms residual of A, % of its variation"]);
+    table.head.push(format!("largest error of the response from {} to pitch, %", actuator.name));
+    table.head.push("from all actuators to what is tracked, in the scales of the design, %".into());
     for r in &subject.model.residuals {
         table.rows.push(vec![
             r.order.to_string(),
             format!("{:.3}", 100.0 * r.relative_to_variation),
-            format!("{:.3}", error(r.order)),
+            format!("{:.3}", error(r.order, &shown)),
+            format!("{:.3}", error(r.order, &scaled)),
         ]);
     }
-    Ok(vec![Part::Figure(figure), Part::Table(table), Part::Verdict(verdict)])
+    let parts = [
+        Part::Figure(figure),
+        Part::Table(table),
+        Part::Table(channels(subject, &errors)),
+        Part::Verdict(verdict),
+    ];
+    Ok(parts.into())
+}
+
+/// The errors of each channel.
+fn channels(subject: &Subject, errors: &[frequency::Errors]) -> Table {
+    let mut table = Table::new(["channel"]);
+    table.head.extend(errors.iter().map(|e| format!("largest error of the response, order {}, %", e.order)));
+    for (i, output) in frequency::OUTPUTS.into_iter().enumerate() {
+        for (j, actuator) in subject.inputs.vehicle.actuators.iter().enumerate() {
+            let mut row = vec![format!("{} to {output}", actuator.name)];
+            row.extend(errors.iter().map(|e| format!("{:.3}", 100.0 * e.channels[(i, j)])));
+            table.rows.push(row);
+        }
+    }
+    table
 }
 
 fn unit_name(unit: &str) -> &str {

@@ -6,12 +6,13 @@ mod worst_gain;
 use super::axis::Axis;
 use super::chart::{Chart, Curve, Key};
 use super::figure::Figure;
-use super::robust::between;
+use super::robust::{between, vehicle};
 use super::section::{Part, Table};
 use super::side_by_side;
 use super::subject::Subject;
 use super::verdict::{Verdict, hardest_below, stays_stable};
 use crate::error::Error;
+use crate::output::above;
 use crate::uncertain::UncertainError;
 use at_speed::{Change, DECADES, SpeedMu};
 use worst_gain::PARTS;
@@ -43,6 +44,8 @@ pub fn mu(subject: &Subject) -> Result<Vec<Part>, Error> {
         Part::Words(about(&found)),
         Part::Figure(figure(subject, &found)),
         Part::Table(table(&found)),
+        Part::Words(about_vehicles()),
+        Part::Table(vehicles_table(&found)),
         Part::Table(causes_table(&found)),
         Part::Verdict(stability_verdict(&bounds(&found))),
         Part::Verdict(speed_verdict(subject.inputs.design.scheduling().0, &bounds(&found))),
@@ -66,16 +69,19 @@ fn at_all_speeds(subject: &Subject) -> Result<Vec<SpeedMu>, Error> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Bounds {
     speed: f64,
+    /// Above mu of the loop in continuous time without lags, and as it flies; not-a-number where no bound closes.
     guaranteed: f64,
-    /// Not-a-number when no perturbation was found.
-    shown: f64,
+    flying: f64,
+    /// One over the size at which a vehicle that is trimmed anew is not stable as it flies; not-a-number when none was found.
+    vehicle: f64,
 }
 
 fn bounds(found: &[SpeedMu]) -> Vec<Bounds> {
     let of = |f: &SpeedMu| Bounds {
         speed: f.speed,
         guaranteed: f.guaranteed(),
-        shown: f.shown().unwrap_or(f64::NAN),
+        flying: f.flying.unwrap_or(f64::NAN),
+        vehicle: f.vehicle[0].map_or(f64::NAN, f64::recip),
     };
     found.iter().map(of).collect()
 }
@@ -87,8 +93,10 @@ fn about(found: &[SpeedMu]) -> String {
          at a speed; 1 is the uncertainty that the design file declares. The paper does not print the structure of its uncertainty. Here it is \
          up to {parameters} real parameters in {channels} channels: coefficients with their relative errors, the gain of each actuator, and how \
          far all that moves the trim. The coefficients enter exactly, the trim to first order. The upper bound of the table holds at every \
-         frequency from zero to infinity, between the points of the curves as well; each lower bound is shown by a perturbation, with which the \
-         loop has a pole on the axis. A perturbation of which a bound speaks does not change with time; what a changing speed does is the \
+         frequency from zero to infinity, between the points of the curves as well; each lower bound is shown by a perturbation of the model, with which its \
+         loop has a pole on the axis. In the model what moves the trim, the incidence, is a parameter of its own, free of the coefficients; what a vehicle does, \
+         whose trim follows from its coefficients, is in the table after. Figure and first table are of the loop in continuous time without the lags of the \
+         actuators. A perturbation of which a bound speaks does not change with time; what a changing speed does is the \
          business of the certificate."
     )
 }
@@ -152,8 +160,8 @@ fn table(found: &[SpeedMu]) -> Table {
         "peak (rad/s)",
         "mu at least",
         "at (rad/s)",
-        "stable up to",
-        "unstable at",
+        "model stable up to",
+        "model unstable at",
     ]);
     for f in found {
         let lower = f.bounds.lower.as_ref();
@@ -172,6 +180,36 @@ fn table(found: &[SpeedMu]) -> Table {
     table
 }
 
+fn about_vehicles() -> String {
+    "The same for the loop as it flies, and for vehicles. As it flies: each actuator has its lag, and for the bound sampling and holding are taken for a lag of half a \
+     sample. A vehicle: the perturbation of the model without what it has of the trim is made larger step by step, its coefficients and the gains of its actuators are \
+     given to the vehicle, which is trimmed anew (within the limits of its actuators) and linearised, and the loop is closed, sampled and with lags or neither. That \
+     follows one direction: another vehicle may be unstable earlier, but none before the size up to which the model is stable, as far as the model holds."
+        .into()
+}
+
+fn vehicles_table(found: &[SpeedMu]) -> Table {
+    let mut table = Table::new([
+        "speed (m/s)",
+        "mu below, as it flies",
+        "model stable up to, as it flies",
+        "vehicle found unstable at, as it flies",
+        "in continuous time, without lags",
+    ]);
+    for f in found {
+        let size =
+            |size: Option<f64>| size.map_or_else(|| "none found".into(), |v| format!("{:.0} %", 100.0 * v));
+        table.rows.push(vec![
+            format!("{:.2}", f.speed),
+            f.flying.map_or_else(|| "no bound".into(), above),
+            size(f.flying.map(f64::recip)),
+            size(f.vehicle[0]),
+            size(f.vehicle[1]),
+        ]);
+    }
+    table
+}
+
 fn causes_table(found: &[SpeedMu]) -> Table {
     let mut table = Table::new([
         "speed (m/s)",
@@ -183,19 +221,25 @@ fn causes_table(found: &[SpeedMu]) -> Table {
 
 fn about_gain() -> String {
     format!(
-        "The worst-case gain says what is left of performance: the largest gain of the same loop from w to z, of which the gamma of the design is a bound, with \
-         constant coefficients anywhere in the part of the declared uncertainty at the head of the column ({} % is all of it). Of two numbers the first was found with coefficients that \
-         have it, the second is guaranteed at every frequency. 'No bound': at that size the loop is not shown to stay stable.",
+        "The worst-case gain says what is left of performance: the largest gain of the loop in continuous time from w to z, of which the gamma of the design is a bound, with \
+         constant coefficients anywhere in the part of the declared uncertainty at the head of the column ({} % is all of it). Of two numbers the first was found, the \
+         second is guaranteed at every frequency, both for the model, in which the incidence is a parameter of its own. 'Vehicle': the gain of a vehicle with the coefficients \
+         and gains of actuators of the perturbation found, trimmed anew. 'No bound': at that size the loop is not shown to stay stable.",
         100.0 * PARTS[PARTS.len() - 1]
     )
 }
 
 fn gain_table(found: &[SpeedMu]) -> Table {
     let mut table = Table::new(["speed (m/s)", "gain at no uncertainty"]);
-    table.head.extend(PARTS.iter().map(|part| format!("worst case at {:.0} %", 100.0 * part)));
+    for part in PARTS {
+        table.head.push(format!("worst case at {:.0} %: model", 100.0 * part));
+        table.head.push(format!("at {:.0} %: vehicle", 100.0 * part));
+    }
     for f in found {
         let mut row = vec![format!("{:.2}", f.speed), format!("{:.3}", f.gain.nominal)];
-        row.extend(f.gain.at.map(between));
+        for (model, own) in f.gain.at.into_iter().zip(f.gain.vehicle) {
+            row.extend([between(model), vehicle(own)]);
+        }
         table.rows.push(row);
     }
     table
@@ -208,26 +252,27 @@ fn causes(worst: &[Change]) -> String {
 }
 
 fn stability_verdict(bounds: &[Bounds]) -> Verdict {
-    let pairs: Vec<(f64, f64)> = bounds.iter().map(|b| (b.guaranteed, b.shown)).collect();
+    let pairs: Vec<(f64, f64)> = bounds.iter().map(|b| (b.flying, b.vehicle)).collect();
     let at = |of: &dyn Fn(&Bounds) -> bool| -> String {
         let speeds: Vec<String> =
             bounds.iter().filter(|b| of(b)).map(|b| format!("{:.2}", b.speed)).collect();
         if speeds.is_empty() { "no speed".into() } else { format!("{} m/s", speeds.join(", ")) }
     };
-    let most = bounds.iter().map(|b| b.guaranteed).fold(0.0, f64::max);
+    let most = |of: fn(&Bounds) -> f64| lpv::matrix::largest(0.0, bounds.iter().map(of));
+    let (flying, ideal) = (most(|b| b.flying), most(|b| b.guaranteed));
     Verdict {
         claim: "mu peaks at 0.268, so that 373 % of the modelled uncertainty is tolerated (section 4, Fig. 7).",
-        criterion: "robust stability: at each of the six speeds mu is guaranteed to be below 1 at every frequency; a perturbation within the declared uncertainty that \
-                    destabilises (a lower bound of 1 or more) refutes it there; anything between leaves it open. The paper's 0.268 itself cannot be \
+        criterion: "robust stability of the loop as it flies: at each of the six speeds mu of the model is guaranteed to be below 1 at every frequency; a vehicle within the \
+                    declared uncertainty, trimmed anew, that is not stable refutes it there; anything between leaves it open. The paper's 0.268 itself cannot be \
                     compared, because its uncertainty is not printed."
             .into(),
         finding: stays_stable(&pairs),
         because: format!(
-            "Shown to be stable for all of the declared uncertainty: {}; destabilised within it: {}. The guaranteed bound is {most:.3} at most, a \
-             margin of {:.0} %.",
-            at(&|b| b.guaranteed < 1.0),
-            at(&|b| b.shown >= 1.0),
-            100.0 / most
+            "Shown to be stable for all of the declared uncertainty, in the model: {}; a vehicle within it found unstable: {}. The guaranteed bound is {flying:.3} at most as it \
+             flies, a margin of {:.0} %, and {ideal:.3} in continuous time without lags.",
+            at(&|b| b.flying < 1.0),
+            at(&|b| b.vehicle >= 1.0),
+            100.0 / flying
         ),
     }
 }
@@ -236,7 +281,7 @@ fn speed_verdict(centre: f64, bounds: &[Bounds]) -> Verdict {
     let of = |value: &dyn Fn(&Bounds) -> f64| -> Vec<(f64, f64)> {
         bounds.iter().map(|b| (b.speed, value(b))).collect()
     };
-    let measures = [of(&|b| b.guaranteed), of(&|b| b.shown)];
+    let measures = [of(&|b| b.flying), of(&|b| b.vehicle)];
     let words = |measure: &[(f64, f64)]| match super::verdict::worst(measure) {
         Some(at) => format!("at {at:.2} m/s"),
         None => "at no single speed".into(),
@@ -244,13 +289,14 @@ fn speed_verdict(centre: f64, bounds: &[Bounds]) -> Verdict {
     Verdict {
         claim: "mu is largest at low speed, 1 m/s: it is more difficult to control the vehicle at low speed than at high speed (section 4, Fig. 7).",
         criterion: format!(
-            "at which of the six speeds the guaranteed upper bound and the lower bound are largest: both below the middle of the range, \
-             {centre:.2} m/s, bears it out, one of them partly."
+            "at which of the six speeds the guaranteed bound of the loop as it flies is largest, and at which a vehicle was found unstable with the smallest errors: both below \
+             the middle of the range, {centre:.2} m/s, bears it out, one of them partly."
         ),
         finding: hardest_below(centre, &measures),
         because: format!(
-            "The upper bound is largest {}, the lower bound {}.",
+            "The bound is largest {} as it flies, and {} in continuous time without lags; the vehicle is unstable with the smallest errors {}.",
             words(&measures[0]),
+            words(&of(&|b| b.guaranteed)),
             words(&measures[1])
         ),
     }
@@ -261,8 +307,8 @@ mod tests {
     use super::*;
     use crate::report::verdict::Finding;
 
-    fn at(speed: f64, guaranteed: f64, shown: f64) -> Bounds {
-        Bounds { speed, guaranteed, shown }
+    fn at(speed: f64, flying: f64, vehicle: f64) -> Bounds {
+        Bounds { speed, guaranteed: 0.9 * flying, flying, vehicle }
     }
 
     #[test]
@@ -270,13 +316,19 @@ mod tests {
         let good = stability_verdict(&[at(0.5, 0.3, 0.2), at(1.0, 0.5, f64::NAN)]);
         assert_eq!(good.finding, Finding::BorneOut);
         assert!(
-            good.because.contains("declared uncertainty: 0.50, 1.00 m/s; destabilised within it: no speed"),
+            good.because
+                .contains("declared uncertainty, in the model: 0.50, 1.00 m/s; a vehicle within it found unstable: no speed"),
             "{}",
             good.because
         );
-        assert!(good.because.contains("0.500 at most, a margin of 200 %"), "{}", good.because);
+        assert!(good.because.contains("0.500 at most as it flies, a margin of 200 %"), "{}", good.because);
         assert_eq!(stability_verdict(&[at(0.5, 0.3, 0.2), at(1.0, 1.5, 1.4)]).finding, Finding::Partly);
         assert_eq!(stability_verdict(&[at(1.0, 1.5, 1.4)]).finding, Finding::NotBorneOut);
+        // What is good in continuous time without lags is not borne out by that, and what the model alone does refutes nothing.
+        let lags = Bounds { speed: 1.0, guaranteed: 0.9, flying: 1.2, vehicle: f64::NAN };
+        assert_eq!(stability_verdict(&[lags]).finding, Finding::Unknown);
+        assert!(stability_verdict(&[lags]).because.contains("1.200 at most as it flies"));
+        assert!(stability_verdict(&[lags]).because.contains("0.900 in continuous time"));
     }
 
     #[test]

@@ -11,6 +11,9 @@ use super::verdict::{Verdict, each_smaller};
 use crate::error::Error;
 use crate::flight::fly_open_loop;
 use crate::metrics::SETTLED;
+use crate::model::{STATES, linearise_at};
+use lpv::matrix::eigenvalues;
+use nalgebra::Complex;
 
 /// How much of its reach the actuator is stepped by.
 const PART: f64 = 0.02;
@@ -68,7 +71,40 @@ pub fn open_loop(subject: &Subject) -> Result<Vec<Part>, Error> {
         keys,
         charts: vec![Chart { title: String::new(), x: Axis::linear("time (s)"), y, curves }],
     };
-    Ok(vec![Part::Figure(figure), Part::Table(table), Part::Verdict(verdict(&pairs))])
+    let mut parts = vec![Part::Figure(figure), Part::Table(table), Part::Verdict(verdict(&pairs))];
+    parts.extend(published(subject)?);
+    Ok(parts)
+}
+
+/// The poles that the source of the coefficients prints, beside those that follow from the coefficients.
+fn published(subject: &Subject) -> Result<Vec<Part>, Error> {
+    let Some(printed) = &subject.inputs.vehicle.published_linear_model else { return Ok(vec![]) };
+    let computed = linearise_at(subject.inputs, printed.speed)?;
+    let without_surge = computed.a.view((1, 1), (STATES - 1, STATES - 1)).into_owned();
+    let mut table = Table::new(["linear model", "poles (rad/s)"]);
+    for (model, found) in [
+        (format!("printed: {}", printed.source), &printed.poles),
+        ("computed here from the coefficients, about the trim".into(), &computed.eigenvalues()),
+        ("the same without surge".into(), &eigenvalues(&without_surge)),
+    ] {
+        table.rows.push(vec![model, poles(found)]);
+    }
+    let words = format!(
+        "The linear model that the source of the coefficients prints, at {} m/s. {}",
+        printed.speed, printed.note
+    );
+    Ok(vec![Part::Words(words), Part::Table(table)])
+}
+
+/// Poles in words, a pair as one.
+fn poles(all: &[Complex<f64>]) -> String {
+    let one = |p: &Complex<f64>| match p.im {
+        0.0 => format!("{:.3}", p.re),
+        im => format!("{:.3} +- {im:.3}j", p.re),
+    };
+    let mut upper: Vec<&Complex<f64>> = all.iter().filter(|p| p.im >= 0.0).collect();
+    upper.sort_by(|p, q| p.re.total_cmp(&q.re));
+    upper.into_iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
 fn verdict(pairs: &[(f64, f64)]) -> Verdict {
@@ -110,6 +146,13 @@ fn settling_time(points: &[(f64, f64)]) -> f64 {
 mod tests {
     use super::*;
     use crate::report::verdict::Finding;
+
+    /// What the thesis prints for REMUS is set beside what follows from its coefficients, computed; a vehicle without such a note has no such part.
+    #[test]
+    fn poles_are_told_in_pairs() {
+        let c = Complex::new;
+        assert_eq!(poles(&[c(0.174, 0.509), c(0.174, -0.509), c(-2.44, 0.0)]), "-2.440, 0.174 +- 0.509j");
+    }
 
     /// 1 - exp(-t) is within 2 % of its end after ln 50 = 3.91 s; a growing oscillation never is.
     #[test]

@@ -61,7 +61,8 @@ fn constant(found: &RobustFigures) -> String {
     format!(
         "Coefficients that are off but do not change are a milder test. For these the figure and its table show both controllers, frozen at a speed: an upper bound on \
          mu for robust stability (1 is all of the declared uncertainty, less is better), and the worst-case gain at {} of the declared uncertainty, \
-         of which the first number was found with coefficients that have it, and the second is guaranteed.",
+         of which the first number was found and the second is guaranteed, both for the model, in which the incidence is a parameter of its own; 'vehicle' is the gain of \
+         a vehicle with the coefficients of the perturbation found, trimmed anew. Both are of the loop in continuous time, without lags.",
         whole_percent(found.constant_size)
     )
 }
@@ -117,16 +118,25 @@ fn figure(subject: &Subject, found: &RobustFigures) -> Figure {
 
 fn frozen(found: &RobustFigures) -> Table {
     let at = whole_percent(found.constant_size);
-    let mut table = Table::new(["speed (m/s)", "mu below: nominal", "mu below: robust", "", ""]);
-    table.head[3] = format!("worst-case gain at {at}: nominal");
-    table.head[4] = format!("worst-case gain at {at}: robust");
+    let mut table = Table::new(["speed (m/s)", "mu below: nominal", "mu below: robust"]);
+    for which in ["nominal", "robust"] {
+        table.head.push(format!("worst-case gain at {at}: {which}"));
+        table.head.push(format!("vehicle: {which}"));
+    }
     let row = |f: &Frozen| {
         let [nominal, robust] = f.mu.map(number);
         let [nominal_gain, robust_gain] = f.worst.map(between);
-        vec![format!("{:.2}", f.speed), nominal, robust, nominal_gain, robust_gain]
+        let [nominal_vehicle, robust_vehicle] = f.vehicle.map(vehicle);
+        let gains = [nominal_gain, nominal_vehicle, robust_gain, robust_vehicle];
+        [format!("{:.2}", f.speed), nominal, robust].into_iter().chain(gains).collect()
     };
     table.rows = found.frozen.iter().map(row).collect();
     table
+}
+
+/// The gain of a vehicle.
+pub fn vehicle(gain: Option<f64>) -> String {
+    gain.map_or_else(|| "none".into(), |gain| format!("{gain:.4}"))
 }
 
 /// A gain between what was found and what is guaranteed: (below, at least). One number where they agree to three decimals.

@@ -3,6 +3,7 @@
 use crate::design_file::Output;
 use crate::error::Error;
 use crate::flight::{Flight, fly};
+use crate::frequency;
 use crate::inputs::Inputs;
 use crate::metrics::StepFigures;
 use crate::model::{Model, STATES, linearise_at, speeds};
@@ -111,12 +112,8 @@ impl<'a> Subject<'a> {
 
     /// The actuator that moves pitch most, by its reach, at the lowest speed.
     pub fn pitching_actuator(&self) -> (usize, &Actuator) {
-        let b = &self.truth[0].b;
-        let actuators = &self.inputs.vehicle.actuators;
-        let effect = |j: usize| b[(2, j)].abs() * actuators[j].reach();
-        let most = (0..actuators.len()).max_by(|i, j| effect(*i).total_cmp(&effect(*j)).then(j.cmp(i)));
-        let most = most.unwrap_or(0);
-        (most, &actuators[most])
+        let most = frequency::pitching_actuator(self.inputs, &self.model);
+        (most, &self.inputs.vehicle.actuators[most])
     }
 
     /// A pitch step of the height in the design file, flown at a constant speed by a stored or another controller.

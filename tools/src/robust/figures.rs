@@ -43,6 +43,9 @@ pub struct Frozen {
     pub mu: [Option<f64>; 2],
     /// The worst-case gain at a size: below the first, and at least the second; none where the loop is not shown to stay stable.
     pub worst: [Option<(f64, f64)>; 2],
+    /// The gain of a vehicle with the coefficients of the worst perturbation found, trimmed anew.
+    #[serde(default)]
+    pub vehicle: [Option<f64>; 2],
 }
 
 impl RobustFigures {
@@ -64,21 +67,25 @@ impl RobustFigures {
         }
         out += &format!(
             "Constant uncertainty at frozen speed: an upper bound on mu for robust stability (1 is all of the declared uncertainty), and the\n\
-             worst-case gain at {:.0} % of it (found..guaranteed)\n\
-             \x20        m/s  mu nominal      robust     gain nominal           robust\n",
+             worst-case gain at {:.0} % of it: of the model, in which the incidence is a parameter of its own (found..guaranteed), and of a vehicle\n\
+             with the coefficients found, trimmed anew\n\
+             \x20        m/s  mu nominal      robust     gain nominal  vehicle           robust  vehicle\n",
             100.0 * self.constant_size
         );
         for f in &self.frozen {
             let gain = |g: Option<(f64, f64)>| {
                 g.map_or_else(|| "no bound".into(), |(upper, lower)| format!("{lower:.4}..{}", above(upper)))
             };
+            let vehicle = |g: Option<f64>| g.map_or_else(|| "none".into(), |g| format!("{g:.4}"));
             out += &format!(
-                "  {:>10.2}  {:>10}  {:>10}  {:>15}  {:>15}\n",
+                "  {:>10.2}  {:>10}  {:>10}  {:>15}  {:>7}  {:>15}  {:>7}\n",
                 f.speed,
                 number(f.mu[0]),
                 number(f.mu[1]),
                 gain(f.worst[0]),
-                gain(f.worst[1])
+                vehicle(f.vehicle[0]),
+                gain(f.worst[1]),
+                vehicle(f.vehicle[1])
             );
         }
         out + &format!("No more rounds: {}\n{}\n", self.stop, self.not_proved())

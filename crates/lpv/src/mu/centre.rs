@@ -14,8 +14,6 @@ use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn};
 /// A point, and lambda for which `Phi(lambda) > 0` there.
 pub(super) struct Centre {
     m: CMat,
-    /// `[I, M*]`.
-    columns: CMat,
     pub(super) family: Family,
     pub(super) p: Vec<f64>,
     lambda: f64,
@@ -31,10 +29,10 @@ pub(super) struct Centre {
 
 /// How far the first lambda may be above the least, relatively: anywhere, and from scalings of a matrix that is much the same.
 const COLD: f64 = 0.5;
-const WARM: f64 = 0.1;
+const WARM: f64 = 0.3;
 
 /// The Newton decrement below which a point counts as a centre.
-const CENTRED: f64 = 0.3;
+const CENTRED: f64 = 0.7;
 
 /// Newton steps towards one centre, at most.
 const MOST_STEPS: usize = 100;
@@ -46,7 +44,7 @@ const RIDGE: (f64, f64) = (1e-13, 1e-4);
 const ACCURATE: f64 = 1e-9;
 
 /// By how much the weight of lambda grows from one centre to the next.
-const GROWTH: f64 = 10.0;
+const GROWTH: f64 = 5.0;
 
 /// How many times the distance that is left lambda may move before D_0 counts as out of date.
 const FAR: f64 = 30.0;
@@ -57,13 +55,10 @@ impl Centre {
     /// From a matrix of size about one, and scalings that may be good for it.
     pub(super) fn new(m: CMat, structure: &Structure, from: Option<&Scalings>) -> Self {
         let family = Family::new(structure);
-        let (nz, nw) = m.shape();
-        let mut columns = CMat::identity(nw, nw + nz);
-        columns.columns_mut(nw, nz).copy_from(&m.adjoint());
+        let nw = m.ncols();
         let p = family.identity();
         let base = CMat::identity(nw, nw);
-        let mut cold =
-            Self { m, columns, family, p, lambda: 1.1, shift: 0.0, base, near: COLD, start: vec![] };
+        let mut cold = Self { m, family, p, lambda: 1.1, shift: 0.0, base, near: COLD, start: vec![] };
         let Some(from) = from else { return cold };
         let border = cold.border();
         let identity = std::mem::replace(&mut cold.p, cold.family.point(from));
@@ -169,12 +164,17 @@ impl Centre {
         trace.resize(n + free, 0.0);
         let trace = DVector::from_vec(trace);
         let at = self.family.at(self.lambda);
+        // L^-1 W, W = [I, M*].
+        let (adjoint, rows) = (self.m.adjoint(), self.m.ncols());
+        let mut half = CMat::zeros(rows, rows + self.m.nrows());
         let (mut gradient, mut hessian) = (vec![0.0; n + free], DMatrix::zeros(n + free, n + free));
         let mut factors = self.factors(&self.p, self.shift)?;
         let mut ridge = RIDGE.0;
         for _ in 0..MOST_STEPS {
             let (phi, blocks) = &factors;
-            let half = phi.l_dirty().solve_lower_triangular(&self.columns)?;
+            let inverse = phi.l_dirty().solve_lower_triangular(&CMat::identity(rows, rows))?;
+            half.columns_mut(0, rows).copy_from(&inverse);
+            half.columns_mut(rows, self.m.nrows()).copy_from(&product(&inverse, &adjoint));
             let inner = product(&half.adjoint(), &half);
             let inverses: Vec<CMat> = blocks.iter().map(Cholesky::inverse).collect();
             self.family.derivatives(&at, &inner, &inverses, &mut gradient, &mut hessian);

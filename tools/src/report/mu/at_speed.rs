@@ -3,13 +3,16 @@
 use super::worst_gain::WorstGain;
 use crate::error::Error;
 use crate::report::subject::Subject;
-use crate::uncertain::{self, Block, Uncertain};
-use crate::uncertain_loop::uncertain_loop;
+use crate::sampled;
+use crate::uncertain::{self, Block, FrozenUncertain, Uncertain};
+use crate::uncertain_loop::{flying_stability, uncertain_loop};
+use crate::uncertain_vehicle;
+use auv::Linearisation;
 use lpv::matrix::{Mat, solve, spectral_abscissa};
 use lpv::mu::lower::{LowerBound, lower_bound};
-use lpv::mu::sweep::{FrequencyMu, SweepError, mu_over_frequency, response};
+use lpv::mu::sweep::{FrequencyMu, SweepError, bound_over_frequency, mu_over_frequency, response};
 use lpv::mu::upper::{Search, search};
-use lpv::mu::{self, Structure};
+use lpv::mu::{self, CMat, Structure};
 use lpv::state_space::StateSpace;
 use nalgebra::DVector;
 
@@ -40,6 +43,11 @@ pub struct SpeedMu {
     pub worst: Vec<Change>,
     /// The gain of the loop with and without errors of the coefficients.
     pub gain: WorstGain,
+    /// mu of the loop as it flies is below this at every frequency; none where no bound closes.
+    pub flying: Option<f64>,
+    /// The size of the perturbation found, without what it has of the trim, at which a vehicle that is trimmed anew is not stable: as it flies, and in
+    /// continuous time without lags.
+    pub vehicle: [Option<f64>; 2],
 }
 
 /// What one uncertain parameter does in a perturbation.
@@ -59,8 +67,9 @@ impl SpeedMu {
     /// # Errors
     /// As [`uncertain::at_speed`]; [`Error::Lft`]; [`Error::MuAtSpeed`] when the loop is unstable without any perturbation.
     pub fn new(subject: &Subject, speed: f64) -> Result<Self, Error> {
-        let model = uncertain::at_speed(subject.inputs, speed)?.model;
-        let closed = uncertain_loop(subject.inputs, &model, &subject.controller, subject.rho(speed), None)?;
+        let frozen = uncertain::at_speed(subject.inputs, speed)?;
+        let model = &frozen.model;
+        let closed = uncertain_loop(subject.inputs, model, &subject.controller, subject.rho(speed), None)?;
         let system = closed.stability();
         let failed = |reason: SweepError| Error::MuAtSpeed { speed, reason };
         let structure = Structure::new(model.blocks.iter().map(|b| mu::Block::Real(b.repetitions)).collect());
@@ -69,15 +78,31 @@ impl SpeedMu {
         let mut upper = upper_curve(&system, &structure, &bounds).map_err(|reason| failed(reason.into()))?;
         let peak = upper.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0.0, |p| p.0);
         upper.retain(|(omega, _)| shown().contains(omega));
-        let lower = lower_points(&system, &structure, &bounds).map_err(|reason| failed(reason.into()))?;
-        let worst = bounds.lower.as_ref().map_or_else(Vec::new, |found| {
-            let values = values(&model.blocks, found);
-            let shares = shares(&system, &model.blocks, &values);
-            ordered(&model.blocks, &values, &shares)
+        let points = lower_points(&system, &structure, &bounds).map_err(|reason| failed(reason.into()))?;
+        let lower = bounds.lower.as_ref();
+        let found = lower.map(|found| uncertain_vehicle::values(&frozen, &found.delta));
+        let worst = found.as_ref().map_or_else(Vec::new, |values| {
+            let shares = shares(&system, &model.blocks, values);
+            ordered(&model.blocks, values, &shares)
         });
-        let gain = WorstGain::new(&closed.system, &structure, bounds.upper.upper);
+        let vehicle = match &found {
+            Some(values) => unstable_at(subject, &frozen, values, bounds.lower.as_ref())?,
+            None => [None; 2],
+        };
+        let flying = flying_stability(subject.inputs, model, &subject.controller, subject.rho(speed))?;
+        let near = bounds.lower.clone().map(|found| LowerBound { value: 0.0, ..found });
+        let flying = bound_over_frequency(&flying, &structure, near.as_ref()).ok().map(|bound| bound.upper);
+        let of = |delta: &CMat| {
+            let l = uncertain_vehicle::vehicle_at(
+                subject.inputs,
+                &frozen,
+                &uncertain_vehicle::values(&frozen, delta),
+            )?;
+            uncertain_vehicle::gain(subject.inputs, &l, &subject.controller, subject.rho(speed)).ok()
+        };
+        let gain = WorstGain::new(&closed.system, &structure, bounds.upper.upper, &of);
         let size = (model.blocks.len(), model.channels());
-        Ok(Self { speed, size, bounds, upper, peak, lower, worst, gain })
+        Ok(Self { speed, size, bounds, upper, peak, lower: points, worst, gain, flying, vehicle })
     }
 
     /// mu is below this at every frequency.
@@ -142,15 +167,27 @@ fn lower_points(
     Ok(out)
 }
 
-/// The parameters of a perturbation, which repeats each on its channels.
-fn values(blocks: &[Block], found: &LowerBound) -> Vec<f64> {
-    let mut top = 0;
-    let value = |b: &Block| {
-        let at = top;
-        top += b.repetitions;
-        found.delta[(at, at)].re
+/// How far along a perturbation a vehicle is followed, in units of the size at which the model is not stable; at least all of the declared uncertainty.
+const FOLLOWED: f64 = 2.0;
+
+/// Where along a perturbation the loop of a vehicle that is trimmed anew is not stable: as it flies, and in continuous time without lags.
+fn unstable_at(
+    subject: &Subject,
+    frozen: &FrozenUncertain,
+    values: &[f64],
+    found: Option<&LowerBound>,
+) -> Result<[Option<f64>; 2], Error> {
+    let farthest = found.map_or(1.0, |found| (FOLLOWED / found.value).max(1.0));
+    let controller = subject.frozen(&subject.controller, &frozen.nominal)?;
+    let flies = |l: &Linearisation| sampled::spectral_radius(subject.inputs, l, &controller) < 1.0;
+    let ideal = |l: &Linearisation| {
+        let (a, b, c) = subject.scaled(l);
+        spectral_abscissa(&sampled::closed(&a, &b, &c, &controller).a) < 0.0
     };
-    blocks.iter().map(value).collect()
+    let at = |is_stable: &dyn Fn(&Linearisation) -> bool| {
+        uncertain_vehicle::destabilised_at(subject.inputs, frozen, values, farthest, is_stable)
+    };
+    Ok([at(&flies), at(&ideal)])
 }
 
 /// The largest real part of the poles of a loop that is perturbed, rad/s; `None` where it is not well posed.

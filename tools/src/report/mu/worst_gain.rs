@@ -1,7 +1,7 @@
 //! The worst-case gain at one speed: how large the gain of the loop becomes when the coefficients are off and stay so.
 
-use lpv::mu::Structure;
 use lpv::mu::worst_case::{Perturbable, worst_case_gain};
+use lpv::mu::{CMat, Structure};
 use lpv::state_space::StateSpace;
 
 /// The parts of the declared uncertainty for which the gain is bounded.
@@ -14,11 +14,19 @@ pub struct WorstGain {
     pub nominal: f64,
     /// At each of [`PARTS`]: below the first, and at least the second; none where the loop is not shown to stay stable.
     pub at: [Option<(f64, f64)>; PARTS.len()],
+    /// Of a vehicle with the coefficients of the worst perturbation found, trimmed anew.
+    pub vehicle: [Option<f64>; PARTS.len()],
 }
 
 impl WorstGain {
     /// Bounds the gain of a loop from (wd, w) to (zd, z) with a structure of Delta, of which mu for robust stability is known to be below `mu`.
-    pub fn new(system: &StateSpace, structure: &Structure, mu: f64) -> Self {
+    /// `vehicle` is the gain of a vehicle with the coefficients of a perturbation.
+    pub fn new(
+        system: &StateSpace,
+        structure: &Structure,
+        mu: f64,
+        vehicle: &dyn Fn(&CMat) -> Option<f64>,
+    ) -> Self {
         let at = |size: f64| {
             // Where mu leaves room for an unstable loop there is no bound, and no need to look for one.
             let whole = (size * mu < 1.0).then(|| Perturbable {
@@ -26,10 +34,14 @@ impl WorstGain {
                 structure: structure.clone(),
                 size,
             });
-            let found = worst_case_gain(&whole?).ok()?;
-            Some((found.upper, found.worst.gain))
+            worst_case_gain(&whole?).ok()
         };
-        Self { nominal: unperturbed(system, structure).hinf_norm().value, at: PARTS.map(at) }
+        let found = PARTS.map(at);
+        Self {
+            nominal: unperturbed(system, structure).hinf_norm().value,
+            at: found.each_ref().map(|g| g.as_ref().map(|g| (g.upper, g.worst.gain))),
+            vehicle: found.each_ref().map(|g| vehicle(&g.as_ref()?.worst.delta)),
+        }
     }
 }
 
@@ -62,11 +74,13 @@ mod tests {
                 c: dmatrix![1.0; 1.0],
                 d: Mat::zeros(2, 2),
             };
-            WorstGain::new(&system, &Structure::new(vec![Block::Real(1)]).unwrap(), c)
+            let gain = |delta: &CMat| Some(1.0 / (1.0 - c * delta[(0, 0)].re));
+            WorstGain::new(&system, &Structure::new(vec![Block::Real(1)]).unwrap(), c, &gain)
         };
         let found = of(0.8);
         assert!((found.nominal - 1.0).abs() < 1e-9);
-        for (part, at) in PARTS.iter().zip(found.at) {
+        for ((part, at), vehicle) in PARTS.iter().zip(found.at).zip(found.vehicle) {
+            assert!((vehicle.unwrap() / (1.0 / (1.0 - 0.8 * part)) - 1.0).abs() < 1e-9);
             let (exact, (upper, lower)) = (1.0 / (1.0 - 0.8 * part), at.unwrap());
             assert!(upper >= exact && upper < 1.001 * exact, "{upper} {exact}");
             assert!((lower / exact - 1.0).abs() < 1e-9, "{lower} {exact}");
