@@ -260,6 +260,14 @@ fn stability_verdict(bounds: &[Bounds]) -> Verdict {
     };
     let most = |of: fn(&Bounds) -> f64| lpv::matrix::largest(0.0, bounds.iter().map(of));
     let (flying, ideal) = (most(|b| b.flying), most(|b| b.guaranteed));
+    let bound = if flying.is_nan() {
+        "As it flies there is not a guaranteed bound at every speed; the bound is".to_owned()
+    } else {
+        format!(
+            "The guaranteed bound is {flying:.3} at most as it flies, a margin of {:.0} %, and",
+            100.0 / flying
+        )
+    };
     Verdict {
         claim: "mu peaks at 0.268, so that 373 % of the modelled uncertainty is tolerated (section 4, Fig. 7).",
         criterion: "robust stability of the loop as it flies: at each of the six speeds mu of the model is guaranteed to be below 1 at every frequency; a vehicle within the \
@@ -268,11 +276,10 @@ fn stability_verdict(bounds: &[Bounds]) -> Verdict {
             .into(),
         finding: stays_stable(&pairs),
         because: format!(
-            "Shown to be stable for all of the declared uncertainty, in the model: {}; a vehicle within it found unstable: {}. The guaranteed bound is {flying:.3} at most as it \
-             flies, a margin of {:.0} %, and {ideal:.3} in continuous time without lags.",
+            "Shown to be stable for all of the declared uncertainty, in the model: {}; a vehicle within it found unstable: {}. {bound} {ideal:.3} in continuous time without \
+             lags.",
             at(&|b| b.flying < 1.0),
-            at(&|b| b.vehicle >= 1.0),
-            100.0 / flying
+            at(&|b| b.vehicle >= 1.0)
         ),
     }
 }
@@ -284,7 +291,7 @@ fn speed_verdict(centre: f64, bounds: &[Bounds]) -> Verdict {
     let measures = [of(&|b| b.flying), of(&|b| b.vehicle)];
     let words = |measure: &[(f64, f64)]| match super::verdict::worst(measure) {
         Some(at) => format!("at {at:.2} m/s"),
-        None => "at no single speed".into(),
+        None => "at no single speed, or it is not known at every one".into(),
     };
     Verdict {
         claim: "mu is largest at low speed, 1 m/s: it is more difficult to control the vehicle at low speed than at high speed (section 4, Fig. 7).",

@@ -10,7 +10,7 @@ use crate::uncertain_vehicle;
 use auv::Linearisation;
 use lpv::matrix::{Mat, solve, spectral_abscissa};
 use lpv::mu::lower::{LowerBound, lower_bound};
-use lpv::mu::sweep::{FrequencyMu, SweepError, bound_over_frequency, mu_over_frequency, response};
+use lpv::mu::sweep::{FrequencyMu, SweepError, mu_over_frequency, response};
 use lpv::mu::upper::{Search, search};
 use lpv::mu::{self, CMat, Structure};
 use lpv::state_space::StateSpace;
@@ -90,8 +90,7 @@ impl SpeedMu {
             None => [None; 2],
         };
         let flying = flying_stability(subject.inputs, model, &subject.controller, subject.rho(speed))?;
-        let near = bounds.lower.clone().map(|found| LowerBound { value: 0.0, ..found });
-        let flying = bound_over_frequency(&flying, &structure, near.as_ref()).ok().map(|bound| bound.upper);
+        let flying = mu_over_frequency(&flying, &structure).ok().map(|found| found.upper.upper);
         let of = |delta: &CMat| {
             let l = uncertain_vehicle::vehicle_at(
                 subject.inputs,
