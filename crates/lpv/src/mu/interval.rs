@@ -60,7 +60,9 @@ pub fn good_interval(system: &StateSpace, scalings: &Scalings, level: f64, omega
             } else if q < 0.0 {
                 to = to.min(omega - 1.0 / q);
             } else {
-                return None;
+                // No farther from zero than what counts as zero: the crossing is at least so far away, to either side.
+                from = from.max(omega - 1.0 / axis);
+                to = to.min(omega + 1.0 / axis);
             }
         }
         from += CUT * (omega - from);

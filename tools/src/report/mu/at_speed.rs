@@ -5,7 +5,7 @@ use crate::error::Error;
 use crate::report::subject::Subject;
 use crate::sampled;
 use crate::uncertain::{self, Block, FrozenUncertain, Uncertain};
-use crate::uncertain_loop::{flying_stability, uncertain_loop};
+use crate::uncertain_loop::uncertain_loop;
 use crate::uncertain_vehicle;
 use auv::Linearisation;
 use lpv::matrix::{Mat, solve, spectral_abscissa};
@@ -43,8 +43,6 @@ pub struct SpeedMu {
     pub worst: Vec<Change>,
     /// The gain of the loop with and without errors of the coefficients.
     pub gain: WorstGain,
-    /// mu of the loop as it flies is below this at every frequency; none where no bound closes.
-    pub flying: Option<f64>,
     /// The size of the perturbation found, without what it has of the trim, at which a vehicle that is trimmed anew is not stable: as it flies, and in
     /// continuous time without lags.
     pub vehicle: [Option<f64>; 2],
@@ -89,8 +87,6 @@ impl SpeedMu {
             Some(values) => unstable_at(subject, &frozen, values, bounds.lower.as_ref())?,
             None => [None; 2],
         };
-        let flying = flying_stability(subject.inputs, model, &subject.controller, subject.rho(speed))?;
-        let flying = mu_over_frequency(&flying, &structure).ok().map(|found| found.upper.upper);
         let of = |delta: &CMat| {
             let l = uncertain_vehicle::vehicle_at(
                 subject.inputs,
@@ -101,7 +97,7 @@ impl SpeedMu {
         };
         let gain = WorstGain::new(&closed.system, &structure, bounds.upper.upper, &of);
         let size = (model.blocks.len(), model.channels());
-        Ok(Self { speed, size, bounds, upper, peak, lower: points, worst, gain, flying, vehicle })
+        Ok(Self { speed, size, bounds, upper, peak, lower: points, worst, gain, vehicle })
     }
 
     /// mu is below this at every frequency.
