@@ -335,31 +335,6 @@ pub fn complex_svd_ends(a: &DMatrix<Complex<f64>>) -> Option<(ComplexVector, Com
     Some((last(found.U()), last(found.V())))
 }
 
-/// Left and right vectors that a square complex matrix takes nearly to zero, where it is singular but for rounding: by inverse iteration.
-pub fn complex_null_vectors(a: &DMatrix<Complex<f64>>) -> Option<(ComplexVector, ComplexVector)> {
-    let n = a.nrows();
-    let size = a.norm();
-    if n == 0 || !size.is_finite() || size == 0.0 {
-        return None;
-    }
-    // Off by rounding, so that no pivot is zero.
-    let off = DMatrix::identity(n, n) * Complex::new(4.0 * f64::EPSILON * size, 0.0);
-    let vector = |m: DMatrix<Complex<f64>>| {
-        let factors = m.lu();
-        let mut v = DVector::from_fn(n, |i, _| Complex::new(1.0, 0.1 * i as f64));
-        for _ in 0..3 {
-            v = factors.solve(&v)?;
-            let length = v.norm();
-            if !(length.is_finite() && length > 0.0) {
-                return None;
-            }
-            v.unscale_mut(length);
-        }
-        Some(v)
-    };
-    Some((vector((a + &off).adjoint())?, vector(a + off)?))
-}
-
 /// Eigenvalues of a Hermitian matrix, ascending; not-a-number when it holds one.
 pub fn hermitian_eigenvalues(a: &DMatrix<Complex<f64>>) -> Vec<f64> {
     let n = a.nrows();

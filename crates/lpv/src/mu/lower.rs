@@ -8,7 +8,7 @@
 
 use super::CMat;
 use super::structure::{Block, Structure, StructureError};
-use crate::matrix::{complex_eigenvalues, complex_null_vectors, complex_singular_values};
+use crate::matrix::{complex_eigenvalues, complex_singular_values, complex_svd_ends};
 use nalgebra::{Complex, DVector};
 
 /// A perturbation that makes `I - M Delta` singular.
@@ -151,7 +151,7 @@ impl Search<'_> {
 
     fn mode(&self, q: &CMat, lambda: Complex<f64>) -> Option<Mode> {
         let n = self.m.nrows();
-        let (u, v) = complex_null_vectors(&(self.m * q - CMat::identity(n, n) * lambda))?;
+        let (u, v) = complex_svd_ends(&(self.m * q - CMat::identity(n, n) * lambda))?;
         let product = u.dotc(&v);
         if product.norm() < 1e-12 {
             return None;
