@@ -10,6 +10,7 @@ use lpv::matrix::to_rows;
 use serde_json::json;
 use squid::inputs::Inputs;
 use squid::report::subject::Subject;
+use squid::stages::Stages;
 use squid::store;
 use squid::uncertain::at_speed;
 use squid::uncertain_loop::uncertain_loop;
@@ -23,7 +24,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let inputs = Inputs::read(Path::new(vehicle), "design", None)?;
     let stored = store::load(Path::new(design), &inputs)?;
-    let subject = Subject::new(&inputs, &stored)?;
+    let stages = Stages::quiet();
+    let subject = Subject::new(&inputs, &stored, &stages)?;
     for &speed in &subject.speeds {
         let model = at_speed(&inputs, speed)?.model;
         let system =

@@ -30,3 +30,21 @@ pub fn augment(inputs: &Inputs, model: Lft) -> Result<GeneralisedPlant, Error> {
     };
     Ok(problem.augment()?)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Model;
+    use std::path::Path;
+
+    /// Sutarto and Budiyono (2011), on W_u: the actions are normalised, here by the limits of the actuators, and the weight is the identity.
+    #[test]
+    fn the_papers_weight_on_the_actuators_is_the_identity() {
+        let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../vehicles/squid"));
+        let inputs = Inputs::read(vehicle, "paper", None).unwrap();
+        let plant = augment(&inputs, Model::new(&inputs).unwrap().lft).unwrap();
+        let (outputs, actuators) = (plant.d12.nrows(), inputs.vehicle.actuators.len());
+        assert_eq!(outputs, inputs.design.tracked.len() + actuators);
+        assert_eq!(plant.d12.rows(outputs - actuators, actuators), Mat::identity(actuators, actuators));
+    }
+}

@@ -59,6 +59,8 @@ pub fn good_interval(system: &StateSpace, scalings: &Scalings, level: f64, omega
                 from = from.max(omega - 1.0 / q);
             } else if q < 0.0 {
                 to = to.min(omega - 1.0 / q);
+            } else if q.is_nan() {
+                return None;
             } else {
                 // No farther from zero than what counts as zero: the crossing is at least so far away, to either side.
                 from = from.max(omega - 1.0 / axis);

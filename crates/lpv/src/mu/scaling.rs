@@ -113,9 +113,9 @@ impl AtLambda {
                 *sum += weighed[q.y] * row[q.x].conj();
             }
         }
-        for j in i..out.len() {
+        for (j, out) in out.iter_mut().enumerate().skip(i) {
             let own = self.starts[j] - first..self.starts[j + 1] - first;
-            out[j] = others[own.clone()].iter().zip(&sums[own]).map(|(q, sum)| (q.weight * sum).re).sum();
+            *out = others[own.clone()].iter().zip(&sums[own]).map(|(q, sum)| (q.weight * sum).re).sum();
         }
     }
 
