@@ -1,0 +1,337 @@
+//! A lower bound of the least gamma that the synthesis inequalities of a plant allow, proved in exact arithmetic.
+//!
+//! The inequalities (P. Apkarian, P. Gahinet, IEEE Trans. Automatic Control 40(5), 1995, with the skew scalings of G. Scorletti, L. El Ghaoui,
+//! Int. J. Robust Nonlinear Control 8, 1998) have the unknowns X, Y, symmetric S, Sigma and skew T, Gamma that commute with Theta:
+//!
+//! ```text
+//! v' L(X, S, T) v <= 0  for all v = (x, wt, w, z) with C2 x + D2t wt + D21 w = 0,     [X I; I Y] >= 0,     S, Sigma >= 0,
+//! v' L(X, S, T) v = 2 x'X xd + zt'S zt - wt'S wt + 2 wt'T zt + 2 z'e - gamma (w'w + z'z)
+//! xd = A x + Bt wt + B1 w,   zt = Ct x + Dtt wt + Dt1 w,   e = C1 x + D1t wt + D11 w
+//! ```
+//!
+//! and the same with Y, Sigma, Gamma for the transposed plant. Take any vectors v_k of that kind and W = sum v_k v_k', any such W2 of the
+//! transposed plant, and any Z12. What L gives, summed over them, with `tr(.)` of the coupling for `Z = [Z11 Z12; Z12' Z22]`, is
+//!
+//! ```text
+//! 0 <= 2 tr Z12 - 2 sum z'e - 2 sum z2'e2 + gamma (sum w'w + z'z + w2'w2 + z2'z2)
+//! ```
+//!
+//! once X, Y, S, Sigma, T and Gamma have dropped out, which they do for `Z11 = sum xd x' + x xd'`, the same for Z22, if Z >= 0; if the blocks of
+//! `sum zt zt' - wt wt'` that commute with Theta are positive, for they then take S along; and if the skew part of those of
+//! `sum zt wt'` is zero. All of that is checked, or brought about, without rounding: the components of v that y determines are solved
+//! for in whole numbers, and the vectors are combined anew until the skew parts vanish.
+//!
+//! A state that neither w nor wt reaches only stands in the way of Z > 0: it is left out of v, as any vector may be chosen.
+//!
+//! Without parameters the inequalities are necessary for a controller (P. Gahinet, P. Apkarian, Int. J. Robust and Nonlinear Control 4,
+//! 1994): none, of any order, has a gain below the bound.
+
+use crate::certificate::{Plant, Rows};
+use crate::definite::positive_definite;
+use crate::dyadic::{Dyadic, approximate_ratio};
+use crate::matrix::Matrix;
+use crate::whole::{Reduced, reduce, solve};
+
+/// A guess at the best multipliers; what they prove does not depend on how they were found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Multipliers {
+    /// A column for each v, rows x, wt, w, z.
+    pub primal: Rows,
+    /// The same of the transposed plant.
+    pub dual: Rows,
+    /// Z12, n x n.
+    pub coupling: Rows,
+}
+
+/// A gamma below which the synthesis inequalities of the plant have no solution; `None` when the multipliers prove none.
+///
+/// `blocks` are the repetitions of the parameters in the plant's channels. Matrices that do not fit together prove nothing.
+pub fn lower_bound(plant: &Plant, blocks: &[usize], multipliers: &Multipliers) -> Option<f64> {
+    let primal = Open::new(plant, blocks)?;
+    let dual = primal.transposed();
+    let (one, two) = (primal.vectors(&multipliers.primal)?, dual.vectors(&multipliers.dual)?);
+    // Both sets of vectors in multiples of the same number.
+    let (one, two) = (one.scaled(&two.unit), two.scaled(&one.unit));
+    let unit = &(&one.unit * &one.unit) * &Dyadic::from_f64(1.0);
+    let n = primal.sizes.x;
+    let z12 = matrix(&multipliers.coupling, n, n)?.times(&Matrix::scalar(n, &unit));
+    let (one, two) = (primal.moments(&one, blocks)?, dual.moments(&two, blocks)?);
+    // What made the skew parts vanish came with factors of its own.
+    let z12 = z12.times(&Matrix::scalar(n, &(&one.factor * &two.factor)));
+    let (one, two) = (one.times(&two.factor), two.times(&one.factor));
+    let trace = coupled(&one.lyapunov, &two.lyapunov, &z12)?;
+    let twice = |x: &Dyadic| x.shifted(1);
+    let gain = &twice(&(&one.gain + &two.gain)) + &-&twice(&trace);
+    below(&gain, &(&one.size + &two.size))
+}
+
+/// The trace of Z12 if `[Z11 Z12; Z12' Z22]` is positive: definite in the states that occur, zero in the others.
+fn coupled(z11: &Matrix, z22: &Matrix, z12: &Matrix) -> Option<Dyadic> {
+    let n = z11.rows;
+    let occurs = |m: &Matrix| -> Vec<usize> {
+        (0..n).filter(|&i| (0..n).any(|j| !m[(i, j)].is_zero())).collect()
+    };
+    let (one, two) = (occurs(z11), occurs(z22));
+    let mut z = Matrix::zeros(one.len() + two.len(), one.len() + two.len());
+    let mut trace = Dyadic::default();
+    for (a, &i) in one.iter().enumerate() {
+        one.iter().enumerate().for_each(|(b, &j)| z[(a, b)] = z11[(i, j)].clone());
+        for (b, &j) in two.iter().enumerate() {
+            z[(a, one.len() + b)] = z12[(i, j)].clone();
+            z[(one.len() + b, a)] = z12[(i, j)].clone();
+            if i == j {
+                trace = &trace + &z12[(i, j)];
+            }
+        }
+    }
+    for (a, &i) in two.iter().enumerate() {
+        two.iter().enumerate().for_each(|(b, &j)| z[(one.len() + a, one.len() + b)] = z22[(i, j)].clone());
+    }
+    definite(&z).then_some(trace)
+}
+
+fn definite(m: &Matrix) -> bool {
+    positive_definite(m, &(0..m.rows).collect::<Vec<_>>()).is_ok()
+}
+
+/// The largest f64 near `a/b` that is not above it, for b > 0; `None` unless it is positive.
+fn below(a: &Dyadic, b: &Dyadic) -> Option<f64> {
+    if !(a.is_positive() && b.is_positive()) {
+        return None;
+    }
+    let unit = a.last_bit()?.min(b.last_bit()?);
+    let mut bound = approximate_ratio(&a.in_units(unit), &b.in_units(unit), 0);
+    while bound > 0.0 && bound.is_finite() {
+        let left = a + &-&(b * &Dyadic::from_f64(bound));
+        if left.is_positive() || left.is_zero() {
+            return Some(bound);
+        }
+        bound = bound.next_down();
+    }
+    None
+}
+
+/// A matrix of these sizes; `None` when the rows have others, or numbers that are not finite.
+fn matrix(rows: &Rows, height: usize, width: usize) -> Option<Matrix> {
+    let fits = rows.len() == height && rows.iter().all(|r| r.len() == width && r.iter().all(|x| x.is_finite()));
+    fits.then(|| Matrix::from_rows(rows, width))
+}
+
+#[derive(Clone, Copy)]
+struct Sizes {
+    x: usize,
+    t: usize,
+    w: usize,
+    z: usize,
+}
+
+/// The plant without its control, the columns (x, wt, w).
+struct Open {
+    sizes: Sizes,
+    /// xd, zt and e.
+    whole: Matrix,
+    /// y.
+    measured: Matrix,
+    /// What the control enters, rows as `whole`.
+    controlled: Matrix,
+}
+
+/// Vectors v in multiples of `1/unit`, one a column.
+struct Vectors {
+    v: Matrix,
+    unit: Dyadic,
+}
+
+/// Sums over the vectors.
+struct Moments {
+    /// `sum xd x' + x xd'`.
+    lyapunov: Matrix,
+    /// `sum z'e`.
+    gain: Dyadic,
+    /// `sum w'w + z'z`.
+    size: Dyadic,
+    /// All that is above is this many times too large.
+    factor: Dyadic,
+}
+
+impl Open {
+    fn new(p: &Plant, blocks: &[usize]) -> Option<Self> {
+        let columns = |rows: &Rows| rows.first().map_or(0, Vec::len);
+        let t = blocks.iter().try_fold(0_usize, |sum, r| sum.checked_add(*r))?;
+        let s = Sizes { x: p.a.len(), t, w: columns(&p.d11), z: p.d11.len() };
+        let (u, y) = (columns(&p.d12), p.c2.len());
+        let stacked = |parts: &[(&Rows, usize, usize)]| -> Option<Matrix> {
+            let mut out = Matrix::zeros(parts[0].1, parts.iter().map(|part| part.2).sum());
+            let mut left = 0;
+            for &(rows, height, width) in parts {
+                out.place(0, left, &matrix(rows, height, width)?);
+                left += width;
+            }
+            Some(out)
+        };
+        let row = |x: &Rows, t: &Rows, w: &Rows, height: usize| {
+            stacked(&[(x, height, s.x), (t, height, s.t), (w, height, s.w)])
+        };
+        let mut whole = Matrix::zeros(s.x + s.t + s.z, s.x + s.t + s.w);
+        whole.place(0, 0, &row(&p.a, &p.bt, &p.b1, s.x)?);
+        whole.place(s.x, 0, &row(&p.ct, &p.dtt, &p.dt1, s.t)?);
+        whole.place(s.x + s.t, 0, &row(&p.c1, &p.d1t, &p.d11, s.z)?);
+        let mut controlled = Matrix::zeros(s.x + s.t + s.z, u);
+        controlled.place(0, 0, &matrix(&p.b2, s.x, u)?);
+        controlled.place(s.x, 0, &matrix(&p.dt2, s.t, u)?);
+        controlled.place(s.x + s.t, 0, &matrix(&p.d12, s.z, u)?);
+        Some(Self { sizes: s, whole, measured: row(&p.c2, &p.d2t, &p.d21, y)?, controlled })
+    }
+
+    fn transposed(&self) -> Self {
+        Self {
+            sizes: Sizes { w: self.sizes.z, z: self.sizes.w, ..self.sizes },
+            whole: self.whole.transpose(),
+            measured: self.controlled.transpose(),
+            controlled: self.measured.transpose(),
+        }
+    }
+
+    /// The states that w or wt reaches.
+    fn reached(&self) -> Vec<bool> {
+        let Sizes { x: n, .. } = self.sizes;
+        let mut reached = vec![false; n];
+        loop {
+            let touched = |i: usize| {
+                (0..self.whole.cols).any(|j| !self.whole[(i, j)].is_zero() && reached.get(j).is_none_or(|r| *r))
+            };
+            let new: Vec<usize> = (0..n).filter(|&i| !reached[i] && touched(i)).collect();
+            if new.is_empty() {
+                return reached;
+            }
+            new.into_iter().for_each(|i| reached[i] = true);
+        }
+    }
+
+    /// The vectors of a guess with the components that y = 0 determines solved for.
+    fn vectors(&self, guess: &Rows) -> Option<Vectors> {
+        let Sizes { x, t, w, z } = self.sizes;
+        let (columns, count) = (x + t + w, guess.first()?.len());
+        let mut v = matrix(guess, columns + z, count)?;
+        let mut measured = self.measured.clone();
+        for i in (0..x).zip(self.reached()).filter_map(|(i, reached)| (!reached).then_some(i)) {
+            (0..count).for_each(|k| v[(i, k)] = Dyadic::default());
+            (0..measured.rows).for_each(|k| measured[(k, i)] = Dyadic::default());
+        }
+        let weight = |j: usize| guess[j].iter().map(|x| x * x).sum::<f64>().sqrt();
+        let Reduced { rows, pivots, pivot } = reduce(&measured, &(0..columns).map(weight).collect::<Vec<_>>());
+        let mut out = v.times(&Matrix::scalar(count, &pivot));
+        for (k, &at) in pivots.iter().enumerate() {
+            for c in 0..count {
+                let free = (0..columns).filter(|j| !pivots.contains(j) && !rows[(k, *j)].is_zero());
+                let sum = free.fold(Dyadic::default(), |sum, j| &sum + &(&rows[(k, j)] * &v[(j, c)]));
+                out[(at, c)] = -&sum;
+            }
+        }
+        Some(Vectors { v: out, unit: pivot })
+    }
+
+    /// The sums over the vectors; `None` where channels have the wrong sign.
+    fn moments(&self, vectors: &Vectors, blocks: &[usize]) -> Option<Moments> {
+        let Sizes { x, t, w, z } = self.sizes;
+        let v = &vectors.v;
+        let inputs = v.row_range(0, x + t + w);
+        let seen = self.whole.times(&inputs);
+        let (factor, combined) = without_skew(&seen.row_range(x, x + t), &v.row_range(x, x + t), blocks)?;
+        let mixed = |m: &Matrix| combined.as_ref().map_or_else(|| m.clone(), |c| m.times(c));
+        let (from, to) = (mixed(v), mixed(&seen));
+        let half = to.row_range(0, x).times(&v.row_range(0, x).transpose());
+        let channels = to.row_range(x, x + t).times(&seen.row_range(x, x + t).transpose());
+        let inner = from.row_range(x, x + t).times(&v.row_range(x, x + t).transpose());
+        let excess = channels.plus(&inner.negated());
+        let mut start = 0;
+        for &r in blocks {
+            let block = excess.row_range(start, start + r).transpose().row_range(start, start + r);
+            if !definite(&block) {
+                return None;
+            }
+            start += r;
+        }
+        let dot = |a: &Matrix, b: &Matrix| -> Dyadic {
+            let all = (0..a.rows).flat_map(|i| (0..a.cols).map(move |j| (i, j)));
+            all.fold(Dyadic::default(), |sum, at| &sum + &(&a[at] * &b[at]))
+        };
+        let size = |first: usize, rows: usize| {
+            dot(&from.row_range(first, first + rows), &v.row_range(first, first + rows))
+        };
+        Some(Moments {
+            lyapunov: half.plus(&half.transpose()),
+            gain: dot(&from.row_range(x + t + w, x + t + w + z), &seen.row_range(x + t, x + t + z)),
+            size: &size(x + t, w) + &size(x + t + w, z),
+            factor,
+        })
+    }
+}
+
+/// A positive definite Q, and the factor by which it is near the identity, for which `zt Q wt'` has no skew part in the blocks: `I + sum y_k C_k`
+/// with as many C_k as there are conditions. No Q where there is no condition.
+fn without_skew(zt: &Matrix, wt: &Matrix, blocks: &[usize]) -> Option<(Dyadic, Option<Matrix>)> {
+    let one = Dyadic::from_f64(1.0);
+    let count = zt.cols;
+    let mut conditions = vec![];
+    let mut start = 0;
+    for &r in blocks {
+        let pairs = (start..start + r).flat_map(|i| (i + 1..start + r).map(move |j| (i, j)));
+        for (i, j) in pairs {
+            // The form Q -> (zt Q wt')_ij - (zt Q wt')_ji.
+            let outer = |i: usize, j: usize| zt.row_range(i, i + 1).transpose().times(&wt.row_range(j, j + 1));
+            let form = outer(i, j).plus(&outer(j, i).negated());
+            conditions.push(form.plus(&form.transpose()));
+        }
+        start += r;
+    }
+    if conditions.is_empty() {
+        return Some((one, None));
+    }
+    // Rounded: any C_k will do.
+    let steps: Vec<Matrix> = conditions.iter().map(rounded).collect();
+    let dot = |a: &Matrix, b: &Matrix| -> Dyadic {
+        let all = (0..count).flat_map(|i| (0..count).map(move |j| (i, j)));
+        all.filter(|at| !a[*at].is_zero()).fold(Dyadic::default(), |sum, at| &sum + &(&a[at] * &b[at]))
+    };
+    let unit = Matrix::scalar(count, &one);
+    let m = conditions.len();
+    let mut system = Matrix::zeros(m, m + 1);
+    for (k, form) in conditions.iter().enumerate() {
+        steps.iter().enumerate().for_each(|(l, step)| system[(k, l)] = dot(form, step));
+        system[(k, m)] = -&dot(form, &unit);
+    }
+    let (determinant, numerators) = solve(&system)?;
+    let mut q = Matrix::scalar(count, &determinant);
+    for (y, step) in numerators.iter().zip(&steps) {
+        q = q.plus(&step.times(&Matrix::scalar(count, y)));
+    }
+    definite(&q).then_some((determinant, Some(q)))
+}
+
+/// The matrix with its entries rounded to f64, relative to the largest.
+fn rounded(m: &Matrix) -> Matrix {
+    let all = (0..m.rows).flat_map(|i| (0..m.cols).map(move |j| (i, j)));
+    let top = all.clone().filter_map(|at| m[at].magnitude()).max().unwrap_or(0);
+    let mut out = Matrix::zeros(m.rows, m.cols);
+    all.for_each(|at| out[at] = Dyadic::from_f64(m[at].shifted(-top).to_f64()));
+    out
+}
+
+impl Vectors {
+    fn scaled(&self, factor: &Dyadic) -> Self {
+        let v = self.v.times(&Matrix::scalar(self.v.cols, factor));
+        Self { v, unit: &self.unit * factor }
+    }
+}
+
+impl Moments {
+    fn times(&self, factor: &Dyadic) -> Self {
+        Self {
+            lyapunov: self.lyapunov.times(&Matrix::scalar(self.lyapunov.rows, factor)),
+            gain: &self.gain * factor,
+            size: &self.size * factor,
+            factor: &self.factor * factor,
+        }
+    }
+}
