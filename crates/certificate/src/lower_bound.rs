@@ -52,7 +52,7 @@ pub fn lower_bound(plant: &Plant, blocks: &[usize], multipliers: &Multipliers) -
     let (one, two) = (primal.vectors(&multipliers.primal)?, dual.vectors(&multipliers.dual)?);
     // Both sets of vectors in multiples of the same number.
     let (one, two) = (one.scaled(&two.unit), two.scaled(&one.unit));
-    let unit = &(&one.unit * &one.unit) * &Dyadic::from_f64(1.0);
+    let unit = &one.unit * &one.unit;
     let n = primal.sizes.x;
     let z12 = matrix(&multipliers.coupling, n, n)?.times(&Matrix::scalar(n, &unit));
     let (one, two) = (primal.moments(&one, blocks)?, dual.moments(&two, blocks)?);
@@ -333,5 +333,65 @@ impl Moments {
             size: &self.size * factor,
             factor: &self.factor * factor,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// `x' = u + w1`, `z = (x, u)`, `y = x + w2`: both Riccati equations have the solution 1/sqrt(1 - 1/gamma^2), so the least gamma, at which
+    /// their product is gamma^2, is sqrt 2.
+    fn integrator() -> Plant {
+        Plant {
+            a: vec![vec![0.0]],
+            bt: vec![vec![]],
+            b1: vec![vec![1.0, 0.0]],
+            b2: vec![vec![1.0]],
+            c1: vec![vec![1.0], vec![0.0]],
+            c2: vec![vec![1.0]],
+            d1t: vec![vec![], vec![]],
+            d11: vec![vec![0.0; 2]; 2],
+            d12: vec![vec![0.0], vec![1.0]],
+            d2t: vec![vec![]],
+            d21: vec![vec![0.0, 1.0]],
+            ..Plant::default()
+        }
+    }
+
+    /// v = (x, w1, w2 = -x, z1, 0), and Z11 = 2 x w1 = Z22.
+    fn guess(x: f64, w: f64, z: f64, coupling: f64) -> Multipliers {
+        let column: Rows = [x, w, -x, z, 0.0].iter().map(|v| vec![*v]).collect();
+        Multipliers { primal: column.clone(), dual: column, coupling: vec![vec![coupling]] }
+    }
+
+    #[test]
+    fn the_best_multipliers_prove_the_optimum() {
+        let root = 0.5_f64.sqrt();
+        let found = lower_bound(&integrator(), &[], &guess(1.0, root, root, -2.0 * root + 1e-9)).unwrap();
+        assert!((1.414..2f64.sqrt()).contains(&found), "{found}");
+        // A coupling too large for Z11 and Z22, and one of the wrong size.
+        assert_eq!(lower_bound(&integrator(), &[], &guess(1.0, root, root, -2.0 * root - 1e-9)), None);
+        let wrong = Multipliers { coupling: vec![], ..guess(1.0, root, root, 0.0) };
+        assert_eq!(lower_bound(&integrator(), &[], &wrong), None);
+        assert_eq!(lower_bound(&integrator(), &[], &guess(1.0, f64::NAN, root, 0.0)), None);
+    }
+
+    proptest! {
+        /// Whatever the guess, nothing above the optimum is proved.
+        #[test]
+        fn no_guess_proves_too_much(primal in guessed(), dual in guessed(), coupling in -3.0..0.0f64) {
+            let multipliers = Multipliers { primal, dual, coupling: vec![vec![coupling]] };
+            let found = lower_bound(&integrator(), &[], &multipliers);
+            prop_assert!(found.is_none_or(|bound| bound <= 2f64.sqrt()), "{found:?}");
+        }
+    }
+
+    /// Two vectors near the best, the second of them short.
+    fn guessed() -> impl Strategy<Value = Rows> {
+        let best = [1.0, 0.5_f64.sqrt(), -1.0, 0.5_f64.sqrt(), 0.0];
+        prop::collection::vec((-0.3..0.3f64, -0.1..0.1f64), 5)
+            .prop_map(move |off| best.iter().zip(off).map(|(b, (one, two))| vec![b + one, two]).collect())
     }
 }

@@ -38,10 +38,10 @@ pub(crate) fn repaired(plant: &GeneralisedPlant, gamma: f64, found: &[DualMultip
 const MIXED: std::ops::RangeInclusive<i32> = -13..=-2;
 
 /// So many ways are worth proving.
-const TRIED: usize = 5;
+const TRIED: usize = 8;
 
-/// The rounding to expect in Z11, relative to its diagonal, as exact arithmetic sees it.
-const ROUNDING: f64 = 1e-13;
+/// So many units of the last place are the rounding to expect in a sum that makes up Z11.
+const PLACES: f64 = 64.0;
 
 /// A K farther inside than this gives away too much of the bound.
 const MOST_INSIDE: f64 = 0.1;
@@ -56,9 +56,9 @@ fn mixed(w: &Mat, v: &Mat, share: f64) -> Mat {
 /// The multipliers with their coupling and the bound that they give, in units of gamma; `None` when Z11 or Z22 is not clearly positive.
 fn completed(primal: &GeneralisedPlant, dual: &GeneralisedPlant, m: DualMultipliers) -> Option<(f64, DualMultipliers)> {
     let (one, two) = (Moments::new(primal, &m.primal), Moments::new(dual, &m.dual));
-    let ((l1, least_one), (l2, least_two)) = (one.factor()?, two.factor()?);
+    let ((l1, inside_one), (l2, inside_two)) = (one.factor()?, two.factor()?);
     // How far inside `|K| <= 1` K has to be for the rounding in Z11 and Z22 not to matter.
-    let inside = ROUNDING / least_one.min(least_two);
+    let inside = inside_one.max(inside_two);
     if inside > MOST_INSIDE {
         return None;
     }
@@ -72,6 +72,8 @@ fn completed(primal: &GeneralisedPlant, dual: &GeneralisedPlant, m: DualMultipli
 /// Sums over the columns of P, as in the crate `certificate`.
 struct Moments {
     lyapunov: Mat,
+    /// The rounding to expect in its entries.
+    rounding: Mat,
     gain: f64,
     size: f64,
 }
@@ -81,30 +83,36 @@ impl Moments {
         let s = plant.sizes();
         let inputs = p.rows(0, s.x + s.t + s.w);
         let rest = p.rows(s.x + s.t, s.w + s.z);
-        let half = block(&[&[&plant.a, &plant.bt, &plant.b1]]) * inputs * p.rows(0, s.x).transpose();
+        let state = block(&[&[&plant.a, &plant.bt, &plant.b1]]);
+        let half = &state * inputs * p.rows(0, s.x).transpose();
+        let terms = state.abs() * inputs.abs() * p.rows(0, s.x).abs().transpose();
         let seen = block(&[&[&plant.c1, &plant.d1t, &plant.d11]]) * inputs;
         Self {
             lyapunov: symmetric_part(&half) * 2.0,
+            rounding: symmetric_part(&terms) * (PLACES * f64::EPSILON),
             gain: seen.dot(&p.rows(s.x + s.t + s.w, s.z)),
             size: rest.norm_squared(),
         }
     }
 
-    /// L with `Z11 = L L'`, and the least eigenvalue of Z11 once its diagonal is 1; `None` where Z11 is not positive.
+    /// L with `Z11 = L L'`, and the rounding in Z11 over its least eigenvalue, once its diagonal is 1; `None` where Z11 is not positive.
     fn factor(&self) -> Option<(Mat, f64)> {
         let n = self.lyapunov.nrows();
         let reached: Vec<usize> = (0..n).filter(|i| self.lyapunov.row(*i).amax() > 0.0).collect();
         let part = self.lyapunov.select_rows(&reached).select_columns(&reached);
         let mut out = Mat::zeros(n, n);
         if reached.is_empty() {
-            return Some((out, 1.0));
+            return Some((out, 0.0));
         }
         let least = scaled_least_eigenvalue(&part);
         let l = part.cholesky().filter(|_| least > 0.0)?.l();
         for (a, &i) in reached.iter().enumerate() {
             reached.iter().enumerate().for_each(|(b, &j)| out[(i, j)] = l[(a, b)]);
         }
-        Some((out, least))
+        let size = |i: usize| self.lyapunov[(i, i)].sqrt();
+        let pairs = reached.iter().flat_map(|&i| reached.iter().map(move |&j| (i, j)));
+        let rounding = pairs.map(|(i, j)| self.rounding[(i, j)] / (size(i) * size(j))).fold(0.0, f64::max);
+        Some((out, rounding / least))
     }
 }
 
