@@ -172,7 +172,7 @@ fn proved_lower(plant: &GeneralisedPlant, multipliers: &[DualMultipliers]) -> Op
         let guess = Multipliers {
             primal: to_rows(&m.primal),
             dual: to_rows(&m.dual),
-            coupling: to_rows(&m.coupling),
+            coupling: (to_rows(&m.coupling.0), to_rows(&m.coupling.1)),
         };
         lower_bound(&rows, &plant.blocks, &guess)
     })

@@ -21,7 +21,9 @@
 //! `sum zt wt'` is zero. All of that is checked, or brought about, without rounding: the components of v that y determines are solved
 //! for in whole numbers, and the vectors are combined anew until the skew parts vanish.
 //!
-//! A state that neither w nor wt reaches only stands in the way of Z > 0: it is left out of v, as any vector may be chosen.
+//! Z12 is sought as `-Z11 E F' Z22`: with Z11, Z22 positive and `E'Z11 E`, `F'Z22 F` below I, Z >= 0 whatever their conditions.
+//! A state that no v reaches while y = 0, such as one of a weight on what is measured, only stands in the way of Z11 > 0: it is left out of v, as any
+//! vector may be chosen.
 //!
 //! Without parameters the inequalities are necessary for a controller (P. Gahinet, P. Apkarian, Int. J. Robust and Nonlinear Control 4,
 //! 1994): none, of any order, has a gain below the bound.
@@ -39,8 +41,8 @@ pub struct Multipliers {
     pub primal: Rows,
     /// The same of the transposed plant.
     pub dual: Rows,
-    /// Z12, n x n.
-    pub coupling: Rows,
+    /// E and F, both n x k, of `Z12 = -Z11 E F' Z22`.
+    pub coupling: (Rows, Rows),
 }
 
 /// A gamma below which the synthesis inequalities of the plant have no solution; `None` when the multipliers prove none.
@@ -53,41 +55,33 @@ pub fn lower_bound(plant: &Plant, blocks: &[usize], multipliers: &Multipliers) -
     // Both sets of vectors in multiples of the same number.
     let (one, two) = (one.scaled(&two.unit), two.scaled(&one.unit));
     let unit = &one.unit * &one.unit;
-    let n = primal.sizes.x;
-    let z12 = matrix(&multipliers.coupling, n, n)?.times(&Matrix::scalar(n, &unit));
     let (one, two) = (primal.moments(&one, blocks)?, dual.moments(&two, blocks)?);
     // What made the skew parts vanish came with factors of its own.
-    let z12 = z12.times(&Matrix::scalar(n, &(&one.factor * &two.factor)));
+    let unit = &unit * &(&one.factor * &two.factor);
     let (one, two) = (one.times(&two.factor), two.times(&one.factor));
-    let trace = coupled(&one.lyapunov, &two.lyapunov, &z12)?;
-    let twice = |x: &Dyadic| x.shifted(1);
-    let gain = &twice(&(&one.gain + &two.gain)) + &-&twice(&trace);
-    below(&gain, &(&one.size + &two.size))
+    let (e, f) = (&multipliers.coupling.0, &multipliers.coupling.1);
+    let (n, k) = (primal.sizes.x, e.first().map_or(0, Vec::len));
+    let (e, f) = (matrix(e, n, k)?, matrix(f, n, k)?);
+    let (left, right) = (coupled(&one.lyapunov, &e, &unit)?, coupled(&two.lyapunov, &f, &unit)?);
+    // -tr Z12, the unit once more.
+    let trace = (0..k).fold(Dyadic::default(), |sum, c| {
+        (0..n).fold(sum, |sum, i| &sum + &(&left[(i, c)] * &right[(i, c)]))
+    });
+    let gain = &trace + &(&(&one.gain + &two.gain) * &unit);
+    below(&gain.shifted(1), &(&(&one.size + &two.size) * &unit))
 }
 
-/// The trace of Z12 if `[Z11 Z12; Z12' Z22]` is positive: definite in the states that occur, zero in the others.
-fn coupled(z11: &Matrix, z22: &Matrix, z12: &Matrix) -> Option<Dyadic> {
-    let n = z11.rows;
-    let occurs = |m: &Matrix| -> Vec<usize> {
-        (0..n).filter(|&i| (0..n).any(|j| !m[(i, j)].is_zero())).collect()
-    };
-    let (one, two) = (occurs(z11), occurs(z22));
-    let mut z = Matrix::zeros(one.len() + two.len(), one.len() + two.len());
-    let mut trace = Dyadic::default();
-    for (a, &i) in one.iter().enumerate() {
-        one.iter().enumerate().for_each(|(b, &j)| z[(a, b)] = z11[(i, j)].clone());
-        for (b, &j) in two.iter().enumerate() {
-            z[(a, one.len() + b)] = z12[(i, j)].clone();
-            z[(one.len() + b, a)] = z12[(i, j)].clone();
-            if i == j {
-                trace = &trace + &z12[(i, j)];
-            }
-        }
+/// `Z11 E`, if Z11 is positive, definite in the states that occur, and `E'Z11 E < unit I`.
+fn coupled(z: &Matrix, e: &Matrix, unit: &Dyadic) -> Option<Matrix> {
+    let occurring: Vec<usize> =
+        (0..z.rows).filter(|&i| (0..z.rows).any(|j| !z[(i, j)].is_zero())).collect();
+    let mut part = Matrix::zeros(occurring.len(), occurring.len());
+    for (a, &i) in occurring.iter().enumerate() {
+        occurring.iter().enumerate().for_each(|(b, &j)| part[(a, b)] = z[(i, j)].clone());
     }
-    for (a, &i) in two.iter().enumerate() {
-        two.iter().enumerate().for_each(|(b, &j)| z[(one.len() + a, one.len() + b)] = z22[(i, j)].clone());
-    }
-    definite(&z).then_some(trace)
+    let seen = z.times(e);
+    let room = Matrix::scalar(e.cols, unit).plus(&e.transpose().times(&seen).negated());
+    (definite(&part) && definite(&room)).then_some(seen)
 }
 
 fn definite(m: &Matrix) -> bool {
@@ -116,6 +110,9 @@ fn matrix(rows: &Rows, height: usize, width: usize) -> Option<Matrix> {
     let fits = rows.len() == height && rows.iter().all(|r| r.len() == width && r.iter().all(|x| x.is_finite()));
     fits.then(|| Matrix::from_rows(rows, width))
 }
+
+/// The weight of a state among what may be solved for.
+const LAST: f64 = 1e-100;
 
 #[derive(Clone, Copy)]
 struct Sizes {
@@ -192,43 +189,48 @@ impl Open {
         }
     }
 
-    /// The states that w or wt reaches.
-    fn reached(&self) -> Vec<bool> {
-        let Sizes { x: n, .. } = self.sizes;
-        let mut reached = vec![false; n];
-        loop {
-            let touched = |i: usize| {
-                (0..self.whole.cols).any(|j| !self.whole[(i, j)].is_zero() && reached.get(j).is_none_or(|r| *r))
-            };
-            let new: Vec<usize> = (0..n).filter(|&i| !reached[i] && touched(i)).collect();
-            if new.is_empty() {
-                return reached;
-            }
-            new.into_iter().for_each(|i| reached[i] = true);
-        }
-    }
-
     /// The vectors of a guess with the components that y = 0 determines solved for.
     fn vectors(&self, guess: &Rows) -> Option<Vectors> {
         let Sizes { x, t, w, z } = self.sizes;
         let (columns, count) = (x + t + w, guess.first()?.len());
         let mut v = matrix(guess, columns + z, count)?;
-        let mut measured = self.measured.clone();
-        for i in (0..x).zip(self.reached()).filter_map(|(i, reached)| (!reached).then_some(i)) {
+        // States are solved for where there is no noise to solve for.
+        let size = |j: usize| guess[j].iter().map(|x| x * x).sum::<f64>().sqrt();
+        let weight = |j: usize| if j < x { LAST } else { size(j) };
+        let found = reduce(&self.measured, &(0..columns).map(weight).collect::<Vec<_>>());
+        for i in self.unreached(&found) {
             (0..count).for_each(|k| v[(i, k)] = Dyadic::default());
-            (0..measured.rows).for_each(|k| measured[(k, i)] = Dyadic::default());
         }
-        let weight = |j: usize| guess[j].iter().map(|x| x * x).sum::<f64>().sqrt();
-        let Reduced { rows, pivots, pivot } = reduce(&measured, &(0..columns).map(weight).collect::<Vec<_>>());
-        let mut out = v.times(&Matrix::scalar(count, &pivot));
-        for (k, &at) in pivots.iter().enumerate() {
+        let mut out = v.times(&Matrix::scalar(count, &found.pivot));
+        for (k, &at) in found.pivots.iter().enumerate() {
             for c in 0..count {
-                let free = (0..columns).filter(|j| !pivots.contains(j) && !rows[(k, *j)].is_zero());
-                let sum = free.fold(Dyadic::default(), |sum, j| &sum + &(&rows[(k, j)] * &v[(j, c)]));
+                let free = (0..columns).filter(|j| !found.pivots.contains(j));
+                let sum = free.fold(Dyadic::default(), |sum, j| &sum + &(&found.rows[(k, j)] * &v[(j, c)]));
                 out[(at, c)] = -&sum;
             }
         }
-        Some(Vectors { v: out, unit: pivot })
+        Some(Vectors { v: out, unit: found.pivot })
+    }
+
+    /// The states, not solved for, that nothing else moves while y = 0.
+    fn unreached(&self, found: &Reduced) -> Vec<usize> {
+        let Sizes { x, .. } = self.sizes;
+        let free: Vec<usize> = (0..self.measured.cols).filter(|j| !found.pivots.contains(j)).collect();
+        // xd in terms of the free components.
+        let moves = |i: usize, j: usize| {
+            let direct = &self.whole[(i, j)] * &found.pivot;
+            let solved = found.pivots.iter().enumerate();
+            !solved.fold(direct, |sum, (k, &at)| &sum + &-&(&self.whole[(i, at)] * &found.rows[(k, j)])).is_zero()
+        };
+        let mut unreached: Vec<usize> = free.iter().copied().filter(|i| *i < x).collect();
+        loop {
+            let still = |i: &usize| free.iter().all(|j| unreached.contains(j) || !moves(*i, *j));
+            let left: Vec<usize> = unreached.iter().copied().filter(still).collect();
+            if left.len() == unreached.len() {
+                return left;
+            }
+            unreached = left;
+        }
     }
 
     /// The sums over the vectors; `None` where channels have the wrong sign.
@@ -360,20 +362,20 @@ mod tests {
         }
     }
 
-    /// v = (x, w1, w2 = -x, z1, 0), and Z11 = 2 x w1 = Z22.
+    /// v = (x, w1, w2 = -x, z1, 0), and Z11 = 2 x w1 = Z22: E = F = 1/sqrt(Z11) couple best.
     fn guess(x: f64, w: f64, z: f64, coupling: f64) -> Multipliers {
         let column: Rows = [x, w, -x, z, 0.0].iter().map(|v| vec![*v]).collect();
-        Multipliers { primal: column.clone(), dual: column, coupling: vec![vec![coupling]] }
+        Multipliers { primal: column.clone(), dual: column, coupling: (vec![vec![coupling]], vec![vec![coupling]]) }
     }
 
     #[test]
     fn the_best_multipliers_prove_the_optimum() {
         let root = 0.5_f64.sqrt();
-        let found = lower_bound(&integrator(), &[], &guess(1.0, root, root, -2.0 * root + 1e-9)).unwrap();
+        let found = lower_bound(&integrator(), &[], &guess(1.0, root, root, 1.0 / (2.0 * root).sqrt() - 1e-9)).unwrap();
         assert!((1.414..2f64.sqrt()).contains(&found), "{found}");
-        // A coupling too large for Z11 and Z22, and one of the wrong size.
-        assert_eq!(lower_bound(&integrator(), &[], &guess(1.0, root, root, -2.0 * root - 1e-9)), None);
-        let wrong = Multipliers { coupling: vec![], ..guess(1.0, root, root, 0.0) };
+        // A coupling too large, and one of the wrong size.
+        assert_eq!(lower_bound(&integrator(), &[], &guess(1.0, root, root, 1.0 / (2.0 * root).sqrt() + 1e-9)), None);
+        let wrong = Multipliers { coupling: (vec![], vec![]), ..guess(1.0, root, root, 0.0) };
         assert_eq!(lower_bound(&integrator(), &[], &wrong), None);
         assert_eq!(lower_bound(&integrator(), &[], &guess(1.0, f64::NAN, root, 0.0)), None);
     }
@@ -381,8 +383,8 @@ mod tests {
     proptest! {
         /// Whatever the guess, nothing above the optimum is proved.
         #[test]
-        fn no_guess_proves_too_much(primal in guessed(), dual in guessed(), coupling in -3.0..0.0f64) {
-            let multipliers = Multipliers { primal, dual, coupling: vec![vec![coupling]] };
+        fn no_guess_proves_too_much(primal in guessed(), dual in guessed(), coupling in 0.3..1.0f64) {
+            let multipliers = Multipliers { primal, dual, coupling: (vec![vec![coupling]], vec![vec![coupling]]) };
             let found = lower_bound(&integrator(), &[], &multipliers);
             prop_assert!(found.is_none_or(|bound| bound <= 2f64.sqrt()), "{found:?}");
         }

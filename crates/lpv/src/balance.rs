@@ -189,7 +189,11 @@ impl Coordinates {
         DualMultipliers {
             primal: lift(&self.state, &self.channel, &found.primal),
             dual: lift(&(&inverse / self.speed), &self.channel_inverse.transpose(), &found.dual),
-            coupling: &self.state * &found.coupling * &self.state_inverse,
+            // Z11 is speed T Z11~ T', Z22 is T^-T Z22~ T^-1/speed.
+            coupling: (
+                &inverse * &found.coupling.0 / self.speed.sqrt(),
+                &self.state * &found.coupling.1 * self.speed.sqrt(),
+            ),
         }
     }
 
@@ -202,7 +206,7 @@ impl Coordinates {
         DualMultipliers {
             primal: lift(&self.state_inverse, &self.channel_inverse, &given.primal),
             dual: lift(&(self.state.transpose() * self.speed), &self.channel.transpose(), &given.dual),
-            coupling: Mat::zeros(0, 0),
+            coupling: given.coupling.clone(),
         }
     }
 

@@ -54,8 +54,8 @@ pub struct DualMultipliers {
     pub primal: Mat,
     /// P of the dual inequality, rows as those of the primal one of [`GeneralisedPlant::dual`].
     pub dual: Mat,
-    /// The upper right block of the multiplier of `[X I; I Y]`; zero while it is not known.
-    pub coupling: Mat,
+    /// E and F of the upper right block `-Z11 E F' Z22` of the multiplier of `[X I; I Y]`, whose other blocks follow from the first two.
+    pub coupling: (Mat, Mat),
 }
 
 impl Existence {

@@ -267,7 +267,7 @@ fn dual_multipliers(
         Some(DualMultipliers {
             primal: &primal * of_primal.clone().cholesky()?.l(),
             dual: &dual * of_dual.clone().cholesky()?.l(),
-            coupling: Mat::zeros(n, n),
+            coupling: (Mat::zeros(n, 0), Mat::zeros(n, 0)),
         })
     });
     found.map(|m| place.coordinates.undo_multipliers(place.unit, &m)).collect()
