@@ -7,6 +7,7 @@ use crate::problem_file::{self, Problem};
 use certificate::{Certificate, Multipliers, Theorem, lower_bound};
 use lpv::direct_path::{self, synthesise};
 use lpv::error::SynthesisError;
+use lpv::matrix::to_rows;
 use lpv::parameter_grid::parameter_grid;
 use lpv::plant::GeneralisedPlant;
 use lpv::regularise::is_nothing;

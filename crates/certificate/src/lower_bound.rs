@@ -73,8 +73,7 @@ pub fn lower_bound(plant: &Plant, blocks: &[usize], multipliers: &Multipliers) -
 
 /// `Z11 E`, if Z11 is positive, definite in the states that occur, and `E'Z11 E < unit I`.
 fn coupled(z: &Matrix, e: &Matrix, unit: &Dyadic) -> Option<Matrix> {
-    let occurring: Vec<usize> =
-        (0..z.rows).filter(|&i| (0..z.rows).any(|j| !z[(i, j)].is_zero())).collect();
+    let occurring: Vec<usize> = (0..z.rows).filter(|&i| (0..z.rows).any(|j| !z[(i, j)].is_zero())).collect();
     let mut part = Matrix::zeros(occurring.len(), occurring.len());
     for (a, &i) in occurring.iter().enumerate() {
         occurring.iter().enumerate().for_each(|(b, &j)| part[(a, b)] = z[(i, j)].clone());
@@ -107,7 +106,8 @@ fn below(a: &Dyadic, b: &Dyadic) -> Option<f64> {
 
 /// A matrix of these sizes; `None` when the rows have others, or numbers that are not finite.
 fn matrix(rows: &Rows, height: usize, width: usize) -> Option<Matrix> {
-    let fits = rows.len() == height && rows.iter().all(|r| r.len() == width && r.iter().all(|x| x.is_finite()));
+    let fits =
+        rows.len() == height && rows.iter().all(|r| r.len() == width && r.iter().all(|x| x.is_finite()));
     fits.then(|| Matrix::from_rows(rows, width))
 }
 
@@ -220,7 +220,9 @@ impl Open {
         let moves = |i: usize, j: usize| {
             let direct = &self.whole[(i, j)] * &found.pivot;
             let solved = found.pivots.iter().enumerate();
-            !solved.fold(direct, |sum, (k, &at)| &sum + &-&(&self.whole[(i, at)] * &found.rows[(k, j)])).is_zero()
+            !solved
+                .fold(direct, |sum, (k, &at)| &sum + &-&(&self.whole[(i, at)] * &found.rows[(k, j)]))
+                .is_zero()
         };
         let mut unreached: Vec<usize> = free.iter().copied().filter(|i| *i < x).collect();
         loop {
@@ -281,7 +283,8 @@ fn without_skew(zt: &Matrix, wt: &Matrix, blocks: &[usize]) -> Option<(Dyadic, O
         let pairs = (start..start + r).flat_map(|i| (i + 1..start + r).map(move |j| (i, j)));
         for (i, j) in pairs {
             // The form Q -> (zt Q wt')_ij - (zt Q wt')_ji.
-            let outer = |i: usize, j: usize| zt.row_range(i, i + 1).transpose().times(&wt.row_range(j, j + 1));
+            let outer =
+                |i: usize, j: usize| zt.row_range(i, i + 1).transpose().times(&wt.row_range(j, j + 1));
             let form = outer(i, j).plus(&outer(j, i).negated());
             conditions.push(form.plus(&form.transpose()));
         }
@@ -365,16 +368,25 @@ mod tests {
     /// v = (x, w1, w2 = -x, z1, 0), and Z11 = 2 x w1 = Z22: E = F = 1/sqrt(Z11) couple best.
     fn guess(x: f64, w: f64, z: f64, coupling: f64) -> Multipliers {
         let column: Rows = [x, w, -x, z, 0.0].iter().map(|v| vec![*v]).collect();
-        Multipliers { primal: column.clone(), dual: column, coupling: (vec![vec![coupling]], vec![vec![coupling]]) }
+        Multipliers {
+            primal: column.clone(),
+            dual: column,
+            coupling: (vec![vec![coupling]], vec![vec![coupling]]),
+        }
     }
 
     #[test]
     fn the_best_multipliers_prove_the_optimum() {
         let root = 0.5_f64.sqrt();
-        let found = lower_bound(&integrator(), &[], &guess(1.0, root, root, 1.0 / (2.0 * root).sqrt() - 1e-9)).unwrap();
+        let found =
+            lower_bound(&integrator(), &[], &guess(1.0, root, root, 1.0 / (2.0 * root).sqrt() - 1e-9))
+                .unwrap();
         assert!((1.414..2f64.sqrt()).contains(&found), "{found}");
         // A coupling too large, and one of the wrong size.
-        assert_eq!(lower_bound(&integrator(), &[], &guess(1.0, root, root, 1.0 / (2.0 * root).sqrt() + 1e-9)), None);
+        assert_eq!(
+            lower_bound(&integrator(), &[], &guess(1.0, root, root, 1.0 / (2.0 * root).sqrt() + 1e-9)),
+            None
+        );
         let wrong = Multipliers { coupling: (vec![], vec![]), ..guess(1.0, root, root, 0.0) };
         assert_eq!(lower_bound(&integrator(), &[], &wrong), None);
         assert_eq!(lower_bound(&integrator(), &[], &guess(1.0, f64::NAN, root, 0.0)), None);

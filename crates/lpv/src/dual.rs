@@ -10,16 +10,22 @@
 use crate::balance::Coordinates;
 use crate::inequalities::DualMultipliers;
 use crate::lyapunov::lyapunov;
-use crate::matrix::{Mat, block, kernel, pseudo_inverse, scaled_least_eigenvalue, spectral_abscissa, svd, symmetric_part};
+use crate::matrix::{
+    Mat, block, kernel, pseudo_inverse, scaled_least_eigenvalue, spectral_abscissa, svd, symmetric_part,
+};
 use crate::plant::GeneralisedPlant;
 
 /// The most promising ways to repair multipliers, best first.
-pub(crate) fn repaired(plant: &GeneralisedPlant, gamma: f64, found: &[DualMultipliers]) -> Vec<DualMultipliers> {
+pub(crate) fn repaired(
+    plant: &GeneralisedPlant,
+    gamma: f64,
+    found: &[DualMultipliers],
+) -> Vec<DualMultipliers> {
     let unit = plant.in_units_of(gamma);
     let coordinates = Coordinates::diagonal(&unit);
     let (primal, dual) = (coordinates.apply(&unit), coordinates.apply(&unit).dual());
     let (Some(one), Some(two)) = (Kernel::new(&primal), Kernel::new(&dual)) else { return vec![] };
-    let (Some(clear_primal), Some(clear_dual)) = (one.clear(), two.clear()) else { return vec![] };
+    let (clear_primal, clear_dual) = (one.clear(), two.clear());
     let mut out: Vec<(f64, DualMultipliers)> = vec![];
     for m in found.iter().map(|m| coordinates.redo_multipliers(gamma, m)) {
         for exponent in MIXED {
@@ -53,7 +59,11 @@ fn mixed(w: &Mat, v: &Mat, share: f64) -> Mat {
 }
 
 /// The multipliers with their coupling and the bound that they give, in units of gamma; `None` when Z11 or Z22 is not clearly positive.
-fn completed(primal: &GeneralisedPlant, dual: &GeneralisedPlant, m: DualMultipliers) -> Option<(f64, DualMultipliers)> {
+fn completed(
+    primal: &GeneralisedPlant,
+    dual: &GeneralisedPlant,
+    m: DualMultipliers,
+) -> Option<(f64, DualMultipliers)> {
     let (one, two) = (Moments::new(primal, &m.primal), Moments::new(dual, &m.dual));
     let (l1, l2) = (one.factor()?, two.factor()?);
     let found = svd(&(one.spread(&l1).transpose() * two.spread(&l2)));
@@ -147,7 +157,9 @@ impl<'a> Kernel<'a> {
         if (&p.c2 + &noise * &h).norm() > 1e-9 * p.c2.norm() {
             return None;
         }
-        let nothing = |sum: &Mat, terms: Mat| sum.zip_map(&terms, |v, size| if v.abs() <= 1e-14 * size { 0.0 } else { v });
+        let nothing = |sum: &Mat, terms: Mat| {
+            sum.zip_map(&terms, |v, size| if v.abs() <= 1e-14 * size { 0.0 } else { v })
+        };
         let a = nothing(&(&p.a + &b * &h), p.a.abs() + b.abs() * h.abs());
         let b = nothing(&(&b * &d), b.abs() * d.abs());
         let n = p.a.nrows();
@@ -174,8 +186,13 @@ impl<'a> Kernel<'a> {
         out
     }
 
-    /// Vectors with a clearly positive Z11.
-    fn clear(&self) -> Option<Mat> {
+    /// Vectors with a clearly positive Z11, if there are any.
+    fn clear(&self) -> Mat {
+        let rows = self.h.nrows() + self.plant.a.nrows() + self.plant.c1.nrows();
+        self.from_gramian().unwrap_or_else(|| Mat::zeros(rows, 0))
+    }
+
+    fn from_gramian(&self) -> Option<Mat> {
         let (s, n) = (self.plant.sizes(), self.reached.len());
         let mut out = Mat::zeros(s.x + s.t + s.w + s.z, n);
         if n == 0 {

@@ -110,7 +110,8 @@ fn is_settled(outcome: &Result<Design, SynthesisError>, options: Options) -> boo
     match outcome {
         Ok(design) => {
             let (least, proved) = (design.gamma_optimum, design.certified.gamma);
-            design.lower_estimate >= (1.0 - DOUBTFUL) * least && proved <= (1.0 + 2.0 * options.back_off) * least
+            design.lower_estimate >= (1.0 - DOUBTFUL) * least
+                && proved <= (1.0 + 2.0 * options.back_off) * least
         }
         Err(error) => !matches!(error, SynthesisError::Numerical { .. }),
     }
