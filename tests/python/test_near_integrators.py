@@ -1,4 +1,4 @@
-"""Plants with poles and zeros at 1e-7 to 1e-5 rad/s beside modes of order 1: gamma, its lower bound and the remarks on it."""
+"""Plants with poles and zeros at 1e-7 to 1e-5 rad/s beside modes of order 1: gamma, its lower bound, remarks."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ import pytest
 from conftest import Run
 from fly.stages import ROOT
 
-PLANTS = json.loads((ROOT / "tests" / "cases" / "near_integrators.json").read_text(encoding="utf-8"))["plants"]
+PLANTS = json.loads((ROOT / "tests" / "cases" / "near_integrators.json").read_text(encoding="utf-8"))[
+    "plants"
+]
 
 
 @pytest.fixture(scope="module")
