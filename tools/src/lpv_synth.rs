@@ -4,14 +4,15 @@ use crate::certify::{self, nominal, rows_with_blocks};
 use crate::error::Error;
 use crate::output::Files;
 use crate::problem_file::{self, Problem};
-use certificate::{Certificate, Theorem};
+use certificate::{Certificate, Multipliers, Theorem, lower_bound};
 use lpv::direct_path::{self, synthesise};
 use lpv::error::SynthesisError;
+use lpv::matrix::to_rows;
 use lpv::parameter_grid::parameter_grid;
 use lpv::plant::GeneralisedPlant;
 use lpv::regularise::is_nothing;
 use lpv::regularity::findings;
-use lpv::synthesis::{Design, Options, Scalings, least_gamma};
+use lpv::synthesis::{Design, DualMultipliers, Options, Scalings, least_gamma};
 use serde::Serialize;
 use std::path::Path;
 use std::time::Instant;
@@ -38,8 +39,12 @@ pub struct Report {
     pub status: Status,
     /// The least gamma, whose inequalities hold strictly by their eigenvalues: symmetric and skew scalings.
     pub gamma: Option<f64>,
-    /// No gamma below this is possible, as far as the solver's multipliers tell in floating point; absent when they do not.
+    /// The inequalities have no solution with a gamma below this, and without parameters no controller reaches one: proved in exact
+    /// arithmetic for the plant as given; absent where that is not proved.
     pub gamma_lower: Option<f64>,
+    /// How low the search thinks that the least gamma may be: no bound, and never shown as one.
+    #[serde(skip)]
+    pub lower_estimate: f64,
     /// The same with symmetric scalings alone.
     pub gamma_symmetric: Option<f64>,
     /// The gamma at which the controller was built; of the plant with weight and noise added, where a remark names them.
@@ -115,7 +120,7 @@ fn symmetric(plant: &GeneralisedPlant, report: &mut Report) {
         return;
     }
     match least_gamma(plant, Scalings::Symmetric) {
-        Ok((_, found)) if found.gamma > both && found.gamma_lower() < HALF * found.gamma => {
+        Ok((_, found)) if found.gamma > both && found.lower_estimate() < HALF * found.gamma => {
             report.remarks.push(format!(
                 "the least gamma with symmetric scalings alone is not known: the search got stuck at {:.4e}",
                 found.gamma
@@ -140,7 +145,8 @@ const HALF: f64 = 0.5;
 /// Proves a design.
 fn feasible(problem: &Problem, design: &Design, report: &mut Report) {
     report.gamma = Some(design.gamma_optimum);
-    report.gamma_lower = known(design.gamma_lower);
+    report.gamma_lower = proved_lower(&problem.plant, &design.multipliers);
+    report.lower_estimate = design.lower_estimate;
     report.gamma_design = Some(design.gamma_design);
     report.controller_states = Some(design.controller.a.nrows());
     if let Some(added) = &design.regularisation {
@@ -163,15 +169,23 @@ fn feasible(problem: &Problem, design: &Design, report: &mut Report) {
     report.certificate = Some(certificate);
 }
 
-/// A lower bound that says something.
-fn known(lower: f64) -> Option<f64> {
-    Some(lower).filter(|v| *v > 0.0)
+/// A lower bound that multipliers prove: the first that do, for the most promising ones may miss an inequality by their rounding.
+fn proved_lower(plant: &GeneralisedPlant, multipliers: &[DualMultipliers]) -> Option<f64> {
+    let rows = certify::plant_rows(plant);
+    multipliers.iter().find_map(|m| {
+        let guess = Multipliers {
+            primal: to_rows(&m.primal),
+            dual: to_rows(&m.dual),
+            coupling: (to_rows(&m.coupling.0), to_rows(&m.coupling.1)),
+        };
+        lower_bound(&rows, &plant.blocks, &guess)
+    })
 }
 
 const NO_LEAST: &str = "the least gamma found is zero but for rounding: the smaller the bound is to be, the larger the gains, and no \
                         controller is near the least; give every control a weight and every measurement noise";
 
-/// A gap between gamma and its lower bound, relative to gamma, that is worth a remark.
+/// A gap between gamma and what the search leaves possible, relative to gamma, that is worth a remark.
 const DOUBT: f64 = 1e-2;
 
 fn without_controller(
@@ -191,7 +205,8 @@ fn without_controller(
         _ => {
             if let Ok((_, found)) = least_gamma(plant, options.scalings) {
                 report.gamma = Some(found.gamma);
-                report.gamma_lower = known(found.gamma_lower());
+                report.gamma_lower = proved_lower(plant, &found.multipliers);
+                report.lower_estimate = found.lower_estimate();
             }
         }
     }
@@ -205,6 +220,7 @@ impl Report {
             status: Status::NumericalFailure,
             gamma: None,
             gamma_lower: None,
+            lower_estimate: 0.0,
             gamma_symmetric: None,
             gamma_design: None,
             back_off: None,
@@ -223,15 +239,15 @@ impl Report {
     /// Remarks on a gamma that may be too high.
     fn doubt_gamma(&mut self) {
         let Some(gamma) = self.gamma.filter(|_| self.status != Status::Infeasible) else { return };
-        match self.gamma_lower {
-            Some(lower) if gamma - lower <= DOUBT * gamma => {}
-            Some(lower) => self.remarks.push(format!(
-                "the least gamma may be as low as {lower:.6}: the problem is badly conditioned, check units and weights"
-            )),
-            None => self.remarks.push(
-                "how far the least gamma may be below the one found is not known: the problem is badly conditioned, check units and weights".into(),
-            ),
+        let clear = |lower: f64| gamma - lower <= DOUBT * gamma;
+        if clear(self.lower_estimate) || self.gamma_lower.is_some_and(clear) {
+            return;
         }
+        let proved =
+            self.gamma_lower.map_or_else(String::new, |lower| format!(", though it is at least {lower:.6}"));
+        self.remarks.push(format!(
+            "how far the least gamma may be below the one found is not known{proved}: the problem is badly conditioned, check units and weights"
+        ));
     }
 
     /// Computes the back-off, and remarks on it when it is more than asked.

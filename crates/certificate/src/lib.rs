@@ -94,6 +94,7 @@
 //!
 //! - [`Certificate`], [`Plant`], [`Controller`], [`Residual`]: the file; [`ReadError`] is what may be wrong with it;
 //! - [`Certificate::prove`]: the proof; [`Theorem`] or [`Failure`] is its outcome;
+//! - [`lower_bound`]: the other side, a gamma below which no controller is found, proved from [`Multipliers`];
 //! - [`Json`]: how strictly the file is read, for other files that deserve it.
 
 mod certificate;
@@ -103,14 +104,17 @@ mod dyadic;
 mod error;
 mod inequality;
 mod json;
+mod lower_bound;
 mod matrix;
 mod prove;
 mod read;
 mod shape;
 mod structure;
 mod theorem;
+mod whole;
 
 pub use certificate::{Certificate, Controller, FORMAT, Plant, Residual, Rows};
 pub use error::{Claim, Failure, Proved, ReadError};
 pub use json::Json;
+pub use lower_bound::{Multipliers, lower_bound};
 pub use theorem::Theorem;

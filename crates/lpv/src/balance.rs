@@ -9,7 +9,7 @@
 
 use crate::analysis::GainBound;
 use crate::controller::Controller;
-use crate::inequalities::Existence;
+use crate::inequalities::{DualMultipliers, Existence};
 use crate::matrix::{Mat, Svd, block, diagonal_blocks, eigenvalues, svd};
 use crate::plant::GeneralisedPlant;
 use nalgebra::DVector;
@@ -119,7 +119,7 @@ impl Coordinates {
             y: &t_inverse * &found.y * t_inverse.transpose(),
             primal_scaling: c.transpose() * &found.primal_scaling * &c,
             dual_scaling: &c_inverse * &found.dual_scaling * c_inverse.transpose(),
-            ..*found
+            ..found.clone()
         }
     }
 
@@ -176,6 +176,37 @@ impl Coordinates {
             s: lift(&self.channel_inverse, &bound.s),
             t: lift(&self.channel_inverse, &bound.t),
             ..*bound
+        }
+    }
+
+    /// Multipliers found in these coordinates, with w and z in units of `unit`, in the user's.
+    pub(crate) fn undo_multipliers(&self, unit: f64, found: &DualMultipliers) -> DualMultipliers {
+        let lift = |state: &Mat, channel: &Mat, m: &Mat| {
+            let rest = m.nrows() - state.nrows() - channel.nrows();
+            diagonal_blocks(&[state, channel, &(Mat::identity(rest, rest) / unit.sqrt())]) * m
+        };
+        let inverse = self.state_inverse.transpose();
+        DualMultipliers {
+            primal: lift(&self.state, &self.channel, &found.primal),
+            dual: lift(&(&inverse / self.speed), &self.channel_inverse.transpose(), &found.dual),
+            // Z11 is speed T Z11~ T', Z22 is T^-T Z22~ T^-1/speed.
+            coupling: (
+                &inverse * &found.coupling.0 / self.speed.sqrt(),
+                &self.state * &found.coupling.1 * self.speed.sqrt(),
+            ),
+        }
+    }
+
+    /// Multipliers of the user's coordinates, but for their coupling, in these, with w and z in units of `unit`.
+    pub(crate) fn redo_multipliers(&self, unit: f64, given: &DualMultipliers) -> DualMultipliers {
+        let lift = |state: &Mat, channel: &Mat, m: &Mat| {
+            let rest = m.nrows() - state.nrows() - channel.nrows();
+            diagonal_blocks(&[state, channel, &(Mat::identity(rest, rest) * unit.sqrt())]) * m
+        };
+        DualMultipliers {
+            primal: lift(&self.state_inverse, &self.channel_inverse, &given.primal),
+            dual: lift(&(self.state.transpose() * self.speed), &self.channel.transpose(), &given.dual),
+            coupling: given.coupling.clone(),
         }
     }
 

@@ -130,7 +130,8 @@ fn put_back(
         let (controller, certified) = closed(plant, d22, &found.controller, &found.certified)?;
         Some(Design {
             gamma_optimum: design.gamma_optimum,
-            gamma_lower: design.gamma_lower,
+            lower_estimate: design.lower_estimate,
+            multipliers: design.multipliers.clone(),
             controller,
             certified,
             ..found

@@ -39,13 +39,28 @@ pub struct Existence {
     pub dual_scaling: Mat,
     /// The least eigenvalue over all inequalities, each scaled to a unit diagonal; positive if they hold strictly.
     pub margin: f64,
-    /// How far gamma may be above the least, relative to itself; infinite when nothing is known or gamma was given.
+    /// An estimate of how far gamma may be above the least, relative to itself; infinite when nothing is known or gamma was given.
     pub gap: f64,
+    /// Multipliers that may prove how low gamma can be, the most promising first; empty when gamma was given.
+    pub multipliers: Vec<DualMultipliers>,
+}
+
+/// Multipliers of the synthesis inequalities, in floating point: what they are worth is for exact arithmetic to say.
+///
+/// Those of the primal and of the dual inequality are `P P'`, with the control taken out: `[C2 D2t D21 0] P = 0` up to rounding.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DualMultipliers {
+    /// P of the primal inequality, rows x, wt, w, z.
+    pub primal: Mat,
+    /// P of the dual inequality, rows as those of the primal one of [`GeneralisedPlant::dual`].
+    pub dual: Mat,
+    /// E and F of the upper right block `-Z11 E F' Z22` of the multiplier of `[X I; I Y]`, whose other blocks follow from the first two.
+    pub coupling: (Mat, Mat),
 }
 
 impl Existence {
-    /// What the search leaves possible for the least gamma: no gamma below this, as far as multipliers in floating point tell; 0 when nothing is known.
-    pub fn gamma_lower(&self) -> f64 {
+    /// An estimate of how low the least gamma may be, from multipliers in floating point; 0 when nothing is known. It is no bound.
+    pub fn lower_estimate(&self) -> f64 {
         (self.gamma * (1.0 - self.gap)).max(0.0)
     }
 
@@ -95,6 +110,7 @@ impl Unknowns {
             dual_scaling: value(&self.sigma) + value(&self.skew),
             margin: f64::NAN,
             gap: f64::INFINITY,
+            multipliers: vec![],
         }
     }
 }
@@ -164,7 +180,11 @@ fn projected(p: &GeneralisedPlant, gamma: &Affine, x: &Affine, s: &Affine, t: &A
     let lambda = Affine::zeros(1, 1);
     let m = Multipliers { gamma: gamma.clone(), x: x.clone(), s: s.clone(), t: t.clone(), lambda };
     let whole = bounded_real_compact(&open, &LoopError::none(&open), &m);
+    whole.congruence(&unmeasured(p))
+}
+
+/// What y does not show of (x, wt, w, z): a basis of the kernel of `[C2 D2t D21 0]`.
+pub(crate) fn unmeasured(p: &GeneralisedPlant) -> Mat {
     let z = p.c1.nrows();
-    let n = diagonal_blocks(&[&kernel(&block(&[&[&p.c2, &p.d2t, &p.d21]])), &Mat::identity(z, z)]);
-    whole.congruence(&n)
+    diagonal_blocks(&[&kernel(&block(&[&[&p.c2, &p.d2t, &p.d21]])), &Mat::identity(z, z)])
 }

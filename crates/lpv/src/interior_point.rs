@@ -19,6 +19,7 @@ mod step;
 use crate::low_rank::LowRank;
 use crate::matrix::{Mat, symmetric_part};
 use crate::solver::Search;
+use std::collections::VecDeque;
 
 /// Where the method stopped.
 #[derive(Debug, Clone)]
@@ -27,7 +28,12 @@ pub(crate) struct Stop {
     pub(crate) x: Vec<f64>,
     /// How far its objective may be above the least, relative to the objective plus the floor of the search.
     pub(crate) gap: f64,
+    /// The multipliers of the last steps, a matrix for each inequality: the last are closest to the best, the first clearest inside.
+    pub(crate) multipliers: Vec<Vec<Mat>>,
 }
+
+/// So many of the last multipliers are kept.
+const KEPT: usize = 2;
 
 /// More steps than this lead no further.
 const MOST_STEPS: u32 = 100;
@@ -46,6 +52,7 @@ pub(crate) fn minimise(inequalities: &[LowRank], objective: &[f64], search: Sear
         .and_then(|x| State::warm(inequalities, objective, x))
         .unwrap_or_else(|| State::cold(inequalities, objective));
     let mut best: Option<(f64, Vec<f64>)> = None;
+    let mut multipliers = VecDeque::new();
     let mut bound = f64::NEG_INFINITY;
     let gap = |value: f64, bound: f64| (value - bound) / (search.floor + value.abs());
     for _ in 0..MOST_STEPS {
@@ -60,6 +67,10 @@ pub(crate) fn minimise(inequalities: &[LowRank], objective: &[f64], search: Sear
             if best.as_ref().is_none_or(|(known, _)| value < *known) {
                 best = Some((value, state.x.clone()));
             }
+            multipliers.push_back(state.cones.iter().map(|c| c.x.clone()).collect());
+            if multipliers.len() > KEPT {
+                multipliers.pop_front();
+            }
             if best.as_ref().is_some_and(|(value, _)| gap(*value, bound) < search.tolerance) {
                 break;
             }
@@ -69,7 +80,7 @@ pub(crate) fn minimise(inequalities: &[LowRank], objective: &[f64], search: Sear
             _ => break,
         }
     }
-    best.map(|(value, x)| Stop { x, gap: gap(value, bound) })
+    best.map(|(value, x)| Stop { x, gap: gap(value, bound), multipliers: multipliers.into() })
 }
 
 /// One inequality at the present point.

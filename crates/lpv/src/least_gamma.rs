@@ -2,11 +2,13 @@
 
 use crate::back_off::contradiction;
 use crate::balance::Coordinates;
+use crate::dual::repaired;
 use crate::error::SynthesisError;
-use crate::inequalities::{Existence, Scalings, coupling, state};
+use crate::inequalities::{DualMultipliers, Existence, Scalings, coupling, state, unmeasured};
 use crate::lmi::Program;
-use crate::matrix::{Mat, least_eigenvalue, symmetric_function, symmetric_part};
+use crate::matrix::{Mat, largest_eigenvalue, least_eigenvalue, symmetric_function, symmetric_part};
 use crate::plant::{GeneralisedPlant, channels};
+use crate::riccati::largest_inverses;
 use crate::solver::{self, Search, numerical};
 
 /// The least gamma that the synthesis inequalities allow, and the coordinates in which it was found.
@@ -27,7 +29,8 @@ pub fn least_gamma(
     let (mut place, mut best) = first(plant, scalings)?;
     let mut seen = (place.clone(), best.clone());
     // What no gamma goes below is the same in all coordinates.
-    let mut lower = best.gamma_lower();
+    let mut lower = best.lower_estimate();
+    let mut multipliers = std::mem::take(&mut best.multipliers);
     for _ in 0..ROUNDS {
         if best.gap <= SETTLED && best.margin > 0.0 {
             break;
@@ -38,7 +41,8 @@ pub fn least_gamma(
         let Some(coordinates) = equalised(&seen.0.coordinates, &small, plant) else { break };
         let next = Place { coordinates, ..seen.0 };
         let Ok(again) = minimise(plant, &next, scalings, false) else { break };
-        lower = lower.max(again.gamma_lower());
+        lower = lower.max(again.lower_estimate());
+        multipliers.splice(0..0, again.multipliers.iter().cloned());
         let agree =
             again.margin > 0.0 && best.margin > 0.0 && (again.gamma / best.gamma - 1.0).abs() < AGREEMENT;
         seen = (next, again);
@@ -54,15 +58,60 @@ pub fn least_gamma(
         && let Ok(other) = minimise(plant, &place, scalings, true)
         && better(&other, &best)
     {
-        lower = lower.max(other.gamma_lower());
+        lower = lower.max(other.lower_estimate());
         best = Existence { gap: gap(other.gamma, lower), ..other };
     }
+    if let Some(next) = second_opinion(plant, &best)
+        && let Ok(other) = minimise(plant, &next, scalings, false)
+    {
+        multipliers.splice(0..0, other.multipliers.iter().cloned());
+        if better(&other, &best) {
+            (place, best) = (next, other);
+        }
+    }
     if best.margin > 0.0 {
-        return Ok((place.coordinates, best));
+        // With parameters few can be repaired, and each try of a proof takes a tenth of the search's time.
+        let plain = plant.blocks.is_empty();
+        let multipliers = if plain { repaired(plant, best.gamma, &multipliers) } else { vec![] };
+        return Ok((place.coordinates, Existence { multipliers, ..best }));
     }
     let (gamma, missed) = (best.gamma, -best.margin);
     let diagnosis = format!("at the gamma found, {gamma:.4e}, the inequalities are missed by {missed:.1e}");
     Err(numerical(STAGE, diagnosis))
+}
+
+/// Where Riccati equations know of a gamma clearly below the one found: the coordinates in which the largest X and Y a little above it are equal.
+fn second_opinion(plant: &GeneralisedPlant, found: &Existence) -> Option<Place> {
+    if !plant.blocks.is_empty() || !found.gamma.is_finite() {
+        return None;
+    }
+    let place = Place::balanced(plant, found.gamma);
+    let at = |level: f64| largest_inverses(&place.plant(plant).in_units_of(level));
+    let mut high = 1.0 - DOUBTFUL / 3.0;
+    at(high)?;
+    let mut low = high / 2.0;
+    while low > LEAST_LEVEL && at(low).is_some() {
+        (low, high) = (low / 2.0, low);
+    }
+    while high - low > DOUBTFUL * high {
+        let middle = 0.5 * (low + high);
+        if at(middle).is_some() { high = middle } else { low = middle }
+    }
+    let (p, q) = at(RELAXED * high)?;
+    let (x, y) = (inverse_of_filled(&p)?, inverse_of_filled(&q)?);
+    let none = Mat::zeros(0, 0);
+    let coordinates = place.coordinates.equalising(&x, &y, &none, &none, &[])?;
+    Some(Place { coordinates, unit: place.unit * high })
+}
+
+/// How far below a gamma found a lower one is looked for, relative to it.
+const LEAST_LEVEL: f64 = 1e-9;
+
+/// The inverse, where directions that rounding may have made zero count as this much of the largest.
+fn inverse_of_filled(m: &Mat) -> Option<Mat> {
+    let most = largest_eigenvalue(m);
+    let inverse = symmetric_function(m, |v| 1.0 / v.max(1e-12 * most));
+    inverse.iter().all(|v| v.is_finite()).then_some(inverse)
 }
 
 /// How far gamma may be above the least, relative to itself; infinite when there is no lower bound.
@@ -191,12 +240,39 @@ fn minimise(
     patient: bool,
 ) -> Result<Existence, SynthesisError> {
     let mut program = Program::new();
-    let unknowns = state(&mut program, &place.plant(plant), None, scalings);
+    let seen = place.plant(plant);
+    let unknowns = state(&mut program, &seen, None, scalings);
     program.minimise_trace(&unknowns.gamma, 1.0);
     let solution = solver::solve(&program, STAGE, Search { patient, ..Search::fine() })?;
     let found = unknowns.existence(&program, &solution);
     let gap = solution.gap * (1.0 + found.gamma.abs()) / found.gamma;
-    Ok(Existence { gamma: place.unit * found.gamma, gap, ..found })
+    let multipliers = dual_multipliers(place, &seen, &solution.multipliers, scalings);
+    Ok(Existence { gamma: place.unit * found.gamma, gap, multipliers, ..found })
+}
+
+/// The multipliers of the last steps, the latest first, in the plant's own coordinates.
+fn dual_multipliers(
+    place: &Place,
+    seen: &GeneralisedPlant,
+    steps: &[Vec<Mat>],
+    scalings: Scalings,
+) -> Vec<DualMultipliers> {
+    // With symmetric scalings alone they are those of another problem.
+    if scalings == Scalings::Symmetric {
+        return vec![];
+    }
+    let n = seen.sizes().x;
+    let (primal, dual) = (unmeasured(seen), unmeasured(&seen.dual()));
+    let found = steps.iter().rev().filter_map(|step| {
+        // In the order in which the inequalities are stated.
+        let [of_primal, of_dual, ..] = step.as_slice() else { return None };
+        Some(DualMultipliers {
+            primal: &primal * of_primal.clone().cholesky()?.l(),
+            dual: &dual * of_dual.clone().cholesky()?.l(),
+            coupling: (Mat::zeros(n, 0), Mat::zeros(n, 0)),
+        })
+    });
+    found.map(|m| place.coordinates.undo_multipliers(place.unit, &m)).collect()
 }
 
 const SMALLEST: &str = "smallest matrices";

@@ -92,16 +92,24 @@ impl LowRank {
 
     /// The same inequality after a congruence with a diagonal matrix that divides each row by its size to the power `evenness`.
     pub(crate) fn with_even_rows(&self, evenness: f64) -> Self {
-        let factors = self.columns.row_iter().map(|row| row.norm());
-        let factors: Vec<f64> =
-            factors.map(|norm| if norm > 0.0 { norm.powf(-evenness) } else { 1.0 }).collect();
         let mut out = self.clone();
-        for (i, f) in factors.iter().enumerate() {
-            out.columns.row_mut(i).scale_mut(*f);
-            out.constant.row_mut(i).scale_mut(*f);
-            out.constant.column_mut(i).scale_mut(*f);
+        for (i, f) in self.factors(evenness).into_iter().enumerate() {
+            out.columns.row_mut(i).scale_mut(f);
+            out.constant.row_mut(i).scale_mut(f);
+            out.constant.column_mut(i).scale_mut(f);
         }
         out
+    }
+
+    /// The multiplier of this inequality that one of [`Self::with_even_rows`] is.
+    pub(crate) fn uneven(&self, multiplier: &Mat, evenness: f64) -> Mat {
+        let factors = self.factors(evenness);
+        Mat::from_fn(self.size(), self.size(), |i, j| multiplier[(i, j)] * factors[i] * factors[j])
+    }
+
+    fn factors(&self, evenness: f64) -> Vec<f64> {
+        let norms = self.columns.row_iter().map(|row| row.norm());
+        norms.map(|norm| if norm > 0.0 { norm.powf(-evenness) } else { 1.0 }).collect()
     }
 
     fn each(&self) -> impl Iterator<Item = (usize, &[Pair])> {

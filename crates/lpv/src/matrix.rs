@@ -160,6 +160,25 @@ pub fn eigenvalues(a: &Mat) -> Vec<Complex<f64>> {
     values
 }
 
+/// A basis of the subspace that belongs to the eigenvalues with positive real parts, as columns; `None` unless these are half of all.
+pub(crate) fn growing_basis(a: &Mat) -> Option<Mat> {
+    let n = a.nrows();
+    if a.iter().any(|v| !v.is_finite()) {
+        return None;
+    }
+    let found = to_faer(a).eigen_from_real().ok()?;
+    let (vectors, values) = (found.U(), found.S().column_vector());
+    let mut basis: Vec<DVector<f64>> = vec![];
+    // Of a complex pair, real and imaginary part of one vector.
+    for k in (0..n).filter(|k| values[*k].re > 0.0 && values[*k].im >= 0.0) {
+        basis.push(DVector::from_fn(n, |i, _| vectors[(i, k)].re));
+        if values[k].im > 0.0 {
+            basis.push(DVector::from_fn(n, |i, _| vectors[(i, k)].im));
+        }
+    }
+    (2 * basis.len() == n).then(|| Mat::from_fn(n, n / 2, |i, j| basis[j][i]))
+}
+
 /// The largest real part of the eigenvalues (minus infinity for an empty matrix).
 pub fn spectral_abscissa(a: &Mat) -> f64 {
     largest(f64::NEG_INFINITY, eigenvalues(a).into_iter().map(|v| v.re))

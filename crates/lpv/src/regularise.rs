@@ -101,7 +101,8 @@ pub(crate) fn design(
     let bound = best.certified.gamma;
     Some(Design {
         gamma_optimum: least.map_or(bound, |least| least.gamma.min(bound)),
-        gamma_lower: least.map_or(0.0, Existence::gamma_lower),
+        lower_estimate: least.map_or(0.0, Existence::lower_estimate),
+        multipliers: least.map_or_else(Vec::new, |least| least.multipliers.clone()),
         ..best
     })
 }

@@ -10,12 +10,13 @@
 //! and through D2t the parameter disturbs a measurement. So `[D12; Dt2]` and `[D21 D2t]` are what is judged.
 
 use crate::balance::Coordinates;
-use crate::matrix::{Mat, block, largest_singular_value, svd};
+use crate::matrix::{Mat, block, eigenvalues, largest_singular_value, svd};
 use crate::plant::GeneralisedPlant;
 use std::fmt;
 
-/// A singular value up to this counts as zero: in balanced coordinates, where all that one control does (one measurement shows) has
-/// norm 1. Its square is what stands in the inequalities, and 1e-12 is lost beside the 1e-8 to which they are solved.
+/// A singular value up to this counts as zero, where each column of weights (row of noises) has norm 1: its square is what stands in the
+/// inequalities, and 1e-12 is lost beside the 1e-8 to which they are solved. A column below the square of it, beside what its control does through
+/// the states, is one of rounding.
 pub const RANK_TOLERANCE: f64 = 1e-6;
 
 /// A control or measurement for which the problem sets no price.
@@ -25,37 +26,30 @@ pub enum Finding {
     UnweightedControl {
         /// The direction, in the units of u, its largest component 1.
         direction: Vec<f64>,
-        /// What of it reaches z and zt directly, in balanced coordinates; at most [`RANK_TOLERANCE`].
+        /// What of it reaches z and zt directly, each control in its own unit; at most [`RANK_TOLERANCE`].
         weight: f64,
     },
     /// A combination `c'y` of the measurements that no disturbance and no parameter channel enters directly.
     NoiselessMeasurement {
         /// The coefficients c, in units of 1/y, the largest 1.
         combination: Vec<f64>,
-        /// What of w and wt enters it directly, in balanced coordinates; at most [`RANK_TOLERANCE`].
+        /// What of w and wt enters it directly, each measurement in its own unit; at most [`RANK_TOLERANCE`].
         noise: f64,
     },
 }
 
 /// All findings about a plant, controls first; none when `[D12; Dt2]` has full column rank and `[D21 D2t]` full row rank.
 ///
-/// The rank is judged in diagonally balanced coordinates, with z and w in units of their own size, so that no unit matters.
+/// The rank is judged on the plant as it is given, each control and each measurement in units of what it weighs itself: neither units nor
+/// modes far slower than the others matter.
 pub fn findings(plant: &GeneralisedPlant) -> Vec<Finding> {
-    let (seen, coordinates, _) = normalised(plant);
-    let weighted = block(&[&[&seen.d12], &[&seen.dt2]]);
-    let disturbed = block(&[&[&seen.d21, &seen.d2t]]).transpose();
+    let (weighted, units) = in_own_units(plant);
     let controls = free_directions(&weighted, RANK_TOLERANCE).into_iter().map(|(direction, weight)| {
-        // u = T_u u~
-        let direction = in_users_units(&direction, coordinates.control_units(), |v, unit| v * unit);
-        Finding::UnweightedControl { direction, weight }
+        Finding::UnweightedControl { direction: in_users_units(&direction, &units), weight }
     });
+    let (disturbed, units) = in_own_units(&plant.dual());
     let measurements = free_directions(&disturbed, RANK_TOLERANCE).into_iter().map(|(combination, noise)| {
-        // c~' y~ = (T_y^-1 c~)' y
-        let units = coordinates.measurement_units();
-        Finding::NoiselessMeasurement {
-            combination: in_users_units(&combination, units, |v, unit| v / unit),
-            noise,
-        }
+        Finding::NoiselessMeasurement { combination: in_users_units(&combination, &units), noise }
     });
     controls.chain(measurements).collect()
 }
@@ -88,6 +82,43 @@ fn size(m: &Mat) -> f64 {
     if size > 0.0 && size.is_finite() { size } else { 1.0 }
 }
 
+/// `[D12; Dt2]` with each column divided by its norm, and these norms. One that is lost in rounding beside what its control does through the states is
+/// divided by something larger.
+fn in_own_units(plant: &GeneralisedPlant) -> (Mat, Vec<f64>) {
+    let (weights, channels) = (&plant.d12, &plant.dt2);
+    // A parameter channel has a unit of its own.
+    let ratio = |one: f64, other: f64| if one > 0.0 && other > 0.0 { one / other } else { 1.0 };
+    let direct = block(&[&[weights], &[&(channels * ratio(weights.amax(), channels.amax()))]]);
+    let through = through_states(plant);
+    let unit = |(j, column): (usize, nalgebra::DVectorView<'_, f64>)| {
+        let least = RANK_TOLERANCE * through[j];
+        let unit = column.norm().max(least);
+        if unit > 0.0 { unit } else { 1.0 }
+    };
+    let units: Vec<f64> = direct.column_iter().enumerate().map(unit).collect();
+    let scaled = Mat::from_fn(direct.nrows(), direct.ncols(), |i, j| direct[(i, j)] / units[j]);
+    (scaled, units)
+}
+
+/// For each control the largest of `|C1 A^k b|/rate^(k+1)`, with the rate of the fastest mode: what z sees of it through the states within the time of
+/// that mode. 0 where no mode moves.
+fn through_states(plant: &GeneralisedPlant) -> Vec<f64> {
+    let rate = eigenvalues(&plant.a).iter().map(|v| v.norm()).fold(0.0, f64::max);
+    let mut largest = vec![0.0_f64; plant.b2.ncols()];
+    if !(rate > 0.0 && rate.is_finite()) {
+        return largest;
+    }
+    let mut state = &plant.b2 / rate;
+    for _ in 0..plant.a.nrows() {
+        let seen = &plant.c1 * &state;
+        for (most, column) in largest.iter_mut().zip(seen.column_iter()) {
+            *most = most.max(column.norm());
+        }
+        state = &plant.a * state / rate;
+    }
+    largest
+}
+
 /// Directions v of norm 1 with `|M v|` up to the tolerance, each with that norm: coordinate axes first, then combinations of the others.
 pub(crate) fn free_directions(m: &Mat, tolerance: f64) -> Vec<(Vec<f64>, f64)> {
     let count = m.ncols();
@@ -108,10 +139,10 @@ pub(crate) fn free_directions(m: &Mat, tolerance: f64) -> Vec<(Vec<f64>, f64)> {
     out
 }
 
-/// In the user's units, the largest component 1; components that are rounding beside the others in balanced units are 0.
-fn in_users_units(direction: &[f64], units: &[f64], convert: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+/// In the user's units, the largest component 1; components that are rounding beside the others in their own units are 0.
+fn in_users_units(direction: &[f64], units: &[f64]) -> Vec<f64> {
     let kept = direction.iter().map(|v| if v.abs() > RANK_TOLERANCE { *v } else { 0.0 });
-    let converted: Vec<f64> = kept.zip(units).map(|(v, unit)| convert(v, *unit)).collect();
+    let converted: Vec<f64> = kept.zip(units).map(|(v, unit)| v / unit).collect();
     let largest =
         converted.iter().copied().fold(0.0, |most: f64, v| if v.abs() > most.abs() { v } else { most });
     converted.into_iter().map(|v| v / largest).collect()
@@ -226,6 +257,26 @@ mod tests {
     #[test]
     fn a_regular_plant_gives_no_finding() {
         assert_eq!(findings(&regular()), vec![]);
+    }
+
+    /// Beside a mode as slow as this, balancing makes a state's column so large that a weight of 1 looks like nothing.
+    #[test]
+    fn slow_modes_do_not_hide_a_weight() {
+        for slow in [1e-5, 1e-6, 1e-7, 0.0] {
+            let plant = GeneralisedPlant {
+                a: dmatrix![-1.0, 0.0; 1.0, -slow],
+                c1: dmatrix![0.0, 1.0; 0.0, 0.0; 0.0, 0.0],
+                b2: dmatrix![1.0, 0.0; 0.0, 1.0],
+                c2: dmatrix![0.0, 1.0; 0.0, 1.0],
+                d12: dmatrix![0.0, 0.0; 1.0, 0.0; 0.0, 1.0],
+                d21: dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0],
+                ..regular()
+            };
+            assert_eq!(findings(&plant), vec![], "{slow}");
+            // The same with the weights of a fast, strong and slow path: a chain of integrators.
+            let chain = GeneralisedPlant { a: dmatrix![-slow, 1.0; 0.0, -10.0 * slow], ..plant };
+            assert_eq!(findings(&chain), vec![], "{slow}");
+        }
     }
 
     #[test]

@@ -10,7 +10,7 @@ use crate::error::SynthesisError;
 use crate::interior_point;
 use crate::lmi::Program;
 use crate::low_rank::LowRank;
-use crate::matrix::scaled_least_eigenvalue;
+use crate::matrix::{Mat, scaled_least_eigenvalue};
 
 /// A point that a solver returned, and what the inequalities are worth there.
 #[derive(Debug, Clone)]
@@ -19,8 +19,11 @@ pub struct Solution {
     pub x: Vec<f64>,
     /// The least eigenvalue over all inequalities, each scaled to a unit diagonal: the point satisfies them strictly if it is positive.
     pub margin: f64,
-    /// How far the objective may be above the least, relative to its size plus [`Search::floor`]; infinite when nothing is known.
+    /// How far the objective may be above the least, relative to its size plus [`Search::floor`], as far as multipliers in floating point
+    /// tell; infinite when nothing is known.
     pub gap: f64,
+    /// Multipliers of the last steps, a matrix for each inequality; the last are closest to the best.
+    pub(crate) multipliers: Vec<Vec<Mat>>,
 }
 
 /// How a program is to be solved.
@@ -60,9 +63,11 @@ pub fn solve(program: &Program, stage: &'static str, search: Search<'_>) -> Resu
     let enough = if search.patient { search.tolerance } else { search.tolerance.max(CLOSE) };
     let mut own: Option<Solution> = None;
     for evenness in EVENNESS {
-        let data: Vec<LowRank> = data.iter().map(|d| d.with_even_rows(evenness)).collect();
-        let Some(stop) = interior_point::minimise(&data, &costs, search) else { continue };
-        let found = judged(program, stop.x, stop.gap);
+        let even: Vec<LowRank> = data.iter().map(|d| d.with_even_rows(evenness)).collect();
+        let Some(stop) = interior_point::minimise(&even, &costs, search) else { continue };
+        let of_rows = |m: Vec<Mat>| m.iter().zip(&data).map(|(m, d)| d.uneven(m, evenness)).collect();
+        let multipliers = stop.multipliers.into_iter().map(of_rows).collect();
+        let found = Solution { multipliers, ..judged(program, stop.x, stop.gap) };
         if own.as_ref().is_none_or(|known| better(&found, known, &costs)) {
             own = Some(found);
         }
@@ -129,7 +134,7 @@ fn general(
 
 fn judged(program: &Program, x: Vec<f64>, gap: f64) -> Solution {
     let margin = margin(program, &x);
-    Solution { x, margin, gap }
+    Solution { x, margin, gap, multipliers: vec![] }
 }
 
 /// The least eigenvalue over all inequalities at `x`, each scaled to a unit diagonal.
@@ -146,7 +151,6 @@ pub(crate) fn numerical(stage: &'static str, diagnosis: String) -> SynthesisErro
 mod tests {
     use super::*;
     use crate::lmi::{Affine, symmetric};
-    use crate::matrix::Mat;
     use nalgebra::dmatrix;
 
     /// The bounded-real lemma of 1/(s^2 + 0.2 s + 1) has a norm in closed form.

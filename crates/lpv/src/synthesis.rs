@@ -8,7 +8,7 @@ use crate::balance::Coordinates;
 use crate::controller::Controller;
 use crate::error::SynthesisError;
 use crate::fast_modes::{Slowed, slowed};
-pub use crate::inequalities::{Existence, Scalings};
+pub use crate::inequalities::{DualMultipliers, Existence, Scalings};
 pub use crate::least_gamma::least_gamma;
 use crate::least_gamma::{equalised, smallest};
 use crate::model_error::LoopError;
@@ -45,8 +45,10 @@ pub struct Design {
     pub controller: Controller,
     /// The least gamma that the synthesis inequalities allow.
     pub gamma_optimum: f64,
-    /// No gamma below this is possible, as far as the search tells; 0 when it does not.
-    pub gamma_lower: f64,
+    /// An estimate of how low the least gamma may be, from multipliers in floating point; 0 when nothing is known. It is no bound.
+    pub lower_estimate: f64,
+    /// Multipliers that may prove a lower bound of the least gamma, the most promising first.
+    pub multipliers: Vec<DualMultipliers>,
     /// The gamma at which the controller was built.
     pub gamma_design: f64,
     /// The gain bound of the closed loop, with the matrices that show it.
@@ -108,7 +110,8 @@ fn is_settled(outcome: &Result<Design, SynthesisError>, options: Options) -> boo
     match outcome {
         Ok(design) => {
             let (least, proved) = (design.gamma_optimum, design.certified.gamma);
-            design.gamma_lower >= (1.0 - DOUBTFUL) * least && proved <= (1.0 + 2.0 * options.back_off) * least
+            design.lower_estimate >= (1.0 - DOUBTFUL) * least
+                && proved <= (1.0 + 2.0 * options.back_off) * least
         }
         Err(error) => !matches!(error, SynthesisError::Numerical { .. }),
     }
@@ -135,13 +138,13 @@ fn at_speed(
     let nearer = Options { back_off: CLOSE * options.back_off, ..options };
     let nearer = directly(&slowed.plant, nearer).ok().and_then(|found| bound(&found));
     let mut gamma_optimum = nearer.map_or(certified.gamma, |nearer| nearer.gamma.min(certified.gamma));
-    let mut gamma_lower = 0.0;
+    let (mut lower_estimate, mut multipliers) = (0.0, vec![]);
     if let Ok(known) = known {
         gamma_optimum = gamma_optimum.min(known.gamma_optimum);
-        gamma_lower = known.gamma_lower;
+        (lower_estimate, multipliers) = (known.lower_estimate, known.multipliers.clone());
     }
     let within = options.gamma_limit.is_none_or(|limit| gamma_optimum <= limit);
-    within.then_some(Design { gamma_optimum, gamma_lower, certified, ..found })
+    within.then_some(Design { gamma_optimum, lower_estimate, multipliers, certified, ..found })
 }
 
 /// How far from the least gamma a loop is closed only to tell it, relative to the back-off.
@@ -252,7 +255,8 @@ fn build_at(
     Ok(Design {
         controller,
         gamma_optimum: optimum.gamma,
-        gamma_lower: optimum.gamma_lower(),
+        lower_estimate: optimum.lower_estimate(),
+        multipliers: optimum.multipliers.clone(),
         gamma_design,
         certified,
         regularisation: None,

@@ -52,7 +52,8 @@ fn design(subject: &Subject) -> Design {
     Design {
         controller: subject.controller.clone(),
         gamma_optimum: gamma.optimum,
-        gamma_lower: 0.0,
+        lower_estimate: 0.0,
+        multipliers: vec![],
         gamma_design: gamma.optimum * (1.0 + gamma.back_off),
         certified: GainBound {
             gamma: gamma.bound,

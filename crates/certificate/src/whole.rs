@@ -1,0 +1,114 @@
+//! Elimination in whole numbers: systems of equations with exact numbers, solved without a fraction.
+//!
+//! E. H. Bareiss, "Sylvester's identity and multistep integer-preserving Gaussian elimination", Math. Comp. 22, 1968, eq. 7, applied to the rows above
+//! the pivot as to those below: all entries stay minors of the matrix.
+
+use crate::dyadic::{Dyadic, approximate_ratio};
+use crate::matrix::Matrix;
+use num_bigint::{BigInt, Sign};
+
+/// A matrix with its rows combined until `pivot` stands in one place of each row that is left, and zeros above and below.
+pub(crate) struct Reduced {
+    /// The rows that are left.
+    pub(crate) rows: Matrix,
+    /// The place in each.
+    pub(crate) pivots: Vec<usize>,
+    /// Positive; 1 when no row is left.
+    pub(crate) pivot: Dyadic,
+}
+
+/// Reduces a matrix; each pivot is the entry that is largest once column j is multiplied by `weights[j]`.
+pub(crate) fn reduce(m: &Matrix, weights: &[f64]) -> Reduced {
+    let entries = (0..m.rows).flat_map(|i| (0..m.cols).map(move |j| (i, j)));
+    let unit = entries.filter_map(|at| m[at].last_bit()).min().unwrap_or(0);
+    let mut a: Vec<Vec<BigInt>> =
+        (0..m.rows).map(|i| (0..m.cols).map(|j| m[(i, j)].in_units(unit)).collect()).collect();
+    let mut pivots: Vec<usize> = vec![];
+    let mut previous = BigInt::from(1);
+    while let Some((row, column)) = largest(&a, pivots.len(), weights) {
+        let k = pivots.len();
+        a.swap(k, row);
+        pivots.push(column);
+        if a[k][column].sign() == Sign::Minus {
+            a[k].iter_mut().for_each(|x| *x = -&*x);
+        }
+        let pivot_row = a[k].clone();
+        let pivot = &pivot_row[column];
+        for (_, other) in a.iter_mut().enumerate().filter(|(i, _)| *i != k) {
+            let factor = other[column].clone();
+            for (x, p) in other.iter_mut().zip(&pivot_row) {
+                *x = (pivot * &*x - &factor * p) / &previous;
+            }
+        }
+        previous = pivot.clone();
+    }
+    let mut rows = Matrix::zeros(pivots.len(), m.cols);
+    for (i, row) in a.into_iter().take(pivots.len()).enumerate() {
+        row.into_iter().enumerate().for_each(|(j, x)| rows[(i, j)] = Dyadic::new(x, 0));
+    }
+    Reduced { rows, pivots, pivot: Dyadic::new(previous, 0) }
+}
+
+/// The place of the largest weighted entry that is not zero, from row `from` on. All entries are in the same unit.
+fn largest(a: &[Vec<BigInt>], from: usize, weights: &[f64]) -> Option<(usize, usize)> {
+    let bits = a.iter().skip(from).flatten().map(BigInt::bits).max().filter(|bits| *bits > 0)?;
+    let scale = BigInt::from(1) << bits;
+    let mut best: Option<(f64, (usize, usize))> = None;
+    for (i, row) in a.iter().enumerate().skip(from) {
+        for (j, x) in row.iter().enumerate().filter(|(_, x)| x.sign() != Sign::NoSign) {
+            let size = approximate_ratio(x, &scale, 0).abs() * weights[j];
+            if best.is_none_or(|(known, _)| size > known) {
+                best = Some((size, (i, j)));
+            }
+        }
+    }
+    best.map(|(_, at)| at)
+}
+
+/// The solution y of `M y = b` for `[M b]` with a square M, as a positive number d and `d y`; `None` when M is singular.
+pub(crate) fn solve(system: &Matrix) -> Option<(Dyadic, Vec<Dyadic>)> {
+    let n = system.rows;
+    // The right side is no pivot.
+    let left = system.transpose().row_range(0, n).transpose();
+    if reduce(&left, &vec![1.0; n]).pivots.len() < n {
+        return None;
+    }
+    let mut weights = vec![1.0; n];
+    weights.push(0.0);
+    let Reduced { rows, pivots, pivot } = reduce(system, &weights);
+    let mut out = vec![Dyadic::default(); n];
+    for (k, &at) in pivots.iter().enumerate() {
+        *out.get_mut(at)? = rows[(k, n)].clone();
+    }
+    Some((pivot, out))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// What is eliminated stays a combination of the rows, and the solution solves.
+        #[test]
+        fn solutions_solve(entries in prop::collection::vec(-4.0..4.0f64, 12)) {
+            let mut m = Matrix::zeros(3, 4);
+            entries.iter().enumerate().for_each(|(k, x)| m[(k / 4, k % 4)] = Dyadic::from_f64(*x));
+            let (d, y) = solve(&m).unwrap();
+            prop_assert!(d.is_positive());
+            for i in 0..3 {
+                let sum = (0..3).fold(Dyadic::default(), |sum, j| &sum + &(&m[(i, j)] * &y[j]));
+                prop_assert_eq!(sum, &m[(i, 3)] * &d);
+            }
+        }
+    }
+
+    #[test]
+    fn rows_that_depend_on_others_go() {
+        let m = Matrix::from_rows(&vec![vec![1.0, 2.0, 0.0], vec![-2.0, -4.0, 0.0], vec![0.0, 0.0, 3.0]], 3);
+        let found = reduce(&m, &[1.0, 1.0, 1.0]);
+        assert_eq!((found.rows.rows, found.pivots), (2, vec![1, 2]));
+        assert!(found.pivot.is_positive());
+        assert!(solve(&Matrix::from_rows(&vec![vec![1.0, 2.0, 3.0], vec![2.0, 4.0, 3.0]], 2 + 1)).is_none());
+    }
+}
