@@ -189,10 +189,10 @@ impl<'a> Kernel<'a> {
     /// Vectors with a clearly positive Z11, if there are any.
     fn clear(&self) -> Mat {
         let rows = self.h.nrows() + self.plant.a.nrows() + self.plant.c1.nrows();
-        self.from_gramian().unwrap_or_else(|| Mat::zeros(rows, 0))
+        self.gramian_root().unwrap_or_else(|| Mat::zeros(rows, 0))
     }
 
-    fn from_gramian(&self) -> Option<Mat> {
+    fn gramian_root(&self) -> Option<Mat> {
         let (s, n) = (self.plant.sizes(), self.reached.len());
         let mut out = Mat::zeros(s.x + s.t + s.w + s.z, n);
         if n == 0 {

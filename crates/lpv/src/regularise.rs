@@ -66,7 +66,7 @@ impl Regularisation {
             dt1: block(&[&[&plant.dt1, &z(s.t, more_w)]]),
             c1: block(&[&[&plant.c1], &[&z(more_z, s.x)]]),
             d1t: block(&[&[&plant.d1t], &[&z(more_z, s.t)]]),
-            d11: block(&[&[&plant.d11, &z(s.z, more_w)], &[&z(more_z, s.w + more_w)]]),
+            d11: block(&[&[&plant.d11, &z(s.z, more_w)], &[&z(more_z, s.w), &z(more_z, more_w)]]),
             d12: block(&[&[&plant.d12], &[&weights]]),
             d21: block(&[&[&plant.d21, &noises]]),
             ..plant.clone()
