@@ -20,7 +20,7 @@ fn with(p: &GeneralisedPlant, added: &Regularisation) -> GeneralisedPlant {
         dt1: z(s.t, s.w + more_w),
         c1: block(&[&[&p.c1], &[&z(more_z, s.x)]]),
         d1t: z(s.z + more_z, s.t),
-        d11: block(&[&[&p.d11, &z(s.z, more_w)], &[&z(more_z, s.w + more_w)]]),
+        d11: block(&[&[&p.d11, &z(s.z, more_w)], &[&z(more_z, s.w), &z(more_z, more_w)]]),
         d12: block(&[&[&p.d12], &[&weights]]),
         d21: block(&[&[&p.d21, &noises]]),
         ..p.clone()
