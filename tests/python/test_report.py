@@ -39,6 +39,8 @@ def written(
     folder = tmp_path_factory.mktemp(request.param)
     done = run_squid("report", ROOT / "vehicles" / request.param, "--out", folder)
     assert done.returncode == 0, done.stderr
+    # Each section tells that it is done, also where there is no terminal.
+    assert done.stdout.count("\nreport  ") >= 11, done.stdout
     return request.param, folder
 
 
@@ -46,6 +48,17 @@ def written(
 def page(written: tuple[str, Path]) -> ET.Element:
     """Return the page, which is well-formed XML."""
     return ET.fromstring((written[1] / "report.html").read_text(encoding="utf-8"))
+
+
+def test_is_not_computed_again(written: tuple[str, Path], run_squid: Run) -> None:
+    """A second run shows what the first has computed."""
+    name, folder = written
+    before = (folder / "report.html").read_bytes()
+    again = run_squid("report", ROOT / "vehicles" / name, "--out", folder)
+    assert again.returncode == 0, again.stderr
+    assert "as it was computed for these files before" in again.stdout
+    assert "Robust stability" not in again.stdout
+    assert (folder / "report.html").read_bytes() == before
 
 
 def words(element: ET.Element) -> str:

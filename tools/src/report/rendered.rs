@@ -109,3 +109,36 @@ fn key(inputs: &Inputs, stored: &Stored) -> Result<Option<String>, Error> {
     }
     Ok(Some(hash.finalize().iter().map(|b| format!("{b:02x}")).collect()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store::load;
+
+    /// Whatever the report is made from is in the key, so that no report of something else is shown.
+    #[test]
+    fn another_design_has_another_key() {
+        let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../vehicles/squid"));
+        let inputs = Inputs::read(vehicle, "design", None).unwrap();
+        let stored = load(&vehicle.join("frozen"), &inputs).unwrap();
+        let of = |inputs: &Inputs, stored: &Stored| key(inputs, stored).unwrap().unwrap();
+        let mut keys = vec![of(&inputs, &stored)];
+        assert_eq!(keys[0], of(&inputs, &stored));
+
+        let mut other = stored.clone();
+        other.controller.gamma.bound *= 1.0 + f64::EPSILON;
+        keys.push(of(&inputs, &other));
+        let mut other = stored.clone();
+        other.certificate = Err(other.certificate.unwrap());
+        keys.push(of(&inputs, &other));
+        let mut other = stored.clone();
+        other.plant.trim[0].pitch += 1e-9;
+        keys.push(of(&inputs, &other));
+        let mut other = inputs.clone();
+        other.design_sha256.push('0');
+        keys.push(of(&other, &stored));
+        keys.sort();
+        keys.dedup();
+        assert_eq!(keys.len(), 5);
+    }
+}
