@@ -244,7 +244,7 @@ impl Report {
             return;
         }
         let proved =
-            self.gamma_lower.map_or_else(String::new, |lower| format!(", though it is at least {lower:.6}"));
+            self.gamma_lower.map_or_else(String::new, |lower| format!(", though it is at least {lower}"));
         self.remarks.push(format!(
             "how far the least gamma may be below the one found is not known{proved}: the problem is badly conditioned, check units and weights"
         ));
