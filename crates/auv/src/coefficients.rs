@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, SymmetricEigen};
 use thiserror::Error;
 
 use crate::dynamics::Scalar;
-use crate::toml_file::{number, rounded};
+use crate::toml_file::Rounded;
 
 const EIGENVALUE_ITERATIONS: usize = 1000;
 
@@ -165,7 +165,7 @@ coefficients! {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum CoefficientError {
     /// A coefficient lies outside its allowed values.
-    #[error("{key} is {} {unit}, and must be {}", number(*found), allowed.describe())]
+    #[error("{key} is {} {unit}, and must be {}", Rounded(*found), allowed.describe())]
     NotAllowed {
         /// The coefficient.
         key: &'static str,
@@ -180,7 +180,7 @@ pub enum CoefficientError {
     #[error(
         "the mass matrix (mass, I_yy, x_G, z_G and the added masses) is not positive definite: \
          its least eigenvalue is {}, and must be above zero",
-        rounded(*least_eigenvalue)
+        Rounded(*least_eigenvalue)
     )]
     MassMatrixNotPositiveDefinite {
         /// Least eigenvalue of its symmetric part (surge, heave, pitch; SI).

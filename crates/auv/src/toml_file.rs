@@ -9,6 +9,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Error};
 
+pub(crate) use error::Rounded;
 pub use error::{FileError, FileProblem, Mistake, number, rounded};
 pub use text::read_text;
 

@@ -11,7 +11,7 @@ use thiserror::Error;
 use crate::actuator::Actuator;
 use crate::coefficients::CoefficientError;
 use crate::dynamics::{Dynamics, Motion, Scalar, actuator_force};
-use crate::toml_file::rounded;
+use crate::toml_file::Rounded;
 use crate::vehicle::Vehicle;
 
 const MAX_ITERATIONS: usize = 60;
@@ -85,13 +85,13 @@ pub enum TrimError {
     #[error(transparent)]
     Coefficients(#[from] CoefficientError),
     /// The speed is not a positive number.
-    #[error("the trim speed is {} m/s, and must be a number above zero", rounded(*speed))]
+    #[error("the trim speed is {} m/s, and must be a number above zero", Rounded(*speed))]
     SpeedNotPositive {
         /// The speed asked for.
         speed: f64,
     },
     /// The depth is not a number.
-    #[error("the trim depth is {} m, and must be a finite number", rounded(*depth))]
+    #[error("the trim depth is {} m, and must be a finite number", Rounded(*depth))]
     DepthNotFinite {
         /// The depth asked for.
         depth: f64,
@@ -100,7 +100,7 @@ pub enum TrimError {
     #[error(
         "no level trim at {} m/s and {} m: lift and actuators do not balance a weight of {} N, a buoyancy of {} N and the moments \
          (nearest at an incidence of {incidence_deg:.1} deg, with {} m/s2 or rad/s2 left)",
-        rounded(*speed), rounded(*depth), rounded(*weight), rounded(*buoyancy), rounded(*residual)
+        Rounded(*speed), Rounded(*depth), Rounded(*weight), Rounded(*buoyancy), Rounded(*residual)
     )]
     NotFound {
         /// The speed asked for \[m/s\].
@@ -119,7 +119,7 @@ pub enum TrimError {
     /// The trim asks more of an actuator than it can give.
     #[error(
         "level trim at {} m/s and {} m needs {} {unit} of {actuator}, {} {unit} beyond its limits {} .. {} {unit}",
-        rounded(*speed), rounded(*depth), rounded(*needed), rounded(*excess), rounded(*min), rounded(*max)
+        Rounded(*speed), Rounded(*depth), Rounded(*needed), Rounded(*excess), Rounded(*min), Rounded(*max)
     )]
     BeyondLimits {
         /// The speed asked for \[m/s\].

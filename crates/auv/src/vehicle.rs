@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 use nalgebra::Complex;
 
@@ -51,7 +52,7 @@ pub struct Vehicle {
     /// Where each number comes from, by the name of the coefficient or `actuator.key`.
     pub sources: BTreeMap<String, String>,
     /// What the source prints as its linear model, if the file says so. Only the file has it: the JSON of a vehicle has not.
-    pub published_linear_model: Option<PublishedLinearModel>,
+    pub published_linear_model: Option<Arc<PublishedLinearModel>>,
 }
 
 /// The poles of the linear model that the source of the coefficients prints, to be held against those that follow from the coefficients.

@@ -4,6 +4,7 @@ mod actuator_tables;
 mod published_model;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use crate::coefficients::{COEFFICIENTS, CoefficientError, CoefficientSpec, Coefficients};
 use crate::toml_file::{Document, FileError, FileProblem, Table, cited};
@@ -32,7 +33,7 @@ pub(crate) fn parse(text: &str, file: &str) -> Result<Vehicle, FileError> {
     let head = head.and_then(|table| vehicle_table(&table));
     let coefficients = coefficients(&root, &mut sources);
     let actuators = actuator_tables::read(&root, &mut sources);
-    let published_linear_model = published_model::read(&root);
+    let published_linear_model = published_model::read(&root).map(Arc::new);
     document.check()?;
     check_matrix(&root, &coefficients);
     let (name, status, description) = document.finish(head)?;
