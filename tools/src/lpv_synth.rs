@@ -39,8 +39,8 @@ pub struct Report {
     pub status: Status,
     /// The least gamma, whose inequalities hold strictly by their eigenvalues: symmetric and skew scalings.
     pub gamma: Option<f64>,
-    /// The inequalities have no solution with a gamma below this, and without parameters no controller reaches one: proved in exact
-    /// arithmetic for the plant as given; absent where that is not proved.
+    /// No controller of any order has a gain below this: proved in exact arithmetic for the plant as given. Absent where that is
+    /// not proved, and for every plant with parameters.
     pub gamma_lower: Option<f64>,
     /// How low the search thinks that the least gamma may be: no bound, and never shown as one.
     #[serde(skip)]
@@ -178,7 +178,7 @@ fn proved_lower(plant: &GeneralisedPlant, multipliers: &[DualMultipliers]) -> Op
             dual: to_rows(&m.dual),
             coupling: (to_rows(&m.coupling.0), to_rows(&m.coupling.1)),
         };
-        lower_bound(&rows, &plant.blocks, &guess)
+        lower_bound(&rows, &guess)
     })
 }
 

@@ -65,43 +65,9 @@ fn largest(a: &[Vec<BigInt>], from: usize, weights: &[f64]) -> Option<(usize, us
     best.map(|(_, at)| at)
 }
 
-/// The solution y of `M y = b` for `[M b]` with a square M, as a positive number d and `d y`; `None` when M is singular.
-pub(crate) fn solve(system: &Matrix) -> Option<(Dyadic, Vec<Dyadic>)> {
-    let n = system.rows;
-    // The right side is no pivot.
-    let left = system.transpose().row_range(0, n).transpose();
-    if reduce(&left, &vec![1.0; n]).pivots.len() < n {
-        return None;
-    }
-    let mut weights = vec![1.0; n];
-    weights.push(0.0);
-    let Reduced { rows, pivots, pivot } = reduce(system, &weights);
-    let mut out = vec![Dyadic::default(); n];
-    for (k, &at) in pivots.iter().enumerate() {
-        *out.get_mut(at)? = rows[(k, n)].clone();
-    }
-    Some((pivot, out))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
-
-    proptest! {
-        /// What is eliminated stays a combination of the rows, and the solution solves.
-        #[test]
-        fn solutions_solve(entries in prop::collection::vec(-4.0..4.0f64, 12)) {
-            let mut m = Matrix::zeros(3, 4);
-            entries.iter().enumerate().for_each(|(k, x)| m[(k / 4, k % 4)] = Dyadic::from_f64(*x));
-            let (d, y) = solve(&m).unwrap();
-            prop_assert!(d.is_positive());
-            for i in 0..3 {
-                let sum = (0..3).fold(Dyadic::default(), |sum, j| &sum + &(&m[(i, j)] * &y[j]));
-                prop_assert_eq!(sum, &m[(i, 3)] * &d);
-            }
-        }
-    }
 
     #[test]
     fn rows_that_depend_on_others_go() {
@@ -109,6 +75,5 @@ mod tests {
         let found = reduce(&m, &[1.0, 1.0, 1.0]);
         assert_eq!((found.rows.rows, found.pivots), (2, vec![1, 2]));
         assert!(found.pivot.is_positive());
-        assert!(solve(&Matrix::from_rows(&vec![vec![1.0, 2.0, 3.0], vec![2.0, 4.0, 3.0]], 2 + 1)).is_none());
     }
 }
