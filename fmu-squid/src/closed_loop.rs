@@ -4,7 +4,8 @@ use fmi2::{ContinuousModel, Log, Model};
 use fmu_controller::Controller;
 use fmu_plant::PlantModel;
 
-use crate::{ClosedLoopError, Manoeuvre};
+use crate::ClosedLoopError;
+use scheduled::Manoeuvre;
 
 /// References from outside, held between two steps.
 #[derive(Debug, Clone, Copy, PartialEq)]

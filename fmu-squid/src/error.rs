@@ -4,7 +4,7 @@ use fmi2::ResourceError;
 use fmu_controller::{ControllerError, RESOURCE as CONTROLLER_RESOURCE};
 use fmu_plant::PlantError;
 
-use crate::{MANOEUVRE_RESOURCE, ManoeuvreError};
+use scheduled::{MANOEUVRE_RESOURCE, ManoeuvreError};
 
 /// What can go wrong in the loop.
 #[derive(Debug, thiserror::Error)]

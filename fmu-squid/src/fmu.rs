@@ -8,7 +8,8 @@ use fmu_controller::Controller;
 use fmu_plant::{PlantModel, fidelities};
 
 use crate::tangents::Own;
-use crate::{ClosedLoop, ClosedLoopError, MANOEUVRE_RESOURCE, Manoeuvre};
+use crate::{ClosedLoop, ClosedLoopError};
+use scheduled::{MANOEUVRE_RESOURCE, Manoeuvre};
 
 impl Model for ClosedLoop {
     type Error = ClosedLoopError;

@@ -3,7 +3,7 @@
 //! ```text
 //! resources/vehicle.json, plant.json -> fmu_plant::PlantModel      -+
 //! resources/controller.json          -> fmu_controller::Controller -+-> ClosedLoop -> table of variables -> FMU
-//! resources/manoeuvre.json           -> Manoeuvre                  -+
+//! resources/manoeuvre.json           -> scheduled::Manoeuvre                  -+
 //! ```
 //!
 //! The loop does what a master does that steps the controller's FMU and then the plant's at every sample time, so
@@ -20,14 +20,12 @@ mod closed_loop;
 mod error;
 mod exchange;
 mod fmu;
-mod manoeuvre;
 mod state;
 mod tangents;
 mod variables;
 
 pub use closed_loop::{ClosedLoop, Override};
 pub use error::ClosedLoopError;
-pub use manoeuvre::{MANOEUVRE_FORMAT, MANOEUVRE_RESOURCE, Manoeuvre, ManoeuvreError};
 
 use fmi2::{DescribeError, Described, Resources};
 

@@ -6,7 +6,8 @@ mod example;
 use example::{Flight, design, manoeuvre, resources, with};
 use fmi2::model_description::{Causality, Kind};
 use fmi2::{Described, Experiment, Instance, Model, Resources, Silent};
-use fmu_squid::{MANOEUVRE_RESOURCE, describe};
+use fmu_squid::describe;
+use scheduled::MANOEUVRE_RESOURCE;
 
 #[test]
 fn describes_itself_from_the_files() {

@@ -5,7 +5,8 @@ mod example;
 
 use example::{Flight, design, manoeuvre, resources, started, with};
 use fmi2::Silent;
-use fmu_squid::{ClosedLoop, Manoeuvre, describe};
+use fmu_squid::{ClosedLoop, describe};
+use scheduled::Manoeuvre;
 
 const MOTION: [&str; 7] = ["pitch", "speed", "pitch_rate", "heave", "path_speed", "depth", "distance"];
 const ACTUATORS: [&str; 3] = ["lower", "upper_port", "upper_starboard"];

@@ -4,7 +4,7 @@
 mod example;
 
 use example::manoeuvre;
-use fmu_squid::{Manoeuvre, ManoeuvreError};
+use scheduled::{Manoeuvre, ManoeuvreError};
 use serde_json::{Value, json};
 
 #[test]

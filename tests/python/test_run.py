@@ -118,7 +118,7 @@ def test_a_folder_without_design_is_told(tmp_path: Path, text: str | None) -> No
 def test_figures_of_a_known_response() -> None:
     """A second-order system with damping 0.5 overshoots by exp(-pi/sqrt(3)) = 16.3 %, and leaves 2 % last at 8.08 s.
 
-    The test in `tools/src/metrics.rs` is of the same response: the two programs call the same thing settled.
+    The test in `crates/flight/src/metrics.rs` is of the same response: the two programs call the same thing settled.
     """
     time = np.arange(0.0, 40.0, 0.01)
     late = np.clip(time - 5.0, 0.0, None)

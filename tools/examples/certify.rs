@@ -11,7 +11,7 @@ use certificate::{Certificate, Residual};
 use lpv::direct_path::synthesise;
 use lpv::matrix::{Mat, to_rows};
 use lpv::synthesis::Options;
-use squid::certify::nominal;
+use squid_design::certify::nominal;
 use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
@@ -21,10 +21,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let [problem, output, rest @ ..] = arguments.as_slice() else {
         return Err("usage: certify PROBLEM.json CERTIFICATE.json [BALL]".into());
     };
-    let squid::problem_file::Problem { plant, d22 } = squid::problem_file::problem(Path::new(problem))?;
+    let squid::lpv::problem_file::Problem { plant, d22 } =
+        squid::lpv::problem_file::problem(Path::new(problem))?;
     let design = synthesise(&plant, &d22, Options::default())?;
     let mut certificate = nominal(&plant, &design.controller, &design.certified);
-    certificate.plant.d22 = squid::certify::direct_path(&d22);
+    certificate.plant.d22 = squid_design::certify::direct_path(&d22);
     if let Some(ball) = rest.first() {
         certificate = with_ball(certificate, ball.parse()?).ok_or("no gamma covers that ball")?;
     }

@@ -8,12 +8,12 @@
 
 use lpv::matrix::to_rows;
 use serde_json::json;
-use squid::inputs::Inputs;
-use squid::report::subject::Subject;
-use squid::stages::Stages;
-use squid::store;
-use squid::uncertain::at_speed;
-use squid::uncertain_loop::uncertain_loop;
+use squid_design::inputs::Inputs;
+use squid_design::progress::Progress;
+use squid_design::store;
+use squid_design::uncertain::closed_loop::uncertain_loop;
+use squid_design::uncertain::frozen::at_speed;
+use squid_report::subject::Subject;
 use std::error::Error;
 use std::path::Path;
 
@@ -24,8 +24,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let inputs = Inputs::read(Path::new(vehicle), "design", None)?;
     let stored = store::load(Path::new(design), &inputs)?;
-    let stages = Stages::quiet();
-    let subject = Subject::new(&inputs, &stored, &stages)?;
+    let progress = Progress::default();
+    let subject = Subject::new(&inputs, &stored, &progress)?;
     for &speed in &subject.speeds {
         let model = at_speed(&inputs, speed)?.model;
         let system =

@@ -17,12 +17,12 @@ JUMP = np.deg2rad(1.0)
 SETTLED = 0.02
 """The band around the new reference, relative to the step, within which a response counts as settled.
 
-The same as of `squid simulate`, in `tools/src/metrics.rs`.
+The same as of `squid simulate`, in `crates/flight/src/metrics.rs`.
 """
 
 
 OUT_OF_WATER = 1e-3
-"""A vehicle that has come so far out of the water (m) has left it. The same as in `tools/src/flight.rs`."""
+"""A vehicle that has come so far out of the water (m) has left it. The same as in `crates/flight/src/flight.rs`."""
 
 
 def until_surface(signals: Mapping[str, Array]) -> tuple[dict[str, Array], int | None]:

@@ -1,6 +1,6 @@
 """The licences of the crates that are compiled into the FMUs, as one file that goes into each of them.
 
-`python3 run.py freeze` writes tools/third_party.txt anew; a test keeps it fresh, and refuses what cannot be shipped.
+`python3 run.py freeze` writes crates/package/third_party.txt anew; a test keeps it fresh, and refuses what cannot be shipped.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pathlib import Path
 from fly import build, platforms
 from fly.stages import ROOT, StageError
 
-FILE = ROOT / "tools" / "third_party.txt"
+FILE = ROOT / "crates" / "package" / "third_party.txt"
 ALLOWED = ("MIT", "Apache-2.0")
 """What is accepted of what a crate offers, in the order of preference."""
 TEXTS = re.compile(r"^licen[cs]e([-.](mit|txt|md))*$", re.IGNORECASE)

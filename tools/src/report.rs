@@ -1,173 +1,22 @@
-//! `squid report`: the paper's figures for a vehicle, with what the paper claims and whether this vehicle bears it out.
-//!
-//! ```text
-//! inputs, stored design -> Subject -> sections (figures, tables, verdicts) -> page, SVG files
-//! ```
-//!
-//! The paper: A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci. 40(2), 2011, 275-286. Every verdict is computed by a rule in
-//! [`verdict`]; `SECTIONS` is the table of contents, and a further section is a further line in it.
+//! `squid report`: the report on a stored design.
 
-mod alternation;
-pub mod axis;
-pub mod chart;
-mod effort;
-pub mod figure;
-mod fit;
-pub mod frozen_loop;
-mod gammas;
-mod manoeuvre;
-mod mu;
-mod open_loop;
-mod page;
-pub mod rendered;
-mod robust;
-pub mod section;
-mod sensitivity;
-pub mod subject;
-mod switched;
-mod switching;
-mod theorem;
-mod tuning;
-pub mod verdict;
-
+use crate::cli::Which;
+use crate::design::load_or_design;
 use crate::error::Error;
-use crate::inputs::Inputs;
-use crate::stages::Stages;
-use crate::store::Stored;
-use auv::Status;
-use figure::Figure;
-use section::{Part, Section};
-use std::sync::Mutex;
-use std::time::Instant;
-use subject::Subject;
-use verdict::Verdict;
+use crate::output::say;
+use crate::progress::show;
+use squid_design::progress::Progress;
+use squid_report::rendered::rendered;
 
-/// Anchor and title of a section, and what computes it.
-type Maker = (&'static str, &'static str, fn(&Subject) -> Result<Vec<Part>, Error>);
-
-/// The sections, in the order in which they are read.
-const SECTIONS: [Maker; 12] = [
-    ("entries", "Entries of A over speed (the paper's Fig. 3)", fit::entries),
-    ("responses", "Frequency responses of the models (Fig. 4)", fit::responses),
-    ("tuning", "Pitch responses for three bandwidths of the weight (Fig. 5 a, b, c)", tuning::tuning),
-    ("open-loop", "The vehicle alone (Fig. 6)", open_loop::open_loop),
-    ("mu", "Robust stability: mu over frequency (Fig. 7 a, b)", mu::mu),
-    ("robust", "The robust controller against the nominal one", robust::robust),
-    ("sensitivity", "The weights against the achieved sensitivity", sensitivity::sensitivity),
-    ("effort", "What the actuators do, and where control is hardest", effort::effort),
-    ("gammas", "The ladder of gammas: what each assumption about the speed costs", gammas::gammas),
-    ("manoeuvre", "A pitch step while the speed ramps", manoeuvre::manoeuvre),
-    ("switching", "Scheduled against switched controllers", switching::switching),
-    ("theorem", "The theorem of the certificate", theorem::theorem),
-];
-
-/// The section that takes longest.
-const LONGEST: &str = "mu";
-
-/// The report on one design of one vehicle.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Report {
-    /// The page's title.
-    pub heading: String,
-    /// What must be said before anything else.
-    pub warning: Option<String>,
-    /// What the page is about.
-    pub introduction: Vec<String>,
-    /// The vehicle in words.
-    pub subject: String,
-    /// The sections.
-    pub sections: Vec<Section>,
-}
-
-/// Computes the report, several sections at the same time, and tells of each that is done. A section that cannot be computed says why, and leaves the
-/// others standing.
+/// Writes the report on a design.
 ///
 /// # Errors
-/// As [`Subject::new`].
-pub fn report(inputs: &Inputs, stored: &Stored, stages: &Stages) -> Result<Report, Error> {
-    let subject = Subject::new(inputs, stored, stages)?;
-    let make = |&(id, title, of): &Maker| {
-        let failed = |reason| vec![Part::Words(format!("This section could not be computed: {reason}"))];
-        let started = Instant::now();
-        let parts = of(&subject).unwrap_or_else(failed);
-        stages.done("report", &format!("{title} ({:.1} s)", started.elapsed().as_secs_f64()));
-        Section { id, title, parts }
-    };
-    // The longest first, so that the others fill the time beside it.
-    let (first, rest): (Vec<&Maker>, Vec<&Maker>) = SECTIONS.iter().partition(|maker| maker.0 == LONGEST);
-    let mut sections = side_by_side(first.into_iter().chain(rest), make);
-    sections.sort_by_key(|section| SECTIONS.iter().position(|maker| maker.0 == section.id));
-    let vehicle = &inputs.vehicle;
-    let surrogate = (vehicle.status == Status::Surrogate).then(|| {
-        format!(
-            "SURROGATE: the coefficients of the real vehicle are not published. All numbers on this page are of a surrogate of {} with \
-             coefficients derived from geometry; where they differ from the paper's, the vehicle does, too.",
-            vehicle.name
-        )
-    });
-    let warnings = [stored.unproved(inputs), surrogate].into_iter().flatten();
-    let warning = warnings.reduce(|first, second| format!("{first}. {second}"));
-    let introduction = vec![
-        format!("Vehicle: {} ({} coefficients). {}", vehicle.name, vehicle.status.word(), vehicle.description),
-        format!("Design '{}': {}", inputs.design.name, inputs.design.description),
-        "The figures are those of A. Sutarto, A. Budiyono, 'Development of Linear Parameter Varying Control System for Autonomous Underwater \
-         Vehicle', Indian J. Geo-Marine Sci. 40(2), 2011, 275-286, for this vehicle, and some that the paper does not have. Next to them stands \
-         what the paper claims and whether this vehicle bears it out, by a stated criterion and computed numbers."
-            .into(),
-    ];
-    Ok(Report {
-        heading: format!("Report: {}", subject.name()),
-        warning,
-        introduction,
-        subject: subject.name(),
-        sections,
-    })
-}
-
-impl Report {
-    /// The page, in two parts: what it is packed with is said between them.
-    ///
-    /// # Errors
-    /// [`Error::Plot`].
-    fn page(&self) -> Result<(String, String), Error> {
-        page::page(self)
-    }
-
-    /// All verdicts.
-    pub fn verdicts(&self) -> impl Iterator<Item = &Verdict> {
-        self.sections.iter().flat_map(Section::verdicts)
-    }
-
-    fn figures(&self) -> impl Iterator<Item = &Figure> {
-        self.sections.iter().flat_map(Section::figures)
-    }
-
-    /// The verdicts for a terminal.
-    fn words(&self) -> String {
-        let line = |v: &Verdict| format!("  {:<17} {}\n", v.finding.words(), v.claim);
-        format!(
-            "What the paper claims, of {}:\n{}",
-            self.subject,
-            self.verdicts().map(line).collect::<String>()
-        )
-    }
-}
-
-/// Works on all items, as many at the same time as there are processors; results come in the order in which they are done.
-fn side_by_side<T: Send, R: Send>(
-    items: impl Iterator<Item = T> + Send,
-    work: impl Fn(T) -> R + Sync,
-) -> Vec<R> {
-    let waiting = Mutex::new(items);
-    let next = || waiting.lock().ok().and_then(|mut items| items.next());
-    let all = || std::iter::from_fn(next).map(&work).collect::<Vec<R>>();
-    let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-    std::thread::scope(|scope| {
-        let others: Vec<_> = (1..threads).map(|_| scope.spawn(all)).collect();
-        let own = all();
-        let joined = others
-            .into_iter()
-            .flat_map(|other| other.join().unwrap_or_else(|p| std::panic::resume_unwind(p)));
-        own.into_iter().chain(joined).collect()
-    })
+/// Those of the files, the design and the figures.
+pub fn run(which: &Which) -> Result<(), Error> {
+    let (inputs, directory) = which.read_to_write()?;
+    let stored = load_or_design(&inputs, &directory)?;
+    let found = rendered(&inputs, &stored, &directory, &Progress::new(&show))?;
+    say(&format!("\n{}", found.words));
+    say(&found.save(&directory)?.display().to_string());
+    Ok(())
 }

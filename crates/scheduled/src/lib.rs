@@ -29,6 +29,7 @@ mod error;
 mod json;
 mod lft;
 mod lu;
+mod manoeuvre;
 mod matrix;
 mod memory;
 mod panels;
@@ -45,6 +46,7 @@ pub use design::{
 };
 pub use error::{DesignError, TickError};
 pub use lft::{Lft, Sizes};
+pub use manoeuvre::{MANOEUVRE_FORMAT, MANOEUVRE_RESOURCE, Manoeuvre, ManoeuvreError};
 pub use matrix::Matrix;
 pub use memory::{Memory, MemoryError};
 pub use tangent::OutputTangents;

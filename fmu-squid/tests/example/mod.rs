@@ -7,8 +7,8 @@ mod plant;
 
 use auv::{Speed, Vehicle, trim};
 use fmi2::{Described, Experiment, Failure, Instance, Model, Resources, Value};
-use fmu_squid::{MANOEUVRE_FORMAT, MANOEUVRE_RESOURCE, Manoeuvre};
 use scheduled::*;
+use scheduled::{MANOEUVRE_FORMAT, MANOEUVRE_RESOURCE, Manoeuvre};
 
 pub use plant::{DEPTH, Remember};
 

@@ -1,0 +1,50 @@
+//! The control problem: model and weights of the design, as a generalised plant.
+
+use crate::error::ModelError;
+use crate::inputs::Inputs;
+use crate::linearise::STATES;
+use lpv::lft::Lft;
+use lpv::matrix::Mat;
+use lpv::plant::GeneralisedPlant;
+use lpv::tracking::TrackingProblem;
+
+/// The generalised plant of the design for a model `[A B]`, scheduled or constant.
+///
+/// # Errors
+/// [`ModelError::Augment`], which would be a defect of this program.
+pub fn augment(inputs: &Inputs, model: Lft) -> Result<GeneralisedPlant, ModelError> {
+    let design = &inputs.design;
+    let actuators = inputs.vehicle.actuators.len();
+    let blocks = if model.size() > 0 { vec![model.size()] } else { vec![] };
+    let problem = TrackingProblem {
+        blocks,
+        outputs: Mat::from_fn(design.tracked.len(), STATES, |i, j| {
+            if design.tracked[i].output.state() == j { 1.0 } else { 0.0 }
+        }),
+        output_scale: design.tracked.iter().map(|t| t.scale).collect(),
+        input_scale: inputs.vehicle.actuators.iter().map(auv::Actuator::reach).collect(),
+        tracking: design.tracked.iter().map(|t| t.weight).collect(),
+        control: vec![design.control_weight; actuators],
+        disturbance: design.disturbance,
+        model,
+    };
+    Ok(problem.augment()?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::Model;
+    use std::path::Path;
+
+    /// Sutarto and Budiyono (2011), on W_u: the actions are normalised, here by the limits of the actuators, and the weight is the identity.
+    #[test]
+    fn the_papers_weight_on_the_actuators_is_the_identity() {
+        let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
+        let inputs = Inputs::read(vehicle, "paper", None).unwrap();
+        let plant = augment(&inputs, Model::new(&inputs).unwrap().lft).unwrap();
+        let (outputs, actuators) = (plant.d12.nrows(), inputs.vehicle.actuators.len());
+        assert_eq!(outputs, inputs.design.tracked.len() + actuators);
+        assert_eq!(plant.d12.rows(outputs - actuators, actuators), Mat::identity(actuators, actuators));
+    }
+}

@@ -1,0 +1,63 @@
+//! Whether a certificate is of a frozen controller, and of the plant that vehicle and design file make.
+
+use crate::augment::augment;
+use crate::certify::{ball, frozen_rows, same_plant};
+use crate::error::{Error, ProofError};
+use crate::fit::Model;
+use crate::inputs::Inputs;
+use certificate::{Certificate, Rows};
+use scheduled::{ControllerDesign, LftMatrices};
+
+/// Reads a certificate; `file` is for messages.
+///
+/// # Errors
+/// [`ProofError::Certificate`].
+pub fn parse(text: &str, file: &str) -> Result<Certificate, ProofError> {
+    Certificate::from_json(text).map_err(|reason| ProofError::Certificate { file: file.into(), reason })
+}
+
+/// Checks that the plant of a certificate is the one of these inputs, trimmed, linearised, fitted and weighted anew, and that its ball of
+/// models holds the true linearisations.
+///
+/// # Errors
+/// [`ProofError::WrongPlant`], [`ProofError::Ball`], those of [`augment`].
+pub fn of_inputs(certificate: &Certificate, inputs: &Inputs, model: &Model) -> Result<(), Error> {
+    same_plant::check(certificate, &augment(inputs, model.lft.clone())?)?;
+    certificate.residual.as_ref().map_or(Ok(()), |ball| ball::holds(ball, inputs, model))
+}
+
+/// Checks that a certificate speaks of a frozen controller: the same numbers to the bit, the same bound, and of all that the mark
+/// `certified` stands for. No design is marked without a bound that covers the fit's residual ([`crate::certify::certify`]), so that
+/// where the mark is, the section `residual` must be.
+///
+/// # Errors
+/// [`ProofError::Mismatch`] with the first part that differs; [`ProofError::NoResidual`].
+pub fn matches(design: &ControllerDesign, certificate: &Certificate) -> Result<(), ProofError> {
+    same_controller(&design.lft, certificate)?;
+    if design.gamma.bound.to_bits() != certificate.gamma.to_bits() {
+        return Err(ProofError::Mismatch { what: "gamma".into() });
+    }
+    if design.gamma.certified && certificate.residual.is_none() {
+        return Err(ProofError::NoResidual);
+    }
+    Ok(())
+}
+
+/// Checks that the controller of a certificate is this one, to the bit.
+///
+/// # Errors
+/// [`ProofError::Mismatch`] with the first part that differs.
+pub fn same_controller(lft: &LftMatrices, certificate: &Certificate) -> Result<(), ProofError> {
+    if let Some(name) = first_unlike(&frozen_rows(lft).named(), &certificate.controller.named()) {
+        return Err(ProofError::Mismatch { what: format!("the controller's matrix {name}") });
+    }
+    if lft.blocks != certificate.controller_blocks {
+        return Err(ProofError::Mismatch { what: "the controller's blocks".into() });
+    }
+    Ok(())
+}
+
+/// The name of the first matrix that differs in any bit, but for the sign of zero.
+pub fn first_unlike(a: &[(&'static str, &Rows)], b: &[(&'static str, &Rows)]) -> Option<&'static str> {
+    a.iter().zip(b).find(|((_, p), (_, q))| p != q).map(|((name, _), _)| *name)
+}

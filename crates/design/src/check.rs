@@ -1,0 +1,200 @@
+//! What a finished controller must pass before it may be shipped.
+//!
+//! The design's inequalities speak of the fit; here the controller, frozen at each speed, also meets the true
+//! linearisations, at the speeds of the grid and between them.
+
+pub mod sampled;
+
+use crate::augment::augment;
+use crate::check::sampled::{sampled_dtt, spectral_radius};
+use crate::error::Error;
+use crate::error::Refusal;
+use crate::inputs::Inputs;
+use crate::linearise::{linearise_at, speeds, stacked};
+use lpv::controller::Controller;
+use lpv::lft::Lft;
+use lpv::matrix::{Mat, eigenvalues, spectral_abscissa};
+use lpv::plant::GeneralisedPlant;
+use std::f64::consts::TAU;
+
+/// Speeds at which the closed loop is checked.
+const CHECKED_SPEEDS: usize = 101;
+
+/// A loop that is unstable even when sampled so many times as often is so without sampling.
+const OFTEN: f64 = 50.0;
+
+/// What the checks found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Checks {
+    /// Number of speeds.
+    pub speeds: usize,
+    /// Largest real part of the loop's modes with the fitted model.
+    pub abscissa_fit: f64,
+    /// Largest real part with the true linearisations.
+    pub abscissa_truth: f64,
+    /// Largest frozen gain with the fitted model.
+    pub gain_fit: f64,
+    /// Largest frozen gain with the true linearisations.
+    pub gain_truth: f64,
+    /// Largest modulus of the modes of the sampled loop, with true linearisations and actuator lags.
+    pub sampled_radius: f64,
+    /// Fastest mode of the frozen controller, rad/s.
+    pub fastest_controller_mode: f64,
+}
+
+/// The part of the sampling rate 2 pi/T above which a mode of the controller is not what it was designed to be. The trapezoidal
+/// rule puts a frequency w at 2/T atan(w T/2): 11 % lower at a fifth of the rate, 36 % at a half.
+const SLOW_ENOUGH: f64 = 0.2;
+
+impl Checks {
+    /// What is to be said if the fastest mode of the controller is too fast for its sample time (s).
+    pub fn remark(&self, sample_time: f64) -> Option<String> {
+        let rate = TAU / sample_time;
+        let (fastest, most) = (self.fastest_controller_mode, SLOW_ENOUGH * rate);
+        (fastest > most).then(|| {
+            format!(
+                "WARNING: the fastest mode of the controller, {fastest:.0} rad/s, is beyond a fifth of the sampling rate, {most:.1} rad/s \
+                 (2 pi/{sample_time} s/5):\nthe controller as it is sampled is not the one that is bounded, though its loop is stable at these \
+                 speeds.\nA sample time of {} s or a lower bandwidth mends that",
+                rounded_down(SLOW_ENOUGH * TAU / fastest)
+            )
+        })
+    }
+}
+
+/// A number with two significant digits, not above it.
+fn rounded_down(v: f64) -> String {
+    let unit = 10f64.powf(v.log10().floor() - 1.0);
+    format!("{:.*}", (1.0 - v.log10().floor()).max(0.0) as usize, (v / unit).floor() * unit)
+}
+
+/// Checks a controller for the scheduled plant `plant` against a gain bound.
+///
+/// # Errors
+/// [`Error::Refused`] with the first failure.
+pub fn check(
+    inputs: &Inputs,
+    plant: &GeneralisedPlant,
+    controller: &Controller,
+    bound: f64,
+) -> Result<Checks, Error> {
+    well_posed(&controller.dtt)?;
+    well_posed(&plant.dtt)?;
+    let sample_time = inputs.design.sample_time;
+    well_posed(&sampled_dtt(controller, sample_time).unwrap_or_else(|| Mat::from_element(1, 1, f64::NAN)))?;
+    let closed = plant.close(controller);
+    let (centre, half_range) = inputs.design.scheduling();
+    let mut found = Checks {
+        speeds: CHECKED_SPEEDS,
+        abscissa_fit: f64::NEG_INFINITY,
+        abscissa_truth: f64::NEG_INFINITY,
+        gain_fit: 0.0,
+        gain_truth: 0.0,
+        sampled_radius: 0.0,
+        fastest_controller_mode: 0.0,
+    };
+    for speed in speeds(inputs, CHECKED_SPEEDS) {
+        let rho = (speed - centre) / half_range;
+        let fitted = closed.frozen(&[rho])?;
+        let real_part = spectral_abscissa(&fitted.a);
+        if real_part.is_nan() || real_part >= 0.0 {
+            return Err(Refusal::UnstableFit { speed, real_part }.into());
+        }
+        let gain = fitted.hinf_norm().value;
+        if gain.is_nan() || gain > bound {
+            return Err(Refusal::Gain { speed, gain, bound }.into());
+        }
+        let frozen = frozen_controller(controller, rho)?;
+        let linearisation = linearise_at(inputs, speed)?;
+        let radius = spectral_radius(inputs, &linearisation, &controller.frozen(&[rho])?);
+        if radius.is_nan() || radius >= 1.0 {
+            let mut often = inputs.clone();
+            often.design.sample_time = sample_time / OFTEN;
+            let growth = spectral_radius(&often, &linearisation, &controller.frozen(&[rho])?).ln();
+            return Err(match growth >= 0.0 {
+                true => {
+                    let real_part = growth / often.design.sample_time;
+                    Refusal::UnstableWithLags { speed, real_part }
+                }
+                false => Refusal::UnstableSampled { speed, sample_time, radius },
+            }
+            .into());
+        }
+        let truth = augment(inputs, Lft::constant(stacked(&linearisation)))?;
+        let true_loop = truth.close(&frozen).frozen(&[])?;
+        let true_real_part = spectral_abscissa(&true_loop.a);
+        if true_real_part.is_nan() || true_real_part >= 0.0 {
+            return Err(Refusal::UnstableTruth { speed, real_part: true_real_part }.into());
+        }
+        found.abscissa_fit = found.abscissa_fit.max(real_part);
+        found.abscissa_truth = found.abscissa_truth.max(true_real_part);
+        found.gain_fit = found.gain_fit.max(gain);
+        let true_gain = true_loop.hinf_norm().value;
+        if !true_gain.is_finite() {
+            return Err(Refusal::TrueGain { speed, gain: true_gain }.into());
+        }
+        found.gain_truth = found.gain_truth.max(true_gain);
+        found.sampled_radius = found.sampled_radius.max(radius);
+        let fastest = eigenvalues(&frozen.a).iter().map(|p| p.norm()).fold(0.0, f64::max);
+        found.fastest_controller_mode = found.fastest_controller_mode.max(fastest);
+    }
+    Ok(found)
+}
+
+/// A controller with no parameter: the scheduled one at rho.
+///
+/// # Errors
+/// [`ModelError::Lft`](crate::error::ModelError::Lft) where it is not well posed.
+pub fn frozen_controller(k: &Controller, rho: f64) -> Result<Controller, Error> {
+    let frozen = k.frozen(&[rho])?;
+    let (n, u, y) = (frozen.a.nrows(), frozen.c.nrows(), frozen.b.ncols());
+    Ok(Controller {
+        a: frozen.a,
+        by: frozen.b,
+        cu: frozen.c,
+        duy: frozen.d,
+        bt: Mat::zeros(n, 0),
+        dut: Mat::zeros(u, 0),
+        ct: Mat::zeros(0, n),
+        dty: Mat::zeros(0, y),
+        dtt: Mat::zeros(0, 0),
+        blocks: vec![],
+    })
+}
+
+/// `I - rho D` is regular for all |rho| <= 1 exactly when D has no real eigenvalue of size 1 or more.
+fn well_posed(d: &Mat) -> Result<(), Refusal> {
+    for value in eigenvalues(d) {
+        let real = value.im.abs() <= 1e-12 * value.norm();
+        if value.re.is_nan() || (real && value.re.abs() >= 1.0) {
+            return Err(Refusal::NotWellPosed { rho: 1.0 / value.re });
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn modes_beyond_a_fifth_of_the_sampling_rate_are_told() {
+        let checks = |fastest| Checks {
+            speeds: 1,
+            abscissa_fit: -1.0,
+            abscissa_truth: -1.0,
+            gain_fit: 1.0,
+            gain_truth: 1.0,
+            sampled_radius: 0.9,
+            fastest_controller_mode: fastest,
+        };
+        // 2 pi/0.02/5 = 62.83 rad/s.
+        assert_eq!(checks(62.8).remark(0.02), None);
+        let words = checks(112.0).remark(0.02).unwrap();
+        assert!(words.contains("112 rad/s, is beyond a fifth of the sampling rate, 62.8 rad/s"), "{words}");
+        // 2 pi/5/112 = 0.01122 s.
+        assert!(words.contains("A sample time of 0.011 s"), "{words}");
+        assert_eq!(checks(112.0).remark(0.011), None);
+        assert_eq!([0.0112, 0.999, 1.26, 0.000541].map(rounded_down), ["0.011", "0.99", "1.2", "0.00054"]);
+    }
+}

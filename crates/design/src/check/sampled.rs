@@ -1,0 +1,88 @@
+//! The loop as it will run: the controller at its sample time, the vehicle and its actuators in between.
+//!
+//! The gain bound is about the controller in continuous time. Here the frozen controller is discretised by the trapezoidal rule, as
+//! the FMU does it, and closed with the true linearisation and the lags of the actuators under a zero-order hold.
+
+use crate::error::ProofError;
+use crate::inputs::Inputs;
+use crate::linearise::STATES;
+use auv::Linearisation;
+use lpv::matrix::{Mat, block, largest, solve};
+use lpv::state_space::StateSpace;
+
+/// The largest modulus of the sampled loop's modes; not-a-number when it cannot be formed.
+pub fn spectral_radius(inputs: &Inputs, l: &Linearisation, frozen: &StateSpace) -> f64 {
+    let radius = |closed: StateSpace| largest(0.0, closed.poles().iter().map(|v| v.norm()));
+    flying(inputs, l, frozen).map_or(f64::NAN, radius)
+}
+
+/// The sampled loop from the references to the tracked outputs and the controls, at the ticks and in units of their scales; `None` where a mode of
+/// the controller lies at 2/T.
+///
+/// ```text
+/// x+ = Phi x + Gamma u,  y = r - C x,  (k+, u) = K(k, y),  states [x, k]
+/// ```
+pub fn flying(inputs: &Inputs, l: &Linearisation, frozen: &StateSpace) -> Option<StateSpace> {
+    let (phi, gamma, c) = held(inputs, l);
+    let k = trapezoidal(frozen, inputs.design.sample_time)?;
+    Some(closed(&phi, &gamma, &c, &k))
+}
+
+/// What to say when [`flying`] or [`trapezoidal`] gives nothing.
+pub fn cannot() -> ProofError {
+    ProofError::Mismatch { what: "the sample time, with a mode of the controller".into() }
+}
+
+/// A plant without direct term and a controller in one loop, from the references to the outputs and the controls.
+pub fn closed(a: &Mat, b: &Mat, c: &Mat, k: &StateSpace) -> StateSpace {
+    let p = c.nrows();
+    StateSpace {
+        a: block(&[&[&(a - b * &k.d * c), &(b * &k.c)], &[&-(&k.b * c), &k.a]]),
+        b: block(&[&[&(b * &k.d)], &[&k.b]]),
+        c: block(&[&[c, &Mat::zeros(p, k.a.nrows())], &[&-(&k.d * c), &k.c]]),
+        d: block(&[&[&Mat::zeros(p, p)], &[&k.d]]),
+    }
+}
+
+/// `Dtt` of the discretised controller: `Dtt + Ct (I - A T/2)^-1 Bt T/2`.
+pub fn sampled_dtt(k: &lpv::controller::Controller, sample_time: f64) -> Option<Mat> {
+    let n = k.a.nrows();
+    let inner = solve(&(Mat::identity(n, n) - &k.a * (0.5 * sample_time)), &k.bt)?;
+    Some(&k.dtt + &k.ct * inner * (0.5 * sample_time))
+}
+
+/// Vehicle and actuators over one sample with the commands held: states \[u w q theta, actuators\], inputs and tracked outputs in units of their scales.
+pub fn held(inputs: &Inputs, l: &Linearisation) -> (Mat, Mat, Mat) {
+    let actuators = &inputs.vehicle.actuators;
+    let m = actuators.len();
+    let n = STATES + m;
+    let mut generator = Mat::zeros(n + m, n + m);
+    generator.view_mut((0, 0), (STATES, STATES)).copy_from(&l.a);
+    generator.view_mut((0, STATES), (STATES, m)).copy_from(&l.b);
+    for (j, actuator) in actuators.iter().enumerate() {
+        // An actuator without lag is one that is much faster than the sample.
+        let rate = 1.0 / actuator.lag.max(1e-3 * inputs.design.sample_time);
+        generator[(STATES + j, STATES + j)] = -rate;
+        generator[(STATES + j, n + j)] = rate * actuator.reach();
+    }
+    let transition = (generator * inputs.design.sample_time).exp();
+    let tracked = &inputs.design.tracked;
+    let measured = Mat::from_fn(tracked.len(), n, |i, j| {
+        if tracked[i].output.state() == j { 1.0 / tracked[i].scale } else { 0.0 }
+    });
+    (transition.view((0, 0), (n, n)).into_owned(), transition.view((0, n), (n, m)).into_owned(), measured)
+}
+
+/// The trapezoidal rule, as `scheduled::Lft::discretise` at a frozen parameter; `None` where a mode lies at 2/T.
+pub fn trapezoidal(k: &StateSpace, sample_time: f64) -> Option<StateSpace> {
+    let n = k.a.nrows();
+    let half = &k.a * (0.5 * sample_time);
+    let identity = Mat::identity(n, n);
+    let p = solve(&(&identity - &half), &identity)?;
+    Some(StateSpace {
+        a: &p * (&identity + &half),
+        b: &p * &k.b * sample_time,
+        c: &k.c * &p,
+        d: &k.d + &k.c * &p * &k.b * (0.5 * sample_time),
+    })
+}

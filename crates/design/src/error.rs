@@ -1,0 +1,85 @@
+//! What can stop a design, by stage.
+//!
+//! A stage returns its own error where nothing else can go wrong there, and [`Error`] where it rests on other stages.
+
+mod input;
+mod model;
+mod proof;
+mod refusal;
+mod store;
+mod uncertain;
+
+pub use input::InputError;
+pub use model::ModelError;
+pub use proof::ProofError;
+pub use refusal::Refusal;
+pub use store::StoreError;
+use thiserror::Error as ThisError;
+pub use uncertain::{RobustError, UncertainError};
+
+/// What stopped a design.
+#[derive(Debug, ThisError)]
+pub enum Error {
+    /// A vehicle file or a design file is wrong.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// There is no model of the vehicle, or no generalised plant.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// There is no uncertain model.
+    #[error(transparent)]
+    Uncertain(#[from] UncertainError),
+    /// No controller.
+    #[error(transparent)]
+    Synthesis(#[from] lpv::error::SynthesisError),
+    /// No controller for a vehicle, with what about the problem may be the cause.
+    #[error("{reason}{}", remarks.iter().map(|r| format!("\n  remark: {r}")).collect::<String>())]
+    NoController {
+        /// Why.
+        reason: lpv::error::SynthesisError,
+        /// Remarks on the problem.
+        remarks: Vec<String>,
+    },
+    /// There is no robust controller.
+    #[error(transparent)]
+    Robust(#[from] RobustError),
+    /// The gammas under other assumptions about the speed could not be computed.
+    #[error(transparent)]
+    Ladder(#[from] lpv::ladder::LadderError),
+    /// mu at a speed has no bound.
+    #[error("mu at {speed} m/s: {reason}")]
+    MuAtSpeed {
+        /// Speed along the path, m/s.
+        speed: f64,
+        /// Why.
+        reason: lpv::mu::sweep::SweepError,
+    },
+    /// The finished controller failed a check.
+    #[error("the controller is refused: {0}")]
+    Refused(#[from] Refusal),
+    /// A certificate does not prove what is claimed.
+    #[error(transparent)]
+    Proof(#[from] ProofError),
+    /// The files of a design cannot be written or read.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+}
+
+/// Errors of the crates below, by way of the stage that meets them.
+macro_rules! by_way_of {
+    ($($stage:ident: $($from:ty),+;)+) => { $($(
+        impl From<$from> for Error {
+            fn from(reason: $from) -> Self {
+                $stage::from(reason).into()
+            }
+        }
+    )+)+ };
+}
+
+by_way_of! {
+    InputError: auv::FileError;
+    ModelError: auv::CoefficientError, lpv::error::FitError, lpv::error::LftError, lpv::error::ShapeError,
+        lpv::error::AugmentError;
+    ProofError: certificate::Failure;
+    StoreError: auv::LpvModelError, auv::VehicleJsonError, scheduled::DesignError, scheduled::ManoeuvreError;
+}

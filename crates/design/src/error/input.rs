@@ -1,0 +1,35 @@
+//! What is wrong with the files that a design starts from.
+
+use thiserror::Error;
+
+/// What is wrong with the files that a design starts from.
+#[derive(Debug, Error)]
+pub enum InputError {
+    /// The vehicle's directory is not there.
+    #[error("{directory}: there is no such directory; name one that holds vehicle.toml and design.toml")]
+    NoVehicle {
+        /// As given.
+        directory: String,
+    },
+    /// The vehicle file or the design file is wrong, or a file is no text.
+    #[error(transparent)]
+    File(#[from] auv::FileError),
+    /// A bandwidth on the command line.
+    #[error("--bandwidth is {}; it must be {}", auv::number(*found), crate::inputs::design_file::BANDWIDTH.words)]
+    Bandwidth {
+        /// As given.
+        found: f64,
+    },
+    /// An actuator's name belongs to another variable of the FMUs.
+    #[error(
+        "{file}: an actuator cannot be called '{actuator}', because '{name}' is the name of another variable of the FMUs"
+    )]
+    ActuatorName {
+        /// The vehicle file.
+        file: String,
+        /// The actuator.
+        actuator: String,
+        /// The name that is there twice.
+        name: String,
+    },
+}

@@ -1,0 +1,49 @@
+//! Why a certificate does not prove what is claimed of a design.
+
+use thiserror::Error;
+
+/// Why a certificate does not prove what is claimed of a design.
+#[derive(Debug, Error)]
+pub enum ProofError {
+    /// A certificate does not prove its claim.
+    #[error(transparent)]
+    Unproved(#[from] certificate::Failure),
+    /// A certificate cannot be read.
+    #[error("{file}: {reason}")]
+    Certificate {
+        /// The file.
+        file: String,
+        /// What is wrong.
+        reason: certificate::ReadError,
+    },
+    /// A certificate speaks of less than the design claims.
+    #[error(
+        "the certificate has no section 'residual', but the design is marked as certified for the vehicle: what is left is of the fit \
+         alone, and proves nothing about the residual between the fit and the true linearisations"
+    )]
+    NoResidual,
+    /// A certificate speaks of another controller.
+    #[error("the certificate is not of this controller: {what} differs")]
+    Mismatch {
+        /// The first part that differs.
+        what: String,
+    },
+    /// A certificate speaks of another plant.
+    #[error("the certificate is not of this plant: {what} differs")]
+    WrongPlant {
+        /// The first part that differs.
+        what: String,
+    },
+    /// The ball of models that a certificate speaks of leaves the vehicle out.
+    #[error(
+        "the certificate's section 'residual' does not cover this vehicle: {}",
+        .reach.map_or_else(
+            || "E, F and Fu make no ball around the fit".to_owned(),
+            |r| format!("the true linearisations reach {r:.4} times as far from the fit as the ball does")
+        )
+    )]
+    Ball {
+        /// How far the residual reaches, the ball's radius being 1.
+        reach: Option<f64>,
+    },
+}

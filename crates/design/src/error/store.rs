@@ -1,0 +1,88 @@
+//! What stops the files of a design from being written or read.
+
+use thiserror::Error;
+
+/// What stops the files of a design from being written or read.
+#[derive(Debug, Error)]
+pub enum StoreError {
+    /// A file cannot be read.
+    #[error("{path}: cannot be read: {reason}")]
+    Unreadable {
+        /// The file.
+        path: String,
+        /// The system's reason.
+        reason: std::io::Error,
+    },
+    /// A file cannot be written.
+    #[error("{path}: cannot be written: {reason}")]
+    Unwritable {
+        /// The file.
+        path: String,
+        /// The system's reason.
+        reason: std::io::Error,
+    },
+    /// JSON could not be written.
+    #[error("{path}: {reason}")]
+    Json {
+        /// The file.
+        path: String,
+        /// Why.
+        reason: serde_json::Error,
+    },
+    /// There is no frozen design yet.
+    #[error("{directory}: there is no design yet; run `squid design` first")]
+    NotDesigned {
+        /// Where it was looked for.
+        directory: String,
+    },
+    /// The frozen design belongs to other inputs.
+    #[error("{directory}: {what} changed since this was designed; run `squid design` again")]
+    Stale {
+        /// The directory.
+        directory: String,
+        /// What changed.
+        what: &'static str,
+    },
+    /// A frozen file says something else than vehicle and design file.
+    #[error(
+        "{file}: `{key}` is {found}, but {expected} follows from vehicle and design file; `squid design` makes it anew"
+    )]
+    Edited {
+        /// The file.
+        file: &'static str,
+        /// The first key that differs.
+        key: String,
+        /// Its value.
+        found: String,
+        /// What it should be.
+        expected: String,
+    },
+    /// A frozen controller makes no sense.
+    #[error("{path}: {reason}")]
+    BadController {
+        /// The file.
+        path: String,
+        /// What is wrong with it.
+        reason: scheduled::DesignError,
+    },
+    /// A frozen LPV model makes no sense.
+    #[error("{path}: {reason}")]
+    BadPlant {
+        /// The file.
+        path: String,
+        /// What is wrong with it.
+        reason: auv::LpvModelError,
+    },
+    /// The plant's LPV model cannot be frozen or read.
+    #[error(transparent)]
+    LpvModel(#[from] auv::LpvModelError),
+    /// A vehicle has no JSON.
+    #[error(transparent)]
+    VehicleJson(#[from] auv::VehicleJsonError),
+    /// The frozen controller is wrong.
+    #[error(transparent)]
+    ControllerDesign(#[from] scheduled::DesignError),
+    /// The manoeuvre is wrong.
+    #[error(transparent)]
+    Manoeuvre(#[from] scheduled::ManoeuvreError),
+}

@@ -1,0 +1,62 @@
+//! Why there is no uncertain model, or no robust controller.
+
+use thiserror::Error;
+
+/// Why there is no uncertain model.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum UncertainError {
+    /// The design has no section `[uncertainty]`, or it names nothing.
+    #[error(
+        "the design {design} names nothing uncertain; add a section [uncertainty], as vehicles/squid/design.toml has"
+    )]
+    NothingUncertain {
+        /// The design.
+        design: String,
+    },
+    /// A coefficient enters the motion otherwise than affinely.
+    #[error(
+        "[uncertainty]: '{name}' does not enter the equations of motion linearly (off by {off:.1e} of them over its range), so it \
+         cannot be uncertain; name what it acts through, for instance 'form_factor' or 'drag_area' for friction"
+    )]
+    NotAffine {
+        /// The coefficient.
+        name: String,
+        /// The relative difference.
+        off: f64,
+    },
+    /// Three of the coefficients multiply one another.
+    #[error(
+        "[uncertainty]: three of the coefficients multiply one another (off by {off:.1e} of the equations of motion); name two of \
+         them at most, for instance not density, form_factor and wetted_area together"
+    )]
+    ThreeMultiply {
+        /// The relative difference.
+        off: f64,
+    },
+    /// The vehicle is none at some corner of the ranges.
+    #[error("[uncertainty]: with every coefficient at an end of its range, {reason}")]
+    Corner {
+        /// Why.
+        reason: auv::CoefficientError,
+    },
+    /// The vehicle does not trim at some corner of the ranges.
+    #[error("[uncertainty]: with every coefficient at an end of its range there is no trim: {reason}")]
+    NoTrim {
+        /// Why.
+        reason: auv::TrimError,
+    },
+}
+
+/// Why there is no robust controller.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum RobustError {
+    /// The nominal controller has a bound at some size.
+    #[error("--robust: {0}")]
+    NoSize(#[from] lpv::robust::NoSize),
+    /// The bounds found hold clearly enough to be proved.
+    #[error("--robust: the bound of the {which} controller does not hold clearly enough to be proved")]
+    NotClear {
+        /// Which controller.
+        which: &'static str,
+    },
+}

@@ -1,0 +1,92 @@
+//! The vehicle as an LPV model: polynomials in speed, fitted to its linearisations, as an LFT.
+
+pub mod frequency;
+
+use crate::error::ModelError;
+use crate::inputs::Inputs;
+use crate::linearise::{STATES, linearise_at, speeds, stacked};
+use auv::Linearisation;
+use lpv::lft::Lft;
+use lpv::matrix::{Mat, largest_singular_value};
+use lpv::polynomial::{FitResidual, MatrixPolynomial};
+
+/// The linearisations and the polynomials fitted to them.
+#[derive(Debug, Clone)]
+pub struct Model {
+    /// Scheduling parameter and linearisation at each speed of the grid.
+    pub grid: Vec<(f64, Linearisation)>,
+    /// `[A B]` as a polynomial in rho, of the order that the design asks for.
+    pub fit: MatrixPolynomial,
+    /// Residuals of the fits of order 1, 2, ... up to one above the design's, on the grid.
+    pub residuals: Vec<Residual>,
+    /// The LFT of `[A B]`.
+    pub lft: Lft,
+    /// Largest difference between the LFT and the polynomial over the range, as a singular value.
+    pub lft_error: f64,
+}
+
+/// The residual of a fit of one order.
+#[derive(Debug, Clone)]
+pub struct Residual {
+    /// The order.
+    pub order: usize,
+    /// Of A alone.
+    pub a: FitResidual,
+    /// Of `[A B]`.
+    pub whole: FitResidual,
+    /// rms residual of A relative to the rms variation of A over the range, rather than to A itself.
+    pub relative_to_variation: f64,
+}
+
+impl Model {
+    /// Linearises over the grid of the design and fits.
+    ///
+    /// # Errors
+    /// [`ModelError::Trim`] where the vehicle does not trim; [`ModelError::Fit`].
+    pub fn new(inputs: &Inputs) -> Result<Self, ModelError> {
+        let (centre, half_range) = inputs.design.scheduling();
+        let grid: Vec<(f64, Linearisation)> = speeds(inputs, inputs.design.speeds)
+            .into_iter()
+            .map(|v| Ok(((v - centre) / half_range, linearise_at(inputs, v)?)))
+            .collect::<Result<_, ModelError>>()?;
+        let samples: Vec<(f64, Mat)> = grid.iter().map(|(rho, l)| (*rho, stacked(l))).collect();
+        let highest = (inputs.design.order + 1).min(samples.len() - 1);
+        let residuals = (1..=highest)
+            .map(|order| Residual::of(&samples, order))
+            .collect::<Result<Vec<_>, ModelError>>()?;
+        let fit = MatrixPolynomial::fit(&samples, inputs.design.order)?;
+        let lft = Lft::from_polynomial(&fit, inputs.design.drop);
+        let lft_error = lft_error(&lft, &fit)?;
+        Ok(Self { grid, fit, residuals, lft, lft_error })
+    }
+
+    /// The coefficients of A and of B, apart.
+    pub fn coefficients(&self) -> (Vec<Mat>, Vec<Mat>) {
+        let split =
+            |m: &Mat| (m.columns(0, STATES).into_owned(), m.columns(STATES, m.ncols() - STATES).into_owned());
+        self.fit.coefficients.iter().map(split).unzip()
+    }
+}
+
+impl Residual {
+    fn of(samples: &[(f64, Mat)], order: usize) -> Result<Self, ModelError> {
+        let only_a: Vec<(f64, Mat)> =
+            samples.iter().map(|(rho, m)| (*rho, m.columns(0, STATES).into_owned())).collect();
+        let a = MatrixPolynomial::fit(&only_a, order)?.residual(&only_a);
+        let whole = MatrixPolynomial::fit(samples, order)?.residual(samples);
+        let constant = MatrixPolynomial::fit(&only_a, 0)?.residual(&only_a);
+        let relative_to_variation =
+            if constant.relative_rms > 0.0 { a.relative_rms / constant.relative_rms } else { 0.0 };
+        Ok(Self { order, a, whole, relative_to_variation })
+    }
+}
+
+/// The largest error over 201 parameter values between -1 and 1.
+fn lft_error(lft: &Lft, fit: &MatrixPolynomial) -> Result<f64, ModelError> {
+    let mut worst = 0.0;
+    for i in 0..=200 {
+        let rho = f64::from(i) / 100.0 - 1.0;
+        worst = f64::max(worst, largest_singular_value(&(lft.evaluate(&[rho])? - fit.evaluate(rho))));
+    }
+    Ok(worst)
+}

@@ -1,0 +1,122 @@
+//! How far the fits are from the true linearisations as frequency responses (the paper's Fig. 4).
+
+use crate::fit::Model;
+use crate::inputs::Inputs;
+use crate::inputs::design_file::Output;
+use crate::linearise::{STATES, stacked};
+use lpv::matrix::{Mat, complex_singular_values};
+use lpv::polynomial::MatrixPolynomial;
+use lpv::state_space::StateSpace;
+use nalgebra::{Complex, DMatrix};
+
+/// Frequencies, rad/s, evenly spread on a logarithmic axis.
+pub fn axis() -> Vec<f64> {
+    (0..=60).map(|i| 10f64.powf(-2.0 + f64::from(i) / 20.0)).collect()
+}
+
+/// From the actuators to forward speed and pitch.
+pub fn system(ab: &Mat) -> StateSpace {
+    let inputs = ab.ncols() - STATES;
+    let mut c = Mat::zeros(2, STATES);
+    c[(0, 0)] = 1.0;
+    c[(1, 3)] = 1.0;
+    StateSpace {
+        a: ab.columns(0, STATES).into_owned(),
+        b: ab.columns(STATES, inputs).into_owned(),
+        c,
+        d: Mat::zeros(2, inputs),
+    }
+}
+
+/// The outputs of [`system`].
+pub const OUTPUTS: [&str; 2] = ["speed", "pitch"];
+
+/// How far the fit of one order is off: the largest over the grid of speeds and the frequencies.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Errors {
+    /// The order.
+    pub order: usize,
+    /// `|G_fit - G| / |G|` in the largest singular value, from all actuators in units of their reach to the tracked outputs in units of their scales.
+    pub scaled: f64,
+    /// `|g_fit - g| / |g|` from each actuator (columns) to each of [`OUTPUTS`] (rows); not-a-number for an actuator that does not move the output.
+    pub channels: Mat,
+}
+
+/// The actuator that moves pitch most, by its reach, at the lowest speed of the model.
+pub fn pitching_actuator(inputs: &Inputs, model: &Model) -> usize {
+    let actuators = &inputs.vehicle.actuators;
+    let effect = |j: usize| model.grid.first().map_or(0.0, |(_, l)| l.b[(2, j)].abs() * actuators[j].reach());
+    let most = (0..actuators.len()).max_by(|i, j| effect(*i).total_cmp(&effect(*j)).then(j.cmp(i)));
+    most.unwrap_or(0)
+}
+
+/// The errors of each order of the model's residuals.
+pub fn errors(inputs: &Inputs, model: &Model) -> Vec<Errors> {
+    let samples: Vec<(f64, Mat)> = model.grid.iter().map(|(rho, l)| (*rho, stacked(l))).collect();
+    let fits = model
+        .residuals
+        .iter()
+        .filter_map(|r| Some((r.order, MatrixPolynomial::fit(&samples, r.order).ok()?)));
+    fits.map(|(order, fit)| errors_of(inputs, order, &samples, &fit)).collect()
+}
+
+/// The largest singular value.
+fn largest(g: &DMatrix<Complex<f64>>) -> f64 {
+    complex_singular_values(g).first().copied().unwrap_or(0.0)
+}
+
+fn errors_of(inputs: &Inputs, order: usize, samples: &[(f64, Mat)], fit: &MatrixPolynomial) -> Errors {
+    let reach: Vec<f64> = inputs.vehicle.actuators.iter().map(auv::Actuator::reach).collect();
+    // The tracked outputs, in units of their scales.
+    let tracked: Vec<(usize, f64)> =
+        inputs.design.tracked.iter().map(|t| (usize::from(t.output == Output::Pitch), t.scale)).collect();
+    let scaled = |g: &DMatrix<Complex<f64>>| {
+        DMatrix::from_fn(tracked.len(), reach.len(), |i, j| g[(tracked[i].0, j)] * (reach[j] / tracked[i].1))
+    };
+    let mut found = Errors { order, scaled: 0.0, channels: Mat::zeros(OUTPUTS.len(), reach.len()) };
+    for (rho, truth) in samples {
+        let (exact, fitted) = (system(truth), system(&fit.evaluate(*rho)));
+        for omega in axis() {
+            let s = Complex::new(0.0, omega);
+            let (Some(g), Some(h)) = (exact.response(s), fitted.response(s)) else { continue };
+            found.scaled = found.scaled.max(largest(&scaled(&(&h - &g))) / largest(&scaled(&g)));
+            for (i, worst) in found.channels.iter_mut().enumerate() {
+                let error = (h[i] - g[i]).norm() / g[i].norm();
+                *worst = if worst.is_nan() || error.is_nan() { f64::NAN } else { worst.max(error) };
+            }
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    /// Other scales of the design leave the channels as they are, and move what is measured in units of them; the channel of the paper's Fig. 4 is
+    /// much farther off than speed and pitch in SI units together, which are mostly speed.
+    #[test]
+    fn errors_are_by_channel_and_in_the_scales_of_the_design() {
+        let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
+        let mut inputs = Inputs::read(vehicle, "design", None).unwrap();
+        let model = Model::new(&inputs).unwrap();
+        let at = |inputs: &Inputs| errors(inputs, &model).into_iter().find(|e| e.order == 2).unwrap();
+        let first = at(&inputs);
+        let pitch = first.channels[(1, pitching_actuator(&inputs, &model))];
+        assert!((pitch - 0.067).abs() < 0.003, "{pitch}");
+        for track in &mut inputs.design.tracked {
+            track.scale *= if track.output == Output::Pitch { 1e-6 } else { 1.0 };
+        }
+        let second = at(&inputs);
+        assert_eq!(first.channels, second.channels);
+        // In units of so small a scale pitch is all that counts.
+        assert!(
+            second.scaled > 2.0 * first.scaled || first.scaled > 0.02,
+            "{} {}",
+            first.scaled,
+            second.scaled
+        );
+        assert!((second.scaled - first.scaled).abs() > 1e-4);
+    }
+}

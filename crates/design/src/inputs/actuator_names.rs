@@ -1,0 +1,115 @@
+//! Names that the FMUs' own variables leave to actuators.
+
+use crate::error::InputError;
+use auv::{COEFFICIENTS, Vehicle};
+use std::collections::BTreeSet;
+
+/// Variables of the three FMUs that are there for every vehicle, besides its coefficients; and the column that every record begins with.
+const OWN: [&str; 35] = [
+    "current_horizontal",
+    "current_vertical",
+    "depth",
+    "distance",
+    "fidelity",
+    "gamma",
+    "gamma_certified",
+    "heave",
+    "heave_over_ground",
+    "initial_depth",
+    "initial_speed",
+    "manual",
+    "operating_speed",
+    "path_speed",
+    "pitch",
+    "pitch_rate",
+    "pitch_reference",
+    "pitch_reference_used",
+    "pitch_step",
+    "ramp_duration",
+    "ramp_start",
+    "sample_time",
+    "scheduling_parameter",
+    "speed",
+    "speed_from",
+    "speed_out_of_range",
+    "speed_reference",
+    "speed_reference_used",
+    "speed_to",
+    "step_end",
+    "step_time",
+    "surge_over_ground",
+    "time",
+    "tracking_error",
+    "trim_pitch",
+];
+
+/// The variables that an actuator brings along.
+fn brought(name: &str) -> [String; 3] {
+    [name.to_owned(), format!("{name}_output"), format!("trim_{name}")]
+}
+
+/// Asserts that no variable of the FMUs gets the name of another; `file` is for the message.
+///
+/// # Errors
+/// [`InputError::ActuatorName`].
+pub fn check(vehicle: &Vehicle, file: &str) -> Result<(), InputError> {
+    let own = OWN.into_iter().chain(COEFFICIENTS.iter().map(|spec| spec.key));
+    let mut taken: BTreeSet<String> = own.map(str::to_owned).collect();
+    for actuator in &vehicle.actuators {
+        for name in brought(&actuator.name) {
+            if !taken.insert(name.clone()) {
+                return Err(InputError::ActuatorName {
+                    file: file.into(),
+                    actuator: actuator.name.clone(),
+                    name,
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The list is that of the committed model descriptions, no more and no less.
+    #[test]
+    fn the_list_is_that_of_the_fmus() {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let vehicle = Vehicle::read(&folder.join("vehicles/squid/vehicle.toml")).unwrap();
+        let mut found: BTreeSet<String> = BTreeSet::from(["time".to_owned()]);
+        for name in ["squid", "squid_plant", "squid_controller"] {
+            let xml = std::fs::read_to_string(folder.join(format!("modelDescription/{name}.xml"))).unwrap();
+            let names =
+                xml.split("<ScalarVariable name=\"").skip(1).filter_map(|rest| rest.split('"').next());
+            found.extend(names.filter(|name| !name.starts_with("der(")).map(str::to_owned));
+        }
+        for name in vehicle.actuators.iter().flat_map(|one| brought(&one.name)) {
+            assert!(found.remove(&name), "{name}");
+        }
+        for spec in COEFFICIENTS {
+            assert!(found.remove(spec.key), "{}", spec.key);
+        }
+        assert_eq!(found, OWN.map(str::to_owned).into());
+    }
+
+    #[test]
+    fn names_that_are_taken_are_refused() {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let mut vehicle = Vehicle::read(&folder.join("vehicles/squid/vehicle.toml")).unwrap();
+        check(&vehicle, "v.toml").unwrap();
+        for (name, taken) in [
+            ("pitch", "pitch"),
+            ("time", "time"),
+            ("mass", "mass"),
+            ("upper_port_output", "upper_port_output"),
+            ("trim_upper_port", "trim_upper_port"),
+        ] {
+            vehicle.actuators[2].name = name.to_owned();
+            let told = check(&vehicle, "v.toml").unwrap_err().to_string();
+            assert!(told.starts_with(&format!("v.toml: an actuator cannot be called '{name}'")), "{told}");
+            assert!(told.contains(&format!("'{taken}'")), "{told}");
+        }
+    }
+}

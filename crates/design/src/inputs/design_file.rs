@@ -1,0 +1,171 @@
+//! The design file: what is asked of the controller.
+//!
+//! Every key is explained in the design files that come with the vehicles.
+//!
+//! Weights are given by numbers that mean something, not by polynomials: `W_e = (s/peak + bandwidth)/(s + bandwidth steady_error)` and a
+//! constant W_u. Both are proper for every value in the ranges below; a value that would make them improper or infinite (peak = 0,
+//! bandwidth = inf) is refused with file, line and key.
+
+mod tables;
+mod uncertainty;
+
+use auv::toml_file::{Document, FileError, read_text};
+use scheduled::Manoeuvre;
+use std::path::Path;
+pub use uncertainty::{HalfRange, UncertainCoefficient, UncertainParameter, Uncertainty};
+
+/// A quantity that the controller can track.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Output {
+    /// Pitch angle.
+    Pitch,
+    /// Forward speed through the water.
+    Speed,
+}
+
+impl Output {
+    /// Every output.
+    pub const ALL: [Self; 2] = [Self::Pitch, Self::Speed];
+
+    /// Its name in files and on screen.
+    pub fn name(self) -> &'static str {
+        match self {
+            Output::Pitch => "pitch",
+            Output::Speed => "speed",
+        }
+    }
+
+    /// Its SI unit.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Output::Pitch => "rad",
+            Output::Speed => "m/s",
+        }
+    }
+
+    /// Its place in the state x = [u w q theta].
+    pub fn state(self) -> usize {
+        match self {
+            Output::Pitch => 3,
+            Output::Speed => 0,
+        }
+    }
+}
+
+/// A range of numbers, in words that a message can hold.
+#[derive(Debug, Clone, Copy)]
+pub struct Range {
+    least: f64,
+    most: f64,
+    /// What is allowed.
+    pub words: &'static str,
+}
+
+impl Range {
+    /// Whether a number lies in it; not-a-number does not.
+    pub fn allows(&self, v: f64) -> bool {
+        (self.least..=self.most).contains(&v)
+    }
+}
+
+/// w_b of W_e.
+pub const BANDWIDTH: Range = Range { least: 1e-6, most: 1e6, words: "from 1e-6 to 1e6 (rad/s)" };
+
+/// M_s of W_e. Towards 0 the gain 1/M_s at high frequency grows; at 0 the weight is not proper.
+const PEAK: Range = Range {
+    least: 1.0 + f64::EPSILON,
+    most: 100.0,
+    words: "above 1, at most 100; 1/peak is the gain of W_e at high frequency, and with 0 W_e would not be proper",
+};
+
+/// Scales of references, by which is divided.
+const SCALE: Range = Range { least: 1e-6, most: 1e6, words: "from 1e-6 to 1e6" };
+
+/// W_u.
+const CONTROL_WEIGHT: Range = Range {
+    least: 1e-6,
+    most: 1e6,
+    words: "from 1e-6 to 1e6; without a weight on the actuators their gains grow without limit",
+};
+
+/// A tracked output with its weight.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tracked {
+    /// Which.
+    pub output: Output,
+    /// The reference that counts as 1, SI.
+    pub scale: f64,
+    /// W_e.
+    pub weight: lpv::tracking::TrackingWeight,
+}
+
+/// A design file, checked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DesignFile {
+    /// The file's name without its ending.
+    pub name: String,
+    /// One sentence for people.
+    pub description: String,
+    /// Lowest speed, m/s.
+    pub speed_min: f64,
+    /// Highest speed, m/s.
+    pub speed_max: f64,
+    /// Number of speeds at which the vehicle is linearised.
+    pub speeds: usize,
+    /// Depth, m.
+    pub depth: f64,
+    /// Order of the polynomials in speed.
+    pub order: usize,
+    /// Singular values of the LFT below this fraction of the largest are dropped.
+    pub drop: f64,
+    /// The tracked outputs.
+    pub tracked: Vec<Tracked>,
+    /// W_u, in units of each actuator's limit.
+    pub control_weight: f64,
+    /// Disturbance at the input, in units of each actuator's limit.
+    pub disturbance: f64,
+    /// Relative back-off from the least gamma.
+    pub back_off: f64,
+    /// Sample time of the autopilot, s.
+    pub sample_time: f64,
+    /// What the FMU of the whole loop flies by default.
+    pub manoeuvre: Manoeuvre,
+    /// Which numbers of the vehicle are uncertain; `None` without the section.
+    pub uncertainty: Option<Uncertainty>,
+}
+
+impl DesignFile {
+    /// Reads and checks a design file.
+    ///
+    /// # Errors
+    /// [`FileError`]: every mistake with file, line, key, what was found and what is allowed.
+    pub fn read(path: &Path) -> Result<Self, FileError> {
+        let file = path.display().to_string();
+        let name = path.file_stem().map_or_else(|| file.clone(), |s| s.to_string_lossy().into_owned());
+        Self::parse(&read_text(path)?, &file, &name)
+    }
+
+    /// Checks the text of a design file; `file` is for messages.
+    ///
+    /// # Errors
+    /// As [`DesignFile::read`].
+    pub fn parse(text: &str, file: &str, name: &str) -> Result<Self, FileError> {
+        let document = Document::parse(text, file)?;
+        document.finish(tables::design(&document, name))
+    }
+
+    /// The scheduling parameter rho = (V - centre)/half_range: centre and half range, m/s.
+    pub fn scheduling(&self) -> (f64, f64) {
+        (0.5 * (self.speed_min + self.speed_max), 0.5 * (self.speed_max - self.speed_min))
+    }
+
+    /// The same design with another bandwidth of every W_e, as the paper tunes it in its Fig. 5.
+    #[must_use]
+    pub fn with_bandwidth(mut self, bandwidth: f64) -> Self {
+        for tracked in &mut self.tracked {
+            tracked.weight.bandwidth = bandwidth;
+        }
+        self.name = format!("{}-bandwidth-{bandwidth}", self.name);
+        self
+    }
+}

@@ -1,0 +1,366 @@
+//! Reads the tables of a design file.
+
+use crate::inputs::design_file::{
+    BANDWIDTH, CONTROL_WEIGHT, DesignFile, Output, PEAK, Range, SCALE, Tracked,
+};
+use auv::toml_file::{Document, Table};
+use auv::{number, rounded};
+use scheduled::{MANOEUVRE_FORMAT, Manoeuvre};
+use std::f64::consts::FRAC_PI_2;
+
+/// How long after the end of the flight the step of the default manoeuvre lasts, s.
+const NEVER: f64 = 1e6;
+
+/// Ticks of a flight: its record is kept in memory, some 200 bytes each.
+const MOST_TICKS: f64 = 1e6;
+
+/// A part of a step or a speed by which it may exceed what is allowed, for the rounding of units.
+const ROUNDING: f64 = 1e-9;
+
+const SECTIONS: [&str; 8] =
+    ["description", "model", "track", "control", "synthesis", "autopilot", "manoeuvre", "uncertainty"];
+
+/// The whole file; `None` if a mistake was taken down that leaves no value.
+pub(super) fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
+    let root = document.root();
+    root.allow_only(&SECTIONS);
+    let description = root.text("description");
+    let model = root.required_table("model", "range of speed, depth, and the fit").map(|t| Model::of(&t));
+    let tracked = tracked(&root);
+    let control = section(&root, "control", "the weight on each actuator, and a disturbance there");
+    let weight = control.as_ref().map(|table| (within(table, "weight", CONTROL_WEIGHT), disturbance(table)));
+    let synthesis = section(&root, "synthesis", "back_off, how far from the least gamma");
+    let back_off = synthesis.and_then(|table| {
+        table.allow_only(&["back_off"]);
+        table.number("back_off", |v| (0.001..=1.0).contains(&v), "from 0.001 to 1")
+    });
+    let autopilot = section(&root, "autopilot", "sample_time, one tick each (s)");
+    let sample_time = autopilot.and_then(|table| {
+        table.allow_only(&["sample_time"]);
+        table.number("sample_time", |v| (1e-4..=1.0).contains(&v), "from 0.0001 to 1 (s)")
+    });
+    let limits = Limits {
+        speeds: model.as_ref().and_then(|m| m.speed_min.zip(m.speed_max)),
+        pitch: tracked.iter().flatten().find(|t| t.output == Output::Pitch).map(|t| t.scale),
+        duration: sample_time.map(|time| MOST_TICKS * time),
+    };
+    let manoeuvre = section(&root, "manoeuvre", "what the FMU of the whole loop flies");
+    let manoeuvre = manoeuvre.and_then(|table| limits.manoeuvre(&table));
+    let uncertainty = root
+        .table("uncertainty")
+        .map(|table| crate::inputs::design_file::uncertainty::read(document, &table));
+    let (model, (control_weight, disturbance)) = (model?, weight?);
+    Some(DesignFile {
+        name: name.into(),
+        description: description?,
+        speed_min: model.speed_min?,
+        speed_max: model.speed_max?,
+        speeds: model.speeds?,
+        depth: model.depth?,
+        order: model.order?,
+        drop: model.drop?,
+        tracked: tracked?,
+        control_weight: control_weight?,
+        disturbance: disturbance?,
+        back_off: back_off?,
+        sample_time: sample_time?,
+        manoeuvre: manoeuvre?,
+        uncertainty,
+    })
+}
+
+fn section<'d>(root: &Table<'d>, key: &str, meaning: &str) -> Option<Table<'d>> {
+    root.required_table(key, meaning)
+}
+
+fn within(table: &Table<'_>, key: &str, range: Range) -> Option<f64> {
+    table.number(key, |v| range.allows(v), range.words)
+}
+
+fn disturbance(control: &Table<'_>) -> Option<f64> {
+    control.allow_only(&["weight", "disturbance"]);
+    control.number("disturbance", |v| (0.0..=1e6).contains(&v), "from 0 to 1e6")
+}
+
+/// A factor from the unit that is named to SI.
+fn angle(table: &Table<'_>) -> Option<f64> {
+    table.one_of("unit", &["deg", "rad"]).map(|place| [1f64.to_radians(), 1.0][place])
+}
+
+/// The section `[model]`.
+struct Model {
+    speed_min: Option<f64>,
+    speed_max: Option<f64>,
+    speeds: Option<usize>,
+    depth: Option<f64>,
+    order: Option<usize>,
+    drop: Option<f64>,
+}
+
+impl Model {
+    fn of(table: &Table<'_>) -> Self {
+        table.allow_only(&["speed_min", "speed_max", "speeds", "depth", "order", "drop"]);
+        let order = table.whole("order", |v| (1..=5).contains(&v), "from 1 to 5");
+        let speed_min = table.number("speed_min", |v| v > 0.0, "above 0 (m/s)");
+        let above = speed_min.unwrap_or(0.0);
+        let enough = |v| v > order.unwrap_or(1) && v <= 1000;
+        Self {
+            speed_min,
+            speed_max: table.number("speed_max", |v| v > above, "above speed_min (m/s)"),
+            speeds: table.whole("speeds", enough, "more than the order and at most 1000"),
+            depth: table.number("depth", |v| v >= 0.0, "0 or more (m)"),
+            order,
+            drop: table.number("drop", |v| (0.0..0.5).contains(&v), "from 0 to below 0.5"),
+        }
+    }
+}
+
+/// The tracked outputs.
+fn tracked(root: &Table<'_>) -> Option<Vec<Tracked>> {
+    if !root.requires("track", "what is tracked, each output in a table [[track]]") {
+        return None;
+    }
+    let tables = root.tables("track");
+    let mut taken: Vec<Output> = Vec::new();
+    let each: Vec<Option<Tracked>> = tables.iter().map(|table| track(table, &mut taken)).collect();
+    each.into_iter().collect()
+}
+
+fn track(table: &Table<'_>, taken: &mut Vec<Output>) -> Option<Tracked> {
+    table.allow_only(&["output", "scale", "unit", "peak", "steady_error", "bandwidth"]);
+    let output = table.one_of("output", &Output::ALL.map(Output::name)).map(|place| Output::ALL[place]);
+    if let Some(output) = output.filter(|output| taken.contains(output)) {
+        table.not_allowed("output", format!("\"{}\" a second time", output.name()), "named once");
+        return None;
+    }
+    taken.extend(output);
+    let factor = match output? {
+        Output::Pitch => angle(table),
+        Output::Speed => table.one_of("unit", &["m/s"]).map(|_| 1.0),
+    };
+    let scale = within(table, "scale", SCALE);
+    let peak = within(table, "peak", PEAK);
+    let steady_error = table.number("steady_error", |v| v > 0.0 && v < 1.0, "above 0 and below 1");
+    let bandwidth = within(table, "bandwidth", BANDWIDTH);
+    Some(Tracked {
+        output: output?,
+        scale: factor? * scale?,
+        weight: lpv::tracking::TrackingWeight {
+            peak: peak?,
+            steady_error: steady_error?,
+            bandwidth: bandwidth?,
+        },
+    })
+}
+
+/// What the design allows a manoeuvre; `None` where that could not be read.
+struct Limits {
+    /// The range of speed, m/s.
+    speeds: Option<(f64, f64)>,
+    /// The largest pitch reference that the design is made for, rad.
+    pitch: Option<f64>,
+    /// Of the flight, s.
+    duration: Option<f64>,
+}
+
+impl Limits {
+    /// The default manoeuvre: a step that counts as 1 at most, at speeds for which there is a controller.
+    fn manoeuvre(&self, table: &Table<'_>) -> Option<Manoeuvre> {
+        table.allow_only(&[
+            "pitch_step",
+            "unit",
+            "step_time",
+            "speed_from",
+            "speed_to",
+            "ramp_start",
+            "ramp_duration",
+            "duration",
+        ]);
+        let factor = angle(table);
+        let pitch_step = factor.and_then(|factor| self.pitch_step(table, factor));
+        let most = self.duration.unwrap_or(f64::INFINITY);
+        let words = format!("above 0 and at most {} (s), a million sample times", number(most));
+        let duration = table.number("duration", |v| v > 0.0 && v <= most, &words);
+        let end = duration.unwrap_or(f64::INFINITY);
+        let before = "0 or more, and before the end of the flight (s)";
+        let step_time = table.number("step_time", |v| v >= 0.0 && v < end, before);
+        let (speed_from, speed_to) = (self.speed(table, "speed_from"), self.speed(table, "speed_to"));
+        let ramp_start = table.number("ramp_start", |v| v >= 0.0, "0 or more (s)");
+        let ramp_duration = table.number("ramp_duration", |v| v > 0.0, "above 0 (s)");
+        Some(Manoeuvre {
+            format: MANOEUVRE_FORMAT.into(),
+            pitch_step: pitch_step?,
+            step_time: step_time?,
+            step_end: duration? + NEVER,
+            speed_from: speed_from?,
+            speed_to: speed_to?,
+            ramp_start: ramp_start?,
+            ramp_duration: ramp_duration?,
+            duration: duration?,
+        })
+    }
+
+    fn pitch_step(&self, table: &Table<'_>, factor: f64) -> Option<f64> {
+        let Some(scale) = self.pitch.filter(|scale| *scale < FRAC_PI_2) else {
+            let words = "other than 0 and below a right angle";
+            let step = table.number("pitch_step", |v| v != 0.0 && (v * factor).abs() < FRAC_PI_2, words);
+            return step.map(|step| factor * step);
+        };
+        let unit = if factor == 1.0 { "rad" } else { "deg" };
+        let words = format!(
+            "other than 0 and at most {} {unit} in size, the 'scale' of pitch: the largest reference that the design is made for",
+            rounded(scale / factor)
+        );
+        let allowed = |v: f64| v != 0.0 && (v * factor).abs() <= scale * (1.0 + ROUNDING);
+        table.number("pitch_step", allowed, &words).map(|step| factor * step)
+    }
+
+    fn speed(&self, table: &Table<'_>, key: &str) -> Option<f64> {
+        let (low, high) = self.speeds.unwrap_or((f64::MIN_POSITIVE, f64::MAX));
+        let words = match self.speeds {
+            Some(_) => format!("from {} to {} (m/s), the range of the design", number(low), number(high)),
+            None => "within the range of the design (m/s)".into(),
+        };
+        table.number(key, |v| (low..=high).contains(&v), &words)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn squid() -> String {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid/design.toml");
+        auv::read_text(&path).unwrap()
+    }
+
+    /// The words for the design of Squid with texts replaced, and the lines on which these stand.
+    fn refused(edits: &[(&str, &str)]) -> (Vec<String>, Vec<usize>) {
+        let (original, mut text) = (squid(), squid());
+        let mut lines = Vec::new();
+        for (old, new) in edits {
+            let (before, _) = original.split_once(old).expect(old);
+            lines.push(before.matches('\n').count() + 1);
+            text = text.replacen(old, new, 1);
+        }
+        let words = DesignFile::parse(&text, "design.toml", "design").unwrap_err().to_string();
+        (words.lines().map(str::to_owned).collect(), lines)
+    }
+
+    #[test]
+    fn wrong_types_are_told_in_one_sentence() {
+        for (old, new, words) in [
+            (
+                "speeds = 26",
+                "speeds = 26.5",
+                "'model.speeds' is the number 26.5; it must be a whole number, more than",
+            ),
+            (
+                "order = 2",
+                "order = -2",
+                "'model.order' is the number -2; it must be a whole number, from 1 to 5",
+            ),
+            (
+                "depth = 50.0",
+                "depth = \"50 m\"",
+                "'model.depth' is the text \"50 m\"; it must be a number, 0 or more (m)",
+            ),
+            (
+                "back_off = 0.1",
+                "back_off = true",
+                "'synthesis.back_off' is true; it must be a number, from 0.001 to 1",
+            ),
+            (
+                "weight = 0.5",
+                "weight = { value = 1 }",
+                "'control.weight' is a table; it must be a number, from 1e-6 to 1e6",
+            ),
+            (
+                "weight = 0.5",
+                "weight = [0.5]",
+                "'control.weight' is a list; it must be a number, from 1e-6 to 1e6",
+            ),
+            (
+                "weight = 0.5",
+                "weight = 2026-01-01",
+                "'control.weight' is the date or time 2026-01-01; it must be a number",
+            ),
+            ("unit = \"m/s\"", "unit = 7", "'track.unit' is the number 7; it must be \"m/s\""),
+            (
+                "output = \"pitch\"",
+                "output = \"picth\"",
+                "'track.output' is \"picth\" (did you mean \"pitch\"?); it must be \"pitch\" or \"speed\"",
+            ),
+            ("back_off = 0.1", "back_off = 1e17", "'synthesis.back_off' is 1e17; it must be from 0.001 to 1"),
+            ("depth = 50.0", "depth = 1e300", "'model.depth' is 1e300; it must be at most 1e18 in size"),
+            ("depth = 50.0", "depth = 50.0\ndepth = 50.0", "'depth' stands here a second time"),
+        ] {
+            let (found, lines) = refused(&[(old, new)]);
+            let line = lines[0] + usize::from(new.contains("\ndepth"));
+            assert_eq!(found.len(), 1, "{found:?}");
+            assert!(found[0].starts_with(&format!("design.toml:{line}: {words}")), "{found:?}");
+        }
+    }
+
+    /// One line each, in the order of the file; a misspelt key is not missing as well.
+    #[test]
+    fn all_mistakes_are_told_at_once() {
+        let (found, lines) = refused(&[
+            ("sample_time =", "sampletime ="),
+            ("speed_min =", "speedmin ="),
+            ("peak = 2.0", "peak = \"two\""),
+            ("depth = 50.0", "depth = -50.0"),
+            ("ramp_start = 5.0", "ramp_start = nan"),
+        ]);
+        let mut lines = lines;
+        lines.sort_unstable();
+        assert_eq!(found.len(), lines.len(), "{found:?}");
+        for (words, line) in found.iter().zip(lines) {
+            assert!(words.starts_with(&format!("design.toml:{line}: ")), "{words}");
+        }
+        assert!(found[0].contains("unknown key 'model.speedmin' (did you mean 'speed_min'?)"), "{found:?}");
+    }
+
+    #[test]
+    fn a_manoeuvre_stays_within_the_design() {
+        for (old, new, words) in [
+            (
+                "speed_to = 2.9",
+                "speed_to = 3.1",
+                "'manoeuvre.speed_to' is 3.1; it must be from 0.5 to 3 (m/s), the range",
+            ),
+            (
+                "speed_from = 0.6",
+                "speed_from = 0.4",
+                "'manoeuvre.speed_from' is 0.4; it must be from 0.5 to 3 (m/s)",
+            ),
+            (
+                "pitch_step = 10.0",
+                "pitch_step = -10.1",
+                "'manoeuvre.pitch_step' is -10.1; it must be other than 0 and at most 10 deg",
+            ),
+            (
+                "step_time = 10.0",
+                "step_time = 60.0",
+                "'manoeuvre.step_time' is 60; it must be 0 or more, and before the end",
+            ),
+            (
+                "duration = 60.0",
+                "duration = 20001",
+                "'manoeuvre.duration' is 20001; it must be above 0 and at most 20000 (s)",
+            ),
+        ] {
+            let (found, lines) = refused(&[(old, new)]);
+            assert_eq!(found.len(), 1, "{found:?}");
+            assert!(found[0].starts_with(&format!("design.toml:{}: {words}", lines[0])), "{found:?}");
+        }
+        let whole = squid().replacen("speed_to = 2.9", "speed_to = 3", 1).replacen(
+            "pitch_step = 10.0",
+            "pitch_step = -10",
+            1,
+        );
+        let design = DesignFile::parse(&whole, "design.toml", "design").unwrap();
+        assert_eq!((design.manoeuvre.speed_to, design.manoeuvre.pitch_step), (3.0, -10f64.to_radians()));
+    }
+}

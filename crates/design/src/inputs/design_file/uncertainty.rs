@@ -1,0 +1,255 @@
+//! The section `[uncertainty]` of a design file: which numbers of the vehicle are uncertain, and how far.
+
+use auv::toml_file::{Document, FileError, FileProblem, Mistake, Table, cited, number};
+use auv::{COEFFICIENTS, Parameter, Vehicle};
+
+const SECTION: &str = "uncertainty";
+const COEFFICIENT: &str = "uncertainty.coefficients";
+const EITHER: &str = "a relative half range such as 0.3, or { absolute = 0.005, unit = \"m\" }";
+const RELATIVE: &str = "above 0 and below 1, or it would change sign; it is the half range over the value";
+
+/// What is uncertain, checked but for what the vehicle must know.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Uncertainty {
+    /// Half range of every actuator's gain, relative; 0 for none.
+    pub actuator_gain: f64,
+    /// The coefficients, in the order of the file.
+    pub coefficients: Vec<UncertainCoefficient>,
+}
+
+/// A coefficient that is uncertain.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UncertainCoefficient {
+    /// Its name in the vehicle file.
+    pub name: String,
+    /// How far it may be off.
+    pub half_range: HalfRange,
+    /// The line of the design file.
+    pub line: usize,
+}
+
+/// How far a coefficient may be off its value, to either side.
+#[derive(Debug, Clone, PartialEq)]
+pub enum HalfRange {
+    /// As a fraction of its value.
+    Relative(f64),
+    /// In a unit.
+    Absolute {
+        /// How far.
+        value: f64,
+        /// In what, which must be the coefficient's own unit.
+        unit: String,
+    },
+}
+
+/// The section, with everything that can be checked without the vehicle; what cannot be read is left out.
+pub(super) fn read(document: &Document<'_>, table: &Table<'_>) -> Uncertainty {
+    table.allow_only(&["actuator_gain", "coefficients"]);
+    let gain = |v: f64| (0.0..1.0).contains(&v);
+    let actuator_gain = match table.has("actuator_gain") {
+        true => table.number("actuator_gain", gain, "from 0 to below 1, relative").unwrap_or(0.0),
+        false => 0.0,
+    };
+    let coefficients = table.table("coefficients").map_or_else(Vec::new, |named| {
+        let each = named.keys().into_iter().filter_map(|(at, name)| {
+            let half_range = half_range(&named, name)?;
+            Some(UncertainCoefficient { name: name.to_owned(), half_range, line: document.line(at) })
+        });
+        each.collect()
+    });
+    Uncertainty { actuator_gain, coefficients }
+}
+
+fn half_range(named: &Table<'_>, name: &str) -> Option<HalfRange> {
+    if !named.holds_table(name) {
+        let found = named.float(name, EITHER)?;
+        if found > 0.0 && found < 1.0 {
+            return Some(HalfRange::Relative(found));
+        }
+        named.not_allowed(name, number(found), RELATIVE);
+        return None;
+    }
+    let table = named.table(name)?;
+    table.allow_only(&["absolute", "unit"]);
+    let value = table.number("absolute", |v| v > 0.0, "above 0 and finite");
+    let unit = table.text("unit");
+    Some(HalfRange::Absolute { value: value?, unit: unit? })
+}
+
+/// A coefficient of the vehicle with its range, SI.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UncertainParameter {
+    /// Which.
+    pub parameter: Parameter,
+    /// Its value in the vehicle file.
+    pub value: f64,
+    /// How far it may be off, to either side.
+    pub half_range: f64,
+}
+
+impl Uncertainty {
+    /// The coefficients and their ranges for a vehicle, in the order of the vehicle file; `file` is for messages.
+    ///
+    /// # Errors
+    /// [`FileError`]: names that the vehicle does not have, other units than the coefficients', relative ranges of
+    /// coefficients that are 0, ranges that leave what a coefficient may be.
+    pub fn resolve(&self, vehicle: &Vehicle, file: &str) -> Result<Vec<UncertainParameter>, FileError> {
+        let (mut found, mut mistakes) = (Vec::new(), Vec::new());
+        for coefficient in &self.coefficients {
+            match coefficient.resolve(vehicle) {
+                Ok(parameter) => found.push(parameter),
+                Err(problem) => mistakes.push(Mistake { line: Some(coefficient.line), problem }),
+            }
+        }
+        if !mistakes.is_empty() {
+            return Err(FileError { file: file.into(), mistakes });
+        }
+        let order = Parameter::all(vehicle);
+        found.sort_by_key(|u: &UncertainParameter| order.iter().position(|p| *p == u.parameter));
+        Ok(found)
+    }
+}
+
+impl UncertainCoefficient {
+    fn resolve(&self, vehicle: &Vehicle) -> Result<UncertainParameter, FileProblem> {
+        let parameter = Parameter::named(vehicle, &self.name)
+            .map_err(|source| FileProblem::UnknownCoefficient { section: SECTION, source })?;
+        let wrong = |found: String, allowed: &str| FileProblem::NotAllowed {
+            key: format!("{COEFFICIENT}.{}", self.name),
+            found,
+            allowed: allowed.into(),
+        };
+        let value = parameter.coefficient(vehicle).unwrap_or(0.0);
+        let half_range = match &self.half_range {
+            HalfRange::Relative(_) if value == 0.0 => {
+                let allowed = "{ absolute = ..., unit = ... }, because the value in the vehicle file is 0";
+                return Err(wrong("a relative range".into(), allowed));
+            }
+            HalfRange::Relative(fraction) => fraction * value.abs(),
+            HalfRange::Absolute { value, unit } if unit == parameter.unit(vehicle) => *value,
+            HalfRange::Absolute { unit, .. } => {
+                return Err(wrong(
+                    format!("in {}", cited(unit)),
+                    &format!("in \"{}\"", parameter.unit(vehicle)),
+                ));
+            }
+        };
+        if let Parameter::Coefficient(name) = parameter {
+            let spec = COEFFICIENTS.iter().find(|spec| spec.key == name);
+            let outside = |v: &f64| spec.is_some_and(|spec| !spec.allowed.contains(*v));
+            if let Some(end) = [value - half_range, value + half_range].into_iter().find(outside) {
+                let allowed = spec.map_or("", |spec| spec.allowed.describe());
+                return Err(wrong(format!("a range that reaches {}", number(end)), allowed));
+            }
+        }
+        Ok(UncertainParameter { parameter, value, half_range })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::inputs::design_file::DesignFile;
+    use std::path::Path;
+
+    /// The design of Squid with another section, resolved for the vehicle; the section begins on line 1.
+    fn resolve(vehicle: &str, section: &str) -> Result<Vec<UncertainParameter>, FileError> {
+        let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles");
+        let vehicle = Vehicle::read(&directory.join(vehicle).join("vehicle.toml")).unwrap();
+        let text = std::fs::read_to_string(directory.join("squid/paper.toml")).unwrap();
+        let (before, _) = text.split_once("[uncertainty]").unwrap();
+        let shifted = |mut error: FileError| {
+            for line in error.mistakes.iter_mut().filter_map(|mistake| mistake.line.as_mut()) {
+                *line -= before.lines().count();
+            }
+            error
+        };
+        let file = format!("{before}[uncertainty]\n{section}");
+        let design = DesignFile::parse(&file, "design.toml", "design").map_err(shifted)?;
+        design.uncertainty.unwrap().resolve(&vehicle, "design.toml").map_err(shifted)
+    }
+
+    #[test]
+    fn ranges_are_read_in_the_order_of_the_vehicle_file() {
+        let section = "[uncertainty.coefficients]\nM_q = 0.3\nx_G = { absolute = 0.01, unit = \"m\" }\n\"lower.z\" = 0.05\n";
+        let found = resolve("squid", section).unwrap();
+        let shown: Vec<(Parameter, f64, f64)> =
+            found.iter().map(|u| (u.parameter, u.value, u.half_range)).collect();
+        let lower = Parameter::Effect { actuator: 0, key: "z" };
+        assert_eq!(
+            shown,
+            [
+                (Parameter::Coefficient("x_G"), 0.0, 0.01),
+                (Parameter::Coefficient("M_q"), -5.0, 1.5),
+                (lower, 0.2, 0.2 * 0.05),
+            ]
+        );
+        assert_eq!(resolve("squid", "actuator_gain = 0.1\n").unwrap(), []);
+    }
+
+    #[test]
+    fn what_is_wrong_is_told_with_line_and_key() {
+        let coefficients = |line: &str| format!("[uncertainty.coefficients]\nM_q = 0.3\n{line}\n");
+        let begins = [
+            (
+                "actuator_gain = 1.0".to_string(),
+                "design.toml:2: 'uncertainty.actuator_gain' is 1; it must be from 0",
+            ),
+            (
+                coefficients("Z_vw = 0.3"),
+                "design.toml:4: [uncertainty]: the vehicle has no coefficient 'Z_vw' (did you mean 'Z_",
+            ),
+            (
+                coefficients("Z_w = 1.2"),
+                "design.toml:4: 'uncertainty.coefficients.Z_w' is 1.2; it must be above 0 and below 1",
+            ),
+            (coefficients("Z_w = nan"), "design.toml:4: 'uncertainty.coefficients.Z_w' is NaN; it must be"),
+            (
+                coefficients("x_G = 0.3"),
+                "design.toml:4: 'uncertainty.coefficients.x_G' is a relative range; it must be { absolute",
+            ),
+            (
+                coefficients("z_G = { absolute = 5, unit = \"mm\" }"),
+                "design.toml:4: 'uncertainty.coefficients.z_G' is in \"mm\"; it must be in \"m\"",
+            ),
+            (
+                coefficients("z_G = { absolute = -0.1, unit = \"m\" }"),
+                "design.toml:4: 'uncertainty.coefficients.z_G.absolute' is -0.1; it must be above 0 and finite",
+            ),
+            (
+                coefficients("Z_w = { absolute = 20.0, unit = \"kg/s\" }"),
+                "design.toml:4: 'uncertainty.coefficients.Z_w' is a range that reaches 8; it must be zero or a negative",
+            ),
+        ];
+        for (section, words) in begins {
+            let message = resolve("squid", &section).unwrap_err().to_string();
+            assert!(message.starts_with(words), "{message}\n{words}");
+        }
+        for (section, words) in [
+            (
+                coefficients("Z_w = \"much\""),
+                "is the text \"much\"; it must be a relative half range such as 0.3, or {",
+            ),
+            (
+                coefficients("Z_w = { absolut = 1.0, unit = \"kg/s\" }"),
+                "unknown key 'uncertainty.coefficients.Z_w.absolut' (did you mean 'absolute'?)",
+            ),
+            ("gain = 0.1\n".to_owned(), "unknown key 'uncertainty.gain'"),
+        ] {
+            let message = resolve("squid", &section).unwrap_err().to_string();
+            assert!(message.contains(words), "{message}");
+        }
+    }
+
+    /// One line each, in the order of the file.
+    #[test]
+    fn all_mistakes_are_told_at_once() {
+        let section = "[uncertainty.coefficients]\nZ_vw = 0.3\nM_q = 0.3\nx_G = 0.3\n";
+        let message = resolve("squid", section).unwrap_err().to_string();
+        let lines: Vec<&str> = message.lines().collect();
+        assert_eq!(lines.len(), 2, "{message}");
+        assert!(
+            lines[0].starts_with("design.toml:3: [uncertainty]: ") && lines[1].starts_with("design.toml:5: ")
+        );
+    }
+}

@@ -1,0 +1,24 @@
+//! From a vehicle and what is asked of its autopilot to a proved controller, stage by stage.
+//!
+//! ```text
+//! inputs -> linearise -> fit -> augment -> synthesise -> check -> certify -> freeze -> store
+//! ```
+//!
+//! [`run::run`] is the whole path; each stage is a file of that name. Nothing here prints, plots or packs: progress is
+//! called back ([`progress::Progress`]), and what was designed is a value ([`run::Finished`]).
+
+pub mod augment;
+pub mod certify;
+pub mod check;
+pub mod error;
+pub mod files;
+pub mod fit;
+pub mod freeze;
+pub mod inputs;
+pub mod linearise;
+pub mod numbers;
+pub mod progress;
+pub mod run;
+pub mod store;
+pub mod synthesise;
+pub mod uncertain;

@@ -1,0 +1,32 @@
+//! Numbers as people read them.
+
+/// A number with so many decimals, and 0 rather than -0.
+pub fn decimals(v: f64, digits: usize) -> String {
+    let text = format!("{v:.digits$}");
+    let is_zero = text.bytes().all(|b| matches!(b, b'-' | b'0' | b'.'));
+    if is_zero { text.trim_start_matches('-').into() } else { text }
+}
+
+/// A bound from above for people: rounded up, so that what is said is true, too.
+pub fn above(bound: f64) -> String {
+    format!("{:.4}", rounded_up(bound))
+}
+
+/// A bound from above as [`above`] shows it.
+pub fn rounded_up(bound: f64) -> f64 {
+    const DECIMALS: f64 = 1e4;
+    let up = (bound * DECIMALS).ceil() / DECIMALS;
+    if up.is_finite() { up } else { bound }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn zero_has_no_sign() {
+        let shown = [-0.00004, -0.0, 0.0, -0.00006, -12.5].map(|v| decimals(v, 4));
+        assert_eq!(shown, ["0.0000", "0.0000", "0.0000", "-0.0001", "-12.5000"]);
+        assert_eq!(decimals(f64::NAN, 1), "NaN");
+    }
+}

@@ -1,0 +1,79 @@
+//! What a long computation says while it runs.
+
+use std::fmt::{self, Debug, Formatter};
+use std::time::Instant;
+
+/// Something to be shown to whoever waits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Event<'e> {
+    /// A stage has begun.
+    Began {
+        /// Its name.
+        stage: &'e str,
+        /// What is being done, in words.
+        what: &'e str,
+    },
+    /// The stage that began last is over; its result follows as [`Event::Done`], if it has one.
+    Ended,
+    /// The result of a stage.
+    Done {
+        /// Its name.
+        stage: &'e str,
+        /// Its key figures, a line each.
+        figures: &'e str,
+    },
+}
+
+/// Calls back on each event; from several threads where work is shared out.
+#[derive(Clone, Copy, Default)]
+pub struct Progress<'p>(Option<&'p (dyn Fn(Event) + Sync)>);
+
+impl<'p> Progress<'p> {
+    /// Calls `back` on each event. [`Progress::default`] calls nothing.
+    pub fn new(back: &'p (dyn Fn(Event) + Sync)) -> Self {
+        Self(Some(back))
+    }
+
+    fn tell(&self, event: Event) {
+        if let Some(back) = self.0 {
+            back(event);
+        }
+    }
+
+    /// A stage begins; it ends when the guard is dropped.
+    pub fn begin(&self, stage: &str, what: &str) -> Running<'p> {
+        self.tell(Event::Began { stage, what });
+        Running { progress: *self, started: Instant::now() }
+    }
+
+    /// A stage has a result.
+    pub fn done(&self, stage: &str, figures: &str) {
+        self.tell(Event::Done { stage, figures });
+    }
+}
+
+impl Debug for Progress<'_> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        write!(f, "Progress({})", if self.0.is_some() { "called back" } else { "silent" })
+    }
+}
+
+/// A stage under way.
+#[derive(Debug)]
+pub struct Running<'p> {
+    progress: Progress<'p>,
+    started: Instant,
+}
+
+impl Running<'_> {
+    /// Seconds since it began.
+    pub fn seconds(&self) -> f64 {
+        self.started.elapsed().as_secs_f64()
+    }
+}
+
+impl Drop for Running<'_> {
+    fn drop(&mut self) {
+        self.progress.tell(Event::Ended);
+    }
+}

@@ -1,0 +1,200 @@
+//! The design, stage by stage: load, trim, linearise, fit, to LFT, augment, synthesise, check, freeze.
+
+use crate::augment::augment;
+use crate::certify::ball::SAMPLES;
+use crate::certify::{Proof, certify};
+use crate::check::{Checks, check};
+use crate::error::Error;
+use crate::fit::Model;
+use crate::fit::frequency;
+use crate::freeze::{Frozen, freeze};
+use crate::inputs::Inputs;
+use crate::numbers::{above, decimals};
+use crate::progress::Progress;
+use crate::synthesise::robust::{Robust, robust};
+use crate::synthesise::synthesise;
+use auv::Status;
+use lpv::plant::GeneralisedPlant;
+use lpv::synthesis::Design;
+
+/// A design with all that was found on the way.
+#[derive(Debug, Clone)]
+pub struct Finished {
+    /// The vehicle's LPV model.
+    pub model: Model,
+    /// The generalised plant.
+    pub plant: GeneralisedPlant,
+    /// The controller and its gammas.
+    pub design: Design,
+    /// What the checks found.
+    pub checks: Checks,
+    /// The certificate, or why there is none.
+    pub proof: Result<Proof, String>,
+    /// What the FMUs carry.
+    pub frozen: Frozen,
+    /// How the controller came to bear more of the declared uncertainty, if that was asked for.
+    pub robust: Option<Robust>,
+}
+
+/// Runs all progress.
+///
+/// # Errors
+/// The first stage that fails; no controller leaves here that did not pass the checks.
+pub fn run(inputs: &Inputs, progress: &Progress) -> Result<Finished, Error> {
+    run_with(inputs, progress, false)
+}
+
+/// The same, with a robust controller in place of the nominal one where that is asked for; see [`crate::synthesise::robust`].
+///
+/// # Errors
+/// As [`run`], and those of [`robust`].
+pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Result<Finished, Error> {
+    progress.done("vehicle", &vehicle_line(inputs));
+    progress.done("design", &format!("{}.toml: {}", inputs.design.name, inputs.design.description));
+    let model = Model::new(inputs)?;
+    progress.done("trim", &trim_line(&model));
+    progress.done("linearise", &linearise_line(&model));
+    progress.done("fit", &fit_line(inputs, &model));
+    progress.done("LFT", &lft_line(&model));
+    let plant = augment(inputs, model.lft.clone())?;
+    progress.done("augment", &augment_line(inputs, &plant));
+    let nominal = synthesise(inputs, &plant, progress)?;
+    let robust = with_robust.then(|| robust(inputs, &model, &plant, &nominal, progress)).transpose()?;
+    let design = robust.as_ref().map_or(nominal, |found| found.design.clone());
+    let running = progress.begin("check", "the closed loop against the fit and the true linearisations");
+    let checks = check(inputs, &plant, &design.controller, design.certified.gamma)?;
+    drop(running);
+    progress.done("check", &check_line(&checks, design.certified.gamma));
+    if let Some(words) = checks.remark(inputs.design.sample_time) {
+        progress.done("", &words);
+    }
+    let proof = certificate_stage(inputs, &model, &plant, &design, progress);
+    let frozen = freeze(inputs, &model, &design, proof.is_ok())?;
+    Ok(Finished { model, plant, design, checks, proof, frozen, robust })
+}
+
+/// Certifies; a proof that fails is told and kept as a reason, so that the design can be looked at all the same.
+fn certificate_stage(
+    inputs: &Inputs,
+    model: &Model,
+    plant: &GeneralisedPlant,
+    design: &Design,
+    progress: &Progress,
+) -> Result<Proof, String> {
+    let running = progress.begin("certify", "covering the fit's residual and proving in exact arithmetic");
+    let proof = certify(inputs, model, plant, design).map_err(|e| e.to_string());
+    let seconds = running.seconds();
+    drop(running);
+    match &proof {
+        Ok(proof) => progress.done("certify", &proof_line(proof, seconds)),
+        Err(reason) => progress.done("certify", &format!("NOT PROVED: {reason}")),
+    }
+    proof
+}
+
+fn proof_line(proof: &Proof, seconds: f64) -> String {
+    let covered = proof.theorem.gamma_with_model_error.map_or_else(String::new, |gamma| {
+        let gamma = above(gamma);
+        format!("\nand below {gamma} for every model in a ball around the fit, which holds the true linearisations by a \
+             computation at {SAMPLES} speeds")
+    });
+    format!(
+        "PROVED in exact arithmetic ({seconds:.1} s): gain below {} for every course of speed in the range,{covered}",
+        above(proof.theorem.gamma)
+    )
+}
+
+fn vehicle_line(inputs: &Inputs) -> String {
+    let v = &inputs.vehicle;
+    let names: Vec<&str> = v.actuators.iter().map(|a| a.name.as_str()).collect();
+    let standing = match v.status {
+        Status::Surrogate => "SURROGATE coefficients, not the real vehicle's",
+        Status::Published => "published coefficients",
+        Status::Measured => "measured coefficients",
+    };
+    format!("{} ({standing}); actuators: {}", v.name, names.join(", "))
+}
+
+fn trim_line(model: &Model) -> String {
+    let (first, last) = (&model.grid[0].1.trim, &model.grid[model.grid.len() - 1].1.trim);
+    format!(
+        "level at {} speeds, {:.2} to {:.2} m/s, {:.0} m deep; incidence {} to {} deg",
+        model.grid.len(),
+        first.speed,
+        last.speed,
+        first.depth,
+        decimals(first.incidence.to_degrees(), 2),
+        decimals(last.incidence.to_degrees(), 2)
+    )
+}
+
+fn linearise_line(model: &Model) -> String {
+    let slowest =
+        |i: usize| model.grid[i].1.eigenvalues().iter().map(|e| e.re).fold(f64::NEG_INFINITY, f64::max);
+    let worst = (0..model.grid.len()).map(slowest).fold(f64::NEG_INFINITY, f64::max);
+    let verdict = if worst < 0.0 { "stable at every speed" } else { "UNSTABLE without control" };
+    format!("x = [u w q theta]; {verdict} (largest real part {worst:+.3} rad/s)")
+}
+
+fn fit_line(inputs: &Inputs, model: &Model) -> String {
+    let each: Vec<String> = model
+        .residuals
+        .iter()
+        .map(|r| format!("order {}: {:.2} %", r.order, 100.0 * r.relative_to_variation))
+        .collect();
+    let errors = frequency::errors(inputs, model);
+    let responses = |of: &dyn Fn(&frequency::Errors) -> f64| -> String {
+        let each = errors.iter().map(|e| format!("order {}: {:.2} %", e.order, 100.0 * of(e)));
+        each.collect::<Vec<_>>().join(", ")
+    };
+    let most = frequency::pitching_actuator(inputs, model);
+    format!(
+        "order {} in rho; rms residual of A against its variation over speed: {}\n\
+         largest error of the frequency response, in the scales of the design: {}\n\
+         and from {} to pitch alone: {}",
+        inputs.design.order,
+        each.join(", "),
+        responses(&|e| e.scaled),
+        inputs.vehicle.actuators[most].name,
+        responses(&|e| e.channels[(1, most)])
+    )
+}
+
+fn lft_line(model: &Model) -> String {
+    format!(
+        "{} channels of rho; differs from the polynomial by {:.1e} at most",
+        model.lft.size(),
+        model.lft_error
+    )
+}
+
+fn augment_line(inputs: &Inputs, plant: &GeneralisedPlant) -> String {
+    let s = plant.sizes();
+    let tracked: Vec<String> = inputs
+        .design
+        .tracked
+        .iter()
+        .map(|t| format!("{} (w_b {} rad/s)", t.output.name(), t.weight.bandwidth))
+        .collect();
+    format!(
+        "tracks {}; {} states, {} inputs w, {} outputs z, {} measurements, {} controls",
+        tracked.join(" and "),
+        s.x,
+        s.w,
+        s.z,
+        s.y,
+        s.u
+    )
+}
+
+fn check_line(c: &Checks, bound: f64) -> String {
+    format!(
+        "{} speeds: stable with the fit, with the true linearisations, and sampled with the actuators' lags;\n\
+         largest frozen gain {:.4} and {:.4}, bound {}; fastest mode of the controller {:.0} rad/s",
+        c.speeds,
+        c.gain_fit,
+        c.gain_truth,
+        above(bound),
+        c.fastest_controller_mode
+    )
+}

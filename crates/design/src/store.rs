@@ -1,0 +1,290 @@
+//! The output directory of a design: its files, written and read back.
+//!
+//! | file | what |
+//! |---|---|
+//! | `controller.json` | the frozen controller |
+//! | `plant.json` | the frozen LPV model of the vehicle |
+//! | `manoeuvre.json` | what the FMU of the whole loop flies by default |
+//! | `certificate.json` | the proof of the gain bound, if there is one |
+//! | `design.json` | the figures of the design |
+//! | `robust.json` | of a robust design: nominal and robust controller side by side |
+//! | `robust_certificate.json` | of a robust design: the proof of the gain bound with uncertainty |
+//! | `.squid-lock` | empty; locked while the others are written or read, so that all are of one design |
+
+pub mod unedited;
+
+use crate::augment::augment;
+use crate::certify::controller_of;
+use crate::certify::verify;
+use crate::check::check;
+use crate::error::{Error, ProofError, StoreError};
+use crate::files::{Files, read, reading};
+use crate::fit::Model;
+use crate::fit::frequency::{Errors, OUTPUTS, errors};
+use crate::inputs::Inputs;
+use crate::run::Finished;
+use crate::synthesise::robust;
+use crate::synthesise::robust::StoredRobust;
+use auv::{LpvModel, LpvModelError};
+use certificate::{Certificate, Theorem};
+use lpv::controller::Controller;
+use scheduled::ControllerDesign;
+use scheduled::Manoeuvre;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// The directory that is used when none is named: `build/VEHICLE/DESIGN`.
+pub fn default_directory(inputs: &Inputs) -> PathBuf {
+    let name: String = inputs
+        .design
+        .name
+        .chars()
+        .map(|c| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '_' })
+        .collect();
+    let vehicle =
+        inputs.directory.file_name().map_or_else(|| inputs.vehicle.name.clone().into(), ToOwned::to_owned);
+    Path::new("build").join(vehicle).join(name)
+}
+
+/// The frozen files of a design.
+#[derive(Debug, Clone)]
+pub struct Stored {
+    /// The frozen controller.
+    pub controller: ControllerDesign,
+    /// The frozen LPV model.
+    pub plant: LpvModel,
+    /// The default manoeuvre.
+    pub manoeuvre: Manoeuvre,
+    /// The text of the certificate, or why there is none.
+    pub certificate: Result<String, String>,
+    /// Figures and certificate of a robust design, if it is one.
+    pub robust: Option<StoredRobust>,
+}
+
+impl Stored {
+    /// Proves the certificate again, for the controller that is stored and for the plant and weights of the inputs; and checks what is
+    /// checked before a controller is written.
+    ///
+    /// # Errors
+    /// The reason why this controller is not certified.
+    pub fn prove(&self, inputs: &Inputs) -> Result<Theorem, String> {
+        let text = self.certificate.as_ref().map_err(Clone::clone)?;
+        let certificate = verify::parse(text, "certificate.json").map_err(|e| e.to_string())?;
+        verify::matches(&self.controller, &certificate).map_err(|e| e.to_string())?;
+        let theorem = certificate.prove().map_err(|e| e.to_string())?;
+        self.made_of(inputs, &certificate).map_err(|e| e.to_string())?;
+        Ok(theorem)
+    }
+
+    /// What must be said before anything else of a design without a proof that holds.
+    pub fn unproved(&self, inputs: &Inputs) -> Option<String> {
+        let reason = match self.prove(inputs) {
+            Ok(_) if self.controller.gamma.certified => return None,
+            Ok(_) => "controller.json says that it is not certified".to_owned(),
+            Err(reason) => reason,
+        };
+        Some(format!("NOT PROVED: {reason}"))
+    }
+
+    /// Checks all that is no matter of proof: the plant and the ball of the certificate, scales and trims, the frozen loops.
+    fn made_of(&self, inputs: &Inputs, certificate: &Certificate) -> Result<(), Error> {
+        let model = Model::new(inputs)?;
+        verify::of_inputs(certificate, inputs, &model)?;
+        unedited::check(self, inputs, &model)?;
+        let plant = augment(inputs, model.lft.clone())?;
+        check(inputs, &plant, &self.lpv_controller()?, self.controller.gamma.bound).map(|_| ())
+    }
+
+    /// The frozen controller's matrices as the theory has them.
+    ///
+    /// # Errors
+    /// [`ProofError::Mismatch`] when they are ragged.
+    pub fn lpv_controller(&self) -> Result<Controller, ProofError> {
+        controller_of(&self.controller.lft)
+            .ok_or_else(|| ProofError::Mismatch { what: "the shape of a matrix of the controller".into() })
+    }
+}
+
+/// The figures of a design, as `design.json` holds them.
+#[derive(Debug, Serialize)]
+struct Figures<'a> {
+    vehicle: &'a str,
+    status: &'a str,
+    design: &'a str,
+    /// What the names of the FMUs begin with: IDENTIFIER.fmu, IDENTIFIER_plant.fmu, IDENTIFIER_controller.fmu.
+    fmu_identifier: String,
+    gamma_optimum: f64,
+    gamma_design: f64,
+    gamma_bound: f64,
+    back_off: f64,
+    /// What was added to the plant for the design alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    added_for_the_design: Option<String>,
+    gamma_bound_with_model_error: Option<f64>,
+    model_error: Option<f64>,
+    certified: bool,
+    not_certified_because: Option<&'a str>,
+    largest_eigenvalue: f64,
+    fit: Vec<FitFigures>,
+    lft_size: usize,
+    lft_error: f64,
+    checked_speeds: usize,
+    largest_real_part: f64,
+    largest_real_part_truth: f64,
+    largest_frozen_gain: f64,
+    largest_frozen_gain_truth: f64,
+    sampled_radius: f64,
+    fastest_controller_mode: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct FitFigures {
+    order: usize,
+    rms_relative_to_variation: f64,
+    rms_relative: f64,
+    largest_norm: f64,
+    frequency_response: ResponseFigures,
+}
+
+/// The largest relative errors of the frequency response, as in [`crate::fit::frequency::Errors`].
+#[derive(Debug, Serialize)]
+struct ResponseFigures {
+    scaled: f64,
+    channels: Vec<ChannelFigures>,
+}
+
+#[derive(Debug, Serialize)]
+struct ChannelFigures {
+    from: String,
+    to: &'static str,
+    error: f64,
+}
+
+fn response_figures(inputs: &Inputs, errors: Option<&Errors>) -> ResponseFigures {
+    let channel = |(i, to): (usize, &'static str), j: usize| ChannelFigures {
+        from: inputs.vehicle.actuators[j].name.clone(),
+        to,
+        error: errors.map_or(f64::NAN, |e| e.channels[(i, j)]),
+    };
+    let outputs = OUTPUTS.into_iter().enumerate();
+    let actuators = 0..inputs.vehicle.actuators.len();
+    ResponseFigures {
+        scaled: errors.map_or(f64::NAN, |e| e.scaled),
+        channels: outputs
+            .flat_map(|to| actuators.clone().map(move |j| (to, j)))
+            .map(|(to, j)| channel(to, j))
+            .collect(),
+    }
+}
+
+/// Writes the files of a finished design, all of them or none, and takes away what an earlier one left.
+///
+/// # Errors
+/// [`StoreError::Unwritable`].
+pub fn save(directory: &Path, inputs: &Inputs, finished: &Finished) -> Result<(), Error> {
+    let to = |name: &str| directory.join(name);
+    let mut files = Files::default();
+    files.add(to("plant.json"), finished.frozen.plant.to_json()?);
+    files.add(to("manoeuvre.json"), inputs.design.manoeuvre.to_json()?);
+    let path = to("certificate.json");
+    match &finished.proof {
+        Ok(proof) => {
+            let text = proof.certificate.to_json();
+            let wrong = |reason| ProofError::Certificate { file: path.display().to_string(), reason };
+            files.add(path.clone(), text.map_err(wrong)?);
+        }
+        Err(_) => files.remove(path),
+    }
+    files.add_json(to("design.json"), &figures(inputs, finished))?;
+    match &finished.robust {
+        Some(found) => found.add_to(&mut files, directory)?,
+        None => robust::forget(&mut files, directory),
+    }
+    // Last, for its hashes are what `load` trusts.
+    files.add(to("controller.json"), finished.frozen.controller.to_json()?);
+    Ok(files.save(directory)?)
+}
+
+/// Reads the files of a design back, if they belong to these inputs.
+///
+/// # Errors
+/// [`StoreError::NotDesigned`] when there is none, [`StoreError::Stale`] when vehicle or design file changed since.
+pub fn load(directory: &Path, inputs: &Inputs) -> Result<Stored, Error> {
+    let path = directory.join("controller.json");
+    let _held = reading(&path);
+    if !path.is_file() {
+        return Err(StoreError::NotDesigned { directory: directory.display().to_string() }.into());
+    }
+    let controller = ControllerDesign::from_json(&read(&path)?)
+        .map_err(|reason| StoreError::BadController { path: path.display().to_string(), reason })?;
+    let changed = [
+        ("the vehicle file", &controller.inputs.vehicle_sha256, &inputs.vehicle_sha256),
+        ("the design file", &controller.inputs.design_sha256, &inputs.design_sha256),
+    ];
+    if let Some((what, _, _)) = changed.into_iter().find(|(_, frozen, now)| frozen != now) {
+        return Err(StoreError::Stale { directory: directory.display().to_string(), what }.into());
+    }
+    let plant_path = directory.join("plant.json");
+    let plant_file = plant_path.display().to_string();
+    let plant = LpvModel::from_json(&read(&plant_path)?, &plant_file).map_err(|reason| match reason {
+        LpvModelError::NotJson { .. } => StoreError::LpvModel(reason),
+        reason => StoreError::BadPlant { path: plant_file, reason },
+    })?;
+    let certificate_path = directory.join("certificate.json");
+    let certificate = if certificate_path.is_file() {
+        Ok(read(&certificate_path)?)
+    } else {
+        Err(format!("there is no certificate.json{}", why_not_certified(directory)))
+    };
+    let robust = robust::stored(directory)?;
+    Ok(Stored { controller, plant, manoeuvre: inputs.design.manoeuvre.clone(), certificate, robust })
+}
+
+/// What `squid design` wrote down where it found no proof.
+fn why_not_certified(directory: &Path) -> String {
+    let figures = read(&directory.join("design.json")).ok();
+    let figures: Option<serde_json::Value> = figures.and_then(|text| serde_json::from_str(&text).ok());
+    let reason = figures.as_ref().and_then(|f| f.get("not_certified_because")?.as_str());
+    reason.map_or_else(String::new, |reason| format!(": {reason}"))
+}
+
+fn figures<'a>(inputs: &'a Inputs, f: &'a Finished) -> Figures<'a> {
+    let responses = errors(inputs, &f.model);
+    Figures {
+        vehicle: &inputs.vehicle.name,
+        status: inputs.vehicle.status.word(),
+        design: &inputs.design.name,
+        fmu_identifier: model_description::identifier(&inputs.vehicle.name),
+        gamma_optimum: f.design.gamma_optimum,
+        gamma_design: f.design.gamma_design,
+        gamma_bound: f.design.certified.gamma,
+        back_off: crate::synthesise::back_off(&f.design),
+        added_for_the_design: f.design.regularisation.as_ref().map(ToString::to_string),
+        gamma_bound_with_model_error: f.proof.as_ref().ok().and_then(|p| p.theorem.gamma_with_model_error),
+        model_error: f.proof.as_ref().ok().map(|p| p.model_error),
+        certified: f.proof.is_ok(),
+        not_certified_because: f.proof.as_ref().err().map(String::as_str),
+        largest_eigenvalue: f.design.certified.largest_eigenvalue,
+        fit: f
+            .model
+            .residuals
+            .iter()
+            .map(|r| FitFigures {
+                order: r.order,
+                rms_relative_to_variation: r.relative_to_variation,
+                rms_relative: r.a.relative_rms,
+                largest_norm: r.whole.norms.iter().copied().fold(0.0, f64::max),
+                frequency_response: response_figures(inputs, responses.iter().find(|e| e.order == r.order)),
+            })
+            .collect(),
+        lft_size: f.model.lft.size(),
+        lft_error: f.model.lft_error,
+        checked_speeds: f.checks.speeds,
+        largest_real_part: f.checks.abscissa_fit,
+        largest_real_part_truth: f.checks.abscissa_truth,
+        largest_frozen_gain: f.checks.gain_fit,
+        largest_frozen_gain_truth: f.checks.gain_truth,
+        sampled_radius: f.checks.sampled_radius,
+        fastest_controller_mode: f.checks.fastest_controller_mode,
+    }
+}

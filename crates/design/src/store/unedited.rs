@@ -1,0 +1,77 @@
+//! Whether the frozen files of a design are those that vehicle and design file make.
+//!
+//! A certificate speaks of the controller's matrices. The FMU also multiplies by scales, adds trims, cuts at limits and ticks at a
+//! sample time: these are computed anew here, so that nobody is told of a proof whose controller is flown with other ones.
+
+use crate::error::{Error, StoreError};
+use crate::fit::Model;
+use crate::freeze::{Frozen, frozen};
+use crate::inputs::Inputs;
+use crate::store::Stored;
+use serde::Serialize;
+use serde_json::Value;
+
+/// How far a number may be from the one computed anew: rounding on another processor.
+const SAME: f64 = 1e-8;
+
+/// Compares everything but the controller's matrices and gamma, which the certificate holds.
+///
+/// # Errors
+/// [`StoreError::Edited`] with the first key that differs; those of freezing.
+pub fn check(stored: &Stored, inputs: &Inputs, model: &Model) -> Result<(), Error> {
+    let Stored { controller, plant, .. } = stored;
+    let expected: Frozen = frozen(inputs, model, controller.lft.clone(), controller.gamma.clone())?;
+    compare("controller.json", controller, &expected.controller)?;
+    compare("plant.json", plant, &expected.plant)
+}
+
+fn compare<T: Serialize>(file: &'static str, found: &T, expected: &T) -> Result<(), Error> {
+    let json = |one: &T| serde_json::to_value(one).unwrap_or(Value::Null);
+    match unlike("", &json(found), &json(expected)) {
+        None => Ok(()),
+        Some((key, found, expected)) => Err(StoreError::Edited { file, key, found, expected }.into()),
+    }
+}
+
+/// The first key at which two values differ, with both.
+fn unlike(key: &str, found: &Value, expected: &Value) -> Option<(String, String, String)> {
+    let differs = || Some((key.to_owned(), found.to_string(), expected.to_string()));
+    match (found, expected) {
+        (Value::Object(a), Value::Object(b)) if a.len() == b.len() => a.iter().find_map(|(name, value)| {
+            let below = if key.is_empty() { name.clone() } else { format!("{key}.{name}") };
+            unlike(&below, value, b.get(name).unwrap_or(&Value::Null))
+        }),
+        (Value::Array(a), Value::Array(b)) if a.len() == b.len() => {
+            let mut pairs = a.iter().zip(b).enumerate();
+            pairs.find_map(|(index, (a, b))| unlike(&format!("{key}[{index}]"), a, b))
+        }
+        (Value::Number(a), Value::Number(b)) => {
+            let (a, b) = (a.as_f64()?, b.as_f64()?);
+            if (a - b).abs() > SAME * b.abs().max(1.0) { differs() } else { None }
+        }
+        _ if found == expected => None,
+        _ => differs(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn the_first_difference_is_named() {
+        let value = json!({"a": 1.0, "b": [{"c": "x"}, {"c": 2.0}]});
+        assert_eq!(unlike("", &value, &value), None);
+        let rounded = json!({"a": 1.0 + 1e-12, "b": [{"c": "x"}, {"c": 2.0}]});
+        assert_eq!(unlike("", &rounded, &value), None);
+        for (other, key) in [
+            (json!({"a": 1.1, "b": [{"c": "x"}, {"c": 2.0}]}), "a"),
+            (json!({"a": 1.0, "b": [{"c": "y"}, {"c": 2.0}]}), "b[0].c"),
+            (json!({"a": 1.0, "b": [{"c": "x"}, {"c": 2.1}]}), "b[1].c"),
+            (json!({"a": 1.0, "b": [{"c": "x"}]}), "b"),
+        ] {
+            assert_eq!(unlike("", &other, &value).unwrap().0, key);
+        }
+    }
+}

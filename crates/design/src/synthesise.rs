@@ -1,0 +1,132 @@
+//! Synthesis: the generalised plant of the design to a scheduled controller.
+
+pub mod ladder;
+pub mod robust;
+
+use crate::error::Error;
+use crate::inputs::Inputs;
+use crate::numbers::above;
+use crate::progress::Progress;
+use lpv::error::SynthesisError;
+use lpv::plant::GeneralisedPlant;
+use lpv::regularity::findings;
+use lpv::synthesis::{Design, Options};
+
+/// The scheduled controller of the design for its generalised plant, with a bound of the finished loop's gain.
+///
+/// # Errors
+/// [`Error::NoController`].
+pub fn synthesise(inputs: &Inputs, plant: &GeneralisedPlant, progress: &Progress) -> Result<Design, Error> {
+    let running = progress.begin("synthesise", "solving the matrix inequalities");
+    let options = Options { back_off: inputs.design.back_off, ..Options::default() };
+    let design =
+        lpv::synthesis::synthesise(plant, options).map_err(|reason| no_controller(inputs, plant, reason))?;
+    let seconds = running.seconds();
+    drop(running);
+    progress.done("synthesise", &synthesis_line(&design, inputs.design.back_off, seconds));
+    progress.done(
+        "bound",
+        &format!(
+            "the finished loop has a gain below {} for any course of speed in the range\n\
+             (by eigenvalues in floating point, the nearest at {:.1e})",
+            above(design.certified.gamma),
+            design.certified.largest_eigenvalue
+        ),
+    );
+    Ok(design)
+}
+
+/// The gammas, how near to each other they could be had, and what was added to the plant for it.
+fn synthesis_line(design: &Design, asked: f64, seconds: f64) -> String {
+    let (how, remark) = match &design.regularisation {
+        Some(added) => (", of the plant with weight and noise added", format!("\nremark: {added}")),
+        None if back_off(design) > 1.01 * asked => {
+            (", more than asked: closer none could be built", String::new())
+        }
+        None => ("", String::new()),
+    };
+    format!(
+        "gamma {:.4} at the least, built at {:.4} ({:.1} % back-off{how}), {seconds:.1} s{remark}",
+        design.gamma_optimum,
+        design.gamma_design,
+        100.0 * back_off(design)
+    )
+}
+
+/// Where the synthesis failed without a proof that there is no controller, the remarks say what about the problem may be the cause.
+fn no_controller(inputs: &Inputs, plant: &GeneralisedPlant, reason: SynthesisError) -> Error {
+    let unexplained = matches!(reason, SynthesisError::Numerical { .. } | SynthesisError::TooFast { .. });
+    let found = if unexplained { findings(plant) } else { vec![] };
+    let mut remarks: Vec<String> = found.iter().map(ToString::to_string).collect();
+    if !remarks.is_empty() {
+        let actuators = inputs.vehicle.actuators.iter().enumerate();
+        let names: Vec<String> = actuators.map(|(j, a)| format!("u{} is {}", j + 1, a.name)).collect();
+        remarks.push(format!(
+            "{}; their weight is 'control.weight' of {}.toml, {}",
+            names.join(", "),
+            inputs.design.name,
+            inputs.design.control_weight
+        ));
+    }
+    Error::NoController { reason, remarks }
+}
+
+/// How far above the least gamma the controller was built, relative.
+pub fn back_off(design: &Design) -> f64 {
+    design.gamma_design / design.gamma_optimum - 1.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::augment::augment;
+    use crate::fit::Model;
+    use lpv::regularise::Regularisation;
+    use std::path::Path;
+
+    fn squid() -> (Inputs, GeneralisedPlant) {
+        let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
+        let inputs = Inputs::read(vehicle, "design", None).unwrap();
+        let plant = augment(&inputs, Model::new(&inputs).unwrap().lft).unwrap();
+        (inputs, plant)
+    }
+
+    #[test]
+    fn what_was_added_for_the_design_is_told() {
+        let (_, plant) = squid();
+        let mut design = lpv::synthesis::synthesise(&plant, Options::default()).unwrap();
+        let line = |design: &Design| synthesis_line(design, Options::default().back_off, 1.0);
+        assert!(line(&design).ends_with("(10.0 % back-off), 1.0 s"));
+        design.regularisation = Some(Regularisation { weights: vec![vec![1e-3, 0.0]], noises: vec![] });
+        let singular = line(&design);
+        assert!(
+            singular.contains("\nremark: no controller could be computed for the plant as it is"),
+            "{singular}"
+        );
+        assert!(singular.contains("u1 (weight)") && !singular.contains("closer none"), "{singular}");
+    }
+
+    /// The plant of Squid with its weight on the control taken out: a failure without proof comes with remarks, a proof without.
+    #[test]
+    fn a_failure_that_proves_nothing_comes_with_remarks() {
+        let (inputs, mut plant) = squid();
+        let failed = || SynthesisError::Numerical { stage: "test", diagnosis: "made up".into() };
+        let words = |plant: &GeneralisedPlant, reason| no_controller(&inputs, plant, reason).to_string();
+        assert_eq!(words(&plant, failed()), failed().to_string());
+
+        plant.d12.fill(0.0);
+        plant.dt2.fill(0.0);
+        let found = words(&plant, failed());
+        assert!(found.starts_with(&failed().to_string()), "{found}");
+        for part in [
+            "\n  remark: no performance output weighs u1",
+            "weighs u2",
+            "'control.weight' of design.toml, 0.5",
+        ] {
+            assert!(found.contains(part), "{part}: {found}");
+        }
+        assert!(words(&plant, SynthesisError::TooFast { ratio: 2.0 }).contains("remark"));
+        let proved = SynthesisError::NotQuadraticallyStabilisable;
+        assert_eq!(words(&plant, proved.clone()), proved.to_string());
+    }
+}

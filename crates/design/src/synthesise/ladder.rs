@@ -1,0 +1,177 @@
+//! What `squid design --ladder` prints: what each assumption about the speed costs.
+
+use crate::error::Error;
+use crate::inputs::Inputs;
+use crate::numbers::rounded_up;
+use lpv::ladder::{Disorder, Ladder, LadderOptions, Rung, ladder};
+use lpv::plant::GeneralisedPlant;
+use lpv::synthesis::Design;
+use std::fmt::Display;
+use std::time::Instant;
+
+/// Rates of speed at which the finished loop is analysed, m/s^2.
+const ACCELERATIONS: [f64; 4] = [0.01, 0.05, 0.125, 0.5];
+
+/// Speeds for which a controller of their own is sought.
+const FROZEN_SPEEDS: usize = 6;
+
+/// Climbs the ladder of a finished design.
+///
+/// # Errors
+/// [`Error::Ladder`] when the design is not one of a scheduled plant.
+pub fn climb(inputs: &Inputs, plant: &GeneralisedPlant, design: &Design) -> Result<String, Error> {
+    let (centre, half_range) = inputs.design.scheduling();
+    let speeds = Speeds { centre, half_range };
+    let options = LadderOptions {
+        thetas: crate::linearise::speeds(inputs, FROZEN_SPEEDS)
+            .into_iter()
+            .map(|v| speeds.theta(v))
+            .collect(),
+        rates: ACCELERATIONS.iter().map(|a| a / half_range).collect(),
+        ..LadderOptions::default()
+    };
+    let started = Instant::now();
+    let found = ladder(plant, design, &options)?;
+    let mut out = best_controllers(&found, speeds);
+    out += &finished_loop(&found, speeds, options.samples, 100.0 * crate::synthesise::back_off(design));
+    for disorder in found.disorders() {
+        out += &contradiction(&disorder, speeds);
+    }
+    Ok(out + &format!("\nClimbed in {:.1} s\n", started.elapsed().as_secs_f64()))
+}
+
+/// Between the scheduling parameter and speed.
+#[derive(Clone, Copy)]
+struct Speeds {
+    centre: f64,
+    half_range: f64,
+}
+
+impl Speeds {
+    fn theta(self, v: f64) -> f64 {
+        (v - self.centre) / self.half_range
+    }
+
+    fn speed(self, theta: f64) -> f64 {
+        self.centre + self.half_range * theta
+    }
+
+    /// What a rung assumes.
+    fn name(self, rung: Rung) -> String {
+        match rung {
+            Rung::FrozenOptimum(theta) => format!("made for {:.2} m/s alone", self.speed(theta)),
+            Rung::Scheduled => "scheduled, for any course of speed".into(),
+            Rung::ScheduledSymmetric => "the same, found by symmetric scalings alone".into(),
+            Rung::FrozenGain => "speed held constant".into(),
+            Rung::BoundedRate(rate) => {
+                format!("speed changing by at most {:.3} m/s^2", rate * self.half_range)
+            }
+            Rung::ArbitrarilyFast => "speed changing arbitrarily fast".into(),
+            Rung::Certified => "the same, certified: also between the samples".into(),
+        }
+    }
+}
+
+fn best_controllers(found: &Ladder, speeds: Speeds) -> String {
+    let mut out = String::from("The best controller that each assumption allows: least gamma\n");
+    let gammas = found.frozen_optimum.iter().filter_map(|(_, gamma)| gamma.as_ref().ok());
+    let hardest = gammas.copied().reduce(f64::max);
+    for (theta, gamma) in &found.frozen_optimum {
+        out += &row(&speeds.name(Rung::FrozenOptimum(*theta)), gamma.as_ref().copied(), None);
+    }
+    out += &row(&speeds.name(Rung::Scheduled), found.scheduled.as_ref().copied(), hardest);
+    out += &row(&speeds.name(Rung::ScheduledSymmetric), found.scheduled_symmetric.as_ref().copied(), hardest);
+    out + "  (+ %: above the hardest speed alone. What one controller for all speeds costs, whatever the speed does)\n"
+}
+
+fn finished_loop(found: &Ladder, speeds: Speeds, samples: usize, back_off: f64) -> String {
+    let mut out = format!(
+        "\nThe controller of this design, built {back_off:.1} % above the least gamma: gain of its loop\n"
+    );
+    let frozen = Some(found.frozen_gain.gamma);
+    let worst = speeds.speed(found.frozen_gain.theta);
+    let name = format!("{}, at the worst, {worst:.2} m/s", speeds.name(Rung::FrozenGain));
+    out += &row(&name, Ok::<_, Error>(found.frozen_gain.gamma), None);
+    for (rate, bound) in &found.bounded_rate {
+        out += &row(&speeds.name(Rung::BoundedRate(*rate)), bound.as_ref().map(|b| b.gamma), frozen);
+    }
+    let fast = found.arbitrarily_fast.as_ref().map(|b| b.gamma);
+    out += &row(&speeds.name(Rung::ArbitrarilyFast), fast, frozen);
+    out += &row(&speeds.name(Rung::Certified), Ok::<_, Error>(rounded_up(found.certified)), frozen);
+    out + &format!(
+        "  (+ %: above constant speed. All but the last look at {samples} speeds alone, and are no proof)\n"
+    )
+}
+
+/// A rung: its name, its gamma or why there is none, and how far it lies above another.
+fn row<E: Display>(name: &str, value: Result<f64, E>, above: Option<f64>) -> String {
+    match value {
+        Ok(gamma) => {
+            let cost =
+                above.map_or_else(String::new, |base| format!("{:+8.1} %", 100.0 * (gamma / base - 1.0)));
+            format!("  {name:<48} {gamma:8.4}{cost}\n")
+        }
+        Err(reason) => format!("  {name:<48}  unknown: {reason}\n"),
+    }
+}
+
+/// Two numbers of which at least one is wrong.
+fn contradiction(disorder: &Disorder, speeds: Speeds) -> String {
+    let Disorder { lower, upper } = disorder;
+    format!(
+        "  CONTRADICTION: '{}' has {:.4} and '{}' has {:.4}; theory orders them the other way, so that one of the two is a \
+         numerical error\n",
+        speeds.name(lower.0),
+        lower.1,
+        speeds.name(upper.0),
+        upper.1
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lpv::error::SynthesisError;
+    use lpv::ladder::FrozenGain;
+
+    const SPEEDS: Speeds = Speeds { centre: 2.0, half_range: 1.0 };
+
+    fn found() -> Ladder {
+        let failed = || SynthesisError::Infeasible { stage: "test" };
+        Ladder {
+            frozen_optimum: vec![(-1.0, Ok(0.5)), (1.0, Ok(0.8))],
+            scheduled: Ok(1.0),
+            scheduled_symmetric: Err(failed()),
+            frozen_gain: FrozenGain { gamma: 0.9, theta: 0.5, frequency: 2.0 },
+            bounded_rate: vec![(0.1, Err(failed().into()))],
+            arbitrarily_fast: Err(failed().into()),
+            certified: 0.99,
+        }
+    }
+
+    #[test]
+    fn costs_are_told_against_the_hardest_speed() {
+        let words = best_controllers(&found(), SPEEDS);
+        assert!(words.contains("made for 3.00 m/s alone"), "{words}");
+        assert!(words.contains("1.0000   +25.0 %"), "{words}");
+        assert!(words.contains("unknown: the matrix inequalities"), "{words}");
+    }
+
+    #[test]
+    fn costs_of_the_finished_loop_are_told_against_constant_speed() {
+        let words = finished_loop(&found(), SPEEDS, 33, 10.0);
+        assert!(words.contains("at the worst, 2.50 m/s"), "{words}");
+        assert!(words.contains("0.9900   +10.0 %"), "{words}");
+        assert!(words.contains("at most 0.100 m/s^2"), "{words}");
+    }
+
+    #[test]
+    fn a_contradiction_names_both_numbers() {
+        let disorder = Disorder { lower: (Rung::FrozenGain, 1.2), upper: (Rung::Certified, 1.1) };
+        let words = contradiction(&disorder, SPEEDS);
+        assert!(
+            words.contains("'speed held constant' has 1.2000") && words.contains("has 1.1000"),
+            "{words}"
+        );
+    }
+}

@@ -1,0 +1,237 @@
+//! `squid design --robust`: a controller that bears more of the declared uncertainty at a gain that is a little larger.
+//!
+//! ```text
+//! uncertain model over the range of speed -> fewer channels -> nominal controller's size at the gain -> synthesis and analysis in turn
+//!                                                                                        -> proof in exact arithmetic
+//! ```
+//!
+//! Both controllers are judged by the same inequality on the same model, in which the uncertain coefficients, like the speed, may change arbitrarily fast. See
+//! `docs/robust.md` for what that means.
+
+mod figures;
+mod stored;
+
+use crate::certify::nominal as certificate_of;
+use crate::error::Error;
+use crate::error::RobustError;
+use crate::fit::Model;
+use crate::inputs::Inputs;
+use crate::linearise::speeds;
+use crate::progress::Progress;
+use crate::uncertain::closed_loop::{uncertain_loop, uncertain_plant};
+use crate::uncertain::errors::errors;
+use crate::uncertain::frozen::at_speed;
+use crate::uncertain::model::UncertainModel;
+use crate::uncertain::over_range;
+use crate::uncertain::truncate::{Truncated, truncated};
+use crate::uncertain::vehicle::{gain, values, vehicle_at};
+use certificate::Certificate;
+pub use figures::{Frozen, RobustFigures};
+use lpv::analysis::{GainBound, bounded_gain};
+use lpv::controller::Controller;
+use lpv::model_error::LoopError;
+use lpv::mu::sweep::bound_over_frequency;
+use lpv::mu::worst_case::{Perturbable, worst_case_gain};
+use lpv::mu::{Block, Structure};
+use lpv::plant::GeneralisedPlant;
+use lpv::robust::{RobustDesign, RobustOptions, Round, UncertainPlant, more_robust};
+use lpv::robust_bound::{FOR_CLEARANCE, RobustBound, RobustLoop};
+use lpv::synthesis::Design;
+pub use stored::{CERTIFICATE, StoredRobust, forget, stored};
+
+/// The gain that the robust controller may have, relative to the bound of the nominal one.
+pub const PRICE: f64 = 1.25;
+
+/// How far above the least gain each controller of the rounds is built. What is lost here is lost in every round.
+const BACK_OFF: f64 = 0.05;
+
+/// Rounds of synthesis and analysis, at most, and what the last of them must win.
+const ROUNDS: usize = 4;
+const PAYS: f64 = 0.02;
+
+/// The box in which channels may be taken off the model, and by how much `[A B]` may move there, relative.
+const BOX: f64 = 0.5;
+const TOLERANCE: f64 = 0.01;
+
+/// The part of the declared uncertainty, held constant, for which the worst-case gain is shown.
+const CONSTANT_SIZE: f64 = 0.25;
+
+/// Speeds at which mu and worst-case gains are shown.
+const SPEEDS: usize = 6;
+
+/// What came of the search.
+#[derive(Debug, Clone)]
+pub struct Robust {
+    /// The robust controller with its bound at Delta = 0, for the plant of the nominal design.
+    pub design: Design,
+    /// The numbers side by side.
+    pub figures: RobustFigures,
+    /// The certificate of the robust controller at the size that it bears.
+    pub certificate: Certificate,
+}
+
+/// Looks for a controller that bears more than that of a nominal design.
+///
+/// # Errors
+/// [`Error::Uncertain`] where the design names nothing uncertain; [`Error::Robust`]; [`ProofError::Unproved`](crate::error::ProofError::Unproved).
+pub fn robust(
+    inputs: &Inputs,
+    model: &Model,
+    plant: &GeneralisedPlant,
+    nominal: &Design,
+    progress: &Progress,
+) -> Result<Robust, Error> {
+    let whole = over_range(inputs, model)?;
+    let (truncated, uncertain) = thinned(inputs, &whole)?;
+    progress.done("uncertain", &model_line(&truncated));
+    let allowed = PRICE * nominal.certified.gamma;
+    let options = RobustOptions {
+        // What a proof takes of gamma is left to it, so that what is proved is what was allowed.
+        gamma: allowed / (1.0 + FOR_CLEARANCE),
+        back_off: BACK_OFF,
+        rounds: ROUNDS,
+        pays: PAYS,
+    };
+    let running = progress.begin("robust", "rounds of synthesis and analysis, up to half a minute each");
+    let mut number = 0;
+    let mut told = |round: &Round| {
+        number += 1;
+        progress.done("robust", &round_line(number, round));
+    };
+    let found = more_robust(&uncertain, &nominal.controller, &nominal.certified, options, &mut told)
+        .map_err(RobustError::from)?;
+    let design = at_zero(plant, nominal, &found)?;
+    let certificate = proved(&uncertain, &found)?;
+    let figures = RobustFigures {
+        gamma: allowed,
+        proved: certificate.gamma,
+        nominal_bears: found.given_bears.size,
+        robust_bears: found.bears.size,
+        ladder: ladder(&uncertain, nominal, &design, &found, certificate.gamma),
+        constant_size: CONSTANT_SIZE,
+        frozen: frozen(inputs, [&nominal.controller, &found.controller])?,
+        sizes: (truncated.model.blocks.len(), uncertain.unknown_channels(), uncertain.scheduled_channels()),
+        model_error: truncated.error,
+        remainder: remainder(inputs, &whole)?,
+        left_out: truncated.gone,
+        stop: found.stop.to_string(),
+    };
+    drop(running);
+    Ok(Robust { design, figures, certificate })
+}
+
+/// The uncertain model with fewer channels, and the plant with its weights.
+fn thinned(inputs: &Inputs, whole: &UncertainModel) -> Result<(Truncated, UncertainPlant), Error> {
+    let truncated = truncated(inputs, whole, BOX, TOLERANCE)?;
+    let plant = uncertain_plant(inputs, &truncated.model)?;
+    Ok((truncated, UncertainPlant { plant, scheduled: 1 }))
+}
+
+/// The robust controller with its bound for the plant without uncertainty.
+fn at_zero(plant: &GeneralisedPlant, nominal: &Design, found: &RobustDesign) -> Result<Design, Error> {
+    if found.rounds.is_empty() {
+        return Ok(nominal.clone());
+    }
+    let exact = UncertainPlant { plant: plant.clone(), scheduled: plant.blocks.len() };
+    let closed = RobustLoop::new(&exact, &found.controller);
+    let clear = closed.bound(1.0, &found.bears.bound).and_then(|bound| closed.cleared(&bound));
+    let clear = clear.ok_or(RobustError::NotClear { which: "robust" })?.bound;
+    let whole = plant.close(&found.controller);
+    let certified = bounded_gain(&whole, &LoopError::none(&whole), &clear)?;
+    let gamma_design = certified.gamma;
+    Ok(Design {
+        controller: found.controller.clone(),
+        gamma_design,
+        certified,
+        regularisation: None,
+        ..nominal.clone()
+    })
+}
+
+/// Both controllers' bounds at no uncertainty and at what either bears; of the robust one there the bound that is proved.
+fn ladder(
+    uncertain: &UncertainPlant,
+    nominal: &Design,
+    robust: &Design,
+    found: &RobustDesign,
+    proved: f64,
+) -> Vec<(f64, Option<f64>, Option<f64>)> {
+    let (low, high) = (&found.given_bears, &found.bears);
+    let at = |k: &Controller, known: &RobustBound, size: f64| {
+        RobustLoop::new(uncertain, k).at_size(known, size).map(|bound| bound.bound.gamma)
+    };
+    let gamma = |bound: &GainBound| Some(bound.gamma);
+    vec![
+        (0.0, gamma(&nominal.certified), gamma(&robust.certified)),
+        (low.size, gamma(&low.bound), at(&found.controller, high, low.size)),
+        (high.size, at(&nominal.controller, low, high.size), Some(proved)),
+    ]
+}
+
+/// The certificate at the size borne, proved.
+fn proved(uncertain: &UncertainPlant, found: &RobustDesign) -> Result<Certificate, Error> {
+    let closed = RobustLoop::new(uncertain, &found.controller);
+    let clear = closed.cleared(&found.bears).ok_or(RobustError::NotClear { which: "robust" })?;
+    let certificate = certificate_of(&uncertain.sized(clear.size), &found.controller, &clear.bound);
+    certificate.prove()?;
+    Ok(certificate)
+}
+
+/// How far the uncertain model is off the vehicle trimmed anew, relative: the least and the largest over the speeds.
+fn remainder(inputs: &Inputs, model: &UncertainModel) -> Result<(f64, f64), Error> {
+    let (centre, half_range) = inputs.design.scheduling();
+    let mut found = (f64::INFINITY, 0.0_f64);
+    for speed in speeds(inputs, SPEEDS) {
+        let off = errors(inputs, &at_speed(inputs, speed)?, model, (speed - centre) / half_range)?.remainder;
+        found = (found.0.min(off), found.1.max(off));
+    }
+    Ok(found)
+}
+
+/// mu for robust stability and the worst-case gain of the loops frozen at several speeds.
+fn frozen(inputs: &Inputs, controllers: [&Controller; 2]) -> Result<Vec<Frozen>, Error> {
+    let (centre, half_range) = inputs.design.scheduling();
+    let at = |speed: f64| {
+        let uncertain = at_speed(inputs, speed)?;
+        let (model, rho) = (&uncertain.model, (speed - centre) / half_range);
+        let structure = Structure::new(model.blocks.iter().map(|b| Block::Real(b.repetitions)).collect());
+        let structure = structure.map_err(|reason| Error::MuAtSpeed { speed, reason: reason.into() })?;
+        let mut found = Frozen { speed, mu: [None; 2], worst: [None; 2], vehicle: [None; 2] };
+        for (i, k) in controllers.into_iter().enumerate() {
+            let system = uncertain_loop(inputs, model, k, rho, None)?.system;
+            let whole = Perturbable { system, structure: structure.clone(), size: CONSTANT_SIZE };
+            let mu = bound_over_frequency(&whole.stability(), &structure, None);
+            found.mu[i] = mu.ok().map(|bound| bound.upper);
+            let worst = worst_case_gain(&whole).ok();
+            found.worst[i] = worst.as_ref().map(|worst| (worst.upper, worst.worst.gain));
+            let delta = worst.map(|worst| values(&uncertain, &worst.worst.delta));
+            let vehicle = delta.and_then(|delta| vehicle_at(inputs, &uncertain, &delta));
+            found.vehicle[i] = vehicle.map(|l| gain(inputs, &l, k, rho)).transpose()?;
+        }
+        Ok(found)
+    };
+    speeds(inputs, SPEEDS).into_iter().map(at).collect()
+}
+
+fn model_line(truncated: &Truncated) -> String {
+    let model = &truncated.model;
+    let uncertain = model.channels() - model.scheduled;
+    let gone = match truncated.gone.as_slice() {
+        [] => "all parameters kept".into(),
+        names => format!("left out: {}", names.join(", ")),
+    };
+    format!(
+        "{} parameters in {uncertain} channels, {} channels of rho; {gone};\nchannels taken off move [A B] by {:.2} % at most over half the box",
+        model.blocks.len(),
+        model.scheduled,
+        100.0 * truncated.error
+    )
+}
+
+fn round_line(number: usize, round: &Round) -> String {
+    format!(
+        "round {number}: bears {:.1} % of the declared uncertainty (least gain of the weighed plant {:.3})",
+        100.0 * round.size,
+        round.least_gain
+    )
+}

@@ -1,0 +1,121 @@
+//! The numbers of a robust design beside those of the nominal one: as a file, and for people.
+
+use crate::numbers::above;
+use crate::synthesise::robust::PRICE;
+use serde::{Deserialize, Serialize};
+
+/// The two controllers side by side, as `robust.json` holds them; sizes are fractions of the declared uncertainty.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RobustFigures {
+    /// The gain that neither may exceed.
+    pub gamma: f64,
+    /// The bound of the robust controller's gain at the size that it bears, which the certificate proves.
+    pub proved: f64,
+    /// The size that the nominal controller bears at this gain.
+    pub nominal_bears: f64,
+    /// The size that the robust controller bears.
+    pub robust_bears: f64,
+    /// Sizes, and at each the bound of the nominal and of the robust controller where there is one.
+    pub ladder: Vec<(f64, Option<f64>, Option<f64>)>,
+    /// The size of [`Frozen::worst`].
+    pub constant_size: f64,
+    /// Both controllers frozen at several speeds, with constant uncertainty.
+    pub frozen: Vec<Frozen>,
+    /// Uncertain parameters, their channels, and the channels of rho.
+    pub sizes: (usize, usize, usize),
+    /// How far the model may be off for its missing channels, relative, over half of what is declared.
+    pub model_error: f64,
+    /// How far the model with all its channels is off the vehicle trimmed anew, relative, at corners of all that is declared: the least and the
+    /// largest over the speeds.
+    pub remainder: (f64, f64),
+    /// Parameters that were left out.
+    pub left_out: Vec<String>,
+    /// Why there were no more rounds.
+    pub stop: String,
+}
+
+/// What constant uncertainty does at one speed, to the nominal and the robust controller.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Frozen {
+    /// Speed along the path, m/s.
+    pub speed: f64,
+    /// mu for robust stability is below this at every frequency; none where no bound closes.
+    pub mu: [Option<f64>; 2],
+    /// The worst-case gain at a size: below the first, and at least the second; none where the loop is not shown to stay stable.
+    pub worst: [Option<(f64, f64)>; 2],
+    /// The gain of a vehicle with the coefficients of the worst perturbation found, trimmed anew.
+    #[serde(default)]
+    pub vehicle: [Option<f64>; 2],
+}
+
+impl RobustFigures {
+    /// For people.
+    pub fn words(&self) -> String {
+        let number = |g: Option<f64>| g.map_or_else(|| "none".into(), above);
+        let mut out = format!(
+            "At a gain of {:.4}, {PRICE} times the bound of the nominal controller, each bears a part of the declared uncertainty, changing arbitrarily fast:\n\
+             \x20 the nominal controller {:.1} %, the robust controller {:.1} %, which is {:.2} times as much (proved: a gain below {})\n\
+             The gain is below this at a part of the declared uncertainty, changing arbitrarily fast\n        part     nominal      robust\n",
+            self.gamma,
+            100.0 * self.nominal_bears,
+            100.0 * self.robust_bears,
+            self.robust_bears / self.nominal_bears,
+            above(self.proved)
+        );
+        for (size, nominal, robust) in &self.ladder {
+            out += &format!("  {:>8.1} %  {:>10}  {:>10}\n", 100.0 * size, number(*nominal), number(*robust));
+        }
+        out += &format!(
+            "Constant uncertainty at frozen speed: an upper bound on mu for robust stability (1 is all of the declared uncertainty), and the\n\
+             worst-case gain at {:.0} % of it: of the model, in which the incidence is a parameter of its own (found..guaranteed), and of a vehicle\n\
+             with the coefficients found, trimmed anew\n\
+             \x20        m/s  mu nominal      robust     gain nominal  vehicle           robust  vehicle\n",
+            100.0 * self.constant_size
+        );
+        for f in &self.frozen {
+            let gain = |g: Option<(f64, f64)>| {
+                g.map_or_else(|| "no bound".into(), |(upper, lower)| format!("{lower:.4}..{}", above(upper)))
+            };
+            let vehicle = |g: Option<f64>| g.map_or_else(|| "none".into(), |g| format!("{g:.4}"));
+            out += &format!(
+                "  {:>10.2}  {:>10}  {:>10}  {:>15}  {:>7}  {:>15}  {:>7}\n",
+                f.speed,
+                number(f.mu[0]),
+                number(f.mu[1]),
+                gain(f.worst[0]),
+                vehicle(f.vehicle[0]),
+                gain(f.worst[1]),
+                vehicle(f.vehicle[1])
+            );
+        }
+        out + &format!("No more rounds: {}\n{}\n", self.stop, self.not_proved())
+    }
+
+    /// What the proof leaves out, with its size, in a sentence or two.
+    pub fn not_proved(&self) -> String {
+        let (least, most) = self.remainder;
+        let held = match self.left_out.as_slice() {
+            [] => String::new(),
+            [one] => format!(" {one} lost all its channels and is held at its nominal value."),
+            names => {
+                format!(" {} lost all their channels and are held at their nominal values.", listed(names))
+            }
+        };
+        format!(
+            "The proof is about the model. It leaves out how far the model is off the vehicle: {:.1} to {:.1} % of [A B] over the six speeds, at corners of \
+             all of the declared uncertainty, and up to {:.2} % more, over half of it, for the channels taken off.{held}",
+            100.0 * least,
+            100.0 * most,
+            100.0 * self.model_error
+        )
+    }
+}
+
+/// A, B and C.
+fn listed(names: &[String]) -> String {
+    match names {
+        [] => String::new(),
+        [one] => one.clone(),
+        [most @ .., last] => format!("{} and {last}", most.join(", ")),
+    }
+}

@@ -1,0 +1,93 @@
+//! A robust design in its directory: figures and certificate, written, read back and confirmed.
+
+use crate::certify::same_plant;
+use crate::certify::verify;
+use crate::error::{Error, ProofError, StoreError};
+use crate::files::{Files, read};
+use crate::fit::Model;
+use crate::inputs::Inputs;
+use crate::synthesise::robust::figures::RobustFigures;
+use crate::synthesise::robust::{Robust, thinned};
+use crate::uncertain::over_range;
+use certificate::Certificate;
+use scheduled::LftMatrices;
+use std::path::Path;
+
+/// The file of the figures.
+pub const FIGURES: &str = "robust.json";
+
+/// The file of the certificate with uncertainty.
+pub const CERTIFICATE: &str = "robust_certificate.json";
+
+impl Robust {
+    /// Adds the certificate and the figures to the files of the design.
+    ///
+    /// # Errors
+    /// [`ProofError::Certificate`], [`StoreError::Json`].
+    pub fn add_to(&self, files: &mut Files, directory: &Path) -> Result<(), Error> {
+        let path = directory.join(CERTIFICATE);
+        let text = self.certificate.to_json();
+        let text =
+            text.map_err(|reason| ProofError::Certificate { file: path.display().to_string(), reason })?;
+        files.add(path, text);
+        Ok(files.add_json(directory.join(FIGURES), &self.figures)?)
+    }
+}
+
+/// Takes away what an earlier robust design left: it is of another controller.
+pub fn forget(files: &mut Files, directory: &Path) {
+    files.remove(directory.join(CERTIFICATE));
+    files.remove(directory.join(FIGURES));
+}
+
+/// A robust design as it was stored.
+#[derive(Debug, Clone)]
+pub struct StoredRobust {
+    /// The figures.
+    pub figures: RobustFigures,
+    certificate: Certificate,
+}
+
+/// The robust design in a directory, if it holds one.
+///
+/// # Errors
+/// [`StoreError::Unreadable`], [`StoreError::Json`], [`ProofError::Certificate`].
+pub fn stored(directory: &Path) -> Result<Option<StoredRobust>, Error> {
+    let path = directory.join(FIGURES);
+    if !path.is_file() {
+        return Ok(None);
+    }
+    let wrong = |reason| StoreError::Json { path: path.display().to_string(), reason };
+    let figures = serde_json::from_str(&read(&path)?).map_err(wrong)?;
+    let path = directory.join(CERTIFICATE);
+    let certificate = verify::parse(&read(&path)?, &path.display().to_string())?;
+    Ok(Some(StoredRobust { figures, certificate }))
+}
+
+impl StoredRobust {
+    /// Figures and certificate as text.
+    ///
+    /// # Errors
+    /// [`StoreError::Json`], [`ProofError::Certificate`].
+    pub fn texts(&self) -> Result<[String; 2], Error> {
+        let certificate = self.certificate.to_json();
+        let certificate =
+            certificate.map_err(|reason| ProofError::Certificate { file: CERTIFICATE.into(), reason })?;
+        Ok([crate::files::json(&self.figures)?, certificate])
+    }
+
+    /// Proves the certificate anew, and checks that it is of this controller, of the gain that the figures name, and of the model of what is declared
+    /// uncertain at the size that they name.
+    ///
+    /// # Errors
+    /// [`ProofError::Unproved`], [`ProofError::Mismatch`], [`ProofError::WrongPlant`], those of the uncertain model.
+    pub fn confirm(&self, inputs: &Inputs, model: &Model, controller: &LftMatrices) -> Result<(), Error> {
+        verify::same_controller(controller, &self.certificate)?;
+        if self.certificate.gamma.to_bits() != self.figures.proved.to_bits() {
+            return Err(ProofError::Mismatch { what: format!("`proved` of {FIGURES}") }.into());
+        }
+        let (_, uncertain) = thinned(inputs, &over_range(inputs, model)?)?;
+        same_plant::check_in_box(&self.certificate, &uncertain.sized(self.figures.robust_bears))?;
+        Ok(self.certificate.prove().map(|_| ())?)
+    }
+}

@@ -1,0 +1,56 @@
+//! The vehicle with its uncertain coefficients: one LFT of the linear model at each speed, and one over the whole range.
+//!
+//! ```text
+//! x' = A x + Bd wd + B u,   zd = Cd x + Ddd wd + Dd2 u,   wd = blkdiag(delta_i I_ri) zd,   |delta_i| <= 1
+//! ```
+//!
+//! At a trim the motion is `M(c) x' = C(c) x + D(c) u` with M, C and D affine in each coefficient c, and the LFT of
+//! `[A B] = M^-1 [C D]` is exact. A coefficient changes the trim, too, on which the motion depends: what that does comes
+//! through further parameters, the incidence and the outputs of actuators at trim, to first order; see [`crate::uncertain::trim`].
+//!
+//! Source of the descriptor form: K. Zhou, J. C. Doyle, K. Glover, Robust and Optimal Control, 1996, ch. 10.
+
+pub mod closed_loop;
+pub mod errors;
+pub mod frozen;
+pub mod gradients;
+pub mod model;
+pub mod pencil;
+pub mod reduce;
+pub mod trim;
+pub mod truncate;
+pub mod vehicle;
+
+use crate::error::Error;
+use crate::fit::Model;
+use crate::inputs::Inputs;
+use crate::uncertain::gradients::{Gradients, coarsen};
+use crate::uncertain::model::UncertainModel;
+use crate::uncertain::pencil::{DETAIL_OVER_RANGE, Pencil};
+use crate::uncertain::reduce::minimal;
+use crate::uncertain::trim::{TrimRange, blocks, something, trim_range};
+
+/// The uncertain model over the range of speed: the fit of `model` at delta = 0, and the uncertain parts fitted likewise.
+///
+/// # Errors
+/// [`ModelError::Trim`], [`ModelError::Fit`], [`Error::Uncertain`].
+pub fn over_range(inputs: &Inputs, model: &Model) -> Result<UncertainModel, Error> {
+    let mut ranges = Vec::new();
+    for (_, nominal) in &model.grid {
+        ranges.push(trim_range(inputs, &nominal.trim)?);
+    }
+    let moved = TrimRange::all_that_move(&ranges);
+    let (mut rhos, mut gradients, mut middle) = (Vec::new(), Vec::new(), Vec::new());
+    for (i, ((rho, nominal), range)) in model.grid.iter().zip(&ranges).enumerate() {
+        let all = something(inputs, blocks(inputs, &nominal.trim, &range.with(&moved)))?;
+        gradients.push(Gradients::at(&inputs.vehicle, &nominal.trim, &all)?);
+        rhos.push(*rho);
+        if i == model.grid.len() / 2 {
+            middle = all;
+        }
+    }
+    coarsen(&inputs.vehicle, &middle, DETAIL_OVER_RANGE, &mut gradients);
+    let samples: Vec<(f64, Gradients)> = rhos.into_iter().zip(gradients).collect();
+    let pencil = Pencil::scheduled(&inputs.vehicle, &samples, &model.lft, inputs.design.order)?;
+    Ok(UncertainModel::from_lft(&minimal(&pencil.lft()), &middle))
+}

@@ -1,0 +1,165 @@
+//! How well an uncertain model stands for the vehicle: compared at corners of the box of coefficients.
+
+use crate::error::Error;
+use crate::inputs::Inputs;
+use crate::linearise::{STATES, stacked};
+use crate::uncertain::frozen::FrozenUncertain;
+use crate::uncertain::model::{Block, Uncertain, UncertainModel};
+use crate::uncertain::trim::{blocks, random_corners, retrim};
+use auv::linearise;
+use lpv::matrix::Mat;
+
+/// Corners of the box at which the models are compared.
+const CORNERS: usize = 40;
+
+/// Distances of `[A B]`, relative to `[A B]` of the vehicle at the same corner: Frobenius norms with inputs in units of their
+/// reach, the largest over the corners.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ModelErrors {
+    /// The nominal vehicle from the vehicle trimmed anew: how much is uncertain at all.
+    pub movement: f64,
+    /// The vehicle with the nominal trim held from the vehicle trimmed anew: how much of that comes through the trim.
+    pub through_trim: f64,
+    /// The model from the vehicle with the nominal trim held.
+    pub at_held_trim: f64,
+    /// The model, its parameters of the trim where the new trim puts them, from the vehicle trimmed anew.
+    pub remainder: f64,
+}
+
+impl ModelErrors {
+    /// The larger of each.
+    pub fn or(self, other: Self) -> Self {
+        Self {
+            movement: self.movement.max(other.movement),
+            through_trim: self.through_trim.max(other.through_trim),
+            at_held_trim: self.at_held_trim.max(other.at_held_trim),
+            remainder: self.remainder.max(other.remainder),
+        }
+    }
+}
+
+/// `[A B]` of the vehicle at one corner of the box, and what a model makes of it.
+struct Compared {
+    /// With the nominal trim held, and trimmed anew.
+    held: Mat,
+    anew: Mat,
+    /// The model, likewise.
+    model_held: Mat,
+    model_anew: Mat,
+}
+
+fn compare(
+    inputs: &Inputs,
+    frozen: &FrozenUncertain,
+    model: &UncertainModel,
+    rho: f64,
+    corner: &[f64],
+) -> Result<Compared, Error> {
+    let trim = &frozen.nominal.trim;
+    let all = blocks(inputs, trim, &frozen.trim_range);
+    let (changed, moved) = retrim(&inputs.vehicle, trim, &all, corner)?;
+    // Where the corner and its trim lie in the ranges; parameters that the model has none of have no place.
+    let place = |b: &Block, through_trim: bool| {
+        let Some(i) = all.iter().position(|a| a.uncertain == b.uncertain) else { return 0.0 };
+        match b.uncertain {
+            Uncertain::Parameter(p) if b.uncertain.is_of_trim() => {
+                let move_ = p.value(&changed, &moved) - p.value(&inputs.vehicle, trim);
+                if through_trim { move_ / all[i].half_range } else { 0.0 }
+            }
+            _ => corner[i],
+        }
+    };
+    let value = |through_trim: bool| {
+        let delta: Vec<f64> = model.blocks.iter().map(|b| place(b, through_trim)).collect();
+        model.evaluate(rho, &delta)
+    };
+    Ok(Compared {
+        held: with_gains(stacked(&linearise(&changed, trim)?), &all, corner),
+        anew: with_gains(stacked(&linearise(&changed, &moved)?), &all, corner),
+        model_held: value(false)?,
+        model_anew: value(true)?,
+    })
+}
+
+/// Compares a model, at rho where it is scheduled, with the vehicle at a speed.
+///
+/// # Errors
+/// [`Error::Lft`], [`Error::Uncertain`].
+pub fn errors(
+    inputs: &Inputs,
+    frozen: &FrozenUncertain,
+    model: &UncertainModel,
+    rho: f64,
+) -> Result<ModelErrors, Error> {
+    let nominal = stacked(&frozen.nominal);
+    let sides = blocks(inputs, &frozen.nominal.trim, &frozen.trim_range).len();
+    let mut worst = ModelErrors::default();
+    for corner in random_corners(sides, CORNERS, 2) {
+        let c = compare(inputs, frozen, model, rho, &corner)?;
+        let relative = |found: &Mat, wanted: &Mat| {
+            scaled(inputs, &(found - wanted)).norm() / scaled(inputs, wanted).norm()
+        };
+        worst = worst.or(ModelErrors {
+            movement: relative(&nominal, &c.anew),
+            through_trim: relative(&c.held, &c.anew),
+            at_held_trim: relative(&c.model_held, &c.held),
+            remainder: relative(&c.model_anew, &c.anew),
+        });
+    }
+    Ok(worst)
+}
+
+/// A ball of `[A B]`: `E Delta F` with any `||Delta|| <= 1`, complex and full.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Remainder {
+    /// E, n x p; p = n + m.
+    pub left: Mat,
+    /// F, p x (n + m).
+    pub right: Mat,
+}
+
+/// The ball around a model at one speed that holds the vehicle trimmed anew at corners of the box, made wider by half.
+///
+/// Row i of what the model misses is at most e_i, in units of states and of the actuators' reach; E has `sqrt(3) e_i` on its
+/// diagonal, because three rows may be off at once (theta' = q is exact), and F takes states and inputs to those units.
+///
+/// # Errors
+/// [`Error::Lft`], [`Error::Uncertain`].
+pub fn remainder(inputs: &Inputs, frozen: &FrozenUncertain) -> Result<Remainder, Error> {
+    let sides = blocks(inputs, &frozen.nominal.trim, &frozen.trim_range).len();
+    let size = STATES + inputs.vehicle.actuators.len();
+    let mut rows = [0.0_f64; STATES];
+    for corner in random_corners(sides, CORNERS, 2) {
+        let c = compare(inputs, frozen, &frozen.model, 0.0, &corner)?;
+        let off = scaled(inputs, &(c.model_anew - c.anew));
+        rows.iter_mut().zip(off.row_iter()).for_each(|(most, row)| *most = most.max(row.norm()));
+    }
+    let reach = inputs.vehicle.actuators.iter().map(auv::Actuator::reach);
+    let units: Vec<f64> = std::iter::repeat_n(1.0, STATES).chain(reach.map(|r| 1.0 / r)).collect();
+    Ok(Remainder {
+        left: Mat::from_fn(STATES, size, |i, j| if i == j { WIDER * 3f64.sqrt() * rows[i] } else { 0.0 }),
+        right: Mat::from_diagonal(&nalgebra::DVector::from_vec(units)),
+    })
+}
+
+/// How much larger than measured the remainder is taken.
+const WIDER: f64 = 1.5;
+
+/// `[A B]` with the gains of the actuators at their deltas.
+fn with_gains(mut stacked: Mat, all: &[Block], delta: &[f64]) -> Mat {
+    for (b, d) in all.iter().zip(delta) {
+        if let Uncertain::Gain(actuator) = b.uncertain {
+            stacked.column_mut(STATES + actuator).scale_mut(1.0 + b.half_range * d);
+        }
+    }
+    stacked
+}
+
+/// `[A B]` with inputs in units of their reach.
+pub(crate) fn scaled(inputs: &Inputs, stacked: &Mat) -> Mat {
+    let mut out = stacked.clone();
+    for (j, actuator) in inputs.vehicle.actuators.iter().enumerate() {
+        out.column_mut(STATES + j).scale_mut(actuator.reach());
+    }
+    out
+}

@@ -1,0 +1,39 @@
+//! The uncertain model at one speed.
+
+use crate::error::Error;
+use crate::inputs::Inputs;
+use crate::linearise::{linearise_at, stacked};
+use crate::uncertain::gradients::{Gradients, coarsen};
+use crate::uncertain::model::UncertainModel;
+use crate::uncertain::pencil::{DETAIL, Pencil};
+use crate::uncertain::reduce::minimal;
+use crate::uncertain::trim::{TrimRange, blocks, something, trim_range};
+use auv::Linearisation;
+
+/// The uncertain model at one speed, and what it came from.
+#[derive(Debug, Clone)]
+pub struct FrozenUncertain {
+    /// Speed along the path, m/s.
+    pub speed: f64,
+    /// The nominal linearisation and its trim.
+    pub nominal: Linearisation,
+    /// How far the trim moves.
+    pub trim_range: TrimRange,
+    /// The model.
+    pub model: UncertainModel,
+}
+
+/// The uncertain model at a speed \[m/s\].
+///
+/// # Errors
+/// [`ModelError::Trim`], [`Error::Uncertain`].
+pub fn at_speed(inputs: &Inputs, speed: f64) -> Result<FrozenUncertain, Error> {
+    let nominal = linearise_at(inputs, speed)?;
+    let trim_range = trim_range(inputs, &nominal.trim)?;
+    let all = something(inputs, blocks(inputs, &nominal.trim, &trim_range))?;
+    let mut gradients = [Gradients::at(&inputs.vehicle, &nominal.trim, &all)?];
+    coarsen(&inputs.vehicle, &all, DETAIL, &mut gradients);
+    let pencil = Pencil::frozen(&gradients[0], &stacked(&nominal));
+    let model = UncertainModel::from_lft(&minimal(&pencil.lft()), &all);
+    Ok(FrozenUncertain { speed, nominal, trim_range, model })
+}

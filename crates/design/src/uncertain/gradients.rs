@@ -1,0 +1,177 @@
+//! `[M C D]` at a trim and its derivatives by the uncertain parameters, scaled to their ranges.
+
+use crate::error::UncertainError;
+use crate::uncertain::model::{Block, Uncertain};
+use auv::{Descriptor, Parameter, Trim, Vehicle};
+use lpv::matrix::{Mat, block};
+
+/// Columns of M in `[M C D]`.
+pub(crate) const MASS: usize = 4;
+
+/// Columns of M and C.
+const INPUTS: usize = 8;
+
+/// What is smaller than this beside the equations of motion is rounding.
+pub(crate) const ROUNDING: f64 = 1e-12;
+
+/// What a coefficient may be off being affine, relative to the equations of motion.
+const AFFINE: f64 = 1e-10;
+
+/// `[M C D]` at a trim and its derivatives by the normalised parameters; 4 x (8 + m) each.
+#[derive(Debug, Clone)]
+pub struct Gradients {
+    /// At delta = 0.
+    pub nominal: Mat,
+    /// By each parameter.
+    pub first: Vec<Mat>,
+    /// By two parameters i < j; pairs that are not here do not multiply.
+    pub second: Vec<(usize, usize, Mat)>,
+}
+
+impl Gradients {
+    /// Differentiates at a trim, and checks that this is all there is.
+    ///
+    /// # Errors
+    /// [`UncertainError`]: a coefficient that does not enter affinely, three that multiply, no vehicle at a corner.
+    pub fn at(vehicle: &Vehicle, trim: &Trim, blocks: &[Block]) -> Result<Self, UncertainError> {
+        let nominal = Descriptor::at(vehicle, trim).stacked();
+        let scaled_input = |m: &Mat, actuator: usize, factor: f64| {
+            let mut only = Mat::zeros(m.nrows(), m.ncols());
+            only.set_column(INPUTS + actuator, &(m.column(INPUTS + actuator) * factor));
+            only
+        };
+        let first: Vec<Mat> = blocks
+            .iter()
+            .map(|b| match b.uncertain {
+                Uncertain::Parameter(p) => Descriptor::derivative(vehicle, trim, p).stacked() * b.half_range,
+                Uncertain::Gain(actuator) => scaled_input(&nominal, actuator, b.half_range),
+            })
+            .collect();
+        let mut second = Vec::new();
+        for (i, p) in blocks.iter().enumerate() {
+            for (j, q) in blocks.iter().enumerate().skip(i + 1) {
+                let both = match (p.uncertain, q.uncertain) {
+                    (Uncertain::Parameter(a), Uncertain::Parameter(b)) => {
+                        let by = [a, b];
+                        Descriptor::second_derivative(vehicle, trim, by).stacked()
+                            * (p.half_range * q.half_range)
+                    }
+                    (_, Uncertain::Gain(actuator)) => scaled_input(&first[i], actuator, q.half_range),
+                    (Uncertain::Gain(_), _) => continue,
+                };
+                if both.amax() > ROUNDING * nominal.amax() * p.half_range.min(1.0) * q.half_range.min(1.0) {
+                    second.push((i, j, both));
+                }
+            }
+        }
+        let found = Self { nominal, first, second };
+        found.check(vehicle, trim, blocks)?;
+        Ok(found)
+    }
+
+    /// `[M C D]` at a delta for each parameter.
+    pub fn evaluate(&self, delta: &[f64]) -> Mat {
+        let linear = self.first.iter().zip(delta).fold(self.nominal.clone(), |sum, (m, d)| sum + m * *d);
+        self.second.iter().fold(linear, |sum, (i, j, m)| sum + m * (delta[*i] * delta[*j]))
+    }
+
+    /// The size of `[C D]` in comparable units.
+    pub(crate) fn size(&self, units: &Mat) -> f64 {
+        let scaled = &self.nominal * units;
+        scaled.columns(MASS, scaled.ncols() - MASS).norm()
+    }
+
+    fn check(&self, vehicle: &Vehicle, trim: &Trim, blocks: &[Block]) -> Result<(), UncertainError> {
+        let off = |delta: &[f64]| {
+            let changed = perturbed(vehicle, blocks, delta);
+            let truth = Descriptor::at(&changed, trim).stacked();
+            (self.evaluate(delta) - &truth).amax() / truth.amax()
+        };
+        let coefficient =
+            |b: &Block| matches!(b.uncertain, Uncertain::Parameter(_)) && !b.uncertain.is_of_trim();
+        for (i, b) in blocks.iter().enumerate().filter(|(_, b)| coefficient(b)) {
+            for end in [-1.0, 1.0] {
+                let mut delta = vec![0.0; blocks.len()];
+                delta[i] = end;
+                let off = off(&delta);
+                if off.is_nan() || off > AFFINE {
+                    return Err(UncertainError::NotAffine { name: b.name.clone(), off });
+                }
+            }
+        }
+        for end in [-1.0, 1.0] {
+            let delta: Vec<f64> = blocks.iter().map(|b| if coefficient(b) { end } else { 0.0 }).collect();
+            let off = off(&delta);
+            if off.is_nan() || off > AFFINE {
+                return Err(UncertainError::ThreeMultiply { off });
+            }
+        }
+        self.check_corners(vehicle, blocks)
+    }
+
+    /// The mass matrix is positive definite in the box if it is at its corners: its least eigenvalue is concave in each
+    /// coefficient.
+    fn check_corners(&self, vehicle: &Vehicle, blocks: &[Block]) -> Result<(), UncertainError> {
+        let heavy: Vec<usize> =
+            (0..blocks.len()).filter(|i| self.first[*i].columns(0, MASS).amax() > 0.0).collect();
+        for corner in 0..1_usize << heavy.len() {
+            let mut delta = vec![0.0; blocks.len()];
+            for (bit, i) in heavy.iter().enumerate() {
+                delta[*i] = if corner >> bit & 1 == 1 { 1.0 } else { -1.0 };
+            }
+            let changed = perturbed(vehicle, blocks, &delta);
+            changed.coefficients.check().map_err(|reason| UncertainError::Corner { reason })?;
+        }
+        Ok(())
+    }
+}
+
+/// The vehicle with its coefficients at `value + half_range delta`.
+pub fn perturbed(vehicle: &Vehicle, blocks: &[Block], delta: &[f64]) -> Vehicle {
+    blocks.iter().zip(delta).fold(vehicle.clone(), |changed, (b, d)| match b.uncertain {
+        Uncertain::Parameter(p @ (Parameter::Coefficient(_) | Parameter::Effect { .. })) if *d != 0.0 => {
+            p.with_value(&changed, b.value + b.half_range * d)
+        }
+        _ => changed,
+    })
+}
+
+/// Columns of `[M C D]` in units in which they compare: inputs in units of their reach.
+pub(crate) fn units(vehicle: &Vehicle) -> Mat {
+    let inputs = vehicle.actuators.iter().map(auv::Actuator::reach);
+    let all: Vec<f64> = std::iter::repeat_n(1.0, INPUTS).chain(inputs).collect();
+    Mat::from_diagonal(&nalgebra::DVector::from_vec(all))
+}
+
+/// Leaves out of what the trim does the directions that are smaller than `detail` of `[C D]`, at all of the trims; the motion is
+/// of first order in the trim anyway.
+pub fn coarsen(vehicle: &Vehicle, blocks: &[Block], detail: f64, samples: &mut [Gradients]) {
+    let units = units(vehicle);
+    let inverse = units.map(|v| if v > 0.0 { 1.0 / v } else { 0.0 });
+    let sizes: Vec<f64> = samples.iter().map(|g| g.size(&units)).collect();
+    for place in (0..blocks.len()).filter(|i| blocks[*i].uncertain.is_of_trim()) {
+        let mut rows = Mat::zeros(0, units.ncols());
+        for (g, size) in samples.iter().zip(&sizes) {
+            let inside = g.second.iter().filter(|(_, j, _)| *j == place).map(|(_, _, m)| m);
+            for m in std::iter::once(&g.first[place]).chain(inside) {
+                rows = block(&[&[&rows], &[&(m * &units / *size)]]);
+            }
+        }
+        let found = lpv::matrix::svd(&rows);
+        let kept = found.s.iter().filter(|s| **s > detail).count();
+        let directions = found.v.columns(0, kept).into_owned();
+        let projector = &units * &directions * directions.transpose() * &inverse;
+        for (g, size) in samples.iter_mut().zip(&sizes) {
+            g.first[place] = &g.first[place] * &projector;
+            for (_, j, m) in &mut g.second {
+                if *j == place {
+                    *m = &*m * &projector;
+                }
+            }
+            let large = |i: usize, j: usize, m: &Mat| {
+                (m * &units).norm() > detail * size || (i != place && j != place)
+            };
+            g.second.retain(|(i, j, m)| large(*i, *j, m));
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! The linear model with its uncertain channels.
+
+use crate::error::ModelError;
+use crate::linearise::STATES;
+use crate::uncertain::reduce::runs;
+use auv::{Parameter, Vehicle};
+use lpv::lft::Lft;
+use lpv::matrix::Mat;
+
+/// What is uncertain.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Uncertain {
+    /// A coefficient, or a quantity of the trim.
+    Parameter(Parameter),
+    /// The gain of an actuator.
+    Gain(usize),
+}
+
+impl Uncertain {
+    /// Its name.
+    pub fn name(self, vehicle: &Vehicle) -> String {
+        match self {
+            Self::Parameter(parameter) => parameter.name(vehicle),
+            Self::Gain(actuator) => format!("gain of {}", vehicle.actuators[actuator].name),
+        }
+    }
+
+    /// Whether it belongs to the trim, and so follows from the others.
+    pub fn is_of_trim(self) -> bool {
+        matches!(self, Self::Parameter(Parameter::Incidence | Parameter::Output(_)))
+    }
+}
+
+/// One normalised uncertain parameter: `value + half_range delta`, |delta| <= 1.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Block {
+    /// What.
+    pub uncertain: Uncertain,
+    /// Its name.
+    pub name: String,
+    /// Its nominal value, SI; at the middle of the range of speed for what belongs to the trim.
+    pub value: f64,
+    /// How far it may be off to either side, SI; as above.
+    pub half_range: f64,
+    /// Unit.
+    pub unit: &'static str,
+    /// How often it is repeated: its number of channels.
+    pub repetitions: usize,
+}
+
+/// The linear model with its uncertain channels; those of the scheduling parameter, if any, stand first.
+///
+/// Shapes, with n = 4 states, m actuators and k channels: A n x n, B n x m, Bd n x k, Cd k x n, Ddd k x k, Dd2 k x m.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UncertainModel {
+    /// Nominal A.
+    pub a: Mat,
+    /// Nominal B.
+    pub b: Mat,
+    /// From wd to x'.
+    pub bd: Mat,
+    /// From x to zd.
+    pub cd: Mat,
+    /// From wd to zd.
+    pub dd: Mat,
+    /// From u to zd.
+    pub dd2: Mat,
+    /// Channels of the scheduling parameter rho, the first ones; none at a frozen speed.
+    pub scheduled: usize,
+    /// The uncertain parameters in the order of their channels; none of them has no channel.
+    pub blocks: Vec<Block>,
+}
+
+impl UncertainModel {
+    /// From an LFT of `[A B]` whose parameter 0 is rho and parameter 1 + i is `all[i]`.
+    pub(crate) fn from_lft(lft: &Lft, all: &[Block]) -> Self {
+        let mut scheduled = 0;
+        let mut blocks = Vec::new();
+        for (parameter, _, count) in runs(&lft.channels) {
+            match parameter.checked_sub(1).and_then(|i| all.get(i)) {
+                Some(block) => blocks.push(Block { repetitions: count, ..block.clone() }),
+                None => scheduled = count,
+            }
+        }
+        let split =
+            |m: &Mat| (m.columns(0, STATES).into_owned(), m.columns(STATES, m.ncols() - STATES).into_owned());
+        let ((a, b), (cd, dd2)) = (split(&lft.constant), split(&lft.right));
+        Self { a, b, bd: lft.left.clone(), cd, dd: lft.inner.clone(), dd2, scheduled, blocks }
+    }
+
+    /// The number of channels k.
+    pub fn channels(&self) -> usize {
+        self.bd.ncols()
+    }
+
+    /// Repetitions: of rho first where it has channels, then of every block.
+    pub fn repetitions(&self) -> Vec<usize> {
+        let scheduled = (self.scheduled > 0).then_some(self.scheduled);
+        scheduled.into_iter().chain(self.blocks.iter().map(|b| b.repetitions)).collect()
+    }
+
+    /// The LFT of `[A B]`: its parameters are rho, where it has channels, and then the blocks.
+    pub fn lft(&self) -> Lft {
+        Lft {
+            constant: lpv::matrix::block(&[&[&self.a, &self.b]]),
+            left: self.bd.clone(),
+            inner: self.dd.clone(),
+            right: lpv::matrix::block(&[&[&self.cd, &self.dd2]]),
+            channels: lpv::plant::channels(&self.repetitions()),
+        }
+    }
+
+    /// `[A B]` at rho (nothing where the model is of one speed) and at one delta for each block.
+    ///
+    /// # Errors
+    /// [`ModelError::Lft`] where `I - Ddd Delta` is singular.
+    pub fn evaluate(&self, rho: f64, delta: &[f64]) -> Result<Mat, ModelError> {
+        let scheduled = (self.scheduled > 0).then_some(rho);
+        let values: Vec<f64> = scheduled.into_iter().chain(delta.iter().copied()).collect();
+        Ok(self.lft().evaluate(&values)?)
+    }
+}

@@ -1,0 +1,154 @@
+//! `[M C D]` as an LFT in the uncertain parameters and rho, and the LFT of `[A B] = M^-1 [C D]` that follows.
+
+use crate::error::Error;
+use crate::uncertain::gradients::{Gradients, MASS, ROUNDING, units};
+use crate::uncertain::reduce::range;
+use auv::Vehicle;
+use lpv::lft::Lft;
+use lpv::matrix::{Mat, block};
+use lpv::polynomial::MatrixPolynomial;
+
+/// What is smaller than this beside `[C D]` is left out of what the trim does: fewer channels for an error that is measured
+/// with the rest, and small beside what is uncertain.
+pub const DETAIL: f64 = 1e-3;
+
+/// The same over the range of speed, and how well the polynomials in rho must meet the uncertain parts.
+pub const DETAIL_OVER_RANGE: f64 = 3e-3;
+
+/// The parts of `[M C D]` as constants or as LFTs in rho, the parameter 0; parameter i of `first` is parameter 1 + i of the LFT.
+#[derive(Debug, Clone)]
+pub struct Pencil {
+    /// `[A B]` at delta = 0.
+    nominal: Lft,
+    /// M at delta = 0.
+    mass: Mat,
+    first: Vec<Lft>,
+    second: Vec<(usize, usize, Lft)>,
+}
+
+impl Pencil {
+    /// At one speed, where the nominal `[A B]` is `nominal`.
+    pub fn frozen(gradients: &Gradients, nominal: &Mat) -> Self {
+        let constant = |m: &Mat| Lft::constant(m.clone());
+        Self {
+            nominal: constant(nominal),
+            mass: gradients.nominal.columns(0, MASS).into_owned(),
+            first: gradients.first.iter().map(constant).collect(),
+            second: gradients.second.iter().map(|(i, j, m)| (*i, *j, constant(m))).collect(),
+        }
+    }
+
+    /// Over the range of rho, each part a polynomial fitted to the samples; `nominal` is the LFT of `[A B]` in rho.
+    ///
+    /// # Errors
+    /// [`ModelError::Fit`](crate::error::ModelError::Fit).
+    pub fn scheduled(
+        vehicle: &Vehicle,
+        samples: &[(f64, Gradients)],
+        nominal: &Lft,
+        order: usize,
+    ) -> Result<Self, Error> {
+        let Some((_, any)) = samples.first() else { return Err(lpv::error::FitError::NoSamples.into()) };
+        let units = units(vehicle);
+        let fit = |of: &dyn Fn(&Gradients) -> Mat| {
+            let values: Vec<(f64, Mat, f64)> =
+                samples.iter().map(|(rho, g)| (*rho, of(g), DETAIL_OVER_RANGE * g.size(&units))).collect();
+            fitted(&values, &units, order)
+        };
+        let first =
+            (0..any.first.len()).map(|i| fit(&|g| g.first[i].clone())).collect::<Result<_, Error>>()?;
+        let mut pairs: Vec<(usize, usize)> =
+            samples.iter().flat_map(|(_, g)| g.second.iter().map(|(i, j, _)| (*i, *j))).collect();
+        pairs.sort_unstable();
+        pairs.dedup();
+        let of_pair = |g: &Gradients, (i, j): (usize, usize)| {
+            let found = g.second.iter().find(|(p, q, _)| (*p, *q) == (i, j));
+            found.map_or_else(|| Mat::zeros(g.nominal.nrows(), g.nominal.ncols()), |(_, _, m)| m.clone())
+        };
+        let second = pairs
+            .into_iter()
+            .map(|(i, j)| Ok((i, j, fit(&|g| of_pair(g, (i, j)))?)))
+            .collect::<Result<_, Error>>()?;
+        let mass = any.nominal.columns(0, MASS).into_owned();
+        Ok(Self { nominal: nominal.clone(), mass, first, second })
+    }
+
+    /// The LFT of `[A B]`, not yet minimal.
+    ///
+    /// With `M x' = M N [x; u] + L w` and `z = D w + R_c [x; u] - R_m x'`, where N is the nominal `[A B]`,
+    ///
+    /// ```text
+    /// x' = N [x; u] + M^-1 L w,   z = (D - R_m M^-1 L) w + (R_c - R_m N) [x; u]
+    /// ```
+    pub fn lft(&self) -> Lft {
+        let parts: Vec<Lft> = (0..self.first.len()).filter_map(|i| self.term(i)).collect();
+        let Some(sum) = parts.into_iter().reduce(|sum, part| sum.add(&part)) else {
+            return self.nominal.clone();
+        };
+        let columns = sum.right.ncols();
+        let r_m = sum.right.columns(0, MASS).into_owned();
+        let r_c = sum.right.columns(MASS, columns - MASS).into_owned();
+        // M is positive definite: `Gradients::at` checked it.
+        let bd = lpv::matrix::solve(&self.mass, &sum.left).unwrap_or_else(|| sum.left.clone() * f64::NAN);
+        let n = &self.nominal;
+        let zero = Mat::zeros(n.size(), sum.size());
+        Lft {
+            constant: n.constant.clone(),
+            left: block(&[&[&n.left, &bd]]),
+            inner: block(&[&[&n.inner, &zero], &[&-(&r_m * &n.left), &(&sum.inner - &r_m * &bd)]]),
+            right: block(&[&[&n.right], &[&(r_c - &r_m * &n.constant)]]),
+            channels: n.channels.iter().chain(&sum.channels).copied().collect(),
+        }
+    }
+
+    /// `delta_i (E_i + sum_j delta_j E_ij)`, j > i, with as few channels of delta_i as the range of the bracket has directions.
+    fn term(&self, i: usize) -> Option<Lft> {
+        let pairs = self.second.iter().filter(|(p, _, _)| *p == i);
+        let bracket = pairs.fold(self.first[i].clone(), |sum, (_, j, both)| {
+            let rows = range(&block(&[&[&both.constant], &[&both.right]]).transpose());
+            let (into, out) = (Lft::constant(rows.clone()), Lft::constant(rows.transpose()));
+            sum.add(&both.multiply(&into).multiply(&repeated(1 + j, rows.ncols())).multiply(&out))
+        });
+        let basis = range(&block(&[&[&bracket.constant, &bracket.left]]));
+        if basis.ncols() == 0 {
+            return None;
+        }
+        let inside = Lft::constant(basis.transpose()).multiply(&bracket);
+        Some(Lft::constant(basis.clone()).multiply(&repeated(1 + i, basis.ncols())).multiply(&inside))
+    }
+}
+
+/// `theta_parameter I`.
+fn repeated(parameter: usize, count: usize) -> Lft {
+    let identity = Mat::identity(count, count);
+    Lft {
+        constant: Mat::zeros(count, count),
+        left: identity.clone(),
+        inner: Mat::zeros(count, count),
+        right: identity,
+        channels: vec![parameter; count],
+    }
+}
+
+/// The LFT of the polynomial of least order, up to `order`, that meets samples `(rho, m, allowed)` to what is allowed of each.
+fn fitted(samples: &[(f64, Mat, f64)], units: &Mat, order: usize) -> Result<Lft, Error> {
+    let values: Vec<(f64, Mat)> = samples.iter().map(|(rho, m, _)| (*rho, m.clone())).collect();
+    let largest = values.iter().map(|(_, m)| m.amax()).fold(0.0, f64::max);
+    let mut fit = MatrixPolynomial::fit(&values, 0)?;
+    for order in 1..=order {
+        let meets =
+            |(rho, m, allowed): &(f64, Mat, f64)| ((fit.evaluate(*rho) - m) * units).norm() <= *allowed;
+        if samples.iter().all(meets) {
+            break;
+        }
+        fit = MatrixPolynomial::fit(&values, order)?;
+    }
+    for coefficient in &mut fit.coefficients {
+        coefficient.apply(|v| {
+            if v.abs() < ROUNDING * largest {
+                *v = 0.0;
+            }
+        });
+    }
+    Ok(Lft::from_polynomial(&fit, ROUNDING))
+}

@@ -1,0 +1,74 @@
+//! Designs in one folder: whoever writes at the same time, what is read is one design.
+
+#![allow(clippy::unwrap_used)]
+
+use squid_design::certify::verify;
+use squid_design::error::{Error, StoreError};
+use squid_design::inputs::Inputs;
+use squid_design::progress::Progress;
+use squid_design::run::Finished;
+use squid_design::run::run;
+use squid_design::store;
+use squid_design::store::Stored;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// How often each of the two designs is written.
+const TIMES: usize = 50;
+
+fn design(bandwidth: Option<f64>) -> (Inputs, Finished) {
+    let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
+    let inputs = Inputs::read(vehicle, "design", bandwidth).unwrap();
+    let finished = run(&inputs, &Progress::default()).unwrap();
+    (inputs, finished)
+}
+
+/// Whichever of two designs is stored.
+fn either<'a>(directory: &Path, designs: [&'a Inputs; 2]) -> (&'a Inputs, Stored) {
+    loop {
+        for inputs in designs {
+            match store::load(directory, inputs) {
+                Err(Error::Store(StoreError::Stale { .. })) => {}
+                other => return (inputs, other.unwrap()),
+            }
+        }
+    }
+}
+
+/// All files are of the design whose hashes stand in controller.json: the certificate is of its controller, or there is none where nothing
+/// was proved.
+fn assert_one_design(directory: &Path, proved: &Inputs, other: &Inputs) {
+    let (inputs, stored) = either(directory, [proved, other]);
+    if inputs.design_sha256 == proved.design_sha256 {
+        let text = stored.certificate.unwrap();
+        let certificate = verify::parse(&text, "certificate.json").unwrap();
+        verify::matches(&stored.controller, &certificate).unwrap();
+    } else {
+        assert!(stored.certificate.is_err(), "the certificate of the other design");
+    }
+}
+
+#[test]
+fn two_designs_at_once_leave_one() {
+    let (proved, with_proof) = design(None);
+    let (other, mut without) = design(Some(0.23));
+    without.proof = Err("taken away".into());
+    without.frozen.controller.gamma.certified = false;
+    let folder = tempfile::tempdir().unwrap();
+    store::save(folder.path(), &proved, &with_proof).unwrap();
+    let done = AtomicBool::new(false);
+    let write = |inputs: &Inputs, finished: &Finished| {
+        (0..TIMES).for_each(|_| store::save(folder.path(), inputs, finished).unwrap());
+        done.store(true, Ordering::Relaxed);
+    };
+    std::thread::scope(|scope| {
+        scope.spawn(|| write(&proved, &with_proof));
+        scope.spawn(|| write(&other, &without));
+        scope.spawn(|| {
+            while !done.load(Ordering::Relaxed) {
+                assert_one_design(folder.path(), &proved, &other);
+            }
+        });
+    });
+    assert_one_design(folder.path(), &proved, &other);
+}

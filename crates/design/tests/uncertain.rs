@@ -1,0 +1,347 @@
+//! The uncertain models against the vehicle itself.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use auv::{Parameter, linearise};
+use lpv::controller::Controller;
+use lpv::lft::Lft;
+use lpv::matrix::{Mat, diagonal_blocks, svd};
+use lpv::state_space::StateSpace;
+use nalgebra::Complex;
+use proptest::prelude::*;
+use squid_design::augment::augment;
+use squid_design::check::frozen_controller;
+use squid_design::fit::Model;
+use squid_design::inputs::Inputs;
+use squid_design::linearise::stacked;
+use squid_design::uncertain::closed_loop::UncertainLoop;
+use squid_design::uncertain::closed_loop::uncertain_loop;
+use squid_design::uncertain::errors::errors;
+use squid_design::uncertain::errors::remainder;
+use squid_design::uncertain::frozen::FrozenUncertain;
+use squid_design::uncertain::frozen::at_speed;
+use squid_design::uncertain::gradients::perturbed;
+use squid_design::uncertain::model::Block;
+use squid_design::uncertain::model::Uncertain;
+use squid_design::uncertain::model::UncertainModel;
+use squid_design::uncertain::over_range;
+use squid_design::uncertain::trim::random_corners;
+use squid_design::uncertain::trim::retrim;
+use std::path::Path;
+use std::sync::LazyLock;
+
+struct Subject {
+    inputs: Inputs,
+    model: Model,
+    frozen: Vec<FrozenUncertain>,
+    joint: UncertainModel,
+}
+
+fn inputs(vehicle: &str) -> Inputs {
+    let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles").join(vehicle);
+    Inputs::read(&directory, "design", None).unwrap()
+}
+
+fn subject(vehicle: &str, speeds: [f64; 3]) -> Subject {
+    let inputs = inputs(vehicle);
+    let model = Model::new(&inputs).unwrap();
+    let frozen = speeds.map(|v| at_speed(&inputs, v).unwrap()).into();
+    let joint = over_range(&inputs, &model).unwrap();
+    Subject { inputs, model, frozen, joint }
+}
+
+static SUBJECTS: LazyLock<[Subject; 2]> =
+    LazyLock::new(|| [subject("squid", [0.5, 1.3, 3.0]), subject("remus100", [1.4, 1.77, 2.2])]);
+
+/// The model's own linearisation: coefficients at delta, the trim held, gains at delta.
+fn truth(subject: &Subject, frozen: &FrozenUncertain, delta: &[f64]) -> Mat {
+    let changed = perturbed(&subject.inputs.vehicle, &frozen.model.blocks, delta);
+    let mut found = stacked(&linearise(&changed, &frozen.nominal.trim).unwrap());
+    for (b, d) in frozen.model.blocks.iter().zip(delta) {
+        if let Uncertain::Gain(actuator) = b.uncertain {
+            found.column_mut(4 + actuator).scale_mut(1.0 + b.half_range * d);
+        }
+    }
+    found
+}
+
+/// `delta` with 0 for what belongs to the trim.
+fn with_trim_held(model: &UncertainModel, delta: &[f64]) -> Vec<f64> {
+    model.blocks.iter().zip(delta).map(|(b, d)| if b.uncertain.is_of_trim() { 0.0 } else { *d }).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// Exact in the coefficients: the LFT is the linearisation of the perturbed vehicle at the same trim.
+    #[test]
+    fn the_lft_is_the_linearisation_at_the_perturbed_coefficients(values in prop::collection::vec(-1.0..1.0_f64, 24)) {
+        for subject in SUBJECTS.iter() {
+            for frozen in &subject.frozen {
+                let delta = with_trim_held(&frozen.model, &values);
+                let (found, wanted) = (frozen.model.evaluate(0.0, &delta).unwrap(), truth(subject, frozen, &delta));
+                prop_assert!((&found - &wanted).norm() < 1e-12 * wanted.norm(), "{found} {wanted}");
+            }
+        }
+    }
+}
+
+#[test]
+fn at_delta_zero_the_models_are_the_nominal_ones() {
+    for subject in SUBJECTS.iter() {
+        for frozen in &subject.frozen {
+            let zero = vec![0.0; frozen.model.blocks.len()];
+            let nominal = stacked(&frozen.nominal);
+            assert!((frozen.model.evaluate(0.0, &zero).unwrap() - &nominal).norm() < 1e-14 * nominal.norm());
+        }
+        let zero = vec![0.0; subject.joint.blocks.len()];
+        for i in -10..=10 {
+            let rho = f64::from(i) / 10.0;
+            let fit = subject.model.lft.evaluate(&[rho]).unwrap();
+            let found = subject.joint.evaluate(rho, &zero).unwrap();
+            assert!((found - &fit).norm() < 1e-12 * fit.norm(), "{rho}");
+        }
+    }
+}
+
+/// With all parameters but one held anywhere, `[A B]` is rational in that one, and no realisation has fewer channels than its
+/// McMillan degree: the rank of the product of observability and reachability. So repetitions that reach it are minimal.
+#[test]
+fn no_parameter_is_repeated_more_than_it_must() {
+    for subject in SUBJECTS.iter() {
+        for frozen in &subject.frozen {
+            assert_minimal(&frozen.model);
+        }
+    }
+}
+
+fn assert_minimal(model: &UncertainModel) {
+    let lft = model.lft();
+    let held = |parameter: usize| 0.3 * (1.7 * parameter as f64 + 0.4).sin();
+    let parameters = model.repetitions().len();
+    for parameter in 0..parameters {
+        let inside: Vec<usize> = (0..lft.size()).filter(|i| lft.channels[*i] == parameter).collect();
+        let outside: Vec<usize> = (0..lft.size()).filter(|i| lft.channels[*i] != parameter).collect();
+        let values = outside.iter().map(|i| held(lft.channels[*i]));
+        let delta = Mat::from_diagonal(&nalgebra::DVector::from_iterator(outside.len(), values));
+        let among = |rows: &[usize], columns: &[usize]| lft.inner.select_rows(rows).select_columns(columns);
+        let identity = Mat::identity(outside.len(), outside.len());
+        let closing = &delta * (identity - among(&outside, &outside) * &delta).try_inverse().unwrap();
+        let left = lft.left.select_columns(&inside)
+            + lft.left.select_columns(&outside) * &closing * among(&outside, &inside);
+        let inner = among(&inside, &inside) + among(&inside, &outside) * &closing * among(&outside, &inside);
+        let right = lft.right.select_rows(&inside)
+            + among(&inside, &outside) * &closing * lft.right.select_rows(&outside);
+        assert_eq!(
+            mcmillan_degree(&left, &inner, &right),
+            inside.len(),
+            "parameter {parameter} of {:?}",
+            model.blocks
+        );
+    }
+}
+
+fn mcmillan_degree(left: &Mat, inner: &Mat, right: &Mat) -> usize {
+    let n = inner.nrows();
+    let (mut seen, mut reached, mut power) = (left.clone(), right.clone(), Mat::identity(n, n));
+    for _ in 1..n {
+        power = &power * inner;
+        seen = lpv::matrix::block(&[&[&seen], &[&(left * &power)]]);
+        reached = lpv::matrix::block(&[&[&reached, &(&power * right)]]);
+    }
+    let s = svd(&(seen * reached)).s;
+    s.iter().filter(|v| **v > 1e-11 * s[0]).count()
+}
+
+/// N(s) closed by Delta is the loop that the controller makes with the perturbed vehicle; its first block is what it says.
+#[test]
+fn the_uncertain_loop_closed_by_delta_is_the_perturbed_loop() {
+    for subject in SUBJECTS.iter() {
+        let tracked = subject.inputs.design.tracked.len();
+        let actuators = subject.inputs.vehicle.actuators.len();
+        let some = |rows: usize, columns: usize, seed: f64| {
+            Mat::from_fn(rows, columns, |i, j| 0.1 * (seed + 1.3 * i as f64 + 2.1 * j as f64).sin())
+        };
+        let controller = Controller {
+            a: some(3, 3, 0.0) - Mat::identity(3, 3),
+            by: some(3, tracked, 1.0),
+            bt: some(3, 2, 2.0),
+            cu: some(actuators, 3, 3.0),
+            duy: some(actuators, tracked, 4.0),
+            dut: some(actuators, 2, 5.0),
+            ct: some(2, 3, 6.0),
+            dty: some(2, tracked, 7.0),
+            dtt: some(2, 2, 8.0),
+            blocks: vec![2],
+        };
+        for frozen in &subject.frozen {
+            let rho = 0.4;
+            let ball = remainder(&subject.inputs, frozen).unwrap();
+            let values: Vec<f64> = (0..24).map(|i| f64::from(i).cos()).collect();
+            let delta = with_trim_held(&frozen.model, &values);
+            let mut vehicle = truth(subject, frozen, &delta);
+            for missed in [None, Some(&ball)] {
+                let n = uncertain_loop(&subject.inputs, &frozen.model, &controller, rho, missed).unwrap();
+                assert_eq!((n.inputs, n.outputs), (tracked + actuators, tracked + actuators));
+                let full = some(n.remainder, n.remainder, 9.0);
+                if let Some(ball) = missed {
+                    vehicle += &ball.left * &full * &ball.right;
+                }
+                let repeated = n.blocks.iter().zip(&delta).flat_map(|((_, r), d)| vec![*d; *r]);
+                let real = Mat::from_diagonal(&nalgebra::DVector::from_vec(repeated.collect()));
+                let found = closed_by(&n, &diagonal_blocks(&[&real, &full]));
+
+                let plant = augment(&subject.inputs, Lft::constant(vehicle.clone())).unwrap();
+                let frozen_at_rho = frozen_controller(&controller, rho).unwrap();
+                let wanted = plant.close(&frozen_at_rho).frozen(&[]).unwrap();
+                for omega in [0.0, 0.1, 1.0, 10.0] {
+                    let s = Complex::new(0.0, omega);
+                    let (a, b) = (found.response(s).unwrap(), wanted.response(s).unwrap());
+                    assert!((&a - &b).norm() < 1e-9 * b.norm(), "{a} {b}");
+                    let (k, whole) = (n.channels(), n.system.response(s).unwrap());
+                    let corner = whole.view((0, 0), (k, k)).into_owned();
+                    assert!((n.stability().response(s).unwrap() - corner).norm() < 1e-12);
+                }
+            }
+        }
+    }
+}
+
+/// `F_u(N, Delta)`.
+fn closed_by(n: &UncertainLoop, delta: &Mat) -> StateSpace {
+    let k = n.channels();
+    let StateSpace { a, b, c, d } = &n.system;
+    let (bd, bw) = (b.columns(0, k), b.columns(k, n.inputs));
+    let (cd, cz) = (c.rows(0, k), c.rows(k, n.outputs));
+    let (ddd, ddw) = (d.view((0, 0), (k, k)), d.view((0, k), (k, n.inputs)));
+    let (dzd, dzw) = (d.view((k, 0), (n.outputs, k)), d.view((k, k), (n.outputs, n.inputs)));
+    let closing = (Mat::identity(k, k) - delta * ddd).try_inverse().unwrap() * delta;
+    StateSpace {
+        a: a + bd * &closing * cd,
+        b: bw + bd * &closing * ddw,
+        c: cz + dzd * &closing * cd,
+        d: dzw + dzd * &closing * ddw,
+    }
+}
+
+/// Trimmed anew at corners of the box, the models stay within half a per cent at one speed and one and a half over the range, where
+/// the vehicle moves by 18 to 55 per cent.
+#[test]
+fn the_models_follow_the_vehicle_trimmed_anew() {
+    for subject in SUBJECTS.iter() {
+        let (centre, half_range) = subject.inputs.design.scheduling();
+        for frozen in &subject.frozen {
+            let own = errors(&subject.inputs, frozen, &frozen.model, 0.0).unwrap();
+            let rho = (frozen.speed - centre) / half_range;
+            let over = errors(&subject.inputs, frozen, &subject.joint, rho).unwrap();
+            assert!(own.at_held_trim < 1e-12, "{own:?}");
+            assert!(own.movement > 0.15 && own.remainder < 0.005, "{own:?}");
+            assert!(over.remainder < 0.016, "{over:?}");
+        }
+    }
+}
+
+/// The ball of the remainder holds the vehicle at corners other than those it was measured at, and stands last in the loop.
+#[test]
+fn the_remainder_holds_what_the_model_leaves_out() {
+    for subject in SUBJECTS.iter() {
+        let vehicle = &subject.inputs.vehicle;
+        for frozen in &subject.frozen {
+            let ball = remainder(&subject.inputs, frozen).unwrap();
+            let size = 4 + vehicle.actuators.len();
+            let (own, trim) = (&frozen.model, &frozen.nominal.trim);
+            for corner in random_corners(own.blocks.len(), 30, 12345) {
+                let (changed, moved) = retrim(vehicle, trim, &own.blocks, &corner).unwrap();
+                let place = |(b, d): (&Block, &f64)| match b.uncertain {
+                    Uncertain::Parameter(p) if b.uncertain.is_of_trim() => {
+                        (p.value(&changed, &moved) - p.value(vehicle, trim)) / b.half_range
+                    }
+                    _ => *d,
+                };
+                let delta: Vec<f64> = own.blocks.iter().zip(&corner).map(place).collect();
+                assert!(delta.iter().all(|d| d.abs() <= 1.0 + 1e-9), "{delta:?}");
+                let mut off = stacked(&linearise(&changed, &moved).unwrap());
+                for (b, d) in own.blocks.iter().zip(&corner) {
+                    if let Uncertain::Gain(actuator) = b.uncertain {
+                        off.column_mut(4 + actuator).scale_mut(1.0 + b.half_range * d);
+                    }
+                }
+                off -= own.evaluate(0.0, &delta).unwrap();
+                let inverse = ball.right.clone().try_inverse().unwrap();
+                let scaled = Mat::from_fn(3, size, |i, j| off[(i, j)] * inverse[(j, j)] / ball.left[(i, i)]);
+                assert!(svd(&scaled).s[0] <= 1.0, "{}", svd(&scaled).s[0]);
+            }
+        }
+    }
+}
+
+/// What enters through trim alone, and what multiplies: weight, buoyancy, mass and the centre of gravity together.
+#[test]
+fn weight_and_centre_of_gravity_may_be_uncertain() {
+    let inputs = naming(&[
+        ("mass", 2.0),
+        ("weight", 1.0),
+        ("x_G", 0.005),
+        ("z_G", 0.003),
+        ("buoyancy", 1.0),
+        ("z_B", 0.002),
+    ]);
+    let model = Model::new(&inputs).unwrap();
+    let joint = over_range(&inputs, &model).unwrap();
+    let subject = Subject { frozen: vec![at_speed(&inputs, 1.0).unwrap()], inputs, model, joint };
+    let frozen = &subject.frozen[0];
+    let names: Vec<&str> = frozen.model.blocks.iter().map(|b| b.name.as_str()).collect();
+    assert_eq!(names[..6], ["mass", "weight", "x_G", "z_G", "buoyancy", "z_B"]);
+    assert_eq!(names[6], "incidence");
+    for seed in 0..20 {
+        let values: Vec<f64> = (0..24).map(|i| f64::from(seed * 7 + i * 3).sin()).collect();
+        let delta = with_trim_held(&frozen.model, &values);
+        let (found, wanted) = (frozen.model.evaluate(0.0, &delta).unwrap(), truth(&subject, frozen, &delta));
+        assert!((&found - &wanted).norm() < 1e-12 * wanted.norm());
+    }
+    let own = errors(&subject.inputs, frozen, &frozen.model, 0.0).unwrap();
+    assert!(own.through_trim > 0.02 && own.remainder < 0.1 * own.through_trim, "{own:?}");
+}
+
+/// Squid with other uncertain coefficients, their half ranges in SI.
+fn naming(coefficients: &[(&str, f64)]) -> Inputs {
+    let mut inputs = inputs("squid");
+    let of = |&(name, half_range): &(&str, f64)| {
+        let parameter = Parameter::named(&inputs.vehicle, name).unwrap();
+        let value = parameter.coefficient(&inputs.vehicle).unwrap();
+        squid_design::inputs::design_file::UncertainParameter { parameter, value, half_range }
+    };
+    inputs.uncertain = coefficients.iter().map(of).collect();
+    inputs
+}
+
+#[test]
+fn what_no_lft_can_hold_is_refused_by_name() {
+    let refused =
+        |coefficients: &[(&str, f64)]| at_speed(&naming(coefficients), 0.5).unwrap_err().to_string();
+    let begins = [
+        (
+            refused(&[("length", 0.5)]),
+            "[uncertainty]: 'length' does not enter the equations of motion linearly (off by ",
+        ),
+        (
+            refused(&[("density", 100.0), ("wetted_area", 0.3), ("form_factor", 0.2)]),
+            "[uncertainty]: three of the coefficients multiply one another (off by ",
+        ),
+        (
+            refused(&[("I_yy", 16.0), ("M_q_dot", 12.2), ("z_G", 0.5)]),
+            "[uncertainty]: with every coefficient at an end of its range, the mass matrix",
+        ),
+        (
+            refused(&[("weight", 250.0)]),
+            "[uncertainty]: with every coefficient at an end of its range there is no trim: no level trim at 0.5 m/s",
+        ),
+    ];
+    for (message, words) in begins {
+        assert!(message.starts_with(words), "{message}\n{words}");
+    }
+    let mut nothing = naming(&[]);
+    nothing.design.uncertainty = None;
+    let message = at_speed(&nothing, 1.0).unwrap_err().to_string();
+    assert!(message.starts_with("the design design.toml names nothing uncertain"), "{message}");
+}

@@ -1,0 +1,206 @@
+//! A flight of vehicle and autopilot in one loop, in this process.
+
+use crate::error::Error;
+use auv::{Plant, Speed, Vehicle, trim};
+use scheduled::{Autopilot, ControllerDesign, Inputs as Measured, Manoeuvre, Outputs, Trim};
+
+/// One row of a flight's record.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// s.
+    pub time: f64,
+    /// rad.
+    pub pitch: f64,
+    /// rad.
+    pub pitch_reference: f64,
+    /// Forward speed through the water, m/s.
+    pub speed: f64,
+    /// m/s.
+    pub speed_reference: f64,
+    /// m.
+    pub depth: f64,
+    /// The scheduling parameter.
+    pub rho: f64,
+    /// Whether the speed is outside the range of the design.
+    pub out_of_range: bool,
+    /// Commands, N or rad.
+    pub commands: Vec<f64>,
+}
+
+/// A vehicle that has come so far out of the water \[m\] has left it; less is rounding, of a flight that begins at the surface.
+const OUT_OF_WATER: f64 = 1e-3;
+
+/// Whether a vehicle at a depth \[m\] is out of the water, where the equations hold no longer.
+pub fn out_of_water(depth: f64) -> bool {
+    depth < -OUT_OF_WATER
+}
+
+/// Where a flight ended early.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Surfacing {
+    /// s.
+    pub time: f64,
+    /// Forward speed through the water, m/s.
+    pub speed: f64,
+}
+
+impl std::fmt::Display for Surfacing {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "the vehicle reaches the surface at {:.2} s, with {:.2} m/s", self.time, self.speed)
+    }
+}
+
+/// A flight from trim to the end of its manoeuvre, or to the surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Flight {
+    /// A row for each tick, all in the water.
+    pub rows: Vec<Row>,
+    /// Where the vehicle left the water, if it did.
+    pub surfacing: Option<Surfacing>,
+}
+
+/// What a control law answers at a tick.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Answer {
+    /// Commands, N or rad.
+    pub commands: Vec<f64>,
+    /// The scheduling parameter.
+    pub rho: f64,
+    /// Whether the speed is outside the range of the design.
+    pub out_of_range: bool,
+}
+
+/// Flies the vehicle from trim under its autopilot.
+///
+/// # Errors
+/// As [`fly_under`]; [`Error::ControllerDesign`], [`Error::Tick`].
+pub fn fly(
+    vehicle: &Vehicle,
+    design: &ControllerDesign,
+    depth: f64,
+    manoeuvre: &Manoeuvre,
+) -> Result<Flight, Error> {
+    let mut autopilot = Autopilot::new(design)?;
+    let table = autopilot.trim().clone();
+    let mut started = false;
+    fly_under(vehicle, depth, manoeuvre, (design.sample_time, &table), |measured| {
+        if !std::mem::replace(&mut started, true) {
+            autopilot.initialise(0.0, measured)?;
+        }
+        autopilot.tick(measured)?;
+        let Outputs { commands, scheduling_parameter: rho, out_of_range, .. } = autopilot.outputs().clone();
+        Ok(Answer { commands, rho, out_of_range })
+    })
+}
+
+/// Flies the vehicle from trim: a control law at each tick, `t = k T`, the nonlinear vehicle in between. The table of trims turns the
+/// manoeuvre into references. The flight ends at the surface, for the equations of motion are those of deep water.
+///
+/// # Errors
+/// [`Error::Trim`], [`Error::Coefficient`], [`Error::Simulation`], those of the law.
+pub fn fly_under(
+    vehicle: &Vehicle,
+    depth: f64,
+    manoeuvre: &Manoeuvre,
+    (sample_time, table): (f64, &Trim),
+    mut law: impl FnMut(&Measured) -> Result<Answer, Error>,
+) -> Result<Flight, Error> {
+    let speed = manoeuvre.speed_reference(0.0);
+    let start = trim(vehicle, Speed::Path(speed), depth).map_err(|reason| Error::Trim { speed, reason })?;
+    let mut plant = Plant::new(vehicle)?;
+    plant.start(0.0, &start)?;
+    let steps = (manoeuvre.duration / sample_time).round() as u64;
+    let mut rows = Vec::with_capacity(steps as usize + 1);
+    for k in 0..=steps {
+        let time = k as f64 * sample_time;
+        let demanded = table.forward_speed(manoeuvre.speed_reference(time));
+        let reference = table.pitch(demanded) + manoeuvre.pitch_above_trim(time);
+        let state = plant.state();
+        if out_of_water(state.depth) {
+            return Ok(Flight { rows, surfacing: Some(Surfacing { time, speed: state.motion.u }) });
+        }
+        let measured = Measured {
+            pitch: state.motion.theta,
+            speed: state.motion.u,
+            pitch_reference: reference,
+            speed_reference: demanded,
+        };
+        let Answer { commands, rho, out_of_range } = law(&measured)?;
+        for (i, command) in commands.iter().enumerate() {
+            plant.set_command(i, *command)?;
+        }
+        rows.push(Row {
+            time,
+            pitch: measured.pitch,
+            pitch_reference: reference,
+            speed: measured.speed,
+            speed_reference: demanded,
+            depth: state.depth,
+            rho,
+            out_of_range,
+            commands,
+        });
+        plant.advance((k + 1) as f64 * sample_time)?;
+    }
+    Ok(Flight { rows, surfacing: None })
+}
+
+/// The vehicle alone: from trim at a speed, one actuator (its index, and by how much) stepped. Time (s) and pitch (rad), up to the
+/// surface if it comes there.
+///
+/// # Errors
+/// [`Error::Trim`], [`Error::Simulation`].
+pub fn fly_open_loop(
+    vehicle: &Vehicle,
+    depth: f64,
+    speed: f64,
+    (actuator, step): (usize, f64),
+    interval: f64,
+    duration: f64,
+) -> Result<Vec<(f64, f64)>, Error> {
+    let start = trim(vehicle, Speed::Path(speed), depth).map_err(|reason| Error::Trim { speed, reason })?;
+    let mut plant = Plant::new(vehicle)?;
+    plant.start(0.0, &start)?;
+    plant.set_command(actuator, start.actuators[actuator] + step)?;
+    let steps = (duration / interval).round() as u64;
+    let mut rows = vec![(0.0, start.pitch)];
+    for k in 1..=steps {
+        let time = k as f64 * interval;
+        plant.advance(time)?;
+        if out_of_water(plant.state().depth) {
+            break;
+        }
+        rows.push((time, plant.state().motion.theta));
+    }
+    Ok(rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use squid_design::inputs::Inputs;
+    use std::path::Path;
+
+    /// The committed design of Squid, 10 degrees bow up from a metre below the surface: it comes out of the water, and no row is above.
+    #[test]
+    fn a_flight_ends_at_the_surface() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid");
+        let inputs = Inputs::read(&folder, "design", None).unwrap();
+        let frozen = squid_design::files::read(&folder.join("frozen/controller.json")).unwrap();
+        let design = ControllerDesign::from_json(&frozen).unwrap();
+        let manoeuvre = &inputs.design.manoeuvre;
+        let flown = |depth| fly(&inputs.vehicle, &design, depth, manoeuvre).unwrap();
+        let deep = flown(50.0);
+        assert_eq!((deep.surfacing, deep.rows.len()), (None, 3001));
+
+        let flight = flown(1.0);
+        let Surfacing { time, speed } = flight.surfacing.unwrap();
+        let last = flight.rows.last().unwrap();
+        assert!((last.time + design.sample_time - time).abs() < 1e-9, "{time}");
+        assert!(last.depth.abs() < 0.05 && flight.rows.iter().all(|row| !out_of_water(row.depth)));
+        // The step comes at 10 s; from a metre down at 1 m/s and 10 degrees it takes some 5 s.
+        assert!((12.0..20.0).contains(&time) && (0.6..2.9).contains(&speed), "{time} s, {speed} m/s");
+        let words = flight.surfacing.unwrap().to_string();
+        assert!(words.starts_with("the vehicle reaches the surface at 1"), "{words}");
+    }
+}

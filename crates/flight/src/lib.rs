@@ -1,0 +1,5 @@
+//! Flights of a vehicle and its autopilot in one loop, and their figures.
+
+pub mod error;
+pub mod flight;
+pub mod metrics;

@@ -1,0 +1,180 @@
+//! An FMU as a file: its GUID and its resources, read so that no importer unpacks anything else.
+
+use crate::error::{ArchiveError, Error};
+use fmi2::Resources;
+use quick_xml::Reader;
+use quick_xml::events::Event;
+use squid_design::error::StoreError;
+use std::collections::HashSet;
+use std::io::{Cursor, Read};
+use std::path::Path;
+use zip::ZipArchive;
+
+/// The largest text or resource that is read, in bytes; a hundred times what is shipped.
+const LARGEST: u64 = 64 << 20;
+
+/// What an FMU says of itself.
+#[derive(Debug)]
+pub struct FmuArchive {
+    /// The GUID in `modelDescription.xml`.
+    pub guid: String,
+    /// `modelDescription.xml`.
+    pub description: Vec<u8>,
+    /// What lies in `resources/`.
+    pub resources: Resources,
+}
+
+impl FmuArchive {
+    /// Reads an FMU.
+    ///
+    /// # Errors
+    /// [`StoreError::Unreadable`]; [`Error::Archive`] when the zip is damaged or ambiguous.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let unreadable = |reason| StoreError::Unreadable { path: path.display().to_string(), reason };
+        let bytes = std::fs::read(path).map_err(unreadable)?;
+        Self::from_bytes(&bytes).map_err(|reason| Error::Archive { path: path.display().to_string(), reason })
+    }
+
+    /// Reads the bytes of an FMU.
+    ///
+    /// # Errors
+    /// [`ArchiveError`].
+    fn from_bytes(bytes: &[u8]) -> Result<Self, ArchiveError> {
+        let mut archive = ZipArchive::new(Cursor::new(bytes))?;
+        // Among others: no name twice, no overlap, and the same in the directory as before each entry.
+        archive.validate_header_consistency()?;
+        let (mut files, mut folders) = (HashSet::new(), HashSet::new());
+        let (mut description, mut resources) = (Vec::new(), Resources::default());
+        for index in 0..archive.len() {
+            let entry = archive.by_index(index)?;
+            let name = entry.name()?.into_owned();
+            if !is_plain(&name) || entry.is_symlink() {
+                return Err(ArchiveError::Name { name });
+            }
+            let place = name.to_lowercase();
+            if entry.is_dir() {
+                folders.insert(place.trim_end_matches('/').to_owned());
+            } else if !files.insert(place.clone()) {
+                return Err(ArchiveError::Twice { name });
+            }
+            folders.extend(place.match_indices('/').map(|(end, _)| place[..end].to_owned()));
+            if name == DESCRIPTION {
+                description = content(entry, &name)?;
+            } else if let Some(resource) = name.strip_prefix("resources/").filter(|rest| !rest.is_empty()) {
+                resources.insert(resource, content(entry, &name)?);
+            }
+        }
+        if let Some(name) = files.intersection(&folders).next() {
+            return Err(ArchiveError::Twice { name: name.clone() });
+        }
+        let guid = guid_of(&description).ok_or(ArchiveError::NoGuid)?;
+        Ok(Self { guid, description, resources })
+    }
+}
+
+const DESCRIPTION: &str = "modelDescription.xml";
+
+/// Whether every tool unpacks this name to the same place: of a folder, a `/` may stand at the end.
+fn is_plain(name: &str) -> bool {
+    let path = name.strip_suffix('/').unwrap_or(name);
+    // Windows drops a dot or a space at the end of a name.
+    path.split('/')
+        .all(|part| !part.is_empty() && !part.ends_with(['.', ' ']) && !part.contains(['\\', ':', '\0']))
+}
+
+/// The bytes of an entry.
+fn content(entry: impl Read, name: &str) -> Result<Vec<u8>, ArchiveError> {
+    let mut bytes = Vec::new();
+    let read = entry.take(LARGEST + 1).read_to_end(&mut bytes);
+    match read {
+        Err(reason) => Err(ArchiveError::Unreadable { name: name.into(), reason }),
+        Ok(_) if bytes.len() as u64 > LARGEST => {
+            Err(ArchiveError::Large { name: name.into(), most: LARGEST })
+        }
+        Ok(_) => Ok(bytes),
+    }
+}
+
+/// The attribute `guid` of the root of a model description.
+fn guid_of(xml: &[u8]) -> Option<String> {
+    let mut reader = Reader::from_reader(xml);
+    loop {
+        match reader.read_event().ok()? {
+            Event::Start(root) | Event::Empty(root) => {
+                let attribute = root.try_get_attribute("guid").ok()??;
+                return Some(attribute.value.into_owned());
+            }
+            Event::Eof => return None,
+            _ => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+    use zip::write::SimpleFileOptions;
+
+    fn zipped(entries: &[(&str, &[u8])]) -> Vec<u8> {
+        let mut zip = zip::ZipWriter::new(Cursor::new(Vec::new()));
+        for (name, bytes) in entries {
+            zip.start_file(*name, SimpleFileOptions::default()).unwrap();
+            zip.write_all(bytes).unwrap();
+        }
+        zip.finish().unwrap().into_inner()
+    }
+
+    const XML: &[u8] =
+        b"<?xml version=\"1.0\"?><!-- guid=\"x\" --><a:b guid=\"{1}\" other=\"2\"><c guid=\"3\"/></a:b>";
+
+    #[test]
+    fn the_guid_is_the_attribute_of_the_root() {
+        let found =
+            FmuArchive::from_bytes(&zipped(&[(DESCRIPTION, XML), ("resources/one.json", b"1")])).unwrap();
+        assert_eq!(found.guid, "{1}");
+        assert_eq!(found.resources.bytes("one.json").unwrap(), b"1");
+        for nameless in [&b"<a><b guid=\"1\"/></a>"[..], b"", b"<!-- guid=\"1\" -->"] {
+            let refused = FmuArchive::from_bytes(&zipped(&[(DESCRIPTION, nameless)]));
+            assert!(matches!(refused, Err(ArchiveError::NoGuid)), "{}", String::from_utf8_lossy(nameless));
+        }
+    }
+
+    #[test]
+    fn what_tools_may_unpack_differently_is_refused() {
+        for name in ["./a", "a/../b", "/a", "a//b", "a\\b", "c:a", "..", "resources./a", "a "] {
+            let refused = FmuArchive::from_bytes(&zipped(&[(DESCRIPTION, XML), (name, b"")]));
+            assert!(
+                matches!(&refused, Err(ArchiveError::Name { name: found }) if found == name),
+                "{name}: {refused:?}"
+            );
+        }
+        let refused = FmuArchive::from_bytes(&zipped(&[
+            (DESCRIPTION, XML),
+            ("resources/A", b""),
+            ("resources/a", b""),
+        ]));
+        assert!(matches!(refused, Err(ArchiveError::Twice { .. })));
+        let refused =
+            FmuArchive::from_bytes(&zipped(&[(DESCRIPTION, XML), ("resources/a", b""), ("Resources", b"")]));
+        assert!(matches!(refused, Err(ArchiveError::Twice { .. })), "a file where a folder is");
+        let mut zip = zip::ZipWriter::new_append(Cursor::new(zipped(&[(DESCRIPTION, XML)]))).unwrap();
+        zip.add_symlink("resources/a", "elsewhere", SimpleFileOptions::default()).unwrap();
+        let refused = FmuArchive::from_bytes(&zip.finish().unwrap().into_inner());
+        assert!(matches!(refused, Err(ArchiveError::Name { .. })), "a link");
+        // The same name twice: the second is renamed in the bytes, for the writer refuses it.
+        let mut twice = zipped(&[(DESCRIPTION, XML), ("resources/a.json", b"1"), ("resources/b.json", b"2")]);
+        let name = b"resources/b.json";
+        while let Some(at) = twice.windows(name.len()).position(|w| w == name) {
+            twice[at + "resources/".len()] = b'a';
+        }
+        assert!(matches!(FmuArchive::from_bytes(&twice), Err(ArchiveError::Zip(_))));
+    }
+
+    #[test]
+    fn an_entry_of_a_gigabyte_is_not_read_to_its_end() {
+        let zeros = vec![0; LARGEST as usize + 1];
+        let refused = FmuArchive::from_bytes(&zipped(&[(DESCRIPTION, XML), ("resources/zeros", &zeros)]));
+        assert!(matches!(refused, Err(ArchiveError::Large { .. })));
+    }
+}

@@ -1,0 +1,231 @@
+//! Packing FMUs: model description, binary, resources and documentation into one zip, to the byte alike each
+//! time.
+
+use crate::error::Error;
+use crate::platform::Platform;
+use crate::terminals::terminals;
+use fmi2::{Described, Model, Resources};
+use model_description::ModelDescription;
+use squid_design::error::{ProofError, StoreError};
+use squid_design::inputs::Inputs;
+use squid_design::numbers::above;
+use squid_design::store::Stored;
+use squid_report::rendered::Rendered;
+use std::collections::BTreeMap;
+use std::io::{Cursor, Write};
+use std::path::{Path, PathBuf};
+use zip::write::SimpleFileOptions;
+
+/// The kinds of FMU.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// The vehicle.
+    Plant,
+    /// The autopilot.
+    Controller,
+    /// Both in one loop.
+    Squid,
+}
+
+impl Kind {
+    /// All of them.
+    pub const ALL: [Kind; 3] = [Kind::Plant, Kind::Controller, Kind::Squid];
+
+    /// The crate whose shared library it carries.
+    pub fn crate_name(self) -> &'static str {
+        match self {
+            Kind::Plant => "fmu-plant",
+            Kind::Controller => "fmu-controller",
+            Kind::Squid => "fmu-squid",
+        }
+    }
+}
+
+/// Which binaries go into the FMUs.
+#[derive(Debug)]
+pub struct Binaries {
+    /// One for each of these platforms.
+    pub platforms: Vec<Platform>,
+    /// Where they lie, if not where cargo puts them.
+    pub directory: Option<PathBuf>,
+}
+
+impl Binaries {
+    /// Checks that all of them are there, before any work.
+    ///
+    /// # Errors
+    /// [`Error::NoBinary`].
+    pub fn find(&self) -> Result<(), Error> {
+        let each = self.platforms.iter().flat_map(|platform| Kind::ALL.map(|kind| (platform, kind)));
+        each.into_iter()
+            .try_for_each(|(platform, kind)| platform.find(kind, self.directory.as_deref()).map(|_| ()))
+    }
+}
+
+/// What a package is made from, before any binary.
+#[derive(Debug)]
+pub struct Prepared {
+    /// Name of the FMU and of its binary.
+    pub identifier: String,
+    /// `modelDescription.xml`.
+    pub xml: String,
+    description: ModelDescription,
+    resources: Resources,
+}
+
+/// A finished FMU, in memory.
+#[derive(Debug)]
+pub struct Packed {
+    /// The path that it belongs to.
+    pub path: PathBuf,
+    /// The file.
+    pub bytes: Vec<u8>,
+    /// What its model description says.
+    pub description: ModelDescription,
+}
+
+/// Proves the certificate of a stored design. With `allow_uncertified` a design that does not prove is marked as
+/// uncertified instead of being refused.
+///
+/// # Errors
+/// [`Error::Uncertified`].
+pub fn require_proof(
+    inputs: &Inputs,
+    stored: &mut Stored,
+    directory: &Path,
+    allow_uncertified: bool,
+) -> Result<String, Error> {
+    match stored.prove(inputs) {
+        Ok(theorem) if stored.controller.gamma.certified => Ok(format!("certified: {theorem}")),
+        Ok(_) => Err(ProofError::Mismatch { what: "the mark 'certified' of controller.json".into() }.into()),
+        Err(reason) if allow_uncertified => {
+            stored.controller.gamma.certified = false;
+            Ok(format!("UNCERTIFIED: {reason}"))
+        }
+        Err(reason) => Err(Error::Uncertified { directory: directory.display().to_string(), reason }),
+    }
+}
+
+/// The model description and resources of an FMU.
+///
+/// # Errors
+/// [`Error::Describe`] when the frozen design makes no legal FMU.
+pub fn prepare(kind: Kind, inputs: &Inputs, stored: &Stored) -> Result<Prepared, Error> {
+    let mut resources = Resources::default();
+    if kind != Kind::Plant {
+        resources.insert("controller.json", stored.controller.to_json()?);
+        if let (true, Ok(certificate)) = (stored.controller.gamma.certified, &stored.certificate) {
+            resources.insert("certificate.json", certificate.as_str());
+        }
+    }
+    if kind != Kind::Controller {
+        resources.insert("plant.json", stored.plant.to_json()?);
+        resources.insert("vehicle.json", inputs.vehicle.to_json()?);
+    }
+    if kind == Kind::Squid {
+        resources.insert("manoeuvre.json", stored.manoeuvre.to_json()?);
+    }
+    match kind {
+        Kind::Plant => Ok(prepared(fmu_plant::describe(&resources)?, resources)),
+        Kind::Controller => Ok(prepared(fmu_controller::describe(&resources)?, resources)),
+        Kind::Squid => Ok(prepared(fmu_squid::describe(&resources)?, resources)),
+    }
+}
+
+fn prepared<M: Model>(described: Described<M>, resources: Resources) -> Prepared {
+    let Described { description, xml, .. } = described;
+    Prepared { identifier: description.model_identifier.clone(), xml, description, resources }
+}
+
+/// Packs one FMU that belongs into `directory`, in memory. Its documentation is the report.
+///
+/// # Errors
+/// [`Error::NoBinary`] when the shared library has not been built, [`Error::Describe`].
+pub fn pack(
+    kind: Kind,
+    inputs: &Inputs,
+    stored: &Stored,
+    report: &Rendered,
+    binaries: &Binaries,
+    directory: &Path,
+) -> Result<Packed, Error> {
+    let prepared = prepare(kind, inputs, stored)?;
+    let mut entries: BTreeMap<String, Vec<u8>> = BTreeMap::new();
+    for platform in &binaries.platforms {
+        let binary = platform.find(kind, binaries.directory.as_deref())?;
+        let bytes = std::fs::read(&binary)
+            .map_err(|reason| StoreError::Unreadable { path: binary.display().to_string(), reason })?;
+        entries.insert(platform.entry(&prepared.identifier), bytes);
+    }
+    entries.insert("model.png".into(), ICON.to_vec());
+    entries.insert("modelDescription.xml".into(), prepared.xml.into_bytes());
+    for (file, content) in prepared.resources.iter() {
+        entries.insert(format!("resources/{file}"), content.to_vec());
+    }
+    entries.insert("documentation/index.html".into(), report.page(&about(kind, stored)).into_bytes());
+    for (licence, text) in LICENCES {
+        entries.insert(format!("documentation/licenses/{licence}"), text.as_bytes().to_vec());
+    }
+    let path = directory.join(format!("{}.fmu", prepared.identifier));
+    let plug = terminals(kind, &prepared.description, &stored.controller)
+        .map_err(|reason| Error::Zip { path: path.display().to_string(), reason: reason.into() })?;
+    entries.extend(plug.map(|text| ("terminalsAndIcons/terminalsAndIcons.xml".into(), text)));
+    entries.insert("terminalsAndIcons/icon.png".into(), ICON.to_vec());
+    let bytes = zipped(&entries).map_err(|e| Error::Zip { path: path.display().to_string(), reason: e })?;
+    Ok(Packed { path, bytes, description: prepared.description })
+}
+
+/// The picture that tools show for the FMU, some from either place (FMI 2.0.4, section 2.3).
+const ICON: &[u8] = include_bytes!("../model.png");
+
+/// Where to begin (section 2.3), Squid's own licences, and those of what is compiled in; `tools/fly/licences.py` writes the latter.
+const LICENCES: [(&str, &str); 4] = [
+    ("license.txt", include_str!("../license.txt")),
+    ("LICENSE-MIT", include_str!("../../../LICENSE-MIT")),
+    ("LICENSE-APACHE", include_str!("../../../LICENSE-APACHE")),
+    ("third_party.txt", include_str!("../third_party.txt")),
+];
+
+/// Deflate alone, sorted entries, one fixed time: the same input gives the same bytes.
+pub(crate) fn zipped(entries: &BTreeMap<String, Vec<u8>>) -> Result<Vec<u8>, zip::result::ZipError> {
+    let mut writer = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    for (name, content) in entries {
+        let mode = if name.starts_with("binaries/") { 0o755 } else { 0o644 };
+        let options = SimpleFileOptions::default()
+            .compression_method(zip::CompressionMethod::Deflated)
+            .compression_level(Some(9))
+            .last_modified_time(zip::DateTime::default())
+            .unix_permissions(mode);
+        writer.start_file(name, options)?;
+        writer.write_all(content)?;
+    }
+    Ok(writer.finish()?.into_inner())
+}
+
+/// What the page that importers show says first: what is inside, and with what standing.
+fn about(kind: Kind, stored: &Stored) -> Vec<String> {
+    let what = match kind {
+        Kind::Plant => "This FMU is the vehicle: nonlinear longitudinal motion, or its LPV model.",
+        Kind::Controller => {
+            "This FMU is the autopilot: an LPV controller of pitch, scheduled on forward speed, sampled."
+        }
+        Kind::Squid => "This FMU is vehicle and autopilot in one loop, flying a manoeuvre.",
+    };
+    let gamma = &stored.controller.gamma;
+    let scheduling = &stored.controller.scheduling;
+    let standing = if gamma.certified {
+        format!(
+            "Bound of the L2 gain from references and disturbances to weighted errors and commands: {}, certified in exact arithmetic. Speeds {} to {} m/s; \
+             the bound does not cover saturation, sampling or the nonlinear vehicle.",
+            above(gamma.bound),
+            scheduling.minimum,
+            scheduling.maximum
+        )
+    } else {
+        format!(
+            "UNCERTIFIED: this controller was packed without a proof that holds for the vehicle. Its file names {} as a bound of the L2 gain. Speeds {} to {} m/s.",
+            gamma.bound, scheduling.minimum, scheduling.maximum
+        )
+    };
+    vec![what.to_owned(), standing]
+}

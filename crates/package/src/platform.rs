@@ -1,0 +1,148 @@
+//! The platforms that an FMU may carry a binary for, and where cargo puts each.
+
+use crate::error::Error;
+use crate::fmu::Kind;
+use std::env::consts::{ARCH, DLL_PREFIX, DLL_SUFFIX, OS};
+use std::path::{Path, PathBuf};
+
+/// A platform of FMI 2.0.4 (section 2.3): the folder below `binaries/`, and what Rust calls it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Platform {
+    /// Name of the folder in the FMU.
+    pub folder: &'static str,
+    /// Target triple; of the platform of this program itself, none: cargo then names no folder after it.
+    pub triple: Option<&'static str>,
+    prefix: &'static str,
+    suffix: &'static str,
+}
+
+/// What one FMU carries with `--platforms all`.
+const ALL: [Platform; 3] = [
+    Platform { folder: "linux64", triple: Some("x86_64-unknown-linux-gnu"), prefix: "lib", suffix: ".so" },
+    Platform { folder: "win64", triple: Some("x86_64-pc-windows-gnu"), prefix: "", suffix: ".dll" },
+    // Its own folder: a tool on x86-64 takes whatever lies in linux64.
+    Platform {
+        folder: "aarch64-linux",
+        triple: Some("aarch64-unknown-linux-gnu"),
+        prefix: "lib",
+        suffix: ".so",
+    },
+];
+
+impl Platform {
+    /// The platforms that a command line names: `host`, `all`, or folder names of FMI, each once.
+    ///
+    /// # Errors
+    /// [`Error::Platform`] when FMI has no name for this program's own platform, [`Error::UnknownPlatform`].
+    pub fn named(names: &[String]) -> Result<Vec<Self>, Error> {
+        let mut found: Vec<Self> = Vec::new();
+        for name in names {
+            let more = match name.as_str() {
+                "host" => vec![Self::host()?],
+                "all" => ALL.to_vec(),
+                other => vec![*ALL.iter().find(|p| p.folder == other).ok_or_else(|| unknown(other))?],
+            };
+            for platform in more {
+                if !found.iter().any(|one| one.folder == platform.folder) {
+                    found.push(platform);
+                }
+            }
+        }
+        Ok(found)
+    }
+
+    /// The platform that this program was built for.
+    fn host() -> Result<Self, Error> {
+        let folder = match (OS, ARCH) {
+            ("linux", "x86_64") => "linux64",
+            ("linux", "aarch64") => "aarch64-linux",
+            ("windows", "x86_64") => "win64",
+            ("macos", "x86_64") => "darwin64",
+            ("macos", "aarch64") => "aarch64-darwin",
+            _ => return Err(Error::Platform { os: OS, arch: ARCH }),
+        };
+        Ok(Self { folder, triple: None, prefix: DLL_PREFIX, suffix: DLL_SUFFIX })
+    }
+
+    /// Path of the binary inside the FMU.
+    pub fn entry(self, identifier: &str) -> String {
+        format!("binaries/{}/{identifier}{}", self.folder, self.suffix)
+    }
+
+    /// Looks for the shared library in `binaries`, or beside this program as cargo lays it out.
+    ///
+    /// Of another platform than this program's own, it lies in a folder named for the platform below `binaries`.
+    ///
+    /// # Errors
+    /// [`Error::NoBinary`].
+    pub fn find(self, kind: Kind, binaries: Option<&Path>) -> Result<PathBuf, Error> {
+        let library = format!("{}{}{}", self.prefix, kind.crate_name().replace('-', "_"), self.suffix);
+        let beside = std::env::current_exe().ok().and_then(|exe| Some(exe.parent()?.to_path_buf()));
+        let places: Vec<PathBuf> = match (binaries, beside, self.triple) {
+            (Some(directory), _, None) => vec![directory.to_path_buf()],
+            (Some(directory), _, Some(_)) => vec![directory.join(self.folder)],
+            (None, Some(beside), None) => vec![beside.join("fmu"), beside.join("../fmu")],
+            (None, Some(beside), Some(triple)) => vec![beside.join("../..").join(triple).join("fmu")],
+            (None, None, _) => vec![],
+        };
+        let found = places.iter().map(|place| place.join(&library)).find(|path| path.is_file());
+        found.ok_or_else(|| Error::NoBinary {
+            places: places.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", "),
+            how: self.how(kind),
+            library,
+        })
+    }
+
+    /// The command that builds the shared library.
+    fn how(self, kind: Kind) -> String {
+        let words =
+            format!("-p {} --lib --crate-type cdylib --features export --profile fmu", kind.crate_name());
+        match self.triple {
+            None => format!("cargo rustc {words}"),
+            Some(triple) => format!("cargo-zigbuild rustc --target {triple} {words}"),
+        }
+    }
+}
+
+fn unknown(name: &str) -> Error {
+    let folders: Vec<&str> = ALL.iter().map(|p| p.folder).collect();
+    Error::UnknownPlatform {
+        found: format!("'{name}'"),
+        allowed: format!("host, all, or some of {}", folders.join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn folders(names: &[&str]) -> Vec<&'static str> {
+        let names: Vec<String> = names.iter().map(|&name| name.to_owned()).collect();
+        Platform::named(&names).unwrap().iter().map(|p| p.folder).collect()
+    }
+
+    #[test]
+    fn each_platform_is_taken_once() {
+        assert_eq!(folders(&["all"]), ["linux64", "win64", "aarch64-linux"]);
+        assert_eq!(folders(&["win64", "all"]), ["win64", "linux64", "aarch64-linux"]);
+        assert_eq!(folders(&["host"]).len(), 1);
+    }
+
+    #[test]
+    fn an_unknown_platform_is_told_what_is_known() {
+        let told = Platform::named(&["linux".into()]).unwrap_err().to_string();
+        assert_eq!(
+            told,
+            "the platform is 'linux'; it must be host, all, or some of linux64, win64, aarch64-linux"
+        );
+    }
+
+    #[test]
+    fn a_missing_binary_says_how_to_build_it() {
+        let empty = tempfile::tempdir().unwrap();
+        let [.., arm] = ALL;
+        let told = arm.find(Kind::Squid, Some(empty.path())).unwrap_err().to_string();
+        assert!(told.contains("libfmu_squid.so is not in"), "{told}");
+        assert!(told.contains("--target aarch64-unknown-linux-gnu -p fmu-squid"), "{told}");
+    }
+}

@@ -1,0 +1,341 @@
+//! Plant and controller wired into one system, as System Structure and Parameterization (SSP) 1.0 describes it:
+//!
+//! ```text
+//! SystemStructure.ssd     the default variant, at a speed V in the middle of the range
+//! speed_V.ssd             a variant at each other speed V along the path
+//! resources/*.fmu         both FMUs
+//! resources/*_V.ssv       start values of each for that speed: trim, with a constant reference a pitch step above it
+//! ```
+//!
+//! The parameter sets are bound to the components and not to the system, and the references are inputs of the component
+//! `controller` and not of the system: libcosim and Ecos ignore or refuse the other way. Section numbers are those of the standard's
+//! document "System Structure and Parameterization", version 1.0 (Modelica Association, 2019).
+
+mod units;
+
+use crate::error::Error;
+use crate::fmu::{Kind, Packed, zipped};
+use crate::ssp::units::{of_connectors, units};
+use auv::TrimPoint;
+use model_description::{Causality, ModelDescription, ScalarVariable};
+use quick_xml::Writer;
+use quick_xml::events::{BytesDecl, Event};
+use squid_design::store::Stored;
+use std::collections::BTreeMap;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// How many speeds have a variant.
+const VARIANTS: usize = 6;
+
+const SSD: &str = "http://ssp-standard.org/SSP1/SystemStructureDescription";
+const SSC: &str = "http://ssp-standard.org/SSP1/SystemStructureCommon";
+const SSV: &str = "http://ssp-standard.org/SSP1/SystemStructureParameterValues";
+/// The namespace of OMSimulator's annotations (`schema/oms.xsd` of that project).
+const OMS: &str = "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd";
+/// Required by OMSimulator's schema; a master with a fixed step does not use it.
+const UNUSED_TOLERANCE: &str = "0.0001";
+const TOOL: &str = concat!("squid ", env!("CARGO_PKG_VERSION"));
+
+pub(crate) type Xml = Writer<Vec<u8>>;
+
+/// Packs the system of a packed plant and a packed controller, in memory, and returns the path in `directory` that it belongs to.
+///
+/// # Errors
+/// [`Error::Zip`], [`Error::Ssp`].
+pub fn pack(
+    name: &str,
+    plant: &Packed,
+    controller: &Packed,
+    stored: &Stored,
+    directory: &Path,
+) -> Result<(PathBuf, Vec<u8>), Error> {
+    let path = directory.join(format!("{name}.ssp"));
+    let failed = |reason| Error::Ssp { path: path.display().to_string(), reason };
+    let components = [(Kind::Plant, plant), (Kind::Controller, controller)];
+    let mut entries: BTreeMap<String, Vec<u8>> = BTreeMap::new();
+    for (_, packed) in components {
+        entries.insert(source(packed), packed.bytes.clone());
+    }
+    let points = speeds(&stored.plant.trim);
+    for (index, point) in points.iter().enumerate() {
+        let variant = format!("speed_{:.3}", point.speed);
+        let system = System {
+            name,
+            variant: &variant,
+            components,
+            duration: stored.manoeuvre.duration,
+            sample_time: stored.controller.sample_time,
+        };
+        let is_default = index == (points.len() - 1) / 2;
+        let file = if is_default { "SystemStructure" } else { &variant };
+        entries.insert(format!("{file}.ssd"), system.description().map_err(failed)?);
+        for (kind, packed) in components {
+            let values = start_values(kind, packed, point, stored);
+            let set = parameter_set(&variant, &packed.description, &values).map_err(failed)?;
+            entries.insert(values_file(kind, &variant), set);
+        }
+    }
+    let packed =
+        zipped(&entries).map_err(|reason| Error::Zip { path: path.display().to_string(), reason })?;
+    Ok((path, packed))
+}
+
+/// Rows of the trim table, spread evenly and away from both ends, which a pitch step overshoots.
+fn speeds(trim: &[TrimPoint]) -> Vec<&TrimPoint> {
+    let last = trim.len().saturating_sub(1);
+    let mut rows: Vec<usize> =
+        (0..VARIANTS).map(|k| (last * (2 * k + 1) + VARIANTS) / (2 * VARIANTS)).collect();
+    rows.dedup();
+    rows.iter().filter_map(|&row| trim.get(row)).collect()
+}
+
+/// What each component starts with: the plant in trim at the speed, the references a pitch step above that.
+fn start_values(kind: Kind, packed: &Packed, at: &TrimPoint, stored: &Stored) -> Vec<(&'static str, f64)> {
+    let values = match kind {
+        Kind::Plant => vec![("initial_speed", at.speed), ("operating_speed", at.speed)],
+        _ => vec![
+            ("pitch", at.pitch),
+            ("speed", at.forward_speed),
+            ("pitch_reference", at.pitch + stored.manoeuvre.pitch_step),
+            ("speed_reference", at.forward_speed),
+        ],
+    };
+    let known = |name: &str| packed.description.variables.iter().any(|variable| variable.name == name);
+    values.into_iter().filter(|(name, _)| known(name)).collect()
+}
+
+fn values_file(kind: Kind, variant: &str) -> String {
+    format!("resources/{}_{variant}.ssv", component(kind))
+}
+
+fn source(packed: &Packed) -> String {
+    format!("resources/{}.fmu", packed.description.model_identifier)
+}
+
+fn component(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Plant => "plant",
+        Kind::Controller => "controller",
+        Kind::Squid => "loop",
+    }
+}
+
+/// One variant of the system.
+struct System<'a> {
+    name: &'a str,
+    variant: &'a str,
+    components: [(Kind, &'a Packed); 2],
+    duration: f64,
+    sample_time: f64,
+}
+
+impl System<'_> {
+    /// The system structure description (section 5.2). Its name tells the variants apart (section 5.2, attribute `name`).
+    fn description(&self) -> io::Result<Vec<u8>> {
+        document(|xml| {
+            let root = [
+                ("xmlns:ssd", SSD),
+                ("xmlns:ssc", SSC),
+                ("xmlns:ssv", SSV),
+                ("version", "1.0"),
+                ("name", self.variant),
+                ("generationTool", TOOL),
+            ];
+            xml.create_element("ssd:SystemStructureDescription").with_attributes(root).write_inner_content(
+                |xml| {
+                    let about =
+                        format!("vehicle and autopilot in one loop, {} m/s", &self.variant["speed_".len()..]);
+                    xml.create_element("ssd:System")
+                        .with_attributes([("name", self.name), ("description", about.as_str())])
+                        .write_inner_content(|xml| self.system(xml))?;
+                    let of_all = self.components.iter().flat_map(|(_, one)| of_connectors(&one.description));
+                    units(xml, "ssd:Units", of_all.collect())?;
+                    let stop = format!("{:?}", self.duration);
+                    xml.create_element("ssd:DefaultExperiment")
+                        .with_attributes([("startTime", "0.0"), ("stopTime", stop.as_str())])
+                        .write_empty()?;
+                    Ok(())
+                },
+            )?;
+            Ok(())
+        })
+    }
+
+    fn system(&self, xml: &mut Xml) -> io::Result<()> {
+        xml.create_element("ssd:Elements").write_inner_content(|xml| {
+            self.components.iter().try_for_each(|(kind, packed)| self.component(xml, *kind, packed))
+        })?;
+        xml.create_element("ssd:Connections").write_inner_content(|xml| {
+            let [plant, controller] = self.components;
+            connections(xml, plant, controller)?;
+            connections(xml, controller, plant)
+        })?;
+        self.master(xml)
+    }
+
+    /// The step of the master, in the annotation that OMSimulator reads and others ignore: one sample of the controller.
+    fn master(&self, xml: &mut Xml) -> io::Result<()> {
+        let step = format!("{:?}", self.sample_time);
+        let master =
+            [("description", "oms-ma"), ("stepSize", step.as_str()), ("relativeTolerance", UNUSED_TOLERANCE)];
+        let annotation = [("type", "org.openmodelica"), ("xmlns:oms", OMS)];
+        nested(xml, "ssd:Annotations", &[], |xml| {
+            nested(xml, "ssc:Annotation", &annotation, |xml| {
+                nested(xml, "oms:Annotations", &[], |xml| {
+                    nested(xml, "oms:SimulationInformation", &[], |xml| {
+                        xml.create_element("oms:FixedStepMaster").with_attributes(master).write_empty()?;
+                        Ok(())
+                    })
+                })
+            })
+        })
+    }
+
+    fn component(&self, xml: &mut Xml, kind: Kind, packed: &Packed) -> io::Result<()> {
+        let fmu = source(packed);
+        let attributes = [
+            ("name", component(kind)),
+            ("type", "application/x-fmu-sharedlibrary"),
+            ("source", fmu.as_str()),
+            ("implementation", "CoSimulation"),
+        ];
+        xml.create_element("ssd:Component").with_attributes(attributes).write_inner_content(|xml| {
+            xml.create_element("ssd:Connectors")
+                .write_inner_content(|xml| connectors(xml, &packed.description))?;
+            let values = values_file(kind, self.variant);
+            xml.create_element("ssd:ParameterBindings").write_inner_content(|xml| {
+                let binding = [("type", "application/x-ssp-parameter-set"), ("source", values.as_str())];
+                xml.create_element("ssd:ParameterBinding").with_attributes(binding).write_empty()?;
+                Ok(())
+            })?;
+            Ok(())
+        })?;
+        Ok(())
+    }
+}
+
+/// A connector for each real input and output, with its unit (section 5.3.1).
+fn connectors(xml: &mut Xml, description: &ModelDescription) -> io::Result<()> {
+    for variable in real(description) {
+        let name = variable.name.as_str();
+        let kind = if variable.causality == Causality::Input { "input" } else { "output" };
+        xml.create_element("ssd:Connector")
+            .with_attributes([("name", name), ("kind", kind)])
+            .write_inner_content(|xml| {
+                let unit = variable.unit().map(|unit| ("unit", unit));
+                xml.create_element("ssc:Real").with_attributes(unit).write_empty()?;
+                Ok(())
+            })?;
+    }
+    Ok(())
+}
+
+/// Real inputs and outputs in their order.
+pub(crate) fn real(description: &ModelDescription) -> impl Iterator<Item = &ScalarVariable> {
+    let of_interest = |causality| causality == Causality::Input || causality == Causality::Output;
+    let variables = description.variables.iter();
+    variables
+        .filter(move |v| of_interest(v.causality) && matches!(v.kind, model_description::Kind::Real { .. }))
+}
+
+/// Wires each output of one component to the input of that name of the other (section 5.3.3).
+fn connections(xml: &mut Xml, from: (Kind, &Packed), to: (Kind, &Packed)) -> io::Result<()> {
+    for one in real(&from.1.description).filter(|one| one.causality == Causality::Output) {
+        let name = one.name.as_str();
+        let takes = |other: &ScalarVariable| other.name == name && other.causality == Causality::Input;
+        if real(&to.1.description).any(takes) {
+            let ends = [
+                ("startElement", component(from.0)),
+                ("startConnector", name),
+                ("endElement", component(to.0)),
+                ("endConnector", name),
+            ];
+            xml.create_element("ssd:Connection").with_attributes(ends).write_empty()?;
+        }
+    }
+    Ok(())
+}
+
+/// A set of start values, with their units (section 6).
+fn parameter_set(name: &str, of: &ModelDescription, values: &[(&str, f64)]) -> io::Result<Vec<u8>> {
+    let unit = |name: &str| of.variables.iter().find(|one| one.name == name).and_then(ScalarVariable::unit);
+    document(|xml| {
+        let root = [
+            ("xmlns:ssv", SSV),
+            ("xmlns:ssc", SSC),
+            ("version", "1.0"),
+            ("name", name),
+            ("generationTool", TOOL),
+        ];
+        xml.create_element("ssv:ParameterSet").with_attributes(root).write_inner_content(|xml| {
+            xml.create_element("ssv:Parameters").write_inner_content(|xml| {
+                values.iter().try_for_each(|(name, value)| parameter(xml, name, *value, unit(name)))
+            })?;
+            units(xml, "ssv:Units", values.iter().filter_map(|(name, _)| unit(name)).collect())
+        })?;
+        Ok(())
+    })
+}
+
+fn parameter(xml: &mut Xml, name: &str, value: f64, unit: Option<&str>) -> io::Result<()> {
+    let text = format!("{value:?}");
+    let attributes = [("value", text.as_str())].into_iter().chain(unit.map(|unit| ("unit", unit)));
+    xml.create_element("ssv:Parameter").with_attribute(("name", name)).write_inner_content(|xml| {
+        xml.create_element("ssv:Real").with_attributes(attributes).write_empty()?;
+        Ok(())
+    })?;
+    Ok(())
+}
+
+/// An element with attributes and content.
+fn nested(
+    xml: &mut Xml,
+    name: &str,
+    attributes: &[(&str, &str)],
+    content: impl FnOnce(&mut Xml) -> io::Result<()>,
+) -> io::Result<()> {
+    xml.create_element(name).with_attributes(attributes.iter().copied()).write_inner_content(content)?;
+    Ok(())
+}
+
+pub(crate) fn document(body: impl FnOnce(&mut Xml) -> io::Result<()>) -> io::Result<Vec<u8>> {
+    let mut xml = Writer::new_with_indent(Vec::new(), b' ', 2);
+    xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
+    body(&mut xml)?;
+    let mut bytes = xml.into_inner();
+    bytes.push(b'\n');
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(count: usize) -> Vec<TrimPoint> {
+        let row = |k: usize| TrimPoint {
+            speed: k as f64,
+            forward_speed: k as f64,
+            heave: 0.0,
+            pitch: 0.0,
+            actuators: Vec::new(),
+        };
+        (0..count).map(row).collect()
+    }
+
+    fn chosen(count: usize) -> Vec<f64> {
+        speeds(&table(count)).iter().map(|point| point.speed).collect()
+    }
+
+    #[test]
+    fn speeds_are_spread_evenly_and_not_at_the_ends() {
+        assert_eq!(chosen(26), [2.0, 6.0, 10.0, 15.0, 19.0, 23.0]);
+        assert_eq!(chosen(61), [5.0, 15.0, 25.0, 35.0, 45.0, 55.0]);
+    }
+
+    #[test]
+    fn a_short_table_gives_each_row_once() {
+        assert_eq!(chosen(2), [0.0, 1.0]);
+        assert_eq!(chosen(3), [0.0, 1.0, 2.0]);
+    }
+}

@@ -1,0 +1,49 @@
+//! `terminalsAndIcons/terminalsAndIcons.xml`: plant and controller have a plug each that fits the other's, so that one gesture wires
+//! them. The form is that of FMI 3.0 (schema `fmi3TerminalsAndIcons.xsd`), which tools read in FMUs of FMI 2.0 too.
+
+use crate::fmu::Kind;
+use crate::ssp::{Xml, document};
+use model_description::ModelDescription;
+use scheduled::ControllerDesign;
+use std::io;
+
+/// What goes through the plug, in the order of the design: measurements one way, commands the other.
+fn members<'a>(of: &'a ModelDescription, design: &'a ControllerDesign) -> impl Iterator<Item = &'a str> {
+    let commands = design.actuators.iter().map(|one| one.name.as_str());
+    let all = ["pitch", "speed"].into_iter().chain(commands);
+    all.filter(|name| of.position(name).is_some())
+}
+
+/// The terminals of an FMU; the loop, in which everything is wired, has none.
+pub(crate) fn terminals(
+    kind: Kind,
+    of: &ModelDescription,
+    design: &ControllerDesign,
+) -> io::Result<Option<Vec<u8>>> {
+    let (name, about) = match kind {
+        Kind::Plant => ("autopilot", "to the terminal 'vehicle' of the controller"),
+        Kind::Controller => ("vehicle", "to the terminal 'autopilot' of the plant"),
+        Kind::Squid => return Ok(None),
+    };
+    let plug = [("name", name), ("matchingRule", "plug"), ("description", about)];
+    let text = document(|xml| {
+        let root = xml.create_element("fmiTerminalsAndIcons").with_attribute(("fmiVersion", "3.0"));
+        root.write_inner_content(|xml| {
+            xml.create_element("Terminals").write_inner_content(|xml| {
+                xml.create_element("Terminal").with_attributes(plug).write_inner_content(|xml| {
+                    members(of, design).try_for_each(|member| signal(xml, member))
+                })?;
+                Ok(())
+            })?;
+            Ok(())
+        })?;
+        Ok(())
+    })?;
+    Ok(Some(text))
+}
+
+fn signal(xml: &mut Xml, name: &str) -> io::Result<()> {
+    let member = [("variableName", name), ("memberName", name), ("variableKind", "signal")];
+    xml.create_element("TerminalMemberVariable").with_attributes(member).write_empty()?;
+    Ok(())
+}

@@ -1,0 +1,167 @@
+//! Proves the certificate of an FMU or of a file, in exact arithmetic.
+//!
+//! Of an FMU it also checks that the certificate speaks of the very controller that the FMU flies; and, where vehicle and design file
+//! are there, that plant, ball and all that is flown beside the controller's matrices are what they make.
+
+use crate::archive::FmuArchive;
+use crate::error::Error;
+use auv::LpvModel;
+use certificate::Theorem;
+use fmi2::Resources;
+use scheduled::{ControllerDesign, Status};
+use squid_design::certify::verify::{matches, of_inputs, parse};
+use squid_design::error::StoreError;
+use squid_design::files::read;
+use squid_design::fit::Model;
+use squid_design::freeze;
+use squid_design::inputs::Inputs;
+use squid_design::store::Stored;
+use std::io::Read;
+use std::path::Path;
+
+/// What was verified.
+#[derive(Debug, Clone)]
+pub struct Verified {
+    /// The theorem.
+    pub theorem: Theorem,
+    /// Name of vehicle and design, when the file says so, and what was computed anew.
+    pub about: Vec<String>,
+}
+
+/// Verifies an FMU (by its ending) or a certificate as JSON; against vehicle and design file, if they are there.
+///
+/// # Errors
+/// [`StoreError::Unreadable`], [`Error::Archive`], [`Error::NoCertificate`], [`ProofError::Certificate`], [`ProofError::Mismatch`], [`ProofError::NoResidual`],
+/// [`Error::WrongGuid`], [`Error::NotOfInputs`], [`ProofError::Unproved`].
+pub fn verify(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
+    let found = match is_archive(path)? {
+        true => verify_fmu(path, inputs),
+        false => verify_certificate(path, inputs),
+    };
+    let name = path.display().to_string();
+    found.map_err(|reason| match reason.to_string().starts_with(&name) {
+        true => reason,
+        false => Error::Of { path: name, reason: Box::new(reason) },
+    })
+}
+
+/// Whether a file begins as a zip does, whatever it is called; one that is called an FMU is to be one.
+fn is_archive(path: &Path) -> Result<bool, Error> {
+    let unreadable = |reason| StoreError::Unreadable { path: path.display().to_string(), reason };
+    let mut start = Vec::new();
+    let file = std::fs::File::open(path).map_err(unreadable)?;
+    file.take(2).read_to_end(&mut start).map_err(unreadable)?;
+    Ok(start == b"PK" || path.extension().is_some_and(|e| e.eq_ignore_ascii_case("fmu")))
+}
+
+fn verify_certificate(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
+    let certificate = parse(&read(path)?, &path.display().to_string())?;
+    let theorem = certificate.prove()?;
+    let mut about = vec![];
+    if let Some(inputs) = inputs {
+        let model = Model::new(inputs)?;
+        of_inputs(&certificate, inputs, &model)?;
+        let what = match certificate.residual {
+            Some(_) => "its plant and its ball of models are those",
+            None => {
+                "its plant is that, and nothing is said of the residual between the fit and the true linearisations,"
+            }
+        };
+        about.push(format!("{}: {what} of {}", path.display(), named(inputs)));
+    }
+    Ok(Verified { theorem, about })
+}
+
+fn verify_fmu(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
+    let FmuArchive { guid, description, resources } = FmuArchive::read(path)?;
+    let resource = |name: &str| {
+        let missing = Error::NoCertificate { path: path.display().to_string(), name: name.into() };
+        resources.text(name).map_err(|_| missing)
+    };
+    let design = ControllerDesign::from_json(resource("controller.json")?)?;
+    let text = resource("certificate.json")?;
+    let certificate = parse(text, &format!("{}, resources/certificate.json", path.display()))?;
+    matches(&design, &certificate)?;
+    let coverage = match certificate.residual {
+        Some(_) => "for the fit, and for a ball of models around it (residual)",
+        None => "for the fit alone; nothing about the residual between the fit and the true linearisations",
+    };
+    let mut about = vec![format!(
+        "{} ({} coefficients), design '{}': {coverage}",
+        design.vehicle.name,
+        status(&design),
+        design.design
+    )];
+    let theorem = certificate.prove()?;
+    let packed = match resources.text(fmu_plant::VEHICLE_RESOURCE) {
+        Ok(_) => fmu_squid::describe(&resources).map(|of| (of.guid, of.xml))?,
+        Err(_) => fmu_controller::describe(&resources).map(|of| (of.guid, of.xml))?,
+    };
+    if packed.0 != guid {
+        return Err(Error::WrongGuid { path: path.display().to_string() });
+    }
+    if packed.1.as_bytes() != description {
+        return Err(Error::WrongDescription { path: path.display().to_string() });
+    }
+    if let Some(inputs) = inputs {
+        let certificate = text.to_owned();
+        made_of(design, certificate, &resources, inputs)
+            .map_err(|reason| Error::NotOfInputs { path: path.display().to_string(), reason })?;
+        about.push(format!(
+            "its controller is proved for, and all else that it flies follows from, {}",
+            named(inputs)
+        ));
+    }
+    Ok(Verified { theorem, about })
+}
+
+fn status(design: &ControllerDesign) -> &'static str {
+    match design.vehicle.status {
+        Status::Surrogate => "surrogate",
+        Status::Published => "published",
+        Status::Measured => "measured",
+    }
+}
+
+fn named(inputs: &Inputs) -> String {
+    let directory = inputs.directory.display();
+    format!(
+        "vehicle.toml and design '{}' in {directory} (computed anew, in floating point)",
+        inputs.design.name
+    )
+}
+
+/// Checks that the resources of an FMU are what vehicle and design file make of the controller's matrices, and that the certificate is of
+/// their plant: what is asked before an FMU is packed.
+fn made_of(
+    controller: ControllerDesign,
+    certificate: String,
+    resources: &Resources,
+    inputs: &Inputs,
+) -> Result<(), String> {
+    let hashes = [
+        ("the vehicle file", &controller.inputs.vehicle_sha256, &inputs.vehicle_sha256),
+        ("the design file", &controller.inputs.design_sha256, &inputs.design_sha256),
+    ];
+    if let Some((what, _, _)) = hashes.into_iter().find(|(_, packed, now)| packed != now) {
+        return Err(format!("{what} is another one than it was designed from (its SHA-256 differs)"));
+    }
+    let texts = [
+        (fmu_plant::VEHICLE_RESOURCE, inputs.vehicle.to_json().map_err(|e| e.to_string())?),
+        ("manoeuvre.json", inputs.design.manoeuvre.to_json().map_err(|e| e.to_string())?),
+    ];
+    if let Some((name, _)) = texts.iter().find(|(name, text)| resources.text(name).is_ok_and(|t| t != text)) {
+        return Err(format!("resources/{name} differs"));
+    }
+    let plant = match resources.text("plant.json") {
+        Ok(text) => LpvModel::from_json(text, "plant.json").map_err(|e| e.to_string())?,
+        Err(_) => {
+            let model = Model::new(inputs).map_err(|e| e.to_string())?;
+            let (lft, gamma) = (controller.lft.clone(), controller.gamma.clone());
+            freeze::frozen(inputs, &model, lft, gamma).map_err(|e| e.to_string())?.plant
+        }
+    };
+    let manoeuvre = inputs.design.manoeuvre.clone();
+    let stored = Stored { controller, plant, manoeuvre, certificate: Ok(certificate), robust: None };
+    stored.prove(inputs).map(|_| ())
+}

@@ -1,0 +1,49 @@
+//! Why a report could not be made.
+
+use squid_design::error::{ModelError, ProofError, StoreError};
+use thiserror::Error as ThisError;
+
+/// Why a report, or a section of it, could not be made.
+#[derive(Debug, ThisError)]
+pub enum Error {
+    /// The design that it is about is wrong.
+    #[error(transparent)]
+    Design(#[from] squid_design::error::Error),
+    /// A flight could not be flown.
+    #[error(transparent)]
+    Flight(#[from] squid_flight::error::Error),
+    /// A plot could not be drawn.
+    #[error("{path}: the plot cannot be drawn: {reason}")]
+    Plot {
+        /// The file.
+        path: String,
+        /// Why.
+        reason: String,
+    },
+    /// A report's figure is of pitch.
+    #[error("the design tracks no pitch, so that there is no response of pitch to show")]
+    PitchNotTracked,
+}
+
+/// Errors of the crates below, by way of the design.
+macro_rules! by_way_of_the_design {
+    ($($from:ty),+) => { $(
+        impl From<$from> for Error {
+            fn from(reason: $from) -> Self {
+                Self::Design(reason.into())
+            }
+        }
+    )+ };
+}
+
+by_way_of_the_design!(
+    ModelError,
+    ProofError,
+    StoreError,
+    auv::LpvModelError,
+    lpv::error::FitError,
+    lpv::error::LftError,
+    lpv::error::SynthesisError,
+    lpv::ladder::LadderError,
+    scheduled::DesignError
+);

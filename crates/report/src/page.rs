@@ -1,0 +1,8 @@
+//! How a report is drawn: charts, figures, sections, the page.
+
+pub mod axis;
+pub mod chart;
+pub mod figure;
+pub mod html;
+pub mod plot;
+pub mod section;

@@ -1,0 +1,168 @@
+//! A figure: charts side by side with one legend, as a part of a page and as an SVG of its own.
+
+use crate::error::Error;
+use crate::page::chart::{Chart, HEIGHT, Key, WIDTH};
+use crate::page::html::escaped;
+use std::fmt::Write;
+
+/// A figure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Figure {
+    /// What its file is called, without the ending; also its anchor in the page.
+    pub name: String,
+    /// What is shown, in one sentence or two.
+    pub caption: String,
+    /// The kinds of curves; one without a name is not in the legend.
+    pub keys: Vec<Key>,
+    /// The charts.
+    pub charts: Vec<Chart>,
+}
+
+/// Charts in a row of a figure of its own.
+const ACROSS: usize = 3;
+/// Height of the title and of a row of the legend, in units of the page.
+const LINE: u32 = 20;
+/// About the width of a letter, in units of the page.
+const LETTER: f64 = 7.0;
+/// The same of the title.
+const TITLE_LETTER: f64 = 7.6;
+
+/// Words in lines of so many letters.
+fn wrapped(text: &str, letters: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + word.chars().count() < letters => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
+impl Figure {
+    fn named(&self) -> impl Iterator<Item = &Key> {
+        self.keys.iter().filter(|key| !key.name.is_empty())
+    }
+
+    fn drawn(&self) -> Result<Vec<String>, Error> {
+        let failed = |reason| Error::Plot { path: format!("{}.svg", self.name), reason };
+        self.charts.iter().map(|chart| chart.svg(&self.keys).map_err(failed)).collect()
+    }
+
+    /// The figure as part of a page: the charts stand side by side where there is room, else one below the other.
+    ///
+    /// # Errors
+    /// [`Error::Plot`].
+    pub fn html(&self) -> Result<String, Error> {
+        let mut out = format!("<figure id=\"{}\">\n", self.name);
+        if self.keys.len() > 1 {
+            out += "<div class=\"legend\">";
+            for key in self.named() {
+                let _ = writeln!(
+                    out,
+                    "<span><svg width=\"26\" height=\"12\" aria-hidden=\"true\">{}</svg> {}</span>",
+                    key.sample(),
+                    escaped(&key.name)
+                );
+            }
+            out += "</div>\n";
+        }
+        out += "<div class=\"charts\">\n";
+        for (chart, svg) in self.charts.iter().zip(self.drawn()?) {
+            let label = format!("{} {} over {}", chart.title, chart.y.label, chart.x.label);
+            let _ = writeln!(
+                out,
+                "<svg role=\"img\" aria-label=\"{}\" viewBox=\"{}\">{svg}</svg>",
+                escaped(label.trim()),
+                Chart::view_box()
+            );
+        }
+        let _ = write!(out, "</div>\n<figcaption>{}</figcaption>\n</figure>\n", escaped(&self.caption));
+        Ok(out)
+    }
+
+    /// The figure as an SVG file.
+    ///
+    /// # Errors
+    /// [`Error::Plot`].
+    pub fn file(&self, title: &str) -> Result<String, Error> {
+        let across = self.charts.len().clamp(1, ACROSS);
+        let width = WIDTH * across as u32;
+        let lines = wrapped(title, (f64::from(width) / TITLE_LETTER) as usize);
+        let head = LINE * lines.len() as u32;
+        let (legend, rows) = self.legend(f64::from(width), head);
+        let top = head + LINE * rows + 12;
+        let height = top + HEIGHT * self.charts.len().div_ceil(across) as u32;
+        let mut out = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
+             font-family=\"sans-serif\">\n<rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n"
+        );
+        for (i, line) in lines.iter().enumerate() {
+            let y = LINE * i as u32 + 16;
+            let _ = writeln!(out, "<text x=\"6\" y=\"{y}\" font-size=\"15\">{}</text>", escaped(line));
+        }
+        out += &legend;
+        for (i, svg) in self.drawn()?.into_iter().enumerate() {
+            let (x, y) = (WIDTH * (i % across) as u32, top + HEIGHT * (i / across) as u32);
+            let _ = writeln!(
+                out,
+                "<svg x=\"{x}\" y=\"{y}\" width=\"{WIDTH}\" height=\"{HEIGHT}\" viewBox=\"{}\">{svg}</svg>",
+                Chart::view_box()
+            );
+        }
+        Ok(out + "</svg>\n")
+    }
+
+    /// The legend below the title, which is `head` high, and the number of its rows.
+    fn legend(&self, width: f64, head: u32) -> (String, u32) {
+        if self.keys.len() < 2 {
+            return (String::new(), 0);
+        }
+        let (mut out, mut x, mut row) = (String::new(), 6.0, 0u32);
+        for key in self.named() {
+            let needed = 52.0 + LETTER * key.name.chars().count() as f64;
+            if x > 6.0 && x + needed > width {
+                (x, row) = (6.0, row + 1);
+            }
+            let y = head + LINE * row + 6;
+            let _ = writeln!(
+                out,
+                "<svg x=\"{x}\" y=\"{y}\" width=\"26\" height=\"12\">{}</svg><text x=\"{}\" y=\"{}\" font-size=\"13\">{}</text>",
+                key.sample(),
+                x + 32.0,
+                y + 11,
+                escaped(&key.name)
+            );
+            x += needed;
+        }
+        (out, row + 1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::page::axis::Axis;
+    use crate::page::chart::Curve;
+
+    #[test]
+    fn a_legend_of_many_long_names_takes_several_rows() {
+        let chart = Chart {
+            title: String::new(),
+            x: Axis::linear("x"),
+            y: Axis::linear("y"),
+            curves: vec![Curve { key: 0, points: vec![(0.0, 0.0), (1.0, 1.0)] }],
+        };
+        let names = ["a name of thirty letters & more"; 6].into_iter().chain([""]);
+        let keys = names.enumerate().map(|(i, name)| Key::nth(i, name)).collect();
+        let figure = Figure { name: "f".into(), caption: "c".into(), keys, charts: vec![chart] };
+        let (legend, rows) = figure.legend(f64::from(WIDTH), 20);
+        assert_eq!(rows, 6, "{legend}: the one without a name takes none");
+        assert!(!legend.contains("& "), "escaped");
+        assert_eq!(wrapped("one two three", 8), ["one two", "three"]);
+        assert!(figure.file("t").unwrap().starts_with("<svg xmlns"));
+    }
+}

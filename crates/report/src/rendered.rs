@@ -1,0 +1,144 @@
+//! A report as it is shown, kept beside the design that it is about: it is computed again only when something that it is made from has changed.
+
+use crate::error::Error;
+use crate::{Report, report};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use squid_design::files::Files;
+use squid_design::inputs::Inputs;
+use squid_design::progress::Progress;
+use squid_design::store::Stored;
+use std::path::{Path, PathBuf};
+
+/// Its file.
+pub const FILE: &str = "report.json";
+
+/// A report as it is shown.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Rendered {
+    /// Of what it was made from; see [`key`].
+    key: Option<String>,
+    /// The verdicts for a terminal.
+    pub words: String,
+    /// The page up to where it says what it is packed with, and from there on.
+    head: String,
+    body: String,
+    /// Names and SVG files of the figures.
+    figures: Vec<(String, String)>,
+}
+
+impl Rendered {
+    fn new(report: &Report, key: Option<String>) -> Result<Self, Error> {
+        let (head, body) = report.page()?;
+        let figures = report.figures().map(|f| Ok((f.name.clone(), f.file(&f.caption)?)));
+        Ok(Self { key, words: report.words(), head, body, figures: figures.collect::<Result<_, Error>>()? })
+    }
+
+    /// The page; `about` is put below its heading.
+    pub fn page(&self, about: &[String]) -> String {
+        let about: String = about.iter().map(|words| crate::page::html::paragraph(words)).collect();
+        format!("{}{about}{}", self.head, self.body)
+    }
+
+    /// Writes `report.html` and each figure as `figures/NAME.svg`, and returns the path of the page.
+    ///
+    /// # Errors
+    /// [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable).
+    pub fn save(&self, directory: &Path) -> Result<PathBuf, Error> {
+        let mut files = Files::default();
+        for (name, figure) in &self.figures {
+            files.add(directory.join("figures").join(format!("{name}.svg")), figure.clone());
+        }
+        let path = directory.join("report.html");
+        files.add(path.clone(), self.page(&[]));
+        files.save(directory)?;
+        Ok(path)
+    }
+}
+
+/// The report of a stored design, from its directory where it lies there and nothing has changed since, or computed and put there.
+///
+/// # Errors
+/// As [`report`]; [`Error::Plot`], [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable).
+pub fn rendered(
+    inputs: &Inputs,
+    stored: &Stored,
+    directory: &Path,
+    progress: &Progress,
+) -> Result<Rendered, Error> {
+    let path = directory.join(FILE);
+    let key = key(inputs, stored)?;
+    if let Some(kept) = kept(&path).filter(|kept| key.is_some() && kept.key == key) {
+        progress.done("report", "as it was computed for these files before");
+        return Ok(kept);
+    }
+    let running = progress.begin("report", "computing the figures");
+    let found = Rendered::new(&report(inputs, stored, progress)?, key)?;
+    drop(running);
+    let mut files = Files::default();
+    files.add_json(path, &found)?;
+    files.save(directory)?;
+    Ok(found)
+}
+
+/// What lies there, if it is a report.
+fn kept(path: &Path) -> Option<Rendered> {
+    serde_json::from_str(&std::fs::read_to_string(path).ok()?).ok()
+}
+
+/// SHA-256 of all that a report is made from: vehicle and design file, the stored design, and this very program. None where the program cannot be read.
+fn key(inputs: &Inputs, stored: &Stored) -> Result<Option<String>, Error> {
+    let program = std::env::current_exe().and_then(std::fs::read);
+    let Ok(program) = program else { return Ok(None) };
+    let mut hash = Sha256::new();
+    let mut add = |bytes: &[u8]| {
+        hash.update((bytes.len() as u64).to_le_bytes());
+        hash.update(bytes);
+    };
+    add(&program);
+    for text in [&inputs.vehicle_sha256, &inputs.design_sha256, &inputs.design.name] {
+        add(text.as_bytes());
+    }
+    add(stored.controller.to_json()?.as_bytes());
+    add(stored.plant.to_json()?.as_bytes());
+    let (Ok(text) | Err(text)) = &stored.certificate;
+    add(text.as_bytes());
+    add(&[u8::from(stored.certificate.is_ok())]);
+    if let Some(robust) = &stored.robust {
+        robust.texts()?.iter().for_each(|text| add(text.as_bytes()));
+    }
+    Ok(Some(hash.finalize().iter().map(|b| format!("{b:02x}")).collect()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use squid_design::store::load;
+
+    /// Whatever the report is made from is in the key, so that no report of something else is shown.
+    #[test]
+    fn another_design_has_another_key() {
+        let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
+        let inputs = Inputs::read(vehicle, "design", None).unwrap();
+        let stored = load(&vehicle.join("frozen"), &inputs).unwrap();
+        let of = |inputs: &Inputs, stored: &Stored| key(inputs, stored).unwrap().unwrap();
+        let mut keys = vec![of(&inputs, &stored)];
+        assert_eq!(keys[0], of(&inputs, &stored));
+
+        let mut other = stored.clone();
+        other.controller.gamma.bound *= 1.0 + f64::EPSILON;
+        keys.push(of(&inputs, &other));
+        let mut other = stored.clone();
+        other.certificate = Err(other.certificate.unwrap());
+        keys.push(of(&inputs, &other));
+        let mut other = stored.clone();
+        other.plant.trim[0].pitch += 1e-9;
+        keys.push(of(&inputs, &other));
+        let mut other = inputs.clone();
+        other.design_sha256.push('0');
+        keys.push(of(&other, &stored));
+        keys.sort();
+        keys.dedup();
+        assert_eq!(keys.len(), 5);
+    }
+}

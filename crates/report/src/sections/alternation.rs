@@ -1,0 +1,197 @@
+//! Is there a switching signal that makes a loop of two stable controllers unstable? Two neighbours take turns at a constant speed.
+
+use crate::error::Error;
+use crate::sections::switched::Memory;
+use crate::subject::Subject;
+use lpv::matrix::{Mat, block, eigenvalues, largest};
+use lpv::state_space::StateSpace;
+use nalgebra::DVector;
+use squid_design::check::sampled;
+use squid_design::check::sampled::closed;
+use squid_design::linearise::linearise_at;
+
+/// The worst that taking turns was found to do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Alternation {
+    /// The constant speed, midway between those that the two controllers are made for (m/s).
+    pub speed: f64,
+    /// How long each is in charge (s).
+    pub dwell: f64,
+    /// How fast the loop grows (1/s): above 0 it is unstable.
+    pub rate: f64,
+    /// The longest time in charge at which any pair grows (s), if one does.
+    pub longest: Option<f64>,
+    /// Whether each of the two alone makes a stable loop at this speed.
+    pub each_stable: bool,
+}
+
+/// Times in charge that are tried (s), evenly spread on a logarithmic axis from 0.05 to 20.
+fn dwells() -> Vec<f64> {
+    (0..=52).map(|i| 0.05 * 10f64.powf(f64::from(i) / 20.0)).collect()
+}
+
+/// Which loop takes the turns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Loop {
+    /// Sampled, with the lags of the actuators.
+    Flying,
+    /// In continuous time, without lags.
+    Ideal,
+}
+
+/// The worst over all pairs of neighbours and all times in charge, with the true linearisation; `None` when there is no pair.
+///
+/// # Errors
+/// [`ModelError::Trim`](squid_design::error::ModelError::Trim); [`ProofError::Mismatch`](squid_design::error::ProofError::Mismatch) when a controller cannot be sampled.
+pub fn worst_alternation(
+    subject: &Subject,
+    bank: &[StateSpace],
+    memory: Memory,
+    which: Loop,
+) -> Result<Option<Alternation>, Error> {
+    let tick = subject.inputs.design.sample_time;
+    let (mut worst, mut longest): (Option<Alternation>, Option<f64>) = (None, None);
+    for (k, v) in bank.windows(2).zip(subject.speeds.windows(2)) {
+        let speed = 0.5 * (v[0] + v[1]);
+        let model = linearise_at(subject.inputs, speed)?;
+        let turn = match which {
+            Loop::Flying => {
+                let sampled = |k| sampled::trapezoidal(k, tick).ok_or_else(sampled::cannot);
+                Turn::new(&sampled::held(subject.inputs, &model), &sampled(&k[0])?, &sampled(&k[1])?, memory)
+            }
+            Loop::Ideal => Turn::new(&subject.scaled(&model), &k[0], &k[1], memory).over(tick),
+        };
+        for dwell in dwells() {
+            let ticks = (dwell / tick).round().max(1.0);
+            let dwell = ticks * tick;
+            let rate = turn.growth(ticks as u32).ln() / (2.0 * dwell);
+            if rate > 0.0 {
+                longest = Some(longest.map_or(dwell, |l: f64| l.max(dwell)));
+            }
+            if rate.is_finite() && worst.is_none_or(|w| rate > w.rate) {
+                let each_stable = turn.each_stable();
+                worst = Some(Alternation { speed, dwell, rate, longest: None, each_stable });
+            }
+        }
+    }
+    Ok(worst.map(|w| Alternation { longest, ..w }))
+}
+
+/// Two controllers on one plant, states \[x, k1, k2\]: the matrices of the motion while each is in charge (and with the idle controller's states left
+/// out), and the jump when the other takes over.
+struct Turn {
+    moves: [Mat; 2],
+    alone: [Mat; 2],
+    jumps: [Mat; 2],
+    /// What the states of a controller that does not run are multiplied by.
+    still: [Mat; 2],
+}
+
+impl Turn {
+    fn new((a, b, c): &(Mat, Mat, Mat), one: &StateSpace, two: &StateSpace, memory: Memory) -> Self {
+        let (n, n1, n2) = (a.nrows(), one.a.nrows(), two.a.nrows());
+        let none = Mat::zeros;
+        let runs = if memory == Memory::Parallel { 1.0 } else { 0.0 };
+        let first = block(&[
+            &[&(a - b * &one.d * c), &(b * &one.c), &none(n, n2)],
+            &[&-(&one.b * c), &one.a, &none(n1, n2)],
+            &[&(-(&two.b * c) * runs), &none(n2, n1), &(&two.a * runs)],
+        ]);
+        let second = block(&[
+            &[&(a - b * &two.d * c), &none(n, n1), &(b * &two.c)],
+            &[&(-(&one.b * c) * runs), &(&one.a * runs), &none(n1, n2)],
+            &[&-(&two.b * c), &none(n2, n1), &two.a],
+        ]);
+        let jump = |from: usize, to: usize, rows: usize| {
+            let mut jump = Mat::identity(n + n1 + n2, n + n1 + n2);
+            if memory != Memory::Parallel {
+                jump.rows_mut(to, rows).fill(0.0);
+            }
+            if memory == Memory::Carried {
+                (0..n1.min(n2)).for_each(|i| jump[(to + i, from + i)] = 1.0);
+            }
+            jump
+        };
+        let (at_one, at_two) = (n, n + n1);
+        let still = |from: usize, size: usize| {
+            let held = if runs > 0.0 { 0.0 } else { 1.0 };
+            let diagonal = |i: usize| if (from..from + size).contains(&i) { held } else { 0.0 };
+            Mat::from_diagonal(&DVector::from_fn(n + n1 + n2, |i, _| diagonal(i)))
+        };
+        Self {
+            moves: [first, second],
+            alone: [one, two].map(|k| closed(a, b, c, k).a),
+            jumps: [jump(at_one, at_two, n2), jump(at_two, at_one, n1)],
+            still: [still(at_two, n2), still(at_one, n1)],
+        }
+    }
+
+    /// Motion in continuous time as steps from tick to tick.
+    fn over(mut self, tick: f64) -> Self {
+        let step = |m: Mat| (m * tick).exp();
+        (self.moves, self.alone) = (self.moves.map(step), self.alone.map(step));
+        // The exponential leaves what does not move as it is.
+        self.still.iter_mut().for_each(|m| m.fill(0.0));
+        self
+    }
+
+    /// Whether each alone makes a stable loop.
+    fn each_stable(&self) -> bool {
+        self.alone.iter().all(|a| largest(0.0, eigenvalues(a).iter().map(|v| v.norm())) < 1.0)
+    }
+
+    /// The largest modulus of the modes of `J21 A2^ticks J12 A1^ticks`.
+    fn growth(&self, ticks: u32) -> f64 {
+        let [one, two] = [0, 1].map(|i| &self.jumps[i] * (&self.moves[i] + &self.still[i]).pow(ticks));
+        largest(0.0, eigenvalues(&(two * one)).iter().map(|v| v.norm()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    fn gain(d: Mat) -> StateSpace {
+        let (u, y) = d.shape();
+        StateSpace { a: Mat::zeros(0, 0), b: Mat::zeros(0, y), c: Mat::zeros(u, 0), d }
+    }
+
+    /// Two stable oscillators whose ellipses lie across one another: switching at the right moments makes the state grow
+    /// (D. Liberzon, Switching in Systems and Control, 2003, section 3.1). With K = -A and B = C = I the loop is A itself.
+    #[test]
+    fn two_stable_loops_can_make_an_unstable_one() {
+        let (one, two) = (dmatrix![-0.1, 1.0; -10.0, -0.1], dmatrix![-0.1, 10.0; -1.0, -0.1]);
+        let plant = (Mat::zeros(2, 2), Mat::identity(2, 2), Mat::identity(2, 2));
+        let quarter = std::f64::consts::FRAC_PI_2 / 10f64.sqrt();
+        let turn = Turn::new(&plant, &gain(-&one), &gain(-&two), Memory::Carried).over(quarter / 50.0);
+        assert!(turn.each_stable());
+        assert!(turn.growth(50) > 5.0, "{}", turn.growth(50));
+        // The same one twice only decays: exp(-0.1 2 quarter).
+        let turn = Turn::new(&plant, &gain(-&one), &gain(-&one), Memory::Reset).over(quarter / 50.0);
+        assert!((turn.growth(50) - (-0.2 * quarter).exp()).abs() < 1e-9);
+    }
+
+    /// x' = -u, two integrators in turn: reset, neither ever builds up what the other had; carried, it is one and the same loop.
+    #[test]
+    fn memory_makes_the_difference() {
+        let integrator =
+            StateSpace { a: dmatrix![0.0], b: dmatrix![1.0], c: dmatrix![1.0], d: dmatrix![1.0] };
+        let plant = (dmatrix![0.0], dmatrix![1.0], dmatrix![1.0]);
+        let growth = |memory| Turn::new(&plant, &integrator, &integrator, memory).over(0.02).growth(50);
+        // x' = -x + k, k' = -x: modes (-1 +- j sqrt 3)/2, so over two seconds they shrink by exp(-1).
+        assert!((growth(Memory::Carried) - (-1f64).exp()).abs() < 1e-9);
+        assert!((growth(Memory::Reset) - growth(Memory::Carried)).abs() > 0.1);
+    }
+
+    /// From tick to tick: x+ = 0.5 x + u with u = k y, y = -x, so that K = -0.4 and K = 0.2 make modes 0.9 and 0.3; three ticks of each in turn.
+    #[test]
+    fn ticks_are_counted() {
+        let plant = (dmatrix![0.5], dmatrix![1.0], dmatrix![1.0]);
+        for memory in [Memory::Reset, Memory::Carried, Memory::Parallel] {
+            let turn = Turn::new(&plant, &gain(dmatrix![-0.4]), &gain(dmatrix![0.2]), memory);
+            assert!(turn.each_stable());
+            assert!((turn.growth(3) - (0.9f64 * 0.3).powi(3)).abs() < 1e-12, "{memory:?}");
+        }
+    }
+}

@@ -1,0 +1,218 @@
+//! The paper's Fig. 3 and 4: the polynomials in speed against the true linearisations.
+
+use crate::error::Error;
+use crate::page::axis::Axis;
+use crate::page::chart::{Chart, Curve, Key};
+use crate::page::figure::Figure;
+use crate::page::section::{Part, Table};
+use crate::subject::Subject;
+use crate::verdict::{MUCH, Verdict, compared, much_smaller};
+use lpv::matrix::Mat;
+use lpv::polynomial::MatrixPolynomial;
+use nalgebra::Complex;
+use squid_design::fit::frequency;
+use squid_design::linearise::{STATES, stacked};
+
+/// The orders that the paper compares.
+const ORDERS: [usize; 2] = [1, 2];
+const DERIVATIVES: [&str; STATES] = ["u'", "w'", "q'", "theta'"];
+const NAMES: [&str; STATES] = ["u", "w", "q", "theta"];
+/// Units of the rows' derivatives over those of the columns.
+const UNITS: [[&str; STATES]; STATES] = [
+    ["1/s", "1/s", "m/s", "m/s^2"],
+    ["1/s", "1/s", "m/s", "m/s^2"],
+    ["1/(m s)", "1/(m s)", "1/s", "1/s^2"],
+    ["1/m", "1/m", "1", "1/s"],
+];
+/// An entry that varies by less than this part of the largest entry is drawn no more than a zero.
+const VARIES: f64 = 1e-6;
+
+fn keys() -> Vec<Key> {
+    let order = |n: usize, name: &str, dash| Key { dash, ..Key::nth(n, name) };
+    vec![Key::ground("exact linearisation"), order(1, "order 1", "7 3"), order(0, "order 2", "")]
+}
+
+fn fits(subject: &Subject) -> Result<Vec<MatrixPolynomial>, Error> {
+    let samples: Vec<(f64, Mat)> = subject.model.grid.iter().map(|(rho, l)| (*rho, stacked(l))).collect();
+    Ok(ORDERS.map(|order| MatrixPolynomial::fit(&samples, order)).into_iter().collect::<Result<_, _>>()?)
+}
+
+/// Fig. 3: the entries of A over speed.
+///
+/// # Errors
+/// [`ModelError::Fit`](squid_design::error::ModelError::Fit) when there are too few speeds.
+pub fn entries(subject: &Subject) -> Result<Vec<Part>, Error> {
+    let fits = fits(subject)?;
+    let largest = subject.model.grid.iter().map(|(_, l)| l.a.amax()).fold(0.0, f64::max);
+    let mut charts = Vec::new();
+    for (i, j) in (0..STATES).flat_map(|i| (0..STATES).map(move |j| (i, j))) {
+        let values = || subject.model.grid.iter().map(|(_, l)| l.a[(i, j)]);
+        let (low, high) =
+            (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
+        if high - low > VARIES * largest {
+            charts.push(entry(subject, &fits, i, j));
+        }
+    }
+    let residual = |order: usize| {
+        let found = subject.model.residuals.iter().find(|r| r.order == order);
+        found.map_or(f64::NAN, |r| 100.0 * r.relative_to_variation)
+    };
+    let (first, second) = (residual(1), residual(2));
+    let verdict = Verdict {
+        claim: "a second-order polynomial approximates the entries of A much better than a first-order one (Fig. 3).",
+        criterion: format!(
+            "the rms residual of A over the grid of speeds, relative to how much A varies; 'much' means at least {MUCH} times smaller."
+        ),
+        finding: much_smaller(first, second),
+        because: format!("The residual is {}.", compared(first, second)),
+    };
+    let caption = format!(
+        "The {} entries of A that vary with speed, of {}: exact at {} speeds, and as polynomials. x = [u w q theta].",
+        charts.len(),
+        subject.name(),
+        subject.model.grid.len()
+    );
+    let figure = Figure { name: "fig3-entries-of-A".into(), caption, keys: keys(), charts };
+    Ok(vec![Part::Figure(figure), Part::Verdict(verdict)])
+}
+
+fn entry(subject: &Subject, fits: &[MatrixPolynomial], i: usize, j: usize) -> Chart {
+    let (centre, half_range) = subject.inputs.design.scheduling();
+    let exact = subject.model.grid.iter().map(|(rho, l)| (centre + half_range * rho, l.a[(i, j)])).collect();
+    let mut curves = vec![Curve { key: 0, points: exact }];
+    for (k, fit) in fits.iter().enumerate() {
+        let fine = (0..=60).map(|n| f64::from(n) / 30.0 - 1.0);
+        let points = fine.map(|rho| (centre + half_range * rho, fit.evaluate(rho)[(i, j)])).collect();
+        curves.push(Curve { key: k + 1, points });
+    }
+    Chart {
+        title: format!("{} per {}", DERIVATIVES[i], NAMES[j]),
+        x: Axis::linear("speed V (m/s)"),
+        y: Axis::linear(UNITS[i][j]),
+        curves,
+    }
+}
+
+/// Fig. 4: frequency responses.
+///
+/// # Errors
+/// As [`entries`].
+pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
+    let fits = fits(subject)?;
+    let (input, actuator) = subject.pitching_actuator();
+    let (mut charts, mut phases) = (Vec::new(), Vec::new());
+    for at in [0, subject.truth.len() / 2, subject.truth.len() - 1] {
+        let (speed, exact) = (subject.speeds[at], stacked(&subject.truth[at]));
+        let models: Vec<Mat> =
+            std::iter::once(exact).chain(fits.iter().map(|fit| fit.evaluate(subject.rho(speed)))).collect();
+        let title = Subject::speed_name(speed);
+        let magnitude = Axis::logarithmic(format!("|pitch| (deg per {})", unit_name(actuator.unit())));
+        charts.push(response(&title, &models, input, magnitude, &|g| {
+            g.norm().to_degrees() * scale(actuator.unit())
+        }));
+        let phase = Axis::linear("phase (deg)");
+        phases.push(response(&title, &models, input, phase, &|g| g.arg().to_degrees()));
+    }
+    // In rows of three: the phase of a speed below its magnitude.
+    charts.append(&mut phases);
+    let errors = frequency::errors(subject.inputs, &subject.model);
+    let error = |order: usize, of: &dyn Fn(&frequency::Errors) -> f64| {
+        errors.iter().find(|e| e.order == order).map_or(f64::NAN, |e| 100.0 * of(e))
+    };
+    let shown = |e: &frequency::Errors| e.channels[(1, input)];
+    let scaled = |e: &frequency::Errors| e.scaled;
+    let (first, second) = (error(1, &shown), error(2, &shown));
+    let verdict = Verdict {
+        claim: "the frequency response of the second-order model is a better approximation than that of the first-order one (Fig. 4).",
+        criterion: format!(
+            "the largest relative error |G_fit - G|/|G| from {} to pitch, which the figure shows, over all speeds of the grid and 0.01 to 10 rad/s; at least {MUCH} times \
+             smaller bears it out, smaller at all does so partly.",
+            actuator.name
+        ),
+        finding: much_smaller(first, second),
+        because: format!(
+            "The largest error is {}. From all actuators to what is tracked, in the scales of the design and the largest singular value, it is {}.",
+            compared(first, second),
+            compared(error(1, &scaled), error(2, &scaled))
+        ),
+    };
+    let figure = Figure {
+        name: "fig4-frequency-responses".into(),
+        caption: format!(
+            "From {} (the actuator that moves pitch most) to pitch, of {}, at three speeds. Where the curves lie on one another, the \
+             polynomials are as good as exact.",
+            actuator.name,
+            subject.name()
+        ),
+        keys: keys(),
+        charts,
+    };
+    let mut table = Table::new(["order", "rms residual of A, % of its variation"]);
+    table.head.push(format!("largest error of the response from {} to pitch, %", actuator.name));
+    table.head.push("from all actuators to what is tracked, in the scales of the design, %".into());
+    for r in &subject.model.residuals {
+        table.rows.push(vec![
+            r.order.to_string(),
+            format!("{:.3}", 100.0 * r.relative_to_variation),
+            format!("{:.3}", error(r.order, &shown)),
+            format!("{:.3}", error(r.order, &scaled)),
+        ]);
+    }
+    let parts = [
+        Part::Figure(figure),
+        Part::Table(table),
+        Part::Table(channels(subject, &errors)),
+        Part::Verdict(verdict),
+    ];
+    Ok(parts.into())
+}
+
+/// The errors of each channel.
+fn channels(subject: &Subject, errors: &[frequency::Errors]) -> Table {
+    let mut table = Table::new(["channel"]);
+    table.head.extend(errors.iter().map(|e| format!("largest error of the response, order {}, %", e.order)));
+    for (i, output) in frequency::OUTPUTS.into_iter().enumerate() {
+        for (j, actuator) in subject.inputs.vehicle.actuators.iter().enumerate() {
+            let mut row = vec![format!("{} to {output}", actuator.name)];
+            row.extend(errors.iter().map(|e| format!("{:.3}", 100.0 * e.channels[(i, j)])));
+            table.rows.push(row);
+        }
+    }
+    table
+}
+
+fn unit_name(unit: &str) -> &str {
+    if unit == "rad" { "deg" } else { unit }
+}
+
+/// The magnitude is of degrees of pitch per newton, or per degree of deflection.
+fn scale(unit: &str) -> f64 {
+    if unit == "rad" { 1f64.to_radians() } else { 1.0 }
+}
+
+fn response(title: &str, models: &[Mat], input: usize, y: Axis, of: &dyn Fn(Complex<f64>) -> f64) -> Chart {
+    let axis: Vec<f64> = (0..=150).map(|i| 10f64.powf(-2.0 + f64::from(i) / 50.0)).collect();
+    let curve = |(key, ab): (usize, &Mat)| {
+        let system = frequency::system(ab);
+        let at = |omega: f64| Some((omega, of(system.response(Complex::new(0.0, omega))?[(1, input)])));
+        let mut points: Vec<(f64, f64)> = axis.iter().filter_map(|omega| at(*omega)).collect();
+        if y.label.starts_with("phase") {
+            unwrap(&mut points);
+        }
+        Curve { key, points }
+    };
+    Chart {
+        title: title.into(),
+        x: Axis::logarithmic("frequency (rad/s)"),
+        y: y.clone(),
+        curves: models.iter().enumerate().map(curve).collect(),
+    }
+}
+
+/// Takes whole turns out of a phase in degrees.
+fn unwrap(points: &mut [(f64, f64)]) {
+    for i in 1..points.len() {
+        let turns = ((points[i].1 - points[i - 1].1) / 360.0).round();
+        points[i].1 -= 360.0 * turns;
+    }
+}

@@ -1,0 +1,208 @@
+//! The loop at a frozen speed, linear: true linearisation and frozen controller, as it flies or as the synthesis sees it.
+
+use crate::error::Error;
+use crate::subject::Subject;
+use auv::Linearisation;
+use lpv::controller::Controller;
+use lpv::matrix::{Mat, complex_singular_values, solve};
+use lpv::state_space::StateSpace;
+use nalgebra::{Complex, DMatrix};
+use squid_design::check::sampled;
+use std::f64::consts::{PI, SQRT_2};
+
+/// Time between the points of a response that is drawn (s), about.
+const INTERVAL: f64 = 0.02;
+
+/// From the references to the tracked outputs and the controls, all in units of their scales.
+#[derive(Debug, Clone)]
+pub struct FrozenLoop {
+    system: StateSpace,
+    tracked: usize,
+    /// The sample time (s) of a loop from tick to tick; none in continuous time.
+    sample_time: Option<f64>,
+}
+
+impl FrozenLoop {
+    /// Closes the true linearisation `l` with the controller frozen at the speed of its trim, in continuous time and without actuator lags.
+    ///
+    /// ```text
+    /// x' = A x + B u,  y = r - C x,  u = K(rho) y
+    /// ```
+    ///
+    /// # Errors
+    /// [`ModelError::Lft`](squid_design::error::ModelError::Lft) when the controller has no value there.
+    pub fn ideal(subject: &Subject, controller: &Controller, l: &Linearisation) -> Result<Self, Error> {
+        let (a, b, c) = subject.scaled(l);
+        let system = sampled::closed(&a, &b, &c, &subject.frozen(controller, l)?);
+        Ok(Self { system, tracked: c.nrows(), sample_time: None })
+    }
+
+    /// The same loop as it flies: the controller at its sample time, the commands held, the actuators with their lags.
+    ///
+    /// # Errors
+    /// As [`Self::ideal`]; [`ProofError::Mismatch`](squid_design::error::ProofError::Mismatch) when the controller cannot be sampled.
+    pub fn flying(subject: &Subject, controller: &Controller, l: &Linearisation) -> Result<Self, Error> {
+        let system = sampled::flying(subject.inputs, l, &subject.frozen(controller, l)?)
+            .ok_or_else(sampled::cannot)?;
+        let tracked = subject.inputs.design.tracked.len();
+        Ok(Self { system, tracked, sample_time: Some(subject.inputs.design.sample_time) })
+    }
+
+    fn response(&self, omega: f64) -> Option<DMatrix<Complex<f64>>> {
+        let s = Complex::new(0.0, omega);
+        self.system.response(self.sample_time.map_or(s, |t| (s * t).exp()))
+    }
+
+    /// The highest frequency (rad/s) of which a response tells: half of that of the sampling.
+    pub fn highest(&self) -> f64 {
+        self.sample_time.map_or(f64::INFINITY, |t| PI / t)
+    }
+
+    /// |T| of one tracked output at a frequency (rad/s); not-a-number at a pole.
+    pub fn tracking(&self, i: usize, omega: f64) -> f64 {
+        self.response(omega).map_or(f64::NAN, |g| g[(i, i)].norm())
+    }
+
+    /// |S| of one tracked output at a frequency (rad/s); not-a-number at a pole.
+    pub fn sensitivity(&self, i: usize, omega: f64) -> f64 {
+        self.response(omega).map_or(f64::NAN, |g| (Complex::new(1.0, 0.0) - g[(i, i)]).norm())
+    }
+
+    /// The largest |S| of one tracked output over all frequencies; infinite for an unstable loop, not-a-number where a mode lies at half of the
+    /// sampling's frequency.
+    ///
+    /// A sampled loop is taken to continuous time by `z = (1 + s)/(1 - s)`, which maps the circle to the axis and keeps every value.
+    pub fn peak(&self, i: usize) -> f64 {
+        let (a, b, c) = (&self.system.a, self.system.b.columns(i, 1), -self.system.c.rows(i, 1));
+        let d = Mat::from_element(1, 1, 1.0 - self.system.d[(i, i)]);
+        let continuous = match self.sample_time {
+            None => Some(StateSpace { a: a.clone(), b: b.into_owned(), c, d }),
+            Some(_) => {
+                let one = Mat::identity(a.nrows(), a.nrows());
+                solve(&(a + &one), &one).map(|p| StateSpace {
+                    a: &p * (a - one),
+                    d: d - &c * &p * b,
+                    b: &p * b * SQRT_2,
+                    c: c * p * SQRT_2,
+                })
+            }
+        };
+        continuous.map_or(f64::NAN, |s| s.hinf_norm().value)
+    }
+
+    /// The largest singular value from all references to all controls at a frequency (rad/s).
+    pub fn control(&self, omega: f64) -> f64 {
+        let largest = |g: DMatrix<Complex<f64>>| {
+            let controls = g.rows(self.tracked, g.nrows() - self.tracked).into_owned();
+            complex_singular_values(&controls).first().copied().unwrap_or(0.0)
+        };
+        self.response(omega).map_or(f64::NAN, largest)
+    }
+
+    /// The bandwidth of one tracked output: the highest frequency (rad/s) at which |T| is 1/sqrt(2); not-a-number when it is nowhere in
+    /// 0.001 to 1000 rad/s, or up to [`Self::highest`].
+    ///
+    /// Source: S. Skogestad, I. Postlethwaite, Multivariable Feedback Control, 2005, section 2.4.5.
+    pub fn bandwidth(&self, i: usize) -> f64 {
+        let level = std::f64::consts::FRAC_1_SQRT_2;
+        let above = |exponent: f64| self.tracking(i, 10f64.powf(exponent)) >= level;
+        let end = self.highest().log10();
+        let grid: Vec<f64> = (0..=300).map(|k| -3.0 + f64::from(k) / 50.0).take_while(|e| *e < end).collect();
+        let Some(last) = grid.iter().rposition(|e| above(*e)) else { return f64::NAN };
+        if last + 1 == grid.len() {
+            return f64::NAN;
+        }
+        let (mut low, mut high) = (grid[last], grid[last + 1]);
+        for _ in 0..40 {
+            let middle = 0.5 * (low + high);
+            if above(middle) { low = middle } else { high = middle }
+        }
+        10f64.powf(0.5 * (low + high))
+    }
+
+    /// The response of one tracked output to a unit impulse of its own reference during a time (s), in 1/s: of a sampled loop to a reference of
+    /// one over the sample time during the first tick. The matrix exponential makes it exact in continuous time.
+    pub fn impulse(&self, i: usize, duration: f64) -> Vec<(f64, f64)> {
+        let (transition, mut x, interval) = match self.sample_time {
+            None => ((&self.system.a * INTERVAL).exp(), self.system.b.column(i).into_owned(), INTERVAL),
+            Some(t) => {
+                let ticks = (INTERVAL / t).round().max(1.0);
+                (self.system.a.pow(ticks as u32), self.system.b.column(i) / t, ticks * t)
+            }
+        };
+        let start = self.sample_time.unwrap_or(0.0);
+        let c = self.system.c.row(i);
+        let mut out = vec![];
+        for k in 0..(duration / interval) as u32 {
+            out.push((start + f64::from(k) * interval, c.transpose().dot(&x)));
+            x = &transition * x;
+        }
+        out
+    }
+
+    /// The least damping ratio of its modes, and the frequency (rad/s) of that mode; a mode z of a sampled loop is one of `ln z / T`.
+    pub fn least_damping(&self) -> (f64, f64) {
+        let mode = |p: Complex<f64>| self.sample_time.map_or(p, |t| p.ln() / t);
+        // A mode that is gone within a tick has no damping ratio to speak of.
+        let lasting = |p: &Complex<f64>| self.sample_time.is_none() || p.norm() > GONE;
+        let ratios =
+            self.system.poles().into_iter().filter(lasting).map(mode).map(|p| (-p.re / p.norm(), p.norm()));
+        ratios.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NAN, f64::NAN))
+    }
+}
+
+/// A mode that is smaller than this part of itself a tick later is gone.
+const GONE: f64 = 1e-2;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    /// T = 1/(s + 1), and the control is 2 T: bandwidth 1 rad/s, impulse response exp(-t).
+    #[test]
+    fn a_first_order_loop_has_its_closed_forms() {
+        let system =
+            StateSpace { a: dmatrix![-1.0], b: dmatrix![1.0], c: dmatrix![1.0; 2.0], d: dmatrix![0.0; 0.0] };
+        let one = FrozenLoop { system, tracked: 1, sample_time: None };
+        assert!((one.bandwidth(0) - 1.0).abs() < 1e-9);
+        assert!((one.tracking(0, 1.0) - 0.5f64.sqrt()).abs() < 1e-12);
+        assert!((one.sensitivity(0, 1.0) - 0.5f64.sqrt()).abs() < 1e-12);
+        assert!((one.control(0.0) - 2.0).abs() < 1e-12);
+        assert!((one.peak(0) - 1.0).abs() < 1e-9);
+        for (t, h) in one.impulse(0, 5.0) {
+            assert!((h - (-t).exp()).abs() < 1e-12);
+        }
+        assert_eq!(one.least_damping(), (1.0, 1.0));
+    }
+
+    /// y+ = a y + (1 - a) r, sampled at 0.5 s: T(z) = (1 - a)/(z - a), one mode ln a / 0.5, the impulse response (1 - a)/0.5 a^k from the first tick on.
+    #[test]
+    fn a_sampled_loop_has_its_closed_forms() {
+        let a: f64 = 0.6;
+        let system =
+            StateSpace { a: dmatrix![a], b: dmatrix![1.0 - a], c: dmatrix![1.0; 0.0], d: dmatrix![0.0; 0.0] };
+        let one = FrozenLoop { system, tracked: 1, sample_time: Some(0.5) };
+        let z = Complex::from_polar(1.0, 0.5 * 1.3);
+        let t = (1.0 - a) / (z - a);
+        assert!((one.tracking(0, 1.3) - t.norm()).abs() < 1e-12);
+        assert!((one.sensitivity(0, 1.3) - (1.0 - t).norm()).abs() < 1e-12);
+        for (k, (time, h)) in one.impulse(0, 5.0).into_iter().enumerate() {
+            assert!((time - 0.5 * (k + 1) as f64).abs() < 1e-12);
+            assert!((h - (1.0 - a) / 0.5 * a.powi(k as i32)).abs() < 1e-12);
+        }
+        // S = (z - 1)/(z - a) is largest at z = -1.
+        assert!((one.peak(0) - 2.0 / (1.0 + a)).abs() < 1e-9);
+        let (damping, frequency) = one.least_damping();
+        assert!((damping - 1.0).abs() < 1e-12 && (frequency + a.ln() / 0.5).abs() < 1e-12);
+        // |e^(j x) - a| = sqrt(2) (1 - a): cos x = (1 + a^2 - 2 (1 - a)^2)/(2 a).
+        let x = ((1.0 + a * a - 2.0 * (1.0 - a).powi(2)) / (2.0 * a)).acos();
+        assert!((one.bandwidth(0) - x / 0.5).abs() < 1e-9);
+    }
+
+    #[test]
+    fn no_crossing_is_no_bandwidth() {
+        let system = StateSpace { a: dmatrix![-1.0], b: dmatrix![1.0], c: dmatrix![0.1], d: dmatrix![0.0] };
+        assert!(FrozenLoop { system, tracked: 1, sample_time: None }.bandwidth(0).is_nan());
+    }
+}

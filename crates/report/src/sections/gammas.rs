@@ -1,0 +1,123 @@
+//! The ladder of gammas: what each assumption about the speed costs.
+
+use crate::error::Error;
+use crate::page::axis::Axis;
+use crate::page::chart::{Chart, Curve, Key};
+use crate::page::figure::Figure;
+use crate::page::section::{Part, Table};
+use crate::subject::Subject;
+use lpv::analysis::GainBound;
+use lpv::ladder::{Ladder, LadderOptions, ladder};
+use lpv::matrix::Mat;
+use lpv::synthesis::Design;
+use squid_design::numbers::rounded_up;
+
+/// Speeds at which the finished loop is analysed. `squid design --ladder` takes more; here the page should not keep people waiting.
+const SAMPLES: usize = 9;
+
+/// The section.
+///
+/// # Errors
+/// [`Error::Ladder`].
+pub fn gammas(subject: &Subject) -> Result<Vec<Part>, Error> {
+    let (_, half_range) = subject.inputs.design.scheduling();
+    let m = &subject.stored.manoeuvre;
+    let acceleration = ((m.speed_to - m.speed_from) / m.ramp_duration).abs();
+    let options = LadderOptions {
+        // Those of the six speeds are known already.
+        thetas: vec![],
+        rates: vec![acceleration / half_range],
+        samples: SAMPLES,
+        ..LadderOptions::default()
+    };
+    let found = ladder(&subject.plant, &design(subject), &options)?;
+    let rungs = rungs(subject, &found, acceleration);
+    let mut table = Table::new(["assumption", "gamma"]);
+    for (name, gamma) in &rungs {
+        table.rows.push(vec![name.clone(), gamma.map_or_else(|| "unknown".into(), |g| format!("{g:.4}"))]);
+    }
+    let words = format!(
+        "'Best' rows hold the least gamma that any controller reaches if it may assume this about the speed; 'this loop' is the finished one, built \
+         {:.1} % above its least gamma. Only the last holds for every course of speed and between the samples; bounded rates and \
+         arbitrarily fast changes are analysed at {SAMPLES} speeds.",
+        100.0 * subject.stored.controller.gamma.back_off
+    );
+    Ok(vec![Part::Words(words), Part::Figure(figure(subject, &found)), Part::Table(table)])
+}
+
+/// The stored design as the ladder takes it: of the bound it reads the number alone.
+fn design(subject: &Subject) -> Design {
+    let gamma = &subject.stored.controller.gamma;
+    let none = || Mat::zeros(0, 0);
+    Design {
+        controller: subject.controller.clone(),
+        gamma_optimum: gamma.optimum,
+        lower_estimate: 0.0,
+        multipliers: vec![],
+        gamma_design: gamma.optimum * (1.0 + gamma.back_off),
+        certified: GainBound {
+            gamma: gamma.bound,
+            x: none(),
+            s: none(),
+            t: none(),
+            lambda: 0.0,
+            largest_eigenvalue: f64::NAN,
+        },
+        regularisation: None,
+    }
+}
+
+fn rungs(subject: &Subject, found: &Ladder, acceleration: f64) -> Vec<(String, Option<f64>)> {
+    let alone = subject.alone().iter().filter_map(|design| Some(design.as_ref().ok()?.gamma_optimum));
+    let hardest = alone.reduce(f64::max);
+    let mut rungs = vec![
+        ("best controller for one frozen speed, the hardest of six".to_owned(), hardest),
+        ("best scheduled controller, any course of speed".into(), found.scheduled.as_ref().ok().copied()),
+        ("the same by symmetric scalings alone".into(), found.scheduled_symmetric.as_ref().ok().copied()),
+        ("this loop, speed constant, at its worst".into(), Some(found.frozen_gain.gamma)),
+    ];
+    for (_, bound) in &found.bounded_rate {
+        let name =
+            format!("this loop, speed changing by at most {acceleration:.3} m/s^2, as the manoeuvre does");
+        rungs.push((name, bound.as_ref().ok().map(|b| b.gamma)));
+    }
+    let fast = found.arbitrarily_fast.as_ref().ok().map(|b| b.gamma);
+    rungs.push(("this loop, speed changing arbitrarily fast".into(), fast));
+    rungs.push(("this loop, bound for every course of speed".into(), Some(rounded_up(found.certified))));
+    rungs
+}
+
+fn figure(subject: &Subject, found: &Ladder) -> Figure {
+    let (low, high) = (subject.inputs.design.speed_min, subject.inputs.design.speed_max);
+    let alone: Vec<(f64, f64)> = subject
+        .speeds
+        .iter()
+        .zip(subject.alone())
+        .filter_map(|(v, design)| Some((*v, design.as_ref().ok()?.gamma_optimum)))
+        .collect();
+    let closed = subject.plant.close(&subject.controller);
+    let frozen: Vec<(f64, f64)> = squid_design::linearise::speeds(subject.inputs, 41)
+        .into_iter()
+        .filter_map(|v| Some((v, closed.frozen(&[subject.rho(v)]).ok()?.hinf_norm().value)))
+        .collect();
+    let level = |gamma: Option<f64>| gamma.map_or_else(Vec::new, |g| vec![(low, g), (high, g)]);
+    let lines = [
+        ("best controller for this speed alone", alone),
+        ("this loop at this speed, frozen", frozen),
+        ("best scheduled controller", level(found.scheduled.as_ref().ok().copied())),
+        ("this loop, bound for any course of speed", level(Some(found.certified))),
+    ];
+    let keys = lines.iter().enumerate().map(|(i, (name, _))| Key::nth(i, *name)).collect();
+    let curves = lines.into_iter().enumerate().map(|(key, (_, points))| Curve { key, points }).collect();
+    Figure {
+        name: "ladder-of-gammas".into(),
+        caption: format!("Gammas of {} over speed.", subject.name()),
+        keys,
+        charts: vec![Chart {
+            title: String::new(),
+            x: Axis::linear("speed V (m/s)"),
+            y: Axis::linear("gamma"),
+            curves,
+        }],
+    }
+}

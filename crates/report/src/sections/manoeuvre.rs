@@ -1,0 +1,72 @@
+//! The default manoeuvre: a pitch step while the speed ramps.
+
+use crate::error::Error;
+use crate::page::axis::Axis;
+use crate::page::chart::{Chart, Curve, Key};
+use crate::page::figure::Figure;
+use crate::page::html::capital;
+use crate::page::section::Part;
+use crate::subject::Subject;
+use squid_flight::flight::{Row, fly};
+
+/// The section.
+///
+/// # Errors
+/// As [`fly`].
+pub fn manoeuvre(subject: &Subject) -> Result<Vec<Part>, Error> {
+    let (inputs, stored) = (subject.inputs, subject.stored);
+    let flight = fly(&inputs.vehicle, &stored.controller, inputs.design.depth, &stored.manoeuvre)?;
+    let rows = flight.rows;
+    let mut keys = vec![Key::reference("reference"), Key::nth(0, "flown")];
+    let series = |key: usize, of: &dyn Fn(&Row) -> f64| Curve {
+        key,
+        points: rows.iter().map(|r| (r.time, of(r))).collect(),
+    };
+    let chart = |title: &str, label: &str, curves| Chart {
+        title: title.into(),
+        x: Axis::linear("time (s)"),
+        y: Axis::linear(label),
+        curves,
+    };
+    let mut charts = vec![
+        chart(
+            "",
+            "pitch (deg)",
+            vec![series(0, &|r| r.pitch_reference.to_degrees()), series(1, &|r| r.pitch.to_degrees())],
+        ),
+        chart("", "forward speed (m/s)", vec![series(0, &|r| r.speed_reference), series(1, &|r| r.speed)]),
+        chart("", "depth (m)", vec![series(1, &|r| r.depth)]),
+    ];
+    for (unit, label, factor) in [("N", "thrust (N)", 1.0), ("rad", "deflection (deg)", 1f64.to_degrees())] {
+        let own = inputs.vehicle.actuators.iter().enumerate().filter(|(_, a)| a.unit() == unit);
+        let curves: Vec<Curve> = own
+            .map(|(j, actuator)| {
+                keys.push(Key::nth(keys.len() - 1, actuator.name.clone()));
+                series(keys.len() - 1, &|r| factor * r.commands[j])
+            })
+            .collect();
+        if !curves.is_empty() {
+            charts.push(chart("", label, curves));
+        }
+    }
+    let m = &stored.manoeuvre;
+    let last = rows.last().map_or(f64::NAN, |r| (r.pitch_reference - r.pitch).to_degrees());
+    let off = rows.iter().map(|r| (r.speed_reference - r.speed).abs()).fold(0.0, f64::max);
+    let outside = rows.iter().filter(|r| r.out_of_range).count() as f64 / rows.len() as f64;
+    let words = format!(
+        "A pitch step of {:.0} deg at {} s while the speed goes from {} to {} m/s in {} s. At the end pitch is {:.3} deg off, the speed \
+         was never more than {off:.3} m/s off, and outside the range of the design during {:.1} % of the flight.",
+        m.pitch_step.to_degrees(),
+        m.step_time,
+        m.speed_from,
+        m.speed_to,
+        m.ramp_duration,
+        last.abs(),
+        100.0 * outside
+    );
+    let early = flight.surfacing.map(|s| format!("{words} The flight ends early: {s}."));
+    let words = early.unwrap_or(words);
+    let caption = format!("{}: nonlinear, with the sampled autopilot.", capital(&subject.name()));
+    let figure = Figure { name: "pitch-step-on-a-ramp".into(), caption, keys, charts };
+    Ok(vec![Part::Words(words), Part::Figure(figure)])
+}

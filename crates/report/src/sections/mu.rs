@@ -1,0 +1,329 @@
+//! The paper's Fig. 7: mu bounds for robust stability over frequency, at six speeds.
+
+mod at_speed;
+mod worst_gain;
+
+use crate::error::Error;
+use crate::page::axis::Axis;
+use crate::page::chart::{Chart, Curve, Key};
+use crate::page::figure::Figure;
+use crate::page::section::{Part, Table};
+use crate::sections::robust::{between, vehicle};
+use crate::side_by_side;
+use crate::subject::Subject;
+use crate::verdict::{Verdict, hardest_below, stays_stable};
+use at_speed::{Change, DECADES, SpeedMu};
+use squid_design::error::{Error as DesignError, UncertainError};
+use worst_gain::PARTS;
+
+/// Speeds in a panel, as in the paper.
+const IN_A_PANEL: usize = 3;
+/// A parameter with a smaller share in the instability is not named.
+const NAMED: f64 = 0.1;
+/// Width of the mark of a lower bound, in units of the page.
+const MARK_WIDTH: f64 = 5.0;
+/// Half the length of the mark of a lower bound on the frequency axis, as a factor.
+const MARK: f64 = 1.16;
+
+/// Fig. 7.
+///
+/// # Errors
+/// As [`SpeedMu::new`].
+pub fn mu(subject: &Subject) -> Result<Vec<Part>, Error> {
+    let found = match at_all_speeds(subject) {
+        Err(Error::Design(DesignError::Uncertain(UncertainError::NothingUncertain { design }))) => {
+            return Ok(vec![Part::Words(format!(
+                "Nothing is said to be uncertain in {design}, so that there is nothing to analyse: a section [uncertainty] in it would name \
+                 coefficients with their ranges."
+            ))]);
+        }
+        other => other?,
+    };
+    Ok(vec![
+        Part::Words(about(&found)),
+        Part::Figure(figure(subject, &found)),
+        Part::Table(table(&found)),
+        Part::Words(about_vehicles()),
+        Part::Table(vehicles_table(&found)),
+        Part::Table(causes_table(&found)),
+        Part::Verdict(stability_verdict(&bounds(&found))),
+        Part::Verdict(speed_verdict(subject.inputs.design.scheduling().0, &bounds(&found))),
+        Part::Words(about_gain()),
+        Part::Table(gain_table(&found)),
+    ])
+}
+
+/// All speeds, side by side.
+fn at_all_speeds(subject: &Subject) -> Result<Vec<SpeedMu>, Error> {
+    let mut all = side_by_side(subject.speeds.iter().copied().enumerate(), |(i, speed)| {
+        let found = SpeedMu::new(subject, speed);
+        subject.progress.done("report", &format!("  mu at {speed:.2} m/s"));
+        (i, found)
+    });
+    all.sort_by_key(|(i, _)| *i);
+    all.into_iter().map(|(_, found)| found).collect()
+}
+
+/// Bounds on mu over all frequencies at a speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Bounds {
+    speed: f64,
+    /// Above mu of the model's loop in continuous time without lags.
+    guaranteed: f64,
+    /// One over the size at which a vehicle that is trimmed anew is not stable as it flies; not-a-number when none was found.
+    vehicle: f64,
+}
+
+fn bounds(found: &[SpeedMu]) -> Vec<Bounds> {
+    let of = |f: &SpeedMu| Bounds {
+        speed: f.speed,
+        guaranteed: f.guaranteed(),
+        vehicle: f.vehicle[0].map_or(f64::NAN, f64::recip),
+    };
+    found.iter().map(of).collect()
+}
+
+fn about(found: &[SpeedMu]) -> String {
+    let (parameters, channels) = found.iter().map(|f| f.size).max().unwrap_or((0, 0));
+    format!(
+        "mu is one over the size of the smallest perturbation that destabilises the loop of the linear model and the controller, both frozen \
+         at a speed; 1 is the uncertainty that the design file declares. The paper does not print the structure of its uncertainty. Here it is \
+         up to {parameters} real parameters in {channels} channels: coefficients with their relative errors, the gain of each actuator, and how \
+         far all that moves the trim. The coefficients enter exactly, the trim to first order. The upper bound of the table holds at every \
+         frequency from zero to infinity, between the points of the curves as well; each lower bound is shown by a perturbation of the model, with which its \
+         loop has a pole on the axis. In the model what moves the trim, the incidence, is a parameter of its own, free of the coefficients; what a vehicle does, \
+         whose trim follows from its coefficients, is in the table after. Figure and first table are of the loop in continuous time without the lags of the \
+         actuators. A perturbation of which a bound speaks does not change with time; what a changing speed does is the \
+         business of the certificate."
+    )
+}
+
+fn figure(subject: &Subject, found: &[SpeedMu]) -> Figure {
+    let mut keys: Vec<Key> = found
+        .iter()
+        .enumerate()
+        .map(|(i, f)| Key { dash: "", ..Key::nth(i, Subject::speed_name(f.speed)) })
+        .collect();
+    let marks = keys.len();
+    let mark = |i: usize| Key { dash: "", width: MARK_WIDTH, ..Key::nth(i, "") };
+    keys.extend((0..marks).map(mark));
+    keys.push(Key {
+        dash: "9 20",
+        width: MARK_WIDTH,
+        ..Key::reference("lower bound, in the speed's colour")
+    });
+    keys.push(Key::reference("mu = 1"));
+    let shown = [DECADES.0, DECADES.1].map(|k| 10f64.powi(k));
+    let highest = found.iter().map(SpeedMu::guaranteed).fold(1.0, f64::max);
+    let chart = |(panel, speeds): (usize, &[SpeedMu])| {
+        let mut curves = vec![Curve { key: keys.len() - 1, points: shown.map(|o| (o, 1.0)).to_vec() }];
+        for (i, f) in speeds.iter().enumerate() {
+            curves.push(Curve { key: panel * IN_A_PANEL + i, points: f.upper.clone() });
+            let mark = |&(omega, value): &(f64, f64)| {
+                let at = omega.clamp(shown[0] * MARK, shown[1] / MARK);
+                Curve {
+                    key: marks + panel * IN_A_PANEL + i,
+                    points: vec![(at / MARK, value), (at * MARK, value)],
+                }
+            };
+            curves.extend(f.lower.iter().map(mark));
+        }
+        Chart {
+            title: String::new(),
+            x: Axis::logarithmic("frequency (rad/s)"),
+            y: Axis::linear("mu").over(0.0, 1.06 * highest),
+            curves,
+        }
+    };
+    let charts = found.chunks(IN_A_PANEL).enumerate().map(chart).collect();
+    Figure {
+        name: "fig7-mu-bounds".into(),
+        caption: format!(
+            "mu for robust stability of {} with the controller frozen at six speeds. Curves: upper bounds; short bars of the same colour: lower bounds, \
+             each shown by a perturbation at that very frequency (at the left edge: at frequency zero, which \
+             has no place on the axis and where the upper bound, too, may be above the curve). For real parameters a lower bound is \
+             found at some frequencies and not at others.",
+            subject.name()
+        ),
+        keys,
+        charts,
+    }
+}
+
+fn table(found: &[SpeedMu]) -> Table {
+    let mut table = Table::new([
+        "speed (m/s)",
+        "mu below",
+        "peak (rad/s)",
+        "mu at least",
+        "at (rad/s)",
+        "model stable up to",
+        "model unstable at",
+    ]);
+    for f in found {
+        let lower = f.bounds.lower.as_ref();
+        let number =
+            |v: Option<f64>, unit: &str| v.map_or_else(|| "none found".into(), |v| format!("{v:.3}{unit}"));
+        table.rows.push(vec![
+            format!("{:.2}", f.speed),
+            format!("{:.3}", f.guaranteed()),
+            format!("{:.2}", f.peak),
+            number(f.shown(), ""),
+            lower.and_then(|l| l.frequency).map_or_else(String::new, |o| format!("{o:.2}")),
+            format!("{:.0} %", 100.0 / f.guaranteed()),
+            f.shown().map_or_else(|| "none found".into(), |v| format!("{:.0} %", 100.0 / v)),
+        ]);
+    }
+    table
+}
+
+fn about_vehicles() -> String {
+    "The same for vehicles, as the loop flies, with the lags of the actuators and sampled, and in continuous time without either. The perturbation of the model without what it \
+     has of the trim is made larger step by step; its coefficients and the gains of its actuators are given to the vehicle, which is trimmed anew (within the limits of its \
+     actuators) and linearised. That follows one direction: another vehicle may be unstable earlier."
+        .into()
+}
+
+fn vehicles_table(found: &[SpeedMu]) -> Table {
+    let mut table = Table::new([
+        "speed (m/s)",
+        "vehicle found unstable at, as it flies",
+        "in continuous time, without lags",
+    ]);
+    for f in found {
+        let size =
+            |size: Option<f64>| size.map_or_else(|| "none found".into(), |v| format!("{:.0} %", 100.0 * v));
+        table.rows.push(vec![format!("{:.2}", f.speed), size(f.vehicle[0]), size(f.vehicle[1])]);
+    }
+    table
+}
+
+fn causes_table(found: &[SpeedMu]) -> Table {
+    let mut table = Table::new([
+        "speed (m/s)",
+        "what does most in the perturbation that destabilises, and its share in it",
+    ]);
+    table.rows = found.iter().map(|f| vec![format!("{:.2}", f.speed), causes(&f.worst)]).collect();
+    table
+}
+
+fn about_gain() -> String {
+    format!(
+        "The worst-case gain says what is left of performance: the largest gain of the loop in continuous time from w to z, of which the gamma of the design is a bound, with \
+         constant coefficients anywhere in the part of the declared uncertainty at the head of the column ({} % is all of it). Of two numbers the first was found, the \
+         second is guaranteed at every frequency, both for the model, in which the incidence is a parameter of its own. 'Vehicle': the gain of a vehicle with the coefficients \
+         and gains of actuators of the perturbation found, trimmed anew. 'No bound': at that size the loop is not shown to stay stable.",
+        100.0 * PARTS[PARTS.len() - 1]
+    )
+}
+
+fn gain_table(found: &[SpeedMu]) -> Table {
+    let mut table = Table::new(["speed (m/s)", "gain at no uncertainty"]);
+    for part in PARTS {
+        table.head.push(format!("worst case at {:.0} %: model", 100.0 * part));
+        table.head.push(format!("at {:.0} %: vehicle", 100.0 * part));
+    }
+    for f in found {
+        let mut row = vec![format!("{:.2}", f.speed), format!("{:.3}", f.gain.nominal)];
+        for (model, own) in f.gain.at.into_iter().zip(f.gain.vehicle) {
+            row.extend([between(model), vehicle(own)]);
+        }
+        table.rows.push(row);
+    }
+    table
+}
+
+/// The parameters that do most, which stand first.
+fn causes(worst: &[Change]) -> String {
+    let named = worst.iter().filter(|c| c.share >= NAMED);
+    named.map(|c| format!("{} {} ({:.0} %)", c.name, c.by, 100.0 * c.share)).collect::<Vec<_>>().join(", ")
+}
+
+fn stability_verdict(bounds: &[Bounds]) -> Verdict {
+    // A vehicle that is unstable as it flies counts, whatever is guaranteed without lags.
+    let upper = |b: &Bounds| if b.vehicle >= 1.0 { f64::NAN } else { b.guaranteed };
+    let pairs: Vec<(f64, f64)> = bounds.iter().map(|b| (upper(b), b.vehicle)).collect();
+    let at = |of: &dyn Fn(&Bounds) -> bool| -> String {
+        let speeds: Vec<String> =
+            bounds.iter().filter(|b| of(b)).map(|b| format!("{:.2}", b.speed)).collect();
+        if speeds.is_empty() { "no speed".into() } else { format!("{} m/s", speeds.join(", ")) }
+    };
+    let most = bounds.iter().map(|b| b.guaranteed).fold(0.0, f64::max);
+    Verdict {
+        claim: "mu peaks at 0.268, so that 373 % of the modelled uncertainty is tolerated (section 4, Fig. 7).",
+        criterion: "robust stability: a vehicle within the declared uncertainty, trimmed anew, whose loop is not stable as it flies refutes it at its speed; where none was found, mu of \
+                    the model, guaranteed to be below 1 at every frequency, in continuous time without lags, bears it out; anything between leaves it open. There is no guarantee for \
+                    the loop as it flies. The paper's 0.268 itself cannot be compared, because its uncertainty is not printed."
+            .into(),
+        finding: stays_stable(&pairs),
+        because: format!(
+            "A vehicle within the declared uncertainty found unstable as it flies: {}; the model shown to be stable for all of it in continuous time without lags: {}. The \
+             guaranteed bound is {most:.3} at most there, a margin of {:.0} %.",
+            at(&|b| b.vehicle >= 1.0),
+            at(&|b| b.guaranteed < 1.0),
+            100.0 / most
+        ),
+    }
+}
+
+fn speed_verdict(centre: f64, bounds: &[Bounds]) -> Verdict {
+    let of = |value: &dyn Fn(&Bounds) -> f64| -> Vec<(f64, f64)> {
+        bounds.iter().map(|b| (b.speed, value(b))).collect()
+    };
+    // Where no vehicle was found it takes more than anywhere else.
+    let measures = [of(&|b| b.guaranteed), of(&|b| if b.vehicle.is_nan() { 0.0 } else { b.vehicle })];
+    let words = |measure: &[(f64, f64)]| match crate::verdict::worst(measure) {
+        Some(at) => format!("at {at:.2} m/s"),
+        None => "at no single speed".into(),
+    };
+    Verdict {
+        claim: "mu is largest at low speed, 1 m/s: it is more difficult to control the vehicle at low speed than at high speed (section 4, Fig. 7).",
+        criterion: format!(
+            "at which of the six speeds the guaranteed bound of the model is largest (in continuous time without lags), and at which a vehicle was found unstable, as it flies, with the \
+             smallest errors: both below the middle of the range, {centre:.2} m/s, bears it out, one of them partly."
+        ),
+        finding: hardest_below(centre, &measures),
+        because: format!(
+            "The bound is largest {}; the vehicle is unstable with the smallest errors {}.",
+            words(&measures[0]),
+            words(&measures[1])
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::verdict::Finding;
+
+    fn at(speed: f64, guaranteed: f64, vehicle: f64) -> Bounds {
+        Bounds { speed, guaranteed, vehicle }
+    }
+
+    #[test]
+    fn stability_follows_the_vehicles_that_fly() {
+        let good = stability_verdict(&[at(0.5, 0.3, 0.2), at(1.0, 0.5, f64::NAN)]);
+        assert_eq!(good.finding, Finding::BorneOut);
+        assert!(good.because.contains("unstable as it flies: no speed;"), "{}", good.because);
+        assert!(good.because.contains("without lags: 0.50, 1.00 m/s."), "{}", good.because);
+        assert!(good.because.contains("0.500 at most there, a margin of 200 %"), "{}", good.because);
+        assert_eq!(stability_verdict(&[at(0.5, 0.3, 0.2), at(1.0, 1.5, 1.4)]).finding, Finding::Partly);
+        // What is guaranteed without lags does not outweigh a vehicle that is unstable as it flies; what the model alone does refutes nothing.
+        assert_eq!(stability_verdict(&[at(1.0, 0.9, 1.1)]).finding, Finding::NotBorneOut);
+        assert_eq!(stability_verdict(&[at(1.0, 1.5, f64::NAN)]).finding, Finding::Unknown);
+    }
+
+    #[test]
+    fn the_speed_follows_the_bounds() {
+        let (low, high) = ([at(1.0, 2.0, 1.9), at(2.0, 1.0, 0.9)], [at(1.0, 1.0, 0.9), at(2.0, 2.0, 1.9)]);
+        assert_eq!(speed_verdict(1.5, &low).finding, Finding::BorneOut);
+        assert_eq!(speed_verdict(1.5, &high).finding, Finding::NotBorneOut);
+        assert_eq!(speed_verdict(1.5, &[at(1.0, 2.0, 0.5), at(2.0, 1.0, 0.9)]).finding, Finding::Partly);
+    }
+
+    #[test]
+    fn only_what_matters_is_named() {
+        let change = |name: &str, share| Change { name: name.into(), by: "+40 %".into(), share };
+        assert_eq!(causes(&[change("M_uw", 0.62), change("Z_w", 0.05)]), "M_uw +40 % (62 %)");
+    }
+}

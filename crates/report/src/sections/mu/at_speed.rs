@@ -1,0 +1,282 @@
+//! mu for robust stability at one speed: bounds for all frequencies, curves over frequency, and the perturbation that destabilises.
+
+use crate::error::Error;
+use crate::sections::mu::worst_gain::WorstGain;
+use crate::subject::Subject;
+use auv::Linearisation;
+use lpv::matrix::{Mat, solve, spectral_abscissa};
+use lpv::mu::lower::{LowerBound, lower_bound};
+use lpv::mu::sweep::{FrequencyMu, SweepError, mu_over_frequency, response};
+use lpv::mu::upper::{Search, search};
+use lpv::mu::{self, CMat, Structure};
+use lpv::state_space::StateSpace;
+use nalgebra::DVector;
+use squid_design::check::sampled;
+use squid_design::error::Error as DesignError;
+use squid_design::uncertain::closed_loop::uncertain_loop;
+use squid_design::uncertain::frozen::FrozenUncertain;
+use squid_design::uncertain::frozen::at_speed;
+use squid_design::uncertain::model::{Block, Uncertain};
+use squid_design::uncertain::vehicle;
+
+/// Frequencies of the curves, rad/s: from the first to the last power of ten, and how many in each decade.
+pub const DECADES: (i32, i32) = (-3, 2);
+const UPPER_POINTS: i32 = 8;
+
+/// The same of the lower bounds, which take longer and are of interest where the upper ones are high.
+const LOWER_DECADES: (i32, i32) = (-2, 1);
+const LOWER_POINTS: i32 = 1;
+
+/// What mu analysis says of one speed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpeedMu {
+    /// Speed along the path, m/s.
+    pub speed: f64,
+    /// The number of uncertain parameters, and of their channels.
+    pub size: (usize, usize),
+    /// Bounds for all frequencies.
+    pub bounds: FrequencyMu,
+    /// Upper bounds at single frequencies (rad/s).
+    pub upper: Vec<(f64, f64)>,
+    /// The frequency with the largest of these bounds, rad/s; not always within the curve.
+    pub peak: f64,
+    /// Lower bounds at the single frequencies (rad/s) where a perturbation was found.
+    pub lower: Vec<(f64, f64)>,
+    /// The perturbation of the largest lower bound, one entry a parameter; those that do most stand first.
+    pub worst: Vec<Change>,
+    /// The gain of the loop with and without errors of the coefficients.
+    pub gain: WorstGain,
+    /// The size of the perturbation found, without what it has of the trim, at which a vehicle that is trimmed anew is not stable: as it flies, and in
+    /// continuous time without lags.
+    pub vehicle: [Option<f64>; 2],
+}
+
+/// What one uncertain parameter does in a perturbation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Change {
+    /// Its name.
+    pub name: String,
+    /// How far it is off.
+    pub by: String,
+    /// Its share in bringing the pole to the axis; all shares add up to 1.
+    pub share: f64,
+}
+
+impl SpeedMu {
+    /// Analyses the loop of the uncertain model at a speed and the controller frozen there.
+    ///
+    /// # Errors
+    /// As [`uncertain::at_speed`]; [`ModelError::Lft`](squid_design::error::ModelError::Lft); [`DesignError::MuAtSpeed`] when the loop is unstable without any perturbation.
+    pub fn new(subject: &Subject, speed: f64) -> Result<Self, Error> {
+        let frozen = at_speed(subject.inputs, speed)?;
+        let model = &frozen.model;
+        let closed = uncertain_loop(subject.inputs, model, &subject.controller, subject.rho(speed), None)?;
+        let system = closed.stability();
+        let failed = |reason: SweepError| DesignError::MuAtSpeed { speed, reason };
+        let structure = Structure::new(model.blocks.iter().map(|b| mu::Block::Real(b.repetitions)).collect());
+        let structure = structure.map_err(|reason| failed(reason.into()))?;
+        let bounds = mu_over_frequency(&system, &structure).map_err(failed)?;
+        let mut upper = upper_curve(&system, &structure, &bounds).map_err(|reason| failed(reason.into()))?;
+        let peak = upper.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0.0, |p| p.0);
+        upper.retain(|(omega, _)| shown().contains(omega));
+        let points = lower_points(&system, &structure, &bounds).map_err(|reason| failed(reason.into()))?;
+        let lower = bounds.lower.as_ref();
+        let found = lower.map(|found| vehicle::values(&frozen, &found.delta));
+        let worst = found.as_ref().map_or_else(Vec::new, |values| {
+            let shares = shares(&system, &model.blocks, values);
+            ordered(&model.blocks, values, &shares)
+        });
+        let vehicle = match &found {
+            Some(values) => unstable_at(subject, &frozen, values, bounds.lower.as_ref())?,
+            None => [None; 2],
+        };
+        let of = |delta: &CMat| {
+            let l = vehicle::vehicle_at(subject.inputs, &frozen, &vehicle::values(&frozen, delta))?;
+            vehicle::gain(subject.inputs, &l, &subject.controller, subject.rho(speed)).ok()
+        };
+        let gain = WorstGain::new(&closed.system, &structure, bounds.upper.upper, &of);
+        let size = (model.blocks.len(), model.channels());
+        Ok(Self { speed, size, bounds, upper, peak, lower: points, worst, gain, vehicle })
+    }
+
+    /// mu is below this at every frequency.
+    pub fn guaranteed(&self) -> f64 {
+        self.bounds.upper.upper
+    }
+
+    /// mu is at least this at some frequency; `None` when no perturbation was found.
+    pub fn shown(&self) -> Option<f64> {
+        self.bounds.lower.as_ref().map(|found| found.value)
+    }
+}
+
+/// The frequencies that are drawn, rad/s.
+fn shown() -> std::ops::RangeInclusive<f64> {
+    10f64.powi(DECADES.0)..=10f64.powi(DECADES.1)
+}
+
+/// Evenly spread on a logarithmic axis.
+fn spread((from, to): (i32, i32), points: i32) -> impl Iterator<Item = f64> {
+    (from * points..=to * points).map(move |k| 10f64.powf(f64::from(k) / f64::from(points)))
+}
+
+/// Upper bounds at single frequencies, zero and those of both bounds of the sweep among them, so that no peak is cut off.
+fn upper_curve(
+    system: &StateSpace,
+    structure: &Structure,
+    bounds: &FrequencyMu,
+) -> Result<Vec<(f64, f64)>, mu::StructureError> {
+    let peaks = bounds.lower.iter().filter_map(|l| l.frequency).chain([bounds.upper.frequency]);
+    let around = peaks.flat_map(|peak| [0.94, 1.0, 1.06].map(|part| part * peak));
+    let mut axis: Vec<f64> = spread(DECADES, UPPER_POINTS).chain(around).chain([0.0]).collect();
+    axis.sort_by(f64::total_cmp);
+    axis.dedup();
+    let mut start = None;
+    let at = |omega: f64| {
+        let m = response(system, omega)?;
+        let found = search(&m, structure, Search { tight: DRAWN, from: start.as_ref(), ..Search::default() });
+        Some(found.map(|bound| {
+            start = Some(bound.start);
+            (omega, bound.value)
+        }))
+    };
+    axis.into_iter().filter_map(at).collect()
+}
+
+/// How close to the least bound the curves are, relatively: closer than their lines are thick.
+const DRAWN: f64 = 5e-4;
+
+/// Lower bounds at the single frequencies where a perturbation is found, that of the sweep among them.
+fn lower_points(
+    system: &StateSpace,
+    structure: &Structure,
+    bounds: &FrequencyMu,
+) -> Result<Vec<(f64, f64)>, mu::StructureError> {
+    let mut out: Vec<(f64, f64)> =
+        bounds.lower.iter().filter_map(|l| Some((l.frequency?, l.value))).collect();
+    for omega in spread(LOWER_DECADES, LOWER_POINTS) {
+        let Some(m) = response(system, omega) else { continue };
+        out.extend(lower_bound(&m, structure)?.map(|found| (omega, found.value)));
+    }
+    Ok(out)
+}
+
+/// How far along a perturbation a vehicle is followed, in units of the size at which the model is not stable; at least all of the declared uncertainty.
+const FOLLOWED: f64 = 2.0;
+
+/// Where along a perturbation the loop of a vehicle that is trimmed anew is not stable: as it flies, and in continuous time without lags.
+fn unstable_at(
+    subject: &Subject,
+    frozen: &FrozenUncertain,
+    values: &[f64],
+    found: Option<&LowerBound>,
+) -> Result<[Option<f64>; 2], Error> {
+    let farthest = found.map_or(1.0, |found| (FOLLOWED / found.value).max(1.0));
+    let controller = subject.frozen(&subject.controller, &frozen.nominal)?;
+    let flies = |l: &Linearisation| sampled::spectral_radius(subject.inputs, l, &controller) < 1.0;
+    let ideal = |l: &Linearisation| {
+        let (a, b, c) = subject.scaled(l);
+        spectral_abscissa(&sampled::closed(&a, &b, &c, &controller).a) < 0.0
+    };
+    let at = |is_stable: &dyn Fn(&Linearisation) -> bool| {
+        vehicle::destabilised_at(subject.inputs, frozen, values, farthest, is_stable)
+    };
+    Ok([at(&flies), at(&ideal)])
+}
+
+/// The largest real part of the poles of a loop that is perturbed, rad/s; `None` where it is not well posed.
+///
+/// ```text
+/// A + B (I - Delta D)^-1 Delta C
+/// ```
+fn rightmost(system: &StateSpace, blocks: &[Block], values: &[f64]) -> Option<f64> {
+    let entries = blocks.iter().zip(values).flat_map(|(b, v)| std::iter::repeat_n(*v, b.repetitions));
+    let delta = Mat::from_diagonal(&DVector::from_iterator(system.d.nrows(), entries));
+    let inner =
+        solve(&(Mat::identity(delta.nrows(), delta.nrows()) - &delta * &system.d), &(&delta * &system.c))?;
+    Some(spectral_abscissa(&(&system.a + &system.b * inner)))
+}
+
+/// By what part a parameter is made smaller to see what it does.
+const PART: f64 = 1e-4;
+
+/// What part each parameter has in bringing the pole to the axis, to first order in all of them.
+fn shares(system: &StateSpace, blocks: &[Block], values: &[f64]) -> Vec<f64> {
+    let all = rightmost(system, blocks, values);
+    let without = |i: usize| {
+        let mut fewer = values.to_vec();
+        fewer[i] *= 1.0 - PART;
+        Some(all? - rightmost(system, blocks, &fewer)?)
+    };
+    let moves: Vec<f64> = (0..values.len()).map(|i| without(i).unwrap_or(0.0)).collect();
+    let sum: f64 = moves.iter().sum();
+    moves.into_iter().map(|v| if sum > 0.0 { v / sum } else { 0.0 }).collect()
+}
+
+/// The parameters, those with the largest shares first.
+fn ordered(blocks: &[Block], values: &[f64], shares: &[f64]) -> Vec<Change> {
+    let change = |((b, v), share): ((&Block, &f64), &f64)| Change {
+        name: b.name.clone(),
+        by: by(b, *v),
+        share: *share,
+    };
+    let mut out: Vec<Change> = blocks.iter().zip(values).zip(shares).map(change).collect();
+    out.sort_by(|a, b| b.share.total_cmp(&a.share));
+    out
+}
+
+/// How far a parameter is off, in words: relative to its value, or in its own unit where it has none or belongs to the trim.
+fn by(block: &Block, delta: f64) -> String {
+    let off = delta * block.half_range;
+    if matches!(block.uncertain, Uncertain::Parameter(_))
+        && (block.value == 0.0 || block.uncertain.is_of_trim())
+    {
+        return match block.unit {
+            "rad" => format!("{:+.1} deg", off.to_degrees()),
+            unit => format!("{off:+.3} {unit}"),
+        };
+    }
+    format!("{:+.0} %", 100.0 * off / block.value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    fn block(value: f64, half_range: f64) -> Block {
+        Block {
+            uncertain: Uncertain::Gain(0),
+            name: "a".into(),
+            value,
+            half_range,
+            unit: "1",
+            repetitions: 1,
+        }
+    }
+
+    /// x' = -x + 0.5 d1 x + 0.25 d2 x: the pole is at -1 + 0.5 d1 + 0.25 d2.
+    #[test]
+    fn shares_of_a_pole_that_is_known() {
+        let system = StateSpace {
+            a: dmatrix![-1.0],
+            b: dmatrix![0.5, 0.25],
+            c: dmatrix![1.0; 1.0],
+            d: dmatrix![0.0, 0.0; 0.0, 0.0],
+        };
+        let blocks = [block(2.0, 0.6), block(-4.0, 0.4)];
+        let values = [4.0 / 3.0; 2];
+        assert!(rightmost(&system, &blocks, &values).unwrap().abs() < 1e-12);
+        let found = shares(&system, &blocks, &values);
+        assert!((found[0] - 2.0 / 3.0).abs() < 1e-8 && (found[1] - 1.0 / 3.0).abs() < 1e-8, "{found:?}");
+        let ordered = ordered(&blocks, &values, &[0.3, 0.7]);
+        assert_eq!((ordered[0].by.as_str(), ordered[1].by.as_str()), ("-13 %", "+40 %"));
+    }
+
+    #[test]
+    fn what_has_no_value_is_off_in_its_own_unit() {
+        let uncertain = Uncertain::Parameter(auv::Parameter::Incidence);
+        let incidence = Block { uncertain, unit: "rad", ..block(0.02, 0.01) };
+        assert_eq!(by(&incidence, 2.0), "+1.1 deg");
+    }
+}

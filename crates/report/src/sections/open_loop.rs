@@ -1,0 +1,173 @@
+//! The paper's Fig. 6: the vehicle alone.
+
+use crate::error::Error;
+use crate::page::axis::Axis;
+use crate::page::chart::{Chart, Curve, Key};
+use crate::page::figure::Figure;
+use crate::page::html::capital;
+use crate::page::section::{Part, Table};
+use crate::sections::tuning::seconds;
+use crate::subject::{FLOWN, STEP_TIME, Subject};
+use crate::verdict::{Verdict, each_smaller};
+use lpv::matrix::eigenvalues;
+use nalgebra::Complex;
+use squid_design::linearise::{STATES, linearise_at};
+use squid_flight::flight::fly_open_loop;
+use squid_flight::metrics::SETTLED;
+
+/// How much of its reach the actuator is stepped by.
+const PART: f64 = 0.02;
+/// The paper shows the lower half of its six speeds.
+const SHOWN_SPEEDS: usize = 3;
+/// Pitch is drawn up to here (deg): a vehicle that is unstable turns over.
+const DRAWN: f64 = 90.0;
+
+/// Fig. 6.
+///
+/// # Errors
+/// As [`fly_open_loop`] and [`squid_flight::flight::fly`].
+pub fn open_loop(subject: &Subject) -> Result<Vec<Part>, Error> {
+    let (index, actuator) = subject.pitching_actuator();
+    let step = PART * actuator.reach();
+    let (factor, unit) =
+        if actuator.unit() == "rad" { (1f64.to_degrees(), "deg") } else { (1.0, actuator.unit()) };
+    let (mut keys, mut curves, mut pairs) = (Vec::new(), Vec::new(), Vec::new());
+    let mut table = Table::new([
+        "speed (m/s)",
+        "alone: settled to 2 % (s)",
+        "closed loop: settled (s)",
+        "alone: largest real part (rad/s)",
+    ]);
+    for (i, speed) in subject.speeds.iter().copied().take(SHOWN_SPEEDS).enumerate() {
+        let points = alone(subject, speed, index, step)?;
+        let flight = subject.fly_step(speed, &subject.stored.controller.lft)?;
+        let closed = subject.figures(&flight).settling_time;
+        // One that came to the surface first might have settled, or not.
+        let surfaced = points.last().is_some_and(|p| p.0 < FLOWN - 0.5 * STEP_TIME);
+        let open = if surfaced { f64::NAN } else { settling_time(&points) };
+        let slowest = subject.truth[i].eigenvalues().iter().map(|e| e.re).fold(f64::NEG_INFINITY, f64::max);
+        table.rows.push(vec![
+            format!("{speed:.2}"),
+            if surfaced { "reaches the surface".into() } else { seconds(open) },
+            seconds(closed),
+            format!("{slowest:+.3}"),
+        ]);
+        pairs.push((closed, open));
+        keys.push(Key::nth(i, Subject::speed_name(speed)));
+        curves.push(Curve { key: i, points });
+    }
+    let low = curves.iter().flat_map(|c| &c.points).map(|p| p.1).fold(0.0, f64::min).max(-DRAWN);
+    let high = curves.iter().flat_map(|c| &c.points).map(|p| p.1).fold(0.0, f64::max).min(DRAWN);
+    let room = 0.06 * (high - low) + 1e-6;
+    let y = Axis::linear("pitch from trim (deg)").over(low - room, high + room);
+    let figure = Figure {
+        name: "fig6-open-loop".into(),
+        caption: format!(
+            "{} without control after a step of {} by {:.2} {unit}, nonlinear.",
+            capital(&subject.name()),
+            actuator.name,
+            factor * step
+        ),
+        keys,
+        charts: vec![Chart { title: String::new(), x: Axis::linear("time (s)"), y, curves }],
+    };
+    let mut parts = vec![Part::Figure(figure), Part::Table(table), Part::Verdict(verdict(&pairs))];
+    parts.extend(published(subject)?);
+    Ok(parts)
+}
+
+/// The poles that the source of the coefficients prints, beside those that follow from the coefficients.
+fn published(subject: &Subject) -> Result<Vec<Part>, Error> {
+    let Some(printed) = &subject.inputs.vehicle.published_linear_model else { return Ok(vec![]) };
+    let computed = linearise_at(subject.inputs, printed.speed)?;
+    let without_surge = computed.a.view((1, 1), (STATES - 1, STATES - 1)).into_owned();
+    let mut table = Table::new(["linear model", "poles (rad/s)"]);
+    for (model, found) in [
+        (format!("printed: {}", printed.source), &printed.poles),
+        ("computed here from the coefficients, about the trim".into(), &computed.eigenvalues()),
+        ("the same without surge".into(), &eigenvalues(&without_surge)),
+    ] {
+        table.rows.push(vec![model, poles(found)]);
+    }
+    let words = format!(
+        "The linear model that the source of the coefficients prints, at {} m/s. {}",
+        printed.speed, printed.note
+    );
+    Ok(vec![Part::Words(words), Part::Table(table)])
+}
+
+/// Poles in words, a pair as one.
+fn poles(all: &[Complex<f64>]) -> String {
+    let one = |p: &Complex<f64>| match p.im {
+        0.0 => format!("{:.3}", p.re),
+        im => format!("{:.3} +- {im:.3}j", p.re),
+    };
+    let mut upper: Vec<&Complex<f64>> = all.iter().filter(|p| p.im >= 0.0).collect();
+    upper.sort_by(|p, q| p.re.total_cmp(&q.re));
+    upper.into_iter().map(one).collect::<Vec<_>>().join(", ")
+}
+
+fn verdict(pairs: &[(f64, f64)]) -> Verdict {
+    let faster = pairs.iter().filter(|(closed, open)| closed < open).count();
+    Verdict {
+        claim: "compared with the vehicle alone (Fig. 6), the responses of the closed loop are fast (section 4).",
+        criterion: format!(
+            "the closed loop's pitch step settles to {:.0} % sooner than the vehicle alone does after a step of its actuator, within {FLOWN} s, \
+             at each of the {} speeds.",
+            100.0 * SETTLED,
+            pairs.len()
+        ),
+        finding: each_smaller(pairs),
+        because: format!(
+            "The closed loop is faster at {faster} of {} speeds; the times are in the table.",
+            pairs.len()
+        ),
+    }
+}
+
+/// Time (s) and pitch from trim (deg) of the vehicle alone.
+fn alone(subject: &Subject, speed: f64, index: usize, step: f64) -> Result<Vec<(f64, f64)>, Error> {
+    let (interval, depth) = (subject.stored.controller.sample_time, subject.inputs.design.depth);
+    let rows = fly_open_loop(&subject.inputs.vehicle, depth, speed, (index, step), interval, FLOWN)?;
+    let start = rows[0].1;
+    Ok(rows.iter().map(|(t, pitch)| (*t, (pitch - start).to_degrees())).collect())
+}
+
+/// Until pitch stays within 2 % of where it ends; infinite when that is only in the last fifth of the record, or after it turned over.
+fn settling_time(points: &[(f64, f64)]) -> f64 {
+    let Some(&(duration, end)) = points.last() else { return f64::NAN };
+    let outside = |p: &(f64, f64)| (p.1 - end).abs() > SETTLED * end.abs();
+    let turned = points.iter().any(|p| p.1.abs() > DRAWN);
+    let settled = points.iter().rposition(outside).map_or(0.0, |i| points[i].0);
+    if turned || settled > 0.8 * duration { f64::INFINITY } else { settled }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::verdict::Finding;
+
+    /// What the thesis prints for REMUS is set beside what follows from its coefficients, computed; a vehicle without such a note has no such part.
+    #[test]
+    fn poles_are_told_in_pairs() {
+        let c = Complex::new;
+        assert_eq!(poles(&[c(0.174, 0.509), c(0.174, -0.509), c(-2.44, 0.0)]), "-2.440, 0.174 +- 0.509j");
+    }
+
+    /// 1 - exp(-t) is within 2 % of its end after ln 50 = 3.91 s; a growing oscillation never is.
+    #[test]
+    fn settling_of_known_responses() {
+        let record = |of: fn(f64) -> f64| {
+            (0..6000).map(|i| 0.01 * f64::from(i)).map(|t| (t, of(t))).collect::<Vec<_>>()
+        };
+        assert!((settling_time(&record(|t| 1.0 - (-t).exp())) - 50f64.ln()).abs() < 0.02);
+        assert_eq!(settling_time(&record(|t| (0.1 * t).exp() * t.sin())), f64::INFINITY);
+        assert_eq!(settling_time(&record(|t| if t < 1.0 { 100.0 } else { 1.0 })), f64::INFINITY);
+    }
+
+    #[test]
+    fn the_verdict_follows_the_times() {
+        assert_eq!(verdict(&[(5.0, f64::INFINITY), (4.0, 9.0)]).finding, Finding::BorneOut);
+        assert_eq!(verdict(&[(9.0, 5.0)]).finding, Finding::NotBorneOut);
+    }
+}

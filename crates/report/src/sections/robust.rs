@@ -1,0 +1,149 @@
+//! The robust controller against the nominal one, where the design is a robust one.
+
+use crate::error::Error;
+use crate::page::axis::Axis;
+use crate::page::chart::{Chart, Curve, Key};
+use crate::page::figure::Figure;
+use crate::page::section::{Part, Table};
+use crate::subject::Subject;
+use squid_design::numbers::above;
+use squid_design::synthesise::robust::{Frozen, PRICE, RobustFigures};
+
+/// Both controllers side by side, or how to get there.
+///
+/// # Errors
+/// Those of [`squid_design::synthesise::robust::StoredRobust::confirm`]: what is not proved is not shown.
+pub fn robust(subject: &Subject) -> Result<Vec<Part>, Error> {
+    let Some(stored) = &subject.stored.robust else {
+        let words = "The controller of this report is the nominal one. `squid design --robust` looks for one that bears more of the declared uncertainty, \
+                     and this section then shows both side by side.";
+        return Ok(vec![Part::Words(words.into())]);
+    };
+    stored.confirm(subject.inputs, &subject.model, &subject.stored.controller.lft)?;
+    let found = &stored.figures;
+    Ok(vec![
+        Part::Words(about(found)),
+        Part::Table(ladder(found)),
+        Part::Words(proof(found)),
+        Part::Words(constant(found)),
+        Part::Figure(figure(subject, found)),
+        Part::Table(frozen(found)),
+    ])
+}
+
+fn percent(part: f64) -> String {
+    format!("{:.1} %", 100.0 * part)
+}
+
+fn about(found: &RobustFigures) -> String {
+    let (parameters, channels, rho) = found.sizes;
+    format!(
+        "The controller of this report is the robust one (Fig. 5, where W_e is varied, and the switched controllers are of the nominal synthesis). Coefficients that change arbitrarily fast: at a gain of {:.4}, which is {PRICE} times the bound of the \
+         nominal controller, the robust controller bears {} of the declared uncertainty and the nominal one {}. Both are judged by the same inequality, in \
+         which {parameters} coefficients ({channels} channels) and the speed ({rho} channels) may change at any rate within their ranges. The table has the gain that is \
+         not exceeded when a smaller or a larger part of the declared uncertainty is let loose.",
+        found.gamma,
+        percent(found.robust_bears),
+        percent(found.nominal_bears)
+    )
+}
+
+fn proof(found: &RobustFigures) -> String {
+    format!(
+        "Proved anew for this page, in exact arithmetic (robust_certificate.json): with {} of the declared uncertainty the gain of the robust controller is below {}. {}",
+        percent(found.robust_bears),
+        above(found.proved),
+        found.not_proved()
+    )
+}
+
+fn constant(found: &RobustFigures) -> String {
+    format!(
+        "Coefficients that are off but do not change are a milder test. For these the figure and its table show both controllers, frozen at a speed: an upper bound on \
+         mu for robust stability (1 is all of the declared uncertainty, less is better), and the worst-case gain at {} of the declared uncertainty, \
+         of which the first number was found and the second is guaranteed, both for the model, in which the incidence is a parameter of its own; 'vehicle' is the gain of \
+         a vehicle with the coefficients of the perturbation found, trimmed anew. Both are of the loop in continuous time, without lags.",
+        whole_percent(found.constant_size)
+    )
+}
+
+fn whole_percent(part: f64) -> String {
+    format!("{:.0} %", 100.0 * part)
+}
+
+fn number(value: Option<f64>) -> String {
+    value.map_or_else(|| "none found".into(), above)
+}
+
+fn ladder(found: &RobustFigures) -> Table {
+    let mut table =
+        Table::new(["part of the declared uncertainty", "gain below: nominal", "gain below: robust"]);
+    let row = |(size, nominal, robust): &(f64, Option<f64>, Option<f64>)| {
+        vec![percent(*size), number(*nominal), number(*robust)]
+    };
+    table.rows = found.ladder.iter().map(row).collect();
+    table
+}
+
+/// Both controllers over speed, the nominal one first.
+fn figure(subject: &Subject, found: &RobustFigures) -> Figure {
+    let curve = |which: usize, of: &dyn Fn(&Frozen) -> Option<f64>| Curve {
+        key: which,
+        points: found.frozen.iter().filter_map(|f| Some((f.speed, of(f)?))).collect(),
+    };
+    let chart = |title: &str, y: Axis, curves: Vec<Curve>| Chart {
+        title: title.into(),
+        x: Axis::linear("speed V (m/s)"),
+        y,
+        curves,
+    };
+    let gain = format!("worst-case gain at {}", whole_percent(found.constant_size));
+    Figure {
+        name: "robust-and-nominal".into(),
+        caption: format!(
+            "Upper bounds at six frozen speeds, of {}, with constant coefficients anywhere in their ranges. Less is better.",
+            subject.name()
+        ),
+        keys: vec![Key::nth(1, "nominal controller"), Key { dash: "", ..Key::nth(0, "robust controller") }],
+        charts: vec![
+            chart("", Axis::linear("mu"), [0, 1].map(|i| curve(i, &|f| f.mu[i])).into()),
+            chart(
+                "",
+                Axis::linear(gain),
+                [0, 1].map(|i| curve(i, &|f| f.worst[i].map(|(upper, _)| upper))).into(),
+            ),
+        ],
+    }
+}
+
+fn frozen(found: &RobustFigures) -> Table {
+    let at = whole_percent(found.constant_size);
+    let mut table = Table::new(["speed (m/s)", "mu below: nominal", "mu below: robust"]);
+    for which in ["nominal", "robust"] {
+        table.head.push(format!("worst-case gain at {at}: {which}"));
+        table.head.push(format!("vehicle: {which}"));
+    }
+    let row = |f: &Frozen| {
+        let [nominal, robust] = f.mu.map(number);
+        let [nominal_gain, robust_gain] = f.worst.map(between);
+        let [nominal_vehicle, robust_vehicle] = f.vehicle.map(vehicle);
+        let gains = [nominal_gain, nominal_vehicle, robust_gain, robust_vehicle];
+        [format!("{:.2}", f.speed), nominal, robust].into_iter().chain(gains).collect()
+    };
+    table.rows = found.frozen.iter().map(row).collect();
+    table
+}
+
+/// The gain of a vehicle.
+pub fn vehicle(gain: Option<f64>) -> String {
+    gain.map_or_else(|| "none".into(), |gain| format!("{gain:.4}"))
+}
+
+/// A gain between what was found and what is guaranteed: (below, at least). One number where they agree to three decimals.
+pub fn between(gain: Option<(f64, f64)>) -> String {
+    match gain {
+        None => "no bound".into(),
+        Some((upper, lower)) if format!("{lower:.3}") == format!("{upper:.3}") => above(upper),
+        Some((upper, lower)) => format!("{lower:.4} to {}", above(upper)),
+    }
+}

@@ -1,0 +1,147 @@
+//! A flight under several controllers, of which the measured speed chooses one.
+
+use crate::error::Error;
+use crate::subject::Subject;
+use lpv::matrix::Mat;
+use lpv::state_space::StateSpace;
+use nalgebra::DVector;
+use scheduled::{Autopilot, Inputs as Measured};
+use squid_design::check::sampled::{cannot, trapezoidal};
+use squid_design::error::ProofError;
+use squid_design::inputs::design_file::Output;
+use squid_flight::flight::{Answer, Row, fly_under};
+
+/// What becomes of the states when another controller takes charge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Memory {
+    /// The new one starts from zero.
+    Reset,
+    /// The new one starts from the old one's states, number by number.
+    Carried,
+    /// All controllers run all the time, each on its own states.
+    Parallel,
+}
+
+/// The controllers with their states.
+struct Bank {
+    controllers: Vec<StateSpace>,
+    states: Vec<Mat>,
+    active: usize,
+    memory: Memory,
+}
+
+impl Bank {
+    /// Lets a controller take charge and returns its output for the errors `y`; then all that run move on by a sample.
+    fn tick(&mut self, chosen: usize, y: &Mat) -> Mat {
+        if chosen != self.active {
+            match self.memory {
+                Memory::Reset => self.states[chosen].fill(0.0),
+                Memory::Carried => {
+                    let old = self.states[self.active].clone();
+                    let rows = old.nrows().min(self.states[chosen].nrows());
+                    self.states[chosen].fill(0.0);
+                    self.states[chosen].rows_mut(0, rows).copy_from(&old.rows(0, rows));
+                }
+                Memory::Parallel => {}
+            }
+            self.active = chosen;
+        }
+        let k = &self.controllers[chosen];
+        let u = &k.c * &self.states[chosen] + &k.d * y;
+        for (i, (k, x)) in self.controllers.iter().zip(&mut self.states).enumerate() {
+            if i == chosen || self.memory == Memory::Parallel {
+                *x = &k.a * &*x + &k.b * y;
+            }
+        }
+        u
+    }
+}
+
+/// Flies the design's manoeuvre, as [`squid_flight::flight::fly`] does, under controllers made for the speeds of the subject.
+///
+/// # Errors
+/// [`Error::Flight`], [`ProofError::Mismatch`] when a controller cannot be sampled.
+pub fn fly_switched(subject: &Subject, bank: &[StateSpace], memory: Memory) -> Result<Vec<Row>, Error> {
+    let (inputs, design, manoeuvre) = (subject.inputs, &subject.stored.controller, &subject.stored.manoeuvre);
+    let sampled = |k: &StateSpace| {
+        let sampled = trapezoidal(k, design.sample_time);
+        sampled.ok_or_else(cannot)
+    };
+    let controllers: Vec<StateSpace> = bank.iter().map(sampled).collect::<Result<_, ProofError>>()?;
+    let states = controllers.iter().map(|k| Mat::zeros(k.a.nrows(), 1)).collect();
+    let mut bank = Bank { controllers, states, active: 0, memory };
+    let autopilot = Autopilot::new(design)?;
+    let table = autopilot.trim();
+    let law = |measured: &Measured| {
+        let errors = inputs.design.tracked.iter().map(|t| match t.output {
+            Output::Pitch => (measured.pitch_reference - measured.pitch) / t.scale,
+            Output::Speed => (measured.speed_reference - measured.speed) / t.scale,
+        });
+        let y = Mat::from_iterator(inputs.design.tracked.len(), 1, errors);
+        let path = table.speed(measured.speed);
+        let u = bank.tick(nearest(&subject.speeds, path), &y);
+        let feedforward = |j| table.command(measured.speed_reference, j);
+        let rho = subject.rho(path);
+        Ok(Answer {
+            commands: commands(subject, &u.column(0).into_owned(), feedforward),
+            rho: rho.clamp(-1.0, 1.0),
+            out_of_range: rho.abs() > 1.0,
+        })
+    };
+    let ticks = (design.sample_time, table);
+    Ok(fly_under(&inputs.vehicle, inputs.design.depth, manoeuvre, ticks, law)?.rows)
+}
+
+/// Trim and control, within the actuators' limits.
+fn commands(subject: &Subject, u: &DVector<f64>, feedforward: impl Fn(usize) -> f64) -> Vec<f64> {
+    let each = subject.inputs.vehicle.actuators.iter().enumerate();
+    each.map(|(j, a)| (feedforward(j) + a.reach() * u[j]).clamp(a.min, a.max)).collect()
+}
+
+fn nearest(speeds: &[f64], v: f64) -> usize {
+    let distance = |i: &usize| (speeds[*i] - v).abs();
+    (0..speeds.len()).min_by(|i, j| distance(i).total_cmp(&distance(j))).unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    /// Two integrators; the second puts out the negative of its state.
+    fn bank(memory: Memory) -> Bank {
+        let integrator =
+            |c: f64| StateSpace { a: dmatrix![1.0], b: dmatrix![1.0], c: dmatrix![c], d: dmatrix![0.0] };
+        Bank {
+            controllers: vec![integrator(1.0), integrator(-1.0)],
+            states: vec![dmatrix![0.0], dmatrix![0.0]],
+            active: 0,
+            memory,
+        }
+    }
+
+    #[test]
+    fn memory_is_what_it_says() {
+        for (memory, expected) in [(Memory::Reset, 0.0), (Memory::Carried, -3.0), (Memory::Parallel, -3.0)] {
+            let mut bank = bank(memory);
+            for _ in 0..3 {
+                bank.tick(0, &dmatrix![1.0]);
+            }
+            assert_eq!(bank.tick(1, &dmatrix![1.0])[0], expected, "{memory:?}");
+        }
+        // Back again: the first one's state has stood still unless all run.
+        for (memory, expected) in [(Memory::Carried, 2.0), (Memory::Parallel, 2.0), (Memory::Reset, 0.0)] {
+            let mut bank = bank(memory);
+            bank.tick(0, &dmatrix![1.0]);
+            bank.tick(1, &dmatrix![1.0]);
+            assert_eq!(bank.tick(0, &dmatrix![1.0])[0], expected, "{memory:?}");
+        }
+    }
+
+    #[test]
+    fn the_nearest_speed_is_in_charge() {
+        assert_eq!(nearest(&[0.5, 1.0, 1.5], 0.7), 0);
+        assert_eq!(nearest(&[0.5, 1.0, 1.5], 0.8), 1);
+        assert_eq!(nearest(&[0.5, 1.0, 1.5], 9.0), 2);
+    }
+}

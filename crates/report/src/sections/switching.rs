@@ -1,0 +1,199 @@
+//! The scheduled controller against controllers made for six speeds and switched, under the same ramp of speed.
+
+use crate::error::Error;
+use crate::page::axis::Axis;
+use crate::page::chart::{Chart, Curve, Key};
+use crate::page::figure::Figure;
+use crate::page::html::capital;
+use crate::page::section::{Part, Table};
+use crate::sections::alternation::{Alternation, Loop, worst_alternation};
+use crate::sections::switched::{Memory, fly_switched};
+use crate::subject::Subject;
+use crate::verdict::{AT_REST, Ridden, Verdict, WORSE, switching_harms};
+use lpv::error::SynthesisError;
+use lpv::state_space::StateSpace;
+use lpv::synthesis::Design;
+use squid_flight::flight::{Row, fly};
+
+/// How long after the step its own jump is not counted (s).
+const STEP_RINGS: f64 = 1.0;
+
+const MEMORIES: [(Memory, &str); 3] = [
+    (Memory::Reset, "switched, states reset"),
+    (Memory::Carried, "switched, states carried over"),
+    (Memory::Parallel, "switched, all running"),
+];
+
+/// The section.
+///
+/// # Errors
+/// [`Error::Synthesis`] when a speed alone has no controller; as [`fly`].
+pub fn switching(subject: &Subject) -> Result<Vec<Part>, Error> {
+    let (inputs, stored) = (subject.inputs, subject.stored);
+    let bank = bank(subject)?;
+    let mut flights = vec![(
+        "scheduled",
+        fly(&inputs.vehicle, &stored.controller, inputs.design.depth, &stored.manoeuvre)?.rows,
+    )];
+    let mut turns = Vec::new();
+    for (memory, name) in MEMORIES {
+        flights.push((name, fly_switched(subject, &bank, memory)?));
+        let worst = |which| worst_alternation(subject, &bank, memory, which);
+        turns.push(Turns { name, flying: worst(Loop::Flying)?, ideal: worst(Loop::Ideal)? });
+    }
+    let ridden: Vec<Ridden> = flights.iter().map(|(_, rows)| ridden(subject, rows)).collect();
+    let mut table = Table::new([
+        "controller",
+        "rms pitch error after the step, % of it",
+        "error at the end, %",
+        "largest jump of a command, % of its reach",
+    ]);
+    for ((name, _), r) in flights.iter().zip(&ridden) {
+        table.rows.push(vec![
+            (*name).into(),
+            format!("{:.2}", 100.0 * r.error),
+            format!("{:.2}", 100.0 * r.error_at_end),
+            format!("{:.2}", 100.0 * r.jump),
+        ]);
+    }
+    let names: Vec<String> = subject.speeds.iter().map(|v| format!("{v:.2}")).collect();
+    let words = format!(
+        "The same synthesis for the plant frozen at {} m/s gives {} controllers without parameters; the one made for the speed nearest to the \
+         measured one is in charge. When it changes, the new one starts from zero ('reset'), or takes over the numbers in the old one's states \
+         ('carried over'; the states of two syntheses do not mean the same), or all run all the time on the same errors and only \
+         the output is switched ('all running'). Ramp, step, feedforward and vehicle are those of the manoeuvre above. One ramp is one switching signal; so also, at the speed midway \
+         between two neighbours, both take turns, each in charge for the same time from 0.05 to 20 s: the second table has the fastest growth of the linear loop as it flies, sampled and with the lags \
+         of the actuators, unstable above 0 (a controller that is reset many times a second is little more than its direct term). For the scheduled controller the theorem below, where it is proved, excludes that for every signal.",
+        names.join(", "),
+        bank.len()
+    );
+    Ok(vec![
+        Part::Words(words),
+        Part::Figure(figure(subject, &flights)),
+        Part::Table(table),
+        Part::Table(turns_table(&turns)),
+        Part::Verdict(verdict(&ridden, &turns)),
+    ])
+}
+
+/// One controller without parameters for each of the six speeds.
+fn bank(subject: &Subject) -> Result<Vec<StateSpace>, Error> {
+    let frozen = |design: &Result<Design, SynthesisError>| {
+        Ok(design.as_ref().map_err(Clone::clone)?.controller.frozen(&[])?)
+    };
+    subject.alone().iter().map(frozen).collect()
+}
+
+fn ridden(subject: &Subject, rows: &[Row]) -> Ridden {
+    let m = &subject.stored.manoeuvre;
+    let after: Vec<&Row> = rows.iter().filter(|r| r.time >= m.step_time).collect();
+    let rms = |rows: &[&Row]| {
+        let squares = rows.iter().map(|r| ((r.pitch_reference - r.pitch) / m.pitch_step).powi(2));
+        (squares.sum::<f64>() / rows.len() as f64).sqrt()
+    };
+    let tail = &after[after.len() - (after.len() / 10).max(1).min(after.len())..];
+    // At the step every controller jumps.
+    let quiet = |w: &&[Row]| !(m.step_time - 1e-6..m.step_time + STEP_RINGS).contains(&w[1].time);
+    let actuators = &subject.inputs.vehicle.actuators;
+    let jump = |w: &[Row]| {
+        let each = actuators.iter().enumerate();
+        each.map(|(j, a)| (w[1].commands[j] - w[0].commands[j]).abs() / a.reach()).fold(0.0, f64::max)
+    };
+    let jumps = rows.windows(2).filter(quiet).map(jump);
+    Ridden { error: rms(&after), error_at_end: rms(tail), jump: jumps.fold(0.0, f64::max) }
+}
+
+/// The worst that taking turns does to the loop as it flies, and to the one in continuous time without lags.
+struct Turns {
+    name: &'static str,
+    flying: Option<Alternation>,
+    ideal: Option<Alternation>,
+}
+
+fn turns_table(turns: &[Turns]) -> Table {
+    let mut table = Table::new([
+        "two taking turns",
+        "fastest growth (1/s)",
+        "at speed (m/s)",
+        "each in charge for (s)",
+        "grows up to (s)",
+        "each alone",
+        "growth in continuous time, without lags (1/s)",
+    ]);
+    for turn in turns {
+        if let Some(w) = turn.flying {
+            let alone = if w.each_stable { "stable" } else { "unstable" };
+            table.rows.push(vec![
+                turn.name.into(),
+                format!("{:+.4}", w.rate),
+                format!("{:.2}", w.speed),
+                format!("{:.2}", w.dwell),
+                w.longest.map_or_else(|| "none".into(), |l| format!("{l:.2}")),
+                alone.into(),
+                turn.ideal.map_or_else(|| "none".into(), |w| format!("{:+.4}", w.rate)),
+            ]);
+        }
+    }
+    table
+}
+
+fn verdict(ridden: &[Ridden], turns: &[Turns]) -> Verdict {
+    let (scheduled, switched) = (ridden[0], &ridden[1..]);
+    let largest = |of: fn(&Ridden) -> f64| switched.iter().map(of).fold(0.0, f64::max);
+    let resting = switched.iter().filter(|r| r.error_at_end <= AT_REST).count();
+    let stable = || turns.iter().filter_map(|t| Some((t.name, t.flying?))).filter(|(_, w)| w.each_stable);
+    let rates: Vec<f64> = stable().map(|(_, w)| w.rate).collect();
+    let unstable: Vec<&str> = stable().filter(|(_, w)| w.rate > 0.0).map(|(name, _)| name).collect();
+    let signal = match unstable.as_slice() {
+        [] => "No signal that was tried makes two stable controllers an unstable loop.".to_owned(),
+        names => format!("Taking turns makes the loop unstable: {}.", names.join("; ")),
+    };
+    Verdict {
+        claim: "switching may do harm, up to instability, even between controllers each of which is stable (introduction).",
+        criterion: format!(
+            "borne out, if two controllers that are stable alone make the loop, as it flies, unstable by taking turns, or if a switched flight does not come \
+             to rest (an rms pitch error over the last tenth above {:.0} % of the step) where the scheduled one does; partly, if there is neither, \
+             but an rms error or a jump of a command (but for the {STEP_RINGS} s after the step) is more than {:.0} % above the scheduled one's.",
+            100.0 * AT_REST,
+            100.0 * (WORSE - 1.0)
+        ),
+        finding: switching_harms(scheduled, switched, &rates),
+        because: format!(
+            "{resting} of {} switched flights come to rest. The rms error is {:.2} % of the step scheduled and up to {:.2} % switched; the largest \
+             jump of a command is {:.2} % of its reach scheduled and up to {:.2} % switched. {signal}",
+            switched.len(),
+            100.0 * scheduled.error,
+            100.0 * largest(|r| r.error),
+            100.0 * scheduled.jump,
+            100.0 * largest(|r| r.jump)
+        ),
+    }
+}
+
+fn figure(subject: &Subject, flights: &[(&str, Vec<Row>)]) -> Figure {
+    let (index, actuator) = subject.pitching_actuator();
+    let (factor, unit) =
+        if actuator.unit() == "rad" { (1f64.to_degrees(), "deg") } else { (1.0, actuator.unit()) };
+    let curves = |of: &dyn Fn(&Row) -> f64| -> Vec<Curve> {
+        let each = flights.iter().enumerate();
+        each.map(|(key, (_, rows))| Curve { key, points: rows.iter().map(|r| (r.time, of(r))).collect() })
+            .collect()
+    };
+    let chart = |label: String, curves| Chart {
+        title: String::new(),
+        x: Axis::linear("time (s)"),
+        y: Axis::linear(label),
+        curves,
+    };
+    let keys = flights.iter().enumerate().map(|(i, (name, _))| Key::nth(i, *name)).collect();
+    Figure {
+        name: "scheduled-and-switched".into(),
+        caption: format!("{} under one and the same ramp of speed.", capital(&subject.name())),
+        keys,
+        charts: vec![
+            chart("pitch error (deg)".into(), curves(&|r| (r.pitch_reference - r.pitch).to_degrees())),
+            chart("speed error (m/s)".into(), curves(&|r| r.speed_reference - r.speed)),
+            chart(format!("{} ({unit})", actuator.name), curves(&|r| factor * r.commands[index])),
+        ],
+    }
+}

@@ -1,0 +1,380 @@
+//! The paper's Fig. 5: pitch responses at six speeds for three bandwidths of W_e.
+
+use crate::error::Error;
+use crate::page::axis::Axis;
+use crate::page::chart::{Chart, Curve, Key};
+use crate::page::figure::Figure;
+use crate::page::section::{Part, Table};
+use crate::sections::frozen_loop::FrozenLoop;
+use crate::subject::{FLOWN, SHOWN, STEP_TIME, Subject};
+use crate::verdict::{
+    LEAST_DAMPING, Verdict, all_below, best, equivalent_damping, least, well_damped, worst,
+};
+use lpv::controller::Controller;
+use lpv::synthesis::{Options, synthesise};
+use scheduled::LftMatrices;
+use squid_design::augment::augment;
+use squid_design::certify::controller_rows;
+use squid_design::inputs::Inputs;
+use squid_design::numbers::above;
+use squid_flight::flight::Row;
+use squid_flight::metrics::StepFigures;
+
+/// The bandwidths of Fig. 5 a, b and c (rad/s), and the one that the paper prefers.
+const TRIED: [(f64, &str); 3] = [(0.46, "a"), (0.1, "b"), (0.23, "c")];
+const PREFERRED: f64 = 0.23;
+/// Under which the paper sees the bandwidth of the closed loop (rad/s).
+const CLAIMED_BANDWIDTH: f64 = 1.0;
+
+/// A controller as the frozen file holds it.
+pub fn lft_matrices(k: &Controller) -> LftMatrices {
+    let certificate::Controller { a, by, bt, cu, duy, dut, ct, dty, dtt } = controller_rows(k);
+    LftMatrices { blocks: k.blocks.clone(), a, by, bt, cu, duy, dut, ct, dty, dtt }
+}
+
+/// What a frozen loop amounts to.
+struct Linear {
+    impulse: Vec<(f64, f64)>,
+    bandwidth: f64,
+    /// Of its modes, the least, and as its impulse response shows it.
+    modes: f64,
+    seen: f64,
+}
+
+impl Linear {
+    fn of(frozen: &FrozenLoop, pitch: usize) -> Self {
+        let impulse = frozen.impulse(pitch, FLOWN);
+        let seen = equivalent_damping(&impulse.iter().map(|p| p.1).collect::<Vec<_>>());
+        Self { impulse, bandwidth: frozen.bandwidth(pitch), modes: frozen.least_damping().0, seen }
+    }
+}
+
+/// What became of one bandwidth at one speed.
+struct Response {
+    /// The loop as it flies, and in continuous time without lags.
+    flying: Linear,
+    ideal: Linear,
+    rows: Vec<Row>,
+    figures: StepFigures,
+    cost: f64,
+}
+
+struct Tuned {
+    weight: f64,
+    letter: &'static str,
+    gamma: f64,
+    responses: Vec<Response>,
+}
+
+/// Fig. 5.
+///
+/// # Errors
+/// [`Error::PitchNotTracked`]; [`Error::Synthesis`] when a bandwidth allows no controller; as [`squid_flight::flight::fly`].
+pub fn tuning(subject: &Subject) -> Result<Vec<Part>, Error> {
+    let all = TRIED.iter().map(|(w, letter)| tune(subject, *w, letter)).collect::<Result<Vec<_>, _>>()?;
+    let step = subject.stored.manoeuvre.pitch_step.to_degrees();
+    let words = format!(
+        "W_e is given another bandwidth and the (nominal) controller is synthesised anew each time; everything else is as in the design file. \
+         Impulses, bandwidths and damping are of the linear loop at frozen speed as it flies: true linearisation, sampled controller, lags of the actuators. \
+         Steps of {step:.0} deg are flown by the nonlinear vehicle with the sampled autopilot, actuator lags and limits.{}",
+        if all.iter().flat_map(|t| &t.responses).any(|r| r.cost.is_nan()) {
+            " Some of these flights end at the surface, before their time: - is what they do not tell."
+        } else {
+            ""
+        }
+    );
+    Ok(vec![
+        Part::Words(words),
+        Part::Figure(figure(subject, &all)),
+        Part::Table(table(subject, &all)),
+        Part::Verdict(damping_verdict(&all)),
+        Part::Verdict(bandwidth_verdict(&all)),
+        Part::Table(costs_table(&all)),
+        Part::Verdict(best_verdict(&all)),
+    ])
+}
+
+fn tune(subject: &Subject, weight: f64, letter: &'static str) -> Result<Tuned, Error> {
+    let inputs =
+        Inputs { design: subject.inputs.design.clone().with_bandwidth(weight), ..subject.inputs.clone() };
+    let plant = augment(&inputs, subject.model.lft.clone())?;
+    let options = Options { back_off: inputs.design.back_off, ..Options::default() };
+    let design = synthesise(&plant, options)?;
+    let lft = lft_matrices(&design.controller);
+    let pitch = subject.pitch()?;
+    let respond = |i: usize| -> Result<Response, Error> {
+        let truth = &subject.truth[i];
+        let flight = subject.fly_step(subject.speeds[i], &lft)?;
+        let (height, figures) = (subject.stored.manoeuvre.pitch_step, subject.figures(&flight));
+        let rows = flight.rows;
+        Ok(Response {
+            flying: Linear::of(&FrozenLoop::flying(subject, &design.controller, truth)?, pitch),
+            ideal: Linear::of(&FrozenLoop::ideal(subject, &design.controller, truth)?, pitch),
+            figures,
+            // Of a flight that came to the surface the rest is not known.
+            cost: flight.surfacing.map_or_else(|| time_weighted_error(&rows, height), |_| f64::NAN),
+            rows,
+        })
+    };
+    let responses = (0..subject.speeds.len()).map(respond).collect::<Result<_, _>>()?;
+    Ok(Tuned { weight, letter, gamma: design.certified.gamma, responses })
+}
+
+/// ITAE, the integral of t |error|/height from the step on (s^2): small for a response that is fast and does not ring.
+///
+/// Source: D. Graham, R. Lathrop, Trans. AIEE 72, 1953.
+fn time_weighted_error(rows: &[Row], height: f64) -> f64 {
+    let each = rows.windows(2).map(|w| {
+        let (t, dt) = (w[1].time - STEP_TIME, w[1].time - w[0].time);
+        t.max(0.0) * ((w[1].pitch_reference - w[1].pitch) / height).abs() * dt
+    });
+    each.sum()
+}
+
+fn figure(subject: &Subject, all: &[Tuned]) -> Figure {
+    let keys = subject.speeds.iter().enumerate().map(|(i, v)| Key::nth(i, Subject::speed_name(*v))).collect();
+    let shown = |points: Vec<(f64, f64)>| points.into_iter().filter(|p| p.0 <= SHOWN).collect::<Vec<_>>();
+    let curves = |tuned: &Tuned, of: &dyn Fn(&Response) -> Vec<(f64, f64)>| {
+        let each = tuned.responses.iter().enumerate();
+        each.map(|(key, r)| Curve { key, points: shown(of(r)) }).collect::<Vec<Curve>>()
+    };
+    let mut charts = Vec::new();
+    for tuned in all {
+        charts.push(Chart {
+            title: format!("{}, w_b {}: impulse", tuned.letter, tuned.weight),
+            x: Axis::linear("time (s)"),
+            y: Axis::linear("pitch (deg per deg s)"),
+            curves: curves(tuned, &|r| r.flying.impulse.clone()),
+        });
+    }
+    for tuned in all {
+        charts.push(Chart {
+            title: format!("{}, w_b {}: step", tuned.letter, tuned.weight),
+            x: Axis::linear("time (s)"),
+            y: Axis::linear("pitch from trim (deg)"),
+            curves: curves(tuned, &|r| {
+                let start = r.rows[0].pitch_reference;
+                r.rows.iter().map(|row| (row.time, (row.pitch - start).to_degrees())).collect()
+            }),
+        });
+    }
+    Figure {
+        name: "fig5-pitch-responses".into(),
+        caption: format!(
+            "Pitch of {} at six speeds after an impulse of the demand (above: pitch in degrees for a demand of 1 deg during 1 s, pressed \
+             into an instant) and after a step (below).",
+            subject.name()
+        ),
+        keys,
+        charts,
+    }
+}
+
+fn table(subject: &Subject, all: &[Tuned]) -> Table {
+    let mut table = Table::new([
+        "w_b (rad/s)",
+        "speed (m/s)",
+        "overshoot %",
+        "10-90 % (s)",
+        "settled to 2 % (s)",
+        "steady error %",
+        "actuator use %",
+        "bandwidth (rad/s)",
+        "damping of the modes",
+        "damping as seen",
+    ]);
+    for tuned in all {
+        for (v, r) in subject.speeds.iter().zip(&tuned.responses) {
+            table.rows.push(vec![
+                tuned.weight.to_string(),
+                format!("{v:.2}"),
+                format!("{:.1}", 100.0 * r.figures.overshoot),
+                format!("{:.2}", r.figures.rise_time),
+                seconds(r.figures.settling_time),
+                seconds(100.0 * r.figures.steady_error),
+                format!("{:.0}", 100.0 * r.figures.actuator_use),
+                format!("{:.2}", r.flying.bandwidth),
+                format!("{:.2}", r.flying.modes),
+                format!("{:.2}", r.flying.seen),
+            ]);
+        }
+    }
+    table
+}
+
+/// A time, or that it was not reached, or is not known.
+pub fn seconds(v: f64) -> String {
+    if v.is_nan() {
+        return "-".into();
+    }
+    if v.is_finite() { format!("{v:.2}") } else { "never".into() }
+}
+
+fn damping_verdict(all: &[Tuned]) -> Verdict {
+    let each = || all.iter().flat_map(|t| &t.responses);
+    let of = |of: fn(&Response) -> f64| each().map(of).collect::<Vec<f64>>();
+    let (modes, seen) = (of(|r| r.flying.modes), of(|r| r.flying.seen));
+    let least = |ratios: &[f64]| ratios.iter().copied().fold(f64::INFINITY, f64::min);
+    let enough = |ratios: &[f64]| ratios.iter().filter(|z| **z >= LEAST_DAMPING).count();
+    let overshoot = of(|r| r.figures.overshoot).into_iter().fold(0.0, f64::max);
+    let both: Vec<f64> = modes.iter().chain(&seen).copied().collect();
+    Verdict {
+        claim: "the closed loop is well damped at all speeds (Fig. 5).",
+        criterion: format!(
+            "at each of the six speeds and three bandwidths, of the loop as it flies, both the least damping ratio of its modes and the one that its impulse \
+             response shows (by the logarithmic decrement of its largest swing back, which zeros make larger, too) at least {LEAST_DAMPING}, \
+             the least in the best class of short-period damping in MIL-F-8785C."
+        ),
+        finding: well_damped(&both),
+        because: format!(
+            "Of the modes {} of {} reach it, the least with {:.3}; of the responses {} of {}, the least with {:.3}. In continuous time without lags the least \
+             are {:.3} and {:.3}. The largest overshoot of a flown step is {:.1} %.",
+            enough(&modes),
+            modes.len(),
+            least(&modes),
+            enough(&seen),
+            seen.len(),
+            least(&seen),
+            least(&of(|r| r.ideal.modes)),
+            least(&of(|r| r.ideal.seen)),
+            100.0 * overshoot
+        ),
+    }
+}
+
+fn bandwidth_verdict(all: &[Tuned]) -> Verdict {
+    let largest = |of: fn(&Response) -> f64| -> Vec<f64> {
+        all.iter().map(|t| t.responses.iter().map(of).fold(0.0, worse)).collect()
+    };
+    let (found, ideal) = (largest(|r| r.flying.bandwidth), largest(|r| r.ideal.bandwidth));
+    let words = |found: &[f64]| -> String {
+        let each = all.iter().zip(found).map(|(t, b)| format!("{b:.2} rad/s with w_b = {}", t.weight));
+        each.collect::<Vec<_>>().join(", ")
+    };
+    Verdict {
+        claim: "the bandwidth of the closed loop is below 1 rad/s at all speeds (section 4).",
+        criterion: format!(
+            "the highest frequency at which |T| of pitch is 1/sqrt(2), of the loop as it flies, largest over the six speeds, below {CLAIMED_BANDWIDTH} rad/s for \
+             each of the three bandwidths of the weight; for some of them bears it out partly."
+        ),
+        finding: all_below(&found, CLAIMED_BANDWIDTH),
+        because: format!(
+            "The largest is {}. In continuous time without lags it is {}.",
+            words(&found),
+            words(&ideal)
+        ),
+    }
+}
+
+/// The larger of two, or not-a-number if one is.
+fn worse(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
+}
+
+/// Name, unit, and what each bandwidth costs at its worst or on average.
+fn costs(all: &[Tuned]) -> [(&'static str, Vec<(f64, f64)>); 4] {
+    let each = |of: &dyn Fn(&Response) -> f64, fold: &dyn Fn(&[f64]) -> f64| -> Vec<(f64, f64)> {
+        let values = |t: &Tuned| t.responses.iter().map(of).collect::<Vec<f64>>();
+        all.iter().map(|t| (t.weight, fold(&values(t)))).collect()
+    };
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+    let largest = |v: &[f64]| v.iter().copied().fold(0.0, worse);
+    [
+        ("mean ITAE (s^2)", each(&|r| r.cost, &mean)),
+        ("worst settling (s)", each(&|r| r.figures.settling_time, &largest)),
+        ("worst overshoot (%)", each(&|r| 100.0 * r.figures.overshoot, &largest)),
+        ("worst actuator use (%)", each(&|r| 100.0 * r.figures.actuator_use, &largest)),
+    ]
+}
+
+fn costs_table(all: &[Tuned]) -> Table {
+    let costs = costs(all);
+    let mut head = vec!["w_b (rad/s)".to_owned(), "gamma, bound".to_owned()];
+    head.extend(costs.iter().map(|(name, _)| (*name).to_owned()));
+    let row = |(i, tuned): (usize, &Tuned)| {
+        let mut row = vec![tuned.weight.to_string(), above(tuned.gamma)];
+        row.extend(costs.iter().map(|(_, values)| seconds(values[i].1)));
+        row
+    };
+    Table { head, rows: all.iter().enumerate().map(row).collect() }
+}
+
+fn best_verdict(all: &[Tuned]) -> Verdict {
+    let costs = costs(all);
+    let measures: Vec<Vec<(f64, f64)>> = costs.iter().map(|(_, values)| values.clone()).collect();
+    let each: Vec<String> = costs
+        .iter()
+        .map(|(name, values)| match least(values) {
+            Some(at) => format!("{at} by {name}"),
+            None => format!("none alone by {name}"),
+        })
+        .collect();
+    let middling = |values: &&Vec<(f64, f64)>| {
+        least(values).is_some_and(|at| at != PREFERRED) && worst(values).is_some_and(|at| at != PREFERRED)
+    };
+    let between = measures.iter().filter(middling).count();
+    Verdict {
+        claim: "from the point of view of time simulation w_b = 0.23 is the best of the three (section 4).",
+        criterion: "which bandwidth has the least of four costs of the flown steps over the six speeds: ITAE (the time-weighted error), the \
+                    worst settling time, the worst overshoot, the worst use of an actuator. The paper does not say by what it chose; the best \
+                    by all four bears it out, by some partly."
+            .into(),
+        finding: best(PREFERRED, &measures),
+        because: format!(
+            "The best w_b is {}. {PREFERRED} is neither the best nor the worst by {between} of {} costs.",
+            each.join(", "),
+            costs.len()
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::verdict::Finding;
+
+    /// A loop that is good in continuous time without lags and not as it flies bears nothing out; both are told.
+    #[test]
+    fn verdicts_are_on_the_loop_that_flies() {
+        let linear = |bandwidth, modes, seen| Linear { impulse: vec![], bandwidth, modes, seen };
+        let response = Response {
+            flying: linear(1.2, 0.1, 0.2),
+            ideal: linear(0.9, 0.8, 0.7),
+            rows: vec![],
+            figures: StepFigures::of(&[row(0.0, 0.0)], 0.0, 0.2, &[]),
+            cost: 0.0,
+        };
+        let all = [Tuned { weight: 0.46, letter: "a", gamma: 1.0, responses: vec![response] }];
+        let (damping, bandwidth) = (damping_verdict(&all), bandwidth_verdict(&all));
+        assert_eq!((damping.finding, bandwidth.finding), (Finding::NotBorneOut, Finding::NotBorneOut));
+        assert!(
+            damping.because.contains("the least with 0.100") && damping.because.contains("0.800 and 0.700")
+        );
+        assert!(bandwidth.because.contains("1.20 rad/s") && bandwidth.because.contains("0.90 rad/s"));
+    }
+
+    fn row(time: f64, error: f64) -> Row {
+        Row {
+            time,
+            pitch: -error,
+            pitch_reference: 0.0,
+            speed: 1.0,
+            speed_reference: 1.0,
+            depth: 0.0,
+            rho: 0.0,
+            out_of_range: false,
+            commands: vec![],
+        }
+    }
+
+    /// The error exp(-t) after the step has an ITAE of 1.
+    #[test]
+    fn itae_of_a_known_response() {
+        let at = |i: u32| {
+            let time = 1e-3 * f64::from(i);
+            row(time, if time < STEP_TIME { 0.0 } else { 0.2 * (STEP_TIME - time).exp() })
+        };
+        let rows: Vec<Row> = (0..30_000).map(at).collect();
+        assert!((time_weighted_error(&rows, 0.2) - 1.0).abs() < 1e-3);
+    }
+}

@@ -1,0 +1,228 @@
+//! Flights in this process: the default manoeuvre, pitch steps over the range of speed, the vehicle alone.
+
+use crate::error::Error;
+use crate::page::plot::{Line, Panel, draw};
+use scheduled::Manoeuvre;
+use squid_design::files::Files;
+use squid_design::inputs::Inputs;
+use squid_design::numbers::decimals;
+use squid_design::store::Stored;
+use squid_flight::flight::{Row, Surfacing, fly, fly_open_loop};
+use squid_flight::metrics::{SETTLED, StepFigures};
+use std::path::Path;
+
+/// Speeds at which pitch steps are flown, as many as in the paper's Fig. 5.
+const STEP_SPEEDS: usize = 6;
+
+/// How long a pitch step is flown, and how much of it is plotted, s.
+const STEPS_FLOWN: f64 = 60.0;
+const STEPS_SHOWN: f64 = 30.0;
+
+/// Flies everything, writes records and plots to `directory` and returns what was found, for people.
+///
+/// # Errors
+/// [`ModelError::Trim`](squid_design::error::ModelError::Trim), [`Error::Simulation`], [`Error::Tick`], [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable).
+pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<String, Error> {
+    let manoeuvre = &stored.manoeuvre;
+    let mut files = Files::default();
+    let mut plot = |name: &str, title: &str, panels: &[Panel]| {
+        let path = directory.join(name);
+        draw(&path, title, panels).map(|svg| files.add(path, svg))
+    };
+    let flight = fly(&inputs.vehicle, &stored.controller, inputs.design.depth, manoeuvre)?;
+    let mut out = early_end("the default manoeuvre", flight.surfacing);
+    let flight = flight.rows;
+    let title = format!("{}, {}.toml: the default manoeuvre", heading(inputs), inputs.design.name);
+    plot("flight.svg", &title, &flight_panels(inputs, &flight))?;
+    out += "Pitch step at constant speed, nonlinear vehicle and sampled autopilot\n";
+    out += &format!(
+        "  speed m/s   overshoot %   10-90 % s   settled ({:.0} %) s   steady error %   speed off m/s   actuator use %\n",
+        100.0 * SETTLED
+    );
+    let (mut responses, mut ended) = (Vec::new(), String::new());
+    for speed in step_speeds(inputs) {
+        let step = Manoeuvre {
+            speed_from: speed,
+            speed_to: speed,
+            step_time: 2.0,
+            duration: 2.0 + STEPS_FLOWN,
+            ..manoeuvre.clone()
+        };
+        let flown = fly(&inputs.vehicle, &stored.controller, inputs.design.depth, &step)?;
+        ended += &early_end(&format!("the step at {speed:.2} m/s"), flown.surfacing);
+        let rows = flown.rows;
+        let mut figures = StepFigures::of(&rows, step.step_time, step.pitch_step, &limits(inputs));
+        if flown.surfacing.is_some() {
+            figures = figures.cut_short();
+        }
+        out += &figures_line(speed, &figures);
+        responses.push((speed, rows));
+    }
+    if !ended.is_empty() {
+        out += &format!(
+            "\n{ended}The figures of a flight that ends so are of what is before; - is what it does not tell.\n"
+        );
+    }
+    let title = format!("{}, {}.toml: pitch steps at constant speed", heading(inputs), inputs.design.name);
+    plot("steps.svg", &title, &step_panels(inputs, &responses))?;
+    let (title, panel) = open_loop(inputs, stored)?;
+    plot("open_loop.svg", &title, &[panel])?;
+    files.add(directory.join("flight.csv"), csv(inputs, &flight));
+    files.save(directory)?;
+    out += &format!(
+        "\nRecords and plots: {}\n",
+        directory.join("{flight.csv,flight.svg,steps.svg,open_loop.svg}").display()
+    );
+    Ok(out)
+}
+
+/// Says that a flight ended at the surface, and why.
+fn early_end(flight: &str, surfacing: Option<Surfacing>) -> String {
+    let words =
+        |s| format!("In {flight} {s}, and the flight ends there: its equations are those of deep water.\n");
+    surfacing.map(words).unwrap_or_default()
+}
+
+fn heading(inputs: &Inputs) -> String {
+    let surrogate = if inputs.vehicle.status == auv::Status::Surrogate { " (surrogate)" } else { "" };
+    format!("{}{surrogate}", inputs.vehicle.name)
+}
+
+fn step_speeds(inputs: &Inputs) -> Vec<f64> {
+    squid_design::linearise::speeds(inputs, STEP_SPEEDS)
+}
+
+fn limits(inputs: &Inputs) -> Vec<(f64, f64)> {
+    inputs.vehicle.actuators.iter().map(|a| (a.min, a.max)).collect()
+}
+
+fn figures_line(speed: f64, f: &StepFigures) -> String {
+    let cell = |v: f64, digits| match v {
+        v if v.is_nan() => "-".into(),
+        v if v.is_infinite() => "never".into(),
+        v => decimals(v, digits),
+    };
+    format!(
+        "  {speed:>9.2}   {:>11}   {:>9}   {:>15}   {:>14}   {:>13}   {:>14}\n",
+        cell(100.0 * f.overshoot, 2),
+        cell(f.rise_time, 2),
+        cell(f.settling_time, 2),
+        cell(100.0 * f.steady_error, 2),
+        cell(f.speed_deviation, 3),
+        cell(100.0 * f.actuator_use, 0)
+    )
+}
+
+/// The vehicle alone after a small step of its first actuator, at three speeds (the paper's Fig. 6): the plot's title, and the plot.
+fn open_loop(inputs: &Inputs, stored: &Stored) -> Result<(String, Panel), Error> {
+    let actuator = &inputs.vehicle.actuators[0];
+    let step = 0.02 * actuator.reach();
+    let mut lines = Vec::new();
+    for speed in step_speeds(inputs).into_iter().take(3) {
+        let rows = fly_open_loop(
+            &inputs.vehicle,
+            inputs.design.depth,
+            speed,
+            (0, step),
+            stored.controller.sample_time,
+            60.0,
+        )?;
+        let start = rows[0].1;
+        let points = rows.iter().map(|(t, pitch)| (*t, (pitch - start).to_degrees())).collect();
+        lines.push(Line { name: format!("{speed:.2} m/s"), points, reference: false });
+    }
+    let title = format!(
+        "{}: without control, {} stepped by {step:.2} {}",
+        heading(inputs),
+        actuator.name,
+        actuator.unit()
+    );
+    Ok((title, Panel { label: "pitch from trim (deg)".into(), lines }))
+}
+
+fn line(name: &str, rows: &[Row], of: impl Fn(&Row) -> f64, reference: bool) -> Line {
+    Line { name: name.into(), points: rows.iter().map(|r| (r.time, of(r))).collect(), reference }
+}
+
+fn flight_panels(inputs: &Inputs, rows: &[Row]) -> Vec<Panel> {
+    let mut panels = vec![
+        Panel {
+            label: "pitch (deg)".into(),
+            lines: vec![
+                line("reference", rows, |r| r.pitch_reference.to_degrees(), true),
+                line("pitch", rows, |r| r.pitch.to_degrees(), false),
+            ],
+        },
+        Panel {
+            label: "speed (m/s)".into(),
+            lines: vec![
+                line("reference", rows, |r| r.speed_reference, true),
+                line("forward speed", rows, |r| r.speed, false),
+            ],
+        },
+    ];
+    panels.extend(command_panels(inputs, rows));
+    panels.push(Panel { label: "depth (m)".into(), lines: vec![line("depth", rows, |r| r.depth, false)] });
+    panels
+}
+
+/// One panel a unit: thrusts in N, deflections in degrees.
+fn command_panels(inputs: &Inputs, rows: &[Row]) -> Vec<Panel> {
+    let kinds = [("N", "thrust (N)", 1.0), ("rad", "deflection (deg)", 1f64.to_degrees())];
+    let panels = kinds.into_iter().map(|(unit, label, factor)| {
+        let own = inputs.vehicle.actuators.iter().enumerate().filter(|(_, a)| a.unit() == unit);
+        let lines = own.map(|(i, a)| line(&a.name, rows, |r| factor * r.commands[i], false)).collect();
+        Panel { label: label.into(), lines }
+    });
+    panels.filter(|p| !p.lines.is_empty()).collect()
+}
+
+fn step_panels(inputs: &Inputs, responses: &[(f64, Vec<Row>)]) -> Vec<Panel> {
+    let shown = |r: &&Row| r.time <= STEPS_SHOWN;
+    let each = |of: &dyn Fn(&Row, &Row) -> f64| -> Vec<Line> {
+        responses
+            .iter()
+            .map(|(speed, rows)| Line {
+                name: format!("{speed:.2} m/s"),
+                points: rows.iter().filter(shown).map(|r| (r.time, of(r, &rows[0]))).collect(),
+                reference: false,
+            })
+            .collect()
+    };
+    let actuator = &inputs.vehicle.actuators[0];
+    let (factor, unit) =
+        if actuator.unit() == "rad" { (1f64.to_degrees(), "deg") } else { (1.0, actuator.unit()) };
+    vec![
+        Panel {
+            label: "pitch from trim (deg)".into(),
+            lines: each(&|r, first| (r.pitch - first.pitch_reference).to_degrees()),
+        },
+        Panel { label: "speed error (m/s)".into(), lines: each(&|r, _| r.speed - r.speed_reference) },
+        Panel { label: format!("{} ({unit})", actuator.name), lines: each(&|r, _| factor * r.commands[0]) },
+    ]
+}
+
+/// The record as CSV with the names of the FMU's outputs, SI units.
+fn csv(inputs: &Inputs, rows: &[Row]) -> String {
+    let names: Vec<&str> = inputs.vehicle.actuators.iter().map(|a| a.name.as_str()).collect();
+    let mut out = format!(
+        "time,pitch,pitch_reference_used,speed,speed_reference_used,depth,scheduling_parameter,speed_out_of_range,{}\n",
+        names.join(",")
+    );
+    for r in rows {
+        let commands: Vec<String> = r.commands.iter().map(f64::to_string).collect();
+        out += &format!(
+            "{},{},{},{},{},{},{},{},{}\n",
+            r.time,
+            r.pitch,
+            r.pitch_reference,
+            r.speed,
+            r.speed_reference,
+            r.depth,
+            r.rho,
+            u8::from(r.out_of_range),
+            commands.join(",")
+        );
+    }
+    out
+}

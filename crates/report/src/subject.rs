@@ -1,0 +1,170 @@
+//! What the report is about: a vehicle, its model, and the controller as it is stored.
+
+use crate::error::Error;
+use auv::{Actuator, Linearisation, Status};
+use lpv::controller::Controller;
+use lpv::error::SynthesisError;
+use lpv::matrix::Mat;
+use lpv::plant::GeneralisedPlant;
+use lpv::state_space::StateSpace;
+use lpv::synthesis::{Design, Options, synthesise};
+use scheduled::LftMatrices;
+use scheduled::Manoeuvre;
+use squid_design::augment::augment;
+use squid_design::error::ModelError;
+use squid_design::fit::Model;
+use squid_design::fit::frequency;
+use squid_design::inputs::Inputs;
+use squid_design::inputs::design_file::Output;
+use squid_design::linearise::{STATES, linearise_at, speeds};
+use squid_design::progress::Progress;
+use squid_design::store::Stored;
+use squid_flight::flight::{Flight, fly};
+use squid_flight::metrics::StepFigures;
+use std::sync::OnceLock;
+
+/// As many speeds as in the paper's Fig. 5.
+const SPEEDS: usize = 6;
+
+/// When a step comes (s), and how long is flown after it.
+pub const STEP_TIME: f64 = 1.0;
+/// How long a step is flown (s).
+pub const FLOWN: f64 = 60.0;
+/// How much of a response is drawn (s).
+pub const SHOWN: f64 = 30.0;
+
+/// The vehicle, its model and its controller.
+#[derive(Debug)]
+pub struct Subject<'a> {
+    /// The files.
+    pub inputs: &'a Inputs,
+    /// The design as it is stored.
+    pub stored: &'a Stored,
+    /// Linearisations and fits.
+    pub model: Model,
+    /// The generalised plant of the design.
+    pub plant: GeneralisedPlant,
+    /// The stored controller.
+    pub controller: Controller,
+    /// Six speeds over the range.
+    pub speeds: Vec<f64>,
+    /// The true linearisations at these speeds.
+    pub truth: Vec<Linearisation>,
+    /// Where progress is told.
+    pub progress: &'a Progress<'a>,
+    alone: OnceLock<Vec<Result<Design, SynthesisError>>>,
+}
+
+impl<'a> Subject<'a> {
+    /// Linearises and fits the vehicle anew, and takes the controller from the stored design.
+    ///
+    /// # Errors
+    /// As [`Model::new`]; [`ProofError::Mismatch`](squid_design::error::ProofError::Mismatch) when the stored controller has ragged matrices.
+    pub fn new(inputs: &'a Inputs, stored: &'a Stored, progress: &'a Progress<'a>) -> Result<Self, Error> {
+        let model = Model::new(inputs)?;
+        let plant = augment(inputs, model.lft.clone())?;
+        let controller = stored.lpv_controller()?;
+        let speeds = speeds(inputs, SPEEDS);
+        let truth = speeds.iter().map(|v| linearise_at(inputs, *v)).collect::<Result<_, ModelError>>()?;
+        let alone = OnceLock::new();
+        Ok(Self { inputs, stored, model, plant, controller, speeds, truth, progress, alone })
+    }
+
+    /// A controller without parameters for each of the six speeds alone, by the same synthesis; made once.
+    pub fn alone(&self) -> &[Result<Design, SynthesisError>] {
+        let options = Options { back_off: self.inputs.design.back_off, ..Options::default() };
+        let made = |v: &f64| {
+            let singular = |_| SynthesisError::Numerical {
+                stage: "freezing",
+                diagnosis: "the plant has no value".into(),
+            };
+            synthesise(&self.plant.frozen(&[self.rho(*v)]).map_err(singular)?, options)
+        };
+        self.alone.get_or_init(|| self.speeds.iter().map(made).collect())
+    }
+
+    /// The vehicle in words: a surrogate is called one wherever it is named.
+    pub fn name(&self) -> String {
+        let vehicle = &self.inputs.vehicle;
+        match vehicle.status {
+            Status::Surrogate => format!("the {} surrogate", vehicle.name),
+            _ => vehicle.name.clone(),
+        }
+    }
+
+    /// The scheduling parameter at a speed.
+    pub fn rho(&self, speed: f64) -> f64 {
+        let (centre, half_range) = self.inputs.design.scheduling();
+        (speed - centre) / half_range
+    }
+
+    /// A speed in words.
+    pub fn speed_name(v: f64) -> String {
+        format!("{v:.2} m/s")
+    }
+
+    /// Which of the tracked outputs is pitch.
+    ///
+    /// # Errors
+    /// [`Error::PitchNotTracked`].
+    pub fn pitch(&self) -> Result<usize, Error> {
+        let tracked = &self.inputs.design.tracked;
+        tracked.iter().position(|t| t.output == Output::Pitch).ok_or(Error::PitchNotTracked)
+    }
+
+    /// The actuator that moves pitch most, by its reach, at the lowest speed.
+    pub fn pitching_actuator(&self) -> (usize, &Actuator) {
+        let most = frequency::pitching_actuator(self.inputs, &self.model);
+        (most, &self.inputs.vehicle.actuators[most])
+    }
+
+    /// A pitch step of the height in the design file, flown at a constant speed by a stored or another controller.
+    ///
+    /// # Errors
+    /// As [`fly`].
+    pub fn fly_step(&self, speed: f64, lft: &LftMatrices) -> Result<Flight, Error> {
+        let step = Manoeuvre {
+            speed_from: speed,
+            speed_to: speed,
+            step_time: STEP_TIME,
+            step_end: f64::MAX,
+            duration: STEP_TIME + FLOWN,
+            ..self.stored.manoeuvre.clone()
+        };
+        let design = scheduled::ControllerDesign { lft: lft.clone(), ..self.stored.controller.clone() };
+        Ok(fly(&self.inputs.vehicle, &design, self.inputs.design.depth, &step)?)
+    }
+
+    /// A controller frozen at the speed of a trim.
+    ///
+    /// # Errors
+    /// [`ModelError::Lft`] when it has no value there.
+    pub fn frozen(&self, controller: &Controller, l: &Linearisation) -> Result<StateSpace, Error> {
+        Ok(controller.frozen(&vec![self.rho(l.trim.speed); controller.blocks.len()])?)
+    }
+
+    /// The figures of a step flown by [`Subject::fly_step`].
+    pub fn figures(&self, flight: &Flight) -> StepFigures {
+        let found =
+            StepFigures::of(&flight.rows, STEP_TIME, self.stored.manoeuvre.pitch_step, &self.limits());
+        if flight.surfacing.is_some() { found.cut_short() } else { found }
+    }
+
+    /// The limits of the actuators.
+    pub fn limits(&self) -> Vec<(f64, f64)> {
+        self.inputs.vehicle.actuators.iter().map(|a| (a.min, a.max)).collect()
+    }
+
+    /// The linear model `x' = A x + B u` with inputs in units of their reach and the tracked outputs in units of their scale.
+    pub fn scaled(&self, l: &Linearisation) -> (Mat, Mat, Mat) {
+        let mut b = l.b.clone();
+        for (j, actuator) in self.inputs.vehicle.actuators.iter().enumerate() {
+            b.column_mut(j).scale_mut(actuator.reach());
+        }
+        let tracked = &self.inputs.design.tracked;
+        let c = Mat::from_fn(tracked.len(), STATES, |i, j| {
+            if tracked[i].output.state() == j { 1.0 / tracked[i].scale } else { 0.0 }
+        });
+        (l.a.clone(), b, c)
+    }
+}

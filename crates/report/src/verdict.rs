@@ -1,0 +1,322 @@
+//! Whether what the paper claims is borne out by a vehicle: rules on numbers, each with its criterion in words.
+
+use squid_design::numbers::decimals;
+
+/// The outcome.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Finding {
+    /// The numbers satisfy the criterion.
+    BorneOut,
+    /// Some of them do.
+    Partly,
+    /// None of them does.
+    NotBorneOut,
+    /// There are no numbers to judge by.
+    Unknown,
+}
+
+impl Finding {
+    /// For people.
+    pub fn words(self) -> &'static str {
+        match self {
+            Finding::BorneOut => "borne out",
+            Finding::Partly => "partly borne out",
+            Finding::NotBorneOut => "not borne out",
+            Finding::Unknown => "cannot be judged",
+        }
+    }
+
+    /// The class of its mark in the page.
+    pub fn class(self) -> &'static str {
+        match self {
+            Finding::BorneOut => "yes",
+            Finding::Partly => "partly",
+            Finding::NotBorneOut => "no",
+            Finding::Unknown => "unknown",
+        }
+    }
+
+    /// All of several answers, some of them, or none; an answer that is missing leaves the whole open.
+    fn of(answers: impl IntoIterator<Item = Option<bool>>) -> Self {
+        let Some(answers) = answers.into_iter().collect::<Option<Vec<bool>>>() else {
+            return Finding::Unknown;
+        };
+        match answers.iter().filter(|good| **good).count() {
+            _ if answers.is_empty() => Finding::Unknown,
+            0 => Finding::NotBorneOut,
+            good if good == answers.len() => Finding::BorneOut,
+            _ => Finding::Partly,
+        }
+    }
+}
+
+/// A claim that was put to the test.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Verdict {
+    /// What the paper claims.
+    pub claim: &'static str,
+    /// By what it is judged here.
+    pub criterion: String,
+    /// The outcome.
+    pub finding: Finding,
+    /// The numbers.
+    pub because: String,
+}
+
+/// Whether a number is at most a limit; not-a-number is no answer.
+fn at_most(v: f64, limit: f64) -> Option<bool> {
+    (!v.is_nan()).then_some(v <= limit)
+}
+
+/// An error below this (%) is rounding: which of two such is smaller says nothing.
+const EXACT: f64 = 1e-8;
+
+/// Two errors (%) in words, and how many times the second is smaller.
+pub fn compared(first: f64, second: f64) -> String {
+    let percent = |v: f64| match v < EXACT {
+        true => "no more than rounding".to_owned(),
+        false if v.is_nan() => "unknown".to_owned(),
+        false => format!("{} %", decimals(v, if v < 0.1 { (1.0 - v.log10().floor()) as usize } else { 2 })),
+    };
+    let words = format!("{} with order 1 and {} with order 2", percent(first), percent(second));
+    if first.is_nan() || second.is_nan() || first.min(second) < EXACT {
+        return words;
+    }
+    let (ratio, which) =
+        if first < second { (second / first, "larger") } else { (first / second, "smaller") };
+    format!("{words}, {} times {which}", decimals(ratio, if ratio < 100.0 { 1 } else { 0 }))
+}
+
+/// An error this many times smaller is called much smaller.
+pub const MUCH: f64 = 2.0;
+
+/// Is the second error much smaller than the first? Partly, if it is smaller at all.
+pub fn much_smaller(first: f64, second: f64) -> Finding {
+    if first.is_nan() || second.is_nan() || (first < EXACT && second < EXACT) {
+        Finding::Unknown
+    } else if first >= MUCH * second && first > 0.0 {
+        Finding::BorneOut
+    } else if first > second {
+        Finding::Partly
+    } else {
+        Finding::NotBorneOut
+    }
+}
+
+/// The least damping ratio of a short-period mode that MIL-F-8785C (1980), table IV, allows in its best class.
+pub const LEAST_DAMPING: f64 = 0.35;
+
+/// Are all damping ratios, of modes and of responses, large enough?
+pub fn well_damped(ratios: &[f64]) -> Finding {
+    Finding::of(ratios.iter().map(|z| at_most(LEAST_DAMPING, *z).filter(|_| !z.is_nan())))
+}
+
+/// The damping ratio of the second-order system whose impulse response swings back as far as this one, by the logarithmic
+/// decrement: `zeta = d/sqrt(pi^2 + d^2)`, `d = ln(peak/largest swing back after it)`. 1 without a swing back.
+///
+/// Source: L. Meirovitch, Fundamentals of Vibrations, 2001, section 2.3.
+pub fn equivalent_damping(impulse_response: &[f64]) -> f64 {
+    let Some((at, peak)) =
+        impulse_response.iter().copied().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+    else {
+        return f64::NAN;
+    };
+    if peak == 0.0 || !peak.is_finite() {
+        return f64::NAN;
+    }
+    let back = impulse_response[at..].iter().map(|v| -v / peak).fold(0.0, f64::max);
+    if back <= 0.0 {
+        return 1.0;
+    }
+    let decrement = -back.ln();
+    decrement / decrement.hypot(std::f64::consts::PI)
+}
+
+/// Are all values below a limit?
+pub fn all_below(values: &[f64], limit: f64) -> Finding {
+    Finding::of(values.iter().map(|v| (!v.is_nan()).then_some(*v < limit)))
+}
+
+/// Is each first number smaller than its second?
+pub fn each_smaller(pairs: &[(f64, f64)]) -> Finding {
+    Finding::of(pairs.iter().map(|(a, b)| (!a.is_nan() && !b.is_nan()).then_some(a < b)))
+}
+
+/// The key at which a measure is largest, `None` without numbers or where several keys share the largest.
+pub fn worst(measure: &[(f64, f64)]) -> Option<f64> {
+    if measure.iter().any(|(_, v)| v.is_nan()) {
+        return None;
+    }
+    let most = measure.iter().map(|m| m.1).fold(f64::NEG_INFINITY, f64::max);
+    let mut at = measure.iter().filter(|m| m.1 == most);
+    at.next().filter(|_| at.next().is_none()).map(|m| m.0)
+}
+
+/// Is control hardest below a speed? Each measure is a list of (speed, how hard); the answer is by where each is largest. A measure
+/// that is as large at several speeds says nothing and is left out.
+pub fn hardest_below(speed: f64, measures: &[Vec<(f64, f64)>]) -> Finding {
+    let told: Vec<Option<bool>> =
+        measures.iter().filter_map(|m| worst(m)).map(|at| Some(at < speed)).collect();
+    Finding::of(told)
+}
+
+/// Is one choice the best? Each measure is a list of (choice, cost); the answer is by which choice each is least for.
+pub fn best(choice: f64, measures: &[Vec<(f64, f64)>]) -> Finding {
+    Finding::of(measures.iter().filter_map(|m| least(m)).map(|at| Some(at == choice)))
+}
+
+/// The key at which a measure is least; `None` as for [`worst`].
+pub fn least(measure: &[(f64, f64)]) -> Option<f64> {
+    worst(&measure.iter().map(|(key, v)| (*key, -v)).collect::<Vec<_>>())
+}
+
+/// Does a loop stay stable under all of its uncertainty? Each case has bounds on mu from above and from below (not-a-number for none):
+/// below 1 from above it does, at least 1 from below it does not, and anything between is no answer.
+pub fn stays_stable(bounds: &[(f64, f64)]) -> Finding {
+    let case = |&(upper, lower): &(f64, f64)| match () {
+        () if upper < 1.0 => Some(true),
+        () if lower >= 1.0 => Some(false),
+        () => None,
+    };
+    Finding::of(bounds.iter().map(case))
+}
+
+/// What a flight under a ramp came to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ridden {
+    /// The mean square root of the pitch error from the step on, relative to the step.
+    pub error: f64,
+    /// The same over the last tenth of the flight.
+    pub error_at_end: f64,
+    /// The largest change of a command from one tick to the next, relative to the actuator's reach, but for the second after the step.
+    pub jump: f64,
+}
+
+/// A flight that ends with a pitch error above this part of the step counts as not having come to rest.
+pub const AT_REST: f64 = 0.05;
+
+/// Errors and jumps this many times those of the scheduled flight count as worse.
+pub const WORSE: f64 = 1.1;
+
+/// Does switching harm? Borne out, if a switched flight does not come to rest where the scheduled one does, or if stable controllers that
+/// take turns make an unstable loop (one that grows at a rate above 0); partly, if there is neither, but some flight has larger errors or jumps.
+pub fn switching_harms(scheduled: Ridden, switched: &[Ridden], rates: &[f64]) -> Finding {
+    let numbers = |r: &Ridden| !(r.error.is_nan() || r.error_at_end.is_nan() || r.jump.is_nan());
+    if switched.is_empty() || !numbers(&scheduled) || !switched.iter().all(numbers) {
+        return Finding::Unknown;
+    }
+    let rests = |r: &Ridden| r.error_at_end <= AT_REST;
+    if rates.iter().any(|r| *r > 0.0) || (rests(&scheduled) && !switched.iter().all(rests)) {
+        return Finding::BorneOut;
+    }
+    let worse = |r: &Ridden| r.error > WORSE * scheduled.error || r.jump > WORSE * scheduled.jump;
+    if switched.iter().any(worse) { Finding::Partly } else { Finding::NotBorneOut }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn much_smaller_both_ways() {
+        assert_eq!(much_smaller(3.0, 1.0), Finding::BorneOut);
+        assert_eq!(much_smaller(1.5, 1.0), Finding::Partly);
+        assert_eq!(much_smaller(1.0, 1.5), Finding::NotBorneOut);
+        assert_eq!(much_smaller(0.0, 0.0), Finding::Unknown);
+        assert_eq!(much_smaller(f64::NAN, 1.0), Finding::Unknown);
+        assert_eq!(much_smaller(3e-13, 1e-13), Finding::Unknown);
+        assert_eq!(much_smaller(3.0, 1e-13), Finding::BorneOut);
+    }
+
+    #[test]
+    fn errors_are_compared_in_numbers_that_mean_something() {
+        for (first, second, words) in [
+            (1.54, 0.45, "1.54 % with order 1 and 0.45 % with order 2, 3.4 times smaller"),
+            (0.0042, 0.002, "0.0042 % with order 1 and 0.0020 % with order 2, 2.1 times smaller"),
+            (1.0, 2.0, "1.00 % with order 1 and 2.00 % with order 2, 2.0 times larger"),
+            (3.2, 2e-14, "3.20 % with order 1 and no more than rounding with order 2"),
+            (3e-13, 1e-13, "no more than rounding with order 1 and no more than rounding with order 2"),
+        ] {
+            assert_eq!(compared(first, second), words);
+        }
+    }
+
+    #[test]
+    fn damping_both_ways() {
+        assert_eq!(well_damped(&[0.36, 1.0]), Finding::BorneOut);
+        assert_eq!(well_damped(&[0.2, 1.0]), Finding::Partly);
+        assert_eq!(well_damped(&[0.2, 0.1]), Finding::NotBorneOut);
+        assert_eq!(well_damped(&[0.5, f64::NAN]), Finding::Unknown);
+        assert_eq!(well_damped(&[]), Finding::Unknown);
+    }
+
+    /// h = exp(-zeta t) sin(omega_d t): the damping comes back.
+    #[test]
+    fn damping_of_a_known_response() {
+        for zeta in [0.1, 0.35, 0.6] {
+            let damped = f64::sqrt(1.0 - zeta * zeta);
+            let h: Vec<f64> = (0..20000)
+                .map(|i| 1e-3 * f64::from(i))
+                .map(|t| (-zeta * t).exp() * (damped * t).sin())
+                .collect();
+            assert!((equivalent_damping(&h) - zeta).abs() < 1e-4, "{zeta}");
+        }
+        assert_eq!(equivalent_damping(&[0.0, 1.0, 0.5, 0.2]), 1.0);
+        assert!(equivalent_damping(&[]).is_nan());
+        assert!(equivalent_damping(&[0.0, f64::INFINITY]).is_nan());
+    }
+
+    #[test]
+    fn limits_both_ways() {
+        assert_eq!(all_below(&[0.4, 0.9], 1.0), Finding::BorneOut);
+        assert_eq!(all_below(&[0.4, 1.2], 1.0), Finding::Partly);
+        assert_eq!(all_below(&[1.0], 1.0), Finding::NotBorneOut);
+        assert_eq!(each_smaller(&[(1.0, 2.0), (3.0, f64::INFINITY)]), Finding::BorneOut);
+        assert_eq!(each_smaller(&[(1.0, 2.0), (3.0, 2.0)]), Finding::Partly);
+        assert_eq!(each_smaller(&[(f64::INFINITY, f64::INFINITY)]), Finding::NotBorneOut);
+    }
+
+    #[test]
+    fn hardest_both_ways() {
+        let (low, high) = (vec![(1.0, 9.0), (2.0, 3.0)], vec![(1.0, 2.0), (2.0, 3.0)]);
+        let (even, none) = (vec![(1.0, 3.0), (2.0, 3.0)], vec![(1.0, f64::NAN)]);
+        assert_eq!(hardest_below(1.5, &[low.clone(), low.clone(), even.clone()]), Finding::BorneOut);
+        assert_eq!(hardest_below(1.5, &[low, high.clone()]), Finding::Partly);
+        assert_eq!(hardest_below(1.5, &[high]), Finding::NotBorneOut);
+        assert_eq!(hardest_below(1.5, &[even, none]), Finding::Unknown);
+    }
+
+    #[test]
+    fn stability_both_ways() {
+        assert_eq!(stays_stable(&[(0.9, 0.8), (0.5, f64::NAN)]), Finding::BorneOut);
+        assert_eq!(stays_stable(&[(0.9, 0.8), (1.2, 1.1)]), Finding::Partly);
+        assert_eq!(stays_stable(&[(1.2, 1.0)]), Finding::NotBorneOut);
+        assert_eq!(stays_stable(&[(0.9, 0.8), (1.2, 0.9)]), Finding::Unknown);
+        assert_eq!(stays_stable(&[(0.9, 0.8), (1.0, f64::NAN)]), Finding::Unknown);
+        assert_eq!(stays_stable(&[(f64::NAN, f64::NAN)]), Finding::Unknown);
+        assert_eq!(stays_stable(&[]), Finding::Unknown);
+    }
+
+    #[test]
+    fn best_both_ways() {
+        let (a, b) = (vec![(0.1, 1.0), (0.23, 0.5)], vec![(0.1, 1.0), (0.23, 1.5)]);
+        assert_eq!(best(0.23, &[a.clone(), a.clone()]), Finding::BorneOut);
+        assert_eq!(best(0.23, &[a, b.clone()]), Finding::Partly);
+        assert_eq!(best(0.23, &[b]), Finding::NotBorneOut);
+        assert_eq!(best(0.23, &[]), Finding::Unknown);
+    }
+
+    #[test]
+    fn switching_both_ways() {
+        let good = Ridden { error: 0.1, error_at_end: 0.01, jump: 0.2 };
+        let rough = Ridden { jump: 0.5, ..good };
+        let lost = Ridden { error_at_end: 2.0, ..good };
+        assert_eq!(switching_harms(good, &[good], &[-0.1]), Finding::NotBorneOut);
+        assert_eq!(switching_harms(good, &[good, rough], &[-0.1]), Finding::Partly);
+        assert_eq!(switching_harms(good, &[rough, lost], &[]), Finding::BorneOut);
+        assert_eq!(switching_harms(good, &[good], &[-0.1, 0.1]), Finding::BorneOut);
+        assert_eq!(switching_harms(lost, &[lost], &[]), Finding::NotBorneOut);
+        assert_eq!(switching_harms(good, &[], &[]), Finding::Unknown);
+        assert_eq!(switching_harms(good, &[Ridden { error: f64::NAN, ..good }], &[]), Finding::Unknown);
+    }
+}

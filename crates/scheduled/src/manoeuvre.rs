@@ -1,0 +1,157 @@
+//! The manoeuvre that is flown by default: a pitch step on a ramp of speed.
+
+use std::f64::consts::FRAC_PI_2;
+
+use serde::{Deserialize, Serialize};
+
+/// The manoeuvre in `resources/`.
+pub const MANOEUVRE_RESOURCE: &str = "manoeuvre.json";
+
+/// The `format` of the files that this version reads and writes.
+pub const MANOEUVRE_FORMAT: &str = "squid-manoeuvre/1";
+
+/// A time this little \[s\] before a step counts as the step's, so that a rounded `k Ts` does not come too early.
+const ROUNDING_OF_TIME: f64 = 1e-9;
+
+/// A pitch step on a ramp of speed.
+///
+/// ```text
+/// V(t)     = speed_from + (speed_to - speed_from) clamp((t - ramp_start)/ramp_duration, 0, 1)
+/// theta(t) = theta_trim(V(t)) + pitch_step   for step_time <= t < step_end
+///            theta_trim(V(t))                otherwise
+/// ```
+///
+/// ```
+/// use scheduled::Manoeuvre;
+/// let manoeuvre = Manoeuvre::from_json(
+///     r#"{"format": "squid-manoeuvre/1", "pitch_step": 0.17, "step_time": 5.0, "step_end": 100.0,
+///         "speed_from": 0.5, "speed_to": 3.0, "ramp_start": 10.0, "ramp_duration": 20.0, "duration": 60.0}"#,
+/// )?;
+/// assert_eq!((manoeuvre.speed_reference(20.0), manoeuvre.pitch_above_trim(20.0)), (1.75, 0.17));
+/// # Ok::<(), scheduled::ManoeuvreError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Manoeuvre {
+    /// [`MANOEUVRE_FORMAT`].
+    pub format: String,
+    /// Height of the step above the trim pitch \[rad\].
+    pub pitch_step: f64,
+    /// When the step comes \[s\].
+    pub step_time: f64,
+    /// When the step ends \[s\]; beyond the end of the flight for a lasting one.
+    pub step_end: f64,
+    /// Speed V along the path through the water before the ramp \[m/s\].
+    pub speed_from: f64,
+    /// Speed V after the ramp \[m/s\].
+    pub speed_to: f64,
+    /// When the ramp begins \[s\].
+    pub ramp_start: f64,
+    /// How long the ramp lasts \[s\].
+    pub ramp_duration: f64,
+    /// How long the flight lasts unless the user says otherwise \[s\].
+    pub duration: f64,
+}
+
+/// Why a manoeuvre cannot be flown; `key` is the key in the JSON file and the name of the FMU's parameter.
+#[derive(Debug, thiserror::Error)]
+#[allow(missing_docs)]
+pub enum ManoeuvreError {
+    /// Not JSON, a key missing, unknown, or of another type.
+    #[error("the manoeuvre cannot be read: {0}")]
+    Json(#[from] serde_json::Error),
+    /// Another format or version.
+    #[error("format is '{found}', but only '{MANOEUVRE_FORMAT}' can be read")]
+    WrongFormat { found: String },
+    /// A number outside what makes sense.
+    #[error("{key} is {value}, but must be {allowed}")]
+    BadNumber { key: &'static str, value: f64, allowed: &'static str },
+    /// A step that ends before it comes.
+    #[error("step_end is {step_end} s, before step_time at {step_time} s")]
+    StepEndsBeforeItComes { step_time: f64, step_end: f64 },
+}
+
+impl Manoeuvre {
+    /// Reads and checks a manoeuvre.
+    ///
+    /// # Errors
+    /// [`ManoeuvreError`] with the key at fault.
+    #[inline]
+    pub fn from_json(text: &str) -> Result<Self, ManoeuvreError> {
+        let manoeuvre: Self = serde_json::from_str(text)?;
+        manoeuvre.check()?;
+        Ok(manoeuvre)
+    }
+
+    /// Writes the manoeuvre as JSON, with numbers that read back to the same `f64`.
+    ///
+    /// # Errors
+    /// [`ManoeuvreError`] as for [`Manoeuvre::check`].
+    #[inline]
+    pub fn to_json(&self) -> Result<String, ManoeuvreError> {
+        self.check()?;
+        Ok(serde_json::to_string_pretty(self)? + "\n")
+    }
+
+    /// Checks format and numbers.
+    ///
+    /// # Errors
+    /// The first [`ManoeuvreError`] found.
+    #[inline]
+    pub fn check(&self) -> Result<(), ManoeuvreError> {
+        if self.format != MANOEUVRE_FORMAT {
+            return Err(ManoeuvreError::WrongFormat { found: self.format.clone() });
+        }
+        let number = |key, value: f64, possible: bool, allowed| match value.is_finite() && possible {
+            true => Ok(()),
+            false => Err(ManoeuvreError::BadNumber { key, value, allowed }),
+        };
+        let level = self.pitch_step.abs() < FRAC_PI_2;
+        number("pitch_step", self.pitch_step, level, "above -pi/2 and below pi/2")?;
+        for (key, value) in
+            [("step_time", self.step_time), ("step_end", self.step_end), ("ramp_start", self.ramp_start)]
+        {
+            number(key, value, true, "finite")?;
+        }
+        for (key, value) in [
+            ("speed_from", self.speed_from),
+            ("speed_to", self.speed_to),
+            ("ramp_duration", self.ramp_duration),
+            ("duration", self.duration),
+        ] {
+            number(key, value, value > 0.0, "finite and above 0")?;
+        }
+        if self.step_end < self.step_time {
+            let Self { step_time, step_end, .. } = *self;
+            return Err(ManoeuvreError::StepEndsBeforeItComes { step_time, step_end });
+        }
+        Ok(())
+    }
+
+    /// Every number of the manoeuvre.
+    pub fn numbers(&mut self) -> [&mut f64; 8] {
+        [
+            &mut self.pitch_step,
+            &mut self.step_time,
+            &mut self.step_end,
+            &mut self.speed_from,
+            &mut self.speed_to,
+            &mut self.ramp_start,
+            &mut self.ramp_duration,
+            &mut self.duration,
+        ]
+    }
+
+    /// Wanted speed V along the path through the water \[m/s\] at a time \[s\].
+    pub fn speed_reference(&self, time: f64) -> f64 {
+        let progress = ((time - self.ramp_start) / self.ramp_duration).clamp(0.0, 1.0);
+        // Exact at both ends.
+        (1.0 - progress) * self.speed_from + progress * self.speed_to
+    }
+
+    /// Wanted pitch angle above that of the trim \[rad\] at a time \[s\].
+    pub fn pitch_above_trim(&self, time: f64) -> f64 {
+        let time = time + ROUNDING_OF_TIME;
+        if time >= self.step_time && time < self.step_end { self.pitch_step } else { 0.0 }
+    }
+}

@@ -1,0 +1,183 @@
+//! The command line: verbs and options, with their help.
+
+use crate::error::Error;
+use crate::lpv::LpvVerb;
+use clap::{Args, Parser, Subcommand};
+use squid_design::error::InputError;
+use squid_design::files::check_directory;
+use squid_design::inputs::Inputs;
+use squid_design::inputs::design_file::BANDWIDTH;
+use squid_design::store;
+use std::path::{Path, PathBuf};
+
+/// From the coefficients of an underwater vehicle to a scheduled pitch controller and to FMUs that any simulation
+/// tool flies.
+///
+/// A vehicle is a directory with vehicle.toml (its coefficients) and design.toml (what is asked of the controller).
+#[derive(Debug, Parser)]
+#[command(version, after_long_help = FIRST_RUN)]
+pub struct Cli {
+    #[command(subcommand)]
+    /// What to do.
+    pub verb: Verb,
+}
+
+/// The end of `--help`: the examples stand on lines of their own.
+const FIRST_RUN: &str = "\
+A first run:
+  squid show vehicles/squid --speed 1
+  squid design vehicles/squid
+  squid simulate vehicles/squid
+  squid package vehicles/squid
+
+Exit codes: 0 when all is well, 1 when a file is wrong, the work fails or nothing is proved, 64 when the command line is wrong; `squid lpv synth` \
+has more.";
+
+#[allow(missing_docs)] // Doc comments here are the help.
+#[derive(Debug, Subcommand)]
+pub enum Verb {
+    /// Design a controller: trim, linearise, fit, LFT, augment, synthesise, check, freeze
+    ///
+    /// Prints each stage with its key figure and writes controller.json, plant.json, manoeuvre.json and design.json.
+    /// A controller that fails a check is not written. One whose gain bound is not proved is written, to be looked at, and the exit code is 1.
+    Design {
+        #[command(flatten)]
+        which: Which,
+        /// Also show what each assumption about the speed costs: frozen, slow, arbitrarily fast
+        #[arg(long)]
+        ladder: bool,
+        /// Look for a controller that bears more of the declared uncertainty, and show both side by side (minutes)
+        #[arg(long)]
+        robust: bool,
+    },
+    /// Pack the three FMUs of a design: the vehicle, the autopilot, and both in one loop; and the first two wired, as SSP
+    ///
+    /// Takes what `squid design` wrote. Refuses it when a file changed since, and when the certificate of the gain bound does
+    /// not prove.
+    Package {
+        #[command(flatten)]
+        which: Which,
+        /// Whom the FMUs run for: host, all, or some of linux64, win64, aarch64-linux, with commas between
+        #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "host")]
+        platforms: Vec<String>,
+        /// Where the FMUs' shared libraries lie, if not where cargo puts them; of named platforms, in folders of that name
+        #[arg(long, value_name = "DIR")]
+        binaries: Option<PathBuf>,
+        /// Pack a controller without proof all the same; its FMUs then say that they are uncertified
+        #[arg(long)]
+        allow_uncertified: bool,
+        /// Write the three model descriptions alone, to this directory
+        #[arg(long, value_name = "DIR")]
+        descriptions: Option<PathBuf>,
+    },
+    /// Fly a design in this process: its manoeuvre, pitch steps over the range of speed, the vehicle alone
+    ///
+    /// Designs first if nothing is designed yet. Writes records (CSV) and plots (SVG).
+    Simulate(Which),
+    /// Write the report: the paper's figures for this vehicle, and whether it bears out what the paper claims
+    ///
+    /// One page, report.html, that needs no network, and each figure as figures/NAME.svg. Designs first if nothing is designed yet.
+    Report(Which),
+    /// Show the trim, A, B and eigenvalues at a speed; the fit and its residuals; the controller's poles
+    Show {
+        #[command(flatten)]
+        which: Which,
+        /// Trim, A, B and eigenvalues at this speed along the path, m/s
+        #[arg(long, value_name = "M/S", allow_negative_numbers = true)]
+        speed: Option<f64>,
+        /// The polynomial fit and its residuals
+        #[arg(long)]
+        fit: bool,
+        /// The controller and its poles: the stored one, or one designed now if there is none in the default directory
+        #[arg(long)]
+        controller: bool,
+        /// What is uncertain, its channels in the LFT, and how well that holds
+        #[arg(long)]
+        uncertainty: bool,
+    },
+    /// Prove the gain bound of an FMU, or of a certificate.json, in exact arithmetic
+    ///
+    /// Every number is read as the rational number that it is; nothing is rounded, and nothing is shared with the program that
+    /// found the controller. Of an FMU it also checks that the proof is of the very controller inside, and that its resources belong to its
+    /// GUID. With --vehicle it computes anew that the proof is about that vehicle, and that scales, trims and limits are those of its
+    /// files: all that is asked before an FMU is packed.
+    Verify {
+        /// A controller's FMU, the FMU of the whole loop, or a certificate
+        file: PathBuf,
+        /// The vehicle's directory: is the file what this vehicle's design makes?
+        #[arg(long, value_name = "DIR")]
+        vehicle: Option<PathBuf>,
+        /// The design: a file NAME.toml in the vehicle's directory
+        #[arg(long, value_name = "NAME", default_value = "design", requires = "vehicle")]
+        design: String,
+        /// The bandwidth that replaced w_b of every tracking weight, rad/s
+        #[arg(long, value_name = "RAD/S", requires = "vehicle", allow_negative_numbers = true)]
+        bandwidth: Option<f64>,
+    },
+    /// LPV synthesis for any plant in a JSON file, with no vehicle
+    #[command(subcommand)]
+    Lpv(LpvVerb),
+    /// Plot the record of a flight, a CSV file such as `fmpy simulate squid.fmu --output-file` writes
+    Plot {
+        /// The record: a column `time`, then one for each variable
+        record: PathBuf,
+        /// The vehicle that flew; its actuators are plotted, too
+        #[arg(long, value_name = "DIR")]
+        vehicle: Option<PathBuf>,
+        /// The SVG file to write; beside the record if not named
+        #[arg(long, value_name = "FILE")]
+        out: Option<PathBuf>,
+    },
+}
+
+#[allow(missing_docs)] // A doc comment here would take the place of the verbs' own help.
+#[derive(Debug, Args)]
+pub struct Which {
+    /// The vehicle's directory, for instance vehicles/squid
+    pub vehicle: PathBuf,
+    /// The design: a file NAME.toml in the vehicle's directory
+    #[arg(long, value_name = "NAME", default_value = "design")]
+    pub design: String,
+    /// Replace the bandwidth w_b of every tracking weight, rad/s (the paper tries 0.46, 0.23 and 0.1)
+    #[arg(long, value_name = "RAD/S", allow_negative_numbers = true)]
+    pub bandwidth: Option<f64>,
+    /// The directory for all files; build/VEHICLE/DESIGN if not named
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+}
+
+impl Which {
+    /// The files that are named, and the directory of the design.
+    ///
+    /// # Errors
+    /// [`Error::Argument`], those of the files.
+    pub fn read(&self) -> Result<(Inputs, PathBuf), Error> {
+        let inputs = inputs(&self.vehicle, &self.design, self.bandwidth)?;
+        let directory = self.out.clone().unwrap_or_else(|| store::default_directory(&inputs));
+        Ok((inputs, directory))
+    }
+
+    /// The same for a verb that writes to the directory, which is refused at once if it cannot be written to.
+    ///
+    /// # Errors
+    /// As [`Which::read`], and that of the directory.
+    pub fn read_to_write(&self) -> Result<(Inputs, PathBuf), Error> {
+        let (inputs, directory) = self.read()?;
+        check_directory(&directory)?;
+        Ok((inputs, directory))
+    }
+}
+
+/// The files of a design.
+///
+/// # Errors
+/// [`Error::Argument`] of `--bandwidth`, those of the files.
+pub fn inputs(vehicle: &Path, design: &str, bandwidth: Option<f64>) -> Result<Inputs, Error> {
+    Inputs::read(vehicle, design, bandwidth).map_err(|reason| match reason {
+        InputError::Bandwidth { found } => {
+            let (found, allowed) = (auv::number(found), BANDWIDTH.words.into());
+            Error::Argument { name: "--bandwidth", found, allowed }
+        }
+        reason => reason.into(),
+    })
+}

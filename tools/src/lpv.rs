@@ -1,0 +1,204 @@
+//! The verbs of `squid lpv`: their options, what they print, and their exit codes.
+
+mod check;
+pub mod matrices;
+pub mod mu;
+pub mod mu_file;
+pub mod problem_file;
+pub mod synth;
+
+use crate::error::Error;
+use crate::lpv::check::check as proved;
+use crate::output::say;
+use crate::progress::show;
+use clap::{Args, Subcommand};
+use lpv::synthesis::Options;
+use serde::Serialize;
+use squid_design::error::{Error as DesignError, ProofError};
+use squid_design::files::{check_directory, json};
+use squid_design::progress::Progress;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// What `squid lpv` can do.
+#[derive(Debug, Subcommand)]
+pub enum LpvVerb {
+    /// Find the least gamma and a scheduled controller, and prove its gain bound
+    ///
+    /// Reads a generalised plant: {"data": {"P": {"A": .., "Bt": .., ..}, "blocks": [r_1, ..]}}, or without parameters
+    /// {"data": {"A": .., "B1": .., ..}}; matrices are lists of rows, wt = blkdiag(theta_i I_ri) zt, |theta_i| <= 1. Weights are part of
+    /// the plant, so all are proper: E is refused, unless the identity. D22 may be left out where it is 0.
+    ///
+    /// Exit codes, and the word `status` of --json: 0, feasible: a controller with a proved bound; 2, infeasible: there is provably
+    /// none; 3, numerical_failure: nothing is known; 4, too_fast: there are controllers, but none found keeps --fastest-mode, which
+    /// proves nothing of the others; 1, error: a file is wrong; 64: the command line is wrong. `reason` says why there is no controller,
+    /// `remarks` what about the problem makes gains grow without limit (a control without a weight, a measurement without noise) and
+    /// what else went otherwise than asked.
+    Synth(Synth),
+    /// Prove a certificate again, and check that it is of the plant in a problem file
+    ///
+    /// Exit codes, and the word `status` of --json: 0, proved; 1, not_proved: the certificate fails, or is of another plant; 1, error: a
+    /// file is wrong; 64: the command line is wrong.
+    Check(Check),
+    /// Bound the structured singular value mu from both sides: of a matrix, or of a system over all frequencies
+    ///
+    /// Reads {"data": {"M": [[[re, im], ..], ..], "blocks": [..]}}, where plain numbers will do for real entries, or
+    /// {"data": {"P": {"A": .., "B": .., "C": .., "D": ..}, "blocks": [..]}}: z = M w, w = Delta z, and A stable. `blocks` in the usual
+    /// notation: [-r, 0] a real scalar repeated r times, [r, 0] a complex one, [p, q] a full complex block of p rows and q columns.
+    ///
+    /// Of a system the upper bound holds at every frequency from 0 to infinity, not on a grid. The lower bound comes with the
+    /// perturbation that shows it: it makes I - M Delta singular.
+    ///
+    /// --json prints `upper`, `lower` (0 when no perturbation was found), `frequency` (where the upper bound is largest, rad/s; null for a
+    /// matrix, the word "infinity" for infinite frequency), `lower_frequency` (where Delta puts a pole on the axis), `delta` (rows of
+    /// [re, im]; null when none was found), `residual` (of det(I - M Delta) = 0), `intervals`, `seconds`, `reason`.
+    ///
+    /// Exit codes, and the word `status` of --json: 0, bounded; 1, error: a file is wrong, the system is unstable without any
+    /// perturbation, or the intervals do not close; 64: the command line is wrong.
+    Mu(Mu),
+}
+
+/// The options of `squid lpv synth`.
+#[derive(Debug, Args)]
+pub struct Synth {
+    /// The problem file
+    problem: PathBuf,
+    /// Print one JSON object and nothing else, also when a file is wrong
+    #[arg(long)]
+    json: bool,
+    /// Write report.json, controller.json and certificate.json to this directory
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Build the controller this far above the least gamma, relative
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.1, allow_negative_numbers = true)]
+    back_off: f64,
+    /// Call a least gamma above this infeasible, and say what it costs
+    #[arg(long, value_name = "GAMMA", allow_negative_numbers = true)]
+    gamma_limit: Option<f64>,
+    /// Allow no mode of the controller faster than this, rad/s; also after --reduce
+    ///
+    /// Of the controller frozen at each point of a grid of the parameters: 11 values each for one or two of them, 7 for three, 5 for
+    /// four, 3 for five and six, beyond that vertices alone. Between the points it is not checked.
+    #[arg(long, value_name = "RAD/S", allow_negative_numbers = true)]
+    fastest_mode: Option<f64>,
+    /// Remove controller states that hardly matter, as long as the bound stays within 2 %
+    #[arg(long)]
+    reduce: bool,
+}
+
+/// The options of `squid lpv check`.
+#[derive(Debug, Args)]
+pub struct Check {
+    /// The problem file
+    problem: PathBuf,
+    /// The certificate that `squid lpv synth` wrote
+    certificate: PathBuf,
+    /// Print one JSON object and nothing else, also when a file is wrong
+    #[arg(long)]
+    json: bool,
+}
+
+/// The options of `squid lpv mu`.
+#[derive(Debug, Args)]
+pub struct Mu {
+    /// The problem file
+    problem: PathBuf,
+    /// Print one JSON object and nothing else, also when a file is wrong
+    #[arg(long)]
+    json: bool,
+}
+
+/// What `squid lpv check --json` prints, and `squid lpv synth --json` when it cannot even try.
+#[derive(Debug, Serialize)]
+struct Verdict {
+    status: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gamma: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gamma_with_model_error: Option<f64>,
+    reason: Option<String>,
+}
+
+/// Runs a verb. With `--json` an error is printed as an object, too.
+///
+/// # Errors
+/// Those of the files and options.
+pub fn run(verb: &LpvVerb) -> Result<ExitCode, Error> {
+    let (outcome, as_json) = match verb {
+        LpvVerb::Synth(options) => (synth(options), options.json),
+        LpvVerb::Check(options) => (check(options), options.json),
+        LpvVerb::Mu(options) => return mu(options),
+    };
+    if let (Err(error), true) = (&outcome, as_json) {
+        say(&json(&refusal(error))?);
+    }
+    outcome
+}
+
+fn refusal(error: &Error) -> Verdict {
+    let status = match error {
+        Error::Design(DesignError::Proof(ProofError::Unproved(_) | ProofError::WrongPlant { .. })) => {
+            "not_proved"
+        }
+        _ => "error",
+    };
+    Verdict { status, gamma: None, gamma_with_model_error: None, reason: Some(error.to_string()) }
+}
+
+fn mu(mu: &Mu) -> Result<ExitCode, Error> {
+    let outcome = mu::run(&mu.problem);
+    match &outcome {
+        Ok(report) if mu.json => say(&json(report)?),
+        Ok(report) => say(&report.words()),
+        Err(error) if mu.json => say(&json(&mu::Report::refused(error))?),
+        Err(_) => {}
+    }
+    outcome.map(|_| ExitCode::SUCCESS)
+}
+
+fn check(check: &Check) -> Result<ExitCode, Error> {
+    let theorem = proved(&check.problem, &check.certificate)?;
+    if check.json {
+        let (gamma, gamma_with_model_error) = (Some(theorem.gamma), theorem.gamma_with_model_error);
+        say(&json(&Verdict { status: "proved", gamma, gamma_with_model_error, reason: None })?);
+    } else {
+        say(&format!("PROVED: {theorem}"));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn synth(synth: &Synth) -> Result<ExitCode, Error> {
+    let options = options(synth)?;
+    synth.out.as_deref().map_or(Ok(()), check_directory)?;
+    let progress = if synth.json { Progress::default() } else { Progress::new(&show) };
+    let running = progress.begin("synth", "solving the matrix inequalities");
+    let report = synth::run(&synth.problem, options, synth.reduce)?;
+    drop(running);
+    if let Some(directory) = &synth.out {
+        report.save(directory)?;
+    }
+    if synth.json {
+        say(&json(&report)?);
+    } else {
+        say(report.words().trim_end());
+    }
+    Ok(ExitCode::from(report.exit_code()))
+}
+
+fn options(synth: &Synth) -> Result<Options, Error> {
+    for (name, value) in [("--gamma-limit", synth.gamma_limit), ("--fastest-mode", synth.fastest_mode)] {
+        if let Some(v) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {
+            return Err(Error::Argument { name, found: v.to_string(), allowed: "above 0".into() });
+        }
+    }
+    if !(1e-3..=1.0).contains(&synth.back_off) {
+        let found = synth.back_off.to_string();
+        return Err(Error::Argument { name: "--back-off", found, allowed: "from 0.001 to 1".into() });
+    }
+    Ok(Options {
+        back_off: synth.back_off,
+        gamma_limit: synth.gamma_limit,
+        fastest_mode: synth.fastest_mode,
+        ..Options::default()
+    })
+}

@@ -1,0 +1,29 @@
+//! `squid lpv check`: whether a certificate is of the plant in a problem file.
+
+use crate::error::Error;
+use crate::lpv::problem_file::{Problem, problem as read_problem};
+use certificate::Theorem;
+use squid_design::certify::verify::{first_unlike, parse};
+use squid_design::certify::{direct_path, plant_rows};
+use squid_design::error::ProofError;
+use squid_design::files::read;
+use std::path::Path;
+
+/// Proves a certificate and checks that it is of the plant in a problem file.
+///
+/// # Errors
+/// [`ProofError::Unproved`]; [`ProofError::WrongPlant`] with the first matrix of the plant that differs.
+pub fn check(problem: &Path, certificate: &Path) -> Result<Theorem, Error> {
+    let Problem { plant, d22 } = read_problem(problem)?;
+    let certificate = parse(&read(certificate)?, &certificate.display().to_string())?;
+    if let Some(name) = first_unlike(&plant_rows(&plant).named(), &certificate.plant.named()) {
+        return Err(ProofError::WrongPlant { what: format!("matrix {name}") }.into());
+    }
+    if direct_path(&d22) != certificate.plant.direct_path().cloned().unwrap_or_default() {
+        return Err(ProofError::WrongPlant { what: "matrix D22".into() }.into());
+    }
+    if plant.blocks != certificate.blocks {
+        return Err(ProofError::WrongPlant { what: "blocks".into() }.into());
+    }
+    Ok(certificate.prove()?)
+}

@@ -1,0 +1,299 @@
+//! `squid lpv mu`: from a problem file to bounds on mu from both sides.
+
+use crate::error::Error;
+use crate::lpv::mu_file::{Perturbed, mu_problem};
+use lpv::mu::lower::{LowerBound, SINGULAR, lower_bound};
+use lpv::mu::sweep::{FrequencyMu, SweepError, mu_over_frequency, response};
+use lpv::mu::upper::upper_bound;
+use lpv::mu::worst_case::{Perturbable, WorstCaseError, worst_case_gain};
+use lpv::mu::{CMat, Structure};
+use lpv::state_space::StateSpace;
+use serde::{Serialize, Serializer};
+use std::path::Path;
+use std::time::Instant;
+
+/// What was found; `--json` prints it.
+#[derive(Debug, Clone, Serialize)]
+pub struct Report {
+    /// `bounded`, or `error`.
+    pub status: &'static str,
+    /// mu is at most this; of a system at every frequency from 0 to infinity.
+    pub upper: Option<f64>,
+    /// mu is at least this; 0 when no perturbation was found.
+    pub lower: Option<f64>,
+    /// Where the upper bound is largest, rad/s; none for a matrix.
+    #[serde(serialize_with = "frequency")]
+    pub frequency: Option<f64>,
+    /// Where the perturbation puts a pole on the axis, rad/s.
+    #[serde(serialize_with = "frequency")]
+    pub lower_frequency: Option<f64>,
+    /// The perturbation that shows the lower bound: rows of `[re, im]`.
+    pub delta: Option<Vec<Vec<[f64; 2]>>>,
+    /// The least singular value of `I - M Delta`, relative to the largest.
+    pub residual: Option<f64>,
+    /// How many intervals, each with its own scalings, cover the frequencies from 0 to infinity.
+    pub intervals: Option<usize>,
+    /// Where the problem has inputs and outputs of performance: robust performance and the worst-case gain.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub performance: Option<Performance>,
+    /// Wall-clock time.
+    pub seconds: Option<f64>,
+    /// Why there are no bounds.
+    pub reason: Option<String>,
+}
+
+/// What is said of performance.
+#[derive(Debug, Clone, Serialize)]
+pub struct Performance {
+    /// mu with a full block from z to w is at most this: for every perturbation smaller than its inverse the gain is below it.
+    pub upper: f64,
+    /// The same mu is at least this; 0 when no perturbation was found.
+    pub lower: f64,
+    /// The size of the perturbation for the worst-case gain.
+    pub size: f64,
+    /// The gain is below this for every perturbation of that size; none when the loop is not shown to stay stable.
+    pub gain_upper: Option<f64>,
+    /// A perturbation of that size was found with this gain.
+    pub gain_lower: Option<f64>,
+    /// The frequency where it has it, rad/s.
+    #[serde(serialize_with = "frequency")]
+    pub gain_frequency: Option<f64>,
+    /// That perturbation: rows of `[re, im]`.
+    pub gain_delta: Option<Vec<Vec<[f64; 2]>>>,
+}
+
+/// JSON has no infinity: a peak there is written as a word.
+fn frequency<S: Serializer>(omega: &Option<f64>, out: S) -> Result<S::Ok, S::Error> {
+    match omega {
+        Some(w) if w.is_infinite() => out.serialize_str("infinity"),
+        other => other.serialize(out),
+    }
+}
+
+/// Bounds mu of the problem of a file.
+///
+/// # Errors
+/// Those of the file; [`Error::Mu`] when the system is unstable or the sweep does not close.
+pub fn run(path: &Path) -> Result<Report, Error> {
+    let (perturbed, structure) = mu_problem(path)?;
+    let wrong = |reason| Error::Mu { file: path.display().to_string(), reason };
+    let begin = Instant::now();
+    let mut report = Report::empty("bounded");
+    let lower = match perturbed {
+        Perturbed::Matrix(m) => {
+            report.upper = Some(upper_bound(&m, &structure).map_err(|e| wrong(e.into()))?.value);
+            lower_bound(&m, &structure).map_err(|e| wrong(e.into()))?
+        }
+        Perturbed::System(system) => report.over_frequency(&system, &structure).map_err(wrong)?,
+        Perturbed::Performing(system, size) => {
+            let whole = Perturbable { system, structure, size };
+            let lower = report.over_frequency(&whole.stability(), &whole.structure).map_err(wrong)?;
+            report.performance = Some(performance(&whole).map_err(wrong)?);
+            lower
+        }
+    };
+    report.shown_by(lower);
+    report.seconds = Some(begin.elapsed().as_secs_f64());
+    Ok(report)
+}
+
+fn performance(whole: &Perturbable) -> Result<Performance, SweepError> {
+    let both = mu_over_frequency(&whole.system, &whole.with_performance()?)?;
+    let mut out = Performance {
+        upper: both.upper.upper,
+        lower: both.lower.map_or(0.0, |found| found.value * (1.0 - SINGULAR)),
+        size: whole.size,
+        gain_upper: None,
+        gain_lower: None,
+        gain_frequency: None,
+        gain_delta: None,
+    };
+    match worst_case_gain(whole) {
+        Ok(found) => {
+            out.gain_upper = Some(found.upper);
+            out.gain_lower = Some(found.worst.gain);
+            out.gain_frequency = Some(found.worst.frequency);
+            out.gain_delta = Some(pairs(&found.worst.delta));
+        }
+        Err(WorstCaseError::Sweep(reason)) => return Err(reason),
+        Err(_) => {}
+    }
+    Ok(out)
+}
+
+fn pairs(delta: &CMat) -> Vec<Vec<[f64; 2]>> {
+    delta.row_iter().map(|row| row.iter().map(|v| [v.re, v.im]).collect()).collect()
+}
+
+/// A lower bound this close to the upper one, relatively, shows where the peak is.
+const MEET: f64 = 2e-4;
+
+/// How far on either side of the largest bound of the sweep the peak is looked for, as a ratio of frequencies, and in how many steps.
+const AROUND: f64 = 1.1;
+const STEPS: usize = 24;
+
+/// Where mu is largest, as far as is known: where the perturbation is, if it shows as much as the bound allows; else where the upper bound
+/// is largest, by golden sections around the largest that the sweep came upon.
+fn peak(system: &StateSpace, structure: &Structure, found: &FrequencyMu) -> f64 {
+    let near = found.upper.frequency;
+    if let Some(lower) = found.lower.as_ref().filter(|l| l.value >= found.upper.upper * (1.0 - MEET))
+        && let Some(omega) = lower.frequency
+        && structure.is_real()
+    {
+        return omega;
+    }
+    if near == 0.0 || near.is_infinite() {
+        return near;
+    }
+    let bound = |log: f64| {
+        let m = response(system, log.exp());
+        m.and_then(|m| upper_bound(&m, structure).ok()).map_or(0.0, |bound| bound.value)
+    };
+    let golden = 0.5 * (5f64.sqrt() - 1.0);
+    let (mut low, mut high) = (near.ln() - AROUND.ln(), near.ln() + AROUND.ln());
+    let (mut left, mut right) = (high - golden * (high - low), low + golden * (high - low));
+    let (mut at_left, mut at_right) = (bound(left), bound(right));
+    for _ in 0..STEPS {
+        if at_left > at_right {
+            (high, right, at_right) = (right, left, at_left);
+            left = high - golden * (high - low);
+            at_left = bound(left);
+        } else {
+            (low, left, at_left) = (left, right, at_right);
+            right = low + golden * (high - low);
+            at_right = bound(right);
+        }
+    }
+    let refined = 0.5 * (low + high);
+    if bound(refined) >= bound(near.ln()) { refined.exp() } else { near }
+}
+
+impl Report {
+    fn empty(status: &'static str) -> Self {
+        Self {
+            status,
+            upper: None,
+            lower: None,
+            frequency: None,
+            lower_frequency: None,
+            delta: None,
+            residual: None,
+            intervals: None,
+            performance: None,
+            seconds: None,
+            reason: None,
+        }
+    }
+
+    /// There are no bounds.
+    pub fn refused(error: &Error) -> Self {
+        Self { reason: Some(error.to_string()), ..Self::empty("error") }
+    }
+
+    /// The bounds of a system; what shows the lower one.
+    fn over_frequency(
+        &mut self,
+        system: &StateSpace,
+        structure: &Structure,
+    ) -> Result<Option<LowerBound>, SweepError> {
+        let found = mu_over_frequency(system, structure)?;
+        self.upper = Some(found.upper.upper);
+        self.frequency = Some(peak(system, structure, &found));
+        self.intervals = Some(found.upper.pieces.len());
+        Ok(found.lower)
+    }
+
+    fn shown_by(&mut self, found: Option<LowerBound>) {
+        // I - M Delta is singular up to SINGULAR: so much is taken off.
+        self.lower = Some(found.as_ref().map_or(0.0, |l| l.value * (1.0 - SINGULAR)));
+        let Some(found) = found else { return };
+        self.lower_frequency = found.frequency;
+        self.residual = Some(found.residual);
+        self.delta = Some(pairs(&found.delta));
+    }
+
+    /// For people: bounds rounded to their safe side.
+    pub fn words(&self) -> String {
+        let (upper, lower) = (self.upper.unwrap_or(f64::INFINITY), self.lower.unwrap_or(0.0));
+        let (most, size) = (digits(upper, f64::ceil), digits(1.0 / lower, f64::ceil));
+        let (below, safe) = match self.frequency {
+            Some(w) => (
+                format!("mu <= {most} at every frequency from 0 to infinity, largest near {}", rads(w)),
+                "the loop stays stable for every perturbation of this structure",
+            ),
+            None => (
+                format!("mu <= {most}"),
+                "I - M Delta has an inverse for every perturbation of this structure",
+            ),
+        };
+        let least = digits(lower, f64::floor);
+        let above = match (lower > 0.0, self.lower_frequency) {
+            (false, _) => "No perturbation was found that shows a lower bound.".into(),
+            (true, None) => {
+                format!(
+                    "mu >= {least}: a perturbation of size {size} was found that makes I - M Delta singular."
+                )
+            }
+            (true, Some(w)) => format!(
+                "mu >= {least}: a perturbation of size {size} was found that puts a pole on the axis, at {}.",
+                rads(w)
+            ),
+        };
+        let margin = match upper > 0.0 {
+            true => format!("{safe} smaller than {}", digits(1.0 / upper, f64::floor)),
+            false => format!("{safe}, of any size"),
+        };
+        let intervals =
+            self.intervals.map_or_else(String::new, |n| format!(" {n} intervals cover the axis."));
+        let seconds = self.seconds.unwrap_or(0.0);
+        let performance = self.performance.as_ref().map_or_else(String::new, Performance::words);
+        format!("{below}.{intervals}\n{above}\nMargin 1/mu: {margin}.\n{performance}{seconds:.2} s")
+    }
+}
+
+impl Performance {
+    fn words(&self) -> String {
+        let up = |v: f64| digits(v, f64::ceil);
+        let mut out = format!(
+            "Robust performance: mu with performance <= {0}, so that the gain from w to z stays below {0} for every perturbation smaller than {1}; mu >= {2}.\n",
+            up(self.upper),
+            digits(1.0 / self.upper, f64::floor),
+            digits(self.lower, f64::floor)
+        );
+        out += &match (self.gain_upper, self.gain_lower) {
+            (Some(upper), Some(lower)) => format!(
+                "Worst-case gain for perturbations of size {}: below {} at every frequency, and at least {} for one that was found, at {}.\n",
+                self.size,
+                up(upper),
+                digits(lower, f64::floor),
+                rads(self.gain_frequency.unwrap_or(0.0))
+            ),
+            _ => format!(
+                "Worst-case gain: the loop is not shown to stay stable for perturbations of size {}, so that there is no bound.\n",
+                self.size
+            ),
+        };
+        out
+    }
+}
+
+/// Six digits, rounded as told.
+fn digits(value: f64, round: fn(f64) -> f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    let places = 5.0 - value.abs().log10().floor();
+    if !(-3.0..=9.0).contains(&places) {
+        return format!("{value:.9e}");
+    }
+    let scale = 10f64.powf(places);
+    format!("{:.*}", places.max(0.0) as usize, round(value * scale) / scale)
+}
+
+fn rads(omega: f64) -> String {
+    if omega.is_infinite() {
+        "infinite frequency".into()
+    } else {
+        format!("{} rad/s", digits(omega, f64::round))
+    }
+}

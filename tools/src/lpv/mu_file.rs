@@ -1,0 +1,207 @@
+//! Problem files of `squid lpv mu`: a matrix or a system, and the structure of its perturbation.
+//!
+//! ```json
+//! {"kind": "mu", "data": {"M": [[[re, im], ..], ..], "blocks": [[-r, 0], [r, 0], [p, q], ..]}}
+//! {"kind": "mu", "data": {"P": {"A": [[..]], "B": .., "C": .., "D": ..}, "blocks": ..}}
+//! {"kind": "mu", "data": {"P": .., "blocks": .., "performance": [p, q], "size": 1}}
+//! ```
+//!
+//! With `performance` the last p inputs of P are w and its last q outputs z, of which robust performance and the worst-case gain speak; `size` is that of the
+//! perturbation for the latter, 1 where it is not given.
+//!
+//! An entry of M is a pair of numbers, or a plain number where it is real. Other keys are passed over; no key stands twice.
+
+use crate::error::Error;
+use crate::lpv::matrices::{Entries, Matrices, Reader, Size, find};
+use crate::lpv::problem_file::not_json;
+use certificate::Json;
+use lpv::matrix::Mat;
+use lpv::mu::{CMat, Structure};
+use lpv::state_space::StateSpace;
+use nalgebra::Complex;
+use squid_design::files::read;
+use std::path::Path;
+
+/// What is perturbed: `z = M w`, `w = Delta z`.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Perturbed {
+    /// A constant matrix.
+    Matrix(CMat),
+    /// A system, at all frequencies.
+    System(StateSpace),
+    /// A system with inputs and outputs of performance, which stand last.
+    Performing(StateSpace, f64),
+}
+
+/// More rows or columns than this are a mistake.
+const MOST: f64 = 1000.0;
+
+/// Reads a problem file.
+///
+/// # Errors
+/// [`StoreError::Unreadable`](squid_design::error::StoreError::Unreadable); [`Error::Problem`] with file and key, also when the blocks do not fit.
+pub fn mu_problem(path: &Path) -> Result<(Perturbed, Structure), Error> {
+    let reader = Reader::new(path.display().to_string());
+    let text = read(path)?;
+    let value: Json = serde_json::from_str(&text).map_err(|e| not_json(&reader, &e, &text))?;
+    let top = reader.object(&value, "")?;
+    let data = find(top, "data").map_or(Ok(top), |data| reader.object(data, "data"))?;
+    let perturbed = match (find(data, "M"), find(data, "P")) {
+        (Some(_), Some(_)) => {
+            return Err(reader.wrong("M", "and 'P' are both there; give a matrix M or a system P".into()));
+        }
+        (Some(m), None) => Perturbed::Matrix(complex_matrix(&reader, m)?),
+        (None, Some(p)) => Perturbed::System(system(&reader, reader.object(p, "P")?)?),
+        (None, None) => {
+            let words = "is missing; a problem has a matrix M, or a system P with A, B, C and D";
+            return Err(reader.wrong("M", words.into()));
+        }
+    };
+    let structure = structure(&reader, data)?;
+    let performance = performance(&reader, data)?;
+    if performance.is_some() && matches!(perturbed, Perturbed::Matrix(_)) {
+        return Err(reader.wrong("performance", "goes with a system P, not with a matrix M".into()));
+    }
+    fits(&reader, &perturbed, &structure, performance.map_or((0, 0), |(w, z, _)| (w, z)))?;
+    match (perturbed, performance) {
+        (Perturbed::System(system), Some((_, _, size))) => {
+            Ok((Perturbed::Performing(system, size), structure))
+        }
+        (Perturbed::Matrix(_), Some(_)) => {
+            Err(reader.wrong("performance", "goes with a system P, not with a matrix M".into()))
+        }
+        (perturbed, _) => Ok((perturbed, structure)),
+    }
+}
+
+/// The numbers of inputs w and outputs z, and the size of the perturbation.
+fn performance(reader: &Reader, data: &Entries) -> Result<Option<(usize, usize, f64)>, Error> {
+    const ALLOWED: &str =
+        "it must be a pair of whole numbers from 1 to 1000: of the last inputs and of the last outputs of P";
+    let size = match find(data, "size") {
+        None => 1.0,
+        Some(Json::Number(v)) if *v > 0.0 => *v,
+        Some(other) => {
+            let words =
+                format!("is {}; it must be a number above 0, the size of the perturbation", other.describe());
+            return Err(reader.wrong("size", words));
+        }
+    };
+    let Some(value) = find(data, "performance") else { return Ok(None) };
+    let whole = |entry: &Json| match entry {
+        Json::Number(v) if v.fract() == 0.0 && (1.0..=MOST).contains(v) => Some(*v as usize),
+        _ => None,
+    };
+    let pair = match value {
+        Json::List(pair) if pair.len() == 2 => whole(&pair[0]).zip(whole(&pair[1])),
+        _ => None,
+    };
+    match pair {
+        Some((w, z)) => Ok(Some((w, z, size))),
+        None => Err(reader.wrong("performance", format!("is {}; {ALLOWED}", value.describe()))),
+    }
+}
+
+/// `[[-r, 0], [r, 0], [p, q], ..]`.
+fn structure(reader: &Reader, data: &Entries) -> Result<Structure, Error> {
+    const ALLOWED: &str = "it must be a list of pairs of whole numbers: [-r, 0] for a real scalar repeated r times, [r, 0] for a complex \
+                           one, [p, q] for a full complex block, none larger than 1000";
+    let value = find(data, "blocks").ok_or_else(|| reader.wrong("blocks", "is missing".into()))?;
+    let Json::List(list) = value else {
+        return Err(reader.wrong("blocks", format!("is {}; {ALLOWED}", value.describe())));
+    };
+    let whole = |entry: &Json| match entry {
+        Json::Number(v) if v.fract() == 0.0 && v.abs() <= MOST => Some(*v as i64),
+        _ => None,
+    };
+    let mut notation = Vec::with_capacity(list.len());
+    for (i, entry) in list.iter().enumerate() {
+        let pair = match entry {
+            Json::List(pair) if pair.len() == 2 => whole(&pair[0]).zip(whole(&pair[1])),
+            _ => None,
+        };
+        notation.push(pair.ok_or_else(|| {
+            let found = if matches!(entry, Json::List(_)) { "no such pair".into() } else { entry.describe() };
+            reader.wrong("blocks", format!("has {found} in place {}; {ALLOWED}", i + 1))
+        })?);
+    }
+    Structure::from_notation(&notation).map_err(|e| reader.wrong("blocks", format!("is wrong: {e}")))
+}
+
+fn complex_matrix(reader: &Reader, value: &Json) -> Result<CMat, Error> {
+    const ROWS: &str = "it must be a list of rows of [re, im] pairs or of numbers";
+    let wrong =
+        |found: &Json, place: String| reader.wrong("M", format!("is {}{place}; {ROWS}", found.describe()));
+    let Json::List(list) = value else { return Err(wrong(value, String::new())) };
+    let mut rows: Vec<Vec<Complex<f64>>> = Vec::with_capacity(list.len());
+    for (i, row) in list.iter().enumerate() {
+        let Json::List(entries) = row else { return Err(wrong(row, format!(" in row {}", i + 1))) };
+        let entry = |(j, e): (usize, &Json)| complex(reader, e, (i + 1, j + 1));
+        rows.push(entries.iter().enumerate().map(entry).collect::<Result<_, _>>()?);
+    }
+    let width = rows.first().map_or(0, Vec::len);
+    if width == 0 {
+        return Err(reader.wrong("M", format!("is empty; {ROWS}")));
+    }
+    if rows.iter().any(|row| row.len() != width) {
+        return Err(reader.wrong("M", format!("has rows of unlike length; the first has {width} numbers")));
+    }
+    Ok(CMat::from_fn(rows.len(), width, |i, j| rows[i][j]))
+}
+
+fn complex(reader: &Reader, entry: &Json, place: (usize, usize)) -> Result<Complex<f64>, Error> {
+    match entry {
+        Json::List(pair) if pair.len() == 2 => {
+            Ok(Complex::new(reader.number("M", &pair[0], place)?, reader.number("M", &pair[1], place)?))
+        }
+        Json::List(list) => {
+            let (row, column) = place;
+            let words = format!(
+                "has a list of {} in row {row}, column {column}; an entry is a number or [re, im]",
+                list.len()
+            );
+            Err(reader.wrong("M", words))
+        }
+        plain => Ok(Complex::new(reader.number("M", plain, place)?, 0.0)),
+    }
+}
+
+fn system(reader: &Reader, entries: &Entries) -> Result<StateSpace, Error> {
+    let m = Matrices::read(reader, entries)?;
+    let a = m.get("A", Size::own())?;
+    let n = a.nrows();
+    let d = m.get("D", Size::own())?;
+    let (outputs, inputs) = d.shape();
+    let b = m.get("B", Size { rows: n, columns: inputs, required: n > 0 })?;
+    let c = m.get("C", Size { rows: outputs, columns: n, required: n > 0 })?;
+    let expected = [("A", &a, (n, n)), ("B", &b, (n, inputs)), ("C", &c, (outputs, n))];
+    for (key, matrix, (rows, columns)) in expected {
+        if matrix.shape() != (rows, columns) {
+            let words = format!("is {}; beside the others it must be {rows} x {columns}", size(matrix));
+            return Err(reader.wrong(key, words));
+        }
+    }
+    Ok(StateSpace { a, b, c, d })
+}
+
+fn size(m: &Mat) -> String {
+    format!("{} x {}", m.nrows(), m.ncols())
+}
+
+fn fits(
+    reader: &Reader,
+    perturbed: &Perturbed,
+    structure: &Structure,
+    (w, z): (usize, usize),
+) -> Result<(), Error> {
+    let (key, found) = match perturbed {
+        Perturbed::Matrix(m) => ("M", m.shape()),
+        Perturbed::System(p) | Perturbed::Performing(p, _) => ("D", p.d.shape()),
+    };
+    let (rows, columns) = (structure.cols() + z, structure.rows() + w);
+    if found == (rows, columns) {
+        return Ok(());
+    }
+    let words = format!("is {} x {}; for these blocks it must be {rows} x {columns}", found.0, found.1);
+    Err(reader.wrong(key, words))
+}

@@ -1,0 +1,211 @@
+//! Problem files of `squid lpv`: a generalised plant as JSON.
+//!
+//! ```json
+//! {"kind": "lpvsyn-lft", "data": {"P": {"A": [[..]], "Bt": .., "B1": .., "B2": .., "Ct": .., "C1": .., "C2": .., "Dtt": ..,
+//!  "Dt1": .., "Dt2": .., "D1t": .., "D11": .., "D12": .., "D2t": .., "D21": .., "D22": ..}, "blocks": [r_1, ..]}}
+//! {"kind": "hinfsyn", "data": {"A": .., "B1": .., "B2": .., "C1": .., "C2": .., "D11": .., "D12": .., "D21": ..}}
+//! ```
+//!
+//! A certificate is a problem file, too: its plant is taken. Matrices are lists of rows; the partition is that of `lpv::plant`. The
+//! sizes are those that any matrix shows: a plant without states has `"A": []`, and its inputs and outputs are those of `D11`, `D12`
+//! and `D21`. The text is read as strictly as a certificate: no key stands twice. Other keys are passed over.
+//!
+//! Weights are part of the plant, so a weight that is not proper cannot be written down: it has no state-space form with finite
+//! matrices. What would stand for one is refused by name: `E` of a descriptor system `E x' = A x + ..` unless it is the identity, and
+//! numbers that are not finite. A direct path from u to y, `D22`, may be there and is 0 where it is not.
+
+use crate::error::Error;
+use crate::lpv::matrices::{Matrices, Reader, Size, find};
+use certificate::Json;
+use lpv::matrix::Mat;
+use lpv::plant::GeneralisedPlant;
+use squid_design::files::read;
+use std::path::Path;
+
+/// A generalised plant with a direct path from u to y.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Problem {
+    /// The plant without it.
+    pub plant: GeneralisedPlant,
+    /// The direct path.
+    pub d22: Mat,
+}
+
+/// Reads a problem file.
+///
+/// # Errors
+/// [`StoreError::Unreadable`](squid_design::error::StoreError::Unreadable); [`Error::Problem`] with file and key, also when matrices do not fit together.
+pub fn problem(path: &Path) -> Result<Problem, Error> {
+    let reader = Reader::new(path.display().to_string());
+    let text = read(path)?;
+    let value: Json = serde_json::from_str(&text).map_err(|e| not_json(&reader, &e, &text))?;
+    let top = reader.object(&value, "")?;
+    let data = find(top, "data").map_or(Ok(top), |data| reader.object(data, "data"))?;
+    let nested = ["P", "plant"].into_iter().find_map(|key| Some((key, find(data, key)?)));
+    let entries = nested.map_or(Ok(data), |(key, plant)| reader.object(plant, key))?;
+    let blocks = if nested.is_some() { reader.blocks(data)? } else { vec![] };
+    let matrices = Matrices::read(&reader, entries)?;
+    let plant = partition(&matrices, blocks)?;
+    if plant.b1.ncols() == 0 {
+        return Err(reader.wrong("B1", no_performance("columns", "no disturbance w")));
+    }
+    if plant.c1.nrows() == 0 {
+        return Err(reader.wrong("C1", no_performance("rows", "no output z")));
+    }
+    plant.check().map_err(|shape| reader.wrong("", shape.to_string()))?;
+    let d22 = matrices.or_zero("D22", plant.sizes().y, plant.sizes().u)?;
+    Ok(Problem { plant, d22 })
+}
+
+fn no_performance(part: &str, lacking: &str) -> String {
+    format!(
+        "has no {part}, so there is {lacking}; a problem needs a performance channel, from w (B1, D11, D21) to z (C1, D11, D12), \
+         whose gain is to be small"
+    )
+}
+
+/// The plant of the matrices; a matrix without rows or columns may be left out, unless it is what shows the sizes.
+fn partition(m: &Matrices<'_>, blocks: Vec<usize>) -> Result<GeneralisedPlant, Error> {
+    let a = m.get("A", Size::own())?;
+    let n = a.nrows();
+    m.only("E", |i, j| if i == j { 1.0 } else { 0.0 }, IMPROPER)?;
+    let r = blocks.iter().sum();
+    let (w, u) = (m.columns(&["B1", "D11", "D21", "Dt1"])?, m.columns(&["B2", "D12", "Dt2"])?);
+    let (z, y) = (m.rows(&["C1", "D11", "D12", "D1t"])?, m.rows(&["C2", "D21", "D2t"])?);
+    let part = |key, rows, columns| m.get(key, Size { rows, columns, required: false });
+    let shown = |key, rows, columns| m.get(key, Size { rows, columns, required: n > 0 });
+    Ok(GeneralisedPlant {
+        b1: shown("B1", n, w)?,
+        b2: shown("B2", n, u)?,
+        c1: shown("C1", z, n)?,
+        c2: shown("C2", y, n)?,
+        bt: part("Bt", n, r)?,
+        ct: part("Ct", r, n)?,
+        dtt: part("Dtt", r, r)?,
+        dt1: part("Dt1", r, w)?,
+        dt2: part("Dt2", r, u)?,
+        d1t: part("D1t", z, r)?,
+        d2t: part("D2t", y, r)?,
+        d11: part("D11", z, w)?,
+        d12: part("D12", z, u)?,
+        d21: part("D21", y, w)?,
+        a,
+        blocks,
+    })
+}
+
+/// That a text cannot be read, and why: with its line. JSON has no infinity, but programs write one: Python as `Infinity`, others as 1e999.
+pub(crate) fn not_json(reader: &Reader, error: &serde_json::Error, text: &str) -> Error {
+    let told = error.to_string();
+    let at = format!(" at line {} column {}", error.line(), error.column());
+    let (what, place) = match told.strip_suffix(&at) {
+        Some(what) => (what, format!(" (column {})", error.column())),
+        None => (told.as_str(), String::new()),
+    };
+    if error.is_data() {
+        return reader.wrong_at(error.line(), format!("cannot be read: {what}{place}"));
+    }
+    let line = text.lines().nth(error.line().saturating_sub(1)).unwrap_or_default();
+    let here: String = line.chars().skip(error.column().saturating_sub(4)).take(12).collect();
+    let infinite = ["Infinity", "NaN", "nan", "inf"].iter().any(|word| here.contains(word))
+        || told.starts_with("number out of range");
+    let advice = if infinite {
+        "; its numbers must be finite (a weight that is infinite at high frequency is not proper)"
+    } else {
+        ""
+    };
+    reader.wrong_at(error.line(), format!("this is not JSON: {what}{place}{advice}"))
+}
+
+const IMPROPER: &str = "the identity, or left out: with a singular E the plant, or a weight in it, is not proper (its gain grows without \
+                        limit with frequency), and has no least gamma; make such a weight proper by a pole well above the bandwidth";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plant_of(text: &str) -> Result<GeneralisedPlant, String> {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("p.json");
+        std::fs::write(&path, text).unwrap();
+        problem(&path).map(|problem| problem.plant).map_err(|e| e.to_string())
+    }
+
+    fn refusal(text: &str) -> String {
+        let words = plant_of(text).unwrap_err();
+        assert!(words.contains("p.json:"), "{words}");
+        words
+    }
+
+    const PLAIN: &str = r#"{"A": [[-1.0]], "B1": [[1.0]], "B2": [[1.0]], "C1": [[1.0], [0.0]], "C2": [[1.0]],
+        "D11": [[0.0], [0.0]], "D12": [[0.0], [1.0]], "D21": [[1.0]]}"#;
+
+    #[test]
+    fn plants_without_states_have_the_sizes_of_their_direct_paths() {
+        let text = r#"{"A": [], "B1": [], "B2": [], "C1": [[]], "C2": [[]], "D11": [[1, 2]], "D12": [[1]], "D21": [[1, 0]]}"#;
+        let p = plant_of(text).unwrap();
+        assert_eq!(
+            (p.b1.shape(), p.b2.shape(), p.c1.shape(), p.c2.shape()),
+            ((0, 2), (0, 1), (1, 0), (1, 0))
+        );
+        let without = r#"{"A": [], "D11": [[1, 2]], "D12": [[1]], "D21": [[1, 0]]}"#;
+        assert_eq!(plant_of(without).unwrap(), p);
+        let scheduled = r#"{"P": {"A": [], "Dtt": [[0.5]], "Dt1": [[1]], "Dt2": [[0]], "D1t": [[1]], "D11": [[0]],
+            "D12": [[0.1]], "D2t": [[0]], "D21": [[1]]}, "blocks": [1]}"#;
+        let p = plant_of(scheduled).unwrap();
+        assert_eq!((p.bt.shape(), p.ct.shape(), p.blocks), ((0, 1), (1, 0), vec![1]));
+    }
+
+    #[test]
+    fn texts_that_are_no_json_are_told_with_their_line() {
+        let words = plant_of("{\"A\": [[1]],\n \"B1\": [[1],]}").unwrap_err();
+        assert!(words.ends_with("p.json:2: this is not JSON: trailing comma (column 13)"), "{words}");
+        let words = plant_of("{\"A\": [[1]],\n\n \"B1\": [[Infinity]]}").unwrap_err();
+        assert!(words.contains("p.json:3: ") && words.contains("not proper"), "{words}");
+    }
+
+    #[test]
+    fn a_performance_channel_is_demanded() {
+        let no_w = r#"{"A": [[1]], "B1": [[]], "B2": [[1]], "C1": [[1]], "C2": [[1]], "D11": [[]], "D12": [[1]], "D21": [[]]}"#;
+        let no_z = r#"{"A": [[1]], "B1": [[1]], "B2": [[1]], "C1": [], "C2": [[1]], "D11": [], "D12": [], "D21": [[1]]}"#;
+        for (text, words) in [(no_w, "'B1' has no columns"), (no_z, "'C1' has no rows")] {
+            let found = refusal(text);
+            assert!(found.contains(words) && found.contains("needs a performance channel"), "{found}");
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_told_with_file_and_key() {
+        assert!(plant_of(PLAIN).is_ok());
+        for (old, new, words) in [
+            (r#""A": [[-1.0]]"#, r#""A": [[1.0]], "A": [[-1.0]]"#, "the key \"A\" stands twice"),
+            (
+                r#""A": [[-1.0]]"#,
+                r#""A": [["x"]]"#,
+                "'A' is the string \"x\" in row 1, column 1; it must be a finite number",
+            ),
+            (r#""A": [[-1.0]]"#, r#""A": [[null]]"#, "'A' is null in row 1, column 1"),
+            (
+                r#""A": [[-1.0]]"#,
+                r#""A": [-1.0]"#,
+                "'A' is the number -1 in row 1; it must be a list of rows",
+            ),
+            (r#""A": [[-1.0]]"#, r#""A": -1.0"#, "'A' is the number -1; it must be a list of rows"),
+            (
+                r#""A": [[-1.0]]"#,
+                r#""A": [[-1e101]]"#,
+                "'A' is -1e101 in row 1, column 1; it must be at most 1e100",
+            ),
+            (r#""A": [[-1.0]]"#, r#""A": [[Infinity]]"#, "not proper"),
+            (r#""A": [[-1.0]]"#, r#""A": [[1e999]]"#, "not proper"),
+            (r#""D21": [[1.0]]"#, r#""D21": [[1.0, 2.0]]"#, "D21 is 1 x 2, it must be 1 x 1"),
+            (r#""D21": [[1.0]]"#, r#""inf": 1, "D21": [[1.0]]]"#, "is not JSON"),
+            (r#""B2": [[1.0]], "#, "", "'B2' is missing"),
+        ] {
+            let found = refusal(&PLAIN.replacen(old, new, 1));
+            assert!(found.contains(words), "{new}: {found}");
+            let improper = found.contains("not proper");
+            assert_eq!(improper, ["null", "Infinity", "1e999"].iter().any(|w| new.contains(w)), "{found}");
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! What `squid show` prints.
+
+use crate::error::Error;
+use lpv::controller::Controller;
+use lpv::matrix::Mat;
+use nalgebra::Complex;
+use scheduled::Gamma;
+use squid_design::augment::augment;
+use squid_design::fit::Model;
+use squid_design::inputs::Inputs;
+use squid_design::linearise::linearise_at;
+use squid_design::numbers::{above, decimals};
+
+const STATES: [&str; 4] = ["u", "w", "q", "theta"];
+
+/// Trim, A, B and eigenvalues at one speed.
+///
+/// # Errors
+/// [`ModelError::Trim`](squid_design::error::ModelError::Trim).
+pub fn speed(inputs: &Inputs, speed: f64) -> Result<String, Error> {
+    let l = linearise_at(inputs, speed)?;
+    let t = &l.trim;
+    let mut out = format!(
+        "Level trim at V = {:.3} m/s, {:.1} m deep\n  incidence = pitch  {:>9} deg\n  forward speed u    {:>9} m/s\n  heave w            {:>9} m/s\n",
+        t.speed,
+        t.depth,
+        decimals(t.incidence.to_degrees(), 4),
+        decimals(t.forward_speed, 4),
+        decimals(t.heave, 4)
+    );
+    for (actuator, value) in inputs.vehicle.actuators.iter().zip(&t.actuators) {
+        let (shown, unit) =
+            if actuator.unit() == "rad" { (value.to_degrees(), "deg") } else { (*value, actuator.unit()) };
+        out += &format!("  {:<18} {:>9} {unit}\n", actuator.name, decimals(shown, 4));
+    }
+    let names: Vec<&str> = inputs.vehicle.actuators.iter().map(|a| a.name.as_str()).collect();
+    out += "\nA, x = [u w q theta] in m/s, m/s, rad/s, rad\n";
+    out += &table(&l.a, &STATES, &STATES);
+    out += "\nB, in x' per N or rad\n";
+    out += &table(&l.b, &STATES, &names);
+    out += &format!("\nEigenvalues of A (1/s)\n{}", modes(&l.eigenvalues()));
+    Ok(out)
+}
+
+/// The fit: residuals of each order, and the largest residual of each entry of A and B.
+pub fn fit(inputs: &Inputs, model: &Model) -> String {
+    let mut out = String::from(
+        "Polynomials in rho fitted to [A B]\n  order   A: rms      of its variation   largest |residual of [A B]|   frequency response\n",
+    );
+    let responses = squid_design::fit::frequency::errors(inputs, model);
+    let most = squid_design::fit::frequency::pitching_actuator(inputs, model);
+    for r in &model.residuals {
+        let response = responses.iter().find(|e| e.order == r.order);
+        let (whole, pitch) = response.map_or((f64::NAN, f64::NAN), |e| (e.scaled, e.channels[(1, most)]));
+        out += &format!(
+            "  {:>5}   {:7.3} %   {:7.3} %          {:9.2e}                     {:7.3} %   {:7.3} %\n",
+            r.order,
+            100.0 * r.a.relative_rms,
+            100.0 * r.relative_to_variation,
+            r.whole.norms.iter().copied().fold(0.0, f64::max),
+            100.0 * whole,
+            100.0 * pitch
+        );
+    }
+    out += &format!(
+        "  (the frequency response, largest relative error over speeds and 0.01..10 rad/s: from all actuators to what is tracked in the scales of the design,\n  \
+         and from {} to pitch)\n",
+        inputs.vehicle.actuators[most].name
+    );
+    let names: Vec<&str> =
+        STATES.into_iter().chain(inputs.vehicle.actuators.iter().map(|a| a.name.as_str())).collect();
+    for r in model.residuals.iter().filter(|r| r.order <= 2 || r.order == inputs.design.order) {
+        out += &format!("\nLargest residual of each entry of [A B] over the grid, order {}\n", r.order);
+        out += &table(&r.whole.largest, &STATES, &names);
+    }
+    out += &format!(
+        "\nLFT: {} channels of rho, {:.1e} from the polynomial of order {} at most (largest singular value)\n",
+        model.lft.size(),
+        model.lft_error,
+        inputs.design.order
+    );
+    out
+}
+
+/// A controller: its size and its poles at the ends and the middle of the range.
+///
+/// # Errors
+/// [`ModelError::Lft`](squid_design::error::ModelError::Lft), which would be a defect of this program; those of the model.
+pub fn controller(inputs: &Inputs, k: &Controller, gamma: &Gamma) -> Result<String, Error> {
+    let plant = augment(inputs, Model::new(inputs)?.lft)?;
+    let (centre, half_range) = inputs.design.scheduling();
+    let mut out = format!(
+        "Controller: {} states, {} channels of rho, {} measurements, {} commands\n\
+         gamma {:.4} at the least, built at {:.4}, the finished loop bounded by {}\n",
+        k.a.nrows(),
+        k.bt.ncols(),
+        k.by.ncols(),
+        k.cu.nrows(),
+        gamma.optimum,
+        gamma.optimum * (1.0 + gamma.back_off),
+        above(gamma.bound)
+    );
+    for rho in [-1.0, 0.0, 1.0] {
+        let v = centre + half_range * rho;
+        out += &format!("\nPoles of the controller at {v:.2} m/s (rho = {rho:+.0}), 1/s\n");
+        out += &modes(&k.frozen(&[rho])?.poles());
+        out += &format!(
+            "Poles of the closed loop there, 1/s\n{}",
+            modes(&plant.close(k).frozen(&[rho])?.poles())
+        );
+    }
+    Ok(out)
+}
+
+fn table(m: &Mat, rows: &[&str], columns: &[&str]) -> String {
+    let width = columns.iter().map(|c| c.len()).max().unwrap_or(0).max(11);
+    let mut out = format!("  {:<6}", "");
+    for column in columns {
+        out += &format!(" {column:>width$}");
+    }
+    out.push('\n');
+    for (i, row) in rows.iter().enumerate() {
+        out += &format!("  {row:<6}");
+        for j in 0..m.ncols() {
+            out += &format!(" {:>width$}", decimals(m[(i, j)], 6));
+        }
+        out.push('\n');
+    }
+    out
+}
+
+/// Real modes one a line, complex pairs once, with damping.
+fn modes(values: &[Complex<f64>]) -> String {
+    let shown = values.iter().filter(|v| v.im >= 0.0);
+    shown
+        .map(|v| {
+            if v.im == 0.0 {
+                format!("  {:>11}\n", decimals(v.re, 5))
+            } else {
+                let (re, im, damping) = (decimals(v.re, 5), v.im, decimals(-v.re / v.norm(), 3));
+                format!("  {re:>11} +- {im:.5}i   (damping {damping})\n")
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,85 @@
+//! What `squid show --uncertainty` prints: what is uncertain, how often it stands in the LFT, and how well that holds.
+
+use crate::error::Error;
+use squid_design::fit::Model;
+use squid_design::inputs::Inputs;
+use squid_design::linearise::speeds;
+use squid_design::uncertain::errors::{ModelErrors, errors};
+use squid_design::uncertain::frozen::at_speed;
+use squid_design::uncertain::model::{Block, UncertainModel};
+use squid_design::uncertain::over_range;
+
+/// Speeds that are shown, evenly spread over the range.
+const SPEEDS: usize = 6;
+
+/// The uncertain parameters with their ranges and repetitions, the moves of the trim, and the errors of the models.
+///
+/// # Errors
+/// [`ModelError::Trim`](squid_design::error::ModelError::Trim), [`ModelError::Fit`](squid_design::error::ModelError::Fit), [`Error::Uncertain`].
+pub fn uncertainty(inputs: &Inputs) -> Result<String, Error> {
+    let frozen =
+        speeds(inputs, SPEEDS).into_iter().map(|v| at_speed(inputs, v)).collect::<Result<Vec<_>, _>>()?;
+    let model = Model::new(inputs)?;
+    let joint = over_range(inputs, &model)?;
+    let (centre, half_range) = inputs.design.scheduling();
+    let mut out = blocks_table(&joint, &frozen.iter().map(|f| &f.model).collect::<Vec<_>>());
+    out += "\nThe trim over the corners of the box of coefficients\n       V    moves by at most\n";
+    for f in &frozen {
+        out += &format!("  {:>6.2}", f.speed);
+        for (parameter, deviation) in &f.trim_range.deviations {
+            let (shown, unit) = shown(*deviation, parameter.unit(&inputs.vehicle));
+            out += &format!("   {} {shown:.3} {unit}", parameter.name(&inputs.vehicle));
+        }
+        out += &format!(
+            "   (beyond the actuators' limits at {} of {} corners)\n",
+            f.trim_range.beyond_limits, f.trim_range.corners
+        );
+    }
+    out += "\n[A B] over corners of the box, largest relative error (Frobenius norm)\n\
+            \x20      V   moves by   of it through trim   LFT: trim held   LFT: trim anew   over the range\n";
+    for f in &frozen {
+        let own: ModelErrors = errors(inputs, f, &f.model, 0.0)?;
+        let over = errors(inputs, f, &joint, (f.speed - centre) / half_range)?;
+        out += &format!(
+            "  {:>6.2}   {:6.2} %             {:6.2} %          {:8.1e}         {:6.3} %         {:6.2} %\n",
+            f.speed,
+            100.0 * own.movement,
+            100.0 * own.through_trim,
+            own.at_held_trim,
+            100.0 * own.remainder,
+            100.0 * over.remainder
+        );
+    }
+    Ok(out)
+}
+
+fn blocks_table(joint: &UncertainModel, frozen: &[&UncertainModel]) -> String {
+    let mut out = String::from(
+        "What is uncertain, and its channels in the LFT: at one speed (the most over the speeds), over the range of speed\n",
+    );
+    for b in &joint.blocks {
+        let (value, _) = shown(b.value, b.unit);
+        let (half_range, unit) = shown(b.half_range, b.unit);
+        let most = frozen.iter().map(|f| repetitions(f, b)).max().unwrap_or(0);
+        out += &format!(
+            "  {:<28} {value:>12.4} +- {half_range:<10.4} {unit:<11} {most:>3} {:>3}\n",
+            b.name, b.repetitions
+        );
+    }
+    let most = frozen.iter().map(|f| f.channels()).max().unwrap_or(0);
+    let uncertain = joint.channels() - joint.scheduled;
+    out += &format!(
+        "  {:<68} {most:>3} {uncertain:>3}\n  {:<72} {:>3}\n",
+        "channels", "and of rho", joint.scheduled
+    );
+    out
+}
+
+fn repetitions(model: &UncertainModel, block: &Block) -> usize {
+    model.blocks.iter().find(|b| b.uncertain == block.uncertain).map_or(0, |b| b.repetitions)
+}
+
+/// Angles in degrees, all else in SI.
+fn shown(value: f64, unit: &'static str) -> (f64, &'static str) {
+    if unit == "rad" { (value.to_degrees(), "deg") } else { (value, unit) }
+}
