@@ -17,7 +17,7 @@ NEVER = {
     "lpv": {"auv", "scheduled", "fmi2", "model-description"},
     "scheduled": {"auv", "lpv", "fmi2", "model-description", "clarabel"},
     "fmi2": {"auv", "lpv", "scheduled", "clarabel"},
-    "squid-design": {"clap", "indicatif", "plotters", "zip", "quick-xml", "fmi2", "fmu-plant", "squid-report", "squid-package"},
+    "squid-design": {"clap", "indicatif", "plotters", "zip", "fmi2", "fmu-plant", "squid-report", "squid-package"},
     "squid-flight": {"lpv", "clap", "plotters", "zip", "squid-design"},
     "squid-report": {"clap", "zip", "fmi2", "squid-package"},
     "squid-package": {"clap", "indicatif"},
