@@ -30,45 +30,31 @@
 //!
 //! Units are SI, angles are radians. This crate knows no control theory and no co-simulation.
 
-mod actuator;
-mod coefficients;
-mod descriptor;
-mod dynamics;
-mod flow;
-mod forces;
-mod frozen;
-mod integrator;
-mod linearise;
-mod lpv_model;
-mod memory;
-mod parameter;
-mod plant;
-mod rates;
-mod simulation_error;
-mod slopes;
+mod motion;
+mod scalar;
+mod simulation;
 pub mod toml_file;
-mod trim;
 mod vehicle;
-mod vehicle_file;
-mod vehicle_json;
 
-pub use actuator::{Actuator, Effect};
-pub use coefficients::{Allowed, COEFFICIENTS, CoefficientError, CoefficientSpec, Coefficients};
-pub use descriptor::Descriptor;
-pub use dynamics::{Dynamics, LEAST_REYNOLDS_NUMBER, Motion, Scalar, actuator_force};
-pub use flow::Current;
-pub use integrator::IntegrationError;
-pub use linearise::{Linearisation, linearise};
-pub use lpv_model::{LPV_MODEL_FORMAT, LpvModel, LpvModelError, TrimPoint};
-pub use memory::{Memory, MemoryError};
+pub use motion::descriptor::Descriptor;
+pub use motion::dynamics::{Dynamics, LEAST_REYNOLDS_NUMBER, Motion, actuator_force};
+pub use motion::linearise::{Linearisation, linearise};
+pub use motion::parameter::{Parameter, UnknownParameter};
+pub use motion::trim::{Speed, Trim, TrimError, trim};
 /// A number with its derivative in one direction.
 pub use num_dual::Dual64;
-pub use parameter::{Parameter, UnknownParameter};
-pub use plant::{Fidelity, Plant, State};
-pub use rates::{Instant, Rates};
-pub use simulation_error::SimulationError;
-pub use slopes::Slopes;
+pub use scalar::Scalar;
+pub use simulation::current::Current;
+pub use simulation::error::SimulationError;
+pub use simulation::integrator::IntegrationError;
+pub use simulation::lpv_model::{LPV_MODEL_FORMAT, LpvModel, LpvModelError, TrimPoint};
+pub use simulation::memory::{Memory, MemoryError};
+pub use simulation::plant::{Fidelity, Plant, State};
+pub use simulation::rates::{Instant, Rates};
+pub use simulation::slopes::Slopes;
 pub use toml_file::{FileError, FileProblem, number, read_text, rounded};
-pub use trim::{Speed, Trim, TrimError, trim};
+pub use vehicle::actuator::{Actuator, Effect};
+pub use vehicle::allowed::Allowed;
+pub use vehicle::coefficients::{COEFFICIENTS, CoefficientError, CoefficientSpec, Coefficients};
+pub use vehicle::json::{JsonProblem, VEHICLE_FORMAT, VehicleJsonError};
 pub use vehicle::{PublishedLinearModel, Status, Vehicle};
-pub use vehicle_json::{JsonProblem, VEHICLE_FORMAT, VehicleJsonError};

@@ -13,7 +13,7 @@ pub(crate) use error::Rounded;
 pub use error::{FileError, FileProblem, Mistake, number, rounded};
 pub use text::read_text;
 
-use crate::coefficients::Allowed;
+use crate::vehicle::allowed::Allowed;
 use text::line_of;
 
 /// Larger numbers than this overflow in the products of coefficients. The moments of the largest ships are some 1e13 kg m2.

@@ -1,15 +1,18 @@
 //! A vehicle: its name and standing, its coefficients, its actuators.
 
+pub(crate) mod actuator;
+pub(crate) mod allowed;
+pub(crate) mod coefficients;
+mod file;
+pub(crate) mod json;
+
 use std::collections::BTreeMap;
-use std::path::Path;
 use std::sync::Arc;
 
 use nalgebra::Complex;
 
-use crate::actuator::Actuator;
-use crate::coefficients::Coefficients;
-use crate::toml_file::{FileError, read_text};
-use crate::vehicle_file;
+use crate::vehicle::actuator::Actuator;
+use crate::vehicle::coefficients::Coefficients;
 
 /// How well the coefficients of a vehicle are known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,22 +79,4 @@ pub(crate) fn is_vehicle_name(name: &str) -> bool {
     name.len() <= LONGEST_NAME
         && name.starts_with(|c: char| c.is_ascii_alphabetic())
         && name.chars().all(|c| c.is_ascii_alphanumeric() || "_- ".contains(c))
-}
-
-impl Vehicle {
-    /// Reads and validates a vehicle file.
-    ///
-    /// # Errors
-    /// [`FileError`]: every mistake with file, line, key, what was found and what is allowed.
-    pub fn read(path: &Path) -> Result<Self, FileError> {
-        vehicle_file::parse(&read_text(path)?, &path.display().to_string())
-    }
-
-    /// Reads and validates the text of a vehicle file; `file` is its name in messages.
-    ///
-    /// # Errors
-    /// [`FileError`]: every mistake with file, line, key, what was found and what is allowed.
-    pub fn parse(text: &str, file: &str) -> Result<Self, FileError> {
-        vehicle_file::parse(text, file)
-    }
 }

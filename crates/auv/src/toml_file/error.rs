@@ -4,8 +4,8 @@ use std::fmt;
 
 use thiserror::Error;
 
-use crate::coefficients::CoefficientError;
-use crate::parameter::UnknownParameter;
+use crate::motion::parameter::UnknownParameter;
+use crate::vehicle::coefficients::CoefficientError;
 
 /// The mistakes in a file, in the order of the file, each on a line `FILE:LINE: what was found and what is allowed`.
 #[derive(Debug)]

@@ -4,10 +4,11 @@ mod actuator_tables;
 mod published_model;
 
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::Arc;
 
-use crate::coefficients::{COEFFICIENTS, CoefficientError, CoefficientSpec, Coefficients};
-use crate::toml_file::{Document, FileError, FileProblem, Table, cited};
+use crate::toml_file::{Document, FileError, FileProblem, Table, cited, read_text};
+use crate::vehicle::coefficients::{COEFFICIENTS, CoefficientError, CoefficientSpec, Coefficients};
 use crate::vehicle::{Status, Vehicle, is_vehicle_name};
 
 const CONVENTION: &str = "convention";
@@ -20,8 +21,26 @@ const GRAVITY: f64 = 9.81;
 /// of two digits each are off by up to 5 %; the least of the mistakes in units, pounds for kilograms, is a factor of 2.2.
 const WEIGHT_TOLERANCE: f64 = 0.1;
 
+impl Vehicle {
+    /// Reads and validates a vehicle file.
+    ///
+    /// # Errors
+    /// [`FileError`]: every mistake with file, line, key, what was found and what is allowed.
+    pub fn read(path: &Path) -> Result<Self, FileError> {
+        Self::parse(&read_text(path)?, &path.display().to_string())
+    }
+
+    /// Reads and validates the text of a vehicle file; `file` is its name in messages.
+    ///
+    /// # Errors
+    /// [`FileError`]: every mistake with file, line, key, what was found and what is allowed.
+    pub fn parse(text: &str, file: &str) -> Result<Self, FileError> {
+        parse(text, file)
+    }
+}
+
 /// Reads and validates the text of a vehicle file.
-pub(crate) fn parse(text: &str, file: &str) -> Result<Vehicle, FileError> {
+fn parse(text: &str, file: &str) -> Result<Vehicle, FileError> {
     let document = Document::parse(text, file)?;
     let root = document.root();
     let mut sections: Vec<&str> = vec!["vehicle", "thruster", "control_surface", published_model::SECTION];

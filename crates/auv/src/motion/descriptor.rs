@@ -5,11 +5,12 @@
 use nalgebra::DMatrix;
 use num_dual::{Dual64, HyperDual64, HyperHyperDual64};
 
-use crate::coefficients::Coefficients;
-use crate::dynamics::{Motion, Scalar, add};
-use crate::parameter::Parameter;
-use crate::trim::Trim;
+use crate::motion::dynamics::{Motion, add};
+use crate::motion::parameter::Parameter;
+use crate::motion::trim::Trim;
+use crate::scalar::Scalar;
 use crate::vehicle::Vehicle;
+use crate::vehicle::coefficients::Coefficients;
 
 /// `M x' = C x + D (T - T0)` about a trim, with x = \[u w q theta\] less its trim.
 ///
@@ -89,7 +90,7 @@ fn differentiate<D: Scalar>(
 /// A vehicle and its trim over scalars that carry derivatives.
 struct Point<D> {
     coefficients: Coefficients<D>,
-    effects: Vec<crate::actuator::Effect<D>>,
+    effects: Vec<crate::vehicle::actuator::Effect<D>>,
     motion: Motion<D>,
     depth: D,
     outputs: Vec<D>,

@@ -3,10 +3,11 @@
 //! The states are the velocities over ground along the body, not those through the water: the vehicle has mass, so that
 //! they do not jump where the current does.
 
-use crate::actuator::Actuator;
-use crate::dynamics::{Motion, Scalar, actuator_force};
-use crate::lpv_model::LpvModel;
-use crate::plant::{Fidelity, Plant};
+use crate::motion::dynamics::Motion;
+use crate::scalar::Scalar;
+use crate::simulation::lpv_model::LpvModel;
+use crate::simulation::plant::{Fidelity, Plant};
+use crate::vehicle::actuator::Actuator;
 
 /// The motion at one instant, and what acts on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -117,11 +118,7 @@ impl Plant {
                 [motion.u, motion.w, motion.q, motion.theta],
                 outputs,
             ),
-            _ => {
-                let force = actuator_force(actuators, motion.u, outputs);
-                let [du, dw, dq] = self.dynamics().acceleration(&motion, instant.depth, force);
-                [du, dw, dq, motion.q]
-            }
+            _ => self.dynamics().rate(actuators, &motion, instant.depth, outputs),
         };
         let ((u_c, w_c), (sin, cos)) = (instant.current(), instant.pitch.sin_cos());
         Rates {

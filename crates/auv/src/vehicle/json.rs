@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use serde_with::rust::maps_duplicate_key_is_error;
 use thiserror::Error;
 
-use crate::actuator::{Actuator, Effect, allowed, is_actuator_name};
-use crate::coefficients::{COEFFICIENTS, CoefficientError, Coefficients};
+use crate::vehicle::actuator::{Actuator, Effect, allowed, is_actuator_name};
+use crate::vehicle::coefficients::{COEFFICIENTS, CoefficientError, Coefficients};
 use crate::vehicle::{Status, Vehicle, is_vehicle_name};
 
 /// The `format` of the files that this version reads and writes.

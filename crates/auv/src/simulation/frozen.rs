@@ -1,6 +1,6 @@
 //! The LPV model at one speed, in a workspace that is sized once.
 
-use crate::lpv_model::LpvModel;
+use crate::simulation::lpv_model::LpvModel;
 
 /// A, B and the trim at one operating speed.
 #[derive(Clone, Debug)]

@@ -5,18 +5,13 @@
 //!
 //! Sources: Lamb, Hydrodynamics (1932), ch. VI (Kirchhoff's equations); Fossen (2011), ch. 6 to 8; ITTC (1957).
 
+use crate::scalar::Scalar;
+use crate::vehicle::actuator::Actuator;
+use crate::vehicle::coefficients::{CoefficientError, Coefficients};
 use nalgebra::Matrix3;
-use num_dual::DualNum;
-
-use crate::actuator::Actuator;
-use crate::coefficients::{CoefficientError, Coefficients};
 
 /// The least Reynolds number at which the ITTC-57 line is evaluated; below it the coefficient is held.
 pub const LEAST_REYNOLDS_NUMBER: f64 = 1e4;
-
-/// A scalar that carries derivatives, or a plain `f64`.
-pub trait Scalar: DualNum<Primitive = f64> + Copy {}
-impl<D: DualNum<Primitive = f64> + Copy> Scalar for D {}
 
 /// The motion of the vehicle through the water, x = \[u w q theta\].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,6 +65,19 @@ impl Dynamics {
                 + total[2] * self.inverse_mass[(i, 2)]
         };
         [row(0), row(1), row(2)]
+    }
+
+    /// Returns \[u' w' q' theta'\] under the outputs of the actuators \[N or rad\]; see [`Dynamics::acceleration`].
+    pub fn rate<D: Scalar>(
+        &self,
+        actuators: &[Actuator],
+        motion: &Motion<D>,
+        depth: D,
+        outputs: impl Iterator<Item = D>,
+    ) -> [D; 4] {
+        let force = actuator_force(actuators, motion.u, outputs);
+        let [u, w, q] = self.acceleration(motion, depth, force);
+        [u, w, q, motion.q]
     }
 
     /// Returns the surge force of drag: `X_uu u|u| - rho/2 (C_f k S_w + C_d A) u|u|`.

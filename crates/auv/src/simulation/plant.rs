@@ -3,17 +3,18 @@
 use std::fmt;
 use std::sync::Arc;
 
-use crate::actuator::Actuator;
-use crate::coefficients::CoefficientError;
-use crate::dynamics::{Dynamics, Motion};
-use crate::flow::{Current, Flow, Moving, earth_velocity};
-use crate::frozen::Frozen;
-use crate::integrator::{Body, Integrator};
-use crate::lpv_model::{LpvModel, LpvModelError};
-use crate::simulation_error::{SimulationError, finite};
-use crate::slopes::Slopes;
-use crate::trim::Trim;
+use crate::motion::dynamics::{Dynamics, Motion};
+use crate::motion::trim::Trim;
+use crate::simulation::current::{Current, earth_velocity};
+use crate::simulation::error::{SimulationError, finite};
+use crate::simulation::flow::{Flow, Model};
+use crate::simulation::frozen::Frozen;
+use crate::simulation::integrator::{Body, Integrator};
+use crate::simulation::lpv_model::{LpvModel, LpvModelError};
+use crate::simulation::slopes::Slopes;
 use crate::vehicle::Vehicle;
+use crate::vehicle::actuator::Actuator;
+use crate::vehicle::coefficients::CoefficientError;
 
 /// Which equations of motion are integrated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -175,6 +176,26 @@ impl Plant {
         Ok(())
     }
 
+    /// Lets the inputs change at constant rates from now on; [`Plant::advance`] carries them along.
+    ///
+    /// # Errors
+    /// [`SimulationError`] if a rate is not finite or belongs to no actuator.
+    pub fn set_slopes(&mut self, slopes: &Slopes) -> Result<(), SimulationError> {
+        let (found, expected) = (slopes.commands.len(), self.actuators().len());
+        if found != expected {
+            return Err(SimulationError::TrimActuators { found, expected });
+        }
+        let Current { horizontal, vertical } = slopes.current;
+        for &rate in [horizontal, vertical, slopes.operating_speed].iter().chain(&slopes.commands) {
+            finite("rate of an input", rate)?;
+        }
+        self.slopes.commands.copy_from_slice(&slopes.commands);
+        (self.slopes.current, self.slopes.operating_speed) = (slopes.current, slopes.operating_speed);
+        let held = slopes.current == Current::default() && slopes.operating_speed == 0.0;
+        self.moving = !held || slopes.commands.iter().any(|rate| *rate != 0.0);
+        Ok(())
+    }
+
     /// Moves the vehicle to an instant \[s\], all inputs held or changing at their rates.
     ///
     /// # Errors
@@ -192,9 +213,11 @@ impl Plant {
         if let Some(model) = lpv {
             self.frozen.evaluate(model, self.operating_speed);
         }
-        let slopes = &self.slopes;
-        let moving =
-            self.moving.then(|| Moving { slopes, lpv: lpv.map(|model| (model, self.operating_speed)) });
+        let model = match lpv {
+            None => Model::Nonlinear,
+            Some(model) if self.moving => Model::Scheduled(model, self.operating_speed),
+            Some(_) => Model::Frozen(&self.frozen),
+        };
         let flow = Flow {
             dynamics: &self.dynamics,
             actuators: &self.actuators,
@@ -202,8 +225,8 @@ impl Plant {
             commands: &self.commands,
             current: self.current,
             depth: self.body[5],
-            frozen: lpv.map(|_| &self.frozen),
-            slopes: moving,
+            model,
+            slopes: self.moving.then_some(&self.slopes),
         };
         let [u, w, q, theta, x, depth] = self.body;
         let end = self
@@ -214,6 +237,23 @@ impl Plant {
         self.carry_inputs(duration);
         self.time = to;
         Ok(())
+    }
+
+    /// The rates at which the inputs change.
+    pub fn slopes(&self) -> &Slopes {
+        &self.slopes
+    }
+
+    /// Carries outputs of actuators and inputs along.
+    pub(crate) fn carry_inputs(&mut self, duration: f64) {
+        let actuators = self.actuators.iter().zip(&mut self.outputs);
+        let inputs = self.commands.iter_mut().zip(&self.slopes.commands);
+        for ((actuator, output), (command, slope)) in actuators.zip(inputs) {
+            *output = actuator.output_along(duration, *output, *command, *slope);
+            *command += slope * duration;
+        }
+        self.current = self.current.after(duration, self.slopes.current);
+        self.operating_speed += self.slopes.operating_speed * duration;
     }
 
     /// The speed at which the LPV model is evaluated \[m/s\].
@@ -301,5 +341,73 @@ impl fmt::Debug for Plant {
             .field("commands", &self.commands)
             .field("current", &self.current);
         debug.finish_non_exhaustive()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Motion, Speed, Vehicle, trim};
+
+    fn vehicle() -> Vehicle {
+        let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid/vehicle.toml");
+        Vehicle::read(&file).unwrap()
+    }
+
+    /// Many short intervals with held inputs in the middle of each come to the same, to second order.
+    #[test]
+    fn a_ramp_is_the_limit_of_stairs() {
+        let vehicle = vehicle();
+        let (command, slope) = (20.0, 200.0);
+        let mut plants = [1, 4000].map(|pieces| {
+            let mut plant = Plant::new(&vehicle).unwrap();
+            plant.start(0.0, &trim(&vehicle, Speed::Path(1.5), 30.0).unwrap()).unwrap();
+            (plant, pieces)
+        });
+        for (plant, pieces) in &mut plants {
+            let h = 1.0 / f64::from(*pieces);
+            let current = |time: f64| Current { horizontal: 0.3 * time, vertical: -0.2 * time };
+            for piece in 0..*pieces {
+                let (from, middle) = (f64::from(piece) * h, (f64::from(piece) + 0.5) * h);
+                let whole = *pieces == 1;
+                let at = if whole { from } else { middle };
+                plant.set_command(0, command + slope * at).unwrap();
+                plant.set_current(current(at)).unwrap();
+                if whole {
+                    let mut slopes = Slopes::held(vehicle.actuators.len());
+                    (slopes.commands[0], slopes.current) = (slope, current(1.0));
+                    plant.set_slopes(&slopes).unwrap();
+                }
+                plant.advance(from + h).unwrap();
+            }
+            plant.set_current(current(1.0)).unwrap();
+        }
+        let [(ramp, _), (stairs, _)] = plants;
+        assert_eq!(ramp.commands()[0], 220.0, "the input has moved along");
+        let (Motion { u, w, q, theta }, other) = (ramp.state().motion, stairs.state().motion);
+        for (one, other) in [(u, other.u), (w, other.w), (q, other.q), (theta, other.theta)] {
+            assert!((one - other).abs() < 1e-6 * (1.0 + other.abs()), "{one} and {other}");
+        }
+        assert!((ramp.outputs()[0] - stairs.outputs()[0]).abs() < 1e-4);
+        assert!((ramp.state().x - stairs.state().x).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_command_that_crosses_both_limits_is_cut_at_each() {
+        let mut actuator = vehicle().actuators[0].clone();
+        (actuator.min, actuator.max) = (-10.0, 30.0);
+        for lag in [0.0, 0.2] {
+            actuator.lag = lag;
+            for (command, slope) in [(-50.0, 100.0), (60.0, -100.0), (0.0, 100.0), (-50.0, -1.0), (5.0, 2.0)]
+            {
+                let (mut output, pieces) = (3.0, 100_000);
+                for piece in 0..pieces {
+                    let middle = (f64::from(piece) + 0.5) / f64::from(pieces);
+                    output = actuator.output_after(1.0 / f64::from(pieces), output, command + slope * middle);
+                }
+                let found = actuator.output_along(1.0, 3.0, command, slope);
+                assert!((found - output).abs() < 1e-3, "{lag} {command} {slope}: {found} and {output}");
+            }
+        }
     }
 }

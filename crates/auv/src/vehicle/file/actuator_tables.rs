@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::actuator::{Actuator, Effect, allowed, is_actuator_name};
 use crate::toml_file::{FileProblem, Table, cited};
+use crate::vehicle::actuator::{Actuator, Effect, allowed, is_actuator_name};
 
 const ANGLES: [&str; 2] = ["rad", "deg"];
 const THRUSTER: [&str; 7] = ["name", "x", "z", "direction", "min", "max", "lag"];

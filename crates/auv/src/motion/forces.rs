@@ -4,8 +4,9 @@
 //!
 //! Sources: Lamb, Hydrodynamics (1932), ch. VI (Kirchhoff's equations); Fossen (2011), ch. 6 to 8; ITTC (1957).
 
-use crate::coefficients::Coefficients;
-use crate::dynamics::{LEAST_REYNOLDS_NUMBER, Motion, Scalar, add};
+use crate::motion::dynamics::{LEAST_REYNOLDS_NUMBER, Motion, add};
+use crate::scalar::Scalar;
+use crate::vehicle::coefficients::Coefficients;
 
 impl<D: Scalar> Coefficients<D> {
     /// Returns `M nu' = actuators + coriolis + restoring + lift + damping + drag`: surge force, heave force, pitch moment.

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::integrator::IntegrationError;
+use crate::simulation::integrator::IntegrationError;
 
 /// Why a simulation cannot go on.
 #[derive(Clone, Debug, Error, PartialEq)]

@@ -3,10 +3,10 @@
 use nalgebra::{Complex, DMatrix};
 use num_dual::Dual64;
 
-use crate::coefficients::CoefficientError;
-use crate::dynamics::{Dynamics, Motion, actuator_force};
-use crate::trim::Trim;
+use crate::motion::dynamics::{Dynamics, Motion, actuator_force};
+use crate::motion::trim::Trim;
 use crate::vehicle::Vehicle;
+use crate::vehicle::coefficients::CoefficientError;
 
 /// The linear motion about a trim: `x' = A (x - x0) + B (T - T0)`.
 ///

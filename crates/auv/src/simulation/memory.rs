@@ -1,11 +1,11 @@
 //! Everything of a plant that changes, so that it can be put away and taken up again.
 
-use crate::coefficients::{CoefficientError, Coefficients};
-use crate::dynamics::{Dynamics, Motion};
-use crate::flow::Current;
-use crate::plant::{Fidelity, Plant, State};
-use crate::simulation_error::{SimulationError, finite};
-use crate::slopes::Slopes;
+use crate::motion::dynamics::{Dynamics, Motion};
+use crate::simulation::error::{SimulationError, finite};
+use crate::simulation::current::Current;
+use crate::simulation::plant::{Fidelity, Plant, State};
+use crate::simulation::slopes::Slopes;
+use crate::vehicle::coefficients::{CoefficientError, Coefficients};
 
 /// What a [`Plant`] remembers besides the vehicle's actuators and its LPV model.
 #[derive(Clone, Debug, PartialEq)]

@@ -8,11 +8,12 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use num_dual::Dual64;
 use thiserror::Error;
 
-use crate::actuator::Actuator;
-use crate::coefficients::CoefficientError;
-use crate::dynamics::{Dynamics, Motion, Scalar, actuator_force};
+use crate::motion::dynamics::{Dynamics, Motion, actuator_force};
+use crate::scalar::Scalar;
 use crate::toml_file::Rounded;
 use crate::vehicle::Vehicle;
+use crate::vehicle::actuator::Actuator;
+use crate::vehicle::coefficients::CoefficientError;
 
 const MAX_ITERATIONS: usize = 60;
 const LARGEST_STEP: f64 = 0.2;

@@ -2,8 +2,8 @@
 
 #![allow(non_snake_case, reason = "the field's symbols keep their capitals: Z is a force, z a length")]
 
-use crate::coefficients::Allowed;
-use crate::dynamics::Scalar;
+use crate::scalar::Scalar;
+use crate::vehicle::allowed::Allowed;
 
 /// What an actuator does to the hull.
 #[derive(Clone, Debug, PartialEq)]

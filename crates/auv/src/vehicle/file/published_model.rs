@@ -2,9 +2,9 @@
 
 use nalgebra::Complex;
 
-use crate::coefficients::Allowed;
 use crate::toml_file::Table;
 use crate::vehicle::PublishedLinearModel;
+use crate::vehicle::allowed::Allowed;
 
 /// Its name.
 pub(super) const SECTION: &str = "published_linear_model";

@@ -2,11 +2,11 @@
 
 use thiserror::Error;
 
-use crate::actuator::Effect;
-use crate::coefficients::COEFFICIENTS;
+use crate::motion::trim::Trim;
 use crate::toml_file::nearest;
-use crate::trim::Trim;
 use crate::vehicle::Vehicle;
+use crate::vehicle::actuator::Effect;
+use crate::vehicle::coefficients::COEFFICIENTS;
 
 /// A number on which the linear motion depends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,0 +1,8 @@
+//! The equations of motion: forces, trims, linear models.
+
+pub(crate) mod descriptor;
+pub(crate) mod dynamics;
+mod forces;
+pub(crate) mod linearise;
+pub(crate) mod parameter;
+pub(crate) mod trim;

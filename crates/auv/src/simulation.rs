@@ -1,0 +1,12 @@
+//! A vehicle in motion over time.
+
+pub(crate) mod current;
+pub(crate) mod error;
+mod flow;
+mod frozen;
+pub(crate) mod integrator;
+pub(crate) mod lpv_model;
+pub(crate) mod memory;
+pub(crate) mod plant;
+pub(crate) mod rates;
+pub(crate) mod slopes;

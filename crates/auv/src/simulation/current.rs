@@ -1,0 +1,35 @@
+//! The current: water that moves, steadily and everywhere alike.
+
+use crate::simulation::integrator::Body;
+
+/// A steady, uniform current, in the earth frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Current {
+    /// Horizontal velocity U_c \[m/s\].
+    pub horizontal: f64,
+    /// Vertical velocity W_c \[m/s\], positive down.
+    pub vertical: f64,
+}
+
+impl Current {
+    /// Returns the current along the body axes: `u_c = U_c cos - W_c sin`, `w_c = U_c sin + W_c cos`.
+    pub(crate) fn along_body(self, theta: f64) -> (f64, f64) {
+        let (sin, cos) = theta.sin_cos();
+        (self.horizontal * cos - self.vertical * sin, self.horizontal * sin + self.vertical * cos)
+    }
+
+    /// The current a time later \[s\], changing at constant rates.
+    pub(crate) fn after(self, elapsed: f64, rates: Self) -> Self {
+        Self {
+            horizontal: self.horizontal + rates.horizontal * elapsed,
+            vertical: self.vertical + rates.vertical * elapsed,
+        }
+    }
+}
+
+/// `x' = u cos + w sin + U_c`, `z' = -u sin + w cos + W_c`.
+pub(crate) fn earth_velocity(body: &Body, current: Current) -> (f64, f64) {
+    let [u, w, _, theta, ..] = *body;
+    let (sin, cos) = theta.sin_cos();
+    (u * cos + w * sin + current.horizontal, w * cos - u * sin + current.vertical)
+}

@@ -1,0 +1,74 @@
+//! The equations of motion between two instants.
+
+use differential_equations::ode::ODE;
+
+use crate::motion::dynamics::{Dynamics, Motion};
+use crate::simulation::current::{Current, earth_velocity};
+use crate::simulation::frozen::Frozen;
+use crate::simulation::integrator::{Body, Equations};
+use crate::simulation::lpv_model::LpvModel;
+use crate::simulation::slopes::Slopes;
+use crate::vehicle::actuator::Actuator;
+
+/// Which equations hold over the interval.
+pub(crate) enum Model<'a> {
+    /// The nonlinear ones.
+    Nonlinear,
+    /// The LPV model at one operating speed.
+    Frozen(&'a Frozen),
+    /// The LPV model at an operating speed that changes, from this one on \[m/s\].
+    Scheduled(&'a LpvModel, f64),
+}
+
+/// The equations of motion over an interval; time and the way made count from its start.
+pub(crate) struct Flow<'a> {
+    pub(crate) dynamics: &'a Dynamics,
+    pub(crate) actuators: &'a [Actuator],
+    pub(crate) outputs: &'a [f64],
+    pub(crate) commands: &'a [f64],
+    pub(crate) current: Current,
+    pub(crate) depth: f64,
+    pub(crate) model: Model<'a>,
+    /// How the inputs change; `None` where all are held.
+    pub(crate) slopes: Option<&'a Slopes>,
+}
+
+impl ODE<f64, Body> for Flow<'_> {
+    /// The velocity over ground does not feel a changing current, so that the one through the water loses what the current
+    /// gains.
+    fn diff(&self, time: f64, body: &Body, rate: &mut Body) {
+        let [u, w, q, theta, _, sunk] = *body;
+        let each = self.actuators.iter().zip(self.outputs).zip(self.commands).enumerate();
+        let outputs = each.map(|(i, ((actuator, start), command))| match self.slopes {
+            None => actuator.output_after(time, *start, *command),
+            Some(slopes) => actuator.output_along(time, *start, *command, slopes.commands[i]),
+        });
+        let [du, dw, dq, dtheta] = match &self.model {
+            Model::Frozen(frozen) => frozen.derivative([u, w, q, theta], outputs),
+            Model::Scheduled(model, speed) => {
+                let gained = self.slopes.map_or(0.0, |slopes| slopes.operating_speed * time);
+                model.derivative(speed + gained, [u, w, q, theta], outputs)
+            }
+            Model::Nonlinear => {
+                self.dynamics.rate(self.actuators, &Motion { u, w, q, theta }, self.depth + sunk, outputs)
+            }
+        };
+        let (current, (gained_u, gained_w)) = match self.slopes {
+            None => (self.current, (0.0, 0.0)),
+            Some(slopes) => (self.current.after(time, slopes.current), slopes.current.along_body(theta)),
+        };
+        let (x_rate, depth_rate) = earth_velocity(body, current);
+        *rate = [du - gained_u, dw - gained_w, dq, dtheta, x_rate, depth_rate];
+    }
+}
+
+impl Equations for Flow<'_> {
+    /// |u|, |w| and |q| have a corner at zero, and friction has one at the least Reynolds number; the LPV model has none.
+    fn switches(&self, body: &Body) -> [f64; 4] {
+        let [u, w, q, ..] = *body;
+        match self.model {
+            Model::Nonlinear => [u, w, q, u.abs() - self.dynamics.least_friction_speed()],
+            Model::Frozen(_) | Model::Scheduled(..) => [1.0; 4],
+        }
+    }
+}
