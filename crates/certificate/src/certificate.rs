@@ -174,16 +174,6 @@ struct File<'a> {
 }
 
 impl Certificate {
-    /// Reads a certificate of format [`FORMAT`].
-    ///
-    /// # Errors
-    /// [`ReadError`], the first problem of the text.
-    pub fn from_json(text: &str) -> Result<Self, ReadError> {
-        let certificate = crate::read::certificate(&serde_json::from_str(text)?)?;
-        certificate.check()?;
-        Ok(certificate)
-    }
-
     /// Writes the certificate; every number reads back to the same f64.
     ///
     /// # Errors

@@ -18,7 +18,19 @@ struct Fields<'a> {
     entries: &'a [(String, Json)],
 }
 
-pub(crate) fn certificate(json: &Json) -> Result<Certificate, ReadError> {
+impl Certificate {
+    /// Reads a certificate of format [`FORMAT`].
+    ///
+    /// # Errors
+    /// [`ReadError`], the first problem of the text.
+    pub fn from_json(text: &str) -> Result<Self, ReadError> {
+        let certificate = certificate(&serde_json::from_str(text)?)?;
+        certificate.check()?;
+        Ok(certificate)
+    }
+}
+
+fn certificate(json: &Json) -> Result<Certificate, ReadError> {
     check_format(json)?;
     let top = Fields::new("", json, &TOP, &["residual"])?;
     Ok(Certificate {

@@ -2,6 +2,7 @@
 //! time.
 
 use crate::error::Error;
+use crate::kind::Kind;
 use crate::platform::Platform;
 use crate::terminals::terminals;
 use fmi2::{Described, Model, Resources};
@@ -15,31 +16,6 @@ use std::collections::BTreeMap;
 use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 use zip::write::SimpleFileOptions;
-
-/// The kinds of FMU.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// The vehicle.
-    Plant,
-    /// The autopilot.
-    Controller,
-    /// Both in one loop.
-    Squid,
-}
-
-impl Kind {
-    /// All of them.
-    pub const ALL: [Kind; 3] = [Kind::Plant, Kind::Controller, Kind::Squid];
-
-    /// The crate whose shared library it carries.
-    pub fn crate_name(self) -> &'static str {
-        match self {
-            Kind::Plant => "fmu-plant",
-            Kind::Controller => "fmu-controller",
-            Kind::Squid => "fmu-squid",
-        }
-    }
-}
 
 /// Which binaries go into the FMUs.
 #[derive(Debug)]

@@ -8,7 +8,9 @@
 pub mod archive;
 pub mod error;
 pub mod fmu;
+pub mod kind;
 pub mod platform;
 pub mod ssp;
 mod terminals;
 pub mod verify;
+mod xml;

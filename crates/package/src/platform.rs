@@ -1,7 +1,7 @@
 //! The platforms that an FMU may carry a binary for, and where cargo puts each.
 
 use crate::error::Error;
-use crate::fmu::Kind;
+use crate::kind::Kind;
 use std::env::consts::{ARCH, DLL_PREFIX, DLL_SUFFIX, OS};
 use std::path::{Path, PathBuf};
 

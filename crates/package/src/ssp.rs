@@ -14,12 +14,12 @@
 mod units;
 
 use crate::error::Error;
-use crate::fmu::{Kind, Packed, zipped};
+use crate::fmu::{Packed, zipped};
+use crate::kind::Kind;
 use crate::ssp::units::{of_connectors, units};
+use crate::xml::{Xml, document, real};
 use auv::TrimPoint;
 use model_description::{Causality, ModelDescription, ScalarVariable};
-use quick_xml::Writer;
-use quick_xml::events::{BytesDecl, Event};
 use squid_design::store::Stored;
 use std::collections::BTreeMap;
 use std::io;
@@ -36,8 +36,6 @@ const OMS: &str = "https://raw.githubusercontent.com/OpenModelica/OMSimulator/ma
 /// Required by OMSimulator's schema; a master with a fixed step does not use it.
 const UNUSED_TOLERANCE: &str = "0.0001";
 const TOOL: &str = concat!("squid ", env!("CARGO_PKG_VERSION"));
-
-pub(crate) type Xml = Writer<Vec<u8>>;
 
 /// Packs the system of a packed plant and a packed controller, in memory, and returns the path in `directory` that it belongs to.
 ///
@@ -231,14 +229,6 @@ fn connectors(xml: &mut Xml, description: &ModelDescription) -> io::Result<()> {
     Ok(())
 }
 
-/// Real inputs and outputs in their order.
-pub(crate) fn real(description: &ModelDescription) -> impl Iterator<Item = &ScalarVariable> {
-    let of_interest = |causality| causality == Causality::Input || causality == Causality::Output;
-    let variables = description.variables.iter();
-    variables
-        .filter(move |v| of_interest(v.causality) && matches!(v.kind, model_description::Kind::Real { .. }))
-}
-
 /// Wires each output of one component to the input of that name of the other (section 5.3.3).
 fn connections(xml: &mut Xml, from: (Kind, &Packed), to: (Kind, &Packed)) -> io::Result<()> {
     for one in real(&from.1.description).filter(|one| one.causality == Causality::Output) {
@@ -297,15 +287,6 @@ fn nested(
 ) -> io::Result<()> {
     xml.create_element(name).with_attributes(attributes.iter().copied()).write_inner_content(content)?;
     Ok(())
-}
-
-pub(crate) fn document(body: impl FnOnce(&mut Xml) -> io::Result<()>) -> io::Result<Vec<u8>> {
-    let mut xml = Writer::new_with_indent(Vec::new(), b' ', 2);
-    xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
-    body(&mut xml)?;
-    let mut bytes = xml.into_inner();
-    bytes.push(b'\n');
-    Ok(bytes)
 }
 
 #[cfg(test)]

@@ -6,3 +6,4 @@ pub mod figure;
 pub mod html;
 pub mod plot;
 pub mod section;
+pub mod words;

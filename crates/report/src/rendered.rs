@@ -1,7 +1,8 @@
 //! A report as it is shown, kept beside the design that it is about: it is computed again only when something that it is made from has changed.
 
 use crate::error::Error;
-use crate::{Report, report};
+use crate::page::html;
+use crate::report::{Report, report};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use squid_design::files::Files;
@@ -29,14 +30,14 @@ pub struct Rendered {
 
 impl Rendered {
     fn new(report: &Report, key: Option<String>) -> Result<Self, Error> {
-        let (head, body) = report.page()?;
+        let (head, body) = html::page(report)?;
         let figures = report.figures().map(|f| Ok((f.name.clone(), f.file(&f.caption)?)));
         Ok(Self { key, words: report.words(), head, body, figures: figures.collect::<Result<_, Error>>()? })
     }
 
     /// The page; `about` is put below its heading.
     pub fn page(&self, about: &[String]) -> String {
-        let about: String = about.iter().map(|words| crate::page::html::paragraph(words)).collect();
+        let about: String = about.iter().map(|words| html::paragraph(words)).collect();
         format!("{}{about}{}", self.head, self.body)
     }
 

@@ -1,8 +1,8 @@
 //! Everything of a plant that changes, so that it can be put away and taken up again.
 
 use crate::motion::dynamics::{Dynamics, Motion};
-use crate::simulation::error::{SimulationError, finite};
 use crate::simulation::current::Current;
+use crate::simulation::error::{SimulationError, finite};
 use crate::simulation::plant::{Fidelity, Plant, State};
 use crate::simulation::slopes::Slopes;
 use crate::vehicle::coefficients::{CoefficientError, Coefficients};

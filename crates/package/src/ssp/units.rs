@@ -1,6 +1,6 @@
 //! Units in the files of an SSP: every file defines those that it refers to (element `Units`, SSP 1.0).
 
-use crate::ssp::{Xml, real};
+use crate::xml::{Xml, real};
 use model_description::{BaseUnit, ModelDescription, ScalarVariable, Unit};
 use std::collections::BTreeSet;
 use std::io;

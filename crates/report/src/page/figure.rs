@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::page::chart::{Chart, HEIGHT, Key, WIDTH};
-use crate::page::html::escaped;
+use crate::page::words::escaped;
 use std::fmt::Write;
 
 /// A figure.

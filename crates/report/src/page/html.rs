@@ -2,9 +2,10 @@
 //!
 //! It is well-formed XML as well, so that any XML reader checks it.
 
-use crate::Report;
 use crate::error::Error;
 use crate::page::section::{Part, Section, Table};
+use crate::page::words::{capital, escaped};
+use crate::report::Report;
 use crate::verdict::Verdict;
 use std::fmt::Write;
 
@@ -29,17 +30,6 @@ td{white-space:nowrap}th:first-child,td:first-child,.words{text-align:left}td:fi
 @media print{@page{margin:14mm}body{max-width:none;font-size:10pt;padding:0}h2,.verdict,.charts svg,tr{break-inside:avoid}\
 h2,.legend{break-after:avoid}.charts{grid-template-columns:repeat(2,1fr)}.table{overflow:visible;background:none}table{font-size:8.5pt}\
 th,td{padding:.1rem .35rem}nav{display:none}}";
-
-/// Text as HTML and as an attribute.
-pub fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
-
-/// A sentence begins with a capital.
-pub fn capital(words: &str) -> String {
-    let mut letters = words.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
-}
 
 /// The page up to its heading and warning, and the rest.
 ///

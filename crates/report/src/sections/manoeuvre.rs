@@ -4,8 +4,8 @@ use crate::error::Error;
 use crate::page::axis::Axis;
 use crate::page::chart::{Chart, Curve, Key};
 use crate::page::figure::Figure;
-use crate::page::html::capital;
 use crate::page::section::Part;
+use crate::page::words::capital;
 use crate::subject::Subject;
 use squid_flight::flight::{Row, fly};
 
