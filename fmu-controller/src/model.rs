@@ -8,6 +8,7 @@ use fmi2::{
     rounding_of_time,
 };
 use scheduled::{Autopilot, ControllerDesign, DesignError, Inputs, Status, TickError};
+use signals::{PITCH, SIGNALS, SPEED};
 
 use crate::tangents::COMMANDS;
 
@@ -55,7 +56,9 @@ impl Controller {
         let autopilot = Autopilot::new(&design)?;
         let speed = autopilot.trim().forward_speed(design.scheduling.centre);
         let pitch = autopilot.trim().pitch(speed);
-        let inputs = Inputs { pitch, speed, pitch_reference: pitch, speed_reference: speed };
+        let mut level = [0.0; SIGNALS.len()];
+        (level[PITCH], level[SPEED]) = (pitch, speed);
+        let inputs = Inputs { measured: level, references: level };
         Ok(Self { design: Arc::new(design), autopilot, inputs })
     }
 
@@ -93,7 +96,7 @@ impl Controller {
     }
 
     fn warn_of_range(&self, log: &mut dyn Log) {
-        let (speed, rho) = (self.inputs.speed, self.autopilot.outputs().scheduling_parameter);
+        let (speed, rho) = (self.inputs.measured[SPEED], self.autopilot.outputs().scheduling_parameter);
         let along_path = self.autopilot.trim().speed(speed);
         let scheduling = &self.design.scheduling;
         log.warn(&format!(

@@ -8,7 +8,8 @@ impl Controller {
     /// Writes the inputs and all that the autopilot remembers.
     pub(crate) fn write(&self, to: &mut StateWriter) {
         let inputs = &self.inputs;
-        to.reals(&[inputs.pitch, inputs.speed, inputs.pitch_reference, inputs.speed_reference]);
+        to.reals(&inputs.measured);
+        to.reals(&inputs.references);
         let memory = self.autopilot.memory();
         to.reals(&memory.state);
         to.reals(&memory.outputs.commands);
@@ -22,9 +23,7 @@ impl Controller {
     /// Reads what [`Controller::write`] wrote, into a controller of the same design.
     pub(crate) fn read(&mut self, from: &mut StateReader<'_>) -> Result<(), StateError> {
         let inputs = &mut self.inputs;
-        for number in
-            [&mut inputs.pitch, &mut inputs.speed, &mut inputs.pitch_reference, &mut inputs.speed_reference]
-        {
+        for number in inputs.measured.iter_mut().chain(&mut inputs.references) {
             *number = from.finite()?;
         }
         let mut memory = self.autopilot.memory();

@@ -2,17 +2,16 @@
 
 use fmi2::Moment;
 use scheduled::Inputs;
+use signals::SIGNALS;
 
 use crate::{Controller, ControllerError};
 
-/// Numbers of the quantities: the four inputs, two monitors, then the commands.
-pub(crate) const PITCH: usize = 0;
-pub(crate) const SPEED: usize = 1;
-pub(crate) const PITCH_REFERENCE: usize = 2;
-pub(crate) const SPEED_REFERENCE: usize = 3;
-pub(crate) const SCHEDULING_PARAMETER: usize = 4;
-pub(crate) const TRIM_PITCH: usize = 5;
-pub(crate) const COMMANDS: usize = 6;
+/// Numbers of the quantities: what is measured, the references, two monitors, then the commands.
+pub(crate) const MEASURED: usize = 0;
+pub(crate) const REFERENCES: usize = SIGNALS.len();
+pub(crate) const SCHEDULING_PARAMETER: usize = 2 * SIGNALS.len();
+pub(crate) const TRIM_PITCH: usize = SCHEDULING_PARAMETER + 1;
+pub(crate) const COMMANDS: usize = TRIM_PITCH + 1;
 
 impl Controller {
     /// Fills in the tangents of the outputs from those of the inputs.
@@ -29,10 +28,8 @@ impl Controller {
             return Ok(());
         }
         let direction = Inputs {
-            pitch: tangents[PITCH],
-            speed: tangents[SPEED],
-            pitch_reference: tangents[PITCH_REFERENCE],
-            speed_reference: tangents[SPEED_REFERENCE],
+            measured: std::array::from_fn(|i| tangents[MEASURED + i]),
+            references: std::array::from_fn(|i| tangents[REFERENCES + i]),
         };
         let moved = self.autopilot.tangents(&self.inputs, &direction)?;
         tangents[SCHEDULING_PARAMETER] = moved.scheduling_parameter;

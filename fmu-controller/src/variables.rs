@@ -6,6 +6,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use scheduled::{Actuator, ControllerDesign};
+use signals::{SIGNALS, Signal, Values};
 
 use crate::{Controller, tangents};
 
@@ -22,50 +23,38 @@ pub(crate) fn table(design: &ControllerDesign) -> Vec<Variable> {
 }
 
 fn inputs(design: &ControllerDesign) -> Vec<Variable> {
+    let each = || SIGNALS.iter().enumerate();
+    let measured = each().map(|(i, signal)| {
+        let set = Role::input(move |m: &mut Controller, v| m.inputs.measured[i] = v);
+        let one = Variable::real(signal.name, signal.measured, move |m| m.inputs.measured[i], set);
+        let (least, most) = range(signal, design, true);
+        one.unit(signal.unit).range(least, most).quantity(tangents::MEASURED + i).nominal(signal.nominal)
+    });
+    let references = each().map(|(i, signal)| {
+        let set = Role::input(move |m: &mut Controller, v| m.inputs.references[i] = v);
+        let one = Variable::real(signal.reference, signal.wanted, move |m| m.inputs.references[i], set);
+        let (least, most) = range(signal, design, false);
+        one.unit(signal.unit).range(least, most).quantity(tangents::REFERENCES + i).nominal(signal.nominal)
+    });
+    measured.chain(references).collect()
+}
+
+/// The values that a signal can take: a speed is measured beyond those that it can be asked for.
+fn range(signal: &Signal, design: &ControllerDesign, measured: bool) -> (f64, f64) {
     let speeds = &design.trim.forward_speed;
     let (slowest, fastest) = (speeds[0], speeds[speeds.len() - 1]);
-    vec![
-        Variable::real("pitch", "pitch angle", |m| m.inputs.pitch, Role::input(|m, v| m.inputs.pitch = v))
-            .unit("rad")
-            .range(-FRAC_PI_2, FRAC_PI_2)
-            .quantity(tangents::PITCH)
-            .nominal(0.1),
-        Variable::real(
-            "speed",
-            "forward speed through the water, along the body axis",
-            |m| m.inputs.speed,
-            Role::input(|m, v| m.inputs.speed = v),
-        )
-        .unit("m/s")
-        .range(-2.0 * fastest, 2.0 * fastest)
-        .quantity(tangents::SPEED)
-        .nominal(1.0),
-        Variable::real(
-            "pitch_reference",
-            "wanted pitch angle",
-            |m| m.inputs.pitch_reference,
-            Role::input(|m, v| m.inputs.pitch_reference = v),
-        )
-        .unit("rad")
-        .range(-FRAC_PI_2, FRAC_PI_2)
-        .quantity(tangents::PITCH_REFERENCE)
-        .nominal(0.1),
-        Variable::real(
-            "speed_reference",
-            "wanted forward speed through the water",
-            |m| m.inputs.speed_reference,
-            Role::input(|m, v| m.inputs.speed_reference = v),
-        )
-        .unit("m/s")
-        .range(slowest, fastest)
-        .quantity(tangents::SPEED_REFERENCE)
-        .nominal(1.0),
-    ]
+    match signal.values {
+        Values::Inclination => (-FRAC_PI_2, FRAC_PI_2),
+        Values::ForwardSpeed if measured => (-2.0 * fastest, 2.0 * fastest),
+        Values::ForwardSpeed => (slowest, fastest),
+    }
 }
 
 fn command(index: usize, actuator: &Actuator) -> Variable {
     let description = format!("command to {}: trim feedforward and K(rho), limited", actuator.name);
     let get = move |m: &Controller| m.autopilot.outputs().commands[index];
+    let names: Vec<&str> =
+        SIGNALS.iter().map(|s| s.name).chain(SIGNALS.iter().map(|s| s.reference)).collect();
     Variable::real(&actuator.name, description, get, Role::output())
         .unit(&actuator.unit)
         .range(actuator.minimum, actuator.maximum)
@@ -73,7 +62,7 @@ fn command(index: usize, actuator: &Actuator) -> Variable {
         .quantity(tangents::COMMANDS + index)
         .discrete()
         .depends_on(&[])
-        .initially_depends_on(&["pitch", "speed", "pitch_reference", "speed_reference"])
+        .initially_depends_on(&names)
 }
 
 fn monitors() -> Vec<Variable> {

@@ -6,6 +6,7 @@ use fmu_plant::PlantModel;
 
 use crate::ClosedLoopError;
 use scheduled::Manoeuvre;
+use signals::{PITCH, SIGNALS, SPEED};
 
 /// References from outside, held between two steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -135,8 +136,10 @@ impl ClosedLoop {
         let references = self.references(time);
         let motion = self.plant.state().motion;
         let inputs = &mut self.controller.inputs;
-        (inputs.pitch, inputs.speed) = (motion.theta, motion.u);
-        (inputs.pitch_reference, inputs.speed_reference) = (references.pitch, references.forward_speed);
+        let x = [motion.u, motion.w, motion.q, motion.theta];
+        inputs.measured = SIGNALS.map(|signal| x[signal.state]);
+        (inputs.references[PITCH], inputs.references[SPEED]) = (references.pitch, references.forward_speed);
+
         self.plant.inputs.operating_speed = references.path_speed;
     }
 

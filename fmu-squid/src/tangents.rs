@@ -3,6 +3,7 @@
 use fmi2::Moment;
 use fmu_plant::Quantity;
 use scheduled::Inputs;
+use signals::{PITCH, SIGNALS, SPEED};
 
 use crate::{ClosedLoop, ClosedLoopError};
 
@@ -54,7 +55,8 @@ impl ClosedLoop {
         let (pitch, speed) = (tangents[own(Own::PitchReference)], tangents[own(Own::SpeedReference)]);
         tangents[own(Own::PitchReferenceUsed)..].fill(0.0);
         if moment.initial && self.outside.manual {
-            let direction = Inputs { pitch: 0.0, speed: 0.0, pitch_reference: pitch, speed_reference: speed };
+            let mut direction = Inputs { measured: [0.0; SIGNALS.len()], references: [0.0; SIGNALS.len()] };
+            (direction.references[PITCH], direction.references[SPEED]) = (pitch, speed);
             let autopilot = self.controller.autopilot();
             let moved = autopilot
                 .tangents(&self.controller.inputs, &direction)

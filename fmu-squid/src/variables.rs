@@ -2,6 +2,7 @@
 //!
 //! The references act at ticks only, and the current on the velocities through the water alone.
 
+use signals::{PITCH, SIGNALS, SPEED};
 use std::f64::consts::FRAC_PI_2;
 
 use auv::COEFFICIENTS;
@@ -12,9 +13,6 @@ use crate::tangents::Own;
 
 type Variable = fmi2::Variable<ClosedLoop>;
 type Role<T> = fmi2::Role<ClosedLoop, T>;
-
-/// Variables of the controller that the loop sets.
-const SET_IN_CONTROLLER: [&str; 4] = ["pitch", "speed", "pitch_reference", "speed_reference"];
 
 /// The parameters on which the speed at the start depends.
 const SPEED_PROFILE: [&str; 4] = ["speed_from", "speed_to", "ramp_start", "ramp_duration"];
@@ -204,7 +202,7 @@ fn knowns_of_start() -> Vec<&'static str> {
 
 /// Commands, what the scheduling does, and constants of the design.
 fn of_controller(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
-    let open = |one: &fmi2::Variable<_>| !SET_IN_CONTROLLER.contains(&one.name());
+    let open = |one: &fmi2::Variable<_>| !SIGNALS.iter().any(|s| [s.name, s.reference].contains(&one.name()));
     let constants = ["sample_time", "gamma", "gamma_certified"];
     let names: Vec<String> = model.plant.vehicle().actuators.iter().map(|one| one.name.clone()).collect();
     model.controller.variables().into_iter().filter(open).map(move |one| {
@@ -247,7 +245,7 @@ fn references(model: &ClosedLoop) -> [Variable; 3] {
         output(
             "pitch_reference_used",
             "wanted pitch angle at the last tick, of the manoeuvre or the input",
-            |m| m.controller.inputs.pitch_reference,
+            |m| m.controller.inputs.references[PITCH],
             "rad",
             &knowns,
         )
@@ -257,7 +255,7 @@ fn references(model: &ClosedLoop) -> [Variable; 3] {
         output(
             "speed_reference_used",
             "wanted forward speed through the water at the last tick, of the manoeuvre or the input",
-            |m| m.controller.inputs.speed_reference,
+            |m| m.controller.inputs.references[SPEED],
             "m/s",
             &knowns,
         )
@@ -267,7 +265,7 @@ fn references(model: &ClosedLoop) -> [Variable; 3] {
         output(
             "tracking_error",
             "pitch_reference_used less pitch",
-            |m| m.controller.inputs.pitch_reference - m.plant.state().motion.theta,
+            |m| m.controller.inputs.references[PITCH] - m.plant.state().motion.theta,
             "rad",
             &knowns,
         )

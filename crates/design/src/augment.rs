@@ -2,9 +2,8 @@
 
 use crate::error::ModelError;
 use crate::inputs::Inputs;
-use crate::linearise::STATES;
+use crate::inputs::design_file::Tracked;
 use lpv::lft::Lft;
-use lpv::matrix::Mat;
 use lpv::plant::GeneralisedPlant;
 use lpv::tracking::TrackingProblem;
 
@@ -18,9 +17,7 @@ pub fn augment(inputs: &Inputs, model: Lft) -> Result<GeneralisedPlant, ModelErr
     let blocks = if model.size() > 0 { vec![model.size()] } else { vec![] };
     let problem = TrackingProblem {
         blocks,
-        outputs: Mat::from_fn(design.tracked.len(), STATES, |i, j| {
-            if design.tracked[i].output.state() == j { 1.0 } else { 0.0 }
-        }),
+        outputs: Tracked::outputs(&design.tracked),
         output_scale: design.tracked.iter().map(|t| t.scale).collect(),
         input_scale: inputs.vehicle.actuators.iter().map(auv::Actuator::reach).collect(),
         tracking: design.tracked.iter().map(|t| t.weight).collect(),
@@ -35,6 +32,7 @@ pub fn augment(inputs: &Inputs, model: Lft) -> Result<GeneralisedPlant, ModelErr
 mod tests {
     use super::*;
     use crate::fit::Model;
+    use lpv::matrix::Mat;
     use std::path::Path;
 
     /// Sutarto and Budiyono (2011), on W_u: the actions are normalised, here by the limits of the actuators, and the weight is the identity.

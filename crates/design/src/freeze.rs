@@ -73,7 +73,7 @@ fn controller(inputs: &Inputs, lft: LftMatrices, gamma: Gamma, trims: &[Trim]) -
         tracked: file
             .tracked
             .iter()
-            .map(|t| Tracked { name: t.output.name().into(), unit: t.output.unit().into(), scale: t.scale })
+            .map(|t| Tracked { name: t.signal().name.into(), unit: t.signal().unit.into(), scale: t.scale })
             .collect(),
         actuators: inputs
             .vehicle

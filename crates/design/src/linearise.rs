@@ -5,8 +5,8 @@ use crate::inputs::Inputs;
 use auv::{Linearisation, Speed, linearise, trim};
 use lpv::matrix::{Mat, block};
 
-/// States of the linear model: u, w, q, theta.
-pub const STATES: usize = 4;
+/// The number of states of the linear model; see [`signals::STATES`].
+pub const STATES: usize = signals::STATES.len();
 
 /// Speeds, evenly spread over the range and as many as asked for.
 pub fn speeds(inputs: &Inputs, count: usize) -> Vec<f64> {

@@ -174,7 +174,7 @@ fn augment_line(inputs: &Inputs, plant: &GeneralisedPlant) -> String {
         .design
         .tracked
         .iter()
-        .map(|t| format!("{} (w_b {} rad/s)", t.output.name(), t.weight.bandwidth))
+        .map(|t| format!("{} (w_b {} rad/s)", t.signal().name, t.weight.bandwidth))
         .collect();
     format!(
         "tracks {}; {} states, {} inputs w, {} outputs z, {} measurements, {} controls",

@@ -31,6 +31,7 @@ use lpv::controller::Controller;
 use scheduled::ControllerDesign;
 use scheduled::Manoeuvre;
 use serde::Serialize;
+use signals::SIGNALS;
 use std::path::{Path, PathBuf};
 
 /// The directory that is used when none is named: `build/VEHICLE/DESIGN`.
@@ -166,7 +167,7 @@ fn response_figures(inputs: &Inputs, errors: Option<&Errors>) -> ResponseFigures
         to,
         error: errors.map_or(f64::NAN, |e| e.channels[(i, j)]),
     };
-    let outputs = OUTPUTS.into_iter().enumerate();
+    let outputs = OUTPUTS.into_iter().map(|place| SIGNALS[place].name).enumerate();
     let actuators = 0..inputs.vehicle.actuators.len();
     ResponseFigures {
         scaled: errors.map_or(f64::NAN, |e| e.scaled),

@@ -1,22 +1,17 @@
 //! A flight of vehicle and autopilot in one loop, in this process.
 
 use crate::error::Error;
-use auv::{Plant, Speed, Vehicle, trim};
+use auv::{Motion, Plant, Speed, Vehicle, trim};
 use scheduled::{Autopilot, ControllerDesign, Inputs as Measured, Manoeuvre, Outputs, Trim};
+use signals::{PITCH, SIGNALS, SPEED};
 
 /// One row of a flight's record.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
     /// s.
     pub time: f64,
-    /// rad.
-    pub pitch: f64,
-    /// rad.
-    pub pitch_reference: f64,
-    /// Forward speed through the water, m/s.
-    pub speed: f64,
-    /// m/s.
-    pub speed_reference: f64,
+    /// What is measured and wanted of each signal, SI.
+    pub signals: Measured,
     /// m.
     pub depth: f64,
     /// The scheduling parameter.
@@ -25,6 +20,23 @@ pub struct Row {
     pub out_of_range: bool,
     /// Commands, N or rad.
     pub commands: Vec<f64>,
+}
+
+impl Row {
+    /// What is measured of the signal at a place in [`SIGNALS`].
+    pub fn measured(&self, place: usize) -> f64 {
+        self.signals.measured[place]
+    }
+
+    /// What it is to follow.
+    pub fn reference(&self, place: usize) -> f64 {
+        self.signals.references[place]
+    }
+
+    /// How far it is off.
+    pub fn error(&self, place: usize) -> f64 {
+        self.reference(place) - self.measured(place)
+    }
 }
 
 /// A vehicle that has come so far out of the water \[m\] has left it; less is rounding, of a flight that begins at the surface.
@@ -119,27 +131,17 @@ pub fn fly_under(
         if out_of_water(state.depth) {
             return Ok(Flight { rows, surfacing: Some(Surfacing { time, speed: state.motion.u }) });
         }
-        let measured = Measured {
-            pitch: state.motion.theta,
-            speed: state.motion.u,
-            pitch_reference: reference,
-            speed_reference: demanded,
-        };
-        let Answer { commands, rho, out_of_range } = law(&measured)?;
+        let Motion { u, w, q, theta } = state.motion;
+        let x = [u, w, q, theta];
+        let measured = SIGNALS.each_ref().map(|signal| x[signal.state]);
+        let mut references = measured;
+        (references[PITCH], references[SPEED]) = (reference, demanded);
+        let signals = Measured { measured, references };
+        let Answer { commands, rho, out_of_range } = law(&signals)?;
         for (i, command) in commands.iter().enumerate() {
             plant.set_command(i, *command)?;
         }
-        rows.push(Row {
-            time,
-            pitch: measured.pitch,
-            pitch_reference: reference,
-            speed: measured.speed,
-            speed_reference: demanded,
-            depth: state.depth,
-            rho,
-            out_of_range,
-            commands,
-        });
+        rows.push(Row { time, signals, depth: state.depth, rho, out_of_range, commands });
         plant.advance((k + 1) as f64 * sample_time)?;
     }
     Ok(Flight { rows, surfacing: None })

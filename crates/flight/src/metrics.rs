@@ -1,6 +1,7 @@
 //! Figures of a step response.
 
 use crate::flight::Row;
+use signals::{PITCH, SPEED};
 
 /// The band around the new reference, relative to the step, within which a response counts as settled. The same as of the main
 /// job, in `tools/fly/figures.py`.
@@ -56,7 +57,7 @@ impl StepFigures {
         if after.is_empty() {
             return Self::NONE;
         }
-        let done = |r: &Row| 1.0 - (r.pitch_reference - r.pitch) / height;
+        let done = |r: &Row| 1.0 - r.error(PITCH) / height;
         let first = |level: f64| after.iter().find(|r| done(r) >= level).map_or(f64::INFINITY, |r| r.time);
         let last_outside = after.iter().rposition(|r| (done(r) - 1.0).abs() > SETTLED);
         let settling_time = match last_outside {
@@ -75,7 +76,7 @@ impl StepFigures {
             rise_time: if first(0.9).is_finite() { first(0.9) - first(0.1) } else { f64::INFINITY },
             settling_time,
             steady_error: (1.0 - mean_done).abs(),
-            speed_deviation: rows.iter().map(|r| (r.speed_reference - r.speed).abs()).fold(0.0, f64::max),
+            speed_deviation: rows.iter().map(|r| r.error(SPEED).abs()).fold(0.0, f64::max),
             actuator_use: rows.iter().map(used).fold(0.0, f64::max),
         }
     }
@@ -84,6 +85,7 @@ impl StepFigures {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use scheduled::Inputs;
 
     /// A second-order system with damping 0.5 overshoots by exp(-pi/sqrt(3)) = 16.3 %, leaves 2 % last at 8.08 s and rises in 1.64 s.
     /// The test in `tests/python/test_run.py` is of the same response.
@@ -96,10 +98,10 @@ mod tests {
             let reference = if time >= 5.0 { 0.2 } else { 0.0 };
             Row {
                 time,
-                pitch: 0.2 * (1.0 - if time >= 5.0 { wave(time - 5.0) } else { 1.0 }),
-                pitch_reference: reference,
-                speed: 1.0,
-                speed_reference: 1.0,
+                signals: Inputs {
+                    measured: [0.2 * (1.0 - if time >= 5.0 { wave(time - 5.0) } else { 1.0 }), 1.0],
+                    references: [reference, 1.0],
+                },
                 depth: 0.0,
                 rho: 0.0,
                 out_of_range: false,
@@ -130,10 +132,7 @@ mod tests {
         assert!(StepFigures::of(&[], 5.0, 0.2, &[]).settling_time.is_nan());
         let row = Row {
             time: 6.0,
-            pitch: 0.01,
-            pitch_reference: 0.2,
-            speed: 1.0,
-            speed_reference: 1.25,
+            signals: Inputs { measured: [0.01, 1.0], references: [0.2, 1.25] },
             depth: 0.1,
             rho: 0.0,
             out_of_range: false,

@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::page::plot::{Line, Panel, draw};
 use scheduled::Manoeuvre;
+use signals::{PITCH, SPEED};
 use squid_design::files::Files;
 use squid_design::inputs::Inputs;
 use squid_design::numbers::decimals;
@@ -149,15 +150,15 @@ fn flight_panels(inputs: &Inputs, rows: &[Row]) -> Vec<Panel> {
         Panel {
             label: "pitch (deg)".into(),
             lines: vec![
-                line("reference", rows, |r| r.pitch_reference.to_degrees(), true),
-                line("pitch", rows, |r| r.pitch.to_degrees(), false),
+                line("reference", rows, |r| r.reference(PITCH).to_degrees(), true),
+                line("pitch", rows, |r| r.measured(PITCH).to_degrees(), false),
             ],
         },
         Panel {
             label: "speed (m/s)".into(),
             lines: vec![
-                line("reference", rows, |r| r.speed_reference, true),
-                line("forward speed", rows, |r| r.speed, false),
+                line("reference", rows, |r| r.reference(SPEED), true),
+                line("forward speed", rows, |r| r.measured(SPEED), false),
             ],
         },
     ];
@@ -195,9 +196,9 @@ fn step_panels(inputs: &Inputs, responses: &[(f64, Vec<Row>)]) -> Vec<Panel> {
     vec![
         Panel {
             label: "pitch from trim (deg)".into(),
-            lines: each(&|r, first| (r.pitch - first.pitch_reference).to_degrees()),
+            lines: each(&|r, first| (r.measured(PITCH) - first.reference(PITCH)).to_degrees()),
         },
-        Panel { label: "speed error (m/s)".into(), lines: each(&|r, _| r.speed - r.speed_reference) },
+        Panel { label: "speed error (m/s)".into(), lines: each(&|r, _| -r.error(SPEED)) },
         Panel { label: format!("{} ({unit})", actuator.name), lines: each(&|r, _| factor * r.commands[0]) },
     ]
 }
@@ -214,10 +215,10 @@ fn csv(inputs: &Inputs, rows: &[Row]) -> String {
         out += &format!(
             "{},{},{},{},{},{},{},{},{}\n",
             r.time,
-            r.pitch,
-            r.pitch_reference,
-            r.speed,
-            r.speed_reference,
+            r.measured(PITCH),
+            r.reference(PITCH),
+            r.measured(SPEED),
+            r.reference(SPEED),
             r.depth,
             r.rho,
             u8::from(r.out_of_range),

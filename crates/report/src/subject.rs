@@ -10,13 +10,14 @@ use lpv::state_space::StateSpace;
 use lpv::synthesis::{Design, Options, synthesise};
 use scheduled::LftMatrices;
 use scheduled::Manoeuvre;
+use signals::PITCH;
 use squid_design::augment::augment;
 use squid_design::error::ModelError;
 use squid_design::fit::Model;
 use squid_design::fit::frequency;
 use squid_design::inputs::Inputs;
-use squid_design::inputs::design_file::Output;
-use squid_design::linearise::{STATES, linearise_at, speeds};
+use squid_design::inputs::design_file::Tracked;
+use squid_design::linearise::{linearise_at, speeds};
 use squid_design::progress::Progress;
 use squid_design::store::Stored;
 use squid_flight::flight::{Flight, fly};
@@ -109,7 +110,7 @@ impl<'a> Subject<'a> {
     /// [`Error::PitchNotTracked`].
     pub fn pitch(&self) -> Result<usize, Error> {
         let tracked = &self.inputs.design.tracked;
-        tracked.iter().position(|t| t.output == Output::Pitch).ok_or(Error::PitchNotTracked)
+        tracked.iter().position(|t| t.place == PITCH).ok_or(Error::PitchNotTracked)
     }
 
     /// The actuator that moves pitch most, by its reach, at the lowest speed.
@@ -162,9 +163,7 @@ impl<'a> Subject<'a> {
             b.column_mut(j).scale_mut(actuator.reach());
         }
         let tracked = &self.inputs.design.tracked;
-        let c = Mat::from_fn(tracked.len(), STATES, |i, j| {
-            if tracked[i].output.state() == j { 1.0 / tracked[i].scale } else { 0.0 }
-        });
+        let c = Tracked::scaled_outputs(tracked);
         (l.a.clone(), b, c)
     }
 }

@@ -4,18 +4,15 @@ use std::sync::Arc;
 
 use crate::trim::Level;
 use crate::{ControllerDesign, DesignError, Lft, LftController, Memory, MemoryError, TickError, Trim};
+use signals::{Each, SIGNALS, SPEED, place};
 
 /// What the autopilot measures and follows; SI units, radians.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Inputs {
-    /// Pitch angle in rad.
-    pub pitch: f64,
-    /// Forward speed u through the water, along the body axis, in m/s.
-    pub speed: f64,
-    /// Wanted pitch angle in rad, absolute.
-    pub pitch_reference: f64,
-    /// Wanted forward speed in m/s.
-    pub speed_reference: f64,
+    /// What each signal measures.
+    pub measured: Each<f64>,
+    /// What each signal is to follow, absolute.
+    pub references: Each<f64>,
 }
 
 /// What the autopilot puts out; held between ticks.
@@ -40,19 +37,14 @@ pub struct Advance {
     pub left_range: bool,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum TrackedSignal {
-    Pitch,
-    Speed,
-}
-
 /// What never changes.
 #[derive(Debug)]
 pub(crate) struct Plan {
     sample_time: f64,
     centre: f64,
     pub(crate) half_range: f64,
-    tracked: Vec<(TrackedSignal, f64)>,
+    /// Place among the signals, and scale, of each tracked one.
+    tracked: Vec<(usize, f64)>,
     /// Scale, minimum and maximum of each actuator.
     pub(crate) actuators: Vec<[f64; 3]>,
     pub(crate) trim: Trim,
@@ -100,15 +92,11 @@ impl Autopilot {
     pub fn new(design: &ControllerDesign) -> Result<Self, DesignError> {
         design.validate()?;
         let lft = Lft::from_rows(&design.lft, design.tracked.len(), design.actuators.len())?;
-        let signal = |name: &str| match name {
-            "pitch" => TrackedSignal::Pitch,
-            _ => TrackedSignal::Speed,
-        };
         let plan = Plan {
             sample_time: design.sample_time,
             centre: design.scheduling.centre,
             half_range: design.scheduling.half_range,
-            tracked: design.tracked.iter().map(|one| (signal(&one.name), one.scale)).collect(),
+            tracked: design.tracked.iter().filter_map(|one| Some((place(&one.name)?, one.scale))).collect(),
             actuators: design.actuators.iter().map(|one| [one.scale, one.minimum, one.maximum]).collect(),
             trim: Trim::new(design.trim.clone()),
             parameters: design.lft.blocks.len(),
@@ -234,12 +222,12 @@ impl Autopilot {
         inputs.check()?;
         let plan = &*self.plan;
         plan.errors(inputs).zip(&mut self.errors).for_each(|(found, error)| *error = found);
-        let rho = plan.rho(inputs.speed);
+        let rho = plan.rho(inputs.measured[SPEED]);
         let clamped = rho.clamp(-1.0, 1.0);
         let outputs = &mut self.outputs;
         outputs.out_of_range = (rho - clamped).abs() > ROUNDING_OF_RHO;
         outputs.scheduling_parameter = clamped;
-        let level = plan.trim.level(inputs.speed_reference);
+        let level = plan.trim.level(inputs.references[SPEED]);
         outputs.trim_pitch = level.pitch();
         self.controller.output(&self.errors, &[clamped][..plan.parameters], &mut outputs.commands)?;
         plan.add_feedforward(level, &mut outputs.commands)
@@ -249,10 +237,7 @@ impl Autopilot {
 impl Plan {
     /// What the controller hears: the scaled tracking errors.
     pub(crate) fn errors(&self, of: &Inputs) -> impl Iterator<Item = f64> {
-        self.tracked.iter().map(|(signal, scale)| match signal {
-            TrackedSignal::Pitch => (of.pitch_reference - of.pitch) / scale,
-            TrackedSignal::Speed => (of.speed_reference - of.speed) / scale,
-        })
+        self.tracked.iter().map(|(i, scale)| (of.references[*i] - of.measured[*i]) / scale)
     }
 
     /// The scheduling parameter at a forward speed in m/s, beyond 1 where it is to be clamped.
@@ -276,12 +261,9 @@ impl Plan {
 
 impl Inputs {
     fn check(&self) -> Result<(), TickError> {
-        for (name, value) in [
-            ("pitch", self.pitch),
-            ("speed", self.speed),
-            ("pitch_reference", self.pitch_reference),
-            ("speed_reference", self.speed_reference),
-        ] {
+        let measured = SIGNALS.iter().map(|signal| signal.name).zip(self.measured);
+        let references = SIGNALS.iter().map(|signal| signal.reference).zip(self.references);
+        for (name, value) in measured.chain(references) {
             if !value.is_finite() {
                 return Err(TickError::InputNotFinite { name, value });
             }

@@ -78,9 +78,9 @@ pub struct Scheduling {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Tracked {
-    /// `pitch` or `speed`.
+    /// Name in [`signals::SIGNALS`].
     pub name: String,
-    /// `rad` or `m/s`.
+    /// Its unit there.
     pub unit: String,
     /// Error that counts as 1.
     pub scale: f64,

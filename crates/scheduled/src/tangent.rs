@@ -1,6 +1,7 @@
 //! Exact derivatives of a tick by its inputs.
 
 use crate::{Autopilot, Inputs, TickError};
+use signals::SPEED;
 
 /// The derivatives of the outputs of a tick in one direction of its inputs.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,10 +25,10 @@ impl Autopilot {
     pub fn tangents(&self, inputs: &Inputs, direction: &Inputs) -> Result<OutputTangents, TickError> {
         let plan = &*self.plan;
         let (y, dy): (Vec<f64>, Vec<f64>) = plan.errors(inputs).zip(plan.errors(direction)).unzip();
-        let rho = plan.rho(inputs.speed);
+        let rho = plan.rho(inputs.measured[SPEED]);
         let inside = rho.abs() <= 1.0;
-        let slope = plan.trim.speed_slope(inputs.speed) / plan.half_range;
-        let drho = if inside { slope * direction.speed } else { 0.0 };
+        let slope = plan.trim.speed_slope(inputs.measured[SPEED]) / plan.half_range;
+        let drho = if inside { slope * direction.measured[SPEED] } else { 0.0 };
         let theta = &[rho.clamp(-1.0, 1.0)][..plan.parameters];
         let mut commands = vec![0.0; plan.actuators.len()];
         let mut scaled = commands.clone();
@@ -35,13 +36,13 @@ impl Autopilot {
         self.controller.peek(&y, theta, &mut scaled)?;
         for (index, command) in commands.iter_mut().enumerate() {
             let [scale, minimum, maximum] = plan.actuators[index];
-            let value = plan.trim.command(inputs.speed_reference, index) + scale * scaled[index];
+            let value = plan.trim.command(inputs.references[SPEED], index) + scale * scaled[index];
             let feedforward =
-                plan.trim.command_slope(inputs.speed_reference, index) * direction.speed_reference;
+                plan.trim.command_slope(inputs.references[SPEED], index) * direction.references[SPEED];
             let free = (minimum..=maximum).contains(&value);
             *command = if free { feedforward + scale * *command } else { 0.0 };
         }
-        let trim_pitch = plan.trim.pitch_slope(inputs.speed_reference) * direction.speed_reference;
+        let trim_pitch = plan.trim.pitch_slope(inputs.references[SPEED]) * direction.references[SPEED];
         Ok(OutputTangents { commands, scheduling_parameter: drho, trim_pitch })
     }
 }

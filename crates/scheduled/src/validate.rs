@@ -1,5 +1,6 @@
 //! Checks a design on reading.
 
+use signals::{NAMES, SIGNALS, place};
 use std::collections::BTreeSet;
 use std::fmt;
 
@@ -81,11 +82,10 @@ impl ControllerDesign {
             let bad = |last, found: &str, allowed| {
                 Err(DesignError::BadText { key: key(last), found: found.to_owned(), allowed })
             };
-            match (tracked.name.as_str(), tracked.unit.as_str()) {
-                ("pitch", "rad") | ("speed", "m/s") => {}
-                ("pitch", unit) => return bad("unit", unit, "'rad'"),
-                ("speed", unit) => return bad("unit", unit, "'m/s'"),
-                (name, _) => return bad("name", name, "'pitch' or 'speed'"),
+            match place(&tracked.name).map(|place| SIGNALS[place].unit) {
+                None => return bad("name", &tracked.name, NAMES),
+                Some(unit) if unit != tracked.unit => return bad("unit", &tracked.unit, unit),
+                Some(_) => {}
             }
             positive(format_args!("tracked[{index}].scale"), tracked.scale)?;
             if !names.insert(&tracked.name) {

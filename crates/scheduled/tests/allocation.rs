@@ -12,7 +12,7 @@ fn a_tick_allocates_nothing() {
     let making = measure(|| made = Autopilot::new(&example::design()).ok());
     assert!(making.count_total > 0, "the allocator counts");
     let mut autopilot = made.unwrap();
-    let inputs = Inputs { pitch: 0.1, speed: 2.2, pitch_reference: 0.2, speed_reference: 2.0 };
+    let inputs = Inputs { measured: [0.1, 2.2], references: [0.2, 2.0] };
     autopilot.initialise(0.0, &inputs).unwrap();
     let flight = measure(|| {
         for step in 1..=1000 {

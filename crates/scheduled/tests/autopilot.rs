@@ -5,17 +5,21 @@ mod example;
 
 use proptest::prelude::*;
 use scheduled::{Autopilot, Inputs, TickError};
+use signals::{PITCH, SIGNALS, SPEED};
 
-const CRUISE: Inputs = Inputs { pitch: -0.01, speed: 1.749, pitch_reference: -0.01, speed_reference: 1.749 };
+const CRUISE: Inputs = inputs([-0.01, 1.749], [-0.01, 1.749]);
+
+/// Pitch and speed as measured, and as wanted; the other signals are 0.
+const fn inputs(measured: [f64; 2], wanted: [f64; 2]) -> Inputs {
+    let mut inputs = Inputs { measured: [0.0; SIGNALS.len()], references: [0.0; SIGNALS.len()] };
+    (inputs.measured[PITCH], inputs.measured[SPEED]) = (measured[0], measured[1]);
+    (inputs.references[PITCH], inputs.references[SPEED]) = (wanted[0], wanted[1]);
+    inputs
+}
 
 /// Inputs that differ at every communication point.
 fn inputs_at(time: f64) -> Inputs {
-    Inputs {
-        pitch: 0.1 * time.sin(),
-        speed: 1.7 + (0.7 * time).sin(),
-        pitch_reference: 0.17,
-        speed_reference: 1.5 + 0.5 * (0.3 * time).cos(),
-    }
+    inputs([0.1 * time.sin(), 1.7 + (0.7 * time).sin()], [0.17, 1.5 + 0.5 * (0.3 * time).cos()])
 }
 
 fn started() -> Autopilot {
@@ -38,9 +42,9 @@ fn puts_out_the_trim_when_nothing_is_wrong() {
 /// By hand, rho = 0 and the state zero: u = Duy_d y with Duy_d = Duy + Cu (I - A T/2)^-1 By T/2.
 #[test]
 fn initial_outputs_are_feedforward_and_direct_feedthrough() {
-    let inputs = Inputs { pitch: -0.01 - 0.17, ..CRUISE };
+    let off = inputs([-0.01 - 0.17, 1.749], [-0.01, 1.749]);
     let mut autopilot = Autopilot::new(&example::design()).unwrap();
-    autopilot.initialise(0.0, &inputs).unwrap();
+    autopilot.initialise(0.0, &off).unwrap();
     // I - A T/2 = [1.005 -0.01; 0.01 1.02]
     let determinant = 1.005 * 1.02 + 0.01 * 0.01;
     let x = [(1.02 * 0.3 + 0.01 * 0.1) / determinant, (-0.01 * 0.3 + 1.005 * 0.1) / determinant];
@@ -48,7 +52,7 @@ fn initial_outputs_are_feedforward_and_direct_feedthrough() {
     assert!((autopilot.outputs().commands[0] - (9.0 + 100.0 * u)).abs() < 1e-12);
     assert_eq!(autopilot.ticks(), 0);
     let initial = autopilot.outputs().clone();
-    autopilot.advance(0.02, &inputs).unwrap();
+    autopilot.advance(0.02, &off).unwrap();
     assert_eq!(
         (autopilot.ticks(), autopilot.outputs()),
         (1, &initial),
@@ -60,7 +64,7 @@ fn initial_outputs_are_feedforward_and_direct_feedthrough() {
 fn a_tick_uses_the_inputs_of_the_step_that_starts_with_it() {
     let mut autopilot = started();
     assert_eq!(autopilot.advance(0.02, &CRUISE).unwrap().ticks, 1);
-    let moved = Inputs { pitch: 0.0, ..CRUISE };
+    let moved = inputs([0.0, 1.749], [-0.01, 1.749]);
     assert_eq!(autopilot.advance(0.03, &moved).unwrap().ticks, 1, "the tick at 0.02 s");
     let held = autopilot.outputs().clone();
     assert_eq!(autopilot.advance(0.04, &CRUISE).unwrap().ticks, 0);
@@ -141,7 +145,7 @@ fn tells_once_that_the_speed_left_the_range() {
     let mut to = 0.0;
     let mut left = |speed: f64| {
         to += 0.1;
-        let done = autopilot.advance(to, &Inputs { speed, ..CRUISE }).unwrap();
+        let done = autopilot.advance(to, &inputs([-0.01, speed], [-0.01, 1.749])).unwrap();
         let outputs = autopilot.outputs();
         (done.left_range, outputs.out_of_range, outputs.scheduling_parameter)
     };
@@ -156,16 +160,16 @@ fn tells_once_that_the_speed_left_the_range() {
 #[test]
 fn commands_keep_their_limits() {
     let mut autopilot = started();
-    autopilot.advance(5.0, &Inputs { pitch: 10.0, ..CRUISE }).unwrap();
+    autopilot.advance(5.0, &inputs([10.0, 1.749], [-0.01, 1.749])).unwrap();
     assert_eq!(autopilot.outputs().commands[0], -60.0);
-    autopilot.advance(10.0, &Inputs { pitch: -10.0, ..CRUISE }).unwrap();
+    autopilot.advance(10.0, &inputs([-10.0, 1.749], [-0.01, 1.749])).unwrap();
     assert_eq!(autopilot.outputs().commands[0], 100.0);
 }
 
 #[test]
 fn refuses_inputs_that_are_no_numbers() {
     let mut autopilot = started();
-    let error = autopilot.advance(1.0, &Inputs { speed: f64::NAN, ..CRUISE }).unwrap_err();
+    let error = autopilot.advance(1.0, &inputs([-0.01, f64::NAN], [-0.01, 1.749])).unwrap_err();
     assert!(matches!(error, TickError::InputNotFinite { name: "speed", .. }));
 }
 
@@ -177,7 +181,7 @@ fn a_singular_loop_is_an_error() {
     design.lft.dtt[1] = vec![0.0, 1.0];
     let mut autopilot = Autopilot::new(&design).unwrap();
     assert!(autopilot.initialise(0.0, &CRUISE).is_ok());
-    let error = autopilot.initialise(0.0, &Inputs { speed: 3.0, ..CRUISE }).unwrap_err();
+    let error = autopilot.initialise(0.0, &inputs([-0.01, 3.0], [-0.01, 1.749])).unwrap_err();
     assert!(matches!(error, TickError::SingularLoop { parameter: 1.0, .. }), "{error}");
 }
 
@@ -189,6 +193,6 @@ fn pitch_alone_can_be_tracked() {
         rows.iter_mut().for_each(|row| row.truncate(1));
     }
     let mut autopilot = Autopilot::new(&design).unwrap();
-    autopilot.initialise(0.0, &Inputs { speed_reference: 0.49, ..CRUISE }).unwrap();
+    autopilot.initialise(0.0, &inputs([-0.01, 1.749], [-0.01, 0.49])).unwrap();
     assert_eq!(autopilot.outputs().commands, [1.5, 1.0, 1.0], "an error of speed has no effect");
 }

@@ -5,13 +5,12 @@ use lpv::controller::Controller;
 use lpv::matrix::Mat;
 use nalgebra::Complex;
 use scheduled::Gamma;
+use signals::STATES;
 use squid_design::augment::augment;
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::linearise::linearise_at;
 use squid_design::numbers::{above, decimals};
-
-const STATES: [&str; 4] = ["u", "w", "q", "theta"];
 
 /// Trim, A, B and eigenvalues at one speed.
 ///
@@ -35,9 +34,10 @@ pub fn speed(inputs: &Inputs, speed: f64) -> Result<String, Error> {
     }
     let names: Vec<&str> = inputs.vehicle.actuators.iter().map(|a| a.name.as_str()).collect();
     out += "\nA, x = [u w q theta] in m/s, m/s, rad/s, rad\n";
-    out += &table(&l.a, &STATES, &STATES);
+    let states = STATES.map(|state| state.symbol);
+    out += &table(&l.a, &states, &states);
     out += "\nB, in x' per N or rad\n";
-    out += &table(&l.b, &STATES, &names);
+    out += &table(&l.b, &states, &names);
     out += &format!("\nEigenvalues of A (1/s)\n{}", modes(&l.eigenvalues()));
     Ok(out)
 }
@@ -67,11 +67,12 @@ pub fn fit(inputs: &Inputs, model: &Model) -> String {
          and from {} to pitch)\n",
         inputs.vehicle.actuators[most].name
     );
+    let states = STATES.map(|state| state.symbol);
     let names: Vec<&str> =
-        STATES.into_iter().chain(inputs.vehicle.actuators.iter().map(|a| a.name.as_str())).collect();
+        states.into_iter().chain(inputs.vehicle.actuators.iter().map(|a| a.name.as_str())).collect();
     for r in model.residuals.iter().filter(|r| r.order <= 2 || r.order == inputs.design.order) {
         out += &format!("\nLargest residual of each entry of [A B] over the grid, order {}\n", r.order);
-        out += &table(&r.whole.largest, &STATES, &names);
+        out += &table(&r.whole.largest, &states, &names);
     }
     out += &format!(
         "\nLFT: {} channels of rho, {:.1e} from the polynomial of order {} at most (largest singular value)\n",

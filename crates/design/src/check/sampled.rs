@@ -67,9 +67,7 @@ pub fn held(inputs: &Inputs, l: &Linearisation) -> (Mat, Mat, Mat) {
     }
     let transition = (generator * inputs.design.sample_time).exp();
     let tracked = &inputs.design.tracked;
-    let measured = Mat::from_fn(tracked.len(), n, |i, j| {
-        if tracked[i].output.state() == j { 1.0 / tracked[i].scale } else { 0.0 }
-    });
+    let measured = Mat::from_fn(tracked.len(), n, |i, j| tracked[i].signal().output(j) / tracked[i].scale);
     (transition.view((0, 0), (n, n)).into_owned(), transition.view((0, n), (n, m)).into_owned(), measured)
 }
 

@@ -2,12 +2,12 @@
 
 use crate::fit::Model;
 use crate::inputs::Inputs;
-use crate::inputs::design_file::Output;
 use crate::linearise::{STATES, stacked};
 use lpv::matrix::{Mat, complex_singular_values};
 use lpv::polynomial::MatrixPolynomial;
 use lpv::state_space::StateSpace;
 use nalgebra::{Complex, DMatrix};
+use signals::{PITCH, SIGNALS, SPEED};
 
 /// Frequencies, rad/s, evenly spread on a logarithmic axis.
 pub fn axis() -> Vec<f64> {
@@ -17,19 +17,17 @@ pub fn axis() -> Vec<f64> {
 /// From the actuators to forward speed and pitch.
 pub fn system(ab: &Mat) -> StateSpace {
     let inputs = ab.ncols() - STATES;
-    let mut c = Mat::zeros(2, STATES);
-    c[(0, 0)] = 1.0;
-    c[(1, 3)] = 1.0;
+    let c = Mat::from_fn(OUTPUTS.len(), STATES, |i, j| SIGNALS[OUTPUTS[i]].output(j));
     StateSpace {
         a: ab.columns(0, STATES).into_owned(),
         b: ab.columns(STATES, inputs).into_owned(),
         c,
-        d: Mat::zeros(2, inputs),
+        d: Mat::zeros(OUTPUTS.len(), inputs),
     }
 }
 
-/// The outputs of [`system`].
-pub const OUTPUTS: [&str; 2] = ["speed", "pitch"];
+/// The outputs of [`system`], places in [`SIGNALS`].
+pub const OUTPUTS: [usize; 2] = [SPEED, PITCH];
 
 /// How far the fit of one order is off: the largest over the grid of speeds and the frequencies.
 #[derive(Debug, Clone, PartialEq)]
@@ -67,9 +65,10 @@ fn largest(g: &DMatrix<Complex<f64>>) -> f64 {
 
 fn errors_of(inputs: &Inputs, order: usize, samples: &[(f64, Mat)], fit: &MatrixPolynomial) -> Errors {
     let reach: Vec<f64> = inputs.vehicle.actuators.iter().map(auv::Actuator::reach).collect();
+    let row = |place: usize| OUTPUTS.iter().position(|output| *output == place);
     // The tracked outputs, in units of their scales.
     let tracked: Vec<(usize, f64)> =
-        inputs.design.tracked.iter().map(|t| (usize::from(t.output == Output::Pitch), t.scale)).collect();
+        inputs.design.tracked.iter().filter_map(|t| Some((row(t.place)?, t.scale))).collect();
     let scaled = |g: &DMatrix<Complex<f64>>| {
         DMatrix::from_fn(tracked.len(), reach.len(), |i, j| g[(tracked[i].0, j)] * (reach[j] / tracked[i].1))
     };
@@ -106,7 +105,7 @@ mod tests {
         let pitch = first.channels[(1, pitching_actuator(&inputs, &model))];
         assert!((pitch - 0.067).abs() < 0.003, "{pitch}");
         for track in &mut inputs.design.tracked {
-            track.scale *= if track.output == Output::Pitch { 1e-6 } else { 1.0 };
+            track.scale *= if track.place == PITCH { 1e-6 } else { 1.0 };
         }
         let second = at(&inputs);
         assert_eq!(first.channels, second.channels);

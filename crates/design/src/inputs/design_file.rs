@@ -10,47 +10,11 @@ mod tables;
 mod uncertainty;
 
 use auv::toml_file::{Document, FileError, read_text};
+use lpv::matrix::Mat;
 use scheduled::Manoeuvre;
+use signals::{SIGNALS, STATES, Signal};
 use std::path::Path;
 pub use uncertainty::{HalfRange, UncertainCoefficient, UncertainParameter, Uncertainty};
-
-/// A quantity that the controller can track.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Output {
-    /// Pitch angle.
-    Pitch,
-    /// Forward speed through the water.
-    Speed,
-}
-
-impl Output {
-    /// Every output.
-    pub const ALL: [Self; 2] = [Self::Pitch, Self::Speed];
-
-    /// Its name in files and on screen.
-    pub fn name(self) -> &'static str {
-        match self {
-            Output::Pitch => "pitch",
-            Output::Speed => "speed",
-        }
-    }
-
-    /// Its SI unit.
-    pub fn unit(self) -> &'static str {
-        match self {
-            Output::Pitch => "rad",
-            Output::Speed => "m/s",
-        }
-    }
-
-    /// Its place in the state x = [u w q theta].
-    pub fn state(self) -> usize {
-        match self {
-            Output::Pitch => 3,
-            Output::Speed => 0,
-        }
-    }
-}
 
 /// A range of numbers, in words that a message can hold.
 #[derive(Debug, Clone, Copy)]
@@ -91,12 +55,29 @@ const CONTROL_WEIGHT: Range = Range {
 /// A tracked output with its weight.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tracked {
-    /// Which.
-    pub output: Output,
+    /// Its place in [`SIGNALS`].
+    pub place: usize,
     /// The reference that counts as 1, SI.
     pub scale: f64,
     /// W_e.
     pub weight: lpv::tracking::TrackingWeight,
+}
+
+impl Tracked {
+    /// Its row of the table of signals.
+    pub fn signal(&self) -> &'static Signal {
+        &SIGNALS[self.place]
+    }
+
+    /// `C` of the tracked outputs, a row each, from the states of the linear model.
+    pub fn outputs(tracked: &[Self]) -> Mat {
+        Mat::from_fn(tracked.len(), STATES.len(), |i, j| tracked[i].signal().output(j))
+    }
+
+    /// The same in units of their scales.
+    pub fn scaled_outputs(tracked: &[Self]) -> Mat {
+        Mat::from_fn(tracked.len(), STATES.len(), |i, j| tracked[i].signal().output(j) / tracked[i].scale)
+    }
 }
 
 /// A design file, checked.

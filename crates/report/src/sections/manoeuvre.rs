@@ -7,6 +7,7 @@ use crate::page::figure::Figure;
 use crate::page::section::Part;
 use crate::page::words::capital;
 use crate::subject::Subject;
+use signals::{PITCH, SPEED};
 use squid_flight::flight::{Row, fly};
 
 /// The section.
@@ -32,9 +33,16 @@ pub fn manoeuvre(subject: &Subject) -> Result<Vec<Part>, Error> {
         chart(
             "",
             "pitch (deg)",
-            vec![series(0, &|r| r.pitch_reference.to_degrees()), series(1, &|r| r.pitch.to_degrees())],
+            vec![
+                series(0, &|r| r.reference(PITCH).to_degrees()),
+                series(1, &|r| r.measured(PITCH).to_degrees()),
+            ],
         ),
-        chart("", "forward speed (m/s)", vec![series(0, &|r| r.speed_reference), series(1, &|r| r.speed)]),
+        chart(
+            "",
+            "forward speed (m/s)",
+            vec![series(0, &|r| r.reference(SPEED)), series(1, &|r| r.measured(SPEED))],
+        ),
         chart("", "depth (m)", vec![series(1, &|r| r.depth)]),
     ];
     for (unit, label, factor) in [("N", "thrust (N)", 1.0), ("rad", "deflection (deg)", 1f64.to_degrees())] {
@@ -50,8 +58,8 @@ pub fn manoeuvre(subject: &Subject) -> Result<Vec<Part>, Error> {
         }
     }
     let m = &stored.manoeuvre;
-    let last = rows.last().map_or(f64::NAN, |r| (r.pitch_reference - r.pitch).to_degrees());
-    let off = rows.iter().map(|r| (r.speed_reference - r.speed).abs()).fold(0.0, f64::max);
+    let last = rows.last().map_or(f64::NAN, |r| r.error(PITCH).to_degrees());
+    let off = rows.iter().map(|r| r.error(SPEED).abs()).fold(0.0, f64::max);
     let outside = rows.iter().filter(|r| r.out_of_range).count() as f64 / rows.len() as f64;
     let words = format!(
         "A pitch step of {:.0} deg at {} s while the speed goes from {} to {} m/s in {} s. At the end pitch is {:.3} deg off, the speed \

@@ -44,7 +44,7 @@ pub fn sensitivity(subject: &Subject) -> Result<Vec<Part>, Error> {
     keys.push(Key::reference("guaranteed: gamma/|W|"));
     let mut charts = Vec::new();
     for (i, tracked) in subject.inputs.design.tracked.iter().enumerate() {
-        let title = format!("|S| of {}", tracked.output.name());
+        let title = format!("|S| of {}", tracked.signal().name);
         let limit = |omega| allowed(&tracked.weight, omega);
         charts.push(chart(title, &loops, gamma, &|l, omega| l.sensitivity(i, omega), &limit));
     }

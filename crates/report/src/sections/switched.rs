@@ -6,9 +6,10 @@ use lpv::matrix::Mat;
 use lpv::state_space::StateSpace;
 use nalgebra::DVector;
 use scheduled::{Autopilot, Inputs as Measured};
+use signals::SPEED;
 use squid_design::check::sampled::{cannot, trapezoidal};
 use squid_design::error::ProofError;
-use squid_design::inputs::design_file::Output;
+use squid_design::inputs::design_file::Tracked;
 use squid_flight::flight::{Answer, Row, fly_under};
 
 /// What becomes of the states when another controller takes charge.
@@ -73,14 +74,12 @@ pub fn fly_switched(subject: &Subject, bank: &[StateSpace], memory: Memory) -> R
     let autopilot = Autopilot::new(design)?;
     let table = autopilot.trim();
     let law = |measured: &Measured| {
-        let errors = inputs.design.tracked.iter().map(|t| match t.output {
-            Output::Pitch => (measured.pitch_reference - measured.pitch) / t.scale,
-            Output::Speed => (measured.speed_reference - measured.speed) / t.scale,
-        });
+        let error = |t: &Tracked| (measured.references[t.place] - measured.measured[t.place]) / t.scale;
+        let errors = inputs.design.tracked.iter().map(error);
         let y = Mat::from_iterator(inputs.design.tracked.len(), 1, errors);
-        let path = table.speed(measured.speed);
+        let path = table.speed(measured.measured[SPEED]);
         let u = bank.tick(nearest(&subject.speeds, path), &y);
-        let feedforward = |j| table.command(measured.speed_reference, j);
+        let feedforward = |j| table.command(measured.references[SPEED], j);
         let rho = subject.rho(path);
         Ok(Answer {
             commands: commands(subject, &u.column(0).into_owned(), feedforward),

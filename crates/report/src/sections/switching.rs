@@ -13,6 +13,7 @@ use crate::verdict::{AT_REST, Ridden, Verdict, WORSE, switching_harms};
 use lpv::error::SynthesisError;
 use lpv::state_space::StateSpace;
 use lpv::synthesis::Design;
+use signals::{PITCH, SPEED};
 use squid_flight::flight::{Row, fly};
 
 /// How long after the step its own jump is not counted (s).
@@ -88,7 +89,7 @@ fn ridden(subject: &Subject, rows: &[Row]) -> Ridden {
     let m = &subject.stored.manoeuvre;
     let after: Vec<&Row> = rows.iter().filter(|r| r.time >= m.step_time).collect();
     let rms = |rows: &[&Row]| {
-        let squares = rows.iter().map(|r| ((r.pitch_reference - r.pitch) / m.pitch_step).powi(2));
+        let squares = rows.iter().map(|r| (r.error(PITCH) / m.pitch_step).powi(2));
         (squares.sum::<f64>() / rows.len() as f64).sqrt()
     };
     let tail = &after[after.len() - (after.len() / 10).max(1).min(after.len())..];
@@ -191,8 +192,8 @@ fn figure(subject: &Subject, flights: &[(&str, Vec<Row>)]) -> Figure {
         caption: format!("{} under one and the same ramp of speed.", capital(&subject.name())),
         keys,
         charts: vec![
-            chart("pitch error (deg)".into(), curves(&|r| (r.pitch_reference - r.pitch).to_degrees())),
-            chart("speed error (m/s)".into(), curves(&|r| r.speed_reference - r.speed)),
+            chart("pitch error (deg)".into(), curves(&|r| r.error(PITCH).to_degrees())),
+            chart("speed error (m/s)".into(), curves(&|r| r.error(SPEED))),
             chart(format!("{} ({unit})", actuator.name), curves(&|r| factor * r.commands[index])),
         ],
     }

@@ -13,6 +13,7 @@ use crate::verdict::{
 use lpv::controller::Controller;
 use lpv::synthesis::{Options, synthesise};
 use scheduled::LftMatrices;
+use signals::PITCH;
 use squid_design::augment::augment;
 use squid_design::certify::controller_rows;
 use squid_design::inputs::Inputs;
@@ -126,7 +127,7 @@ fn tune(subject: &Subject, weight: f64, letter: &'static str) -> Result<Tuned, E
 fn time_weighted_error(rows: &[Row], height: f64) -> f64 {
     let each = rows.windows(2).map(|w| {
         let (t, dt) = (w[1].time - STEP_TIME, w[1].time - w[0].time);
-        t.max(0.0) * ((w[1].pitch_reference - w[1].pitch) / height).abs() * dt
+        t.max(0.0) * (w[1].error(PITCH) / height).abs() * dt
     });
     each.sum()
 }
@@ -153,8 +154,8 @@ fn figure(subject: &Subject, all: &[Tuned]) -> Figure {
             x: Axis::linear("time (s)"),
             y: Axis::linear("pitch from trim (deg)"),
             curves: curves(tuned, &|r| {
-                let start = r.rows[0].pitch_reference;
-                r.rows.iter().map(|row| (row.time, (row.pitch - start).to_degrees())).collect()
+                let start = r.rows[0].reference(PITCH);
+                r.rows.iter().map(|row| (row.time, (row.measured(PITCH) - start).to_degrees())).collect()
             }),
         });
     }
@@ -356,10 +357,7 @@ mod tests {
     fn row(time: f64, error: f64) -> Row {
         Row {
             time,
-            pitch: -error,
-            pitch_reference: 0.0,
-            speed: 1.0,
-            speed_reference: 1.0,
+            signals: scheduled::Inputs { measured: [-error, 1.0], references: [0.0, 1.0] },
             depth: 0.0,
             rho: 0.0,
             out_of_range: false,

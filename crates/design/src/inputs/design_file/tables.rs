@@ -1,11 +1,10 @@
 //! Reads the tables of a design file.
 
-use crate::inputs::design_file::{
-    BANDWIDTH, CONTROL_WEIGHT, DesignFile, Output, PEAK, Range, SCALE, Tracked,
-};
+use crate::inputs::design_file::{BANDWIDTH, CONTROL_WEIGHT, DesignFile, PEAK, Range, SCALE, Tracked};
 use auv::toml_file::{Document, Table};
 use auv::{number, rounded};
 use scheduled::{MANOEUVRE_FORMAT, Manoeuvre};
+use signals::{PITCH, SIGNALS};
 use std::f64::consts::FRAC_PI_2;
 
 /// How long after the end of the flight the step of the default manoeuvre lasts, s.
@@ -41,7 +40,7 @@ pub(super) fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> 
     });
     let limits = Limits {
         speeds: model.as_ref().and_then(|m| m.speed_min.zip(m.speed_max)),
-        pitch: tracked.iter().flatten().find(|t| t.output == Output::Pitch).map(|t| t.scale),
+        pitch: tracked.iter().flatten().find(|t| t.place == PITCH).map(|t| t.scale),
         duration: sample_time.map(|time| MOST_TICKS * time),
     };
     let manoeuvre = section(&root, "manoeuvre", "what the FMU of the whole loop flies");
@@ -121,29 +120,28 @@ fn tracked(root: &Table<'_>) -> Option<Vec<Tracked>> {
         return None;
     }
     let tables = root.tables("track");
-    let mut taken: Vec<Output> = Vec::new();
+    let mut taken: Vec<usize> = Vec::new();
     let each: Vec<Option<Tracked>> = tables.iter().map(|table| track(table, &mut taken)).collect();
     each.into_iter().collect()
 }
 
-fn track(table: &Table<'_>, taken: &mut Vec<Output>) -> Option<Tracked> {
+fn track(table: &Table<'_>, taken: &mut Vec<usize>) -> Option<Tracked> {
     table.allow_only(&["output", "scale", "unit", "peak", "steady_error", "bandwidth"]);
-    let output = table.one_of("output", &Output::ALL.map(Output::name)).map(|place| Output::ALL[place]);
-    if let Some(output) = output.filter(|output| taken.contains(output)) {
-        table.not_allowed("output", format!("\"{}\" a second time", output.name()), "named once");
+    let place = table.one_of("output", &SIGNALS.each_ref().map(|signal| signal.name));
+    if let Some(place) = place.filter(|place| taken.contains(place)) {
+        table.not_allowed("output", format!("\"{}\" a second time", SIGNALS[place].name), "named once");
         return None;
     }
-    taken.extend(output);
-    let factor = match output? {
-        Output::Pitch => angle(table),
-        Output::Speed => table.one_of("unit", &["m/s"]).map(|_| 1.0),
-    };
+    taken.extend(place);
+    let units = SIGNALS[place?].units;
+    let names: Vec<&str> = units.iter().map(|unit| unit.name).collect();
+    let factor = table.one_of("unit", &names).map(|unit| units[unit].factor);
     let scale = within(table, "scale", SCALE);
     let peak = within(table, "peak", PEAK);
     let steady_error = table.number("steady_error", |v| v > 0.0 && v < 1.0, "above 0 and below 1");
     let bandwidth = within(table, "bandwidth", BANDWIDTH);
     Some(Tracked {
-        output: output?,
+        place: place?,
         scale: factor? * scale?,
         weight: lpv::tracking::TrackingWeight {
             peak: peak?,
