@@ -106,6 +106,36 @@ pub(crate) struct Base<'a> {
     pub(crate) bound: &'a GainBound,
 }
 
+/// A base in its coordinates.
+struct Whitened {
+    seen: ClosedLoop,
+    error: LoopError,
+    /// That of the base: X, S and gamma are 1.
+    bound: GainBound,
+    state_inverse: Mat,
+    channel_inverse: Mat,
+}
+
+impl Whitened {
+    fn new(base: Base) -> Result<Self, SynthesisError> {
+        let (state, state_inverse) = whitening(&base.bound.x, "X")?;
+        let (channel, channel_inverse) = whitening(&base.bound.s, "S")?;
+        let seen = base.closed.in_coordinates((&state, &state_inverse), (&channel, &channel_inverse));
+        let seen = seen.in_units_of(base.bound.gamma);
+        let error = base.error.in_coordinates((&state, &state_inverse), &channel);
+        let error = error.in_units_of(base.bound.gamma);
+        let (n, r) = (seen.a.nrows(), seen.channels.len());
+        let bound = GainBound {
+            gamma: 1.0,
+            x: Mat::identity(n, n),
+            s: Mat::identity(r, r),
+            t: channel.transpose() * &base.bound.t * &channel,
+            ..*base.bound
+        };
+        Ok(Self { seen, error, bound, state_inverse, channel_inverse })
+    }
+}
+
 /// The program of a base in its coordinates.
 struct Posed {
     program: Program,
@@ -121,13 +151,8 @@ struct Posed {
 impl Posed {
     /// With gamma unknown, or that of the base.
     fn new(base: Base, fixed: bool) -> Result<Self, SynthesisError> {
-        let (state, state_inverse) = whitening(&base.bound.x, "X")?;
-        let (channel, channel_inverse) = whitening(&base.bound.s, "S")?;
-        let seen = base.closed.in_coordinates((&state, &state_inverse), (&channel, &channel_inverse));
-        let seen = seen.in_units_of(base.bound.gamma);
-        let error = base.error.in_coordinates((&state, &state_inverse), &channel);
-        let error = error.in_units_of(base.bound.gamma);
-        let (n, r) = (seen.a.nrows(), seen.channels.len());
+        let Whitened { seen, error, bound, state_inverse, channel_inverse } = Whitened::new(base)?;
+        let n = seen.a.nrows();
         let mut program = Program::new();
         let scalar = |value: f64| Affine::constant(Mat::from_element(1, 1, value));
         let m = Multipliers {
@@ -138,11 +163,11 @@ impl Posed {
             lambda: if error.is_none() { scalar(0.0) } else { program.scalar() },
         };
         let mut start = vec![0.0; program.unknowns()];
-        program.set(&mut start, &m.x, &Mat::identity(n, n));
-        program.set(&mut start, &m.s, &Mat::identity(r, r));
-        program.set(&mut start, &m.t, &(channel.transpose() * &base.bound.t * &channel));
-        program.set(&mut start, &m.gamma, &Mat::from_element(1, 1, 1.0));
-        program.set(&mut start, &m.lambda, &Mat::from_element(1, 1, base.bound.lambda));
+        program.set(&mut start, &m.x, &bound.x);
+        program.set(&mut start, &m.s, &bound.s);
+        program.set(&mut start, &m.t, &bound.t);
+        program.set(&mut start, &m.gamma, &Mat::from_element(1, 1, bound.gamma));
+        program.set(&mut start, &m.lambda, &Mat::from_element(1, 1, bound.lambda));
         let inequality = bounded_real_compact(&seen, &error, &m);
         Ok(Self { program, unknowns: m, inequality, start, state_inverse, channel_inverse })
     }
@@ -204,8 +229,18 @@ const ROOM: f64 = 4.0;
 const CLEAR: f64 = 0.3;
 
 /// The largest eigenvalue of the bounded-real matrix, -X and -S, each scaled to a unit diagonal: the sign does
-/// not depend on the scaling, and rounding is seen in proportion.
+/// not depend on the scaling, and rounding is seen in proportion. Where it seems to be wrong, it is looked at again in
+/// the coordinates in which X and S are the identity: in others slow modes may drown in the rounding of `A'X + X A`.
 pub(crate) fn worst_eigenvalue(closed: &ClosedLoop, error: &LoopError, bound: &GainBound) -> f64 {
+    let seen = eigenvalue_seen(closed, error, bound);
+    if seen < 0.0 {
+        return seen;
+    }
+    Whitened::new(Base { closed, error, bound })
+        .map_or(seen, |w| eigenvalue_seen(&w.seen, &w.error, &w.bound))
+}
+
+fn eigenvalue_seen(closed: &ClosedLoop, error: &LoopError, bound: &GainBound) -> f64 {
     let all = [bounded_real_value(closed, error, bound), -&bound.x, -&bound.s];
     all.iter().map(scaled_largest_eigenvalue).fold(f64::NEG_INFINITY, f64::max)
 }

@@ -238,7 +238,7 @@ fn norm_or_one(norm: f64) -> f64 {
 }
 
 /// The factor that makes row and column i of one norm, the diagonal entry left out.
-fn osborne(m: &Mat, i: usize) -> f64 {
+pub(crate) fn osborne(m: &Mat, i: usize) -> f64 {
     let without = |norm_squared: f64| (norm_squared - m[(i, i)].powi(2)).max(0.0).sqrt();
     let (row, column) = (without(m.row(i).norm_squared()), without(m.column(i).norm_squared()));
     if row > 0.0 && column > 0.0 { (row / column).sqrt().clamp(1e-6, 1e6) } else { 1.0 }

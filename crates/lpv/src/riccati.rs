@@ -13,6 +13,7 @@
 //! terms of P. Gahinet, P. Apkarian, Int. J. Robust and Nonlinear Control 4, 1994. Nothing here is proved: what is found is put
 //! into the inequalities.
 
+use crate::balance::osborne;
 use crate::matrix::{
     Mat, block, growing_basis, kernel, largest_eigenvalue, least_eigenvalue, pseudo_inverse, solve,
     symmetric_part,
@@ -49,10 +50,34 @@ fn largest_inverse(p: &GeneralisedPlant) -> Option<Mat> {
     let l = a + &b * &feedback;
     let g = &b * solve(&r, &b.transpose())?;
     let q = c.transpose() * &c - h.transpose() * &h + c.transpose() * &dk * &feedback;
-    let basis = growing_basis(&block(&[&[&l, &g], &[&-q, &-l.transpose()]]))?;
+    let mut hamiltonian = block(&[&[&l, &g], &[&-q, &-l.transpose()]]);
+    let units = balance(&mut hamiltonian);
+    let basis = growing_basis(&hamiltonian)?;
     let (upper, lower) = (basis.rows(0, n).into_owned(), basis.rows(n, n).into_owned());
     // X = U2 U1^-1
     let inverse = symmetric_part(&solve(&lower.transpose(), &upper.transpose())?);
     let (least, most) = (least_eigenvalue(&inverse), largest_eigenvalue(&inverse));
-    (least >= -ROUNDING * most).then_some(inverse)
+    (least >= -ROUNDING * most).then(|| &units * inverse * &units)
 }
+
+/// Brings rows and columns of `[L G; -Q -L']`, 2n x 2n, to one size by units of the states alone, so that slow modes do
+/// not drown beside the gains; returns these units, n x n, diagonal. Source: E. E. Osborne, J. ACM 7(4), 1960.
+fn balance(hamiltonian: &mut Mat) -> Mat {
+    let n = hamiltonian.nrows() / 2;
+    let mut units = Mat::identity(n, n);
+    for _ in 0..ROUNDS {
+        for i in 0..n {
+            // The unit is in G and Q twice: a full step where they prevail, half of one where L does.
+            let unit = osborne(hamiltonian, i).sqrt();
+            units[(i, i)] *= unit;
+            for (k, factor) in [(i, unit), (n + i, 1.0 / unit)] {
+                hamiltonian.row_mut(k).scale_mut(1.0 / factor);
+                hamiltonian.column_mut(k).scale_mut(factor);
+            }
+        }
+    }
+    units
+}
+
+/// How often each state's unit is changed.
+const ROUNDS: usize = 20;
