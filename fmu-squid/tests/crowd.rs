@@ -1,5 +1,5 @@
 //! Many instances and threads at once: each flies as if it were alone.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+#![allow(unsafe_code, clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod abi;
 mod example;

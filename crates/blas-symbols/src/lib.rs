@@ -22,6 +22,7 @@
 //!
 //! With the feature `openblas` nothing is defined here: the symbols come from the system's OpenBLAS, which must be
 //! installed (`libopenblas-dev` on Debian). Set `OPENBLAS_NUM_THREADS=1` for small problems.
+#![allow(unsafe_code)] // What the symbols get is pointers.
 #![cfg_attr(not(feature = "openblas"), allow(clippy::too_many_arguments))] // The argument lists are LAPACK's.
 #![cfg_attr(not(feature = "openblas"), allow(clippy::missing_safety_doc))] // One contract for all: LAPACK's reference.
 

@@ -1,6 +1,6 @@
 //! Each symbol against its definition, on random matrices, called as clarabel calls it.
 #![cfg(not(feature = "openblas"))]
-#![allow(clippy::unwrap_used, clippy::panic)]
+#![allow(unsafe_code, clippy::unwrap_used, clippy::panic)]
 
 use blas_symbols::*;
 use faer::Mat;

@@ -1,6 +1,6 @@
 //! The orders in which importers call: legal ones of the standard that are seldom seen, all of which must work without a
 //! message, and what the standard leaves to the FMU.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+#![allow(unsafe_code, clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod example;
 #[path = "example/importer.rs"]

@@ -1,6 +1,6 @@
 //! Every function in every state, through the C ABI: what the standard allows works, what it forbids is refused in a
 //! sentence and changes nothing.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+#![allow(unsafe_code, clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod example;
 #[path = "example/importer.rs"]

@@ -1,5 +1,5 @@
 //! One stored state, restored by instances in several threads.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+#![allow(unsafe_code, clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod example;
 #[path = "example/importer.rs"]

@@ -234,7 +234,7 @@ macro_rules! export_functions {
     ($model:ty, $(fn $name:ident = $file:ident::$function:ident [$($generic:ty)?] ($($argument:ident: $type:ty),*) -> $result:ty;)+) => {
         $(
             #[unsafe(no_mangle)]
-            #[allow(unused_unsafe)]
+            #[allow(unused_unsafe, unsafe_code)]
             unsafe extern "C" fn $name($($argument: $type),*) -> $result {
                 // SAFETY: the importer keeps the contract of the C function of this name.
                 unsafe { $file::$function$(::<$generic>)?($($argument),*) }
