@@ -39,7 +39,7 @@ pub fn run(which: &Which, with_ladder: bool, with_robust: bool) -> Result<(), Er
     finished.proof.map(|_| ()).map_err(|reason| Error::NotProved { directory, reason })
 }
 
-/// The stored design, made now if there is none for these files.
+/// The stored design, made now if there is none for these files. Whether it is proved the caller has to say.
 ///
 /// # Errors
 /// Those of the files and of the stages.
@@ -51,7 +51,6 @@ pub fn load_or_design(inputs: &Inputs, directory: &Path) -> Result<Stored, Error
             store::load(directory, inputs)
         }
         other => other,
-    }?;
-    stored.unproved(inputs).iter().for_each(|words| say(words));
-    Ok(stored)
+    };
+    Ok(stored?)
 }

@@ -16,6 +16,7 @@ pub fn run(which: &Which) -> Result<(), Error> {
     let (inputs, directory) = which.read_to_write()?;
     let stored = load_or_design(&inputs, &directory)?;
     let found = rendered(&inputs, &stored, &directory, &Progress::new(&show))?;
+    found.unproved.iter().for_each(|words| say(words));
     say(&format!("\n{}", found.words));
     say(&found.save(&directory)?.display().to_string());
     Ok(())

@@ -15,6 +15,7 @@ use squid_report::simulate;
 pub fn run(which: &Which) -> Result<(), Error> {
     let (inputs, directory) = which.read_to_write()?;
     let stored = load_or_design(&inputs, &directory)?;
+    stored.unproved(&inputs).iter().for_each(|words| say(words));
     let running = Progress::new(&show).begin("simulate", "flying");
     let found = simulate::run(&inputs, &stored, &directory)?;
     drop(running);

@@ -79,9 +79,14 @@ impl Stored {
 
     /// What must be said before anything else of a design without a proof that holds.
     pub fn unproved(&self, inputs: &Inputs) -> Option<String> {
-        let reason = match self.prove(inputs) {
+        self.remark(&self.prove(inputs))
+    }
+
+    /// The same where the proof was tried before.
+    pub fn remark(&self, proof: &Result<Theorem, String>) -> Option<String> {
+        let reason = match proof {
             Ok(_) if self.controller.gamma.certified => return None,
-            Ok(_) => "controller.json says that it is not certified".to_owned(),
+            Ok(_) => "controller.json says that it is not certified",
             Err(reason) => reason,
         };
         Some(format!("NOT PROVED: {reason}"))

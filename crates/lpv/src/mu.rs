@@ -14,6 +14,7 @@
 //! - [`sweep`], [`interval`]: bounds for all frequencies;
 //! - [`worst_case`]: the largest gain at a given size of the perturbation.
 
+mod annihilated;
 mod balance;
 mod centre;
 pub mod interval;

@@ -45,5 +45,6 @@ by_way_of_the_design!(
     lpv::error::LftError,
     lpv::error::SynthesisError,
     lpv::ladder::LadderError,
-    scheduled::DesignError
+    scheduled::DesignError,
+    scheduled::ManoeuvreError
 );

@@ -19,6 +19,8 @@ pub const FILE: &str = "report.json";
 pub struct Rendered {
     /// Of what it was made from; see [`key`].
     key: Option<String>,
+    /// What must be said of a design without a proof that holds.
+    pub unproved: Option<String>,
     /// The verdicts for a terminal.
     pub words: String,
     /// The page up to where it says what it is packed with, and from there on.
@@ -32,7 +34,8 @@ impl Rendered {
     fn new(report: &Report, key: Option<String>) -> Result<Self, Error> {
         let (head, body) = html::page(report)?;
         let figures = report.figures().map(|f| Ok((f.name.clone(), f.file(&f.caption)?)));
-        Ok(Self { key, words: report.words(), head, body, figures: figures.collect::<Result<_, Error>>()? })
+        let figures = figures.collect::<Result<_, Error>>()?;
+        Ok(Self { key, unproved: report.unproved.clone(), words: report.words(), head, body, figures })
     }
 
     /// The page; `about` is put below its heading.
@@ -102,6 +105,7 @@ fn key(inputs: &Inputs, stored: &Stored) -> Result<Option<String>, Error> {
     }
     add(stored.controller.to_json()?.as_bytes());
     add(stored.plant.to_json()?.as_bytes());
+    add(stored.manoeuvre.to_json()?.as_bytes());
     let (Ok(text) | Err(text)) = &stored.certificate;
     add(text.as_bytes());
     add(&[u8::from(stored.certificate.is_ok())]);
@@ -135,11 +139,14 @@ mod tests {
         let mut other = stored.clone();
         other.plant.trim[0].pitch += 1e-9;
         keys.push(of(&inputs, &other));
+        let mut other = stored.clone();
+        other.manoeuvre.pitch_step *= 0.5;
+        keys.push(of(&inputs, &other));
         let mut other = inputs.clone();
         other.design_sha256.push('0');
         keys.push(of(&other, &stored));
         keys.sort();
         keys.dedup();
-        assert_eq!(keys.len(), 5);
+        assert_eq!(keys.len(), 6);
     }
 }

@@ -44,6 +44,8 @@ pub struct Report {
     pub heading: String,
     /// What must be said before anything else.
     pub warning: Option<String>,
+    /// Of that, what there is to say of the proof.
+    pub unproved: Option<String>,
     /// What the page is about.
     pub introduction: Vec<String>,
     /// The vehicle in words.
@@ -78,7 +80,8 @@ pub fn report(inputs: &Inputs, stored: &Stored, progress: &Progress) -> Result<R
             vehicle.name
         )
     });
-    let warnings = [stored.unproved(inputs), surrogate].into_iter().flatten();
+    let unproved = stored.remark(subject.proof());
+    let warnings = [unproved.clone(), surrogate].into_iter().flatten();
     let warning = warnings.reduce(|first, second| format!("{first}. {second}"));
     let introduction = vec![
         format!("Vehicle: {} ({} coefficients). {}", vehicle.name, vehicle.status.word(), vehicle.description),
@@ -91,6 +94,7 @@ pub fn report(inputs: &Inputs, stored: &Stored, progress: &Progress) -> Result<R
     Ok(Report {
         heading: format!("Report: {}", subject.name()),
         warning,
+        unproved,
         introduction,
         subject: subject.name(),
         sections,

@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use auv::{Actuator, Linearisation, Status};
+use certificate::Theorem;
 use lpv::controller::Controller;
 use lpv::error::SynthesisError;
 use lpv::matrix::Mat;
@@ -54,6 +55,7 @@ pub struct Subject<'a> {
     /// Where progress is told.
     pub progress: &'a Progress<'a>,
     alone: OnceLock<Vec<Result<Design, SynthesisError>>>,
+    proof: OnceLock<Result<Theorem, String>>,
 }
 
 impl<'a> Subject<'a> {
@@ -67,8 +69,8 @@ impl<'a> Subject<'a> {
         let controller = stored.lpv_controller()?;
         let speeds = speeds(inputs, SPEEDS);
         let truth = speeds.iter().map(|v| linearise_at(inputs, *v)).collect::<Result<_, ModelError>>()?;
-        let alone = OnceLock::new();
-        Ok(Self { inputs, stored, model, plant, controller, speeds, truth, progress, alone })
+        let (alone, proof) = Default::default();
+        Ok(Self { inputs, stored, model, plant, controller, speeds, truth, progress, alone, proof })
     }
 
     /// A controller without parameters for each of the six speeds alone, by the same synthesis; made once.
@@ -82,6 +84,11 @@ impl<'a> Subject<'a> {
             synthesise(&self.plant.frozen(&[self.rho(*v)]).map_err(singular)?, options)
         };
         self.alone.get_or_init(|| self.speeds.iter().map(made).collect())
+    }
+
+    /// The proof of the certificate, tried anew; once.
+    pub fn proof(&self) -> &Result<Theorem, String> {
+        self.proof.get_or_init(|| self.stored.prove(self.inputs))
     }
 
     /// The vehicle in words: a surrogate is called one wherever it is named.

@@ -23,6 +23,8 @@ pub(super) struct Centre {
     base: CMat,
     /// About how far, relatively, the first lambda may be above the least.
     near: f64,
+    /// The border at the first point, where it was asked for.
+    known: Option<f64>,
     /// A point on the way that is a start for matrices much like this one: at the end of the way too little is positive clearly.
     pub(super) start: Vec<f64>,
 }
@@ -52,30 +54,31 @@ const FAR: f64 = 30.0;
 type Factor = Cholesky<Complex<f64>, Dyn>;
 
 impl Centre {
-    /// From a matrix of size about one, and scalings that may be good for it.
+    /// From a matrix whose largest singular value is one, and scalings that may be good for it.
     pub(super) fn new(m: CMat, structure: &Structure, from: Option<&Scalings>) -> Self {
         let family = Family::new(structure);
         let nw = m.ncols();
         let p = family.identity();
         let base = CMat::identity(nw, nw);
-        let mut cold = Self { m, family, p, lambda: 1.1, shift: 0.0, base, near: COLD, start: vec![] };
+        let (near, known) = (COLD, None);
+        let mut cold = Self { m, family, p, lambda: 1.1, shift: 0.0, base, near, known, start: vec![] };
         let Some(from) = from else { return cold };
-        let border = cold.border();
         let identity = std::mem::replace(&mut cold.p, cold.family.point(from));
-        match (cold.border(), border) {
-            // Where the known scalings are no better, they are no start.
-            (Some(warm), Some(plain)) if warm < plain => {
-                cold.near = WARM;
-                cold.base = cold.family.values(&cold.p).dw;
-            }
-            _ => cold.p = identity,
+        cold.known = cold.border();
+        // Where the known scalings show no more than none do, they are no start.
+        if cold.known.is_some_and(|lambda| lambda < 1.0) {
+            cold.near = WARM;
+            cold.base = cold.family.values(&cold.p).dw;
+        } else {
+            (cold.p, cold.known) = (identity, None);
         }
         cold
     }
 
     /// The least lambda, and about how far it may be above it, relatively at most twice `tight`: or `target`, where that is above, at the centre there.
     pub(super) fn least(&mut self, target: f64, tight: f64) -> (f64, f64) {
-        let mut best = (self.border().unwrap_or(f64::INFINITY), f64::INFINITY);
+        let first = self.known.or_else(|| self.border());
+        let mut best = (first.unwrap_or(f64::INFINITY), f64::INFINITY);
         self.lambda = 1.1 * best.0;
         let mut kept = self.p.clone();
         let mut weight = self.m.ncols() as f64 / (self.near * self.lambda);
@@ -236,13 +239,12 @@ impl Centre {
         let d = &self.base;
         let rows = d.nrows();
         // N = Phi^-1 D Phi^-1, seen by W*: of W* N W the entries that the products ask for.
-        let left = product(&inner.columns(0, rows).into_owned(), d);
-        let seen = |y: usize, x: usize| -> Complex<f64> {
-            left.row(y).iter().zip(inner.column(x).rows(0, rows).iter()).map(|(a, b)| a * b).sum()
-        };
-        gradient[n] = weight - left.view((0, 0), (rows, rows)).trace().re;
-        hessian[(n, n)] =
-            (0..rows).map(|k| (0..rows).map(|l| (seen(k, l) * d[(l, k)]).re).sum::<f64>()).sum();
+        let inverse = inner.rows(0, rows).into_owned();
+        let right = product(d, &inverse);
+        let seen = |y: usize, x: usize| right.column(y).dotc(&inverse.column(x));
+        let own = right.columns(0, rows);
+        gradient[n] = weight - own.trace().re;
+        hessian[(n, n)] = own.iter().zip(own.transpose().iter()).map(|(a, b)| (a * b).re).sum();
         for (i, value) in at.along(seen).enumerate() {
             hessian[(i, n)] = value;
             hessian[(n, i)] = value;

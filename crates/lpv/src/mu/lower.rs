@@ -7,8 +7,10 @@
 //! the complex blocks, or moving one real scalar, until lambda is real: then `Delta = Q / lambda`.
 
 use super::CMat;
+use super::annihilated::annihilated;
+use super::product::product;
 use super::structure::{Block, Structure, StructureError};
-use crate::matrix::{complex_eigenvalues, complex_singular_values, complex_svd_ends};
+use crate::matrix::{complex_eigenvalues, complex_singular_values};
 use nalgebra::{Complex, DVector};
 
 /// A perturbation that makes `I - M Delta` singular.
@@ -51,13 +53,19 @@ pub fn lower_bound(m: &CMat, structure: &Structure) -> Result<Option<LowerBound>
         Search { m, structure, is_mixed: structure.blocks().iter().any(|b| matches!(b, Block::Real(_))) };
     let mut random = Sequence(0x9E37_79B9_7F4A_7C15);
     let mut best: Option<LowerBound> = None;
+    let mut tops: Vec<CMat> = vec![];
     for start in 0..STARTS {
-        let q = search.start(start, &mut random);
-        for found in search.climb(q) {
+        let q = search.climb(search.start(start, &mut random));
+        // Many starts lead to the same.
+        if tops.contains(&q) {
+            continue;
+        }
+        for found in search.exact(&q) {
             if best.as_ref().is_none_or(|known| found.value > known.value) {
                 best = Some(found);
             }
         }
+        tops.push(q);
     }
     Ok(best)
 }
@@ -86,6 +94,7 @@ impl Sequence {
 }
 
 /// An eigenvalue of `M Q`, and `M* u` and v, with `u* v = 1`.
+#[derive(Clone)]
 struct Mode {
     lambda: Complex<f64>,
     x: CVec,
@@ -121,8 +130,8 @@ impl Search<'_> {
         q
     }
 
-    /// Improves Q until it gets no better; returns the exact perturbations near the best.
-    fn climb(&self, mut q: CMat) -> Vec<LowerBound> {
+    /// Improves Q until it gets no better; returns the best.
+    fn climb(&self, mut q: CMat) -> CMat {
         let mut best = (f64::NEG_INFINITY, q.clone());
         let mut idle = 0;
         for _ in 0..STEPS {
@@ -137,13 +146,13 @@ impl Search<'_> {
             }
             q = self.improved(&q, &mode);
         }
-        self.exact(&best.1)
+        best.1
     }
 
     /// The eigenvalue farthest to the right, or of the largest modulus where all blocks can be turned.
     fn best_mode(&self, q: &CMat) -> Option<Mode> {
         let rank = |v: &Complex<f64>| if self.is_mixed { v.re } else { v.norm() };
-        let values = complex_eigenvalues(&(self.m * q));
+        let values = complex_eigenvalues(&product(self.m, q));
         let lambda =
             values.into_iter().filter(|v| v.re.is_finite()).max_by(|a, b| rank(a).total_cmp(&rank(b)))?;
         self.mode(q, lambda)
@@ -151,7 +160,7 @@ impl Search<'_> {
 
     fn mode(&self, q: &CMat, lambda: Complex<f64>) -> Option<Mode> {
         let n = self.m.nrows();
-        let (u, v) = complex_svd_ends(&(self.m * q - CMat::identity(n, n) * lambda))?;
+        let (u, v) = annihilated(product(self.m, q) - CMat::identity(n, n) * lambda)?;
         let product = u.dotc(&v);
         if product.norm() < 1e-12 {
             return None;
@@ -162,7 +171,7 @@ impl Search<'_> {
 
     /// The eigenvalue of `M Q` next to one that is known.
     fn followed(&self, q: &CMat, near: Complex<f64>) -> Option<Mode> {
-        let values = complex_eigenvalues(&(self.m * q));
+        let values = complex_eigenvalues(&product(self.m, q));
         let lambda = values.into_iter().min_by(|a, b| (a - near).norm().total_cmp(&(b - near).norm()))?;
         self.mode(q, lambda)
     }
@@ -207,17 +216,15 @@ impl Search<'_> {
         let knobs = self.structure.places();
         let turns = std::iter::once(None)
             .chain((0..knobs.len()).filter(|k| matches!(knobs[*k].0, Block::Real(_))).map(Some));
-        turns.filter_map(|knob| self.made_real(q, mode.lambda, knob)).collect()
+        turns.filter_map(|knob| self.made_real(q, mode.clone(), knob)).collect()
     }
 
     /// Turns all complex blocks, or moves one real scalar, until the eigenvalue followed is real.
-    fn made_real(&self, q: &CMat, lambda: Complex<f64>, knob: Option<usize>) -> Option<LowerBound> {
+    fn made_real(&self, q: &CMat, mut mode: Mode, knob: Option<usize>) -> Option<LowerBound> {
         let places = self.structure.places();
         let mut q = q.clone();
-        let mut near = lambda;
         for _ in 0..CORRECTIONS {
-            let mode = self.followed(&q, near)?;
-            near = mode.lambda;
+            let near = mode.lambda;
             if near.im.abs() <= 1e-13 * near.norm() {
                 break;
             }
@@ -243,7 +250,9 @@ impl Search<'_> {
             }
             let step = -near.im / slope.im;
             self.turn(&mut q, knob, step)?;
+            mode = self.followed(&q, near)?;
         }
+        let near = mode.lambda;
         if near.re <= 0.0 {
             return None;
         }

@@ -31,8 +31,9 @@ pub fn real_lower_bound(system: &StateSpace, structure: &Structure) -> Option<Lo
         return None;
     }
     let sizes = structure.blocks().iter().map(|b| b.rows()).collect();
-    let smallest = 0.1 / system.hinf_norm().value.max(f64::MIN_POSITIVE);
-    let search = Search { system, structure, sizes, smallest };
+    let harmless = 1.0 / system.hinf_norm().value.max(f64::MIN_POSITIVE);
+    let (smallest, harmless) = (0.1 * harmless, (1.0 - 1e-6) * harmless);
+    let search = Search { system, structure, sizes, smallest, harmless };
     let count = search.sizes.len();
     let mut state = 0x2545_F491_4F6C_DD1Du64;
     let mut sign = || {
@@ -72,8 +73,10 @@ struct Search<'a> {
     system: &'a StateSpace,
     structure: &'a Structure,
     sizes: Vec<usize>,
-    /// A size of delta that certainly does nothing: below one over the largest gain of the loop seen by delta.
+    /// The smallest size of delta.
     smallest: f64,
+    /// A size that certainly does nothing yet: below one over the largest gain of the loop seen by delta.
+    harmless: f64,
 }
 
 impl Search<'_> {
@@ -102,7 +105,7 @@ impl Search<'_> {
         let mut high = low;
         loop {
             high = (high * STRIDE).min(farthest);
-            if self.rightmost(direction, high)?.re >= 0.0 {
+            if high > self.harmless && self.rightmost(direction, high)?.re >= 0.0 {
                 break;
             }
             low = high;
@@ -110,16 +113,16 @@ impl Search<'_> {
                 return None;
             }
         }
-        self.narrow(direction, &mut low, &mut high)?;
-        let pole = self.rightmost(direction, high)?;
+        let pole = self.narrow(direction, &mut low, &mut high)?;
         Some(Crossing { direction: direction.to_vec(), size: high, pole })
     }
 
     /// Narrows down where the rightmost pole reaches the axis, between a size at which it is left of it and one at which it is not: by false position,
-    /// with the Illinois rule (M. Dowell, P. Jarratt, BIT 11, 1971), and by halves where that is slow.
-    fn narrow(&self, direction: &[f64], low: &mut f64, high: &mut f64) -> Option<()> {
-        let at = |size: f64| Some(self.rightmost(direction, size)?.re);
-        let (mut at_low, mut at_high) = (at(*low)?, at(*high)?);
+    /// with the Illinois rule (M. Dowell, P. Jarratt, BIT 11, 1971), and by halves where that is slow. The pole at the
+    /// larger size comes of it.
+    fn narrow(&self, direction: &[f64], low: &mut f64, high: &mut f64) -> Option<Complex<f64>> {
+        let mut pole = self.rightmost(direction, *high)?;
+        let (mut at_low, mut at_high) = (self.rightmost(direction, *low)?.re, pole.re);
         let mut kept = 0;
         for step in 1..200 {
             let width = *high - *low;
@@ -130,9 +133,10 @@ impl Search<'_> {
             let halve = step % 4 == 0 || !(part > 0.0 && part < 1.0);
             let next = (*low + if halve { 0.5 } else { part } * width)
                 .clamp(*low + f64::EPSILON * *high, *high - f64::EPSILON * *high);
-            let value = at(next)?;
+            let found = self.rightmost(direction, next)?;
+            let value = found.re;
             if value >= 0.0 {
-                (*high, at_high) = (next, value);
+                (*high, at_high, pole) = (next, value, found);
                 at_low *= if kept == -1 { 0.5 } else { 1.0 };
                 kept = -1;
             } else {
@@ -141,7 +145,7 @@ impl Search<'_> {
                 kept = 1;
             }
         }
-        Some(())
+        Some(pole)
     }
 
     /// Where each scalar would move the pole to the right.

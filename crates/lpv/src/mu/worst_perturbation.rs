@@ -5,6 +5,7 @@
 //! real scalars alone the peak of the perturbed loop follows.
 
 use super::CMat;
+use super::product::product;
 use super::structure::Block;
 use super::sweep::response;
 use super::worst_case::{Perturbable, largest};
@@ -155,7 +156,7 @@ impl Search<'_> {
     /// Keeps a perturbation that is worse than the worst.
     fn keep(&self, best: &mut Perturbed, omega: f64, delta: &CMat) {
         if let Some(parts) = self.parts(omega)
-            && let Some((gain, _, _)) = parts.gain(delta)
+            && let Some((gain, ..)) = parts.gain(delta)
             && gain > best.gain
         {
             *best = Perturbed { gain, frequency: omega, delta: delta.clone() };
@@ -186,7 +187,8 @@ impl Search<'_> {
         let Some(parts) = self.parts(omega) else { return };
         let Some(mut at) = parts.gain(&delta) else { return };
         for _ in 0..STEPS {
-            let aimed = self.aimed(&delta, &at.1, &at.2);
+            let Some((a, b)) = parts.slopes(&delta, &at) else { break };
+            let aimed = self.aimed(&delta, &a, &b);
             // All the way, or less far, or one block alone.
             let shorter =
                 (0..4).map(|halvings| &delta + (&aimed - &delta) * Complex::new(0.5f64.powi(halvings), 0.0));
@@ -233,20 +235,21 @@ impl Search<'_> {
 }
 
 impl Parts {
-    /// The gain with a perturbation, and a and b of its first-order change.
-    fn gain(&self, delta: &CMat) -> Option<(f64, CVec, CVec)> {
-        let (k, w) = self.m11.shape();
-        let seen = (CMat::identity(k, k) - &self.m11 * delta).lu();
-        let through = seen.solve(&self.m12)?;
-        let whole = &self.m22 + &self.m21 * delta * &through;
+    /// The gain with a perturbation, what has it, and `(I - M11 Delta)^-1 M12`.
+    fn gain(&self, delta: &CMat) -> Option<(f64, CMat, CMat)> {
+        let k = self.m11.nrows();
+        let through = (CMat::identity(k, k) - product(&self.m11, delta)).lu().solve(&self.m12)?;
+        let whole = &self.m22 + product(&self.m21, &product(delta, &through));
         let gain = largest(&whole);
-        if !gain.is_finite() {
-            return None;
-        }
-        let found = singular_vectors(&whole)?;
-        let back = (CMat::identity(w, w) - delta * &self.m11).adjoint().lu();
-        let a = back.solve(&(self.m21.adjoint() * found.0))?;
-        Some((gain, a, through * found.1))
+        gain.is_finite().then_some((gain, whole, through))
+    }
+
+    /// a and b of the first-order change of a gain.
+    fn slopes(&self, delta: &CMat, (_, whole, through): &(f64, CMat, CMat)) -> Option<(CVec, CVec)> {
+        let w = self.m11.ncols();
+        let (u, v) = singular_vectors(whole)?;
+        let back = (CMat::identity(w, w) - product(delta, &self.m11)).adjoint().lu();
+        Some((back.solve(&(self.m21.adjoint() * u))?, through * v))
     }
 }
 

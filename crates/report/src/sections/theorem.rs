@@ -26,13 +26,13 @@ fn reach(theorem: &Theorem, certified: bool) -> &'static str {
 /// # Errors
 /// None; a proof that fails is told.
 pub fn theorem(subject: &Subject) -> Result<Vec<Part>, Error> {
-    let words = match subject.stored.prove(subject.inputs) {
+    let words = match subject.proof() {
         Ok(theorem) => vec![
             format!("Proved anew for this page, in exact rational arithmetic: {theorem}"),
             format!(
                 "w holds the references (in units of their scales) and the disturbances at the actuators, z the tracking errors weighted by W_e \
                  and the commands weighted by W_u. The parameter is the speed. {}",
-                reach(&theorem, subject.stored.controller.gamma.certified)
+                reach(theorem, subject.stored.controller.gamma.certified)
             ),
         ],
         Err(reason) => vec![format!("NOT PROVED: {reason}")],

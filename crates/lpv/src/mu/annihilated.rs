@@ -1,0 +1,62 @@
+//! What a singular matrix annihilates.
+
+use super::CMat;
+use nalgebra::{Complex, DVector};
+
+type CVec = DVector<Complex<f64>>;
+
+/// Rounds of inverse iteration: the second one mends a start that was nearly at right angles.
+const ROUNDS: usize = 2;
+
+/// The least pivot, relative to the matrix: far below rounding.
+const LEAST: f64 = 1e-30;
+
+/// The left and right vectors of unit length that a square matrix nearly annihilates, by inverse iteration with `A* A`;
+/// `None` when the numbers get out of hand. They are those of the least singular value where it is zero but for rounding.
+pub(super) fn annihilated(a: CMat) -> Option<(CVec, CVec)> {
+    let n = a.nrows();
+    let size = a.norm();
+    let lu = if size > 0.0 { a.unscale(size) } else { a }.lu();
+    let (lower, mut upper) = (lu.l(), lu.u());
+    for k in 0..n {
+        // A pivot must not be zero altogether.
+        if upper[(k, k)].norm() < LEAST {
+            upper[(k, k)] = Complex::new(LEAST, 0.0);
+        }
+    }
+    let mut v = CVec::from_fn(n, |i, _| Complex::new(1.0, 0.5 + i as f64)).normalize();
+    let mut u = v.clone();
+    for _ in 0..ROUNDS {
+        u = upper.ad_solve_upper_triangular(&v)?;
+        lower.ad_solve_lower_triangular_mut(&mut u);
+        lu.p().inv_permute_rows(&mut u);
+        u.normalize_mut();
+        v.copy_from(&u);
+        lu.p().permute_rows(&mut v);
+        lower.solve_lower_triangular_mut(&mut v);
+        v = upper.solve_upper_triangular(&v)?;
+        v.normalize_mut();
+    }
+    (u.iter().chain(v.iter()).all(|x| x.re.is_finite() && x.im.is_finite())).then_some((u, v))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mu::structure::random::problem;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Of a matrix less an eigenvalue, from both sides.
+        #[test]
+        fn nothing_is_left((_, m) in problem()) {
+            let n = m.nrows().min(m.ncols());
+            let square = m.view((0, 0), (n, n)).into_owned();
+            let lambda = square.clone().schur().eigenvalues().unwrap()[0];
+            let singular = &square - CMat::identity(n, n) * lambda;
+            let (u, v) = annihilated(singular.clone()).unwrap();
+            let size = square.norm();
+            prop_assert!((&singular * v).norm() < 1e-12 * size && (singular.adjoint() * u).norm() < 1e-12 * size);
+        }
+    }
+}
