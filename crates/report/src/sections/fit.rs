@@ -10,6 +10,7 @@ use crate::verdict::{MUCH, Verdict, compared, much_smaller};
 use lpv::matrix::Mat;
 use lpv::polynomial::MatrixPolynomial;
 use nalgebra::Complex;
+use signals::SIGNALS;
 use squid_design::fit::frequency;
 use squid_design::linearise::{STATES, stacked};
 
@@ -171,7 +172,7 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
 fn channels(subject: &Subject, errors: &[frequency::Errors]) -> Table {
     let mut table = Table::new(["channel"]);
     table.head.extend(errors.iter().map(|e| format!("largest error of the response, order {}, %", e.order)));
-    for (i, output) in frequency::OUTPUTS.into_iter().enumerate() {
+    for (i, output) in frequency::OUTPUTS.map(|place| SIGNALS[place].name).into_iter().enumerate() {
         for (j, actuator) in subject.inputs.vehicle.actuators.iter().enumerate() {
             let mut row = vec![format!("{} to {output}", actuator.name)];
             row.extend(errors.iter().map(|e| format!("{:.3}", 100.0 * e.channels[(i, j)])));
