@@ -55,7 +55,7 @@ pub fn run(which: &Which, asked: &Asked) -> Result<(), Error> {
         say(&tables::speed(&inputs, v)?);
     }
     if asked.fit || all {
-        say(&tables::fit(&inputs, &Model::new(&inputs)?));
+        say(&tables::fit(&inputs, &Model::new(&inputs.vehicle, &inputs.design)?));
     }
     controller.iter().for_each(|words| say(words.trim_end()));
     if asked.uncertainty {

@@ -9,11 +9,11 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Error};
 
-pub(crate) use error::Rounded;
-pub use error::{FileError, FileProblem, Mistake, number, rounded};
+pub use error::{FileError, FileProblem, Mistake};
 pub use text::read_text;
 
 use crate::vehicle::allowed::Allowed;
+use crate::words::{nearest, number};
 use text::line_of;
 
 /// Larger numbers than this overflow in the products of coefficients. The moments of the largest ships are some 1e13 kg m2.
@@ -395,12 +395,4 @@ fn stands_in_xml(c: char) -> bool {
 
 fn quoted(words: &[&str]) -> String {
     words.iter().map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(" or ")
-}
-
-/// Returns the candidate that is most like the word, if one is like it.
-pub(crate) fn nearest(word: &str, candidates: &[&str]) -> Option<String> {
-    let likeness = |candidate: &str| strsim::jaro_winkler(&word.to_lowercase(), &candidate.to_lowercase());
-    let scored = candidates.iter().map(|candidate| (likeness(candidate), candidate));
-    let (score, candidate) = scored.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    (score > 0.8).then(|| candidate.to_string())
 }

@@ -1,8 +1,8 @@
 //! The control problem: model and weights of the design, as a generalised plant.
 
 use crate::error::ModelError;
-use crate::inputs::Inputs;
-use crate::inputs::design_file::Tracked;
+use crate::inputs::design_file::{DesignFile, Tracked};
+use auv::Actuator;
 use lpv::lft::Lft;
 use lpv::plant::GeneralisedPlant;
 use lpv::tracking::TrackingProblem;
@@ -11,17 +11,19 @@ use lpv::tracking::TrackingProblem;
 ///
 /// # Errors
 /// [`ModelError::Augment`], which would be a defect of this program.
-pub fn augment(inputs: &Inputs, model: Lft) -> Result<GeneralisedPlant, ModelError> {
-    let design = &inputs.design;
-    let actuators = inputs.vehicle.actuators.len();
+pub fn augment(
+    actuators: &[Actuator],
+    design: &DesignFile,
+    model: Lft,
+) -> Result<GeneralisedPlant, ModelError> {
     let blocks = if model.size() > 0 { vec![model.size()] } else { vec![] };
     let problem = TrackingProblem {
         blocks,
         outputs: Tracked::outputs(&design.tracked),
         output_scale: design.tracked.iter().map(|t| t.scale).collect(),
-        input_scale: inputs.vehicle.actuators.iter().map(auv::Actuator::reach).collect(),
+        input_scale: actuators.iter().map(Actuator::reach).collect(),
         tracking: design.tracked.iter().map(|t| t.weight).collect(),
-        control: vec![design.control_weight; actuators],
+        control: vec![design.control_weight; actuators.len()],
         disturbance: design.disturbance,
         model,
     };
@@ -32,6 +34,7 @@ pub fn augment(inputs: &Inputs, model: Lft) -> Result<GeneralisedPlant, ModelErr
 mod tests {
     use super::*;
     use crate::fit::Model;
+    use crate::inputs::Inputs;
     use lpv::matrix::Mat;
     use std::path::Path;
 
@@ -40,7 +43,12 @@ mod tests {
     fn the_papers_weight_on_the_actuators_is_the_identity() {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
         let inputs = Inputs::read(vehicle, "paper", None).unwrap();
-        let plant = augment(&inputs, Model::new(&inputs).unwrap().lft).unwrap();
+        let plant = augment(
+            &inputs.vehicle.actuators,
+            &inputs.design,
+            Model::new(&inputs.vehicle, &inputs.design).unwrap().lft,
+        )
+        .unwrap();
         let (outputs, actuators) = (plant.d12.nrows(), inputs.vehicle.actuators.len());
         assert_eq!(outputs, inputs.design.tracked.len() + actuators);
         assert_eq!(plant.d12.rows(outputs - actuators, actuators), Mat::identity(actuators, actuators));

@@ -6,11 +6,11 @@
 pub mod sampled;
 
 use crate::augment::augment;
-use crate::check::sampled::{sampled_dtt, spectral_radius};
+use crate::check::sampled::{Sampling, sampled_dtt};
 use crate::error::Error;
 use crate::error::Refusal;
 use crate::inputs::Inputs;
-use crate::linearise::{linearise_at, speeds, stacked};
+use crate::linearise::{linearise_at, stacked};
 use lpv::controller::Controller;
 use lpv::lft::Lft;
 use lpv::matrix::{Mat, eigenvalues, spectral_abscissa};
@@ -80,7 +80,8 @@ pub fn check(
 ) -> Result<Checks, Error> {
     well_posed(&controller.dtt)?;
     well_posed(&plant.dtt)?;
-    let sample_time = inputs.design.sample_time;
+    let sampling = Sampling::of(inputs);
+    let sample_time = sampling.sample_time;
     well_posed(&sampled_dtt(controller, sample_time).unwrap_or_else(|| Mat::from_element(1, 1, f64::NAN)))?;
     let closed = plant.close(controller);
     let (centre, half_range) = inputs.design.scheduling();
@@ -93,7 +94,7 @@ pub fn check(
         sampled_radius: 0.0,
         fastest_controller_mode: 0.0,
     };
-    for speed in speeds(inputs, CHECKED_SPEEDS) {
+    for speed in inputs.design.spread(CHECKED_SPEEDS) {
         let rho = (speed - centre) / half_range;
         let fitted = closed.frozen(&[rho])?;
         let real_part = spectral_abscissa(&fitted.a);
@@ -105,22 +106,22 @@ pub fn check(
             return Err(Refusal::Gain { speed, gain, bound }.into());
         }
         let frozen = frozen_controller(controller, rho)?;
-        let linearisation = linearise_at(inputs, speed)?;
-        let radius = spectral_radius(inputs, &linearisation, &controller.frozen(&[rho])?);
+        let linearisation = linearise_at(&inputs.vehicle, inputs.design.depth, speed)?;
+        let radius = sampling.spectral_radius(&linearisation, &controller.frozen(&[rho])?);
         if radius.is_nan() || radius >= 1.0 {
-            let mut often = inputs.clone();
-            often.design.sample_time = sample_time / OFTEN;
-            let growth = spectral_radius(&often, &linearisation, &controller.frozen(&[rho])?).ln();
+            let often = Sampling { sample_time: sample_time / OFTEN, ..sampling };
+            let growth = often.spectral_radius(&linearisation, &controller.frozen(&[rho])?).ln();
             return Err(match growth >= 0.0 {
                 true => {
-                    let real_part = growth / often.design.sample_time;
+                    let real_part = growth / often.sample_time;
                     Refusal::UnstableWithLags { speed, real_part }
                 }
                 false => Refusal::UnstableSampled { speed, sample_time, radius },
             }
             .into());
         }
-        let truth = augment(inputs, Lft::constant(stacked(&linearisation)))?;
+        let truth =
+            augment(&inputs.vehicle.actuators, &inputs.design, Lft::constant(stacked(&linearisation)))?;
         let true_loop = truth.close(&frozen).frozen(&[])?;
         let true_real_part = spectral_abscissa(&true_loop.a);
         if true_real_part.is_nan() || true_real_part >= 0.0 {

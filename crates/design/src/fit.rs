@@ -3,9 +3,9 @@
 pub mod frequency;
 
 use crate::error::ModelError;
-use crate::inputs::Inputs;
-use crate::linearise::{STATES, linearise_at, speeds, stacked};
-use auv::Linearisation;
+use crate::inputs::design_file::DesignFile;
+use crate::linearise::{STATES, linearise_at, stacked};
+use auv::{Linearisation, Vehicle};
 use lpv::lft::Lft;
 use lpv::matrix::{Mat, largest_singular_value};
 use lpv::polynomial::{FitResidual, MatrixPolynomial};
@@ -43,19 +43,20 @@ impl Model {
     ///
     /// # Errors
     /// [`ModelError::Trim`] where the vehicle does not trim; [`ModelError::Fit`].
-    pub fn new(inputs: &Inputs) -> Result<Self, ModelError> {
-        let (centre, half_range) = inputs.design.scheduling();
-        let grid: Vec<(f64, Linearisation)> = speeds(inputs, inputs.design.speeds)
+    pub fn new(vehicle: &Vehicle, design: &DesignFile) -> Result<Self, ModelError> {
+        let (centre, half_range) = design.scheduling();
+        let grid: Vec<(f64, Linearisation)> = design
+            .spread(design.speeds)
             .into_iter()
-            .map(|v| Ok(((v - centre) / half_range, linearise_at(inputs, v)?)))
+            .map(|v| Ok(((v - centre) / half_range, linearise_at(vehicle, design.depth, v)?)))
             .collect::<Result<_, ModelError>>()?;
         let samples: Vec<(f64, Mat)> = grid.iter().map(|(rho, l)| (*rho, stacked(l))).collect();
-        let highest = (inputs.design.order + 1).min(samples.len() - 1);
+        let highest = (design.order + 1).min(samples.len() - 1);
         let residuals = (1..=highest)
             .map(|order| Residual::of(&samples, order))
             .collect::<Result<Vec<_>, ModelError>>()?;
-        let fit = MatrixPolynomial::fit(&samples, inputs.design.order)?;
-        let lft = Lft::from_polynomial(&fit, inputs.design.drop);
+        let fit = MatrixPolynomial::fit(&samples, design.order)?;
+        let lft = Lft::from_polynomial(&fit, design.drop);
         let lft_error = lft_error(&lft, &fit)?;
         Ok(Self { grid, fit, residuals, lft, lft_error })
     }

@@ -4,7 +4,7 @@ use crate::certify::controller_rows;
 use crate::error::Error;
 use crate::fit::Model;
 use crate::inputs::Inputs;
-use crate::linearise::{linearise_at, speeds};
+use crate::linearise::linearise_at;
 use auv::{LpvModel, Status, Trim};
 use lpv::controller::Controller;
 use lpv::synthesis::Design;
@@ -44,9 +44,11 @@ pub fn freeze(inputs: &Inputs, model: &Model, design: &Design, certified: bool) 
 /// # Errors
 /// [`StoreError::LpvModel`], [`ModelError::Trim`].
 pub fn frozen(inputs: &Inputs, model: &Model, lft: LftMatrices, gamma: Gamma) -> Result<Frozen, Error> {
-    let trims: Vec<Trim> = speeds(inputs, TRIM_ROWS)
+    let trims: Vec<Trim> = inputs
+        .design
+        .spread(TRIM_ROWS)
         .into_iter()
-        .map(|v| Ok(linearise_at(inputs, v)?.trim))
+        .map(|v| Ok(linearise_at(&inputs.vehicle, inputs.design.depth, v)?.trim))
         .collect::<Result<_, Error>>()?;
     let (a, b) = model.coefficients();
     let plant =

@@ -1,27 +1,20 @@
 //! Trims over the range of speed, and the linear model at each.
 
 use crate::error::ModelError;
-use crate::inputs::Inputs;
-use auv::{Linearisation, Speed, linearise, trim};
+use auv::{Linearisation, Speed, Vehicle, linearise, trim};
 use lpv::matrix::{Mat, block};
 
 /// The number of states of the linear model; see [`signals::STATES`].
 pub const STATES: usize = signals::STATES.len();
 
-/// Speeds, evenly spread over the range and as many as asked for.
-pub fn speeds(inputs: &Inputs, count: usize) -> Vec<f64> {
-    let (low, high) = (inputs.design.speed_min, inputs.design.speed_max);
-    (0..count).map(|i| low + (high - low) * i as f64 / (count - 1) as f64).collect()
-}
-
-/// Trims and linearises at one speed.
+/// Trims and linearises at a speed along the path \[m/s\] and a depth \[m\].
 ///
 /// # Errors
 /// [`ModelError::Trim`] with the speed and the reason.
-pub fn linearise_at(inputs: &Inputs, speed: f64) -> Result<Linearisation, ModelError> {
-    let trimmed = trim(&inputs.vehicle, Speed::Path(speed), inputs.design.depth)
-        .map_err(|reason| ModelError::Trim { speed, reason })?;
-    Ok(linearise(&inputs.vehicle, &trimmed)?)
+pub fn linearise_at(vehicle: &Vehicle, depth: f64, speed: f64) -> Result<Linearisation, ModelError> {
+    let level =
+        trim(vehicle, Speed::Path(speed), depth).map_err(|reason| ModelError::Trim { speed, reason })?;
+    Ok(linearise(vehicle, &level)?)
 }
 
 /// `[A B]` of a linearisation.

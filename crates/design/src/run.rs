@@ -51,12 +51,12 @@ pub fn run(inputs: &Inputs, progress: &Progress) -> Result<Finished, Error> {
 pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Result<Finished, Error> {
     progress.done("vehicle", &vehicle_line(inputs));
     progress.done("design", &format!("{}.toml: {}", inputs.design.name, inputs.design.description));
-    let model = Model::new(inputs)?;
+    let model = Model::new(&inputs.vehicle, &inputs.design)?;
     progress.done("trim", &trim_line(&model));
     progress.done("linearise", &linearise_line(&model));
     progress.done("fit", &fit_line(inputs, &model));
     progress.done("LFT", &lft_line(&model));
-    let plant = augment(inputs, model.lft.clone())?;
+    let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.lft.clone())?;
     progress.done("augment", &augment_line(inputs, &plant));
     let nominal = synthesise(inputs, &plant, progress)?;
     let robust = with_robust.then(|| robust(inputs, &model, &plant, &nominal, progress)).transpose()?;

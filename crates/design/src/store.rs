@@ -94,10 +94,10 @@ impl Stored {
 
     /// Checks all that is no matter of proof: the plant and the ball of the certificate, scales and trims, the frozen loops.
     fn made_of(&self, inputs: &Inputs, certificate: &Certificate) -> Result<(), Error> {
-        let model = Model::new(inputs)?;
+        let model = Model::new(&inputs.vehicle, &inputs.design)?;
         verify::of_inputs(certificate, inputs, &model)?;
         unedited::check(self, inputs, &model)?;
-        let plant = augment(inputs, model.lft.clone())?;
+        let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.lft.clone())?;
         check(inputs, &plant, &self.lpv_controller()?, self.controller.gamma.bound).map(|_| ())
     }
 

@@ -87,7 +87,12 @@ mod tests {
     fn squid() -> (Inputs, GeneralisedPlant) {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
         let inputs = Inputs::read(vehicle, "design", None).unwrap();
-        let plant = augment(&inputs, Model::new(&inputs).unwrap().lft).unwrap();
+        let plant = augment(
+            &inputs.vehicle.actuators,
+            &inputs.design,
+            Model::new(&inputs.vehicle, &inputs.design).unwrap().lft,
+        )
+        .unwrap();
         (inputs, plant)
     }
 

@@ -44,7 +44,7 @@ fn inputs(vehicle: &str) -> Inputs {
 
 fn subject(vehicle: &str, speeds: [f64; 3]) -> Subject {
     let inputs = inputs(vehicle);
-    let model = Model::new(&inputs).unwrap();
+    let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
     let frozen = speeds.map(|v| at_speed(&inputs, v).unwrap()).into();
     let joint = over_range(&inputs, &model).unwrap();
     Subject { inputs, model, frozen, joint }
@@ -191,7 +191,12 @@ fn the_uncertain_loop_closed_by_delta_is_the_perturbed_loop() {
                 let real = Mat::from_diagonal(&nalgebra::DVector::from_vec(repeated.collect()));
                 let found = closed_by(&n, &diagonal_blocks(&[&real, &full]));
 
-                let plant = augment(&subject.inputs, Lft::constant(vehicle.clone())).unwrap();
+                let plant = augment(
+                    &subject.inputs.vehicle.actuators,
+                    &subject.inputs.design,
+                    Lft::constant(vehicle.clone()),
+                )
+                .unwrap();
                 let frozen_at_rho = frozen_controller(&controller, rho).unwrap();
                 let wanted = plant.close(&frozen_at_rho).frozen(&[]).unwrap();
                 for omega in [0.0, 0.1, 1.0, 10.0] {
@@ -286,7 +291,7 @@ fn weight_and_centre_of_gravity_may_be_uncertain() {
         ("buoyancy", 1.0),
         ("z_B", 0.002),
     ]);
-    let model = Model::new(&inputs).unwrap();
+    let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
     let joint = over_range(&inputs, &model).unwrap();
     let subject = Subject { frozen: vec![at_speed(&inputs, 1.0).unwrap()], inputs, model, joint };
     let frozen = &subject.frozen[0];

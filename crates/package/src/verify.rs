@@ -59,7 +59,7 @@ fn verify_certificate(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, 
     let theorem = certificate.prove()?;
     let mut about = vec![];
     if let Some(inputs) = inputs {
-        let model = Model::new(inputs)?;
+        let model = Model::new(&inputs.vehicle, &inputs.design)?;
         of_inputs(&certificate, inputs, &model)?;
         let what = match certificate.residual {
             Some(_) => "its plant and its ball of models are those",
@@ -156,7 +156,7 @@ fn made_of(
     let plant = match resources.text("plant.json") {
         Ok(text) => LpvModel::from_json(text, "plant.json").map_err(|e| e.to_string())?,
         Err(_) => {
-            let model = Model::new(inputs).map_err(|e| e.to_string())?;
+            let model = Model::new(&inputs.vehicle, &inputs.design).map_err(|e| e.to_string())?;
             let (lft, gamma) = (controller.lft.clone(), controller.gamma.clone());
             freeze::frozen(inputs, &model, lft, gamma).map_err(|e| e.to_string())?.plant
         }

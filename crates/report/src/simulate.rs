@@ -90,7 +90,7 @@ fn heading(inputs: &Inputs) -> String {
 }
 
 fn step_speeds(inputs: &Inputs) -> Vec<f64> {
-    squid_design::linearise::speeds(inputs, STEP_SPEEDS)
+    inputs.design.spread(STEP_SPEEDS)
 }
 
 fn limits(inputs: &Inputs) -> Vec<(f64, f64)> {

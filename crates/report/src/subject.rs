@@ -18,7 +18,7 @@ use squid_design::fit::Model;
 use squid_design::fit::frequency;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::Tracked;
-use squid_design::linearise::{linearise_at, speeds};
+use squid_design::linearise::linearise_at;
 use squid_design::progress::Progress;
 use squid_design::store::Stored;
 use squid_flight::flight::{Flight, fly};
@@ -64,11 +64,14 @@ impl<'a> Subject<'a> {
     /// # Errors
     /// As [`Model::new`]; [`ProofError::Mismatch`](squid_design::error::ProofError::Mismatch) when the stored controller has ragged matrices.
     pub fn new(inputs: &'a Inputs, stored: &'a Stored, progress: &'a Progress<'a>) -> Result<Self, Error> {
-        let model = Model::new(inputs)?;
-        let plant = augment(inputs, model.lft.clone())?;
+        let model = Model::new(&inputs.vehicle, &inputs.design)?;
+        let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.lft.clone())?;
         let controller = stored.lpv_controller()?;
-        let speeds = speeds(inputs, SPEEDS);
-        let truth = speeds.iter().map(|v| linearise_at(inputs, *v)).collect::<Result<_, ModelError>>()?;
+        let speeds = inputs.design.spread(SPEEDS);
+        let truth = speeds
+            .iter()
+            .map(|v| linearise_at(&inputs.vehicle, inputs.design.depth, *v))
+            .collect::<Result<_, ModelError>>()?;
         let (alone, proof) = Default::default();
         Ok(Self { inputs, stored, model, plant, controller, speeds, truth, progress, alone, proof })
     }

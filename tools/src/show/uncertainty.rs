@@ -3,7 +3,6 @@
 use crate::error::Error;
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
-use squid_design::linearise::speeds;
 use squid_design::uncertain::errors::{ModelErrors, errors};
 use squid_design::uncertain::frozen::at_speed;
 use squid_design::uncertain::model::{Block, UncertainModel};
@@ -17,9 +16,13 @@ const SPEEDS: usize = 6;
 /// # Errors
 /// [`ModelError::Trim`](squid_design::error::ModelError::Trim), [`ModelError::Fit`](squid_design::error::ModelError::Fit), [`Error::Uncertain`].
 pub fn uncertainty(inputs: &Inputs) -> Result<String, Error> {
-    let frozen =
-        speeds(inputs, SPEEDS).into_iter().map(|v| at_speed(inputs, v)).collect::<Result<Vec<_>, _>>()?;
-    let model = Model::new(inputs)?;
+    let frozen = inputs
+        .design
+        .spread(SPEEDS)
+        .into_iter()
+        .map(|v| at_speed(inputs, v))
+        .collect::<Result<Vec<_>, _>>()?;
+    let model = Model::new(&inputs.vehicle, &inputs.design)?;
     let joint = over_range(inputs, &model)?;
     let (centre, half_range) = inputs.design.scheduling();
     let mut out = blocks_table(&joint, &frozen.iter().map(|f| &f.model).collect::<Vec<_>>());

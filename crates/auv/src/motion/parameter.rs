@@ -3,10 +3,10 @@
 use thiserror::Error;
 
 use crate::motion::trim::Trim;
-use crate::toml_file::nearest;
 use crate::vehicle::Vehicle;
 use crate::vehicle::actuator::Effect;
 use crate::vehicle::coefficients::COEFFICIENTS;
+use crate::words::nearest;
 
 /// A number on which the linear motion depends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

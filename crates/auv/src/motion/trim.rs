@@ -10,10 +10,10 @@ use thiserror::Error;
 
 use crate::motion::dynamics::{Dynamics, Motion, actuator_force};
 use crate::scalar::Scalar;
-use crate::toml_file::Rounded;
 use crate::vehicle::Vehicle;
 use crate::vehicle::actuator::Actuator;
 use crate::vehicle::coefficients::CoefficientError;
+use crate::words::Rounded;
 
 const MAX_ITERATIONS: usize = 60;
 const LARGEST_STEP: f64 = 0.2;

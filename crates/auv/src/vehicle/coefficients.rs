@@ -10,8 +10,8 @@ use nalgebra::{Matrix3, SymmetricEigen};
 use thiserror::Error;
 
 use crate::scalar::Scalar;
-use crate::toml_file::Rounded;
 use crate::vehicle::allowed::Allowed;
+use crate::words::Rounded;
 
 const EIGENVALUE_ITERATIONS: usize = 1000;
 

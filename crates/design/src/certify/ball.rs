@@ -5,7 +5,7 @@
 use crate::error::{Error, ProofError};
 use crate::fit::Model;
 use crate::inputs::Inputs;
-use crate::linearise::{STATES, linearise_at, speeds, stacked};
+use crate::linearise::{STATES, linearise_at, stacked};
 use certificate::Residual;
 use lpv::analysis::GainBound;
 use lpv::matrix::{Mat, block, from_rows, largest, largest_singular_value, solve};
@@ -88,14 +88,14 @@ fn residuals(inputs: &Inputs, model: &Model) -> Result<Vec<Mat>, Error> {
     let scales: Vec<f64> = inputs.vehicle.actuators.iter().map(auv::Actuator::reach).collect();
     let (centre, half_range) = inputs.design.scheduling();
     let at = |v: f64| -> Result<Mat, Error> {
-        let truth = stacked(&linearise_at(inputs, v)?);
+        let truth = stacked(&linearise_at(&inputs.vehicle, inputs.design.depth, v)?);
         let mut missed = truth - model.lft.evaluate(&[(v - centre) / half_range])?;
         for (j, scale) in scales.iter().enumerate() {
             missed.column_mut(STATES + j).scale_mut(*scale);
         }
         Ok(missed)
     };
-    speeds(inputs, SAMPLES).into_iter().map(at).collect()
+    inputs.design.spread(SAMPLES).into_iter().map(at).collect()
 }
 
 /// The largest singular value over samples of a curve of matrices, with a reserve for what lies between them; not-a-number when a

@@ -144,7 +144,12 @@ mod tests {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
         let mut inputs = Inputs::read(vehicle, "design", None).unwrap();
         inputs.design.order = order;
-        augment(&inputs, Model::new(&inputs).unwrap().lft).unwrap()
+        augment(
+            &inputs.vehicle.actuators,
+            &inputs.design,
+            Model::new(&inputs.vehicle, &inputs.design).unwrap().lft,
+        )
+        .unwrap()
     }
 
     /// A certificate with this plant: the rest is not looked at.

@@ -22,7 +22,7 @@ pub fn parse(text: &str, file: &str) -> Result<Certificate, ProofError> {
 /// # Errors
 /// [`ProofError::WrongPlant`], [`ProofError::Ball`], those of [`augment`].
 pub fn of_inputs(certificate: &Certificate, inputs: &Inputs, model: &Model) -> Result<(), Error> {
-    same_plant::check(certificate, &augment(inputs, model.lft.clone())?)?;
+    same_plant::check(certificate, &augment(&inputs.vehicle.actuators, &inputs.design, model.lft.clone())?)?;
     certificate.residual.as_ref().map_or(Ok(()), |ball| ball::holds(ball, inputs, model))
 }
 

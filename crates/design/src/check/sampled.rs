@@ -5,30 +5,69 @@
 
 use crate::error::ProofError;
 use crate::inputs::Inputs;
+use crate::inputs::design_file::Tracked;
 use crate::linearise::STATES;
-use auv::Linearisation;
+use auv::{Actuator, Linearisation};
 use lpv::matrix::{Mat, block, largest, solve};
 use lpv::state_space::StateSpace;
 
-/// The largest modulus of the sampled loop's modes; not-a-number when it cannot be formed.
-pub fn spectral_radius(inputs: &Inputs, l: &Linearisation, frozen: &StateSpace) -> f64 {
-    let radius = |closed: StateSpace| largest(0.0, closed.poles().iter().map(|v| v.norm()));
-    flying(inputs, l, frozen).map_or(f64::NAN, radius)
+/// How a loop is sampled: its actuators, its tracked outputs, and the time between two ticks \[s\].
+#[derive(Debug, Clone, Copy)]
+pub struct Sampling<'a> {
+    /// The actuators, with their lags.
+    pub actuators: &'a [Actuator],
+    /// The tracked outputs.
+    pub tracked: &'a [Tracked],
+    /// s.
+    pub sample_time: f64,
 }
 
-/// The sampled loop from the references to the tracked outputs and the controls, at the ticks and in units of their scales; `None` where a mode of
-/// the controller lies at 2/T.
-///
-/// ```text
-/// x+ = Phi x + Gamma u,  y = r - C x,  (k+, u) = K(k, y),  states [x, k]
-/// ```
-pub fn flying(inputs: &Inputs, l: &Linearisation, frozen: &StateSpace) -> Option<StateSpace> {
-    let (phi, gamma, c) = held(inputs, l);
-    let k = trapezoidal(frozen, inputs.design.sample_time)?;
-    Some(closed(&phi, &gamma, &c, &k))
+impl<'a> Sampling<'a> {
+    /// That of a design.
+    pub fn of(inputs: &'a Inputs) -> Self {
+        let Inputs { vehicle, design, .. } = inputs;
+        Self { actuators: &vehicle.actuators, tracked: &design.tracked, sample_time: design.sample_time }
+    }
+
+    /// The largest modulus of the sampled loop's modes; not-a-number when it cannot be formed.
+    pub fn spectral_radius(&self, l: &Linearisation, frozen: &StateSpace) -> f64 {
+        let radius = |closed: StateSpace| largest(0.0, closed.poles().iter().map(|v| v.norm()));
+        self.closed(l, frozen).map_or(f64::NAN, radius)
+    }
+
+    /// The sampled loop from the references to the tracked outputs and the controls, at the ticks and in units of their
+    /// scales; `None` where a mode of the controller lies at 2/T.
+    ///
+    /// ```text
+    /// x+ = Phi x + Gamma u,  y = r - C x,  (k+, u) = K(k, y),  states [x, k]
+    /// ```
+    pub fn closed(&self, l: &Linearisation, frozen: &StateSpace) -> Option<StateSpace> {
+        let (phi, gamma, c) = self.held(l);
+        Some(closed(&phi, &gamma, &c, &trapezoidal(frozen, self.sample_time)?))
+    }
+
+    /// Vehicle and actuators over one sample with the commands held: states \[u w q theta, actuators\], inputs and tracked outputs in units of their scales.
+    pub fn held(&self, l: &Linearisation) -> (Mat, Mat, Mat) {
+        let Self { actuators, tracked, sample_time } = *self;
+        let m = actuators.len();
+        let n = STATES + m;
+        let mut generator = Mat::zeros(n + m, n + m);
+        generator.view_mut((0, 0), (STATES, STATES)).copy_from(&l.a);
+        generator.view_mut((0, STATES), (STATES, m)).copy_from(&l.b);
+        for (j, actuator) in actuators.iter().enumerate() {
+            // An actuator without lag is one that is much faster than the sample.
+            let rate = 1.0 / actuator.lag.max(1e-3 * sample_time);
+            generator[(STATES + j, STATES + j)] = -rate;
+            generator[(STATES + j, n + j)] = rate * actuator.reach();
+        }
+        let transition = (generator * sample_time).exp();
+        let measured =
+            Mat::from_fn(tracked.len(), n, |i, j| tracked[i].signal().output(j) / tracked[i].scale);
+        (transition.view((0, 0), (n, n)).into_owned(), transition.view((0, n), (n, m)).into_owned(), measured)
+    }
 }
 
-/// What to say when [`flying`] or [`trapezoidal`] gives nothing.
+/// What to say when [`Sampling::closed`] or [`trapezoidal`] gives nothing.
 pub fn cannot() -> ProofError {
     ProofError::Mismatch { what: "the sample time, with a mode of the controller".into() }
 }
@@ -49,26 +88,6 @@ pub fn sampled_dtt(k: &lpv::controller::Controller, sample_time: f64) -> Option<
     let n = k.a.nrows();
     let inner = solve(&(Mat::identity(n, n) - &k.a * (0.5 * sample_time)), &k.bt)?;
     Some(&k.dtt + &k.ct * inner * (0.5 * sample_time))
-}
-
-/// Vehicle and actuators over one sample with the commands held: states \[u w q theta, actuators\], inputs and tracked outputs in units of their scales.
-pub fn held(inputs: &Inputs, l: &Linearisation) -> (Mat, Mat, Mat) {
-    let actuators = &inputs.vehicle.actuators;
-    let m = actuators.len();
-    let n = STATES + m;
-    let mut generator = Mat::zeros(n + m, n + m);
-    generator.view_mut((0, 0), (STATES, STATES)).copy_from(&l.a);
-    generator.view_mut((0, STATES), (STATES, m)).copy_from(&l.b);
-    for (j, actuator) in actuators.iter().enumerate() {
-        // An actuator without lag is one that is much faster than the sample.
-        let rate = 1.0 / actuator.lag.max(1e-3 * inputs.design.sample_time);
-        generator[(STATES + j, STATES + j)] = -rate;
-        generator[(STATES + j, n + j)] = rate * actuator.reach();
-    }
-    let transition = (generator * inputs.design.sample_time).exp();
-    let tracked = &inputs.design.tracked;
-    let measured = Mat::from_fn(tracked.len(), n, |i, j| tracked[i].signal().output(j) / tracked[i].scale);
-    (transition.view((0, 0), (n, n)).into_owned(), transition.view((0, n), (n, m)).into_owned(), measured)
 }
 
 /// The trapezoidal rule, as `scheduled::Lft::discretise` at a frozen parameter; `None` where a mode lies at 2/T.

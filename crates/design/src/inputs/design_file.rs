@@ -135,6 +135,12 @@ impl DesignFile {
         document.finish(tables::design(&document, name))
     }
 
+    /// So many speeds, evenly spread over the range of the design, both ends included \[m/s\].
+    pub fn spread(&self, count: usize) -> Vec<f64> {
+        let (low, high) = (self.speed_min, self.speed_max);
+        (0..count).map(|i| low + (high - low) * i as f64 / (count - 1) as f64).collect()
+    }
+
     /// The scheduling parameter rho = (V - centre)/half_range: centre and half range, m/s.
     pub fn scheduling(&self) -> (f64, f64) {
         (0.5 * (self.speed_min + self.speed_max), 0.5 * (self.speed_max - self.speed_min))

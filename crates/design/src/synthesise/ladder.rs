@@ -23,10 +23,7 @@ pub fn climb(inputs: &Inputs, plant: &GeneralisedPlant, design: &Design) -> Resu
     let (centre, half_range) = inputs.design.scheduling();
     let speeds = Speeds { centre, half_range };
     let options = LadderOptions {
-        thetas: crate::linearise::speeds(inputs, FROZEN_SPEEDS)
-            .into_iter()
-            .map(|v| speeds.theta(v))
-            .collect(),
+        thetas: inputs.design.spread(FROZEN_SPEEDS).into_iter().map(|v| speeds.theta(v)).collect(),
         rates: ACCELERATIONS.iter().map(|a| a / half_range).collect(),
         ..LadderOptions::default()
     };

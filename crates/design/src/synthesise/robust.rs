@@ -16,7 +16,6 @@ use crate::error::Error;
 use crate::error::RobustError;
 use crate::fit::Model;
 use crate::inputs::Inputs;
-use crate::linearise::speeds;
 use crate::progress::Progress;
 use crate::uncertain::closed_loop::{uncertain_loop, uncertain_plant};
 use crate::uncertain::errors::errors;
@@ -181,7 +180,7 @@ fn proved(uncertain: &UncertainPlant, found: &RobustDesign) -> Result<Certificat
 fn remainder(inputs: &Inputs, model: &UncertainModel) -> Result<(f64, f64), Error> {
     let (centre, half_range) = inputs.design.scheduling();
     let mut found = (f64::INFINITY, 0.0_f64);
-    for speed in speeds(inputs, SPEEDS) {
+    for speed in inputs.design.spread(SPEEDS) {
         let off = errors(inputs, &at_speed(inputs, speed)?, model, (speed - centre) / half_range)?.remainder;
         found = (found.0.min(off), found.1.max(off));
     }
@@ -210,7 +209,7 @@ fn frozen(inputs: &Inputs, controllers: [&Controller; 2]) -> Result<Vec<Frozen>,
         }
         Ok(found)
     };
-    speeds(inputs, SPEEDS).into_iter().map(at).collect()
+    inputs.design.spread(SPEEDS).into_iter().map(at).collect()
 }
 
 fn model_line(truncated: &Truncated) -> String {

@@ -58,7 +58,10 @@ impl UncertainLoop {
 /// # Errors
 /// [`ModelError::Augment`](crate::error::ModelError::Augment), which would be a defect of this program.
 pub fn uncertain_plant(inputs: &Inputs, model: &UncertainModel) -> Result<GeneralisedPlant, Error> {
-    Ok(GeneralisedPlant { blocks: model.repetitions(), ..augment(inputs, model.lft())? })
+    Ok(GeneralisedPlant {
+        blocks: model.repetitions(),
+        ..augment(&inputs.vehicle.actuators, &inputs.design, model.lft())?
+    })
 }
 
 /// N(s) of the uncertain model at one speed with the controller frozen at that speed's rho.
@@ -82,7 +85,8 @@ pub fn uncertain_loop(
         lft.inner = diagonal_blocks(&[&lft.inner, &Mat::zeros(size, size)]);
         lft.right = block(&[&[&lft.right], &[right]]);
     }
-    let closed = augment(inputs, lft)?.close(&frozen_controller(controller, rho)?);
+    let closed =
+        augment(&inputs.vehicle.actuators, &inputs.design, lft)?.close(&frozen_controller(controller, rho)?);
     Ok(UncertainLoop {
         blocks: model.blocks.iter().map(|b| (b.name.clone(), b.repetitions)).collect(),
         remainder: remainder.map_or(0, |r| r.left.ncols()),

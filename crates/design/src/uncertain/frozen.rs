@@ -28,7 +28,7 @@ pub struct FrozenUncertain {
 /// # Errors
 /// [`ModelError::Trim`], [`Error::Uncertain`].
 pub fn at_speed(inputs: &Inputs, speed: f64) -> Result<FrozenUncertain, Error> {
-    let nominal = linearise_at(inputs, speed)?;
+    let nominal = linearise_at(&inputs.vehicle, inputs.design.depth, speed)?;
     let trim_range = trim_range(inputs, &nominal.trim)?;
     let all = something(inputs, blocks(inputs, &nominal.trim, &trim_range))?;
     let mut gradients = [Gradients::at(&inputs.vehicle, &nominal.trim, &all)?];

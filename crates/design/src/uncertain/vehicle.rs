@@ -51,7 +51,7 @@ pub fn vehicle_at(inputs: &Inputs, frozen: &FrozenUncertain, delta: &[f64]) -> O
 /// # Errors
 /// [`ModelError::Lft`](crate::error::ModelError::Lft) where the controller is not well posed at rho.
 pub fn gain(inputs: &Inputs, l: &Linearisation, controller: &Controller, rho: f64) -> Result<f64, Error> {
-    let plant = augment(inputs, Lft::constant(stacked(l)))?;
+    let plant = augment(&inputs.vehicle.actuators, &inputs.design, Lft::constant(stacked(l)))?;
     Ok(plant.close(&frozen_controller(controller, rho)?).frozen(&[])?.hinf_norm().value)
 }
 

@@ -7,6 +7,7 @@ use lpv::matrix::{Mat, block, eigenvalues, largest};
 use lpv::state_space::StateSpace;
 use nalgebra::DVector;
 use squid_design::check::sampled;
+use squid_design::check::sampled::Sampling;
 use squid_design::check::sampled::closed;
 use squid_design::linearise::linearise_at;
 
@@ -53,11 +54,16 @@ pub fn worst_alternation(
     let (mut worst, mut longest): (Option<Alternation>, Option<f64>) = (None, None);
     for (k, v) in bank.windows(2).zip(subject.speeds.windows(2)) {
         let speed = 0.5 * (v[0] + v[1]);
-        let model = linearise_at(subject.inputs, speed)?;
+        let model = linearise_at(&subject.inputs.vehicle, subject.inputs.design.depth, speed)?;
         let turn = match which {
             Loop::Flying => {
                 let sampled = |k| sampled::trapezoidal(k, tick).ok_or_else(sampled::cannot);
-                Turn::new(&sampled::held(subject.inputs, &model), &sampled(&k[0])?, &sampled(&k[1])?, memory)
+                Turn::new(
+                    &Sampling::of(subject.inputs).held(&model),
+                    &sampled(&k[0])?,
+                    &sampled(&k[1])?,
+                    memory,
+                )
             }
             Loop::Ideal => Turn::new(&subject.scaled(&model), &k[0], &k[1], memory).over(tick),
         };

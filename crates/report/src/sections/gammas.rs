@@ -96,7 +96,10 @@ fn figure(subject: &Subject, found: &Ladder) -> Figure {
         .filter_map(|(v, design)| Some((*v, design.as_ref().ok()?.gamma_optimum)))
         .collect();
     let closed = subject.plant.close(&subject.controller);
-    let frozen: Vec<(f64, f64)> = squid_design::linearise::speeds(subject.inputs, 41)
+    let frozen: Vec<(f64, f64)> = subject
+        .inputs
+        .design
+        .spread(41)
         .into_iter()
         .filter_map(|v| Some((v, closed.frozen(&[subject.rho(v)]).ok()?.hinf_norm().value)))
         .collect();

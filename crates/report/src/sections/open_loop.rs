@@ -79,7 +79,7 @@ pub fn open_loop(subject: &Subject) -> Result<Vec<Part>, Error> {
 /// The poles that the source of the coefficients prints, beside those that follow from the coefficients.
 fn published(subject: &Subject) -> Result<Vec<Part>, Error> {
     let Some(printed) = &subject.inputs.vehicle.published_linear_model else { return Ok(vec![]) };
-    let computed = linearise_at(subject.inputs, printed.speed)?;
+    let computed = linearise_at(&subject.inputs.vehicle, subject.inputs.design.depth, printed.speed)?;
     let without_surge = computed.a.view((1, 1), (STATES - 1, STATES - 1)).into_owned();
     let mut table = Table::new(["linear model", "poles (rad/s)"]);
     for (model, found) in [

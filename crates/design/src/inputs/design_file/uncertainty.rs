@@ -1,6 +1,7 @@
 //! The section `[uncertainty]` of a design file: which numbers of the vehicle are uncertain, and how far.
 
-use auv::toml_file::{Document, FileError, FileProblem, Mistake, Table, cited, number};
+use auv::number;
+use auv::toml_file::{Document, FileError, FileProblem, Mistake, Table, cited};
 use auv::{COEFFICIENTS, Parameter, Vehicle};
 
 const SECTION: &str = "uncertainty";

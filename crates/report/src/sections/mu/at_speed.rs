@@ -12,6 +12,7 @@ use lpv::mu::{self, CMat, Structure};
 use lpv::state_space::StateSpace;
 use nalgebra::DVector;
 use squid_design::check::sampled;
+use squid_design::check::sampled::Sampling;
 use squid_design::error::Error as DesignError;
 use squid_design::uncertain::closed_loop::uncertain_loop;
 use squid_design::uncertain::frozen::FrozenUncertain;
@@ -173,7 +174,7 @@ fn unstable_at(
 ) -> Result<[Option<f64>; 2], Error> {
     let farthest = found.map_or(1.0, |found| (FOLLOWED / found.value).max(1.0));
     let controller = subject.frozen(&subject.controller, &frozen.nominal)?;
-    let flies = |l: &Linearisation| sampled::spectral_radius(subject.inputs, l, &controller) < 1.0;
+    let flies = |l: &Linearisation| Sampling::of(subject.inputs).spectral_radius(l, &controller) < 1.0;
     let ideal = |l: &Linearisation| {
         let (a, b, c) = subject.scaled(l);
         spectral_abscissa(&sampled::closed(&a, &b, &c, &controller).a) < 0.0
