@@ -22,7 +22,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let [vehicle, design, output] = arguments.as_slice() else {
         return Err("usage: mu_problems VEHICLE_DIR DESIGN_DIR OUTPUT_DIR".into());
     };
-    let inputs = Inputs::read(Path::new(vehicle), "design", None)?;
+    let inputs = Inputs::read(Path::new(vehicle), "design")?;
     let stored = store::load(Path::new(design), &inputs)?;
     let progress = Progress::default();
     let subject = Subject::new(&inputs, &stored, &progress)?;

@@ -173,11 +173,14 @@ impl Which {
 /// # Errors
 /// [`Error::Argument`] of `--bandwidth`, those of the files.
 pub fn inputs(vehicle: &Path, design: &str, bandwidth: Option<f64>) -> Result<Inputs, Error> {
-    Inputs::read(vehicle, design, bandwidth).map_err(|reason| match reason {
-        InputError::Bandwidth { found } => {
-            let (found, allowed) = (auv::number(found), BANDWIDTH.words.into());
-            Error::Argument { name: "--bandwidth", found, allowed }
+    let read = Inputs::read(vehicle, design)?;
+    bandwidth.map_or(Ok(read.clone()), |bandwidth| read.with_bandwidth(bandwidth)).map_err(|reason| {
+        match reason {
+            InputError::Bandwidth { found } => {
+                let (found, allowed) = (auv::number(found), BANDWIDTH.words.into());
+                Error::Argument { name: "--bandwidth", found, allowed }
+            }
+            reason => reason.into(),
         }
-        reason => reason.into(),
     })
 }

@@ -42,7 +42,7 @@ mod tests {
     #[test]
     fn the_papers_weight_on_the_actuators_is_the_identity() {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
-        let inputs = Inputs::read(vehicle, "paper", None).unwrap();
+        let inputs = Inputs::read(vehicle, "paper").unwrap();
         let plant = augment(
             &inputs.vehicle.actuators,
             &inputs.design,

@@ -4,9 +4,8 @@ pub mod actuator_names;
 pub mod design_file;
 
 use crate::error::InputError;
-use crate::files::read;
 use crate::inputs::design_file::{BANDWIDTH, DesignFile, UncertainParameter};
-use auv::Vehicle;
+use auv::{Vehicle, read_text};
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
@@ -28,44 +27,70 @@ pub struct Inputs {
 }
 
 impl Inputs {
-    /// Reads `vehicle.toml` and the design `name` from a vehicle's directory.
-    ///
-    /// `bandwidth` replaces w_b of every W_e.
+    /// A vehicle and a design that were made in memory; they are identified by what they hold.
     ///
     /// # Errors
-    /// The first file, key or value that is wrong.
-    pub fn read(directory: &Path, name: &str, bandwidth: Option<f64>) -> Result<Self, InputError> {
+    /// [`InputError`]: names of actuators that the FMUs use, uncertain coefficients that the vehicle does not have.
+    pub fn new(vehicle: Vehicle, design: DesignFile) -> Result<Self, InputError> {
+        let texts = [format!("{vehicle:?}"), format!("{design:?}")];
+        Self::of((vehicle, &texts[0]), (design, &texts[1]), ["the vehicle", "the design"])
+    }
+
+    /// Reads `vehicle.toml` and the design `name` from a vehicle's directory.
+    ///
+    /// # Errors
+    /// [`InputError`]: the first file, key or value that is wrong.
+    pub fn read(directory: &Path, name: &str) -> Result<Self, InputError> {
         if !directory.is_dir() {
             return Err(InputError::NoVehicle { directory: directory.display().to_string() });
         }
-        let vehicle_path = directory.join("vehicle.toml");
-        let vehicle = Vehicle::read(&vehicle_path)?;
-        actuator_names::check(&vehicle, &vehicle_path.display().to_string())?;
-        let design_path = design_path(directory, name);
-        let mut design = DesignFile::read(&design_path)?;
-        let uncertain = match &design.uncertainty {
-            Some(section) => section.resolve(&vehicle, &design_path.display().to_string())?,
-            None => Vec::new(),
-        };
-        let mut hash = Sha256::new_with_prefix(read(&design_path)?);
-        if let Some(bandwidth) = bandwidth {
-            if !BANDWIDTH.allows(bandwidth) {
-                return Err(InputError::Bandwidth { found: bandwidth });
-            }
-            hash.update(format!("bandwidth = {bandwidth:?}"));
-            design = design.with_bandwidth(bandwidth);
-        }
-        let vehicle_sha256 = hexadecimal(&Sha256::digest(read(&vehicle_path)?));
-        let directory = std::path::absolute(directory).unwrap_or_else(|_| directory.to_owned());
+        let paths = [directory.join("vehicle.toml"), design_path(directory, name)];
+        let files = paths.each_ref().map(|path| path.display().to_string());
+        let [vehicle_text, design_text] = [read_text(&paths[0])?, read_text(&paths[1])?];
+        let vehicle = Vehicle::parse(&vehicle_text, &files[0])?;
+        let design = DesignFile::parse(&design_text, &files[1], &stem(&paths[1]))?;
+        let mut inputs =
+            Self::of((vehicle, &vehicle_text), (design, &design_text), files.each_ref().map(String::as_str))?;
+        inputs.directory = std::path::absolute(directory).unwrap_or_else(|_| directory.to_owned());
+        Ok(inputs)
+    }
+
+    /// Checks vehicle and design against each other; `files` are their names in messages, the texts what is hashed.
+    fn of(
+        vehicle: (Vehicle, &str),
+        design: (DesignFile, &str),
+        files: [&str; 2],
+    ) -> Result<Self, InputError> {
+        actuator_names::check(&vehicle.0, files[0])?;
+        let uncertain = design.0.uncertainty.as_ref().map(|section| section.resolve(&vehicle.0, files[1]));
         Ok(Self {
-            directory,
-            vehicle,
-            vehicle_sha256,
-            design,
-            uncertain,
-            design_sha256: hexadecimal(&hash.finalize()),
+            directory: PathBuf::new(),
+            uncertain: uncertain.transpose()?.unwrap_or_default(),
+            vehicle_sha256: hexadecimal(&Sha256::digest(vehicle.1)),
+            design_sha256: hexadecimal(&Sha256::digest(design.1)),
+            vehicle: vehicle.0,
+            design: design.0,
         })
     }
+
+    /// The same with another bandwidth w_b of every W_e \[rad/s\], as the paper tunes it in its Fig. 5.
+    ///
+    /// # Errors
+    /// [`InputError::Bandwidth`].
+    pub fn with_bandwidth(mut self, bandwidth: f64) -> Result<Self, InputError> {
+        if !BANDWIDTH.allows(bandwidth) {
+            return Err(InputError::Bandwidth { found: bandwidth });
+        }
+        let both = format!("{} and bandwidth = {bandwidth:?}", self.design_sha256);
+        self.design_sha256 = hexadecimal(&Sha256::digest(both));
+        self.design = self.design.with_bandwidth(bandwidth);
+        Ok(self)
+    }
+}
+
+/// The name of a file without its ending.
+fn stem(path: &Path) -> String {
+    path.file_stem().map_or_else(|| path.display().to_string(), |stem| stem.to_string_lossy().into_owned())
 }
 
 fn design_path(directory: &Path, name: &str) -> PathBuf {

@@ -86,7 +86,7 @@ mod tests {
 
     fn squid() -> (Inputs, GeneralisedPlant) {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
-        let inputs = Inputs::read(vehicle, "design", None).unwrap();
+        let inputs = Inputs::read(vehicle, "design").unwrap();
         let plant = augment(
             &inputs.vehicle.actuators,
             &inputs.design,

@@ -18,7 +18,8 @@ const TIMES: usize = 50;
 
 fn design(bandwidth: Option<f64>) -> (Inputs, Finished) {
     let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
-    let inputs = Inputs::read(vehicle, "design", bandwidth).unwrap();
+    let inputs = Inputs::read(vehicle, "design").unwrap();
+    let inputs = bandwidth.map_or(Ok(inputs.clone()), |b| inputs.with_bandwidth(b)).unwrap();
     let finished = run(&inputs, &Progress::default()).unwrap();
     (inputs, finished)
 }

@@ -39,7 +39,7 @@ struct Subject {
 
 fn inputs(vehicle: &str) -> Inputs {
     let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles").join(vehicle);
-    Inputs::read(&directory, "design", None).unwrap()
+    Inputs::read(&directory, "design").unwrap()
 }
 
 fn subject(vehicle: &str, speeds: [f64; 3]) -> Subject {

@@ -124,7 +124,7 @@ mod tests {
     #[test]
     fn another_design_has_another_key() {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
-        let inputs = Inputs::read(vehicle, "design", None).unwrap();
+        let inputs = Inputs::read(vehicle, "design").unwrap();
         let stored = load(&vehicle.join("frozen"), &inputs).unwrap();
         let of = |inputs: &Inputs, stored: &Stored| key(inputs, stored).unwrap().unwrap();
         let mut keys = vec![of(&inputs, &stored)];

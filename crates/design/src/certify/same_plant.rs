@@ -142,7 +142,7 @@ mod tests {
     /// The plant of Squid with a polynomial of this order.
     fn squid(order: usize) -> GeneralisedPlant {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
-        let mut inputs = Inputs::read(vehicle, "design", None).unwrap();
+        let mut inputs = Inputs::read(vehicle, "design").unwrap();
         inputs.design.order = order;
         augment(
             &inputs.vehicle.actuators,

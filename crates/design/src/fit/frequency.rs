@@ -98,7 +98,7 @@ mod tests {
     #[test]
     fn errors_are_by_channel_and_in_the_scales_of_the_design() {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
-        let mut inputs = Inputs::read(vehicle, "design", None).unwrap();
+        let mut inputs = Inputs::read(vehicle, "design").unwrap();
         let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
         let at = |inputs: &Inputs| errors(inputs, &model).into_iter().find(|e| e.order == 2).unwrap();
         let first = at(&inputs);

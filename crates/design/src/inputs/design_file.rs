@@ -9,11 +9,10 @@
 mod tables;
 mod uncertainty;
 
-use auv::toml_file::{Document, FileError, read_text};
+use auv::toml_file::{Document, FileError};
 use lpv::matrix::Mat;
 use scheduled::Manoeuvre;
 use signals::{SIGNALS, STATES, Signal};
-use std::path::Path;
 pub use uncertainty::{HalfRange, UncertainCoefficient, UncertainParameter, Uncertainty};
 
 /// A range of numbers, in words that a message can hold.
@@ -116,20 +115,10 @@ pub struct DesignFile {
 }
 
 impl DesignFile {
-    /// Reads and checks a design file.
-    ///
-    /// # Errors
-    /// [`FileError`]: every mistake with file, line, key, what was found and what is allowed.
-    pub fn read(path: &Path) -> Result<Self, FileError> {
-        let file = path.display().to_string();
-        let name = path.file_stem().map_or_else(|| file.clone(), |s| s.to_string_lossy().into_owned());
-        Self::parse(&read_text(path)?, &file, &name)
-    }
-
     /// Checks the text of a design file; `file` is for messages.
     ///
     /// # Errors
-    /// As [`DesignFile::read`].
+    /// [`FileError`]: every mistake with file, line, key, what was found and what is allowed.
     pub fn parse(text: &str, file: &str, name: &str) -> Result<Self, FileError> {
         let document = Document::parse(text, file)?;
         document.finish(tables::design(&document, name))
