@@ -1,4 +1,4 @@
-"""The example in README.md: what it says is typed, and what it says comes out."""
+"""The example in docs/plants.md: what it says is typed, and what it says comes out."""
 
 from __future__ import annotations
 
@@ -15,8 +15,9 @@ SOLVER_ACCURACY = 1e-4
 
 
 def blocks_of_the_example() -> tuple[str, list[list[str]], list[str]]:
-    """Return problem file, commands and output of the section about any plant."""
-    section = (ROOT / "README.md").read_text(encoding="utf-8").split("\n## Any plant\n")[1].split("\n## ")[0]
+    """Return problem file, commands and output of the section about synthesis."""
+    page = (ROOT / "docs" / "plants.md").read_text(encoding="utf-8")
+    section = page.split("\n## Synthesis\n")[1].split("\n## ")[0]
     problem, commands, output = (
         re.search(rf"```{kind}\n(.*?)```", section, re.DOTALL)[1] for kind in ("json", "sh", "text")
     )

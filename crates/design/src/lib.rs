@@ -22,3 +22,8 @@ pub mod run;
 pub mod store;
 pub mod synthesise;
 pub mod uncertain;
+
+/// The example of the README, compiled by the documentation tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;
