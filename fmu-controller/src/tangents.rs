@@ -16,8 +16,8 @@ pub(crate) const COMMANDS: usize = TRIM_PITCH + 1;
 impl Controller {
     /// Fills in the tangents of the outputs from those of the inputs.
     ///
-    /// In the initialization they are those of the first outputs. Later they are those of the tick that the next step runs
-    /// at once, if one is due, and zero between ticks.
+    /// In the initialization they are those of the first outputs. Later they are those of the tick that the next step
+    /// runs at once, if one is due, and zero between ticks.
     ///
     /// # Errors
     /// [`ControllerError::Tick`].

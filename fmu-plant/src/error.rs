@@ -40,7 +40,8 @@ pub enum PlantError {
     /// The motion cannot be computed.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
-    /// The plant's clock shows another time than the flight has come to, as only a state that was tampered with can have it.
+    /// The plant's clock shows another time than the flight has come to, as only a state that was tampered with can
+    /// have it.
     #[error("the plant's clock shows {clock} s, and the flight has come to {time} s")]
     OtherTime {
         /// The plant's time in s.

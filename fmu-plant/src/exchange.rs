@@ -1,8 +1,8 @@
 //! The plant for who integrates it himself: states, their rates, and inputs that act at once.
 //!
-//! The states are velocities over ground along the body, pitch rate, pitch, way, depth, and the output of each actuator that
-//! lags. The equations have no jumps: there are corners alone, where a velocity or the Reynolds number of friction passes its
-//! threshold and where a command passes a limit, so that no event is needed.
+//! The states are velocities over ground along the body, pitch rate, pitch, way, depth, and the output of each
+//! actuator that lags. The equations have no jumps: there are corners alone, where a velocity or the Reynolds number
+//! of friction passes its threshold and where a command passes a limit, so that no event is needed.
 
 use auv::{Instant, Rates, Slopes};
 use fmi2::{ContinuousModel, Log};

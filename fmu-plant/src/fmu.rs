@@ -129,14 +129,16 @@ impl PlantModel {
         self.out_of_range = out;
     }
 
-    /// Warns once per emergence: the equations know no surface. A step that failed there would end a simulation at an instant that depends
-    /// on the step, and a depth that is held would be a jump that the states of model exchange and their derivatives do not have.
+    /// Warns once per emergence: the equations know no surface. A step that failed there would end a simulation at an
+    /// instant that depends on the step, and a depth that is held would be a jump that the states of model exchange
+    /// and their derivatives do not have.
     fn warn_of_surface(&mut self, log: &mut dyn Log) {
         let State { depth, motion, .. } = self.plant.state();
         let above = depth < 0.0;
         if above && !self.above_surface {
             log.warn(&format!(
-                "At {:.2} s the vehicle is above the surface, with {:.2} m/s and a depth of {depth:.4} m. The equations are those \
+                "At {:.2} s the vehicle is above the surface, with {:.2} m/s and a depth of {depth:.4} m. The \
+                    equations are those \
                  of deep water, and fly on as if there were no surface.",
                 self.time(),
                 motion.u

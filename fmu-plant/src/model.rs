@@ -125,7 +125,8 @@ impl PlantModel {
 
     /// Puts the vehicle into level trim through the water at initial speed and depth, at a time \[s\].
     ///
-    /// Actuators that lag start at their trim outputs; the commands act on them from then on, and on those without lag at once.
+    /// Actuators that lag start at their trim outputs; the commands act on them from then on, and on those without
+    /// lag at once.
     ///
     /// # Errors
     /// Coefficients that are not allowed, a start above the surface, or no trim: [`PlantError`].

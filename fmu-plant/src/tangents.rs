@@ -5,10 +5,11 @@ use auv::{Dual64, Instant, Rates};
 use crate::{PlantModel, Quantity as Q};
 
 impl PlantModel {
-    /// Fills in the tangents of outputs and rates from those of inputs and states, as [`Quantity`](crate::Quantity) numbers them.
+    /// Fills in the tangents of outputs and rates from those of inputs and states, as [`Quantity`](crate::Quantity)
+    /// numbers them.
     ///
-    /// In the initialization the vehicle moves through the water as the parameters say, whatever the current: the velocities
-    /// over ground follow from it.
+    /// In the initialization the vehicle moves through the water as the parameters say, whatever the current: the
+    /// velocities over ground follow from it.
     pub fn carry(&self, initial: bool, tangents: &mut [f64]) {
         if initial {
             self.carry_current(tangents);

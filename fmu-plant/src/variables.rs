@@ -1,8 +1,8 @@
 //! The table of variables, in three parts; a fourth is in `states.rs`.
 //!
-//! Inputs act at once, in co-simulation as in model exchange: the velocities through the water depend on the current, and an
-//! actuator without lag follows its command. A master meets no algebraic loop unless the commands follow such a quantity. First
-//! values of other outputs follow from parameters alone.
+//! Inputs act at once, in co-simulation as in model exchange: the velocities through the water depend on the current,
+//! and an actuator without lag follows its command. A master meets no algebraic loop unless the commands follow such
+//! a quantity. First values of other outputs follow from parameters alone.
 
 use auv::{Actuator, Allowed, COEFFICIENTS, CoefficientSpec, Fidelity};
 use fmi2::model_description::Enumeration;
@@ -51,7 +51,8 @@ pub fn inputs(model: &PlantModel) -> Vec<Variable> {
         .slope(|m, v| m.slopes.current.vertical = v),
         Variable::real(
             "operating_speed",
-            "speed along the path through the water, V, about whose trim the LPV model stands; fidelity nonlinear does not \
+            "speed along the path through the water, V, about whose trim the LPV model stands; fidelity \
+                nonlinear does not \
              use it",
             |m| m.inputs.operating_speed,
             Role::input(|m, v| m.inputs.operating_speed = v),

@@ -68,7 +68,8 @@ fn commands_act_through_lag_and_limits_from_the_start_on() {
     assert_eq!(flight.get("lower"), 500.0, "the command reads back as it was set");
 }
 
-/// A vehicle has mass: a current that is just set changes its velocity through the water, and that over ground by a step alone.
+/// A vehicle has mass: a current that is just set changes its velocity through the water, and that over ground by a
+/// step alone.
 #[test]
 fn without_a_step_a_current_moves_the_water_alone() {
     let mut flight = Flight::start(&squid(), &[]);
@@ -177,7 +178,8 @@ fn warns_above_the_surface() {
     flight.fly(3.0, 30);
     assert!(flight.get("depth") < 0.0);
     assert_eq!(flight.log.0.len(), 1);
-    // The vehicle drifts up with the water, for which 0.05 m take half a second, and comes up behind it, for it has mass.
+    // The vehicle drifts up with the water, for which 0.05 m take half a second, and comes up behind it, for it has
+    // mass.
     let words = &flight.log.0[0];
     assert!(
         words.contains("above the surface, with 1.7") && words.contains("those of deep water"),

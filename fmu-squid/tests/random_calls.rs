@@ -1,5 +1,6 @@
-//! Random calls with random arguments through the C ABI of each FMU: whatever comes, no defect shows, and what the importer
-//! gets back is a status. `PROPTEST_CASES` and `SQUID_FUZZ_MINUTES` make the run longer; `corpus` keeps what was once interesting.
+//! Random calls with random arguments through the C ABI of each FMU: whatever comes, no defect shows, and what the
+//! importer gets back is a status. `PROPTEST_CASES` and `SQUID_FUZZ_MINUTES` make the run longer; `corpus` keeps what
+//! was once interesting.
 #![allow(unsafe_code, clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod abi;

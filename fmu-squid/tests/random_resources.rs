@@ -1,5 +1,6 @@
-//! Random changes of resource files: a model that loads them starts, steps and is freed, or refuses in a sentence; nothing
-//! panics. `PROPTEST_CASES` and `SQUID_FUZZ_MINUTES` make the run longer; `corpus` keeps what was once interesting.
+//! Random changes of resource files: a model that loads them starts, steps and is freed, or refuses in a sentence;
+//! nothing panics. `PROPTEST_CASES` and `SQUID_FUZZ_MINUTES` make the run longer; `corpus` keeps what was once
+//! interesting.
 #![allow(unsafe_code, clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod abi;

@@ -1,6 +1,6 @@
-//! Random changes of serialised states: one that was changed by accident is refused by its checksum, and one with a checksum
-//! that fits is refused in a sentence or flown on, without a panic or an endless loop. `PROPTEST_CASES` and `SQUID_FUZZ_MINUTES`
-//! make the run longer; `corpus` keeps what was once interesting.
+//! Random changes of serialised states: one that was changed by accident is refused by its checksum, and one with a
+//! checksum that fits is refused in a sentence or flown on, without a panic or an endless loop. `PROPTEST_CASES` and
+//! `SQUID_FUZZ_MINUTES` make the run longer; `corpus` keeps what was once interesting.
 #![allow(unsafe_code, clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod abi;

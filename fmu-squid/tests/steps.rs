@@ -94,7 +94,8 @@ fn a_loop_flies_alike_in_any_steps() {
     cut_does_not_matter::<ClosedLoop>("current_vertical", 1e-9);
 }
 
-/// A current that begins at a tick is there for this tick, on whichever side of it the importer's clock stands by rounding.
+/// A current that begins at a tick is there for this tick, on whichever side of it the importer's clock stands by
+/// rounding.
 #[test]
 fn a_tick_sees_what_was_set_for_it() {
     let flown = |size: f64, summed: bool| {

@@ -36,7 +36,8 @@ fn named(description: &ModelDescription, list: &[Unknown]) -> Vec<(u32, Vec<u32>
     .collect()
 }
 
-/// Along every known of a list, the derivative of every unknown that does not depend on it is zero; some that do are not.
+/// Along every known of a list, the derivative of every unknown that does not depend on it is zero; some that do are
+/// not.
 fn holds<M: Model>(instance: &mut Instance<M>, list: &[(u32, Vec<u32>)], knowns: &[u32]) {
     let mut moved = 0;
     for &known in knowns {
@@ -93,7 +94,8 @@ fn derivatives_vanish_where_no_dependency_is_listed() {
     }
 }
 
-/// In a flight an output that is read after an input was set has moved as the derivative says, which is zero where no dependency is listed.
+/// In a flight an output that is read after an input was set has moved as the derivative says, which is zero where no
+/// dependency is listed.
 fn values_move_as_listed<M: Model>(files: Files, at_least: usize) {
     let description = describe::<M>(&files()).unwrap().description;
     let list = named(&description, &description.structure().outputs);
@@ -150,7 +152,8 @@ fn first_values<M: Model>(files: Files, unknowns: &[u32], changed: Option<(u32, 
     Some(values)
 }
 
-/// A first value moves with the parameters that it is said to depend on, and with no other; derivatives by them are refused.
+/// A first value moves with the parameters that it is said to depend on, and with no other; derivatives by them are
+/// refused.
 fn parameters_act_as_listed<M: Model>(files: Files, at_least: usize) {
     let description = describe::<M>(&files()).unwrap().description;
     let list = named(&description, &description.structure().initial_unknowns);
@@ -189,7 +192,8 @@ fn first_values_depend_on_the_parameters_that_are_listed() {
     }
 }
 
-/// What an actuator puts out that follows its command at once: the command, as it stands, as long as the instance lives.
+/// What an actuator puts out that follows its command at once: the command, as it stands, as long as the instance
+/// lives.
 fn obeys_at_once(interface: Interface) {
     let mut instance = instance::<PlantModel>(without_lag, interface);
     let name = instance.model().vehicle().actuators.last().unwrap().name.clone();

@@ -2,7 +2,8 @@
 
 use crate::{Enumeration, Problem, ScalarVariable, Unit};
 
-/// Everything that `modelDescription.xml` says of an FMU for co-simulation, and perhaps model exchange, but for its GUID.
+/// Everything that `modelDescription.xml` says of an FMU for co-simulation, and perhaps model exchange, but for its
+/// GUID.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelDescription {
     /// Name of the model, for people.

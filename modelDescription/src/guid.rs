@@ -6,9 +6,9 @@ use crate::ModelDescription;
 
 /// GUID `{8-4-4-4-12}` from SHA-256 over a description, then name and bytes of each resource.
 ///
-/// The hash runs over `len(text) text` of what `{:?}` prints of the description, every field of it, then for each resource
-/// `len(name) name len(bytes) bytes`, lengths as 64-bit little-endian numbers; its first 128 bits become the GUID.
-/// Resources must come sorted by name.
+/// The hash runs over `len(text) text` of what `{:?}` prints of the description, every field of it, then for each
+/// resource `len(name) name len(bytes) bytes`, lengths as 64-bit little-endian numbers; its first 128 bits become the
+/// GUID. Resources must come sorted by name.
 pub fn guid<'a>(
     description: &ModelDescription,
     resources: impl IntoIterator<Item = (&'a str, &'a [u8])>,

@@ -4,8 +4,8 @@
 //! cargo run --release -p squid --example certify -- PROBLEM.json CERTIFICATE.json [BALL]
 //! ```
 //!
-//! PROBLEM.json is what `squid lpv synth` reads. With BALL the certificate also covers errors of `[A B2]` up to that size in the
-//! largest singular value, at a gamma found by trial.
+//! PROBLEM.json is what `squid lpv synth` reads. With BALL the certificate also covers errors of `[A B2]` up to that
+//! size in the largest singular value, at a gamma found by trial.
 
 use certificate::{Certificate, Residual};
 use lpv::direct_path::synthesise;

@@ -4,7 +4,8 @@
 //! cargo run --release -p squid --example mu_problems -- VEHICLE_DIR DESIGN_DIR OUTPUT_DIR
 //! ```
 //!
-//! The blocks are the uncertain parameters of the design file, real and repeated. The paths of the files are printed, lowest speed first.
+//! The blocks are the uncertain parameters of the design file, real and repeated. The paths of the files are printed,
+//! lowest speed first.
 
 use lpv::matrix::to_rows;
 use serde_json::json;

@@ -30,7 +30,8 @@ A first run:
   squid simulate vehicles/squid
   squid package vehicles/squid
 
-Exit codes: 0 when all is well, 1 when a file is wrong, the work fails or nothing is proved, 64 when the command line is wrong; `squid lpv synth` \
+Exit codes: 0 when all is well, 1 when a file is wrong, the work fails or nothing is proved, 64 when the \
+command line is wrong; `squid lpv synth` \
 has more.";
 
 #[allow(missing_docs)] // Doc comments here are the help.
@@ -39,7 +40,8 @@ pub enum Verb {
     /// Design a controller: trim, linearise, fit, LFT, augment, synthesise, check, freeze
     ///
     /// Prints each stage with its key figure and writes controller.json, plant.json, manoeuvre.json and design.json.
-    /// A controller that fails a check is not written. One whose gain bound is not proved is written, to be looked at, and the exit code is 1.
+    /// A controller that fails a check is not written. One whose gain bound is not proved is written, to be looked
+    /// at, and the exit code is 1.
     Design {
         #[command(flatten)]
         which: Which,
@@ -50,17 +52,19 @@ pub enum Verb {
         #[arg(long)]
         robust: bool,
     },
-    /// Pack the three FMUs of a design: the vehicle, the autopilot, and both in one loop; and the first two wired, as SSP
+    /// Pack the three FMUs of a design: the vehicle, the autopilot, and both in one loop; and the first two wired, as
+    /// SSP
     ///
-    /// Takes what `squid design` wrote. Refuses it when a file changed since, and when the certificate of the gain bound does
-    /// not prove.
+    /// Takes what `squid design` wrote. Refuses it when a file changed since, and when the certificate of the gain
+    /// bound does not prove.
     Package {
         #[command(flatten)]
         which: Which,
         /// Whom the FMUs run for: host, all, or some of linux64, win64, aarch64-linux, with commas between
         #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "host")]
         platforms: Vec<String>,
-        /// Where the FMUs' shared libraries lie, if not where cargo puts them; of named platforms, in folders of that name
+        /// Where the FMUs' shared libraries lie, if not where cargo puts them; of named platforms, in folders of that
+        /// name
         #[arg(long, value_name = "DIR")]
         binaries: Option<PathBuf>,
         /// Pack a controller without proof all the same; its FMUs then say that they are uncertified
@@ -76,7 +80,8 @@ pub enum Verb {
     Simulate(Which),
     /// Write the report: the paper's figures for this vehicle, and whether it bears out what the paper claims
     ///
-    /// One page, report.html, that needs no network, and each figure as figures/NAME.svg. Designs first if nothing is designed yet.
+    /// One page, report.html, that needs no network, and each figure as figures/NAME.svg. Designs first if nothing is
+    /// designed yet.
     Report(Which),
     /// Show the trim, A, B and eigenvalues at a speed; the fit and its residuals; the controller's poles
     Show {
@@ -97,10 +102,10 @@ pub enum Verb {
     },
     /// Prove the gain bound of an FMU, or of a certificate.json, in exact arithmetic
     ///
-    /// Every number is read as the rational number that it is; nothing is rounded, and nothing is shared with the program that
-    /// found the controller. Of an FMU it also checks that the proof is of the very controller inside, and that its resources belong to its
-    /// GUID. With --vehicle it computes anew that the proof is about that vehicle, and that scales, trims and limits are those of its
-    /// files: all that is asked before an FMU is packed.
+    /// Every number is read as the rational number that it is; nothing is rounded, and nothing is shared with the
+    /// program that found the controller. Of an FMU it also checks that the proof is of the very controller inside,
+    /// and that its resources belong to its GUID. With --vehicle it computes anew that the proof is about that
+    /// vehicle, and that scales, trims and limits are those of its files: all that is asked before an FMU is packed.
     Verify {
         /// A controller's FMU, the FMU of the whole loop, or a certificate
         file: PathBuf,

@@ -51,7 +51,8 @@ pub enum Error {
     },
     /// A design came to its end without a proof.
     #[error(
-        "NOT PROVED: {reason}\nThe design is in {directory}, to be looked at; it proves nothing, and `squid package` refuses it"
+        "NOT PROVED: {reason}\nThe design is in {directory}, to be looked at; it proves nothing, and `squid \
+            package` refuses it"
     )]
     NotProved {
         /// Where the design lies.

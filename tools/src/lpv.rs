@@ -25,36 +25,40 @@ use std::process::ExitCode;
 pub enum LpvVerb {
     /// Find the least gamma and a scheduled controller, and prove its gain bound
     ///
-    /// Reads a generalised plant: {"data": {"P": {"A": .., "Bt": .., ..}, "blocks": [r_1, ..]}}, or without parameters
-    /// {"data": {"A": .., "B1": .., ..}}; matrices are lists of rows, wt = blkdiag(theta_i I_ri) zt, |theta_i| <= 1. Weights are part of
-    /// the plant, so all are proper: E is refused, unless the identity. D22 may be left out where it is 0.
+    /// Reads a generalised plant: {"data": {"P": {"A": .., "Bt": .., ..}, "blocks": [r_1, ..]}}, or without
+    /// parameters {"data": {"A": .., "B1": .., ..}}; matrices are lists of rows, wt = blkdiag(theta_i I_ri) zt,
+    /// |theta_i| <= 1. Weights are part of the plant, so all are proper: E is refused, unless the identity. D22 may
+    /// be left out where it is 0.
     ///
-    /// Exit codes, and the word `status` of --json: 0, feasible: a controller with a proved bound; 2, infeasible: there is provably
-    /// none; 3, numerical_failure: nothing is known; 4, too_fast: there are controllers, but none found keeps --fastest-mode, which
-    /// proves nothing of the others; 1, error: a file is wrong; 64: the command line is wrong. `reason` says why there is no controller,
-    /// `remarks` what about the problem makes gains grow without limit (a control without a weight, a measurement without noise) and
-    /// what else went otherwise than asked.
+    /// Exit codes, and the word `status` of --json: 0, feasible: a controller with a proved bound; 2, infeasible:
+    /// there is provably none; 3, numerical_failure: nothing is known; 4, too_fast: there are controllers, but none
+    /// found keeps --fastest-mode, which proves nothing of the others; 1, error: a file is wrong; 64: the command
+    /// line is wrong. `reason` says why there is no controller, `remarks` what about the problem makes gains grow
+    /// without limit (a control without a weight, a measurement without noise) and what else went otherwise than
+    /// asked.
     Synth(Synth),
     /// Prove a certificate again, and check that it is of the plant in a problem file
     ///
-    /// Exit codes, and the word `status` of --json: 0, proved; 1, not_proved: the certificate fails, or is of another plant; 1, error: a
-    /// file is wrong; 64: the command line is wrong.
+    /// Exit codes, and the word `status` of --json: 0, proved; 1, not_proved: the certificate fails, or is of another
+    /// plant; 1, error: a file is wrong; 64: the command line is wrong.
     Check(Check),
     /// Bound the structured singular value mu from both sides: of a matrix, or of a system over all frequencies
     ///
     /// Reads {"data": {"M": [[[re, im], ..], ..], "blocks": [..]}}, where plain numbers will do for real entries, or
-    /// {"data": {"P": {"A": .., "B": .., "C": .., "D": ..}, "blocks": [..]}}: z = M w, w = Delta z, and A stable. `blocks` in the usual
-    /// notation: [-r, 0] a real scalar repeated r times, [r, 0] a complex one, [p, q] a full complex block of p rows and q columns.
+    /// {"data": {"P": {"A": .., "B": .., "C": .., "D": ..}, "blocks": [..]}}: z = M w, w = Delta z, and A stable.
+    /// `blocks` in the usual notation: [-r, 0] a real scalar repeated r times, [r, 0] a complex one, [p, q] a full
+    /// complex block of p rows and q columns.
     ///
-    /// Of a system the upper bound holds at every frequency from 0 to infinity, not on a grid. The lower bound comes with the
-    /// perturbation that shows it: it makes I - M Delta singular.
+    /// Of a system the upper bound holds at every frequency from 0 to infinity, not on a grid. The lower bound comes
+    /// with the perturbation that shows it: it makes I - M Delta singular.
     ///
-    /// --json prints `upper`, `lower` (0 when no perturbation was found), `frequency` (where the upper bound is largest, rad/s; null for a
-    /// matrix, the word "infinity" for infinite frequency), `lower_frequency` (where Delta puts a pole on the axis), `delta` (rows of
-    /// [re, im]; null when none was found), `residual` (of det(I - M Delta) = 0), `intervals`, `seconds`, `reason`.
+    /// --json prints `upper`, `lower` (0 when no perturbation was found), `frequency` (where the upper bound is
+    /// largest, rad/s; null for a matrix, the word "infinity" for infinite frequency), `lower_frequency` (where Delta
+    /// puts a pole on the axis), `delta` (rows of [re, im]; null when none was found), `residual` (of det(I - M
+    /// Delta) = 0), `intervals`, `seconds`, `reason`.
     ///
-    /// Exit codes, and the word `status` of --json: 0, bounded; 1, error: a file is wrong, the system is unstable without any
-    /// perturbation, or the intervals do not close; 64: the command line is wrong.
+    /// Exit codes, and the word `status` of --json: 0, bounded; 1, error: a file is wrong, the system is unstable
+    /// without any perturbation, or the intervals do not close; 64: the command line is wrong.
     Mu(Mu),
 }
 
@@ -77,8 +81,8 @@ pub struct Synth {
     gamma_limit: Option<f64>,
     /// Allow no mode of the controller faster than this, rad/s; also after --reduce
     ///
-    /// Of the controller frozen at each point of a grid of the parameters: 11 values each for one or two of them, 7 for three, 5 for
-    /// four, 3 for five and six, beyond that vertices alone. Between the points it is not checked.
+    /// Of the controller frozen at each point of a grid of the parameters: 11 values each for one or two of them, 7
+    /// for three, 5 for four, 3 for five and six, beyond that vertices alone. Between the points it is not checked.
     #[arg(long, value_name = "RAD/S", allow_negative_numbers = true)]
     fastest_mode: Option<f64>,
     /// Remove controller states that hardly matter, as long as the bound stays within 2 %

@@ -20,7 +20,8 @@ fn keep_caught_panics_quiet() {
     }));
 }
 
-/// Exit code when the command line is wrong: `EX_USAGE` of BSD's sysexits.h. Clap's own is 2, which means infeasible here.
+/// Exit code when the command line is wrong: `EX_USAGE` of BSD's sysexits.h. Clap's own is 2, which means infeasible
+/// here.
 const WRONG_USAGE: u8 = 64;
 
 fn main() -> ExitCode {

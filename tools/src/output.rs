@@ -13,7 +13,8 @@ pub fn say(text: &str) {
     printed(writeln!(out, "{text}").and_then(|()| out.flush()));
 }
 
-/// Keeps why something could not be printed. A reader that went away, as `head` does, wants no more, and misses nothing.
+/// Keeps why something could not be printed. A reader that went away, as `head` does, wants no more, and misses
+/// nothing.
 pub fn printed(outcome: io::Result<()>) {
     if let (Err(reason), Ok(mut first)) = (outcome, UNSAID.lock()) {
         let lost = reason.kind() != ErrorKind::BrokenPipe;

@@ -28,7 +28,8 @@ pub fn run(record: &Path, vehicle: Option<&Path>, out: Option<PathBuf>) -> Resul
 /// Draws the record of a flight of `squid.fmu`; commands are shown of the actuators that are given.
 ///
 /// # Errors
-/// [`Error::Record`] when a column is missing or a number is none, [`Error::Plot`], [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable).
+/// [`Error::Record`] when a column is missing or a number is none, [`Error::Plot`],
+/// [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable).
 fn plot(record: &Path, to: &Path, actuators: &[Actuator]) -> Result<(), Error> {
     let mut columns = columns(record)?;
     if let Some(words) = end_at_surface(&mut columns) {

@@ -6,13 +6,14 @@
 //!                               +-> Plant (simulation, nonlinear or by an LPV model)
 //! ```
 //!
-//! - [`Vehicle::read`]: a vehicle file becomes [`Coefficients`] and [`Actuator`]s, or one clear message; [`Vehicle::to_json`] passes the
-//!   vehicle on to machines, and [`Vehicle::from_json`] takes it up;
+//! - [`Vehicle::read`]: a vehicle file becomes [`Coefficients`] and [`Actuator`]s, or one clear message;
+//!   [`Vehicle::to_json`] passes the vehicle on to machines, and [`Vehicle::from_json`] takes it up;
 //! - [`COEFFICIENTS`]: the table of every coefficient, which drives reading, validation and documentation;
 //! - [`Dynamics`]: the nonlinear longitudinal equations of motion, over any [`Scalar`];
 //! - [`trim()`]: level, steady motion at a speed and a depth;
 //! - [`linearise()`]: A and B about a trim, by exact derivatives;
-//! - [`Descriptor`]: the same before the mass matrix is inverted, and its derivatives by any [`Parameter`] of vehicle and trim;
+//! - [`Descriptor`]: the same before the mass matrix is inverted, and its derivatives by any [`Parameter`] of vehicle
+//!   and trim;
 //! - [`Plant`]: the vehicle in motion, by the nonlinear equations or by an [`LpvModel`];
 //! - [`Instant`] and [`Rates`]: the motion at one instant as states and their rates, over any [`Scalar`];
 //! - [`Slopes`]: inputs that are ramps instead of being held; [`Memory`]: a plant put away to be taken up again.

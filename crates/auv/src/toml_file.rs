@@ -1,4 +1,5 @@
-//! TOML files that people write: tables that know their names and their lines, and take down every mistake before any is told.
+//! TOML files that people write: tables that know their names and their lines, and take down every mistake before any
+//! is told.
 
 mod error;
 mod text;
@@ -16,7 +17,8 @@ use crate::vehicle::allowed::Allowed;
 use crate::words::{nearest, number};
 use text::line_of;
 
-/// Larger numbers than this overflow in the products of coefficients. The moments of the largest ships are some 1e13 kg m2.
+/// Larger numbers than this overflow in the products of coefficients. The moments of the largest ships are some 1e13
+/// kg m2.
 const LARGEST: f64 = 1e18;
 const TOO_LARGE: &str = "at most 1e18 in size, for the products of larger numbers overflow";
 
@@ -37,7 +39,8 @@ impl<'a> Document<'a> {
     /// Parses a text; `file` is its name in messages.
     ///
     /// # Errors
-    /// [`FileError`]: the text is not TOML. A key that stands twice is taken down as a mistake, and its first value holds.
+    /// [`FileError`]: the text is not TOML. A key that stands twice is taken down as a mistake, and its first value
+    /// holds.
     pub fn parse(text: &'a str, file: &'a str) -> Result<Self, FileError> {
         let (root, errors) = DeTable::parse_recoverable(text);
         let document = Self { text, file, entries: root.into_inner(), mistakes: RefCell::new(Vec::new()) };
@@ -268,7 +271,8 @@ impl<'d> Table<'d> {
         place
     }
 
-    /// Returns `{ value, unit, source }` if the key is there; the unit must be one of `units`, the number one of those allowed.
+    /// Returns `{ value, unit, source }` if the key is there; the unit must be one of `units`, the number one of
+    /// those allowed.
     pub fn quantity(&self, key: &str, units: &[&str], allowed: Allowed) -> Option<Quantity> {
         let value = self.entries.get(key)?;
         let DeValue::Table(entries) = value.get_ref() else {

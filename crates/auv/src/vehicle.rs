@@ -54,11 +54,13 @@ pub struct Vehicle {
     pub actuators: Vec<Actuator>,
     /// Where each number comes from, by the name of the coefficient or `actuator.key`.
     pub sources: BTreeMap<String, String>,
-    /// What the source prints as its linear model, if the file says so. Only the file has it: the JSON of a vehicle has not.
+    /// What the source prints as its linear model, if the file says so. Only the file has it: the JSON of a vehicle
+    /// has not.
     pub published_linear_model: Option<Arc<PublishedLinearModel>>,
 }
 
-/// The poles of the linear model that the source of the coefficients prints, to be held against those that follow from the coefficients.
+/// The poles of the linear model that the source of the coefficients prints, to be held against those that follow
+/// from the coefficients.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PublishedLinearModel {
     /// Speed \[m/s\].

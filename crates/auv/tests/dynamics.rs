@@ -218,8 +218,8 @@ fn linearisation_agrees_with_central_differences() {
         let inputs = vehicle.actuators.len();
         for seed in 0..4 + inputs {
             let at = |step: f64| perturbed(&vehicle, &trim, seed, step);
-            // q|q| has no second derivative at q = 0: the error of a central difference is of first order there, and goes
-            // when a half step is extrapolated.
+            // q|q| has no second derivative at q = 0: the error of a central difference is of first order there, and
+            // goes when a half step is extrapolated.
             let step = 1e-4;
             let difference = |i: usize, h: f64| (at(h)[i] - at(-h)[i]) / (2.0 * h);
             for i in 0..4 {
@@ -244,8 +244,8 @@ fn perturbed(vehicle: &Vehicle, trim: &Trim, seed: usize, step: f64) -> [f64; 4]
     [du, dw, dq, motion.q]
 }
 
-/// Prestero (2001), tables 9.2 and 9.3 at 1.54 m/s, where they follow from the coefficients that he prints: added-mass and
-/// restoring terms. (His linear lift and fin terms do not follow from his nonlinear coefficients.)
+/// Prestero (2001), tables 9.2 and 9.3 at 1.54 m/s, where they follow from the coefficients that he prints:
+/// added-mass and restoring terms. (His linear lift and fin terms do not follow from his nonlinear coefficients.)
 #[test]
 fn remus_added_mass_and_restoring_terms_are_those_of_the_thesis() {
     let mut vehicle = remus100();

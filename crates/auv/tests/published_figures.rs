@@ -11,8 +11,8 @@ use nalgebra::Matrix3;
 /// Path speed \[m/s\], then the eigenvalues: real part, imaginary part, to the printed digits.
 ///
 /// Computed independently of this code, from the equations of motion of the same surrogate, before this code existed.
-/// Fifteen of the sixteen figures are met within half a unit of the last printed digit; the sixteenth is 0.53248 here, which
-/// rounds to 0.532, against a printed 0.533. The tolerance says so: half a unit and 2.5e-5.
+/// Fifteen of the sixteen figures are met within half a unit of the last printed digit; the sixteenth is 0.53248
+/// here, which rounds to 0.532, against a printed 0.533. The tolerance says so: half a unit and 2.5e-5.
 const SQUID_EIGENVALUES: [(f64, [(f64, f64); 4]); 4] = [
     (0.5, [(-0.608, 0.0), (-0.229, -0.747), (-0.229, 0.747), (-0.118, 0.0)]),
     (1.0, [(-1.111, 0.0), (-0.251, -0.624), (-0.251, 0.624), (-0.223, 0.0)]),
@@ -49,8 +49,9 @@ fn remus_lift_loses_its_added_mass_parts() {
     assert!((c.M_uw - (24.0 - 34.6)).abs() < 0.05, "{}", c.M_uw);
 }
 
-/// The thesis's linear model is not that of its nonlinear table: from its table 9.3 follow the poles that it prints (eq. 9.36 corrected), from the
-/// nonlinear table, about w = 0 and linearised by hand, 0.434 +- 0.168j and -2.18, and about the true trim something else again.
+/// The thesis's linear model is not that of its nonlinear table: from its table 9.3 follow the poles that it prints
+/// (eq. 9.36 corrected), from the nonlinear table, about w = 0 and linearised by hand, 0.434 +- 0.168j and -2.18, and
+/// about the true trim something else again.
 #[test]
 fn the_poles_printed_for_remus_do_not_follow_from_its_coefficients() {
     let vehicle = remus100();

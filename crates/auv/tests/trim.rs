@@ -86,7 +86,8 @@ fn what_cannot_be_trimmed_is_refused_with_numbers() {
         other => panic!("{other:?}"),
     }
 
-    // So slow that the planes cannot hold the bow against the buoyancy: a start at zero incidence alone would find nothing.
+    // So slow that the planes cannot hold the bow against the buoyancy: a start at zero incidence alone would find
+    // nothing.
     match trim(&remus100(), Speed::Path(0.3), 50.0) {
         Err(TrimError::BeyondLimits { actuator, needed, max, unit, .. }) => {
             assert_eq!((actuator.as_str(), unit), ("stern_planes", "rad"));

@@ -67,7 +67,8 @@ fn unknown_keys() {
         "quality = {",
         "unknown key 'drag.quality'; allowed here: X_uu, length, wetted_area, form_factor, drag_area",
     );
-    let sections = "vehicle, thruster, control_surface, published_linear_model, mass, buoyancy, water, added_mass, lift, damping, drag";
+    let sections = "vehicle, thruster, control_surface, published_linear_model, mass, buoyancy, water, \
+        added_mass, lift, damping, drag";
     refused(
         "[damping]",
         "[dampnig]",
@@ -152,7 +153,8 @@ fn wrong_units_types_and_words() {
     refused(
         "status = \"surrogate\"",
         "status = \"surogate\"",
-        "'vehicle.status' is \"surogate\" (did you mean \"surrogate\"?); it must be \"surrogate\" or \"published\" or \"measured\"",
+        "'vehicle.status' is \"surogate\" (did you mean \"surrogate\"?); it must be \"surrogate\" \
+            or \"published\" or \"measured\"",
     );
     refused(
         "convention = \"viscous\"",

@@ -15,7 +15,8 @@ pub type Rows = Vec<Vec<f64>>;
 /// controller, X is (n + nk) square, S and T are (r + rk) square; plant's part first.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Certificate {
-    /// Repetitions `[r_1, r_2, ...]` of the parameters in the plant's channels; 0 where one occurs in the controller alone.
+    /// Repetitions `[r_1, r_2, ...]` of the parameters in the plant's channels; 0 where one occurs in the controller
+    /// alone.
     pub blocks: Vec<usize>,
     /// The same for the controller's channels, of the same parameters in the same order.
     pub controller_blocks: Vec<usize>,

@@ -45,9 +45,9 @@ struct Columns {
 impl ClosedLoop {
     /// Closes the loop of a checked certificate.
     ///
-    /// With `y0 = [C2 0 | D2t 0 | D21]` and `u0 = [0 Cu | 0 Dut | 0]` in terms of `(x, xk | wt, wk | w)`, `y = y0 + D22 u` and
-    /// `u = u0 + Duy y`, so that `(I - Duy D22) u = u0 + Duy y0`. Put into the plant's and the controller's rows, u and y give the
-    /// closed loop.
+    /// With `y0 = [C2 0 | D2t 0 | D21]` and `u0 = [0 Cu | 0 Dut | 0]` in terms of `(x, xk | wt, wk | w)`, `y = y0 +
+    /// D22 u` and `u = u0 + Duy y`, so that `(I - Duy D22) u = u0 + Duy y0`. Put into the plant's and the
+    /// controller's rows, u and y give the closed loop.
     ///
     /// # Errors
     /// [`Failure::NotWellPosed`] when `I - Duy D22` is singular.

@@ -133,8 +133,8 @@ fn eliminate(m: &Matrix) -> Result<(), (Minor, usize)> {
 
 /// N and d > 0 with `M N = d I`, without fractions; none when M is singular.
 ///
-/// The elimination of Bareiss (as above), above the pivots as well as below them, of `[M I]`: what is left is `[d I  N]`, with d the
-/// determinant but for the sign that exchanged rows give it.
+/// The elimination of Bareiss (as above), above the pivots as well as below them, of `[M I]`: what is left is `[d I
+/// N]`, with d the determinant but for the sign that exchanged rows give it.
 pub(crate) fn fraction_free_inverse(m: &Matrix) -> Option<(Matrix, Dyadic)> {
     let n = m.rows;
     let entries = (0..n * n).filter_map(|k| m[(k / n, k % n)].last_bit());

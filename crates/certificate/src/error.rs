@@ -105,7 +105,8 @@ pub enum ReadError {
     },
     /// A parameter that the claim would count, and on which nothing depends.
     #[error(
-        "{field}[{index}]: is 0 or missing in blocks and controller_blocks alike, must be above 0 in one of them: no channel has \
+        "{field}[{index}]: is 0 or missing in blocks and controller_blocks alike, must be above 0 in one of \
+            them: no channel has \
          parameter {index}"
     )]
     NoChannel {
@@ -166,7 +167,8 @@ pub enum Failure {
     Malformed(#[from] ReadError),
     /// Plant and controller determine no u and y.
     #[error(
-        "the claim is not proved: the loop is not well posed, for I - Duy D22 is singular (its determinant is exactly 0); another \
+        "the claim is not proved: the loop is not well posed, for I - Duy D22 is singular (its determinant is \
+            exactly 0); another \
          controller is needed, one with another Duy"
     )]
     NotWellPosed,
@@ -182,7 +184,8 @@ pub enum Failure {
     },
     /// Two entries that must be equal, or opposite, are not.
     #[error(
-        "{claim} is not proved: {matrix} is not {property}: entry [{row}][{column}] is {entry:e}, entry [{column}][{row}] is {mirror:e}"
+        "{claim} is not proved: {matrix} is not {property}: entry [{row}][{column}] is {entry:e}, entry \
+            [{column}][{row}] is {mirror:e}"
     )]
     NotMirrored {
         /// The claim.

@@ -36,8 +36,8 @@ pub(crate) struct Proof {
 /// z        [ C1    D1t              D11                             -gamma/2   ]
 /// ```
 ///
-/// The blocks w_D and z_D are there only with a model error. The whole matrix comes [`ClosedLoop`]'s `scale` times as large, which changes
-/// the sign of nothing.
+/// The blocks w_D and z_D are there only with a model error. The whole matrix comes [`ClosedLoop`]'s `scale` times as
+/// large, which changes the sign of nothing.
 pub(crate) fn inequality(closed: &ClosedLoop, proof: &Proof) -> Blocked {
     let (n, r, w, z) = (closed.states, closed.channels, closed.inputs, closed.output.rows);
     let (d, f) = closed.delta.as_ref().map_or((0, 0), |(error, e)| (e.cols, error.rows));

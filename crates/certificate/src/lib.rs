@@ -38,25 +38,24 @@
 //!   `-S + T Dtt + Dtt'T' + Dtt'S Dtt < 0`. If `I - Theta_e Dtt` were singular there would be `wt = Theta_e zt != 0`
 //!   with `zt = Dtt wt`, and that matrix would give `-wt'S wt + 2 wt'T zt + zt'S zt >= 0`, a contradiction. On the
 //!   compact box the inverse is then bounded, and the loop has measurable, bounded coefficients.
-//! - *Stability and gain.* Schur complements of the rows zt and z turn the inequality into: for some `eps > 0`, all x, wt,
-//!   w, and `V = x'X x`,
-//!   `dV/dt + (zt'S zt - wt'S wt) + 2 wt'T zt + z'z/gamma - gamma w'w <= -eps (x'x + w'w)`.
-//!   The two terms of the parameters are not negative along the loop. With `w = 0`, V decays exponentially; from
-//!   `x(0) = 0`, integrated, the energy of z is at most `gamma^2 - eps gamma` times that of w.
+//! - *Stability and gain.* Schur complements of the rows zt and z turn the inequality into: for some `eps > 0`, all
+//!   x, wt, w, and `V = x'X x`, `dV/dt + (zt'S zt - wt'S wt) + 2 wt'T zt + z'z/gamma - gamma w'w <= -eps (x'x +
+//!   w'w)`. The two terms of the parameters are not negative along the loop. With `w = 0`, V decays exponentially;
+//!   from `x(0) = 0`, integrated, the energy of z is at most `gamma^2 - eps gamma` times that of w.
 //!
-//! *With a direct path* `D22` of the plant, `y = C2 x + D2t wt + D21 w + D22 u`: with `wt = 0` and `wk = 0`, that is at `Theta = 0`, u and y
-//! are determined by the states and w if and only if `I - Duy D22` is regular, which is checked. They are then linear in x, wt, wk and w at
-//! every Theta, the closed loop has the form above, and all that was said of it holds; its parameter loop is well posed by the block of wt
-//! and zt, so that plant and controller determine all signals together at every Theta. Its matrices have the denominator
-//! `det(I - Duy D22)`. The inequality is linear in them and holds no product of two, so that the whole of it, times the magnitude of that
+//! *With a direct path* `D22` of the plant, `y = C2 x + D2t wt + D21 w + D22 u`: with `wt = 0` and `wk = 0`, that is
+//! at `Theta = 0`, u and y are determined by the states and w if and only if `I - Duy D22` is regular, which is
+//! checked. They are then linear in x, wt, wk and w at every Theta, the closed loop has the form above, and all that
+//! was said of it holds; its parameter loop is well posed by the block of wt and zt, so that plant and controller
+//! determine all signals together at every Theta. Its matrices have the denominator `det(I - Duy D22)`. The
+//! inequality is linear in them and holds no product of two, so that the whole of it, times the magnitude of that
 //! determinant, holds sums and products of the file's numbers alone. The factor is positive and changes no sign.
 //!
-//! *With a model error* (`residual`): `[A B2]` of the plant becomes `[A B2] + E Delta(t) [F Fu]`, that is
-//! `x' = ... + E w_D`, `w_D = Delta z_D`, `z_D = F x + Fu u`, which is `F_x x + F_t wt + F_w w` once the controller gives
-//! u. For `||Delta|| <= 1` and `lambda > 0`, `lambda (z_D'z_D - w_D'w_D) >= 0`: added to the left side above, it
-//! gives the inequality a row w_D, `[E'X 0 -lambda I 0 0 0 0]`, and a row z_D,
-//! `[lambda F_x  lambda F_t  0  lambda F_w  0  -lambda I  0]`. Delta acts on x' alone, so the parameter loop stays well
-//! posed as before.
+//! *With a model error* (`residual`): `[A B2]` of the plant becomes `[A B2] + E Delta(t) [F Fu]`, that is `x' = ... +
+//! E w_D`, `w_D = Delta z_D`, `z_D = F x + Fu u`, which is `F_x x + F_t wt + F_w w` once the controller gives u. For
+//! `||Delta|| <= 1` and `lambda > 0`, `lambda (z_D'z_D - w_D'w_D) >= 0`: added to the left side above, it gives the
+//! inequality a row w_D, `[E'X 0 -lambda I 0 0 0 0]`, and a row z_D, `[lambda F_x  lambda F_t  0  lambda F_w  0
+//! -lambda I  0]`. Delta acts on x' alone, so the parameter loop stays well posed as before.
 //!
 //! # What it does not cover
 //!

@@ -1,26 +1,27 @@
 //! A lower bound of the least gamma that the synthesis inequalities of a plant allow, proved in exact arithmetic.
 //!
-//! Of a plant without parameters. The inequalities (P. Gahinet, P. Apkarian, Int. J. Robust and Nonlinear Control 4, 1994) have the
-//! symmetric unknowns X and Y:
+//! Of a plant without parameters. The inequalities (P. Gahinet, P. Apkarian, Int. J. Robust and Nonlinear Control 4,
+//! 1994) have the symmetric unknowns X and Y:
 //!
 //! ```text
 //! v' L(X) v <= 0  for all v = (x, w, z) with C2 x + D21 w = 0,     [X I; I Y] >= 0,
 //! v' L(X) v = 2 x'X xd + 2 z'e - gamma (w'w + z'z),     xd = A x + B1 w,     e = C1 x + D11 w
 //! ```
 //!
-//! and the same with Y for the transposed plant. Take any vectors v_k of that kind and W = sum v_k v_k', any such W2 of the
-//! transposed plant, and any Z12. What L gives, summed over them, with `tr(.)` of the coupling for `Z = [Z11 Z12; Z12' Z22]`, is
+//! and the same with Y for the transposed plant. Take any vectors v_k of that kind and W = sum v_k v_k', any such W2
+//! of the transposed plant, and any Z12. What L gives, summed over them, with `tr(.)` of the coupling for `Z = [Z11
+//! Z12; Z12' Z22]`, is
 //!
 //! ```text
 //! 0 <= 2 tr Z12 - 2 sum z'e - 2 sum z2'e2 + gamma (sum w'w + z'z + w2'w2 + z2'z2)
 //! ```
 //!
-//! once X and Y have dropped out, which they do for `Z11 = sum xd x' + x xd'` and the same for Z22, if Z >= 0. That is checked without
-//! rounding: the components of v that y determines are solved for in whole numbers.
+//! once X and Y have dropped out, which they do for `Z11 = sum xd x' + x xd'` and the same for Z22, if Z >= 0. That
+//! is checked without rounding: the components of v that y determines are solved for in whole numbers.
 //!
-//! Z12 is sought as `-Z11 E F' Z22`: with Z11, Z22 positive and `E'Z11 E`, `F'Z22 F` below I, Z >= 0 whatever their conditions.
-//! A state that no v reaches while y = 0, such as one of a weight on what is measured, only stands in the way of Z11 > 0: it is left out of v, as any
-//! vector may be chosen.
+//! Z12 is sought as `-Z11 E F' Z22`: with Z11, Z22 positive and `E'Z11 E`, `F'Z22 F` below I, Z >= 0 whatever their
+//! conditions. A state that no v reaches while y = 0, such as one of a weight on what is measured, only stands in the
+//! way of Z11 > 0: it is left out of v, as any vector may be chosen.
 //!
 //! The inequalities are necessary for a controller: none, of any order, has a gain below the bound.
 
@@ -41,7 +42,8 @@ pub struct Multipliers {
     pub coupling: (Rows, Rows),
 }
 
-/// A gamma below which the synthesis inequalities of the plant have no solution; `None` when the multipliers prove none.
+/// A gamma below which the synthesis inequalities of the plant have no solution; `None` when the multipliers prove
+/// none.
 ///
 /// Of a plant with parameters, and with matrices that do not fit together, nothing is proved.
 pub fn lower_bound(plant: &Plant, multipliers: &Multipliers) -> Option<f64> {
@@ -249,8 +251,8 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// `x' = u + w1`, `z = (x, u)`, `y = x + w2`: both Riccati equations have the solution 1/sqrt(1 - 1/gamma^2), so the least gamma, at which
-    /// their product is gamma^2, is sqrt 2.
+    /// `x' = u + w1`, `z = (x, u)`, `y = x + w2`: both Riccati equations have the solution 1/sqrt(1 - 1/gamma^2), so
+    /// the least gamma, at which their product is gamma^2, is sqrt 2.
     fn integrator() -> Plant {
         Plant {
             a: vec![vec![0.0]],

@@ -27,7 +27,8 @@ pub(crate) struct Sizes {
     pub(crate) y: usize,
 }
 
-/// Rows of the inequality, at most: ten times those of the largest loops that have been designed, and what fits into memory.
+/// Rows of the inequality, at most: ten times those of the largest loops that have been designed, and what fits into
+/// memory.
 const MOST_ROWS: usize = 1000;
 
 impl Sizes {

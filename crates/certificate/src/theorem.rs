@@ -72,7 +72,8 @@ impl fmt::Display for Theorem {
                  [A B2] + E Delta [F Fu] for any measurable Delta(t) with a largest singular value of at most 1."
             ),
             None => f.write_str(
-                " Nothing is proved of a plant that differs from the one in the certificate: it has no section `residual`.",
+                " Nothing is proved of a plant that differs from the one in the certificate: it has no section \
+                    `residual`.",
             ),
         }
     }

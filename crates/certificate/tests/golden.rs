@@ -25,7 +25,8 @@ fn each_proves_and_is_confirmed() {
     }
 }
 
-/// A direct path from u to y, and the controller put around it, `u = K (y - D22 u)`: the loop is the same but for rounding.
+/// A direct path from u to y, and the controller put around it, `u = K (y - D22 u)`: the loop is the same but for
+/// rounding.
 #[test]
 fn the_same_loops_with_a_direct_path_prove() {
     for name in GOLDEN {

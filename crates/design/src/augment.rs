@@ -38,7 +38,8 @@ mod tests {
     use lpv::matrix::Mat;
     use std::path::Path;
 
-    /// Sutarto and Budiyono (2011), on W_u: the actions are normalised, here by the limits of the actuators, and the weight is the identity.
+    /// Sutarto and Budiyono (2011), on W_u: the actions are normalised, here by the limits of the actuators, and the
+    /// weight is the identity.
     #[test]
     fn the_papers_weight_on_the_actuators_is_the_identity() {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));

@@ -34,7 +34,8 @@ pub struct Proof {
 /// Certifies a design, and proves the certificate in exact arithmetic.
 ///
 /// # Errors
-/// [`ProofError::Unproved`](crate::error::ProofError::Unproved) with the first thing that failed; [`Error::Synthesis`] when no bound covers the model error.
+/// [`ProofError::Unproved`](crate::error::ProofError::Unproved) with the first thing that failed;
+/// [`Error::Synthesis`] when no bound covers the model error.
 pub fn certify(
     inputs: &Inputs,
     model: &Model,

@@ -42,8 +42,8 @@ pub struct Checks {
     pub fastest_controller_mode: f64,
 }
 
-/// The part of the sampling rate 2 pi/T above which a mode of the controller is not what it was designed to be. The trapezoidal
-/// rule puts a frequency w at 2/T atan(w T/2): 11 % lower at a fifth of the rate, 36 % at a half.
+/// The part of the sampling rate 2 pi/T above which a mode of the controller is not what it was designed to be. The
+/// trapezoidal rule puts a frequency w at 2/T atan(w T/2): 11 % lower at a fifth of the rate, 36 % at a half.
 const SLOW_ENOUGH: f64 = 0.2;
 
 impl Checks {
@@ -53,8 +53,10 @@ impl Checks {
         let (fastest, most) = (self.fastest_controller_mode, SLOW_ENOUGH * rate);
         (fastest > most).then(|| {
             format!(
-                "WARNING: the fastest mode of the controller, {fastest:.0} rad/s, is beyond a fifth of the sampling rate, {most:.1} rad/s \
-                 (2 pi/{sample_time} s/5):\nthe controller as it is sampled is not the one that is bounded, though its loop is stable at these \
+                "WARNING: the fastest mode of the controller, {fastest:.0} rad/s, is beyond a fifth of the \
+                    sampling rate, {most:.1} rad/s \
+                 (2 pi/{sample_time} s/5):\nthe controller as it is sampled is not the one that is bounded, \
+                 though its loop is stable at these \
                  speeds.\nA sample time of {} s or a lower bandwidth mends that",
                 rounded_down(SLOW_ENOUGH * TAU / fastest)
             )

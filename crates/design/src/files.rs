@@ -69,7 +69,8 @@ fn readable(_: &File) -> io::Result<()> {
 
 /// Files of one directory that belong together: all of them are written, or none.
 ///
-/// The last one is taken away first and put there last: whoever finds it finds all of the same making, even if the power failed.
+/// The last one is taken away first and put there last: whoever finds it finds all of the same making, even if the
+/// power failed.
 #[derive(Debug, Default)]
 pub struct Files(Vec<(PathBuf, Option<Vec<u8>>)>);
 
@@ -132,8 +133,8 @@ fn hold(directory: &Path, lock: fn(&File) -> io::Result<()>) -> io::Result<File>
     Ok(file)
 }
 
-/// Keeps a set of files as it is, named by its last one, until what is returned is dropped. A directory that cannot be written to is not locked:
-/// its files stay by themselves.
+/// Keeps a set of files as it is, named by its last one, until what is returned is dropped. A directory that cannot
+/// be written to is not locked: its files stay by themselves.
 pub fn reading(last: &Path) -> Option<File> {
     let directory = last.parent()?;
     // While a set is being written, its last file is not there for a moment, but the lock is.

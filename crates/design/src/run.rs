@@ -44,7 +44,8 @@ pub fn run(inputs: &Inputs, progress: &Progress) -> Result<Finished, Error> {
     run_with(inputs, progress, false)
 }
 
-/// The same, with a robust controller in place of the nominal one where that is asked for; see [`crate::synthesise::robust`].
+/// The same, with a robust controller in place of the nominal one where that is asked for; see
+/// [`crate::synthesise::robust`].
 ///
 /// # Errors
 /// As [`run`], and those of [`robust`].
@@ -95,8 +96,11 @@ fn certificate_stage(
 fn proof_line(proof: &Proof, seconds: f64) -> String {
     let covered = proof.theorem.gamma_with_model_error.map_or_else(String::new, |gamma| {
         let gamma = above(gamma);
-        format!("\nand below {gamma} for every model in a ball around the fit, which holds the true linearisations by a \
-             computation at {SAMPLES} speeds")
+        format!(
+            "\nand below {gamma} for every model in a ball around the fit, which holds the true \
+            linearisations by a \
+             computation at {SAMPLES} speeds"
+        )
     });
     format!(
         "PROVED in exact arithmetic ({seconds:.1} s): gain below {} for every course of speed in the range,{covered}",

@@ -63,8 +63,8 @@ pub struct Stored {
 }
 
 impl Stored {
-    /// Proves the certificate again, for the controller that is stored and for the plant and weights of the inputs; and checks what is
-    /// checked before a controller is written.
+    /// Proves the certificate again, for the controller that is stored and for the plant and weights of the inputs;
+    /// and checks what is checked before a controller is written.
     ///
     /// # Errors
     /// The reason why this controller is not certified.
@@ -92,7 +92,8 @@ impl Stored {
         Some(format!("NOT PROVED: {reason}"))
     }
 
-    /// Checks all that is no matter of proof: the plant and the ball of the certificate, scales and trims, the frozen loops.
+    /// Checks all that is no matter of proof: the plant and the ball of the certificate, scales and trims, the frozen
+    /// loops.
     fn made_of(&self, inputs: &Inputs, certificate: &Certificate) -> Result<(), Error> {
         let model = Model::new(&inputs.vehicle, &inputs.design)?;
         verify::of_inputs(certificate, inputs, &model)?;

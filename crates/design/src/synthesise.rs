@@ -53,7 +53,8 @@ fn synthesis_line(design: &Design, asked: f64, seconds: f64) -> String {
     )
 }
 
-/// Where the synthesis failed without a proof that there is no controller, the remarks say what about the problem may be the cause.
+/// Where the synthesis failed without a proof that there is no controller, the remarks say what about the problem may
+/// be the cause.
 fn no_controller(inputs: &Inputs, plant: &GeneralisedPlant, reason: SynthesisError) -> Error {
     let unexplained = matches!(reason, SynthesisError::Numerical { .. } | SynthesisError::TooFast { .. });
     let found = if unexplained { findings(plant) } else { vec![] };
@@ -111,7 +112,8 @@ mod tests {
         assert!(singular.contains("u1 (weight)") && !singular.contains("closer none"), "{singular}");
     }
 
-    /// The plant of Squid with its weight on the control taken out: a failure without proof comes with remarks, a proof without.
+    /// The plant of Squid with its weight on the control taken out: a failure without proof comes with remarks, a
+    /// proof without.
     #[test]
     fn a_failure_that_proves_nothing_comes_with_remarks() {
         let (inputs, mut plant) = squid();

@@ -1,12 +1,14 @@
-//! The vehicle with its uncertain coefficients: one LFT of the linear model at each speed, and one over the whole range.
+//! The vehicle with its uncertain coefficients: one LFT of the linear model at each speed, and one over the whole
+//! range.
 //!
 //! ```text
 //! x' = A x + Bd wd + B u,   zd = Cd x + Ddd wd + Dd2 u,   wd = blkdiag(delta_i I_ri) zd,   |delta_i| <= 1
 //! ```
 //!
 //! At a trim the motion is `M(c) x' = C(c) x + D(c) u` with M, C and D affine in each coefficient c, and the LFT of
-//! `[A B] = M^-1 [C D]` is exact. A coefficient changes the trim, too, on which the motion depends: what that does comes
-//! through further parameters, the incidence and the outputs of actuators at trim, to first order; see [`crate::uncertain::trim`].
+//! `[A B] = M^-1 [C D]` is exact. A coefficient changes the trim, too, on which the motion depends: what that does
+//! comes through further parameters, the incidence and the outputs of actuators at trim, to first order; see
+//! [`crate::uncertain::trim`].
 //!
 //! Source of the descriptor form: K. Zhou, J. C. Doyle, K. Glover, Robust and Optimal Control, 1996, ch. 10.
 
@@ -30,7 +32,8 @@ use crate::uncertain::pencil::{DETAIL_OVER_RANGE, Pencil};
 use crate::uncertain::reduce::minimal;
 use crate::uncertain::trim::{TrimRange, blocks, something, trim_range};
 
-/// The uncertain model over the range of speed: the fit of `model` at delta = 0, and the uncertain parts fitted likewise.
+/// The uncertain model over the range of speed: the fit of `model` at delta = 0, and the uncertain parts fitted
+/// likewise.
 ///
 /// # Errors
 /// [`ModelError::Trim`], [`ModelError::Fit`], [`Error::Uncertain`].

@@ -36,8 +36,8 @@ fn either<'a>(directory: &Path, designs: [&'a Inputs; 2]) -> (&'a Inputs, Stored
     }
 }
 
-/// All files are of the design whose hashes stand in controller.json: the certificate is of its controller, or there is none where nothing
-/// was proved.
+/// All files are of the design whose hashes stand in controller.json: the certificate is of its controller, or there
+/// is none where nothing was proved.
 fn assert_one_design(directory: &Path, proved: &Inputs, other: &Inputs) {
     let (inputs, stored) = either(directory, [proved, other]);
     if inputs.design_sha256 == proved.design_sha256 {

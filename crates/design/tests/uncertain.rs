@@ -104,8 +104,9 @@ fn at_delta_zero_the_models_are_the_nominal_ones() {
     }
 }
 
-/// With all parameters but one held anywhere, `[A B]` is rational in that one, and no realisation has fewer channels than its
-/// McMillan degree: the rank of the product of observability and reachability. So repetitions that reach it are minimal.
+/// With all parameters but one held anywhere, `[A B]` is rational in that one, and no realisation has fewer channels
+/// than its McMillan degree: the rank of the product of observability and reachability. So repetitions that reach it
+/// are minimal.
 #[test]
 fn no_parameter_is_repeated_more_than_it_must() {
     for subject in SUBJECTS.iter() {
@@ -153,7 +154,8 @@ fn mcmillan_degree(left: &Mat, inner: &Mat, right: &Mat) -> usize {
     s.iter().filter(|v| **v > 1e-11 * s[0]).count()
 }
 
-/// N(s) closed by Delta is the loop that the controller makes with the perturbed vehicle; its first block is what it says.
+/// N(s) closed by Delta is the loop that the controller makes with the perturbed vehicle; its first block is what it
+/// says.
 #[test]
 fn the_uncertain_loop_closed_by_delta_is_the_perturbed_loop() {
     for subject in SUBJECTS.iter() {
@@ -229,8 +231,8 @@ fn closed_by(n: &UncertainLoop, delta: &Mat) -> StateSpace {
     }
 }
 
-/// Trimmed anew at corners of the box, the models stay within half a per cent at one speed and one and a half over the range, where
-/// the vehicle moves by 18 to 55 per cent.
+/// Trimmed anew at corners of the box, the models stay within half a per cent at one speed and one and a half over
+/// the range, where the vehicle moves by 18 to 55 per cent.
 #[test]
 fn the_models_follow_the_vehicle_trimmed_anew() {
     for subject in SUBJECTS.iter() {
@@ -246,7 +248,8 @@ fn the_models_follow_the_vehicle_trimmed_anew() {
     }
 }
 
-/// The ball of the remainder holds the vehicle at corners other than those it was measured at, and stands last in the loop.
+/// The ball of the remainder holds the vehicle at corners other than those it was measured at, and stands last in the
+/// loop.
 #[test]
 fn the_remainder_holds_what_the_model_leaves_out() {
     for subject in SUBJECTS.iter() {

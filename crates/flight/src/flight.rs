@@ -39,7 +39,8 @@ impl Row {
     }
 }
 
-/// A vehicle that has come so far out of the water \[m\] has left it; less is rounding, of a flight that begins at the surface.
+/// A vehicle that has come so far out of the water \[m\] has left it; less is rounding, of a flight that begins at
+/// the surface.
 const OUT_OF_WATER: f64 = 1e-3;
 
 /// Whether a vehicle at a depth \[m\] is out of the water, where the equations hold no longer.
@@ -105,8 +106,9 @@ pub fn fly(
     })
 }
 
-/// Flies the vehicle from trim: a control law at each tick, `t = k T`, the nonlinear vehicle in between. The table of trims turns the
-/// manoeuvre into references. The flight ends at the surface, for the equations of motion are those of deep water.
+/// Flies the vehicle from trim: a control law at each tick, `t = k T`, the nonlinear vehicle in between. The table of
+/// trims turns the manoeuvre into references. The flight ends at the surface, for the equations of motion are those
+/// of deep water.
 ///
 /// # Errors
 /// [`Error::Trim`], [`Error::Coefficient`], [`Error::Simulation`], those of the law.
@@ -147,8 +149,8 @@ pub fn fly_under(
     Ok(Flight { rows, surfacing: None })
 }
 
-/// The vehicle alone: from trim at a speed, one actuator (its index, and by how much) stepped. Time (s) and pitch (rad), up to the
-/// surface if it comes there.
+/// The vehicle alone: from trim at a speed, one actuator (its index, and by how much) stepped. Time (s) and pitch
+/// (rad), up to the surface if it comes there.
 ///
 /// # Errors
 /// [`Error::Trim`], [`Error::Simulation`].
@@ -183,7 +185,8 @@ mod tests {
     use squid_design::inputs::Inputs;
     use std::path::Path;
 
-    /// The committed design of Squid, 10 degrees bow up from a metre below the surface: it comes out of the water, and no row is above.
+    /// The committed design of Squid, 10 degrees bow up from a metre below the surface: it comes out of the water,
+    /// and no row is above.
     #[test]
     fn a_flight_ends_at_the_surface() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid");

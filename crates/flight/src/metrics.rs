@@ -3,8 +3,8 @@
 use crate::flight::Row;
 use signals::{PITCH, SPEED};
 
-/// The band around the new reference, relative to the step, within which a response counts as settled. The same as of the main
-/// job, in `tools/fly/figures.py`.
+/// The band around the new reference, relative to the step, within which a response counts as settled. The same as of
+/// the main job, in `tools/fly/figures.py`.
 pub const SETTLED: f64 = 0.02;
 
 /// What a pitch step response amounts to.
@@ -33,7 +33,8 @@ impl StepFigures {
     }
 }
 
-/// How much of an actuator a command uses: 0 at rest, 1 at a limit. Where the range does not hold 0, rest is its middle.
+/// How much of an actuator a command uses: 0 at rest, 1 at a limit. Where the range does not hold 0, rest is its
+/// middle.
 fn used_fraction(command: f64, low: f64, high: f64) -> f64 {
     let rest = if low <= 0.0 && high >= 0.0 { 0.0 } else { 0.5 * (low + high) };
     let room = if command >= rest { high - rest } else { rest - low };
@@ -87,8 +88,8 @@ mod tests {
     use super::*;
     use scheduled::Inputs;
 
-    /// A second-order system with damping 0.5 overshoots by exp(-pi/sqrt(3)) = 16.3 %, leaves 2 % last at 8.08 s and rises in 1.64 s.
-    /// The test in `tests/python/test_run.py` is of the same response.
+    /// A second-order system with damping 0.5 overshoots by exp(-pi/sqrt(3)) = 16.3 %, leaves 2 % last at 8.08 s and
+    /// rises in 1.64 s. The test in `tests/python/test_run.py` is of the same response.
     #[test]
     fn figures_of_a_known_response() {
         let damped = 0.75f64.sqrt();

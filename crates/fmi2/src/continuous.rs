@@ -1,11 +1,12 @@
-//! What a model must offer so that an importer integrates it (model exchange, section 3), or sees its inputs act without a step.
+//! What a model must offer so that an importer integrates it (model exchange, section 3), or sees its inputs act
+//! without a step.
 
 use crate::{Log, Model};
 
 /// A model with continuous states `x' = f(x, u)`, whose inputs act at once, and with events at known times.
 ///
-/// States and derivatives stand in the order of the variables that [`Variable::derivative_of`](crate::Variable::derivative_of)
-/// marks.
+/// States and derivatives stand in the order of the variables that
+/// [`Variable::derivative_of`](crate::Variable::derivative_of) marks.
 pub trait ContinuousModel: Model {
     /// Reads the states.
     fn states(&self, states: &mut [f64]);

@@ -1,7 +1,7 @@
 //! Derivatives of the model at one instant: directional ones, and those of outputs by time (sections 2.1.9 and 4.2.1).
 //!
-//! In co-simulation they are those at the communication point, with the inputs as they are set; what the next step begins with has not
-//! happened yet.
+//! In co-simulation they are those at the communication point, with the inputs as they are set; what the next step
+//! begins with has not happened yet.
 
 use crate::instance::Outcome;
 use crate::snapshot::Slopes;
@@ -74,12 +74,12 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// `fmi2GetRealOutputDerivatives`: the derivatives of outputs by time, of order 1, under the inputs as they stand, which change
-    /// at the rates set for the next step, or else at those of the step just made.
+    /// `fmi2GetRealOutputDerivatives`: the derivatives of outputs by time, of order 1, under the inputs as they
+    /// stand, which change at the rates set for the next step, or else at those of the step just made.
     ///
     /// # Errors
-    /// A refused call, or that the model could not compute it; another order, or what is no output. [`Refusal::Undefined`] where
-    /// there is no derivative; all others are written.
+    /// A refused call, or that the model could not compute it; another order, or what is no output.
+    /// [`Refusal::Undefined`] where there is no derivative; all others are written.
     pub fn output_derivatives(
         &mut self,
         references: &[u32],

@@ -1,4 +1,5 @@
-//! From resources to model, description and GUID; the packager and the binary take the same way, and the packager writes the XML.
+//! From resources to model, description and GUID; the packager and the binary take the same way, and the packager
+//! writes the XML.
 
 use model_description::{Capabilities, CoSimulation, ModelDescription, WriteError, guid};
 
@@ -65,7 +66,8 @@ pub fn describe<M: Model>(resources: &Resources) -> Result<Described<M>, Describ
     Ok(Described { model, table, description, guid, xml })
 }
 
-/// Loads a model. That its description keeps to the standard was checked by the packager: with any other the GUID would be another.
+/// Loads a model. That its description keeps to the standard was checked by the packager: with any other the GUID
+/// would be another.
 ///
 /// # Errors
 /// [`LoadError`].

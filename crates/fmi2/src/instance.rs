@@ -11,7 +11,8 @@ use crate::{Function, Interface, Loaded, Log, Model, Phase, Refusal, Snapshot, T
 /// A step longer than a day \[s\] is refused: it is a mistake, and would take long.
 const LONGEST_STEP: f64 = 86_400.0;
 
-/// By how much two readings of one clock may differ at a time \[s\]: a nanosecond, and some last digits of a large time.
+/// By how much two readings of one clock may differ at a time \[s\]: a nanosecond, and some last digits of a large
+/// time.
 pub fn rounding_of_time(time: f64) -> f64 {
     1e-9 + 16.0 * f64::EPSILON * time.abs()
 }
@@ -189,8 +190,8 @@ impl<M: Model> Instance<M> {
     /// `fmi2GetXXX`: hands each value to `take` with its position in `references`.
     ///
     /// # Errors
-    /// A refused call, or that the model could not compute its outputs. [`Refusal::Undefined`] where one is not finite; all are
-    /// handed out.
+    /// A refused call, or that the model could not compute its outputs. [`Refusal::Undefined`] where one is not
+    /// finite; all are handed out.
     pub fn get<T: Value>(
         &mut self,
         references: &[u32],

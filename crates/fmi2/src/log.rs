@@ -51,8 +51,8 @@ impl Category {
 
 /// Which categories are shown (section 2.1.5).
 ///
-/// Errors are shown always: a refusal without a sentence helps nobody. The others are shown unless a list of categories leaves
-/// them out, for the standard wants a message with every such status (section 2.1.3).
+/// Errors are shown always: a refusal without a sentence helps nobody. The others are shown unless a list of
+/// categories leaves them out, for the standard wants a message with every such status (section 2.1.3).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Filter {
     discards: bool,

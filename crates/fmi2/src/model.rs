@@ -50,8 +50,9 @@ pub trait Model: Clone + Send + Sync + 'static {
     /// [`StateError`]: the bytes end early, or make no state of this model.
     fn recall(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError>;
 
-    /// The continuous states, if an importer may integrate them itself. With them the inputs act at once in co-simulation too
-    /// ([`ContinuousModel::obey`](crate::ContinuousModel::obey)); without them the outputs move with a step alone.
+    /// The continuous states, if an importer may integrate them itself. With them the inputs act at once in
+    /// co-simulation too ([`ContinuousModel::obey`](crate::ContinuousModel::obey)); without them the outputs move
+    /// with a step alone.
     fn continuous() -> Option<Continuous<Self>> {
         None
     }
@@ -67,9 +68,11 @@ pub trait Model: Clone + Send + Sync + 'static {
     }
 }
 
-/// Derivatives along one direction: `tangents[q]` is the derivative of quantity q, as [`Variable::quantity`] numbers them.
+/// Derivatives along one direction: `tangents[q]` is the derivative of quantity q, as [`Variable::quantity`] numbers
+/// them.
 ///
-/// Those of the knowns (inputs; states, but for the initialization) come in; the function fills in those of the unknowns.
+/// Those of the knowns (inputs; states, but for the initialization) come in; the function fills in those of the
+/// unknowns.
 pub type Tangents<M> = fn(&M, Moment, &mut [f64]) -> Result<(), <M as Model>::Error>;
 
 /// When derivatives are asked for.

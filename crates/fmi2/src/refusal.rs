@@ -87,7 +87,8 @@ pub enum Refusal {
     #[error(transparent)]
     BadDescription(#[from] LoadError),
     #[error(
-        "the GUID is '{given}', but binary and resources belong to '{expected}': they are of another FMU, or a file in resources \
+        "the GUID is '{given}', but binary and resources belong to '{expected}': they are of another FMU, or a \
+            file in resources \
          was changed or added"
     )]
     WrongGuid { given: String, expected: String },

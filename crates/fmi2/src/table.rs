@@ -36,8 +36,8 @@ impl<M: Model> Table<M> {
         }
     }
 
-    /// The quantity that a variable is, where derivatives by it can be asked for: an input, or a state that does not follow
-    /// from others as it does in initialization mode.
+    /// The quantity that a variable is, where derivatives by it can be asked for: an input, or a state that does not
+    /// follow from others as it does in initialization mode.
     pub(crate) fn known(&self, reference: u32, phase: Phase) -> Result<usize, Refusal> {
         let entry = self.real(reference)?;
         let is_state = phase != Phase::Initialization && self.states.contains(&reference);
@@ -52,8 +52,8 @@ impl<M: Model> Table<M> {
         entry.quantity.filter(|_| is_known).ok_or_else(refused)
     }
 
-    /// The quantity that a variable is, where its own derivatives can be asked for: an output, a state or a derivative. What
-    /// changes at events alone is none, and its derivatives are zero.
+    /// The quantity that a variable is, where its own derivatives can be asked for: an output, a state or a
+    /// derivative. What changes at events alone is none, and its derivatives are zero.
     pub(crate) fn unknown(&self, reference: u32) -> Result<Option<usize>, Refusal> {
         let entry = self.real(reference)?;
         let is_unknown = entry.meta.causality == Causality::Output

@@ -189,8 +189,8 @@ impl<M> Variable<M> {
         self
     }
 
-    /// How to set the rate at which a Real input changes during the next step (`fmi2SetRealInputDerivatives`); the model
-    /// carries the input along, and is told the rate zero after the step.
+    /// How to set the rate at which a Real input changes during the next step (`fmi2SetRealInputDerivatives`); the
+    /// model carries the input along, and is told the rate zero after the step.
     #[must_use]
     pub fn slope(mut self, set: impl Fn(&mut M, f64) + Send + Sync + 'static) -> Self {
         self.slope = Some(Box::new(set));

@@ -1,5 +1,5 @@
-//! The orders in which importers call: legal ones of the standard that are seldom seen, all of which must work without a
-//! message, and what the standard leaves to the FMU.
+//! The orders in which importers call: legal ones of the standard that are seldom seen, all of which must work
+//! without a message, and what the standard leaves to the FMU.
 #![allow(unsafe_code, clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod example;
@@ -17,7 +17,8 @@ fn quiet() {
     assert_eq!(messages(), Vec::<String>::new());
 }
 
-/// As the FMU Compliance Checker does: all settings, all derivatives, the event loop, no indicator, `terminate` while continuous.
+/// As the FMU Compliance Checker does: all settings, all derivatives, the event loop, no indicator, `terminate` while
+/// continuous.
 #[test]
 fn model_exchange_as_a_checker_calls_it() {
     let fmu = unpack();
@@ -128,7 +129,8 @@ fn no_experiment_is_needed_and_a_second_one_counts() {
     quiet();
 }
 
-/// A step of no length, as masters try it for an event, is refused, and the next one goes on from where the last one ended.
+/// A step of no length, as masters try it for an event, is refused, and the next one goes on from where the last one
+/// ended.
 #[test]
 fn a_refused_step_changes_nothing() {
     let fmu = unpack();
@@ -156,7 +158,8 @@ fn a_refused_step_changes_nothing() {
     quiet();
 }
 
-/// `fmi2GetStatus` speaks of steps, not of calls that came when there could be none, nor of a time before a state was restored.
+/// `fmi2GetStatus` speaks of steps, not of calls that came when there could be none, nor of a time before a state was
+/// restored.
 #[test]
 fn the_status_is_that_of_the_last_step() {
     let fmu = unpack();

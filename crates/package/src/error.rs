@@ -67,7 +67,8 @@ pub enum Error {
     },
     /// The resources of an FMU are not those that it was packed with.
     #[error(
-        "{path}: its resources were changed after it was packed, or another version of squid packed it (the GUID differs)"
+        "{path}: its resources were changed after it was packed, or another version of squid packed it (the \
+            GUID differs)"
     )]
     WrongGuid {
         /// The FMU.

@@ -154,7 +154,8 @@ pub fn pack(
 /// The picture that tools show for the FMU, some from either place (FMI 2.0.4, section 2.3).
 const ICON: &[u8] = include_bytes!("../model.png");
 
-/// Where to begin (section 2.3), Squid's own licences, and those of what is compiled in; `tools/fly/licences.py` writes the latter.
+/// Where to begin (section 2.3), Squid's own licences, and those of what is compiled in; `tools/fly/licences.py`
+/// writes the latter.
 const LICENCES: [(&str, &str); 4] = [
     ("license.txt", include_str!("../license.txt")),
     ("LICENSE-MIT", include_str!("../../../LICENSE-MIT")),
@@ -191,7 +192,8 @@ fn about(kind: Kind, stored: &Stored) -> Vec<String> {
     let scheduling = &stored.controller.scheduling;
     let standing = if gamma.certified {
         format!(
-            "Bound of the L2 gain from references and disturbances to weighted errors and commands: {}, certified in exact arithmetic. Speeds {} to {} m/s; \
+            "Bound of the L2 gain from references and disturbances to weighted errors and commands: {}, \
+                certified in exact arithmetic. Speeds {} to {} m/s; \
              the bound does not cover saturation, sampling or the nonlinear vehicle.",
             above(gamma.bound),
             scheduling.minimum,
@@ -199,7 +201,8 @@ fn about(kind: Kind, stored: &Stored) -> Vec<String> {
         )
     } else {
         format!(
-            "UNCERTIFIED: this controller was packed without a proof that holds for the vehicle. Its file names {} as a bound of the L2 gain. Speeds {} to {} m/s.",
+            "UNCERTIFIED: this controller was packed without a proof that holds for the vehicle. Its file names \
+                {} as a bound of the L2 gain. Speeds {} to {} m/s.",
             gamma.bound, scheduling.minimum, scheduling.maximum
         )
     };

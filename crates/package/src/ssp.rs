@@ -7,9 +7,10 @@
 //! resources/*_V.ssv       start values of each for that speed: trim, with a constant reference a pitch step above it
 //! ```
 //!
-//! The parameter sets are bound to the components and not to the system, and the references are inputs of the component
-//! `controller` and not of the system: libcosim and Ecos ignore or refuse the other way. Section numbers are those of the standard's
-//! document "System Structure and Parameterization", version 1.0 (Modelica Association, 2019).
+//! The parameter sets are bound to the components and not to the system, and the references are inputs of the
+//! component `controller` and not of the system: libcosim and Ecos ignore or refuse the other way. Section numbers
+//! are those of the standard's document "System Structure and Parameterization", version 1.0 (Modelica Association,
+//! 2019).
 
 mod units;
 
@@ -37,7 +38,8 @@ const OMS: &str = "https://raw.githubusercontent.com/OpenModelica/OMSimulator/ma
 const UNUSED_TOLERANCE: &str = "0.0001";
 const TOOL: &str = concat!("squid ", env!("CARGO_PKG_VERSION"));
 
-/// Packs the system of a packed plant and a packed controller, in memory, and returns the path in `directory` that it belongs to.
+/// Packs the system of a packed plant and a packed controller, in memory, and returns the path in `directory` that it
+/// belongs to.
 ///
 /// # Errors
 /// [`Error::Zip`], [`Error::Ssp`].
@@ -129,7 +131,8 @@ struct System<'a> {
 }
 
 impl System<'_> {
-    /// The system structure description (section 5.2). Its name tells the variants apart (section 5.2, attribute `name`).
+    /// The system structure description (section 5.2). Its name tells the variants apart (section 5.2, attribute
+    /// `name`).
     fn description(&self) -> io::Result<Vec<u8>> {
         document(|xml| {
             let root = [
@@ -172,7 +175,8 @@ impl System<'_> {
         self.master(xml)
     }
 
-    /// The step of the master, in the annotation that OMSimulator reads and others ignore: one sample of the controller.
+    /// The step of the master, in the annotation that OMSimulator reads and others ignore: one sample of the
+    /// controller.
     fn master(&self, xml: &mut Xml) -> io::Result<()> {
         let step = format!("{:?}", self.sample_time);
         let master =

@@ -1,5 +1,6 @@
-//! `terminalsAndIcons/terminalsAndIcons.xml`: plant and controller have a plug each that fits the other's, so that one gesture wires
-//! them. The form is that of FMI 3.0 (schema `fmi3TerminalsAndIcons.xsd`), which tools read in FMUs of FMI 2.0 too.
+//! `terminalsAndIcons/terminalsAndIcons.xml`: plant and controller have a plug each that fits the other's, so that
+//! one gesture wires them. The form is that of FMI 3.0 (schema `fmi3TerminalsAndIcons.xsd`), which tools read in FMUs
+//! of FMI 2.0 too.
 
 use crate::kind::Kind;
 use crate::xml::{Xml, document};

@@ -1,7 +1,8 @@
 //! Proves the certificate of an FMU or of a file, in exact arithmetic.
 //!
-//! Of an FMU it also checks that the certificate speaks of the very controller that the FMU flies; and, where vehicle and design file
-//! are there, that plant, ball and all that is flown beside the controller's matrices are what they make.
+//! Of an FMU it also checks that the certificate speaks of the very controller that the FMU flies; and, where vehicle
+//! and design file are there, that plant, ball and all that is flown beside the controller's matrices are what they
+//! make.
 
 use crate::archive::FmuArchive;
 use crate::error::Error;
@@ -31,8 +32,9 @@ pub struct Verified {
 /// Verifies an FMU (by its ending) or a certificate as JSON; against vehicle and design file, if they are there.
 ///
 /// # Errors
-/// [`StoreError::Unreadable`], [`Error::Archive`], [`Error::NoCertificate`], [`ProofError::Certificate`], [`ProofError::Mismatch`], [`ProofError::NoResidual`],
-/// [`Error::WrongGuid`], [`Error::NotOfInputs`], [`ProofError::Unproved`].
+/// [`StoreError::Unreadable`], [`Error::Archive`], [`Error::NoCertificate`], [`ProofError::Certificate`],
+/// [`ProofError::Mismatch`], [`ProofError::NoResidual`], [`Error::WrongGuid`], [`Error::NotOfInputs`],
+/// [`ProofError::Unproved`].
 pub fn verify(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
     let found = match is_archive(path)? {
         true => verify_fmu(path, inputs),
@@ -131,8 +133,8 @@ fn named(inputs: &Inputs) -> String {
     )
 }
 
-/// Checks that the resources of an FMU are what vehicle and design file make of the controller's matrices, and that the certificate is of
-/// their plant: what is asked before an FMU is packed.
+/// Checks that the resources of an FMU are what vehicle and design file make of the controller's matrices, and that
+/// the certificate is of their plant: what is asked before an FMU is packed.
 fn made_of(
     controller: ControllerDesign,
     certificate: String,

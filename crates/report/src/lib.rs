@@ -4,8 +4,9 @@
 //! inputs, stored design -> Subject -> sections (figures, tables, verdicts) -> page, SVG files
 //! ```
 //!
-//! The paper: A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci. 40(2), 2011, 275-286. Every verdict is computed by a rule in
-//! [`verdict`]; `SECTIONS` in [`report`] is the table of contents, and a further section is a further line in it.
+//! The paper: A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci. 40(2), 2011, 275-286. Every verdict is computed by a
+//! rule in [`verdict`]; `SECTIONS` in [`report`] is the table of contents, and a further section is a further line in
+//! it.
 
 pub mod error;
 pub mod page;

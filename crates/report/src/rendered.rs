@@ -1,4 +1,5 @@
-//! A report as it is shown, kept beside the design that it is about: it is computed again only when something that it is made from has changed.
+//! A report as it is shown, kept beside the design that it is about: it is computed again only when something that it
+//! is made from has changed.
 
 use crate::error::Error;
 use crate::page::html;
@@ -60,7 +61,8 @@ impl Rendered {
     }
 }
 
-/// The report of a stored design, from its directory where it lies there and nothing has changed since, or computed and put there.
+/// The report of a stored design, from its directory where it lies there and nothing has changed since, or computed
+/// and put there.
 ///
 /// # Errors
 /// As [`report`]; [`Error::Plot`], [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable).
@@ -90,7 +92,8 @@ fn kept(path: &Path) -> Option<Rendered> {
     serde_json::from_str(&std::fs::read_to_string(path).ok()?).ok()
 }
 
-/// SHA-256 of all that a report is made from: vehicle and design file, the stored design, and this very program. None where the program cannot be read.
+/// SHA-256 of all that a report is made from: vehicle and design file, the stored design, and this very program. None
+/// where the program cannot be read.
 fn key(inputs: &Inputs, stored: &Stored) -> Result<Option<String>, Error> {
     let program = std::env::current_exe().and_then(std::fs::read);
     let Ok(program) = program else { return Ok(None) };

@@ -54,8 +54,8 @@ pub struct Report {
     pub sections: Vec<Section>,
 }
 
-/// Computes the report, several sections at the same time, and tells of each that is done. A section that cannot be computed says why, and leaves the
-/// others standing.
+/// Computes the report, several sections at the same time, and tells of each that is done. A section that cannot be
+/// computed says why, and leaves the others standing.
 ///
 /// # Errors
 /// As [`Subject::new`].
@@ -75,7 +75,8 @@ pub fn report(inputs: &Inputs, stored: &Stored, progress: &Progress) -> Result<R
     let vehicle = &inputs.vehicle;
     let surrogate = (vehicle.status == Status::Surrogate).then(|| {
         format!(
-            "SURROGATE: the coefficients of the real vehicle are not published. All numbers on this page are of a surrogate of {} with \
+            "SURROGATE: the coefficients of the real vehicle are not published. All numbers on this page are of \
+                a surrogate of {} with \
              coefficients derived from geometry; where they differ from the paper's, the vehicle does, too.",
             vehicle.name
         )
@@ -86,8 +87,10 @@ pub fn report(inputs: &Inputs, stored: &Stored, progress: &Progress) -> Result<R
     let introduction = vec![
         format!("Vehicle: {} ({} coefficients). {}", vehicle.name, vehicle.status.word(), vehicle.description),
         format!("Design '{}': {}", inputs.design.name, inputs.design.description),
-        "The figures are those of A. Sutarto, A. Budiyono, 'Development of Linear Parameter Varying Control System for Autonomous Underwater \
-         Vehicle', Indian J. Geo-Marine Sci. 40(2), 2011, 275-286, for this vehicle, and some that the paper does not have. Next to them stands \
+        "The figures are those of A. Sutarto, A. Budiyono, 'Development of Linear Parameter Varying Control \
+            System for Autonomous Underwater \
+         Vehicle', Indian J. Geo-Marine Sci. 40(2), 2011, 275-286, for this vehicle, and some that the paper \
+         does not have. Next to them stands \
          what the paper claims and whether this vehicle bears it out, by a stated criterion and computed numbers."
             .into(),
     ];

@@ -22,7 +22,8 @@ const STEPS_SHOWN: f64 = 30.0;
 /// Flies everything, writes records and plots to `directory` and returns what was found, for people.
 ///
 /// # Errors
-/// [`ModelError::Trim`](squid_design::error::ModelError::Trim), [`Error::Simulation`], [`Error::Tick`], [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable).
+/// [`ModelError::Trim`](squid_design::error::ModelError::Trim), [`Error::Simulation`], [`Error::Tick`],
+/// [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable).
 pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<String, Error> {
     let manoeuvre = &stored.manoeuvre;
     let mut files = Files::default();
@@ -37,7 +38,8 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<String,
     plot("flight.svg", &title, &flight_panels(inputs, &flight))?;
     out += "Pitch step at constant speed, nonlinear vehicle and sampled autopilot\n";
     out += &format!(
-        "  speed m/s   overshoot %   10-90 % s   settled ({:.0} %) s   steady error %   speed off m/s   actuator use %\n",
+        "  speed m/s   overshoot %   10-90 % s   settled ({:.0} %) s   steady error %   speed off \
+            m/s   actuator use %\n",
         100.0 * SETTLED
     );
     let (mut responses, mut ended) = (Vec::new(), String::new());
@@ -114,7 +116,8 @@ fn figures_line(speed: f64, f: &StepFigures) -> String {
     )
 }
 
-/// The vehicle alone after a small step of its first actuator, at three speeds (the paper's Fig. 6): the plot's title, and the plot.
+/// The vehicle alone after a small step of its first actuator, at three speeds (the paper's Fig. 6): the plot's
+/// title, and the plot.
 fn open_loop(inputs: &Inputs, stored: &Stored) -> Result<(String, Panel), Error> {
     let actuator = &inputs.vehicle.actuators[0];
     let step = 0.02 * actuator.reach();

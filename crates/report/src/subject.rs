@@ -62,7 +62,8 @@ impl<'a> Subject<'a> {
     /// Linearises and fits the vehicle anew, and takes the controller from the stored design.
     ///
     /// # Errors
-    /// As [`Model::new`]; [`ProofError::Mismatch`](squid_design::error::ProofError::Mismatch) when the stored controller has ragged matrices.
+    /// As [`Model::new`]; [`ProofError::Mismatch`](squid_design::error::ProofError::Mismatch) when the stored
+    /// controller has ragged matrices.
     pub fn new(inputs: &'a Inputs, stored: &'a Stored, progress: &'a Progress<'a>) -> Result<Self, Error> {
         let model = Model::new(&inputs.vehicle, &inputs.design)?;
         let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.lft.clone())?;
@@ -166,7 +167,8 @@ impl<'a> Subject<'a> {
         self.inputs.vehicle.actuators.iter().map(|a| (a.min, a.max)).collect()
     }
 
-    /// The linear model `x' = A x + B u` with inputs in units of their reach and the tracked outputs in units of their scale.
+    /// The linear model `x' = A x + B u` with inputs in units of their reach and the tracked outputs in units of
+    /// their scale.
     pub fn scaled(&self, l: &Linearisation) -> (Mat, Mat, Mat) {
         let mut b = l.b.clone();
         for (j, actuator) in self.inputs.vehicle.actuators.iter().enumerate() {

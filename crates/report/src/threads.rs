@@ -2,7 +2,8 @@
 
 use std::sync::Mutex;
 
-/// Works on all items, as many at the same time as there are processors; results come in the order in which they are done.
+/// Works on all items, as many at the same time as there are processors; results come in the order in which they are
+/// done.
 pub fn side_by_side<T: Send, R: Send>(
     items: impl Iterator<Item = T> + Send,
     work: impl Fn(T) -> R + Sync,

@@ -111,8 +111,9 @@ pub fn well_damped(ratios: &[f64]) -> Finding {
     Finding::of(ratios.iter().map(|z| at_most(LEAST_DAMPING, *z).filter(|_| !z.is_nan())))
 }
 
-/// The damping ratio of the second-order system whose impulse response swings back as far as this one, by the logarithmic
-/// decrement: `zeta = d/sqrt(pi^2 + d^2)`, `d = ln(peak/largest swing back after it)`. 1 without a swing back.
+/// The damping ratio of the second-order system whose impulse response swings back as far as this one, by the
+/// logarithmic decrement: `zeta = d/sqrt(pi^2 + d^2)`, `d = ln(peak/largest swing back after it)`. 1 without a swing
+/// back.
 ///
 /// Source: L. Meirovitch, Fundamentals of Vibrations, 2001, section 2.3.
 pub fn equivalent_damping(impulse_response: &[f64]) -> f64 {
@@ -152,8 +153,8 @@ pub fn worst(measure: &[(f64, f64)]) -> Option<f64> {
     at.next().filter(|_| at.next().is_none()).map(|m| m.0)
 }
 
-/// Is control hardest below a speed? Each measure is a list of (speed, how hard); the answer is by where each is largest. A measure
-/// that is as large at several speeds says nothing and is left out.
+/// Is control hardest below a speed? Each measure is a list of (speed, how hard); the answer is by where each is
+/// largest. A measure that is as large at several speeds says nothing and is left out.
 pub fn hardest_below(speed: f64, measures: &[Vec<(f64, f64)>]) -> Finding {
     let told: Vec<Option<bool>> =
         measures.iter().filter_map(|m| worst(m)).map(|at| Some(at < speed)).collect();
@@ -170,8 +171,9 @@ pub fn least(measure: &[(f64, f64)]) -> Option<f64> {
     worst(&measure.iter().map(|(key, v)| (*key, -v)).collect::<Vec<_>>())
 }
 
-/// Does a loop stay stable under all of its uncertainty? Each case has bounds on mu from above and from below (not-a-number for none):
-/// below 1 from above it does, at least 1 from below it does not, and anything between is no answer.
+/// Does a loop stay stable under all of its uncertainty? Each case has bounds on mu from above and from below
+/// (not-a-number for none): below 1 from above it does, at least 1 from below it does not, and anything between is no
+/// answer.
 pub fn stays_stable(bounds: &[(f64, f64)]) -> Finding {
     let case = |&(upper, lower): &(f64, f64)| match () {
         () if upper < 1.0 => Some(true),
@@ -188,7 +190,8 @@ pub struct Ridden {
     pub error: f64,
     /// The same over the last tenth of the flight.
     pub error_at_end: f64,
-    /// The largest change of a command from one tick to the next, relative to the actuator's reach, but for the second after the step.
+    /// The largest change of a command from one tick to the next, relative to the actuator's reach, but for the
+    /// second after the step.
     pub jump: f64,
 }
 
@@ -198,8 +201,9 @@ pub const AT_REST: f64 = 0.05;
 /// Errors and jumps this many times those of the scheduled flight count as worse.
 pub const WORSE: f64 = 1.1;
 
-/// Does switching harm? Borne out, if a switched flight does not come to rest where the scheduled one does, or if stable controllers that
-/// take turns make an unstable loop (one that grows at a rate above 0); partly, if there is neither, but some flight has larger errors or jumps.
+/// Does switching harm? Borne out, if a switched flight does not come to rest where the scheduled one does, or if
+/// stable controllers that take turns make an unstable loop (one that grows at a rate above 0); partly, if there is
+/// neither, but some flight has larger errors or jumps.
 pub fn switching_harms(scheduled: Ridden, switched: &[Ridden], rates: &[f64]) -> Finding {
     let numbers = |r: &Ridden| !(r.error.is_nan() || r.error_at_end.is_nan() || r.jump.is_nan());
     if switched.is_empty() || !numbers(&scheduled) || !switched.iter().all(numbers) {

@@ -203,8 +203,8 @@ impl Autopilot {
 
     /// Whether [`advance`](Self::advance) to the time `to` in s would run a tick.
     ///
-    /// A tick that lies less than 1e-6 Ts, or a few last digits of a large time, before `to` belongs to the next interval, so that a
-    /// rounded `to` runs it once.
+    /// A tick that lies less than 1e-6 Ts, or a few last digits of a large time, before `to` belongs to the next
+    /// interval, so that a rounded `to` runs it once.
     pub fn is_due_before(&self, to: f64) -> bool {
         self.next_tick_time() < to - self.rounding(to)
     }

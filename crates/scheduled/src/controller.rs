@@ -97,7 +97,8 @@ impl LftController {
         Ok(())
     }
 
-    /// Moves the state to the next tick: `xk+ = A xk + By y + Bt wk`, with y and wk of the last [`output`](Self::output).
+    /// Moves the state to the next tick: `xk+ = A xk + By y + Bt wk`, with y and wk of the last
+    /// [`output`](Self::output).
     pub fn update(&mut self) {
         self.law.update.product(&self.signals, &mut self.next_state);
         self.signals[..self.next_state.len()].copy_from_slice(&self.next_state);
@@ -150,7 +151,8 @@ impl LftController {
 }
 
 impl Law {
-    /// Replaces `z` by the solution of `(I - Dtt Theta) z = b`, which stands in its place; `matrix` is workspace of r x r.
+    /// Replaces `z` by the solution of `(I - Dtt Theta) z = b`, which stands in its place; `matrix` is workspace of r
+    /// x r.
     fn close_loop(&self, theta: &[f64], matrix: &mut [f64], z: &mut [f64]) -> Result<(), TickError> {
         let done = match (self.triangular, theta) {
             (true, [theta]) => solve_quasi_triangular(&self.lft.dtt, *theta, z),

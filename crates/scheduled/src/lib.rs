@@ -15,8 +15,8 @@
 //! with the scaled tracking errors `y` and the scaled actuator commands `u`. This crate knows neither the vehicle's
 //! equations nor how the design was found.
 //!
-//! [`Autopilot::tangents`] differentiates a tick by its inputs, exactly; [`Autopilot::memory`] puts an autopilot away, to be
-//! taken up again to the bit.
+//! [`Autopilot::tangents`] differentiates a tick by its inputs, exactly; [`Autopilot::memory`] puts an autopilot
+//! away, to be taken up again to the bit.
 //!
 //! Saturation: commands are clamped to the actuators' limits, and nothing else is done about it. The controller's
 //! states move on as if the command had been carried out (no anti-windup).

@@ -1,8 +1,8 @@
 //! Coordinates of the channels in which the loop through Theta is quickly solved, for one scheduling parameter.
 //!
-//! `Theta = theta I` commutes with every orthogonal Q, so that channels in other coordinates change nothing outside. In those
-//! of the real Schur form `Dtt = Q T Q^T` a tick solves `(I - theta T) z = b` from the last row to the first, in r^2
-//! operations and without pivots, where a full matrix takes r^3/3.
+//! `Theta = theta I` commutes with every orthogonal Q, so that channels in other coordinates change nothing outside.
+//! In those of the real Schur form `Dtt = Q T Q^T` a tick solves `(I - theta T) z = b` from the last row to the
+//! first, in r^2 operations and without pivots, where a full matrix takes r^3/3.
 //!
 //! Source: Golub and Van Loan, Matrix Computations, 4th ed., 2013, sections 7.4.1 and 7.6.2.
 
@@ -12,8 +12,8 @@ use crate::{Lft, Matrix};
 const MOST_ITERATIONS: usize = 10_000;
 
 impl Lft {
-    /// The same controller with `Dtt` quasi-triangular: `Bt Q`, `Dut Q`, `Q^T Ct`, `Q^T Dty` and `T` in the places of `Bt`,
-    /// `Dut`, `Ct`, `Dty` and `Dtt`; `None` with several parameters, or where the iteration does not end.
+    /// The same controller with `Dtt` quasi-triangular: `Bt Q`, `Dut Q`, `Q^T Ct`, `Q^T Dty` and `T` in the places of
+    /// `Bt`, `Dut`, `Ct`, `Dty` and `Dtt`; `None` with several parameters, or where the iteration does not end.
     #[inline]
     pub(crate) fn in_schur_coordinates(&self) -> Option<Self> {
         if self.blocks.len() != 1 {
@@ -32,8 +32,8 @@ impl Lft {
     }
 }
 
-/// Replaces `b` by the solution of `(I - theta T) z = b`, T quasi-triangular: what lies below its blocks of one or two rows is
-/// not looked at.
+/// Replaces `b` by the solution of `(I - theta T) z = b`, T quasi-triangular: what lies below its blocks of one or
+/// two rows is not looked at.
 ///
 /// # Errors
 /// The determinant of the first block that is singular to working precision.

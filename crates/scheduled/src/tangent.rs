@@ -17,8 +17,8 @@ pub struct OutputTangents {
 impl Autopilot {
     /// The derivatives of what a tick would put out now, at `inputs` and along `direction`; nothing changes.
     ///
-    /// The LFT is closed at the scheduling parameter of the measured speed, which the direction moves too. Where a command
-    /// is limited its derivative is zero; at a corner of the trim table it is that to the right.
+    /// The LFT is closed at the scheduling parameter of the measured speed, which the direction moves too. Where a
+    /// command is limited its derivative is zero; at a corner of the trim table it is that to the right.
     ///
     /// # Errors
     /// [`TickError::SingularLoop`].

@@ -4,9 +4,9 @@
 //! replay tests/corpus/NAME.jsonl -> random cases, half of them grown from the corpus -> more of them for SQUID_FUZZ_MINUTES
 //! ```
 //!
-//! A property returns what its case brought about, as texts ("fmi2SetReal: variable may not be set in state").
-//! A run with `SQUID_FUZZ_MINUTES` makes the first case that brings about something new as short as it can, and adds it to the
-//! corpus, from where every later run replays it. A case that fails is added by any run.
+//! A property returns what its case brought about, as texts ("fmi2SetReal: variable may not be set in state"). A run
+//! with `SQUID_FUZZ_MINUTES` makes the first case that brings about something new as short as it can, and adds it to
+//! the corpus, from where every later run replays it. A case that fails is added by any run.
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;

@@ -126,7 +126,8 @@ impl Reader {
             Json::Number(v) => Ok(*v),
             Json::Null => Err(wrong(
                 "null".into(),
-                "a finite number (programs write null for an infinite one; a weight that is infinite at high frequency is not proper)",
+                "a finite number (programs write null for an infinite one; a weight that is infinite at high \
+                    frequency is not proper)",
             )),
             other => Err(wrong(other.describe(), "a finite number")),
         }

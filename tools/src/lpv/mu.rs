@@ -45,7 +45,8 @@ pub struct Report {
 /// What is said of performance.
 #[derive(Debug, Clone, Serialize)]
 pub struct Performance {
-    /// mu with a full block from z to w is at most this: for every perturbation smaller than its inverse the gain is below it.
+    /// mu with a full block from z to w is at most this: for every perturbation smaller than its inverse the gain is
+    /// below it.
     pub upper: f64,
     /// The same mu is at least this; 0 when no perturbation was found.
     pub lower: f64,
@@ -128,12 +129,13 @@ fn pairs(delta: &CMat) -> Vec<Vec<[f64; 2]>> {
 /// A lower bound this close to the upper one, relatively, shows where the peak is.
 const MEET: f64 = 2e-4;
 
-/// How far on either side of the largest bound of the sweep the peak is looked for, as a ratio of frequencies, and in how many steps.
+/// How far on either side of the largest bound of the sweep the peak is looked for, as a ratio of frequencies, and in
+/// how many steps.
 const AROUND: f64 = 1.1;
 const STEPS: usize = 24;
 
-/// Where mu is largest, as far as is known: where the perturbation is, if it shows as much as the bound allows; else where the upper bound
-/// is largest, by golden sections around the largest that the sweep came upon.
+/// Where mu is largest, as far as is known: where the perturbation is, if it shows as much as the bound allows; else
+/// where the upper bound is largest, by golden sections around the largest that the sweep came upon.
 fn peak(system: &StateSpace, structure: &Structure, found: &FrequencyMu) -> f64 {
     let near = found.upper.frequency;
     if let Some(lower) = found.lower.as_ref().filter(|l| l.value >= found.upper.upper * (1.0 - MEET))
@@ -255,21 +257,24 @@ impl Performance {
     fn words(&self) -> String {
         let up = |v: f64| digits(v, f64::ceil);
         let mut out = format!(
-            "Robust performance: mu with performance <= {0}, so that the gain from w to z stays below {0} for every perturbation smaller than {1}; mu >= {2}.\n",
+            "Robust performance: mu with performance <= {0}, so that the gain from w to z stays below {0} for \
+                every perturbation smaller than {1}; mu >= {2}.\n",
             up(self.upper),
             digits(1.0 / self.upper, f64::floor),
             digits(self.lower, f64::floor)
         );
         out += &match (self.gain_upper, self.gain_lower) {
             (Some(upper), Some(lower)) => format!(
-                "Worst-case gain for perturbations of size {}: below {} at every frequency, and at least {} for one that was found, at {}.\n",
+                "Worst-case gain for perturbations of size {}: below {} at every frequency, and at least {} for \
+                    one that was found, at {}.\n",
                 self.size,
                 up(upper),
                 digits(lower, f64::floor),
                 rads(self.gain_frequency.unwrap_or(0.0))
             ),
             _ => format!(
-                "Worst-case gain: the loop is not shown to stay stable for perturbations of size {}, so that there is no bound.\n",
+                "Worst-case gain: the loop is not shown to stay stable for perturbations of size {}, so that \
+                    there is no bound.\n",
                 self.size
             ),
         };

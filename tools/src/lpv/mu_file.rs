@@ -6,10 +6,11 @@
 //! {"kind": "mu", "data": {"P": .., "blocks": .., "performance": [p, q], "size": 1}}
 //! ```
 //!
-//! With `performance` the last p inputs of P are w and its last q outputs z, of which robust performance and the worst-case gain speak; `size` is that of the
-//! perturbation for the latter, 1 where it is not given.
+//! With `performance` the last p inputs of P are w and its last q outputs z, of which robust performance and the
+//! worst-case gain speak; `size` is that of the perturbation for the latter, 1 where it is not given.
 //!
-//! An entry of M is a pair of numbers, or a plain number where it is real. Other keys are passed over; no key stands twice.
+//! An entry of M is a pair of numbers, or a plain number where it is real. Other keys are passed over; no key stands
+//! twice.
 
 use crate::error::Error;
 use crate::lpv::matrices::{Entries, Matrices, Reader, Size, find};
@@ -39,7 +40,8 @@ const MOST: f64 = 1000.0;
 /// Reads a problem file.
 ///
 /// # Errors
-/// [`StoreError::Unreadable`](squid_design::error::StoreError::Unreadable); [`Error::Problem`] with file and key, also when the blocks do not fit.
+/// [`StoreError::Unreadable`](squid_design::error::StoreError::Unreadable); [`Error::Problem`] with file and key,
+/// also when the blocks do not fit.
 pub fn mu_problem(path: &Path) -> Result<(Perturbed, Structure), Error> {
     let reader = Reader::new(path.display().to_string());
     let text = read(path)?;
@@ -104,7 +106,8 @@ fn performance(reader: &Reader, data: &Entries) -> Result<Option<(usize, usize, 
 
 /// `[[-r, 0], [r, 0], [p, q], ..]`.
 fn structure(reader: &Reader, data: &Entries) -> Result<Structure, Error> {
-    const ALLOWED: &str = "it must be a list of pairs of whole numbers: [-r, 0] for a real scalar repeated r times, [r, 0] for a complex \
+    const ALLOWED: &str = "it must be a list of pairs of whole numbers: [-r, 0] for a real scalar repeated r \
+        times, [r, 0] for a complex \
                            one, [p, q] for a full complex block, none larger than 1000";
     let value = find(data, "blocks").ok_or_else(|| reader.wrong("blocks", "is missing".into()))?;
     let Json::List(list) = value else {

@@ -6,13 +6,15 @@
 //! {"kind": "hinfsyn", "data": {"A": .., "B1": .., "B2": .., "C1": .., "C2": .., "D11": .., "D12": .., "D21": ..}}
 //! ```
 //!
-//! A certificate is a problem file, too: its plant is taken. Matrices are lists of rows; the partition is that of `lpv::plant`. The
-//! sizes are those that any matrix shows: a plant without states has `"A": []`, and its inputs and outputs are those of `D11`, `D12`
-//! and `D21`. The text is read as strictly as a certificate: no key stands twice. Other keys are passed over.
+//! A certificate is a problem file, too: its plant is taken. Matrices are lists of rows; the partition is that of
+//! `lpv::plant`. The sizes are those that any matrix shows: a plant without states has `"A": []`, and its inputs and
+//! outputs are those of `D11`, `D12` and `D21`. The text is read as strictly as a certificate: no key stands twice.
+//! Other keys are passed over.
 //!
-//! Weights are part of the plant, so a weight that is not proper cannot be written down: it has no state-space form with finite
-//! matrices. What would stand for one is refused by name: `E` of a descriptor system `E x' = A x + ..` unless it is the identity, and
-//! numbers that are not finite. A direct path from u to y, `D22`, may be there and is 0 where it is not.
+//! Weights are part of the plant, so a weight that is not proper cannot be written down: it has no state-space form
+//! with finite matrices. What would stand for one is refused by name: `E` of a descriptor system `E x' = A x + ..`
+//! unless it is the identity, and numbers that are not finite. A direct path from u to y, `D22`, may be there and is
+//! 0 where it is not.
 
 use crate::error::Error;
 use crate::lpv::matrices::{Matrices, Reader, Size, find};
@@ -34,7 +36,8 @@ pub struct Problem {
 /// Reads a problem file.
 ///
 /// # Errors
-/// [`StoreError::Unreadable`](squid_design::error::StoreError::Unreadable); [`Error::Problem`] with file and key, also when matrices do not fit together.
+/// [`StoreError::Unreadable`](squid_design::error::StoreError::Unreadable); [`Error::Problem`] with file and key,
+/// also when matrices do not fit together.
 pub fn problem(path: &Path) -> Result<Problem, Error> {
     let reader = Reader::new(path.display().to_string());
     let text = read(path)?;
@@ -59,7 +62,8 @@ pub fn problem(path: &Path) -> Result<Problem, Error> {
 
 fn no_performance(part: &str, lacking: &str) -> String {
     format!(
-        "has no {part}, so there is {lacking}; a problem needs a performance channel, from w (B1, D11, D21) to z (C1, D11, D12), \
+        "has no {part}, so there is {lacking}; a problem needs a performance channel, from w (B1, D11, D21) to \
+            z (C1, D11, D12), \
          whose gain is to be small"
     )
 }
@@ -94,7 +98,8 @@ fn partition(m: &Matrices<'_>, blocks: Vec<usize>) -> Result<GeneralisedPlant, E
     })
 }
 
-/// That a text cannot be read, and why: with its line. JSON has no infinity, but programs write one: Python as `Infinity`, others as 1e999.
+/// That a text cannot be read, and why: with its line. JSON has no infinity, but programs write one: Python as
+/// `Infinity`, others as 1e999.
 pub(crate) fn not_json(reader: &Reader, error: &serde_json::Error, text: &str) -> Error {
     let told = error.to_string();
     let at = format!(" at line {} column {}", error.line(), error.column());
@@ -117,8 +122,10 @@ pub(crate) fn not_json(reader: &Reader, error: &serde_json::Error, text: &str) -
     reader.wrong_at(error.line(), format!("this is not JSON: {what}{place}{advice}"))
 }
 
-const IMPROPER: &str = "the identity, or left out: with a singular E the plant, or a weight in it, is not proper (its gain grows without \
-                        limit with frequency), and has no least gamma; make such a weight proper by a pole well above the bandwidth";
+const IMPROPER: &str = "the identity, or left out: with a singular E the plant, or a weight in it, is not \
+    proper (its gain grows without \
+                        limit with frequency), and has no least gamma; make such a weight proper by a pole well \
+                        above the bandwidth";
 
 #[cfg(test)]
 mod tests {

@@ -28,8 +28,8 @@ pub enum Status {
     Feasible,
     /// There is provably none.
     Infeasible,
-    /// There are controllers, but none of those found keeps the fastest mode that was asked for; whether another one does is not
-    /// known.
+    /// There are controllers, but none of those found keeps the fastest mode that was asked for; whether another one
+    /// does is not known.
     TooFast,
     /// Nothing is known.
     NumericalFailure,
@@ -42,17 +42,19 @@ pub struct Report {
     pub status: Status,
     /// The least gamma, whose inequalities hold strictly by their eigenvalues: symmetric and skew scalings.
     pub gamma: Option<f64>,
-    /// No controller of any order has a gain below this: proved in exact arithmetic for the plant as given. Absent where that is
-    /// not proved, and for every plant with parameters.
+    /// No controller of any order has a gain below this: proved in exact arithmetic for the plant as given. Absent
+    /// where that is not proved, and for every plant with parameters.
     pub gamma_lower: Option<f64>,
     /// How low the search thinks that the least gamma may be: no bound, and never shown as one.
     #[serde(skip)]
     pub lower_estimate: f64,
     /// The same with symmetric scalings alone.
     pub gamma_symmetric: Option<f64>,
-    /// The gamma at which the controller was built; of the plant with weight and noise added, where a remark names them.
+    /// The gamma at which the controller was built; of the plant with weight and noise added, where a remark names
+    /// them.
     pub gamma_design: Option<f64>,
-    /// How far that is above the least, `gamma_design/gamma - 1`; more than was asked where nothing closer could be built.
+    /// How far that is above the least, `gamma_design/gamma - 1`; more than was asked where nothing closer could be
+    /// built.
     pub back_off: Option<f64>,
     /// The bound of the controller that was built, proved in exact arithmetic.
     pub certified_gamma: Option<f64>,
@@ -60,8 +62,8 @@ pub struct Report {
     pub controller_states: Option<usize>,
     /// Why there is no controller.
     pub reason: Option<String>,
-    /// What about the problem makes gains grow and numerics fail, with the remedy, whatever the outcome; then what went otherwise
-    /// than asked.
+    /// What about the problem makes gains grow and numerics fail, with the remedy, whatever the outcome; then what
+    /// went otherwise than asked.
     pub remarks: Vec<String>,
     /// Wall-clock time.
     pub seconds: f64,
@@ -99,7 +101,8 @@ pub fn run(path: &Path, options: Options, reduce: bool) -> Result<Report, Error>
     Ok(report)
 }
 
-/// Synthesises, and removes states if that is asked for. What is too fast with all its states may be slow enough with fewer.
+/// Synthesises, and removes states if that is asked for. What is too fast with all its states may be slow enough with
+/// fewer.
 fn design(problem: &Problem, options: Options, reduce: bool) -> Result<Design, SynthesisError> {
     let Problem { plant, d22 } = problem;
     let found = synthesise(plant, d22, options);
@@ -172,7 +175,8 @@ fn feasible(problem: &Problem, design: &Design, report: &mut Report) {
     report.certificate = Some(certificate);
 }
 
-/// A lower bound that multipliers prove: the first that do, for the most promising ones may miss an inequality by their rounding.
+/// A lower bound that multipliers prove: the first that do, for the most promising ones may miss an inequality by
+/// their rounding.
 fn proved_lower(plant: &GeneralisedPlant, multipliers: &[DualMultipliers]) -> Option<f64> {
     let rows = certify::plant_rows(plant);
     multipliers.iter().find_map(|m| {
@@ -185,7 +189,8 @@ fn proved_lower(plant: &GeneralisedPlant, multipliers: &[DualMultipliers]) -> Op
     })
 }
 
-const NO_LEAST: &str = "the least gamma found is zero but for rounding: the smaller the bound is to be, the larger the gains, and no \
+const NO_LEAST: &str = "the least gamma found is zero but for rounding: the smaller the bound is to be, the \
+    larger the gains, and no \
                         controller is near the least; give every control a weight and every measurement noise";
 
 /// A gap between gamma and what the search leaves possible, relative to gamma, that is worth a remark.
@@ -249,7 +254,8 @@ impl Report {
         let proved =
             self.gamma_lower.map_or_else(String::new, |lower| format!(", though it is at least {lower}"));
         self.remarks.push(format!(
-            "how far the least gamma may be below the one found is not known{proved}: the problem is badly conditioned, check units and weights"
+            "how far the least gamma may be below the one found is not known{proved}: the problem is badly \
+                conditioned, check units and weights"
         ));
     }
 
@@ -263,7 +269,8 @@ impl Report {
         self.back_off = Some(built / least - 1.0).filter(|b| b.is_finite());
         if let Some(found) = self.back_off.filter(|b| *b > 1.01 * asked && !self.regularised) {
             self.remarks.push(format!(
-                "the controller was built {:.1} % above the least gamma where {:.1} % was asked: nothing closer could be built",
+                "the controller was built {:.1} % above the least gamma where {:.1} % was asked: nothing closer \
+                    could be built",
                 100.0 * found,
                 100.0 * asked
             ));

@@ -20,7 +20,8 @@ pub fn speed(inputs: &Inputs, speed: f64) -> Result<String, Error> {
     let l = linearise_at(&inputs.vehicle, inputs.design.depth, speed)?;
     let t = &l.trim;
     let mut out = format!(
-        "Level trim at V = {:.3} m/s, {:.1} m deep\n  incidence = pitch  {:>9} deg\n  forward speed u    {:>9} m/s\n  heave w            {:>9} m/s\n",
+        "Level trim at V = {:.3} m/s, {:.1} m deep\n  incidence = pitch  {:>9} deg\n  forward speed u    {:>9} \
+            m/s\n  heave w            {:>9} m/s\n",
         t.speed,
         t.depth,
         decimals(t.incidence.to_degrees(), 4),
@@ -45,7 +46,8 @@ pub fn speed(inputs: &Inputs, speed: f64) -> Result<String, Error> {
 /// The fit: residuals of each order, and the largest residual of each entry of A and B.
 pub fn fit(inputs: &Inputs, model: &Model) -> String {
     let mut out = String::from(
-        "Polynomials in rho fitted to [A B]\n  order   A: rms      of its variation   largest |residual of [A B]|   frequency response\n",
+        "Polynomials in rho fitted to [A B]\n  order   A: rms      of its variation   largest |residual of [A \
+            B]|   frequency response\n",
     );
     let responses = squid_design::fit::frequency::errors(inputs, model);
     let most = squid_design::fit::frequency::pitching_actuator(inputs, model);
@@ -63,7 +65,8 @@ pub fn fit(inputs: &Inputs, model: &Model) -> String {
         );
     }
     out += &format!(
-        "  (the frequency response, largest relative error over speeds and 0.01..10 rad/s: from all actuators to what is tracked in the scales of the design,\n  \
+        "  (the frequency response, largest relative error over speeds and 0.01..10 rad/s: from all actuators \
+            to what is tracked in the scales of the design,\n  \
          and from {} to pitch)\n",
         inputs.vehicle.actuators[most].name
     );
@@ -86,7 +89,8 @@ pub fn fit(inputs: &Inputs, model: &Model) -> String {
 /// A controller: its size and its poles at the ends and the middle of the range.
 ///
 /// # Errors
-/// [`ModelError::Lft`](squid_design::error::ModelError::Lft), which would be a defect of this program; those of the model.
+/// [`ModelError::Lft`](squid_design::error::ModelError::Lft), which would be a defect of this program; those of the
+/// model.
 pub fn controller(inputs: &Inputs, k: &Controller, gamma: &Gamma) -> Result<String, Error> {
     let plant =
         augment(&inputs.vehicle.actuators, &inputs.design, Model::new(&inputs.vehicle, &inputs.design)?.lft)?;

@@ -14,7 +14,8 @@ const SPEEDS: usize = 6;
 /// The uncertain parameters with their ranges and repetitions, the moves of the trim, and the errors of the models.
 ///
 /// # Errors
-/// [`ModelError::Trim`](squid_design::error::ModelError::Trim), [`ModelError::Fit`](squid_design::error::ModelError::Fit), [`Error::Uncertain`].
+/// [`ModelError::Trim`](squid_design::error::ModelError::Trim),
+/// [`ModelError::Fit`](squid_design::error::ModelError::Fit), [`Error::Uncertain`].
 pub fn uncertainty(inputs: &Inputs) -> Result<String, Error> {
     let frozen = inputs
         .design
@@ -58,7 +59,8 @@ pub fn uncertainty(inputs: &Inputs) -> Result<String, Error> {
 
 fn blocks_table(joint: &UncertainModel, frozen: &[&UncertainModel]) -> String {
     let mut out = String::from(
-        "What is uncertain, and its channels in the LFT: at one speed (the most over the speeds), over the range of speed\n",
+        "What is uncertain, and its channels in the LFT: at one speed (the most over the speeds), over the \
+            range of speed\n",
     );
     for b in &joint.blocks {
         let (value, _) = shown(b.value, b.unit);

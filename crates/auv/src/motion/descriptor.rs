@@ -1,4 +1,5 @@
-//! The linear motion before the mass matrix is inverted, and its derivatives by the vehicle's coefficients and its trim.
+//! The linear motion before the mass matrix is inverted, and its derivatives by the vehicle's coefficients and its
+//! trim.
 //!
 //! Dual numbers of second and third order differentiate the very code that simulates; nothing is differenced.
 
@@ -14,8 +15,9 @@ use crate::vehicle::coefficients::Coefficients;
 
 /// `M x' = C x + D (T - T0)` about a trim, with x = \[u w q theta\] less its trim.
 ///
-/// M and C are 4 x 4 and D is 4 x m; the rows are surge force \[N\], heave force \[N\], pitch moment \[N.m\], and theta' = q. A is
-/// `M^-1 C` and B is `M^-1 D`. In most coefficients M, C and D are affine, and none divides by another.
+/// M and C are 4 x 4 and D is 4 x m; the rows are surge force \[N\], heave force \[N\], pitch moment \[N.m\], and
+/// theta' = q. A is `M^-1 C` and B is `M^-1 D`. In most coefficients M, C and D are affine, and none divides by
+/// another.
 ///
 /// Source: A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci. 40(2), 2011, section 3A.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,7 +62,8 @@ impl Descriptor {
     }
 }
 
-/// Evaluates the forces with `seeds` added to parameters and `unit` to one state or input after the other, and takes parts.
+/// Evaluates the forces with `seeds` added to parameters and `unit` to one state or input after the other, and takes
+/// parts.
 fn differentiate<D: Scalar>(
     vehicle: &Vehicle,
     trim: &Trim,

@@ -1,7 +1,7 @@
 //! Nonlinear longitudinal dynamics: surge, heave and pitch by Kirchhoff's equations with the forces on the hull.
 //!
-//! Axes are those of SNAME (1950): x forward, z down, pitch positive bow up, origin fixed in the body. All velocities are
-//! through the water; a steady, uniform current moves the water and the vehicle in it alike.
+//! Axes are those of SNAME (1950): x forward, z down, pitch positive bow up, origin fixed in the body. All velocities
+//! are through the water; a steady, uniform current moves the water and the vehicle in it alike.
 //!
 //! Sources: Lamb, Hydrodynamics (1932), ch. VI (Kirchhoff's equations); Fossen (2011), ch. 6 to 8; ITTC (1957).
 
@@ -55,8 +55,8 @@ impl Dynamics {
         LEAST_REYNOLDS_NUMBER * self.coefficients.kinematic_viscosity / self.coefficients.length
     }
 
-    /// Returns \[u' w' q'\] under the force \[X Z M\] of the actuators: `M nu' = coriolis + restoring + lift + damping + drag +
-    /// actuators`.
+    /// Returns \[u' w' q'\] under the force \[X Z M\] of the actuators: `M nu' = coriolis + restoring + lift +
+    /// damping + drag + actuators`.
     pub fn acceleration<D: Scalar>(&self, motion: &Motion<D>, depth: D, actuators: [D; 3]) -> [D; 3] {
         let total = self.lifted().force(motion, depth, actuators);
         let row = |i: usize| {

@@ -9,7 +9,8 @@ use crate::scalar::Scalar;
 use crate::vehicle::coefficients::Coefficients;
 
 impl<D: Scalar> Coefficients<D> {
-    /// Returns `M nu' = actuators + coriolis + restoring + lift + damping + drag`: surge force, heave force, pitch moment.
+    /// Returns `M nu' = actuators + coriolis + restoring + lift + damping + drag`: surge force, heave force, pitch
+    /// moment.
     pub(crate) fn force(&self, motion: &Motion<D>, depth: D, actuators: [D; 3]) -> [D; 3] {
         let parts = [
             self.coriolis(motion),
@@ -21,8 +22,8 @@ impl<D: Scalar> Coefficients<D> {
         parts.into_iter().fold(actuators, add)
     }
 
-    /// Kirchhoff's inertial terms: `-q p_z`, `q p_x`, `u p_z - w p_x`, with the momenta `p_x = (m - X_u') u + m z_G q` and
-    /// `p_z = (m - Z_w') w - (m x_G + Z_q') q`; the Munk moment is among them.
+    /// Kirchhoff's inertial terms: `-q p_z`, `q p_x`, `u p_z - w p_x`, with the momenta `p_x = (m - X_u') u + m z_G
+    /// q` and `p_z = (m - Z_w') w - (m x_G + Z_q') q`; the Munk moment is among them.
     fn coriolis(&self, motion: &Motion<D>) -> [D; 3] {
         let c = self;
         let Motion { u, w, q, .. } = *motion;

@@ -10,8 +10,8 @@ use crate::vehicle::coefficients::CoefficientError;
 
 /// The linear motion about a trim: `x' = A (x - x0) + B (T - T0)`.
 ///
-/// The state is x = \[u w q theta\] (m/s, m/s, rad/s, rad); the inputs T are the outputs of the actuators (N or rad), their
-/// lag left out. Shapes: A 4 x 4, B 4 x m.
+/// The state is x = \[u w q theta\] (m/s, m/s, rad/s, rad); the inputs T are the outputs of the actuators (N or rad),
+/// their lag left out. Shapes: A 4 x 4, B 4 x m.
 #[derive(Clone, Debug)]
 pub struct Linearisation {
     /// State matrix, 4 x 4.

@@ -70,7 +70,8 @@ impl Parameter {
         Err(UnknownParameter { name: name.to_string(), suggestion, known: known.join(", ") })
     }
 
-    /// Returns its name, as [`Parameter::named`] reads it; `incidence` and `stern_planes at trim` for those of the trim.
+    /// Returns its name, as [`Parameter::named`] reads it; `incidence` and `stern_planes at trim` for those of the
+    /// trim.
     pub fn name(self, vehicle: &Vehicle) -> String {
         match self {
             Self::Coefficient(key) => key.to_string(),

@@ -1,7 +1,7 @@
 //! Level trim: the incidence and the actuator outputs at which nothing accelerates.
 //!
-//! Level flight has theta = alpha, u = V cos alpha, w = V sin alpha, q = 0, so that the depth holds. The unknowns are alpha
-//! and the outputs; the equations are u' = w' = q' = 0. Newton's method; where there are more actuators than
+//! Level flight has theta = alpha, u = V cos alpha, w = V sin alpha, q = 0, so that the depth holds. The unknowns are
+//! alpha and the outputs; the equations are u' = w' = q' = 0. Newton's method; where there are more actuators than
 //! equations, the outputs have the least norm, each measured in units of its own reach.
 
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -99,7 +99,8 @@ pub enum TrimError {
     },
     /// No incidence and outputs balance the forces.
     #[error(
-        "no level trim at {} m/s and {} m: lift and actuators do not balance a weight of {} N, a buoyancy of {} N and the moments \
+        "no level trim at {} m/s and {} m: lift and actuators do not balance a weight of {} N, a buoyancy of {} \
+            N and the moments \
          (nearest at an incidence of {incidence_deg:.1} deg, with {} m/s2 or rad/s2 left)",
         Rounded(*speed), Rounded(*depth), Rounded(*weight), Rounded(*buoyancy), Rounded(*residual)
     )]
@@ -232,7 +233,8 @@ impl Balance<'_> {
         (Vector3::from(by_incidence.map(|a| a.re)), Vector3::from(by_incidence.map(|a| a.eps)), by_outputs)
     }
 
-    /// Tries Newton's method from several incidences: near the speed at which fins and weight cancel, one start is not enough.
+    /// Tries Newton's method from several incidences: near the speed at which fins and weight cancel, one start is
+    /// not enough.
     ///
     /// Returns the first trim within the limits, or else the first trim at all.
     fn solve(&self) -> Result<Attempt, TrimError> {
@@ -286,8 +288,8 @@ impl Balance<'_> {
 /// Returns the change of incidence and of the scaled outputs that meets the linearised equations.
 ///
 /// The equations are projected on the plane that the incidence does not reach; there the outputs are the solution of
-/// least norm, and the incidence takes what is left. At the fixed point the outputs satisfy the first-order condition of the
-/// least norm over all trims.
+/// least norm, and the incidence takes what is left. At the fixed point the outputs satisfy the first-order condition
+/// of the least norm over all trims.
 fn newton_step(
     error: Vector3<f64>,
     by_incidence: Vector3<f64>,

@@ -34,8 +34,8 @@ pub(crate) struct Flow<'a> {
 }
 
 impl ODE<f64, Body> for Flow<'_> {
-    /// The velocity over ground does not feel a changing current, so that the one through the water loses what the current
-    /// gains.
+    /// The velocity over ground does not feel a changing current, so that the one through the water loses what the
+    /// current gains.
     fn diff(&self, time: f64, body: &Body, rate: &mut Body) {
         let [u, w, q, theta, _, sunk] = *body;
         let each = self.actuators.iter().zip(self.outputs).zip(self.commands).enumerate();

@@ -12,8 +12,8 @@ const ABSOLUTE_TOLERANCE: f64 = 1e-14;
 const FIRST_STEP: f64 = 1e-3;
 const LARGEST_STEP: f64 = 0.01;
 const SMALLEST_STEP: f64 = 1e-12;
-/// A step across a corner is repeated ten times shorter, down to this length \[s\]: the error estimate can miss a corner late
-/// in a step.
+/// A step across a corner is repeated ten times shorter, down to this length \[s\]: the error estimate can miss a
+/// corner late in a step.
 const CORNER_STEP: f64 = 1e-4;
 /// A switch that moves less than this makes no corner to speak of.
 const LEAST_SWING: f64 = 1e-6;

@@ -34,9 +34,10 @@ impl From<&Trim> for TrimPoint {
 
 /// A linear model that varies with speed: `x' = A(rho) (x - x_trim(V)) + B(rho) (T - T_trim(V))`.
 ///
-/// `A(rho) = sum_k rho^k A_k`, B likewise, with `rho = (V - speed_centre) / speed_half_range` clamped to \[-1, 1\]; the state is
-/// x = \[u w q theta\], the inputs T are the outputs of the actuators. Shapes: each A_k 4 x 4, each B_k 4 x m, as lists
-/// of rows. The trim table is in rising order of speed and is interpolated linearly, held beyond its ends.
+/// `A(rho) = sum_k rho^k A_k`, B likewise, with `rho = (V - speed_centre) / speed_half_range` clamped to \[-1, 1\];
+/// the state is x = \[u w q theta\], the inputs T are the outputs of the actuators. Shapes: each A_k 4 x 4, each B_k
+/// 4 x m, as lists of rows. The trim table is in rising order of speed and is interpolated linearly, held beyond its
+/// ends.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LpvModel {
@@ -188,8 +189,8 @@ impl LpvModel {
         self.trim.first().map_or(0, |point| point.actuators.len())
     }
 
-    /// Tells whether the rate of pitch follows from the pitch rate and the operating speed alone, as in the equations of motion it does
-    /// from the pitch rate.
+    /// Tells whether the rate of pitch follows from the pitch rate and the operating speed alone, as in the equations
+    /// of motion it does from the pitch rate.
     pub fn turns_with_pitch_rate_alone(&self) -> bool {
         let by_state = self.a.iter().all(|term| [0, 1, 3].iter().all(|&column| term[3][column] == 0.0));
         by_state && self.b.iter().all(|term| term[3].iter().all(|entry| *entry == 0.0))

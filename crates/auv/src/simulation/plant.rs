@@ -112,8 +112,8 @@ impl Plant {
         Ok(())
     }
 
-    /// Puts the plant into a trim at x = 0: every actuator at its trim output and commanded to stay there, the operating speed
-    /// that of the trim, the current as it is.
+    /// Puts the plant into a trim at x = 0: every actuator at its trim output and commanded to stay there, the
+    /// operating speed that of the trim, the current as it is.
     ///
     /// # Errors
     /// [`SimulationError::TrimActuators`] if the trim is of another vehicle.
@@ -150,8 +150,8 @@ impl Plant {
         Ok(())
     }
 
-    /// Sets the current. The velocity over ground does not jump: the vehicle has mass, and meets the new water at the old
-    /// velocity.
+    /// Sets the current. The velocity over ground does not jump: the vehicle has mass, and meets the new water at the
+    /// old velocity.
     ///
     /// # Errors
     /// [`SimulationError::InputNotFinite`].

@@ -106,8 +106,8 @@ impl Plant {
 
     /// Returns the rates of the motion under steady currents, `output(i)` being that of actuator i \[N or rad\].
     ///
-    /// With `u = u_g - u_c(theta)`, `w = w_g - w_c(theta)`: `u_g' = u' - theta' w_c`, `w_g' = w' + theta' u_c`, and u', w', q', theta'
-    /// by the equations of motion in use.
+    /// With `u = u_g - u_c(theta)`, `w = w_g - w_c(theta)`: `u_g' = u' - theta' w_c`, `w_g' = w' + theta' u_c`, and
+    /// u', w', q', theta' by the equations of motion in use.
     pub fn rates<D: Scalar>(&self, instant: &Instant<D>, output: impl Fn(usize) -> D) -> Rates<D> {
         let motion = instant.motion();
         let actuators = self.actuators();

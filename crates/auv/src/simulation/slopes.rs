@@ -24,8 +24,8 @@ impl Slopes {
 impl Actuator {
     /// Returns the output a time `elapsed` \[s\] after it was `start`, under a command that changes at a constant rate.
     ///
-    /// The command crosses each limit at most once, and is constant beyond. While it is `c + s t`, `tau T' = c + s t - T` has
-    /// the solution `T = c + s (t - tau) + (start - c + s tau) exp(-t / tau)`.
+    /// The command crosses each limit at most once, and is constant beyond. While it is `c + s t`, `tau T' = c + s t
+    /// - T` has the solution `T = c + s (t - tau) + (start - c + s tau) exp(-t / tau)`.
     pub fn output_along(&self, elapsed: f64, start: f64, command: f64, slope: f64) -> f64 {
         if slope == 0.0 {
             return self.output_after(elapsed, start, command);

@@ -21,8 +21,8 @@ pub enum Effect<D = f64> {
     },
     /// A control surface; its output is a deflection delta \[rad\].
     ///
-    /// `Z = Z_uu_delta u|u| delta`, `M = M_uu_delta u|u| delta`, `X = X_uu_delta2 u|u| delta^2`. Published models print u^2;
-    /// u|u| is the same ahead and has the right sign astern.
+    /// `Z = Z_uu_delta u|u| delta`, `M = M_uu_delta u|u| delta`, `X = X_uu_delta2 u|u| delta^2`. Published models
+    /// print u^2; u|u| is the same ahead and has the right sign astern.
     ControlSurface {
         /// Heave force per u|u| delta \[kg/(m.rad)\].
         Z_uu_delta: D,
@@ -62,7 +62,8 @@ impl Actuator {
         self.effect.map(|_, value| D::from(value)).force(u, output)
     }
 
-    /// Returns the output a time `elapsed` \[s\] after it was `start`, under a held command within or beyond the limits.
+    /// Returns the output a time `elapsed` \[s\] after it was `start`, under a held command within or beyond the
+    /// limits.
     ///
     /// `tau T' = sat(command) - T` has the solution `T = sat + (start - sat) exp(-elapsed / tau)`.
     pub fn output_after(&self, elapsed: f64, start: f64, command: f64) -> f64 {

@@ -1,8 +1,8 @@
 //! The coefficients of a vehicle, and the one table that describes every one of them.
 //!
-//! Symbols are those of SNAME (1950) and Fossen (2011): `Z_uw` multiplies the product u w in the heave force, `X_u_dot` is
-//! the derivative of the surge force with respect to du/dt. The table drives the reading and the validation of a
-//! vehicle file, its documentation, and the parameters of whatever simulates the vehicle.
+//! Symbols are those of SNAME (1950) and Fossen (2011): `Z_uw` multiplies the product u w in the heave force,
+//! `X_u_dot` is the derivative of the surge force with respect to du/dt. The table drives the reading and the
+//! validation of a vehicle file, its documentation, and the parameters of whatever simulates the vehicle.
 
 #![allow(non_snake_case, reason = "the field's symbols keep their capitals: Z is a force, z a length")]
 
@@ -93,7 +93,8 @@ coefficients! {
     }
     "water" {
         density ["kg/m3"] Positive None, "Density of the water";
-        kinematic_viscosity ["m2/s"] Positive Some(1.19e-6), "Kinematic viscosity of the water (sea water at 15 degC: 1.19e-6)";
+        kinematic_viscosity ["m2/s"] Positive Some(1.19e-6), "Kinematic viscosity of the water (sea water at 15 \
+            degC: 1.19e-6)";
     }
     "added_mass" {
         X_u_dot ["kg"] NonPositive None, "Surge force per surge acceleration";
@@ -211,8 +212,8 @@ impl Coefficients {
 
     /// Turns combined lift coefficients, as many theses print them, into the lift and viscous parts alone.
     ///
-    /// Kirchhoff's equations put `-X_u' u q` into the heave force, and `(X_u' - Z_w') u w` (the Munk moment) and `-Z_q' u q`
-    /// into the pitch moment. Where the printed coefficients hold these, they are taken out again:
+    /// Kirchhoff's equations put `-X_u' u q` into the heave force, and `(X_u' - Z_w') u w` (the Munk moment) and
+    /// `-Z_q' u q` into the pitch moment. Where the printed coefficients hold these, they are taken out again:
     ///
     /// ```text
     /// Z_uq += X_u',   M_uw += Z_w' - X_u',   M_uq += Z_q'

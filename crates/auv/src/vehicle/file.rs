@@ -17,8 +17,9 @@ const CONVENTIONS: [&str; 2] = ["viscous", "combined"];
 /// Standard gravity, to the digits in which published tables divide a weight by it \[m/s2\].
 const GRAVITY: f64 = 9.81;
 
-/// How far the weight may be off mass times gravity, relative. Gravity varies by 0.5 % over the earth, and a mass and a weight
-/// of two digits each are off by up to 5 %; the least of the mistakes in units, pounds for kilograms, is a factor of 2.2.
+/// How far the weight may be off mass times gravity, relative. Gravity varies by 0.5 % over the earth, and a mass and
+/// a weight of two digits each are off by up to 5 %; the least of the mistakes in units, pounds for kilograms, is a
+/// factor of 2.2.
 const WEIGHT_TOLERANCE: f64 = 0.1;
 
 impl Vehicle {

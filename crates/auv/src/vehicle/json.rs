@@ -81,8 +81,8 @@ pub enum JsonProblem {
 }
 
 impl Vehicle {
-    /// Reads a vehicle from JSON, as [`Vehicle::to_json`] writes it, and checks it as a vehicle file is; `file` is its name in
-    /// messages.
+    /// Reads a vehicle from JSON, as [`Vehicle::to_json`] writes it, and checks it as a vehicle file is; `file` is
+    /// its name in messages.
     ///
     /// # Errors
     /// [`VehicleJsonError`]: not JSON, another format, a number that is missing, unknown or not allowed.

@@ -1,6 +1,7 @@
 //! The ball of models around the fit that holds the true linearisations at every speed of the range.
 //!
-//! `[A B2]` of the fit is off by `R(V) = [A B2](V) - [A B2](rho)`. The ball is the set of all `E Delta [F Fu]` with `|Delta| <= 1`.
+//! `[A B2]` of the fit is off by `R(V) = [A B2](V) - [A B2](rho)`. The ball is the set of all `E Delta [F Fu]` with
+//! `|Delta| <= 1`.
 
 use crate::error::{Error, ProofError};
 use crate::fit::Model;
@@ -18,13 +19,14 @@ pub const SAMPLES: usize = 1001;
 /// How far beyond the ball the residual computed anew may reach: rounding on another processor.
 const SAME_BALL: f64 = 1e-6;
 
-/// The smallest ball, in coordinates in which the Lyapunov matrix of the bound is the identity on the model's states and each input is in
-/// units of its scale; and its size e.
+/// The smallest ball, in coordinates in which the Lyapunov matrix of the bound is the identity on the model's states
+/// and each input is in units of its scale; and its size e.
 ///
-/// With `T` those coordinates and `R~(V) = T^-1 R [T 0; 0 S_u]`, `E = sqrt(e) T` and `[F Fu] = sqrt(e) [T^-1 0; 0 S_u^-1]` where
-/// `e = max |R~(V)|`. The maximum is taken over [`SAMPLES`] speeds and raised by a bound of what may lie between two of them:
-/// see `between_samples`. The LFT that was designed on is subtracted, not the polynomial, so that what was dropped there is
-/// covered, too. The plant's u is in units of the scales `S_u` already, so that its Fu is the identity times sqrt(e).
+/// With `T` those coordinates and `R~(V) = T^-1 R [T 0; 0 S_u]`, `E = sqrt(e) T` and `[F Fu] = sqrt(e) [T^-1 0; 0
+/// S_u^-1]` where `e = max |R~(V)|`. The maximum is taken over [`SAMPLES`] speeds and raised by a bound of what may
+/// lie between two of them: see `between_samples`. The LFT that was designed on is subtracted, not the polynomial, so
+/// that what was dropped there is covered, too. The plant's u is in units of the scales `S_u` already, so that its Fu
+/// is the identity times sqrt(e).
 ///
 /// # Errors
 /// [`Error::Synthesis`] when the bound's Lyapunov matrix is not positive definite; those of the linearisation.
@@ -55,8 +57,9 @@ pub fn smallest_ball(
 
 /// Checks that the ball of a certificate holds the true linearisations of these inputs, computed anew.
 ///
-/// The Delta of a residual is `Delta = E_1^-1 R [F_1 Fu]^-1`, with the rows of E and the columns of F that belong to the model's states; it has to be
-/// no larger than 1 with the reserve between samples, and no other row of E may be needed.
+/// The Delta of a residual is `Delta = E_1^-1 R [F_1 Fu]^-1`, with the rows of E and the columns of F that belong to
+/// the model's states; it has to be no larger than 1 with the reserve between samples, and no other row of E may be
+/// needed.
 ///
 /// # Errors
 /// [`ProofError::Ball`] when the ball is too small, or none of this shape; those of the linearisation.
@@ -98,8 +101,8 @@ fn residuals(inputs: &Inputs, model: &Model) -> Result<Vec<Mat>, Error> {
     inputs.design.spread(SAMPLES).into_iter().map(at).collect()
 }
 
-/// The largest singular value over samples of a curve of matrices, with a reserve for what lies between them; not-a-number when a
-/// sample holds one.
+/// The largest singular value over samples of a curve of matrices, with a reserve for what lies between them;
+/// not-a-number when a sample holds one.
 fn reach(samples: impl Iterator<Item = Mat>) -> f64 {
     let samples: Vec<Mat> = samples.collect();
     largest(0.0, samples.iter().map(largest_singular_value)) + between_samples(&samples)
@@ -112,19 +115,20 @@ fn not_definite() -> Error {
 
 /// A bound of how far the residual may rise above its samples: 17/8 of the largest second difference D.
 ///
-/// Let `R = S + J (V - v)_+` on an interval of length h between two speeds, with S smooth, `C = h^2 max |S''|`, and a kink of slope J at the
-/// fraction s of the interval, because A has kinks where w|w| changes sign. The norm is convex, so that on the chord it is largest at an
-/// end, and R leaves the chord by at most
+/// Let `R = S + J (V - v)_+` on an interval of length h between two speeds, with S smooth, `C = h^2 max |S''|`, and a
+/// kink of slope J at the fraction s of the interval, because A has kinks where w|w| changes sign. The norm is
+/// convex, so that on the chord it is largest at an end, and R leaves the chord by at most
 ///
 /// ```text
 /// C/8 + s (1 - s) h |J|
 /// ```
 ///
-/// (for S: linear interpolation, for instance K. Atkinson, An Introduction to Numerical Analysis, 1989, eq. 3.1.10). The second difference
-/// at the interval's first speed holds `(1 - s) h J`, the one at its last speed `s h J`, and S adds C at most to either. In the
-/// first and the last interval of the range only one of the two exists, but each gives `s (1 - s) h |J| <= D + C`; together at most
-/// `9/8 C + D`. That is 17/8 D where `C <= D`, that is, where the second differences of a thousand speeds show somewhere how much S
-/// bends, and where no two kinks share an interval or lie in neighbouring ones.
+/// (for S: linear interpolation, for instance K. Atkinson, An Introduction to Numerical Analysis, 1989, eq. 3.1.10).
+/// The second difference at the interval's first speed holds `(1 - s) h J`, the one at its last speed `s h J`, and S
+/// adds C at most to either. In the first and the last interval of the range only one of the two exists, but each
+/// gives `s (1 - s) h |J| <= D + C`; together at most `9/8 C + D`. That is 17/8 D where `C <= D`, that is, where the
+/// second differences of a thousand speeds show somewhere how much S bends, and where no two kinks share an interval
+/// or lie in neighbouring ones.
 fn between_samples(residuals: &[Mat]) -> f64 {
     let second = residuals.windows(3).map(|w| largest_singular_value(&(&w[0] - &w[1] * 2.0 + &w[2])));
     17.0 / 8.0 * largest(0.0, second)
@@ -147,7 +151,8 @@ mod tests {
         (highest - sampled, between_samples(&samples))
     }
 
-    /// A kink anywhere in any interval, the first and the last among them, upon a parabola that bends with it or against it.
+    /// A kink anywhere in any interval, the first and the last among them, upon a parabola that bends with it or
+    /// against it.
     #[test]
     fn the_reserve_covers_kinks_and_curves() {
         let mut hidden = 0;

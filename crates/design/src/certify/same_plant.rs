@@ -1,8 +1,8 @@
 //! Whether the plant of a certificate is the one that vehicle and design file make.
 //!
-//! Both are LFTs in rho, and the basis of an LFT's channels is not unique, so that they are compared as what they are: rational
-//! functions of rho. With their poles far outside the range (see [`check`]) two such functions that agree at thousands of points
-//! agree between them.
+//! Both are LFTs in rho, and the basis of an LFT's channels is not unique, so that they are compared as what they
+//! are: rational functions of rho. With their poles far outside the range (see [`check`]) two such functions that
+//! agree at thousands of points agree between them.
 
 use crate::error::{Error, ProofError};
 use certificate::Certificate;
@@ -18,19 +18,22 @@ const POINTS: u32 = 4001;
 /// Values of several parameters at which the two are compared.
 const IN_BOX: u32 = 101;
 
-/// The largest modulus of an eigenvalue of Dtt that is thought nothing of: poles in rho are their reciprocals, two or more from the middle of the range. A
-/// polynomial in rho, which is what is fitted, has a nilpotent Dtt; what the reduction of its channels leaves out gives it eigenvalues of 0.01 for a low
-/// order, and up to 0.6 for the highest, which is then the limit.
+/// The largest modulus of an eigenvalue of Dtt that is thought nothing of: poles in rho are their reciprocals, two or
+/// more from the middle of the range. A polynomial in rho, which is what is fitted, has a nilpotent Dtt; what the
+/// reduction of its channels leaves out gives it eigenvalues of 0.01 for a low order, and up to 0.6 for the highest,
+/// which is then the limit.
 const FARTHEST: f64 = 0.5;
 
 /// Compares the plant of a certificate with `wanted`, at 4001 values of rho in \[-1, 1\].
 ///
-/// A function with all poles beyond 2 is a polynomial of rho of degree d = 32 to within 1e-18 of its size (Bernstein's ellipse; L. N.
-/// Trefethen, Approximation Theory and Approximation Practice, 2013, theorem 8.2), and between points that are h = 0.0005 apart a polynomial
-/// rises by a factor of `1/(1 - d^2 h/2)` at most (the Markov brothers' inequality), that is 1.4.
+/// A function with all poles beyond 2 is a polynomial of rho of degree d = 32 to within 1e-18 of its size
+/// (Bernstein's ellipse; L. N. Trefethen, Approximation Theory and Approximation Practice, 2013, theorem 8.2), and
+/// between points that are h = 0.0005 apart a polynomial rises by a factor of `1/(1 - d^2 h/2)` at most (the Markov
+/// brothers' inequality), that is 1.4.
 ///
 /// # Errors
-/// [`ProofError::WrongPlant`] with the first part that differs or is not finite; [`ModelError::Shape`](crate::error::ModelError::Shape), [`ModelError::Lft`].
+/// [`ProofError::WrongPlant`] with the first part that differs or is not finite;
+/// [`ModelError::Shape`](crate::error::ModelError::Shape), [`ModelError::Lft`].
 pub fn check(certificate: &Certificate, wanted: &GeneralisedPlant) -> Result<(), Error> {
     let found = plant_with(certificate, &wanted.blocks)?;
     let modulus = |plant: &GeneralisedPlant| largest(0.0, eigenvalues(&plant.dtt).iter().map(|v| v.norm()));
@@ -43,8 +46,9 @@ pub fn check(certificate: &Certificate, wanted: &GeneralisedPlant) -> Result<(),
     compare(&found, wanted, points)
 }
 
-/// Compares the plant of a certificate that depends on several parameters with `wanted`: at values spread over the box, of which there can never be
-/// enough. What was made for another vehicle or size is noticed; what somebody hides between them is not.
+/// Compares the plant of a certificate that depends on several parameters with `wanted`: at values spread over the
+/// box, of which there can never be enough. What was made for another vehicle or size is noticed; what somebody hides
+/// between them is not.
 ///
 /// # Errors
 /// As [`check`].
@@ -53,7 +57,8 @@ pub fn check_in_box(certificate: &Certificate, wanted: &GeneralisedPlant) -> Res
     compare(&found, wanted, in_box(wanted.blocks.len()))
 }
 
-/// Points spread evenly over the box: multiples of the square roots of primes, modulo 1 (H. Weyl, Math. Annalen 77, 1916).
+/// Points spread evenly over the box: multiples of the square roots of primes, modulo 1 (H. Weyl, Math. Annalen 77,
+/// 1916).
 fn in_box(parameters: usize) -> impl Iterator<Item = Vec<f64>> {
     let is_prime = |n: &u32| (2..*n).take_while(|d| d * d <= *n).all(|d| !n.is_multiple_of(d));
     let primes: Vec<f64> = (2..).filter(is_prime).take(parameters).map(f64::from).collect();

@@ -1,7 +1,8 @@
 //! The loop as it will run: the controller at its sample time, the vehicle and its actuators in between.
 //!
-//! The gain bound is about the controller in continuous time. Here the frozen controller is discretised by the trapezoidal rule, as
-//! the FMU does it, and closed with the true linearisation and the lags of the actuators under a zero-order hold.
+//! The gain bound is about the controller in continuous time. Here the frozen controller is discretised by the
+//! trapezoidal rule, as the FMU does it, and closed with the true linearisation and the lags of the actuators under a
+//! zero-order hold.
 
 use crate::error::ProofError;
 use crate::inputs::Inputs;
@@ -46,7 +47,8 @@ impl<'a> Sampling<'a> {
         Some(closed(&phi, &gamma, &c, &trapezoidal(frozen, self.sample_time)?))
     }
 
-    /// Vehicle and actuators over one sample with the commands held: states \[u w q theta, actuators\], inputs and tracked outputs in units of their scales.
+    /// Vehicle and actuators over one sample with the commands held: states \[u w q theta, actuators\], inputs and
+    /// tracked outputs in units of their scales.
     pub fn held(&self, l: &Linearisation) -> (Mat, Mat, Mat) {
         let Self { actuators, tracked, sample_time } = *self;
         let m = actuators.len();

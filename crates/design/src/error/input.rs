@@ -22,7 +22,8 @@ pub enum InputError {
     },
     /// An actuator's name belongs to another variable of the FMUs.
     #[error(
-        "{file}: an actuator cannot be called '{actuator}', because '{name}' is the name of another variable of the FMUs"
+        "{file}: an actuator cannot be called '{actuator}', because '{name}' is the name of another variable of \
+            the FMUs"
     )]
     ActuatorName {
         /// The vehicle file.

@@ -18,7 +18,8 @@ pub enum ProofError {
     },
     /// A certificate speaks of less than the design claims.
     #[error(
-        "the certificate has no section 'residual', but the design is marked as certified for the vehicle: what is left is of the fit \
+        "the certificate has no section 'residual', but the design is marked as certified for the vehicle: what \
+            is left is of the fit \
          alone, and proves nothing about the residual between the fit and the true linearisations"
     )]
     NoResidual,

@@ -34,9 +34,11 @@ pub const OUTPUTS: [usize; 2] = [SPEED, PITCH];
 pub struct Errors {
     /// The order.
     pub order: usize,
-    /// `|G_fit - G| / |G|` in the largest singular value, from all actuators in units of their reach to the tracked outputs in units of their scales.
+    /// `|G_fit - G| / |G|` in the largest singular value, from all actuators in units of their reach to the tracked
+    /// outputs in units of their scales.
     pub scaled: f64,
-    /// `|g_fit - g| / |g|` from each actuator (columns) to each of [`OUTPUTS`] (rows); not-a-number for an actuator that does not move the output.
+    /// `|g_fit - g| / |g|` from each actuator (columns) to each of [`OUTPUTS`] (rows); not-a-number for an actuator
+    /// that does not move the output.
     pub channels: Mat,
 }
 
@@ -93,8 +95,9 @@ mod tests {
     use super::*;
     use std::path::Path;
 
-    /// Other scales of the design leave the channels as they are, and move what is measured in units of them; the channel of the paper's Fig. 4 is
-    /// much farther off than speed and pitch in SI units together, which are mostly speed.
+    /// Other scales of the design leave the channels as they are, and move what is measured in units of them; the
+    /// channel of the paper's Fig. 4 is much farther off than speed and pitch in SI units together, which are mostly
+    /// speed.
     #[test]
     fn errors_are_by_channel_and_in_the_scales_of_the_design() {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));

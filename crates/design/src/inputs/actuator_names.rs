@@ -4,7 +4,8 @@ use crate::error::InputError;
 use auv::{COEFFICIENTS, Vehicle};
 use std::collections::BTreeSet;
 
-/// Variables of the three FMUs that are there for every vehicle, besides its coefficients; and the column that every record begins with.
+/// Variables of the three FMUs that are there for every vehicle, besides its coefficients; and the column that every
+/// record begins with.
 const OWN: [&str; 35] = [
     "current_horizontal",
     "current_vertical",

@@ -2,9 +2,9 @@
 //!
 //! Every key is explained in the design files that come with the vehicles.
 //!
-//! Weights are given by numbers that mean something, not by polynomials: `W_e = (s/peak + bandwidth)/(s + bandwidth steady_error)` and a
-//! constant W_u. Both are proper for every value in the ranges below; a value that would make them improper or infinite (peak = 0,
-//! bandwidth = inf) is refused with file, line and key.
+//! Weights are given by numbers that mean something, not by polynomials: `W_e = (s/peak + bandwidth)/(s + bandwidth
+//! steady_error)` and a constant W_u. Both are proper for every value in the ranges below; a value that would make
+//! them improper or infinite (peak = 0, bandwidth = inf) is refused with file, line and key.
 
 mod tables;
 mod uncertainty;

@@ -1,7 +1,8 @@
 //! Whether the frozen files of a design are those that vehicle and design file make.
 //!
-//! A certificate speaks of the controller's matrices. The FMU also multiplies by scales, adds trims, cuts at limits and ticks at a
-//! sample time: these are computed anew here, so that nobody is told of a proof whose controller is flown with other ones.
+//! A certificate speaks of the controller's matrices. The FMU also multiplies by scales, adds trims, cuts at limits
+//! and ticks at a sample time: these are computed anew here, so that nobody is told of a proof whose controller is
+//! flown with other ones.
 
 use crate::error::{Error, StoreError};
 use crate::fit::Model;

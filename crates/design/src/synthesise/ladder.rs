@@ -116,7 +116,8 @@ fn row<E: Display>(name: &str, value: Result<f64, E>, above: Option<f64>) -> Str
 fn contradiction(disorder: &Disorder, speeds: Speeds) -> String {
     let Disorder { lower, upper } = disorder;
     format!(
-        "  CONTRADICTION: '{}' has {:.4} and '{}' has {:.4}; theory orders them the other way, so that one of the two is a \
+        "  CONTRADICTION: '{}' has {:.4} and '{}' has {:.4}; theory orders them the other way, so that one of \
+            the two is a \
          numerical error\n",
         speeds.name(lower.0),
         lower.1,

@@ -5,8 +5,8 @@
 //!                                                                                        -> proof in exact arithmetic
 //! ```
 //!
-//! Both controllers are judged by the same inequality on the same model, in which the uncertain coefficients, like the speed, may change arbitrarily fast. See
-//! `docs/robust.md` for what that means.
+//! Both controllers are judged by the same inequality on the same model, in which the uncertain coefficients, like
+//! the speed, may change arbitrarily fast. See `docs/robust.md` for what that means.
 
 mod figures;
 mod stored;
@@ -72,7 +72,8 @@ pub struct Robust {
 /// Looks for a controller that bears more than that of a nominal design.
 ///
 /// # Errors
-/// [`Error::Uncertain`] where the design names nothing uncertain; [`Error::Robust`]; [`ProofError::Unproved`](crate::error::ProofError::Unproved).
+/// [`Error::Uncertain`] where the design names nothing uncertain; [`Error::Robust`];
+/// [`ProofError::Unproved`](crate::error::ProofError::Unproved).
 pub fn robust(
     inputs: &Inputs,
     model: &Model,
@@ -147,7 +148,8 @@ fn at_zero(plant: &GeneralisedPlant, nominal: &Design, found: &RobustDesign) -> 
     })
 }
 
-/// Both controllers' bounds at no uncertainty and at what either bears; of the robust one there the bound that is proved.
+/// Both controllers' bounds at no uncertainty and at what either bears; of the robust one there the bound that is
+/// proved.
 fn ladder(
     uncertain: &UncertainPlant,
     nominal: &Design,
@@ -220,7 +222,8 @@ fn model_line(truncated: &Truncated) -> String {
         names => format!("left out: {}", names.join(", ")),
     };
     format!(
-        "{} parameters in {uncertain} channels, {} channels of rho; {gone};\nchannels taken off move [A B] by {:.2} % at most over half the box",
+        "{} parameters in {uncertain} channels, {} channels of rho; {gone};\nchannels taken off move [A B] by \
+            {:.2} % at most over half the box",
         model.blocks.len(),
         model.scheduled,
         100.0 * truncated.error

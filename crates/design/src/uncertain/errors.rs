@@ -12,8 +12,8 @@ use lpv::matrix::Mat;
 /// Corners of the box at which the models are compared.
 const CORNERS: usize = 40;
 
-/// Distances of `[A B]`, relative to `[A B]` of the vehicle at the same corner: Frobenius norms with inputs in units of their
-/// reach, the largest over the corners.
+/// Distances of `[A B]`, relative to `[A B]` of the vehicle at the same corner: Frobenius norms with inputs in units
+/// of their reach, the largest over the corners.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ModelErrors {
     /// The nominal vehicle from the vehicle trimmed anew: how much is uncertain at all.
@@ -120,8 +120,9 @@ pub struct Remainder {
 
 /// The ball around a model at one speed that holds the vehicle trimmed anew at corners of the box, made wider by half.
 ///
-/// Row i of what the model misses is at most e_i, in units of states and of the actuators' reach; E has `sqrt(3) e_i` on its
-/// diagonal, because three rows may be off at once (theta' = q is exact), and F takes states and inputs to those units.
+/// Row i of what the model misses is at most e_i, in units of states and of the actuators' reach; E has `sqrt(3) e_i`
+/// on its diagonal, because three rows may be off at once (theta' = q is exact), and F takes states and inputs to
+/// those units.
 ///
 /// # Errors
 /// [`Error::Lft`], [`Error::Uncertain`].

@@ -143,8 +143,8 @@ pub(crate) fn units(vehicle: &Vehicle) -> Mat {
     Mat::from_diagonal(&nalgebra::DVector::from_vec(all))
 }
 
-/// Leaves out of what the trim does the directions that are smaller than `detail` of `[C D]`, at all of the trims; the motion is
-/// of first order in the trim anyway.
+/// Leaves out of what the trim does the directions that are smaller than `detail` of `[C D]`, at all of the trims;
+/// the motion is of first order in the trim anyway.
 pub fn coarsen(vehicle: &Vehicle, blocks: &[Block], detail: f64, samples: &mut [Gradients]) {
     let units = units(vehicle);
     let inverse = units.map(|v| if v > 0.0 { 1.0 / v } else { 0.0 });

@@ -8,14 +8,15 @@ use lpv::lft::Lft;
 use lpv::matrix::{Mat, block};
 use lpv::polynomial::MatrixPolynomial;
 
-/// What is smaller than this beside `[C D]` is left out of what the trim does: fewer channels for an error that is measured
-/// with the rest, and small beside what is uncertain.
+/// What is smaller than this beside `[C D]` is left out of what the trim does: fewer channels for an error that is
+/// measured with the rest, and small beside what is uncertain.
 pub const DETAIL: f64 = 1e-3;
 
 /// The same over the range of speed, and how well the polynomials in rho must meet the uncertain parts.
 pub const DETAIL_OVER_RANGE: f64 = 3e-3;
 
-/// The parts of `[M C D]` as constants or as LFTs in rho, the parameter 0; parameter i of `first` is parameter 1 + i of the LFT.
+/// The parts of `[M C D]` as constants or as LFTs in rho, the parameter 0; parameter i of `first` is parameter 1 + i
+/// of the LFT.
 #[derive(Debug, Clone)]
 pub struct Pencil {
     /// `[A B]` at delta = 0.
@@ -101,7 +102,8 @@ impl Pencil {
         }
     }
 
-    /// `delta_i (E_i + sum_j delta_j E_ij)`, j > i, with as few channels of delta_i as the range of the bracket has directions.
+    /// `delta_i (E_i + sum_j delta_j E_ij)`, j > i, with as few channels of delta_i as the range of the bracket has
+    /// directions.
     fn term(&self, i: usize) -> Option<Lft> {
         let pairs = self.second.iter().filter(|(p, _, _)| *p == i);
         let bracket = pairs.fold(self.first[i].clone(), |sum, (_, j, both)| {
@@ -130,7 +132,8 @@ fn repeated(parameter: usize, count: usize) -> Lft {
     }
 }
 
-/// The LFT of the polynomial of least order, up to `order`, that meets samples `(rho, m, allowed)` to what is allowed of each.
+/// The LFT of the polynomial of least order, up to `order`, that meets samples `(rho, m, allowed)` to what is allowed
+/// of each.
 fn fitted(samples: &[(f64, Mat, f64)], units: &Mat, order: usize) -> Result<Lft, Error> {
     let values: Vec<(f64, Mat)> = samples.iter().map(|(rho, m, _)| (*rho, m.clone())).collect();
     let largest = values.iter().map(|(_, m)| m.amax()).fold(0.0, f64::max);

@@ -1,7 +1,7 @@
 //! The smallest LFT among those that an exact projection reaches: unreachable and unobservable channels go.
 //!
-//! A channel direction that no input reaches, through other channels or not, or that no output sees, carries nothing. Each
-//! parameter keeps its own subspace, so the structure `blkdiag(delta_i I)` stays. The result is minimal when the
+//! A channel direction that no input reaches, through other channels or not, or that no output sees, carries nothing.
+//! Each parameter keeps its own subspace, so the structure `blkdiag(delta_i I)` stays. The result is minimal when the
 //! parameters are not assumed to commute.
 //!
 //! Source: C. L. Beck, J. Doyle, K. Glover, "Model reduction of multidimensional and uncertain systems", IEEE Trans.

@@ -1,8 +1,9 @@
 //! How far uncertain coefficients move the trim.
 //!
-//! The linear motion depends on the trim through the incidence, and through the deflection of control surfaces (thrusts at trim
-//! do not enter A and B). Both become parameters of the uncertain model, with the range that trimming anew at corners of the
-//! box of coefficients finds. They are taken to be independent of the coefficients, which holds more than can happen.
+//! The linear motion depends on the trim through the incidence, and through the deflection of control surfaces
+//! (thrusts at trim do not enter A and B). Both become parameters of the uncertain model, with the range that
+//! trimming anew at corners of the box of coefficients finds. They are taken to be independent of the coefficients,
+//! which holds more than can happen.
 
 use crate::error::Error;
 use crate::error::UncertainError;

@@ -1,9 +1,10 @@
 //! Fewer channels for a small, measured error: what a robust synthesis can carry.
 //!
-//! Channel directions that matter little go one by one. Of the channels of one parameter the least is the last singular direction of what they
-//! carry from the inputs to the outputs, other parameters' channels among both; of all parameters that one goes whose loss moves `[A B]` least, as long
-//! as that is within a tolerance. The projection is the oblique one that balances what goes in with what comes out, as in B. C. Moore, IEEE Trans.
-//! Automatic Control 26(1), 1981.
+//! Channel directions that matter little go one by one. Of the channels of one parameter the least is the last
+//! singular direction of what they carry from the inputs to the outputs, other parameters' channels among both; of
+//! all parameters that one goes whose loss moves `[A B]` least, as long as that is within a tolerance. The projection
+//! is the oblique one that balances what goes in with what comes out, as in B. C. Moore, IEEE Trans. Automatic
+//! Control 26(1), 1981.
 
 use crate::error::Error;
 use crate::inputs::Inputs;
@@ -32,7 +33,8 @@ const RHOS: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 const CORNERS: usize = 8;
 const TOLD: usize = 200;
 
-/// Takes channels off a scheduled model while `[A B]` moves by no more than `tolerance`, relative, anywhere in the box of `|delta_i| <= size`.
+/// Takes channels off a scheduled model while `[A B]` moves by no more than `tolerance`, relative, anywhere in the
+/// box of `|delta_i| <= size`.
 ///
 /// # Errors
 /// [`ModelError::Lft`](crate::error::ModelError::Lft) where the model has no value.

@@ -1,8 +1,9 @@
-//! What a perturbation that was found for the uncertain model is worth for a vehicle: its coefficients and the gains of its actuators are changed,
-//! it is trimmed anew and linearised.
+//! What a perturbation that was found for the uncertain model is worth for a vehicle: its coefficients and the gains
+//! of its actuators are changed, it is trimmed anew and linearised.
 //!
-//! The model takes what belongs to the trim, the incidence, for parameters of their own, free of the coefficients. No vehicle has those: its trim
-//! follows from its coefficients. So what is found in the model need not be found in any vehicle.
+//! The model takes what belongs to the trim, the incidence, for parameters of their own, free of the coefficients. No
+//! vehicle has those: its trim follows from its coefficients. So what is found in the model need not be found in any
+//! vehicle.
 
 use crate::augment::augment;
 use crate::check::frozen_controller;
@@ -28,8 +29,8 @@ pub fn values(frozen: &FrozenUncertain, delta: &CMat) -> Vec<f64> {
     frozen.model.blocks.iter().map(|b| b.repetitions).map(value).collect()
 }
 
-/// The vehicle whose coefficients and gains are those of a perturbation, one entry a block of the model, trimmed anew at the same speed; `None` where
-/// there is no such vehicle, or none that trims within the limits of its actuators.
+/// The vehicle whose coefficients and gains are those of a perturbation, one entry a block of the model, trimmed anew
+/// at the same speed; `None` where there is no such vehicle, or none that trims within the limits of its actuators.
 pub fn vehicle_at(inputs: &Inputs, frozen: &FrozenUncertain, delta: &[f64]) -> Option<Linearisation> {
     let blocks = &frozen.model.blocks;
     let (changed, trim) = retrim(&inputs.vehicle, &frozen.nominal.trim, blocks, delta).ok()?;
@@ -59,8 +60,9 @@ pub fn gain(inputs: &Inputs, l: &Linearisation, controller: &Controller, rho: f6
 const SIZES: u32 = 100;
 const HALVED: u32 = 30;
 
-/// The smallest size found along a perturbation, without what it has of the trim, at which the loop of the vehicle is not stable, up to `farthest`: a part of
-/// the declared uncertainty. `None` when it stays stable as far as there are such vehicles.
+/// The smallest size found along a perturbation, without what it has of the trim, at which the loop of the vehicle is
+/// not stable, up to `farthest`: a part of the declared uncertainty. `None` when it stays stable as far as there are
+/// such vehicles.
 pub fn destabilised_at(
     inputs: &Inputs,
     frozen: &FrozenUncertain,

@@ -135,7 +135,8 @@ pub unsafe extern "C" fn deserialize_fmu_state<M: Model>(
 /// The state behind a handle, if it is one of this FMU. Several instances may restore it at the same time.
 ///
 /// # Safety
-/// `state` is NULL or a state of an FMU of this tool, that was not freed and is not overwritten while the reference lives.
+/// `state` is NULL or a state of an FMU of this tool, that was not freed and is not overwritten while the reference
+/// lives.
 unsafe fn held<'a, M: Model>(component: &Component<M>, state: FmuState) -> Result<&'a Snapshot<M>, Refusal> {
     // SAFETY: every state of this tool begins with the identity of its FMU.
     let identity = unsafe { shared(state.cast::<Identity>(), "FMUstate") }?;

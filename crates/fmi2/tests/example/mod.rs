@@ -1,4 +1,5 @@
-//! A small model with a variable of each type: a first-order lag, `y' = (gain u - y)/tau`; its `count` ticks once a second.
+//! A small model with a variable of each type: a first-order lag, `y' = (gain u - y)/tau`; its `count` ticks once a
+//! second.
 
 use fmi2::model_description::{DefaultExperiment, Enumeration};
 use fmi2::{

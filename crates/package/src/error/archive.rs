@@ -19,7 +19,8 @@ pub enum ArchiveError {
     },
     /// A name that is not plain, and that one tool may unpack to another place than the next.
     #[error(
-        "it holds an entry called '{name}'; allowed are files and folders with / between them, without '\\' and ':', none called '.' or '..' or with \
+        "it holds an entry called '{name}'; allowed are files and folders with / between them, without '\\' and \
+            ':', none called '.' or '..' or with \
          a dot or a space at the end, and no links"
     )]
     Name {

@@ -1,4 +1,5 @@
-//! One chart as SVG: axes by plotters, curves with dashes, which plotters does not know, put into the frame that it drew.
+//! One chart as SVG: axes by plotters, curves with dashes, which plotters does not know, put into the frame that it
+//! drew.
 
 use crate::page::axis::Axis;
 use crate::page::plot::thin;

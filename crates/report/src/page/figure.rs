@@ -97,7 +97,8 @@ impl Figure {
         let top = head + LINE * rows + 12;
         let height = top + HEIGHT * self.charts.len().div_ceil(across) as u32;
         let mut out = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 \
+                {width} {height}\" \
              font-family=\"sans-serif\">\n<rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n"
         );
         for (i, line) in lines.iter().enumerate() {
@@ -130,7 +131,8 @@ impl Figure {
             let y = head + LINE * row + 6;
             let _ = writeln!(
                 out,
-                "<svg x=\"{x}\" y=\"{y}\" width=\"26\" height=\"12\">{}</svg><text x=\"{}\" y=\"{}\" font-size=\"13\">{}</text>",
+                "<svg x=\"{x}\" y=\"{y}\" width=\"26\" height=\"12\">{}</svg><text x=\"{}\" y=\"{}\" \
+                    font-size=\"13\">{}</text>",
                 key.sample(),
                 x + 32.0,
                 y + 11,

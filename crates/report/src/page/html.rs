@@ -13,10 +13,12 @@ const STYLE: &str = "\
 :root{color-scheme:light}\
 body{font:16px/1.5 system-ui,sans-serif;color:#1a1a1a;background:#fff;max-width:78rem;margin:0 auto;padding:0 1rem 3rem}\
 h1{font-size:1.6rem;margin:1.2rem 0 .3rem}h2{font-size:1.25rem;margin:2.2rem 0 .4rem;border-top:1px solid #ccc;padding-top:1rem}\
-p{max-width:46rem}nav ul{columns:16rem;column-gap:1.5rem;padding-left:0}nav li{margin-left:1.2rem}li{break-inside:avoid}a{color:#005a8c}\
+p{max-width:46rem}nav ul{columns:16rem;column-gap:1.5rem;padding-left:0}nav \
+li{margin-left:1.2rem}li{break-inside:avoid}a{color:#005a8c}\
 figure{margin:1rem 0}.charts{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,21rem),1fr));gap:.6rem}\
 .charts svg{width:100%;height:auto;max-width:28rem}\
-.legend span{display:inline-block;margin-right:1.1rem;white-space:nowrap;font-size:.9rem}.legend svg{vertical-align:middle}\
+.legend span{display:inline-block;margin-right:1.1rem;white-space:nowrap;font-size:.9rem}.legend \
+svg{vertical-align:middle}\
 figcaption{font-size:.9rem;color:#444;max-width:46rem;margin-top:.3rem}\
 .table{overflow-x:auto;background:linear-gradient(to right,#fff 40%,#fff0),linear-gradient(to left,#fff 40%,#fff0) 100% 0,\
 linear-gradient(to right,#0003,#0000),linear-gradient(to left,#0003,#0000) 100% 0;background-repeat:no-repeat;\
@@ -125,7 +127,8 @@ fn table(table: &Table) -> String {
 
 fn verdict(verdict: &Verdict, subject: &str) -> String {
     format!(
-        "<div class=\"verdict {}\">\n<p>The paper: {}</p>\n<p><strong>Of {}: {}.</strong> {}</p>\n<p>Judged by: {}</p>\n</div>\n",
+        "<div class=\"verdict {}\">\n<p>The paper: {}</p>\n<p><strong>Of {}: {}.</strong> {}</p>\n<p>Judged by: \
+            {}</p>\n</div>\n",
         verdict.finding.class(),
         prose(verdict.claim),
         escaped(subject),

@@ -1,4 +1,5 @@
-//! Is there a switching signal that makes a loop of two stable controllers unstable? Two neighbours take turns at a constant speed.
+//! Is there a switching signal that makes a loop of two stable controllers unstable? Two neighbours take turns at a
+//! constant speed.
 
 use crate::error::Error;
 use crate::sections::switched::Memory;
@@ -40,10 +41,12 @@ pub enum Loop {
     Ideal,
 }
 
-/// The worst over all pairs of neighbours and all times in charge, with the true linearisation; `None` when there is no pair.
+/// The worst over all pairs of neighbours and all times in charge, with the true linearisation; `None` when there is
+/// no pair.
 ///
 /// # Errors
-/// [`ModelError::Trim`](squid_design::error::ModelError::Trim); [`ProofError::Mismatch`](squid_design::error::ProofError::Mismatch) when a controller cannot be sampled.
+/// [`ModelError::Trim`](squid_design::error::ModelError::Trim);
+/// [`ProofError::Mismatch`](squid_design::error::ProofError::Mismatch) when a controller cannot be sampled.
 pub fn worst_alternation(
     subject: &Subject,
     bank: &[StateSpace],
@@ -83,8 +86,8 @@ pub fn worst_alternation(
     Ok(worst.map(|w| Alternation { longest, ..w }))
 }
 
-/// Two controllers on one plant, states \[x, k1, k2\]: the matrices of the motion while each is in charge (and with the idle controller's states left
-/// out), and the jump when the other takes over.
+/// Two controllers on one plant, states \[x, k1, k2\]: the matrices of the motion while each is in charge (and with
+/// the idle controller's states left out), and the jump when the other takes over.
 struct Turn {
     moves: [Mat; 2],
     alone: [Mat; 2],
@@ -163,8 +166,9 @@ mod tests {
         StateSpace { a: Mat::zeros(0, 0), b: Mat::zeros(0, y), c: Mat::zeros(u, 0), d }
     }
 
-    /// Two stable oscillators whose ellipses lie across one another: switching at the right moments makes the state grow
-    /// (D. Liberzon, Switching in Systems and Control, 2003, section 3.1). With K = -A and B = C = I the loop is A itself.
+    /// Two stable oscillators whose ellipses lie across one another: switching at the right moments makes the state
+    /// grow (D. Liberzon, Switching in Systems and Control, 2003, section 3.1). With K = -A and B = C = I the loop is
+    /// A itself.
     #[test]
     fn two_stable_loops_can_make_an_unstable_one() {
         let (one, two) = (dmatrix![-0.1, 1.0; -10.0, -0.1], dmatrix![-0.1, 10.0; -1.0, -0.1]);
@@ -178,7 +182,8 @@ mod tests {
         assert!((turn.growth(50) - (-0.2 * quarter).exp()).abs() < 1e-9);
     }
 
-    /// x' = -u, two integrators in turn: reset, neither ever builds up what the other had; carried, it is one and the same loop.
+    /// x' = -u, two integrators in turn: reset, neither ever builds up what the other had; carried, it is one and the
+    /// same loop.
     #[test]
     fn memory_makes_the_difference() {
         let integrator =
@@ -190,7 +195,8 @@ mod tests {
         assert!((growth(Memory::Reset) - growth(Memory::Carried)).abs() > 0.1);
     }
 
-    /// From tick to tick: x+ = 0.5 x + u with u = k y, y = -x, so that K = -0.4 and K = 0.2 make modes 0.9 and 0.3; three ticks of each in turn.
+    /// From tick to tick: x+ = 0.5 x + u with u = k y, y = -x, so that K = -0.4 and K = 0.2 make modes 0.9 and 0.3;
+    /// three ticks of each in turn.
     #[test]
     fn ticks_are_counted() {
         let plant = (dmatrix![0.5], dmatrix![1.0], dmatrix![1.0]);

@@ -87,7 +87,8 @@ fn verdict(subject: &Subject, difficulty: &[Measure]) -> Verdict {
     Verdict {
         claim: "it is more difficult to control the vehicle at low speed than at high speed (section 4).",
         criterion: format!(
-            "at which of the six speeds each of the four measures in the table is worst: for all of them below the middle of the range, \
+            "at which of the six speeds each of the four measures in the table is worst: for all of them below \
+                the middle of the range, \
              {centre:.2} m/s, bears it out, for some of them partly."
         ),
         finding: hardest_below(centre, &measures),
@@ -122,7 +123,8 @@ fn figure(subject: &Subject, flights: &[Vec<Row>]) -> Figure {
     Figure {
         name: "actuators-in-steps".into(),
         caption: format!(
-            "Commands of {} during a pitch step of {:.0} deg at six speeds, nonlinear and sampled, with the design's own weights.",
+            "Commands of {} during a pitch step of {:.0} deg at six speeds, nonlinear and sampled, with the \
+                design's own weights.",
             subject.name(),
             subject.stored.manoeuvre.pitch_step.to_degrees()
         ),

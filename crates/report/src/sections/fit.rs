@@ -62,7 +62,8 @@ pub fn entries(subject: &Subject) -> Result<Vec<Part>, Error> {
     let verdict = Verdict {
         claim: "a second-order polynomial approximates the entries of A much better than a first-order one (Fig. 3).",
         criterion: format!(
-            "the rms residual of A over the grid of speeds, relative to how much A varies; 'much' means at least {MUCH} times smaller."
+            "the rms residual of A over the grid of speeds, relative to how much A varies; 'much' means at \
+                least {MUCH} times smaller."
         ),
         finding: much_smaller(first, second),
         because: format!("The residual is {}.", compared(first, second)),
@@ -124,15 +125,18 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
     let scaled = |e: &frequency::Errors| e.scaled;
     let (first, second) = (error(1, &shown), error(2, &shown));
     let verdict = Verdict {
-        claim: "the frequency response of the second-order model is a better approximation than that of the first-order one (Fig. 4).",
+        claim: "the frequency response of the second-order model is a better approximation than that of the \
+            first-order one (Fig. 4).",
         criterion: format!(
-            "the largest relative error |G_fit - G|/|G| from {} to pitch, which the figure shows, over all speeds of the grid and 0.01 to 10 rad/s; at least {MUCH} times \
+            "the largest relative error |G_fit - G|/|G| from {} to pitch, which the figure shows, over all \
+                speeds of the grid and 0.01 to 10 rad/s; at least {MUCH} times \
              smaller bears it out, smaller at all does so partly.",
             actuator.name
         ),
         finding: much_smaller(first, second),
         because: format!(
-            "The largest error is {}. From all actuators to what is tracked, in the scales of the design and the largest singular value, it is {}.",
+            "The largest error is {}. From all actuators to what is tracked, in the scales of the design and \
+                the largest singular value, it is {}.",
             compared(first, second),
             compared(error(1, &scaled), error(2, &scaled))
         ),
@@ -140,7 +144,8 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
     let figure = Figure {
         name: "fig4-frequency-responses".into(),
         caption: format!(
-            "From {} (the actuator that moves pitch most) to pitch, of {}, at three speeds. Where the curves lie on one another, the \
+            "From {} (the actuator that moves pitch most) to pitch, of {}, at three speeds. Where the curves \
+                lie on one another, the \
              polynomials are as good as exact.",
             actuator.name,
             subject.name()

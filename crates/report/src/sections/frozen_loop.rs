@@ -1,4 +1,5 @@
-//! The loop at a frozen speed, linear: true linearisation and frozen controller, as it flies or as the synthesis sees it.
+//! The loop at a frozen speed, linear: true linearisation and frozen controller, as it flies or as the synthesis sees
+//! it.
 
 use crate::error::Error;
 use crate::subject::Subject;
@@ -24,7 +25,8 @@ pub struct FrozenLoop {
 }
 
 impl FrozenLoop {
-    /// Closes the true linearisation `l` with the controller frozen at the speed of its trim, in continuous time and without actuator lags.
+    /// Closes the true linearisation `l` with the controller frozen at the speed of its trim, in continuous time and
+    /// without actuator lags.
     ///
     /// ```text
     /// x' = A x + B u,  y = r - C x,  u = K(rho) y
@@ -41,7 +43,8 @@ impl FrozenLoop {
     /// The same loop as it flies: the controller at its sample time, the commands held, the actuators with their lags.
     ///
     /// # Errors
-    /// As [`Self::ideal`]; [`ProofError::Mismatch`](squid_design::error::ProofError::Mismatch) when the controller cannot be sampled.
+    /// As [`Self::ideal`]; [`ProofError::Mismatch`](squid_design::error::ProofError::Mismatch) when the controller
+    /// cannot be sampled.
     pub fn flying(subject: &Subject, controller: &Controller, l: &Linearisation) -> Result<Self, Error> {
         let system = Sampling::of(subject.inputs)
             .closed(l, &subject.frozen(controller, l)?)
@@ -70,10 +73,11 @@ impl FrozenLoop {
         self.response(omega).map_or(f64::NAN, |g| (Complex::new(1.0, 0.0) - g[(i, i)]).norm())
     }
 
-    /// The largest |S| of one tracked output over all frequencies; infinite for an unstable loop, not-a-number where a mode lies at half of the
-    /// sampling's frequency.
+    /// The largest |S| of one tracked output over all frequencies; infinite for an unstable loop, not-a-number where
+    /// a mode lies at half of the sampling's frequency.
     ///
-    /// A sampled loop is taken to continuous time by `z = (1 + s)/(1 - s)`, which maps the circle to the axis and keeps every value.
+    /// A sampled loop is taken to continuous time by `z = (1 + s)/(1 - s)`, which maps the circle to the axis and
+    /// keeps every value.
     pub fn peak(&self, i: usize) -> f64 {
         let (a, b, c) = (&self.system.a, self.system.b.columns(i, 1), -self.system.c.rows(i, 1));
         let d = Mat::from_element(1, 1, 1.0 - self.system.d[(i, i)]);
@@ -101,8 +105,8 @@ impl FrozenLoop {
         self.response(omega).map_or(f64::NAN, largest)
     }
 
-    /// The bandwidth of one tracked output: the highest frequency (rad/s) at which |T| is 1/sqrt(2); not-a-number when it is nowhere in
-    /// 0.001 to 1000 rad/s, or up to [`Self::highest`].
+    /// The bandwidth of one tracked output: the highest frequency (rad/s) at which |T| is 1/sqrt(2); not-a-number
+    /// when it is nowhere in 0.001 to 1000 rad/s, or up to [`Self::highest`].
     ///
     /// Source: S. Skogestad, I. Postlethwaite, Multivariable Feedback Control, 2005, section 2.4.5.
     pub fn bandwidth(&self, i: usize) -> f64 {
@@ -122,8 +126,9 @@ impl FrozenLoop {
         10f64.powf(0.5 * (low + high))
     }
 
-    /// The response of one tracked output to a unit impulse of its own reference during a time (s), in 1/s: of a sampled loop to a reference of
-    /// one over the sample time during the first tick. The matrix exponential makes it exact in continuous time.
+    /// The response of one tracked output to a unit impulse of its own reference during a time (s), in 1/s: of a
+    /// sampled loop to a reference of one over the sample time during the first tick. The matrix exponential makes it
+    /// exact in continuous time.
     pub fn impulse(&self, i: usize, duration: f64) -> Vec<(f64, f64)> {
         let (transition, mut x, interval) = match self.sample_time {
             None => ((&self.system.a * INTERVAL).exp(), self.system.b.column(i).into_owned(), INTERVAL),
@@ -142,7 +147,8 @@ impl FrozenLoop {
         out
     }
 
-    /// The least damping ratio of its modes, and the frequency (rad/s) of that mode; a mode z of a sampled loop is one of `ln z / T`.
+    /// The least damping ratio of its modes, and the frequency (rad/s) of that mode; a mode z of a sampled loop is
+    /// one of `ln z / T`.
     pub fn least_damping(&self) -> (f64, f64) {
         let mode = |p: Complex<f64>| self.sample_time.map_or(p, |t| p.ln() / t);
         // A mode that is gone within a tick has no damping ratio to speak of.
@@ -178,7 +184,8 @@ mod tests {
         assert_eq!(one.least_damping(), (1.0, 1.0));
     }
 
-    /// y+ = a y + (1 - a) r, sampled at 0.5 s: T(z) = (1 - a)/(z - a), one mode ln a / 0.5, the impulse response (1 - a)/0.5 a^k from the first tick on.
+    /// y+ = a y + (1 - a) r, sampled at 0.5 s: T(z) = (1 - a)/(z - a), one mode ln a / 0.5, the impulse response (1 -
+    /// a)/0.5 a^k from the first tick on.
     #[test]
     fn a_sampled_loop_has_its_closed_forms() {
         let a: f64 = 0.6;

@@ -33,7 +33,8 @@ pub fn mu(subject: &Subject) -> Result<Vec<Part>, Error> {
     let found = match at_all_speeds(subject) {
         Err(Error::Design(DesignError::Uncertain(UncertainError::NothingUncertain { design }))) => {
             return Ok(vec![Part::Words(format!(
-                "Nothing is said to be uncertain in {design}, so that there is nothing to analyse: a section [uncertainty] in it would name \
+                "Nothing is said to be uncertain in {design}, so that there is nothing to analyse: a section \
+                    [uncertainty] in it would name \
                  coefficients with their ranges."
             ))]);
         }
@@ -70,7 +71,8 @@ struct Bounds {
     speed: f64,
     /// Above mu of the model's loop in continuous time without lags.
     guaranteed: f64,
-    /// One over the size at which a vehicle that is trimmed anew is not stable as it flies; not-a-number when none was found.
+    /// One over the size at which a vehicle that is trimmed anew is not stable as it flies; not-a-number when none
+    /// was found.
     vehicle: f64,
 }
 
@@ -86,14 +88,22 @@ fn bounds(found: &[SpeedMu]) -> Vec<Bounds> {
 fn about(found: &[SpeedMu]) -> String {
     let (parameters, channels) = found.iter().map(|f| f.size).max().unwrap_or((0, 0));
     format!(
-        "mu is one over the size of the smallest perturbation that destabilises the loop of the linear model and the controller, both frozen \
-         at a speed; 1 is the uncertainty that the design file declares. The paper does not print the structure of its uncertainty. Here it is \
-         up to {parameters} real parameters in {channels} channels: coefficients with their relative errors, the gain of each actuator, and how \
-         far all that moves the trim. The coefficients enter exactly, the trim to first order. The upper bound of the table holds at every \
-         frequency from zero to infinity, between the points of the curves as well; each lower bound is shown by a perturbation of the model, with which its \
-         loop has a pole on the axis. In the model what moves the trim, the incidence, is a parameter of its own, free of the coefficients; what a vehicle does, \
-         whose trim follows from its coefficients, is in the table after. Figure and first table are of the loop in continuous time without the lags of the \
-         actuators. A perturbation of which a bound speaks does not change with time; what a changing speed does is the \
+        "mu is one over the size of the smallest perturbation that destabilises the loop of the linear model \
+            and the controller, both frozen \
+         at a speed; 1 is the uncertainty that the design file declares. The paper does not print the structure \
+         of its uncertainty. Here it is \
+         up to {parameters} real parameters in {channels} channels: coefficients with their relative errors, \
+         the gain of each actuator, and how \
+         far all that moves the trim. The coefficients enter exactly, the trim to first order. The upper bound \
+         of the table holds at every \
+         frequency from zero to infinity, between the points of the curves as well; each lower bound is shown \
+         by a perturbation of the model, with which its \
+         loop has a pole on the axis. In the model what moves the trim, the incidence, is a parameter of its \
+         own, free of the coefficients; what a vehicle does, \
+         whose trim follows from its coefficients, is in the table after. Figure and first table are of the \
+         loop in continuous time without the lags of the \
+         actuators. A perturbation of which a bound speaks does not change with time; what a changing speed \
+         does is the \
          business of the certificate."
     )
 }
@@ -139,9 +149,11 @@ fn figure(subject: &Subject, found: &[SpeedMu]) -> Figure {
     Figure {
         name: "fig7-mu-bounds".into(),
         caption: format!(
-            "mu for robust stability of {} with the controller frozen at six speeds. Curves: upper bounds; short bars of the same colour: lower bounds, \
+            "mu for robust stability of {} with the controller frozen at six speeds. Curves: upper bounds; \
+                short bars of the same colour: lower bounds, \
              each shown by a perturbation at that very frequency (at the left edge: at frequency zero, which \
-             has no place on the axis and where the upper bound, too, may be above the curve). For real parameters a lower bound is \
+             has no place on the axis and where the upper bound, too, may be above the curve). For real \
+             parameters a lower bound is \
              found at some frequencies and not at others.",
             subject.name()
         ),
@@ -178,8 +190,10 @@ fn table(found: &[SpeedMu]) -> Table {
 }
 
 fn about_vehicles() -> String {
-    "The same for vehicles, as the loop flies, with the lags of the actuators and sampled, and in continuous time without either. The perturbation of the model without what it \
-     has of the trim is made larger step by step; its coefficients and the gains of its actuators are given to the vehicle, which is trimmed anew (within the limits of its \
+    "The same for vehicles, as the loop flies, with the lags of the actuators and sampled, and in continuous \
+        time without either. The perturbation of the model without what it \
+     has of the trim is made larger step by step; its coefficients and the gains of its actuators are given to \
+     the vehicle, which is trimmed anew (within the limits of its \
      actuators) and linearised. That follows one direction: another vehicle may be unstable earlier."
         .into()
 }
@@ -209,10 +223,14 @@ fn causes_table(found: &[SpeedMu]) -> Table {
 
 fn about_gain() -> String {
     format!(
-        "The worst-case gain says what is left of performance: the largest gain of the loop in continuous time from w to z, of which the gamma of the design is a bound, with \
-         constant coefficients anywhere in the part of the declared uncertainty at the head of the column ({} % is all of it). Of two numbers the first was found, the \
-         second is guaranteed at every frequency, both for the model, in which the incidence is a parameter of its own. 'Vehicle': the gain of a vehicle with the coefficients \
-         and gains of actuators of the perturbation found, trimmed anew. 'No bound': at that size the loop is not shown to stay stable.",
+        "The worst-case gain says what is left of performance: the largest gain of the loop in continuous time \
+            from w to z, of which the gamma of the design is a bound, with \
+         constant coefficients anywhere in the part of the declared uncertainty at the head of the column ({} % \
+         is all of it). Of two numbers the first was found, the \
+         second is guaranteed at every frequency, both for the model, in which the incidence is a parameter of \
+         its own. 'Vehicle': the gain of a vehicle with the coefficients \
+         and gains of actuators of the perturbation found, trimmed anew. 'No bound': at that size the loop is \
+         not shown to stay stable.",
         100.0 * PARTS[PARTS.len() - 1]
     )
 }
@@ -251,13 +269,17 @@ fn stability_verdict(bounds: &[Bounds]) -> Verdict {
     let most = bounds.iter().map(|b| b.guaranteed).fold(0.0, f64::max);
     Verdict {
         claim: "mu peaks at 0.268, so that 373 % of the modelled uncertainty is tolerated (section 4, Fig. 7).",
-        criterion: "robust stability: a vehicle within the declared uncertainty, trimmed anew, whose loop is not stable as it flies refutes it at its speed; where none was found, mu of \
-                    the model, guaranteed to be below 1 at every frequency, in continuous time without lags, bears it out; anything between leaves it open. There is no guarantee for \
-                    the loop as it flies. The paper's 0.268 itself cannot be compared, because its uncertainty is not printed."
+        criterion: "robust stability: a vehicle within the declared uncertainty, trimmed anew, whose loop is \
+            not stable as it flies refutes it at its speed; where none was found, mu of \
+                    the model, guaranteed to be below 1 at every frequency, in continuous time without lags, \
+                    bears it out; anything between leaves it open. There is no guarantee for \
+                    the loop as it flies. The paper's 0.268 itself cannot be compared, because its uncertainty \
+                    is not printed."
             .into(),
         finding: stays_stable(&pairs),
         because: format!(
-            "A vehicle within the declared uncertainty found unstable as it flies: {}; the model shown to be stable for all of it in continuous time without lags: {}. The \
+            "A vehicle within the declared uncertainty found unstable as it flies: {}; the model shown to be \
+                stable for all of it in continuous time without lags: {}. The \
              guaranteed bound is {most:.3} at most there, a margin of {:.0} %.",
             at(&|b| b.vehicle >= 1.0),
             at(&|b| b.guaranteed < 1.0),
@@ -277,9 +299,11 @@ fn speed_verdict(centre: f64, bounds: &[Bounds]) -> Verdict {
         None => "at no single speed".into(),
     };
     Verdict {
-        claim: "mu is largest at low speed, 1 m/s: it is more difficult to control the vehicle at low speed than at high speed (section 4, Fig. 7).",
+        claim: "mu is largest at low speed, 1 m/s: it is more difficult to control the vehicle at low speed \
+            than at high speed (section 4, Fig. 7).",
         criterion: format!(
-            "at which of the six speeds the guaranteed bound of the model is largest (in continuous time without lags), and at which a vehicle was found unstable, as it flies, with the \
+            "at which of the six speeds the guaranteed bound of the model is largest (in continuous time \
+                without lags), and at which a vehicle was found unstable, as it flies, with the \
              smallest errors: both below the middle of the range, {centre:.2} m/s, bears it out, one of them partly."
         ),
         finding: hardest_below(centre, &measures),
@@ -308,7 +332,8 @@ mod tests {
         assert!(good.because.contains("without lags: 0.50, 1.00 m/s."), "{}", good.because);
         assert!(good.because.contains("0.500 at most there, a margin of 200 %"), "{}", good.because);
         assert_eq!(stability_verdict(&[at(0.5, 0.3, 0.2), at(1.0, 1.5, 1.4)]).finding, Finding::Partly);
-        // What is guaranteed without lags does not outweigh a vehicle that is unstable as it flies; what the model alone does refutes nothing.
+        // What is guaranteed without lags does not outweigh a vehicle that is unstable as it flies; what the model
+        // alone does refutes nothing.
         assert_eq!(stability_verdict(&[at(1.0, 0.9, 1.1)]).finding, Finding::NotBorneOut);
         assert_eq!(stability_verdict(&[at(1.0, 1.5, f64::NAN)]).finding, Finding::Unknown);
     }

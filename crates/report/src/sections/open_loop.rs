@@ -112,7 +112,8 @@ fn verdict(pairs: &[(f64, f64)]) -> Verdict {
     Verdict {
         claim: "compared with the vehicle alone (Fig. 6), the responses of the closed loop are fast (section 4).",
         criterion: format!(
-            "the closed loop's pitch step settles to {:.0} % sooner than the vehicle alone does after a step of its actuator, within {FLOWN} s, \
+            "the closed loop's pitch step settles to {:.0} % sooner than the vehicle alone does after a step of \
+                its actuator, within {FLOWN} s, \
              at each of the {} speeds.",
             100.0 * SETTLED,
             pairs.len()
@@ -133,7 +134,8 @@ fn alone(subject: &Subject, speed: f64, index: usize, step: f64) -> Result<Vec<(
     Ok(rows.iter().map(|(t, pitch)| (*t, (pitch - start).to_degrees())).collect())
 }
 
-/// Until pitch stays within 2 % of where it ends; infinite when that is only in the last fifth of the record, or after it turned over.
+/// Until pitch stays within 2 % of where it ends; infinite when that is only in the last fifth of the record, or
+/// after it turned over.
 fn settling_time(points: &[(f64, f64)]) -> f64 {
     let Some(&(duration, end)) = points.last() else { return f64::NAN };
     let outside = |p: &(f64, f64)| (p.1 - end).abs() > SETTLED * end.abs();
@@ -147,7 +149,8 @@ mod tests {
     use super::*;
     use crate::verdict::Finding;
 
-    /// What the thesis prints for REMUS is set beside what follows from its coefficients, computed; a vehicle without such a note has no such part.
+    /// What the thesis prints for REMUS is set beside what follows from its coefficients, computed; a vehicle without
+    /// such a note has no such part.
     #[test]
     fn poles_are_told_in_pairs() {
         let c = Complex::new;

@@ -15,7 +15,8 @@ use squid_design::synthesise::robust::{Frozen, PRICE, RobustFigures};
 /// Those of [`squid_design::synthesise::robust::StoredRobust::confirm`]: what is not proved is not shown.
 pub fn robust(subject: &Subject) -> Result<Vec<Part>, Error> {
     let Some(stored) = &subject.stored.robust else {
-        let words = "The controller of this report is the nominal one. `squid design --robust` looks for one that bears more of the declared uncertainty, \
+        let words = "The controller of this report is the nominal one. `squid design --robust` looks for one \
+            that bears more of the declared uncertainty, \
                      and this section then shows both side by side.";
         return Ok(vec![Part::Words(words.into())]);
     };
@@ -38,9 +39,13 @@ fn percent(part: f64) -> String {
 fn about(found: &RobustFigures) -> String {
     let (parameters, channels, rho) = found.sizes;
     format!(
-        "The controller of this report is the robust one (Fig. 5, where W_e is varied, and the switched controllers are of the nominal synthesis). Coefficients that change arbitrarily fast: at a gain of {:.4}, which is {PRICE} times the bound of the \
-         nominal controller, the robust controller bears {} of the declared uncertainty and the nominal one {}. Both are judged by the same inequality, in \
-         which {parameters} coefficients ({channels} channels) and the speed ({rho} channels) may change at any rate within their ranges. The table has the gain that is \
+        "The controller of this report is the robust one (Fig. 5, where W_e is varied, and the switched \
+            controllers are of the nominal synthesis). Coefficients that change arbitrarily fast: at a gain of \
+            {:.4}, which is {PRICE} times the bound of the \
+         nominal controller, the robust controller bears {} of the declared uncertainty and the nominal one {}. \
+         Both are judged by the same inequality, in \
+         which {parameters} coefficients ({channels} channels) and the speed ({rho} channels) may change at any \
+         rate within their ranges. The table has the gain that is \
          not exceeded when a smaller or a larger part of the declared uncertainty is let loose.",
         found.gamma,
         percent(found.robust_bears),
@@ -50,7 +55,8 @@ fn about(found: &RobustFigures) -> String {
 
 fn proof(found: &RobustFigures) -> String {
     format!(
-        "Proved anew for this page, in exact arithmetic (robust_certificate.json): with {} of the declared uncertainty the gain of the robust controller is below {}. {}",
+        "Proved anew for this page, in exact arithmetic (robust_certificate.json): with {} of the declared \
+            uncertainty the gain of the robust controller is below {}. {}",
         percent(found.robust_bears),
         above(found.proved),
         found.not_proved()
@@ -59,10 +65,14 @@ fn proof(found: &RobustFigures) -> String {
 
 fn constant(found: &RobustFigures) -> String {
     format!(
-        "Coefficients that are off but do not change are a milder test. For these the figure and its table show both controllers, frozen at a speed: an upper bound on \
-         mu for robust stability (1 is all of the declared uncertainty, less is better), and the worst-case gain at {} of the declared uncertainty, \
-         of which the first number was found and the second is guaranteed, both for the model, in which the incidence is a parameter of its own; 'vehicle' is the gain of \
-         a vehicle with the coefficients of the perturbation found, trimmed anew. Both are of the loop in continuous time, without lags.",
+        "Coefficients that are off but do not change are a milder test. For these the figure and its table show \
+            both controllers, frozen at a speed: an upper bound on \
+         mu for robust stability (1 is all of the declared uncertainty, less is better), and the worst-case \
+         gain at {} of the declared uncertainty, \
+         of which the first number was found and the second is guaranteed, both for the model, in which the \
+         incidence is a parameter of its own; 'vehicle' is the gain of \
+         a vehicle with the coefficients of the perturbation found, trimmed anew. Both are of the loop in \
+         continuous time, without lags.",
         whole_percent(found.constant_size)
     )
 }
@@ -101,7 +111,8 @@ fn figure(subject: &Subject, found: &RobustFigures) -> Figure {
     Figure {
         name: "robust-and-nominal".into(),
         caption: format!(
-            "Upper bounds at six frozen speeds, of {}, with constant coefficients anywhere in their ranges. Less is better.",
+            "Upper bounds at six frozen speeds, of {}, with constant coefficients anywhere in their ranges. \
+                Less is better.",
             subject.name()
         ),
         keys: vec![Key::nth(1, "nominal controller"), Key { dash: "", ..Key::nth(0, "robust controller") }],
@@ -139,7 +150,8 @@ pub fn vehicle(gain: Option<f64>) -> String {
     gain.map_or_else(|| "none".into(), |gain| format!("{gain:.4}"))
 }
 
-/// A gain between what was found and what is guaranteed: (below, at least). One number where they agree to three decimals.
+/// A gain between what was found and what is guaranteed: (below, at least). One number where they agree to three
+/// decimals.
 pub fn between(gain: Option<(f64, f64)>) -> String {
     match gain {
         None => "no bound".into(),

@@ -54,8 +54,10 @@ pub fn sensitivity(subject: &Subject) -> Result<Vec<Part>, Error> {
     let figure = Figure {
         name: "weights-and-sensitivity".into(),
         caption: format!(
-            "What the weights ask for and what the loop of {} achieves as it flies (true linearisations at six frozen speeds, sampled, with the lags of the \
-             actuators), in units of the references' scales and the actuators' limits. Dashed: what a gain below {} means for the fitted model in continuous \
+            "What the weights ask for and what the loop of {} achieves as it flies (true linearisations at six \
+                frozen speeds, sampled, with the lags of the \
+             actuators), in units of the references' scales and the actuators' limits. Dashed: what a gain \
+             below {} means for the fitted model in continuous \
              time without lags{}.",
             subject.name(),
             above(gamma),
@@ -136,11 +138,13 @@ fn peak_verdict(peaks: &Both, limit: f64) -> Verdict {
     Verdict {
         claim: "M_s = 2 in the weight gives a good robustness margin (section 3B).",
         criterion: format!(
-            "the peak of |S| of pitch below M_s = {limit} at each of the six speeds, of the loop as it flies: sampled, with the lags of the actuators."
+            "the peak of |S| of pitch below M_s = {limit} at each of the six speeds, of the loop as it flies: \
+                sampled, with the lags of the actuators."
         ),
         finding: all_below(&peaks.flying, limit),
         because: format!(
-            "The largest peak is {:.2} as it flies, and {:.2} in continuous time without lags, which is what the weight speaks of.",
+            "The largest peak is {:.2} as it flies, and {:.2} in continuous time without lags, which is what \
+                the weight speaks of.",
             largest(0.0, peaks.flying.iter().copied()),
             largest(0.0, peaks.ideal.iter().copied())
         ),

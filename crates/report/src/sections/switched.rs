@@ -58,7 +58,8 @@ impl Bank {
     }
 }
 
-/// Flies the design's manoeuvre, as [`squid_flight::flight::fly`] does, under controllers made for the speeds of the subject.
+/// Flies the design's manoeuvre, as [`squid_flight::flight::fly`] does, under controllers made for the speeds of the
+/// subject.
 ///
 /// # Errors
 /// [`Error::Flight`], [`ProofError::Mismatch`] when a controller cannot be sampled.

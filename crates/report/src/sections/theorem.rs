@@ -9,14 +9,16 @@ use certificate::Theorem;
 fn reach(theorem: &Theorem, certified: bool) -> &'static str {
     match (theorem.gamma_with_model_error, certified) {
         (Some(_), true) => {
-            "The second sentence covers the true linearisations, which the fitted model misses a little. `squid verify` proves the \
+            "The second sentence covers the true linearisations, which the fitted model misses a little. `squid \
+                verify` proves the \
              certificate in the FMU again."
         }
         (Some(_), false) => {
             "The second sentence covers the true linearisations, which the fitted model misses a little."
         }
         (None, _) => {
-            "It is of the fitted model alone: nothing is proved of the true linearisations, and the controller counts as uncertified."
+            "It is of the fitted model alone: nothing is proved of the true linearisations, and the controller \
+                counts as uncertified."
         }
     }
 }
@@ -30,14 +32,16 @@ pub fn theorem(subject: &Subject) -> Result<Vec<Part>, Error> {
         Ok(theorem) => vec![
             format!("Proved anew for this page, in exact rational arithmetic: {theorem}"),
             format!(
-                "w holds the references (in units of their scales) and the disturbances at the actuators, z the tracking errors weighted by W_e \
+                "w holds the references (in units of their scales) and the disturbances at the actuators, z the \
+                    tracking errors weighted by W_e \
                  and the commands weighted by W_u. The parameter is the speed. {}",
                 reach(theorem, subject.stored.controller.gamma.certified)
             ),
         ],
         Err(reason) => vec![format!("NOT PROVED: {reason}")],
     };
-    let limits = "It does not cover saturation, sampling, actuator lags, or the vehicle's nonlinearity away from trim; the flights on this page \
+    let limits = "It does not cover saturation, sampling, actuator lags, or the vehicle's nonlinearity away \
+        from trim; the flights on this page \
                   have all of these, but a flight is no proof.";
     let parts = words.into_iter().chain([limits.to_owned()]).map(Part::Words).collect();
     Ok(parts)

@@ -70,14 +70,18 @@ struct Tuned {
 /// Fig. 5.
 ///
 /// # Errors
-/// [`Error::PitchNotTracked`]; [`Error::Synthesis`] when a bandwidth allows no controller; as [`squid_flight::flight::fly`].
+/// [`Error::PitchNotTracked`]; [`Error::Synthesis`] when a bandwidth allows no controller; as
+/// [`squid_flight::flight::fly`].
 pub fn tuning(subject: &Subject) -> Result<Vec<Part>, Error> {
     let all = TRIED.iter().map(|(w, letter)| tune(subject, *w, letter)).collect::<Result<Vec<_>, _>>()?;
     let step = subject.stored.manoeuvre.pitch_step.to_degrees();
     let words = format!(
-        "W_e is given another bandwidth and the (nominal) controller is synthesised anew each time; everything else is as in the design file. \
-         Impulses, bandwidths and damping are of the linear loop at frozen speed as it flies: true linearisation, sampled controller, lags of the actuators. \
-         Steps of {step:.0} deg are flown by the nonlinear vehicle with the sampled autopilot, actuator lags and limits.{}",
+        "W_e is given another bandwidth and the (nominal) controller is synthesised anew each time; everything \
+            else is as in the design file. \
+         Impulses, bandwidths and damping are of the linear loop at frozen speed as it flies: true \
+         linearisation, sampled controller, lags of the actuators. \
+         Steps of {step:.0} deg are flown by the nonlinear vehicle with the sampled autopilot, actuator lags \
+         and limits.{}",
         if all.iter().flat_map(|t| &t.responses).any(|r| r.cost.is_nan()) {
             " Some of these flights end at the surface, before their time: - is what they do not tell."
         } else {
@@ -162,7 +166,8 @@ fn figure(subject: &Subject, all: &[Tuned]) -> Figure {
     Figure {
         name: "fig5-pitch-responses".into(),
         caption: format!(
-            "Pitch of {} at six speeds after an impulse of the demand (above: pitch in degrees for a demand of 1 deg during 1 s, pressed \
+            "Pitch of {} at six speeds after an impulse of the demand (above: pitch in degrees for a demand of \
+                1 deg during 1 s, pressed \
              into an instant) and after a step (below).",
             subject.name()
         ),
@@ -222,13 +227,16 @@ fn damping_verdict(all: &[Tuned]) -> Verdict {
     Verdict {
         claim: "the closed loop is well damped at all speeds (Fig. 5).",
         criterion: format!(
-            "at each of the six speeds and three bandwidths, of the loop as it flies, both the least damping ratio of its modes and the one that its impulse \
-             response shows (by the logarithmic decrement of its largest swing back, which zeros make larger, too) at least {LEAST_DAMPING}, \
+            "at each of the six speeds and three bandwidths, of the loop as it flies, both the least damping \
+                ratio of its modes and the one that its impulse \
+             response shows (by the logarithmic decrement of its largest swing back, which zeros make larger, \
+             too) at least {LEAST_DAMPING}, \
              the least in the best class of short-period damping in MIL-F-8785C."
         ),
         finding: well_damped(&both),
         because: format!(
-            "Of the modes {} of {} reach it, the least with {:.3}; of the responses {} of {}, the least with {:.3}. In continuous time without lags the least \
+            "Of the modes {} of {} reach it, the least with {:.3}; of the responses {} of {}, the least with \
+                {:.3}. In continuous time without lags the least \
              are {:.3} and {:.3}. The largest overshoot of a flown step is {:.1} %.",
             enough(&modes),
             modes.len(),
@@ -255,7 +263,8 @@ fn bandwidth_verdict(all: &[Tuned]) -> Verdict {
     Verdict {
         claim: "the bandwidth of the closed loop is below 1 rad/s at all speeds (section 4).",
         criterion: format!(
-            "the highest frequency at which |T| of pitch is 1/sqrt(2), of the loop as it flies, largest over the six speeds, below {CLAIMED_BANDWIDTH} rad/s for \
+            "the highest frequency at which |T| of pitch is 1/sqrt(2), of the loop as it flies, largest over \
+                the six speeds, below {CLAIMED_BANDWIDTH} rad/s for \
              each of the three bandwidths of the weight; for some of them bears it out partly."
         ),
         finding: all_below(&found, CLAIMED_BANDWIDTH),
@@ -316,8 +325,10 @@ fn best_verdict(all: &[Tuned]) -> Verdict {
     let between = measures.iter().filter(middling).count();
     Verdict {
         claim: "from the point of view of time simulation w_b = 0.23 is the best of the three (section 4).",
-        criterion: "which bandwidth has the least of four costs of the flown steps over the six speeds: ITAE (the time-weighted error), the \
-                    worst settling time, the worst overshoot, the worst use of an actuator. The paper does not say by what it chose; the best \
+        criterion: "which bandwidth has the least of four costs of the flown steps over the six speeds: ITAE \
+            (the time-weighted error), the \
+                    worst settling time, the worst overshoot, the worst use of an actuator. The paper does not \
+                    say by what it chose; the best \
                     by all four bears it out, by some partly."
             .into(),
         finding: best(PREFERRED, &measures),

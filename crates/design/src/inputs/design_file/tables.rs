@@ -206,7 +206,8 @@ impl Limits {
         };
         let unit = if factor == 1.0 { "rad" } else { "deg" };
         let words = format!(
-            "other than 0 and at most {} {unit} in size, the 'scale' of pitch: the largest reference that the design is made for",
+            "other than 0 and at most {} {unit} in size, the 'scale' of pitch: the largest reference that the \
+                design is made for",
             rounded(scale / factor)
         );
         let allowed = |v: f64| v != 0.0 && (v * factor).abs() <= scale * (1.0 + ROUNDING);

@@ -172,7 +172,8 @@ mod tests {
 
     #[test]
     fn ranges_are_read_in_the_order_of_the_vehicle_file() {
-        let section = "[uncertainty.coefficients]\nM_q = 0.3\nx_G = { absolute = 0.01, unit = \"m\" }\n\"lower.z\" = 0.05\n";
+        let section = "[uncertainty.coefficients]\nM_q = 0.3\nx_G = \
+            { absolute = 0.01, unit = \"m\" }\n\"lower.z\" = 0.05\n";
         let found = resolve("squid", section).unwrap();
         let shown: Vec<(Parameter, f64, f64)> =
             found.iter().map(|u| (u.parameter, u.value, u.half_range)).collect();
@@ -219,7 +220,8 @@ mod tests {
             ),
             (
                 coefficients("Z_w = { absolute = 20.0, unit = \"kg/s\" }"),
-                "design.toml:4: 'uncertainty.coefficients.Z_w' is a range that reaches 8; it must be zero or a negative",
+                "design.toml:4: 'uncertainty.coefficients.Z_w' is a range that reaches 8; it must be zero or a \
+                    negative",
             ),
         ];
         for (section, words) in begins {

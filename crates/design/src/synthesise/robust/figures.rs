@@ -25,8 +25,8 @@ pub struct RobustFigures {
     pub sizes: (usize, usize, usize),
     /// How far the model may be off for its missing channels, relative, over half of what is declared.
     pub model_error: f64,
-    /// How far the model with all its channels is off the vehicle trimmed anew, relative, at corners of all that is declared: the least and the
-    /// largest over the speeds.
+    /// How far the model with all its channels is off the vehicle trimmed anew, relative, at corners of all that is
+    /// declared: the least and the largest over the speeds.
     pub remainder: (f64, f64),
     /// Parameters that were left out.
     pub left_out: Vec<String>,
@@ -41,7 +41,8 @@ pub struct Frozen {
     pub speed: f64,
     /// mu for robust stability is below this at every frequency; none where no bound closes.
     pub mu: [Option<f64>; 2],
-    /// The worst-case gain at a size: below the first, and at least the second; none where the loop is not shown to stay stable.
+    /// The worst-case gain at a size: below the first, and at least the second; none where the loop is not shown to
+    /// stay stable.
     pub worst: [Option<(f64, f64)>; 2],
     /// The gain of a vehicle with the coefficients of the worst perturbation found, trimmed anew.
     #[serde(default)]
@@ -53,9 +54,12 @@ impl RobustFigures {
     pub fn words(&self) -> String {
         let number = |g: Option<f64>| g.map_or_else(|| "none".into(), above);
         let mut out = format!(
-            "At a gain of {:.4}, {PRICE} times the bound of the nominal controller, each bears a part of the declared uncertainty, changing arbitrarily fast:\n\
-             \x20 the nominal controller {:.1} %, the robust controller {:.1} %, which is {:.2} times as much (proved: a gain below {})\n\
-             The gain is below this at a part of the declared uncertainty, changing arbitrarily fast\n        part     nominal      robust\n",
+            "At a gain of {:.4}, {PRICE} times the bound of the nominal controller, each bears a part of the \
+                declared uncertainty, changing arbitrarily fast:\n\
+             \x20 the nominal controller {:.1} %, the robust controller {:.1} %, which is {:.2} times as much \
+             (proved: a gain below {})\n\
+             The gain is below this at a part of the declared uncertainty, changing arbitrarily \
+             fast\n        part     nominal      robust\n",
             self.gamma,
             100.0 * self.nominal_bears,
             100.0 * self.robust_bears,
@@ -66,8 +70,10 @@ impl RobustFigures {
             out += &format!("  {:>8.1} %  {:>10}  {:>10}\n", 100.0 * size, number(*nominal), number(*robust));
         }
         out += &format!(
-            "Constant uncertainty at frozen speed: an upper bound on mu for robust stability (1 is all of the declared uncertainty), and the\n\
-             worst-case gain at {:.0} % of it: of the model, in which the incidence is a parameter of its own (found..guaranteed), and of a vehicle\n\
+            "Constant uncertainty at frozen speed: an upper bound on mu for robust stability (1 is all of the \
+                declared uncertainty), and the\n\
+             worst-case gain at {:.0} % of it: of the model, in which the incidence is a parameter of its own \
+             (found..guaranteed), and of a vehicle\n\
              with the coefficients found, trimmed anew\n\
              \x20        m/s  mu nominal      robust     gain nominal  vehicle           robust  vehicle\n",
             100.0 * self.constant_size
@@ -102,8 +108,10 @@ impl RobustFigures {
             }
         };
         format!(
-            "The proof is about the model. It leaves out how far the model is off the vehicle: {:.1} to {:.1} % of [A B] over the six speeds, at corners of \
-             all of the declared uncertainty, and up to {:.2} % more, over half of it, for the channels taken off.{held}",
+            "The proof is about the model. It leaves out how far the model is off the vehicle: {:.1} to {:.1} % \
+                of [A B] over the six speeds, at corners of \
+             all of the declared uncertainty, and up to {:.2} % more, over half of it, for the channels taken \
+             off.{held}",
             100.0 * least,
             100.0 * most,
             100.0 * self.model_error

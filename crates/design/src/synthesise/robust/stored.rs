@@ -76,8 +76,8 @@ impl StoredRobust {
         Ok([crate::files::json(&self.figures)?, certificate])
     }
 
-    /// Proves the certificate anew, and checks that it is of this controller, of the gain that the figures name, and of the model of what is declared
-    /// uncertain at the size that they name.
+    /// Proves the certificate anew, and checks that it is of this controller, of the gain that the figures name, and
+    /// of the model of what is declared uncertain at the size that they name.
     ///
     /// # Errors
     /// [`ProofError::Unproved`], [`ProofError::Mismatch`], [`ProofError::WrongPlant`], those of the uncertain model.

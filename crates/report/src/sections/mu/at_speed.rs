@@ -1,4 +1,5 @@
-//! mu for robust stability at one speed: bounds for all frequencies, curves over frequency, and the perturbation that destabilises.
+//! mu for robust stability at one speed: bounds for all frequencies, curves over frequency, and the perturbation that
+//! destabilises.
 
 use crate::error::Error;
 use crate::sections::mu::worst_gain::WorstGain;
@@ -47,8 +48,8 @@ pub struct SpeedMu {
     pub worst: Vec<Change>,
     /// The gain of the loop with and without errors of the coefficients.
     pub gain: WorstGain,
-    /// The size of the perturbation found, without what it has of the trim, at which a vehicle that is trimmed anew is not stable: as it flies, and in
-    /// continuous time without lags.
+    /// The size of the perturbation found, without what it has of the trim, at which a vehicle that is trimmed anew
+    /// is not stable: as it flies, and in continuous time without lags.
     pub vehicle: [Option<f64>; 2],
 }
 
@@ -67,7 +68,8 @@ impl SpeedMu {
     /// Analyses the loop of the uncertain model at a speed and the controller frozen there.
     ///
     /// # Errors
-    /// As [`uncertain::at_speed`]; [`ModelError::Lft`](squid_design::error::ModelError::Lft); [`DesignError::MuAtSpeed`] when the loop is unstable without any perturbation.
+    /// As [`uncertain::at_speed`]; [`ModelError::Lft`](squid_design::error::ModelError::Lft);
+    /// [`DesignError::MuAtSpeed`] when the loop is unstable without any perturbation.
     pub fn new(subject: &Subject, speed: f64) -> Result<Self, Error> {
         let frozen = at_speed(subject.inputs, speed)?;
         let model = &frozen.model;
@@ -121,7 +123,8 @@ fn spread((from, to): (i32, i32), points: i32) -> impl Iterator<Item = f64> {
     (from * points..=to * points).map(move |k| 10f64.powf(f64::from(k) / f64::from(points)))
 }
 
-/// Upper bounds at single frequencies, zero and those of both bounds of the sweep among them, so that no peak is cut off.
+/// Upper bounds at single frequencies, zero and those of both bounds of the sweep among them, so that no peak is cut
+/// off.
 fn upper_curve(
     system: &StateSpace,
     structure: &Structure,
@@ -162,10 +165,12 @@ fn lower_points(
     Ok(out)
 }
 
-/// How far along a perturbation a vehicle is followed, in units of the size at which the model is not stable; at least all of the declared uncertainty.
+/// How far along a perturbation a vehicle is followed, in units of the size at which the model is not stable; at
+/// least all of the declared uncertainty.
 const FOLLOWED: f64 = 2.0;
 
-/// Where along a perturbation the loop of a vehicle that is trimmed anew is not stable: as it flies, and in continuous time without lags.
+/// Where along a perturbation the loop of a vehicle that is trimmed anew is not stable: as it flies, and in
+/// continuous time without lags.
 fn unstable_at(
     subject: &Subject,
     frozen: &FrozenUncertain,
@@ -226,7 +231,8 @@ fn ordered(blocks: &[Block], values: &[f64], shares: &[f64]) -> Vec<Change> {
     out
 }
 
-/// How far a parameter is off, in words: relative to its value, or in its own unit where it has none or belongs to the trim.
+/// How far a parameter is off, in words: relative to its value, or in its own unit where it has none or belongs to
+/// the trim.
 fn by(block: &Block, delta: f64) -> String {
     let off = delta * block.half_range;
     if matches!(block.uncertain, Uncertain::Parameter(_))

@@ -19,8 +19,8 @@ pub struct WorstGain {
 }
 
 impl WorstGain {
-    /// Bounds the gain of a loop from (wd, w) to (zd, z) with a structure of Delta, of which mu for robust stability is known to be below `mu`.
-    /// `vehicle` is the gain of a vehicle with the coefficients of a perturbation.
+    /// Bounds the gain of a loop from (wd, w) to (zd, z) with a structure of Delta, of which mu for robust stability
+    /// is known to be below `mu`. `vehicle` is the gain of a vehicle with the coefficients of a perturbation.
     pub fn new(
         system: &StateSpace,
         structure: &Structure,

@@ -1,5 +1,6 @@
-//! Integrates an FMU by model exchange with the crate `fmi-rs`, which takes steps of Euler's method and looks at the model
-//! description first: `exchange-fmi-rs PLAN.json`, of which the one FMU, step, count, every, record and out count.
+//! Integrates an FMU by model exchange with the crate `fmi-rs`, which takes steps of Euler's method and looks at the
+//! model description first: `exchange-fmi-rs PLAN.json`, of which the one FMU, step, count, every, record and out
+//! count.
 
 use fly_plan::Failure;
 use fmi_rs::fmi2::builder::FMU2Builder;
