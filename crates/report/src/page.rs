@@ -6,4 +6,5 @@ pub mod figure;
 pub mod html;
 pub mod plot;
 pub mod section;
+mod thin;
 pub mod words;

@@ -2,7 +2,7 @@
 //! drew.
 
 use crate::page::axis::Axis;
-use crate::page::plot::thin;
+use crate::page::thin::thin;
 use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint};
 use plotters::prelude::*;
 use std::fmt::Write;
@@ -81,10 +81,12 @@ pub struct Chart {
     pub curves: Vec<Curve>,
 }
 
-/// Size of a chart in units of the page.
-pub const WIDTH: u32 = 400;
-/// Size of a chart in units of the page.
-pub const HEIGHT: u32 = 250;
+/// Width and height of a chart, in units of the page.
+pub type Size = (u32, u32);
+/// A chart among others in a page.
+pub const SMALL: Size = (400, 250);
+/// A chart as wide as a page.
+pub const WIDE: Size = (900, 230);
 /// plotters places things on whole units; a unit of the page is this many of its.
 const FINE: u32 = 4;
 /// Left, right, top and bottom of the frame, in units of the page.
@@ -121,11 +123,11 @@ impl Ranged for Ticks {
 type Context<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<Ticks, Ticks>>;
 
 impl Chart {
-    /// The contents of an `svg` element whose view box is [`Chart::view_box`].
+    /// The contents of an `svg` element whose view box is [`Chart::view_box`] of the same size.
     ///
     /// # Errors
     /// The reason of plotters.
-    pub fn svg(&self, keys: &[Key]) -> Result<String, String> {
+    pub fn svg(&self, keys: &[Key], size: Size) -> Result<String, String> {
         let placed: Vec<(&Key, Vec<(f64, f64)>)> = self
             .curves
             .iter()
@@ -135,15 +137,15 @@ impl Chart {
         let x = self.x.extent(all().map(|p| p.0), false);
         let y = self.y.extent(all().map(|p| p.1), true);
         let mut frame = String::new();
-        self.paint(&mut frame, x, y).map_err(|reason| reason.to_string())?;
+        self.paint(&mut frame, size, x, y).map_err(|reason| reason.to_string())?;
         let inner = frame.split_once('>').and_then(|(_, rest)| rest.rsplit_once("</svg>"));
         let (inner, _) = inner.ok_or("the frame of the chart is no SVG")?;
-        Ok(format!("{}{}", inner.trim().replace(">\n", ">"), curves(&placed, x, y)))
+        Ok(format!("{}{}", inner.trim().replace(">\n", ">"), curves(&placed, size, x, y)))
     }
 
     /// The view box that [`Chart::svg`] draws in.
-    pub fn view_box() -> String {
-        format!("0 0 {} {}", FINE * WIDTH, FINE * HEIGHT)
+    pub fn view_box((width, height): Size) -> String {
+        format!("0 0 {} {}", FINE * width, FINE * height)
     }
 
     fn placed(&self, points: &[(f64, f64)]) -> Vec<(f64, f64)> {
@@ -153,10 +155,11 @@ impl Chart {
     fn paint(
         &self,
         svg: &mut String,
+        (width, height): Size,
         x: (f64, f64),
         y: (f64, f64),
     ) -> Result<(), Box<dyn std::error::Error>> {
-        let root = SVGBackend::with_string(svg, (FINE * WIDTH, FINE * HEIGHT)).into_drawing_area();
+        let root = SVGBackend::with_string(svg, (FINE * width, FINE * height)).into_drawing_area();
         let font = ("sans-serif", 15 * FINE);
         let heading = match self.title.as_str() {
             "" => self.y.label.clone(),
@@ -187,9 +190,9 @@ impl Chart {
 }
 
 /// The curves, in a nested SVG that ends at the frame: what leaves the axes is cut off.
-fn curves(placed: &[(&Key, Vec<(f64, f64)>)], x: (f64, f64), y: (f64, f64)) -> String {
+fn curves(placed: &[(&Key, Vec<(f64, f64)>)], size: Size, x: (f64, f64), y: (f64, f64)) -> String {
     let [left, right, top, bottom] = FRAME.map(|side| FINE * side);
-    let (width, height) = (FINE * WIDTH - left - right, FINE * HEIGHT - top - bottom);
+    let (width, height) = (FINE * size.0 - left - right, FINE * size.1 - top - bottom);
     let mut out = format!("<svg x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\">");
     // Dashed ones upon whole ones, so that lines that lie on one another are all seen.
     let (whole, dashed): (Vec<_>, Vec<_>) = placed.iter().partition(|(key, _)| key.dash.is_empty());
@@ -237,7 +240,7 @@ mod tests {
     #[test]
     fn a_chart_has_its_labels_and_thins_what_is_straight() {
         let svg = chart((0..5000).map(|i| (f64::from(i), 2.0 * f64::from(i))).collect())
-            .svg(&[Key::nth(1, "one")])
+            .svg(&[Key::nth(1, "one")], SMALL)
             .unwrap();
         for part in ["time (s)", "pitch (deg)", "a &lt; b", "stroke-dasharray=\"28 12\""] {
             assert!(svg.contains(part), "{part}");
@@ -249,7 +252,7 @@ mod tests {
     #[test]
     fn what_has_no_place_is_left_out() {
         let svg = chart(vec![(0.0, 1.0), (1.0, f64::NAN), (2.0, f64::INFINITY), (3.0, 2.0)]);
-        let svg = svg.svg(&[Key::nth(0, "one")]).unwrap();
+        let svg = svg.svg(&[Key::nth(0, "one")], SMALL).unwrap();
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
     }
 }

@@ -1,7 +1,7 @@
 //! A figure: charts side by side with one legend, as a part of a page and as an SVG of its own.
 
 use crate::error::Error;
-use crate::page::chart::{Chart, HEIGHT, Key, WIDTH};
+use crate::page::chart::{Chart, Key, SMALL, Size, WIDE};
 use crate::page::words::escaped;
 use std::fmt::Write;
 
@@ -47,9 +47,12 @@ impl Figure {
         self.keys.iter().filter(|key| !key.name.is_empty())
     }
 
-    fn drawn(&self) -> Result<Vec<String>, Error> {
-        let failed = |reason| Error::Plot { path: format!("{}.svg", self.name), reason };
-        self.charts.iter().map(|chart| chart.svg(&self.keys).map_err(failed)).collect()
+    fn drawn(&self, size: Size) -> Result<Vec<String>, String> {
+        self.charts.iter().map(|chart| chart.svg(&self.keys, size)).collect()
+    }
+
+    fn failed(&self, reason: String) -> Error {
+        Error::Plot { path: format!("{}.svg", self.name), reason }
     }
 
     /// The figure as part of a page: the charts stand side by side where there is room, else one below the other.
@@ -71,13 +74,13 @@ impl Figure {
             out += "</div>\n";
         }
         out += "<div class=\"charts\">\n";
-        for (chart, svg) in self.charts.iter().zip(self.drawn()?) {
+        for (chart, svg) in self.charts.iter().zip(self.drawn(SMALL).map_err(|reason| self.failed(reason))?) {
             let label = format!("{} {} over {}", chart.title, chart.y.label, chart.x.label);
             let _ = writeln!(
                 out,
                 "<svg role=\"img\" aria-label=\"{}\" viewBox=\"{}\">{svg}</svg>",
                 escaped(label.trim()),
-                Chart::view_box()
+                Chart::view_box(SMALL)
             );
         }
         let _ = write!(out, "</div>\n<figcaption>{}</figcaption>\n</figure>\n", escaped(&self.caption));
@@ -90,12 +93,24 @@ impl Figure {
     /// [`Error::Plot`].
     pub fn file(&self, title: &str) -> Result<String, Error> {
         let across = self.charts.len().clamp(1, ACROSS);
-        let width = WIDTH * across as u32;
+        self.laid_out(title, across, SMALL).map_err(|reason| self.failed(reason))
+    }
+
+    /// The same with the charts one above the other.
+    ///
+    /// # Errors
+    /// The reason why it cannot be drawn.
+    pub fn stacked(&self, title: &str) -> Result<String, String> {
+        self.laid_out(title, 1, WIDE)
+    }
+
+    fn laid_out(&self, title: &str, across: usize, size: Size) -> Result<String, String> {
+        let width = size.0 * across as u32;
         let lines = wrapped(title, (f64::from(width) / TITLE_LETTER) as usize);
         let head = LINE * lines.len() as u32;
         let (legend, rows) = self.legend(f64::from(width), head);
         let top = head + LINE * rows + 12;
-        let height = top + HEIGHT * self.charts.len().div_ceil(across) as u32;
+        let height = top + size.1 * self.charts.len().div_ceil(across) as u32;
         let mut out = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 \
                 {width} {height}\" \
@@ -106,12 +121,14 @@ impl Figure {
             let _ = writeln!(out, "<text x=\"6\" y=\"{y}\" font-size=\"15\">{}</text>", escaped(line));
         }
         out += &legend;
-        for (i, svg) in self.drawn()?.into_iter().enumerate() {
-            let (x, y) = (WIDTH * (i % across) as u32, top + HEIGHT * (i / across) as u32);
+        for (i, svg) in self.drawn(size)?.into_iter().enumerate() {
+            let (x, y) = (size.0 * (i % across) as u32, top + size.1 * (i / across) as u32);
             let _ = writeln!(
                 out,
-                "<svg x=\"{x}\" y=\"{y}\" width=\"{WIDTH}\" height=\"{HEIGHT}\" viewBox=\"{}\">{svg}</svg>",
-                Chart::view_box()
+                "<svg x=\"{x}\" y=\"{y}\" width=\"{}\" height=\"{}\" viewBox=\"{}\">{svg}</svg>",
+                size.0,
+                size.1,
+                Chart::view_box(size)
             );
         }
         Ok(out + "</svg>\n")
@@ -161,7 +178,7 @@ mod tests {
         let names = ["a name of thirty letters & more"; 6].into_iter().chain([""]);
         let keys = names.enumerate().map(|(i, name)| Key::nth(i, name)).collect();
         let figure = Figure { name: "f".into(), caption: "c".into(), keys, charts: vec![chart] };
-        let (legend, rows) = figure.legend(f64::from(WIDTH), 20);
+        let (legend, rows) = figure.legend(f64::from(SMALL.0), 20);
         assert_eq!(rows, 6, "{legend}: the one without a name takes none");
         assert!(!legend.contains("& "), "escaped");
         assert_eq!(wrapped("one two three", 8), ["one two", "three"]);
