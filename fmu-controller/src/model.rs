@@ -163,7 +163,7 @@ impl Model for Controller {
         self.write(state);
     }
 
-    fn recall(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
         self.read(state)
     }
 

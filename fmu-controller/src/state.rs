@@ -10,14 +10,14 @@ impl Controller {
         let inputs = &self.inputs;
         to.reals(&inputs.measured);
         to.reals(&inputs.references);
-        let memory = self.autopilot.memory();
-        to.reals(&memory.state);
-        to.reals(&memory.outputs.commands);
-        to.reals(&[memory.outputs.scheduling_parameter, memory.outputs.trim_pitch]);
-        to.boolean(memory.outputs.out_of_range);
-        to.real(memory.start);
-        to.integer(memory.ticks);
-        to.boolean(memory.outside);
+        let snapshot = self.autopilot.snapshot();
+        to.reals(&snapshot.state);
+        to.reals(&snapshot.outputs.commands);
+        to.reals(&[snapshot.outputs.scheduling_parameter, snapshot.outputs.trim_pitch]);
+        to.boolean(snapshot.outputs.out_of_range);
+        to.real(snapshot.start);
+        to.integer(snapshot.ticks);
+        to.boolean(snapshot.outside);
     }
 
     /// Reads what [`Controller::write`] wrote, into a controller of the same design.
@@ -26,15 +26,15 @@ impl Controller {
         for number in inputs.measured.iter_mut().chain(&mut inputs.references) {
             *number = from.finite()?;
         }
-        let mut memory = self.autopilot.memory();
-        from.reals(&mut memory.state)?;
-        from.reals(&mut memory.outputs.commands)?;
-        memory.outputs.scheduling_parameter = from.finite()?;
-        memory.outputs.trim_pitch = from.finite()?;
-        memory.outputs.out_of_range = from.boolean()?;
-        memory.start = from.finite()?;
-        memory.ticks = from.integer()?;
-        memory.outside = from.boolean()?;
-        self.autopilot.recall(&memory).map_err(StateError::inconsistent)
+        let mut snapshot = self.autopilot.snapshot();
+        from.reals(&mut snapshot.state)?;
+        from.reals(&mut snapshot.outputs.commands)?;
+        snapshot.outputs.scheduling_parameter = from.finite()?;
+        snapshot.outputs.trim_pitch = from.finite()?;
+        snapshot.outputs.out_of_range = from.boolean()?;
+        snapshot.start = from.finite()?;
+        snapshot.ticks = from.integer()?;
+        snapshot.outside = from.boolean()?;
+        self.autopilot.restore(&snapshot).map_err(StateError::inconsistent)
     }
 }

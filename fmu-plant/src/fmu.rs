@@ -72,7 +72,7 @@ impl Model for PlantModel {
         self.write(state);
     }
 
-    fn recall(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
         self.read(state)
     }
 

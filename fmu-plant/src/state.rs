@@ -1,6 +1,6 @@
 //! The state of a flight as bytes.
 
-use auv::{COEFFICIENTS, Coefficients, Current, Fidelity, Memory, Motion, Slopes, State};
+use auv::{COEFFICIENTS, Coefficients, Current, Fidelity, Motion, Slopes, Snapshot, State};
 use fmi2::{StateError, StateReader, StateWriter};
 
 use crate::PlantModel;
@@ -26,7 +26,7 @@ impl PlantModel {
         to.reals(&trim.actuators);
         to.boolean(self.above_surface);
         to.boolean(self.out_of_range);
-        write_memory(&self.plant.memory(), to);
+        write_memory(&self.plant.snapshot(), to);
     }
 
     /// Reads what [`PlantModel::write`] wrote, into a plant of the same vehicle.
@@ -56,36 +56,36 @@ impl PlantModel {
         from.reals(&mut trim.actuators)?;
         self.above_surface = from.boolean()?;
         self.out_of_range = from.boolean()?;
-        let mut memory = self.plant.memory();
-        read_memory(&mut memory, from)?;
-        self.plant.recall(&memory).map_err(StateError::inconsistent)
+        let mut snapshot = self.plant.snapshot();
+        read_memory(&mut snapshot, from)?;
+        self.plant.restore(&snapshot).map_err(StateError::inconsistent)
     }
 }
 
-fn write_memory(memory: &Memory, to: &mut StateWriter) {
-    write_coefficients(&memory.coefficients, to);
-    to.boolean(memory.fidelity == Fidelity::Lpv);
-    let State { motion: Motion { u, w, q, theta }, x, depth } = memory.state;
-    to.reals(&[memory.time, u, w, q, theta, x, depth]);
-    to.reals(&memory.outputs);
-    to.reals(&memory.commands);
-    to.reals(&[memory.current.horizontal, memory.current.vertical]);
-    to.reals(&[memory.operating_speed, memory.integrator_step]);
+fn write_memory(snapshot: &Snapshot, to: &mut StateWriter) {
+    write_coefficients(&snapshot.coefficients, to);
+    to.boolean(snapshot.fidelity == Fidelity::Lpv);
+    let State { motion: Motion { u, w, q, theta }, x, depth } = snapshot.state;
+    to.reals(&[snapshot.time, u, w, q, theta, x, depth]);
+    to.reals(&snapshot.outputs);
+    to.reals(&snapshot.commands);
+    to.reals(&[snapshot.current.horizontal, snapshot.current.vertical]);
+    to.reals(&[snapshot.operating_speed, snapshot.integrator_step]);
 }
 
-fn read_memory(memory: &mut Memory, from: &mut StateReader<'_>) -> Result<(), StateError> {
-    read_coefficients(&mut memory.coefficients, from)?;
-    memory.fidelity = read_fidelity(from)?;
+fn read_memory(snapshot: &mut Snapshot, from: &mut StateReader<'_>) -> Result<(), StateError> {
+    read_coefficients(&mut snapshot.coefficients, from)?;
+    snapshot.fidelity = read_fidelity(from)?;
     let mut motion = [0.0; 7];
     from.reals(&mut motion)?;
     let [time, u, w, q, theta, x, depth] = motion;
-    memory.time = time;
-    memory.state = State { motion: Motion { u, w, q, theta }, x, depth };
-    from.reals(&mut memory.outputs)?;
-    from.reals(&mut memory.commands)?;
-    memory.current = read_current(from)?;
-    memory.operating_speed = from.finite()?;
-    memory.integrator_step = from.finite()?;
+    snapshot.time = time;
+    snapshot.state = State { motion: Motion { u, w, q, theta }, x, depth };
+    from.reals(&mut snapshot.outputs)?;
+    from.reals(&mut snapshot.commands)?;
+    snapshot.current = read_current(from)?;
+    snapshot.operating_speed = from.finite()?;
+    snapshot.integrator_step = from.finite()?;
     Ok(())
 }
 

@@ -59,8 +59,8 @@ impl Model for Tow {
         self.plant.save(state);
     }
 
-    fn recall(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        self.plant.recall(state)
+    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+        self.plant.restore(state)
     }
 }
 

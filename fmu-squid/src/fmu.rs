@@ -63,7 +63,7 @@ impl Model for ClosedLoop {
         self.write(state);
     }
 
-    fn recall(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
         self.read(state)
     }
 

@@ -26,7 +26,7 @@ impl ClosedLoop {
         self.outside.speed_reference = from.finite()?;
         self.outside.pitch_slope = from.finite()?;
         self.outside.speed_slope = from.finite()?;
-        self.plant.recall(from)?;
-        self.controller.recall(from)
+        self.plant.restore(from)?;
+        self.controller.restore(from)
     }
 }

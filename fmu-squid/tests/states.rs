@@ -78,7 +78,7 @@ fn goes_on_alike<M: Model>(before: &[Move], after: &[Move]) {
     let expected = run(&mut first, &signals, after);
     first.restore(&snapshot).unwrap();
     assert_eq!(first.serialise(&first.snapshot().unwrap()).unwrap(), bytes, "nothing is forgotten");
-    assert_eq!(run(&mut first, &signals, after), expected, "restored from memory");
+    assert_eq!(run(&mut first, &signals, after), expected, "restored from snapshot");
     // An instance that never ran, and one that ran elsewhere.
     for mut other in [instance::<M>(), first] {
         let read = other.deserialise(&bytes).unwrap();

@@ -16,7 +16,7 @@
 //!   and trim;
 //! - [`Plant`]: the vehicle in motion, by the nonlinear equations or by an [`LpvModel`];
 //! - [`Instant`] and [`Rates`]: the motion at one instant as states and their rates, over any [`Scalar`];
-//! - [`Slopes`]: inputs that are ramps instead of being held; [`Memory`]: a plant put away to be taken up again.
+//! - [`Slopes`]: inputs that are ramps instead of being held; [`Snapshot`]: a plant put away to be taken up again.
 //!
 //! ```
 //! use auv::{Speed, Vehicle, linearise, trim};
@@ -50,10 +50,10 @@ pub use simulation::current::Current;
 pub use simulation::error::SimulationError;
 pub use simulation::integrator::IntegrationError;
 pub use simulation::lpv_model::{LPV_MODEL_FORMAT, LpvModel, LpvModelError, TrimPoint};
-pub use simulation::memory::{Memory, MemoryError};
 pub use simulation::plant::{Fidelity, Plant, State};
 pub use simulation::rates::{Instant, Rates};
 pub use simulation::slopes::Slopes;
+pub use simulation::snapshot::{Snapshot, SnapshotError};
 pub use toml_file::{FileError, FileProblem, read_text};
 pub use vehicle::actuator::{Actuator, Effect};
 pub use vehicle::allowed::Allowed;

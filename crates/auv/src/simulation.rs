@@ -6,7 +6,7 @@ mod flow;
 mod frozen;
 pub(crate) mod integrator;
 pub(crate) mod lpv_model;
-pub(crate) mod memory;
 pub(crate) mod plant;
 pub(crate) mod rates;
 pub(crate) mod slopes;
+pub(crate) mod snapshot;

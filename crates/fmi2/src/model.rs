@@ -7,7 +7,7 @@ use crate::{Continuous, Log, ResourceError, Resources, StateError, StateReader, 
 /// A model that can be stepped in time; it knows no protocol.
 ///
 /// A clone is a complete snapshot: it serves `fmi2GetFMUstate` and `fmi2Reset`. Heavy data that never changes
-/// belongs into an `Arc`. A state that leaves the process goes through [`Model::save`] and [`Model::recall`].
+/// belongs into an `Arc`. A state that leaves the process goes through [`Model::save`] and [`Model::restore`].
 pub trait Model: Clone + Send + Sync + 'static {
     /// What can go wrong; its text is logged as one sentence.
     type Error: std::error::Error + From<ResourceError> + Send + Sync + 'static;
@@ -41,14 +41,14 @@ pub trait Model: Clone + Send + Sync + 'static {
     /// The step cannot be computed; the instance then only takes reset, an earlier state, or free.
     fn step(&mut self, from: f64, to: f64, log: &mut dyn Log) -> Result<(), Self::Error>;
 
-    /// Writes everything that [`Model::recall`] needs to go on from here; what follows from the resources is left out.
+    /// Writes everything that [`Model::restore`] needs to go on from here; what follows from the resources is left out.
     fn save(&self, state: &mut StateWriter);
 
     /// Puts a freshly loaded model of the same resources into a saved state.
     ///
     /// # Errors
     /// [`StateError`]: the bytes end early, or make no state of this model.
-    fn recall(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError>;
+    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError>;
 
     /// The continuous states, if an importer may integrate them itself. With them the inputs act at once in
     /// co-simulation too ([`ContinuousModel::obey`](crate::ContinuousModel::obey)); without them the outputs move

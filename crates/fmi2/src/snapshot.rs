@@ -66,7 +66,7 @@ impl<M: Model> Snapshot<M> {
         state.sealed(&self.identity)
     }
 
-    fn recall(bytes: &[u8], fresh: &M, identity: &Identity) -> Result<Self, StateError> {
+    fn restore(bytes: &[u8], fresh: &M, identity: &Identity) -> Result<Self, StateError> {
         let mut state = StateReader::unsealed(bytes, identity)?;
         let interface = match state.boolean()? {
             true => Interface::CoSimulation,
@@ -88,7 +88,7 @@ impl<M: Model> Snapshot<M> {
         let slopes = Slopes::ALL.into_iter().find(|slopes| *slopes as u64 == number);
         snapshot.slopes =
             slopes.ok_or_else(|| StateError::inconsistent(format_args!("the slopes {number}")))?;
-        snapshot.model.recall(&mut state)?;
+        snapshot.model.restore(&mut state)?;
         state.finish()?;
         Ok(snapshot)
     }
@@ -131,7 +131,7 @@ impl<M: Model> Instance<M> {
     /// [`Refusal::IllegalCall`], [`Refusal::BadState`], [`Refusal::OtherInterfaceState`].
     pub fn deserialise(&self, bytes: &[u8]) -> Result<Snapshot<M>, Refusal> {
         self.allows(Function::DeserializeFmuState)?;
-        let snapshot = Snapshot::recall(bytes, &self.fresh, &self.now.identity)?;
+        let snapshot = Snapshot::restore(bytes, &self.fresh, &self.now.identity)?;
         self.accepts(&snapshot)?;
         Ok(snapshot)
     }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::trim::Level;
-use crate::{ControllerDesign, DesignError, Lft, LftController, Memory, MemoryError, TickError, Trim};
+use crate::{ControllerDesign, DesignError, Lft, LftController, Snapshot, SnapshotError, TickError, Trim};
 use signals::{Each, SIGNALS, SPEED, place};
 
 /// What the autopilot measures and follows; SI units, radians.
@@ -133,8 +133,8 @@ impl Autopilot {
     }
 
     /// Everything that changes, so that it can be put away and taken up again.
-    pub fn memory(&self) -> Memory {
-        Memory {
+    pub fn snapshot(&self) -> Snapshot {
+        Snapshot {
             state: self.controller.state().to_vec(),
             outputs: self.outputs.clone(),
             start: self.start,
@@ -143,17 +143,17 @@ impl Autopilot {
         }
     }
 
-    /// Goes on from a memory of an autopilot of the same design.
+    /// Goes on from a snapshot of an autopilot of the same design.
     ///
     /// # Errors
-    /// [`MemoryError`]; the autopilot is then as it was.
-    pub fn recall(&mut self, memory: &Memory) -> Result<(), MemoryError> {
-        memory.check(self.controller.state().len(), self.outputs.commands.len())?;
-        self.controller.set_state(&memory.state);
-        self.outputs.clone_from(&memory.outputs);
-        self.start = memory.start;
-        self.next_tick = memory.ticks;
-        self.outside = memory.outside;
+    /// [`SnapshotError`]; the autopilot is then as it was.
+    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        snapshot.check(self.controller.state().len(), self.outputs.commands.len())?;
+        self.controller.set_state(&snapshot.state);
+        self.outputs.clone_from(&snapshot.outputs);
+        self.start = snapshot.start;
+        self.next_tick = snapshot.ticks;
+        self.outside = snapshot.outside;
         Ok(())
     }
 

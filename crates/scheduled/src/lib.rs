@@ -15,7 +15,7 @@
 //! with the scaled tracking errors `y` and the scaled actuator commands `u`. This crate knows neither the vehicle's
 //! equations nor how the design was found.
 //!
-//! [`Autopilot::tangents`] differentiates a tick by its inputs, exactly; [`Autopilot::memory`] puts an autopilot
+//! [`Autopilot::tangents`] differentiates a tick by its inputs, exactly; [`Autopilot::snapshot`] puts an autopilot
 //! away, to be taken up again to the bit.
 //!
 //! Saturation: commands are clamped to the actuators' limits, and nothing else is done about it. The controller's
@@ -31,9 +31,9 @@ mod lft;
 mod lu;
 mod manoeuvre;
 mod matrix;
-mod memory;
 mod panels;
 mod schur;
+mod snapshot;
 mod tangent;
 mod trim;
 mod validate;
@@ -48,6 +48,6 @@ pub use error::{DesignError, TickError};
 pub use lft::{Lft, Sizes};
 pub use manoeuvre::{MANOEUVRE_FORMAT, MANOEUVRE_RESOURCE, Manoeuvre, ManoeuvreError};
 pub use matrix::Matrix;
-pub use memory::{Memory, MemoryError};
+pub use snapshot::{Snapshot, SnapshotError};
 pub use tangent::OutputTangents;
 pub use trim::Trim;

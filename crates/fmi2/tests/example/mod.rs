@@ -114,7 +114,7 @@ impl Model for Lag {
         state.integer(self.method as u64);
     }
 
-    fn recall(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
         [self.gain, self.u, self.y] = [state.finite()?, state.finite()?, state.finite()?];
         self.count = i32::try_from(state.integer()?).map_err(StateError::inconsistent)?;
         self.armed = state.boolean()?;

@@ -2,7 +2,7 @@
 //! constant speed.
 
 use crate::error::Error;
-use crate::sections::switched::Memory;
+use crate::sections::switched::Handover;
 use crate::subject::Subject;
 use lpv::matrix::{Mat, block, eigenvalues, largest};
 use lpv::state_space::StateSpace;
@@ -50,7 +50,7 @@ pub enum Loop {
 pub fn worst_alternation(
     subject: &Subject,
     bank: &[StateSpace],
-    memory: Memory,
+    handover: Handover,
     which: Loop,
 ) -> Result<Option<Alternation>, Error> {
     let tick = subject.inputs.design.sample_time;
@@ -65,10 +65,10 @@ pub fn worst_alternation(
                     &Sampling::of(subject.inputs).held(&model),
                     &sampled(&k[0])?,
                     &sampled(&k[1])?,
-                    memory,
+                    handover,
                 )
             }
-            Loop::Ideal => Turn::new(&subject.scaled(&model), &k[0], &k[1], memory).over(tick),
+            Loop::Ideal => Turn::new(&subject.scaled(&model), &k[0], &k[1], handover).over(tick),
         };
         for dwell in dwells() {
             let ticks = (dwell / tick).round().max(1.0);
@@ -97,10 +97,10 @@ struct Turn {
 }
 
 impl Turn {
-    fn new((a, b, c): &(Mat, Mat, Mat), one: &StateSpace, two: &StateSpace, memory: Memory) -> Self {
+    fn new((a, b, c): &(Mat, Mat, Mat), one: &StateSpace, two: &StateSpace, handover: Handover) -> Self {
         let (n, n1, n2) = (a.nrows(), one.a.nrows(), two.a.nrows());
         let none = Mat::zeros;
-        let runs = if memory == Memory::Parallel { 1.0 } else { 0.0 };
+        let runs = if handover == Handover::Parallel { 1.0 } else { 0.0 };
         let first = block(&[
             &[&(a - b * &one.d * c), &(b * &one.c), &none(n, n2)],
             &[&-(&one.b * c), &one.a, &none(n1, n2)],
@@ -113,10 +113,10 @@ impl Turn {
         ]);
         let jump = |from: usize, to: usize, rows: usize| {
             let mut jump = Mat::identity(n + n1 + n2, n + n1 + n2);
-            if memory != Memory::Parallel {
+            if handover != Handover::Parallel {
                 jump.rows_mut(to, rows).fill(0.0);
             }
-            if memory == Memory::Carried {
+            if handover == Handover::Carried {
                 (0..n1.min(n2)).for_each(|i| jump[(to + i, from + i)] = 1.0);
             }
             jump
@@ -174,11 +174,11 @@ mod tests {
         let (one, two) = (dmatrix![-0.1, 1.0; -10.0, -0.1], dmatrix![-0.1, 10.0; -1.0, -0.1]);
         let plant = (Mat::zeros(2, 2), Mat::identity(2, 2), Mat::identity(2, 2));
         let quarter = std::f64::consts::FRAC_PI_2 / 10f64.sqrt();
-        let turn = Turn::new(&plant, &gain(-&one), &gain(-&two), Memory::Carried).over(quarter / 50.0);
+        let turn = Turn::new(&plant, &gain(-&one), &gain(-&two), Handover::Carried).over(quarter / 50.0);
         assert!(turn.each_stable());
         assert!(turn.growth(50) > 5.0, "{}", turn.growth(50));
         // The same one twice only decays: exp(-0.1 2 quarter).
-        let turn = Turn::new(&plant, &gain(-&one), &gain(-&one), Memory::Reset).over(quarter / 50.0);
+        let turn = Turn::new(&plant, &gain(-&one), &gain(-&one), Handover::Reset).over(quarter / 50.0);
         assert!((turn.growth(50) - (-0.2 * quarter).exp()).abs() < 1e-9);
     }
 
@@ -189,10 +189,10 @@ mod tests {
         let integrator =
             StateSpace { a: dmatrix![0.0], b: dmatrix![1.0], c: dmatrix![1.0], d: dmatrix![1.0] };
         let plant = (dmatrix![0.0], dmatrix![1.0], dmatrix![1.0]);
-        let growth = |memory| Turn::new(&plant, &integrator, &integrator, memory).over(0.02).growth(50);
+        let growth = |handover| Turn::new(&plant, &integrator, &integrator, handover).over(0.02).growth(50);
         // x' = -x + k, k' = -x: modes (-1 +- j sqrt 3)/2, so over two seconds they shrink by exp(-1).
-        assert!((growth(Memory::Carried) - (-1f64).exp()).abs() < 1e-9);
-        assert!((growth(Memory::Reset) - growth(Memory::Carried)).abs() > 0.1);
+        assert!((growth(Handover::Carried) - (-1f64).exp()).abs() < 1e-9);
+        assert!((growth(Handover::Reset) - growth(Handover::Carried)).abs() > 0.1);
     }
 
     /// From tick to tick: x+ = 0.5 x + u with u = k y, y = -x, so that K = -0.4 and K = 0.2 make modes 0.9 and 0.3;
@@ -200,10 +200,10 @@ mod tests {
     #[test]
     fn ticks_are_counted() {
         let plant = (dmatrix![0.5], dmatrix![1.0], dmatrix![1.0]);
-        for memory in [Memory::Reset, Memory::Carried, Memory::Parallel] {
-            let turn = Turn::new(&plant, &gain(dmatrix![-0.4]), &gain(dmatrix![0.2]), memory);
+        for handover in [Handover::Reset, Handover::Carried, Handover::Parallel] {
+            let turn = Turn::new(&plant, &gain(dmatrix![-0.4]), &gain(dmatrix![0.2]), handover);
             assert!(turn.each_stable());
-            assert!((turn.growth(3) - (0.9f64 * 0.3).powi(3)).abs() < 1e-12, "{memory:?}");
+            assert!((turn.growth(3) - (0.9f64 * 0.3).powi(3)).abs() < 1e-12, "{handover:?}");
         }
     }
 }

@@ -14,7 +14,7 @@ use squid_flight::flight::{Answer, Row, fly_under};
 
 /// What becomes of the states when another controller takes charge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Memory {
+pub enum Handover {
     /// The new one starts from zero.
     Reset,
     /// The new one starts from the old one's states, number by number.
@@ -28,29 +28,29 @@ struct Bank {
     controllers: Vec<StateSpace>,
     states: Vec<Mat>,
     active: usize,
-    memory: Memory,
+    handover: Handover,
 }
 
 impl Bank {
     /// Lets a controller take charge and returns its output for the errors `y`; then all that run move on by a sample.
     fn tick(&mut self, chosen: usize, y: &Mat) -> Mat {
         if chosen != self.active {
-            match self.memory {
-                Memory::Reset => self.states[chosen].fill(0.0),
-                Memory::Carried => {
+            match self.handover {
+                Handover::Reset => self.states[chosen].fill(0.0),
+                Handover::Carried => {
                     let old = self.states[self.active].clone();
                     let rows = old.nrows().min(self.states[chosen].nrows());
                     self.states[chosen].fill(0.0);
                     self.states[chosen].rows_mut(0, rows).copy_from(&old.rows(0, rows));
                 }
-                Memory::Parallel => {}
+                Handover::Parallel => {}
             }
             self.active = chosen;
         }
         let k = &self.controllers[chosen];
         let u = &k.c * &self.states[chosen] + &k.d * y;
         for (i, (k, x)) in self.controllers.iter().zip(&mut self.states).enumerate() {
-            if i == chosen || self.memory == Memory::Parallel {
+            if i == chosen || self.handover == Handover::Parallel {
                 *x = &k.a * &*x + &k.b * y;
             }
         }
@@ -63,7 +63,7 @@ impl Bank {
 ///
 /// # Errors
 /// [`Error::Flight`], [`ProofError::Mismatch`] when a controller cannot be sampled.
-pub fn fly_switched(subject: &Subject, bank: &[StateSpace], memory: Memory) -> Result<Vec<Row>, Error> {
+pub fn fly_switched(subject: &Subject, bank: &[StateSpace], handover: Handover) -> Result<Vec<Row>, Error> {
     let (inputs, design, manoeuvre) = (subject.inputs, &subject.stored.controller, &subject.stored.manoeuvre);
     let sampled = |k: &StateSpace| {
         let sampled = trapezoidal(k, design.sample_time);
@@ -71,7 +71,7 @@ pub fn fly_switched(subject: &Subject, bank: &[StateSpace], memory: Memory) -> R
     };
     let controllers: Vec<StateSpace> = bank.iter().map(sampled).collect::<Result<_, ProofError>>()?;
     let states = controllers.iter().map(|k| Mat::zeros(k.a.nrows(), 1)).collect();
-    let mut bank = Bank { controllers, states, active: 0, memory };
+    let mut bank = Bank { controllers, states, active: 0, handover };
     let autopilot = Autopilot::new(design)?;
     let table = autopilot.trim();
     let law = |measured: &Measured| {
@@ -109,32 +109,36 @@ mod tests {
     use nalgebra::dmatrix;
 
     /// Two integrators; the second puts out the negative of its state.
-    fn bank(memory: Memory) -> Bank {
+    fn bank(handover: Handover) -> Bank {
         let integrator =
             |c: f64| StateSpace { a: dmatrix![1.0], b: dmatrix![1.0], c: dmatrix![c], d: dmatrix![0.0] };
         Bank {
             controllers: vec![integrator(1.0), integrator(-1.0)],
             states: vec![dmatrix![0.0], dmatrix![0.0]],
             active: 0,
-            memory,
+            handover,
         }
     }
 
     #[test]
     fn memory_is_what_it_says() {
-        for (memory, expected) in [(Memory::Reset, 0.0), (Memory::Carried, -3.0), (Memory::Parallel, -3.0)] {
-            let mut bank = bank(memory);
+        for (handover, expected) in
+            [(Handover::Reset, 0.0), (Handover::Carried, -3.0), (Handover::Parallel, -3.0)]
+        {
+            let mut bank = bank(handover);
             for _ in 0..3 {
                 bank.tick(0, &dmatrix![1.0]);
             }
-            assert_eq!(bank.tick(1, &dmatrix![1.0])[0], expected, "{memory:?}");
+            assert_eq!(bank.tick(1, &dmatrix![1.0])[0], expected, "{handover:?}");
         }
         // Back again: the first one's state has stood still unless all run.
-        for (memory, expected) in [(Memory::Carried, 2.0), (Memory::Parallel, 2.0), (Memory::Reset, 0.0)] {
-            let mut bank = bank(memory);
+        for (handover, expected) in
+            [(Handover::Carried, 2.0), (Handover::Parallel, 2.0), (Handover::Reset, 0.0)]
+        {
+            let mut bank = bank(handover);
             bank.tick(0, &dmatrix![1.0]);
             bank.tick(1, &dmatrix![1.0]);
-            assert_eq!(bank.tick(0, &dmatrix![1.0])[0], expected, "{memory:?}");
+            assert_eq!(bank.tick(0, &dmatrix![1.0])[0], expected, "{handover:?}");
         }
     }
 

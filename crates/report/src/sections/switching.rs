@@ -7,7 +7,7 @@ use crate::page::figure::Figure;
 use crate::page::section::{Part, Table};
 use crate::page::words::capital;
 use crate::sections::alternation::{Alternation, Loop, worst_alternation};
-use crate::sections::switched::{Memory, fly_switched};
+use crate::sections::switched::{Handover, fly_switched};
 use crate::subject::Subject;
 use crate::verdict::{AT_REST, Ridden, Verdict, WORSE, switching_harms};
 use lpv::error::SynthesisError;
@@ -19,10 +19,10 @@ use squid_flight::flight::{Row, fly};
 /// How long after the step its own jump is not counted (s).
 const STEP_RINGS: f64 = 1.0;
 
-const MEMORIES: [(Memory, &str); 3] = [
-    (Memory::Reset, "switched, states reset"),
-    (Memory::Carried, "switched, states carried over"),
-    (Memory::Parallel, "switched, all running"),
+const MEMORIES: [(Handover, &str); 3] = [
+    (Handover::Reset, "switched, states reset"),
+    (Handover::Carried, "switched, states carried over"),
+    (Handover::Parallel, "switched, all running"),
 ];
 
 /// The section.
@@ -37,9 +37,9 @@ pub fn switching(subject: &Subject) -> Result<Vec<Part>, Error> {
         fly(&inputs.vehicle, &stored.controller, inputs.design.depth, &stored.manoeuvre)?.rows,
     )];
     let mut turns = Vec::new();
-    for (memory, name) in MEMORIES {
-        flights.push((name, fly_switched(subject, &bank, memory)?));
-        let worst = |which| worst_alternation(subject, &bank, memory, which);
+    for (handover, name) in MEMORIES {
+        flights.push((name, fly_switched(subject, &bank, handover)?));
+        let worst = |which| worst_alternation(subject, &bank, handover, which);
         turns.push(Turns { name, flying: worst(Loop::Flying)?, ideal: worst(Loop::Ideal)? });
     }
     let ridden: Vec<Ridden> = flights.iter().map(|(_, rows)| ridden(subject, rows)).collect();

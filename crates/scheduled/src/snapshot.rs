@@ -4,7 +4,7 @@ use crate::Outputs;
 
 /// What an [`Autopilot`](crate::Autopilot) remembers besides its design.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Memory {
+pub struct Snapshot {
     /// State xk of the controller.
     pub state: Vec<f64>,
     /// Outputs of the last tick.
@@ -17,10 +17,10 @@ pub struct Memory {
     pub outside: bool,
 }
 
-/// Why a memory is none of this autopilot.
+/// Why a snapshot does not belong to this autopilot.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[allow(missing_docs)]
-pub enum MemoryError {
+pub enum SnapshotError {
     /// Another number of states or commands than the design has.
     #[error("it has {found} {what}, and the controller has {expected}")]
     Length { what: &'static str, found: usize, expected: usize },
@@ -29,19 +29,19 @@ pub enum MemoryError {
     NotFinite { value: f64 },
 }
 
-impl Memory {
-    pub(crate) fn check(&self, states: usize, commands: usize) -> Result<(), MemoryError> {
+impl Snapshot {
+    pub(crate) fn check(&self, states: usize, commands: usize) -> Result<(), SnapshotError> {
         for (what, found, expected) in
             [("states", self.state.len(), states), ("commands", self.outputs.commands.len(), commands)]
         {
             if found != expected {
-                return Err(MemoryError::Length { what, found, expected });
+                return Err(SnapshotError::Length { what, found, expected });
             }
         }
         let others = [self.start, self.outputs.scheduling_parameter, self.outputs.trim_pitch];
         let mut all = self.state.iter().chain(&self.outputs.commands).chain(&others);
         match all.find(|value| !value.is_finite()) {
-            Some(&value) => Err(MemoryError::NotFinite { value }),
+            Some(&value) => Err(SnapshotError::NotFinite { value }),
             None => Ok(()),
         }
     }

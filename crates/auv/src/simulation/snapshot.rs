@@ -9,7 +9,7 @@ use crate::vehicle::coefficients::{CoefficientError, Coefficients};
 
 /// What a [`Plant`] remembers besides the vehicle's actuators and its LPV model.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Memory {
+pub struct Snapshot {
     /// Coefficients in use.
     pub coefficients: Coefficients,
     /// Which equations of motion are integrated.
@@ -32,9 +32,9 @@ pub struct Memory {
     pub integrator_step: f64,
 }
 
-/// Why a memory is none of this plant.
+/// Why a snapshot does not belong to this plant.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum MemoryError {
+pub enum SnapshotError {
     /// A coefficient is not allowed.
     #[error(transparent)]
     Coefficients(#[from] CoefficientError),
@@ -44,9 +44,9 @@ pub enum MemoryError {
 }
 
 impl Plant {
-    /// Returns everything that [`Plant::recall`] needs to go on from here, to the bit.
-    pub fn memory(&self) -> Memory {
-        Memory {
+    /// Returns everything that [`Plant::restore`] needs to go on from here, to the bit.
+    pub fn snapshot(&self) -> Snapshot {
+        Snapshot {
             coefficients: self.dynamics().coefficients().clone(),
             fidelity: self.fidelity(),
             time: self.time(),
@@ -60,12 +60,12 @@ impl Plant {
         }
     }
 
-    /// Puts a plant of the same vehicle into the state that a memory holds.
+    /// Puts a plant of the same vehicle into the state that a snapshot holds.
     ///
     /// # Errors
-    /// [`MemoryError`]; the plant is then as it was.
-    pub fn recall(&mut self, memory: &Memory) -> Result<(), MemoryError> {
-        let Memory { coefficients, outputs, commands, state, current, .. } = memory;
+    /// [`SnapshotError`]; the plant is then as it was.
+    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let Snapshot { coefficients, outputs, commands, state, current, .. } = snapshot;
         let dynamics = Dynamics::new(coefficients)?;
         let expected = self.actuators().len();
         for found in [outputs.len(), commands.len()] {
@@ -75,20 +75,20 @@ impl Plant {
         }
         let Motion { u, w, q, theta } = state.motion;
         let numbers = [u, w, q, theta, state.x, state.depth, current.horizontal, current.vertical];
-        let others = [memory.time, memory.operating_speed, memory.integrator_step];
+        let others = [snapshot.time, snapshot.operating_speed, snapshot.integrator_step];
         for &number in numbers.iter().chain(&others).chain(outputs).chain(commands) {
             finite("stored number", number)?;
         }
-        self.set_fidelity(memory.fidelity)?;
-        self.set_slopes(&memory.slopes)?;
+        self.set_fidelity(snapshot.fidelity)?;
+        self.set_slopes(&snapshot.slopes)?;
         self.dynamics = dynamics;
-        self.time = memory.time;
-        self.set_state(&memory.state);
-        self.outputs.copy_from_slice(&memory.outputs);
-        self.commands.copy_from_slice(&memory.commands);
-        self.current = memory.current;
-        self.operating_speed = memory.operating_speed;
-        self.integrator.set_step(memory.integrator_step);
+        self.time = snapshot.time;
+        self.set_state(&snapshot.state);
+        self.outputs.copy_from_slice(&snapshot.outputs);
+        self.commands.copy_from_slice(&snapshot.commands);
+        self.current = snapshot.current;
+        self.operating_speed = snapshot.operating_speed;
+        self.integrator.set_step(snapshot.integrator_step);
         Ok(())
     }
 }
