@@ -63,7 +63,7 @@ pub fn bounded_gain(
     if best.largest_eigenvalue < 0.0 {
         return Ok(best);
     }
-    let slowest = crate::matrix::spectral_abscissa(&closed.a);
+    let slowest = crate::matrix::spectral_abscissa(&closed.a());
     let why = if slowest >= 0.0 {
         format!("; a mode has real part {slowest:.1e} at Theta = 0")
     } else {
@@ -124,7 +124,7 @@ impl Whitened {
         let seen = seen.in_units_of(base.bound.gamma);
         let error = base.error.in_coordinates((&state, &state_inverse), &channel);
         let error = error.in_units_of(base.bound.gamma);
-        let (n, r) = (seen.a.nrows(), seen.channels.len());
+        let (n, r) = (seen.a().nrows(), seen.channels.len());
         let bound = GainBound {
             gamma: 1.0,
             x: Mat::identity(n, n),
@@ -152,7 +152,7 @@ impl Posed {
     /// With gamma unknown, or that of the base.
     fn new(base: Base, fixed: bool) -> Result<Self, SynthesisError> {
         let Whitened { seen, error, bound, state_inverse, channel_inverse } = Whitened::new(base)?;
-        let n = seen.a.nrows();
+        let n = seen.a().nrows();
         let mut program = Program::new();
         let scalar = |value: f64| Affine::constant(Mat::from_element(1, 1, value));
         let m = Multipliers {

@@ -10,7 +10,8 @@
 use crate::analysis::GainBound;
 use crate::controller::Controller;
 use crate::inequalities::{DualMultipliers, Existence};
-use crate::matrix::{Mat, Svd, block, diagonal_blocks, eigenvalues, svd};
+use crate::matrix::{Mat, Svd, diagonal_blocks, eigenvalues, svd};
+use crate::partition::Signal::{T, U, X, Y};
 use crate::plant::GeneralisedPlant;
 use nalgebra::DVector;
 
@@ -44,18 +45,13 @@ impl Coordinates {
     /// Time scaled to the middle of the plant's modes, then states, channels, y and u scaled so that their
     /// rows and columns are of one size.
     pub fn diagonal(plant: &GeneralisedPlant) -> Self {
-        let mut found = Self { speed: middle_speed(&plant.a), ..Self::identity(plant) };
+        let mut found = Self { speed: middle_speed(&plant.a()), ..Self::identity(plant) };
         for _ in 0..20 {
             let s = plant.sizes();
             let seen = found.apply(plant);
-            let m = block(&[
-                &[&seen.a, &seen.bt, &seen.b1, &seen.b2],
-                &[&seen.ct, &seen.dtt, &seen.dt1, &seen.dt2],
-                &[&seen.c1, &seen.d1t, &seen.d11, &seen.d12],
-                &[&seen.c2, &seen.d2t, &seen.d21, &Mat::zeros(s.y, s.u)],
-            ]);
-            let states: Vec<f64> = (0..s.x).map(|i| osborne(&m, i)).collect();
-            let channels: Vec<f64> = (s.x..s.x + s.t).map(|i| osborne(&m, i)).collect();
+            let m = seen.parts.matrix();
+            let states: Vec<f64> = (0..s.x).map(|i| osborne(m, i)).collect();
+            let channels: Vec<f64> = (s.x..s.x + s.t).map(|i| osborne(m, i)).collect();
             found.scale_states(&states);
             found.scale_channels(&channels);
             for j in 0..s.u {
@@ -139,28 +135,12 @@ impl Coordinates {
 
     /// The plant in these coordinates.
     pub fn apply(&self, p: &GeneralisedPlant) -> GeneralisedPlant {
-        let (x, xi, t, ti) = (&self.state, &self.state_inverse, &self.channel, &self.channel_inverse);
-        let rate = 1.0 / self.speed;
-        let u = diagonal(&self.control, false);
-        let yi = diagonal(&self.measurement, true);
-        GeneralisedPlant {
-            a: xi * &p.a * x * rate,
-            bt: xi * &p.bt * t * rate,
-            b1: xi * &p.b1 * rate,
-            b2: xi * &p.b2 * &u * rate,
-            ct: ti * &p.ct * x,
-            dtt: ti * &p.dtt * t,
-            dt1: ti * &p.dt1,
-            dt2: ti * &p.dt2 * &u,
-            c1: &p.c1 * x,
-            d1t: &p.d1t * t,
-            d11: p.d11.clone(),
-            d12: &p.d12 * &u,
-            c2: &yi * &p.c2 * x,
-            d2t: &yi * &p.d2t * t,
-            d21: &yi * &p.d21,
-            blocks: p.blocks.clone(),
-        }
+        let (u, yi) = (diagonal(&self.control, false), diagonal(&self.measurement, true));
+        let left = [(X, &self.state_inverse), (T, &self.channel_inverse), (Y, &yi)];
+        let right = [(X, &self.state), (T, &self.channel), (U, &u)];
+        let mut out = p.changed(|parts| parts.transformed(&left, &right));
+        out.parts.rows_mut(X).scale_mut(1.0 / self.speed);
+        out
     }
 
     /// A bound of the closed loop's gain (plant's part, then controller's), in the user's coordinates.
@@ -212,20 +192,10 @@ impl Coordinates {
 
     /// A controller found in these coordinates, in the user's. Its own states and channels keep their basis.
     pub fn undo(&self, k: &Controller) -> Controller {
-        let u = diagonal(&self.control, false);
-        let yi = diagonal(&self.measurement, true);
-        Controller {
-            a: &k.a * self.speed,
-            by: &k.by * &yi * self.speed,
-            bt: &k.bt * self.speed,
-            cu: &u * &k.cu,
-            duy: &u * &k.duy * &yi,
-            dut: &u * &k.dut,
-            ct: k.ct.clone(),
-            dty: &k.dty * &yi,
-            dtt: k.dtt.clone(),
-            blocks: k.blocks.clone(),
-        }
+        let (u, yi) = (diagonal(&self.control, false), diagonal(&self.measurement, true));
+        let mut parts = k.parts.transformed(&[(U, &u)], &[(Y, &yi)]);
+        parts.rows_mut(X).scale_mut(self.speed);
+        Controller { parts, blocks: k.blocks.clone() }
     }
 }
 

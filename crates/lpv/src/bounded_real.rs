@@ -24,16 +24,17 @@ use crate::plant::ClosedLoop;
 ///
 /// Without model error the third and the sixth row are not there.
 pub(crate) fn bounded_real(l: &ClosedLoop, error: &LoopError, m: &Multipliers<Affine>) -> Affine {
-    let (r, w, z, ne, nf) = (l.dtt.nrows(), l.b1.ncols(), l.c1.nrows(), error.e.ncols(), error.fx.nrows());
+    let (r, w, z, ne, nf) =
+        (l.dtt().nrows(), l.b1().ncols(), l.c1().nrows(), error.e.ncols(), error.fx.nrows());
     let Multipliers { gamma, s, lambda, .. } = m;
     let [mut first, mut second, mut third, mut fourth] = upper_left(l, error, m);
     let zero = Affine::zeros;
     let times_lambda = |f: &Mat| lambda.times_identity(nf).after(&f.transpose());
     let constant = |m: &Mat| Affine::constant(m.transpose());
-    first.extend([s.times(&l.ct).t(), times_lambda(&error.fx), constant(&l.c1)]);
-    second.extend([s.times(&l.dtt).t(), times_lambda(&error.ft), constant(&l.d1t)]);
+    first.extend([s.times(&l.ct()).t(), times_lambda(&error.fx), constant(&l.c1())]);
+    second.extend([s.times(&l.dtt()).t(), times_lambda(&error.ft), constant(&l.d1t())]);
     third.extend([zero(ne, r), zero(ne, nf), zero(ne, z)]);
-    fourth.extend([s.times(&l.dt1).t(), times_lambda(&error.fw), constant(&l.d11)]);
+    fourth.extend([s.times(&l.dt1()).t(), times_lambda(&error.fw), constant(&l.d11())]);
     debug_assert_eq!(fourth[0].shape(), (w, w));
     let fifth = vec![-s.clone(), zero(r, nf), zero(r, z)];
     let sixth = vec![-lambda.times_identity(nf), zero(nf, z)];
@@ -44,15 +45,15 @@ pub(crate) fn bounded_real(l: &ClosedLoop, error: &LoopError, m: &Multipliers<Af
 /// still linear in both and much smaller: to the first four rows come `[Ct Dtt 0 Dt1]' S [Ct Dtt 0 Dt1]` and
 /// `[Fx Ft 0 Fw]' lambda [Fx Ft 0 Fw]`.
 pub(crate) fn bounded_real_compact(l: &ClosedLoop, error: &LoopError, m: &Multipliers<Affine>) -> Affine {
-    let (r, z, ne, nf) = (l.dtt.nrows(), l.c1.nrows(), error.e.ncols(), error.fx.nrows());
+    let (r, z, ne, nf) = (l.dtt().nrows(), l.c1().nrows(), error.e.ncols(), error.fx.nrows());
     let [mut first, mut second, mut third, mut fourth] = upper_left(l, error, m);
     let constant = |m: &Mat| Affine::constant(m.transpose());
-    first.push(constant(&l.c1));
-    second.push(constant(&l.d1t));
+    first.push(constant(&l.c1()));
+    second.push(constant(&l.d1t()));
     third.push(Affine::zeros(ne, z));
-    fourth.push(constant(&l.d11));
+    fourth.push(constant(&l.d11()));
     let zero = Mat::zeros;
-    let channel = block(&[&[&l.ct, &l.dtt, &zero(r, ne), &l.dt1, &zero(r, z)]]);
+    let channel = block(&[&[&l.ct(), &l.dtt(), &zero(r, ne), &l.dt1(), &zero(r, z)]]);
     let uncertain = block(&[&[&error.fx, &error.ft, &zero(nf, ne), &error.fw, &zero(nf, z)]]);
     symmetric(&[first, second, third, fourth, vec![-m.gamma.times_identity(z)]])
         + m.s.congruence(&channel)
@@ -62,11 +63,16 @@ pub(crate) fn bounded_real_compact(l: &ClosedLoop, error: &LoopError, m: &Multip
 /// The upper blocks of the first four rows and columns: x, wt, w_Delta, w.
 fn upper_left(l: &ClosedLoop, error: &LoopError, m: &Multipliers<Affine>) -> [Vec<Affine>; 4] {
     let Multipliers { gamma, x, s, t, lambda } = m;
-    let (r, w, ne) = (l.dtt.nrows(), l.b1.ncols(), error.e.ncols());
-    let (lyapunov, inner) = (x.times(&l.a), t.times(&l.dtt));
+    let (r, w, ne) = (l.dtt().nrows(), l.b1().ncols(), error.e.ncols());
+    let (lyapunov, inner) = (x.times(&l.a()), t.times(&l.dtt()));
     [
-        vec![lyapunov.t() + lyapunov, x.times(&l.bt) + t.times(&l.ct).t(), x.times(&error.e), x.times(&l.b1)],
-        vec![inner.t() + inner - s.clone(), Affine::zeros(r, ne), t.times(&l.dt1)],
+        vec![
+            lyapunov.t() + lyapunov,
+            x.times(&l.bt()) + t.times(&l.ct()).t(),
+            x.times(&error.e),
+            x.times(&l.b1()),
+        ],
+        vec![inner.t() + inner - s.clone(), Affine::zeros(r, ne), t.times(&l.dt1())],
         vec![-lambda.times_identity(ne), Affine::zeros(ne, w)],
         vec![-gamma.times_identity(w)],
     ]

@@ -1,8 +1,9 @@
 //! The scheduled controller, an LFT in the same parameters as the plant.
 
-use crate::error::LftError;
+use crate::error::{LftError, ShapeError};
 use crate::matrix::Mat;
-use crate::plant::{channels, closing};
+use crate::partition::{Block, CONTROLLER, Partitioned, Signal, Sizes, named_blocks};
+use crate::plant::{ClosedLoop, GeneralisedPlant, channels};
 use crate::state_space::StateSpace;
 
 /// A controller scheduled on Theta.
@@ -13,34 +14,31 @@ use crate::state_space::StateSpace;
 /// zk  = Ct xk + Dty y + Dtt wk      wk = Theta zk
 /// ```
 #[derive(Debug, Clone, PartialEq)]
-#[allow(missing_docs)] // The names are the equations above.
 pub struct Controller {
-    pub a: Mat,
-    pub by: Mat,
-    pub bt: Mat,
-    pub cu: Mat,
-    pub duy: Mat,
-    pub dut: Mat,
-    pub ct: Mat,
-    pub dty: Mat,
-    pub dtt: Mat,
+    /// The matrix, rows xk', u, zk and columns xk, y, wk.
+    pub parts: Partitioned,
     /// The repetitions of the parameters.
     pub blocks: Vec<usize>,
 }
 
+named_blocks!(Controller: a X X, by X Y, bt X T, cu U X, duy U Y, dut U T, ct T X, dty T Y, dtt T T);
+
 impl Controller {
+    /// The controller of some blocks with their rows and columns; what is left out is zero.
+    ///
+    /// # Errors
+    /// The first block whose shape does not fit, or the sum of the repetitions.
+    pub fn new(blocks: Vec<usize>, parts: &[Block]) -> Result<Self, ShapeError> {
+        Ok(Self { parts: Partitioned::new(CONTROLLER, parts)?.with_channels(&blocks)?, blocks })
+    }
+
     /// The controller at a frozen parameter value, from y to u.
     ///
     /// # Errors
     /// [`LftError::NotWellPosed`] when `I - Dtt Theta` is singular.
     pub fn frozen(&self, theta: &[f64]) -> Result<StateSpace, LftError> {
-        let closing = closing(&channels(&self.blocks), &self.dtt, theta)?;
-        Ok(StateSpace {
-            a: &self.a + &self.bt * &closing * &self.ct,
-            b: &self.by + &self.bt * &closing * &self.dty,
-            c: &self.cu + &self.dut * &closing * &self.ct,
-            d: &self.duy + &self.dut * &closing * &self.dty,
-        })
+        let frozen = self.parts.frozen(&channels(&self.blocks), theta)?;
+        Ok(frozen.state_space(&[Signal::U], &[Signal::Y]))
     }
 
     /// The fastest mode of the frozen controller over some parameter values, the largest |lambda| of its A, rad/s.
@@ -55,30 +53,26 @@ impl Controller {
     }
 
     /// The whole matrix `[A By Bt; Cu Duy Dut; Ct Dty Dtt]`.
-    pub fn matrix(&self) -> Mat {
-        crate::matrix::block(&[
-            &[&self.a, &self.by, &self.bt],
-            &[&self.cu, &self.duy, &self.dut],
-            &[&self.ct, &self.dty, &self.dtt],
-        ])
+    pub fn matrix(&self) -> &Mat {
+        self.parts.matrix()
     }
 
     /// The controller whose whole matrix is `m`, with `states` states, `y` measurements and `u` controls.
+    ///
+    /// Shapes: m is (states + u + r) x (states + y + r) for repetitions whose sum is r.
     pub fn from_matrix(m: &Mat, states: usize, y: usize, u: usize, blocks: Vec<usize>) -> Self {
-        let r: usize = blocks.iter().sum();
-        let part = |i, j, rows, cols| m.view((i, j), (rows, cols)).into_owned();
-        Self {
-            a: part(0, 0, states, states),
-            by: part(0, states, states, y),
-            bt: part(0, states + y, states, r),
-            cu: part(states, 0, u, states),
-            duy: part(states, states, u, y),
-            dut: part(states, states + y, u, r),
-            ct: part(states + u, 0, r, states),
-            dty: part(states + u, states, r, y),
-            dtt: part(states + u, states + y, r, r),
-            blocks,
-        }
+        let sizes = Sizes { x: states, y, u, t: blocks.iter().sum(), ..Sizes::default() };
+        Self { parts: Partitioned::of(m.clone(), CONTROLLER, sizes), blocks }
+    }
+}
+
+impl GeneralisedPlant {
+    /// The closed loop with a controller, its channels ordered plant's, then controller's.
+    ///
+    /// The direct path from u to y is zero, so the loop is always well posed at Theta = 0.
+    pub fn close(&self, k: &Controller) -> ClosedLoop {
+        let channels = channels(&self.blocks).into_iter().chain(channels(&k.blocks)).collect();
+        ClosedLoop { parts: self.parts.closed_by(&k.parts), channels }
     }
 }
 
@@ -94,18 +88,8 @@ mod tests {
 
     /// One state with the pole `-1 - 3 theta/(1 - d theta)`.
     fn controller(d: f64) -> Controller {
-        Controller {
-            a: dmatrix![-1.0],
-            by: dmatrix![1.0],
-            bt: dmatrix![-3.0],
-            cu: dmatrix![1.0],
-            duy: dmatrix![0.0],
-            dut: dmatrix![0.0],
-            ct: dmatrix![1.0],
-            dty: dmatrix![0.0],
-            dtt: dmatrix![d],
-            blocks: vec![1],
-        }
+        let whole = dmatrix![-1.0, 1.0, -3.0; 1.0, 0.0, 0.0; 1.0, 0.0, d];
+        Controller::from_matrix(&whole, 1, 1, 1, vec![1])
     }
 
     #[test]

@@ -22,6 +22,8 @@ use crate::model_error::LoopError;
 use crate::mu::structure::{Block, Structure};
 use crate::mu::upper::upper_bound;
 use crate::parameter_grid::parameter_grid;
+use crate::partition::Signal::{T, U, W, X, Y};
+use crate::partition::Sizes;
 use crate::plant::GeneralisedPlant;
 use crate::synthesis::{self, Design, Options};
 use nalgebra::Complex;
@@ -34,18 +36,17 @@ use nalgebra::Complex;
 ///
 /// Shapes: D22 is y x u. `None` where `I + Duy D22` is singular, as far as rounding tells.
 pub fn around(k: &Controller, d22: &Mat) -> Option<Controller> {
-    let (n, y) = (k.a.nrows(), k.by.ncols());
-    let looped = &k.duy * d22;
+    let Sizes { x: n, y, .. } = k.parts.sizes();
+    let looped = k.duy() * d22;
     let modes = eigenvalues(&looped);
     let nearest = modes.iter().map(|mode| (mode + 1.0).norm()).fold(1.0, f64::min);
     let size = modes.iter().map(|mode| mode.norm()).fold(1.0, f64::max);
     let regular = nearest > SINGULAR * size;
-    let of_u = block(&[&[&k.cu, &k.duy, &k.dut]]);
+    let of_u = k.parts.join(&[U], &[X, Y, T]);
     let u = regular.then(|| solve(&(Mat::identity(looped.nrows(), looped.nrows()) + &looped), &of_u))??;
     let fed_back = d22 * &u;
-    let rows = |own: &Mat, by: &Mat| own - by * &fed_back;
-    let state = rows(&block(&[&[&k.a, &k.by, &k.bt]]), &k.by);
-    let channel = rows(&block(&[&[&k.ct, &k.dty, &k.dtt]]), &k.dty);
+    let rows = |row| k.parts.join(&[row], &[X, Y, T]) - k.parts.block(row, Y) * &fed_back;
+    let (state, channel) = (rows(X), rows(T));
     let whole = block(&[&[&state], &[&u], &[&channel]]);
     Some(Controller::from_matrix(&whole, n, y, looped.nrows(), k.blocks.clone()))
 }
@@ -124,7 +125,7 @@ fn put_back(
         let (controller, certified) = closed(plant, d22, &k, &design.certified)?;
         Some(Design { controller, certified, ..design.clone() })
     });
-    let rate = largest(0.0, eigenvalues(&plant.close(&design.controller).a).iter().map(|mode| mode.norm()));
+    let rate = largest(0.0, eigenvalues(&plant.close(&design.controller).a()).iter().map(|mode| mode.norm()));
     let lagged = LAGS.iter().filter_map(|lag| {
         let found = behind_lags(plant, rate / lag, options)?;
         let (controller, certified) = closed(plant, d22, &found.controller, &found.certified)?;
@@ -170,47 +171,47 @@ fn closed(
 fn is_well_posed(k: &Controller) -> bool {
     let blocks: Vec<Block> = k.blocks.iter().map(|r| Block::Real(*r)).collect();
     let Ok(structure) = Structure::new(blocks) else { return k.blocks.is_empty() };
-    let dtt = k.dtt.map(|v| Complex::new(v, 0.0));
+    let dtt = k.dtt().map(|v| Complex::new(v, 0.0));
     upper_bound(&dtt, &structure).is_ok_and(|bound| bound.value < 1.0)
 }
 
 /// The controller with its direct paths from y times a factor.
 fn nudged(k: &Controller, factor: f64) -> Controller {
-    Controller { duy: &k.duy * factor, dty: &k.dty * factor, ..k.clone() }
+    let mut out = k.clone();
+    out.parts.block_mut(U, Y).scale_mut(factor);
+    out.parts.block_mut(T, Y).scale_mut(factor);
+    out
 }
 
 /// A design that sees y through lags of this rate (rad/s), which are made part of its controller: its own states
 /// come after those of the lags.
 fn behind_lags(plant: &GeneralisedPlant, rate: f64, options: Options) -> Option<Design> {
     let s = plant.sizes();
-    let z = Mat::zeros;
-    let lag = Mat::identity(s.y, s.y) * rate;
-    let lagged = GeneralisedPlant {
-        a: block(&[&[&plant.a, &z(s.x, s.y)], &[&(&plant.c2 * rate), &-&lag]]),
-        bt: block(&[&[&plant.bt], &[&(&plant.d2t * rate)]]),
-        b1: block(&[&[&plant.b1], &[&(&plant.d21 * rate)]]),
-        b2: block(&[&[&plant.b2], &[&z(s.y, s.u)]]),
-        ct: block(&[&[&plant.ct, &z(s.t, s.y)]]),
-        c1: block(&[&[&plant.c1, &z(s.z, s.y)]]),
-        c2: block(&[&[&z(s.y, s.x), &Mat::identity(s.y, s.y)]]),
-        d2t: z(s.y, s.t),
-        d21: z(s.y, s.w),
-        ..plant.clone()
-    };
+    let unit = Mat::identity(s.y, s.y);
+    let mut lagged = plant.changed(|parts| parts.resized(X, s.x + s.y));
+    for column in [X, T, W] {
+        let y = lagged.parts.block(Y, column) * rate;
+        lagged.parts.block_mut(X, column).rows_mut(s.x, s.y).copy_from(&y);
+    }
+    lagged.parts.block_mut(X, X).view_mut((s.x, s.x), (s.y, s.y)).copy_from(&(&unit * -rate));
+    lagged.parts.rows_mut(Y).fill(0.0);
+    lagged.parts.block_mut(Y, X).columns_mut(s.x, s.y).copy_from(&unit);
     let found = synthesis::synthesise(&lagged, options).ok()?;
-    let k = &found.controller;
-    let n = k.a.nrows();
-    let controller = Controller {
-        a: block(&[&[&-&lag, &z(s.y, n)], &[&k.by, &k.a]]),
-        by: block(&[&[&lag], &[&z(n, s.y)]]),
-        bt: block(&[&[&z(s.y, s.t)], &[&k.bt]]),
-        cu: block(&[&[&k.duy, &k.cu]]),
-        duy: z(s.u, s.y),
-        ct: block(&[&[&k.dty, &k.ct]]),
-        dty: z(s.t, s.y),
-        ..k.clone()
-    };
+    let controller = behind(&found.controller, rate);
     Some(Design { controller, ..found })
+}
+
+/// The controller of `yl' = rate (y - yl)` in place of y: `[A By Bt; Cu Duy Dut; Ct Dty Dtt]` with yl as the first states.
+fn behind(k: &Controller, rate: f64) -> Controller {
+    let Sizes { x, t, u, y, .. } = k.parts.sizes();
+    let (z, lag) = (Mat::zeros, Mat::identity(y, y) * rate);
+    let whole = block(&[
+        &[&-&lag, &z(y, x), &lag, &z(y, t)],
+        &[&k.by(), &k.a(), &z(x, y), &k.bt()],
+        &[&k.duy(), &k.cu(), &z(u, y), &k.dut()],
+        &[&k.dty(), &k.ct(), &z(t, y), &k.dtt()],
+    ]);
+    Controller::from_matrix(&whole, y + x, y, u, k.blocks.clone())
 }
 
 /// An eigenvalue of `I + Duy D22` below this fraction of the largest of `Duy D22`, or of 1, counts as zero: the

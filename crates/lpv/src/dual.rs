@@ -13,6 +13,7 @@ use crate::lyapunov::lyapunov;
 use crate::matrix::{
     Mat, block, kernel, pseudo_inverse, scaled_least_eigenvalue, spectral_abscissa, svd, symmetric_part,
 };
+use crate::partition::Signal::{T, W, X, Y, Z};
 use crate::plant::GeneralisedPlant;
 
 /// The most promising ways to repair multipliers, best first.
@@ -96,10 +97,10 @@ impl Moments {
         let s = plant.sizes();
         let inputs = p.rows(0, s.x + s.t + s.w);
         let rest = p.rows(s.x + s.t, s.w + s.z);
-        let state = block(&[&[&plant.a, &plant.bt, &plant.b1]]);
+        let state = plant.parts.join(&[X], &[X, T, W]);
         let half = &state * inputs * p.rows(0, s.x).transpose();
         let terms = state.abs() * inputs.abs() * p.rows(0, s.x).abs().transpose();
-        let seen = block(&[&[&plant.c1, &plant.d1t, &plant.d11]]) * inputs;
+        let seen = plant.parts.join(&[Z], &[X, T, W]) * inputs;
         Self {
             lyapunov: symmetric_part(&half) * 2.0,
             rounding: symmetric_part(&terms) * (PLACES * f64::EPSILON),
@@ -151,18 +152,18 @@ struct Kernel<'a> {
 impl<'a> Kernel<'a> {
     /// `None` where the noise does not reach all measurements.
     fn new(p: &'a GeneralisedPlant) -> Option<Self> {
-        let (noise, b) = (block(&[&[&p.d2t, &p.d21]]), block(&[&[&p.bt, &p.b1]]));
+        let (noise, b) = (p.parts.join(&[Y], &[T, W]), p.parts.join(&[X], &[T, W]));
         let noise_inverse = pseudo_inverse(&noise, 1e-10);
-        let (h, d) = (-&noise_inverse * &p.c2, kernel(&noise));
-        if (&p.c2 + &noise * &h).norm() > 1e-9 * p.c2.norm() {
+        let (h, d) = (-&noise_inverse * &p.c2(), kernel(&noise));
+        if (&p.c2() + &noise * &h).norm() > 1e-9 * p.c2().norm() {
             return None;
         }
         let nothing = |sum: &Mat, terms: Mat| {
             sum.zip_map(&terms, |v, size| if v.abs() <= 1e-14 * size { 0.0 } else { v })
         };
-        let a = nothing(&(&p.a + &b * &h), p.a.abs() + b.abs() * h.abs());
+        let a = nothing(&(&p.a() + &b * &h), p.a().abs() + b.abs() * h.abs());
         let b = nothing(&(&b * &d), b.abs() * d.abs());
-        let n = p.a.nrows();
+        let n = p.a().nrows();
         let mut reached: Vec<bool> = (0..n).map(|i| b.row(i).iter().any(|v| *v != 0.0)).collect();
         for _ in 0..n {
             for i in 0..n {
@@ -180,7 +181,7 @@ impl<'a> Kernel<'a> {
         for i in (0..s.x).filter(|i| !self.reached.contains(i)) {
             out.row_mut(i).fill(0.0);
         }
-        let y = &self.plant.c2 * out.rows(0, s.x) + &self.noise * out.rows(s.x, s.t + s.w);
+        let y = &self.plant.c2() * out.rows(0, s.x) + &self.noise * out.rows(s.x, s.t + s.w);
         let mut inputs = out.rows_mut(s.x, s.t + s.w);
         inputs -= &self.noise_inverse * y;
         out
@@ -188,7 +189,7 @@ impl<'a> Kernel<'a> {
 
     /// Vectors with a clearly positive Z11, if there are any.
     fn clear(&self) -> Mat {
-        let rows = self.h.nrows() + self.plant.a.nrows() + self.plant.c1.nrows();
+        let rows = self.h.nrows() + self.plant.a().nrows() + self.plant.c1().nrows();
         self.gramian_root().unwrap_or_else(|| Mat::zeros(rows, 0))
     }
 

@@ -14,6 +14,7 @@
 
 use crate::analysis::GainBound;
 use crate::matrix::{Mat, eigenvalues, solve, symmetric_part};
+use crate::partition::Signal::X;
 use crate::plant::GeneralisedPlant;
 
 /// A plant with its fast modes slowed down.
@@ -34,21 +35,15 @@ const STEP: f64 = 1e-3;
 /// The plant with its fast modes slowed by more and more, as long as they stay apart from the others. Empty where no stable modes
 /// are apart and above the median.
 pub(crate) fn slowed(plant: &GeneralisedPlant) -> Vec<Slowed> {
-    let Some((slow, fast)) = gap(&plant.a) else { return Vec::new() };
-    let Some(projector) = projector(&plant.a, (slow * fast).sqrt()) else { return Vec::new() };
-    let n = plant.a.nrows();
+    let Some((slow, fast)) = gap(&plant.a()) else { return Vec::new() };
+    let Some(projector) = projector(&plant.a(), (slow * fast).sqrt()) else { return Vec::new() };
+    let n = plant.a().nrows();
     let ratios = std::iter::successors(Some(STEP), |r| Some(r * STEP));
     let apart = ratios.take_while(|r| fast * r > APART * slow);
     apart
         .map(|ratio| {
             let slower = Mat::identity(n, n) + &projector * (ratio - 1.0);
-            let plant = GeneralisedPlant {
-                a: &slower * &plant.a,
-                bt: &slower * &plant.bt,
-                b1: &slower * &plant.b1,
-                b2: &slower * &plant.b2,
-                ..plant.clone()
-            };
+            let plant = plant.changed(|parts| parts.transformed(&[(X, &slower)], &[]));
             Slowed { plant, projector: projector.clone(), ratio }
         })
         .collect()

@@ -7,10 +7,9 @@
 
 use crate::bounded_real::{Multipliers, bounded_real_compact};
 use crate::lmi::{Affine, Program, symmetric};
-use crate::matrix::{
-    Mat, block, diagonal_blocks, kernel, scaled_least_eigenvalue, skew_part, symmetric_part,
-};
+use crate::matrix::{Mat, diagonal_blocks, kernel, scaled_least_eigenvalue, skew_part, symmetric_part};
 use crate::model_error::LoopError;
+use crate::partition::Signal::{T, W, X, Y};
 use crate::plant::{GeneralisedPlant, channels};
 use crate::solver::Solution;
 
@@ -185,6 +184,6 @@ fn projected(p: &GeneralisedPlant, gamma: &Affine, x: &Affine, s: &Affine, t: &A
 
 /// What y does not show of (x, wt, w, z): a basis of the kernel of `[C2 D2t D21 0]`.
 pub(crate) fn unmeasured(p: &GeneralisedPlant) -> Mat {
-    let z = p.c1.nrows();
-    diagonal_blocks(&[&kernel(&block(&[&[&p.c2, &p.d2t, &p.d21]])), &Mat::identity(z, z)])
+    let z = p.sizes().z;
+    diagonal_blocks(&[&kernel(&p.parts.join(&[Y], &[X, T, W])), &Mat::identity(z, z)])
 }

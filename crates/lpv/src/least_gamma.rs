@@ -176,7 +176,7 @@ fn first(plant: &GeneralisedPlant, scalings: Scalings) -> Result<(Place, Existen
 /// A guess at gamma, from sizes alone.
 fn first_unit(plant: &GeneralisedPlant) -> f64 {
     let seen = Coordinates::diagonal(plant).apply(plant);
-    let guess = seen.d11.norm() + seen.b1.norm() * seen.c1.norm();
+    let guess = seen.d11().norm() + seen.b1().norm() * seen.c1().norm();
     if guess.is_finite() && guess > 0.0 { guess } else { 1.0 }
 }
 

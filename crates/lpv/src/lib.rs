@@ -13,7 +13,7 @@
 //! - [`polynomial`]: matrices that are polynomials in a parameter, fitted to samples;
 //! - [`lft`]: LFTs, their algebra, the smallest one of a polynomial;
 //! - [`tracking`]: the augmented plant of a tracking problem, from model and weights;
-//! - [`plant`], [`controller`]: the partitions of plant, controller and closed loop;
+//! - [`partition`]: a matrix with named rows and columns, of which [`plant`], [`controller`] and closed loop are made;
 //! - [`synthesis`]: from a generalised plant to a controller and a bound; [`reconstruct`] is its last step;
 //! - [`direct_path`]: the same for a plant with a direct path from u to y;
 //! - [`analysis`]: a bound on the gain of a finished loop;
@@ -36,29 +36,26 @@
 //! rho anywhere in [1, 10], a weight on the tracking error and one on the control. Its least gamma is 1.788.
 //!
 //! ```
-//! use lpv::matrix::Mat;
+//! use lpv::partition::Signal::{T, U, W, X, Y, Z};
 //! use lpv::plant::GeneralisedPlant;
 //! use lpv::synthesis::{Options, synthesise};
 //! use nalgebra::dmatrix;
 //!
-//! let plant = GeneralisedPlant {
-//!     a: dmatrix![-5.5, -5445.0, 0.0; 0.0, -100.0, 0.0; -1.0, 0.0, -1.0],
-//!     bt: dmatrix![4.5; 0.0; 0.0],
-//!     b1: dmatrix![0.0, 5.5; 0.0, 0.1; 1.0, 0.0],
-//!     b2: dmatrix![60.5; 1.0; 0.0],
-//!     ct: dmatrix![-1.0, -990.0, 0.0],
-//!     dtt: dmatrix![0.0],
-//!     dt1: dmatrix![0.0, 1.0],
-//!     dt2: dmatrix![11.0],
-//!     c1: dmatrix![-0.2, 0.0, 4.8; 0.0, -990.0, 0.0],
-//!     d1t: Mat::zeros(2, 1),
-//!     d11: dmatrix![0.2, 0.0; 0.0, 1.0],
-//!     d12: dmatrix![0.0; 10.0],
-//!     c2: dmatrix![-1.0, 0.0, 0.0],
-//!     d2t: dmatrix![0.0],
-//!     d21: dmatrix![1.0, 0.0],
-//!     blocks: vec![1],
-//! };
+//! let blocks = [
+//!     (X, X, dmatrix![-5.5, -5445.0, 0.0; 0.0, -100.0, 0.0; -1.0, 0.0, -1.0]),
+//!     (X, T, dmatrix![4.5; 0.0; 0.0]),
+//!     (X, W, dmatrix![0.0, 5.5; 0.0, 0.1; 1.0, 0.0]),
+//!     (X, U, dmatrix![60.5; 1.0; 0.0]),
+//!     (T, X, dmatrix![-1.0, -990.0, 0.0]),
+//!     (T, W, dmatrix![0.0, 1.0]),
+//!     (T, U, dmatrix![11.0]),
+//!     (Z, X, dmatrix![-0.2, 0.0, 4.8; 0.0, -990.0, 0.0]),
+//!     (Z, W, dmatrix![0.2, 0.0; 0.0, 1.0]),
+//!     (Z, U, dmatrix![0.0; 10.0]),
+//!     (Y, X, dmatrix![-1.0, 0.0, 0.0]),
+//!     (Y, W, dmatrix![1.0, 0.0]),
+//! ];
+//! let plant = GeneralisedPlant::new(vec![1], &blocks)?;
 //! let design = synthesise(&plant, Options::default())?;
 //! assert!((design.gamma_optimum - 1.7877).abs() < 1e-3);
 //!
@@ -98,6 +95,7 @@ pub mod model_error;
 pub mod modes;
 pub mod mu;
 pub mod parameter_grid;
+pub mod partition;
 pub mod plant;
 pub mod polynomial;
 mod quadratic;

@@ -33,13 +33,13 @@ impl ModelError {
     /// What the error is in the loop that a controller closes.
     pub fn close(&self, plant: &GeneralisedPlant, k: &Controller) -> LoopError {
         let s = plant.sizes();
-        let nk = k.a.nrows();
+        let nk = k.a().nrows();
         debug_assert_eq!((self.e.nrows(), self.f.ncols(), self.fu.ncols()), (s.x, s.x, s.u));
         LoopError {
             e: block(&[&[&self.e], &[&Mat::zeros(nk, self.e.ncols())]]),
-            fx: block(&[&[&(&self.f + &self.fu * &k.duy * &plant.c2), &(&self.fu * &k.cu)]]),
-            ft: block(&[&[&(&self.fu * &k.duy * &plant.d2t), &(&self.fu * &k.dut)]]),
-            fw: &self.fu * &k.duy * &plant.d21,
+            fx: block(&[&[&(&self.f + &self.fu * &k.duy() * &plant.c2()), &(&self.fu * &k.cu())]]),
+            ft: block(&[&[&(&self.fu * &k.duy() * &plant.d2t()), &(&self.fu * &k.dut())]]),
+            fw: &self.fu * &k.duy() * &plant.d21(),
         }
     }
 }
@@ -47,7 +47,7 @@ impl ModelError {
 impl LoopError {
     /// No error at all: no rows, no columns.
     pub fn none(closed: &ClosedLoop) -> Self {
-        let (n, r, w) = (closed.a.nrows(), closed.channels.len(), closed.b1.ncols());
+        let (n, r, w) = (closed.a().nrows(), closed.channels.len(), closed.b1().ncols());
         Self { e: Mat::zeros(n, 0), fx: Mat::zeros(0, n), ft: Mat::zeros(0, r), fw: Mat::zeros(0, w) }
     }
 

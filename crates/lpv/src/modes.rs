@@ -63,7 +63,7 @@ fn equilibrated(mut pencil: DMatrix<Complex<f64>>, n: usize) -> DMatrix<Complex<
 pub fn check_stabilisable(plant: &GeneralisedPlant) -> Result<(), SynthesisError> {
     let balanced = Coordinates::diagonal(plant).apply(plant);
     check_finite(&balanced)?;
-    match unreachable_mode(&balanced.a, &balanced.b2).map(|mode| in_users_time(mode, plant)) {
+    match unreachable_mode(&balanced.a(), &balanced.b2()).map(|mode| in_users_time(mode, plant)) {
         Some(mode) => Err(SynthesisError::NotStabilisable { re: mode.re, im: mode.im }),
         None => Ok(()),
     }
@@ -76,7 +76,7 @@ pub fn check_stabilisable(plant: &GeneralisedPlant) -> Result<(), SynthesisError
 pub fn check_detectable(plant: &GeneralisedPlant) -> Result<(), SynthesisError> {
     let balanced = Coordinates::diagonal(plant).apply(plant);
     check_finite(&balanced)?;
-    let unseen = unreachable_mode(&balanced.a.transpose(), &balanced.c2.transpose());
+    let unseen = unreachable_mode(&balanced.a().transpose(), &balanced.c2().transpose());
     match unseen.map(|mode| in_users_time(mode, plant)) {
         Some(mode) => Err(SynthesisError::NotDetectable { re: mode.re, im: mode.im }),
         None => Ok(()),
@@ -85,7 +85,7 @@ pub fn check_detectable(plant: &GeneralisedPlant) -> Result<(), SynthesisError> 
 
 /// Numbers that overflow prove nothing.
 fn check_finite(plant: &GeneralisedPlant) -> Result<(), SynthesisError> {
-    if eigenvalues(&plant.a).iter().all(|v| v.re.is_finite() && v.im.is_finite()) {
+    if eigenvalues(&plant.a()).iter().all(|v| v.re.is_finite() && v.im.is_finite()) {
         return Ok(());
     }
     Err(SynthesisError::Numerical {

@@ -14,8 +14,9 @@ use crate::bounded_real::{Multipliers, bounded_real_compact};
 use crate::error::SynthesisError;
 use crate::inequalities::Scalings;
 use crate::lmi::{Affine, Program};
-use crate::matrix::{Mat, block, kernel, scaled_largest_eigenvalue, symmetric_function};
+use crate::matrix::{Mat, kernel, scaled_largest_eigenvalue, symmetric_function};
 use crate::model_error::LoopError;
+use crate::partition::Signal::{T, W, X, Y, Z};
 use crate::plant::{ClosedLoop, GeneralisedPlant, channels};
 use crate::solver::{self, Search};
 
@@ -110,7 +111,7 @@ fn clearest(plant: &GeneralisedPlant, scalings: Scalings) -> Option<Clearest> {
     let t = program.scalar();
     let bare = without_performance(plant);
     let whole = bounded_real_compact(&bare, &LoopError::none(&bare), &m);
-    let projected = whole.congruence(&kernel(&block(&[&[&plant.c2, &plant.d2t]])));
+    let projected = whole.congruence(&kernel(&plant.parts.join(&[Y], &[X, T])));
     let size = projected.shape().0;
     program.negative("stability", projected.clone() + t.times_identity(size));
     for (e, size) in [(&m.x, n), (&m.s, r)] {
@@ -146,31 +147,10 @@ fn in_coordinates(
     (t, t_inverse): (&Mat, &Mat),
     (tau, tau_inverse): (&Mat, &Mat),
 ) -> GeneralisedPlant {
-    GeneralisedPlant {
-        a: t_inverse * &p.a * t,
-        bt: t_inverse * &p.bt * tau,
-        b1: t_inverse * &p.b1,
-        b2: t_inverse * &p.b2,
-        ct: tau_inverse * &p.ct * t,
-        dtt: tau_inverse * &p.dtt * tau,
-        dt1: tau_inverse * &p.dt1,
-        dt2: tau_inverse * &p.dt2,
-        c1: &p.c1 * t,
-        d1t: &p.d1t * tau,
-        c2: &p.c2 * t,
-        d2t: &p.d2t * tau,
-        ..p.clone()
-    }
+    p.changed(|parts| parts.transformed(&[(X, t_inverse), (T, tau_inverse)], &[(X, t), (T, tau)]))
 }
 
 fn without_performance(plant: &GeneralisedPlant) -> ClosedLoop {
-    let (n, r) = (plant.sizes().x, plant.sizes().t);
-    ClosedLoop {
-        b1: Mat::zeros(n, 0),
-        dt1: Mat::zeros(r, 0),
-        c1: Mat::zeros(0, n),
-        d1t: Mat::zeros(0, r),
-        d11: Mat::zeros(0, 0),
-        ..plant.open()
-    }
+    let ClosedLoop { parts, channels } = plant.open();
+    ClosedLoop { parts: parts.resized(W, 0).resized(Z, 0), channels }
 }

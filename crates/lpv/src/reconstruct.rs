@@ -66,7 +66,7 @@ pub fn reconstruct(
         }
         let k = Controller::from_matrix(&m, size.x, size.y, size.u, plant.blocks.clone());
         let fastest = k.fastest_mode(&thetas);
-        if spectral_abscissa(&plant.close(&k).a) < 0.0
+        if spectral_abscissa(&plant.close(&k).a()) < 0.0
             && best.as_ref().is_none_or(|(least, _)| fastest < SLOWER * least)
         {
             best = Some((fastest, k));
@@ -149,9 +149,11 @@ impl AffineLoop {
         let z = Mat::zeros;
         let (n, r, m, p) = (size.x, size.t, size.u, size.y);
         // Rows x', xk', zt, zk, z of what the controller's outputs xk', u, zk do.
-        let into_x = block(&[&[&z(n, n), &plant.b2, &z(n, r)], &[&Mat::identity(n, n), &z(n, m), &z(n, r)]]);
-        let into_t = block(&[&[&z(r, n), &plant.dt2, &z(r, r)], &[&z(r, n), &z(r, m), &Mat::identity(r, r)]]);
-        let into_z = block(&[&[&z(size.z, n), &plant.d12, &z(size.z, r)]]);
+        let into_x =
+            block(&[&[&z(n, n), &plant.b2(), &z(n, r)], &[&Mat::identity(n, n), &z(n, m), &z(n, r)]]);
+        let into_t =
+            block(&[&[&z(r, n), &plant.dt2(), &z(r, r)], &[&z(r, n), &z(r, m), &Mat::identity(r, r)]]);
+        let into_z = block(&[&[&z(size.z, n), &plant.d12(), &z(size.z, r)]]);
         let left = block(&[
             &[&(lyapunov * &into_x)],
             &[&(t * &into_t)],
@@ -161,7 +163,13 @@ impl AffineLoop {
         ]);
         let right = block(&[
             &[&z(n, n), &Mat::identity(n, n), &z(n, 2 * r), &z(n, size.w), &z(n, 2 * r + size.z)],
-            &[&plant.c2, &z(p, n), &block(&[&[&plant.d2t, &z(p, r)]]), &plant.d21, &z(p, 2 * r + size.z)],
+            &[
+                &plant.c2(),
+                &z(p, n),
+                &block(&[&[&plant.d2t(), &z(p, r)]]),
+                &plant.d21(),
+                &z(p, 2 * r + size.z),
+            ],
             &[
                 &z(r, n),
                 &z(r, n),

@@ -9,9 +9,10 @@
 use crate::analysis::{GainBound, bounded_gain};
 use crate::controller::Controller;
 use crate::lyapunov::lyapunov;
-use crate::matrix::{Mat, Svd, block, solve, spectral_abscissa, svd};
+use crate::matrix::{Mat, Svd, solve, spectral_abscissa, svd};
 use crate::model_error::LoopError;
 use crate::parameter_grid::parameter_grid;
+use crate::partition::Signal::{T, U, X, Y};
 use crate::plant::GeneralisedPlant;
 use crate::synthesis::Design;
 
@@ -28,10 +29,10 @@ pub fn reduce(plant: &GeneralisedPlant, design: &Design, fastest_mode: Option<f6
     let slow_enough = |k: &Controller| fastest_mode.is_none_or(|limit| k.fastest_mode(&thetas) <= limit);
     let Some((balanced, transform)) = balance(&design.controller) else { return design.clone() };
     let mut best = design.clone();
-    for states in (0..design.controller.a.nrows()).rev() {
+    for states in (0..design.controller.a().nrows()).rev() {
         let Some(controller) = residualised(&balanced, states) else { break };
         let closed = plant.close(&controller);
-        let shown = restricted(&design.certified, plant.a.nrows(), &transform, states);
+        let shown = restricted(&design.certified, plant.a().nrows(), &transform, states);
         let Ok(certified) = bounded_gain(&closed, &LoopError::none(&closed), &shown) else { break };
         if certified.gamma > design.certified.gamma * (1.0 + TOLERANCE) {
             break;
@@ -45,27 +46,21 @@ pub fn reduce(plant: &GeneralisedPlant, design: &Design, fastest_mode: Option<f6
 
 /// The controller in balanced coordinates `x = T x~`, most important states first, and T. `None` when it is unstable.
 fn balance(k: &Controller) -> Option<(Controller, Mat)> {
-    if spectral_abscissa(&k.a) >= 0.0 {
+    if spectral_abscissa(&k.a()) >= 0.0 {
         return None;
     }
-    let inputs = block(&[&[&k.by, &k.bt]]);
-    let outputs = block(&[&[&k.cu], &[&k.ct]]);
-    let reach = filled(lyapunov(&k.a.transpose(), &(&inputs * inputs.transpose()))?);
-    let see = filled(lyapunov(&k.a, &(outputs.transpose() * &outputs))?);
+    let inputs = k.parts.join(&[X], &[Y, T]);
+    let outputs = k.parts.join(&[U, T], &[X]);
+    let reach = filled(lyapunov(&k.a().transpose(), &(&inputs * inputs.transpose()))?);
+    let see = filled(lyapunov(&k.a(), &(outputs.transpose() * &outputs))?);
     let (lr, ls) = (reach.cholesky()?.l(), see.cholesky()?.l());
     let Svd { u, s, v } = svd(&(ls.transpose() * &lr));
     let scale =
         Mat::from_diagonal(&nalgebra::DVector::from_iterator(s.len(), s.iter().map(|s| 1.0 / s.sqrt())));
     let transform = &lr * v * &scale;
     let inverse = &scale * u.transpose() * ls.transpose();
-    let out = Controller {
-        a: &inverse * &k.a * &transform,
-        by: &inverse * &k.by,
-        bt: &inverse * &k.bt,
-        cu: &k.cu * &transform,
-        ct: &k.ct * &transform,
-        ..k.clone()
-    };
+    let parts = k.parts.transformed(&[(X, &inverse)], &[(X, &transform)]);
+    let out = Controller { parts, blocks: k.blocks.clone() };
     out.matrix().iter().all(|v| v.is_finite()).then_some((out, transform))
 }
 
@@ -78,23 +73,20 @@ fn filled(gramian: Mat) -> Mat {
 
 /// The controller with its states after the first `kept` at their steady values.
 fn residualised(k: &Controller, kept: usize) -> Option<Controller> {
-    let n = k.a.nrows();
+    let sizes = k.parts.sizes();
+    let n = sizes.x;
     let gone = n - kept;
-    let a22 = k.a.view((kept, kept), (gone, gone)).into_owned();
-    let rest = block(&[&[
-        &k.a.view((kept, 0), (gone, kept)).into_owned(),
-        &k.by.rows(kept, gone).into_owned(),
-        &k.bt.rows(kept, gone).into_owned(),
-    ]]);
+    let whole = k.matrix();
+    let a22 = whole.view((kept, kept), (gone, gone)).into_owned();
+    let other: Vec<usize> = (0..kept).chain(n..whole.ncols()).collect();
+    let rest = whole.rows(kept, gone).select_columns(&other);
     // 0 = A22 x2 + rest, so x2 = -A22^-1 rest.
     let steady = -solve(&a22, &rest)?;
-    let whole = k.matrix();
     let rows: Vec<usize> = (0..kept).chain(n..whole.nrows()).collect();
-    let columns: Vec<usize> = (0..kept).chain(n..whole.ncols()).collect();
     let from_gone: Vec<usize> = (kept..n).collect();
     let pick = |rows: &[usize], columns: &[usize]| whole.select_rows(rows).select_columns(columns);
-    let reduced = pick(&rows, &columns) + pick(&rows, &from_gone) * steady;
-    Some(Controller::from_matrix(&reduced, kept, k.by.ncols(), k.cu.nrows(), k.blocks.clone()))
+    let reduced = pick(&rows, &other) + pick(&rows, &from_gone) * steady;
+    Some(Controller::from_matrix(&reduced, kept, sizes.y, sizes.u, k.blocks.clone()))
 }
 
 /// The bound's matrices on the states that are left: a start for the search, no claim.

@@ -17,8 +17,9 @@
 
 use crate::analysis::{Base, GainBound, bounded_gain, clearest};
 use crate::inequalities::Existence;
-use crate::matrix::{Mat, block};
+use crate::matrix::Mat;
 use crate::model_error::LoopError;
+use crate::partition::Signal::{T, U, W, Y, Z};
 use crate::plant::GeneralisedPlant;
 use crate::regularity::{free_directions, normalised, number, parts, sum_words};
 use crate::synthesis::{Design, Options, directly};
@@ -39,8 +40,8 @@ impl Regularisation {
     /// w reaches, is about 1.
     fn new(plant: &GeneralisedPlant, size: f64) -> Self {
         let (seen, coordinates, units) = normalised(plant);
-        let weighted = block(&[&[&seen.d12], &[&seen.dt2]]);
-        let disturbed = block(&[&[&seen.d21, &seen.d2t]]).transpose();
+        let weighted = seen.parts.join(&[Z, T], &[U]);
+        let disturbed = seen.parts.join(&[Y], &[W, T]).transpose();
         let added = |m: &Mat, convert: &dyn Fn(usize, f64) -> f64| -> Vec<Vec<f64>> {
             let directions = free_directions(m, size).into_iter();
             let scaled =
@@ -58,19 +59,12 @@ impl Regularisation {
     fn apply(&self, plant: &GeneralisedPlant) -> GeneralisedPlant {
         let s = plant.sizes();
         let (more_z, more_w) = (self.weights.len(), self.noises.len());
-        let z = Mat::zeros;
+        let mut out = plant.changed(|parts| parts.resized(Z, s.z + more_z).resized(W, s.w + more_w));
         let weights = Mat::from_fn(more_z, s.u, |i, j| self.weights[i][j]);
         let noises = Mat::from_fn(s.y, more_w, |i, j| self.noises[j][i]);
-        GeneralisedPlant {
-            b1: block(&[&[&plant.b1, &z(s.x, more_w)]]),
-            dt1: block(&[&[&plant.dt1, &z(s.t, more_w)]]),
-            c1: block(&[&[&plant.c1], &[&z(more_z, s.x)]]),
-            d1t: block(&[&[&plant.d1t], &[&z(more_z, s.t)]]),
-            d11: block(&[&[&plant.d11, &z(s.z, more_w)], &[&z(more_z, s.w), &z(more_z, more_w)]]),
-            d12: block(&[&[&plant.d12], &[&weights]]),
-            d21: block(&[&[&plant.d21, &noises]]),
-            ..plant.clone()
-        }
+        out.parts.block_mut(Z, U).rows_mut(s.z, more_z).copy_from(&weights);
+        out.parts.block_mut(Y, W).columns_mut(s.w, more_w).copy_from(&noises);
+        out
     }
 }
 

@@ -11,6 +11,7 @@
 
 use crate::balance::Coordinates;
 use crate::matrix::{Mat, block, eigenvalues, largest_singular_value, svd};
+use crate::partition::Signal::{T, U, W, X, Y, Z};
 use crate::plant::GeneralisedPlant;
 use std::fmt;
 
@@ -63,14 +64,10 @@ pub(crate) fn normalised(plant: &GeneralisedPlant) -> (GeneralisedPlant, Coordin
     // Each round halves the exponent that is left, as the balancing shares a factor between both sides of the states.
     for _ in 0..8 {
         let seen = coordinates.apply(&plant);
-        let z = size(&block(&[&[&seen.c1, &seen.d1t, &seen.d12]]));
-        let w = size(&block(&[&[&seen.b1], &[&seen.dt1], &[&seen.d21]]));
-        for m in [&mut plant.c1, &mut plant.d1t, &mut plant.d12, &mut plant.d11] {
-            *m /= z;
-        }
-        for m in [&mut plant.b1, &mut plant.dt1, &mut plant.d21, &mut plant.d11] {
-            *m /= w;
-        }
+        let z = size(&seen.parts.join(&[Z], &[X, T, U]));
+        let w = size(&seen.parts.join(&[X, T, Y], &[W]));
+        plant.parts.rows_mut(Z).unscale_mut(z);
+        plant.parts.columns_mut(W).unscale_mut(w);
         units = (units.0 * z, units.1 * w);
         coordinates = Coordinates::diagonal(&plant);
     }
@@ -85,10 +82,10 @@ fn size(m: &Mat) -> f64 {
 /// `[D12; Dt2]` with each column divided by its norm, and these norms. One that is lost in rounding beside what its control does through the states is
 /// divided by something larger.
 fn in_own_units(plant: &GeneralisedPlant) -> (Mat, Vec<f64>) {
-    let (weights, channels) = (&plant.d12, &plant.dt2);
+    let (weights, channels) = (plant.d12(), plant.dt2());
     // A parameter channel has a unit of its own.
     let ratio = |one: f64, other: f64| if one > 0.0 && other > 0.0 { one / other } else { 1.0 };
-    let direct = block(&[&[weights], &[&(channels * ratio(weights.amax(), channels.amax()))]]);
+    let direct = block(&[&[&weights], &[&(&channels * ratio(weights.amax(), channels.amax()))]]);
     let through = through_states(plant);
     let unit = |(j, column): (usize, nalgebra::DVectorView<'_, f64>)| {
         let least = RANK_TOLERANCE * through[j];
@@ -103,18 +100,19 @@ fn in_own_units(plant: &GeneralisedPlant) -> (Mat, Vec<f64>) {
 /// For each control the largest of `|C1 A^k b|/rate^(k+1)`, with the rate of the fastest mode: what z sees of it through the states within the time of
 /// that mode. 0 where no mode moves.
 fn through_states(plant: &GeneralisedPlant) -> Vec<f64> {
-    let rate = eigenvalues(&plant.a).iter().map(|v| v.norm()).fold(0.0, f64::max);
-    let mut largest = vec![0.0_f64; plant.b2.ncols()];
+    let rate = eigenvalues(&plant.a()).iter().map(|v| v.norm()).fold(0.0, f64::max);
+    let (a, c1) = (plant.a(), plant.c1());
+    let mut largest = vec![0.0_f64; plant.sizes().u];
     if !(rate > 0.0 && rate.is_finite()) {
         return largest;
     }
-    let mut state = &plant.b2 / rate;
-    for _ in 0..plant.a.nrows() {
-        let seen = &plant.c1 * &state;
+    let mut state = plant.b2() / rate;
+    for _ in 0..a.nrows() {
+        let seen = &c1 * &state;
         for (most, column) in largest.iter_mut().zip(seen.column_iter()) {
             *most = most.max(column.norm());
         }
-        state = &plant.a * state / rate;
+        state = &a * state / rate;
     }
     largest
 }
@@ -234,24 +232,18 @@ mod tests {
 
     /// Two states, two controls, two measurements, all weighted and all noisy.
     fn regular() -> GeneralisedPlant {
-        GeneralisedPlant {
-            a: dmatrix![-1.0, 0.3; 0.2, -2.0],
-            bt: dmatrix![0.1; 0.2],
-            b1: dmatrix![1.0, 0.0, 0.0; 0.5, 0.0, 0.0],
-            b2: dmatrix![1.0, 0.4; 0.0, 1.0],
-            ct: dmatrix![0.3, 0.1],
-            dtt: dmatrix![0.0],
-            dt1: Mat::zeros(1, 3),
-            dt2: Mat::zeros(1, 2),
-            c1: dmatrix![1.0, 0.0; 0.0, 0.0; 0.0, 0.0],
-            d1t: Mat::zeros(3, 1),
-            d11: Mat::zeros(3, 3),
-            d12: dmatrix![0.0, 0.0; 0.1, 0.0; 0.0, 0.2],
-            c2: dmatrix![1.0, 0.0; 0.3, 1.0],
-            d2t: Mat::zeros(2, 1),
-            d21: dmatrix![0.0, 0.1, 0.0; 0.0, 0.0, 0.2],
-            blocks: vec![1],
-        }
+        let blocks = [
+            (X, X, dmatrix![-1.0, 0.3; 0.2, -2.0]),
+            (X, T, dmatrix![0.1; 0.2]),
+            (X, W, dmatrix![1.0, 0.0, 0.0; 0.5, 0.0, 0.0]),
+            (X, U, dmatrix![1.0, 0.4; 0.0, 1.0]),
+            (T, X, dmatrix![0.3, 0.1]),
+            (Z, X, dmatrix![1.0, 0.0; 0.0, 0.0; 0.0, 0.0]),
+            (Z, U, dmatrix![0.0, 0.0; 0.1, 0.0; 0.0, 0.2]),
+            (Y, X, dmatrix![1.0, 0.0; 0.3, 1.0]),
+            (Y, W, dmatrix![0.0, 0.1, 0.0; 0.0, 0.0, 0.2]),
+        ];
+        GeneralisedPlant::new(vec![1], &blocks).unwrap()
     }
 
     #[test]
@@ -263,18 +255,18 @@ mod tests {
     #[test]
     fn slow_modes_do_not_hide_a_weight() {
         for slow in [1e-5, 1e-6, 1e-7, 0.0] {
-            let plant = GeneralisedPlant {
-                a: dmatrix![-1.0, 0.0; 1.0, -slow],
-                c1: dmatrix![0.0, 1.0; 0.0, 0.0; 0.0, 0.0],
-                b2: dmatrix![1.0, 0.0; 0.0, 1.0],
-                c2: dmatrix![0.0, 1.0; 0.0, 1.0],
-                d12: dmatrix![0.0, 0.0; 1.0, 0.0; 0.0, 1.0],
-                d21: dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0],
-                ..regular()
-            };
+            let changed = [
+                (X, X, dmatrix![-1.0, 0.0; 1.0, -slow]),
+                (Z, X, dmatrix![0.0, 1.0; 0.0, 0.0; 0.0, 0.0]),
+                (X, U, dmatrix![1.0, 0.0; 0.0, 1.0]),
+                (Y, X, dmatrix![0.0, 1.0; 0.0, 1.0]),
+                (Z, U, dmatrix![0.0, 0.0; 1.0, 0.0; 0.0, 1.0]),
+                (Y, W, dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0]),
+            ];
+            let plant = regular().with(&changed).unwrap();
             assert_eq!(findings(&plant), vec![], "{slow}");
             // The same with the weights of a fast, strong and slow path: a chain of integrators.
-            let chain = GeneralisedPlant { a: dmatrix![-slow, 1.0; 0.0, -10.0 * slow], ..plant };
+            let chain = plant.with(&[(X, X, dmatrix![-slow, 1.0; 0.0, -10.0 * slow])]).unwrap();
             assert_eq!(findings(&chain), vec![], "{slow}");
         }
     }
@@ -282,7 +274,7 @@ mod tests {
     #[test]
     fn a_control_without_weight_is_named() {
         let mut plant = regular();
-        plant.d12[(2, 1)] = 0.0;
+        plant.parts.block_mut(Z, U)[(2, 1)] = 0.0;
         let found = findings(&plant);
         assert_eq!(found, vec![Finding::UnweightedControl { direction: vec![0.0, 1.0], weight: 0.0 }]);
         assert!(found[0].to_string().contains("give u2 a weight (column 2 of D12)"));
@@ -291,7 +283,7 @@ mod tests {
     #[test]
     fn a_measurement_without_noise_is_named() {
         let mut plant = regular();
-        plant.d21[(0, 1)] = 0.0;
+        plant.parts.block_mut(Y, W)[(0, 1)] = 0.0;
         let found = findings(&plant);
         assert_eq!(found, vec![Finding::NoiselessMeasurement { combination: vec![1.0, 0.0], noise: 0.0 }]);
         assert!(found[0].to_string().contains("add noise to y1 (row 1 of D21)"));
@@ -301,8 +293,8 @@ mod tests {
     #[test]
     fn directions_that_are_no_axes_come_in_the_users_units() {
         let mut plant = regular();
-        plant.d12 = dmatrix![0.0, 0.0; 0.2, 0.1; 0.0, 0.0];
-        plant.d21 = dmatrix![0.0, 0.0, 0.3; 0.0, 0.0, 0.1];
+        plant.parts.block_mut(Z, U).copy_from(&dmatrix![0.0, 0.0; 0.2, 0.1; 0.0, 0.0]);
+        plant.parts.block_mut(Y, W).copy_from(&dmatrix![0.0, 0.0, 0.3; 0.0, 0.0, 0.1]);
         let found = findings(&plant);
         let [Finding::UnweightedControl { direction, .. }, Finding::NoiselessMeasurement { combination, .. }] =
             found.as_slice()
@@ -317,19 +309,16 @@ mod tests {
 
     #[test]
     fn more_controls_than_outputs_leave_one_direction_free() {
-        let mut plant = regular();
-        plant.c1 = dmatrix![1.0, 0.0];
-        plant.d1t = Mat::zeros(1, 1);
-        plant.d11 = Mat::zeros(1, 3);
-        plant.d12 = dmatrix![1.0, 1.0];
+        let one = [(Z, X, dmatrix![1.0, 0.0]), (Z, U, dmatrix![1.0, 1.0])];
+        let plant = regular().with(&one).unwrap();
         assert_eq!(findings(&plant).len(), 1);
     }
 
     #[test]
     fn a_parameter_channel_bounds_a_control_too() {
         let mut plant = regular();
-        plant.d12[(2, 1)] = 0.0;
-        plant.dt2[(0, 1)] = 0.5;
+        plant.parts.block_mut(Z, U)[(2, 1)] = 0.0;
+        plant.parts.block_mut(T, U)[(0, 1)] = 0.5;
         assert_eq!(findings(&plant), vec![]);
     }
 
@@ -340,37 +329,15 @@ mod tests {
             for exponent in [-8, -4, 4, 8] {
                 let unit = 10f64.powi(exponent);
                 let mut plant = regular();
-                plant.d12[(2, 1)] = weight;
-                let scaled = |m: &Mat, factor: f64| m * factor;
-                let in_other_units = [
-                    GeneralisedPlant {
-                        c1: scaled(&plant.c1, unit),
-                        d12: scaled(&plant.d12, unit),
-                        ..plant.clone()
-                    },
-                    GeneralisedPlant {
-                        b1: scaled(&plant.b1, unit),
-                        d21: scaled(&plant.d21, unit),
-                        ..plant.clone()
-                    },
-                    GeneralisedPlant {
-                        b2: scaled(&plant.b2, unit),
-                        d12: scaled(&plant.d12, unit),
-                        ..plant.clone()
-                    },
-                    GeneralisedPlant {
-                        c2: scaled(&plant.c2, unit),
-                        d21: scaled(&plant.d21, unit),
-                        ..plant.clone()
-                    },
-                    GeneralisedPlant {
-                        a: scaled(&plant.a, unit),
-                        bt: scaled(&plant.bt, unit),
-                        b1: scaled(&plant.b1, unit),
-                        b2: scaled(&plant.b2, unit),
-                        ..plant.clone()
-                    },
-                ];
+                plant.parts.block_mut(Z, U)[(2, 1)] = weight;
+                let in_other_units = [Z, W, U, Y, X].map(|signal| {
+                    let mut plant = plant.clone();
+                    match signal {
+                        Z | Y | X => plant.parts.rows_mut(signal).scale_mut(unit),
+                        _ => plant.parts.columns_mut(signal).scale_mut(unit),
+                    }
+                    plant
+                });
                 for (i, plant) in in_other_units.iter().enumerate() {
                     assert_eq!(findings(plant).len(), expected, "units {i}, {unit:.0e}, weight {weight}");
                 }

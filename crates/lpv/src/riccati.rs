@@ -32,16 +32,16 @@ pub(crate) fn largest_inverses(plant: &GeneralisedPlant) -> Option<(Mat, Mat)> {
 const ROUNDING: f64 = 1e-9;
 
 fn largest_inverse(p: &GeneralisedPlant) -> Option<Mat> {
-    let n = p.a.nrows();
-    let d21 = crate::matrix::svd(&p.d21).s;
+    let n = p.a().nrows();
+    let d21 = crate::matrix::svd(&p.d21()).s;
     let (most, least) = (d21.first().copied().unwrap_or(0.0), d21.last().copied().unwrap_or(0.0));
-    let full_rank = p.d21.nrows() <= p.d21.ncols() && least > ROUNDING * most;
-    if !full_rank && p.d21.nrows() > 0 {
+    let full_rank = p.d21().nrows() <= p.d21().ncols() && least > ROUNDING * most;
+    if !full_rank && p.d21().nrows() > 0 {
         return None;
     }
-    let (h, d) = (-pseudo_inverse(&p.d21, ROUNDING) * &p.c2, kernel(&p.d21));
-    let (a, b) = (&p.a + &p.b1 * &h, &p.b1 * &d);
-    let (c, dk) = (&p.c1 + &p.d11 * &h, &p.d11 * &d);
+    let (h, d) = (-pseudo_inverse(&p.d21(), ROUNDING) * &p.c2(), kernel(&p.d21()));
+    let (a, b) = (&p.a() + &p.b1() * &h, &p.b1() * &d);
+    let (c, dk) = (&p.c1() + &p.d11() * &h, &p.d11() * &d);
     let r = Mat::identity(d.ncols(), d.ncols()) - dk.transpose() * &dk;
     if least_eigenvalue(&r) <= 0.0 {
         return None;

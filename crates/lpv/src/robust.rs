@@ -20,7 +20,9 @@
 use crate::analysis::GainBound;
 use crate::controller::Controller;
 use crate::error::SynthesisError;
-use crate::matrix::{Mat, block, symmetric_function};
+use crate::matrix::{Mat, symmetric_function};
+use crate::partition::Signal::{T, U, W, X, Y, Z};
+use crate::partition::Sizes;
 use crate::plant::GeneralisedPlant;
 use crate::robust_bound::{RobustBound, RobustLoop};
 use crate::synthesis::{Options, synthesise};
@@ -184,29 +186,15 @@ impl UncertainPlant {
     pub fn sized(&self, size: f64) -> GeneralisedPlant {
         let (r, k) = (self.scheduled_channels(), self.unknown_channels());
         let mut out = self.plant.clone();
-        for m in [&mut out.ct, &mut out.dtt, &mut out.dt1, &mut out.dt2] {
-            m.rows_mut(r, k).scale_mut(size);
-        }
+        out.parts.rows_mut(T).rows_mut(r, k).scale_mut(size);
         out
     }
 
     /// The plant at Delta = 0.
     pub fn nominal(&self) -> GeneralisedPlant {
         let r = self.scheduled_channels();
-        let p = &self.plant;
-        let rows = |m: &Mat| m.rows(0, r).into_owned();
-        let columns = |m: &Mat| m.columns(0, r).into_owned();
-        GeneralisedPlant {
-            bt: columns(&p.bt),
-            ct: rows(&p.ct),
-            dtt: rows(&columns(&p.dtt)),
-            dt1: rows(&p.dt1),
-            dt2: rows(&p.dt2),
-            d1t: columns(&p.d1t),
-            d2t: columns(&p.d2t),
-            blocks: p.blocks[..self.scheduled].to_vec(),
-            ..p.clone()
-        }
+        let parts = self.plant.parts.resized(T, r);
+        GeneralisedPlant { parts, blocks: self.plant.blocks[..self.scheduled].to_vec() }
     }
 
     /// The plant, scheduled on Theta alone, whose gain is below 1 when the multipliers S and T of Delta, channels of Delta square, show a gain
@@ -219,58 +207,47 @@ impl UncertainPlant {
         let inverse_root = symmetric_function(s, |v| 1.0 / v.max(f64::MIN_POSITIVE).sqrt());
         let other = s + t * inverse * t.transpose();
         let other = symmetric_function(&other, |v| 1.0 / v.max(f64::MIN_POSITIVE).sqrt());
-        let rows = |m: &Mat| m.rows(0, r).into_owned();
-        let unknown_rows = |m: &Mat| &root * m.rows(r, k);
-        let columns = |m: &Mat| m.columns(0, r).into_owned();
-        let unknown_columns = |m: &Mat| m.columns(r, k) * &other;
-        let direct = unknown_columns(&unknown_rows(&sized.dtt)) + inverse_root * t.transpose() * &other;
-        GeneralisedPlant {
-            a: sized.a.clone(),
-            b2: sized.b2.clone(),
-            c2: sized.c2.clone(),
-            bt: columns(&sized.bt),
-            b1: block(&[&[&unknown_columns(&sized.bt), &sized.b1]]),
-            ct: rows(&sized.ct),
-            dtt: rows(&columns(&sized.dtt)),
-            dt1: block(&[&[&rows(&unknown_columns(&sized.dtt)), &rows(&sized.dt1)]]),
-            dt2: rows(&sized.dt2),
-            c1: block(&[&[&unknown_rows(&sized.ct)], &[&sized.c1]]),
-            d1t: block(&[&[&columns(&unknown_rows(&sized.dtt))], &[&columns(&sized.d1t)]]),
-            d11: block(&[&[&direct, &unknown_rows(&sized.dt1)], &[&unknown_columns(&sized.d1t), &sized.d11]]),
-            d12: block(&[&[&unknown_rows(&sized.dt2)], &[&sized.d12]]),
-            d2t: columns(&sized.d2t),
-            d21: block(&[&[&unknown_columns(&sized.d2t), &sized.d21]]),
-            blocks: self.plant.blocks[..self.scheduled].to_vec(),
+        let mut parts = sized.parts;
+        for column in [X, T, W, U] {
+            let zd = &root * parts.block(T, column).rows(r, k);
+            parts.block_mut(T, column).rows_mut(r, k).copy_from(&zd);
         }
+        for row in [X, T, Z, Y] {
+            let of_wd = parts.block(row, T).columns(r, k) * &other;
+            parts.block_mut(row, T).columns_mut(r, k).copy_from(&of_wd);
+        }
+        let mut direct = parts.block_mut(T, T);
+        let mut direct = direct.view_mut((r, r), (k, k));
+        direct += inverse_root * t.transpose() * &other;
+        // Delta's channels stand last: what follows them takes them in.
+        let sizes = parts.sizes();
+        let parts = parts.divided(Sizes { t: r, w: k + sizes.w, z: k + sizes.z, ..sizes });
+        GeneralisedPlant { parts, blocks: self.plant.blocks[..self.scheduled].to_vec() }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::matrix::largest_singular_value;
+    use crate::matrix::{block, largest_singular_value};
     use nalgebra::dmatrix;
 
     /// An oscillator, hardly damped, whose stiffness depends on theta and on a delta that also acts on the input.
     fn plant() -> UncertainPlant {
-        let plant = GeneralisedPlant {
-            a: dmatrix![0.0, 1.0; -1.0, -0.02],
-            bt: dmatrix![0.0, 0.0, 0.0; 0.1, 1.0, 0.3],
-            b1: dmatrix![0.0, 0.0; 0.3, 0.0],
-            b2: dmatrix![0.0; 1.0],
-            ct: dmatrix![1.0, 0.0; 1.0, 0.0; 0.0, 0.0],
-            dtt: dmatrix![0.0, 0.0, 0.0; 0.0, 0.1, 0.0; 0.0, 0.0, 0.0],
-            dt1: Mat::zeros(3, 2),
-            dt2: dmatrix![0.0; 0.0; 1.0],
-            c1: dmatrix![1.0, 0.0; 0.0, 0.0],
-            d1t: Mat::zeros(2, 3),
-            d11: Mat::zeros(2, 2),
-            d12: dmatrix![0.0; 0.3],
-            c2: dmatrix![1.0, 0.0],
-            d2t: Mat::zeros(1, 3),
-            d21: dmatrix![0.0, 0.1],
-            blocks: vec![1, 2],
-        };
+        let blocks = [
+            (X, X, dmatrix![0.0, 1.0; -1.0, -0.02]),
+            (X, T, dmatrix![0.0, 0.0, 0.0; 0.1, 1.0, 0.3]),
+            (X, W, dmatrix![0.0, 0.0; 0.3, 0.0]),
+            (X, U, dmatrix![0.0; 1.0]),
+            (T, X, dmatrix![1.0, 0.0; 1.0, 0.0; 0.0, 0.0]),
+            (T, T, dmatrix![0.0, 0.0, 0.0; 0.0, 0.1, 0.0; 0.0, 0.0, 0.0]),
+            (T, U, dmatrix![0.0; 0.0; 1.0]),
+            (Z, X, dmatrix![1.0, 0.0; 0.0, 0.0]),
+            (Z, U, dmatrix![0.0; 0.3]),
+            (Y, X, dmatrix![1.0, 0.0]),
+            (Y, W, dmatrix![0.0, 0.1]),
+        ];
+        let plant = GeneralisedPlant::new(vec![1, 2], &blocks).unwrap();
         UncertainPlant { plant, scheduled: 1 }
     }
 
@@ -286,19 +263,20 @@ mod tests {
         let (x, wt, wd, w, u) = (dmatrix![0.4; -0.8], -0.3, dmatrix![0.9; -1.1], dmatrix![0.2; 0.7], -0.6);
         let sized = uncertain.sized(size);
         let all = block(&[&[&dmatrix![wt]], &[&wd]]);
-        let zd =
-            (&sized.ct * &x + &sized.dtt * all + &sized.dt1 * &w + &sized.dt2 * u).rows(1, 2).into_owned();
+        let zd = (&sized.ct() * &x + &sized.dtt() * all + &sized.dt1() * &w + &sized.dt2() * u)
+            .rows(1, 2)
+            .into_owned();
         let form = |a: &Mat, m: &Mat, b: &Mat| (a.transpose() * m * b)[(0, 0)];
         let wanted = form(&zd, &s, &zd) + 2.0 * form(&wd, &t, &zd) - form(&wd, &s, &wd);
         let other =
             symmetric_function(&(&s + &t * s.clone().try_inverse().unwrap() * t.transpose()), f64::sqrt);
         let all = block(&[&[&(&other * &wd)], &[&(&w * gamma.sqrt())]]);
-        let z = &weighed.c1 * &x + &weighed.d1t * wt + &weighed.d11 * &all + &weighed.d12 * u;
+        let z = &weighed.c1() * &x + &weighed.d1t() * wt + &weighed.d11() * &all + &weighed.d12() * u;
         let found = z.rows(0, 2).norm_squared() - all.rows(0, 2).norm_squared();
         assert!((found - wanted).abs() < 1e-12, "{found} {wanted}");
-        let moved = &weighed.a * &x + &weighed.bt * wt + &weighed.b1 * &all + &weighed.b2 * u;
+        let moved = &weighed.a() * &x + &weighed.bt() * wt + &weighed.b1() * &all + &weighed.b2() * u;
         let whole = block(&[&[&dmatrix![wt]], &[&wd]]);
-        let truth = &sized.a * &x + &sized.bt * whole + &sized.b1 * &w + &sized.b2 * u;
+        let truth = &sized.a() * &x + &sized.bt() * whole + &sized.b1() * &w + &sized.b2() * u;
         assert!(largest_singular_value(&(moved - truth)) < 1e-12);
     }
 

@@ -236,12 +236,12 @@ const FREQUENCIES: i32 = 40;
 
 /// The largest size over frequency of each entry of the response of the channels, and of w and z as a last one.
 fn largest_entries(closed: &ClosedLoop) -> Mat {
-    let (m, w, z) = (closed.channels.len(), closed.b1.ncols(), closed.c1.nrows());
+    let (m, w, z) = (closed.channels.len(), closed.b1().ncols(), closed.c1().nrows());
     let system = StateSpace {
-        a: closed.a.clone(),
-        b: block(&[&[&closed.bt, &closed.b1]]),
-        c: block(&[&[&closed.ct], &[&closed.c1]]),
-        d: block(&[&[&closed.dtt, &closed.dt1], &[&closed.d1t, &closed.d11]]),
+        a: closed.a().clone(),
+        b: block(&[&[&closed.bt(), &closed.b1()]]),
+        c: block(&[&[&closed.ct()], &[&closed.c1()]]),
+        d: block(&[&[&closed.dtt(), &closed.dt1()], &[&closed.d1t(), &closed.d11()]]),
     };
     let mut largest = Mat::zeros(m + 1, m + 1);
     for step in 0..FREQUENCIES {

@@ -15,6 +15,7 @@
 use crate::error::{AugmentError, ShapeError};
 use crate::lft::Lft;
 use crate::matrix::{Mat, block, diagonal_blocks};
+use crate::partition::Signal::{T, U, W, X, Y, Z};
 use crate::plant::GeneralisedPlant;
 use nalgebra::DVector;
 
@@ -79,24 +80,22 @@ impl TrackingProblem {
         let (pole, gain, direct) = (column(0), column(1), column(2));
         let r = self.model.size();
         let zero = Mat::zeros;
-        Ok(GeneralisedPlant {
-            a: block(&[&[&a, &zero(n, p)], &[&-(&gain * &c), &pole]]),
-            bt: block(&[&[&self.model.left], &[&zero(p, r)]]),
-            b1: block(&[&[&zero(n, p), &(&b * self.disturbance)], &[&gain, &zero(p, m)]]),
-            b2: block(&[&[&b], &[&zero(p, m)]]),
-            ct: block(&[&[&rx, &zero(r, p)]]),
-            dtt: self.model.inner.clone(),
-            dt1: block(&[&[&zero(r, p), &(&ru * self.disturbance)]]),
-            dt2: ru,
-            c1: block(&[&[&-(&direct * &c), &gain], &[&zero(m, n), &zero(m, p)]]),
-            d1t: zero(p + m, r),
-            d11: diagonal_blocks(&[&direct, &zero(m, m)]),
-            d12: block(&[&[&zero(p, m)], &[&diagonal(&self.control)]]),
-            c2: block(&[&[&-c, &zero(p, p)]]),
-            d2t: zero(p, r),
-            d21: block(&[&[&Mat::identity(p, p), &zero(p, m)]]),
-            blocks: self.blocks.clone(),
-        })
+        let blocks = [
+            (X, X, block(&[&[&a, &zero(n, p)], &[&-(&gain * &c), &pole]])),
+            (X, T, block(&[&[&self.model.left], &[&zero(p, r)]])),
+            (X, W, block(&[&[&zero(n, p), &(&b * self.disturbance)], &[&gain, &zero(p, m)]])),
+            (X, U, block(&[&[&b], &[&zero(p, m)]])),
+            (T, X, block(&[&[&rx, &zero(r, p)]])),
+            (T, T, self.model.inner.clone()),
+            (T, W, block(&[&[&zero(r, p), &(&ru * self.disturbance)]])),
+            (T, U, ru),
+            (Z, X, block(&[&[&-(&direct * &c), &gain], &[&zero(m, n), &zero(m, p)]])),
+            (Z, W, diagonal_blocks(&[&direct, &zero(m, m)])),
+            (Z, U, block(&[&[&zero(p, m)], &[&diagonal(&self.control)]])),
+            (Y, X, block(&[&[&-c, &zero(p, p)]])),
+            (Y, W, block(&[&[&Mat::identity(p, p), &zero(p, m)]])),
+        ];
+        Ok(GeneralisedPlant::new(self.blocks.clone(), &blocks)?)
     }
 
     fn check_numbers(&self) -> Result<(), AugmentError> {

@@ -154,7 +154,7 @@ fn feasible(problem: &Problem, design: &Design, report: &mut Report) {
     report.gamma_lower = proved_lower(&problem.plant, &design.multipliers);
     report.lower_estimate = design.lower_estimate;
     report.gamma_design = Some(design.gamma_design);
-    report.controller_states = Some(design.controller.a.nrows());
+    report.controller_states = Some(design.controller.a().nrows());
     if let Some(added) = &design.regularisation {
         report.regularised = true;
         report.remarks.push(added.to_string());
