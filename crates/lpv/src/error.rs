@@ -159,6 +159,11 @@ pub enum SynthesisError {
 }
 
 impl SynthesisError {
+    /// [`SynthesisError::Numerical`].
+    pub(crate) fn numerical(stage: &'static str, diagnosis: String) -> Self {
+        Self::Numerical { stage, diagnosis }
+    }
+
     /// Whether the problem is known to have no solution, as against a failure to find one.
     pub fn is_infeasible(&self) -> bool {
         matches!(
@@ -182,4 +187,43 @@ fn dominant_words(dominant: &Option<(usize, usize, f64)>) -> String {
 /// A number to be shown with four decimals: 0 rather than -0.0000.
 fn shown(v: f64) -> f64 {
     if v.abs() < 0.5e-4 { 0.0 } else { v }
+}
+
+/// There is no gain at a bounded rate of the parameter.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum RateError {
+    /// There is nothing to analyse.
+    #[error("there are no samples of the system")]
+    NoSamples,
+    /// Samples are given in ascending order of the parameter.
+    #[error("the sample at theta = {theta} does not lie above the one before it")]
+    NotAscending {
+        /// Where.
+        theta: f64,
+    },
+    /// All samples are systems of one shape.
+    #[error("the sample at theta = {theta}: {source}")]
+    Shape {
+        /// Where.
+        theta: f64,
+        /// What does not fit.
+        source: ShapeError,
+    },
+    /// A rate is a number, zero or more.
+    #[error("the bound on the rate of the parameter is {rate}, it must be zero or more")]
+    NegativeRate {
+        /// What was given.
+        rate: f64,
+    },
+    /// A system that is unstable at a constant parameter has no finite gain.
+    #[error("the system at theta = {theta} has a mode with real part {re:.3e}")]
+    Unstable {
+        /// Where.
+        theta: f64,
+        /// The largest real part of its modes, rad/s.
+        re: f64,
+    },
+    /// No Lyapunov function of this order, or a numerical failure: the two are kept apart in the source.
+    #[error(transparent)]
+    Inequality(#[from] SynthesisError),
 }

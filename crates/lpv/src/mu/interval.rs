@@ -11,7 +11,7 @@
 use super::CMat;
 use super::scaling::Scalings;
 use crate::matrix::{Mat, complex_eigenvalues, hermitian_eigenvalues};
-use crate::state_space::StateSpace;
+use crate::system::state_space::StateSpace;
 use nalgebra::Complex;
 
 /// The frequencies between which scalings show a bound, rad/s; `to` may be infinite.

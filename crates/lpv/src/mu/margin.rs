@@ -9,7 +9,7 @@ use super::CMat;
 use super::lower::{LowerBound, checked};
 use super::structure::Structure;
 use crate::matrix::{Mat, complex_svd_ends, eigenvalues, solve};
-use crate::state_space::StateSpace;
+use crate::system::state_space::StateSpace;
 use nalgebra::Complex;
 
 /// How many directions the search starts from.

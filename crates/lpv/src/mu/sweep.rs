@@ -10,7 +10,7 @@ use super::structure::{Structure, StructureError};
 use super::upper::{Search, search};
 use super::{CMat, lower};
 use crate::matrix::{complex_singular_values, spectral_abscissa};
-use crate::state_space::StateSpace;
+use crate::system::state_space::StateSpace;
 use nalgebra::Complex;
 use thiserror::Error;
 

@@ -18,7 +18,7 @@ use super::sweep::{Covered, NOTHING, SweepError, middle, response};
 use super::upper::{Scalings, Search, UpperBound, search};
 use super::worst_perturbation::{Perturbed, refined, worst_perturbation};
 use crate::matrix::{complex_singular_values, spectral_abscissa};
-use crate::state_space::StateSpace;
+use crate::system::state_space::StateSpace;
 use nalgebra::Complex;
 use thiserror::Error;
 

@@ -10,7 +10,7 @@ use super::structure::Block;
 use super::sweep::response;
 use super::worst_case::{Perturbable, largest};
 use crate::matrix::{Mat, complex_svd_ends, solve};
-use crate::state_space::StateSpace;
+use crate::system::state_space::StateSpace;
 use nalgebra::{Complex, DVector};
 
 type CVec = DVector<Complex<f64>>;
