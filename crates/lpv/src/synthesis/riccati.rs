@@ -13,11 +13,11 @@
 //! terms of P. Gahinet, P. Apkarian, Int. J. Robust and Nonlinear Control 4, 1994. Nothing here is proved: what is found is put
 //! into the inequalities.
 
-use crate::balance::osborne;
 use crate::matrix::{
     Mat, block, growing_basis, kernel, largest_eigenvalue, least_eigenvalue, pseudo_inverse, solve,
     symmetric_part,
 };
+use crate::synthesis::balance::osborne;
 use crate::system::plant::GeneralisedPlant;
 
 /// The inverses of the largest X and Y at a gain of 1; `None` where there is no controller with that gain, or D21 or D12 lacks rank.
