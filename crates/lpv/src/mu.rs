@@ -20,6 +20,7 @@ mod centre;
 pub mod interval;
 pub mod lower;
 pub mod margin;
+mod perturbable;
 mod product;
 mod scaling;
 pub mod structure;

@@ -7,7 +7,6 @@ use super::CMat;
 use super::product::product;
 use super::scaling::{AtLambda, Family, Scalings};
 use super::structure::Structure;
-use super::upper::NOTHING;
 use crate::matrix::{Definite, hermitian_eigenvalues};
 use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn};
 
@@ -28,6 +27,9 @@ pub(super) struct Centre {
     /// A point on the way that is a start for matrices much like this one: at the end of the way too little is positive clearly.
     pub(super) start: Vec<f64>,
 }
+
+/// A bound below this fraction of the largest singular value counts as zero: real blocks often have a mu of zero.
+pub(super) const NOTHING: f64 = 1e-7;
 
 /// How far the first lambda may be above the least, relatively: anywhere, and from scalings of a matrix that is much the same.
 const COLD: f64 = 0.5;

@@ -5,7 +5,7 @@
 
 use super::CMat;
 use super::balance::Balance;
-use super::centre::Centre;
+use super::centre::{Centre, NOTHING};
 use super::scaling::Family;
 pub use super::scaling::Scalings;
 use super::structure::{Structure, StructureError};
@@ -26,9 +26,6 @@ pub struct UpperBound {
 
 /// How close to the least bound, relatively, is close enough.
 pub const TIGHT: f64 = 2e-5;
-
-/// A bound below this fraction of the largest singular value counts as zero: real blocks often have a mu of zero.
-pub const NOTHING: f64 = 1e-7;
 
 /// What is asked of a search.
 #[derive(Debug, Clone, Copy)]

@@ -13,25 +13,15 @@
 
 use super::CMat;
 use super::interval::good_interval;
-use super::structure::{Block, Structure, StructureError};
+pub use super::perturbable::Perturbable;
+use super::structure::Structure;
 use super::sweep::{Covered, NOTHING, SweepError, middle, response};
 use super::upper::{Scalings, Search, UpperBound, search};
 use super::worst_perturbation::{Perturbed, refined, worst_perturbation};
-use crate::matrix::{complex_singular_values, spectral_abscissa};
+use crate::matrix::spectral_abscissa;
 use crate::system::state_space::StateSpace;
 use nalgebra::Complex;
 use thiserror::Error;
-
-/// A perturbed system: from (wd, w) to (zd, z), `wd = Delta zd`.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Perturbable {
-    /// The system.
-    pub system: StateSpace,
-    /// The structure of Delta; its entries of w and of z stand first.
-    pub structure: Structure,
-    /// The size of Delta.
-    pub size: f64,
-}
 
 /// The worst-case gain from both sides.
 #[derive(Debug, Clone, PartialEq)]
@@ -93,12 +83,6 @@ const LARGEST: f64 = 1e6;
 const MOST_PIECES: usize = 4000;
 
 impl Perturbable {
-    /// Inputs and outputs beside those of Delta.
-    fn performance(&self) -> (usize, usize) {
-        let (outputs, inputs) = self.system.d.shape();
-        (inputs.saturating_sub(self.structure.rows()), outputs.saturating_sub(self.structure.cols()))
-    }
-
     fn check(&self) -> Result<(), WorstCaseError> {
         let (w, z) = self.performance();
         if w == 0 || z == 0 {
@@ -113,39 +97,6 @@ impl Perturbable {
             return Err(SweepError::Unstable { re }.into());
         }
         Ok(())
-    }
-
-    /// What Delta alone sees: from wd to zd.
-    pub fn stability(&self) -> StateSpace {
-        let (k, w) = (self.structure.cols(), self.structure.rows());
-        StateSpace {
-            a: self.system.a.clone(),
-            b: self.system.b.columns(0, w).into_owned(),
-            c: self.system.c.rows(0, k).into_owned(),
-            d: self.system.d.view((0, 0), (k, w)).into_owned(),
-        }
-    }
-
-    /// The structure with the full block of performance.
-    ///
-    /// # Errors
-    /// [`StructureError::EmptyBlock`] when there is no input or no output beside those of Delta.
-    pub fn with_performance(&self) -> Result<Structure, StructureError> {
-        let (rows, cols) = self.performance();
-        let blocks = self.structure.blocks().iter().copied();
-        Structure::new(blocks.chain([Block::Full { rows, cols }]).collect())
-    }
-
-    /// The system with zd in units of the size and z in units of `gain`.
-    fn scaled(&self, gain: f64) -> StateSpace {
-        let mut out = self.system.clone();
-        let k = self.structure.cols();
-        let z = out.d.nrows() - k;
-        for m in [&mut out.c, &mut out.d] {
-            m.rows_mut(0, k).scale_mut(self.size);
-            m.rows_mut(k, z).unscale_mut(gain);
-        }
-        out
     }
 }
 
@@ -296,17 +247,14 @@ impl<'a> Sweep<'a> {
     }
 }
 
-/// The largest singular value.
-pub(super) fn largest(m: &CMat) -> f64 {
-    complex_singular_values(m).first().copied().unwrap_or(0.0)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::matrix::Mat;
+    use crate::mu::Block;
     use crate::mu::structure::random::blocks;
     use crate::mu::sweep::mu_over_frequency;
+    use crate::mu::worst_perturbation::largest;
     use nalgebra::dmatrix;
     use proptest::prelude::*;
 

@@ -5,11 +5,11 @@
 //! real scalars alone the peak of the perturbed loop follows.
 
 use super::CMat;
+use super::perturbable::Perturbable;
 use super::product::product;
 use super::structure::Block;
 use super::sweep::response;
-use super::worst_case::{Perturbable, largest};
-use crate::matrix::{Mat, complex_svd_ends, solve};
+use crate::matrix::{Mat, complex_singular_values, complex_svd_ends, solve};
 use crate::system::state_space::StateSpace;
 use nalgebra::{Complex, DVector};
 
@@ -263,4 +263,9 @@ fn singular_vectors(m: &CMat) -> Option<(CVec, CVec)> {
     let u = m * &v;
     let length = u.norm();
     (length > 0.0).then(|| (u.unscale(length), v))
+}
+
+/// The largest singular value.
+pub(super) fn largest(m: &CMat) -> f64 {
+    complex_singular_values(m).first().copied().unwrap_or(0.0)
 }
