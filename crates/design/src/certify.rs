@@ -16,7 +16,7 @@ use lpv::analysis::{GainBound, bounded_gain};
 use lpv::controller::Controller;
 use lpv::matrix::{Mat, from_rows, to_rows};
 use lpv::model_error::ModelError;
-use lpv::partition::{self, Block, CONTROLLER, Names, Partitioned};
+use lpv::partition::{self, CONTROLLER, NamedBlock, Names, Partitioned};
 use lpv::plant::GeneralisedPlant;
 use lpv::synthesis::Design;
 use scheduled::LftMatrices;
@@ -92,7 +92,7 @@ pub fn controller_rows(k: &Controller) -> certificate::Controller {
 
 /// The blocks of a partition whose matrices are given with their keys; `None` when one is ragged or no part of it. A
 /// matrix without rows is left out.
-pub fn blocks_of(names: Names, matrices: &[(&'static str, &Rows)]) -> Option<Vec<Block>> {
+pub fn blocks_of(names: Names, matrices: &[(&'static str, &Rows)]) -> Option<Vec<NamedBlock>> {
     let given = matrices.iter().filter(|(_, rows)| !rows.is_empty());
     let block = |(key, rows): &(&'static str, &Rows)| {
         let (_, row, column) = partition::names(names).find(|(name, _, _)| name == key)?;

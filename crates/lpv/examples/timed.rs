@@ -7,7 +7,7 @@
 use lpv::matrix::{Mat, from_rows};
 use lpv::partition::{PLANT, names};
 use lpv::plant::GeneralisedPlant;
-use lpv::synthesis::{Options, Scalings, least_gamma, synthesise};
+use lpv::synthesis::{Options, ScalingClass, least_gamma, synthesise};
 use serde_json::{Value, json};
 use std::error::Error;
 use std::time::Instant;
@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).ok_or("a file is needed: a case or a certificate")?;
     let plant = plant(&serde_json::from_str(&std::fs::read_to_string(path)?)?)?;
     let begin = Instant::now();
-    least_gamma(&plant, Scalings::SymmetricAndSkew)?;
+    least_gamma(&plant, ScalingClass::SymmetricAndSkew)?;
     let least = begin.elapsed().as_secs_f64();
     let begin = Instant::now();
     let design = synthesise(&plant, Options::default())?;

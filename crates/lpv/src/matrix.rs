@@ -126,7 +126,7 @@ pub fn least_eigenvalue(a: &Mat) -> f64 {
 }
 
 /// The largest eigenvalue of a symmetric matrix after the congruence with a diagonal matrix that makes its diagonal -1. Its sign is that of the
-/// largest eigenvalue, and rounding is seen in proportion. Where the diagonal is not negative, 1.
+/// largest eigenvalue, and rounding counts in proportion. Where the diagonal is not negative, 1.
 pub(crate) fn scaled_largest_eigenvalue(m: &Mat) -> f64 {
     if m.iter().any(|v| !v.is_finite()) {
         return f64::INFINITY;
@@ -247,7 +247,7 @@ impl Definite {
         let enough = residual * least;
         let mut push = precondition(&left);
         let mut product = left.dot(&push);
-        for _ in 0..REFINEMENTS {
+        for _ in 0..MOST_REFINEMENTS {
             let moved = &self.matrix * &push;
             let curvature = push.dot(&moved);
             if curvature <= 0.0 || !curvature.is_finite() {
@@ -262,9 +262,9 @@ impl Definite {
             if least <= enough {
                 break;
             }
-            let seen = precondition(&left);
-            let next = left.dot(&seen);
-            push = seen + push * (next / product);
+            let conditioned = precondition(&left);
+            let next = left.dot(&conditioned);
+            push = conditioned + push * (next / product);
             product = next;
         }
         best.iter().zip(&self.scale).map(|(x, s)| x * s).collect()
@@ -272,7 +272,7 @@ impl Definite {
 }
 
 /// Steps of conjugate gradients, at most: what more of them would find is rounding.
-const REFINEMENTS: usize = 3;
+const MOST_REFINEMENTS: usize = 3;
 
 /// `f(A) = V f(Lambda) V'` of a symmetric matrix.
 pub fn symmetric_function(a: &Mat, f: impl Fn(f64) -> f64) -> Mat {

@@ -5,5 +5,5 @@ pub mod alternation;
 pub mod bound;
 pub mod uncertain_plant;
 
-pub use alternation::{NoSize, RobustDesign, RobustOptions, Round, Stop, more_robust};
+pub use alternation::{NoSize, RobustDesign, RobustOptions, Round, StopReason, more_robust};
 pub use uncertain_plant::UncertainPlant;

@@ -1,6 +1,6 @@
 //! LPV synthesis: from a generalised plant to a scheduled controller and a bound of the loop's gain.
 //!
-//! The inequalities and their sources are in [`Scalings`]'s file; this one strings the steps together.
+//! The inequalities and their sources are in [`ScalingClass`]'s file; this one strings the steps together.
 
 mod back_off;
 pub(crate) mod balance;
@@ -19,7 +19,7 @@ pub mod regularity;
 mod riccati;
 
 pub use design::{Design, Options};
-pub use inequalities::{DualMultipliers, Existence, Scalings};
+pub use inequalities::{DualMultipliers, LmiSolution, ScalingClass};
 pub use least_gamma::least_gamma;
 
 use crate::analysis::bounded_gain::bounded_gain;
@@ -56,7 +56,7 @@ pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, 
 fn as_given(plant: &GeneralisedPlant, options: Options) -> Result<Design, SynthesisError> {
     let outcome = directly(plant, options);
     // The bound of a finished loop uses skew scalings: it tells nothing of the least gamma without them.
-    if options.scalings == Scalings::Symmetric || is_settled(&outcome, options) {
+    if options.scalings == ScalingClass::Symmetric || is_settled(&outcome, options) {
         return outcome;
     }
     let mut best = outcome;
@@ -74,14 +74,14 @@ fn as_given(plant: &GeneralisedPlant, options: Options) -> Result<Design, Synthe
 }
 
 /// A gap between gamma and its lower bound, relative to gamma, that leaves the question open.
-const DOUBTFUL: f64 = 0.01;
+const OPEN_GAP: f64 = 0.01;
 
 /// Whether there is nothing to be gained: the problem is infeasible, or gamma and the controller are as good as they get.
 fn is_settled(outcome: &Result<Design, SynthesisError>, options: Options) -> bool {
     match outcome {
         Ok(design) => {
             let (least, proved) = (design.gamma_optimum, design.certified.gamma);
-            design.lower_estimate >= (1.0 - DOUBTFUL) * least
+            design.lower_estimate >= (1.0 - OPEN_GAP) * least
                 && proved <= (1.0 + 2.0 * options.back_off) * least
         }
         Err(error) => !matches!(error, SynthesisError::Numerical { .. }),
@@ -106,7 +106,7 @@ fn at_speed(
         return None;
     }
     // A loop closer to the least gamma tells more of it.
-    let nearer = Options { back_off: CLOSE * options.back_off, ..options };
+    let nearer = Options { back_off: NEARER_BACK_OFF * options.back_off, ..options };
     let nearer = directly(&slowed.plant, nearer).ok().and_then(|found| bound(&found));
     let mut gamma_optimum = nearer.map_or(certified.gamma, |nearer| nearer.gamma.min(certified.gamma));
     let (mut lower_estimate, mut multipliers) = (0.0, vec![]);
@@ -119,4 +119,4 @@ fn at_speed(
 }
 
 /// How far from the least gamma a loop is closed only to tell it, relative to the back-off.
-const CLOSE: f64 = 0.02;
+const NEARER_BACK_OFF: f64 = 0.02;

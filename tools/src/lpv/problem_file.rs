@@ -21,7 +21,7 @@ use crate::lpv::matrices::{Matrices, Reader, Size, find};
 use certificate::Json;
 use lpv::matrix::Mat;
 use lpv::partition::Signal::{W, X, Z};
-use lpv::partition::{Block, PLANT, Sizes, names};
+use lpv::partition::{NamedBlock, PLANT, Sizes, names};
 use lpv::plant::GeneralisedPlant;
 use squid_design::files::read;
 use std::path::Path;
@@ -73,7 +73,7 @@ fn no_performance(part: &str, lacking: &str) -> String {
 }
 
 /// The plant's blocks; a matrix without rows or columns may be left out, unless it is what shows the sizes.
-fn partition(m: &Matrices<'_>, blocks: &[usize]) -> Result<Vec<Block>, Error> {
+fn partition(m: &Matrices<'_>, blocks: &[usize]) -> Result<Vec<NamedBlock>, Error> {
     let a = m.get("A", Size::own())?;
     let n = a.nrows();
     m.only("E", |i, j| if i == j { 1.0 } else { 0.0 }, IMPROPER)?;

@@ -14,10 +14,10 @@ use crate::system::model_error::LoopError;
 use crate::system::plant::ClosedLoop;
 
 /// How close to the least bound the one sought is, relative to itself and the one it starts from. Closer ones are tight, and hold less clearly.
-const TIGHT: f64 = 0.01;
+const GAMMA_TOLERANCE: f64 = 0.01;
 
 /// How often the search begins again, in the better coordinates that its last point gives.
-const ROUNDS: usize = 3;
+const MOST_RESTARTS: usize = 3;
 
 const STAGE: &str = "analysis of the closed loop";
 
@@ -64,9 +64,9 @@ pub fn bounded_gain(
 /// A bound close to the least; `None` when no search led to one that holds and is better.
 fn tightened(closed: &ClosedLoop, error: &LoopError, given: &GainBound) -> Option<GainBound> {
     let mut best: Option<GainBound> = None;
-    for _ in 0..ROUNDS {
+    for _ in 0..MOST_RESTARTS {
         let base = best.as_ref().unwrap_or(given);
-        let Ok((found, gap)) = search(Base { closed, error, bound: base }, TIGHT) else { break };
+        let Ok((found, gap)) = search(Base { closed, error, bound: base }, GAMMA_TOLERANCE) else { break };
         if found.largest_eigenvalue >= 0.0 {
             break;
         }
@@ -74,7 +74,7 @@ fn tightened(closed: &ClosedLoop, error: &LoopError, given: &GainBound) -> Optio
         if better {
             best = Some(found);
         }
-        if !better || gap <= TIGHT {
+        if !better || gap <= GAMMA_TOLERANCE {
             break;
         }
     }
@@ -91,7 +91,7 @@ pub(crate) struct Base<'a> {
 
 /// A base in its coordinates.
 struct Whitened {
-    seen: ClosedLoop,
+    scaled: ClosedLoop,
     error: LoopError,
     /// That of the base: X, S and gamma are 1.
     bound: GainBound,
@@ -103,11 +103,11 @@ impl Whitened {
     fn new(base: Base) -> Result<Self, SynthesisError> {
         let (state, state_inverse) = whitening(&base.bound.x, "X")?;
         let (channel, channel_inverse) = whitening(&base.bound.s, "S")?;
-        let seen = base.closed.in_coordinates((&state, &state_inverse), (&channel, &channel_inverse));
-        let seen = seen.in_units_of(base.bound.gamma);
+        let scaled = base.closed.in_coordinates((&state, &state_inverse), (&channel, &channel_inverse));
+        let scaled = scaled.in_units_of(base.bound.gamma);
         let error = base.error.in_coordinates((&state, &state_inverse), &channel);
         let error = error.in_units_of(base.bound.gamma);
-        let (n, r) = (seen.a().nrows(), seen.channels.len());
+        let (n, r) = (scaled.a().nrows(), scaled.channels.len());
         let bound = GainBound {
             gamma: 1.0,
             x: Mat::identity(n, n),
@@ -115,7 +115,7 @@ impl Whitened {
             t: channel.transpose() * &base.bound.t * &channel,
             ..*base.bound
         };
-        Ok(Self { seen, error, bound, state_inverse, channel_inverse })
+        Ok(Self { scaled, error, bound, state_inverse, channel_inverse })
     }
 }
 
@@ -134,14 +134,14 @@ struct Posed {
 impl Posed {
     /// With gamma unknown, or that of the base.
     fn new(base: Base, fixed: bool) -> Result<Self, SynthesisError> {
-        let Whitened { seen, error, bound, state_inverse, channel_inverse } = Whitened::new(base)?;
-        let n = seen.a().nrows();
+        let Whitened { scaled, error, bound, state_inverse, channel_inverse } = Whitened::new(base)?;
+        let n = scaled.a().nrows();
         let mut program = Program::new();
         let scalar = |value: f64| Affine::constant(Mat::from_element(1, 1, value));
         let m = Multipliers {
             x: program.symmetric(n),
-            s: program.symmetric_commuting(&seen.channels),
-            t: program.skew_commuting(&seen.channels),
+            s: program.symmetric_commuting(&scaled.channels),
+            t: program.skew_commuting(&scaled.channels),
             gamma: if fixed { scalar(1.0) } else { program.scalar() },
             lambda: if error.is_none() { scalar(0.0) } else { program.scalar() },
         };
@@ -151,7 +151,7 @@ impl Posed {
         program.set(&mut start, &m.t, &bound.t);
         program.set(&mut start, &m.gamma, &Mat::from_element(1, 1, bound.gamma));
         program.set(&mut start, &m.lambda, &Mat::from_element(1, 1, bound.lambda));
-        let inequality = bounded_real_compact(&seen, &error, &m);
+        let inequality = bounded_real_compact(&scaled, &error, &m);
         Ok(Self { program, unknowns: m, inequality, start, state_inverse, channel_inverse })
     }
 
@@ -197,33 +197,39 @@ pub(crate) fn clearest(base: Base) -> Result<GainBound, SynthesisError> {
     for e in [&posed.unknowns.x, &posed.unknowns.s] {
         let n = e.shape().0;
         posed.program.positive("floor", e.clone() - clearance.times_identity(n));
-        posed.program.positive("upper bound", Affine::constant(Mat::identity(n, n) * ROOM) - e.clone());
+        posed
+            .program
+            .positive("upper bound", Affine::constant(Mat::identity(n, n) * LARGEST_GROWTH) - e.clone());
     }
     posed.program.minimise_trace(&clearance, -1.0);
-    let search = SolverOptions { start: Some(&posed.start), floor: 1e-9, ..SolverOptions::within(CLEAR) };
+    let search = SolverOptions {
+        start: Some(&posed.start),
+        floor: 1e-9,
+        ..SolverOptions::within(CLEARANCE_TOLERANCE)
+    };
     let solution = solver::solve(&posed.program, STAGE, search)?;
     Ok(posed.bound(base, &solution.x))
 }
 
 /// How far X and S may grow while the clearest point is sought.
-const ROOM: f64 = 4.0;
+const LARGEST_GROWTH: f64 = 4.0;
 
 /// How close to the largest clearance is close enough, relatively.
-const CLEAR: f64 = 0.3;
+const CLEARANCE_TOLERANCE: f64 = 0.3;
 
 /// The largest eigenvalue of the bounded-real matrix, -X and -S, each scaled to a unit diagonal: the sign does
-/// not depend on the scaling, and rounding is seen in proportion. Where it seems to be wrong, it is looked at again in
+/// not depend on the scaling, and rounding counts in proportion. Where it seems to be wrong, it is looked at again in
 /// the coordinates in which X and S are the identity: in others slow modes may drown in the rounding of `A'X + X A`.
 pub(crate) fn worst_eigenvalue(closed: &ClosedLoop, error: &LoopError, bound: &GainBound) -> f64 {
-    let seen = eigenvalue_seen(closed, error, bound);
-    if seen < 0.0 {
-        return seen;
+    let scaled = eigenvalue_as_given(closed, error, bound);
+    if scaled < 0.0 {
+        return scaled;
     }
     Whitened::new(Base { closed, error, bound })
-        .map_or(seen, |w| eigenvalue_seen(&w.seen, &w.error, &w.bound))
+        .map_or(scaled, |w| eigenvalue_as_given(&w.scaled, &w.error, &w.bound))
 }
 
-fn eigenvalue_seen(closed: &ClosedLoop, error: &LoopError, bound: &GainBound) -> f64 {
+fn eigenvalue_as_given(closed: &ClosedLoop, error: &LoopError, bound: &GainBound) -> f64 {
     let all = [bounded_real_value(closed, error, bound), -&bound.x, -&bound.s];
     all.iter().map(scaled_largest_eigenvalue).fold(f64::NEG_INFINITY, f64::max)
 }

@@ -13,7 +13,7 @@
 
 use crate::analysis::rate::{RateBound, RateError, RateOptions, rate_bounded_gain};
 use crate::error::{LftError, ShapeError, SynthesisError};
-use crate::synthesis::{Design, Scalings, least_gamma};
+use crate::synthesis::{Design, ScalingClass, least_gamma};
 use crate::system::plant::{ClosedLoop, GeneralisedPlant};
 use crate::system::state_space::StateSpace;
 use thiserror::Error;
@@ -150,7 +150,7 @@ pub fn ladder(
             return Err(LadderError::OutsideTheBox { theta });
         }
         let frozen = plant.frozen(&[theta])?;
-        frozen_optimum.push((theta, gamma(&frozen, Scalings::SymmetricAndSkew)));
+        frozen_optimum.push((theta, gamma(&frozen, ScalingClass::SymmetricAndSkew)));
     }
     let samples = sampled(&plant.close(&design.controller), options.samples)?;
     let mut rates = options.rates.clone();
@@ -158,8 +158,8 @@ pub fn ladder(
     let bounded = |rate: f64| rate_bounded_gain(&samples, rate, options.rate);
     Ok(Ladder {
         frozen_optimum,
-        scheduled: gamma(plant, Scalings::SymmetricAndSkew),
-        scheduled_symmetric: gamma(plant, Scalings::Symmetric),
+        scheduled: gamma(plant, ScalingClass::SymmetricAndSkew),
+        scheduled_symmetric: gamma(plant, ScalingClass::Symmetric),
         frozen_gain: largest_frozen_gain(&samples),
         bounded_rate: rates.into_iter().map(|rate| (rate, bounded(rate))).collect(),
         arbitrarily_fast: bounded(f64::INFINITY),

@@ -16,7 +16,7 @@
 //! nothing is proved**. [`crate::analysis::bounded_gain`] bounds the gain with proof, for parameters that move however fast.
 
 use crate::analysis::lyapunov_polynomial::LyapunovPolynomial;
-use crate::analysis::rate_program::{Aim, Found, Grid, missed, without_signals};
+use crate::analysis::rate_program::{Aim, Grid, RateSolution, missed, without_signals};
 pub use crate::error::RateError;
 use crate::error::{ShapeError, SynthesisError};
 use crate::matrix::spectral_abscissa;
@@ -154,7 +154,7 @@ fn check_shapes(system: &StateSpace, like: &StateSpace) -> Result<(), ShapeError
 fn refine(
     system: &Grid<'_>,
     stride: usize,
-    mut solve: impl FnMut(&[usize]) -> Result<Found, RateError>,
+    mut solve: impl FnMut(&[usize]) -> Result<RateSolution, RateError>,
 ) -> Result<(f64, RateProof), RateError> {
     let samples = system.samples;
     let last = samples.len() - 1;

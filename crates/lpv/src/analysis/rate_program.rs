@@ -11,13 +11,13 @@ use crate::system::state_space::StateSpace;
 
 pub(crate) const STAGE: &str = "gain at a bounded rate";
 
-const INEQUALITY: &str = "bounded real with rate";
+const INEQUALITY_NAME: &str = "bounded real with rate";
 
 /// How close to the least gamma the one sought is, relative to itself plus 1 in units of a guess at it.
-const CLOSE: f64 = 2e-4;
+const GAMMA_TOLERANCE: f64 = 2e-4;
 
 /// How often gamma is sought, each time in the coordinates of the last solution.
-const ROUNDS: usize = 4;
+const MOST_RESTARTS: usize = 4;
 
 /// What a search looks for.
 #[derive(Clone, Copy)]
@@ -29,7 +29,7 @@ pub(crate) enum Aim {
 }
 
 /// A gamma and the X(theta) that goes with it.
-pub(crate) struct Found {
+pub(crate) struct RateSolution {
     pub(crate) gamma: f64,
     pub(crate) lyapunov: LyapunovPolynomial,
 }
@@ -74,10 +74,10 @@ impl<'a> Grid<'a> {
 
     /// A gamma close to the least at some samples, with a solution that is strict there: sought from `base` and, where the
     /// solver gets stuck, again from the solution. `base` becomes that solution.
-    pub(crate) fn least(&self, points: &[usize], base: &mut Base) -> Result<Found, RateError> {
-        let mut best: Option<Found> = None;
+    pub(crate) fn least(&self, points: &[usize], base: &mut Base) -> Result<RateSolution, RateError> {
+        let mut best: Option<RateSolution> = None;
         let mut failure = None;
-        for _ in 0..ROUNDS {
+        for _ in 0..MOST_RESTARTS {
             let (found, gap) = match self.search(points, base, Aim::Least) {
                 Ok(found) => found,
                 Err(e) => {
@@ -93,7 +93,7 @@ impl<'a> Grid<'a> {
             } else if best.as_ref().is_none_or(|known| found.gamma < known.gamma) {
                 best = Some(found);
             }
-            if gap <= CLOSE && miss < 0.0 {
+            if gap <= GAMMA_TOLERANCE && miss < 0.0 {
                 break;
             }
         }
@@ -102,7 +102,12 @@ impl<'a> Grid<'a> {
     }
 
     /// Solves the program of an aim at some samples; returns the gap as well.
-    pub(crate) fn search(&self, points: &[usize], base: &Base, aim: Aim) -> Result<(Found, f64), RateError> {
+    pub(crate) fn search(
+        &self,
+        points: &[usize],
+        base: &Base,
+        aim: Aim,
+    ) -> Result<(RateSolution, f64), RateError> {
         // State is X^-1/2, so that X becomes the identity.
         let (state, inverse) =
             (symmetric_function(&base.x, |v| 1.0 / v.sqrt()), symmetric_function(&base.x, f64::sqrt));
@@ -111,7 +116,7 @@ impl<'a> Grid<'a> {
             Aim::Stability => 1.0,
         };
         let mut systems: Vec<StateSpace> =
-            points.iter().map(|&i| seen(&self.samples[i].1, &state, &inverse, unit)).collect();
+            points.iter().map(|&i| scaled(&self.samples[i].1, &state, &inverse, unit)).collect();
         let speed = middle_speed(&systems);
         systems.iter_mut().for_each(|s| scale_time(s, speed));
         if matches!(aim, Aim::Stability) {
@@ -132,10 +137,10 @@ impl<'a> Grid<'a> {
         let read = |x: &[f64]| {
             let back = |e: &Affine| symmetric_part(&(inverse.transpose() * e.value(&program, x) * &inverse));
             let lyapunov = self.polynomial(unknowns.iter().map(back).collect());
-            Found { gamma: level.value(&program, x)[(0, 0)] * unit, lyapunov }
+            RateSolution { gamma: level.value(&program, x)[(0, 0)] * unit, lyapunov }
         };
         let search = match aim {
-            Aim::Least => SolverOptions::within(CLOSE),
+            Aim::Least => SolverOptions::within(GAMMA_TOLERANCE),
             // Any point that holds will do.
             Aim::Stability => SolverOptions::within(f64::INFINITY),
         };
@@ -173,7 +178,7 @@ impl<'a> Grid<'a> {
             let drift = sum(&|k| if k == 0 { 0.0 } else { rate / speed * shape.power_slope(theta, k) });
             let whole = bounded_real(system, &x, drift, level);
             program.negative(
-                INEQUALITY,
+                INEQUALITY_NAME,
                 match aim {
                     Aim::Stability => whole + Affine::constant(Mat::identity(n, n)),
                     _ => whole,
@@ -188,14 +193,14 @@ impl<'a> Grid<'a> {
     }
 
     /// The largest eigenvalue over some samples, and where.
-    fn worst(&self, points: &[usize], found: &Found) -> (f64, f64) {
+    fn worst(&self, points: &[usize], found: &RateSolution) -> (f64, f64) {
         let values = points.iter().map(|&i| (self.eigenvalue(i, found), self.samples[i].0));
         values
             .fold((f64::NEG_INFINITY, self.centre), |worst, next| if next.0 > worst.0 { next } else { worst })
     }
 
     /// The largest eigenvalue of the inequality and of -X at a sample, scaled to unit diagonals.
-    pub(crate) fn eigenvalue(&self, sample: usize, found: &Found) -> f64 {
+    pub(crate) fn eigenvalue(&self, sample: usize, found: &RateSolution) -> f64 {
         let (theta, system) = &self.samples[sample];
         let x = found.lyapunov.value(*theta);
         let slope = found.lyapunov.slope(*theta);
@@ -209,7 +214,7 @@ impl<'a> Grid<'a> {
 }
 
 /// The system in the coordinates `x = T x~`, its gain in units of `unit`.
-fn seen(s: &StateSpace, t: &Mat, inverse: &Mat, unit: f64) -> StateSpace {
+fn scaled(s: &StateSpace, t: &Mat, inverse: &Mat, unit: f64) -> StateSpace {
     let root = unit.sqrt();
     StateSpace { a: inverse * &s.a * t, b: inverse * &s.b / root, c: &s.c * t / root, d: &s.d / unit }
 }

@@ -64,7 +64,7 @@ impl ConicProgram {
             .max_iter(200)
             .direct_solve_method(way.factorisation.into())
             .equilibrate_enable(way.equilibrate)
-            .max_threads(if self.rhs.len() < ONE_THREAD { 1 } else { 0 })
+            .max_threads(if self.rhs.len() < ROWS_FOR_THREADS { 1 } else { 0 })
             // The coupling [X I; I Y] looks sparse and is not: taking it apart doubles the time.
             .chordal_decomposition_enable(false)
             .build()
@@ -126,13 +126,13 @@ impl ConicProgram {
             let sum: f64 = entries.map(|e| self.a.nzval[e] * z[self.a.rowval[e]]).sum();
             slope = slope.max(sum.abs());
         }
-        value < 0.0 && -value >= SENSIBLE * slope
+        value < 0.0 && -value >= SENSIBLE_SIZE * slope
     }
 }
 
 /// A certificate of infeasibility counts when every point that it does not refute has unknowns whose sizes add up to more than this, in
 /// coordinates in which the plant is balanced.
-const SENSIBLE: f64 = 1e4;
+const SENSIBLE_SIZE: f64 = 1e4;
 
 /// One way of running the solver.
 pub(crate) struct Way {
@@ -150,7 +150,7 @@ pub(crate) const WAYS: [Way; 3] = [
 ];
 
 /// Below so many rows the threads of a factorisation cost more than they save. 0 threads are as many as there are.
-const ONE_THREAD: usize = 1000;
+const ROWS_FOR_THREADS: usize = 1000;
 
 /// The upper triangle by columns, off-diagonal entries times sqrt(2), as clarabel's cone wants it.
 fn triangle(m: &Mat) -> impl Iterator<Item = f64> + '_ {

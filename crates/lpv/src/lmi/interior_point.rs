@@ -23,7 +23,7 @@ use std::collections::VecDeque;
 
 /// Where the method stopped.
 #[derive(Debug, Clone)]
-pub(crate) struct Stop {
+pub(crate) struct Minimum {
     /// The best point found at which all inequalities hold strictly.
     pub(crate) x: Vec<f64>,
     /// How far its objective may be above the least, relative to the objective plus the floor of the search.
@@ -33,24 +33,24 @@ pub(crate) struct Stop {
 }
 
 /// So many of the last multipliers are kept.
-const KEPT: usize = 2;
+const KEPT_MULTIPLIERS: usize = 2;
 
 /// More steps than this lead no further.
 const MOST_STEPS: u32 = 100;
 
 /// How far above the level that fits best the multipliers of a known point begin: what is too much is gone after a
 /// few steps, too little leads to ones that are too short.
-const ABOVE: f64 = 1e6;
+const WARM_START_FACTOR: f64 = 1e6;
 
 /// A method that goes less far than this along its direction is stuck.
-const STUCK: f64 = 1e-4;
+const SHORTEST_STEP: f64 = 1e-4;
 
 /// Minimises `objective` as `search` says. `None` when no strictly feasible point is found.
 pub(crate) fn minimise(
     inequalities: &[LowRank],
     objective: &[f64],
     search: SolverOptions<'_>,
-) -> Option<Stop> {
+) -> Option<Minimum> {
     let mut state = search
         .start
         .and_then(|x| State::warm(inequalities, objective, x))
@@ -72,7 +72,7 @@ pub(crate) fn minimise(
                 best = Some((value, state.x.clone()));
             }
             multipliers.push_back(state.cones.iter().map(|c| c.x.clone()).collect());
-            if multipliers.len() > KEPT {
+            if multipliers.len() > KEPT_MULTIPLIERS {
                 multipliers.pop_front();
             }
             if best.as_ref().is_some_and(|(value, _)| gap(*value, bound) < search.tolerance) {
@@ -80,11 +80,11 @@ pub(crate) fn minimise(
             }
         }
         match state.advance() {
-            Some(length) if length > STUCK => {}
+            Some(length) if length > SHORTEST_STEP => {}
             _ => break,
         }
     }
-    best.map(|(value, x)| Stop { x, gap: gap(value, bound), multipliers: multipliers.into() })
+    best.map(|(value, x)| Minimum { x, gap: gap(value, bound), multipliers: multipliers.into() })
 }
 
 /// One inequality at the present point.
@@ -112,12 +112,12 @@ impl<'a> State<'a> {
         for data in inequalities {
             let z = data.constant() + data.linear(x);
             let inverse = symmetric_part(&z.clone().cholesky()?.inverse());
-            data.add_inner_products(&data.seen(&inverse), 1.0, &mut slope);
+            data.add_inner_products(&data.projected(&inverse), 1.0, &mut slope);
             cones.push(Cone { data, x: inverse, z });
         }
         let product: f64 = slope.iter().zip(objective).map(|(s, c)| s * c).sum();
         let square: f64 = slope.iter().map(|s| s * s).sum();
-        let mu = ABOVE * if product > 0.0 { product / square } else { 1.0 };
+        let mu = WARM_START_FACTOR * if product > 0.0 { product / square } else { 1.0 };
         cones.iter_mut().for_each(|c| c.x *= mu);
         Some(Self { cones, objective, x: x.to_vec(), feasible: true })
     }
@@ -206,7 +206,7 @@ mod tests {
         fn the_least_gamma_is_the_norm(system in stable()) {
             let (program, x, gamma) = bounded_real(&system);
             let norm = system.hinf_norm().value;
-            let above = |stop: &Stop| gamma.value(&program, &stop.x)[(0, 0)] - norm;
+            let above = |stop: &Minimum| gamma.value(&program, &stop.x)[(0, 0)] - norm;
             // The bisection's own accuracy.
             let rounding = 1e-9 * (1.0 + norm);
             let stop = minimise(&data(&program), &program.costs(), SolverOptions::fine()).unwrap();

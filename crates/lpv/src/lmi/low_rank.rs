@@ -151,14 +151,15 @@ impl LowRank {
     }
 
     /// `W' M W` of a symmetric M.
-    pub(crate) fn seen(&self, m: &Mat) -> Mat {
+    pub(crate) fn projected(&self, m: &Mat) -> Mat {
         self.columns.transpose() * (m * &self.columns)
     }
 
-    /// Adds `factor tr(F_i M)` to `out[i]` for each i; `seen` is `W'MW`.
-    pub(crate) fn add_inner_products(&self, seen: &Mat, factor: f64, out: &mut [f64]) {
+    /// Adds `factor tr(F_i M)` to `out[i]` for each i; `projected` is `W'MW`.
+    pub(crate) fn add_inner_products(&self, projected: &Mat, factor: f64, out: &mut [f64]) {
         for (unknown, pairs) in self.each() {
-            let sum: f64 = pairs.iter().map(|p| p.coefficient * seen[(p.a as usize, p.b as usize)]).sum();
+            let sum: f64 =
+                pairs.iter().map(|p| p.coefficient * projected[(p.a as usize, p.b as usize)]).sum();
             out[unknown] += 2.0 * factor * sum;
         }
     }
@@ -167,8 +168,8 @@ impl LowRank {
     pub(crate) fn rounding(&self, m: &Mat, x: &[f64]) -> f64 {
         let constant: f64 = self.constant.iter().zip(m.iter()).map(|(f, m)| (f * m).abs()).sum();
         let columns = self.columns.abs();
-        let seen = columns.transpose() * (m.abs() * &columns);
-        let size = |p: &Pair| (p.coefficient * seen[(p.a as usize, p.b as usize)]).abs();
+        let projected = columns.transpose() * (m.abs() * &columns);
+        let size = |p: &Pair| (p.coefficient * projected[(p.a as usize, p.b as usize)]).abs();
         let linear: f64 =
             self.each().map(|(i, pairs)| 2.0 * x[i].abs() * pairs.iter().map(size).sum::<f64>()).sum();
         f64::EPSILON * (constant + linear)
@@ -222,20 +223,20 @@ mod tests {
             vec![g.times_identity(2), Affine::zeros(2, 3)],
             vec![Affine::constant(Mat::identity(3, 3)) - s.clone()],
         ]);
-        let seen = LowRank::new(&p, &e);
+        let data = LowRank::new(&p, &e);
         let (constant, dense) = p.coefficients(&e);
-        assert_eq!(*seen.constant(), constant);
+        assert_eq!(*data.constant(), constant);
         let random = |k: usize| Mat::from_fn(8, 8, |i, j| ((1 + i + 8 * j + k) as f64).sin());
         let (m, n) = (symmetric_part(&random(1)), symmetric_part(&random(7)));
-        let (of_m, of_n) = (seen.seen(&m), seen.seen(&n));
+        let (of_m, of_n) = (data.projected(&m), data.projected(&n));
         let mut found = vec![0.0; p.unknowns()];
-        seen.add_inner_products(&of_m, 2.0, &mut found);
+        data.add_inner_products(&of_m, 2.0, &mut found);
         let mut schur = Mat::zeros(p.unknowns(), p.unknowns());
-        seen.add_schur_complement(&of_m, &of_n, &mut schur);
+        data.add_schur_complement(&of_m, &of_n, &mut schur);
         let x: Vec<f64> = (0..p.unknowns()).map(|k| (k as f64 + 1.0).cos()).collect();
-        assert!((seen.linear(&x) + &constant - e.value(&p, &x)).amax() < 1e-12);
+        assert!((data.linear(&x) + &constant - e.value(&p, &x)).amax() < 1e-12);
         assert_eq!(dense.len(), p.unknowns());
-        let norms = seen.norms(p.unknowns());
+        let norms = data.norms(p.unknowns());
         for (i, fi) in &dense {
             assert!((norms[*i] - fi.norm()).abs() < 1e-12);
             assert!((found[*i] - 2.0 * (fi * &m).trace()).abs() < 1e-11);

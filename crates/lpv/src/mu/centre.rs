@@ -5,7 +5,7 @@
 
 use super::CMat;
 use super::product::product;
-use super::scaling::{AtLambda, Family, Scalings};
+use super::scaling::{AtLambda, DgScalings, Family};
 use super::structure::Structure;
 use crate::matrix::{Definite, hermitian_eigenvalues};
 use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn};
@@ -29,47 +29,47 @@ pub(super) struct Centre {
 }
 
 /// A bound below this fraction of the largest singular value counts as zero: real blocks often have a mu of zero.
-pub(super) const NOTHING: f64 = 1e-7;
+pub(super) const ZERO_MU: f64 = 1e-7;
 
 /// How far the first lambda may be above the least, relatively: anywhere, and from scalings of a matrix that is much the same.
-const COLD: f64 = 0.5;
-const WARM: f64 = 0.3;
+const COLD_START: f64 = 0.5;
+const WARM_START: f64 = 0.3;
 
 /// The Newton decrement below which a point counts as a centre.
-const CENTRED: f64 = 0.7;
+const CENTRED_DECREMENT: f64 = 0.7;
 
 /// Newton steps towards one centre, at most.
 const MOST_STEPS: usize = 100;
 
 /// By how much the diagonal of the Hessian is raised, relatively: always, and at most, where a step leads nowhere because there are directions that matter little.
-const RIDGE: (f64, f64) = (1e-13, 1e-4);
+const HESSIAN_RAISE: (f64, f64) = (1e-13, 1e-4);
 
 /// How exactly a step is solved for, relatively: what it leads to is checked.
-const ACCURATE: f64 = 1e-9;
+const STEP_TOLERANCE: f64 = 1e-9;
 
 /// By how much the weight of lambda grows from one centre to the next.
-const GROWTH: f64 = 5.0;
+const WEIGHT_GROWTH: f64 = 5.0;
 
 /// How many times the distance that is left lambda may move before D_0 counts as out of date.
-const FAR: f64 = 30.0;
+const BASE_RANGE: f64 = 30.0;
 
 type Factor = Cholesky<Complex<f64>, Dyn>;
 
 impl Centre {
     /// From a matrix whose largest singular value is one, and scalings that may be good for it.
-    pub(super) fn new(m: CMat, structure: &Structure, from: Option<&Scalings>) -> Self {
+    pub(super) fn new(m: CMat, structure: &Structure, from: Option<&DgScalings>) -> Self {
         let family = Family::new(structure);
         let nw = m.ncols();
         let p = family.identity();
         let base = CMat::identity(nw, nw);
-        let (near, known) = (COLD, None);
+        let (near, known) = (COLD_START, None);
         let mut cold = Self { m, family, p, lambda: 1.1, shift: 0.0, base, near, known, start: vec![] };
         let Some(from) = from else { return cold };
         let identity = std::mem::replace(&mut cold.p, cold.family.point(from));
         cold.known = cold.border();
         // Where the known scalings show no more than none do, they are no start.
         if cold.known.is_some_and(|lambda| lambda < 1.0) {
-            cold.near = WARM;
+            cold.near = WARM_START;
             cold.base = cold.family.values(&cold.p).dw;
         } else {
             (cold.p, cold.known) = (identity, None);
@@ -100,7 +100,7 @@ impl Centre {
             if border <= best.0 {
                 (best.0, kept) = (border, self.p.clone());
             }
-            if self.start.is_empty() || self.m.ncols() as f64 / weight >= WARM * border {
+            if self.start.is_empty() || self.m.ncols() as f64 / weight >= WARM_START * border {
                 self.start.clone_from(&self.p);
             }
             // Where the shift is gone lambda is smaller by about as much.
@@ -110,12 +110,12 @@ impl Centre {
             self.base = self.family.values(&self.p).dw;
             let near = self.m.ncols() as f64 / weight;
             // D has moved on from D_0 when lambda moves by more than the weight explains: then once more with this weight.
-            let settled = moved <= FAR * near;
+            let settled = moved <= BASE_RANGE * near;
             if settled {
                 best.1 = near;
-                weight *= GROWTH;
+                weight *= WEIGHT_GROWTH;
             }
-            if best.0 <= NOTHING * NOTHING || best.1 <= 2.0 * tight * best.0 || !arrived {
+            if best.0 <= ZERO_MU * ZERO_MU || best.1 <= 2.0 * tight * best.0 || !arrived {
                 break;
             }
         }
@@ -130,8 +130,8 @@ impl Centre {
         let s = self.family.values(&self.p);
         let root = cholesky(s.dw.clone())?.unpack();
         let half = root.solve_lower_triangular(&s.left(&self.m))?;
-        let seen = root.solve_lower_triangular(&half.adjoint())?;
-        let lambda = hermitian_eigenvalues(&seen).last().copied().filter(|lambda| lambda.is_finite())?;
+        let whitened = root.solve_lower_triangular(&half.adjoint())?;
+        let lambda = hermitian_eigenvalues(&whitened).last().copied().filter(|lambda| lambda.is_finite())?;
         let n = root.nrows();
         let sizes = |m: &CMat| m.map(|v| v.norm());
         let (m, g) = (sizes(&self.m), sizes(&s.g));
@@ -174,7 +174,7 @@ impl Centre {
         let mut half = CMat::zeros(rows, rows + self.m.nrows());
         let (mut gradient, mut hessian) = (vec![0.0; n + free], DMatrix::zeros(n + free, n + free));
         let mut factors = self.factors(&self.p, self.shift)?;
-        let mut ridge = RIDGE.0;
+        let mut ridge = HESSIAN_RAISE.0;
         for _ in 0..MOST_STEPS {
             let (phi, blocks) = &factors;
             let inverse = phi.l_dirty().solve_lower_triangular(&CMat::identity(rows, rows))?;
@@ -189,11 +189,11 @@ impl Centre {
             (0..n + free).for_each(|i| hessian[(i, i)] *= 1.0 + ridge);
             let step = step(&hessian, &gradient, &trace);
             match step.and_then(|step| self.advance(&step, &gradient, weight, &mut factors)) {
-                Some(decrement) if decrement < CENTRED => return Some(()),
+                Some(decrement) if decrement < CENTRED_DECREMENT => return Some(()),
                 // There is no least value: lambda is zero, or nearly.
                 Some(_) if free == 1 && self.lambda + self.shift < 0.0 => return Some(()),
                 Some(_) => {}
-                None if ridge < RIDGE.1 => ridge *= 100.0,
+                None if ridge < HESSIAN_RAISE.1 => ridge *= 100.0,
                 None => return None,
             }
         }
@@ -218,7 +218,7 @@ impl Centre {
             let shift = self.shift + weight.map_or(0.0, |_| length * step[last]);
             if let Some(found) = self.factors(&next, shift) {
                 let below = value - barrier(&found) - weigh(shift);
-                if below >= 0.1 * length * decrement * decrement || decrement < CENTRED {
+                if below >= 0.1 * length * decrement * decrement || decrement < CENTRED_DECREMENT {
                     (self.p, self.shift, *factors) = (next, shift, found);
                     return Some(decrement);
                 }
@@ -243,11 +243,11 @@ impl Centre {
         // N = Phi^-1 D Phi^-1, seen by W*: of W* N W the entries that the products ask for.
         let inverse = inner.rows(0, rows).into_owned();
         let right = product(d, &inverse);
-        let seen = |y: usize, x: usize| right.column(y).dotc(&inverse.column(x));
+        let product_at = |y: usize, x: usize| right.column(y).dotc(&inverse.column(x));
         let own = right.columns(0, rows);
         gradient[n] = weight - own.trace().re;
         hessian[(n, n)] = own.iter().zip(own.transpose().iter()).map(|(a, b)| (a * b).re).sum();
-        for (i, value) in at.along(seen).enumerate() {
+        for (i, value) in at.along(product_at).enumerate() {
             hessian[(i, n)] = value;
             hessian[(n, i)] = value;
         }
@@ -257,8 +257,8 @@ impl Centre {
 /// Newton's step, with the trace of D as it is.
 fn step(hessian: &DMatrix<f64>, gradient: &[f64], trace: &DVector<f64>) -> Option<DVector<f64>> {
     let system = Definite::new(hessian.clone())?;
-    let towards = DVector::from_vec(system.solve_to(gradient, ACCURATE));
-    let across = DVector::from_vec(system.solve_to(trace.as_slice(), ACCURATE));
+    let towards = DVector::from_vec(system.solve_to(gradient, STEP_TOLERANCE));
+    let across = DVector::from_vec(system.solve_to(trace.as_slice(), STEP_TOLERANCE));
     Some(&across * (trace.dot(&towards) / trace.dot(&across)) - &towards)
 }
 

@@ -5,9 +5,9 @@
 
 use super::CMat;
 use super::balance::Balance;
-use super::centre::{Centre, NOTHING};
+use super::centre::{Centre, ZERO_MU};
+pub use super::scaling::DgScalings;
 use super::scaling::Family;
-pub use super::scaling::Scalings;
 use super::structure::{Structure, StructureError};
 use crate::matrix::complex_singular_values;
 
@@ -17,30 +17,30 @@ pub struct UpperBound {
     /// mu is at most this.
     pub value: f64,
     /// `M* D M + j (G M - M* G) <= value^2 D`, by eigenvalues.
-    pub scalings: Scalings,
-    /// Scalings to begin at for a matrix much like this one.
-    pub start: Scalings,
+    pub scalings: DgScalings,
+    /// DgScalings to begin at for a matrix much like this one.
+    pub start: DgScalings,
     /// About how far the bound may be above the least that D-G scalings allow, relative to itself; infinite when that was not asked.
     pub gap: f64,
 }
 
 /// How close to the least bound, relatively, is close enough.
-pub const TIGHT: f64 = 2e-5;
+pub const BOUND_TOLERANCE: f64 = 2e-5;
 
 /// What is asked of a search.
 #[derive(Debug, Clone, Copy)]
-pub struct Search<'a> {
+pub struct UpperBoundOptions<'a> {
     /// The bound need not be below this: where scalings show it, those are sought that show it as clearly as they can.
     pub level: f64,
     /// How close to the least bound, relatively, is close enough.
     pub tight: f64,
     /// The start of a bound of a matrix much like this one, to begin at.
-    pub from: Option<&'a Scalings>,
+    pub from: Option<&'a DgScalings>,
 }
 
-impl Default for Search<'_> {
+impl Default for UpperBoundOptions<'_> {
     fn default() -> Self {
-        Self { level: 0.0, tight: TIGHT, from: None }
+        Self { level: 0.0, tight: BOUND_TOLERANCE, from: None }
     }
 }
 
@@ -49,7 +49,7 @@ impl Default for Search<'_> {
 /// # Errors
 /// [`StructureError`] when M does not fit the structure.
 pub fn upper_bound(m: &CMat, structure: &Structure) -> Result<UpperBound, StructureError> {
-    search(m, structure, Search::default())
+    upper_bound_with(m, structure, UpperBoundOptions::default())
 }
 
 /// Looks for scalings that show `mu <= level` and hold there as clearly as they can; where there are none, for the best.
@@ -57,7 +57,7 @@ pub fn upper_bound(m: &CMat, structure: &Structure) -> Result<UpperBound, Struct
 /// # Errors
 /// [`StructureError`] when M does not fit the structure.
 pub fn bound_at_level(m: &CMat, structure: &Structure, level: f64) -> Result<UpperBound, StructureError> {
-    search(m, structure, Search { level, ..Search::default() })
+    upper_bound_with(m, structure, UpperBoundOptions { level, ..UpperBoundOptions::default() })
 }
 
 /// A bound that needs no search: of a matrix of that Frobenius norm.
@@ -72,12 +72,20 @@ fn unscaled(structure: &Structure, norm: f64) -> UpperBound {
 ///
 /// # Errors
 /// [`StructureError`] when M does not fit the structure.
-pub fn search(m: &CMat, structure: &Structure, asked: Search) -> Result<UpperBound, StructureError> {
+pub fn upper_bound_with(
+    m: &CMat,
+    structure: &Structure,
+    asked: UpperBoundOptions,
+) -> Result<UpperBound, StructureError> {
     structure.check(m)?;
     Ok(found(m, structure, asked))
 }
 
-fn found(m: &CMat, structure: &Structure, Search { level, tight, from }: Search) -> UpperBound {
+fn found(
+    m: &CMat,
+    structure: &Structure,
+    UpperBoundOptions { level, tight, from }: UpperBoundOptions,
+) -> UpperBound {
     let entry = m.iter().map(|v| v.re.abs().max(v.im.abs())).fold(0.0, f64::max);
     if entry == 0.0 {
         return unscaled(structure, 0.0);
@@ -93,9 +101,9 @@ fn found(m: &CMat, structure: &Structure, Search { level, tight, from }: Search)
     if !lambda.is_finite() {
         return unscaled(structure, entry * unit.norm());
     }
-    let value = size * lambda.max(NOTHING * NOTHING).sqrt();
+    let value = size * lambda.max(ZERO_MU * ZERO_MU).sqrt();
     // lambda = beta^2: half of its relative gap is that of beta.
-    let gap = if lambda > NOTHING * NOTHING { 0.5 * gap / lambda } else { 0.0 };
+    let gap = if lambda > ZERO_MU * ZERO_MU { 0.5 * gap / lambda } else { 0.0 };
     let own = |p: &[f64]| centre.family.values(p).undone(&balance.tw, &balance.tz, size);
     UpperBound { value, scalings: own(&centre.p), start: own(&centre.start), gap }
 }
@@ -157,7 +165,7 @@ mod tests {
         }
     }
 
-    /// One repeated real scalar and a real matrix: mu is its largest real eigenvalue, here 1 beside a larger complex pair. Scalings reach it in the limit
+    /// One repeated real scalar and a real matrix: mu is its largest real eigenvalue, here 1 beside a larger complex pair. DgScalings reach it in the limit
     /// alone, where rounding might take the bound below it.
     #[test]
     fn a_limit_of_scalings_is_not_overshot() {

@@ -15,8 +15,8 @@ use super::CMat;
 use super::interval::good_interval;
 pub use super::perturbable::Perturbable;
 use super::structure::Structure;
-use super::sweep::{Covered, NOTHING, SweepError, middle, response};
-use super::upper::{Scalings, Search, UpperBound, search};
+use super::sweep::{Covered, LEAST_LEVEL, SweepError, middle, response};
+use super::upper::{DgScalings, UpperBound, UpperBoundOptions, upper_bound_with};
 use super::worst_perturbation::{Perturbed, refined, worst_perturbation};
 use crate::matrix::spectral_abscissa;
 use crate::system::state_space::StateSpace;
@@ -71,13 +71,13 @@ pub enum WorstCaseError {
 }
 
 /// By how much the gain is above what scalings show at the worst frequency, relatively.
-const ABOVE: f64 = 1e-4;
+const GAIN_RAISE: f64 = 1e-4;
 
 /// How closely the gain at one frequency is sought.
-const CLOSE: f64 = 2e-5;
+const GAIN_TOLERANCE: f64 = 2e-5;
 
 /// A gain so many times the largest without perturbation counts as none.
-const LARGEST: f64 = 1e6;
+const UNBOUNDED_RATIO: f64 = 1e6;
 
 /// More intervals than this are not sought.
 const MOST_PIECES: usize = 4000;
@@ -139,14 +139,14 @@ struct Sweep<'a> {
     peak: f64,
     covered: Covered,
     /// Where scalings were sought, and where to begin near by.
-    starts: Vec<(f64, Scalings)>,
+    starts: Vec<(f64, DgScalings)>,
 }
 
 impl<'a> Sweep<'a> {
     fn new(loop_: &'a Perturbable, known: f64, peak: f64) -> Result<Self, WorstCaseError> {
         let structure = loop_.with_performance().map_err(SweepError::from)?;
         structure.check(&loop_.system.d.map(Complex::from)).map_err(SweepError::from)?;
-        let gain = known.max(NOTHING) * (1.0 + ABOVE);
+        let gain = known.max(LEAST_LEVEL) * (1.0 + GAIN_RAISE);
         let system = loop_.scaled(gain);
         Ok(Self { loop_, structure, gain, system, peak, covered: Covered::default(), starts: vec![] })
     }
@@ -178,7 +178,7 @@ impl<'a> Sweep<'a> {
             Some(interval) => Ok(self.covered.add(omega, interval)),
             None => {
                 // The scalings hold with no clearance at all: a gain that is a little higher has some.
-                self.set(self.gain * (1.0 + ABOVE));
+                self.set(self.gain * (1.0 + GAIN_RAISE));
                 Ok(true)
             }
         }
@@ -189,43 +189,51 @@ impl<'a> Sweep<'a> {
         self.system = self.loop_.scaled(gain);
     }
 
-    /// Scalings that show mu to be below 1, or the least bound.
-    fn shown(&self, m: &CMat, from: Option<&Scalings>) -> Result<UpperBound, SweepError> {
-        Ok(search(m, &self.structure, Search { level: 1.0, from, ..Search::default() })?)
+    /// DgScalings that show mu to be below 1, or the least bound.
+    fn shown(&self, m: &CMat, from: Option<&DgScalings>) -> Result<UpperBound, SweepError> {
+        Ok(upper_bound_with(
+            m,
+            &self.structure,
+            UpperBoundOptions { level: 1.0, from, ..UpperBoundOptions::default() },
+        )?)
     }
 
     /// Sets the gain at which the scalings show enough at a frequency, by false position in its logarithm; `least` is the bound at the present gain.
     /// Returns where to begin there.
     ///
     /// The Illinois rule keeps either end from staying: M. Dowell, P. Jarratt, BIT 11, 1971.
-    fn raise(&mut self, m: &CMat, omega: f64, least: UpperBound) -> Result<Scalings, WorstCaseError> {
+    fn raise(&mut self, m: &CMat, omega: f64, least: UpperBound) -> Result<DgScalings, WorstCaseError> {
         let k = self.loop_.structure.cols();
         let mut start = least.start;
         let mut above = |factor: f64| -> Result<f64, SweepError> {
             let mut scaled = m.clone();
             let z = m.nrows() - k;
             scaled.rows_mut(k, z).unscale_mut(factor);
-            let found = search(&scaled, &self.structure, Search { from: Some(&start), ..Search::default() })?;
+            let found = upper_bound_with(
+                &scaled,
+                &self.structure,
+                UpperBoundOptions { from: Some(&start), ..UpperBoundOptions::default() },
+            )?;
             start = found.start;
             Ok(found.value.ln())
         };
         let (mut low, mut at_low) = (0.0, least.value.ln());
-        let mut high = at_low.max(CLOSE);
+        let mut high = at_low.max(GAIN_TOLERANCE);
         let mut at_high = above(high.exp())?;
         while at_high >= 0.0 {
             (low, at_low) = (high, at_high);
             high = 2.0 * high + 0.1;
-            if high > LARGEST.ln() {
+            if high > UNBOUNDED_RATIO.ln() {
                 let (size, frequency) = (self.loop_.size, omega);
                 return Err(WorstCaseError::NotRobustlyStable { size, frequency });
             }
             at_high = above(high.exp())?;
         }
         let mut last = 0;
-        while high - low > CLOSE {
+        while high - low > GAIN_TOLERANCE {
             // Not at either end, or nothing is learnt.
             let next = low + at_low / (at_low - at_high) * (high - low);
-            let next = next.clamp(low + 0.4 * CLOSE, high - 0.4 * CLOSE);
+            let next = next.clamp(low + 0.4 * GAIN_TOLERANCE, high - 0.4 * GAIN_TOLERANCE);
             let value = above(next.exp())?;
             if value >= 0.0 {
                 (low, at_low) = (next, value);
@@ -242,7 +250,7 @@ impl<'a> Sweep<'a> {
             }
         }
         self.peak = omega;
-        self.set(self.gain * high.exp() * (1.0 + ABOVE));
+        self.set(self.gain * high.exp() * (1.0 + GAIN_RAISE));
         Ok(start)
     }
 }
@@ -319,8 +327,8 @@ mod tests {
             let (k, w) = (loop_.structure.cols(), loop_.structure.rows());
             let part = |r: usize, c: usize, rows: usize, cols: usize| m.view((r, c), (rows, cols)).into_owned();
             let inner = CMat::identity(k, k) - part(0, 0, k, w) * &found.worst.delta;
-            let seen = inner.lu().solve(&part(0, w, k, 2)).unwrap();
-            let gain = largest(&(part(k, w, 1, 2) + part(k, 0, 1, w) * &found.worst.delta * seen));
+            let solved = inner.lu().solve(&part(0, w, k, 2)).unwrap();
+            let gain = largest(&(part(k, w, 1, 2) + part(k, 0, 1, w) * &found.worst.delta * solved));
             prop_assert!((gain - found.worst.gain).abs() < 1e-8 * gain, "{gain} {}", found.worst.gain);
         }
 

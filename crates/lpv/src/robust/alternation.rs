@@ -41,7 +41,7 @@ pub struct RobustOptions {
 /// What came of one round.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Round {
-    /// The size that the round's controller bears at the gain asked for.
+    /// The largest size at which the gain with the controller of the round stays below the one asked for.
     pub size: f64,
     /// The least gain of the weighed plant, 1 being what the controller before had: below 1 there is something to win.
     pub least_gain: f64,
@@ -49,7 +49,7 @@ pub struct Round {
 
 /// Why the rounds came to an end.
 #[derive(Debug, Clone, PartialEq, Error)]
-pub enum Stop {
+pub enum StopReason {
     /// The last round won too little.
     #[error("another round no longer pays")]
     NoLongerPays,
@@ -64,19 +64,19 @@ pub enum Stop {
     NoBound,
 }
 
-/// A controller that bears more, or the one given where none does.
+/// A controller that tolerates more, or the one given where none does.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RobustDesign {
     /// The controller.
     pub controller: Controller,
     /// The largest size at which its gain stays below the one asked for, and the bound there.
-    pub bears: RobustBound,
-    /// What the controller given bears.
-    pub given_bears: RobustBound,
+    pub largest: RobustBound,
+    /// The same of the controller given.
+    pub given_largest: RobustBound,
     /// The rounds that were kept.
     pub rounds: Vec<Round>,
     /// Why there are no more.
-    pub stop: Stop,
+    pub stop: StopReason,
 }
 
 /// The given controller has no bound at the gain asked for.
@@ -105,27 +105,27 @@ pub fn more_robust(
     told: &mut dyn FnMut(&Round),
 ) -> Result<RobustDesign, NoSize> {
     let given = RobustLoop::new(uncertain, controller);
-    let first = (0..SMALLER).find_map(|k| given.bound(FIRST_SIZE * 0.5f64.powi(k), shown));
-    let bears = first.and_then(|first| given.largest_size(&first, options.gamma));
-    let bears = bears.ok_or(NoSize { gamma: options.gamma })?;
+    let first = (0..MOST_HALVINGS).find_map(|k| given.bound(FIRST_SIZE * 0.5f64.powi(k), shown));
+    let largest = first.and_then(|first| given.largest_size(&first, options.gamma));
+    let largest = largest.ok_or(NoSize { gamma: options.gamma })?;
     let mut design = RobustDesign {
         controller: controller.clone(),
-        given_bears: bears.clone(),
-        bears,
+        given_largest: largest.clone(),
+        largest,
         rounds: vec![],
-        stop: Stop::Rounds,
+        stop: StopReason::Rounds,
     };
     for _ in 0..options.rounds {
         match round(uncertain, &design, options) {
-            Ok((round, controller, bears)) => {
-                let won = bears.size / design.bears.size - 1.0;
+            Ok((round, controller, largest)) => {
+                let won = largest.size / design.largest.size - 1.0;
                 if won > 0.0 {
                     told(&round);
                     design.rounds.push(round);
-                    (design.controller, design.bears) = (controller, bears);
+                    (design.controller, design.largest) = (controller, largest);
                 }
                 if won < options.pays {
-                    design.stop = Stop::NoLongerPays;
+                    design.stop = StopReason::NoLongerPays;
                     break;
                 }
             }
@@ -139,24 +139,24 @@ pub fn more_robust(
 }
 
 /// How often the first size is halved.
-const SMALLER: i32 = 8;
+const MOST_HALVINGS: i32 = 8;
 
 fn round(
     uncertain: &UncertainPlant,
     before: &RobustDesign,
     options: RobustOptions,
-) -> Result<(Round, Controller, RobustBound), Stop> {
-    let RobustBound { size, bound } = &before.bears;
+) -> Result<(Round, Controller, RobustBound), StopReason> {
+    let RobustBound { size, bound } = &before.largest;
     let (s, t) = RobustLoop::new(uncertain, &before.controller).multipliers_of_delta(bound);
     let weighed = uncertain.weighed(*size, bound.gamma, &s, &t);
     let found = synthesise(&weighed, Options { back_off: options.back_off, ..Options::default() })
-        .map_err(Stop::Synthesis)?;
+        .map_err(StopReason::Synthesis)?;
     let closed = RobustLoop::new(uncertain, &found.controller);
     let shown = closed.from_weighed(&found.certified, *size, bound.gamma, (&s, &t));
-    let begin = closed.at_size(&shown, *size).ok_or(Stop::NoBound)?;
-    let bears = closed.largest_size(&begin, options.gamma).ok_or(Stop::NoBound)?;
-    let round = Round { size: bears.size, least_gain: found.gamma_optimum };
-    Ok((round, found.controller, bears))
+    let begin = closed.at_size(&shown, *size).ok_or(StopReason::NoBound)?;
+    let largest = closed.largest_size(&begin, options.gamma).ok_or(StopReason::NoBound)?;
+    let round = Round { size: largest.size, least_gain: found.gamma_optimum };
+    Ok((round, found.controller, largest))
 }
 
 #[cfg(test)]
@@ -164,7 +164,7 @@ mod tests {
     use super::*;
     use crate::robust::uncertain_plant::tests::plant;
 
-    /// The robust controller bears more at the same gain, and every frozen loop within the size confirms both bounds.
+    /// The robust controller tolerates more at the same gain, and every frozen loop within the size confirms both bounds.
     #[test]
     fn rounds_raise_what_is_borne() {
         let uncertain = plant();
@@ -176,16 +176,16 @@ mod tests {
             more_robust(&uncertain, &nominal.controller, &nominal.certified, options, &mut |_| heard += 1)
                 .unwrap();
         assert_eq!(heard, found.rounds.len());
-        assert!(found.bears.size >= found.given_bears.size && found.bears.bound.gamma <= gamma);
-        assert!(found.bears.size > 1.02 * found.given_bears.size, "{:?}", found.rounds);
-        for (controller, bears) in
-            [(&nominal.controller, &found.given_bears), (&found.controller, &found.bears)]
+        assert!(found.largest.size >= found.given_largest.size && found.largest.bound.gamma <= gamma);
+        assert!(found.largest.size > 1.02 * found.given_largest.size, "{:?}", found.rounds);
+        for (controller, largest) in
+            [(&nominal.controller, &found.given_largest), (&found.controller, &found.largest)]
         {
-            let closed = uncertain.sized(bears.size).close(controller);
+            let closed = uncertain.sized(largest.size).close(controller);
             for theta in [-1.0, 0.0, 1.0] {
                 for delta in [-1.0, -0.4, 1.0] {
                     let gain = closed.frozen(&[theta, delta]).unwrap().hinf_norm().value;
-                    assert!(gain < bears.bound.gamma, "{gain} {}", bears.bound.gamma);
+                    assert!(gain < largest.bound.gamma, "{gain} {}", largest.bound.gamma);
                 }
             }
         }

@@ -29,19 +29,19 @@ pub struct RobustLoop<'a> {
 }
 
 /// How close to the least gamma a bound is sought, relatively: on the way, and at the end.
-const ROUGH: f64 = 0.1;
-const CLOSE: f64 = 0.01;
+const ROUGH_TOLERANCE: f64 = 0.1;
+const FINE_TOLERANCE: f64 = 0.01;
 
 /// How often a search begins again, in the better coordinates that its last point gives.
-const ROUNDS: usize = 3;
+const MOST_RESTARTS: usize = 3;
 
 /// Steps of the size while the size at a gamma is bracketed, and how often the bracket is divided.
-const STRIDE: f64 = 1.2;
+const SIZE_STRIDE: f64 = 1.2;
 const MOST_STRIDES: usize = 30;
-const DIVISIONS: usize = 5;
+const BRACKET_DIVISIONS: usize = 5;
 
 /// What part of gamma is given for an inequality that holds clearly: see [`RobustLoop::cleared`].
-pub const FOR_CLEARANCE: f64 = 0.01;
+pub const CLEARANCE_SHARE: f64 = 0.01;
 
 impl<'a> RobustLoop<'a> {
     /// The loop that a controller closes.
@@ -51,7 +51,7 @@ impl<'a> RobustLoop<'a> {
 
     /// A bound at a size, with the Lyapunov matrix of some bound of the loop to begin with; `None` when none was found.
     pub fn bound(&self, size: f64, known: &GainBound) -> Option<RobustBound> {
-        let gamma = GUESS * known.gamma;
+        let gamma = FIRST_GAMMA_FACTOR * known.gamma;
         let s = self.balanced(size, gamma);
         let m = s.nrows();
         let none = f64::NAN;
@@ -63,7 +63,7 @@ impl<'a> RobustLoop<'a> {
             lambda: 0.0,
             largest_eigenvalue: none,
         };
-        let rough = self.searched(&RobustBound { size, bound: guess }, ROUGH)?;
+        let rough = self.searched(&RobustBound { size, bound: guess }, ROUGH_TOLERANCE)?;
         Some(self.tightened(rough))
     }
 
@@ -72,16 +72,18 @@ impl<'a> RobustLoop<'a> {
         let mut begin = RobustBound { size, bound: known.bound.clone() };
         begin.bound.largest_eigenvalue = self.worst_eigenvalue(&begin);
         let holds = begin.bound.largest_eigenvalue < 0.0;
-        let found = self.searched(&begin, CLOSE).or_else(|| self.searched(&begin, ROUGH));
-        let found = found.or_else(|| self.searched(&self.cleared(&begin)?, CLOSE)).or(holds.then_some(begin));
+        let found = self.searched(&begin, FINE_TOLERANCE).or_else(|| self.searched(&begin, ROUGH_TOLERANCE));
+        let found = found
+            .or_else(|| self.searched(&self.cleared(&begin)?, FINE_TOLERANCE))
+            .or(holds.then_some(begin));
         Some(self.tightened(found?))
     }
 
     fn tightened(&self, mut at: RobustBound) -> RobustBound {
-        for _ in 0..ROUNDS {
-            match self.searched(&at, CLOSE) {
+        for _ in 0..MOST_RESTARTS {
+            match self.searched(&at, FINE_TOLERANCE) {
                 Some(next) if next.bound.gamma < at.bound.gamma => {
-                    let settled = next.bound.gamma > (1.0 - 0.1 * CLOSE) * at.bound.gamma;
+                    let settled = next.bound.gamma > (1.0 - 0.1 * FINE_TOLERANCE) * at.bound.gamma;
                     at = next;
                     if settled {
                         break;
@@ -115,7 +117,7 @@ impl<'a> RobustLoop<'a> {
             if good.is_some() && too_large.is_finite() {
                 break;
             }
-            let next = if holds { at.size * STRIDE } else { at.size / STRIDE };
+            let next = if holds { at.size * SIZE_STRIDE } else { at.size / SIZE_STRIDE };
             match self.at_size(&at, next) {
                 Some(found) => at = found,
                 None if holds => too_large = next,
@@ -123,7 +125,7 @@ impl<'a> RobustLoop<'a> {
             }
         }
         let mut good = good?;
-        for _ in 0..DIVISIONS {
+        for _ in 0..BRACKET_DIVISIONS {
             let middle = (good.size * too_large).sqrt();
             match self.at_size(&good, middle) {
                 Some(found) if found.bound.gamma <= gamma => good = found,
@@ -138,8 +140,8 @@ impl<'a> RobustLoop<'a> {
         let closed = self.closed(at.size);
         let none = LoopError::none(&closed);
         let mut best: Option<GainBound> = None;
-        let given = GainBound { gamma: (1.0 + FOR_CLEARANCE) * at.bound.gamma, ..at.bound.clone() };
-        for _ in 0..ROUNDS {
+        let given = GainBound { gamma: (1.0 + CLEARANCE_SHARE) * at.bound.gamma, ..at.bound.clone() };
+        for _ in 0..MOST_RESTARTS {
             let from = best.as_ref().unwrap_or(&given);
             let Ok(found) = clearest(Base { closed: &closed, error: &none, bound: from }) else { break };
             if best.as_ref().is_some_and(|b| found.largest_eigenvalue >= b.largest_eigenvalue) {
@@ -210,9 +212,9 @@ impl<'a> RobustLoop<'a> {
         let closed = self.closed(size).in_units_of(gamma);
         let m = closed.channels.len();
         let largest = largest_entries(&closed);
-        let floor = NEGLIGIBLE * largest.amax().max(f64::MIN_POSITIVE);
+        let floor = NEGLIGIBLE_ENTRY * largest.amax().max(f64::MIN_POSITIVE);
         let mut t = vec![1.0f64; m + 1];
-        for _ in 0..SWEEPS {
+        for _ in 0..BALANCING_SWEEPS {
             for k in 0..m {
                 let others = || (0..=m).filter(|j| *j != k);
                 let row: f64 = others().map(|j| (largest[(k, j)] / t[j]).powi(2)).sum();
@@ -225,24 +227,24 @@ impl<'a> RobustLoop<'a> {
 }
 
 /// The first guess at gamma, relative to the bound that is known.
-const GUESS: f64 = 1.2;
+const FIRST_GAMMA_FACTOR: f64 = 1.2;
 
 /// Sweeps of the balancing, and entries that count for nothing beside the largest.
-const SWEEPS: usize = 60;
-const NEGLIGIBLE: f64 = 1e-9;
+const BALANCING_SWEEPS: usize = 60;
+const NEGLIGIBLE_ENTRY: f64 = 1e-9;
 
 /// Frequencies of the balancing, rad/s: the decades and the number.
-const DECADES: (f64, f64) = (-3.0, 3.0);
-const FREQUENCIES: i32 = 40;
+const FREQUENCY_DECADES: (f64, f64) = (-3.0, 3.0);
+const FREQUENCY_COUNT: i32 = 40;
 
 /// The largest size over frequency of each entry of the response of the channels, and of w and z as a last one.
 fn largest_entries(closed: &ClosedLoop) -> Mat {
     let Sizes { t: m, w, z, .. } = closed.parts.sizes();
     let system = closed.parts.state_space(&[Signal::T, Signal::Z], &[Signal::T, Signal::W]);
     let mut largest = Mat::zeros(m + 1, m + 1);
-    for step in 0..FREQUENCIES {
-        let part = f64::from(step) / f64::from(FREQUENCIES - 1);
-        let omega = 10f64.powf(DECADES.0 + (DECADES.1 - DECADES.0) * part);
+    for step in 0..FREQUENCY_COUNT {
+        let part = f64::from(step) / f64::from(FREQUENCY_COUNT - 1);
+        let omega = 10f64.powf(FREQUENCY_DECADES.0 + (FREQUENCY_DECADES.1 - FREQUENCY_DECADES.0) * part);
         let Some(response) = system.response(Complex::new(0.0, omega)) else { continue };
         let group = |i: usize, count: usize| if i < m { (i, 1) } else { (m, count) };
         for i in 0..=m {

@@ -5,7 +5,7 @@ use crate::lmi::program::{Affine, Program, symmetric};
 use crate::lmi::solver;
 use crate::lmi::solver_options::SolverOptions;
 use crate::matrix::{Mat, symmetric_part};
-use crate::synthesis::inequalities::{COUPLING, DUAL, Existence, PRIMAL, Scalings, state};
+use crate::synthesis::inequalities::{COUPLING, DUAL, LmiSolution, PRIMAL, ScalingClass, state};
 use crate::system::plant::GeneralisedPlant;
 
 /// A solution at a given gamma, above the least, that lies well inside the inequalities.
@@ -17,9 +17,9 @@ use crate::system::plant::GeneralisedPlant;
 pub(crate) fn centre(
     plant: &GeneralisedPlant,
     gamma: f64,
-    small: &Existence,
-    scalings: Scalings,
-) -> Result<Existence, SynthesisError> {
+    small: &LmiSolution,
+    scalings: ScalingClass,
+) -> Result<LmiSolution, SynthesisError> {
     let (roomy, room) = push(plant, gamma, small, scalings, Aim::Room)?;
     let kept = 1.0 + 0.5 * (room - 1.0).max(0.0);
     let clear = push(plant, gamma, small, scalings, Aim::Clearance { room: kept });
@@ -31,7 +31,7 @@ pub(crate) fn centre(
     };
     if found.margin <= 0.0 {
         return Err(SynthesisError::Numerical {
-            stage: BACK_OFF,
+            stage: STAGE,
             diagnosis: format!(
                 "the inequalities do not hold strictly at the gamma of the design (margin {:.1e})",
                 found.margin
@@ -41,7 +41,7 @@ pub(crate) fn centre(
     Ok(found)
 }
 
-const BACK_OFF: &str = "back-off";
+const STAGE: &str = "back-off";
 
 /// What [`push`] maximises.
 #[derive(Clone, Copy)]
@@ -56,10 +56,10 @@ enum Aim {
 fn push(
     plant: &GeneralisedPlant,
     gamma: f64,
-    small: &Existence,
-    scalings: Scalings,
+    small: &LmiSolution,
+    scalings: ScalingClass,
     aim: Aim,
-) -> Result<(Existence, f64), SynthesisError> {
+) -> Result<(LmiSolution, f64), SynthesisError> {
     let (n, r) = (plant.sizes().x, plant.sizes().t);
     let mut program = Program::new();
     let unknowns = state(&mut program, plant, Some(gamma), scalings);
@@ -69,7 +69,7 @@ fn push(
         (&unknowns.s, &small.primal_scaling),
         (&unknowns.sigma, &small.dual_scaling),
     ] {
-        program.positive("upper bound", Affine::constant(symmetric_part(least) * GROWTH) - e.clone());
+        program.positive("upper bound", Affine::constant(symmetric_part(least) * LARGEST_GROWTH) - e.clone());
     }
     let value = program.scalar();
     let room = match aim {
@@ -86,13 +86,15 @@ fn push(
     }
     program.minimise_trace(&value, -1.0);
     let search = match aim {
-        Aim::Room => SolverOptions::within(ROUGH),
+        Aim::Room => SolverOptions::within(ROOM_TOLERANCE),
         // A clearance may be small, and has to be found above zero.
-        Aim::Clearance { .. } => SolverOptions { floor: 1e-9, patient: true, ..SolverOptions::within(CLEAR) },
+        Aim::Clearance { .. } => {
+            SolverOptions { floor: 1e-9, patient: true, ..SolverOptions::within(CLEARANCE_TOLERANCE) }
+        }
     };
-    let solution = solver::solve(&program, BACK_OFF, search).map_err(contradiction)?;
+    let solution = solver::solve(&program, STAGE, search).map_err(contradiction)?;
     let reached = value.value(&program, &solution.x)[(0, 0)];
-    let mut found = unknowns.existence(&program, &solution);
+    let mut found = unknowns.lmi_solution(&program, &solution);
     // What counts are the inequalities themselves, not those tightened and bounded here.
     found.margin = found.true_margin(plant, scalings);
     Ok((found, reached))
@@ -113,10 +115,10 @@ pub(crate) fn contradiction(error: SynthesisError) -> SynthesisError {
 }
 
 /// How closely the most room is sought.
-const ROUGH: f64 = 1e-3;
+const ROOM_TOLERANCE: f64 = 1e-3;
 
 /// How closely the clearest point is sought, relative to its clearance.
-const CLEAR: f64 = 0.3;
+const CLEARANCE_TOLERANCE: f64 = 0.3;
 
 /// How many times their least size the unknowns may reach.
-const GROWTH: f64 = 10.0;
+const LARGEST_GROWTH: f64 = 10.0;

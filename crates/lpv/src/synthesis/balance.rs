@@ -9,7 +9,7 @@
 
 use crate::analysis::gain_bound::GainBound;
 use crate::matrix::{Mat, Svd, diagonal_blocks, eigenvalues, svd};
-use crate::synthesis::inequalities::{DualMultipliers, Existence};
+use crate::synthesis::inequalities::{DualMultipliers, LmiSolution};
 use crate::system::controller::Controller;
 use crate::system::partition::Signal::{T, U, X, Y};
 use crate::system::plant::GeneralisedPlant;
@@ -48,8 +48,8 @@ impl Coordinates {
         let mut found = Self { speed: middle_speed(&plant.a()), ..Self::identity(plant) };
         for _ in 0..20 {
             let s = plant.sizes();
-            let seen = found.apply(plant);
-            let m = seen.parts.matrix();
+            let scaled = found.apply(plant);
+            let m = scaled.parts.matrix();
             let states: Vec<f64> = (0..s.x).map(|i| osborne(m, i)).collect();
             let channels: Vec<f64> = (s.x..s.x + s.t).map(|i| osborne(m, i)).collect();
             found.scale_states(&states);
@@ -106,11 +106,11 @@ impl Coordinates {
     }
 
     /// A solution of the synthesis inequalities found in the coordinates `from`, in these.
-    pub(crate) fn carry(&self, from: &Self, found: &Existence) -> Existence {
+    pub(crate) fn carry(&self, from: &Self, found: &LmiSolution) -> LmiSolution {
         // Both run at the same speed.
         let (t, t_inverse) = (&from.state_inverse * &self.state, &self.state_inverse * &from.state);
         let (c, c_inverse) = (&from.channel_inverse * &self.channel, &self.channel_inverse * &from.channel);
-        Existence {
+        LmiSolution {
             x: t.transpose() * &found.x * &t,
             y: &t_inverse * &found.y * t_inverse.transpose(),
             primal_scaling: c.transpose() * &found.primal_scaling * &c,

@@ -1,7 +1,7 @@
 //! What a synthesis is asked for, and what comes of it.
 
 use crate::analysis::gain_bound::GainBound;
-use crate::synthesis::inequalities::{DualMultipliers, Scalings};
+use crate::synthesis::inequalities::{DualMultipliers, ScalingClass};
 use crate::synthesis::regularity::Regularisation;
 use crate::system::controller::Controller;
 
@@ -9,7 +9,7 @@ use crate::system::controller::Controller;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
     /// The scalings.
-    pub scalings: Scalings,
+    pub scalings: ScalingClass,
     /// The controller is built at `(1 + back_off)` times the least gamma, where X Y keeps off I. Where no controller
     /// can be built so close to it, the back-off is doubled, twice at most.
     pub back_off: f64,
@@ -21,7 +21,12 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { scalings: Scalings::SymmetricAndSkew, back_off: 0.1, gamma_limit: None, fastest_mode: None }
+        Self {
+            scalings: ScalingClass::SymmetricAndSkew,
+            back_off: 0.1,
+            gamma_limit: None,
+            fastest_mode: None,
+        }
     }
 }
 

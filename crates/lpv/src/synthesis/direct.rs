@@ -6,7 +6,7 @@ use crate::error::SynthesisError;
 use crate::synthesis::back_off::centre;
 use crate::synthesis::balance::Coordinates;
 use crate::synthesis::design::{Design, Options};
-use crate::synthesis::inequalities::{Existence, Scalings};
+use crate::synthesis::inequalities::{LmiSolution, ScalingClass};
 use crate::synthesis::least_gamma::{equalised, least_gamma, smallest};
 use crate::synthesis::quadratic::{Stabilisation, stabilisation};
 use crate::synthesis::reconstruct::reconstruct;
@@ -27,8 +27,8 @@ pub(crate) fn directly(plant: &GeneralisedPlant, options: Options) -> Result<Des
 }
 
 /// The bound of a loop, shown with skew scalings, shows that the least gamma with them is no larger.
-fn consistent(design: Design, scalings: Scalings) -> Design {
-    if scalings == Scalings::Symmetric {
+fn consistent(design: Design, scalings: ScalingClass) -> Design {
+    if scalings == ScalingClass::Symmetric {
         return design;
     }
     Design { gamma_optimum: design.gamma_optimum.min(design.certified.gamma), ..design }
@@ -65,7 +65,7 @@ fn explained(
 fn build(
     plant: &GeneralisedPlant,
     coordinates: &Coordinates,
-    optimum: &Existence,
+    optimum: &LmiSolution,
     options: Options,
 ) -> Result<Design, SynthesisError> {
     let mut first_failure = None;
@@ -97,7 +97,7 @@ fn build_at(
     basis: Basis,
     plant: &GeneralisedPlant,
     coordinates: &Coordinates,
-    optimum: &Existence,
+    optimum: &LmiSolution,
     options: Options,
 ) -> Result<Design, SynthesisError> {
     let unit = plant.in_units_of(gamma_design);
@@ -130,7 +130,7 @@ fn build_at(
 fn above_limit(
     plant: &GeneralisedPlant,
     coordinates: &Coordinates,
-    optimum: &Existence,
+    optimum: &LmiSolution,
     limit: f64,
     options: Options,
 ) -> SynthesisError {

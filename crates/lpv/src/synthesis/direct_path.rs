@@ -42,7 +42,7 @@ pub fn around(k: &Controller, d22: &Mat) -> Option<Controller> {
     let modes = eigenvalues(&looped);
     let nearest = modes.iter().map(|mode| (mode + 1.0).norm()).fold(1.0, f64::min);
     let size = modes.iter().map(|mode| mode.norm()).fold(1.0, f64::max);
-    let regular = nearest > SINGULAR * size;
+    let regular = nearest > SINGULAR_RATIO * size;
     let of_u = k.parts.join(&[U], &[X, Y, T]);
     let u = regular.then(|| solve(&(Mat::identity(looped.nrows(), looped.nrows()) + &looped), &of_u))??;
     let fed_back = d22 * &u;
@@ -121,13 +121,13 @@ fn put_back(
     design: &Design,
     options: Options,
 ) -> Result<Design, SynthesisError> {
-    let near = NUDGES.iter().filter_map(|nudge| {
+    let near = DIRECT_PATH_CHANGES.iter().filter_map(|nudge| {
         let k = nudged(&design.controller, 1.0 - nudge);
         let (controller, certified) = closed(plant, d22, &k, &design.certified)?;
         Some(Design { controller, certified, ..design.clone() })
     });
     let rate = largest(0.0, eigenvalues(&plant.close(&design.controller).a()).iter().map(|mode| mode.norm()));
-    let lagged = LAGS.iter().filter_map(|lag| {
+    let lagged = LAG_RATIOS.iter().filter_map(|lag| {
         let found = behind_lags(plant, rate / lag, options)?;
         let (controller, certified) = closed(plant, d22, &found.controller, &found.certified)?;
         Some(Design {
@@ -141,7 +141,7 @@ fn put_back(
     });
     let mut best: Option<Design> = None;
     for found in near.chain(lagged) {
-        let good = found.certified.gamma <= (1.0 + NEXT_TO_NOTHING) * design.certified.gamma;
+        let good = found.certified.gamma <= (1.0 + ACCEPTED_RISE) * design.certified.gamma;
         if best.as_ref().is_none_or(|best| found.certified.gamma < best.certified.gamma) {
             best = Some(found);
         }
@@ -161,10 +161,10 @@ fn closed(
     shown: &GainBound,
 ) -> Option<(Controller, GainBound)> {
     let controller = around(k, d22).filter(is_well_posed)?;
-    let seen = plant.close(&around(&controller, &-d22)?);
-    let none = LoopError::none(&seen);
-    let held = GainBound { largest_eigenvalue: worst_eigenvalue(&seen, &none, shown), ..shown.clone() };
-    let bound = if held.largest_eigenvalue < 0.0 { held } else { bounded_gain(&seen, &none, shown).ok()? };
+    let inner = plant.close(&around(&controller, &-d22)?);
+    let none = LoopError::none(&inner);
+    let held = GainBound { largest_eigenvalue: worst_eigenvalue(&inner, &none, shown), ..shown.clone() };
+    let bound = if held.largest_eigenvalue < 0.0 { held } else { bounded_gain(&inner, &none, shown).ok()? };
     Some((controller, bound))
 }
 
@@ -217,13 +217,13 @@ fn behind(k: &Controller, rate: f64) -> Controller {
 
 /// An eigenvalue of `I + Duy D22` below this fraction of the largest of `Duy D22`, or of 1, counts as zero: the
 /// controller's numbers grow with its inverse.
-const SINGULAR: f64 = 1e-6;
+const SINGULAR_RATIO: f64 = 1e-6;
 
 /// By how much the direct paths of a controller are changed, relatively, until D22 leaves it well posed.
-const NUDGES: [f64; 7] = [0.0, 1e-4, -1e-4, 1e-3, -1e-3, 1e-2, -1e-2];
+const DIRECT_PATH_CHANGES: [f64; 7] = [0.0, 1e-4, -1e-4, 1e-3, -1e-3, 1e-2, -1e-2];
 
 /// How many times slower than the fastest mode of the loop without lags the lags are: fast ones cost little.
-const LAGS: [f64; 3] = [0.01, 0.1, 1.0];
+const LAG_RATIOS: [f64; 3] = [0.01, 0.1, 1.0];
 
 /// What a bound may rise, relatively, for the search to end.
-const NEXT_TO_NOTHING: f64 = 0.01;
+const ACCEPTED_RISE: f64 = 0.01;

@@ -29,7 +29,7 @@ pub(crate) fn repaired(
     let (clear_primal, clear_dual) = (one.clear(), two.clear());
     let mut out: Vec<(f64, DualMultipliers)> = vec![];
     for m in found.iter().map(|m| coordinates.redo_multipliers(gamma, m)) {
-        for exponent in MIXED {
+        for exponent in MIXED_EXPONENTS {
             let share = 10f64.powi(exponent);
             let mixed = DualMultipliers {
                 primal: mixed(&one.brought(&m.primal), &clear_primal, share),
@@ -40,17 +40,17 @@ pub(crate) fn repaired(
         }
     }
     out.sort_by(|one, other| other.0.total_cmp(&one.0));
-    out.into_iter().take(TRIED).map(|(_, m)| coordinates.undo_multipliers(gamma, &m)).collect()
+    out.into_iter().take(MOST_REPAIRED).map(|(_, m)| coordinates.undo_multipliers(gamma, &m)).collect()
 }
 
 /// The shares of what is mixed in, as powers of ten.
-const MIXED: std::ops::RangeInclusive<i32> = -13..=-2;
+const MIXED_EXPONENTS: std::ops::RangeInclusive<i32> = -13..=-2;
 
 /// So many ways are worth proving.
-const TRIED: usize = 12;
+const MOST_REPAIRED: usize = 12;
 
 /// So many units of the last place are the rounding to expect in a sum that makes up Z11.
-const PLACES: f64 = 4.0;
+const ROUNDING_PLACES: f64 = 4.0;
 
 /// P with `P P'` near `W W' + share V V'`, in units of their sizes, and with as many columns as rows.
 fn mixed(w: &Mat, v: &Mat, share: f64) -> Mat {
@@ -69,19 +69,21 @@ fn completed(
     let (l1, l2) = (one.factor()?, two.factor()?);
     let found = svd(&(one.spread(&l1).transpose() * two.spread(&l2)));
     let largest = found.s.first().copied().unwrap_or(0.0);
-    let kept = found.s.iter().filter(|s| **s > SMALL * largest).count();
+    let kept = found.s.iter().filter(|s| **s > SMALL_SINGULAR_VALUE * largest).count();
     let trace: f64 = found.s.iter().take(kept).sum();
-    let inverse = |l: &Mat, u: &Mat| Some(l.tr_solve_lower_triangular(&u.columns(0, kept))? * INSIDE);
+    let inverse =
+        |l: &Mat, u: &Mat| Some(l.tr_solve_lower_triangular(&u.columns(0, kept))? * COUPLING_FACTOR);
     let coupling = (one.spread(&inverse(&l1, &found.u)?), two.spread(&inverse(&l2, &found.v)?));
-    let bound = 2.0 * (one.gain + two.gain + INSIDE * INSIDE * trace) / (one.size + two.size);
+    let bound =
+        2.0 * (one.gain + two.gain + COUPLING_FACTOR * COUPLING_FACTOR * trace) / (one.size + two.size);
     bound.is_finite().then_some((bound, DualMultipliers { coupling, ..m }))
 }
 
 /// What is kept of `|K| <= 1`, so that rounding does not lead outside.
-const INSIDE: f64 = 1.0 - 1e-7;
+const COUPLING_FACTOR: f64 = 1.0 - 1e-7;
 
 /// A singular value below this part of the largest is not worth its rounding.
-const SMALL: f64 = 1e-4;
+const SMALL_SINGULAR_VALUE: f64 = 1e-4;
 
 /// Sums over the columns of P, as in the crate `certificate`.
 struct Moments {
@@ -100,11 +102,11 @@ impl Moments {
         let state = plant.parts.join(&[X], &[X, T, W]);
         let half = &state * inputs * p.rows(0, s.x).transpose();
         let terms = state.abs() * inputs.abs() * p.rows(0, s.x).abs().transpose();
-        let seen = plant.parts.join(&[Z], &[X, T, W]) * inputs;
+        let output = plant.parts.join(&[Z], &[X, T, W]) * inputs;
         Self {
             lyapunov: symmetric_part(&half) * 2.0,
-            rounding: symmetric_part(&terms) * (PLACES * f64::EPSILON),
-            gain: seen.dot(&p.rows(s.x + s.t + s.w, s.z)),
+            rounding: symmetric_part(&terms) * (ROUNDING_PLACES * f64::EPSILON),
+            gain: output.dot(&p.rows(s.x + s.t + s.w, s.z)),
             size: rest.norm_squared(),
         }
     }
@@ -201,7 +203,7 @@ impl<'a> Kernel<'a> {
         }
         let part = self.a.select_rows(&self.reached).select_columns(&self.reached);
         let b = self.b.select_rows(&self.reached);
-        let shift = spectral_abscissa(&part).max(0.0) + SHIFT;
+        let shift = spectral_abscissa(&part).max(0.0) + GRAMIAN_SHIFT;
         let slower = (&part - Mat::identity(n, n) * shift).transpose();
         let l = lyapunov(&slower, &(&b * b.transpose()))?.cholesky()?.l();
         let mut x = Mat::zeros(s.x, n);
@@ -215,4 +217,4 @@ impl<'a> Kernel<'a> {
 }
 
 /// alpha above the fastest growth, in the unit of time of the balanced plant.
-const SHIFT: f64 = 0.3;
+const GRAMIAN_SHIFT: f64 = 0.3;

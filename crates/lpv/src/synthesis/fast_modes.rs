@@ -27,10 +27,10 @@ pub(crate) struct Slowed {
 }
 
 /// Fast modes are at least this much faster than all others, before they are slowed and after.
-const APART: f64 = 1e3;
+const MODE_GAP: f64 = 1e3;
 
 /// The ratios of one try to the next.
-const STEP: f64 = 1e-3;
+const SLOWING_STEP: f64 = 1e-3;
 
 /// The plant with its fast modes slowed by more and more, as long as they stay apart from the others. Empty where no stable modes
 /// are apart and above the median.
@@ -38,8 +38,8 @@ pub(crate) fn slowed(plant: &GeneralisedPlant) -> Vec<Slowed> {
     let Some((slow, fast)) = gap(&plant.a()) else { return Vec::new() };
     let Some(projector) = projector(&plant.a(), (slow * fast).sqrt()) else { return Vec::new() };
     let n = plant.a().nrows();
-    let ratios = std::iter::successors(Some(STEP), |r| Some(r * STEP));
-    let apart = ratios.take_while(|r| fast * r > APART * slow);
+    let ratios = std::iter::successors(Some(SLOWING_STEP), |r| Some(r * SLOWING_STEP));
+    let apart = ratios.take_while(|r| fast * r > MODE_GAP * slow);
     apart
         .map(|ratio| {
             let slower = Mat::identity(n, n) + &projector * (ratio - 1.0);
@@ -68,7 +68,7 @@ fn gap(a: &Mat) -> Option<(f64, f64)> {
     let above = modes.len().div_ceil(2).max(1)..modes.len();
     let (at, slow, fast) = above
         .filter_map(|k| Some((k, modes.get(k - 1)?.norm(), modes.get(k)?.norm())))
-        .find(|(_, slow, fast)| *slow > 0.0 && *fast > APART / STEP * slow)?;
+        .find(|(_, slow, fast)| *slow > 0.0 && *fast > MODE_GAP / SLOWING_STEP * slow)?;
     let decay = modes.iter().skip(at).all(|mode| mode.re < -0.5 * mode.norm());
     (decay && fast.is_finite()).then_some((slow, fast))
 }
@@ -83,7 +83,7 @@ fn projector(a: &Mat, rate: f64) -> Option<Mat> {
         let next = (&sign * scale + inverse / scale) * 0.5;
         let change = (&next - &sign).norm();
         sign = next;
-        if change <= CONVERGED * sign.norm() {
+        if change <= SIGN_TOLERANCE * sign.norm() {
             return Some((unit - sign) * 0.5);
         }
     }
@@ -94,7 +94,7 @@ fn projector(a: &Mat, rate: f64) -> Option<Mat> {
 const MOST_ITERATIONS: usize = 100;
 
 /// A change, relative to the sign function, at which it is found.
-const CONVERGED: f64 = 1e-10;
+const SIGN_TOLERANCE: f64 = 1e-10;
 
 #[cfg(test)]
 mod tests {

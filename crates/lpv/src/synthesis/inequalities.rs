@@ -15,7 +15,7 @@ use crate::system::plant::{GeneralisedPlant, channels};
 
 /// Which scalings of the parameter channels are sought.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Scalings {
+pub enum ScalingClass {
     /// Symmetric S and Sigma alone (T = Gamma = 0), coupled by [S I; I Sigma] >= 0.
     Symmetric,
     /// Symmetric and skew-symmetric ones: the paper's.
@@ -25,7 +25,7 @@ pub enum Scalings {
 
 /// A solution of the synthesis inequalities.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Existence {
+pub struct LmiSolution {
     /// The performance level.
     pub gamma: f64,
     /// n x n, symmetric.
@@ -57,14 +57,14 @@ pub struct DualMultipliers {
     pub coupling: (Mat, Mat),
 }
 
-impl Existence {
+impl LmiSolution {
     /// An estimate of how low the least gamma may be, from multipliers in floating point; 0 when nothing is known. It is no bound.
     pub fn lower_estimate(&self) -> f64 {
         (self.gamma * (1.0 - self.gap)).max(0.0)
     }
 
     /// The least eigenvalue over the synthesis inequalities of `plant`.
-    pub(crate) fn true_margin(&self, plant: &GeneralisedPlant, scalings: Scalings) -> f64 {
+    pub(crate) fn true_margin(&self, plant: &GeneralisedPlant, scalings: ScalingClass) -> f64 {
         let constant = |m: Mat| Affine::constant(m);
         let unknowns = Unknowns {
             gamma: constant(Mat::from_element(1, 1, self.gamma)),
@@ -94,14 +94,14 @@ pub(crate) struct Unknowns {
 
 impl Unknowns {
     /// Their values at a solution.
-    pub(crate) fn existence(&self, program: &Program, solution: &Solution) -> Existence {
-        Existence { margin: solution.margin, ..self.at(program, &solution.x) }
+    pub(crate) fn lmi_solution(&self, program: &Program, solution: &Solution) -> LmiSolution {
+        LmiSolution { margin: solution.margin, ..self.at(program, &solution.x) }
     }
 
     /// Their values at a point `x` of the program; the margin is not evaluated.
-    pub(crate) fn at(&self, program: &Program, x: &[f64]) -> Existence {
+    pub(crate) fn at(&self, program: &Program, x: &[f64]) -> LmiSolution {
         let value = |e: &Affine| e.value(program, x);
-        Existence {
+        LmiSolution {
             gamma: value(&self.gamma)[(0, 0)],
             x: value(&self.x),
             y: value(&self.y),
@@ -119,12 +119,12 @@ pub(crate) fn state(
     program: &mut Program,
     plant: &GeneralisedPlant,
     gamma: Option<f64>,
-    scalings: Scalings,
+    scalings: ScalingClass,
 ) -> Unknowns {
     let (size, theta) = (plant.sizes(), channels(&plant.blocks));
     let skew = |program: &mut Program| match scalings {
-        Scalings::Symmetric => Affine::zeros(size.t, size.t),
-        Scalings::SymmetricAndSkew => program.skew_commuting(&theta),
+        ScalingClass::Symmetric => Affine::zeros(size.t, size.t),
+        ScalingClass::SymmetricAndSkew => program.skew_commuting(&theta),
     };
     let unknowns = Unknowns {
         gamma: gamma.map_or_else(|| program.scalar(), |g| Affine::constant(Mat::from_element(1, 1, g))),
@@ -145,7 +145,7 @@ pub(crate) fn state(
 fn inequalities(
     plant: &GeneralisedPlant,
     unknowns: &Unknowns,
-    scalings: Scalings,
+    scalings: ScalingClass,
 ) -> Vec<(&'static str, Affine)> {
     let Unknowns { gamma, x, y, s, sigma, t, skew } = unknowns;
     let mut out = vec![
@@ -155,7 +155,7 @@ fn inequalities(
         ("S", s.clone()),
         ("Sigma", sigma.clone()),
     ];
-    if scalings == Scalings::Symmetric {
+    if scalings == ScalingClass::Symmetric {
         out.push(("[S I; I Sigma]", coupling(s, sigma, 1.0)));
     }
     out

@@ -8,7 +8,9 @@ use crate::matrix::{Mat, largest_eigenvalue, least_eigenvalue, symmetric_functio
 use crate::synthesis::back_off::contradiction;
 use crate::synthesis::balance::Coordinates;
 use crate::synthesis::dual::repaired;
-use crate::synthesis::inequalities::{DualMultipliers, Existence, Scalings, coupling, state, unmeasured};
+use crate::synthesis::inequalities::{
+    DualMultipliers, LmiSolution, ScalingClass, coupling, state, unmeasured,
+};
 use crate::synthesis::riccati::largest_inverses;
 use crate::system::plant::{GeneralisedPlant, channels};
 
@@ -25,42 +27,43 @@ use crate::system::plant::{GeneralisedPlant, channels};
 /// [`SynthesisError::Infeasible`] when the solver holds a certificate that no gamma will do; [`SynthesisError::Numerical`].
 pub fn least_gamma(
     plant: &GeneralisedPlant,
-    scalings: Scalings,
-) -> Result<(Coordinates, Existence), SynthesisError> {
+    scalings: ScalingClass,
+) -> Result<(Coordinates, LmiSolution), SynthesisError> {
     let (mut place, mut best) = first(plant, scalings)?;
-    let mut seen = (place.clone(), best.clone());
+    let mut tried = (place.clone(), best.clone());
     // What no gamma goes below is the same in all coordinates.
     let mut lower = best.lower_estimate();
     let mut multipliers = std::mem::take(&mut best.multipliers);
-    for _ in 0..ROUNDS {
-        if best.gap <= SETTLED && best.margin > 0.0 {
+    for _ in 0..MOST_COORDINATES {
+        if best.gap <= SETTLED_GAP && best.margin > 0.0 {
             break;
         }
-        let here = seen.0.plant(plant);
-        let level = RELAXED * seen.1.gamma / seen.0.unit;
-        let Ok(small) = smallest(&here, level, &seen.1, scalings) else { break };
-        let Some(coordinates) = equalised(&seen.0.coordinates, &small, plant) else { break };
-        let next = Place { coordinates, ..seen.0 };
+        let here = tried.0.plant(plant);
+        let level = COORDINATES_GAMMA_FACTOR * tried.1.gamma / tried.0.unit;
+        let Ok(small) = smallest(&here, level, &tried.1, scalings) else { break };
+        let Some(coordinates) = equalised(&tried.0.coordinates, &small, plant) else { break };
+        let next = Place { coordinates, ..tried.0 };
         let Ok(again) = minimise(plant, &next, scalings, false) else { break };
         lower = lower.max(again.lower_estimate());
         multipliers.splice(0..0, again.multipliers.iter().cloned());
-        let agree =
-            again.margin > 0.0 && best.margin > 0.0 && (again.gamma / best.gamma - 1.0).abs() < AGREEMENT;
-        seen = (next, again);
-        if better(&seen.1, &best) {
-            (place, best) = seen.clone();
+        let agree = again.margin > 0.0
+            && best.margin > 0.0
+            && (again.gamma / best.gamma - 1.0).abs() < AGREEMENT_TOLERANCE;
+        tried = (next, again);
+        if better(&tried.1, &best) {
+            (place, best) = tried.clone();
         }
         best.gap = gap(best.gamma, lower);
-        if agree && best.gap < DOUBTFUL {
+        if agree && best.gap < DOUBTFUL_GAP {
             break;
         }
     }
-    if (best.gap > DOUBTFUL || best.margin <= 0.0)
+    if (best.gap > DOUBTFUL_GAP || best.margin <= 0.0)
         && let Ok(other) = minimise(plant, &place, scalings, true)
         && better(&other, &best)
     {
         lower = lower.max(other.lower_estimate());
-        best = Existence { gap: gap(other.gamma, lower), ..other };
+        best = LmiSolution { gap: gap(other.gamma, lower), ..other };
     }
     if let Some(next) = second_opinion(plant, &best)
         && let Ok(other) = minimise(plant, &next, scalings, false)
@@ -74,7 +77,7 @@ pub fn least_gamma(
         // With parameters few can be repaired, and each try of a proof takes a tenth of the search's time.
         let plain = plant.blocks.is_empty();
         let multipliers = if plain { repaired(plant, best.gamma, &multipliers) } else { vec![] };
-        return Ok((place.coordinates, Existence { multipliers, ..best }));
+        return Ok((place.coordinates, LmiSolution { multipliers, ..best }));
     }
     let (gamma, missed) = (best.gamma, -best.margin);
     let diagnosis = format!("at the gamma found, {gamma:.4e}, the inequalities are missed by {missed:.1e}");
@@ -82,23 +85,23 @@ pub fn least_gamma(
 }
 
 /// Where Riccati equations know of a gamma clearly below the one found: the coordinates in which the largest X and Y a little above it are equal.
-fn second_opinion(plant: &GeneralisedPlant, found: &Existence) -> Option<Place> {
+fn second_opinion(plant: &GeneralisedPlant, found: &LmiSolution) -> Option<Place> {
     if !plant.blocks.is_empty() || !found.gamma.is_finite() {
         return None;
     }
     let place = Place::balanced(plant, found.gamma);
     let at = |level: f64| largest_inverses(&place.plant(plant).in_units_of(level));
-    let mut high = 1.0 - DOUBTFUL / 3.0;
+    let mut high = 1.0 - DOUBTFUL_GAP / 3.0;
     at(high)?;
     let mut low = high / 2.0;
-    while low > LEAST_LEVEL && at(low).is_some() {
+    while low > GAMMA_RESOLUTION && at(low).is_some() {
         (low, high) = (low / 2.0, low);
     }
-    while high - low > DOUBTFUL * high {
+    while high - low > DOUBTFUL_GAP * high {
         let middle = 0.5 * (low + high);
         if at(middle).is_some() { high = middle } else { low = middle }
     }
-    let (p, q) = at(RELAXED * high)?;
+    let (p, q) = at(COORDINATES_GAMMA_FACTOR * high)?;
     let (x, y) = (inverse_of_filled(&p)?, inverse_of_filled(&q)?);
     let none = Mat::zeros(0, 0);
     let coordinates = place.coordinates.equalising(&x, &y, &none, &none, &[])?;
@@ -106,7 +109,7 @@ fn second_opinion(plant: &GeneralisedPlant, found: &Existence) -> Option<Place> 
 }
 
 /// How far below a gamma found a lower one is looked for, relative to it.
-const LEAST_LEVEL: f64 = 1e-9;
+const GAMMA_RESOLUTION: f64 = 1e-9;
 
 /// The inverse, where directions that rounding may have made zero count as this much of the largest.
 fn inverse_of_filled(m: &Mat) -> Option<Mat> {
@@ -121,25 +124,25 @@ fn gap(gamma: f64, lower: f64) -> f64 {
 }
 
 /// How far above gamma the coordinates are sought.
-const RELAXED: f64 = 1.1;
+const COORDINATES_GAMMA_FACTOR: f64 = 1.1;
 
 /// How often other coordinates are tried.
-const ROUNDS: usize = 3;
+const MOST_COORDINATES: usize = 3;
 
 /// A gap between gamma and its lower bound, relative to gamma, that settles the matter.
-const SETTLED: f64 = 1e-5;
+const SETTLED_GAP: f64 = 1e-5;
 
 /// Searches in two sets of coordinates that agree so well, relative to gamma, have found the same.
-const AGREEMENT: f64 = 1e-6;
+const AGREEMENT_TOLERANCE: f64 = 1e-6;
 
 /// A gap that is worth asking the general solver.
-const DOUBTFUL: f64 = 1e-3;
+const DOUBTFUL_GAP: f64 = 1e-3;
 
 /// How far from 1 gamma may be in units that need no change.
-const NEAR: f64 = 10.0;
+const NEAR_UNIT: f64 = 10.0;
 
 /// How often the units are changed.
-const UNITS: usize = 5;
+const MOST_UNITS: usize = 5;
 
 /// Coordinates, and the gain that counts as 1.
 #[derive(Clone)]
@@ -159,12 +162,12 @@ impl Place {
 }
 
 /// A first solution, in units in which its gamma is about 1.
-fn first(plant: &GeneralisedPlant, scalings: Scalings) -> Result<(Place, Existence), SynthesisError> {
+fn first(plant: &GeneralisedPlant, scalings: ScalingClass) -> Result<(Place, LmiSolution), SynthesisError> {
     let mut place = Place::balanced(plant, first_unit(plant));
     let mut best = minimise(plant, &place, scalings, false)?;
-    for _ in 0..UNITS {
+    for _ in 0..MOST_UNITS {
         let ratio = best.gamma / place.unit;
-        if (1.0 / NEAR..NEAR).contains(&ratio) || ratio.is_nan() || ratio <= 0.0 {
+        if (1.0 / NEAR_UNIT..NEAR_UNIT).contains(&ratio) || ratio.is_nan() || ratio <= 0.0 {
             break;
         }
         let next = Place::balanced(plant, best.gamma);
@@ -176,12 +179,12 @@ fn first(plant: &GeneralisedPlant, scalings: Scalings) -> Result<(Place, Existen
 
 /// A guess at gamma, from sizes alone.
 fn first_unit(plant: &GeneralisedPlant) -> f64 {
-    let seen = Coordinates::diagonal(plant).apply(plant);
-    let guess = seen.d11().norm() + seen.b1().norm() * seen.c1().norm();
+    let scaled = Coordinates::diagonal(plant).apply(plant);
+    let guess = scaled.d11().norm() + scaled.b1().norm() * scaled.c1().norm();
     if guess.is_finite() && guess > 0.0 { guess } else { 1.0 }
 }
 
-fn better(one: &Existence, other: &Existence) -> bool {
+fn better(one: &LmiSolution, other: &LmiSolution) -> bool {
     match (one.margin > 0.0, other.margin > 0.0) {
         (true, true) => one.gamma < other.gamma,
         (false, false) => one.margin > other.margin,
@@ -192,18 +195,18 @@ fn better(one: &Existence, other: &Existence) -> bool {
 const STAGE: &str = "least gamma";
 
 /// How closely the smallest matrices are sought: they only set a scale.
-const ROUGH: f64 = 1e-3;
+const SCALE_TOLERANCE: f64 = 1e-3;
 
 /// The point of least trace at a given gamma: the smallest X, Y, S and Sigma. `known` is a solution at this gamma or a lower one.
 pub(crate) fn smallest(
     plant: &GeneralisedPlant,
     gamma: f64,
-    known: &Existence,
-    scalings: Scalings,
-) -> Result<Existence, SynthesisError> {
+    known: &LmiSolution,
+    scalings: ScalingClass,
+) -> Result<LmiSolution, SynthesisError> {
     let mut program = Program::new();
     let unknowns = state(&mut program, plant, Some(gamma), scalings);
-    if scalings == Scalings::SymmetricAndSkew {
+    if scalings == ScalingClass::SymmetricAndSkew {
         // Nothing else keeps S and Sigma from shrinking to nothing. The inequalities do not ask for this, so it asks for no more
         // than the known solution has.
         let size = least_product(&known.primal_scaling, &known.dual_scaling).min(1.0);
@@ -212,8 +215,9 @@ pub(crate) fn smallest(
     for e in [&unknowns.x, &unknowns.y, &unknowns.s, &unknowns.sigma] {
         program.minimise_trace(e, 1.0);
     }
-    let solution = solver::solve(&program, SMALLEST, SolverOptions::within(ROUGH)).map_err(contradiction)?;
-    Ok(unknowns.existence(&program, &solution))
+    let solution = solver::solve(&program, SMALLEST_STAGE, SolverOptions::within(SCALE_TOLERANCE))
+        .map_err(contradiction)?;
+    Ok(unknowns.lmi_solution(&program, &solution))
 }
 
 /// The largest c with `[S cI; cI Sigma] >= 0` for the symmetric parts S and Sigma: `c^2` is the least eigenvalue of `S Sigma`.
@@ -225,7 +229,7 @@ fn least_product(primal: &Mat, dual: &Mat) -> f64 {
 /// The coordinates in which a solution's pairs (X, Y) and (S, Sigma) are equal and diagonal.
 pub(crate) fn equalised(
     at: &Coordinates,
-    found: &Existence,
+    found: &LmiSolution,
     plant: &GeneralisedPlant,
 ) -> Option<Coordinates> {
     let s = symmetric_part(&found.primal_scaling);
@@ -237,33 +241,33 @@ pub(crate) fn equalised(
 fn minimise(
     plant: &GeneralisedPlant,
     place: &Place,
-    scalings: Scalings,
+    scalings: ScalingClass,
     patient: bool,
-) -> Result<Existence, SynthesisError> {
+) -> Result<LmiSolution, SynthesisError> {
     let mut program = Program::new();
-    let seen = place.plant(plant);
-    let unknowns = state(&mut program, &seen, None, scalings);
+    let scaled = place.plant(plant);
+    let unknowns = state(&mut program, &scaled, None, scalings);
     program.minimise_trace(&unknowns.gamma, 1.0);
     let solution = solver::solve(&program, STAGE, SolverOptions { patient, ..SolverOptions::fine() })?;
-    let found = unknowns.existence(&program, &solution);
+    let found = unknowns.lmi_solution(&program, &solution);
     let gap = solution.gap * (1.0 + found.gamma.abs()) / found.gamma;
-    let multipliers = dual_multipliers(place, &seen, &solution.multipliers, scalings);
-    Ok(Existence { gamma: place.unit * found.gamma, gap, multipliers, ..found })
+    let multipliers = dual_multipliers(place, &scaled, &solution.multipliers, scalings);
+    Ok(LmiSolution { gamma: place.unit * found.gamma, gap, multipliers, ..found })
 }
 
 /// The multipliers of the last steps, the latest first, in the plant's own coordinates.
 fn dual_multipliers(
     place: &Place,
-    seen: &GeneralisedPlant,
+    scaled: &GeneralisedPlant,
     steps: &[Vec<Mat>],
-    scalings: Scalings,
+    scalings: ScalingClass,
 ) -> Vec<DualMultipliers> {
     // With symmetric scalings alone they are those of another problem.
-    if scalings == Scalings::Symmetric {
+    if scalings == ScalingClass::Symmetric {
         return vec![];
     }
-    let n = seen.sizes().x;
-    let (primal, dual) = (unmeasured(seen), unmeasured(&seen.dual()));
+    let n = scaled.sizes().x;
+    let (primal, dual) = (unmeasured(scaled), unmeasured(&scaled.dual()));
     let found = steps.iter().rev().filter_map(|step| {
         // In the order in which the inequalities are stated.
         let [of_primal, of_dual, ..] = step.as_slice() else { return None };
@@ -276,4 +280,4 @@ fn dual_multipliers(
     found.map(|m| place.coordinates.undo_multipliers(place.unit, &m)).collect()
 }
 
-const SMALLEST: &str = "smallest matrices";
+const SMALLEST_STAGE: &str = "smallest matrices";

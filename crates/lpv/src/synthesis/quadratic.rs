@@ -16,22 +16,22 @@ use crate::lmi::solver;
 use crate::lmi::solver_options::SolverOptions;
 use crate::matrix::{Mat, kernel, scaled_largest_eigenvalue, symmetric_function};
 use crate::synthesis::balance::Coordinates;
-use crate::synthesis::inequalities::Scalings;
+use crate::synthesis::inequalities::ScalingClass;
 use crate::system::model_error::LoopError;
 use crate::system::partition::Signal::{T, W, X, Y, Z};
 use crate::system::plant::{ClosedLoop, GeneralisedPlant, channels};
 
 /// A clearance below this counts as none, if it is no more in other coordinates.
-const NONE: f64 = 1e-7;
+const NO_CLEARANCE: f64 = 1e-7;
 
 /// How often the coordinates are changed.
-const ROUNDS: usize = 10;
+const MOST_COORDINATES: usize = 10;
 
 /// In so many coordinates there has to be no clearance before none is believed to exist.
-const ENOUGH: usize = 5;
+const DENIALS_NEEDED: usize = 5;
 
 /// How much smaller than the largest an eigenvalue of X or S may count in a change of coordinates, at first.
-const FLOOR: f64 = 1e-4;
+const EIGENVALUE_FLOOR: f64 = 1e-4;
 
 const STAGE: &str = "stabilisation for every parameter";
 
@@ -46,7 +46,7 @@ pub(crate) enum Stabilisation {
 }
 
 /// Judges both sides, that of the control first. Without parameters the modes have told.
-pub(crate) fn stabilisation(plant: &GeneralisedPlant, scalings: Scalings) -> Stabilisation {
+pub(crate) fn stabilisation(plant: &GeneralisedPlant, scalings: ScalingClass) -> Stabilisation {
     if plant.blocks.is_empty() {
         return Stabilisation::Possible;
     }
@@ -63,13 +63,13 @@ pub(crate) fn stabilisation(plant: &GeneralisedPlant, scalings: Scalings) -> Sta
 }
 
 /// `None` when the solver could not tell.
-fn is_possible(plant: GeneralisedPlant, scalings: Scalings) -> Option<bool> {
+fn is_possible(plant: GeneralisedPlant, scalings: ScalingClass) -> Option<bool> {
     let (mut here, mut best) = (plant.clone(), None);
-    let (mut next, mut floor, mut denied) = (plant, FLOOR, 0);
-    for _ in 0..ROUNDS {
+    let (mut next, mut floor, mut denied) = (plant, EIGENVALUE_FLOOR, 0);
+    for _ in 0..MOST_COORDINATES {
         match clearest(&next, scalings) {
             Some(found) if found.holds => return Some(true),
-            Some(found) if found.clearance > NONE => return None,
+            Some(found) if found.clearance > NO_CLEARANCE => return None,
             Some(found) => {
                 denied += 1;
                 (here, best) = (next, Some(found));
@@ -81,7 +81,7 @@ fn is_possible(plant: GeneralisedPlant, scalings: Scalings) -> Option<bool> {
         let ((state, state_inverse), (channel, channel_inverse)) = (root(x, floor), root(s, floor));
         next = in_coordinates(&here, (&state, &state_inverse), (&channel, &channel_inverse));
     }
-    (denied >= ENOUGH).then_some(false)
+    (denied >= DENIALS_NEEDED).then_some(false)
 }
 
 /// The point of the largest clearance.
@@ -94,7 +94,7 @@ struct Clearest {
 }
 
 /// The largest t with `N' L(X, S, T) N <= -t I`, `t I <= X <= I`, `t I <= S <= I`; `None` when the solver does not reach an optimum.
-fn clearest(plant: &GeneralisedPlant, scalings: Scalings) -> Option<Clearest> {
+fn clearest(plant: &GeneralisedPlant, scalings: ScalingClass) -> Option<Clearest> {
     let (n, r) = (plant.sizes().x, plant.sizes().t);
     let mut program = Program::new();
     let theta = channels(&plant.blocks);
@@ -104,8 +104,8 @@ fn clearest(plant: &GeneralisedPlant, scalings: Scalings) -> Option<Clearest> {
         x: program.symmetric(n),
         s: program.symmetric_commuting(&theta),
         t: match scalings {
-            Scalings::Symmetric => Affine::zeros(r, r),
-            Scalings::SymmetricAndSkew => program.skew_commuting(&theta),
+            ScalingClass::Symmetric => Affine::zeros(r, r),
+            ScalingClass::SymmetricAndSkew => program.skew_commuting(&theta),
         },
         lambda: zero,
     };
@@ -120,18 +120,18 @@ fn clearest(plant: &GeneralisedPlant, scalings: Scalings) -> Option<Clearest> {
         program.positive("upper bound", Affine::constant(Mat::identity(size, size)) - e.clone());
     }
     program.minimise_trace(&t, -1.0);
-    let search = SolverOptions { patient: true, ..SolverOptions::within(0.1 * NONE) };
+    let search = SolverOptions { patient: true, ..SolverOptions::within(0.1 * NO_CLEARANCE) };
     let solution = solver::solve(&program, STAGE, search).ok()?;
     let value = |e: &Affine| e.value(&program, &solution.x);
     let (x, s) = (value(&m.x), value(&m.s));
     let inequalities = [value(&projected), -&x, -&s];
-    let holds = inequalities.iter().all(|m| scaled_largest_eigenvalue(m) < -ROUNDING);
+    let holds = inequalities.iter().all(|m| scaled_largest_eigenvalue(m) < -ROUNDING_EIGENVALUE);
     let clearance = value(&t)[(0, 0)];
-    (holds || solution.gap <= NONE).then_some(Clearest { clearance, x, s, holds })
+    (holds || solution.gap <= NO_CLEARANCE).then_some(Clearest { clearance, x, s, holds })
 }
 
 /// An inequality scaled to a unit diagonal holds strictly when no eigenvalue is nearer to zero.
-const ROUNDING: f64 = 1e-12;
+const ROUNDING_EIGENVALUE: f64 = 1e-12;
 
 /// `M^-1/2` and its inverse, small eigenvalues raised.
 fn root(m: &Mat, floor: f64) -> (Mat, Mat) {

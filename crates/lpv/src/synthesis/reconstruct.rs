@@ -20,7 +20,7 @@ use crate::matrix::{
     Mat, block, diagonal_blocks, kernel, largest_eigenvalue, pseudo_inverse, rank_factors,
     scaled_largest_eigenvalue, skew_part, spectral_abscissa, symmetric_function, symmetric_part,
 };
-use crate::synthesis::inequalities::Existence;
+use crate::synthesis::inequalities::LmiSolution;
 use crate::system::controller::Controller;
 use crate::system::model_error::LoopError;
 use crate::system::parameter_grid::{coarse_grid, parameter_grid};
@@ -41,7 +41,7 @@ const STAGE: &str = "reconstruction";
 /// the multiplier is singular, or no controller of the family satisfies the inequality.
 pub fn reconstruct(
     plant: &GeneralisedPlant,
-    found: &Existence,
+    found: &LmiSolution,
     limit: Option<f64>,
 ) -> Result<(Controller, GainBound), SynthesisError> {
     let size = plant.sizes();
@@ -67,7 +67,7 @@ pub fn reconstruct(
         let k = Controller::from_matrix(&m, size.x, size.y, size.u, plant.blocks.clone());
         let fastest = k.fastest_mode(&thetas);
         if spectral_abscissa(&plant.close(&k).a()) < 0.0
-            && best.as_ref().is_none_or(|(least, _)| fastest < SLOWER * least)
+            && best.as_ref().is_none_or(|(least, _)| fastest < SLOWER_RATIO * least)
         {
             best = Some((fastest, k));
         }
@@ -87,10 +87,10 @@ pub fn reconstruct(
 }
 
 /// A mode counts as slower below this fraction of another; rounding does not choose.
-const SLOWER: f64 = 0.999;
+const SLOWER_RATIO: f64 = 0.999;
 
 /// The bound that a Lyapunov matrix and a multiplier stand for.
-fn bound(found: &Existence, lyapunov: &Mat, multiplier: &Mat) -> GainBound {
+fn bound(found: &LmiSolution, lyapunov: &Mat, multiplier: &Mat) -> GainBound {
     GainBound {
         gamma: found.gamma,
         x: lyapunov.clone(),
@@ -102,14 +102,14 @@ fn bound(found: &Existence, lyapunov: &Mat, multiplier: &Mat) -> GainBound {
 }
 
 /// `X_c = [X Z; Z Z]`, `Z = X - Y^-1`.
-fn lyapunov_matrix(found: &Existence) -> Result<Mat, SynthesisError> {
+fn lyapunov_matrix(found: &LmiSolution) -> Result<Mat, SynthesisError> {
     let y_inverse = inverse(&found.y, "Y")?;
     let z = symmetric_part(&(&found.x - y_inverse));
     Ok(block(&[&[&found.x, &z], &[&z, &z]]))
 }
 
 /// `W_e`, of which the symmetric part is S_e and the skew part T_e.
-fn multiplier(found: &Existence) -> Result<Mat, SynthesisError> {
+fn multiplier(found: &LmiSolution) -> Result<Mat, SynthesisError> {
     let w = &found.primal_scaling;
     let u_inverse = inverse(&found.dual_scaling, "Sigma + Gamma")?;
     let lower = w + u_inverse.transpose();
@@ -186,14 +186,14 @@ impl AffineLoop {
     }
 
     /// The family of solutions; `None` when `Psi_22` is not negative definite, so that there is none.
-    fn family(&self) -> Option<Family> {
+    fn family(&self) -> Option<ControllerFamily> {
         let complement = kernel(&self.left.transpose());
         let part = |a: &Mat, b: &Mat| a.transpose() * &self.psi * b;
         let inner = symmetric_part(&-part(&complement, &complement)).cholesky()?;
         let cross = part(&complement, &self.left);
         let lower = (&self.right * &complement).transpose();
         let (of_cross, of_lower) = (inner.solve(&cross), inner.solve(&lower));
-        Some(Family {
+        Some(ControllerFamily {
             q: symmetric_part(&(part(&self.left, &self.left) + cross.transpose() * of_cross)),
             v: (&self.right * &self.left).transpose() + cross.transpose() * &of_lower,
             rest: lower.transpose() * of_lower,
@@ -215,7 +215,7 @@ impl AffineLoop {
 /// Q = Psi_11 - Psi_12 Psi_22^-1 Psi_21,   v = V_1' - Psi_12 Psi_22^-1 V_2',   rest = -V_2 Psi_22^-1 V_2'
 /// U' Phi V' = (w I - Q)^-1 v,   V Phi V' = rest + v' (w I - Q)^-1 v
 /// ```
-struct Family {
+struct ControllerFamily {
     q: Mat,
     v: Mat,
     rest: Mat,
@@ -223,7 +223,7 @@ struct Family {
     right_inverse: Mat,
 }
 
-impl Family {
+impl ControllerFamily {
     /// The weight above which there is a solution: the largest eigenvalue of Q.
     fn least_weight(&self) -> f64 {
         largest_eigenvalue(&self.q).max(1e-6)
@@ -233,9 +233,9 @@ impl Family {
     fn solution(&self, weight: f64) -> Option<Mat> {
         let n = self.q.nrows();
         // w (w I - Q)^-1 v
-        let seen = (Mat::identity(n, n) - &self.q / weight).cholesky()?.solve(&self.v);
-        let middle = symmetric_part(&(&self.rest + self.v.transpose() * &seen / weight)).cholesky()?;
-        let k = &self.left_inverse * -middle.solve(&seen.transpose()).transpose() * &self.right_inverse;
+        let solved = (Mat::identity(n, n) - &self.q / weight).cholesky()?.solve(&self.v);
+        let middle = symmetric_part(&(&self.rest + self.v.transpose() * &solved / weight)).cholesky()?;
+        let k = &self.left_inverse * -middle.solve(&solved.transpose()).transpose() * &self.right_inverse;
         k.iter().all(|v| v.is_finite()).then_some(k)
     }
 }

@@ -18,7 +18,7 @@ use crate::system::partition::Signal::{T, U, X, Y};
 use crate::system::plant::GeneralisedPlant;
 
 /// How far above the bound of the full controller the reduced one may lie.
-const TOLERANCE: f64 = 0.02;
+const ALLOWED_RISE: f64 = 0.02;
 
 /// The design with as many controller states removed as leave the certified bound within 2 %; the design itself when none
 /// can go, or when its controller is unstable at Theta = 0.
@@ -35,7 +35,7 @@ pub fn reduce(plant: &GeneralisedPlant, design: &Design, fastest_mode: Option<f6
         let closed = plant.close(&controller);
         let shown = restricted(&design.certified, plant.a().nrows(), &transform, states);
         let Ok(certified) = bounded_gain(&closed, &LoopError::none(&closed), &shown) else { break };
-        if certified.gamma > design.certified.gamma * (1.0 + TOLERANCE) {
+        if certified.gamma > design.certified.gamma * (1.0 + ALLOWED_RISE) {
             break;
         }
         if slow_enough(&controller) {

@@ -19,7 +19,7 @@ use crate::analysis::bounded_gain::{Base, bounded_gain, clearest};
 use crate::analysis::gain_bound::GainBound;
 use crate::synthesis::design::{Design, Options};
 use crate::synthesis::direct::directly;
-use crate::synthesis::inequalities::Existence;
+use crate::synthesis::inequalities::LmiSolution;
 pub use crate::synthesis::regularity::Regularisation;
 use crate::system::model_error::LoopError;
 use crate::system::plant::GeneralisedPlant;
@@ -31,11 +31,11 @@ use crate::system::plant::GeneralisedPlant;
 /// the best of all; of a least gamma that is zero but for rounding the first, for none is near it.
 pub(crate) fn design(
     plant: &GeneralisedPlant,
-    least: Option<&Existence>,
+    least: Option<&LmiSolution>,
     options: Options,
 ) -> Option<Design> {
     let mut best: Option<Design> = None;
-    for (size, share) in TRIES {
+    for (size, share) in SIZES_AND_SHARES {
         let sought = Options { back_off: share * options.back_off, gamma_limit: None, ..options };
         let Some(found) = attempt(plant, size, sought) else { continue };
         if best.as_ref().is_none_or(|best| found.certified.gamma < best.certified.gamma) {
@@ -43,7 +43,7 @@ pub(crate) fn design(
         }
         let (Some(least), Some(best)) = (least, &best) else { continue };
         let bound = best.certified.gamma;
-        if bound <= (1.0 + NEAR * options.back_off) * least.gamma || is_nothing(least.gamma, bound) {
+        if bound <= (1.0 + NEAR_SHARE * options.back_off) * least.gamma || is_nothing(least.gamma, bound) {
             break;
         }
     }
@@ -51,7 +51,7 @@ pub(crate) fn design(
     let bound = best.certified.gamma;
     Some(Design {
         gamma_optimum: least.map_or(bound, |least| least.gamma.min(bound)),
-        lower_estimate: least.map_or(0.0, Existence::lower_estimate),
+        lower_estimate: least.map_or(0.0, LmiSolution::lower_estimate),
         multipliers: least.map_or_else(Vec::new, |least| least.multipliers.clone()),
         ..best
     })
@@ -60,7 +60,7 @@ pub(crate) fn design(
 /// Whether a least gamma is zero as far as rounding tells: there is then none that is attained, and no controller is
 /// near it.
 pub fn is_nothing(least: f64, bound: f64) -> bool {
-    least < NOTHING * bound
+    least < ZERO_GAMMA_RATIO * bound
 }
 
 /// The controller of the plant with weights and noises of a size, and a clear bound of the loop that it closes round
@@ -74,12 +74,12 @@ fn attempt(plant: &GeneralisedPlant, size: f64, options: Options) -> Option<Desi
     let closed = plant.close(&found.controller);
     let error = LoopError::none(&closed);
     let known = bounded_gain(&closed, &error, &found.certified).ok();
-    if let Some(certified) = known.clone().filter(|bound| bound.largest_eigenvalue < -CLEAR) {
+    if let Some(certified) = known.clone().filter(|bound| bound.largest_eigenvalue < -ROUNDING_EIGENVALUE) {
         return Some(Design { certified, regularisation: Some(added), ..found });
     }
     // What holds by so little may be rounding, and may not hold for the same reason.
     let base = known.clone().unwrap_or(found.certified.clone());
-    let room = GainBound { gamma: ROOM * base.gamma, ..base };
+    let room = GainBound { gamma: GAMMA_RAISE * base.gamma, ..base };
     let clearer = clearest(Base { closed: &closed, error: &error, bound: &room }).ok();
     let eigenvalue = known.as_ref().map_or(0.0, |known| known.largest_eigenvalue);
     let certified = clearer.filter(|found| found.largest_eigenvalue < eigenvalue).or(known)?;
@@ -89,7 +89,7 @@ fn attempt(plant: &GeneralisedPlant, size: f64, options: Options) -> Option<Desi
 /// Sizes of weights and noises, relative to what else reaches z and enters y, each with the part of the back-off
 /// asked for that the design keeps from the least gamma of the plant with them: they keep X Y off I, too. The first
 /// costs a few per cent of most gammas, and leaves gains that double precision bears.
-const TRIES: [(f64, f64); 12] = [
+const SIZES_AND_SHARES: [(f64, f64); 12] = [
     (1e-3, 0.2),
     (3e-3, 0.1),
     (1e-3, 0.5),
@@ -105,13 +105,13 @@ const TRIES: [(f64, f64); 12] = [
 ];
 
 /// A bound is near the least gamma within this part of the back-off that was asked for.
-const NEAR: f64 = 0.5;
+const NEAR_SHARE: f64 = 0.5;
 
 /// A least gamma below this fraction of a bound counts as zero.
-const NOTHING: f64 = 1e-6;
+const ZERO_GAMMA_RATIO: f64 = 1e-6;
 
 /// An eigenvalue of the inequalities, scaled to a unit diagonal, nearer to zero than this may be rounding.
-const CLEAR: f64 = 1e-11;
+const ROUNDING_EIGENVALUE: f64 = 1e-11;
 
 /// How far the bound is raised, as a factor, in order to hold more clearly.
-const ROOM: f64 = 1.01;
+const GAMMA_RAISE: f64 = 1.01;

@@ -63,9 +63,9 @@ pub(crate) fn normalised(plant: &GeneralisedPlant) -> (GeneralisedPlant, Coordin
     let mut units = (1.0, 1.0);
     // Each round halves the exponent that is left, as the balancing shares a factor between both sides of the states.
     for _ in 0..8 {
-        let seen = coordinates.apply(&plant);
-        let z = size(&seen.parts.join(&[Z], &[X, T, U]));
-        let w = size(&seen.parts.join(&[X, T, Y], &[W]));
+        let scaled = coordinates.apply(&plant);
+        let z = size(&scaled.parts.join(&[Z], &[X, T, U]));
+        let w = size(&scaled.parts.join(&[X, T, Y], &[W]));
         plant.parts.rows_mut(Z).unscale_mut(z);
         plant.parts.columns_mut(W).unscale_mut(w);
         units = (units.0 * z, units.1 * w);
@@ -108,8 +108,8 @@ fn through_states(plant: &GeneralisedPlant) -> Vec<f64> {
     }
     let mut state = plant.b2() / rate;
     for _ in 0..a.nrows() {
-        let seen = &c1 * &state;
-        for (most, column) in largest.iter_mut().zip(seen.column_iter()) {
+        let output = &c1 * &state;
+        for (most, column) in largest.iter_mut().zip(output.column_iter()) {
             *most = most.max(column.norm());
         }
         state = &a * state / rate;
@@ -239,9 +239,9 @@ impl Regularisation {
     /// combination of the measurements the noise, in balanced coordinates in which all that reaches z, and all that
     /// w reaches, is about 1.
     pub(crate) fn new(plant: &GeneralisedPlant, size: f64) -> Self {
-        let (seen, coordinates, units) = normalised(plant);
-        let weighted = seen.parts.join(&[Z, T], &[U]);
-        let disturbed = seen.parts.join(&[Y], &[W, T]).transpose();
+        let (scaled, coordinates, units) = normalised(plant);
+        let weighted = scaled.parts.join(&[Z, T], &[U]);
+        let disturbed = scaled.parts.join(&[Y], &[W, T]).transpose();
         let added = |m: &Mat, convert: &dyn Fn(usize, f64) -> f64| -> Vec<Vec<f64>> {
             let directions = free_directions(m, size).into_iter();
             let scaled =
@@ -288,11 +288,11 @@ impl fmt::Display for Regularisation {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::system::partition::Block;
+    use crate::system::partition::NamedBlock;
     use nalgebra::dmatrix;
 
     /// Two states, two controls, two measurements, all weighted and all noisy, with some blocks in place of its own.
-    fn regular_but(others: &[Block]) -> GeneralisedPlant {
+    fn regular_but(others: &[NamedBlock]) -> GeneralisedPlant {
         let mut blocks = [
             (X, X, dmatrix![-1.0, 0.3; 0.2, -2.0]),
             (X, T, dmatrix![0.1; 0.2]),

@@ -29,17 +29,17 @@ pub(crate) fn largest_inverses(plant: &GeneralisedPlant) -> Option<(Mat, Mat)> {
 }
 
 /// A value of this, relative to the largest, is rounding.
-const ROUNDING: f64 = 1e-9;
+const ROUNDING_RATIO: f64 = 1e-9;
 
 fn largest_inverse(p: &GeneralisedPlant) -> Option<Mat> {
     let n = p.a().nrows();
     let d21 = crate::matrix::svd(&p.d21()).s;
     let (most, least) = (d21.first().copied().unwrap_or(0.0), d21.last().copied().unwrap_or(0.0));
-    let full_rank = p.d21().nrows() <= p.d21().ncols() && least > ROUNDING * most;
+    let full_rank = p.d21().nrows() <= p.d21().ncols() && least > ROUNDING_RATIO * most;
     if !full_rank && p.d21().nrows() > 0 {
         return None;
     }
-    let (h, d) = (-pseudo_inverse(&p.d21(), ROUNDING) * &p.c2(), kernel(&p.d21()));
+    let (h, d) = (-pseudo_inverse(&p.d21(), ROUNDING_RATIO) * &p.c2(), kernel(&p.d21()));
     let (a, b) = (&p.a() + &p.b1() * &h, &p.b1() * &d);
     let (c, dk) = (&p.c1() + &p.d11() * &h, &p.d11() * &d);
     let r = Mat::identity(d.ncols(), d.ncols()) - dk.transpose() * &dk;
@@ -57,7 +57,7 @@ fn largest_inverse(p: &GeneralisedPlant) -> Option<Mat> {
     // X = U2 U1^-1
     let inverse = symmetric_part(&solve(&lower.transpose(), &upper.transpose())?);
     let (least, most) = (least_eigenvalue(&inverse), largest_eigenvalue(&inverse));
-    (least >= -ROUNDING * most).then(|| &units * inverse * &units)
+    (least >= -ROUNDING_RATIO * most).then(|| &units * inverse * &units)
 }
 
 /// Brings rows and columns of `[L G; -Q -L']`, 2n x 2n, to one size by units of the states alone, so that slow modes do
@@ -65,7 +65,7 @@ fn largest_inverse(p: &GeneralisedPlant) -> Option<Mat> {
 fn balance(hamiltonian: &mut Mat) -> Mat {
     let n = hamiltonian.nrows() / 2;
     let mut units = Mat::identity(n, n);
-    for _ in 0..ROUNDS {
+    for _ in 0..BALANCING_SWEEPS {
         for i in 0..n {
             // The unit is in G and Q twice: a full step where they prevail, half of one where L does.
             let unit = osborne(hamiltonian, i).sqrt();
@@ -80,4 +80,4 @@ fn balance(hamiltonian: &mut Mat) -> Mat {
 }
 
 /// How often each state's unit is changed.
-const ROUNDS: usize = 20;
+const BALANCING_SWEEPS: usize = 20;

@@ -2,7 +2,7 @@
 
 use crate::error::{LftError, ShapeError};
 use crate::matrix::Mat;
-use crate::system::partition::{Block, CONTROLLER, Partitioned, Signal, Sizes, named_blocks};
+use crate::system::partition::{CONTROLLER, NamedBlock, Partitioned, Signal, Sizes, named_blocks};
 use crate::system::plant::{ClosedLoop, GeneralisedPlant, channels};
 use crate::system::state_space::StateSpace;
 
@@ -28,7 +28,7 @@ impl Controller {
     ///
     /// # Errors
     /// The first block whose shape does not fit, or the sum of the repetitions.
-    pub fn new(blocks: Vec<usize>, parts: &[Block]) -> Result<Self, ShapeError> {
+    pub fn new(blocks: Vec<usize>, parts: &[NamedBlock]) -> Result<Self, ShapeError> {
         Ok(Self { parts: Partitioned::new(CONTROLLER, parts)?.with_channels(&blocks)?, blocks })
     }
 

@@ -8,7 +8,7 @@ use crate::matrix::{Mat, largest_eigenvalue, symmetric_function, symmetric_part}
 use crate::system::state_space::StateSpace;
 
 /// How small, relative to the largest, an eigenvalue of a gramian may be; smaller ones are filled up.
-const FLOOR: f64 = 1e-6;
+const EIGENVALUE_FLOOR: f64 = 1e-6;
 
 /// The matrix X midway between the largest and the smallest storage function of a mean system, and the size of its
 /// gain: `Q/g < X < g P^-1` holds for the storage functions of a system with gramians P, Q and gain g, so
@@ -41,7 +41,7 @@ fn filled(gramian: &Mat) -> Mat {
         return Mat::identity(n, n);
     }
     // In proportion to each state's own size, so that the states' units do not matter much.
-    let floor = |d: f64| FLOOR * d.max(FLOOR * most);
+    let floor = |d: f64| EIGENVALUE_FLOOR * d.max(EIGENVALUE_FLOOR * most);
     gramian + Mat::from_diagonal(&nalgebra::DVector::from_iterator(n, diagonal.into_iter().map(floor)))
 }
 

@@ -11,7 +11,7 @@ use nalgebra::{Complex, DMatrix};
 
 /// A mode counts as out of reach when the least singular value of the pencil, its rows and columns scaled to one size, is below
 /// this fraction of the largest.
-const RANK_TOLERANCE: f64 = 1e-12;
+const MODE_RANK_TOLERANCE: f64 = 1e-12;
 
 /// A mode whose real part is this close to zero, relative to the size of A, may lie on the axis; whether one does that is out of
 /// reach is asked there.
@@ -32,7 +32,7 @@ pub fn unreachable_mode(a: &Mat, b: &Mat) -> Option<Complex<f64>> {
             Complex::new(entry, 0.0) - if i == j { *place } else { Complex::new(0.0, 0.0) }
         });
         let values = complex_singular_values(&equilibrated(pencil, n));
-        matches!((values.first(), values.last()), (Some(most), Some(least)) if *least <= RANK_TOLERANCE * most)
+        matches!((values.first(), values.last()), (Some(most), Some(least)) if *least <= MODE_RANK_TOLERANCE * most)
     })
 }
 

@@ -129,7 +129,7 @@ impl Sizes {
 }
 
 /// A block with its row and its column.
-pub type Block = (Signal, Signal, Mat);
+pub type NamedBlock = (Signal, Signal, Mat);
 
 impl Partitioned {
     /// Zeros.
@@ -149,9 +149,9 @@ impl Partitioned {
     ///
     /// # Errors
     /// The first block that has another shape, with the one expected.
-    pub fn new((rows, columns): Names, blocks: &[Block]) -> Result<Self, ShapeError> {
+    pub fn new((rows, columns): Names, blocks: &[NamedBlock]) -> Result<Self, ShapeError> {
         let shown = |signal: Signal| {
-            let sizes = |(row, column, m): &Block| match (*row == signal, *column == signal) {
+            let sizes = |(row, column, m): &NamedBlock| match (*row == signal, *column == signal) {
                 (true, _) => Some(m.nrows()),
                 (_, true) => Some(m.ncols()),
                 _ => None,
@@ -424,7 +424,7 @@ mod tests {
         assert_eq!(p.named("Duy"), None);
         assert_eq!(p.join(&[Y, X], &[U, X]), dmatrix![55.0, 51.0; 15.0, 11.0]);
         assert_eq!(p.cut(LOOP).matrix(), &p.matrix().view((0, 0), (4, 4)).into_owned());
-        let blocks: Vec<Block> =
+        let blocks: Vec<NamedBlock> =
             p.names().map(|(_, row, column)| (row, column, p.block(row, column))).collect();
         assert_eq!(Partitioned::new(PLANT, &blocks).unwrap(), p);
     }

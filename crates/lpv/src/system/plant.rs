@@ -2,7 +2,7 @@
 
 use crate::error::{LftError, ShapeError};
 use crate::matrix::Mat;
-use crate::system::partition::{Block, LOOP, PLANT, Partitioned, Signal, Sizes, named_blocks};
+use crate::system::partition::{LOOP, NamedBlock, PLANT, Partitioned, Signal, Sizes, named_blocks};
 use crate::system::state_space::StateSpace;
 
 /// The parameter of each channel of `Theta = blkdiag(theta_i I_ri)` for repetitions `[r_1, r_2, ...]`.
@@ -36,7 +36,7 @@ impl GeneralisedPlant {
     ///
     /// # Errors
     /// The first block whose shape does not fit, or the sum of the repetitions.
-    pub fn new(blocks: Vec<usize>, parts: &[Block]) -> Result<Self, ShapeError> {
+    pub fn new(blocks: Vec<usize>, parts: &[NamedBlock]) -> Result<Self, ShapeError> {
         Ok(Self { parts: Partitioned::new(PLANT, parts)?.with_channels(&blocks)?, blocks })
     }
 

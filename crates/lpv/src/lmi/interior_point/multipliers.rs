@@ -18,7 +18,7 @@ impl State<'_> {
     fn residual(&self) -> Vec<f64> {
         let mut residual = self.objective.to_vec();
         for cone in &self.cones {
-            cone.data.add_inner_products(&cone.data.seen(&cone.x), -1.0, &mut residual);
+            cone.data.add_inner_products(&cone.data.projected(&cone.x), -1.0, &mut residual);
         }
         residual
     }
@@ -29,8 +29,8 @@ impl State<'_> {
         let m = self.objective.len();
         let mut gram = Mat::zeros(m, m);
         for cone in &self.cones {
-            let seen = cone.data.seen(&cone.x);
-            cone.data.add_schur_complement(&seen, &seen, &mut gram);
+            let projected = cone.data.projected(&cone.x);
+            cone.data.add_schur_complement(&projected, &projected, &mut gram);
         }
         let y = Definite::new(gram)?.solve(&self.residual());
         let corrected = self.cones.iter().map(|c| {

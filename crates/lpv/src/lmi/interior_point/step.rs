@@ -26,8 +26,8 @@ impl State<'_> {
         let mut schur = Mat::zeros(m, m);
         for (cone, f) in self.cones.iter().zip(&factors) {
             cone.data.add_schur_complement(
-                &cone.data.seen(&cone.x),
-                &cone.data.seen(&f.z_inverse),
+                &cone.data.projected(&cone.x),
+                &cone.data.projected(&f.z_inverse),
                 &mut schur,
             );
         }
@@ -91,7 +91,7 @@ impl State<'_> {
                 pushed += &predicted[k].x * &predicted[k].z;
             }
             let centre = &f.z_inverse * mu - symmetric_part(&(pushed * &f.z_inverse));
-            cone.data.add_inner_products(&cone.data.seen(&centre), 1.0, &mut rhs);
+            cone.data.add_inner_products(&cone.data.projected(&centre), 1.0, &mut rhs);
             centres.push(centre);
         }
         let dx = schur.solve(&rhs);
@@ -108,8 +108,8 @@ impl State<'_> {
     fn reach(&self, factors: &[Factors], direction: &[Direction]) -> (f64, f64) {
         let along = |root: &Mat, d: &Mat| -> f64 {
             let Some(half) = root.solve_lower_triangular(d) else { return 0.0 };
-            let Some(seen) = root.solve_lower_triangular(&half.transpose()) else { return 0.0 };
-            let least = least_eigenvalue(&seen);
+            let Some(scaled) = root.solve_lower_triangular(&half.transpose()) else { return 0.0 };
+            let least = least_eigenvalue(&scaled);
             if least.is_nan() {
                 0.0
             } else if least < 0.0 {
