@@ -1,7 +1,7 @@
 //! How time and memory of a synthesis grow with the states n and the parameter channels r.
 //!
-//! `growth N R` designs one controller and prints one row: n, r, seconds, peak memory in MB, the least gamma, the proved
-//! bound. One process a size, because the peak is the process's (Linux; elsewhere it is printed as `nan`).
+//! `growth N R` designs one controller and prints one row: n, r, seconds, peak memory in MB, the least gamma, the
+//! proved bound. One process a size, because the peak is the process's (Linux; elsewhere it is printed as `nan`).
 //!
 //! The plant is a chain of n/2 unit masses between two walls. Springs and dampers join neighbours; three parameters
 //! change r of them by up to 20 %, each several at once. Two forces act on the two end masses, where the positions are

@@ -1,6 +1,6 @@
 //! Bounds on the gain of a finished loop.
 //!
-//! - [`bounded_gain`]: for every course of the parameters, however fast;
+//! - [`bounded_gain()`]: for every course of the parameters, however fast;
 //! - [`rate`]: when the parameter moves at a bounded rate, on a grid;
 //! - [`ladder`]: what each assumption on the parameter costs, from frozen to arbitrarily fast.
 

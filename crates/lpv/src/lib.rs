@@ -6,9 +6,10 @@
 //!        Controller, GainBound <- bounded_gain <- reconstruct <- least_gamma, back-off
 //! ```
 //!
-//! A plant that depends on parameters in `[-1, 1]`, measured while it runs, is written as a linear fractional transformation
-//! (LFT): a constant system closed by `Theta = blkdiag(theta_i I)`. The controller that comes out is an LFT in the same
-//! parameters, and the gain of the closed loop is bounded for every course of the parameters, however fast.
+//! A plant that depends on parameters in `[-1, 1]`, measured while it runs, is written as a linear fractional
+//! transformation (LFT): a constant system closed by `Theta = blkdiag(theta_i I)`. The controller that comes out is
+//! an LFT in the same parameters, and the gain of the closed loop is bounded for every course of the parameters,
+//! however fast.
 //!
 //! The files are in wings, whose own files say more:
 //!
@@ -24,8 +25,8 @@
 //!
 //! # Example
 //!
-//! The tutorial plant of LPVTools (LFT tutorial; rebuilt from the numbers in its documentation): `x' = -rho x + rho u` with
-//! rho anywhere in [1, 10], a weight on the tracking error and one on the control. Its least gamma is 1.788.
+//! The tutorial plant of LPVTools (LFT tutorial; rebuilt from the numbers in its documentation): `x' = -rho x + rho
+//! u` with rho anywhere in [1, 10], a weight on the tracking error and one on the control. Its least gamma is 1.788.
 //!
 //! ```
 //! use lpv::partition::Signal::{T, U, W, X, Y, Z};

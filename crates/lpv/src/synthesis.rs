@@ -31,13 +31,15 @@ use crate::system::plant::GeneralisedPlant;
 
 /// Designs a controller and bounds the gain of the loop that it closes.
 ///
-/// Where the search is unsure of gamma, and some modes are far faster than the others, it is repeated for the plant with these modes slowed; the bound is
-/// always of the loop with the plant itself. Where no controller can be computed and something has no weight or no noise, it is repeated with
-/// a little of both ([`crate::synthesis::regularise`]).
+/// Where the search is unsure of gamma, and some modes are far faster than the others, it is repeated for the plant
+/// with these modes slowed; the bound is always of the loop with the plant itself. Where no controller can be
+/// computed and something has no weight or no noise, it is repeated with a little of both
+/// ([`crate::synthesis::regularise`]).
 ///
 /// # Errors
-/// Kept apart are: a design; [`SynthesisError::is_infeasible`] for a problem without solution; [`SynthesisError::TooFast`] when only
-/// controllers beyond the limit were found; [`SynthesisError::Numerical`] when nothing is known.
+/// Kept apart are: a design; [`SynthesisError::is_infeasible`] for a problem without solution;
+/// [`SynthesisError::TooFast`] when only controllers beyond the limit were found; [`SynthesisError::Numerical`] when
+/// nothing is known.
 pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, SynthesisError> {
     plant.check()?;
     crate::system::modes::check_stabilisable(plant)?;
@@ -55,7 +57,7 @@ pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, 
 /// The design for the plant as it is.
 fn as_given(plant: &GeneralisedPlant, options: Options) -> Result<Design, SynthesisError> {
     let outcome = directly(plant, options);
-    // The bound of a finished loop uses skew scalings: it tells nothing of the least gamma without them.
+    // The bound of a finished loop uses skew scalings: it says nothing of the least gamma without them.
     if options.scalings == ScalingClass::Symmetric || is_settled(&outcome, options) {
         return outcome;
     }
@@ -76,7 +78,8 @@ fn as_given(plant: &GeneralisedPlant, options: Options) -> Result<Design, Synthe
 /// A gap between gamma and its lower bound, relative to gamma, that leaves the question open.
 const OPEN_GAP: f64 = 0.01;
 
-/// Whether there is nothing to be gained: the problem is infeasible, or gamma and the controller are as good as they get.
+/// Whether there is nothing to be gained: the problem is infeasible, or gamma and the controller are as good as they
+/// get.
 fn is_settled(outcome: &Result<Design, SynthesisError>, options: Options) -> bool {
     match outcome {
         Ok(design) => {
@@ -88,7 +91,8 @@ fn is_settled(outcome: &Result<Design, SynthesisError>, options: Options) -> boo
     }
 }
 
-/// A design for a slowed plant, with the bound of the loop that its controller closes round the plant itself, where that is better than what is known.
+/// A design for a slowed plant, with the bound of the loop that its controller closes round the plant itself, where
+/// that is better than what is known.
 fn at_speed(
     plant: &GeneralisedPlant,
     slowed: &Slowed,
@@ -105,7 +109,7 @@ fn at_speed(
     if !better {
         return None;
     }
-    // A loop closer to the least gamma tells more of it.
+    // A loop closer to the least gamma says more of it.
     let nearer = Options { back_off: NEARER_BACK_OFF * options.back_off, ..options };
     let nearer = directly(&slowed.plant, nearer).ok().and_then(|found| bound(&found));
     let mut gamma_optimum = nearer.map_or(certified.gamma, |nearer| nearer.gamma.min(certified.gamma));

@@ -13,7 +13,8 @@ use crate::matrix::{Mat, scaled_largest_eigenvalue, skew_part, symmetric_part};
 use crate::system::model_error::LoopError;
 use crate::system::plant::ClosedLoop;
 
-/// How close to the least bound the one sought is, relative to itself and the one it starts from. Closer ones are tight, and hold less clearly.
+/// How close to the least bound the one sought is, relative to itself and the one it starts from. Closer ones are
+/// tight, and hold less clearly.
 const GAMMA_TOLERANCE: f64 = 0.01;
 
 /// How often the search begins again, in the better coordinates that its last point gives.
@@ -23,9 +24,15 @@ const STAGE: &str = "analysis of the closed loop";
 
 /// Tightens a bound of the gain of a closed loop, with or without model error.
 ///
-/// The inequalities are solved in coordinates in which X and S of the bound given are the identity, until gamma is within 1 %
-/// of the least: there the inequality still holds clearly. What comes back holds by its eigenvalues in floating point: if
-/// no better bound does, the one given.
+/// The inequalities are solved in coordinates in which X and S of the bound given are the identity, until gamma is
+/// within 1 % of the least: there the inequality still holds clearly. What comes back holds by its eigenvalues in
+/// floating point: if no better bound does, the one given.
+///
+/// ```text
+/// x' = A x + Bt wt + B1 w,   wt = Theta zt,   |theta_i(t)| <= 1:   |z|_2 < gamma |w|_2
+/// ```
+///
+/// Shapes: X is states square, S and T are channels square. Source: the lemma named at the top of this file.
 ///
 /// # Errors
 /// [`SynthesisError::Numerical`] when neither a new bound nor the one given satisfies the inequality.
@@ -186,8 +193,8 @@ pub(crate) fn search(base: Base, tolerance: f64) -> Result<(GainBound, f64), Syn
     Ok((posed.bound(base, &solution.x), solution.gap))
 }
 
-/// At the gamma of the base the point at which the inequalities hold most clearly: the largest t with `-t I` above the bounded-real matrix and X and S
-/// between `t I` and a few times the identity, in the coordinates of the base.
+/// At the gamma of the base the point at which the inequalities hold most clearly: the largest t with `-t I` above
+/// the bounded-real matrix and X and S between `t I` and a few times the identity, in the coordinates of the base.
 pub(crate) fn clearest(base: Base) -> Result<GainBound, SynthesisError> {
     let mut posed = Posed::new(base, true)?;
     let clearance = posed.program.scalar();

@@ -8,8 +8,9 @@
 //! ```
 //!
 //! The first line asks for the best controller under each assumption; the second takes the finished controller. All
-//! gains of bounded rate and the one called arbitrarily fast are of a grid ([`crate::analysis::rate`]); the certified one is
-//! of the LFT ([`crate::analysis::bounded_gain`]) and needs no grid. [`Ladder::disorders`] tells where numbers contradict theory.
+//! gains of bounded rate and the one called arbitrarily fast are of a grid ([`crate::analysis::rate`]); the certified
+//! one is of the LFT ([`crate::analysis::bounded_gain()`]) and needs no grid. [`Ladder::disorders`] says where numbers
+//! contradict theory.
 
 use crate::analysis::rate::{RateBound, RateError, RateOptions, rate_bounded_gain};
 use crate::error::{LftError, ShapeError, SynthesisError};
@@ -23,8 +24,8 @@ use thiserror::Error;
 pub struct LadderOptions {
     /// Parameter values, in [-1, 1], for each of which the best controller is sought.
     pub thetas: Vec<f64>,
-    /// Bounds on `|theta'|`, for each of which the finished loop is analysed. A parameter V with `theta = (V - centre)/half_range`
-    /// and `|V'| <= a` has `a/half_range`.
+    /// Bounds on `|theta'|`, for each of which the finished loop is analysed. A parameter V with `theta = (V -
+    /// centre)/half_range` and `|V'| <= a` has `a/half_range`.
     pub rates: Vec<f64>,
     /// The number of parameter values, evenly spread over [-1, 1], at which the finished loop is analysed.
     pub samples: usize,

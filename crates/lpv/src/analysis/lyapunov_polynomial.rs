@@ -14,7 +14,7 @@ pub struct LyapunovPolynomial {
 }
 
 impl LyapunovPolynomial {
-    /// X(theta).
+    /// X(theta). n x n.
     pub fn value(&self, theta: f64) -> Mat {
         self.sum(|k| self.power(theta, k))
     }

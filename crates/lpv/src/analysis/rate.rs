@@ -12,8 +12,8 @@
 //! ```
 //!
 //! with s the parameter mapped to [-1, 1]. The rate enters affinely, so its two extremes are enough. The parameter
-//! does not: the inequality is imposed at some samples and checked at all of them, and **between the samples
-//! nothing is proved**. [`crate::analysis::bounded_gain`] bounds the gain with proof, for parameters that move however fast.
+//! does not: the inequality is imposed at some samples and checked at all of them, and **between the samples nothing
+//! is proved**. [`crate::analysis::bounded_gain()`] bounds the gain with proof, for parameters that move however fast.
 
 use crate::analysis::lyapunov_polynomial::LyapunovPolynomial;
 use crate::analysis::rate_program::{Aim, Grid, RateSolution, missed, without_signals};

@@ -1,4 +1,5 @@
-//! The inequality of the gain at a bounded rate, at some samples of a system, in coordinates in which it is well conditioned.
+//! The inequality of the gain at a bounded rate, at some samples of a system, in coordinates in which it is well
+//! conditioned.
 
 use crate::analysis::lyapunov_polynomial::LyapunovPolynomial;
 use crate::error::{RateError, SynthesisError};
@@ -72,8 +73,8 @@ impl<'a> Grid<'a> {
         Ok(Base { x, gamma: frozen.max(hankel) })
     }
 
-    /// A gamma close to the least at some samples, with a solution that is strict there: sought from `base` and, where the
-    /// solver gets stuck, again from the solution. `base` becomes that solution.
+    /// A gamma close to the least at some samples, with a solution that is strict there: sought from `base` and,
+    /// where the solver gets stuck, again from the solution. `base` becomes that solution.
     pub(crate) fn least(&self, points: &[usize], base: &mut Base) -> Result<RateSolution, RateError> {
         let mut best: Option<RateSolution> = None;
         let mut failure = None;

@@ -1,7 +1,8 @@
-//! Matrix expressions that are affine in the unknowns of a program, written so that they look like the paper's matrices.
+//! Matrix expressions that are affine in the unknowns of a program, written so that they look like the paper's
+//! matrices.
 //!
-//! An expression is built from variables by addition, multiplication by constant matrices and transposition, and put into a
-//! symmetric block matrix by [`symmetric`], of which only the upper blocks are written.
+//! An expression is built from variables by addition, multiplication by constant matrices and transposition, and put
+//! into a symmetric block matrix by [`symmetric`], of which only the upper blocks are written.
 
 use crate::matrix::Mat;
 
@@ -38,7 +39,7 @@ impl Affine {
         self.constant.shape()
     }
 
-    /// `left E right` for constant matrices.
+    /// `left E right` for constant matrices. Shapes: E is p x q, `left` a x p, `right` q x b.
     pub fn between(&self, left: &Mat, right: &Mat) -> Self {
         Self {
             constant: left * &self.constant * right,
@@ -50,12 +51,12 @@ impl Affine {
         }
     }
 
-    /// `left E`.
+    /// `left E`. Shapes: E is p x q, `left` a x p.
     pub fn after(&self, left: &Mat) -> Self {
         self.between(left, &Mat::identity(self.shape().1, self.shape().1))
     }
 
-    /// `E right`.
+    /// `E right`. Shapes: E is p x q, `right` q x b.
     pub fn times(&self, right: &Mat) -> Self {
         self.between(&Mat::identity(self.shape().0, self.shape().0), right)
     }
@@ -77,7 +78,7 @@ impl Affine {
         }
     }
 
-    /// `N' E N`, a congruence.
+    /// `N' E N`, a congruence. Shapes: E is p x p, N p x q.
     pub fn congruence(&self, n: &Mat) -> Self {
         self.between(&n.transpose(), n)
     }
@@ -90,7 +91,7 @@ impl Affine {
         }
     }
 
-    /// For a 1 x 1 expression e: `e I_n`.
+    /// For a 1 x 1 expression e: `e I_n`. n x n.
     pub fn times_identity(&self, n: usize) -> Self {
         let mut out = Self::zeros(n, n);
         for i in 0..n {

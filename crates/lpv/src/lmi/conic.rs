@@ -107,8 +107,9 @@ impl ConicProgram {
         }
     }
 
-    /// Whether z shows that no point of a sensible size satisfies the inequalities: with z in the cones, to which it is brought first,
-    /// `0 <= z'(b - A x) = z'b - (A'z)'x` needs an x whose entries add up to `-z'b / max |A'z|` at least.
+    /// Whether z shows that no point of a sensible size satisfies the inequalities: with z in the cones, to which it
+    /// is brought first, `0 <= z'(b - A x) = z'b - (A'z)'x` needs an x whose entries add up to `-z'b / max |A'z|` at
+    /// least.
     fn refutes(&self, z: &[f64]) -> bool {
         let mut z = z.to_vec();
         let mut top = 0;
@@ -130,8 +131,8 @@ impl ConicProgram {
     }
 }
 
-/// A certificate of infeasibility counts when every point that it does not refute has unknowns whose sizes add up to more than this, in
-/// coordinates in which the plant is balanced.
+/// A certificate of infeasibility counts when every point that it does not refute has unknowns whose sizes add up to
+/// more than this, in coordinates in which the plant is balanced.
 const SENSIBLE_SIZE: f64 = 1e4;
 
 /// One way of running the solver.

@@ -5,13 +5,14 @@
 //! maximise -tr(F_0 X)   subject to  tr(F_i X) = c_i,  X >= 0
 //! ```
 //!
-//! Each step solves the Newton equations of `X Z = mu I` for dx alone, of which there are as many as unknowns, whatever the size of the
-//! matrices: `sum_j tr(F_i X F_j Z^-1) dx_j = tr(F_i (mu Z^-1 - X R Z^-1)) - c_i` with `R = F(x) - Z`. With [`LowRank`] data
-//! an entry of that matrix costs a few multiplications. A general conic solver factorises a matrix with a row for each entry of each inequality instead.
+//! Each step solves the Newton equations of `X Z = mu I` for dx alone, of which there are as many as unknowns,
+//! whatever the size of the matrices: `sum_j tr(F_i X F_j Z^-1) dx_j = tr(F_i (mu Z^-1 - X R Z^-1)) - c_i` with `R =
+//! F(x) - Z`. With [`LowRank`] data an entry of that matrix costs a few multiplications. A general conic solver
+//! factorises a matrix with a row for each entry of each inequality instead.
 //!
-//! Direction: C. Helmberg, F. Rendl, R. J. Vanderbei, H. Wolkowicz, SIAM J. Optimization 6(2), 1996, and M. Kojima, S. Shindoh, S. Hara, 7(1), 1997;
-//! predictor and corrector: S. Mehrotra, SIAM J. Optimization 2(4), 1992; starting point: B. Borchers, Optimization Methods
-//! and Software 11, 1999, eq. 19.
+//! Direction: C. Helmberg, F. Rendl, R. J. Vanderbei, H. Wolkowicz, SIAM J. Optimization 6(2), 1996, and M. Kojima,
+//! S. Shindoh, S. Hara, 7(1), 1997; predictor and corrector: S. Mehrotra, SIAM J. Optimization 2(4), 1992; starting
+//! point: B. Borchers, Optimization Methods and Software 11, 1999, eq. 19.
 
 mod multipliers;
 mod step;
@@ -28,7 +29,8 @@ pub(crate) struct Minimum {
     pub(crate) x: Vec<f64>,
     /// How far its objective may be above the least, relative to the objective plus the floor of the search.
     pub(crate) gap: f64,
-    /// The multipliers of the last steps, a matrix for each inequality: the last are closest to the best, the first clearest inside.
+    /// The multipliers of the last steps, a matrix for each inequality: the last are closest to the best, the first
+    /// clearest inside.
     pub(crate) multipliers: Vec<Vec<Mat>>,
 }
 
@@ -200,8 +202,8 @@ mod tests {
     }
 
     proptest! {
-        /// The least gamma of the bounded-real lemma is the H-infinity norm, which bisection finds in another way; and the gap
-        /// reported covers the difference.
+        /// The least gamma of the bounded-real lemma is the H-infinity norm, which bisection finds in another way;
+        /// and the gap reported covers the difference.
         #[test]
         fn the_least_gamma_is_the_norm(system in stable()) {
             let (program, x, gamma) = bounded_real(&system);
@@ -221,8 +223,8 @@ mod tests {
             prop_assert!((-rounding..again.gap * (1.0 + norm) + rounding).contains(&above(&again)));
         }
 
-        /// Where an unstable mode is seen and gamma is limited there is no point, and none is claimed. (The general solver proves it in
-        /// all but one in some thousand of these.)
+        /// Where an unstable mode is seen and gamma is limited there is no point, and none is claimed. (The general
+        /// solver proves it in all but one in some thousand of these.)
         #[test]
         fn an_unstable_system_has_none(system in stable()) {
             let n = system.a.nrows();

@@ -1,11 +1,12 @@
 //! Matrix inequalities as sums of matrices of rank two.
 //!
-//! In `F(x) = F_0 + sum x_i F_i` of control each F_i comes from an entry of a matrix unknown V in a term `L V R`: it is
-//! `sum c (l r' + r l')` with few columns l of L' s image and r of R'. Kept so, a product like `tr(F_i M F_j N)` takes a few
-//! entries of `W'MW` and `W'NW`, where W holds all columns, instead of products of matrices.
+//! In `F(x) = F_0 + sum x_i F_i` of control each F_i comes from an entry of a matrix unknown V in a term `L V R`: it
+//! is `sum c (l r' + r l')` with few columns l of L' s image and r of R'. Kept so, a product like `tr(F_i M F_j N)`
+//! takes a few entries of `W'MW` and `W'NW`, where W holds all columns, instead of products of matrices.
 //!
-//! A. Nemirovskii, P. Gahinet, "The projective method for solving linear matrix inequalities", Math. Programming 77, 1997, section 5,
-//! for the use of that structure; K. Fujisawa, M. Kojima, K. Nakata, Math. Programming 79, 1997, for the Schur complement.
+//! A. Nemirovskii, P. Gahinet, "The projective method for solving linear matrix inequalities", Math. Programming 77,
+//! 1997, section 5, for the use of that structure; K. Fujisawa, M. Kojima, K. Nakata, Math. Programming 79, 1997, for
+//! the Schur complement.
 
 use crate::lmi::program::{Affine, Program};
 use crate::matrix::{Mat, symmetric_part};
@@ -90,7 +91,8 @@ impl LowRank {
         &self.constant
     }
 
-    /// The same inequality after a congruence with a diagonal matrix that divides each row by its size to the power `evenness`.
+    /// The same inequality after a congruence with a diagonal matrix that divides each row by its size to the power
+    /// `evenness`.
     pub(crate) fn with_even_rows(&self, evenness: f64) -> Self {
         let mut out = self.clone();
         for (i, f) in self.factors(evenness).into_iter().enumerate() {

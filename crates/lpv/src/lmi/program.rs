@@ -123,19 +123,20 @@ impl Program {
         self.add((rows, cols), None, basis)
     }
 
-    /// Demands `expression > 0`.
+    /// Adds the inequality `expression > 0`. The expression is square and symmetric.
     pub fn positive(&mut self, name: &'static str, expression: Affine) {
         if expression.shape().0 > 0 {
             self.inequalities.push(Inequality { name, expression });
         }
     }
 
-    /// Demands `expression < 0`.
+    /// Adds the inequality `expression < 0`. The expression is square and symmetric.
     pub fn negative(&mut self, name: &'static str, expression: Affine) {
         self.positive(name, -expression);
     }
 
-    /// Turns `E > 0` of the inequalities called `name` into `E > by I`, for a 1 x 1 expression `by`.
+    /// Turns `E > 0` of the inequalities called `name` into `E > by I`, for a 1 x 1 expression `by`. Shapes: E
+    /// square, of any size.
     pub fn tighten(&mut self, name: &'static str, by: &Affine) {
         for inequality in self.inequalities.iter_mut().filter(|i| i.name == name) {
             let n = inequality.expression.shape().0;
@@ -166,8 +167,8 @@ impl Program {
         }
     }
 
-    /// The symmetric part of an expression without its constant, as the symmetric part of a sum of `L V R`: variables that
-    /// occur several times with the same L, or the same R, are put together.
+    /// The symmetric part of an expression without its constant, as the symmetric part of a sum of `L V R`: variables
+    /// that occur several times with the same L, or the same R, are put together.
     pub(crate) fn merged_terms(&self, expression: &Affine) -> Vec<(usize, Mat, Mat)> {
         let mut out: Vec<(usize, Mat, Mat)> = vec![];
         for term in &expression.terms {
@@ -218,7 +219,8 @@ impl Program {
         out
     }
 
-    /// Writes into `x` the unknowns at which `variable`, an expression that is one variable and nothing else, has `value`.
+    /// Writes into `x` the unknowns at which `variable`, an expression that is one variable and nothing else, has
+    /// `value`.
     pub fn set(&self, x: &mut [f64], variable: &Affine, value: &Mat) {
         for term in &variable.terms {
             for (unknown, entries) in self.entries(term.variable) {

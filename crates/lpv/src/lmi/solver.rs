@@ -1,9 +1,10 @@
 //! Solving a program of linear matrix inequalities, and judging what comes back.
 //!
-//! A primal-dual interior-point method is tried first (`interior_point.rs`): it knows the structure of these inequalities and returns a point at
-//! which they hold strictly, with a bound on how far it is from the best. Where it gets stuck, and for the proof that no point
-//! exists, there is a general conic solver (`conic.rs`). A solver's word is not taken for proof: every inequality is evaluated at the point
-//! returned and its least eigenvalue reported.
+//! A primal-dual interior-point method is tried first (`interior_point.rs`): it knows the structure of these
+//! inequalities and returns a point at which they hold strictly, with a bound on how far it is from the best. Where
+//! it gets stuck, and for the proof that no point exists, there is a general conic solver (`conic.rs`). A solver's
+//! word is not taken for proof: every inequality is evaluated at the point returned and its least eigenvalue
+//! reported.
 
 use crate::error::SynthesisError;
 use crate::lmi::conic::{ConicProgram, Verdict, WAYS};
@@ -18,10 +19,11 @@ use crate::matrix::{Mat, scaled_least_eigenvalue};
 pub struct Solution {
     /// The unknowns of the program.
     pub x: Vec<f64>,
-    /// The least eigenvalue over all inequalities, each scaled to a unit diagonal: the point satisfies them strictly if it is positive.
+    /// The least eigenvalue over all inequalities, each scaled to a unit diagonal: the point satisfies them strictly
+    /// if it is positive.
     pub margin: f64,
-    /// How far the objective may be above the least, relative to its size plus [`SolverOptions::floor`], as far as multipliers in floating point
-    /// tell; infinite when nothing is known.
+    /// How far the objective may be above the least, relative to its size plus [`SolverOptions::floor`], as far as
+    /// multipliers in floating point tell; infinite when nothing is known.
     pub gap: f64,
     /// Multipliers of the last steps, a matrix for each inequality; the last are closest to the best.
     pub(crate) multipliers: Vec<Vec<Mat>>,
@@ -29,9 +31,15 @@ pub struct Solution {
 
 /// Solves `program`.
 ///
+/// ```text
+/// minimise c'x   subject to   F_k(x) = F_k0 + sum x_i F_ki > 0 for every inequality k
+/// ```
+///
+/// `stage` names the program in errors.
+///
 /// # Errors
-/// [`SynthesisError::Infeasible`] when the general solver's certificate, evaluated here, leaves room for none but enormous points;
-/// [`SynthesisError::Numerical`] when no point was found for any other reason.
+/// [`SynthesisError::Infeasible`] when the general solver's certificate, evaluated here, leaves room for none but
+/// enormous points; [`SynthesisError::Numerical`] when no point was found for any other reason.
 pub fn solve(
     program: &Program,
     stage: &'static str,
@@ -61,11 +69,13 @@ pub fn solve(
     }
 }
 
-/// A gap at which other rows are not tried for an impatient search: what is left then is rounding at the optimum, not a search that is stuck on the way.
+/// A gap at which other rows are not tried for an impatient search: what is left then is rounding at the optimum, not
+/// a search that is stuck on the way.
 const ROUNDING_GAP: f64 = 1e-3;
 
-/// How far the rows of the inequalities are brought to one size, from not at all to all the way. Most programs are solved as they are; one with rows of very
-/// different sizes may need the help, and there is no telling which of the two.
+/// How far the rows of the inequalities are brought to one size, from not at all to all the way. Most programs are
+/// solved as they are; one with rows of very different sizes may need the help, and there is no telling which of the
+/// two.
 const EVENNESS: [f64; 3] = [0.0, 0.5, 1.0];
 
 /// Whether a point is better than another: strictly feasible, and then of the lesser cost.
@@ -119,7 +129,7 @@ fn judged(program: &Program, x: Vec<f64>, gap: f64) -> Solution {
     Solution { x, margin, gap, multipliers: vec![] }
 }
 
-/// The least eigenvalue over all inequalities at `x`, each scaled to a unit diagonal.
+/// The least eigenvalue over all inequalities at `x`, each scaled to a unit diagonal. Positive where all hold strictly.
 pub fn margin(program: &Program, x: &[f64]) -> f64 {
     let each = program.inequalities.iter().map(|i| scaled_least_eigenvalue(&i.expression.value(program, x)));
     each.fold(f64::INFINITY, f64::min)

@@ -9,7 +9,8 @@ pub struct SolverOptions<'a> {
     pub floor: f64,
     /// A point at which all inequalities hold strictly, if one is known. The best point found is then good enough.
     pub start: Option<&'a [f64]>,
-    /// Whether to go on with the general solver where the first gets stuck at a point that is feasible, but not the best.
+    /// Whether to go on with the general solver where the first gets stuck at a point that is feasible, but not the
+    /// best.
     pub patient: bool,
 }
 

@@ -11,8 +11,9 @@ const INVERSE_ITERATIONS: usize = 2;
 /// The least pivot, relative to the matrix: far below rounding.
 const LEAST_PIVOT: f64 = 1e-30;
 
-/// The left and right vectors of unit length that a square matrix nearly annihilates, by inverse iteration with `A* A`;
-/// `None` when the numbers get out of hand. They are those of the least singular value where it is zero but for rounding.
+/// The left and right vectors of unit length that a square matrix nearly annihilates, by inverse iteration with `A*
+/// A`; `None` when the numbers get out of hand. They are those of the least singular value where it is zero but for
+/// rounding.
 pub(super) fn annihilated(a: CMat) -> Option<(CVec, CVec)> {
     let n = a.nrows();
     let size = a.norm();

@@ -1,4 +1,5 @@
-//! A matrix in units of its blocks in which no block is much larger than those that it meets: from there the search for scalings begins.
+//! A matrix in units of its blocks in which no block is much larger than those that it meets: from there the search
+//! for scalings begins.
 
 use super::CMat;
 use super::structure::Structure;

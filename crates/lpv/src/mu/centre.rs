@@ -1,7 +1,7 @@
 //! The least lambda for which scalings exist, by the method of centres.
 //!
-//! S. Boyd, L. El Ghaoui, "Method of centers for minimizing generalized eigenvalues", Linear Algebra and its Applications 188, 1993, with lambda = beta^2
-//! moving along.
+//! S. Boyd, L. El Ghaoui, "Method of centers for minimizing generalized eigenvalues", Linear Algebra and its
+//! Applications 188, 1993, with lambda = beta^2 moving along.
 
 use super::CMat;
 use super::product::product;
@@ -24,14 +24,16 @@ pub(super) struct Centre {
     near: f64,
     /// The border at the first point, where it was asked for.
     known: Option<f64>,
-    /// A point on the way that is a start for matrices much like this one: at the end of the way too little is positive clearly.
+    /// A point on the way that is a start for matrices much like this one: at the end of the way too little is
+    /// positive clearly.
     pub(super) start: Vec<f64>,
 }
 
 /// A bound below this fraction of the largest singular value counts as zero: real blocks often have a mu of zero.
 pub(super) const ZERO_MU: f64 = 1e-7;
 
-/// How far the first lambda may be above the least, relatively: anywhere, and from scalings of a matrix that is much the same.
+/// How far the first lambda may be above the least, relatively: anywhere, and from scalings of a matrix that is much
+/// the same.
 const COLD_START: f64 = 0.5;
 const WARM_START: f64 = 0.3;
 
@@ -41,7 +43,8 @@ const CENTRED_DECREMENT: f64 = 0.7;
 /// Newton steps towards one centre, at most.
 const MOST_STEPS: usize = 100;
 
-/// By how much the diagonal of the Hessian is raised, relatively: always, and at most, where a step leads nowhere because there are directions that matter little.
+/// By how much the diagonal of the Hessian is raised, relatively: always, and at most, where a step leads nowhere
+/// because there are directions that matter little.
 const HESSIAN_RAISE: (f64, f64) = (1e-13, 1e-4);
 
 /// How exactly a step is solved for, relatively: what it leads to is checked.
@@ -77,7 +80,8 @@ impl Centre {
         cold
     }
 
-    /// The least lambda, and about how far it may be above it, relatively at most twice `tight`: or `target`, where that is above, at the centre there.
+    /// The least lambda, and about how far it may be above it, relatively at most twice `tight`: or `target`, where
+    /// that is above, at the centre there.
     pub(super) fn least(&mut self, target: f64, tight: f64) -> (f64, f64) {
         let first = self.known.or_else(|| self.border());
         let mut best = (first.unwrap_or(f64::INFINITY), f64::INFINITY);
@@ -109,7 +113,8 @@ impl Centre {
             self.shift = 0.0;
             self.base = self.family.values(&self.p).dw;
             let near = self.m.ncols() as f64 / weight;
-            // D has moved on from D_0 when lambda moves by more than the weight explains: then once more with this weight.
+            // D has moved on from D_0 when lambda moves by more than the weight explains: then once more with this
+            // weight.
             let settled = moved <= BASE_RANGE * near;
             if settled {
                 best.1 = near;
@@ -125,7 +130,8 @@ impl Centre {
 
     /// The least lambda with `Phi(lambda) >= 0` at a point, and above it by what rounding may have done.
     ///
-    /// D that is nearly singular, or G that is large, makes the numbers that cancel large: then lambda is known less well than its digits say.
+    /// D that is nearly singular, or G that is large, makes the numbers that cancel large: then lambda is known less
+    /// well than its digits say.
     fn border(&self) -> Option<f64> {
         let s = self.family.values(&self.p);
         let root = cholesky(s.dw.clone())?.unpack();
@@ -156,8 +162,8 @@ impl Centre {
         Some((cholesky(phi)?, blocks))
     }
 
-    /// Newton's method for the least of `weight u - log det (Phi(lambda) + u D_0) - log det D`, with u = 0 when there is no weight; whether
-    /// it arrives.
+    /// Newton's method for the least of `weight u - log det (Phi(lambda) + u D_0) - log det D`, with u = 0 when there
+    /// is no weight; whether it arrives.
     fn centre(&mut self, weight: Option<f64>) -> bool {
         self.newton(weight).is_some()
     }
@@ -200,7 +206,8 @@ impl Centre {
         None
     }
 
-    /// Goes along a step as far as it leads down, and returns the Newton decrement; `None`, and no move, where it does not.
+    /// Goes along a step as far as it leads down, and returns the Newton decrement; `None`, and no move, where it
+    /// does not.
     fn advance(
         &mut self,
         step: &DVector<f64>,

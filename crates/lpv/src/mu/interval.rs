@@ -1,12 +1,14 @@
 //! Between which frequencies scalings found at one of them still show the bound.
 //!
-//! `Phi(omega) = b^2 D_w - M* D_z M - j (G M - M* G)` with `M = M(j omega)` is Hermitian and depends continuously on omega: where it is positive
-//! definite at one frequency it stays so up to the nearest at which it is singular, and those are imaginary eigenvalues of a Hamiltonian
-//! matrix: S. Boyd, V. Balakrishnan, P. Kabamba, Math. Control Signals Systems 2, 1989; for mu P. M. Young, J. C. Doyle, M. P. Newlin, and
-//! G. Ferreres, J.-F. Magni, J.-M. Biannic, Int. J. Robust Nonlinear Control 13, 2003.
+//! `Phi(omega) = b^2 D_w - M* D_z M - j (G M - M* G)` with `M = M(j omega)` is Hermitian and depends continuously on
+//! omega: where it is positive definite at one frequency it stays so up to the nearest at which it is singular, and
+//! those are imaginary eigenvalues of a Hamiltonian matrix: S. Boyd, V. Balakrishnan, P. Kabamba, Math. Control
+//! Signals Systems 2, 1989; for mu P. M. Young, J. C. Doyle, M. P. Newlin, and G. Ferreres, J.-F. Magni, J.-M.
+//! Biannic, Int. J. Robust Nonlinear Control 13, 2003.
 //!
-//! The Hamiltonian is formed in the variable `p = 1/(s - j omega_0)`, in which the frequency asked about lies at infinity: what has to be inverted is
-//! then Phi there, which is positive definite, and a singular `Phi(infinity)` does no harm.
+//! The Hamiltonian is formed in the variable `p = 1/(s - j omega_0)`, in which the frequency asked about lies at
+//! infinity: what has to be inverted is then Phi there, which is positive definite, and a singular `Phi(infinity)`
+//! does no harm.
 
 use super::CMat;
 use super::scaling::DgScalings;
@@ -23,7 +25,8 @@ pub struct Interval {
     pub to: f64,
 }
 
-/// An eigenvalue whose real part is this small, relative to the Hamiltonian, counts as imaginary: that can only make intervals shorter.
+/// An eigenvalue whose real part is this small, relative to the Hamiltonian, counts as imaginary: that can only make
+/// intervals shorter.
 const AXIS_TOLERANCE: f64 = 1e-7;
 
 /// What is cut off an interval at each end, relative to its length, so that Phi is not singular there.
@@ -31,8 +34,8 @@ const CUT_SHARE: f64 = 1e-6;
 
 const J: Complex<f64> = Complex::new(0.0, 1.0);
 
-/// The largest interval round `omega` (infinity included) on which `scalings` show that mu stays below `level`; `None` when they do
-/// not at `omega` itself.
+/// The largest interval round `omega` (infinity included) on which `scalings` show that mu stays below `level`;
+/// `None` when they do not at `omega` itself.
 pub fn good_interval(system: &StateSpace, scalings: &DgScalings, level: f64, omega: f64) -> Option<Interval> {
     let here = AtFrequency::at(system, omega)?;
     let phi = here.form(scalings, level);

@@ -1,10 +1,11 @@
 //! Lower bounds on mu of a matrix: perturbations that make `I - M Delta` singular, found and then checked.
 //!
-//! A unit perturbation Q is improved by the first-order change of an eigenvalue lambda of `M Q`: with `M Q v = lambda v` and `u* M Q = lambda u*`,
-//! `d lambda = (M* u)* dQ v / (u* v)`, and each block of Q is put where that is largest. Its fixed points are those of the power iteration of
-//! A. Packard, M. K. H. Fan, J. C. Doyle, "A power method for the structured singular value", 27th CDC, 1988, and for real scalars of
-//! P. M. Young, J. C. Doyle, "Computation of mu with real and complex uncertainties", 29th CDC, 1990. What it settles on is made exact by turning
-//! the complex blocks, or moving one real scalar, until lambda is real: then `Delta = Q / lambda`.
+//! A unit perturbation Q is improved by the first-order change of an eigenvalue lambda of `M Q`: with `M Q v = lambda
+//! v` and `u* M Q = lambda u*`, `d lambda = (M* u)* dQ v / (u* v)`, and each block of Q is put where that is largest.
+//! Its fixed points are those of the power iteration of A. Packard, M. K. H. Fan, J. C. Doyle, "A power method for
+//! the structured singular value", 27th CDC, 1988, and for real scalars of P. M. Young, J. C. Doyle, "Computation of
+//! mu with real and complex uncertainties", 29th CDC, 1990. What it settles on is made exact by turning the complex
+//! blocks, or moving one real scalar, until lambda is real: then `Delta = Q / lambda`.
 
 use super::CMat;
 use super::annihilated::annihilated;

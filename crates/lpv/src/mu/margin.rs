@@ -1,9 +1,10 @@
 //! The smallest real parameters that destabilise a loop, as far as a search finds them.
 //!
-//! For real scalars alone a power iteration at one frequency finds nothing. Here the frequency is left free: a direction delta in the box is
-//! followed until a pole of the loop reaches the axis, each delta_i goes to the end of its range to which that pole's sensitivity points, and so
-//! on until nothing changes; then single scalars are turned round. Moving poles by gain: G. Ferreres, J.-M. Biannic, "Reliable computation of the
-//! robustness margin for a flexible aircraft", Control Engineering Practice 9, 2001.
+//! For real scalars alone a power iteration at one frequency finds nothing. Here the frequency is left free: a
+//! direction delta in the box is followed until a pole of the loop reaches the axis, each delta_i goes to the end of
+//! its range to which that pole's sensitivity points, and so on until nothing changes; then single scalars are turned
+//! round. Moving poles by gain: G. Ferreres, J.-M. Biannic, "Reliable computation of the robustness margin for a
+//! flexible aircraft", Control Engineering Practice 9, 2001.
 
 use super::CMat;
 use super::lower::{LowerBound, checked};
@@ -24,8 +25,8 @@ const SIZE_STRIDE: f64 = 1.25;
 /// The largest size of delta, relative to the smallest tried.
 const LARGEST_SIZE_RATIO: f64 = 1e6;
 
-/// Looks for the smallest real perturbation that takes a pole of the loop to the axis. `None` when there is a block that is not a real
-/// scalar, or none is found.
+/// Looks for the smallest real perturbation that takes a pole of the loop to the axis. `None` when there is a block
+/// that is not a real scalar, or none is found.
 pub fn real_lower_bound(system: &StateSpace, structure: &Structure) -> Option<LowerBound> {
     if !structure.is_real() || system.a.is_empty() {
         return None;
@@ -117,9 +118,9 @@ impl MarginSearch<'_> {
         Some(Crossing { direction: direction.to_vec(), size: high, pole })
     }
 
-    /// Narrows down where the rightmost pole reaches the axis, between a size at which it is left of it and one at which it is not: by false position,
-    /// with the Illinois rule (M. Dowell, P. Jarratt, BIT 11, 1971), and by halves where that is slow. The pole at the
-    /// larger size comes of it.
+    /// Narrows down where the rightmost pole reaches the axis, between a size at which it is left of it and one at
+    /// which it is not: by false position, with the Illinois rule (M. Dowell, P. Jarratt, BIT 11, 1971), and by
+    /// halves where that is slow. The pole at the larger size comes of it.
     fn narrow(&self, direction: &[f64], low: &mut f64, high: &mut f64) -> Option<Complex<f64>> {
         let mut pole = self.rightmost(direction, *high)?;
         let (mut at_low, mut at_high) = (self.rightmost(direction, *low)?.re, pole.re);

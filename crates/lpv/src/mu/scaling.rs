@@ -4,8 +4,9 @@
 //! Phi(lambda) = lambda D_w - M* D_z M - j (G M - M* G)
 //! ```
 //!
-//! D commutes with the structure and is positive definite (D_w on the side of w, D_z on that of z, which differ in size where a full block is not
-//! square); G is Hermitian on the real blocks and zero elsewhere. `Phi(beta^2) > 0` shows that mu < beta.
+//! D commutes with the structure and is positive definite (D_w on the side of w, D_z on that of z, which differ in
+//! size where a full block is not square); G is Hermitian on the real blocks and zero elsewhere. `Phi(beta^2) > 0`
+//! shows that mu < beta.
 
 use super::CMat;
 use super::product::product;
@@ -99,7 +100,8 @@ impl AtLambda {
             .map(move |i| self.products(i - 1).iter().map(|p| (p.weight * product(p.y, p.x)).re).sum())
     }
 
-    /// `tr(F_i K F_j K)` for every j from i on, K Hermitian and given by its columns of n entries; `sums` is room for as many as there are products.
+    /// `tr(F_i K F_j K)` for every j from i on, K Hermitian and given by its columns of n entries; `sums` is room for
+    /// as many as there are products.
     fn curvatures(&self, i: usize, k: &[Complex<f64>], n: usize, sums: &mut [Complex<f64>], out: &mut [f64]) {
         let first = self.starts[i];
         let others = &self.products[first..];
@@ -231,7 +233,8 @@ impl Family {
         at
     }
 
-    /// Gradient and Hessian of `-log det Phi(lambda) - log det D`, with `inner = W* Phi^-1 W` and the inverses of D's blocks.
+    /// Gradient and Hessian of `-log det Phi(lambda) - log det D`, with `inner = W* Phi^-1 W` and the inverses of D's
+    /// blocks.
     ///
     /// Unknowns of G that change nothing, because they meet zeros of M, are held: one on the diagonal, zero beside it.
     pub(super) fn derivatives(

@@ -1,7 +1,8 @@
 //! A bound on mu that holds at every frequency from 0 to infinity, not on a grid.
 //!
-//! DgScalings found at one frequency are good on an interval; frequencies are added where none is, until the intervals cover the axis. Where no scalings reach
-//! the level sought the level is raised, by no more than it takes: so it ends close above the largest of the bounds at single frequencies.
+//! DgScalings found at one frequency are good on an interval; frequencies are added where none is, until the
+//! intervals cover the axis. Where no scalings reach the level sought the level is raised, by no more than it takes:
+//! so it ends close above the largest of the bounds at single frequencies.
 
 use super::interval::{Interval, good_interval};
 use super::margin::real_lower_bound;
@@ -74,7 +75,7 @@ pub(super) const LEAST_LEVEL: f64 = 1e-60;
 /// More pieces than this are not sought.
 const MOST_PIECES: usize = 4000;
 
-/// The frequency response of a system.
+/// The frequency response of a system. p x m, at omega in rad/s; `D` at infinity.
 pub fn response(system: &StateSpace, omega: f64) -> Option<CMat> {
     if omega.is_infinite() {
         Some(system.d.map(|v| v.into()))
@@ -83,7 +84,8 @@ pub fn response(system: &StateSpace, omega: f64) -> Option<CMat> {
     }
 }
 
-/// Bounds mu of `M(j omega)` over all frequencies. The bound need not go below one from below that is `known`; where that was found is looked at, too.
+/// Bounds mu of `M(j omega)` over all frequencies. The bound need not go below one from below that is `known`; where
+/// that was found is looked at, too.
 ///
 /// # Errors
 /// [`SweepError`].
@@ -143,7 +145,7 @@ impl Covered {
         self.0.len()
     }
 
-    /// Whether a frequency is covered; of infinity itself no interval tells.
+    /// Whether a frequency is covered; no interval covers infinity itself.
     pub(super) fn holds(&self, omega: f64) -> bool {
         omega.is_finite() && self.0.iter().any(|i| i.from <= omega && omega < i.to)
     }
@@ -197,7 +199,8 @@ impl<'a> Sweep<'a> {
         })
     }
 
-    /// Looks at zero, infinity, the modes and where the peak is thought to be, so that the level is about right from the beginning.
+    /// Looks at zero, infinity, the modes and where the peak is thought to be, so that the level is about right from
+    /// the beginning.
     fn start(&mut self, peak: Option<f64>) -> Result<(), SweepError> {
         let mut points: Vec<f64> =
             self.system.poles().iter().map(|p| p.norm()).chain([0.0, f64::INFINITY]).collect();
@@ -257,7 +260,8 @@ impl<'a> Sweep<'a> {
         };
         self.tiny = !self.covered.add(omega, interval);
         if omega < self.slow && interval.to - interval.from < SHORT_RATIO * omega {
-            // Slower than every mode nothing changes but the phase, which leaves zero: real blocks are easier to bound at zero itself than next to it.
+            // Slower than every mode nothing changes but the phase, which leaves zero: real blocks are easier to
+            // bound at zero itself than next to it.
             self.level *= 1.0 + SHORT_INTERVAL_RAISE;
         }
         self.pieces.push(Piece { frequency: omega, value: bound.value, interval, scalings });
@@ -280,6 +284,10 @@ pub struct FrequencyMu {
 }
 
 /// Bounds mu over all frequencies from both sides.
+///
+/// ```text
+/// upper >= sup over omega of mu(M(j omega)) >= lower,   M(s) = C (s I - A)^-1 B + D
+/// ```
 ///
 /// # Errors
 /// [`SweepError`].

@@ -1,7 +1,7 @@
 //! An upper bound on mu of a matrix, with the D-G scalings that show it.
 //!
-//! The least beta for which scalings exist is sought by the method of centres, with lambda = beta^2 moving along; the bound is that of the scalings found, and
-//! above it by what rounding may have done.
+//! The least beta for which scalings exist is sought by the method of centres, with lambda = beta^2 moving along; the
+//! bound is that of the scalings found, and above it by what rounding may have done.
 
 use super::CMat;
 use super::balance::Balance;
@@ -20,7 +20,8 @@ pub struct UpperBound {
     pub scalings: DgScalings,
     /// DgScalings to begin at for a matrix much like this one.
     pub start: DgScalings,
-    /// About how far the bound may be above the least that D-G scalings allow, relative to itself; infinite when that was not asked.
+    /// About how far the bound may be above the least that D-G scalings allow, relative to itself; infinite when that
+    /// was not asked.
     pub gap: f64,
 }
 
@@ -46,13 +47,20 @@ impl Default for UpperBoundOptions<'_> {
 
 /// Bounds mu of M.
 ///
+/// ```text
+/// M* D M + j (G M - M* G) <= beta^2 D,   D > 0,   G = G*   of the structure:   mu(M) <= beta
+/// ```
+///
+/// Source: M. K. H. Fan, A. L. Tits, J. C. Doyle, IEEE Trans. Automatic Control 36(1), 1991.
+///
 /// # Errors
 /// [`StructureError`] when M does not fit the structure.
 pub fn upper_bound(m: &CMat, structure: &Structure) -> Result<UpperBound, StructureError> {
     upper_bound_with(m, structure, UpperBoundOptions::default())
 }
 
-/// Looks for scalings that show `mu <= level` and hold there as clearly as they can; where there are none, for the best.
+/// Looks for scalings that show `mu <= level` and hold there as clearly as they can; where there are none, for the
+/// best.
 ///
 /// # Errors
 /// [`StructureError`] when M does not fit the structure.
@@ -131,7 +139,8 @@ mod tests {
         m.clone().schur().eigenvalues().unwrap().iter().map(|v| v.norm()).fold(0.0, f64::max)
     }
 
-    /// Matrices with zeros, of which mu is plain: the largest of the blocks on the diagonal, however large what stands beside them.
+    /// Matrices with zeros, of which mu is plain: the largest of the blocks on the diagonal, however large what
+    /// stands beside them.
     #[test]
     fn what_cannot_come_back_does_not_count() {
         let of = |rows: &[[f64; 3]; 3], blocks: Vec<Block>| {
@@ -165,8 +174,8 @@ mod tests {
         }
     }
 
-    /// One repeated real scalar and a real matrix: mu is its largest real eigenvalue, here 1 beside a larger complex pair. DgScalings reach it in the limit
-    /// alone, where rounding might take the bound below it.
+    /// One repeated real scalar and a real matrix: mu is its largest real eigenvalue, here 1 beside a larger complex
+    /// pair. DgScalings reach it in the limit alone, where rounding might take the bound below it.
     #[test]
     fn a_limit_of_scalings_is_not_overshot() {
         for (re, im, beside) in [(-1.9, 1.1, 0.3), (0.2, 3.0, 0.3), (-1.2, 0.1, 0.1), (-1.0, 0.7, 1.0)] {
@@ -201,7 +210,8 @@ mod tests {
             }
         }
 
-        /// mu of one full block is the largest singular value, of one repeated complex scalar the spectral radius; the bounds are tight there.
+        /// mu of one full block is the largest singular value, of one repeated complex scalar the spectral radius;
+        /// the bounds are tight there.
         #[test]
         fn one_block_has_a_closed_form((structure, m) in problem()) {
             let n = m.nrows().min(m.ncols());
@@ -227,7 +237,8 @@ mod tests {
         }
     }
 
-    /// Three scalars with D scalings are tight (A. Packard, J. C. Doyle, Automatica 29(1), 1993): the bound is the spectral radius at the worst phases.
+    /// Three scalars with D scalings are tight (A. Packard, J. C. Doyle, Automatica 29(1), 1993): the bound is the
+    /// spectral radius at the worst phases.
     #[test]
     fn three_complex_scalars_are_tight() {
         let m = CMat::from_fn(3, 3, |i, j| {

@@ -4,12 +4,14 @@
 //! z = F(Delta) w,   F(Delta) = M22 + M21 Delta (I - M11 Delta)^-1 M12,   |Delta| <= size
 //! ```
 //!
-//! From above: the gain is below g, and the loop stable, for every such Delta when mu of `[size M11, size M12; M21/g, M22/g]` with a full block from z to w
-//! is below 1 at every frequency. g is raised where scalings do not show that; those found before stay good, because they show it for every larger g.
-//! From below: perturbations are improved by the first-order change of the largest singular value of F, and evaluated.
+//! From above: the gain is below g, and the loop stable, for every such Delta when mu of `[size M11, size M12; M21/g,
+//! M22/g]` with a full block from z to w is below 1 at every frequency. g is raised where scalings do not show that;
+//! those found before stay good, because they show it for every larger g. From below: perturbations are improved by
+//! the first-order change of the largest singular value of F, and evaluated.
 //!
-//! A. Packard, J. C. Doyle, "The complex structured singular value", Automatica 29(1), 1993, section 4 (the main loop theorem); A. Packard, G. Balas, R. Liu, J.-Y.
-//! Shin, "Results on worst-case performance assessment", American Control Conference, 2000.
+//! A. Packard, J. C. Doyle, "The complex structured singular value", Automatica 29(1), 1993, section 4 (the main loop
+//! theorem); A. Packard, G. Balas, R. Liu, J.-Y. Shin, "Results on worst-case performance assessment", American
+//! Control Conference, 2000.
 
 use super::CMat;
 use super::interval::good_interval;
@@ -41,7 +43,8 @@ pub struct WorstCaseGain {
 pub enum WorstCaseError {
     /// A perturbation of the size may destabilise.
     #[error(
-        "a perturbation of size {size} may take the loop to the brink of instability near {frequency:.4e} rad/s: mu is not shown to be below {:.6} there, and the gain \
+        "a perturbation of size {size} may take the loop to the brink of instability near {frequency:.4e} rad/s: \
+         mu is not shown to be below {:.6} there, and the gain \
          has no bound",
         1.0 / size
     )]
@@ -58,7 +61,8 @@ pub enum WorstCaseError {
         found: f64,
     },
     /// There are inputs and outputs of performance.
-    #[error("besides the {} inputs and {} outputs of the blocks the system has {} and {}; at least one of each is needed", blocks.0, blocks.1, found.0, found.1)]
+    #[error("besides the {} inputs and {} outputs of the blocks the system has {} and {}; at least one of each \
+        is needed", blocks.0, blocks.1, found.0, found.1)]
     NoPerformance {
         /// Of the blocks.
         blocks: (usize, usize),
@@ -100,7 +104,7 @@ impl Perturbable {
     }
 }
 
-/// Bounds the worst-case gain from both sides.
+/// Bounds the worst-case gain from both sides. Equation and sources: at the top of this file.
 ///
 /// # Errors
 /// [`WorstCaseError`].
@@ -198,8 +202,8 @@ impl<'a> Sweep<'a> {
         )?)
     }
 
-    /// Sets the gain at which the scalings show enough at a frequency, by false position in its logarithm; `least` is the bound at the present gain.
-    /// Returns where to begin there.
+    /// Sets the gain at which the scalings show enough at a frequency, by false position in its logarithm; `least` is
+    /// the bound at the present gain. Returns where to begin there.
     ///
     /// The Illinois rule keeps either end from staying: M. Dowell, P. Jarratt, BIT 11, 1971.
     fn raise(&mut self, m: &CMat, omega: f64, least: UpperBound) -> Result<DgScalings, WorstCaseError> {
@@ -306,7 +310,7 @@ mod tests {
                     c: system.c.rows(0, k.0).into_owned(),
                     d: system.d.view((0, 0), k).into_owned(),
                 };
-                // A part of a size that is certainly borne.
+                // A part of a size that is certainly tolerated.
                 let size = part / mu_over_frequency(&inner, &structure).unwrap().upper.upper.max(1e-3);
                 Perturbable { system, structure, size }
             },
@@ -316,7 +320,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(24))]
 
-        /// What is found lies below what is guaranteed, is of the structure and of the size, and has the gain that is told.
+        /// What is found lies below what is guaranteed, is of the structure and of the size, and has the gain that is
+        /// reported.
         #[test]
         fn found_is_below_guaranteed(loop_ in systems()) {
             let found = worst_case_gain(&loop_).unwrap();

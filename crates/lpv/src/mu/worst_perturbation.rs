@@ -1,8 +1,9 @@
 //! A perturbation that makes the gain large, found and evaluated: the lower bound of the worst-case gain.
 //!
-//! With u and v the singular vectors of the largest gain, `a* = u* M21 (I - Delta M11)^-1` and `b = (I - M11 Delta)^-1 M12 v`, the gain changes by
-//! `Re(a* dDelta b)`: each block goes where that is largest, as far as it makes the gain larger. Frequencies are those where the gain is large; with
-//! real scalars alone the peak of the perturbed loop follows.
+//! With u and v the singular vectors of the largest gain, `a* = u* M21 (I - Delta M11)^-1` and `b = (I - M11
+//! Delta)^-1 M12 v`, the gain changes by `Re(a* dDelta b)`: each block goes where that is largest, as far as it makes
+//! the gain larger. Frequencies are those where the gain is large; with real scalars alone the peak of the perturbed
+//! loop follows.
 
 use super::CMat;
 use super::perturbable::Perturbable;

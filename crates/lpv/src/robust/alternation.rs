@@ -1,21 +1,23 @@
-//! The plant whose parameters are part known, part unknown: a controller is scheduled on Theta and has to bear Delta.
+//! The plant whose parameters are part known, part unknown: a controller is scheduled on Theta and has to tolerate
+//! Delta.
 //!
 //! ```text
 //! (wt, wd) = blkdiag(Theta, Delta) (zt, size zd),   |theta_i(t)| <= 1 measured,   |delta_i(t)| <= 1 unknown
 //! ```
 //!
-//! In the analysis of a finished loop Delta is one more parameter: the scaled bounded-real inequality of [`crate::analysis::bounded_gain`] with S and T for both proves the
-//! gain for every course of Theta and of Delta. In the synthesis S and T of Delta would enter with their inverses. So they are held, as the analysis
-//! left them, and with
+//! In the analysis of a finished loop Delta is one more parameter: the scaled bounded-real inequality of
+//! [`crate::analysis::bounded_gain()`] with S and T for both proves the gain for every course of Theta and of Delta. In
+//! the synthesis S and T of Delta would enter with their inverses. So they are held, as the analysis left them, and
+//! with
 //!
 //! ```text
 //! zd'S zd + 2 wd'T zd - wd'S wd = |S^1/2 zd + S^-1/2 T' wd|^2 - |R^1/2 wd|^2,   R = S + T S^-1 T'
 //! ```
 //!
-//! Delta's channels become performance channels of a plant that is scheduled on Theta alone: [`UncertainPlant::weighed`].
-//! Synthesis and analysis take turns: J. C. Doyle, "Structured uncertainty in control system design", 24th CDC, 1985, for D and K. A plant that depends on
-//! measured and on unknown parameters: J. Veenman, C. W. Scherer, "A synthesis framework for robust gain-scheduling controllers",
-//! Automatica 50(11), 2014.
+//! Delta's channels become performance channels of a plant that is scheduled on Theta alone:
+//! [`UncertainPlant::weighed`]. Synthesis and analysis take turns: J. C. Doyle, "Structured uncertainty in control
+//! system design", 24th CDC, 1985, for D and K. A plant that depends on measured and on unknown parameters: J.
+//! Veenman, C. W. Scherer, "A synthesis framework for robust gain-scheduling controllers", Automatica 50(11), 2014.
 
 use crate::analysis::gain_bound::GainBound;
 use crate::error::SynthesisError;
@@ -92,8 +94,8 @@ pub struct NoSize {
 /// The size at which a first bound is sought.
 const FIRST_SIZE: f64 = 0.05;
 
-/// Raises the size of Delta that is borne at a gain: synthesis and analysis in turn, beginning with a controller and a bound of its loop at Delta = 0. `told`
-/// hears of each round.
+/// Raises the size of Delta that is tolerated at a gain: synthesis and analysis in turn, beginning with a controller
+/// and a bound of its loop at Delta = 0. `on_round` is called after each round.
 ///
 /// # Errors
 /// [`NoSize`].
@@ -102,7 +104,7 @@ pub fn more_robust(
     controller: &Controller,
     shown: &GainBound,
     options: RobustOptions,
-    told: &mut dyn FnMut(&Round),
+    on_round: &mut dyn FnMut(&Round),
 ) -> Result<RobustDesign, NoSize> {
     let given = RobustLoop::new(uncertain, controller);
     let first = (0..MOST_HALVINGS).find_map(|k| given.bound(FIRST_SIZE * 0.5f64.powi(k), shown));
@@ -120,7 +122,7 @@ pub fn more_robust(
             Ok((round, controller, largest)) => {
                 let won = largest.size / design.largest.size - 1.0;
                 if won > 0.0 {
-                    told(&round);
+                    on_round(&round);
                     design.rounds.push(round);
                     (design.controller, design.largest) = (controller, largest);
                 }
@@ -164,7 +166,8 @@ mod tests {
     use super::*;
     use crate::robust::uncertain_plant::tests::plant;
 
-    /// The robust controller tolerates more at the same gain, and every frozen loop within the size confirms both bounds.
+    /// The robust controller tolerates more at the same gain, and every frozen loop within the size confirms both
+    /// bounds.
     #[test]
     fn rounds_raise_what_is_borne() {
         let uncertain = plant();

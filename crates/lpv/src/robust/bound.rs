@@ -1,6 +1,7 @@
 //! The gain of a finished loop for every course of Theta and of Delta, and how large Delta may be.
 //!
-//! The inequality is that of [`crate::analysis::bounded_gain`], with a point to start from that is made here: no controller was built on it.
+//! The inequality is that of [`crate::analysis::bounded_gain()`], with a point to start from that is made here: no
+//! controller was built on it.
 
 use crate::analysis::bounded_gain::{Base, clearest, search, worst_eigenvalue};
 use crate::analysis::gain_bound::GainBound;
@@ -102,7 +103,8 @@ impl<'a> RobustLoop<'a> {
         (bound.largest_eigenvalue < 0.0).then_some(RobustBound { size: at.size, bound })
     }
 
-    /// The largest size at which the gain stays below `gamma`, within a few per cent, and the bound there. `None` when no size was found.
+    /// The largest size at which the gain stays below `gamma`, within a few per cent, and the bound there. `None`
+    /// when no size was found.
     pub fn largest_size(&self, known: &RobustBound, gamma: f64) -> Option<RobustBound> {
         let mut good = None;
         let mut at = known.clone();
@@ -153,15 +155,15 @@ impl<'a> RobustLoop<'a> {
         (bound.largest_eigenvalue < 0.0).then_some(RobustBound { size: at.size, bound })
     }
 
-    /// S and T of Delta.
+    /// S and T of Delta. Each is square, with a row for each channel of Delta.
     pub fn multipliers_of_delta(&self, bound: &GainBound) -> (Mat, Mat) {
         let (r, k) = (self.uncertain.scheduled_channels(), self.uncertain.unknown_channels());
         let part = |m: &Mat| m.view((r, r), (k, k)).into_owned();
         (part(&bound.s), part(&bound.t))
     }
 
-    /// The bound of the loop that was shown through [`UncertainPlant::weighed`] with the multipliers S and T of Delta, at its `size` and `gamma`: where the gain
-    /// shown is above 1, a guess alone.
+    /// The bound of the loop that was shown through [`UncertainPlant::weighed`] with the multipliers S and T of
+    /// Delta, at its `size` and `gamma`: where the gain shown is above 1, a guess alone.
     pub fn from_weighed(
         &self,
         shown: &GainBound,
@@ -204,8 +206,8 @@ impl<'a> RobustLoop<'a> {
         self.uncertain.sized(size).close(self.controller)
     }
 
-    /// A diagonal S that balances what goes into a channel with what comes out, by the largest entries of the frequency response at Theta = 0; w and z
-    /// count as one channel, in units in which a gain of `gamma` is 1.
+    /// A diagonal S that balances what goes into a channel with what comes out, by the largest entries of the
+    /// frequency response at Theta = 0; w and z count as one channel, in units in which a gain of `gamma` is 1.
     ///
     /// E. E. Osborne, J. ACM 7(4), 1960; as a multiplier M. G. Safonov, IEE Proc. D 129(6), 1982.
     fn balanced(&self, size: f64, gamma: f64) -> Mat {

@@ -40,8 +40,8 @@ impl UncertainPlant {
         GeneralisedPlant { parts, blocks: self.plant.blocks[..self.scheduled].to_vec() }
     }
 
-    /// The plant, scheduled on Theta alone, whose gain is below 1 when the multipliers S and T of Delta, channels of Delta square, show a gain
-    /// below `gamma` for every Delta up to `size`.
+    /// The plant, scheduled on Theta alone, whose gain is below 1 when the multipliers S and T of Delta, channels of
+    /// Delta square, show a gain below `gamma` for every Delta up to `size`.
     pub fn weighed(&self, size: f64, gamma: f64, s: &Mat, t: &Mat) -> GeneralisedPlant {
         let (r, k) = (self.scheduled_channels(), self.unknown_channels());
         let sized = self.sized(size).in_units_of(gamma);

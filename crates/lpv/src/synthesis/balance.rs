@@ -214,8 +214,8 @@ pub(crate) fn osborne(m: &Mat, i: usize) -> f64 {
     if row > 0.0 && column > 0.0 { (row / column).sqrt().clamp(1e-6, 1e6) } else { 1.0 }
 }
 
-/// The median of the modes' distances from zero, in rad/s: one slow or fast weight does not set the unit of time. Modes at zero, as
-/// far as rounding tells, do not count; 1 when there is no other.
+/// The median of the modes' distances from zero, in rad/s: one slow or fast weight does not set the unit of time.
+/// Modes at zero, as far as rounding shows, do not count; 1 when there is no other.
 fn middle_speed(a: &Mat) -> f64 {
     let sizes: Vec<f64> = eigenvalues(a).iter().map(|v| v.norm()).filter(|v| v.is_finite()).collect();
     let fastest = sizes.iter().copied().fold(0.0, f64::max);

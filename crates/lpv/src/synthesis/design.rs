@@ -37,7 +37,8 @@ pub struct Design {
     pub controller: Controller,
     /// The least gamma that the synthesis inequalities allow.
     pub gamma_optimum: f64,
-    /// An estimate of how low the least gamma may be, from multipliers in floating point; 0 when nothing is known. It is no bound.
+    /// An estimate of how low the least gamma may be, from multipliers in floating point; 0 when nothing is known. It
+    /// is no bound.
     pub lower_estimate: f64,
     /// Multipliers that may prove a lower bound of the least gamma, the most promising first.
     pub multipliers: Vec<DualMultipliers>,
@@ -45,7 +46,7 @@ pub struct Design {
     pub gamma_design: f64,
     /// The gain bound of the closed loop, with the matrices that show it.
     pub certified: GainBound,
-    /// What was added to the plant for the design of the controller, where none could be built without; gamma_design is then of the
-    /// plant with it, and all else of the plant as given.
+    /// What was added to the plant for the design of the controller, where none could be built without; gamma_design
+    /// is then of the plant with it, and all else of the plant as given.
     pub regularisation: Option<Regularisation>,
 }

@@ -50,7 +50,8 @@ fn explained(
                 )),
                 (Stabilisation::Unknown, Err(SynthesisError::Infeasible { stage })) => Err(SynthesisError::numerical(
                     stage,
-                    "the solver finds no gamma, and could not tell whether the plant can be stabilised for every course of the \
+                    "the solver finds no gamma, and could not tell whether the plant can be stabilised for every \
+                     course of the \
                      parameters; narrow their range, or check units and weights"
                         .into(),
                 )),
@@ -139,7 +140,8 @@ fn above_limit(
         return SynthesisError::Numerical {
             stage: "limit of gamma",
             diagnosis: format!(
-                "the least gamma found is {gamma:.6e}, above the limit {limit:.6e}, but the search is only sure of it to {:.1e} of itself",
+                "the least gamma found is {gamma:.6e}, above the limit {limit:.6e}, but the search is only sure \
+                 of it to {:.1e} of itself",
                 optimum.gap
             ),
         };

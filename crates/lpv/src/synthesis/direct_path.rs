@@ -35,7 +35,7 @@ use nalgebra::Complex;
 /// u = M (Cu xk + Duy y + Dut wk),   M = (I + Duy D22)^-1,   y - D22 u in place of y in the rows xk' and zk
 /// ```
 ///
-/// Shapes: D22 is y x u. `None` where `I + Duy D22` is singular, as far as rounding tells.
+/// Shapes: D22 is y x u. `None` where `I + Duy D22` is singular, but for rounding.
 pub fn around(k: &Controller, d22: &Mat) -> Option<Controller> {
     let Sizes { x: n, y, .. } = k.parts.sizes();
     let looped = k.duy() * d22;
@@ -168,7 +168,7 @@ fn closed(
     Some((controller, bound))
 }
 
-/// Whether `I - Dtt Theta` of a controller is regular on the whole box, as mu tells in floating point.
+/// Whether `I - Dtt Theta` of a controller is regular on the whole box, by mu in floating point.
 fn is_well_posed(k: &Controller) -> bool {
     let blocks: Vec<Block> = k.blocks.iter().map(|r| Block::Real(*r)).collect();
     let Ok(structure) = Structure::new(blocks) else { return k.blocks.is_empty() };
@@ -202,7 +202,8 @@ fn behind_lags(plant: &GeneralisedPlant, rate: f64, options: Options) -> Option<
     Some(Design { controller, ..found })
 }
 
-/// The controller of `yl' = rate (y - yl)` in place of y: `[A By Bt; Cu Duy Dut; Ct Dty Dtt]` with yl as the first states.
+/// The controller of `yl' = rate (y - yl)` in place of y: `[A By Bt; Cu Duy Dut; Ct Dty Dtt]` with yl as the first
+/// states.
 fn behind(k: &Controller, rate: f64) -> Controller {
     let Sizes { x, t, u, y, .. } = k.parts.sizes();
     let (z, lag) = (Mat::zeros, Mat::identity(y, y) * rate);

@@ -1,11 +1,12 @@
 //! Multipliers of the synthesis inequalities that can be proved: brought clearly inside their own inequalities.
 //!
 //! With W and W2 the multipliers of the primal and the dual inequality, that of `[X I; I Y]` has the diagonal blocks
-//! `Z11 = sum xd x' + x xd'` and Z22 (see the crate `certificate`, which proves the bound), and its best upper right block is known in closed
-//! form: for `Z11 = L1 L1'`, `Z22 = L2 L2'` the trace of `L1 K L2'` is least over `|K| <= 1` where `-K` is the orthogonal factor of the
-//! polar decomposition `U V'` of `L1'L2 = U s V'`. That is `-Z11 E F' Z22` with `E = L1^-T U`, `F = L2^-T V`, and the columns of the largest
-//! singular values are nearly all of it. At the optimum Z11 and Z22 are singular but for rounding, so W is mixed with a little of one whose
-//! Z11 is clearly positive: for the gramian P of `(A_k - alpha I, B_k)`, `A_k P + P A_k' + 2 B_k B_k' = B_k B_k' + 2 alpha P`.
+//! `Z11 = sum xd x' + x xd'` and Z22 (see the crate `certificate`, which proves the bound), and its best upper right
+//! block is known in closed form: for `Z11 = L1 L1'`, `Z22 = L2 L2'` the trace of `L1 K L2'` is least over `|K| <= 1`
+//! where `-K` is the orthogonal factor of the polar decomposition `U V'` of `L1'L2 = U s V'`. That is `-Z11 E F' Z22`
+//! with `E = L1^-T U`, `F = L2^-T V`, and the columns of the largest singular values are nearly all of it. At the
+//! optimum Z11 and Z22 are singular but for rounding, so W is mixed with a little of one whose Z11 is clearly
+//! positive: for the gramian P of `(A_k - alpha I, B_k)`, `A_k P + P A_k' + 2 B_k B_k' = B_k B_k' + 2 alpha P`.
 
 use crate::matrix::{
     Mat, block, kernel, pseudo_inverse, scaled_least_eigenvalue, spectral_abscissa, svd, symmetric_part,
@@ -59,7 +60,8 @@ fn mixed(w: &Mat, v: &Mat, share: f64) -> Mat {
     block(&[&[w, &(v * factor)]]).transpose().qr().r().transpose()
 }
 
-/// The multipliers with their coupling and the bound that they give, in units of gamma; `None` when Z11 or Z22 is not clearly positive.
+/// The multipliers with their coupling and the bound that they give, in units of gamma; `None` when Z11 or Z22 is not
+/// clearly positive.
 fn completed(
     primal: &GeneralisedPlant,
     dual: &GeneralisedPlant,

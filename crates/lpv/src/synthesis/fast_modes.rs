@@ -4,13 +4,14 @@
 //! x' = (P r + I - P) (A x + Bt wt + B1 w + B2 u)
 //! ```
 //!
-//! P projects on the plant's fast modes and r < 1 slows them; what they do at the other modes' frequencies stays, their gain at rest exactly.
-//! A controller for the slowed plant is one for the plant itself up to terms of the ratio of the two time scales, and so is its
-//! bound, with the Lyapunov matrix of the fast modes r times as large. Nothing is taken for granted: the loop of the plant itself is
-//! analysed, from that bound on.
+//! P projects on the plant's fast modes and r < 1 slows them; what they do at the other modes' frequencies stays,
+//! their gain at rest exactly. A controller for the slowed plant is one for the plant itself up to terms of the ratio
+//! of the two time scales, and so is its bound, with the Lyapunov matrix of the fast modes r times as large. Nothing
+//! is taken for granted: the loop of the plant itself is analysed, from that bound on.
 //!
-//! Two time scales: P. V. Kokotovic, H. K. Khalil, J. O'Reilly, "Singular Perturbation Methods in Control", 1986, chapter 7, for the
-//! Lyapunov function. The projector: J. D. Roberts, Int. J. Control 32(4), 1980, by the matrix sign function.
+//! Two time scales: P. V. Kokotovic, H. K. Khalil, J. O'Reilly, "Singular Perturbation Methods in Control", 1986,
+//! chapter 7, for the Lyapunov function. The projector: J. D. Roberts, Int. J. Control 32(4), 1980, by the matrix
+//! sign function.
 
 use crate::analysis::gain_bound::GainBound;
 use crate::matrix::{Mat, eigenvalues, solve, symmetric_part};
@@ -32,8 +33,8 @@ const MODE_GAP: f64 = 1e3;
 /// The ratios of one try to the next.
 const SLOWING_STEP: f64 = 1e-3;
 
-/// The plant with its fast modes slowed by more and more, as long as they stay apart from the others. Empty where no stable modes
-/// are apart and above the median.
+/// The plant with its fast modes slowed by more and more, as long as they stay apart from the others. Empty where no
+/// stable modes are apart and above the median.
 pub(crate) fn slowed(plant: &GeneralisedPlant) -> Vec<Slowed> {
     let Some((slow, fast)) = gap(&plant.a()) else { return Vec::new() };
     let Some(projector) = projector(&plant.a(), (slow * fast).sqrt()) else { return Vec::new() };

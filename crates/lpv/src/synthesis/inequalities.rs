@@ -38,7 +38,8 @@ pub struct LmiSolution {
     pub dual_scaling: Mat,
     /// The least eigenvalue over all inequalities, each scaled to a unit diagonal; positive if they hold strictly.
     pub margin: f64,
-    /// An estimate of how far gamma may be above the least, relative to itself; infinite when nothing is known or gamma was given.
+    /// An estimate of how far gamma may be above the least, relative to itself; infinite when nothing is known or
+    /// gamma was given.
     pub gap: f64,
     /// Multipliers that may prove how low gamma can be, the most promising first; empty when gamma was given.
     pub multipliers: Vec<DualMultipliers>,
@@ -46,19 +47,22 @@ pub struct LmiSolution {
 
 /// Multipliers of the synthesis inequalities, in floating point: what they are worth is for exact arithmetic to say.
 ///
-/// Those of the primal and of the dual inequality are `P P'`, with the control taken out: `[C2 D2t D21 0] P = 0` up to rounding.
+/// Those of the primal and of the dual inequality are `P P'`, with the control taken out: `[C2 D2t D21 0] P = 0` up
+/// to rounding.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DualMultipliers {
     /// P of the primal inequality, rows x, wt, w, z.
     pub primal: Mat,
     /// P of the dual inequality, rows as those of the primal one of [`GeneralisedPlant::dual`].
     pub dual: Mat,
-    /// E and F of the upper right block `-Z11 E F' Z22` of the multiplier of `[X I; I Y]`, whose other blocks follow from the first two.
+    /// E and F of the upper right block `-Z11 E F' Z22` of the multiplier of `[X I; I Y]`, whose other blocks follow
+    /// from the first two.
     pub coupling: (Mat, Mat),
 }
 
 impl LmiSolution {
-    /// An estimate of how low the least gamma may be, from multipliers in floating point; 0 when nothing is known. It is no bound.
+    /// An estimate of how low the least gamma may be, from multipliers in floating point; 0 when nothing is known. It
+    /// is no bound.
     pub fn lower_estimate(&self) -> f64 {
         (self.gamma * (1.0 - self.gap)).max(0.0)
     }

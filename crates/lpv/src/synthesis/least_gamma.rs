@@ -16,15 +16,17 @@ use crate::system::plant::{GeneralisedPlant, channels};
 
 /// The least gamma that the synthesis inequalities allow, and the coordinates in which it was found.
 ///
-/// The problem is solved in diagonally balanced coordinates, w and z in units in which gamma is about 1. Where the solver gets stuck before
-/// it is sure of the optimum, the point of least trace is sought a little above the gamma found: its X and Y are as small as they may be,
-/// and in the coordinates that make them equal and diagonal the problem is solved again.
+/// The problem is solved in diagonally balanced coordinates, w and z in units in which gamma is about 1. Where the
+/// solver gets stuck before it is sure of the optimum, the point of least trace is sought a little above the gamma
+/// found: its X and Y are as small as they may be, and in the coordinates that make them equal and diagonal the
+/// problem is solved again.
 ///
-/// What comes back satisfies the inequalities strictly, by their eigenvalues: gamma is never below the infimum, and its `gap` tells how
-/// far it may be above.
+/// What comes back satisfies the inequalities strictly, by their eigenvalues: gamma is never below the infimum, and
+/// its `gap` says how far it may be above.
 ///
 /// # Errors
-/// [`SynthesisError::Infeasible`] when the solver holds a certificate that no gamma will do; [`SynthesisError::Numerical`].
+/// [`SynthesisError::Infeasible`] when the solver holds a certificate that no gamma will do;
+/// [`SynthesisError::Numerical`].
 pub fn least_gamma(
     plant: &GeneralisedPlant,
     scalings: ScalingClass,
@@ -84,7 +86,8 @@ pub fn least_gamma(
     Err(SynthesisError::numerical(STAGE, diagnosis))
 }
 
-/// Where Riccati equations know of a gamma clearly below the one found: the coordinates in which the largest X and Y a little above it are equal.
+/// Where Riccati equations know of a gamma clearly below the one found: the coordinates in which the largest X and Y
+/// a little above it are equal.
 fn second_opinion(plant: &GeneralisedPlant, found: &LmiSolution) -> Option<Place> {
     if !plant.blocks.is_empty() || !found.gamma.is_finite() {
         return None;
@@ -197,7 +200,8 @@ const STAGE: &str = "least gamma";
 /// How closely the smallest matrices are sought: they only set a scale.
 const SCALE_TOLERANCE: f64 = 1e-3;
 
-/// The point of least trace at a given gamma: the smallest X, Y, S and Sigma. `known` is a solution at this gamma or a lower one.
+/// The point of least trace at a given gamma: the smallest X, Y, S and Sigma. `known` is a solution at this gamma or
+/// a lower one.
 pub(crate) fn smallest(
     plant: &GeneralisedPlant,
     gamma: f64,
@@ -207,8 +211,8 @@ pub(crate) fn smallest(
     let mut program = Program::new();
     let unknowns = state(&mut program, plant, Some(gamma), scalings);
     if scalings == ScalingClass::SymmetricAndSkew {
-        // Nothing else keeps S and Sigma from shrinking to nothing. The inequalities do not ask for this, so it asks for no more
-        // than the known solution has.
+        // Nothing else keeps S and Sigma from shrinking to nothing. The inequalities do not ask for this, so it asks
+        // for no more than the known solution has.
         let size = least_product(&known.primal_scaling, &known.dual_scaling).min(1.0);
         program.positive("[S cI; cI Sigma]", coupling(&unknowns.s, &unknowns.sigma, 0.9 * size));
     }
@@ -220,7 +224,8 @@ pub(crate) fn smallest(
     Ok(unknowns.lmi_solution(&program, &solution))
 }
 
-/// The largest c with `[S cI; cI Sigma] >= 0` for the symmetric parts S and Sigma: `c^2` is the least eigenvalue of `S Sigma`.
+/// The largest c with `[S cI; cI Sigma] >= 0` for the symmetric parts S and Sigma: `c^2` is the least eigenvalue of
+/// `S Sigma`.
 fn least_product(primal: &Mat, dual: &Mat) -> f64 {
     let root = symmetric_function(&symmetric_part(primal), |v| v.max(0.0).sqrt());
     least_eigenvalue(&(&root * symmetric_part(dual) * &root)).max(0.0).sqrt()

@@ -1,13 +1,14 @@
 //! Whether any controller stabilises the plant for every course of the parameters, whatever the gain.
 //!
-//! Without w and z the synthesis inequalities are homogeneous, so that the unknowns may be bounded by the identity, and the largest
-//! clearance t that they then allow is positive exactly when a gamma exists. In other coordinates t is another number, and on a stiff plant it
-//! may be as small as rounding in most. So a point that satisfies the inequalities strictly is always believed; that there is none only after
-//! the coordinates have been changed successfully several times to those in which the best X and S are the identity, which
-//! raises t towards 1 where it can be raised.
+//! Without w and z the synthesis inequalities are homogeneous, so that the unknowns may be bounded by the identity,
+//! and the largest clearance t that they then allow is positive exactly when a gamma exists. In other coordinates t
+//! is another number, and on a stiff plant it may be as small as rounding in most. So a point that satisfies the
+//! inequalities strictly always counts; that there is none only after the coordinates have been changed successfully
+//! several times to those in which the best X and S are the identity, which raises t towards 1 where it can be
+//! raised.
 //!
-//! B. R. Barmish, "Necessary and sufficient conditions for quadratic stabilizability of an uncertain system", J. Optimization Theory
-//! and Applications 46(4), 1985, for the notion.
+//! B. R. Barmish, "Necessary and sufficient conditions for quadratic stabilizability of an uncertain system", J.
+//! Optimization Theory and Applications 46(4), 1985, for the notion.
 
 use crate::analysis::bounded_real::{Multipliers, bounded_real_compact};
 use crate::error::SynthesisError;
@@ -27,7 +28,7 @@ const NO_CLEARANCE: f64 = 1e-7;
 /// How often the coordinates are changed.
 const MOST_COORDINATES: usize = 10;
 
-/// In so many coordinates there has to be no clearance before none is believed to exist.
+/// In so many coordinates there has to be no clearance before none counts as existing.
 const DENIALS_NEEDED: usize = 5;
 
 /// How much smaller than the largest an eigenvalue of X or S may count in a change of coordinates, at first.
@@ -45,7 +46,7 @@ pub(crate) enum Stabilisation {
     Unknown,
 }
 
-/// Judges both sides, that of the control first. Without parameters the modes have told.
+/// Judges both sides, that of the control first. Without parameters the modes decide, which were checked before.
 pub(crate) fn stabilisation(plant: &GeneralisedPlant, scalings: ScalingClass) -> Stabilisation {
     if plant.blocks.is_empty() {
         return Stabilisation::Possible;
@@ -93,7 +94,8 @@ struct Clearest {
     holds: bool,
 }
 
-/// The largest t with `N' L(X, S, T) N <= -t I`, `t I <= X <= I`, `t I <= S <= I`; `None` when the solver does not reach an optimum.
+/// The largest t with `N' L(X, S, T) N <= -t I`, `t I <= X <= I`, `t I <= S <= I`; `None` when the solver does not
+/// reach an optimum.
 fn clearest(plant: &GeneralisedPlant, scalings: ScalingClass) -> Option<Clearest> {
     let (n, r) = (plant.sizes().x, plant.sizes().t);
     let mut program = Program::new();

@@ -34,11 +34,12 @@ const STAGE: &str = "reconstruction";
 /// Of the family of controllers that the closed form gives, the one with the slowest fastest mode is taken
 /// among those that keep the inequality: it is the easiest to sample.
 ///
-/// A `limit` on the fastest mode is in units of the plant's time. It is checked on the grid of [`parameter_grid`], no more.
+/// A `limit` on the fastest mode is in units of the plant's time. It is checked on the grid of [`parameter_grid`], no
+/// more.
 ///
 /// # Errors
-/// [`SynthesisError::TooFast`] when the controller taken is not slow enough; [`SynthesisError::Numerical`] when X - Y^-1 or
-/// the multiplier is singular, or no controller of the family satisfies the inequality.
+/// [`SynthesisError::TooFast`] when the controller taken is not slow enough; [`SynthesisError::Numerical`] when X -
+/// Y^-1 or the multiplier is singular, or no controller of the family satisfies the inequality.
 pub fn reconstruct(
     plant: &GeneralisedPlant,
     found: &LmiSolution,
@@ -208,8 +209,8 @@ impl AffineLoop {
     }
 }
 
-/// The closed form `K = -w U' Phi V' (V Phi V')^-1` with `Phi = (w U U' - Psi)^-1`, in the basis of U and its complement, where the weight w, which
-/// may be large, meets nothing that it could drown:
+/// The closed form `K = -w U' Phi V' (V Phi V')^-1` with `Phi = (w U U' - Psi)^-1`, in the basis of U and its
+/// complement, where the weight w, which may be large, meets nothing that it could drown:
 ///
 /// ```text
 /// Q = Psi_11 - Psi_12 Psi_22^-1 Psi_21,   v = V_1' - Psi_12 Psi_22^-1 V_2',   rest = -V_2 Psi_22^-1 V_2'

@@ -1,10 +1,10 @@
 //! Removing controller states that hardly matter, with the bound shown anew.
 //!
-//! Where eigenvalues of X Y lie close to 1 the controller carries modes that nearly cancel. The controller's constant part,
-//! with y and wk as inputs and u and zk as outputs, is brought to balanced coordinates and its least states are taken out, one
-//! more at a time, as long as the loop keeps the gain bound that was asked for. Source of the balancing: B. C. Moore, IEEE Trans.
-//! Automatic Control 26(1), 1981; the states are replaced by their steady values (residualised): K. V. Fernando, H. Nicholson,
-//! IEEE Trans. Automatic Control 27(2), 1982.
+//! Where eigenvalues of X Y lie close to 1 the controller carries modes that nearly cancel. The controller's constant
+//! part, with y and wk as inputs and u and zk as outputs, is brought to balanced coordinates and its least states are
+//! taken out, one more at a time, as long as the loop keeps the gain bound that was asked for. Source of the
+//! balancing: B. C. Moore, IEEE Trans. Automatic Control 26(1), 1981; the states are replaced by their steady values
+//! (residualised): K. V. Fernando, H. Nicholson, IEEE Trans. Automatic Control 27(2), 1982.
 
 use crate::analysis::bounded_gain::bounded_gain;
 use crate::analysis::gain_bound::GainBound;
@@ -20,11 +20,11 @@ use crate::system::plant::GeneralisedPlant;
 /// How far above the bound of the full controller the reduced one may lie.
 const ALLOWED_RISE: f64 = 0.02;
 
-/// The design with as many controller states removed as leave the certified bound within 2 %; the design itself when none
-/// can go, or when its controller is unstable at Theta = 0.
+/// The design with as many controller states removed as leave the certified bound within 2 %; the design itself when
+/// none can go, or when its controller is unstable at Theta = 0.
 ///
-/// With a `fastest_mode` (rad/s) only such controllers are taken as keep it on the grid of [`parameter_grid`]: with states at
-/// their steady values the others may become faster.
+/// With a `fastest_mode` (rad/s) only such controllers are taken as keep it on the grid of [`parameter_grid`]: with
+/// states at their steady values the others may become faster.
 pub fn reduce(plant: &GeneralisedPlant, design: &Design, fastest_mode: Option<f64>) -> Design {
     let thetas = parameter_grid(plant.blocks.len());
     let slow_enough = |k: &Controller| fastest_mode.is_none_or(|limit| k.fastest_mode(&thetas) <= limit);

@@ -2,9 +2,8 @@
 //! enters.
 //!
 //! Without them the least gamma is an infimum that gains without limit approach, and the arithmetic may fail on the
-//! way (see
-//! [`crate::synthesis::regularity`]). With them the plant has one more output for each such direction of the controls, and one
-//! more disturbance for each such combination of measurements:
+//! way (see [`crate::synthesis::regularity`]). With them the plant has one more output for each such direction of the
+//! controls, and one more disturbance for each such combination of measurements:
 //!
 //! ```text
 //! z+ = e v' u~,   y~ + e c w+
@@ -27,7 +26,7 @@ use crate::system::plant::GeneralisedPlant;
 /// A design for a plant of which the least gamma may be known, but no controller: that of the plant with weights and
 /// noises added.
 ///
-/// How small these may be for the arithmetic is a matter of trial. The first bound near the least gamma is taken, or
+/// How small the arithmetic lets these be is tried out. The first bound near the least gamma is taken, or
 /// the best of all; of a least gamma that is zero but for rounding the first, for none is near it.
 pub(crate) fn design(
     plant: &GeneralisedPlant,
@@ -57,7 +56,7 @@ pub(crate) fn design(
     })
 }
 
-/// Whether a least gamma is zero as far as rounding tells: there is then none that is attained, and no controller is
+/// Whether a least gamma is zero but for rounding: there is then none that is attained, and no controller is
 /// near it.
 pub fn is_nothing(least: f64, bound: f64) -> bool {
     least < ZERO_GAMMA_RATIO * bound
@@ -88,7 +87,7 @@ fn attempt(plant: &GeneralisedPlant, size: f64, options: Options) -> Option<Desi
 
 /// Sizes of weights and noises, relative to what else reaches z and enters y, each with the part of the back-off
 /// asked for that the design keeps from the least gamma of the plant with them: they keep X Y off I, too. The first
-/// costs a few per cent of most gammas, and leaves gains that double precision bears.
+/// costs a few per cent of most gammas, and leaves gains that double precision can hold.
 const SIZES_AND_SHARES: [(f64, f64); 12] = [
     (1e-3, 0.2),
     (3e-3, 0.1),

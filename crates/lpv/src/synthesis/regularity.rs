@@ -1,13 +1,14 @@
 //! Controls without a weight and measurements without noise.
 //!
-//! Where D12 lacks full column rank a direction of the control costs nothing, and where D21 lacks full row rank a combination
-//! of measurements can be differentiated at no price. Neither makes the inequalities of the synthesis infeasible: their least
-//! gamma is then an infimum that gains without limit approach, at which the numerics fail. Source of the conditions: J. C. Doyle,
-//! K. Glover, P. P. Khargonekar, B. A. Francis, IEEE Trans. Automatic Control 34(8), 1989, section III.A; that LMIs do without them:
-//! P. Gahinet, P. Apkarian, Int. J. Robust and Nonlinear Control 4, 1994.
+//! Where D12 lacks full column rank a direction of the control costs nothing, and where D21 lacks full row rank a
+//! combination of measurements can be differentiated at no price. Neither makes the inequalities of the synthesis
+//! infeasible: their least gamma is then an infimum that gains without limit approach, at which the numerics fail.
+//! Source of the conditions: J. C. Doyle, K. Glover, P. P. Khargonekar, B. A. Francis, IEEE Trans. Automatic Control
+//! 34(8), 1989, section III.A; that LMIs do without them: P. Gahinet, P. Apkarian, Int. J. Robust and Nonlinear
+//! Control 4, 1994.
 //!
-//! A parameter channel counts as well: through Dt2 the gain between the channels, which must stay below 1, bounds a control,
-//! and through D2t the parameter disturbs a measurement. So `[D12; Dt2]` and `[D21 D2t]` are what is judged.
+//! A parameter channel counts as well: through Dt2 the gain between the channels, which must stay below 1, bounds a
+//! control, and through D2t the parameter disturbs a measurement. So `[D12; Dt2]` and `[D21 D2t]` are what is judged.
 
 use crate::matrix::{Mat, block, eigenvalues, largest_singular_value, svd};
 use crate::synthesis::balance::Coordinates;
@@ -15,9 +16,9 @@ use crate::system::partition::Signal::{T, U, W, X, Y, Z};
 use crate::system::plant::GeneralisedPlant;
 use std::fmt;
 
-/// A singular value up to this counts as zero, where each column of weights (row of noises) has norm 1: its square is what stands in the
-/// inequalities, and 1e-12 is lost beside the 1e-8 to which they are solved. A column below the square of it, beside what its control does through
-/// the states, is one of rounding.
+/// A singular value up to this counts as zero, where each column of weights (row of noises) has norm 1: its square is
+/// what stands in the inequalities, and 1e-12 is lost beside the 1e-8 to which they are solved. A column below the
+/// square of it, beside what its control does through the states, is one of rounding.
 pub const RANK_TOLERANCE: f64 = 1e-6;
 
 /// A control or measurement for which the problem sets no price.
@@ -39,10 +40,11 @@ pub enum Finding {
     },
 }
 
-/// All findings about a plant, controls first; none when `[D12; Dt2]` has full column rank and `[D21 D2t]` full row rank.
+/// All findings about a plant, controls first; none when `[D12; Dt2]` has full column rank and `[D21 D2t]` full row
+/// rank.
 ///
-/// The rank is judged on the plant as it is given, each control and each measurement in units of what it weighs itself: neither units nor
-/// modes far slower than the others matter.
+/// The rank is judged on the plant as it is given, each control and each measurement in units of what it weighs
+/// itself: neither units nor modes far slower than the others matter.
 pub fn findings(plant: &GeneralisedPlant) -> Vec<Finding> {
     let (weighted, units) = in_own_units(plant);
     let controls = free_directions(&weighted, RANK_TOLERANCE).into_iter().map(|(direction, weight)| {
@@ -55,8 +57,8 @@ pub fn findings(plant: &GeneralisedPlant) -> Vec<Finding> {
     controls.chain(measurements).collect()
 }
 
-/// The plant in diagonally balanced coordinates and with z and w scaled until what reaches z, and what w reaches, has norm 1; the
-/// coordinates, and what then counts as 1 in z and in 1/w, in the user's units.
+/// The plant in diagonally balanced coordinates and with z and w scaled until what reaches z, and what w reaches, has
+/// norm 1; the coordinates, and what then counts as 1 in z and in 1/w, in the user's units.
 pub(crate) fn normalised(plant: &GeneralisedPlant) -> (GeneralisedPlant, Coordinates, (f64, f64)) {
     let mut plant = plant.clone();
     let mut coordinates = Coordinates::diagonal(&plant);
@@ -79,8 +81,8 @@ fn size(m: &Mat) -> f64 {
     if size > 0.0 && size.is_finite() { size } else { 1.0 }
 }
 
-/// `[D12; Dt2]` with each column divided by its norm, and these norms. One that is lost in rounding beside what its control does through the states is
-/// divided by something larger.
+/// `[D12; Dt2]` with each column divided by its norm, and these norms. One that is lost in rounding beside what its
+/// control does through the states is divided by something larger.
 fn in_own_units(plant: &GeneralisedPlant) -> (Mat, Vec<f64>) {
     let (weights, channels) = (plant.d12(), plant.dt2());
     // A parameter channel has a unit of its own.
@@ -97,8 +99,8 @@ fn in_own_units(plant: &GeneralisedPlant) -> (Mat, Vec<f64>) {
     (scaled, units)
 }
 
-/// For each control the largest of `|C1 A^k b|/rate^(k+1)`, with the rate of the fastest mode: what z sees of it through the states within the time of
-/// that mode. 0 where no mode moves.
+/// For each control the largest of `|C1 A^k b|/rate^(k+1)`, with the rate of the fastest mode: what z sees of it
+/// through the states within the time of that mode. 0 where no mode moves.
 fn through_states(plant: &GeneralisedPlant) -> Vec<f64> {
     let rate = eigenvalues(&plant.a()).iter().map(|v| v.norm()).fold(0.0, f64::max);
     let (a, c1) = (plant.a(), plant.c1());
@@ -117,7 +119,8 @@ fn through_states(plant: &GeneralisedPlant) -> Vec<f64> {
     largest
 }
 
-/// Directions v of norm 1 with `|M v|` up to the tolerance, each with that norm: coordinate axes first, then combinations of the others.
+/// Directions v of norm 1 with `|M v|` up to the tolerance, each with that norm: coordinate axes first, then
+/// combinations of the others.
 pub(crate) fn free_directions(m: &Mat, tolerance: f64) -> Vec<(Vec<f64>, f64)> {
     let count = m.ncols();
     let (free, rest): (Vec<usize>, Vec<usize>) = (0..count).partition(|&j| m.column(j).norm() <= tolerance);
@@ -137,7 +140,8 @@ pub(crate) fn free_directions(m: &Mat, tolerance: f64) -> Vec<(Vec<f64>, f64)> {
     out
 }
 
-/// In the user's units, the largest component 1; components that are rounding beside the others in their own units are 0.
+/// In the user's units, the largest component 1; components that are rounding beside the others in their own units
+/// are 0.
 fn in_users_units(direction: &[f64], units: &[f64]) -> Vec<f64> {
     let kept = direction.iter().map(|v| if v.abs() > RANK_TOLERANCE { *v } else { 0.0 });
     let converted: Vec<f64> = kept.zip(units).map(|(v, unit)| v / unit).collect();
@@ -152,7 +156,8 @@ impl fmt::Display for Finding {
             Finding::UnweightedControl { direction, .. } => match only(direction) {
                 Some(j) => write!(
                     f,
-                    "no performance output weighs u{j}, so that its gain may grow without limit: give u{j} a weight (column {j} of D12)"
+                    "no performance output weighs u{j}, so that its gain may grow without limit: give u{j} a \
+                     weight (column {j} of D12)"
                 ),
                 None => write!(
                     f,
@@ -165,12 +170,14 @@ impl fmt::Display for Finding {
             Finding::NoiselessMeasurement { combination, .. } => match only(combination) {
                 Some(i) => write!(
                     f,
-                    "the measurement y{i} is free of noise, so that the gain from it may grow without limit: add noise to y{i} \
+                    "the measurement y{i} is free of noise, so that the gain from it may grow without limit: add \
+                     noise to y{i} \
                      (row {i} of D21)"
                 ),
                 None => write!(
                     f,
-                    "the combination {} of measurements is free of noise, so that the gain from it may grow without limit: \
+                    "the combination {} of measurements is free of noise, so that the gain from it may grow \
+                     without limit: \
                      add noise of its own to each of {} (rows of D21)",
                     sum_words(combination, "y"),
                     names(combination, "y")
@@ -278,7 +285,8 @@ impl fmt::Display for Regularisation {
         });
         write!(
             f,
-            "no controller could be computed for the plant as it is; this one was designed for the plant with {} added. The bound is of \
+            "no controller could be computed for the plant as it is; this one was designed for the plant with {} \
+             added. The bound is of \
              the plant as given, without them",
             outputs.chain(disturbances).collect::<Vec<_>>().join("; ")
         )
@@ -391,7 +399,8 @@ mod tests {
         assert_eq!(findings(&plant), vec![]);
     }
 
-    /// Units of u, y, z, w, time and states by many orders of magnitude: a regular plant stays regular, and a singular one singular.
+    /// Units of u, y, z, w, time and states by many orders of magnitude: a regular plant stays regular, and a
+    /// singular one singular.
     #[test]
     fn units_do_not_matter() {
         for (weight, expected) in [(0.2, 0), (0.0, 1)] {

@@ -1,17 +1,20 @@
-//! Plain H-infinity synthesis by Riccati equations: a second opinion on the least gamma, and coordinates for the inequalities.
+//! Plain H-infinity synthesis by Riccati equations: a second opinion on the least gamma, and coordinates for the
+//! inequalities.
 //!
-//! For a plant without parameters whose measurements are all noisy, the vectors of the primal inequality are `x` and `w = H x + D eta`, where D spans
-//! the kernel of D21 and `H = -D21^+ C2`. With w and z in units in which gamma is 1 the inequality reads
+//! For a plant without parameters whose measurements are all noisy, the vectors of the primal inequality are `x` and
+//! `w = H x + D eta`, where D spans the kernel of D21 and `H = -D21^+ C2`. With w and z in units in which gamma is 1
+//! the inequality reads
 //!
 //! ```text
-//! X L + L'X + X G X + Q < 0,    R = I - Dk'Dk,   G = Bk R^-1 Bk',   L = Ak + Bk R^-1 Dk'Ck,   Q = Ck'Ck - H'H + Ck'Dk R^-1 Dk'Ck
+//! X L + L'X + X G X + Q < 0,   R = I - Dk'Dk,   G = Bk R^-1 Bk'
+//! L = Ak + Bk R^-1 Dk'Ck,   Q = Ck'Ck - H'H + Ck'Dk R^-1 Dk'Ck
 //! Ak = A + B1 H,   Bk = B1 D,   Ck = C1 + D11 H,   Dk = D11 D
 //! ```
 //!
-//! and every solution is below the one of the equation for which `L + G X` is antistable. A controller exists when those of the plant
-//! and of its dual satisfy `[X I; I Y] > 0`: J. C. Doyle, K. Glover, P. P. Khargonekar, B. A. Francis, IEEE Trans. Automatic Control 34(8), 1989, in the
-//! terms of P. Gahinet, P. Apkarian, Int. J. Robust and Nonlinear Control 4, 1994. Nothing here is proved: what is found is put
-//! into the inequalities.
+//! and every solution is below the one of the equation for which `L + G X` is antistable. A controller exists when
+//! those of the plant and of its dual satisfy `[X I; I Y] > 0`: J. C. Doyle, K. Glover, P. P. Khargonekar, B. A.
+//! Francis, IEEE Trans. Automatic Control 34(8), 1989, in the terms of P. Gahinet, P. Apkarian, Int. J. Robust and
+//! Nonlinear Control 4, 1994. Nothing here is proved: what is found is put into the inequalities.
 
 use crate::matrix::{
     Mat, block, growing_basis, kernel, largest_eigenvalue, least_eigenvalue, pseudo_inverse, solve,
@@ -20,7 +23,8 @@ use crate::matrix::{
 use crate::synthesis::balance::osborne;
 use crate::system::plant::GeneralisedPlant;
 
-/// The inverses of the largest X and Y at a gain of 1; `None` where there is no controller with that gain, or D21 or D12 lacks rank.
+/// The inverses of the largest X and Y at a gain of 1; `None` where there is no controller with that gain, or D21 or
+/// D12 lacks rank.
 pub(crate) fn largest_inverses(plant: &GeneralisedPlant) -> Option<(Mat, Mat)> {
     let (p, q) = (largest_inverse(plant)?, largest_inverse(&plant.dual())?);
     // X Y > I for X = P^-1, Y = Q^-1.

@@ -34,6 +34,12 @@ impl Controller {
 
     /// The controller at a frozen parameter value, from y to u.
     ///
+    /// ```text
+    /// A + Bt D Ct,   By + Bt D Dty,   Cu + Dut D Ct,   Duy + Dut D Dty   with   D = Theta (I - Dtt Theta)^-1
+    /// ```
+    ///
+    /// Shapes: as many parameters in `theta` as there are repetitions.
+    ///
     /// # Errors
     /// [`LftError::NotWellPosed`] when `I - Dtt Theta` is singular.
     pub fn frozen(&self, theta: &[f64]) -> Result<StateSpace, LftError> {
@@ -43,7 +49,8 @@ impl Controller {
 
     /// The fastest mode of the frozen controller over some parameter values, the largest |lambda| of its A, rad/s.
     ///
-    /// Infinity where the controller is not well posed, or its eigenvalues cannot be found. Between the values nothing is known.
+    /// Infinity where the controller is not well posed, or its eigenvalues cannot be found. Between the values
+    /// nothing is known.
     pub fn fastest_mode(&self, thetas: &[Vec<f64>]) -> f64 {
         let fastest_at = |theta: &Vec<f64>| match self.frozen(theta) {
             Ok(frozen) => frozen.poles().iter().map(|pole| pole.norm()).fold(0.0, worse),
@@ -69,7 +76,10 @@ impl Controller {
 impl GeneralisedPlant {
     /// The closed loop with a controller, its channels ordered plant's, then controller's.
     ///
-    /// The direct path from u to y is zero, so the loop is always well posed at Theta = 0.
+    /// The direct path from u to y is zero, so the loop is always well posed at Theta = 0. Shapes: y and u of both
+    /// are of one size.
+    ///
+    /// Source: the star product of K. Zhou, J. C. Doyle, K. Glover, "Robust and Optimal Control", 1996, ch. 10.
     pub fn close(&self, k: &Controller) -> ClosedLoop {
         let channels = channels(&self.blocks).into_iter().chain(channels(&k.blocks)).collect();
         ClosedLoop { parts: self.parts.closed_by(&k.parts), channels }

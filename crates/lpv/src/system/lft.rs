@@ -58,7 +58,7 @@ impl Lft {
         self.channels.len()
     }
 
-    /// `M(theta)`.
+    /// `M(theta)`. p x m.
     ///
     /// # Errors
     /// [`LftError::NotWellPosed`] when `I - D Theta` is singular there.
@@ -73,7 +73,7 @@ impl Lft {
         Ok(&self.constant + &self.left * delta * inner)
     }
 
-    /// `M_1 + M_2`.
+    /// `M_1 + M_2`. Shapes: both p x m.
     pub fn add(&self, other: &Self) -> Self {
         Self {
             constant: &self.constant + &other.constant,
@@ -84,7 +84,7 @@ impl Lft {
         }
     }
 
-    /// `M_1 M_2`.
+    /// `M_1 M_2`. Shapes: p x m and m x k.
     pub fn multiply(&self, other: &Self) -> Self {
         let zero = Mat::zeros(other.size(), self.size());
         Self {
@@ -96,7 +96,7 @@ impl Lft {
         }
     }
 
-    /// `M^-1`.
+    /// `M^-1`. p x p. Source: Zhou, Doyle, Glover, ch. 10.
     ///
     /// # Errors
     /// [`LftError::SingularConstant`] when `M_0` cannot be inverted.
@@ -111,7 +111,7 @@ impl Lft {
         })
     }
 
-    /// `[M_1 M_2]`.
+    /// `[M_1 M_2]`. Shapes: p x m and p x k.
     pub fn beside(&self, other: &Self) -> Self {
         Self {
             constant: block(&[&[&self.constant, &other.constant]]),
@@ -122,7 +122,7 @@ impl Lft {
         }
     }
 
-    /// `[M_1; M_2]`.
+    /// `[M_1; M_2]`. Shapes: p x m and k x m.
     pub fn above(&self, other: &Self) -> Self {
         Self {
             constant: block(&[&[&self.constant], &[&other.constant]]),

@@ -1,8 +1,8 @@
 //! Model error: a norm-bounded difference between the plant and what it stands for.
 //!
-//! The plant's `[A B2]` is replaced by `[A B2] + E Delta(t) [F Fu]` with any measurable Delta(t) whose largest singular
-//! value is at most 1: S. Boyd, L. El Ghaoui, E. Feron, V. Balakrishnan, Linear Matrix Inequalities in System and Control
-//! Theory, 1994, section 4.3.
+//! The plant's `[A B2]` is replaced by `[A B2] + E Delta(t) [F Fu]` with any measurable Delta(t) whose largest
+//! singular value is at most 1: S. Boyd, L. El Ghaoui, E. Feron, V. Balakrishnan, Linear Matrix Inequalities in
+//! System and Control Theory, 1994, section 4.3.
 
 use crate::matrix::{Mat, block};
 use crate::system::controller::Controller;
@@ -31,6 +31,10 @@ pub struct LoopError {
 
 impl ModelError {
     /// What the error is in the loop that a controller closes.
+    ///
+    /// ```text
+    /// Fx = [F + Fu Duy C2, Fu Cu],   Ft = [Fu Duy D2t, Fu Dut],   Fw = Fu Duy D21
+    /// ```
     pub fn close(&self, plant: &GeneralisedPlant, k: &Controller) -> LoopError {
         let s = plant.sizes();
         let nk = k.a().nrows();

@@ -9,15 +9,15 @@ use crate::synthesis::balance::Coordinates;
 use crate::system::plant::GeneralisedPlant;
 use nalgebra::{Complex, DMatrix};
 
-/// A mode counts as out of reach when the least singular value of the pencil, its rows and columns scaled to one size, is below
-/// this fraction of the largest.
+/// A mode counts as out of reach when the least singular value of the pencil, its rows and columns scaled to one
+/// size, is below this fraction of the largest.
 const MODE_RANK_TOLERANCE: f64 = 1e-12;
 
-/// A mode whose real part is this close to zero, relative to the size of A, may lie on the axis; whether one does that is out of
-/// reach is asked there.
+/// A mode whose real part is this close to zero, relative to the size of A, may lie on the axis; whether one does
+/// that is out of reach is asked there.
 const NEAR_AXIS: f64 = 1e-9;
 
-/// The first mode with `Re >= 0` that B does not reach.
+/// The first mode with `Re >= 0` that B does not reach. A is n x n, B n x m; rad/s.
 pub fn unreachable_mode(a: &Mat, b: &Mat) -> Option<Complex<f64>> {
     let near = NEAR_AXIS * a.norm();
     let candidates = eigenvalues(a).into_iter().filter(|mode| mode.re >= -near);
@@ -36,8 +36,8 @@ pub fn unreachable_mode(a: &Mat, b: &Mat) -> Option<Complex<f64>> {
     })
 }
 
-/// A pencil with each row, and each of its first n columns, divided by a number so that they are of one size. Its rank stays: a fast
-/// mode elsewhere, or a unit, does not decide. Rows and columns of zeros stay as they are.
+/// A pencil with each row, and each of its first n columns, divided by a number so that they are of one size. Its
+/// rank stays: a fast mode elsewhere, or a unit, does not decide. Rows and columns of zeros stay as they are.
 fn equilibrated(mut pencil: DMatrix<Complex<f64>>, n: usize) -> DMatrix<Complex<f64>> {
     for _ in 0..10 {
         for mut row in pencil.row_iter_mut() {
@@ -94,8 +94,8 @@ fn check_finite(plant: &GeneralisedPlant) -> Result<(), SynthesisError> {
     })
 }
 
-/// A mode of the balanced plant, in the user's unit of time. (Rank is judged in balanced coordinates: in badly scaled ones
-/// everything looks unreachable.)
+/// A mode of the balanced plant, in the user's unit of time. (Rank is judged in balanced coordinates: in badly scaled
+/// ones everything looks unreachable.)
 fn in_users_time(mode: Complex<f64>, plant: &GeneralisedPlant) -> Complex<f64> {
     mode / Coordinates::diagonal(plant).scaled_rate(1.0)
 }

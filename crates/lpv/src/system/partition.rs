@@ -393,7 +393,8 @@ macro_rules! named_blocks {
             $(
                 #[doc = concat!("A copy of the block from ", stringify!($column), " to ", stringify!($row), ".")]
                 pub fn $block(&self) -> $crate::matrix::Mat {
-                    self.parts.block($crate::system::partition::Signal::$row, $crate::system::partition::Signal::$column)
+                    use $crate::system::partition::Signal;
+                    self.parts.block(Signal::$row, Signal::$column)
                 }
             )*
         }

@@ -64,7 +64,8 @@ impl GeneralisedPlant {
         Ok(Self { parts, blocks: vec![] })
     }
 
-    /// The transposed plant, of which the dual inequality is the primal one.
+    /// The transposed plant, of which the dual inequality is the primal one. w and z, u and y change places: `A',
+    /// Ct', C1', C2'` for `A, Bt, B1, B2`.
     pub fn dual(&self) -> Self {
         self.changed(Partitioned::dual)
     }

@@ -55,7 +55,7 @@ impl MatrixPolynomial {
         self.coefficients.len() - 1
     }
 
-    /// `M(rho)`, by Horner's rule.
+    /// `M(rho)`, by Horner's rule. p x m.
     pub fn evaluate(&self, rho: f64) -> Mat {
         let mut terms = self.coefficients.iter().rev();
         let Some(highest) = terms.next() else { return Mat::zeros(0, 0) };

@@ -32,7 +32,7 @@ pub struct HinfNorm {
 }
 
 impl StateSpace {
-    /// The eigenvalues of A.
+    /// The eigenvalues of A. rad/s.
     pub fn poles(&self) -> Vec<Complex<f64>> {
         eigenvalues(&self.a)
     }
@@ -42,7 +42,7 @@ impl StateSpace {
         spectral_abscissa(&self.a) < 0.0
     }
 
-    /// `C (s I - A)^-1 B + D` at the complex frequency s; `None` at a pole.
+    /// `C (s I - A)^-1 B + D` at the complex frequency s; `None` at a pole. p x m.
     pub fn response(&self, s: Complex<f64>) -> Option<DMatrix<Complex<f64>>> {
         let n = self.a.nrows();
         let complex = |m: &Mat| m.map(|v| Complex::new(v, 0.0));
@@ -60,7 +60,8 @@ impl StateSpace {
             .map_or(f64::INFINITY, |g| complex_singular_values(&g).first().copied().unwrap_or(0.0))
     }
 
-    /// The H-infinity norm to a relative accuracy of 1e-9; infinite for an unstable system.
+    /// The H-infinity norm to a relative accuracy of 1e-9; infinite for an unstable system. Source: at the top of
+    /// this file.
     pub fn hinf_norm(&self) -> HinfNorm {
         if !self.is_stable() {
             return HinfNorm { value: f64::INFINITY, frequency: 0.0 };

@@ -21,8 +21,8 @@ use nalgebra::DVector;
 
 /// `W_e(s) = (s/M_s + w_b)/(s + w_b eps)`, a bound on the inverse of the sensitivity.
 ///
-/// It is proper for every M_s that is not 0: 1/M_s is its gain at high frequency. No other weight can be asked for, and W_u is a
-/// constant.
+/// It is proper for every M_s that is not 0: 1/M_s is its gain at high frequency. No other weight can be asked for,
+/// and W_u is a constant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrackingWeight {
     /// M_s: the peak that the sensitivity may have.

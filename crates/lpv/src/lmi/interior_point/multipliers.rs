@@ -23,8 +23,9 @@ impl State<'_> {
         residual
     }
 
-    /// Replaces the multipliers by `X + X F(y) X` with the y for which they meet their equations, where that gives a better bound: rounding
-    /// may have left the present ones so far off that they tell nothing. Returns their bound; `None` when they would not stay positive.
+    /// Replaces the multipliers by `X + X F(y) X` with the y for which they meet their equations, where that gives a
+    /// better bound: rounding may have left the present ones so far off that they tell nothing. Returns their bound;
+    /// `None` when they would not stay positive.
     pub(super) fn correct(&mut self) -> Option<f64> {
         let m = self.objective.len();
         let mut gram = Mat::zeros(m, m);

@@ -131,8 +131,8 @@ impl State<'_> {
             cone.x += &d.x * step_x;
             cone.z += &d.z * step_z;
         }
-        // Once the inequalities hold at x, and clearly beside what is missing of the slacks, their own values are the slacks, free of what
-        // rounding has gathered.
+        // Once the inequalities hold at x, and clearly beside what is missing of the slacks, their own values are the
+        // slacks, free of what rounding has gathered.
         let values: Vec<Mat> =
             self.cones.iter().map(|c| c.data.constant() + c.data.linear(&self.x)).collect();
         let share = if self.feasible || step_z == 1.0 { 0.0 } else { 0.5 };
