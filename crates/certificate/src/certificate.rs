@@ -94,6 +94,26 @@ pub struct Controller {
     pub dtt: Rows,
 }
 
+macro_rules! by_key {
+    ($of:ty, $count:literal: $($field:ident $key:literal),*) => {
+        impl $of {
+            /// Each matrix of the partition with its key in the file.
+            pub fn by_key(&self) -> [(&'static str, &Rows); $count] {
+                [$(($key, &self.$field)),*]
+            }
+
+            /// The same, to be changed.
+            pub fn by_key_mut(&mut self) -> [(&'static str, &mut Rows); $count] {
+                [$(($key, &mut self.$field)),*]
+            }
+        }
+    };
+}
+
+by_key!(Plant, 15: a "A", bt "Bt", b1 "B1", b2 "B2", ct "Ct", dtt "Dtt", dt1 "Dt1", dt2 "Dt2",
+    c1 "C1", d1t "D1t", d11 "D11", d12 "D12", c2 "C2", d2t "D2t", d21 "D21");
+by_key!(Controller, 9: a "A", by "By", bt "Bt", cu "Cu", duy "Duy", dut "Dut", ct "Ct", dty "Dty", dtt "Dtt");
+
 /// The claim for the plant with `[A B2] + E Delta(t) [F Fu]` in place of `[A B2]`, for every measurable Delta(t)
 /// with a largest singular value of at most 1, beside Theta(t).
 #[derive(Debug, Clone, PartialEq, Serialize)]

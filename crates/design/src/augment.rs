@@ -50,8 +50,8 @@ mod tests {
             Model::new(&inputs.vehicle, &inputs.design).unwrap().lft,
         )
         .unwrap();
-        let (outputs, actuators) = (plant.d12.nrows(), inputs.vehicle.actuators.len());
+        let (outputs, actuators) = (plant.d12().nrows(), inputs.vehicle.actuators.len());
         assert_eq!(outputs, inputs.design.tracked.len() + actuators);
-        assert_eq!(plant.d12.rows(outputs - actuators, actuators), Mat::identity(actuators, actuators));
+        assert_eq!(plant.d12().rows(outputs - actuators, actuators), Mat::identity(actuators, actuators));
     }
 }

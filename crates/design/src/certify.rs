@@ -16,6 +16,7 @@ use lpv::analysis::{GainBound, bounded_gain};
 use lpv::controller::Controller;
 use lpv::matrix::{Mat, from_rows, to_rows};
 use lpv::model_error::ModelError;
+use lpv::partition::{self, CONTROLLER, NamedBlock, Names, Partitioned};
 use lpv::plant::GeneralisedPlant;
 use lpv::synthesis::Design;
 use scheduled::LftMatrices;
@@ -68,24 +69,13 @@ pub fn nominal(plant: &GeneralisedPlant, k: &Controller, bound: &GainBound) -> C
 
 /// A plant as the certificate holds it.
 pub fn plant_rows(p: &GeneralisedPlant) -> certificate::Plant {
-    certificate::Plant {
-        a: to_rows(&p.a),
-        bt: to_rows(&p.bt),
-        b1: to_rows(&p.b1),
-        b2: to_rows(&p.b2),
-        ct: to_rows(&p.ct),
-        c1: to_rows(&p.c1),
-        c2: to_rows(&p.c2),
-        dtt: to_rows(&p.dtt),
-        dt1: to_rows(&p.dt1),
-        dt2: to_rows(&p.dt2),
-        d1t: to_rows(&p.d1t),
-        d11: to_rows(&p.d11),
-        d12: to_rows(&p.d12),
-        d2t: to_rows(&p.d2t),
-        d21: to_rows(&p.d21),
-        d22: vec![],
-    }
+    let mut out = certificate::Plant::default();
+    out.by_key_mut().into_iter().for_each(|(key, rows)| *rows = rows_of(&p.parts, key));
+    out
+}
+
+fn rows_of(parts: &Partitioned, key: &str) -> Rows {
+    parts.named(key).map_or_else(Vec::new, |m| to_rows(&m))
 }
 
 /// A direct path from u to y as the certificate holds it: nothing where it is 0.
@@ -95,17 +85,20 @@ pub fn direct_path(d22: &Mat) -> Rows {
 
 /// A controller as the certificate holds it.
 pub fn controller_rows(k: &Controller) -> certificate::Controller {
-    certificate::Controller {
-        a: to_rows(&k.a),
-        by: to_rows(&k.by),
-        bt: to_rows(&k.bt),
-        cu: to_rows(&k.cu),
-        duy: to_rows(&k.duy),
-        dut: to_rows(&k.dut),
-        ct: to_rows(&k.ct),
-        dty: to_rows(&k.dty),
-        dtt: to_rows(&k.dtt),
-    }
+    let mut out = certificate::Controller::default();
+    out.by_key_mut().into_iter().for_each(|(key, rows)| *rows = rows_of(&k.parts, key));
+    out
+}
+
+/// The blocks of a partition whose matrices are given with their keys; `None` when one is ragged or no part of it. A
+/// matrix without rows is left out.
+pub fn blocks_of(names: Names, matrices: &[(&'static str, &Rows)]) -> Option<Vec<NamedBlock>> {
+    let given = matrices.iter().filter(|(_, rows)| !rows.is_empty());
+    let block = |(key, rows): &(&'static str, &Rows)| {
+        let (_, row, column) = partition::names(names).find(|(name, _, _)| name == key)?;
+        Some((row, column, from_rows(rows, rows.first()?.len())?))
+    };
+    given.map(block).collect()
 }
 
 /// A certificate's controller with its blocks, as files hold a controller.
@@ -120,22 +113,10 @@ pub fn frozen_rows(lft: &LftMatrices) -> certificate::Controller {
     certificate::Controller { a, by, bt, cu, duy, dut, ct, dty, dtt }
 }
 
-/// The frozen controller's matrices as the theory has them; `None` when they are ragged.
+/// The frozen controller's matrices as the theory has them; `None` when they do not fit together.
 pub fn controller_of(lft: &LftMatrices) -> Option<Controller> {
-    let (n, y) = (lft.a.len(), lft.by.first()?.len());
-    let r = lft.blocks.iter().sum();
-    Some(Controller {
-        a: from_rows(&lft.a, n)?,
-        by: from_rows(&lft.by, y)?,
-        bt: from_rows(&lft.bt, r)?,
-        cu: from_rows(&lft.cu, n)?,
-        duy: from_rows(&lft.duy, y)?,
-        dut: from_rows(&lft.dut, r)?,
-        ct: from_rows(&lft.ct, n)?,
-        dty: from_rows(&lft.dty, y)?,
-        dtt: from_rows(&lft.dtt, r)?,
-        blocks: lft.blocks.clone(),
-    })
+    let blocks = blocks_of(CONTROLLER, &frozen_rows(lft).by_key())?;
+    Controller::new(lft.blocks.clone(), &blocks).ok()
 }
 
 fn residual(error: &ModelError, bound: &GainBound) -> Residual {

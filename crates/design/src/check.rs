@@ -14,7 +14,7 @@ use crate::linearise::{linearise_at, stacked};
 use lpv::controller::Controller;
 use lpv::lft::Lft;
 use lpv::matrix::{Mat, eigenvalues, spectral_abscissa};
-use lpv::plant::GeneralisedPlant;
+use lpv::plant::{GeneralisedPlant, channels};
 use std::f64::consts::TAU;
 
 /// Speeds at which the closed loop is checked.
@@ -80,8 +80,8 @@ pub fn check(
     controller: &Controller,
     bound: f64,
 ) -> Result<Checks, Error> {
-    well_posed(&controller.dtt)?;
-    well_posed(&plant.dtt)?;
+    well_posed(&controller.dtt())?;
+    well_posed(&plant.dtt())?;
     let sampling = Sampling::of(inputs);
     let sample_time = sampling.sample_time;
     well_posed(&sampled_dtt(controller, sample_time).unwrap_or_else(|| Mat::from_element(1, 1, f64::NAN)))?;
@@ -138,7 +138,7 @@ pub fn check(
         }
         found.gain_truth = found.gain_truth.max(true_gain);
         found.sampled_radius = found.sampled_radius.max(radius);
-        let fastest = eigenvalues(&frozen.a).iter().map(|p| p.norm()).fold(0.0, f64::max);
+        let fastest = eigenvalues(&frozen.a()).iter().map(|p| p.norm()).fold(0.0, f64::max);
         found.fastest_controller_mode = found.fastest_controller_mode.max(fastest);
     }
     Ok(found)
@@ -149,20 +149,8 @@ pub fn check(
 /// # Errors
 /// [`ModelError::Lft`](crate::error::ModelError::Lft) where it is not well posed.
 pub fn frozen_controller(k: &Controller, rho: f64) -> Result<Controller, Error> {
-    let frozen = k.frozen(&[rho])?;
-    let (n, u, y) = (frozen.a.nrows(), frozen.c.nrows(), frozen.b.ncols());
-    Ok(Controller {
-        a: frozen.a,
-        by: frozen.b,
-        cu: frozen.c,
-        duy: frozen.d,
-        bt: Mat::zeros(n, 0),
-        dut: Mat::zeros(u, 0),
-        ct: Mat::zeros(0, n),
-        dty: Mat::zeros(0, y),
-        dtt: Mat::zeros(0, 0),
-        blocks: vec![],
-    })
+    let parts = k.parts.frozen(&channels(&k.blocks), &[rho])?;
+    Ok(Controller { parts, blocks: vec![] })
 }
 
 /// `I - rho D` is regular for all |rho| <= 1 exactly when D has no real eigenvalue of size 1 or more.

@@ -6,6 +6,7 @@ use auv::{Parameter, linearise};
 use lpv::controller::Controller;
 use lpv::lft::Lft;
 use lpv::matrix::{Mat, diagonal_blocks, svd};
+use lpv::partition::Signal::{T, U, X, Y};
 use lpv::state_space::StateSpace;
 use nalgebra::Complex;
 use proptest::prelude::*;
@@ -164,18 +165,18 @@ fn the_uncertain_loop_closed_by_delta_is_the_perturbed_loop() {
         let some = |rows: usize, columns: usize, seed: f64| {
             Mat::from_fn(rows, columns, |i, j| 0.1 * (seed + 1.3 * i as f64 + 2.1 * j as f64).sin())
         };
-        let controller = Controller {
-            a: some(3, 3, 0.0) - Mat::identity(3, 3),
-            by: some(3, tracked, 1.0),
-            bt: some(3, 2, 2.0),
-            cu: some(actuators, 3, 3.0),
-            duy: some(actuators, tracked, 4.0),
-            dut: some(actuators, 2, 5.0),
-            ct: some(2, 3, 6.0),
-            dty: some(2, tracked, 7.0),
-            dtt: some(2, 2, 8.0),
-            blocks: vec![2],
-        };
+        let blocks = [
+            (X, X, some(3, 3, 0.0) - Mat::identity(3, 3)),
+            (X, Y, some(3, tracked, 1.0)),
+            (X, T, some(3, 2, 2.0)),
+            (U, X, some(actuators, 3, 3.0)),
+            (U, Y, some(actuators, tracked, 4.0)),
+            (U, T, some(actuators, 2, 5.0)),
+            (T, X, some(2, 3, 6.0)),
+            (T, Y, some(2, tracked, 7.0)),
+            (T, T, some(2, 2, 8.0)),
+        ];
+        let controller = Controller::new(vec![2], &blocks).unwrap();
         for frozen in &subject.frozen {
             let rho = 0.4;
             let ball = remainder(&subject.inputs, frozen).unwrap();

@@ -6,7 +6,7 @@ mod common;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use lpv::plant::GeneralisedPlant;
-use lpv::synthesis::{Options, Scalings, least_gamma, synthesise};
+use lpv::synthesis::{Options, ScalingClass, least_gamma, synthesise};
 use std::hint::black_box;
 
 /// Name in the table, and where the plant comes from.
@@ -24,7 +24,7 @@ fn synthesis(criterion: &mut Criterion) {
     group.sample_size(10);
     for (name, plant) in plants() {
         group.bench_function(format!("least_gamma/{name}"), |bencher| {
-            bencher.iter(|| least_gamma(black_box(&plant), Scalings::SymmetricAndSkew).unwrap());
+            bencher.iter(|| least_gamma(black_box(&plant), ScalingClass::SymmetricAndSkew).unwrap());
         });
         group.bench_function(format!("synthesise/{name}"), |bencher| {
             bencher.iter(|| synthesise(black_box(&plant), Options::default()).unwrap());

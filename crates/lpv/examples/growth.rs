@@ -1,13 +1,15 @@
 //! How time and memory of a synthesis grow with the states n and the parameter channels r.
 //!
-//! `growth N R` designs one controller and prints one row: n, r, seconds, peak memory in MB, the least gamma, the proved
-//! bound. One process a size, because the peak is the process's (Linux; elsewhere it is printed as `nan`).
+//! `growth N R` designs one controller and prints one row: n, r, seconds, peak memory in MB, the least gamma, the
+//! proved bound. One process a size, because the peak is the process's (Linux; elsewhere it is printed as `nan`).
 //!
 //! The plant is a chain of n/2 unit masses between two walls. Springs and dampers join neighbours; three parameters
 //! change r of them by up to 20 %, each several at once. Two forces act on the two end masses, where the positions are
 //! measured with noise. So the plant is well-posed for every parameter, moderately damped, and Dtt = 0.
 
+use lpv::error::SynthesisError;
 use lpv::matrix::Mat;
+use lpv::partition::Signal::{T, U, W, X, Y, Z};
 use lpv::plant::GeneralisedPlant;
 use lpv::synthesis::{Options, synthesise};
 use std::process::ExitCode;
@@ -42,7 +44,7 @@ fn repetitions(r: usize) -> Vec<usize> {
 }
 
 /// The chain with n states and r channels.
-fn chain(n: usize, r: usize) -> GeneralisedPlant {
+fn chain(n: usize, r: usize) -> Result<GeneralisedPlant, SynthesisError> {
     let masses = n / 2;
     let mut a = Mat::zeros(n, n);
     for k in 0..=masses {
@@ -70,24 +72,18 @@ fn chain(n: usize, r: usize) -> GeneralisedPlant {
         out
     };
     let (noise, effort) = (Mat::identity(2, 2) * 0.1, Mat::identity(2, 2) * 0.3);
-    GeneralisedPlant {
-        b1: beside(&forces, 0, 4),
-        b2: forces,
-        dtt: Mat::zeros(r, r),
-        dt1: Mat::zeros(r, 4),
-        dt2: Mat::zeros(r, 2),
-        c1: beside(&positions.transpose(), 0, 4).transpose(),
-        d1t: Mat::zeros(4, r),
-        d11: Mat::zeros(4, 4),
-        d12: beside(&effort, 2, 4).transpose(),
-        c2: positions,
-        d2t: Mat::zeros(2, r),
-        d21: beside(&noise, 2, 4),
-        blocks: repetitions(r),
-        a,
-        bt,
-        ct,
-    }
+    let blocks = [
+        (X, X, a),
+        (X, T, bt),
+        (X, W, beside(&forces, 0, 4)),
+        (X, U, forces),
+        (T, X, ct),
+        (Z, X, beside(&positions.transpose(), 0, 4).transpose()),
+        (Z, U, beside(&effort, 2, 4).transpose()),
+        (Y, X, positions),
+        (Y, W, beside(&noise, 2, 4)),
+    ];
+    Ok(GeneralisedPlant::new(repetitions(r), &blocks)?)
 }
 
 /// The most memory that this process ever held, in MB.
@@ -109,9 +105,8 @@ fn main() -> ExitCode {
         eprintln!("n = {n}, r = {r}: n must be even and at least 4, r from 3 to n + 2");
         return ExitCode::FAILURE;
     }
-    let plant = chain(n, r);
     let begin = Instant::now();
-    match synthesise(&plant, Options::default()) {
+    match chain(n, r).and_then(|plant| synthesise(&plant, Options::default())) {
         Ok(design) => {
             let seconds = begin.elapsed().as_secs_f64();
             let (least, proved) = (design.gamma_optimum, design.certified.gamma);

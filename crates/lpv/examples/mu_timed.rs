@@ -1,7 +1,9 @@
-//! Bounds mu of the problem in a file again and again, and prints the median of the seconds: `mu_timed FILE.json [CALLS]`.
+//! Bounds mu of the problem in a file again and again, and prints the median of the seconds: `mu_timed FILE.json
+//! [CALLS]`.
 //!
-//! The file is as for `squid lpv mu`, all entries of `M` as `[re, im]`. Of a matrix `upper_bound` alone is timed, of a system the whole sweep over all
-//! frequencies with the perturbation. One JSON object is printed: `seconds`, `upper`, `lower` (of a system) and `intervals`.
+//! The file is as for `squid lpv mu`, all entries of `M` as `[re, im]`. Of a matrix `upper_bound` alone is timed, of
+//! a system the whole sweep over all frequencies with the perturbation. One JSON object is printed: `seconds`,
+//! `upper`, `lower` (of a system) and `intervals`.
 
 use lpv::matrix::{Mat, from_rows};
 use lpv::mu::sweep::mu_over_frequency;

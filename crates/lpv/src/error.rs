@@ -74,13 +74,14 @@ pub enum AugmentError {
     },
 }
 
-/// Synthesis did not give a controller: the problem is infeasible ([`SynthesisError::is_infeasible`]), what was asked beyond feasibility
-/// was not met ([`SynthesisError::TooFast`]), the input is wrong, or the numerics failed.
+/// Synthesis did not give a controller: the problem is infeasible ([`SynthesisError::is_infeasible`]), what was asked
+/// beyond feasibility was not met ([`SynthesisError::TooFast`]), the input is wrong, or the numerics failed.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum SynthesisError {
     /// A mode that no input reaches does not decay.
     #[error(
-        "the plant cannot be stabilised: the mode at {:.4} {:+.4}i is not reached by any control input", shown(*re), shown(*im)
+        "the plant cannot be stabilised: the mode at {:.4} {:+.4}i is not reached by any control \
+         input", shown(*re), shown(*im)
     )]
     NotStabilisable {
         /// Real part of the mode, rad/s.
@@ -89,16 +90,19 @@ pub enum SynthesisError {
         im: f64,
     },
     /// A mode that no measurement shows does not decay.
-    #[error("the plant cannot be stabilised: the mode at {:.4} {:+.4}i is not seen in any measurement", shown(*re), shown(*im))]
+    #[error("the plant cannot be stabilised: the mode at {:.4} {:+.4}i is not seen in any \
+        measurement", shown(*re), shown(*im))]
     NotDetectable {
         /// Real part of the mode, rad/s.
         re: f64,
         /// Imaginary part of the mode, rad/s.
         im: f64,
     },
-    /// At each frozen parameter the plant may be stabilised, but not for every course of the parameters by one Lyapunov function.
+    /// At each frozen parameter the plant may be stabilised, but not for every course of the parameters by one
+    /// Lyapunov function.
     #[error(
-        "no gamma will do: the control cannot stabilise the plant for every course of the parameters (quadratically, with \
+        "no gamma will do: the control cannot stabilise the plant for every course of the parameters \
+         (quadratically, with \
          these scalings); narrow the range of the parameters, or reach what they drive"
     )]
     NotQuadraticallyStabilisable,
@@ -125,14 +129,15 @@ pub enum SynthesisError {
         optimum: f64,
         /// The limit.
         limit: f64,
-        /// The channel that dominates in the loop of the best controller, frozen at Theta = 0: output z, input w (from 1), and
-        /// frequency in rad/s.
+        /// The channel that dominates in the loop of the best controller, frozen at Theta = 0: output z, input w
+        /// (from 1), and frequency in rad/s.
         dominant: Option<(usize, usize, f64)>,
     },
-    /// The controller's fastest mode, on a grid of the parameters, is beyond the limit that was asked for. That is no proof that every
-    /// controller is too fast: only some of those that keep gamma were looked at.
+    /// The controller's fastest mode, on a grid of the parameters, is beyond the limit that was asked for. That is no
+    /// proof that every controller is too fast: only some of those that keep gamma were looked at.
     #[error(
-        "every controller found has a mode {ratio:.3} times as fast as the limit allows, also with the back-off raised, and whether \
+        "every controller found has a mode {ratio:.3} times as fast as the limit allows, also with the back-off \
+         raised, and whether \
          there is a slower one is not known; raise the limit or relax the weights"
     )]
     TooFast {
@@ -141,7 +146,8 @@ pub enum SynthesisError {
     },
     /// There are controllers for the plant without D22, but none found that stays well posed round it.
     #[error(
-        "the direct path D22 from u to y makes every controller found ill posed: I + Duy D22 of the controller for the plant without \
+        "the direct path D22 from u to y makes every controller found ill posed: I + Duy D22 of the controller \
+         for the plant without \
          D22 is singular within the box of the parameters; put a lag into the measurements or the controls of the plant"
     )]
     NotWellPosed,
@@ -159,6 +165,11 @@ pub enum SynthesisError {
 }
 
 impl SynthesisError {
+    /// [`SynthesisError::Numerical`].
+    pub(crate) fn numerical(stage: &'static str, diagnosis: String) -> Self {
+        Self::Numerical { stage, diagnosis }
+    }
+
     /// Whether the problem is known to have no solution, as against a failure to find one.
     pub fn is_infeasible(&self) -> bool {
         matches!(
@@ -182,4 +193,43 @@ fn dominant_words(dominant: &Option<(usize, usize, f64)>) -> String {
 /// A number to be shown with four decimals: 0 rather than -0.0000.
 fn shown(v: f64) -> f64 {
     if v.abs() < 0.5e-4 { 0.0 } else { v }
+}
+
+/// There is no gain at a bounded rate of the parameter.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum RateError {
+    /// There is nothing to analyse.
+    #[error("there are no samples of the system")]
+    NoSamples,
+    /// Samples are given in ascending order of the parameter.
+    #[error("the sample at theta = {theta} does not lie above the one before it")]
+    NotAscending {
+        /// Where.
+        theta: f64,
+    },
+    /// All samples are systems of one shape.
+    #[error("the sample at theta = {theta}: {source}")]
+    Shape {
+        /// Where.
+        theta: f64,
+        /// What does not fit.
+        source: ShapeError,
+    },
+    /// A rate is a number, zero or more.
+    #[error("the bound on the rate of the parameter is {rate}, it must be zero or more")]
+    NegativeRate {
+        /// What was given.
+        rate: f64,
+    },
+    /// A system that is unstable at a constant parameter has no finite gain.
+    #[error("the system at theta = {theta} has a mode with real part {re:.3e}")]
+    Unstable {
+        /// Where.
+        theta: f64,
+        /// The largest real part of its modes, rad/s.
+        re: f64,
+    },
+    /// No Lyapunov function of this order, or a numerical failure: the two are kept apart in the source.
+    #[error(transparent)]
+    Inequality(#[from] SynthesisError),
 }

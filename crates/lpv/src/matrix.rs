@@ -11,7 +11,7 @@ pub type ComplexVector = DVector<Complex<f64>>;
 /// Puts blocks together: `block(&[&[a, b], &[c, d]])` is `[a b; c d]`.
 ///
 /// Each row of blocks has one height and each column of blocks one width; blocks with no rows or no columns
-/// are welcome. The caller's types guarantee the shapes, so a mismatch is a defect of this crate.
+/// are allowed. The caller's types guarantee the shapes, so a mismatch is a defect of this crate.
 pub fn block(rows: &[&[&Mat]]) -> Mat {
     let heights: Vec<usize> = rows.iter().map(|row| row.first().map_or(0, |b| b.nrows())).collect();
     let widths: Vec<usize> = rows.first().map_or(Vec::new(), |row| row.iter().map(|b| b.ncols()).collect());
@@ -43,12 +43,12 @@ pub fn diagonal_blocks(blocks: &[&Mat]) -> Mat {
     out
 }
 
-/// `(A + A')/2`.
+/// `(A + A')/2`. A is n x n.
 pub fn symmetric_part(a: &Mat) -> Mat {
     (a + a.transpose()) * 0.5
 }
 
-/// `(A - A')/2`.
+/// `(A - A')/2`. A is n x n.
 pub fn skew_part(a: &Mat) -> Mat {
     (a - a.transpose()) * 0.5
 }
@@ -74,7 +74,7 @@ pub struct Svd {
     pub v: Mat,
 }
 
-/// Decomposes A.
+/// Decomposes A. `A = U diag(s) V'`, m x n.
 pub fn svd(a: &Mat) -> Svd {
     let (m, n) = a.shape();
     if a.is_empty() {
@@ -95,7 +95,7 @@ pub fn svd(a: &Mat) -> Svd {
     }
 }
 
-/// The pseudo-inverse, singular values below `tolerance` times the largest taken for zero.
+/// The pseudo-inverse, singular values below `tolerance` times the largest taken for zero. n x m for an m x n matrix.
 pub fn pseudo_inverse(a: &Mat, tolerance: f64) -> Mat {
     let Svd { u, s, v } = svd(a);
     let largest = s.first().copied().unwrap_or(0.0);
@@ -125,8 +125,9 @@ pub fn least_eigenvalue(a: &Mat) -> f64 {
     symmetric_eigenvalues(a).first().copied().unwrap_or(f64::INFINITY)
 }
 
-/// The largest eigenvalue of a symmetric matrix after the congruence with a diagonal matrix that makes its diagonal -1. Its sign is that of the
-/// largest eigenvalue, and rounding is seen in proportion. Where the diagonal is not negative, 1.
+/// The largest eigenvalue of a symmetric matrix after the congruence with a diagonal matrix that makes its diagonal
+/// -1. Its sign is that of the largest eigenvalue, and rounding counts in proportion. Where the diagonal is not
+/// negative, 1.
 pub(crate) fn scaled_largest_eigenvalue(m: &Mat) -> f64 {
     if m.iter().any(|v| !v.is_finite()) {
         return f64::INFINITY;
@@ -160,7 +161,8 @@ pub fn eigenvalues(a: &Mat) -> Vec<Complex<f64>> {
     values
 }
 
-/// A basis of the subspace that belongs to the eigenvalues with positive real parts, as columns; `None` unless these are half of all.
+/// A basis of the subspace that belongs to the eigenvalues with positive real parts, as columns; `None` unless these
+/// are half of all.
 pub(crate) fn growing_basis(a: &Mat) -> Option<Mat> {
     let n = a.nrows();
     if a.iter().any(|v| !v.is_finite()) {
@@ -189,7 +191,8 @@ pub fn largest(least: f64, values: impl IntoIterator<Item = f64>) -> f64 {
     values.into_iter().fold(least, |most, v| if most.is_nan() || v.is_nan() { f64::NAN } else { most.max(v) })
 }
 
-/// The solution of `A X = B` by LU with partial pivoting; `None` when A is singular. Empty systems are welcome.
+/// The solution of `A X = B` by LU with partial pivoting; `None` when A is singular. Empty systems are allowed. A is
+/// n x n, B n x k.
 pub fn solve(a: &Mat, b: &Mat) -> Option<Mat> {
     if a.is_empty() { Some(b.clone()) } else { a.clone().lu().solve(b) }
 }
@@ -233,7 +236,8 @@ impl Definite {
         self.solve_to(b, 1e-14)
     }
 
-    /// The solution of `A x = b` to a residual, relatively, by conjugate gradients with the factor as preconditioner: two steps when the factor is good.
+    /// The solution of `A x = b` to a residual, relatively, by conjugate gradients with the factor as preconditioner:
+    /// two steps when the factor is good.
     pub(crate) fn solve_to(&self, b: &[f64], residual: f64) -> Vec<f64> {
         use faer::linalg::solvers::Solve;
         let n = b.len();
@@ -247,7 +251,7 @@ impl Definite {
         let enough = residual * least;
         let mut push = precondition(&left);
         let mut product = left.dot(&push);
-        for _ in 0..REFINEMENTS {
+        for _ in 0..MOST_REFINEMENTS {
             let moved = &self.matrix * &push;
             let curvature = push.dot(&moved);
             if curvature <= 0.0 || !curvature.is_finite() {
@@ -262,9 +266,9 @@ impl Definite {
             if least <= enough {
                 break;
             }
-            let seen = precondition(&left);
-            let next = left.dot(&seen);
-            push = seen + push * (next / product);
+            let conditioned = precondition(&left);
+            let next = left.dot(&conditioned);
+            push = conditioned + push * (next / product);
             product = next;
         }
         best.iter().zip(&self.scale).map(|(x, s)| x * s).collect()
@@ -272,7 +276,7 @@ impl Definite {
 }
 
 /// Steps of conjugate gradients, at most: what more of them would find is rounding.
-const REFINEMENTS: usize = 3;
+const MOST_REFINEMENTS: usize = 3;
 
 /// `f(A) = V f(Lambda) V'` of a symmetric matrix.
 pub fn symmetric_function(a: &Mat, f: impl Fn(f64) -> f64) -> Mat {
@@ -290,7 +294,7 @@ pub fn symmetric_function(a: &Mat, f: impl Fn(f64) -> f64) -> Mat {
 
 /// An orthonormal basis of the kernel of A, as columns.
 ///
-/// Singular values below `1e-10` of the largest count as zero.
+/// Singular values below `1e-10` of the largest count as zero. n x k for an m x n matrix whose kernel has dimension k.
 pub fn kernel(a: &Mat) -> Mat {
     let Svd { s, v, .. } = svd(a);
     let largest = s.first().copied().unwrap_or(0.0);
@@ -298,7 +302,7 @@ pub fn kernel(a: &Mat) -> Mat {
     v.columns(rank, a.ncols() - rank).into_owned()
 }
 
-/// `A = L R` with as few columns in L as `tolerance` allows: singular values up to it are dropped.
+/// `A = L R` with as few columns in L as `tolerance` allows: singular values up to it are dropped. L is m x k, R k x n.
 pub fn rank_factors(a: &Mat, tolerance: f64) -> (Mat, Mat) {
     let Svd { u, s, v } = svd(a);
     let rank = s.iter().filter(|value| **value > tolerance).count();
@@ -340,7 +344,8 @@ pub fn complex_eigenvalues(a: &DMatrix<Complex<f64>>) -> Vec<Complex<f64>> {
     }
 }
 
-/// The left and right singular vectors of the least singular value of a square complex matrix: those that it nearly annihilates.
+/// The left and right singular vectors of the least singular value of a square complex matrix: those that it nearly
+/// annihilates.
 pub fn complex_svd_ends(a: &DMatrix<Complex<f64>>) -> Option<(ComplexVector, ComplexVector)> {
     let n = a.nrows();
     if n == 0 || a.iter().any(|v| !(v.re.is_finite() && v.im.is_finite())) {

@@ -1,12 +1,12 @@
-//! The structured singular value mu: how much of a structured perturbation a loop bears.
+//! The structured singular value mu: how large a structured perturbation a loop tolerates.
 //!
 //! ```text
 //! mu(M) = 1 / min { |Delta| : det(I - M Delta) = 0, Delta of the structure }
 //! ```
 //!
-//! J. C. Doyle, "Analysis of feedback systems with structured uncertainties", IEE Proc. D 129(6), 1982; with real blocks M. K. H. Fan,
-//! A. L. Tits, J. C. Doyle, "Robustness in the presence of mixed parametric uncertainty and unmodeled dynamics", IEEE Trans.
-//! Automatic Control 36(1), 1991.
+//! J. C. Doyle, "Analysis of feedback systems with structured uncertainties", IEE Proc. D 129(6), 1982; with real
+//! blocks M. K. H. Fan, A. L. Tits, J. C. Doyle, "Robustness in the presence of mixed parametric uncertainty and
+//! unmodeled dynamics", IEEE Trans. Automatic Control 36(1), 1991.
 //!
 //! - [`structure`]: what a perturbation may look like;
 //! - [`upper`]: the bound by D-G scalings, and the scalings that show it;
@@ -20,6 +20,7 @@ mod centre;
 pub mod interval;
 pub mod lower;
 pub mod margin;
+mod perturbable;
 mod product;
 mod scaling;
 pub mod structure;

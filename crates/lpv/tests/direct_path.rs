@@ -7,6 +7,8 @@ use lpv::controller::Controller;
 use lpv::direct_path::{around, reduce, synthesise};
 use lpv::matrix::{Mat, block};
 use lpv::parameter_grid::parameter_grid;
+use lpv::partition::Signal::{T, U, Y};
+use lpv::partition::{PLANT, Partitioned, Sizes};
 use lpv::plant::GeneralisedPlant;
 use lpv::state_space::StateSpace;
 use lpv::synthesis::{Design, Options};
@@ -17,7 +19,7 @@ use proptest::prelude::*;
 /// zk, wt, wk, u and y.
 fn loop_with(p: &GeneralisedPlant, d22: &Mat, k: &Controller, theta: &[f64]) -> Option<StateSpace> {
     let s = p.sizes();
-    let (nk, rk) = (k.a.nrows(), k.dtt.nrows());
+    let (nk, rk) = (k.a().nrows(), k.dtt().nrows());
     let zero = Mat::zeros;
     let expand = |blocks: &[usize]| {
         let each: Vec<f64> =
@@ -26,27 +28,27 @@ fn loop_with(p: &GeneralisedPlant, d22: &Mat, k: &Controller, theta: &[f64]) -> 
     };
     // zt, zk, u, y in terms of themselves, and of x, xk, w.
     let inner = block(&[
-        &[&(&p.dtt * expand(&p.blocks)), &zero(s.t, rk), &p.dt2, &zero(s.t, s.y)],
-        &[&zero(rk, s.t), &(&k.dtt * expand(&k.blocks)), &zero(rk, s.u), &k.dty],
-        &[&zero(s.u, s.t), &(&k.dut * expand(&k.blocks)), &zero(s.u, s.u), &k.duy],
-        &[&(&p.d2t * expand(&p.blocks)), &zero(s.y, rk), d22, &zero(s.y, s.y)],
+        &[&(&p.dtt() * expand(&p.blocks)), &zero(s.t, rk), &p.dt2(), &zero(s.t, s.y)],
+        &[&zero(rk, s.t), &(&k.dtt() * expand(&k.blocks)), &zero(rk, s.u), &k.dty()],
+        &[&zero(s.u, s.t), &(&k.dut() * expand(&k.blocks)), &zero(s.u, s.u), &k.duy()],
+        &[&(&p.d2t() * expand(&p.blocks)), &zero(s.y, rk), d22, &zero(s.y, s.y)],
     ]);
     let from = block(&[
-        &[&p.ct, &zero(s.t, nk), &p.dt1],
-        &[&zero(rk, s.x), &k.ct, &zero(rk, s.w)],
-        &[&zero(s.u, s.x), &k.cu, &zero(s.u, s.w)],
-        &[&p.c2, &zero(s.y, nk), &p.d21],
+        &[&p.ct(), &zero(s.t, nk), &p.dt1()],
+        &[&zero(rk, s.x), &k.ct(), &zero(rk, s.w)],
+        &[&zero(s.u, s.x), &k.cu(), &zero(s.u, s.w)],
+        &[&p.c2(), &zero(s.y, nk), &p.d21()],
     ]);
     let solved = (Mat::identity(inner.nrows(), inner.nrows()) - inner).lu().solve(&from)?;
     let own = block(&[
-        &[&p.a, &zero(s.x, nk), &p.b1],
-        &[&zero(nk, s.x), &k.a, &zero(nk, s.w)],
-        &[&p.c1, &zero(s.z, nk), &p.d11],
+        &[&p.a(), &zero(s.x, nk), &p.b1()],
+        &[&zero(nk, s.x), &k.a(), &zero(nk, s.w)],
+        &[&p.c1(), &zero(s.z, nk), &p.d11()],
     ]);
     let through = block(&[
-        &[&(&p.bt * expand(&p.blocks)), &zero(s.x, rk), &p.b2, &zero(s.x, s.y)],
-        &[&zero(nk, s.t), &(&k.bt * expand(&k.blocks)), &zero(nk, s.u), &k.by],
-        &[&(&p.d1t * expand(&p.blocks)), &zero(s.z, rk), &p.d12, &zero(s.z, s.y)],
+        &[&(&p.bt() * expand(&p.blocks)), &zero(s.x, rk), &p.b2(), &zero(s.x, s.y)],
+        &[&zero(nk, s.t), &(&k.bt() * expand(&k.blocks)), &zero(nk, s.u), &k.by()],
+        &[&(&p.d1t() * expand(&p.blocks)), &zero(s.z, rk), &p.d12(), &zero(s.z, s.y)],
     ]);
     let whole = own + through * solved;
     let n = s.x + nk;
@@ -73,14 +75,12 @@ const BLOCKS: [usize; 2] = [2, 1];
 prop_compose! {
     /// Three states, two parameters in three channels, two w, z, y, and u: any but for the size of the parameters'
     /// own loop.
-    fn random_plant()(
-        a in matrix(3, 3), bt in matrix(3, 3), b1 in matrix(3, 2), b2 in matrix(3, 2),
-        ct in matrix(3, 3), dtt in matrix(3, 3), dt1 in matrix(3, 2), dt2 in matrix(3, 2),
-        c1 in matrix(2, 3), d1t in matrix(2, 3), d11 in matrix(2, 2), d12 in matrix(2, 2),
-        c2 in matrix(2, 3), d2t in matrix(2, 3), d21 in matrix(2, 2),
-    ) -> GeneralisedPlant {
-        let dtt = dtt * 0.2;
-        GeneralisedPlant { a, bt, b1, b2, ct, dtt, dt1, dt2, c1, d1t, d11, d12, c2, d2t, d21, blocks: BLOCKS.to_vec() }
+    fn random_plant()(whole in matrix(3 + 3 + 2 + 2, 3 + 3 + 2 + 2)) -> GeneralisedPlant {
+        let sizes = Sizes { x: 3, t: 3, w: 2, u: 2, z: 2, y: 2 };
+        let mut parts = Partitioned::of(whole, PLANT, sizes);
+        parts.block_mut(T, T).scale_mut(0.2);
+        parts.block_mut(Y, U).fill(0.0);
+        GeneralisedPlant { parts, blocks: BLOCKS.to_vec() }
     }
 }
 
@@ -150,7 +150,7 @@ fn a_direct_path_changes_neither_gamma_nor_bound() {
 fn a_controller_that_a_direct_path_makes_singular_is_changed() {
     let plant = common::plant(&common::case("compleib/compleib_NN2"));
     let without = lpv::synthesis::synthesise(&plant, Options::default()).unwrap();
-    let d22 = dmatrix![-1.0 / without.controller.duy[(0, 0)]];
+    let d22 = dmatrix![-1.0 / without.controller.duy()[(0, 0)]];
     assert!(around(&without.controller, &d22).is_none());
     let design = synthesise(&plant, &d22, Options::default()).unwrap();
     assert!(design.certified.gamma <= 1.01 * without.certified.gamma);

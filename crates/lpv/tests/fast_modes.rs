@@ -3,7 +3,7 @@
 
 mod common;
 
-use lpv::matrix::{Mat, block};
+use lpv::partition::Signal::{X, Z};
 use lpv::plant::GeneralisedPlant;
 use lpv::synthesis::{Design, Options, synthesise};
 
@@ -11,23 +11,12 @@ use lpv::synthesis::{Design, Options, synthesise};
 fn with_filter(rate: f64) -> GeneralisedPlant {
     let p = common::plant(&common::case("lpv01_lpvtools_lft_tutorial"));
     let s = p.sizes();
-    let below = |m: &Mat| block(&[&[m], &[&Mat::zeros(1, m.ncols())]]);
-    let beside = |m: &Mat| block(&[&[m, &Mat::zeros(m.nrows(), 1)]]);
-    let (seen, filter) = (&p.c2 * rate, Mat::from_element(1, 1, -rate));
-    let output = block(&[&[&Mat::zeros(1, s.x), &Mat::from_element(1, 1, 0.1)]]);
-    GeneralisedPlant {
-        a: block(&[&[&p.a, &Mat::zeros(s.x, 1)], &[&seen, &filter]]),
-        bt: below(&p.bt),
-        b1: below(&p.b1),
-        b2: below(&p.b2),
-        ct: beside(&p.ct),
-        c1: block(&[&[&beside(&p.c1)], &[&output]]),
-        d1t: below(&p.d1t),
-        d11: below(&p.d11),
-        d12: below(&p.d12),
-        c2: beside(&p.c2),
-        ..p
-    }
+    let parts = p.parts.resized(X, s.x + 1).resized(Z, s.z + 1);
+    let mut out = GeneralisedPlant { parts, blocks: p.blocks.clone() };
+    out.parts.block_mut(X, X).view_mut((s.x, 0), (1, s.x)).copy_from(&(p.c2() * rate));
+    out.parts.block_mut(X, X)[(s.x, s.x)] = -rate;
+    out.parts.block_mut(Z, X)[(s.z, s.x)] = 0.1;
+    out
 }
 
 /// Proved for the plant itself: by the eigenvalues of its own loop, at three frozen parameters too.

@@ -9,8 +9,8 @@ use lpv::polynomial::MatrixPolynomial;
 use nalgebra::dmatrix;
 use proptest::prelude::*;
 
-/// `[[3 + del + eta, del/eta], [7 + rho, rho + del eta]]` of RobustAndOptimalControl.jl's tests, del = 2 +- 1, eta = 6 +- 1,
-/// rho = -1 +- 1.
+/// `[[3 + del + eta, del/eta], [7 + rho, rho + del eta]]` of RobustAndOptimalControl.jl's tests, del = 2 +- 1, eta =
+/// 6 +- 1, rho = -1 +- 1.
 #[test]
 fn rational_matrix_equals_its_formula() {
     let case = common::case("lft01_evaluation");

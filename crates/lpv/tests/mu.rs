@@ -9,8 +9,9 @@ use lpv::mu::{Block, CMat, Structure};
 use lpv::state_space::StateSpace;
 use nalgebra::{Complex, dmatrix};
 
-/// A real scalar that destabilises at one frequency alone: M = -(8/3) s/(s + 1)^3 is real at 1/sqrt(3) rad/s only, and 1 there.
-/// (`(s + 1)^3 + (8/3) delta s` has roots at +-j/sqrt(3) for delta = -1.) Any grid of frequencies says 0.
+/// A real scalar that destabilises at one frequency alone: M = -(8/3) s/(s + 1)^3 is real at 1/sqrt(3) rad/s only,
+/// and 1 there. (`(s + 1)^3 + (8/3) delta s` has roots at +-j/sqrt(3) for delta = -1.) Any grid of frequencies says
+/// 0.
 #[test]
 fn an_isolated_peak_of_a_real_scalar_is_found_and_bounded() {
     let system = StateSpace {
@@ -26,8 +27,9 @@ fn an_isolated_peak_of_a_real_scalar_is_found_and_bounded() {
     assert!(found.upper.upper >= 1.0 - 1e-9 && found.upper.upper < 1.0 + 2e-4, "{}", found.upper.upper);
 }
 
-/// The spinning satellite of S. Skogestad, I. Postlethwaite, Multivariable Feedback Control, 2005, section 3.7.1: its characteristic polynomial
-/// is `s^2 + (2 + d1 + d2) s + 1 + d1 + d2 + 101 d1 d2`, so the smallest real pair has `|d| = 0.0995`, at zero frequency.
+/// The spinning satellite of S. Skogestad, I. Postlethwaite, Multivariable Feedback Control, 2005, section 3.7.1: its
+/// characteristic polynomial is `s^2 + (2 + d1 + d2) s + 1 + d1 + d2 + 101 d1 d2`, so the smallest real pair has `|d|
+/// = 0.0995`, at zero frequency.
 #[test]
 fn the_spinning_satellite() {
     let (a, b, c) = (dmatrix![0.0, 10.0; -10.0, 0.0], Mat::identity(2, 2), dmatrix![1.0, 10.0; -10.0, 1.0]);
@@ -43,8 +45,8 @@ fn the_spinning_satellite() {
     }
 }
 
-/// Fourteen real coefficients of a transport aircraft (G. Ferreres, A Practical Approach to Robustness Analysis, 1999), on which a power iteration returns 0.
-/// Searching all 16384 corners gives a margin of 5.4281 at 0.6229 rad/s.
+/// Fourteen real coefficients of a transport aircraft (G. Ferreres, A Practical Approach to Robustness Analysis,
+/// 1999), on which a power iteration returns 0. Searching all 16384 corners gives a margin of 5.4281 at 0.6229 rad/s.
 #[test]
 fn fourteen_real_coefficients_of_an_aircraft() {
     let (system, structure) = aircraft();
@@ -74,7 +76,8 @@ fn aircraft() -> (StateSpace, Structure) {
     ];
     let b = dmatrix![ydp, ydr; ldp, ldr; 0.0, ndr; 0.0, 0.0];
     let scale = -std::f64::consts::PI / 180.0 / g;
-    let c = dmatrix![scale * yb, scale * yp, scale * yr, 0.0; 0.0, 1.0, 0.0, 0.0; 0.0, 0.0, 1.0, 0.0; 0.0, 0.0, 0.0, 1.0];
+    let [cb, cp, cr] = [scale * yb, scale * yp, scale * yr];
+    let c = dmatrix![cb, cp, cr, 0.0; 0.0, 1.0, 0.0, 0.0; 0.0, 0.0, 1.0, 0.0; 0.0, 0.0, 0.0, 1.0];
     let d = dmatrix![scale * ydp, scale * ydr; 0.0, 0.0; 0.0, 0.0; 0.0, 0.0];
     // Where each coefficient enters: the row of x', and the column of [A B]; the first row is also the first output.
     let places = [
@@ -94,7 +97,8 @@ fn aircraft() -> (StateSpace, Structure) {
         (2, 5),
     ];
     let k = dmatrix![-629.8858, 11.5254, 3.311, 9.4278; 285.9496, 0.3693, -2.6301, -0.5489];
-    // Actuators in companion form: (-1.77 s + 399)/(s^2 + 48.2 s + 399) and (2.6 s^2 - 1185 s + 27350)/(s^3 + 77.7 s^2 + 3331 s + 27350).
+    // Actuators in companion form: (-1.77 s + 399)/(s^2 + 48.2 s + 399) and (2.6 s^2 - 1185 s + 27350)/(s^3 + 77.7
+    // s^2 + 3331 s + 27350).
     let mut aa = Mat::zeros(5, 5);
     aa.view_mut((0, 0), (2, 2)).copy_from(&dmatrix![-48.2, -399.0; 1.0, 0.0]);
     aa.view_mut((2, 2), (3, 3)).copy_from(&dmatrix![-77.7, -3331.0, -27350.0; 1.0, 0.0, 0.0; 0.0, 1.0, 0.0]);
@@ -137,8 +141,8 @@ fn the_example_of_ab13md() {
     assert!(lower.value > 0.9 * upper.value && lower.value <= upper.value, "{}", lower.value);
 }
 
-/// Four complex scalars for which the bound by scalings is 1 and mu 0.87236 (A. Packard, J. C. Doyle, Automatica 29(1), 1993; the latter by 400 starts of
-/// a local search).
+/// Four complex scalars for which the bound by scalings is 1 and mu 0.87236 (A. Packard, J. C. Doyle, Automatica
+/// 29(1), 1993; the latter by 400 starts of a local search).
 #[test]
 fn four_complex_scalars_with_a_gap() {
     let (m, structure) = case("mu04_packard_doyle_gap");
@@ -148,7 +152,8 @@ fn four_complex_scalars_with_a_gap() {
     assert!(lower > 0.864 && lower < 0.87237, "{lower}");
 }
 
-/// Systems through which nothing passes, with states and without: mu is zero at every frequency, and no small number spoils that.
+/// Systems through which nothing passes, with states and without: mu is zero at every frequency, and no small number
+/// spoils that.
 #[test]
 fn nothing_passes_through_zeros() {
     let structure = Structure::from_notation(&[(1, 0), (3, 3)]).unwrap();

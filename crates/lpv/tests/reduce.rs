@@ -14,7 +14,7 @@ fn a_reduced_controller_keeps_the_limit_on_its_fastest_mode() {
     let fastest = |design: &Design| design.controller.fastest_mode(&thetas);
     let design = synthesise(&plant, Options::default()).unwrap();
     let free = reduce(&plant, &design, None);
-    assert!(free.controller.a.nrows() < design.controller.a.nrows(), "something can be removed");
+    assert!(free.controller.a().nrows() < design.controller.a().nrows(), "something can be removed");
     assert!(fastest(&free) > 0.0);
 
     let allowed = 1.001 * fastest(&free);

@@ -3,7 +3,8 @@
 
 mod common;
 
-use lpv::matrix::{Mat, block};
+use lpv::matrix::Mat;
+use lpv::partition::Signal::{U, W, X, Y, Z};
 use lpv::plant::GeneralisedPlant;
 use lpv::regularise::Regularisation;
 use lpv::synthesis::{Design, Options, synthesise};
@@ -14,17 +15,11 @@ fn with(p: &GeneralisedPlant, added: &Regularisation) -> GeneralisedPlant {
     let (more_z, more_w) = (added.weights.len(), added.noises.len());
     let weights = Mat::from_fn(more_z, s.u, |i, j| added.weights[i][j]);
     let noises = Mat::from_fn(s.y, more_w, |i, j| added.noises[j][i]);
-    let z = Mat::zeros;
-    GeneralisedPlant {
-        b1: block(&[&[&p.b1, &z(s.x, more_w)]]),
-        dt1: z(s.t, s.w + more_w),
-        c1: block(&[&[&p.c1], &[&z(more_z, s.x)]]),
-        d1t: z(s.z + more_z, s.t),
-        d11: block(&[&[&p.d11, &z(s.z, more_w)], &[&z(more_z, s.w), &z(more_z, more_w)]]),
-        d12: block(&[&[&p.d12], &[&weights]]),
-        d21: block(&[&[&p.d21, &noises]]),
-        ..p.clone()
-    }
+    let parts = p.parts.resized(Z, s.z + more_z).resized(W, s.w + more_w);
+    let mut out = GeneralisedPlant { parts, blocks: p.blocks.clone() };
+    out.parts.block_mut(Z, U).rows_mut(s.z, more_z).copy_from(&weights);
+    out.parts.block_mut(Y, W).columns_mut(s.w, more_w).copy_from(&noises);
+    out
 }
 
 const UNITS: [f64; 5] = [1e3, 1e-2, 10.0, 0.1, 20.0];
@@ -32,17 +27,14 @@ const UNITS: [f64; 5] = [1e3, 1e-2, 10.0, 0.1, 20.0];
 /// The plant with other units of u, y, z, w and time.
 fn in_other_units(p: &GeneralisedPlant) -> GeneralisedPlant {
     let [u, y, z, w, rate] = UNITS;
-    GeneralisedPlant {
-        a: &p.a * rate,
-        b1: &p.b1 * (rate * w),
-        b2: &p.b2 * (rate * u),
-        c1: &p.c1 * z,
-        d11: &p.d11 * (z * w),
-        d12: &p.d12 * (z * u),
-        c2: &p.c2 * y,
-        d21: &p.d21 * (y * w),
-        ..p.clone()
+    let mut out = p.clone();
+    for (row, unit) in [(X, rate), (Z, z), (Y, y)] {
+        out.parts.rows_mut(row).scale_mut(unit);
     }
+    for (column, unit) in [(W, w), (U, u)] {
+        out.parts.columns_mut(column).scale_mut(unit);
+    }
+    out
 }
 
 /// Designs for a singular plant without parameters, and checks both loops: that of the plant as given, and that of
@@ -75,7 +67,7 @@ fn the_bound_is_near_the_least_gamma() {
 #[test]
 fn what_is_added_is_told_in_the_users_units() {
     let mut plant = common::plant(&common::case("compleib/compleib_DIS1"));
-    plant.d12.fill(0.0);
+    plant.parts.block_mut(Z, U).fill(0.0);
     let added = |plant: &GeneralisedPlant| assert_holds(plant).regularisation.unwrap();
     let (here, there) = (added(&plant), added(&in_other_units(&plant)));
     let [u, y, z, w, _] = UNITS;

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::lpv::mu_file::{Perturbed, mu_problem};
-use lpv::mu::lower::{LowerBound, SINGULAR, lower_bound};
+use lpv::mu::lower::{LowerBound, SINGULAR_RESIDUAL, lower_bound};
 use lpv::mu::sweep::{FrequencyMu, SweepError, mu_over_frequency, response};
 use lpv::mu::upper::upper_bound;
 use lpv::mu::worst_case::{Perturbable, WorstCaseError, worst_case_gain};
@@ -102,7 +102,7 @@ fn performance(whole: &Perturbable) -> Result<Performance, SweepError> {
     let both = mu_over_frequency(&whole.system, &whole.with_performance()?)?;
     let mut out = Performance {
         upper: both.upper.upper,
-        lower: both.lower.map_or(0.0, |found| found.value * (1.0 - SINGULAR)),
+        lower: both.lower.map_or(0.0, |found| found.value * (1.0 - SINGULAR_RESIDUAL)),
         size: whole.size,
         gain_upper: None,
         gain_lower: None,
@@ -206,8 +206,8 @@ impl Report {
     }
 
     fn shown_by(&mut self, found: Option<LowerBound>) {
-        // I - M Delta is singular up to SINGULAR: so much is taken off.
-        self.lower = Some(found.as_ref().map_or(0.0, |l| l.value * (1.0 - SINGULAR)));
+        // I - M Delta is singular up to SINGULAR_RESIDUAL: so much is taken off.
+        self.lower = Some(found.as_ref().map_or(0.0, |l| l.value * (1.0 - SINGULAR_RESIDUAL)));
         let Some(found) = found else { return };
         self.lower_frequency = found.frequency;
         self.residual = Some(found.residual);

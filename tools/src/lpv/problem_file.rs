@@ -20,6 +20,8 @@ use crate::error::Error;
 use crate::lpv::matrices::{Matrices, Reader, Size, find};
 use certificate::Json;
 use lpv::matrix::Mat;
+use lpv::partition::Signal::{W, X, Z};
+use lpv::partition::{NamedBlock, PLANT, Sizes, names};
 use lpv::plant::GeneralisedPlant;
 use squid_design::files::read;
 use std::path::Path;
@@ -48,14 +50,16 @@ pub fn problem(path: &Path) -> Result<Problem, Error> {
     let entries = nested.map_or(Ok(data), |(key, plant)| reader.object(plant, key))?;
     let blocks = if nested.is_some() { reader.blocks(data)? } else { vec![] };
     let matrices = Matrices::read(&reader, entries)?;
-    let plant = partition(&matrices, blocks)?;
-    if plant.b1.ncols() == 0 {
+    let parts = partition(&matrices, &blocks)?;
+    let shown =
+        |row, column| parts.iter().find(|part| (part.0, part.1) == (row, column)).map(|part| part.2.shape());
+    if shown(X, W).is_some_and(|(_, columns)| columns == 0) {
         return Err(reader.wrong("B1", no_performance("columns", "no disturbance w")));
     }
-    if plant.c1.nrows() == 0 {
+    if shown(Z, X).is_some_and(|(rows, _)| rows == 0) {
         return Err(reader.wrong("C1", no_performance("rows", "no output z")));
     }
-    plant.check().map_err(|shape| reader.wrong("", shape.to_string()))?;
+    let plant = GeneralisedPlant::new(blocks, &parts).map_err(|shape| reader.wrong("", shape.to_string()))?;
     let d22 = matrices.or_zero("D22", plant.sizes().y, plant.sizes().u)?;
     Ok(Problem { plant, d22 })
 }
@@ -68,34 +72,20 @@ fn no_performance(part: &str, lacking: &str) -> String {
     )
 }
 
-/// The plant of the matrices; a matrix without rows or columns may be left out, unless it is what shows the sizes.
-fn partition(m: &Matrices<'_>, blocks: Vec<usize>) -> Result<GeneralisedPlant, Error> {
+/// The plant's blocks; a matrix without rows or columns may be left out, unless it is what shows the sizes.
+fn partition(m: &Matrices<'_>, blocks: &[usize]) -> Result<Vec<NamedBlock>, Error> {
     let a = m.get("A", Size::own())?;
     let n = a.nrows();
     m.only("E", |i, j| if i == j { 1.0 } else { 0.0 }, IMPROPER)?;
-    let r = blocks.iter().sum();
     let (w, u) = (m.columns(&["B1", "D11", "D21", "Dt1"])?, m.columns(&["B2", "D12", "Dt2"])?);
     let (z, y) = (m.rows(&["C1", "D11", "D12", "D1t"])?, m.rows(&["C2", "D21", "D2t"])?);
-    let part = |key, rows, columns| m.get(key, Size { rows, columns, required: false });
-    let shown = |key, rows, columns| m.get(key, Size { rows, columns, required: n > 0 });
-    Ok(GeneralisedPlant {
-        b1: shown("B1", n, w)?,
-        b2: shown("B2", n, u)?,
-        c1: shown("C1", z, n)?,
-        c2: shown("C2", y, n)?,
-        bt: part("Bt", n, r)?,
-        ct: part("Ct", r, n)?,
-        dtt: part("Dtt", r, r)?,
-        dt1: part("Dt1", r, w)?,
-        dt2: part("Dt2", r, u)?,
-        d1t: part("D1t", z, r)?,
-        d2t: part("D2t", y, r)?,
-        d11: part("D11", z, w)?,
-        d12: part("D12", z, u)?,
-        d21: part("D21", y, w)?,
-        a,
-        blocks,
-    })
+    let sizes = Sizes { x: n, t: blocks.iter().sum(), w, u, z, y };
+    let part = |(key, row, column)| {
+        let required = n > 0 && matches!(key, "B1" | "B2" | "C1" | "C2");
+        let size = Size { rows: sizes.of(row), columns: sizes.of(column), required };
+        Ok((row, column, if key == "A" { a.clone() } else { m.get(key, size)? }))
+    };
+    names(PLANT).filter(|(key, _, _)| *key != "D22").map(part).collect()
 }
 
 /// That a text cannot be read, and why: with its line. JSON has no infinity, but programs write one: Python as
@@ -152,7 +142,7 @@ mod tests {
         let text = r#"{"A": [], "B1": [], "B2": [], "C1": [[]], "C2": [[]], "D11": [[1, 2]], "D12": [[1]], "D21": [[1, 0]]}"#;
         let p = plant_of(text).unwrap();
         assert_eq!(
-            (p.b1.shape(), p.b2.shape(), p.c1.shape(), p.c2.shape()),
+            (p.b1().shape(), p.b2().shape(), p.c1().shape(), p.c2().shape()),
             ((0, 2), (0, 1), (1, 0), (1, 0))
         );
         let without = r#"{"A": [], "D11": [[1, 2]], "D12": [[1]], "D21": [[1, 0]]}"#;
@@ -160,7 +150,7 @@ mod tests {
         let scheduled = r#"{"P": {"A": [], "Dtt": [[0.5]], "Dt1": [[1]], "Dt2": [[0]], "D1t": [[1]], "D11": [[0]],
             "D12": [[0.1]], "D2t": [[0]], "D21": [[1]]}, "blocks": [1]}"#;
         let p = plant_of(scheduled).unwrap();
-        assert_eq!((p.bt.shape(), p.ct.shape(), p.blocks), ((0, 1), (1, 0), vec![1]));
+        assert_eq!((p.bt().shape(), p.ct().shape(), p.blocks), ((0, 1), (1, 0), vec![1]));
     }
 
     #[test]

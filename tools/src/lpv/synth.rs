@@ -11,7 +11,7 @@ use lpv::parameter_grid::parameter_grid;
 use lpv::plant::GeneralisedPlant;
 use lpv::regularise::is_nothing;
 use lpv::regularity::findings;
-use lpv::synthesis::{Design, DualMultipliers, Options, Scalings, least_gamma};
+use lpv::synthesis::{Design, DualMultipliers, Options, ScalingClass, least_gamma};
 use serde::Serialize;
 use squid_design::certify;
 use squid_design::certify::{nominal, rows_with_blocks};
@@ -125,7 +125,7 @@ fn symmetric(plant: &GeneralisedPlant, report: &mut Report) {
         report.gamma_symmetric = Some(both);
         return;
     }
-    match least_gamma(plant, Scalings::Symmetric) {
+    match least_gamma(plant, ScalingClass::Symmetric) {
         Ok((_, found)) if found.gamma > both && found.lower_estimate() < HALF * found.gamma => {
             report.remarks.push(format!(
                 "the least gamma with symmetric scalings alone is not known: the search got stuck at {:.4e}",
@@ -154,7 +154,7 @@ fn feasible(problem: &Problem, design: &Design, report: &mut Report) {
     report.gamma_lower = proved_lower(&problem.plant, &design.multipliers);
     report.lower_estimate = design.lower_estimate;
     report.gamma_design = Some(design.gamma_design);
-    report.controller_states = Some(design.controller.a.nrows());
+    report.controller_states = Some(design.controller.a().nrows());
     if let Some(added) = &design.regularisation {
         report.regularised = true;
         report.remarks.push(added.to_string());

@@ -98,10 +98,10 @@ pub fn controller(inputs: &Inputs, k: &Controller, gamma: &Gamma) -> Result<Stri
     let mut out = format!(
         "Controller: {} states, {} channels of rho, {} measurements, {} commands\n\
          gamma {:.4} at the least, built at {:.4}, the finished loop bounded by {}\n",
-        k.a.nrows(),
-        k.bt.ncols(),
-        k.by.ncols(),
-        k.cu.nrows(),
+        k.a().nrows(),
+        k.bt().ncols(),
+        k.by().ncols(),
+        k.cu().nrows(),
         gamma.optimum,
         gamma.optimum * (1.0 + gamma.back_off),
         above(gamma.bound)

@@ -43,7 +43,7 @@ pub fn smallest_ball(
     let m = inputs.vehicle.actuators.len();
     let right = block(&[&[&t, &Mat::zeros(STATES, m)], &[&Mat::zeros(m, STATES), &Mat::identity(m, m)]]);
     let size = reach(residuals(inputs, model)?.iter().map(|r| &t_inverse * r * &right));
-    let (n, root) = (plant.a.nrows(), size.sqrt());
+    let (n, root) = (plant.a().nrows(), size.sqrt());
     let mut e = Mat::zeros(n, STATES);
     e.view_mut((0, 0), (STATES, STATES)).copy_from(&(&t * root));
     let mut f = Mat::zeros(STATES + m, n);

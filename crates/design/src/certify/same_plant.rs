@@ -4,9 +4,11 @@
 //! are: rational functions of rho. With their poles far outside the range (see [`check`]) two such functions that
 //! agree at thousands of points agree between them.
 
+use crate::certify::blocks_of;
 use crate::error::{Error, ProofError};
 use certificate::Certificate;
-use lpv::matrix::{Mat, eigenvalues, from_rows, largest};
+use lpv::matrix::{Mat, eigenvalues, largest};
+use lpv::partition::{PLANT, Signal, names};
 use lpv::plant::GeneralisedPlant;
 
 /// How far the plant of a certificate may be from the one computed anew: rounding on another processor.
@@ -36,7 +38,7 @@ const FARTHEST: f64 = 0.5;
 /// [`ModelError::Shape`](crate::error::ModelError::Shape), [`ModelError::Lft`].
 pub fn check(certificate: &Certificate, wanted: &GeneralisedPlant) -> Result<(), Error> {
     let found = plant_with(certificate, &wanted.blocks)?;
-    let modulus = |plant: &GeneralisedPlant| largest(0.0, eigenvalues(&plant.dtt).iter().map(|v| v.norm()));
+    let modulus = |plant: &GeneralisedPlant| largest(0.0, eigenvalues(&plant.dtt()).iter().map(|v| v.norm()));
     let (here, there) = (modulus(&found), modulus(wanted));
     if here.is_nan() || here > FARTHEST.max(1.01 * there) {
         let what = format!("Dtt, with an eigenvalue of modulus {here:.2e} in place of {there:.2e},");
@@ -72,17 +74,10 @@ fn compare(
 ) -> Result<(), Error> {
     for theta in points {
         let (a, b) = (wanted.frozen(&theta)?, found.frozen(&theta)?);
-        let pairs = [
-            ("A", a.a, b.a),
-            ("B1", a.b1, b.b1),
-            ("B2", a.b2, b.b2),
-            ("C1", a.c1, b.c1),
-            ("D11", a.d11, b.d11),
-            ("D12", a.d12, b.d12),
-            ("C2", a.c2, b.c2),
-            ("D21", a.d21, b.d21),
-        ];
-        if let Some((name, _, _)) = pairs.iter().find(|(_, p, q)| !alike(p, q)) {
+        let differs = |(_, row, column): &(&str, Signal, Signal)| {
+            !alike(&a.parts.block(*row, *column), &b.parts.block(*row, *column))
+        };
+        if let Some((name, _, _)) = names(PLANT).find(differs) {
             return Err(wrong(format!("matrix {name} at rho = {:.3}", theta[0])).into());
         }
     }
@@ -105,34 +100,10 @@ fn plant_with(certificate: &Certificate, blocks: &[usize]) -> Result<Generalised
     if certificate.plant.direct_path().is_some() {
         return Err(wrong("D22, which a vehicle does not have,".into()).into());
     }
-    let found = plant_of(certificate).ok_or_else(|| wrong("the shape of a matrix".into()))?;
-    found.check()?;
+    let parts = blocks_of(PLANT, &certificate.plant.by_key());
+    let parts = parts.ok_or_else(|| wrong("the shape of a matrix".into()))?;
+    let found = GeneralisedPlant::new(certificate.blocks.clone(), &parts)?;
     if found.blocks == blocks { Ok(found) } else { Err(wrong("the number of channels".into()).into()) }
-}
-
-/// The plant of a certificate; `None` when its matrices are ragged.
-fn plant_of(certificate: &Certificate) -> Option<GeneralisedPlant> {
-    let p = &certificate.plant;
-    let (n, w, u) = (p.a.len(), p.b1.first()?.len(), p.b2.first()?.len());
-    let r = certificate.blocks.iter().sum();
-    Some(GeneralisedPlant {
-        a: from_rows(&p.a, n)?,
-        bt: from_rows(&p.bt, r)?,
-        b1: from_rows(&p.b1, w)?,
-        b2: from_rows(&p.b2, u)?,
-        ct: from_rows(&p.ct, n)?,
-        dtt: from_rows(&p.dtt, r)?,
-        dt1: from_rows(&p.dt1, w)?,
-        dt2: from_rows(&p.dt2, u)?,
-        c1: from_rows(&p.c1, n)?,
-        d1t: from_rows(&p.d1t, r)?,
-        d11: from_rows(&p.d11, w)?,
-        d12: from_rows(&p.d12, u)?,
-        c2: from_rows(&p.c2, n)?,
-        d2t: from_rows(&p.d2t, r)?,
-        d21: from_rows(&p.d21, w)?,
-        blocks: certificate.blocks.clone(),
-    })
 }
 
 #[cfg(test)]
@@ -142,6 +113,7 @@ mod tests {
     use crate::certify::plant_rows;
     use crate::fit::Model;
     use crate::inputs::Inputs;
+    use lpv::partition::Signal::{T, X};
     use std::path::Path;
 
     /// The plant of Squid with a polynomial of this order.
@@ -188,18 +160,14 @@ mod tests {
     fn another_plant_is_told() {
         let wanted = squid(2);
         let mut near = wanted.clone();
-        near.a[(1, 2)] += 1e-12;
+        near.parts.block_mut(X, X)[(1, 2)] += 1e-12;
         check(&of(&near), &wanted).unwrap();
-        near.a[(1, 2)] += 1e-6;
+        near.parts.block_mut(X, X)[(1, 2)] += 1e-6;
         assert!(refusal(&near, &wanted).contains("matrix A at rho = -1.000"));
         assert!(refusal(&squid(1), &wanted).contains("the number of channels"));
         let mut turned = wanted.clone();
-        for m in [&mut turned.ct, &mut turned.dtt, &mut turned.dt1, &mut turned.dt2] {
-            m.neg_mut();
-        }
-        for m in [&mut turned.bt, &mut turned.dtt, &mut turned.d1t, &mut turned.d2t] {
-            m.neg_mut();
-        }
+        turned.parts.rows_mut(T).neg_mut();
+        turned.parts.columns_mut(T).neg_mut();
         check(&of(&turned), &wanted).expect("the same plant in other channels");
     }
 
@@ -219,8 +187,10 @@ mod tests {
     fn overflow_is_no_agreement() {
         let wanted = squid(2);
         let mut found = wanted.clone();
-        found.dtt.fill(0.0);
-        (found.dtt[(0, 1)], found.dtt[(1, 2)], found.bt[(0, 0)]) = (1e200, 1e200, 1e300);
+        let mut dtt = found.parts.block_mut(T, T);
+        dtt.fill(0.0);
+        (dtt[(0, 1)], dtt[(1, 2)]) = (1e200, 1e200);
+        found.parts.block_mut(X, T)[(0, 0)] = 1e300;
         let told = refusal(&found, &wanted);
         assert!(told.contains("matrix A") || told.contains("well posed"), "{told}");
     }
@@ -230,7 +200,7 @@ mod tests {
     fn a_pole_nearby_is_refused() {
         let wanted = squid(2);
         let mut found = wanted.clone();
-        found.dtt[(0, 0)] += 0.9;
+        found.parts.block_mut(T, T)[(0, 0)] += 0.9;
         assert!(refusal(&found, &wanted).contains("an eigenvalue of modulus"));
     }
 

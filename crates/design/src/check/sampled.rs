@@ -87,9 +87,9 @@ pub fn closed(a: &Mat, b: &Mat, c: &Mat, k: &StateSpace) -> StateSpace {
 
 /// `Dtt` of the discretised controller: `Dtt + Ct (I - A T/2)^-1 Bt T/2`.
 pub fn sampled_dtt(k: &lpv::controller::Controller, sample_time: f64) -> Option<Mat> {
-    let n = k.a.nrows();
-    let inner = solve(&(Mat::identity(n, n) - &k.a * (0.5 * sample_time)), &k.bt)?;
-    Some(&k.dtt + &k.ct * inner * (0.5 * sample_time))
+    let n = k.a().nrows();
+    let inner = solve(&(Mat::identity(n, n) - &k.a() * (0.5 * sample_time)), &k.bt())?;
+    Some(&k.dtt() + &k.ct() * inner * (0.5 * sample_time))
 }
 
 /// The trapezoidal rule, as `scheduled::Lft::discretise` at a frozen parameter; `None` where a mode lies at 2/T.

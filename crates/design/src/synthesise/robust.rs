@@ -34,7 +34,7 @@ use lpv::mu::worst_case::{Perturbable, worst_case_gain};
 use lpv::mu::{Block, Structure};
 use lpv::plant::GeneralisedPlant;
 use lpv::robust::{RobustDesign, RobustOptions, Round, UncertainPlant, more_robust};
-use lpv::robust_bound::{FOR_CLEARANCE, RobustBound, RobustLoop};
+use lpv::robust_bound::{CLEARANCE_SHARE, RobustBound, RobustLoop};
 use lpv::synthesis::Design;
 pub use stored::{CERTIFICATE, StoredRobust, forget, stored};
 
@@ -87,7 +87,7 @@ pub fn robust(
     let allowed = PRICE * nominal.certified.gamma;
     let options = RobustOptions {
         // What a proof takes of gamma is left to it, so that what is proved is what was allowed.
-        gamma: allowed / (1.0 + FOR_CLEARANCE),
+        gamma: allowed / (1.0 + CLEARANCE_SHARE),
         back_off: BACK_OFF,
         rounds: ROUNDS,
         pays: PAYS,
@@ -105,8 +105,8 @@ pub fn robust(
     let figures = RobustFigures {
         gamma: allowed,
         proved: certificate.gamma,
-        nominal_bears: found.given_bears.size,
-        robust_bears: found.bears.size,
+        nominal_bears: found.given_largest.size,
+        robust_bears: found.largest.size,
         ladder: ladder(&uncertain, nominal, &design, &found, certificate.gamma),
         constant_size: CONSTANT_SIZE,
         frozen: frozen(inputs, [&nominal.controller, &found.controller])?,
@@ -134,7 +134,7 @@ fn at_zero(plant: &GeneralisedPlant, nominal: &Design, found: &RobustDesign) -> 
     }
     let exact = UncertainPlant { plant: plant.clone(), scheduled: plant.blocks.len() };
     let closed = RobustLoop::new(&exact, &found.controller);
-    let clear = closed.bound(1.0, &found.bears.bound).and_then(|bound| closed.cleared(&bound));
+    let clear = closed.bound(1.0, &found.largest.bound).and_then(|bound| closed.cleared(&bound));
     let clear = clear.ok_or(RobustError::NotClear { which: "robust" })?.bound;
     let whole = plant.close(&found.controller);
     let certified = bounded_gain(&whole, &LoopError::none(&whole), &clear)?;
@@ -157,7 +157,7 @@ fn ladder(
     found: &RobustDesign,
     proved: f64,
 ) -> Vec<(f64, Option<f64>, Option<f64>)> {
-    let (low, high) = (&found.given_bears, &found.bears);
+    let (low, high) = (&found.given_largest, &found.largest);
     let at = |k: &Controller, known: &RobustBound, size: f64| {
         RobustLoop::new(uncertain, k).at_size(known, size).map(|bound| bound.bound.gamma)
     };
@@ -172,7 +172,7 @@ fn ladder(
 /// The certificate at the size borne, proved.
 fn proved(uncertain: &UncertainPlant, found: &RobustDesign) -> Result<Certificate, Error> {
     let closed = RobustLoop::new(uncertain, &found.controller);
-    let clear = closed.cleared(&found.bears).ok_or(RobustError::NotClear { which: "robust" })?;
+    let clear = closed.cleared(&found.largest).ok_or(RobustError::NotClear { which: "robust" })?;
     let certificate = certificate_of(&uncertain.sized(clear.size), &found.controller, &clear.bound);
     certificate.prove()?;
     Ok(certificate)

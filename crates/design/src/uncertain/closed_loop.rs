@@ -17,6 +17,7 @@ use crate::uncertain::errors::Remainder;
 use crate::uncertain::model::UncertainModel;
 use lpv::controller::Controller;
 use lpv::matrix::{Mat, block, diagonal_blocks};
+use lpv::partition::Signal::{T, W, Z};
 use lpv::plant::GeneralisedPlant;
 use lpv::state_space::StateSpace;
 
@@ -90,13 +91,8 @@ pub fn uncertain_loop(
     Ok(UncertainLoop {
         blocks: model.blocks.iter().map(|b| (b.name.clone(), b.repetitions)).collect(),
         remainder: remainder.map_or(0, |r| r.left.ncols()),
-        inputs: closed.b1.ncols(),
-        outputs: closed.c1.nrows(),
-        system: StateSpace {
-            a: closed.a,
-            b: block(&[&[&closed.bt, &closed.b1]]),
-            c: block(&[&[&closed.ct], &[&closed.c1]]),
-            d: block(&[&[&closed.dtt, &closed.dt1], &[&closed.d1t, &closed.d11]]),
-        },
+        inputs: closed.parts.sizes().w,
+        outputs: closed.parts.sizes().z,
+        system: closed.parts.state_space(&[T, Z], &[T, W]),
     })
 }

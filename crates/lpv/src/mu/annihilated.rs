@@ -6,13 +6,14 @@ use nalgebra::{Complex, DVector};
 type CVec = DVector<Complex<f64>>;
 
 /// Rounds of inverse iteration: the second one mends a start that was nearly at right angles.
-const ROUNDS: usize = 2;
+const INVERSE_ITERATIONS: usize = 2;
 
 /// The least pivot, relative to the matrix: far below rounding.
-const LEAST: f64 = 1e-30;
+const LEAST_PIVOT: f64 = 1e-30;
 
-/// The left and right vectors of unit length that a square matrix nearly annihilates, by inverse iteration with `A* A`;
-/// `None` when the numbers get out of hand. They are those of the least singular value where it is zero but for rounding.
+/// The left and right vectors of unit length that a square matrix nearly annihilates, by inverse iteration with `A*
+/// A`; `None` when the numbers get out of hand. They are those of the least singular value where it is zero but for
+/// rounding.
 pub(super) fn annihilated(a: CMat) -> Option<(CVec, CVec)> {
     let n = a.nrows();
     let size = a.norm();
@@ -20,13 +21,13 @@ pub(super) fn annihilated(a: CMat) -> Option<(CVec, CVec)> {
     let (lower, mut upper) = (lu.l(), lu.u());
     for k in 0..n {
         // A pivot must not be zero altogether.
-        if upper[(k, k)].norm() < LEAST {
-            upper[(k, k)] = Complex::new(LEAST, 0.0);
+        if upper[(k, k)].norm() < LEAST_PIVOT {
+            upper[(k, k)] = Complex::new(LEAST_PIVOT, 0.0);
         }
     }
     let mut v = CVec::from_fn(n, |i, _| Complex::new(1.0, 0.5 + i as f64)).normalize();
     let mut u = v.clone();
-    for _ in 0..ROUNDS {
+    for _ in 0..INVERSE_ITERATIONS {
         u = upper.ad_solve_upper_triangular(&v)?;
         lower.ad_solve_lower_triangular_mut(&mut u);
         lu.p().inv_permute_rows(&mut u);

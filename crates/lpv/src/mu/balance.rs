@@ -1,11 +1,12 @@
-//! A matrix in units of its blocks in which no block is much larger than those that it meets: from there the search for scalings begins.
+//! A matrix in units of its blocks in which no block is much larger than those that it meets: from there the search
+//! for scalings begins.
 
 use super::CMat;
 use super::structure::Structure;
 use nalgebra::DMatrix;
 
 /// The square of an entry below this part of the largest counts as so much.
-const NOTHING: f64 = 1e-24;
+const LEAST_SQUARE: f64 = 1e-24;
 
 /// `T_z M T_w^-1` with a scalar for each block, so that blocks that meet are of one size.
 ///
@@ -25,7 +26,7 @@ impl Balance {
         };
         let n = places.len();
         let squares = DMatrix::from_fn(n, n, size);
-        let nothing = NOTHING * squares.max();
+        let nothing = LEAST_SQUARE * squares.max();
         let mut t = vec![1.0f64; n];
         for _ in 0..10 {
             for k in 0..n {

@@ -1,13 +1,12 @@
 //! The least lambda for which scalings exist, by the method of centres.
 //!
-//! S. Boyd, L. El Ghaoui, "Method of centers for minimizing generalized eigenvalues", Linear Algebra and its Applications 188, 1993, with lambda = beta^2
-//! moving along.
+//! S. Boyd, L. El Ghaoui, "Method of centers for minimizing generalized eigenvalues", Linear Algebra and its
+//! Applications 188, 1993, with lambda = beta^2 moving along.
 
 use super::CMat;
 use super::product::product;
-use super::scaling::{AtLambda, Family, Scalings};
+use super::scaling::{AtLambda, DgScalings, Family};
 use super::structure::Structure;
-use super::upper::NOTHING;
 use crate::matrix::{Definite, hermitian_eigenvalues};
 use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn};
 
@@ -25,49 +24,55 @@ pub(super) struct Centre {
     near: f64,
     /// The border at the first point, where it was asked for.
     known: Option<f64>,
-    /// A point on the way that is a start for matrices much like this one: at the end of the way too little is positive clearly.
+    /// A point on the way that is a start for matrices much like this one: at the end of the way too little is
+    /// positive clearly.
     pub(super) start: Vec<f64>,
 }
 
-/// How far the first lambda may be above the least, relatively: anywhere, and from scalings of a matrix that is much the same.
-const COLD: f64 = 0.5;
-const WARM: f64 = 0.3;
+/// A bound below this fraction of the largest singular value counts as zero: real blocks often have a mu of zero.
+pub(super) const ZERO_MU: f64 = 1e-7;
+
+/// How far the first lambda may be above the least, relatively: anywhere, and from scalings of a matrix that is much
+/// the same.
+const COLD_START: f64 = 0.5;
+const WARM_START: f64 = 0.3;
 
 /// The Newton decrement below which a point counts as a centre.
-const CENTRED: f64 = 0.7;
+const CENTRED_DECREMENT: f64 = 0.7;
 
 /// Newton steps towards one centre, at most.
 const MOST_STEPS: usize = 100;
 
-/// By how much the diagonal of the Hessian is raised, relatively: always, and at most, where a step leads nowhere because there are directions that matter little.
-const RIDGE: (f64, f64) = (1e-13, 1e-4);
+/// By how much the diagonal of the Hessian is raised, relatively: always, and at most, where a step leads nowhere
+/// because there are directions that matter little.
+const HESSIAN_RAISE: (f64, f64) = (1e-13, 1e-4);
 
 /// How exactly a step is solved for, relatively: what it leads to is checked.
-const ACCURATE: f64 = 1e-9;
+const STEP_TOLERANCE: f64 = 1e-9;
 
 /// By how much the weight of lambda grows from one centre to the next.
-const GROWTH: f64 = 5.0;
+const WEIGHT_GROWTH: f64 = 5.0;
 
 /// How many times the distance that is left lambda may move before D_0 counts as out of date.
-const FAR: f64 = 30.0;
+const BASE_RANGE: f64 = 30.0;
 
 type Factor = Cholesky<Complex<f64>, Dyn>;
 
 impl Centre {
     /// From a matrix whose largest singular value is one, and scalings that may be good for it.
-    pub(super) fn new(m: CMat, structure: &Structure, from: Option<&Scalings>) -> Self {
+    pub(super) fn new(m: CMat, structure: &Structure, from: Option<&DgScalings>) -> Self {
         let family = Family::new(structure);
         let nw = m.ncols();
         let p = family.identity();
         let base = CMat::identity(nw, nw);
-        let (near, known) = (COLD, None);
+        let (near, known) = (COLD_START, None);
         let mut cold = Self { m, family, p, lambda: 1.1, shift: 0.0, base, near, known, start: vec![] };
         let Some(from) = from else { return cold };
         let identity = std::mem::replace(&mut cold.p, cold.family.point(from));
         cold.known = cold.border();
         // Where the known scalings show no more than none do, they are no start.
         if cold.known.is_some_and(|lambda| lambda < 1.0) {
-            cold.near = WARM;
+            cold.near = WARM_START;
             cold.base = cold.family.values(&cold.p).dw;
         } else {
             (cold.p, cold.known) = (identity, None);
@@ -75,7 +80,8 @@ impl Centre {
         cold
     }
 
-    /// The least lambda, and about how far it may be above it, relatively at most twice `tight`: or `target`, where that is above, at the centre there.
+    /// The least lambda, and about how far it may be above it, relatively at most twice `tight`: or `target`, where
+    /// that is above, at the centre there.
     pub(super) fn least(&mut self, target: f64, tight: f64) -> (f64, f64) {
         let first = self.known.or_else(|| self.border());
         let mut best = (first.unwrap_or(f64::INFINITY), f64::INFINITY);
@@ -98,7 +104,7 @@ impl Centre {
             if border <= best.0 {
                 (best.0, kept) = (border, self.p.clone());
             }
-            if self.start.is_empty() || self.m.ncols() as f64 / weight >= WARM * border {
+            if self.start.is_empty() || self.m.ncols() as f64 / weight >= WARM_START * border {
                 self.start.clone_from(&self.p);
             }
             // Where the shift is gone lambda is smaller by about as much.
@@ -107,13 +113,14 @@ impl Centre {
             self.shift = 0.0;
             self.base = self.family.values(&self.p).dw;
             let near = self.m.ncols() as f64 / weight;
-            // D has moved on from D_0 when lambda moves by more than the weight explains: then once more with this weight.
-            let settled = moved <= FAR * near;
+            // D has moved on from D_0 when lambda moves by more than the weight explains: then once more with this
+            // weight.
+            let settled = moved <= BASE_RANGE * near;
             if settled {
                 best.1 = near;
-                weight *= GROWTH;
+                weight *= WEIGHT_GROWTH;
             }
-            if best.0 <= NOTHING * NOTHING || best.1 <= 2.0 * tight * best.0 || !arrived {
+            if best.0 <= ZERO_MU * ZERO_MU || best.1 <= 2.0 * tight * best.0 || !arrived {
                 break;
             }
         }
@@ -123,13 +130,14 @@ impl Centre {
 
     /// The least lambda with `Phi(lambda) >= 0` at a point, and above it by what rounding may have done.
     ///
-    /// D that is nearly singular, or G that is large, makes the numbers that cancel large: then lambda is known less well than its digits say.
+    /// D that is nearly singular, or G that is large, makes the numbers that cancel large: then lambda is known less
+    /// well than its digits say.
     fn border(&self) -> Option<f64> {
         let s = self.family.values(&self.p);
         let root = cholesky(s.dw.clone())?.unpack();
         let half = root.solve_lower_triangular(&s.left(&self.m))?;
-        let seen = root.solve_lower_triangular(&half.adjoint())?;
-        let lambda = hermitian_eigenvalues(&seen).last().copied().filter(|lambda| lambda.is_finite())?;
+        let whitened = root.solve_lower_triangular(&half.adjoint())?;
+        let lambda = hermitian_eigenvalues(&whitened).last().copied().filter(|lambda| lambda.is_finite())?;
         let n = root.nrows();
         let sizes = |m: &CMat| m.map(|v| v.norm());
         let (m, g) = (sizes(&self.m), sizes(&s.g));
@@ -154,8 +162,8 @@ impl Centre {
         Some((cholesky(phi)?, blocks))
     }
 
-    /// Newton's method for the least of `weight u - log det (Phi(lambda) + u D_0) - log det D`, with u = 0 when there is no weight; whether
-    /// it arrives.
+    /// Newton's method for the least of `weight u - log det (Phi(lambda) + u D_0) - log det D`, with u = 0 when there
+    /// is no weight; whether it arrives.
     fn centre(&mut self, weight: Option<f64>) -> bool {
         self.newton(weight).is_some()
     }
@@ -172,7 +180,7 @@ impl Centre {
         let mut half = CMat::zeros(rows, rows + self.m.nrows());
         let (mut gradient, mut hessian) = (vec![0.0; n + free], DMatrix::zeros(n + free, n + free));
         let mut factors = self.factors(&self.p, self.shift)?;
-        let mut ridge = RIDGE.0;
+        let mut ridge = HESSIAN_RAISE.0;
         for _ in 0..MOST_STEPS {
             let (phi, blocks) = &factors;
             let inverse = phi.l_dirty().solve_lower_triangular(&CMat::identity(rows, rows))?;
@@ -187,18 +195,19 @@ impl Centre {
             (0..n + free).for_each(|i| hessian[(i, i)] *= 1.0 + ridge);
             let step = step(&hessian, &gradient, &trace);
             match step.and_then(|step| self.advance(&step, &gradient, weight, &mut factors)) {
-                Some(decrement) if decrement < CENTRED => return Some(()),
+                Some(decrement) if decrement < CENTRED_DECREMENT => return Some(()),
                 // There is no least value: lambda is zero, or nearly.
                 Some(_) if free == 1 && self.lambda + self.shift < 0.0 => return Some(()),
                 Some(_) => {}
-                None if ridge < RIDGE.1 => ridge *= 100.0,
+                None if ridge < HESSIAN_RAISE.1 => ridge *= 100.0,
                 None => return None,
             }
         }
         None
     }
 
-    /// Goes along a step as far as it leads down, and returns the Newton decrement; `None`, and no move, where it does not.
+    /// Goes along a step as far as it leads down, and returns the Newton decrement; `None`, and no move, where it
+    /// does not.
     fn advance(
         &mut self,
         step: &DVector<f64>,
@@ -216,7 +225,7 @@ impl Centre {
             let shift = self.shift + weight.map_or(0.0, |_| length * step[last]);
             if let Some(found) = self.factors(&next, shift) {
                 let below = value - barrier(&found) - weigh(shift);
-                if below >= 0.1 * length * decrement * decrement || decrement < CENTRED {
+                if below >= 0.1 * length * decrement * decrement || decrement < CENTRED_DECREMENT {
                     (self.p, self.shift, *factors) = (next, shift, found);
                     return Some(decrement);
                 }
@@ -241,11 +250,11 @@ impl Centre {
         // N = Phi^-1 D Phi^-1, seen by W*: of W* N W the entries that the products ask for.
         let inverse = inner.rows(0, rows).into_owned();
         let right = product(d, &inverse);
-        let seen = |y: usize, x: usize| right.column(y).dotc(&inverse.column(x));
+        let product_at = |y: usize, x: usize| right.column(y).dotc(&inverse.column(x));
         let own = right.columns(0, rows);
         gradient[n] = weight - own.trace().re;
         hessian[(n, n)] = own.iter().zip(own.transpose().iter()).map(|(a, b)| (a * b).re).sum();
-        for (i, value) in at.along(seen).enumerate() {
+        for (i, value) in at.along(product_at).enumerate() {
             hessian[(i, n)] = value;
             hessian[(n, i)] = value;
         }
@@ -255,8 +264,8 @@ impl Centre {
 /// Newton's step, with the trace of D as it is.
 fn step(hessian: &DMatrix<f64>, gradient: &[f64], trace: &DVector<f64>) -> Option<DVector<f64>> {
     let system = Definite::new(hessian.clone())?;
-    let towards = DVector::from_vec(system.solve_to(gradient, ACCURATE));
-    let across = DVector::from_vec(system.solve_to(trace.as_slice(), ACCURATE));
+    let towards = DVector::from_vec(system.solve_to(gradient, STEP_TOLERANCE));
+    let across = DVector::from_vec(system.solve_to(trace.as_slice(), STEP_TOLERANCE));
     Some(&across * (trace.dot(&towards) / trace.dot(&across)) - &towards)
 }
 

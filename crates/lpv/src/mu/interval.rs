@@ -1,17 +1,19 @@
 //! Between which frequencies scalings found at one of them still show the bound.
 //!
-//! `Phi(omega) = b^2 D_w - M* D_z M - j (G M - M* G)` with `M = M(j omega)` is Hermitian and depends continuously on omega: where it is positive
-//! definite at one frequency it stays so up to the nearest at which it is singular, and those are imaginary eigenvalues of a Hamiltonian
-//! matrix: S. Boyd, V. Balakrishnan, P. Kabamba, Math. Control Signals Systems 2, 1989; for mu P. M. Young, J. C. Doyle, M. P. Newlin, and
-//! G. Ferreres, J.-F. Magni, J.-M. Biannic, Int. J. Robust Nonlinear Control 13, 2003.
+//! `Phi(omega) = b^2 D_w - M* D_z M - j (G M - M* G)` with `M = M(j omega)` is Hermitian and depends continuously on
+//! omega: where it is positive definite at one frequency it stays so up to the nearest at which it is singular, and
+//! those are imaginary eigenvalues of a Hamiltonian matrix: S. Boyd, V. Balakrishnan, P. Kabamba, Math. Control
+//! Signals Systems 2, 1989; for mu P. M. Young, J. C. Doyle, M. P. Newlin, and G. Ferreres, J.-F. Magni, J.-M.
+//! Biannic, Int. J. Robust Nonlinear Control 13, 2003.
 //!
-//! The Hamiltonian is formed in the variable `p = 1/(s - j omega_0)`, in which the frequency asked about lies at infinity: what has to be inverted is
-//! then Phi there, which is positive definite, and a singular `Phi(infinity)` does no harm.
+//! The Hamiltonian is formed in the variable `p = 1/(s - j omega_0)`, in which the frequency asked about lies at
+//! infinity: what has to be inverted is then Phi there, which is positive definite, and a singular `Phi(infinity)`
+//! does no harm.
 
 use super::CMat;
-use super::scaling::Scalings;
+use super::scaling::DgScalings;
 use crate::matrix::{Mat, complex_eigenvalues, hermitian_eigenvalues};
-use crate::state_space::StateSpace;
+use crate::system::state_space::StateSpace;
 use nalgebra::Complex;
 
 /// The frequencies between which scalings show a bound, rad/s; `to` may be infinite.
@@ -23,27 +25,28 @@ pub struct Interval {
     pub to: f64,
 }
 
-/// An eigenvalue whose real part is this small, relative to the Hamiltonian, counts as imaginary: that can only make intervals shorter.
-const ON_AXIS: f64 = 1e-7;
+/// An eigenvalue whose real part is this small, relative to the Hamiltonian, counts as imaginary: that can only make
+/// intervals shorter.
+const AXIS_TOLERANCE: f64 = 1e-7;
 
 /// What is cut off an interval at each end, relative to its length, so that Phi is not singular there.
-const CUT: f64 = 1e-6;
+const CUT_SHARE: f64 = 1e-6;
 
 const J: Complex<f64> = Complex::new(0.0, 1.0);
 
-/// The largest interval round `omega` (infinity included) on which `scalings` show that mu stays below `level`; `None` when they do
-/// not at `omega` itself.
-pub fn good_interval(system: &StateSpace, scalings: &Scalings, level: f64, omega: f64) -> Option<Interval> {
-    let seen = Seen::at(system, omega)?;
-    let phi = seen.form(scalings, level);
+/// The largest interval round `omega` (infinity included) on which `scalings` show that mu stays below `level`;
+/// `None` when they do not at `omega` itself.
+pub fn good_interval(system: &StateSpace, scalings: &DgScalings, level: f64, omega: f64) -> Option<Interval> {
+    let here = AtFrequency::at(system, omega)?;
+    let phi = here.form(scalings, level);
     if hermitian_eigenvalues(&phi).first().is_none_or(|least| *least <= 0.0) {
         return None;
     }
-    if seen.a.is_empty() {
+    if here.a.is_empty() {
         return Some(Interval { from: 0.0, to: f64::INFINITY });
     }
-    let hamiltonian = seen.hamiltonian(scalings, &phi)?;
-    let axis = ON_AXIS * hamiltonian.norm();
+    let hamiltonian = here.hamiltonian(scalings, &phi)?;
+    let axis = AXIS_TOLERANCE * hamiltonian.norm();
     let crossings = complex_eigenvalues(&hamiltonian)
         .into_iter()
         .filter(|p| p.re.is_nan() || p.re.abs() <= axis)
@@ -51,7 +54,7 @@ pub fn good_interval(system: &StateSpace, scalings: &Scalings, level: f64, omega
     let (mut from, mut to) = (f64::NEG_INFINITY, f64::INFINITY);
     if omega.is_infinite() {
         // p = s: what counts is the crossing farthest from zero.
-        from = crossings.map(f64::abs).fold(0.0, f64::max) * (1.0 + CUT);
+        from = crossings.map(f64::abs).fold(0.0, f64::max) * (1.0 + CUT_SHARE);
     } else {
         // p = 1/(j (w - omega)): w = omega - 1/Im p.
         for q in crossings {
@@ -67,8 +70,8 @@ pub fn good_interval(system: &StateSpace, scalings: &Scalings, level: f64, omega
                 to = to.min(omega + 1.0 / axis);
             }
         }
-        from += CUT * (omega - from);
-        to -= CUT * (to - omega);
+        from += CUT_SHARE * (omega - from);
+        to -= CUT_SHARE * (to - omega);
         if from.is_infinite() || from.is_nan() {
             from = 0.0;
         }
@@ -80,7 +83,7 @@ pub fn good_interval(system: &StateSpace, scalings: &Scalings, level: f64, omega
 }
 
 /// The system in the variable p.
-struct Seen {
+struct AtFrequency {
     a: CMat,
     b: CMat,
     c: CMat,
@@ -88,7 +91,7 @@ struct Seen {
     d: CMat,
 }
 
-impl Seen {
+impl AtFrequency {
     fn at(system: &StateSpace, omega: f64) -> Option<Self> {
         let complex = |m: &Mat| m.map(|v| Complex::new(v, 0.0));
         let (a, b, c, d) = (complex(&system.a), complex(&system.b), complex(&system.c), complex(&system.d));
@@ -102,11 +105,11 @@ impl Seen {
     }
 
     /// Phi at the frequency.
-    fn form(&self, s: &Scalings, level: f64) -> CMat {
+    fn form(&self, s: &DgScalings, level: f64) -> CMat {
         &s.dw * Complex::new(level * level, 0.0) - s.left(&self.d)
     }
 
-    fn hamiltonian(&self, s: &Scalings, phi: &CMat) -> Option<CMat> {
+    fn hamiltonian(&self, s: &DgScalings, phi: &CMat) -> Option<CMat> {
         let n = self.a.nrows();
         let q11 = -&s.dz;
         let q21 = &s.g * -J;

@@ -1,10 +1,11 @@
 //! Lower bounds on mu of a matrix: perturbations that make `I - M Delta` singular, found and then checked.
 //!
-//! A unit perturbation Q is improved by the first-order change of an eigenvalue lambda of `M Q`: with `M Q v = lambda v` and `u* M Q = lambda u*`,
-//! `d lambda = (M* u)* dQ v / (u* v)`, and each block of Q is put where that is largest. Its fixed points are those of the power iteration of
-//! A. Packard, M. K. H. Fan, J. C. Doyle, "A power method for the structured singular value", 27th CDC, 1988, and for real scalars of
-//! P. M. Young, J. C. Doyle, "Computation of mu with real and complex uncertainties", 29th CDC, 1990. What it settles on is made exact by turning
-//! the complex blocks, or moving one real scalar, until lambda is real: then `Delta = Q / lambda`.
+//! A unit perturbation Q is improved by the first-order change of an eigenvalue lambda of `M Q`: with `M Q v = lambda
+//! v` and `u* M Q = lambda u*`, `d lambda = (M* u)* dQ v / (u* v)`, and each block of Q is put where that is largest.
+//! Its fixed points are those of the power iteration of A. Packard, M. K. H. Fan, J. C. Doyle, "A power method for
+//! the structured singular value", 27th CDC, 1988, and for real scalars of P. M. Young, J. C. Doyle, "Computation of
+//! mu with real and complex uncertainties", 29th CDC, 1990. What it settles on is made exact by turning the complex
+//! blocks, or moving one real scalar, until lambda is real: then `Delta = Q / lambda`.
 
 use super::CMat;
 use super::annihilated::annihilated;
@@ -27,19 +28,19 @@ pub struct LowerBound {
 }
 
 /// A residual below this counts as zero.
-pub const SINGULAR: f64 = 1e-12;
+pub const SINGULAR_RESIDUAL: f64 = 1e-12;
 
 /// How many perturbations the search starts from.
-const STARTS: usize = 16;
+const LOWER_STARTS: usize = 16;
 
 /// Steps from one start.
-const STEPS: usize = 300;
+const LOWER_STEPS: usize = 300;
 
 /// Steps without improvement after which a start is given up: with real scalars the steps may go round.
-const IDLE: usize = 5;
+const MOST_IDLE_STEPS: usize = 5;
 
 /// Newton steps that make an eigenvalue real.
-const CORRECTIONS: usize = 12;
+const MOST_CORRECTIONS: usize = 12;
 
 type CVec = DVector<Complex<f64>>;
 
@@ -49,12 +50,15 @@ type CVec = DVector<Complex<f64>>;
 /// [`StructureError`] when M does not fit the structure.
 pub fn lower_bound(m: &CMat, structure: &Structure) -> Result<Option<LowerBound>, StructureError> {
     structure.check(m)?;
-    let search =
-        Search { m, structure, is_mixed: structure.blocks().iter().any(|b| matches!(b, Block::Real(_))) };
+    let search = LowerSearch {
+        m,
+        structure,
+        is_mixed: structure.blocks().iter().any(|b| matches!(b, Block::Real(_))),
+    };
     let mut random = Sequence(0x9E37_79B9_7F4A_7C15);
     let mut best: Option<LowerBound> = None;
     let mut tops: Vec<CMat> = vec![];
-    for start in 0..STARTS {
+    for start in 0..LOWER_STARTS {
         let q = search.climb(search.start(start, &mut random));
         // Many starts lead to the same.
         if tops.contains(&q) {
@@ -76,7 +80,7 @@ pub fn checked(m: &CMat, structure: &Structure, delta: CMat) -> Option<LowerBoun
     let values = complex_singular_values(&(CMat::identity(n, n) - m * &delta));
     let residual = values.last()? / values.first()?.max(1.0);
     let size = complex_singular_values(&delta).first().copied()?;
-    let sound = residual <= SINGULAR && structure.holds(&delta) && size > 0.0;
+    let sound = residual <= SINGULAR_RESIDUAL && structure.holds(&delta) && size > 0.0;
     sound.then(|| LowerBound { value: 1.0 / size, delta, frequency: None, residual })
 }
 
@@ -101,13 +105,13 @@ struct Mode {
     v: CVec,
 }
 
-struct Search<'a> {
+struct LowerSearch<'a> {
     m: &'a CMat,
     structure: &'a Structure,
     is_mixed: bool,
 }
 
-impl Search<'_> {
+impl LowerSearch<'_> {
     /// A unit perturbation: the first ones plain, the others at random.
     fn start(&self, number: usize, random: &mut Sequence) -> CMat {
         let mut q = CMat::zeros(self.structure.rows(), self.structure.cols());
@@ -134,14 +138,14 @@ impl Search<'_> {
     fn climb(&self, mut q: CMat) -> CMat {
         let mut best = (f64::NEG_INFINITY, q.clone());
         let mut idle = 0;
-        for _ in 0..STEPS {
+        for _ in 0..LOWER_STEPS {
             let Some(mode) = self.best_mode(&q) else { break };
             let height = if self.is_mixed { mode.lambda.re } else { mode.lambda.norm() };
             idle = if height > best.0 + 1e-10 * height.abs() { 0 } else { idle + 1 };
             if height > best.0 {
                 best = (height, q.clone());
             }
-            if idle > IDLE {
+            if idle > MOST_IDLE_STEPS {
                 break;
             }
             q = self.improved(&q, &mode);
@@ -223,7 +227,7 @@ impl Search<'_> {
     fn made_real(&self, q: &CMat, mut mode: Mode, knob: Option<usize>) -> Option<LowerBound> {
         let places = self.structure.places();
         let mut q = q.clone();
-        for _ in 0..CORRECTIONS {
+        for _ in 0..MOST_CORRECTIONS {
             let near = mode.lambda;
             if near.im.abs() <= 1e-13 * near.norm() {
                 break;

@@ -1,31 +1,32 @@
 //! The smallest real parameters that destabilise a loop, as far as a search finds them.
 //!
-//! For real scalars alone a power iteration at one frequency finds nothing. Here the frequency is left free: a direction delta in the box is
-//! followed until a pole of the loop reaches the axis, each delta_i goes to the end of its range to which that pole's sensitivity points, and so
-//! on until nothing changes; then single scalars are turned round. Moving poles by gain: G. Ferreres, J.-M. Biannic, "Reliable computation of the
-//! robustness margin for a flexible aircraft", Control Engineering Practice 9, 2001.
+//! For real scalars alone a power iteration at one frequency finds nothing. Here the frequency is left free: a
+//! direction delta in the box is followed until a pole of the loop reaches the axis, each delta_i goes to the end of
+//! its range to which that pole's sensitivity points, and so on until nothing changes; then single scalars are turned
+//! round. Moving poles by gain: G. Ferreres, J.-M. Biannic, "Reliable computation of the robustness margin for a
+//! flexible aircraft", Control Engineering Practice 9, 2001.
 
 use super::CMat;
 use super::lower::{LowerBound, checked};
 use super::structure::Structure;
 use crate::matrix::{Mat, complex_svd_ends, eigenvalues, solve};
-use crate::state_space::StateSpace;
+use crate::system::state_space::StateSpace;
 use nalgebra::Complex;
 
 /// How many directions the search starts from.
-const STARTS: usize = 24;
+const MARGIN_STARTS: usize = 24;
 
 /// Steps from one start, and rounds of turning single scalars.
-const STEPS: usize = 12;
+const MARGIN_STEPS: usize = 12;
 
 /// Sizes of delta tried on the way out, each larger by a factor.
-const STRIDE: f64 = 1.25;
+const SIZE_STRIDE: f64 = 1.25;
 
 /// The largest size of delta, relative to the smallest tried.
-const FARTHEST: f64 = 1e6;
+const LARGEST_SIZE_RATIO: f64 = 1e6;
 
-/// Looks for the smallest real perturbation that takes a pole of the loop to the axis. `None` when there is a block that is not a real
-/// scalar, or none is found.
+/// Looks for the smallest real perturbation that takes a pole of the loop to the axis. `None` when there is a block
+/// that is not a real scalar, or none is found.
 pub fn real_lower_bound(system: &StateSpace, structure: &Structure) -> Option<LowerBound> {
     if !structure.is_real() || system.a.is_empty() {
         return None;
@@ -33,7 +34,7 @@ pub fn real_lower_bound(system: &StateSpace, structure: &Structure) -> Option<Lo
     let sizes = structure.blocks().iter().map(|b| b.rows()).collect();
     let harmless = 1.0 / system.hinf_norm().value.max(f64::MIN_POSITIVE);
     let (smallest, harmless) = (0.1 * harmless, (1.0 - 1e-6) * harmless);
-    let search = Search { system, structure, sizes, smallest, harmless };
+    let search = MarginSearch { system, structure, sizes, smallest, harmless };
     let count = search.sizes.len();
     let mut state = 0x2545_F491_4F6C_DD1Du64;
     let mut sign = || {
@@ -43,13 +44,13 @@ pub fn real_lower_bound(system: &StateSpace, structure: &Structure) -> Option<Lo
         if state & (1 << 30) == 0 { 1.0 } else { -1.0 }
     };
     let mut best: Option<Crossing> = None;
-    for start in 0..STARTS {
+    for start in 0..MARGIN_STARTS {
         let direction: Vec<f64> = match start {
             0 => vec![1.0; count],
             1 => vec![-1.0; count],
             _ => (0..count).map(|_| sign()).collect(),
         };
-        let reach = best.as_ref().map_or(FARTHEST * search.smallest, |b| b.size);
+        let reach = best.as_ref().map_or(LARGEST_SIZE_RATIO * search.smallest, |b| b.size);
         if let Some(found) = search.climb(direction, reach)
             && best.as_ref().is_none_or(|known| found.size < known.size)
         {
@@ -69,7 +70,7 @@ struct Crossing {
     pole: Complex<f64>,
 }
 
-struct Search<'a> {
+struct MarginSearch<'a> {
     system: &'a StateSpace,
     structure: &'a Structure,
     sizes: Vec<usize>,
@@ -79,7 +80,7 @@ struct Search<'a> {
     harmless: f64,
 }
 
-impl Search<'_> {
+impl MarginSearch<'_> {
     fn diagonal(&self, direction: &[f64], size: f64) -> Mat {
         let entries = direction.iter().zip(&self.sizes).flat_map(|(d, r)| std::iter::repeat_n(d * size, *r));
         Mat::from_diagonal(&nalgebra::DVector::from_iterator(self.structure.rows(), entries))
@@ -101,10 +102,10 @@ impl Search<'_> {
 
     /// The first crossing along a direction, up to a size.
     fn crossing(&self, direction: &[f64], farthest: f64) -> Option<Crossing> {
-        let mut low = self.smallest.min(farthest / STRIDE);
+        let mut low = self.smallest.min(farthest / SIZE_STRIDE);
         let mut high = low;
         loop {
-            high = (high * STRIDE).min(farthest);
+            high = (high * SIZE_STRIDE).min(farthest);
             if high > self.harmless && self.rightmost(direction, high)?.re >= 0.0 {
                 break;
             }
@@ -117,9 +118,9 @@ impl Search<'_> {
         Some(Crossing { direction: direction.to_vec(), size: high, pole })
     }
 
-    /// Narrows down where the rightmost pole reaches the axis, between a size at which it is left of it and one at which it is not: by false position,
-    /// with the Illinois rule (M. Dowell, P. Jarratt, BIT 11, 1971), and by halves where that is slow. The pole at the
-    /// larger size comes of it.
+    /// Narrows down where the rightmost pole reaches the axis, between a size at which it is left of it and one at
+    /// which it is not: by false position, with the Illinois rule (M. Dowell, P. Jarratt, BIT 11, 1971), and by
+    /// halves where that is slow. The pole at the larger size comes of it.
     fn narrow(&self, direction: &[f64], low: &mut f64, high: &mut f64) -> Option<Complex<f64>> {
         let mut pole = self.rightmost(direction, *high)?;
         let (mut at_low, mut at_high) = (self.rightmost(direction, *low)?.re, pole.re);
@@ -178,8 +179,8 @@ impl Search<'_> {
 
     fn climb(&self, direction: Vec<f64>, reach: f64) -> Option<Crossing> {
         // A first direction may have to go farther than the best one that is known.
-        let mut best = self.crossing(&direction, (reach * 8.0).min(FARTHEST * self.smallest))?;
-        for _ in 0..STEPS {
+        let mut best = self.crossing(&direction, (reach * 8.0).min(LARGEST_SIZE_RATIO * self.smallest))?;
+        for _ in 0..MARGIN_STEPS {
             let next = self.towards_instability(&best)?;
             if next == best.direction {
                 break;
@@ -194,7 +195,7 @@ impl Search<'_> {
 
     /// Turns single scalars round, and sets them to zero, as long as that helps.
     fn turn_single(&self, best: &mut Crossing) {
-        for _ in 0..STEPS {
+        for _ in 0..MARGIN_STEPS {
             let before = best.size;
             for k in 0..self.sizes.len() {
                 for value in [-best.direction[k], 0.0] {

@@ -4,8 +4,9 @@
 //! Phi(lambda) = lambda D_w - M* D_z M - j (G M - M* G)
 //! ```
 //!
-//! D commutes with the structure and is positive definite (D_w on the side of w, D_z on that of z, which differ in size where a full block is not
-//! square); G is Hermitian on the real blocks and zero elsewhere. `Phi(beta^2) > 0` shows that mu < beta.
+//! D commutes with the structure and is positive definite (D_w on the side of w, D_z on that of z, which differ in
+//! size where a full block is not square); G is Hermitian on the real blocks and zero elsewhere. `Phi(beta^2) > 0`
+//! shows that mu < beta.
 
 use super::CMat;
 use super::product::product;
@@ -45,7 +46,7 @@ pub(super) struct Family {
 
 /// Values of D and G.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Scalings {
+pub struct DgScalings {
     /// D on the side of w.
     pub dw: CMat,
     /// D on the side of z.
@@ -93,13 +94,14 @@ impl AtLambda {
         &self.products[self.starts[i]..self.starts[i + 1]]
     }
 
-    /// `tr(F_i N)` for every unknown, `seen(y, x)` being the entries of `W* N W`.
-    pub(super) fn along(&self, seen: impl Fn(usize, usize) -> Complex<f64>) -> impl Iterator<Item = f64> {
+    /// `tr(F_i N)` for every unknown, `product(y, x)` being the entries of `W* N W`.
+    pub(super) fn along(&self, product: impl Fn(usize, usize) -> Complex<f64>) -> impl Iterator<Item = f64> {
         (1..self.starts.len())
-            .map(move |i| self.products(i - 1).iter().map(|p| (p.weight * seen(p.y, p.x)).re).sum())
+            .map(move |i| self.products(i - 1).iter().map(|p| (p.weight * product(p.y, p.x)).re).sum())
     }
 
-    /// `tr(F_i K F_j K)` for every j from i on, K Hermitian and given by its columns of n entries; `sums` is room for as many as there are products.
+    /// `tr(F_i K F_j K)` for every j from i on, K Hermitian and given by its columns of n entries; `sums` is room for
+    /// as many as there are products.
     fn curvatures(&self, i: usize, k: &[Complex<f64>], n: usize, sums: &mut [Complex<f64>], out: &mut [f64]) {
         let first = self.starts[i];
         let others = &self.products[first..];
@@ -180,7 +182,7 @@ impl Family {
         self.identity()
     }
 
-    pub(super) fn values(&self, p: &[f64]) -> Scalings {
+    pub(super) fn values(&self, p: &[f64]) -> DgScalings {
         let mut dw = CMat::zeros(self.rows, self.rows);
         let mut dz = CMat::zeros(self.cols, self.cols);
         let mut g = CMat::zeros(self.rows, self.cols);
@@ -200,11 +202,11 @@ impl Family {
                 }
             }
         }
-        Scalings { dw, dz, g }
+        DgScalings { dw, dz, g }
     }
 
     /// Each block of D, a full one as 1 x 1.
-    pub(super) fn d_blocks(&self, s: &Scalings) -> Vec<CMat> {
+    pub(super) fn d_blocks(&self, s: &DgScalings) -> Vec<CMat> {
         let part = |(kind, w, _): &(Block, Range<usize>, Range<usize>)| {
             let n = order(*kind, w);
             s.dw.view((w.start, w.start), (n, n)).into_owned()
@@ -231,7 +233,8 @@ impl Family {
         at
     }
 
-    /// Gradient and Hessian of `-log det Phi(lambda) - log det D`, with `inner = W* Phi^-1 W` and the inverses of D's blocks.
+    /// Gradient and Hessian of `-log det Phi(lambda) - log det D`, with `inner = W* Phi^-1 W` and the inverses of D's
+    /// blocks.
     ///
     /// Unknowns of G that change nothing, because they meet zeros of M, are held: one on the diagonal, zero beside it.
     pub(super) fn derivatives(
@@ -277,7 +280,7 @@ impl Family {
     }
 
     /// The point of scalings; its trace of D is that of the identity. The inverse of [`Self::values`] but for a factor.
-    pub(super) fn point(&self, s: &Scalings) -> Vec<f64> {
+    pub(super) fn point(&self, s: &DgScalings) -> Vec<f64> {
         let value = |u: &Unknown| {
             let (_, w, z) = &self.places[u.block];
             let (k, l, v) = u.entries[0];
@@ -299,7 +302,7 @@ fn order(block: Block, w: &Range<usize>) -> usize {
     if matches!(block, Block::Full { .. }) { 1 } else { w.len() }
 }
 
-impl Scalings {
+impl DgScalings {
     /// `M* D_z M + j (G M - M* G)`, of which `lambda D_w` must be larger.
     pub fn left(&self, m: &CMat) -> CMat {
         // (M* D_z/2 + j G) M and its adjoint.

@@ -57,7 +57,8 @@ pub enum StructureError {
     NoBlock,
     /// The usual notation of a block is [-r, 0], [r, 0] or [p, q].
     #[error(
-        "block {number} is [{}, {}]; a block is [-r, 0] (a real scalar repeated r times), [r, 0] (a complex one) or [p, q] (a \
+        "block {number} is [{}, {}]; a block is [-r, 0] (a real scalar repeated r times), [r, 0] (a complex one) \
+         or [p, q] (a \
          full complex block)",
         found.0,
         found.1
@@ -94,8 +95,8 @@ impl Structure {
         }
     }
 
-    /// From the usual notation: `[-r, 0]` a real scalar repeated r times, `[r, 0]` a complex one, `[p, q]` a full block of p
-    /// rows and q columns. `[-1, 1]` is taken for `[-1, 0]`, and `[1, 1]` is a complex scalar either way.
+    /// From the usual notation: `[-r, 0]` a real scalar repeated r times, `[r, 0]` a complex one, `[p, q]` a full
+    /// block of p rows and q columns. `[-1, 1]` is taken for `[-1, 0]`, and `[1, 1]` is a complex scalar either way.
     ///
     /// # Errors
     /// [`StructureError`].

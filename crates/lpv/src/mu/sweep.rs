@@ -1,20 +1,21 @@
 //! A bound on mu that holds at every frequency from 0 to infinity, not on a grid.
 //!
-//! Scalings found at one frequency are good on an interval; frequencies are added where none is, until the intervals cover the axis. Where no scalings reach
-//! the level sought the level is raised, by no more than it takes: so it ends close above the largest of the bounds at single frequencies.
+//! DgScalings found at one frequency are good on an interval; frequencies are added where none is, until the
+//! intervals cover the axis. Where no scalings reach the level sought the level is raised, by no more than it takes:
+//! so it ends close above the largest of the bounds at single frequencies.
 
 use super::interval::{Interval, good_interval};
 use super::margin::real_lower_bound;
-use super::scaling::Scalings;
+use super::scaling::DgScalings;
 use super::structure::{Structure, StructureError};
-use super::upper::{Search, search};
+use super::upper::{UpperBoundOptions, upper_bound_with};
 use super::{CMat, lower};
 use crate::matrix::{complex_singular_values, spectral_abscissa};
-use crate::state_space::StateSpace;
+use crate::system::state_space::StateSpace;
 use nalgebra::Complex;
 use thiserror::Error;
 
-/// Scalings, and where they show the bound.
+/// DgScalings, and where they show the bound.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Piece {
     /// The frequency at which they were found, rad/s.
@@ -24,7 +25,7 @@ pub struct Piece {
     /// Where they show the bound of the sweep.
     pub interval: Interval,
     /// D and G.
-    pub scalings: Scalings,
+    pub scalings: DgScalings,
 }
 
 /// A bound for all frequencies.
@@ -61,20 +62,20 @@ pub enum SweepError {
 }
 
 /// By how much the level is above the largest bound at a single frequency.
-const ABOVE: f64 = 5e-5;
+const LEVEL_RAISE: f64 = 5e-5;
 
 /// An interval this much slower than every mode and this short, both relatively, raises the level by so much.
-const SLOW: f64 = 0.05;
-const SHORT: f64 = 0.2;
-const RAISED: f64 = 2e-3;
+const SLOW_RATIO: f64 = 0.05;
+const SHORT_RATIO: f64 = 0.2;
+const SHORT_INTERVAL_RAISE: f64 = 2e-3;
 
 /// A level below this is none: its square and the inverse of that are numbers with room to spare.
-pub(super) const NOTHING: f64 = 1e-60;
+pub(super) const LEAST_LEVEL: f64 = 1e-60;
 
 /// More pieces than this are not sought.
 const MOST_PIECES: usize = 4000;
 
-/// The frequency response of a system.
+/// The frequency response of a system. p x m, at omega in rad/s; `D` at infinity.
 pub fn response(system: &StateSpace, omega: f64) -> Option<CMat> {
     if omega.is_infinite() {
         Some(system.d.map(|v| v.into()))
@@ -83,7 +84,8 @@ pub fn response(system: &StateSpace, omega: f64) -> Option<CMat> {
     }
 }
 
-/// Bounds mu of `M(j omega)` over all frequencies. The bound need not go below one from below that is `known`; where that was found is looked at, too.
+/// Bounds mu of `M(j omega)` over all frequencies. The bound need not go below one from below that is `known`; where
+/// that was found is looked at, too.
 ///
 /// # Errors
 /// [`SweepError`].
@@ -130,7 +132,7 @@ pub(super) struct Covered(Vec<Interval>);
 impl Covered {
     /// Adds the interval round a frequency; whether it is one.
     pub(super) fn add(&mut self, omega: f64, interval: Interval) -> bool {
-        if omega.is_finite() && interval.to - interval.from < TINY * omega {
+        if omega.is_finite() && interval.to - interval.from < LEAST_INTERVAL * omega {
             return false;
         }
         self.0.push(interval);
@@ -143,7 +145,7 @@ impl Covered {
         self.0.len()
     }
 
-    /// Whether a frequency is covered; of infinity itself no interval tells.
+    /// Whether a frequency is covered; no interval covers infinity itself.
     pub(super) fn holds(&self, omega: f64) -> bool {
         omega.is_finite() && self.0.iter().any(|i| i.from <= omega && omega < i.to)
     }
@@ -162,7 +164,7 @@ impl Covered {
 }
 
 /// An interval shorter than this, relative to its frequency, is none.
-const TINY: f64 = 1e-12;
+const LEAST_INTERVAL: f64 = 1e-12;
 
 struct Sweep<'a> {
     system: &'a StateSpace,
@@ -188,16 +190,17 @@ impl<'a> Sweep<'a> {
         Ok(Self {
             system,
             structure,
-            level: floor * (1.0 + ABOVE),
+            level: floor * (1.0 + LEVEL_RAISE),
             peak: (known.and_then(|lower| lower.frequency).unwrap_or(0.0), floor),
             pieces: vec![],
             covered: Covered::default(),
             tiny: false,
-            slow: SLOW * slowest,
+            slow: SLOW_RATIO * slowest,
         })
     }
 
-    /// Looks at zero, infinity, the modes and where the peak is thought to be, so that the level is about right from the beginning.
+    /// Looks at zero, infinity, the modes and where the peak is thought to be, so that the level is about right from
+    /// the beginning.
     fn start(&mut self, peak: Option<f64>) -> Result<(), SweepError> {
         let mut points: Vec<f64> =
             self.system.poles().iter().map(|p| p.norm()).chain([0.0, f64::INFINITY]).collect();
@@ -209,7 +212,7 @@ impl<'a> Sweep<'a> {
             largest = largest.max(complex_singular_values(&m).first().copied().unwrap_or(0.0));
         }
         // Real blocks may have a mu of zero almost everywhere.
-        self.level = self.level.max(1e-6 * largest).max(NOTHING);
+        self.level = self.level.max(1e-6 * largest).max(LEAST_LEVEL);
         // The peak first: then few of the others ask for a higher level.
         for omega in peak.into_iter().chain(points) {
             self.add(omega)?;
@@ -217,11 +220,11 @@ impl<'a> Sweep<'a> {
         Ok(())
     }
 
-    fn seen(&mut self, omega: f64, value: f64) {
+    fn note(&mut self, omega: f64, value: f64) {
         if value > self.peak.1 {
             self.peak = (omega, value);
         }
-        self.level = self.level.max(value * (1.0 + ABOVE));
+        self.level = self.level.max(value * (1.0 + LEVEL_RAISE));
     }
 
     fn add(&mut self, omega: f64) -> Result<(), SweepError> {
@@ -233,25 +236,33 @@ impl<'a> Sweep<'a> {
             let distance = |p: &Piece| (p.frequency - omega).abs();
             distance(a).total_cmp(&distance(b))
         });
-        let asked =
-            Search { level: self.level, from: nearest.map(|piece| &piece.scalings), ..Search::default() };
-        let mut bound = search(&m, self.structure, asked)?;
+        let asked = UpperBoundOptions {
+            level: self.level,
+            from: nearest.map(|piece| &piece.scalings),
+            ..UpperBoundOptions::default()
+        };
+        let mut bound = upper_bound_with(&m, self.structure, asked)?;
         if bound.value >= self.level {
             // Nothing shows this level, so what was found is the least.
-            self.seen(omega, bound.value);
-            let asked = Search { level: self.level, from: Some(&bound.start), ..Search::default() };
-            bound = search(&m, self.structure, asked)?;
+            self.note(omega, bound.value);
+            let asked = UpperBoundOptions {
+                level: self.level,
+                from: Some(&bound.start),
+                ..UpperBoundOptions::default()
+            };
+            bound = upper_bound_with(&m, self.structure, asked)?;
         }
         let scalings = bound.scalings;
         let Some(interval) = good_interval(self.system, &scalings, self.level, omega) else {
             // The scalings hold with no clearance at all: a level that is a little higher has some.
-            self.level *= 1.0 + ABOVE;
+            self.level *= 1.0 + LEVEL_RAISE;
             return Ok(());
         };
         self.tiny = !self.covered.add(omega, interval);
-        if omega < self.slow && interval.to - interval.from < SHORT * omega {
-            // Slower than every mode nothing changes but the phase, which leaves zero: real blocks are easier to bound at zero itself than next to it.
-            self.level *= 1.0 + RAISED;
+        if omega < self.slow && interval.to - interval.from < SHORT_RATIO * omega {
+            // Slower than every mode nothing changes but the phase, which leaves zero: real blocks are easier to
+            // bound at zero itself than next to it.
+            self.level *= 1.0 + SHORT_INTERVAL_RAISE;
         }
         self.pieces.push(Piece { frequency: omega, value: bound.value, interval, scalings });
         Ok(())
@@ -274,6 +285,10 @@ pub struct FrequencyMu {
 
 /// Bounds mu over all frequencies from both sides.
 ///
+/// ```text
+/// upper >= sup over omega of mu(M(j omega)) >= lower,   M(s) = C (s I - A)^-1 B + D
+/// ```
+///
 /// # Errors
 /// [`SweepError`].
 pub fn mu_over_frequency(system: &StateSpace, structure: &Structure) -> Result<FrequencyMu, SweepError> {
@@ -287,7 +302,7 @@ pub fn mu_over_frequency(system: &StateSpace, structure: &Structure) -> Result<F
     let mut best: Vec<(f64, f64)> = upper.pieces.iter().map(|p| (p.value, p.frequency)).collect();
     best.push((f64::INFINITY, upper.frequency));
     best.sort_by(|a, b| b.0.total_cmp(&a.0));
-    for (_, omega) in best.into_iter().take(LOOKED_AT) {
+    for (_, omega) in best.into_iter().take(LOWER_BOUND_FREQUENCIES) {
         let Some(m) = response(system, omega) else { continue };
         let found = lower::lower_bound(&m, structure)?;
         if let Some(mut found) = found
@@ -301,4 +316,4 @@ pub fn mu_over_frequency(system: &StateSpace, structure: &Structure) -> Result<F
 }
 
 /// At how many frequencies a perturbation is sought.
-const LOOKED_AT: usize = 8;
+const LOWER_BOUND_FREQUENCIES: usize = 8;

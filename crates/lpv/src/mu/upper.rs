@@ -1,13 +1,13 @@
 //! An upper bound on mu of a matrix, with the D-G scalings that show it.
 //!
-//! The least beta for which scalings exist is sought by the method of centres, with lambda = beta^2 moving along; the bound is that of the scalings found, and
-//! above it by what rounding may have done.
+//! The least beta for which scalings exist is sought by the method of centres, with lambda = beta^2 moving along; the
+//! bound is that of the scalings found, and above it by what rounding may have done.
 
 use super::CMat;
 use super::balance::Balance;
-use super::centre::Centre;
+use super::centre::{Centre, ZERO_MU};
+pub use super::scaling::DgScalings;
 use super::scaling::Family;
-pub use super::scaling::Scalings;
 use super::structure::{Structure, StructureError};
 use crate::matrix::complex_singular_values;
 
@@ -17,50 +17,55 @@ pub struct UpperBound {
     /// mu is at most this.
     pub value: f64,
     /// `M* D M + j (G M - M* G) <= value^2 D`, by eigenvalues.
-    pub scalings: Scalings,
-    /// Scalings to begin at for a matrix much like this one.
-    pub start: Scalings,
-    /// About how far the bound may be above the least that D-G scalings allow, relative to itself; infinite when that was not asked.
+    pub scalings: DgScalings,
+    /// DgScalings to begin at for a matrix much like this one.
+    pub start: DgScalings,
+    /// About how far the bound may be above the least that D-G scalings allow, relative to itself; infinite when that
+    /// was not asked.
     pub gap: f64,
 }
 
 /// How close to the least bound, relatively, is close enough.
-pub const TIGHT: f64 = 2e-5;
-
-/// A bound below this fraction of the largest singular value counts as zero: real blocks often have a mu of zero.
-pub const NOTHING: f64 = 1e-7;
+pub const BOUND_TOLERANCE: f64 = 2e-5;
 
 /// What is asked of a search.
 #[derive(Debug, Clone, Copy)]
-pub struct Search<'a> {
+pub struct UpperBoundOptions<'a> {
     /// The bound need not be below this: where scalings show it, those are sought that show it as clearly as they can.
     pub level: f64,
     /// How close to the least bound, relatively, is close enough.
     pub tight: f64,
     /// The start of a bound of a matrix much like this one, to begin at.
-    pub from: Option<&'a Scalings>,
+    pub from: Option<&'a DgScalings>,
 }
 
-impl Default for Search<'_> {
+impl Default for UpperBoundOptions<'_> {
     fn default() -> Self {
-        Self { level: 0.0, tight: TIGHT, from: None }
+        Self { level: 0.0, tight: BOUND_TOLERANCE, from: None }
     }
 }
 
 /// Bounds mu of M.
 ///
+/// ```text
+/// M* D M + j (G M - M* G) <= beta^2 D,   D > 0,   G = G*   of the structure:   mu(M) <= beta
+/// ```
+///
+/// Source: M. K. H. Fan, A. L. Tits, J. C. Doyle, IEEE Trans. Automatic Control 36(1), 1991.
+///
 /// # Errors
 /// [`StructureError`] when M does not fit the structure.
 pub fn upper_bound(m: &CMat, structure: &Structure) -> Result<UpperBound, StructureError> {
-    search(m, structure, Search::default())
+    upper_bound_with(m, structure, UpperBoundOptions::default())
 }
 
-/// Looks for scalings that show `mu <= level` and hold there as clearly as they can; where there are none, for the best.
+/// Looks for scalings that show `mu <= level` and hold there as clearly as they can; where there are none, for the
+/// best.
 ///
 /// # Errors
 /// [`StructureError`] when M does not fit the structure.
 pub fn bound_at_level(m: &CMat, structure: &Structure, level: f64) -> Result<UpperBound, StructureError> {
-    search(m, structure, Search { level, ..Search::default() })
+    upper_bound_with(m, structure, UpperBoundOptions { level, ..UpperBoundOptions::default() })
 }
 
 /// A bound that needs no search: of a matrix of that Frobenius norm.
@@ -75,12 +80,20 @@ fn unscaled(structure: &Structure, norm: f64) -> UpperBound {
 ///
 /// # Errors
 /// [`StructureError`] when M does not fit the structure.
-pub fn search(m: &CMat, structure: &Structure, asked: Search) -> Result<UpperBound, StructureError> {
+pub fn upper_bound_with(
+    m: &CMat,
+    structure: &Structure,
+    asked: UpperBoundOptions,
+) -> Result<UpperBound, StructureError> {
     structure.check(m)?;
     Ok(found(m, structure, asked))
 }
 
-fn found(m: &CMat, structure: &Structure, Search { level, tight, from }: Search) -> UpperBound {
+fn found(
+    m: &CMat,
+    structure: &Structure,
+    UpperBoundOptions { level, tight, from }: UpperBoundOptions,
+) -> UpperBound {
     let entry = m.iter().map(|v| v.re.abs().max(v.im.abs())).fold(0.0, f64::max);
     if entry == 0.0 {
         return unscaled(structure, 0.0);
@@ -96,9 +109,9 @@ fn found(m: &CMat, structure: &Structure, Search { level, tight, from }: Search)
     if !lambda.is_finite() {
         return unscaled(structure, entry * unit.norm());
     }
-    let value = size * lambda.max(NOTHING * NOTHING).sqrt();
+    let value = size * lambda.max(ZERO_MU * ZERO_MU).sqrt();
     // lambda = beta^2: half of its relative gap is that of beta.
-    let gap = if lambda > NOTHING * NOTHING { 0.5 * gap / lambda } else { 0.0 };
+    let gap = if lambda > ZERO_MU * ZERO_MU { 0.5 * gap / lambda } else { 0.0 };
     let own = |p: &[f64]| centre.family.values(p).undone(&balance.tw, &balance.tz, size);
     UpperBound { value, scalings: own(&centre.p), start: own(&centre.start), gap }
 }
@@ -126,7 +139,8 @@ mod tests {
         m.clone().schur().eigenvalues().unwrap().iter().map(|v| v.norm()).fold(0.0, f64::max)
     }
 
-    /// Matrices with zeros, of which mu is plain: the largest of the blocks on the diagonal, however large what stands beside them.
+    /// Matrices with zeros, of which mu is plain: the largest of the blocks on the diagonal, however large what
+    /// stands beside them.
     #[test]
     fn what_cannot_come_back_does_not_count() {
         let of = |rows: &[[f64; 3]; 3], blocks: Vec<Block>| {
@@ -160,8 +174,8 @@ mod tests {
         }
     }
 
-    /// One repeated real scalar and a real matrix: mu is its largest real eigenvalue, here 1 beside a larger complex pair. Scalings reach it in the limit
-    /// alone, where rounding might take the bound below it.
+    /// One repeated real scalar and a real matrix: mu is its largest real eigenvalue, here 1 beside a larger complex
+    /// pair. DgScalings reach it in the limit alone, where rounding might take the bound below it.
     #[test]
     fn a_limit_of_scalings_is_not_overshot() {
         for (re, im, beside) in [(-1.9, 1.1, 0.3), (0.2, 3.0, 0.3), (-1.2, 0.1, 0.1), (-1.0, 0.7, 1.0)] {
@@ -196,7 +210,8 @@ mod tests {
             }
         }
 
-        /// mu of one full block is the largest singular value, of one repeated complex scalar the spectral radius; the bounds are tight there.
+        /// mu of one full block is the largest singular value, of one repeated complex scalar the spectral radius;
+        /// the bounds are tight there.
         #[test]
         fn one_block_has_a_closed_form((structure, m) in problem()) {
             let n = m.nrows().min(m.ncols());
@@ -222,7 +237,8 @@ mod tests {
         }
     }
 
-    /// Three scalars with D scalings are tight (A. Packard, J. C. Doyle, Automatica 29(1), 1993): the bound is the spectral radius at the worst phases.
+    /// Three scalars with D scalings are tight (A. Packard, J. C. Doyle, Automatica 29(1), 1993): the bound is the
+    /// spectral radius at the worst phases.
     #[test]
     fn three_complex_scalars_are_tight() {
         let m = CMat::from_fn(3, 3, |i, j| {

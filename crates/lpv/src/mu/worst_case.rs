@@ -4,34 +4,26 @@
 //! z = F(Delta) w,   F(Delta) = M22 + M21 Delta (I - M11 Delta)^-1 M12,   |Delta| <= size
 //! ```
 //!
-//! From above: the gain is below g, and the loop stable, for every such Delta when mu of `[size M11, size M12; M21/g, M22/g]` with a full block from z to w
-//! is below 1 at every frequency. g is raised where scalings do not show that; those found before stay good, because they show it for every larger g.
-//! From below: perturbations are improved by the first-order change of the largest singular value of F, and evaluated.
+//! From above: the gain is below g, and the loop stable, for every such Delta when mu of `[size M11, size M12; M21/g,
+//! M22/g]` with a full block from z to w is below 1 at every frequency. g is raised where scalings do not show that;
+//! those found before stay good, because they show it for every larger g. From below: perturbations are improved by
+//! the first-order change of the largest singular value of F, and evaluated.
 //!
-//! A. Packard, J. C. Doyle, "The complex structured singular value", Automatica 29(1), 1993, section 4 (the main loop theorem); A. Packard, G. Balas, R. Liu, J.-Y.
-//! Shin, "Results on worst-case performance assessment", American Control Conference, 2000.
+//! A. Packard, J. C. Doyle, "The complex structured singular value", Automatica 29(1), 1993, section 4 (the main loop
+//! theorem); A. Packard, G. Balas, R. Liu, J.-Y. Shin, "Results on worst-case performance assessment", American
+//! Control Conference, 2000.
 
 use super::CMat;
 use super::interval::good_interval;
-use super::structure::{Block, Structure, StructureError};
-use super::sweep::{Covered, NOTHING, SweepError, middle, response};
-use super::upper::{Scalings, Search, UpperBound, search};
+pub use super::perturbable::Perturbable;
+use super::structure::Structure;
+use super::sweep::{Covered, LEAST_LEVEL, SweepError, middle, response};
+use super::upper::{DgScalings, UpperBound, UpperBoundOptions, upper_bound_with};
 use super::worst_perturbation::{Perturbed, refined, worst_perturbation};
-use crate::matrix::{complex_singular_values, spectral_abscissa};
-use crate::state_space::StateSpace;
+use crate::matrix::spectral_abscissa;
+use crate::system::state_space::StateSpace;
 use nalgebra::Complex;
 use thiserror::Error;
-
-/// A perturbed system: from (wd, w) to (zd, z), `wd = Delta zd`.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Perturbable {
-    /// The system.
-    pub system: StateSpace,
-    /// The structure of Delta; its entries of w and of z stand first.
-    pub structure: Structure,
-    /// The size of Delta.
-    pub size: f64,
-}
 
 /// The worst-case gain from both sides.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,7 +43,8 @@ pub struct WorstCaseGain {
 pub enum WorstCaseError {
     /// A perturbation of the size may destabilise.
     #[error(
-        "a perturbation of size {size} may take the loop to the brink of instability near {frequency:.4e} rad/s: mu is not shown to be below {:.6} there, and the gain \
+        "a perturbation of size {size} may take the loop to the brink of instability near {frequency:.4e} rad/s: \
+         mu is not shown to be below {:.6} there, and the gain \
          has no bound",
         1.0 / size
     )]
@@ -68,7 +61,8 @@ pub enum WorstCaseError {
         found: f64,
     },
     /// There are inputs and outputs of performance.
-    #[error("besides the {} inputs and {} outputs of the blocks the system has {} and {}; at least one of each is needed", blocks.0, blocks.1, found.0, found.1)]
+    #[error("besides the {} inputs and {} outputs of the blocks the system has {} and {}; at least one of each \
+        is needed", blocks.0, blocks.1, found.0, found.1)]
     NoPerformance {
         /// Of the blocks.
         blocks: (usize, usize),
@@ -81,24 +75,18 @@ pub enum WorstCaseError {
 }
 
 /// By how much the gain is above what scalings show at the worst frequency, relatively.
-const ABOVE: f64 = 1e-4;
+const GAIN_RAISE: f64 = 1e-4;
 
 /// How closely the gain at one frequency is sought.
-const CLOSE: f64 = 2e-5;
+const GAIN_TOLERANCE: f64 = 2e-5;
 
 /// A gain so many times the largest without perturbation counts as none.
-const LARGEST: f64 = 1e6;
+const UNBOUNDED_RATIO: f64 = 1e6;
 
 /// More intervals than this are not sought.
 const MOST_PIECES: usize = 4000;
 
 impl Perturbable {
-    /// Inputs and outputs beside those of Delta.
-    fn performance(&self) -> (usize, usize) {
-        let (outputs, inputs) = self.system.d.shape();
-        (inputs.saturating_sub(self.structure.rows()), outputs.saturating_sub(self.structure.cols()))
-    }
-
     fn check(&self) -> Result<(), WorstCaseError> {
         let (w, z) = self.performance();
         if w == 0 || z == 0 {
@@ -114,42 +102,9 @@ impl Perturbable {
         }
         Ok(())
     }
-
-    /// What Delta alone sees: from wd to zd.
-    pub fn stability(&self) -> StateSpace {
-        let (k, w) = (self.structure.cols(), self.structure.rows());
-        StateSpace {
-            a: self.system.a.clone(),
-            b: self.system.b.columns(0, w).into_owned(),
-            c: self.system.c.rows(0, k).into_owned(),
-            d: self.system.d.view((0, 0), (k, w)).into_owned(),
-        }
-    }
-
-    /// The structure with the full block of performance.
-    ///
-    /// # Errors
-    /// [`StructureError::EmptyBlock`] when there is no input or no output beside those of Delta.
-    pub fn with_performance(&self) -> Result<Structure, StructureError> {
-        let (rows, cols) = self.performance();
-        let blocks = self.structure.blocks().iter().copied();
-        Structure::new(blocks.chain([Block::Full { rows, cols }]).collect())
-    }
-
-    /// The system with zd in units of the size and z in units of `gain`.
-    fn scaled(&self, gain: f64) -> StateSpace {
-        let mut out = self.system.clone();
-        let k = self.structure.cols();
-        let z = out.d.nrows() - k;
-        for m in [&mut out.c, &mut out.d] {
-            m.rows_mut(0, k).scale_mut(self.size);
-            m.rows_mut(k, z).unscale_mut(gain);
-        }
-        out
-    }
 }
 
-/// Bounds the worst-case gain from both sides.
+/// Bounds the worst-case gain from both sides. Equation and sources: at the top of this file.
 ///
 /// # Errors
 /// [`WorstCaseError`].
@@ -188,14 +143,14 @@ struct Sweep<'a> {
     peak: f64,
     covered: Covered,
     /// Where scalings were sought, and where to begin near by.
-    starts: Vec<(f64, Scalings)>,
+    starts: Vec<(f64, DgScalings)>,
 }
 
 impl<'a> Sweep<'a> {
     fn new(loop_: &'a Perturbable, known: f64, peak: f64) -> Result<Self, WorstCaseError> {
         let structure = loop_.with_performance().map_err(SweepError::from)?;
         structure.check(&loop_.system.d.map(Complex::from)).map_err(SweepError::from)?;
-        let gain = known.max(NOTHING) * (1.0 + ABOVE);
+        let gain = known.max(LEAST_LEVEL) * (1.0 + GAIN_RAISE);
         let system = loop_.scaled(gain);
         Ok(Self { loop_, structure, gain, system, peak, covered: Covered::default(), starts: vec![] })
     }
@@ -227,7 +182,7 @@ impl<'a> Sweep<'a> {
             Some(interval) => Ok(self.covered.add(omega, interval)),
             None => {
                 // The scalings hold with no clearance at all: a gain that is a little higher has some.
-                self.set(self.gain * (1.0 + ABOVE));
+                self.set(self.gain * (1.0 + GAIN_RAISE));
                 Ok(true)
             }
         }
@@ -238,43 +193,51 @@ impl<'a> Sweep<'a> {
         self.system = self.loop_.scaled(gain);
     }
 
-    /// Scalings that show mu to be below 1, or the least bound.
-    fn shown(&self, m: &CMat, from: Option<&Scalings>) -> Result<UpperBound, SweepError> {
-        Ok(search(m, &self.structure, Search { level: 1.0, from, ..Search::default() })?)
+    /// DgScalings that show mu to be below 1, or the least bound.
+    fn shown(&self, m: &CMat, from: Option<&DgScalings>) -> Result<UpperBound, SweepError> {
+        Ok(upper_bound_with(
+            m,
+            &self.structure,
+            UpperBoundOptions { level: 1.0, from, ..UpperBoundOptions::default() },
+        )?)
     }
 
-    /// Sets the gain at which the scalings show enough at a frequency, by false position in its logarithm; `least` is the bound at the present gain.
-    /// Returns where to begin there.
+    /// Sets the gain at which the scalings show enough at a frequency, by false position in its logarithm; `least` is
+    /// the bound at the present gain. Returns where to begin there.
     ///
     /// The Illinois rule keeps either end from staying: M. Dowell, P. Jarratt, BIT 11, 1971.
-    fn raise(&mut self, m: &CMat, omega: f64, least: UpperBound) -> Result<Scalings, WorstCaseError> {
+    fn raise(&mut self, m: &CMat, omega: f64, least: UpperBound) -> Result<DgScalings, WorstCaseError> {
         let k = self.loop_.structure.cols();
         let mut start = least.start;
         let mut above = |factor: f64| -> Result<f64, SweepError> {
             let mut scaled = m.clone();
             let z = m.nrows() - k;
             scaled.rows_mut(k, z).unscale_mut(factor);
-            let found = search(&scaled, &self.structure, Search { from: Some(&start), ..Search::default() })?;
+            let found = upper_bound_with(
+                &scaled,
+                &self.structure,
+                UpperBoundOptions { from: Some(&start), ..UpperBoundOptions::default() },
+            )?;
             start = found.start;
             Ok(found.value.ln())
         };
         let (mut low, mut at_low) = (0.0, least.value.ln());
-        let mut high = at_low.max(CLOSE);
+        let mut high = at_low.max(GAIN_TOLERANCE);
         let mut at_high = above(high.exp())?;
         while at_high >= 0.0 {
             (low, at_low) = (high, at_high);
             high = 2.0 * high + 0.1;
-            if high > LARGEST.ln() {
+            if high > UNBOUNDED_RATIO.ln() {
                 let (size, frequency) = (self.loop_.size, omega);
                 return Err(WorstCaseError::NotRobustlyStable { size, frequency });
             }
             at_high = above(high.exp())?;
         }
         let mut last = 0;
-        while high - low > CLOSE {
+        while high - low > GAIN_TOLERANCE {
             // Not at either end, or nothing is learnt.
             let next = low + at_low / (at_low - at_high) * (high - low);
-            let next = next.clamp(low + 0.4 * CLOSE, high - 0.4 * CLOSE);
+            let next = next.clamp(low + 0.4 * GAIN_TOLERANCE, high - 0.4 * GAIN_TOLERANCE);
             let value = above(next.exp())?;
             if value >= 0.0 {
                 (low, at_low) = (next, value);
@@ -291,22 +254,19 @@ impl<'a> Sweep<'a> {
             }
         }
         self.peak = omega;
-        self.set(self.gain * high.exp() * (1.0 + ABOVE));
+        self.set(self.gain * high.exp() * (1.0 + GAIN_RAISE));
         Ok(start)
     }
-}
-
-/// The largest singular value.
-pub(super) fn largest(m: &CMat) -> f64 {
-    complex_singular_values(m).first().copied().unwrap_or(0.0)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::matrix::Mat;
+    use crate::mu::Block;
     use crate::mu::structure::random::blocks;
     use crate::mu::sweep::mu_over_frequency;
+    use crate::mu::worst_perturbation::largest;
     use nalgebra::dmatrix;
     use proptest::prelude::*;
 
@@ -350,7 +310,7 @@ mod tests {
                     c: system.c.rows(0, k.0).into_owned(),
                     d: system.d.view((0, 0), k).into_owned(),
                 };
-                // A part of a size that is certainly borne.
+                // A part of a size that is certainly tolerated.
                 let size = part / mu_over_frequency(&inner, &structure).unwrap().upper.upper.max(1e-3);
                 Perturbable { system, structure, size }
             },
@@ -360,7 +320,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(24))]
 
-        /// What is found lies below what is guaranteed, is of the structure and of the size, and has the gain that is told.
+        /// What is found lies below what is guaranteed, is of the structure and of the size, and has the gain that is
+        /// reported.
         #[test]
         fn found_is_below_guaranteed(loop_ in systems()) {
             let found = worst_case_gain(&loop_).unwrap();
@@ -371,8 +332,8 @@ mod tests {
             let (k, w) = (loop_.structure.cols(), loop_.structure.rows());
             let part = |r: usize, c: usize, rows: usize, cols: usize| m.view((r, c), (rows, cols)).into_owned();
             let inner = CMat::identity(k, k) - part(0, 0, k, w) * &found.worst.delta;
-            let seen = inner.lu().solve(&part(0, w, k, 2)).unwrap();
-            let gain = largest(&(part(k, w, 1, 2) + part(k, 0, 1, w) * &found.worst.delta * seen));
+            let solved = inner.lu().solve(&part(0, w, k, 2)).unwrap();
+            let gain = largest(&(part(k, w, 1, 2) + part(k, 0, 1, w) * &found.worst.delta * solved));
             prop_assert!((gain - found.worst.gain).abs() < 1e-8 * gain, "{gain} {}", found.worst.gain);
         }
 

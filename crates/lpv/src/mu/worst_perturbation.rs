@@ -1,16 +1,17 @@
 //! A perturbation that makes the gain large, found and evaluated: the lower bound of the worst-case gain.
 //!
-//! With u and v the singular vectors of the largest gain, `a* = u* M21 (I - Delta M11)^-1` and `b = (I - M11 Delta)^-1 M12 v`, the gain changes by
-//! `Re(a* dDelta b)`: each block goes where that is largest, as far as it makes the gain larger. Frequencies are those where the gain is large; with
-//! real scalars alone the peak of the perturbed loop follows.
+//! With u and v the singular vectors of the largest gain, `a* = u* M21 (I - Delta M11)^-1` and `b = (I - M11
+//! Delta)^-1 M12 v`, the gain changes by `Re(a* dDelta b)`: each block goes where that is largest, as far as it makes
+//! the gain larger. Frequencies are those where the gain is large; with real scalars alone the peak of the perturbed
+//! loop follows.
 
 use super::CMat;
+use super::perturbable::Perturbable;
 use super::product::product;
 use super::structure::Block;
 use super::sweep::response;
-use super::worst_case::{Perturbable, largest};
-use crate::matrix::{Mat, complex_svd_ends, solve};
-use crate::state_space::StateSpace;
+use crate::matrix::{Mat, complex_singular_values, complex_svd_ends, solve};
+use crate::system::state_space::StateSpace;
 use nalgebra::{Complex, DVector};
 
 type CVec = DVector<Complex<f64>>;
@@ -27,27 +28,27 @@ pub struct Perturbed {
 }
 
 /// Frequencies at which the search begins, and perturbations at each.
-const FREQUENCIES: usize = 6;
-const STARTS: usize = 4;
+const GAIN_FREQUENCIES: usize = 6;
+const GAIN_STARTS: usize = 4;
 
 /// Steps from one start, and how often the peak is followed.
-const STEPS: usize = 60;
-const FOLLOWED: usize = 4;
+const GAIN_STEPS: usize = 60;
+const PEAK_ROUNDS: usize = 4;
 
 /// The worst perturbation that the search finds; no perturbation at all where none is worse.
 pub fn worst_perturbation(loop_: &Perturbable) -> Perturbed {
-    let search = Search { loop_, k: loop_.structure.cols(), w: loop_.structure.rows() };
+    let search = GainSearch { loop_, k: loop_.structure.cols(), w: loop_.structure.rows() };
     let nominal = search.performance(&CMat::zeros(search.w, search.k));
     let peak = nominal.as_ref().map_or(0.0, |system| system.hinf_norm().frequency);
     let mut best = Perturbed { gain: 0.0, frequency: peak, delta: CMat::zeros(search.w, search.k) };
     search.keep(&mut best, peak, &CMat::zeros(search.w, search.k));
     for omega in search.frequencies(peak) {
-        for start in 0..STARTS {
+        for start in 0..GAIN_STARTS {
             search.climb(&mut best, omega, start);
         }
     }
     if loop_.structure.is_real() {
-        for _ in 0..FOLLOWED {
+        for _ in 0..PEAK_ROUNDS {
             let Some(system) = search.performance(&best.delta) else { break };
             let before = best.gain;
             let peak = system.hinf_norm().frequency;
@@ -64,13 +65,13 @@ pub fn worst_perturbation(loop_: &Perturbable) -> Perturbed {
 
 /// A perturbation known, or a worse one that is found near another frequency and by moving the frequency.
 pub(super) fn refined(loop_: &Perturbable, known: Perturbed, near: f64) -> Perturbed {
-    let search = Search { loop_, k: loop_.structure.cols(), w: loop_.structure.rows() };
+    let search = GainSearch { loop_, k: loop_.structure.cols(), w: loop_.structure.rows() };
     let mut best = known;
-    for start in 0..STARTS {
+    for start in 0..GAIN_STARTS {
         search.climb(&mut best, near, start);
     }
-    let mut stride = STRIDE;
-    for _ in 0..MOVES {
+    let mut stride = STEP_STRIDE;
+    for _ in 0..MOST_MOVES {
         let before = best.gain;
         for omega in [best.frequency * stride, best.frequency / stride] {
             if omega.is_finite() && omega > 0.0 {
@@ -86,10 +87,10 @@ pub(super) fn refined(loop_: &Perturbable, known: Perturbed, near: f64) -> Pertu
 }
 
 /// How far the frequency is moved, as a ratio, and how often.
-const STRIDE: f64 = 1.2;
-const MOVES: usize = 16;
+const STEP_STRIDE: f64 = 1.2;
+const MOST_MOVES: usize = 16;
 
-struct Search<'a> {
+struct GainSearch<'a> {
     loop_: &'a Perturbable,
     /// Entries of zd and of wd.
     k: usize,
@@ -104,7 +105,7 @@ struct Parts {
     m22: CMat,
 }
 
-impl Search<'_> {
+impl GainSearch<'_> {
     /// The peak without perturbation, and where the gain of the whole system is large.
     fn frequencies(&self, peak: f64) -> Vec<f64> {
         let system = &self.loop_.system;
@@ -117,7 +118,7 @@ impl Search<'_> {
             .collect();
         all.sort_by(|a, b| b.0.total_cmp(&a.0));
         all.dedup_by(|a, b| (a.1 - b.1).abs() <= 0.05 * b.1);
-        [peak].into_iter().chain(all.into_iter().map(|(_, omega)| omega)).take(FREQUENCIES).collect()
+        [peak].into_iter().chain(all.into_iter().map(|(_, omega)| omega)).take(GAIN_FREQUENCIES).collect()
     }
 
     fn parts(&self, omega: f64) -> Option<Parts> {
@@ -186,7 +187,7 @@ impl Search<'_> {
     fn improve(&self, best: &mut Perturbed, omega: f64, mut delta: CMat) {
         let Some(parts) = self.parts(omega) else { return };
         let Some(mut at) = parts.gain(&delta) else { return };
-        for _ in 0..STEPS {
+        for _ in 0..GAIN_STEPS {
             let Some((a, b)) = parts.slopes(&delta, &at) else { break };
             let aimed = self.aimed(&delta, &a, &b);
             // All the way, or less far, or one block alone.
@@ -263,4 +264,9 @@ fn singular_vectors(m: &CMat) -> Option<(CVec, CVec)> {
     let u = m * &v;
     let length = u.norm();
     (length > 0.0).then(|| (u.unscale(length), v))
+}
+
+/// The largest singular value.
+pub(super) fn largest(m: &CMat) -> f64 {
+    complex_singular_values(m).first().copied().unwrap_or(0.0)
 }

@@ -2,6 +2,7 @@
 #![allow(dead_code)] // Each test file uses a part.
 
 use lpv::matrix::Mat;
+use lpv::partition::{PLANT, names};
 use lpv::plant::GeneralisedPlant;
 use serde_json::Value;
 
@@ -22,28 +23,12 @@ pub fn plant(case: &Value) -> GeneralisedPlant {
     let data = &case["data"];
     let scheduled = data.get("P").is_some();
     let p = if scheduled { &data["P"] } else { data };
-    let m = |key: &str| matrix(&p[key]);
-    let (a, b1, b2, c1, c2) = (m("A"), m("B1"), m("B2"), m("C1"), m("C2"));
-    let (n, w, u, z, y) = (a.nrows(), b1.ncols(), b2.ncols(), c1.nrows(), c2.nrows());
-    let part = |key: &str, rows: usize, cols: usize| if scheduled { m(key) } else { Mat::zeros(rows, cols) };
-    GeneralisedPlant {
-        bt: part("Bt", n, 0),
-        ct: part("Ct", 0, n),
-        dtt: part("Dtt", 0, 0),
-        dt1: part("Dt1", 0, w),
-        dt2: part("Dt2", 0, u),
-        d1t: part("D1t", z, 0),
-        d2t: part("D2t", y, 0),
-        d11: m("D11"),
-        d12: m("D12"),
-        d21: m("D21"),
-        blocks: if scheduled { serde_json::from_value(data["blocks"].clone()).unwrap() } else { vec![] },
-        a,
-        b1,
-        b2,
-        c1,
-        c2,
-    }
+    let given =
+        names(PLANT).filter(|(key, _, _)| p.get(key).is_some_and(|rows| rows != &serde_json::json!([])));
+    let blocks: Vec<_> = given.map(|(key, row, column)| (row, column, matrix(&p[key]))).collect();
+    let repetitions =
+        if scheduled { serde_json::from_value(data["blocks"].clone()).unwrap() } else { vec![] };
+    GeneralisedPlant::new(repetitions, &blocks).unwrap()
 }
 
 /// The plant of the certificate `name` of the repository's `tests/certificates`.

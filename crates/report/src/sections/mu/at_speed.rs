@@ -8,7 +8,7 @@ use auv::Linearisation;
 use lpv::matrix::{Mat, solve, spectral_abscissa};
 use lpv::mu::lower::{LowerBound, lower_bound};
 use lpv::mu::sweep::{FrequencyMu, SweepError, mu_over_frequency, response};
-use lpv::mu::upper::{Search, search};
+use lpv::mu::upper::{UpperBoundOptions, upper_bound_with};
 use lpv::mu::{self, CMat, Structure};
 use lpv::state_space::StateSpace;
 use nalgebra::DVector;
@@ -138,7 +138,7 @@ fn upper_curve(
     let mut start = None;
     let at = |omega: f64| {
         let m = response(system, omega)?;
-        let found = search(&m, structure, Search { tight: DRAWN, from: start.as_ref(), ..Search::default() });
+        let found = upper_bound_with(&m, structure, UpperBoundOptions { tight: DRAWN, from: start.as_ref(), ..UpperBoundOptions::default() });
         Some(found.map(|bound| {
             start = Some(bound.start);
             (omega, bound.value)

@@ -1,0 +1,256 @@
+//! The gain of a finished closed loop for every parameter trajectory in the unit box.
+//!
+//! Scaled bounded-real lemma with a constant Lyapunov matrix: P. Apkarian, P. Gahinet, IEEE Trans. Automatic
+//! Control 40(5), 1995, lemma 3.1, with the skew scaling of G. Scorletti and L. El Ghaoui, 1998.
+
+use crate::analysis::bounded_real::{Multipliers, bounded_real_compact, bounded_real_value};
+use crate::analysis::gain_bound::GainBound;
+use crate::error::SynthesisError;
+use crate::lmi::program::{Affine, Program};
+use crate::lmi::solver;
+use crate::lmi::solver_options::SolverOptions;
+use crate::matrix::{Mat, scaled_largest_eigenvalue, skew_part, symmetric_part};
+use crate::system::model_error::LoopError;
+use crate::system::plant::ClosedLoop;
+
+/// How close to the least bound the one sought is, relative to itself and the one it starts from. Closer ones are
+/// tight, and hold less clearly.
+const GAMMA_TOLERANCE: f64 = 0.01;
+
+/// How often the search begins again, in the better coordinates that its last point gives.
+const MOST_RESTARTS: usize = 3;
+
+const STAGE: &str = "analysis of the closed loop";
+
+/// Tightens a bound of the gain of a closed loop, with or without model error.
+///
+/// The inequalities are solved in coordinates in which X and S of the bound given are the identity, until gamma is
+/// within 1 % of the least: there the inequality still holds clearly. What comes back holds by its eigenvalues in
+/// floating point: if no better bound does, the one given.
+///
+/// ```text
+/// x' = A x + Bt wt + B1 w,   wt = Theta zt,   |theta_i(t)| <= 1:   |z|_2 < gamma |w|_2
+/// ```
+///
+/// Shapes: X is states square, S and T are channels square. Source: the lemma named at the top of this file.
+///
+/// # Errors
+/// [`SynthesisError::Numerical`] when neither a new bound nor the one given satisfies the inequality.
+pub fn bounded_gain(
+    closed: &ClosedLoop,
+    error: &LoopError,
+    shown: &GainBound,
+) -> Result<GainBound, SynthesisError> {
+    // Changes of coordinates leave a rounding in what must be exactly symmetric or skew.
+    let mut given = GainBound {
+        x: symmetric_part(&shown.x),
+        s: symmetric_part(&shown.s),
+        t: skew_part(&shown.t),
+        ..shown.clone()
+    };
+    given.largest_eigenvalue = worst_eigenvalue(closed, error, &given);
+    let best = tightened(closed, error, &given).unwrap_or(given);
+    if best.largest_eigenvalue < 0.0 {
+        return Ok(best);
+    }
+    let slowest = crate::matrix::spectral_abscissa(&closed.a());
+    let why = if slowest >= 0.0 {
+        format!("; a mode has real part {slowest:.1e} at Theta = 0")
+    } else {
+        String::new()
+    };
+    Err(SynthesisError::Numerical {
+        stage: STAGE,
+        diagnosis: format!(
+            "at gamma = {:.4e} an eigenvalue of the inequalities has the wrong sign, {:.1e}{why}",
+            best.gamma, best.largest_eigenvalue
+        ),
+    })
+}
+
+/// A bound close to the least; `None` when no search led to one that holds and is better.
+fn tightened(closed: &ClosedLoop, error: &LoopError, given: &GainBound) -> Option<GainBound> {
+    let mut best: Option<GainBound> = None;
+    for _ in 0..MOST_RESTARTS {
+        let base = best.as_ref().unwrap_or(given);
+        let Ok((found, gap)) = search(Base { closed, error, bound: base }, GAMMA_TOLERANCE) else { break };
+        if found.largest_eigenvalue >= 0.0 {
+            break;
+        }
+        let better = base.largest_eigenvalue >= 0.0 || found.gamma < base.gamma;
+        if better {
+            best = Some(found);
+        }
+        if !better || gap <= GAMMA_TOLERANCE {
+            break;
+        }
+    }
+    best
+}
+
+/// A loop, and a bound of it in whose coordinates one is sought: those in which its X and S are the identity.
+#[derive(Clone, Copy)]
+pub(crate) struct Base<'a> {
+    pub(crate) closed: &'a ClosedLoop,
+    pub(crate) error: &'a LoopError,
+    pub(crate) bound: &'a GainBound,
+}
+
+/// A base in its coordinates.
+struct Whitened {
+    scaled: ClosedLoop,
+    error: LoopError,
+    /// That of the base: X, S and gamma are 1.
+    bound: GainBound,
+    state_inverse: Mat,
+    channel_inverse: Mat,
+}
+
+impl Whitened {
+    fn new(base: Base) -> Result<Self, SynthesisError> {
+        let (state, state_inverse) = whitening(&base.bound.x, "X")?;
+        let (channel, channel_inverse) = whitening(&base.bound.s, "S")?;
+        let scaled = base.closed.in_coordinates((&state, &state_inverse), (&channel, &channel_inverse));
+        let scaled = scaled.in_units_of(base.bound.gamma);
+        let error = base.error.in_coordinates((&state, &state_inverse), &channel);
+        let error = error.in_units_of(base.bound.gamma);
+        let (n, r) = (scaled.a().nrows(), scaled.channels.len());
+        let bound = GainBound {
+            gamma: 1.0,
+            x: Mat::identity(n, n),
+            s: Mat::identity(r, r),
+            t: channel.transpose() * &base.bound.t * &channel,
+            ..*base.bound
+        };
+        Ok(Self { scaled, error, bound, state_inverse, channel_inverse })
+    }
+}
+
+/// The program of a base in its coordinates.
+struct Posed {
+    program: Program,
+    unknowns: Multipliers<Affine>,
+    /// The bounded-real matrix.
+    inequality: Affine,
+    /// The point of the base.
+    start: Vec<f64>,
+    state_inverse: Mat,
+    channel_inverse: Mat,
+}
+
+impl Posed {
+    /// With gamma unknown, or that of the base.
+    fn new(base: Base, fixed: bool) -> Result<Self, SynthesisError> {
+        let Whitened { scaled, error, bound, state_inverse, channel_inverse } = Whitened::new(base)?;
+        let n = scaled.a().nrows();
+        let mut program = Program::new();
+        let scalar = |value: f64| Affine::constant(Mat::from_element(1, 1, value));
+        let m = Multipliers {
+            x: program.symmetric(n),
+            s: program.symmetric_commuting(&scaled.channels),
+            t: program.skew_commuting(&scaled.channels),
+            gamma: if fixed { scalar(1.0) } else { program.scalar() },
+            lambda: if error.is_none() { scalar(0.0) } else { program.scalar() },
+        };
+        let mut start = vec![0.0; program.unknowns()];
+        program.set(&mut start, &m.x, &bound.x);
+        program.set(&mut start, &m.s, &bound.s);
+        program.set(&mut start, &m.t, &bound.t);
+        program.set(&mut start, &m.gamma, &Mat::from_element(1, 1, bound.gamma));
+        program.set(&mut start, &m.lambda, &Mat::from_element(1, 1, bound.lambda));
+        let inequality = bounded_real_compact(&scaled, &error, &m);
+        Ok(Self { program, unknowns: m, inequality, start, state_inverse, channel_inverse })
+    }
+
+    /// The bound at a point, in the loop's own coordinates.
+    fn bound(&self, base: Base, point: &[f64]) -> GainBound {
+        let value = |e: &Affine| e.value(&self.program, point);
+        let back = |m: Mat, inverse: &Mat| inverse.transpose() * m * inverse;
+        let m = &self.unknowns;
+        let mut found = GainBound {
+            gamma: base.bound.gamma * value(&m.gamma)[(0, 0)],
+            x: symmetric_part(&back(value(&m.x), &self.state_inverse)),
+            s: symmetric_part(&back(value(&m.s), &self.channel_inverse)),
+            t: skew_part(&back(value(&m.t), &self.channel_inverse)),
+            lambda: value(&m.lambda)[(0, 0)],
+            largest_eigenvalue: f64::NAN,
+        };
+        found.largest_eigenvalue = worst_eigenvalue(base.closed, base.error, &found);
+        found
+    }
+}
+
+/// A gamma close to the least, within `tolerance`, and how close.
+pub(crate) fn search(base: Base, tolerance: f64) -> Result<(GainBound, f64), SynthesisError> {
+    let mut posed = Posed::new(base, false)?;
+    let m = &posed.unknowns;
+    posed.program.positive("X", m.x.clone());
+    posed.program.positive("S", m.s.clone());
+    posed.program.negative("bounded real", posed.inequality.clone());
+    posed.program.minimise_trace(&m.gamma, 1.0);
+    let search = SolverOptions { start: Some(&posed.start), ..SolverOptions::within(tolerance) };
+    let solution = solver::solve(&posed.program, STAGE, search)?;
+    Ok((posed.bound(base, &solution.x), solution.gap))
+}
+
+/// At the gamma of the base the point at which the inequalities hold most clearly: the largest t with `-t I` above
+/// the bounded-real matrix and X and S between `t I` and a few times the identity, in the coordinates of the base.
+pub(crate) fn clearest(base: Base) -> Result<GainBound, SynthesisError> {
+    let mut posed = Posed::new(base, true)?;
+    let clearance = posed.program.scalar();
+    posed.start.push(0.0);
+    let size = posed.inequality.shape().0;
+    posed.program.negative("bounded real", posed.inequality.clone() + clearance.times_identity(size));
+    for e in [&posed.unknowns.x, &posed.unknowns.s] {
+        let n = e.shape().0;
+        posed.program.positive("floor", e.clone() - clearance.times_identity(n));
+        posed
+            .program
+            .positive("upper bound", Affine::constant(Mat::identity(n, n) * LARGEST_GROWTH) - e.clone());
+    }
+    posed.program.minimise_trace(&clearance, -1.0);
+    let search = SolverOptions {
+        start: Some(&posed.start),
+        floor: 1e-9,
+        ..SolverOptions::within(CLEARANCE_TOLERANCE)
+    };
+    let solution = solver::solve(&posed.program, STAGE, search)?;
+    Ok(posed.bound(base, &solution.x))
+}
+
+/// How far X and S may grow while the clearest point is sought.
+const LARGEST_GROWTH: f64 = 4.0;
+
+/// How close to the largest clearance is close enough, relatively.
+const CLEARANCE_TOLERANCE: f64 = 0.3;
+
+/// The largest eigenvalue of the bounded-real matrix, -X and -S, each scaled to a unit diagonal: the sign does
+/// not depend on the scaling, and rounding counts in proportion. Where it seems to be wrong, it is looked at again in
+/// the coordinates in which X and S are the identity: in others slow modes may drown in the rounding of `A'X + X A`.
+pub(crate) fn worst_eigenvalue(closed: &ClosedLoop, error: &LoopError, bound: &GainBound) -> f64 {
+    let scaled = eigenvalue_as_given(closed, error, bound);
+    if scaled < 0.0 {
+        return scaled;
+    }
+    Whitened::new(Base { closed, error, bound })
+        .map_or(scaled, |w| eigenvalue_as_given(&w.scaled, &w.error, &w.bound))
+}
+
+fn eigenvalue_as_given(closed: &ClosedLoop, error: &LoopError, bound: &GainBound) -> f64 {
+    let all = [bounded_real_value(closed, error, bound), -&bound.x, -&bound.s];
+    all.iter().map(scaled_largest_eigenvalue).fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// T and its inverse with `T' M T = I`.
+pub(crate) fn whitening(m: &Mat, name: &str) -> Result<(Mat, Mat), SynthesisError> {
+    if m.is_empty() {
+        return Ok((m.clone(), m.clone()));
+    }
+    let inverse = m.clone().cholesky().map(|c| c.l().transpose());
+    inverse.and_then(|inverse| Some((inverse.clone().try_inverse()?, inverse))).ok_or_else(|| {
+        SynthesisError::Numerical {
+            stage: STAGE,
+            diagnosis: format!("the guess at {name} is not positive definite"),
+        }
+    })
+}

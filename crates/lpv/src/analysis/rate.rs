@@ -1,0 +1,189 @@
+//! The gain of a system whose parameter moves at a bounded rate, on a grid of parameter values.
+//!
+//! F. Wu, X. H. Yang, A. Packard, G. Becker, "Induced L2-norm control for LPV systems with bounded parameter
+//! variation rates", Int. J. Robust Nonlinear Control 6, 1996: `x' = A(theta) x + B(theta) w, z = C(theta) x +
+//! D(theta) w` with `|theta'| <= nu` is exponentially stable with an L2 gain below gamma when for every theta and
+//! both signs `X(theta) > 0` and
+//!
+//! ```text
+//! [ A'X + XA +- nu dX/dtheta   XB         C'       ]
+//! [         *                 -gamma I    D'       ]  < 0,     X(theta) = X_0 + s X_1 + ... + s^d X_d
+//! [         *                    *       -gamma I  ]
+//! ```
+//!
+//! with s the parameter mapped to [-1, 1]. The rate enters affinely, so its two extremes are enough. The parameter
+//! does not: the inequality is imposed at some samples and checked at all of them, and **between the samples nothing
+//! is proved**. [`crate::analysis::bounded_gain()`] bounds the gain with proof, for parameters that move however fast.
+
+use crate::analysis::lyapunov_polynomial::LyapunovPolynomial;
+use crate::analysis::rate_program::{Aim, Grid, RateSolution, missed, without_signals};
+pub use crate::error::RateError;
+use crate::error::{ShapeError, SynthesisError};
+use crate::matrix::spectral_abscissa;
+use crate::system::state_space::StateSpace;
+
+/// Which Lyapunov functions are tried, and where the inequality is imposed first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RateOptions {
+    /// The order d of X(theta).
+    pub order: usize,
+    /// The inequality is imposed at each `stride`-th sample and at the last one, and where it then fails.
+    pub stride: usize,
+}
+
+impl Default for RateOptions {
+    fn default() -> Self {
+        Self { order: 2, stride: 4 }
+    }
+}
+
+/// The Lyapunov function found, and how clearly the inequality holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RateProof {
+    /// X(theta).
+    pub lyapunov: LyapunovPolynomial,
+    /// The parameter values at which the inequality was imposed.
+    pub grid: Vec<f64>,
+    /// The number of parameter values at which it was checked: all samples.
+    pub checked: usize,
+    /// The largest eigenvalue of the inequality and of -X over all samples, scaled to unit diagonals: negative.
+    pub largest_eigenvalue: f64,
+    /// The sample with that eigenvalue.
+    pub worst_theta: f64,
+}
+
+/// A gain that holds at all samples.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RateBound {
+    /// The gain: 0.1 % (where that fails, 1 %) above the least one found, so that the inequality holds strictly.
+    pub gamma: f64,
+    /// The bound nu on `|theta'|`; infinite for parameters that move however fast.
+    pub rate: f64,
+    /// What shows it.
+    pub proof: RateProof,
+}
+
+/// Bounds the L2 gain of a system that is given by its samples `(theta, system)`, for `|theta'| <= rate`.
+///
+/// `rate` is in units of theta per unit of time; 0 asks for a frozen parameter, infinity for a constant X.
+///
+/// # Errors
+/// [`RateError::Unstable`] and [`SynthesisError::Infeasible`] when no gain is finite, the latter for Lyapunov
+/// functions of this order; [`SynthesisError::Numerical`] when nothing is known; the others for bad input.
+pub fn rate_bounded_gain(
+    samples: &[(f64, StateSpace)],
+    rate: f64,
+    options: RateOptions,
+) -> Result<RateBound, RateError> {
+    match least_gain(samples, rate, options) {
+        // A solver that is stuck on a problem without solution finds the one of stability alone easier to refute.
+        Err(stuck @ RateError::Inequality(SynthesisError::Numerical { .. })) => {
+            match rate_bounded_stability(samples, rate, options) {
+                Err(none @ RateError::Inequality(SynthesisError::Infeasible { .. })) => Err(none),
+                _ => Err(stuck),
+            }
+        }
+        other => other,
+    }
+}
+
+fn least_gain(
+    samples: &[(f64, StateSpace)],
+    rate: f64,
+    options: RateOptions,
+) -> Result<RateBound, RateError> {
+    let system = Grid::new(checked(samples, rate)?, rate, options.order);
+    let mut base = system.start()?;
+    let (gamma, proof) = refine(&system, options.stride, |points| system.least(points, &mut base))?;
+    Ok(RateBound { gamma, rate, proof })
+}
+
+/// Looks for a Lyapunov function that shows stability for `|theta'| <= rate`; inputs and outputs do not matter.
+///
+/// # Errors
+/// As [`rate_bounded_gain`].
+pub fn rate_bounded_stability(
+    samples: &[(f64, StateSpace)],
+    rate: f64,
+    options: RateOptions,
+) -> Result<RateProof, RateError> {
+    let free: Vec<(f64, StateSpace)> =
+        samples.iter().map(|(theta, s)| (*theta, without_signals(s))).collect();
+    let system = Grid::new(checked(&free, rate)?, rate, options.order);
+    let base = system.start()?;
+    Ok(refine(&system, options.stride, |points| Ok(system.search(points, &base, Aim::Stability)?.0))?.1)
+}
+
+/// The samples, when they are in order, of one shape and stable.
+fn checked(samples: &[(f64, StateSpace)], rate: f64) -> Result<&[(f64, StateSpace)], RateError> {
+    let Some((_, like)) = samples.first() else { return Err(RateError::NoSamples) };
+    if rate.is_nan() || rate < 0.0 {
+        return Err(RateError::NegativeRate { rate });
+    }
+    let mut before = f64::NEG_INFINITY;
+    for (theta, system) in samples {
+        let theta = *theta;
+        if !theta.is_finite() || theta <= before {
+            return Err(RateError::NotAscending { theta });
+        }
+        before = theta;
+        check_shapes(system, like).map_err(|source| RateError::Shape { theta, source })?;
+        let re = spectral_abscissa(&system.a);
+        if re.is_nan() || re >= 0.0 {
+            return Err(RateError::Unstable { theta, re });
+        }
+    }
+    Ok(samples)
+}
+
+/// Shapes that fit together, and the numbers of states, inputs and outputs that the first sample has.
+fn check_shapes(system: &StateSpace, like: &StateSpace) -> Result<(), ShapeError> {
+    let (n, m, p) = (like.a.nrows(), like.b.ncols(), like.c.nrows());
+    for (name, matrix, rows, cols) in
+        [("A", &system.a, n, n), ("B", &system.b, n, m), ("C", &system.c, p, n), ("D", &system.d, p, m)]
+    {
+        if matrix.shape() != (rows, cols) {
+            return Err(ShapeError { name, found: matrix.shape(), expected: (rows, cols) });
+        }
+    }
+    Ok(())
+}
+
+/// Solves at a part of the samples, adds those at which the solution fails, until it holds at all of them; returns the
+/// gamma and what shows it.
+fn refine(
+    system: &Grid<'_>,
+    stride: usize,
+    mut solve: impl FnMut(&[usize]) -> Result<RateSolution, RateError>,
+) -> Result<(f64, RateProof), RateError> {
+    let samples = system.samples;
+    let last = samples.len() - 1;
+    let mut points: Vec<usize> = (0..last).step_by(stride.max(1)).chain([last]).collect();
+    loop {
+        let found = solve(&points)?;
+        let values: Vec<f64> = (0..=last).map(|i| system.eigenvalue(i, &found)).collect();
+        let worst = (0..=last).max_by(|&i, &j| values[i].total_cmp(&values[j])).unwrap_or(0);
+        let (largest_eigenvalue, worst_theta) = (values[worst], samples[worst].0);
+        if largest_eigenvalue < 0.0 {
+            let grid = points.iter().map(|&i| samples[i].0).collect();
+            let (lyapunov, checked) = (found.lyapunov, samples.len());
+            let proof = RateProof { lyapunov, grid, checked, largest_eigenvalue, worst_theta };
+            return Ok((found.gamma, proof));
+        }
+        let more = peaks(&values, &points);
+        if more.is_empty() {
+            return Err(missed(found.gamma, worst_theta, largest_eigenvalue));
+        }
+        points.extend(more);
+        points.sort_unstable();
+    }
+}
+
+/// The samples not among `points` where the inequality fails, and fails worst among their neighbours.
+fn peaks(values: &[f64], points: &[usize]) -> Vec<usize> {
+    let at = |i: Option<usize>| i.and_then(|i| values.get(i)).copied().unwrap_or(f64::NEG_INFINITY);
+    (0..values.len())
+        .filter(|&i| values[i] >= 0.0 && !points.contains(&i))
+        .filter(|&i| values[i] >= at(i.checked_sub(1)) && values[i] >= at(Some(i + 1)))
+        .collect()
+}

@@ -1,0 +1,257 @@
+//! The inequality of the gain at a bounded rate, at some samples of a system, in coordinates in which it is well
+//! conditioned.
+
+use crate::analysis::lyapunov_polynomial::LyapunovPolynomial;
+use crate::error::{RateError, SynthesisError};
+use crate::lmi::program::{Affine, Program, symmetric};
+use crate::lmi::solver;
+use crate::lmi::solver_options::SolverOptions;
+use crate::matrix::{Mat, scaled_largest_eigenvalue, symmetric_function, symmetric_part};
+use crate::system::lyapunov::middle_of_gramians;
+use crate::system::state_space::StateSpace;
+
+pub(crate) const STAGE: &str = "gain at a bounded rate";
+
+const INEQUALITY_NAME: &str = "bounded real with rate";
+
+/// How close to the least gamma the one sought is, relative to itself plus 1 in units of a guess at it.
+const GAMMA_TOLERANCE: f64 = 2e-4;
+
+/// How often gamma is sought, each time in the coordinates of the last solution.
+const MOST_RESTARTS: usize = 4;
+
+/// What a search looks for.
+#[derive(Clone, Copy)]
+pub(crate) enum Aim {
+    /// The least gamma.
+    Least,
+    /// Any X(theta) with `A'X + XA +- nu dX/dtheta < -I`, B and C left out.
+    Stability,
+}
+
+/// A gamma and the X(theta) that goes with it.
+pub(crate) struct RateSolution {
+    pub(crate) gamma: f64,
+    pub(crate) lyapunov: LyapunovPolynomial,
+}
+
+/// Where a search starts: X is the identity in its coordinates, and gamma 1 in its units.
+pub(crate) struct Base {
+    x: Mat,
+    gamma: f64,
+}
+
+/// Samples of a system, stable and of one shape, and the family of Lyapunov functions.
+pub(crate) struct Grid<'a> {
+    pub(crate) samples: &'a [(f64, StateSpace)],
+    rate: f64,
+    order: usize,
+    centre: f64,
+    half_range: f64,
+}
+
+impl<'a> Grid<'a> {
+    pub(crate) fn new(samples: &'a [(f64, StateSpace)], rate: f64, order: usize) -> Self {
+        let (first, last) = (samples[0].0, samples[samples.len() - 1].0);
+        let half_range = if last > first { 0.5 * (last - first) } else { 1.0 };
+        let order = if rate.is_infinite() || samples.len() == 1 { 0 } else { order };
+        Self { samples, rate, order, centre: 0.5 * (first + last), half_range }
+    }
+
+    fn polynomial(&self, coefficients: Vec<Mat>) -> LyapunovPolynomial {
+        LyapunovPolynomial { centre: self.centre, half_range: self.half_range, coefficients }
+    }
+
+    /// A first guess.
+    pub(crate) fn start(&self) -> Result<Base, RateError> {
+        let systems: Vec<&StateSpace> = self.samples.iter().map(|(_, s)| s).collect();
+        let (x, hankel) = middle_of_gramians(&systems).ok_or_else(|| SynthesisError::Numerical {
+            stage: STAGE,
+            diagnosis: "the gramians of the samples have no positive definite mean".into(),
+        })?;
+        let frozen = systems.iter().map(|s| s.hinf_norm().value).fold(0.0, f64::max);
+        Ok(Base { x, gamma: frozen.max(hankel) })
+    }
+
+    /// A gamma close to the least at some samples, with a solution that is strict there: sought from `base` and,
+    /// where the solver gets stuck, again from the solution. `base` becomes that solution.
+    pub(crate) fn least(&self, points: &[usize], base: &mut Base) -> Result<RateSolution, RateError> {
+        let mut best: Option<RateSolution> = None;
+        let mut failure = None;
+        for _ in 0..MOST_RESTARTS {
+            let (found, gap) = match self.search(points, base, Aim::Least) {
+                Ok(found) => found,
+                Err(e) => {
+                    failure = Some(e);
+                    break;
+                }
+            };
+            let mean = points.iter().map(|&i| found.lyapunov.value(self.samples[i].0)).sum::<Mat>();
+            *base = Base { x: mean / points.len() as f64, gamma: found.gamma };
+            let (miss, theta) = self.worst(points, &found);
+            if miss >= 0.0 {
+                failure = Some(missed(found.gamma, theta, miss));
+            } else if best.as_ref().is_none_or(|known| found.gamma < known.gamma) {
+                best = Some(found);
+            }
+            if gap <= GAMMA_TOLERANCE && miss < 0.0 {
+                break;
+            }
+        }
+        let missed = || missed(f64::INFINITY, self.centre, f64::INFINITY);
+        best.ok_or_else(|| failure.unwrap_or_else(missed))
+    }
+
+    /// Solves the program of an aim at some samples; returns the gap as well.
+    pub(crate) fn search(
+        &self,
+        points: &[usize],
+        base: &Base,
+        aim: Aim,
+    ) -> Result<(RateSolution, f64), RateError> {
+        // State is X^-1/2, so that X becomes the identity.
+        let (state, inverse) =
+            (symmetric_function(&base.x, |v| 1.0 / v.sqrt()), symmetric_function(&base.x, f64::sqrt));
+        let unit = match aim {
+            Aim::Least => base.gamma,
+            Aim::Stability => 1.0,
+        };
+        let mut systems: Vec<StateSpace> =
+            points.iter().map(|&i| scaled(&self.samples[i].1, &state, &inverse, unit)).collect();
+        let speed = middle_speed(&systems);
+        systems.iter_mut().for_each(|s| scale_time(s, speed));
+        if matches!(aim, Aim::Stability) {
+            systems.iter_mut().for_each(|s| *s = without_signals(s));
+        }
+        let mut program = Program::new();
+        let unknowns = self.unknowns(&mut program, &systems, speed);
+        let level = match aim {
+            Aim::Least => program.scalar(),
+            _ => Affine::constant(Mat::identity(1, 1)),
+        };
+        for (&i, system) in points.iter().zip(&systems) {
+            self.impose(&mut program, aim, (self.samples[i].0, system, speed), &unknowns, &level);
+        }
+        if matches!(aim, Aim::Least) {
+            program.minimise_trace(&level, 1.0);
+        }
+        let read = |x: &[f64]| {
+            let back = |e: &Affine| symmetric_part(&(inverse.transpose() * e.value(&program, x) * &inverse));
+            let lyapunov = self.polynomial(unknowns.iter().map(back).collect());
+            RateSolution { gamma: level.value(&program, x)[(0, 0)] * unit, lyapunov }
+        };
+        let search = match aim {
+            Aim::Least => SolverOptions::within(GAMMA_TOLERANCE),
+            // Any point that holds will do.
+            Aim::Stability => SolverOptions::within(f64::INFINITY),
+        };
+        let solution = solver::solve(&program, STAGE, search)?;
+        Ok((read(&solution.x), solution.gap))
+    }
+
+    /// `X_0, ..., X_d`. At high rates all but the first can only be small; they are scaled to the size of the first.
+    fn unknowns(&self, program: &mut Program, systems: &[StateSpace], speed: f64) -> Vec<Affine> {
+        let n = systems.first().map_or(0, |s| s.a.nrows());
+        let fastest = systems.iter().map(|s| s.a.norm()).fold(0.0, f64::max);
+        let small = (fastest * speed * self.half_range / self.rate).min(1.0);
+        (0..=self.order).map(|k| program.symmetric(n).scaled(if k == 0 { 1.0 } else { small })).collect()
+    }
+
+    /// The inequality at one sample, with both signs of the rate.
+    ///
+    /// X(theta) > 0 need not be imposed: the mean of the two says `A'X + XA < 0`, and A is stable.
+    fn impose(
+        &self,
+        program: &mut Program,
+        aim: Aim,
+        (theta, system, speed): (f64, &StateSpace, f64),
+        unknowns: &[Affine],
+        level: &Affine,
+    ) {
+        let n = system.a.nrows();
+        let shape = self.polynomial(vec![]);
+        let sum = |weight: &dyn Fn(usize) -> f64| {
+            let terms = unknowns.iter().enumerate().map(|(k, x)| (weight(k), x));
+            terms.filter(|(w, _)| *w != 0.0).fold(Affine::zeros(n, n), |sum, (w, x)| sum + x.scaled(w))
+        };
+        let x = sum(&|k| shape.power(theta, k));
+        for rate in self.rates() {
+            let drift = sum(&|k| if k == 0 { 0.0 } else { rate / speed * shape.power_slope(theta, k) });
+            let whole = bounded_real(system, &x, drift, level);
+            program.negative(
+                INEQUALITY_NAME,
+                match aim {
+                    Aim::Stability => whole + Affine::constant(Mat::identity(n, n)),
+                    _ => whole,
+                },
+            );
+        }
+    }
+
+    /// The extremes of the rate; one when they make no difference.
+    fn rates(&self) -> Vec<f64> {
+        if self.order == 0 || self.rate == 0.0 { vec![0.0] } else { vec![self.rate, -self.rate] }
+    }
+
+    /// The largest eigenvalue over some samples, and where.
+    fn worst(&self, points: &[usize], found: &RateSolution) -> (f64, f64) {
+        let values = points.iter().map(|&i| (self.eigenvalue(i, found), self.samples[i].0));
+        values
+            .fold((f64::NEG_INFINITY, self.centre), |worst, next| if next.0 > worst.0 { next } else { worst })
+    }
+
+    /// The largest eigenvalue of the inequality and of -X at a sample, scaled to unit diagonals.
+    pub(crate) fn eigenvalue(&self, sample: usize, found: &RateSolution) -> f64 {
+        let (theta, system) = &self.samples[sample];
+        let x = found.lyapunov.value(*theta);
+        let slope = found.lyapunov.slope(*theta);
+        let level = Affine::constant(Mat::from_element(1, 1, found.gamma));
+        let values = self.rates().into_iter().map(|rate| {
+            let drift = Affine::constant(&slope * rate);
+            bounded_real(system, &Affine::constant(x.clone()), drift, &level).value(&Program::new(), &[])
+        });
+        values.chain([-&x]).map(|m| scaled_largest_eigenvalue(&m)).fold(f64::NEG_INFINITY, f64::max)
+    }
+}
+
+/// The system in the coordinates `x = T x~`, its gain in units of `unit`.
+fn scaled(s: &StateSpace, t: &Mat, inverse: &Mat, unit: f64) -> StateSpace {
+    let root = unit.sqrt();
+    StateSpace { a: inverse * &s.a * t, b: inverse * &s.b / root, c: &s.c * t / root, d: &s.d / unit }
+}
+
+/// The system with neither inputs nor outputs.
+pub(crate) fn without_signals(s: &StateSpace) -> StateSpace {
+    let n = s.a.nrows();
+    StateSpace { a: s.a.clone(), b: Mat::zeros(n, 0), c: Mat::zeros(0, n), d: Mat::zeros(0, 0) }
+}
+
+/// The geometric mean of the modes' distances from zero, over all systems, which are stable.
+fn middle_speed(systems: &[StateSpace]) -> f64 {
+    let modes: Vec<f64> = systems.iter().flat_map(StateSpace::poles).map(|p| p.norm().ln()).collect();
+    (modes.iter().sum::<f64>() / modes.len().max(1) as f64).exp()
+}
+
+/// The system in time that runs `speed` times as slowly, B and C sharing what that takes from the gain.
+fn scale_time(s: &mut StateSpace, speed: f64) {
+    s.a /= speed;
+    s.b /= speed.sqrt();
+    s.c /= speed.sqrt();
+}
+
+/// `[A'X + XA + drift, XB, C'; *, -gamma I, D'; *, *, -gamma I]`.
+fn bounded_real(s: &StateSpace, x: &Affine, drift: Affine, gamma: &Affine) -> Affine {
+    let lyapunov = x.times(&s.a);
+    let constant = |m: &Mat| Affine::constant(m.transpose());
+    symmetric(&[
+        vec![lyapunov.t() + lyapunov + drift, x.times(&s.b), constant(&s.c)],
+        vec![-gamma.times_identity(s.b.ncols()), constant(&s.d)],
+        vec![-gamma.times_identity(s.c.nrows())],
+    ])
+}
+
+/// The numerical failure of a solution that does not hold where it should.
+pub(crate) fn missed(gamma: f64, theta: f64, by: f64) -> RateError {
+    let diagnosis = format!("at gamma = {gamma:.4} the inequality is missed by {by:.1e}, theta = {theta}");
+    SynthesisError::numerical(STAGE, diagnosis).into()
+}

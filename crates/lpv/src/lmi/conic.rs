@@ -1,0 +1,180 @@
+//! The general conic solver. No other file knows clarabel.
+//!
+//! P. J. Goulart, Y. Chen, "Clarabel: an interior-point solver for conic programs with quadratic objectives",
+//! arXiv:2405.12762, 2024.
+
+use crate::error::SynthesisError;
+use crate::lmi::program::Program;
+use crate::matrix::{Mat, least_eigenvalue};
+use clarabel::algebra::CscMatrix;
+use clarabel::solver::{
+    DefaultSettingsBuilder, DefaultSolver, IPSolver, SolverStatus, SupportedConeT,
+    SupportedConeT::PSDTriangleConeT,
+};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// A program in the form `minimise c'x subject to b - A x in a product of cones`.
+pub(crate) struct ConicProgram {
+    a: CscMatrix<f64>,
+    rhs: Vec<f64>,
+    objective: Vec<f64>,
+    cones: Vec<SupportedConeT<f64>>,
+    /// The size of each inequality's matrix.
+    sizes: Vec<usize>,
+}
+
+/// What the solver says.
+pub(crate) enum Verdict {
+    /// A point that it calls optimal.
+    Solved(Vec<f64>),
+    /// A point, and no claim.
+    Stopped(Vec<f64>),
+    /// No point satisfies the inequalities: its certificate was evaluated and is one.
+    Infeasible,
+}
+
+impl ConicProgram {
+    pub(crate) fn new(program: &Program) -> Self {
+        blas_symbols::link();
+        let mut columns: Vec<Vec<(usize, f64)>> = vec![Vec::new(); program.unknowns()];
+        let (mut rhs, mut cones, mut sizes) = (Vec::new(), Vec::new(), Vec::new());
+        for inequality in &program.inequalities {
+            let (constant, parts) = program.coefficients(&inequality.expression);
+            let top = rhs.len();
+            for (k, part) in parts {
+                let entries = triangle(&part).enumerate().filter(|(_, v)| *v != 0.0);
+                columns[k].extend(entries.map(|(i, v)| (top + i, -v)));
+            }
+            rhs.extend(triangle(&constant));
+            cones.push(PSDTriangleConeT(constant.nrows()));
+            sizes.push(constant.nrows());
+        }
+        let a = sparse(&columns, rhs.len());
+        Self { a, rhs, objective: program.costs(), cones, sizes }
+    }
+
+    /// Runs the solver in one way.
+    ///
+    /// # Errors
+    /// [`SynthesisError::Numerical`] when it returns nothing.
+    pub(crate) fn run(&self, way: &Way, stage: &'static str) -> Result<Verdict, SynthesisError> {
+        let unknowns = self.objective.len();
+        let settings = DefaultSettingsBuilder::default()
+            .verbose(false)
+            .max_iter(200)
+            .direct_solve_method(way.factorisation.into())
+            .equilibrate_enable(way.equilibrate)
+            .max_threads(if self.rhs.len() < ROWS_FOR_THREADS { 1 } else { 0 })
+            // The coupling [X I; I Y] looks sparse and is not: taking it apart doubles the time.
+            .chordal_decomposition_enable(false)
+            .build()
+            .map_err(|e| SynthesisError::numerical(stage, e.to_string()))?;
+        let quadratic = CscMatrix::zeros((unknowns, unknowns));
+        let mut solver =
+            DefaultSolver::new(&quadratic, &self.objective, &self.a, &self.rhs, &self.cones, settings)
+                .map_err(|e| SynthesisError::numerical(stage, e.to_string()))?;
+        // clarabel panics when a decomposition of one of its scalings does not converge.
+        if catch_unwind(AssertUnwindSafe(|| solver.solve())).is_err() {
+            return Err(SynthesisError::numerical(
+                stage,
+                "a decomposition inside the solver did not converge".into(),
+            ));
+        }
+        let found = &solver.solution;
+        let finite = found.x.iter().all(|v| v.is_finite());
+        match found.status {
+            SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible
+                if self.refutes(&found.z) =>
+            {
+                Ok(Verdict::Infeasible)
+            }
+            SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => {
+                Err(SynthesisError::numerical(
+                    stage,
+                    "the solver's certificate of infeasibility does not hold".into(),
+                ))
+            }
+            SolverStatus::Solved if finite => Ok(Verdict::Solved(found.x.clone())),
+            SolverStatus::AlmostSolved
+            | SolverStatus::InsufficientProgress
+            | SolverStatus::NumericalError
+            | SolverStatus::MaxIterations
+                if finite =>
+            {
+                Ok(Verdict::Stopped(found.x.clone()))
+            }
+            status => Err(SynthesisError::numerical(stage, format!("the solver stopped with '{status:?}'"))),
+        }
+    }
+
+    /// Whether z shows that no point of a sensible size satisfies the inequalities: with z in the cones, to which it
+    /// is brought first, `0 <= z'(b - A x) = z'b - (A'z)'x` needs an x whose entries add up to `-z'b / max |A'z|` at
+    /// least.
+    fn refutes(&self, z: &[f64]) -> bool {
+        let mut z = z.to_vec();
+        let mut top = 0;
+        for &n in &self.sizes {
+            let below = (-least_eigenvalue(&full(&z[top..], n))).max(0.0);
+            for k in 0..n {
+                z[top + k * (k + 3) / 2] += below;
+            }
+            top += n * (n + 1) / 2;
+        }
+        let value: f64 = z.iter().zip(&self.rhs).map(|(z, b)| z * b).sum();
+        let mut slope: f64 = 0.0;
+        for column in 0..self.objective.len() {
+            let entries = self.a.colptr[column]..self.a.colptr[column + 1];
+            let sum: f64 = entries.map(|e| self.a.nzval[e] * z[self.a.rowval[e]]).sum();
+            slope = slope.max(sum.abs());
+        }
+        value < 0.0 && -value >= SENSIBLE_SIZE * slope
+    }
+}
+
+/// A certificate of infeasibility counts when every point that it does not refute has unknowns whose sizes add up to
+/// more than this, in coordinates in which the plant is balanced.
+const SENSIBLE_SIZE: f64 = 1e4;
+
+/// One way of running the solver.
+pub(crate) struct Way {
+    /// clarabel's name of the factorisation.
+    factorisation: &'static str,
+    /// Whether clarabel rescales the program first.
+    equilibrate: bool,
+}
+
+/// In this order until one is solved: each gets stuck on programs that another solves.
+pub(crate) const WAYS: [Way; 3] = [
+    Way { factorisation: "faer", equilibrate: true },
+    Way { factorisation: "faer", equilibrate: false },
+    Way { factorisation: "qdldl", equilibrate: true },
+];
+
+/// Below so many rows the threads of a factorisation cost more than they save. 0 threads are as many as there are.
+const ROWS_FOR_THREADS: usize = 1000;
+
+/// The upper triangle by columns, off-diagonal entries times sqrt(2), as clarabel's cone wants it.
+fn triangle(m: &Mat) -> impl Iterator<Item = f64> + '_ {
+    (0..m.ncols()).flat_map(move |j| {
+        (0..=j).map(move |i| if i == j { m[(i, j)] } else { std::f64::consts::SQRT_2 * m[(i, j)] })
+    })
+}
+
+fn sparse(columns: &[Vec<(usize, f64)>], rows: usize) -> CscMatrix<f64> {
+    let (mut starts, mut places, mut values) = (vec![0], Vec::new(), Vec::new());
+    for column in columns {
+        places.extend(column.iter().map(|(i, _)| *i));
+        values.extend(column.iter().map(|(_, v)| *v));
+        starts.push(places.len());
+    }
+    CscMatrix::new(rows, columns.len(), starts, places, values)
+}
+
+/// The symmetric n x n matrix of such a triangle.
+fn full(triangle: &[f64], n: usize) -> Mat {
+    Mat::from_fn(n, n, |i, j| {
+        let (i, j) = (i.min(j), i.max(j));
+        let value = triangle[j * (j + 1) / 2 + i];
+        if i == j { value } else { value / std::f64::consts::SQRT_2 }
+    })
+}

@@ -1,0 +1,151 @@
+//! One step: a predictor, a corrector, and how far to go.
+
+use super::{Cone, State};
+use crate::matrix::{Definite, Mat, least_eigenvalue, symmetric_part};
+
+/// A cone's matrices that do not change within a step.
+struct Factors {
+    x_root: Mat,
+    z_root: Mat,
+    z_inverse: Mat,
+    /// `F(x) - Z`.
+    residual: Mat,
+}
+
+/// A direction in one cone.
+struct Direction {
+    x: Mat,
+    z: Mat,
+}
+
+impl State<'_> {
+    /// One predictor and corrector step; returns the shorter of the two lengths, `None` when a factorisation fails.
+    pub(super) fn advance(&mut self) -> Option<f64> {
+        let factors: Vec<Factors> = self.cones.iter().map(|c| self.factors(c)).collect::<Option<_>>()?;
+        let m = self.objective.len();
+        let mut schur = Mat::zeros(m, m);
+        for (cone, f) in self.cones.iter().zip(&factors) {
+            cone.data.add_schur_complement(
+                &cone.data.projected(&cone.x),
+                &cone.data.projected(&f.z_inverse),
+                &mut schur,
+            );
+        }
+        let schur = Definite::new(schur)?;
+        let mu = self.mu();
+        let (_, predicted) = self.direction(&factors, &schur, 0.0, None);
+        let (reach_x, reach_z) = self.reach(&factors, &predicted);
+        let (full_x, full_z) = (reach_x.min(1.0), reach_z.min(1.0));
+        let ahead: f64 = self
+            .cones
+            .iter()
+            .zip(&predicted)
+            .map(|(c, d)| (&c.x + &d.x * full_x).dot(&(&c.z + &d.z * full_z)))
+            .sum::<f64>()
+            / self.rows();
+        let shorter = full_x.min(full_z);
+        let exponent = (3.0 * shorter * shorter).max(1.0);
+        let sigma = (ahead / mu).max(0.0).powf(exponent).clamp(1e-6, 1.0);
+        let (dx, direction) = self.direction(&factors, &schur, sigma * mu, Some(&predicted));
+        let (reach_x, reach_z) = self.reach(&factors, &direction);
+        let kept = 0.9 + 0.09 * shorter;
+        let (step_x, step_z) = ((kept * reach_x).min(1.0), (kept * reach_z).min(1.0));
+        if !(step_x.is_finite() && step_z.is_finite() && dx.iter().all(|v| v.is_finite())) {
+            return None;
+        }
+        self.go(&dx, &direction, step_x, step_z);
+        Some(step_x.min(step_z))
+    }
+
+    fn factors(&self, cone: &Cone<'_>) -> Option<Factors> {
+        let z_root = cone.z.clone().cholesky()?.unpack();
+        let x_root = cone.x.clone().cholesky()?.unpack();
+        let inverse = inverse_of_lower(&z_root)?;
+        let n = cone.data.size();
+        let residual = if self.feasible {
+            Mat::zeros(n, n)
+        } else {
+            cone.data.constant() + cone.data.linear(&self.x) - &cone.z
+        };
+        Some(Factors {
+            x_root,
+            z_root,
+            z_inverse: symmetric_part(&(inverse.transpose() * inverse)),
+            residual,
+        })
+    }
+
+    /// The direction towards `X Z = mu I`, with the product of the steps of `predicted` taken into account.
+    fn direction(
+        &self,
+        factors: &[Factors],
+        schur: &Definite,
+        mu: f64,
+        predicted: Option<&[Direction]>,
+    ) -> (Vec<f64>, Vec<Direction>) {
+        let mut rhs: Vec<f64> = self.objective.iter().map(|c| -c).collect();
+        let mut centres = Vec::with_capacity(self.cones.len());
+        for (k, (cone, f)) in self.cones.iter().zip(factors).enumerate() {
+            let mut pushed = &cone.x * &f.residual;
+            if let Some(predicted) = predicted {
+                pushed += &predicted[k].x * &predicted[k].z;
+            }
+            let centre = &f.z_inverse * mu - symmetric_part(&(pushed * &f.z_inverse));
+            cone.data.add_inner_products(&cone.data.projected(&centre), 1.0, &mut rhs);
+            centres.push(centre);
+        }
+        let dx = schur.solve(&rhs);
+        let directions = self.cones.iter().zip(factors).zip(centres).map(|((cone, f), centre)| {
+            let moved = cone.data.linear(&dx);
+            let x = centre - &cone.x - symmetric_part(&(&cone.x * &moved * &f.z_inverse));
+            Direction { x, z: moved + &f.residual }
+        });
+        let directions = directions.collect();
+        (dx, directions)
+    }
+
+    /// How far X and Z stay positive along a direction.
+    fn reach(&self, factors: &[Factors], direction: &[Direction]) -> (f64, f64) {
+        let along = |root: &Mat, d: &Mat| -> f64 {
+            let Some(half) = root.solve_lower_triangular(d) else { return 0.0 };
+            let Some(scaled) = root.solve_lower_triangular(&half.transpose()) else { return 0.0 };
+            let least = least_eigenvalue(&scaled);
+            if least.is_nan() {
+                0.0
+            } else if least < 0.0 {
+                -1.0 / least
+            } else {
+                f64::INFINITY
+            }
+        };
+        factors.iter().zip(direction).fold((f64::INFINITY, f64::INFINITY), |(x, z), (f, d)| {
+            (x.min(along(&f.x_root, &d.x)), z.min(along(&f.z_root, &d.z)))
+        })
+    }
+
+    fn go(&mut self, dx: &[f64], direction: &[Direction], step_x: f64, step_z: f64) {
+        for (x, d) in self.x.iter_mut().zip(dx) {
+            *x += step_z * d;
+        }
+        for (cone, d) in self.cones.iter_mut().zip(direction) {
+            cone.x += &d.x * step_x;
+            cone.z += &d.z * step_z;
+        }
+        // Once the inequalities hold at x, and clearly beside what is missing of the slacks, their own values are the
+        // slacks, free of what rounding has gathered.
+        let values: Vec<Mat> =
+            self.cones.iter().map(|c| c.data.constant() + c.data.linear(&self.x)).collect();
+        let share = if self.feasible || step_z == 1.0 { 0.0 } else { 0.5 };
+        let clear = |(c, v): (&Cone<'_>, &Mat)| (v - &c.z * share).cholesky().is_some();
+        if self.cones.iter().zip(&values).all(clear) {
+            self.feasible = true;
+            for (cone, value) in self.cones.iter_mut().zip(values) {
+                cone.z = value;
+            }
+        }
+    }
+}
+
+fn inverse_of_lower(root: &Mat) -> Option<Mat> {
+    root.solve_lower_triangular(&Mat::identity(root.nrows(), root.nrows()))
+}

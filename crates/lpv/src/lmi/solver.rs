@@ -1,0 +1,175 @@
+//! Solving a program of linear matrix inequalities, and judging what comes back.
+//!
+//! A primal-dual interior-point method is tried first (`interior_point.rs`): it knows the structure of these
+//! inequalities and returns a point at which they hold strictly, with a bound on how far it is from the best. Where
+//! it gets stuck, and for the proof that no point exists, there is a general conic solver (`conic.rs`). A solver's
+//! word is not taken for proof: every inequality is evaluated at the point returned and its least eigenvalue
+//! reported.
+
+use crate::error::SynthesisError;
+use crate::lmi::conic::{ConicProgram, Verdict, WAYS};
+use crate::lmi::interior_point;
+use crate::lmi::low_rank::LowRank;
+use crate::lmi::program::Program;
+use crate::lmi::solver_options::SolverOptions;
+use crate::matrix::{Mat, scaled_least_eigenvalue};
+
+/// A point that a solver returned, and what the inequalities are worth there.
+#[derive(Debug, Clone)]
+pub struct Solution {
+    /// The unknowns of the program.
+    pub x: Vec<f64>,
+    /// The least eigenvalue over all inequalities, each scaled to a unit diagonal: the point satisfies them strictly
+    /// if it is positive.
+    pub margin: f64,
+    /// How far the objective may be above the least, relative to its size plus [`SolverOptions::floor`], as far as
+    /// multipliers in floating point tell; infinite when nothing is known.
+    pub gap: f64,
+    /// Multipliers of the last steps, a matrix for each inequality; the last are closest to the best.
+    pub(crate) multipliers: Vec<Vec<Mat>>,
+}
+
+/// Solves `program`.
+///
+/// ```text
+/// minimise c'x   subject to   F_k(x) = F_k0 + sum x_i F_ki > 0 for every inequality k
+/// ```
+///
+/// `stage` names the program in errors.
+///
+/// # Errors
+/// [`SynthesisError::Infeasible`] when the general solver's certificate, evaluated here, leaves room for none but
+/// enormous points; [`SynthesisError::Numerical`] when no point was found for any other reason.
+pub fn solve(
+    program: &Program,
+    stage: &'static str,
+    search: SolverOptions<'_>,
+) -> Result<Solution, SynthesisError> {
+    let data: Vec<LowRank> =
+        program.inequalities.iter().map(|i| LowRank::new(program, &i.expression)).collect();
+    let costs = program.costs();
+    let enough = if search.patient { search.tolerance } else { search.tolerance.max(ROUNDING_GAP) };
+    let mut own: Option<Solution> = None;
+    for evenness in EVENNESS {
+        let even: Vec<LowRank> = data.iter().map(|d| d.with_even_rows(evenness)).collect();
+        let Some(stop) = interior_point::minimise(&even, &costs, search) else { continue };
+        let of_rows = |m: Vec<Mat>| m.iter().zip(&data).map(|(m, d)| d.uneven(m, evenness)).collect();
+        let multipliers = stop.multipliers.into_iter().map(of_rows).collect();
+        let found = Solution { multipliers, ..judged(program, stop.x, stop.gap) };
+        if own.as_ref().is_none_or(|known| better(&found, known, &costs)) {
+            own = Some(found);
+        }
+        if own.as_ref().is_some_and(|own| own.gap <= enough && own.margin > 0.0) {
+            break;
+        }
+    }
+    match own {
+        Some(own) if own.gap <= search.tolerance || search.start.is_some() || !search.patient => Ok(own),
+        own => general(program, stage, own),
+    }
+}
+
+/// A gap at which other rows are not tried for an impatient search: what is left then is rounding at the optimum, not
+/// a search that is stuck on the way.
+const ROUNDING_GAP: f64 = 1e-3;
+
+/// How far the rows of the inequalities are brought to one size, from not at all to all the way. Most programs are
+/// solved as they are; one with rows of very different sizes may need the help, and there is no telling which of the
+/// two.
+const EVENNESS: [f64; 3] = [0.0, 0.5, 1.0];
+
+/// Whether a point is better than another: strictly feasible, and then of the lesser cost.
+fn better(one: &Solution, other: &Solution, costs: &[f64]) -> bool {
+    let cost = |s: &Solution| s.x.iter().zip(costs).map(|(x, c)| x * c).sum::<f64>();
+    match (one.margin > 0.0, other.margin > 0.0) {
+        (true, true) => cost(one) < cost(other),
+        (false, false) => one.margin > other.margin,
+        (strict, _) => strict,
+    }
+}
+
+/// The best of a point that is known and those that the general solver finds.
+fn general(
+    program: &Program,
+    stage: &'static str,
+    known: Option<Solution>,
+) -> Result<Solution, SynthesisError> {
+    let conic = ConicProgram::new(program);
+    let costs = program.costs();
+    let mut best = known;
+    let mut failure = None;
+    for way in &WAYS {
+        let (found, solved) = match conic.run(way, stage) {
+            Ok(Verdict::Solved(x)) => (judged(program, x, f64::INFINITY), true),
+            Ok(Verdict::Stopped(x)) => (judged(program, x, f64::INFINITY), false),
+            // A point at which the inequalities hold is the stronger argument.
+            Ok(Verdict::Infeasible) if best.as_ref().is_none_or(|b| b.margin <= 0.0) => {
+                return Err(SynthesisError::Infeasible { stage });
+            }
+            Ok(Verdict::Infeasible) => break,
+            Err(other) => {
+                failure = Some(other);
+                continue;
+            }
+        };
+        if best.as_ref().is_none_or(|known| better(&found, known, &costs)) {
+            best = Some(found);
+        }
+        if solved {
+            break;
+        }
+    }
+    best.ok_or_else(|| {
+        failure.unwrap_or_else(|| SynthesisError::numerical(stage, "no solver was run".into()))
+    })
+}
+
+fn judged(program: &Program, x: Vec<f64>, gap: f64) -> Solution {
+    let margin = margin(program, &x);
+    Solution { x, margin, gap, multipliers: vec![] }
+}
+
+/// The least eigenvalue over all inequalities at `x`, each scaled to a unit diagonal. Positive where all hold strictly.
+pub fn margin(program: &Program, x: &[f64]) -> f64 {
+    let each = program.inequalities.iter().map(|i| scaled_least_eigenvalue(&i.expression.value(program, x)));
+    each.fold(f64::INFINITY, f64::min)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lmi::program::{Affine, symmetric};
+    use nalgebra::dmatrix;
+
+    /// The bounded-real lemma of 1/(s^2 + 0.2 s + 1) has a norm in closed form.
+    #[test]
+    fn bounded_real_lemma_meets_the_closed_form() {
+        let (a, b, c) = (dmatrix![0.0, 1.0; -1.0, -0.2], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0]);
+        let mut program = Program::new();
+        let x = program.symmetric(2);
+        let gamma = program.scalar();
+        let brl = symmetric(&[
+            vec![x.after(&a.transpose()) + x.times(&a), x.times(&b), Affine::constant(c.transpose())],
+            vec![-gamma.clone(), Affine::zeros(1, 1)],
+            vec![-gamma.clone()],
+        ]);
+        program.positive("X", x);
+        program.negative("bounded real", brl);
+        program.minimise_trace(&gamma, 1.0);
+        let solution = solve(&program, "test", SolverOptions::fine()).unwrap();
+        let found = gamma.value(&program, &solution.x)[(0, 0)];
+        assert!((found - 1.0 / (0.2 * 0.99f64.sqrt())).abs() < 1e-5 * found, "{found}");
+    }
+
+    #[test]
+    fn infeasible_is_told_from_failure() {
+        let mut program = Program::new();
+        let x = program.symmetric(2);
+        program.positive("X", x.clone());
+        program.negative("X", x + Affine::constant(Mat::identity(2, 2)));
+        assert_eq!(
+            solve(&program, "test", SolverOptions::fine()).err(),
+            Some(SynthesisError::Infeasible { stage: "test" })
+        );
+    }
+}

@@ -1,0 +1,27 @@
+//! How a program of linear matrix inequalities is to be solved.
+
+/// How a program is to be solved.
+#[derive(Debug, Clone, Copy)]
+pub struct SolverOptions<'a> {
+    /// The gap at which to stop.
+    pub tolerance: f64,
+    /// An objective smaller than this counts as this large when the gap is set in relation to it.
+    pub floor: f64,
+    /// A point at which all inequalities hold strictly, if one is known. The best point found is then good enough.
+    pub start: Option<&'a [f64]>,
+    /// Whether to go on with the general solver where the first gets stuck at a point that is feasible, but not the
+    /// best.
+    pub patient: bool,
+}
+
+impl SolverOptions<'_> {
+    /// As close to the optimum as rounding lets one come.
+    pub fn fine() -> Self {
+        Self::within(1e-7)
+    }
+
+    /// Within `tolerance` of the optimum, and therefore well inside the inequalities.
+    pub fn within(tolerance: f64) -> Self {
+        Self { tolerance, floor: 1.0, start: None, patient: false }
+    }
+}

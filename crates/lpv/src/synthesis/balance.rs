@@ -1,0 +1,259 @@
+//! Coordinates in which the matrix inequalities are well conditioned.
+//!
+//! A solver can return 'solved' with gamma wrong by a tenth on an unbalanced realisation. Nothing of the
+//! problem changes with the states' basis, the unit of time, the units of y and u, or a basis of the
+//! parameter channels that commutes with Theta: so these are chosen for the solver, and undone afterwards.
+//!
+//! Source of the diagonal balancing: E. E. Osborne, J. ACM 7(4), 1960. The balanced pair (X, Y): B. C. Moore,
+//! IEEE Trans. Automatic Control 26(1), 1981.
+
+use crate::analysis::gain_bound::GainBound;
+use crate::matrix::{Mat, Svd, diagonal_blocks, eigenvalues, svd};
+use crate::synthesis::inequalities::{DualMultipliers, LmiSolution};
+use crate::system::controller::Controller;
+use crate::system::partition::Signal::{T, U, X, Y};
+use crate::system::plant::GeneralisedPlant;
+use nalgebra::DVector;
+
+/// A change of coordinates: `x = T_x x~`, `zt = T_t zt~`, `wt = T_t wt~`, `y = T_y y~`, `u = T_u u~`, `t = t~/speed`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Coordinates {
+    state: Mat,
+    state_inverse: Mat,
+    channel: Mat,
+    channel_inverse: Mat,
+    measurement: Vec<f64>,
+    control: Vec<f64>,
+    speed: f64,
+}
+
+impl Coordinates {
+    /// The coordinates as they are.
+    pub fn identity(plant: &GeneralisedPlant) -> Self {
+        let s = plant.sizes();
+        Self {
+            state: Mat::identity(s.x, s.x),
+            state_inverse: Mat::identity(s.x, s.x),
+            channel: Mat::identity(s.t, s.t),
+            channel_inverse: Mat::identity(s.t, s.t),
+            measurement: vec![1.0; s.y],
+            control: vec![1.0; s.u],
+            speed: 1.0,
+        }
+    }
+
+    /// Time scaled to the middle of the plant's modes, then states, channels, y and u scaled so that their
+    /// rows and columns are of one size.
+    pub fn diagonal(plant: &GeneralisedPlant) -> Self {
+        let mut found = Self { speed: middle_speed(&plant.a()), ..Self::identity(plant) };
+        for _ in 0..20 {
+            let s = plant.sizes();
+            let scaled = found.apply(plant);
+            let m = scaled.parts.matrix();
+            let states: Vec<f64> = (0..s.x).map(|i| osborne(m, i)).collect();
+            let channels: Vec<f64> = (s.x..s.x + s.t).map(|i| osborne(m, i)).collect();
+            found.scale_states(&states);
+            found.scale_channels(&channels);
+            for j in 0..s.u {
+                found.control[j] /= norm_or_one(m.column(s.x + s.t + s.w + j).norm());
+            }
+            for i in 0..s.y {
+                found.measurement[i] *= norm_or_one(m.row(s.x + s.t + s.z + i).norm());
+            }
+        }
+        found
+    }
+
+    /// These coordinates followed by those in which the pairs (X, Y) and (S, Sigma) found in them are equal
+    /// and diagonal. `None` when one of them is not positive definite.
+    pub fn equalising(&self, x: &Mat, y: &Mat, s: &Mat, sigma: &Mat, channels: &[usize]) -> Option<Self> {
+        let mut out = self.clone();
+        let (t, t_inverse) = equalise(x, y)?;
+        out.state = &out.state * &t;
+        out.state_inverse = t_inverse * &out.state_inverse;
+        let parameters = channels.iter().copied().max().map_or(0, |c| c + 1);
+        let (mut tau, mut tau_inverse) =
+            (Mat::identity(channels.len(), channels.len()), Mat::identity(channels.len(), channels.len()));
+        for parameter in 0..parameters {
+            let own: Vec<usize> = (0..channels.len()).filter(|&i| channels[i] == parameter).collect();
+            let part = |m: &Mat| Mat::from_fn(own.len(), own.len(), |i, j| m[(own[i], own[j])]);
+            let (t, t_inverse) = equalise(&part(s), &part(sigma))?;
+            for (i, &row) in own.iter().enumerate() {
+                for (j, &col) in own.iter().enumerate() {
+                    tau[(row, col)] = t[(i, j)];
+                    tau_inverse[(row, col)] = t_inverse[(i, j)];
+                }
+            }
+        }
+        out.channel = &out.channel * tau;
+        out.channel_inverse = tau_inverse * &out.channel_inverse;
+        Some(out)
+    }
+
+    /// A rate (rad/s) in these coordinates' unit of time.
+    pub fn scaled_rate(&self, rate: f64) -> f64 {
+        rate / self.speed
+    }
+
+    /// What counts as 1 in each control, in the user's units.
+    pub fn control_units(&self) -> &[f64] {
+        &self.control
+    }
+
+    /// What counts as 1 in each measurement, in the user's units.
+    pub fn measurement_units(&self) -> &[f64] {
+        &self.measurement
+    }
+
+    /// A solution of the synthesis inequalities found in the coordinates `from`, in these.
+    pub(crate) fn carry(&self, from: &Self, found: &LmiSolution) -> LmiSolution {
+        // Both run at the same speed.
+        let (t, t_inverse) = (&from.state_inverse * &self.state, &self.state_inverse * &from.state);
+        let (c, c_inverse) = (&from.channel_inverse * &self.channel, &self.channel_inverse * &from.channel);
+        LmiSolution {
+            x: t.transpose() * &found.x * &t,
+            y: &t_inverse * &found.y * t_inverse.transpose(),
+            primal_scaling: c.transpose() * &found.primal_scaling * &c,
+            dual_scaling: &c_inverse * &found.dual_scaling * c_inverse.transpose(),
+            ..found.clone()
+        }
+    }
+
+    fn scale_states(&mut self, factors: &[f64]) {
+        for (i, f) in factors.iter().enumerate() {
+            self.state.column_mut(i).scale_mut(*f);
+            self.state_inverse.row_mut(i).scale_mut(1.0 / f);
+        }
+    }
+
+    fn scale_channels(&mut self, factors: &[f64]) {
+        for (i, f) in factors.iter().enumerate() {
+            self.channel.column_mut(i).scale_mut(*f);
+            self.channel_inverse.row_mut(i).scale_mut(1.0 / f);
+        }
+    }
+
+    /// The plant in these coordinates.
+    pub fn apply(&self, p: &GeneralisedPlant) -> GeneralisedPlant {
+        let (u, yi) = (diagonal(&self.control, false), diagonal(&self.measurement, true));
+        let left = [(X, &self.state_inverse), (T, &self.channel_inverse), (Y, &yi)];
+        let right = [(X, &self.state), (T, &self.channel), (U, &u)];
+        let mut out = p.changed(|parts| parts.transformed(&left, &right));
+        out.parts.rows_mut(X).scale_mut(1.0 / self.speed);
+        out
+    }
+
+    /// A bound of the closed loop's gain (plant's part, then controller's), in the user's coordinates.
+    pub fn undo_bound(&self, bound: &GainBound) -> GainBound {
+        let lift = |inverse: &Mat, m: &Mat| {
+            let n = m.nrows() - inverse.nrows();
+            let whole = diagonal_blocks(&[inverse, &Mat::identity(n, n)]);
+            whole.transpose() * m * whole
+        };
+        GainBound {
+            // With time in other units A is larger by the speed and X smaller.
+            x: lift(&self.state_inverse, &bound.x) / self.speed,
+            s: lift(&self.channel_inverse, &bound.s),
+            t: lift(&self.channel_inverse, &bound.t),
+            ..*bound
+        }
+    }
+
+    /// Multipliers found in these coordinates, with w and z in units of `unit`, in the user's.
+    pub(crate) fn undo_multipliers(&self, unit: f64, found: &DualMultipliers) -> DualMultipliers {
+        let lift = |state: &Mat, channel: &Mat, m: &Mat| {
+            let rest = m.nrows() - state.nrows() - channel.nrows();
+            diagonal_blocks(&[state, channel, &(Mat::identity(rest, rest) / unit.sqrt())]) * m
+        };
+        let inverse = self.state_inverse.transpose();
+        DualMultipliers {
+            primal: lift(&self.state, &self.channel, &found.primal),
+            dual: lift(&(&inverse / self.speed), &self.channel_inverse.transpose(), &found.dual),
+            // Z11 is speed T Z11~ T', Z22 is T^-T Z22~ T^-1/speed.
+            coupling: (
+                &inverse * &found.coupling.0 / self.speed.sqrt(),
+                &self.state * &found.coupling.1 * self.speed.sqrt(),
+            ),
+        }
+    }
+
+    /// Multipliers of the user's coordinates, but for their coupling, in these, with w and z in units of `unit`.
+    pub(crate) fn redo_multipliers(&self, unit: f64, given: &DualMultipliers) -> DualMultipliers {
+        let lift = |state: &Mat, channel: &Mat, m: &Mat| {
+            let rest = m.nrows() - state.nrows() - channel.nrows();
+            diagonal_blocks(&[state, channel, &(Mat::identity(rest, rest) * unit.sqrt())]) * m
+        };
+        DualMultipliers {
+            primal: lift(&self.state_inverse, &self.channel_inverse, &given.primal),
+            dual: lift(&(self.state.transpose() * self.speed), &self.channel.transpose(), &given.dual),
+            coupling: given.coupling.clone(),
+        }
+    }
+
+    /// A controller found in these coordinates, in the user's. Its own states and channels keep their basis.
+    pub fn undo(&self, k: &Controller) -> Controller {
+        let (u, yi) = (diagonal(&self.control, false), diagonal(&self.measurement, true));
+        let mut parts = k.parts.transformed(&[(U, &u)], &[(Y, &yi)]);
+        parts.rows_mut(X).scale_mut(self.speed);
+        Controller { parts, blocks: k.blocks.clone() }
+    }
+}
+
+fn diagonal(v: &[f64], inverse: bool) -> Mat {
+    Mat::from_diagonal(&DVector::from_iterator(v.len(), v.iter().map(|s| if inverse { 1.0 / s } else { *s })))
+}
+
+fn norm_or_one(norm: f64) -> f64 {
+    if norm > 0.0 && norm.is_finite() { norm } else { 1.0 }
+}
+
+/// The factor that makes row and column i of one norm, the diagonal entry left out.
+pub(crate) fn osborne(m: &Mat, i: usize) -> f64 {
+    let without = |norm_squared: f64| (norm_squared - m[(i, i)].powi(2)).max(0.0).sqrt();
+    let (row, column) = (without(m.row(i).norm_squared()), without(m.column(i).norm_squared()));
+    if row > 0.0 && column > 0.0 { (row / column).sqrt().clamp(1e-6, 1e6) } else { 1.0 }
+}
+
+/// The median of the modes' distances from zero, in rad/s: one slow or fast weight does not set the unit of time.
+/// Modes at zero, as far as rounding shows, do not count; 1 when there is no other.
+fn middle_speed(a: &Mat) -> f64 {
+    let sizes: Vec<f64> = eigenvalues(a).iter().map(|v| v.norm()).filter(|v| v.is_finite()).collect();
+    let fastest = sizes.iter().copied().fold(0.0, f64::max);
+    let mut moving: Vec<f64> = sizes.into_iter().filter(|v| *v > 1e-12 * fastest).collect();
+    moving.sort_by(f64::total_cmp);
+    match (moving.get(moving.len().saturating_sub(1) / 2), moving.get(moving.len() / 2)) {
+        (Some(low), Some(high)) => (low * high).sqrt(),
+        _ => 1.0,
+    }
+}
+
+/// T and its inverse with `T' X T = T^-1 Y T^-T` diagonal.
+fn equalise(x: &Mat, y: &Mat) -> Option<(Mat, Mat)> {
+    if x.is_empty() {
+        return Some((x.clone(), x.clone()));
+    }
+    let (lx, ly) = (x.clone().cholesky()?.l(), y.clone().cholesky()?.l());
+    let Svd { u, s, v } = svd(&(lx.transpose() * &ly));
+    let root_inverse = Mat::from_diagonal(&DVector::from_iterator(s.len(), s.iter().map(|s| 1.0 / s.sqrt())));
+    let t = &ly * v * &root_inverse;
+    // T^-1 = Sigma^-1/2 U' Lx', free of any inversion of T.
+    let t_inverse = root_inverse * u.transpose() * lx.transpose();
+    t.iter().chain(t_inverse.iter()).all(|v| v.is_finite()).then_some((t, t_inverse))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    #[test]
+    fn a_pair_becomes_equal_and_diagonal() {
+        let x = dmatrix![4.0, 1.0; 1.0, 3.0];
+        let y = dmatrix![9.0, -2.0; -2.0, 5.0];
+        let (t, ti) = equalise(&x, &y).unwrap();
+        assert!((&t * &ti - Mat::identity(2, 2)).amax() < 1e-12);
+        let (a, b) = (t.transpose() * x * &t, &ti * y * ti.transpose());
+        assert!((&a - b).amax() < 1e-12);
+        assert!(a[(0, 1)].abs() < 1e-12);
+    }
+}

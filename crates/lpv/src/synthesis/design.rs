@@ -1,0 +1,52 @@
+//! What a synthesis is asked for, and what comes of it.
+
+use crate::analysis::gain_bound::GainBound;
+use crate::synthesis::inequalities::{DualMultipliers, ScalingClass};
+use crate::synthesis::regularity::Regularisation;
+use crate::system::controller::Controller;
+
+/// How a controller is sought.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// The scalings.
+    pub scalings: ScalingClass,
+    /// The controller is built at `(1 + back_off)` times the least gamma, where X Y keeps off I. Where no controller
+    /// can be built so close to it, the back-off is doubled, twice at most.
+    pub back_off: f64,
+    /// A least gamma above this counts as infeasible.
+    pub gamma_limit: Option<f64>,
+    /// No mode of the frozen controller may be faster than this, rad/s.
+    pub fastest_mode: Option<f64>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            scalings: ScalingClass::SymmetricAndSkew,
+            back_off: 0.1,
+            gamma_limit: None,
+            fastest_mode: None,
+        }
+    }
+}
+
+/// A controller with what is known of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Design {
+    /// The controller, in the plant's coordinates.
+    pub controller: Controller,
+    /// The least gamma that the synthesis inequalities allow.
+    pub gamma_optimum: f64,
+    /// An estimate of how low the least gamma may be, from multipliers in floating point; 0 when nothing is known. It
+    /// is no bound.
+    pub lower_estimate: f64,
+    /// Multipliers that may prove a lower bound of the least gamma, the most promising first.
+    pub multipliers: Vec<DualMultipliers>,
+    /// The gamma at which the controller was built.
+    pub gamma_design: f64,
+    /// The gain bound of the closed loop, with the matrices that show it.
+    pub certified: GainBound,
+    /// What was added to the plant for the design of the controller, where none could be built without; gamma_design
+    /// is then of the plant with it, and all else of the plant as given.
+    pub regularisation: Option<Regularisation>,
+}

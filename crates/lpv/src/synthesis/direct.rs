@@ -1,0 +1,154 @@
+//! The design of a controller in one go: the least gamma, the back-off, the controller and the bound of its loop.
+
+use crate::analysis::bounded_gain::bounded_gain;
+use crate::analysis::gain_bound::GainBound;
+use crate::error::SynthesisError;
+use crate::synthesis::back_off::centre;
+use crate::synthesis::balance::Coordinates;
+use crate::synthesis::design::{Design, Options};
+use crate::synthesis::inequalities::{LmiSolution, ScalingClass};
+use crate::synthesis::least_gamma::{equalised, least_gamma, smallest};
+use crate::synthesis::quadratic::{Stabilisation, stabilisation};
+use crate::synthesis::reconstruct::reconstruct;
+use crate::system::model_error::LoopError;
+use crate::system::plant::GeneralisedPlant;
+
+/// The design in one go.
+pub(crate) fn directly(plant: &GeneralisedPlant, options: Options) -> Result<Design, SynthesisError> {
+    let (coordinates, optimum) = match least_gamma(plant, options.scalings) {
+        Ok(found) => found,
+        Err(error) => return explained(plant, Err(error), options),
+    };
+    if let Some(limit) = options.gamma_limit.filter(|limit| optimum.gamma > *limit) {
+        return Err(above_limit(plant, &coordinates, &optimum, limit, options));
+    }
+    let outcome = build(plant, &coordinates, &optimum, options);
+    explained(plant, outcome.map(|design| consistent(design, options.scalings)), options)
+}
+
+/// The bound of a loop, shown with skew scalings, shows that the least gamma with them is no larger.
+fn consistent(design: Design, scalings: ScalingClass) -> Design {
+    if scalings == ScalingClass::Symmetric {
+        return design;
+    }
+    Design { gamma_optimum: design.gamma_optimum.min(design.certified.gamma), ..design }
+}
+
+/// A failure may be that no gamma exists at all: then the solver only saw gamma grow.
+fn explained(
+    plant: &GeneralisedPlant,
+    outcome: Result<Design, SynthesisError>,
+    options: Options,
+) -> Result<Design, SynthesisError> {
+    match outcome {
+        Err(SynthesisError::Numerical { .. } | SynthesisError::Infeasible { .. }) => {
+            match (stabilisation(plant, options.scalings), outcome) {
+                (Stabilisation::Impossible(reason), _) => Err(reason),
+                (Stabilisation::Possible, Err(SynthesisError::Infeasible { stage })) => Err(SynthesisError::numerical(
+                    stage,
+                    "the solver finds no gamma, but the plant can be stabilised; check units and weights".into(),
+                )),
+                (Stabilisation::Unknown, Err(SynthesisError::Infeasible { stage })) => Err(SynthesisError::numerical(
+                    stage,
+                    "the solver finds no gamma, and could not tell whether the plant can be stabilised for every \
+                     course of the \
+                     parameters; narrow their range, or check units and weights"
+                        .into(),
+                )),
+                (_, outcome) => outcome,
+            }
+        }
+        other => other,
+    }
+}
+
+/// Builds the controller a little above the least gamma, or farther where none can be built so close.
+fn build(
+    plant: &GeneralisedPlant,
+    coordinates: &Coordinates,
+    optimum: &LmiSolution,
+    options: Options,
+) -> Result<Design, SynthesisError> {
+    let mut first_failure = None;
+    for factor in [1.0, 2.0, 4.0] {
+        for basis in [Basis::Equalised, Basis::AsFound] {
+            let gamma = optimum.gamma * (1.0 + factor * options.back_off);
+            match build_at(gamma, basis, plant, coordinates, optimum, options) {
+                Err(error @ (SynthesisError::Numerical { .. } | SynthesisError::TooFast { .. })) => {
+                    first_failure.get_or_insert(error);
+                }
+                settled => return settled,
+            }
+        }
+    }
+    Err(first_failure.unwrap_or_else(|| SynthesisError::numerical("back-off", "no gamma was tried".into())))
+}
+
+/// The coordinates in which a controller is built.
+#[derive(Clone, Copy, PartialEq)]
+enum Basis {
+    /// Those in which the smallest X and Y are equal.
+    Equalised,
+    /// Those in which the least gamma was found, for a plant so stiff that rounding spoils the others.
+    AsFound,
+}
+
+fn build_at(
+    gamma_design: f64,
+    basis: Basis,
+    plant: &GeneralisedPlant,
+    coordinates: &Coordinates,
+    optimum: &LmiSolution,
+    options: Options,
+) -> Result<Design, SynthesisError> {
+    let unit = plant.in_units_of(gamma_design);
+    let small = smallest(&coordinates.apply(&unit), 1.0, optimum, options.scalings)?;
+    let equal = (basis == Basis::Equalised).then(|| equalised(coordinates, &small, &unit)).flatten();
+    let (coordinates, small) = match equal {
+        Some(equal) => (equal.clone(), equal.carry(coordinates, &small)),
+        None => (coordinates.clone(), small),
+    };
+    let balanced = coordinates.apply(&unit);
+    let centred = centre(&balanced, 1.0, &small, options.scalings)?;
+    let fastest = options.fastest_mode.map(|limit| coordinates.scaled_rate(limit));
+    let (in_balance, shown) = reconstruct(&balanced, &centred, fastest)?;
+    let shown = GainBound { gamma: gamma_design, ..shown };
+    let controller = coordinates.undo(&in_balance);
+    let closed = plant.close(&controller);
+    let certified = bounded_gain(&closed, &LoopError::none(&closed), &coordinates.undo_bound(&shown))?;
+    Ok(Design {
+        controller,
+        gamma_optimum: optimum.gamma,
+        lower_estimate: optimum.lower_estimate(),
+        multipliers: optimum.multipliers.clone(),
+        gamma_design,
+        certified,
+        regularisation: None,
+    })
+}
+
+/// Says by how much the limit is missed, and which channel dominates in the loop of the best controller.
+fn above_limit(
+    plant: &GeneralisedPlant,
+    coordinates: &Coordinates,
+    optimum: &LmiSolution,
+    limit: f64,
+    options: Options,
+) -> SynthesisError {
+    if optimum.gamma * (1.0 - optimum.gap) <= limit {
+        let (gamma, limit) = (optimum.gamma, limit);
+        return SynthesisError::Numerical {
+            stage: "limit of gamma",
+            diagnosis: format!(
+                "the least gamma found is {gamma:.6e}, above the limit {limit:.6e}, but the search is only sure \
+                 of it to {:.1e} of itself",
+                optimum.gap
+            ),
+        };
+    }
+    let dominant = build(plant, coordinates, optimum, options).ok().and_then(|design| {
+        let theta = vec![0.0; plant.blocks.len()];
+        plant.close(&design.controller).frozen(&theta).ok()?.dominant_channel()
+    });
+    SynthesisError::AboveLimit { optimum: optimum.gamma, limit, dominant }
+}

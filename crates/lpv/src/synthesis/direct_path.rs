@@ -1,0 +1,230 @@
+//! A direct path D22 from u to y: taken out of the plant for the synthesis, and put around the controller again.
+//!
+//! ```text
+//! y = y~ + D22 u,   u = K~ y~ = K~ (y - D22 u) = K y
+//! ```
+//!
+//! K~ is designed for the plant without D22, whose output is y~. The loop of K~ with that plant and the loop of K
+//! with the plant as given are one and the same, and so are their bounds. Source: M. G. Safonov, D. J. N. Limebeer,
+//! R. Y. Chiang, "Simplifying the H-infinity theory via loop-shifting, matrix-pencil and descriptor concepts", Int.
+//! J. Control 50(6), 1989, section 4.
+//!
+//! K exists where `I + Duy~ D22` is regular, for every value of the parameters. A K~ for which it is not is changed
+//! a little, for inequalities that hold strictly hold beside it, too. Where the parameters carry it through a
+//! singular value, no small change helps: then a controller is designed that sees y~ through lags, and has no direct
+//! path of its own.
+
+use crate::analysis::bounded_gain::{bounded_gain, worst_eigenvalue};
+use crate::analysis::gain_bound::GainBound;
+use crate::error::{ShapeError, SynthesisError};
+use crate::matrix::{Mat, block, eigenvalues, largest, solve};
+use crate::mu::structure::{Block, Structure};
+use crate::mu::upper::upper_bound;
+use crate::synthesis::{self, Design, Options};
+use crate::system::controller::Controller;
+use crate::system::model_error::LoopError;
+use crate::system::parameter_grid::parameter_grid;
+use crate::system::partition::Signal::{T, U, W, X, Y};
+use crate::system::partition::Sizes;
+use crate::system::plant::GeneralisedPlant;
+use nalgebra::Complex;
+
+/// The controller `u = K (y - D22 u)` as one from y to u; put around that again, `-D22` gives K back.
+///
+/// ```text
+/// u = M (Cu xk + Duy y + Dut wk),   M = (I + Duy D22)^-1,   y - D22 u in place of y in the rows xk' and zk
+/// ```
+///
+/// Shapes: D22 is y x u. `None` where `I + Duy D22` is singular, but for rounding.
+pub fn around(k: &Controller, d22: &Mat) -> Option<Controller> {
+    let Sizes { x: n, y, .. } = k.parts.sizes();
+    let looped = k.duy() * d22;
+    let modes = eigenvalues(&looped);
+    let nearest = modes.iter().map(|mode| (mode + 1.0).norm()).fold(1.0, f64::min);
+    let size = modes.iter().map(|mode| mode.norm()).fold(1.0, f64::max);
+    let regular = nearest > SINGULAR_RATIO * size;
+    let of_u = k.parts.join(&[U], &[X, Y, T]);
+    let u = regular.then(|| solve(&(Mat::identity(looped.nrows(), looped.nrows()) + &looped), &of_u))??;
+    let fed_back = d22 * &u;
+    let rows = |row| k.parts.join(&[row], &[X, Y, T]) - k.parts.block(row, Y) * &fed_back;
+    let (state, channel) = (rows(X), rows(T));
+    let whole = block(&[&[&state], &[&u], &[&channel]]);
+    Some(Controller::from_matrix(&whole, n, y, looped.nrows(), k.blocks.clone()))
+}
+
+/// Designs a controller for a plant with a direct path from u to y, and bounds the gain of the loop that it closes:
+/// [`synthesis::synthesise`] for `y = C2 x + D2t wt + D21 w + D22 u`.
+///
+/// `plant` is without D22 (y x u). The bound is of the loop that is the same with D22 and the controller returned as
+/// without it and the one that [`around`] makes of that controller and `-D22`.
+///
+/// # Errors
+/// As [`synthesis::synthesise`]; [`SynthesisError::Shape`] for a D22 that does not fit;
+/// [`SynthesisError::NotWellPosed`] where no controller was found that D22 leaves well posed.
+pub fn synthesise(plant: &GeneralisedPlant, d22: &Mat, options: Options) -> Result<Design, SynthesisError> {
+    if is_none(d22) {
+        return synthesis::synthesise(plant, options);
+    }
+    let expected = (plant.sizes().y, plant.sizes().u);
+    if d22.shape() != expected {
+        return Err(ShapeError { name: "D22", found: d22.shape(), expected }.into());
+    }
+    let limit = options.fastest_mode;
+    let mut too_fast = None;
+    // As without D22, where the limit on the modes of the controller is kept nearer to the inequalities.
+    for factor in [1.0, 2.0, 4.0] {
+        let options = Options { back_off: factor * options.back_off, fastest_mode: None, ..options };
+        let found =
+            synthesis::synthesise(plant, options).and_then(|found| put_back(plant, d22, &found, options));
+        let design = match (found, too_fast) {
+            (Ok(design), _) => design,
+            (Err(_), Some(ratio)) => return Err(SynthesisError::TooFast { ratio }),
+            (Err(reason), None) => return Err(reason),
+        };
+        match excess(&design.controller, limit) {
+            None => return Ok(design),
+            Some(ratio) => too_fast = Some(too_fast.unwrap_or(ratio)),
+        }
+    }
+    Err(SynthesisError::TooFast { ratio: too_fast.unwrap_or(f64::INFINITY) })
+}
+
+/// Removes states as [`crate::synthesis::reduce::reduce`] does, of a design for a plant with a direct path from u to y.
+pub fn reduce(plant: &GeneralisedPlant, d22: &Mat, design: &Design, fastest_mode: Option<f64>) -> Design {
+    if is_none(d22) {
+        return crate::synthesis::reduce::reduce(plant, design, fastest_mode);
+    }
+    let reduced = || {
+        let inner = Design { controller: around(&design.controller, &-d22)?, ..design.clone() };
+        let fewer = crate::synthesis::reduce::reduce(plant, &inner, None);
+        let (controller, certified) = closed(plant, d22, &fewer.controller, &fewer.certified)?;
+        excess(&controller, fastest_mode).is_none().then_some(Design { controller, certified, ..inner })
+    };
+    reduced().unwrap_or_else(|| design.clone())
+}
+
+fn is_none(d22: &Mat) -> bool {
+    d22.iter().all(|entry| *entry == 0.0)
+}
+
+/// How far the fastest mode is beyond a limit.
+fn excess(k: &Controller, limit: Option<f64>) -> Option<f64> {
+    let ratio = k.fastest_mode(&parameter_grid(k.blocks.len())) / limit?;
+    (ratio > 1.0).then_some(ratio)
+}
+
+/// A design for the plant without D22, made one for the plant with it: the first that costs next to nothing, or the
+/// best.
+fn put_back(
+    plant: &GeneralisedPlant,
+    d22: &Mat,
+    design: &Design,
+    options: Options,
+) -> Result<Design, SynthesisError> {
+    let near = DIRECT_PATH_CHANGES.iter().filter_map(|nudge| {
+        let k = nudged(&design.controller, 1.0 - nudge);
+        let (controller, certified) = closed(plant, d22, &k, &design.certified)?;
+        Some(Design { controller, certified, ..design.clone() })
+    });
+    let rate = largest(0.0, eigenvalues(&plant.close(&design.controller).a()).iter().map(|mode| mode.norm()));
+    let lagged = LAG_RATIOS.iter().filter_map(|lag| {
+        let found = behind_lags(plant, rate / lag, options)?;
+        let (controller, certified) = closed(plant, d22, &found.controller, &found.certified)?;
+        Some(Design {
+            gamma_optimum: design.gamma_optimum,
+            lower_estimate: design.lower_estimate,
+            multipliers: design.multipliers.clone(),
+            controller,
+            certified,
+            ..found
+        })
+    });
+    let mut best: Option<Design> = None;
+    for found in near.chain(lagged) {
+        let good = found.certified.gamma <= (1.0 + ACCEPTED_RISE) * design.certified.gamma;
+        if best.as_ref().is_none_or(|best| found.certified.gamma < best.certified.gamma) {
+            best = Some(found);
+        }
+        if good {
+            break;
+        }
+    }
+    best.ok_or(SynthesisError::NotWellPosed)
+}
+
+/// The controller put around D22, and the bound of its loop, shown for the controller that D22 makes of it: rounding
+/// is seen.
+fn closed(
+    plant: &GeneralisedPlant,
+    d22: &Mat,
+    k: &Controller,
+    shown: &GainBound,
+) -> Option<(Controller, GainBound)> {
+    let controller = around(k, d22).filter(is_well_posed)?;
+    let inner = plant.close(&around(&controller, &-d22)?);
+    let none = LoopError::none(&inner);
+    let held = GainBound { largest_eigenvalue: worst_eigenvalue(&inner, &none, shown), ..shown.clone() };
+    let bound = if held.largest_eigenvalue < 0.0 { held } else { bounded_gain(&inner, &none, shown).ok()? };
+    Some((controller, bound))
+}
+
+/// Whether `I - Dtt Theta` of a controller is regular on the whole box, by mu in floating point.
+fn is_well_posed(k: &Controller) -> bool {
+    let blocks: Vec<Block> = k.blocks.iter().map(|r| Block::Real(*r)).collect();
+    let Ok(structure) = Structure::new(blocks) else { return k.blocks.is_empty() };
+    let dtt = k.dtt().map(|v| Complex::new(v, 0.0));
+    upper_bound(&dtt, &structure).is_ok_and(|bound| bound.value < 1.0)
+}
+
+/// The controller with its direct paths from y times a factor.
+fn nudged(k: &Controller, factor: f64) -> Controller {
+    let mut out = k.clone();
+    out.parts.block_mut(U, Y).scale_mut(factor);
+    out.parts.block_mut(T, Y).scale_mut(factor);
+    out
+}
+
+/// A design that sees y through lags of this rate (rad/s), which are made part of its controller: its own states
+/// come after those of the lags.
+fn behind_lags(plant: &GeneralisedPlant, rate: f64, options: Options) -> Option<Design> {
+    let s = plant.sizes();
+    let unit = Mat::identity(s.y, s.y);
+    let mut lagged = plant.changed(|parts| parts.resized(X, s.x + s.y));
+    for column in [X, T, W] {
+        let y = lagged.parts.block(Y, column) * rate;
+        lagged.parts.block_mut(X, column).rows_mut(s.x, s.y).copy_from(&y);
+    }
+    lagged.parts.block_mut(X, X).view_mut((s.x, s.x), (s.y, s.y)).copy_from(&(&unit * -rate));
+    lagged.parts.rows_mut(Y).fill(0.0);
+    lagged.parts.block_mut(Y, X).columns_mut(s.x, s.y).copy_from(&unit);
+    let found = synthesis::synthesise(&lagged, options).ok()?;
+    let controller = behind(&found.controller, rate);
+    Some(Design { controller, ..found })
+}
+
+/// The controller of `yl' = rate (y - yl)` in place of y: `[A By Bt; Cu Duy Dut; Ct Dty Dtt]` with yl as the first
+/// states.
+fn behind(k: &Controller, rate: f64) -> Controller {
+    let Sizes { x, t, u, y, .. } = k.parts.sizes();
+    let (z, lag) = (Mat::zeros, Mat::identity(y, y) * rate);
+    let whole = block(&[
+        &[&-&lag, &z(y, x), &lag, &z(y, t)],
+        &[&k.by(), &k.a(), &z(x, y), &k.bt()],
+        &[&k.duy(), &k.cu(), &z(u, y), &k.dut()],
+        &[&k.dty(), &k.ct(), &z(t, y), &k.dtt()],
+    ]);
+    Controller::from_matrix(&whole, y + x, y, u, k.blocks.clone())
+}
+
+/// An eigenvalue of `I + Duy D22` below this fraction of the largest of `Duy D22`, or of 1, counts as zero: the
+/// controller's numbers grow with its inverse.
+const SINGULAR_RATIO: f64 = 1e-6;
+
+/// By how much the direct paths of a controller are changed, relatively, until D22 leaves it well posed.
+const DIRECT_PATH_CHANGES: [f64; 7] = [0.0, 1e-4, -1e-4, 1e-3, -1e-3, 1e-2, -1e-2];
+
+/// How many times slower than the fastest mode of the loop without lags the lags are: fast ones cost little.
+const LAG_RATIOS: [f64; 3] = [0.01, 0.1, 1.0];
+
+/// What a bound may rise, relatively, for the search to end.
+const ACCEPTED_RISE: f64 = 0.01;

@@ -1,0 +1,288 @@
+//! The least gamma, and coordinates in which the inequalities are well conditioned.
+
+use crate::error::SynthesisError;
+use crate::lmi::program::Program;
+use crate::lmi::solver;
+use crate::lmi::solver_options::SolverOptions;
+use crate::matrix::{Mat, largest_eigenvalue, least_eigenvalue, symmetric_function, symmetric_part};
+use crate::synthesis::back_off::contradiction;
+use crate::synthesis::balance::Coordinates;
+use crate::synthesis::dual::repaired;
+use crate::synthesis::inequalities::{
+    DualMultipliers, LmiSolution, ScalingClass, coupling, state, unmeasured,
+};
+use crate::synthesis::riccati::largest_inverses;
+use crate::system::plant::{GeneralisedPlant, channels};
+
+/// The least gamma that the synthesis inequalities allow, and the coordinates in which it was found.
+///
+/// The problem is solved in diagonally balanced coordinates, w and z in units in which gamma is about 1. Where the
+/// solver gets stuck before it is sure of the optimum, the point of least trace is sought a little above the gamma
+/// found: its X and Y are as small as they may be, and in the coordinates that make them equal and diagonal the
+/// problem is solved again.
+///
+/// What comes back satisfies the inequalities strictly, by their eigenvalues: gamma is never below the infimum, and
+/// its `gap` says how far it may be above.
+///
+/// # Errors
+/// [`SynthesisError::Infeasible`] when the solver holds a certificate that no gamma will do;
+/// [`SynthesisError::Numerical`].
+pub fn least_gamma(
+    plant: &GeneralisedPlant,
+    scalings: ScalingClass,
+) -> Result<(Coordinates, LmiSolution), SynthesisError> {
+    let (mut place, mut best) = first(plant, scalings)?;
+    let mut tried = (place.clone(), best.clone());
+    // What no gamma goes below is the same in all coordinates.
+    let mut lower = best.lower_estimate();
+    let mut multipliers = std::mem::take(&mut best.multipliers);
+    for _ in 0..MOST_COORDINATES {
+        if best.gap <= SETTLED_GAP && best.margin > 0.0 {
+            break;
+        }
+        let here = tried.0.plant(plant);
+        let level = COORDINATES_GAMMA_FACTOR * tried.1.gamma / tried.0.unit;
+        let Ok(small) = smallest(&here, level, &tried.1, scalings) else { break };
+        let Some(coordinates) = equalised(&tried.0.coordinates, &small, plant) else { break };
+        let next = Place { coordinates, ..tried.0 };
+        let Ok(again) = minimise(plant, &next, scalings, false) else { break };
+        lower = lower.max(again.lower_estimate());
+        multipliers.splice(0..0, again.multipliers.iter().cloned());
+        let agree = again.margin > 0.0
+            && best.margin > 0.0
+            && (again.gamma / best.gamma - 1.0).abs() < AGREEMENT_TOLERANCE;
+        tried = (next, again);
+        if better(&tried.1, &best) {
+            (place, best) = tried.clone();
+        }
+        best.gap = gap(best.gamma, lower);
+        if agree && best.gap < DOUBTFUL_GAP {
+            break;
+        }
+    }
+    if (best.gap > DOUBTFUL_GAP || best.margin <= 0.0)
+        && let Ok(other) = minimise(plant, &place, scalings, true)
+        && better(&other, &best)
+    {
+        lower = lower.max(other.lower_estimate());
+        best = LmiSolution { gap: gap(other.gamma, lower), ..other };
+    }
+    if let Some(next) = second_opinion(plant, &best)
+        && let Ok(other) = minimise(plant, &next, scalings, false)
+    {
+        multipliers.splice(0..0, other.multipliers.iter().cloned());
+        if better(&other, &best) {
+            (place, best) = (next, other);
+        }
+    }
+    if best.margin > 0.0 {
+        // With parameters few can be repaired, and each try of a proof takes a tenth of the search's time.
+        let plain = plant.blocks.is_empty();
+        let multipliers = if plain { repaired(plant, best.gamma, &multipliers) } else { vec![] };
+        return Ok((place.coordinates, LmiSolution { multipliers, ..best }));
+    }
+    let (gamma, missed) = (best.gamma, -best.margin);
+    let diagnosis = format!("at the gamma found, {gamma:.4e}, the inequalities are missed by {missed:.1e}");
+    Err(SynthesisError::numerical(STAGE, diagnosis))
+}
+
+/// Where Riccati equations know of a gamma clearly below the one found: the coordinates in which the largest X and Y
+/// a little above it are equal.
+fn second_opinion(plant: &GeneralisedPlant, found: &LmiSolution) -> Option<Place> {
+    if !plant.blocks.is_empty() || !found.gamma.is_finite() {
+        return None;
+    }
+    let place = Place::balanced(plant, found.gamma);
+    let at = |level: f64| largest_inverses(&place.plant(plant).in_units_of(level));
+    let mut high = 1.0 - DOUBTFUL_GAP / 3.0;
+    at(high)?;
+    let mut low = high / 2.0;
+    while low > GAMMA_RESOLUTION && at(low).is_some() {
+        (low, high) = (low / 2.0, low);
+    }
+    while high - low > DOUBTFUL_GAP * high {
+        let middle = 0.5 * (low + high);
+        if at(middle).is_some() { high = middle } else { low = middle }
+    }
+    let (p, q) = at(COORDINATES_GAMMA_FACTOR * high)?;
+    let (x, y) = (inverse_of_filled(&p)?, inverse_of_filled(&q)?);
+    let none = Mat::zeros(0, 0);
+    let coordinates = place.coordinates.equalising(&x, &y, &none, &none, &[])?;
+    Some(Place { coordinates, unit: place.unit * high })
+}
+
+/// How far below a gamma found a lower one is looked for, relative to it.
+const GAMMA_RESOLUTION: f64 = 1e-9;
+
+/// The inverse, where directions that rounding may have made zero count as this much of the largest.
+fn inverse_of_filled(m: &Mat) -> Option<Mat> {
+    let most = largest_eigenvalue(m);
+    let inverse = symmetric_function(m, |v| 1.0 / v.max(1e-12 * most));
+    inverse.iter().all(|v| v.is_finite()).then_some(inverse)
+}
+
+/// How far gamma may be above the least, relative to itself; infinite when there is no lower bound.
+fn gap(gamma: f64, lower: f64) -> f64 {
+    if lower > 0.0 { (1.0 - lower / gamma).max(0.0) } else { f64::INFINITY }
+}
+
+/// How far above gamma the coordinates are sought.
+const COORDINATES_GAMMA_FACTOR: f64 = 1.1;
+
+/// How often other coordinates are tried.
+const MOST_COORDINATES: usize = 3;
+
+/// A gap between gamma and its lower bound, relative to gamma, that settles the matter.
+const SETTLED_GAP: f64 = 1e-5;
+
+/// Searches in two sets of coordinates that agree so well, relative to gamma, have found the same.
+const AGREEMENT_TOLERANCE: f64 = 1e-6;
+
+/// A gap that is worth asking the general solver.
+const DOUBTFUL_GAP: f64 = 1e-3;
+
+/// How far from 1 gamma may be in units that need no change.
+const NEAR_UNIT: f64 = 10.0;
+
+/// How often the units are changed.
+const MOST_UNITS: usize = 5;
+
+/// Coordinates, and the gain that counts as 1.
+#[derive(Clone)]
+struct Place {
+    coordinates: Coordinates,
+    unit: f64,
+}
+
+impl Place {
+    fn balanced(plant: &GeneralisedPlant, unit: f64) -> Self {
+        Self { coordinates: Coordinates::diagonal(&plant.in_units_of(unit)), unit }
+    }
+
+    fn plant(&self, plant: &GeneralisedPlant) -> GeneralisedPlant {
+        self.coordinates.apply(&plant.in_units_of(self.unit))
+    }
+}
+
+/// A first solution, in units in which its gamma is about 1.
+fn first(plant: &GeneralisedPlant, scalings: ScalingClass) -> Result<(Place, LmiSolution), SynthesisError> {
+    let mut place = Place::balanced(plant, first_unit(plant));
+    let mut best = minimise(plant, &place, scalings, false)?;
+    for _ in 0..MOST_UNITS {
+        let ratio = best.gamma / place.unit;
+        if (1.0 / NEAR_UNIT..NEAR_UNIT).contains(&ratio) || ratio.is_nan() || ratio <= 0.0 {
+            break;
+        }
+        let next = Place::balanced(plant, best.gamma);
+        let Ok(again) = minimise(plant, &next, scalings, false) else { break };
+        (place, best) = (next, again);
+    }
+    Ok((place, best))
+}
+
+/// A guess at gamma, from sizes alone.
+fn first_unit(plant: &GeneralisedPlant) -> f64 {
+    let scaled = Coordinates::diagonal(plant).apply(plant);
+    let guess = scaled.d11().norm() + scaled.b1().norm() * scaled.c1().norm();
+    if guess.is_finite() && guess > 0.0 { guess } else { 1.0 }
+}
+
+fn better(one: &LmiSolution, other: &LmiSolution) -> bool {
+    match (one.margin > 0.0, other.margin > 0.0) {
+        (true, true) => one.gamma < other.gamma,
+        (false, false) => one.margin > other.margin,
+        (strict, _) => strict,
+    }
+}
+
+const STAGE: &str = "least gamma";
+
+/// How closely the smallest matrices are sought: they only set a scale.
+const SCALE_TOLERANCE: f64 = 1e-3;
+
+/// The point of least trace at a given gamma: the smallest X, Y, S and Sigma. `known` is a solution at this gamma or
+/// a lower one.
+pub(crate) fn smallest(
+    plant: &GeneralisedPlant,
+    gamma: f64,
+    known: &LmiSolution,
+    scalings: ScalingClass,
+) -> Result<LmiSolution, SynthesisError> {
+    let mut program = Program::new();
+    let unknowns = state(&mut program, plant, Some(gamma), scalings);
+    if scalings == ScalingClass::SymmetricAndSkew {
+        // Nothing else keeps S and Sigma from shrinking to nothing. The inequalities do not ask for this, so it asks
+        // for no more than the known solution has.
+        let size = least_product(&known.primal_scaling, &known.dual_scaling).min(1.0);
+        program.positive("[S cI; cI Sigma]", coupling(&unknowns.s, &unknowns.sigma, 0.9 * size));
+    }
+    for e in [&unknowns.x, &unknowns.y, &unknowns.s, &unknowns.sigma] {
+        program.minimise_trace(e, 1.0);
+    }
+    let solution = solver::solve(&program, SMALLEST_STAGE, SolverOptions::within(SCALE_TOLERANCE))
+        .map_err(contradiction)?;
+    Ok(unknowns.lmi_solution(&program, &solution))
+}
+
+/// The largest c with `[S cI; cI Sigma] >= 0` for the symmetric parts S and Sigma: `c^2` is the least eigenvalue of
+/// `S Sigma`.
+fn least_product(primal: &Mat, dual: &Mat) -> f64 {
+    let root = symmetric_function(&symmetric_part(primal), |v| v.max(0.0).sqrt());
+    least_eigenvalue(&(&root * symmetric_part(dual) * &root)).max(0.0).sqrt()
+}
+
+/// The coordinates in which a solution's pairs (X, Y) and (S, Sigma) are equal and diagonal.
+pub(crate) fn equalised(
+    at: &Coordinates,
+    found: &LmiSolution,
+    plant: &GeneralisedPlant,
+) -> Option<Coordinates> {
+    let s = symmetric_part(&found.primal_scaling);
+    let sigma = symmetric_part(&found.dual_scaling);
+    at.equalising(&found.x, &found.y, &s, &sigma, &channels(&plant.blocks))
+}
+
+/// The least gamma, sought at a place; gamma comes back in the plant's units.
+fn minimise(
+    plant: &GeneralisedPlant,
+    place: &Place,
+    scalings: ScalingClass,
+    patient: bool,
+) -> Result<LmiSolution, SynthesisError> {
+    let mut program = Program::new();
+    let scaled = place.plant(plant);
+    let unknowns = state(&mut program, &scaled, None, scalings);
+    program.minimise_trace(&unknowns.gamma, 1.0);
+    let solution = solver::solve(&program, STAGE, SolverOptions { patient, ..SolverOptions::fine() })?;
+    let found = unknowns.lmi_solution(&program, &solution);
+    let gap = solution.gap * (1.0 + found.gamma.abs()) / found.gamma;
+    let multipliers = dual_multipliers(place, &scaled, &solution.multipliers, scalings);
+    Ok(LmiSolution { gamma: place.unit * found.gamma, gap, multipliers, ..found })
+}
+
+/// The multipliers of the last steps, the latest first, in the plant's own coordinates.
+fn dual_multipliers(
+    place: &Place,
+    scaled: &GeneralisedPlant,
+    steps: &[Vec<Mat>],
+    scalings: ScalingClass,
+) -> Vec<DualMultipliers> {
+    // With symmetric scalings alone they are those of another problem.
+    if scalings == ScalingClass::Symmetric {
+        return vec![];
+    }
+    let n = scaled.sizes().x;
+    let (primal, dual) = (unmeasured(scaled), unmeasured(&scaled.dual()));
+    let found = steps.iter().rev().filter_map(|step| {
+        // In the order in which the inequalities are stated.
+        let [of_primal, of_dual, ..] = step.as_slice() else { return None };
+        Some(DualMultipliers {
+            primal: &primal * of_primal.clone().cholesky()?.l(),
+            dual: &dual * of_dual.clone().cholesky()?.l(),
+            coupling: (Mat::zeros(n, 0), Mat::zeros(n, 0)),
+        })
+    });
+    found.map(|m| place.coordinates.undo_multipliers(place.unit, &m)).collect()
+}
+
+const SMALLEST_STAGE: &str = "smallest matrices";

@@ -1,0 +1,159 @@
+//! Whether any controller stabilises the plant for every course of the parameters, whatever the gain.
+//!
+//! Without w and z the synthesis inequalities are homogeneous, so that the unknowns may be bounded by the identity,
+//! and the largest clearance t that they then allow is positive exactly when a gamma exists. In other coordinates t
+//! is another number, and on a stiff plant it may be as small as rounding in most. So a point that satisfies the
+//! inequalities strictly always counts; that there is none only after the coordinates have been changed successfully
+//! several times to those in which the best X and S are the identity, which raises t towards 1 where it can be
+//! raised.
+//!
+//! B. R. Barmish, "Necessary and sufficient conditions for quadratic stabilizability of an uncertain system", J.
+//! Optimization Theory and Applications 46(4), 1985, for the notion.
+
+use crate::analysis::bounded_real::{Multipliers, bounded_real_compact};
+use crate::error::SynthesisError;
+use crate::lmi::program::{Affine, Program};
+use crate::lmi::solver;
+use crate::lmi::solver_options::SolverOptions;
+use crate::matrix::{Mat, kernel, scaled_largest_eigenvalue, symmetric_function};
+use crate::synthesis::balance::Coordinates;
+use crate::synthesis::inequalities::ScalingClass;
+use crate::system::model_error::LoopError;
+use crate::system::partition::Signal::{T, W, X, Y, Z};
+use crate::system::plant::{ClosedLoop, GeneralisedPlant, channels};
+
+/// A clearance below this counts as none, if it is no more in other coordinates.
+const NO_CLEARANCE: f64 = 1e-7;
+
+/// How often the coordinates are changed.
+const MOST_COORDINATES: usize = 10;
+
+/// In so many coordinates there has to be no clearance before none counts as existing.
+const DENIALS_NEEDED: usize = 5;
+
+/// How much smaller than the largest an eigenvalue of X or S may count in a change of coordinates, at first.
+const EIGENVALUE_FLOOR: f64 = 1e-4;
+
+const STAGE: &str = "stabilisation for every parameter";
+
+/// Whether a controller stabilises the plant for every course of the parameters.
+pub(crate) enum Stabilisation {
+    /// None does; the error says which side is to blame.
+    Impossible(SynthesisError),
+    /// One does: both sides' inequalities hold strictly at a point that was found.
+    Possible,
+    /// The solver could not tell.
+    Unknown,
+}
+
+/// Judges both sides, that of the control first. Without parameters the modes decide, which were checked before.
+pub(crate) fn stabilisation(plant: &GeneralisedPlant, scalings: ScalingClass) -> Stabilisation {
+    if plant.blocks.is_empty() {
+        return Stabilisation::Possible;
+    }
+    let balanced = Coordinates::diagonal(plant).apply(plant);
+    let control = is_possible(balanced.dual(), scalings);
+    if control == Some(false) {
+        return Stabilisation::Impossible(SynthesisError::NotQuadraticallyStabilisable);
+    }
+    match (control, is_possible(balanced, scalings)) {
+        (_, Some(false)) => Stabilisation::Impossible(SynthesisError::NotQuadraticallyDetectable),
+        (Some(true), Some(true)) => Stabilisation::Possible,
+        _ => Stabilisation::Unknown,
+    }
+}
+
+/// `None` when the solver could not tell.
+fn is_possible(plant: GeneralisedPlant, scalings: ScalingClass) -> Option<bool> {
+    let (mut here, mut best) = (plant.clone(), None);
+    let (mut next, mut floor, mut denied) = (plant, EIGENVALUE_FLOOR, 0);
+    for _ in 0..MOST_COORDINATES {
+        match clearest(&next, scalings) {
+            Some(found) if found.holds => return Some(true),
+            Some(found) if found.clearance > NO_CLEARANCE => return None,
+            Some(found) => {
+                denied += 1;
+                (here, best) = (next, Some(found));
+            }
+            // These coordinates are too bad: others are sought nearer to the last that were not.
+            None => floor *= 10.0,
+        }
+        let Clearest { x, s, .. } = best.as_ref()?;
+        let ((state, state_inverse), (channel, channel_inverse)) = (root(x, floor), root(s, floor));
+        next = in_coordinates(&here, (&state, &state_inverse), (&channel, &channel_inverse));
+    }
+    (denied >= DENIALS_NEEDED).then_some(false)
+}
+
+/// The point of the largest clearance.
+struct Clearest {
+    clearance: f64,
+    x: Mat,
+    s: Mat,
+    /// Whether the inequalities hold strictly at the point.
+    holds: bool,
+}
+
+/// The largest t with `N' L(X, S, T) N <= -t I`, `t I <= X <= I`, `t I <= S <= I`; `None` when the solver does not
+/// reach an optimum.
+fn clearest(plant: &GeneralisedPlant, scalings: ScalingClass) -> Option<Clearest> {
+    let (n, r) = (plant.sizes().x, plant.sizes().t);
+    let mut program = Program::new();
+    let theta = channels(&plant.blocks);
+    let zero = Affine::zeros(1, 1);
+    let m = Multipliers {
+        gamma: zero.clone(),
+        x: program.symmetric(n),
+        s: program.symmetric_commuting(&theta),
+        t: match scalings {
+            ScalingClass::Symmetric => Affine::zeros(r, r),
+            ScalingClass::SymmetricAndSkew => program.skew_commuting(&theta),
+        },
+        lambda: zero,
+    };
+    let t = program.scalar();
+    let bare = without_performance(plant);
+    let whole = bounded_real_compact(&bare, &LoopError::none(&bare), &m);
+    let projected = whole.congruence(&kernel(&plant.parts.join(&[Y], &[X, T])));
+    let size = projected.shape().0;
+    program.negative("stability", projected.clone() + t.times_identity(size));
+    for (e, size) in [(&m.x, n), (&m.s, r)] {
+        program.positive("floor", e.clone() - t.times_identity(size));
+        program.positive("upper bound", Affine::constant(Mat::identity(size, size)) - e.clone());
+    }
+    program.minimise_trace(&t, -1.0);
+    let search = SolverOptions { patient: true, ..SolverOptions::within(0.1 * NO_CLEARANCE) };
+    let solution = solver::solve(&program, STAGE, search).ok()?;
+    let value = |e: &Affine| e.value(&program, &solution.x);
+    let (x, s) = (value(&m.x), value(&m.s));
+    let inequalities = [value(&projected), -&x, -&s];
+    let holds = inequalities.iter().all(|m| scaled_largest_eigenvalue(m) < -ROUNDING_EIGENVALUE);
+    let clearance = value(&t)[(0, 0)];
+    (holds || solution.gap <= NO_CLEARANCE).then_some(Clearest { clearance, x, s, holds })
+}
+
+/// An inequality scaled to a unit diagonal holds strictly when no eigenvalue is nearer to zero.
+const ROUNDING_EIGENVALUE: f64 = 1e-12;
+
+/// `M^-1/2` and its inverse, small eigenvalues raised.
+fn root(m: &Mat, floor: f64) -> (Mat, Mat) {
+    if m.is_empty() {
+        return (m.clone(), m.clone());
+    }
+    let floor = floor * crate::matrix::largest_eigenvalue(m).max(f64::MIN_POSITIVE);
+    (symmetric_function(m, |v| 1.0 / v.max(floor).sqrt()), symmetric_function(m, |v| v.max(floor).sqrt()))
+}
+
+/// The plant in the coordinates `x = T x~`, `zt = tau zt~`, `wt = tau wt~`.
+fn in_coordinates(
+    p: &GeneralisedPlant,
+    (t, t_inverse): (&Mat, &Mat),
+    (tau, tau_inverse): (&Mat, &Mat),
+) -> GeneralisedPlant {
+    p.changed(|parts| parts.transformed(&[(X, t_inverse), (T, tau_inverse)], &[(X, t), (T, tau)]))
+}
+
+fn without_performance(plant: &GeneralisedPlant) -> ClosedLoop {
+    let ClosedLoop { parts, channels } = plant.open();
+    ClosedLoop { parts: parts.resized(W, 0).resized(Z, 0), channels }
+}

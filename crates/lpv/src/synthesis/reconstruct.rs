@@ -1,0 +1,271 @@
+//! From a solution of the synthesis inequalities to the controller's matrices.
+//!
+//! The multiplier of the closed loop is in closed form: with `W = S + T` and `U = Sigma + Gamma`,
+//!
+//! ```text
+//! W_e = [ W          W - U^-1 ]      (W_e^-1)_11 = U,   W_e + W_e' > 0
+//!       [ W + U^-T   W + U^-T ]
+//! ```
+//!
+//! is a multiplier for `blkdiag(Theta, Theta)` (plant's copy, controller's copy) of which W and U are the
+//! primal and dual parts; the Lyapunov matrix is `X_c = [X Z; Z Z]`, `Z = X - Y^-1`. With these and gamma fixed
+//! the bounded-real inequality is affine in the controller, `Psi + U K V + (U K V)' < 0`, and has a solution
+//! in closed form: R. E. Skelton, T. Iwasaki, K. Grigoriadis, A Unified Algebraic Approach to Linear Control
+//! Design, 1998, theorem 2.3.12.
+
+use crate::analysis::bounded_real::bounded_real_value;
+use crate::analysis::gain_bound::GainBound;
+use crate::error::SynthesisError;
+use crate::matrix::{
+    Mat, block, diagonal_blocks, kernel, largest_eigenvalue, pseudo_inverse, rank_factors,
+    scaled_largest_eigenvalue, skew_part, spectral_abscissa, symmetric_function, symmetric_part,
+};
+use crate::synthesis::inequalities::LmiSolution;
+use crate::system::controller::Controller;
+use crate::system::model_error::LoopError;
+use crate::system::parameter_grid::{coarse_grid, parameter_grid};
+use crate::system::plant::GeneralisedPlant;
+
+const STAGE: &str = "reconstruction";
+
+/// The controller for a solution `found` of the synthesis inequalities of `plant`, with the bound
+/// of the closed loop's gain that comes with it.
+///
+/// Of the family of controllers that the closed form gives, the one with the slowest fastest mode is taken
+/// among those that keep the inequality: it is the easiest to sample.
+///
+/// A `limit` on the fastest mode is in units of the plant's time. It is checked on the grid of [`parameter_grid`], no
+/// more.
+///
+/// # Errors
+/// [`SynthesisError::TooFast`] when the controller taken is not slow enough; [`SynthesisError::Numerical`] when X -
+/// Y^-1 or the multiplier is singular, or no controller of the family satisfies the inequality.
+pub fn reconstruct(
+    plant: &GeneralisedPlant,
+    found: &LmiSolution,
+    limit: Option<f64>,
+) -> Result<(Controller, GainBound), SynthesisError> {
+    let size = plant.sizes();
+    let lyapunov = lyapunov_matrix(found)?;
+    let multiplier = multiplier(found)?;
+    let affine = AffineLoop::new(plant, &bound(found, &lyapunov, &multiplier))?;
+    let mut best: Option<(f64, Controller)> = None;
+    let Some(family) = affine.family() else {
+        return Err(SynthesisError::Numerical {
+            stage: STAGE,
+            diagnosis: "the dual inequality does not survive the completion of the Lyapunov matrix".into(),
+        });
+    };
+    let thetas = coarse_grid(plant.blocks.len());
+    for step in 0..24 {
+        let weight = family.least_weight() * (1.0 + 10f64.powf(-2.0 + 0.25 * step as f64));
+        let Some(m) = family.solution(weight) else {
+            continue;
+        };
+        if scaled_largest_eigenvalue(&affine.inequality(&m)) >= 0.0 {
+            continue;
+        }
+        let k = Controller::from_matrix(&m, size.x, size.y, size.u, plant.blocks.clone());
+        let fastest = k.fastest_mode(&thetas);
+        if spectral_abscissa(&plant.close(&k).a()) < 0.0
+            && best.as_ref().is_none_or(|(least, _)| fastest < SLOWER_RATIO * least)
+        {
+            best = Some((fastest, k));
+        }
+    }
+    let shown = bound(found, &lyapunov, &multiplier);
+    if let (Some((_, k)), Some(limit)) = (&best, limit) {
+        let fastest = k.fastest_mode(&parameter_grid(k.blocks.len()));
+        if fastest > limit {
+            return Err(SynthesisError::TooFast { ratio: fastest / limit });
+        }
+    }
+    best.map(|(_, k)| (k, shown)).ok_or_else(|| SynthesisError::Numerical {
+        stage: STAGE,
+        diagnosis: "no controller of the family satisfies the bounded-real inequality; try a larger back-off"
+            .into(),
+    })
+}
+
+/// A mode counts as slower below this fraction of another; rounding does not choose.
+const SLOWER_RATIO: f64 = 0.999;
+
+/// The bound that a Lyapunov matrix and a multiplier stand for.
+fn bound(found: &LmiSolution, lyapunov: &Mat, multiplier: &Mat) -> GainBound {
+    GainBound {
+        gamma: found.gamma,
+        x: lyapunov.clone(),
+        s: symmetric_part(multiplier),
+        t: skew_part(multiplier),
+        lambda: 0.0,
+        largest_eigenvalue: f64::NAN,
+    }
+}
+
+/// `X_c = [X Z; Z Z]`, `Z = X - Y^-1`.
+fn lyapunov_matrix(found: &LmiSolution) -> Result<Mat, SynthesisError> {
+    let y_inverse = inverse(&found.y, "Y")?;
+    let z = symmetric_part(&(&found.x - y_inverse));
+    Ok(block(&[&[&found.x, &z], &[&z, &z]]))
+}
+
+/// `W_e`, of which the symmetric part is S_e and the skew part T_e.
+fn multiplier(found: &LmiSolution) -> Result<Mat, SynthesisError> {
+    let w = &found.primal_scaling;
+    let u_inverse = inverse(&found.dual_scaling, "Sigma + Gamma")?;
+    let lower = w + u_inverse.transpose();
+    Ok(block(&[&[w, &(w - &u_inverse)], &[&lower, &lower]]))
+}
+
+fn inverse(m: &Mat, name: &str) -> Result<Mat, SynthesisError> {
+    m.clone()
+        .try_inverse()
+        .ok_or_else(|| SynthesisError::Numerical { stage: STAGE, diagnosis: format!("{name} is singular") })
+}
+
+/// The bounded-real inequality of the closed loop as `Psi + U K V + (U K V)'`, in coordinates in which the
+/// Lyapunov matrix and the scaling are the identity.
+struct AffineLoop {
+    psi: Mat,
+    left: Mat,
+    right: Mat,
+    /// Factors of U and V: `U = left left_inner`, `V = right_inner right`.
+    left_inner: Mat,
+    right_inner: Mat,
+}
+
+impl AffineLoop {
+    fn new(plant: &GeneralisedPlant, bound: &GainBound) -> Result<Self, SynthesisError> {
+        let size = plant.sizes();
+        let zero = Controller::from_matrix(
+            &Mat::zeros(size.x + size.u + size.t, size.x + size.y + size.t),
+            size.x,
+            size.y,
+            size.u,
+            plant.blocks.clone(),
+        );
+        let open = plant.close(&zero);
+        let GainBound { x: lyapunov, s, t, gamma, .. } = bound;
+        let psi = bounded_real_value(&open, &LoopError::none(&open), bound);
+        let z = Mat::zeros;
+        let (n, r, m, p) = (size.x, size.t, size.u, size.y);
+        // Rows x', xk', zt, zk, z of what the controller's outputs xk', u, zk do.
+        let into_x =
+            block(&[&[&z(n, n), &plant.b2(), &z(n, r)], &[&Mat::identity(n, n), &z(n, m), &z(n, r)]]);
+        let into_t =
+            block(&[&[&z(r, n), &plant.dt2(), &z(r, r)], &[&z(r, n), &z(r, m), &Mat::identity(r, r)]]);
+        let into_z = block(&[&[&z(size.z, n), &plant.d12(), &z(size.z, r)]]);
+        let left = block(&[
+            &[&(lyapunov * &into_x)],
+            &[&(t * &into_t)],
+            &[&z(size.w, n + m + r)],
+            &[&(s * &into_t)],
+            &[&into_z],
+        ]);
+        let right = block(&[
+            &[&z(n, n), &Mat::identity(n, n), &z(n, 2 * r), &z(n, size.w), &z(n, 2 * r + size.z)],
+            &[
+                &plant.c2(),
+                &z(p, n),
+                &block(&[&[&plant.d2t(), &z(p, r)]]),
+                &plant.d21(),
+                &z(p, 2 * r + size.z),
+            ],
+            &[
+                &z(r, n),
+                &z(r, n),
+                &block(&[&[&z(r, r), &Mat::identity(r, r)]]),
+                &z(r, size.w),
+                &z(r, 2 * r + size.z),
+            ],
+        ]);
+        let unit = normalising_congruence(lyapunov, s, *gamma, size.w, size.z)?;
+        let psi = unit.transpose() * psi * &unit;
+        let (left, left_inner) = orthonormal_columns(&(unit.transpose() * left));
+        let (right_t, right_inner_t) = orthonormal_columns(&(right * unit).transpose());
+        Ok(Self { psi, left, right: right_t.transpose(), left_inner, right_inner: right_inner_t.transpose() })
+    }
+
+    /// The family of solutions; `None` when `Psi_22` is not negative definite, so that there is none.
+    fn family(&self) -> Option<ControllerFamily> {
+        let complement = kernel(&self.left.transpose());
+        let part = |a: &Mat, b: &Mat| a.transpose() * &self.psi * b;
+        let inner = symmetric_part(&-part(&complement, &complement)).cholesky()?;
+        let cross = part(&complement, &self.left);
+        let lower = (&self.right * &complement).transpose();
+        let (of_cross, of_lower) = (inner.solve(&cross), inner.solve(&lower));
+        Some(ControllerFamily {
+            q: symmetric_part(&(part(&self.left, &self.left) + cross.transpose() * of_cross)),
+            v: (&self.right * &self.left).transpose() + cross.transpose() * &of_lower,
+            rest: lower.transpose() * of_lower,
+            left_inverse: pseudo_inverse(&self.left_inner, 1e-12),
+            right_inverse: pseudo_inverse(&self.right_inner, 1e-12),
+        })
+    }
+
+    fn inequality(&self, k: &Mat) -> Mat {
+        let term = &self.left * &self.left_inner * k * &self.right_inner * &self.right;
+        &self.psi + &term + term.transpose()
+    }
+}
+
+/// The closed form `K = -w U' Phi V' (V Phi V')^-1` with `Phi = (w U U' - Psi)^-1`, in the basis of U and its
+/// complement, where the weight w, which may be large, meets nothing that it could drown:
+///
+/// ```text
+/// Q = Psi_11 - Psi_12 Psi_22^-1 Psi_21,   v = V_1' - Psi_12 Psi_22^-1 V_2',   rest = -V_2 Psi_22^-1 V_2'
+/// U' Phi V' = (w I - Q)^-1 v,   V Phi V' = rest + v' (w I - Q)^-1 v
+/// ```
+struct ControllerFamily {
+    q: Mat,
+    v: Mat,
+    rest: Mat,
+    left_inverse: Mat,
+    right_inverse: Mat,
+}
+
+impl ControllerFamily {
+    /// The weight above which there is a solution: the largest eigenvalue of Q.
+    fn least_weight(&self) -> f64 {
+        largest_eigenvalue(&self.q).max(1e-6)
+    }
+
+    /// The controller matrix of the family member `weight`; `None` when the weight is too small.
+    fn solution(&self, weight: f64) -> Option<Mat> {
+        let n = self.q.nrows();
+        // w (w I - Q)^-1 v
+        let solved = (Mat::identity(n, n) - &self.q / weight).cholesky()?.solve(&self.v);
+        let middle = symmetric_part(&(&self.rest + self.v.transpose() * &solved / weight)).cholesky()?;
+        let k = &self.left_inverse * -middle.solve(&solved.transpose()).transpose() * &self.right_inverse;
+        k.iter().all(|v| v.is_finite()).then_some(k)
+    }
+}
+
+/// `blkdiag(X^-1/2, S^-1/2, gamma^-1/2 I, S^-1/2, gamma^-1/2 I)`.
+fn normalising_congruence(x: &Mat, s: &Mat, gamma: f64, w: usize, z: usize) -> Result<Mat, SynthesisError> {
+    for (m, name) in [(x, "X_c"), (s, "S_e")] {
+        let least = crate::matrix::least_eigenvalue(m);
+        if least <= 0.0 {
+            return Err(SynthesisError::Numerical {
+                stage: STAGE,
+                diagnosis: format!("{name} is not positive definite (least eigenvalue {least:.1e})"),
+            });
+        }
+    }
+    let root = |m: &Mat| if m.is_empty() { m.clone() } else { symmetric_function(m, |v| 1.0 / v.sqrt()) };
+    let (root_x, root_s) = (root(x), root(s));
+    let flat = |n: usize| Mat::identity(n, n) / gamma.sqrt();
+    Ok(diagonal_blocks(&[&root_x, &root_s, &flat(w), &root_s, &flat(z)]))
+}
+
+/// `M = Q R` with orthonormal columns in Q, as many as the rank of M.
+fn orthonormal_columns(m: &Mat) -> (Mat, Mat) {
+    let scale = crate::matrix::largest_singular_value(m);
+    let (mut q, mut r) = rank_factors(m, 1e-12 * scale);
+    for k in 0..q.ncols() {
+        let norm = q.column(k).norm();
+        q.column_mut(k).scale_mut(1.0 / norm);
+        r.row_mut(k).scale_mut(norm);
+    }
+    (q, r)
+}

@@ -1,0 +1,98 @@
+//! Removing controller states that hardly matter, with the bound shown anew.
+//!
+//! Where eigenvalues of X Y lie close to 1 the controller carries modes that nearly cancel. The controller's constant
+//! part, with y and wk as inputs and u and zk as outputs, is brought to balanced coordinates and its least states are
+//! taken out, one more at a time, as long as the loop keeps the gain bound that was asked for. Source of the
+//! balancing: B. C. Moore, IEEE Trans. Automatic Control 26(1), 1981; the states are replaced by their steady values
+//! (residualised): K. V. Fernando, H. Nicholson, IEEE Trans. Automatic Control 27(2), 1982.
+
+use crate::analysis::bounded_gain::bounded_gain;
+use crate::analysis::gain_bound::GainBound;
+use crate::matrix::{Mat, Svd, solve, spectral_abscissa, svd};
+use crate::synthesis::design::Design;
+use crate::system::controller::Controller;
+use crate::system::lyapunov::lyapunov;
+use crate::system::model_error::LoopError;
+use crate::system::parameter_grid::parameter_grid;
+use crate::system::partition::Signal::{T, U, X, Y};
+use crate::system::plant::GeneralisedPlant;
+
+/// How far above the bound of the full controller the reduced one may lie.
+const ALLOWED_RISE: f64 = 0.02;
+
+/// The design with as many controller states removed as leave the certified bound within 2 %; the design itself when
+/// none can go, or when its controller is unstable at Theta = 0.
+///
+/// With a `fastest_mode` (rad/s) only such controllers are taken as keep it on the grid of [`parameter_grid`]: with
+/// states at their steady values the others may become faster.
+pub fn reduce(plant: &GeneralisedPlant, design: &Design, fastest_mode: Option<f64>) -> Design {
+    let thetas = parameter_grid(plant.blocks.len());
+    let slow_enough = |k: &Controller| fastest_mode.is_none_or(|limit| k.fastest_mode(&thetas) <= limit);
+    let Some((balanced, transform)) = balance(&design.controller) else { return design.clone() };
+    let mut best = design.clone();
+    for states in (0..design.controller.a().nrows()).rev() {
+        let Some(controller) = residualised(&balanced, states) else { break };
+        let closed = plant.close(&controller);
+        let shown = restricted(&design.certified, plant.a().nrows(), &transform, states);
+        let Ok(certified) = bounded_gain(&closed, &LoopError::none(&closed), &shown) else { break };
+        if certified.gamma > design.certified.gamma * (1.0 + ALLOWED_RISE) {
+            break;
+        }
+        if slow_enough(&controller) {
+            best = Design { controller, certified, ..best };
+        }
+    }
+    best
+}
+
+/// The controller in balanced coordinates `x = T x~`, most important states first, and T. `None` when it is unstable.
+fn balance(k: &Controller) -> Option<(Controller, Mat)> {
+    if spectral_abscissa(&k.a()) >= 0.0 {
+        return None;
+    }
+    let inputs = k.parts.join(&[X], &[Y, T]);
+    let outputs = k.parts.join(&[U, T], &[X]);
+    let reach = filled(lyapunov(&k.a().transpose(), &(&inputs * inputs.transpose()))?);
+    let see = filled(lyapunov(&k.a(), &(outputs.transpose() * &outputs))?);
+    let (lr, ls) = (reach.cholesky()?.l(), see.cholesky()?.l());
+    let Svd { u, s, v } = svd(&(ls.transpose() * &lr));
+    let scale =
+        Mat::from_diagonal(&nalgebra::DVector::from_iterator(s.len(), s.iter().map(|s| 1.0 / s.sqrt())));
+    let transform = &lr * v * &scale;
+    let inverse = &scale * u.transpose() * ls.transpose();
+    let parts = k.parts.transformed(&[(X, &inverse)], &[(X, &transform)]);
+    let out = Controller { parts, blocks: k.blocks.clone() };
+    out.matrix().iter().all(|v| v.is_finite()).then_some((out, transform))
+}
+
+/// A gramian with the directions that it does not reach filled up by rounding's size, so that it has a factor.
+fn filled(gramian: Mat) -> Mat {
+    let n = gramian.nrows();
+    let size = 1e-12 * gramian.trace().max(f64::MIN_POSITIVE);
+    gramian + Mat::identity(n, n) * size
+}
+
+/// The controller with its states after the first `kept` at their steady values.
+fn residualised(k: &Controller, kept: usize) -> Option<Controller> {
+    let sizes = k.parts.sizes();
+    let n = sizes.x;
+    let gone = n - kept;
+    let whole = k.matrix();
+    let a22 = whole.view((kept, kept), (gone, gone)).into_owned();
+    let other: Vec<usize> = (0..kept).chain(n..whole.ncols()).collect();
+    let rest = whole.rows(kept, gone).select_columns(&other);
+    // 0 = A22 x2 + rest, so x2 = -A22^-1 rest.
+    let steady = -solve(&a22, &rest)?;
+    let rows: Vec<usize> = (0..kept).chain(n..whole.nrows()).collect();
+    let from_gone: Vec<usize> = (kept..n).collect();
+    let pick = |rows: &[usize], columns: &[usize]| whole.select_rows(rows).select_columns(columns);
+    let reduced = pick(&rows, &other) + pick(&rows, &from_gone) * steady;
+    Some(Controller::from_matrix(&reduced, kept, sizes.y, sizes.u, k.blocks.clone()))
+}
+
+/// The bound's matrices on the states that are left: a start for the search, no claim.
+fn restricted(bound: &GainBound, plant_states: usize, transform: &Mat, kept: usize) -> GainBound {
+    let whole = crate::matrix::diagonal_blocks(&[&Mat::identity(plant_states, plant_states), transform]);
+    let x = whole.transpose() * &bound.x * &whole;
+    GainBound { x: x.view((0, 0), (plant_states + kept, plant_states + kept)).into_owned(), ..bound.clone() }
+}

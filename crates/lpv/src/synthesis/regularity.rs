@@ -1,0 +1,425 @@
+//! Controls without a weight and measurements without noise.
+//!
+//! Where D12 lacks full column rank a direction of the control costs nothing, and where D21 lacks full row rank a
+//! combination of measurements can be differentiated at no price. Neither makes the inequalities of the synthesis
+//! infeasible: their least gamma is then an infimum that gains without limit approach, at which the numerics fail.
+//! Source of the conditions: J. C. Doyle, K. Glover, P. P. Khargonekar, B. A. Francis, IEEE Trans. Automatic Control
+//! 34(8), 1989, section III.A; that LMIs do without them: P. Gahinet, P. Apkarian, Int. J. Robust and Nonlinear
+//! Control 4, 1994.
+//!
+//! A parameter channel counts as well: through Dt2 the gain between the channels, which must stay below 1, bounds a
+//! control, and through D2t the parameter disturbs a measurement. So `[D12; Dt2]` and `[D21 D2t]` are what is judged.
+
+use crate::matrix::{Mat, block, eigenvalues, largest_singular_value, svd};
+use crate::synthesis::balance::Coordinates;
+use crate::system::partition::Signal::{T, U, W, X, Y, Z};
+use crate::system::plant::GeneralisedPlant;
+use std::fmt;
+
+/// A singular value up to this counts as zero, where each column of weights (row of noises) has norm 1: its square is
+/// what stands in the inequalities, and 1e-12 is lost beside the 1e-8 to which they are solved. A column below the
+/// square of it, beside what its control does through the states, is one of rounding.
+pub const RANK_TOLERANCE: f64 = 1e-6;
+
+/// A control or measurement for which the problem sets no price.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Finding {
+    /// A direction of the control that no performance output and no parameter channel sees directly.
+    UnweightedControl {
+        /// The direction, in the units of u, its largest component 1.
+        direction: Vec<f64>,
+        /// What of it reaches z and zt directly, each control in its own unit; at most [`RANK_TOLERANCE`].
+        weight: f64,
+    },
+    /// A combination `c'y` of the measurements that no disturbance and no parameter channel enters directly.
+    NoiselessMeasurement {
+        /// The coefficients c, in units of 1/y, the largest 1.
+        combination: Vec<f64>,
+        /// What of w and wt enters it directly, each measurement in its own unit; at most [`RANK_TOLERANCE`].
+        noise: f64,
+    },
+}
+
+/// All findings about a plant, controls first; none when `[D12; Dt2]` has full column rank and `[D21 D2t]` full row
+/// rank.
+///
+/// The rank is judged on the plant as it is given, each control and each measurement in units of what it weighs
+/// itself: neither units nor modes far slower than the others matter.
+pub fn findings(plant: &GeneralisedPlant) -> Vec<Finding> {
+    let (weighted, units) = in_own_units(plant);
+    let controls = free_directions(&weighted, RANK_TOLERANCE).into_iter().map(|(direction, weight)| {
+        Finding::UnweightedControl { direction: in_users_units(&direction, &units), weight }
+    });
+    let (disturbed, units) = in_own_units(&plant.dual());
+    let measurements = free_directions(&disturbed, RANK_TOLERANCE).into_iter().map(|(combination, noise)| {
+        Finding::NoiselessMeasurement { combination: in_users_units(&combination, &units), noise }
+    });
+    controls.chain(measurements).collect()
+}
+
+/// The plant in diagonally balanced coordinates and with z and w scaled until what reaches z, and what w reaches, has
+/// norm 1; the coordinates, and what then counts as 1 in z and in 1/w, in the user's units.
+pub(crate) fn normalised(plant: &GeneralisedPlant) -> (GeneralisedPlant, Coordinates, (f64, f64)) {
+    let mut plant = plant.clone();
+    let mut coordinates = Coordinates::diagonal(&plant);
+    let mut units = (1.0, 1.0);
+    // Each round halves the exponent that is left, as the balancing shares a factor between both sides of the states.
+    for _ in 0..8 {
+        let scaled = coordinates.apply(&plant);
+        let z = size(&scaled.parts.join(&[Z], &[X, T, U]));
+        let w = size(&scaled.parts.join(&[X, T, Y], &[W]));
+        plant.parts.rows_mut(Z).unscale_mut(z);
+        plant.parts.columns_mut(W).unscale_mut(w);
+        units = (units.0 * z, units.1 * w);
+        coordinates = Coordinates::diagonal(&plant);
+    }
+    (coordinates.apply(&plant), coordinates, units)
+}
+
+fn size(m: &Mat) -> f64 {
+    let size = largest_singular_value(m);
+    if size > 0.0 && size.is_finite() { size } else { 1.0 }
+}
+
+/// `[D12; Dt2]` with each column divided by its norm, and these norms. One that is lost in rounding beside what its
+/// control does through the states is divided by something larger.
+fn in_own_units(plant: &GeneralisedPlant) -> (Mat, Vec<f64>) {
+    let (weights, channels) = (plant.d12(), plant.dt2());
+    // A parameter channel has a unit of its own.
+    let ratio = |one: f64, other: f64| if one > 0.0 && other > 0.0 { one / other } else { 1.0 };
+    let direct = block(&[&[&weights], &[&(&channels * ratio(weights.amax(), channels.amax()))]]);
+    let through = through_states(plant);
+    let unit = |(j, column): (usize, nalgebra::DVectorView<'_, f64>)| {
+        let least = RANK_TOLERANCE * through[j];
+        let unit = column.norm().max(least);
+        if unit > 0.0 { unit } else { 1.0 }
+    };
+    let units: Vec<f64> = direct.column_iter().enumerate().map(unit).collect();
+    let scaled = Mat::from_fn(direct.nrows(), direct.ncols(), |i, j| direct[(i, j)] / units[j]);
+    (scaled, units)
+}
+
+/// For each control the largest of `|C1 A^k b|/rate^(k+1)`, with the rate of the fastest mode: what z sees of it
+/// through the states within the time of that mode. 0 where no mode moves.
+fn through_states(plant: &GeneralisedPlant) -> Vec<f64> {
+    let rate = eigenvalues(&plant.a()).iter().map(|v| v.norm()).fold(0.0, f64::max);
+    let (a, c1) = (plant.a(), plant.c1());
+    let mut largest = vec![0.0_f64; plant.sizes().u];
+    if !(rate > 0.0 && rate.is_finite()) {
+        return largest;
+    }
+    let mut state = plant.b2() / rate;
+    for _ in 0..a.nrows() {
+        let output = &c1 * &state;
+        for (most, column) in largest.iter_mut().zip(output.column_iter()) {
+            *most = most.max(column.norm());
+        }
+        state = &a * state / rate;
+    }
+    largest
+}
+
+/// Directions v of norm 1 with `|M v|` up to the tolerance, each with that norm: coordinate axes first, then
+/// combinations of the others.
+pub(crate) fn free_directions(m: &Mat, tolerance: f64) -> Vec<(Vec<f64>, f64)> {
+    let count = m.ncols();
+    let (free, rest): (Vec<usize>, Vec<usize>) = (0..count).partition(|&j| m.column(j).norm() <= tolerance);
+    let axis = |j: usize| (0..count).map(|i| if i == j { 1.0 } else { 0.0 }).collect();
+    let mut out: Vec<(Vec<f64>, f64)> = free.into_iter().map(|j| (axis(j), m.column(j).norm())).collect();
+    let found = svd(&m.select_columns(&rest));
+    for (k, v) in found.v.column_iter().enumerate() {
+        let value = found.s.get(k).copied().unwrap_or(0.0);
+        if value <= tolerance {
+            let mut direction = vec![0.0; count];
+            for (&j, component) in rest.iter().zip(v.iter()) {
+                direction[j] = *component;
+            }
+            out.push((direction, value));
+        }
+    }
+    out
+}
+
+/// In the user's units, the largest component 1; components that are rounding beside the others in their own units
+/// are 0.
+fn in_users_units(direction: &[f64], units: &[f64]) -> Vec<f64> {
+    let kept = direction.iter().map(|v| if v.abs() > RANK_TOLERANCE { *v } else { 0.0 });
+    let converted: Vec<f64> = kept.zip(units).map(|(v, unit)| v / unit).collect();
+    let largest =
+        converted.iter().copied().fold(0.0, |most: f64, v| if v.abs() > most.abs() { v } else { most });
+    converted.into_iter().map(|v| v / largest).collect()
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Finding::UnweightedControl { direction, .. } => match only(direction) {
+                Some(j) => write!(
+                    f,
+                    "no performance output weighs u{j}, so that its gain may grow without limit: give u{j} a \
+                     weight (column {j} of D12)"
+                ),
+                None => write!(
+                    f,
+                    "no performance output weighs the controls' direction {}, so that its gain may grow without limit: \
+                     give each of {} a weight of its own (columns of D12)",
+                    direction_words(direction, "u"),
+                    names(direction, "u")
+                ),
+            },
+            Finding::NoiselessMeasurement { combination, .. } => match only(combination) {
+                Some(i) => write!(
+                    f,
+                    "the measurement y{i} is free of noise, so that the gain from it may grow without limit: add \
+                     noise to y{i} \
+                     (row {i} of D21)"
+                ),
+                None => write!(
+                    f,
+                    "the combination {} of measurements is free of noise, so that the gain from it may grow \
+                     without limit: \
+                     add noise of its own to each of {} (rows of D21)",
+                    sum_words(combination, "y"),
+                    names(combination, "y")
+                ),
+            },
+        }
+    }
+}
+
+/// The one component that is not zero, from 1.
+fn only(direction: &[f64]) -> Option<usize> {
+    let mut parts = direction.iter().enumerate().filter(|(_, v)| **v != 0.0);
+    match (parts.next(), parts.next()) {
+        (Some((i, _)), None) => Some(i + 1),
+        _ => None,
+    }
+}
+
+pub(crate) fn parts(direction: &[f64]) -> impl Iterator<Item = (usize, f64)> {
+    direction.iter().enumerate().filter(|(_, v)| **v != 0.0).map(|(i, v)| (i + 1, *v))
+}
+
+fn names(direction: &[f64], letter: &str) -> String {
+    parts(direction).map(|(i, _)| format!("{letter}{i}")).collect::<Vec<_>>().join(", ")
+}
+
+/// `(u1, u3) = (1, -0.5)`.
+fn direction_words(direction: &[f64], letter: &str) -> String {
+    let values: Vec<String> = parts(direction).map(|(_, v)| number(v)).collect();
+    format!("({}) = ({})", names(direction, letter), values.join(", "))
+}
+
+/// `y1 - 0.5 y3`.
+pub(crate) fn sum_words(combination: &[f64], letter: &str) -> String {
+    let mut out = String::new();
+    for (i, v) in parts(combination) {
+        let sign = match (v < 0.0, out.is_empty()) {
+            (true, true) => "-",
+            (true, false) => " - ",
+            (false, true) => "",
+            (false, false) => " + ",
+        };
+        let factor = if v.abs() == 1.0 { String::new() } else { format!("{} ", number(v.abs())) };
+        out += &format!("{sign}{factor}{letter}{i}");
+    }
+    out
+}
+
+/// Four digits, without the zeros that say nothing.
+pub(crate) fn number(v: f64) -> String {
+    let text = format!("{v:.3e}");
+    text.parse::<f64>().map_or(text, |rounded| rounded.to_string())
+}
+
+/// What was added to a plant for the design of its controller; the bound is of the plant without it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Regularisation {
+    /// Rows of coefficients of u, in units of z/u: an output each.
+    pub weights: Vec<Vec<f64>>,
+    /// Columns of coefficients in y, in units of y/w: a disturbance each.
+    pub noises: Vec<Vec<f64>>,
+}
+
+impl Regularisation {
+    /// What a plant needs in order that every direction of the controls has at least the weight `size`, and every
+    /// combination of the measurements the noise, in balanced coordinates in which all that reaches z, and all that
+    /// w reaches, is about 1.
+    pub(crate) fn new(plant: &GeneralisedPlant, size: f64) -> Self {
+        let (scaled, coordinates, units) = normalised(plant);
+        let weighted = scaled.parts.join(&[Z, T], &[U]);
+        let disturbed = scaled.parts.join(&[Y], &[W, T]).transpose();
+        let added = |m: &Mat, convert: &dyn Fn(usize, f64) -> f64| -> Vec<Vec<f64>> {
+            let directions = free_directions(m, size).into_iter();
+            let scaled =
+                |(v, _): (Vec<f64>, f64)| v.iter().enumerate().map(|(i, v)| convert(i, size * v)).collect();
+            directions.map(scaled).collect()
+        };
+        let (u, y) = (coordinates.control_units(), coordinates.measurement_units());
+        Self {
+            weights: added(&weighted, &|j, v| v * units.0 / u[j]),
+            noises: added(&disturbed, &|i, v| v * units.1 * y[i]),
+        }
+    }
+
+    /// The plant with these outputs and disturbances.
+    pub(crate) fn apply(&self, plant: &GeneralisedPlant) -> GeneralisedPlant {
+        let s = plant.sizes();
+        let (more_z, more_w) = (self.weights.len(), self.noises.len());
+        let mut out = plant.changed(|parts| parts.resized(Z, s.z + more_z).resized(W, s.w + more_w));
+        let weights = Mat::from_fn(more_z, s.u, |i, j| self.weights[i][j]);
+        let noises = Mat::from_fn(s.y, more_w, |i, j| self.noises[j][i]);
+        out.parts.block_mut(Z, U).rows_mut(s.z, more_z).copy_from(&weights);
+        out.parts.block_mut(Y, W).columns_mut(s.w, more_w).copy_from(&noises);
+        out
+    }
+}
+
+impl fmt::Display for Regularisation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let outputs = self.weights.iter().map(|row| format!("an output {} (weight)", sum_words(row, "u")));
+        let disturbances = self.noises.iter().map(|column| {
+            let parts: Vec<String> =
+                parts(column).map(|(i, v)| format!("{} of it in y{i}", number(v))).collect();
+            format!("a disturbance with {} (noise)", parts.join(", "))
+        });
+        write!(
+            f,
+            "no controller could be computed for the plant as it is; this one was designed for the plant with {} \
+             added. The bound is of \
+             the plant as given, without them",
+            outputs.chain(disturbances).collect::<Vec<_>>().join("; ")
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::system::partition::NamedBlock;
+    use nalgebra::dmatrix;
+
+    /// Two states, two controls, two measurements, all weighted and all noisy, with some blocks in place of its own.
+    fn regular_but(others: &[NamedBlock]) -> GeneralisedPlant {
+        let mut blocks = [
+            (X, X, dmatrix![-1.0, 0.3; 0.2, -2.0]),
+            (X, T, dmatrix![0.1; 0.2]),
+            (X, W, dmatrix![1.0, 0.0, 0.0; 0.5, 0.0, 0.0]),
+            (X, U, dmatrix![1.0, 0.4; 0.0, 1.0]),
+            (T, X, dmatrix![0.3, 0.1]),
+            (Z, X, dmatrix![1.0, 0.0; 0.0, 0.0; 0.0, 0.0]),
+            (Z, U, dmatrix![0.0, 0.0; 0.1, 0.0; 0.0, 0.2]),
+            (Y, X, dmatrix![1.0, 0.0; 0.3, 1.0]),
+            (Y, W, dmatrix![0.0, 0.1, 0.0; 0.0, 0.0, 0.2]),
+        ];
+        for (row, column, m) in others {
+            let own = blocks.iter_mut().find(|(r, c, _)| (r, c) == (row, column)).unwrap();
+            own.2.clone_from(m);
+        }
+        GeneralisedPlant::new(vec![1], &blocks).unwrap()
+    }
+
+    fn regular() -> GeneralisedPlant {
+        regular_but(&[])
+    }
+
+    #[test]
+    fn a_regular_plant_gives_no_finding() {
+        assert_eq!(findings(&regular()), vec![]);
+    }
+
+    /// Beside a mode as slow as this, balancing makes a state's column so large that a weight of 1 looks like nothing.
+    #[test]
+    fn slow_modes_do_not_hide_a_weight() {
+        for slow in [1e-5, 1e-6, 1e-7, 0.0] {
+            let mut changed = [
+                (X, X, dmatrix![-1.0, 0.0; 1.0, -slow]),
+                (Z, X, dmatrix![0.0, 1.0; 0.0, 0.0; 0.0, 0.0]),
+                (X, U, dmatrix![1.0, 0.0; 0.0, 1.0]),
+                (Y, X, dmatrix![0.0, 1.0; 0.0, 1.0]),
+                (Z, U, dmatrix![0.0, 0.0; 1.0, 0.0; 0.0, 1.0]),
+                (Y, W, dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0]),
+            ];
+            assert_eq!(findings(&regular_but(&changed)), vec![], "{slow}");
+            // The same with the weights of a fast, strong and slow path: a chain of integrators.
+            changed[0].2 = dmatrix![-slow, 1.0; 0.0, -10.0 * slow];
+            let chain = regular_but(&changed);
+            assert_eq!(findings(&chain), vec![], "{slow}");
+        }
+    }
+
+    #[test]
+    fn a_control_without_weight_is_named() {
+        let mut plant = regular();
+        plant.parts.block_mut(Z, U)[(2, 1)] = 0.0;
+        let found = findings(&plant);
+        assert_eq!(found, vec![Finding::UnweightedControl { direction: vec![0.0, 1.0], weight: 0.0 }]);
+        assert!(found[0].to_string().contains("give u2 a weight (column 2 of D12)"));
+    }
+
+    #[test]
+    fn a_measurement_without_noise_is_named() {
+        let mut plant = regular();
+        plant.parts.block_mut(Y, W)[(0, 1)] = 0.0;
+        let found = findings(&plant);
+        assert_eq!(found, vec![Finding::NoiselessMeasurement { combination: vec![1.0, 0.0], noise: 0.0 }]);
+        assert!(found[0].to_string().contains("add noise to y1 (row 1 of D21)"));
+    }
+
+    /// z sees `2 u1 + u2` alone, so (1, -2) costs nothing; w3 enters y1 and y2 as 3 to 1, so y1 - 3 y2 is free of it.
+    #[test]
+    fn directions_that_are_no_axes_come_in_the_users_units() {
+        let mut plant = regular();
+        plant.parts.block_mut(Z, U).copy_from(&dmatrix![0.0, 0.0; 0.2, 0.1; 0.0, 0.0]);
+        plant.parts.block_mut(Y, W).copy_from(&dmatrix![0.0, 0.0, 0.3; 0.0, 0.0, 0.1]);
+        let found = findings(&plant);
+        let [Finding::UnweightedControl { direction, .. }, Finding::NoiselessMeasurement { combination, .. }] =
+            found.as_slice()
+        else {
+            panic!("{found:?}");
+        };
+        assert!((direction[0] + 0.5).abs() < 1e-9 && direction[1] == 1.0, "{direction:?}");
+        assert!((combination[0] + 1.0 / 3.0).abs() < 1e-9 && combination[1] == 1.0, "{combination:?}");
+        assert!(found[0].to_string().contains("(u1, u2) = (-0.5, 1)"), "{}", found[0]);
+        assert!(found[1].to_string().contains("-0.3333 y1 + y2"), "{}", found[1]);
+    }
+
+    #[test]
+    fn more_controls_than_outputs_leave_one_direction_free() {
+        let one = [(Z, X, dmatrix![1.0, 0.0]), (Z, U, dmatrix![1.0, 1.0])];
+        let plant = regular_but(&one);
+        assert_eq!(findings(&plant).len(), 1);
+    }
+
+    #[test]
+    fn a_parameter_channel_bounds_a_control_too() {
+        let mut plant = regular();
+        plant.parts.block_mut(Z, U)[(2, 1)] = 0.0;
+        plant.parts.block_mut(T, U)[(0, 1)] = 0.5;
+        assert_eq!(findings(&plant), vec![]);
+    }
+
+    /// Units of u, y, z, w, time and states by many orders of magnitude: a regular plant stays regular, and a
+    /// singular one singular.
+    #[test]
+    fn units_do_not_matter() {
+        for (weight, expected) in [(0.2, 0), (0.0, 1)] {
+            for exponent in [-8, -4, 4, 8] {
+                let unit = 10f64.powi(exponent);
+                let mut plant = regular();
+                plant.parts.block_mut(Z, U)[(2, 1)] = weight;
+                let in_other_units = [Z, W, U, Y, X].map(|signal| {
+                    let mut plant = plant.clone();
+                    match signal {
+                        Z | Y | X => plant.parts.rows_mut(signal).scale_mut(unit),
+                        _ => plant.parts.columns_mut(signal).scale_mut(unit),
+                    }
+                    plant
+                });
+                for (i, plant) in in_other_units.iter().enumerate() {
+                    assert_eq!(findings(plant).len(), expected, "units {i}, {unit:.0e}, weight {weight}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,19 @@
+//! Systems that depend on parameters: how they are written down, joined and closed.
+//!
+//! - [`polynomial`], [`lft`]: matrices that depend on parameters;
+//! - [`partition`], [`plant`], [`controller`]: generalised plant, controller and closed loop;
+//! - [`tracking`]: the augmented plant of a tracking problem;
+//! - [`model_error`]: a norm-bounded difference between the plant and what it stands for;
+//! - [`state_space`], [`modes`]: systems without parameters, their norm and their modes.
+
+pub mod controller;
+pub mod lft;
+pub(crate) mod lyapunov;
+pub mod model_error;
+pub mod modes;
+pub mod parameter_grid;
+pub mod partition;
+pub mod plant;
+pub mod polynomial;
+pub mod state_space;
+pub mod tracking;

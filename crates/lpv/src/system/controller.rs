@@ -1,0 +1,115 @@
+//! The scheduled controller, an LFT in the same parameters as the plant.
+
+use crate::error::{LftError, ShapeError};
+use crate::matrix::Mat;
+use crate::system::partition::{CONTROLLER, NamedBlock, Partitioned, Signal, Sizes, named_blocks};
+use crate::system::plant::{ClosedLoop, GeneralisedPlant, channels};
+use crate::system::state_space::StateSpace;
+
+/// A controller scheduled on Theta.
+///
+/// ```text
+/// xk' = A xk + By y + Bt wk
+/// u   = Cu xk + Duy y + Dut wk
+/// zk  = Ct xk + Dty y + Dtt wk      wk = Theta zk
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Controller {
+    /// The matrix, rows xk', u, zk and columns xk, y, wk.
+    pub parts: Partitioned,
+    /// The repetitions of the parameters.
+    pub blocks: Vec<usize>,
+}
+
+named_blocks!(Controller: a X X, by X Y, bt X T, cu U X, duy U Y, dut U T, ct T X, dty T Y, dtt T T);
+
+impl Controller {
+    /// The controller of some blocks with their rows and columns; what is left out is zero.
+    ///
+    /// # Errors
+    /// The first block whose shape does not fit, or the sum of the repetitions.
+    pub fn new(blocks: Vec<usize>, parts: &[NamedBlock]) -> Result<Self, ShapeError> {
+        Ok(Self { parts: Partitioned::new(CONTROLLER, parts)?.with_channels(&blocks)?, blocks })
+    }
+
+    /// The controller at a frozen parameter value, from y to u.
+    ///
+    /// ```text
+    /// A + Bt D Ct,   By + Bt D Dty,   Cu + Dut D Ct,   Duy + Dut D Dty   with   D = Theta (I - Dtt Theta)^-1
+    /// ```
+    ///
+    /// Shapes: as many parameters in `theta` as there are repetitions.
+    ///
+    /// # Errors
+    /// [`LftError::NotWellPosed`] when `I - Dtt Theta` is singular.
+    pub fn frozen(&self, theta: &[f64]) -> Result<StateSpace, LftError> {
+        let frozen = self.parts.frozen(&channels(&self.blocks), theta)?;
+        Ok(frozen.state_space(&[Signal::U], &[Signal::Y]))
+    }
+
+    /// The fastest mode of the frozen controller over some parameter values, the largest |lambda| of its A, rad/s.
+    ///
+    /// Infinity where the controller is not well posed, or its eigenvalues cannot be found. Between the values
+    /// nothing is known.
+    pub fn fastest_mode(&self, thetas: &[Vec<f64>]) -> f64 {
+        let fastest_at = |theta: &Vec<f64>| match self.frozen(theta) {
+            Ok(frozen) => frozen.poles().iter().map(|pole| pole.norm()).fold(0.0, worse),
+            Err(_) => f64::INFINITY,
+        };
+        thetas.iter().map(fastest_at).fold(0.0, worse)
+    }
+
+    /// The whole matrix `[A By Bt; Cu Duy Dut; Ct Dty Dtt]`.
+    pub fn matrix(&self) -> &Mat {
+        self.parts.matrix()
+    }
+
+    /// The controller whose whole matrix is `m`, with `states` states, `y` measurements and `u` controls.
+    ///
+    /// Shapes: m is (states + u + r) x (states + y + r) for repetitions whose sum is r.
+    pub fn from_matrix(m: &Mat, states: usize, y: usize, u: usize, blocks: Vec<usize>) -> Self {
+        let sizes = Sizes { x: states, y, u, t: blocks.iter().sum(), ..Sizes::default() };
+        Self { parts: Partitioned::of(m.clone(), CONTROLLER, sizes), blocks }
+    }
+}
+
+impl GeneralisedPlant {
+    /// The closed loop with a controller, its channels ordered plant's, then controller's.
+    ///
+    /// The direct path from u to y is zero, so the loop is always well posed at Theta = 0. Shapes: y and u of both
+    /// are of one size.
+    ///
+    /// Source: the star product of K. Zhou, J. C. Doyle, K. Glover, "Robust and Optimal Control", 1996, ch. 10.
+    pub fn close(&self, k: &Controller) -> ClosedLoop {
+        let channels = channels(&self.blocks).into_iter().chain(channels(&k.blocks)).collect();
+        ClosedLoop { parts: self.parts.closed_by(&k.parts), channels }
+    }
+}
+
+/// The larger of two; what is not a number counts as infinite.
+fn worse(most: f64, v: f64) -> f64 {
+    if v.is_nan() { f64::INFINITY } else { most.max(v) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    /// One state with the pole `-1 - 3 theta/(1 - d theta)`.
+    fn controller(d: f64) -> Controller {
+        let whole = dmatrix![-1.0, 1.0, -3.0; 1.0, 0.0, 0.0; 1.0, 0.0, d];
+        Controller::from_matrix(&whole, 1, 1, 1, vec![1])
+    }
+
+    #[test]
+    fn the_fastest_mode_is_that_of_the_worst_value() {
+        assert_eq!(controller(0.0).fastest_mode(&[vec![-1.0], vec![0.0], vec![1.0]]), 4.0);
+        assert_eq!(controller(0.5).fastest_mode(&[vec![1.0]]), 7.0);
+    }
+
+    #[test]
+    fn a_controller_that_is_not_well_posed_is_infinitely_fast() {
+        assert_eq!(controller(1.0).fastest_mode(&[vec![0.0], vec![1.0]]), f64::INFINITY);
+    }
+}

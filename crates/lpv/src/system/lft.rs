@@ -1,0 +1,183 @@
+//! Linear fractional transformations: a matrix that depends on normalised parameters.
+//!
+//! `M(theta) = M_0 + L Theta (I - D Theta)^-1 R`, `Theta = diag(theta_c)` with the parameter `c` of each
+//! channel. Sums, products and inverses of LFTs are LFTs; a polynomial in one parameter has one of minimal
+//! size.
+//!
+//! Sources: K. Zhou, J. C. Doyle, K. Glover, Robust and Optimal Control, 1996, ch. 10 (the algebra);
+//! B. L. Ho, R. E. Kalman, Regelungstechnik 14, 1966 (minimal realisation from a Hankel matrix).
+
+use crate::error::LftError;
+use crate::matrix::{Mat, block, diagonal_blocks, rank_factors, solve};
+use crate::system::polynomial::MatrixPolynomial;
+
+/// A matrix `M(theta) = M_0 + L Theta (I - D Theta)^-1 R`.
+///
+/// Shapes: `M_0` p x m, `L` p x r, `D` r x r, `R` r x m, with r channels.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lft {
+    /// The value at theta = 0, p x m.
+    pub constant: Mat,
+    /// p x r.
+    pub left: Mat,
+    /// r x r.
+    pub inner: Mat,
+    /// r x m.
+    pub right: Mat,
+    /// The parameter of each channel: channel i carries `theta[channels[i]]`.
+    pub channels: Vec<usize>,
+}
+
+impl Lft {
+    /// A matrix that depends on no parameter.
+    pub fn constant(m: Mat) -> Self {
+        let (p, n) = m.shape();
+        Self {
+            constant: m,
+            left: Mat::zeros(p, 0),
+            inner: Mat::zeros(0, 0),
+            right: Mat::zeros(0, n),
+            channels: vec![],
+        }
+    }
+
+    /// The scalar `nominal + half_range theta_parameter`.
+    pub fn parameter(parameter: usize, nominal: f64, half_range: f64) -> Self {
+        let scalar = |v| Mat::from_element(1, 1, v);
+        Self {
+            constant: scalar(nominal),
+            left: scalar(1.0),
+            inner: scalar(0.0),
+            right: scalar(half_range),
+            channels: vec![parameter],
+        }
+    }
+
+    /// The number of channels r.
+    pub fn size(&self) -> usize {
+        self.channels.len()
+    }
+
+    /// `M(theta)`. p x m.
+    ///
+    /// # Errors
+    /// [`LftError::NotWellPosed`] when `I - D Theta` is singular there.
+    pub fn evaluate(&self, theta: &[f64]) -> Result<Mat, LftError> {
+        let delta = Mat::from_diagonal(&nalgebra::DVector::from_iterator(
+            self.size(),
+            self.channels.iter().map(|&c| theta[c]),
+        ));
+        let loop_matrix = Mat::identity(self.size(), self.size()) - &self.inner * &delta;
+        let inner = solve(&loop_matrix, &self.right)
+            .ok_or_else(|| LftError::NotWellPosed { theta: theta.to_vec() })?;
+        Ok(&self.constant + &self.left * delta * inner)
+    }
+
+    /// `M_1 + M_2`. Shapes: both p x m.
+    pub fn add(&self, other: &Self) -> Self {
+        Self {
+            constant: &self.constant + &other.constant,
+            left: block(&[&[&self.left, &other.left]]),
+            inner: diagonal_blocks(&[&self.inner, &other.inner]),
+            right: block(&[&[&self.right], &[&other.right]]),
+            channels: self.joined(other),
+        }
+    }
+
+    /// `M_1 M_2`. Shapes: p x m and m x k.
+    pub fn multiply(&self, other: &Self) -> Self {
+        let zero = Mat::zeros(other.size(), self.size());
+        Self {
+            constant: &self.constant * &other.constant,
+            left: block(&[&[&self.left, &(&self.constant * &other.left)]]),
+            inner: block(&[&[&self.inner, &(&self.right * &other.left)], &[&zero, &other.inner]]),
+            right: block(&[&[&(&self.right * &other.constant)], &[&other.right]]),
+            channels: self.joined(other),
+        }
+    }
+
+    /// `M^-1`. p x p. Source: Zhou, Doyle, Glover, ch. 10.
+    ///
+    /// # Errors
+    /// [`LftError::SingularConstant`] when `M_0` cannot be inverted.
+    pub fn inverse(&self) -> Result<Self, LftError> {
+        let inverse = self.constant.clone().try_inverse().ok_or(LftError::SingularConstant)?;
+        Ok(Self {
+            left: -(&inverse * &self.left),
+            inner: &self.inner - &self.right * &inverse * &self.left,
+            right: &self.right * &inverse,
+            constant: inverse,
+            channels: self.channels.clone(),
+        })
+    }
+
+    /// `[M_1 M_2]`. Shapes: p x m and p x k.
+    pub fn beside(&self, other: &Self) -> Self {
+        Self {
+            constant: block(&[&[&self.constant, &other.constant]]),
+            left: block(&[&[&self.left, &other.left]]),
+            inner: diagonal_blocks(&[&self.inner, &other.inner]),
+            right: diagonal_blocks(&[&self.right, &other.right]),
+            channels: self.joined(other),
+        }
+    }
+
+    /// `[M_1; M_2]`. Shapes: p x m and k x m.
+    pub fn above(&self, other: &Self) -> Self {
+        Self {
+            constant: block(&[&[&self.constant], &[&other.constant]]),
+            left: diagonal_blocks(&[&self.left, &other.left]),
+            inner: diagonal_blocks(&[&self.inner, &other.inner]),
+            right: block(&[&[&self.right], &[&other.right]]),
+            channels: self.joined(other),
+        }
+    }
+
+    /// The LFT of least size of a polynomial in one parameter.
+    ///
+    /// With coefficients `M_1 .. M_d` the size is the rank of the Hankel matrix `[M_(i+j-1)]`; its factors
+    /// give a balanced realisation (Ho and Kalman, 1966). Singular values up to `tolerance` times the
+    /// largest are dropped: the error made is the caller's to measure with [`Lft::evaluate`].
+    pub fn from_polynomial(polynomial: &MatrixPolynomial, tolerance: f64) -> Self {
+        let (p, m) = polynomial.coefficients[0].shape();
+        let order = polynomial.order();
+        let hankel = |shift: usize| {
+            let mut h = Mat::zeros(p * order, m * order);
+            for i in 0..order {
+                for j in 0..order {
+                    if let Some(coefficient) = polynomial.coefficients.get(i + j + 1 + shift) {
+                        h.view_mut((i * p, j * m), (p, m)).copy_from(coefficient);
+                    }
+                }
+            }
+            h
+        };
+        let whole = hankel(0);
+        let cut = tolerance * crate::matrix::largest_singular_value(&whole);
+        let (observability, reachability) = rank_factors(&whole, cut);
+        let r = observability.ncols();
+        if r == 0 {
+            return Self::constant(polynomial.coefficients[0].clone());
+        }
+        // Orthogonal columns and rows of squared norm sigma_i: the pseudo-inverses are scaled transposes.
+        let sigma_inverse = Mat::from_diagonal(&nalgebra::DVector::from_fn(r, |i, _| {
+            1.0 / observability.column(i).norm_squared()
+        }));
+        let inner = &sigma_inverse
+            * observability.transpose()
+            * hankel(1)
+            * reachability.transpose()
+            * &sigma_inverse;
+        Self {
+            constant: polynomial.coefficients[0].clone(),
+            left: observability.rows(0, p).into_owned(),
+            inner,
+            right: reachability.columns(0, m).into_owned(),
+            channels: vec![0; r],
+        }
+    }
+
+    fn joined(&self, other: &Self) -> Vec<usize> {
+        self.channels.iter().chain(&other.channels).copied().collect()
+    }
+}

@@ -1,0 +1,92 @@
+//! Lyapunov equations, and the middle between the gramians.
+//!
+//! J. D. Roberts, "Linear model reduction and solution of the algebraic Riccati equation by use of the sign function",
+//! Int. J. Control 32(4), 1980 (a report of 1971); the balanced pair of gramians: B. C. Moore, IEEE Trans. Automatic
+//! Control 26(1), 1981.
+
+use crate::matrix::{Mat, largest_eigenvalue, symmetric_function, symmetric_part};
+use crate::system::state_space::StateSpace;
+
+/// How small, relative to the largest, an eigenvalue of a gramian may be; smaller ones are filled up.
+const EIGENVALUE_FLOOR: f64 = 1e-6;
+
+/// The matrix X midway between the largest and the smallest storage function of a mean system, and the size of its
+/// gain: `Q/g < X < g P^-1` holds for the storage functions of a system with gramians P, Q and gain g, so
+/// `X = P^-1 # Q`, the geometric mean, which is the identity in balanced coordinates, lies in the middle.
+///
+/// P and Q are the means of the gramians of all systems, which must be stable. `None` when a step fails.
+pub(crate) fn middle_of_gramians(systems: &[&StateSpace]) -> Option<(Mat, f64)> {
+    let n = systems.first()?.a.nrows();
+    let (mut p, mut q) = (Mat::zeros(n, n), Mat::zeros(n, n));
+    for s in systems {
+        p += lyapunov(&s.a.transpose(), &(&s.b * s.b.transpose()))?;
+        q += lyapunov(&s.a, &(s.c.transpose() * &s.c))?;
+    }
+    let (p, q) = (filled(&(p / systems.len() as f64)), filled(&(q / systems.len() as f64)));
+    // P = L L':  P^-1 # Q = L'^-1 (L' Q L)^1/2 L^-1, whose root holds the Hankel singular values.
+    let l = p.cholesky()?.l();
+    let hankel = symmetric_function(&(l.transpose() * q * &l), |v| v.max(0.0).sqrt());
+    let inverse = l.try_inverse()?;
+    let x = symmetric_part(&(inverse.transpose() * &hankel * inverse));
+    let gain = largest_eigenvalue(&hankel);
+    (gain > 0.0 && x.iter().all(|v| v.is_finite())).then_some((x, gain))
+}
+
+/// A gramian with the directions that it does not reach filled up; the identity for zero.
+fn filled(gramian: &Mat) -> Mat {
+    let n = gramian.nrows();
+    let diagonal: Vec<f64> = gramian.diagonal().iter().map(|d| d.max(0.0)).collect();
+    let most = diagonal.iter().copied().fold(0.0, f64::max);
+    if most <= 0.0 {
+        return Mat::identity(n, n);
+    }
+    // In proportion to each state's own size, so that the states' units do not matter much.
+    let floor = |d: f64| EIGENVALUE_FLOOR * d.max(EIGENVALUE_FLOOR * most);
+    gramian + Mat::from_diagonal(&nalgebra::DVector::from_iterator(n, diagonal.into_iter().map(floor)))
+}
+
+/// X of `A'X + XA + Q = 0` for a stable A, by the matrix sign iteration; `None` when it does not converge.
+pub(crate) fn lyapunov(a: &Mat, q: &Mat) -> Option<Mat> {
+    let n = a.nrows();
+    let (mut a, mut q) = (a.clone(), q.clone());
+    for _ in 0..100 {
+        // The sign of a stable matrix is -I, and from here one more step doubles the digits.
+        let close = (&a + Mat::identity(n, n)).norm() < 1e-7 * n as f64;
+        let inverse = a.clone().try_inverse()?;
+        let c = (a.norm() / inverse.norm()).sqrt();
+        q = (&q / c + inverse.transpose() * &q * &inverse * c) * 0.5;
+        a = (&a / c + inverse * c) * 0.5;
+        if close {
+            return Some(symmetric_part(&q) * 0.5);
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    #[test]
+    fn solves_the_lyapunov_equation_of_slow_and_fast_modes() {
+        let a = dmatrix![-1e-3, 2.0, 0.0; 0.0, -1.0, 5.0; 0.0, -5.0, -200.0];
+        let q = dmatrix![1.0, 0.5, 0.0; 0.5, 2.0, 0.1; 0.0, 0.1, 3.0];
+        let x = lyapunov(&a, &q).unwrap();
+        let left = a.transpose() * &x + &x * &a + q;
+        assert!(left.amax() < 1e-10 * x.amax(), "{left}");
+    }
+
+    #[test]
+    fn an_unstable_matrix_has_no_gramian() {
+        assert!(lyapunov(&dmatrix![1.0], &dmatrix![1.0]).is_none());
+    }
+
+    #[test]
+    fn the_middle_of_a_balanced_system_is_the_identity() {
+        // g/(s + 1) with equal gramians g/2.
+        let s = StateSpace { a: dmatrix![-1.0], b: dmatrix![2.0], c: dmatrix![2.0], d: dmatrix![0.0] };
+        let (x, gain) = middle_of_gramians(&[&s]).unwrap();
+        assert!((x[(0, 0)] - 1.0).abs() < 1e-5 && (gain - 2.0).abs() < 1e-5);
+    }
+}

@@ -1,0 +1,461 @@
+//! A matrix whose rows and columns belong to named signals: what plant, controller and closed loop are made of.
+//!
+//! ```text
+//! [x'; zt; z; y] = M [x; wt; w; u],   wt = Theta zt,   Theta = diag(theta_c) over the channels
+//! ```
+//!
+//! A signal stands for the rows that it comes out of and for the columns that it goes into: `X` for x' and x, `T` for
+//! zt and wt. So it has one size. Source of the idea: `ExtendedStateSpace` of RobustAndOptimalControl.jl, a system
+//! and index vectors.
+
+use crate::error::{LftError, ShapeError};
+use crate::matrix::{Mat, block, solve};
+use crate::system::state_space::StateSpace;
+use nalgebra::{DMatrixViewMut, DVector};
+
+/// A group of rows, of columns, or of both.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Signal {
+    /// States: x' as rows, x as columns.
+    X,
+    /// Parameter channels: zt as rows, wt as columns.
+    T,
+    /// Exogenous inputs w.
+    W,
+    /// Controls u.
+    U,
+    /// Controlled outputs z.
+    Z,
+    /// Measurements y.
+    Y,
+}
+
+use Signal::{T, U, W, X, Y, Z};
+
+/// The signals of the rows and of the columns, in their order.
+pub type Names = (&'static [Signal], &'static [Signal]);
+
+/// Rows and columns of a generalised plant.
+pub const PLANT: Names = (&[X, T, Z, Y], &[X, T, W, U]);
+/// Rows and columns of a closed loop.
+pub const LOOP: Names = (&[X, T, Z], &[X, T, W]);
+/// Rows and columns of a controller.
+pub const CONTROLLER: Names = (&[X, U, T], &[X, Y, T]);
+
+/// The name of a block, as equations and files have it.
+fn name(row: Signal, column: Signal) -> &'static str {
+    match (row, column) {
+        (X, X) => "A",
+        (X, T) => "Bt",
+        (X, W) => "B1",
+        (X, U) => "B2",
+        (X, Y) => "By",
+        (T, X) => "Ct",
+        (T, T) => "Dtt",
+        (T, W) => "Dt1",
+        (T, U) => "Dt2",
+        (T, Y) => "Dty",
+        (Z, X) => "C1",
+        (Z, T) => "D1t",
+        (Z, W) => "D11",
+        (Z, U) => "D12",
+        (Y, X) => "C2",
+        (Y, T) => "D2t",
+        (Y, W) => "D21",
+        (Y, U) => "D22",
+        (U, X) => "Cu",
+        (U, T) => "Dut",
+        (U, Y) => "Duy",
+        _ => "a block that no equation has",
+    }
+}
+
+/// Name, row and column of each block, row by row.
+pub fn names((rows, columns): Names) -> impl Iterator<Item = (&'static str, Signal, Signal)> {
+    rows.iter().flat_map(move |row| columns.iter().map(move |column| (name(*row, *column), *row, *column)))
+}
+
+/// `Theta (I - Dtt Theta)^-1` with the parameter of each channel: what closing the channels puts between zt and wt.
+///
+/// Shapes: Dtt is r x r for r channels.
+///
+/// # Errors
+/// [`LftError::NotWellPosed`] when `I - Dtt Theta` is singular.
+pub fn closing(channels: &[usize], dtt: &Mat, theta: &[f64]) -> Result<Mat, LftError> {
+    let delta =
+        Mat::from_diagonal(&DVector::from_iterator(channels.len(), channels.iter().map(|&c| theta[c])));
+    let r = channels.len();
+    solve(&(Mat::identity(r, r) - &delta * dtt), &delta)
+        .ok_or_else(|| LftError::NotWellPosed { theta: theta.to_vec() })
+}
+
+/// A matrix with named rows and columns.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Partitioned {
+    matrix: Mat,
+    rows: &'static [Signal],
+    columns: &'static [Signal],
+    sizes: Sizes,
+}
+
+/// The sizes of the signals.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[allow(missing_docs)] // The names are those of `Signal`.
+pub struct Sizes {
+    pub x: usize,
+    pub t: usize,
+    pub w: usize,
+    pub u: usize,
+    pub z: usize,
+    pub y: usize,
+}
+
+impl Sizes {
+    /// The size of a signal.
+    pub fn of(mut self, signal: Signal) -> usize {
+        *self.of_mut(signal)
+    }
+
+    fn of_mut(&mut self, signal: Signal) -> &mut usize {
+        match signal {
+            X => &mut self.x,
+            T => &mut self.t,
+            W => &mut self.w,
+            U => &mut self.u,
+            Z => &mut self.z,
+            Y => &mut self.y,
+        }
+    }
+}
+
+/// A block with its row and its column.
+pub type NamedBlock = (Signal, Signal, Mat);
+
+impl Partitioned {
+    /// Zeros.
+    pub fn zeros((rows, columns): Names, sizes: Sizes) -> Self {
+        let total = |all: &[Signal]| all.iter().map(|s| sizes.of(*s)).sum();
+        Self { matrix: Mat::zeros(total(rows), total(columns)), rows, columns, sizes }
+    }
+
+    /// A matrix that is divided: its rows and columns are as many as the signals have.
+    pub fn of(m: Mat, (rows, columns): Names, sizes: Sizes) -> Self {
+        let zeros = Self::zeros((rows, columns), sizes);
+        assert_eq!(m.shape(), zeros.matrix.shape(), "a matrix and the signals that divide it");
+        Self { matrix: m, ..zeros }
+    }
+
+    /// The matrix of some blocks, and zero where there is none. The first block that shows a signal gives its size.
+    ///
+    /// # Errors
+    /// The first block that has another shape, with the one expected.
+    pub fn new((rows, columns): Names, blocks: &[NamedBlock]) -> Result<Self, ShapeError> {
+        let shown = |signal: Signal| {
+            let sizes = |(row, column, m): &NamedBlock| match (*row == signal, *column == signal) {
+                (true, _) => Some(m.nrows()),
+                (_, true) => Some(m.ncols()),
+                _ => None,
+            };
+            blocks.iter().find_map(sizes).unwrap_or(0)
+        };
+        let sizes = Sizes { x: shown(X), t: shown(T), w: shown(W), u: shown(U), z: shown(Z), y: shown(Y) };
+        let mut out = Self::zeros((rows, columns), sizes);
+        for (row, column, m) in blocks {
+            let expected = (sizes.of(*row), sizes.of(*column));
+            if m.shape() != expected || !rows.contains(row) || !columns.contains(column) {
+                return Err(ShapeError { name: name(*row, *column), found: m.shape(), expected });
+            }
+            out.set(*row, *column, m);
+        }
+        Ok(out)
+    }
+
+    /// The same with as many channels as the repetitions of the parameters have, if it shows none itself.
+    pub(crate) fn with_channels(self, blocks: &[usize]) -> Result<Self, ShapeError> {
+        let out = if self.sizes.t == 0 { self.resized(T, blocks.iter().sum()) } else { self };
+        out.check_channels(blocks).map(|()| out)
+    }
+
+    /// Checks that the repetitions of the parameters make up the channels.
+    pub(crate) fn check_channels(&self, blocks: &[usize]) -> Result<(), ShapeError> {
+        let (total, t) = (blocks.iter().sum(), self.sizes.t);
+        let wrong =
+            ShapeError { name: "Theta (the sum of the blocks)", found: (total, total), expected: (t, t) };
+        if total == t { Ok(()) } else { Err(wrong) }
+    }
+
+    /// The sizes of all signals; 0 for those that do not occur.
+    pub fn sizes(&self) -> Sizes {
+        self.sizes
+    }
+
+    /// The whole matrix.
+    pub fn matrix(&self) -> &Mat {
+        &self.matrix
+    }
+
+    fn names(&self) -> impl Iterator<Item = (&'static str, Signal, Signal)> + use<> {
+        names((self.rows, self.columns))
+    }
+
+    /// A copy of the block of a name, as equations and files have it; `None` where there is none.
+    pub fn named(&self, name: &str) -> Option<Mat> {
+        self.names().find(|(of, _, _)| *of == name).map(|(_, row, column)| self.block(row, column))
+    }
+
+    fn size(&self, signal: Signal) -> usize {
+        self.sizes.of(signal)
+    }
+
+    /// Where a signal begins; 0 for one that does not occur.
+    fn start(&self, all: &[Signal], signal: Signal) -> usize {
+        let place = all.iter().position(|s| *s == signal).unwrap_or(0);
+        all[..place].iter().map(|s| self.size(*s)).sum()
+    }
+
+    /// A copy of a block, size of the row x size of the column; zero for one that does not occur.
+    pub fn block(&self, row: Signal, column: Signal) -> Mat {
+        let shape = (self.size(row), self.size(column));
+        if !self.rows.contains(&row) || !self.columns.contains(&column) {
+            return Mat::zeros(shape.0, shape.1);
+        }
+        self.matrix.view((self.start(self.rows, row), self.start(self.columns, column)), shape).into_owned()
+    }
+
+    /// A block, to be changed. It must occur.
+    pub fn block_mut(&mut self, row: Signal, column: Signal) -> DMatrixViewMut<'_, f64> {
+        assert!(self.rows.contains(&row) && self.columns.contains(&column), "{}", name(row, column));
+        let start = (self.start(self.rows, row), self.start(self.columns, column));
+        self.matrix.view_mut(start, (self.size(row), self.size(column)))
+    }
+
+    /// The rows of a signal, to be changed.
+    pub fn rows_mut(&mut self, row: Signal) -> DMatrixViewMut<'_, f64> {
+        let (start, columns) = (self.start(self.rows, row), self.matrix.ncols());
+        self.matrix.view_mut((start, 0), (self.size(row), columns))
+    }
+
+    /// The columns of a signal, to be changed.
+    pub fn columns_mut(&mut self, column: Signal) -> DMatrixViewMut<'_, f64> {
+        let (start, rows) = (self.start(self.columns, column), self.matrix.nrows());
+        self.matrix.view_mut((0, start), (rows, self.size(column)))
+    }
+
+    fn set(&mut self, row: Signal, column: Signal, m: &Mat) {
+        self.block_mut(row, column).copy_from(m);
+    }
+
+    /// Several rows and columns of blocks as one matrix.
+    pub fn join(&self, rows: &[Signal], columns: &[Signal]) -> Mat {
+        let all: Vec<Vec<Mat>> =
+            rows.iter().map(|row| columns.iter().map(|column| self.block(*row, *column)).collect()).collect();
+        let lines: Vec<Vec<&Mat>> = all.iter().map(|line| line.iter().collect()).collect();
+        block(&lines.iter().map(Vec::as_slice).collect::<Vec<_>>())
+    }
+
+    /// The blocks of some rows and columns alone.
+    pub fn cut(&self, (rows, columns): Names) -> Self {
+        let mut sizes = self.sizes;
+        for gone in [X, T, W, U, Z, Y].into_iter().filter(|s| !rows.contains(s) && !columns.contains(s)) {
+            *sizes.of_mut(gone) = 0;
+        }
+        Self::of(self.join(rows, columns), (rows, columns), sizes)
+    }
+
+    /// The same with more or fewer rows and columns of a signal: the first stay, those that are new are zero.
+    pub fn resized(&self, signal: Signal, size: usize) -> Self {
+        let mut sizes = self.sizes;
+        *sizes.of_mut(signal) = size;
+        let mut out = Self::zeros((self.rows, self.columns), sizes);
+        for (_, row, column) in self.names() {
+            let m = self.block(row, column);
+            let mut to = out.block_mut(row, column);
+            let (rows, columns) = (m.nrows().min(to.nrows()), m.ncols().min(to.ncols()));
+            to.view_mut((0, 0), (rows, columns)).copy_from(&m.view((0, 0), (rows, columns)));
+        }
+        out
+    }
+
+    /// The same matrix, divided at other places.
+    pub fn divided(&self, sizes: Sizes) -> Self {
+        Self::of(self.matrix.clone(), (self.rows, self.columns), sizes)
+    }
+
+    /// The blocks transposed, w and z and u and y in each other's place: the dual of a plant or a loop.
+    pub fn dual(&self) -> Self {
+        let other = |signal| match signal {
+            W => Z,
+            Z => W,
+            U => Y,
+            Y => U,
+            same => same,
+        };
+        let s = self.sizes;
+        let sizes = Sizes { w: s.z, z: s.w, u: s.y, y: s.u, ..s };
+        let mut out = Self::zeros((self.rows, self.columns), sizes);
+        for (_, row, column) in self.names() {
+            out.set(row, column, &self.block(other(column), other(row)).transpose());
+        }
+        out
+    }
+
+    /// The rows of some signals multiplied from the left, the columns of some from the right: `L_row M R_column` for
+    /// each block.
+    pub fn transformed(&self, left: &[(Signal, &Mat)], right: &[(Signal, &Mat)]) -> Self {
+        let of = |all: &[(Signal, &Mat)], signal| {
+            all.iter().find(|(s, _)| *s == signal).map(|(_, m)| (*m).clone())
+        };
+        let mut out = self.clone();
+        for (_, row, column) in self.names() {
+            let mut m = self.block(row, column);
+            if let Some(left) = of(left, row) {
+                m = left * m;
+            }
+            if let Some(right) = of(right, column) {
+                m *= right;
+            }
+            out.set(row, column, &m);
+        }
+        out
+    }
+
+    /// The same with w and z in units in which a gain of `gamma` is 1.
+    pub fn in_units_of(&self, gamma: f64) -> Self {
+        let root = gamma.sqrt();
+        let mut out = self.clone();
+        for (_, row, column) in self.names() {
+            match (row == Z, column == W) {
+                (true, true) => out.block_mut(row, column).unscale_mut(gamma),
+                (true, false) | (false, true) => out.block_mut(row, column).unscale_mut(root),
+                (false, false) => {}
+            }
+        }
+        out
+    }
+
+    /// The matrix with the parameter channels closed at a value of the parameters, `M + M_t Theta (I - Dtt Theta)^-1
+    /// M^t` for each block: rows and columns T are empty.
+    ///
+    /// # Errors
+    /// [`LftError::NotWellPosed`] when `I - Dtt Theta` is singular.
+    pub fn frozen(&self, channels: &[usize], theta: &[f64]) -> Result<Self, LftError> {
+        let closing = closing(channels, &self.block(T, T), theta)?;
+        let mut out = self.resized(T, 0);
+        for (_, row, column) in self.names().filter(|(_, row, column)| *row != T && *column != T) {
+            let through = self.block(row, T) * &closing * self.block(T, column);
+            out.set(row, column, &(self.block(row, column) + through));
+        }
+        Ok(out)
+    }
+
+    /// The star product: a plant with rows x, t, z, y and columns x, t, w, u, its y led to the columns y of a
+    /// controller and u to the controller's rows u. Of states and channels the plant's come first. The direct path
+    /// from u to y is taken to be zero.
+    ///
+    /// ```text
+    /// u = [Duy C2, Cu | Duy D2t, Dut | Duy D21] (x, xk | wt, wk | w)
+    /// ```
+    pub fn closed_by(&self, k: &Self) -> Self {
+        let (p, s, sk) = (self, self.sizes, k.sizes);
+        let sizes = Sizes { x: s.x + sk.x, t: s.t + sk.t, w: s.w, z: s.z, u: 0, y: 0 };
+        let mut out = Self::zeros(LOOP, sizes);
+        let beside = |one: &Mat, other: &Mat| block(&[&[one, other]]);
+        for column in [X, T, W] {
+            let own = |m: &Mat| beside(m, &Mat::zeros(m.nrows(), sk.of(column)));
+            let its = |m: &Mat| beside(&Mat::zeros(m.nrows(), s.of(column)), m);
+            let y = p.block(Y, column);
+            let u = beside(&(k.block(U, Y) * &y), &k.block(U, column));
+            let y = own(&y);
+            for row in [X, T, Z] {
+                let of_plant = own(&p.block(row, column)) + p.block(row, U) * &u;
+                let of_controller = k.block(row, Y) * &y + its(&k.block(row, column));
+                out.set(row, column, &block(&[&[&of_plant], &[&of_controller]]));
+            }
+        }
+        out
+    }
+
+    /// The system from some inputs to some outputs, the parameter channels left open unless they are among them.
+    pub fn state_space(&self, outputs: &[Signal], inputs: &[Signal]) -> StateSpace {
+        StateSpace {
+            a: self.block(X, X),
+            b: self.join(&[X], inputs),
+            c: self.join(outputs, &[X]),
+            d: self.join(outputs, inputs),
+        }
+    }
+}
+
+/// Gives a type with the field `parts` a method for each block: its name, row and column.
+macro_rules! named_blocks {
+    ($of:ty: $($block:ident $row:ident $column:ident),* $(,)?) => {
+        impl $of {
+            $(
+                #[doc = concat!("A copy of the block from ", stringify!($column), " to ", stringify!($row), ".")]
+                pub fn $block(&self) -> $crate::matrix::Mat {
+                    use $crate::system::partition::Signal;
+                    self.parts.block(Signal::$row, Signal::$column)
+                }
+            )*
+        }
+    };
+}
+pub(crate) use named_blocks;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    /// Entry (i, j) is 10 i + j, both from 1.
+    fn counted(sizes: Sizes) -> Partitioned {
+        let zeros = Partitioned::zeros(PLANT, sizes);
+        let (rows, columns) = zeros.matrix.shape();
+        let counted = Mat::from_fn(rows, columns, |i, j| (10 * (i + 1) + j + 1) as f64);
+        Partitioned::of(counted, PLANT, sizes)
+    }
+
+    const SIZES: Sizes = Sizes { x: 1, t: 2, w: 1, u: 1, z: 1, y: 1 };
+
+    #[test]
+    fn blocks_are_where_their_names_say() {
+        let p = counted(SIZES);
+        assert_eq!(p.named("Dtt"), Some(dmatrix![22.0, 23.0; 32.0, 33.0]));
+        assert_eq!(p.named("D12"), Some(dmatrix![45.0]));
+        assert_eq!(p.named("Duy"), None);
+        assert_eq!(p.join(&[Y, X], &[U, X]), dmatrix![55.0, 51.0; 15.0, 11.0]);
+        assert_eq!(p.cut(LOOP).matrix(), &p.matrix().view((0, 0), (4, 4)).into_owned());
+        let blocks: Vec<NamedBlock> =
+            p.names().map(|(_, row, column)| (row, column, p.block(row, column))).collect();
+        assert_eq!(Partitioned::new(PLANT, &blocks).unwrap(), p);
+    }
+
+    #[test]
+    fn a_block_that_does_not_fit_is_named() {
+        let blocks = [(X, X, Mat::zeros(2, 2)), (X, W, Mat::zeros(2, 1)), (Z, W, Mat::zeros(1, 2))];
+        let wrong = Partitioned::new(PLANT, &blocks).unwrap_err();
+        assert_eq!(wrong, ShapeError { name: "D11", found: (1, 2), expected: (1, 1) });
+        let wrong = Partitioned::new(LOOP, &[(Y, W, Mat::zeros(1, 1))]).unwrap_err();
+        assert_eq!(wrong.name, "D21");
+    }
+
+    #[test]
+    fn sizes_change_and_blocks_stay() {
+        let p = counted(SIZES);
+        let wide = p.resized(T, 3);
+        assert_eq!(wide.block(T, X), dmatrix![21.0; 31.0; 0.0]);
+        assert_eq!(wide.resized(T, 2), p);
+        let other = p.divided(Sizes { t: 1, w: 2, z: 2, ..SIZES });
+        assert_eq!((other.block(Z, W), other.matrix()), (dmatrix![33.0, 34.0; 43.0, 44.0], p.matrix()));
+    }
+
+    #[test]
+    fn the_dual_of_the_dual_is_the_primal() {
+        let p = counted(Sizes { z: 3, y: 2, ..SIZES });
+        assert_eq!(p.dual().dual(), p);
+        assert_eq!(
+            (p.dual().block(X, W), p.dual().block(Y, Z)),
+            (p.block(Z, X).transpose(), Mat::zeros(1, 1))
+        );
+    }
+}

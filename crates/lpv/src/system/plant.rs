@@ -1,0 +1,121 @@
+//! The generalised plant with its parameter channels, and what a parameter value or a controller makes of it.
+
+use crate::error::{LftError, ShapeError};
+use crate::matrix::Mat;
+use crate::system::partition::{LOOP, NamedBlock, PLANT, Partitioned, Signal, Sizes, named_blocks};
+use crate::system::state_space::StateSpace;
+
+/// The parameter of each channel of `Theta = blkdiag(theta_i I_ri)` for repetitions `[r_1, r_2, ...]`.
+pub fn channels(blocks: &[usize]) -> Vec<usize> {
+    blocks.iter().enumerate().flat_map(|(i, &r)| std::iter::repeat_n(i, r)).collect()
+}
+
+/// The generalised plant.
+///
+/// ```text
+/// x' = A x + Bt wt + B1 w + B2 u
+/// zt = Ct x + Dtt wt + Dt1 w + Dt2 u      wt = Theta zt,  Theta = blkdiag(theta_i I_ri),  |theta_i| <= 1
+/// z  = C1 x + D1t wt + D11 w + D12 u
+/// y  = C2 x + D2t wt + D21 w
+/// ```
+///
+/// A direct path D22 from u to y is passed over: see [`crate::synthesis::direct_path`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct GeneralisedPlant {
+    /// The matrix, rows x', zt, z, y and columns x, wt, w, u.
+    pub parts: Partitioned,
+    /// The repetitions `[r_1, r_2, ...]` of the parameters.
+    pub blocks: Vec<usize>,
+}
+
+named_blocks!(GeneralisedPlant: a X X, bt X T, b1 X W, b2 X U, ct T X, dtt T T, dt1 T W, dt2 T U,
+    c1 Z X, d1t Z T, d11 Z W, d12 Z U, c2 Y X, d2t Y T, d21 Y W);
+
+impl GeneralisedPlant {
+    /// The plant of some blocks with their rows and columns; what is left out is zero.
+    ///
+    /// # Errors
+    /// The first block whose shape does not fit, or the sum of the repetitions.
+    pub fn new(blocks: Vec<usize>, parts: &[NamedBlock]) -> Result<Self, ShapeError> {
+        Ok(Self { parts: Partitioned::new(PLANT, parts)?.with_channels(&blocks)?, blocks })
+    }
+
+    /// The sizes of the signals.
+    pub fn sizes(&self) -> Sizes {
+        self.parts.sizes()
+    }
+
+    /// Checks that the repetitions are those of the channels.
+    ///
+    /// # Errors
+    /// [`ShapeError`] when their sum is another.
+    pub fn check(&self) -> Result<(), ShapeError> {
+        self.parts.check_channels(&self.blocks)
+    }
+
+    /// The plant at a frozen parameter value: the same partition with no parameter channel. A direct path from u to y
+    /// that the channels make is left out.
+    ///
+    /// # Errors
+    /// [`LftError::NotWellPosed`] when `I - Dtt Theta` is singular.
+    pub fn frozen(&self, theta: &[f64]) -> Result<Self, LftError> {
+        let mut parts = self.parts.frozen(&channels(&self.blocks), theta)?;
+        parts.block_mut(Signal::Y, Signal::U).fill(0.0);
+        Ok(Self { parts, blocks: vec![] })
+    }
+
+    /// The transposed plant, of which the dual inequality is the primal one. w and z, u and y change places: `A',
+    /// Ct', C1', C2'` for `A, Bt, B1, B2`.
+    pub fn dual(&self) -> Self {
+        self.changed(Partitioned::dual)
+    }
+
+    /// The plant with w and z in units in which a gain of `gamma` is 1. The inequalities have the same X, Y and
+    /// scalings.
+    pub(crate) fn in_units_of(&self, gamma: f64) -> Self {
+        self.changed(|parts| parts.in_units_of(gamma))
+    }
+
+    /// The plant with another matrix in the same channels.
+    pub(crate) fn changed(&self, change: impl FnOnce(&Partitioned) -> Partitioned) -> Self {
+        Self { parts: change(&self.parts), blocks: self.blocks.clone() }
+    }
+
+    /// The plant without its control, as a loop: what is left when u = 0.
+    pub fn open(&self) -> ClosedLoop {
+        ClosedLoop { parts: self.parts.cut(LOOP), channels: channels(&self.blocks) }
+    }
+}
+
+/// A closed loop `x' = A x + Bt wt + B1 w, zt = Ct x + Dtt wt + Dt1 w, z = C1 x + D1t wt + D11 w, wt = Theta zt`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ClosedLoop {
+    /// The matrix, rows x', zt, z and columns x, wt, w.
+    pub parts: Partitioned,
+    /// The parameter of each channel.
+    pub channels: Vec<usize>,
+}
+
+named_blocks!(ClosedLoop: a X X, bt X T, b1 X W, ct T X, dtt T T, dt1 T W, c1 Z X, d1t Z T, d11 Z W);
+
+impl ClosedLoop {
+    /// The loop in the coordinates `x = T x~`, `zt = tau zt~`, `wt = tau wt~`, each given with its inverse.
+    pub fn in_coordinates(&self, (t, t_inverse): (&Mat, &Mat), (tau, tau_inverse): (&Mat, &Mat)) -> Self {
+        let (left, right) =
+            ([(Signal::X, t_inverse), (Signal::T, tau_inverse)], [(Signal::X, t), (Signal::T, tau)]);
+        Self { parts: self.parts.transformed(&left, &right), channels: self.channels.clone() }
+    }
+
+    /// The loop with w and z in units in which a gain of `gamma` is 1. The inequalities have the same X and scalings.
+    pub(crate) fn in_units_of(&self, gamma: f64) -> Self {
+        Self { parts: self.parts.in_units_of(gamma), channels: self.channels.clone() }
+    }
+
+    /// The loop from w to z at a frozen parameter value.
+    ///
+    /// # Errors
+    /// [`LftError::NotWellPosed`] when `I - Dtt Theta` is singular.
+    pub fn frozen(&self, theta: &[f64]) -> Result<StateSpace, LftError> {
+        Ok(self.parts.frozen(&self.channels, theta)?.state_space(&[Signal::Z], &[Signal::W]))
+    }
+}

@@ -1,0 +1,110 @@
+//! Matrices that are polynomials in one scheduling parameter, fitted to samples.
+
+use crate::error::FitError;
+use crate::matrix::Mat;
+
+/// `M(rho) = sum_k rho^k M_k`, coefficients in ascending order of power.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MatrixPolynomial {
+    /// `M_0, M_1, ...`, all of one shape, at least one.
+    pub coefficients: Vec<Mat>,
+}
+
+/// How well a fit meets its samples.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FitResidual {
+    /// Per entry, the largest absolute difference over the samples.
+    pub largest: Mat,
+    /// `sqrt(sum |M(rho_i) - M_i|^2 / sum |M_i|^2)` over all entries and samples.
+    pub relative_rms: f64,
+    /// Per sample, the largest singular value of `M(rho_i) - M_i`.
+    pub norms: Vec<f64>,
+}
+
+impl MatrixPolynomial {
+    /// Least squares over the samples `(rho_i, M_i)`, entry by entry.
+    ///
+    /// The normal equations are avoided: the Vandermonde matrix is solved by its SVD, on parameters that the
+    /// caller has normalised to [-1, 1].
+    ///
+    /// # Errors
+    /// Fewer distinct samples than coefficients, or samples of unlike shape.
+    pub fn fit(samples: &[(f64, Mat)], order: usize) -> Result<Self, FitError> {
+        let shape = samples.first().map(|(_, m)| m.shape()).ok_or(FitError::NoSamples)?;
+        if let Some((rho, other)) = samples.iter().find(|(_, m)| m.shape() != shape) {
+            return Err(FitError::UnlikeShapes { rho: *rho, expected: shape, found: other.shape() });
+        }
+        let mut distinct: Vec<f64> = samples.iter().map(|(rho, _)| *rho).collect();
+        distinct.sort_by(f64::total_cmp);
+        distinct.dedup();
+        if distinct.len() <= order {
+            return Err(FitError::TooFewSamples { samples: distinct.len(), order });
+        }
+        let vandermonde = Mat::from_fn(samples.len(), order + 1, |i, k| samples[i].0.powi(k as i32));
+        let values = Mat::from_fn(samples.len(), shape.0 * shape.1, |i, e| samples[i].1[e]);
+        let solution = crate::matrix::pseudo_inverse(&vandermonde, 1e-13) * values;
+        let coefficients = solution
+            .row_iter()
+            .map(|row| Mat::from_iterator(shape.0, shape.1, row.iter().copied()))
+            .collect();
+        Ok(Self { coefficients })
+    }
+
+    /// The order: one less than the number of coefficients.
+    pub fn order(&self) -> usize {
+        self.coefficients.len() - 1
+    }
+
+    /// `M(rho)`, by Horner's rule. p x m.
+    pub fn evaluate(&self, rho: f64) -> Mat {
+        let mut terms = self.coefficients.iter().rev();
+        let Some(highest) = terms.next() else { return Mat::zeros(0, 0) };
+        terms.fold(highest.clone(), |sum, m| sum * rho + m)
+    }
+
+    /// The residual against samples, not necessarily those of the fit.
+    pub fn residual(&self, samples: &[(f64, Mat)]) -> FitResidual {
+        let (rows, cols) = self.coefficients[0].shape();
+        let mut largest = Mat::zeros(rows, cols);
+        let (mut wrong, mut whole) = (0.0, 0.0);
+        let mut norms = Vec::with_capacity(samples.len());
+        for (rho, sample) in samples {
+            let difference = self.evaluate(*rho) - sample;
+            wrong += difference.norm_squared();
+            whole += sample.norm_squared();
+            norms.push(crate::matrix::largest_singular_value(&difference));
+            largest.zip_apply(&difference, |most, d| *most = f64::max(*most, d.abs()));
+        }
+        let relative_rms = if whole > 0.0 { (wrong / whole).sqrt() } else { 0.0 };
+        FitResidual { largest, relative_rms, norms }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    #[test]
+    fn exact_polynomial_comes_back() {
+        let truth = MatrixPolynomial {
+            coefficients: vec![
+                dmatrix![1.0, 2.0; 3.0, 4.0],
+                dmatrix![0.0, -1.0; 0.5, 2.0],
+                dmatrix![7.0, 0.0; 0.0, 1.0],
+            ],
+        };
+        let samples: Vec<_> = (0..7).map(|i| i as f64 / 3.0 - 1.0).map(|r| (r, truth.evaluate(r))).collect();
+        let fit = MatrixPolynomial::fit(&samples, 2).unwrap();
+        for (found, expected) in fit.coefficients.iter().zip(&truth.coefficients) {
+            assert!((found - expected).amax() < 1e-12);
+        }
+        assert!(fit.residual(&samples).relative_rms < 1e-13);
+    }
+
+    #[test]
+    fn two_samples_do_not_make_a_parabola() {
+        let samples = vec![(0.0, dmatrix![1.0]), (1.0, dmatrix![2.0]), (1.0, dmatrix![2.0])];
+        assert_eq!(MatrixPolynomial::fit(&samples, 2), Err(FitError::TooFewSamples { samples: 2, order: 2 }));
+    }
+}
