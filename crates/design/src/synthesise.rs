@@ -82,7 +82,7 @@ mod tests {
     use super::*;
     use crate::augment::augment;
     use crate::fit::Model;
-    use lpv::partition::Signal;
+    use lpv::partition::Group;
     use lpv::regularise::Regularisation;
     use std::path::Path;
 
@@ -122,8 +122,8 @@ mod tests {
         let words = |plant: &GeneralisedPlant, reason| no_controller(&inputs, plant, reason).to_string();
         assert_eq!(words(&plant, failed()), failed().to_string());
 
-        plant.parts.block_mut(Signal::Z, Signal::U).fill(0.0);
-        plant.parts.block_mut(Signal::T, Signal::U).fill(0.0);
+        plant.parts.block_mut(Group::Z, Group::U).fill(0.0);
+        plant.parts.block_mut(Group::T, Group::U).fill(0.0);
         let found = words(&plant, failed());
         assert!(found.starts_with(&failed().to_string()), "{found}");
         for part in [

@@ -6,7 +6,7 @@ use auv::{Parameter, linearise};
 use lpv::controller::Controller;
 use lpv::lft::Lft;
 use lpv::matrix::{Mat, diagonal_blocks, svd};
-use lpv::partition::Signal::{T, U, X, Y};
+use lpv::partition::Group::{T, U, X, Y};
 use lpv::state_space::StateSpace;
 use nalgebra::Complex;
 use proptest::prelude::*;

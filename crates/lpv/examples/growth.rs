@@ -9,7 +9,7 @@
 
 use lpv::error::SynthesisError;
 use lpv::matrix::Mat;
-use lpv::partition::Signal::{T, U, W, X, Y, Z};
+use lpv::partition::Group::{T, U, W, X, Y, Z};
 use lpv::plant::GeneralisedPlant;
 use lpv::synthesis::{Options, synthesise};
 use std::process::ExitCode;

@@ -29,7 +29,7 @@
 //! u` with rho anywhere in [1, 10], a weight on the tracking error and one on the control. Its least gamma is 1.788.
 //!
 //! ```
-//! use lpv::partition::Signal::{T, U, W, X, Y, Z};
+//! use lpv::partition::Group::{T, U, W, X, Y, Z};
 //! use lpv::plant::GeneralisedPlant;
 //! use lpv::synthesis::{Options, synthesise};
 //! use nalgebra::dmatrix;

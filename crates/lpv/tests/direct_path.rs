@@ -7,7 +7,7 @@ use lpv::controller::Controller;
 use lpv::direct_path::{around, reduce, synthesise};
 use lpv::matrix::{Mat, block};
 use lpv::parameter_grid::parameter_grid;
-use lpv::partition::Signal::{T, U, Y};
+use lpv::partition::Group::{T, U, Y};
 use lpv::partition::{PLANT, Partitioned, Sizes};
 use lpv::plant::GeneralisedPlant;
 use lpv::state_space::StateSpace;

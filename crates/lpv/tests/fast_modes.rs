@@ -3,7 +3,7 @@
 
 mod common;
 
-use lpv::partition::Signal::{X, Z};
+use lpv::partition::Group::{X, Z};
 use lpv::plant::GeneralisedPlant;
 use lpv::synthesis::{Design, Options, synthesise};
 

@@ -4,7 +4,7 @@
 mod common;
 
 use lpv::ladder::{Ladder, LadderError, LadderOptions, ladder};
-use lpv::partition::Signal;
+use lpv::partition::Group;
 use lpv::plant::GeneralisedPlant;
 use lpv::synthesis::{Options, synthesise};
 
@@ -50,7 +50,7 @@ fn one_repeated_parameter() {
     let rtol = expected["rtol"].as_f64().unwrap();
     let list = |key: &str| -> Vec<f64> { serde_json::from_value(expected[key].clone()).unwrap() };
     let mut plant = common::plant(&case);
-    plant.parts.block_mut(Signal::X, Signal::T).scale_mut(2.0);
+    plant.parts.block_mut(Group::X, Group::T).scale_mut(2.0);
     let found = climb(&plant);
     assert!((found.scheduled.unwrap() / list("gamma_S_T")[2] - 1.0).abs() < rtol);
     assert!((found.scheduled_symmetric.unwrap() / list("gamma_S_only")[2] - 1.0).abs() < rtol);

@@ -3,7 +3,7 @@
 
 mod common;
 
-use lpv::partition::Signal;
+use lpv::partition::Group;
 use lpv::plant::GeneralisedPlant;
 use lpv::synthesis::{Design, Options, ScalingClass, least_gamma, synthesise};
 
@@ -78,7 +78,7 @@ fn one_parameter_loses_nothing() {
     let scales: Vec<f64> = serde_json::from_value(case["data"]["Bt_scale"].clone()).unwrap();
     for (i, scale) in scales.into_iter().enumerate() {
         let mut plant = common::plant(&case);
-        plant.parts.block_mut(Signal::X, Signal::T).scale_mut(scale);
+        plant.parts.block_mut(Group::X, Group::T).scale_mut(scale);
         assert_optimum(
             "lpv05, S and T",
             gamma(&plant, ScalingClass::SymmetricAndSkew),

@@ -4,7 +4,7 @@
 mod common;
 
 use lpv::matrix::Mat;
-use lpv::partition::Signal::{U, W, X, Y, Z};
+use lpv::partition::Group::{U, W, X, Y, Z};
 use lpv::plant::GeneralisedPlant;
 use lpv::regularise::Regularisation;
 use lpv::synthesis::{Design, Options, synthesise};

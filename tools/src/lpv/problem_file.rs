@@ -20,7 +20,7 @@ use crate::error::Error;
 use crate::lpv::matrices::{Matrices, Reader, Size, find};
 use certificate::Json;
 use lpv::matrix::Mat;
-use lpv::partition::Signal::{W, X, Z};
+use lpv::partition::Group::{W, X, Z};
 use lpv::partition::{NamedBlock, PLANT, Sizes, names};
 use lpv::plant::GeneralisedPlant;
 use squid_design::files::read;

@@ -8,7 +8,7 @@ use crate::certify::blocks_of;
 use crate::error::{Error, ProofError};
 use certificate::Certificate;
 use lpv::matrix::{Mat, eigenvalues, largest};
-use lpv::partition::{PLANT, Signal, names};
+use lpv::partition::{Group, PLANT, names};
 use lpv::plant::GeneralisedPlant;
 
 /// How far the plant of a certificate may be from the one computed anew: rounding on another processor.
@@ -74,7 +74,7 @@ fn compare(
 ) -> Result<(), Error> {
     for theta in points {
         let (a, b) = (wanted.frozen(&theta)?, found.frozen(&theta)?);
-        let differs = |(_, row, column): &(&str, Signal, Signal)| {
+        let differs = |(_, row, column): &(&str, Group, Group)| {
             !alike(&a.parts.block(*row, *column), &b.parts.block(*row, *column))
         };
         if let Some((name, _, _)) = names(PLANT).find(differs) {
@@ -113,7 +113,7 @@ mod tests {
     use crate::certify::plant_rows;
     use crate::fit::Model;
     use crate::inputs::Inputs;
-    use lpv::partition::Signal::{T, X};
+    use lpv::partition::Group::{T, X};
     use std::path::Path;
 
     /// The plant of Squid with a polynomial of this order.

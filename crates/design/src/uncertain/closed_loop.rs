@@ -17,7 +17,7 @@ use crate::uncertain::errors::Remainder;
 use crate::uncertain::model::UncertainModel;
 use lpv::controller::Controller;
 use lpv::matrix::{Mat, block, diagonal_blocks};
-use lpv::partition::Signal::{T, W, Z};
+use lpv::partition::Group::{T, W, Z};
 use lpv::plant::GeneralisedPlant;
 use lpv::state_space::StateSpace;
 

@@ -16,7 +16,7 @@
 //! is proved**. [`crate::analysis::bounded_gain()`] bounds the gain with proof, for parameters that move however fast.
 
 use crate::analysis::lyapunov_polynomial::LyapunovPolynomial;
-use crate::analysis::rate_program::{Aim, Grid, RateSolution, missed, without_signals};
+use crate::analysis::rate_program::{Grid, RateAim, RateSolution, missed, without_signals};
 pub use crate::error::RateError;
 use crate::error::{ShapeError, SynthesisError};
 use crate::matrix::spectral_abscissa;
@@ -111,7 +111,7 @@ pub fn rate_bounded_stability(
         samples.iter().map(|(theta, s)| (*theta, without_signals(s))).collect();
     let system = Grid::new(checked(&free, rate)?, rate, options.order);
     let base = system.start()?;
-    Ok(refine(&system, options.stride, |points| Ok(system.search(points, &base, Aim::Stability)?.0))?.1)
+    Ok(refine(&system, options.stride, |points| Ok(system.search(points, &base, RateAim::Stability)?.0))?.1)
 }
 
 /// The samples, when they are in order, of one shape and stable.

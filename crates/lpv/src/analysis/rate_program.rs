@@ -22,7 +22,7 @@ const MOST_RESTARTS: usize = 4;
 
 /// What a search looks for.
 #[derive(Clone, Copy)]
-pub(crate) enum Aim {
+pub(crate) enum RateAim {
     /// The least gamma.
     Least,
     /// Any X(theta) with `A'X + XA +- nu dX/dtheta < -I`, B and C left out.
@@ -36,7 +36,7 @@ pub(crate) struct RateSolution {
 }
 
 /// Where a search starts: X is the identity in its coordinates, and gamma 1 in its units.
-pub(crate) struct Base {
+pub(crate) struct Start {
     x: Mat,
     gamma: f64,
 }
@@ -63,23 +63,23 @@ impl<'a> Grid<'a> {
     }
 
     /// A first guess.
-    pub(crate) fn start(&self) -> Result<Base, RateError> {
+    pub(crate) fn start(&self) -> Result<Start, RateError> {
         let systems: Vec<&StateSpace> = self.samples.iter().map(|(_, s)| s).collect();
         let (x, hankel) = middle_of_gramians(&systems).ok_or_else(|| SynthesisError::Numerical {
             stage: STAGE,
             diagnosis: "the gramians of the samples have no positive definite mean".into(),
         })?;
         let frozen = systems.iter().map(|s| s.hinf_norm().value).fold(0.0, f64::max);
-        Ok(Base { x, gamma: frozen.max(hankel) })
+        Ok(Start { x, gamma: frozen.max(hankel) })
     }
 
     /// A gamma close to the least at some samples, with a solution that is strict there: sought from `base` and,
     /// where the solver gets stuck, again from the solution. `base` becomes that solution.
-    pub(crate) fn least(&self, points: &[usize], base: &mut Base) -> Result<RateSolution, RateError> {
+    pub(crate) fn least(&self, points: &[usize], base: &mut Start) -> Result<RateSolution, RateError> {
         let mut best: Option<RateSolution> = None;
         let mut failure = None;
         for _ in 0..MOST_RESTARTS {
-            let (found, gap) = match self.search(points, base, Aim::Least) {
+            let (found, gap) = match self.search(points, base, RateAim::Least) {
                 Ok(found) => found,
                 Err(e) => {
                     failure = Some(e);
@@ -87,7 +87,7 @@ impl<'a> Grid<'a> {
                 }
             };
             let mean = points.iter().map(|&i| found.lyapunov.value(self.samples[i].0)).sum::<Mat>();
-            *base = Base { x: mean / points.len() as f64, gamma: found.gamma };
+            *base = Start { x: mean / points.len() as f64, gamma: found.gamma };
             let (miss, theta) = self.worst(points, &found);
             if miss >= 0.0 {
                 failure = Some(missed(found.gamma, theta, miss));
@@ -106,33 +106,33 @@ impl<'a> Grid<'a> {
     pub(crate) fn search(
         &self,
         points: &[usize],
-        base: &Base,
-        aim: Aim,
+        base: &Start,
+        aim: RateAim,
     ) -> Result<(RateSolution, f64), RateError> {
         // State is X^-1/2, so that X becomes the identity.
         let (state, inverse) =
             (symmetric_function(&base.x, |v| 1.0 / v.sqrt()), symmetric_function(&base.x, f64::sqrt));
         let unit = match aim {
-            Aim::Least => base.gamma,
-            Aim::Stability => 1.0,
+            RateAim::Least => base.gamma,
+            RateAim::Stability => 1.0,
         };
         let mut systems: Vec<StateSpace> =
             points.iter().map(|&i| scaled(&self.samples[i].1, &state, &inverse, unit)).collect();
         let speed = middle_speed(&systems);
         systems.iter_mut().for_each(|s| scale_time(s, speed));
-        if matches!(aim, Aim::Stability) {
+        if matches!(aim, RateAim::Stability) {
             systems.iter_mut().for_each(|s| *s = without_signals(s));
         }
         let mut program = Program::new();
         let unknowns = self.unknowns(&mut program, &systems, speed);
         let level = match aim {
-            Aim::Least => program.scalar(),
+            RateAim::Least => program.scalar(),
             _ => Affine::constant(Mat::identity(1, 1)),
         };
         for (&i, system) in points.iter().zip(&systems) {
             self.impose(&mut program, aim, (self.samples[i].0, system, speed), &unknowns, &level);
         }
-        if matches!(aim, Aim::Least) {
+        if matches!(aim, RateAim::Least) {
             program.minimise_trace(&level, 1.0);
         }
         let read = |x: &[f64]| {
@@ -141,9 +141,9 @@ impl<'a> Grid<'a> {
             RateSolution { gamma: level.value(&program, x)[(0, 0)] * unit, lyapunov }
         };
         let search = match aim {
-            Aim::Least => SolverOptions::within(GAMMA_TOLERANCE),
+            RateAim::Least => SolverOptions::within(GAMMA_TOLERANCE),
             // Any point that holds will do.
-            Aim::Stability => SolverOptions::within(f64::INFINITY),
+            RateAim::Stability => SolverOptions::within(f64::INFINITY),
         };
         let solution = solver::solve(&program, STAGE, search)?;
         Ok((read(&solution.x), solution.gap))
@@ -163,7 +163,7 @@ impl<'a> Grid<'a> {
     fn impose(
         &self,
         program: &mut Program,
-        aim: Aim,
+        aim: RateAim,
         (theta, system, speed): (f64, &StateSpace, f64),
         unknowns: &[Affine],
         level: &Affine,
@@ -181,7 +181,7 @@ impl<'a> Grid<'a> {
             program.negative(
                 INEQUALITY_NAME,
                 match aim {
-                    Aim::Stability => whole + Affine::constant(Mat::identity(n, n)),
+                    RateAim::Stability => whole + Affine::constant(Mat::identity(n, n)),
                     _ => whole,
                 },
             );

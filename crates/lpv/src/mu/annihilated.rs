@@ -1,9 +1,8 @@
 //! What a singular matrix annihilates.
 
 use super::CMat;
-use nalgebra::{Complex, DVector};
-
-type CVec = DVector<Complex<f64>>;
+use crate::matrix::ComplexVector;
+use nalgebra::Complex;
 
 /// Rounds of inverse iteration: the second one mends a start that was nearly at right angles.
 const INVERSE_ITERATIONS: usize = 2;
@@ -14,7 +13,7 @@ const LEAST_PIVOT: f64 = 1e-30;
 /// The left and right vectors of unit length that a square matrix nearly annihilates, by inverse iteration with `A*
 /// A`; `None` when the numbers get out of hand. They are those of the least singular value where it is zero but for
 /// rounding.
-pub(super) fn annihilated(a: CMat) -> Option<(CVec, CVec)> {
+pub(super) fn annihilated(a: CMat) -> Option<(ComplexVector, ComplexVector)> {
     let n = a.nrows();
     let size = a.norm();
     let lu = if size > 0.0 { a.unscale(size) } else { a }.lu();
@@ -25,7 +24,7 @@ pub(super) fn annihilated(a: CMat) -> Option<(CVec, CVec)> {
             upper[(k, k)] = Complex::new(LEAST_PIVOT, 0.0);
         }
     }
-    let mut v = CVec::from_fn(n, |i, _| Complex::new(1.0, 0.5 + i as f64)).normalize();
+    let mut v = ComplexVector::from_fn(n, |i, _| Complex::new(1.0, 0.5 + i as f64)).normalize();
     let mut u = v.clone();
     for _ in 0..INVERSE_ITERATIONS {
         u = upper.ad_solve_upper_triangular(&v)?;

@@ -11,8 +11,8 @@ use super::CMat;
 use super::annihilated::annihilated;
 use super::product::product;
 use super::structure::{Block, Structure, StructureError};
-use crate::matrix::{complex_eigenvalues, complex_singular_values};
-use nalgebra::{Complex, DVector};
+use crate::matrix::{ComplexVector, complex_eigenvalues, complex_singular_values};
+use nalgebra::Complex;
 
 /// A perturbation that makes `I - M Delta` singular.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,8 +41,6 @@ const MOST_IDLE_STEPS: usize = 5;
 
 /// Newton steps that make an eigenvalue real.
 const MOST_CORRECTIONS: usize = 12;
-
-type CVec = DVector<Complex<f64>>;
 
 /// Looks for the smallest perturbation that makes `I - M Delta` singular. `None` when none is found.
 ///
@@ -101,8 +99,8 @@ impl Sequence {
 #[derive(Clone)]
 struct Mode {
     lambda: Complex<f64>,
-    x: CVec,
-    v: CVec,
+    x: ComplexVector,
+    v: ComplexVector,
 }
 
 struct LowerSearch<'a> {
@@ -124,7 +122,7 @@ impl LowerSearch<'_> {
                 }
                 Block::Full { rows, cols } => {
                     let mut vector =
-                        |n: usize| CVec::from_fn(n, |_, _| Complex::new(draw(), draw())).normalize();
+                        |n: usize| ComplexVector::from_fn(n, |_, _| Complex::new(draw(), draw())).normalize();
                     let (x, v) = (vector(rows), vector(cols));
                     x * v.adjoint()
                 }

@@ -111,7 +111,7 @@ impl Perturbable {
 pub fn worst_case_gain(loop_: &Perturbable) -> Result<WorstCaseGain, WorstCaseError> {
     loop_.check()?;
     let worst = worst_perturbation(loop_);
-    let mut sweep = Sweep::new(loop_, worst.gain, worst.frequency)?;
+    let mut sweep = GainSweep::new(loop_, worst.gain, worst.frequency)?;
     for omega in sweep.first_frequencies(worst.frequency) {
         sweep.add(omega)?;
     }
@@ -134,7 +134,7 @@ pub fn worst_case_gain(loop_: &Perturbable) -> Result<WorstCaseGain, WorstCaseEr
     Err(SweepError::Stuck { from, to }.into())
 }
 
-struct Sweep<'a> {
+struct GainSweep<'a> {
     loop_: &'a Perturbable,
     structure: Structure,
     gain: f64,
@@ -146,7 +146,7 @@ struct Sweep<'a> {
     starts: Vec<(f64, DgScalings)>,
 }
 
-impl<'a> Sweep<'a> {
+impl<'a> GainSweep<'a> {
     fn new(loop_: &'a Perturbable, known: f64, peak: f64) -> Result<Self, WorstCaseError> {
         let structure = loop_.with_performance().map_err(SweepError::from)?;
         structure.check(&loop_.system.d.map(Complex::from)).map_err(SweepError::from)?;

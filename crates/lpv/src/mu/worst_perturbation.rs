@@ -10,11 +10,9 @@ use super::perturbable::Perturbable;
 use super::product::product;
 use super::structure::Block;
 use super::sweep::response;
-use crate::matrix::{Mat, complex_singular_values, complex_svd_ends, solve};
+use crate::matrix::{ComplexVector, Mat, complex_singular_values, complex_svd_ends, solve};
 use crate::system::state_space::StateSpace;
-use nalgebra::{Complex, DVector};
-
-type CVec = DVector<Complex<f64>>;
+use nalgebra::Complex;
 
 /// A perturbation with the gain that it makes.
 #[derive(Debug, Clone, PartialEq)]
@@ -212,7 +210,7 @@ impl GainSearch<'_> {
     }
 
     /// Each block where the gain grows most.
-    fn aimed(&self, delta: &CMat, a: &CVec, b: &CVec) -> CMat {
+    fn aimed(&self, delta: &CMat, a: &ComplexVector, b: &ComplexVector) -> CMat {
         let mut out = delta.clone();
         let size = self.loop_.size;
         for (block, rows, cols) in self.loop_.structure.places() {
@@ -246,7 +244,11 @@ impl Parts {
     }
 
     /// a and b of the first-order change of a gain.
-    fn slopes(&self, delta: &CMat, (_, whole, through): &(f64, CMat, CMat)) -> Option<(CVec, CVec)> {
+    fn slopes(
+        &self,
+        delta: &CMat,
+        (_, whole, through): &(f64, CMat, CMat),
+    ) -> Option<(ComplexVector, ComplexVector)> {
         let w = self.m11.ncols();
         let (u, v) = singular_vectors(whole)?;
         let back = (CMat::identity(w, w) - product(delta, &self.m11)).adjoint().lu();
@@ -255,7 +257,7 @@ impl Parts {
 }
 
 /// Singular vectors of the largest singular value.
-fn singular_vectors(m: &CMat) -> Option<(CVec, CVec)> {
+fn singular_vectors(m: &CMat) -> Option<(ComplexVector, ComplexVector)> {
     let squared = m.adjoint() * m;
     let n = squared.nrows();
     let top = largest(&squared);

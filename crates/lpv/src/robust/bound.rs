@@ -9,7 +9,7 @@ use crate::matrix::Mat;
 use crate::robust::uncertain_plant::UncertainPlant;
 use crate::system::controller::Controller;
 use crate::system::model_error::LoopError;
-use crate::system::partition::{Signal, Sizes};
+use crate::system::partition::{Group, Sizes};
 use crate::system::plant::ClosedLoop;
 use nalgebra::{Complex, DVector};
 
@@ -242,7 +242,7 @@ const FREQUENCY_COUNT: i32 = 40;
 /// The largest size over frequency of each entry of the response of the channels, and of w and z as a last one.
 fn largest_entries(closed: &ClosedLoop) -> Mat {
     let Sizes { t: m, w, z, .. } = closed.parts.sizes();
-    let system = closed.parts.state_space(&[Signal::T, Signal::Z], &[Signal::T, Signal::W]);
+    let system = closed.parts.state_space(&[Group::T, Group::Z], &[Group::T, Group::W]);
     let mut largest = Mat::zeros(m + 1, m + 1);
     for step in 0..FREQUENCY_COUNT {
         let part = f64::from(step) / f64::from(FREQUENCY_COUNT - 1);

@@ -1,7 +1,7 @@
 //! A plant of which the controller measures some parameters and does not know the others.
 
 use crate::matrix::{Mat, symmetric_function};
-use crate::system::partition::Signal::{T, U, W, X, Y, Z};
+use crate::system::partition::Group::{T, U, W, X, Y, Z};
 use crate::system::partition::Sizes;
 use crate::system::plant::GeneralisedPlant;
 

@@ -11,7 +11,7 @@ use crate::analysis::gain_bound::GainBound;
 use crate::matrix::{Mat, Svd, diagonal_blocks, eigenvalues, svd};
 use crate::synthesis::inequalities::{DualMultipliers, LmiSolution};
 use crate::system::controller::Controller;
-use crate::system::partition::Signal::{T, U, X, Y};
+use crate::system::partition::Group::{T, U, X, Y};
 use crate::system::plant::GeneralisedPlant;
 use nalgebra::DVector;
 

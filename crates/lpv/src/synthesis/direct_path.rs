@@ -24,7 +24,7 @@ use crate::synthesis::{self, Design, Options};
 use crate::system::controller::Controller;
 use crate::system::model_error::LoopError;
 use crate::system::parameter_grid::parameter_grid;
-use crate::system::partition::Signal::{T, U, W, X, Y};
+use crate::system::partition::Group::{T, U, W, X, Y};
 use crate::system::partition::Sizes;
 use crate::system::plant::GeneralisedPlant;
 use nalgebra::Complex;

@@ -14,7 +14,7 @@ use crate::matrix::{
 use crate::synthesis::balance::Coordinates;
 use crate::synthesis::inequalities::DualMultipliers;
 use crate::system::lyapunov::lyapunov;
-use crate::system::partition::Signal::{T, W, X, Y, Z};
+use crate::system::partition::Group::{T, W, X, Y, Z};
 use crate::system::plant::GeneralisedPlant;
 
 /// The most promising ways to repair multipliers, best first.

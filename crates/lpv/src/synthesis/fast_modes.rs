@@ -15,7 +15,7 @@
 
 use crate::analysis::gain_bound::GainBound;
 use crate::matrix::{Mat, eigenvalues, solve, symmetric_part};
-use crate::system::partition::Signal::X;
+use crate::system::partition::Group::X;
 use crate::system::plant::GeneralisedPlant;
 
 /// A plant with its fast modes slowed down.

@@ -10,7 +10,7 @@ use crate::lmi::program::{Affine, Program, symmetric};
 use crate::lmi::solver::Solution;
 use crate::matrix::{Mat, diagonal_blocks, kernel, scaled_least_eigenvalue, skew_part, symmetric_part};
 use crate::system::model_error::LoopError;
-use crate::system::partition::Signal::{T, W, X, Y};
+use crate::system::partition::Group::{T, W, X, Y};
 use crate::system::plant::{GeneralisedPlant, channels};
 
 /// Which scalings of the parameter channels are sought.

@@ -19,7 +19,7 @@ use crate::matrix::{Mat, kernel, scaled_largest_eigenvalue, symmetric_function};
 use crate::synthesis::balance::Coordinates;
 use crate::synthesis::inequalities::ScalingClass;
 use crate::system::model_error::LoopError;
-use crate::system::partition::Signal::{T, W, X, Y, Z};
+use crate::system::partition::Group::{T, W, X, Y, Z};
 use crate::system::plant::{ClosedLoop, GeneralisedPlant, channels};
 
 /// A clearance below this counts as none, if it is no more in other coordinates.

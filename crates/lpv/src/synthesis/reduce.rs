@@ -14,7 +14,7 @@ use crate::system::controller::Controller;
 use crate::system::lyapunov::lyapunov;
 use crate::system::model_error::LoopError;
 use crate::system::parameter_grid::parameter_grid;
-use crate::system::partition::Signal::{T, U, X, Y};
+use crate::system::partition::Group::{T, U, X, Y};
 use crate::system::plant::GeneralisedPlant;
 
 /// How far above the bound of the full controller the reduced one may lie.

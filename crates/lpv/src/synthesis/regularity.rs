@@ -12,7 +12,7 @@
 
 use crate::matrix::{Mat, block, eigenvalues, largest_singular_value, svd};
 use crate::synthesis::balance::Coordinates;
-use crate::system::partition::Signal::{T, U, W, X, Y, Z};
+use crate::system::partition::Group::{T, U, W, X, Y, Z};
 use crate::system::plant::GeneralisedPlant;
 use std::fmt;
 

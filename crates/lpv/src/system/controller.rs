@@ -2,7 +2,7 @@
 
 use crate::error::{LftError, ShapeError};
 use crate::matrix::Mat;
-use crate::system::partition::{CONTROLLER, NamedBlock, Partitioned, Signal, Sizes, named_blocks};
+use crate::system::partition::{CONTROLLER, Group, NamedBlock, Partitioned, Sizes, named_blocks};
 use crate::system::plant::{ClosedLoop, GeneralisedPlant, channels};
 use crate::system::state_space::StateSpace;
 
@@ -44,7 +44,7 @@ impl Controller {
     /// [`LftError::NotWellPosed`] when `I - Dtt Theta` is singular.
     pub fn frozen(&self, theta: &[f64]) -> Result<StateSpace, LftError> {
         let frozen = self.parts.frozen(&channels(&self.blocks), theta)?;
-        Ok(frozen.state_space(&[Signal::U], &[Signal::Y]))
+        Ok(frozen.state_space(&[Group::U], &[Group::Y]))
     }
 
     /// The fastest mode of the frozen controller over some parameter values, the largest |lambda| of its A, rad/s.

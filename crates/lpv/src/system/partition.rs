@@ -1,12 +1,11 @@
-//! A matrix whose rows and columns belong to named signals: what plant, controller and closed loop are made of.
+//! A matrix whose rows and columns belong to named groups: what plant, controller and closed loop are made of.
 //!
 //! ```text
 //! [x'; zt; z; y] = M [x; wt; w; u],   wt = Theta zt,   Theta = diag(theta_c) over the channels
 //! ```
 //!
-//! A signal stands for the rows that it comes out of and for the columns that it goes into: `X` for x' and x, `T` for
-//! zt and wt. So it has one size. Source of the idea: `ExtendedStateSpace` of RobustAndOptimalControl.jl, a system
-//! and index vectors.
+//! A group stands for rows and for columns: `X` for x' and x, `T` for zt and wt. So it has one size. Source of the
+//! idea: `ExtendedStateSpace` of RobustAndOptimalControl.jl, a system and index vectors.
 
 use crate::error::{LftError, ShapeError};
 use crate::matrix::{Mat, block, solve};
@@ -15,7 +14,7 @@ use nalgebra::{DMatrixViewMut, DVector};
 
 /// A group of rows, of columns, or of both.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Signal {
+pub enum Group {
     /// States: x' as rows, x as columns.
     X,
     /// Parameter channels: zt as rows, wt as columns.
@@ -30,10 +29,10 @@ pub enum Signal {
     Y,
 }
 
-use Signal::{T, U, W, X, Y, Z};
+use Group::{T, U, W, X, Y, Z};
 
-/// The signals of the rows and of the columns, in their order.
-pub type Names = (&'static [Signal], &'static [Signal]);
+/// The groups of the rows and of the columns, in their order.
+pub type Names = (&'static [Group], &'static [Group]);
 
 /// Rows and columns of a generalised plant.
 pub const PLANT: Names = (&[X, T, Z, Y], &[X, T, W, U]);
@@ -43,7 +42,7 @@ pub const LOOP: Names = (&[X, T, Z], &[X, T, W]);
 pub const CONTROLLER: Names = (&[X, U, T], &[X, Y, T]);
 
 /// The name of a block, as equations and files have it.
-fn name(row: Signal, column: Signal) -> &'static str {
+fn name(row: Group, column: Group) -> &'static str {
     match (row, column) {
         (X, X) => "A",
         (X, T) => "Bt",
@@ -71,7 +70,7 @@ fn name(row: Signal, column: Signal) -> &'static str {
 }
 
 /// Name, row and column of each block, row by row.
-pub fn names((rows, columns): Names) -> impl Iterator<Item = (&'static str, Signal, Signal)> {
+pub fn names((rows, columns): Names) -> impl Iterator<Item = (&'static str, Group, Group)> {
     rows.iter().flat_map(move |row| columns.iter().map(move |column| (name(*row, *column), *row, *column)))
 }
 
@@ -93,14 +92,14 @@ pub fn closing(channels: &[usize], dtt: &Mat, theta: &[f64]) -> Result<Mat, LftE
 #[derive(Debug, Clone, PartialEq)]
 pub struct Partitioned {
     matrix: Mat,
-    rows: &'static [Signal],
-    columns: &'static [Signal],
+    rows: &'static [Group],
+    columns: &'static [Group],
     sizes: Sizes,
 }
 
-/// The sizes of the signals.
+/// The sizes of the groups.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[allow(missing_docs)] // The names are those of `Signal`.
+#[allow(missing_docs)] // The names are those of `Group`.
 pub struct Sizes {
     pub x: usize,
     pub t: usize,
@@ -111,13 +110,13 @@ pub struct Sizes {
 }
 
 impl Sizes {
-    /// The size of a signal.
-    pub fn of(mut self, signal: Signal) -> usize {
-        *self.of_mut(signal)
+    /// The size of a group.
+    pub fn of(mut self, group: Group) -> usize {
+        *self.of_mut(group)
     }
 
-    fn of_mut(&mut self, signal: Signal) -> &mut usize {
-        match signal {
+    fn of_mut(&mut self, group: Group) -> &mut usize {
+        match group {
             X => &mut self.x,
             T => &mut self.t,
             W => &mut self.w,
@@ -129,29 +128,29 @@ impl Sizes {
 }
 
 /// A block with its row and its column.
-pub type NamedBlock = (Signal, Signal, Mat);
+pub type NamedBlock = (Group, Group, Mat);
 
 impl Partitioned {
     /// Zeros.
     pub fn zeros((rows, columns): Names, sizes: Sizes) -> Self {
-        let total = |all: &[Signal]| all.iter().map(|s| sizes.of(*s)).sum();
+        let total = |all: &[Group]| all.iter().map(|s| sizes.of(*s)).sum();
         Self { matrix: Mat::zeros(total(rows), total(columns)), rows, columns, sizes }
     }
 
-    /// A matrix that is divided: its rows and columns are as many as the signals have.
+    /// A matrix that is divided: its rows and columns are as many as the groups have.
     pub fn of(m: Mat, (rows, columns): Names, sizes: Sizes) -> Self {
         let zeros = Self::zeros((rows, columns), sizes);
-        assert_eq!(m.shape(), zeros.matrix.shape(), "a matrix and the signals that divide it");
+        assert_eq!(m.shape(), zeros.matrix.shape(), "a matrix and the groups that divide it");
         Self { matrix: m, ..zeros }
     }
 
-    /// The matrix of some blocks, and zero where there is none. The first block that shows a signal gives its size.
+    /// The matrix of some blocks, and zero where there is none. The first block that shows a group gives its size.
     ///
     /// # Errors
     /// The first block that has another shape, with the one expected.
     pub fn new((rows, columns): Names, blocks: &[NamedBlock]) -> Result<Self, ShapeError> {
-        let shown = |signal: Signal| {
-            let sizes = |(row, column, m): &NamedBlock| match (*row == signal, *column == signal) {
+        let shown = |group: Group| {
+            let sizes = |(row, column, m): &NamedBlock| match (*row == group, *column == group) {
                 (true, _) => Some(m.nrows()),
                 (_, true) => Some(m.ncols()),
                 _ => None,
@@ -184,7 +183,7 @@ impl Partitioned {
         if total == t { Ok(()) } else { Err(wrong) }
     }
 
-    /// The sizes of all signals; 0 for those that do not occur.
+    /// The sizes of all groups; 0 for those that do not occur.
     pub fn sizes(&self) -> Sizes {
         self.sizes
     }
@@ -194,7 +193,7 @@ impl Partitioned {
         &self.matrix
     }
 
-    fn names(&self) -> impl Iterator<Item = (&'static str, Signal, Signal)> + use<> {
+    fn names(&self) -> impl Iterator<Item = (&'static str, Group, Group)> + use<> {
         names((self.rows, self.columns))
     }
 
@@ -203,18 +202,18 @@ impl Partitioned {
         self.names().find(|(of, _, _)| *of == name).map(|(_, row, column)| self.block(row, column))
     }
 
-    fn size(&self, signal: Signal) -> usize {
-        self.sizes.of(signal)
+    fn size(&self, group: Group) -> usize {
+        self.sizes.of(group)
     }
 
-    /// Where a signal begins; 0 for one that does not occur.
-    fn start(&self, all: &[Signal], signal: Signal) -> usize {
-        let place = all.iter().position(|s| *s == signal).unwrap_or(0);
+    /// Where a group begins; 0 for one that does not occur.
+    fn start(&self, all: &[Group], group: Group) -> usize {
+        let place = all.iter().position(|s| *s == group).unwrap_or(0);
         all[..place].iter().map(|s| self.size(*s)).sum()
     }
 
     /// A copy of a block, size of the row x size of the column; zero for one that does not occur.
-    pub fn block(&self, row: Signal, column: Signal) -> Mat {
+    pub fn block(&self, row: Group, column: Group) -> Mat {
         let shape = (self.size(row), self.size(column));
         if !self.rows.contains(&row) || !self.columns.contains(&column) {
             return Mat::zeros(shape.0, shape.1);
@@ -223,30 +222,30 @@ impl Partitioned {
     }
 
     /// A block, to be changed. It must occur.
-    pub fn block_mut(&mut self, row: Signal, column: Signal) -> DMatrixViewMut<'_, f64> {
+    pub fn block_mut(&mut self, row: Group, column: Group) -> DMatrixViewMut<'_, f64> {
         assert!(self.rows.contains(&row) && self.columns.contains(&column), "{}", name(row, column));
         let start = (self.start(self.rows, row), self.start(self.columns, column));
         self.matrix.view_mut(start, (self.size(row), self.size(column)))
     }
 
-    /// The rows of a signal, to be changed.
-    pub fn rows_mut(&mut self, row: Signal) -> DMatrixViewMut<'_, f64> {
+    /// The rows of a group, to be changed.
+    pub fn rows_mut(&mut self, row: Group) -> DMatrixViewMut<'_, f64> {
         let (start, columns) = (self.start(self.rows, row), self.matrix.ncols());
         self.matrix.view_mut((start, 0), (self.size(row), columns))
     }
 
-    /// The columns of a signal, to be changed.
-    pub fn columns_mut(&mut self, column: Signal) -> DMatrixViewMut<'_, f64> {
+    /// The columns of a group, to be changed.
+    pub fn columns_mut(&mut self, column: Group) -> DMatrixViewMut<'_, f64> {
         let (start, rows) = (self.start(self.columns, column), self.matrix.nrows());
         self.matrix.view_mut((0, start), (rows, self.size(column)))
     }
 
-    fn set(&mut self, row: Signal, column: Signal, m: &Mat) {
+    fn set(&mut self, row: Group, column: Group, m: &Mat) {
         self.block_mut(row, column).copy_from(m);
     }
 
     /// Several rows and columns of blocks as one matrix.
-    pub fn join(&self, rows: &[Signal], columns: &[Signal]) -> Mat {
+    pub fn join(&self, rows: &[Group], columns: &[Group]) -> Mat {
         let all: Vec<Vec<Mat>> =
             rows.iter().map(|row| columns.iter().map(|column| self.block(*row, *column)).collect()).collect();
         let lines: Vec<Vec<&Mat>> = all.iter().map(|line| line.iter().collect()).collect();
@@ -262,10 +261,10 @@ impl Partitioned {
         Self::of(self.join(rows, columns), (rows, columns), sizes)
     }
 
-    /// The same with more or fewer rows and columns of a signal: the first stay, those that are new are zero.
-    pub fn resized(&self, signal: Signal, size: usize) -> Self {
+    /// The same with more or fewer rows and columns of a group: the first stay, those that are new are zero.
+    pub fn resized(&self, group: Group, size: usize) -> Self {
         let mut sizes = self.sizes;
-        *sizes.of_mut(signal) = size;
+        *sizes.of_mut(group) = size;
         let mut out = Self::zeros((self.rows, self.columns), sizes);
         for (_, row, column) in self.names() {
             let m = self.block(row, column);
@@ -283,7 +282,7 @@ impl Partitioned {
 
     /// The blocks transposed, w and z and u and y in each other's place: the dual of a plant or a loop.
     pub fn dual(&self) -> Self {
-        let other = |signal| match signal {
+        let other = |group| match group {
             W => Z,
             Z => W,
             U => Y,
@@ -299,12 +298,11 @@ impl Partitioned {
         out
     }
 
-    /// The rows of some signals multiplied from the left, the columns of some from the right: `L_row M R_column` for
+    /// The rows of some groups multiplied from the left, the columns of some from the right: `L_row M R_column` for
     /// each block.
-    pub fn transformed(&self, left: &[(Signal, &Mat)], right: &[(Signal, &Mat)]) -> Self {
-        let of = |all: &[(Signal, &Mat)], signal| {
-            all.iter().find(|(s, _)| *s == signal).map(|(_, m)| (*m).clone())
-        };
+    pub fn transformed(&self, left: &[(Group, &Mat)], right: &[(Group, &Mat)]) -> Self {
+        let of =
+            |all: &[(Group, &Mat)], group| all.iter().find(|(s, _)| *s == group).map(|(_, m)| (*m).clone());
         let mut out = self.clone();
         for (_, row, column) in self.names() {
             let mut m = self.block(row, column);
@@ -376,7 +374,7 @@ impl Partitioned {
     }
 
     /// The system from some inputs to some outputs, the parameter channels left open unless they are among them.
-    pub fn state_space(&self, outputs: &[Signal], inputs: &[Signal]) -> StateSpace {
+    pub fn state_space(&self, outputs: &[Group], inputs: &[Group]) -> StateSpace {
         StateSpace {
             a: self.block(X, X),
             b: self.join(&[X], inputs),
@@ -393,8 +391,8 @@ macro_rules! named_blocks {
             $(
                 #[doc = concat!("A copy of the block from ", stringify!($column), " to ", stringify!($row), ".")]
                 pub fn $block(&self) -> $crate::matrix::Mat {
-                    use $crate::system::partition::Signal;
-                    self.parts.block(Signal::$row, Signal::$column)
+                    use $crate::system::partition::Group;
+                    self.parts.block(Group::$row, Group::$column)
                 }
             )*
         }

@@ -2,7 +2,7 @@
 
 use crate::error::{LftError, ShapeError};
 use crate::matrix::Mat;
-use crate::system::partition::{LOOP, NamedBlock, PLANT, Partitioned, Signal, Sizes, named_blocks};
+use crate::system::partition::{Group, LOOP, NamedBlock, PLANT, Partitioned, Sizes, named_blocks};
 use crate::system::state_space::StateSpace;
 
 /// The parameter of each channel of `Theta = blkdiag(theta_i I_ri)` for repetitions `[r_1, r_2, ...]`.
@@ -40,7 +40,7 @@ impl GeneralisedPlant {
         Ok(Self { parts: Partitioned::new(PLANT, parts)?.with_channels(&blocks)?, blocks })
     }
 
-    /// The sizes of the signals.
+    /// The sizes of the groups.
     pub fn sizes(&self) -> Sizes {
         self.parts.sizes()
     }
@@ -60,7 +60,7 @@ impl GeneralisedPlant {
     /// [`LftError::NotWellPosed`] when `I - Dtt Theta` is singular.
     pub fn frozen(&self, theta: &[f64]) -> Result<Self, LftError> {
         let mut parts = self.parts.frozen(&channels(&self.blocks), theta)?;
-        parts.block_mut(Signal::Y, Signal::U).fill(0.0);
+        parts.block_mut(Group::Y, Group::U).fill(0.0);
         Ok(Self { parts, blocks: vec![] })
     }
 
@@ -102,7 +102,7 @@ impl ClosedLoop {
     /// The loop in the coordinates `x = T x~`, `zt = tau zt~`, `wt = tau wt~`, each given with its inverse.
     pub fn in_coordinates(&self, (t, t_inverse): (&Mat, &Mat), (tau, tau_inverse): (&Mat, &Mat)) -> Self {
         let (left, right) =
-            ([(Signal::X, t_inverse), (Signal::T, tau_inverse)], [(Signal::X, t), (Signal::T, tau)]);
+            ([(Group::X, t_inverse), (Group::T, tau_inverse)], [(Group::X, t), (Group::T, tau)]);
         Self { parts: self.parts.transformed(&left, &right), channels: self.channels.clone() }
     }
 
@@ -116,6 +116,6 @@ impl ClosedLoop {
     /// # Errors
     /// [`LftError::NotWellPosed`] when `I - Dtt Theta` is singular.
     pub fn frozen(&self, theta: &[f64]) -> Result<StateSpace, LftError> {
-        Ok(self.parts.frozen(&self.channels, theta)?.state_space(&[Signal::Z], &[Signal::W]))
+        Ok(self.parts.frozen(&self.channels, theta)?.state_space(&[Group::Z], &[Group::W]))
     }
 }

@@ -15,7 +15,7 @@
 use crate::error::{AugmentError, ShapeError};
 use crate::matrix::{Mat, block, diagonal_blocks};
 use crate::system::lft::Lft;
-use crate::system::partition::Signal::{T, U, W, X, Y, Z};
+use crate::system::partition::Group::{T, U, W, X, Y, Z};
 use crate::system::plant::GeneralisedPlant;
 use nalgebra::DVector;
 
