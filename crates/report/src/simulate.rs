@@ -22,8 +22,7 @@ const STEPS_SHOWN: f64 = 30.0;
 /// Flies everything, writes records and plots to `directory` and returns what was found, for people.
 ///
 /// # Errors
-/// [`ModelError::Trim`](squid_design::error::ModelError::Trim), [`Error::Simulation`], [`Error::Tick`],
-/// [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable).
+/// [`Error::Flight`], [`Error::Plot`], [`Error::Design`].
 pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<String, Error> {
     let manoeuvre = &stored.manoeuvre;
     let mut files = Files::default();

@@ -138,7 +138,11 @@ fn upper_curve(
     let mut start = None;
     let at = |omega: f64| {
         let m = response(system, omega)?;
-        let found = upper_bound_with(&m, structure, UpperBoundOptions { tight: DRAWN, from: start.as_ref(), ..UpperBoundOptions::default() });
+        let found = upper_bound_with(
+            &m,
+            structure,
+            UpperBoundOptions { tight: DRAWN, from: start.as_ref(), ..UpperBoundOptions::default() },
+        );
         Some(found.map(|bound| {
             start = Some(bound.start);
             (omega, bound.value)
