@@ -1,13 +1,15 @@
-"""Arrows that must never exist between the crates."""
+"""Arrows that must never exist between the crates, circles between the files of one, and folders that are too full."""
 
 from __future__ import annotations
 
 import json
 import subprocess
 from functools import cache
+from pathlib import Path
 
 import pytest
 from fly.stages import ROOT
+from imports import Crate
 
 NEVER = {
     "fmu-plant": {"lpv", "clarabel", "faer", "blas-symbols", "squid", "scheduled"},
@@ -17,13 +19,26 @@ NEVER = {
     "lpv": {"auv", "scheduled", "fmi2", "model-description"},
     "scheduled": {"auv", "lpv", "fmi2", "model-description", "clarabel"},
     "fmi2": {"auv", "lpv", "scheduled", "clarabel"},
-    "squid-design": {"clap", "indicatif", "plotters", "zip", "fmi2", "fmu-plant", "squid-report", "squid-package"},
+    "squid-design": {
+        "clap",
+        "indicatif",
+        "plotters",
+        "zip",
+        "fmi2",
+        "fmu-plant",
+        "squid-report",
+        "squid-package",
+    },
     "squid-flight": {"lpv", "clap", "plotters", "zip", "squid-design"},
     "squid-report": {"clap", "zip", "fmi2", "squid-package"},
     "squid-package": {"clap", "indicatif"},
     "certificate": {"auv", "lpv", "scheduled", "fmi2", "model-description", "clarabel", "faer"},
     "model-description": {"auv", "lpv", "scheduled", "fmi2"},
 }
+MEMBERS = sorted(path.parent.relative_to(ROOT) for path in ROOT.glob("*/src")) + sorted(
+    path.parent.relative_to(ROOT) for path in ROOT.glob("crates/*/src")
+)
+MOST_FILES = 15
 FORBIDDEN_NAMES = {"openblas-src", "netlib-src", "intel-mkl-src", "bindgen", "cmake"}
 
 
@@ -58,3 +73,46 @@ def test_nothing_needs_fortran_cmake_or_libclang() -> None:
     words = ["cargo", "tree", "--edges", "normal,build", "--package", "squid", "--prefix", "none"]
     done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=True)
     assert not FORBIDDEN_NAMES & {line.split()[0] for line in done.stdout.splitlines() if line}
+
+
+@pytest.mark.parametrize("member", MEMBERS, ids=str)
+def test_no_circle_between_files(member: Path) -> None:
+    circles = Crate(ROOT / member / "src").circles()
+    assert not circles, "\n".join(["files that use one another:", *circles])
+
+
+@pytest.mark.parametrize(
+    ("one", "expected"),
+    [
+        ("use crate::two::Thing;", ["one.rs -> two.rs -> one.rs"]),
+        ("use crate::{three as z, Thing};", ["one.rs -> two.rs -> one.rs"]),
+        ("use super::two; fn f() { two::g() }", ["one.rs -> two.rs -> one.rs"]),
+        ("fn f(_: crate::two::Thing) {}", ["one.rs -> two.rs -> one.rs"]),
+        ('// crate::two::Thing\nconst WORDS: &str = "crate::two::Thing";', []),
+        ("#[cfg(test)] mod tests { use crate::Thing; }", []),
+        ("pub use crate::two::Thing;", []),
+        ("use crate::inner::Other;", []),
+        ("use crate::inner::deep::Other;", ["inner/deep.rs -> one.rs -> inner/deep.rs"]),
+    ],
+)
+def test_a_circle_is_seen(tmp_path: Path, one: str, expected: list[str]) -> None:
+    """By the path to the file, by a name that lib.rs re-exports, and by an alias; not in words or tests."""
+    texts = {
+        "lib.rs": "mod one; mod two; mod three; mod inner; pub use two::Thing;",
+        "one.rs": one,
+        "two.rs": "use crate::one; pub struct Thing;",
+        "three.rs": "",
+        "inner.rs": "mod deep; pub struct Other;",
+        "inner/deep.rs": "use crate::one::f; pub struct Other;",
+    }
+    (tmp_path / "inner").mkdir()
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    assert Crate(tmp_path).circles() == expected
+
+
+@pytest.mark.parametrize("member", MEMBERS, ids=str)
+def test_folders_are_not_too_full(member: Path) -> None:
+    folders = {path.parent for path in (ROOT / member / "src").rglob("*.rs")}
+    files = {folder.relative_to(ROOT): len(list(folder.glob("*.rs"))) for folder in folders}
+    assert not {str(folder): count for folder, count in files.items() if count > MOST_FILES}
