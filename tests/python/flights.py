@@ -2,16 +2,28 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
+from conftest import Run
 from fly.master import Signals, Slave, couple
 from fly.package import Packages
 from fmpy import read_model_description
 
 TEN_DEGREES = float(np.deg2rad(10.0))
 STEP_TIME = 5.0
+
+
+def figures_of(run_squid: Run, flown: Signals, folder: Path) -> dict:
+    """Return what `squid plot --json` reads off a flight."""
+    record = folder / "flown.csv"
+    columns = np.column_stack([*flown.values()])
+    np.savetxt(record, columns, fmt="%.17g", delimiter=",", header=",".join(flown), comments="")
+    done = run_squid("plot", record, "--json")
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
 
 
 def start_value(fmu: Path, name: str) -> float:

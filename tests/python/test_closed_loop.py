@@ -6,12 +6,12 @@ Speeds, bandwidths and the steady error of 1 % are those of Sutarto and Budiyono
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pytest
 from conftest import Run, package
-from flights import STEP_TIME, TEN_DEGREES, fly_alone, limits, pitch_step, sample_time
-from fly.figures import steps
+from flights import STEP_TIME, TEN_DEGREES, figures_of, fly_alone, limits, pitch_step, sample_time
 from fly.master import Signals
 from fly.package import Packages
 from fly.stages import ROOT
@@ -89,7 +89,7 @@ def test_without_control_the_responses_are_not_alike(squid: Packages) -> None:
     assert np.max(np.ptp(flown, axis=0)) > 0.2 * np.max(flown)
 
 
-def test_ramp_of_speed_is_well_damped(squid: Packages) -> None:
+def test_ramp_of_speed_is_well_damped(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
     """A pitch step while speed ramps from 0.5 to 3 m/s in 20 s."""
     values = {
         "pitch_step": TEN_DEGREES,
@@ -101,11 +101,11 @@ def test_ramp_of_speed_is_well_damped(squid: Packages) -> None:
         "ramp_duration": 20.0,
     }
     flown = fly_alone(squid.loop, 90.0, sample_time(squid), values)
-    (found,) = steps(flown["time"], flown["pitch"], flown["pitch_reference_used"])
-    assert found.overshoot < 0.10
-    assert found.steady_error < 0.01
+    (found,) = figures_of(run_squid, flown, tmp_path)["pitch_steps"]
+    assert found["overshoot"] < 0.10
+    assert found["steady_error"] < 0.01
     error = (flown["pitch_reference_used"] - flown["pitch"]) / TEN_DEGREES
-    assert np.max(np.abs(error[flown["time"] > found.time + 20.0])) < 0.05, "within 5 % when the ramp ends"
+    assert np.max(np.abs(error[flown["time"] > found["time"] + 20.0])) < 0.05, "within 5 % when the ramp ends"
     swings = extremes(error[flown["time"] > 10.5])
     assert all(abs(later) < 0.05 for later in swings[2:]), f"ringing: {swings}"
     assert np.max(np.abs(flown["speed_reference_used"] - flown["speed"])) < 0.05 * 3.0

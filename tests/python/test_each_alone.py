@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
-from flights import limits, sample_time
-from fly.figures import steps
+from conftest import Run
+from flights import figures_of, limits, sample_time
 from fly.package import Packages
 from fmpy import read_model_description, simulate_fmu
 
@@ -45,13 +47,13 @@ def test_controller_pushes_the_right_way(squid: Packages) -> None:
     assert up["upper_port"][-1] == pytest.approx(up["upper_starboard"][-1], abs=accuracy_of_the_solver)
 
 
-def test_loop_flies_its_manoeuvre(packages: Packages) -> None:
+def test_loop_flies_its_manoeuvre(packages: Packages, run_squid: Run, tmp_path: Path) -> None:
     description = read_model_description(packages.loop)
     names = [v.name for v in description.modelVariables if v.causality == "output"]
     flown = simulate_fmu(packages.loop, output_interval=sample_time(packages), output=names)
     assert flown["time"][-1] == pytest.approx(float(description.defaultExperiment.stopTime))
-    found = steps(flown["time"], flown["pitch"], flown["pitch_reference_used"])
-    assert found, "the manoeuvre has a pitch step"
+    steps = figures_of(run_squid, {name: flown[name] for name in flown.dtype.names}, tmp_path)["pitch_steps"]
+    assert steps, "the manoeuvre has a pitch step"
     wanted = {"squid": 10.0, "remus100": 3.0}[packages.vehicle]
-    assert np.rad2deg(found[0].height) == pytest.approx(wanted, abs=0.1)
+    assert np.rad2deg(steps[0]["height"]) == pytest.approx(wanted, abs=0.1)
     assert np.ptp(flown["speed_reference_used"]) > 0.5, "the speed ramps"

@@ -210,6 +210,7 @@ def test_isolated_peak_of_a_real_scalar(run_squid: Run, tmp_path: Path) -> None:
     assert 1.0 - 1e-9 <= report["upper"] <= 1.0 + 1e-4
     assert report["lower"] == pytest.approx(1.0, rel=1e-6)
     assert report["frequency"] == pytest.approx(3**-0.5, rel=1e-4)
+    assert report["lower_frequency"] == pytest.approx(3**-0.5, abs=1e-5)
 
 
 NOMINAL = {
@@ -376,6 +377,14 @@ def test_what_cannot_come_back(run_squid: Run, tmp_path: Path, blocks: list[list
     assert report["upper"] == pytest.approx(1e-300, rel=1e-4)
     zero = (np.zeros((0, 0)), np.zeros((0, 2)), np.zeros((2, 0)), np.zeros((2, 2)))
     assert bounds(run_squid, tmp_path / "p.json", problem(zero, blocks))["upper"] < 1e-50
+
+
+@pytest.mark.parametrize("n", [0, 2])
+def test_nothing_passes_through_zeros(run_squid: Run, tmp_path: Path, n: int) -> None:
+    """Systems with states and without: mu is zero at every frequency, and no small number spoils that."""
+    zero = (-np.eye(n), np.zeros((n, 4)), np.zeros((4, n)), np.zeros((4, 4)))
+    report = bounds(run_squid, tmp_path / "p.json", problem(zero, [[1, 0], [3, 3]]))
+    assert report["lower"] == 0.0 and report["upper"] < 1e-50
 
 
 MATRIX = {"M": [[1, [0, 2]], [3, 4]], "blocks": [[-1, 0], [1, 1]]}

@@ -10,7 +10,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fly import build, figures, flight, record, room, stamp
+from conftest import Run
+from flights import figures_of
+from fly import build, flight, record, room, stamp
 from fly.package import FIGURES, Packages
 from fly.stages import ROOT, StageError, run
 
@@ -115,59 +117,25 @@ def test_a_folder_without_design_is_told(tmp_path: Path, text: str | None) -> No
         Packages.found_in(tmp_path)
 
 
-def test_figures_of_a_known_response() -> None:
-    """A second-order system with damping 0.5 overshoots by exp(-pi/sqrt(3)) = 16.3 %, and leaves 2 % last at 8.08 s.
-
-    The test in `crates/flight/src/metrics.rs` is of the same response: the two programs call the same thing settled.
-    """
-    time = np.arange(0.0, 40.0, 0.01)
-    late = np.clip(time - 5.0, 0.0, None)
-    damped = np.sqrt(0.75)
-    wave = np.exp(-0.5 * late) * (np.cos(damped * late) + 0.5 / damped * np.sin(damped * late))
-    reference = np.where(time >= 5.0, 0.2, 0.0)
-    (step,) = figures.steps(time, 0.2 * (1.0 - wave), reference)
-    assert step.time == pytest.approx(5.0)
-    assert step.height == pytest.approx(0.2)
-    assert step.overshoot == pytest.approx(np.exp(-np.pi / np.sqrt(3.0)), abs=1e-4)
-    assert step.settling_time == pytest.approx(8.08, abs=0.01)
-    assert step.steady_error < 1e-5
+def test_a_step_that_does_not_settle_is_described() -> None:
+    step = {"height": np.deg2rad(10.0), "overshoot": 0.05, "settling_time": None}
+    assert flight.describe(step, 0.02) == "+10.0 deg: overshoot 5.0 %, never within 2 %"
+    assert flight.describe({**step, "settling_time": 8.08}, 0.02).endswith("5.0 %, within 2 % after 8.1 s")
 
 
-def test_figures_of_a_response_that_does_not_settle() -> None:
-    time = np.arange(0.0, 10.0, 0.01)
-    (step,) = figures.steps(time, np.zeros_like(time), np.where(time >= 5.0, 0.2, 0.0))
-    assert step.settling_time == float("inf")
-    assert step.steady_error == pytest.approx(1.0)
-
-
-def test_a_step_that_does_not_settle_is_told_in_words() -> None:
-    told = flight.describe(figures.StepFigures(10.0, np.deg2rad(10.0), 0.05, float("inf"), 0.1))
-    assert told == "+10.0 deg: overshoot 5.0 %, never within 2 %"
-
-
-def test_a_flight_ends_at_the_surface() -> None:
-    """A millimetre above it is rounding; time and speed are told."""
-    signals = {"time": np.arange(4.0), "depth": np.array([0.0, -5e-4, -0.02, 1.0]), "speed": np.full(4, 2.5)}
-    wet, row = figures.until_surface(signals)
-    assert row == 2 and wet["time"].tolist() == [0.0, 1.0]
-    assert flight.surface_lines(signals, row)[0][1].startswith("reached at 2.00 s with 2.50 m/s")
-    assert flight.surface_lines(wet, figures.until_surface(wet)[1]) == []
-
-
-def test_worst_error_leaves_out_what_follows_an_event() -> None:
-    time = np.arange(0.0, 10.0, 0.5)
-    error = np.where((time >= 2.0) & (time < 4.0), 5.0, 0.1)
-    assert figures.worst_error_after(time, error, [2.0], 2.0) == pytest.approx(0.1)
-    assert figures.worst_error_after(time, error, [], 2.0) == pytest.approx(5.0)
-
-
-def test_worst_error_after_a_step_is_not_from_before_it() -> None:
-    """The summary says 'later than 10 s after a step': what a flight begins with is no answer to that."""
-    time = np.arange(0.0, 30.0, 0.5)
-    error = np.where(time < 5.0, 3.0, 0.01)
-    assert figures.worst_error_after(time, error, [10.0], 10.0) == pytest.approx(0.01)
-    assert figures.worst_error_after(time, error, [10.0, 15.0], 10.0) == pytest.approx(0.01)
-    assert figures.worst_error_after(time, error, [25.0], 10.0) is None
+def test_a_flight_ends_at_the_surface(run_squid: Run, tmp_path: Path) -> None:
+    """A millimetre above it is rounding; time and speed are told, and figures end there."""
+    signals = {name: np.zeros(4) for name in ("pitch", "pitch_reference_used", "speed_reference_used")}
+    signals |= {"time": np.arange(4.0), "depth": np.array([0.0, -5e-4, -0.02, 1.0])}
+    signals["speed"] = np.array([0.25, 0.5, 2.5, 9.0])
+    figures = figures_of(run_squid, signals, tmp_path)
+    assert figures["speed_error"] == 0.5 and figures["actuator_use"] is None and figures["pitch_steps"] == []
+    assert flight.surface_lines(figures["surface"])[0][1].startswith("reached at 2.00 s with 2.50 m/s")
+    wet = {name: column[:2] for name, column in signals.items()}
+    assert flight.surface_lines(figures_of(run_squid, wet, tmp_path)["surface"]) == []
+    (tmp_path / "flown.csv").write_text("time,pitch\n0,0\n", encoding="utf-8")
+    done = run_squid("plot", tmp_path / "flown.csv", "--json")
+    assert done.returncode == 1 and "there is no column 'pitch_reference_used'" in done.stderr
 
 
 def test_record_reads_what_fmpy_writes(tmp_path: Path) -> None:

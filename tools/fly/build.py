@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
 import sys
 from functools import cache
 from pathlib import Path
 
-from fly.stages import ROOT, StageError, run
+from fly.stages import answer, run
 
 FMU_CRATES = ("fmu-plant", "fmu-controller", "fmu-squid")
 CDYLIB = ("--lib", "--crate-type", "cdylib", "--features", "export", "--profile", "fmu")
@@ -44,15 +43,7 @@ def build_command() -> None:
 def target_directory() -> Path:
     """Ask cargo where it puts what it builds."""
     words = ["cargo", "metadata", "--format-version", "1", "--no-deps"]
-    try:
-        answer = subprocess.run(words, cwd=ROOT, capture_output=True, check=True)
-    except FileNotFoundError:
-        raise StageError("the program `cargo` was not found. Install Rust from https://rustup.rs.") from None
-    except subprocess.CalledProcessError as error:
-        raise StageError(
-            f"`cargo metadata` failed: {error.stderr.decode(errors='replace').strip()}"
-        ) from None
-    return Path(json.loads(answer.stdout)["target_directory"])
+    return Path(json.loads(answer(words))["target_directory"])
 
 
 def squid() -> Path:

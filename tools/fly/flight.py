@@ -12,15 +12,13 @@ import numpy as np
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
-from fly import figures, record
-from fly.master import Signals, Slave, actuators_of, couple
+from fly import record
+from fly.master import Signals, Slave, couple
 from fly.package import Packages
-from fly.stages import StageError, run, stage
+from fly.stages import StageError, answer, run, stage
 
 AGREEMENT = 1e-9
 """Largest difference between the two flights: they do the same arithmetic, but for the rounding of time."""
-GRACE = 10.0
-"""Time (s) that a pitch step may take before its error counts as one of tracking."""
 
 
 def validate(packages: Packages) -> None:
@@ -99,76 +97,42 @@ def compare(loop: Signals, coupled: Signals) -> float:
     return worst
 
 
-def plot(packages: Packages, squid: Path, vehicle: Path) -> Path:
-    """Draw the flight."""
-    path = packages.folder / "flight.svg"
-    run(
-        [
-            squid,
-            "plot",
-            packages.folder / "flight.csv",
-            "--vehicle",
-            vehicle,
-            "--out",
-            path,
-        ]
-    )
-    return path
+def plot(packages: Packages, squid: Path, vehicle: Path) -> dict:
+    """Draw the flight, and return its figures: `squid plot --help` says what they are."""
+    record_file, drawn = packages.folder / "flight.csv", packages.folder / "flight.svg"
+    return json.loads(answer([squid, "plot", record_file, "--vehicle", vehicle, "--out", drawn, "--json"]))
 
 
-def limits_of(packages: Packages) -> dict[str, tuple[float, float]]:
-    """Return the limits of each actuator."""
-    with (
-        Slave(packages.controller, "limits") as controller,
-        Slave(packages.plant, "plant") as plant,
-    ):
-        for slave in (controller, plant):
-            slave.begin()
-            slave.ready()
-        variables = [controller.variables[name] for name in actuators_of(controller, plant)]
-        return {v.name: (float(v.min), float(v.max)) for v in variables}
-
-
-def report(packages: Packages, flown: Signals, agreement: float, drawn: Path) -> None:
-    """Print what was achieved; the equations are those of deep water, and a flight ends at the surface."""
-    loop, surfaced = figures.until_surface(flown)
+def report(packages: Packages, figures: dict, agreement: float) -> None:
+    """Print what was achieved; the equations are those of deep water, and figures and plot end at the surface."""
     achieved = json.loads(packages.figures.read_text(encoding="utf-8"))
-    time, pitch, reference = loop["time"], loop["pitch"], loop["pitch_reference_used"]
-    speed_error = loop["speed_reference_used"] - loop["speed"]
-    found = figures.steps(time, pitch, reference)
-    tracking = figures.worst_error_after(time, reference - pitch, [step.time for step in found], GRACE)
-    off = "not flown" if tracking is None else f"error at most {np.rad2deg(tracking):.3f} deg"
-    use = figures.actuator_use(loop, limits_of(packages))
-    when = f"later than {GRACE:.0f} s after a step" if found else "with no step"
+    steps, off = figures["pitch_steps"], figures["pitch_error"]
+    tracking = "not flown" if off is None else f"error at most {np.rad2deg(off):.3f} deg"
+    when = f"later than {figures['grace']:.0f} s after a step" if steps else "with no step"
     print(f"\nWhat was achieved, {packages.vehicle}")
     lines = [
         *gamma_lines(achieved),
-        ("pitch tracking", f"{off}, {when}"),
-        ("speed tracking", f"error at most {np.max(np.abs(speed_error)):.3f} m/s"),
-        *((f"step at {step.time:g} s", describe(step)) for step in found),
-        *surface_lines(flown, surfaced),
-        ("actuators", f"{100 * use:.0f} % of their limits at most"),
+        ("pitch tracking", f"{tracking}, {when}"),
+        ("speed tracking", f"error at most {figures['speed_error']:.3f} m/s"),
+        *((f"step at {step['time']:g} s", describe(step, figures["settled"])) for step in steps),
+        *surface_lines(figures["surface"]),
+        ("actuators", f"{100 * figures['actuator_use']:.0f} % of their limits at most"),
         (
             "two flights agree",
             f"to {agreement:.1e} (coupled by the master; in one FMU by fmpy simulate)",
         ),
-        ("plot", os.path.relpath(drawn)),
+        ("plot", os.path.relpath(figures["plot"])),
     ]
     for name, value in lines:
         print(f"  {name:<18} {value}")
 
 
-def surface_lines(flown: Signals, row: int | None) -> list[tuple[str, str]]:
+def surface_lines(surface: dict | None) -> list[tuple[str, str]]:
     """Say where the vehicle left the water, if it did."""
-    if row is None:
+    if surface is None:
         return []
-    time, speed = flown["time"][row], flown["speed"][row]
-    return [
-        (
-            "SURFACE",
-            f"reached at {time:.2f} s with {speed:.2f} m/s; plot and figures end there, flight.csv goes on",
-        )
-    ]
+    reached = f"reached at {surface['time']:.2f} s with {surface['speed']:.2f} m/s"
+    return [("SURFACE", f"{reached}; plot and figures end there, flight.csv goes on")]
 
 
 def gamma_lines(achieved: dict) -> list[tuple[str, str]]:
@@ -204,13 +168,11 @@ def rounded_up(bound: float) -> float:
     return np.ceil(1e4 * bound) / 1e4
 
 
-def describe(step: figures.StepFigures) -> str:
+def describe(step: dict, settled: float) -> str:
     """Say what one step response amounts to."""
-    band = f"within {100 * figures.SETTLED:.0f} %"
-    settled = (
-        f"{band} after {step.settling_time:.1f} s" if np.isfinite(step.settling_time) else f"never {band}"
-    )
-    return f"{np.rad2deg(step.height):+.1f} deg: overshoot {100 * step.overshoot:.1f} %, {settled}"
+    band, time = f"within {100 * settled:.0f} %", step["settling_time"]
+    when = f"never {band}" if time is None else f"{band} after {time:.1f} s"
+    return f"{np.rad2deg(step['height']):+.1f} deg: overshoot {100 * step['overshoot']:.1f} %, {when}"
 
 
 def main() -> int:
@@ -231,8 +193,8 @@ def main() -> int:
         with stage("Comparing the two flights"):
             agreement = compare(loop, coupled)
         with stage("Drawing the flight"):
-            drawn = plot(packages, arguments.squid, arguments.vehicle)
-        report(packages, loop, agreement, drawn)
+            figures = plot(packages, arguments.squid, arguments.vehicle)
+        report(packages, figures, agreement)
     except StageError as error:
         print(f"\nStopped: {error}", file=sys.stderr)
         return 1

@@ -1,17 +1,17 @@
 """The licences of the crates that are compiled into the FMUs, as one file that goes into each of them.
 
-`python3 run.py freeze` writes crates/package/third_party.txt anew; a test keeps it fresh, and refuses what cannot be shipped.
+`python3 run.py freeze` writes crates/package/third_party.txt anew; a test keeps it fresh, and refuses what cannot be
+shipped.
 """
 
 from __future__ import annotations
 
 import json
 import re
-import subprocess
 from pathlib import Path
 
 from fly import build, platforms
-from fly.stages import ROOT, StageError
+from fly.stages import ROOT, StageError, answer
 
 FILE = ROOT / "crates" / "package" / "third_party.txt"
 ALLOWED = ("MIT", "Apache-2.0")
@@ -23,29 +23,29 @@ below, each under the licence named first in its line. The text of the Apache Li
 """
 
 
-def asked(*words: str) -> str:
-    """Ask cargo about the crates that are locked."""
-    done = subprocess.run(
-        ["cargo", *words, "--locked"], cwd=ROOT, capture_output=True, text=True, check=False
-    )
-    if done.returncode != 0:
-        raise StageError(f"`cargo {words[0]}` failed: {done.stderr.strip()}")
-    return done.stdout
-
-
 def compiled_in() -> list[dict]:
     """Return the foreign packages that the FMUs are linked from, by name; macros run in the compiler alone.
 
     `cargo metadata` knows their licences, and lists more than is built where a feature of a dependency might want it;
     `cargo tree` knows what is built.
     """
-    words = ["tree", "--edges", "normal,no-proc-macro", "--prefix", "none", "--format", "{p}"]
+    words = [
+        "cargo",
+        "tree",
+        "--locked",
+        "--edges",
+        "normal,no-proc-macro",
+        "--prefix",
+        "none",
+        "--format",
+        "{p}",
+    ]
     for crate in build.FMU_CRATES:
         words += ["--package", crate]
     for target in platforms.TARGETS.values():
         words += ["--target", target]
-    built = {tuple(line.split()[:2]) for line in asked(*words).splitlines() if line}
-    packages = json.loads(asked("metadata", "--format-version", "1"))["packages"]
+    built = {tuple(line.split()[:2]) for line in answer(words).splitlines() if line}
+    packages = json.loads(answer(["cargo", "metadata", "--locked", "--format-version", "1"]))["packages"]
     foreign = [p for p in packages if p["source"] and (p["name"], f"v{p['version']}") in built]
     return sorted(foreign, key=lambda package: (package["name"], package["version"]))
 

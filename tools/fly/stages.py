@@ -50,6 +50,24 @@ def run(
         raise StageError(f"`{' '.join(words)}` ended with exit code {code}; its output is in {path}.")
 
 
+def answer(command: Sequence[str | Path]) -> str:
+    """Run a command at the top of the repository and return what it writes to standard output."""
+    words = [str(word) for word in command]
+    try:
+        done = subprocess.run(words, cwd=ROOT, capture_output=True, encoding="utf-8", check=False)
+    except FileNotFoundError:
+        raise missing(words[0]) from None
+    if done.returncode != 0:
+        raise StageError(f"`{' '.join(words)}` failed: {done.stderr.strip()}")
+    return done.stdout
+
+
+def missing(program: str) -> StageError:
+    """Return the error of a program that is not installed."""
+    hint = " Install Rust from https://rustup.rs." if program == "cargo" else ""
+    return StageError(f"the program `{program}` was not found.{hint}")
+
+
 def call(words: Sequence[str], environment: Mapping[str, str], log: Path | None) -> int:
     """Run a command and return its exit code."""
     sys.stdout.flush()
@@ -60,5 +78,4 @@ def call(words: Sequence[str], environment: Mapping[str, str], log: Path | None)
             streams = {"stdout": file, "stderr": subprocess.STDOUT}
             return subprocess.run(words, cwd=ROOT, env=environment, check=False, **streams).returncode
     except FileNotFoundError:
-        hint = " Install Rust from https://rustup.rs." if words[0] == "cargo" else ""
-        raise StageError(f"the program `{words[0]}` was not found.{hint}") from None
+        raise missing(words[0]) from None

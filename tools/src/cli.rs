@@ -132,6 +132,10 @@ pub enum Verb {
         /// The SVG file to write; beside the record if not named
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
+        /// Print the figures of the flight as one JSON object, in s, rad, m/s and fractions: pitch_steps with overshoot,
+        /// rise_time, settling_time (null: never settled) and steady_error, pitch_error, speed_error, actuator_use, surface
+        #[arg(long)]
+        json: bool,
     },
 }
 

@@ -61,7 +61,7 @@ fn run(verb: Verb) -> Result<ExitCode, Error> {
         Verb::Verify { file, vehicle, design, bandwidth } => {
             verify::run(&file, vehicle.as_deref(), &design, bandwidth)
         }
-        Verb::Plot { record, vehicle, out } => plot::run(&record, vehicle.as_deref(), out),
+        Verb::Plot { record, vehicle, out, json } => plot::run(&record, vehicle.as_deref(), out, json),
         Verb::Lpv(verb) => return lpv::run(&verb),
     }
     .map(|()| ExitCode::SUCCESS)

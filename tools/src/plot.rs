@@ -1,40 +1,102 @@
-//! `squid plot`: a flight's record as any FMI tool writes it: CSV with a column `time` and one for each variable.
+//! `squid plot`: plot and figures of a flight's record as any FMI tool writes it: CSV with a column `time` and one for
+//! each variable.
 
 use crate::error::Error;
 use crate::output::say;
 use auv::toml_file::cited;
 use auv::{Actuator, Vehicle};
+use scheduled::Inputs;
+use serde_json::{Value, json};
+use signals::SIGNALS;
 use squid_design::files::{read, write};
-use squid_flight::flight::out_of_water;
+use squid_flight::flight::{Row, Surfacing, out_of_water};
+use squid_flight::metrics::{FlightFigures, GRACE, PitchStep, SETTLED};
 use squid_report::page::plot::{Line, Panel, draw};
+use std::array::from_fn;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Plots a record, beside it if no other file is named.
+/// The values of each variable, by its name.
+type Columns = BTreeMap<String, Vec<f64>>;
+
+/// Plots a record, beside it if no other file is named, and prints the path, or the figures of the flight as JSON.
 ///
 /// # Errors
-/// As [`plot`], and those of the vehicle file.
-pub fn run(record: &Path, vehicle: Option<&Path>, out: Option<PathBuf>) -> Result<(), Error> {
+/// [`Error::Record`] when a column is missing or a number is none, [`Error::Report`],
+/// [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable); those of the vehicle file.
+pub fn run(record: &Path, vehicle: Option<&Path>, out: Option<PathBuf>, json: bool) -> Result<(), Error> {
     let to = out.unwrap_or_else(|| record.with_extension("svg"));
     let actuators = match vehicle {
         Some(directory) => Vehicle::read(&directory.join("vehicle.toml"))?.actuators,
         None => Vec::new(),
     };
-    plot(record, &to, &actuators)?;
+    let mut columns = columns(record)?;
+    let surfacing = end_at_surface(&mut columns);
+    plot(record, &columns, &to, &actuators)?;
+    if json {
+        let wrong = |reason| Error::Record { path: record.display().to_string(), reason };
+        let rows = rows(&columns, &actuators).map_err(wrong)?;
+        say(&figures(&rows, &actuators, surfacing, &to).to_string());
+        return Ok(());
+    }
+    if let Some(Surfacing { time, speed }) = surfacing {
+        let speed = if speed.is_nan() { String::new() } else { format!(", with {speed:.2} m/s") };
+        say(&format!("The vehicle reaches the surface at {time:.2} s{speed}; the plot ends there."));
+    }
     say(&to.display().to_string());
     Ok(())
 }
 
+/// The record of a flight, a row for each time; commands are those of the actuators that are given.
+fn rows(columns: &Columns, actuators: &[Actuator]) -> Result<Vec<Row>, String> {
+    let column = |name: &str| columns.get(name).ok_or_else(|| format!("there is no column '{name}'"));
+    let every = |names: Vec<String>| names.iter().map(|name| column(name)).collect::<Result<Vec<_>, _>>();
+    let measured = every(SIGNALS.map(|s| s.name.to_owned()).into())?;
+    let references = every(SIGNALS.map(|s| format!("{}_used", s.reference)).into())?;
+    let commands = every(actuators.iter().map(|a| a.name.clone()).collect())?;
+    let (time, depth) = (column("time")?, column("depth")?);
+    let row = |k: usize| Row {
+        time: time[k],
+        signals: Inputs {
+            measured: from_fn(|place| measured[place][k]),
+            references: from_fn(|place| references[place][k]),
+        },
+        depth: depth[k],
+        rho: f64::NAN,
+        out_of_range: false,
+        commands: commands.iter().map(|command| command[k]).collect(),
+    };
+    Ok((0..time.len()).map(row).collect())
+}
+
+/// The figures of a flight in SI units and fractions, by the names in `squid plot --help`; what is not known is null.
+fn figures(rows: &[Row], actuators: &[Actuator], surfacing: Option<Surfacing>, plot: &Path) -> Value {
+    let limits: Vec<(f64, f64)> = actuators.iter().map(|a| (a.min, a.max)).collect();
+    let found = FlightFigures::of(rows, &limits);
+    let step = |PitchStep { time, height, figures: f }: &PitchStep| {
+        json!({
+            "time": time,
+            "height": height,
+            "overshoot": f.overshoot,
+            "rise_time": f.rise_time,
+            "settling_time": f.settling_time,
+            "steady_error": f.steady_error,
+        })
+    };
+    json!({
+        "plot": plot.display().to_string(),
+        "surface": surfacing.map(|s| json!({ "time": s.time, "speed": s.speed })),
+        "pitch_steps": found.steps.iter().map(step).collect::<Vec<_>>(),
+        "settled": SETTLED,
+        "pitch_error": found.pitch_error,
+        "grace": GRACE,
+        "speed_error": found.speed_deviation,
+        "actuator_use": (!actuators.is_empty()).then_some(found.actuator_use),
+    })
+}
+
 /// Draws the record of a flight of `squid.fmu`; commands are shown of the actuators that are given.
-///
-/// # Errors
-/// [`Error::Record`] when a column is missing or a number is none, [`Error::Plot`],
-/// [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable).
-fn plot(record: &Path, to: &Path, actuators: &[Actuator]) -> Result<(), Error> {
-    let mut columns = columns(record)?;
-    if let Some(words) = end_at_surface(&mut columns) {
-        say(&words);
-    }
+fn plot(record: &Path, columns: &Columns, to: &Path, actuators: &[Actuator]) -> Result<(), Error> {
     let wrong = |reason: String| Error::Record { path: record.display().to_string(), reason };
     let time = columns.get("time").ok_or_else(|| wrong("there is no column 'time'".into()))?;
     let mut panels = Vec::new();
@@ -77,19 +139,18 @@ fn plot(record: &Path, to: &Path, actuators: &[Actuator]) -> Result<(), Error> {
     Ok(write(to, draw(to, &format!("Flight: {name}"), &panels)?.as_bytes())?)
 }
 
-/// Takes off what lies beyond the surface, where the equations of the plant hold no longer, and says so.
-fn end_at_surface(columns: &mut BTreeMap<String, Vec<f64>>) -> Option<String> {
+/// Takes off what lies beyond the surface, where the equations of the plant hold no longer. The speed is NaN where the
+/// record has none.
+fn end_at_surface(columns: &mut Columns) -> Option<Surfacing> {
     let row = columns.get("depth")?.iter().position(|depth| out_of_water(*depth))?;
-    let time = columns.get("time")?.get(row)?;
-    let speed = columns.get("speed").and_then(|speeds| speeds.get(row));
-    let speed = speed.map_or_else(String::new, |speed| format!(", with {speed:.2} m/s"));
-    let words = format!("The vehicle reaches the surface at {time:.2} s{speed}; the plot ends there.");
+    let time = *columns.get("time")?.get(row)?;
+    let speed = columns.get("speed").and_then(|speeds| speeds.get(row)).copied().unwrap_or(f64::NAN);
     columns.values_mut().for_each(|column| column.truncate(row));
-    Some(words)
+    Some(Surfacing { time, speed })
 }
 
 /// The columns by name; quotes around names are taken off, as FMPy puts them.
-fn columns(path: &Path) -> Result<BTreeMap<String, Vec<f64>>, Error> {
+fn columns(path: &Path) -> Result<Columns, Error> {
     let text = read(path)?;
     let wrong = |reason: String| Error::Record { path: path.display().to_string(), reason };
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
@@ -132,8 +193,7 @@ mod tests {
         let path = folder.path().join("flight.csv");
         std::fs::write(&path, record).unwrap();
         let mut found = columns(&path).unwrap();
-        let words = end_at_surface(&mut found).unwrap();
-        assert_eq!(words, "The vehicle reaches the surface at 2.00 s, with 2.75 m/s; the plot ends there.");
+        assert_eq!(end_at_surface(&mut found), Some(Surfacing { time: 2.0, speed: 2.75 }));
         assert_eq!((&found["time"], &found["depth"]), (&vec![0.0, 1.0], &vec![1.0, 0.2]));
         assert_eq!(end_at_surface(&mut found), None);
 

@@ -1,11 +1,17 @@
-//! Figures of a step response.
+//! Figures of a flight: what a control engineer reads off the plot.
 
 use crate::flight::Row;
 use signals::{PITCH, SPEED};
 
-/// The band around the new reference, relative to the step, within which a response counts as settled. The same as of
-/// the main job, in `tools/fly/figures.py`.
+/// The band around the new reference, relative to the step, within which a response counts as settled.
 pub const SETTLED: f64 = 0.02;
+
+/// The time \[s\] that a pitch step may take before its error counts as one of tracking.
+pub const GRACE: f64 = 10.0;
+
+/// A pitch reference that moves this far \[rad\] (1 deg) within a sample has stepped; ramps of the trim pitch are
+/// slower.
+const JUMP: f64 = std::f64::consts::PI / 180.0;
 
 /// What a pitch step response amounts to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,6 +37,69 @@ impl StepFigures {
         let rise_time = if self.rise_time.is_finite() { self.rise_time } else { f64::NAN };
         Self { rise_time, settling_time: f64::NAN, steady_error: f64::NAN, ..self }
     }
+}
+
+/// A step of the pitch reference in a flight, and the response to it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PitchStep {
+    /// When it came, s.
+    pub time: f64,
+    /// Its height, rad, signed.
+    pub height: f64,
+    /// Of the response, up to the next step.
+    pub figures: StepFigures,
+}
+
+/// What a whole flight amounts to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FlightFigures {
+    /// The steps of the pitch reference, in order.
+    pub steps: Vec<PitchStep>,
+    /// Largest pitch error \[rad\] from the first step on, without the [`GRACE`] after each; that of the whole flight
+    /// where there is no step. None when the flight ends before any such time.
+    pub pitch_error: Option<f64>,
+    /// Largest deviation of the speed from its reference, m/s.
+    pub speed_deviation: f64,
+    /// Largest use of an actuator, relative to its limits: 1 is at a limit.
+    pub actuator_use: f64,
+}
+
+impl FlightFigures {
+    /// Reads the figures off a record. `limits` are the least and the largest command of each actuator, in the order of
+    /// the commands.
+    #[must_use]
+    pub fn of(rows: &[Row], limits: &[(f64, f64)]) -> Self {
+        let jump = |i: usize| rows[i].reference(PITCH) - rows[i - 1].reference(PITCH);
+        let begins: Vec<usize> = (1..rows.len()).filter(|i| jump(*i).abs() > JUMP).collect();
+        let ends = begins.iter().skip(1).copied().chain([rows.len()]);
+        let step = |(begin, end): (&usize, usize)| {
+            let (time, height) = (rows[*begin].time, jump(*begin));
+            PitchStep { time, height, figures: StepFigures::of(&rows[*begin..end], time, height, limits) }
+        };
+        let steps: Vec<PitchStep> = begins.iter().zip(ends).map(step).collect();
+        Self {
+            pitch_error: pitch_error(rows, &steps),
+            steps,
+            speed_deviation: speed_deviation(rows),
+            actuator_use: actuator_use(rows, limits),
+        }
+    }
+}
+
+fn pitch_error(rows: &[Row], steps: &[PitchStep]) -> Option<f64> {
+    let first = steps.first().map_or(f64::NEG_INFINITY, |step| step.time);
+    let counts = |time: f64| time > first && steps.iter().all(|s| time < s.time || time > s.time + GRACE);
+    let errors = rows.iter().filter(|r| counts(r.time)).map(|r| r.error(PITCH).abs());
+    errors.reduce(f64::max)
+}
+
+fn speed_deviation(rows: &[Row]) -> f64 {
+    rows.iter().map(|r| r.error(SPEED).abs()).fold(0.0, f64::max)
+}
+
+fn actuator_use(rows: &[Row], limits: &[(f64, f64)]) -> f64 {
+    let each = rows.iter().flat_map(|r| r.commands.iter().zip(limits));
+    each.map(|(command, (low, high))| used_fraction(*command, *low, *high)).fold(0.0, f64::max)
 }
 
 /// How much of an actuator a command uses: 0 at rest, 1 at a limit. Where the range does not hold 0, rest is its
@@ -68,17 +137,13 @@ impl StepFigures {
         };
         let tail = &after[after.len() - (after.len() / 10).max(1)..];
         let mean_done = tail.iter().map(|r| done(r)).sum::<f64>() / tail.len() as f64;
-        let used = |r: &Row| {
-            let each = r.commands.iter().zip(limits).map(|(c, (low, high))| used_fraction(*c, *low, *high));
-            each.fold(0.0, f64::max)
-        };
         Self {
             overshoot: after.iter().map(|r| done(r) - 1.0).fold(0.0, f64::max),
             rise_time: if first(0.9).is_finite() { first(0.9) - first(0.1) } else { f64::INFINITY },
             settling_time,
             steady_error: (1.0 - mean_done).abs(),
-            speed_deviation: rows.iter().map(|r| r.error(SPEED).abs()).fold(0.0, f64::max),
-            actuator_use: rows.iter().map(used).fold(0.0, f64::max),
+            speed_deviation: speed_deviation(rows),
+            actuator_use: actuator_use(rows, limits),
         }
     }
 }
@@ -88,33 +153,78 @@ mod tests {
     use super::*;
     use scheduled::Inputs;
 
+    /// A flight at constant speed, by pitch and reference (rad) over time (s).
+    fn flown(duration: f64, step: f64, at: impl Fn(f64) -> (f64, f64)) -> Vec<Row> {
+        let row = |i: u32| {
+            let time = step * f64::from(i);
+            let (pitch, reference) = at(time);
+            let signals = Inputs { measured: [pitch, 1.0], references: [reference, 1.25] };
+            Row { time, signals, depth: 0.0, rho: 0.0, out_of_range: false, commands: vec![3.0] }
+        };
+        (0..(duration / step) as u32).map(row).collect()
+    }
+
     /// A second-order system with damping 0.5 overshoots by exp(-pi/sqrt(3)) = 16.3 %, leaves 2 % last at 8.08 s and
-    /// rises in 1.64 s. The test in `tests/python/test_run.py` is of the same response.
+    /// rises in 1.64 s.
     #[test]
     fn figures_of_a_known_response() {
         let damped = 0.75f64.sqrt();
         let wave = |t: f64| (-0.5 * t).exp() * ((damped * t).cos() + 0.5 / damped * (damped * t).sin());
-        let row = |i: u32| {
-            let time = 0.01 * f64::from(i);
-            let reference = if time >= 5.0 { 0.2 } else { 0.0 };
-            Row {
-                time,
-                signals: Inputs {
-                    measured: [0.2 * (1.0 - if time >= 5.0 { wave(time - 5.0) } else { 1.0 }), 1.0],
-                    references: [reference, 1.0],
+        let rows =
+            flown(
+                40.0,
+                0.01,
+                |time| {
+                    if time >= 5.0 { (0.2 * (1.0 - wave(time - 5.0)), 0.2) } else { (0.0, 0.0) }
                 },
-                depth: 0.0,
-                rho: 0.0,
-                out_of_range: false,
-                commands: vec![],
-            }
+            );
+        let found = FlightFigures::of(&rows, &[]);
+        let [PitchStep { time, height, figures }] = found.steps[..] else { panic!("{found:?}") };
+        assert_eq!((time, height), (5.0, 0.2));
+        assert_eq!(figures, StepFigures::of(&rows, 5.0, 0.2, &[]));
+        assert!((figures.overshoot - (-std::f64::consts::PI / 3f64.sqrt()).exp()).abs() < 1e-4);
+        assert!((figures.settling_time - 8.08).abs() < 0.01, "{}", figures.settling_time);
+        assert!((figures.rise_time - 1.64).abs() < 0.02, "{}", figures.rise_time);
+        assert!(figures.steady_error < 1e-5);
+    }
+
+    #[test]
+    fn figures_of_a_response_that_does_not_settle() {
+        let rows = flown(10.0, 0.01, |time| (0.0, if time >= 5.0 { 0.2 } else { 0.0 }));
+        let [PitchStep { figures, .. }] = FlightFigures::of(&rows, &[]).steps[..] else { panic!() };
+        assert_eq!((figures.settling_time, figures.steady_error), (f64::INFINITY, 1.0));
+    }
+
+    #[test]
+    fn each_step_ends_with_the_next() {
+        let reference = |time: f64| if (4.0..8.0).contains(&time) { 0.1 } else { 0.0 };
+        let found =
+            FlightFigures::of(&flown(12.0, 0.5, |time| (reference(time), reference(time))), &[(2.0, 4.0)]);
+        assert_eq!(
+            found.steps.iter().map(|s| (s.time, s.height)).collect::<Vec<_>>(),
+            [(4.0, 0.1), (8.0, -0.1)]
+        );
+        assert!(found.steps.iter().all(|s| s.figures.overshoot == 0.0 && s.figures.settling_time == 0.0));
+        assert_eq!((found.speed_deviation, found.actuator_use), (0.25, 0.0));
+    }
+
+    /// A step's own error does not count as one of tracking, nor does what a flight begins with before its first step.
+    #[test]
+    fn pitch_error_leaves_out_what_follows_a_step() {
+        let error = |events: &'static [f64], at: fn(f64) -> f64| {
+            let reference = move |time| 0.1 * events.iter().filter(|e| time >= **e).count() as f64;
+            FlightFigures::of(&flown(30.0, 0.5, |t| (reference(t) - at(t), reference(t))), &[]).pitch_error
         };
-        let rows: Vec<Row> = (0..4000).map(row).collect();
-        let found = StepFigures::of(&rows, 5.0, 0.2, &[]);
-        assert!((found.overshoot - (-std::f64::consts::PI / 3f64.sqrt()).exp()).abs() < 1e-4);
-        assert!((found.settling_time - 8.08).abs() < 0.01, "{}", found.settling_time);
-        assert!((found.rise_time - 1.64).abs() < 0.02, "{}", found.rise_time);
-        assert!(found.steady_error < 1e-5);
+        let near = |found: Option<f64>, expected: f64| {
+            assert!((found.unwrap() - expected).abs() < 1e-12, "{found:?}")
+        };
+        let slow = |time: f64| if (2.0..12.0).contains(&time) { 5.0 } else { 0.1 };
+        near(error(&[2.0], slow), 0.1);
+        near(error(&[], slow), 5.0);
+        let early = |time: f64| if time < 5.0 { 3.0 } else { 0.01 };
+        near(error(&[10.0], early), 0.01);
+        near(error(&[10.0, 15.0], early), 0.01);
+        assert_eq!(error(&[25.0], early), None);
     }
 
     #[test]
@@ -131,14 +241,7 @@ mod tests {
     #[test]
     fn figures_of_a_flight_that_was_cut_short() {
         assert!(StepFigures::of(&[], 5.0, 0.2, &[]).settling_time.is_nan());
-        let row = Row {
-            time: 6.0,
-            signals: Inputs { measured: [0.01, 1.0], references: [0.2, 1.25] },
-            depth: 0.1,
-            rho: 0.0,
-            out_of_range: false,
-            commands: vec![],
-        };
+        let row = Row { time: 6.0, ..flown(1.0, 1.0, |_| (0.01, 0.2)).remove(0) };
         let found = StepFigures::of(&[row], 5.0, 0.2, &[]);
         assert_eq!((found.rise_time, found.settling_time), (f64::INFINITY, f64::INFINITY));
         let cut = found.cut_short();
