@@ -82,7 +82,7 @@ impl Platform {
             (Some(directory), _, None) => vec![directory.to_path_buf()],
             (Some(directory), _, Some(_)) => vec![directory.join(self.folder)],
             (None, Some(beside), None) => vec![beside.join("fmu"), beside.join("../fmu")],
-            (None, Some(beside), Some(triple)) => vec![beside.join("../..").join(triple).join("fmu")],
+            (None, Some(beside), Some(triple)) => vec![beside.join("..").join(triple).join("fmu")],
             (None, None, _) => vec![],
         };
         let found = places.iter().map(|place| place.join(&library)).find(|path| path.is_file());
