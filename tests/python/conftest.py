@@ -1,18 +1,28 @@
-"""Shared fixtures: the command, and the FMUs of two vehicles, packaged once into a temporary directory."""
+"""Shared fixtures: the command, and the FMUs of two vehicles, packaged once for as long as nothing has changed."""
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
+import time
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from fly import build
+from filelock import FileLock
+from fly import build, stamp
 from fly.package import Packages
-from fly.stages import ROOT
+from fly.stages import BUILD, ROOT
 
 Run = Callable[..., subprocess.CompletedProcess]
+
+KEPT = BUILD / "tests"
+"""What was designed and packaged, by the hash of what it is made from: for all processes and the next run."""
+KEPT_FOR = 7 * 86400.0
+"""What nothing has asked for so long (s) is removed."""
+SQUID = ROOT / "vehicles" / "squid"
+REMUS100 = ROOT / "vehicles" / "remus100"
 
 
 @pytest.fixture(scope="session")
@@ -34,23 +44,46 @@ def run_squid(squid_command: Path) -> Run:
 
 
 def package(run_squid: Run, vehicle: Path, folder: Path, *options: str) -> Packages:
-    """Design and package a vehicle into a folder."""
-    for verb in ("design", "package"):
+    """Design, report and package a vehicle into a folder; what each verb says is in a file of its name."""
+    for verb in ("design", "report", "package"):
         done = run_squid(verb, vehicle, "--out", folder, *options)
         assert done.returncode == 0, f"squid {verb}:\n{done.stdout}\n{done.stderr}"
+        (folder / f"{verb}.txt").write_text(done.stdout, encoding="utf-8")
     return Packages.found_in(folder)
 
 
+def kept(run_squid: Run, vehicle: Path, *options: str) -> Packages:
+    """Return the packages of a vehicle, made if there are none of these files and options; not to be changed."""
+    made_from = [build.squid(), *build.binaries(), *sorted(vehicle.glob("*.toml"))]
+    folder = KEPT / stamp.digest(made_from, *options)[:16]
+    KEPT.mkdir(parents=True, exist_ok=True)
+    with FileLock(KEPT / f"{folder.name}.lock"):
+        if not folder.is_dir():
+            unfinished = KEPT / f"{folder.name}.unfinished"
+            shutil.rmtree(unfinished, ignore_errors=True)
+            package(run_squid, vehicle, unfinished, *options)
+            unfinished.rename(folder)
+        os.utime(folder)
+    return Packages.found_in(folder)
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Remove what was made of earlier files."""
+    for old in KEPT.glob("*"):
+        if time.time() - old.stat().st_mtime > KEPT_FOR:
+            shutil.rmtree(old) if old.is_dir() else old.unlink()
+
+
 @pytest.fixture(scope="session")
-def squid(run_squid: Run, tmp_path_factory: pytest.TempPathFactory) -> Packages:
+def squid(run_squid: Run) -> Packages:
     """Return the FMUs of the surrogate of Squid."""
-    return package(run_squid, ROOT / "vehicles" / "squid", tmp_path_factory.mktemp("squid"))
+    return kept(run_squid, SQUID)
 
 
 @pytest.fixture(scope="session")
-def remus100(run_squid: Run, tmp_path_factory: pytest.TempPathFactory) -> Packages:
+def remus100(run_squid: Run) -> Packages:
     """Return the FMUs of REMUS 100, which steers by stern planes."""
-    return package(run_squid, ROOT / "vehicles" / "remus100", tmp_path_factory.mktemp("remus100"))
+    return kept(run_squid, REMUS100)
 
 
 @pytest.fixture(params=["squid", "remus100"])
@@ -62,6 +95,22 @@ def packages(request: pytest.FixtureRequest) -> Packages:
 @pytest.fixture
 def copied_vehicle(tmp_path: Path) -> Path:
     """Return a copy of the vehicle of Squid that a test may spoil."""
-    copy = tmp_path / "vehicle"
-    shutil.copytree(ROOT / "vehicles" / "squid", copy)
+    return Path(shutil.copytree(SQUID, tmp_path / "vehicle"))
+
+
+@pytest.fixture
+def stored_design(squid: Packages, tmp_path: Path) -> Path:
+    """Return a copy of the design and the report of Squid that a test may spoil, without FMUs."""
+    return Path(
+        shutil.copytree(squid.folder, tmp_path / "out", ignore=shutil.ignore_patterns("*.fmu", "*.ssp"))
+    )
+
+
+def without_uncertainty(vehicle: Path, copy: Path) -> Path:
+    """Copy a vehicle, but for what is uncertain of it: the same controller, and a report without the work on mu."""
+    shutil.copytree(vehicle, copy)
+    design = copy / "design.toml"
+    certain, found, _ = design.read_text(encoding="utf-8").partition("[uncertainty]")
+    assert found
+    design.write_text(certain, encoding="utf-8")
     return copy

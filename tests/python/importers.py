@@ -8,10 +8,11 @@ from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
+from filelock import FileLock
 from fly import environment, record
 from fly.environment import Environment
 from fly.master import Signals
-from fly.stages import ROOT
+from fly.stages import BUILD, ROOT
 
 FOLDER = ROOT / "tests" / "importers"
 
@@ -22,8 +23,10 @@ class ImporterError(Exception):
 
 @cache
 def others() -> Environment:
-    """Return the Python environment with the importers from PyPI."""
-    return environment.ready("importers", ROOT / "tests" / "importers.txt")
+    """Return the Python environment with the importers from PyPI; the first of two processes makes it."""
+    BUILD.mkdir(exist_ok=True)
+    with FileLock(BUILD / "importers.lock"):
+        return environment.ready("importers", ROOT / "tests" / "importers.txt")
 
 
 def of_pypi(name: str) -> list[str | Path]:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from conftest import Run
+from conftest import SQUID, Run, without_uncertainty
 from fly.master import Slave
 from fly.package import Packages
 from fly.stages import ROOT
@@ -104,49 +104,39 @@ def test_certificate_that_lost_the_residual(squid: Packages, run_squid: Run, tmp
     assert done.returncode == 0 and "Nothing is proved of a plant that differs" in done.stdout
 
 
-def test_certificate_without_residual_is_not_packed(
-    run_squid: Run, copied_vehicle: Path, tmp_path: Path
-) -> None:
+def test_certificate_without_residual_is_not_packed(run_squid: Run, stored_design: Path) -> None:
     """The mark 'certified' stands for the bound with the residual, too."""
-    out = tmp_path / "out"
-    assert run_squid("design", copied_vehicle, "--out", out).returncode == 0
-    path = out / "certificate.json"
+    path = stored_design / "certificate.json"
     certificate = json.loads(path.read_text(encoding="utf-8"))
     del certificate["residual"]
     path.write_text(json.dumps(certificate), encoding="utf-8")
-    done = run_squid("package", copied_vehicle, "--out", out)
+    done = run_squid("package", SQUID, "--out", stored_design)
     assert done.returncode == 1 and "no section 'residual'" in done.stderr
 
 
-def test_ball_that_leaves_the_vehicle_out_is_not_packed(
-    run_squid: Run, copied_vehicle: Path, tmp_path: Path
-) -> None:
+def test_ball_that_leaves_the_vehicle_out_is_not_packed(run_squid: Run, stored_design: Path) -> None:
     """A smaller ball of models proves all the more, but it no longer holds the true linearisations."""
-    out = tmp_path / "out"
-    assert run_squid("design", copied_vehicle, "--out", out).returncode == 0
-    path = out / "certificate.json"
+    path = stored_design / "certificate.json"
     certificate = json.loads(path.read_text(encoding="utf-8"))
     residual = certificate["residual"]
     residual["E"] = [[0.9 * entry for entry in row] for row in residual["E"]]
     path.write_text(json.dumps(certificate), encoding="utf-8")
     assert run_squid("verify", path).returncode == 0
-    done = run_squid("package", copied_vehicle, "--out", out)
+    done = run_squid("package", SQUID, "--out", stored_design)
     assert done.returncode == 1 and "reach 1.1111 times as far from the fit as the ball" in done.stderr
-    assert not list(out.glob("*.fmu"))
+    assert not list(stored_design.glob("*.fmu"))
 
 
-def test_design_without_proof_is_not_packed(
-    squid: Packages, run_squid: Run, copied_vehicle: Path, tmp_path: Path
-) -> None:
+def test_design_without_proof_is_not_packed(run_squid: Run, tmp_path: Path) -> None:
     """Without certificate nothing is written; the flag overrides, and the FMU then says so."""
-    out = tmp_path / "out"
-    assert run_squid("design", copied_vehicle, "--out", out).returncode == 0
+    vehicle, out = without_uncertainty(SQUID, tmp_path / "vehicle"), tmp_path / "out"
+    assert run_squid("design", vehicle, "--out", out).returncode == 0
     (out / "certificate.json").unlink()
-    done = run_squid("package", copied_vehicle, "--out", out)
+    done = run_squid("package", vehicle, "--out", out)
     assert done.returncode == 1
     assert "not certified" in done.stderr and "--allow-uncertified" in done.stderr
     assert not list(out.glob("*.fmu"))
-    done = run_squid("package", copied_vehicle, "--out", out, "--allow-uncertified")
+    done = run_squid("package", vehicle, "--out", out, "--allow-uncertified")
     assert done.returncode == 0 and "UNCERTIFIED" in done.stdout
     with zipfile.ZipFile(out / "squid_controller.fmu") as package:
         assert "not certified" in package.read("modelDescription.xml").decode()
@@ -183,7 +173,7 @@ def test_numbers_beside_the_proof_are_not_packed_when_edited(
     content = json.loads((out / file).read_text(encoding="utf-8"))
     change(content)
     (out / file).write_text(json.dumps(content), encoding="utf-8")
-    done = run_squid("package", ROOT / "vehicles" / "squid", "--out", out)
+    done = run_squid("package", SQUID, "--out", out)
     assert done.returncode == 1 and f"{file}: `{key}` is" in done.stderr
     assert not list(out.glob("*.fmu"))
 
@@ -369,7 +359,7 @@ def test_a_plant_that_overflows_is_not_this_plant(squid: Packages, run_squid: Ru
         (out / name).write_text(json.dumps(value), encoding="utf-8")
     done = run_squid("verify", out / "certificate.json")
     assert done.returncode == 0, f"the spoilt certificate is a true theorem: {done.stderr}"
-    done = run_squid("package", ROOT / "vehicles" / "squid", "--out", out)
+    done = run_squid("package", SQUID, "--out", out)
     assert done.returncode == 1 and "not of this plant" in done.stderr
     assert not list(out.glob("*.fmu"))
 
@@ -387,7 +377,7 @@ def test_a_ball_that_overflows_holds_nothing(squid: Packages, run_squid: Run, tm
     ball["lambda"] = 1e-3
     (out / "certificate.json").write_text(json.dumps(certificate), encoding="utf-8")
     assert run_squid("verify", out / "certificate.json").returncode == 0
-    done = run_squid("package", ROOT / "vehicles" / "squid", "--out", out)
+    done = run_squid("package", SQUID, "--out", out)
     assert done.returncode == 1 and "section 'residual' does not cover this vehicle" in done.stderr
 
 
@@ -397,31 +387,27 @@ def test_blocks_of_nothing_are_refused(squid: Packages, run_squid: Run, tmp_path
     certificate, _ = squid_design(squid, out)
     certificate["blocks"].insert(0, 0)
     (out / "certificate.json").write_text(json.dumps(certificate), encoding="utf-8")
-    done = run_squid("package", ROOT / "vehicles" / "squid", "--out", out)
+    done = run_squid("package", SQUID, "--out", out)
     assert done.returncode == 1 and "panicked" not in done.stderr and "not certified" in done.stderr
 
 
 def test_certificate_of_another_design_is_not_packed(
-    remus100: Packages, run_squid: Run, copied_vehicle: Path, tmp_path: Path
+    remus100: Packages, run_squid: Run, stored_design: Path
 ) -> None:
     """A certificate that proves, but for another controller, does not help."""
-    out = tmp_path / "out"
-    assert run_squid("design", copied_vehicle, "--out", out).returncode == 0
-    shutil.copy(remus100.controller.parent / "certificate.json", out / "certificate.json")
-    done = run_squid("package", copied_vehicle, "--out", out)
+    shutil.copy(remus100.controller.parent / "certificate.json", stored_design / "certificate.json")
+    done = run_squid("package", SQUID, "--out", stored_design)
     assert done.returncode == 1 and "not of this controller" in done.stderr
 
 
-def test_proof_of_another_plant_is_not_packed(run_squid: Run, copied_vehicle: Path, tmp_path: Path) -> None:
+def test_proof_of_another_plant_is_not_packed(run_squid: Run, stored_design: Path) -> None:
     """Outputs made small make a certificate that proves; but it is not of this vehicle and these weights."""
-    out = tmp_path / "out"
-    assert run_squid("design", copied_vehicle, "--out", out).returncode == 0
-    path = out / "certificate.json"
+    path = stored_design / "certificate.json"
     certificate = json.loads(path.read_text(encoding="utf-8"))
     for key in ("C1", "D1t", "D11", "D12"):
         rows = certificate["plant"][key]
         certificate["plant"][key] = [[value / 1024 for value in row] for row in rows]
     path.write_text(json.dumps(certificate), encoding="utf-8")
     assert run_squid("verify", path).returncode == 0, "the spoilt certificate is a true theorem"
-    done = run_squid("package", copied_vehicle, "--out", out)
+    done = run_squid("package", SQUID, "--out", stored_design)
     assert done.returncode == 1 and "not of this plant" in done.stderr

@@ -10,11 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import Run, package
+from conftest import SQUID, Run, kept, without_uncertainty
 from flights import STEP_TIME, TEN_DEGREES, figures_of, fly_alone, limits, pitch_step, sample_time
 from fly.master import Signals
 from fly.package import Packages
-from fly.stages import ROOT
 
 SPEEDS = [0.5, 1.0, 1.5, 2.0, 2.5, 3.0]
 BANDWIDTHS = [0.46, 0.23, 0.1]
@@ -36,9 +35,8 @@ def tuning(
     request: pytest.FixtureRequest, run_squid: Run, tmp_path_factory: pytest.TempPathFactory
 ) -> Tuning:
     """Design at each bandwidth in turn and fly the step at all speeds."""
-    folder = tmp_path_factory.mktemp("bandwidth")
-    vehicle = ROOT / "vehicles" / "squid"
-    packages = package(run_squid, vehicle, folder, "--bandwidth", str(request.param))
+    vehicle = without_uncertainty(SQUID, tmp_path_factory.mktemp("bandwidth") / "vehicle")
+    packages = kept(run_squid, vehicle, "--bandwidth", str(request.param))
     responses = {speed: pitch_step(packages, speed, TEN_DEGREES, 85.0) for speed in SPEEDS}
     return Tuning(request.param, packages, responses)
 

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import re
-import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import Run, package
+from conftest import REMUS100, Run, package, without_uncertainty
 from flights import fly_alone, limits, sample_time
 from fly.flight import AGREEMENT
 from fly.master import Signals, Slave, couple
 from fly.package import Packages
 from fly.record import differences, references_in
-from fly.stages import ROOT
 from fmpy import read_model_description
 
 
@@ -42,8 +40,7 @@ def test_coupled_is_the_same_flight(packages: Packages, fidelity: int) -> None:
 
 def test_actuators_without_lag(run_squid: Run, tmp_path: Path) -> None:
     """Their outputs are the commands, from the first row on."""
-    vehicle = tmp_path / "vehicle"
-    shutil.copytree(ROOT / "vehicles" / "remus100", vehicle)
+    vehicle = without_uncertainty(REMUS100, tmp_path / "vehicle")
     file = vehicle / "vehicle.toml"
     text, count = re.subn(
         r"lag = \{ value = [0-9.]+", "lag = { value = 0.0", file.read_text(encoding="utf-8")

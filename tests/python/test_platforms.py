@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 import zipfile
 from collections.abc import Callable
@@ -11,14 +12,13 @@ from platform import machine
 
 import pefile
 import pytest
-from conftest import Run
+from conftest import SQUID, Run
 from elftools.elf.elffile import ELFFile
 from elftools.elf.gnuversions import GNUVerNeedSection
 from fly import platforms
 from fly.master import Signals
 from fly.package import Packages
 from fly.record import differences
-from fly.stages import ROOT
 from native import Plan, Unpacked, compile_host, program
 
 AGREEMENT = 1e-12
@@ -46,13 +46,12 @@ FOLDERS = list(platforms.TARGETS)
 
 
 @pytest.fixture(scope="session")
-def everywhere(run_squid: Run, tmp_path_factory: pytest.TempPathFactory) -> Packages:
+def everywhere(squid: Packages, run_squid: Run, tmp_path_factory: pytest.TempPathFactory) -> Packages:
     """Return the FMUs of Squid with binaries for all platforms."""
     platforms.build_all(FOLDERS)
-    folder = tmp_path_factory.mktemp("everywhere")
-    for words in (["design"], ["package", "--platforms", "all"]):
-        done = run_squid(*words, ROOT / "vehicles" / "squid", "--out", folder)
-        assert done.returncode == 0, done.stderr
+    folder = shutil.copytree(squid.folder, tmp_path_factory.mktemp("everywhere") / "out")
+    done = run_squid("package", SQUID, "--platforms", "all", "--out", folder)
+    assert done.returncode == 0, done.stderr
     return Packages.found_in(folder)
 
 

@@ -8,25 +8,19 @@ import re
 from pathlib import Path
 
 import pytest
-from conftest import Run
+from conftest import SQUID, Run, package, without_uncertainty
 from fly.stages import ROOT
 
 
-def test_a_vehicle_without_uncertainty(run_squid: Run, copied_vehicle: Path, tmp_path: Path) -> None:
+def test_a_vehicle_without_uncertainty(run_squid: Run, tmp_path: Path) -> None:
     """It designs, reports and packages; what asks for uncertainty is refused, and nothing is written."""
-    design = copied_vehicle / "design.toml"
-    text = design.read_text(encoding="utf-8")
-    certain, found, _ = text.partition("[uncertainty]")
-    assert found
-    design.write_text(certain, encoding="utf-8")
-    for verb in ("design", "report", "package"):
-        done = run_squid(verb, copied_vehicle, "--out", tmp_path / "out")
-        assert done.returncode == 0, f"{verb}: {done.stderr}"
+    vehicle = without_uncertainty(SQUID, tmp_path / "vehicle")
+    packages = package(run_squid, vehicle, tmp_path / "out")
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "Nothing is said to be uncertain in design.toml" in page
-    assert len(list((tmp_path / "out").glob("*.fmu"))) == 3
+    assert set((tmp_path / "out").glob("*.fmu")) == set(packages.fmus)
     for verb in (("show", "--uncertainty"), ("design", "--robust", "--out", tmp_path / "none")):
-        done = run_squid(verb[0], copied_vehicle, *verb[1:])
+        done = run_squid(verb[0], vehicle, *verb[1:])
         assert done.returncode == 1
         assert "the design design.toml names nothing uncertain" in done.stderr
     assert not (tmp_path / "none").exists()

@@ -2,5 +2,5 @@
 
 main_job   build -> environment -> design and package -> flight
 flight     validate -> couple -> simulate -> compare -> plot -> figures   (inside the environment, with FMPy)
-all_tests  format -> lints -> Rust -> documentation -> main job of each vehicle -> Python
+all_tests  format -> lints -> Rust -> documentation, and at the same time main job of each vehicle -> Python
 """

@@ -1,10 +1,11 @@
-"""All tests, one after the other to the end, with a summary."""
+"""All tests, those of Rust beside those of Python, to the end, with a summary."""
 
 from __future__ import annotations
 
 import sys
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,34 +29,45 @@ class Check:
     run: Callable[[], None]
 
 
-def checks() -> list[Check]:
-    """List the groups in the order in which they are run: what fails soonest comes first."""
-    return [
-        Check("Rust: format", lambda: run(["cargo", "fmt", "--all", "--check"])),
+def lanes() -> tuple[list[Check], list[Check]]:
+    """List the groups of Rust and of Python, each in the order in which they are run: what fails soonest comes first.
+
+    Both run at once: cargo builds the tests and what the lints read in another folder than command and FMUs.
+    """
+    rust = [
+        Check("Rust: format", lambda: cargo("format", "fmt", "--all", "--check")),
         Check("Rust: lints", lints),
         Check("Rust: tests", rust_tests),
         Check("Rust: documentation", documentation),
+    ]
+    python = [
+        Check("Python: format, lints", python_lints),
         Check("FMUs: build", build.build),
         *(Check(f"Main job: {name}", lambda name=name: fly(name)) for name in VEHICLES),
         Check("Published cases", published_cases),
-        Check("Python: format, lints", python_lints),
         Check("Python: tests", python_tests),
     ]
+    return rust, python
+
+
+def cargo(name: str, *words: str, **variables: str) -> None:
+    """Run cargo; what it says goes to a log, since Python's tests speak at the same time."""
+    run(["cargo", *words], variables=variables, log=name)
 
 
 def lints() -> None:
     """Run clippy over everything; a warning is an error."""
-    run(["cargo", "clippy", "--workspace", "--all-targets", "--", "-D", "warnings"])
+    cargo("lints", "clippy", "--workspace", "--all-targets", "--", "-D", "warnings")
 
 
 def rust_tests() -> None:
     """Run the tests of all crates, and the examples in their documentation."""
-    run(["cargo", "test", "--workspace", "--no-fail-fast"])
+    cargo("rust-tests", "test", "--workspace", "--no-fail-fast")
 
 
 def documentation() -> None:
     """Build the documentation; a broken link is an error."""
-    run(["cargo", "doc", "--workspace", "--no-deps"], variables={"RUSTDOCFLAGS": "-D warnings"})
+    cargo("documentation", "doc", "--workspace", "--no-deps", RUSTDOCFLAGS="-D warnings")
 
 
 def fly(name: str) -> None:
@@ -78,25 +90,29 @@ def python_lints() -> None:
 
 
 def python_tests() -> None:
-    """Run pytest."""
-    environment.ready().run("-m", "pytest", "-c", Path("tests") / "pytest.ini", "tests/python")
+    """Run pytest in as many processes as there are processors; a file of tests is run by one of them."""
+    parallel = ("--numprocesses", "auto", "--dist", "loadfile")
+    environment.ready().run("-m", "pytest", "-c", Path("tests") / "pytest.ini", *parallel, "tests/python")
 
 
-def run_check(check: Check) -> tuple[bool, float]:
-    """Run one group, and say whether it passed and how long it took (s)."""
+def run_check(check: Check) -> tuple[str, bool, float]:
+    """Run one group; return its name, whether it passed and how long it took (s)."""
     print(f"\n==> {check.name}", flush=True)
     begin = time.monotonic()
     try:
         check.run()
     except StageError as error:
-        print(f"FAILED: {error}", file=sys.stderr, flush=True)
-        return False, time.monotonic() - begin
-    return True, time.monotonic() - begin
+        print(f"FAILED: {check.name}: {error}", file=sys.stderr, flush=True)
+        return check.name, False, time.monotonic() - begin
+    seconds = time.monotonic() - begin
+    print(f"    {check.name}: passed in {seconds:.1f} s", flush=True)
+    return check.name, True, seconds
 
 
 def run_all() -> list[tuple[str, bool, float]]:
     """Run every group, whatever became of those before."""
-    return [(check.name, *run_check(check)) for check in checks()]
+    with ThreadPoolExecutor() as pool:
+        return [result for lane in pool.map(lambda lane: [*map(run_check, lane)], lanes()) for result in lane]
 
 
 def run_tests() -> int:
