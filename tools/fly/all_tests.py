@@ -8,6 +8,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Event
 
 from fly import build, environment, main_job, room
 from fly.stages import ROOT, StageError, run
@@ -110,9 +111,18 @@ def run_check(check: Check) -> tuple[str, bool, float]:
 
 
 def run_all() -> list[tuple[str, bool, float]]:
-    """Run every group, whatever became of those before."""
+    """Run every group, whatever became of those before; after a stop from the keyboard no further one begins."""
+    stopped = Event()
+
+    def run_lane(lane: list[Check]) -> list[tuple[str, bool, float]]:
+        return [run_check(check) for check in lane if not stopped.is_set()]
+
     with ThreadPoolExecutor() as pool:
-        return [result for lane in pool.map(lambda lane: [*map(run_check, lane)], lanes()) for result in lane]
+        try:
+            return [result for lane in pool.map(run_lane, lanes()) for result in lane]
+        except KeyboardInterrupt:
+            stopped.set()
+            raise
 
 
 def run_tests() -> int:
