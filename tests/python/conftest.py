@@ -21,8 +21,14 @@ KEPT = BUILD / "tests"
 """What was designed and packaged, by the hash of what it is made from: for all processes and the next run."""
 KEPT_FOR = 7 * 86400.0
 """What nothing has asked for so long (s) is removed."""
+LONGEST = ("test_command_line", "test_importers", "test_platforms", "test_uncertainty")
 SQUID = ROOT / "vehicles" / "squid"
 REMUS100 = ROOT / "vehicles" / "remus100"
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with the files that take longest, so that no process is left with one of them at the end."""
+    items.sort(key=lambda item: item.path.stem not in LONGEST)
 
 
 @pytest.fixture(scope="session")

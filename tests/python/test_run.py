@@ -133,7 +133,7 @@ def test_a_flight_ends_at_the_surface(run_squid: Run, tmp_path: Path) -> None:
     assert flight.surface_lines(figures["surface"])[0][1].startswith("reached at 2.00 s with 2.50 m/s")
     wet = {name: column[:2] for name, column in signals.items()}
     assert flight.surface_lines(figures_of(run_squid, wet, tmp_path)["surface"]) == []
-    (tmp_path / "flown.csv").write_text("time,pitch\n0,0\n", encoding="utf-8")
+    (tmp_path / "flown.csv").write_text("time,depth,pitch,speed\n0,1,0,1\n", encoding="utf-8")
     done = run_squid("plot", tmp_path / "flown.csv", "--json")
     assert done.returncode == 1 and "there is no column 'pitch_reference_used'" in done.stderr
 

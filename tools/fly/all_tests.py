@@ -92,7 +92,7 @@ def python_lints() -> None:
 
 def python_tests() -> None:
     """Run pytest in as many processes as there are processors; a file of tests is run by one of them."""
-    parallel = ("--numprocesses", "auto", "--dist", "loadfile")
+    parallel = ("--numprocesses", "auto", "--dist", "loadfile", "--no-loadscope-reorder")
     environment.ready().run("-m", "pytest", "-c", Path("tests") / "pytest.ini", *parallel, "tests/python")
 
 
