@@ -11,6 +11,7 @@
 //! cargo rustc -p fmu-controller --lib --crate-type cdylib --features export --profile fmu
 //! ```
 
+mod fmu;
 mod model;
 mod state;
 mod tangents;

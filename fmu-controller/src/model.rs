@@ -1,16 +1,10 @@
-//! The autopilot behind the interface of an FMU.
+//! The autopilot as a model: a sampled controller with its held inputs and outputs.
 
 use std::sync::Arc;
 
-use fmi2::model_description::{DefaultExperiment, identifier};
-use fmi2::{
-    About, Log, Model, ResourceError, Resources, StateError, StateReader, StateWriter, Tangents, Variable,
-    rounding_of_time,
-};
-use scheduled::{Autopilot, ControllerDesign, DesignError, Inputs, Status, TickError};
+use fmi2::{Log, ResourceError, rounding_of_time};
+use scheduled::{Autopilot, ControllerDesign, DesignError, Inputs, TickError};
 use signals::{PITCH, SIGNALS, SPEED};
-
-use crate::tangents::COMMANDS;
 
 /// The frozen design in `resources/`.
 pub const RESOURCE: &str = "controller.json";
@@ -95,7 +89,7 @@ impl Controller {
         }
     }
 
-    fn warn_of_range(&self, log: &mut dyn Log) {
+    pub(crate) fn warn_of_range(&self, log: &mut dyn Log) {
         let (speed, rho) = (self.inputs.measured[SPEED], self.autopilot.outputs().scheduling_parameter);
         let along_path = self.autopilot.trim().speed(speed);
         let scheduling = &self.design.scheduling;
@@ -105,73 +99,5 @@ impl Controller {
                 scheduling.minimum, scheduling.maximum
             ),
         );
-    }
-}
-
-impl Model for Controller {
-    type Error = ControllerError;
-
-    fn load(resources: &Resources) -> Result<Self, ControllerError> {
-        let design = ControllerDesign::from_json(resources.text(RESOURCE)?)?;
-        Ok(Self::new(design)?)
-    }
-
-    fn about(&self) -> About {
-        let ControllerDesign { vehicle, design, sample_time, gamma, .. } = &*self.design;
-        let status = match vehicle.status {
-            Status::Surrogate => "surrogate coefficients",
-            Status::Published => "published coefficients",
-            Status::Measured => "measured coefficients",
-        };
-        let proof = if gamma.certified { "certified" } else { "not certified" };
-        About {
-            identifier: format!("{}_controller", identifier(&vehicle.name)),
-            name: format!("{} controller", vehicle.name),
-            description: format!(
-                "LPV pitch controller of {} ({status}), design '{design}', L2 gain below {}, {proof}",
-                vehicle.name, gamma.bound
-            ),
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            enumerations: Vec::new(),
-            default_experiment: DefaultExperiment {
-                start_time: 0.0,
-                stop_time: 60.0,
-                step_size: *sample_time,
-                tolerance: None,
-            },
-        }
-    }
-
-    fn variables(&self) -> Vec<Variable<Self>> {
-        crate::variables::table(&self.design)
-    }
-
-    fn initialise(&mut self, start: f64, _: &mut dyn Log) -> Result<(), ControllerError> {
-        Ok(self.autopilot.initialise(start, &self.inputs)?)
-    }
-
-    fn step(&mut self, from: f64, to: f64, log: &mut dyn Log) -> Result<(), ControllerError> {
-        self.keeps_up(from)?;
-        let done = self.autopilot.advance(to, &self.inputs)?;
-        if done.left_range {
-            self.warn_of_range(log);
-        }
-        Ok(())
-    }
-
-    fn save(&self, state: &mut StateWriter) {
-        self.write(state);
-    }
-
-    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        self.read(state)
-    }
-
-    fn tangents() -> Option<Tangents<Self>> {
-        Some(Self::carry)
-    }
-
-    fn quantities(&self) -> usize {
-        COMMANDS + self.design.actuators.len()
     }
 }

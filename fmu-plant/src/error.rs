@@ -3,7 +3,7 @@
 use auv::{CoefficientError, LpvModelError, SimulationError, TrimError, VehicleJsonError};
 use fmi2::ResourceError;
 
-use crate::LPV_RESOURCE;
+use crate::resources::LPV_RESOURCE;
 
 /// What can go wrong in the plant.
 #[derive(Debug, thiserror::Error)]

@@ -7,14 +7,9 @@ use fmi2::{
     rounding_of_time,
 };
 
+use crate::resources::{LPV_RESOURCE, VEHICLE_RESOURCE};
 use crate::variables::{fidelities, inputs, outputs, parameters};
 use crate::{PlantError, PlantModel, Quantity, states};
-
-/// The vehicle in `resources/`.
-pub const VEHICLE_RESOURCE: &str = "vehicle.json";
-
-/// The LPV model of the vehicle in `resources/`.
-pub const LPV_RESOURCE: &str = "plant.json";
 
 impl Model for PlantModel {
     type Error = PlantError;

@@ -28,15 +28,16 @@ mod exchange;
 mod fmu;
 mod model;
 mod quantity;
+mod resources;
 mod state;
 mod states;
 mod tangents;
 mod variables;
 
 pub use error::PlantError;
-pub use fmu::{LPV_RESOURCE, VEHICLE_RESOURCE};
 pub use model::{Inputs, PlantModel, Settings};
 pub use quantity::Quantity;
+pub use resources::{LPV_RESOURCE, VEHICLE_RESOURCE};
 pub use states::states;
 pub use variables::{fidelities, inputs, outputs, parameters};
 

@@ -6,8 +6,15 @@ use crate::{
     Causality, DependencyKind, Initial, Kind, ModelDescription, Problem, ScalarVariable, Unit, Variability,
 };
 
+impl ModelDescription {
+    /// Finds what breaks the standard; an empty list means that the description may be written.
+    pub fn check(&self) -> Vec<Problem> {
+        problems(self)
+    }
+}
+
 /// All problems of a description, in the order of its variables.
-pub(crate) fn problems(description: &ModelDescription) -> Vec<Problem> {
+fn problems(description: &ModelDescription) -> Vec<Problem> {
     let mut found = Vec::new();
     check_root(description, &mut found);
     for text in [&description.model_name, &description.description, &description.version] {

@@ -1,6 +1,6 @@
 //! The root element `fmiModelDescription` and its small parts (section 2.2.1).
 
-use crate::{Enumeration, Problem, ScalarVariable, Unit};
+use crate::{Enumeration, ScalarVariable, Unit};
 
 /// Everything that `modelDescription.xml` says of an FMU for co-simulation, and perhaps model exchange, but for its
 /// GUID.
@@ -39,11 +39,6 @@ pub struct ModelDescription {
 }
 
 impl ModelDescription {
-    /// Finds what breaks the standard; an empty list means that the description may be written.
-    pub fn check(&self) -> Vec<Problem> {
-        crate::check::problems(self)
-    }
-
     /// Units of the Real variables, each once, sorted by name.
     ///
     /// A unit that cannot be read is left out here and reported by [`check`](Self::check).

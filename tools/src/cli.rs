@@ -4,10 +4,10 @@ use crate::error::Error;
 use crate::lpv::LpvVerb;
 use clap::{Args, Parser, Subcommand};
 use squid_design::error::InputError;
-use squid_design::files::check_directory;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::BANDWIDTH;
 use squid_design::store;
+use squid_design::store::files::check_directory;
 use std::path::{Path, PathBuf};
 
 /// From the coefficients of an underwater vehicle to a scheduled pitch controller and to FMUs that any simulation

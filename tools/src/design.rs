@@ -9,7 +9,8 @@ use squid_design::inputs::Inputs;
 use squid_design::progress::Progress;
 use squid_design::run::{run as run_stages, run_with};
 use squid_design::store::{self, Stored};
-use squid_design::synthesise::{ladder, robust};
+use squid_design::synthesise::ladder;
+use squid_design::synthesise::robust::stored::CERTIFICATE;
 use std::path::Path;
 
 /// Designs, writes the files of the design, and says what was found.
@@ -26,7 +27,7 @@ pub fn run(which: &Which, with_ladder: bool, with_robust: bool) -> Result<(), Er
         say(&format!(
             "\n{}PROVED in exact arithmetic: {}",
             found.figures.words(),
-            directory.join(robust::CERTIFICATE).display()
+            directory.join(CERTIFICATE).display()
         ));
     }
     if with_ladder {

@@ -15,8 +15,8 @@ use clap::{Args, Subcommand};
 use lpv::synthesis::Options;
 use serde::Serialize;
 use squid_design::error::{Error as DesignError, ProofError};
-use squid_design::files::{check_directory, json};
 use squid_design::progress::Progress;
+use squid_design::store::files::{check_directory, json};
 use std::path::PathBuf;
 use std::process::ExitCode;
 

@@ -8,7 +8,7 @@ use auv::{Actuator, Vehicle};
 use scheduled::Inputs;
 use serde_json::{Value, json};
 use signals::SIGNALS;
-use squid_design::files::{read, write};
+use squid_design::store::files::{read, write};
 use squid_flight::flight::{Row, Surfacing, out_of_water};
 use squid_flight::metrics::{FlightFigures, GRACE, PitchStep, SETTLED};
 use squid_report::page::plot::{Line, Panel, draw};

@@ -1,10 +1,10 @@
 //! The closed loop of plant and controller, formed exactly.
 
 use crate::certificate::{Certificate, Residual, Rows};
-use crate::definite::fraction_free_inverse;
-use crate::dyadic::Dyadic;
 use crate::error::Failure;
-use crate::matrix::Matrix;
+use crate::exact::definite::fraction_free_inverse;
+use crate::exact::dyadic::Dyadic;
+use crate::exact::matrix::Matrix;
 use crate::shape::Sizes;
 
 /// The closed loop with the states (x, xk), the channels (zt, zk), (wt, wk), and, with a model error, what enters

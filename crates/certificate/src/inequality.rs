@@ -1,8 +1,8 @@
 //! The matrix of the linear matrix inequality, formed exactly.
 
 use crate::closed_loop::ClosedLoop;
-use crate::dyadic::Dyadic;
-use crate::matrix::Matrix;
+use crate::exact::dyadic::Dyadic;
+use crate::exact::matrix::Matrix;
 
 /// A symmetric matrix whose rows come in named blocks.
 pub(crate) struct Blocked {

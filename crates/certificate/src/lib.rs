@@ -98,19 +98,16 @@
 
 mod certificate;
 mod closed_loop;
-mod definite;
-mod dyadic;
 mod error;
+mod exact;
 mod inequality;
 mod json;
 mod lower_bound;
-mod matrix;
 mod prove;
 mod read;
 mod shape;
 mod structure;
 mod theorem;
-mod whole;
 
 pub use certificate::{Certificate, Controller, FORMAT, Plant, Residual, Rows};
 pub use error::{Claim, Failure, Proved, ReadError};

@@ -26,10 +26,10 @@
 //! The inequalities are necessary for a controller: none, of any order, has a gain below the bound.
 
 use crate::certificate::{Plant, Rows};
-use crate::definite::positive_definite;
-use crate::dyadic::{Dyadic, approximate_ratio};
-use crate::matrix::Matrix;
-use crate::whole::{Reduced, reduce};
+use crate::exact::definite::positive_definite;
+use crate::exact::dyadic::{Dyadic, approximate_ratio};
+use crate::exact::matrix::Matrix;
+use crate::exact::whole::{Reduced, reduce};
 
 /// A guess at the best multipliers; what they prove does not depend on how they were found.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,11 +2,11 @@
 
 use crate::certificate::{Certificate, Rows};
 use crate::closed_loop::ClosedLoop;
-use crate::definite::positive_definite;
-use crate::dyadic::Dyadic;
 use crate::error::{Claim, Failure, Proved};
+use crate::exact::definite::positive_definite;
+use crate::exact::dyadic::Dyadic;
+use crate::exact::matrix::Matrix;
 use crate::inequality::{Blocked, Proof, inequality};
-use crate::matrix::Matrix;
 use crate::structure::{commuting, skew, symmetric};
 use crate::theorem::Theorem;
 

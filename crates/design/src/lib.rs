@@ -11,7 +11,6 @@ pub mod augment;
 pub mod certify;
 pub mod check;
 pub mod error;
-pub mod files;
 pub mod fit;
 pub mod freeze;
 pub mod inputs;

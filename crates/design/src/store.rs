@@ -11,6 +11,7 @@
 //! | `robust_certificate.json` | of a robust design: the proof of the gain bound with uncertainty |
 //! | `.squid-lock` | empty; locked while the others are written or read, so that all are of one design |
 
+pub mod files;
 pub mod unedited;
 
 use crate::augment::augment;
@@ -18,13 +19,12 @@ use crate::certify::controller_of;
 use crate::certify::verify;
 use crate::check::check;
 use crate::error::{Error, ProofError, StoreError};
-use crate::files::{Files, read, reading};
 use crate::fit::Model;
 use crate::fit::frequency::{Errors, OUTPUTS, errors};
 use crate::inputs::Inputs;
 use crate::run::Finished;
-use crate::synthesise::robust;
-use crate::synthesise::robust::StoredRobust;
+use crate::store::files::{Files, read, reading};
+use crate::synthesise::robust::stored::{self, StoredRobust};
 use auv::{LpvModel, LpvModelError};
 use certificate::{Certificate, Theorem};
 use lpv::controller::Controller;
@@ -97,7 +97,7 @@ impl Stored {
     fn made_of(&self, inputs: &Inputs, certificate: &Certificate) -> Result<(), Error> {
         let model = Model::new(&inputs.vehicle, &inputs.design)?;
         verify::of_inputs(certificate, inputs, &model)?;
-        unedited::check(self, inputs, &model)?;
+        unedited::check((&self.controller, &self.plant), inputs, &model)?;
         let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.lft.clone())?;
         check(inputs, &plant, &self.lpv_controller()?, self.controller.gamma.bound).map(|_| ())
     }
@@ -205,7 +205,7 @@ pub fn save(directory: &Path, inputs: &Inputs, finished: &Finished) -> Result<()
     files.add_json(to("design.json"), &figures(inputs, finished))?;
     match &finished.robust {
         Some(found) => found.add_to(&mut files, directory)?,
-        None => robust::forget(&mut files, directory),
+        None => stored::forget(&mut files, directory),
     }
     // Last, for its hashes are what `load` trusts.
     files.add(to("controller.json"), finished.frozen.controller.to_json()?);
@@ -243,7 +243,7 @@ pub fn load(directory: &Path, inputs: &Inputs) -> Result<Stored, Error> {
     } else {
         Err(format!("there is no certificate.json{}", why_not_certified(directory)))
     };
-    let robust = robust::stored(directory)?;
+    let robust = stored::stored(directory)?;
     Ok(Stored { controller, plant, manoeuvre: inputs.design.manoeuvre.clone(), certificate, robust })
 }
 

@@ -4,6 +4,7 @@
 use model_description::{Capabilities, CoSimulation, ModelDescription, WriteError, guid};
 
 use crate::log::Category;
+use crate::refusal::LoadError;
 use crate::{Model, Resources, Table};
 
 /// A loaded model with what an instance needs to know of it.
@@ -39,11 +40,6 @@ impl<M> From<Described<M>> for Loaded<M> {
         Self { model, table, description, guid }
     }
 }
-
-/// The model could not be loaded.
-#[derive(Debug, thiserror::Error)]
-#[error("the model cannot be loaded from its resources: {0}")]
-pub struct LoadError(#[source] Box<dyn std::error::Error + Send + Sync>);
 
 /// Why a model cannot be described.
 #[derive(Debug, thiserror::Error)]

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use crate::refusal::Failure;
-use crate::snapshot::Slopes;
-use crate::state::identity;
-use crate::values::Value;
-use crate::{Function, Interface, Loaded, Log, Model, Phase, Refusal, Snapshot, Table};
+use crate::states::bytes::identity;
+use crate::states::snapshot::Slopes;
+use crate::variables::values::Value;
+use crate::{Experiment, Function, Interface, Loaded, Log, Model, Phase, Refusal, Snapshot, Table};
 
 /// A step longer than a day \[s\] is refused: it is a mistake, and would take long.
 const LONGEST_STEP: f64 = 86_400.0;
@@ -15,17 +15,6 @@ const LONGEST_STEP: f64 = 86_400.0;
 /// time.
 pub fn rounding_of_time(time: f64) -> f64 {
     1e-9 + 16.0 * f64::EPSILON * time.abs()
-}
-
-/// Start, stop and tolerance of `fmi2SetupExperiment`, times in s.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Experiment {
-    /// Start time.
-    pub start: f64,
-    /// Time after which no step may end.
-    pub stop: Option<f64>,
-    /// Relative tolerance; models with a fixed accuracy ignore it.
-    pub tolerance: Option<f64>,
 }
 
 /// A running model: life cycle, time and access to variables.

@@ -1,6 +1,11 @@
 //! Every reason for which a call is refused, as one sentence.
 
-use crate::{LoadError, ResourceError, StateError, UriError};
+use crate::{ResourceError, StateError, UriError};
+
+/// The model could not be loaded.
+#[derive(Debug, thiserror::Error)]
+#[error("the model cannot be loaded from its resources: {0}")]
+pub struct LoadError(#[source] pub(crate) Box<dyn std::error::Error + Send + Sync>);
 
 /// Why a call was refused; nothing in the instance has changed.
 #[derive(Debug, thiserror::Error)]

@@ -48,7 +48,7 @@ pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, 
     let far =
         |design: &Design| design.gamma_design > (1.0 + FAR_ABOVE * options.back_off) * design.gamma_optimum;
     match &outcome {
-        Ok(design) if !far(design) && !regularise::is_singular(plant) => return outcome,
+        Ok(design) if !far(design) => return outcome,
         Ok(_) | Err(SynthesisError::Numerical { .. }) => {}
         Err(_) => return outcome,
     }
@@ -61,7 +61,7 @@ pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, 
 }
 
 /// A controller that is built more than this many times the back-off asked for above the least gamma is also sought
-/// with weights and noises added, as that of every singular plant: the bound that comes of it is often lower.
+/// with weights and noises added: the bound that results is often lower.
 const FAR_ABOVE: f64 = 1.5;
 
 /// The design for the plant as it is.

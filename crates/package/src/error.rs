@@ -13,7 +13,7 @@ pub enum Error {
     #[error(transparent)]
     Design(#[from] squid_design::error::Error),
     /// A platform that is not known.
-    #[error("the platform is '{found}'; it must be {allowed}")]
+    #[error("the platform is {found}; it must be {allowed}")]
     UnknownPlatform {
         /// As given.
         found: String,

@@ -6,10 +6,10 @@ use crate::page::html;
 use crate::report::{Report, report};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use squid_design::files::Files;
 use squid_design::inputs::Inputs;
 use squid_design::progress::Progress;
 use squid_design::store::Stored;
+use squid_design::store::files::Files;
 use std::path::{Path, PathBuf};
 
 /// Its file.

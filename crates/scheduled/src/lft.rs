@@ -1,5 +1,13 @@
 //! The controller's LFT as matrices of checked shapes.
 
+pub(crate) mod controller;
+pub(crate) mod discretise;
+pub(crate) mod lu;
+pub(crate) mod matrix;
+pub(crate) mod numbers;
+pub(crate) mod panels;
+pub(crate) mod schur;
+
 use crate::{DesignError, LftMatrices, Matrix, Rows};
 
 /// Sizes of an LFT controller.
@@ -76,7 +84,7 @@ fn matrix(key: &str, rows: &Rows, (height, width): (usize, usize)) -> Result<Mat
             return Err(wrong(format!("{key}[{i}]"), row.len(), width));
         }
         for (j, &value) in row.iter().enumerate() {
-            crate::validate::finite(format_args!("{key}[{i}][{j}]"), value)?;
+            numbers::finite(format_args!("{key}[{i}][{j}]"), value)?;
         }
     }
     Matrix::new(height, width, rows.concat()).ok_or_else(|| wrong(key.to_owned(), 0, height * width))

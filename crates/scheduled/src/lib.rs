@@ -22,32 +22,28 @@
 //! states move on as if the command had been carried out (no anti-windup).
 
 mod autopilot;
-mod controller;
 mod design;
-mod discretise;
 mod error;
 mod json;
 mod lft;
-mod lu;
 mod manoeuvre;
-mod matrix;
-mod panels;
-mod schur;
+mod ports;
 mod snapshot;
 mod tangent;
 mod trim;
 mod validate;
 
-pub use autopilot::{Advance, Autopilot, Inputs, Outputs};
-pub use controller::LftController;
+pub use autopilot::{Advance, Autopilot};
 pub use design::{
     Actuator, ControllerDesign, FORMAT, Gamma, InputHashes, LftMatrices, Rows, Scheduling, Status, Tracked,
     TrimTable, VehicleName,
 };
 pub use error::{DesignError, TickError};
+pub use lft::controller::LftController;
+pub use lft::matrix::Matrix;
 pub use lft::{Lft, Sizes};
 pub use manoeuvre::{MANOEUVRE_FORMAT, MANOEUVRE_RESOURCE, Manoeuvre, ManoeuvreError};
-pub use matrix::Matrix;
+pub use ports::{Inputs, Outputs};
 pub use snapshot::{Snapshot, SnapshotError};
 pub use tangent::OutputTangents;
 pub use trim::Trim;

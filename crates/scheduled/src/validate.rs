@@ -4,6 +4,7 @@ use signals::{NAMES, SIGNALS, place};
 use std::collections::BTreeSet;
 use std::fmt;
 
+use crate::lft::numbers::{finite, positive, range};
 use crate::{ControllerDesign, DesignError, FORMAT, Lft};
 
 /// Shorter sample times \[s\] are a mistake, and would make a step take for ever.
@@ -152,29 +153,6 @@ impl ControllerDesign {
         }
         Ok(())
     }
-}
-
-pub(crate) fn finite(key: fmt::Arguments<'_>, value: f64) -> Result<(), DesignError> {
-    if value.is_finite() {
-        return Ok(());
-    }
-    Err(DesignError::BadNumber { key: key.to_string(), value, allowed: "finite" })
-}
-
-fn positive(key: fmt::Arguments<'_>, value: f64) -> Result<(), DesignError> {
-    if value.is_finite() && value > 0.0 {
-        return Ok(());
-    }
-    Err(DesignError::BadNumber { key: key.to_string(), value, allowed: "finite and above 0" })
-}
-
-fn range(key: fmt::Arguments<'_>, minimum: f64, maximum: f64) -> Result<(), DesignError> {
-    finite(format_args!("{key}.minimum"), minimum)?;
-    finite(format_args!("{key}.maximum"), maximum)?;
-    if minimum < maximum {
-        return Ok(());
-    }
-    Err(DesignError::EmptyRange { key: key.to_string(), minimum, maximum })
 }
 
 fn length(key: fmt::Arguments<'_>, found: usize, expected: usize) -> Result<(), DesignError> {

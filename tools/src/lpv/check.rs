@@ -6,7 +6,7 @@ use certificate::Theorem;
 use squid_design::certify::verify::{first_unlike, parse};
 use squid_design::certify::{direct_path, plant_rows};
 use squid_design::error::ProofError;
-use squid_design::files::read;
+use squid_design::store::files::read;
 use std::path::Path;
 
 /// Proves a certificate and checks that it is of the plant in a problem file.

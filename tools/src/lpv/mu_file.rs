@@ -20,7 +20,7 @@ use lpv::matrix::Mat;
 use lpv::mu::{CMat, Structure};
 use lpv::state_space::StateSpace;
 use nalgebra::Complex;
-use squid_design::files::read;
+use squid_design::store::files::read;
 use std::path::Path;
 
 /// What is perturbed: `z = M w`, `w = Delta z`.

@@ -23,7 +23,7 @@ use lpv::matrix::Mat;
 use lpv::partition::Group::{W, X, Z};
 use lpv::partition::{NamedBlock, PLANT, Sizes, names};
 use lpv::plant::GeneralisedPlant;
-use squid_design::files::read;
+use squid_design::store::files::read;
 use std::path::Path;
 
 /// A generalised plant with a direct path from u to y.

@@ -16,7 +16,7 @@ use serde::Serialize;
 use squid_design::certify;
 use squid_design::certify::{nominal, rows_with_blocks};
 use squid_design::error::ProofError;
-use squid_design::files::Files;
+use squid_design::store::files::Files;
 use std::path::Path;
 use std::time::Instant;
 

@@ -9,7 +9,6 @@
 mod tables;
 mod uncertainty;
 
-use auv::toml_file::{Document, FileError};
 use lpv::matrix::Mat;
 use scheduled::Manoeuvre;
 use signals::{SIGNALS, STATES, Signal};
@@ -115,15 +114,6 @@ pub struct DesignFile {
 }
 
 impl DesignFile {
-    /// Checks the text of a design file; `file` is for messages.
-    ///
-    /// # Errors
-    /// [`FileError`]: every mistake with file, line, key, what was found and what is allowed.
-    pub fn parse(text: &str, file: &str, name: &str) -> Result<Self, FileError> {
-        let document = Document::parse(text, file)?;
-        document.finish(tables::design(&document, name))
-    }
-
     /// So many speeds, evenly spread over the range of the design, both ends included \[m/s\].
     pub fn spread(&self, count: usize) -> Vec<f64> {
         let (low, high) = (self.speed_min, self.speed_max);

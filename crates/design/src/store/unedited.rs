@@ -8,7 +8,8 @@ use crate::error::{Error, StoreError};
 use crate::fit::Model;
 use crate::freeze::{Frozen, frozen};
 use crate::inputs::Inputs;
-use crate::store::Stored;
+use auv::LpvModel;
+use scheduled::ControllerDesign;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -19,8 +20,11 @@ const SAME: f64 = 1e-8;
 ///
 /// # Errors
 /// [`StoreError::Edited`] with the first key that differs; those of freezing.
-pub fn check(stored: &Stored, inputs: &Inputs, model: &Model) -> Result<(), Error> {
-    let Stored { controller, plant, .. } = stored;
+pub fn check(
+    (controller, plant): (&ControllerDesign, &LpvModel),
+    inputs: &Inputs,
+    model: &Model,
+) -> Result<(), Error> {
     let expected: Frozen = frozen(inputs, model, controller.lft.clone(), controller.gamma.clone())?;
     compare("controller.json", controller, &expected.controller)?;
     compare("plant.json", plant, &expected.plant)

@@ -8,8 +8,8 @@
 //! Both controllers are judged by the same inequality on the same model, in which the uncertain coefficients, like
 //! the speed, may change arbitrarily fast. See `docs/robust.md` for what that means.
 
-mod figures;
-mod stored;
+pub mod figures;
+pub mod stored;
 
 use crate::certify::nominal as certificate_of;
 use crate::error::Error;
@@ -17,6 +17,7 @@ use crate::error::RobustError;
 use crate::fit::Model;
 use crate::inputs::Inputs;
 use crate::progress::Progress;
+use crate::synthesise::robust::figures::{Frozen, PRICE, RobustFigures};
 use crate::uncertain::closed_loop::{uncertain_loop, uncertain_plant};
 use crate::uncertain::errors::errors;
 use crate::uncertain::frozen::at_speed;
@@ -25,7 +26,6 @@ use crate::uncertain::over_range;
 use crate::uncertain::truncate::{Truncated, truncated};
 use crate::uncertain::vehicle::{gain, values, vehicle_at};
 use certificate::Certificate;
-pub use figures::{Frozen, RobustFigures};
 use lpv::analysis::{GainBound, bounded_gain};
 use lpv::controller::Controller;
 use lpv::model_error::LoopError;
@@ -36,10 +36,6 @@ use lpv::plant::GeneralisedPlant;
 use lpv::robust::{RobustDesign, RobustOptions, Round, UncertainPlant, more_robust};
 use lpv::robust_bound::{CLEARANCE_SHARE, RobustBound, RobustLoop};
 use lpv::synthesis::Design;
-pub use stored::{CERTIFICATE, StoredRobust, forget, stored};
-
-/// The gain that the robust controller may have, relative to the bound of the nominal one.
-pub const PRICE: f64 = 1.25;
 
 /// How far above the least gain each controller of the rounds is built. What is lost here is lost in every round.
 const BACK_OFF: f64 = 0.05;
@@ -121,7 +117,7 @@ pub fn robust(
 }
 
 /// The uncertain model with fewer channels, and the plant with its weights.
-fn thinned(inputs: &Inputs, whole: &UncertainModel) -> Result<(Truncated, UncertainPlant), Error> {
+pub(crate) fn thinned(inputs: &Inputs, whole: &UncertainModel) -> Result<(Truncated, UncertainPlant), Error> {
     let truncated = truncated(inputs, whole, BOX, TOLERANCE)?;
     let plant = uncertain_plant(inputs, &truncated.model)?;
     Ok((truncated, UncertainPlant { plant, scheduled: 1 }))

@@ -3,7 +3,7 @@
 use crate::abi::component::{Component, call};
 use crate::abi::pointers::{exclusive, place, shared, slice, slice_mut};
 use crate::abi::types::{self, FmuState, Status};
-use crate::state::Identity;
+use crate::states::bytes::Identity;
 use crate::{Failure, Function, Model, Refusal, Snapshot};
 
 /// `fmi2GetFMUstate`; a state that is passed in is overwritten.

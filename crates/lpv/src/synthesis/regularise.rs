@@ -56,15 +56,6 @@ pub(crate) fn design(
     })
 }
 
-/// Whether some direction of the controls has no weight at all, or some combination of the measurements no noise.
-pub(crate) fn is_singular(plant: &GeneralisedPlant) -> bool {
-    let added = Regularisation::new(plant, NO_WEIGHT);
-    !added.weights.is_empty() || !added.noises.is_empty()
-}
-
-/// A weight or a noise below this part of what else reaches z or enters y is rounding.
-const NO_WEIGHT: f64 = 1e-12;
-
 /// Whether a least gamma is zero but for rounding: there is then none that is attained, and no controller is
 /// near it.
 pub fn is_nothing(least: f64, bound: f64) -> bool {

@@ -7,7 +7,7 @@ use crate::page::figure::Figure;
 use crate::page::section::{Part, Table};
 use crate::subject::Subject;
 use squid_design::numbers::above;
-use squid_design::synthesise::robust::{Frozen, PRICE, RobustFigures};
+use squid_design::synthesise::robust::figures::{Frozen, PRICE, RobustFigures};
 
 /// Both controllers side by side, or how to get there.
 ///

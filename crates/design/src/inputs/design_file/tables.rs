@@ -1,7 +1,7 @@
 //! Reads the tables of a design file.
 
 use crate::inputs::design_file::{BANDWIDTH, CONTROL_WEIGHT, DesignFile, PEAK, Range, SCALE, Tracked};
-use auv::toml_file::{Document, Table};
+use auv::toml_file::{Document, FileError, Table};
 use auv::{number, rounded};
 use scheduled::{MANOEUVRE_FORMAT, Manoeuvre};
 use signals::{PITCH, SIGNALS};
@@ -19,8 +19,19 @@ const ROUNDING: f64 = 1e-9;
 const SECTIONS: [&str; 8] =
     ["description", "model", "track", "control", "synthesis", "autopilot", "manoeuvre", "uncertainty"];
 
+impl DesignFile {
+    /// Checks the text of a design file; `file` is for messages.
+    ///
+    /// # Errors
+    /// [`FileError`]: every mistake with file, line, key, what was found and what is allowed.
+    pub fn parse(text: &str, file: &str, name: &str) -> Result<Self, FileError> {
+        let document = Document::parse(text, file)?;
+        document.finish(design(&document, name))
+    }
+}
+
 /// The whole file; `None` if a mistake was taken down that leaves no value.
-pub(super) fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
+fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
     let root = document.root();
     root.allow_only(&SECTIONS);
     let description = root.text("description");

@@ -1,8 +1,10 @@
 //! The numbers of a robust design beside those of the nominal one: as a file, and for people.
 
 use crate::numbers::above;
-use crate::synthesise::robust::PRICE;
 use serde::{Deserialize, Serialize};
+
+/// The gain that the robust controller may have, relative to the bound of the nominal one.
+pub const PRICE: f64 = 1.25;
 
 /// The two controllers side by side, as `robust.json` holds them; sizes are fractions of the declared uncertainty.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

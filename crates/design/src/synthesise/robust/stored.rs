@@ -3,9 +3,9 @@
 use crate::certify::same_plant;
 use crate::certify::verify;
 use crate::error::{Error, ProofError, StoreError};
-use crate::files::{Files, read};
 use crate::fit::Model;
 use crate::inputs::Inputs;
+use crate::store::files::{Files, read};
 use crate::synthesise::robust::figures::RobustFigures;
 use crate::synthesise::robust::{Robust, thinned};
 use crate::uncertain::over_range;
@@ -73,7 +73,7 @@ impl StoredRobust {
         let certificate = self.certificate.to_json();
         let certificate =
             certificate.map_err(|reason| ProofError::Certificate { file: CERTIFICATE.into(), reason })?;
-        Ok([crate::files::json(&self.figures)?, certificate])
+        Ok([crate::store::files::json(&self.figures)?, certificate])
     }
 
     /// Proves the certificate anew, and checks that it is of this controller, of the gain that the figures name, and

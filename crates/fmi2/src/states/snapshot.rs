@@ -1,9 +1,7 @@
 //! Stored states of an instance: `fmi2GetFMUstate` to `fmi2DeSerializeFMUstate` (section 2.1.8).
 
-use crate::state::Identity;
-use crate::{
-    Experiment, Function, Instance, Interface, Model, Phase, Refusal, StateError, StateReader, StateWriter,
-};
+use crate::states::bytes::Identity;
+use crate::{Interface, Model, Phase, StateError, StateReader, StateWriter};
 
 /// Which step the rates of the inputs belong to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,6 +16,17 @@ pub(crate) enum Slopes {
 
 impl Slopes {
     const ALL: [Self; 3] = [Self::None, Self::Ahead, Self::Flown];
+}
+
+/// Start, stop and tolerance of `fmi2SetupExperiment`, times in s.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Experiment {
+    /// Start time.
+    pub start: f64,
+    /// Time after which no step may end.
+    pub stop: Option<f64>,
+    /// Relative tolerance; models with a fixed accuracy ignore it.
+    pub tolerance: Option<f64>,
 }
 
 /// Everything of an instance that changes.
@@ -51,7 +60,7 @@ impl<M: Model> Snapshot<M> {
         }
     }
 
-    fn save(&self) -> Vec<u8> {
+    pub(crate) fn save(&self) -> Vec<u8> {
         let mut state = StateWriter::default();
         state.boolean(self.interface == Interface::CoSimulation);
         state.integer(self.phase as u64);
@@ -66,7 +75,7 @@ impl<M: Model> Snapshot<M> {
         state.sealed(&self.identity)
     }
 
-    fn restore(bytes: &[u8], fresh: &M, identity: &Identity) -> Result<Self, StateError> {
+    pub(crate) fn restore(bytes: &[u8], fresh: &M, identity: &Identity) -> Result<Self, StateError> {
         let mut state = StateReader::unsealed(bytes, identity)?;
         let interface = match state.boolean()? {
             true => Interface::CoSimulation,
@@ -91,60 +100,5 @@ impl<M: Model> Snapshot<M> {
         snapshot.model.restore(&mut state)?;
         state.finish()?;
         Ok(snapshot)
-    }
-}
-
-impl<M: Model> Instance<M> {
-    /// `fmi2GetFMUstate`.
-    ///
-    /// # Errors
-    /// [`Refusal::IllegalCall`].
-    pub fn snapshot(&self) -> Result<Snapshot<M>, Refusal> {
-        self.allows(Function::GetFmuState)?;
-        Ok(self.now.clone())
-    }
-
-    /// `fmi2SetFMUstate`.
-    ///
-    /// # Errors
-    /// [`Refusal::IllegalCall`], [`Refusal::ForeignState`], [`Refusal::OtherInterfaceState`].
-    pub fn restore(&mut self, snapshot: &Snapshot<M>) -> Result<(), Refusal> {
-        self.allows(Function::SetFmuState)?;
-        self.accepts(snapshot)?;
-        self.now = snapshot.clone();
-        Ok(())
-    }
-
-    /// `fmi2SerializeFMUstate`.
-    ///
-    /// # Errors
-    /// [`Refusal::IllegalCall`], [`Refusal::ForeignState`].
-    pub fn serialise(&self, snapshot: &Snapshot<M>) -> Result<Vec<u8>, Refusal> {
-        self.allows(Function::SerializeFmuState)?;
-        self.accepts(snapshot)?;
-        Ok(snapshot.save())
-    }
-
-    /// `fmi2DeSerializeFMUstate`.
-    ///
-    /// # Errors
-    /// [`Refusal::IllegalCall`], [`Refusal::BadState`], [`Refusal::OtherInterfaceState`].
-    pub fn deserialise(&self, bytes: &[u8]) -> Result<Snapshot<M>, Refusal> {
-        self.allows(Function::DeserializeFmuState)?;
-        let snapshot = Snapshot::restore(bytes, &self.fresh, &self.now.identity)?;
-        self.accepts(&snapshot)?;
-        Ok(snapshot)
-    }
-
-    /// Whether a state belongs to an instance of this FMU and kind.
-    fn accepts(&self, snapshot: &Snapshot<M>) -> Result<(), Refusal> {
-        if snapshot.identity != self.now.identity {
-            return Err(Refusal::ForeignState);
-        }
-        let (found, interface) = (snapshot.interface, self.now.interface);
-        if found != interface {
-            return Err(Refusal::OtherInterfaceState { found: found.name(), interface: interface.name() });
-        }
-        Ok(())
     }
 }

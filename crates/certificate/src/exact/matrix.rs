@@ -1,7 +1,7 @@
 //! Matrices of exact numbers.
 
 use crate::certificate::Rows;
-use crate::dyadic::Dyadic;
+use crate::exact::dyadic::Dyadic;
 use std::ops::{Index, IndexMut};
 
 /// A matrix, row by row.

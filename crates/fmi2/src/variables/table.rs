@@ -2,8 +2,8 @@
 
 use model_description::{Causality, Initial, Kind, Variability};
 
-use crate::values::Value;
-use crate::variable::Set;
+use crate::variables::role::Set;
+use crate::variables::values::Value;
 use crate::{Model, Phase, Refusal, Variable};
 
 /// A model's variables; the value reference of a variable is its position.

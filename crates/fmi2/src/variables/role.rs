@@ -4,7 +4,10 @@ use std::fmt;
 
 use model_description::{Causality, Variability};
 
-use crate::variable::Set;
+/// Reads a value from a model.
+pub type Get<M, T> = Box<dyn Fn(&M) -> T + Send + Sync>;
+/// Writes a value into a model.
+pub type Set<M, T> = Box<dyn Fn(&mut M, T) + Send + Sync>;
 
 /// Causality and variability of a variable, with its setter if it has one.
 pub struct Role<M, T> {

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use crate::lu::solve_in_place;
-use crate::panels::Panels;
-use crate::schur::solve_quasi_triangular;
+use crate::lft::lu::solve_in_place;
+use crate::lft::panels::Panels;
+use crate::lft::schur::solve_quasi_triangular;
 use crate::{Lft, TickError};
 
 /// What never changes.

@@ -3,8 +3,8 @@
 //! E. H. Bareiss, "Sylvester's identity and multistep integer-preserving Gaussian elimination", Math. Comp. 22, 1968,
 //! eq. 7, applied to the rows above the pivot as to those below: all entries stay minors of the matrix.
 
-use crate::dyadic::{Dyadic, approximate_ratio};
-use crate::matrix::Matrix;
+use crate::exact::dyadic::{Dyadic, approximate_ratio};
+use crate::exact::matrix::Matrix;
 use num_bigint::{BigInt, Sign};
 
 /// A matrix with its rows combined until `pivot` stands in one place of each row that is left, and zeros above and

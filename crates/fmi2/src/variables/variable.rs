@@ -5,12 +5,7 @@ use std::fmt;
 
 use model_description::{Dependency, DependencyKind, Enumeration, Kind, ScalarVariable, Variability};
 
-use crate::Role;
-
-/// Reads a value from a model.
-pub type Get<M, T> = Box<dyn Fn(&M) -> T + Send + Sync>;
-/// Writes a value into a model.
-pub type Set<M, T> = Box<dyn Fn(&mut M, T) + Send + Sync>;
+use crate::variables::role::{Get, Role, Set};
 
 /// How to reach a value in the model.
 pub enum Access<M> {

@@ -4,7 +4,7 @@
 //! begins with has not happened yet.
 
 use crate::instance::Outcome;
-use crate::snapshot::Slopes;
+use crate::states::snapshot::Slopes;
 use crate::{Function, Instance, Log, Model, Moment, Phase, Refusal, Tangents};
 
 impl<M: Model> Instance<M> {

@@ -1,7 +1,8 @@
 //! A table of variables reused by a larger model that holds the smaller one.
 
 use crate::Variable;
-use crate::variable::{Access, Get, Set};
+use crate::variables::role::{Get, Set};
+use crate::variables::variable::Access;
 
 impl<M: 'static> Variable<M> {
     /// The same variable in a model that holds `M` as a part; name, description and dependencies stay.

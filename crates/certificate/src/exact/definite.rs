@@ -10,8 +10,8 @@
 //!    and multistep integer-preserving Gaussian elimination", Math. Comp. 22, 1968, eq. 7) gives the leading
 //!    principal minors as whole numbers, and Sylvester's criterion decides. It has the last word on every refusal.
 
-use crate::dyadic::{Dyadic, approximate_ratio};
-use crate::matrix::Matrix;
+use crate::exact::dyadic::{Dyadic, approximate_ratio};
+use crate::exact::matrix::Matrix;
 use num_bigint::{BigInt, Sign};
 
 /// The first pivot that is not positive.

@@ -1,6 +1,7 @@
 //! The four value types of the C functions.
 
-use crate::variable::{Access, Get, Set};
+use crate::variables::role::{Get, Set};
+use crate::variables::variable::Access;
 use crate::{Function, Refusal};
 
 /// A type that `fmi2GetXXX` and `fmi2SetXXX` exchange.

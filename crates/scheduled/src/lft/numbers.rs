@@ -1,0 +1,28 @@
+//! Checks of the numbers of a design.
+
+use std::fmt;
+
+use crate::DesignError;
+
+pub(crate) fn finite(key: fmt::Arguments<'_>, value: f64) -> Result<(), DesignError> {
+    if value.is_finite() {
+        return Ok(());
+    }
+    Err(DesignError::BadNumber { key: key.to_string(), value, allowed: "finite" })
+}
+
+pub(crate) fn positive(key: fmt::Arguments<'_>, value: f64) -> Result<(), DesignError> {
+    if value.is_finite() && value > 0.0 {
+        return Ok(());
+    }
+    Err(DesignError::BadNumber { key: key.to_string(), value, allowed: "finite and above 0" })
+}
+
+pub(crate) fn range(key: fmt::Arguments<'_>, minimum: f64, maximum: f64) -> Result<(), DesignError> {
+    finite(format_args!("{key}.minimum"), minimum)?;
+    finite(format_args!("{key}.maximum"), maximum)?;
+    if minimum < maximum {
+        return Ok(());
+    }
+    Err(DesignError::EmptyRange { key: key.to_string(), minimum, maximum })
+}
