@@ -208,6 +208,12 @@ def test_remarks_on_what_has_no_price(run_squid: Run, tmp_path: Path, case: dict
     assert "add noise to y1 (row 1 of D21)" in noise
 
 
+WITHOUT_ADDED_WEIGHTS = {"seven_states", "ten_states"}
+"""Singular plants for which the controller is computed as asked, with nothing added."""
+ASKED_BACK_OFF = 0.1
+PROOF_ROUNDING = 1e-3
+
+
 @pytest.mark.parametrize(
     "path", sorted((CASE.parent / "singular").glob("*.json")), ids=lambda path: path.stem
 )
@@ -220,10 +226,13 @@ def test_singular_problem(run_squid: Run, tmp_path: Path, path: Path) -> None:
     assert (done.returncode, report["status"]) == (0, "feasible")
     assert report["gamma"] == pytest.approx(expected["gamma"], rel=expected["rtol"])
     assert report["gamma_lower"] is None or report["gamma_lower"] <= report["gamma"]
-    assert report["gamma"] <= report["certified_gamma"] <= 1.05 * report["gamma"]
-    (remark,) = [remark for remark in report["remarks"] if "designed for the plant with" in remark]
-    assert "u1 (weight)" in remark and "plant as given" in remark
-    assert ("of it in y1 (noise)" in remark) == (not np.any(plant["D21"][0]))
+    added = [remark for remark in report["remarks"] if "designed for the plant with" in remark]
+    assert bool(added) == (path.stem not in WITHOUT_ADDED_WEIGHTS)
+    most = 1.05 if added else 1 + ASKED_BACK_OFF + PROOF_ROUNDING
+    assert report["gamma"] <= report["certified_gamma"] <= most * report["gamma"]
+    for remark in added:
+        assert "u1 (weight)" in remark and "plant as given" in remark
+        assert ("of it in y1 (noise)" in remark) == (not np.any(plant["D21"][0]))
     assert run_squid("lpv", "check", path, tmp_path / "certificate.json").returncode == 0
 
 
