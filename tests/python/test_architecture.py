@@ -12,13 +12,13 @@ from fly.stages import ROOT
 from imports import Crate
 
 NEVER = {
-    "fmu-plant": {"lpv", "clarabel", "faer", "blas-symbols", "squid", "scheduled"},
+    "fmu-plant": {"lpv", "clarabel", "faer", "blas-symbols", "squid", "squid-scheduled"},
     "fmu-controller": {"lpv", "clarabel", "faer", "blas-symbols", "squid", "auv"},
     "fmu-squid": {"lpv", "clarabel", "faer", "blas-symbols", "squid"},
-    "auv": {"lpv", "scheduled", "fmi2", "model-description", "clarabel"},
-    "lpv": {"auv", "scheduled", "fmi2", "model-description"},
-    "scheduled": {"auv", "lpv", "fmi2", "model-description", "clarabel"},
-    "fmi2": {"auv", "lpv", "scheduled", "clarabel"},
+    "auv": {"lpv", "squid-scheduled", "fmi2", "model-description", "clarabel"},
+    "lpv": {"auv", "squid-scheduled", "fmi2", "model-description"},
+    "squid-scheduled": {"auv", "lpv", "fmi2", "model-description", "clarabel"},
+    "fmi2": {"auv", "lpv", "squid-scheduled", "clarabel"},
     "squid-design": {
         "clap",
         "indicatif",
@@ -32,8 +32,8 @@ NEVER = {
     "squid-flight": {"lpv", "clap", "plotters", "zip", "squid-design"},
     "squid-report": {"clap", "zip", "fmi2", "squid-package"},
     "squid-package": {"clap", "indicatif"},
-    "certificate": {"auv", "lpv", "scheduled", "fmi2", "model-description", "clarabel", "faer"},
-    "model-description": {"auv", "lpv", "scheduled", "fmi2"},
+    "certificate": {"auv", "lpv", "squid-scheduled", "fmi2", "model-description", "clarabel", "faer"},
+    "model-description": {"auv", "lpv", "squid-scheduled", "fmi2"},
 }
 MEMBERS = sorted(path.parent.relative_to(ROOT) for path in ROOT.glob("*/src")) + sorted(
     path.parent.relative_to(ROOT) for path in ROOT.glob("crates/*/src")
