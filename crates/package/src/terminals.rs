@@ -6,12 +6,13 @@ use crate::kind::Kind;
 use crate::xml::{Xml, document};
 use model_description::ModelDescription;
 use scheduled::ControllerDesign;
+use signals::SIGNALS;
 use std::io;
 
 /// What goes through the plug, in the order of the design: measurements one way, commands the other.
 fn members<'a>(of: &'a ModelDescription, design: &'a ControllerDesign) -> impl Iterator<Item = &'a str> {
     let commands = design.actuators.iter().map(|one| one.name.as_str());
-    let all = ["pitch", "speed"].into_iter().chain(commands);
+    let all = SIGNALS.iter().map(|signal| signal.name).chain(commands);
     all.filter(|name| of.position(name).is_some())
 }
 
