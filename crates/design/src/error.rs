@@ -83,3 +83,15 @@ by_way_of! {
     ProofError: certificate::Failure;
     StoreError: auv::LpvModelError, auv::VehicleJsonError, scheduled::DesignError, scheduled::ManoeuvreError;
 }
+
+/// `From` for errors that reach the `Error` of a crate above by way of its variant `Design`.
+#[macro_export]
+macro_rules! by_way_of_the_design {
+    ($error:ident: $($from:ty),+ $(,)?) => { $(
+        impl From<$from> for $error {
+            fn from(reason: $from) -> Self {
+                Self::Design(reason.into())
+            }
+        }
+    )+ };
+}

@@ -117,19 +117,8 @@ pub enum Error {
     },
 }
 
-/// Errors of the crates below, by way of the design.
-macro_rules! by_way_of_the_design {
-    ($($from:ty),+) => { $(
-        impl From<$from> for Error {
-            fn from(reason: $from) -> Self {
-                Self::Design(reason.into())
-            }
-        }
-    )+ };
-}
-
-by_way_of_the_design!(
-    InputError,
+squid_design::by_way_of_the_design!(
+    Error: InputError,
     ModelError,
     ProofError,
     StoreError,

@@ -25,19 +25,8 @@ pub enum Error {
     PitchNotTracked,
 }
 
-/// Errors of the crates below, by way of the design.
-macro_rules! by_way_of_the_design {
-    ($($from:ty),+) => { $(
-        impl From<$from> for Error {
-            fn from(reason: $from) -> Self {
-                Self::Design(reason.into())
-            }
-        }
-    )+ };
-}
-
-by_way_of_the_design!(
-    ModelError,
+squid_design::by_way_of_the_design!(
+    Error: ModelError,
     ProofError,
     StoreError,
     auv::LpvModelError,
