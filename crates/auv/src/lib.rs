@@ -6,17 +6,17 @@
 //!                               +-> Plant (simulation, nonlinear or by an LPV model)
 //! ```
 //!
-//! - [`Vehicle::read`]: a vehicle file becomes [`Coefficients`] and [`Actuator`]s, or one clear message;
-//!   [`Vehicle::to_json`] passes the vehicle on to machines, and [`Vehicle::from_json`] takes it up;
+//! - [`Vehicle::read`]: a vehicle file becomes [`Coefficients`] and [`Actuator`]s, or a list of its mistakes;
+//!   [`Vehicle::to_json`] and [`Vehicle::from_json`] exchange a vehicle with other programs;
 //! - [`COEFFICIENTS`]: the table of every coefficient, which drives reading, validation and documentation;
 //! - [`Dynamics`]: the nonlinear longitudinal equations of motion, over any [`Scalar`];
 //! - [`trim()`]: level, steady motion at a speed and a depth;
 //! - [`linearise()`]: A and B about a trim, by exact derivatives;
-//! - [`Descriptor`]: the same before the mass matrix is inverted, and its derivatives by any [`Parameter`] of vehicle
-//!   and trim;
+//! - [`Descriptor`]: the same before the mass matrix is inverted, and its derivatives with respect to any
+//!   [`Parameter`] of vehicle and trim;
 //! - [`Plant`]: the vehicle in motion, by the nonlinear equations or by an [`LpvModel`];
 //! - [`Instant`] and [`Rates`]: the motion at one instant as states and their rates, over any [`Scalar`];
-//! - [`Slopes`]: inputs that are ramps instead of being held; [`Snapshot`]: a plant put away to be taken up again.
+//! - [`Slopes`]: inputs that are ramps instead of being held; [`Snapshot`]: the state of a plant, saved and restored.
 //!
 //! ```
 //! use auv::{Speed, Vehicle, linearise, trim};
@@ -29,7 +29,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Units are SI, angles are radians. This crate knows no control theory and no co-simulation.
+//! Units are SI, angles are radians. This crate contains no control design and no co-simulation.
 
 mod motion;
 mod scalar;

@@ -1,5 +1,5 @@
-//! TOML files that people write: tables that know their names and their lines, and take down every mistake before any
-//! is told.
+//! TOML files that people write: tables with their names and line numbers. Every mistake is recorded and all are
+//! reported together.
 
 mod error;
 mod text;
@@ -22,10 +22,10 @@ use text::line_of;
 const LARGEST: f64 = 1e18;
 const TOO_LARGE: &str = "at most 1e18 in size, for the products of larger numbers overflow";
 
-/// The longest text that a message repeats whole.
+/// The longest text that a message quotes in full, in characters.
 const LONGEST_SHOWN: usize = 60;
 
-/// A file with the mistakes that were found in it so far.
+/// A file with the mistakes recorded so far.
 #[derive(Debug)]
 pub struct Document<'a> {
     text: &'a str,
@@ -39,8 +39,8 @@ impl<'a> Document<'a> {
     /// Parses a text; `file` is its name in messages.
     ///
     /// # Errors
-    /// [`FileError`]: the text is not TOML. A key that stands twice is taken down as a mistake, and its first value
-    /// holds.
+    /// [`FileError`]: the text is not TOML. A second value of a key is recorded as a mistake, and the
+    /// first is used.
     pub fn parse(text: &'a str, file: &'a str) -> Result<Self, FileError> {
         let (root, errors) = DeTable::parse_recoverable(text);
         let document = Self { text, file, entries: root.into_inner(), mistakes: RefCell::new(Vec::new()) };
@@ -69,12 +69,12 @@ impl<'a> Document<'a> {
         Table { document: self, path, span, entries, meant: RefCell::new(Vec::new()) }
     }
 
-    /// Takes down a mistake at a place in the text.
+    /// Records a mistake at a byte offset of the text.
     pub fn blame(&self, at: usize, problem: FileProblem) {
         self.mistakes.borrow_mut().push((at, problem));
     }
 
-    /// Whether no mistake was taken down so far.
+    /// Checks that no mistake has been recorded.
     ///
     /// # Errors
     /// [`FileError`] with all mistakes in the order of the file.
@@ -88,29 +88,30 @@ impl<'a> Document<'a> {
         Err(FileError { file: self.file.to_owned(), mistakes: mistakes.into_iter().map(mistake).collect() })
     }
 
-    /// Returns what was read, if no mistake was taken down.
+    /// Returns what was read, if no mistake was recorded.
     ///
     /// # Errors
-    /// As [`Document::check`]; what could not be read left a mistake.
+    /// As [`Document::check`]; a value that cannot be read leaves a mistake.
     pub fn finish<T>(&self, read: Option<T>) -> Result<T, FileError> {
         self.check()?;
         read.ok_or_else(|| FileError { file: self.file.to_owned(), mistakes: Vec::new() })
     }
 
-    /// The line, counted from 1, of a place in the text.
+    /// The line, counted from 1, of a byte offset.
     pub fn line(&self, at: usize) -> usize {
         line_of(self.text.as_bytes(), at)
     }
 }
 
-/// A table of a file. What it cannot read it takes down as a mistake of its [`Document`], and returns `None`.
+/// A table of a file. A value that cannot be read is recorded as a mistake of its [`Document`], and `None` is
+/// returned.
 #[derive(Debug, Clone)]
 pub struct Table<'d> {
     document: &'d Document<'d>,
     path: String,
     span: Range<usize>,
     entries: &'d DeTable<'d>,
-    /// The keys that misspelt ones seem to mean: they are not missing as well.
+    /// Keys that are probably meant by misspelt ones; they are not reported as missing, too.
     meant: RefCell<Vec<String>>,
 }
 
@@ -138,24 +139,24 @@ impl<'d> Table<'d> {
         self.document.line(self.span.start)
     }
 
-    /// Blames the table.
+    /// Records a mistake at the table.
     pub fn problem(&self, problem: FileProblem) {
         self.document.blame(self.span.start, problem);
     }
 
-    /// Blames the value of a key, or the table if the key is not there.
+    /// Records a mistake at the value of a key, or at the table if the key is missing.
     pub fn blame(&self, key: &str, problem: FileProblem) {
         let at = self.entries.get(key).map_or(self.span.start, |value| value.span().start);
         self.document.blame(at, problem);
     }
 
-    /// Complains of what stands under a key.
+    /// Records that the value of a key is not allowed.
     pub fn not_allowed(&self, key: &str, found: impl Into<String>, allowed: impl Into<String>) {
         let (found, allowed) = (found.into(), allowed.into());
         self.blame(key, FileProblem::NotAllowed { key: self.full(key), found, allowed });
     }
 
-    /// The keys of the table with their places in the text, in the order of the file.
+    /// The keys of the table with their byte offsets, in the order of the file.
     pub fn keys(&self) -> Vec<(usize, &'d str)> {
         let mut keys: Vec<_> =
             self.entries.iter().map(|(key, _)| (key.span().start, key.get_ref().as_ref())).collect();
@@ -168,7 +169,7 @@ impl<'d> Table<'d> {
         self.entries.contains_key(key)
     }
 
-    /// Whether a key is there; complains if it is not.
+    /// Whether a key is there; records a mistake if it is not.
     pub fn requires(&self, key: &str, meaning: &str) -> bool {
         let there = self.has(key);
         if !there && !self.meant.borrow().iter().any(|meant| meant == key) {
@@ -182,7 +183,8 @@ impl<'d> Table<'d> {
         if self.path.is_empty() { key.to_string() } else { format!("{}.{key}", self.path) }
     }
 
-    /// Complains of every key that is not listed; what a misspelt key seems to mean is then not called missing.
+    /// Records a mistake for every key that is not listed; a key that a misspelt one probably means is then not
+    /// reported as missing.
     pub fn allow_only(&self, keys: &[&str]) {
         for (at, key) in self.keys().into_iter().filter(|(_, key)| !keys.contains(key)) {
             let mut allowed = keys.to_vec();
@@ -194,7 +196,7 @@ impl<'d> Table<'d> {
         }
     }
 
-    /// Complains of the type of the value of a key.
+    /// Records that the value of a key is of the wrong type.
     fn wrong_type<T>(&self, key: &str, value: &Spanned<DeValue<'_>>, expected: &str) -> Option<T> {
         let (found, allowed) = (describe(value.get_ref()), expected.to_owned());
         let problem = FileProblem::NotAllowed { key: self.full(key), found, allowed };
@@ -256,7 +258,7 @@ impl<'d> Table<'d> {
         None
     }
 
-    /// Returns the place in a list of the word under a key, which must be there.
+    /// Returns the index in a list of the word under a key, which must be there.
     pub fn one_of(&self, key: &str, words: &[&str]) -> Option<usize> {
         let allowed = quoted(words);
         if !self.requires(key, &format!("it must be {allowed}")) {
@@ -271,8 +273,8 @@ impl<'d> Table<'d> {
         place
     }
 
-    /// Returns `{ value, unit, source }` if the key is there; the unit must be one of `units`, the number one of
-    /// those allowed.
+    /// Returns `{ value, unit, source }` if the key is there; the unit must be one of `units`, and the number
+    /// allowed.
     pub fn quantity(&self, key: &str, units: &[&str], allowed: Allowed) -> Option<Quantity> {
         let value = self.entries.get(key)?;
         let DeValue::Table(entries) = value.get_ref() else {
@@ -300,7 +302,7 @@ impl<'d> Table<'d> {
         Some(Quantity { value, unit, source })
     }
 
-    /// Returns a number that must be there and be allowed; `words` say what is.
+    /// Returns a number that must be there and be allowed; `words` describes that.
     pub fn number(&self, key: &str, allowed: impl Fn(f64) -> bool, words: &str) -> Option<f64> {
         if !self.requires(key, words) {
             return None;
@@ -314,7 +316,7 @@ impl<'d> Table<'d> {
         None
     }
 
-    /// Returns a whole number that must be there and be allowed; `words` say what is.
+    /// Returns a whole number that must be there and be allowed; `words` describes that.
     pub fn whole(&self, key: &str, allowed: impl Fn(usize) -> bool, words: &str) -> Option<usize> {
         if !self.requires(key, words) {
             return None;
@@ -336,7 +338,7 @@ impl<'d> Table<'d> {
         decimal(value).or_else(|| self.wrong_type(key, value, expected))
     }
 
-    /// Returns a list of pairs of finite numbers that must be there, with one pair or more; `words` say what it is.
+    /// Returns a list of pairs of finite numbers that must be there, with one pair or more; `words` describes it.
     pub fn pairs(&self, key: &str, words: &str) -> Option<Vec<[f64; 2]>> {
         if !self.requires(key, words) {
             return None;
@@ -352,7 +354,7 @@ impl<'d> Table<'d> {
         pairs.filter(|list| !list.is_empty()).or_else(|| self.wrong_type(key, value, words))
     }
 
-    /// Whether a table stands under a key.
+    /// Whether the value of a key is a table.
     pub fn holds_table(&self, key: &str) -> bool {
         self.entries.get(key).is_some_and(|value| value.get_ref().is_table())
     }
@@ -392,7 +394,7 @@ fn shortened(text: &str) -> String {
     visible.take(LONGEST_SHOWN).chain(rest.chars()).collect()
 }
 
-/// Whether a character may stand in XML 1.0, where the texts of a vehicle end up.
+/// Whether a character is allowed in XML 1.0: texts of a vehicle appear in model descriptions.
 fn stands_in_xml(c: char) -> bool {
     !matches!(c, '\0'..='\u{8}' | '\u{b}' | '\u{c}' | '\u{e}'..='\u{1f}' | '\u{fffe}' | '\u{ffff}')
 }

@@ -1,4 +1,4 @@
-//! A vehicle: its name and standing, its coefficients, its actuators.
+//! A vehicle: its name and status, its coefficients, its actuators.
 
 pub(crate) mod actuator;
 pub(crate) mod allowed;
@@ -29,7 +29,7 @@ impl Status {
     /// Every status.
     pub const ALL: [Self; 3] = [Self::Surrogate, Self::Published, Self::Measured];
 
-    /// The word for it in a vehicle file.
+    /// Its name in a vehicle file.
     pub fn word(self) -> &'static str {
         match self {
             Self::Surrogate => "surrogate",
@@ -54,12 +54,12 @@ pub struct Vehicle {
     pub actuators: Vec<Actuator>,
     /// Where each number comes from, by the name of the coefficient or `actuator.key`.
     pub sources: BTreeMap<String, String>,
-    /// What the source prints as its linear model, if the file says so. Only the file has it: the JSON of a vehicle
-    /// has not.
+    /// What the source prints as its linear model, if the file says so. Only the TOML file contains it, not the
+    /// JSON of a vehicle.
     pub published_linear_model: Option<Arc<PublishedLinearModel>>,
 }
 
-/// The poles of the linear model that the source of the coefficients prints, to be held against those that follow
+/// The poles of the linear model that the source of the coefficients prints, to be compared with those computed
 /// from the coefficients.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PublishedLinearModel {
@@ -69,14 +69,14 @@ pub struct PublishedLinearModel {
     pub poles: Vec<Complex<f64>>,
     /// Where they are printed.
     pub source: String,
-    /// What is to be said of them.
+    /// A note on them.
     pub note: String,
 }
 
 /// Longer names make names of files that some systems refuse.
 const LONGEST_NAME: usize = 64;
 
-/// Whether a name may stand in names of files and models.
+/// Whether a name may be part of the names of files and models.
 pub(crate) fn is_vehicle_name(name: &str) -> bool {
     name.len() <= LONGEST_NAME
         && name.starts_with(|c: char| c.is_ascii_alphabetic())

@@ -1,6 +1,6 @@
 //! Numbers and names in messages.
 
-/// A number for people: as short as it can be without loss, with a power of ten where it would need many zeros.
+/// A number in messages: the shortest digits that read back to it, with a power of ten in place of many zeros.
 ///
 /// ```
 /// assert_eq!([0.2, -60.0, 1e300, 1e-300].map(auv::number), ["0.2", "-60", "1e300", "1e-300"]);
@@ -13,21 +13,22 @@ pub fn number(v: f64) -> String {
     if (1e-4..1e7).contains(&size) || !v.is_finite() { v.to_string() } else { format!("{v:e}") }
 }
 
-/// A computed number for people: six significant digits, none of them an idle zero.
+/// A computed number in messages: six significant digits without trailing zeros.
 ///
 /// ```
 /// assert_eq!([1443.6461006741401, 2.0 / 3.0, -0.0, 3e300].map(auv::rounded), ["1443.65", "0.666667", "0", "3e300"]);
-/// assert_eq!([100.0, -250000.0, 999999.7, 1.5e-5, f64::NAN].map(auv::rounded), ["100", "-250000", "1000000", "1.5e-5", "NaN"]);
+/// assert_eq!([100.0, -250000.0, 999999.7].map(auv::rounded), ["100", "-250000", "1000000"]);
+/// assert_eq!([1.5e-5, f64::NAN].map(auv::rounded), ["1.5e-5", "NaN"]);
 /// ```
 pub fn rounded(v: f64) -> String {
     Rounded(v).to_string()
 }
 
-/// The same, written where it is wanted.
+/// Displays a number as [`rounded`] does.
 pub(crate) struct Rounded(pub(crate) f64);
 
 impl std::fmt::Display for Rounded {
-    // Small rather than quick, for it is in every FMU: what reads decimal numbers would take 20 kB there.
+    // Small rather than fast, because it is in every FMU: a parser of decimal numbers would take 20 kB there.
     #[cold]
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let v = self.0;
@@ -49,7 +50,7 @@ impl std::fmt::Display for Rounded {
     }
 }
 
-/// Without idle zeros behind the point.
+/// Without trailing zeros after the decimal point.
 fn short(digits: &str) -> &str {
     let mut end = digits.len();
     if digits.contains('.') {
@@ -60,7 +61,7 @@ fn short(digits: &str) -> &str {
     &digits[..end]
 }
 
-/// Returns the candidate that is most like the word, if one is like it.
+/// Returns the candidate most similar to the word, if one is similar.
 pub(crate) fn nearest(word: &str, candidates: &[&str]) -> Option<String> {
     let likeness = |candidate: &str| strsim::jaro_winkler(&word.to_lowercase(), &candidate.to_lowercase());
     let scored = candidates.iter().map(|candidate| (likeness(candidate), candidate));

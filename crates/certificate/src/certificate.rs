@@ -1,4 +1,4 @@
-//! The certificate as its file holds it.
+//! The certificate as in its file.
 
 use crate::error::ReadError;
 use serde::Serialize;
@@ -9,16 +9,16 @@ pub const FORMAT: &str = "lpv-certificate/1";
 /// A matrix as a list of rows; one with rows but no columns is a list of empty rows.
 pub type Rows = Vec<Vec<f64>>;
 
-/// The claim `gain from w to z < gamma` about a plant and a controller, with the matrices that show it.
+/// The claim `gain from w to z < gamma` about a plant and a controller, with the matrices that prove it.
 ///
 /// With n states, r parameter channels, signals w, z, y, u of the plant, and nk states and rk channels of the
-/// controller, X is (n + nk) square, S and T are (r + rk) square; plant's part first.
+/// controller, X is (n + nk) x (n + nk), S and T are (r + rk) x (r + rk); the plant's part is first.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Certificate {
-    /// Repetitions `[r_1, r_2, ...]` of the parameters in the plant's channels; 0 where one occurs in the controller
-    /// alone.
+    /// Repetitions `[r_1, r_2, ...]` of the parameters in the plant's channels; 0 for a parameter that occurs in the
+    /// controller alone.
     pub blocks: Vec<usize>,
-    /// The same for the controller's channels, of the same parameters in the same order.
+    /// The repetitions in the controller's channels, of the same parameters in the same order.
     pub controller_blocks: Vec<usize>,
     /// The plant.
     pub plant: Plant,
@@ -67,7 +67,7 @@ pub struct Plant {
     pub d12: Rows,
     pub d2t: Rows,
     pub d21: Rows,
-    /// The direct path from u to y; an empty list, or no such key in the file, stands for 0.
+    /// The direct path from u to y; an empty list, or no such key in the file, means 0.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub d22: Rows,
 }
@@ -102,7 +102,7 @@ macro_rules! by_key {
                 [$(($key, &self.$field)),*]
             }
 
-            /// The same, to be changed.
+            /// Each matrix, mutable, with its key in the file.
             pub fn by_key_mut(&mut self) -> [(&'static str, &mut Rows); $count] {
                 [$(($key, &mut self.$field)),*]
             }
@@ -115,7 +115,7 @@ by_key!(Plant, 15: a "A", bt "Bt", b1 "B1", b2 "B2", ct "Ct", dtt "Dtt", dt1 "Dt
 by_key!(Controller, 9: a "A", by "By", bt "Bt", cu "Cu", duy "Duy", dut "Dut", ct "Ct", dty "Dty", dtt "Dtt");
 
 /// The claim for the plant with `[A B2] + E Delta(t) [F Fu]` in place of `[A B2]`, for every measurable Delta(t)
-/// with a largest singular value of at most 1, beside Theta(t).
+/// with a largest singular value of at most 1, and every Theta(t).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Residual {
     /// n x ne.
@@ -143,7 +143,7 @@ pub struct Residual {
 }
 
 impl Plant {
-    /// All matrices that every file has, with their names: all but D22.
+    /// The matrices that every file contains, with their names: all but D22.
     pub fn named(&self) -> [(&'static str, &Rows); 15] {
         [
             ("A", &self.a),
@@ -164,7 +164,7 @@ impl Plant {
         ]
     }
 
-    /// D22; none where it is 0.
+    /// D22; `None` if it is 0.
     pub fn direct_path(&self) -> Option<&Rows> {
         Some(&self.d22).filter(|rows| rows.iter().flatten().any(|entry| *entry != 0.0))
     }
@@ -195,10 +195,10 @@ struct File<'a> {
 }
 
 impl Certificate {
-    /// Writes the certificate; every number reads back to the same f64.
+    /// Returns the certificate as JSON; every number reads back to the same f64.
     ///
     /// # Errors
-    /// [`ReadError`] when the certificate does not fit together, or holds a number that is not finite.
+    /// [`ReadError`] if sizes do not agree or a number is not finite.
     pub fn to_json(&self) -> Result<String, ReadError> {
         self.check()?;
         Ok(serde_json::to_string(&File { format: FORMAT, certificate: self })?)

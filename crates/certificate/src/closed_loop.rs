@@ -7,8 +7,8 @@ use crate::exact::dyadic::Dyadic;
 use crate::exact::matrix::Matrix;
 use crate::shape::Sizes;
 
-/// The closed loop with the states (x, xk), the channels (zt, zk), (wt, wk), and, with a model error, what enters
-/// and leaves Delta:
+/// The closed loop with the states (x, xk), the channels (zt, zk), (wt, wk), and, with a model error, the output
+/// w_Delta and the input z_Delta of Delta:
 ///
 /// ```text
 /// (x, xk)'  = state   (x, xk | wt, wk | w)  + e w_Delta
@@ -17,7 +17,7 @@ use crate::shape::Sizes;
 /// z         = output  (x, xk | wt, wk | w)
 /// ```
 ///
-/// The matrices are held `scale` times as large, `|det(I - Duy D22)|`, so that none of their entries is a fraction.
+/// The matrices are multiplied by `scale = |det(I - Duy D22)|`, so that no entry is a fraction.
 pub(crate) struct ClosedLoop {
     pub(crate) states: usize,
     pub(crate) channels: usize,
@@ -46,8 +46,8 @@ impl ClosedLoop {
     /// Closes the loop of a checked certificate.
     ///
     /// With `y0 = [C2 0 | D2t 0 | D21]` and `u0 = [0 Cu | 0 Dut | 0]` in terms of `(x, xk | wt, wk | w)`, `y = y0 +
-    /// D22 u` and `u = u0 + Duy y`, so that `(I - Duy D22) u = u0 + Duy y0`. Put into the plant's and the
-    /// controller's rows, u and y give the closed loop.
+    /// D22 u` and `u = u0 + Duy y`, so that `(I - Duy D22) u = u0 + Duy y0`. The closed loop follows by
+    /// substitution of u and y into the plant's and the controller's rows.
     ///
     /// # Errors
     /// [`Failure::NotWellPosed`] when `I - Duy D22` is singular.

@@ -1,23 +1,23 @@
-//! What may be wrong with a certificate: the file, or what it claims.
+//! Errors of a certificate: in the file, or in its proof.
 
 use std::fmt;
 use thiserror::Error;
 
-/// Why a text is no certificate.
+/// Why a text is not a certificate.
 #[derive(Debug, Error)]
 pub enum ReadError {
-    /// The text is not JSON, a key stands twice, or a number is not a finite f64.
+    /// The text is not JSON, a key occurs twice, or a number is not a finite f64.
     #[error("the certificate is not JSON with finite numbers: {0}")]
     Json(#[from] serde_json::Error),
     /// Another format, or another version of it.
     #[error("format: found {found}, allowed is \"{allowed}\"")]
     Format {
-        /// What stands there.
+        /// The format in the file.
         found: String,
-        /// The format that is read.
+        /// The format that can be read.
         allowed: &'static str,
     },
-    /// A key is not there.
+    /// A key is missing.
     #[error("{field}: missing; {object} must have the keys {keys}")]
     Missing {
         /// The key with its path.
@@ -42,7 +42,7 @@ pub enum ReadError {
     Kind {
         /// The field with its path.
         field: String,
-        /// What was found.
+        /// The value in the file.
         found: String,
         /// What is allowed.
         allowed: &'static str,
@@ -56,7 +56,7 @@ pub enum ReadError {
         found: usize,
         /// The rows that it must have.
         expected: usize,
-        /// What the rows stand for.
+        /// The signal of the rows.
         meaning: &'static str,
     },
     /// A row whose length is wrong.
@@ -70,13 +70,13 @@ pub enum ReadError {
         found: usize,
         /// The numbers that it must have.
         expected: usize,
-        /// What the columns stand for.
+        /// The signal of the columns.
         meaning: &'static str,
     },
-    /// A signal without components, for which the claim says nothing.
+    /// A signal without components, for which the claim is empty.
     #[error("{field}: has no {part}, must have at least one ({meaning})")]
     Empty {
-        /// The matrix that shows it.
+        /// The matrix that determines its size.
         field: &'static str,
         /// `rows` or `columns`.
         part: &'static str,
@@ -103,7 +103,7 @@ pub enum ReadError {
         /// The most.
         most: usize,
     },
-    /// A parameter that the claim would count, and on which nothing depends.
+    /// A parameter on which neither plant nor controller depends.
     #[error(
         "{field}[{index}]: is 0 or missing in blocks and controller_blocks alike, must be above 0 in one of \
             them: no channel has \
@@ -141,7 +141,7 @@ impl fmt::Display for Proved {
     }
 }
 
-/// Which of the two claims of a file was at stake.
+/// One of the two claims of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Claim {
     /// The loop of plant and controller.
@@ -162,10 +162,10 @@ impl fmt::Display for Claim {
 /// The first thing that failed in a proof. Rows and columns count from 0.
 #[derive(Debug, Error)]
 pub enum Failure {
-    /// The certificate, made in a program, does not fit together.
+    /// The sizes of a certificate that was built in memory do not agree.
     #[error("not proved: {0}")]
     Malformed(#[from] ReadError),
-    /// Plant and controller determine no u and y.
+    /// Plant and controller do not determine u and y.
     #[error(
         "the claim is not proved: the loop is not well posed, for I - Duy D22 is singular (its determinant is \
             exactly 0); another \
@@ -235,7 +235,7 @@ pub enum Failure {
         claim: Claim,
         /// The matrix.
         matrix: Proved,
-        /// `positive` or `negative`, what it should be.
+        /// `positive` or `negative`, as required.
         sign: &'static str,
         /// The row of the matrix.
         row: usize,

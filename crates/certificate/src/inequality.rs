@@ -9,7 +9,7 @@ pub(crate) struct Blocked {
     pub(crate) matrix: Matrix,
     /// Name and size of each block of rows.
     pub(crate) blocks: Vec<(&'static str, usize)>,
-    /// How many times as large it is as what it stands for.
+    /// The factor by which the matrix is multiplied.
     pub(crate) scale: Dyadic,
 }
 
@@ -36,8 +36,8 @@ pub(crate) struct Proof {
 /// z        [ C1    D1t              D11                             -gamma/2   ]
 /// ```
 ///
-/// The blocks w_D and z_D are there only with a model error. The whole matrix comes [`ClosedLoop`]'s `scale` times as
-/// large, which changes the sign of nothing.
+/// The blocks w_D and z_D occur only with a model error. The whole matrix is multiplied by the `scale` of
+/// [`ClosedLoop`], which is positive.
 pub(crate) fn inequality(closed: &ClosedLoop, proof: &Proof) -> Blocked {
     let (n, r, w, z) = (closed.states, closed.channels, closed.inputs, closed.output.rows);
     let (d, f) = closed.delta.as_ref().map_or((0, 0), |(error, e)| (e.cols, error.rows));

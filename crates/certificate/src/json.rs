@@ -1,10 +1,11 @@
-//! A JSON text as a tree, read strictly: no key stands twice, every number is a finite f64.
+//! A JSON text as a tree, read strictly: no key occurs twice, every number is a finite f64.
 
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use std::collections::HashSet;
 use std::fmt;
 
-/// A JSON value, read strictly: a key that stands twice in one object, or a number that is no finite f64, is an error.
+/// A JSON value, read strictly: a key that occurs twice in one object, or a number that is not a finite f64, is an
+/// error.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Json {
     /// `null`.
@@ -22,7 +23,7 @@ pub enum Json {
 }
 
 impl Json {
-    /// What a message calls this value.
+    /// The description of the value in messages.
     pub fn describe(&self) -> String {
         match self {
             Self::Null => "null".into(),

@@ -1,7 +1,8 @@
 //! Proves the gain bound of an LPV closed loop from its certificate, in exact arithmetic.
 //!
 //! ```text
-//! JSON text -> Certificate -> check shapes -> close the loop -> structure of X, S, T -> X > 0, S > 0, LMI < 0 -> Theorem
+//! JSON text -> Certificate -> check shapes -> close the loop -> structure of X, S, T
+//!           -> X > 0, S > 0, LMI < 0 -> Theorem
 //! ```
 //!
 //! # The theorem
@@ -13,12 +14,12 @@
 //! x' = A x + Bt wt + B1 w,   zt = Ct x + Dtt wt + Dt1 w,   z = C1 x + D1t wt + D11 w,   wt = Theta_e zt
 //! ```
 //!
-//! with the states, and the channels of `Theta_e = blkdiag(Theta, Theta)`, ordered plant's, then controller's.
+//! where those of the plant come first among the states and the channels of `Theta_e = blkdiag(Theta, Theta)`.
 //!
 //! *Claim.* For every measurable trajectory with `|theta_i(t)| <= 1` the parameter loop is well posed, the closed loop
 //! is exponentially stable, and its L2 gain from w to z is below gamma.
 //!
-//! *Conditions, all checked without rounding.* `gamma > 0`; `X = X' > 0`; `S = S' > 0` and `T = -T'` commute with
+//! *Conditions, checked without rounding.* `gamma > 0`; `X = X' > 0`; `S = S' > 0` and `T = -T'` commute with
 //! `Theta_e`; and
 //!
 //! ```text
@@ -40,18 +41,18 @@
 //!   compact box the inverse is then bounded, and the loop has measurable, bounded coefficients.
 //! - *Stability and gain.* Schur complements of the rows zt and z turn the inequality into: for some `eps > 0`, all
 //!   x, wt, w, and `V = x'X x`, `dV/dt + (zt'S zt - wt'S wt) + 2 wt'T zt + z'z/gamma - gamma w'w <= -eps (x'x +
-//!   w'w)`. The two terms of the parameters are not negative along the loop. With `w = 0`, V decays exponentially;
+//!   w'w)`. The two terms of the parameters are non-negative along the loop. With `w = 0`, V decays exponentially;
 //!   from `x(0) = 0`, integrated, the energy of z is at most `gamma^2 - eps gamma` times that of w.
 //!
-//! *With a direct path* `D22` of the plant, `y = C2 x + D2t wt + D21 w + D22 u`: with `wt = 0` and `wk = 0`, that is
-//! at `Theta = 0`, u and y are determined by the states and w if and only if `I - Duy D22` is regular, which is
-//! checked. They are then linear in x, wt, wk and w at every Theta, the closed loop has the form above, and all that
-//! was said of it holds; its parameter loop is well posed by the block of wt and zt, so that plant and controller
+//! *With a direct path* `D22` of the plant, `y = C2 x + D2t wt + D21 w + D22 u`: with `wt = 0` and `wk = 0`, i.e.
+//! at `Theta = 0`, u and y are determined by the states and w if and only if `I - Duy D22` is regular. This is
+//! checked. They are then linear in x, wt, wk and w at every Theta, the closed loop has the form above, and the proof
+//! applies; its parameter loop is well posed by the block of wt and zt, so that plant and controller
 //! determine all signals together at every Theta. Its matrices have the denominator `det(I - Duy D22)`. The
-//! inequality is linear in them and holds no product of two, so that the whole of it, times the magnitude of that
-//! determinant, holds sums and products of the file's numbers alone. The factor is positive and changes no sign.
+//! inequality is linear in them and contains no product of two of them. Multiplied by the magnitude of that
+//! determinant, which is positive, it contains sums and products of the file's numbers alone.
 //!
-//! *With a model error* (`residual`): `[A B2]` of the plant becomes `[A B2] + E Delta(t) [F Fu]`, that is `x' = ... +
+//! *With a model error* (`residual`): `[A B2]` of the plant becomes `[A B2] + E Delta(t) [F Fu]`, i.e. `x' = ... +
 //! E w_D`, `w_D = Delta z_D`, `z_D = F x + Fu u`, which is `F_x x + F_t wt + F_w w` once the controller gives u. For
 //! `||Delta|| <= 1` and `lambda > 0`, `lambda (z_D'z_D - w_D'w_D) >= 0`: added to the left side above, it gives the
 //! inequality a row w_D, `[E'X 0 -lambda I 0 0 0 0]`, and a row z_D, `[lambda F_x  lambda F_t  0  lambda F_w  0
@@ -59,17 +60,17 @@
 //!
 //! # What it does not cover
 //!
-//! - Saturation of the actuators, and whatever a program does about it: the loop is linear at every instant.
+//! - Saturation of the actuators and anti-windup: the loop is linear at every instant.
 //! - Sampling: the controller is the continuous one of the file, with Theta(t) measured without delay or error.
 //! - The nonlinear vehicle: the plant is the LPV model of the file. The residual covers errors of its `A` and `B2`, as
-//!   large as the file says, and nothing that is no such error.
-//! - Whether plant and controller in the file are those that are built: whoever ships them compares.
+//!   large as the file states, and no other errors.
+//! - Whether plant and controller in the file are those in use: their user must compare them.
 //!
 //! # Exactness
 //!
-//! Every number of the file is read as the f64 nearest to it, and that f64 as the number `m 2^e` that it is. Sums and
+//! Every number of the file is read as the f64 nearest to it, and every f64 is exactly a number `m 2^e`. Sums and
 //! products of such numbers are formed without rounding; a matrix counts as definite when exact arithmetic says so.
-//! Nothing is shared with the synthesis that found the controller.
+//! The crate shares no code with the synthesis of the controller.
 //!
 //! # Example
 //!
@@ -91,10 +92,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! - [`Certificate`], [`Plant`], [`Controller`], [`Residual`]: the file; [`ReadError`] is what may be wrong with it;
+//! - [`Certificate`], [`Plant`], [`Controller`], [`Residual`]: the file; [`ReadError`]: its errors;
 //! - [`Certificate::prove`]: the proof; [`Theorem`] or [`Failure`] is its outcome;
-//! - [`lower_bound`]: the other side, a gamma below which no controller is found, proved from [`Multipliers`];
-//! - [`Json`]: how strictly the file is read, for other files that deserve it.
+//! - [`lower_bound`]: a gamma below which no controller exists, proved from [`Multipliers`];
+//! - [`Json`]: the strict JSON reader, also for other files.
 
 mod certificate;
 mod closed_loop;

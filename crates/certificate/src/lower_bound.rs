@@ -1,6 +1,6 @@
 //! A lower bound of the least gamma that the synthesis inequalities of a plant allow, proved in exact arithmetic.
 //!
-//! Of a plant without parameters. The inequalities (P. Gahinet, P. Apkarian, Int. J. Robust and Nonlinear Control 4,
+//! The plant has no parameters. The inequalities (P. Gahinet, P. Apkarian, Int. J. Robust and Nonlinear Control 4,
 //! 1994) have the symmetric unknowns X and Y:
 //!
 //! ```text
@@ -8,22 +8,22 @@
 //! v' L(X) v = 2 x'X xd + 2 z'e - gamma (w'w + z'z),     xd = A x + B1 w,     e = C1 x + D11 w
 //! ```
 //!
-//! and the same with Y for the transposed plant. Take any vectors v_k of that kind and W = sum v_k v_k', any such W2
-//! of the transposed plant, and any Z12. What L gives, summed over them, with `tr(.)` of the coupling for `Z = [Z11
-//! Z12; Z12' Z22]`, is
+//! and the same with Y for the transposed plant. Take any such vectors v_k, any such vectors of the
+//! transposed plant (subscript 2), and any Z12. The sum of their inequalities and of `tr(Z [X I; I Y]) >= 0` with `Z =
+//! [Z11 Z12; Z12' Z22] >= 0` is
 //!
 //! ```text
 //! 0 <= 2 tr Z12 - 2 sum z'e - 2 sum z2'e2 + gamma (sum w'w + z'z + w2'w2 + z2'z2)
 //! ```
 //!
-//! once X and Y have dropped out, which they do for `Z11 = sum xd x' + x xd'` and the same for Z22, if Z >= 0. That
-//! is checked without rounding: the components of v that y determines are solved for in whole numbers.
+//! where X and Y cancel for `Z11 = sum xd x' + x xd'` and the like for Z22. Z >= 0 is checked without rounding: the
+//! components of v that `C2 x + D21 w = 0` determines are solved for in whole numbers.
 //!
-//! Z12 is sought as `-Z11 E F' Z22`: with Z11, Z22 positive and `E'Z11 E`, `F'Z22 F` below I, Z >= 0 whatever their
-//! conditions. A state that no v reaches while y = 0, such as one of a weight on what is measured, only stands in the
-//! way of Z11 > 0: it is left out of v, as any vector may be chosen.
+//! Z12 has the form `-Z11 E F' Z22`: with Z11, Z22 positive and `E'Z11 E`, `F'Z22 F` below I, Z >= 0 however
+//! ill-conditioned they are. A state that no v reaches while y = 0, such as that of a weight on a measurement, makes
+//! Z11 singular. It is set to zero in v, which is allowed as v is arbitrary.
 //!
-//! The inequalities are necessary for a controller: none, of any order, has a gain below the bound.
+//! The inequalities are necessary: no controller of any order gives a gain below the bound.
 
 use crate::certificate::{Plant, Rows};
 use crate::exact::definite::positive_definite;
@@ -31,26 +31,25 @@ use crate::exact::dyadic::{Dyadic, approximate_ratio};
 use crate::exact::matrix::Matrix;
 use crate::exact::whole::{Reduced, reduce};
 
-/// A guess at the best multipliers; what they prove does not depend on how they were found.
+/// Approximately optimal multipliers; the proof does not depend on how they were computed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Multipliers {
-    /// A column for each v, rows x, w, z.
+    /// One column for each v, with the rows x, w, z.
     pub primal: Rows,
-    /// The same of the transposed plant.
+    /// One column for each v of the transposed plant.
     pub dual: Rows,
     /// E and F, both n x k, of `Z12 = -Z11 E F' Z22`.
     pub coupling: (Rows, Rows),
 }
 
-/// A gamma below which the synthesis inequalities of the plant have no solution; `None` when the multipliers prove
-/// none.
+/// Returns a gamma below which the synthesis inequalities of the plant have no solution.
 ///
-/// Of a plant with parameters, and with matrices that do not fit together, nothing is proved.
+/// `None` if the multipliers prove no bound, the plant has parameters, or sizes do not agree.
 pub fn lower_bound(plant: &Plant, multipliers: &Multipliers) -> Option<f64> {
     let primal = Open::new(plant)?;
     let dual = primal.transposed();
     let (one, two) = (primal.vectors(&multipliers.primal)?, dual.vectors(&multipliers.dual)?);
-    // Both sets of vectors in multiples of the same number.
+    // Both sets of vectors in the same unit.
     let (one, two) = (one.scaled(&two.unit), two.scaled(&one.unit));
     let unit = &one.unit * &one.unit;
     let (one, two) = (primal.moments(&one), dual.moments(&two));
@@ -73,9 +72,9 @@ fn coupled(z: &Matrix, e: &Matrix, unit: &Dyadic) -> Option<Matrix> {
     for (a, &i) in occurring.iter().enumerate() {
         occurring.iter().enumerate().for_each(|(b, &j)| part[(a, b)] = z[(i, j)].clone());
     }
-    let seen = z.times(e);
-    let room = Matrix::scalar(e.cols, unit).plus(&e.transpose().times(&seen).negated());
-    (definite(&part) && definite(&room)).then_some(seen)
+    let product = z.times(e);
+    let slack = Matrix::scalar(e.cols, unit).plus(&e.transpose().times(&product).negated());
+    (definite(&part) && definite(&slack)).then_some(product)
 }
 
 fn definite(m: &Matrix) -> bool {
@@ -99,15 +98,15 @@ fn below(a: &Dyadic, b: &Dyadic) -> Option<f64> {
     None
 }
 
-/// A matrix of these sizes; `None` when the rows have others, or numbers that are not finite.
+/// A matrix of the given sizes; `None` if the rows have other sizes or a number is not finite.
 fn matrix(rows: &Rows, height: usize, width: usize) -> Option<Matrix> {
     let fits =
         rows.len() == height && rows.iter().all(|r| r.len() == width && r.iter().all(|x| x.is_finite()));
     fits.then(|| Matrix::from_rows(rows, width))
 }
 
-/// The weight of a state among what may be solved for.
-const LAST: f64 = 1e-100;
+/// The pivoting weight of a state: y = 0 is solved for components of w first, and for states only without noise.
+const STATE_WEIGHT: f64 = 1e-100;
 
 #[derive(Clone, Copy)]
 struct Sizes {
@@ -123,11 +122,11 @@ struct Open {
     whole: Matrix,
     /// y.
     measured: Matrix,
-    /// What the control enters, rows as `whole`.
+    /// Columns of the control, rows as in `whole`.
     controlled: Matrix,
 }
 
-/// Vectors v in multiples of `1/unit`, one a column.
+/// Vectors v, one per column, multiplied by `unit`.
 struct Vectors {
     v: Matrix,
     unit: Dyadic,
@@ -174,39 +173,38 @@ impl Open {
         }
     }
 
-    /// The vectors of a guess with the components that y = 0 determines solved for.
+    /// The vectors of a guess, with those components replaced that y = 0 determines.
     fn vectors(&self, guess: &Rows) -> Option<Vectors> {
         let Sizes { x, w, z } = self.sizes;
         let (columns, count) = (x + w, guess.first()?.len());
         let mut v = matrix(guess, columns + z, count)?;
-        // States are solved for where there is no noise to solve for.
         let size = |j: usize| guess[j].iter().map(|x| x * x).sum::<f64>().sqrt();
-        let weight = |j: usize| if j < x { LAST } else { size(j) };
-        let found = reduce(&self.measured, &(0..columns).map(weight).collect::<Vec<_>>());
-        for i in self.unreached(&found) {
+        let weight = |j: usize| if j < x { STATE_WEIGHT } else { size(j) };
+        let reduced = reduce(&self.measured, &(0..columns).map(weight).collect::<Vec<_>>());
+        for i in self.unreached(&reduced) {
             (0..count).for_each(|k| v[(i, k)] = Dyadic::default());
         }
-        let mut out = v.times(&Matrix::scalar(count, &found.pivot));
-        for (k, &at) in found.pivots.iter().enumerate() {
+        let mut out = v.times(&Matrix::scalar(count, &reduced.pivot));
+        for (k, &at) in reduced.pivots.iter().enumerate() {
             for c in 0..count {
-                let free = (0..columns).filter(|j| !found.pivots.contains(j));
-                let sum = free.fold(Dyadic::default(), |sum, j| &sum + &(&found.rows[(k, j)] * &v[(j, c)]));
+                let free = (0..columns).filter(|j| !reduced.pivots.contains(j));
+                let sum = free.fold(Dyadic::default(), |sum, j| &sum + &(&reduced.rows[(k, j)] * &v[(j, c)]));
                 out[(at, c)] = -&sum;
             }
         }
-        Some(Vectors { v: out, unit: found.pivot })
+        Some(Vectors { v: out, unit: reduced.pivot })
     }
 
     /// The states, not solved for, that nothing else moves while y = 0.
-    fn unreached(&self, found: &Reduced) -> Vec<usize> {
+    fn unreached(&self, reduced: &Reduced) -> Vec<usize> {
         let Sizes { x, .. } = self.sizes;
-        let free: Vec<usize> = (0..self.measured.cols).filter(|j| !found.pivots.contains(j)).collect();
+        let free: Vec<usize> = (0..self.measured.cols).filter(|j| !reduced.pivots.contains(j)).collect();
         // xd in terms of the free components.
         let moves = |i: usize, j: usize| {
-            let direct = &self.whole[(i, j)] * &found.pivot;
-            let solved = found.pivots.iter().enumerate();
+            let direct = &self.whole[(i, j)] * &reduced.pivot;
+            let solved = reduced.pivots.iter().enumerate();
             !solved
-                .fold(direct, |sum, (k, &at)| &sum + &-&(&self.whole[(i, at)] * &found.rows[(k, j)]))
+                .fold(direct, |sum, (k, &at)| &sum + &-&(&self.whole[(i, at)] * &reduced.rows[(k, j)]))
                 .is_zero()
         };
         let mut unreached: Vec<usize> = free.iter().copied().filter(|i| *i < x).collect();
@@ -224,8 +222,8 @@ impl Open {
     fn moments(&self, vectors: &Vectors) -> Moments {
         let Sizes { x, w, z } = self.sizes;
         let v = &vectors.v;
-        let seen = self.whole.times(&v.row_range(0, x + w));
-        let half = seen.row_range(0, x).times(&v.row_range(0, x).transpose());
+        let outputs = self.whole.times(&v.row_range(0, x + w));
+        let half = outputs.row_range(0, x).times(&v.row_range(0, x).transpose());
         let dot = |a: &Matrix, b: &Matrix| -> Dyadic {
             let all = (0..a.rows).flat_map(|i| (0..a.cols).map(move |j| (i, j)));
             all.fold(Dyadic::default(), |sum, at| &sum + &(&a[at] * &b[at]))
@@ -233,7 +231,7 @@ impl Open {
         let rest = v.row_range(x, x + w + z);
         Moments {
             lyapunov: half.plus(&half.transpose()),
-            gain: dot(&v.row_range(x + w, x + w + z), &seen.row_range(x, x + z)),
+            gain: dot(&v.row_range(x + w, x + w + z), &outputs.row_range(x, x + z)),
             size: dot(&rest, &rest),
         }
     }
@@ -297,7 +295,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever the guess, nothing above the optimum is proved.
+        /// No guess proves a bound above the optimum.
         #[test]
         fn no_guess_proves_too_much(primal in guessed(), dual in guessed(), coupling in 0.3..1.0f64) {
             let multipliers = Multipliers { primal, dual, coupling: (vec![vec![coupling]], vec![vec![coupling]]) };

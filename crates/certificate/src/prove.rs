@@ -10,7 +10,7 @@ use crate::inequality::{Blocked, Proof, inequality};
 use crate::structure::{commuting, skew, symmetric};
 use crate::theorem::Theorem;
 
-/// The matrices of one claim, as the file holds them.
+/// The matrices of one claim, as in the file.
 struct Claimed<'a> {
     claim: Claim,
     gamma: f64,
@@ -24,7 +24,7 @@ impl Certificate {
     /// Proves every claim of the certificate in exact arithmetic.
     ///
     /// # Errors
-    /// [`Failure`], the first thing that failed: nothing is then known, for the claim may hold with other X, S, T.
+    /// [`Failure`], the first condition that is violated. The claim may still be true, with other X, S, T.
     pub fn prove(&self) -> Result<Theorem, Failure> {
         self.check()?;
         let nominal = Claimed {
@@ -77,8 +77,8 @@ impl Claimed<'_> {
         if found > 0.0 { Ok(()) } else { Err(Failure::NotPositive { claim: self.claim, name, found }) }
     }
 
-    /// The rows are eliminated from the last block, -gamma I, upwards: its entries and those of S are short, and the
-    /// minors stay so the longer.
+    /// The rows are eliminated from the last block, -gamma I, upwards: its entries and those of S have few
+    /// digits, which keeps the minors short.
     fn definite(&self, matrix: Proved, sign: &'static str, blocked: &Blocked) -> Result<(), Failure> {
         let negative = sign == "negative";
         let m = if negative { &blocked.matrix.negated() } else { &blocked.matrix };

@@ -1,4 +1,4 @@
-//! From the JSON tree to the certificate, with the path of whatever is wrong.
+//! From the JSON tree to the certificate, with the path of each error.
 
 use crate::certificate::{Certificate, Controller, FORMAT, Plant, Residual, Rows};
 use crate::error::ReadError;
@@ -11,7 +11,7 @@ const PLANT: [&str; 15] =
 const CONTROLLER: [&str; 9] = ["A", "By", "Bt", "Cu", "Duy", "Dut", "Ct", "Dty", "Dtt"];
 const RESIDUAL: [&str; 8] = ["E", "F", "Fu", "lambda", "gamma", "X", "S", "T"];
 
-/// An object of which every required key is there, and no unknown one.
+/// An object with every required key and no unknown key.
 struct Fields<'a> {
     /// `plant.` for the keys of `plant`, empty at the top.
     prefix: String,
@@ -49,7 +49,7 @@ fn certificate(json: &Json) -> Result<Certificate, ReadError> {
     })
 }
 
-/// The format comes first: nothing is to be said about the keys of another one.
+/// The format is checked first, because another format has other keys.
 fn check_format(json: &Json) -> Result<(), ReadError> {
     let Json::Object(entries) = json else {
         return Err(ReadError::Kind {
@@ -185,7 +185,7 @@ fn number(field: &str, json: &Json) -> Result<f64, ReadError> {
     }
 }
 
-/// Larger repetitions than any file could hold the matrices of.
+/// A limit on repetitions, far above those of any file that could be stored.
 const MOST_REPETITIONS: f64 = 1e6;
 
 fn size(field: &str, json: &Json) -> Result<usize, ReadError> {

@@ -1,9 +1,9 @@
-//! Whether the matrices of a certificate fit together, and the sizes that they show.
+//! Checks that the sizes of a certificate's matrices agree.
 
 use crate::certificate::{Certificate, Residual, Rows};
 use crate::error::ReadError;
 
-/// A number of rows or columns, and what they stand for.
+/// A number of rows or columns, and their signal.
 type Size = (usize, &'static str);
 
 /// The sizes of the partition.
@@ -27,7 +27,7 @@ pub(crate) struct Sizes {
     pub(crate) y: usize,
 }
 
-/// Rows of the inequality, at most: ten times those of the largest loops that have been designed, and what fits into
+/// Rows of the inequality, at most: ten times those of the largest loops designed so far, and as many as fit into
 /// memory.
 const MOST_ROWS: usize = 1000;
 
@@ -46,7 +46,7 @@ fn columns(rows: &Rows) -> usize {
 }
 
 impl Certificate {
-    /// The sizes, which hold once [`Self::check`] has found nothing wrong.
+    /// The sizes, valid if [`Self::check`] succeeds.
     pub(crate) fn sizes(&self) -> Sizes {
         let (p, k) = (&self.plant, &self.controller);
         Sizes {
@@ -87,7 +87,7 @@ impl Certificate {
         self.residual.as_ref().map_or(Ok(()), |r| check_residual(r, s))
     }
 
-    /// Each parameter has a channel: nothing may be claimed of more parameters than there are.
+    /// Checks that each parameter has a channel, so that the claim counts no parameter that does not occur.
     fn check_parameters(&self) -> Result<(), ReadError> {
         let (plant, controller) = (&self.blocks, &self.controller_blocks);
         let repetitions = |blocks: &[usize], i: usize| blocks.get(i).copied().unwrap_or(0);

@@ -1,4 +1,4 @@
-//! Whether X, S and T are symmetric or skew, and S and T commute with Theta: exactly.
+//! Checks exactly that X and S are symmetric, T is skew, and S and T commute with Theta.
 
 use crate::certificate::Rows;
 use crate::error::{Claim, Failure, Proved};
@@ -31,7 +31,7 @@ fn mirrored(
     Ok(())
 }
 
-/// `m Theta = Theta m` for every Theta: zero wherever row and column carry different parameters.
+/// `m Theta = Theta m` for every Theta: zero wherever row and column belong to different parameters.
 pub(crate) fn commuting(claim: Claim, matrix: Proved, m: &Rows, parameters: &[usize]) -> Result<(), Failure> {
     for (row, &row_parameter) in parameters.iter().enumerate() {
         for (column, &column_parameter) in parameters.iter().enumerate() {

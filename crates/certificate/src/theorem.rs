@@ -3,10 +3,10 @@
 use crate::certificate::Certificate;
 use std::fmt;
 
-/// A proved claim; it is printed as a plain sentence.
+/// A proved claim; it is displayed as a sentence.
 ///
-/// The gammas are printed with the fewest digits that read back to the same f64, as in the file: the decimal stands
-/// for that f64.
+/// The gammas are printed with the fewest digits that read back to the same f64, as in the file: the decimal denotes
+/// that f64.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Theorem {
@@ -14,7 +14,7 @@ pub struct Theorem {
     pub gamma: f64,
     /// Parameters in `[-1, 1]`, all of which occur in plant or controller.
     pub parameters: usize,
-    /// Those of them on which the controller depends.
+    /// Parameters on which the controller depends.
     pub scheduled: usize,
     /// States of the closed loop.
     pub states: usize,
@@ -24,7 +24,7 @@ pub struct Theorem {
     pub inputs: usize,
     /// Components of z.
     pub outputs: usize,
-    /// The L2 gain from w to z is below this with the model error, if that was claimed.
+    /// The L2 gain from w to z is below this with the model error, if the file claims it.
     pub gamma_with_model_error: Option<f64>,
 }
 
@@ -53,7 +53,7 @@ impl fmt::Display for Theorem {
             if self.states == 1 { "" } else { "s" },
             self.gamma
         );
-        // What the controller does not depend on may be unknown to it: that is worth saying.
+        // Parameters on which the controller does not depend need not be measured.
         let known = match self.scheduled {
             all if all == self.parameters => String::new(),
             some => format!(", {some} of which the controller depends on,"),

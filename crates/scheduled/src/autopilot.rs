@@ -7,7 +7,7 @@ use crate::trim::Level;
 use crate::{ControllerDesign, DesignError, Lft, LftController, Snapshot, SnapshotError, TickError, Trim};
 use signals::{SPEED, place};
 
-/// What happened in [`Autopilot::advance`] or [`Autopilot::tick`].
+/// Result of [`Autopilot::advance`] or [`Autopilot::tick`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Advance {
     /// Number of ticks that were run.
@@ -16,13 +16,13 @@ pub struct Advance {
     pub left_range: bool,
 }
 
-/// What never changes.
+/// The constant part of an autopilot.
 #[derive(Debug)]
 pub(crate) struct Plan {
     sample_time: f64,
     centre: f64,
     pub(crate) half_range: f64,
-    /// Place among the signals, and scale, of each tracked one.
+    /// Index in [`SIGNALS`] and scale of each tracked signal.
     tracked: Vec<(usize, f64)>,
     /// Scale, minimum and maximum of each actuator.
     pub(crate) actuators: Vec<[f64; 3]>,
@@ -33,17 +33,17 @@ pub(crate) struct Plan {
 /// A controller that runs at multiples of its sample time.
 ///
 /// Tick k belongs to the time `start + k Ts`. It uses the inputs of the step that contains this time, the end of the
-/// step excluded; its outputs hold until the next tick. Which ticks have run is counted, not reckoned from time, so
-/// that no rounding of steps can lose or double one.
+/// step excluded; its outputs hold until the next tick. Ticks are counted, not derived from the time, so that
+/// rounding of the steps can neither skip nor repeat a tick.
 ///
 /// ```text
 /// y_i       = (reference_i - measured_i)/scale_i
-/// rho       = clamp((V(u) - centre)/half_range, -1, 1)          V(u): speed along the path that has forward speed u in trim
+/// rho       = clamp((V(u) - centre)/half_range, -1, 1)    V(u): speed along the path in trim at forward speed u
 /// command_i = clamp(trim_i(speed reference) + scale_i u_i, minimum_i, maximum_i)
 /// ```
 ///
-/// The feedforward follows the reference, not the measured speed, so that it adds no feedback that the design does not
-/// know of.
+/// The feedforward follows the reference, not the measured speed, so that it adds no feedback besides
+/// that of the design.
 #[derive(Debug, Clone)]
 pub struct Autopilot {
     pub(crate) plan: Arc<Plan>,
@@ -56,10 +56,10 @@ pub struct Autopilot {
     outside: bool,
 }
 
-/// Rounding of rho beyond 1 that is not worth a warning.
+/// Excess of |rho| over 1 that is due to rounding and gives no warning.
 const ROUNDING_OF_RHO: f64 = 1e-9;
 
-/// Part of the sample time by which a tick may come late, for the sake of rounded communication points.
+/// Fraction of the sample time by which a tick may come late, because communication points are rounded.
 const ROUNDING_OF_TIME: f64 = 1e-6;
 
 impl Autopilot {
@@ -111,7 +111,7 @@ impl Autopilot {
         self.next_tick
     }
 
-    /// Everything that changes, so that it can be put away and taken up again.
+    /// The whole state, which can be saved and restored.
     pub fn snapshot(&self) -> Snapshot {
         Snapshot {
             state: self.controller.state().to_vec(),
@@ -122,7 +122,7 @@ impl Autopilot {
         }
     }
 
-    /// Goes on from a snapshot of an autopilot of the same design.
+    /// Continues from a snapshot of an autopilot of the same design.
     ///
     /// # Errors
     /// [`SnapshotError`]; the autopilot is then as it was.
@@ -136,7 +136,7 @@ impl Autopilot {
         Ok(())
     }
 
-    /// Starts anew at the time `start` in s: state zero, outputs for the present inputs, no tick run.
+    /// Restarts at the time `start` in s: state zero, outputs for the present inputs, no tick run.
     ///
     /// # Errors
     /// [`TickError`].
@@ -182,7 +182,7 @@ impl Autopilot {
 
     /// Whether [`advance`](Self::advance) to the time `to` in s would run a tick.
     ///
-    /// A tick that lies less than 1e-6 Ts, or a few last digits of a large time, before `to` belongs to the next
+    /// A tick less than 1e-6 Ts, or a few last digits of a large time, before `to` belongs to the next
     /// interval, so that a rounded `to` runs it once.
     pub fn is_due_before(&self, to: f64) -> bool {
         self.next_tick_time() < to - self.rounding(to)
@@ -214,17 +214,17 @@ impl Autopilot {
 }
 
 impl Plan {
-    /// What the controller hears: the scaled tracking errors.
-    pub(crate) fn errors(&self, of: &Inputs) -> impl Iterator<Item = f64> {
-        self.tracked.iter().map(|(i, scale)| (of.references[*i] - of.measured[*i]) / scale)
+    /// The controller's input y, the scaled tracking errors.
+    pub(crate) fn errors(&self, inputs: &Inputs) -> impl Iterator<Item = f64> {
+        self.tracked.iter().map(|(i, scale)| (inputs.references[*i] - inputs.measured[*i]) / scale)
     }
 
-    /// The scheduling parameter at a forward speed in m/s, beyond 1 where it is to be clamped.
+    /// The scheduling parameter at a forward speed in m/s, not yet clamped to [-1, 1].
     pub(crate) fn rho(&self, forward_speed: f64) -> f64 {
         (self.trim.speed(forward_speed) - self.centre) / self.half_range
     }
 
-    /// Turns the scaled `u` in `commands` into commands.
+    /// Replaces the scaled u in `commands` by `clamp(trim + scale u, minimum, maximum)`.
     fn add_feedforward(&self, level: Level<'_>, commands: &mut [f64]) -> Result<(), TickError> {
         for (index, command) in commands.iter_mut().enumerate() {
             let [scale, minimum, maximum] = self.actuators[index];

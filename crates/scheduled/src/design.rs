@@ -1,4 +1,4 @@
-//! The frozen design of a controller, as the JSON file holds it.
+//! The frozen design of a controller, as in its JSON file.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +14,7 @@ pub type Rows = Vec<Vec<f64>>;
 pub struct ControllerDesign {
     /// [`FORMAT`].
     pub format: String,
-    /// For which vehicle.
+    /// The vehicle.
     pub vehicle: VehicleName,
     /// Name of the design among those of the vehicle.
     pub design: String,
@@ -22,21 +22,21 @@ pub struct ControllerDesign {
     pub sample_time: f64,
     /// The scheduling parameter.
     pub scheduling: Scheduling,
-    /// What follows a reference, in the order of `y`.
+    /// The tracked outputs, in the order of `y`.
     pub tracked: Vec<Tracked>,
-    /// What is commanded, in the order of `u`.
+    /// The commanded actuators, in the order of `u`.
     pub actuators: Vec<Actuator>,
     /// The controller in continuous time.
     pub lft: LftMatrices,
     /// Level trim over speed.
     pub trim: TrimTable,
-    /// What was achieved.
+    /// The performance level achieved.
     pub gamma: Gamma,
-    /// From which files the design was computed.
+    /// Hashes of the files that the design was computed from.
     pub inputs: InputHashes,
 }
 
-/// The vehicle that the design belongs to.
+/// The vehicle of the design.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct VehicleName {
@@ -62,7 +62,7 @@ pub enum Status {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scheduling {
-    /// What V is; only `speed` is known.
+    /// Quantity that rho depends on; always `speed`.
     pub quantity: String,
     /// V at rho = -1, in m/s.
     pub minimum: f64,
@@ -82,7 +82,7 @@ pub struct Tracked {
     pub name: String,
     /// Its unit there.
     pub unit: String,
-    /// Error that counts as 1.
+    /// Error at which y_i = 1.
     pub scale: f64,
 }
 
@@ -94,7 +94,7 @@ pub struct Actuator {
     pub name: String,
     /// Unit of the command, `N` for a thruster, `rad` for a control surface.
     pub unit: String,
-    /// Command that counts as 1.
+    /// Command at which u_i = 1.
     pub scale: f64,
     /// Least command.
     pub minimum: f64,
@@ -134,7 +134,7 @@ pub struct TrimTable {
     pub forward_speed: Vec<f64>,
     /// Pitch angle in rad.
     pub pitch: Vec<f64>,
-    /// Commands, one row a speed, in the order of the actuators.
+    /// Commands, one row per speed, in the order of the actuators.
     pub actuators: Rows,
 }
 
@@ -142,13 +142,13 @@ pub struct TrimTable {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Gamma {
-    /// Least level that the solver found.
+    /// Least level that the solver reached.
     pub optimum: f64,
-    /// Level that holds for the controller in this file.
+    /// Level that the controller in this file guarantees.
     pub bound: f64,
-    /// Factor by which the design stayed away from the optimum.
+    /// Factor by which the design was relaxed from the optimum.
     pub back_off: f64,
-    /// Whether the bound was proved in exact arithmetic.
+    /// Whether the level was proved in exact arithmetic.
     pub certified: bool,
 }
 

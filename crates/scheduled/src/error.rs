@@ -1,4 +1,4 @@
-//! What can be wrong with a design, and what can go wrong in a tick.
+//! Errors of a design and of a tick.
 
 /// Why a design cannot be used; `key` is the path in the JSON file.
 #[derive(Debug, thiserror::Error)]
@@ -10,16 +10,16 @@ pub enum DesignError {
     /// Another format or version.
     #[error("format is '{found}', but only '{allowed}' can be read")]
     WrongFormat { found: String, allowed: &'static str },
-    /// A number outside what makes sense.
+    /// A number that is not allowed.
     #[error("{key} is {value}, but must be {allowed}")]
     BadNumber { key: String, value: f64, allowed: &'static str },
-    /// A text outside what is known.
+    /// A text that is not allowed.
     #[error("{key} is '{found}', but must be {allowed}")]
     BadText { key: String, found: String, allowed: &'static str },
     /// The same name twice.
     #[error("{key} is '{name}', which stands there twice")]
     NameTaken { key: String, name: String },
-    /// A list that has to hold something.
+    /// A list that must not be empty.
     #[error("{key} is empty")]
     Empty { key: &'static str },
     /// A list of another length than it must have.
@@ -43,7 +43,7 @@ pub enum DesignError {
     /// A trim command that the actuator cannot give.
     #[error("{key} is {value}, outside the limits {minimum} .. {maximum} of that actuator")]
     TrimBeyondLimits { key: String, value: f64, minimum: f64, maximum: f64 },
-    /// A pole at 2/T, where the trapezoidal rule has none.
+    /// A pole at 2/T, where the trapezoidal rule is singular.
     #[error("I - A T/2 is singular at T = {sample_time} s: the controller is too fast for its sample time")]
     TooFast { sample_time: f64 },
 }

@@ -3,10 +3,10 @@
 use crate::{ControllerDesign, DesignError};
 
 impl ControllerDesign {
-    /// The design as JSON, one matrix row a line; numbers read back to the same `f64`.
+    /// The design as JSON, one matrix row per line; numbers read back to the same `f64`.
     ///
     /// # Errors
-    /// [`DesignError`] if the design is not valid: what cannot be read is not written.
+    /// [`DesignError`] if the design is not valid and could not be read back.
     pub fn to_json(&self) -> Result<String, DesignError> {
         self.validate()?;
         let mut text = join_rows(&serde_json::to_string_pretty(self)?);
@@ -19,7 +19,7 @@ impl ControllerDesign {
 fn join_rows(pretty: &str) -> String {
     let mut joined = String::with_capacity(pretty.len());
     let mut rest = pretty;
-    // A list opens with a line break behind its bracket; inside a text there is none.
+    // A list opens with a line break behind its bracket; strings contain no line breaks.
     while let Some(open) = rest.find("[\n") {
         let (before, list) = rest.split_at(open);
         joined.push_str(before);

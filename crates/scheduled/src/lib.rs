@@ -12,14 +12,14 @@
 //! zk  = Ct xk + Dty y + Dtt wk
 //! ```
 //!
-//! with the scaled tracking errors `y` and the scaled actuator commands `u`. This crate knows neither the vehicle's
-//! equations nor how the design was found.
+//! with the scaled tracking errors `y` and the scaled actuator commands `u`. This crate contains neither the vehicle's
+//! equations nor the synthesis.
 //!
-//! [`Autopilot::tangents`] differentiates a tick by its inputs, exactly; [`Autopilot::snapshot`] puts an autopilot
-//! away, to be taken up again to the bit.
+//! [`Autopilot::tangents`] differentiates a tick by its inputs, exactly; [`Autopilot::snapshot`] saves the state
+//! of an autopilot, which can be restored bit for bit.
 //!
-//! Saturation: commands are clamped to the actuators' limits, and nothing else is done about it. The controller's
-//! states move on as if the command had been carried out (no anti-windup).
+//! Saturation: commands are clamped to the actuators' limits, without anti-windup: the controller's states
+//! continue as if the command had been carried out.
 
 mod autopilot;
 mod design;

@@ -1,4 +1,4 @@
-//! The manoeuvre that is flown by default: a pitch step on a ramp of speed.
+//! The default manoeuvre: a pitch step during a ramp of speed.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -10,10 +10,10 @@ pub const MANOEUVRE_RESOURCE: &str = "manoeuvre.json";
 /// The `format` of the files that this version reads and writes.
 pub const MANOEUVRE_FORMAT: &str = "squid-manoeuvre/1";
 
-/// A time this little \[s\] before a step counts as the step's, so that a rounded `k Ts` does not come too early.
+/// A step takes effect this much earlier \[s\], so that a rounded `k Ts` is not before it.
 const ROUNDING_OF_TIME: f64 = 1e-9;
 
-/// A pitch step on a ramp of speed.
+/// A pitch step during a ramp of speed.
 ///
 /// ```text
 /// V(t)     = speed_from + (speed_to - speed_from) clamp((t - ramp_start)/ramp_duration, 0, 1)
@@ -37,9 +37,9 @@ pub struct Manoeuvre {
     pub format: String,
     /// Height of the step above the trim pitch \[rad\].
     pub pitch_step: f64,
-    /// When the step comes \[s\].
+    /// When the step begins \[s\].
     pub step_time: f64,
-    /// When the step ends \[s\]; beyond the end of the flight for a lasting one.
+    /// When the step ends \[s\]; beyond the end of the flight for a step that stays.
     pub step_end: f64,
     /// Speed V along the path through the water before the ramp \[m/s\].
     pub speed_from: f64,
@@ -63,10 +63,10 @@ pub enum ManoeuvreError {
     /// Another format or version.
     #[error("format is '{found}', but only '{MANOEUVRE_FORMAT}' can be read")]
     WrongFormat { found: String },
-    /// A number outside what makes sense.
+    /// A number that is not allowed.
     #[error("{key} is {value}, but must be {allowed}")]
     BadNumber { key: &'static str, value: f64, allowed: &'static str },
-    /// A step that ends before it comes.
+    /// A step that ends before it begins.
     #[error("step_end is {step_end} s, before step_time at {step_time} s")]
     StepEndsBeforeItComes { step_time: f64, step_end: f64 },
 }
@@ -96,7 +96,7 @@ impl Manoeuvre {
     /// Checks format and numbers.
     ///
     /// # Errors
-    /// The first [`ManoeuvreError`] found.
+    /// The first [`ManoeuvreError`].
     #[inline]
     pub fn check(&self) -> Result<(), ManoeuvreError> {
         if self.format != MANOEUVRE_FORMAT {
@@ -142,14 +142,14 @@ impl Manoeuvre {
         ]
     }
 
-    /// Wanted speed V along the path through the water \[m/s\] at a time \[s\].
+    /// Reference of the speed V along the path through the water \[m/s\] at a time \[s\].
     pub fn speed_reference(&self, time: f64) -> f64 {
         let progress = ((time - self.ramp_start) / self.ramp_duration).clamp(0.0, 1.0);
         // Exact at both ends.
         (1.0 - progress) * self.speed_from + progress * self.speed_to
     }
 
-    /// Wanted pitch angle above that of the trim \[rad\] at a time \[s\].
+    /// Reference of the pitch angle less that of the trim \[rad\] at a time \[s\].
     pub fn pitch_above_trim(&self, time: f64) -> f64 {
         let time = time + ROUNDING_OF_TIME;
         if time >= self.step_time && time < self.step_end { self.pitch_step } else { 0.0 }

@@ -1,8 +1,8 @@
-//! Everything of an autopilot that changes, so that it can be put away and taken up again.
+//! The whole state of an autopilot, which can be saved and restored.
 
 use crate::Outputs;
 
-/// What an [`Autopilot`](crate::Autopilot) remembers besides its design.
+/// The state of an [`Autopilot`](crate::Autopilot): all but its design.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Snapshot {
     /// State xk of the controller.
@@ -17,7 +17,7 @@ pub struct Snapshot {
     pub outside: bool,
 }
 
-/// Why a snapshot does not belong to this autopilot.
+/// Why a snapshot does not fit this autopilot.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[allow(missing_docs)]
 pub enum SnapshotError {

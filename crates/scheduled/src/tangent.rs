@@ -15,10 +15,10 @@ pub struct OutputTangents {
 }
 
 impl Autopilot {
-    /// The derivatives of what a tick would put out now, at `inputs` and along `direction`; nothing changes.
+    /// The derivatives of the outputs of a tick now, at `inputs` and along `direction`. The autopilot does not change.
     ///
     /// The LFT is closed at the scheduling parameter of the measured speed, which the direction moves too. Where a
-    /// command is limited its derivative is zero; at a corner of the trim table it is that to the right.
+    /// command is limited its derivative is zero; at a corner of the trim table it is the right-hand one.
     ///
     /// # Errors
     /// [`TickError::SingularLoop`].

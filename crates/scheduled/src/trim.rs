@@ -2,25 +2,25 @@
 
 use crate::TrimTable;
 
-/// The trim table ready for looking up.
+/// The trim table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trim {
     table: TrimTable,
 }
 
-/// A place between two rows: `(1 - fraction) row[index] + fraction row[index + 1]`.
+/// A position between two rows: `(1 - fraction) row[index] + fraction row[index + 1]`.
 #[derive(Debug, Clone, Copy)]
 struct Place {
     index: usize,
     fraction: f64,
 }
 
-/// How many pieces beyond the table a piece is prolonged, so that no speed overflows.
+/// Limit of the extrapolation, in lengths of the first or last interval, so that no speed overflows.
 const FARTHEST: f64 = 1e100;
 
 impl Place {
-    /// The same place, or one that is not as far beyond the table.
-    fn at_hand(self) -> Self {
+    /// The same place, limited to [`FARTHEST`] beyond the table.
+    fn limited(self) -> Self {
         Self { fraction: self.fraction.clamp(-FARTHEST, FARTHEST), ..self }
     }
 
@@ -37,15 +37,15 @@ impl Trim {
         Self { table }
     }
 
-    /// Speed V in m/s along the path at forward speed u in m/s; the first and last piece are prolonged.
+    /// Speed V in m/s along the path at forward speed u in m/s; extrapolated from the first and last interval.
     pub fn speed(&self, forward_speed: f64) -> f64 {
         let speeds = &self.table.speed;
-        find(&self.table.forward_speed, forward_speed).at_hand().interpolate(|row| speeds[row])
+        find(&self.table.forward_speed, forward_speed).limited().interpolate(|row| speeds[row])
     }
 
-    /// Forward speed u in m/s at speed V in m/s along the path; the first and last piece are prolonged.
+    /// Forward speed u in m/s at speed V in m/s along the path; extrapolated from the first and last interval.
     pub fn forward_speed(&self, speed: f64) -> f64 {
-        find(&self.table.speed, speed).at_hand().interpolate(|row| self.table.forward_speed[row])
+        find(&self.table.speed, speed).limited().interpolate(|row| self.table.forward_speed[row])
     }
 
     /// Pitch angle in rad at forward speed u in m/s, held beyond the table.
@@ -65,7 +65,7 @@ impl Trim {
         Level { table: &self.table, place }
     }
 
-    /// Slope of the speed along the path over forward speed u in m/s, to the right where there is a corner.
+    /// Slope of the speed along the path over forward speed u in m/s, right-hand at a corner.
     pub fn speed_slope(&self, forward_speed: f64) -> f64 {
         let speeds = &self.table.speed;
         self.slope(find(&self.table.forward_speed, forward_speed), |row| speeds[row])
@@ -115,7 +115,7 @@ impl Level<'_> {
 
 fn find(grid: &[f64], value: f64) -> Place {
     let last = grid.len() - 2;
-    // Trim tables are all but evenly spaced: a guess saves most of the search.
+    // Trim tables are almost evenly spaced: a guess saves most of the search.
     let share = (value - grid[0]) / (grid[last + 1] - grid[0]);
     let mut index = ((share * (last + 1) as f64) as usize).min(last);
     while index < last && grid[index + 1] <= value {

@@ -7,7 +7,7 @@ use std::fmt;
 use crate::lft::numbers::{finite, positive, range};
 use crate::{ControllerDesign, DesignError, FORMAT, Lft};
 
-/// Shorter sample times \[s\] are a mistake, and would make a step take for ever.
+/// Shorter sample times \[s\] are taken for a mistake: a step would need too many ticks.
 const SHORTEST_SAMPLE_TIME: f64 = 1e-5;
 
 impl ControllerDesign {

@@ -1,7 +1,7 @@
-//! The linear motion before the mass matrix is inverted, and its derivatives by the vehicle's coefficients and its
-//! trim.
+//! The linear motion before the mass matrix is inverted, and its derivatives with respect to the vehicle's
+//! coefficients and its trim.
 //!
-//! Dual numbers of second and third order differentiate the very code that simulates; nothing is differenced.
+//! Dual numbers of second and third order differentiate the code that simulates; there are no finite differences.
 
 use nalgebra::DMatrix;
 use num_dual::{Dual64, HyperDual64, HyperHyperDual64};
@@ -16,8 +16,8 @@ use crate::vehicle::coefficients::Coefficients;
 /// `M x' = C x + D (T - T0)` about a trim, with x = \[u w q theta\] less its trim.
 ///
 /// M and C are 4 x 4 and D is 4 x m; the rows are surge force \[N\], heave force \[N\], pitch moment \[N.m\], and
-/// theta' = q. A is `M^-1 C` and B is `M^-1 D`. In most coefficients M, C and D are affine, and none divides by
-/// another.
+/// theta' = q. A is `M^-1 C` and B is `M^-1 D`. M, C and D are affine in most coefficients, and no
+/// coefficient divides another.
 ///
 /// Source: A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci. 40(2), 2011, section 3A.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,19 +31,19 @@ pub struct Descriptor {
 }
 
 impl Descriptor {
-    /// Returns M, C and D at a trim, which need not be one of this very vehicle.
+    /// Returns M, C and D at a trim, which may be that of another vehicle with the same actuators.
     pub fn at(vehicle: &Vehicle, trim: &Trim) -> Self {
         differentiate(vehicle, trim, &[], Dual64::new(0.0, 1.0), |d| d.re, |d| d.eps)
     }
 
-    /// Returns the derivatives of M, C and D by a parameter, all others held, the trim among them.
+    /// Returns the derivatives of M, C and D with respect to a parameter; all others and the trim are held.
     pub fn derivative(vehicle: &Vehicle, trim: &Trim, by: Parameter) -> Self {
         let zero = HyperDual64::from(0.0);
         let seeds = [(by, zero.derivative2())];
         differentiate(vehicle, trim, &seeds, zero.derivative1(), |d| d.eps2, |d| d.eps1eps2)
     }
 
-    /// Returns the second derivatives of M, C and D by two parameters, all others held, the trim among them.
+    /// Returns the second derivatives of M, C and D with respect to two parameters; all others and the trim are held.
     pub fn second_derivative(vehicle: &Vehicle, trim: &Trim, by: [Parameter; 2]) -> Self {
         let zero = HyperHyperDual64::from(0.0);
         let seeds = [(by[0], zero.derivative2()), (by[1], zero.derivative3())];
@@ -62,8 +62,8 @@ impl Descriptor {
     }
 }
 
-/// Evaluates the forces with `seeds` added to parameters and `unit` to one state or input after the other, and takes
-/// parts.
+/// Evaluates the forces with `seeds` added to the parameters and `unit` added to each state and input in turn;
+/// `mass_part` and `part` extract the derivatives wanted.
 fn differentiate<D: Scalar>(
     vehicle: &Vehicle,
     trim: &Trim,
@@ -126,7 +126,7 @@ impl<D: Scalar> Point<D> {
         }
     }
 
-    /// Surge force, heave force, pitch moment and theta', with `unit` added to the state or input number `column`.
+    /// Surge force, heave force, pitch moment and theta', with `unit` added to the state or input with index `column`.
     fn force(&self, column: usize, unit: D) -> [D; 4] {
         let added = |place: usize, value: D| if place == column { value + unit } else { value };
         let Motion { u, w, q, theta } = self.motion;

@@ -10,7 +10,7 @@ use crate::vehicle::actuator::Actuator;
 use crate::vehicle::coefficients::{CoefficientError, Coefficients};
 use nalgebra::Matrix3;
 
-/// The least Reynolds number at which the ITTC-57 line is evaluated; below it the coefficient is held.
+/// The least Reynolds number at which the ITTC-57 line is evaluated; below it the friction coefficient is constant.
 pub const LEAST_REYNOLDS_NUMBER: f64 = 1e4;
 
 /// The motion of the vehicle through the water, x = \[u w q theta\].

@@ -1,4 +1,4 @@
-//! Linearisation about a trim, by dual numbers: exact derivatives of the very code that simulates.
+//! Linearisation about a trim, by dual numbers: exact derivatives of the code that simulates.
 
 use nalgebra::{Complex, DMatrix};
 use num_dual::Dual64;
@@ -11,7 +11,7 @@ use crate::vehicle::coefficients::CoefficientError;
 /// The linear motion about a trim: `x' = A (x - x0) + B (T - T0)`.
 ///
 /// The state is x = \[u w q theta\] (m/s, m/s, rad/s, rad); the inputs T are the outputs of the actuators (N or rad),
-/// their lag left out. Shapes: A 4 x 4, B 4 x m.
+/// without their lag. Shapes: A 4 x 4, B 4 x m.
 #[derive(Clone, Debug)]
 pub struct Linearisation {
     /// State matrix, 4 x 4.
@@ -23,7 +23,7 @@ pub struct Linearisation {
 }
 
 impl Linearisation {
-    /// Returns the eigenvalues of A \[1/s\], the fastest first.
+    /// Returns the eigenvalues of A \[1/s\], in rising order of the real part.
     pub fn eigenvalues(&self) -> Vec<Complex<f64>> {
         let mut values: Vec<_> = self.a.complex_eigenvalues().iter().copied().collect();
         values.sort_by(|a, b| a.re.total_cmp(&b.re).then(a.im.total_cmp(&b.im)));

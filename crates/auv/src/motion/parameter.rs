@@ -1,4 +1,4 @@
-//! The numbers of a vehicle, and of its trim, that a model may hold uncertain.
+//! The numbers of a vehicle, and of its trim, that a model may treat as uncertain.
 
 use thiserror::Error;
 
@@ -26,7 +26,7 @@ pub enum Parameter {
     Output(usize),
 }
 
-/// Why there is no such parameter.
+/// A name that is no parameter of the vehicle.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error(
     "the vehicle has no coefficient '{name}'{}; it has {known}",
@@ -35,7 +35,7 @@ pub enum Parameter {
 pub struct UnknownParameter {
     /// The name asked for.
     pub name: String,
-    /// The name that is most like it.
+    /// The most similar name.
     pub suggestion: Option<String>,
     /// All names.
     pub known: String,
@@ -70,8 +70,8 @@ impl Parameter {
         Err(UnknownParameter { name: name.to_string(), suggestion, known: known.join(", ") })
     }
 
-    /// Returns its name, as [`Parameter::named`] reads it; `incidence` and `stern_planes at trim` for those of the
-    /// trim.
+    /// Returns its name, as [`Parameter::named`] reads it. A parameter of the trim is `incidence` or, for instance,
+    /// `stern_planes at trim`.
     pub fn name(self, vehicle: &Vehicle) -> String {
         match self {
             Self::Coefficient(key) => key.to_string(),
@@ -97,7 +97,7 @@ impl Parameter {
         }
     }
 
-    /// Returns its value, SI.
+    /// Returns its value \[SI\].
     pub fn value(self, vehicle: &Vehicle, trim: &Trim) -> f64 {
         match self {
             Self::Incidence => trim.incidence,
@@ -106,26 +106,27 @@ impl Parameter {
         }
     }
 
-    /// Returns the value of a coefficient, SI; `None` for what belongs to the trim.
+    /// Returns the value of a coefficient \[SI\]; `None` for a parameter of the trim.
     pub fn coefficient(self, vehicle: &Vehicle) -> Option<f64> {
         match self {
             Self::Coefficient(key) => {
                 COEFFICIENTS.iter().find(|s| s.key == key).map(|s| (s.get)(&vehicle.coefficients))
             }
             Self::Effect { actuator, key } => {
-                let found = std::cell::Cell::new(None);
+                let number = std::cell::Cell::new(None);
                 vehicle.actuators[actuator].effect.map(|k, value| {
                     if k == key {
-                        found.set(Some(value));
+                        number.set(Some(value));
                     }
                 });
-                found.get()
+                number.get()
             }
             Self::Incidence | Self::Output(_) => None,
         }
     }
 
-    /// Returns the vehicle with another value of a coefficient, unchecked; what belongs to the trim changes nothing.
+    /// Returns the vehicle with another value of a coefficient, unchecked; for a parameter of the trim, the vehicle as
+    /// it is.
     #[must_use]
     pub fn with_value(self, vehicle: &Vehicle, value: f64) -> Vehicle {
         let mut changed = vehicle.clone();

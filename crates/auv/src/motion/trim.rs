@@ -1,8 +1,8 @@
 //! Level trim: the incidence and the actuator outputs at which nothing accelerates.
 //!
-//! Level flight has theta = alpha, u = V cos alpha, w = V sin alpha, q = 0, so that the depth holds. The unknowns are
-//! alpha and the outputs; the equations are u' = w' = q' = 0. Newton's method; where there are more actuators than
-//! equations, the outputs have the least norm, each measured in units of its own reach.
+//! Level flight has theta = alpha, u = V cos alpha, w = V sin alpha, q = 0, so that the depth is constant. The unknowns
+//! are alpha and the outputs; the equations are u' = w' = q' = 0. They are solved by Newton's method. With more
+//! actuators than equations, the outputs have the least Euclidean norm, each divided by its [`Actuator::reach`].
 
 use nalgebra::{DMatrix, DVector, Vector3};
 use num_dual::Dual64;
@@ -15,13 +15,25 @@ use crate::vehicle::actuator::Actuator;
 use crate::vehicle::coefficients::CoefficientError;
 use crate::words::Rounded;
 
+/// Newton steps from each start; a few suffice near a solution.
 const MAX_ITERATIONS: usize = 60;
+/// Largest change of the incidence in one step \[rad\].
 const LARGEST_STEP: f64 = 0.2;
+/// Incidences from which Newton's method starts \[rad\].
 const STARTS: [f64; 5] = [0.0, -0.15, 0.15, -0.4, 0.4];
+/// Beyond this incidence an iteration is given up \[rad\].
 const LARGEST_INCIDENCE: f64 = 1.2;
+/// The iteration ends at a smaller change of the incidence \[rad\] ...
+const INCIDENCE_TOLERANCE: f64 = 1e-15;
+/// ... and of the outputs, in units of their reach.
+const OUTPUT_TOLERANCE: f64 = 1e-14;
+/// Largest acceleration that counts as zero \[m/s2 or rad/s2\].
 const RESIDUAL_TOLERANCE: f64 = 1e-11;
+/// Singular values below this part of the largest one count as zero.
 const RANK_TOLERANCE: f64 = 1e-9;
+/// Convergence threshold of the SVD.
 const SVD_TOLERANCE: f64 = 5.0 * f64::EPSILON;
+/// Limit of the SVD's iterations, far above what a 3 x m matrix needs; without a limit the iteration may never end.
 const SVD_ITERATIONS: usize = 1000;
 
 /// The speed at which to trim.
@@ -51,7 +63,7 @@ impl Speed {
     }
 }
 
-/// A level, steady motion and what holds it.
+/// A level, steady motion and the actuator outputs that balance it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trim {
     /// Speed along the path through the water, V \[m/s\].
@@ -68,7 +80,7 @@ pub struct Trim {
     pub depth: f64,
     /// Output of each actuator \[N or rad\].
     pub actuators: Vec<f64>,
-    /// Largest of |u'|, |w'| \[m/s2\] and |q'| \[rad/s2\] that is left.
+    /// Largest remaining |u'|, |w'| \[m/s2\] or |q'| \[rad/s2\].
     pub residual: f64,
 }
 
@@ -82,7 +94,7 @@ impl Trim {
 /// Why there is no trim.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum TrimError {
-    /// The coefficients describe no vehicle.
+    /// The coefficients are not allowed.
     #[error(transparent)]
     Coefficients(#[from] CoefficientError),
     /// The speed is not a positive number.
@@ -115,10 +127,10 @@ pub enum TrimError {
         buoyancy: f64,
         /// The last incidence tried \[deg\].
         incidence_deg: f64,
-        /// The largest acceleration left.
+        /// The largest remaining acceleration \[m/s2 or rad/s2\].
         residual: f64,
     },
-    /// The trim asks more of an actuator than it can give.
+    /// The trim needs an output beyond the limits of an actuator.
     #[error(
         "level trim at {} m/s and {} m needs {} {unit} of {actuator}, {} {unit} beyond its limits {} .. {} {unit}",
         Rounded(*speed), Rounded(*depth), Rounded(*needed), Rounded(*excess), Rounded(*min), Rounded(*max)
@@ -143,10 +155,10 @@ pub enum TrimError {
     },
 }
 
-/// Solves for level trim at a speed and a depth \[m\].
+/// Solves `[u' w' q'] = 0` for level trim at a speed \[m/s\] and a depth \[m\].
 ///
 /// # Errors
-/// [`TrimError`]: bad input, no balance found, or an actuator beyond its limits.
+/// [`TrimError`]: coefficients, speed or depth that are not allowed, no solution, or an actuator beyond its limits.
 pub fn trim(vehicle: &Vehicle, speed: Speed, depth: f64) -> Result<Trim, TrimError> {
     if !(speed.value() > 0.0 && speed.value().is_finite()) {
         return Err(TrimError::SpeedNotPositive { speed: speed.value() });
@@ -175,7 +187,7 @@ pub fn trim(vehicle: &Vehicle, speed: Speed, depth: f64) -> Result<Trim, TrimErr
     Ok(trim)
 }
 
-/// Refuses a trim that asks more of an actuator than it can give, naming the worst.
+/// Refuses a trim beyond the limits of an actuator; the error names the actuator that exceeds them most.
 fn check_limits(vehicle: &Vehicle, trim: &Trim) -> Result<(), TrimError> {
     let excess = |(actuator, &output): (&Actuator, &f64)| (output - actuator.max).max(actuator.min - output);
     let pairs = || vehicle.actuators.iter().zip(&trim.actuators);
@@ -218,7 +230,8 @@ impl Balance<'_> {
         self.dynamics.acceleration(&motion, D::from(self.depth), force)
     }
 
-    /// Returns the accelerations, their derivative by the incidence, and by each output in units of its reach.
+    /// Returns the accelerations, their derivative with respect to the incidence, and those with respect to each output
+    /// in units of its reach.
     fn linearised(&self, incidence: f64, outputs: &[f64]) -> (Vector3<f64>, Vector3<f64>, DMatrix<f64>) {
         let constant = || outputs.iter().map(|&output| Dual64::from(output));
         let by_incidence = self.acceleration(Dual64::new(incidence, 1.0), constant());
@@ -239,9 +252,9 @@ impl Balance<'_> {
     /// Returns the first trim within the limits, or else the first trim at all.
     fn solve(&self) -> Result<Attempt, TrimError> {
         let attempts: Vec<Attempt> = STARTS.iter().map(|&start| self.newton(start)).collect();
-        let mut found = attempts.iter().filter(|attempt| attempt.residual < RESIDUAL_TOLERANCE);
-        let first = found.clone().next();
-        if let Some(attempt) = found.find(|attempt| self.within_limits(attempt)).or(first) {
+        let mut trims = attempts.iter().filter(|attempt| attempt.residual < RESIDUAL_TOLERANCE);
+        let first = trims.clone().next();
+        if let Some(attempt) = trims.find(|attempt| self.within_limits(attempt)).or(first) {
             return Ok(attempt.clone());
         }
         let nearest = attempts.iter().min_by(|a, b| a.residual.total_cmp(&b.residual));
@@ -258,7 +271,7 @@ impl Balance<'_> {
         pairs.all(|(actuator, output)| (actuator.min..=actuator.max).contains(output))
     }
 
-    /// Newton's method; each step takes the outputs of least norm that meet the linearised equations.
+    /// Newton's method; each step solves the linearised equations with the outputs of least norm.
     fn newton(&self, start: f64) -> Attempt {
         let actuators = &self.vehicle.actuators;
         let reach = DVector::from_iterator(actuators.len(), actuators.iter().map(Actuator::reach));
@@ -276,7 +289,7 @@ impl Balance<'_> {
             let shortened = (LARGEST_STEP / turn.abs()).min(1.0);
             incidence += shortened * turn;
             scaled += &change * shortened;
-            let settled = turn.abs() < 1e-15 && change.amax() < 1e-14;
+            let settled = turn.abs() < INCIDENCE_TOLERANCE && change.amax() < OUTPUT_TOLERANCE;
             if settled || !incidence.is_finite() || incidence.abs() > LARGEST_INCIDENCE {
                 break;
             }
@@ -285,10 +298,10 @@ impl Balance<'_> {
     }
 }
 
-/// Returns the change of incidence and of the scaled outputs that meets the linearised equations.
+/// Returns the change of incidence and of the scaled outputs that solves the linearised equations.
 ///
 /// The equations are projected on the plane that the incidence does not reach; there the outputs are the solution of
-/// least norm, and the incidence takes what is left. At the fixed point the outputs satisfy the first-order condition
+/// least norm, and the incidence takes up the rest. At the fixed point the outputs satisfy the first-order condition
 /// of the least norm over all trims.
 fn newton_step(
     error: Vector3<f64>,
@@ -306,7 +319,7 @@ fn newton_step(
         let inside = project(Vector3::new(column[0], column[1], column[2]));
         column.copy_from(&inside);
     }
-    // Of numbers that are none, coefficients whose products overflow, there is no decomposition.
+    // Products of large coefficients may overflow, and a matrix with entries that are not finite has no SVD.
     if !projected.iter().all(|entry| entry.is_finite()) {
         return None;
     }

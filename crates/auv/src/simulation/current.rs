@@ -1,4 +1,4 @@
-//! The current: water that moves, steadily and everywhere alike.
+//! The current: water that moves steadily and uniformly.
 
 use crate::simulation::integrator::Body;
 

@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use crate::simulation::integrator::IntegrationError;
 
-/// Why a simulation cannot go on.
+/// A wrong input, or a failure of the integration.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SimulationError {
     /// An input is not a finite number.
@@ -12,7 +12,7 @@ pub enum SimulationError {
     InputNotFinite {
         /// The input.
         input: &'static str,
-        /// The number found.
+        /// Its value.
         found: f64,
     },
     /// There is no such actuator.
@@ -31,10 +31,10 @@ pub enum SimulationError {
         /// Actuators of the vehicle.
         expected: usize,
     },
-    /// The LPV model was asked for and none was given.
+    /// The LPV model is selected but the plant has none.
     #[error("the plant has no LPV model")]
     NoLpvModel,
-    /// Time would run backwards.
+    /// The time to advance to is before the present one.
     #[error("cannot go from {from} s back to {to} s")]
     Backwards {
         /// The time reached.

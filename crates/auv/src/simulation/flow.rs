@@ -10,13 +10,13 @@ use crate::simulation::lpv_model::LpvModel;
 use crate::simulation::slopes::Slopes;
 use crate::vehicle::actuator::Actuator;
 
-/// Which equations hold over the interval.
+/// Which equations apply over the interval.
 pub(crate) enum Model<'a> {
     /// The nonlinear ones.
     Nonlinear,
     /// The LPV model at one operating speed.
     Frozen(&'a Frozen),
-    /// The LPV model at an operating speed that changes, from this one on \[m/s\].
+    /// The LPV model at an operating speed that changes from this initial value \[m/s\].
     Scheduled(&'a LpvModel, f64),
 }
 
@@ -34,7 +34,7 @@ pub(crate) struct Flow<'a> {
 }
 
 impl ODE<f64, Body> for Flow<'_> {
-    /// The velocity over ground does not feel a changing current, so that the one through the water loses what the
+    /// A changing current leaves the velocity over ground unchanged: the velocity through the water loses what the
     /// current gains.
     fn diff(&self, time: f64, body: &Body, rate: &mut Body) {
         let [u, w, q, theta, _, sunk] = *body;
@@ -63,7 +63,8 @@ impl ODE<f64, Body> for Flow<'_> {
 }
 
 impl Equations for Flow<'_> {
-    /// |u|, |w| and |q| have a corner at zero, and friction has one at the least Reynolds number; the LPV model has none.
+    /// |u|, |w| and |q| have a corner at zero, and friction has one at the least Reynolds number. The LPV model has no
+    /// corners.
     fn switches(&self, body: &Body) -> [f64; 4] {
         let [u, w, q, ..] = *body;
         match self.model {

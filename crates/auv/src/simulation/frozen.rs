@@ -1,4 +1,4 @@
-//! The LPV model at one speed, in a workspace that is sized once.
+//! The LPV model at one speed, in a workspace that is allocated once.
 
 use crate::simulation::lpv_model::LpvModel;
 

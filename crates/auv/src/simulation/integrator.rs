@@ -7,17 +7,19 @@ use differential_equations::methods::{DormandPrince, ExplicitRungeKutta, Ordinar
 use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
 use thiserror::Error;
 
+/// Close to rounding, so that the result hardly depends on how an interval is divided.
 const RELATIVE_TOLERANCE: f64 = 1e-13;
 const ABSOLUTE_TOLERANCE: f64 = 1e-14;
+/// Step sizes \[s\].
 const FIRST_STEP: f64 = 1e-3;
 const LARGEST_STEP: f64 = 0.01;
 const SMALLEST_STEP: f64 = 1e-12;
 /// A step across a corner is repeated ten times shorter, down to this length \[s\]: the error estimate can miss a
 /// corner late in a step.
 const CORNER_STEP: f64 = 1e-4;
-/// A switch that moves less than this makes no corner to speak of.
+/// A switch that moves less than this makes no corner that matters.
 const LEAST_SWING: f64 = 1e-6;
-/// An interval this short is crossed by one step of Euler's method, whose error is its square.
+/// An interval shorter than this \[s\] is crossed by one step of Euler's method, whose error is its square.
 const SHORTEST_INTERVAL: f64 = 1e-11;
 /// An interval may take this many steps, and as many more as steps of [`SMALLEST_MEAN_STEP`] would.
 const FREE_STEPS: usize = 1000;
@@ -37,7 +39,7 @@ type Dop853 = ExplicitRungeKutta<Ordinary, DormandPrince, f64, Body, 8, 12, 16>;
 /// Why the equations of motion could not be integrated.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum IntegrationError {
-    /// No step is small enough: the motion runs off to infinity.
+    /// No step is small enough: the motion diverges.
     #[error("no step above {SMALLEST_STEP} s is accurate enough")]
     StepTooSmall,
     /// The motion is too fast: the interval would take too many steps.
@@ -46,12 +48,12 @@ pub enum IntegrationError {
         /// The steps taken.
         steps: usize,
     },
-    /// The motion is no longer a number.
+    /// The motion is no longer finite.
     #[error("the motion is not a finite number")]
     NotFinite,
 }
 
-/// The method, and the step size that it last found right.
+/// The method, and the step size that it last proposed.
 #[derive(Clone)]
 pub(crate) struct Integrator {
     method: Dop853,
@@ -63,12 +65,12 @@ impl Integrator {
         Self { method: method(), step: FIRST_STEP }
     }
 
-    /// The step size that it last found right \[s\]: all that it remembers from one interval to the next.
+    /// The step size that it last proposed \[s\], its only memory from one interval to the next.
     pub(crate) fn step(&self) -> f64 {
         self.step
     }
 
-    /// Makes the integrator begin with a step size \[s\].
+    /// Sets the first step size \[s\].
     pub(crate) fn set_step(&mut self, step: f64) {
         self.step = step;
     }
@@ -96,7 +98,8 @@ impl Integrator {
         if duration < SHORTEST_INTERVAL {
             return finite(euler(equations, 0.0, start, duration));
         }
-        // The method counts steps and signs of stiffness across intervals; anew, the way on depends on the state alone.
+        // The method counts steps and signs of stiffness across intervals; a new one makes the result depend on the
+        // state alone.
         self.method = method();
         self.restart(equations, 0.0, duration, start)?;
         let most_steps = FREE_STEPS + (duration / SMALLEST_MEAN_STEP) as usize;
@@ -173,7 +176,7 @@ fn method() -> Dop853 {
         .max_steps(usize::MAX)
 }
 
-/// Tells whether a switch changes sign from one state to the next.
+/// Returns whether a switch changes sign from one state to the next.
 fn crosses(from: &[f64; 4], to: &[f64; 4]) -> bool {
     from.iter().zip(to).any(|(from, to)| from * to < 0.0 && (to - from).abs() > LEAST_SWING)
 }

@@ -1,4 +1,4 @@
-//! The LPV model of a vehicle: A and B as polynomials in speed, and the trim that they belong to.
+//! The LPV model of a vehicle: A and B as polynomials in speed, with the trim table.
 
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
@@ -73,7 +73,7 @@ pub enum LpvModelError {
     /// The file is of another format or version.
     #[error("`format` is \"{found}\", and must be \"{LPV_MODEL_FORMAT}\"")]
     Format {
-        /// The format found.
+        /// The format in the file.
         found: String,
     },
     /// A matrix has the wrong shape.
@@ -83,7 +83,7 @@ pub enum LpvModelError {
         matrix: &'static str,
         /// The power of rho that it multiplies.
         order: usize,
-        /// The shape found.
+        /// The shape in the file.
         found: String,
         /// Rows expected.
         rows: usize,
@@ -101,13 +101,13 @@ pub enum LpvModelError {
     NotFinite {
         /// The key.
         key: &'static str,
-        /// The number found.
+        /// Its value.
         found: f64,
     },
     /// The half range of speed is not positive.
     #[error("`speed_half_range` is {found} m/s, and must be above zero")]
     HalfRange {
-        /// The half range found.
+        /// The half range in the file \[m/s\].
         found: f64,
     },
     /// The speeds of the trim table do not rise.
@@ -133,7 +133,7 @@ pub enum LpvModelError {
 }
 
 impl LpvModel {
-    /// Makes a model from coefficient matrices and trims, and checks it.
+    /// Builds a model from coefficient matrices and trims, and checks it.
     ///
     /// # Errors
     /// [`LpvModelError`] as for [`LpvModel::check`].
@@ -175,7 +175,7 @@ impl LpvModel {
     /// Writes the model as JSON, with numbers that read back to the same `f64`.
     ///
     /// # Errors
-    /// [`LpvModelError`] as for [`LpvModel::check`]: JSON has no word for a number that is not finite.
+    /// [`LpvModelError`] as for [`LpvModel::check`]: JSON cannot represent a number that is not finite.
     pub fn to_json(&self) -> Result<String, LpvModelError> {
         self.check()?;
         serde_json::to_string_pretty(self).map(|text| text + "\n").map_err(|error| LpvModelError::NotJson {
@@ -189,8 +189,7 @@ impl LpvModel {
         self.trim.first().map_or(0, |point| point.actuators.len())
     }
 
-    /// Tells whether the rate of pitch follows from the pitch rate and the operating speed alone, as in the equations
-    /// of motion it does from the pitch rate.
+    /// Returns whether theta' depends on q and the operating speed alone. In the equations of motion it is q.
     pub fn turns_with_pitch_rate_alone(&self) -> bool {
         let by_state = self.a.iter().all(|term| [0, 1, 3].iter().all(|&column| term[3][column] == 0.0));
         by_state && self.b.iter().all(|term| term[3].iter().all(|entry| *entry == 0.0))
@@ -204,7 +203,7 @@ impl LpvModel {
     /// Checks format, shapes, finiteness and the order of the trim table.
     ///
     /// # Errors
-    /// The first [`LpvModelError`] found.
+    /// The first [`LpvModelError`].
     pub fn check(&self) -> Result<(), LpvModelError> {
         if self.format != LPV_MODEL_FORMAT {
             return Err(LpvModelError::Format { found: self.format.clone() });

@@ -30,7 +30,7 @@ pub enum Fidelity {
 pub struct State {
     /// Motion through the water.
     pub motion: Motion,
-    /// Distance north, or whatever way the vehicle faces, in the earth frame \[m\].
+    /// Horizontal distance in the earth frame, positive the way the vehicle faces \[m\].
     pub x: f64,
     /// Depth \[m\].
     pub depth: f64,
@@ -39,8 +39,8 @@ pub struct State {
 /// A vehicle in motion, with its workspace: no step allocates.
 ///
 /// Commands, current and operating speed are held between calls of [`Plant::advance`]. The lag of an actuator is
-/// integrated in closed form, everything else by an adaptive eighth-order Runge-Kutta method, so that the motion does
-/// not depend on how an interval is cut.
+/// integrated in closed form, everything else by an adaptive eighth-order Runge-Kutta method, so that the motion
+/// hardly depends on how an interval is divided.
 #[derive(Clone)]
 pub struct Plant {
     pub(crate) dynamics: Dynamics,
@@ -54,14 +54,14 @@ pub struct Plant {
     pub(crate) current: Current,
     pub(crate) operating_speed: f64,
     pub(crate) slopes: Slopes,
-    /// Whether an input changes.
+    /// Whether any of the slopes is not zero.
     pub(crate) moving: bool,
     pub(crate) frozen: Frozen,
     pub(crate) integrator: Integrator,
 }
 
 impl Plant {
-    /// Makes a plant at rest at the origin, nonlinear, every command zero.
+    /// Creates a plant at rest at the origin, nonlinear, every command zero.
     ///
     /// # Errors
     /// [`CoefficientError`] if the vehicle's coefficients are not allowed.
@@ -103,7 +103,7 @@ impl Plant {
     /// Chooses the equations of motion.
     ///
     /// # Errors
-    /// [`SimulationError::NoLpvModel`] if the LPV model is asked for and none was given.
+    /// [`SimulationError::NoLpvModel`] if the LPV model is selected but the plant has none.
     pub fn set_fidelity(&mut self, fidelity: Fidelity) -> Result<(), SimulationError> {
         if fidelity == Fidelity::Lpv && self.lpv.is_none() {
             return Err(SimulationError::NoLpvModel);
@@ -116,7 +116,7 @@ impl Plant {
     /// operating speed that of the trim, the current as it is.
     ///
     /// # Errors
-    /// [`SimulationError::TrimActuators`] if the trim is of another vehicle.
+    /// [`SimulationError::TrimActuators`] if the trim has another number of actuators.
     pub fn start(&mut self, time: f64, trim: &Trim) -> Result<(), SimulationError> {
         let (found, expected) = (trim.actuators.len(), self.actuators.len());
         if found != expected {
@@ -150,8 +150,8 @@ impl Plant {
         Ok(())
     }
 
-    /// Sets the current. The velocity over ground does not jump: the vehicle has mass, and meets the new water at the
-    /// old velocity.
+    /// Sets the current. The velocity over ground does not jump: the vehicle has mass, so the
+    /// velocity through the water changes instead.
     ///
     /// # Errors
     /// [`SimulationError::InputNotFinite`].
@@ -244,7 +244,7 @@ impl Plant {
         &self.slopes
     }
 
-    /// Carries outputs of actuators and inputs along.
+    /// Advances the outputs of the actuators and the inputs.
     pub(crate) fn carry_inputs(&mut self, duration: f64) {
         let actuators = self.actuators.iter().zip(&mut self.outputs);
         let inputs = self.commands.iter_mut().zip(&self.slopes.commands);
@@ -405,8 +405,8 @@ mod tests {
                     let middle = (f64::from(piece) + 0.5) / f64::from(pieces);
                     output = actuator.output_after(1.0 / f64::from(pieces), output, command + slope * middle);
                 }
-                let found = actuator.output_along(1.0, 3.0, command, slope);
-                assert!((found - output).abs() < 1e-3, "{lag} {command} {slope}: {found} and {output}");
+                let result = actuator.output_along(1.0, 3.0, command, slope);
+                assert!((result - output).abs() < 1e-3, "{lag} {command} {slope}: {result} and {output}");
             }
         }
     }

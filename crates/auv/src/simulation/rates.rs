@@ -1,7 +1,7 @@
-//! The motion at one instant as states and their rates, for who integrates it himself and for exact derivatives.
+//! The motion at one instant as states and their rates, for other integrators and for exact derivatives.
 //!
 //! The states are the velocities over ground along the body, not those through the water: the vehicle has mass, so that
-//! they do not jump where the current does.
+//! they are continuous where the current jumps.
 
 use crate::motion::dynamics::Motion;
 use crate::scalar::Scalar;
@@ -30,7 +30,7 @@ pub struct Instant<D = f64> {
     pub operating_speed: D,
 }
 
-/// Time derivatives of the states of an [`Instant`], in their order, with that of the way made.
+/// Time derivatives of the states of an [`Instant`], in their order, with that of the distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rates<D = f64> {
     /// Of the surge velocity over ground \[m/s2\].
@@ -41,7 +41,7 @@ pub struct Rates<D = f64> {
     pub pitch_rate: D,
     /// Of the pitch \[rad/s\].
     pub pitch: D,
-    /// Of the horizontal way made over ground \[m/s\].
+    /// Of the horizontal distance over ground \[m/s\].
     pub distance: D,
     /// Of the depth \[m/s\].
     pub depth: D,
@@ -97,7 +97,7 @@ impl Plant {
         }
     }
 
-    /// Sets the motion by its velocities over ground, and the way made \[m\], under the current as it is.
+    /// Sets the motion by its velocities over ground, and the distance \[m\], under the present current.
     pub fn set_motion_over_ground(&mut self, instant: &Instant, x: f64) {
         let Instant { surge, heave, pitch_rate, pitch, depth, .. } = *instant;
         let (u_c, w_c) = self.current.along_body(pitch);
@@ -134,7 +134,7 @@ impl Plant {
 
 impl LpvModel {
     /// Returns `A(rho) (x - x_trim(V)) + B(rho) (T - T_trim(V))` at a speed V \[m/s\] that may carry derivatives,
-    /// those to the right where there is a corner.
+    /// the right-hand ones at a corner.
     pub(crate) fn derivative<D: Scalar>(
         &self,
         speed: D,
@@ -208,7 +208,7 @@ mod tests {
         let h = 1e-5;
         plant.advance(0.5 + h).unwrap();
         let after = plant.instant();
-        for (name, found, expected) in [
+        for (name, change, expected) in [
             ("surge", after.surge - before.surge, rates.surge),
             ("heave", after.heave - before.heave, rates.heave),
             ("pitch_rate", after.pitch_rate - before.pitch_rate, rates.pitch_rate),
@@ -216,13 +216,13 @@ mod tests {
             ("depth", after.depth - before.depth, rates.depth),
             ("distance", plant.state().x - x, rates.distance),
         ] {
-            assert!((found / h - expected).abs() < 1e-3 * (1.0 + expected.abs()), "{name}");
+            assert!((change / h - expected).abs() < 1e-3 * (1.0 + expected.abs()), "{name}");
             assert!(expected != 0.0, "{name}");
         }
         for (index, actuator) in vehicle.actuators.iter().enumerate().filter(|(_, one)| one.lag > 0.0) {
             let rate = actuator.rate(outputs[index], plant.commands()[index]);
-            let found = (plant.outputs()[index] - outputs[index]) / h;
-            assert!((found - rate).abs() < 1e-3 * (1.0 + rate.abs()), "{}", actuator.name);
+            let mean = (plant.outputs()[index] - outputs[index]) / h;
+            assert!((mean - rate).abs() < 1e-3 * (1.0 + rate.abs()), "{}", actuator.name);
         }
     }
 }

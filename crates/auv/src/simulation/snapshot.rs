@@ -1,4 +1,4 @@
-//! Everything of a plant that changes, so that it can be put away and taken up again.
+//! The whole state of a plant, which can be saved and restored.
 
 use crate::motion::dynamics::{Dynamics, Motion};
 use crate::simulation::current::Current;
@@ -7,7 +7,7 @@ use crate::simulation::plant::{Fidelity, Plant, State};
 use crate::simulation::slopes::Slopes;
 use crate::vehicle::coefficients::{CoefficientError, Coefficients};
 
-/// What a [`Plant`] remembers besides the vehicle's actuators and its LPV model.
+/// The state of a [`Plant`]: all but the vehicle's actuators and its LPV model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Snapshot {
     /// Coefficients in use.
@@ -28,11 +28,11 @@ pub struct Snapshot {
     pub operating_speed: f64,
     /// The rates at which the inputs change.
     pub slopes: Slopes,
-    /// The step that the integrator last found right \[s\].
+    /// The step size that the integrator last proposed \[s\].
     pub integrator_step: f64,
 }
 
-/// Why a snapshot does not belong to this plant.
+/// Why a snapshot does not fit this plant.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SnapshotError {
     /// A coefficient is not allowed.
@@ -44,7 +44,7 @@ pub enum SnapshotError {
 }
 
 impl Plant {
-    /// Returns everything that [`Plant::restore`] needs to go on from here, to the bit.
+    /// Returns the whole state; a plant restored from it continues identically, bit for bit.
     pub fn snapshot(&self) -> Snapshot {
         Snapshot {
             coefficients: self.dynamics().coefficients().clone(),
@@ -60,7 +60,7 @@ impl Plant {
         }
     }
 
-    /// Puts a plant of the same vehicle into the state that a snapshot holds.
+    /// Puts a plant of the same vehicle into the state of a snapshot.
     ///
     /// # Errors
     /// [`SnapshotError`]; the plant is then as it was.

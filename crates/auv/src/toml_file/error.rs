@@ -8,7 +8,7 @@ use crate::motion::parameter::UnknownParameter;
 use crate::vehicle::coefficients::CoefficientError;
 use crate::words::{number, rounded};
 
-/// The mistakes in a file, in the order of the file, each on a line `FILE:LINE: what was found and what is allowed`.
+/// The mistakes in a file, in the order of the file, each on a line `FILE:LINE: the value and what is allowed`.
 #[derive(Debug)]
 pub struct FileError {
     /// The file, as it was named.
@@ -63,10 +63,10 @@ pub enum FileProblem {
     /// There is no such file.
     #[error("there is no such file")]
     NotFound,
-    /// A folder stands in the place of the file.
+    /// The path is a folder.
     #[error("this is a folder; it must be a file")]
     Folder,
-    /// A link that ends nowhere.
+    /// A link to a file that does not exist.
     #[error("this is a link that leads to no file, or back to itself; it must be a file, or a link to one")]
     Link,
     /// The text is not UTF-8.
@@ -81,36 +81,36 @@ pub enum FileProblem {
         /// The parser's reason.
         message: String,
     },
-    /// A key or a table that is there already.
+    /// A key or a table that occurs twice.
     #[error("'{key}' stands here a second time; each key and each table of keys may stand once")]
     Twice {
         /// The key.
         key: String,
     },
-    /// A key that no such file may hold.
+    /// An unknown key.
     #[error("unknown key '{key}'{}; allowed here: {allowed}", suggest(suggestion))]
     UnknownKey {
-        /// The key, with the table that holds it.
+        /// The key, with the table that contains it.
         key: String,
-        /// The allowed key that looks most like it.
+        /// The most similar allowed key.
         suggestion: Option<String>,
         /// All allowed keys.
         allowed: String,
     },
-    /// A key that every such file must hold.
+    /// A missing key.
     #[error("missing key '{key}': {meaning}")]
     MissingKey {
-        /// The key, with the table that should hold it.
+        /// The key, with the table that should contain it.
         key: String,
-        /// What it would say.
+        /// What the key means.
         meaning: String,
     },
     /// A value of the wrong type, a number of the wrong sign or out of range, a word that is not in the list.
     #[error("'{key}' is {found}; it must be {allowed}")]
     NotAllowed {
-        /// The key, with the table that holds it.
+        /// The key, with the table that contains it.
         key: String,
-        /// What was found.
+        /// The value in the file.
         found: String,
         /// What is allowed.
         allowed: String,
@@ -118,35 +118,35 @@ pub enum FileProblem {
     /// A text that must not be empty.
     #[error("'{key}' is empty; it must say something")]
     EmptyText {
-        /// The key, with the table that holds it.
+        /// The key, with the table that contains it.
         key: String,
     },
-    /// A character that no model description may hold.
+    /// A character that XML does not allow in a model description.
     #[error("'{key}' holds the character U+{:04X}; it must hold printable ones", u32::from(*found))]
     Character {
-        /// The key, with the table that holds it.
+        /// The key, with the table that contains it.
         key: String,
-        /// The character found.
+        /// The character.
         found: char,
     },
     /// A unit that is not the expected one.
     #[error("'{key}' is in \"{found}\"; it must be in {expected}")]
     WrongUnit {
-        /// The key, with the table that holds it.
+        /// The key, with the table that contains it.
         key: String,
-        /// The unit found.
+        /// The unit in the file.
         found: String,
         /// The unit or units expected.
         expected: String,
     },
-    /// Mass and weight that do not belong together.
+    /// Mass and weight that do not agree.
     #[error(
         "'mass.weight' is {} N and 'mass.mass' times {gravity} m/s2 is {} N; they must agree within {:.0} % \
          (a weight in kg or pounds, or a mass in pounds?)",
         rounded(*weight), rounded(*expected), 100.0 * tolerance
     )]
     MassAndWeight {
-        /// The weight found \[N\].
+        /// The weight \[N\].
         weight: f64,
         /// Mass times gravity \[N\].
         expected: f64,
@@ -176,7 +176,7 @@ pub enum FileProblem {
     DuplicateActuator {
         /// The name.
         name: String,
-        /// Where it was first used.
+        /// The line of its first use.
         first_line: usize,
     },
     /// Limits in the wrong order.
@@ -199,7 +199,7 @@ pub enum FileProblem {
     UnknownCoefficient {
         /// The section that names it.
         section: &'static str,
-        /// The name, and the nearest that there is.
+        /// The name, and the most similar one.
         source: UnknownParameter,
     },
 }

@@ -1,4 +1,4 @@
-//! Reads a file of text, and says what stands there instead.
+//! Reads a text file, or reports what the path is instead.
 
 use std::io::ErrorKind;
 use std::path::Path;
@@ -8,10 +8,10 @@ use super::error::{FileError, FileProblem};
 const UTF16_MARKS: [[u8; 2]; 2] = [[0xff, 0xfe], [0xfe, 0xff]];
 const UTF8_MARK: char = '\u{feff}';
 
-/// Reads a text in UTF-8; the byte order mark that some editors put before it is left out.
+/// Reads a text in UTF-8; the byte order mark that some editors put before it is removed.
 ///
 /// # Errors
-/// [`FileError`]: no such file, a folder, a link that leads nowhere, another encoding.
+/// [`FileError`]: no such file, a folder, a broken link, another encoding.
 pub fn read_text(path: &Path) -> Result<String, FileError> {
     let file = path.display().to_string();
     let bytes = match std::fs::read(path) {
@@ -30,7 +30,7 @@ pub fn read_text(path: &Path) -> Result<String, FileError> {
     Ok(text.strip_prefix(UTF8_MARK).map(str::to_owned).unwrap_or(text))
 }
 
-/// The line, counted from 1, of a place in a text.
+/// The line, counted from 1, of a byte offset.
 pub(super) fn line_of(text: &[u8], at: usize) -> usize {
     text.iter().take(at).filter(|&&byte| byte == b'\n').count() + 1
 }

@@ -1,4 +1,4 @@
-//! Actuators: what a command becomes, and what force it makes.
+//! Actuators: the output that follows a command, and the force of an output on the hull.
 
 #![allow(non_snake_case, reason = "the field's symbols keep their capitals: Z is a force, z a length")]
 
@@ -71,7 +71,8 @@ impl Actuator {
         if self.lag > 0.0 { target + (start - target) * (-elapsed / self.lag).exp() } else { target }
     }
 
-    /// Returns the largest size of its output \[N or rad\], the unit in which efforts of different actuators compare.
+    /// Returns the largest size of its output \[N or rad\], by which outputs of different actuators are scaled for
+    /// comparison.
     pub fn reach(&self) -> f64 {
         self.min.abs().max(self.max.abs())
     }
@@ -100,7 +101,7 @@ impl Effect {
         Self::ControlSurface { Z_uu_delta: 0.0, M_uu_delta: 0.0, X_uu_delta2: 0.0 },
     ];
 
-    /// The word for it in a vehicle file.
+    /// Its name in a vehicle file.
     pub(crate) fn kind(&self) -> &'static str {
         match self {
             Self::Thruster { .. } => "thruster",
@@ -128,7 +129,7 @@ pub(crate) fn allowed(key: &str) -> Allowed {
     }
 }
 
-/// Whether a name may name a variable.
+/// Whether a name may be part of the name of a variable.
 pub(crate) fn is_actuator_name(name: &str) -> bool {
     name.starts_with(|c: char| c.is_ascii_alphabetic())
         && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')

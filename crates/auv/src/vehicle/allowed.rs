@@ -1,4 +1,4 @@
-//! Ranges of numbers, in words that a message can hold.
+//! Ranges of numbers, with their descriptions in messages.
 
 /// The values that a coefficient may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,7 +14,7 @@ pub enum Allowed {
 }
 
 impl Allowed {
-    /// Tells whether `value` is allowed.
+    /// Returns whether `value` is allowed.
     pub fn contains(self, value: f64) -> bool {
         value.is_finite()
             && match self {
@@ -25,7 +25,7 @@ impl Allowed {
             }
     }
 
-    /// Says in words what is allowed.
+    /// Describes what is allowed.
     pub fn describe(self) -> &'static str {
         match self {
             Self::Any => "any finite number",

@@ -2,7 +2,7 @@
 //!
 //! Symbols are those of SNAME (1950) and Fossen (2011): `Z_uw` multiplies the product u w in the heave force,
 //! `X_u_dot` is the derivative of the surge force with respect to du/dt. The table drives the reading and the
-//! validation of a vehicle file, its documentation, and the parameters of whatever simulates the vehicle.
+//! validation of a vehicle file, its documentation, and the parameters of the FMUs.
 
 #![allow(non_snake_case, reason = "the field's symbols keep their capitals: Z is a force, z a length")]
 
@@ -15,18 +15,18 @@ use crate::words::Rounded;
 
 const EIGENVALUE_ITERATIONS: usize = 1000;
 
-/// One row of [`COEFFICIENTS`]: all that is known of a coefficient but its value.
+/// One row of [`COEFFICIENTS`]: everything about a coefficient but its value.
 #[derive(Debug)]
 pub struct CoefficientSpec {
     /// Name in the vehicle file, for instance `Z_uw`.
     pub key: &'static str,
-    /// Table of the vehicle file that holds it, for instance `lift`.
+    /// Table of the vehicle file that contains it, for instance `lift`.
     pub section: &'static str,
     /// The only unit in which the vehicle file may give it; SI.
     pub unit: &'static str,
     /// The values that it may take.
     pub allowed: Allowed,
-    /// The value when the file leaves it out; `None` if the file must give it.
+    /// The value if the file does not give it; `None` if the file must.
     pub default: Option<f64>,
     /// What it is, in one line.
     pub meaning: &'static str,
@@ -36,12 +36,12 @@ pub struct CoefficientSpec {
     pub set: fn(&mut Coefficients, f64),
 }
 
-/// Writes the struct and the table from one list, so that they cannot drift apart.
+/// Writes the struct and the table from one list, so that they always agree.
 macro_rules! coefficients {
     ($($section:literal { $($key:ident [$unit:literal] $allowed:ident $default:expr, $meaning:literal;)* })*) => {
         /// Every coefficient of the longitudinal model, in SI units; see [`COEFFICIENTS`] for their table.
         ///
-        /// Over a [`Scalar`] that carries derivatives, so do they.
+        /// Over a [`Scalar`] with derivatives, the coefficients carry derivatives, too.
         ///
         /// `Z_uw`, `Z_uq`, `M_uw` and `M_uq` are the lift and viscous parts alone: added-mass cross terms and the Munk
         /// moment come from the added masses.
@@ -127,10 +127,10 @@ coefficients! {
     }
 }
 
-/// Why a set of coefficients describes no vehicle.
+/// Why a set of coefficients is not allowed.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum CoefficientError {
-    /// A coefficient lies outside its allowed values.
+    /// A coefficient is outside its allowed values.
     #[error("{key} is {} {unit}, and must be {}", Rounded(*found), allowed.describe())]
     NotAllowed {
         /// The coefficient.
@@ -200,9 +200,9 @@ impl Coefficients {
         }
         let mass = self.mass_matrix();
         let symmetric = (mass + mass.transpose()) * 0.5;
-        // Without a limit the decomposition of numbers that are none would never end.
+        // Without a limit the decomposition would never end for entries that are not finite.
         let eigenvalues = SymmetricEigen::try_new(symmetric, f64::EPSILON, EIGENVALUE_ITERATIONS);
-        let least_eigenvalue = eigenvalues.map_or(f64::NAN, |found| found.eigenvalues.min());
+        let least_eigenvalue = eigenvalues.map_or(f64::NAN, |decomposition| decomposition.eigenvalues.min());
         if least_eigenvalue > 0.0 {
             Ok(())
         } else {
@@ -210,16 +210,16 @@ impl Coefficients {
         }
     }
 
-    /// Turns combined lift coefficients, as many theses print them, into the lift and viscous parts alone.
+    /// Splits combined lift coefficients, as many theses print them, and keeps the lift and viscous parts.
     ///
     /// Kirchhoff's equations put `-X_u' u q` into the heave force, and `(X_u' - Z_w') u w` (the Munk moment) and
-    /// `-Z_q' u q` into the pitch moment. Where the printed coefficients hold these, they are taken out again:
+    /// `-Z_q' u q` into the pitch moment. Where the printed coefficients include these, they are subtracted:
     ///
     /// ```text
     /// Z_uq += X_u',   M_uw += Z_w' - X_u',   M_uq += Z_q'
     /// ```
     ///
-    /// Source: Prestero (2001) prints the combined form; Lamb, Hydrodynamics (1932), ch. VI, has the terms taken out.
+    /// Source: Prestero (2001) prints the combined form; Lamb, Hydrodynamics (1932), ch. VI, has the subtracted terms.
     pub fn split_combined_lift(&mut self) {
         self.Z_uq += self.X_u_dot;
         self.M_uw += self.Z_w_dot - self.X_u_dot;

@@ -17,16 +17,16 @@ const CONVENTIONS: [&str; 2] = ["viscous", "combined"];
 /// Standard gravity, to the digits in which published tables divide a weight by it \[m/s2\].
 const GRAVITY: f64 = 9.81;
 
-/// How far the weight may be off mass times gravity, relative. Gravity varies by 0.5 % over the earth, and a mass and
-/// a weight of two digits each are off by up to 5 %; the least of the mistakes in units, pounds for kilograms, is a
-/// factor of 2.2.
+/// Largest relative difference between the weight and mass times gravity. Gravity varies by 0.5 % over the earth, and a
+/// mass and a weight of two digits each are off by up to 5 %; the least of the mistakes in units, pounds for kilograms,
+/// is a factor of 2.2.
 const WEIGHT_TOLERANCE: f64 = 0.1;
 
 impl Vehicle {
     /// Reads and validates a vehicle file.
     ///
     /// # Errors
-    /// [`FileError`]: every mistake with file, line, key, what was found and what is allowed.
+    /// [`FileError`]: every mistake with file, line, key, value and what is allowed.
     pub fn read(path: &Path) -> Result<Self, FileError> {
         Self::parse(&read_text(path)?, &path.display().to_string())
     }
@@ -34,7 +34,7 @@ impl Vehicle {
     /// Reads and validates the text of a vehicle file; `file` is its name in messages.
     ///
     /// # Errors
-    /// [`FileError`]: every mistake with file, line, key, what was found and what is allowed.
+    /// [`FileError`]: every mistake with file, line, key, value and what is allowed.
     pub fn parse(text: &str, file: &str) -> Result<Self, FileError> {
         parse(text, file)
     }
@@ -122,7 +122,7 @@ fn section_entry(
     }
 }
 
-/// Complains of a weight that is not that of the mass; of either that could not be read, nothing more is said.
+/// Records a weight that does not match the mass; if either could not be read, nothing more is recorded.
 fn check_weight(table: &Table<'_>, coefficients: &Coefficients) {
     let (weight, expected) = (coefficients.weight, coefficients.mass * GRAVITY);
     let off = (weight - expected).abs() > WEIGHT_TOLERANCE * expected;
@@ -132,7 +132,7 @@ fn check_weight(table: &Table<'_>, coefficients: &Coefficients) {
     }
 }
 
-/// Complains of a mass matrix that is not positive definite.
+/// Records a mass matrix that is not positive definite.
 fn check_matrix(root: &Table<'_>, coefficients: &Coefficients) {
     match coefficients.check() {
         Ok(()) => {}

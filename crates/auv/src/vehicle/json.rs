@@ -1,4 +1,4 @@
-//! A vehicle as machines pass it on: JSON in SI units, every number finite and allowed. People write TOML; see
+//! A vehicle as programs exchange it: JSON in SI units, every number finite and allowed. People write TOML; see
 //! [`Vehicle::read`].
 
 use std::collections::BTreeMap;
@@ -62,9 +62,9 @@ pub enum JsonProblem {
     /// A word or number that is not allowed.
     #[error("`{key}` is {found}, and must be {allowed}")]
     NotAllowed {
-        /// Where it stands.
+        /// The key with its path.
         key: String,
-        /// What was found.
+        /// The value in the file.
         found: String,
         /// What is allowed.
         allowed: &'static str,
@@ -72,10 +72,10 @@ pub enum JsonProblem {
     /// A number that must be there.
     #[error("`{0}` is missing")]
     Missing(String),
-    /// A number that has no meaning.
+    /// A number that the format does not know.
     #[error("`{0}` is unknown")]
     Unknown(String),
-    /// The coefficients are not those of a vehicle.
+    /// The coefficients are not allowed.
     #[error(transparent)]
     Coefficients(#[from] CoefficientError),
 }
@@ -95,7 +95,7 @@ impl Vehicle {
     /// Writes the vehicle as JSON, with numbers that read back to the same `f64`.
     ///
     /// # Errors
-    /// [`VehicleJsonError`]: JSON has no word for a number that is not finite.
+    /// [`VehicleJsonError`]: JSON cannot represent a number that is not finite.
     pub fn to_json(&self) -> Result<String, VehicleJsonError> {
         let file = File {
             format: VEHICLE_FORMAT.to_owned(),
@@ -195,7 +195,7 @@ fn not_allowed(key: &str, found: String, allowed: &'static str) -> JsonProblem {
     JsonProblem::NotAllowed { key: key.to_owned(), found, allowed }
 }
 
-/// Asserts that these numbers are there, and no others.
+/// Checks that exactly these numbers are there.
 #[inline]
 fn exactly(place: &str, numbers: &Numbers, keys: &[&str]) -> Result<(), JsonProblem> {
     let unknown = numbers.keys().find(|key| !keys.contains(&key.as_str()));

@@ -1,14 +1,14 @@
-//! Whether a symmetric matrix of exact numbers is positive definite, without rounding.
+//! Decides without rounding whether a symmetric matrix of exact numbers is positive definite.
 //!
 //! Scaled by powers of two to diagonals between 1 and 4, `M` is shown to be positive definite in one of two ways.
 //!
-//! 1. A witness. A Cholesky factor of `M - delta I`, found in floating point, is rounded to a matrix `L` of whole
-//!    multiples of `2^-52`. `L` may be anything: if in exact arithmetic `R = M - L L'` has positive diagonal entries,
-//!    each larger than the sum of the magnitudes beside it, `R` is positive definite (Gershgorin), and so is
-//!    `M = L L' + R`.
-//! 2. Elimination. Where no witness is found, the fraction-free elimination of E. H. Bareiss ("Sylvester's identity
+//! 1. A witness. A Cholesky factor of `M - delta I`, computed in floating point, is rounded to a matrix `L` of whole
+//!    multiples of `2^-52`. The proof does not depend on how `L` was computed: if in exact arithmetic `R = M - L L'`
+//!    has positive diagonal entries, each larger than the sum of the magnitudes of the other entries of its row, `R` is
+//!    positive definite (Gershgorin), and so is `M = L L' + R`.
+//! 2. Elimination. Without a witness, the fraction-free elimination of E. H. Bareiss ("Sylvester's identity
 //!    and multistep integer-preserving Gaussian elimination", Math. Comp. 22, 1968, eq. 7) gives the leading
-//!    principal minors as whole numbers, and Sylvester's criterion decides. It has the last word on every refusal.
+//!    principal minors as whole numbers, and Sylvester's criterion decides. Every refusal comes from the elimination.
 
 use crate::exact::dyadic::{Dyadic, approximate_ratio};
 use crate::exact::matrix::Matrix;
@@ -26,7 +26,10 @@ pub(crate) struct WrongPivot {
 
 /// Decides whether the symmetric matrix `m` is positive definite.
 ///
-/// The elimination takes the rows in the order given; the answer does not depend on it.
+/// The elimination takes the rows in the given order, on which the answer does not depend.
+///
+/// # Errors
+/// [`WrongPivot`], the first pivot of the elimination that is not positive.
 pub(crate) fn positive_definite(m: &Matrix, order: &[usize]) -> Result<(), WrongPivot> {
     let halves: Vec<i64> = (0..m.rows).map(|i| -m[(i, i)].magnitude().unwrap_or(0).div_euclid(2)).collect();
     let mut scaled = Matrix::zeros(m.rows, m.rows);
@@ -45,17 +48,18 @@ pub(crate) fn positive_definite(m: &Matrix, order: &[usize]) -> Result<(), Wrong
     })
 }
 
-/// What is taken off the diagonal before the factor is sought, one after the other: well above the rounding of the
-/// factorisation, and below the least eigenvalue if that can be.
+/// Shifts delta, tried in turn: well above the rounding of the factorisation, and if possible below the least
+/// eigenvalue.
 const DELTAS: [f64; 3] = [1e-6, 1e-9, 1e-12];
 
+/// Whether a Cholesky factor proves that `m` is positive definite.
 fn witnessed(m: &Matrix) -> bool {
     let n = m.rows;
     let rounded: Vec<f64> = (0..n * n).map(|k| m[(k / n, k % n)].to_f64()).collect();
     DELTAS.iter().any(|delta| factor(&rounded, n, *delta).is_some_and(|l| remainder_dominates(m, &l)))
 }
 
-/// Bits behind the point of the factor.
+/// Binary places of the factor's entries.
 const BITS: i64 = 52;
 
 /// The lower Cholesky factor of `m - delta I` in multiples of `2^-52`.
@@ -66,7 +70,7 @@ fn factor(m: &[f64], n: usize, delta: f64) -> Option<Vec<i64>> {
             let dot: f64 = (0..j).map(|k| l[i * n + k] * l[j * n + k]).sum();
             let rest = m[i * n + j] - dot - if i == j { delta } else { 0.0 };
             l[i * n + j] = if i == j { rest.sqrt() } else { rest / l[j * n + j] };
-            // With diagonals of M up to 4, no entry of a factor exceeds 2; NaN fits nowhere.
+            // With diagonals of M up to 4, no entry of a factor exceeds 2; NaN is refused.
             let fits = l[i * n + j].abs() <= 4.0 && l[j * n + j] > 0.0;
             if !fits {
                 return None;
@@ -79,7 +83,7 @@ fn factor(m: &[f64], n: usize, delta: f64) -> Option<Vec<i64>> {
 /// Whether `R = M - L L'` is strictly diagonally dominant with positive diagonal entries, exactly.
 fn remainder_dominates(m: &Matrix, l: &[i64]) -> bool {
     let n = m.rows;
-    // Each product is at most 2^108, each sum at most n 2^108: i128 holds it.
+    // Each product is at most 2^108, each sum at most n 2^108: it fits into an i128.
     debug_assert!(n < 1 << 18);
     let square = |i: usize, j: usize| -> Dyadic {
         let sum: i128 = (0..=i.min(j)).map(|k| i128::from(l[i * n + k]) * i128::from(l[j * n + k])).sum();
@@ -121,7 +125,7 @@ fn eliminate(m: &Matrix) -> Result<(), (Minor, usize)> {
         }
         for (i, target) in rest.iter_mut().enumerate() {
             for (j, entry) in target.iter_mut().enumerate() {
-                // The pivot row holds column k + 1 + i + j at index 1 + i + j.
+                // Column k + 1 + i + j of the pivot row is at index 1 + i + j.
                 let cross = &row[1 + i] * &row[1 + i + j];
                 *entry = (&row[0] * &*entry - cross) / &previous;
             }
@@ -131,10 +135,10 @@ fn eliminate(m: &Matrix) -> Result<(), (Minor, usize)> {
     Ok(())
 }
 
-/// N and d > 0 with `M N = d I`, without fractions; none when M is singular.
+/// N and d > 0 with `M N = d I`, without fractions; `None` if M is singular.
 ///
-/// The elimination of Bareiss (as above), above the pivots as well as below them, of `[M I]`: what is left is `[d I
-/// N]`, with d the determinant but for the sign that exchanged rows give it.
+/// Bareiss elimination of `[M I]` above and below the pivots gives `[d I N]`, where d is the determinant up to the
+/// sign of the row exchanges.
 pub(crate) fn fraction_free_inverse(m: &Matrix) -> Option<(Matrix, Dyadic)> {
     let n = m.rows;
     let entries = (0..n * n).filter_map(|k| m[(k / n, k % n)].last_bit());
@@ -206,7 +210,7 @@ mod tests {
         assert!(positive_definite(&Matrix::zeros(1, 1), &[0]).unwrap_err().exactly_zero);
     }
 
-    /// The factor is a guess: a wrong one must not pass, whatever it is.
+    /// A wrong factor must be refused.
     #[test]
     fn a_remainder_must_dominate_strictly() {
         let matrix = |rows: [[f64; 2]; 2]| Matrix::from_rows(&rows.map(Vec::from).to_vec(), 2);
@@ -216,7 +220,7 @@ mod tests {
         assert!(!remainder_dominates(&matrix([[1.0, 1.0], [1.0, 1.0]]), &none));
         assert!(!remainder_dominates(&matrix([[1.0, 2.0], [2.0, 1.0]]), &none));
         assert!(!remainder_dominates(&matrix([[1.0, 2.0], [2.0, 9.0]]), &none));
-        // L L' = [4 2; 2 1]: what is left must be positive in both rows.
+        // L L' = [4 2; 2 1]: the remainder must be positive in both rows.
         let l = whole([2, 0, 1, 0]);
         assert!(!remainder_dominates(&matrix([[4.0, 2.0], [2.0, 1.0]]), &l));
         assert!(!remainder_dominates(&matrix([[4.0, 2.0], [2.0, 2.0]]), &l));
@@ -224,7 +228,7 @@ mod tests {
         assert!(remainder_dominates(&matrix([[4.0_f64.next_up(), 2.0], [2.0, 1.0_f64.next_up()]]), &l));
     }
 
-    /// Prints how long both ways take.
+    /// Prints the time of both methods.
     #[test]
     fn both_ways_agree_on_large_matrices() {
         for n in [20, 42, 60] {
@@ -271,7 +275,8 @@ mod tests {
             error in prop_oneof![Just(0.0), -0.05..0.05],
         ) {
             let m = gram(n, &entries, shift);
-            let near: Vec<f64> = (0..n * n).map(|k| m[(k / n, k % n)].to_f64() + if k % (n + 1) == 0 { 0.1 } else { error }).collect();
+            let perturbation = |k: usize| if k % (n + 1) == 0 { 0.1 } else { error };
+            let near: Vec<f64> = (0..n * n).map(|k| m[(k / n, k % n)].to_f64() + perturbation(k)).collect();
             if let Some(l) = factor(&near, n, 0.11) {
                 prop_assert!(!remainder_dominates(&m, &l) || eliminate(&m).is_ok());
             }

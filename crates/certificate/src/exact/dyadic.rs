@@ -19,7 +19,7 @@ impl Dyadic {
         }
     }
 
-    /// The number that a finite f64 is: sign, 11 bits of exponent, 52 bits of mantissa (IEEE 754-2019, 3.4).
+    /// The exact value of a finite f64: sign, 11 bits of exponent, 52 bits of mantissa (IEEE 754-2019, 3.4).
     pub(crate) fn from_f64(x: f64) -> Self {
         debug_assert!(x.is_finite());
         let bits = x.to_bits();
@@ -41,12 +41,12 @@ impl Dyadic {
         leading(&self.mantissa, self.exponent)
     }
 
-    /// The exponent of the leading bit; none for zero.
+    /// The exponent of the leading bit; `None` for zero.
     pub(crate) fn magnitude(&self) -> Option<i64> {
         (!self.is_zero()).then(|| self.mantissa.bits() as i64 - 1 + self.exponent)
     }
 
-    /// The exponent of the last bit; none for zero.
+    /// The exponent of the last bit; `None` for zero.
     pub(crate) fn last_bit(&self) -> Option<i64> {
         (!self.is_zero()).then_some(self.exponent)
     }

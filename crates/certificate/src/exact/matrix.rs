@@ -24,7 +24,7 @@ impl Matrix {
         m
     }
 
-    /// A checked list of rows; the number of columns is given because an empty list does not show it.
+    /// A matrix from a checked list of rows; an empty list does not determine the number of columns.
     pub(crate) fn from_rows(rows: &Rows, cols: usize) -> Self {
         let entries = rows.iter().flatten().map(|&x| Dyadic::from_f64(x)).collect();
         Self { rows: rows.len(), cols, entries }

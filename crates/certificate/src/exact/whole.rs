@@ -1,4 +1,4 @@
-//! Elimination in whole numbers: systems of equations with exact numbers, solved without a fraction.
+//! Elimination in whole numbers: solves systems of equations with exact numbers and without fractions.
 //!
 //! E. H. Bareiss, "Sylvester's identity and multistep integer-preserving Gaussian elimination", Math. Comp. 22, 1968,
 //! eq. 7, applied to the rows above the pivot as to those below: all entries stay minors of the matrix.
@@ -7,14 +7,14 @@ use crate::exact::dyadic::{Dyadic, approximate_ratio};
 use crate::exact::matrix::Matrix;
 use num_bigint::{BigInt, Sign};
 
-/// A matrix with its rows combined until `pivot` stands in one place of each row that is left, and zeros above and
-/// below.
+/// A matrix in reduced row form: each remaining row has `pivot` in its pivot column, and the other rows have zeros
+/// there.
 pub(crate) struct Reduced {
-    /// The rows that are left.
+    /// The remaining rows.
     pub(crate) rows: Matrix,
-    /// The place in each.
+    /// The pivot column of each.
     pub(crate) pivots: Vec<usize>,
-    /// Positive; 1 when no row is left.
+    /// Positive; 1 without rows.
     pub(crate) pivot: Dyadic,
 }
 

@@ -7,7 +7,7 @@ use crate::lft::panels::Panels;
 use crate::lft::schur::solve_quasi_triangular;
 use crate::{Lft, TickError};
 
-/// What never changes.
+/// The constant part of a controller.
 #[derive(Debug)]
 struct Law {
     lft: Lft,
@@ -35,7 +35,7 @@ pub struct LftController {
 }
 
 impl LftController {
-    /// A controller at rest; `lft` is in discrete time.
+    /// A controller with state zero; `lft` is in discrete time.
     #[inline]
     pub fn new(lft: Lft) -> Self {
         let sizes = lft.sizes();
@@ -59,7 +59,7 @@ impl LftController {
         }
     }
 
-    /// Brings the controller to rest.
+    /// Sets the state to zero.
     pub fn reset(&mut self) {
         self.signals.fill(0.0);
     }
@@ -80,7 +80,7 @@ impl LftController {
     /// (I - Dtt Theta) zk = Ct xk + Dty y,   wk = Theta zk,   u = Cu xk + Duy y + Dut wk
     /// ```
     ///
-    /// Shapes: `y` p, `theta` one value a block, `u` m.
+    /// Shapes: `y` p, `theta` one value per block, `u` m.
     ///
     /// # Errors
     /// [`TickError::SingularLoop`].
@@ -104,14 +104,15 @@ impl LftController {
         self.signals[..self.next_state.len()].copy_from_slice(&self.next_state);
     }
 
-    /// Computes the derivative of `u` in one direction, `du` along `dy` and `dtheta`, the state held; nothing changes.
+    /// Computes the derivative of `u` in one direction, `du` along `dy` and `dtheta`, the state held. The controller
+    /// does not change.
     ///
     /// ```text
     /// (I - Dtt Theta) zk  = Ct xk + Dty y
     /// (I - Dtt Theta) dzk = Dty dy + Dtt dTheta zk,   dwk = dTheta zk + Theta dzk,   du = Duy dy + Dut dwk
     /// ```
     ///
-    /// Shapes: `y` and `dy` p, `theta` and `dtheta` one value a block, `du` m.
+    /// Shapes: `y` and `dy` p, `theta` and `dtheta` one value per block, `du` m.
     ///
     /// # Errors
     /// [`TickError::SingularLoop`].
@@ -141,7 +142,7 @@ impl LftController {
         Ok(())
     }
 
-    /// Computes what [`output`](Self::output) would; nothing changes.
+    /// Computes the result of [`output`](Self::output) and changes nothing.
     ///
     /// # Errors
     /// [`TickError::SingularLoop`].
@@ -151,8 +152,7 @@ impl LftController {
 }
 
 impl Law {
-    /// Replaces `z` by the solution of `(I - Dtt Theta) z = b`, which stands in its place; `matrix` is workspace of r
-    /// x r.
+    /// Solves `(I - Dtt Theta) z = b`; `z` contains b before and the solution after. `matrix` is workspace, r x r.
     fn close_loop(&self, theta: &[f64], matrix: &mut [f64], z: &mut [f64]) -> Result<(), TickError> {
         let done = match (self.triangular, theta) {
             (true, [theta]) => solve_quasi_triangular(&self.lft.dtt, *theta, z),

@@ -5,7 +5,8 @@ use nalgebra::DMatrix;
 use crate::{DesignError, Lft, Matrix};
 
 impl Lft {
-    /// The LFT in discrete time, Theta's channels taken as inputs and outputs of a linear time-invariant system.
+    /// Returns the LFT in discrete time by the trapezoidal rule, with Theta's channels as inputs and outputs of a
+    /// linear time-invariant system.
     ///
     /// With `v = [y; wk]`, `o = [u; zk]`, `P = (I - A T/2)^-1`:
     ///

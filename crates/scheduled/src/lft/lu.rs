@@ -3,8 +3,7 @@
 /// Solves `M x = b`; `matrix` (row by row) is overwritten, `b` becomes `x`.
 ///
 /// # Errors
-/// The size of the largest pivot that could be found where it is below `n eps max|M|`: M is singular to working
-/// precision.
+/// The largest available pivot, if its magnitude is at most `n eps max|M|`: M is singular to working precision.
 ///
 /// Source: Golub and Van Loan, Matrix Computations, 4th ed., 2013, algorithm 3.4.1.
 pub(crate) fn solve_in_place(matrix: &mut [f64], b: &mut [f64]) -> Result<(), f64> {
@@ -31,7 +30,7 @@ pub(crate) fn solve_in_place(matrix: &mut [f64], b: &mut [f64]) -> Result<(), f6
         }
         let (above, below) = matrix.split_at_mut((column + 1) * n);
         let (diagonal, pivot_row) = above[column * n + column..].split_at_mut(1);
-        // Kept for the way back: one division a column, where there would be one for each row.
+        // Kept for the back substitution: one division per column instead of one per row.
         let reciprocal = 1.0 / pivot;
         diagonal[0] = reciprocal;
         let (solved, rest) = b.split_at_mut(column + 1);

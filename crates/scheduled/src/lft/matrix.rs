@@ -11,7 +11,7 @@ pub struct Matrix {
 }
 
 impl Matrix {
-    /// A matrix of entries, row by row; `None` when their number does not fit.
+    /// A matrix of entries, row by row; `None` if their number is not `rows columns`.
     pub fn new(rows: usize, columns: usize, entries: Vec<f64>) -> Option<Self> {
         (entries.len() == rows * columns).then_some(Self { rows, columns, entries })
     }
@@ -41,7 +41,7 @@ impl Matrix {
         }
     }
 
-    /// `self other`, for matrices that fit.
+    /// `self other`; shapes m x k and k x n.
     pub(crate) fn times(&self, other: &Self) -> Self {
         debug_assert_eq!(self.columns, other.rows);
         let mut entries = vec![0.0; self.rows * other.columns];

@@ -62,11 +62,11 @@ mod tests {
         for (rows, left, right) in [(0, 2, 1), (1, 1, 0), (3, 2, 4), (4, 0, 0), (4, 3, 1), (9, 6, 5)] {
             let (one, other) = (counted(rows, left, -3.0), counted(rows, right, 7.0));
             let x: Vec<f64> = (0..left + right).map(|index| 0.5 * index as f64 - 1.0).collect();
-            let (mut expected, mut found) = (vec![0.0; rows], vec![f64::NAN; rows]);
+            let (mut expected, mut product) = (vec![0.0; rows], vec![f64::NAN; rows]);
             one.add_product(&x[..left], &mut expected);
             other.add_product(&x[left..], &mut expected);
-            Panels::beside(&[&one, &other]).product(&x, &mut found);
-            assert_eq!(found, expected, "{rows} x ({left} + {right})");
+            Panels::beside(&[&one, &other]).product(&x, &mut product);
+            assert_eq!(product, expected, "{rows} x ({left} + {right})");
         }
     }
 }

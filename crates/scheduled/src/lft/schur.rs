@@ -1,6 +1,7 @@
-//! Coordinates of the channels in which the loop through Theta is quickly solved, for one scheduling parameter.
+//! Coordinates of the channels in which the loop through Theta is cheap to solve, for one scheduling parameter.
 //!
-//! `Theta = theta I` commutes with every orthogonal Q, so that channels in other coordinates change nothing outside.
+//! `Theta = theta I` commutes with every orthogonal Q, so that a change of coordinates of the channels leaves y to u
+//! unchanged.
 //! In those of the real Schur form `Dtt = Q T Q^T` a tick solves `(I - theta T) z = b` from the last row to the
 //! first, in r^2 operations and without pivots, where a full matrix takes r^3/3.
 //!
@@ -8,12 +9,12 @@
 
 use crate::{Lft, Matrix};
 
-/// QR iterations after which the Schur form is given up; a few for each channel are usual.
+/// QR iterations after which the Schur form is given up; it usually takes a few per channel.
 const MOST_ITERATIONS: usize = 10_000;
 
 impl Lft {
-    /// The same controller with `Dtt` quasi-triangular: `Bt Q`, `Dut Q`, `Q^T Ct`, `Q^T Dty` and `T` in the places of
-    /// `Bt`, `Dut`, `Ct`, `Dty` and `Dtt`; `None` with several parameters, or where the iteration does not end.
+    /// The same controller with `Dtt` quasi-triangular: `Bt Q`, `Dut Q`, `Q^T Ct`, `Q^T Dty` and `T` in place of
+    /// `Bt`, `Dut`, `Ct`, `Dty` and `Dtt`; `None` with several parameters, or if the iteration does not converge.
     #[inline]
     pub(crate) fn in_schur_coordinates(&self) -> Option<Self> {
         if self.blocks.len() != 1 {
@@ -32,8 +33,8 @@ impl Lft {
     }
 }
 
-/// Replaces `b` by the solution of `(I - theta T) z = b`, T quasi-triangular: what lies below its blocks of one or
-/// two rows is not looked at.
+/// Replaces `b` by the solution of `(I - theta T) z = b`, T quasi-triangular: entries below its blocks of one or
+/// two rows are not read.
 ///
 /// # Errors
 /// The determinant of the first block that is singular to working precision.
@@ -42,7 +43,7 @@ pub(crate) fn solve_quasi_triangular(t: &Matrix, theta: f64, b: &mut [f64]) -> R
     let mut end = b.len();
     while end > 0 {
         let (open, solved) = b.split_at_mut(end);
-        // The number found last comes last, so that the sum of the others does not wait for it.
+        // The latest entry of z is added last, so that the sum of the others does not wait for it.
         let known = |row: &[f64]| -> f64 {
             row[end..].iter().zip(&*solved).rev().map(|(entry, z)| entry * z).sum::<f64>() * theta
         };
@@ -58,7 +59,7 @@ pub(crate) fn solve_quasi_triangular(t: &Matrix, theta: f64, b: &mut [f64]) -> R
         let (a, left) = (1.0 - theta * upper[end - 2], open[end - 2] + known(upper));
         let (above, below) = (-theta * upper[end - 1], -theta * lower[end - 2]);
         let determinant = a * d - above * below;
-        // The determinant is a square in size, and so is what rounding leaves of it.
+        // The determinant is quadratic in the entries, and so is its rounding error.
         let rounding = precision * (1.0 + (1.0 - a).abs() + (1.0 - d).abs());
         let cancelled = precision * ((a * d).abs() + (above * below).abs());
         refuse_singular(determinant, cancelled + rounding * rounding)?;

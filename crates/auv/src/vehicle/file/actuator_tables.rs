@@ -11,7 +11,7 @@ const CONTROL_SURFACE: [&str; 7] = ["name", "Z_uu_delta", "M_uu_delta", "X_uu_de
 
 type Sources = BTreeMap<String, String>;
 
-/// Reads all actuators, thrusters first; those that cannot be read are left out.
+/// Reads all actuators, thrusters first; those that cannot be read are omitted.
 pub(crate) fn read(root: &Table<'_>, sources: &mut Sources) -> Vec<Actuator> {
     let mut actuators: Vec<Actuator> = Vec::new();
     let mut taken: Vec<(String, usize)> = Vec::new();
@@ -93,7 +93,7 @@ impl Reader<'_> {
         self.table.requires(key, meaning).then(|| self.optional(key, units, sources)).flatten()
     }
 
-    /// Returns the number, or 0 where there is none.
+    /// Returns the number, or 0 if it is missing.
     fn optional(&self, key: &str, units: &[&str], sources: &mut Sources) -> Option<f64> {
         if !self.table.has(key) {
             return Some(0.0);
