@@ -4,7 +4,7 @@
 //! resources/controller.json -> scheduled::Autopilot -> table of variables -> FMU
 //! ```
 //!
-//! The crate holds no vehicle: names and limits of the actuators, trim, sample time and matrices come from the
+//! The crate contains no vehicle: names and limits of the actuators, trim, sample time and matrices come from the
 //! frozen design. The C symbols exist with the feature `export` only:
 //!
 //! ```text
@@ -24,7 +24,7 @@ use fmi2::{DescribeError, Described, Resources};
 /// Model description, GUID and XML of the controller in `resources`.
 ///
 /// # Errors
-/// [`DescribeError`] when the design is missing, damaged or makes no legal FMU.
+/// [`DescribeError`] when the design is missing, damaged or does not give a legal FMU.
 pub fn describe(resources: &Resources) -> Result<Described<Controller>, DescribeError> {
     fmi2::describe(resources)
 }

@@ -14,23 +14,23 @@ pub const RESOURCE: &str = "controller.json";
 pub struct Controller {
     pub(crate) design: Arc<ControllerDesign>,
     pub(crate) autopilot: Autopilot,
-    /// What the autopilot measures and follows; the next tick uses it.
+    /// Measurements and references; the next tick uses them.
     pub inputs: Inputs,
 }
 
-/// What can go wrong in the controller.
+/// Errors of the controller.
 #[derive(Debug, thiserror::Error)]
 pub enum ControllerError {
     /// The design cannot be read.
     #[error(transparent)]
     Resource(#[from] ResourceError),
-    /// The design makes no sense.
+    /// The design is not allowed.
     #[error("resources/{RESOURCE}: {0}")]
     Design(#[from] DesignError),
     /// A tick could not be computed.
     #[error(transparent)]
     Tick(#[from] TickError),
-    /// More ticks are due at once than a flight ever leaves open, as only a state that was tampered with can have it.
+    /// More ticks are due at once than in any flight, which only a manipulated state can cause.
     #[error("the next tick belongs to {tick} s, and the flight has come to {time} s without it")]
     Behind {
         /// Time of the next tick in s.
@@ -42,7 +42,7 @@ pub enum ControllerError {
 
 impl Controller {
     /// The controller of a design, flying level in the middle of the scheduled speeds, so that a simulation with
-    /// default values is quiet.
+    /// default values stays in trim.
     ///
     /// # Errors
     /// [`DesignError`].
@@ -66,7 +66,7 @@ impl Controller {
         &self.autopilot
     }
 
-    /// Runs the next tick with the inputs as they stand, whatever the time.
+    /// Runs the next tick with the present inputs, whatever the time.
     ///
     /// # Errors
     /// [`ControllerError::Tick`].
@@ -77,7 +77,7 @@ impl Controller {
         Ok(())
     }
 
-    /// Asserts that no more than one tick is left open at a time in s.
+    /// Checks that at most one tick is overdue at a time in s.
     ///
     /// # Errors
     /// [`ControllerError::Behind`].

@@ -5,7 +5,7 @@ use fmi2::{StateError, StateReader, StateWriter};
 use crate::Controller;
 
 impl Controller {
-    /// Writes the inputs and all that the autopilot remembers.
+    /// Writes the inputs and the state of the autopilot.
     pub(crate) fn write(&self, to: &mut StateWriter) {
         let inputs = &self.inputs;
         to.reals(&inputs.measured);

@@ -1,4 +1,4 @@
-//! Exact derivatives of the commands by the inputs, from the LFT closed at the present speed.
+//! Exact derivatives of the commands with respect to the inputs, from the LFT closed at the present speed.
 
 use fmi2::Moment;
 use scheduled::Inputs;
@@ -6,7 +6,7 @@ use signals::SIGNALS;
 
 use crate::{Controller, ControllerError};
 
-/// Numbers of the quantities: what is measured, the references, two monitors, then the commands.
+/// Numbers of the quantities: measurements, references, two monitors, then the commands.
 pub(crate) const MEASURED: usize = 0;
 pub(crate) const REFERENCES: usize = SIGNALS.len();
 pub(crate) const SCHEDULING_PARAMETER: usize = 2 * SIGNALS.len();

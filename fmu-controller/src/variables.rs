@@ -1,7 +1,7 @@
 //! The table of variables.
 //!
 //! Outputs change at ticks only, and a tick runs inside the step that begins with it; so at a communication point no
-//! output depends on an input, and a master meets no algebraic loop.
+//! output depends on an input, and a master has no algebraic loop.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -39,7 +39,7 @@ fn inputs(design: &ControllerDesign) -> Vec<Variable> {
     measured.chain(references).collect()
 }
 
-/// The values that a signal can take: a speed is measured beyond those that it can be asked for.
+/// The values that a signal can take: the range of a measured speed is wider than that of its reference.
 fn range(signal: &Signal, design: &ControllerDesign, measured: bool) -> (f64, f64) {
     let speeds = &design.trim.forward_speed;
     let (slowest, fastest) = (speeds[0], speeds[speeds.len() - 1]);

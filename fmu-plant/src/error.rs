@@ -1,20 +1,20 @@
-//! What can go wrong in the plant, each as one sentence.
+//! Errors of the plant, each as one sentence.
 
 use auv::{CoefficientError, LpvModelError, SimulationError, TrimError, VehicleJsonError};
 use fmi2::ResourceError;
 
 use crate::resources::LPV_RESOURCE;
 
-/// What can go wrong in the plant.
+/// Errors of the plant.
 #[derive(Debug, thiserror::Error)]
 pub enum PlantError {
     /// A resource cannot be read.
     #[error(transparent)]
     Resource(#[from] ResourceError),
-    /// The vehicle makes no sense.
+    /// The vehicle is not allowed.
     #[error(transparent)]
     Vehicle(#[from] VehicleJsonError),
-    /// The LPV model makes no sense, or belongs to another number of actuators.
+    /// The LPV model is not allowed, or has another number of actuators.
     #[error("{}", in_file(.0))]
     Lpv(#[from] LpvModelError),
     /// The LPV model is that of another vehicle.
@@ -28,10 +28,10 @@ pub enum PlantError {
     /// A coefficient is not allowed.
     #[error("the vehicle cannot start: {0}")]
     Coefficients(#[from] CoefficientError),
-    /// The start lies above the water.
+    /// The initial depth is above the surface.
     #[error("the vehicle cannot start: initial_depth is {depth} m, and must be zero (the surface) or more")]
     AboveSurface {
-        /// The depth asked for \[m\].
+        /// The initial depth \[m\].
         depth: f64,
     },
     /// There is no level trim to start from.
@@ -40,8 +40,7 @@ pub enum PlantError {
     /// The motion cannot be computed.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
-    /// The plant's clock shows another time than the flight has come to, as only a state that was tampered with can
-    /// have it.
+    /// The plant's time is not that of the flight, which only a manipulated state can cause.
     #[error("the plant's clock shows {clock} s, and the flight has come to {time} s")]
     OtherTime {
         /// The plant's time in s.
@@ -51,7 +50,7 @@ pub enum PlantError {
     },
 }
 
-/// Names the file, which only the complaint about bad JSON does by itself.
+/// Adds the file's name, which only the message about bad JSON contains already.
 fn in_file(error: &LpvModelError) -> String {
     match error {
         LpvModelError::NotJson { .. } => error.to_string(),

@@ -1,7 +1,7 @@
-//! The plant for who integrates it himself: states, their rates, and inputs that act at once.
+//! The plant for an external integrator: states, their rates, and inputs that act at once.
 //!
-//! The states are velocities over ground along the body, pitch rate, pitch, way, depth, and the output of each
-//! actuator that lags. The equations have no jumps: there are corners alone, where a velocity or the Reynolds number
+//! The states are velocities over ground along the body, pitch rate, pitch, distance, depth, and the output of each
+//! actuator that lags. The equations have no jumps, only corners, where a velocity or the Reynolds number
 //! of friction passes its threshold and where a command passes a limit, so that no event is needed.
 
 use auv::{Instant, Rates, Slopes};
@@ -10,7 +10,7 @@ use fmi2::{ContinuousModel, Log};
 use crate::{PlantError, PlantModel, Quantity};
 
 impl PlantModel {
-    /// The motion now, under the inputs as they stand; a current that was just set has not moved the vehicle yet.
+    /// The present motion under the present inputs; a new current does not change the velocity over ground.
     pub fn instant(&self) -> Instant {
         Instant {
             current_horizontal: self.inputs.current.horizontal,
@@ -20,18 +20,18 @@ impl PlantModel {
         }
     }
 
-    /// The rates of the motion now, under the inputs as they stand.
+    /// The rates of the present motion under the present inputs.
     pub fn rates(&self) -> Rates {
         self.plant.rates(&self.instant(), |index| self.output_under_inputs(index))
     }
 
-    /// The rate of an actuator's output now.
+    /// The present rate of an actuator's output.
     pub fn output_rate(&self, index: usize) -> f64 {
         let output = self.plant.outputs()[index];
         self.plant.actuators()[index].rate(output, self.inputs.commands[index])
     }
 
-    /// Lets the commands act: at once where there is no lag.
+    /// Applies the commands: an actuator without lag follows at once.
     pub(crate) fn obey_commands(&mut self) -> Result<(), PlantError> {
         for index in 0..self.inputs.commands.len() {
             self.plant.set_command(index, self.inputs.commands[index])?;

@@ -88,7 +88,7 @@ impl Model for PlantModel {
 }
 
 impl PlantModel {
-    /// Asserts that the plant was moved up to a time in s, but for rounding.
+    /// Checks that the plant's time is the given one in s, up to rounding.
     ///
     /// # Errors
     /// [`PlantError::OtherTime`].
@@ -100,13 +100,13 @@ impl PlantModel {
         }
     }
 
-    /// Warns of what the equations do not cover.
+    /// Warns of a motion that the equations do not cover.
     pub(crate) fn warn(&mut self, log: &mut dyn Log) {
         self.warn_of_range(log);
         self.warn_of_surface(log);
     }
 
-    /// Warns once per entry when the LPV model is asked for a speed that it does not cover.
+    /// Warns when the operating speed leaves the range of the LPV model, once each time.
     fn warn_of_range(&mut self, log: &mut dyn Log) {
         let (centre, half) = (self.lpv.speed_centre, self.lpv.speed_half_range);
         let speed = self.inputs.operating_speed;
@@ -124,9 +124,9 @@ impl PlantModel {
         self.out_of_range = out;
     }
 
-    /// Warns once per emergence: the equations know no surface. A step that failed there would end a simulation at an
-    /// instant that depends on the step, and a depth that is held would be a jump that the states of model exchange
-    /// and their derivatives do not have.
+    /// Warns once each time the vehicle emerges: the equations contain no surface. A step that failed there would end a
+    /// simulation at an instant that depends on the step, and a depth held at 0 would be a discontinuity that the
+    /// states of model exchange and their derivatives do not have.
     fn warn_of_surface(&mut self, log: &mut dyn Log) {
         let State { depth, motion, .. } = self.plant.state();
         let above = depth < 0.0;

@@ -4,14 +4,14 @@
 //! resources/vehicle.json, plant.json -> auv::Plant -> table of variables -> FMU
 //! ```
 //!
-//! The crate holds no vehicle: coefficients, actuators and limits come from the vehicle file, start values from
+//! The crate contains no vehicle: coefficients, actuators and limits come from the vehicle file, start values from
 //! the trim table of its LPV model. The C symbols exist with the feature `export` only:
 //!
 //! ```text
 //! cargo rustc -p fmu-plant --lib --crate-type cdylib --features export --profile fmu
 //! ```
 //!
-//! A larger model can hold a [`PlantModel`] and take over parts of its table with [`fmi2::Variable::embedded`]:
+//! A larger model can contain a [`PlantModel`] and take over parts of its table with [`fmi2::Variable::embedded`]:
 //!
 //! ```
 //! use fmu_plant::{PlantModel, parameters};
@@ -19,7 +19,7 @@
 //!
 //! fn table(whole: &Loop) -> Vec<fmi2::Variable<Loop>> {
 //!     let of_plant = parameters(&whole.plant).into_iter();
-//!     of_plant.map(|one| one.embedded(|whole: &Loop| &whole.plant, |whole| &mut whole.plant)).collect()
+//!     of_plant.map(|variable| variable.embedded(|whole: &Loop| &whole.plant, |whole| &mut whole.plant)).collect()
 //! }
 //! ```
 
@@ -46,7 +46,7 @@ use fmi2::{DescribeError, Described, Resources};
 /// Model description, GUID and XML of the plant in `resources`.
 ///
 /// # Errors
-/// [`DescribeError`] when a file is missing or damaged, or makes no legal FMU.
+/// [`DescribeError`] when a file is missing or damaged, or does not give a legal FMU.
 pub fn describe(resources: &Resources) -> Result<Described<PlantModel>, DescribeError> {
     fmi2::describe(resources)
 }

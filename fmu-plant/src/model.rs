@@ -1,4 +1,4 @@
-//! The plant with its settings and held inputs; it knows no protocol.
+//! The plant with its settings and held inputs, independent of FMI.
 
 use std::sync::Arc;
 
@@ -9,38 +9,38 @@ use auv::{
 
 use crate::PlantError;
 
-/// What is fixed before a flight begins.
+/// Settings, fixed before a flight begins.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// Coefficients of the vehicle.
     pub coefficients: Coefficients,
-    /// Speed along the path through the water of the trim to start from \[m/s\].
+    /// Initial speed along the path through the water \[m/s\].
     pub initial_speed: f64,
-    /// Depth to start from \[m\].
+    /// Initial depth \[m\].
     pub initial_depth: f64,
     /// Which equations of motion are integrated.
     pub fidelity: Fidelity,
 }
 
-/// What acts on the vehicle.
+/// Inputs of the vehicle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Inputs {
     /// Command of each actuator \[N or rad\]; beyond its limits the actuator goes to the limit.
     pub commands: Vec<f64>,
     /// The current.
     pub current: Current,
-    /// Speed V along the path about whose trim the LPV model stands \[m/s\]; the nonlinear equations do not use it.
+    /// Speed V along the path at which the LPV model is evaluated \[m/s\]; the nonlinear equations do not use it.
     pub operating_speed: f64,
 }
 
-/// A vehicle that starts in level trim and is then moved by its inputs.
+/// A vehicle that starts in level trim and then moves under its inputs.
 #[derive(Debug, Clone)]
 pub struct PlantModel {
-    /// What is fixed before a flight begins; [`PlantModel::start`] obeys it.
+    /// Settings; [`PlantModel::start`] applies them.
     pub settings: Settings,
-    /// What acts on the vehicle; [`PlantModel::advance`] obeys it.
+    /// Inputs; [`PlantModel::advance`] applies them.
     pub inputs: Inputs,
-    /// The rates at which the inputs change during [`PlantModel::advance`], which carries them along.
+    /// The rates at which the inputs change during [`PlantModel::advance`], which advances the inputs.
     pub slopes: Slopes,
     pub(crate) vehicle: Arc<Vehicle>,
     pub(crate) lpv: Arc<LpvModel>,
@@ -51,9 +51,9 @@ pub struct PlantModel {
 }
 
 impl PlantModel {
-    /// The vehicle near the middle of the speeds of its LPV model, in the trim that stands in the model's table.
+    /// The vehicle near the middle of the speeds of its LPV model, in the trim of the model's table.
     ///
-    /// Settings and inputs are numbers of the files, untouched, so that they are the same on every platform.
+    /// Settings and inputs are numbers of the files without arithmetic, so that they are the same on every platform.
     ///
     /// # Errors
     /// [`PlantError::OtherVehicle`], [`PlantError::Lpv`], or coefficients that are not allowed.
@@ -167,7 +167,8 @@ impl PlantModel {
     }
 }
 
-/// The row of the trim table whose speed is nearest to the centre of the scheduled speeds; the slower of two.
+/// The row of the trim table whose speed is nearest to the centre of the scheduled speeds; the slower of two at equal
+/// distance.
 fn row_at_centre(lpv: &LpvModel) -> Result<&TrimPoint, LpvModelError> {
     lpv.check()?;
     let off_centre = |row: &TrimPoint| (row.speed - lpv.speed_centre).abs();

@@ -1,4 +1,4 @@
-//! The quantities of which the plant has exact derivatives.
+//! The quantities with exact derivatives in the plant.
 
 /// One quantity; those of actuators count from 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,11 +30,11 @@ pub enum Quantity {
     OutputRate(usize),
 }
 
-/// Quantities that are no actuator's.
+/// Quantities that do not belong to an actuator.
 const FIXED: usize = 18;
 
 impl Quantity {
-    /// How many quantities a vehicle with a number of actuators has.
+    /// Number of quantities of a vehicle with a number of actuators.
     pub fn count(actuators: usize) -> usize {
         FIXED + 3 * actuators
     }

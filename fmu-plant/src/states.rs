@@ -8,7 +8,7 @@ use crate::{PlantModel, Quantity};
 type Variable = fmi2::Variable<PlantModel>;
 type Role<T> = fmi2::Role<PlantModel, T>;
 
-/// For model exchange: the two states that are no outputs, and the rates of all states in the order of the states.
+/// For model exchange: the two states that are not outputs, and the rates of all states in the order of the states.
 pub fn states(model: &PlantModel) -> Vec<Variable> {
     let knowns = [&knowns_of_trim()[..], &["current_horizontal", "current_vertical"]].concat();
     let over_ground = |name: &str, description: &str, quantity: Quantity, get: fn(&PlantModel) -> f64| {
@@ -69,7 +69,7 @@ fn rates(model: &PlantModel) -> Vec<Variable> {
     .collect()
 }
 
-/// What sets the force of an actuator: its output where it is a state, its command where there is no lag.
+/// The variable that determines the force of an actuator: its output if that is a state, its command without lag.
 fn force_of(actuator: &Actuator) -> String {
     match actuator.lag > 0.0 {
         true => format!("{}_output", actuator.name),

@@ -1,4 +1,4 @@
-//! Exact derivatives of the plant, by dual numbers in the very code that simulates.
+//! Exact derivatives of the plant, by dual numbers in the code that simulates.
 
 use auv::{Dual64, Instant, Rates};
 
@@ -8,8 +8,8 @@ impl PlantModel {
     /// Fills in the tangents of outputs and rates from those of inputs and states, as [`Quantity`](crate::Quantity)
     /// numbers them.
     ///
-    /// In the initialization the vehicle moves through the water as the parameters say, whatever the current: the
-    /// velocities over ground follow from it.
+    /// In the initialization the vehicle moves through the water as the parameters prescribe, whatever the current: the
+    /// velocities over ground follow from both.
     pub fn carry(&self, initial: bool, tangents: &mut [f64]) {
         if initial {
             self.carry_current(tangents);
@@ -56,7 +56,7 @@ impl PlantModel {
             current_vertical: dual(still.current_vertical, Q::CurrentVertical),
             operating_speed: Dual64::from(0.0),
         };
-        // At rest over ground the water comes against the vehicle with the velocity of the current.
+        // At rest over ground the velocity through the water is minus that of the current.
         let water = against.motion();
         tangents[Q::SurgeOverGround.number()] = -water.u.eps;
         tangents[Q::HeaveOverGround.number()] = -water.w.eps;

@@ -1,7 +1,7 @@
 //! The table of variables, in three parts; a fourth is in `states.rs`.
 //!
 //! Inputs act at once, in co-simulation as in model exchange: the velocities through the water depend on the current,
-//! and an actuator without lag follows its command. A master meets no algebraic loop unless the commands follow such
+//! and an actuator without lag follows its command. A master has no algebraic loop unless the commands follow such
 //! a quantity. First values of other outputs follow from parameters alone.
 
 use auv::{Actuator, Allowed, COEFFICIENTS, CoefficientSpec, Fidelity};
@@ -78,7 +78,7 @@ fn command(index: usize, actuator: &Actuator) -> Variable {
         .slope(move |m, v| m.slopes.commands[index] = v)
 }
 
-/// Motion, position, what the actuators do, and the trim at the start.
+/// Motion, position, actuator outputs, and the initial trim.
 pub fn outputs(model: &PlantModel) -> Vec<Variable> {
     let mut table = motion();
     table.extend(position());
@@ -235,7 +235,7 @@ fn number_of(fidelity: Fidelity) -> i32 {
     }
 }
 
-/// The number comes checked against the items of [`fidelities`].
+/// The number has been checked against the items of [`fidelities`].
 fn fidelity_of(number: i32) -> Fidelity {
     if number == 2 { Fidelity::Lpv } else { Fidelity::Nonlinear }
 }

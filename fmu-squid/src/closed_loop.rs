@@ -8,22 +8,22 @@ use crate::ClosedLoopError;
 use scheduled::Manoeuvre;
 use signals::{PITCH, SIGNALS, SPEED};
 
-/// References from outside, held between two steps.
+/// External references, held between two steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Override {
-    /// Whether they are used instead of the manoeuvre.
+    /// Whether they replace the manoeuvre.
     pub manual: bool,
-    /// Wanted pitch angle \[rad\], absolute.
+    /// Pitch angle \[rad\], absolute.
     pub pitch_reference: f64,
-    /// Wanted forward speed through the water, along the body axis \[m/s\].
+    /// Forward speed through the water, along the body axis \[m/s\].
     pub speed_reference: f64,
-    /// The rate of the pitch reference \[rad/s\]; [`ClosedLoop::advance`] carries the reference along.
+    /// The rate of the pitch reference \[rad/s\]; [`ClosedLoop::advance`] advances the reference.
     pub pitch_slope: f64,
     /// The rate of the speed reference \[m/s2\].
     pub speed_slope: f64,
 }
 
-/// What the autopilot is asked to follow at one instant.
+/// The references of the autopilot at one instant.
 #[derive(Debug, Clone, Copy)]
 struct References {
     pitch: f64,
@@ -33,7 +33,7 @@ struct References {
     path_speed: f64,
 }
 
-/// A vehicle and its autopilot, flying a manoeuvre or references from outside.
+/// A vehicle and its autopilot, flying a manoeuvre or external references.
 ///
 /// At each tick, at t = start + k Ts, the autopilot measures the plant and commands it without delay; in between the
 /// plant moves under held commands. Time is that of the experiment, also for the manoeuvre.
@@ -43,14 +43,14 @@ pub struct ClosedLoop {
     pub plant: PlantModel,
     /// The autopilot.
     pub controller: Controller,
-    /// What is flown.
+    /// The manoeuvre flown by default.
     pub manoeuvre: Manoeuvre,
-    /// What is flown instead while it is manual.
+    /// The external references, flown while `manual` is true.
     pub outside: Override,
 }
 
 impl ClosedLoop {
-    /// Puts vehicle and autopilot together.
+    /// Combines vehicle and autopilot.
     ///
     /// # Errors
     /// [`ClosedLoopError::OtherVehicle`], [`ClosedLoopError::OtherActuators`], [`ClosedLoopError::Manoeuvre`].
@@ -65,8 +65,8 @@ impl ClosedLoop {
             let (found, expected) = (design.vehicle.name.clone(), vehicle.name.clone());
             return Err(ClosedLoopError::OtherVehicle { found, expected });
         }
-        let found: Vec<_> = design.actuators.iter().map(|one| one.name.clone()).collect();
-        let expected: Vec<_> = vehicle.actuators.iter().map(|one| one.name.clone()).collect();
+        let found: Vec<_> = design.actuators.iter().map(|actuator| actuator.name.clone()).collect();
+        let expected: Vec<_> = vehicle.actuators.iter().map(|actuator| actuator.name.clone()).collect();
         if found != expected {
             return Err(ClosedLoopError::OtherActuators { found, expected });
         }
@@ -78,7 +78,7 @@ impl ClosedLoop {
         Ok(Self { plant, controller, manoeuvre, outside })
     }
 
-    /// Puts the vehicle into level trim at the manoeuvre's speed, and the autopilot at rest, at a time \[s\].
+    /// Puts the vehicle into level trim at the manoeuvre's speed, and the autopilot's state to zero, at a time \[s\].
     ///
     /// # Errors
     /// [`ClosedLoopError::Manoeuvre`], [`ClosedLoopError::Plant`], [`ClosedLoopError::Controller`].
@@ -89,7 +89,7 @@ impl ClosedLoop {
         self.measure(time);
         self.controller.initialise(time, log)?;
         self.command();
-        // Actuators without lag follow the first commands.
+        // Actuators without lag follow the first commands at once.
         Ok(self.plant.obey()?)
     }
 
@@ -98,7 +98,7 @@ impl ClosedLoop {
     /// # Errors
     /// [`ClosedLoopError::Plant`], [`ClosedLoopError::Controller`].
     pub fn advance(&mut self, to: f64, log: &mut dyn Log) -> Result<(), ClosedLoopError> {
-        // A tick at once must see what was set.
+        // A tick at the present time must use the new inputs.
         self.plant.obey()?;
         while self.controller.autopilot().is_due_before(to) {
             let due = self.controller.autopilot().next_tick_time();
@@ -119,7 +119,7 @@ impl ClosedLoop {
         Ok(())
     }
 
-    /// Moves the plant, and the references from outside along; it may already be past a tick, by rounding.
+    /// Advances the plant and the external references; the plant may already be past a tick, by rounding.
     fn move_plant(&mut self, to: f64, log: &mut dyn Log) -> Result<(), ClosedLoopError> {
         let now = self.plant.time();
         if to > now {
@@ -131,7 +131,7 @@ impl ClosedLoop {
         Ok(())
     }
 
-    /// Hands measurements and references to the autopilot, and to the LPV model the speed that it stands about.
+    /// Passes measurements and references to the autopilot, and the operating speed to the LPV model.
     fn measure(&mut self, time: f64) {
         let references = self.references(time);
         let motion = self.plant.state().motion;
@@ -143,7 +143,7 @@ impl ClosedLoop {
         self.plant.inputs.operating_speed = references.path_speed;
     }
 
-    /// Hands the commands to the plant.
+    /// Passes the commands to the plant.
     fn command(&mut self) {
         self.plant.inputs.commands.copy_from_slice(&self.controller.autopilot().outputs().commands);
     }

@@ -1,4 +1,4 @@
-//! What can go wrong in the loop, each as one sentence.
+//! Errors of the loop, each as one sentence.
 
 use fmi2::ResourceError;
 use fmu_controller::{ControllerError, RESOURCE as CONTROLLER_RESOURCE};
@@ -6,25 +6,25 @@ use fmu_plant::PlantError;
 
 use scheduled::{MANOEUVRE_RESOURCE, ManoeuvreError};
 
-/// What can go wrong in the loop.
+/// Errors of the loop.
 #[derive(Debug, thiserror::Error)]
 pub enum ClosedLoopError {
     /// A resource cannot be read.
     #[error(transparent)]
     Resource(#[from] ResourceError),
-    /// The autopilot cannot be made, or cannot compute.
+    /// The design is not allowed, or the autopilot cannot compute.
     #[error(transparent)]
     Controller(#[from] ControllerError),
-    /// The plant cannot be made, cannot start or cannot move.
+    /// The plant cannot be built, started or moved.
     #[error(transparent)]
     Plant(#[from] PlantError),
-    /// The file makes no sense.
+    /// The manoeuvre's file is not allowed.
     #[error("resources/{MANOEUVRE_RESOURCE}: {0}")]
     ManoeuvreFile(#[source] ManoeuvreError),
-    /// The parameters of the manoeuvre make no sense.
+    /// The parameters of the manoeuvre are not allowed.
     #[error("the manoeuvre cannot be flown: {0}")]
     Manoeuvre(#[from] ManoeuvreError),
-    /// The controller is that of another vehicle.
+    /// The controller is for another vehicle.
     #[error("resources/{CONTROLLER_RESOURCE} is the design for '{found}', and the vehicle is '{expected}'")]
     OtherVehicle {
         /// The vehicle of the design.

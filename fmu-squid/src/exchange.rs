@@ -1,4 +1,5 @@
-//! The loop for who integrates it himself: the states are the plant's, and every tick of the autopilot is a time event.
+//! The loop for an external integrator: the states are those of the plant, and every tick of the autopilot is a time
+//! event.
 
 use fmi2::{ContinuousModel, Log};
 
@@ -29,7 +30,7 @@ impl ContinuousModel for ClosedLoop {
         Some(self.controller.autopilot().next_tick_time())
     }
 
-    /// Runs the tick that is due; one at a time, so that an event long overdue keeps nobody waiting.
+    /// Runs the tick that is due; one at a time, so that no event can take long.
     fn event(&mut self, time: f64, log: &mut dyn Log) -> Result<(), ClosedLoopError> {
         if self.controller.autopilot().is_due_at(time) {
             self.tick(log)?;

@@ -6,11 +6,10 @@
 //! resources/manoeuvre.json           -> scheduled::Manoeuvre                  -+
 //! ```
 //!
-//! The loop does what a master does that steps the controller's FMU and then the plant's at every sample time, so
-//! that both ways give the same flight. Without anything connected it flies its manoeuvre; the input `manual` hands
-//! the references over.
+//! The loop gives the same flight as a master that steps the controller's FMU and then the plant's at every sample
+//! time. Without connections it flies its manoeuvre; with the input `manual` it follows the external references.
 //!
-//! The crate holds no vehicle and no manoeuvre. The C symbols exist with the feature `export` only:
+//! The crate contains no vehicle and no manoeuvre. The C symbols exist with the feature `export` only:
 //!
 //! ```text
 //! cargo rustc -p fmu-squid --lib --crate-type cdylib --features export --profile fmu
@@ -32,7 +31,7 @@ use fmi2::{DescribeError, Described, Resources};
 /// Model description, GUID and XML of the loop in `resources`.
 ///
 /// # Errors
-/// [`DescribeError`] when a file is missing or damaged, or makes no legal FMU.
+/// [`DescribeError`] when a file is missing or damaged, or does not give a legal FMU.
 pub fn describe(resources: &Resources) -> Result<Described<ClosedLoop>, DescribeError> {
     fmi2::describe(resources)
 }

@@ -5,7 +5,7 @@ use fmi2::{Model, StateError, StateReader, StateWriter};
 use crate::{ClosedLoop, Override};
 
 impl ClosedLoop {
-    /// Writes manoeuvre, references from outside, plant and controller.
+    /// Writes manoeuvre, external references, plant and controller.
     pub(crate) fn write(&self, to: &mut StateWriter) {
         let mut manoeuvre = self.manoeuvre.clone();
         manoeuvre.numbers().into_iter().for_each(|number| to.real(*number));

@@ -20,11 +20,11 @@ pub(crate) enum Own {
     Command(usize),
 }
 
-/// Own quantities that are no command.
+/// Own quantities that are not commands.
 const FIXED: usize = 7;
 
 impl Own {
-    /// How many quantities a loop with a number of actuators has, those of the plant among them.
+    /// Number of quantities of a loop with a number of actuators, including those of the plant.
     pub(crate) fn count(actuators: usize) -> usize {
         Self::Command(actuators).number(actuators)
     }
@@ -48,7 +48,7 @@ impl Own {
 impl ClosedLoop {
     /// Fills in the tangents of outputs and rates from those of inputs and states.
     ///
-    /// References act at ticks; at the start those from outside, if they are used, move the first commands.
+    /// References act at ticks; at the start the external ones, if used, change the first commands.
     pub(crate) fn carry(&self, moment: Moment, tangents: &mut [f64]) -> Result<(), ClosedLoopError> {
         let actuators = self.plant.vehicle().actuators.len();
         let own = |quantity: Own| quantity.number(actuators);

@@ -1,6 +1,6 @@
-//! The table of variables: the loop's own, and those of plant and controller that stay visible in it.
+//! The table of variables: the loop's own, and those of plant and controller that remain visible.
 //!
-//! The references act at ticks only, and the current on the velocities through the water alone.
+//! The references act at ticks only, and the current acts only on the velocities through the water.
 
 use signals::{PITCH, SIGNALS, SPEED};
 use std::f64::consts::FRAC_PI_2;
@@ -14,7 +14,7 @@ use crate::tangents::Own;
 type Variable = fmi2::Variable<ClosedLoop>;
 type Role<T> = fmi2::Role<ClosedLoop, T>;
 
-/// The parameters on which the speed at the start depends.
+/// The parameters on which the initial speed depends.
 const SPEED_PROFILE: [&str; 4] = ["speed_from", "speed_to", "ramp_start", "ramp_duration"];
 
 /// The table for one loop.
@@ -144,13 +144,13 @@ fn overrides(model: &ClosedLoop) -> [Variable; 3] {
     ]
 }
 
-/// Of the plant's inputs the current alone; the loop sets the others.
+/// The current, the only input of the plant that the loop does not set.
 fn current(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let open = |one: &fmi2::Variable<_>| ["current_horizontal", "current_vertical"].contains(&one.name());
     fmu_plant::inputs(&model.plant).into_iter().filter(open).map(of_plant)
 }
 
-/// The plant's outputs but its trim, which is that of the start; `trim_pitch` is the controller's here.
+/// The plant's outputs but its trim, which is the initial one; `trim_pitch` is the controller's here.
 fn motion(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let actuators = model.plant.vehicle().actuators.iter().map(|one| format!("trim_{}", one.name));
     let trim: Vec<_> = actuators.chain(["trim_pitch".to_owned()]).collect();
@@ -161,7 +161,7 @@ fn motion(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let at_once: Vec<_> = actuators.map(|one| format!("{}_output", one.name)).collect();
     fmu_plant::outputs(&model.plant).into_iter().filter(open).map(of_plant).map(here).map(move |one| {
         match one.name() {
-            // These start from what they depend on in the plant too.
+            // Their first values depend on the same variables as in the plant, too.
             "depth" | "distance" | "pitch_rate" => one,
             name if at_once.iter().any(|output| output == name) => {
                 one.initially_depends_on(&knowns_of_first_tick())
@@ -184,7 +184,7 @@ fn states(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     })
 }
 
-/// Of what the plant depends on, all but what is set in the loop.
+/// The dependencies in the plant but those on variables that the loop sets.
 fn known_of(model: &ClosedLoop) -> impl Fn(&str) -> bool + use<> {
     let actuators = model.plant.vehicle().actuators.iter().map(|one| one.name.clone());
     let set: Vec<String> = actuators.chain(["operating_speed".to_owned()]).collect();
@@ -200,7 +200,7 @@ fn knowns_of_start() -> Vec<&'static str> {
     SPEED_PROFILE.into_iter().chain(["initial_depth"]).chain(coefficients).collect()
 }
 
-/// Commands, what the scheduling does, and constants of the design.
+/// Commands, scheduling, and constants of the design.
 fn of_controller(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let open = |one: &fmi2::Variable<_>| !SIGNALS.iter().any(|s| [s.name, s.reference].contains(&one.name()));
     let constants = ["sample_time", "gamma", "gamma_certified"];

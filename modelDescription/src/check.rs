@@ -7,7 +7,7 @@ use crate::{
 };
 
 impl ModelDescription {
-    /// Finds what breaks the standard; an empty list means that the description may be written.
+    /// Returns every violation of the standard; the description is valid if the list is empty.
     pub fn check(&self) -> Vec<Problem> {
         problems(self)
     }
@@ -63,10 +63,10 @@ fn check_root(description: &ModelDescription, found: &mut Vec<Problem>) {
     }
 }
 
-/// Names are identifiers; descriptions are whatever people wrote.
+/// Names are identifiers; descriptions are free text.
 fn check_text(place: &str, text: &str, found: &mut Vec<Problem>) {
-    let unknown = |&c: &char| matches!(c, '\0'..='\u{8}' | '\u{b}' | '\u{c}' | '\u{e}'..='\u{1f}' | '\u{fffe}' | '\u{ffff}');
-    if let Some(character) = text.chars().find(unknown) {
+    let bad = |c: &char| matches!(c, '\0'..='\u{8}' | '\u{b}' | '\u{c}' | '\u{e}'..='\u{1f}' | '\u{fffe}' | '\u{ffff}');
+    if let Some(character) = text.chars().find(bad) {
         found.push(Problem::BadCharacter { place: place.to_owned(), character });
     }
 }
@@ -186,7 +186,7 @@ fn check_derivative(description: &ModelDescription, variable: &ScalarVariable, f
     }
 }
 
-/// Nothing depends on what is no known in its list of `ModelStructure`.
+/// Every dependency is on a known of its list in `ModelStructure`.
 fn check_structure(description: &ModelDescription, found: &mut Vec<Problem>) {
     let structure = description.structure();
     for (list, unknowns, initial) in [
@@ -214,7 +214,7 @@ fn is_known(description: &ModelDescription, variable: &ScalarVariable) -> bool {
         || description.variables.iter().any(|one| one.derivative_of.as_ref() == Some(&variable.name))
 }
 
-/// Knowns of the initialisation are inputs and what is given by a start value.
+/// Knowns of the initialisation are inputs and variables with a start value.
 fn is_initially_known(variable: &ScalarVariable) -> bool {
     variable.causality == Causality::Input || variable.initial() == Some(Initial::Exact)
 }

@@ -2,11 +2,10 @@
 
 use crate::{Enumeration, ScalarVariable, Unit};
 
-/// Everything that `modelDescription.xml` says of an FMU for co-simulation, and perhaps model exchange, but for its
-/// GUID.
+/// The content of `modelDescription.xml` but its GUID, for co-simulation and optionally model exchange.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelDescription {
-    /// Name of the model, for people.
+    /// Name of the model, to display.
     pub model_name: String,
     /// Short C identifier: file name of the binary, and name of the FMU.
     pub model_identifier: String,
@@ -16,17 +15,17 @@ pub struct ModelDescription {
     pub author: String,
     /// Version of the model.
     pub version: String,
-    /// Who holds the copyright.
+    /// Holder of the copyright.
     pub copyright: String,
     /// Licence of the model, as an SPDX expression.
     pub license: String,
     /// Tool that wrote the XML.
     pub generation_tool: String,
-    /// Whether the FMU is one for model exchange too.
+    /// Whether the FMU supports model exchange, too.
     pub model_exchange: bool,
-    /// What the binary is able to do in both.
+    /// Capabilities of the binary in both.
     pub capabilities: Capabilities,
-    /// What the binary is able to do in co-simulation.
+    /// Capabilities of the binary in co-simulation.
     pub co_simulation: CoSimulation,
     /// Enumerated types that the variables refer to.
     pub enumerations: Vec<Enumeration>,
@@ -41,7 +40,7 @@ pub struct ModelDescription {
 impl ModelDescription {
     /// Units of the Real variables, each once, sorted by name.
     ///
-    /// A unit that cannot be read is left out here and reported by [`check`](Self::check).
+    /// A unit that cannot be read is omitted here and reported by [`check`](Self::check).
     pub fn units(&self) -> Vec<Unit> {
         let mut names: Vec<&str> = self.variables.iter().filter_map(ScalarVariable::unit).collect();
         names.sort_unstable();
@@ -60,7 +59,7 @@ impl ModelDescription {
 pub struct CoSimulation {
     /// The communication step may differ from step to step.
     pub can_handle_variable_communication_step_size: bool,
-    /// `fmi2SetRealInputDerivatives` is obeyed.
+    /// `fmi2SetRealInputDerivatives` is supported.
     pub can_interpolate_inputs: bool,
     /// Highest order of `fmi2GetRealOutputDerivatives`.
     pub max_output_derivative_order: u32,

@@ -1,11 +1,11 @@
-//! What the schema cannot say, and validators miss.
+//! Violations of the standard that the schema cannot express and validators miss.
 
 use crate::UnitError;
 
 /// One violated rule of the standard.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Problem {
-    /// A text holds what XML 1.0 (section 2.2) has no way to write.
+    /// A text contains a character that XML 1.0 (section 2.2) cannot represent.
     #[error("the text of '{place}' holds the character U+{:04X}, which XML cannot", u32::from(*character))]
     BadCharacter {
         /// The variable, or the model.
@@ -39,13 +39,13 @@ pub enum Problem {
         /// The identifier.
         identifier: String,
     },
-    /// Causality, variability, initial and type that may not stand together.
+    /// A combination of causality, variability, initial and type that is not allowed.
     #[error("variable '{name}': causality, variability, initial and type may not stand together")]
     IllegalCombination {
         /// The variable.
         name: String,
     },
-    /// No start value where the standard demands one.
+    /// No start value where the standard requires one.
     #[error("variable '{name}' needs a start value")]
     MissingStart {
         /// The variable.
@@ -57,7 +57,7 @@ pub enum Problem {
         /// The variable.
         name: String,
     },
-    /// A range that holds no value.
+    /// An empty range.
     #[error("variable '{name}' has min {min} above max {max}")]
     MinAboveMax {
         /// The variable.
@@ -135,7 +135,8 @@ pub enum Problem {
         /// What it depends on.
         on: String,
     },
-    /// A derivative of what is no continuous state, or a second one of the same state, or one without model exchange.
+    /// A derivative of a variable that is not a continuous state, a second one of a state, or one without model
+    /// exchange.
     #[error("variable '{name}' cannot be the derivative of '{state}'")]
     BadDerivative {
         /// The derivative.
@@ -143,7 +144,7 @@ pub enum Problem {
         /// The state.
         state: String,
     },
-    /// A dependency on what is no known, or of a kind that the list does not allow.
+    /// A dependency on a variable that is not a known, or of a kind that the list does not allow.
     #[error("variable '{name}' cannot depend on '{on}' in this way in {list}")]
     NoKnown {
         /// The unknown.

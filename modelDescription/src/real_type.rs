@@ -1,15 +1,15 @@
-//! Declared types of Real variables (section 2.2.3), found by unit and range.
+//! Declared types of Real variables (section 2.2.3), determined by unit and range.
 
 use crate::{Kind, ModelDescription, ScalarVariable, Unit};
 
-/// A physical quantity with the unit that it has here, and the limits that it has by its nature.
+/// A physical quantity with its unit and its natural limits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RealType {
-    /// Name that the variables refer to; the dot keeps it apart from those of actuators.
+    /// Name that the variables refer to; the dot distinguishes it from those of actuators.
     pub name: &'static str,
-    /// Name of the quantity, as the Modelica Standard Library 4.0 spells it in `Modelica.Units.SI`, where it has it.
+    /// Name of the quantity, as the Modelica Standard Library 4.0 spells it in `Modelica.Units.SI`, if it has it.
     pub quantity: &'static str,
-    /// What is meant by it.
+    /// Its meaning.
     pub description: &'static str,
     /// Its unit.
     pub unit: &'static str,
@@ -21,7 +21,7 @@ pub struct RealType {
 
 const QUARTER_TURN: f64 = std::f64::consts::FRAC_PI_2;
 
-/// Of types with the same unit, the one without limits takes all that no other fits.
+/// Of types with the same unit, the one without limits is used where no other fits.
 #[rustfmt::skip]
 const TYPES: [RealType; 22] = [
     real("SI.Angle",               "Angle",               "angle",                                     "rad"),
@@ -46,7 +46,7 @@ const TYPES: [RealType; 22] = [
         (1950)", "kg").negative(),
     real("SI.MomentOfInertia",     "MomentOfInertia",     "moment of \
         inertia",                         "kg.m2").positive(),
-    real("SI.Density",             "Density",             "density",                                   "kg/m3").positive(),
+    real("SI.Density",             "Density",             "density",                                "kg/m3").positive(),
     real("SI.KinematicViscosity",  "KinematicViscosity",  "kinematic \
         viscosity",                       "m2/s").positive(),
     real("SI.Number",              "Dimensionless",       "number without a unit",                     "1"),
@@ -80,13 +80,13 @@ impl RealType {
         Unit::parse(self.unit).ok()?.display_units.into_iter().next().map(|one| one.name)
     }
 
-    /// The type of this unit whose limits are the given ones, or else the one that has none.
+    /// The type of this unit whose limits are the given ones, or else the one without limits.
     ///
-    /// Coefficients whose unit and range are those of no quantity with a name have no type.
+    /// Coefficients whose unit and range match no named quantity have no type.
     fn of(unit: &str, min: Option<f64>, max: Option<f64>) -> Option<&'static Self> {
-        let mut found = TYPES.iter().filter(|one| one.unit == unit);
-        let fitting = found.clone().find(|one| (one.min, one.max) == (min, max));
-        fitting.or_else(|| found.find(|one| one.min.is_none() && one.max.is_none()))
+        let mut candidates = TYPES.iter().filter(|entry| entry.unit == unit);
+        let fitting = candidates.clone().find(|entry| (entry.min, entry.max) == (min, max));
+        fitting.or_else(|| candidates.find(|entry| entry.min.is_none() && entry.max.is_none()))
     }
 }
 

@@ -68,7 +68,7 @@ fn is_output(variable: &ScalarVariable) -> bool {
     variable.causality == Causality::Output
 }
 
-/// An output, calculated parameter, state or derivative that is not given by its start value.
+/// An output, calculated parameter, state or derivative that is not set by its start value.
 fn is_initial_unknown(variable: &ScalarVariable, is_state: bool) -> bool {
     let is_unknown = matches!(variable.causality, Causality::Output | Causality::CalculatedParameter)
         || is_state

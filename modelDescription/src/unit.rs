@@ -40,7 +40,7 @@ pub enum UnitError {
         /// The symbol.
         symbol: String,
     },
-    /// More than one `/`, after which the order of operations is a matter of taste.
+    /// More than one `/`, after which the order of operations is ambiguous.
     #[error("unit '{unit}' has more than one '/'")]
     SeveralSlashes {
         /// The whole unit.
@@ -106,7 +106,7 @@ impl BaseUnit {
     }
 }
 
-/// Degrees wherever radians stand once.
+/// Degrees, if the unit contains radians to the first power.
 fn display_units(name: &str, base: BaseUnit) -> Vec<DisplayUnit> {
     let power = base.exponents[7];
     if power.abs() != 1 || name.matches("rad").count() != 1 {

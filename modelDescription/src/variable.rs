@@ -82,7 +82,7 @@ pub enum Causality {
     Input,
     /// Used by another model.
     Output,
-    /// Internal, for looking at.
+    /// Internal, to be displayed.
     Local,
 }
 
@@ -164,12 +164,12 @@ impl ScalarVariable {
         })
     }
 
-    /// Whether the standard demands a start value.
+    /// Whether the standard requires a start value.
     pub fn needs_start(&self) -> bool {
         self.causality == Causality::Input || matches!(self.initial(), Some(Initial::Exact | Initial::Approx))
     }
 
-    /// Whether causality, variability and initial may stand together (table in section 2.2.7).
+    /// Whether the combination of causality, variability and initial is allowed (table in section 2.2.7).
     pub fn is_legal_combination(&self) -> bool {
         use {Causality as C, Variability as V};
         let continuous_or_discrete = matches!(self.variability, V::Discrete | V::Continuous);

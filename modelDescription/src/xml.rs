@@ -35,7 +35,7 @@ impl ModelDescription {
     /// The XML with the given GUID, checked first; the same description gives the same bytes.
     ///
     /// # Errors
-    /// [`WriteError::Problems`] when [`check`](Self::check) finds something.
+    /// [`WriteError::Problems`] if [`check`](Self::check) returns a problem.
     pub fn to_xml(&self, guid: &str) -> Result<String, WriteError> {
         let problems = self.check();
         if !problems.is_empty() {

@@ -6,7 +6,7 @@ use faer::linalg::matmul::triangular::{BlockStructure, matmul as triangular_matm
 use faer::{Accum, MatMut, MatRef, Par, reborrow::ReborrowMut};
 use std::ffi::{c_char, c_int};
 
-/// `C <- beta C`; a beta of zero clears NaN too, as BLAS demands.
+/// `C <- beta C`; a beta of zero clears NaN, too, as BLAS requires.
 fn scale(mut c: MatMut<'_, f64>, beta: f64) {
     if beta == 0.0 {
         c.fill(0.0);

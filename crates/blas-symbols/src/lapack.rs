@@ -74,7 +74,7 @@ pub unsafe extern "C" fn dpotrs_(
 
 /// Solves `A X = B` by LU with partial pivoting, in place of B.
 ///
-/// A is left unchanged and `ipiv` is filled with the identity: the factors are not handed out. `info` is
+/// A is left unchanged and `ipiv` is filled with the identity: the factors are not returned. `info` is
 /// the order of the first pivot that is exactly zero, or 0.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn dgesv_(
@@ -125,7 +125,7 @@ unsafe fn singular_values(
     0
 }
 
-/// Answers a workspace query (`lwork = -1`) and says whether it was one.
+/// Answers a workspace query (`lwork = -1`) and returns whether it was one.
 unsafe fn answered_query(work: *mut f64, lwork: *const c_int) -> bool {
     // SAFETY: work holds at least one number.
     unsafe {
@@ -197,7 +197,7 @@ pub unsafe extern "C" fn dgesvd_(
 
 /// All eigenvalues of a symmetric matrix, ascending, and its eigenvectors if `jobz` = 'V'.
 ///
-/// Only `range` = 'A' is served.
+/// Only `range` = 'A' is supported.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn dsyevr_(
     jobz: *const c_char,

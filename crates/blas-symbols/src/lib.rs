@@ -1,8 +1,8 @@
-//! The eleven Fortran symbols that clarabel's PSD cone asks for, in pure Rust on [`faer`].
+//! The eleven Fortran symbols that clarabel's PSD cone needs, in pure Rust on [`faer`].
 //!
 //! clarabel calls BLAS and LAPACK by their Fortran names. Its own ways of providing them download a library
-//! or need a Fortran compiler. This crate defines just the names that clarabel uses, so that `cargo build`
-//! alone makes a semidefinite solver.
+//! or need a Fortran compiler. This crate defines only the names that clarabel uses, so that `cargo build`
+//! suffices for a semidefinite solver.
 //!
 //! | symbol | what it computes |
 //! |---|---|
@@ -17,12 +17,12 @@
 //! | `dsyevr_` | eigenvalues and vectors of a symmetric matrix |
 //!
 //! Matrices are stored by columns; `lda` is the distance between two columns. A call with a job that is not
-//! served (only part of the spectrum, say) sets `info` to a negative number, as LAPACK does for a bad
-//! argument; nothing is computed silently wrong.
+//! supported (such as part of the spectrum) sets `info` to a negative number, as LAPACK does for a bad
+//! argument.
 //!
 //! With the feature `openblas` nothing is defined here: the symbols come from the system's OpenBLAS, which must be
 //! installed (`libopenblas-dev` on Debian). Set `OPENBLAS_NUM_THREADS=1` for small problems.
-#![allow(unsafe_code)] // What the symbols get is pointers.
+#![allow(unsafe_code)] // The symbols take raw pointers.
 #![cfg_attr(not(feature = "openblas"), allow(clippy::too_many_arguments))] // The argument lists are LAPACK's.
 #![cfg_attr(not(feature = "openblas"), allow(clippy::missing_safety_doc))] // One contract for all: LAPACK's reference.
 

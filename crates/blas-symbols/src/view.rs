@@ -15,7 +15,7 @@ pub(crate) unsafe fn read<'a>(a: *const f64, rows: c_int, cols: c_int, lda: *con
 /// A writable view, as [`read`].
 ///
 /// # Safety
-/// As [`read`], and nothing else may touch the array meanwhile.
+/// As [`read`], and nothing else may access the array meanwhile.
 pub(crate) unsafe fn write<'a>(a: *mut f64, rows: c_int, cols: c_int, lda: *const c_int) -> MatMut<'a, f64> {
     // SAFETY: the caller's contract.
     unsafe { MatMut::from_raw_parts_mut(a, rows as usize, cols as usize, 1, *lda as isize) }

@@ -1,4 +1,4 @@
-//! From resources to model, description and GUID; the packager and the binary take the same way, and the packager
+//! From resources to model, description and GUID; packager and binary share this code, and the packager
 //! writes the XML.
 
 use model_description::{Capabilities, CoSimulation, ModelDescription, WriteError, guid};
@@ -7,7 +7,7 @@ use crate::log::Category;
 use crate::refusal::LoadError;
 use crate::{Model, Resources, Table};
 
-/// A loaded model with what an instance needs to know of it.
+/// A loaded model with the data that an instance needs.
 #[derive(Debug)]
 pub struct Loaded<M> {
     /// The model with its start values.
@@ -52,7 +52,7 @@ pub enum DescribeError {
     Write(#[from] WriteError),
 }
 
-/// Loads a model and writes its XML with the GUID that the binary will demand.
+/// Loads a model and writes its XML with the GUID that the binary will require.
 ///
 /// # Errors
 /// [`DescribeError`].
@@ -62,8 +62,8 @@ pub fn describe<M: Model>(resources: &Resources) -> Result<Described<M>, Describ
     Ok(Described { model, table, description, guid, xml })
 }
 
-/// Loads a model. That its description keeps to the standard was checked by the packager: with any other the GUID
-/// would be another.
+/// Loads a model. The packager has checked its description against the standard, and the GUID shows that it is the
+/// same.
 ///
 /// # Errors
 /// [`LoadError`].

@@ -3,7 +3,7 @@
 use crate::instance::Outcome;
 use crate::{Continuous, Failure, Function, Instance, Log, Model, Phase, Refusal};
 
-/// What `fmi2NewDiscreteStates` tells; the states never jump, and one call is always enough.
+/// Result of `fmi2NewDiscreteStates`; the states never jump, and one call is always enough.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Events {
     /// Time in s of the next event, if one is known.
@@ -21,7 +21,7 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// `fmi2NewDiscreteStates`: what is due by now happens.
+    /// `fmi2NewDiscreteStates`: runs the event that is due.
     ///
     /// # Errors
     /// A refused call, or that the model could not compute.
@@ -45,7 +45,7 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// `fmi2CompletedIntegratorStep`; it never asks for an event.
+    /// `fmi2CompletedIntegratorStep`; it never requests an event.
     ///
     /// # Errors
     /// A refused call, or that the model could not compute.
@@ -113,7 +113,7 @@ impl<M: Model> Instance<M> {
         self.defined("the derivative of state", self.table.states(), rates)
     }
 
-    /// `fmi2GetEventIndicators`: there are none.
+    /// `fmi2GetEventIndicators`: no model has any.
     ///
     /// # Errors
     /// A refused call; [`Refusal::WrongCount`].

@@ -1,4 +1,4 @@
-//! One instance of a model, from instantiation to the end, without any C.
+//! One instance of a model, from instantiation to the end, without the C interface.
 
 use std::sync::Arc;
 
@@ -8,10 +8,10 @@ use crate::states::snapshot::Slopes;
 use crate::variables::values::Value;
 use crate::{Experiment, Function, Interface, Loaded, Log, Model, Phase, Refusal, Snapshot, Table};
 
-/// A step longer than a day \[s\] is refused: it is a mistake, and would take long.
+/// A step longer than a day \[s\] is refused: it is probably a mistake, and would take long.
 const LONGEST_STEP: f64 = 86_400.0;
 
-/// By how much two readings of one clock may differ at a time \[s\]: a nanosecond, and some last digits of a large
+/// Largest difference between two readings of one clock at a time \[s\]: a nanosecond, and some last digits of a large
 /// time.
 pub fn rounding_of_time(time: f64) -> f64 {
     1e-9 + 16.0 * f64::EPSILON * time.abs()
@@ -45,7 +45,7 @@ impl<M: Model> Instance<M> {
         Self { table, fresh: loaded.model, now, tangents, rates }
     }
 
-    /// Where the instance stands in its life.
+    /// The phase of the instance.
     pub fn phase(&self) -> Phase {
         self.now.phase
     }
@@ -113,7 +113,7 @@ impl<M: Model> Instance<M> {
     /// `fmi2ExitInitializationMode`.
     ///
     /// # Errors
-    /// [`Refusal::IllegalCall`], or that the model finds no initial state.
+    /// [`Refusal::IllegalCall`], or a model without an initial state.
     pub fn exit_initialization(&mut self, log: &mut dyn Log) -> Outcome<M> {
         self.allows(Function::ExitInitializationMode)?;
         self.update(log)?;
@@ -123,7 +123,7 @@ impl<M: Model> Instance<M> {
 
     /// `fmi2DoStep` from `at` over `size`, both in s.
     ///
-    /// Importers reckon time in several ways, so `at` may differ from the end of the last step by rounding:
+    /// Importers compute the time in several ways, so `at` may differ from the end of the last step by rounding:
     /// [`rounding_of_time`].
     ///
     /// # Errors
@@ -176,11 +176,11 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// `fmi2GetXXX`: hands each value to `take` with its position in `references`.
+    /// `fmi2GetXXX`: passes each value to `take` with its position in `references`.
     ///
     /// # Errors
     /// A refused call, or that the model could not compute its outputs. [`Refusal::Undefined`] where one is not
-    /// finite; all are handed out.
+    /// finite; all are passed.
     pub fn get<T: Value>(
         &mut self,
         references: &[u32],
@@ -202,8 +202,8 @@ impl<M: Model> Instance<M> {
 
     #[cold]
     fn refuse_undefined<T: Value>(&self, reference: u32) -> Outcome<M> {
-        let found: T = self.table.get(&self.now.model, reference)?;
-        let (name, value) = (self.name(reference), found.undefined().unwrap_or(f64::NAN));
+        let value: T = self.table.get(&self.now.model, reference)?;
+        let (name, value) = (self.name(reference), value.undefined().unwrap_or(f64::NAN));
         Err(Refusal::Undefined { what: "variable", name, value }.into())
     }
 
@@ -223,7 +223,7 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// Gives the instance up after a panic.
+    /// Makes the instance fatal after a panic.
     pub(crate) fn abandon(&mut self) {
         self.now.phase = Phase::Fatal;
     }

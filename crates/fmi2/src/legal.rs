@@ -54,11 +54,11 @@ pub enum Function {
     GetStringStatus,
 }
 
-/// One line of the table.
+/// One row of the table.
 struct Row {
     function: Function,
     name: &'static str,
-    /// The one interface that it belongs to; `None` means both.
+    /// The only interface with the function; `None` means both.
     interface: Option<Interface>,
     phases: &'static [Phase],
 }
@@ -67,11 +67,11 @@ const BOTH: Option<Interface> = None;
 const ME: Option<Interface> = Some(Interface::ModelExchange);
 const CS: Option<Interface> = Some(Interface::CoSimulation);
 
-/// The standard ends an instance in fatal; here it may still be freed, so that nothing leaks.
+/// By the standard a fatal instance takes no calls; here it may still be freed, so that nothing leaks.
 const EVERYWHERE: &[Phase] = &Phase::ALL;
 const ALIVE: &[Phase] = &[Instantiated, Initialization, Step, Event, Continuous, Terminated, Error];
 const READABLE: &[Phase] = &[Initialization, Step, Event, Continuous, Terminated, Error];
-/// What changes at events only is not set in continuous-time mode.
+/// Variables that change at events only cannot be set in continuous-time mode.
 const SET_REAL: &[Phase] = &[Instantiated, Initialization, Step, Event, Continuous];
 const SET_OTHER: &[Phase] = &[Instantiated, Initialization, Step, Event];
 const RUNNING: &[Phase] = &[Step, Event, Continuous];
@@ -83,7 +83,7 @@ const STEPPED: &[Phase] = &[Step, Terminated, Error];
 const STATUS: &[Phase] = &[Step, Terminated];
 const NOWHERE: &[Phase] = &[];
 
-/// The table; behind each row the section of FMI 2.0.4 that describes the function.
+/// The table; the comment of each row is the section of FMI 2.0.4 that describes the function.
 #[rustfmt::skip]
 const LEGAL: [Row; 44] = [
     row(Function::GetTypesPlatform,              "fmi2GetTypesPlatform",              BOTH, EVERYWHERE), // 2.1.4
@@ -156,7 +156,7 @@ impl Function {
         self.row().name
     }
 
-    /// The interface that alone has the function; `None` means both.
+    /// The only interface with the function; `None` means both.
     pub fn interface(self) -> Option<Interface> {
         self.row().interface
     }

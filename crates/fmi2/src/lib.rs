@@ -6,8 +6,8 @@
 //! ```
 //!
 //! A model implements [`Model`] and writes its table of variables once; value references, XML, GUID, get and
-//! set all follow from that table. The table is built at run time from the files in `resources/`, because a
-//! compiled binary knows no vehicle.
+//! set follow from that table. The table is built at run time from the files in `resources/`, because a
+//! binary contains no vehicle.
 //!
 //! The standard is FMI 2.0.4 (Modelica Association, 2022); section numbers refer to it. `unsafe` code is
 //! confined to [`abi`].

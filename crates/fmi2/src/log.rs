@@ -2,16 +2,16 @@
 
 use model_description::LogCategory;
 
-/// Takes the messages of a model.
+/// Receives the messages of a model.
 pub trait Log {
-    /// Hands over a warning, a sentence: the result may be doubtful, and the call returns `fmi2Warning`.
+    /// Logs a warning of one sentence: the result may be doubtful, and the call returns `fmi2Warning`.
     fn warn(&mut self, message: &str);
 }
 
 /// Log categories, with the names that the standard proposes (section 2.2.4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Category {
-    /// What has no value at a point.
+    /// Values that are undefined.
     Discard,
     /// Warnings.
     Warning,
@@ -51,8 +51,8 @@ impl Category {
 
 /// Which categories are shown (section 2.1.5).
 ///
-/// Errors are shown always: a refusal without a sentence helps nobody. The others are shown unless a list of
-/// categories leaves them out, for the standard wants a message with every such status (section 2.1.3).
+/// Errors are always shown. The others are shown unless a list of categories excludes them, because the standard
+/// requires a message with every such status (section 2.1.3).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Filter {
     discards: bool,

@@ -1,27 +1,27 @@
-//! What a model must offer to become an FMU.
+//! The interface of a model that becomes an FMU.
 
 use model_description::{DefaultExperiment, Enumeration};
 
 use crate::{Log, ResourceError, Resources, StateError, StateReader, StateWriter, Variable};
 
-/// A model that can be stepped in time; it knows no protocol.
+/// A model that can be stepped in time; it is independent of FMI.
 ///
-/// A clone is a complete snapshot: it serves `fmi2GetFMUstate` and `fmi2Reset`. Heavy data that never changes
-/// belongs into an `Arc`. A state that leaves the process goes through [`Model::save`] and [`Model::restore`].
+/// A clone is a complete snapshot, used by `fmi2GetFMUstate` and `fmi2Reset`. Heavy data that never changes
+/// belongs in an `Arc`. A state is serialised by [`Model::save`] and [`Model::restore`].
 pub trait Model: Clone + Send + Sync + 'static {
-    /// What can go wrong; its text is logged as one sentence.
+    /// Error of the model; its text is logged as one sentence.
     type Error: std::error::Error + From<ResourceError> + Send + Sync + 'static;
 
-    /// Reads the resources into a model whose variables hold their start values.
+    /// Reads the resources into a model whose variables have their start values.
     ///
-    /// Whatever reaches the model description from here must come out alike on every platform, or the GUID will
-    /// not match: take it from the files, or compute it with `+ - * /` and `sqrt` only.
+    /// Whatever enters the model description must be identical on every platform, or the GUID will not match: take
+    /// it from the files, or compute it with `+ - * /` and `sqrt` only.
     ///
     /// # Errors
     /// A resource is missing or damaged.
     fn load(resources: &Resources) -> Result<Self, Self::Error>;
 
-    /// What the model description says besides the variables.
+    /// What the model description contains besides the variables.
     fn about(&self) -> About;
 
     /// The table of variables; position in the table is the value reference.
@@ -29,7 +29,7 @@ pub trait Model: Clone + Send + Sync + 'static {
 
     /// Computes initial state and all outputs from parameters and inputs, at the start time in s.
     ///
-    /// It is called again whenever a variable was set in initialization mode, so it must not build on itself.
+    /// It is called again whenever a variable was set in initialization mode, so it must not depend on its last result.
     ///
     /// # Errors
     /// Parameters or inputs allow no initial state.
@@ -38,21 +38,21 @@ pub trait Model: Clone + Send + Sync + 'static {
     /// Moves from one time to another, both in s, with the inputs held, and computes all outputs.
     ///
     /// # Errors
-    /// The step cannot be computed; the instance then only takes reset, an earlier state, or free.
+    /// The step cannot be computed; the instance then accepts only reset, an earlier state, or free.
     fn step(&mut self, from: f64, to: f64, log: &mut dyn Log) -> Result<(), Self::Error>;
 
-    /// Writes everything that [`Model::restore`] needs to go on from here; what follows from the resources is left out.
+    /// Writes everything that [`Model::restore`] needs to continue; data that follow from the resources are omitted.
     fn save(&self, state: &mut StateWriter);
 
     /// Puts a freshly loaded model of the same resources into a saved state.
     ///
     /// # Errors
-    /// [`StateError`]: the bytes end early, or make no state of this model.
+    /// [`StateError`]: the bytes end early, or are not a state of this model.
     fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError>;
 
     /// The continuous states, if an importer may integrate them itself. With them the inputs act at once in
-    /// co-simulation too ([`ContinuousModel::obey`](crate::ContinuousModel::obey)); without them the outputs move
-    /// with a step alone.
+    /// co-simulation too ([`ContinuousModel::obey`](crate::ContinuousModel::obey)); without them the outputs change
+    /// during a step only.
     fn continuous() -> Option<Continuous<Self>> {
         None
     }
@@ -62,7 +62,7 @@ pub trait Model: Clone + Send + Sync + 'static {
         None
     }
 
-    /// How many quantities the [tangents](Model::tangents) have; some may be no variable's.
+    /// How many quantities the [tangents](Model::tangents) have; some may belong to no variable.
     fn quantities(&self) -> usize {
         0
     }
@@ -71,11 +71,11 @@ pub trait Model: Clone + Send + Sync + 'static {
 /// Derivatives along one direction: `tangents[q]` is the derivative of quantity q, as [`Variable::quantity`] numbers
 /// them.
 ///
-/// Those of the knowns (inputs; states, but for the initialization) come in; the function fills in those of the
-/// unknowns.
+/// On entry those of the knowns are set (inputs and, except in initialization, states); the function fills in those
+/// of the unknowns.
 pub type Tangents<M> = fn(&M, Moment, &mut [f64]) -> Result<(), <M as Model>::Error>;
 
-/// When derivatives are asked for.
+/// The instant of the derivatives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Moment {
     /// Time in s.
@@ -89,7 +89,7 @@ pub struct Moment {
 pub struct About {
     /// C identifier, name of the binary and of the FMU.
     pub identifier: String,
-    /// Name for people.
+    /// Name to display.
     pub name: String,
     /// One sentence.
     pub description: String,
@@ -103,7 +103,7 @@ pub struct About {
 
 /// A model with continuous states `x' = f(x, u)`, whose inputs act at once, and with events at known times.
 ///
-/// States and derivatives stand in the order of the variables that
+/// States and derivatives are in the order of the variables that
 /// [`Variable::derivative_of`](crate::Variable::derivative_of) marks.
 pub trait ContinuousModel: Model {
     /// Reads the states.
@@ -112,13 +112,13 @@ pub trait ContinuousModel: Model {
     /// Sets the states.
     fn set_states(&mut self, states: &[f64]);
 
-    /// Lets the inputs act, as they stand, on what the outputs are read from; the states do not move.
+    /// Applies the present inputs to the values that outputs are read from; the states do not change.
     ///
     /// # Errors
-    /// An input makes no sense.
+    /// An input is not allowed.
     fn obey(&mut self) -> Result<(), Self::Error>;
 
-    /// Computes `f(x, u)`; numbers that are not finite mean that there is none.
+    /// Computes `f(x, u)`; numbers that are not finite mean that f is undefined there.
     fn derivatives(&self, rates: &mut [f64]);
 
     /// Fills in the tangents of the inputs that change at a rate, by their [quantities](crate::Variable::quantity).
@@ -139,13 +139,13 @@ pub trait ContinuousModel: Model {
         Ok(())
     }
 
-    /// Looks at a completed step of the importer's integrator.
+    /// Is called after a completed step of the importer's integrator.
     fn step_completed(&mut self, _log: &mut dyn Log) {}
 }
 
 type EventOf<M> = fn(&mut M, f64, &mut dyn Log) -> Result<(), <M as Model>::Error>;
 
-/// The functions of a [`ContinuousModel`], for code that knows a [`Model`] alone.
+/// The functions of a [`ContinuousModel`], for code generic over [`Model`].
 pub struct Continuous<M: Model> {
     pub(crate) states: fn(&M, &mut [f64]),
     pub(crate) set_states: fn(&mut M, &[f64]),

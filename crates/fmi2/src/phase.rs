@@ -1,4 +1,4 @@
-//! Where an instance stands in its life (FMI 2.0.4, state machines in sections 3.2.3 and 4.2.4).
+//! The phases of an instance (FMI 2.0.4, state machines in sections 3.2.3 and 4.2.4).
 
 use Phase::{Continuous, Error, Event, Fatal, Initialization, Instantiated, Step, Terminated};
 
@@ -32,7 +32,7 @@ impl Interface {
 /// State of an instance.
 ///
 /// `stepInProgress`, `stepFailed` and `stepCanceled` of the standard do not occur: a step is computed before
-/// `fmi2DoStep` returns, and it is computed whole or not at all.
+/// `fmi2DoStep` returns, and it is computed completely or not at all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Phase {
     /// After `fmi2Instantiate` or `fmi2Reset`.
@@ -47,7 +47,7 @@ pub enum Phase {
     Continuous,
     /// After `fmi2Terminate`.
     Terminated,
-    /// The model could not compute; reset, an earlier state, or free.
+    /// The model could not compute; only reset, an earlier state, or free.
     Error,
     /// The FMU has a defect; only free.
     Fatal,

@@ -1,4 +1,4 @@
-//! Every reason for which a call is refused, as one sentence.
+//! Every reason to refuse a call, as one sentence.
 
 use crate::{ResourceError, StateError, UriError};
 

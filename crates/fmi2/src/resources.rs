@@ -18,22 +18,22 @@ pub enum ResourceError {
     Unreadable {
         /// The folder or file.
         path: PathBuf,
-        /// What the system says.
+        /// The system's message.
         source: io::Error,
     },
-    /// A file name that is no Unicode, and so has no fixed spelling in the GUID.
+    /// A file name that is not Unicode, and so has no definite bytes in the GUID.
     #[error("the name of '{}' is not Unicode", path.display())]
     NameNotUnicode {
         /// The file.
         path: PathBuf,
     },
-    /// A file that the model needs.
+    /// A missing file.
     #[error("resources/{name} is missing")]
     Missing {
         /// The file.
         name: String,
     },
-    /// A text file with other bytes in it.
+    /// A text file that is not UTF-8.
     #[error("resources/{name} is not UTF-8 text from byte {valid_up_to} on")]
     NotText {
         /// The file.
@@ -44,7 +44,7 @@ pub enum ResourceError {
 }
 
 impl Resources {
-    /// Reads a folder with all its sub-folders; names that begin with a dot are passed over.
+    /// Reads a folder with all its sub-folders; names that begin with a dot are skipped.
     ///
     /// # Errors
     /// [`ResourceError::Unreadable`], [`ResourceError::NameNotUnicode`].

@@ -1,11 +1,11 @@
-//! The resource location, a file URI (RFC 8089), as importers really write it.
+//! The resource location, a file URI (RFC 8089), in the variants that importers write.
 
 use std::path::PathBuf;
 
 /// Why a resource location cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum UriError {
-    /// No `file:` at the beginning.
+    /// The URI does not begin with `file:`.
     #[error("the resource location '{uri}' is not a file URI such as file:///path/resources")]
     NotFile {
         /// What was given.
@@ -28,7 +28,7 @@ pub enum UriError {
 }
 
 /// Path of a file URI: `file:/p`, `file:///p`, `file:////p`, `file://localhost/p`, with or without a slash at the
-/// end, percent-encoded or not, with a drive letter on Windows, before which two slashes will do.
+/// end, percent-encoded or not, with a drive letter on Windows after two or three slashes.
 ///
 /// # Errors
 /// See [`UriError`].
@@ -40,7 +40,7 @@ pub fn path_of(uri: &str) -> Result<PathBuf, UriError> {
     }
     let rest = &uri[scheme_end..];
     let path = match rest.strip_prefix("//") {
-        // Two slashes before a drive letter name no host, though importers write it so.
+        // Some importers write two slashes before a drive letter; what follows is not a host.
         Some(authority) if !authority.starts_with('/') && !begins_with_drive(authority) => {
             let (host, path) = authority.split_at(authority.find('/').unwrap_or(authority.len()));
             if !host.eq_ignore_ascii_case("localhost") {

@@ -1,33 +1,33 @@
-//! What goes into an autopilot, and what comes out.
+//! Inputs and outputs of an autopilot.
 
 use signals::{Each, SIGNALS};
 
 use crate::TickError;
 
-/// What the autopilot measures and follows; SI units, radians.
+/// Measurements and references of the autopilot; SI units, radians.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Inputs {
-    /// What each signal measures.
+    /// The measured value of each signal.
     pub measured: Each<f64>,
-    /// What each signal is to follow, absolute.
+    /// The reference of each signal, absolute.
     pub references: Each<f64>,
 }
 
-/// What the autopilot puts out; held between ticks.
+/// Outputs of the autopilot, held between ticks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outputs {
     /// Commands, in the order of the design's actuators.
     pub commands: Vec<f64>,
     /// The scheduling parameter rho in [-1, 1].
     pub scheduling_parameter: f64,
-    /// The measured speed lies outside the scheduled range, and rho was clamped.
+    /// The measured speed is outside the scheduled range, and rho was clamped.
     pub out_of_range: bool,
     /// Trim pitch at the reference speed in rad.
     pub trim_pitch: f64,
 }
 
 impl Inputs {
-    /// Refuses what is not finite.
+    /// Refuses inputs that are not finite.
     pub(crate) fn check(&self) -> Result<(), TickError> {
         let measured = SIGNALS.iter().map(|signal| signal.name).zip(self.measured);
         let references = SIGNALS.iter().map(|signal| signal.reference).zip(self.references);

@@ -1,13 +1,14 @@
-//! What an autopilot measures and follows: one table, from the states of the linear model to the inputs of the FMU.
+//! The signals of an autopilot, measured and tracked: one table, from the states of the linear model to the inputs of
+//! the FMU.
 //!
-//! A new signal is a row of [`SIGNALS`]. Its scale is a matter of each design and stands in the design file.
+//! A new signal is a row of [`SIGNALS`]. Its scale depends on the design and is in the design file.
 
 use std::f64::consts::PI;
 
 /// A state of the linear model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct State {
-    /// The field's symbol.
+    /// The usual symbol.
     pub symbol: &'static str,
     /// SI unit.
     pub unit: &'static str,
@@ -24,18 +25,18 @@ pub const STATES: [State; 4] = [
 /// The values that a signal can take.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Values {
-    /// Angles between both right angles.
+    /// Angles between -pi/2 and pi/2.
     Inclination,
-    /// Speeds; a reference lies in the range of the design.
+    /// Speeds; a reference is in the range of the design.
     ForwardSpeed,
 }
 
-/// A unit that people use beside SI, and how many SI units it has.
+/// A unit besides SI, with its value in SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unit {
     /// Its name in files and plots.
     pub name: &'static str,
-    /// One of it in SI.
+    /// Its value in SI.
     pub factor: f64,
 }
 
@@ -52,9 +53,9 @@ pub struct Signal {
     pub units: &'static [Unit],
     /// What the sensor measures.
     pub measured: &'static str,
-    /// What the reference asks for.
+    /// What the reference prescribes.
     pub wanted: &'static str,
-    /// The state in [`STATES`] that it is: its output equation is `y = x[state]`.
+    /// Index of its state in [`STATES`]: the output equation is `y = x[state]`.
     pub state: usize,
     /// The values that it can take.
     pub values: Values,
@@ -69,13 +70,13 @@ impl Signal {
     }
 }
 
-/// The place of pitch in [`SIGNALS`].
+/// The index of pitch in [`SIGNALS`].
 pub const PITCH: usize = 0;
 
-/// The place of speed in [`SIGNALS`].
+/// The index of speed in [`SIGNALS`].
 pub const SPEED: usize = 1;
 
-/// Every signal that an autopilot can measure and follow.
+/// Every signal that an autopilot can measure and track.
 pub static SIGNALS: [Signal; 2] = [
     Signal {
         name: "pitch",
@@ -107,7 +108,7 @@ pub const NAMES: &str = "'pitch' or 'speed'";
 /// A value for each row of [`SIGNALS`].
 pub type Each<T> = [T; SIGNALS.len()];
 
-/// The place of a signal in [`SIGNALS`].
+/// The index of a signal in [`SIGNALS`].
 pub fn place(name: &str) -> Option<usize> {
     SIGNALS.iter().position(|signal| signal.name == name)
 }

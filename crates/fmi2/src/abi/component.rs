@@ -1,4 +1,4 @@
-//! What a `fmi2Component` points to, and the gate that every call passes.
+//! What a `fmi2Component` points to, and the checks common to all calls.
 
 use std::any::Any;
 use std::ffi::CString;
@@ -8,7 +8,7 @@ use crate::abi::logger::Logger;
 use crate::abi::types::{self, Status};
 use crate::{Failure, Function, Instance, Model, Refusal};
 
-/// An instance with its logger, and the texts that the importer may still look at.
+/// An instance with its logger, and the texts that the importer may still read.
 pub(crate) struct Component<M: Model> {
     pub(crate) instance: Instance<M>,
     pub(crate) logger: Logger,
@@ -38,11 +38,11 @@ pub(crate) unsafe fn call<M: Model>(
         return Status::Error;
     }
     component.logger.warned = false;
-    // Unwind safety: after a panic the instance is given up and takes no call but free.
+    // Unwind safety: after a panic the instance is fatal and accepts `fmi2FreeInstance` only.
     match catch_unwind(AssertUnwindSafe(|| body(component))) {
         Ok(Ok(())) if component.logger.warned => Status::Warning,
         Ok(Ok(())) => Status::Ok,
-        // An integrator takes a shorter step where something has no value (section 2.1.3).
+        // With `fmi2Discard` an integrator can take a shorter step (section 2.1.3).
         Ok(Err(failure @ Failure::Refused(Refusal::Undefined { .. }))) => {
             component.logger.discard(function.name(), &failure);
             Status::Discard

@@ -101,7 +101,7 @@ pub unsafe extern "C" fn set_continuous_states<M: Model>(
     unsafe { call(component, Function::SetContinuousStates, body) }
 }
 
-/// `fmi2GetDerivatives`; `fmi2Discard` where the states have none.
+/// `fmi2GetDerivatives`; `fmi2Discard` where the derivatives are undefined.
 ///
 /// # Safety
 /// As [`set_continuous_states`].

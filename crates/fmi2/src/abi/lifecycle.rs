@@ -92,7 +92,7 @@ pub unsafe extern "C" fn free_instance<M: Model>(component: types::Component) {
     }
     // SAFETY: the handle came from Box::into_raw, and the importer vouches that it was not freed.
     let component = unsafe { Box::from_raw(component.cast::<Component<M>>()) };
-    // A destructor that panics must not unwind into C; nobody is left to tell.
+    // A destructor that panics must not unwind into C; no logger is left to report it.
     let _ = catch_unwind(AssertUnwindSafe(|| drop(component)));
 }
 
@@ -140,7 +140,7 @@ pub unsafe extern "C" fn setup_experiment<M: Model>(
 ) -> Status {
     let experiment = Experiment {
         start,
-        // A stop time of infinity is none.
+        // An infinite stop time means none.
         stop: (stop_defined != 0 && stop != f64::INFINITY).then_some(stop),
         tolerance: (tolerance_defined != 0).then_some(tolerance),
     };

@@ -6,7 +6,7 @@ use crate::Log;
 use crate::abi::types::{self, CallbackFunctions, Status};
 use crate::log::{Category, Filter};
 
-/// The importer's logger, with what it wants to hear.
+/// The importer's logger, with the categories that it shows.
 pub(crate) struct Logger {
     callback: Option<types::Logger>,
     environment: *mut c_void,

@@ -4,7 +4,7 @@ use std::ffi::{CStr, c_char};
 
 use crate::Refusal;
 
-/// A slice of `count` elements; NULL is fine when there are none.
+/// A slice of `count` elements; NULL is allowed if `count` is 0.
 ///
 /// # Safety
 /// `pointer` is NULL or points to `count` elements that nobody changes while the slice lives.
@@ -38,7 +38,7 @@ pub(crate) unsafe fn slice_mut<'a, T>(
     Ok(unsafe { std::slice::from_raw_parts_mut(pointer, count) })
 }
 
-/// Refuses NULL, a count that no memory holds, such as -1 read as a size, and an address that is none of the type.
+/// Refuses NULL, a count beyond any memory, such as -1 read as a size, and a misaligned address.
 fn check<T>(pointer: *const T, count: usize, argument: &'static str) -> Result<(), Refusal> {
     if pointer.is_null() {
         return Err(Refusal::NullPointer { argument });
@@ -50,7 +50,7 @@ fn check<T>(pointer: *const T, count: usize, argument: &'static str) -> Result<(
     Ok(())
 }
 
-/// A place for one value; what stands there need not be one yet.
+/// A place for one value, which need not be initialised.
 pub(crate) struct Place<T>(*mut T);
 
 impl<T: Copy> Place<T> {

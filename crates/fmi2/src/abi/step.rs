@@ -29,7 +29,7 @@ pub unsafe extern "C" fn do_step<M: Model>(
     status
 }
 
-/// `fmi2CancelStep`: refused, for no step is ever in progress.
+/// `fmi2CancelStep`: refused, because no step is ever in progress.
 ///
 /// # Safety
 /// As [`do_step`].
@@ -38,7 +38,7 @@ pub unsafe extern "C" fn cancel_step<M: Model>(component: types::Component) -> S
     unsafe { call(component, Function::CancelStep, |_: &mut Component<M>| Ok(())) }
 }
 
-/// `fmi2SetRealInputDerivatives`, of order 1, where `canInterpolateInputs` says so.
+/// `fmi2SetRealInputDerivatives`, of order 1, if `canInterpolateInputs` is true.
 ///
 /// # Safety
 /// As [`do_step`]; the arrays have `count` elements.
@@ -60,7 +60,7 @@ pub unsafe extern "C" fn set_real_input_derivatives<M: Model>(
     unsafe { call(component, Function::SetRealInputDerivatives, body) }
 }
 
-/// `fmi2GetRealOutputDerivatives`, of the order that `maxOutputDerivativeOrder` says.
+/// `fmi2GetRealOutputDerivatives`, up to the order `maxOutputDerivativeOrder`.
 ///
 /// # Safety
 /// As [`do_step`]; the arrays have `count` elements.
@@ -141,7 +141,7 @@ pub unsafe extern "C" fn get_integer_status<M: Model>(
     unsafe { discard::<M>(component, Function::GetIntegerStatus) }
 }
 
-/// `fmi2GetStringStatus`: speaks of pending steps only, and there are none.
+/// `fmi2GetStringStatus`: about pending steps only, which do not occur.
 ///
 /// # Safety
 /// As [`do_step`].
@@ -154,7 +154,7 @@ pub unsafe extern "C" fn get_string_status<M: Model>(
     unsafe { discard::<M>(component, Function::GetStringStatus) }
 }
 
-/// Writes what is asked if it is the kind that this function knows, and returns `fmi2Discard` otherwise.
+/// Writes the value if the kind is the one of this function, and returns `fmi2Discard` otherwise.
 unsafe fn answer<M: Model, T: Copy>(
     component: types::Component,
     function: Function,
@@ -176,7 +176,7 @@ unsafe fn answer<M: Model, T: Copy>(
     unsafe { call(component, function, body) }
 }
 
-/// The answer to a question about a step that has no answer.
+/// `fmi2Discard`: the status has no value.
 unsafe fn discard<M: Model>(component: types::Component, function: Function) -> Status {
     // SAFETY: the caller vouches for the handle.
     match unsafe { call(component, function, |_: &mut Component<M>| Ok(())) } {

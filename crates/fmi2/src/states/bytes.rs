@@ -4,7 +4,7 @@
 //! "squidFMU"  version u32  SHA-256 of the GUID  length u64  content  SHA-256 of all that
 //! ```
 //!
-//! Numbers are little-endian, so that a state may move to another platform.
+//! Numbers are little-endian, so that a state is portable between platforms.
 
 use sha2::{Digest, Sha256};
 
@@ -22,24 +22,24 @@ pub(crate) fn identity(guid: &str) -> Identity {
     Sha256::digest(guid.as_bytes()).into()
 }
 
-/// Why bytes are no state of this FMU.
+/// Why bytes are not a state of this FMU.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum StateError {
-    /// Fewer bytes than the state says it has, or more.
+    /// Fewer or more bytes than the length in the state.
     #[error("the state has {found} bytes, but should have {expected}")]
     Length {
-        /// Bytes found.
+        /// Bytes given.
         found: usize,
         /// Bytes expected.
         expected: u64,
     },
-    /// The first bytes are not those of a state of ours.
+    /// The first bytes are not those of a state of this library.
     #[error("the bytes are no state that this tool has written")]
     NotAState,
     /// Another version of the layout.
     #[error("the state has version {found}, but only version {VERSION} can be read")]
     Version {
-        /// The version found.
+        /// The version of the state.
         found: u32,
     },
     /// The state of another FMU.
@@ -48,10 +48,10 @@ pub enum StateError {
     /// Bytes have changed since the state was written.
     #[error("the state is damaged: its checksum does not fit")]
     Damaged,
-    /// A whole state whose content makes no sense.
+    /// An intact state whose content is inconsistent.
     #[error("the state is inconsistent: {what}")]
     Inconsistent {
-        /// What makes no sense.
+        /// The inconsistency.
         what: String,
     },
 }
@@ -63,7 +63,7 @@ impl StateError {
     }
 }
 
-/// Takes the numbers of a state.
+/// Writes the numbers of a state.
 #[derive(Debug, Default)]
 pub struct StateWriter {
     bytes: Vec<u8>,
@@ -110,14 +110,14 @@ impl StateWriter {
     }
 }
 
-/// Gives the numbers of a state back in the order in which they were written.
+/// Reads the numbers of a state in the order in which they were written.
 #[derive(Debug)]
 pub struct StateReader<'a> {
     rest: &'a [u8],
 }
 
 impl<'a> StateReader<'a> {
-    /// Checks the seal of a state and opens it.
+    /// Checks length, version, identity and checksum of a state and opens it.
     pub(crate) fn unsealed(bytes: &'a [u8], expected: &Identity) -> Result<Self, StateError> {
         let length = |expected| StateError::Length { found: bytes.len(), expected };
         let Some((head, body)) = bytes.split_at_checked(HEAD) else {
@@ -148,7 +148,7 @@ impl<'a> StateReader<'a> {
         Ok(Self { rest: content })
     }
 
-    /// Takes a number.
+    /// Reads a number.
     ///
     /// # Errors
     /// [`StateError`]: the state ends here, as for the other functions.
@@ -156,7 +156,7 @@ impl<'a> StateReader<'a> {
         self.array().map(f64::from_le_bytes)
     }
 
-    /// Takes a number that must be finite.
+    /// Reads a number that must be finite.
     ///
     /// # Errors
     /// [`StateError::Inconsistent`].
@@ -168,7 +168,7 @@ impl<'a> StateReader<'a> {
         Err(StateError::inconsistent(format_args!("it holds the number {value}")))
     }
 
-    /// Takes as many finite numbers as the slice has room for.
+    /// Reads as many finite numbers as the slice has room for.
     ///
     /// # Errors
     /// [`StateError::Inconsistent`].
@@ -179,7 +179,7 @@ impl<'a> StateReader<'a> {
         Ok(())
     }
 
-    /// Takes a whole number.
+    /// Reads a whole number.
     ///
     /// # Errors
     /// As [`StateReader::real`].
@@ -187,7 +187,7 @@ impl<'a> StateReader<'a> {
         self.array().map(u64::from_le_bytes)
     }
 
-    /// Takes a truth value.
+    /// Reads a truth value.
     ///
     /// # Errors
     /// [`StateError::Inconsistent`].
@@ -199,7 +199,7 @@ impl<'a> StateReader<'a> {
         }
     }
 
-    /// Takes a text.
+    /// Reads a text.
     ///
     /// # Errors
     /// [`StateError::Inconsistent`].
@@ -209,7 +209,7 @@ impl<'a> StateReader<'a> {
         String::from_utf8(bytes).map_err(StateError::inconsistent)
     }
 
-    /// Asserts that all was taken.
+    /// Checks that everything was read.
     pub(crate) fn finish(self) -> Result<(), StateError> {
         match self.rest.len() {
             0 => Ok(()),

@@ -29,11 +29,11 @@ pub struct Experiment {
     pub tolerance: Option<f64>,
 }
 
-/// Everything of an instance that changes.
+/// The whole state of an instance.
 #[derive(Debug, Clone)]
 #[repr(C)]
 pub struct Snapshot<M> {
-    /// Which FMU it belongs to. It comes first, so that it can be read before anything else is believed.
+    /// Which FMU it belongs to. It comes first, so that it can be checked before anything else is read.
     pub(crate) identity: Identity,
     pub(crate) interface: Interface,
     pub(crate) phase: Phase,

@@ -1,7 +1,8 @@
-//! Derivatives of the model at one instant: directional ones, and those of outputs by time (sections 2.1.9 and 4.2.1).
+//! Derivatives of the model at one instant: directional ones, and time derivatives of outputs (sections 2.1.9 and
+//! 4.2.1).
 //!
-//! In co-simulation they are those at the communication point, with the inputs as they are set; what the next step
-//! begins with has not happened yet.
+//! In co-simulation they are those at the communication point, with the present inputs, before
+//! any event at the start of the next step.
 
 use crate::instance::Outcome;
 use crate::states::snapshot::Slopes;
@@ -11,7 +12,7 @@ impl<M: Model> Instance<M> {
     /// `fmi2GetDirectionalDerivative`: `sensitivity = (d unknowns / d knowns) seed`, exact.
     ///
     /// # Errors
-    /// A refused call, or that the model could not compute it; what is given as known or unknown must be one.
+    /// A refused call, a known or unknown that is not one, or a failure of the model.
     /// [`Refusal::Undefined`] where there is no derivative; all others are written.
     pub fn directional_derivative(
         &mut self,
@@ -46,7 +47,8 @@ impl<M: Model> Instance<M> {
     /// `fmi2SetRealInputDerivatives`: the rates of inputs during the next step, of order 1.
     ///
     /// # Errors
-    /// A refused call; another order, what is no continuous input, or a rate that is not finite. Then no rate is set.
+    /// A refused call; another order, a variable that is not a continuous input, or a rate that is not finite. Then no
+    /// rate is set.
     pub fn set_input_derivatives(
         &mut self,
         references: &[u32],
@@ -74,11 +76,11 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// `fmi2GetRealOutputDerivatives`: the derivatives of outputs by time, of order 1, under the inputs as they
-    /// stand, which change at the rates set for the next step, or else at those of the step just made.
+    /// `fmi2GetRealOutputDerivatives`: the time derivatives of outputs, of order 1, under the present
+    /// inputs, which change at the rates set for the next step, or else at those of the last step.
     ///
     /// # Errors
-    /// A refused call, or that the model could not compute it; another order, or what is no output.
+    /// A refused call, another order, a variable that is not an output, or a failure of the model.
     /// [`Refusal::Undefined`] where there is no derivative; all others are written.
     pub fn output_derivatives(
         &mut self,
@@ -120,7 +122,7 @@ impl<M: Model> Instance<M> {
         tangents(&self.now.model, moment, &mut self.tangents).map_err(crate::Failure::Model)
     }
 
-    /// Asserts that numbers that were handed out are finite.
+    /// Checks that the numbers returned are finite.
     pub(crate) fn defined(&self, what: &'static str, references: &[u32], values: &[f64]) -> Outcome<M> {
         match references.iter().zip(values).find(|(_, value)| !value.is_finite()) {
             Some((&reference, &value)) => {
@@ -130,7 +132,7 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// Name of a variable that is known to exist.
+    /// Name of an existing variable.
     pub(crate) fn name(&self, reference: u32) -> String {
         self.table.variables()[reference as usize].name().to_owned()
     }

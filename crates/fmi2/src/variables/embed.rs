@@ -1,11 +1,11 @@
-//! A table of variables reused by a larger model that holds the smaller one.
+//! A table of variables reused by a larger model that contains the smaller one.
 
 use crate::Variable;
 use crate::variables::role::{Get, Set};
 use crate::variables::variable::Access;
 
 impl<M: 'static> Variable<M> {
-    /// The same variable in a model that holds `M` as a part; name, description and dependencies stay.
+    /// The same variable in a model that contains `M`; name, description and dependencies stay.
     ///
     /// ```
     /// use fmi2::{Role, Variable};

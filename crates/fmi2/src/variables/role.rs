@@ -1,4 +1,4 @@
-//! What part a variable plays, and how it is set.
+//! The role of a variable, and how it is set.
 
 use std::fmt;
 
@@ -49,12 +49,12 @@ impl<M, T> Role<M, T> {
         Self::readable(Causality::Output, None)
     }
 
-    /// Computed, for looking at.
+    /// Computed, to be displayed.
     pub fn local() -> Self {
         Self::readable(Causality::Local, None)
     }
 
-    /// Known from the resources, for looking at.
+    /// Known from the resources, to be displayed.
     pub fn constant() -> Self {
         Self::readable(Causality::Local, Some(Variability::Constant))
     }

@@ -28,7 +28,7 @@ impl<M: Model> Table<M> {
         &self.states
     }
 
-    /// Nominal value of a Real variable, 1 where none is given.
+    /// Nominal value of a Real variable, 1 by default.
     pub(crate) fn nominal(&self, reference: u32) -> f64 {
         match self.variables.get(reference as usize).map(|one| &one.meta.kind) {
             Some(Kind::Real { nominal: Some(nominal), .. }) => *nominal,
@@ -36,14 +36,14 @@ impl<M: Model> Table<M> {
         }
     }
 
-    /// The quantity that a variable is, where derivatives by it can be asked for: an input, or a state that does not
-    /// follow from others as it does in initialization mode.
+    /// The quantity of a variable that can be a known of derivatives: an input, or a state, except in initialization
+    /// mode, where states follow from other variables.
     pub(crate) fn known(&self, reference: u32, phase: Phase) -> Result<usize, Refusal> {
         let entry = self.real(reference)?;
         let is_state = phase != Phase::Initialization && self.states.contains(&reference);
         let is_known = is_state || entry.meta.causality == Causality::Input;
         let name = || entry.meta.name.clone();
-        // The initialization knows parameters too (section 2.1.9).
+        // In initialization mode parameters are knowns, too (section 2.1.9).
         if entry.meta.causality == Causality::Parameter {
             return Err(Refusal::ByParameter { name: name() });
         }
@@ -52,8 +52,8 @@ impl<M: Model> Table<M> {
         entry.quantity.filter(|_| is_known).ok_or_else(refused)
     }
 
-    /// The quantity that a variable is, where its own derivatives can be asked for: an output, a state or a
-    /// derivative. What changes at events alone is none, and its derivatives are zero.
+    /// The quantity of a variable that can be an unknown of derivatives: an output, a state or a derivative. A variable
+    /// that changes at events only has no quantity, and its derivatives are zero.
     pub(crate) fn unknown(&self, reference: u32) -> Result<Option<usize>, Refusal> {
         let entry = self.real(reference)?;
         let is_unknown = entry.meta.causality == Causality::Output
@@ -80,7 +80,7 @@ impl<M: Model> Table<M> {
         entry.slope.as_ref().ok_or_else(|| Refusal::NotInterpolated { name: entry.meta.name.clone() })
     }
 
-    /// Holds every input again.
+    /// Sets the rate of every input to zero.
     pub(crate) fn hold(&self, model: &mut M) {
         self.variables.iter().filter_map(|one| one.slope.as_ref()).for_each(|set| set(model, 0.0));
     }
@@ -134,7 +134,7 @@ impl<M: Model> Table<M> {
         value.check(&entry.meta.name, &entry.access)
     }
 
-    /// Sets a value without looking at the phase.
+    /// Sets a value in any phase.
     ///
     /// # Errors
     /// [`Refusal::UnknownReference`], [`Refusal::WrongType`].

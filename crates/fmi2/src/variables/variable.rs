@@ -1,4 +1,4 @@
-//! One entry of a model's table of variables: what the XML says, and how to get and set it.
+//! One entry of a model's table of variables: its attributes in the XML, its getter and its setter.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -7,7 +7,7 @@ use model_description::{Dependency, DependencyKind, Enumeration, Kind, ScalarVar
 
 use crate::variables::role::{Get, Role, Set};
 
-/// How to reach a value in the model.
+/// Getter and setter of a value in the model.
 pub enum Access<M> {
     /// Floating point.
     Real(Get<M, f64>, Option<Set<M, f64>>),
@@ -38,7 +38,7 @@ pub enum Access<M> {
 /// let force = V::real("force", "force on the vehicle", |t| t.force, R::output()).unit("N").depends_on(&[]);
 /// ```
 pub struct Variable<M> {
-    /// In a box, so that a table is small and quickly walked through.
+    /// In a box, so that a table is small and fast to iterate over.
     pub(crate) meta: Box<ScalarVariable>,
     pub(crate) access: Access<M>,
     /// Number among the quantities of [`Tangents`](crate::Tangents).
@@ -119,7 +119,7 @@ impl<M> Variable<M> {
         Self { meta, access: Access::Enumeration(Box::new(get), role.set, last), quantity: None, slope: None }
     }
 
-    /// Unit of a Real variable; where it holds radians once, degrees become the display unit.
+    /// Unit of a Real variable; if it contains radians to the first power, degrees become the display unit.
     #[must_use]
     pub fn unit(mut self, name: &str) -> Self {
         if let Kind::Real { unit, display_unit, .. } = &mut self.meta.kind {
@@ -170,7 +170,7 @@ impl<M> Variable<M> {
         self
     }
 
-    /// The time derivative of the state of the given name; the order of the derivatives is that of the states.
+    /// Marks the time derivative of the state of the given name; the order of the derivatives is that of the states.
     #[must_use]
     pub fn derivative_of(mut self, state: &str) -> Self {
         self.meta.derivative_of = Some(state.to_owned());
@@ -185,7 +185,7 @@ impl<M> Variable<M> {
     }
 
     /// How to set the rate at which a Real input changes during the next step (`fmi2SetRealInputDerivatives`); the
-    /// model carries the input along, and is told the rate zero after the step.
+    /// model advances the input, and the rate is set to zero after the step.
     #[must_use]
     pub fn slope(mut self, set: impl Fn(&mut M, f64) + Send + Sync + 'static) -> Self {
         self.slope = Some(Box::new(set));
@@ -199,7 +199,7 @@ impl<M> Variable<M> {
         self
     }
 
-    /// Like [`depends_on`](Self::depends_on), on one more by a constant factor.
+    /// Adds a dependency with a constant factor, as [`depends_on`](Self::depends_on) does in general.
     #[must_use]
     pub fn depends_linearly_on(mut self, name: &str) -> Self {
         let one = Dependency { on: name.to_owned(), kind: DependencyKind::Constant };
@@ -207,7 +207,7 @@ impl<M> Variable<M> {
         self
     }
 
-    /// Drops dependencies that a larger model does not know as inputs or states.
+    /// Drops dependencies on variables that are not inputs or states of a larger model.
     #[must_use]
     pub fn depends_only_where(mut self, known: impl Fn(&str) -> bool) -> Self {
         if let Some(list) = &mut self.meta.depends_on {
@@ -228,7 +228,7 @@ impl<M> Variable<M> {
         &self.meta.name
     }
 
-    /// The entry with the start value that the freshly loaded model has, where the standard wants one.
+    /// The entry with the start value that the freshly loaded model has, where the standard requires one.
     pub(crate) fn described(&self, value_reference: u32, model: &M) -> ScalarVariable {
         let mut meta = (*self.meta).clone();
         meta.value_reference = value_reference;
