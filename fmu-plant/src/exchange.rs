@@ -81,7 +81,7 @@ impl ContinuousModel for PlantModel {
         }
     }
 
-    fn obey(&mut self) -> Result<(), PlantError> {
+    fn apply_inputs(&mut self) -> Result<(), PlantError> {
         self.obey_commands()?;
         self.plant.set_current(self.inputs.current)?;
         Ok(self.plant.set_operating_speed(self.inputs.operating_speed)?)

@@ -90,7 +90,7 @@ impl ClosedLoop {
         self.controller.initialise(time, log)?;
         self.command();
         // Actuators without lag follow the first commands at once.
-        Ok(self.plant.obey()?)
+        Ok(self.plant.apply_inputs()?)
     }
 
     /// Moves the loop to a time \[s\] without allocating.
@@ -99,7 +99,7 @@ impl ClosedLoop {
     /// [`ClosedLoopError::Plant`], [`ClosedLoopError::Controller`].
     pub fn advance(&mut self, to: f64, log: &mut dyn Log) -> Result<(), ClosedLoopError> {
         // A tick at the present time must use the new inputs.
-        self.plant.obey()?;
+        self.plant.apply_inputs()?;
         while self.controller.autopilot().is_due_before(to) {
             let due = self.controller.autopilot().next_tick_time();
             self.move_plant(due, log)?;

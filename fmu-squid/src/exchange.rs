@@ -14,8 +14,8 @@ impl ContinuousModel for ClosedLoop {
         self.plant.set_states(states);
     }
 
-    fn obey(&mut self) -> Result<(), ClosedLoopError> {
-        Ok(self.plant.obey()?)
+    fn apply_inputs(&mut self) -> Result<(), ClosedLoopError> {
+        Ok(self.plant.apply_inputs()?)
     }
 
     fn derivatives(&self, rates: &mut [f64]) {

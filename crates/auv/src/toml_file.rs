@@ -60,7 +60,7 @@ impl<'a> Document<'a> {
         Ok(document)
     }
 
-    /// The table that holds all others.
+    /// The root table.
     pub fn root(&self) -> Table<'_> {
         self.table(String::new(), 0..0, &self.entries)
     }

@@ -236,7 +236,7 @@ impl<M: Model> Instance<M> {
         let outcome = match self.now.phase {
             Phase::Initialization => self.now.model.initialise(self.now.experiment.start, log),
             Phase::Step | Phase::Event | Phase::Continuous | Phase::Terminated => match M::continuous() {
-                Some(continuous) => (continuous.obey)(&mut self.now.model),
+                Some(continuous) => (continuous.apply_inputs)(&mut self.now.model),
                 None => Ok(()),
             },
             _ => Ok(()),

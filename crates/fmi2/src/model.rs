@@ -51,8 +51,8 @@ pub trait Model: Clone + Send + Sync + 'static {
     fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError>;
 
     /// The continuous states, if an importer may integrate them itself. With them the inputs act at once in
-    /// co-simulation too ([`ContinuousModel::obey`](crate::ContinuousModel::obey)); without them the outputs change
-    /// during a step only.
+    /// co-simulation too ([`ContinuousModel::apply_inputs`](crate::ContinuousModel::apply_inputs)); without them the
+    /// outputs change during a step only.
     fn continuous() -> Option<Continuous<Self>> {
         None
     }
@@ -116,7 +116,7 @@ pub trait ContinuousModel: Model {
     ///
     /// # Errors
     /// An input is not allowed.
-    fn obey(&mut self) -> Result<(), Self::Error>;
+    fn apply_inputs(&mut self) -> Result<(), Self::Error>;
 
     /// Computes `f(x, u)`; numbers that are not finite mean that f is undefined there.
     fn derivatives(&self, rates: &mut [f64]);
@@ -149,7 +149,7 @@ type EventOf<M> = fn(&mut M, f64, &mut dyn Log) -> Result<(), <M as Model>::Erro
 pub struct Continuous<M: Model> {
     pub(crate) states: fn(&M, &mut [f64]),
     pub(crate) set_states: fn(&mut M, &[f64]),
-    pub(crate) obey: fn(&mut M) -> Result<(), M::Error>,
+    pub(crate) apply_inputs: fn(&mut M) -> Result<(), M::Error>,
     pub(crate) derivatives: fn(&M, &mut [f64]),
     pub(crate) input_rates: fn(&M, &mut [f64]),
     pub(crate) next_event: fn(&M) -> Option<f64>,
@@ -163,7 +163,7 @@ impl<M: ContinuousModel> Continuous<M> {
         Self {
             states: M::states,
             set_states: M::set_states,
-            obey: M::obey,
+            apply_inputs: M::apply_inputs,
             derivatives: M::derivatives,
             input_rates: M::input_rates,
             next_event: M::next_event,

@@ -160,7 +160,7 @@ impl ContinuousModel for Lag {
         self.y = states[0];
     }
 
-    fn obey(&mut self) -> Result<(), LagError> {
+    fn apply_inputs(&mut self) -> Result<(), LagError> {
         Ok(())
     }
 
