@@ -152,13 +152,13 @@ fn current(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
 
 /// The plant's outputs but its trim, which is the initial one; `trim_pitch` is the controller's here.
 fn motion(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
-    let actuators = model.plant.vehicle().actuators.iter().map(|one| format!("trim_{}", one.name));
+    let actuators = model.plant.vehicle().actuators.iter().map(|actuator| format!("trim_{}", actuator.name));
     let trim: Vec<_> = actuators.chain(["trim_pitch".to_owned()]).collect();
     let open = move |one: &fmi2::Variable<_>| !trim.iter().any(|name| name == one.name());
     let known = known_of(model);
     let here = move |one: Variable| one.depends_only_where(&known);
-    let actuators = model.plant.vehicle().actuators.iter().filter(|one| one.lag <= 0.0);
-    let at_once: Vec<_> = actuators.map(|one| format!("{}_output", one.name)).collect();
+    let actuators = model.plant.vehicle().actuators.iter().filter(|actuator| actuator.lag <= 0.0);
+    let at_once: Vec<_> = actuators.map(|actuator| format!("{}_output", actuator.name)).collect();
     fmu_plant::outputs(&model.plant).into_iter().filter(open).map(of_plant).map(here).map(move |one| {
         match one.name() {
             // Their first values depend on the same variables as in the plant, too.
@@ -186,9 +186,9 @@ fn states(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
 
 /// The dependencies in the plant but those on variables that the loop sets.
 fn known_of(model: &ClosedLoop) -> impl Fn(&str) -> bool + use<> {
-    let actuators = model.plant.vehicle().actuators.iter().map(|one| one.name.clone());
+    let actuators = model.plant.vehicle().actuators.iter().map(|actuator| actuator.name.clone());
     let set: Vec<String> = actuators.chain(["operating_speed".to_owned()]).collect();
-    move |name| !set.iter().any(|one| one == name)
+    move |name| !set.iter().any(|known| known == name)
 }
 
 fn actuators(model: &ClosedLoop) -> usize {
@@ -204,7 +204,8 @@ fn knowns_of_start() -> Vec<&'static str> {
 fn of_controller(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let open = |one: &fmi2::Variable<_>| !SIGNALS.iter().any(|s| [s.name, s.reference].contains(&one.name()));
     let constants = ["sample_time", "gamma", "gamma_certified"];
-    let names: Vec<String> = model.plant.vehicle().actuators.iter().map(|one| one.name.clone()).collect();
+    let names: Vec<String> =
+        model.plant.vehicle().actuators.iter().map(|actuator| actuator.name.clone()).collect();
     model.controller.variables().into_iter().filter(open).map(move |one| {
         let constant = constants.contains(&one.name());
         let one = one.embedded(|m: &ClosedLoop| &m.controller, |m| &mut m.controller);
@@ -221,7 +222,7 @@ fn quantity_of(name: &str, actuators: &[String]) -> Option<Own> {
     match name {
         "scheduling_parameter" => Some(Own::SchedulingParameter),
         "trim_pitch" => Some(Own::TrimPitch),
-        _ => actuators.iter().position(|one| one == name).map(Own::Command),
+        _ => actuators.iter().position(|actuator| actuator == name).map(Own::Command),
     }
 }
 

@@ -193,7 +193,8 @@ mod tests {
         let names: std::collections::BTreeSet<_> = Function::all().map(Function::name).collect();
         assert_eq!(names.len(), 44);
         assert!(names.iter().all(|name| name.starts_with("fmi2")));
-        let of_co_simulation = Function::all().filter(|one| one.belongs_to(Interface::CoSimulation));
+        let of_co_simulation =
+            Function::all().filter(|function| function.belongs_to(Interface::CoSimulation));
         assert_eq!(of_co_simulation.count(), 34);
     }
 
@@ -203,7 +204,7 @@ mod tests {
             for &phase in function.legal_phases() {
                 let some = [Interface::ModelExchange, Interface::CoSimulation]
                     .into_iter()
-                    .any(|one| phase.occurs_in(one) && function.is_legal_in(phase, one));
+                    .any(|interface| phase.occurs_in(interface) && function.is_legal_in(phase, interface));
                 assert!(some, "{} in {}", function.name(), phase.name());
             }
         }

@@ -75,8 +75,16 @@ impl Autopilot {
             sample_time: design.sample_time,
             centre: design.scheduling.centre,
             half_range: design.scheduling.half_range,
-            tracked: design.tracked.iter().filter_map(|one| Some((place(&one.name)?, one.scale))).collect(),
-            actuators: design.actuators.iter().map(|one| [one.scale, one.minimum, one.maximum]).collect(),
+            tracked: design
+                .tracked
+                .iter()
+                .filter_map(|output| Some((place(&output.name)?, output.scale)))
+                .collect(),
+            actuators: design
+                .actuators
+                .iter()
+                .map(|actuator| [actuator.scale, actuator.minimum, actuator.maximum])
+                .collect(),
             trim: Trim::new(design.trim.clone()),
             parameters: design.lft.blocks.len(),
         };

@@ -38,8 +38,8 @@ impl ODE<f64, Body> for Flow<'_> {
     /// current gains.
     fn diff(&self, time: f64, body: &Body, rate: &mut Body) {
         let [u, w, q, theta, _, sunk] = *body;
-        let each = self.actuators.iter().zip(self.outputs).zip(self.commands).enumerate();
-        let outputs = each.map(|(i, ((actuator, start), command))| match self.slopes {
+        let actuators = self.actuators.iter().zip(self.outputs).zip(self.commands).enumerate();
+        let outputs = actuators.map(|(i, ((actuator, start), command))| match self.slopes {
             None => actuator.output_after(time, *start, *command),
             Some(slopes) => actuator.output_along(time, *start, *command, slopes.commands[i]),
         });

@@ -132,7 +132,7 @@ fn vehicle(file: File) -> Result<Vehicle, JsonProblem> {
     if !is_vehicle_name(&name) {
         return Err(not_allowed("name", name, "the name of a vehicle"));
     }
-    let Some(status) = Status::ALL.into_iter().find(|one| one.word() == status) else {
+    let Some(status) = Status::ALL.into_iter().find(|known| known.word() == status) else {
         return Err(not_allowed("status", status, "surrogate, published or measured"));
     };
     let coefficients = read_coefficients(&coefficients)?;
@@ -172,7 +172,7 @@ fn read_actuators(rows: Vec<Row>) -> Result<Vec<Actuator>, JsonProblem> {
 #[inline]
 fn actuator(row: Row) -> Result<Actuator, JsonProblem> {
     let Row { name, kind, numbers } = row;
-    let Some(effect) = Effect::ALL.into_iter().find(|one| one.kind() == kind) else {
+    let Some(effect) = Effect::ALL.into_iter().find(|known| known.kind() == kind) else {
         return Err(not_allowed(&format!("{name}.kind"), kind, "thruster or control_surface"));
     };
     let keys: Vec<&str> = LIMITS.into_iter().chain(effect.numbers().map(|(key, _)| key)).collect();

@@ -18,7 +18,7 @@ impl<M: Model> Table<M> {
     /// The table of a loaded model.
     pub fn of(model: &M) -> Self {
         let mut table = Self { variables: model.variables(), states: Vec::new() };
-        let states = table.variables.iter().filter_map(|one| one.meta.derivative_of.as_deref());
+        let states = table.variables.iter().filter_map(|variable| variable.meta.derivative_of.as_deref());
         table.states = states.filter_map(|name| table.reference(name)).collect();
         table
     }
@@ -30,7 +30,7 @@ impl<M: Model> Table<M> {
 
     /// Nominal value of a Real variable, 1 by default.
     pub(crate) fn nominal(&self, reference: u32) -> f64 {
-        match self.variables.get(reference as usize).map(|one| &one.meta.kind) {
+        match self.variables.get(reference as usize).map(|variable| &variable.meta.kind) {
             Some(Kind::Real { nominal: Some(nominal), .. }) => *nominal,
             _ => 1.0,
         }
@@ -71,7 +71,7 @@ impl<M: Model> Table<M> {
             one.meta.causality == Causality::Input && one.meta.variability == Variability::Continuous
         };
         let mut inputs = self.variables.iter().filter(continuous).peekable();
-        inputs.peek().is_some() && inputs.all(|one| one.slope.is_some())
+        inputs.peek().is_some() && inputs.all(|variable| variable.slope.is_some())
     }
 
     /// The rate of an input.
@@ -82,7 +82,7 @@ impl<M: Model> Table<M> {
 
     /// Sets the rate of every input to zero.
     pub(crate) fn hold(&self, model: &mut M) {
-        self.variables.iter().filter_map(|one| one.slope.as_ref()).for_each(|set| set(model, 0.0));
+        self.variables.iter().filter_map(|variable| variable.slope.as_ref()).for_each(|set| set(model, 0.0));
     }
 
     /// An output and its quantity.

@@ -124,7 +124,7 @@ impl<M> Variable<M> {
     pub fn unit(mut self, name: &str) -> Self {
         if let Kind::Real { unit, display_unit, .. } = &mut self.meta.kind {
             let read = model_description::Unit::parse(name).ok();
-            *display_unit = read.and_then(|unit| unit.display_units.into_iter().next()).map(|one| one.name);
+            *display_unit = read.and_then(|unit| unit.display_units.into_iter().next()).map(|unit| unit.name);
             *unit = Some(name.to_owned());
         }
         self
