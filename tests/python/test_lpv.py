@@ -243,7 +243,7 @@ def test_singular_problem_without_a_least_gamma(run_squid: Run, tmp_path: Path) 
     code, report, _ = synth(run_squid, tmp_path / "p.json", problem)
     assert (code, report["status"]) == (0, "feasible")
     assert report["gamma"] < 1e-6 * report["certified_gamma"] < 1e-6 and report["back_off"] is None
-    assert any("the least gamma found is zero but for rounding" in remark for remark in report["remarks"])
+    assert any("the computed least gamma is zero up to rounding" in remark for remark in report["remarks"])
     assert any("designed for the plant with an output" in remark for remark in report["remarks"])
 
 
@@ -379,7 +379,7 @@ def test_direct_path_that_leaves_the_loop_open(run_squid: Run, tmp_path: Path, c
     [
         (lambda c: c["data"]["P"].update(D22=[[0.5, 0.5]]), "D22 is 1 x 2, it must be 1 x 1"),
         (lambda c: c["data"]["P"].pop("B2"), "'B2' is missing"),
-        (lambda c: c["data"]["P"]["A"][0].pop(), "'A' has rows of unlike length"),
+        (lambda c: c["data"]["P"]["A"][0].pop(), "'A' has rows of different lengths"),
         (
             lambda c: c["data"]["P"].update(C1="x"),
             "'C1' is the string \"x\"; it must be a list of rows of numbers",

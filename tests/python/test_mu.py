@@ -395,10 +395,10 @@ SYSTEM = {"P": {"A": [[-1]], "B": [[1]], "C": [[1]], "D": [[0]]}, "blocks": [[-1
     ("data", "spoil", "words"),
     [
         (MATRIX, lambda d: d.pop("M"), "'M' is missing"),
-        (MATRIX, lambda d: d.update(P=SYSTEM["P"]), "'M' and 'P' are both there"),
+        (MATRIX, lambda d: d.update(P=SYSTEM["P"]), "'M' and 'P' are both given"),
         (MATRIX, lambda d: d.update(M=[]), "'M' is empty"),
         (MATRIX, lambda d: d.update(M=3), "'M' is the number 3; it must be a list of rows"),
-        (MATRIX, lambda d: d["M"][0].pop(), "'M' has rows of unlike length; the first has 1 numbers"),
+        (MATRIX, lambda d: d["M"][0].pop(), "'M' has rows of different lengths; the first has 1 numbers"),
         (MATRIX, lambda d: d["M"][0].__setitem__(1, [1, 2, 3]), "'M' has a list of 3 in row 1, column 2"),
         (MATRIX, lambda d: d["M"][1].__setitem__(0, "x"), "'M' is the string \"x\" in row 2, column 1"),
         (MATRIX, lambda d: d["M"][1].__setitem__(0, [0, None]), "'M' is null in row 2, column 1"),
@@ -415,8 +415,8 @@ SYSTEM = {"P": {"A": [[-1]], "B": [[1]], "C": [[1]], "D": [[0]]}, "blocks": [[-1
         (SYSTEM, lambda d: d["P"].pop("A"), "'A' is missing"),
         (SYSTEM, lambda d: d["P"].pop("D"), "'D' is missing"),
         (SYSTEM, lambda d: d["P"].update(A=[[-1, 0]]), "'A' is 1 x 2"),
-        (SYSTEM, lambda d: d["P"].update(B=[[1, 2]]), "'B' is 1 x 2; beside the others it must be 1 x 1"),
-        (SYSTEM, lambda d: d["P"].update(C=[[1], [2]]), "'C' is 2 x 1; beside the others it must be 1 x 1"),
+        (SYSTEM, lambda d: d["P"].update(B=[[1, 2]]), "'B' is 1 x 2; with the other matrices it must be 1 x 1"),
+        (SYSTEM, lambda d: d["P"].update(C=[[1], [2]]), "'C' is 2 x 1; with the other matrices it must be 1 x 1"),
         (SYSTEM, lambda d: d.update(blocks=[[-2, 0]]), "'D' is 1 x 1; for these blocks it must be 2 x 2"),
         (
             SYSTEM,

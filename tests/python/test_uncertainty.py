@@ -49,7 +49,7 @@ def test_the_robust_controller_bears_more(run_squid: Run, tmp_path: Path) -> Non
     bound = json.loads((tmp_path / "controller.json").read_text(encoding="utf-8"))["gamma"]["bound"]
     assert (
         "made with --robust" in done.stdout
-        and f"bounded by {math.ceil(1e4 * bound) / 1e4:.4f}" in done.stdout
+        and f"bound of the finished loop {math.ceil(1e4 * bound) / 1e4:.4f}" in done.stdout
     )
     done = run_squid("report", vehicle, "--out", tmp_path)
     assert done.returncode == 0, done.stderr

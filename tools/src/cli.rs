@@ -10,10 +10,10 @@ use squid_design::store;
 use squid_design::store::files::check_directory;
 use std::path::{Path, PathBuf};
 
-/// From the coefficients of an underwater vehicle to a scheduled pitch controller and to FMUs that any simulation
-/// tool flies.
+/// From the coefficients of an underwater vehicle to a scheduled pitch controller and to FMUs for any simulation
+/// tool.
 ///
-/// A vehicle is a directory with vehicle.toml (its coefficients) and design.toml (what is asked of the controller).
+/// A vehicle is a directory with vehicle.toml (its coefficients) and design.toml (the requirements on the controller).
 #[derive(Debug, Parser)]
 #[command(version, after_long_help = FIRST_RUN)]
 pub struct Cli {
@@ -22,7 +22,7 @@ pub struct Cli {
     pub verb: Verb,
 }
 
-/// The end of `--help`: the examples stand on lines of their own.
+/// The end of `--help`, each example on a separate line.
 const FIRST_RUN: &str = "\
 A first run:
   squid show vehicles/squid --speed 1
@@ -30,9 +30,8 @@ A first run:
   squid simulate vehicles/squid
   squid package vehicles/squid
 
-Exit codes: 0 when all is well, 1 when a file is wrong, the work fails or nothing is proved, 64 when the \
-command line is wrong; `squid lpv synth` \
-has more.";
+Exit codes: 0 for success, 1 when a file is wrong, a stage fails or nothing is proved, 64 when the \
+command line is wrong; `squid lpv synth` has more.";
 
 #[allow(missing_docs)] // Doc comments here are the help.
 #[derive(Debug, Subcommand)]
@@ -40,48 +39,48 @@ pub enum Verb {
     /// Design a controller: trim, linearise, fit, LFT, augment, synthesise, check, freeze
     ///
     /// Prints each stage with its key figure and writes controller.json, plant.json, manoeuvre.json and design.json.
-    /// A controller that fails a check is not written. One whose gain bound is not proved is written, to be looked
-    /// at, and the exit code is 1.
+    /// A controller that fails a check is not written. One whose gain bound is not proved is written for inspection,
+    /// and the exit code is 1.
     Design {
         #[command(flatten)]
         which: Which,
-        /// Also show what each assumption about the speed costs: frozen, slow, arbitrarily fast
+        /// Also show gamma under each assumption about the speed: frozen, slow, arbitrarily fast
         #[arg(long)]
         ladder: bool,
-        /// Look for a controller that bears more of the declared uncertainty, and show both side by side (minutes)
+        /// Look for a controller that tolerates more of the declared uncertainty, and compare the two (minutes)
         #[arg(long)]
         robust: bool,
     },
-    /// Pack the three FMUs of a design: the vehicle, the autopilot, and both in one loop; and the first two wired, as
-    /// SSP
+    /// Pack the three FMUs of a design: the vehicle, the autopilot, and both in one loop; and an SSP that connects the
+    /// first two
     ///
-    /// Takes what `squid design` wrote. Refuses it when a file changed since, and when the certificate of the gain
-    /// bound does not prove.
+    /// Reads the output of `squid design`. Refuses it when a file has changed since, and when the proof of the gain
+    /// bound fails.
     Package {
         #[command(flatten)]
         which: Which,
-        /// Whom the FMUs run for: host, all, or some of linux64, win64, aarch64-linux, with commas between
+        /// Platforms of the FMUs: host, all, or some of linux64, win64, aarch64-linux, separated by commas
         #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "host")]
         platforms: Vec<String>,
-        /// Where the FMUs' shared libraries lie, if not where cargo puts them; of named platforms, in folders of that
-        /// name
+        /// Where the FMUs' shared libraries are, if not where cargo puts them; those of named platforms in folders of
+        /// that name
         #[arg(long, value_name = "DIR")]
         binaries: Option<PathBuf>,
-        /// Pack a controller without proof all the same; its FMUs then say that they are uncertified
+        /// Pack a controller without proof; its FMUs then say that they are uncertified
         #[arg(long)]
         allow_uncertified: bool,
-        /// Write the three model descriptions alone, to this directory
+        /// Write only the three model descriptions, to this directory
         #[arg(long, value_name = "DIR")]
         descriptions: Option<PathBuf>,
     },
     /// Fly a design in this process: its manoeuvre, pitch steps over the range of speed, the vehicle alone
     ///
-    /// Designs first if nothing is designed yet. Writes records (CSV) and plots (SVG).
+    /// Designs first if there is no design yet. Writes records (CSV) and plots (SVG).
     Simulate(Which),
-    /// Write the report: the paper's figures for this vehicle, and whether it bears out what the paper claims
+    /// Write the report: the paper's figures for this vehicle, and whether it confirms the paper's claims
     ///
-    /// One page, report.html, that needs no network, and each figure as figures/NAME.svg. Designs first if nothing is
-    /// designed yet.
+    /// One page, report.html, that needs no network, and each figure as figures/NAME.svg. Designs first if there is no
+    /// design yet.
     Report(Which),
     /// Show the trim, A, B and eigenvalues at a speed; the fit and its residuals; the controller's poles
     Show {
@@ -93,23 +92,23 @@ pub enum Verb {
         /// The polynomial fit and its residuals
         #[arg(long)]
         fit: bool,
-        /// The controller and its poles: the stored one, or one designed now if there is none in the default directory
+        /// The controller and its poles: the stored one, or a new design if the default directory has none
         #[arg(long)]
         controller: bool,
-        /// What is uncertain, its channels in the LFT, and how well that holds
+        /// The uncertain parameters, their channels in the LFT, and the model's errors
         #[arg(long)]
         uncertainty: bool,
     },
     /// Prove the gain bound of an FMU, or of a certificate.json, in exact arithmetic
     ///
-    /// Every number is read as the rational number that it is; nothing is rounded, and nothing is shared with the
-    /// program that found the controller. Of an FMU it also checks that the proof is of the very controller inside,
-    /// and that its resources belong to its GUID. With --vehicle it computes anew that the proof is about that
-    /// vehicle, and that scales, trims and limits are those of its files: all that is asked before an FMU is packed.
+    /// Every number is read as the rational number that it is; nothing is rounded, and no code is shared with the
+    /// synthesis. For an FMU it also checks that the proof is of the controller inside, and that its resources belong
+    /// to its GUID. With --vehicle it computes again that the proof is about that vehicle, and that scales, trims and
+    /// limits are those of its files: all that is required before an FMU is packed.
     Verify {
         /// A controller's FMU, the FMU of the whole loop, or a certificate
         file: PathBuf,
-        /// The vehicle's directory: is the file what this vehicle's design makes?
+        /// The vehicle's directory, to check that the file is of this vehicle's design
         #[arg(long, value_name = "DIR")]
         vehicle: Option<PathBuf>,
         /// The design: a file NAME.toml in the vehicle's directory
@@ -126,14 +125,15 @@ pub enum Verb {
     Plot {
         /// The record: a column `time`, then one for each variable
         record: PathBuf,
-        /// The vehicle that flew; its actuators are plotted, too
+        /// The vehicle's directory; its actuators are plotted, too
         #[arg(long, value_name = "DIR")]
         vehicle: Option<PathBuf>,
-        /// The SVG file to write; beside the record if not named
+        /// The SVG file to write; by default beside the record
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
-        /// Print the figures of the flight as one JSON object, in s, rad, m/s and fractions: pitch_steps with overshoot,
-        /// rise_time, settling_time (null: never settled) and steady_error, pitch_error, speed_error, actuator_use, surface
+        /// Print the figures of the flight as one JSON object, in s, rad, m/s and fractions: pitch_steps with
+        /// overshoot, rise_time, settling_time (null: never settled) and steady_error, pitch_error, speed_error,
+        /// actuator_use, surface
         #[arg(long)]
         json: bool,
     },
@@ -150,13 +150,13 @@ pub struct Which {
     /// Replace the bandwidth w_b of every tracking weight, rad/s (the paper tries 0.46, 0.23 and 0.1)
     #[arg(long, value_name = "RAD/S", allow_negative_numbers = true)]
     pub bandwidth: Option<f64>,
-    /// The directory for all files; build/VEHICLE/DESIGN if not named
+    /// The directory for all files; by default build/VEHICLE/DESIGN
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 }
 
 impl Which {
-    /// The files that are named, and the directory of the design.
+    /// The vehicle and design files, and the directory of the design.
     ///
     /// # Errors
     /// [`Error::Argument`], those of the files.
@@ -166,7 +166,7 @@ impl Which {
         Ok((inputs, directory))
     }
 
-    /// The same for a verb that writes to the directory, which is refused at once if it cannot be written to.
+    /// The same for a verb that writes to the directory; refuses at once a directory that cannot be written to.
     ///
     /// # Errors
     /// As [`Which::read`], and that of the directory.

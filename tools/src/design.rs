@@ -1,4 +1,4 @@
-//! `squid design`: designs, and says what came of it.
+//! `squid design`: designs a controller and prints the result.
 
 use crate::cli::Which;
 use crate::error::Error;
@@ -13,7 +13,7 @@ use squid_design::synthesise::ladder;
 use squid_design::synthesise::robust::stored::CERTIFICATE;
 use std::path::Path;
 
-/// Designs, writes the files of the design, and says what was found.
+/// Designs a controller, writes the files of the design, and prints the result.
 ///
 /// # Errors
 /// Those of the files and of the stages; [`Error::NotProved`].
@@ -23,10 +23,10 @@ pub fn run(which: &Which, with_ladder: bool, with_robust: bool) -> Result<(), Er
     let finished = run_with(&inputs, &progress, with_robust)?;
     store::save(&directory, &inputs, &finished)?;
     progress.done("freeze", &format!("{}", directory.display()));
-    if let Some(found) = &finished.robust {
+    if let Some(robust_design) = &finished.robust {
         say(&format!(
             "\n{}PROVED in exact arithmetic: {}",
-            found.figures.words(),
+            robust_design.figures.words(),
             directory.join(CERTIFICATE).display()
         ));
     }
@@ -40,7 +40,7 @@ pub fn run(which: &Which, with_ladder: bool, with_robust: bool) -> Result<(), Er
     finished.proof.map(|_| ()).map_err(|reason| Error::NotProved { directory, reason })
 }
 
-/// The stored design, made now if there is none for these files. Whether it is proved the caller has to say.
+/// The stored design, or a new one if there is none for these files. The caller reports whether it is proved.
 ///
 /// # Errors
 /// Those of the files and of the stages.

@@ -1,4 +1,4 @@
-//! What ends the command with a message.
+//! Errors that end the command.
 
 use squid_design::error::{InputError, ModelError, ProofError, StoreError};
 use thiserror::Error as ThisError;
@@ -6,13 +6,13 @@ use thiserror::Error as ThisError;
 /// An error that ends the command with one message.
 #[derive(Debug, ThisError)]
 pub enum Error {
-    /// There is no design, or a file of it is wrong.
+    /// The design failed, or a file of it is wrong.
     #[error(transparent)]
     Design(#[from] squid_design::error::Error),
-    /// There is no report.
+    /// The report failed.
     #[error(transparent)]
     Report(#[from] squid_report::error::Error),
-    /// There is no FMU, or it is wrong.
+    /// An FMU cannot be packed, or is wrong.
     #[error(transparent)]
     Package(#[from] squid_package::error::Error),
     /// A number on the command line is outside what is allowed.
@@ -38,7 +38,7 @@ pub enum Error {
     Problem {
         /// The file.
         file: String,
-        /// Key, what was found, what is allowed.
+        /// The key, its value, and what is allowed.
         reason: String,
     },
     /// mu has no bound.
@@ -49,13 +49,13 @@ pub enum Error {
         /// Why.
         reason: lpv::mu::sweep::SweepError,
     },
-    /// A design came to its end without a proof.
+    /// The bound of a finished design is not proved.
     #[error(
-        "NOT PROVED: {reason}\nThe design is in {directory}, to be looked at; it proves nothing, and `squid \
+        "NOT PROVED: {reason}\nThe design is in {directory}, for inspection; it proves nothing, and `squid \
             package` refuses it"
     )]
     NotProved {
-        /// Where the design lies.
+        /// The directory of the design.
         directory: String,
         /// Why.
         reason: String,
@@ -63,7 +63,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// Whether the command line is wrong, and no file.
+    /// Whether the command line is wrong, rather than a file.
     pub fn is_usage(&self) -> bool {
         matches!(self, Self::Argument { .. })
     }

@@ -1,4 +1,4 @@
-//! The command `squid`, a file a verb, and what its verbs print.
+//! The command `squid`: one file for each verb, and the printed output.
 
 pub mod cli;
 pub mod design;

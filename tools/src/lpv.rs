@@ -23,7 +23,7 @@ use std::process::ExitCode;
 /// What `squid lpv` can do.
 #[derive(Debug, Subcommand)]
 pub enum LpvVerb {
-    /// Find the least gamma and a scheduled controller, and prove its gain bound
+    /// Compute the least gamma and a scheduled controller, and prove its gain bound
     ///
     /// Reads a generalised plant: {"data": {"P": {"A": .., "Bt": .., ..}, "blocks": [r_1, ..]}}, or without
     /// parameters {"data": {"A": .., "B1": .., ..}}; matrices are lists of rows, wt = blkdiag(theta_i I_ri) zt,
@@ -32,9 +32,9 @@ pub enum LpvVerb {
     ///
     /// Exit codes, and the word `status` of --json: 0, feasible: a controller with a proved bound; 2, infeasible:
     /// there is provably none; 3, numerical_failure: nothing is known; 4, too_fast: there are controllers, but none
-    /// found keeps --fastest-mode, which proves nothing of the others; 1, error: a file is wrong; 64: the command
-    /// line is wrong. `reason` says why there is no controller, `remarks` what about the problem makes gains grow
-    /// without limit (a control without a weight, a measurement without noise) and what else went otherwise than
+    /// computed keeps --fastest-mode, which proves nothing about others; 1, error: a file is wrong; 64: the command
+    /// line is wrong. `reason` says why there is no controller, `remarks` what in the problem makes gains grow
+    /// without limit (a control without a weight, a measurement without noise) and other deviations from what was
     /// asked.
     Synth(Synth),
     /// Prove a certificate again, and check that it is of the plant in a problem file
@@ -44,7 +44,7 @@ pub enum LpvVerb {
     Check(Check),
     /// Bound the structured singular value mu from both sides: of a matrix, or of a system over all frequencies
     ///
-    /// Reads {"data": {"M": [[[re, im], ..], ..], "blocks": [..]}}, where plain numbers will do for real entries, or
+    /// Reads {"data": {"M": [[[re, im], ..], ..], "blocks": [..]}}, where real entries may be plain numbers, or
     /// {"data": {"P": {"A": .., "B": .., "C": .., "D": ..}, "blocks": [..]}}: z = M w, w = Delta z, and A stable.
     /// `blocks` in the usual notation: [-r, 0] a real scalar repeated r times, [r, 0] a complex one, [p, q] a full
     /// complex block of p rows and q columns.
@@ -52,10 +52,10 @@ pub enum LpvVerb {
     /// Of a system the upper bound holds at every frequency from 0 to infinity, not on a grid. The lower bound comes
     /// with the perturbation that shows it: it makes I - M Delta singular.
     ///
-    /// --json prints `upper`, `lower` (0 when no perturbation was found), `frequency` (where the upper bound is
-    /// largest, rad/s; null for a matrix, the word "infinity" for infinite frequency), `lower_frequency` (where Delta
-    /// puts a pole on the axis), `delta` (rows of [re, im]; null when none was found), `residual` (of det(I - M
-    /// Delta) = 0), `intervals`, `seconds`, `reason`.
+    /// --json prints `upper`, `lower` (0 when there is no perturbation to show one), `frequency` (where the upper
+    /// bound is largest, rad/s; null for a matrix, the word "infinity" for infinite frequency), `lower_frequency`
+    /// (where Delta puts a pole on the axis), `delta` (rows of [re, im]; null when there is none), `residual` (of
+    /// det(I - M Delta) = 0), `intervals`, `seconds`, `reason`.
     ///
     /// Exit codes, and the word `status` of --json: 0, bounded; 1, error: a file is wrong, the system is unstable
     /// without any perturbation, or the intervals do not close; 64: the command line is wrong.
@@ -76,7 +76,7 @@ pub struct Synth {
     /// Build the controller this far above the least gamma, relative
     #[arg(long, value_name = "FRACTION", default_value_t = 0.1, allow_negative_numbers = true)]
     back_off: f64,
-    /// Call a least gamma above this infeasible, and say what it costs
+    /// Report a least gamma above this as infeasible, with its value
     #[arg(long, value_name = "GAMMA", allow_negative_numbers = true)]
     gamma_limit: Option<f64>,
     /// Allow no mode of the controller faster than this, rad/s; also after --reduce
@@ -85,7 +85,7 @@ pub struct Synth {
     /// for three, 5 for four, 3 for five and six, beyond that vertices alone. Between the points it is not checked.
     #[arg(long, value_name = "RAD/S", allow_negative_numbers = true)]
     fastest_mode: Option<f64>,
-    /// Remove controller states that hardly matter, as long as the bound stays within 2 %
+    /// Remove controller states while the bound stays within 2 %
     #[arg(long)]
     reduce: bool,
 }
@@ -112,7 +112,7 @@ pub struct Mu {
     json: bool,
 }
 
-/// What `squid lpv check --json` prints, and `squid lpv synth --json` when it cannot even try.
+/// What `squid lpv check --json` prints, and `squid lpv synth --json` for a wrong file or option.
 #[derive(Debug, Serialize)]
 struct Verdict {
     status: &'static str,

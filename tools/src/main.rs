@@ -9,8 +9,8 @@ use squid::{design, lpv, package, plot, report, show, simulate, verify};
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-/// The solver panics where a decomposition does not converge; that is caught and another way tried, so the message
-/// would only frighten. All other panics are defects and print theirs.
+/// Clarabel panics where a decomposition does not converge; the panic is caught and another method is tried, so its
+/// message is not printed. All other panics are defects and print theirs.
 fn keep_caught_panics_quiet() {
     let print = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| {
@@ -28,8 +28,8 @@ fn main() -> ExitCode {
     keep_caught_panics_quiet();
     let outcome = match Cli::try_parse() {
         Ok(cli) => run(cli.verb),
-        Err(told) if told.use_stderr() => {
-            let _ = told.print();
+        Err(usage) if usage.use_stderr() => {
+            let _ = usage.print();
             return WRONG_USAGE.into();
         }
         Err(help_or_version) => {

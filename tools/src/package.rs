@@ -1,4 +1,4 @@
-//! `squid package`: proves again, and packs FMUs and SSP.
+//! `squid package`: proves the certificate again, and packs FMUs and SSP.
 
 use crate::cli::Which;
 use crate::error::Error;
@@ -35,7 +35,7 @@ pub fn run(
         binaries.find()?;
     }
     let progress = Progress::new(&show);
-    let proving = progress.begin("certify", "proving again, and computing again what the proof is about");
+    let proving = progress.begin("certify", "proving again, and computing the plant of the proof again");
     let standing = require_proof(&inputs, &mut stored, &directory, allow_uncertified)?;
     drop(proving);
     say(&standing);
@@ -61,11 +61,11 @@ pub fn run(
     };
     let size =
         |path: &Path, bytes: &[u8]| format!("{} ({:.0} kB)", path.display(), bytes.len() as f64 / 1000.0);
-    let told: Vec<String> = files.iter().map(|(path, bytes)| size(path, bytes)).collect();
+    let lines: Vec<String> = files.iter().map(|(path, bytes)| size(path, bytes)).collect();
     let mut set = Files::default();
     files.into_iter().for_each(|(path, bytes)| set.add(path, bytes));
     set.save(folder)?;
-    told.iter().for_each(|line| say(line));
+    lines.iter().for_each(|line| say(line));
     Ok(())
 }
 

@@ -1,4 +1,4 @@
-//! `squid plot`: plot and figures of a flight's record as any FMI tool writes it: CSV with a column `time` and one for
+//! `squid plot`: plot and figures of a flight, from its record by any FMI tool: CSV with a column `time` and one for
 //! each variable.
 
 use crate::error::Error;
@@ -19,10 +19,10 @@ use std::path::{Path, PathBuf};
 /// The values of each variable, by its name.
 type Columns = BTreeMap<String, Vec<f64>>;
 
-/// Plots a record, beside it if no other file is named, and prints the path, or the figures of the flight as JSON.
+/// Plots a record, by default to a file beside it, and prints the path, or the figures of the flight as JSON.
 ///
 /// # Errors
-/// [`Error::Record`] when a column is missing or a number is none, [`Error::Report`],
+/// [`Error::Record`] when a column is missing or an entry is not a number, [`Error::Report`],
 /// [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable); those of the vehicle file.
 pub fn run(record: &Path, vehicle: Option<&Path>, out: Option<PathBuf>, json: bool) -> Result<(), Error> {
     let to = out.unwrap_or_else(|| record.with_extension("svg"));
@@ -72,7 +72,7 @@ fn rows(columns: &Columns, actuators: &[Actuator]) -> Result<Vec<Row>, String> {
 /// The figures of a flight in SI units and fractions, by the names in `squid plot --help`; what is not known is null.
 fn figures(rows: &[Row], actuators: &[Actuator], surfacing: Option<Surfacing>, plot: &Path) -> Value {
     let limits: Vec<(f64, f64)> = actuators.iter().map(|a| (a.min, a.max)).collect();
-    let found = FlightFigures::of(rows, &limits);
+    let flight = FlightFigures::of(rows, &limits);
     let step = |PitchStep { time, height, figures: f }: &PitchStep| {
         json!({
             "time": time,
@@ -86,12 +86,12 @@ fn figures(rows: &[Row], actuators: &[Actuator], surfacing: Option<Surfacing>, p
     json!({
         "plot": plot.display().to_string(),
         "surface": surfacing.map(|s| json!({ "time": s.time, "speed": s.speed })),
-        "pitch_steps": found.steps.iter().map(step).collect::<Vec<_>>(),
+        "pitch_steps": flight.steps.iter().map(step).collect::<Vec<_>>(),
         "settled": SETTLED,
-        "pitch_error": found.pitch_error,
+        "pitch_error": flight.pitch_error,
         "grace": GRACE,
-        "speed_error": found.speed_deviation,
-        "actuator_use": (!actuators.is_empty()).then_some(found.actuator_use),
+        "speed_error": flight.speed_deviation,
+        "actuator_use": (!actuators.is_empty()).then_some(flight.actuator_use),
     })
 }
 
@@ -126,21 +126,21 @@ fn plot(record: &Path, columns: &Columns, to: &Path, actuators: &[Actuator]) -> 
         ],
     );
     let commands = |unit: &str, factor: f64| -> Vec<Option<Line>> {
-        let own = actuators.iter().filter(|a| a.unit() == unit);
-        own.map(|a| line(&a.name, &a.name, factor, false)).collect()
+        let with_unit = actuators.iter().filter(|a| a.unit() == unit);
+        with_unit.map(|a| line(&a.name, &a.name, factor, false)).collect()
     };
     add("thrust (N)", commands("N", 1.0));
     add("deflection (deg)", commands("rad", deg));
     add("depth (m)", vec![line("depth", "depth", 1.0, false)]);
     if panels.is_empty() {
-        return Err(wrong("it holds none of the outputs that a flight has (pitch, speed, depth ...)".into()));
+        return Err(wrong("it contains none of the outputs of a flight (pitch, speed, depth ...)".into()));
     }
     let name = record.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
     Ok(write(to, draw(to, &format!("Flight: {name}"), &panels)?.as_bytes())?)
 }
 
-/// Takes off what lies beyond the surface, where the equations of the plant hold no longer. The speed is NaN where the
-/// record has none.
+/// Removes the rows from the surface on, where the plant's equations are not valid. The speed is NaN where the record
+/// has none.
 fn end_at_surface(columns: &mut Columns) -> Option<Surfacing> {
     let row = columns.get("depth")?.iter().position(|depth| out_of_water(*depth))?;
     let time = *columns.get("time")?.get(row)?;
@@ -149,7 +149,7 @@ fn end_at_surface(columns: &mut Columns) -> Option<Surfacing> {
     Some(Surfacing { time, speed })
 }
 
-/// The columns by name; quotes around names are taken off, as FMPy puts them.
+/// The columns by name, without the quotes that FMPy puts around names.
 fn columns(path: &Path) -> Result<Columns, Error> {
     let text = read(path)?;
     let wrong = |reason: String| Error::Record { path: path.display().to_string(), reason };

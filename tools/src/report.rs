@@ -15,9 +15,9 @@ use squid_report::rendered::rendered;
 pub fn run(which: &Which) -> Result<(), Error> {
     let (inputs, directory) = which.read_to_write()?;
     let stored = load_or_design(&inputs, &directory)?;
-    let found = rendered(&inputs, &stored, &directory, &Progress::new(&show))?;
-    found.unproved.iter().for_each(|words| say(words));
-    say(&format!("\n{}", found.words));
-    say(&found.save(&directory)?.display().to_string());
+    let report = rendered(&inputs, &stored, &directory, &Progress::new(&show))?;
+    report.unproved.iter().for_each(|words| say(words));
+    say(&format!("\n{}", report.words));
+    say(&report.save(&directory)?.display().to_string());
     Ok(())
 }

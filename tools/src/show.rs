@@ -14,20 +14,20 @@ use squid_design::progress::Progress;
 use squid_design::store::{self, Stored};
 use std::path::Path;
 
-/// What `squid show` is asked for; nothing is all of it but what is uncertain.
+/// What `squid show` prints; without any of these, all but the uncertainty.
 #[derive(Debug, Clone, Copy)]
 pub struct Asked {
-    /// At which speed, m/s.
+    /// The model at this speed along the path, m/s.
     pub speed: Option<f64>,
     /// The fit.
     pub fit: bool,
     /// The controller.
     pub controller: bool,
-    /// What is uncertain.
+    /// The uncertain parameters.
     pub uncertainty: bool,
 }
 
-/// Shows what is asked for.
+/// Prints what is asked for.
 ///
 /// # Errors
 /// Those of the files and the model; [`Error::Argument`].
@@ -44,7 +44,7 @@ pub fn run(which: &Which, asked: &Asked) -> Result<(), Error> {
     }
     let stored = match (store::load(&directory, &inputs), &which.out) {
         (Err(DesignError::Store(StoreError::NotDesigned { .. } | StoreError::Stale { .. })), None) => None,
-        (found, _) => Some(found?),
+        (loaded, _) => Some(loaded?),
     };
     let controller =
         (asked.controller || all).then(|| shown_controller(&inputs, stored.as_ref(), &directory));
@@ -64,7 +64,7 @@ pub fn run(which: &Which, asked: &Asked) -> Result<(), Error> {
     Ok(())
 }
 
-/// The stored controller, or one that is designed to be shown.
+/// The stored controller, or one designed for this output only.
 fn shown_controller(inputs: &Inputs, stored: Option<&Stored>, directory: &Path) -> Result<String, Error> {
     let directory = directory.display();
     if let Some(stored) = stored {
@@ -76,5 +76,5 @@ fn shown_controller(inputs: &Inputs, stored: Option<&Stored>, directory: &Path) 
     let finished = squid_design::run::run(inputs, &Progress::default())?;
     drop(running);
     let words = tables::controller(inputs, &finished.design.controller, &finished.frozen.controller.gamma)?;
-    Ok(format!("No design of these files is in {directory}; this is what `squid design` finds\n{words}"))
+    Ok(format!("No design of these files is in {directory}; this is the result of `squid design`\n{words}"))
 }

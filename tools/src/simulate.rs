@@ -17,8 +17,8 @@ pub fn run(which: &Which) -> Result<(), Error> {
     let stored = load_or_design(&inputs, &directory)?;
     stored.unproved(&inputs).iter().for_each(|words| say(words));
     let running = Progress::new(&show).begin("simulate", "flying");
-    let found = simulate::run(&inputs, &stored, &directory)?;
+    let words = simulate::run(&inputs, &stored, &directory)?;
     drop(running);
-    say(found.trim_end());
+    say(words.trim_end());
     Ok(())
 }

@@ -1,11 +1,11 @@
-//! The matrices of a problem file, with the name of whatever is wrong.
+//! Reads the matrices of a problem file; errors name the key.
 
 use crate::error::Error;
 use certificate::Json;
 use lpv::error::ShapeError;
 use lpv::matrix::{Mat, from_rows};
 
-/// Larger numbers than this overflow in the products of the matrix inequalities.
+/// Numbers above this overflow in the products of the matrix inequalities.
 const LARGEST: f64 = 1e100;
 
 /// The keys and values of an object.
@@ -16,19 +16,19 @@ pub fn find<'a>(entries: &'a Entries, key: &str) -> Option<&'a Json> {
     entries.iter().find(|(k, _)| k == key).map(|(_, value)| value)
 }
 
-/// What a matrix must be where its own rows do not say.
+/// The size of a matrix where its rows do not show it.
 #[derive(Debug, Clone, Copy)]
 pub struct Size {
     /// Rows.
     pub rows: usize,
     /// Columns.
     pub columns: usize,
-    /// Whether it must be there even when it has no entries.
+    /// Whether it is required even without entries.
     pub required: bool,
 }
 
 impl Size {
-    /// The matrix must be there and has the size that it shows.
+    /// A required matrix whose size is that of its entries.
     pub fn own() -> Self {
         Self { rows: 0, columns: 0, required: true }
     }
@@ -107,7 +107,7 @@ impl Reader {
         }
         let width = rows.first().map_or(columns, Vec::len);
         from_rows(&rows, width).ok_or_else(|| {
-            self.wrong(key, format!("has rows of unlike length; the first has {width} numbers"))
+            self.wrong(key, format!("has rows of different lengths; the first has {width} numbers"))
         })
     }
 
@@ -120,9 +120,10 @@ impl Reader {
             self.wrong(key, format!("is {found} in row {row}, column {column}; it must be {words}"))
         };
         match entry {
-            Json::Number(v) if v.abs() > LARGEST => {
-                Err(wrong(format!("{v:e}"), "at most 1e100 in size, for products of larger numbers overflow"))
-            }
+            Json::Number(v) if v.abs() > LARGEST => Err(wrong(
+                format!("{v:e}"),
+                "at most 1e100 in magnitude, because products of larger numbers overflow",
+            )),
             Json::Number(v) => Ok(*v),
             Json::Null => Err(wrong(
                 "null".into(),
@@ -180,11 +181,11 @@ impl<'a> Matrices<'a> {
     pub fn or_zero(&self, key: &'static str, rows: usize, columns: usize) -> Result<Mat, Error> {
         let expected = (rows, columns);
         match self.find(key, columns)? {
-            Some(found) if found.shape() != expected && found.shape() != (0, 0) => {
-                let shape = ShapeError { name: key, found: found.shape(), expected };
+            Some(matrix) if matrix.shape() != expected && matrix.shape() != (0, 0) => {
+                let shape = ShapeError { name: key, found: matrix.shape(), expected };
                 Err(self.reader.wrong("", shape.to_string()))
             }
-            Some(found) if found.shape() == expected => Ok(found),
+            Some(matrix) if matrix.shape() == expected => Ok(matrix),
             _ => Ok(Mat::zeros(rows, columns)),
         }
     }
@@ -194,7 +195,7 @@ impl<'a> Matrices<'a> {
     /// # Errors
     /// [`Error::Problem`] when one cannot be read.
     pub fn columns(&self, keys: &[&str]) -> Result<usize, Error> {
-        self.first(keys).map(|found| found.map_or(0, |m| m.ncols()))
+        self.first(keys).map(|first| first.map_or(0, |m| m.ncols()))
     }
 
     /// The rows of the first of these matrices that has any.
@@ -202,7 +203,7 @@ impl<'a> Matrices<'a> {
     /// # Errors
     /// [`Error::Problem`] when one cannot be read.
     pub fn rows(&self, keys: &[&str]) -> Result<usize, Error> {
-        self.first(keys).map(|found| found.map_or(0, |m| m.nrows()))
+        self.first(keys).map(|first| first.map_or(0, |m| m.nrows()))
     }
 
     fn first(&self, keys: &[&str]) -> Result<Option<Mat>, Error> {
@@ -214,17 +215,17 @@ impl<'a> Matrices<'a> {
         Ok(None)
     }
 
-    /// Checks that the matrix `key`, if it is there, is the one allowed.
+    /// Checks that the matrix `key`, if present, has the allowed entries.
     ///
     /// # Errors
-    /// [`Error::Problem`] with the first entry that is not.
+    /// [`Error::Problem`] with the first entry that differs.
     pub fn only(&self, key: &str, allowed: impl Fn(usize, usize) -> f64, words: &str) -> Result<(), Error> {
         let Some(matrix) = self.find(key, 0)? else { return Ok(()) };
         for i in 0..matrix.nrows() {
             for j in 0..matrix.ncols() {
-                let found = matrix[(i, j)];
-                if found != allowed(i, j) {
-                    let reason = format!("is {found} in row {}, column {}; it must be {words}", i + 1, j + 1);
+                let entry = matrix[(i, j)];
+                if entry != allowed(i, j) {
+                    let reason = format!("is {entry} in row {}, column {}; it must be {words}", i + 1, j + 1);
                     return Err(self.reader.wrong(key, reason));
                 }
             }

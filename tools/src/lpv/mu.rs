@@ -12,14 +12,14 @@ use serde::{Serialize, Serializer};
 use std::path::Path;
 use std::time::Instant;
 
-/// What was found; `--json` prints it.
+/// The result, as `--json` prints it.
 #[derive(Debug, Clone, Serialize)]
 pub struct Report {
     /// `bounded`, or `error`.
     pub status: &'static str,
     /// mu is at most this; of a system at every frequency from 0 to infinity.
     pub upper: Option<f64>,
-    /// mu is at least this; 0 when no perturbation was found.
+    /// mu is at least this; 0 without a perturbation to show it.
     pub lower: Option<f64>,
     /// Where the upper bound is largest, rad/s; none for a matrix.
     #[serde(serialize_with = "frequency")]
@@ -31,7 +31,7 @@ pub struct Report {
     pub delta: Option<Vec<Vec<[f64; 2]>>>,
     /// The least singular value of `I - M Delta`, relative to the largest.
     pub residual: Option<f64>,
-    /// How many intervals, each with its own scalings, cover the frequencies from 0 to infinity.
+    /// Number of intervals, each with its scalings, that cover the frequencies from 0 to infinity.
     pub intervals: Option<usize>,
     /// Where the problem has inputs and outputs of performance: robust performance and the worst-case gain.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -42,28 +42,28 @@ pub struct Report {
     pub reason: Option<String>,
 }
 
-/// What is said of performance.
+/// Robust performance and the worst-case gain.
 #[derive(Debug, Clone, Serialize)]
 pub struct Performance {
     /// mu with a full block from z to w is at most this: for every perturbation smaller than its inverse the gain is
     /// below it.
     pub upper: f64,
-    /// The same mu is at least this; 0 when no perturbation was found.
+    /// The same mu is at least this; 0 without a perturbation to show it.
     pub lower: f64,
     /// The size of the perturbation for the worst-case gain.
     pub size: f64,
     /// The gain is below this for every perturbation of that size; none when the loop is not shown to stay stable.
     pub gain_upper: Option<f64>,
-    /// A perturbation of that size was found with this gain.
+    /// The gain with the worst perturbation of that size that the search reached.
     pub gain_lower: Option<f64>,
-    /// The frequency where it has it, rad/s.
+    /// The frequency of that gain, rad/s.
     #[serde(serialize_with = "frequency")]
     pub gain_frequency: Option<f64>,
     /// That perturbation: rows of `[re, im]`.
     pub gain_delta: Option<Vec<Vec<[f64; 2]>>>,
 }
 
-/// JSON has no infinity: a peak there is written as a word.
+/// JSON has no infinity: infinite frequency is written as a word.
 fn frequency<S: Serializer>(omega: &Option<f64>, out: S) -> Result<S::Ok, S::Error> {
     match omega {
         Some(w) if w.is_infinite() => out.serialize_str("infinity"),
@@ -93,7 +93,7 @@ pub fn run(path: &Path) -> Result<Report, Error> {
             lower
         }
     };
-    report.shown_by(lower);
+    report.set_lower(lower);
     report.seconds = Some(begin.elapsed().as_secs_f64());
     Ok(report)
 }
@@ -102,7 +102,7 @@ fn performance(whole: &Perturbable) -> Result<Performance, SweepError> {
     let both = mu_over_frequency(&whole.system, &whole.with_performance()?)?;
     let mut out = Performance {
         upper: both.upper.upper,
-        lower: both.lower.map_or(0.0, |found| found.value * (1.0 - SINGULAR_RESIDUAL)),
+        lower: both.lower.map_or(0.0, |bound| bound.value * (1.0 - SINGULAR_RESIDUAL)),
         size: whole.size,
         gain_upper: None,
         gain_lower: None,
@@ -110,11 +110,11 @@ fn performance(whole: &Perturbable) -> Result<Performance, SweepError> {
         gain_delta: None,
     };
     match worst_case_gain(whole) {
-        Ok(found) => {
-            out.gain_upper = Some(found.upper);
-            out.gain_lower = Some(found.worst.gain);
-            out.gain_frequency = Some(found.worst.frequency);
-            out.gain_delta = Some(pairs(&found.worst.delta));
+        Ok(gain) => {
+            out.gain_upper = Some(gain.upper);
+            out.gain_lower = Some(gain.worst.gain);
+            out.gain_frequency = Some(gain.worst.frequency);
+            out.gain_delta = Some(pairs(&gain.worst.delta));
         }
         Err(WorstCaseError::Sweep(reason)) => return Err(reason),
         Err(_) => {}
@@ -126,19 +126,18 @@ fn pairs(delta: &CMat) -> Vec<Vec<[f64; 2]>> {
     delta.row_iter().map(|row| row.iter().map(|v| [v.re, v.im]).collect()).collect()
 }
 
-/// A lower bound this close to the upper one, relatively, shows where the peak is.
-const MEET: f64 = 2e-4;
+/// Relative gap between the bounds below which the perturbation of the lower one is taken to be at the peak.
+const CLOSED_GAP: f64 = 2e-4;
 
-/// How far on either side of the largest bound of the sweep the peak is looked for, as a ratio of frequencies, and in
-/// how many steps.
-const AROUND: f64 = 1.1;
-const STEPS: usize = 24;
+/// The golden-section search for the peak: half its range of frequencies, as a ratio, and its steps.
+const SEARCH_RATIO: f64 = 1.1;
+const SEARCH_STEPS: usize = 24;
 
-/// Where mu is largest, as far as is known: where the perturbation is, if it shows as much as the bound allows; else
-/// where the upper bound is largest, by golden sections around the largest that the sweep came upon.
-fn peak(system: &StateSpace, structure: &Structure, found: &FrequencyMu) -> f64 {
-    let near = found.upper.frequency;
-    if let Some(lower) = found.lower.as_ref().filter(|l| l.value >= found.upper.upper * (1.0 - MEET))
+/// An estimate of the frequency where mu is largest (rad/s): that of the perturbation, if the bounds meet; else the
+/// maximum of the upper bound, by golden-section search around the largest value of the sweep.
+fn peak(system: &StateSpace, structure: &Structure, mu: &FrequencyMu) -> f64 {
+    let near = mu.upper.frequency;
+    if let Some(lower) = mu.lower.as_ref().filter(|l| l.value >= mu.upper.upper * (1.0 - CLOSED_GAP))
         && let Some(omega) = lower.frequency
         && structure.is_real()
     {
@@ -152,10 +151,10 @@ fn peak(system: &StateSpace, structure: &Structure, found: &FrequencyMu) -> f64 
         m.and_then(|m| upper_bound(&m, structure).ok()).map_or(0.0, |bound| bound.value)
     };
     let golden = 0.5 * (5f64.sqrt() - 1.0);
-    let (mut low, mut high) = (near.ln() - AROUND.ln(), near.ln() + AROUND.ln());
+    let (mut low, mut high) = (near.ln() - SEARCH_RATIO.ln(), near.ln() + SEARCH_RATIO.ln());
     let (mut left, mut right) = (high - golden * (high - low), low + golden * (high - low));
     let (mut at_left, mut at_right) = (bound(left), bound(right));
-    for _ in 0..STEPS {
+    for _ in 0..SEARCH_STEPS {
         if at_left > at_right {
             (high, right, at_right) = (right, left, at_left);
             left = high - golden * (high - low);
@@ -187,34 +186,34 @@ impl Report {
         }
     }
 
-    /// There are no bounds.
+    /// The report of an error.
     pub fn refused(error: &Error) -> Self {
         Self { reason: Some(error.to_string()), ..Self::empty("error") }
     }
 
-    /// The bounds of a system; what shows the lower one.
+    /// Sets the upper bound of a system; returns the lower one with its perturbation.
     fn over_frequency(
         &mut self,
         system: &StateSpace,
         structure: &Structure,
     ) -> Result<Option<LowerBound>, SweepError> {
-        let found = mu_over_frequency(system, structure)?;
-        self.upper = Some(found.upper.upper);
-        self.frequency = Some(peak(system, structure, &found));
-        self.intervals = Some(found.upper.pieces.len());
-        Ok(found.lower)
+        let mu = mu_over_frequency(system, structure)?;
+        self.upper = Some(mu.upper.upper);
+        self.frequency = Some(peak(system, structure, &mu));
+        self.intervals = Some(mu.upper.pieces.len());
+        Ok(mu.lower)
     }
 
-    fn shown_by(&mut self, found: Option<LowerBound>) {
-        // I - M Delta is singular up to SINGULAR_RESIDUAL: so much is taken off.
-        self.lower = Some(found.as_ref().map_or(0.0, |l| l.value * (1.0 - SINGULAR_RESIDUAL)));
-        let Some(found) = found else { return };
-        self.lower_frequency = found.frequency;
-        self.residual = Some(found.residual);
-        self.delta = Some(pairs(&found.delta));
+    fn set_lower(&mut self, lower: Option<LowerBound>) {
+        // I - M Delta is singular up to SINGULAR_RESIDUAL, which is subtracted.
+        self.lower = Some(lower.as_ref().map_or(0.0, |l| l.value * (1.0 - SINGULAR_RESIDUAL)));
+        let Some(lower) = lower else { return };
+        self.lower_frequency = lower.frequency;
+        self.residual = Some(lower.residual);
+        self.delta = Some(pairs(&lower.delta));
     }
 
-    /// For people: bounds rounded to their safe side.
+    /// The text for a terminal, with bounds rounded to the safe side.
     pub fn words(&self) -> String {
         let (upper, lower) = (self.upper.unwrap_or(f64::INFINITY), self.lower.unwrap_or(0.0));
         let (most, size) = (digits(upper, f64::ceil), digits(1.0 / lower, f64::ceil));
@@ -230,14 +229,12 @@ impl Report {
         };
         let least = digits(lower, f64::floor);
         let above = match (lower > 0.0, self.lower_frequency) {
-            (false, _) => "No perturbation was found that shows a lower bound.".into(),
+            (false, _) => "The search reached no perturbation that shows a lower bound.".into(),
             (true, None) => {
-                format!(
-                    "mu >= {least}: a perturbation of size {size} was found that makes I - M Delta singular."
-                )
+                format!("mu >= {least}: a perturbation of size {size} makes I - M Delta singular.")
             }
             (true, Some(w)) => format!(
-                "mu >= {least}: a perturbation of size {size} was found that puts a pole on the axis, at {}.",
+                "mu >= {least}: a perturbation of size {size} puts a pole on the axis, at {}.",
                 rads(w)
             ),
         };
@@ -266,14 +263,14 @@ impl Performance {
         out += &match (self.gain_upper, self.gain_lower) {
             (Some(upper), Some(lower)) => format!(
                 "Worst-case gain for perturbations of size {}: below {} at every frequency, and at least {} for \
-                    one that was found, at {}.\n",
+                    one of them, at {}.\n",
                 self.size,
                 up(upper),
                 digits(lower, f64::floor),
                 rads(self.gain_frequency.unwrap_or(0.0))
             ),
             _ => format!(
-                "Worst-case gain: the loop is not shown to stay stable for perturbations of size {}, so that \
+                "Worst-case gain: the loop is not shown to stay stable for perturbations of size {}, so \
                     there is no bound.\n",
                 self.size
             ),
@@ -282,7 +279,7 @@ impl Performance {
     }
 }
 
-/// Six digits, rounded as told.
+/// Six digits, rounded by `round`.
 fn digits(value: f64, round: fn(f64) -> f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.to_string();

@@ -6,10 +6,10 @@
 //! {"kind": "mu", "data": {"P": .., "blocks": .., "performance": [p, q], "size": 1}}
 //! ```
 //!
-//! With `performance` the last p inputs of P are w and its last q outputs z, of which robust performance and the
-//! worst-case gain speak; `size` is that of the perturbation for the latter, 1 where it is not given.
+//! With `performance` the last p inputs of P are w and its last q outputs z: robust performance and the worst-case
+//! gain are from w to z. `size` is that of the perturbation for the latter, 1 if not given.
 //!
-//! An entry of M is a pair of numbers, or a plain number where it is real. Other keys are passed over; no key stands
+//! An entry of M is a pair of numbers, or a plain number where it is real. Other keys are ignored; no key may occur
 //! twice.
 
 use crate::error::Error;
@@ -30,12 +30,12 @@ pub enum Perturbed {
     Matrix(CMat),
     /// A system, at all frequencies.
     System(StateSpace),
-    /// A system with inputs and outputs of performance, which stand last.
+    /// A system whose last inputs and outputs are those of performance, and the size of the perturbation.
     Performing(StateSpace, f64),
 }
 
-/// More rows or columns than this are a mistake.
-const MOST: f64 = 1000.0;
+/// Largest number of rows, columns or repetitions; more are taken for a mistake.
+const LARGEST_BLOCK: f64 = 1000.0;
 
 /// Reads a problem file.
 ///
@@ -50,7 +50,7 @@ pub fn mu_problem(path: &Path) -> Result<(Perturbed, Structure), Error> {
     let data = find(top, "data").map_or(Ok(top), |data| reader.object(data, "data"))?;
     let perturbed = match (find(data, "M"), find(data, "P")) {
         (Some(_), Some(_)) => {
-            return Err(reader.wrong("M", "and 'P' are both there; give a matrix M or a system P".into()));
+            return Err(reader.wrong("M", "and 'P' are both given; give a matrix M or a system P".into()));
         }
         (Some(m), None) => Perturbed::Matrix(complex_matrix(&reader, m)?),
         (None, Some(p)) => Perturbed::System(system(&reader, reader.object(p, "P")?)?),
@@ -91,7 +91,7 @@ fn performance(reader: &Reader, data: &Entries) -> Result<Option<(usize, usize, 
     };
     let Some(value) = find(data, "performance") else { return Ok(None) };
     let whole = |entry: &Json| match entry {
-        Json::Number(v) if v.fract() == 0.0 && (1.0..=MOST).contains(v) => Some(*v as usize),
+        Json::Number(v) if v.fract() == 0.0 && (1.0..=LARGEST_BLOCK).contains(v) => Some(*v as usize),
         _ => None,
     };
     let pair = match value {
@@ -114,7 +114,7 @@ fn structure(reader: &Reader, data: &Entries) -> Result<Structure, Error> {
         return Err(reader.wrong("blocks", format!("is {}; {ALLOWED}", value.describe())));
     };
     let whole = |entry: &Json| match entry {
-        Json::Number(v) if v.fract() == 0.0 && v.abs() <= MOST => Some(*v as i64),
+        Json::Number(v) if v.fract() == 0.0 && v.abs() <= LARGEST_BLOCK => Some(*v as i64),
         _ => None,
     };
     let mut notation = Vec::with_capacity(list.len());
@@ -147,7 +147,9 @@ fn complex_matrix(reader: &Reader, value: &Json) -> Result<CMat, Error> {
         return Err(reader.wrong("M", format!("is empty; {ROWS}")));
     }
     if rows.iter().any(|row| row.len() != width) {
-        return Err(reader.wrong("M", format!("has rows of unlike length; the first has {width} numbers")));
+        return Err(
+            reader.wrong("M", format!("has rows of different lengths; the first has {width} numbers"))
+        );
     }
     Ok(CMat::from_fn(rows.len(), width, |i, j| rows[i][j]))
 }
@@ -180,7 +182,7 @@ fn system(reader: &Reader, entries: &Entries) -> Result<StateSpace, Error> {
     let expected = [("A", &a, (n, n)), ("B", &b, (n, inputs)), ("C", &c, (outputs, n))];
     for (key, matrix, (rows, columns)) in expected {
         if matrix.shape() != (rows, columns) {
-            let words = format!("is {}; beside the others it must be {rows} x {columns}", size(matrix));
+            let words = format!("is {}; with the other matrices it must be {rows} x {columns}", size(matrix));
             return Err(reader.wrong(key, words));
         }
     }

@@ -6,15 +6,15 @@
 //! {"kind": "hinfsyn", "data": {"A": .., "B1": .., "B2": .., "C1": .., "C2": .., "D11": .., "D12": .., "D21": ..}}
 //! ```
 //!
-//! A certificate is a problem file, too: its plant is taken. Matrices are lists of rows; the partition is that of
-//! `lpv::plant`. The sizes are those that any matrix shows: a plant without states has `"A": []`, and its inputs and
-//! outputs are those of `D11`, `D12` and `D21`. The text is read as strictly as a certificate: no key stands twice.
-//! Other keys are passed over.
+//! A certificate is a problem file, too: its plant is read. Matrices are lists of rows; the partition is that of
+//! `lpv::plant`. Sizes follow from any matrix that shows them: a plant without states has `"A": []`, and its inputs and
+//! outputs are those of `D11`, `D12` and `D21`. The text is read as strictly as a certificate: no key may occur
+//! twice. Other keys are ignored.
 //!
 //! Weights are part of the plant, so a weight that is not proper cannot be written down: it has no state-space form
-//! with finite matrices. What would stand for one is refused by name: `E` of a descriptor system `E x' = A x + ..`
-//! unless it is the identity, and numbers that are not finite. A direct path from u to y, `D22`, may be there and is
-//! 0 where it is not.
+//! with finite matrices. Attempts to write one are refused by name: `E` of a descriptor system `E x' = A x + ..`
+//! unless it is the identity, and numbers that are not finite. The direct path from u to y, `D22`, is optional and 0
+//! by default.
 
 use crate::error::Error;
 use crate::lpv::matrices::{Matrices, Reader, Size, find};
@@ -29,9 +29,9 @@ use std::path::Path;
 /// A generalised plant with a direct path from u to y.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Problem {
-    /// The plant without it.
+    /// The plant without the direct path.
     pub plant: GeneralisedPlant,
-    /// The direct path.
+    /// The direct path from u to y.
     pub d22: Mat,
 }
 
@@ -64,15 +64,15 @@ pub fn problem(path: &Path) -> Result<Problem, Error> {
     Ok(Problem { plant, d22 })
 }
 
-fn no_performance(part: &str, lacking: &str) -> String {
+fn no_performance(part: &str, missing: &str) -> String {
     format!(
-        "has no {part}, so there is {lacking}; a problem needs a performance channel, from w (B1, D11, D21) to \
+        "has no {part}, so there is {missing}; a problem needs a performance channel, from w (B1, D11, D21) to \
             z (C1, D11, D12), \
          whose gain is to be small"
     )
 }
 
-/// The plant's blocks; a matrix without rows or columns may be left out, unless it is what shows the sizes.
+/// The plant's blocks; a matrix without rows or columns may be left out, unless the sizes follow from it.
 fn partition(m: &Matrices<'_>, blocks: &[usize]) -> Result<Vec<NamedBlock>, Error> {
     let a = m.get("A", Size::own())?;
     let n = a.nrows();
@@ -88,14 +88,14 @@ fn partition(m: &Matrices<'_>, blocks: &[usize]) -> Result<Vec<NamedBlock>, Erro
     names(PLANT).filter(|(key, _, _)| *key != "D22").map(part).collect()
 }
 
-/// That a text cannot be read, and why: with its line. JSON has no infinity, but programs write one: Python as
-/// `Infinity`, others as 1e999.
+/// The error of a text that cannot be read, with its line. JSON has no infinity, but programs write one: Python
+/// `Infinity`, others 1e999.
 pub(crate) fn not_json(reader: &Reader, error: &serde_json::Error, text: &str) -> Error {
-    let told = error.to_string();
+    let message = error.to_string();
     let at = format!(" at line {} column {}", error.line(), error.column());
-    let (what, place) = match told.strip_suffix(&at) {
+    let (what, place) = match message.strip_suffix(&at) {
         Some(what) => (what, format!(" (column {})", error.column())),
-        None => (told.as_str(), String::new()),
+        None => (message.as_str(), String::new()),
     };
     if error.is_data() {
         return reader.wrong_at(error.line(), format!("cannot be read: {what}{place}"));
@@ -103,7 +103,7 @@ pub(crate) fn not_json(reader: &Reader, error: &serde_json::Error, text: &str) -
     let line = text.lines().nth(error.line().saturating_sub(1)).unwrap_or_default();
     let here: String = line.chars().skip(error.column().saturating_sub(4)).take(12).collect();
     let infinite = ["Infinity", "NaN", "nan", "inf"].iter().any(|word| here.contains(word))
-        || told.starts_with("number out of range");
+        || message.starts_with("number out of range");
     let advice = if infinite {
         "; its numbers must be finite (a weight that is infinite at high frequency is not proper)"
     } else {
@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn texts_that_are_no_json_are_told_with_their_line() {
+    fn errors_of_syntax_name_the_line() {
         let words = plant_of("{\"A\": [[1]],\n \"B1\": [[1],]}").unwrap_err();
         assert!(words.ends_with("p.json:2: this is not JSON: trailing comma (column 13)"), "{words}");
         let words = plant_of("{\"A\": [[1]],\n\n \"B1\": [[Infinity]]}").unwrap_err();
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_told_with_file_and_key() {
+    fn errors_name_file_and_key() {
         assert!(plant_of(PLAIN).is_ok());
         for (old, new, words) in [
             (r#""A": [[-1.0]]"#, r#""A": [[1.0]], "A": [[-1.0]]"#, "the key \"A\" stands twice"),

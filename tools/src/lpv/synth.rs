@@ -28,14 +28,14 @@ pub enum Status {
     Feasible,
     /// There is provably none.
     Infeasible,
-    /// There are controllers, but none of those found keeps the fastest mode that was asked for; whether another one
-    /// does is not known.
+    /// There are controllers, but none of those computed keeps the limit on the fastest mode; whether another does is
+    /// not known.
     TooFast,
     /// Nothing is known.
     NumericalFailure,
 }
 
-/// What was found; `--json` prints it.
+/// The result, as `--json` prints it.
 #[derive(Debug, Clone, Serialize)]
 pub struct Report {
     /// The outcome.
@@ -45,7 +45,7 @@ pub struct Report {
     /// No controller of any order has a gain below this: proved in exact arithmetic for the plant as given. Absent
     /// where that is not proved, and for every plant with parameters.
     pub gamma_lower: Option<f64>,
-    /// How low the search thinks that the least gamma may be: no bound, and never shown as one.
+    /// The solver's estimate from below of the least gamma: not a bound, and never shown as one.
     #[serde(skip)]
     pub lower_estimate: f64,
     /// The same with symmetric scalings alone.
@@ -62,8 +62,8 @@ pub struct Report {
     pub controller_states: Option<usize>,
     /// Why there is no controller.
     pub reason: Option<String>,
-    /// What about the problem makes gains grow and numerics fail, with the remedy, whatever the outcome; then what
-    /// went otherwise than asked.
+    /// What in the problem makes gains grow and numerics fail, with the remedy, whatever the outcome; then deviations
+    /// from what was asked.
     pub remarks: Vec<String>,
     /// Wall-clock time.
     pub seconds: f64,
@@ -73,10 +73,10 @@ pub struct Report {
     /// Whether weight or noise was added for the design: gamma_design is then of the plant with it.
     #[serde(skip)]
     pub regularised: bool,
-    /// How many of the remarks, the first ones, are about the problem.
+    /// Number of remarks about the problem, which come first.
     #[serde(skip)]
     pub of_problem: usize,
-    /// The certificate, which holds the controller.
+    /// The certificate, which contains the controller.
     #[serde(skip)]
     pub certificate: Option<Certificate>,
 }
@@ -101,21 +101,21 @@ pub fn run(path: &Path, options: Options, reduce: bool) -> Result<Report, Error>
     Ok(report)
 }
 
-/// Synthesises, and removes states if that is asked for. What is too fast with all its states may be slow enough with
+/// Synthesises, and removes states if `reduce`. A controller that is too fast with all states may keep the limit with
 /// fewer.
 fn design(problem: &Problem, options: Options, reduce: bool) -> Result<Design, SynthesisError> {
     let Problem { plant, d22 } = problem;
-    let found = synthesise(plant, d22, options);
+    let full = synthesise(plant, d22, options);
     if !reduce {
-        return found;
+        return full;
     }
     let fewer = |design: &Design| direct_path::reduce(plant, d22, design, options.fastest_mode);
-    let (Err(SynthesisError::TooFast { .. }), Some(limit)) = (&found, options.fastest_mode) else {
-        return found.map(|design| fewer(&design));
+    let (Err(SynthesisError::TooFast { .. }), Some(limit)) = (&full, options.fastest_mode) else {
+        return full.map(|design| fewer(&design));
     };
     let reduced = fewer(&synthesise(plant, d22, Options { fastest_mode: None, ..options })?);
     let fastest = reduced.controller.fastest_mode(&parameter_grid(plant.blocks.len()));
-    if fastest <= limit { Ok(reduced) } else { found }
+    if fastest <= limit { Ok(reduced) } else { full }
 }
 
 /// The least gamma with symmetric scalings alone, where there is one with both.
@@ -126,16 +126,16 @@ fn symmetric(plant: &GeneralisedPlant, report: &mut Report) {
         return;
     }
     match least_gamma(plant, ScalingClass::Symmetric) {
-        Ok((_, found)) if found.gamma > both && found.lower_estimate() < HALF * found.gamma => {
+        Ok((_, least)) if least.gamma > both && least.lower_estimate() < UNKNOWN_BELOW * least.gamma => {
             report.remarks.push(format!(
-                "the least gamma with symmetric scalings alone is not known: the search got stuck at {:.4e}",
-                found.gamma
+                "the least gamma with symmetric scalings alone is not known: the search stopped at {:.4e}",
+                least.gamma
             ));
         }
-        Ok((_, found)) => {
-            report.gamma_symmetric = Some(found.gamma);
+        Ok((_, least)) => {
+            report.gamma_symmetric = Some(least.gamma);
             // A solution with symmetric scalings is one with both.
-            report.gamma = Some(both.min(found.gamma));
+            report.gamma = Some(both.min(least.gamma));
         }
         Err(reason) => {
             report
@@ -145,8 +145,8 @@ fn symmetric(plant: &GeneralisedPlant, report: &mut Report) {
     }
 }
 
-/// A lower bound below this fraction of gamma leaves gamma unknown.
-const HALF: f64 = 0.5;
+/// A lower estimate below this fraction of gamma leaves gamma unknown.
+const UNKNOWN_BELOW: f64 = 0.5;
 
 /// Proves a design.
 fn feasible(problem: &Problem, design: &Design, report: &mut Report) {
@@ -169,14 +169,13 @@ fn feasible(problem: &Problem, design: &Design, report: &mut Report) {
         }
         Err(failure) => {
             report.reason =
-                Some(format!("a controller was found, but its certificate does not prove: {failure}"));
+                Some(format!("a controller was computed, but its certificate does not prove: {failure}"));
         }
     }
     report.certificate = Some(certificate);
 }
 
-/// A lower bound that multipliers prove: the first that do, for the most promising ones may miss an inequality by
-/// their rounding.
+/// The lower bound proved by the first multipliers that prove one; better ones may violate an inequality by rounding.
 fn proved_lower(plant: &GeneralisedPlant, multipliers: &[DualMultipliers]) -> Option<f64> {
     let rows = certify::plant_rows(plant);
     multipliers.iter().find_map(|m| {
@@ -189,12 +188,12 @@ fn proved_lower(plant: &GeneralisedPlant, multipliers: &[DualMultipliers]) -> Op
     })
 }
 
-const NO_LEAST: &str = "the least gamma found is zero but for rounding: the smaller the bound is to be, the \
+const NO_LEAST: &str = "the computed least gamma is zero up to rounding: the smaller the bound is to be, the \
     larger the gains, and no \
                         controller is near the least; give every control a weight and every measurement noise";
 
-/// A gap between gamma and what the search leaves possible, relative to gamma, that is worth a remark.
-const DOUBT: f64 = 1e-2;
+/// The relative gap between gamma and its lower estimate above which a remark is made.
+const DOUBTFUL_GAP: f64 = 1e-2;
 
 fn without_controller(
     plant: &GeneralisedPlant,
@@ -211,10 +210,10 @@ fn without_controller(
         SynthesisError::AboveLimit { optimum, .. } => report.gamma = Some(*optimum),
         other if other.is_infeasible() => {}
         _ => {
-            if let Ok((_, found)) = least_gamma(plant, options.scalings) {
-                report.gamma = Some(found.gamma);
-                report.gamma_lower = proved_lower(plant, &found.multipliers);
-                report.lower_estimate = found.lower_estimate();
+            if let Ok((_, least)) = least_gamma(plant, options.scalings) {
+                report.gamma = Some(least.gamma);
+                report.gamma_lower = proved_lower(plant, &least.multipliers);
+                report.lower_estimate = least.lower_estimate();
             }
         }
     }
@@ -222,7 +221,7 @@ fn without_controller(
 }
 
 impl Report {
-    /// Nothing is known yet but what the problem itself shows.
+    /// The report before the synthesis: remarks on the problem only.
     fn new(remarks: Vec<String>) -> Self {
         Self {
             status: Status::NumericalFailure,
@@ -247,14 +246,14 @@ impl Report {
     /// Remarks on a gamma that may be too high.
     fn doubt_gamma(&mut self) {
         let Some(gamma) = self.gamma.filter(|_| self.status != Status::Infeasible) else { return };
-        let clear = |lower: f64| gamma - lower <= DOUBT * gamma;
+        let clear = |lower: f64| gamma - lower <= DOUBTFUL_GAP * gamma;
         if clear(self.lower_estimate) || self.gamma_lower.is_some_and(clear) {
             return;
         }
         let proved =
             self.gamma_lower.map_or_else(String::new, |lower| format!(", though it is at least {lower}"));
         self.remarks.push(format!(
-            "how far the least gamma may be below the one found is not known{proved}: the problem is badly \
+            "how far the least gamma may be below the computed one is not known{proved}: the problem is badly \
                 conditioned, check units and weights"
         ));
     }
@@ -267,11 +266,11 @@ impl Report {
             return;
         }
         self.back_off = Some(built / least - 1.0).filter(|b| b.is_finite());
-        if let Some(found) = self.back_off.filter(|b| *b > 1.01 * asked && !self.regularised) {
+        if let Some(back_off) = self.back_off.filter(|b| *b > 1.01 * asked && !self.regularised) {
             self.remarks.push(format!(
                 "the controller was built {:.1} % above the least gamma where {:.1} % was asked: nothing closer \
                     could be built",
-                100.0 * found,
+                100.0 * back_off,
                 100.0 * asked
             ));
         }
@@ -283,7 +282,7 @@ impl Report {
     /// [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable).
     pub fn save(&self, directory: &Path) -> Result<(), Error> {
         let mut files = Files::default();
-        // What does not prove is not kept, and what an earlier run left must not stand beside this verdict.
+        // Without a proof nothing is kept, and files of an earlier run are removed.
         let proved = self.certificate.as_ref().filter(|_| self.theorem.is_some());
         let [path, controller] = ["certificate.json", "controller.json"].map(|name| directory.join(name));
         if let Some(certificate) = proved {
@@ -300,21 +299,21 @@ impl Report {
         Ok(files.save(directory)?)
     }
 
-    /// For people.
+    /// The text for a terminal.
     pub fn words(&self) -> String {
         let number = |v: Option<f64>| v.map_or_else(|| "unknown".into(), |v| format!("{v:.6}"));
         let mut out = match self.status {
             Status::Feasible => "feasible\n".to_owned(),
             Status::Infeasible => "infeasible: there is no such controller\n".to_owned(),
             Status::TooFast => {
-                "too fast: no controller found keeps the fastest mode that was asked for\n".to_owned()
+                "too fast: no computed controller keeps the limit on the fastest mode\n".to_owned()
             }
             Status::NumericalFailure => "numerical failure: nothing is known\n".to_owned(),
         };
         if let Some(reason) = &self.reason {
             out += &format!("  {reason}\n");
         }
-        // What about the problem makes gains grow is of interest where nothing was found or proved.
+        // Remarks on the problem are of interest where there is no controller and no proof of infeasibility.
         let unexplained = matches!(self.status, Status::TooFast | Status::NumericalFailure);
         for remark in self.remarks.iter().skip(if unexplained { 0 } else { self.of_problem }) {
             out += &format!("  remark: {remark}\n");

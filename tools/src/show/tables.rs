@@ -1,4 +1,4 @@
-//! What `squid show` prints.
+//! The tables of `squid show`.
 
 use crate::error::Error;
 use lpv::controller::Controller;
@@ -66,7 +66,7 @@ pub fn fit(inputs: &Inputs, model: &Model) -> String {
     }
     out += &format!(
         "  (the frequency response, largest relative error over speeds and 0.01..10 rad/s: from all actuators \
-            to what is tracked in the scales of the design,\n  \
+            to the tracked outputs in the scales of the design,\n  \
          and from {} to pitch)\n",
         inputs.vehicle.actuators[most].name
     );
@@ -97,7 +97,7 @@ pub fn controller(inputs: &Inputs, k: &Controller, gamma: &Gamma) -> Result<Stri
     let (centre, half_range) = inputs.design.scheduling();
     let mut out = format!(
         "Controller: {} states, {} channels of rho, {} measurements, {} commands\n\
-         gamma {:.4} at the least, built at {:.4}, the finished loop bounded by {}\n",
+         least gamma {:.4}, built at {:.4}, bound of the finished loop {}\n",
         k.a().nrows(),
         k.bt().ncols(),
         k.by().ncols(),

@@ -1,4 +1,4 @@
-//! What `squid show --uncertainty` prints: what is uncertain, how often it stands in the LFT, and how well that holds.
+//! `squid show --uncertainty`: the uncertain parameters, their channels in the LFT, and the model's errors.
 
 use crate::error::Error;
 use squid_design::fit::Model;
@@ -8,7 +8,7 @@ use squid_design::uncertain::frozen::at_speed;
 use squid_design::uncertain::model::{Block, UncertainModel};
 use squid_design::uncertain::over_range;
 
-/// Speeds that are shown, evenly spread over the range.
+/// Number of speeds in the tables, evenly spread over the range.
 const SPEEDS: usize = 6;
 
 /// The uncertain parameters with their ranges and repetitions, the moves of the trim, and the errors of the models.
@@ -40,7 +40,7 @@ pub fn uncertainty(inputs: &Inputs) -> Result<String, Error> {
         );
     }
     out += "\n[A B] over corners of the box, largest relative error (Frobenius norm)\n\
-            \x20      V   moves by   of it through trim   LFT: trim held   LFT: trim anew   over the range\n";
+            \x20      V   moves by   of it through trim   LFT: trim held   LFT: new trim    over the range\n";
     for f in &frozen {
         let own: ModelErrors = errors(inputs, f, &f.model, 0.0)?;
         let over = errors(inputs, f, &joint, (f.speed - centre) / half_range)?;
@@ -59,7 +59,7 @@ pub fn uncertainty(inputs: &Inputs) -> Result<String, Error> {
 
 fn blocks_table(joint: &UncertainModel, frozen: &[&UncertainModel]) -> String {
     let mut out = String::from(
-        "What is uncertain, and its channels in the LFT: at one speed (the most over the speeds), over the \
+        "Uncertain parameters and their channels in the LFT: at one speed (the most over the speeds), over the \
             range of speed\n",
     );
     for b in &joint.blocks {

@@ -61,9 +61,9 @@ pub enum Refusal {
         /// The largest real part.
         real_part: f64,
     },
-    /// The frozen gain with the true linearisation exceeds the bound that is to cover it.
+    /// The frozen gain with the true linearisation is not finite.
     #[error(
-        "at {speed:.3} m/s the frozen gain with the true linearisation is {gain:.4}, no finite number above zero"
+        "at {speed:.3} m/s the frozen gain with the true linearisation is {gain:.4}, not a finite number"
     )]
     TrueGain {
         /// Where.
