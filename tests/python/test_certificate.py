@@ -141,7 +141,7 @@ def test_design_without_proof_is_not_packed(run_squid: Run, tmp_path: Path) -> N
     with zipfile.ZipFile(out / "squid_controller.fmu") as package:
         assert "not certified" in package.read("modelDescription.xml").decode()
         assert (
-            "UNCERTIFIED: this controller was packed without a proof that holds"
+            "UNCERTIFIED: this controller was packed without a valid proof"
             in package.read("documentation/index.html").decode()
         )
         assert "resources/certificate.json" not in package.namelist()
@@ -201,10 +201,10 @@ def test_verify_against_the_vehicle(
     for file in (packages.controller, packages.loop, packages.controller.parent / "certificate.json"):
         done = run_squid("verify", file, "--vehicle", of)
         assert done.returncode == 0 and "PROVED" in done.stdout, done.stderr
-        assert "computed anew" in done.stdout
+        assert "computed again" in done.stdout
     other = ROOT / "vehicles" / ("remus100" if packages.vehicle == "squid" else "squid")
     done = run_squid("verify", packages.loop, "--vehicle", other)
-    assert done.returncode == 1 and "the vehicle file is another one" in done.stderr
+    assert done.returncode == 1 and "the vehicle file differs from the one" in done.stderr
     done = run_squid("verify", packages.controller.parent / "certificate.json", "--vehicle", other)
     assert done.returncode == 1 and "not of this plant" in done.stderr
     assert run_squid("verify", packages.loop, "--design", "design").returncode == 64

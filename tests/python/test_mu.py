@@ -415,8 +415,16 @@ SYSTEM = {"P": {"A": [[-1]], "B": [[1]], "C": [[1]], "D": [[0]]}, "blocks": [[-1
         (SYSTEM, lambda d: d["P"].pop("A"), "'A' is missing"),
         (SYSTEM, lambda d: d["P"].pop("D"), "'D' is missing"),
         (SYSTEM, lambda d: d["P"].update(A=[[-1, 0]]), "'A' is 1 x 2"),
-        (SYSTEM, lambda d: d["P"].update(B=[[1, 2]]), "'B' is 1 x 2; with the other matrices it must be 1 x 1"),
-        (SYSTEM, lambda d: d["P"].update(C=[[1], [2]]), "'C' is 2 x 1; with the other matrices it must be 1 x 1"),
+        (
+            SYSTEM,
+            lambda d: d["P"].update(B=[[1, 2]]),
+            "'B' is 1 x 2; with the other matrices it must be 1 x 1",
+        ),
+        (
+            SYSTEM,
+            lambda d: d["P"].update(C=[[1], [2]]),
+            "'C' is 2 x 1; with the other matrices it must be 1 x 1",
+        ),
         (SYSTEM, lambda d: d.update(blocks=[[-2, 0]]), "'D' is 1 x 1; for these blocks it must be 2 x 2"),
         (
             SYSTEM,

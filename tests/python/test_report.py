@@ -29,7 +29,7 @@ FIGURES = (
     "scheduled-and-switched",
 )
 ACTUATORS = {"squid": 3, "remus100": 2}
-FINDINGS = {"borne out", "partly borne out", "not borne out", "cannot be judged"}
+FINDINGS = {"confirmed", "partly confirmed", "not confirmed", "cannot be judged"}
 
 
 @pytest.fixture(params=list(ACTUATORS))
@@ -152,7 +152,7 @@ def test_the_verdict_on_the_order_follows_from_the_table(page: ET.Element) -> No
     section = next(s for s in page.iter(f"{XHTML}section") if s.attrib["id"] == "responses")
     found = next(words(s) for s in section.iter(f"{XHTML}strong"))
     ratio = error["1"] / error["2"]
-    expected = "borne out" if ratio >= 2 else "partly borne out" if ratio > 1 else "not borne out"
+    expected = "confirmed" if ratio >= 2 else "partly confirmed" if ratio > 1 else "not confirmed"
     assert found.endswith(f": {expected}.")
 
 

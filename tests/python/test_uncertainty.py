@@ -44,7 +44,9 @@ def test_the_robust_controller_bears_more(run_squid: Run, tmp_path: Path) -> Non
     for size, nominal, robust in found["ladder"][1:]:
         assert robust < nominal, size
     assert_documented(found)
-    assert "The proof is about the model. It leaves out how far the model is off the vehicle: " in printed
+    assert (
+        "The proof is about the model. It leaves out the error of the model against the vehicle: " in printed
+    )
     done = run_squid("show", vehicle, "--controller", "--out", tmp_path)
     bound = json.loads((tmp_path / "controller.json").read_text(encoding="utf-8"))["gamma"]["bound"]
     assert (

@@ -1,7 +1,7 @@
 //! The certificate: the gain bound of the finished loop in a form that exact arithmetic re-checks.
 //!
-//! Two claims go into one file: the bound for the fitted model, and the bound that also holds when the model is off by
-//! as much as the fit misses the true linearisations anywhere in the range of speed.
+//! One file states two claims: the bound for the fitted model, and the bound that also holds for a model error as
+//! large as the fit's residual against the true linearisations anywhere in the range of speed.
 
 pub mod ball;
 pub mod same_plant;
@@ -35,7 +35,7 @@ pub struct Proof {
 /// Certifies a design, and proves the certificate in exact arithmetic.
 ///
 /// # Errors
-/// [`ProofError::Unproved`](crate::error::ProofError::Unproved) with the first thing that failed;
+/// [`ProofError::Unproved`](crate::error::ProofError::Unproved) with the first check that fails;
 /// [`Error::Synthesis`] when no bound covers the model error.
 pub fn certify(
     inputs: &Inputs,
@@ -67,7 +67,7 @@ pub fn nominal(plant: &GeneralisedPlant, k: &Controller, bound: &GainBound) -> C
     }
 }
 
-/// A plant as the certificate holds it.
+/// A plant in the form of the certificate.
 pub fn plant_rows(p: &GeneralisedPlant) -> certificate::Plant {
     let mut out = certificate::Plant::default();
     out.by_key_mut().into_iter().for_each(|(key, rows)| *rows = rows_of(&p.parts, key));
@@ -78,12 +78,12 @@ fn rows_of(parts: &Partitioned, key: &str) -> Rows {
     parts.named(key).map_or_else(Vec::new, |m| to_rows(&m))
 }
 
-/// A direct path from u to y as the certificate holds it: nothing where it is 0.
+/// A direct path from u to y in the form of the certificate: nothing where it is 0.
 pub fn direct_path(d22: &Mat) -> Rows {
     if d22.iter().all(|entry| *entry == 0.0) { vec![] } else { to_rows(d22) }
 }
 
-/// A controller as the certificate holds it.
+/// A controller in the form of the certificate.
 pub fn controller_rows(k: &Controller) -> certificate::Controller {
     let mut out = certificate::Controller::default();
     out.by_key_mut().into_iter().for_each(|(key, rows)| *rows = rows_of(&k.parts, key));
@@ -101,13 +101,13 @@ pub fn blocks_of(names: Names, matrices: &[(&'static str, &Rows)]) -> Option<Vec
     given.map(block).collect()
 }
 
-/// A certificate's controller with its blocks, as files hold a controller.
+/// A certificate's controller with its blocks, in the form of a controller file.
 pub fn rows_with_blocks(certificate: &Certificate) -> LftMatrices {
     let certificate::Controller { a, by, bt, cu, duy, dut, ct, dty, dtt } = certificate.controller.clone();
     LftMatrices { blocks: certificate.controller_blocks.clone(), a, by, bt, cu, duy, dut, ct, dty, dtt }
 }
 
-/// The frozen controller's matrices as the certificate holds them.
+/// The frozen controller's matrices in the form of the certificate.
 pub fn frozen_rows(lft: &LftMatrices) -> certificate::Controller {
     let LftMatrices { blocks: _, a, by, bt, cu, duy, dut, ct, dty, dtt } = lft.clone();
     certificate::Controller { a, by, bt, cu, duy, dut, ct, dty, dtt }

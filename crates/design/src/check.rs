@@ -1,7 +1,7 @@
-//! What a finished controller must pass before it may be shipped.
+//! The checks of a finished controller before it is written.
 //!
-//! The design's inequalities speak of the fit; here the controller, frozen at each speed, also meets the true
-//! linearisations, at the speeds of the grid and between them.
+//! The design's inequalities are about the fit. Here the controller, frozen at each speed, is also checked with the
+//! true linearisations, at the speeds of the grid and between them.
 
 pub mod sampled;
 
@@ -20,10 +20,10 @@ use std::f64::consts::TAU;
 /// Speeds at which the closed loop is checked.
 const CHECKED_SPEEDS: usize = 101;
 
-/// A loop that is unstable even when sampled so many times as often is so without sampling.
-const OFTEN: f64 = 50.0;
+/// A loop that is unstable even when sampled this many times as often counts as unstable without sampling.
+const OVERSAMPLING: f64 = 50.0;
 
-/// What the checks found.
+/// The results of the checks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Checks {
     /// Number of speeds.
@@ -47,7 +47,7 @@ pub struct Checks {
 const SLOW_ENOUGH: f64 = 0.2;
 
 impl Checks {
-    /// What is to be said if the fastest mode of the controller is too fast for its sample time (s).
+    /// A warning if the fastest mode of the controller is too fast for its sample time (s).
     pub fn remark(&self, sample_time: f64) -> Option<String> {
         let rate = TAU / sample_time;
         let (fastest, most) = (self.fastest_controller_mode, SLOW_ENOUGH * rate);
@@ -55,9 +55,9 @@ impl Checks {
             format!(
                 "WARNING: the fastest mode of the controller, {fastest:.0} rad/s, is beyond a fifth of the \
                     sampling rate, {most:.1} rad/s \
-                 (2 pi/{sample_time} s/5):\nthe controller as it is sampled is not the one that is bounded, \
+                 (2 pi/{sample_time} s/5):\nthe sampled controller differs from the one with the proved bound, \
                  though its loop is stable at these \
-                 speeds.\nA sample time of {} s or a lower bandwidth mends that",
+                 speeds.\nA sample time of {} s or a lower bandwidth avoids that",
                 rounded_down(SLOW_ENOUGH * TAU / fastest)
             )
         })
@@ -70,10 +70,12 @@ fn rounded_down(v: f64) -> String {
     format!("{:.*}", (1.0 - v.log10().floor()).max(0.0) as usize, (v / unit).floor() * unit)
 }
 
-/// Checks a controller for the scheduled plant `plant` against a gain bound.
+/// Checks a controller for the scheduled plant `plant` at frozen speeds: the loop is stable with the fit, with the true
+/// linearisation, and sampled with the actuators' lags; the H-infinity norm with the fit is at most `bound`, and that
+/// with the true linearisation is finite.
 ///
 /// # Errors
-/// [`Error::Refused`] with the first failure.
+/// [`Error::Refused`] with the first failure; those of trim and linearisation.
 pub fn check(
     inputs: &Inputs,
     plant: &GeneralisedPlant,
@@ -111,7 +113,7 @@ pub fn check(
         let linearisation = linearise_at(&inputs.vehicle, inputs.design.depth, speed)?;
         let radius = sampling.spectral_radius(&linearisation, &controller.frozen(&[rho])?);
         if radius.is_nan() || radius >= 1.0 {
-            let often = Sampling { sample_time: sample_time / OFTEN, ..sampling };
+            let often = Sampling { sample_time: sample_time / OVERSAMPLING, ..sampling };
             let growth = often.spectral_radius(&linearisation, &controller.frozen(&[rho])?).ln();
             return Err(match growth >= 0.0 {
                 true => {
@@ -144,7 +146,7 @@ pub fn check(
     Ok(found)
 }
 
-/// A controller with no parameter: the scheduled one at rho.
+/// The scheduled controller frozen at rho, without parameters.
 ///
 /// # Errors
 /// [`ModelError::Lft`](crate::error::ModelError::Lft) where it is not well posed.
@@ -169,7 +171,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn modes_beyond_a_fifth_of_the_sampling_rate_are_told() {
+    fn modes_beyond_a_fifth_of_the_sampling_rate_give_a_warning() {
         let checks = |fastest| Checks {
             speeds: 1,
             abscissa_fit: -1.0,

@@ -1,6 +1,6 @@
-//! What can stop a design, by stage.
+//! The errors of a design, by stage.
 //!
-//! A stage returns its own error where nothing else can go wrong there, and [`Error`] where it rests on other stages.
+//! A stage returns its own error where nothing else can go wrong there, and [`Error`] where it calls other stages.
 
 mod input;
 mod model;
@@ -17,13 +17,13 @@ pub use store::StoreError;
 use thiserror::Error as ThisError;
 pub use uncertain::{RobustError, UncertainError};
 
-/// What stopped a design.
+/// The error of a design.
 #[derive(Debug, ThisError)]
 pub enum Error {
     /// A vehicle file or a design file is wrong.
     #[error(transparent)]
     Input(#[from] InputError),
-    /// There is no model of the vehicle, or no generalised plant.
+    /// The model of the vehicle or the generalised plant failed.
     #[error(transparent)]
     Model(#[from] ModelError),
     /// There is no uncertain model.
@@ -32,7 +32,7 @@ pub enum Error {
     /// No controller.
     #[error(transparent)]
     Synthesis(#[from] lpv::error::SynthesisError),
-    /// No controller for a vehicle, with what about the problem may be the cause.
+    /// No controller for a vehicle, with remarks on possible causes in the problem.
     #[error("{reason}{}", remarks.iter().map(|r| format!("\n  remark: {r}")).collect::<String>())]
     NoController {
         /// Why.
@@ -65,7 +65,7 @@ pub enum Error {
     Store(#[from] StoreError),
 }
 
-/// Errors of the crates below, by way of the stage that meets them.
+/// Wraps errors of lower crates in the error of the stage that calls them.
 macro_rules! by_way_of {
     ($($stage:ident: $($from:ty),+;)+) => { $($(
         impl From<$from> for Error {

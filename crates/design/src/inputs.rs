@@ -9,7 +9,7 @@ use auv::{Vehicle, read_text};
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
-/// A vehicle and a design, with what identifies the files they came from.
+/// A vehicle and a design, with the hashes of their files.
 #[derive(Debug, Clone)]
 pub struct Inputs {
     /// The vehicle's directory, in full.
@@ -27,7 +27,7 @@ pub struct Inputs {
 }
 
 impl Inputs {
-    /// A vehicle and a design that were made in memory; they are identified by what they hold.
+    /// A vehicle and a design made in memory, identified by a hash of their content.
     ///
     /// # Errors
     /// [`InputError`]: names of actuators that the FMUs use, uncertain coefficients that the vehicle does not have.

@@ -1,9 +1,9 @@
-//! What a long computation says while it runs.
+//! Progress of a long computation, through a callback.
 
 use std::fmt::{self, Debug, Formatter};
 use std::time::Instant;
 
-/// Something to be shown to whoever waits.
+/// An event of a running computation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Event<'e> {
     /// A stage has begun.

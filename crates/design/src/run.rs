@@ -17,7 +17,7 @@ use auv::Status;
 use lpv::plant::GeneralisedPlant;
 use lpv::synthesis::Design;
 
-/// A design with all that was found on the way.
+/// A design with the results of all stages.
 #[derive(Debug, Clone)]
 pub struct Finished {
     /// The vehicle's LPV model.
@@ -26,20 +26,20 @@ pub struct Finished {
     pub plant: GeneralisedPlant,
     /// The controller and its gammas.
     pub design: Design,
-    /// What the checks found.
+    /// The results of the checks.
     pub checks: Checks,
     /// The certificate, or why there is none.
     pub proof: Result<Proof, String>,
     /// What the FMUs carry.
     pub frozen: Frozen,
-    /// How the controller came to bear more of the declared uncertainty, if that was asked for.
+    /// The robust design, if that was asked for.
     pub robust: Option<Robust>,
 }
 
-/// Runs all progress.
+/// Runs all stages of a nominal design.
 ///
 /// # Errors
-/// The first stage that fails; no controller leaves here that did not pass the checks.
+/// That of the first stage that fails. A controller that fails a check is not returned.
 pub fn run(inputs: &Inputs, progress: &Progress) -> Result<Finished, Error> {
     run_with(inputs, progress, false)
 }
@@ -61,7 +61,7 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     progress.done("augment", &augment_line(inputs, &plant));
     let nominal = synthesise(inputs, &plant, progress)?;
     let robust = with_robust.then(|| robust(inputs, &model, &plant, &nominal, progress)).transpose()?;
-    let design = robust.as_ref().map_or(nominal, |found| found.design.clone());
+    let design = robust.as_ref().map_or(nominal, |robust| robust.design.clone());
     let running = progress.begin("check", "the closed loop against the fit and the true linearisations");
     let checks = check(inputs, &plant, &design.controller, design.certified.gamma)?;
     drop(running);
@@ -74,7 +74,7 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     Ok(Finished { model, plant, design, checks, proof, frozen, robust })
 }
 
-/// Certifies; a proof that fails is told and kept as a reason, so that the design can be looked at all the same.
+/// Certifies. The reason of a failed proof is reported and returned, so that the design can still be inspected.
 fn certificate_stage(
     inputs: &Inputs,
     model: &Model,
@@ -97,7 +97,7 @@ fn proof_line(proof: &Proof, seconds: f64) -> String {
     let covered = proof.theorem.gamma_with_model_error.map_or_else(String::new, |gamma| {
         let gamma = above(gamma);
         format!(
-            "\nand below {gamma} for every model in a ball around the fit, which holds the true \
+            "\nand below {gamma} for every model in a ball around the fit, which contains the true \
             linearisations by a \
              computation at {SAMPLES} speeds"
         )

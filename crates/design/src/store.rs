@@ -63,8 +63,8 @@ pub struct Stored {
 }
 
 impl Stored {
-    /// Proves the certificate again, for the controller that is stored and for the plant and weights of the inputs;
-    /// and checks what is checked before a controller is written.
+    /// Proves the certificate again, for the stored controller and for the plant and weights of the inputs, and repeats
+    /// the checks that are made before a controller is written.
     ///
     /// # Errors
     /// The reason why this controller is not certified.
@@ -77,12 +77,12 @@ impl Stored {
         Ok(theorem)
     }
 
-    /// What must be said before anything else of a design without a proof that holds.
+    /// The warning to print first for a design whose proof fails.
     pub fn unproved(&self, inputs: &Inputs) -> Option<String> {
         self.remark(&self.prove(inputs))
     }
 
-    /// The same where the proof was tried before.
+    /// The same for the outcome of an earlier attempt at the proof.
     pub fn remark(&self, proof: &Result<Theorem, String>) -> Option<String> {
         let reason = match proof {
             Ok(_) if self.controller.gamma.certified => return None,
@@ -92,7 +92,7 @@ impl Stored {
         Some(format!("NOT PROVED: {reason}"))
     }
 
-    /// Checks all that is no matter of proof: the plant and the ball of the certificate, scales and trims, the frozen
+    /// Checks what the proof does not cover: the plant and the ball of the certificate, scales and trims, the frozen
     /// loops.
     fn made_of(&self, inputs: &Inputs, certificate: &Certificate) -> Result<(), Error> {
         let model = Model::new(&inputs.vehicle, &inputs.design)?;
@@ -102,7 +102,7 @@ impl Stored {
         check(inputs, &plant, &self.lpv_controller()?, self.controller.gamma.bound).map(|_| ())
     }
 
-    /// The frozen controller's matrices as the theory has them.
+    /// The frozen controller as a [`Controller`].
     ///
     /// # Errors
     /// [`ProofError::Mismatch`] when they are ragged.
@@ -112,7 +112,7 @@ impl Stored {
     }
 }
 
-/// The figures of a design, as `design.json` holds them.
+/// The figures of a design, as `design.json` contains them.
 #[derive(Debug, Serialize)]
 struct Figures<'a> {
     vehicle: &'a str,
@@ -124,7 +124,7 @@ struct Figures<'a> {
     gamma_design: f64,
     gamma_bound: f64,
     back_off: f64,
-    /// What was added to the plant for the design alone.
+    /// What was added to the plant, only for the design.
     #[serde(skip_serializing_if = "Option::is_none")]
     added_for_the_design: Option<String>,
     gamma_bound_with_model_error: Option<f64>,
@@ -184,7 +184,7 @@ fn response_figures(inputs: &Inputs, errors: Option<&Errors>) -> ResponseFigures
     }
 }
 
-/// Writes the files of a finished design, all of them or none, and takes away what an earlier one left.
+/// Writes the files of a finished design, all of them or none, and removes those of an earlier one.
 ///
 /// # Errors
 /// [`StoreError::Unwritable`].
@@ -207,7 +207,7 @@ pub fn save(directory: &Path, inputs: &Inputs, finished: &Finished) -> Result<()
         Some(found) => found.add_to(&mut files, directory)?,
         None => stored::forget(&mut files, directory),
     }
-    // Last, for its hashes are what `load` trusts.
+    // Last, because `load` trusts its hashes.
     files.add(to("controller.json"), finished.frozen.controller.to_json()?);
     Ok(files.save(directory)?)
 }
@@ -247,7 +247,7 @@ pub fn load(directory: &Path, inputs: &Inputs) -> Result<Stored, Error> {
     Ok(Stored { controller, plant, manoeuvre: inputs.design.manoeuvre.clone(), certificate, robust })
 }
 
-/// What `squid design` wrote down where it found no proof.
+/// The reason that `squid design` recorded for a missing proof.
 fn why_not_certified(directory: &Path) -> String {
     let figures = read(&directory.join("design.json")).ok();
     let figures: Option<serde_json::Value> = figures.and_then(|text| serde_json::from_str(&text).ok());

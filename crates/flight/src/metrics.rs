@@ -102,7 +102,7 @@ fn actuator_use(rows: &[Row], limits: &[(f64, f64)]) -> f64 {
     each.map(|(command, (low, high))| used_fraction(*command, *low, *high)).fold(0.0, f64::max)
 }
 
-/// How much of an actuator a command uses: 0 at rest, 1 at a limit. Where the range does not hold 0, rest is its
+/// How much of an actuator a command uses: 0 at rest, 1 at a limit. Where the range does not contain 0, rest is its
 /// middle.
 fn used_fraction(command: f64, low: f64, high: f64) -> f64 {
     let rest = if low <= 0.0 && high >= 0.0 { 0.0 } else { 0.5 * (low + high) };

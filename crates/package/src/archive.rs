@@ -20,7 +20,7 @@ pub struct FmuArchive {
     pub guid: String,
     /// `modelDescription.xml`.
     pub description: Vec<u8>,
-    /// What lies in `resources/`.
+    /// The files in `resources/`.
     pub resources: Resources,
 }
 
@@ -74,7 +74,7 @@ impl FmuArchive {
 
 const DESCRIPTION: &str = "modelDescription.xml";
 
-/// Whether every tool unpacks this name to the same place: of a folder, a `/` may stand at the end.
+/// Whether every tool unpacks this name to the same place: of a folder, a `/` is allowed at the end.
 fn is_plain(name: &str) -> bool {
     let path = name.strip_suffix('/').unwrap_or(name);
     // Windows drops a dot or a space at the end of a name.

@@ -20,7 +20,7 @@ pub enum Error {
         /// What is allowed.
         allowed: String,
     },
-    /// A frozen design makes no legal FMU.
+    /// A frozen design gives no valid FMU.
     #[error(transparent)]
     Describe(#[from] fmi2::DescribeError),
     /// A shared library is missing.
@@ -88,8 +88,8 @@ pub enum Error {
         /// The first thing that differs.
         reason: String,
     },
-    /// There is no certificate where one was looked for.
-    #[error("{path}: it holds no resources/{name}, so there is nothing to verify")]
+    /// The FMU contains no certificate.
+    #[error("{path}: it contains no resources/{name}, so there is nothing to verify")]
     NoCertificate {
         /// The FMU.
         path: String,
@@ -102,7 +102,7 @@ pub enum Error {
          they are, and say that they are uncertified"
     )]
     Uncertified {
-        /// Where the design lies.
+        /// The directory of the design.
         directory: String,
         /// Why.
         reason: String,

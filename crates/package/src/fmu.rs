@@ -85,7 +85,7 @@ pub fn require_proof(
 /// The model description and resources of an FMU.
 ///
 /// # Errors
-/// [`Error::Describe`] when the frozen design makes no legal FMU.
+/// [`Error::Describe`] when the frozen design gives no valid FMU.
 pub fn prepare(kind: Kind, inputs: &Inputs, stored: &Stored) -> Result<Prepared, Error> {
     let mut resources = Resources::default();
     if kind != Kind::Plant {
@@ -201,7 +201,7 @@ fn about(kind: Kind, stored: &Stored) -> Vec<String> {
         )
     } else {
         format!(
-            "UNCERTIFIED: this controller was packed without a proof that holds for the vehicle. Its file names \
+            "UNCERTIFIED: this controller was packed without a valid proof for the vehicle. Its file names \
                 {} as a bound of the L2 gain. Speeds {} to {} m/s.",
             gamma.bound, scheduling.minimum, scheduling.maximum
         )

@@ -20,7 +20,7 @@ pub struct Platform {
 const ALL: [Platform; 3] = [
     Platform { folder: "linux64", triple: Some("x86_64-unknown-linux-gnu"), prefix: "lib", suffix: ".so" },
     Platform { folder: "win64", triple: Some("x86_64-pc-windows-gnu"), prefix: "", suffix: ".dll" },
-    // Its own folder: a tool on x86-64 takes whatever lies in linux64.
+    // A separate folder: a tool on x86-64 loads whatever is in linux64.
     Platform {
         folder: "aarch64-linux",
         triple: Some("aarch64-unknown-linux-gnu"),
@@ -71,7 +71,7 @@ impl Platform {
 
     /// Looks for the shared library in `binaries`, or beside this program as cargo lays it out.
     ///
-    /// Of another platform than this program's own, it lies in a folder named for the platform below `binaries`.
+    /// For another platform than this program's, it is in a folder named for the platform below `binaries`.
     ///
     /// # Errors
     /// [`Error::NoBinary`].

@@ -25,7 +25,7 @@ use std::path::Path;
 pub struct Verified {
     /// The theorem.
     pub theorem: Theorem,
-    /// Name of vehicle and design, when the file says so, and what was computed anew.
+    /// Name of vehicle and design, when the file says so, and what was computed again.
     pub about: Vec<String>,
 }
 
@@ -128,7 +128,7 @@ fn status(design: &ControllerDesign) -> &'static str {
 fn named(inputs: &Inputs) -> String {
     let directory = inputs.directory.display();
     format!(
-        "vehicle.toml and design '{}' in {directory} (computed anew, in floating point)",
+        "vehicle.toml and design '{}' in {directory} (computed again, in floating point)",
         inputs.design.name
     )
 }
@@ -146,7 +146,7 @@ fn made_of(
         ("the design file", &controller.inputs.design_sha256, &inputs.design_sha256),
     ];
     if let Some((what, _, _)) = hashes.into_iter().find(|(_, packed, now)| packed != now) {
-        return Err(format!("{what} is another one than it was designed from (its SHA-256 differs)"));
+        return Err(format!("{what} differs from the one it was designed from (its SHA-256 differs)"));
     }
     let texts = [
         (fmu_plant::VEHICLE_RESOURCE, inputs.vehicle.to_json().map_err(|e| e.to_string())?),

@@ -1,4 +1,4 @@
-//! `squid report`: the paper's figures for a vehicle, with what the paper claims and whether this vehicle bears it out.
+//! `squid report`: the paper's figures for a vehicle, with the paper's claims and whether this vehicle confirms them.
 //!
 //! ```text
 //! inputs, stored design -> Subject -> sections (figures, tables, verdicts) -> page, SVG files

@@ -20,7 +20,7 @@ pub const FILE: &str = "report.json";
 pub struct Rendered {
     /// Of what it was made from; see [`key`].
     key: Option<String>,
-    /// What must be said of a design without a proof that holds.
+    /// The warning for a design whose proof fails.
     pub unproved: Option<String>,
     /// The verdicts for a terminal.
     pub words: String,
@@ -61,8 +61,8 @@ impl Rendered {
     }
 }
 
-/// The report of a stored design, from its directory where it lies there and nothing has changed since, or computed
-/// and put there.
+/// The report of a stored design: read from its directory if nothing has changed since, or else computed and stored
+/// there.
 ///
 /// # Errors
 /// As [`report`]; [`Error::Plot`], [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable).
@@ -87,7 +87,7 @@ pub fn rendered(
     Ok(found)
 }
 
-/// What lies there, if it is a report.
+/// The stored report, if it is one.
 fn kept(path: &Path) -> Option<Rendered> {
     serde_json::from_str(&std::fs::read_to_string(path).ok()?).ok()
 }

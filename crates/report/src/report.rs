@@ -42,7 +42,7 @@ const LONGEST: &str = "mu";
 pub struct Report {
     /// The page's title.
     pub heading: String,
-    /// What must be said before anything else.
+    /// Warnings, shown first.
     pub warning: Option<String>,
     /// Of that, what there is to say of the proof.
     pub unproved: Option<String>,
@@ -54,8 +54,8 @@ pub struct Report {
     pub sections: Vec<Section>,
 }
 
-/// Computes the report, several sections at the same time, and tells of each that is done. A section that cannot be
-/// computed says why, and leaves the others standing.
+/// Computes the report, several sections at the same time, and reports the progress. A section that fails contains
+/// the reason; the others are computed all the same.
 ///
 /// # Errors
 /// As [`Subject::new`].
@@ -91,7 +91,7 @@ pub fn report(inputs: &Inputs, stored: &Stored, progress: &Progress) -> Result<R
             System for Autonomous Underwater \
          Vehicle', Indian J. Geo-Marine Sci. 40(2), 2011, 275-286, for this vehicle, and some that the paper \
          does not have. Next to them stands \
-         what the paper claims and whether this vehicle bears it out, by a stated criterion and computed numbers."
+         what the paper claims and whether this vehicle confirms it, by a stated criterion and computed numbers."
             .into(),
     ];
     Ok(Report {

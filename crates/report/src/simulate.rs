@@ -19,7 +19,7 @@ const STEP_SPEEDS: usize = 6;
 const STEPS_FLOWN: f64 = 60.0;
 const STEPS_SHOWN: f64 = 30.0;
 
-/// Flies everything, writes records and plots to `directory` and returns what was found, for people.
+/// Flies everything, writes records and plots to `directory`, and returns the figures as text.
 ///
 /// # Errors
 /// [`Error::Flight`], [`Error::Plot`], [`Error::Design`].
@@ -62,7 +62,7 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<String,
     }
     if !ended.is_empty() {
         out += &format!(
-            "\n{ended}The figures of a flight that ends so are of what is before; - is what it does not tell.\n"
+            "\n{ended}The figures of such a flight are those of its record until then; - is not known.\n"
         );
     }
     let title = format!("{}, {}.toml: pitch steps at constant speed", heading(inputs), inputs.design.name);

@@ -52,14 +52,14 @@ pub struct Subject<'a> {
     pub speeds: Vec<f64>,
     /// The true linearisations at these speeds.
     pub truth: Vec<Linearisation>,
-    /// Where progress is told.
+    /// Reports progress.
     pub progress: &'a Progress<'a>,
     alone: OnceLock<Vec<Result<Design, SynthesisError>>>,
     proof: OnceLock<Result<Theorem, String>>,
 }
 
 impl<'a> Subject<'a> {
-    /// Linearises and fits the vehicle anew, and takes the controller from the stored design.
+    /// Linearises and fits the vehicle again, and takes the controller from the stored design.
     ///
     /// # Errors
     /// As [`Model::new`]; [`ProofError::Mismatch`](squid_design::error::ProofError::Mismatch) when the stored
@@ -90,7 +90,7 @@ impl<'a> Subject<'a> {
         self.alone.get_or_init(|| self.speeds.iter().map(made).collect())
     }
 
-    /// The proof of the certificate, tried anew; once.
+    /// The proof of the certificate, repeated; once.
     pub fn proof(&self) -> &Result<Theorem, String> {
         self.proof.get_or_init(|| self.stored.prove(self.inputs))
     }

@@ -1,4 +1,4 @@
-//! Whether what the paper claims is borne out by a vehicle: rules on numbers, each with its criterion in words.
+//! Whether a vehicle confirms the paper's claims: rules on numbers, each with its criterion in words.
 
 use squid_design::numbers::decimals;
 
@@ -6,11 +6,11 @@ use squid_design::numbers::decimals;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Finding {
     /// The numbers satisfy the criterion.
-    BorneOut,
+    Confirmed,
     /// Some of them do.
     Partly,
     /// None of them does.
-    NotBorneOut,
+    NotConfirmed,
     /// There are no numbers to judge by.
     Unknown,
 }
@@ -19,9 +19,9 @@ impl Finding {
     /// For people.
     pub fn words(self) -> &'static str {
         match self {
-            Finding::BorneOut => "borne out",
-            Finding::Partly => "partly borne out",
-            Finding::NotBorneOut => "not borne out",
+            Finding::Confirmed => "confirmed",
+            Finding::Partly => "partly confirmed",
+            Finding::NotConfirmed => "not confirmed",
             Finding::Unknown => "cannot be judged",
         }
     }
@@ -29,9 +29,9 @@ impl Finding {
     /// The class of its mark in the page.
     pub fn class(self) -> &'static str {
         match self {
-            Finding::BorneOut => "yes",
+            Finding::Confirmed => "yes",
             Finding::Partly => "partly",
-            Finding::NotBorneOut => "no",
+            Finding::NotConfirmed => "no",
             Finding::Unknown => "unknown",
         }
     }
@@ -43,8 +43,8 @@ impl Finding {
         };
         match answers.iter().filter(|good| **good).count() {
             _ if answers.is_empty() => Finding::Unknown,
-            0 => Finding::NotBorneOut,
-            good if good == answers.len() => Finding::BorneOut,
+            0 => Finding::NotConfirmed,
+            good if good == answers.len() => Finding::Confirmed,
             _ => Finding::Partly,
         }
     }
@@ -95,11 +95,11 @@ pub fn much_smaller(first: f64, second: f64) -> Finding {
     if first.is_nan() || second.is_nan() || (first < EXACT && second < EXACT) {
         Finding::Unknown
     } else if first >= MUCH * second && first > 0.0 {
-        Finding::BorneOut
+        Finding::Confirmed
     } else if first > second {
         Finding::Partly
     } else {
-        Finding::NotBorneOut
+        Finding::NotConfirmed
     }
 }
 
@@ -201,7 +201,7 @@ pub const AT_REST: f64 = 0.05;
 /// Errors and jumps this many times those of the scheduled flight count as worse.
 pub const WORSE: f64 = 1.1;
 
-/// Does switching harm? Borne out, if a switched flight does not come to rest where the scheduled one does, or if
+/// Does switching harm? Confirmed, if a switched flight does not come to rest where the scheduled one does, or if
 /// stable controllers that take turns make an unstable loop (one that grows at a rate above 0); partly, if there is
 /// neither, but some flight has larger errors or jumps.
 pub fn switching_harms(scheduled: Ridden, switched: &[Ridden], rates: &[f64]) -> Finding {
@@ -211,10 +211,10 @@ pub fn switching_harms(scheduled: Ridden, switched: &[Ridden], rates: &[f64]) ->
     }
     let rests = |r: &Ridden| r.error_at_end <= AT_REST;
     if rates.iter().any(|r| *r > 0.0) || (rests(&scheduled) && !switched.iter().all(rests)) {
-        return Finding::BorneOut;
+        return Finding::Confirmed;
     }
     let worse = |r: &Ridden| r.error > WORSE * scheduled.error || r.jump > WORSE * scheduled.jump;
-    if switched.iter().any(worse) { Finding::Partly } else { Finding::NotBorneOut }
+    if switched.iter().any(worse) { Finding::Partly } else { Finding::NotConfirmed }
 }
 
 #[cfg(test)]
@@ -223,13 +223,13 @@ mod tests {
 
     #[test]
     fn much_smaller_both_ways() {
-        assert_eq!(much_smaller(3.0, 1.0), Finding::BorneOut);
+        assert_eq!(much_smaller(3.0, 1.0), Finding::Confirmed);
         assert_eq!(much_smaller(1.5, 1.0), Finding::Partly);
-        assert_eq!(much_smaller(1.0, 1.5), Finding::NotBorneOut);
+        assert_eq!(much_smaller(1.0, 1.5), Finding::NotConfirmed);
         assert_eq!(much_smaller(0.0, 0.0), Finding::Unknown);
         assert_eq!(much_smaller(f64::NAN, 1.0), Finding::Unknown);
         assert_eq!(much_smaller(3e-13, 1e-13), Finding::Unknown);
-        assert_eq!(much_smaller(3.0, 1e-13), Finding::BorneOut);
+        assert_eq!(much_smaller(3.0, 1e-13), Finding::Confirmed);
     }
 
     #[test]
@@ -247,9 +247,9 @@ mod tests {
 
     #[test]
     fn damping_both_ways() {
-        assert_eq!(well_damped(&[0.36, 1.0]), Finding::BorneOut);
+        assert_eq!(well_damped(&[0.36, 1.0]), Finding::Confirmed);
         assert_eq!(well_damped(&[0.2, 1.0]), Finding::Partly);
-        assert_eq!(well_damped(&[0.2, 0.1]), Finding::NotBorneOut);
+        assert_eq!(well_damped(&[0.2, 0.1]), Finding::NotConfirmed);
         assert_eq!(well_damped(&[0.5, f64::NAN]), Finding::Unknown);
         assert_eq!(well_damped(&[]), Finding::Unknown);
     }
@@ -272,29 +272,29 @@ mod tests {
 
     #[test]
     fn limits_both_ways() {
-        assert_eq!(all_below(&[0.4, 0.9], 1.0), Finding::BorneOut);
+        assert_eq!(all_below(&[0.4, 0.9], 1.0), Finding::Confirmed);
         assert_eq!(all_below(&[0.4, 1.2], 1.0), Finding::Partly);
-        assert_eq!(all_below(&[1.0], 1.0), Finding::NotBorneOut);
-        assert_eq!(each_smaller(&[(1.0, 2.0), (3.0, f64::INFINITY)]), Finding::BorneOut);
+        assert_eq!(all_below(&[1.0], 1.0), Finding::NotConfirmed);
+        assert_eq!(each_smaller(&[(1.0, 2.0), (3.0, f64::INFINITY)]), Finding::Confirmed);
         assert_eq!(each_smaller(&[(1.0, 2.0), (3.0, 2.0)]), Finding::Partly);
-        assert_eq!(each_smaller(&[(f64::INFINITY, f64::INFINITY)]), Finding::NotBorneOut);
+        assert_eq!(each_smaller(&[(f64::INFINITY, f64::INFINITY)]), Finding::NotConfirmed);
     }
 
     #[test]
     fn hardest_both_ways() {
         let (low, high) = (vec![(1.0, 9.0), (2.0, 3.0)], vec![(1.0, 2.0), (2.0, 3.0)]);
         let (even, none) = (vec![(1.0, 3.0), (2.0, 3.0)], vec![(1.0, f64::NAN)]);
-        assert_eq!(hardest_below(1.5, &[low.clone(), low.clone(), even.clone()]), Finding::BorneOut);
+        assert_eq!(hardest_below(1.5, &[low.clone(), low.clone(), even.clone()]), Finding::Confirmed);
         assert_eq!(hardest_below(1.5, &[low, high.clone()]), Finding::Partly);
-        assert_eq!(hardest_below(1.5, &[high]), Finding::NotBorneOut);
+        assert_eq!(hardest_below(1.5, &[high]), Finding::NotConfirmed);
         assert_eq!(hardest_below(1.5, &[even, none]), Finding::Unknown);
     }
 
     #[test]
     fn stability_both_ways() {
-        assert_eq!(stays_stable(&[(0.9, 0.8), (0.5, f64::NAN)]), Finding::BorneOut);
+        assert_eq!(stays_stable(&[(0.9, 0.8), (0.5, f64::NAN)]), Finding::Confirmed);
         assert_eq!(stays_stable(&[(0.9, 0.8), (1.2, 1.1)]), Finding::Partly);
-        assert_eq!(stays_stable(&[(1.2, 1.0)]), Finding::NotBorneOut);
+        assert_eq!(stays_stable(&[(1.2, 1.0)]), Finding::NotConfirmed);
         assert_eq!(stays_stable(&[(0.9, 0.8), (1.2, 0.9)]), Finding::Unknown);
         assert_eq!(stays_stable(&[(0.9, 0.8), (1.0, f64::NAN)]), Finding::Unknown);
         assert_eq!(stays_stable(&[(f64::NAN, f64::NAN)]), Finding::Unknown);
@@ -304,9 +304,9 @@ mod tests {
     #[test]
     fn best_both_ways() {
         let (a, b) = (vec![(0.1, 1.0), (0.23, 0.5)], vec![(0.1, 1.0), (0.23, 1.5)]);
-        assert_eq!(best(0.23, &[a.clone(), a.clone()]), Finding::BorneOut);
+        assert_eq!(best(0.23, &[a.clone(), a.clone()]), Finding::Confirmed);
         assert_eq!(best(0.23, &[a, b.clone()]), Finding::Partly);
-        assert_eq!(best(0.23, &[b]), Finding::NotBorneOut);
+        assert_eq!(best(0.23, &[b]), Finding::NotConfirmed);
         assert_eq!(best(0.23, &[]), Finding::Unknown);
     }
 
@@ -315,11 +315,11 @@ mod tests {
         let good = Ridden { error: 0.1, error_at_end: 0.01, jump: 0.2 };
         let rough = Ridden { jump: 0.5, ..good };
         let lost = Ridden { error_at_end: 2.0, ..good };
-        assert_eq!(switching_harms(good, &[good], &[-0.1]), Finding::NotBorneOut);
+        assert_eq!(switching_harms(good, &[good], &[-0.1]), Finding::NotConfirmed);
         assert_eq!(switching_harms(good, &[good, rough], &[-0.1]), Finding::Partly);
-        assert_eq!(switching_harms(good, &[rough, lost], &[]), Finding::BorneOut);
-        assert_eq!(switching_harms(good, &[good], &[-0.1, 0.1]), Finding::BorneOut);
-        assert_eq!(switching_harms(lost, &[lost], &[]), Finding::NotBorneOut);
+        assert_eq!(switching_harms(good, &[rough, lost], &[]), Finding::Confirmed);
+        assert_eq!(switching_harms(good, &[good], &[-0.1, 0.1]), Finding::Confirmed);
+        assert_eq!(switching_harms(lost, &[lost], &[]), Finding::NotConfirmed);
         assert_eq!(switching_harms(good, &[], &[]), Finding::Unknown);
         assert_eq!(switching_harms(good, &[Ridden { error: f64::NAN, ..good }], &[]), Finding::Unknown);
     }

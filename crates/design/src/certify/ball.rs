@@ -1,4 +1,4 @@
-//! The ball of models around the fit that holds the true linearisations at every speed of the range.
+//! The ball of models around the fit that contains the true linearisations at every speed of the range.
 //!
 //! `[A B2]` of the fit is off by `R(V) = [A B2](V) - [A B2](rho)`. The ball is the set of all `E Delta [F Fu]` with
 //! `|Delta| <= 1`.
@@ -16,15 +16,15 @@ use lpv::plant::GeneralisedPlant;
 /// Speeds at which the fit's residual is taken.
 pub const SAMPLES: usize = 1001;
 
-/// How far beyond the ball the residual computed anew may reach: rounding on another processor.
+/// How far beyond the ball the residual, computed again, may reach: rounding on another processor.
 const SAME_BALL: f64 = 1e-6;
 
 /// The smallest ball, in coordinates in which the Lyapunov matrix of the bound is the identity on the model's states
 /// and each input is in units of its scale; and its size e.
 ///
 /// With `T` those coordinates and `R~(V) = T^-1 R [T 0; 0 S_u]`, `E = sqrt(e) T` and `[F Fu] = sqrt(e) [T^-1 0; 0
-/// S_u^-1]` where `e = max |R~(V)|`. The maximum is taken over [`SAMPLES`] speeds and raised by a bound of what may
-/// lie between two of them: see `between_samples`. The LFT that was designed on is subtracted, not the polynomial, so
+/// S_u^-1]` where `e = max |R~(V)|`. The maximum is taken over [`SAMPLES`] speeds and raised by a bound on the rise
+/// between two of them: see `between_samples`. The LFT that was designed on is subtracted, not the polynomial, so
 /// that what was dropped there is covered, too. The plant's u is in units of the scales `S_u` already, so that its Fu
 /// is the identity times sqrt(e).
 ///
@@ -55,7 +55,7 @@ pub fn smallest_ball(
     Ok((ModelError { e, f, fu }, size))
 }
 
-/// Checks that the ball of a certificate holds the true linearisations of these inputs, computed anew.
+/// Checks that the ball of a certificate contains the true linearisations of these inputs, computed again.
 ///
 /// The Delta of a residual is `Delta = E_1^-1 R [F_1 Fu]^-1`, with the rows of E and the columns of F that belong to
 /// the model's states; it has to be no larger than 1 with the reserve between samples, and no other row of E may be
@@ -101,8 +101,8 @@ fn residuals(inputs: &Inputs, model: &Model) -> Result<Vec<Mat>, Error> {
     inputs.design.spread(SAMPLES).into_iter().map(at).collect()
 }
 
-/// The largest singular value over samples of a curve of matrices, with a reserve for what lies between them;
-/// not-a-number when a sample holds one.
+/// The largest singular value over samples of a curve of matrices, with a reserve for the rise between them;
+/// not-a-number when a sample contains one.
 fn reach(samples: impl Iterator<Item = Mat>) -> f64 {
     let samples: Vec<Mat> = samples.collect();
     largest(0.0, samples.iter().map(largest_singular_value)) + between_samples(&samples)
@@ -124,7 +124,7 @@ fn not_definite() -> Error {
 /// ```
 ///
 /// (for S: linear interpolation, for instance K. Atkinson, An Introduction to Numerical Analysis, 1989, eq. 3.1.10).
-/// The second difference at the interval's first speed holds `(1 - s) h J`, the one at its last speed `s h J`, and S
+/// The second difference at the interval's first speed contains `(1 - s) h J`, the one at its last speed `s h J`, and S
 /// adds C at most to either. In the first and the last interval of the range only one of the two exists, but each
 /// gives `s (1 - s) h |J| <= D + C`; together at most `9/8 C + D`. That is 17/8 D where `C <= D`, that is, where the
 /// second differences of a thousand speeds show somewhere how much S bends, and where no two kinks share an interval

@@ -11,7 +11,7 @@ use lpv::matrix::{Mat, eigenvalues, largest};
 use lpv::partition::{Group, PLANT, names};
 use lpv::plant::GeneralisedPlant;
 
-/// How far the plant of a certificate may be from the one computed anew: rounding on another processor.
+/// How far the plant of a certificate may be from the one computed again: rounding on another processor.
 const SAME_PLANT: f64 = 1e-8;
 
 /// Values of rho at which the two are compared.
@@ -20,7 +20,7 @@ const POINTS: u32 = 4001;
 /// Values of several parameters at which the two are compared.
 const IN_BOX: u32 = 101;
 
-/// The largest modulus of an eigenvalue of Dtt that is thought nothing of: poles in rho are their reciprocals, two or
+/// The largest modulus of an eigenvalue of Dtt that is always allowed: poles in rho are their reciprocals, two or
 /// more from the middle of the range. A polynomial in rho, which is what is fitted, has a nilpotent Dtt; what the
 /// reduction of its channels leaves out gives it eigenvalues of 0.01 for a low order, and up to 0.6 for the highest,
 /// which is then the limit.

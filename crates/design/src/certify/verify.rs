@@ -16,8 +16,8 @@ pub fn parse(text: &str, file: &str) -> Result<Certificate, ProofError> {
     Certificate::from_json(text).map_err(|reason| ProofError::Certificate { file: file.into(), reason })
 }
 
-/// Checks that the plant of a certificate is the one of these inputs, trimmed, linearised, fitted and weighted anew,
-/// and that its ball of models holds the true linearisations.
+/// Checks that the plant of a certificate is the one of these inputs, trimmed, linearised, fitted and weighted
+/// again, and that its ball of models contains the true linearisations.
 ///
 /// # Errors
 /// [`ProofError::WrongPlant`], [`ProofError::Ball`], those of [`augment`].
@@ -26,8 +26,8 @@ pub fn of_inputs(certificate: &Certificate, inputs: &Inputs, model: &Model) -> R
     certificate.residual.as_ref().map_or(Ok(()), |ball| ball::holds(ball, inputs, model))
 }
 
-/// Checks that a certificate speaks of a frozen controller: the same numbers to the bit, the same bound, and of all
-/// that the mark `certified` stands for. No design is marked without a bound that covers the fit's residual
+/// Checks that a certificate is of a frozen controller: the same numbers to the bit, the same bound, and all that the
+/// mark `certified` means. No design is marked without a bound that covers the fit's residual
 /// ([`crate::certify::certify`]), so that where the mark is, the section `residual` must be.
 ///
 /// # Errors

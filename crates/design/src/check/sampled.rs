@@ -37,7 +37,7 @@ impl<'a> Sampling<'a> {
     }
 
     /// The sampled loop from the references to the tracked outputs and the controls, at the ticks and in units of their
-    /// scales; `None` where a mode of the controller lies at 2/T.
+    /// scales; `None` where a mode of the controller is at 2/T.
     ///
     /// ```text
     /// x+ = Phi x + Gamma u,  y = r - C x,  (k+, u) = K(k, y),  states [x, k]
@@ -92,7 +92,7 @@ pub fn sampled_dtt(k: &lpv::controller::Controller, sample_time: f64) -> Option<
     Some(&k.dtt() + &k.ct() * inner * (0.5 * sample_time))
 }
 
-/// The trapezoidal rule, as `scheduled::Lft::discretise` at a frozen parameter; `None` where a mode lies at 2/T.
+/// The trapezoidal rule, as `scheduled::Lft::discretise` at a frozen parameter; `None` where a mode is at 2/T.
 pub fn trapezoidal(k: &StateSpace, sample_time: f64) -> Option<StateSpace> {
     let n = k.a.nrows();
     let half = &k.a * (0.5 * sample_time);

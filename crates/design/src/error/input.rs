@@ -6,12 +6,12 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 pub enum InputError {
     /// The vehicle's directory is not there.
-    #[error("{directory}: there is no such directory; name one that holds vehicle.toml and design.toml")]
+    #[error("{directory}: there is no such directory; name one that contains vehicle.toml and design.toml")]
     NoVehicle {
         /// As given.
         directory: String,
     },
-    /// The vehicle file or the design file is wrong, or a file is no text.
+    /// The vehicle file or the design file is wrong, or a file is not text.
     #[error(transparent)]
     File(#[from] auv::FileError),
     /// A bandwidth on the command line.
@@ -30,7 +30,7 @@ pub enum InputError {
         file: String,
         /// The actuator.
         actuator: String,
-        /// The name that is there twice.
+        /// The name that both would have.
         name: String,
     },
 }

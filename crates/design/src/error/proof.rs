@@ -16,26 +16,26 @@ pub enum ProofError {
         /// What is wrong.
         reason: certificate::ReadError,
     },
-    /// A certificate speaks of less than the design claims.
+    /// A certificate claims less than the design does.
     #[error(
-        "the certificate has no section 'residual', but the design is marked as certified for the vehicle: what \
-            is left is of the fit \
-         alone, and proves nothing about the residual between the fit and the true linearisations"
+        "the certificate has no section 'residual', but the design is marked as certified for the vehicle: the rest \
+            is about the fit alone, and proves nothing about the residual between the fit and the true \
+            linearisations"
     )]
     NoResidual,
-    /// A certificate speaks of another controller.
+    /// A certificate is of another controller.
     #[error("the certificate is not of this controller: {what} differs")]
     Mismatch {
         /// The first part that differs.
         what: String,
     },
-    /// A certificate speaks of another plant.
+    /// A certificate is of another plant.
     #[error("the certificate is not of this plant: {what} differs")]
     WrongPlant {
         /// The first part that differs.
         what: String,
     },
-    /// The ball of models that a certificate speaks of leaves the vehicle out.
+    /// The ball of models of a certificate does not contain the vehicle.
     #[error(
         "the certificate's section 'residual' does not cover this vehicle: {}",
         .reach.map_or_else(

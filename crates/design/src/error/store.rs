@@ -32,7 +32,7 @@ pub enum StoreError {
     /// There is no frozen design yet.
     #[error("{directory}: there is no design yet; run `squid design` first")]
     NotDesigned {
-        /// Where it was looked for.
+        /// The directory.
         directory: String,
     },
     /// The frozen design belongs to other inputs.
@@ -43,9 +43,9 @@ pub enum StoreError {
         /// What changed.
         what: &'static str,
     },
-    /// A frozen file says something else than vehicle and design file.
+    /// A frozen file differs from what vehicle and design file give.
     #[error(
-        "{file}: `{key}` is {found}, but {expected} follows from vehicle and design file; `squid design` makes it anew"
+        "{file}: `{key}` is {found}, but vehicle and design file give {expected}; `squid design` writes it again"
     )]
     Edited {
         /// The file.
@@ -57,7 +57,7 @@ pub enum StoreError {
         /// What it should be.
         expected: String,
     },
-    /// A frozen controller makes no sense.
+    /// A frozen controller is not valid.
     #[error("{path}: {reason}")]
     BadController {
         /// The file.
@@ -65,7 +65,7 @@ pub enum StoreError {
         /// What is wrong with it.
         reason: scheduled::DesignError,
     },
-    /// A frozen LPV model makes no sense.
+    /// A frozen LPV model is not valid.
     #[error("{path}: {reason}")]
     BadPlant {
         /// The file.

@@ -35,7 +35,7 @@ pub enum UncertainError {
         /// The relative difference.
         off: f64,
     },
-    /// The vehicle is none at some corner of the ranges.
+    /// The coefficients at some corner of the ranges are not allowed.
     #[error("[uncertainty]: with every coefficient at an end of its range, {reason}")]
     Corner {
         /// Why.
@@ -52,11 +52,11 @@ pub enum UncertainError {
 /// Why there is no robust controller.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum RobustError {
-    /// The nominal controller has a bound at some size.
+    /// The nominal controller has no bound at any size of the uncertainty.
     #[error("--robust: {0}")]
     NoSize(#[from] lpv::robust::NoSize),
-    /// The bounds found hold clearly enough to be proved.
-    #[error("--robust: the bound of the {which} controller does not hold clearly enough to be proved")]
+    /// A bound has too small a margin to be proved.
+    #[error("--robust: the bound of the {which} controller has too small a margin to be proved")]
     NotClear {
         /// Which controller.
         which: &'static str,

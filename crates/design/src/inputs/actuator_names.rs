@@ -1,4 +1,4 @@
-//! Names that the FMUs' own variables leave to actuators.
+//! Names of actuators, which must differ from those of the FMUs' other variables.
 
 use crate::error::InputError;
 use auv::{COEFFICIENTS, Vehicle};

@@ -1,8 +1,8 @@
-//! The design file: what is asked of the controller.
+//! The design file: the requirements on the controller.
 //!
 //! Every key is explained in the design files that come with the vehicles.
 //!
-//! Weights are given by numbers that mean something, not by polynomials: `W_e = (s/peak + bandwidth)/(s + bandwidth
+//! Weights are given by their parameters, not by polynomials: `W_e = (s/peak + bandwidth)/(s + bandwidth
 //! steady_error)` and a constant W_u. Both are proper for every value in the ranges below; a value that would make
 //! them improper or infinite (peak = 0, bandwidth = inf) is refused with file, line and key.
 
@@ -14,7 +14,7 @@ use scheduled::Manoeuvre;
 use signals::{SIGNALS, STATES, Signal};
 pub use uncertainty::{HalfRange, UncertainCoefficient, UncertainParameter, Uncertainty};
 
-/// A range of numbers, in words that a message can hold.
+/// A range of numbers, with its text for messages.
 #[derive(Debug, Clone, Copy)]
 pub struct Range {
     least: f64,
@@ -24,7 +24,7 @@ pub struct Range {
 }
 
 impl Range {
-    /// Whether a number lies in it; not-a-number does not.
+    /// Whether a number is in the range; not-a-number is not.
     pub fn allows(&self, v: f64) -> bool {
         (self.least..=self.most).contains(&v)
     }
@@ -114,7 +114,7 @@ pub struct DesignFile {
 }
 
 impl DesignFile {
-    /// So many speeds, evenly spread over the range of the design, both ends included \[m/s\].
+    /// `count` speeds, evenly spread over the range of the design, both ends included \[m/s\].
     pub fn spread(&self, count: usize) -> Vec<f64> {
         let (low, high) = (self.speed_min, self.speed_max);
         (0..count).map(|i| low + (high - low) * i as f64 / (count - 1) as f64).collect()

@@ -26,7 +26,7 @@ fn unwritable(path: &Path, reason: io::Error) -> StoreError {
     StoreError::Unwritable { path: path.display().to_string(), reason }
 }
 
-/// Writes a file through a temporary one beside it, renamed at the end; into a device or a pipe as it is.
+/// Writes a file through a temporary one beside it, renamed at the end; devices and pipes are written directly.
 ///
 /// # Errors
 /// [`StoreError::Unwritable`] with the path; nothing is then left behind.
@@ -69,8 +69,8 @@ fn readable(_: &File) -> io::Result<()> {
 
 /// Files of one directory that belong together: all of them are written, or none.
 ///
-/// The last one is taken away first and put there last: whoever finds it finds all of the same making, even if the
-/// power failed.
+/// The last one is removed first and written last: where it exists, all files are of the same set, even after a loss
+/// of power.
 #[derive(Debug, Default)]
 pub struct Files(Vec<(PathBuf, Option<Vec<u8>>)>);
 
@@ -91,7 +91,7 @@ impl Files {
         Ok(())
     }
 
-    /// A file of an earlier set that must not stand beside this one.
+    /// A file of an earlier set to be removed.
     pub fn remove(&mut self, path: PathBuf) {
         self.0.push((path, None));
     }
@@ -121,10 +121,10 @@ impl Files {
     }
 }
 
-/// The file that is locked; it stays, for a lock on a file that is being removed holds nobody off.
+/// The file that is locked. It is never removed, because a lock on a file being removed excludes nobody.
 const LOCK: &str = ".squid-lock";
 
-/// Holds a directory until what is returned is dropped. A file system without locks holds nobody off.
+/// Locks a directory until the guard is dropped. A file system without locks excludes nobody.
 fn hold(directory: &Path, lock: fn(&File) -> io::Result<()>) -> io::Result<File> {
     let path = directory.join(LOCK);
     let made = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
@@ -133,8 +133,8 @@ fn hold(directory: &Path, lock: fn(&File) -> io::Result<()>) -> io::Result<File>
     Ok(file)
 }
 
-/// Keeps a set of files as it is, named by its last one, until what is returned is dropped. A directory that cannot
-/// be written to is not locked: its files stay by themselves.
+/// Locks a set of files, named by its last one, for reading until the guard is dropped. A directory that cannot be
+/// written to is not locked, because its files cannot change.
 pub fn reading(last: &Path) -> Option<File> {
     let directory = last.parent()?;
     // While a set is being written, its last file is not there for a moment, but the lock is.
@@ -179,9 +179,9 @@ mod tests {
         check_directory(Path::new("")).unwrap();
         assert!(!deep.parent().unwrap().exists());
         for wrong in [file.clone(), file.join("deeper")] {
-            let told = check_directory(&wrong).unwrap_err().to_string();
+            let message = check_directory(&wrong).unwrap_err().to_string();
             assert_eq!(
-                told,
+                message,
                 format!(
                     "{}: cannot be written: it is a file, and a directory is needed here",
                     file.display()
@@ -204,8 +204,8 @@ mod tests {
         std::fs::write(to("a"), "0").unwrap();
         std::fs::write(to("b"), "0").unwrap();
         std::fs::create_dir_all(to("c/d")).unwrap();
-        let told = set("1").save(folder.path()).unwrap_err().to_string();
-        assert!(told.contains("it is a directory, and a file is needed here"), "{told}");
+        let message = set("1").save(folder.path()).unwrap_err().to_string();
+        assert!(message.contains("it is a directory, and a file is needed here"), "{message}");
         assert_eq!((read(&to("a")).unwrap().as_str(), read(&to("b")).unwrap().as_str()), ("0", "0"));
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 4, "a, b, c and the lock");
         std::fs::remove_dir(to("c/d")).unwrap();

@@ -1,7 +1,7 @@
 //! Whether the frozen files of a design are those that vehicle and design file make.
 //!
-//! A certificate speaks of the controller's matrices. The FMU also multiplies by scales, adds trims, cuts at limits
-//! and ticks at a sample time: these are computed anew here, so that nobody is told of a proof whose controller is
+//! A certificate is about the controller's matrices. The FMU also multiplies by scales, adds trims, clamps at limits
+//! and runs at a sample time: these are computed again here, so that a proof is not reported for a controller that is
 //! flown with other ones.
 
 use crate::error::{Error, StoreError};
@@ -13,10 +13,10 @@ use scheduled::ControllerDesign;
 use serde::Serialize;
 use serde_json::Value;
 
-/// How far a number may be from the one computed anew: rounding on another processor.
-const SAME: f64 = 1e-8;
+/// How far a number may be from the one computed again: rounding on another processor.
+const ROUNDING_TOLERANCE: f64 = 1e-8;
 
-/// Compares everything but the controller's matrices and gamma, which the certificate holds.
+/// Compares everything but the controller's matrices and gamma, which the certificate contains.
 ///
 /// # Errors
 /// [`StoreError::Edited`] with the first key that differs; those of freezing.
@@ -31,7 +31,7 @@ pub fn check(
 }
 
 fn compare<T: Serialize>(file: &'static str, found: &T, expected: &T) -> Result<(), Error> {
-    let json = |one: &T| serde_json::to_value(one).unwrap_or(Value::Null);
+    let json = |value: &T| serde_json::to_value(value).unwrap_or(Value::Null);
     match unlike("", &json(found), &json(expected)) {
         None => Ok(()),
         Some((key, found, expected)) => Err(StoreError::Edited { file, key, found, expected }.into()),
@@ -52,7 +52,7 @@ fn unlike(key: &str, found: &Value, expected: &Value) -> Option<(String, String,
         }
         (Value::Number(a), Value::Number(b)) => {
             let (a, b) = (a.as_f64()?, b.as_f64()?);
-            if (a - b).abs() > SAME * b.abs().max(1.0) { differs() } else { None }
+            if (a - b).abs() > ROUNDING_TOLERANCE * b.abs().max(1.0) { differs() } else { None }
         }
         _ if found == expected => None,
         _ => differs(),

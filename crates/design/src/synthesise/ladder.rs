@@ -58,7 +58,7 @@ impl Speeds {
         match rung {
             Rung::FrozenOptimum(theta) => format!("made for {:.2} m/s alone", self.speed(theta)),
             Rung::Scheduled => "scheduled, for any course of speed".into(),
-            Rung::ScheduledSymmetric => "the same, found by symmetric scalings alone".into(),
+            Rung::ScheduledSymmetric => "the same, by symmetric scalings alone".into(),
             Rung::FrozenGain => "speed held constant".into(),
             Rung::BoundedRate(rate) => {
                 format!("speed changing by at most {:.3} m/s^2", rate * self.half_range)
@@ -96,11 +96,11 @@ fn finished_loop(found: &Ladder, speeds: Speeds, samples: usize, back_off: f64) 
     out += &row(&speeds.name(Rung::ArbitrarilyFast), fast, frozen);
     out += &row(&speeds.name(Rung::Certified), Ok::<_, Error>(rounded_up(found.certified)), frozen);
     out + &format!(
-        "  (+ %: above constant speed. All but the last look at {samples} speeds alone, and are no proof)\n"
+        "  (+ %: above constant speed. All but the last are computed at {samples} speeds only, and are not proofs)\n"
     )
 }
 
-/// A rung: its name, its gamma or why there is none, and how far it lies above another.
+/// A rung: its name, its gamma or why there is none, and how far it is above another.
 fn row<E: Display>(name: &str, value: Result<f64, E>, above: Option<f64>) -> String {
     match value {
         Ok(gamma) => {
@@ -116,9 +116,8 @@ fn row<E: Display>(name: &str, value: Result<f64, E>, above: Option<f64>) -> Str
 fn contradiction(disorder: &Disorder, speeds: Speeds) -> String {
     let Disorder { lower, upper } = disorder;
     format!(
-        "  CONTRADICTION: '{}' has {:.4} and '{}' has {:.4}; theory orders them the other way, so that one of \
-            the two is a \
-         numerical error\n",
+        "  CONTRADICTION: '{}' has {:.4} and '{}' has {:.4}; theory orders them the other way, so one of \
+            the two is a numerical error\n",
         speeds.name(lower.0),
         lower.1,
         speeds.name(upper.0),

@@ -1,8 +1,8 @@
-//! `squid design --robust`: a controller that bears more of the declared uncertainty at a gain that is a little larger.
+//! `squid design --robust`: a controller that tolerates more of the declared uncertainty at a slightly larger gain.
 //!
 //! ```text
-//! uncertain model over the range of speed -> fewer channels -> nominal controller's size at the gain -> synthesis and analysis in turn
-//!                                                                                        -> proof in exact arithmetic
+//! uncertain model over the range of speed -> fewer channels -> nominal controller's size at the gain
+//!     -> synthesis and analysis in turn -> proof in exact arithmetic
 //! ```
 //!
 //! Both controllers are judged by the same inequality on the same model, in which the uncertain coefficients, like
@@ -37,16 +37,16 @@ use lpv::robust::{RobustDesign, RobustOptions, Round, UncertainPlant, more_robus
 use lpv::robust_bound::{CLEARANCE_SHARE, RobustBound, RobustLoop};
 use lpv::synthesis::Design;
 
-/// How far above the least gain each controller of the rounds is built. What is lost here is lost in every round.
+/// How far above the least gain each controller of the rounds is built, relative.
 const BACK_OFF: f64 = 0.05;
 
-/// Rounds of synthesis and analysis, at most, and what the last of them must win.
+/// Rounds of synthesis and analysis, at most, and the relative gain in size below which they end.
 const ROUNDS: usize = 4;
-const PAYS: f64 = 0.02;
+const LEAST_GAIN_IN_SIZE: f64 = 0.02;
 
-/// The box in which channels may be taken off the model, and by how much `[A B]` may move there, relative.
-const BOX: f64 = 0.5;
-const TOLERANCE: f64 = 0.01;
+/// The part of the declared box in which channels are removed, and the relative change of `[A B]` allowed there.
+const TRUNCATION_BOX: f64 = 0.5;
+const TRUNCATION_TOLERANCE: f64 = 0.01;
 
 /// The part of the declared uncertainty, held constant, for which the worst-case gain is shown.
 const CONSTANT_SIZE: f64 = 0.25;
@@ -54,18 +54,18 @@ const CONSTANT_SIZE: f64 = 0.25;
 /// Speeds at which mu and worst-case gains are shown.
 const SPEEDS: usize = 6;
 
-/// What came of the search.
+/// The result of the search.
 #[derive(Debug, Clone)]
 pub struct Robust {
     /// The robust controller with its bound at Delta = 0, for the plant of the nominal design.
     pub design: Design,
     /// The numbers side by side.
     pub figures: RobustFigures,
-    /// The certificate of the robust controller at the size that it bears.
+    /// The certificate of the robust controller at the size that it tolerates.
     pub certificate: Certificate,
 }
 
-/// Looks for a controller that bears more than that of a nominal design.
+/// Looks for a controller that tolerates more uncertainty than that of a nominal design.
 ///
 /// # Errors
 /// [`Error::Uncertain`] where the design names nothing uncertain; [`Error::Robust`];
@@ -82,19 +82,19 @@ pub fn robust(
     progress.done("uncertain", &model_line(&truncated));
     let allowed = PRICE * nominal.certified.gamma;
     let options = RobustOptions {
-        // What a proof takes of gamma is left to it, so that what is proved is what was allowed.
+        // The proof raises gamma by CLEARANCE_SHARE: the proved gain is then the gain allowed.
         gamma: allowed / (1.0 + CLEARANCE_SHARE),
         back_off: BACK_OFF,
         rounds: ROUNDS,
-        pays: PAYS,
+        pays: LEAST_GAIN_IN_SIZE,
     };
     let running = progress.begin("robust", "rounds of synthesis and analysis, up to half a minute each");
     let mut number = 0;
-    let mut told = |round: &Round| {
+    let mut report_round = |round: &Round| {
         number += 1;
         progress.done("robust", &round_line(number, round));
     };
-    let found = more_robust(&uncertain, &nominal.controller, &nominal.certified, options, &mut told)
+    let found = more_robust(&uncertain, &nominal.controller, &nominal.certified, options, &mut report_round)
         .map_err(RobustError::from)?;
     let design = at_zero(plant, nominal, &found)?;
     let certificate = proved(&uncertain, &found)?;
@@ -118,7 +118,7 @@ pub fn robust(
 
 /// The uncertain model with fewer channels, and the plant with its weights.
 pub(crate) fn thinned(inputs: &Inputs, whole: &UncertainModel) -> Result<(Truncated, UncertainPlant), Error> {
-    let truncated = truncated(inputs, whole, BOX, TOLERANCE)?;
+    let truncated = truncated(inputs, whole, TRUNCATION_BOX, TRUNCATION_TOLERANCE)?;
     let plant = uncertain_plant(inputs, &truncated.model)?;
     Ok((truncated, UncertainPlant { plant, scheduled: 1 }))
 }
@@ -144,8 +144,8 @@ fn at_zero(plant: &GeneralisedPlant, nominal: &Design, found: &RobustDesign) -> 
     })
 }
 
-/// Both controllers' bounds at no uncertainty and at what either bears; of the robust one there the bound that is
-/// proved.
+/// Both controllers' bounds without uncertainty and at the sizes that each tolerates; for the robust one there the
+/// proved bound.
 fn ladder(
     uncertain: &UncertainPlant,
     nominal: &Design,
@@ -165,7 +165,7 @@ fn ladder(
     ]
 }
 
-/// The certificate at the size borne, proved.
+/// The certificate at the tolerated size, proved.
 fn proved(uncertain: &UncertainPlant, found: &RobustDesign) -> Result<Certificate, Error> {
     let closed = RobustLoop::new(uncertain, &found.controller);
     let clear = closed.cleared(&found.largest).ok_or(RobustError::NotClear { which: "robust" })?;
@@ -174,7 +174,7 @@ fn proved(uncertain: &UncertainPlant, found: &RobustDesign) -> Result<Certificat
     Ok(certificate)
 }
 
-/// How far the uncertain model is off the vehicle trimmed anew, relative: the least and the largest over the speeds.
+/// The relative error of the uncertain model against the vehicle trimmed again: least and largest over the speeds.
 fn remainder(inputs: &Inputs, model: &UncertainModel) -> Result<(f64, f64), Error> {
     let (centre, half_range) = inputs.design.scheduling();
     let mut found = (f64::INFINITY, 0.0_f64);
@@ -218,7 +218,7 @@ fn model_line(truncated: &Truncated) -> String {
         names => format!("left out: {}", names.join(", ")),
     };
     format!(
-        "{} parameters in {uncertain} channels, {} channels of rho; {gone};\nchannels taken off move [A B] by \
+        "{} parameters in {uncertain} channels, {} channels of rho; {gone};\nthe removed channels change [A B] by \
             {:.2} % at most over half the box",
         model.blocks.len(),
         model.scheduled,
@@ -228,7 +228,7 @@ fn model_line(truncated: &Truncated) -> String {
 
 fn round_line(number: usize, round: &Round) -> String {
     format!(
-        "round {number}: bears {:.1} % of the declared uncertainty (least gain of the weighed plant {:.3})",
+        "round {number}: tolerates {:.1} % of the declared uncertainty (least gain of the weighted plant {:.3})",
         100.0 * round.size,
         round.least_gain
     )

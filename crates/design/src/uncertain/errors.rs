@@ -1,4 +1,4 @@
-//! How well an uncertain model stands for the vehicle: compared at corners of the box of coefficients.
+//! The errors of an uncertain model against the vehicle, at corners of the box of coefficients.
 
 use crate::error::Error;
 use crate::inputs::Inputs;
@@ -16,13 +16,13 @@ const CORNERS: usize = 40;
 /// of their reach, the largest over the corners.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ModelErrors {
-    /// The nominal vehicle from the vehicle trimmed anew: how much is uncertain at all.
+    /// The nominal vehicle from the vehicle trimmed again: how much is uncertain at all.
     pub movement: f64,
-    /// The vehicle with the nominal trim held from the vehicle trimmed anew: how much of that comes through the trim.
+    /// The vehicle with the nominal trim held from the vehicle trimmed again: how much of that comes through the trim.
     pub through_trim: f64,
     /// The model from the vehicle with the nominal trim held.
     pub at_held_trim: f64,
-    /// The model, its parameters of the trim where the new trim puts them, from the vehicle trimmed anew.
+    /// The model, its parameters of the trim where the new trim puts them, from the vehicle trimmed again.
     pub remainder: f64,
 }
 
@@ -40,7 +40,7 @@ impl ModelErrors {
 
 /// `[A B]` of the vehicle at one corner of the box, and what a model makes of it.
 struct Compared {
-    /// With the nominal trim held, and trimmed anew.
+    /// With the nominal trim held, and trimmed again.
     held: Mat,
     anew: Mat,
     /// The model, likewise.
@@ -118,7 +118,7 @@ pub struct Remainder {
     pub right: Mat,
 }
 
-/// The ball around a model at one speed that holds the vehicle trimmed anew at corners of the box, made wider by half.
+/// The ball around a model at one speed that contains the vehicle trimmed again at corners of the box, widened by half.
 ///
 /// Row i of what the model misses is at most e_i, in units of states and of the actuators' reach; E has `sqrt(3) e_i`
 /// on its diagonal, because three rows may be off at once (theta' = q is exact), and F takes states and inputs to

@@ -48,7 +48,7 @@ pub struct Block {
     pub repetitions: usize,
 }
 
-/// The linear model with its uncertain channels; those of the scheduling parameter, if any, stand first.
+/// The linear model with its uncertain channels; those of the scheduling parameter, if any, come first.
 ///
 /// Shapes, with n = 4 states, m actuators and k channels: A n x n, B n x m, Bd n x k, Cd k x n, Ddd k x k, Dd2 k x m.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,8 +2,8 @@
 //!
 //! The linear motion depends on the trim through the incidence, and through the deflection of control surfaces
 //! (thrusts at trim do not enter A and B). Both become parameters of the uncertain model, with the range that
-//! trimming anew at corners of the box of coefficients finds. They are taken to be independent of the coefficients,
-//! which holds more than can happen.
+//! trimming again at corners of the box of coefficients gives. They are taken to be independent of the coefficients,
+//! which covers more than can happen.
 
 use crate::error::Error;
 use crate::error::UncertainError;
@@ -18,7 +18,7 @@ const RANDOM_CORNERS: usize = 48;
 /// Limits of actuators are widened by this, so that a corner beyond them is measured and not refused.
 const WIDENED: f64 = 1e3;
 
-/// Moves of the trim smaller than this (rad, or N) are none.
+/// Moves of the trim smaller than this (rad, or N) count as zero.
 const STILL: f64 = 1e-9;
 
 /// How far the trim moves over the box of coefficients.

@@ -29,9 +29,9 @@ pub struct Truncated {
 /// Values of rho at which models are compared.
 const RHOS: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 
-/// Corners of the box, at each rho: while searching, and for the error that is told.
+/// Corners of the box, at each rho: while searching, and for the reported error.
 const CORNERS: usize = 8;
-const TOLD: usize = 200;
+const REPORTED: usize = 200;
 
 /// Takes channels off a scheduled model while `[A B]` moves by no more than `tolerance`, relative, anywhere in the
 /// box of `|delta_i| <= size`.
@@ -62,8 +62,8 @@ pub fn truncated(
             _ => break,
         }
     }
-    let told = self::points(model, size, TOLD);
-    let error = distance(&values(inputs, &lft, &told)?, &values(inputs, &whole, &told)?);
+    let points = self::points(model, size, REPORTED);
+    let error = distance(&values(inputs, &lft, &points)?, &values(inputs, &whole, &points)?);
     let left = UncertainModel::from_lft(&lft, &model.blocks);
     let is_left = |name: &str| left.blocks.iter().any(|b| b.name == name);
     let gone = model.blocks.iter().filter(|b| !is_left(&b.name)).map(|b| b.name.clone()).collect();

@@ -1,5 +1,5 @@
-//! What a perturbation that was found for the uncertain model is worth for a vehicle: its coefficients and the gains
-//! of its actuators are changed, it is trimmed anew and linearised.
+//! The effect of a perturbation of the uncertain model on a vehicle: its coefficients and the gains of its actuators
+//! are changed, it is trimmed again and linearised.
 //!
 //! The model takes what belongs to the trim, the incidence, for parameters of their own, free of the coefficients. No
 //! vehicle has those: its trim follows from its coefficients. So what is found in the model need not be found in any
@@ -29,7 +29,7 @@ pub fn values(frozen: &FrozenUncertain, delta: &CMat) -> Vec<f64> {
     frozen.model.blocks.iter().map(|b| b.repetitions).map(value).collect()
 }
 
-/// The vehicle whose coefficients and gains are those of a perturbation, one entry a block of the model, trimmed anew
+/// The vehicle whose coefficients and gains are those of a perturbation, one entry a block of the model, trimmed again
 /// at the same speed; `None` where there is no such vehicle, or none that trims within the limits of its actuators.
 pub fn vehicle_at(inputs: &Inputs, frozen: &FrozenUncertain, delta: &[f64]) -> Option<Linearisation> {
     let blocks = &frozen.model.blocks;

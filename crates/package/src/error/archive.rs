@@ -19,7 +19,7 @@ pub enum ArchiveError {
     },
     /// A name that is not plain, and that one tool may unpack to another place than the next.
     #[error(
-        "it holds an entry called '{name}'; allowed are files and folders with / between them, without '\\' and \
+        "it contains an entry called '{name}'; allowed are files and folders with / between them, without '\\' and \
             ':', none called '.' or '..' or with \
          a dot or a space at the end, and no links"
     )]
@@ -28,7 +28,7 @@ pub enum ArchiveError {
         name: String,
     },
     /// Two entries that a tool may unpack to the same place.
-    #[error("it holds the entry '{name}' twice, if upper and lower case are taken for the same")]
+    #[error("it contains the entry '{name}' twice, if upper and lower case are taken for the same")]
     Twice {
         /// The entry.
         name: String,

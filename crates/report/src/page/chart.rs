@@ -201,7 +201,7 @@ fn curves(placed: &[(&Key, Vec<(f64, f64)>)], size: Size, x: (f64, f64), y: (f64
             points.iter().map(|p| ((p.0 - x.0) / (x.1 - x.0), (p.1 - y.0) / (y.1 - y.0))).collect();
         let mut text = String::new();
         for (across, up) in thin(&unit, INVISIBLE) {
-            // Far outside the frame the place no longer matters, but a drawing program must bear the number.
+            // Far outside the frame the place does not matter, but drawing programs must be able to read the number.
             let v = (f64::from(height) * (1.0 - up)).clamp(-1e5, 1e5);
             let _ = write!(text, "{:.0},{:.0} ", f64::from(width) * across, v);
         }

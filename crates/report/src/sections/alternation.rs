@@ -12,7 +12,7 @@ use squid_design::check::sampled::Sampling;
 use squid_design::check::sampled::closed;
 use squid_design::linearise::linearise_at;
 
-/// The worst that taking turns was found to do.
+/// The largest growth under alternation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Alternation {
     /// The constant speed, midway between those that the two controllers are made for (m/s).

@@ -89,7 +89,7 @@ fn verdict(subject: &Subject, difficulty: &[Measure]) -> Verdict {
         criterion: format!(
             "at which of the six speeds each of the four measures in the table is worst: for all of them below \
                 the middle of the range, \
-             {centre:.2} m/s, bears it out, for some of them partly."
+             {centre:.2} m/s, confirms it, for some of them partly."
         ),
         finding: hardest_below(centre, &measures),
         because: format!("Worst is, by {}.", each.join("; by ")),

@@ -130,7 +130,7 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
         criterion: format!(
             "the largest relative error |G_fit - G|/|G| from {} to pitch, which the figure shows, over all \
                 speeds of the grid and 0.01 to 10 rad/s; at least {MUCH} times \
-             smaller bears it out, smaller at all does so partly.",
+             smaller confirms it, smaller at all does so partly.",
             actuator.name
         ),
         finding: much_smaller(first, second),

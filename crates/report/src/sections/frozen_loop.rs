@@ -58,7 +58,7 @@ impl FrozenLoop {
         self.system.response(self.sample_time.map_or(s, |t| (s * t).exp()))
     }
 
-    /// The highest frequency (rad/s) of which a response tells: half of that of the sampling.
+    /// The highest frequency (rad/s) of a response: half of that of the sampling.
     pub fn highest(&self) -> f64 {
         self.sample_time.map_or(f64::INFINITY, |t| PI / t)
     }
@@ -74,7 +74,7 @@ impl FrozenLoop {
     }
 
     /// The largest |S| of one tracked output over all frequencies; infinite for an unstable loop, not-a-number where
-    /// a mode lies at half of the sampling's frequency.
+    /// a mode is at half of the sampling's frequency.
     ///
     /// A sampled loop is taken to continuous time by `z = (1 + s)/(1 - s)`, which maps the circle to the axis and
     /// keeps every value.

@@ -71,7 +71,7 @@ struct Bounds {
     speed: f64,
     /// Above mu of the model's loop in continuous time without lags.
     guaranteed: f64,
-    /// One over the size at which a vehicle that is trimmed anew is not stable as it flies; not-a-number when none
+    /// One over the size at which a vehicle that is trimmed again is not stable as it flies; not-a-number when none
     /// was found.
     vehicle: f64,
 }
@@ -98,8 +98,8 @@ fn about(found: &[SpeedMu]) -> String {
          of the table holds at every \
          frequency from zero to infinity, between the points of the curves as well; each lower bound is shown \
          by a perturbation of the model, with which its \
-         loop has a pole on the axis. In the model what moves the trim, the incidence, is a parameter of its \
-         own, free of the coefficients; what a vehicle does, \
+         loop has a pole on the axis. In the model what moves the trim, the incidence, is an independent \
+         parameter; what a vehicle does, \
          whose trim follows from its coefficients, is in the table after. Figure and first table are of the \
          loop in continuous time without the lags of the \
          actuators. A perturbation of which a bound speaks does not change with time; what a changing speed \
@@ -193,7 +193,7 @@ fn about_vehicles() -> String {
     "The same for vehicles, as the loop flies, with the lags of the actuators and sampled, and in continuous \
         time without either. The perturbation of the model without what it \
      has of the trim is made larger step by step; its coefficients and the gains of its actuators are given to \
-     the vehicle, which is trimmed anew (within the limits of its \
+     the vehicle, which is trimmed again (within the limits of its \
      actuators) and linearised. That follows one direction: another vehicle may be unstable earlier."
         .into()
 }
@@ -226,10 +226,10 @@ fn about_gain() -> String {
         "The worst-case gain says what is left of performance: the largest gain of the loop in continuous time \
             from w to z, of which the gamma of the design is a bound, with \
          constant coefficients anywhere in the part of the declared uncertainty at the head of the column ({} % \
-         is all of it). Of two numbers the first was found, the \
-         second is guaranteed at every frequency, both for the model, in which the incidence is a parameter of \
-         its own. 'Vehicle': the gain of a vehicle with the coefficients \
-         and gains of actuators of the perturbation found, trimmed anew. 'No bound': at that size the loop is \
+         is all of it). Of two numbers the first is reached by a perturbation, the \
+         second is guaranteed at every frequency, both for the model, in which the incidence is an \
+         independent parameter. 'Vehicle': the gain of a vehicle with the coefficients \
+         and gains of actuators of the perturbation, trimmed again. 'No bound': at that size the loop is \
          not shown to stay stable.",
         100.0 * PARTS[PARTS.len() - 1]
     )
@@ -251,7 +251,7 @@ fn gain_table(found: &[SpeedMu]) -> Table {
     table
 }
 
-/// The parameters that do most, which stand first.
+/// The parameters with the largest shares, which come first.
 fn causes(worst: &[Change]) -> String {
     let named = worst.iter().filter(|c| c.share >= NAMED);
     named.map(|c| format!("{} {} ({:.0} %)", c.name, c.by, 100.0 * c.share)).collect::<Vec<_>>().join(", ")
@@ -269,10 +269,10 @@ fn stability_verdict(bounds: &[Bounds]) -> Verdict {
     let most = bounds.iter().map(|b| b.guaranteed).fold(0.0, f64::max);
     Verdict {
         claim: "mu peaks at 0.268, so that 373 % of the modelled uncertainty is tolerated (section 4, Fig. 7).",
-        criterion: "robust stability: a vehicle within the declared uncertainty, trimmed anew, whose loop is \
+        criterion: "robust stability: a vehicle within the declared uncertainty, trimmed again, whose loop is \
             not stable as it flies refutes it at its speed; where none was found, mu of \
                     the model, guaranteed to be below 1 at every frequency, in continuous time without lags, \
-                    bears it out; anything between leaves it open. There is no guarantee for \
+                    confirms it; anything between leaves it open. There is no guarantee for \
                     the loop as it flies. The paper's 0.268 itself cannot be compared, because its uncertainty \
                     is not printed."
             .into(),
@@ -304,7 +304,7 @@ fn speed_verdict(centre: f64, bounds: &[Bounds]) -> Verdict {
         criterion: format!(
             "at which of the six speeds the guaranteed bound of the model is largest (in continuous time \
                 without lags), and at which a vehicle was found unstable, as it flies, with the \
-             smallest errors: both below the middle of the range, {centre:.2} m/s, bears it out, one of them partly."
+             smallest errors: both below the middle of the range, {centre:.2} m/s, confirms it, one of them partly."
         ),
         finding: hardest_below(centre, &measures),
         because: format!(
@@ -327,22 +327,22 @@ mod tests {
     #[test]
     fn stability_follows_the_vehicles_that_fly() {
         let good = stability_verdict(&[at(0.5, 0.3, 0.2), at(1.0, 0.5, f64::NAN)]);
-        assert_eq!(good.finding, Finding::BorneOut);
+        assert_eq!(good.finding, Finding::Confirmed);
         assert!(good.because.contains("unstable as it flies: no speed;"), "{}", good.because);
         assert!(good.because.contains("without lags: 0.50, 1.00 m/s."), "{}", good.because);
         assert!(good.because.contains("0.500 at most there, a margin of 200 %"), "{}", good.because);
         assert_eq!(stability_verdict(&[at(0.5, 0.3, 0.2), at(1.0, 1.5, 1.4)]).finding, Finding::Partly);
         // What is guaranteed without lags does not outweigh a vehicle that is unstable as it flies; what the model
         // alone does refutes nothing.
-        assert_eq!(stability_verdict(&[at(1.0, 0.9, 1.1)]).finding, Finding::NotBorneOut);
+        assert_eq!(stability_verdict(&[at(1.0, 0.9, 1.1)]).finding, Finding::NotConfirmed);
         assert_eq!(stability_verdict(&[at(1.0, 1.5, f64::NAN)]).finding, Finding::Unknown);
     }
 
     #[test]
     fn the_speed_follows_the_bounds() {
         let (low, high) = ([at(1.0, 2.0, 1.9), at(2.0, 1.0, 0.9)], [at(1.0, 1.0, 0.9), at(2.0, 2.0, 1.9)]);
-        assert_eq!(speed_verdict(1.5, &low).finding, Finding::BorneOut);
-        assert_eq!(speed_verdict(1.5, &high).finding, Finding::NotBorneOut);
+        assert_eq!(speed_verdict(1.5, &low).finding, Finding::Confirmed);
+        assert_eq!(speed_verdict(1.5, &high).finding, Finding::NotConfirmed);
         assert_eq!(speed_verdict(1.5, &[at(1.0, 2.0, 0.5), at(2.0, 1.0, 0.9)]).finding, Finding::Partly);
     }
 

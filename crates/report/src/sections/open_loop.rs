@@ -170,7 +170,7 @@ mod tests {
 
     #[test]
     fn the_verdict_follows_the_times() {
-        assert_eq!(verdict(&[(5.0, f64::INFINITY), (4.0, 9.0)]).finding, Finding::BorneOut);
-        assert_eq!(verdict(&[(9.0, 5.0)]).finding, Finding::NotBorneOut);
+        assert_eq!(verdict(&[(5.0, f64::INFINITY), (4.0, 9.0)]).finding, Finding::Confirmed);
+        assert_eq!(verdict(&[(9.0, 5.0)]).finding, Finding::NotConfirmed);
     }
 }

@@ -16,7 +16,7 @@ use squid_design::synthesise::robust::figures::{Frozen, PRICE, RobustFigures};
 pub fn robust(subject: &Subject) -> Result<Vec<Part>, Error> {
     let Some(stored) = &subject.stored.robust else {
         let words = "The controller of this report is the nominal one. `squid design --robust` looks for one \
-            that bears more of the declared uncertainty, \
+            that tolerates more of the declared uncertainty, \
                      and this section then shows both side by side.";
         return Ok(vec![Part::Words(words.into())]);
     };
@@ -42,11 +42,11 @@ fn about(found: &RobustFigures) -> String {
         "The controller of this report is the robust one (Fig. 5, where W_e is varied, and the switched \
             controllers are of the nominal synthesis). Coefficients that change arbitrarily fast: at a gain of \
             {:.4}, which is {PRICE} times the bound of the \
-         nominal controller, the robust controller bears {} of the declared uncertainty and the nominal one {}. \
+         nominal controller, the robust controller tolerates {} of the declared uncertainty and the nominal one {}. \
          Both are judged by the same inequality, in \
          which {parameters} coefficients ({channels} channels) and the speed ({rho} channels) may change at any \
          rate within their ranges. The table has the gain that is \
-         not exceeded when a smaller or a larger part of the declared uncertainty is let loose.",
+         not exceeded when a smaller or a larger part of the declared uncertainty is allowed.",
         found.gamma,
         percent(found.robust_bears),
         percent(found.nominal_bears)
@@ -55,7 +55,7 @@ fn about(found: &RobustFigures) -> String {
 
 fn proof(found: &RobustFigures) -> String {
     format!(
-        "Proved anew for this page, in exact arithmetic (robust_certificate.json): with {} of the declared \
+        "Proved again for this page, in exact arithmetic (robust_certificate.json): with {} of the declared \
             uncertainty the gain of the robust controller is below {}. {}",
         percent(found.robust_bears),
         above(found.proved),
@@ -69,9 +69,10 @@ fn constant(found: &RobustFigures) -> String {
             both controllers, frozen at a speed: an upper bound on \
          mu for robust stability (1 is all of the declared uncertainty, less is better), and the worst-case \
          gain at {} of the declared uncertainty, \
-         of which the first number was found and the second is guaranteed, both for the model, in which the \
-         incidence is a parameter of its own; 'vehicle' is the gain of \
-         a vehicle with the coefficients of the perturbation found, trimmed anew. Both are of the loop in \
+         of which the first number is reached by a perturbation and the second is guaranteed, both for the model, \
+         in which the \
+         incidence is an independent parameter; 'vehicle' is the gain of \
+         a vehicle with the coefficients of the perturbation, trimmed again. Both are of the loop in \
          continuous time, without lags.",
         whole_percent(found.constant_size)
     )
@@ -150,7 +151,7 @@ pub fn vehicle(gain: Option<f64>) -> String {
     gain.map_or_else(|| "none".into(), |gain| format!("{gain:.4}"))
 }
 
-/// A gain between what was found and what is guaranteed: (below, at least). One number where they agree to three
+/// A gain between its bounds: (below, at least). One number where they agree to three
 /// decimals.
 pub fn between(gain: Option<(f64, f64)>) -> String {
     match gain {

@@ -160,7 +160,7 @@ fn verdict(ridden: &[Ridden], turns: &[Turns]) -> Verdict {
         claim: "switching may do harm, up to instability, even between controllers each of which is stable \
             (introduction).",
         criterion: format!(
-            "borne out, if two controllers that are stable alone make the loop, as it flies, unstable by taking \
+            "confirmed, if two controllers that are stable alone make the loop, as it flies, unstable by taking \
                 turns, or if a switched flight does not come \
              to rest (an rms pitch error over the last tenth above {:.0} % of the step) where the scheduled one \
              does; partly, if there is neither, \

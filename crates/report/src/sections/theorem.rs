@@ -26,13 +26,13 @@ fn reach(theorem: &Theorem, certified: bool) -> &'static str {
 /// The section.
 ///
 /// # Errors
-/// None; a proof that fails is told.
+/// None; a proof that fails is reported.
 pub fn theorem(subject: &Subject) -> Result<Vec<Part>, Error> {
     let words = match subject.proof() {
         Ok(theorem) => vec![
-            format!("Proved anew for this page, in exact rational arithmetic: {theorem}"),
+            format!("Proved again for this page, in exact rational arithmetic: {theorem}"),
             format!(
-                "w holds the references (in units of their scales) and the disturbances at the actuators, z the \
+                "w contains the references (in units of their scales) and the disturbances at the actuators, z the \
                     tracking errors weighted by W_e \
                  and the commands weighted by W_u. The parameter is the speed. {}",
                 reach(theorem, subject.stored.controller.gamma.certified)

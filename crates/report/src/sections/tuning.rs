@@ -27,7 +27,7 @@ const PREFERRED: f64 = 0.23;
 /// Under which the paper sees the bandwidth of the closed loop (rad/s).
 const CLAIMED_BANDWIDTH: f64 = 1.0;
 
-/// A controller as the frozen file holds it.
+/// A controller in the form of the frozen file.
 pub fn lft_matrices(k: &Controller) -> LftMatrices {
     let certificate::Controller { a, by, bt, cu, duy, dut, ct, dty, dtt } = controller_rows(k);
     LftMatrices { blocks: k.blocks.clone(), a, by, bt, cu, duy, dut, ct, dty, dtt }
@@ -76,7 +76,7 @@ pub fn tuning(subject: &Subject) -> Result<Vec<Part>, Error> {
     let all = TRIED.iter().map(|(w, letter)| tune(subject, *w, letter)).collect::<Result<Vec<_>, _>>()?;
     let step = subject.stored.manoeuvre.pitch_step.to_degrees();
     let words = format!(
-        "W_e is given another bandwidth and the (nominal) controller is synthesised anew each time; everything \
+        "W_e is given another bandwidth and the (nominal) controller is synthesised again each time; everything \
             else is as in the design file. \
          Impulses, bandwidths and damping are of the linear loop at frozen speed as it flies: true \
          linearisation, sampled controller, lags of the actuators. \
@@ -265,7 +265,7 @@ fn bandwidth_verdict(all: &[Tuned]) -> Verdict {
         criterion: format!(
             "the highest frequency at which |T| of pitch is 1/sqrt(2), of the loop as it flies, largest over \
                 the six speeds, below {CLAIMED_BANDWIDTH} rad/s for \
-             each of the three bandwidths of the weight; for some of them bears it out partly."
+             each of the three bandwidths of the weight; for some of them confirms it partly."
         ),
         finding: all_below(&found, CLAIMED_BANDWIDTH),
         because: format!(
@@ -329,7 +329,7 @@ fn best_verdict(all: &[Tuned]) -> Verdict {
             (the time-weighted error), the \
                     worst settling time, the worst overshoot, the worst use of an actuator. The paper does not \
                     say by what it chose; the best \
-                    by all four bears it out, by some partly."
+                    by all four confirms it, by some partly."
             .into(),
         finding: best(PREFERRED, &measures),
         because: format!(
@@ -345,7 +345,7 @@ mod tests {
     use super::*;
     use crate::verdict::Finding;
 
-    /// A loop that is good in continuous time without lags and not as it flies bears nothing out; both are told.
+    /// A loop that is good in continuous time without lags and not as it flies confirms nothing; both are reported.
     #[test]
     fn verdicts_are_on_the_loop_that_flies() {
         let linear = |bandwidth, modes, seen| Linear { impulse: vec![], bandwidth, modes, seen };
@@ -358,7 +358,7 @@ mod tests {
         };
         let all = [Tuned { weight: 0.46, letter: "a", gamma: 1.0, responses: vec![response] }];
         let (damping, bandwidth) = (damping_verdict(&all), bandwidth_verdict(&all));
-        assert_eq!((damping.finding, bandwidth.finding), (Finding::NotBorneOut, Finding::NotBorneOut));
+        assert_eq!((damping.finding, bandwidth.finding), (Finding::NotConfirmed, Finding::NotConfirmed));
         assert!(
             damping.because.contains("the least with 0.100") && damping.because.contains("0.800 and 0.700")
         );

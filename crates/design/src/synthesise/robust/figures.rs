@@ -1,4 +1,4 @@
-//! The numbers of a robust design beside those of the nominal one: as a file, and for people.
+//! The numbers of a robust design beside those of the nominal one: as a file, and as text.
 
 use crate::numbers::above;
 use serde::{Deserialize, Serialize};
@@ -6,16 +6,16 @@ use serde::{Deserialize, Serialize};
 /// The gain that the robust controller may have, relative to the bound of the nominal one.
 pub const PRICE: f64 = 1.25;
 
-/// The two controllers side by side, as `robust.json` holds them; sizes are fractions of the declared uncertainty.
+/// The two controllers side by side, as `robust.json` contains them; sizes are fractions of the declared uncertainty.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RobustFigures {
     /// The gain that neither may exceed.
     pub gamma: f64,
-    /// The bound of the robust controller's gain at the size that it bears, which the certificate proves.
+    /// The bound of the robust controller's gain at the size that it tolerates, which the certificate proves.
     pub proved: f64,
-    /// The size that the nominal controller bears at this gain.
+    /// The size that the nominal controller tolerates at this gain.
     pub nominal_bears: f64,
-    /// The size that the robust controller bears.
+    /// The size that the robust controller tolerates at this gain.
     pub robust_bears: f64,
     /// Sizes, and at each the bound of the nominal and of the robust controller where there is one.
     pub ladder: Vec<(f64, Option<f64>, Option<f64>)>,
@@ -25,10 +25,10 @@ pub struct RobustFigures {
     pub frozen: Vec<Frozen>,
     /// Uncertain parameters, their channels, and the channels of rho.
     pub sizes: (usize, usize, usize),
-    /// How far the model may be off for its missing channels, relative, over half of what is declared.
+    /// The relative error of the model by its removed channels, over half of the declared box.
     pub model_error: f64,
-    /// How far the model with all its channels is off the vehicle trimmed anew, relative, at corners of all that is
-    /// declared: the least and the largest over the speeds.
+    /// The relative error of the model with all its channels against the vehicle trimmed again, at corners of all of
+    /// the declared box: the least and the largest over the speeds.
     pub remainder: (f64, f64),
     /// Parameters that were left out.
     pub left_out: Vec<String>,
@@ -46,17 +46,17 @@ pub struct Frozen {
     /// The worst-case gain at a size: below the first, and at least the second; none where the loop is not shown to
     /// stay stable.
     pub worst: [Option<(f64, f64)>; 2],
-    /// The gain of a vehicle with the coefficients of the worst perturbation found, trimmed anew.
+    /// The gain of a vehicle with the coefficients of the worst perturbation, trimmed again.
     #[serde(default)]
     pub vehicle: [Option<f64>; 2],
 }
 
 impl RobustFigures {
-    /// For people.
+    /// The text for a terminal.
     pub fn words(&self) -> String {
         let number = |g: Option<f64>| g.map_or_else(|| "none".into(), above);
         let mut out = format!(
-            "At a gain of {:.4}, {PRICE} times the bound of the nominal controller, each bears a part of the \
+            "At a gain of {:.4}, {PRICE} times the bound of the nominal controller, each tolerates a part of the \
                 declared uncertainty, changing arbitrarily fast:\n\
              \x20 the nominal controller {:.1} %, the robust controller {:.1} %, which is {:.2} times as much \
              (proved: a gain below {})\n\
@@ -74,9 +74,9 @@ impl RobustFigures {
         out += &format!(
             "Constant uncertainty at frozen speed: an upper bound on mu for robust stability (1 is all of the \
                 declared uncertainty), and the\n\
-             worst-case gain at {:.0} % of it: of the model, in which the incidence is a parameter of its own \
-             (found..guaranteed), and of a vehicle\n\
-             with the coefficients found, trimmed anew\n\
+             worst-case gain at {:.0} % of it: of the model, in which the incidence is an independent \
+             parameter (reached..guaranteed), and of a vehicle\n\
+             with the coefficients of the perturbation, trimmed again\n\
              \x20        m/s  mu nominal      robust     gain nominal  vehicle           robust  vehicle\n",
             100.0 * self.constant_size
         );
@@ -110,10 +110,10 @@ impl RobustFigures {
             }
         };
         format!(
-            "The proof is about the model. It leaves out how far the model is off the vehicle: {:.1} to {:.1} % \
+            "The proof is about the model. It leaves out the error of the model against the vehicle: {:.1} to {:.1} % \
                 of [A B] over the six speeds, at corners of \
-             all of the declared uncertainty, and up to {:.2} % more, over half of it, for the channels taken \
-             off.{held}",
+             all of the declared uncertainty, and up to {:.2} % more, over half of it, for the removed \
+             channels.{held}",
             100.0 * least,
             100.0 * most,
             100.0 * self.model_error

@@ -48,7 +48,7 @@ pub struct StoredRobust {
     certificate: Certificate,
 }
 
-/// The robust design in a directory, if it holds one.
+/// The robust design in a directory, if there is one.
 ///
 /// # Errors
 /// [`StoreError::Unreadable`], [`StoreError::Json`], [`ProofError::Certificate`].
@@ -76,8 +76,8 @@ impl StoredRobust {
         Ok([crate::store::files::json(&self.figures)?, certificate])
     }
 
-    /// Proves the certificate anew, and checks that it is of this controller, of the gain that the figures name, and
-    /// of the model of what is declared uncertain at the size that they name.
+    /// Proves the certificate again, and checks that it is of this controller, of the gain in the figures, and of the
+    /// uncertain model at the size in the figures.
     ///
     /// # Errors
     /// [`ProofError::Unproved`], [`ProofError::Mismatch`], [`ProofError::WrongPlant`], those of the uncertain model.

@@ -14,7 +14,7 @@ pub struct WorstGain {
     pub nominal: f64,
     /// At each of [`PARTS`]: below the first, and at least the second; none where the loop is not shown to stay stable.
     pub at: [Option<(f64, f64)>; PARTS.len()],
-    /// Of a vehicle with the coefficients of the worst perturbation found, trimmed anew.
+    /// Of a vehicle with the coefficients of the worst perturbation, trimmed again.
     pub vehicle: [Option<f64>; PARTS.len()],
 }
 
