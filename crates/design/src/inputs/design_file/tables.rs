@@ -23,7 +23,7 @@ impl DesignFile {
     /// Checks the text of a design file; `file` is for messages.
     ///
     /// # Errors
-    /// [`FileError`]: every mistake with file, line, key, what was found and what is allowed.
+    /// [`FileError`]: every mistake with file, line, key, its value and what is allowed.
     pub fn parse(text: &str, file: &str, name: &str) -> Result<Self, FileError> {
         let document = Document::parse(text, file)?;
         document.finish(design(&document, name))
