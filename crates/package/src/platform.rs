@@ -130,9 +130,9 @@ mod tests {
 
     #[test]
     fn an_unknown_platform_is_told_what_is_known() {
-        let told = Platform::named(&["linux".into()]).unwrap_err().to_string();
+        let message = Platform::named(&["linux".into()]).unwrap_err().to_string();
         assert_eq!(
-            told,
+            message,
             "the platform is 'linux'; it must be host, all, or some of linux64, win64, aarch64-linux"
         );
     }
@@ -141,8 +141,8 @@ mod tests {
     fn a_missing_binary_says_how_to_build_it() {
         let empty = tempfile::tempdir().unwrap();
         let [.., arm] = ALL;
-        let told = arm.find(Kind::Squid, Some(empty.path())).unwrap_err().to_string();
-        assert!(told.contains("libfmu_squid.so is not in"), "{told}");
-        assert!(told.contains("--target aarch64-unknown-linux-gnu -p fmu-squid"), "{told}");
+        let message = arm.find(Kind::Squid, Some(empty.path())).unwrap_err().to_string();
+        assert!(message.contains("libfmu_squid.so is not in"), "{message}");
+        assert!(message.contains("--target aarch64-unknown-linux-gnu -p fmu-squid"), "{message}");
     }
 }

@@ -90,7 +90,7 @@ pub fn report(inputs: &Inputs, stored: &Stored, progress: &Progress) -> Result<R
         "The figures are those of A. Sutarto, A. Budiyono, 'Development of Linear Parameter Varying Control \
             System for Autonomous Underwater \
          Vehicle', Indian J. Geo-Marine Sci. 40(2), 2011, 275-286, for this vehicle, and some that the paper \
-         does not have. Next to them stands \
+         does not have. Next to them is \
          what the paper claims and whether this vehicle confirms it, by a stated criterion and computed numbers."
             .into(),
     ];

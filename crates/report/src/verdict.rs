@@ -156,9 +156,9 @@ pub fn worst(measure: &[(f64, f64)]) -> Option<f64> {
 /// Is control hardest below a speed? Each measure is a list of (speed, how hard); the answer is by where each is
 /// largest. A measure that is as large at several speeds says nothing and is left out.
 pub fn hardest_below(speed: f64, measures: &[Vec<(f64, f64)>]) -> Finding {
-    let told: Vec<Option<bool>> =
+    let answers: Vec<Option<bool>> =
         measures.iter().filter_map(|m| worst(m)).map(|at| Some(at < speed)).collect();
-    Finding::of(told)
+    Finding::of(answers)
 }
 
 /// Is one choice the best? Each measure is a list of (choice, cost); the answer is by which choice each is least for.

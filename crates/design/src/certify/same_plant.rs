@@ -191,8 +191,8 @@ mod tests {
         dtt.fill(0.0);
         (dtt[(0, 1)], dtt[(1, 2)]) = (1e200, 1e200);
         found.parts.block_mut(X, T)[(0, 0)] = 1e300;
-        let told = refusal(&found, &wanted);
-        assert!(told.contains("matrix A") || told.contains("well posed"), "{told}");
+        let message = refusal(&found, &wanted);
+        assert!(message.contains("matrix A") || message.contains("well posed"), "{message}");
     }
 
     /// A pole between two points could hide anything there.

@@ -108,9 +108,12 @@ mod tests {
             ("trim_upper_port", "trim_upper_port"),
         ] {
             vehicle.actuators[2].name = name.to_owned();
-            let told = check(&vehicle, "v.toml").unwrap_err().to_string();
-            assert!(told.starts_with(&format!("v.toml: an actuator cannot be called '{name}'")), "{told}");
-            assert!(told.contains(&format!("'{taken}'")), "{told}");
+            let message = check(&vehicle, "v.toml").unwrap_err().to_string();
+            assert!(
+                message.starts_with(&format!("v.toml: an actuator cannot be called '{name}'")),
+                "{message}"
+            );
+            assert!(message.contains(&format!("'{taken}'")), "{message}");
         }
     }
 }

@@ -42,10 +42,10 @@ impl ModelErrors {
 struct Compared {
     /// With the nominal trim held, and trimmed again.
     held: Mat,
-    anew: Mat,
+    retrimmed: Mat,
     /// The model, likewise.
     model_held: Mat,
-    model_anew: Mat,
+    model_retrimmed: Mat,
 }
 
 fn compare(
@@ -75,9 +75,9 @@ fn compare(
     };
     Ok(Compared {
         held: with_gains(stacked(&linearise(&changed, trim)?), &all, corner),
-        anew: with_gains(stacked(&linearise(&changed, &moved)?), &all, corner),
+        retrimmed: with_gains(stacked(&linearise(&changed, &moved)?), &all, corner),
         model_held: value(false)?,
-        model_anew: value(true)?,
+        model_retrimmed: value(true)?,
     })
 }
 
@@ -100,10 +100,10 @@ pub fn errors(
             scaled(inputs, &(found - wanted)).norm() / scaled(inputs, wanted).norm()
         };
         worst = worst.or(ModelErrors {
-            movement: relative(&nominal, &c.anew),
-            through_trim: relative(&c.held, &c.anew),
+            movement: relative(&nominal, &c.retrimmed),
+            through_trim: relative(&c.held, &c.retrimmed),
             at_held_trim: relative(&c.model_held, &c.held),
-            remainder: relative(&c.model_anew, &c.anew),
+            remainder: relative(&c.model_retrimmed, &c.retrimmed),
         });
     }
     Ok(worst)
@@ -132,7 +132,7 @@ pub fn remainder(inputs: &Inputs, frozen: &FrozenUncertain) -> Result<Remainder,
     let mut rows = [0.0_f64; STATES];
     for corner in random_corners(sides, CORNERS, 2) {
         let c = compare(inputs, frozen, &frozen.model, 0.0, &corner)?;
-        let off = scaled(inputs, &(c.model_anew - c.anew));
+        let off = scaled(inputs, &(c.model_retrimmed - c.retrimmed));
         rows.iter_mut().zip(off.row_iter()).for_each(|(most, row)| *most = most.max(row.norm()));
     }
     let reach = inputs.vehicle.actuators.iter().map(auv::Actuator::reach);

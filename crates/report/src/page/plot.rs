@@ -86,8 +86,8 @@ mod tests {
         let line = Line { name: "pitch".into(), points: vec![(0.0, 1e308), (1.0, -1e308)], reference: false };
         let panel = Panel { label: "rad".into(), lines: vec![line] };
         let folder = tempfile::tempdir().unwrap();
-        let told = draw(&folder.path().join("a.svg"), "a", &[panel]).unwrap_err().to_string();
-        assert!(told.contains("no axis can be drawn from -1e308 to 1e308"), "{told}");
+        let message = draw(&folder.path().join("a.svg"), "a", &[panel]).unwrap_err().to_string();
+        assert!(message.contains("no axis can be drawn from -1e308 to 1e308"), "{message}");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 }

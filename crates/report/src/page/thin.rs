@@ -35,7 +35,7 @@ fn distance(p: (f64, f64), a: (f64, f64), b: (f64, f64)) -> f64 {
 mod tests {
     use super::*;
 
-    /// Every point left out lies within the tolerance of the lines that are drawn, and there are far fewer of them.
+    /// Every point left out is within the tolerance of the lines that are drawn, and there are far fewer of them.
     #[test]
     fn thinning_cannot_be_seen() {
         let step = |t: f64| 1.0 - (-t).exp() * (3.0 * t).cos();

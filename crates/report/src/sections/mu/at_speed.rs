@@ -44,11 +44,11 @@ pub struct SpeedMu {
     pub peak: f64,
     /// Lower bounds at the single frequencies (rad/s) where a perturbation was found.
     pub lower: Vec<(f64, f64)>,
-    /// The perturbation of the largest lower bound, one entry a parameter; those that do most stand first.
+    /// The perturbation of the largest lower bound, one entry a parameter; the largest shares come first.
     pub worst: Vec<Change>,
     /// The gain of the loop with and without errors of the coefficients.
     pub gain: WorstGain,
-    /// The size of the perturbation found, without what it has of the trim, at which a vehicle that is trimmed anew
+    /// The size of the perturbation, without its moves of the trim, at which a vehicle that is trimmed again
     /// is not stable: as it flies, and in continuous time without lags.
     pub vehicle: [Option<f64>; 2],
 }
@@ -173,7 +173,7 @@ fn lower_points(
 /// least all of the declared uncertainty.
 const FOLLOWED: f64 = 2.0;
 
-/// Where along a perturbation the loop of a vehicle that is trimmed anew is not stable: as it flies, and in
+/// Where along a perturbation the loop of a vehicle that is trimmed again is not stable: as it flies, and in
 /// continuous time without lags.
 fn unstable_at(
     subject: &Subject,
