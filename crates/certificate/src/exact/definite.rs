@@ -275,7 +275,7 @@ mod tests {
             error in prop_oneof![Just(0.0), -0.05..0.05],
         ) {
             let m = gram(n, &entries, shift);
-            let perturbation = |k: usize| if k % (n + 1) == 0 { 0.1 } else { error };
+            let perturbation = |k: usize| if k.is_multiple_of(n + 1) { 0.1 } else { error };
             let near: Vec<f64> = (0..n * n).map(|k| m[(k / n, k % n)].to_f64() + perturbation(k)).collect();
             if let Some(l) = factor(&near, n, 0.11) {
                 prop_assert!(!remainder_dominates(&m, &l) || eliminate(&m).is_ok());
