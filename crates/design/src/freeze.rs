@@ -28,7 +28,7 @@ pub struct Frozen {
 /// Freezes a finished design.
 ///
 /// # Errors
-/// [`StoreError::LpvModel`], [`ModelError::Trim`].
+/// [`StoreError::LpvModel`](crate::error::StoreError::LpvModel), [`ModelError::Trim`](crate::error::ModelError::Trim).
 pub fn freeze(inputs: &Inputs, model: &Model, design: &Design, certified: bool) -> Result<Frozen, Error> {
     let gamma = Gamma {
         optimum: design.gamma_optimum,
@@ -42,7 +42,7 @@ pub fn freeze(inputs: &Inputs, model: &Model, design: &Design, certified: bool) 
 /// What vehicle and design file make of the matrices and the gamma of a controller: all that the FMUs fly besides.
 ///
 /// # Errors
-/// [`StoreError::LpvModel`], [`ModelError::Trim`].
+/// [`StoreError::LpvModel`](crate::error::StoreError::LpvModel), [`ModelError::Trim`](crate::error::ModelError::Trim).
 pub fn frozen(inputs: &Inputs, model: &Model, lft: LftMatrices, gamma: Gamma) -> Result<Frozen, Error> {
     let trims: Vec<Trim> = inputs
         .design

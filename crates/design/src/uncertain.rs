@@ -36,7 +36,8 @@ use crate::uncertain::trim::{TrimRange, blocks, something, trim_range};
 /// likewise.
 ///
 /// # Errors
-/// [`ModelError::Trim`], [`ModelError::Fit`], [`Error::Uncertain`].
+/// [`ModelError::Trim`](crate::error::ModelError::Trim), [`ModelError::Fit`](crate::error::ModelError::Fit),
+/// [`Error::Uncertain`].
 pub fn over_range(inputs: &Inputs, model: &Model) -> Result<UncertainModel, Error> {
     let mut ranges = Vec::new();
     for (_, nominal) in &model.grid {

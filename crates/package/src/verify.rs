@@ -32,9 +32,11 @@ pub struct Verified {
 /// Verifies an FMU (by its ending) or a certificate as JSON; against vehicle and design file, if they are there.
 ///
 /// # Errors
-/// [`StoreError::Unreadable`], [`Error::Archive`], [`Error::NoCertificate`], [`ProofError::Certificate`],
-/// [`ProofError::Mismatch`], [`ProofError::NoResidual`], [`Error::WrongGuid`], [`Error::NotOfInputs`],
-/// [`ProofError::Unproved`].
+/// [`StoreError::Unreadable`], [`Error::Archive`], [`Error::NoCertificate`],
+/// [`ProofError::Certificate`](squid_design::error::ProofError::Certificate),
+/// [`ProofError::Mismatch`](squid_design::error::ProofError::Mismatch),
+/// [`ProofError::NoResidual`](squid_design::error::ProofError::NoResidual), [`Error::WrongGuid`],
+/// [`Error::NotOfInputs`], [`ProofError::Unproved`](squid_design::error::ProofError::Unproved).
 pub fn verify(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
     let found = match is_archive(path)? {
         true => verify_fmu(path, inputs),

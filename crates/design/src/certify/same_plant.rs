@@ -35,7 +35,7 @@ const FARTHEST: f64 = 0.5;
 ///
 /// # Errors
 /// [`ProofError::WrongPlant`] with the first part that differs or is not finite;
-/// [`ModelError::Shape`](crate::error::ModelError::Shape), [`ModelError::Lft`].
+/// [`ModelError::Shape`](crate::error::ModelError::Shape), [`ModelError::Lft`](crate::error::ModelError::Lft).
 pub fn check(certificate: &Certificate, wanted: &GeneralisedPlant) -> Result<(), Error> {
     let found = plant_with(certificate, &wanted.blocks)?;
     let modulus = |plant: &GeneralisedPlant| largest(0.0, eigenvalues(&plant.dtt()).iter().map(|v| v.norm()));

@@ -84,7 +84,7 @@ fn compare(
 /// Compares a model, at rho where it is scheduled, with the vehicle at a speed.
 ///
 /// # Errors
-/// [`Error::Lft`], [`Error::Uncertain`].
+/// [`ModelError::Lft`](crate::error::ModelError::Lft), [`Error::Uncertain`].
 pub fn errors(
     inputs: &Inputs,
     frozen: &FrozenUncertain,
@@ -125,7 +125,7 @@ pub struct Remainder {
 /// those units.
 ///
 /// # Errors
-/// [`Error::Lft`], [`Error::Uncertain`].
+/// [`ModelError::Lft`](crate::error::ModelError::Lft), [`Error::Uncertain`].
 pub fn remainder(inputs: &Inputs, frozen: &FrozenUncertain) -> Result<Remainder, Error> {
     let sides = blocks(inputs, &frozen.nominal.trim, &frozen.trim_range).len();
     let size = STATES + inputs.vehicle.actuators.len();

@@ -26,7 +26,7 @@ pub struct FrozenUncertain {
 /// The uncertain model at a speed \[m/s\].
 ///
 /// # Errors
-/// [`ModelError::Trim`], [`Error::Uncertain`].
+/// [`ModelError::Trim`](crate::error::ModelError::Trim), [`Error::Uncertain`].
 pub fn at_speed(inputs: &Inputs, speed: f64) -> Result<FrozenUncertain, Error> {
     let nominal = linearise_at(&inputs.vehicle, inputs.design.depth, speed)?;
     let trim_range = trim_range(inputs, &nominal.trim)?;
