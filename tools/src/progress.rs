@@ -18,6 +18,7 @@ pub fn show(event: Event) {
                 bar.finish_and_clear();
             }
         }
+        Event::Warning { words } => say(words),
         Event::Done { stage, figures } => {
             for (i, line) in figures.lines().enumerate() {
                 say(&format!("{:<12} {line}", if i == 0 { stage } else { "" }));

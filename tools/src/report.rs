@@ -16,7 +16,6 @@ pub fn run(which: &Which) -> Result<(), Error> {
     let (inputs, directory) = which.read_to_write()?;
     let stored = load_or_design(&inputs, &directory)?;
     let report = rendered(&inputs, &stored, &directory, &Progress::new(&show))?;
-    report.unproved.iter().for_each(|words| say(words));
     say(&format!("\n{}", report.words));
     say(&report.save(&directory)?.display().to_string());
     Ok(())

@@ -15,6 +15,11 @@ pub enum Event<'e> {
     },
     /// The stage that began last is over; its result follows as [`Event::Done`], if it has one.
     Ended,
+    /// What must be read before any result.
+    Warning {
+        /// In words.
+        words: &'e str,
+    },
     /// The result of a stage.
     Done {
         /// Its name.
@@ -44,6 +49,11 @@ impl<'p> Progress<'p> {
     pub fn begin(&self, stage: &str, what: &str) -> Running<'p> {
         self.tell(Event::Began { stage, what });
         Running { progress: *self, started: Instant::now() }
+    }
+
+    /// Something must be read before any result.
+    pub fn warn(&self, words: &str) {
+        self.tell(Event::Warning { words });
     }
 
     /// A stage has a result.

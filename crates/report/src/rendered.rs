@@ -75,6 +75,7 @@ pub fn rendered(
     let path = directory.join(FILE);
     let key = key(inputs, stored)?;
     if let Some(kept) = kept(&path).filter(|kept| key.is_some() && kept.key == key) {
+        kept.unproved.iter().for_each(|words| progress.warn(words));
         progress.done("report", "as it was computed for these files before");
         return Ok(kept);
     }

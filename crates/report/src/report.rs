@@ -68,6 +68,9 @@ pub fn report(inputs: &Inputs, stored: &Stored, progress: &Progress) -> Result<R
         progress.done("report", &format!("{title} ({:.1} s)", started.elapsed().as_secs_f64()));
         Section { id, title, parts }
     };
+    // First, so that it is read before any figure.
+    let unproved = stored.remark(subject.proof());
+    unproved.iter().for_each(|words| progress.warn(words));
     // The longest first, so that the others fill the time beside it.
     let (first, rest): (Vec<&Maker>, Vec<&Maker>) = SECTIONS.iter().partition(|maker| maker.0 == LONGEST);
     let mut sections = side_by_side(first.into_iter().chain(rest), make);
@@ -81,7 +84,6 @@ pub fn report(inputs: &Inputs, stored: &Stored, progress: &Progress) -> Result<R
             vehicle.name
         )
     });
-    let unproved = stored.remark(subject.proof());
     let warnings = [unproved.clone(), surrogate].into_iter().flatten();
     let warning = warnings.reduce(|first, second| format!("{first}. {second}"));
     let introduction = vec![
