@@ -133,8 +133,7 @@ impl PlantModel {
         if above && !self.above_surface {
             log.warn(&format!(
                 "At {:.2} s the vehicle is above the surface, with {:.2} m/s and a depth of {depth:.4} m. The \
-                    equations are those \
-                 of deep water, and fly on as if there were no surface.",
+                    equations are those of deep water, and fly on as if there were no surface.",
                 self.time(),
                 motion.u
             ));

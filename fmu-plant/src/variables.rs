@@ -52,8 +52,7 @@ pub fn inputs(model: &PlantModel) -> Vec<Variable> {
         Variable::real(
             "operating_speed",
             "speed along the path through the water, V, about whose trim the LPV model stands; fidelity \
-                nonlinear does not \
-             use it",
+                nonlinear does not use it",
             |m| m.inputs.operating_speed,
             Role::input(|m, v| m.inputs.operating_speed = v),
         )

@@ -106,8 +106,7 @@ pub enum ReadError {
     /// A parameter on which neither plant nor controller depends.
     #[error(
         "{field}[{index}]: is 0 or missing in blocks and controller_blocks alike, must be above 0 in one of \
-            them: no channel has \
-         parameter {index}"
+            them: no channel has parameter {index}"
     )]
     NoChannel {
         /// `blocks`, or `controller_blocks` where the other list is shorter.
@@ -168,8 +167,7 @@ pub enum Failure {
     /// Plant and controller do not determine u and y.
     #[error(
         "the claim is not proved: the loop is not well posed, for I - Duy D22 is singular (its determinant is \
-            exactly 0); another \
-         controller is needed, one with another Duy"
+            exactly 0); another controller is needed, one with another Duy"
     )]
     NotWellPosed,
     /// A number that must be positive is not.

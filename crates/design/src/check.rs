@@ -54,10 +54,10 @@ impl Checks {
         (fastest > most).then(|| {
             format!(
                 "WARNING: the fastest mode of the controller, {fastest:.0} rad/s, is beyond a fifth of the \
-                    sampling rate, {most:.1} rad/s \
-                 (2 pi/{sample_time} s/5):\nthe sampled controller differs from the one with the proved bound, \
-                 though its loop is stable at these \
-                 speeds.\nA sample time of {} s or a lower bandwidth avoids that",
+                    sampling rate, {most:.1} rad/s (2 pi/{sample_time} s/5):\n\
+                    the sampled controller differs from the one with the proved bound, though its loop is \
+                    stable at these speeds.\n\
+                    A sample time of {} s or a lower bandwidth avoids that",
                 rounded_down(SLOW_ENOUGH * TAU / fastest)
             )
         })

@@ -98,8 +98,7 @@ fn proof_line(proof: &Proof, seconds: f64) -> String {
         let gamma = above(gamma);
         format!(
             "\nand below {gamma} for every model in a ball around the fit, which contains the true \
-            linearisations by a \
-             computation at {SAMPLES} speeds"
+            linearisations by a computation at {SAMPLES} speeds"
         )
     });
     format!(

@@ -93,8 +93,7 @@ pub enum Refusal {
     BadDescription(#[from] LoadError),
     #[error(
         "the GUID is '{given}', but binary and resources belong to '{expected}': they are of another FMU, or a \
-            file in resources \
-         was changed or added"
+            file in resources was changed or added"
     )]
     WrongGuid { given: String, expected: String },
 }

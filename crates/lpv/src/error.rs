@@ -102,8 +102,7 @@ pub enum SynthesisError {
     /// Lyapunov function.
     #[error(
         "no gamma will do: the control cannot stabilise the plant for every course of the parameters \
-         (quadratically, with \
-         these scalings); narrow the range of the parameters, or reach what they drive"
+         (quadratically, with these scalings); narrow the range of the parameters, or reach what they drive"
     )]
     NotQuadraticallyStabilisable,
     /// The same for what the measurements show.
@@ -136,9 +135,8 @@ pub enum SynthesisError {
     /// The controller's fastest mode, on a grid of the parameters, is beyond the limit that was asked for. That is no
     /// proof that every controller is too fast: only some of those that keep gamma were looked at.
     #[error(
-        "every controller found has a mode {ratio:.3} times as fast as the limit allows, also with the back-off \
-         raised, and whether \
-         there is a slower one is not known; raise the limit or relax the weights"
+        "every controller found has a mode {ratio:.3} times as fast as the limit allows, also with the \
+         back-off raised, and whether there is a slower one is not known; raise the limit or relax the weights"
     )]
     TooFast {
         /// The fastest mode of the last controller that was tried, relative to the limit.
@@ -147,8 +145,8 @@ pub enum SynthesisError {
     /// There are controllers for the plant without D22, but none found that stays well posed round it.
     #[error(
         "the direct path D22 from u to y makes every controller found ill posed: I + Duy D22 of the controller \
-         for the plant without \
-         D22 is singular within the box of the parameters; put a lag into the measurements or the controls of the plant"
+         for the plant without D22 is singular within the box of the parameters; put a lag into the \
+         measurements or the controls of the plant"
     )]
     NotWellPosed,
     /// The solver stopped without an answer that holds.

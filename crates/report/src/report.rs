@@ -78,22 +78,26 @@ pub fn report(inputs: &Inputs, stored: &Stored, progress: &Progress) -> Result<R
     let vehicle = &inputs.vehicle;
     let surrogate = (vehicle.status == Status::Surrogate).then(|| {
         format!(
-            "SURROGATE: the coefficients of the real vehicle are not published. All numbers on this page are of \
-                a surrogate of {} with \
-             coefficients derived from geometry; where they differ from the paper's, the vehicle does, too.",
+            "SURROGATE: the coefficients of the real vehicle are not published. All numbers on this page are \
+                of a surrogate of {} with coefficients derived from geometry; where they differ from the \
+                paper's, the vehicle does, too.",
             vehicle.name
         )
     });
     let warnings = [unproved.clone(), surrogate].into_iter().flatten();
     let warning = warnings.reduce(|first, second| format!("{first}. {second}"));
     let introduction = vec![
-        format!("Vehicle: {} ({} coefficients). {}", vehicle.name, vehicle.status.word(), vehicle.description),
+        format!(
+            "Vehicle: {} ({} coefficients). {}",
+            vehicle.name,
+            vehicle.status.word(),
+            vehicle.description
+        ),
         format!("Design '{}': {}", inputs.design.name, inputs.design.description),
         "The figures are those of A. Sutarto, A. Budiyono, 'Development of Linear Parameter Varying Control \
-            System for Autonomous Underwater \
-         Vehicle', Indian J. Geo-Marine Sci. 40(2), 2011, 275-286, for this vehicle, and some that the paper \
-         does not have. Next to them is \
-         what the paper claims and whether this vehicle confirms it, by a stated criterion and computed numbers."
+            System for Autonomous Underwater Vehicle', Indian J. Geo-Marine Sci. 40(2), 2011, 275-286, for \
+            this vehicle, and some that the paper does not have. Next to them is what the paper claims and \
+            whether this vehicle confirms it, by a stated criterion and computed numbers."
             .into(),
     ];
     Ok(Report {

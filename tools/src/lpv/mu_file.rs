@@ -107,8 +107,7 @@ fn performance(reader: &Reader, data: &Entries) -> Result<Option<(usize, usize, 
 /// `[[-r, 0], [r, 0], [p, q], ..]`.
 fn structure(reader: &Reader, data: &Entries) -> Result<Structure, Error> {
     const ALLOWED: &str = "it must be a list of pairs of whole numbers: [-r, 0] for a real scalar repeated r \
-        times, [r, 0] for a complex \
-                           one, [p, q] for a full complex block, none larger than 1000";
+        times, [r, 0] for a complex one, [p, q] for a full complex block, none larger than 1000";
     let value = find(data, "blocks").ok_or_else(|| reader.wrong("blocks", "is missing".into()))?;
     let Json::List(list) = value else {
         return Err(reader.wrong("blocks", format!("is {}; {ALLOWED}", value.describe())));

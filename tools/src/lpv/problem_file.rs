@@ -67,8 +67,7 @@ pub fn problem(path: &Path) -> Result<Problem, Error> {
 fn no_performance(part: &str, missing: &str) -> String {
     format!(
         "has no {part}, so there is {missing}; a problem needs a performance channel, from w (B1, D11, D21) to \
-            z (C1, D11, D12), \
-         whose gain is to be small"
+            z (C1, D11, D12), whose gain is to be small"
     )
 }
 
@@ -113,9 +112,8 @@ pub(crate) fn not_json(reader: &Reader, error: &serde_json::Error, text: &str) -
 }
 
 const IMPROPER: &str = "the identity, or left out: with a singular E the plant, or a weight in it, is not \
-    proper (its gain grows without \
-                        limit with frequency), and has no least gamma; make such a weight proper by a pole well \
-                        above the bandwidth";
+    proper (its gain grows without limit with frequency), and has no least gamma; make such a weight proper by \
+    a pole well above the bandwidth";
 
 #[cfg(test)]
 mod tests {

@@ -189,8 +189,8 @@ fn proved_lower(plant: &GeneralisedPlant, multipliers: &[DualMultipliers]) -> Op
 }
 
 const NO_LEAST: &str = "the computed least gamma is zero up to rounding: the smaller the bound is to be, the \
-    larger the gains, and no \
-                        controller is near the least; give every control a weight and every measurement noise";
+    larger the gains, and no controller is near the least; give every control a weight and every measurement \
+    noise";
 
 /// The relative gap between gamma and its lower estimate above which a remark is made.
 const DOUBTFUL_GAP: f64 = 1e-2;

@@ -111,9 +111,9 @@ pub enum TrimError {
     },
     /// No incidence and outputs balance the forces.
     #[error(
-        "no level trim at {} m/s and {} m: lift and actuators do not balance a weight of {} N, a buoyancy of {} \
-            N and the moments \
-         (nearest at an incidence of {incidence_deg:.1} deg, with {} m/s2 or rad/s2 left)",
+        "no level trim at {} m/s and {} m: lift and actuators do not balance a weight of {} N, a buoyancy of \
+            {} N and the moments (nearest at an incidence of {incidence_deg:.1} deg, with {} m/s2 or rad/s2 \
+            left)",
         Rounded(*speed), Rounded(*depth), Rounded(*weight), Rounded(*buoyancy), Rounded(*residual)
     )]
     NotFound {

@@ -37,9 +37,8 @@ pub enum Refusal {
     },
     /// The loop as it is sampled is not stable.
     #[error(
-        "at {speed:.3} m/s the loop sampled at {sample_time} s, with the actuators' lags, is not stable (a mode \
-            of modulus \
-         {radius:.4}); a shorter autopilot.sample_time is needed"
+        "at {speed:.3} m/s the loop sampled at {sample_time} s, with the actuators' lags, is not stable (a \
+            mode of modulus {radius:.4}); a shorter autopilot.sample_time is needed"
     )]
     UnstableSampled {
         /// Where.
@@ -52,8 +51,7 @@ pub enum Refusal {
     /// The loop is not stable with the lags of the actuators, which the design does not know.
     #[error(
         "at {speed:.3} m/s the loop with the actuators' lags has a mode with real part {real_part:.3e} rad/s, \
-            however often it is \
-         sampled; a lower bandwidth or faster actuators are needed"
+            however often it is sampled; a lower bandwidth or faster actuators are needed"
     )]
     UnstableWithLags {
         /// Where.

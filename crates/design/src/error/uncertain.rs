@@ -15,9 +15,9 @@ pub enum UncertainError {
     },
     /// A coefficient enters the motion otherwise than affinely.
     #[error(
-        "[uncertainty]: '{name}' does not enter the equations of motion linearly (off by {off:.1e} of them over \
-            its range), so it \
-         cannot be uncertain; name what it acts through, for instance 'form_factor' or 'drag_area' for friction"
+        "[uncertainty]: '{name}' does not enter the equations of motion linearly (off by {off:.1e} of them \
+            over its range), so it cannot be uncertain; name what it acts through, for instance 'form_factor' \
+            or 'drag_area' for friction"
     )]
     NotAffine {
         /// The coefficient.
@@ -28,8 +28,7 @@ pub enum UncertainError {
     /// Three of the coefficients multiply one another.
     #[error(
         "[uncertainty]: three of the coefficients multiply one another (off by {off:.1e} of the equations of \
-            motion); name two of \
-         them at most, for instance not density, form_factor and wetted_area together"
+            motion); name two of them at most, for instance not density, form_factor and wetted_area together"
     )]
     ThreeMultiply {
         /// The relative difference.

@@ -57,9 +57,8 @@ pub enum StructureError {
     NoBlock,
     /// The usual notation of a block is [-r, 0], [r, 0] or [p, q].
     #[error(
-        "block {number} is [{}, {}]; a block is [-r, 0] (a real scalar repeated r times), [r, 0] (a complex one) \
-         or [p, q] (a \
-         full complex block)",
+        "block {number} is [{}, {}]; a block is [-r, 0] (a real scalar repeated r times), [r, 0] (a complex \
+         one) or [p, q] (a full complex block)",
         found.0,
         found.1
     )]

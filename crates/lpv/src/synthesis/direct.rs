@@ -50,9 +50,8 @@ fn explained(
                 )),
                 (Stabilisation::Unknown, Err(SynthesisError::Infeasible { stage })) => Err(SynthesisError::numerical(
                     stage,
-                    "the solver finds no gamma, and could not tell whether the plant can be stabilised for every \
-                     course of the \
-                     parameters; narrow their range, or check units and weights"
+                    "the solver finds no gamma, and could not tell whether the plant can be stabilised for \
+                     every course of the parameters; narrow their range, or check units and weights"
                         .into(),
                 )),
                 (_, outcome) => outcome,

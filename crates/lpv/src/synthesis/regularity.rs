@@ -170,15 +170,13 @@ impl fmt::Display for Finding {
             Finding::NoiselessMeasurement { combination, .. } => match only(combination) {
                 Some(i) => write!(
                     f,
-                    "the measurement y{i} is free of noise, so that the gain from it may grow without limit: add \
-                     noise to y{i} \
-                     (row {i} of D21)"
+                    "the measurement y{i} is free of noise, so that the gain from it may grow without limit: \
+                     add noise to y{i} (row {i} of D21)"
                 ),
                 None => write!(
                     f,
                     "the combination {} of measurements is free of noise, so that the gain from it may grow \
-                     without limit: \
-                     add noise of its own to each of {} (rows of D21)",
+                     without limit: add noise of its own to each of {} (rows of D21)",
                     sum_words(combination, "y"),
                     names(combination, "y")
                 ),
@@ -285,9 +283,8 @@ impl fmt::Display for Regularisation {
         });
         write!(
             f,
-            "no controller could be computed for the plant as it is; this one was designed for the plant with {} \
-             added. The bound is of \
-             the plant as given, without them",
+            "no controller could be computed for the plant as it is; this one was designed for the plant with \
+             {} added. The bound is of the plant as given, without them",
             outputs.chain(disturbances).collect::<Vec<_>>().join("; ")
         )
     }

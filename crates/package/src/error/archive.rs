@@ -19,9 +19,8 @@ pub enum ArchiveError {
     },
     /// A name that is not plain, and that one tool may unpack to another place than the next.
     #[error(
-        "it contains an entry called '{name}'; allowed are files and folders with / between them, without '\\' and \
-            ':', none called '.' or '..' or with \
-         a dot or a space at the end, and no links"
+        "it contains an entry called '{name}'; allowed are files and folders with / between them, without '\\' \
+            and ':', none called '.' or '..' or with a dot or a space at the end, and no links"
     )]
     Name {
         /// The entry.

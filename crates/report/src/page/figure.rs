@@ -113,8 +113,8 @@ impl Figure {
         let height = top + size.1 * self.charts.len().div_ceil(across) as u32;
         let mut out = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 \
-                {width} {height}\" \
-             font-family=\"sans-serif\">\n<rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n"
+                {width} {height}\" font-family=\"sans-serif\">\n\
+                <rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n"
         );
         for (i, line) in lines.iter().enumerate() {
             let y = LINE * i as u32 + 16;

@@ -88,8 +88,7 @@ fn verdict(subject: &Subject, difficulty: &[Measure]) -> Verdict {
         claim: "it is more difficult to control the vehicle at low speed than at high speed (section 4).",
         criterion: format!(
             "at which of the six speeds each of the four measures in the table is worst: for all of them below \
-                the middle of the range, \
-             {centre:.2} m/s, confirms it, for some of them partly."
+                the middle of the range, {centre:.2} m/s, confirms it, for some of them partly."
         ),
         finding: hardest_below(centre, &measures),
         because: format!("Worst is, by {}.", each.join("; by ")),

@@ -145,8 +145,7 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
         name: "fig4-frequency-responses".into(),
         caption: format!(
             "From {} (the actuator that moves pitch most) to pitch, of {}, at three speeds. Where the curves \
-                lie on one another, the \
-             polynomials are as good as exact.",
+                lie on one another, the polynomials are as good as exact.",
             actuator.name,
             subject.name()
         ),

@@ -34,8 +34,7 @@ pub fn mu(subject: &Subject) -> Result<Vec<Part>, Error> {
         Err(Error::Design(DesignError::Uncertain(UncertainError::NothingUncertain { design }))) => {
             return Ok(vec![Part::Words(format!(
                 "Nothing is said to be uncertain in {design}, so that there is nothing to analyse: a section \
-                    [uncertainty] in it would name \
-                 coefficients with their ranges."
+                    [uncertainty] in it would name coefficients with their ranges."
             ))]);
         }
         other => other?,
@@ -89,22 +88,17 @@ fn about(found: &[SpeedMu]) -> String {
     let (parameters, channels) = found.iter().map(|f| f.size).max().unwrap_or((0, 0));
     format!(
         "mu is one over the size of the smallest perturbation that destabilises the loop of the linear model \
-            and the controller, both frozen \
-         at a speed; 1 is the uncertainty that the design file declares. The paper does not print the structure \
-         of its uncertainty. Here it is \
-         up to {parameters} real parameters in {channels} channels: coefficients with their relative errors, \
-         the gain of each actuator, and how \
-         far all that moves the trim. The coefficients enter exactly, the trim to first order. The upper bound \
-         of the table holds at every \
-         frequency from zero to infinity, between the points of the curves as well; each lower bound is shown \
-         by a perturbation of the model, with which its \
-         loop has a pole on the axis. In the model what moves the trim, the incidence, is an independent \
-         parameter; what a vehicle does, \
-         whose trim follows from its coefficients, is in the table after. Figure and first table are of the \
-         loop in continuous time without the lags of the \
-         actuators. A perturbation of which a bound speaks does not change with time; what a changing speed \
-         does is the \
-         business of the certificate."
+            and the controller, both frozen at a speed; 1 is the uncertainty that the design file declares. \
+            The paper does not print the structure of its uncertainty. Here it is up to {parameters} real \
+            parameters in {channels} channels: coefficients with their relative errors, the gain of each \
+            actuator, and how far all that moves the trim. The coefficients enter exactly, the trim to first \
+            order. The upper bound of the table holds at every frequency from zero to infinity, between the \
+            points of the curves as well; each lower bound is shown by a perturbation of the model, with which \
+            its loop has a pole on the axis. In the model what moves the trim, the incidence, is an \
+            independent parameter; what a vehicle does, whose trim follows from its coefficients, is in the \
+            table after. Figure and first table are of the loop in continuous time without the lags of the \
+            actuators. A perturbation of which a bound speaks does not change with time; what a changing speed \
+            does is the business of the certificate."
     )
 }
 
@@ -150,11 +144,10 @@ fn figure(subject: &Subject, found: &[SpeedMu]) -> Figure {
         name: "fig7-mu-bounds".into(),
         caption: format!(
             "mu for robust stability of {} with the controller frozen at six speeds. Curves: upper bounds; \
-                short bars of the same colour: lower bounds, \
-             each shown by a perturbation at that very frequency (at the left edge: at frequency zero, which \
-             has no place on the axis and where the upper bound, too, may be above the curve). For real \
-             parameters a lower bound is \
-             found at some frequencies and not at others.",
+                short bars of the same colour: lower bounds, each shown by a perturbation at that very \
+                frequency (at the left edge: at frequency zero, which has no place on the axis and where the \
+                upper bound, too, may be above the curve). For real parameters a lower bound is found at some \
+                frequencies and not at others.",
             subject.name()
         ),
         keys,

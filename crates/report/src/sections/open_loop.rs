@@ -112,9 +112,8 @@ fn verdict(pairs: &[(f64, f64)]) -> Verdict {
     Verdict {
         claim: "compared with the vehicle alone (Fig. 6), the responses of the closed loop are fast (section 4).",
         criterion: format!(
-            "the closed loop's pitch step settles to {:.0} % sooner than the vehicle alone does after a step of \
-                its actuator, within {FLOWN} s, \
-             at each of the {} speeds.",
+            "the closed loop's pitch step settles to {:.0} % sooner than the vehicle alone does after a step \
+                of its actuator, within {FLOWN} s, at each of the {} speeds.",
             100.0 * SETTLED,
             pairs.len()
         ),

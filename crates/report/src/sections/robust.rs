@@ -65,15 +65,13 @@ fn proof(found: &RobustFigures) -> String {
 
 fn constant(found: &RobustFigures) -> String {
     format!(
-        "Coefficients that are off but do not change are a milder test. For these the figure and its table show \
-            both controllers, frozen at a speed: an upper bound on \
-         mu for robust stability (1 is all of the declared uncertainty, less is better), and the worst-case \
-         gain at {} of the declared uncertainty, \
-         of which the first number is reached by a perturbation and the second is guaranteed, both for the model, \
-         in which the \
-         incidence is an independent parameter; 'vehicle' is the gain of \
-         a vehicle with the coefficients of the perturbation, trimmed again. Both are of the loop in \
-         continuous time, without lags.",
+        "Coefficients that are off but do not change are a milder test. For these the figure and its table \
+            show both controllers, frozen at a speed: an upper bound on mu for robust stability (1 is all of \
+            the declared uncertainty, less is better), and the worst-case gain at {} of the declared \
+            uncertainty, of which the first number is reached by a perturbation and the second is guaranteed, \
+            both for the model, in which the incidence is an independent parameter; 'vehicle' is the gain of a \
+            vehicle with the coefficients of the perturbation, trimmed again. Both are of the loop in \
+            continuous time, without lags.",
         whole_percent(found.constant_size)
     )
 }

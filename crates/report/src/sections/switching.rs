@@ -60,18 +60,15 @@ pub fn switching(subject: &Subject) -> Result<Vec<Part>, Error> {
     let names: Vec<String> = subject.speeds.iter().map(|v| format!("{v:.2}")).collect();
     let words = format!(
         "The same synthesis for the plant frozen at {} m/s gives {} controllers without parameters; the one \
-            made for the speed nearest to the \
-         measured one is in charge. When it changes, the new one starts from zero ('reset'), or takes over the \
-         numbers in the old one's states \
-         ('carried over'; the states of two syntheses do not mean the same), or all run all the time on the \
-         same errors and only \
-         the output is switched ('all running'). Ramp, step, feedforward and vehicle are those of the manoeuvre \
-         above. One ramp is one switching signal; so also, at the speed midway \
-         between two neighbours, both take turns, each in charge for the same time from 0.05 to 20 s: the \
-         second table has the fastest growth of the linear loop as it flies, sampled and with the lags \
-         of the actuators, unstable above 0 (a controller that is reset many times a second is little more than \
-         its direct term). For the scheduled controller the theorem below, where it is proved, excludes that \
-         for every signal.",
+            made for the speed nearest to the measured one is in charge. When it changes, the new one starts \
+            from zero ('reset'), or takes over the numbers in the old one's states ('carried over'; the states \
+            of two syntheses do not mean the same), or all run all the time on the same errors and only the \
+            output is switched ('all running'). Ramp, step, feedforward and vehicle are those of the manoeuvre \
+            above. One ramp is one switching signal; so also, at the speed midway between two neighbours, both \
+            take turns, each in charge for the same time from 0.05 to 20 s: the second table has the fastest \
+            growth of the linear loop as it flies, sampled and with the lags of the actuators, unstable above \
+            0 (a controller that is reset many times a second is little more than its direct term). For the \
+            scheduled controller the theorem below, where it is proved, excludes that for every signal.",
         names.join(", "),
         bank.len()
     );
@@ -160,20 +157,19 @@ fn verdict(ridden: &[Ridden], turns: &[Turns]) -> Verdict {
         claim: "switching may do harm, up to instability, even between controllers each of which is stable \
             (introduction).",
         criterion: format!(
-            "confirmed, if two controllers that are stable alone make the loop, as it flies, unstable by taking \
-                turns, or if a switched flight does not come \
-             to rest (an rms pitch error over the last tenth above {:.0} % of the step) where the scheduled one \
-             does; partly, if there is neither, \
-             but an rms error or a jump of a command (but for the {STEP_RINGS} s after the step) is more than \
-             {:.0} % above the scheduled one's.",
+            "confirmed, if two controllers that are stable alone make the loop, as it flies, unstable by \
+                taking turns, or if a switched flight does not come to rest (an rms pitch error over the last \
+                tenth above {:.0} % of the step) where the scheduled one does; partly, if there is neither, \
+                but an rms error or a jump of a command (but for the {STEP_RINGS} s after the step) is more \
+                than {:.0} % above the scheduled one's.",
             100.0 * AT_REST,
             100.0 * (WORSE - 1.0)
         ),
         finding: switching_harms(scheduled, switched, &rates),
         because: format!(
             "{resting} of {} switched flights come to rest. The rms error is {:.2} % of the step scheduled and \
-                up to {:.2} % switched; the largest \
-             jump of a command is {:.2} % of its reach scheduled and up to {:.2} % switched. {signal}",
+                up to {:.2} % switched; the largest jump of a command is {:.2} % of its reach scheduled and up \
+                to {:.2} % switched. {signal}",
             switched.len(),
             100.0 * scheduled.error,
             100.0 * largest(|r| r.error),

@@ -9,9 +9,8 @@ use certificate::Theorem;
 fn reach(theorem: &Theorem, certified: bool) -> &'static str {
     match (theorem.gamma_with_model_error, certified) {
         (Some(_), true) => {
-            "The second sentence covers the true linearisations, which the fitted model misses a little. `squid \
-                verify` proves the \
-             certificate in the FMU again."
+            "The second sentence covers the true linearisations, which the fitted model misses a little. \
+                `squid verify` proves the certificate in the FMU again."
         }
         (Some(_), false) => {
             "The second sentence covers the true linearisations, which the fitted model misses a little."
@@ -32,17 +31,16 @@ pub fn theorem(subject: &Subject) -> Result<Vec<Part>, Error> {
         Ok(theorem) => vec![
             format!("Proved again for this page, in exact rational arithmetic: {theorem}"),
             format!(
-                "w contains the references (in units of their scales) and the disturbances at the actuators, z the \
-                    tracking errors weighted by W_e \
-                 and the commands weighted by W_u. The parameter is the speed. {}",
+                "w contains the references (in units of their scales) and the disturbances at the actuators, z \
+                    the tracking errors weighted by W_e and the commands weighted by W_u. The parameter is the \
+                    speed. {}",
                 reach(theorem, subject.stored.controller.gamma.certified)
             ),
         ],
         Err(reason) => vec![format!("NOT PROVED: {reason}")],
     };
     let limits = "It does not cover saturation, sampling, actuator lags, or the vehicle's nonlinearity away \
-        from trim; the flights on this page \
-                  have all of these, but a flight is no proof.";
+        from trim; the flights on this page have all of these, but a flight is no proof.";
     let parts = words.into_iter().chain([limits.to_owned()]).map(Part::Words).collect();
     Ok(parts)
 }

@@ -76,12 +76,11 @@ pub fn tuning(subject: &Subject) -> Result<Vec<Part>, Error> {
     let all = TRIED.iter().map(|(w, letter)| tune(subject, *w, letter)).collect::<Result<Vec<_>, _>>()?;
     let step = subject.stored.manoeuvre.pitch_step.to_degrees();
     let words = format!(
-        "W_e is given another bandwidth and the (nominal) controller is synthesised again each time; everything \
-            else is as in the design file. \
-         Impulses, bandwidths and damping are of the linear loop at frozen speed as it flies: true \
-         linearisation, sampled controller, lags of the actuators. \
-         Steps of {step:.0} deg are flown by the nonlinear vehicle with the sampled autopilot, actuator lags \
-         and limits.{}",
+        "W_e is given another bandwidth and the (nominal) controller is synthesised again each time; \
+            everything else is as in the design file. Impulses, bandwidths and damping are of the linear loop \
+            at frozen speed as it flies: true linearisation, sampled controller, lags of the actuators. Steps \
+            of {step:.0} deg are flown by the nonlinear vehicle with the sampled autopilot, actuator lags and \
+            limits.{}",
         if all.iter().flat_map(|t| &t.responses).any(|r| r.cost.is_nan()) {
             " Some of these flights end at the surface, before their time: - is what they do not tell."
         } else {
@@ -167,8 +166,7 @@ fn figure(subject: &Subject, all: &[Tuned]) -> Figure {
         name: "fig5-pitch-responses".into(),
         caption: format!(
             "Pitch of {} at six speeds after an impulse of the demand (above: pitch in degrees for a demand of \
-                1 deg during 1 s, pressed \
-             into an instant) and after a step (below).",
+                1 deg during 1 s, pressed into an instant) and after a step (below).",
             subject.name()
         ),
         keys,
@@ -228,10 +226,9 @@ fn damping_verdict(all: &[Tuned]) -> Verdict {
         claim: "the closed loop is well damped at all speeds (Fig. 5).",
         criterion: format!(
             "at each of the six speeds and three bandwidths, of the loop as it flies, both the least damping \
-                ratio of its modes and the one that its impulse \
-             response shows (by the logarithmic decrement of its largest swing back, which zeros make larger, \
-             too) at least {LEAST_DAMPING}, \
-             the least in the best class of short-period damping in MIL-F-8785C."
+                ratio of its modes and the one that its impulse response shows (by the logarithmic decrement \
+                of its largest swing back, which zeros make larger, too) at least {LEAST_DAMPING}, the least \
+                in the best class of short-period damping in MIL-F-8785C."
         ),
         finding: well_damped(&both),
         because: format!(
@@ -325,12 +322,12 @@ fn best_verdict(all: &[Tuned]) -> Verdict {
     let between = measures.iter().filter(middling).count();
     Verdict {
         claim: "from the point of view of time simulation w_b = 0.23 is the best of the three (section 4).",
-        criterion: "which bandwidth has the least of four costs of the flown steps over the six speeds: ITAE \
-            (the time-weighted error), the \
-                    worst settling time, the worst overshoot, the worst use of an actuator. The paper does not \
-                    say by what it chose; the best \
-                    by all four confirms it, by some partly."
-            .into(),
+        criterion:
+            "which bandwidth has the least of four costs of the flown steps over the six speeds: ITAE \
+            (the time-weighted error), the worst settling time, the worst overshoot, the worst use of an \
+            actuator. The paper does not say by what it chose; the best by all four confirms it, by some \
+            partly."
+                .into(),
         finding: best(PREFERRED, &measures),
         because: format!(
             "The best w_b is {}. {PREFERRED} is neither the best nor the worst by {between} of {} costs.",
