@@ -332,6 +332,12 @@ impl<'d> Table<'d> {
         }
     }
 
+    /// Returns the truth value under a key that is there.
+    pub fn truth(&self, key: &str) -> Option<bool> {
+        let value = self.entries.get(key)?;
+        value.get_ref().as_bool().or_else(|| self.wrong_type(key, value, "true or false"))
+    }
+
     /// Returns the number under a key that is there.
     pub fn float(&self, key: &str, expected: &str) -> Option<f64> {
         let value = self.entries.get(key)?;

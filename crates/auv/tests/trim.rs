@@ -4,8 +4,11 @@
 
 mod common;
 
-use auv::{COEFFICIENTS, CoefficientError, Dynamics, Effect, Speed, TrimError, actuator_force, trim};
+use auv::{
+    COEFFICIENTS, CoefficientError, Dynamics, Effect, Speed, Trim, TrimError, actuator_force, linearise, trim,
+};
 use common::{remus100, squid};
+use nalgebra::DVector;
 
 #[test]
 fn a_trim_is_level_and_steady() {
@@ -128,4 +131,34 @@ fn absurd_numbers_are_refused_in_time() {
     }
     assert!(trim(&vehicle, Speed::Path(1e308), 50.0).is_err());
     assert!(trim(&vehicle, Speed::Path(1.0), 1e308).is_err());
+}
+
+/// The slope of the trim against trims at neighbouring speeds. Outputs are compared by the forces that they make,
+/// since several may make the same.
+#[test]
+fn the_slope_of_the_trim_is_its_derivative() {
+    for (vehicle, speeds, depth) in
+        [(squid(), [0.5, 1.0, 2.0, 3.0], 50.0), (remus100(), [1.4, 1.6, 1.9, 2.2], 20.0)]
+    {
+        let name = &vehicle.name;
+        for speed in speeds {
+            let at = |u: f64| trim(&vehicle, Speed::Forward(u), depth).unwrap();
+            let step = 1e-4;
+            let (before, after) = (at(speed - step), at(speed + step));
+            let model = linearise(&vehicle, &at(speed)).unwrap();
+            let slope = model.trim_slope(&vehicle.actuators);
+            let difference = |of: fn(&Trim) -> f64| (of(&after) - of(&before)) / (2.0 * step);
+            let close = |found: f64, expected: f64| {
+                assert!((found - expected).abs() < 1e-6 * (1.0 + expected.abs()), "{name} {speed}: {found} {expected}");
+            };
+            close(slope[0], difference(|t| t.forward_speed));
+            close(slope[1], difference(|t| t.heave));
+            close(slope[2], 0.0);
+            close(slope[3], difference(|t| t.pitch));
+            let outputs = |t: &Trim| DVector::from_column_slice(&t.actuators);
+            let expected = &model.b * (outputs(&after) - outputs(&before)) / (2.0 * step);
+            let found = &model.b * slope.rows(4, vehicle.actuators.len());
+            (0..4).for_each(|i| close(found[i], expected[i]));
+        }
+    }
 }

@@ -1,13 +1,15 @@
 //! The control problem: model and weights of the design, as a generalised plant.
 
 use crate::error::ModelError;
-use crate::inputs::design_file::{DesignFile, Tracked};
+use crate::inputs::design_file::{DesignFile, Measured, Tracked};
+use crate::linearise::STATES;
 use auv::Actuator;
 use lpv::lft::Lft;
 use lpv::plant::GeneralisedPlant;
-use lpv::tracking::TrackingProblem;
+use lpv::tracking::{MovingTrim, TrackingProblem, TwoDegrees};
+use signals::SPEED;
 
-/// The generalised plant of the design for a model `[A B]`, scheduled or constant.
+/// The generalised plant of the design for a model `[A B]` and the slope of its trim, scheduled or constant.
 ///
 /// # Errors
 /// [`ModelError::Augment`], which would be a defect of this program.
@@ -15,19 +17,37 @@ pub fn augment(
     actuators: &[Actuator],
     design: &DesignFile,
     model: Lft,
+    trim_slope: &Lft,
 ) -> Result<GeneralisedPlant, ModelError> {
-    let blocks = if model.size() > 0 { vec![model.size()] } else { vec![] };
     let problem = TrackingProblem {
-        blocks,
         outputs: Tracked::outputs(&design.tracked),
         output_scale: design.tracked.iter().map(|t| t.scale).collect(),
         input_scale: actuators.iter().map(Actuator::reach).collect(),
+        lags: actuators.iter().map(|a| if design.lags { a.lag } else { 0.0 }).collect(),
         tracking: design.tracked.iter().map(|t| t.weight).collect(),
         control: vec![design.control_weight; actuators.len()],
         disturbance: design.disturbance,
+        two_degrees: (!design.measured.is_empty()).then(|| two_degrees(design, trim_slope)),
         model,
     };
     Ok(problem.augment()?)
+}
+
+/// References and measurements apart; the trim follows the filtered reference of the speed.
+fn two_degrees(design: &DesignFile, trim_slope: &Lft) -> TwoDegrees {
+    let speed = design.tracked.iter().position(|t| t.place == SPEED);
+    TwoDegrees {
+        measured: Measured::scaled_outputs(&design.measured),
+        noise: design.measured.iter().map(|m| m.noise).collect(),
+        models: design.tracked.iter().map(|t| t.model).collect(),
+        trim: speed.map(|output| MovingTrim { output, slope: trim_slope.clone() }),
+    }
+}
+
+/// The inputs of the model that a lag separates from the commands, with the state of each lag in the plant.
+pub fn lagged(actuators: &[Actuator], design: &DesignFile) -> Vec<Option<usize>> {
+    let mut next = STATES..;
+    actuators.iter().map(|a| (design.lags && a.lag > 0.0).then(|| next.next()).flatten()).collect()
 }
 
 #[cfg(test)]
@@ -44,12 +64,9 @@ mod tests {
     fn the_papers_weight_on_the_actuators_is_the_identity() {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
         let inputs = Inputs::read(vehicle, "paper").unwrap();
-        let plant = augment(
-            &inputs.vehicle.actuators,
-            &inputs.design,
-            Model::new(&inputs.vehicle, &inputs.design).unwrap().lft,
-        )
-        .unwrap();
+        let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
+        let plant =
+            augment(&inputs.vehicle.actuators, &inputs.design, model.lft, &model.trim_slope).unwrap();
         let (outputs, actuators) = (plant.d12().nrows(), inputs.vehicle.actuators.len());
         assert_eq!(outputs, inputs.design.tracked.len() + actuators);
         assert_eq!(plant.d12().rows(outputs - actuators, actuators), Mat::identity(actuators, actuators));

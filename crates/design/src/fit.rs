@@ -23,6 +23,8 @@ pub struct Model {
     pub lft: Lft,
     /// Largest difference between the LFT and the polynomial over the range, as a singular value.
     pub lft_error: f64,
+    /// The LFT of the slope of the trim, `[x0'; u0']` per m/s of forward speed, (n + m) x 1, fitted likewise.
+    pub trim_slope: Lft,
 }
 
 /// The residual of a fit of one order.
@@ -58,7 +60,8 @@ impl Model {
         let fit = MatrixPolynomial::fit(&samples, design.order)?;
         let lft = Lft::from_polynomial(&fit, design.drop);
         let lft_error = lft_error(&lft, &fit)?;
-        Ok(Self { grid, fit, residuals, lft, lft_error })
+        let trim_slope = trim_slope(vehicle, design, &grid)?;
+        Ok(Self { grid, fit, residuals, lft, lft_error, trim_slope })
     }
 
     /// The coefficients of A and of B, apart.
@@ -67,6 +70,20 @@ impl Model {
             |m: &Mat| (m.columns(0, STATES).into_owned(), m.columns(STATES, m.ncols() - STATES).into_owned());
         self.fit.coefficients.iter().map(split).unzip()
     }
+}
+
+/// The slope of the trim over the grid, as a polynomial of the design's order.
+fn trim_slope(
+    vehicle: &Vehicle,
+    design: &DesignFile,
+    grid: &[(f64, Linearisation)],
+) -> Result<Lft, ModelError> {
+    let slope = |l: &Linearisation| {
+        let slope = l.trim_slope(&vehicle.actuators);
+        Mat::from_column_slice(slope.len(), 1, slope.as_slice())
+    };
+    let samples: Vec<(f64, Mat)> = grid.iter().map(|(rho, l)| (*rho, slope(l))).collect();
+    Ok(Lft::from_polynomial(&MatrixPolynomial::fit(&samples, design.order)?, design.drop))
 }
 
 impl Residual {

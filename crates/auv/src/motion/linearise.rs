@@ -1,11 +1,12 @@
 //! Linearisation about a trim, by dual numbers: exact derivatives of the code that simulates.
 
-use nalgebra::{Complex, DMatrix};
+use nalgebra::{Complex, DMatrix, DVector};
 use num_dual::Dual64;
 
 use crate::motion::dynamics::{Dynamics, Motion, actuator_force};
 use crate::motion::trim::Trim;
 use crate::vehicle::Vehicle;
+use crate::vehicle::actuator::Actuator;
 use crate::vehicle::coefficients::CoefficientError;
 
 /// The linear motion about a trim: `x' = A (x - x0) + B (T - T0)`.
@@ -29,7 +30,37 @@ impl Linearisation {
         values.sort_by(|a, b| a.re.total_cmp(&b.re).then(a.im.total_cmp(&b.im)));
         values
     }
+
+    /// Returns how states and actuators change in trim with the forward speed: `[x0'; u0']`, 4 + m, per m/s.
+    ///
+    /// With x0 = \[u, u tan(alpha), 0, alpha\] it solves `A x0' + B u0' = 0`, the derivative of the equations of trim.
+    /// Where several u0' do, it is the least in units of reach; the others differ by what moves nothing.
+    #[must_use]
+    pub fn trim_slope(&self, actuators: &[Actuator]) -> DVector<f64> {
+        let (tan, u) = (self.trim.incidence.tan(), self.trim.forward_speed);
+        // x0' = ahead + turned alpha'.
+        let ahead = DVector::from_column_slice(&[1.0, tan, 0.0, 0.0]);
+        let turned = DVector::from_column_slice(&[0.0, u * (1.0 + tan * tan), 0.0, 1.0]);
+        let reach = DMatrix::from_diagonal(&DVector::from_iterator(
+            actuators.len(),
+            actuators.iter().map(Actuator::reach),
+        ));
+        let (missing, by_turning, by_actuators) = (&self.a * &ahead, &self.a * &turned, &self.b * &reach);
+        // What turning alone can do is left to it.
+        let direction = by_turning.normalize();
+        let rest = |m: DMatrix<f64>| &m - &direction * (direction.transpose() * &m);
+        let svd = rest(by_actuators.clone()).svd(true, true);
+        let largest = svd.singular_values.iter().copied().fold(0.0, f64::max);
+        let wanted = -rest(DMatrix::from_column_slice(4, 1, missing.as_slice()));
+        let outputs = svd.solve(&wanted, RANK_TOLERANCE * largest).unwrap_or_else(|_| DMatrix::zeros(reach.nrows(), 1));
+        let turn = -direction.dot(&(missing + (by_actuators * &outputs).column(0))) / by_turning.norm();
+        let (states, outputs) = (ahead + turned * turn, reach * outputs);
+        DVector::from_iterator(4 + outputs.len(), states.iter().chain(outputs.iter()).copied())
+    }
 }
+
+/// Singular values below this part of the largest one count as zero.
+const RANK_TOLERANCE: f64 = 1e-9;
 
 /// Linearises the equations of motion about a trim, at the trim's depth.
 ///

@@ -3,15 +3,17 @@
 //! Every key is explained in the design files that come with the vehicles.
 //!
 //! Weights are given by their parameters, not by polynomials: `W_e = (s/peak + bandwidth)/(s + bandwidth
-//! steady_error)` and a constant W_u. Both are proper for every value in the ranges below; a value that would make
-//! them improper or infinite (peak = 0, bandwidth = inf) is refused with file, line and key.
+//! steady_error)`, and W_u and the noise `low + (high - low) s/(s + corner)`. All are proper for every value in the
+//! ranges below; a value that would make them improper or infinite (peak = 0, bandwidth = inf) is refused with file,
+//! line and key.
 
 mod tables;
 mod uncertainty;
 
 use lpv::matrix::Mat;
+use lpv::tracking::{ReferenceModel, RisingWeight};
 use scheduled::Manoeuvre;
-use signals::{SIGNALS, STATES, Signal};
+use signals::{SIGNALS, SPEED, STATES, Signal};
 pub use uncertainty::{HalfRange, UncertainCoefficient, UncertainParameter, Uncertainty};
 
 /// A range of numbers, with its text for messages.
@@ -50,6 +52,18 @@ const CONTROL_WEIGHT: Range = Range {
     words: "from 1e-6 to 1e6; without a weight on the actuators their gains grow without limit",
 };
 
+/// Gains at high frequency, relative to those at frequency 0.
+const RISE: Range = Range { least: 1.0, most: 1e6, words: "from 1, no less than at low frequencies, to 1e6" };
+
+/// Corners of weights and frequencies of reference models.
+const FREQUENCY: Range = Range { least: 1e-4, most: 1e4, words: "from 1e-4 to 1e4 (rad/s)" };
+
+/// Damping ratios of reference models.
+const DAMPING: Range = Range { least: 0.3, most: 3.0, words: "from 0.3 to 3" };
+
+/// Sizes of noise.
+const NOISE: Range = Range { least: 1e-9, most: 1e6, words: "from 1e-9 to 1e6; without noise gains grow without limit" };
+
 /// A tracked output with its weight.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tracked {
@@ -59,6 +73,31 @@ pub struct Tracked {
     pub scale: f64,
     /// W_e.
     pub weight: lpv::tracking::TrackingWeight,
+    /// The model that the output must follow.
+    pub model: Option<ReferenceModel>,
+}
+
+/// A measured signal with its noise.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measured {
+    /// Its place in [`SIGNALS`].
+    pub place: usize,
+    /// What counts as 1, SI.
+    pub scale: f64,
+    /// The noise, in units of the scale.
+    pub noise: RisingWeight,
+}
+
+impl Measured {
+    /// `C` of the measurements in units of their scales, from the states of the linear model.
+    pub fn scaled_outputs(measured: &[Self]) -> Mat {
+        Mat::from_fn(measured.len(), STATES.len(), |i, j| measured[i].signal().output(j) / measured[i].scale)
+    }
+
+    /// Its row of the table of signals.
+    pub fn signal(&self) -> &'static Signal {
+        &SIGNALS[self.place]
+    }
 }
 
 impl Tracked {
@@ -99,10 +138,14 @@ pub struct DesignFile {
     pub drop: f64,
     /// The tracked outputs.
     pub tracked: Vec<Tracked>,
+    /// What the controller measures, references apart; none for a controller that measures the tracking errors.
+    pub measured: Vec<Measured>,
     /// W_u, in units of each actuator's limit.
-    pub control_weight: f64,
+    pub control_weight: RisingWeight,
     /// Disturbance at the input, in units of each actuator's limit.
     pub disturbance: f64,
+    /// Whether the lags of the actuators are part of the plant of the design.
+    pub lags: bool,
     /// Relative back-off from the least gamma.
     pub back_off: f64,
     /// Sample time of the autopilot, s.
@@ -123,6 +166,13 @@ impl DesignFile {
     /// The scheduling parameter rho = (V - centre)/half_range: centre and half range, m/s.
     pub fn scheduling(&self) -> (f64, f64) {
         (0.5 * (self.speed_min + self.speed_max), 0.5 * (self.speed_max - self.speed_min))
+    }
+
+    /// The frequency w of the filter of the speed reference, `w/(s + w)`, rad/s: the model that the speed follows, for a
+    /// controller with references apart; `None` for one that measures the errors.
+    pub fn reference_filter(&self) -> Option<f64> {
+        let speed = self.tracked.iter().find(|t| t.place == SPEED && !self.measured.is_empty())?;
+        Some(speed.model?.frequency)
     }
 
     /// The same design with another bandwidth of every W_e, as the paper tunes it in its Fig. 5.

@@ -133,6 +133,20 @@ impl Lft {
         }
     }
 
+    /// The same with its channels in the order of their parameters.
+    #[must_use]
+    pub fn in_order(&self) -> Self {
+        let mut order: Vec<usize> = (0..self.size()).collect();
+        order.sort_by_key(|&i| self.channels[i]);
+        Self {
+            constant: self.constant.clone(),
+            left: self.left.select_columns(&order),
+            inner: self.inner.select_columns(&order).select_rows(&order),
+            right: self.right.select_rows(&order),
+            channels: order.iter().map(|&i| self.channels[i]).collect(),
+        }
+    }
+
     /// The LFT of least size of a polynomial in one parameter.
     ///
     /// With coefficients `M_1 .. M_d` the size is the rank of the Hankel matrix `[M_(i+j-1)]`; its factors

@@ -1,28 +1,34 @@
-//! The augmented plant of a tracking problem: model, weight on the tracking error, weight on the control.
+//! The generalised plant of a tracking problem: model, actuators, references, weights and noise.
 //!
 //! ```text
-//!   r --(+)--> e --[W_e]--> z_e          W_e = (s/M_s + w_b) / (s + w_b eps)
-//!        ^-        |
-//!        |         v y = e
-//!        |        [K]--> u --[W_u]--> z_u
-//!   C x  |         |
-//!        +--[model]+<-- beta d           d: disturbance at the input
+//!   r -->[T_ref]--(+)--> e --[W_e]--> z_e          W_e = (s/M_s + w_b) / (s + w_b eps)
+//!    |             ^-
+//!    |             |<-- C x --------------+
+//!    v             v                      |
+//!   y = [r; C x + N n] or e               |
+//!    |                                    |
+//!   [K]--> u --[lag]--(+)--[model]--------+
+//!          |           ^
+//!        [W_u]       beta d                         d: disturbance at the input
+//!          v
+//!         z_u
 //! ```
 //!
-//! Source: A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci. 40(2), 2011, section 3B and Fig. 2 (the paper prints
-//! 1/W_e); S. Skogestad, I. Postlethwaite, Multivariable Feedback Control, 2005, eq. 2.105.
+//! Source of W_e and of the errors as the only measurements: A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci.
+//! 40(2), 2011, section 3B and Fig. 2 (the paper prints 1/W_e); S. Skogestad, I. Postlethwaite, Multivariable
+//! Feedback Control, 2005, eq. 2.105; of references apart from measurements and a model to follow: ibid., section
+//! 9.4.1 and eq. 9.88.
 
 use crate::error::{AugmentError, ShapeError};
-use crate::matrix::{Mat, block, diagonal_blocks};
+use crate::matrix::{Mat, block};
 use crate::system::lft::Lft;
-use crate::system::partition::Group::{T, U, W, X, Y, Z};
+use crate::system::partition::{PLANT, Partitioned, Sizes};
 use crate::system::plant::GeneralisedPlant;
 use nalgebra::DVector;
 
 /// `W_e(s) = (s/M_s + w_b)/(s + w_b eps)`, a bound on the inverse of the sensitivity.
 ///
-/// It is proper for every M_s that is not 0: 1/M_s is its gain at high frequency. No other weight can be asked for,
-/// and W_u is a constant.
+/// It is proper for every M_s that is not 0: 1/M_s is its gain at high frequency.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrackingWeight {
     /// M_s: the peak that the sensitivity may have.
@@ -33,32 +39,124 @@ pub struct TrackingWeight {
     pub bandwidth: f64,
 }
 
+/// A weight that rises with frequency: `W(s) = low + (high - low) s/(s + corner)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RisingWeight {
+    /// Its gain at frequency 0.
+    pub low: f64,
+    /// Its gain at high frequency, at least `low`.
+    pub high: f64,
+    /// rad/s.
+    pub corner: f64,
+}
+
+/// The model that a tracked output must follow: `w^2/(s^2 + 2 zeta w s + w^2)`, or `w/(s + w)` without damping.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReferenceModel {
+    /// w, rad/s.
+    pub frequency: f64,
+    /// zeta.
+    pub damping: Option<f64>,
+}
+
+/// A trim that moves with the reference of one tracked output, the speed.
+///
+/// Its level is `v' = w (r - v)`, with the w of that output's reference model. States, inputs and references are
+/// deviations from the trim at v, and `slope` says how that moves:
+///
+/// ```text
+/// x~ = x - x0(v),   u~ = u - u0(v),   x~' = A x~ + B u~ - x0'(v) v'
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct MovingTrim {
+    /// The tracked output.
+    pub output: usize,
+    /// `[x0'; u0']` over the parameter, (n + m) x 1, in units of the model for a change of 1 in the output.
+    pub slope: Lft,
+}
+
+/// References and measurements apart: a controller with two degrees of freedom.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TwoDegrees {
+    /// C of the measurements in units of their scales, q x n.
+    pub measured: Mat,
+    /// N of each measurement, in units of its scale.
+    pub noise: Vec<RisingWeight>,
+    /// T_ref of each tracked output; `None` for 1.
+    pub models: Vec<Option<ReferenceModel>>,
+    /// The trim, if it moves with a reference.
+    pub trim: Option<MovingTrim>,
+}
+
 /// A tracking problem for a model `x' = A(theta) x + B(theta) v`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrackingProblem {
     /// The LFT of `[A B]`, n x (n + m).
     pub model: Lft,
-    /// Repetitions of the parameters in the model's channels, which stand in that order.
-    pub blocks: Vec<usize>,
     /// The rows of C of the tracked outputs, p x n.
     pub outputs: Mat,
     /// What counts as 1 in each tracked output: its largest reference.
     pub output_scale: Vec<f64>,
     /// What counts as 1 in each input: its limit.
     pub input_scale: Vec<f64>,
+    /// Time constant of the lag of each input, s; 0 for none.
+    pub lags: Vec<f64>,
     /// W_e of each tracked output.
     pub tracking: Vec<TrackingWeight>,
     /// W_u of each input, in units of its scale.
-    pub control: Vec<f64>,
-    /// Size of the disturbance at each input, in units of its scale.
+    pub control: Vec<RisingWeight>,
+    /// Size of the disturbance at each input, behind its lag, in units of its scale.
     pub disturbance: f64,
+    /// `None` for a controller that measures the tracking errors, and nothing else.
+    pub two_degrees: Option<TwoDegrees>,
+}
+
+/// A linear function of `[x; wt; w; u]`, a row each.
+type Signal = Mat;
+
+/// The states of a plant that is being put together: `[x; wt; w; u]` as signals, and x' as it becomes known.
+struct Assembly {
+    /// The identity, by whose rows a signal is made.
+    identity: Mat,
+    derivatives: Mat,
+    states: usize,
+}
+
+impl Assembly {
+    fn new(states: usize, others: usize) -> Self {
+        let total = states + others;
+        Self { identity: Mat::identity(total, total), derivatives: Mat::zeros(states, total), states: 0 }
+    }
+
+    /// The next `count` states.
+    fn state(&mut self, count: usize) -> (usize, Signal) {
+        let first = self.states;
+        self.states += count;
+        (first, self.signal(first, count))
+    }
+
+    fn signal(&self, first: usize, count: usize) -> Signal {
+        self.identity.rows(first, count).into_owned()
+    }
+
+    fn derivative(&mut self, first: usize, rate: &Signal) {
+        self.derivatives.rows_mut(first, rate.nrows()).copy_from(rate);
+    }
+
+    /// `W(s)` of a signal of one row, for weights with one state: `x' = pole x + gain s, W s = sign gain x + direct s`.
+    fn filtered(&mut self, [pole, gain, direct]: [f64; 3], sign: f64, input: &Signal) -> Signal {
+        let (at, x) = self.state(1);
+        self.derivative(at, &(&x * pole + input * gain));
+        x * (sign * gain) + input * direct
+    }
 }
 
 impl TrackingProblem {
     /// The generalised plant.
     ///
-    /// States: the model's, then one of each W_e. `w = [r; d]`, `z = [W_e e; W_u u]`, `y = e`, all in units
-    /// of their scales.
+    /// States: the model's; the lags; one of each W_e; the trim, the reference models, the noise and W_u, as far as
+    /// they have any. `w = [r; d; n]`, `z = [W_e e; W_u u]`, y = e or `[r; C x + N n]`, all in units of their
+    /// scales. With a moving trim, x, u, r and the measurements are deviations from it.
     ///
     /// # Errors
     /// The first part whose size does not fit, or the first number that makes a weight improper, unstable or infinite.
@@ -67,35 +165,115 @@ impl TrackingProblem {
         let (m, p) = (self.input_scale.len(), self.outputs.nrows());
         self.check(n, m, p)?;
         self.check_numbers()?;
+        let two = self.two_degrees.as_ref();
+        let noises = two.map_or(0, |two| two.noise.len());
+        let model = self.with_trim(n, m);
+        let sizes = Sizes { x: self.states(n), t: model.size(), w: p + m + noises, u: m, ..Sizes::default() };
+        let mut all = Assembly::new(sizes.x, sizes.t + sizes.w + sizes.u);
         let diagonal = |v: &[f64]| Mat::from_diagonal(&DVector::from_row_slice(v));
-        let scale_u = diagonal(&self.input_scale);
+        let (_, x) = all.state(n);
+        let lagged: Vec<usize> = (0..m).filter(|j| self.lags[*j] > 0.0).collect();
+        let (first_lag, lags) = all.state(lagged.len());
+        let errors_from = all.state(p).0;
+        let wt = all.signal(sizes.x, sizes.t);
+        let [r, d, noise, u] = [(0, p), (p, m), (p + m, noises), (sizes.w, m)]
+            .map(|(first, count)| all.signal(sizes.x + sizes.t + first, count));
+        let row = |s: &Signal, i: usize| s.rows(i, 1).into_owned();
+
+        // The trim moves with v; its rate, in the unit of the output.
+        let trim = two.and_then(|two| two.trim.as_ref());
+        let frequency = |i: usize| two.and_then(|two| two.models[i]).map_or(0.0, |model| model.frequency);
+        let mut references = r.clone();
+        let mut rate = Mat::zeros(trim.map_or(0, |_| 1), x.ncols());
+        if let Some(MovingTrim { output, .. }) = trim {
+            let (at, v) = all.state(1);
+            let ahead = row(&r, *output) - &v;
+            all.derivative(at, &(&ahead * frequency(*output)));
+            rate.copy_from(&(&ahead * (frequency(*output) * self.output_scale[*output])));
+            references.rows_mut(*output, 1).copy_from(&ahead);
+        }
+
+        // What the inputs of the model are: the commands, through their lags, and the disturbance.
+        let mut forces = u.clone();
+        for (i, j) in lagged.iter().enumerate() {
+            let lag = row(&lags, i);
+            all.derivative(first_lag + i, &((row(&u, *j) - &lag) / self.lags[*j]));
+            forces.rows_mut(*j, 1).copy_from(&lag);
+        }
+        let forces = forces + d * self.disturbance;
+        let inputs = block(&[&[&x], &[&(diagonal(&self.input_scale) * &forces)], &[&-rate]]);
+        let moved = &model.constant * &inputs + &model.left * &wt;
+        all.derivative(0, &moved.rows(0, n).into_owned());
+        if trim.is_some() {
+            for (i, j) in lagged.iter().enumerate() {
+                let moves = row(&moved, n + j) / self.input_scale[*j];
+                let rate = row(&all.derivatives, first_lag + i) + moves;
+                all.derivative(first_lag + i, &rate);
+            }
+        }
+        let zt = &model.right * &inputs + &model.inner * &wt;
+
+        // What the outputs must follow, and the errors.
         let inverse_scale: Vec<f64> = self.output_scale.iter().map(|s| 1.0 / s).collect();
-        let c = diagonal(&inverse_scale) * &self.outputs;
-        let a = self.model.constant.columns(0, n).into_owned();
-        let b = self.model.constant.columns(n, m) * &scale_u;
-        let (rx, ru) =
-            (self.model.right.columns(0, n).into_owned(), self.model.right.columns(n, m) * &scale_u);
-        let weights: Vec<[f64; 3]> = self.tracking.iter().map(TrackingWeight::realise).collect();
-        let column = |i: usize| diagonal(&weights.iter().map(|w| w[i]).collect::<Vec<_>>());
-        let (pole, gain, direct) = (column(0), column(1), column(2));
-        let r = self.model.size();
-        let zero = Mat::zeros;
-        let blocks = [
-            (X, X, block(&[&[&a, &zero(n, p)], &[&-(&gain * &c), &pole]])),
-            (X, T, block(&[&[&self.model.left], &[&zero(p, r)]])),
-            (X, W, block(&[&[&zero(n, p), &(&b * self.disturbance)], &[&gain, &zero(p, m)]])),
-            (X, U, block(&[&[&b], &[&zero(p, m)]])),
-            (T, X, block(&[&[&rx, &zero(r, p)]])),
-            (T, T, self.model.inner.clone()),
-            (T, W, block(&[&[&zero(r, p), &(&ru * self.disturbance)]])),
-            (T, U, ru),
-            (Z, X, block(&[&[&-(&direct * &c), &gain], &[&zero(m, n), &zero(m, p)]])),
-            (Z, W, diagonal_blocks(&[&direct, &zero(m, m)])),
-            (Z, U, block(&[&[&zero(p, m)], &[&diagonal(&self.control)]])),
-            (Y, X, block(&[&[&-c, &zero(p, p)]])),
-            (Y, W, block(&[&[&Mat::identity(p, p), &zero(p, m)]])),
-        ];
-        Ok(GeneralisedPlant::new(self.blocks.clone(), &blocks)?)
+        let outputs = diagonal(&inverse_scale) * &self.outputs * &x;
+        let mut z: Vec<Signal> = Vec::new();
+        for i in 0..p {
+            let target = match two.and_then(|two| two.models[i]) {
+                _ if trim.is_some_and(|trim| trim.output == i) => row(&r, i) * 0.0,
+                Some(model) => all.follow(&model, &row(&r, i)),
+                None => row(&r, i),
+            };
+            let error = target - row(&outputs, i);
+            let [pole, gain, direct] = self.tracking[i].realise();
+            let weight = all.signal(errors_from + i, 1);
+            all.derivative(errors_from + i, &(&weight * pole + &error * gain));
+            z.push(weight * gain + error * direct);
+        }
+        let y = match two {
+            None => r - outputs,
+            Some(two) => {
+                let mut measured = &two.measured * &x;
+                for (i, weight) in two.noise.iter().enumerate() {
+                    let noise = all.weighted(weight, &row(&noise, i));
+                    let noisy = row(&measured, i) + noise;
+                    measured.rows_mut(i, 1).copy_from(&noisy);
+                }
+                block(&[&[&references], &[&measured]])
+            }
+        };
+        z.extend((0..m).map(|j| all.weighted(&self.control[j], &row(&u, j))));
+        let z = Mat::from_fn(z.len(), x.ncols(), |i, j| z[i][(0, j)]);
+        let sizes = Sizes { z: z.nrows(), y: y.nrows(), ..sizes };
+        let matrix = block(&[&[&all.derivatives], &[&zt], &[&z], &[&y]]);
+        let mut blocks = vec![0; model.channels.iter().max().map_or(0, |last| last + 1)];
+        model.channels.iter().for_each(|channel| blocks[*channel] += 1);
+        Ok(GeneralisedPlant { parts: Partitioned::of(matrix, PLANT, sizes), blocks })
+    }
+
+    /// The number of states.
+    fn states(&self, n: usize) -> usize {
+        let lags = self.lags.iter().filter(|lag| **lag > 0.0).count();
+        let weights = self.control.iter().filter(|weight| weight.rises()).count();
+        let two = self.two_degrees.as_ref().map_or(0, |two| {
+            let follows = |(i, model): (usize, &Option<ReferenceModel>)| match (&two.trim, model) {
+                (Some(trim), _) if trim.output == i => 1,
+                (_, Some(model)) => 1 + usize::from(model.damping.is_some()),
+                (_, None) => 0,
+            };
+            let models: usize = two.models.iter().enumerate().map(follows).sum();
+            models + two.noise.iter().filter(|noise| noise.rises()).count()
+        });
+        n + self.outputs.nrows() + lags + two + weights
+    }
+
+    /// The model, and beside it the slope of the trim if that moves: `[A B x0'; 0 0 u0']`.
+    fn with_trim(&self, n: usize, m: usize) -> Lft {
+        match self.two_degrees.as_ref().and_then(|two| two.trim.as_ref()) {
+            None => self.model.clone(),
+            Some(trim) => {
+                self.model.above(&Lft::constant(Mat::zeros(m, n + m))).beside(&trim.slope).in_order()
+            }
+        }
     }
 
     fn check_numbers(&self) -> Result<(), AugmentError> {
@@ -114,8 +292,24 @@ impl TrackingProblem {
         for (i, scale) in self.input_scale.iter().enumerate() {
             number(i, positive("the scale of input", scale))?;
         }
+        for (i, lag) in self.lags.iter().enumerate() {
+            number(i, ("the lag of input", *lag, *lag == 0.0 || invertible(*lag), "0 or more, and finite"))?;
+        }
         for (i, weight) in self.control.iter().enumerate() {
-            number(i, finite("W_u of input", weight))?;
+            number(i, weight.check("W_u of input"))?;
+        }
+        if let Some(two) = &self.two_degrees {
+            for (i, noise) in two.noise.iter().enumerate() {
+                number(i, noise.check("the noise of measurement"))?;
+            }
+            for (i, model) in two.models.iter().enumerate() {
+                let good = |model: &ReferenceModel| {
+                    invertible(model.frequency) && model.damping.is_none_or(invertible)
+                };
+                let value = model.map_or(1.0, |model| model.frequency);
+                let check = ("the reference model of output", value, model.as_ref().is_none_or(good));
+                number(i, (check.0, check.1, check.2, "of a frequency and a damping above 0 and finite"))?;
+            }
         }
         number(0, finite("the disturbance at input", &self.disturbance))
     }
@@ -125,21 +319,73 @@ impl TrackingProblem {
             ("output_scale", self.output_scale.len(), p),
             ("tracking weights", self.tracking.len(), p),
             ("control weights", self.control.len(), m),
-            ("model channels", self.model.size(), self.blocks.iter().sum()),
+            ("lags", self.lags.len(), m),
         ];
         for (name, found, expected) in lists {
             if found != expected {
                 return Err(ShapeError { name, found: (found, 1), expected: (expected, 1) });
             }
         }
-        let shape = self.model.constant.shape();
-        if shape != (n, n + m) {
-            return Err(ShapeError { name: "model [A B]", found: shape, expected: (n, n + m) });
+        let mut shapes = vec![
+            ("model [A B]", self.model.constant.shape(), (n, n + m)),
+            ("outputs", self.outputs.shape(), (p, n)),
+        ];
+        if let Some(TwoDegrees { measured, noise, models, trim }) = &self.two_degrees {
+            shapes.push(("measured", measured.shape(), (noise.len(), n)));
+            shapes.push(("reference models", (models.len(), 1), (p, 1)));
+            if let Some(MovingTrim { slope, .. }) = trim {
+                shapes.push(("slope of the trim", slope.constant.shape(), (n + m, 1)));
+            }
         }
-        if self.outputs.ncols() != n {
-            return Err(ShapeError { name: "outputs", found: self.outputs.shape(), expected: (p, n) });
+        match shapes.into_iter().find(|(_, found, expected)| found != expected) {
+            Some((name, found, expected)) => Err(ShapeError { name, found, expected }),
+            None => Ok(()),
         }
-        Ok(())
+    }
+}
+
+impl Assembly {
+    /// T_ref of a reference.
+    fn follow(&mut self, model: &ReferenceModel, reference: &Signal) -> Signal {
+        let w = model.frequency;
+        let (at, value) = self.state(1);
+        match model.damping {
+            None => self.derivative(at, &((reference - &value) * w)),
+            Some(damping) => {
+                let (next, rate) = self.state(1);
+                self.derivative(at, &(&rate * w));
+                self.derivative(next, &((reference - &value - &rate * (2.0 * damping)) * w));
+            }
+        }
+        value
+    }
+
+    /// `W(s)` of a signal.
+    fn weighted(&mut self, weight: &RisingWeight, input: &Signal) -> Signal {
+        match weight.rises() {
+            false => input * weight.low,
+            true => {
+                let gain = ((weight.high - weight.low) * weight.corner).sqrt();
+                self.filtered([-weight.corner, gain, weight.high], -1.0, input)
+            }
+        }
+    }
+}
+
+impl RisingWeight {
+    /// The same at every frequency.
+    pub fn constant(value: f64) -> Self {
+        Self { low: value, high: value, corner: 1.0 }
+    }
+
+    fn rises(&self) -> bool {
+        self.high > self.low
+    }
+
+    fn check(&self, name: &'static str) -> (&'static str, f64, bool, &'static str) {
+        let good = self.low.is_finite() && self.high.is_finite() && self.high >= self.low;
+        let good = good && invertible(self.corner);
+        (name, self.low, good, "finite, no less at high frequency, and of a corner above 0")
     }
 }
 
@@ -189,13 +435,14 @@ mod tests {
                 right: none(0, 2),
                 channels: vec![],
             },
-            blocks: vec![],
             outputs: dmatrix![1.0],
             output_scale: vec![1.0],
             input_scale: vec![1.0],
             tracking: vec![TrackingWeight { peak: 2.0, steady_error: 0.01, bandwidth: 0.46 }],
-            control: vec![0.5],
+            lags: vec![0.0],
+            control: vec![RisingWeight::constant(0.5)],
             disturbance: 0.1,
+            two_degrees: None,
         }
     }
 
@@ -211,7 +458,7 @@ mod tests {
             (|p| p.tracking[0].steady_error = 3.0, "the steady error of W_e 1 is 3"),
             (|p| p.tracking[0].bandwidth = f64::INFINITY, "the bandwidth of W_e 1 is inf"),
             (|p| p.output_scale[0] = 0.0, "the scale of output 1 is 0"),
-            (|p| p.control[0] = f64::NAN, "W_u of input 1 is NaN"),
+            (|p| p.control[0].low = f64::NAN, "W_u of input 1 is NaN"),
             (|p| p.disturbance = f64::INFINITY, "the disturbance at input 1 is inf"),
         ];
         for (spoil, words) in spoilt {

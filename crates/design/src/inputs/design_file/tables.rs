@@ -1,10 +1,13 @@
 //! Reads the tables of a design file.
 
-use crate::inputs::design_file::{BANDWIDTH, CONTROL_WEIGHT, DesignFile, PEAK, Range, SCALE, Tracked};
+use crate::inputs::design_file::{
+    BANDWIDTH, CONTROL_WEIGHT, DAMPING, DesignFile, FREQUENCY, Measured, NOISE, PEAK, RISE, Range, SCALE, Tracked,
+};
 use auv::toml_file::{Document, FileError, Table};
 use auv::{number, rounded};
+use lpv::tracking::{ReferenceModel, RisingWeight, TrackingWeight};
 use scheduled::{MANOEUVRE_FORMAT, Manoeuvre};
-use signals::{PITCH, SIGNALS};
+use signals::{PITCH, SIGNALS, SPEED};
 use std::f64::consts::FRAC_PI_2;
 
 /// How long after the end of the flight the step of the default manoeuvre lasts, s.
@@ -16,8 +19,8 @@ const MOST_TICKS: f64 = 1e6;
 /// A part of a step or a speed by which it may exceed what is allowed, for the rounding of units.
 const ROUNDING: f64 = 1e-9;
 
-const SECTIONS: [&str; 8] =
-    ["description", "model", "track", "control", "synthesis", "autopilot", "manoeuvre", "uncertainty"];
+const SECTIONS: [&str; 9] =
+    ["description", "model", "track", "measure", "control", "synthesis", "autopilot", "manoeuvre", "uncertainty"];
 
 impl DesignFile {
     /// Checks the text of a design file; `file` is for messages.
@@ -36,9 +39,10 @@ fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
     root.allow_only(&SECTIONS);
     let description = root.text("description");
     let model = root.required_table("model", "range of speed, depth, and the fit").map(|t| Model::of(&t));
-    let tracked = tracked(&root);
+    let measured = measured(&root);
+    let tracked = tracked(&root, measured.as_ref().is_none_or(|all| !all.is_empty()));
     let control = section(&root, "control", "the weight on each actuator, and a disturbance there");
-    let weight = control.as_ref().map(|table| (within(table, "weight", CONTROL_WEIGHT), disturbance(table)));
+    let control = control.as_ref().map(Control::of);
     let synthesis = section(&root, "synthesis", "back_off, how far from the least gamma");
     let back_off = synthesis.and_then(|table| {
         table.allow_only(&["back_off"]);
@@ -59,7 +63,7 @@ fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
     let uncertainty = root
         .table("uncertainty")
         .map(|table| crate::inputs::design_file::uncertainty::read(document, &table));
-    let (model, (control_weight, disturbance)) = (model?, weight?);
+    let (model, control) = (model?, control?);
     Some(DesignFile {
         name: name.into(),
         description: description?,
@@ -70,8 +74,10 @@ fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
         order: model.order?,
         drop: model.drop?,
         tracked: tracked?,
-        control_weight: control_weight?,
-        disturbance: disturbance?,
+        measured: measured?,
+        control_weight: control.weight?,
+        disturbance: control.disturbance?,
+        lags: control.lags?,
         back_off: back_off?,
         sample_time: sample_time?,
         manoeuvre: manoeuvre?,
@@ -87,9 +93,69 @@ fn within(table: &Table<'_>, key: &str, range: Range) -> Option<f64> {
     table.number(key, |v| range.allows(v), range.words)
 }
 
-fn disturbance(control: &Table<'_>) -> Option<f64> {
-    control.allow_only(&["weight", "disturbance"]);
-    control.number("disturbance", |v| (0.0..=1e6).contains(&v), "from 0 to 1e6")
+/// A number that may be left out.
+fn optional(table: &Table<'_>, key: &str, range: Range) -> Option<Option<f64>> {
+    if table.has(key) { within(table, key, range).map(Some) } else { Some(None) }
+}
+
+/// The section `[control]`.
+struct Control {
+    weight: Option<RisingWeight>,
+    disturbance: Option<f64>,
+    lags: Option<bool>,
+}
+
+impl Control {
+    fn of(table: &Table<'_>) -> Self {
+        table.allow_only(&["weight", "rise", "corner", "disturbance", "lags"]);
+        Self {
+            weight: rising(table, "weight", CONTROL_WEIGHT, 1.0),
+            disturbance: table.number("disturbance", |v| (0.0..=1e6).contains(&v), "from 0 to 1e6"),
+            lags: if table.has("lags") { table.truth("lags") } else { Some(false) },
+        }
+    }
+}
+
+/// A weight `key` at low frequencies that rises by the factor `rise` beyond `corner`; both may be left out.
+fn rising(table: &Table<'_>, key: &str, range: Range, unit: f64) -> Option<RisingWeight> {
+    let low = within(table, key, range).map(|low| low * unit);
+    let rise = optional(table, "rise", RISE);
+    let corner = match rise {
+        Some(None) => optional(table, "corner", FREQUENCY),
+        _ => within(table, "corner", FREQUENCY).map(Some),
+    };
+    let (low, rise) = (low?, rise?.unwrap_or(1.0));
+    Some(RisingWeight { low, high: low * rise, corner: corner?.unwrap_or(1.0) })
+}
+
+/// What is measured; none where there is no such table.
+fn measured(root: &Table<'_>) -> Option<Vec<Measured>> {
+    let mut taken: Vec<usize> = Vec::new();
+    let each: Vec<Option<Measured>> =
+        root.tables("measure").iter().map(|table| measure(table, &mut taken)).collect();
+    each.into_iter().collect()
+}
+
+fn measure(table: &Table<'_>, taken: &mut Vec<usize>) -> Option<Measured> {
+    table.allow_only(&["signal", "scale", "unit", "noise", "rise", "corner"]);
+    let (place, unit) = signal(table, "signal", SIGNALS.len(), taken)?;
+    let scale = within(table, "scale", SCALE);
+    let noise = scale.and_then(|scale| rising(table, "noise", NOISE, 1.0 / scale));
+    Some(Measured { place, scale: unit * scale?, noise: noise? })
+}
+
+/// The place of a signal among the first `count`, and the SI value of its unit; each may be named once.
+fn signal(table: &Table<'_>, key: &str, count: usize, taken: &mut Vec<usize>) -> Option<(usize, f64)> {
+    let names: Vec<&str> = SIGNALS[..count].iter().map(|signal| signal.name).collect();
+    let place = table.one_of(key, &names);
+    if let Some(place) = place.filter(|place| taken.contains(place)) {
+        table.not_allowed(key, format!("\"{}\" a second time", SIGNALS[place].name), "named once");
+        return None;
+    }
+    taken.extend(place);
+    let units = SIGNALS[place?].units;
+    let names: Vec<&str> = units.iter().map(|unit| unit.name).collect();
+    Some((place?, table.one_of("unit", &names).map(|unit| units[unit].factor)?))
 }
 
 /// A factor from the unit that is named to SI.
@@ -125,41 +191,48 @@ impl Model {
     }
 }
 
-/// The tracked outputs.
-fn tracked(root: &Table<'_>) -> Option<Vec<Tracked>> {
+/// The tracked outputs; with references apart from measurements they may have a model to follow.
+fn tracked(root: &Table<'_>, apart: bool) -> Option<Vec<Tracked>> {
     if !root.requires("track", "what is tracked, each output in a table [[track]]") {
         return None;
     }
     let tables = root.tables("track");
     let mut taken: Vec<usize> = Vec::new();
-    let each: Vec<Option<Tracked>> = tables.iter().map(|table| track(table, &mut taken)).collect();
+    let each: Vec<Option<Tracked>> = tables.iter().map(|table| track(table, apart, &mut taken)).collect();
     each.into_iter().collect()
 }
 
-fn track(table: &Table<'_>, taken: &mut Vec<usize>) -> Option<Tracked> {
-    table.allow_only(&["output", "scale", "unit", "peak", "steady_error", "bandwidth"]);
-    let place = table.one_of("output", &SIGNALS.each_ref().map(|signal| signal.name));
-    if let Some(place) = place.filter(|place| taken.contains(place)) {
-        table.not_allowed("output", format!("\"{}\" a second time", SIGNALS[place].name), "named once");
-        return None;
-    }
-    taken.extend(place);
-    let units = SIGNALS[place?].units;
-    let names: Vec<&str> = units.iter().map(|unit| unit.name).collect();
-    let factor = table.one_of("unit", &names).map(|unit| units[unit].factor);
+fn track(table: &Table<'_>, apart: bool, taken: &mut Vec<usize>) -> Option<Tracked> {
+    let mut keys = vec!["output", "scale", "unit", "peak", "steady_error", "bandwidth"];
+    keys.extend(apart.then_some(["frequency", "damping"]).into_iter().flatten());
+    table.allow_only(&keys);
+    let (place, unit) = signal(table, "output", signals::TRACKED, taken)?;
     let scale = within(table, "scale", SCALE);
     let peak = within(table, "peak", PEAK);
     let steady_error = table.number("steady_error", |v| v > 0.0 && v < 1.0, "above 0 and below 1");
     let bandwidth = within(table, "bandwidth", BANDWIDTH);
+    let model = if apart { reference_model(table, place) } else { Some(None) };
     Some(Tracked {
-        place: place?,
-        scale: factor? * scale?,
-        weight: lpv::tracking::TrackingWeight {
-            peak: peak?,
-            steady_error: steady_error?,
-            bandwidth: bandwidth?,
-        },
+        place,
+        scale: unit * scale?,
+        weight: TrackingWeight { peak: peak?, steady_error: steady_error?, bandwidth: bandwidth? },
+        model: model?,
     })
+}
+
+/// The model that an output follows. That of the speed is of first order, since the trim moves with it.
+fn reference_model(table: &Table<'_>, place: usize) -> Option<Option<ReferenceModel>> {
+    if place == SPEED {
+        let frequency = within(table, "frequency", FREQUENCY);
+        if table.has("damping") {
+            table.not_allowed("damping", "given".into(), "left out for the speed, whose model is of first order");
+            return None;
+        }
+        return Some(Some(ReferenceModel { frequency: frequency?, damping: None }));
+    }
+    let (frequency, damping) = (optional(table, "frequency", FREQUENCY), optional(table, "damping", DAMPING));
+    let damping = damping?;
+    Some(frequency?.map(|frequency| ReferenceModel { frequency, damping }))
 }
 
 /// What the design allows a manoeuvre; `None` where that could not be read.
