@@ -64,7 +64,7 @@ fn verify_certificate(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, 
     let mut about = vec![];
     if let Some(inputs) = inputs {
         let model = Model::new(&inputs.vehicle, &inputs.design)?;
-        of_inputs(&certificate, inputs, &model)?;
+        of_inputs(&certificate, &inputs.vehicle, &inputs.design, &model)?;
         let what = match certificate.residual {
             Some(_) => "its plant and its ball of models are those",
             None => {
