@@ -103,10 +103,10 @@ pub fn blocks_of(names: Names, matrices: &[(&'static str, &Rows)]) -> Option<Vec
     given.map(block).collect()
 }
 
-/// A certificate's controller with its blocks, in the form of a controller file.
-pub fn rows_with_blocks(certificate: &Certificate) -> LftMatrices {
-    let certificate::Controller { a, by, bt, cu, duy, dut, ct, dty, dtt } = certificate.controller.clone();
-    LftMatrices { blocks: certificate.controller_blocks.clone(), a, by, bt, cu, duy, dut, ct, dty, dtt }
+/// A controller of a certificate and its blocks, in the form of a controller file.
+pub fn lft_matrices(blocks: Vec<usize>, rows: certificate::Controller) -> LftMatrices {
+    let certificate::Controller { a, by, bt, cu, duy, dut, ct, dty, dtt } = rows;
+    LftMatrices { blocks, a, by, bt, cu, duy, dut, ct, dty, dtt }
 }
 
 /// The frozen controller's matrices in the form of the certificate.

@@ -224,11 +224,7 @@ pub fn load(directory: &Path, inputs: &Inputs) -> Result<Stored, Error> {
     }
     let controller = ControllerDesign::from_json(&read(&path)?)
         .map_err(|reason| StoreError::BadController { path: path.display().to_string(), reason })?;
-    let changed = [
-        ("the vehicle file", &controller.inputs.vehicle_sha256, &inputs.vehicle_sha256),
-        ("the design file", &controller.inputs.design_sha256, &inputs.design_sha256),
-    ];
-    if let Some((what, _, _)) = changed.into_iter().find(|(_, frozen, now)| frozen != now) {
+    if let Some(what) = inputs.changed_since(&controller.inputs) {
         return Err(StoreError::Stale { directory: directory.display().to_string(), what }.into());
     }
     let plant_path = directory.join("plant.json");
