@@ -29,8 +29,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     let subject = Subject::new(&inputs, &stored, &progress)?;
     for &speed in &subject.speeds {
         let model = at_speed(&inputs, speed)?.model;
-        let system =
-            uncertain_loop(&inputs, &model, &subject.controller, subject.rho(speed), None)?.stability();
+        let system = uncertain_loop(
+            &inputs.vehicle.actuators,
+            &inputs.design,
+            &model,
+            &subject.controller,
+            subject.rho(speed),
+            None,
+        )?
+        .stability();
         let blocks: Vec<(i64, i64)> = model.blocks.iter().map(|b| (-(b.repetitions as i64), 0)).collect();
         let plant = json!({ "A": to_rows(&system.a), "B": to_rows(&system.b), "C": to_rows(&system.c), "D": to_rows(&system.d) });
         let problem = json!({ "kind": "mu", "speed": speed, "data": { "P": plant, "blocks": blocks } });

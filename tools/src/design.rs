@@ -32,7 +32,7 @@ pub fn run(which: &Which, with_ladder: bool, with_robust: bool) -> Result<(), Er
     }
     if with_ladder {
         let running = progress.begin("ladder", "solving for each assumption about the speed");
-        let words = ladder::climb(&inputs, &finished.plant, &finished.design)?;
+        let words = ladder::climb(&inputs.design, &finished.plant, &finished.design)?;
         drop(running);
         say(&format!("\n{}", words.trim_end()));
     }

@@ -10,7 +10,8 @@ pub mod verify;
 use crate::certify::ball::smallest_ball;
 use crate::error::Error;
 use crate::fit::Model;
-use crate::inputs::Inputs;
+use crate::inputs::design_file::DesignFile;
+use auv::Vehicle;
 use certificate::{Certificate, Residual, Rows, Theorem};
 use lpv::analysis::{GainBound, bounded_gain};
 use lpv::controller::Controller;
@@ -38,12 +39,13 @@ pub struct Proof {
 /// [`ProofError::Unproved`](crate::error::ProofError::Unproved) with the first check that fails;
 /// [`Error::Synthesis`] when no bound covers the model error.
 pub fn certify(
-    inputs: &Inputs,
+    vehicle: &Vehicle,
+    file: &DesignFile,
     model: &Model,
     plant: &GeneralisedPlant,
     design: &Design,
 ) -> Result<Proof, Error> {
-    let (error, size) = smallest_ball(inputs, model, plant, &design.certified)?;
+    let (error, size) = smallest_ball(vehicle, file, model, plant, &design.certified)?;
     let closed = plant.close(&design.controller);
     let covered = bounded_gain(&closed, &error.close(plant, &design.controller), &design.certified)?;
     let mut certificate = nominal(plant, &design.controller, &design.certified);
@@ -101,10 +103,10 @@ pub fn blocks_of(names: Names, matrices: &[(&'static str, &Rows)]) -> Option<Vec
     given.map(block).collect()
 }
 
-/// A certificate's controller with its blocks, in the form of a controller file.
-pub fn rows_with_blocks(certificate: &Certificate) -> LftMatrices {
-    let certificate::Controller { a, by, bt, cu, duy, dut, ct, dty, dtt } = certificate.controller.clone();
-    LftMatrices { blocks: certificate.controller_blocks.clone(), a, by, bt, cu, duy, dut, ct, dty, dtt }
+/// A controller of a certificate and its blocks, in the form of a controller file.
+pub fn lft_matrices(blocks: Vec<usize>, rows: certificate::Controller) -> LftMatrices {
+    let certificate::Controller { a, by, bt, cu, duy, dut, ct, dty, dtt } = rows;
+    LftMatrices { blocks, a, by, bt, cu, duy, dut, ct, dty, dtt }
 }
 
 /// The frozen controller's matrices in the form of the certificate.

@@ -9,8 +9,9 @@ use crate::augment::augment;
 use crate::check::sampled::{Sampling, sampled_dtt};
 use crate::error::Error;
 use crate::error::Refusal;
-use crate::inputs::Inputs;
+use crate::inputs::design_file::DesignFile;
 use crate::linearise::{linearise_at, stacked};
+use auv::Vehicle;
 use lpv::controller::Controller;
 use lpv::lft::Lft;
 use lpv::matrix::{Mat, eigenvalues, spectral_abscissa};
@@ -77,18 +78,19 @@ fn rounded_down(v: f64) -> String {
 /// # Errors
 /// [`Error::Refused`] with the first failure; those of trim and linearisation.
 pub fn check(
-    inputs: &Inputs,
+    vehicle: &Vehicle,
+    design: &DesignFile,
     plant: &GeneralisedPlant,
     controller: &Controller,
     bound: f64,
 ) -> Result<Checks, Error> {
     well_posed(&controller.dtt())?;
     well_posed(&plant.dtt())?;
-    let sampling = Sampling::of(inputs);
+    let sampling = Sampling::of(&vehicle.actuators, design);
     let sample_time = sampling.sample_time;
     well_posed(&sampled_dtt(controller, sample_time).unwrap_or_else(|| Mat::from_element(1, 1, f64::NAN)))?;
     let closed = plant.close(controller);
-    let (centre, half_range) = inputs.design.scheduling();
+    let (centre, half_range) = design.scheduling();
     let mut found = Checks {
         speeds: CHECKED_SPEEDS,
         abscissa_fit: f64::NEG_INFINITY,
@@ -98,7 +100,7 @@ pub fn check(
         sampled_radius: 0.0,
         fastest_controller_mode: 0.0,
     };
-    for speed in inputs.design.spread(CHECKED_SPEEDS) {
+    for speed in design.spread(CHECKED_SPEEDS) {
         let rho = (speed - centre) / half_range;
         let fitted = closed.frozen(&[rho])?;
         let real_part = spectral_abscissa(&fitted.a);
@@ -110,7 +112,7 @@ pub fn check(
             return Err(Refusal::Gain { speed, gain, bound }.into());
         }
         let frozen = frozen_controller(controller, rho)?;
-        let linearisation = linearise_at(&inputs.vehicle, inputs.design.depth, speed)?;
+        let linearisation = linearise_at(vehicle, design.depth, speed)?;
         let radius = sampling.spectral_radius(&linearisation, &controller.frozen(&[rho])?);
         if radius.is_nan() || radius >= 1.0 {
             let often = Sampling { sample_time: sample_time / OVERSAMPLING, ..sampling };
@@ -124,8 +126,7 @@ pub fn check(
             }
             .into());
         }
-        let truth =
-            augment(&inputs.vehicle.actuators, &inputs.design, Lft::constant(stacked(&linearisation)))?;
+        let truth = augment(&vehicle.actuators, design, Lft::constant(stacked(&linearisation)))?;
         let true_loop = truth.close(&frozen).frozen(&[])?;
         let true_real_part = spectral_abscissa(&true_loop.a);
         if true_real_part.is_nan() || true_real_part >= 0.0 {

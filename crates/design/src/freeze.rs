@@ -1,16 +1,14 @@
 //! The frozen design: what the FMUs carry in their resources.
 
-use crate::certify::controller_rows;
+use crate::certify::{controller_rows, lft_matrices};
 use crate::error::Error;
 use crate::fit::Model;
 use crate::inputs::Inputs;
 use crate::linearise::linearise_at;
 use auv::{LpvModel, Status, Trim};
-use lpv::controller::Controller;
 use lpv::synthesis::Design;
 use scheduled::{
-    Actuator, ControllerDesign, FORMAT, Gamma, InputHashes, LftMatrices, Scheduling, Tracked, TrimTable,
-    VehicleName,
+    Actuator, ControllerDesign, FORMAT, Gamma, LftMatrices, Scheduling, Tracked, TrimTable, VehicleName,
 };
 
 /// Rows of the trim table, evenly spread over the range of speed.
@@ -36,7 +34,8 @@ pub fn freeze(inputs: &Inputs, model: &Model, design: &Design, certified: bool) 
         back_off: crate::synthesise::back_off(design),
         certified,
     };
-    frozen(inputs, model, matrices(&design.controller), gamma)
+    let k = &design.controller;
+    frozen(inputs, model, lft_matrices(k.blocks.clone(), controller_rows(k)), gamma)
 }
 
 /// What vehicle and design file make of the matrices and the gamma of a controller: all that the FMUs fly besides.
@@ -97,16 +96,8 @@ fn controller(inputs: &Inputs, lft: LftMatrices, gamma: Gamma, trims: &[Trim]) -
             actuators: trims.iter().map(|t| t.actuators.clone()).collect(),
         },
         gamma,
-        inputs: InputHashes {
-            vehicle_sha256: inputs.vehicle_sha256.clone(),
-            design_sha256: inputs.design_sha256.clone(),
-        },
+        inputs: inputs.hashes.clone(),
     }
-}
-
-fn matrices(k: &Controller) -> LftMatrices {
-    let certificate::Controller { a, by, bt, cu, duy, dut, ct, dty, dtt } = controller_rows(k);
-    LftMatrices { blocks: k.blocks.clone(), a, by, bt, cu, duy, dut, ct, dty, dtt }
 }
 
 fn status(status: Status) -> scheduled::Status {

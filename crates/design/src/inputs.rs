@@ -6,6 +6,7 @@ pub mod design_file;
 use crate::error::InputError;
 use crate::inputs::design_file::{BANDWIDTH, DesignFile, UncertainParameter};
 use auv::{Vehicle, read_text};
+use scheduled::InputHashes;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
@@ -20,10 +21,8 @@ pub struct Inputs {
     pub design: DesignFile,
     /// The uncertain coefficients that the design names, in the order of the vehicle file.
     pub uncertain: Vec<UncertainParameter>,
-    /// SHA-256 of the vehicle file.
-    pub vehicle_sha256: String,
-    /// SHA-256 of the design file, and of what the command line changed in it.
-    pub design_sha256: String,
+    /// Of the vehicle file, and of the design file with what the command line changed in it.
+    pub hashes: InputHashes,
 }
 
 impl Inputs {
@@ -66,8 +65,7 @@ impl Inputs {
         Ok(Self {
             directory: PathBuf::new(),
             uncertain: uncertain.transpose()?.unwrap_or_default(),
-            vehicle_sha256: hexadecimal(&Sha256::digest(vehicle.1)),
-            design_sha256: hexadecimal(&Sha256::digest(design.1)),
+            hashes: InputHashes { vehicle_sha256: sha256(vehicle.1), design_sha256: sha256(design.1) },
             vehicle: vehicle.0,
             design: design.0,
         })
@@ -81,10 +79,18 @@ impl Inputs {
         if !BANDWIDTH.allows(bandwidth) {
             return Err(InputError::Bandwidth { found: bandwidth });
         }
-        let both = format!("{} and bandwidth = {bandwidth:?}", self.design_sha256);
-        self.design_sha256 = hexadecimal(&Sha256::digest(both));
+        let both = format!("{} and bandwidth = {bandwidth:?}", self.hashes.design_sha256);
+        self.hashes.design_sha256 = sha256(&both);
         self.design = self.design.with_bandwidth(bandwidth);
         Ok(self)
+    }
+
+    /// The first file that is not the one with these hashes.
+    pub fn changed_since(&self, hashes: &InputHashes) -> Option<&'static str> {
+        if self.hashes.vehicle_sha256 != hashes.vehicle_sha256 {
+            return Some("the vehicle file");
+        }
+        (self.hashes.design_sha256 != hashes.design_sha256).then_some("the design file")
     }
 }
 
@@ -98,6 +104,6 @@ fn design_path(directory: &Path, name: &str) -> PathBuf {
     directory.join(file)
 }
 
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().map(|b| format!("{b:02x}")).collect()
+fn sha256(text: &str) -> String {
+    Sha256::digest(text).iter().map(|b| format!("{b:02x}")).collect()
 }

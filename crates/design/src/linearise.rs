@@ -1,7 +1,7 @@
 //! Trims over the range of speed, and the linear model at each.
 
 use crate::error::ModelError;
-use auv::{Linearisation, Speed, Vehicle, linearise, trim};
+use auv::{Actuator, Linearisation, Speed, Vehicle, linearise, trim};
 use lpv::matrix::{Mat, block};
 
 /// The number of states of the linear model; see [`signals::STATES`].
@@ -20,4 +20,12 @@ pub fn linearise_at(vehicle: &Vehicle, depth: f64, speed: f64) -> Result<Lineari
 /// `[A B]` of a linearisation.
 pub fn stacked(l: &Linearisation) -> Mat {
     block(&[&[&l.a, &l.b]])
+}
+
+/// `[A B]` with inputs in units of their reach.
+pub fn scaled(actuators: &[Actuator], mut stacked: Mat) -> Mat {
+    for (j, actuator) in actuators.iter().enumerate() {
+        stacked.column_mut(STATES + j).scale_mut(actuator.reach());
+    }
+    stacked
 }

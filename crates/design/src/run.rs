@@ -59,11 +59,11 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     progress.done("LFT", &lft_line(&model));
     let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.lft.clone())?;
     progress.done("augment", &augment_line(inputs, &plant));
-    let nominal = synthesise(inputs, &plant, progress)?;
+    let nominal = synthesise(&inputs.vehicle.actuators, &inputs.design, &plant, progress)?;
     let robust = with_robust.then(|| robust(inputs, &model, &plant, &nominal, progress)).transpose()?;
     let design = robust.as_ref().map_or(nominal, |robust| robust.design.clone());
     let running = progress.begin("check", "the closed loop against the fit and the true linearisations");
-    let checks = check(inputs, &plant, &design.controller, design.certified.gamma)?;
+    let checks = check(&inputs.vehicle, &inputs.design, &plant, &design.controller, design.certified.gamma)?;
     drop(running);
     progress.done("check", &check_line(&checks, design.certified.gamma));
     if let Some(words) = checks.remark(inputs.design.sample_time) {
@@ -83,7 +83,7 @@ fn certificate_stage(
     progress: &Progress,
 ) -> Result<Proof, String> {
     let running = progress.begin("certify", "covering the fit's residual and proving in exact arithmetic");
-    let proof = certify(inputs, model, plant, design).map_err(|e| e.to_string());
+    let proof = certify(&inputs.vehicle, &inputs.design, model, plant, design).map_err(|e| e.to_string());
     let seconds = running.seconds();
     drop(running);
     match &proof {
@@ -145,12 +145,12 @@ fn fit_line(inputs: &Inputs, model: &Model) -> String {
         .iter()
         .map(|r| format!("order {}: {:.2} %", r.order, 100.0 * r.relative_to_variation))
         .collect();
-    let errors = frequency::errors(inputs, model);
+    let errors = frequency::errors(&inputs.vehicle.actuators, &inputs.design.tracked, model);
     let responses = |of: &dyn Fn(&frequency::Errors) -> f64| -> String {
         let each = errors.iter().map(|e| format!("order {}: {:.2} %", e.order, 100.0 * of(e)));
         each.collect::<Vec<_>>().join(", ")
     };
-    let most = frequency::pitching_actuator(inputs, model);
+    let most = frequency::pitching_actuator(&inputs.vehicle.actuators, model);
     format!(
         "order {} in rho; rms residual of A against its variation over speed: {}\n\
          largest error of the frequency response, in the scales of the design: {}\n\

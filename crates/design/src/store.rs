@@ -25,7 +25,7 @@ use crate::inputs::Inputs;
 use crate::run::Finished;
 use crate::store::files::{Files, read, reading};
 use crate::synthesise::robust::stored::{self, StoredRobust};
-use auv::{LpvModel, LpvModelError};
+use auv::{Actuator, LpvModel, LpvModelError};
 use certificate::{Certificate, Theorem};
 use lpv::controller::Controller;
 use scheduled::ControllerDesign;
@@ -96,10 +96,11 @@ impl Stored {
     /// loops.
     fn made_of(&self, inputs: &Inputs, certificate: &Certificate) -> Result<(), Error> {
         let model = Model::new(&inputs.vehicle, &inputs.design)?;
-        verify::of_inputs(certificate, inputs, &model)?;
+        verify::of_inputs(certificate, &inputs.vehicle, &inputs.design, &model)?;
         unedited::check((&self.controller, &self.plant), inputs, &model)?;
         let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.lft.clone())?;
-        check(inputs, &plant, &self.lpv_controller()?, self.controller.gamma.bound).map(|_| ())
+        let bound = self.controller.gamma.bound;
+        check(&inputs.vehicle, &inputs.design, &plant, &self.lpv_controller()?, bound).map(|_| ())
     }
 
     /// The frozen controller as a [`Controller`].
@@ -167,18 +168,17 @@ struct ChannelFigures {
     error: f64,
 }
 
-fn response_figures(inputs: &Inputs, errors: Option<&Errors>) -> ResponseFigures {
+fn response_figures(actuators: &[Actuator], errors: Option<&Errors>) -> ResponseFigures {
     let channel = |(i, to): (usize, &'static str), j: usize| ChannelFigures {
-        from: inputs.vehicle.actuators[j].name.clone(),
+        from: actuators[j].name.clone(),
         to,
         error: errors.map_or(f64::NAN, |e| e.channels[(i, j)]),
     };
     let outputs = OUTPUTS.into_iter().map(|place| SIGNALS[place].name).enumerate();
-    let actuators = 0..inputs.vehicle.actuators.len();
     ResponseFigures {
         scaled: errors.map_or(f64::NAN, |e| e.scaled),
         channels: outputs
-            .flat_map(|to| actuators.clone().map(move |j| (to, j)))
+            .flat_map(|to| (0..actuators.len()).map(move |j| (to, j)))
             .map(|(to, j)| channel(to, j))
             .collect(),
     }
@@ -224,11 +224,7 @@ pub fn load(directory: &Path, inputs: &Inputs) -> Result<Stored, Error> {
     }
     let controller = ControllerDesign::from_json(&read(&path)?)
         .map_err(|reason| StoreError::BadController { path: path.display().to_string(), reason })?;
-    let changed = [
-        ("the vehicle file", &controller.inputs.vehicle_sha256, &inputs.vehicle_sha256),
-        ("the design file", &controller.inputs.design_sha256, &inputs.design_sha256),
-    ];
-    if let Some((what, _, _)) = changed.into_iter().find(|(_, frozen, now)| frozen != now) {
+    if let Some(what) = inputs.changed_since(&controller.inputs) {
         return Err(StoreError::Stale { directory: directory.display().to_string(), what }.into());
     }
     let plant_path = directory.join("plant.json");
@@ -256,7 +252,7 @@ fn why_not_certified(directory: &Path) -> String {
 }
 
 fn figures<'a>(inputs: &'a Inputs, f: &'a Finished) -> Figures<'a> {
-    let responses = errors(inputs, &f.model);
+    let responses = errors(&inputs.vehicle.actuators, &inputs.design.tracked, &f.model);
     Figures {
         vehicle: &inputs.vehicle.name,
         status: inputs.vehicle.status.word(),
@@ -281,7 +277,10 @@ fn figures<'a>(inputs: &'a Inputs, f: &'a Finished) -> Figures<'a> {
                 rms_relative_to_variation: r.relative_to_variation,
                 rms_relative: r.a.relative_rms,
                 largest_norm: r.whole.norms.iter().copied().fold(0.0, f64::max),
-                frequency_response: response_figures(inputs, responses.iter().find(|e| e.order == r.order)),
+                frequency_response: response_figures(
+                    &inputs.vehicle.actuators,
+                    responses.iter().find(|e| e.order == r.order),
+                ),
             })
             .collect(),
         lft_size: f.model.lft.size(),

@@ -4,9 +4,10 @@ pub mod ladder;
 pub mod robust;
 
 use crate::error::Error;
-use crate::inputs::Inputs;
+use crate::inputs::design_file::DesignFile;
 use crate::numbers::above;
 use crate::progress::Progress;
+use auv::Actuator;
 use lpv::error::SynthesisError;
 use lpv::plant::GeneralisedPlant;
 use lpv::regularity::findings;
@@ -16,14 +17,19 @@ use lpv::synthesis::{Design, Options};
 ///
 /// # Errors
 /// [`Error::NoController`].
-pub fn synthesise(inputs: &Inputs, plant: &GeneralisedPlant, progress: &Progress) -> Result<Design, Error> {
+pub fn synthesise(
+    actuators: &[Actuator],
+    file: &DesignFile,
+    plant: &GeneralisedPlant,
+    progress: &Progress,
+) -> Result<Design, Error> {
     let running = progress.begin("synthesise", "solving the matrix inequalities");
-    let options = Options { back_off: inputs.design.back_off, ..Options::default() };
-    let design =
-        lpv::synthesis::synthesise(plant, options).map_err(|reason| no_controller(inputs, plant, reason))?;
+    let options = Options { back_off: file.back_off, ..Options::default() };
+    let design = lpv::synthesis::synthesise(plant, options)
+        .map_err(|reason| no_controller(actuators, file, plant, reason))?;
     let seconds = running.seconds();
     drop(running);
-    progress.done("synthesise", &synthesis_line(&design, inputs.design.back_off, seconds));
+    progress.done("synthesise", &synthesis_line(&design, file.back_off, seconds));
     progress.done(
         "bound",
         &format!(
@@ -55,18 +61,23 @@ fn synthesis_line(design: &Design, asked: f64, seconds: f64) -> String {
 
 /// Where the synthesis failed without a proof that there is no controller, the remarks say what about the problem may
 /// be the cause.
-fn no_controller(inputs: &Inputs, plant: &GeneralisedPlant, reason: SynthesisError) -> Error {
+fn no_controller(
+    actuators: &[Actuator],
+    file: &DesignFile,
+    plant: &GeneralisedPlant,
+    reason: SynthesisError,
+) -> Error {
     let unexplained = matches!(reason, SynthesisError::Numerical { .. } | SynthesisError::TooFast { .. });
     let found = if unexplained { findings(plant) } else { vec![] };
     let mut remarks: Vec<String> = found.iter().map(ToString::to_string).collect();
     if !remarks.is_empty() {
-        let actuators = inputs.vehicle.actuators.iter().enumerate();
-        let names: Vec<String> = actuators.map(|(j, a)| format!("u{} is {}", j + 1, a.name)).collect();
+        let names: Vec<String> =
+            actuators.iter().enumerate().map(|(j, a)| format!("u{} is {}", j + 1, a.name)).collect();
         remarks.push(format!(
             "{}; their weight is 'control.weight' of {}.toml, {}",
             names.join(", "),
-            inputs.design.name,
-            inputs.design.control_weight
+            file.name,
+            file.control_weight
         ));
     }
     Error::NoController { reason, remarks }
@@ -82,6 +93,7 @@ mod tests {
     use super::*;
     use crate::augment::augment;
     use crate::fit::Model;
+    use crate::inputs::Inputs;
     use lpv::partition::Group;
     use lpv::regularise::Regularisation;
     use std::path::Path;
@@ -119,7 +131,9 @@ mod tests {
     fn a_failure_that_proves_nothing_comes_with_remarks() {
         let (inputs, mut plant) = squid();
         let failed = || SynthesisError::Numerical { stage: "test", diagnosis: "made up".into() };
-        let words = |plant: &GeneralisedPlant, reason| no_controller(&inputs, plant, reason).to_string();
+        let words = |plant: &GeneralisedPlant, reason| {
+            no_controller(&inputs.vehicle.actuators, &inputs.design, plant, reason).to_string()
+        };
         assert_eq!(words(&plant, failed()), failed().to_string());
 
         plant.parts.block_mut(Group::Z, Group::U).fill(0.0);

@@ -30,7 +30,7 @@ use crate::uncertain::gradients::{Gradients, coarsen};
 use crate::uncertain::model::UncertainModel;
 use crate::uncertain::pencil::{DETAIL_OVER_RANGE, Pencil};
 use crate::uncertain::reduce::minimal;
-use crate::uncertain::trim::{TrimRange, blocks, something, trim_range};
+use crate::uncertain::trim::{TrimRange, blocks, trim_range};
 
 /// The uncertain model over the range of speed: the fit of `model` at delta = 0, and the uncertain parts fitted
 /// likewise.
@@ -46,7 +46,7 @@ pub fn over_range(inputs: &Inputs, model: &Model) -> Result<UncertainModel, Erro
     let moved = TrimRange::all_that_move(&ranges);
     let (mut rhos, mut gradients, mut middle) = (Vec::new(), Vec::new(), Vec::new());
     for (i, ((rho, nominal), range)) in model.grid.iter().zip(&ranges).enumerate() {
-        let all = something(inputs, blocks(inputs, &nominal.trim, &range.with(&moved)))?;
+        let all = blocks(inputs, &nominal.trim, &range.of(&moved))?;
         gradients.push(Gradients::at(&inputs.vehicle, &nominal.trim, &all)?);
         rhos.push(*rho);
         if i == model.grid.len() / 2 {

@@ -40,7 +40,7 @@ fn either<'a>(directory: &Path, designs: [&'a Inputs; 2]) -> (&'a Inputs, Stored
 /// is none where nothing was proved.
 fn assert_one_design(directory: &Path, proved: &Inputs, other: &Inputs) {
     let (inputs, stored) = either(directory, [proved, other]);
-    if inputs.design_sha256 == proved.design_sha256 {
+    if inputs.hashes == proved.hashes {
         let text = stored.certificate.unwrap();
         let certificate = verify::parse(&text, "certificate.json").unwrap();
         verify::matches(&stored.controller, &certificate).unwrap();

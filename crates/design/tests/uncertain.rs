@@ -179,12 +179,20 @@ fn the_uncertain_loop_closed_by_delta_is_the_perturbed_loop() {
         let controller = Controller::new(vec![2], &blocks).unwrap();
         for frozen in &subject.frozen {
             let rho = 0.4;
-            let ball = remainder(&subject.inputs, frozen).unwrap();
+            let ball = remainder(&subject.inputs.vehicle, frozen).unwrap();
             let values: Vec<f64> = (0..24).map(|i| f64::from(i).cos()).collect();
             let delta = with_trim_held(&frozen.model, &values);
             let mut vehicle = truth(subject, frozen, &delta);
             for missed in [None, Some(&ball)] {
-                let n = uncertain_loop(&subject.inputs, &frozen.model, &controller, rho, missed).unwrap();
+                let n = uncertain_loop(
+                    &subject.inputs.vehicle.actuators,
+                    &subject.inputs.design,
+                    &frozen.model,
+                    &controller,
+                    rho,
+                    missed,
+                )
+                .unwrap();
                 assert_eq!((n.inputs, n.outputs), (tracked + actuators, tracked + actuators));
                 let full = some(n.remainder, n.remainder, 9.0);
                 if let Some(ball) = missed {
@@ -239,9 +247,9 @@ fn the_models_follow_the_vehicle_trimmed_anew() {
     for subject in SUBJECTS.iter() {
         let (centre, half_range) = subject.inputs.design.scheduling();
         for frozen in &subject.frozen {
-            let own = errors(&subject.inputs, frozen, &frozen.model, 0.0).unwrap();
+            let own = errors(&subject.inputs.vehicle, frozen, &frozen.model, 0.0).unwrap();
             let rho = (frozen.speed - centre) / half_range;
-            let over = errors(&subject.inputs, frozen, &subject.joint, rho).unwrap();
+            let over = errors(&subject.inputs.vehicle, frozen, &subject.joint, rho).unwrap();
             assert!(own.at_held_trim < 1e-12, "{own:?}");
             assert!(own.movement > 0.15 && own.remainder < 0.005, "{own:?}");
             assert!(over.remainder < 0.016, "{over:?}");
@@ -256,7 +264,7 @@ fn the_remainder_holds_what_the_model_leaves_out() {
     for subject in SUBJECTS.iter() {
         let vehicle = &subject.inputs.vehicle;
         for frozen in &subject.frozen {
-            let ball = remainder(&subject.inputs, frozen).unwrap();
+            let ball = remainder(&subject.inputs.vehicle, frozen).unwrap();
             let size = 4 + vehicle.actuators.len();
             let (own, trim) = (&frozen.model, &frozen.nominal.trim);
             for corner in random_corners(own.blocks.len(), 30, 12345) {
@@ -308,7 +316,7 @@ fn weight_and_centre_of_gravity_may_be_uncertain() {
         let (found, wanted) = (frozen.model.evaluate(0.0, &delta).unwrap(), truth(&subject, frozen, &delta));
         assert!((&found - &wanted).norm() < 1e-12 * wanted.norm());
     }
-    let own = errors(&subject.inputs, frozen, &frozen.model, 0.0).unwrap();
+    let own = errors(&subject.inputs.vehicle, frozen, &frozen.model, 0.0).unwrap();
     assert!(own.through_trim > 0.02 && own.remainder < 0.1 * own.through_trim, "{own:?}");
 }
 

@@ -64,7 +64,7 @@ fn verify_certificate(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, 
     let mut about = vec![];
     if let Some(inputs) = inputs {
         let model = Model::new(&inputs.vehicle, &inputs.design)?;
-        of_inputs(&certificate, inputs, &model)?;
+        of_inputs(&certificate, &inputs.vehicle, &inputs.design, &model)?;
         let what = match certificate.residual {
             Some(_) => "its plant and its ball of models are those",
             None => {
@@ -143,11 +143,7 @@ fn made_of(
     resources: &Resources,
     inputs: &Inputs,
 ) -> Result<(), String> {
-    let hashes = [
-        ("the vehicle file", &controller.inputs.vehicle_sha256, &inputs.vehicle_sha256),
-        ("the design file", &controller.inputs.design_sha256, &inputs.design_sha256),
-    ];
-    if let Some((what, _, _)) = hashes.into_iter().find(|(_, packed, now)| packed != now) {
+    if let Some(what) = inputs.changed_since(&controller.inputs) {
         return Err(format!("{what} differs from the one it was designed from (its SHA-256 differs)"));
     }
     let texts = [

@@ -104,7 +104,7 @@ fn key(inputs: &Inputs, stored: &Stored) -> Result<Option<String>, Error> {
         hash.update(bytes);
     };
     add(&program);
-    for text in [&inputs.vehicle_sha256, &inputs.design_sha256, &inputs.design.name] {
+    for text in [&inputs.hashes.vehicle_sha256, &inputs.hashes.design_sha256, &inputs.design.name] {
         add(text.as_bytes());
     }
     add(stored.controller.to_json()?.as_bytes());
@@ -147,7 +147,7 @@ mod tests {
         other.manoeuvre.pitch_step *= 0.5;
         keys.push(of(&inputs, &other));
         let mut other = inputs.clone();
-        other.design_sha256.push('0');
+        other.hashes.design_sha256.push('0');
         keys.push(of(&other, &stored));
         keys.sort();
         keys.dedup();

@@ -13,6 +13,7 @@ use scheduled::LftMatrices;
 use scheduled::Manoeuvre;
 use signals::PITCH;
 use squid_design::augment::augment;
+use squid_design::check::sampled::Sampling;
 use squid_design::error::ModelError;
 use squid_design::fit::Model;
 use squid_design::fit::frequency;
@@ -126,7 +127,7 @@ impl<'a> Subject<'a> {
 
     /// The actuator that moves pitch most, by its reach, at the lowest speed.
     pub fn pitching_actuator(&self) -> (usize, &Actuator) {
-        let most = frequency::pitching_actuator(self.inputs, &self.model);
+        let most = frequency::pitching_actuator(&self.inputs.vehicle.actuators, &self.model);
         (most, &self.inputs.vehicle.actuators[most])
     }
 
@@ -160,6 +161,11 @@ impl<'a> Subject<'a> {
         let found =
             StepFigures::of(&flight.rows, STEP_TIME, self.stored.manoeuvre.pitch_step, &self.limits());
         if flight.surfacing.is_some() { found.cut_short() } else { found }
+    }
+
+    /// How the loop is sampled.
+    pub fn sampling(&self) -> Sampling<'_> {
+        Sampling::of(&self.inputs.vehicle.actuators, &self.inputs.design)
     }
 
     /// The limits of the actuators.

@@ -14,7 +14,7 @@ use lpv::regularity::findings;
 use lpv::synthesis::{Design, DualMultipliers, Options, ScalingClass, least_gamma};
 use serde::Serialize;
 use squid_design::certify;
-use squid_design::certify::{nominal, rows_with_blocks};
+use squid_design::certify::{lft_matrices, nominal};
 use squid_design::error::ProofError;
 use squid_design::store::files::Files;
 use std::path::Path;
@@ -290,7 +290,8 @@ impl Report {
             let text =
                 text.map_err(|reason| ProofError::Certificate { file: path.display().to_string(), reason })?;
             files.add(path, text);
-            files.add_json(controller, &rows_with_blocks(certificate))?;
+            let (blocks, rows) = (certificate.controller_blocks.clone(), certificate.controller.clone());
+            files.add_json(controller, &lft_matrices(blocks, rows))?;
         } else {
             files.remove(path);
             files.remove(controller);

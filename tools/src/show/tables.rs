@@ -49,8 +49,9 @@ pub fn fit(inputs: &Inputs, model: &Model) -> String {
         "Polynomials in rho fitted to [A B]\n  order   A: rms      of its variation   largest |residual of [A \
             B]|   frequency response\n",
     );
-    let responses = squid_design::fit::frequency::errors(inputs, model);
-    let most = squid_design::fit::frequency::pitching_actuator(inputs, model);
+    let responses =
+        squid_design::fit::frequency::errors(&inputs.vehicle.actuators, &inputs.design.tracked, model);
+    let most = squid_design::fit::frequency::pitching_actuator(&inputs.vehicle.actuators, model);
     for r in &model.residuals {
         let response = responses.iter().find(|e| e.order == r.order);
         let (whole, pitch) = response.map_or((f64::NAN, f64::NAN), |e| (e.scaled, e.channels[(1, most)]));

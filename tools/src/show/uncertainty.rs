@@ -42,8 +42,8 @@ pub fn uncertainty(inputs: &Inputs) -> Result<String, Error> {
     out += "\n[A B] over corners of the box, largest relative error (Frobenius norm)\n\
             \x20      V   moves by   of it through trim   LFT: trim held   LFT: new trim    over the range\n";
     for f in &frozen {
-        let own: ModelErrors = errors(inputs, f, &f.model, 0.0)?;
-        let over = errors(inputs, f, &joint, (f.speed - centre) / half_range)?;
+        let own: ModelErrors = errors(&inputs.vehicle, f, &f.model, 0.0)?;
+        let over = errors(&inputs.vehicle, f, &joint, (f.speed - centre) / half_range)?;
         out += &format!(
             "  {:>6.2}   {:6.2} %             {:6.2} %          {:8.1e}         {:6.3} %         {:6.2} %\n",
             f.speed,

@@ -5,8 +5,9 @@
 
 use crate::error::{Error, ProofError};
 use crate::fit::Model;
-use crate::inputs::Inputs;
-use crate::linearise::{STATES, linearise_at, stacked};
+use crate::inputs::design_file::DesignFile;
+use crate::linearise::{STATES, linearise_at, scaled, stacked};
+use auv::Vehicle;
 use certificate::Residual;
 use lpv::analysis::GainBound;
 use lpv::matrix::{Mat, block, from_rows, largest, largest_singular_value, solve};
@@ -31,7 +32,8 @@ const SAME_BALL: f64 = 1e-6;
 /// # Errors
 /// [`Error::Synthesis`] when the bound's Lyapunov matrix is not positive definite; those of the linearisation.
 pub fn smallest_ball(
-    inputs: &Inputs,
+    vehicle: &Vehicle,
+    file: &DesignFile,
     model: &Model,
     plant: &GeneralisedPlant,
     bound: &GainBound,
@@ -40,9 +42,9 @@ pub fn smallest_ball(
     // X = L L', so T = L^-T.
     let t_inverse = own.cholesky().ok_or_else(not_definite)?.l().transpose();
     let t = solve(&t_inverse, &Mat::identity(STATES, STATES)).ok_or_else(not_definite)?;
-    let m = inputs.vehicle.actuators.len();
+    let m = vehicle.actuators.len();
     let right = block(&[&[&t, &Mat::zeros(STATES, m)], &[&Mat::zeros(m, STATES), &Mat::identity(m, m)]]);
-    let size = reach(residuals(inputs, model)?.iter().map(|r| &t_inverse * r * &right));
+    let size = reach(residuals(vehicle, file, model)?.iter().map(|r| &t_inverse * r * &right));
     let (n, root) = (plant.a().nrows(), size.sqrt());
     let mut e = Mat::zeros(n, STATES);
     e.view_mut((0, 0), (STATES, STATES)).copy_from(&(&t * root));
@@ -55,7 +57,7 @@ pub fn smallest_ball(
     Ok((ModelError { e, f, fu }, size))
 }
 
-/// Checks that the ball of a certificate contains the true linearisations of these inputs, computed again.
+/// Checks that the ball of a certificate contains the true linearisations of the vehicle, computed again.
 ///
 /// The Delta of a residual is `Delta = E_1^-1 R [F_1 Fu]^-1`, with the rows of E and the columns of F that belong to
 /// the model's states; it has to be no larger than 1 with the reserve between samples, and no other row of E may be
@@ -63,8 +65,8 @@ pub fn smallest_ball(
 ///
 /// # Errors
 /// [`ProofError::Ball`] when the ball is too small, or none of this shape; those of the linearisation.
-pub fn holds(ball: &Residual, inputs: &Inputs, model: &Model) -> Result<(), Error> {
-    let m = inputs.vehicle.actuators.len();
+pub fn holds(ball: &Residual, vehicle: &Vehicle, file: &DesignFile, model: &Model) -> Result<(), Error> {
+    let m = vehicle.actuators.len();
     let shapeless = || ProofError::Ball { reach: None };
     let n = ball.f.first().map_or(0, Vec::len);
     let e = from_rows(&ball.e, STATES).filter(|e| e.nrows() == n && n >= STATES).ok_or_else(shapeless)?;
@@ -78,7 +80,7 @@ pub fn holds(ball: &Residual, inputs: &Inputs, model: &Model) -> Result<(), Erro
     }
     let left = invert(&e.rows(0, STATES).into_owned())?;
     let right = invert(&block(&[&[&f.columns(0, STATES).into_owned(), &fu]]))?;
-    let reach = reach(residuals(inputs, model)?.iter().map(|r| &left * r * &right));
+    let reach = reach(residuals(vehicle, file, model)?.iter().map(|r| &left * r * &right));
     if reach <= 1.0 + SAME_BALL {
         Ok(())
     } else {
@@ -87,18 +89,13 @@ pub fn holds(ball: &Residual, inputs: &Inputs, model: &Model) -> Result<(), Erro
 }
 
 /// `[dA, dB S_u]` over the range of speed: what the fit misses, each input in units of its scale.
-fn residuals(inputs: &Inputs, model: &Model) -> Result<Vec<Mat>, Error> {
-    let scales: Vec<f64> = inputs.vehicle.actuators.iter().map(auv::Actuator::reach).collect();
-    let (centre, half_range) = inputs.design.scheduling();
+fn residuals(vehicle: &Vehicle, file: &DesignFile, model: &Model) -> Result<Vec<Mat>, Error> {
+    let (centre, half_range) = file.scheduling();
     let at = |v: f64| -> Result<Mat, Error> {
-        let truth = stacked(&linearise_at(&inputs.vehicle, inputs.design.depth, v)?);
-        let mut missed = truth - model.lft.evaluate(&[(v - centre) / half_range])?;
-        for (j, scale) in scales.iter().enumerate() {
-            missed.column_mut(STATES + j).scale_mut(*scale);
-        }
-        Ok(missed)
+        let truth = stacked(&linearise_at(vehicle, file.depth, v)?);
+        Ok(scaled(&vehicle.actuators, truth - model.lft.evaluate(&[(v - centre) / half_range])?))
     };
-    inputs.design.spread(SAMPLES).into_iter().map(at).collect()
+    file.spread(SAMPLES).into_iter().map(at).collect()
 }
 
 /// The largest singular value over samples of a curve of matrices, with a reserve for the rise between them;

@@ -4,7 +4,8 @@ use crate::augment::augment;
 use crate::certify::{ball, frozen_rows, same_plant};
 use crate::error::{Error, ProofError};
 use crate::fit::Model;
-use crate::inputs::Inputs;
+use crate::inputs::design_file::DesignFile;
+use auv::Vehicle;
 use certificate::{Certificate, Rows};
 use scheduled::{ControllerDesign, LftMatrices};
 
@@ -16,14 +17,19 @@ pub fn parse(text: &str, file: &str) -> Result<Certificate, ProofError> {
     Certificate::from_json(text).map_err(|reason| ProofError::Certificate { file: file.into(), reason })
 }
 
-/// Checks that the plant of a certificate is the one of these inputs, trimmed, linearised, fitted and weighted
+/// Checks that the plant of a certificate is the one of this vehicle and design file, trimmed, linearised, fitted and weighted
 /// again, and that its ball of models contains the true linearisations.
 ///
 /// # Errors
 /// [`ProofError::WrongPlant`], [`ProofError::Ball`], those of [`augment`].
-pub fn of_inputs(certificate: &Certificate, inputs: &Inputs, model: &Model) -> Result<(), Error> {
-    same_plant::check(certificate, &augment(&inputs.vehicle.actuators, &inputs.design, model.lft.clone())?)?;
-    certificate.residual.as_ref().map_or(Ok(()), |ball| ball::holds(ball, inputs, model))
+pub fn of_inputs(
+    certificate: &Certificate,
+    vehicle: &Vehicle,
+    file: &DesignFile,
+    model: &Model,
+) -> Result<(), Error> {
+    same_plant::check(certificate, &augment(&vehicle.actuators, file, model.lft.clone())?)?;
+    certificate.residual.as_ref().map_or(Ok(()), |ball| ball::holds(ball, vehicle, file, model))
 }
 
 /// Checks that a certificate is of a frozen controller: the same numbers to the bit, the same bound, and all that the

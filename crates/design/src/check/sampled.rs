@@ -5,8 +5,7 @@
 //! zero-order hold.
 
 use crate::error::ProofError;
-use crate::inputs::Inputs;
-use crate::inputs::design_file::Tracked;
+use crate::inputs::design_file::{DesignFile, Tracked};
 use crate::linearise::STATES;
 use auv::{Actuator, Linearisation};
 use lpv::matrix::{Mat, block, largest, solve};
@@ -25,9 +24,8 @@ pub struct Sampling<'a> {
 
 impl<'a> Sampling<'a> {
     /// That of a design.
-    pub fn of(inputs: &'a Inputs) -> Self {
-        let Inputs { vehicle, design, .. } = inputs;
-        Self { actuators: &vehicle.actuators, tracked: &design.tracked, sample_time: design.sample_time }
+    pub fn of(actuators: &'a [Actuator], design: &'a DesignFile) -> Self {
+        Self { actuators, tracked: &design.tracked, sample_time: design.sample_time }
     }
 
     /// The largest modulus of the sampled loop's modes; not-a-number when it cannot be formed.

@@ -1,8 +1,9 @@
 //! How far the fits are from the true linearisations as frequency responses (the paper's Fig. 4).
 
 use crate::fit::Model;
-use crate::inputs::Inputs;
+use crate::inputs::design_file::Tracked;
 use crate::linearise::{STATES, stacked};
+use auv::Actuator;
 use lpv::matrix::{Mat, complex_singular_values};
 use lpv::polynomial::MatrixPolynomial;
 use lpv::state_space::StateSpace;
@@ -43,21 +44,20 @@ pub struct Errors {
 }
 
 /// The actuator that moves pitch most, by its reach, at the lowest speed of the model.
-pub fn pitching_actuator(inputs: &Inputs, model: &Model) -> usize {
-    let actuators = &inputs.vehicle.actuators;
+pub fn pitching_actuator(actuators: &[Actuator], model: &Model) -> usize {
     let effect = |j: usize| model.grid.first().map_or(0.0, |(_, l)| l.b[(2, j)].abs() * actuators[j].reach());
     let most = (0..actuators.len()).max_by(|i, j| effect(*i).total_cmp(&effect(*j)).then(j.cmp(i)));
     most.unwrap_or(0)
 }
 
 /// The errors of each order of the model's residuals.
-pub fn errors(inputs: &Inputs, model: &Model) -> Vec<Errors> {
+pub fn errors(actuators: &[Actuator], tracked: &[Tracked], model: &Model) -> Vec<Errors> {
     let samples: Vec<(f64, Mat)> = model.grid.iter().map(|(rho, l)| (*rho, stacked(l))).collect();
     let fits = model
         .residuals
         .iter()
         .filter_map(|r| Some((r.order, MatrixPolynomial::fit(&samples, r.order).ok()?)));
-    fits.map(|(order, fit)| errors_of(inputs, order, &samples, &fit)).collect()
+    fits.map(|(order, fit)| errors_of((actuators, tracked), order, &samples, &fit)).collect()
 }
 
 /// The largest singular value.
@@ -65,12 +65,16 @@ fn largest(g: &DMatrix<Complex<f64>>) -> f64 {
     complex_singular_values(g).first().copied().unwrap_or(0.0)
 }
 
-fn errors_of(inputs: &Inputs, order: usize, samples: &[(f64, Mat)], fit: &MatrixPolynomial) -> Errors {
-    let reach: Vec<f64> = inputs.vehicle.actuators.iter().map(auv::Actuator::reach).collect();
+fn errors_of(
+    (actuators, tracked): (&[Actuator], &[Tracked]),
+    order: usize,
+    samples: &[(f64, Mat)],
+    fit: &MatrixPolynomial,
+) -> Errors {
+    let reach: Vec<f64> = actuators.iter().map(Actuator::reach).collect();
     let row = |place: usize| OUTPUTS.iter().position(|output| *output == place);
     // The tracked outputs, in units of their scales.
-    let tracked: Vec<(usize, f64)> =
-        inputs.design.tracked.iter().filter_map(|t| Some((row(t.place)?, t.scale))).collect();
+    let tracked: Vec<(usize, f64)> = tracked.iter().filter_map(|t| Some((row(t.place)?, t.scale))).collect();
     let scaled = |g: &DMatrix<Complex<f64>>| {
         DMatrix::from_fn(tracked.len(), reach.len(), |i, j| g[(tracked[i].0, j)] * (reach[j] / tracked[i].1))
     };
@@ -93,6 +97,7 @@ fn errors_of(inputs: &Inputs, order: usize, samples: &[(f64, Mat)], fit: &Matrix
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::inputs::Inputs;
     use std::path::Path;
 
     /// Other scales of the design leave the channels as they are, and move what is measured in units of them; the
@@ -103,9 +108,14 @@ mod tests {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
         let mut inputs = Inputs::read(vehicle, "design").unwrap();
         let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
-        let at = |inputs: &Inputs| errors(inputs, &model).into_iter().find(|e| e.order == 2).unwrap();
+        let at = |inputs: &Inputs| {
+            errors(&inputs.vehicle.actuators, &inputs.design.tracked, &model)
+                .into_iter()
+                .find(|e| e.order == 2)
+                .unwrap()
+        };
         let first = at(&inputs);
-        let pitch = first.channels[(1, pitching_actuator(&inputs, &model))];
+        let pitch = first.channels[(1, pitching_actuator(&inputs.vehicle.actuators, &model))];
         assert!((pitch - 0.067).abs() < 0.003, "{pitch}");
         for track in &mut inputs.design.tracked {
             track.scale *= if track.place == PITCH { 1e-6 } else { 1.0 };

@@ -1,7 +1,7 @@
 //! What `squid design --ladder` prints: what each assumption about the speed costs.
 
 use crate::error::Error;
-use crate::inputs::Inputs;
+use crate::inputs::design_file::DesignFile;
 use crate::numbers::rounded_up;
 use lpv::ladder::{Disorder, Ladder, LadderOptions, Rung, ladder};
 use lpv::plant::GeneralisedPlant;
@@ -19,11 +19,11 @@ const FROZEN_SPEEDS: usize = 6;
 ///
 /// # Errors
 /// [`Error::Ladder`] when the design is not one of a scheduled plant.
-pub fn climb(inputs: &Inputs, plant: &GeneralisedPlant, design: &Design) -> Result<String, Error> {
-    let (centre, half_range) = inputs.design.scheduling();
+pub fn climb(file: &DesignFile, plant: &GeneralisedPlant, design: &Design) -> Result<String, Error> {
+    let (centre, half_range) = file.scheduling();
     let speeds = Speeds { centre, half_range };
     let options = LadderOptions {
-        thetas: inputs.design.spread(FROZEN_SPEEDS).into_iter().map(|v| speeds.theta(v)).collect(),
+        thetas: file.spread(FROZEN_SPEEDS).into_iter().map(|v| speeds.theta(v)).collect(),
         rates: ACCELERATIONS.iter().map(|a| a / half_range).collect(),
         ..LadderOptions::default()
     };

@@ -16,6 +16,7 @@ use crate::error::Error;
 use crate::error::RobustError;
 use crate::fit::Model;
 use crate::inputs::Inputs;
+use crate::inputs::design_file::DesignFile;
 use crate::progress::Progress;
 use crate::synthesise::robust::figures::{Frozen, PRICE, RobustFigures};
 use crate::uncertain::closed_loop::{uncertain_loop, uncertain_plant};
@@ -25,6 +26,7 @@ use crate::uncertain::model::UncertainModel;
 use crate::uncertain::over_range;
 use crate::uncertain::truncate::{Truncated, truncated};
 use crate::uncertain::vehicle::{gain, values, vehicle_at};
+use auv::Actuator;
 use certificate::Certificate;
 use lpv::analysis::{GainBound, bounded_gain};
 use lpv::controller::Controller;
@@ -78,7 +80,7 @@ pub fn robust(
     progress: &Progress,
 ) -> Result<Robust, Error> {
     let whole = over_range(inputs, model)?;
-    let (truncated, uncertain) = thinned(inputs, &whole)?;
+    let (truncated, uncertain) = thinned(&inputs.vehicle.actuators, &inputs.design, &whole)?;
     progress.done("uncertain", &model_line(&truncated));
     let allowed = PRICE * nominal.certified.gamma;
     let options = RobustOptions {
@@ -117,9 +119,13 @@ pub fn robust(
 }
 
 /// The uncertain model with fewer channels, and the plant with its weights.
-pub(crate) fn thinned(inputs: &Inputs, whole: &UncertainModel) -> Result<(Truncated, UncertainPlant), Error> {
-    let truncated = truncated(inputs, whole, TRUNCATION_BOX, TRUNCATION_TOLERANCE)?;
-    let plant = uncertain_plant(inputs, &truncated.model)?;
+pub(crate) fn thinned(
+    actuators: &[Actuator],
+    file: &DesignFile,
+    whole: &UncertainModel,
+) -> Result<(Truncated, UncertainPlant), Error> {
+    let truncated = truncated(actuators, whole, TRUNCATION_BOX, TRUNCATION_TOLERANCE)?;
+    let plant = uncertain_plant(actuators, file, &truncated.model)?;
     Ok((truncated, UncertainPlant { plant, scheduled: 1 }))
 }
 
@@ -179,7 +185,8 @@ fn remainder(inputs: &Inputs, model: &UncertainModel) -> Result<(f64, f64), Erro
     let (centre, half_range) = inputs.design.scheduling();
     let mut found = (f64::INFINITY, 0.0_f64);
     for speed in inputs.design.spread(SPEEDS) {
-        let off = errors(inputs, &at_speed(inputs, speed)?, model, (speed - centre) / half_range)?.remainder;
+        let off = errors(&inputs.vehicle, &at_speed(inputs, speed)?, model, (speed - centre) / half_range)?
+            .remainder;
         found = (found.0.min(off), found.1.max(off));
     }
     Ok(found)
@@ -195,15 +202,17 @@ fn frozen(inputs: &Inputs, controllers: [&Controller; 2]) -> Result<Vec<Frozen>,
         let structure = structure.map_err(|reason| Error::MuAtSpeed { speed, reason: reason.into() })?;
         let mut found = Frozen { speed, mu: [None; 2], worst: [None; 2], vehicle: [None; 2] };
         for (i, k) in controllers.into_iter().enumerate() {
-            let system = uncertain_loop(inputs, model, k, rho, None)?.system;
+            let system =
+                uncertain_loop(&inputs.vehicle.actuators, &inputs.design, model, k, rho, None)?.system;
             let whole = Perturbable { system, structure: structure.clone(), size: CONSTANT_SIZE };
             let mu = bound_over_frequency(&whole.stability(), &structure, None);
             found.mu[i] = mu.ok().map(|bound| bound.upper);
             let worst = worst_case_gain(&whole).ok();
             found.worst[i] = worst.as_ref().map(|worst| (worst.upper, worst.worst.gain));
             let delta = worst.map(|worst| values(&uncertain, &worst.worst.delta));
-            let vehicle = delta.and_then(|delta| vehicle_at(inputs, &uncertain, &delta));
-            found.vehicle[i] = vehicle.map(|l| gain(inputs, &l, k, rho)).transpose()?;
+            let vehicle = delta.and_then(|delta| vehicle_at(&inputs.vehicle, &uncertain, &delta));
+            found.vehicle[i] =
+                vehicle.map(|l| gain(&inputs.vehicle.actuators, &inputs.design, &l, k, rho)).transpose()?;
         }
         Ok(found)
     };

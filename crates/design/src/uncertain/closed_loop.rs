@@ -12,9 +12,10 @@
 use crate::augment::augment;
 use crate::check::frozen_controller;
 use crate::error::Error;
-use crate::inputs::Inputs;
+use crate::inputs::design_file::DesignFile;
 use crate::uncertain::errors::Remainder;
 use crate::uncertain::model::UncertainModel;
+use auv::Actuator;
 use lpv::controller::Controller;
 use lpv::matrix::{Mat, block, diagonal_blocks};
 use lpv::partition::Group::{T, W, Z};
@@ -58,11 +59,12 @@ impl UncertainLoop {
 ///
 /// # Errors
 /// [`ModelError::Augment`](crate::error::ModelError::Augment), which would be a defect of this program.
-pub fn uncertain_plant(inputs: &Inputs, model: &UncertainModel) -> Result<GeneralisedPlant, Error> {
-    Ok(GeneralisedPlant {
-        blocks: model.repetitions(),
-        ..augment(&inputs.vehicle.actuators, &inputs.design, model.lft())?
-    })
+pub fn uncertain_plant(
+    actuators: &[Actuator],
+    file: &DesignFile,
+    model: &UncertainModel,
+) -> Result<GeneralisedPlant, Error> {
+    Ok(GeneralisedPlant { blocks: model.repetitions(), ..augment(actuators, file, model.lft())? })
 }
 
 /// N(s) of the uncertain model at one speed with the controller frozen at that speed's rho.
@@ -72,7 +74,8 @@ pub fn uncertain_plant(inputs: &Inputs, model: &UncertainModel) -> Result<Genera
 /// # Errors
 /// [`ModelError::Lft`](crate::error::ModelError::Lft) where the controller is not well posed at rho.
 pub fn uncertain_loop(
-    inputs: &Inputs,
+    actuators: &[Actuator],
+    file: &DesignFile,
     model: &UncertainModel,
     controller: &Controller,
     rho: f64,
@@ -86,8 +89,7 @@ pub fn uncertain_loop(
         lft.inner = diagonal_blocks(&[&lft.inner, &Mat::zeros(size, size)]);
         lft.right = block(&[&[&lft.right], &[right]]);
     }
-    let closed =
-        augment(&inputs.vehicle.actuators, &inputs.design, lft)?.close(&frozen_controller(controller, rho)?);
+    let closed = augment(actuators, file, lft)?.close(&frozen_controller(controller, rho)?);
     Ok(UncertainLoop {
         blocks: model.blocks.iter().map(|b| (b.name.clone(), b.repetitions)).collect(),
         remainder: remainder.map_or(0, |r| r.left.ncols()),

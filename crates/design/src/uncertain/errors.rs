@@ -1,12 +1,11 @@
 //! The errors of an uncertain model against the vehicle, at corners of the box of coefficients.
 
 use crate::error::Error;
-use crate::inputs::Inputs;
-use crate::linearise::{STATES, stacked};
+use crate::linearise::{STATES, scaled, stacked};
 use crate::uncertain::frozen::FrozenUncertain;
 use crate::uncertain::model::{Block, Uncertain, UncertainModel};
-use crate::uncertain::trim::{blocks, random_corners, retrim};
-use auv::linearise;
+use crate::uncertain::trim::{random_corners, retrim};
+use auv::{Vehicle, linearise};
 use lpv::matrix::Mat;
 
 /// Corners of the box at which the models are compared.
@@ -49,21 +48,21 @@ struct Compared {
 }
 
 fn compare(
-    inputs: &Inputs,
+    vehicle: &Vehicle,
     frozen: &FrozenUncertain,
     model: &UncertainModel,
     rho: f64,
     corner: &[f64],
 ) -> Result<Compared, Error> {
     let trim = &frozen.nominal.trim;
-    let all = blocks(inputs, trim, &frozen.trim_range);
-    let (changed, moved) = retrim(&inputs.vehicle, trim, &all, corner)?;
+    let all = &frozen.parameters;
+    let (changed, moved) = retrim(vehicle, trim, all, corner)?;
     // Where the corner and its trim lie in the ranges; parameters that the model has none of have no place.
     let place = |b: &Block, through_trim: bool| {
         let Some(i) = all.iter().position(|a| a.uncertain == b.uncertain) else { return 0.0 };
         match b.uncertain {
             Uncertain::Parameter(p) if b.uncertain.is_of_trim() => {
-                let move_ = p.value(&changed, &moved) - p.value(&inputs.vehicle, trim);
+                let move_ = p.value(&changed, &moved) - p.value(vehicle, trim);
                 if through_trim { move_ / all[i].half_range } else { 0.0 }
             }
             _ => corner[i],
@@ -74,8 +73,8 @@ fn compare(
         model.evaluate(rho, &delta)
     };
     Ok(Compared {
-        held: with_gains(stacked(&linearise(&changed, trim)?), &all, corner),
-        retrimmed: with_gains(stacked(&linearise(&changed, &moved)?), &all, corner),
+        held: with_gains(stacked(&linearise(&changed, trim)?), all, corner),
+        retrimmed: with_gains(stacked(&linearise(&changed, &moved)?), all, corner),
         model_held: value(false)?,
         model_retrimmed: value(true)?,
     })
@@ -86,18 +85,18 @@ fn compare(
 /// # Errors
 /// [`ModelError::Lft`](crate::error::ModelError::Lft), [`Error::Uncertain`].
 pub fn errors(
-    inputs: &Inputs,
+    vehicle: &Vehicle,
     frozen: &FrozenUncertain,
     model: &UncertainModel,
     rho: f64,
 ) -> Result<ModelErrors, Error> {
     let nominal = stacked(&frozen.nominal);
-    let sides = blocks(inputs, &frozen.nominal.trim, &frozen.trim_range).len();
     let mut worst = ModelErrors::default();
-    for corner in random_corners(sides, CORNERS, 2) {
-        let c = compare(inputs, frozen, model, rho, &corner)?;
+    for corner in random_corners(frozen.parameters.len(), CORNERS, 2) {
+        let c = compare(vehicle, frozen, model, rho, &corner)?;
         let relative = |found: &Mat, wanted: &Mat| {
-            scaled(inputs, &(found - wanted)).norm() / scaled(inputs, wanted).norm()
+            let norm = |stacked: Mat| scaled(&vehicle.actuators, stacked).norm();
+            norm(found - wanted) / norm(wanted.clone())
         };
         worst = worst.or(ModelErrors {
             movement: relative(&nominal, &c.retrimmed),
@@ -126,16 +125,15 @@ pub struct Remainder {
 ///
 /// # Errors
 /// [`ModelError::Lft`](crate::error::ModelError::Lft), [`Error::Uncertain`].
-pub fn remainder(inputs: &Inputs, frozen: &FrozenUncertain) -> Result<Remainder, Error> {
-    let sides = blocks(inputs, &frozen.nominal.trim, &frozen.trim_range).len();
-    let size = STATES + inputs.vehicle.actuators.len();
+pub fn remainder(vehicle: &Vehicle, frozen: &FrozenUncertain) -> Result<Remainder, Error> {
+    let size = STATES + vehicle.actuators.len();
     let mut rows = [0.0_f64; STATES];
-    for corner in random_corners(sides, CORNERS, 2) {
-        let c = compare(inputs, frozen, &frozen.model, 0.0, &corner)?;
-        let off = scaled(inputs, &(c.model_retrimmed - c.retrimmed));
+    for corner in random_corners(frozen.parameters.len(), CORNERS, 2) {
+        let c = compare(vehicle, frozen, &frozen.model, 0.0, &corner)?;
+        let off = scaled(&vehicle.actuators, c.model_retrimmed - c.retrimmed);
         rows.iter_mut().zip(off.row_iter()).for_each(|(most, row)| *most = most.max(row.norm()));
     }
-    let reach = inputs.vehicle.actuators.iter().map(auv::Actuator::reach);
+    let reach = vehicle.actuators.iter().map(auv::Actuator::reach);
     let units: Vec<f64> = std::iter::repeat_n(1.0, STATES).chain(reach.map(|r| 1.0 / r)).collect();
     Ok(Remainder {
         left: Mat::from_fn(STATES, size, |i, j| if i == j { WIDER * 3f64.sqrt() * rows[i] } else { 0.0 }),
@@ -154,13 +152,4 @@ fn with_gains(mut stacked: Mat, all: &[Block], delta: &[f64]) -> Mat {
         }
     }
     stacked
-}
-
-/// `[A B]` with inputs in units of their reach.
-pub(crate) fn scaled(inputs: &Inputs, stacked: &Mat) -> Mat {
-    let mut out = stacked.clone();
-    for (j, actuator) in inputs.vehicle.actuators.iter().enumerate() {
-        out.column_mut(STATES + j).scale_mut(actuator.reach());
-    }
-    out
 }

@@ -4,10 +4,10 @@ use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::linearise::{linearise_at, stacked};
 use crate::uncertain::gradients::{Gradients, coarsen};
-use crate::uncertain::model::UncertainModel;
+use crate::uncertain::model::{Block, UncertainModel};
 use crate::uncertain::pencil::{DETAIL, Pencil};
 use crate::uncertain::reduce::minimal;
-use crate::uncertain::trim::{TrimRange, blocks, something, trim_range};
+use crate::uncertain::trim::{TrimRange, blocks, trim_range};
 use auv::Linearisation;
 
 /// The uncertain model at one speed, and what it came from.
@@ -19,6 +19,8 @@ pub struct FrozenUncertain {
     pub nominal: Linearisation,
     /// How far the trim moves.
     pub trim_range: TrimRange,
+    /// All uncertain parameters, also those that the model does without.
+    pub parameters: Vec<Block>,
     /// The model.
     pub model: UncertainModel,
 }
@@ -30,10 +32,10 @@ pub struct FrozenUncertain {
 pub fn at_speed(inputs: &Inputs, speed: f64) -> Result<FrozenUncertain, Error> {
     let nominal = linearise_at(&inputs.vehicle, inputs.design.depth, speed)?;
     let trim_range = trim_range(inputs, &nominal.trim)?;
-    let all = something(inputs, blocks(inputs, &nominal.trim, &trim_range))?;
-    let mut gradients = [Gradients::at(&inputs.vehicle, &nominal.trim, &all)?];
-    coarsen(&inputs.vehicle, &all, DETAIL, &mut gradients);
+    let parameters = blocks(inputs, &nominal.trim, &trim_range.deviations)?;
+    let mut gradients = [Gradients::at(&inputs.vehicle, &nominal.trim, &parameters)?];
+    coarsen(&inputs.vehicle, &parameters, DETAIL, &mut gradients);
     let pencil = Pencil::frozen(&gradients[0], &stacked(&nominal));
-    let model = UncertainModel::from_lft(&minimal(&pencil.lft()), &all);
-    Ok(FrozenUncertain { speed, nominal, trim_range, model })
+    let model = UncertainModel::from_lft(&minimal(&pencil.lft()), &parameters);
+    Ok(FrozenUncertain { speed, nominal, trim_range, parameters, model })
 }

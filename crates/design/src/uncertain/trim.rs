@@ -44,15 +44,23 @@ impl TrimRange {
         out
     }
 
-    /// The same range with these quantities and no others; those that do not move here have a range of 0.
-    pub(crate) fn with(&self, parameters: &[Parameter]) -> Self {
+    /// The farthest moves of these quantities; 0 for those that do not move here.
+    pub(crate) fn of(&self, parameters: &[Parameter]) -> Vec<(Parameter, f64)> {
         let of = |p: &Parameter| self.deviations.iter().find(|(q, _)| q == p).map_or(0.0, |(_, d)| *d);
-        Self { deviations: parameters.iter().map(|p| (*p, of(p))).collect(), ..self.clone() }
+        parameters.iter().map(|p| (*p, of(p))).collect()
     }
 }
 
-/// All uncertain parameters of the design: coefficients, then what of the trim they move, then gains of actuators.
-pub(crate) fn blocks(inputs: &Inputs, trim: &Trim, range: &TrimRange) -> Vec<Block> {
+/// All uncertain parameters of the design: coefficients, then what of the trim they move and how far, then gains of
+/// actuators.
+///
+/// # Errors
+/// [`UncertainError::NothingUncertain`].
+pub(crate) fn blocks(
+    inputs: &Inputs,
+    trim: &Trim,
+    deviations: &[(Parameter, f64)],
+) -> Result<Vec<Block>, UncertainError> {
     let vehicle = &inputs.vehicle;
     let of = |uncertain: Uncertain, value, half_range, unit| Block {
         uncertain,
@@ -66,23 +74,19 @@ pub(crate) fn blocks(inputs: &Inputs, trim: &Trim, range: &TrimRange) -> Vec<Blo
         .uncertain
         .iter()
         .map(|u| of(Uncertain::Parameter(u.parameter), u.value, u.half_range, u.parameter.unit(vehicle)));
-    let trims = range.deviations.iter().map(|(parameter, deviation)| {
+    let trims = deviations.iter().map(|(parameter, deviation)| {
         let value = parameter.value(vehicle, trim);
         of(Uncertain::Parameter(*parameter), value, *deviation, parameter.unit(vehicle))
     });
     let gain = inputs.design.uncertainty.as_ref().map_or(0.0, |u| u.actuator_gain);
     let actuators = if gain > 0.0 { vehicle.actuators.len() } else { 0 };
     let gains = (0..actuators).map(|actuator| of(Uncertain::Gain(actuator), 1.0, gain, "1"));
-    coefficients.chain(trims).chain(gains).collect()
-}
-
-/// Refuses a design that names nothing uncertain.
-pub(crate) fn something(inputs: &Inputs, blocks: Vec<Block>) -> Result<Vec<Block>, UncertainError> {
-    if blocks.is_empty() {
+    let all: Vec<Block> = coefficients.chain(trims).chain(gains).collect();
+    if all.is_empty() {
         let design = format!("{}.toml", inputs.design.name);
         return Err(UncertainError::NothingUncertain { design });
     }
-    Ok(blocks)
+    Ok(all)
 }
 
 /// Trims the vehicle with its coefficients at `delta`, at the speed and depth of a trim, as if actuators had no limits.
@@ -113,11 +117,11 @@ pub fn retrim(
 /// deflection move farthest by that, and random corners.
 ///
 /// # Errors
-/// [`UncertainError::NoTrim`], [`UncertainError::Corner`].
+/// [`UncertainError::NothingUncertain`], [`UncertainError::NoTrim`], [`UncertainError::Corner`].
 pub fn trim_range(inputs: &Inputs, nominal: &Trim) -> Result<TrimRange, Error> {
     let vehicle = &inputs.vehicle;
     let mut range = TrimRange { deviations: Vec::new(), corners: 0, beyond_limits: 0 };
-    let all: Vec<Block> = blocks(inputs, nominal, &range);
+    let all = blocks(inputs, nominal, &[])?;
     let outputs = (0..vehicle.actuators.len()).map(Parameter::Output);
     let matters = |p: &Parameter| Descriptor::derivative(vehicle, nominal, *p).stacked().amax() > 0.0;
     let quantities: Vec<Parameter> =

@@ -7,11 +7,11 @@
 //! Control 26(1), 1981.
 
 use crate::error::Error;
-use crate::inputs::Inputs;
-use crate::uncertain::errors::scaled;
+use crate::linearise::scaled;
 use crate::uncertain::model::UncertainModel;
 use crate::uncertain::reduce::runs;
 use crate::uncertain::trim::random_corners;
+use auv::Actuator;
 use lpv::lft::Lft;
 use lpv::matrix::{Mat, block, svd};
 
@@ -39,20 +39,20 @@ const REPORTED: usize = 200;
 /// # Errors
 /// [`ModelError::Lft`](crate::error::ModelError::Lft) where the model has no value.
 pub fn truncated(
-    inputs: &Inputs,
+    actuators: &[Actuator],
     model: &UncertainModel,
     size: f64,
     tolerance: f64,
 ) -> Result<Truncated, Error> {
     let whole = model.lft();
     let points = points(model, size, CORNERS);
-    let wanted = values(inputs, &whole, &points)?;
+    let wanted = values(actuators, &whole, &points)?;
     let mut lft = whole.clone();
     loop {
         let mut best: Option<(f64, Lft)> = None;
         for (_, first, count) in runs(&lft.channels) {
-            let Some(shorter) = without_least(inputs, &lft, first, count, size) else { continue };
-            let error = distance(&values(inputs, &shorter, &points)?, &wanted);
+            let Some(shorter) = without_least(actuators, &lft, first, count, size) else { continue };
+            let error = distance(&values(actuators, &shorter, &points)?, &wanted);
             if best.as_ref().is_none_or(|(least, _)| error < *least) {
                 best = Some((error, shorter));
             }
@@ -63,7 +63,7 @@ pub fn truncated(
         }
     }
     let points = self::points(model, size, REPORTED);
-    let error = distance(&values(inputs, &lft, &points)?, &values(inputs, &whole, &points)?);
+    let error = distance(&values(actuators, &lft, &points)?, &values(actuators, &whole, &points)?);
     let left = UncertainModel::from_lft(&lft, &model.blocks);
     let is_left = |name: &str| left.blocks.iter().any(|b| b.name == name);
     let gone = model.blocks.iter().filter(|b| !is_left(&b.name)).map(|b| b.name.clone()).collect();
@@ -79,8 +79,8 @@ fn points(model: &UncertainModel, size: f64, corners: usize) -> Vec<Vec<f64>> {
     RHOS.iter().flat_map(|rho| all.iter().map(move |corner| at(*rho, corner))).collect()
 }
 
-fn values(inputs: &Inputs, lft: &Lft, points: &[Vec<f64>]) -> Result<Vec<Mat>, Error> {
-    points.iter().map(|point| Ok(scaled(inputs, &lft.evaluate(point)?))).collect()
+fn values(actuators: &[Actuator], lft: &Lft, points: &[Vec<f64>]) -> Result<Vec<Mat>, Error> {
+    points.iter().map(|point| Ok(scaled(actuators, lft.evaluate(point)?))).collect()
 }
 
 fn distance(found: &[Mat], wanted: &[Mat]) -> f64 {
@@ -88,7 +88,7 @@ fn distance(found: &[Mat], wanted: &[Mat]) -> f64 {
 }
 
 /// The LFT without the least direction of `count` channels of one parameter.
-fn without_least(inputs: &Inputs, lft: &Lft, first: usize, count: usize, size: f64) -> Option<Lft> {
+fn without_least(actuators: &[Actuator], lft: &Lft, first: usize, count: usize, size: f64) -> Option<Lft> {
     let k = lft.size();
     let others: Vec<usize> = (0..k).filter(|i| *i < first || *i >= first + count).collect();
     // Delta's channels count as far as Delta goes.
@@ -101,7 +101,7 @@ fn without_least(inputs: &Inputs, lft: &Lft, first: usize, count: usize, size: f
         &[&lft.left.columns(first, count).into_owned()],
         &[&inner.columns(first, count).select_rows(&others)],
     ]);
-    let right = scaled(inputs, &lft.right.rows(first, count).into_owned());
+    let right = scaled(actuators, lft.right.rows(first, count).into_owned());
     let into = block(&[&[&right, &inner.rows(first, count).select_columns(&others)]]);
     let found = svd(&(&out * &into));
     let kept = count - 1;

@@ -8,12 +8,12 @@
 use crate::augment::augment;
 use crate::check::frozen_controller;
 use crate::error::Error;
-use crate::inputs::Inputs;
+use crate::inputs::design_file::DesignFile;
 use crate::linearise::stacked;
 use crate::uncertain::frozen::FrozenUncertain;
 use crate::uncertain::model::Uncertain;
 use crate::uncertain::trim::retrim;
-use auv::{Linearisation, linearise};
+use auv::{Actuator, Linearisation, Vehicle, linearise};
 use lpv::controller::Controller;
 use lpv::lft::Lft;
 use lpv::mu::CMat;
@@ -31,10 +31,10 @@ pub fn values(frozen: &FrozenUncertain, delta: &CMat) -> Vec<f64> {
 
 /// The vehicle whose coefficients and gains are those of a perturbation, one entry a block of the model, trimmed again
 /// at the same speed; `None` where there is no such vehicle, or none that trims within the limits of its actuators.
-pub fn vehicle_at(inputs: &Inputs, frozen: &FrozenUncertain, delta: &[f64]) -> Option<Linearisation> {
+pub fn vehicle_at(vehicle: &Vehicle, frozen: &FrozenUncertain, delta: &[f64]) -> Option<Linearisation> {
     let blocks = &frozen.model.blocks;
-    let (changed, trim) = retrim(&inputs.vehicle, &frozen.nominal.trim, blocks, delta).ok()?;
-    let mut outputs = inputs.vehicle.actuators.iter().zip(&trim.actuators);
+    let (changed, trim) = retrim(vehicle, &frozen.nominal.trim, blocks, delta).ok()?;
+    let mut outputs = vehicle.actuators.iter().zip(&trim.actuators);
     if !outputs.all(|(actuator, output)| (actuator.min..=actuator.max).contains(output)) {
         return None;
     }
@@ -51,8 +51,14 @@ pub fn vehicle_at(inputs: &Inputs, frozen: &FrozenUncertain, delta: &[f64]) -> O
 ///
 /// # Errors
 /// [`ModelError::Lft`](crate::error::ModelError::Lft) where the controller is not well posed at rho.
-pub fn gain(inputs: &Inputs, l: &Linearisation, controller: &Controller, rho: f64) -> Result<f64, Error> {
-    let plant = augment(&inputs.vehicle.actuators, &inputs.design, Lft::constant(stacked(l)))?;
+pub fn gain(
+    actuators: &[Actuator],
+    file: &DesignFile,
+    l: &Linearisation,
+    controller: &Controller,
+    rho: f64,
+) -> Result<f64, Error> {
+    let plant = augment(actuators, file, Lft::constant(stacked(l)))?;
     Ok(plant.close(&frozen_controller(controller, rho)?).frozen(&[])?.hinf_norm().value)
 }
 
@@ -64,7 +70,7 @@ const HALVED: u32 = 30;
 /// not stable, up to `farthest`: a part of the declared uncertainty. `None` when it stays stable as far as there are
 /// such vehicles.
 pub fn destabilised_at(
-    inputs: &Inputs,
+    vehicle: &Vehicle,
     frozen: &FrozenUncertain,
     delta: &[f64],
     farthest: f64,
@@ -76,7 +82,7 @@ pub fn destabilised_at(
     let unit = frozen.model.blocks.iter().zip(delta).fold(0.0, largest);
     let stable = |size: f64| {
         let scaled: Vec<f64> = delta.iter().map(|d| d * size / unit).collect();
-        vehicle_at(inputs, frozen, &scaled).map(|l| is_stable(&l))
+        vehicle_at(vehicle, frozen, &scaled).map(|l| is_stable(&l))
     };
     let size = |k: u32| farthest * f64::from(k) / f64::from(SIZES);
     let first =

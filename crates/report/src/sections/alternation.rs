@@ -8,7 +8,6 @@ use lpv::matrix::{Mat, block, eigenvalues, largest};
 use lpv::state_space::StateSpace;
 use nalgebra::DVector;
 use squid_design::check::sampled;
-use squid_design::check::sampled::Sampling;
 use squid_design::check::sampled::closed;
 use squid_design::linearise::linearise_at;
 
@@ -61,12 +60,7 @@ pub fn worst_alternation(
         let turn = match which {
             Loop::Flying => {
                 let sampled = |k| sampled::trapezoidal(k, tick).ok_or_else(sampled::cannot);
-                Turn::new(
-                    &Sampling::of(subject.inputs).held(&model),
-                    &sampled(&k[0])?,
-                    &sampled(&k[1])?,
-                    handover,
-                )
+                Turn::new(&subject.sampling().held(&model), &sampled(&k[0])?, &sampled(&k[1])?, handover)
             }
             Loop::Ideal => Turn::new(&subject.scaled(&model), &k[0], &k[1], handover).over(tick),
         };

@@ -117,7 +117,8 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
     }
     // In rows of three: the phase of a speed below its magnitude.
     charts.append(&mut phases);
-    let errors = frequency::errors(subject.inputs, &subject.model);
+    let errors =
+        frequency::errors(&subject.inputs.vehicle.actuators, &subject.inputs.design.tracked, &subject.model);
     let error = |order: usize, of: &dyn Fn(&frequency::Errors) -> f64| {
         errors.iter().find(|e| e.order == order).map_or(f64::NAN, |e| 100.0 * of(e))
     };

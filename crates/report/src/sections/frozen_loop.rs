@@ -9,7 +9,6 @@ use lpv::matrix::{Mat, complex_singular_values, solve};
 use lpv::state_space::StateSpace;
 use nalgebra::{Complex, DMatrix};
 use squid_design::check::sampled;
-use squid_design::check::sampled::Sampling;
 use std::f64::consts::{PI, SQRT_2};
 
 /// Time between the points of a response that is drawn (s), about.
@@ -46,9 +45,8 @@ impl FrozenLoop {
     /// As [`Self::ideal`]; [`ProofError::Mismatch`](squid_design::error::ProofError::Mismatch) when the controller
     /// cannot be sampled.
     pub fn flying(subject: &Subject, controller: &Controller, l: &Linearisation) -> Result<Self, Error> {
-        let system = Sampling::of(subject.inputs)
-            .closed(l, &subject.frozen(controller, l)?)
-            .ok_or_else(sampled::cannot)?;
+        let system =
+            subject.sampling().closed(l, &subject.frozen(controller, l)?).ok_or_else(sampled::cannot)?;
         let tracked = subject.inputs.design.tracked.len();
         Ok(Self { system, tracked, sample_time: Some(subject.inputs.design.sample_time) })
     }

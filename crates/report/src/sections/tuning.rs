@@ -10,12 +10,10 @@ use crate::subject::{FLOWN, SHOWN, STEP_TIME, Subject};
 use crate::verdict::{
     LEAST_DAMPING, Verdict, all_below, best, equivalent_damping, least, well_damped, worst,
 };
-use lpv::controller::Controller;
 use lpv::synthesis::{Options, synthesise};
-use scheduled::LftMatrices;
 use signals::PITCH;
 use squid_design::augment::augment;
-use squid_design::certify::controller_rows;
+use squid_design::certify::{controller_rows, lft_matrices};
 use squid_design::inputs::Inputs;
 use squid_design::numbers::above;
 use squid_flight::flight::Row;
@@ -26,12 +24,6 @@ const TRIED: [(f64, &str); 3] = [(0.46, "a"), (0.1, "b"), (0.23, "c")];
 const PREFERRED: f64 = 0.23;
 /// Under which the paper sees the bandwidth of the closed loop (rad/s).
 const CLAIMED_BANDWIDTH: f64 = 1.0;
-
-/// A controller in the form of the frozen file.
-pub fn lft_matrices(k: &Controller) -> LftMatrices {
-    let certificate::Controller { a, by, bt, cu, duy, dut, ct, dty, dtt } = controller_rows(k);
-    LftMatrices { blocks: k.blocks.clone(), a, by, bt, cu, duy, dut, ct, dty, dtt }
-}
 
 /// What a frozen loop amounts to.
 struct Linear {
@@ -104,7 +96,8 @@ fn tune(subject: &Subject, weight: f64, letter: &'static str) -> Result<Tuned, E
     let plant = augment(&inputs.vehicle.actuators, &inputs.design, subject.model.lft.clone())?;
     let options = Options { back_off: inputs.design.back_off, ..Options::default() };
     let design = synthesise(&plant, options)?;
-    let lft = lft_matrices(&design.controller);
+    let k = &design.controller;
+    let lft = lft_matrices(k.blocks.clone(), controller_rows(k));
     let pitch = subject.pitch()?;
     let respond = |i: usize| -> Result<Response, Error> {
         let truth = &subject.truth[i];

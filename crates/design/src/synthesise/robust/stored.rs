@@ -86,7 +86,7 @@ impl StoredRobust {
         if self.certificate.gamma.to_bits() != self.figures.proved.to_bits() {
             return Err(ProofError::Mismatch { what: format!("`proved` of {FIGURES}") }.into());
         }
-        let (_, uncertain) = thinned(inputs, &over_range(inputs, model)?)?;
+        let (_, uncertain) = thinned(&inputs.vehicle.actuators, &inputs.design, &over_range(inputs, model)?)?;
         same_plant::check_in_box(&self.certificate, &uncertain.sized(self.figures.robust_bears))?;
         Ok(self.certificate.prove().map(|_| ())?)
     }

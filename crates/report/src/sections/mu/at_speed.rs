@@ -13,8 +13,8 @@ use lpv::mu::{self, CMat, Structure};
 use lpv::state_space::StateSpace;
 use nalgebra::DVector;
 use squid_design::check::sampled;
-use squid_design::check::sampled::Sampling;
 use squid_design::error::Error as DesignError;
+use squid_design::inputs::Inputs;
 use squid_design::uncertain::closed_loop::uncertain_loop;
 use squid_design::uncertain::frozen::FrozenUncertain;
 use squid_design::uncertain::frozen::at_speed;
@@ -73,7 +73,9 @@ impl SpeedMu {
     pub fn new(subject: &Subject, speed: f64) -> Result<Self, Error> {
         let frozen = at_speed(subject.inputs, speed)?;
         let model = &frozen.model;
-        let closed = uncertain_loop(subject.inputs, model, &subject.controller, subject.rho(speed), None)?;
+        let Inputs { vehicle, design, .. } = subject.inputs;
+        let closed =
+            uncertain_loop(&vehicle.actuators, design, model, &subject.controller, subject.rho(speed), None)?;
         let system = closed.stability();
         let failed = |reason: SweepError| DesignError::MuAtSpeed { speed, reason };
         let structure = Structure::new(model.blocks.iter().map(|b| mu::Block::Real(b.repetitions)).collect());
@@ -89,17 +91,17 @@ impl SpeedMu {
             let shares = shares(&system, &model.blocks, values);
             ordered(&model.blocks, values, &shares)
         });
-        let vehicle = match &found {
+        let unstable = match &found {
             Some(values) => unstable_at(subject, &frozen, values, bounds.lower.as_ref())?,
             None => [None; 2],
         };
         let of = |delta: &CMat| {
-            let l = vehicle::vehicle_at(subject.inputs, &frozen, &vehicle::values(&frozen, delta))?;
-            vehicle::gain(subject.inputs, &l, &subject.controller, subject.rho(speed)).ok()
+            let l = vehicle::vehicle_at(vehicle, &frozen, &vehicle::values(&frozen, delta))?;
+            vehicle::gain(&vehicle.actuators, design, &l, &subject.controller, subject.rho(speed)).ok()
         };
         let gain = WorstGain::new(&closed.system, &structure, bounds.upper.upper, &of);
         let size = (model.blocks.len(), model.channels());
-        Ok(Self { speed, size, bounds, upper, peak, lower: points, worst, gain, vehicle })
+        Ok(Self { speed, size, bounds, upper, peak, lower: points, worst, gain, vehicle: unstable })
     }
 
     /// mu is below this at every frequency.
@@ -183,13 +185,13 @@ fn unstable_at(
 ) -> Result<[Option<f64>; 2], Error> {
     let farthest = found.map_or(1.0, |found| (FOLLOWED / found.value).max(1.0));
     let controller = subject.frozen(&subject.controller, &frozen.nominal)?;
-    let flies = |l: &Linearisation| Sampling::of(subject.inputs).spectral_radius(l, &controller) < 1.0;
+    let flies = |l: &Linearisation| subject.sampling().spectral_radius(l, &controller) < 1.0;
     let ideal = |l: &Linearisation| {
         let (a, b, c) = subject.scaled(l);
         spectral_abscissa(&sampled::closed(&a, &b, &c, &controller).a) < 0.0
     };
     let at = |is_stable: &dyn Fn(&Linearisation) -> bool| {
-        vehicle::destabilised_at(subject.inputs, frozen, values, farthest, is_stable)
+        vehicle::destabilised_at(&subject.inputs.vehicle, frozen, values, farthest, is_stable)
     };
     Ok([at(&flies), at(&ideal)])
 }
