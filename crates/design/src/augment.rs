@@ -2,22 +2,37 @@
 
 use crate::error::ModelError;
 use crate::inputs::design_file::{DesignFile, Measured, Tracked};
-use crate::linearise::STATES;
-use auv::Actuator;
+use crate::linearise::{STATES, stacked, trim_slope};
+use auv::{Actuator, Linearisation};
 use lpv::lft::Lft;
 use lpv::plant::GeneralisedPlant;
 use lpv::tracking::{MovingTrim, TrackingProblem, TwoDegrees};
 use signals::SPEED;
 
-/// The generalised plant of the design for a model `[A B]` and the slope of its trim, scheduled or constant.
+/// A linear model of the vehicle, scheduled or constant, with what its trim does.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LinearModel {
+    /// `[A B]`, n x (n + m).
+    pub ab: Lft,
+    /// `[x0'; u0']`, (n + m) x 1; see [`Linearisation::trim_slope`].
+    pub trim_slope: Lft,
+}
+
+impl LinearModel {
+    /// The model at one speed.
+    pub fn at(l: &Linearisation, actuators: &[Actuator]) -> Self {
+        Self { ab: Lft::constant(stacked(l)), trim_slope: Lft::constant(trim_slope(l, actuators)) }
+    }
+}
+
+/// The generalised plant of the design for a model.
 ///
 /// # Errors
 /// [`ModelError::Augment`], which would be a defect of this program.
 pub fn augment(
     actuators: &[Actuator],
     design: &DesignFile,
-    model: Lft,
-    trim_slope: &Lft,
+    model: LinearModel,
 ) -> Result<GeneralisedPlant, ModelError> {
     let problem = TrackingProblem {
         outputs: Tracked::outputs(&design.tracked),
@@ -27,20 +42,20 @@ pub fn augment(
         tracking: design.tracked.iter().map(|t| t.weight).collect(),
         control: vec![design.control_weight; actuators.len()],
         disturbance: design.disturbance,
-        two_degrees: (!design.measured.is_empty()).then(|| two_degrees(design, trim_slope)),
-        model,
+        two_degrees: (!design.measured.is_empty()).then(|| two_degrees(design, model.trim_slope)),
+        model: model.ab,
     };
     Ok(problem.augment()?)
 }
 
 /// References and measurements apart; the trim follows the filtered reference of the speed.
-fn two_degrees(design: &DesignFile, trim_slope: &Lft) -> TwoDegrees {
+fn two_degrees(design: &DesignFile, slope: Lft) -> TwoDegrees {
     let speed = design.tracked.iter().position(|t| t.place == SPEED);
     TwoDegrees {
         measured: Measured::scaled_outputs(&design.measured),
         noise: design.measured.iter().map(|m| m.noise).collect(),
         models: design.tracked.iter().map(|t| t.model).collect(),
-        trim: speed.map(|output| MovingTrim { output, slope: trim_slope.clone() }),
+        trim: speed.map(|output| MovingTrim { output, slope }),
     }
 }
 
@@ -65,8 +80,7 @@ mod tests {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
         let inputs = Inputs::read(vehicle, "paper").unwrap();
         let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
-        let plant =
-            augment(&inputs.vehicle.actuators, &inputs.design, model.lft, &model.trim_slope).unwrap();
+        let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear()).unwrap();
         let (outputs, actuators) = (plant.d12().nrows(), inputs.vehicle.actuators.len());
         assert_eq!(outputs, inputs.design.tracked.len() + actuators);
         assert_eq!(plant.d12().rows(outputs - actuators, actuators), Mat::identity(actuators, actuators));

@@ -5,15 +5,14 @@
 
 pub mod sampled;
 
-use crate::augment::augment;
+use crate::augment::{LinearModel, augment};
 use crate::check::sampled::{Sampling, sampled_dtt};
 use crate::error::Error;
 use crate::error::Refusal;
 use crate::inputs::design_file::DesignFile;
-use crate::linearise::{linearise_at, stacked};
+use crate::linearise::linearise_at;
 use auv::Vehicle;
 use lpv::controller::Controller;
-use lpv::lft::Lft;
 use lpv::matrix::{Mat, eigenvalues, spectral_abscissa};
 use lpv::plant::{GeneralisedPlant, channels};
 use std::f64::consts::TAU;
@@ -126,7 +125,7 @@ pub fn check(
             }
             .into());
         }
-        let truth = augment(&vehicle.actuators, design, Lft::constant(stacked(&linearisation)))?;
+        let truth = augment(&vehicle.actuators, design, LinearModel::at(&linearisation, &vehicle.actuators))?;
         let true_loop = truth.close(&frozen).frozen(&[])?;
         let true_real_part = spectral_abscissa(&true_loop.a);
         if true_real_part.is_nan() || true_real_part >= 0.0 {

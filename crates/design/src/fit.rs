@@ -2,9 +2,10 @@
 
 pub mod frequency;
 
+use crate::augment::LinearModel;
 use crate::error::ModelError;
 use crate::inputs::design_file::DesignFile;
-use crate::linearise::{STATES, linearise_at, stacked};
+use crate::linearise::{self, STATES, linearise_at, stacked};
 use auv::{Linearisation, Vehicle};
 use lpv::lft::Lft;
 use lpv::matrix::{Mat, largest_singular_value};
@@ -64,6 +65,11 @@ impl Model {
         Ok(Self { grid, fit, residuals, lft, lft_error, trim_slope })
     }
 
+    /// The model that is designed on.
+    pub fn linear(&self) -> LinearModel {
+        LinearModel { ab: self.lft.clone(), trim_slope: self.trim_slope.clone() }
+    }
+
     /// The coefficients of A and of B, apart.
     pub fn coefficients(&self) -> (Vec<Mat>, Vec<Mat>) {
         let split =
@@ -78,11 +84,8 @@ fn trim_slope(
     design: &DesignFile,
     grid: &[(f64, Linearisation)],
 ) -> Result<Lft, ModelError> {
-    let slope = |l: &Linearisation| {
-        let slope = l.trim_slope(&vehicle.actuators);
-        Mat::from_column_slice(slope.len(), 1, slope.as_slice())
-    };
-    let samples: Vec<(f64, Mat)> = grid.iter().map(|(rho, l)| (*rho, slope(l))).collect();
+    let samples: Vec<(f64, Mat)> =
+        grid.iter().map(|(rho, l)| (*rho, linearise::trim_slope(l, &vehicle.actuators))).collect();
     Ok(Lft::from_polynomial(&MatrixPolynomial::fit(&samples, design.order)?, design.drop))
 }
 

@@ -17,6 +17,12 @@ pub fn linearise_at(vehicle: &Vehicle, depth: f64, speed: f64) -> Result<Lineari
     Ok(linearise(vehicle, &level)?)
 }
 
+/// [`Linearisation::trim_slope`] as a matrix with one column.
+pub fn trim_slope(l: &Linearisation, actuators: &[Actuator]) -> Mat {
+    let slope = l.trim_slope(actuators);
+    Mat::from_column_slice(slope.len(), 1, slope.as_slice())
+}
+
 /// `[A B]` of a linearisation.
 pub fn stacked(l: &Linearisation) -> Mat {
     block(&[&[&l.a, &l.b]])

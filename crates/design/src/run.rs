@@ -57,7 +57,7 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     progress.done("linearise", &linearise_line(&model));
     progress.done("fit", &fit_line(inputs, &model));
     progress.done("LFT", &lft_line(&model));
-    let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.lft.clone())?;
+    let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear())?;
     progress.done("augment", &augment_line(inputs, &plant));
     let nominal = synthesise(&inputs.vehicle.actuators, &inputs.design, &plant, progress)?;
     let robust = with_robust.then(|| robust(inputs, &model, &plant, &nominal, progress)).transpose()?;

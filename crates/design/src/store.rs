@@ -98,7 +98,7 @@ impl Stored {
         let model = Model::new(&inputs.vehicle, &inputs.design)?;
         verify::of_inputs(certificate, &inputs.vehicle, &inputs.design, &model)?;
         unedited::check((&self.controller, &self.plant), inputs, &model)?;
-        let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.lft.clone())?;
+        let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear())?;
         let bound = self.controller.gamma.bound;
         check(&inputs.vehicle, &inputs.design, &plant, &self.lpv_controller()?, bound).map(|_| ())
     }

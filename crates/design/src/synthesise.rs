@@ -77,7 +77,7 @@ fn no_controller(
             "{}; their weight is 'control.weight' of {}.toml, {}",
             names.join(", "),
             file.name,
-            file.control_weight
+            file.control_weight.low
         ));
     }
     Error::NoController { reason, remarks }

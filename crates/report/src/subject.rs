@@ -67,7 +67,7 @@ impl<'a> Subject<'a> {
     /// controller has ragged matrices.
     pub fn new(inputs: &'a Inputs, stored: &'a Stored, progress: &'a Progress<'a>) -> Result<Self, Error> {
         let model = Model::new(&inputs.vehicle, &inputs.design)?;
-        let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.lft.clone())?;
+        let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear())?;
         let controller = stored.lpv_controller()?;
         let speeds = inputs.design.spread(SPEEDS);
         let truth = speeds

@@ -108,9 +108,6 @@ pub const NAMES: &str = "'pitch' or 'speed'";
 /// A value for each row of [`SIGNALS`].
 pub type Each<T> = [T; SIGNALS.len()];
 
-/// How many signals can be tracked; they are the first of [`SIGNALS`].
-pub const TRACKED: usize = 2;
-
 /// The index of a signal in [`SIGNALS`].
 pub fn place(name: &str) -> Option<usize> {
     SIGNALS.iter().position(|signal| signal.name == name)

@@ -94,7 +94,7 @@ pub fn fit(inputs: &Inputs, model: &Model) -> String {
 /// model.
 pub fn controller(inputs: &Inputs, k: &Controller, gamma: &Gamma) -> Result<String, Error> {
     let plant =
-        augment(&inputs.vehicle.actuators, &inputs.design, Model::new(&inputs.vehicle, &inputs.design)?.lft)?;
+        augment(&inputs.vehicle.actuators, &inputs.design, Model::new(&inputs.vehicle, &inputs.design)?.linear())?;
     let (centre, half_range) = inputs.design.scheduling();
     let mut out = format!(
         "Controller: {} states, {} channels of rho, {} measurements, {} commands\n\

@@ -3,6 +3,7 @@
 //! `[A B2]` of the fit is off by `R(V) = [A B2](V) - [A B2](rho)`. The ball is the set of all `E Delta [F Fu]` with
 //! `|Delta| <= 1`.
 
+use crate::augment::lagged;
 use crate::error::{Error, ProofError};
 use crate::fit::Model;
 use crate::inputs::design_file::DesignFile;
@@ -51,8 +52,11 @@ pub fn smallest_ball(
     let mut f = Mat::zeros(STATES + m, n);
     f.view_mut((0, 0), (STATES, STATES)).copy_from(&(&t_inverse * root));
     let mut fu = Mat::zeros(STATES + m, m);
-    for j in 0..m {
-        fu[(STATES + j, j)] = root;
+    for (j, lag) in lagged(&vehicle.actuators, file).into_iter().enumerate() {
+        match lag {
+            Some(state) => f[(STATES + j, state)] = root,
+            None => fu[(STATES + j, j)] = root,
+        }
     }
     Ok((ModelError { e, f, fu }, size))
 }
@@ -73,13 +77,17 @@ pub fn holds(ball: &Residual, vehicle: &Vehicle, file: &DesignFile, model: &Mode
     let f = from_rows(&ball.f, n).filter(|f| f.nrows() == STATES + m).ok_or_else(shapeless)?;
     let fu = from_rows(&ball.fu, m).filter(|fu| fu.nrows() == STATES + m).ok_or_else(shapeless)?;
     let invert = |a: &Mat| solve(a, &Mat::identity(a.nrows(), a.nrows())).ok_or_else(shapeless);
-    let of_weights =
-        |e: &Mat, f: &Mat| e.rows(STATES, n - STATES).amax().max(f.columns(STATES, n - STATES).amax());
-    if n > STATES && of_weights(&e, &f) > 0.0 {
+    // The columns of [F Fu] that belong to the model's states and inputs; all others must be 0.
+    let inputs = lagged(&vehicle.actuators, file).into_iter().enumerate();
+    let own: Vec<usize> = (0..STATES).chain(inputs.map(|(j, lag)| lag.unwrap_or(n + j))).collect();
+    let whole = block(&[&[&f, &fu]]);
+    let others: Vec<usize> = (0..n + m).filter(|column| !own.contains(column)).collect();
+    let is_zero = |part: &Mat| part.iter().all(|entry| *entry == 0.0);
+    if !is_zero(&e.rows(STATES, n - STATES).into_owned()) || !is_zero(&whole.select_columns(&others)) {
         return Err(shapeless().into());
     }
     let left = invert(&e.rows(0, STATES).into_owned())?;
-    let right = invert(&block(&[&[&f.columns(0, STATES).into_owned(), &fu]]))?;
+    let right = invert(&whole.select_columns(&own))?;
     let reach = reach(residuals(vehicle, file, model)?.iter().map(|r| &left * r * &right));
     if reach <= 1.0 + SAME_BALL {
         Ok(())

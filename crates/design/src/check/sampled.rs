@@ -5,27 +5,67 @@
 //! zero-order hold.
 
 use crate::error::ProofError;
-use crate::inputs::design_file::{DesignFile, Tracked};
+use crate::inputs::design_file::DesignFile;
 use crate::linearise::STATES;
 use auv::{Actuator, Linearisation};
 use lpv::matrix::{Mat, block, largest, solve};
 use lpv::state_space::StateSpace;
+use nalgebra::DVector;
+use signals::{SIGNALS, SPEED};
 
-/// How a loop is sampled: its actuators, its tracked outputs, and the time between two ticks \[s\].
+/// How a loop is sampled: its actuators, the signals of its controller, and the time between two ticks \[s\].
 #[derive(Debug, Clone, Copy)]
 pub struct Sampling<'a> {
     /// The actuators, with their lags.
     pub actuators: &'a [Actuator],
-    /// The tracked outputs.
-    pub tracked: &'a [Tracked],
+    /// What is tracked and measured.
+    pub design: &'a DesignFile,
     /// s.
     pub sample_time: f64,
+}
+
+/// What a controller is closed with: the vehicle at a trim, its actuators, and the trim that follows the speed reference.
+///
+/// ```text
+/// x' = A x + B u + Br r,   y = Cy x + Dr r,   outputs C x      (x+ in place of x' for a sampled one)
+/// ```
+///
+/// States \[u w q theta\], then those of the actuators and of the filtered reference, as deviations from the trim at the
+/// frozen speed; u is what the controller adds to the trim. u, r, y and the outputs are in units of their scales.
+#[derive(Debug, Clone)]
+pub struct Wired {
+    /// A.
+    pub a: Mat,
+    /// B.
+    pub b: Mat,
+    /// Br.
+    pub from_references: Mat,
+    /// C of the tracked outputs.
+    pub c: Mat,
+    /// Cy.
+    pub measured: Mat,
+    /// Dr.
+    pub references: Mat,
+}
+
+impl Wired {
+    /// Closes it with a controller `(k', u) = K(k, y)`: from r to the outputs and u.
+    pub fn closed(&self, k: &StateSpace) -> StateSpace {
+        let Self { a, b, from_references, c, measured, references } = self;
+        let p = c.nrows();
+        StateSpace {
+            a: block(&[&[&(a + b * &k.d * measured), &(b * &k.c)], &[&(&k.b * measured), &k.a]]),
+            b: block(&[&[&(from_references + b * &k.d * references)], &[&(&k.b * references)]]),
+            c: block(&[&[c, &Mat::zeros(p, k.a.nrows())], &[&(&k.d * measured), &k.c]]),
+            d: block(&[&[&Mat::zeros(p, references.ncols())], &[&(&k.d * references)]]),
+        }
+    }
 }
 
 impl<'a> Sampling<'a> {
     /// That of a design.
     pub fn of(actuators: &'a [Actuator], design: &'a DesignFile) -> Self {
-        Self { actuators, tracked: &design.tracked, sample_time: design.sample_time }
+        Self { actuators, design, sample_time: design.sample_time }
     }
 
     /// The largest modulus of the sampled loop's modes; not-a-number when it cannot be formed.
@@ -36,51 +76,108 @@ impl<'a> Sampling<'a> {
 
     /// The sampled loop from the references to the tracked outputs and the controls, at the ticks and in units of their
     /// scales; `None` where a mode of the controller is at 2/T.
-    ///
-    /// ```text
-    /// x+ = Phi x + Gamma u,  y = r - C x,  (k+, u) = K(k, y),  states [x, k]
-    /// ```
     pub fn closed(&self, l: &Linearisation, frozen: &StateSpace) -> Option<StateSpace> {
-        let (phi, gamma, c) = self.held(l);
-        Some(closed(&phi, &gamma, &c, &trapezoidal(frozen, self.sample_time)?))
+        Some(self.held(l).closed(&trapezoidal(frozen, self.sample_time)?))
     }
 
-    /// Vehicle and actuators over one sample with the commands held: states \[u w q theta, actuators\], inputs and
-    /// tracked outputs in units of their scales.
-    pub fn held(&self, l: &Linearisation) -> (Mat, Mat, Mat) {
-        let Self { actuators, tracked, sample_time } = *self;
-        let m = actuators.len();
+    /// Vehicle, actuators and filtered reference over one sample, with the commands held.
+    pub fn held(&self, l: &Linearisation) -> Wired {
+        let m = self.actuators.len();
         let n = STATES + m;
         let mut generator = Mat::zeros(n + m, n + m);
-        generator.view_mut((0, 0), (STATES, STATES)).copy_from(&l.a);
-        generator.view_mut((0, STATES), (STATES, m)).copy_from(&l.b);
-        for (j, actuator) in actuators.iter().enumerate() {
-            // An actuator without lag is one that is much faster than the sample.
-            let rate = 1.0 / actuator.lag.max(1e-3 * sample_time);
-            generator[(STATES + j, STATES + j)] = -rate;
-            generator[(STATES + j, n + j)] = rate * actuator.reach();
+        generator.view_mut((0, 0), (n, n)).copy_from(&self.lagged(l, |_| true));
+        for (j, actuator) in self.actuators.iter().enumerate() {
+            generator[(STATES + j, n + j)] = 1.0 / self.lag(actuator);
         }
-        let transition = (generator * sample_time).exp();
-        let measured =
-            Mat::from_fn(tracked.len(), n, |i, j| tracked[i].signal().output(j) / tracked[i].scale);
-        (transition.view((0, 0), (n, n)).into_owned(), transition.view((0, n), (n, m)).into_owned(), measured)
+        let transition = (generator * self.sample_time).exp();
+        let (phi, gamma) = (transition.view((0, 0), (n, n)), transition.view((0, n), (n, m)));
+        self.wired(l, phi.into_owned(), &gamma.into_owned(), |w| {
+            let stays = (-w * self.sample_time).exp();
+            [stays, 1.0 - stays]
+        })
+    }
+
+    /// The same in continuous time, with the lags that the design has.
+    pub fn ideal(&self, l: &Linearisation) -> Wired {
+        let has_lag = |actuator: &Actuator| self.design.lags && actuator.lag > 0.0;
+        let m = self.actuators.len();
+        let whole = self.lagged(l, has_lag);
+        let kept: Vec<usize> = (0..STATES)
+            .chain((0..m).filter(|j| has_lag(&self.actuators[*j])).map(|j| STATES + j))
+            .collect();
+        let mut b = Mat::zeros(STATES + m, m);
+        for (j, actuator) in self.actuators.iter().enumerate() {
+            match has_lag(actuator) {
+                true => b[(STATES + j, j)] = 1.0 / actuator.lag,
+                false => b.view_mut((0, j), (STATES, 1)).copy_from(&l.b.column(j)),
+            }
+        }
+        self.wired(l, whole.select_rows(&kept).select_columns(&kept), &b.select_rows(&kept), |w| [-w, w])
+    }
+
+    /// An actuator without lag is one that is much faster than the sample.
+    fn lag(&self, actuator: &Actuator) -> f64 {
+        actuator.lag.max(1e-3 * self.sample_time)
+    }
+
+    /// A of the states \[u w q theta, actuators\]; an actuator that has no lag here has a row and a column of zeros.
+    fn lagged(&self, l: &Linearisation, has_lag: impl Fn(&Actuator) -> bool) -> Mat {
+        let m = self.actuators.len();
+        let mut a = Mat::zeros(STATES + m, STATES + m);
+        a.view_mut((0, 0), (STATES, STATES)).copy_from(&l.a);
+        for (j, actuator) in self.actuators.iter().enumerate().filter(|(_, actuator)| has_lag(actuator)) {
+            a.view_mut((0, STATES + j), (STATES, 1)).copy_from(&l.b.column(j));
+            a[(STATES + j, STATES + j)] = -1.0 / self.lag(actuator);
+        }
+        a
+    }
+
+    /// Adds the trim that follows the speed reference, and what the controller measures. The state of the
+    /// filter becomes, or moves by, `pole v + gain r`.
+    fn wired(&self, l: &Linearisation, a: Mat, b: &Mat, filter: impl Fn(f64) -> [f64; 2]) -> Wired {
+        let DesignFile { tracked, measured, .. } = self.design;
+        let (n, p) = (a.nrows(), tracked.len());
+        let slope = l.trim_slope(self.actuators);
+        let by_trim = b * slope.rows(STATES, self.actuators.len());
+        let reach = Mat::from_diagonal(&DVector::from_iterator(b.ncols(), self.actuators.iter().map(Actuator::reach)));
+        let speed = Mat::from_fn(1, p, |_, i| if tracked[i].place == SPEED { tracked[i].scale } else { 0.0 });
+        let moved = |place: usize| (0..STATES).map(|j| SIGNALS[place].output(j) * slope[j]).sum::<f64>();
+        let c = Mat::from_fn(p, n, |i, j| tracked[i].signal().output(j) / tracked[i].scale);
+        let b = b * reach;
+        let one = Mat::identity(p, p);
+        let Some(w) = self.design.reference_filter() else {
+            let (measured, references) = match measured.is_empty() {
+                true => (-&c, one),
+                // The trim is that of the frozen speed: the speed is not tracked.
+                false => {
+                    let y = Mat::from_fn(measured.len(), n, |i, j| measured[i].signal().output(j) / measured[i].scale);
+                    (block(&[&[&Mat::zeros(p, n)], &[&y]]), block(&[&[&one], &[&Mat::zeros(measured.len(), p)]]))
+                }
+            };
+            return Wired { a, b, from_references: by_trim * speed, c, measured, references };
+        };
+        let [pole, gain] = filter(w);
+        let column = |of: &dyn Fn(usize) -> f64, count: usize| Mat::from_fn(count, 1, |i, _| of(i));
+        let y = Mat::from_fn(measured.len(), n, |i, j| measured[i].signal().output(j) / measured[i].scale);
+        let moves_references = column(&|i| -moved(tracked[i].place) / tracked[i].scale, p);
+        let moves_measured = column(&|i| -moved(measured[i].place) / measured[i].scale, measured.len());
+        Wired {
+            a: block(&[
+                &[&a, &Mat::from_column_slice(n, 1, by_trim.as_slice())],
+                &[&Mat::zeros(1, n), &Mat::from_element(1, 1, pole)],
+            ]),
+            b: block(&[&[&b], &[&Mat::zeros(1, b.ncols())]]),
+            from_references: block(&[&[&Mat::zeros(n, p)], &[&(speed * gain)]]),
+            c: block(&[&[&c, &Mat::zeros(p, 1)]]),
+            measured: block(&[&[&Mat::zeros(p, n), &moves_references], &[&y, &moves_measured]]),
+            references: block(&[&[&one], &[&Mat::zeros(measured.len(), p)]]),
+        }
     }
 }
 
 /// What to say when [`Sampling::closed`] or [`trapezoidal`] gives nothing.
 pub fn cannot() -> ProofError {
     ProofError::Mismatch { what: "the sample time, with a mode of the controller".into() }
-}
-
-/// A plant without direct term and a controller in one loop, from the references to the outputs and the controls.
-pub fn closed(a: &Mat, b: &Mat, c: &Mat, k: &StateSpace) -> StateSpace {
-    let p = c.nrows();
-    StateSpace {
-        a: block(&[&[&(a - b * &k.d * c), &(b * &k.c)], &[&-(&k.b * c), &k.a]]),
-        b: block(&[&[&(b * &k.d)], &[&k.b]]),
-        c: block(&[&[c, &Mat::zeros(p, k.a.nrows())], &[&-(&k.d * c), &k.c]]),
-        d: block(&[&[&Mat::zeros(p, p)], &[&k.d]]),
-    }
 }
 
 /// `Dtt` of the discretised controller: `Dtt + Ct (I - A T/2)^-1 Bt T/2`.

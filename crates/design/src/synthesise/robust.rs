@@ -30,6 +30,7 @@ use auv::Actuator;
 use certificate::Certificate;
 use lpv::analysis::{GainBound, bounded_gain};
 use lpv::controller::Controller;
+use lpv::lft::Lft;
 use lpv::model_error::LoopError;
 use lpv::mu::sweep::bound_over_frequency;
 use lpv::mu::worst_case::{Perturbable, worst_case_gain};
@@ -80,7 +81,7 @@ pub fn robust(
     progress: &Progress,
 ) -> Result<Robust, Error> {
     let whole = over_range(inputs, model)?;
-    let (truncated, uncertain) = thinned(&inputs.vehicle.actuators, &inputs.design, &whole)?;
+    let (truncated, uncertain) = thinned(&inputs.vehicle.actuators, &inputs.design, &whole, &model.trim_slope)?;
     progress.done("uncertain", &model_line(&truncated));
     let allowed = PRICE * nominal.certified.gamma;
     let options = RobustOptions {
@@ -123,9 +124,10 @@ pub(crate) fn thinned(
     actuators: &[Actuator],
     file: &DesignFile,
     whole: &UncertainModel,
+    trim_slope: &Lft,
 ) -> Result<(Truncated, UncertainPlant), Error> {
     let truncated = truncated(actuators, whole, TRUNCATION_BOX, TRUNCATION_TOLERANCE)?;
-    let plant = uncertain_plant(actuators, file, &truncated.model)?;
+    let plant = uncertain_plant(actuators, file, &truncated.model, trim_slope)?;
     Ok((truncated, UncertainPlant { plant, scheduled: 1 }))
 }
 
@@ -203,7 +205,7 @@ fn frozen(inputs: &Inputs, controllers: [&Controller; 2]) -> Result<Vec<Frozen>,
         let mut found = Frozen { speed, mu: [None; 2], worst: [None; 2], vehicle: [None; 2] };
         for (i, k) in controllers.into_iter().enumerate() {
             let system =
-                uncertain_loop(&inputs.vehicle.actuators, &inputs.design, model, k, rho, None)?.system;
+                uncertain_loop(&inputs.vehicle.actuators, &inputs.design, &uncertain, k, rho, None)?.system;
             let whole = Perturbable { system, structure: structure.clone(), size: CONSTANT_SIZE };
             let mu = bound_over_frequency(&whole.stability(), &structure, None);
             found.mu[i] = mu.ok().map(|bound| bound.upper);

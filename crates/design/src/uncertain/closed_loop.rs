@@ -9,14 +9,16 @@
 //!   w-->[      ]--> z       w = [r; d], z = [W_e e; W_u u], as in `lpv::tracking`
 //! ```
 
-use crate::augment::augment;
+use crate::augment::{LinearModel, augment};
 use crate::check::frozen_controller;
 use crate::error::Error;
 use crate::inputs::design_file::DesignFile;
 use crate::uncertain::errors::Remainder;
+use crate::uncertain::frozen::FrozenUncertain;
 use crate::uncertain::model::UncertainModel;
 use auv::Actuator;
 use lpv::controller::Controller;
+use lpv::lft::Lft;
 use lpv::matrix::{Mat, block, diagonal_blocks};
 use lpv::partition::Group::{T, W, Z};
 use lpv::plant::GeneralisedPlant;
@@ -63,8 +65,13 @@ pub fn uncertain_plant(
     actuators: &[Actuator],
     file: &DesignFile,
     model: &UncertainModel,
+    trim_slope: &Lft,
 ) -> Result<GeneralisedPlant, Error> {
-    Ok(GeneralisedPlant { blocks: model.repetitions(), ..augment(actuators, file, model.lft())? })
+    let plant = augment(actuators, file, LinearModel { ab: model.lft(), trim_slope: trim_slope.clone() })?;
+    // A parameter without a channel counts as well.
+    let mut blocks = model.repetitions();
+    blocks[0] += plant.sizes().t - model.channels();
+    Ok(GeneralisedPlant { blocks, ..plant })
 }
 
 /// N(s) of the uncertain model at one speed with the controller frozen at that speed's rho.
@@ -76,11 +83,12 @@ pub fn uncertain_plant(
 pub fn uncertain_loop(
     actuators: &[Actuator],
     file: &DesignFile,
-    model: &UncertainModel,
+    frozen: &FrozenUncertain,
     controller: &Controller,
     rho: f64,
     remainder: Option<&Remainder>,
 ) -> Result<UncertainLoop, Error> {
+    let model = &frozen.model;
     let mut lft = model.lft();
     if let Some(Remainder { left, right }) = remainder {
         let size = left.ncols();
@@ -89,7 +97,8 @@ pub fn uncertain_loop(
         lft.inner = diagonal_blocks(&[&lft.inner, &Mat::zeros(size, size)]);
         lft.right = block(&[&[&lft.right], &[right]]);
     }
-    let closed = augment(actuators, file, lft)?.close(&frozen_controller(controller, rho)?);
+    let linear = LinearModel { ab: lft, ..LinearModel::at(&frozen.nominal, actuators) };
+    let closed = augment(actuators, file, linear)?.close(&frozen_controller(controller, rho)?);
     Ok(UncertainLoop {
         blocks: model.blocks.iter().map(|b| (b.name.clone(), b.repetitions)).collect(),
         remainder: remainder.map_or(0, |r| r.left.ncols()),

@@ -5,17 +5,15 @@
 //! vehicle has those: its trim follows from its coefficients. So what is found in the model need not be found in any
 //! vehicle.
 
-use crate::augment::augment;
+use crate::augment::{LinearModel, augment};
 use crate::check::frozen_controller;
 use crate::error::Error;
 use crate::inputs::design_file::DesignFile;
-use crate::linearise::stacked;
 use crate::uncertain::frozen::FrozenUncertain;
 use crate::uncertain::model::Uncertain;
 use crate::uncertain::trim::retrim;
 use auv::{Actuator, Linearisation, Vehicle, linearise};
 use lpv::controller::Controller;
-use lpv::lft::Lft;
 use lpv::mu::CMat;
 
 /// The values of the parameters of a perturbation, which repeats each on its channels.
@@ -58,7 +56,7 @@ pub fn gain(
     controller: &Controller,
     rho: f64,
 ) -> Result<f64, Error> {
-    let plant = augment(actuators, file, Lft::constant(stacked(l)))?;
+    let plant = augment(actuators, file, LinearModel::at(l, actuators))?;
     Ok(plant.close(&frozen_controller(controller, rho)?).frozen(&[])?.hinf_norm().value)
 }
 

@@ -93,7 +93,7 @@ pub fn tuning(subject: &Subject) -> Result<Vec<Part>, Error> {
 fn tune(subject: &Subject, weight: f64, letter: &'static str) -> Result<Tuned, Error> {
     let inputs =
         Inputs { design: subject.inputs.design.clone().with_bandwidth(weight), ..subject.inputs.clone() };
-    let plant = augment(&inputs.vehicle.actuators, &inputs.design, subject.model.lft.clone())?;
+    let plant = augment(&inputs.vehicle.actuators, &inputs.design, subject.model.linear())?;
     let options = Options { back_off: inputs.design.back_off, ..Options::default() };
     let design = synthesise(&plant, options)?;
     let k = &design.controller;

@@ -225,7 +225,7 @@ fn reference_model(table: &Table<'_>, place: usize) -> Option<Option<ReferenceMo
     if place == SPEED {
         let frequency = within(table, "frequency", FREQUENCY);
         if table.has("damping") {
-            table.not_allowed("damping", "given".into(), "left out for the speed, whose model is of first order");
+            table.not_allowed("damping", "given", "left out for the speed, whose model is of first order");
             return None;
         }
         return Some(Some(ReferenceModel { frequency: frequency?, damping: None }));

@@ -86,7 +86,9 @@ impl StoredRobust {
         if self.certificate.gamma.to_bits() != self.figures.proved.to_bits() {
             return Err(ProofError::Mismatch { what: format!("`proved` of {FIGURES}") }.into());
         }
-        let (_, uncertain) = thinned(&inputs.vehicle.actuators, &inputs.design, &over_range(inputs, model)?)?;
+        let whole = over_range(inputs, model)?;
+        let (_, uncertain) =
+            thinned(&inputs.vehicle.actuators, &inputs.design, &whole, &model.trim_slope)?;
         same_plant::check_in_box(&self.certificate, &uncertain.sized(self.figures.robust_bears))?;
         Ok(self.certificate.prove().map(|_| ())?)
     }

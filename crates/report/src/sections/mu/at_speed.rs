@@ -75,7 +75,7 @@ impl SpeedMu {
         let model = &frozen.model;
         let Inputs { vehicle, design, .. } = subject.inputs;
         let closed =
-            uncertain_loop(&vehicle.actuators, design, model, &subject.controller, subject.rho(speed), None)?;
+            uncertain_loop(&vehicle.actuators, design, &frozen, &subject.controller, subject.rho(speed), None)?;
         let system = closed.stability();
         let failed = |reason: SweepError| DesignError::MuAtSpeed { speed, reason };
         let structure = Structure::new(model.blocks.iter().map(|b| mu::Block::Real(b.repetitions)).collect());
