@@ -9,8 +9,8 @@ use auv::{LpvModel, Status, Trim};
 use lpv::controller::Controller;
 use lpv::synthesis::Design;
 use scheduled::{
-    Actuator, ControllerDesign, FORMAT, Gamma, InputHashes, LftMatrices, Scheduling, Tracked, TrimTable,
-    VehicleName,
+    Actuator, ControllerDesign, ControllerInput, Gamma, InputHashes, Kind, LftMatrices, Scheduling,
+    TrimTable, VehicleName,
 };
 
 /// Rows of the trim table, evenly spread over the range of speed.
@@ -61,7 +61,6 @@ fn controller(inputs: &Inputs, lft: LftMatrices, gamma: Gamma, trims: &[Trim]) -
     let (centre, half_range) = file.scheduling();
     let column = |of: fn(&Trim) -> f64| trims.iter().map(of).collect();
     ControllerDesign {
-        format: FORMAT.into(),
         vehicle: VehicleName { name: inputs.vehicle.name.clone(), status: status(inputs.vehicle.status) },
         design: file.name.clone(),
         sample_time: file.sample_time,
@@ -72,11 +71,17 @@ fn controller(inputs: &Inputs, lft: LftMatrices, gamma: Gamma, trims: &[Trim]) -
             centre,
             half_range,
         },
-        tracked: file
+        controller_inputs: file
             .tracked
             .iter()
-            .map(|t| Tracked { name: t.signal().name.into(), unit: t.signal().unit.into(), scale: t.scale })
+            .map(|t| ControllerInput {
+                signal: t.signal().name.into(),
+                kind: Kind::Error,
+                unit: t.signal().unit.into(),
+                scale: t.scale,
+            })
             .collect(),
+        reference_filter: None,
         actuators: inputs
             .vehicle
             .actuators

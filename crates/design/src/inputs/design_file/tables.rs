@@ -4,7 +4,7 @@ use crate::inputs::design_file::{BANDWIDTH, CONTROL_WEIGHT, DesignFile, PEAK, Ra
 use auv::toml_file::{Document, FileError, Table};
 use auv::{number, rounded};
 use scheduled::{MANOEUVRE_FORMAT, Manoeuvre};
-use signals::{PITCH, SIGNALS};
+use signals::{PITCH, SIGNALS, tracked as trackable};
 use std::f64::consts::FRAC_PI_2;
 
 /// How long after the end of the flight the step of the default manoeuvre lasts, s.
@@ -138,7 +138,8 @@ fn tracked(root: &Table<'_>) -> Option<Vec<Tracked>> {
 
 fn track(table: &Table<'_>, taken: &mut Vec<usize>) -> Option<Tracked> {
     table.allow_only(&["output", "scale", "unit", "peak", "steady_error", "bandwidth"]);
-    let place = table.one_of("output", &SIGNALS.each_ref().map(|signal| signal.name));
+    let outputs: Vec<&str> = trackable().map(|(signal, _)| signal.name).collect();
+    let place = table.one_of("output", &outputs);
     if let Some(place) = place.filter(|place| taken.contains(place)) {
         table.not_allowed("output", format!("\"{}\" a second time", SIGNALS[place].name), "named once");
         return None;
