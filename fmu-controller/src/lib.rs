@@ -18,6 +18,7 @@ mod tangents;
 mod variables;
 
 pub use model::{Controller, ControllerError, RESOURCE};
+pub use variables::outputs;
 
 use fmi2::{DescribeError, Described, Resources};
 

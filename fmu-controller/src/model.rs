@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use fmi2::{Log, ResourceError, rounding_of_time};
 use scheduled::{Autopilot, ControllerDesign, DesignError, Inputs, TickError};
-use signals::{PITCH, SIGNALS, SPEED};
+use signals::{SPEED, TRACKED};
 
 /// The frozen design in `resources/`.
 pub const RESOURCE: &str = "controller.json";
@@ -49,10 +49,10 @@ impl Controller {
     pub fn new(design: ControllerDesign) -> Result<Self, DesignError> {
         let autopilot = Autopilot::new(&design)?;
         let speed = autopilot.trim().forward_speed(design.scheduling.centre);
-        let pitch = autopilot.trim().pitch(speed);
-        let mut level = [0.0; SIGNALS.len()];
-        (level[PITCH], level[SPEED]) = (pitch, speed);
-        let inputs = Inputs { measured: level, references: level };
+        let measured = autopilot.trim().signals(speed);
+        let mut references = [0.0; TRACKED];
+        references.copy_from_slice(&measured[..TRACKED]);
+        let inputs = Inputs { measured, references };
         Ok(Self { design: Arc::new(design), autopilot, inputs })
     }
 

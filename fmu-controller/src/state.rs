@@ -12,6 +12,7 @@ impl Controller {
         to.reals(&inputs.references);
         let snapshot = self.autopilot.snapshot();
         to.reals(&snapshot.state);
+        to.real(snapshot.filtered_speed);
         to.reals(&snapshot.outputs.commands);
         to.reals(&[snapshot.outputs.scheduling_parameter, snapshot.outputs.trim_pitch]);
         to.boolean(snapshot.outputs.out_of_range);
@@ -28,6 +29,7 @@ impl Controller {
         }
         let mut snapshot = self.autopilot.snapshot();
         from.reals(&mut snapshot.state)?;
+        snapshot.filtered_speed = from.finite()?;
         from.reals(&mut snapshot.outputs.commands)?;
         snapshot.outputs.scheduling_parameter = from.finite()?;
         snapshot.outputs.trim_pitch = from.finite()?;

@@ -2,14 +2,14 @@
 
 use fmi2::Moment;
 use scheduled::Inputs;
-use signals::SIGNALS;
+use signals::{SIGNALS, TRACKED};
 
 use crate::{Controller, ControllerError};
 
 /// Numbers of the quantities: measurements, references, two monitors, then the commands.
 pub(crate) const MEASURED: usize = 0;
 pub(crate) const REFERENCES: usize = SIGNALS.len();
-pub(crate) const SCHEDULING_PARAMETER: usize = 2 * SIGNALS.len();
+pub(crate) const SCHEDULING_PARAMETER: usize = REFERENCES + TRACKED;
 pub(crate) const TRIM_PITCH: usize = SCHEDULING_PARAMETER + 1;
 pub(crate) const COMMANDS: usize = TRIM_PITCH + 1;
 
@@ -31,7 +31,7 @@ impl Controller {
             measured: std::array::from_fn(|i| tangents[MEASURED + i]),
             references: std::array::from_fn(|i| tangents[REFERENCES + i]),
         };
-        let moved = self.autopilot.tangents(&self.inputs, &direction)?;
+        let moved = self.autopilot.tangents(moment.initial, &self.inputs, &direction)?;
         tangents[SCHEDULING_PARAMETER] = moved.scheduling_parameter;
         tangents[TRIM_PITCH] = moved.trim_pitch;
         tangents[COMMANDS..].copy_from_slice(&moved.commands);

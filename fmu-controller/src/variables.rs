@@ -6,7 +6,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use scheduled::{Actuator, ControllerDesign};
-use signals::{SIGNALS, Signal, Values};
+use signals::{SIGNALS, Signal, Values, tracked};
 
 use crate::{Controller, tangents};
 
@@ -15,46 +15,50 @@ type Role<T> = fmi2::Role<Controller, T>;
 
 /// The table for one design.
 pub(crate) fn table(design: &ControllerDesign) -> Vec<Variable> {
-    let mut table = inputs(design);
-    table.extend(design.actuators.iter().enumerate().map(|(index, actuator)| command(index, actuator)));
-    table.extend(monitors());
-    table.extend(constants());
-    table
+    inputs(design).into_iter().chain(outputs(design)).collect()
 }
 
+/// Commands, monitors and constants of a design.
+pub fn outputs(design: &ControllerDesign) -> Vec<Variable> {
+    let inputs = inputs(design);
+    let inputs: Vec<&str> = inputs.iter().map(Variable::name).collect();
+    let commands = design.actuators.iter().enumerate();
+    let commands = commands.map(|(index, actuator)| command(index, actuator, &inputs));
+    commands.chain(monitors()).chain(constants()).collect()
+}
+
+/// What the design measures, then the references that it follows.
 fn inputs(design: &ControllerDesign) -> Vec<Variable> {
-    let each = || SIGNALS.iter().enumerate();
-    let measured = each().map(|(i, signal)| {
+    let measured = SIGNALS.iter().enumerate().filter(|(i, _)| design.measures(*i)).map(|(i, signal)| {
         let set = Role::input(move |m: &mut Controller, v| m.inputs.measured[i] = v);
         let one = Variable::real(signal.name, signal.measured, move |m| m.inputs.measured[i], set);
-        let (least, most) = range(signal, design, true);
-        one.unit(signal.unit).range(least, most).quantity(tangents::MEASURED + i).nominal(signal.nominal)
+        within_range(one, signal, design, true).quantity(tangents::MEASURED + i)
     });
-    let references = each().map(|(i, signal)| {
-        let set = Role::input(move |m: &mut Controller, v| m.inputs.references[i] = v);
-        let one = Variable::real(signal.reference, signal.wanted, move |m| m.inputs.references[i], set);
-        let (least, most) = range(signal, design, false);
-        one.unit(signal.unit).range(least, most).quantity(tangents::REFERENCES + i).nominal(signal.nominal)
-    });
+    let references =
+        tracked().enumerate().filter(|(i, _)| design.follows(*i)).map(|(i, (signal, wanted))| {
+            let set = Role::input(move |m: &mut Controller, v| m.inputs.references[i] = v);
+            let one = Variable::real(wanted.name, wanted.wanted, move |m| m.inputs.references[i], set);
+            within_range(one, signal, design, false).quantity(tangents::REFERENCES + i)
+        });
     measured.chain(references).collect()
 }
 
-/// The values that a signal can take: the range of a measured speed is wider than that of its reference.
-fn range(signal: &Signal, design: &ControllerDesign, measured: bool) -> (f64, f64) {
+/// Adds unit, size and range of a signal: that of a measured speed is wider than that of its reference.
+fn within_range(one: Variable, signal: &Signal, design: &ControllerDesign, measured: bool) -> Variable {
     let speeds = &design.trim.forward_speed;
     let (slowest, fastest) = (speeds[0], speeds[speeds.len() - 1]);
+    let one = one.unit(signal.unit).nominal(signal.nominal);
     match signal.values {
-        Values::Inclination => (-FRAC_PI_2, FRAC_PI_2),
-        Values::ForwardSpeed if measured => (-2.0 * fastest, 2.0 * fastest),
-        Values::ForwardSpeed => (slowest, fastest),
+        Values::Inclination => one.range(-FRAC_PI_2, FRAC_PI_2),
+        Values::ForwardSpeed if measured => one.range(-2.0 * fastest, 2.0 * fastest),
+        Values::ForwardSpeed => one.range(slowest, fastest),
+        Values::Any => one,
     }
 }
 
-fn command(index: usize, actuator: &Actuator) -> Variable {
+fn command(index: usize, actuator: &Actuator, inputs: &[&str]) -> Variable {
     let description = format!("command to {}: trim feedforward and K(rho), limited", actuator.name);
     let get = move |m: &Controller| m.autopilot.outputs().commands[index];
-    let names: Vec<&str> =
-        SIGNALS.iter().map(|s| s.name).chain(SIGNALS.iter().map(|s| s.reference)).collect();
     Variable::real(&actuator.name, description, get, Role::output())
         .unit(&actuator.unit)
         .range(actuator.minimum, actuator.maximum)
@@ -62,7 +66,7 @@ fn command(index: usize, actuator: &Actuator) -> Variable {
         .quantity(tangents::COMMANDS + index)
         .discrete()
         .depends_on(&[])
-        .initially_depends_on(&names)
+        .initially_depends_on(inputs)
 }
 
 fn monitors() -> Vec<Variable> {

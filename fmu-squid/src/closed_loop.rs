@@ -6,7 +6,7 @@ use fmu_plant::PlantModel;
 
 use crate::ClosedLoopError;
 use scheduled::Manoeuvre;
-use signals::{PITCH, SIGNALS, SPEED};
+use signals::{PITCH, SPEED, measured};
 
 /// External references, held between two steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -136,8 +136,7 @@ impl ClosedLoop {
         let references = self.references(time);
         let motion = self.plant.state().motion;
         let inputs = &mut self.controller.inputs;
-        let x = [motion.u, motion.w, motion.q, motion.theta];
-        inputs.measured = SIGNALS.map(|signal| x[signal.state]);
+        inputs.measured = measured([motion.u, motion.w, motion.q, motion.theta]);
         (inputs.references[PITCH], inputs.references[SPEED]) = (references.pitch, references.forward_speed);
 
         self.plant.inputs.operating_speed = references.path_speed;

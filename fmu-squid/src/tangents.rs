@@ -3,7 +3,7 @@
 use fmi2::Moment;
 use fmu_plant::Quantity;
 use scheduled::Inputs;
-use signals::{PITCH, SIGNALS, SPEED};
+use signals::{PITCH, SIGNALS, SPEED, TRACKED};
 
 use crate::{ClosedLoop, ClosedLoopError};
 
@@ -55,11 +55,11 @@ impl ClosedLoop {
         let (pitch, speed) = (tangents[own(Own::PitchReference)], tangents[own(Own::SpeedReference)]);
         tangents[own(Own::PitchReferenceUsed)..].fill(0.0);
         if moment.initial && self.outside.manual {
-            let mut direction = Inputs { measured: [0.0; SIGNALS.len()], references: [0.0; SIGNALS.len()] };
+            let mut direction = Inputs { measured: [0.0; SIGNALS.len()], references: [0.0; TRACKED] };
             (direction.references[PITCH], direction.references[SPEED]) = (pitch, speed);
             let autopilot = self.controller.autopilot();
             let moved = autopilot
-                .tangents(&self.controller.inputs, &direction)
+                .tangents(moment.initial, &self.controller.inputs, &direction)
                 .map_err(fmu_controller::ControllerError::from)?;
             tangents[own(Own::PitchReferenceUsed)] = pitch;
             tangents[own(Own::SpeedReferenceUsed)] = speed;

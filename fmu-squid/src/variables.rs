@@ -2,11 +2,10 @@
 //!
 //! The references act at ticks only, and the current acts only on the velocities through the water.
 
-use signals::{PITCH, SIGNALS, SPEED};
+use signals::{PITCH, SPEED};
 use std::f64::consts::FRAC_PI_2;
 
 use auv::COEFFICIENTS;
-use fmi2::Model;
 
 use crate::ClosedLoop;
 use crate::tangents::Own;
@@ -202,11 +201,10 @@ fn knowns_of_start() -> Vec<&'static str> {
 
 /// Commands, scheduling, and constants of the design.
 fn of_controller(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
-    let open = |one: &fmi2::Variable<_>| !SIGNALS.iter().any(|s| [s.name, s.reference].contains(&one.name()));
     let constants = ["sample_time", "gamma", "gamma_certified"];
     let names: Vec<String> =
         model.plant.vehicle().actuators.iter().map(|actuator| actuator.name.clone()).collect();
-    model.controller.variables().into_iter().filter(open).map(move |one| {
+    fmu_controller::outputs(model.controller.design()).into_iter().map(move |one| {
         let constant = constants.contains(&one.name());
         let one = one.embedded(|m: &ClosedLoop| &m.controller, |m| &mut m.controller);
         let one = if constant { one } else { one.initially_depends_on(&knowns_of_first_tick()) };

@@ -7,7 +7,7 @@ use auv::toml_file::cited;
 use auv::{Actuator, Vehicle};
 use scheduled::Inputs;
 use serde_json::{Value, json};
-use signals::SIGNALS;
+use signals::{SIGNALS, tracked};
 use squid_design::store::files::{read, write};
 use squid_flight::flight::{Row, Surfacing, out_of_water};
 use squid_flight::metrics::{FlightFigures, GRACE, PitchStep, SETTLED};
@@ -51,14 +51,15 @@ pub fn run(record: &Path, vehicle: Option<&Path>, out: Option<PathBuf>, json: bo
 fn rows(columns: &Columns, actuators: &[Actuator]) -> Result<Vec<Row>, String> {
     let column = |name: &str| columns.get(name).ok_or_else(|| format!("there is no column '{name}'"));
     let every = |names: Vec<String>| names.iter().map(|name| column(name)).collect::<Result<Vec<_>, _>>();
-    let measured = every(SIGNALS.map(|s| s.name.to_owned()).into())?;
-    let references = every(SIGNALS.map(|s| format!("{}_used", s.reference)).into())?;
+    every(tracked().map(|(signal, _)| signal.name.to_owned()).collect())?;
+    let measured = SIGNALS.each_ref().map(|signal| columns.get(signal.name));
+    let references = every(tracked().map(|(_, wanted)| format!("{}_used", wanted.name)).collect())?;
     let commands = every(actuators.iter().map(|a| a.name.clone()).collect())?;
     let (time, depth) = (column("time")?, column("depth")?);
     let row = |k: usize| Row {
         time: time[k],
         signals: Inputs {
-            measured: from_fn(|place| measured[place][k]),
+            measured: measured.map(|column| column.map_or(f64::NAN, |column| column[k])),
             references: from_fn(|place| references[place][k]),
         },
         depth: depth[k],

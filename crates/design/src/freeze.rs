@@ -4,12 +4,16 @@ use crate::certify::{controller_rows, lft_matrices};
 use crate::error::Error;
 use crate::fit::Model;
 use crate::inputs::Inputs;
+use crate::inputs::design_file::DesignFile;
 use crate::linearise::linearise_at;
 use auv::{LpvModel, Status, Trim};
 use lpv::synthesis::Design;
 use scheduled::{
-    Actuator, ControllerDesign, FORMAT, Gamma, LftMatrices, Scheduling, Tracked, TrimTable, VehicleName,
+    Actuator, ControllerDesign, ControllerInput, Gamma, Kind, LftMatrices, Scheduling,
+    TrimTable, VehicleName,
 };
+
+use signals::Signal;
 
 /// Rows of the trim table, evenly spread over the range of speed.
 const TRIM_ROWS: usize = 101;
@@ -60,7 +64,6 @@ fn controller(inputs: &Inputs, lft: LftMatrices, gamma: Gamma, trims: &[Trim]) -
     let (centre, half_range) = file.scheduling();
     let column = |of: fn(&Trim) -> f64| trims.iter().map(of).collect();
     ControllerDesign {
-        format: FORMAT.into(),
         vehicle: VehicleName { name: inputs.vehicle.name.clone(), status: status(inputs.vehicle.status) },
         design: file.name.clone(),
         sample_time: file.sample_time,
@@ -71,11 +74,8 @@ fn controller(inputs: &Inputs, lft: LftMatrices, gamma: Gamma, trims: &[Trim]) -
             centre,
             half_range,
         },
-        tracked: file
-            .tracked
-            .iter()
-            .map(|t| Tracked { name: t.signal().name.into(), unit: t.signal().unit.into(), scale: t.scale })
-            .collect(),
+        controller_inputs: controller_inputs(file),
+        reference_filter: file.reference_filter(),
         actuators: inputs
             .vehicle
             .actuators

@@ -3,7 +3,7 @@
 use crate::error::Error;
 use auv::{Motion, Plant, Speed, Vehicle, trim};
 use scheduled::{Autopilot, ControllerDesign, Inputs as Measured, Manoeuvre, Outputs, Trim};
-use signals::{PITCH, SIGNALS, SPEED};
+use signals::{PITCH, SPEED, TRACKED, measured};
 
 /// One row of a flight's record.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,12 +23,12 @@ pub struct Row {
 }
 
 impl Row {
-    /// What is measured of the signal at a place in [`SIGNALS`].
+    /// What is measured of the signal at a place in [`signals::SIGNALS`].
     pub fn measured(&self, place: usize) -> f64 {
         self.signals.measured[place]
     }
 
-    /// What it is to follow.
+    /// What it is to follow, if it can be tracked.
     pub fn reference(&self, place: usize) -> f64 {
         self.signals.references[place]
     }
@@ -134,11 +134,8 @@ pub fn fly_under(
             return Ok(Flight { rows, surfacing: Some(Surfacing { time, speed: state.motion.u }) });
         }
         let Motion { u, w, q, theta } = state.motion;
-        let x = [u, w, q, theta];
-        let measured = SIGNALS.each_ref().map(|signal| x[signal.state]);
-        let mut references = measured;
-        (references[PITCH], references[SPEED]) = (reference, demanded);
-        let signals = Measured { measured, references };
+        let mut signals = Measured { measured: measured([u, w, q, theta]), references: [0.0; TRACKED] };
+        (signals.references[PITCH], signals.references[SPEED]) = (reference, demanded);
         let Answer { commands, rho, out_of_range } = law(&signals)?;
         for (i, command) in commands.iter().enumerate() {
             plant.set_command(i, *command)?;

@@ -158,7 +158,7 @@ mod tests {
         let row = |i: u32| {
             let time = step * f64::from(i);
             let (pitch, reference) = at(time);
-            let signals = Inputs { measured: [pitch, 1.0], references: [reference, 1.25] };
+            let signals = Inputs { measured: [pitch, 1.0, 0.0, 0.0], references: [reference, 1.25] };
             Row { time, signals, depth: 0.0, rho: 0.0, out_of_range: false, commands: vec![3.0] }
         };
         (0..(duration / step) as u32).map(row).collect()

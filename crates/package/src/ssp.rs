@@ -21,6 +21,7 @@ use crate::ssp::units::{of_connectors, units};
 use crate::xml::{Xml, document, real};
 use auv::TrimPoint;
 use model_description::{Causality, ModelDescription, ScalarVariable};
+use signals::{PITCH, SIGNALS, measured, tracked};
 use squid_design::store::Stored;
 use std::collections::BTreeMap;
 use std::io;
@@ -94,12 +95,13 @@ fn speeds(trim: &[TrimPoint]) -> Vec<&TrimPoint> {
 fn start_values(kind: Kind, packed: &Packed, at: &TrimPoint, stored: &Stored) -> Vec<(&'static str, f64)> {
     let values = match kind {
         Kind::Plant => vec![("initial_speed", at.speed), ("operating_speed", at.speed)],
-        _ => vec![
-            ("pitch", at.pitch),
-            ("speed", at.forward_speed),
-            ("pitch_reference", at.pitch + stored.manoeuvre.pitch_step),
-            ("speed_reference", at.forward_speed),
-        ],
+        _ => {
+            let level = measured([at.forward_speed, at.heave, 0.0, at.pitch]);
+            let mut wanted = level;
+            wanted[PITCH] += stored.manoeuvre.pitch_step;
+            let references = tracked().map(|(_, reference)| reference.name).zip(wanted);
+            SIGNALS.iter().map(|signal| signal.name).zip(level).chain(references).collect()
+        }
     };
     let known = |name: &str| packed.description.variables.iter().any(|variable| variable.name == name);
     values.into_iter().filter(|(name, _)| known(name)).collect()

@@ -12,7 +12,8 @@ use std::io;
 /// What goes through the plug, in the order of the design: measurements one way, commands the other.
 fn members<'a>(of: &'a ModelDescription, design: &'a ControllerDesign) -> impl Iterator<Item = &'a str> {
     let commands = design.actuators.iter().map(|one| one.name.as_str());
-    let all = SIGNALS.iter().map(|signal| signal.name).chain(commands);
+    let measured = SIGNALS.iter().enumerate().filter(|(place, _)| design.measures(*place));
+    let all = measured.map(|(_, signal)| signal.name).chain(commands);
     all.filter(|name| of.position(name).is_some())
 }
 

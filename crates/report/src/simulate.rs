@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::page::plot::{Line, Panel, draw};
 use scheduled::Manoeuvre;
-use signals::{PITCH, SPEED};
+use signals::{PITCH, SPEED, TRACKED, tracked};
 use squid_design::inputs::Inputs;
 use squid_design::numbers::decimals;
 use squid_design::store::Stored;
@@ -208,19 +208,21 @@ fn step_panels(inputs: &Inputs, responses: &[(f64, Vec<Row>)]) -> Vec<Panel> {
 /// The record as CSV with the names of the FMU's outputs, SI units.
 fn csv(inputs: &Inputs, rows: &[Row]) -> String {
     let names: Vec<&str> = inputs.vehicle.actuators.iter().map(|a| a.name.as_str()).collect();
+    let signals: Vec<String> =
+        tracked().map(|(signal, wanted)| format!("{},{}_used", signal.name, wanted.name)).collect();
     let mut out = format!(
-        "time,pitch,pitch_reference_used,speed,speed_reference_used,depth,scheduling_parameter,speed_out_of_range,{}\n",
+        "time,{},depth,scheduling_parameter,speed_out_of_range,{}\n",
+        signals.join(","),
         names.join(",")
     );
     for r in rows {
         let commands: Vec<String> = r.commands.iter().map(f64::to_string).collect();
+        let signals: Vec<String> =
+            (0..TRACKED).map(|place| format!("{},{}", r.measured(place), r.reference(place))).collect();
         out += &format!(
-            "{},{},{},{},{},{},{},{},{}\n",
+            "{},{},{},{},{},{}\n",
             r.time,
-            r.measured(PITCH),
-            r.reference(PITCH),
-            r.measured(SPEED),
-            r.reference(SPEED),
+            signals.join(","),
             r.depth,
             r.rho,
             u8::from(r.out_of_range),

@@ -1,10 +1,13 @@
-//! The sampled autopilot: feedforward of the trim, and K(rho) on the tracking errors.
+//! The sampled autopilot: feedforward of the trim, and K(rho) on references and measurements.
 
+use std::cell::LazyCell;
 use std::sync::Arc;
 
 use crate::ports::{Inputs, Outputs};
 use crate::trim::Level;
-use crate::{ControllerDesign, DesignError, Lft, LftController, Snapshot, SnapshotError, TickError, Trim};
+use crate::{
+    ControllerDesign, DesignError, Kind, Lft, LftController, Snapshot, SnapshotError, TickError, Trim,
+};
 use signals::{SPEED, place};
 
 /// Result of [`Autopilot::advance`] or [`Autopilot::tick`].
@@ -22,8 +25,10 @@ pub(crate) struct Plan {
     sample_time: f64,
     centre: f64,
     pub(crate) half_range: f64,
-    /// Index in [`SIGNALS`] and scale of each tracked signal.
-    tracked: Vec<(usize, f64)>,
+    /// Index of the signal in [`signals::SIGNALS`], kind and scale of each input of the controller.
+    inputs: Vec<(usize, Kind, f64)>,
+    /// The part 1 - exp(-w_r Ts) of the way to the speed reference that V_r makes in a tick, if there is a filter.
+    pub(crate) filter: Option<f64>,
     /// Scale, minimum and maximum of each actuator.
     pub(crate) actuators: Vec<[f64; 3]>,
     pub(crate) trim: Trim,
@@ -37,10 +42,18 @@ pub(crate) struct Plan {
 /// rounding of the steps can neither skip nor repeat a tick.
 ///
 /// ```text
-/// y_i       = (reference_i - measured_i)/scale_i
+/// V_r'      = w_r (speed reference - V_r)                 without filter V_r is the speed reference
+/// y0(V_r)   = the signals in level flight at forward speed V_r: speed V_r, heave V_r tan(theta0(V_r)), pitch rate 0,
+///             pitch theta0(V_r) of the trim table
+/// y_i       = (reference_i - y0_i(V_r))/scale_i           an input of kind reference
+/// y_i       = (measured_i - y0_i(V_r))/scale_i            an input of kind measurement
+/// y_i       = (reference_i - measured_i)/scale_i          an input of kind error
 /// rho       = clamp((V(u) - centre)/half_range, -1, 1)    V(u): speed along the path in trim at forward speed u
-/// command_i = clamp(trim_i(speed reference) + scale_i u_i, minimum_i, maximum_i)
+/// command_j = clamp(trim_j(V_r) + scale_j u_j, minimum_j, maximum_j)
 /// ```
+///
+/// After the outputs of each tick V_r is moved to the next one exactly, the reference being held:
+/// `V_r += (1 - exp(-w_r Ts)) (speed reference - V_r)`. The initialisation sets it to the reference.
 ///
 /// The feedforward follows the reference, not the measured speed, so that it adds no feedback besides
 /// that of the design.
@@ -48,7 +61,10 @@ pub(crate) struct Plan {
 pub struct Autopilot {
     pub(crate) plan: Arc<Plan>,
     pub(crate) controller: LftController,
-    errors: Vec<f64>,
+    /// The controller's input y.
+    y: Vec<f64>,
+    /// V_r in m/s.
+    filtered_speed: f64,
     outputs: Outputs,
     start: f64,
     next_tick: u64,
@@ -70,16 +86,17 @@ impl Autopilot {
     #[inline]
     pub fn new(design: &ControllerDesign) -> Result<Self, DesignError> {
         design.validate()?;
-        let lft = Lft::from_rows(&design.lft, design.tracked.len(), design.actuators.len())?;
+        let lft = Lft::from_rows(&design.lft, design.controller_inputs.len(), design.actuators.len())?;
         let plan = Plan {
             sample_time: design.sample_time,
             centre: design.scheduling.centre,
             half_range: design.scheduling.half_range,
-            tracked: design
-                .tracked
+            inputs: design
+                .controller_inputs
                 .iter()
-                .filter_map(|output| Some((place(&output.name)?, output.scale)))
+                .filter_map(|input| Some((place(&input.signal)?, input.kind, input.scale)))
                 .collect(),
+            filter: design.reference_filter.map(|bandwidth| -(-bandwidth * design.sample_time).exp_m1()),
             actuators: design
                 .actuators
                 .iter()
@@ -90,7 +107,8 @@ impl Autopilot {
         };
         Ok(Self {
             controller: LftController::new(lft.discretise(design.sample_time)?),
-            errors: vec![0.0; plan.tracked.len()],
+            y: vec![0.0; plan.inputs.len()],
+            filtered_speed: 0.0,
             outputs: Outputs {
                 commands: vec![0.0; plan.actuators.len()],
                 scheduling_parameter: 0.0,
@@ -114,6 +132,11 @@ impl Autopilot {
         &self.outputs
     }
 
+    /// The filtered speed reference V_r in m/s; without filter the speed reference of the last tick.
+    pub fn filtered_speed(&self) -> f64 {
+        self.filtered_speed
+    }
+
     /// Number of ticks since the initialisation.
     pub fn ticks(&self) -> u64 {
         self.next_tick
@@ -123,6 +146,7 @@ impl Autopilot {
     pub fn snapshot(&self) -> Snapshot {
         Snapshot {
             state: self.controller.state().to_vec(),
+            filtered_speed: self.filtered_speed,
             outputs: self.outputs.clone(),
             start: self.start,
             ticks: self.next_tick,
@@ -137,6 +161,7 @@ impl Autopilot {
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         snapshot.check(self.controller.state().len(), self.outputs.commands.len())?;
         self.controller.set_state(&snapshot.state);
+        self.filtered_speed = snapshot.filtered_speed;
         self.outputs.clone_from(&snapshot.outputs);
         self.start = snapshot.start;
         self.next_tick = snapshot.ticks;
@@ -144,7 +169,8 @@ impl Autopilot {
         Ok(())
     }
 
-    /// Restarts at the time `start` in s: state zero, outputs for the present inputs, no tick run.
+    /// Restarts at the time `start` in s: state zero, V_r at the speed reference, outputs for the present inputs, no
+    /// tick run.
     ///
     /// # Errors
     /// [`TickError`].
@@ -153,6 +179,7 @@ impl Autopilot {
         self.start = start;
         self.next_tick = 0;
         self.outside = false;
+        self.filtered_speed = inputs.references[SPEED];
         self.compute_outputs(inputs)
     }
 
@@ -177,6 +204,9 @@ impl Autopilot {
     pub fn tick(&mut self, inputs: &Inputs) -> Result<Advance, TickError> {
         self.compute_outputs(inputs)?;
         self.controller.update();
+        if let Some(part) = self.plan.filter {
+            self.filtered_speed += part * (inputs.references[SPEED] - self.filtered_speed);
+        }
         let left_range = self.outputs.out_of_range && !self.outside;
         self.outside = self.outputs.out_of_range;
         self.next_tick += 1;
@@ -208,23 +238,35 @@ impl Autopilot {
     fn compute_outputs(&mut self, inputs: &Inputs) -> Result<(), TickError> {
         inputs.check()?;
         let plan = &*self.plan;
-        plan.errors(inputs).zip(&mut self.errors).for_each(|(found, error)| *error = found);
+        if plan.filter.is_none() {
+            self.filtered_speed = inputs.references[SPEED];
+        }
+        let level = plan.trim.level(self.filtered_speed);
+        let y0 = LazyCell::new(|| level.signals());
+        plan.y(inputs, |signal| y0[signal]).zip(&mut self.y).for_each(|(found, y)| *y = found);
         let rho = plan.rho(inputs.measured[SPEED]);
         let clamped = rho.clamp(-1.0, 1.0);
         let outputs = &mut self.outputs;
         outputs.out_of_range = (rho - clamped).abs() > ROUNDING_OF_RHO;
         outputs.scheduling_parameter = clamped;
-        let level = plan.trim.level(inputs.references[SPEED]);
         outputs.trim_pitch = level.pitch();
-        self.controller.output(&self.errors, &[clamped][..plan.parameters], &mut outputs.commands)?;
+        self.controller.output(&self.y, &[clamped][..plan.parameters], &mut outputs.commands)?;
         plan.add_feedforward(level, &mut outputs.commands)
     }
 }
 
 impl Plan {
-    /// The controller's input y, the scaled tracking errors.
-    pub(crate) fn errors(&self, inputs: &Inputs) -> impl Iterator<Item = f64> {
-        self.tracked.iter().map(|(i, scale)| (inputs.references[*i] - inputs.measured[*i]) / scale)
+    /// The controller's input y, where `y0` gives a signal in level flight at V_r.
+    pub(crate) fn y(&self, inputs: &Inputs, y0: impl Fn(usize) -> f64) -> impl Iterator<Item = f64> {
+        let Inputs { measured, references } = *inputs;
+        self.inputs.iter().map(move |&(signal, kind, scale)| {
+            let difference = match kind {
+                Kind::Error => references[signal] - measured[signal],
+                Kind::Reference => references[signal] - y0(signal),
+                Kind::Measurement => measured[signal] - y0(signal),
+            };
+            difference / scale
+        })
     }
 
     /// The scheduling parameter at a forward speed in m/s, not yet clamped to [-1, 1].

@@ -1,19 +1,14 @@
 //! The frozen design of a controller, as in its JSON file.
 
 use serde::{Deserialize, Serialize};
-
-/// Value of the key `format`.
-pub const FORMAT: &str = "squid-controller/1";
+use signals::{SPEED, place};
 
 /// A matrix as a list of rows.
 pub type Rows = Vec<Vec<f64>>;
 
 /// Everything that the autopilot needs; SI units, radians.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ControllerDesign {
-    /// [`FORMAT`].
-    pub format: String,
     /// The vehicle.
     pub vehicle: VehicleName,
     /// Name of the design among those of the vehicle.
@@ -22,8 +17,10 @@ pub struct ControllerDesign {
     pub sample_time: f64,
     /// The scheduling parameter.
     pub scheduling: Scheduling,
-    /// The tracked outputs, in the order of `y`.
-    pub tracked: Vec<Tracked>,
+    /// The inputs of the controller, in the order of `y`.
+    pub controller_inputs: Vec<ControllerInput>,
+    /// Bandwidth w_r of the filter of the speed reference in rad/s; `None` without filter.
+    pub reference_filter: Option<f64>,
     /// The commanded actuators, in the order of `u`.
     pub actuators: Vec<Actuator>,
     /// The controller in continuous time.
@@ -74,16 +71,59 @@ pub struct Scheduling {
     pub half_range: f64,
 }
 
-/// One tracked output: `y_i = (reference - measured)/scale`.
+/// What an input of the controller is; y0 is the signal in level flight at the filtered speed reference V_r.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// `y_i = (reference - measured)/scale`.
+    Error,
+    /// `y_i = (reference - y0(V_r))/scale`.
+    Reference,
+    /// `y_i = (measured - y0(V_r))/scale`.
+    Measurement,
+}
+
+/// One input of the controller.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Tracked {
-    /// Name in [`signals::SIGNALS`].
-    pub name: String,
-    /// Its unit there.
+pub struct ControllerInput {
+    /// Name of the signal in [`signals::SIGNALS`].
+    pub signal: String,
+    /// What is taken of the signal.
+    pub kind: Kind,
+    /// Unit of the signal.
     pub unit: String,
-    /// Error at which y_i = 1.
+    /// Difference at which y_i = 1.
     pub scale: f64,
+}
+
+impl ControllerInput {
+    /// Whether it takes the measured value of the signal.
+    pub fn is_measured(&self) -> bool {
+        self.kind != Kind::Reference
+    }
+
+    /// Whether it takes the reference of the signal.
+    pub fn is_wanted(&self) -> bool {
+        self.kind != Kind::Measurement
+    }
+}
+
+impl ControllerDesign {
+    /// Whether the autopilot measures the signal at a place in [`signals::SIGNALS`]: the speed always, for rho.
+    pub fn measures(&self, signal: usize) -> bool {
+        signal == SPEED || self.takes(signal, ControllerInput::is_measured)
+    }
+
+    /// Whether the autopilot follows a reference of the signal at a place in [`signals::SIGNALS`]: of the speed always,
+    /// for the trim.
+    pub fn follows(&self, signal: usize) -> bool {
+        signal == SPEED || self.takes(signal, ControllerInput::is_wanted)
+    }
+
+    fn takes(&self, signal: usize, part: fn(&ControllerInput) -> bool) -> bool {
+        self.controller_inputs.iter().any(|input| part(input) && place(&input.signal) == Some(signal))
+    }
 }
 
 /// One actuator: `command = clamp(trim + scale u_i, minimum, maximum)`.
@@ -104,7 +144,7 @@ pub struct Actuator {
 
 /// The controller's LFT in continuous time; see the crate's documentation for the partition.
 ///
-/// With n states, p tracked outputs, m actuators and r channels, `Bt` is n x r, and so on. A matrix with rows but
+/// With n states, p inputs, m actuators and r channels, `Bt` is n x r, and so on. A matrix with rows but
 /// no columns is a list of empty rows.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "PascalCase")]

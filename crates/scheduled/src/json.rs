@@ -1,8 +1,63 @@
-//! Writes a design so that it reads back to the same numbers.
+//! Reads and writes a design as JSON, in one of two formats.
+//!
+//! | format | inputs of the controller |
+//! |---|---|
+//! | `squid-controller/1` | `tracked`: a list of `name`, `unit`, `scale`; each is an error, and there is no filter |
+//! | `squid-controller/2` | `controller_inputs`: a list of `signal`, `kind`, `unit`, `scale`; `reference_filter` |
+//!
+//! A design that the first can say is written in the first. All else is the same in both.
 
-use crate::{ControllerDesign, DesignError};
+use crate::design::{Actuator, Gamma, InputHashes, LftMatrices, Scheduling, TrimTable, VehicleName};
+use crate::{ControllerDesign, ControllerInput, DesignError, Kind};
+use serde::{Deserialize, Serialize, Serializer};
+
+const FIRST: &str = "squid-controller/1";
+const SECOND: &str = "squid-controller/2";
+
+/// The file.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    format: String,
+    vehicle: VehicleName,
+    design: String,
+    sample_time: f64,
+    scheduling: Scheduling,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tracked: Option<Vec<Tracked>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    controller_inputs: Option<Vec<ControllerInput>>,
+    /// The inner one is null without filter.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reference_filter: Option<Option<f64>>,
+    actuators: Vec<Actuator>,
+    lft: LftMatrices,
+    trim: TrimTable,
+    gamma: Gamma,
+    inputs: InputHashes,
+}
+
+/// An input of kind error in the first format.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Tracked {
+    name: String,
+    unit: String,
+    scale: f64,
+}
 
 impl ControllerDesign {
+    /// Reads and checks a design.
+    ///
+    /// # Errors
+    /// [`DesignError`] with the key at fault.
+    #[inline]
+    pub fn from_json(text: &str) -> Result<Self, DesignError> {
+        let design = serde_json::from_str::<File>(text)?.design()?;
+        design.validate()?;
+        Ok(design)
+    }
+
     /// The design as JSON, one matrix row per line; numbers read back to the same `f64`.
     ///
     /// # Errors
@@ -12,6 +67,79 @@ impl ControllerDesign {
         let mut text = join_rows(&serde_json::to_string_pretty(self)?);
         text.push('\n');
         Ok(text)
+    }
+
+    /// Whether the first format can say it.
+    fn is_first(&self) -> bool {
+        self.reference_filter.is_none() && self.controller_inputs.iter().all(|one| one.kind == Kind::Error)
+    }
+
+    /// The keys of the list of inputs, and of the signal of each.
+    pub(crate) fn keys_of_inputs(&self) -> (&'static str, &'static str) {
+        if self.is_first() { ("tracked", "name") } else { ("controller_inputs", "signal") }
+    }
+
+    fn file(&self) -> File {
+        let first = self.is_first();
+        let Self { controller_inputs, reference_filter, .. } = self;
+        let error = |ControllerInput { signal: name, unit, scale, .. }| Tracked { name, unit, scale };
+        let Self { vehicle, design, sample_time, scheduling, actuators, lft, trim, gamma, inputs, .. } =
+            self.clone();
+        File {
+            format: if first { FIRST } else { SECOND }.to_owned(),
+            vehicle,
+            design,
+            sample_time,
+            scheduling,
+            tracked: first.then(|| controller_inputs.iter().cloned().map(error).collect()),
+            controller_inputs: (!first).then(|| controller_inputs.clone()),
+            reference_filter: (!first).then_some(*reference_filter),
+            actuators,
+            lft,
+            trim,
+            gamma,
+            inputs,
+        }
+    }
+}
+
+impl Serialize for ControllerDesign {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.file().serialize(serializer)
+    }
+}
+
+impl File {
+    fn design(self) -> Result<ControllerDesign, DesignError> {
+        let filter = self.reference_filter.flatten();
+        let error =
+            |Tracked { name, unit, scale }| ControllerInput { signal: name, kind: Kind::Error, unit, scale };
+        let controller_inputs = match (self.format.as_str(), self.tracked, self.controller_inputs) {
+            (FIRST, Some(tracked), None) if filter.is_none() => tracked.into_iter().map(error).collect(),
+            (SECOND, None, Some(inputs)) => inputs,
+            (FIRST, ..) => {
+                return Err(DesignError::OtherFormat { format: FIRST, allowed: "`tracked` alone" });
+            }
+            (SECOND, ..) => {
+                let allowed = "`controller_inputs` and not `tracked`";
+                return Err(DesignError::OtherFormat { format: SECOND, allowed });
+            }
+            _ => return Err(DesignError::WrongFormat { found: self.format, allowed: [FIRST, SECOND] }),
+        };
+        let Self { vehicle, design, sample_time, scheduling, actuators, lft, trim, gamma, inputs, .. } = self;
+        Ok(ControllerDesign {
+            vehicle,
+            design,
+            sample_time,
+            scheduling,
+            controller_inputs,
+            reference_filter: filter,
+            actuators,
+            lft,
+            trim,
+            gamma,
+            inputs,
+        })
     }
 }
 

@@ -41,7 +41,7 @@ pub struct Lft {
 }
 
 impl Lft {
-    /// Checks shapes and entries of the matrices of a design with `inputs` tracked outputs and `outputs` actuators.
+    /// Checks shapes and entries of the matrices of a design with `inputs` inputs and `outputs` actuators.
     ///
     /// # Errors
     /// [`DesignError::WrongLength`], [`DesignError::BadNumber`].

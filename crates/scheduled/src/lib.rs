@@ -12,7 +12,7 @@
 //! zk  = Ct xk + Dty y + Dtt wk
 //! ```
 //!
-//! with the scaled tracking errors `y` and the scaled actuator commands `u`. This crate contains neither the vehicle's
+//! with the scaled inputs `y` and the scaled actuator commands `u`; [`Autopilot`] says how they are scaled. This crate contains neither the vehicle's
 //! equations nor the synthesis.
 //!
 //! [`Autopilot::tangents`] differentiates a tick by its inputs, exactly; [`Autopilot::snapshot`] saves the state
@@ -35,8 +35,8 @@ mod validate;
 
 pub use autopilot::{Advance, Autopilot};
 pub use design::{
-    Actuator, ControllerDesign, FORMAT, Gamma, InputHashes, LftMatrices, Rows, Scheduling, Status, Tracked,
-    TrimTable, VehicleName,
+    Actuator, ControllerDesign, ControllerInput, Gamma, InputHashes, Kind, LftMatrices, Rows, Scheduling,
+    Status, TrimTable, VehicleName,
 };
 pub use error::{DesignError, TickError};
 pub use lft::controller::LftController;

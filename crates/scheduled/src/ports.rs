@@ -1,6 +1,6 @@
 //! Inputs and outputs of an autopilot.
 
-use signals::{Each, SIGNALS};
+use signals::{Each, EachTracked, SIGNALS, tracked};
 
 use crate::TickError;
 
@@ -9,8 +9,8 @@ use crate::TickError;
 pub struct Inputs {
     /// The measured value of each signal.
     pub measured: Each<f64>,
-    /// The reference of each signal, absolute.
-    pub references: Each<f64>,
+    /// The reference of each signal that can be tracked, absolute.
+    pub references: EachTracked<f64>,
 }
 
 /// Outputs of the autopilot, held between ticks.
@@ -22,7 +22,7 @@ pub struct Outputs {
     pub scheduling_parameter: f64,
     /// The measured speed is outside the scheduled range, and rho was clamped.
     pub out_of_range: bool,
-    /// Trim pitch at the reference speed in rad.
+    /// Trim pitch at the speed V_r in rad.
     pub trim_pitch: f64,
 }
 
@@ -30,7 +30,7 @@ impl Inputs {
     /// Refuses inputs that are not finite.
     pub(crate) fn check(&self) -> Result<(), TickError> {
         let measured = SIGNALS.iter().map(|signal| signal.name).zip(self.measured);
-        let references = SIGNALS.iter().map(|signal| signal.reference).zip(self.references);
+        let references = tracked().map(|(_, reference)| reference.name).zip(self.references);
         for (name, value) in measured.chain(references) {
             if !value.is_finite() {
                 return Err(TickError::InputNotFinite { name, value });

@@ -7,6 +7,8 @@ use crate::Outputs;
 pub struct Snapshot {
     /// State xk of the controller.
     pub state: Vec<f64>,
+    /// The filtered speed reference V_r in m/s.
+    pub filtered_speed: f64,
     /// Outputs of the last tick.
     pub outputs: Outputs,
     /// Time of tick 0 in s.
@@ -38,7 +40,8 @@ impl Snapshot {
                 return Err(SnapshotError::Length { what, found, expected });
             }
         }
-        let others = [self.start, self.outputs.scheduling_parameter, self.outputs.trim_pitch];
+        let others =
+            [self.filtered_speed, self.start, self.outputs.scheduling_parameter, self.outputs.trim_pitch];
         let mut all = self.state.iter().chain(&self.outputs.commands).chain(&others);
         match all.find(|value| !value.is_finite()) {
             Some(&value) => Err(SnapshotError::NotFinite { value }),

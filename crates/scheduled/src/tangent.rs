@@ -17,14 +17,26 @@ pub struct OutputTangents {
 impl Autopilot {
     /// The derivatives of the outputs of a tick now, at `inputs` and along `direction`. The autopilot does not change.
     ///
-    /// The LFT is closed at the scheduling parameter of the measured speed, which the direction moves too. Where a
+    /// The outputs are those of the next tick, for which V_r stands if it is filtered, or with `initial` those of
+    /// [`initialise`](Self::initialise), where it is the speed reference. The LFT is closed at the scheduling parameter of the measured speed, which the direction moves too. Where a
     /// command is limited its derivative is zero; at a corner of the trim table it is the right-hand one.
     ///
     /// # Errors
     /// [`TickError::SingularLoop`].
-    pub fn tangents(&self, inputs: &Inputs, direction: &Inputs) -> Result<OutputTangents, TickError> {
+    pub fn tangents(
+        &self,
+        initial: bool,
+        inputs: &Inputs,
+        direction: &Inputs,
+    ) -> Result<OutputTangents, TickError> {
         let plan = &*self.plan;
-        let (y, dy): (Vec<f64>, Vec<f64>) = plan.errors(inputs).zip(plan.errors(direction)).unzip();
+        let (speed, dspeed) = match plan.filter.is_some() && !initial {
+            true => (self.filtered_speed(), 0.0),
+            false => (inputs.references[SPEED], direction.references[SPEED]),
+        };
+        let (y0, slopes) = (plan.trim.signals(speed), plan.trim.signal_slopes(speed));
+        let y: Vec<f64> = plan.y(inputs, |signal| y0[signal]).collect();
+        let dy: Vec<f64> = plan.y(direction, |signal| slopes[signal] * dspeed).collect();
         let rho = plan.rho(inputs.measured[SPEED]);
         let inside = rho.abs() <= 1.0;
         let slope = plan.trim.speed_slope(inputs.measured[SPEED]) / plan.half_range;
@@ -36,13 +48,12 @@ impl Autopilot {
         self.controller.peek(&y, theta, &mut scaled)?;
         for (index, command) in commands.iter_mut().enumerate() {
             let [scale, minimum, maximum] = plan.actuators[index];
-            let value = plan.trim.command(inputs.references[SPEED], index) + scale * scaled[index];
-            let feedforward =
-                plan.trim.command_slope(inputs.references[SPEED], index) * direction.references[SPEED];
+            let value = plan.trim.command(speed, index) + scale * scaled[index];
+            let feedforward = plan.trim.command_slope(speed, index) * dspeed;
             let free = (minimum..=maximum).contains(&value);
             *command = if free { feedforward + scale * *command } else { 0.0 };
         }
-        let trim_pitch = plan.trim.pitch_slope(inputs.references[SPEED]) * direction.references[SPEED];
+        let trim_pitch = plan.trim.pitch_slope(speed) * dspeed;
         Ok(OutputTangents { commands, scheduling_parameter: drho, trim_pitch })
     }
 }

@@ -1,6 +1,7 @@
 //! Level trim over speed, interpolated linearly.
 
 use crate::TrimTable;
+use signals::{Each, STATES, measured};
 
 /// The trim table.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,11 +59,16 @@ impl Trim {
         self.level(forward_speed).command(actuator)
     }
 
+    /// Each signal in level flight at forward speed u in m/s; the pitch angle is held beyond the table.
+    pub fn signals(&self, forward_speed: f64) -> Each<f64> {
+        self.level(forward_speed).signals()
+    }
+
     /// Level flight at forward speed u in m/s, looked up once; held beyond the table.
     pub(crate) fn level(&self, forward_speed: f64) -> Level<'_> {
         let mut place = find(&self.table.forward_speed, forward_speed);
         place.fraction = place.fraction.clamp(0.0, 1.0);
-        Level { table: &self.table, place }
+        Level { table: &self.table, place, forward_speed }
     }
 
     /// Slope of the speed along the path over forward speed u in m/s, right-hand at a corner.
@@ -74,6 +80,13 @@ impl Trim {
     /// Slope of the pitch angle over forward speed u in rad s/m, zero beyond the table.
     pub fn pitch_slope(&self, forward_speed: f64) -> f64 {
         self.slope_within(forward_speed, |row| self.table.pitch[row])
+    }
+
+    /// Slope of each signal in level flight over forward speed u in m/s, right-hand at a corner.
+    pub fn signal_slopes(&self, forward_speed: f64) -> Each<f64> {
+        let (pitch, slope) = (self.pitch(forward_speed), self.pitch_slope(forward_speed));
+        let heave = pitch.tan() + forward_speed * slope / pitch.cos().powi(2);
+        measured([1.0, heave, 0.0, slope])
     }
 
     /// Slope of the command of one actuator over forward speed u in m/s, zero beyond the table.
@@ -99,9 +112,17 @@ impl Trim {
 pub(crate) struct Level<'a> {
     table: &'a TrimTable,
     place: Place,
+    forward_speed: f64,
 }
 
 impl Level<'_> {
+    /// Each signal: y0 = C x0 with x0 = [u, u tan(theta), 0, theta], the path being level.
+    pub(crate) fn signals(&self) -> Each<f64> {
+        let pitch = self.pitch();
+        let x0: [f64; STATES.len()] = [self.forward_speed, self.forward_speed * pitch.tan(), 0.0, pitch];
+        measured(x0)
+    }
+
     /// Pitch angle in rad.
     pub(crate) fn pitch(&self) -> f64 {
         self.place.interpolate(|row| self.table.pitch[row])
@@ -170,6 +191,19 @@ mod tests {
         assert!((trim().pitch_slope(0.6) - 0.1).abs() < 1e-15);
         assert_eq!((trim().command_slope(1.9, 0), trim().command_slope(1.9, 1)), (2.0, -2.0));
         assert_eq!((trim().command_slope(9.0, 0), trim().pitch_slope(0.1)), (0.0, 0.0));
+    }
+
+    /// [pitch, speed, pitch rate, heave], with the path level; the slopes against central differences.
+    #[test]
+    fn level_flight_gives_every_signal() {
+        assert_eq!(trim().signals(0.4), [-0.1, 0.4, 0.0, 0.4 * (-0.1f64).tan()]);
+        assert_eq!(trim().signals(9.0), [-0.01, 9.0, 0.0, 9.0 * (-0.01f64).tan()]);
+        for speed in [0.1, 0.6, 1.9, 9.0] {
+            let (high, low) = (trim().signals(speed + 1e-6), trim().signals(speed - 1e-6));
+            for (place, slope) in trim().signal_slopes(speed).into_iter().enumerate() {
+                assert!((slope - (high[place] - low[place]) / 2e-6).abs() < 1e-8, "{speed}, {place}");
+            }
+        }
     }
 
     #[test]

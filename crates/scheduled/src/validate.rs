@@ -1,47 +1,33 @@
 //! Checks a design on reading.
 
-use signals::{NAMES, SIGNALS, place};
+use signals::{NAMES, SIGNALS, TRACKED_NAMES, place};
 use std::collections::BTreeSet;
 use std::fmt;
 
 use crate::lft::numbers::{finite, positive, range};
-use crate::{ControllerDesign, DesignError, FORMAT, Lft};
+use crate::{ControllerDesign, DesignError, Lft};
 
 /// Shorter sample times \[s\] are taken for a mistake: a step would need too many ticks.
 const SHORTEST_SAMPLE_TIME: f64 = 1e-5;
 
 impl ControllerDesign {
-    /// Reads and checks a design.
-    ///
-    /// # Errors
-    /// [`DesignError`] with the key at fault.
-    #[inline]
-    pub fn from_json(text: &str) -> Result<Self, DesignError> {
-        let design: Self = serde_json::from_str(text)?;
-        design.validate()?;
-        Ok(design)
-    }
-
     /// Checks shapes, ranges, names and units.
     ///
     /// # Errors
     /// [`DesignError`] with the key at fault.
     #[inline]
     pub fn validate(&self) -> Result<(), DesignError> {
-        if self.format != FORMAT {
-            return Err(DesignError::WrongFormat { found: self.format.clone(), allowed: FORMAT });
-        }
         if !(SHORTEST_SAMPLE_TIME..f64::INFINITY).contains(&self.sample_time) {
             let (key, value) = ("sample_time".to_owned(), self.sample_time);
             return Err(DesignError::BadNumber { key, value, allowed: "finite and at least 1e-5" });
         }
         self.validate_scheduling()?;
-        self.validate_tracked()?;
+        self.validate_controller_inputs()?;
         self.validate_actuators()?;
         if self.lft.blocks.len() > 1 {
             return Err(DesignError::SeveralParameters { found: self.lft.blocks.len() });
         }
-        Lft::from_rows(&self.lft, self.tracked.len(), self.actuators.len())?;
+        Lft::from_rows(&self.lft, self.controller_inputs.len(), self.actuators.len())?;
         self.validate_trim()?;
         for (key, value) in [
             ("gamma.optimum", self.gamma.optimum),
@@ -73,27 +59,33 @@ impl ControllerDesign {
         Ok(())
     }
 
-    fn validate_tracked(&self) -> Result<(), DesignError> {
-        if self.tracked.is_empty() {
-            return Err(DesignError::Empty { key: "tracked" });
+    fn validate_controller_inputs(&self) -> Result<(), DesignError> {
+        let (list, name) = self.keys_of_inputs();
+        if self.controller_inputs.is_empty() {
+            return Err(DesignError::Empty { key: list });
         }
-        let mut names = BTreeSet::new();
-        for (index, tracked) in self.tracked.iter().enumerate() {
-            let key = |last: &str| format!("tracked[{index}].{last}");
+        let mut taken = BTreeSet::new();
+        for (index, input) in self.controller_inputs.iter().enumerate() {
+            let key = |last: &str| format!("{list}[{index}].{last}");
             let bad = |last, found: &str, allowed| {
                 Err(DesignError::BadText { key: key(last), found: found.to_owned(), allowed })
             };
-            match place(&tracked.name).map(|place| SIGNALS[place].unit) {
-                None => return bad("name", &tracked.name, NAMES),
-                Some(unit) if unit != tracked.unit => return bad("unit", &tracked.unit, unit),
+            let signal = place(&input.signal).map(|place| &SIGNALS[place]);
+            let (signal, allowed) = match input.is_wanted() {
+                true => (signal.filter(|signal| signal.reference.is_some()), TRACKED_NAMES),
+                false => (signal, NAMES),
+            };
+            match signal {
+                None => return bad(name, &input.signal, allowed),
+                Some(signal) if signal.unit != input.unit => return bad("unit", &input.unit, signal.unit),
                 Some(_) => {}
             }
-            positive(format_args!("tracked[{index}].scale"), tracked.scale)?;
-            if !names.insert(&tracked.name) {
-                return Err(DesignError::NameTaken { key: key("name"), name: tracked.name.clone() });
+            positive(format_args!("{list}[{index}].scale"), input.scale)?;
+            if !taken.insert((&input.signal, input.kind)) {
+                return Err(DesignError::NameTaken { key: key(name), name: input.signal.clone() });
             }
         }
-        Ok(())
+        self.reference_filter.map_or(Ok(()), |w| positive(format_args!("reference_filter"), w))
     }
 
     fn validate_actuators(&self) -> Result<(), DesignError> {

@@ -4,15 +4,22 @@
 mod example;
 
 use allocation_counter::measure;
-use scheduled::{Autopilot, Inputs};
+use scheduled::{Autopilot, ControllerDesign, Inputs};
 
 #[test]
 fn a_tick_allocates_nothing() {
+    allocates_nothing(&example::design());
+    let mut filtered = example::two_degrees();
+    filtered.reference_filter = Some(0.5);
+    allocates_nothing(&filtered);
+}
+
+fn allocates_nothing(design: &ControllerDesign) {
     let mut made = None;
-    let making = measure(|| made = Autopilot::new(&example::design()).ok());
+    let making = measure(|| made = Autopilot::new(design).ok());
     assert!(making.count_total > 0, "the allocator counts");
     let mut autopilot = made.unwrap();
-    let inputs = Inputs { measured: [0.1, 2.2], references: [0.2, 2.0] };
+    let inputs = Inputs { measured: [0.1, 2.2, 0.0, 0.0], references: [0.2, 2.0] };
     autopilot.initialise(0.0, &inputs).unwrap();
     let flight = measure(|| {
         for step in 1..=1000 {

@@ -5,13 +5,13 @@ mod example;
 
 use proptest::prelude::*;
 use scheduled::{Autopilot, Inputs, TickError};
-use signals::{PITCH, SIGNALS, SPEED};
+use signals::{PITCH, SIGNALS, SPEED, TRACKED};
 
 const CRUISE: Inputs = inputs([-0.01, 1.749], [-0.01, 1.749]);
 
 /// Pitch and speed as measured, and as wanted; the other signals are 0.
 const fn inputs(measured: [f64; 2], wanted: [f64; 2]) -> Inputs {
-    let mut inputs = Inputs { measured: [0.0; SIGNALS.len()], references: [0.0; SIGNALS.len()] };
+    let mut inputs = Inputs { measured: [0.0; SIGNALS.len()], references: [0.0; TRACKED] };
     (inputs.measured[PITCH], inputs.measured[SPEED]) = (measured[0], measured[1]);
     (inputs.references[PITCH], inputs.references[SPEED]) = (wanted[0], wanted[1]);
     inputs
@@ -188,7 +188,7 @@ fn a_singular_loop_is_an_error() {
 #[test]
 fn pitch_alone_can_be_tracked() {
     let mut design = example::design();
-    design.tracked.truncate(1);
+    design.controller_inputs.truncate(1);
     for rows in [&mut design.lft.by, &mut design.lft.duy, &mut design.lft.dty] {
         rows.iter_mut().for_each(|row| row.truncate(1));
     }

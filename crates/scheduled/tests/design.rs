@@ -4,7 +4,8 @@
 mod example;
 
 use proptest::prelude::*;
-use scheduled::ControllerDesign;
+use scheduled::{ControllerDesign, Kind};
+use signals::{PITCH, SPEED, place};
 
 #[test]
 fn reads_back_what_it_wrote() {
@@ -24,6 +25,78 @@ proptest! {
     }
 }
 
+/// A design that the first format can say is written in it, to the byte as it was read.
+#[test]
+fn the_committed_design_is_written_as_it_was_read() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid/frozen/controller.json");
+    let text = std::fs::read_to_string(path).unwrap();
+    let design = ControllerDesign::from_json(&text).unwrap();
+    assert_eq!(design.to_json().unwrap(), text);
+    assert!(design.controller_inputs.iter().all(|input| input.kind == Kind::Error));
+    assert_eq!(design.reference_filter, None);
+}
+
+#[test]
+fn the_second_format_reads_back_too() {
+    for filter in [None, Some(0.3)] {
+        let mut design = example::two_degrees();
+        design.reference_filter = filter;
+        let json = design.to_json().unwrap();
+        assert!(json.contains("\"squid-controller/2\"") && !json.contains("tracked"), "{json}");
+        assert_eq!(ControllerDesign::from_json(&json).unwrap(), design);
+    }
+    let mut filtered = example::design();
+    filtered.reference_filter = Some(0.3);
+    let json = filtered.to_json().unwrap();
+    assert!(json.contains("squid-controller/2") && json.contains("\"kind\": \"error\""), "{json}");
+    assert_eq!(ControllerDesign::from_json(&json).unwrap(), filtered);
+}
+
+/// Errors alone can be given in the second format, too.
+#[test]
+fn both_formats_become_one_design() {
+    let json = serde_json::to_string(&example::design()).unwrap();
+    let inputs = serde_json::to_string(&example::design().controller_inputs).unwrap();
+    let (start, rest) = json.split_once("\"tracked\":[").unwrap();
+    let (_, end) = rest.split_once(']').unwrap();
+    let second = format!("{start}\"controller_inputs\":{inputs},\"reference_filter\":null{end}");
+    let second = second.replace("squid-controller/1", "squid-controller/2");
+    assert_eq!(ControllerDesign::from_json(&second).unwrap(), example::design());
+    for (wrong, expected) in [
+        (
+            json.replace("squid-controller/1", "squid-controller/2"),
+            "under `controller_inputs` and not `tracked`",
+        ),
+        (second.replace("squid-controller/2", "squid-controller/1"), "under `tracked` alone"),
+        (json.replace("\"tracked\"", "\"reference_filter\":1.0,\"tracked\""), "under `tracked` alone"),
+        (
+            json.replace("squid-controller/1", "squid-controller/3"),
+            "format is 'squid-controller/3', but only 'squid-controller/1' and 'squid-controller/2' can be read",
+        ),
+        (second.replace("\"error\"", "\"integral\""), "unknown variant `integral`"),
+    ] {
+        let message = ControllerDesign::from_json(&wrong).unwrap_err().to_string();
+        assert!(message.contains(expected), "{message}");
+    }
+}
+
+#[test]
+fn measures_and_follows_what_its_inputs_name() {
+    let [rate, heave] = ["pitch_rate", "heave"].map(|name| place(name).unwrap());
+    let of = |design: &ControllerDesign| {
+        (
+            [PITCH, SPEED, rate, heave].map(|one| design.measures(one)),
+            [PITCH, SPEED].map(|one| design.follows(one)),
+        )
+    };
+    assert_eq!(of(&example::design()), ([true, true, false, false], [true, true]));
+    let mut design = example::two_degrees();
+    design.controller_inputs[0] = example::input("pitch_rate", Kind::Measurement, 0.1);
+    assert_eq!(of(&design), ([true, true, true, false], [false, true]));
+    design.controller_inputs.truncate(1);
+    assert_eq!(of(&design), ([false, true, true, false], [false, true]), "rho and the trim take the speed");
+}
+
 #[test]
 fn brackets_in_names_survive() {
     let mut design = example::design();
@@ -34,7 +107,11 @@ fn brackets_in_names_survive() {
 /// Changes the design and asserts that the message names the key.
 #[track_caller]
 fn assert_refused(change: impl FnOnce(&mut ControllerDesign), expected: &str) {
-    let mut design = example::design();
+    refused(example::design(), change, expected);
+}
+
+#[track_caller]
+fn refused(mut design: ControllerDesign, change: impl FnOnce(&mut ControllerDesign), expected: &str) {
     change(&mut design);
     let message = design.validate().unwrap_err().to_string();
     assert!(message.contains(expected), "{message}");
@@ -43,7 +120,6 @@ fn assert_refused(change: impl FnOnce(&mut ControllerDesign), expected: &str) {
 
 #[test]
 fn refuses_designs_that_make_no_sense() {
-    assert_refused(|d| d.format = "squid-controller/2".to_owned(), "only 'squid-controller/1' can be read");
     assert_refused(|d| d.sample_time = 0.0, "sample_time is 0");
     assert_refused(|d| d.sample_time = f64::NAN, "sample_time is NaN");
     assert_refused(|d| d.sample_time = 1e-300, "must be finite and at least 1e-5");
@@ -51,11 +127,14 @@ fn refuses_designs_that_make_no_sense() {
     assert_refused(|d| d.scheduling.quantity = "depth".to_owned(), "scheduling.quantity is 'depth'");
     assert_refused(|d| d.scheduling.maximum = 0.4, "scheduling reaches from 0.5 to 0.4");
     assert_refused(|d| d.scheduling.centre = 1.7, "0.5 m/s gives rho");
-    assert_refused(|d| d.tracked.clear(), "tracked is empty");
-    assert_refused(|d| d.tracked[1].name = "depth".to_owned(), "tracked[1].name is 'depth'");
-    assert_refused(|d| d.tracked[0].unit = "deg".to_owned(), "tracked[0].unit is 'deg'");
-    assert_refused(|d| d.tracked[0].scale = -1.0, "tracked[0].scale is -1");
-    assert_refused(|d| d.tracked[1] = d.tracked[0].clone(), "tracked[1].name is 'pitch'");
+    assert_refused(|d| d.controller_inputs.clear(), "tracked is empty");
+    assert_refused(|d| d.controller_inputs[1].signal = "depth".to_owned(), "tracked[1].name is 'depth'");
+    assert_refused(|d| d.controller_inputs[0].unit = "deg".to_owned(), "tracked[0].unit is 'deg'");
+    assert_refused(|d| d.controller_inputs[0].scale = -1.0, "tracked[0].scale is -1");
+    assert_refused(
+        |d| d.controller_inputs[1] = d.controller_inputs[0].clone(),
+        "tracked[1].name is 'pitch', which stands there twice",
+    );
     assert_refused(|d| d.actuators.clear(), "actuators is empty");
     assert_refused(|d| d.actuators[1].name = "thruster_1".to_owned(), "actuators[1].name is 'thruster_1'");
     assert_refused(|d| d.actuators[1].name = "a b".to_owned(), "actuators[1].name is 'a b'");
@@ -76,6 +155,42 @@ fn refuses_designs_that_make_no_sense() {
     assert_refused(|d| d.trim.actuators[1][2] = 200.0, "trim.actuators[1][2] is 200, outside the limits");
     assert_refused(|d| d.trim.speed[2] = 2.9, "trim.speed covers 0.5 .. 2.9 m/s");
     assert_refused(|d| d.gamma.bound = 0.0, "gamma.bound is 0");
+}
+
+#[test]
+fn refuses_inputs_that_make_no_sense() {
+    let of =
+        |change: fn(&mut ControllerDesign), expected: &str| refused(example::two_degrees(), change, expected);
+    of(
+        |d| d.controller_inputs[1].signal = "depth".to_owned(),
+        "controller_inputs[1].signal is 'depth', but must be 'pitch', 'speed', 'pitch_rate' or 'heave'",
+    );
+    for kind in [Kind::Reference, Kind::Error] {
+        let change =
+            |d: &mut ControllerDesign| d.controller_inputs[1] = example::input("pitch_rate", kind, 0.1);
+        refused(
+            example::two_degrees(),
+            change,
+            "controller_inputs[1].signal is 'pitch_rate', but must be 'pitch' or 'speed'",
+        );
+    }
+    of(
+        |d| d.controller_inputs[2].unit = "km/h".to_owned(),
+        "controller_inputs[2].unit is 'km/h', but must be m/s",
+    );
+    of(
+        |d| d.controller_inputs[3].scale = 0.0,
+        "controller_inputs[3].scale is 0, but must be finite and above 0",
+    );
+    of(
+        |d| d.controller_inputs[2] = d.controller_inputs[0].clone(),
+        "controller_inputs[2].signal is 'pitch', which stands there twice",
+    );
+    for bandwidth in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let expected = format!("reference_filter is {bandwidth}, but must be finite and above 0");
+        refused(example::two_degrees(), |d| d.reference_filter = Some(bandwidth), &expected);
+    }
+    of(|d| d.lft.by[0].truncate(2), "lft.By[0] has 2 entries, but must have 4");
 }
 
 #[test]

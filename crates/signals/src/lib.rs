@@ -1,9 +1,11 @@
-//! The signals of an autopilot, measured and tracked: one table, from the states of the linear model to the inputs of
-//! the FMU.
+//! The signals of an autopilot: one table, from the states of the linear model to the inputs of the FMU. Every signal
+//! can be measured; those with a reference can be tracked.
 //!
 //! A new signal is a row of [`SIGNALS`]. Its scale depends on the design and is in the design file.
 
 use std::f64::consts::PI;
+
+const DEGREE: f64 = PI / 180.0;
 
 /// A state of the linear model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,6 +31,8 @@ pub enum Values {
     Inclination,
     /// Speeds; a reference is in the range of the design.
     ForwardSpeed,
+    /// Any number.
+    Any,
 }
 
 /// A unit besides SI, with its value in SI.
@@ -40,21 +44,28 @@ pub struct Unit {
     pub factor: f64,
 }
 
+/// The reference of a signal that can be tracked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Reference {
+    /// Its name in FMUs, `NAME_reference`.
+    pub name: &'static str,
+    /// What it prescribes.
+    pub wanted: &'static str,
+}
+
 /// A row of [`SIGNALS`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Signal {
-    /// Its name in design files, frozen designs and FMUs; its reference is `NAME_reference`.
+    /// Its name in design files, frozen designs and FMUs: an output of the plant, an input of the controller.
     pub name: &'static str,
-    /// The name of the reference.
-    pub reference: &'static str,
     /// SI unit.
     pub unit: &'static str,
     /// The units in which a design file may give its scale.
     pub units: &'static [Unit],
     /// What the sensor measures.
     pub measured: &'static str,
-    /// What the reference prescribes.
-    pub wanted: &'static str,
+    /// Its reference, if it can be tracked.
+    pub reference: Option<Reference>,
     /// Index of its state in [`STATES`]: the output equation is `y = x[state]`.
     pub state: usize,
     /// The values that it can take.
@@ -76,55 +87,113 @@ pub const PITCH: usize = 0;
 /// The index of speed in [`SIGNALS`].
 pub const SPEED: usize = 1;
 
-/// Every signal that an autopilot can measure and track.
-pub static SIGNALS: [Signal; 2] = [
+/// Every signal that an autopilot can measure; first those that it can track.
+pub static SIGNALS: [Signal; 4] = [
     Signal {
         name: "pitch",
-        reference: "pitch_reference",
         unit: "rad",
-        units: &[Unit { name: "deg", factor: PI / 180.0 }, Unit { name: "rad", factor: 1.0 }],
+        units: &[Unit { name: "deg", factor: DEGREE }, Unit { name: "rad", factor: 1.0 }],
         measured: "pitch angle",
-        wanted: "wanted pitch angle",
+        reference: Some(Reference { name: "pitch_reference", wanted: "wanted pitch angle" }),
         state: 3,
         values: Values::Inclination,
         nominal: 0.1,
     },
     Signal {
         name: "speed",
-        reference: "speed_reference",
         unit: "m/s",
         units: &[Unit { name: "m/s", factor: 1.0 }],
         measured: "forward speed through the water, along the body axis",
-        wanted: "wanted forward speed through the water",
+        reference: Some(Reference {
+            name: "speed_reference",
+            wanted: "wanted forward speed through the water",
+        }),
         state: 0,
         values: Values::ForwardSpeed,
         nominal: 1.0,
     },
+    Signal {
+        name: "pitch_rate",
+        unit: "rad/s",
+        units: &[Unit { name: "deg/s", factor: DEGREE }, Unit { name: "rad/s", factor: 1.0 }],
+        measured: "rate of pitch",
+        reference: None,
+        state: 2,
+        values: Values::Any,
+        nominal: 0.1,
+    },
+    Signal {
+        name: "heave",
+        unit: "m/s",
+        units: &[Unit { name: "m/s", factor: 1.0 }],
+        measured: "speed through the water, along the body z axis",
+        reference: None,
+        state: 1,
+        values: Values::Any,
+        nominal: 0.1,
+    },
 ];
 
 /// The names, for messages.
-pub const NAMES: &str = "'pitch' or 'speed'";
+pub const NAMES: &str = "'pitch', 'speed', 'pitch_rate' or 'heave'";
+
+/// The names of those that can be tracked, for messages.
+pub const TRACKED_NAMES: &str = "'pitch' or 'speed'";
+
+/// How many signals can be tracked; they are the first of [`SIGNALS`].
+pub const TRACKED: usize = 2;
 
 /// A value for each row of [`SIGNALS`].
 pub type Each<T> = [T; SIGNALS.len()];
+
+/// A value for each row of [`SIGNALS`] that can be tracked.
+pub type EachTracked<T> = [T; TRACKED];
 
 /// The index of a signal in [`SIGNALS`].
 pub fn place(name: &str) -> Option<usize> {
     SIGNALS.iter().position(|signal| signal.name == name)
 }
 
+/// Every signal that can be tracked, with its reference, in the order of [`SIGNALS`].
+pub fn tracked() -> impl Iterator<Item = (&'static Signal, Reference)> {
+    SIGNALS.iter().filter_map(|signal| Some((signal, signal.reference?)))
+}
+
+/// The signals in a state `x`, in the order and units of [`STATES`]: y = C x.
+pub fn measured(x: [f64; STATES.len()]) -> Each<f64> {
+    SIGNALS.each_ref().map(|signal| x[signal.state])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn listed(names: &[&str]) -> String {
+        let (last, others) = names.split_last().unwrap();
+        format!("'{}' or '{last}'", others.join("', '"))
+    }
+
     #[test]
     fn the_table_fits_together() {
         assert_eq!((place("pitch"), place("speed"), place("depth")), (Some(PITCH), Some(SPEED), None));
-        assert_eq!(NAMES, SIGNALS.map(|signal| format!("'{}'", signal.name)).join(" or "));
-        for signal in SIGNALS {
-            assert_eq!(signal.reference, format!("{}_reference", signal.name));
+        assert_eq!(NAMES, listed(&SIGNALS.each_ref().map(|signal| signal.name)));
+        assert_eq!(TRACKED_NAMES, listed(&tracked().map(|(signal, _)| signal.name).collect::<Vec<_>>()));
+        for (place, signal) in SIGNALS.iter().enumerate() {
+            assert_eq!(signal.reference.is_some(), place < TRACKED, "{}", signal.name);
             assert_eq!(STATES[signal.state].unit, signal.unit, "{}", signal.name);
             assert!(signal.units.iter().any(|unit| unit.name == signal.unit && unit.factor == 1.0));
+        }
+        for (signal, reference) in tracked() {
+            assert_eq!(reference.name, format!("{}_reference", signal.name));
+        }
+    }
+
+    #[test]
+    fn a_signal_is_the_row_of_its_state() {
+        let x = [1.0, 2.0, 3.0, 4.0];
+        for (signal, value) in SIGNALS.iter().zip(measured(x)) {
+            let row: f64 = (0..STATES.len()).map(|state| signal.output(state) * x[state]).sum();
+            assert_eq!(value, row, "{}", signal.name);
         }
     }
 }

@@ -60,8 +60,12 @@ pub fn design() -> ControllerDesign {
         [1.0, -0.5, -0.5].map(|side| row(side, [kp, ki, kd, kv, kvi])).to_vec()
     };
     let vehicle = plant::vehicle("squid");
-    let signal =
-        |name: &str, unit: &str, scale| Tracked { name: name.to_owned(), unit: unit.to_owned(), scale };
+    let error = |signal: &str, unit: &str, scale| ControllerInput {
+        signal: signal.to_owned(),
+        kind: Kind::Error,
+        unit: unit.to_owned(),
+        scale,
+    };
     let actuator = |one: &auv::Actuator| Actuator {
         name: one.name.clone(),
         unit: one.unit().to_owned(),
@@ -70,7 +74,6 @@ pub fn design() -> ControllerDesign {
         maximum: one.max,
     };
     ControllerDesign {
-        format: FORMAT.to_owned(),
         vehicle: VehicleName { name: vehicle.name.clone(), status: Status::Surrogate },
         design: "by hand".to_owned(),
         sample_time: 0.02,
@@ -81,7 +84,8 @@ pub fn design() -> ControllerDesign {
             centre: 1.75,
             half_range: 1.25,
         },
-        tracked: vec![signal("pitch", "rad", 0.17), signal("speed", "m/s", 0.3)],
+        controller_inputs: vec![error("pitch", "rad", 0.17), error("speed", "m/s", 0.3)],
+        reference_filter: None,
         actuators: vehicle.actuators.iter().map(actuator).collect(),
         lft: LftMatrices {
             blocks: vec![1],

@@ -358,7 +358,7 @@ mod tests {
     fn row(time: f64, error: f64) -> Row {
         Row {
             time,
-            signals: scheduled::Inputs { measured: [-error, 1.0], references: [0.0, 1.0] },
+            signals: scheduled::Inputs { measured: [-error, 1.0, 0.0, 0.0], references: [0.0, 1.0] },
             depth: 0.0,
             rho: 0.0,
             out_of_range: false,

@@ -1,6 +1,14 @@
-//! A small design with two states, two channels, two tracked outputs and three actuators.
+//! A small design with two states, two channels, two errors as inputs and three actuators.
+
+#![allow(dead_code, reason = "not every test needs everything")]
 
 use scheduled::*;
+use signals::{SIGNALS, place};
+
+pub fn input(signal: &str, kind: Kind, scale: f64) -> ControllerInput {
+    let unit = SIGNALS[place(signal).unwrap()].unit.to_owned();
+    ControllerInput { signal: signal.to_owned(), kind, unit, scale }
+}
 
 pub fn design() -> ControllerDesign {
     let thruster = |name: &str| Actuator {
@@ -10,10 +18,7 @@ pub fn design() -> ControllerDesign {
         minimum: -60.0,
         maximum: 100.0,
     };
-    let tracked =
-        |name: &str, unit: &str, scale| Tracked { name: name.to_owned(), unit: unit.to_owned(), scale };
     ControllerDesign {
-        format: FORMAT.to_owned(),
         vehicle: VehicleName { name: "Example".to_owned(), status: Status::Surrogate },
         design: "default".to_owned(),
         sample_time: 0.02,
@@ -24,7 +29,8 @@ pub fn design() -> ControllerDesign {
             centre: 1.75,
             half_range: 1.25,
         },
-        tracked: vec![tracked("pitch", "rad", 0.17), tracked("speed", "m/s", 0.3)],
+        controller_inputs: vec![input("pitch", Kind::Error, 0.17), input("speed", Kind::Error, 0.3)],
+        reference_filter: None,
         actuators: vec![thruster("thruster_1"), thruster("thruster_2"), thruster("thruster_3")],
         lft: LftMatrices {
             blocks: vec![2],
@@ -47,4 +53,19 @@ pub fn design() -> ControllerDesign {
         gamma: Gamma { optimum: 0.79, bound: 0.85, back_off: 1.1, certified: false },
         inputs: InputHashes { vehicle_sha256: "00".repeat(32), design_sha256: "11".repeat(32) },
     }
+}
+
+/// The same controller, K (r - y), with references and measurements as inputs of their own.
+pub fn two_degrees() -> ControllerDesign {
+    let mut design = design();
+    let errors = std::mem::take(&mut design.controller_inputs);
+    let kinds = [Kind::Reference, Kind::Measurement];
+    design.controller_inputs =
+        errors.iter().flat_map(|one| kinds.map(|kind| input(&one.signal, kind, one.scale))).collect();
+    for rows in [&mut design.lft.by, &mut design.lft.duy, &mut design.lft.dty] {
+        for row in rows {
+            *row = row.iter().flat_map(|&gain| [gain, -gain]).collect();
+        }
+    }
+    design
 }
