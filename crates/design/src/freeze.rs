@@ -100,6 +100,20 @@ fn controller(inputs: &Inputs, lft: LftMatrices, gamma: Gamma, trims: &[Trim]) -
     }
 }
 
+/// What the controller takes in, in the order of y: the errors, or the references and then the measurements.
+fn controller_inputs(file: &DesignFile) -> Vec<ControllerInput> {
+    let input = |signal: &Signal, kind: Kind, scale: f64| ControllerInput {
+        signal: signal.name.into(),
+        kind,
+        unit: signal.unit.into(),
+        scale,
+    };
+    let kind = if file.measured.is_empty() { Kind::Error } else { Kind::Reference };
+    let tracked = file.tracked.iter().map(|t| input(t.signal(), kind, t.scale));
+    let measured = file.measured.iter().map(|m| input(m.signal(), Kind::Measurement, m.scale));
+    tracked.chain(measured).collect()
+}
+
 fn status(status: Status) -> scheduled::Status {
     match status {
         Status::Surrogate => scheduled::Status::Surrogate,

@@ -24,7 +24,7 @@ pub fn synthesise(
     progress: &Progress,
 ) -> Result<Design, Error> {
     let running = progress.begin("synthesise", "solving the matrix inequalities");
-    let options = Options { back_off: file.back_off, ..Options::default() };
+    let options = Options { back_off: file.back_off, accuracy: ACCURACY * file.back_off, ..Options::default() };
     let design = lpv::synthesis::synthesise(plant, options)
         .map_err(|reason| no_controller(actuators, file, plant, reason))?;
     let seconds = running.seconds();
@@ -41,6 +41,9 @@ pub fn synthesise(
     );
     Ok(design)
 }
+
+/// How near to the least gamma the search comes, relative to the back-off from it.
+const ACCURACY: f64 = 0.02;
 
 /// The gammas, how near to each other they could be had, and what was added to the plant for it.
 fn synthesis_line(design: &Design, asked: f64, seconds: f64) -> String {

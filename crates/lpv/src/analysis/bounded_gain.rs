@@ -17,6 +17,9 @@ use crate::system::plant::ClosedLoop;
 /// tight, and hold less clearly.
 const GAMMA_TOLERANCE: f64 = 0.01;
 
+/// A bound as close as this to the least is near enough where no closer one comes easily.
+const NEAR_ENOUGH: f64 = 0.05;
+
 /// How often the search begins again, in the better coordinates that its last point gives.
 const MOST_RESTARTS: usize = 3;
 
@@ -81,7 +84,7 @@ fn tightened(closed: &ClosedLoop, error: &LoopError, given: &GainBound) -> Optio
         if better {
             best = Some(found);
         }
-        if !better || gap <= GAMMA_TOLERANCE {
+        if !better || gap <= NEAR_ENOUGH {
             break;
         }
     }
@@ -188,7 +191,11 @@ pub(crate) fn search(base: Base, tolerance: f64) -> Result<(GainBound, f64), Syn
     posed.program.positive("S", m.s.clone());
     posed.program.negative("bounded real", posed.inequality.clone());
     posed.program.minimise_trace(&m.gamma, 1.0);
-    let search = SolverOptions { start: Some(&posed.start), ..SolverOptions::within(tolerance) };
+    let search = SolverOptions {
+        start: Some(&posed.start),
+        enough: NEAR_ENOUGH,
+        ..SolverOptions::within(tolerance)
+    };
     let solution = solver::solve(&posed.program, STAGE, search)?;
     Ok((posed.bound(base, &solution.x), solution.gap))
 }

@@ -48,7 +48,7 @@ pub fn solve(
     let data: Vec<LowRank> =
         program.inequalities.iter().map(|i| LowRank::new(program, &i.expression)).collect();
     let costs = program.costs();
-    let enough = if search.patient { search.tolerance } else { search.tolerance.max(ROUNDING_GAP) };
+    let enough = if search.patient { search.tolerance } else { search.tolerance.max(search.enough) };
     let mut own: Option<Solution> = None;
     for evenness in EVENNESS {
         let even: Vec<LowRank> = data.iter().map(|d| d.with_even_rows(evenness)).collect();
@@ -68,10 +68,6 @@ pub fn solve(
         own => general(program, stage, own),
     }
 }
-
-/// A gap at which other rows are not tried for an impatient search: what is left then is rounding at the optimum, not
-/// a search that is stuck on the way.
-const ROUNDING_GAP: f64 = 1e-3;
 
 /// How far the rows of the inequalities are brought to one size, from not at all to all the way. Most programs are
 /// solved as they are; one with rows of very different sizes may need the help, and there is no telling which of the

@@ -9,6 +9,9 @@ pub struct SolverOptions<'a> {
     pub floor: f64,
     /// A point at which all inequalities hold strictly, if one is known. The best point found is then good enough.
     pub start: Option<&'a [f64]>,
+    /// A gap at which rows of other sizes are not tried for an impatient search: what is left then is rounding at the
+    /// optimum, not a search that is stuck on the way.
+    pub enough: f64,
     /// Whether to go on with the general solver where the first gets stuck at a point that is feasible, but not the
     /// best.
     pub patient: bool,
@@ -22,6 +25,6 @@ impl SolverOptions<'_> {
 
     /// Within `tolerance` of the optimum, and therefore well inside the inequalities.
     pub fn within(tolerance: f64) -> Self {
-        Self { tolerance, floor: 1.0, start: None, patient: false }
+        Self { tolerance, floor: 1.0, start: None, enough: 1e-3, patient: false }
     }
 }

@@ -15,6 +15,8 @@ pub struct Options {
     pub back_off: f64,
     /// A least gamma above this counts as infeasible.
     pub gamma_limit: Option<f64>,
+    /// A gamma that is known to be within this of the least, relative to itself, is near enough to it.
+    pub accuracy: f64,
     /// No mode of the frozen controller may be faster than this, rad/s.
     pub fastest_mode: Option<f64>,
 }
@@ -25,6 +27,7 @@ impl Default for Options {
             scalings: ScalingClass::SymmetricAndSkew,
             back_off: 0.1,
             gamma_limit: None,
+            accuracy: 1e-5,
             fastest_mode: None,
         }
     }

@@ -7,7 +7,7 @@ use crate::synthesis::back_off::centre;
 use crate::synthesis::balance::Coordinates;
 use crate::synthesis::design::{Design, Options};
 use crate::synthesis::inequalities::{LmiSolution, ScalingClass};
-use crate::synthesis::least_gamma::{equalised, least_gamma, smallest};
+use crate::synthesis::least_gamma::{equalised, least_gamma_within, smallest};
 use crate::synthesis::quadratic::{Stabilisation, stabilisation};
 use crate::synthesis::reconstruct::reconstruct;
 use crate::system::model_error::LoopError;
@@ -15,7 +15,7 @@ use crate::system::plant::GeneralisedPlant;
 
 /// The design in one go.
 pub(crate) fn directly(plant: &GeneralisedPlant, options: Options) -> Result<Design, SynthesisError> {
-    let (coordinates, optimum) = match least_gamma(plant, options.scalings) {
+    let (coordinates, optimum) = match least_gamma_within(plant, options.scalings, options.accuracy) {
         Ok(found) => found,
         Err(error) => return explained(plant, Err(error), options),
     };

@@ -31,21 +31,32 @@ pub fn least_gamma(
     plant: &GeneralisedPlant,
     scalings: ScalingClass,
 ) -> Result<(Coordinates, LmiSolution), SynthesisError> {
-    let (mut place, mut best) = first(plant, scalings)?;
+    least_gamma_within(plant, scalings, SETTLED_GAP)
+}
+
+/// The same; a gamma that is known to be within `accuracy` of the least, relative to itself, is near enough.
+pub(crate) fn least_gamma_within(
+    plant: &GeneralisedPlant,
+    scalings: ScalingClass,
+    accuracy: f64,
+) -> Result<(Coordinates, LmiSolution), SynthesisError> {
+    let search = SolverOptions::within((SEARCHED * accuracy).max(SolverOptions::fine().tolerance));
+    let doubtful = accuracy.max(DOUBTFUL_GAP);
+    let (mut place, mut best) = first(plant, scalings, search)?;
     let mut tried = (place.clone(), best.clone());
     // What no gamma goes below is the same in all coordinates.
     let mut lower = best.lower_estimate();
     let mut multipliers = std::mem::take(&mut best.multipliers);
     for _ in 0..MOST_COORDINATES {
-        if best.gap <= SETTLED_GAP && best.margin > 0.0 {
+        if best.gap <= accuracy && best.margin > 0.0 {
             break;
         }
         let here = tried.0.plant(plant);
         let level = COORDINATES_GAMMA_FACTOR * tried.1.gamma / tried.0.unit;
         let Ok(small) = smallest(&here, level, &tried.1, scalings) else { break };
         let Some(coordinates) = equalised(&tried.0.coordinates, &small, plant) else { break };
-        let next = Place { coordinates, ..tried.0 };
-        let Ok(again) = minimise(plant, &next, scalings, false) else { break };
+        let next = Place { coordinates, unit: tried.1.gamma };
+        let Ok(again) = minimise(plant, &next, scalings, search) else { break };
         lower = lower.max(again.lower_estimate());
         multipliers.splice(0..0, again.multipliers.iter().cloned());
         let agree = again.margin > 0.0
@@ -56,19 +67,19 @@ pub fn least_gamma(
             (place, best) = tried.clone();
         }
         best.gap = gap(best.gamma, lower);
-        if agree && best.gap < DOUBTFUL_GAP {
+        if agree && best.gap < doubtful {
             break;
         }
     }
-    if (best.gap > DOUBTFUL_GAP || best.margin <= 0.0)
-        && let Ok(other) = minimise(plant, &place, scalings, true)
+    if (best.gap > doubtful || best.margin <= 0.0)
+        && let Ok(other) = minimise(plant, &place, scalings, SolverOptions { patient: true, ..search })
         && better(&other, &best)
     {
         lower = lower.max(other.lower_estimate());
         best = LmiSolution { gap: gap(other.gamma, lower), ..other };
     }
     if let Some(next) = second_opinion(plant, &best)
-        && let Ok(other) = minimise(plant, &next, scalings, false)
+        && let Ok(other) = minimise(plant, &next, scalings, search)
     {
         multipliers.splice(0..0, other.multipliers.iter().cloned());
         if better(&other, &best) {
@@ -126,6 +137,9 @@ fn gap(gamma: f64, lower: f64) -> f64 {
     if lower > 0.0 { (1.0 - lower / gamma).max(0.0) } else { f64::INFINITY }
 }
 
+/// How close each search comes to its optimum, relative to the accuracy asked for.
+const SEARCHED: f64 = 0.1;
+
 /// How far above gamma the coordinates are sought.
 const COORDINATES_GAMMA_FACTOR: f64 = 1.1;
 
@@ -165,16 +179,20 @@ impl Place {
 }
 
 /// A first solution, in units in which its gamma is about 1.
-fn first(plant: &GeneralisedPlant, scalings: ScalingClass) -> Result<(Place, LmiSolution), SynthesisError> {
+fn first(
+    plant: &GeneralisedPlant,
+    scalings: ScalingClass,
+    search: SolverOptions<'_>,
+) -> Result<(Place, LmiSolution), SynthesisError> {
     let mut place = Place::balanced(plant, first_unit(plant));
-    let mut best = minimise(plant, &place, scalings, false)?;
+    let mut best = minimise(plant, &place, scalings, search)?;
     for _ in 0..MOST_UNITS {
         let ratio = best.gamma / place.unit;
         if (1.0 / NEAR_UNIT..NEAR_UNIT).contains(&ratio) || ratio.is_nan() || ratio <= 0.0 {
             break;
         }
         let next = Place::balanced(plant, best.gamma);
-        let Ok(again) = minimise(plant, &next, scalings, false) else { break };
+        let Ok(again) = minimise(plant, &next, scalings, search) else { break };
         (place, best) = (next, again);
     }
     Ok((place, best))
@@ -247,13 +265,13 @@ fn minimise(
     plant: &GeneralisedPlant,
     place: &Place,
     scalings: ScalingClass,
-    patient: bool,
+    search: SolverOptions<'_>,
 ) -> Result<LmiSolution, SynthesisError> {
     let mut program = Program::new();
     let scaled = place.plant(plant);
     let unknowns = state(&mut program, &scaled, None, scalings);
     program.minimise_trace(&unknowns.gamma, 1.0);
-    let solution = solver::solve(&program, STAGE, SolverOptions { patient, ..SolverOptions::fine() })?;
+    let solution = solver::solve(&program, STAGE, search)?;
     let found = unknowns.lmi_solution(&program, &solution);
     let gap = solution.gap * (1.0 + found.gamma.abs()) / found.gamma;
     let multipliers = dual_multipliers(place, &scaled, &solution.multipliers, scalings);
