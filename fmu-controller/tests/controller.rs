@@ -3,7 +3,8 @@
 
 mod example;
 
-use example::design;
+use example::{design, with_pitch_rate};
+use fmi2::model_description::Causality;
 use fmi2::{Experiment, Instance, Log, Resources, Silent};
 use fmu_controller::{Controller, RESOURCE, describe};
 use serde_json::{Value, json};
@@ -27,7 +28,11 @@ struct Flight {
 
 impl Flight {
     fn start() -> Self {
-        let mut instance = Instance::new(describe(&resources(&design())).unwrap());
+        Self::of(&design())
+    }
+
+    fn of(design: &Value) -> Self {
+        let mut instance = Instance::new(describe(&resources(design)).unwrap());
         instance.set_up(Experiment::default()).unwrap();
         instance.enter_initialization().unwrap();
         instance.exit_initialization(&mut Silent).unwrap();
@@ -62,6 +67,49 @@ fn describes_itself_from_the_design() {
         assert!(described.xml.contains(part), "{part} is not in\n{}", described.xml);
     }
     assert_eq!(describe(&resources(&design())).unwrap().xml, described.xml, "the same bytes every time");
+}
+
+/// Speed and its reference are there for every design; else what its inputs name.
+#[test]
+fn takes_in_what_the_design_measures_and_follows() {
+    let inputs = |design: &Value| {
+        let variables = describe(&resources(design)).unwrap().description.variables;
+        let inputs = variables.into_iter().filter(|one| one.causality == Causality::Input);
+        inputs.map(|one| one.name).collect::<Vec<_>>()
+    };
+    let mut design = with_pitch_rate();
+    assert_eq!(inputs(&design), ["pitch", "speed", "pitch_rate", "pitch_reference", "speed_reference"]);
+    let xml = describe(&resources(&design)).unwrap().xml;
+    for part in [
+        r#"<ScalarVariable name="pitch_rate" valueReference="2" description="rate of pitch" causality="input""#,
+        r#"unit="rad/s" displayUnit="deg/s" nominal="0.1" start="0.0"/>"#,
+        r#"<Unknown index="6" dependencies="1 2 3 4 5""#,
+    ] {
+        assert!(xml.contains(part), "{part} is not in\n{xml}");
+    }
+    design["controller_inputs"] = json!([design["controller_inputs"][2]]);
+    for matrix in ["By", "Duy", "Dty"] {
+        let rows = design["lft"][matrix].as_array_mut().unwrap();
+        rows.iter_mut().for_each(|row| row.as_array_mut().unwrap().truncate(1));
+    }
+    assert_eq!(inputs(&design), ["speed", "pitch_rate", "speed_reference"]);
+}
+
+/// The fin opposes the pitch rate at once, and turns to a new trim as the filtered reference does.
+#[test]
+fn flies_by_pitch_rate_and_filtered_reference() {
+    let mut flight = Flight::of(&with_pitch_rate());
+    let fin = flight.get("fin");
+    flight.set("pitch_rate", 0.1);
+    flight.instance.step(0.0, 0.02, &mut Silent).unwrap();
+    assert!((flight.get("fin") - fin + 0.2 * 0.2).abs() < 1e-9);
+    flight.set("pitch_rate", 0.0);
+    let (pitch, speed) = (flight.get("trim_pitch"), flight.get("speed_reference"));
+    flight.set("speed_reference", 3.0);
+    flight.instance.step(0.02, 2.0 + 0.02, &mut Silent).unwrap();
+    let part = 1.0 - (-0.5 * 2.0f64).exp();
+    let expected = pitch + part * (3.0 - speed) * 0.09 / 2.51;
+    assert!((flight.get("trim_pitch") - expected).abs() < 1e-12);
 }
 
 #[test]

@@ -10,7 +10,7 @@ use abi::{MESSAGES, Unpacked, do_step, free, get};
 use allocation_counter::measure;
 use fmi2::abi::{Component, Status, access, exchange, step};
 use fmi2::model_description::{Causality, Kind, ModelDescription};
-use fmi2::{Interface, Model, describe};
+use fmi2::{Interface, Model, Resources, describe};
 use fmu_controller::Controller;
 use fmu_plant::PlantModel;
 use fmu_squid::ClosedLoop;
@@ -110,8 +110,18 @@ fn integrate<M: Model>(c: Component, signals: &Signals) -> f64 {
 }
 
 fn allocates_nothing<M: Model>(run: fn(Component, &Signals) -> f64, interface: Interface) {
-    let fmu = Unpacked::<M>::new(&example::resources());
-    let signals = signals(&describe::<M>(&example::resources()).unwrap().description);
+    for files in [example::resources(), example::with_two_degrees()] {
+        allocates_nothing_of::<M>(&files, run, interface);
+    }
+}
+
+fn allocates_nothing_of<M: Model>(
+    files: &Resources,
+    run: fn(Component, &Signals) -> f64,
+    interface: Interface,
+) {
+    let fmu = Unpacked::<M>::new(files);
+    let signals = signals(&describe::<M>(files).unwrap().description);
     let c = fmu.started(interface);
     let mut sum = 0.0;
     let flight = measure(|| sum = run(c, &signals));

@@ -90,72 +90,80 @@ proptest! {
         CASES.iter().for_each(|case| hold_in_continuous_time::<ClosedLoop>(*case, &offsets, &direction));
     }
 
-    /// The first outputs by the inputs, in initialization mode, by setting and getting.
     #[test]
     fn of_the_controllers_first_outputs(
-        at in prop::collection::vec(-1.0..1.0, 4),
-        direction in prop::collection::vec(-1.0..1.0, 4),
+        at in prop::collection::vec(-1.0..1.0, 5),
+        direction in prop::collection::vec(-1.0..1.0, 5),
     ) {
-        let description = described::<Controller>();
-        let (inputs, outputs) = (
-            real_of(&description, Causality::Input),
-            references(&real_of(&description, Causality::Output)),
-        );
-        let place = at_inputs(&inputs, &at);
-        let seed: Vec<f64> = direction.iter().zip([0.1, 1.0, 0.1, 1.0]).map(|(by, size)| by * size).collect();
-        let mut now = instance::<Controller>(Interface::CoSimulation);
-        write(&mut now, &references(&inputs), &place);
-        let mut exact = vec![0.0; outputs.len()];
-        now.directional_derivative(&outputs, &references(&inputs), &seed, &mut exact, &mut Silent).unwrap();
-        let values = |step: f64| {
-            let mut moved = instance::<Controller>(Interface::CoSimulation);
-            let at: Vec<f64> = place.iter().zip(&seed).map(|(at, by)| at + step * by).collect();
-            write(&mut moved, &references(&inputs), &at);
-            read(&mut moved, &outputs)
-        };
-        let names: Vec<String> = outputs.iter().map(|one| format!("output {one}")).collect();
-        let names: Vec<&str> = names.iter().map(String::as_str).collect();
-        assert_slopes(&names, &exact, &vec![1.0; outputs.len()], 1e-6, values);
+        [SQUID, TWO_DEGREES].iter().for_each(|case| hold_at_the_first_outputs(*case, &at, &direction));
     }
 
-    /// In a flight: the commands of the tick that the next step begins with, by setting, stepping and getting.
     #[test]
     fn of_the_controllers_next_tick(
-        at in prop::collection::vec(-1.0..1.0, 4),
-        direction in prop::collection::vec(-1.0..1.0, 4),
+        at in prop::collection::vec(-1.0..1.0, 5),
+        direction in prop::collection::vec(-1.0..1.0, 5),
         ticks in 0..20,
     ) {
-        let description = described::<Controller>();
-        let (inputs, outputs) = (
-            real_of(&description, Causality::Input),
-            references(&real_of(&description, Causality::Output)),
-        );
-        let (sample_time, place) = (0.02, at_inputs(&inputs, &at));
-        let seed: Vec<f64> = direction.iter().zip([0.1, 1.0, 0.1, 1.0]).map(|(by, size)| by * size).collect();
-        let mut now = instance::<Controller>(Interface::CoSimulation);
-        now.exit_initialization(&mut Silent).unwrap();
-        write(&mut now, &references(&inputs), &place);
-        for _ in 0..ticks {
-            now.step(now.time(), sample_time, &mut Silent).unwrap();
-        }
-        let before = now.snapshot().unwrap();
-        let mut exact = vec![0.0; outputs.len()];
-        now.directional_derivative(&outputs, &references(&inputs), &seed, &mut exact, &mut Silent).unwrap();
-        let values = |step: f64| {
-            let mut moved = instance::<Controller>(Interface::CoSimulation);
-            moved.restore(&before).unwrap();
-            let at: Vec<f64> = place.iter().zip(&seed).map(|(at, by)| at + step * by).collect();
-            write(&mut moved, &references(&inputs), &at);
-            moved.step(moved.time(), 1e-3, &mut Silent).unwrap();
-            read(&mut moved, &outputs)
-        };
-        let names: Vec<String> = outputs.iter().map(|one| format!("output {one}")).collect();
-        let names: Vec<&str> = names.iter().map(String::as_str).collect();
-        assert_slopes(&names, &exact, &vec![1.0; outputs.len()], 1e-6, values);
-        now.step(now.time(), 1e-3, &mut Silent).unwrap();
-        now.directional_derivative(&outputs, &references(&inputs), &seed, &mut exact, &mut Silent).unwrap();
-        assert!(exact.iter().all(|value| *value == 0.0), "no tick is due now");
+        [SQUID, TWO_DEGREES].iter().for_each(|case| hold_at_the_next_tick(*case, &at, &direction, ticks));
     }
+}
+
+/// The inputs of the controller near level flight and a direction of them, and the outputs.
+fn around(case: Case, at: &[f64], direction: &[f64]) -> (Vec<u32>, Vec<f64>, Vec<f64>, Vec<u32>) {
+    let description = case.describe::<Controller>().description;
+    let inputs = real_of(&description, Causality::Input);
+    let seed = inputs.iter().zip(direction).map(|(one, by)| one.2 * by).collect();
+    let outputs = references(&real_of(&description, Causality::Output));
+    (references(&inputs), at_inputs(&inputs, at), seed, outputs)
+}
+
+/// The first outputs of the controller by its inputs, in initialization mode, by setting and getting.
+fn hold_at_the_first_outputs(case: Case, at: &[f64], direction: &[f64]) {
+    let (inputs, place, seed, outputs) = around(case, at, direction);
+    let mut now = case.instance::<Controller>(Interface::CoSimulation);
+    write(&mut now, &inputs, &place);
+    let mut exact = vec![0.0; outputs.len()];
+    now.directional_derivative(&outputs, &inputs, &seed, &mut exact, &mut Silent).unwrap();
+    let values = |step: f64| {
+        let mut moved = case.instance::<Controller>(Interface::CoSimulation);
+        let at: Vec<f64> = place.iter().zip(&seed).map(|(at, by)| at + step * by).collect();
+        write(&mut moved, &inputs, &at);
+        read(&mut moved, &outputs)
+    };
+    assert_outputs(&outputs, &exact, values);
+}
+
+/// In a flight: the commands of the tick that the next step begins with, by setting, stepping and getting.
+fn hold_at_the_next_tick(case: Case, at: &[f64], direction: &[f64], ticks: i32) {
+    let (inputs, place, seed, outputs) = around(case, at, direction);
+    let sample_time = 0.02;
+    let mut now = case.instance::<Controller>(Interface::CoSimulation);
+    now.exit_initialization(&mut Silent).unwrap();
+    write(&mut now, &inputs, &place);
+    for _ in 0..ticks {
+        now.step(now.time(), sample_time, &mut Silent).unwrap();
+    }
+    let before = now.snapshot().unwrap();
+    let mut exact = vec![0.0; outputs.len()];
+    now.directional_derivative(&outputs, &inputs, &seed, &mut exact, &mut Silent).unwrap();
+    let values = |step: f64| {
+        let mut moved = case.instance::<Controller>(Interface::CoSimulation);
+        moved.restore(&before).unwrap();
+        let at: Vec<f64> = place.iter().zip(&seed).map(|(at, by)| at + step * by).collect();
+        write(&mut moved, &inputs, &at);
+        moved.step(moved.time(), 1e-3, &mut Silent).unwrap();
+        read(&mut moved, &outputs)
+    };
+    assert_outputs(&outputs, &exact, values);
+    now.step(now.time(), 1e-3, &mut Silent).unwrap();
+    now.directional_derivative(&outputs, &inputs, &seed, &mut exact, &mut Silent).unwrap();
+    assert!(exact.iter().all(|value| *value == 0.0), "no tick is due now");
+}
+
+fn assert_outputs(outputs: &[u32], exact: &[f64], values: impl Fn(f64) -> Vec<f64>) {
+    let names: Vec<String> = outputs.iter().map(|one| format!("output {one}")).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    assert_slopes(&names, exact, &vec![1.0; outputs.len()], 1e-6, values);
 }
 
 /// First outputs and rates by the inputs, in initialization mode, by setting and getting.
@@ -230,9 +238,11 @@ fn at_a_row_of_the_trim_table_they_are_those_to_the_right() {
 
 /// Inputs near level flight in the middle of the speeds, off the corners of the trim table.
 fn at_inputs(inputs: &[(u32, f64, f64)], offsets: &[f64]) -> Vec<f64> {
-    let size = [0.05, 0.5, 0.05, 0.5];
-    let place = inputs.iter().zip(offsets).zip(size).map(|((one, offset), size)| one.1 + 0.9 * size * offset);
-    place.enumerate().map(|(i, value)| if i % 2 == 1 { off_corner(value) } else { value }).collect()
+    let place = inputs.iter().zip(offsets).map(|((_, start, nominal), offset)| match *nominal {
+        1.0 => off_corner(start + 0.45 * offset),
+        _ => start + 0.045 * offset,
+    });
+    place.collect()
 }
 
 /// The trim table of the example has a corner every 0.1 m/s or so; its speeds along the body are a little less.

@@ -8,6 +8,22 @@ use fmi2::model_description::{Causality, Kind};
 use fmi2::{Described, Experiment, Instance, Model, Resources, Silent};
 use fmu_squid::describe;
 use scheduled::MANOEUVRE_RESOURCE;
+use signals::SIGNALS;
+
+/// What the controller measures, the plant puts out by the same name and in the same unit.
+#[test]
+fn every_signal_is_an_output_of_the_plant() {
+    let plant = fmu_plant::describe(&resources()).unwrap().description;
+    for signal in &SIGNALS {
+        let output = plant.variables.iter().find(|one| one.name == signal.name).unwrap();
+        assert_eq!(
+            (output.causality, output.unit()),
+            (Causality::Output, Some(signal.unit)),
+            "{}",
+            signal.name
+        );
+    }
+}
 
 #[test]
 fn describes_itself_from_the_files() {

@@ -3,10 +3,10 @@
 
 mod example;
 
-use example::{Flight, design, manoeuvre, resources, started, with};
-use fmi2::Silent;
+use example::{Flight, design, input, manoeuvre, resources, started, two_degrees, with, with_two_degrees};
+use fmi2::{Resources, Silent};
 use fmu_squid::{ClosedLoop, describe};
-use scheduled::Manoeuvre;
+use scheduled::{Kind, Manoeuvre};
 
 const MOTION: [&str; 7] = ["pitch", "speed", "pitch_rate", "heave", "path_speed", "depth", "distance"];
 const ACTUATORS: [&str; 3] = ["lower", "upper_port", "upper_starboard"];
@@ -56,21 +56,27 @@ fn references(time: f64) -> [f64; 3] {
 
 #[test]
 fn equals_plant_and_controller_stepped_by_a_master() {
-    let resources = resources();
+    equals_both_stepped_by_a_master(&resources(), &["pitch", "speed"]);
+    equals_both_stepped_by_a_master(&with_two_degrees(), &["pitch", "speed", "pitch_rate"]);
+}
+
+fn equals_both_stepped_by_a_master(resources: &Resources, measured: &[&str]) {
     for fidelity in [NONLINEAR, LPV] {
-        let mut whole = Flight::prepare(describe(&resources).unwrap(), 0.0);
+        let mut whole = Flight::prepare(describe(resources).unwrap(), 0.0);
         whole.set("fidelity", fidelity);
         whole.begin().unwrap();
-        let mut plant = Flight::prepare(fmu_plant::describe(&resources).unwrap(), 0.0);
+        let mut plant = Flight::prepare(fmu_plant::describe(resources).unwrap(), 0.0);
         plant.set("fidelity", fidelity);
         plant.set("initial_speed", 0.8);
         plant.begin().unwrap();
-        let mut controller = Flight::prepare(fmu_controller::describe(&resources).unwrap(), 0.0);
+        let mut controller = Flight::prepare(fmu_controller::describe(resources).unwrap(), 0.0);
+        // Where a filter of the reference begins.
+        controller.set("speed_reference", references(0.0)[1]);
         controller.begin().unwrap();
         for tick in 0..1000 {
             let time = f64::from(tick) * 0.02;
             let [pitch_reference, speed_reference, operating_speed] = references(time);
-            for name in ["pitch", "speed"] {
+            for name in measured {
                 controller.set(name, plant.get(name));
             }
             controller.set("pitch_reference", pitch_reference);
@@ -93,6 +99,33 @@ fn equals_plant_and_controller_stepped_by_a_master() {
         }
         assert!(whole.get("pitch") > 0.1 && whole.get("distance") > 20.0, "it flew");
     }
+}
+
+/// A design that measures more, but makes nothing of it, flies as the design without; and one whose inputs are
+/// references and measurements as the one with their differences.
+#[test]
+fn the_same_controller_in_the_second_format_flies_alike() {
+    let mut idle = design();
+    idle.controller_inputs.push(input("pitch_rate", Kind::Measurement, 0.1));
+    idle.controller_inputs.push(input("heave", Kind::Measurement, 0.1));
+    for rows in [&mut idle.lft.by, &mut idle.lft.duy, &mut idle.lft.dty] {
+        rows.iter_mut().for_each(|row| row.extend([0.0; 2]));
+    }
+    let mut apart = two_degrees();
+    apart.reference_filter = None;
+    apart.lft.duy.iter_mut().for_each(|row| row[4] = 0.0);
+    let mut expected = started(&resources());
+    expected.fly(20.0, 0.02);
+    for same in [&idle, &apart] {
+        assert!(same.to_json().unwrap().contains("squid-controller/2"));
+        let mut flight = started(&with(same, &manoeuvre()));
+        flight.fly(20.0, 0.02);
+        let gap = differ(&mut flight, &mut expected);
+        assert!(gap < 1e-9, "{gap:e}");
+    }
+    let mut damped = started(&with_two_degrees());
+    damped.fly(20.0, 0.02);
+    assert!(differ(&mut damped, &mut expected) > 1e-3, "what is measured acts");
 }
 
 #[test]

@@ -240,9 +240,11 @@ fn survives<M: Model>(fmu: &Unpacked<M>, interface: Interface, calls: &Calls) ->
     seen
 }
 
-/// Tries the same calls on an FMU all of whose actuators lag, and on one with an actuator that does not.
+/// Tries the same calls on an FMU all of whose actuators lag, on one with an actuator that does not, and on one whose
+/// controller takes in references and measurements.
 fn tried<M: Model>(name: &str, interface: Interface) {
-    let fmus = [example::resources(), example::without_lag()].map(|files| Unpacked::<M>::new(&files));
+    let files = [example::resources(), example::without_lag(), example::with_two_degrees()];
+    let fmus = files.map(|files| Unpacked::<M>::new(&files));
     fuzz::run(name, |calls| fmus.iter().flat_map(|fmu| survives(fmu, interface, calls)).collect());
 }
 

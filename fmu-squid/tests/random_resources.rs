@@ -135,8 +135,12 @@ impl Case for Changes {
 
 /// Loads the changed files; where that works, flies them for a moment.
 fn survives<M: Model>(files: &[&str], changes: &Changes) -> Seen {
-    static WHOLE: OnceLock<Resources> = OnceLock::new();
-    let whole = WHOLE.get_or_init(example::resources);
+    static WHOLE: OnceLock<[Resources; 2]> = OnceLock::new();
+    let whole = WHOLE.get_or_init(|| [example::resources(), example::with_two_degrees()]);
+    whole.iter().flat_map(|whole| survives_of::<M>(whole, files, changes)).collect()
+}
+
+fn survives_of<M: Model>(whole: &Resources, files: &[&str], changes: &Changes) -> Seen {
     let mut resources = Resources::default();
     for (name, bytes) in whole.iter() {
         let mut of_file = changes.0.iter().filter(|(file, _)| files[file % files.len()] == name);

@@ -184,8 +184,8 @@ fn survives<M: Model>(fmu: &Unpacked<M>, case: &Changed) -> Seen {
 }
 
 fn tried<M: Model>(name: &str) {
-    let fmu = Unpacked::<M>::new(&example::resources());
-    fuzz::run(name, |case| survives(&fmu, case));
+    let fmus = [example::resources(), example::with_two_degrees()].map(|files| Unpacked::<M>::new(&files));
+    fuzz::run(name, |case| fmus.iter().flat_map(|fmu| survives(fmu, case)).collect());
 }
 
 #[test]

@@ -3,9 +3,9 @@
 
 mod example;
 
-use example::resources;
+use example::{resources, with_two_degrees};
 use fmi2::model_description::{Causality, Kind};
-use fmi2::{Experiment, Instance, Interface, Model, Silent, describe};
+use fmi2::{Experiment, Instance, Interface, Model, Resources, Silent, describe};
 use fmu_controller::Controller;
 use fmu_plant::PlantModel;
 use fmu_squid::ClosedLoop;
@@ -17,8 +17,8 @@ struct Signals {
     outputs: Vec<u32>,
 }
 
-fn signals<M: Model>() -> Signals {
-    let description = describe::<M>(&resources()).unwrap().description;
+fn signals<M: Model>(resources: &Resources) -> Signals {
+    let description = describe::<M>(resources).unwrap().description;
     let real = |causality: Causality| {
         let all = description.variables.iter();
         all.filter(move |one| one.causality == causality && matches!(one.kind, Kind::Real { .. }))
@@ -45,12 +45,12 @@ fn moves(count: usize) -> impl Strategy<Value = Vec<Move>> {
     prop::collection::vec((size, prop::collection::vec(-0.3..0.3, 8)), count)
 }
 
-fn instance<M: Model>() -> Instance<M> {
-    Instance::made_for(Interface::CoSimulation, describe::<M>(&resources()).unwrap())
+fn instance<M: Model>(resources: &Resources) -> Instance<M> {
+    Instance::made_for(Interface::CoSimulation, describe::<M>(resources).unwrap())
 }
 
-fn started<M: Model>() -> Instance<M> {
-    let mut instance = instance::<M>();
+fn started<M: Model>(resources: &Resources) -> Instance<M> {
+    let mut instance = instance::<M>(resources);
     instance.set_up(Experiment { start: 1.5, ..Experiment::default() }).unwrap();
     instance.enter_initialization().unwrap();
     instance.exit_initialization(&mut Silent).unwrap();
@@ -69,9 +69,9 @@ fn run<M: Model>(instance: &mut Instance<M>, signals: &Signals, moves: &[Move]) 
     bits
 }
 
-fn goes_on_alike<M: Model>(before: &[Move], after: &[Move]) {
-    let signals = signals::<M>();
-    let mut first = started::<M>();
+fn goes_on_alike<M: Model>(resources: &Resources, before: &[Move], after: &[Move]) {
+    let signals = signals::<M>(resources);
+    let mut first = started::<M>(resources);
     run(&mut first, &signals, before);
     let snapshot = first.snapshot().unwrap();
     let bytes = first.serialise(&snapshot).unwrap();
@@ -80,7 +80,7 @@ fn goes_on_alike<M: Model>(before: &[Move], after: &[Move]) {
     assert_eq!(first.serialise(&first.snapshot().unwrap()).unwrap(), bytes, "nothing is forgotten");
     assert_eq!(run(&mut first, &signals, after), expected, "restored from snapshot");
     // An instance that never ran, and one that ran elsewhere.
-    for mut other in [instance::<M>(), first] {
+    for mut other in [instance::<M>(resources), first] {
         let read = other.deserialise(&bytes).unwrap();
         other.restore(&read).unwrap();
         assert_eq!(run(&mut other, &signals, after), expected, "restored from bytes");
@@ -93,17 +93,19 @@ proptest! {
 
     #[test]
     fn plants_go_on_alike(before in moves(6), after in moves(6)) {
-        goes_on_alike::<PlantModel>(&before, &after);
+        goes_on_alike::<PlantModel>(&resources(), &before, &after);
     }
 
     #[test]
     fn controllers_go_on_alike(before in moves(9), after in moves(9)) {
-        goes_on_alike::<Controller>(&before, &after);
+        goes_on_alike::<Controller>(&resources(), &before, &after);
+        goes_on_alike::<Controller>(&with_two_degrees(), &before, &after);
     }
 
     #[test]
     fn loops_go_on_alike(before in moves(6), after in moves(6)) {
-        goes_on_alike::<ClosedLoop>(&before, &after);
+        goes_on_alike::<ClosedLoop>(&resources(), &before, &after);
+        goes_on_alike::<ClosedLoop>(&with_two_degrees(), &before, &after);
     }
 }
 
@@ -138,9 +140,9 @@ fn every_phase_survives_as_bytes() {
 /// Bytes that keep their checksum but change their content are what an attacker or a defect would send.
 #[test]
 fn the_state_of_another_fmu_is_refused() {
-    let plant = started::<PlantModel>();
+    let plant = started::<PlantModel>(&resources());
     let bytes = plant.serialise(&plant.snapshot().unwrap()).unwrap();
-    let message = started::<ClosedLoop>().deserialise(&bytes).unwrap_err().to_string();
+    let message = started::<ClosedLoop>(&resources()).deserialise(&bytes).unwrap_err().to_string();
     assert_eq!(message, "the state belongs to an FMU with another GUID");
     for length in [0, 1, 40, bytes.len() / 2, bytes.len() - 1] {
         assert!(plant.deserialise(&bytes[..length]).is_err());

@@ -3,7 +3,7 @@
 
 mod example;
 
-use example::{resources, without_lag};
+use example::{resources, with_two_degrees, without_lag};
 use fmi2::model_description::{Causality, Initial, Kind, ModelDescription, ScalarVariable, Unknown};
 use fmi2::{Experiment, Instance, Interface, Model, Resources, Silent, describe};
 use fmu_controller::Controller;
@@ -13,7 +13,7 @@ use fmu_squid::ClosedLoop;
 /// Which files the model is made of.
 type Files = fn() -> Resources;
 
-const FILES: [Files; 2] = [resources, without_lag];
+const FILES: [Files; 3] = [resources, without_lag, with_two_degrees];
 
 fn instance<M: Model>(files: Files, interface: Interface) -> Instance<M> {
     let mut instance = Instance::made_for(interface, describe::<M>(&files()).unwrap());

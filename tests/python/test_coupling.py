@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import json
 import re
+import shutil
+import zipfile
 from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import REMUS100, Run, package, without_uncertainty
+from conftest import REMUS100, SQUID, Run, package, without_uncertainty
 from flights import fly_alone, limits, sample_time
 from fly.flight import AGREEMENT
 from fly.master import Signals, Slave, couple
 from fly.package import Packages
 from fly.record import differences, references_in
 from fmpy import read_model_description
+from fmpy.validation import validate_fmu
 
 
 def fly_loop(packages: Packages, step: float) -> Signals:
@@ -53,6 +57,66 @@ def test_actuators_without_lag(run_squid: Run, tmp_path: Path) -> None:
     outputs = [name for name in found if name.endswith("_output")]
     assert len(outputs) == 2 and max(found.values()) <= AGREEMENT, found
     assert all(loop[name][0] == loop[name.removesuffix("_output")][0] for name in outputs)
+
+
+def measuring_the_pitch_rate(design: str) -> str:
+    """Give a frozen design a further input, the pitch rate, without any effect; numbers stay as they are written."""
+    inputs = [
+        {"signal": error["name"], "kind": "error", "unit": error["unit"], "scale": error["scale"]}
+        for error in json.loads(design)["tracked"]
+    ]
+    inputs.append({"signal": "pitch_rate", "kind": "measurement", "unit": "rad/s", "scale": 0.1})
+
+    def one_column_more(matrix: re.Match) -> str:
+        return re.sub(r"(?<=\d)\](?=,?\n)", ", 0.0]", matrix[0])
+
+    listed = json.dumps({"controller_inputs": inputs, "reference_filter": None}, indent=2)
+    for pattern, becomes, times in (
+        ("squid-controller/1", "squid-controller/2", 1),
+        ('"certified": true', '"certified": false', 1),
+        (r'  "tracked": \[.*?\n  \],', listed.removeprefix("{\n").removesuffix("\n}") + ",", 1),
+        (r'"(?:By|Duy|Dty)": \[\n.*?\n    \]', one_column_more, 3),
+    ):
+        design, count = re.subn(pattern, becomes, design, flags=re.DOTALL)
+        assert count == times, pattern
+    return design
+
+
+@pytest.fixture(scope="module")
+def second_format(squid: Packages, run_squid: Run, tmp_path_factory: pytest.TempPathFactory) -> Packages:
+    """Return the FMUs of Squid with a design of the second format, which no design file asks for."""
+    folder, stored = tmp_path_factory.mktemp("second"), tmp_path_factory.mktemp("stored")
+    for path in squid.folder.glob("*.json"):
+        shutil.copy(path, stored)
+    design = measuring_the_pitch_rate((stored / "controller.json").read_text(encoding="utf-8"))
+    (stored / "controller.json").write_text(design, encoding="utf-8")
+    done = run_squid("package", SQUID, "--out", stored, "--descriptions", folder, "--allow-uncertified")
+    assert done.returncode == 0, done.stderr
+    for fmu in squid.fmus:
+        replaced = {
+            "modelDescription.xml": (folder / f"{fmu.stem}.xml").read_bytes(),
+            "resources/controller.json": design.encode(),
+        }
+        with zipfile.ZipFile(fmu) as source, zipfile.ZipFile(folder / fmu.name, "w") as target:
+            for entry in source.infolist():
+                if not entry.filename.startswith(("terminalsAndIcons/terminals", "resources/certificate")):
+                    target.writestr(entry, replaced.get(entry.filename, source.read(entry)))
+    return Packages(folder, squid.vehicle)
+
+
+def test_measurements_of_a_design_are_inputs(second_format: Packages) -> None:
+    for fmu in second_format.fmus:
+        assert validate_fmu(fmu) == []
+    variables = read_model_description(second_format.controller).modelVariables
+    inputs = [variable.name for variable in variables if variable.causality == "input"]
+    assert inputs == ["pitch", "speed", "pitch_rate", "pitch_reference", "speed_reference"]
+
+
+def test_a_measurement_without_effect_changes_no_flight(squid: Packages, second_format: Packages) -> None:
+    """In one loop and under the master, which passes it on."""
+    loop = fly_loop(squid, sample_time(squid))
+    for flown in (fly_loop(second_format, sample_time(squid)), couple_like(second_format, loop)):
+        assert max(differences(loop, flown).values()) <= AGREEMENT
 
 
 def test_the_comparison_can_fail(squid: Packages) -> None:

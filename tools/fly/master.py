@@ -129,10 +129,10 @@ class Recorder:
         return dict(zip(["time", *self.names], columns, strict=True))
 
 
-def actuators_of(controller: Slave, plant: Slave) -> list[str]:
-    """Return what the controller puts out and the plant takes in, by name."""
-    inputs = set(plant.names("input"))
-    return [name for name in controller.names("output") if name in inputs]
+def shared(source: Slave, sink: Slave) -> list[str]:
+    """Return what one slave puts out and the other takes in, by name."""
+    inputs = set(sink.names("input"))
+    return [name for name in source.names("output") if name in inputs]
 
 
 def couple(
@@ -183,9 +183,10 @@ class _Loop:
 
     def __init__(self, plant: Slave, controller: Slave) -> None:
         self.plant, self.controller = plant, controller
-        actuators = actuators_of(controller, plant)
-        self.measured = plant.references(["pitch", "speed"])
-        self.heard = controller.references(["pitch", "speed", "pitch_reference", "speed_reference"])
+        actuators = shared(controller, plant)
+        measured = shared(plant, controller)
+        self.measured = plant.references(measured)
+        self.heard = controller.references([*measured, "pitch_reference", "speed_reference"])
         self.commands = controller.references(actuators)
         self.commanded = plant.references([*actuators, "operating_speed"])
         self.path_speed = path_speed_of(controller)

@@ -208,3 +208,75 @@ fn about(kind: Kind, stored: &Stored) -> Vec<String> {
     };
     vec![what.to_owned(), standing]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scheduled::{ControllerInput, Kind as Part};
+    use squid_design::store::load;
+
+    /// The committed design, whose controller measures what no design file asks for yet.
+    fn measuring(measured: &[(&str, &str)]) -> (Inputs, Stored) {
+        let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
+        let inputs = Inputs::read(vehicle, "design").unwrap();
+        let mut stored = load(&vehicle.join("frozen"), &inputs).unwrap();
+        let controller = &mut stored.controller;
+        let input = |&(signal, unit): &(&str, &str)| ControllerInput {
+            signal: signal.into(),
+            kind: Part::Measurement,
+            unit: unit.into(),
+            scale: 0.1,
+        };
+        controller.controller_inputs.extend(measured.iter().map(input));
+        let lft = &mut controller.lft;
+        for row in lft.by.iter_mut().chain(&mut lft.duy).chain(&mut lft.dty) {
+            row.extend(measured.iter().map(|_| 0.0));
+        }
+        (inputs, stored)
+    }
+
+    #[test]
+    fn what_the_design_measures_is_wired() {
+        let wires = |measured: &[(&str, &str)]| {
+            let (inputs, stored) = measuring(measured);
+            let packed = |kind| {
+                let Prepared { identifier, description, .. } = prepare(kind, &inputs, &stored).unwrap();
+                Packed { path: identifier.into(), bytes: Vec::new(), description }
+            };
+            let (plant, controller) = (packed(Kind::Plant), packed(Kind::Controller));
+            let plug = |kind, of: &Packed| {
+                let text = terminals(kind, &of.description, &stored.controller).unwrap().unwrap();
+                let text = String::from_utf8(text).unwrap();
+                let members = text.split("memberName=\"").skip(1).map(|rest| rest.split('"').next().unwrap());
+                members.map(str::to_owned).collect::<Vec<_>>()
+            };
+            assert_eq!(plug(Kind::Plant, &plant), plug(Kind::Controller, &controller));
+            let (_, system) =
+                crate::ssp::pack("system", &plant, &controller, &stored, Path::new("")).unwrap();
+            let mut system = zip::ZipArchive::new(Cursor::new(system)).unwrap();
+            let mut read = |name: &str| std::io::read_to_string(system.by_name(name).unwrap()).unwrap();
+            let structure = read("SystemStructure.ssd");
+            let start = read("resources/controller_speed_0.700.ssv");
+            let wired = ["pitch", "speed", "pitch_rate", "heave"].map(|name| {
+                let ends =
+                    format!("startConnector=\"{name}\" endElement=\"controller\" endConnector=\"{name}\"");
+                (structure.contains(&ends), start.contains(&format!("ssv:Parameter name=\"{name}\"")))
+            });
+            (plug(Kind::Plant, &plant), wired)
+        };
+        let actuators = ["lower", "upper_port", "upper_starboard"];
+        let (yes, no) = ((true, true), (false, false));
+        assert_eq!(
+            wires(&[]),
+            (
+                [&["pitch", "speed"][..], &actuators].concat().iter().map(|&name| name.into()).collect(),
+                [yes, yes, no, no]
+            )
+        );
+        let all = ["pitch", "speed", "pitch_rate", "heave"];
+        assert_eq!(
+            wires(&[("pitch_rate", "rad/s"), ("heave", "m/s")]),
+            ([&all[..], &actuators].concat().iter().map(|&name| name.into()).collect(), [yes; 4])
+        );
+    }
+}

@@ -43,8 +43,8 @@ pub(crate) struct Plan {
 ///
 /// ```text
 /// V_r'      = w_r (speed reference - V_r)                 without filter V_r is the speed reference
-/// y0(V_r)   = the signals in level flight at forward speed V_r: speed V_r, heave V_r tan(theta0(V_r)), pitch rate 0,
-///             pitch theta0(V_r) of the trim table
+/// y0(V_r)   = the signals in level flight at forward speed V_r: pitch theta0(V_r) of the trim table, speed V_r,
+///             pitch rate 0, heave V_r tan(theta0(V_r))
 /// y_i       = (reference_i - y0_i(V_r))/scale_i           an input of kind reference
 /// y_i       = (measured_i - y0_i(V_r))/scale_i            an input of kind measurement
 /// y_i       = (reference_i - measured_i)/scale_i          an input of kind error
@@ -52,8 +52,8 @@ pub(crate) struct Plan {
 /// command_j = clamp(trim_j(V_r) + scale_j u_j, minimum_j, maximum_j)
 /// ```
 ///
-/// After the outputs of each tick V_r is moved to the next one exactly, the reference being held:
-/// `V_r += (1 - exp(-w_r Ts)) (speed reference - V_r)`. The initialisation sets it to the reference.
+/// At each tick, after the output is computed, V_r is advanced exactly for a held reference:
+/// `V_r += (1 - exp(-w_r Ts)) (speed reference - V_r)`. The initialisation sets it to the speed reference.
 ///
 /// The feedforward follows the reference, not the measured speed, so that it adds no feedback besides
 /// that of the design.

@@ -1,4 +1,6 @@
-//! A small design.
+//! Small designs.
+
+#![allow(clippy::unwrap_used)]
 
 use serde_json::{Value, json};
 
@@ -19,4 +21,20 @@ pub fn design() -> Value {
         "gamma": {"optimum": 0.79, "bound": 0.85, "back_off": 1.1, "certified": false},
         "inputs": {"vehicle_sha256": "00", "design_sha256": "11"}
     })
+}
+
+/// The same with the pitch rate measured, too, and its references filtered.
+pub fn with_pitch_rate() -> Value {
+    let mut design = design();
+    design.as_object_mut().unwrap().remove("tracked");
+    design["format"] = json!("squid-controller/2");
+    design["reference_filter"] = json!(0.5);
+    design["controller_inputs"] = json!([
+        {"signal": "pitch", "kind": "reference", "unit": "rad", "scale": 0.17},
+        {"signal": "pitch", "kind": "measurement", "unit": "rad", "scale": 0.17},
+        {"signal": "pitch_rate", "kind": "measurement", "unit": "rad/s", "scale": 0.1}]);
+    design["lft"]["By"] = json!([[1.0, -1.0, 0.0]]);
+    design["lft"]["Duy"] = json!([[0.0, 0.0, 0.0], [0.5, -0.5, -0.2]]);
+    design["lft"]["Dty"] = json!([[0.1, -0.1, 0.0]]);
+    design
 }

@@ -1,11 +1,11 @@
-//! What is flown for derivatives: two vehicles, by either fidelity.
+//! What is flown for derivatives: two vehicles, by either fidelity, and two designs.
 
 #![allow(dead_code, reason = "not every test needs everything")]
 
 use fmi2::model_description::{Causality, Kind, ModelDescription};
 use fmi2::{Described, Experiment, Instance, Interface, Model, Resources, Silent, describe};
 
-use crate::example::{resources, without_lag};
+use crate::example::{resources, with_two_degrees, without_lag};
 
 /// Which files, and which equations of motion by their number.
 #[derive(Clone, Copy)]
@@ -17,7 +17,8 @@ pub struct Case {
 pub const SQUID: Case = Case { resources, fidelity: 1 };
 pub const LPV: Case = Case { resources, fidelity: 2 };
 pub const WITHOUT_LAG: Case = Case { resources: without_lag, fidelity: 1 };
-pub const CASES: [Case; 3] = [SQUID, LPV, WITHOUT_LAG];
+pub const TWO_DEGREES: Case = Case { resources: with_two_degrees, fidelity: 1 };
+pub const CASES: [Case; 4] = [SQUID, LPV, WITHOUT_LAG, TWO_DEGREES];
 
 impl Case {
     pub fn describe<M: Model>(self) -> Described<M> {

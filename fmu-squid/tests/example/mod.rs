@@ -9,6 +9,7 @@ use auv::{Speed, Vehicle, trim};
 use fmi2::{Described, Experiment, Failure, Instance, Model, Resources, Value};
 use scheduled::*;
 use scheduled::{MANOEUVRE_FORMAT, MANOEUVRE_RESOURCE, Manoeuvre};
+use signals::{SIGNALS, place};
 
 pub use plant::{DEPTH, Remember};
 
@@ -37,6 +38,11 @@ pub fn without_lag() -> Resources {
     together(plant::squid_without_lag(), &design(), &manoeuvre())
 }
 
+/// Those of the design [`two_degrees`].
+pub fn with_two_degrees() -> Resources {
+    with(&two_degrees(), &manoeuvre())
+}
+
 pub fn with(design: &ControllerDesign, manoeuvre: &Manoeuvre) -> Resources {
     together(plant::squid(), design, manoeuvre)
 }
@@ -60,12 +66,6 @@ pub fn design() -> ControllerDesign {
         [1.0, -0.5, -0.5].map(|side| row(side, [kp, ki, kd, kv, kvi])).to_vec()
     };
     let vehicle = plant::vehicle("squid");
-    let error = |signal: &str, unit: &str, scale| ControllerInput {
-        signal: signal.to_owned(),
-        kind: Kind::Error,
-        unit: unit.to_owned(),
-        scale,
-    };
     let actuator = |one: &auv::Actuator| Actuator {
         name: one.name.clone(),
         unit: one.unit().to_owned(),
@@ -84,7 +84,7 @@ pub fn design() -> ControllerDesign {
             centre: 1.75,
             half_range: 1.25,
         },
-        controller_inputs: vec![error("pitch", "rad", 0.17), error("speed", "m/s", 0.3)],
+        controller_inputs: vec![input("pitch", Kind::Error, 0.17), input("speed", Kind::Error, 0.3)],
         reference_filter: None,
         actuators: vehicle.actuators.iter().map(actuator).collect(),
         lft: LftMatrices {
@@ -103,6 +103,36 @@ pub fn design() -> ControllerDesign {
         gamma: Gamma { optimum: 0.8, bound: 0.9, back_off: 1.1, certified: false },
         inputs: InputHashes { vehicle_sha256: "00".repeat(32), design_sha256: "11".repeat(32) },
     }
+}
+
+pub fn input(signal: &str, kind: Kind, scale: f64) -> ControllerInput {
+    let unit = SIGNALS[place(signal).unwrap()].unit.to_owned();
+    ControllerInput { signal: signal.to_owned(), kind, unit, scale }
+}
+
+/// References and measurements as inputs of their own, with damping by the pitch rate, and the speed reference filtered.
+pub fn two_degrees() -> ControllerDesign {
+    let mut design = design();
+    let (pitch, speed) = (0.17, 0.3);
+    design.controller_inputs = vec![
+        input("pitch", Kind::Reference, pitch),
+        input("pitch", Kind::Measurement, pitch),
+        input("speed", Kind::Reference, speed),
+        input("speed", Kind::Measurement, speed),
+        input("pitch_rate", Kind::Measurement, 0.1),
+    ];
+    design.reference_filter = Some(0.5);
+    let damping = [-0.05, 0.025, 0.025];
+    for (rows, rate) in [
+        (&mut design.lft.by, [0.0; 3].as_slice()),
+        (&mut design.lft.duy, &damping),
+        (&mut design.lft.dty, &[0.0]),
+    ] {
+        for (row, rate) in rows.iter_mut().zip(rate) {
+            *row = row.iter().flat_map(|&gain| [gain, -gain]).chain([*rate]).collect();
+        }
+    }
+    design
 }
 
 fn trim_table(vehicle: &Vehicle) -> TrimTable {
