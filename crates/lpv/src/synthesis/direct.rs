@@ -7,22 +7,29 @@ use crate::synthesis::back_off::centre;
 use crate::synthesis::balance::Coordinates;
 use crate::synthesis::design::{Design, Options};
 use crate::synthesis::inequalities::{LmiSolution, ScalingClass};
-use crate::synthesis::least_gamma::{equalised, least_gamma, smallest};
+use crate::synthesis::least_gamma::{equalised, smallest};
 use crate::synthesis::quadratic::{Stabilisation, stabilisation};
 use crate::synthesis::reconstruct::reconstruct;
 use crate::system::model_error::LoopError;
 use crate::system::plant::GeneralisedPlant;
 
-/// The design in one go.
-pub(crate) fn directly(plant: &GeneralisedPlant, options: Options) -> Result<Design, SynthesisError> {
-    let (coordinates, optimum) = match least_gamma(plant, options.scalings) {
+/// The outcome of [`least_gamma`](crate::synthesis::least_gamma()).
+pub(crate) type Least = Result<(Coordinates, LmiSolution), SynthesisError>;
+
+/// The design in one go, above the least gamma of the plant.
+pub(crate) fn directly(
+    plant: &GeneralisedPlant,
+    least: &Least,
+    options: Options,
+) -> Result<Design, SynthesisError> {
+    let (coordinates, optimum) = match least {
         Ok(found) => found,
-        Err(error) => return explained(plant, Err(error), options),
+        Err(error) => return explained(plant, Err(error.clone()), options),
     };
     if let Some(limit) = options.gamma_limit.filter(|limit| optimum.gamma > *limit) {
-        return Err(above_limit(plant, &coordinates, &optimum, limit, options));
+        return Err(above_limit(plant, coordinates, optimum, limit, options));
     }
-    let outcome = build(plant, &coordinates, &optimum, options);
+    let outcome = build(plant, coordinates, optimum, options);
     explained(plant, outcome.map(|design| consistent(design, options.scalings)), options)
 }
 

@@ -24,6 +24,7 @@ use crate::synthesis::inequalities::LmiSolution;
 use crate::system::controller::Controller;
 use crate::system::model_error::LoopError;
 use crate::system::parameter_grid::{coarse_grid, parameter_grid};
+use crate::system::partition::{CONTROLLER, Partitioned, Sizes};
 use crate::system::plant::GeneralisedPlant;
 
 const STAGE: &str = "reconstruction";
@@ -137,23 +138,15 @@ struct AffineLoop {
 impl AffineLoop {
     fn new(plant: &GeneralisedPlant, bound: &GainBound) -> Result<Self, SynthesisError> {
         let size = plant.sizes();
-        let zero = Controller::from_matrix(
-            &Mat::zeros(size.x + size.u + size.t, size.x + size.y + size.t),
-            size.x,
-            size.y,
-            size.u,
-            plant.blocks.clone(),
-        );
-        let open = plant.close(&zero);
+        let parts = Partitioned::zeros(CONTROLLER, Sizes { w: 0, z: 0, ..size });
+        let open = plant.close(&Controller { parts, blocks: plant.blocks.clone() });
         let GainBound { x: lyapunov, s, t, gamma, .. } = bound;
         let psi = bounded_real_value(&open, &LoopError::none(&open), bound);
-        let z = Mat::zeros;
+        let (z, eye) = (Mat::zeros, Mat::identity);
         let (n, r, m, p) = (size.x, size.t, size.u, size.y);
-        // Rows x', xk', zt, zk, z of what the controller's outputs xk', u, zk do.
-        let into_x =
-            block(&[&[&z(n, n), &plant.b2(), &z(n, r)], &[&Mat::identity(n, n), &z(n, m), &z(n, r)]]);
-        let into_t =
-            block(&[&[&z(r, n), &plant.dt2(), &z(r, r)], &[&z(r, n), &z(r, m), &Mat::identity(r, r)]]);
+        // What the controller's outputs [xk', u, zk] do to [x'; xk'], to [zt; zk] and to z.
+        let into_x = block(&[&[&z(n, n), &plant.b2(), &z(n, r)], &[&eye(n, n), &z(n, m), &z(n, r)]]);
+        let into_t = block(&[&[&z(r, n), &plant.dt2(), &z(r, r)], &[&z(r, n), &z(r, m), &eye(r, r)]]);
         let into_z = block(&[&[&z(size.z, n), &plant.d12(), &z(size.z, r)]]);
         let left = block(&[
             &[&(lyapunov * &into_x)],
@@ -162,22 +155,12 @@ impl AffineLoop {
             &[&(s * &into_t)],
             &[&into_z],
         ]);
+        // What [x, xk, wt, wk, w] do to the controller's inputs [xk; y; wk].
+        let rest = |rows: usize| z(rows, 2 * r + size.z);
         let right = block(&[
-            &[&z(n, n), &Mat::identity(n, n), &z(n, 2 * r), &z(n, size.w), &z(n, 2 * r + size.z)],
-            &[
-                &plant.c2(),
-                &z(p, n),
-                &block(&[&[&plant.d2t(), &z(p, r)]]),
-                &plant.d21(),
-                &z(p, 2 * r + size.z),
-            ],
-            &[
-                &z(r, n),
-                &z(r, n),
-                &block(&[&[&z(r, r), &Mat::identity(r, r)]]),
-                &z(r, size.w),
-                &z(r, 2 * r + size.z),
-            ],
+            &[&z(n, n), &eye(n, n), &z(n, r), &z(n, r), &z(n, size.w), &rest(n)],
+            &[&plant.c2(), &z(p, n), &plant.d2t(), &z(p, r), &plant.d21(), &rest(p)],
+            &[&z(r, n), &z(r, n), &z(r, r), &eye(r, r), &z(r, size.w), &rest(r)],
         ]);
         let unit = normalising_congruence(lyapunov, s, *gamma, size.w, size.z)?;
         let psi = unit.transpose() * psi * &unit;
