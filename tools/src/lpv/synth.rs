@@ -14,8 +14,8 @@ use lpv::regularity::findings;
 use lpv::synthesis::{Design, DualMultipliers, Options, ScalingClass, least_gamma};
 use serde::Serialize;
 use squid_design::certify;
+use squid_design::certify::verify::text;
 use squid_design::certify::{lft_matrices, nominal};
-use squid_design::error::ProofError;
 use squid_design::store::files::Files;
 use std::path::Path;
 use std::time::Instant;
@@ -286,10 +286,7 @@ impl Report {
         let proved = self.certificate.as_ref().filter(|_| self.theorem.is_some());
         let [path, controller] = ["certificate.json", "controller.json"].map(|name| directory.join(name));
         if let Some(certificate) = proved {
-            let text = certificate.to_json();
-            let text =
-                text.map_err(|reason| ProofError::Certificate { file: path.display().to_string(), reason })?;
-            files.add(path, text);
+            files.add(path.clone(), text(certificate, &path)?);
             let (blocks, rows) = (certificate.controller_blocks.clone(), certificate.controller.clone());
             files.add_json(controller, &lft_matrices(blocks, rows))?;
         } else {
