@@ -51,16 +51,19 @@ fn explained(
         Err(SynthesisError::Numerical { .. } | SynthesisError::Infeasible { .. }) => {
             match (stabilisation(plant, options.scalings), outcome) {
                 (Stabilisation::Impossible(reason), _) => Err(reason),
-                (Stabilisation::Possible, Err(SynthesisError::Infeasible { stage })) => Err(SynthesisError::numerical(
-                    stage,
-                    "the solver finds no gamma, but the plant can be stabilised; check units and weights".into(),
-                )),
-                (Stabilisation::Unknown, Err(SynthesisError::Infeasible { stage })) => Err(SynthesisError::numerical(
-                    stage,
-                    "the solver finds no gamma, and could not tell whether the plant can be stabilised for \
-                     every course of the parameters; narrow their range, or check units and weights"
-                        .into(),
-                )),
+                (Stabilisation::Possible, Err(SynthesisError::Infeasible { stage })) => {
+                    Err(SynthesisError::numerical(
+                        stage,
+                        "the solver finds no gamma, but the plant can be stabilised; check units and weights",
+                    ))
+                }
+                (Stabilisation::Unknown, Err(SynthesisError::Infeasible { stage })) => {
+                    Err(SynthesisError::numerical(
+                        stage,
+                        "the solver finds no gamma, and could not tell whether the plant can be stabilised for \
+                     every course of the parameters; narrow their range, or check units and weights",
+                    ))
+                }
                 (_, outcome) => outcome,
             }
         }
@@ -87,7 +90,7 @@ fn build(
             }
         }
     }
-    Err(first_failure.unwrap_or_else(|| SynthesisError::numerical("back-off", "no gamma was tried".into())))
+    Err(first_failure.unwrap_or_else(|| SynthesisError::numerical("back-off", "no gamma was tried")))
 }
 
 /// The coordinates in which a controller is built.
@@ -143,14 +146,14 @@ fn above_limit(
 ) -> SynthesisError {
     if optimum.gamma * (1.0 - optimum.gap) <= limit {
         let (gamma, limit) = (optimum.gamma, limit);
-        return SynthesisError::Numerical {
-            stage: "limit of gamma",
-            diagnosis: format!(
+        return SynthesisError::numerical(
+            "limit of gamma",
+            format!(
                 "the least gamma found is {gamma:.6e}, above the limit {limit:.6e}, but the search is only sure \
                  of it to {:.1e} of itself",
                 optimum.gap
             ),
-        };
+        );
     }
     let dominant = build(plant, coordinates, optimum, options).ok().and_then(|design| {
         let theta = vec![0.0; plant.blocks.len()];

@@ -47,15 +47,14 @@ pub fn reconstruct(
     limit: Option<f64>,
 ) -> Result<(Controller, GainBound), SynthesisError> {
     let size = plant.sizes();
-    let lyapunov = lyapunov_matrix(found)?;
-    let multiplier = multiplier(found)?;
-    let affine = AffineLoop::new(plant, &bound(found, &lyapunov, &multiplier))?;
+    let shown = bound(found)?;
+    let affine = AffineLoop::new(plant, &shown)?;
     let mut best: Option<(f64, Controller)> = None;
     let Some(family) = affine.family() else {
-        return Err(SynthesisError::Numerical {
-            stage: STAGE,
-            diagnosis: "the dual inequality does not survive the completion of the Lyapunov matrix".into(),
-        });
+        return Err(SynthesisError::numerical(
+            STAGE,
+            "the dual inequality does not survive the completion of the Lyapunov matrix",
+        ));
     };
     let thetas = coarse_grid(plant.blocks.len());
     for step in 0..24 {
@@ -74,33 +73,28 @@ pub fn reconstruct(
             best = Some((fastest, k));
         }
     }
-    let shown = bound(found, &lyapunov, &multiplier);
     if let (Some((_, k)), Some(limit)) = (&best, limit) {
         let fastest = k.fastest_mode(&parameter_grid(k.blocks.len()));
         if fastest > limit {
             return Err(SynthesisError::TooFast { ratio: fastest / limit });
         }
     }
-    best.map(|(_, k)| (k, shown)).ok_or_else(|| SynthesisError::Numerical {
-        stage: STAGE,
-        diagnosis: "no controller of the family satisfies the bounded-real inequality; try a larger back-off"
-            .into(),
+    best.map(|(_, k)| (k, shown)).ok_or_else(|| {
+        SynthesisError::numerical(
+            STAGE,
+            "no controller of the family satisfies the bounded-real inequality; try a larger back-off",
+        )
     })
 }
 
 /// A mode counts as slower below this fraction of another; rounding does not choose.
 const SLOWER_RATIO: f64 = 0.999;
 
-/// The bound that a Lyapunov matrix and a multiplier stand for.
-fn bound(found: &LmiSolution, lyapunov: &Mat, multiplier: &Mat) -> GainBound {
-    GainBound {
-        gamma: found.gamma,
-        x: lyapunov.clone(),
-        s: symmetric_part(multiplier),
-        t: skew_part(multiplier),
-        lambda: 0.0,
-        largest_eigenvalue: f64::NAN,
-    }
+/// The bound that the completed Lyapunov matrix and multiplier stand for.
+fn bound(found: &LmiSolution) -> Result<GainBound, SynthesisError> {
+    let (x, multiplier) = (lyapunov_matrix(found)?, multiplier(found)?);
+    let (s, t) = (symmetric_part(&multiplier), skew_part(&multiplier));
+    Ok(GainBound { gamma: found.gamma, x, s, t, lambda: 0.0, largest_eigenvalue: f64::NAN })
 }
 
 /// `X_c = [X Z; Z Z]`, `Z = X - Y^-1`.
@@ -119,9 +113,7 @@ fn multiplier(found: &LmiSolution) -> Result<Mat, SynthesisError> {
 }
 
 fn inverse(m: &Mat, name: &str) -> Result<Mat, SynthesisError> {
-    m.clone()
-        .try_inverse()
-        .ok_or_else(|| SynthesisError::Numerical { stage: STAGE, diagnosis: format!("{name} is singular") })
+    m.clone().try_inverse().ok_or_else(|| SynthesisError::numerical(STAGE, format!("{name} is singular")))
 }
 
 /// The bounded-real inequality of the closed loop as `Psi + U K V + (U K V)'`, in coordinates in which the
@@ -229,10 +221,10 @@ fn normalising_congruence(x: &Mat, s: &Mat, gamma: f64, w: usize, z: usize) -> R
     for (m, name) in [(x, "X_c"), (s, "S_e")] {
         let least = crate::matrix::least_eigenvalue(m);
         if least <= 0.0 {
-            return Err(SynthesisError::Numerical {
-                stage: STAGE,
-                diagnosis: format!("{name} is not positive definite (least eigenvalue {least:.1e})"),
-            });
+            return Err(SynthesisError::numerical(
+                STAGE,
+                format!("{name} is not positive definite (least eigenvalue {least:.1e})"),
+            ));
         }
     }
     let root = |m: &Mat| if m.is_empty() { m.clone() } else { symmetric_function(m, |v| 1.0 / v.sqrt()) };
