@@ -124,11 +124,6 @@ impl Function {
     pub fn is_legal_in(self, phase: Phase, interface: Interface) -> bool {
         self.belongs_to(interface) && self.row().phases.contains(&phase)
     }
-
-    /// The phases in which the function may be called.
-    pub fn legal_phases(self) -> &'static [Phase] {
-        self.row().phases
-    }
 }
 
 #[cfg(test)]
@@ -148,7 +143,7 @@ mod tests {
     #[test]
     fn a_function_of_one_interface_is_legal_in_phases_of_that_interface_alone() {
         for function in Function::all() {
-            for &phase in function.legal_phases() {
+            for &phase in function.row().phases {
                 let some = [Interface::ModelExchange, Interface::CoSimulation]
                     .into_iter()
                     .any(|interface| phase.occurs_in(interface) && function.is_legal_in(phase, interface));
