@@ -6,15 +6,15 @@ use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, Event};
 
 use crate::{
-    BaseUnit, Causality, DependencyKind, Enumeration, Initial, Kind, ModelDescription, Problem, RealType,
-    ScalarVariable, Unit, Unknown, Variability,
+    BaseUnit, Causality, DependencyKind, Enumeration, Initial, Kind, LogCategory, ModelDescription, Problem,
+    RealType, ScalarVariable, Unit, Unknown, Variability,
 };
 
 /// Why the XML could not be written.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
     /// The description breaks the standard.
-    #[error("the model description breaks the standard: {}", list(problems))]
+    #[error("the model description breaks the standard: {}", joined(problems))]
     Problems {
         /// Every violated rule.
         problems: Vec<Problem>,
@@ -24,7 +24,7 @@ pub enum WriteError {
     Writer(#[from] io::Error),
 }
 
-fn list(problems: &[Problem]) -> String {
+fn joined(problems: &[Problem]) -> String {
     problems.iter().map(Problem::to_string).collect::<Vec<_>>().join("; ")
 }
 
@@ -48,9 +48,12 @@ impl ModelDescription {
                 leaf(xml, "ModelExchange", self.of_model_exchange())?;
             }
             leaf(xml, "CoSimulation", self.of_co_simulation())?;
-            self.write_units(xml)?;
+            list(xml, "UnitDefinitions", &self.units(), write_unit)?;
             self.write_types(xml)?;
-            self.write_log_categories(xml)?;
+            list(xml, "LogCategories", &self.log_categories, |xml, category| {
+                let LogCategory { name, description } = category;
+                leaf(xml, "Category", vec![("name", name.clone()), ("description", description.clone())])
+            })?;
             leaf(xml, "DefaultExperiment", self.experiment())?;
             parent(xml, "ModelVariables", Vec::new(), |xml| {
                 self.variables.iter().try_for_each(|variable| self.write_variable(xml, variable))
@@ -125,16 +128,6 @@ impl ModelDescription {
         attributes
     }
 
-    fn write_units(&self, xml: &mut Xml) -> io::Result<()> {
-        let units = self.units();
-        if units.is_empty() {
-            return Ok(());
-        }
-        parent(xml, "UnitDefinitions", Vec::new(), |xml| {
-            units.iter().try_for_each(|unit| write_unit(xml, unit))
-        })
-    }
-
     fn write_types(&self, xml: &mut Xml) -> io::Result<()> {
         let types = self.real_types();
         if self.enumerations.is_empty() && types.is_empty() {
@@ -143,19 +136,6 @@ impl ModelDescription {
         parent(xml, "TypeDefinitions", Vec::new(), |xml| {
             types.iter().try_for_each(|one| write_real_type(xml, one))?;
             self.enumerations.iter().try_for_each(|one| write_enumeration(xml, one))
-        })
-    }
-
-    fn write_log_categories(&self, xml: &mut Xml) -> io::Result<()> {
-        if self.log_categories.is_empty() {
-            return Ok(());
-        }
-        parent(xml, "LogCategories", Vec::new(), |xml| {
-            self.log_categories.iter().try_for_each(|category| {
-                let attributes =
-                    vec![("name", category.name.clone()), ("description", category.description.clone())];
-                leaf(xml, "Category", attributes)
-            })
         })
     }
 
@@ -178,9 +158,9 @@ impl ModelDescription {
     fn write_structure(&self, xml: &mut Xml) -> io::Result<()> {
         let structure = self.structure();
         parent(xml, "ModelStructure", Vec::new(), |xml| {
-            write_unknowns(xml, "Outputs", &structure.outputs)?;
-            write_unknowns(xml, "Derivatives", &structure.derivatives)?;
-            write_unknowns(xml, "InitialUnknowns", &structure.initial_unknowns)
+            list(xml, "Outputs", &structure.outputs, write_unknown)?;
+            list(xml, "Derivatives", &structure.derivatives, write_unknown)?;
+            list(xml, "InitialUnknowns", &structure.initial_unknowns, write_unknown)
         })
     }
 }
@@ -258,23 +238,29 @@ fn kind(kind: &Kind) -> (&'static str, Attributes) {
     (element, attributes)
 }
 
-fn write_unknowns(xml: &mut Xml, element: &'static str, unknowns: &[Unknown]) -> io::Result<()> {
-    if unknowns.is_empty() {
+fn write_unknown(xml: &mut Xml, unknown: &Unknown) -> io::Result<()> {
+    let mut attributes = vec![("index", unknown.index.to_string())];
+    if let Some(dependencies) = &unknown.dependencies {
+        let joined = |text: fn(&(usize, DependencyKind)) -> String| {
+            dependencies.iter().map(text).collect::<Vec<_>>().join(" ")
+        };
+        attributes.push(("dependencies", joined(|(index, _)| index.to_string())));
+        attributes.push(("dependenciesKind", joined(|(_, kind)| dependency_kind(*kind).to_owned())));
+    }
+    leaf(xml, "Unknown", attributes)
+}
+
+/// An element with its items; none without items.
+fn list<T>(
+    xml: &mut Xml,
+    element: &'static str,
+    items: &[T],
+    mut write: impl FnMut(&mut Xml, &T) -> io::Result<()>,
+) -> io::Result<()> {
+    if items.is_empty() {
         return Ok(());
     }
-    parent(xml, element, Vec::new(), |xml| {
-        unknowns.iter().try_for_each(|unknown| {
-            let mut attributes = vec![("index", unknown.index.to_string())];
-            if let Some(dependencies) = &unknown.dependencies {
-                let joined = |text: fn(&(usize, DependencyKind)) -> String| {
-                    dependencies.iter().map(text).collect::<Vec<_>>().join(" ")
-                };
-                attributes.push(("dependencies", joined(|(index, _)| index.to_string())));
-                attributes.push(("dependenciesKind", joined(|(_, kind)| dependency_kind(*kind).to_owned())));
-            }
-            leaf(xml, "Unknown", attributes)
-        })
-    })
+    parent(xml, element, Vec::new(), |xml| items.iter().try_for_each(|item| write(xml, item)))
 }
 
 fn leaf(xml: &mut Xml, element: &'static str, attributes: Attributes) -> io::Result<()> {

@@ -15,6 +15,18 @@ fn scale(mut c: MatMut<'_, f64>, beta: f64) {
     }
 }
 
+/// `op(A)`, of which the shape is `rows x cols`.
+unsafe fn operand<'a>(
+    trans: *const c_char,
+    a: *const f64,
+    rows: c_int,
+    cols: c_int,
+    lda: *const c_int,
+) -> MatRef<'a, f64> {
+    // SAFETY: the caller passes a Fortran option letter and array.
+    unsafe { if is(trans, b'N') { read(a, rows, cols, lda) } else { read(a, cols, rows, lda).transpose() } }
+}
+
 /// `C = alpha op(A) op(B) + beta C`, op the identity or the transpose.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn dgemm_(
@@ -34,8 +46,7 @@ pub unsafe extern "C" fn dgemm_(
 ) {
     // SAFETY: BLAS's contract on the arguments.
     unsafe {
-        let left = if is(transa, b'N') { read(a, *m, *k, lda) } else { read(a, *k, *m, lda).transpose() };
-        let right = if is(transb, b'N') { read(b, *k, *n, ldb) } else { read(b, *n, *k, ldb).transpose() };
+        let (left, right) = (operand(transa, a, *m, *k, lda), operand(transb, b, *k, *n, ldb));
         let mut out = write(c, *m, *n, ldc);
         scale(out.rb_mut(), *beta);
         matmul(out, Accum::Add, left, right, *alpha, Par::Seq);
@@ -166,7 +177,7 @@ pub unsafe extern "C" fn dsyrk_(
 ) {
     // SAFETY: BLAS's contract on the arguments.
     unsafe {
-        let a = if is(trans, b'N') { read(a, *n, *k, lda) } else { read(a, *k, *n, lda).transpose() };
+        let a = operand(trans, a, *n, *k, lda);
         let mut c = write(c, *n, *n, ldc);
         scale_triangle(c.rb_mut(), is(uplo, b'U'), *beta);
         add_to_triangle(c, is(uplo, b'U'), a, a, *alpha);
@@ -191,9 +202,7 @@ pub unsafe extern "C" fn dsyr2k_(
 ) {
     // SAFETY: BLAS's contract on the arguments.
     unsafe {
-        let plain = is(trans, b'N');
-        let a = if plain { read(a, *n, *k, lda) } else { read(a, *k, *n, lda).transpose() };
-        let b = if plain { read(b, *n, *k, ldb) } else { read(b, *k, *n, ldb).transpose() };
+        let (a, b) = (operand(trans, a, *n, *k, lda), operand(trans, b, *n, *k, ldb));
         let mut c = write(c, *n, *n, ldc);
         let upper = is(uplo, b'U');
         scale_triangle(c.rb_mut(), upper, *beta);

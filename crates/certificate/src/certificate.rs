@@ -94,25 +94,25 @@ pub struct Controller {
     pub dtt: Rows,
 }
 
-macro_rules! by_key {
+macro_rules! named {
     ($of:ty, $count:literal: $($field:ident $key:literal),*) => {
         impl $of {
-            /// Each matrix of the partition with its key in the file.
-            pub fn by_key(&self) -> [(&'static str, &Rows); $count] {
+            /// The matrices that every file contains, row by row of the equations, with their keys.
+            pub fn named(&self) -> [(&'static str, &Rows); $count] {
                 [$(($key, &self.$field)),*]
             }
 
-            /// Each matrix, mutable, with its key in the file.
-            pub fn by_key_mut(&mut self) -> [(&'static str, &mut Rows); $count] {
+            /// The same, to be changed.
+            pub fn named_mut(&mut self) -> [(&'static str, &mut Rows); $count] {
                 [$(($key, &mut self.$field)),*]
             }
         }
     };
 }
 
-by_key!(Plant, 15: a "A", bt "Bt", b1 "B1", b2 "B2", ct "Ct", dtt "Dtt", dt1 "Dt1", dt2 "Dt2",
+named!(Plant, 15: a "A", bt "Bt", b1 "B1", b2 "B2", ct "Ct", dtt "Dtt", dt1 "Dt1", dt2 "Dt2",
     c1 "C1", d1t "D1t", d11 "D11", d12 "D12", c2 "C2", d2t "D2t", d21 "D21");
-by_key!(Controller, 9: a "A", by "By", bt "Bt", cu "Cu", duy "Duy", dut "Dut", ct "Ct", dty "Dty", dtt "Dtt");
+named!(Controller, 9: a "A", by "By", bt "Bt", cu "Cu", duy "Duy", dut "Dut", ct "Ct", dty "Dty", dtt "Dtt");
 
 /// The claim for the plant with `[A B2] + E Delta(t) [F Fu]` in place of `[A B2]`, for every measurable Delta(t)
 /// with a largest singular value of at most 1, and every Theta(t).
@@ -143,47 +143,9 @@ pub struct Residual {
 }
 
 impl Plant {
-    /// The matrices that every file contains, with their names: all but D22.
-    pub fn named(&self) -> [(&'static str, &Rows); 15] {
-        [
-            ("A", &self.a),
-            ("Bt", &self.bt),
-            ("B1", &self.b1),
-            ("B2", &self.b2),
-            ("Ct", &self.ct),
-            ("C1", &self.c1),
-            ("C2", &self.c2),
-            ("Dtt", &self.dtt),
-            ("Dt1", &self.dt1),
-            ("Dt2", &self.dt2),
-            ("D1t", &self.d1t),
-            ("D11", &self.d11),
-            ("D12", &self.d12),
-            ("D2t", &self.d2t),
-            ("D21", &self.d21),
-        ]
-    }
-
     /// D22; `None` if it is 0.
     pub fn direct_path(&self) -> Option<&Rows> {
         Some(&self.d22).filter(|rows| rows.iter().flatten().any(|entry| *entry != 0.0))
-    }
-}
-
-impl Controller {
-    /// All matrices with their names, as the file has them.
-    pub fn named(&self) -> [(&'static str, &Rows); 9] {
-        [
-            ("A", &self.a),
-            ("By", &self.by),
-            ("Bt", &self.bt),
-            ("Cu", &self.cu),
-            ("Duy", &self.duy),
-            ("Dut", &self.dut),
-            ("Ct", &self.ct),
-            ("Dty", &self.dty),
-            ("Dtt", &self.dtt),
-        ]
     }
 }
 

@@ -2,9 +2,9 @@
 
 use crate::certificate::{Certificate, Residual, Rows};
 use crate::error::Failure;
-use crate::exact::definite::fraction_free_inverse;
 use crate::exact::dyadic::Dyadic;
 use crate::exact::matrix::Matrix;
+use crate::exact::whole::fraction_free_inverse;
 use crate::shape::Sizes;
 
 /// The closed loop with the states (x, xk), the channels (zt, zk), (wt, wk), and, with a model error, the output
@@ -17,7 +17,8 @@ use crate::shape::Sizes;
 /// z         = output  (x, xk | wt, wk | w)
 /// ```
 ///
-/// The matrices are multiplied by `scale = |det(I - Duy D22)|`, so that no entry is a fraction.
+/// The matrices are multiplied by `scale`, which is `|det(I - Duy D22)|` times a power of two, so that no entry is a
+/// fraction.
 pub(crate) struct ClosedLoop {
     pub(crate) states: usize,
     pub(crate) channels: usize,

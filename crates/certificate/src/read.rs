@@ -6,9 +6,6 @@ use crate::json::Json;
 
 const TOP: [&str; 9] =
     ["format", "blocks", "controller_blocks", "plant", "controller", "gamma", "X", "S", "T"];
-const PLANT: [&str; 15] =
-    ["A", "Bt", "B1", "B2", "Ct", "C1", "C2", "Dtt", "Dt1", "Dt2", "D1t", "D11", "D12", "D2t", "D21"];
-const CONTROLLER: [&str; 9] = ["A", "By", "Bt", "Cu", "Duy", "Dut", "Ct", "Dty", "Dtt"];
 const RESIDUAL: [&str; 8] = ["E", "F", "Fu", "lambda", "gamma", "X", "S", "T"];
 
 /// An object with every required key and no unknown key.
@@ -36,8 +33,8 @@ fn certificate(json: &Json) -> Result<Certificate, ReadError> {
     Ok(Certificate {
         blocks: top.sizes("blocks")?,
         controller_blocks: top.sizes("controller_blocks")?,
-        plant: plant(&Fields::new("plant", top.get("plant")?, &PLANT, &["D22"])?)?,
-        controller: controller(&Fields::new("controller", top.get("controller")?, &CONTROLLER, &[])?)?,
+        plant: plant(top.get("plant")?)?,
+        controller: controller(top.get("controller")?)?,
         gamma: top.number("gamma")?,
         x: top.matrix("X")?,
         s: top.matrix("S")?,
@@ -65,39 +62,21 @@ fn check_format(json: &Json) -> Result<(), ReadError> {
     }
 }
 
-fn plant(f: &Fields<'_>) -> Result<Plant, ReadError> {
-    Ok(Plant {
-        a: f.matrix("A")?,
-        bt: f.matrix("Bt")?,
-        b1: f.matrix("B1")?,
-        b2: f.matrix("B2")?,
-        ct: f.matrix("Ct")?,
-        c1: f.matrix("C1")?,
-        c2: f.matrix("C2")?,
-        dtt: f.matrix("Dtt")?,
-        dt1: f.matrix("Dt1")?,
-        dt2: f.matrix("Dt2")?,
-        d1t: f.matrix("D1t")?,
-        d11: f.matrix("D11")?,
-        d12: f.matrix("D12")?,
-        d2t: f.matrix("D2t")?,
-        d21: f.matrix("D21")?,
-        d22: f.find("D22").map_or(Ok(vec![]), |_| f.matrix("D22"))?,
-    })
+fn plant(json: &Json) -> Result<Plant, ReadError> {
+    let mut plant = Plant::default();
+    let fields = Fields::new("plant", json, &plant.named().map(|(key, _)| key), &["D22"])?;
+    fields.fill(&mut plant.named_mut())?;
+    if fields.find("D22").is_some() {
+        plant.d22 = fields.matrix("D22")?;
+    }
+    Ok(plant)
 }
 
-fn controller(f: &Fields<'_>) -> Result<Controller, ReadError> {
-    Ok(Controller {
-        a: f.matrix("A")?,
-        by: f.matrix("By")?,
-        bt: f.matrix("Bt")?,
-        cu: f.matrix("Cu")?,
-        duy: f.matrix("Duy")?,
-        dut: f.matrix("Dut")?,
-        ct: f.matrix("Ct")?,
-        dty: f.matrix("Dty")?,
-        dtt: f.matrix("Dtt")?,
-    })
+fn controller(json: &Json) -> Result<Controller, ReadError> {
+    let mut controller = Controller::default();
+    let fields = Fields::new("controller", json, &controller.named().map(|(key, _)| key), &[])?;
+    fields.fill(&mut controller.named_mut())?;
+    Ok(controller)
 }
 
 fn residual(f: &Fields<'_>) -> Result<Residual, ReadError> {
@@ -160,6 +139,13 @@ impl<'a> Fields<'a> {
             entries.iter().enumerate().map(|(j, x)| number(&format!("{path}[{j}]"), x)).collect()
         };
         rows.iter().enumerate().map(row).collect()
+    }
+
+    fn fill(&self, matrices: &mut [(&str, &mut Rows)]) -> Result<(), ReadError> {
+        for (key, rows) in matrices {
+            **rows = self.matrix(key)?;
+        }
+        Ok(())
     }
 
     fn sizes(&self, key: &str) -> Result<Vec<usize>, ReadError> {

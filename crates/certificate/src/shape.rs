@@ -107,45 +107,30 @@ impl Certificate {
         let t = (s.t, "plant's channels");
         let (w, z) = ((s.w, "inputs w"), (s.z, "outputs z"));
         let (u, y) = ((s.u, "controls u"), (s.y, "measurements y"));
-        let all = [
-            ("plant.A", &p.a, x, x),
-            ("plant.Bt", &p.bt, x, t),
-            ("plant.B1", &p.b1, x, w),
-            ("plant.B2", &p.b2, x, u),
-            ("plant.Ct", &p.ct, t, x),
-            ("plant.C1", &p.c1, z, x),
-            ("plant.C2", &p.c2, y, x),
-            ("plant.Dtt", &p.dtt, t, t),
-            ("plant.Dt1", &p.dt1, t, w),
-            ("plant.Dt2", &p.dt2, t, u),
-            ("plant.D1t", &p.d1t, z, t),
-            ("plant.D11", &p.d11, z, w),
-            ("plant.D12", &p.d12, z, u),
-            ("plant.D2t", &p.d2t, y, t),
-            ("plant.D21", &p.d21, y, w),
-        ];
-        all.into_iter().try_for_each(|(name, m, rows, cols)| check_matrix(name, m, rows, cols))?;
+        check_matrices("plant", &p.named(), &[x, t, z, y], &[x, t, w, u])?;
         if p.d22.is_empty() { Ok(()) } else { check_matrix("plant.D22", &p.d22, y, u) }
     }
 
     fn check_controller(&self, s: Sizes) -> Result<(), ReadError> {
-        let k = &self.controller;
         let xk = (s.xk, "controller's states");
         let tk = (s.tk, "controller's channels");
         let (u, y) = ((s.u, "controls u"), (s.y, "measurements y"));
-        let all = [
-            ("controller.A", &k.a, xk, xk),
-            ("controller.By", &k.by, xk, y),
-            ("controller.Bt", &k.bt, xk, tk),
-            ("controller.Cu", &k.cu, u, xk),
-            ("controller.Duy", &k.duy, u, y),
-            ("controller.Dut", &k.dut, u, tk),
-            ("controller.Ct", &k.ct, tk, xk),
-            ("controller.Dty", &k.dty, tk, y),
-            ("controller.Dtt", &k.dtt, tk, tk),
-        ];
-        all.into_iter().try_for_each(|(name, m, rows, cols)| check_matrix(name, m, rows, cols))
+        check_matrices("controller", &self.controller.named(), &[xk, u, tk], &[xk, y, tk])
     }
+}
+
+/// Checks matrices that are named row by row.
+fn check_matrices(
+    of: &str,
+    matrices: &[(&str, &Rows)],
+    rows: &[Size],
+    columns: &[Size],
+) -> Result<(), ReadError> {
+    let shapes = rows.iter().flat_map(|row| columns.iter().map(move |column| (*row, *column)));
+    matrices
+        .iter()
+        .zip(shapes)
+        .try_for_each(|((key, m), (row, column))| check_matrix(&format!("{of}.{key}"), m, row, column))
 }
 
 fn check_residual(r: &Residual, s: Sizes) -> Result<(), ReadError> {

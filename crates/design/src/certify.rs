@@ -72,7 +72,7 @@ pub fn nominal(plant: &GeneralisedPlant, k: &Controller, bound: &GainBound) -> C
 /// A plant in the form of the certificate.
 pub fn plant_rows(p: &GeneralisedPlant) -> certificate::Plant {
     let mut out = certificate::Plant::default();
-    out.by_key_mut().into_iter().for_each(|(key, rows)| *rows = rows_of(&p.parts, key));
+    out.named_mut().into_iter().for_each(|(key, rows)| *rows = rows_of(&p.parts, key));
     out
 }
 
@@ -88,7 +88,7 @@ pub fn direct_path(d22: &Mat) -> Rows {
 /// A controller in the form of the certificate.
 pub fn controller_rows(k: &Controller) -> certificate::Controller {
     let mut out = certificate::Controller::default();
-    out.by_key_mut().into_iter().for_each(|(key, rows)| *rows = rows_of(&k.parts, key));
+    out.named_mut().into_iter().for_each(|(key, rows)| *rows = rows_of(&k.parts, key));
     out
 }
 
@@ -117,7 +117,7 @@ pub fn frozen_rows(lft: &LftMatrices) -> certificate::Controller {
 
 /// The frozen controller's matrices as the theory has them; `None` when they do not fit together.
 pub fn controller_of(lft: &LftMatrices) -> Option<Controller> {
-    let blocks = blocks_of(CONTROLLER, &frozen_rows(lft).by_key())?;
+    let blocks = blocks_of(CONTROLLER, &frozen_rows(lft).named())?;
     Controller::new(lft.blocks.clone(), &blocks).ok()
 }
 

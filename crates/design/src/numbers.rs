@@ -7,6 +7,11 @@ pub fn decimals(v: f64, digits: usize) -> String {
     if is_zero { text.trim_start_matches('-').into() } else { text }
 }
 
+/// The factor from a unit to the one that people read, and that one: degrees for radians.
+pub fn readable(unit: &'static str) -> (f64, &'static str) {
+    if unit == "rad" { (1f64.to_degrees(), "deg") } else { (1.0, unit) }
+}
+
 /// A bound from above for people: rounded up, so that what is said is true, too.
 pub fn above(bound: f64) -> String {
     format!("{:.4}", rounded_up(bound))

@@ -195,11 +195,7 @@ pub fn save(directory: &Path, inputs: &Inputs, finished: &Finished) -> Result<()
     files.add(to("manoeuvre.json"), inputs.design.manoeuvre.to_json()?);
     let path = to("certificate.json");
     match &finished.proof {
-        Ok(proof) => {
-            let text = proof.certificate.to_json();
-            let wrong = |reason| ProofError::Certificate { file: path.display().to_string(), reason };
-            files.add(path.clone(), text.map_err(wrong)?);
-        }
+        Ok(proof) => files.add(path.clone(), verify::text(&proof.certificate, &path)?),
         Err(_) => files.remove(path),
     }
     files.add_json(to("design.json"), &figures(inputs, finished))?;

@@ -4,56 +4,6 @@ use Phase::{Continuous, Error, Event, Initialization, Instantiated, Step, Termin
 
 use crate::{Interface, Phase};
 
-/// The functions of FMI 2.0, one for each C symbol.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[allow(missing_docs)]
-pub enum Function {
-    GetTypesPlatform,
-    GetVersion,
-    Instantiate,
-    FreeInstance,
-    SetDebugLogging,
-    SetupExperiment,
-    EnterInitializationMode,
-    ExitInitializationMode,
-    Terminate,
-    Reset,
-    GetReal,
-    GetInteger,
-    GetBoolean,
-    GetString,
-    SetReal,
-    SetInteger,
-    SetBoolean,
-    SetString,
-    GetFmuState,
-    SetFmuState,
-    FreeFmuState,
-    SerializedFmuStateSize,
-    SerializeFmuState,
-    DeserializeFmuState,
-    GetDirectionalDerivative,
-    EnterEventMode,
-    NewDiscreteStates,
-    EnterContinuousTimeMode,
-    CompletedIntegratorStep,
-    SetTime,
-    SetContinuousStates,
-    GetDerivatives,
-    GetEventIndicators,
-    GetContinuousStates,
-    GetNominalsOfContinuousStates,
-    SetRealInputDerivatives,
-    GetRealOutputDerivatives,
-    DoStep,
-    CancelStep,
-    GetStatus,
-    GetRealStatus,
-    GetIntegerStatus,
-    GetBooleanStatus,
-    GetStringStatus,
-}
-
 /// One row of the table.
 struct Row {
     function: Function,
@@ -83,62 +33,66 @@ const STEPPED: &[Phase] = &[Step, Terminated, Error];
 const STATUS: &[Phase] = &[Step, Terminated];
 const NOWHERE: &[Phase] = &[];
 
-/// The table; the comment of each row is the section of FMI 2.0.4 that describes the function.
-#[rustfmt::skip]
-const LEGAL: [Row; 44] = [
-    row(Function::GetTypesPlatform,              "fmi2GetTypesPlatform",              BOTH, EVERYWHERE), // 2.1.4
-    row(Function::GetVersion,                    "fmi2GetVersion",                    BOTH, EVERYWHERE), // 2.1.4
-    row(Function::Instantiate,                   "fmi2Instantiate",                   BOTH, EVERYWHERE), // 2.1.5
-    row(Function::FreeInstance,                  "fmi2FreeInstance",                  BOTH, EVERYWHERE), // 2.1.5
-    row(Function::SetDebugLogging,               "fmi2SetDebugLogging",               BOTH, ALIVE), // 2.1.5
-    row(Function::SetupExperiment,               "fmi2SetupExperiment",               BOTH, &[Instantiated]), // 2.1.6
-    row(Function::EnterInitializationMode,       "fmi2EnterInitializationMode",       BOTH, &[Instantiated]), // 2.1.6
-    row(Function::ExitInitializationMode,        "fmi2ExitInitializationMode",        BOTH, &[Initialization]), // 2.1.6
-    row(Function::Terminate,                     "fmi2Terminate",                     BOTH, RUNNING), // 2.1.6
-    row(Function::Reset,                         "fmi2Reset",                         BOTH, ALIVE), // 2.1.6
-    row(Function::GetReal,                       "fmi2GetReal",                       BOTH, READABLE), // 2.1.7
-    row(Function::GetInteger,                    "fmi2GetInteger",                    BOTH, READABLE), // 2.1.7
-    row(Function::GetBoolean,                    "fmi2GetBoolean",                    BOTH, READABLE), // 2.1.7
-    row(Function::GetString,                     "fmi2GetString",                     BOTH, READABLE), // 2.1.7
-    row(Function::SetReal,                       "fmi2SetReal",                       BOTH, SET_REAL), // 2.1.7
-    row(Function::SetInteger,                    "fmi2SetInteger",                    BOTH, SET_OTHER), // 2.1.7
-    row(Function::SetBoolean,                    "fmi2SetBoolean",                    BOTH, SET_OTHER), // 2.1.7
-    row(Function::SetString,                     "fmi2SetString",                     BOTH, SET_OTHER), // 2.1.7
-    row(Function::GetFmuState,                   "fmi2GetFMUstate",                   BOTH, ALIVE), // 2.1.8
-    row(Function::SetFmuState,                   "fmi2SetFMUstate",                   BOTH, ALIVE), // 2.1.8
-    row(Function::FreeFmuState,                  "fmi2FreeFMUstate",                  BOTH, ALIVE), // 2.1.8
-    row(Function::SerializedFmuStateSize,        "fmi2SerializedFMUstateSize",        BOTH, ALIVE), // 2.1.8
-    row(Function::SerializeFmuState,             "fmi2SerializeFMUstate",             BOTH, ALIVE), // 2.1.8
-    row(Function::DeserializeFmuState,           "fmi2DeSerializeFMUstate",           BOTH, ALIVE), // 2.1.8
-    row(Function::GetDirectionalDerivative,      "fmi2GetDirectionalDerivative",      BOTH, READABLE), // 2.1.9
-    row(Function::EnterEventMode,                "fmi2EnterEventMode",                ME,   MOVING), // 3.2.2
-    row(Function::NewDiscreteStates,             "fmi2NewDiscreteStates",             ME,   &[Event]), // 3.2.2
-    row(Function::EnterContinuousTimeMode,       "fmi2EnterContinuousTimeMode",       ME,   &[Event]), // 3.2.2
-    row(Function::CompletedIntegratorStep,       "fmi2CompletedIntegratorStep",       ME,   &[Continuous]), // 3.2.2
-    row(Function::SetTime,                       "fmi2SetTime",                       ME,   MOVING), // 3.2.1
-    row(Function::SetContinuousStates,           "fmi2SetContinuousStates",           ME,   &[Continuous]), // 3.2.1
-    row(Function::GetDerivatives,                "fmi2GetDerivatives",                ME,   COMPUTABLE), // 3.2.2
-    row(Function::GetEventIndicators,            "fmi2GetEventIndicators",            ME,   COMPUTABLE), // 3.2.2
-    row(Function::GetContinuousStates,           "fmi2GetContinuousStates",           ME,   COMPUTABLE), // 3.2.2
-    row(Function::GetNominalsOfContinuousStates, "fmi2GetNominalsOfContinuousStates", ME,   NOMINAL), // 3.2.2
-    row(Function::SetRealInputDerivatives,       "fmi2SetRealInputDerivatives",       CS,   INPUT), // 4.2.1
-    row(Function::GetRealOutputDerivatives,      "fmi2GetRealOutputDerivatives",      CS,   STEPPED), // 4.2.1
-    row(Function::DoStep,                        "fmi2DoStep",                        CS,   &[Step]), // 4.2.2
-    row(Function::CancelStep,                    "fmi2CancelStep",                    CS,   NOWHERE), // 4.2.2
-    row(Function::GetStatus,                     "fmi2GetStatus",                     CS,   STATUS), // 4.2.3
-    row(Function::GetRealStatus,                 "fmi2GetRealStatus",                 CS,   STATUS), // 4.2.3
-    row(Function::GetIntegerStatus,              "fmi2GetIntegerStatus",              CS,   STATUS), // 4.2.3
-    row(Function::GetBooleanStatus,              "fmi2GetBooleanStatus",              CS,   STATUS), // 4.2.3
-    row(Function::GetStringStatus,               "fmi2GetStringStatus",               CS,   STATUS), // 4.2.3
-];
+macro_rules! functions {
+    ($($function:ident $name:literal $interface:ident $phases:expr;)*) => {
+        /// The functions of FMI 2.0, one for each C symbol.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        #[allow(missing_docs)]
+        pub enum Function { $($function),* }
 
-const fn row(
-    function: Function,
-    name: &'static str,
-    interface: Option<Interface>,
-    phases: &'static [Phase],
-) -> Row {
-    Row { function, name, interface, phases }
+        /// The table, in the order of the functions.
+        const LEGAL: &[Row] = &[
+            $(Row { function: Function::$function, name: $name, interface: $interface, phases: $phases }),*
+        ];
+    };
+}
+
+// The comment of each row is the section of FMI 2.0.4 that describes the function.
+functions! {
+    GetTypesPlatform              "fmi2GetTypesPlatform"              BOTH EVERYWHERE; // 2.1.4
+    GetVersion                    "fmi2GetVersion"                    BOTH EVERYWHERE; // 2.1.4
+    Instantiate                   "fmi2Instantiate"                   BOTH EVERYWHERE; // 2.1.5
+    FreeInstance                  "fmi2FreeInstance"                  BOTH EVERYWHERE; // 2.1.5
+    SetDebugLogging               "fmi2SetDebugLogging"               BOTH ALIVE; // 2.1.5
+    SetupExperiment               "fmi2SetupExperiment"               BOTH &[Instantiated]; // 2.1.6
+    EnterInitializationMode       "fmi2EnterInitializationMode"       BOTH &[Instantiated]; // 2.1.6
+    ExitInitializationMode        "fmi2ExitInitializationMode"        BOTH &[Initialization]; // 2.1.6
+    Terminate                     "fmi2Terminate"                     BOTH RUNNING; // 2.1.6
+    Reset                         "fmi2Reset"                         BOTH ALIVE; // 2.1.6
+    GetReal                       "fmi2GetReal"                       BOTH READABLE; // 2.1.7
+    GetInteger                    "fmi2GetInteger"                    BOTH READABLE; // 2.1.7
+    GetBoolean                    "fmi2GetBoolean"                    BOTH READABLE; // 2.1.7
+    GetString                     "fmi2GetString"                     BOTH READABLE; // 2.1.7
+    SetReal                       "fmi2SetReal"                       BOTH SET_REAL; // 2.1.7
+    SetInteger                    "fmi2SetInteger"                    BOTH SET_OTHER; // 2.1.7
+    SetBoolean                    "fmi2SetBoolean"                    BOTH SET_OTHER; // 2.1.7
+    SetString                     "fmi2SetString"                     BOTH SET_OTHER; // 2.1.7
+    GetFmuState                   "fmi2GetFMUstate"                   BOTH ALIVE; // 2.1.8
+    SetFmuState                   "fmi2SetFMUstate"                   BOTH ALIVE; // 2.1.8
+    FreeFmuState                  "fmi2FreeFMUstate"                  BOTH ALIVE; // 2.1.8
+    SerializedFmuStateSize        "fmi2SerializedFMUstateSize"        BOTH ALIVE; // 2.1.8
+    SerializeFmuState             "fmi2SerializeFMUstate"             BOTH ALIVE; // 2.1.8
+    DeserializeFmuState           "fmi2DeSerializeFMUstate"           BOTH ALIVE; // 2.1.8
+    GetDirectionalDerivative      "fmi2GetDirectionalDerivative"      BOTH READABLE; // 2.1.9
+    EnterEventMode                "fmi2EnterEventMode"                ME   MOVING; // 3.2.2
+    NewDiscreteStates             "fmi2NewDiscreteStates"             ME   &[Event]; // 3.2.2
+    EnterContinuousTimeMode       "fmi2EnterContinuousTimeMode"       ME   &[Event]; // 3.2.2
+    CompletedIntegratorStep       "fmi2CompletedIntegratorStep"       ME   &[Continuous]; // 3.2.2
+    SetTime                       "fmi2SetTime"                       ME   MOVING; // 3.2.1
+    SetContinuousStates           "fmi2SetContinuousStates"           ME   &[Continuous]; // 3.2.1
+    GetDerivatives                "fmi2GetDerivatives"                ME   COMPUTABLE; // 3.2.2
+    GetEventIndicators            "fmi2GetEventIndicators"            ME   COMPUTABLE; // 3.2.2
+    GetContinuousStates           "fmi2GetContinuousStates"           ME   COMPUTABLE; // 3.2.2
+    GetNominalsOfContinuousStates "fmi2GetNominalsOfContinuousStates" ME   NOMINAL; // 3.2.2
+    SetRealInputDerivatives       "fmi2SetRealInputDerivatives"       CS   INPUT; // 4.2.1
+    GetRealOutputDerivatives      "fmi2GetRealOutputDerivatives"      CS   STEPPED; // 4.2.1
+    DoStep                        "fmi2DoStep"                        CS   &[Step]; // 4.2.2
+    CancelStep                    "fmi2CancelStep"                    CS   NOWHERE; // 4.2.2
+    GetStatus                     "fmi2GetStatus"                     CS   STATUS; // 4.2.3
+    GetRealStatus                 "fmi2GetRealStatus"                 CS   STATUS; // 4.2.3
+    GetIntegerStatus              "fmi2GetIntegerStatus"              CS   STATUS; // 4.2.3
+    GetBooleanStatus              "fmi2GetBooleanStatus"              CS   STATUS; // 4.2.3
+    GetStringStatus               "fmi2GetStringStatus"               CS   STATUS; // 4.2.3
 }
 
 impl Function {
@@ -170,23 +124,11 @@ impl Function {
     pub fn is_legal_in(self, phase: Phase, interface: Interface) -> bool {
         self.belongs_to(interface) && self.row().phases.contains(&phase)
     }
-
-    /// The phases in which the function may be called.
-    pub fn legal_phases(self) -> &'static [Phase] {
-        self.row().phases
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn rows_stand_in_the_order_of_the_functions() {
-        for (position, function) in Function::all().enumerate() {
-            assert_eq!(function as usize, position, "{}", function.name());
-        }
-    }
 
     #[test]
     fn names_are_those_of_the_standard_and_differ() {
@@ -201,7 +143,7 @@ mod tests {
     #[test]
     fn a_function_of_one_interface_is_legal_in_phases_of_that_interface_alone() {
         for function in Function::all() {
-            for &phase in function.legal_phases() {
+            for &phase in function.row().phases {
                 let some = [Interface::ModelExchange, Interface::CoSimulation]
                     .into_iter()
                     .any(|interface| phase.occurs_in(interface) && function.is_legal_in(phase, interface));

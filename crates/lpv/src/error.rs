@@ -164,8 +164,8 @@ pub enum SynthesisError {
 
 impl SynthesisError {
     /// [`SynthesisError::Numerical`].
-    pub(crate) fn numerical(stage: &'static str, diagnosis: String) -> Self {
-        Self::Numerical { stage, diagnosis }
+    pub(crate) fn numerical(stage: &'static str, diagnosis: impl Into<String>) -> Self {
+        Self::Numerical { stage, diagnosis: diagnosis.into() }
     }
 
     /// Whether the problem is known to have no solution, as against a failure to find one.

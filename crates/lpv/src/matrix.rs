@@ -1,6 +1,7 @@
 //! Dense matrices: building from blocks, subspaces, eigenvalues.
 
-use nalgebra::{Complex, DMatrix, DVector};
+use faer::Side;
+use nalgebra::{Complex, ComplexField, DMatrix, DVector};
 
 /// A real matrix of any size.
 pub type Mat = DMatrix<f64>;
@@ -53,9 +54,10 @@ pub fn skew_part(a: &Mat) -> Mat {
     (a - a.transpose()) * 0.5
 }
 
-/// The same numbers as a matrix of faer, whose decompositions are the accurate ones.
-fn to_faer(a: &Mat) -> faer::Mat<f64> {
-    faer::Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)])
+/// The same numbers as a matrix of faer, whose decompositions are the accurate ones; `None` when one is not finite.
+fn to_faer<T: ComplexField>(a: &DMatrix<T>) -> Option<faer::Mat<T>> {
+    let finite = a.iter().all(ComplexField::is_finite);
+    finite.then(|| faer::Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)].clone()))
 }
 
 fn from_faer(a: faer::MatRef<'_, f64>) -> Mat {
@@ -80,8 +82,7 @@ pub fn svd(a: &Mat) -> Svd {
     if a.is_empty() {
         return Svd { u: Mat::identity(m, m), s: vec![], v: Mat::identity(n, n) };
     }
-    let found = if a.iter().all(|v| v.is_finite()) { to_faer(a).svd().ok() } else { None };
-    match found {
+    match to_faer(a).and_then(|a| a.svd().ok()) {
         Some(d) => Svd {
             u: from_faer(d.U()),
             s: d.S().column_vector().iter().copied().collect(),
@@ -108,11 +109,8 @@ pub fn pseudo_inverse(a: &Mat, tolerance: f64) -> Mat {
 
 /// Eigenvalues of a symmetric matrix, ascending; not-a-number when it holds one.
 pub fn symmetric_eigenvalues(a: &Mat) -> Vec<f64> {
-    if a.iter().any(|v| !v.is_finite()) {
-        return vec![f64::NAN; a.nrows()];
-    }
-    let found = to_faer(&symmetric_part(a)).self_adjoint_eigenvalues(faer::Side::Lower);
-    found.unwrap_or_else(|_| vec![f64::NAN; a.nrows()])
+    let found = to_faer(&symmetric_part(a)).and_then(|a| a.self_adjoint_eigenvalues(Side::Lower).ok());
+    found.unwrap_or_else(|| vec![f64::NAN; a.nrows()])
 }
 
 /// The largest eigenvalue of a symmetric matrix (minus infinity for an empty one).
@@ -144,19 +142,18 @@ pub(crate) fn scaled_least_eigenvalue(m: &Mat) -> f64 {
     -scaled_largest_eigenvalue(&-m)
 }
 
+/// What an eigenvalue is that cannot be found: no comparison with it succeeds.
+const UNKNOWN: Complex<f64> = Complex::new(f64::NAN, f64::NAN);
+
 /// Eigenvalues of a square matrix, sorted by real and then imaginary part.
 ///
 /// Not-a-number throughout if the matrix holds one or the QR iteration fails: no comparison then succeeds.
 pub fn eigenvalues(a: &Mat) -> Vec<Complex<f64>> {
-    let n = a.nrows();
-    let unknown = Complex::new(f64::NAN, f64::NAN);
-    if n == 0 || a.iter().any(|v| !v.is_finite()) {
-        return vec![unknown; n];
+    if a.is_empty() {
+        return vec![];
     }
-    let mut values: Vec<Complex<f64>> = match to_faer(a).eigenvalues_from_real() {
-        Ok(values) => values.iter().map(|v| Complex::new(v.re, v.im)).collect(),
-        Err(_) => vec![unknown; n],
-    };
+    let found = to_faer(a).and_then(|a| a.eigenvalues_from_real().ok());
+    let mut values = found.unwrap_or_else(|| vec![UNKNOWN; a.nrows()]);
     values.sort_by(|p, q| p.re.total_cmp(&q.re).then(p.im.total_cmp(&q.im)));
     values
 }
@@ -165,10 +162,7 @@ pub fn eigenvalues(a: &Mat) -> Vec<Complex<f64>> {
 /// are half of all.
 pub(crate) fn growing_basis(a: &Mat) -> Option<Mat> {
     let n = a.nrows();
-    if a.iter().any(|v| !v.is_finite()) {
-        return None;
-    }
-    let found = to_faer(a).eigen_from_real().ok()?;
+    let found = to_faer(a)?.eigen_from_real().ok()?;
     let (vectors, values) = (found.U(), found.S().column_vector());
     let mut basis: Vec<DVector<f64>> = vec![];
     // Of a complex pair, real and imaginary part of one vector.
@@ -224,7 +218,7 @@ impl Definite {
         }
         for raise in [0.0, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8] {
             matrix.fill_diagonal(1.0 + raise);
-            if let Ok(factor) = to_faer(&matrix).llt(faer::Side::Lower) {
+            if let Ok(factor) = to_faer(&matrix)?.llt(Side::Lower) {
                 return Some(Self { matrix, scale, factor });
             }
         }
@@ -280,13 +274,11 @@ const MOST_REFINEMENTS: usize = 3;
 
 /// `f(A) = V f(Lambda) V'` of a symmetric matrix.
 pub fn symmetric_function(a: &Mat, f: impl Fn(f64) -> f64) -> Mat {
-    let nothing = || Mat::from_element(a.nrows(), a.ncols(), f64::NAN);
-    if a.is_empty() || a.iter().any(|v| !v.is_finite()) {
-        return nothing();
+    if a.is_empty() {
+        return a.clone();
     }
-    let Ok(found) = to_faer(&symmetric_part(a)).self_adjoint_eigen(faer::Side::Lower) else {
-        return nothing();
-    };
+    let found = to_faer(&symmetric_part(a)).and_then(|a| a.self_adjoint_eigen(Side::Lower).ok());
+    let Some(found) = found else { return Mat::from_element(a.nrows(), a.ncols(), f64::NAN) };
     let vectors = from_faer(found.U());
     let values: Vec<f64> = found.S().column_vector().iter().map(|v| f(*v)).collect();
     &vectors * Mat::from_diagonal(&DVector::from_vec(values)) * vectors.transpose()
@@ -323,39 +315,29 @@ pub fn largest_singular_value(a: &Mat) -> f64 {
 /// Singular values of a complex matrix, descending; not-a-number when it holds one.
 pub fn complex_singular_values(a: &DMatrix<Complex<f64>>) -> Vec<f64> {
     let least = a.nrows().min(a.ncols());
-    if least == 0 || a.iter().any(|v| !(v.re.is_finite() && v.im.is_finite())) {
-        return vec![f64::NAN; least];
+    if least == 0 {
+        return vec![];
     }
-    let same = faer::Mat::from_fn(a.nrows(), a.ncols(), |i, j| faer::c64::new(a[(i, j)].re, a[(i, j)].im));
-    same.singular_values().unwrap_or_else(|_| vec![f64::NAN; least])
+    to_faer(a).and_then(|a| a.singular_values().ok()).unwrap_or_else(|| vec![f64::NAN; least])
 }
 
 /// Eigenvalues of a square complex matrix; not-a-number throughout when it holds one or the iteration fails.
 pub fn complex_eigenvalues(a: &DMatrix<Complex<f64>>) -> Vec<Complex<f64>> {
-    let n = a.nrows();
-    let unknown = vec![Complex::new(f64::NAN, f64::NAN); n];
-    if n == 0 || a.iter().any(|v| !(v.re.is_finite() && v.im.is_finite())) {
-        return unknown;
+    if a.is_empty() {
+        return vec![];
     }
-    let same = faer::Mat::from_fn(n, n, |i, j| faer::c64::new(a[(i, j)].re, a[(i, j)].im));
-    match same.eigenvalues() {
-        Ok(values) => values.iter().map(|v| Complex::new(v.re, v.im)).collect(),
-        Err(_) => unknown,
-    }
+    to_faer(a).and_then(|a| a.eigenvalues().ok()).unwrap_or_else(|| vec![UNKNOWN; a.nrows()])
 }
 
 /// The left and right singular vectors of the least singular value of a square complex matrix: those that it nearly
 /// annihilates.
 pub fn complex_svd_ends(a: &DMatrix<Complex<f64>>) -> Option<(ComplexVector, ComplexVector)> {
     let n = a.nrows();
-    if n == 0 || a.iter().any(|v| !(v.re.is_finite() && v.im.is_finite())) {
+    if n == 0 {
         return None;
     }
-    let same = faer::Mat::from_fn(n, n, |i, j| faer::c64::new(a[(i, j)].re, a[(i, j)].im));
-    let found = same.svd().ok()?;
-    let last = |m: faer::MatRef<'_, faer::c64>| {
-        DVector::from_fn(n, |i, _| Complex::new(m[(i, n - 1)].re, m[(i, n - 1)].im))
-    };
+    let found = to_faer(a)?.svd().ok()?;
+    let last = |m: faer::MatRef<'_, faer::c64>| DVector::from_fn(n, |i, _| m[(i, n - 1)]);
     Some((last(found.U()), last(found.V())))
 }
 
@@ -365,12 +347,8 @@ pub fn hermitian_eigenvalues(a: &DMatrix<Complex<f64>>) -> Vec<f64> {
     if n == 1 {
         return vec![a[(0, 0)].re];
     }
-    if a.iter().any(|v| !(v.re.is_finite() && v.im.is_finite())) {
-        return vec![f64::NAN; n];
-    }
-    let entry = |i: usize, j: usize| faer::c64::new(a[(i, j)].re, a[(i, j)].im);
-    let same = faer::Mat::from_fn(n, n, entry);
-    same.self_adjoint_eigenvalues(faer::Side::Lower).unwrap_or_else(|_| vec![f64::NAN; n])
+    let found = to_faer(a).and_then(|a| a.self_adjoint_eigenvalues(Side::Lower).ok());
+    found.unwrap_or_else(|| vec![f64::NAN; n])
 }
 
 /// The matrix as a list of rows, as the files hold it.

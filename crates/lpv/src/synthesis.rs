@@ -24,8 +24,9 @@ pub use least_gamma::least_gamma;
 
 use crate::analysis::bounded_gain::bounded_gain;
 use crate::error::SynthesisError;
-use crate::synthesis::direct::directly;
+use crate::synthesis::direct::{Least, directly};
 use crate::synthesis::fast_modes::{Slowed, slowed};
+use crate::synthesis::least_gamma::least_gamma_within;
 use crate::system::model_error::LoopError;
 use crate::system::plant::GeneralisedPlant;
 
@@ -44,7 +45,8 @@ pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, 
     plant.check()?;
     crate::system::modes::check_stabilisable(plant)?;
     crate::system::modes::check_detectable(plant)?;
-    let outcome = as_given(plant, options);
+    let least = least_gamma_within(plant, options.scalings, options.accuracy);
+    let outcome = as_given(plant, &least, options);
     let far =
         |design: &Design| design.gamma_design > (1.0 + FAR_ABOVE * options.back_off) * design.gamma_optimum;
     match &outcome {
@@ -52,8 +54,8 @@ pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, 
         Ok(_) | Err(SynthesisError::Numerical { .. }) => {}
         Err(_) => return outcome,
     }
-    let least = least_gamma(plant, options.scalings).ok().map(|(_, least)| least);
-    match (regularise::design(plant, least.as_ref(), options), outcome) {
+    let least = least.as_ref().ok().map(|(_, least)| least);
+    match (regularise::design(plant, least, options), outcome) {
         (Some(added), Ok(given)) if added.certified.gamma >= given.certified.gamma => Ok(given),
         (Some(added), _) => Ok(added),
         (None, outcome) => outcome,
@@ -65,17 +67,19 @@ pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, 
 const FAR_ABOVE: f64 = 1.5;
 
 /// The design for the plant as it is.
-fn as_given(plant: &GeneralisedPlant, options: Options) -> Result<Design, SynthesisError> {
-    let outcome = directly(plant, options);
+fn as_given(plant: &GeneralisedPlant, least: &Least, options: Options) -> Result<Design, SynthesisError> {
+    let outcome = directly(plant, least, options);
     // The bound of a finished loop uses skew scalings: it says nothing of the least gamma without them.
     if options.scalings == ScalingClass::Symmetric || is_settled(&outcome, options) {
         return outcome;
     }
     let mut best = outcome;
     for slowed in slowed(plant) {
-        let found = directly(&slowed.plant, options);
+        let least = least_gamma_within(&slowed.plant, options.scalings, options.accuracy);
+        let found = directly(&slowed.plant, &least, options);
         let settled = is_settled(&found, options);
-        if let Some(design) = found.ok().and_then(|found| at_speed(plant, &slowed, found, &best, options)) {
+        let faster = |found| at_speed(plant, (&slowed, &least), found, &best, options);
+        if let Some(design) = found.ok().and_then(faster) {
             best = Ok(design);
             if settled {
                 break;
@@ -105,7 +109,7 @@ fn is_settled(outcome: &Result<Design, SynthesisError>, options: Options) -> boo
 /// that is better than what is known.
 fn at_speed(
     plant: &GeneralisedPlant,
-    slowed: &Slowed,
+    (slowed, least): (&Slowed, &Least),
     found: Design,
     known: &Result<Design, SynthesisError>,
     options: Options,
@@ -121,7 +125,7 @@ fn at_speed(
     }
     // A loop closer to the least gamma says more of it.
     let nearer = Options { back_off: NEARER_BACK_OFF * options.back_off, ..options };
-    let nearer = directly(&slowed.plant, nearer).ok().and_then(|found| bound(&found));
+    let nearer = directly(&slowed.plant, least, nearer).ok().and_then(|found| bound(&found));
     let mut gamma_optimum = nearer.map_or(certified.gamma, |nearer| nearer.gamma.min(certified.gamma));
     let (mut lower_estimate, mut multipliers) = (0.0, vec![]);
     if let Ok(known) = known {

@@ -5,7 +5,7 @@ use crate::page::plot::{Line, Panel, draw};
 use scheduled::Manoeuvre;
 use signals::{PITCH, SPEED, TRACKED, tracked};
 use squid_design::inputs::Inputs;
-use squid_design::numbers::decimals;
+use squid_design::numbers::{decimals, readable};
 use squid_design::store::Stored;
 use squid_design::store::files::Files;
 use squid_flight::flight::{Row, Surfacing, fly, fly_open_loop};
@@ -193,8 +193,7 @@ fn step_panels(inputs: &Inputs, responses: &[(f64, Vec<Row>)]) -> Vec<Panel> {
             .collect()
     };
     let actuator = &inputs.vehicle.actuators[0];
-    let (factor, unit) =
-        if actuator.unit() == "rad" { (1f64.to_degrees(), "deg") } else { (1.0, actuator.unit()) };
+    let (factor, unit) = readable(actuator.unit());
     vec![
         Panel {
             label: "pitch from trim (deg)".into(),

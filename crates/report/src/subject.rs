@@ -1,6 +1,7 @@
 //! What the report is about: a vehicle, its model, and the controller as it is stored.
 
 use crate::error::Error;
+use crate::page::chart::Key;
 use auv::{Actuator, Linearisation, Status};
 use certificate::Theorem;
 use lpv::controller::Controller;
@@ -114,6 +115,11 @@ impl<'a> Subject<'a> {
     /// A speed in words.
     pub fn speed_name(v: f64) -> String {
         format!("{v:.2} m/s")
+    }
+
+    /// A key for each of the speeds.
+    pub fn speed_keys(&self) -> Vec<Key> {
+        self.speeds.iter().enumerate().map(|(i, v)| Key::nth(i, Self::speed_name(*v))).collect()
     }
 
     /// Which of the tracked outputs is pitch.

@@ -4,6 +4,8 @@ use crate::error::Error;
 use certificate::Json;
 use lpv::error::ShapeError;
 use lpv::matrix::{Mat, from_rows};
+use squid_design::store::files::read;
+use std::path::Path;
 
 /// Numbers above this overflow in the products of the matrix inequalities.
 const LARGEST: f64 = 1e100;
@@ -41,13 +43,28 @@ pub struct Reader {
 }
 
 impl Reader {
-    /// A reader of `file`, a name for messages.
-    pub fn new(file: String) -> Self {
-        Self { file }
+    /// Reads a file as strictly as a certificate: no key may occur twice.
+    ///
+    /// # Errors
+    /// [`StoreError::Unreadable`](squid_design::error::StoreError::Unreadable); [`Error::Problem`] with the line.
+    pub fn open(path: &Path) -> Result<(Self, Json), Error> {
+        let reader = Self { file: path.display().to_string() };
+        let text = read(path)?;
+        let value = serde_json::from_str(&text).map_err(|e| not_json(&reader, &e, &text))?;
+        Ok((reader, value))
+    }
+
+    /// The entries of the object `data`, or of the whole where there is none.
+    ///
+    /// # Errors
+    /// [`Error::Problem`].
+    pub fn data<'a>(&self, value: &'a Json) -> Result<&'a Entries, Error> {
+        let top = self.object(value, "")?;
+        find(top, "data").map_or(Ok(top), |data| self.object(data, "data"))
     }
 
     /// The error that something is wrong at a line.
-    pub fn wrong_at(&self, line: usize, reason: String) -> Error {
+    fn wrong_at(&self, line: usize, reason: String) -> Error {
         Error::Problem { file: format!("{}:{line}", self.file), reason }
     }
 
@@ -133,6 +150,30 @@ impl Reader {
             other => Err(wrong(other.describe(), "a finite number")),
         }
     }
+}
+
+/// The error of a text that cannot be read, with its line. JSON has no infinity, but programs write one: Python
+/// `Infinity`, others 1e999.
+fn not_json(reader: &Reader, error: &serde_json::Error, text: &str) -> Error {
+    let message = error.to_string();
+    let at = format!(" at line {} column {}", error.line(), error.column());
+    let (what, place) = match message.strip_suffix(&at) {
+        Some(what) => (what, format!(" (column {})", error.column())),
+        None => (message.as_str(), String::new()),
+    };
+    if error.is_data() {
+        return reader.wrong_at(error.line(), format!("cannot be read: {what}{place}"));
+    }
+    let line = text.lines().nth(error.line().saturating_sub(1)).unwrap_or_default();
+    let here: String = line.chars().skip(error.column().saturating_sub(4)).take(12).collect();
+    let infinite = ["Infinity", "NaN", "nan", "inf"].iter().any(|word| here.contains(word))
+        || message.starts_with("number out of range");
+    let advice = if infinite {
+        "; its numbers must be finite (a weight that is infinite at high frequency is not proper)"
+    } else {
+        ""
+    };
+    reader.wrong_at(error.line(), format!("this is not JSON: {what}{place}{advice}"))
 }
 
 /// The matrices of one plant.

@@ -13,7 +13,7 @@ use std::path::Path;
 use std::time::Instant;
 
 /// The result, as `--json` prints it.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct Report {
     /// `bounded`, or `error`.
     pub status: &'static str,
@@ -43,7 +43,7 @@ pub struct Report {
 }
 
 /// Robust performance and the worst-case gain.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct Performance {
     /// mu with a full block from z to w is at most this: for every perturbation smaller than its inverse the gain is
     /// below it.
@@ -79,7 +79,7 @@ pub fn run(path: &Path) -> Result<Report, Error> {
     let (perturbed, structure) = mu_problem(path)?;
     let wrong = |reason| Error::Mu { file: path.display().to_string(), reason };
     let begin = Instant::now();
-    let mut report = Report::empty("bounded");
+    let mut report = Report { status: "bounded", ..Report::default() };
     let lower = match perturbed {
         Perturbed::Matrix(m) => {
             report.upper = Some(upper_bound(&m, &structure).map_err(|e| wrong(e.into()))?.value);
@@ -104,10 +104,7 @@ fn performance(whole: &Perturbable) -> Result<Performance, SweepError> {
         upper: both.upper.upper,
         lower: both.lower.map_or(0.0, |bound| bound.value * (1.0 - SINGULAR_RESIDUAL)),
         size: whole.size,
-        gain_upper: None,
-        gain_lower: None,
-        gain_frequency: None,
-        gain_delta: None,
+        ..Performance::default()
     };
     match worst_case_gain(whole) {
         Ok(gain) => {
@@ -170,25 +167,9 @@ fn peak(system: &StateSpace, structure: &Structure, mu: &FrequencyMu) -> f64 {
 }
 
 impl Report {
-    fn empty(status: &'static str) -> Self {
-        Self {
-            status,
-            upper: None,
-            lower: None,
-            frequency: None,
-            lower_frequency: None,
-            delta: None,
-            residual: None,
-            intervals: None,
-            performance: None,
-            seconds: None,
-            reason: None,
-        }
-    }
-
     /// The report of an error.
     pub fn refused(error: &Error) -> Self {
-        Self { reason: Some(error.to_string()), ..Self::empty("error") }
+        Self { status: "error", reason: Some(error.to_string()), ..Self::default() }
     }
 
     /// Sets the upper bound of a system; returns the lower one with its perturbation.

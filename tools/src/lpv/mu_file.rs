@@ -14,13 +14,11 @@
 
 use crate::error::Error;
 use crate::lpv::matrices::{Entries, Matrices, Reader, Size, find};
-use crate::lpv::problem_file::not_json;
 use certificate::Json;
 use lpv::matrix::Mat;
 use lpv::mu::{CMat, Structure};
 use lpv::state_space::StateSpace;
 use nalgebra::Complex;
-use squid_design::store::files::read;
 use std::path::Path;
 
 /// What is perturbed: `z = M w`, `w = Delta z`.
@@ -43,11 +41,8 @@ const LARGEST_BLOCK: f64 = 1000.0;
 /// [`StoreError::Unreadable`](squid_design::error::StoreError::Unreadable); [`Error::Problem`] with file and key,
 /// also when the blocks do not fit.
 pub fn mu_problem(path: &Path) -> Result<(Perturbed, Structure), Error> {
-    let reader = Reader::new(path.display().to_string());
-    let text = read(path)?;
-    let value: Json = serde_json::from_str(&text).map_err(|e| not_json(&reader, &e, &text))?;
-    let top = reader.object(&value, "")?;
-    let data = find(top, "data").map_or(Ok(top), |data| reader.object(data, "data"))?;
+    let (reader, value) = Reader::open(path)?;
+    let data = reader.data(&value)?;
     let perturbed = match (find(data, "M"), find(data, "P")) {
         (Some(_), Some(_)) => {
             return Err(reader.wrong("M", "and 'P' are both given; give a matrix M or a system P".into()));
@@ -61,18 +56,26 @@ pub fn mu_problem(path: &Path) -> Result<(Perturbed, Structure), Error> {
     };
     let structure = structure(&reader, data)?;
     let performance = performance(&reader, data)?;
-    if performance.is_some() && matches!(perturbed, Perturbed::Matrix(_)) {
-        return Err(reader.wrong("performance", "goes with a system P, not with a matrix M".into()));
-    }
-    fits(&reader, &perturbed, &structure, performance.map_or((0, 0), |(w, z, _)| (w, z)))?;
-    match (perturbed, performance) {
-        (Perturbed::System(system), Some((_, _, size))) => {
-            Ok((Perturbed::Performing(system, size), structure))
-        }
+    let perturbed = match (perturbed, performance) {
+        (Perturbed::System(system), Some((_, _, size))) => Perturbed::Performing(system, size),
         (Perturbed::Matrix(_), Some(_)) => {
-            Err(reader.wrong("performance", "goes with a system P, not with a matrix M".into()))
+            return Err(reader.wrong("performance", "goes with a system P, not with a matrix M".into()));
         }
-        (perturbed, _) => Ok((perturbed, structure)),
+        (perturbed, _) => perturbed,
+    };
+    fits(&reader, &perturbed, &structure, performance.map_or((0, 0), |(w, z, _)| (w, z)))?;
+    Ok((perturbed, structure))
+}
+
+/// A pair of whole numbers, from `least` to [`LARGEST_BLOCK`].
+fn pair(value: &Json, least: f64) -> Option<(i64, i64)> {
+    let whole = |entry: &Json| match entry {
+        Json::Number(v) if v.fract() == 0.0 && (least..=LARGEST_BLOCK).contains(v) => Some(*v as i64),
+        _ => None,
+    };
+    match value {
+        Json::List(pair) if pair.len() == 2 => whole(&pair[0]).zip(whole(&pair[1])),
+        _ => None,
     }
 }
 
@@ -90,16 +93,8 @@ fn performance(reader: &Reader, data: &Entries) -> Result<Option<(usize, usize, 
         }
     };
     let Some(value) = find(data, "performance") else { return Ok(None) };
-    let whole = |entry: &Json| match entry {
-        Json::Number(v) if v.fract() == 0.0 && (1.0..=LARGEST_BLOCK).contains(v) => Some(*v as usize),
-        _ => None,
-    };
-    let pair = match value {
-        Json::List(pair) if pair.len() == 2 => whole(&pair[0]).zip(whole(&pair[1])),
-        _ => None,
-    };
-    match pair {
-        Some((w, z)) => Ok(Some((w, z, size))),
+    match pair(value, 1.0) {
+        Some((w, z)) => Ok(Some((w as usize, z as usize, size))),
         None => Err(reader.wrong("performance", format!("is {}; {ALLOWED}", value.describe()))),
     }
 }
@@ -112,17 +107,9 @@ fn structure(reader: &Reader, data: &Entries) -> Result<Structure, Error> {
     let Json::List(list) = value else {
         return Err(reader.wrong("blocks", format!("is {}; {ALLOWED}", value.describe())));
     };
-    let whole = |entry: &Json| match entry {
-        Json::Number(v) if v.fract() == 0.0 && v.abs() <= LARGEST_BLOCK => Some(*v as i64),
-        _ => None,
-    };
     let mut notation = Vec::with_capacity(list.len());
     for (i, entry) in list.iter().enumerate() {
-        let pair = match entry {
-            Json::List(pair) if pair.len() == 2 => whole(&pair[0]).zip(whole(&pair[1])),
-            _ => None,
-        };
-        notation.push(pair.ok_or_else(|| {
+        notation.push(pair(entry, -LARGEST_BLOCK).ok_or_else(|| {
             let found = if matches!(entry, Json::List(_)) { "no such pair".into() } else { entry.describe() };
             reader.wrong("blocks", format!("has {found} in place {}; {ALLOWED}", i + 1))
         })?);

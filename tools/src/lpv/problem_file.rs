@@ -18,12 +18,10 @@
 
 use crate::error::Error;
 use crate::lpv::matrices::{Matrices, Reader, Size, find};
-use certificate::Json;
 use lpv::matrix::Mat;
 use lpv::partition::Group::{W, X, Z};
 use lpv::partition::{NamedBlock, PLANT, Sizes, names};
 use lpv::plant::GeneralisedPlant;
-use squid_design::store::files::read;
 use std::path::Path;
 
 /// A generalised plant with a direct path from u to y.
@@ -41,11 +39,8 @@ pub struct Problem {
 /// [`StoreError::Unreadable`](squid_design::error::StoreError::Unreadable); [`Error::Problem`] with file and key,
 /// also when matrices do not fit together.
 pub fn problem(path: &Path) -> Result<Problem, Error> {
-    let reader = Reader::new(path.display().to_string());
-    let text = read(path)?;
-    let value: Json = serde_json::from_str(&text).map_err(|e| not_json(&reader, &e, &text))?;
-    let top = reader.object(&value, "")?;
-    let data = find(top, "data").map_or(Ok(top), |data| reader.object(data, "data"))?;
+    let (reader, value) = Reader::open(path)?;
+    let data = reader.data(&value)?;
     let nested = ["P", "plant"].into_iter().find_map(|key| Some((key, find(data, key)?)));
     let entries = nested.map_or(Ok(data), |(key, plant)| reader.object(plant, key))?;
     let blocks = if nested.is_some() { reader.blocks(data)? } else { vec![] };
@@ -85,30 +80,6 @@ fn partition(m: &Matrices<'_>, blocks: &[usize]) -> Result<Vec<NamedBlock>, Erro
         Ok((row, column, if key == "A" { a.clone() } else { m.get(key, size)? }))
     };
     names(PLANT).filter(|(key, _, _)| *key != "D22").map(part).collect()
-}
-
-/// The error of a text that cannot be read, with its line. JSON has no infinity, but programs write one: Python
-/// `Infinity`, others 1e999.
-pub(crate) fn not_json(reader: &Reader, error: &serde_json::Error, text: &str) -> Error {
-    let message = error.to_string();
-    let at = format!(" at line {} column {}", error.line(), error.column());
-    let (what, place) = match message.strip_suffix(&at) {
-        Some(what) => (what, format!(" (column {})", error.column())),
-        None => (message.as_str(), String::new()),
-    };
-    if error.is_data() {
-        return reader.wrong_at(error.line(), format!("cannot be read: {what}{place}"));
-    }
-    let line = text.lines().nth(error.line().saturating_sub(1)).unwrap_or_default();
-    let here: String = line.chars().skip(error.column().saturating_sub(4)).take(12).collect();
-    let infinite = ["Infinity", "NaN", "nan", "inf"].iter().any(|word| here.contains(word))
-        || message.starts_with("number out of range");
-    let advice = if infinite {
-        "; its numbers must be finite (a weight that is infinite at high frequency is not proper)"
-    } else {
-        ""
-    };
-    reader.wrong_at(error.line(), format!("this is not JSON: {what}{place}{advice}"))
 }
 
 const IMPROPER: &str = "the identity, or left out: with a singular E the plant, or a weight in it, is not \

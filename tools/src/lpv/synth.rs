@@ -14,14 +14,14 @@ use lpv::regularity::findings;
 use lpv::synthesis::{Design, DualMultipliers, Options, ScalingClass, least_gamma};
 use serde::Serialize;
 use squid_design::certify;
+use squid_design::certify::verify::text;
 use squid_design::certify::{lft_matrices, nominal};
-use squid_design::error::ProofError;
 use squid_design::store::files::Files;
 use std::path::Path;
 use std::time::Instant;
 
 /// The outcomes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
     /// There is a controller, with a proved bound.
@@ -32,11 +32,12 @@ pub enum Status {
     /// not known.
     TooFast,
     /// Nothing is known.
+    #[default]
     NumericalFailure,
 }
 
 /// The result, as `--json` prints it.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct Report {
     /// The outcome.
     pub status: Status,
@@ -89,7 +90,8 @@ pub fn run(path: &Path, options: Options, reduce: bool) -> Result<Report, Error>
     let problem = problem_file::problem(path)?;
     let plant = &problem.plant;
     let started = Instant::now();
-    let mut report = Report::new(findings(plant).iter().map(ToString::to_string).collect());
+    let remarks: Vec<String> = findings(plant).iter().map(ToString::to_string).collect();
+    let mut report = Report { of_problem: remarks.len(), remarks, ..Report::default() };
     match design(&problem, options, reduce) {
         Ok(design) => feasible(&problem, &design, &mut report),
         Err(error) => without_controller(plant, options, &error, &mut report),
@@ -221,28 +223,6 @@ fn without_controller(
 }
 
 impl Report {
-    /// The report before the synthesis: remarks on the problem only.
-    fn new(remarks: Vec<String>) -> Self {
-        Self {
-            status: Status::NumericalFailure,
-            gamma: None,
-            gamma_lower: None,
-            lower_estimate: 0.0,
-            gamma_symmetric: None,
-            gamma_design: None,
-            back_off: None,
-            certified_gamma: None,
-            controller_states: None,
-            reason: None,
-            of_problem: remarks.len(),
-            regularised: false,
-            remarks,
-            seconds: 0.0,
-            theorem: None,
-            certificate: None,
-        }
-    }
-
     /// Remarks on a gamma that may be too high.
     fn doubt_gamma(&mut self) {
         let Some(gamma) = self.gamma.filter(|_| self.status != Status::Infeasible) else { return };
@@ -286,10 +266,7 @@ impl Report {
         let proved = self.certificate.as_ref().filter(|_| self.theorem.is_some());
         let [path, controller] = ["certificate.json", "controller.json"].map(|name| directory.join(name));
         if let Some(certificate) = proved {
-            let text = certificate.to_json();
-            let text =
-                text.map_err(|reason| ProofError::Certificate { file: path.display().to_string(), reason })?;
-            files.add(path, text);
+            files.add(path.clone(), text(certificate, &path)?);
             let (blocks, rows) = (certificate.controller_blocks.clone(), certificate.controller.clone());
             files.add_json(controller, &lft_matrices(blocks, rows))?;
         } else {

@@ -10,7 +10,7 @@ use squid_design::augment::augment;
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::linearise::linearise_at;
-use squid_design::numbers::{above, decimals};
+use squid_design::numbers::{above, decimals, readable};
 
 /// Trim, A, B and eigenvalues at one speed.
 ///
@@ -29,9 +29,8 @@ pub fn speed(inputs: &Inputs, speed: f64) -> Result<String, Error> {
         decimals(t.heave, 4)
     );
     for (actuator, value) in inputs.vehicle.actuators.iter().zip(&t.actuators) {
-        let (shown, unit) =
-            if actuator.unit() == "rad" { (value.to_degrees(), "deg") } else { (*value, actuator.unit()) };
-        out += &format!("  {:<18} {:>9} {unit}\n", actuator.name, decimals(shown, 4));
+        let (factor, unit) = readable(actuator.unit());
+        out += &format!("  {:<18} {:>9} {unit}\n", actuator.name, decimals(factor * value, 4));
     }
     let names: Vec<&str> = inputs.vehicle.actuators.iter().map(|a| a.name.as_str()).collect();
     out += "\nA, x = [u w q theta] in m/s, m/s, rad/s, rad\n";

@@ -3,6 +3,7 @@
 use crate::error::Error;
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
+use squid_design::numbers::readable;
 use squid_design::uncertain::errors::{ModelErrors, errors};
 use squid_design::uncertain::frozen::at_speed;
 use squid_design::uncertain::model::{Block, UncertainModel};
@@ -31,8 +32,8 @@ pub fn uncertainty(inputs: &Inputs) -> Result<String, Error> {
     for f in &frozen {
         out += &format!("  {:>6.2}", f.speed);
         for (parameter, deviation) in &f.trim_range.deviations {
-            let (shown, unit) = shown(*deviation, parameter.unit(&inputs.vehicle));
-            out += &format!("   {} {shown:.3} {unit}", parameter.name(&inputs.vehicle));
+            let (factor, unit) = readable(parameter.unit(&inputs.vehicle));
+            out += &format!("   {} {:.3} {unit}", parameter.name(&inputs.vehicle), factor * deviation);
         }
         out += &format!(
             "   (beyond the actuators' limits at {} of {} corners)\n",
@@ -63,8 +64,8 @@ fn blocks_table(joint: &UncertainModel, frozen: &[&UncertainModel]) -> String {
             range of speed\n",
     );
     for b in &joint.blocks {
-        let (value, _) = shown(b.value, b.unit);
-        let (half_range, unit) = shown(b.half_range, b.unit);
+        let (factor, unit) = readable(b.unit);
+        let (value, half_range) = (factor * b.value, factor * b.half_range);
         let most = frozen.iter().map(|f| repetitions(f, b)).max().unwrap_or(0);
         out += &format!(
             "  {:<28} {value:>12.4} +- {half_range:<10.4} {unit:<11} {most:>3} {:>3}\n",
@@ -82,9 +83,4 @@ fn blocks_table(joint: &UncertainModel, frozen: &[&UncertainModel]) -> String {
 
 fn repetitions(model: &UncertainModel, block: &Block) -> usize {
     model.blocks.iter().find(|b| b.uncertain == block.uncertain).map_or(0, |b| b.repetitions)
-}
-
-/// Angles in degrees, all else in SI.
-fn shown(value: f64, unit: &'static str) -> (f64, &'static str) {
-    if unit == "rad" { (value.to_degrees(), "deg") } else { (value, unit) }
 }

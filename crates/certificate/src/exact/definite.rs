@@ -135,42 +135,6 @@ fn eliminate(m: &Matrix) -> Result<(), (Minor, usize)> {
     Ok(())
 }
 
-/// N and d > 0 with `M N = d I`, without fractions; `None` if M is singular.
-///
-/// Bareiss elimination of `[M I]` above and below the pivots gives `[d I N]`, where d is the determinant up to the
-/// sign of the row exchanges.
-pub(crate) fn fraction_free_inverse(m: &Matrix) -> Option<(Matrix, Dyadic)> {
-    let n = m.rows;
-    let entries = (0..n * n).filter_map(|k| m[(k / n, k % n)].last_bit());
-    let unit = entries.min().unwrap_or(0);
-    let entry = |i: usize, j: usize| match j.checked_sub(n) {
-        None => m[(i, j)].in_units(unit),
-        Some(j) => BigInt::from(u8::from(i == j)),
-    };
-    let mut a: Vec<Vec<BigInt>> = (0..n).map(|i| (0..2 * n).map(|j| entry(i, j)).collect()).collect();
-    let mut previous = BigInt::from(1);
-    for k in 0..n {
-        let pivot = (k..n).find(|&i| a[i][k].sign() != Sign::NoSign)?;
-        a.swap(k, pivot);
-        let row = a[k].clone();
-        for (_, target) in a.iter_mut().enumerate().filter(|(i, _)| *i != k) {
-            let factor = target[k].clone();
-            for (entry, of_pivot) in target.iter_mut().zip(&row) {
-                *entry = (&row[k] * &*entry - &factor * of_pivot) / &previous;
-            }
-        }
-        previous = row[k].clone();
-    }
-    let sign = BigInt::from(if previous.sign() == Sign::Minus { -1 } else { 1 });
-    let mut inverse = Matrix::zeros(n, n);
-    for (i, row) in a.iter().enumerate() {
-        for j in 0..n {
-            inverse[(i, j)] = Dyadic::new(&sign * &row[n + j], 0);
-        }
-    }
-    Some((inverse, Dyadic::new(sign * previous, unit)))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -245,28 +209,6 @@ mod tests {
     }
 
     proptest! {
-        #[test]
-        fn an_inverse_is_exact(
-            n in 0_usize..6,
-            entries in prop::collection::vec(prop_oneof![Just(0.0), -3.0..3.0, -1e-9..1e-9], 25),
-            singular in any::<bool>(),
-        ) {
-            let mut m = Matrix::zeros(n, n);
-            (0..n * n).for_each(|k| m[(k / n, k % n)] = Dyadic::from_f64(entries[k]));
-            let singular = singular && n > 1;
-            if singular {
-                (0..n).for_each(|j| m[(n - 1, j)] = &m[(0, j)] + &m[(0, j)]);
-            }
-            match fraction_free_inverse(&m) {
-                Some((inverse, d)) => {
-                    prop_assert!(d.is_positive() && !singular);
-                    prop_assert_eq!(m.times(&inverse), Matrix::scalar(n, &d));
-                }
-                // The Gram matrix of what is regular is positive definite.
-                None => prop_assert!(eliminate(&m.times(&m.transpose())).is_err()),
-            }
-        }
-
         #[test]
         fn whatever_the_factor_what_dominates_is_definite(
             n in 1_usize..5,

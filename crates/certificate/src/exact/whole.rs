@@ -50,6 +50,24 @@ pub(crate) fn reduce(m: &Matrix, weights: &[f64]) -> Reduced {
     Reduced { rows, pivots, pivot: Dyadic::new(previous, 0) }
 }
 
+/// N and d > 0 with `M N = d I`, without fractions; `None` if M is singular. `[M I]` reduces to `[d I N]`.
+pub(crate) fn fraction_free_inverse(m: &Matrix) -> Option<(Matrix, Dyadic)> {
+    let n = m.rows;
+    let mut beside = Matrix::zeros(n, 2 * n);
+    beside.place(0, 0, m);
+    beside.place(0, n, &Matrix::scalar(n, &Dyadic::from_f64(1.0)));
+    let weights: Vec<f64> = (0..2 * n).map(|j| if j < n { 1.0 } else { 0.0 }).collect();
+    let Reduced { rows, pivots, pivot } = reduce(&beside, &weights);
+    let mut inverse = Matrix::zeros(n, n);
+    for (k, &i) in pivots.iter().enumerate() {
+        if i >= n {
+            return None;
+        }
+        (0..n).for_each(|j| inverse[(i, j)] = rows[(k, n + j)].clone());
+    }
+    Some((inverse, pivot))
+}
+
 /// The place of the largest weighted entry that is not zero, from row `from` on. All entries are in the same unit.
 fn largest(a: &[Vec<BigInt>], from: usize, weights: &[f64]) -> Option<(usize, usize)> {
     let bits = a.iter().skip(from).flatten().map(BigInt::bits).max().filter(|bits| *bits > 0)?;
@@ -69,6 +87,8 @@ fn largest(a: &[Vec<BigInt>], from: usize, weights: &[f64]) -> Option<(usize, us
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::exact::definite::positive_definite;
+    use proptest::prelude::*;
 
     #[test]
     fn rows_that_depend_on_others_go() {
@@ -76,5 +96,32 @@ mod tests {
         let found = reduce(&m, &[1.0, 1.0, 1.0]);
         assert_eq!((found.rows.rows, found.pivots), (2, vec![1, 2]));
         assert!(found.pivot.is_positive());
+    }
+
+    proptest! {
+        #[test]
+        fn an_inverse_is_exact(
+            n in 0_usize..6,
+            entries in prop::collection::vec(prop_oneof![Just(0.0), -3.0..3.0, -1e-9..1e-9], 25),
+            singular in any::<bool>(),
+        ) {
+            let mut m = Matrix::zeros(n, n);
+            (0..n * n).for_each(|k| m[(k / n, k % n)] = Dyadic::from_f64(entries[k]));
+            let singular = singular && n > 1;
+            if singular {
+                (0..n).for_each(|j| m[(n - 1, j)] = &m[(0, j)] + &m[(0, j)]);
+            }
+            match fraction_free_inverse(&m) {
+                Some((inverse, d)) => {
+                    prop_assert!(d.is_positive() && !singular);
+                    prop_assert_eq!(m.times(&inverse), Matrix::scalar(n, &d));
+                }
+                None => {
+                    // The Gram matrix of what is regular is positive definite.
+                    let gram = m.times(&m.transpose());
+                    prop_assert!(positive_definite(&gram, &(0..n).collect::<Vec<_>>()).is_err());
+                }
+            }
+        }
     }
 }

@@ -100,7 +100,7 @@ fn plant_with(certificate: &Certificate, blocks: &[usize]) -> Result<Generalised
     if certificate.plant.direct_path().is_some() {
         return Err(wrong("D22, which a vehicle does not have,".into()).into());
     }
-    let parts = blocks_of(PLANT, &certificate.plant.by_key());
+    let parts = blocks_of(PLANT, &certificate.plant.named());
     let parts = parts.ok_or_else(|| wrong("the shape of a matrix".into()))?;
     let found = GeneralisedPlant::new(certificate.blocks.clone(), &parts)?;
     if found.blocks == blocks { Ok(found) } else { Err(wrong("the number of channels".into()).into()) }

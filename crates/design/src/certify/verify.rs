@@ -8,6 +8,7 @@ use crate::inputs::design_file::DesignFile;
 use auv::Vehicle;
 use certificate::{Certificate, Rows};
 use scheduled::{ControllerDesign, LftMatrices};
+use std::path::Path;
 
 /// Reads a certificate; `file` is for messages.
 ///
@@ -15,6 +16,15 @@ use scheduled::{ControllerDesign, LftMatrices};
 /// [`ProofError::Certificate`].
 pub fn parse(text: &str, file: &str) -> Result<Certificate, ProofError> {
     Certificate::from_json(text).map_err(|reason| ProofError::Certificate { file: file.into(), reason })
+}
+
+/// The text of a certificate for the file `path`.
+///
+/// # Errors
+/// [`ProofError::Certificate`].
+pub fn text(certificate: &Certificate, path: &Path) -> Result<String, ProofError> {
+    let wrong = |reason| ProofError::Certificate { file: path.display().to_string(), reason };
+    certificate.to_json().map_err(wrong)
 }
 
 /// Checks that the plant of a certificate is the one of this vehicle and design file, trimmed, linearised, fitted and weighted

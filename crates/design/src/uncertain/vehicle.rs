@@ -92,3 +92,92 @@ pub fn destabilised_at(
     }
     Some(high)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::inputs::Inputs;
+    use crate::uncertain::frozen::at_speed;
+    use auv::{Dynamics, Motion};
+    use std::path::Path;
+
+    const SPEED: f64 = 1.3;
+
+    /// Squid, its uncertain model, and a perturbation: parts of the half ranges by name.
+    fn squid(changes: &[(&str, f64)]) -> (Vehicle, FrozenUncertain, Vec<f64>) {
+        let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
+        let inputs = Inputs::read(folder, "design").unwrap();
+        let frozen = at_speed(&inputs, SPEED).unwrap();
+        let mut delta = vec![0.0; frozen.model.blocks.len()];
+        for (name, change) in changes {
+            delta[frozen.model.blocks.iter().position(|b| b.name == *name).unwrap()] = *change;
+        }
+        (inputs.vehicle, frozen, delta)
+    }
+
+    /// Central differences of the nonlinear motion, with the coefficients written by hand.
+    #[test]
+    fn the_vehicle_has_the_coefficients_of_the_perturbation_at_its_own_trim() {
+        let (vehicle, frozen, delta) = squid(&[
+            ("M_uw", 0.5),
+            ("Z_w", -0.8),
+            ("drag_area", 1.0),
+            ("gain of lower", -0.6),
+            ("incidence", 0.9),
+        ]);
+        let found = vehicle_at(&vehicle, &frozen, &delta).unwrap();
+
+        let mut by_hand = vehicle.coefficients.clone();
+        // Of values below zero, up is nearer to zero.
+        by_hand.M_uw *= 1.0 - 0.3 * 0.5;
+        by_hand.Z_w *= 1.0 + 0.7 * 0.8;
+        by_hand.drag_area *= 1.3;
+        let dynamics = Dynamics::new(&by_hand).unwrap();
+        let trim = &found.trim;
+        let start = [trim.forward_speed, trim.heave, 0.0, trim.pitch];
+        let start: Vec<f64> = start.into_iter().chain(trim.actuators.iter().copied()).collect();
+        let rate = |at: &[f64]| {
+            let motion = Motion { u: at[0], w: at[1], q: at[2], theta: at[3] };
+            dynamics.rate(&vehicle.actuators, &motion, trim.depth, at[4..].iter().copied())
+        };
+        assert!(rate(&start).iter().all(|v| v.abs() < 1e-9), "no trim: {:?}", rate(&start));
+        assert!((start[0].hypot(start[1]) - SPEED).abs() < 1e-9);
+        assert!((trim.heave - frozen.nominal.trim.heave).abs() > 1e-4, "the trim should move");
+        for j in 0..start.len() {
+            let step = 1e-7 * start[j].abs().max(1.0);
+            let moved = |by: f64| {
+                let mut at = start.clone();
+                at[j] += by;
+                rate(&at)
+            };
+            let (high, low) = (moved(step), moved(-step));
+            let factor = if j == 4 { 1.0 - 0.1 * 0.6 } else { 1.0 };
+            for i in 0..4 {
+                let wanted = factor * (high[i] - low[i]) / (2.0 * step);
+                let entry = if j < 4 { found.a[(i, j)] } else { found.b[(i, j - 4)] };
+                assert!((entry - wanted).abs() < 1e-6 * wanted.abs().max(1.0), "{i} {j}: {entry} {wanted}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_vehicle_that_trims_beyond_its_limits_is_none() {
+        let (mut vehicle, frozen, delta) = squid(&[("drag_area", 1.0)]);
+        assert!(vehicle_at(&vehicle, &frozen, &delta).is_some());
+        let most = frozen.nominal.trim.actuators[0];
+        (vehicle.actuators[0].min, vehicle.actuators[0].max) = (-most.abs(), most.abs());
+        assert!(vehicle_at(&vehicle, &frozen, &vec![0.0; delta.len()]).is_some());
+        assert!(vehicle_at(&vehicle, &frozen, &delta).is_none(), "more drag takes more thrust");
+    }
+
+    /// Along a loss of thrust of 10 % the thrust is below 96.5 % from a size of 0.35 on; the incidence has no share in
+    /// the size.
+    #[test]
+    fn the_first_size_that_is_not_stable_is_found() {
+        let (vehicle, frozen, delta) = squid(&[("gain of lower", -0.5), ("incidence", 2.0)]);
+        let enough = |l: &Linearisation| l.b[(0, 0)] / frozen.nominal.b[(0, 0)] > 0.965;
+        let found = destabilised_at(&vehicle, &frozen, &delta, 1.0, enough).unwrap();
+        assert!((found - 0.35).abs() < 1e-9, "{found}");
+        assert_eq!(destabilised_at(&vehicle, &frozen, &delta, 0.34, enough), None);
+    }
+}

@@ -6,7 +6,50 @@ use crate::abi::component::{Component, call};
 use crate::abi::logger::c_string;
 use crate::abi::pointers::{slice, slice_mut, text};
 use crate::abi::types::{self, Status};
-use crate::{Function, Model};
+use crate::{Function, Model, Value};
+
+/// Writes the values of variables to an array, each converted to its C type.
+///
+/// # Safety
+/// As [`get_real`].
+unsafe fn get<M: Model, T: Value, C>(
+    component: types::Component,
+    references: *const u32,
+    count: usize,
+    values: *mut C,
+    convert: impl Fn(T) -> C,
+) -> Status {
+    let body = |component: &mut Component<M>| {
+        // SAFETY: the caller vouches for the arrays.
+        let (references, values) =
+            unsafe { (slice(references, count, "vr")?, slice_mut(values, count, "value")?) };
+        let take = |position: usize, value| values[position] = convert(value);
+        component.instance.get(references, &mut component.logger, take)
+    };
+    // SAFETY: the caller vouches for the handle.
+    unsafe { call(component, T::GET, body) }
+}
+
+/// Sets variables to the values of an array, each converted from its C type.
+///
+/// # Safety
+/// As [`get_real`].
+unsafe fn set<M: Model, T: Value, C: Copy>(
+    component: types::Component,
+    references: *const u32,
+    count: usize,
+    values: *const C,
+    convert: impl Fn(C) -> T,
+) -> Status {
+    let body = |component: &mut Component<M>| {
+        // SAFETY: the caller vouches for the arrays.
+        let (references, values) =
+            unsafe { (slice(references, count, "vr")?, slice(values, count, "value")?) };
+        Ok(component.instance.set(references, |position| convert(values[position]))?)
+    };
+    // SAFETY: the caller vouches for the handle.
+    unsafe { call(component, T::SET, body) }
+}
 
 /// `fmi2GetReal`.
 ///
@@ -18,15 +61,8 @@ pub unsafe extern "C" fn get_real<M: Model>(
     count: usize,
     values: *mut f64,
 ) -> Status {
-    let body = |component: &mut Component<M>| {
-        // SAFETY: the importer vouches for its arrays.
-        let (references, values) =
-            unsafe { (slice(references, count, "vr")?, slice_mut(values, count, "value")?) };
-        let take = |position: usize, value| values[position] = value;
-        component.instance.get(references, &mut component.logger, take)
-    };
-    // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, Function::GetReal, body) }
+    // SAFETY: the importer vouches for handle and arrays.
+    unsafe { get::<M, _, _>(component, references, count, values, |value: f64| value) }
 }
 
 /// `fmi2GetInteger`, also for enumerations.
@@ -39,15 +75,8 @@ pub unsafe extern "C" fn get_integer<M: Model>(
     count: usize,
     values: *mut c_int,
 ) -> Status {
-    let body = |component: &mut Component<M>| {
-        // SAFETY: the importer vouches for its arrays.
-        let (references, values) =
-            unsafe { (slice(references, count, "vr")?, slice_mut(values, count, "value")?) };
-        let take = |position: usize, value: i32| values[position] = value;
-        component.instance.get(references, &mut component.logger, take)
-    };
-    // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, Function::GetInteger, body) }
+    // SAFETY: the importer vouches for handle and arrays.
+    unsafe { get::<M, _, _>(component, references, count, values, |value: i32| value) }
 }
 
 /// `fmi2GetBoolean`.
@@ -60,15 +89,8 @@ pub unsafe extern "C" fn get_boolean<M: Model>(
     count: usize,
     values: *mut c_int,
 ) -> Status {
-    let body = |component: &mut Component<M>| {
-        // SAFETY: the importer vouches for its arrays.
-        let (references, values) =
-            unsafe { (slice(references, count, "vr")?, slice_mut(values, count, "value")?) };
-        let take = |position: usize, value: bool| values[position] = c_int::from(value);
-        component.instance.get(references, &mut component.logger, take)
-    };
-    // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, Function::GetBoolean, body) }
+    // SAFETY: the importer vouches for handle and arrays.
+    unsafe { get::<M, _, _>(component, references, count, values, |value: bool| c_int::from(value)) }
 }
 
 /// `fmi2GetString`; the texts live until the next call of this function.
@@ -108,14 +130,8 @@ pub unsafe extern "C" fn set_real<M: Model>(
     count: usize,
     values: *const f64,
 ) -> Status {
-    let body = |component: &mut Component<M>| {
-        // SAFETY: the importer vouches for its arrays.
-        let (references, values) =
-            unsafe { (slice(references, count, "vr")?, slice(values, count, "value")?) };
-        Ok(component.instance.set(references, |position| values[position])?)
-    };
-    // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, Function::SetReal, body) }
+    // SAFETY: the importer vouches for handle and arrays.
+    unsafe { set::<M, _, _>(component, references, count, values, |value: f64| value) }
 }
 
 /// `fmi2SetInteger`, also for enumerations.
@@ -128,14 +144,8 @@ pub unsafe extern "C" fn set_integer<M: Model>(
     count: usize,
     values: *const c_int,
 ) -> Status {
-    let body = |component: &mut Component<M>| {
-        // SAFETY: the importer vouches for its arrays.
-        let (references, values) =
-            unsafe { (slice(references, count, "vr")?, slice(values, count, "value")?) };
-        Ok(component.instance.set(references, |position| values[position])?)
-    };
-    // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, Function::SetInteger, body) }
+    // SAFETY: the importer vouches for handle and arrays.
+    unsafe { set::<M, _, _>(component, references, count, values, |value: c_int| value) }
 }
 
 /// `fmi2SetBoolean`; any number but 0 is true.
@@ -148,14 +158,8 @@ pub unsafe extern "C" fn set_boolean<M: Model>(
     count: usize,
     values: *const c_int,
 ) -> Status {
-    let body = |component: &mut Component<M>| {
-        // SAFETY: the importer vouches for its arrays.
-        let (references, values) =
-            unsafe { (slice(references, count, "vr")?, slice(values, count, "value")?) };
-        Ok(component.instance.set(references, |position| values[position] != 0)?)
-    };
-    // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, Function::SetBoolean, body) }
+    // SAFETY: the importer vouches for handle and arrays.
+    unsafe { set::<M, _, _>(component, references, count, values, |value: c_int| value != 0) }
 }
 
 /// `fmi2SetString`.

@@ -2,7 +2,7 @@
 
 use std::ffi::c_int;
 
-use crate::abi::component::{Component, call};
+use crate::abi::component::{Component, Outcome, call};
 use crate::abi::pointers::{place, slice, slice_mut};
 use crate::abi::types::{self, EventInfo, Status};
 use crate::{Function, Model};
@@ -110,13 +110,10 @@ pub unsafe extern "C" fn get_derivatives<M: Model>(
     derivatives: *mut f64,
     count: usize,
 ) -> Status {
-    let body = |component: &mut Component<M>| {
-        // SAFETY: the importer vouches for its array.
-        let derivatives = unsafe { slice_mut(derivatives, count, "derivatives") }?;
-        component.instance.derivatives(derivatives, &mut component.logger)
-    };
-    // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, Function::GetDerivatives, body) }
+    let write =
+        |own: &mut Component<M>, values: &mut [f64]| own.instance.derivatives(values, &mut own.logger);
+    // SAFETY: the importer vouches for handle and array.
+    unsafe { fill(component, Function::GetDerivatives, (derivatives, count, "derivatives"), write) }
 }
 
 /// `fmi2GetEventIndicators`.
@@ -128,13 +125,9 @@ pub unsafe extern "C" fn get_event_indicators<M: Model>(
     indicators: *mut f64,
     count: usize,
 ) -> Status {
-    let body = |component: &mut Component<M>| {
-        // SAFETY: the importer vouches for its array.
-        let indicators = unsafe { slice_mut(indicators, count, "eventIndicators") }?;
-        Ok(component.instance.event_indicators(indicators)?)
-    };
-    // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, Function::GetEventIndicators, body) }
+    let write = |own: &mut Component<M>, values: &mut [f64]| Ok(own.instance.event_indicators(values)?);
+    // SAFETY: the importer vouches for handle and array.
+    unsafe { fill(component, Function::GetEventIndicators, (indicators, count, "eventIndicators"), write) }
 }
 
 /// `fmi2GetContinuousStates`.
@@ -146,13 +139,10 @@ pub unsafe extern "C" fn get_continuous_states<M: Model>(
     states: *mut f64,
     count: usize,
 ) -> Status {
-    let body = |component: &mut Component<M>| {
-        // SAFETY: the importer vouches for its array.
-        let states = unsafe { slice_mut(states, count, "x") }?;
-        component.instance.continuous_states(states, &mut component.logger)
-    };
-    // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, Function::GetContinuousStates, body) }
+    let write =
+        |own: &mut Component<M>, values: &mut [f64]| own.instance.continuous_states(values, &mut own.logger);
+    // SAFETY: the importer vouches for handle and array.
+    unsafe { fill(component, Function::GetContinuousStates, (states, count, "x"), write) }
 }
 
 /// `fmi2GetNominalsOfContinuousStates`.
@@ -164,11 +154,26 @@ pub unsafe extern "C" fn get_nominals_of_continuous_states<M: Model>(
     nominals: *mut f64,
     count: usize,
 ) -> Status {
+    let write = |own: &mut Component<M>, values: &mut [f64]| Ok(own.instance.nominals(values)?);
+    // SAFETY: the importer vouches for handle and array.
+    unsafe { fill(component, Function::GetNominalsOfContinuousStates, (nominals, count, "x_nominal"), write) }
+}
+
+/// Lets `write` fill an array of a name in the standard.
+///
+/// # Safety
+/// As [`set_continuous_states`].
+unsafe fn fill<M: Model>(
+    component: types::Component,
+    function: Function,
+    (values, count, argument): (*mut f64, usize, &'static str),
+    write: impl FnOnce(&mut Component<M>, &mut [f64]) -> Outcome<M>,
+) -> Status {
     let body = |component: &mut Component<M>| {
-        // SAFETY: the importer vouches for its array.
-        let nominals = unsafe { slice_mut(nominals, count, "x_nominal") }?;
-        Ok(component.instance.nominals(nominals)?)
+        // SAFETY: the caller vouches for its array.
+        let values = unsafe { slice_mut(values, count, argument) }?;
+        write(component, values)
     };
-    // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, Function::GetNominalsOfContinuousStates, body) }
+    // SAFETY: the caller vouches for the handle.
+    unsafe { call(component, function, body) }
 }

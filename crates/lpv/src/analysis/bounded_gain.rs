@@ -62,13 +62,13 @@ pub fn bounded_gain(
     } else {
         String::new()
     };
-    Err(SynthesisError::Numerical {
-        stage: STAGE,
-        diagnosis: format!(
+    Err(SynthesisError::numerical(
+        STAGE,
+        format!(
             "at gamma = {:.4e} an eigenvalue of the inequalities has the wrong sign, {:.1e}{why}",
             best.gamma, best.largest_eigenvalue
         ),
-    })
+    ))
 }
 
 /// A bound close to the least; `None` when no search led to one that holds and is better.
@@ -255,9 +255,6 @@ pub(crate) fn whitening(m: &Mat, name: &str) -> Result<(Mat, Mat), SynthesisErro
     }
     let inverse = m.clone().cholesky().map(|c| c.l().transpose());
     inverse.and_then(|inverse| Some((inverse.clone().try_inverse()?, inverse))).ok_or_else(|| {
-        SynthesisError::Numerical {
-            stage: STAGE,
-            diagnosis: format!("the guess at {name} is not positive definite"),
-        }
+        SynthesisError::numerical(STAGE, format!("the guess at {name} is not positive definite"))
     })
 }

@@ -77,7 +77,7 @@ impl ConicProgram {
         if catch_unwind(AssertUnwindSafe(|| solver.solve())).is_err() {
             return Err(SynthesisError::numerical(
                 stage,
-                "a decomposition inside the solver did not converge".into(),
+                "a decomposition inside the solver did not converge",
             ));
         }
         let found = &solver.solution;
@@ -88,12 +88,9 @@ impl ConicProgram {
             {
                 Ok(Verdict::Infeasible)
             }
-            SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => {
-                Err(SynthesisError::numerical(
-                    stage,
-                    "the solver's certificate of infeasibility does not hold".into(),
-                ))
-            }
+            SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => Err(
+                SynthesisError::numerical(stage, "the solver's certificate of infeasibility does not hold"),
+            ),
             SolverStatus::Solved if finite => Ok(Verdict::Solved(found.x.clone())),
             SolverStatus::AlmostSolved
             | SolverStatus::InsufficientProgress

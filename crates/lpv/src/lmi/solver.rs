@@ -115,9 +115,7 @@ fn general(
             break;
         }
     }
-    best.ok_or_else(|| {
-        failure.unwrap_or_else(|| SynthesisError::numerical(stage, "no solver was run".into()))
-    })
+    best.ok_or_else(|| failure.unwrap_or_else(|| SynthesisError::numerical(stage, "no solver was run")))
 }
 
 fn judged(program: &Program, x: Vec<f64>, gap: f64) -> Solution {

@@ -59,15 +59,6 @@ pub fn upper_bound(m: &CMat, structure: &Structure) -> Result<UpperBound, Struct
     upper_bound_with(m, structure, UpperBoundOptions::default())
 }
 
-/// Looks for scalings that show `mu <= level` and hold there as clearly as they can; where there are none, for the
-/// best.
-///
-/// # Errors
-/// [`StructureError`] when M does not fit the structure.
-pub fn bound_at_level(m: &CMat, structure: &Structure, level: f64) -> Result<UpperBound, StructureError> {
-    upper_bound_with(m, structure, UpperBoundOptions { level, ..UpperBoundOptions::default() })
-}
-
 /// A bound that needs no search: of a matrix of that Frobenius norm.
 fn unscaled(structure: &Structure, norm: f64) -> UpperBound {
     let family = Family::new(structure);
@@ -231,7 +222,8 @@ mod tests {
         #[test]
         fn a_level_above_is_met((structure, m) in problem(), above in 1.01..3.0f64) {
             let tight = upper_bound(&m, &structure).unwrap().value.max(1e-3);
-            let bound = bound_at_level(&m, &structure, above * tight).unwrap();
+            let at_level = UpperBoundOptions { level: above * tight, ..UpperBoundOptions::default() };
+            let bound = upper_bound_with(&m, &structure, at_level).unwrap();
             prop_assert!(bound.value <= above * tight);
             prop_assert!(margin(&bound, above * tight, &m) > 0.0);
         }

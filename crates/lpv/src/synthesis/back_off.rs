@@ -30,13 +30,13 @@ pub(crate) fn centre(
         _ => roomy,
     };
     if found.margin <= 0.0 {
-        return Err(SynthesisError::Numerical {
-            stage: STAGE,
-            diagnosis: format!(
+        return Err(SynthesisError::numerical(
+            STAGE,
+            format!(
                 "the inequalities do not hold strictly at the gamma of the design (margin {:.1e})",
                 found.margin
             ),
-        });
+        ));
     }
     Ok(found)
 }
@@ -103,13 +103,11 @@ fn push(
 /// Above the least gamma there is a solution: a solver that denies it has failed.
 pub(crate) fn contradiction(error: SynthesisError) -> SynthesisError {
     match error {
-        SynthesisError::Infeasible { stage } => SynthesisError::Numerical {
+        SynthesisError::Infeasible { stage } => SynthesisError::numerical(
             stage,
-            diagnosis:
-                "the solver finds no point above the least gamma, where one exists; the problem is badly \
-                        conditioned: check units and weights"
-                    .into(),
-        },
+            "the solver finds no point above the least gamma, where one exists; the problem is badly \
+                        conditioned: check units and weights",
+        ),
         other => other,
     }
 }

@@ -7,22 +7,29 @@ use crate::synthesis::back_off::centre;
 use crate::synthesis::balance::Coordinates;
 use crate::synthesis::design::{Design, Options};
 use crate::synthesis::inequalities::{LmiSolution, ScalingClass};
-use crate::synthesis::least_gamma::{equalised, least_gamma_within, smallest};
+use crate::synthesis::least_gamma::{equalised, smallest};
 use crate::synthesis::quadratic::{Stabilisation, stabilisation};
 use crate::synthesis::reconstruct::reconstruct;
 use crate::system::model_error::LoopError;
 use crate::system::plant::GeneralisedPlant;
 
-/// The design in one go.
-pub(crate) fn directly(plant: &GeneralisedPlant, options: Options) -> Result<Design, SynthesisError> {
-    let (coordinates, optimum) = match least_gamma_within(plant, options.scalings, options.accuracy) {
+/// The outcome of [`least_gamma`](crate::synthesis::least_gamma()).
+pub(crate) type Least = Result<(Coordinates, LmiSolution), SynthesisError>;
+
+/// The design in one go, above the least gamma of the plant.
+pub(crate) fn directly(
+    plant: &GeneralisedPlant,
+    least: &Least,
+    options: Options,
+) -> Result<Design, SynthesisError> {
+    let (coordinates, optimum) = match least {
         Ok(found) => found,
-        Err(error) => return explained(plant, Err(error), options),
+        Err(error) => return explained(plant, Err(error.clone()), options),
     };
     if let Some(limit) = options.gamma_limit.filter(|limit| optimum.gamma > *limit) {
-        return Err(above_limit(plant, &coordinates, &optimum, limit, options));
+        return Err(above_limit(plant, coordinates, optimum, limit, options));
     }
-    let outcome = build(plant, &coordinates, &optimum, options);
+    let outcome = build(plant, coordinates, optimum, options);
     explained(plant, outcome.map(|design| consistent(design, options.scalings)), options)
 }
 
@@ -44,16 +51,19 @@ fn explained(
         Err(SynthesisError::Numerical { .. } | SynthesisError::Infeasible { .. }) => {
             match (stabilisation(plant, options.scalings), outcome) {
                 (Stabilisation::Impossible(reason), _) => Err(reason),
-                (Stabilisation::Possible, Err(SynthesisError::Infeasible { stage })) => Err(SynthesisError::numerical(
-                    stage,
-                    "the solver finds no gamma, but the plant can be stabilised; check units and weights".into(),
-                )),
-                (Stabilisation::Unknown, Err(SynthesisError::Infeasible { stage })) => Err(SynthesisError::numerical(
-                    stage,
-                    "the solver finds no gamma, and could not tell whether the plant can be stabilised for \
-                     every course of the parameters; narrow their range, or check units and weights"
-                        .into(),
-                )),
+                (Stabilisation::Possible, Err(SynthesisError::Infeasible { stage })) => {
+                    Err(SynthesisError::numerical(
+                        stage,
+                        "the solver finds no gamma, but the plant can be stabilised; check units and weights",
+                    ))
+                }
+                (Stabilisation::Unknown, Err(SynthesisError::Infeasible { stage })) => {
+                    Err(SynthesisError::numerical(
+                        stage,
+                        "the solver finds no gamma, and could not tell whether the plant can be stabilised for \
+                     every course of the parameters; narrow their range, or check units and weights",
+                    ))
+                }
                 (_, outcome) => outcome,
             }
         }
@@ -80,7 +90,7 @@ fn build(
             }
         }
     }
-    Err(first_failure.unwrap_or_else(|| SynthesisError::numerical("back-off", "no gamma was tried".into())))
+    Err(first_failure.unwrap_or_else(|| SynthesisError::numerical("back-off", "no gamma was tried")))
 }
 
 /// The coordinates in which a controller is built.
@@ -136,14 +146,14 @@ fn above_limit(
 ) -> SynthesisError {
     if optimum.gamma * (1.0 - optimum.gap) <= limit {
         let (gamma, limit) = (optimum.gamma, limit);
-        return SynthesisError::Numerical {
-            stage: "limit of gamma",
-            diagnosis: format!(
+        return SynthesisError::numerical(
+            "limit of gamma",
+            format!(
                 "the least gamma found is {gamma:.6e}, above the limit {limit:.6e}, but the search is only sure \
                  of it to {:.1e} of itself",
                 optimum.gap
             ),
-        };
+        );
     }
     let dominant = build(plant, coordinates, optimum, options).ok().and_then(|design| {
         let theta = vec![0.0; plant.blocks.len()];

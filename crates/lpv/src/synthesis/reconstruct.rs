@@ -24,6 +24,7 @@ use crate::synthesis::inequalities::LmiSolution;
 use crate::system::controller::Controller;
 use crate::system::model_error::LoopError;
 use crate::system::parameter_grid::{coarse_grid, parameter_grid};
+use crate::system::partition::{CONTROLLER, Partitioned, Sizes};
 use crate::system::plant::GeneralisedPlant;
 
 const STAGE: &str = "reconstruction";
@@ -46,15 +47,14 @@ pub fn reconstruct(
     limit: Option<f64>,
 ) -> Result<(Controller, GainBound), SynthesisError> {
     let size = plant.sizes();
-    let lyapunov = lyapunov_matrix(found)?;
-    let multiplier = multiplier(found)?;
-    let affine = AffineLoop::new(plant, &bound(found, &lyapunov, &multiplier))?;
+    let shown = bound(found)?;
+    let affine = AffineLoop::new(plant, &shown)?;
     let mut best: Option<(f64, Controller)> = None;
     let Some(family) = affine.family() else {
-        return Err(SynthesisError::Numerical {
-            stage: STAGE,
-            diagnosis: "the dual inequality does not survive the completion of the Lyapunov matrix".into(),
-        });
+        return Err(SynthesisError::numerical(
+            STAGE,
+            "the dual inequality does not survive the completion of the Lyapunov matrix",
+        ));
     };
     let thetas = coarse_grid(plant.blocks.len());
     for step in 0..24 {
@@ -73,33 +73,28 @@ pub fn reconstruct(
             best = Some((fastest, k));
         }
     }
-    let shown = bound(found, &lyapunov, &multiplier);
     if let (Some((_, k)), Some(limit)) = (&best, limit) {
         let fastest = k.fastest_mode(&parameter_grid(k.blocks.len()));
         if fastest > limit {
             return Err(SynthesisError::TooFast { ratio: fastest / limit });
         }
     }
-    best.map(|(_, k)| (k, shown)).ok_or_else(|| SynthesisError::Numerical {
-        stage: STAGE,
-        diagnosis: "no controller of the family satisfies the bounded-real inequality; try a larger back-off"
-            .into(),
+    best.map(|(_, k)| (k, shown)).ok_or_else(|| {
+        SynthesisError::numerical(
+            STAGE,
+            "no controller of the family satisfies the bounded-real inequality; try a larger back-off",
+        )
     })
 }
 
 /// A mode counts as slower below this fraction of another; rounding does not choose.
 const SLOWER_RATIO: f64 = 0.999;
 
-/// The bound that a Lyapunov matrix and a multiplier stand for.
-fn bound(found: &LmiSolution, lyapunov: &Mat, multiplier: &Mat) -> GainBound {
-    GainBound {
-        gamma: found.gamma,
-        x: lyapunov.clone(),
-        s: symmetric_part(multiplier),
-        t: skew_part(multiplier),
-        lambda: 0.0,
-        largest_eigenvalue: f64::NAN,
-    }
+/// The bound that the completed Lyapunov matrix and multiplier stand for.
+fn bound(found: &LmiSolution) -> Result<GainBound, SynthesisError> {
+    let (x, multiplier) = (lyapunov_matrix(found)?, multiplier(found)?);
+    let (s, t) = (symmetric_part(&multiplier), skew_part(&multiplier));
+    Ok(GainBound { gamma: found.gamma, x, s, t, lambda: 0.0, largest_eigenvalue: f64::NAN })
 }
 
 /// `X_c = [X Z; Z Z]`, `Z = X - Y^-1`.
@@ -118,9 +113,7 @@ fn multiplier(found: &LmiSolution) -> Result<Mat, SynthesisError> {
 }
 
 fn inverse(m: &Mat, name: &str) -> Result<Mat, SynthesisError> {
-    m.clone()
-        .try_inverse()
-        .ok_or_else(|| SynthesisError::Numerical { stage: STAGE, diagnosis: format!("{name} is singular") })
+    m.clone().try_inverse().ok_or_else(|| SynthesisError::numerical(STAGE, format!("{name} is singular")))
 }
 
 /// The bounded-real inequality of the closed loop as `Psi + U K V + (U K V)'`, in coordinates in which the
@@ -137,23 +130,15 @@ struct AffineLoop {
 impl AffineLoop {
     fn new(plant: &GeneralisedPlant, bound: &GainBound) -> Result<Self, SynthesisError> {
         let size = plant.sizes();
-        let zero = Controller::from_matrix(
-            &Mat::zeros(size.x + size.u + size.t, size.x + size.y + size.t),
-            size.x,
-            size.y,
-            size.u,
-            plant.blocks.clone(),
-        );
-        let open = plant.close(&zero);
+        let parts = Partitioned::zeros(CONTROLLER, Sizes { w: 0, z: 0, ..size });
+        let open = plant.close(&Controller { parts, blocks: plant.blocks.clone() });
         let GainBound { x: lyapunov, s, t, gamma, .. } = bound;
         let psi = bounded_real_value(&open, &LoopError::none(&open), bound);
-        let z = Mat::zeros;
+        let (z, eye) = (Mat::zeros, Mat::identity);
         let (n, r, m, p) = (size.x, size.t, size.u, size.y);
-        // Rows x', xk', zt, zk, z of what the controller's outputs xk', u, zk do.
-        let into_x =
-            block(&[&[&z(n, n), &plant.b2(), &z(n, r)], &[&Mat::identity(n, n), &z(n, m), &z(n, r)]]);
-        let into_t =
-            block(&[&[&z(r, n), &plant.dt2(), &z(r, r)], &[&z(r, n), &z(r, m), &Mat::identity(r, r)]]);
+        // What the controller's outputs [xk', u, zk] do to [x'; xk'], to [zt; zk] and to z.
+        let into_x = block(&[&[&z(n, n), &plant.b2(), &z(n, r)], &[&eye(n, n), &z(n, m), &z(n, r)]]);
+        let into_t = block(&[&[&z(r, n), &plant.dt2(), &z(r, r)], &[&z(r, n), &z(r, m), &eye(r, r)]]);
         let into_z = block(&[&[&z(size.z, n), &plant.d12(), &z(size.z, r)]]);
         let left = block(&[
             &[&(lyapunov * &into_x)],
@@ -162,22 +147,12 @@ impl AffineLoop {
             &[&(s * &into_t)],
             &[&into_z],
         ]);
+        // What [x, xk, wt, wk, w] do to the controller's inputs [xk; y; wk].
+        let rest = |rows: usize| z(rows, 2 * r + size.z);
         let right = block(&[
-            &[&z(n, n), &Mat::identity(n, n), &z(n, 2 * r), &z(n, size.w), &z(n, 2 * r + size.z)],
-            &[
-                &plant.c2(),
-                &z(p, n),
-                &block(&[&[&plant.d2t(), &z(p, r)]]),
-                &plant.d21(),
-                &z(p, 2 * r + size.z),
-            ],
-            &[
-                &z(r, n),
-                &z(r, n),
-                &block(&[&[&z(r, r), &Mat::identity(r, r)]]),
-                &z(r, size.w),
-                &z(r, 2 * r + size.z),
-            ],
+            &[&z(n, n), &eye(n, n), &z(n, r), &z(n, r), &z(n, size.w), &rest(n)],
+            &[&plant.c2(), &z(p, n), &plant.d2t(), &z(p, r), &plant.d21(), &rest(p)],
+            &[&z(r, n), &z(r, n), &z(r, r), &eye(r, r), &z(r, size.w), &rest(r)],
         ]);
         let unit = normalising_congruence(lyapunov, s, *gamma, size.w, size.z)?;
         let psi = unit.transpose() * psi * &unit;
@@ -246,10 +221,10 @@ fn normalising_congruence(x: &Mat, s: &Mat, gamma: f64, w: usize, z: usize) -> R
     for (m, name) in [(x, "X_c"), (s, "S_e")] {
         let least = crate::matrix::least_eigenvalue(m);
         if least <= 0.0 {
-            return Err(SynthesisError::Numerical {
-                stage: STAGE,
-                diagnosis: format!("{name} is not positive definite (least eigenvalue {least:.1e})"),
-            });
+            return Err(SynthesisError::numerical(
+                STAGE,
+                format!("{name} is not positive definite (least eigenvalue {least:.1e})"),
+            ));
         }
     }
     let root = |m: &Mat| if m.is_empty() { m.clone() } else { symmetric_function(m, |v| 1.0 / v.sqrt()) };

@@ -19,6 +19,7 @@ use crate::analysis::gain_bound::GainBound;
 use crate::synthesis::design::{Design, Options};
 use crate::synthesis::direct::directly;
 use crate::synthesis::inequalities::LmiSolution;
+use crate::synthesis::least_gamma::least_gamma;
 pub use crate::synthesis::regularity::Regularisation;
 use crate::system::model_error::LoopError;
 use crate::system::plant::GeneralisedPlant;
@@ -69,7 +70,8 @@ fn attempt(plant: &GeneralisedPlant, size: f64, options: Options) -> Option<Desi
     if added.weights.is_empty() && added.noises.is_empty() {
         return None;
     }
-    let found = directly(&added.apply(plant), options).ok()?;
+    let changed = added.apply(plant);
+    let found = directly(&changed, &least_gamma(&changed, options.scalings), options).ok()?;
     let closed = plant.close(&found.controller);
     let error = LoopError::none(&closed);
     let known = bounded_gain(&closed, &error, &found.certified).ok();

@@ -88,10 +88,10 @@ fn check_finite(plant: &GeneralisedPlant) -> Result<(), SynthesisError> {
     if eigenvalues(&plant.a()).iter().all(|v| v.re.is_finite() && v.im.is_finite()) {
         return Ok(());
     }
-    Err(SynthesisError::Numerical {
-        stage: "modes of the plant",
-        diagnosis: "the eigenvalues of A cannot be computed: its numbers are too large".into(),
-    })
+    Err(SynthesisError::numerical(
+        "modes of the plant",
+        "the eigenvalues of A cannot be computed: its numbers are too large",
+    ))
 }
 
 /// A mode of the balanced plant, in the user's unit of time. (Rank is judged in balanced coordinates: in badly scaled

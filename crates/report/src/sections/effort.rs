@@ -9,6 +9,7 @@ use crate::sections::frozen_loop::FrozenLoop;
 use crate::sections::tuning::seconds;
 use crate::subject::{SHOWN, Subject};
 use crate::verdict::{Verdict, hardest_below, worst};
+use squid_design::numbers::readable;
 use squid_flight::flight::{Flight, Row};
 use squid_flight::metrics::StepFigures;
 
@@ -97,8 +98,7 @@ fn verdict(subject: &Subject, difficulty: &[Measure]) -> Verdict {
 
 fn figure(subject: &Subject, flights: &[Vec<Row>]) -> Figure {
     let chart = |(j, actuator): (usize, &auv::Actuator)| {
-        let (factor, unit) =
-            if actuator.unit() == "rad" { (1f64.to_degrees(), "deg") } else { (1.0, actuator.unit()) };
+        let (factor, unit) = readable(actuator.unit());
         let mut curves: Vec<Curve> = flights
             .iter()
             .enumerate()
@@ -116,8 +116,7 @@ fn figure(subject: &Subject, flights: &[Vec<Row>]) -> Figure {
         let y = Axis::linear(format!("command ({unit})"));
         Chart { title: actuator.name.clone(), x: Axis::linear("time (s)"), y, curves }
     };
-    let mut keys: Vec<Key> =
-        subject.speeds.iter().enumerate().map(|(i, v)| Key::nth(i, Subject::speed_name(*v))).collect();
+    let mut keys = subject.speed_keys();
     keys.push(Key::reference("limits"));
     Figure {
         name: "actuators-in-steps".into(),

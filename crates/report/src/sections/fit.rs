@@ -13,6 +13,7 @@ use nalgebra::Complex;
 use signals::SIGNALS;
 use squid_design::fit::frequency;
 use squid_design::linearise::{STATES, stacked};
+use squid_design::numbers::readable;
 
 /// The orders that the paper compares.
 const ORDERS: [usize; 2] = [1, 2];
@@ -108,7 +109,7 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
         let models: Vec<Mat> =
             std::iter::once(exact).chain(fits.iter().map(|fit| fit.evaluate(subject.rho(speed)))).collect();
         let title = Subject::speed_name(speed);
-        let magnitude = Axis::logarithmic(format!("|pitch| (deg per {})", unit_name(actuator.unit())));
+        let magnitude = Axis::logarithmic(format!("|pitch| (deg per {})", readable(actuator.unit()).1));
         charts.push(response(&title, &models, input, magnitude, &|g| {
             g.norm().to_degrees() * scale(actuator.unit())
         }));
@@ -185,10 +186,6 @@ fn channels(subject: &Subject, errors: &[frequency::Errors]) -> Table {
         }
     }
     table
-}
-
-fn unit_name(unit: &str) -> &str {
-    if unit == "rad" { "deg" } else { unit }
 }
 
 /// The magnitude is of degrees of pitch per newton, or per degree of deflection.

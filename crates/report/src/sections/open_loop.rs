@@ -12,6 +12,7 @@ use crate::verdict::{Verdict, each_smaller};
 use lpv::matrix::eigenvalues;
 use nalgebra::Complex;
 use squid_design::linearise::{STATES, linearise_at};
+use squid_design::numbers::readable;
 use squid_flight::flight::fly_open_loop;
 use squid_flight::metrics::SETTLED;
 
@@ -29,8 +30,7 @@ const DRAWN: f64 = 90.0;
 pub fn open_loop(subject: &Subject) -> Result<Vec<Part>, Error> {
     let (index, actuator) = subject.pitching_actuator();
     let step = PART * actuator.reach();
-    let (factor, unit) =
-        if actuator.unit() == "rad" { (1f64.to_degrees(), "deg") } else { (1.0, actuator.unit()) };
+    let (factor, unit) = readable(actuator.unit());
     let (mut keys, mut curves, mut pairs) = (Vec::new(), Vec::new(), Vec::new());
     let mut table = Table::new([
         "speed (m/s)",

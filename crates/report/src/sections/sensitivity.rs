@@ -38,8 +38,7 @@ pub fn sensitivity(subject: &Subject) -> Result<Vec<Part>, Error> {
     };
     let (loops, ideal) = (all(FrozenLoop::flying)?, all(FrozenLoop::ideal)?);
     let gamma = subject.stored.controller.gamma.bound;
-    let mut keys: Vec<Key> =
-        subject.speeds.iter().enumerate().map(|(i, v)| Key::nth(i, Subject::speed_name(*v))).collect();
+    let mut keys = subject.speed_keys();
     keys.push(Key { dash: "", ..Key::reference("asked for: 1/|W|") });
     keys.push(Key::reference("guaranteed: gamma/|W|"));
     let mut charts = Vec::new();

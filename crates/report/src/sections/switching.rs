@@ -14,6 +14,7 @@ use lpv::error::SynthesisError;
 use lpv::state_space::StateSpace;
 use lpv::synthesis::Design;
 use signals::{PITCH, SPEED};
+use squid_design::numbers::readable;
 use squid_flight::flight::{Row, fly};
 
 /// How long after the step its own jump is not counted (s).
@@ -181,8 +182,7 @@ fn verdict(ridden: &[Ridden], turns: &[Turns]) -> Verdict {
 
 fn figure(subject: &Subject, flights: &[(&str, Vec<Row>)]) -> Figure {
     let (index, actuator) = subject.pitching_actuator();
-    let (factor, unit) =
-        if actuator.unit() == "rad" { (1f64.to_degrees(), "deg") } else { (1.0, actuator.unit()) };
+    let (factor, unit) = readable(actuator.unit());
     let curves = |of: &dyn Fn(&Row) -> f64| -> Vec<Curve> {
         let each = flights.iter().enumerate();
         each.map(|(key, (_, rows))| Curve { key, points: rows.iter().map(|r| (r.time, of(r))).collect() })

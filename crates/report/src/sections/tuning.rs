@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::page::axis::Axis;
-use crate::page::chart::{Chart, Curve, Key};
+use crate::page::chart::{Chart, Curve};
 use crate::page::figure::Figure;
 use crate::page::section::{Part, Table};
 use crate::sections::frozen_loop::FrozenLoop;
@@ -129,7 +129,7 @@ fn time_weighted_error(rows: &[Row], height: f64) -> f64 {
 }
 
 fn figure(subject: &Subject, all: &[Tuned]) -> Figure {
-    let keys = subject.speeds.iter().enumerate().map(|(i, v)| Key::nth(i, Subject::speed_name(*v))).collect();
+    let keys = subject.speed_keys();
     let shown = |points: Vec<(f64, f64)>| points.into_iter().filter(|p| p.0 <= SHOWN).collect::<Vec<_>>();
     let curves = |tuned: &Tuned, of: &dyn Fn(&Response) -> Vec<(f64, f64)>| {
         let each = tuned.responses.iter().enumerate();

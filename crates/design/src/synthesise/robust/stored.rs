@@ -26,10 +26,7 @@ impl Robust {
     /// [`ProofError::Certificate`], [`StoreError::Json`].
     pub fn add_to(&self, files: &mut Files, directory: &Path) -> Result<(), Error> {
         let path = directory.join(CERTIFICATE);
-        let text = self.certificate.to_json();
-        let text =
-            text.map_err(|reason| ProofError::Certificate { file: path.display().to_string(), reason })?;
-        files.add(path, text);
+        files.add(path.clone(), verify::text(&self.certificate, &path)?);
         Ok(files.add_json(directory.join(FIGURES), &self.figures)?)
     }
 }
@@ -70,10 +67,10 @@ impl StoredRobust {
     /// # Errors
     /// [`StoreError::Json`], [`ProofError::Certificate`].
     pub fn texts(&self) -> Result<[String; 2], Error> {
-        let certificate = self.certificate.to_json();
-        let certificate =
-            certificate.map_err(|reason| ProofError::Certificate { file: CERTIFICATE.into(), reason })?;
-        Ok([crate::store::files::json(&self.figures)?, certificate])
+        Ok([
+            crate::store::files::json(&self.figures)?,
+            verify::text(&self.certificate, CERTIFICATE.as_ref())?,
+        ])
     }
 
     /// Proves the certificate again, and checks that it is of this controller, of the gain in the figures, and of the
