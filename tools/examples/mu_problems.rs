@@ -28,17 +28,17 @@ fn main() -> Result<(), Box<dyn Error>> {
     let progress = Progress::default();
     let subject = Subject::new(&inputs, &stored, &progress)?;
     for &speed in &subject.speeds {
-        let model = at_speed(&inputs, speed)?.model;
+        let frozen = at_speed(&inputs, speed)?;
         let system = uncertain_loop(
             &inputs.vehicle.actuators,
             &inputs.design,
-            &model,
+            &frozen,
             &subject.controller,
             subject.rho(speed),
             None,
         )?
         .stability();
-        let blocks: Vec<(i64, i64)> = model.blocks.iter().map(|b| (-(b.repetitions as i64), 0)).collect();
+        let blocks: Vec<(i64, i64)> = frozen.model.blocks.iter().map(|b| (-(b.repetitions as i64), 0)).collect();
         let plant = json!({ "A": to_rows(&system.a), "B": to_rows(&system.b), "C": to_rows(&system.c), "D": to_rows(&system.d) });
         let problem = json!({ "kind": "mu", "speed": speed, "data": { "P": plant, "blocks": blocks } });
         let path = Path::new(output).join(format!("{speed:.2}.json"));

@@ -107,7 +107,7 @@ mod tests {
         let plant = augment(
             &inputs.vehicle.actuators,
             &inputs.design,
-            Model::new(&inputs.vehicle, &inputs.design).unwrap().lft,
+            Model::new(&inputs.vehicle, &inputs.design).unwrap().linear(),
         )
         .unwrap();
         (inputs, plant)

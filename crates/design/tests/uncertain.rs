@@ -10,7 +10,7 @@ use lpv::partition::Group::{T, U, X, Y};
 use lpv::state_space::StateSpace;
 use nalgebra::Complex;
 use proptest::prelude::*;
-use squid_design::augment::augment;
+use squid_design::augment::{LinearModel, augment};
 use squid_design::check::frozen_controller;
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
@@ -187,7 +187,7 @@ fn the_uncertain_loop_closed_by_delta_is_the_perturbed_loop() {
                 let n = uncertain_loop(
                     &subject.inputs.vehicle.actuators,
                     &subject.inputs.design,
-                    &frozen.model,
+                    frozen,
                     &controller,
                     rho,
                     missed,
@@ -205,7 +205,10 @@ fn the_uncertain_loop_closed_by_delta_is_the_perturbed_loop() {
                 let plant = augment(
                     &subject.inputs.vehicle.actuators,
                     &subject.inputs.design,
-                    Lft::constant(vehicle.clone()),
+                    LinearModel {
+                        ab: Lft::constant(vehicle.clone()),
+                        ..LinearModel::at(&frozen.nominal, &subject.inputs.vehicle.actuators)
+                    },
                 )
                 .unwrap();
                 let frozen_at_rho = frozen_controller(&controller, rho).unwrap();

@@ -6,7 +6,6 @@ use auv::{Actuator, Linearisation, Status};
 use certificate::Theorem;
 use lpv::controller::Controller;
 use lpv::error::SynthesisError;
-use lpv::matrix::Mat;
 use lpv::plant::GeneralisedPlant;
 use lpv::state_space::StateSpace;
 use lpv::synthesis::{Design, Options, synthesise};
@@ -19,7 +18,6 @@ use squid_design::error::ModelError;
 use squid_design::fit::Model;
 use squid_design::fit::frequency;
 use squid_design::inputs::Inputs;
-use squid_design::inputs::design_file::Tracked;
 use squid_design::linearise::linearise_at;
 use squid_design::progress::Progress;
 use squid_design::store::Stored;
@@ -177,17 +175,5 @@ impl<'a> Subject<'a> {
     /// The limits of the actuators.
     pub fn limits(&self) -> Vec<(f64, f64)> {
         self.inputs.vehicle.actuators.iter().map(|a| (a.min, a.max)).collect()
-    }
-
-    /// The linear model `x' = A x + B u` with inputs in units of their reach and the tracked outputs in units of
-    /// their scale.
-    pub fn scaled(&self, l: &Linearisation) -> (Mat, Mat, Mat) {
-        let mut b = l.b.clone();
-        for (j, actuator) in self.inputs.vehicle.actuators.iter().enumerate() {
-            b.column_mut(j).scale_mut(actuator.reach());
-        }
-        let tracked = &self.inputs.design.tracked;
-        let c = Tracked::scaled_outputs(tracked);
-        (l.a.clone(), b, c)
     }
 }

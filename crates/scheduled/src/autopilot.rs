@@ -137,6 +137,11 @@ impl Autopilot {
         self.filtered_speed
     }
 
+    /// What the controller took in at the last tick, or at the initialisation: y, in the order of the design's inputs.
+    pub fn controller_inputs(&self) -> &[f64] {
+        &self.y
+    }
+
     /// Number of ticks since the initialisation.
     pub fn ticks(&self) -> u64 {
         self.next_tick

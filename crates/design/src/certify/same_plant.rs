@@ -124,7 +124,7 @@ mod tests {
         augment(
             &inputs.vehicle.actuators,
             &inputs.design,
-            Model::new(&inputs.vehicle, &inputs.design).unwrap().lft,
+            Model::new(&inputs.vehicle, &inputs.design).unwrap().linear(),
         )
         .unwrap()
     }

@@ -49,6 +49,19 @@ pub struct Wired {
 }
 
 impl Wired {
+    /// The sensitivity at one measurement, with all others closed: from what is added to it to what the controller
+    /// takes in.
+    pub fn sensitivity(&self, k: &StateSpace, row: usize) -> StateSpace {
+        let StateSpace { a, .. } = self.closed(k);
+        let (b, by) = (&self.b * &k.d, self.measured.rows(row, 1).into_owned());
+        StateSpace {
+            a,
+            b: block(&[&[&b.columns(row, 1).into_owned()], &[&k.b.columns(row, 1).into_owned()]]),
+            c: block(&[&[&by, &Mat::zeros(1, k.a.nrows())]]),
+            d: Mat::identity(1, 1),
+        }
+    }
+
     /// Closes it with a controller `(k', u) = K(k, y)`: from r to the outputs and u.
     pub fn closed(&self, k: &StateSpace) -> StateSpace {
         let Self { a, b, from_references, c, measured, references } = self;

@@ -168,6 +168,15 @@ impl DesignFile {
         (0.5 * (self.speed_min + self.speed_max), 0.5 * (self.speed_max - self.speed_min))
     }
 
+    /// The place in y of the measurement of a tracked output, or of its error; `None` for one that is not measured.
+    pub fn feedback_row(&self, tracked: usize) -> Option<usize> {
+        if self.measured.is_empty() {
+            return Some(tracked);
+        }
+        let place = self.tracked[tracked].place;
+        self.measured.iter().position(|m| m.place == place).map(|row| self.tracked.len() + row)
+    }
+
     /// The frequency w of the filter of the speed reference, `w/(s + w)`, rad/s: the model that the speed follows, for a
     /// controller with references apart; `None` for one that measures the errors.
     pub fn reference_filter(&self) -> Option<f64> {

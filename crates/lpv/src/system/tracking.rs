@@ -24,7 +24,7 @@ use crate::matrix::{Mat, block};
 use crate::system::lft::Lft;
 use crate::system::partition::{PLANT, Partitioned, Sizes};
 use crate::system::plant::GeneralisedPlant;
-use nalgebra::DVector;
+use nalgebra::{Complex, DVector};
 
 /// `W_e(s) = (s/M_s + w_b)/(s + w_b eps)`, a bound on the inverse of the sensitivity.
 ///
@@ -57,6 +57,17 @@ pub struct ReferenceModel {
     pub frequency: f64,
     /// zeta.
     pub damping: Option<f64>,
+}
+
+impl ReferenceModel {
+    /// `T_ref(j omega)`; omega in rad/s.
+    pub fn response(&self, omega: f64) -> Complex<f64> {
+        let s = Complex::new(0.0, omega / self.frequency);
+        match self.damping {
+            None => (s + 1.0).inv(),
+            Some(damping) => (s * s + s * (2.0 * damping) + 1.0).inv(),
+        }
+    }
 }
 
 /// A trim that moves with the reference of one tracked output, the speed.
@@ -376,6 +387,12 @@ impl RisingWeight {
     /// The same at every frequency.
     pub fn constant(value: f64) -> Self {
         Self { low: value, high: value, corner: 1.0 }
+    }
+
+    /// `|W(j omega)|`; omega in rad/s.
+    pub fn gain(&self, omega: f64) -> f64 {
+        let s = Complex::new(0.0, omega);
+        (s / (s + self.corner) * (self.high - self.low) + self.low).norm()
     }
 
     fn rises(&self) -> bool {

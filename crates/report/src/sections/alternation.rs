@@ -8,7 +8,7 @@ use lpv::matrix::{Mat, block, eigenvalues, largest};
 use lpv::state_space::StateSpace;
 use nalgebra::DVector;
 use squid_design::check::sampled;
-use squid_design::check::sampled::closed;
+use squid_design::check::sampled::Wired;
 use squid_design::linearise::linearise_at;
 
 /// The largest growth under alternation.
@@ -62,7 +62,7 @@ pub fn worst_alternation(
                 let sampled = |k| sampled::trapezoidal(k, tick).ok_or_else(sampled::cannot);
                 Turn::new(&subject.sampling().held(&model), &sampled(&k[0])?, &sampled(&k[1])?, handover)
             }
-            Loop::Ideal => Turn::new(&subject.scaled(&model), &k[0], &k[1], handover).over(tick),
+            Loop::Ideal => Turn::new(&subject.sampling().ideal(&model), &k[0], &k[1], handover).over(tick),
         };
         for dwell in dwells() {
             let ticks = (dwell / tick).round().max(1.0);
@@ -91,19 +91,20 @@ struct Turn {
 }
 
 impl Turn {
-    fn new((a, b, c): &(Mat, Mat, Mat), one: &StateSpace, two: &StateSpace, handover: Handover) -> Self {
+    fn new(wired: &Wired, one: &StateSpace, two: &StateSpace, handover: Handover) -> Self {
+        let Wired { a, b, measured: c, .. } = wired;
         let (n, n1, n2) = (a.nrows(), one.a.nrows(), two.a.nrows());
         let none = Mat::zeros;
         let runs = if handover == Handover::Parallel { 1.0 } else { 0.0 };
         let first = block(&[
-            &[&(a - b * &one.d * c), &(b * &one.c), &none(n, n2)],
-            &[&-(&one.b * c), &one.a, &none(n1, n2)],
-            &[&(-(&two.b * c) * runs), &none(n2, n1), &(&two.a * runs)],
+            &[&(a + b * &one.d * c), &(b * &one.c), &none(n, n2)],
+            &[&(&one.b * c), &one.a, &none(n1, n2)],
+            &[&(&two.b * c * runs), &none(n2, n1), &(&two.a * runs)],
         ]);
         let second = block(&[
-            &[&(a - b * &two.d * c), &none(n, n1), &(b * &two.c)],
-            &[&(-(&one.b * c) * runs), &(&one.a * runs), &none(n1, n2)],
-            &[&-(&two.b * c), &none(n2, n1), &two.a],
+            &[&(a + b * &two.d * c), &none(n, n1), &(b * &two.c)],
+            &[&(&one.b * c * runs), &(&one.a * runs), &none(n1, n2)],
+            &[&(&two.b * c), &none(n2, n1), &two.a],
         ]);
         let jump = |from: usize, to: usize, rows: usize| {
             let mut jump = Mat::identity(n + n1 + n2, n + n1 + n2);
@@ -123,7 +124,7 @@ impl Turn {
         };
         Self {
             moves: [first, second],
-            alone: [one, two].map(|k| closed(a, b, c, k).a),
+            alone: [one, two].map(|k| wired.closed(k).a),
             jumps: [jump(at_one, at_two, n2), jump(at_two, at_one, n1)],
             still: [still(at_two, n2), still(at_one, n1)],
         }
@@ -160,13 +161,19 @@ mod tests {
         StateSpace { a: Mat::zeros(0, 0), b: Mat::zeros(0, y), c: Mat::zeros(u, 0), d }
     }
 
+    /// A plant whose controller measures y = r - C x.
+    fn wired(a: Mat, b: Mat, c: Mat) -> Wired {
+        let p = c.nrows();
+        Wired { from_references: Mat::zeros(a.nrows(), p), measured: -&c, references: Mat::identity(p, p), a, b, c }
+    }
+
     /// Two stable oscillators whose ellipses lie across one another: switching at the right moments makes the state
     /// grow (D. Liberzon, Switching in Systems and Control, 2003, section 3.1). With K = -A and B = C = I the loop is
     /// A itself.
     #[test]
     fn two_stable_loops_can_make_an_unstable_one() {
         let (one, two) = (dmatrix![-0.1, 1.0; -10.0, -0.1], dmatrix![-0.1, 10.0; -1.0, -0.1]);
-        let plant = (Mat::zeros(2, 2), Mat::identity(2, 2), Mat::identity(2, 2));
+        let plant = wired(Mat::zeros(2, 2), Mat::identity(2, 2), Mat::identity(2, 2));
         let quarter = std::f64::consts::FRAC_PI_2 / 10f64.sqrt();
         let turn = Turn::new(&plant, &gain(-&one), &gain(-&two), Handover::Carried).over(quarter / 50.0);
         assert!(turn.each_stable());
@@ -182,7 +189,7 @@ mod tests {
     fn memory_makes_the_difference() {
         let integrator =
             StateSpace { a: dmatrix![0.0], b: dmatrix![1.0], c: dmatrix![1.0], d: dmatrix![1.0] };
-        let plant = (dmatrix![0.0], dmatrix![1.0], dmatrix![1.0]);
+        let plant = wired(dmatrix![0.0], dmatrix![1.0], dmatrix![1.0]);
         let growth = |handover| Turn::new(&plant, &integrator, &integrator, handover).over(0.02).growth(50);
         // x' = -x + k, k' = -x: modes (-1 +- j sqrt 3)/2, so over two seconds they shrink by exp(-1).
         assert!((growth(Handover::Carried) - (-1f64).exp()).abs() < 1e-9);
@@ -193,7 +200,7 @@ mod tests {
     /// three ticks of each in turn.
     #[test]
     fn ticks_are_counted() {
-        let plant = (dmatrix![0.5], dmatrix![1.0], dmatrix![1.0]);
+        let plant = wired(dmatrix![0.5], dmatrix![1.0], dmatrix![1.0]);
         for handover in [Handover::Reset, Handover::Carried, Handover::Parallel] {
             let turn = Turn::new(&plant, &gain(dmatrix![-0.4]), &gain(dmatrix![0.2]), handover);
             assert!(turn.each_stable());

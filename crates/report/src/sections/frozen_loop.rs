@@ -7,8 +7,9 @@ use auv::Linearisation;
 use lpv::controller::Controller;
 use lpv::matrix::{Mat, complex_singular_values, solve};
 use lpv::state_space::StateSpace;
+use lpv::tracking::ReferenceModel;
 use nalgebra::{Complex, DMatrix};
-use squid_design::check::sampled;
+use squid_design::check::sampled::{self, Wired};
 use std::f64::consts::{PI, SQRT_2};
 
 /// Time between the points of a response that is drawn (s), about.
@@ -19,6 +20,10 @@ const INTERVAL: f64 = 0.02;
 pub struct FrozenLoop {
     system: StateSpace,
     tracked: usize,
+    /// T_ref of each tracked output, where it follows a model.
+    models: Vec<Option<ReferenceModel>>,
+    /// The sensitivity at the measurement of each tracked output.
+    sensitivities: Vec<Option<StateSpace>>,
     /// The sample time (s) of a loop from tick to tick; none in continuous time.
     sample_time: Option<f64>,
 }
@@ -28,15 +33,13 @@ impl FrozenLoop {
     /// without actuator lags.
     ///
     /// ```text
-    /// x' = A x + B u,  y = r - C x,  u = K(rho) y
+    /// x' = A x + B u,  y = r - C x or [r; C x],  u = K(rho) y
     /// ```
     ///
     /// # Errors
     /// [`ModelError::Lft`](squid_design::error::ModelError::Lft) when the controller has no value there.
     pub fn ideal(subject: &Subject, controller: &Controller, l: &Linearisation) -> Result<Self, Error> {
-        let (a, b, c) = subject.scaled(l);
-        let system = sampled::closed(&a, &b, &c, &subject.frozen(controller, l)?);
-        Ok(Self { system, tracked: c.nrows(), sample_time: None })
+        Ok(Self::of(subject, &subject.sampling().ideal(l), &subject.frozen(controller, l)?, None))
     }
 
     /// The same loop as it flies: the controller at its sample time, the commands held, the actuators with their lags.
@@ -45,10 +48,22 @@ impl FrozenLoop {
     /// As [`Self::ideal`]; [`ProofError::Mismatch`](squid_design::error::ProofError::Mismatch) when the controller
     /// cannot be sampled.
     pub fn flying(subject: &Subject, controller: &Controller, l: &Linearisation) -> Result<Self, Error> {
-        let system =
-            subject.sampling().closed(l, &subject.frozen(controller, l)?).ok_or_else(sampled::cannot)?;
-        let tracked = subject.inputs.design.tracked.len();
-        Ok(Self { system, tracked, sample_time: Some(subject.inputs.design.sample_time) })
+        let tick = subject.inputs.design.sample_time;
+        let sampled = sampled::trapezoidal(&subject.frozen(controller, l)?, tick);
+        let sampled = sampled.ok_or_else(sampled::cannot)?;
+        Ok(Self::of(subject, &subject.sampling().held(l), &sampled, Some(tick)))
+    }
+
+    fn of(subject: &Subject, wired: &Wired, k: &StateSpace, sample_time: Option<f64>) -> Self {
+        let design = &subject.inputs.design;
+        let outputs = 0..design.tracked.len();
+        Self {
+            system: wired.closed(k),
+            tracked: outputs.len(),
+            models: design.tracked.iter().map(|t| t.model).collect(),
+            sensitivities: outputs.map(|i| Some(wired.sensitivity(k, design.feedback_row(i)?))).collect(),
+            sample_time,
+        }
     }
 
     fn response(&self, omega: f64) -> Option<DMatrix<Complex<f64>>> {
@@ -66,26 +81,27 @@ impl FrozenLoop {
         self.response(omega).map_or(f64::NAN, |g| g[(i, i)].norm())
     }
 
-    /// |S| of one tracked output at a frequency (rad/s); not-a-number at a pole.
-    pub fn sensitivity(&self, i: usize, omega: f64) -> f64 {
-        self.response(omega).map_or(f64::NAN, |g| (Complex::new(1.0, 0.0) - g[(i, i)]).norm())
+    /// `|T_ref - T|` of one tracked output at a frequency (rad/s): of its error to the model that it follows, or to its
+    /// reference; not-a-number at a pole.
+    pub fn error(&self, i: usize, omega: f64) -> f64 {
+        let wanted = self.models[i].map_or(Complex::new(1.0, 0.0), |model| model.response(omega));
+        self.response(omega).map_or(f64::NAN, |g| (wanted - g[(i, i)]).norm())
     }
 
-    /// The largest |S| of one tracked output over all frequencies; infinite for an unstable loop, not-a-number where
-    /// a mode is at half of the sampling's frequency.
+    /// The largest |S| at the measurement of one tracked output over all frequencies; infinite for an unstable loop,
+    /// not-a-number where a mode is at half of the sampling's frequency, or where the output is not measured.
     ///
     /// A sampled loop is taken to continuous time by `z = (1 + s)/(1 - s)`, which maps the circle to the axis and
     /// keeps every value.
     pub fn peak(&self, i: usize) -> f64 {
-        let (a, b, c) = (&self.system.a, self.system.b.columns(i, 1), -self.system.c.rows(i, 1));
-        let d = Mat::from_element(1, 1, 1.0 - self.system.d[(i, i)]);
+        let Some(StateSpace { a, b, c, d }) = &self.sensitivities[i] else { return f64::NAN };
         let continuous = match self.sample_time {
-            None => Some(StateSpace { a: a.clone(), b: b.into_owned(), c, d }),
+            None => Some(StateSpace { a: a.clone(), b: b.clone(), c: c.clone(), d: d.clone() }),
             Some(_) => {
                 let one = Mat::identity(a.nrows(), a.nrows());
                 solve(&(a + &one), &one).map(|p| StateSpace {
                     a: &p * (a - one),
-                    d: d - &c * &p * b,
+                    d: d - c * &p * b,
                     b: &p * b * SQRT_2,
                     c: c * p * SQRT_2,
                 })
@@ -165,15 +181,26 @@ mod tests {
     use super::*;
     use nalgebra::dmatrix;
 
+    /// A loop with one output that measures its error, so that S = 1 - T.
+    fn of_first_output(system: StateSpace, sample_time: Option<f64>) -> FrozenLoop {
+        let sensitivity = StateSpace {
+            a: system.a.clone(),
+            b: system.b.clone(),
+            c: -system.c.rows(0, 1),
+            d: Mat::identity(1, 1) - system.d.rows(0, 1),
+        };
+        FrozenLoop { system, tracked: 1, models: vec![None], sensitivities: vec![Some(sensitivity)], sample_time }
+    }
+
     /// T = 1/(s + 1), and the control is 2 T: bandwidth 1 rad/s, impulse response exp(-t).
     #[test]
     fn a_first_order_loop_has_its_closed_forms() {
         let system =
             StateSpace { a: dmatrix![-1.0], b: dmatrix![1.0], c: dmatrix![1.0; 2.0], d: dmatrix![0.0; 0.0] };
-        let one = FrozenLoop { system, tracked: 1, sample_time: None };
+        let one = of_first_output(system, None);
         assert!((one.bandwidth(0) - 1.0).abs() < 1e-9);
         assert!((one.tracking(0, 1.0) - 0.5f64.sqrt()).abs() < 1e-12);
-        assert!((one.sensitivity(0, 1.0) - 0.5f64.sqrt()).abs() < 1e-12);
+        assert!((one.error(0, 1.0) - 0.5f64.sqrt()).abs() < 1e-12);
         assert!((one.control(0.0) - 2.0).abs() < 1e-12);
         assert!((one.peak(0) - 1.0).abs() < 1e-9);
         for (t, h) in one.impulse(0, 5.0) {
@@ -189,11 +216,11 @@ mod tests {
         let a: f64 = 0.6;
         let system =
             StateSpace { a: dmatrix![a], b: dmatrix![1.0 - a], c: dmatrix![1.0; 0.0], d: dmatrix![0.0; 0.0] };
-        let one = FrozenLoop { system, tracked: 1, sample_time: Some(0.5) };
+        let one = of_first_output(system, Some(0.5));
         let z = Complex::from_polar(1.0, 0.5 * 1.3);
         let t = (1.0 - a) / (z - a);
         assert!((one.tracking(0, 1.3) - t.norm()).abs() < 1e-12);
-        assert!((one.sensitivity(0, 1.3) - (1.0 - t).norm()).abs() < 1e-12);
+        assert!((one.error(0, 1.3) - (1.0 - t).norm()).abs() < 1e-12);
         for (k, (time, h)) in one.impulse(0, 5.0).into_iter().enumerate() {
             assert!((time - 0.5 * (k + 1) as f64).abs() < 1e-12);
             assert!((h - (1.0 - a) / 0.5 * a.powi(k as i32)).abs() < 1e-12);
@@ -210,6 +237,6 @@ mod tests {
     #[test]
     fn no_crossing_is_no_bandwidth() {
         let system = StateSpace { a: dmatrix![-1.0], b: dmatrix![1.0], c: dmatrix![0.1], d: dmatrix![0.0] };
-        assert!(FrozenLoop { system, tracked: 1, sample_time: None }.bandwidth(0).is_nan());
+        assert!(of_first_output(system, None).bandwidth(0).is_nan());
     }
 }

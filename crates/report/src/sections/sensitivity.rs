@@ -43,13 +43,13 @@ pub fn sensitivity(subject: &Subject) -> Result<Vec<Part>, Error> {
     keys.push(Key::reference("guaranteed: gamma/|W|"));
     let mut charts = Vec::new();
     for (i, tracked) in subject.inputs.design.tracked.iter().enumerate() {
-        let title = format!("|S| of {}", tracked.signal().name);
+        let title = format!("error of {}", tracked.signal().name);
         let limit = |omega| allowed(&tracked.weight, omega);
-        charts.push(chart(title, &loops, gamma, &|l, omega| l.sensitivity(i, omega), &limit));
+        charts.push(chart(title, &loops, gamma, &|l, omega| l.error(i, omega), &limit));
     }
     let weight = subject.inputs.design.control_weight;
     let title = "references to controls".to_owned();
-    charts.push(chart(title, &loops, gamma, &FrozenLoop::control, &|_| 1.0 / weight));
+    charts.push(chart(title, &loops, gamma, &FrozenLoop::control, &|omega| 1.0 / weight.gain(omega)));
     let figure = Figure {
         name: "weights-and-sensitivity".into(),
         caption: format!(
@@ -72,7 +72,7 @@ pub fn sensitivity(subject: &Subject) -> Result<Vec<Part>, Error> {
     let pitch = subject.pitch()?;
     let weight = subject.inputs.design.tracked[pitch].weight;
     let peaks = Both::of(&loops, &ideal, |l| l.peak(pitch));
-    let steady = Both::of(&loops, &ideal, |l| l.sensitivity(pitch, 0.0));
+    let steady = Both::of(&loops, &ideal, |l| l.error(pitch, 0.0));
     Ok(vec![
         Part::Figure(figure),
         Part::Table(table(subject, &peaks, &steady)),

@@ -9,7 +9,6 @@ use scheduled::{Autopilot, Inputs as Measured};
 use signals::SPEED;
 use squid_design::check::sampled::{cannot, trapezoidal};
 use squid_design::error::ProofError;
-use squid_design::inputs::design_file::Tracked;
 use squid_flight::flight::{Answer, Row, fly_under};
 
 /// What becomes of the states when another controller takes charge.
@@ -72,15 +71,21 @@ pub fn fly_switched(subject: &Subject, bank: &[StateSpace], handover: Handover) 
     let controllers: Vec<StateSpace> = bank.iter().map(sampled).collect::<Result<_, ProofError>>()?;
     let states = controllers.iter().map(|k| Mat::zeros(k.a.nrows(), 1)).collect();
     let mut bank = Bank { controllers, states, active: 0, handover };
-    let autopilot = Autopilot::new(design)?;
-    let table = autopilot.trim();
+    // The stored autopilot runs along: it tells what a controller takes in, and the trim.
+    let mut autopilot = Autopilot::new(design)?;
+    let table = autopilot.trim().clone();
+    let mut started = false;
     let law = |measured: &Measured| {
-        let error = |t: &Tracked| (measured.references[t.place] - measured.measured[t.place]) / t.scale;
-        let errors = inputs.design.tracked.iter().map(error);
-        let y = Mat::from_iterator(inputs.design.tracked.len(), 1, errors);
+        if !std::mem::replace(&mut started, true) {
+            autopilot.initialise(0.0, measured)?;
+        }
+        let filtered = autopilot.filtered_speed();
+        autopilot.tick(measured)?;
+        let y = Mat::from_column_slice(design.controller_inputs.len(), 1, autopilot.controller_inputs());
         let path = table.speed(measured.measured[SPEED]);
         let u = bank.tick(nearest(&subject.speeds, path), &y);
-        let feedforward = |j| table.command(measured.references[SPEED], j);
+        let level = design.reference_filter.map_or(measured.references[SPEED], |_| filtered);
+        let feedforward = |j| table.command(level, j);
         let rho = subject.rho(path);
         Ok(Answer {
             commands: commands(subject, &u.column(0).into_owned(), feedforward),
@@ -88,7 +93,7 @@ pub fn fly_switched(subject: &Subject, bank: &[StateSpace], handover: Handover) 
             out_of_range: rho.abs() > 1.0,
         })
     };
-    let ticks = (design.sample_time, table);
+    let ticks = (design.sample_time, &table);
     Ok(fly_under(&inputs.vehicle, inputs.design.depth, manoeuvre, ticks, law)?.rows)
 }
 

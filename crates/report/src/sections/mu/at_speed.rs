@@ -12,7 +12,6 @@ use lpv::mu::upper::{UpperBoundOptions, upper_bound_with};
 use lpv::mu::{self, CMat, Structure};
 use lpv::state_space::StateSpace;
 use nalgebra::DVector;
-use squid_design::check::sampled;
 use squid_design::error::Error as DesignError;
 use squid_design::inputs::Inputs;
 use squid_design::uncertain::closed_loop::uncertain_loop;
@@ -187,8 +186,7 @@ fn unstable_at(
     let controller = subject.frozen(&subject.controller, &frozen.nominal)?;
     let flies = |l: &Linearisation| subject.sampling().spectral_radius(l, &controller) < 1.0;
     let ideal = |l: &Linearisation| {
-        let (a, b, c) = subject.scaled(l);
-        spectral_abscissa(&sampled::closed(&a, &b, &c, &controller).a) < 0.0
+        spectral_abscissa(&subject.sampling().ideal(l).closed(&controller).a) < 0.0
     };
     let at = |is_stable: &dyn Fn(&Linearisation) -> bool| {
         vehicle::destabilised_at(&subject.inputs.vehicle, frozen, values, farthest, is_stable)
