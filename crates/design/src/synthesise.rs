@@ -43,7 +43,7 @@ pub fn synthesise(
 }
 
 /// How near to the least gamma the search comes, relative to the back-off from it.
-const ACCURACY: f64 = 0.02;
+const ACCURACY: f64 = 0.1;
 
 /// The gammas, how near to each other they could be had, and what was added to the plant for it.
 fn synthesis_line(design: &Design, asked: f64, seconds: f64) -> String {
