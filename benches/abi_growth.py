@@ -134,7 +134,7 @@ def table(times: Times) -> list[str]:
         cells = (f"{times[n, r][0]:.0f} / {times[n, r][1]:.0f}" for r in CHANNELS)
         lines.append(f"| {n} | " + " | ".join(cells) + " |")
     ratios = [mine / floor for mine, floor in times.values()]
-    return [*lines, "", f"Squid's controller takes {min(ratios):.2f} to {max(ratios):.2f} times C by hand."]
+    return [*lines, "", f"squid's controller takes {min(ratios):.2f} to {max(ratios):.2f} times C by hand."]
 
 
 def main() -> int:

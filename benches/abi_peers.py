@@ -190,7 +190,7 @@ def rows(design: dict, fmu: Path) -> list[str]:
     over = statistics.median(turn[0] / turn[1] for turn in turns)
     lines += [
         "",
-        f"Squid's controller takes {over:.2f} times C by hand. "
+        f"squid's controller takes {over:.2f} times C by hand. "
         f"The commands after {SLOW_COUNT} steps agree to {worst:.0e}.",
     ]
     return lines
