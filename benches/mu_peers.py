@@ -1,4 +1,4 @@
-"""Upper bounds on mu: `lpv` against SLICOT's AB13MD and dkpy, a matrix at a time, and the sweep over all frequencies."""
+"""Upper bounds on mu of matrices, `lpv` against SLICOT's AB13MD and dkpy, and over all frequencies."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ import slycot
 
 ROUNDS = 5
 CALLS = 41
-# Name, blocks in the usual notation, how often dkpy is asked: 0 where it does not know the blocks.
+# Name, blocks in the usual notation, number of calls of dkpy: 0 where it does not support the blocks.
 STRUCTURES = (
     ("AB13MD's example: 2 real, full 2 x 2, 2 complex", [[-1, 0], [-1, 0], [2, 2], [1, 1], [1, 1]], 0),
     ("4 complex", [[1, 1]] * 4, 1),
