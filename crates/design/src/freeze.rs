@@ -25,7 +25,7 @@ pub struct Frozen {
     pub plant: LpvModel,
 }
 
-/// Freezes a finished design.
+/// Returns the contents of the frozen files of a design, `controller.json` and `plant.json`.
 ///
 /// # Errors
 /// [`StoreError::LpvModel`](crate::error::StoreError::LpvModel), [`ModelError::Trim`](crate::error::ModelError::Trim).
@@ -39,7 +39,7 @@ pub fn freeze(inputs: &Inputs, model: &Model, design: &Design, certified: bool) 
     frozen(inputs, model, matrices(&design.controller), gamma)
 }
 
-/// What vehicle and design file make of the matrices and the gamma of a controller: all that the FMUs fly besides.
+/// As [`freeze`], from the matrices and the gamma of a controller; all else follows from vehicle and design file.
 ///
 /// # Errors
 /// [`StoreError::LpvModel`](crate::error::StoreError::LpvModel), [`ModelError::Trim`](crate::error::ModelError::Trim).

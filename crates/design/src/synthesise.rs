@@ -12,10 +12,11 @@ use lpv::plant::GeneralisedPlant;
 use lpv::regularity::findings;
 use lpv::synthesis::{Design, Options};
 
-/// The scheduled controller of the design for its generalised plant, with a bound of the finished loop's gain.
+/// Synthesises the scheduled controller for the generalised plant of [`crate::augment`], with a bound of the closed
+/// loop's L2 gain from w to z by [`lpv::synthesis::synthesise`].
 ///
 /// # Errors
-/// [`Error::NoController`].
+/// [`Error::NoController`] with the reason, and remarks on missing weights or noise.
 pub fn synthesise(inputs: &Inputs, plant: &GeneralisedPlant, progress: &Progress) -> Result<Design, Error> {
     let running = progress.begin("synthesise", "solving the matrix inequalities");
     let options = Options { back_off: inputs.design.back_off, ..Options::default() };
@@ -72,7 +73,7 @@ fn no_controller(inputs: &Inputs, plant: &GeneralisedPlant, reason: SynthesisErr
     Error::NoController { reason, remarks }
 }
 
-/// How far above the least gamma the controller was built, relative.
+/// The relative back-off `gamma_design/gamma_optimum - 1` at which the controller was built.
 pub fn back_off(design: &Design) -> f64 {
     design.gamma_design / design.gamma_optimum - 1.0
 }

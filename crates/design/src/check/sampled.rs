@@ -69,12 +69,13 @@ impl<'a> Sampling<'a> {
     }
 }
 
-/// What to say when [`Sampling::closed`] or [`trapezoidal`] gives nothing.
+/// The error when [`Sampling::closed`] or [`trapezoidal`] returns `None`.
 pub fn cannot() -> ProofError {
     ProofError::Mismatch { what: "the sample time, with a mode of the controller".into() }
 }
 
-/// A plant without direct term and a controller in one loop, from the references to the outputs and the controls.
+/// Closes the loop of a plant without direct term and a controller, from the references to the outputs and the
+/// controls: `x+ = A x + B u`, `y = r - C x`, `u = K y`, states [x, k].
 pub fn closed(a: &Mat, b: &Mat, c: &Mat, k: &StateSpace) -> StateSpace {
     let p = c.nrows();
     StateSpace {
@@ -92,7 +93,8 @@ pub fn sampled_dtt(k: &lpv::controller::Controller, sample_time: f64) -> Option<
     Some(&k.dtt() + &k.ct() * inner * (0.5 * sample_time))
 }
 
-/// The trapezoidal rule, as `scheduled::Lft::discretise` at a frozen parameter; `None` where a mode is at 2/T.
+/// Discretises a controller by the trapezoidal rule with sample time T \[s\], as `scheduled::Lft::discretise` at a frozen
+/// parameter: `K_d(z) = K(2/T (z - 1)/(z + 1))`; `None` where a mode is at 2/T.
 pub fn trapezoidal(k: &StateSpace, sample_time: f64) -> Option<StateSpace> {
     let n = k.a.nrows();
     let half = &k.a * (0.5 * sample_time);

@@ -9,12 +9,12 @@ use lpv::state_space::StateSpace;
 use nalgebra::{Complex, DMatrix};
 use signals::{PITCH, SIGNALS, SPEED};
 
-/// Frequencies, rad/s, evenly spread on a logarithmic axis.
+/// 61 frequencies from 0.01 to 10 rad/s, evenly spaced on a logarithmic axis.
 pub fn axis() -> Vec<f64> {
     (0..=60).map(|i| 10f64.powf(-2.0 + f64::from(i) / 20.0)).collect()
 }
 
-/// From the actuators to forward speed and pitch.
+/// The system `[A B]` from the actuators to [`OUTPUTS`], in SI units.
 pub fn system(ab: &Mat) -> StateSpace {
     let inputs = ab.ncols() - STATES;
     let c = Mat::from_fn(OUTPUTS.len(), STATES, |i, j| SIGNALS[OUTPUTS[i]].output(j));
@@ -42,7 +42,8 @@ pub struct Errors {
     pub channels: Mat,
 }
 
-/// The actuator that moves pitch most, by its reach, at the lowest speed of the model.
+/// The index of the actuator with the largest pitch acceleration at full reach at the lowest speed of the model:
+/// the largest `|B_qj| reach_j`.
 pub fn pitching_actuator(inputs: &Inputs, model: &Model) -> usize {
     let actuators = &inputs.vehicle.actuators;
     let effect = |j: usize| model.grid.first().map_or(0.0, |(_, l)| l.b[(2, j)].abs() * actuators[j].reach());
@@ -50,7 +51,7 @@ pub fn pitching_actuator(inputs: &Inputs, model: &Model) -> usize {
     most.unwrap_or(0)
 }
 
-/// The errors of each order of the model's residuals.
+/// The frequency response errors of the fit of each order in [`Model::residuals`].
 pub fn errors(inputs: &Inputs, model: &Model) -> Vec<Errors> {
     let samples: Vec<(f64, Mat)> = model.grid.iter().map(|(rho, l)| (*rho, stacked(l))).collect();
     let fits = model

@@ -12,7 +12,7 @@ use crate::verdict::{Verdict, hardest_below, worst};
 use squid_flight::flight::{Flight, Row};
 use squid_flight::metrics::StepFigures;
 
-/// Actuators, and the verdict on low speed.
+/// The section on actuator use in the pitch steps, with the verdict on low speed.
 ///
 /// # Errors
 /// As [`squid_flight::flight::fly`].

@@ -102,12 +102,12 @@ impl SpeedMu {
         Ok(Self { speed, size, bounds, upper, peak, lower: points, worst, gain, vehicle })
     }
 
-    /// mu is below this at every frequency.
+    /// The guaranteed upper bound on mu over all frequencies.
     pub fn guaranteed(&self) -> f64 {
         self.bounds.upper.upper
     }
 
-    /// mu is at least this at some frequency; `None` when no perturbation was found.
+    /// The lower bound on mu from a perturbation; `None` if the search returned none.
     pub fn shown(&self) -> Option<f64> {
         self.bounds.lower.as_ref().map(|found| found.value)
     }
