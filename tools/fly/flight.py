@@ -31,7 +31,7 @@ def validate(packages: Packages) -> None:
 
 
 def sample_time_of(packages: Packages) -> float:
-    """Return the sample time of the autopilot (s)."""
+    """Return the sample time of the controller (s)."""
     description = read_model_description(packages.controller)
     return next(float(v.start) for v in description.modelVariables if v.name == "sample_time")
 
@@ -85,10 +85,10 @@ def fly_coupled(packages: Packages, loop: Signals) -> Signals:
 
 def compare(loop: Signals, coupled: Signals) -> float:
     """Return the largest difference between the two flights; raise an error above `AGREEMENT`."""
-    found = record.differences(loop, coupled)
-    name, worst = max(found.items(), key=lambda item: item[1])
+    differences = record.differences(loop, coupled)
+    name, worst = max(differences.items(), key=lambda item: item[1])
     print(
-        f"    {len(found)} signals over {len(loop['time'])} samples; largest difference {worst:.1e} in {name}"
+        f"    {len(differences)} signals over {len(loop['time'])} samples; largest difference {worst:.1e} in {name}"
     )
     if not worst <= AGREEMENT:
         raise StageError(

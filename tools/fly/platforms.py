@@ -53,10 +53,10 @@ def build_all(names: list[str]) -> None:
     if not names:
         return
     add_targets(names)
-    found = tools()
-    scripts = found.scripts
+    zig = tools()
+    scripts = zig.scripts
     path = os.pathsep.join([str(scripts), os.environ["PATH"]])
-    variables = {**found.variables, "PATH": path, "CARGO_ENCODED_RUSTFLAGS": build.without_paths()}
+    variables = {**zig.variables, "PATH": path, "CARGO_ENCODED_RUSTFLAGS": build.without_paths()}
     for name in names:
         target = TARGETS[name] + ("" if name == "win64" else f".{GLIBC}")
         for crate in build.FMU_CRATES:
