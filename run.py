@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Fly a vehicle from its file to a plot, or run all tests, with one command."""
+"""Design, package and fly a vehicle from its file, or run all tests."""
 
 import argparse
 import shutil
@@ -17,21 +17,21 @@ EXAMPLES = {
     "python3 run.py test": "all tests, Rust and Python",
 }
 NEEDED = (
-    "Needed: cargo (rustup.rs), a C compiler for the linker, python3 3.10 or later (the tests: 3.11), and for "
-    "the first run a way to the package indices of cargo and pip. Everything made lands in build/ and target/: "
-    "2 GB to fly, 7 GB for the tests."
+    "Requirements: cargo (rustup.rs), a C compiler for the linker, Python 3.10 or later (3.11 for the tests), and "
+    "for the first run access to the package registries of cargo and pip. All output is in build/ and target/: "
+    "2 GB for fly, 7 GB for the tests."
 )
 
 
 def epilog(width: int) -> str:
-    """Return the end of the help, an example a line."""
+    """Return the end of the help: the examples, one per line, and the requirements."""
     lines = [f"  {command:<41} {what}" for command, what in EXAMPLES.items()]
     wrapped = [textwrap.fill(line, width, subsequent_indent=" " * 6) for line in lines]
     return "\n".join(["examples:", *wrapped, "", textwrap.fill(NEEDED, width)])
 
 
 def parser() -> argparse.ArgumentParser:
-    """Describe the command line, in words as wide as the terminal."""
+    """Return the parser of the command line, with help as wide as the terminal."""
     width = shutil.get_terminal_size().columns - 2
     top = argparse.ArgumentParser(
         prog="run.py",
@@ -42,9 +42,9 @@ def parser() -> argparse.ArgumentParser:
     verbs = top.add_subparsers(dest="verb", required=True, metavar="{fly,test,freeze}")
     fly = verbs.add_parser(
         "fly",
-        help="the main job: build, design, package, validate, fly, compare, plot",
-        description="Build everything, design the controller of a vehicle, write its three FMUs, validate "
-        "them with FMPy, fly plant and controller coupled and in one FMU, compare, and plot.",
+        help="build, design, package, validate, fly, compare, plot",
+        description="Build everything, design the controller of a vehicle, write its three FMUs, validate them "
+        "with FMPy, simulate plant and controller coupled and in one FMU, compare the two, and plot.",
     )
     fly.add_argument(
         "vehicle",
@@ -63,19 +63,19 @@ def parser() -> argparse.ArgumentParser:
         "--platforms",
         default="host",
         metavar="LIST",
-        help="whom the FMUs run for: host, all, or some of linux64, win64, aarch64-linux with commas between "
-        "(default: host; the others are built with Zig, which pip fetches)",
+        help="platforms of the FMUs: host, all, or a comma-separated list of linux64, win64, aarch64-linux "
+        "(default: host; other platforms are built with Zig, which pip installs)",
     )
     verbs.add_parser(
         "test",
         help="all tests: format, lints, Rust, documentation, generated files, Python",
-        description="Run every test there is, all to the end, and print a summary. Exit code 0: all passed.",
+        description="Run all tests, also after a failure, and print a summary. Exit code 0: all passed.",
     )
     verbs.add_parser(
         "freeze",
-        help="for contributors: make the committed generated files anew",
-        description="Write the frozen design of Squid (vehicles/squid/frozen) and the model descriptions "
-        "(modelDescription/*.xml) anew; commit them along with the change that altered them.",
+        help="for contributors: regenerate the committed generated files",
+        description="Regenerate the frozen design of Squid (vehicles/squid/frozen) and the model descriptions "
+        "(modelDescription/*.xml); commit them with the change that altered them.",
     )
     return top
 
@@ -84,7 +84,7 @@ def main() -> int:
     """Run the command and return its exit code."""
     arguments = parser().parse_args()
     if sys.version_info < (3, 10):
-        print("Python 3.10 or later is needed, and this is %d.%d." % sys.version_info[:2], file=sys.stderr)
+        print("Python 3.10 or later is required; this is %d.%d." % sys.version_info[:2], file=sys.stderr)
         return 1
     sys.path.insert(0, str(ROOT / "tools"))
     from fly import all_tests, freeze, main_job
@@ -100,7 +100,7 @@ def main() -> int:
         print(f"\nStopped: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
-        print("\nStopped from the keyboard.", file=sys.stderr)
+        print("\nInterrupted.", file=sys.stderr)
         return 130
 
 

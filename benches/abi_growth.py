@@ -1,7 +1,7 @@
-"""Time a step of controllers of many sizes through the C ABI, beside C by hand with the same law, and draw it.
+"""Time a step of controllers of many sizes through the C ABI, against hand-written C with the same law, and plot it.
 
-The controllers are drawn by lot, with n states and r channels; all else is of the packaged controller. Needs FMUs:
-`python3 run.py fly` first, or a folder that holds them as the first word. Writes docs/step.svg and docs/benchmarks.md.
+The controllers are random, with n states and r channels; everything else is that of the packaged controller. Run
+`python3 run.py fly` first, or give a folder with FMUs as argument. Writes docs/step.svg and docs/benchmarks.md.
 """
 
 from __future__ import annotations
@@ -38,15 +38,15 @@ Times = dict[tuple[int, int], tuple[float, float]]
 """Nanoseconds a step of squid's controller and of C by hand, by n and r."""
 
 
-def drawn(design: dict, n: int, r: int) -> dict:
-    """Return a design whose LFT is drawn by lot: stable, and well posed for all |rho| <= 1 since |Dtt| = 1/2."""
+def random_design(design: dict, n: int, r: int) -> dict:
+    """Return a design with a random LFT: stable, and well posed for all |rho| <= 1 since |Dtt| = 1/2."""
     import numpy as np
 
-    lot = np.random.default_rng([n, r])
+    random = np.random.default_rng([n, r])
     m, p = len(design["actuators"]), len(design["tracked"])
     shapes = {"A": (n, n), "By": (n, p), "Bt": (n, r), "Cu": (m, n), "Duy": (m, p), "Dut": (m, r)}
     shapes |= {"Ct": (r, n), "Dty": (r, p), "Dtt": (r, r)}
-    lft = {name: lot.uniform(-0.5, 0.5, shape) for name, shape in shapes.items()}
+    lft = {name: random.uniform(-0.5, 0.5, shape) for name, shape in shapes.items()}
     lft["A"] -= np.eye(n) * (0.5 + np.linalg.norm(lft["A"], 2))
     if r > 0:
         lft["Dtt"] *= 0.5 / np.linalg.norm(lft["Dtt"], 2)
@@ -60,7 +60,7 @@ def of_squid(packaged: Peer, design: dict, driver: Path, folder: Path) -> Peer:
     (resources / "controller.json").write_text(json.dumps(design), encoding="utf-8")
     peer = copy(packaged)
     peer.head = [packaged.head[0], "unknown", resources.as_uri()]
-    # The GUID is a hash over the resources; the binary names it when it refuses another one.
+    # The GUID is a hash over the resources; the binary states it when it refuses another one.
     words = [driver, *peer.head, "0.02", 1, 1, *peer.tail]
     refused = subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False)
     guid = re.search(r"belong to '(\{.*?\})'", refused.stderr)
@@ -71,7 +71,7 @@ def of_squid(packaged: Peer, design: dict, driver: Path, folder: Path) -> Peer:
 
 
 def times_of(pair: tuple[Peer, Peer], driver: Path, step: float) -> tuple[float, float]:
-    """Check that both compute the same, and return the median of nanoseconds a step of each."""
+    """Check that both compute the same commands, and return the median nanoseconds per step of each."""
     ends = [peer.measure(driver, step, SLOW_COUNT, 1)[1] for peer in pair]
     scale = max(max(map(abs, ends[0])), 1.0)
     if max(abs(a - b) / scale for a, b in zip(*ends, strict=True)) > AGREEMENT:
@@ -90,7 +90,7 @@ def measured(design: dict, fmu: Path) -> Times:
         driver = compiled_driver(folder)
         packaged = from_fmu("squid's controller", fmu, folder / "controller", actuators, COUNT)
         for n, r in ((n, r) for n in STATES for r in CHANNELS):
-            of_size = drawn(design, n, r)
+            of_size = random_design(design, n, r)
             pair = (of_squid(packaged, of_size, driver, folder), by_hand(law_of(of_size), actuators, folder))
             times[n, r] = times_of(pair, driver, design["sample_time"])
     return times
@@ -134,7 +134,7 @@ def table(times: Times) -> list[str]:
         cells = (f"{times[n, r][0]:.0f} / {times[n, r][1]:.0f}" for r in CHANNELS)
         lines.append(f"| {n} | " + " | ".join(cells) + " |")
     ratios = [mine / floor for mine, floor in times.values()]
-    return [*lines, "", f"Squid's controller takes {min(ratios):.2f} to {max(ratios):.2f} times C by hand."]
+    return [*lines, "", f"squid's controller takes {min(ratios):.2f} to {max(ratios):.2f} times C by hand."]
 
 
 def main() -> int:

@@ -1,6 +1,6 @@
-"""Time a step of the controller through the C ABI, beside pythonfmu and C by hand with the same law, in one run.
+"""Time a step of the controller through the C ABI, against pythonfmu and hand-written C with the same law.
 
-Needs FMUs: `python3 run.py fly` first, or a folder that holds them as the first word. Writes into docs/benchmarks.md.
+Run `python3 run.py fly` first, or give a folder with FMUs as argument. Writes a table to docs/benchmarks.md.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ AGREEMENT = 1e-9
 
 
 def in_environment(script: str) -> None:
-    """Start a script again in the environment of the peer, made first where it is missing."""
+    """Start a script again in the environment of pythonfmu; create it if it is missing."""
     if os.environ.get("SQUID_ABI_PEERS") == "1":
         return
     found = environment.ready("abi", HERE / "requirements.txt")
@@ -54,7 +54,7 @@ def law_of(design: dict) -> dict[str, np.ndarray]:
     lft = {name: np.array(value, dtype=float) for name, value in design["lft"].items() if name != "blocks"}
     ts = design["sample_time"]
     (n, r), p = lft["Bt"].shape, lft["By"].shape[1]
-    # A list without rows does not tell their width.
+    # A list without rows does not give their width.
     lft |= {"Ct": lft["Ct"].reshape(r, n), "Dtt": lft["Dtt"].reshape(r, r), "Dty": lft["Dty"].reshape(r, p)}
     b, c = np.hstack([lft["Bt"], lft["By"]]), np.vstack([lft["Ct"], lft["Cu"]])
     d = np.block([[lft["Dtt"], lft["Dty"]], [lft["Dut"], lft["Duy"]]])
@@ -88,7 +88,7 @@ def header(law: dict[str, np.ndarray]) -> str:
 
 
 class Peer:
-    """A binary and how the driver reaches its variables."""
+    """A binary and the value references of its variables."""
 
     def __init__(
         self, name: str, library: Path, guid: str, resources: str, variables: dict[str, int], count: int
@@ -164,7 +164,7 @@ def peers(design: dict, fmu: Path, folder: Path) -> list[Peer]:
 
 
 def rows(design: dict, fmu: Path) -> list[str]:
-    """Check that all compute the same, measure them in turn, and return the table."""
+    """Check that all compute the same commands, measure them in turn, and return the table."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         driver = compiled_driver(folder)
@@ -190,7 +190,7 @@ def rows(design: dict, fmu: Path) -> list[str]:
     over = statistics.median(turn[0] / turn[1] for turn in turns)
     lines += [
         "",
-        f"Squid's controller takes {over:.2f} times C by hand. "
+        f"squid's controller takes {over:.2f} times C by hand. "
         f"The commands after {SLOW_COUNT} steps agree to {worst:.0e}.",
     ]
     return lines
@@ -208,7 +208,7 @@ def put(name: str, lines: list[str]) -> None:
 
 
 def controller_in(words: list[str]) -> Path:
-    """Return the controller's FMU in the folder that the command line names, or where the main job puts it."""
+    """Return the controller's FMU in the folder on the command line, or in that of the main job."""
     folder = Path(words[0]) if words else FOLDER
     controllers = list(folder.glob("*_controller.fmu"))
     if len(controllers) != 1:

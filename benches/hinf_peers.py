@@ -1,4 +1,4 @@
-"""Plain H-infinity synthesis by dkpy, and the norm of any closed loop, computed here from the matrices alone."""
+"""Plain H-infinity synthesis by dkpy, and the norm of a closed loop computed from its matrices."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def closed_norm(p: dict[str, np.ndarray], k: tuple[np.ndarray, ...]) -> float:
 
 
 def run(method: str, p: dict[str, np.ndarray]) -> dict[str, float | str]:
-    """Time one synthesis by dkpy; say what it claims and what its controller does, or why there is none."""
+    """Time one synthesis by dkpy; return its gamma and the norm of its loop, or the reason of the failure."""
     zero = np.zeros((len(p["C2"]), p["B2"].shape[1]))
     d = np.block([[p["D11"], p["D12"]], [p["D21"], zero]])
     plant = control.ss(p["A"], np.hstack([p["B1"], p["B2"]]), np.vstack([p["C1"], p["C2"]]), d)

@@ -1,4 +1,4 @@
-"""The synthesis inequalities of an LPV controller in cvxpy, as one would write them by hand, solved by Clarabel.
+"""The synthesis inequalities of an LPV controller written in cvxpy and solved by Clarabel.
 
 P. Apkarian, P. Gahinet, IEEE Trans. Automatic Control 40(5), 1995, with the skew scalings of G. Scorletti,
 L. El Ghaoui, Int. J. Robust Nonlinear Control 8, 1998: the same inequalities, in the same compact form, that the
@@ -14,7 +14,7 @@ import numpy as np
 from scipy.linalg import block_diag, null_space
 
 BACK_OFF = 0.1
-GROWTH = 10.0  # How many times their least size the unknowns may reach when the point is centred.
+GROWTH = 10.0  # Allowed size of the unknowns in the centred point, relative to their least size.
 
 
 @dataclass
@@ -95,7 +95,7 @@ class Inequalities:
 
 
 def solve(objective: cp.Minimize | cp.Maximize, constraints: list[cp.Constraint]) -> float:
-    """Solve by Clarabel; a status other than optimal is an error."""
+    """Solve with Clarabel; raise an error unless the status is optimal."""
     problem = cp.Problem(objective, constraints)
     problem.solve(solver=cp.CLARABEL)
     if problem.status not in ("optimal", "optimal_inaccurate"):
@@ -111,7 +111,7 @@ def least_gamma(p: Plant) -> float:
 
 
 def centred(p: Plant, gamma: float) -> Inequalities:
-    """Return a point well inside at `gamma`: smallest matrices, then most room, then half of it and most clearance."""
+    """Return a centred point at `gamma`: smallest matrices, then most room, then half of it and most clearance."""
     lmi = Inequalities(p, gamma)
     identity = np.eye(len(p.Dtt))
     scalings = cp.bmat([[lmi.s, identity], [identity, lmi.sigma]]) >> 0

@@ -1,4 +1,4 @@
-"""Upper bounds on mu: `lpv` against SLICOT's AB13MD and dkpy, a matrix at a time, and the sweep over all frequencies."""
+"""Upper bounds on mu of matrices, `lpv` against SLICOT's AB13MD and dkpy, and over all frequencies."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ import slycot
 
 ROUNDS = 5
 CALLS = 41
-# Name, blocks in the usual notation, how often dkpy is asked: 0 where it does not know the blocks.
+# Name, blocks in the usual notation, number of calls of dkpy: 0 where it does not support the blocks.
 STRUCTURES = (
     ("AB13MD's example: 2 real, full 2 x 2, 2 complex", [[-1, 0], [-1, 0], [2, 2], [1, 1], [1, 1]], 0),
     ("4 complex", [[1, 1]] * 4, 1),
@@ -25,7 +25,7 @@ STRUCTURES = (
     ("20 real", [[-1, 0]] * 20, 0),
 )
 # The aircraft of the last rows: its coefficients, and the frequency (rad/s) where the bound is largest.
-AIRCRAFT = "14 real: the transport aircraft at 0.664 rad/s, where the bound is largest"
+AIRCRAFT = "14 real: transport aircraft at 0.664 rad/s, the peak"
 PEAK = 0.66409
 SWEEPS = 2
 
@@ -94,7 +94,7 @@ def rows(program: Path, cases: Path) -> list[str]:
             far = statistics.median(t / o for (t, _), o in zip(third, own, strict=True))
             cells += [cell(statistics.median(t for t, _ in third), third[0][1]), f"{far:.0f}"]
         else:
-            cells += ["knows no real blocks", ""]
+            cells += ["no real blocks", ""]
         table.append("| " + " | ".join(cells) + " |")
     return table
 

@@ -1,4 +1,4 @@
-"""Random near-integrator plants: gamma of `squid lpv synth` beside SLICOT's SB10AD and the norms of the closed loops.
+"""Random near-integrator plants: gamma of `squid lpv synth` against SLICOT's SB10AD and the norms of closed loops.
 
 near_integrators.py SQUID [COUNT]   needs slycot 0.7.1, scipy and mpmath
 
@@ -118,7 +118,7 @@ def plant(seed: int) -> Plant:
 
 
 def sb10ad(p: Plant, start: float) -> dict:
-    """Run SLICOT in a process of its own, for it may not end; return gamma and its controller, or nothing."""
+    """Run SLICOT in its own process, because it may hang; return gamma and its controller, or None."""
     read, write = os.pipe()
     child = os.fork()
     if child == 0:
@@ -142,7 +142,7 @@ def sb10ad(p: Plant, start: float) -> dict:
 
 
 def exact_loop(p: Plant, k: list[np.ndarray]) -> list[mp.matrix]:
-    """Return the closed loop in 40 digits, for beside the modes of a controller near the optimum f64 loses the slow ones."""
+    """Return the closed loop in 40 digits: in f64 the fast modes near the optimum hide the slow ones."""
     mp.mp.dps = 40
 
     def exact(m: np.ndarray) -> mp.matrix:
@@ -190,7 +190,7 @@ def loop_norm(p: Plant, k: list[np.ndarray], points: int = 400) -> float:
 
 
 def main(command: str, count: int) -> None:
-    """Print what does not agree, and the sums."""
+    """Print disagreements and totals."""
     proved = compared = off = above = 0
     for seed in range(count):
         p = plant(seed)
@@ -213,7 +213,7 @@ def main(command: str, count: int) -> None:
         if lower is not None and lower > min(norms, default=float("inf")):
             above += 1
             print(f"seed {seed}: lower bound {lower:.8g} above the norm {min(norms):.8g} of a loop")
-        # SLICOT has solved a plant whose loop has the norm that it claims.
+        # SLICOT has solved a plant if the norm of the loop is the gamma returned.
         if "gamma" in theirs and norms[-1] <= theirs["gamma"] * (1 + 1e-3):
             compared += 1
             if gamma > theirs["gamma"] * (1 + 1e-3):

@@ -1,6 +1,6 @@
-"""Compare `lpv` with its peers, alternately in one run, and write the tables and the plot of docs/benchmarks.md.
+"""Compare `lpv` with its peers in alternating runs, and write the tables and the plot of docs/benchmarks.md.
 
-The first call makes a virtual environment in build/bench-venv and starts itself again there.
+The first call creates a virtual environment in build/bench-venv, in which the script starts again.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ PATIENCE = 10.0  # Seconds after which a peer counts as hanging.
 
 
 def in_venv() -> None:
-    """Start again in the peers' environment, and make that first where it is missing."""
+    """Start again in the peers' environment; create it if it is missing."""
     python = VENV / ("Scripts" if os.name == "nt" else "bin") / "python"
     if Path(sys.prefix).resolve() == VENV.resolve():
         return
@@ -40,13 +40,13 @@ def in_venv() -> None:
 
 
 def ours(path: Path) -> dict:
-    """Run our synthesis on one plant; it takes its own time, without the start of the process."""
+    """Run `synthesise` on one plant; its time excludes the start of the process."""
     done = subprocess.run([EXAMPLES / "timed", path], capture_output=True, text=True, check=True)
     return json.loads(done.stdout)
 
 
 def theirs(method: str, path: Path) -> dict:
-    """Run a synthesis of dkpy in a process of its own, which takes its own time; it may hang."""
+    """Run a synthesis of dkpy in its own process, timed there; it may hang."""
     words = [sys.executable, str(ROOT / "benches" / "hinf_peers.py"), method, str(path)]
     try:
         done = subprocess.run(words, capture_output=True, text=True, timeout=PATIENCE, check=False)
@@ -154,7 +154,7 @@ def put(name: str, rows: list[str]) -> None:
 
 
 def main() -> int:
-    """Measure what is named on the command line, or everything."""
+    """Measure the parts named on the command line, or all."""
     in_venv()
     words = ["cargo", "build", "--release", "-p", "lpv", "--examples"]
     subprocess.run(words, cwd=ROOT, check=True)

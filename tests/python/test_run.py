@@ -66,7 +66,7 @@ def test_a_full_disk_is_told_before_the_work(monkeypatch: pytest.MonkeyPatch, tm
     monkeypatch.setattr(room, "free_in", free.__getitem__)
     monkeypatch.setattr(room, "taken_by", lambda folder: 0.0)
     room.ask_for(3.0, 1.0, "the tests")
-    told = r"^the tests take {} GB of disk, and {} has {} GB left\.$"
+    told = r"^the tests need {} GB of disk space, and {} has {} GB free\.$"
     with pytest.raises(StageError, match=told.format(r"7\.0", ROOT, r"3\.3")):
         room.ask_for(7.0, 1.0, "the tests")
     with pytest.raises(StageError, match=told.format(r"1\.5", tempfile.gettempdir(), r"1\.2")):

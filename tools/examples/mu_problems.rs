@@ -38,7 +38,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             None,
         )?
         .stability();
-        let blocks: Vec<(i64, i64)> = frozen.model.blocks.iter().map(|b| (-(b.repetitions as i64), 0)).collect();
+        let blocks: Vec<(i64, i64)> =
+            frozen.model.blocks.iter().map(|b| (-(b.repetitions as i64), 0)).collect();
         let plant = json!({ "A": to_rows(&system.a), "B": to_rows(&system.b), "C": to_rows(&system.c), "D": to_rows(&system.d) });
         let problem = json!({ "kind": "mu", "speed": speed, "data": { "P": plant, "blocks": blocks } });
         let path = Path::new(output).join(format!("{speed:.2}.json"));

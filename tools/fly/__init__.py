@@ -1,4 +1,4 @@
-"""The main job and the tests as a sequence of stages; `run.py` at the top of the repository is the way in.
+"""The main job (`run.py fly`) and the tests (`run.py test`) as sequences of stages.
 
 main_job   build -> environment -> design and package -> flight
 flight     validate -> couple -> simulate -> compare -> plot -> figures   (inside the environment, with FMPy)

@@ -1,4 +1,4 @@
-"""All tests, those of Rust beside those of Python, to the end, with a summary."""
+"""All tests, Rust and Python in parallel, with a summary; a failure does not stop the others."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ PYTHON_SOURCES = ("run.py", "tools/fly", "tests/python", "tests/importers")
 VEHICLES = ("squid", "remus100")
 LEAST_PYTHON = (3, 11)
 DISK = 7.0
-"""What the first run takes, with some to spare (GB)."""
+"""Disk space of the first run, with a margin (GB)."""
 TEMPORARY = 1.0
-"""What temporary files take at the most (GB)."""
+"""Largest disk space of temporary files (GB)."""
 
 
 @dataclass(frozen=True)
@@ -31,9 +31,9 @@ class Check:
 
 
 def lanes() -> tuple[list[Check], list[Check]]:
-    """List the groups of Rust and of Python, each in the order in which they are run: what fails soonest comes first.
+    """Return the groups of Rust and of Python in the order in which they run: the fastest to fail first.
 
-    Both run at once: cargo builds the tests and what the lints read in another folder than command and FMUs.
+    Both run at once: the profiles of tests and lints have another target folder than those of command and FMUs.
     """
     rust = [
         Check("Rust: format", lambda: cargo("format", "fmt", "--all", "--check")),
@@ -52,7 +52,7 @@ def lanes() -> tuple[list[Check], list[Check]]:
 
 
 def cargo(name: str, *words: str, **variables: str) -> None:
-    """Run cargo; what it says goes to a log, since Python's tests speak at the same time."""
+    """Run cargo with its output in a log, because the Python tests print at the same time."""
     run(["cargo", *words], variables=variables, log=name)
 
 
@@ -62,7 +62,7 @@ def lints() -> None:
 
 
 def rust_tests() -> None:
-    """Run the tests of all crates, and the examples in their documentation."""
+    """Run the tests of all crates, including documentation tests."""
     cargo("rust-tests", "test", "--workspace", "--no-fail-fast")
 
 
@@ -77,7 +77,7 @@ def fly(name: str) -> None:
 
 
 def published_cases() -> None:
-    """Solve the published problems by the command line, and print found against expected."""
+    """Solve the published problems with the command `squid`, and print computed and expected values."""
     build.build_command()
     run([sys.executable, Path("tests") / "python" / "published_cases.py", build.squid()])
 
@@ -91,7 +91,7 @@ def python_lints() -> None:
 
 
 def python_tests() -> None:
-    """Run pytest in as many processes as there are processors; a file of tests is run by one of them."""
+    """Run pytest with one process per processor; each test file runs in one process."""
     parallel = ("--numprocesses", "auto", "--dist", "loadfile", "--no-loadscope-reorder")
     environment.ready().run("-m", "pytest", "-c", Path("tests") / "pytest.ini", *parallel, "tests/python")
 
@@ -111,7 +111,7 @@ def run_check(check: Check) -> tuple[str, bool, float]:
 
 
 def run_all() -> list[tuple[str, bool, float]]:
-    """Run every group, whatever became of those before; after a stop from the keyboard no further one begins."""
+    """Run every group, also after a failure; after an interrupt from the keyboard start no further one."""
     stopped = Event()
 
     def run_lane(lane: list[Check]) -> list[tuple[str, bool, float]]:
@@ -128,7 +128,7 @@ def run_all() -> list[tuple[str, bool, float]]:
 def run_tests() -> int:
     """Run all tests, print the summary, and return the exit code."""
     if sys.version_info < LEAST_PYTHON:
-        raise StageError("the tests need Python 3.11 or later; the main job is content with 3.10.")
+        raise StageError("the tests require Python 3.11 or later; `run.py fly` requires 3.10.")
     room.ask_for(DISK, TEMPORARY, "the tests")
     begin = time.monotonic()
     results = run_all()
@@ -137,5 +137,5 @@ def run_tests() -> int:
         print(f"  {'passed' if passed else 'FAILED'}  {name:<24} {seconds:7.1f} s")
     failed = sum(not passed for _, passed, _ in results)
     verdict = "All tests passed" if failed == 0 else f"{failed} of {len(results)} groups FAILED"
-    print(f"{verdict}, {time.monotonic() - begin:.0f} s in all.")
+    print(f"{verdict}, {time.monotonic() - begin:.0f} s in total.")
     return 0 if failed == 0 else 1

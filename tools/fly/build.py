@@ -1,4 +1,4 @@
-"""What cargo builds: the command `squid` and the three binaries inside the FMUs."""
+"""Build the command `squid` and the three binaries inside the FMUs with cargo."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ CDYLIB = ("--lib", "--crate-type", "cdylib", "--features", "export", "--profile"
 
 
 def build() -> None:
-    """Build the command and the binaries; instant when nothing has changed."""
+    """Build the command and the binaries; cargo skips what has not changed."""
     build_command()
     for crate in FMU_CRATES:
         run(["cargo", "rustc", "-p", crate, *CDYLIB], variables={"CARGO_ENCODED_RUSTFLAGS": without_paths()})
 
 
 def without_paths() -> str:
-    """Return the flags that keep the builder's folders out of the binaries, added to those of the user.
+    """Return the user's compiler flags and one that keeps the path of cargo's packages out of the binaries.
 
-    That of cargo's packages is renamed. This one must not be named: cargo compiles everything anew when a flag
-    changes, and this folder may be moved. It need not be, for cargo compiles what lies here by relative paths.
-    They are joined as cargo's encoded variable wants it, which bears folders with spaces.
+    The path of this checkout is not among the flags: cargo recompiles everything when a flag changes, so moving
+    the checkout would recompile all. It is not needed, because cargo compiles workspace members by relative paths.
+    The flags are joined as CARGO_ENCODED_RUSTFLAGS requires, so that paths may contain spaces.
     """
     home = Path(os.environ.get("CARGO_HOME", Path.home() / ".cargo"))
     encoded = os.environ.get("CARGO_ENCODED_RUSTFLAGS")
@@ -35,13 +35,13 @@ def without_paths() -> str:
 
 
 def build_command() -> None:
-    """Build the command alone."""
+    """Build only the command."""
     run(["cargo", "build", "--release", "-p", "squid", "--bin", "squid"])
 
 
 @cache
 def target_directory() -> Path:
-    """Ask cargo where it puts what it builds."""
+    """Return the target directory of cargo."""
     words = ["cargo", "metadata", "--format-version", "1", "--no-deps"]
     return Path(json.loads(answer(words))["target_directory"])
 

@@ -1,4 +1,4 @@
-"""Python environments in build/, versions pinned: FMPy and its company for flights and tests, and others by name."""
+"""Python environments in build/ with pinned versions: one for flights and tests, and others by name."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ class Environment:
     python: Path
     variables: dict[str, str] = field(default_factory=dict)
     shared: bool = False
-    """Whether the interpreter is the user's own, with the packages beside it."""
+    """Whether this is the user's own interpreter, with the packages in a separate folder."""
 
     @property
     def scripts(self) -> Path:
-        """Where the commands lie that were installed with the packages."""
+        """Folder of the commands that the packages install."""
         site = self.variables["PYTHONPATH"].split(os.pathsep)[0]
         return Path(site) / "bin" if self.shared else self.python.parent
 
@@ -36,7 +36,7 @@ class Environment:
 
 
 def ready(name: str = "", requirements: Path = REQUIREMENTS) -> Environment:
-    """Return an environment, made first if it is missing or its requirements have changed."""
+    """Return an environment; create it if it is missing or its requirements have changed."""
     own = f"{name}-" if name else ""
     path = os.pathsep.join(
         [str(ROOT / "tools"), *([os.environ["PYTHONPATH"]] if "PYTHONPATH" in os.environ else [])]
@@ -64,7 +64,7 @@ def _venv(home: Path, requirements: Path, expected: str) -> Path:
 
 
 def _site(home: Path, requirements: Path, expected: str) -> Path:
-    """Install beside the interpreter, for a Python that was packaged without venv."""
+    """Install into a folder, for a Python that was packaged without venv."""
     mark = home / "stamp"
     if not stamp.is_fresh(mark, expected):
         shutil.rmtree(home, ignore_errors=True)

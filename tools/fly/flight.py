@@ -1,4 +1,4 @@
-"""The flights of the main job: validate, fly in one FMU, fly coupled, compare, plot, print the figures."""
+"""The flights of `run.py fly`: validate, fly in one FMU, fly coupled, compare, plot, print the figures."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from fly.package import Packages
 from fly.stages import StageError, answer, run, stage
 
 AGREEMENT = 1e-9
-"""Largest difference between the two flights: they do the same arithmetic, but for the rounding of time."""
+"""Largest difference between the two flights: the same arithmetic, except for the rounding of time."""
 
 
 def validate(packages: Packages) -> None:
-    """Let FMPy look for problems in each FMU."""
+    """Validate each FMU with FMPy."""
     for fmu in packages.fmus:
         problems = validate_fmu(str(fmu))
         if problems:
@@ -31,13 +31,13 @@ def validate(packages: Packages) -> None:
 
 
 def sample_time_of(packages: Packages) -> float:
-    """Return the sample time of the autopilot (s)."""
+    """Return the sample time of the controller (s)."""
     description = read_model_description(packages.controller)
     return next(float(v.start) for v in description.modelVariables if v.name == "sample_time")
 
 
 def fly_loop(packages: Packages) -> Signals:
-    """Fly the FMU that holds both, its own manoeuvre, by the command line of FMPy."""
+    """Simulate the manoeuvre of the loop FMU with the command line of FMPy."""
     stop = read_model_description(packages.loop).defaultExperiment.stopTime
     path = packages.folder / "flight.csv"
     interval = [
@@ -61,7 +61,7 @@ def fly_loop(packages: Packages) -> Signals:
 
 
 def fly_coupled(packages: Packages, loop: Signals) -> Signals:
-    """Fly plant and controller by the master, from the same start and with the same references."""
+    """Simulate plant and controller coupled by the master, with the same start and the same references."""
     sample_time = sample_time_of(packages)
     with (
         Slave(packages.loop, "loop") as whole,
@@ -84,15 +84,15 @@ def fly_coupled(packages: Packages, loop: Signals) -> Signals:
 
 
 def compare(loop: Signals, coupled: Signals) -> float:
-    """Return the largest difference between the two flights, and refuse one that is no rounding."""
-    found = record.differences(loop, coupled)
-    name, worst = max(found.items(), key=lambda item: item[1])
+    """Return the largest difference between the two flights; raise an error above `AGREEMENT`."""
+    differences = record.differences(loop, coupled)
+    name, worst = max(differences.items(), key=lambda item: item[1])
     print(
-        f"    {len(found)} signals over {len(loop['time'])} samples; largest difference {worst:.1e} in {name}"
+        f"    {len(differences)} signals over {len(loop['time'])} samples; largest difference {worst:.1e} in {name}"
     )
     if not worst <= AGREEMENT:
         raise StageError(
-            f"coupled and in one FMU differ by {worst:.3e} in {name}; at most {AGREEMENT:.0e} is allowed."
+            f"the coupled flight differs from that in one FMU by {worst:.3e} in {name}; allowed is {AGREEMENT:.0e}."
         )
     return worst
 
@@ -104,12 +104,12 @@ def plot(packages: Packages, squid: Path, vehicle: Path) -> dict:
 
 
 def report(packages: Packages, figures: dict, agreement: float) -> None:
-    """Print what was achieved; the equations are those of deep water, and figures and plot end at the surface."""
+    """Print the results; figures and plot end at the surface, because the equations hold in deep water."""
     achieved = json.loads(packages.figures.read_text(encoding="utf-8"))
     steps, off = figures["pitch_steps"], figures["pitch_error"]
     tracking = "not flown" if off is None else f"error at most {np.rad2deg(off):.3f} deg"
     when = f"later than {figures['grace']:.0f} s after a step" if steps else "with no step"
-    print(f"\nWhat was achieved, {packages.vehicle}")
+    print(f"\nResults, {packages.vehicle}")
     lines = [
         *gamma_lines(achieved),
         ("pitch tracking", f"{tracking}, {when}"),
@@ -128,15 +128,15 @@ def report(packages: Packages, figures: dict, agreement: float) -> None:
 
 
 def surface_lines(surface: dict | None) -> list[tuple[str, str]]:
-    """Say where the vehicle left the water, if it did."""
+    """Return the line that says when the vehicle reached the surface, if it did."""
     if surface is None:
         return []
     reached = f"reached at {surface['time']:.2f} s with {surface['speed']:.2f} m/s"
-    return [("SURFACE", f"{reached}; plot and figures end there, flight.csv goes on")]
+    return [("SURFACE", f"{reached}; plot and figures end there, flight.csv continues")]
 
 
 def gamma_lines(achieved: dict) -> list[tuple[str, str]]:
-    """Say what is known of the gain of the closed loop."""
+    """Return the lines on the gain of the closed loop."""
     proof = "PROVED in exact arithmetic" if achieved["certified"] else "not proved"
     bound, optimum, back_off = (achieved[key] for key in ("gamma_bound", "gamma_optimum", "back_off"))
     with_error = achieved["gamma_bound_with_model_error"]
@@ -164,12 +164,12 @@ def gamma_lines(achieved: dict) -> list[tuple[str, str]]:
 
 
 def rounded_up(bound: float) -> float:
-    """Return a bound from above with four decimals, none of them too small."""
+    """Return an upper bound rounded up to four decimals."""
     return np.ceil(1e4 * bound) / 1e4
 
 
 def describe(step: dict, settled: float) -> str:
-    """Say what one step response amounts to."""
+    """Return overshoot and settling time of one step response."""
     band, time = f"within {100 * settled:.0f} %", step["settling_time"]
     when = f"never {band}" if time is None else f"{band} after {time:.1f} s"
     return f"{np.rad2deg(step['height']):+.1f} deg: overshoot {100 * step['overshoot']:.1f} %, {when}"

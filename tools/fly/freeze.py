@@ -1,6 +1,6 @@
-"""The generated files that are committed: frozen design and model descriptions of Squid, and licences of others.
+"""The committed generated files: frozen design and model descriptions of Squid, and third-party licences.
 
-They show a reader what comes out without a build, and a change of any of them in review. A test keeps them fresh.
+They show the results without a build, and their changes in a review. A test checks that they are current.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ FROZEN = ROOT / "vehicles" / VEHICLE / "frozen"
 
 
 def freeze() -> int:
-    """Make all generated files anew."""
+    """Regenerate all of them."""
     vehicle, out = Path("vehicles") / VEHICLE, FROZEN.relative_to(ROOT)
-    with stage("Collecting the licences of what is compiled in"):
+    with stage("Collecting the licences of the crates compiled in"):
         licences.write()
     with stage("Building the command squid"):
         build.build_command()

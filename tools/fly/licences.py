@@ -1,7 +1,7 @@
 """The licences of the crates that are compiled into the FMUs, as one file that goes into each of them.
 
-`python3 run.py freeze` writes crates/package/third_party.txt anew; a test keeps it fresh, and refuses what cannot be
-shipped.
+`python3 run.py freeze` writes crates/package/third_party.txt; a test checks that it is current and that every licence
+is allowed.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from fly.stages import ROOT, StageError, answer
 
 FILE = ROOT / "crates" / "package" / "third_party.txt"
 ALLOWED = ("MIT", "Apache-2.0")
-"""What is accepted of what a crate offers, in the order of preference."""
+"""Accepted licences, in order of preference."""
 TEXTS = re.compile(r"^licen[cs]e([-.](mit|txt|md))*$", re.IGNORECASE)
 HEAD = """\
 The binaries of this FMU contain Rust's standard library (MIT OR Apache-2.0, https://www.rust-lang.org) and the crates
@@ -24,10 +24,9 @@ below, each under the licence named first in its line. The text of the Apache Li
 
 
 def compiled_in() -> list[dict]:
-    """Return the foreign packages that the FMUs are linked from, by name; macros run in the compiler alone.
+    """Return the third-party packages linked into the FMUs, by name; procedural macros are not linked.
 
-    `cargo metadata` knows their licences, and lists more than is built where a feature of a dependency might want it;
-    `cargo tree` knows what is built.
+    `cargo metadata` has their licences, but also lists packages of disabled features; `cargo tree` has those built.
     """
     words = [
         "cargo",
@@ -57,11 +56,11 @@ def chosen(package: dict) -> str:
         if licence in offered:
             return licence
     name = f"{package['name']} {package['version']}"
-    raise StageError(f"{name} is under '{package['license']}', and only {', '.join(ALLOWED)} can be shipped.")
+    raise StageError(f"{name} is under '{package['license']}', but only {', '.join(ALLOWED)} can be shipped.")
 
 
 def text() -> str:
-    """Return the whole file: a line for each crate, and below it the text of its MIT licence where that was chosen."""
+    """Return the file: a line for each crate, followed by the text of its MIT licence if that was chosen."""
     parts = [HEAD]
     for package in compiled_in():
         licence = chosen(package)
@@ -82,11 +81,11 @@ def mit(package: dict) -> str:
         words = path.read_text(encoding="utf-8", errors="replace")
         if "Permission is hereby granted, free of charge" in words:
             return "\n".join(line.rstrip() for line in words.strip().splitlines()) + "\n"
-    raise StageError(f"{package['name']} {package['version']} brings no text of the MIT licence along.")
+    raise StageError(f"{package['name']} {package['version']} does not contain the text of the MIT licence.")
 
 
 def preference(path: Path) -> tuple[bool, str]:
-    """Order a file that is named for MIT before others."""
+    """Return the sort key: files with MIT in their name first."""
     return "mit" not in path.name.lower(), path.name
 
 

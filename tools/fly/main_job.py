@@ -1,4 +1,4 @@
-"""The main job: from a vehicle file to FMUs that have flown."""
+"""The main job: from a vehicle file to simulated FMUs."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from fly import build, environment, package, platforms, room
 from fly.stages import stage
 
 DISK = 2.0
-"""What the first run takes, with some to spare (GB)."""
+"""Disk space of the first run, with a margin (GB)."""
 TEMPORARY = 0.1
-"""What temporary files take (GB)."""
+"""Disk space of temporary files (GB)."""
 DISK_OF_PLATFORMS = 1.5
-"""What the first run for other platforms takes besides (GB)."""
+"""Additional disk space of the first run for other platforms (GB)."""
 
 
 def run(vehicle: Path, design: str, platform_words: str = "host") -> int:
@@ -28,7 +28,7 @@ def run(vehicle: Path, design: str, platform_words: str = "host") -> int:
     if names:
         with stage(f"Building the binaries for {', '.join(names)}"):
             platforms.build_all(names)
-    with stage("Making the Python environment (FMPy)"):
+    with stage("Creating the Python environment (FMPy)"):
         python = environment.ready()
     with stage(f"Designing the controller of {vehicle.name} (design '{design}') and packaging its FMUs"):
         packages = package.design_and_package(vehicle, design, package.folder_of(vehicle, design), names)

@@ -1,7 +1,7 @@
-"""A small master for co-simulation: it exchanges the signals of plant and controller, and steps them in turn.
+"""A small co-simulation master: it exchanges the signals of plant and controller and steps them in turn.
 
-At each sample time the controller sees the plant as it is now, and its commands act on the plant over the very
-step that follows: no sample of delay. That is how the two run in one loop inside the third FMU.
+At each sample the controller reads the present outputs of the plant, and its commands act over the step that
+follows, without a sample of delay, as in the FMU that contains both.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ References = Callable[[int, float], tuple[float, float]]
 
 
 class Slave:
-    """An instance of an FMU whose variables are reached by name; use it in a `with` statement."""
+    """An instance of an FMU with access to variables by name; use it in a `with` statement."""
 
     def __init__(self, fmu: Path, name: str) -> None:
         self.folder = Path(extract(fmu))
@@ -52,25 +52,25 @@ class Slave:
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def names(self, causality: str, kind: str = "Real") -> list[str]:
-        """Return the names of the variables of a causality and a type, in their order."""
+        """Return the names of the variables of a causality and a type, in the order of the model description."""
         return [
             v.name for v in self.description.modelVariables if v.causality == causality and v.type == kind
         ]
 
     def start_values(self) -> dict[str, float]:
-        """Return the start values of all parameters, as the model description prints them."""
+        """Return the start values of all parameters in the model description."""
         parameters = [v for v in self.description.modelVariables if v.causality == "parameter"]
         return {v.name: float(v.start) for v in parameters if v.type in ("Real", "Enumeration")}
 
     def begin(self, values: Mapping[str, float] | None = None) -> None:
-        """Set parameters, and enter initialisation."""
+        """Set parameters and enter initialization mode."""
         self.fmu.setupExperiment(startTime=0.0)
         for name, value in (values or {}).items():
             self.set(name, value)
         self.fmu.enterInitializationMode()
 
     def ready(self) -> None:
-        """Leave initialisation."""
+        """Exit initialization mode."""
         self.fmu.exitInitializationMode()
 
     def set(self, name: str, value: float) -> None:
@@ -99,13 +99,13 @@ class Slave:
         return [self.variables[name].valueReference for name in names]
 
     def step_to(self, time: float) -> None:
-        """Move to a time (s)."""
+        """Step to a time (s)."""
         self.fmu.doStep(currentCommunicationPoint=self.time, communicationStepSize=time - self.time)
         self.time = time
 
 
 class Recorder:
-    """Takes down all real outputs of slaves; of two with the same name, that of the first slave."""
+    """Records all real outputs of slaves; of two with the same name, that of the first slave."""
 
     def __init__(self, *slaves: Slave) -> None:
         self.plan = []
@@ -117,7 +117,7 @@ class Recorder:
         self.rows: list[list[float]] = []
 
     def sample(self, time: float) -> None:
-        """Take down one row."""
+        """Record one row."""
         row = [time]
         for fmu, references in self.plan:
             row += fmu.getReal(references)
@@ -140,8 +140,7 @@ def couple(
 ) -> Signals:
     """Fly plant and controller in one loop for a time (s), exchanging signals every `sample_time` (s).
 
-    Both have begun (`Slave.begin`) and are not ready yet. The references act on the controller from the sample at which
-    they are asked for.
+    Both are in initialization mode (`Slave.begin`). `references` is called at each sample and acts from that sample.
     """
     loop = _Loop(plant, controller)
     loop.inform(*references(0, 0.0))
@@ -162,9 +161,9 @@ def couple(
 
 
 def path_speed_of(controller: Slave) -> Callable[[float], float]:
-    """Return what turns forward speed u into the speed V along the path of level flight (m/s), both through the water.
+    """Return the map from forward speed u to the speed V along the path in level flight (m/s), both through the water.
 
-    It interpolates in the trim table of the design that the controller's FMU carries, and prolongs its end pieces.
+    It interpolates linearly in the trim table in the controller's FMU, and extrapolates beyond its ends.
     """
     design = controller.folder / "resources" / "controller.json"
     trim = json.loads(design.read_text(encoding="utf-8"))["trim"]
@@ -179,7 +178,7 @@ def path_speed_of(controller: Slave) -> Callable[[float], float]:
 
 
 class _Loop:
-    """The wires between plant and controller."""
+    """The connections between plant and controller."""
 
     def __init__(self, plant: Slave, controller: Slave) -> None:
         self.plant, self.controller = plant, controller
@@ -193,12 +192,12 @@ class _Loop:
         self.speed_reference = 0.0
 
     def inform(self, pitch_reference: float, speed_reference: float) -> None:
-        """Show the controller the plant and the references."""
+        """Pass the plant's outputs and the references to the controller."""
         measured = self.plant.fmu.getReal(self.measured)
         self.controller.fmu.setReal(self.heard, [*measured, pitch_reference, speed_reference])
         self.speed_reference = speed_reference
 
     def command(self) -> None:
-        """Hand the commands to the plant; an LPV plant stands about the trim of the wanted speed."""
+        """Pass the commands to the plant; an LPV plant is linearised about the trim of the reference speed."""
         commands = self.controller.fmu.getReal(self.commands)
         self.plant.fmu.setReal(self.commanded, [*commands, self.path_speed(self.speed_reference)])

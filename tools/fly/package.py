@@ -1,4 +1,4 @@
-"""A vehicle's directory becomes three FMUs, by the command `squid`."""
+"""Make three FMUs from a vehicle's directory with the command `squid`."""
 
 from __future__ import annotations
 
@@ -18,21 +18,19 @@ class Packages:
 
     folder: Path
     vehicle: str
-    """What the names of all three begin with."""
+    """First part of the names of all three."""
 
     @classmethod
     def found_in(cls, folder: Path) -> Packages:
-        """Ask the design in a folder what its FMUs are called."""
+        """Return the FMUs in a folder; `design.json` there has their name."""
         path = folder / FIGURES
         try:
             figures = json.loads(path.read_text(encoding="utf-8"))
             return cls(folder, str(figures["fmu_identifier"]))
         except OSError:
-            raise StageError(f"{folder} holds no {FIGURES}; run `squid design` first.") from None
+            raise StageError(f"{folder} has no {FIGURES}; run `squid design` first.") from None
         except (ValueError, TypeError, KeyError):
-            raise StageError(
-                f"{path} names no 'fmu_identifier'; run `squid design` again to write it anew."
-            ) from None
+            raise StageError(f"{path} has no 'fmu_identifier'; run `squid design` again.") from None
 
     @property
     def plant(self) -> Path:
@@ -41,7 +39,7 @@ class Packages:
 
     @property
     def controller(self) -> Path:
-        """The autopilot."""
+        """The controller."""
         return self.folder / f"{self.vehicle}_controller.fmu"
 
     @property
@@ -56,30 +54,30 @@ class Packages:
 
     @property
     def figures(self) -> Path:
-        """What the design achieved."""
+        """The figures of the design."""
         return self.folder / FIGURES
 
 
 def folder_of(vehicle: Path, design: str) -> Path:
-    """Return where the main job puts what it makes of a design."""
+    """Return the folder of the main job for a design."""
     return BUILD / vehicle.resolve().name / design
 
 
 def sources_of(vehicle: Path, design: str) -> list[Path]:
-    """Return the files that a design starts from, or say which one is missing."""
+    """Return the input files of a design; raise an error that names a missing one."""
     sources = [vehicle / "vehicle.toml", vehicle / f"{design}.toml"]
     for source in sources:
         if not source.is_file():
             raise StageError(
-                f"{source}: there is no such file; VEHICLE_DIR holds vehicle.toml and design files."
+                f"{source}: there is no such file; VEHICLE_DIR must contain vehicle.toml and the design files."
             )
     return sources
 
 
 def design_and_package(vehicle: Path, design: str, folder: Path, names: list[str]) -> Packages:
-    """Run `squid design` and `squid package`, unless their results are there and nothing has changed since.
+    """Run `squid design` and `squid package`, unless their results exist and nothing has changed since.
 
-    The FMUs run on the platforms that are named, by their names in FMI, and on this one.
+    The FMUs run on the host platform and on those named, by their names in FMI.
     """
     sources = sources_of(vehicle, design)
     binaries = [*build.binaries(), *platforms.binaries(names)]
@@ -102,7 +100,7 @@ def design_and_package(vehicle: Path, design: str, folder: Path, names: list[str
 
 
 def made_before(folder: Path) -> Packages | None:
-    """Return what an earlier run made, if it is all there; an earlier version may have written something else."""
+    """Return the FMUs of an earlier run if all exist; an earlier version may have written other files."""
     try:
         packages = Packages.found_in(folder)
     except StageError:
@@ -111,5 +109,5 @@ def made_before(folder: Path) -> Packages | None:
 
 
 def digest_of(made_from: list[Path], packages: Packages, words: list[str]) -> str:
-    """Return the digest of all that a design was made from and all that was made of it."""
+    """Return the digest of the inputs and the outputs of a design."""
     return stamp.digest([*made_from, *packages.fmus, packages.figures], *words)

@@ -1,4 +1,4 @@
-"""The binaries of the FMUs for all platforms, by cargo-zigbuild with Zig as the linker, from any one of them."""
+"""Cross-compile the binaries of the FMUs for all platforms with cargo-zigbuild and Zig as the linker."""
 
 from __future__ import annotations
 
@@ -15,36 +15,36 @@ from fly.stages import ROOT, StageError, run
 
 REQUIREMENTS = ROOT / "tools" / "platforms.txt"
 GLIBC = "2.17"
-"""The oldest C library of Linux that Rust's own library runs on: of 2012, in RHEL 7 and all that is younger."""
+"""The oldest glibc that Rust's standard library supports: of 2012, in RHEL 7 and later."""
 TARGETS = {
     "linux64": "x86_64-unknown-linux-gnu",
     "win64": "x86_64-pc-windows-gnu",
     "aarch64-linux": "aarch64-unknown-linux-gnu",
 }
-"""FMI's names of the platforms, and Rust's."""
+"""The platforms by their names in FMI, and Rust's target names."""
 HERE = {("linux", "x86_64"): "linux64", ("linux", "aarch64"): "aarch64-linux", ("win32", "AMD64"): "win64"}
-"""FMI's name of the platform that this runs on."""
+"""The host platform's name in FMI."""
 
 
 def named(words: str) -> list[str]:
-    """Return the platforms that a command line names, `all` or some with commas between; none for `host`."""
+    """Return the platforms of a comma-separated list or `all`; none for `host`."""
     names = list(TARGETS) if words == "all" else [] if words == "host" else words.split(",")
     unknown = [name for name in names if name not in TARGETS]
     if unknown:
         raise StageError(
-            f"--platforms is '{words}'; it must be host, all, or some of {', '.join(TARGETS)} with commas between."
+            f"--platforms is '{words}'; it must be host, all, or a comma-separated list of {', '.join(TARGETS)}."
         )
     return names
 
 
 def option(names: list[str]) -> str:
-    """Return the value of `--platforms` of `squid package`: this platform is always there, for the flights."""
+    """Return the value of `--platforms` of `squid package`; the host platform is always included, for the flights."""
     here = HERE.get((sys.platform, platform.machine()))
     return ",".join(names if here in names else ["host", *names])
 
 
 def tools() -> Environment:
-    """Return the environment with cargo-zigbuild and Zig, made first if it is missing."""
+    """Return the environment with cargo-zigbuild and Zig; create it if it is missing."""
     return environment.ready("platforms", REQUIREMENTS)
 
 
@@ -53,10 +53,10 @@ def build_all(names: list[str]) -> None:
     if not names:
         return
     add_targets(names)
-    found = tools()
-    scripts = found.scripts
+    zig = tools()
+    scripts = zig.scripts
     path = os.pathsep.join([str(scripts), os.environ["PATH"]])
-    variables = {**found.variables, "PATH": path, "CARGO_ENCODED_RUSTFLAGS": build.without_paths()}
+    variables = {**zig.variables, "PATH": path, "CARGO_ENCODED_RUSTFLAGS": build.without_paths()}
     for name in names:
         target = TARGETS[name] + ("" if name == "win64" else f".{GLIBC}")
         for crate in build.FMU_CRATES:
@@ -65,7 +65,7 @@ def build_all(names: list[str]) -> None:
 
 
 def add_targets(names: list[str]) -> None:
-    """Let rustup install Rust's own library for platforms; without rustup it must be there already."""
+    """Install Rust's standard library for platforms with rustup; without rustup it must be installed already."""
     if shutil.which("rustup") is None:
         return
     words = ["rustup", "target", "list", "--installed"]

@@ -1,4 +1,4 @@
-"""Records of flights: what FMPy wrote, and how far two of them differ."""
+"""Records of flights as FMPy writes them, and the differences between two."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ LOGICAL = {"True": 1.0, "False": 0.0}
 
 
 def read(path: Path) -> Signals:
-    """Read a CSV file with a line of names into a column for each name."""
+    """Read a CSV file with a header line into a column for each name."""
     with path.open(newline="", encoding="utf-8") as file:
         names, *rows = csv.reader(file)
     columns = zip(*rows, strict=True)
@@ -22,13 +22,13 @@ def read(path: Path) -> Signals:
 
 
 def references_in(loop: Signals) -> References:
-    """Return the references that a flight in one loop used; what a sample used stands in the row after it."""
+    """Return the references of a flight in one loop; those used at a sample are in the row after it."""
     pitch, speed = loop["pitch_reference_used"], loop["speed_reference_used"]
     return lambda k, _: (float(pitch[k + 1]), float(speed[k + 1]))
 
 
 def differences(one: Signals, other: Signals) -> dict[str, float]:
-    """Return the largest difference of each shared signal, relative to the signal's largest size if above 1."""
+    """Return the largest difference of each shared signal, relative to the larger of 1 and its largest value."""
     shared = [name for name in one if name in other and name != "time"]
     return {name: _difference(one[name], other[name]) for name in shared}
 

@@ -1,4 +1,4 @@
-"""Stages of a job: each is announced in a line, timed, and stops the job when it fails."""
+"""Stages of a job: each is announced and timed, and a failure stops the job."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ LOGS = BUILD / "logs"
 
 
 class StageError(Exception):
-    """A stage failed; the message says which and where to look."""
+    """A stage failed; the message says which and why."""
 
 
 @contextmanager
 def stage(title: str) -> Iterator[None]:
-    """Announce a stage, and when it ends its time."""
+    """Print the title of a stage, and its time when it ends."""
     print(f"\n==> {title}", flush=True)
     begin = time.monotonic()
     yield
@@ -31,9 +31,9 @@ def stage(title: str) -> Iterator[None]:
 def run(
     command: Sequence[str | Path], *, variables: Mapping[str, str] | None = None, log: str | None = None
 ) -> None:
-    """Run a command at the top of the repository.
+    """Run a command in the root of the repository.
 
-    Its output passes through, or goes to a log, which is shown if the command fails.
+    Its output is passed through, or written to a log that is printed if the command fails.
     """
     words = [str(word) for word in command]
     environment = {**os.environ, **(variables or {})}
@@ -51,7 +51,7 @@ def run(
 
 
 def answer(command: Sequence[str | Path]) -> str:
-    """Run a command at the top of the repository and return what it writes to standard output."""
+    """Run a command in the root of the repository and return its standard output."""
     words = [str(word) for word in command]
     try:
         done = subprocess.run(words, cwd=ROOT, capture_output=True, encoding="utf-8", check=False)

@@ -1,4 +1,4 @@
-"""Stamps: a file that remembers from which inputs something was made, so that it need not be made again."""
+"""Stamps: files with the hash of the inputs of a result, so that it is not computed again."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 
 def digest(files: Iterable[Path], *words: str) -> str:
-    """Hash names and contents of files, and some words."""
+    """Return the hash of names and contents of files, and of words."""
     whole = hashlib.sha256()
     for word in words:
         whole.update(f"{len(word)}:{word};".encode())
@@ -20,10 +20,10 @@ def digest(files: Iterable[Path], *words: str) -> str:
 
 
 def is_fresh(stamp: Path, expected: str) -> bool:
-    """Tell whether the stamp holds the expected hash."""
+    """Return whether the stamp has the expected hash."""
     return stamp.is_file() and stamp.read_text(encoding="utf-8").strip() == expected
 
 
 def write(stamp: Path, value: str) -> None:
-    """Remember a hash."""
+    """Write a hash."""
     stamp.write_text(value + "\n", encoding="utf-8")

@@ -149,7 +149,10 @@ fn the_slope_of_the_trim_is_its_derivative() {
             let slope = model.trim_slope(&vehicle.actuators);
             let difference = |of: fn(&Trim) -> f64| (of(&after) - of(&before)) / (2.0 * step);
             let close = |found: f64, expected: f64| {
-                assert!((found - expected).abs() < 1e-6 * (1.0 + expected.abs()), "{name} {speed}: {found} {expected}");
+                assert!(
+                    (found - expected).abs() < 1e-6 * (1.0 + expected.abs()),
+                    "{name} {speed}: {found} {expected}"
+                );
             };
             close(slope[0], difference(|t| t.forward_speed));
             close(slope[1], difference(|t| t.heave));

@@ -27,6 +27,11 @@ impl LinearModel {
 
 /// The generalised plant of the design for a model.
 ///
+/// w contains the references and the disturbances at the actuators, z the tracking errors weighted by W_e and the
+/// commands weighted by W_u, u the commands and y the tracking errors; references and outputs are in units of the
+/// `scale` of each tracked output, commands in units of the actuators' reach. All channels of `model` belong to rho.
+/// See [`lpv::tracking`].
+///
 /// # Errors
 /// [`ModelError::Augment`], which would be a defect of this program.
 pub fn augment(

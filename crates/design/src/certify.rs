@@ -33,7 +33,8 @@ pub struct Proof {
     pub model_error: f64,
 }
 
-/// Certifies a design, and proves the certificate in exact arithmetic.
+/// Computes the certificate of a design, for the fit and for a ball of models that contains the true linearisations
+/// ([`ball`]), and proves it in exact arithmetic.
 ///
 /// # Errors
 /// [`ProofError::Unproved`](crate::error::ProofError::Unproved) with the first check that fails;
@@ -54,7 +55,7 @@ pub fn certify(
     Ok(Proof { certificate, theorem, model_error: size })
 }
 
-/// The certificate of a bound without model error.
+/// The certificate of a bound without model error, with plant, controller, gamma, X, S and T.
 pub fn nominal(plant: &GeneralisedPlant, k: &Controller, bound: &GainBound) -> Certificate {
     Certificate {
         blocks: plant.blocks.clone(),

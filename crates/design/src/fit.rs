@@ -42,7 +42,10 @@ pub struct Residual {
 }
 
 impl Model {
-    /// Linearises over the grid of the design and fits.
+    /// Linearises over the grid of the design and fits `[A B](rho) = sum_k M_k rho^k` by least squares.
+    ///
+    /// rho = (V - centre)/half_range of the range of speed; `[A B]` has one row per state and one column per state and
+    /// actuator.
     ///
     /// # Errors
     /// [`ModelError::Trim`] where the vehicle does not trim; [`ModelError::Fit`].
@@ -70,7 +73,7 @@ impl Model {
         LinearModel { ab: self.lft.clone(), trim_slope: self.trim_slope.clone() }
     }
 
-    /// The coefficients of A and of B, apart.
+    /// The coefficients `A_k` and `B_k` of the fit, separately.
     pub fn coefficients(&self) -> (Vec<Mat>, Vec<Mat>) {
         let split =
             |m: &Mat| (m.columns(0, STATES).into_owned(), m.columns(STATES, m.ncols() - STATES).into_owned());

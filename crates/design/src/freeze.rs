@@ -9,8 +9,7 @@ use crate::linearise::linearise_at;
 use auv::{LpvModel, Status, Trim};
 use lpv::synthesis::Design;
 use scheduled::{
-    Actuator, ControllerDesign, ControllerInput, Gamma, Kind, LftMatrices, Scheduling,
-    TrimTable, VehicleName,
+    Actuator, ControllerDesign, ControllerInput, Gamma, Kind, LftMatrices, Scheduling, TrimTable, VehicleName,
 };
 
 use signals::Signal;
@@ -27,7 +26,7 @@ pub struct Frozen {
     pub plant: LpvModel,
 }
 
-/// Freezes a finished design.
+/// Returns the contents of the frozen files of a design, `controller.json` and `plant.json`.
 ///
 /// # Errors
 /// [`StoreError::LpvModel`](crate::error::StoreError::LpvModel), [`ModelError::Trim`](crate::error::ModelError::Trim).
@@ -42,7 +41,7 @@ pub fn freeze(inputs: &Inputs, model: &Model, design: &Design, certified: bool) 
     frozen(inputs, model, lft_matrices(k.blocks.clone(), controller_rows(k)), gamma)
 }
 
-/// What vehicle and design file make of the matrices and the gamma of a controller: all that the FMUs fly besides.
+/// As [`freeze`], from the matrices and the gamma of a controller; all else follows from vehicle and design file.
 ///
 /// # Errors
 /// [`StoreError::LpvModel`](crate::error::StoreError::LpvModel), [`ModelError::Trim`](crate::error::ModelError::Trim).

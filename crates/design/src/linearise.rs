@@ -7,7 +7,8 @@ use lpv::matrix::{Mat, block};
 /// The number of states of the linear model; see [`signals::STATES`].
 pub const STATES: usize = signals::STATES.len();
 
-/// Trims and linearises at a speed along the path \[m/s\] and a depth \[m\].
+/// Linearises the vehicle about level trim at a speed V along the path \[m/s\] and a depth \[m\]: `x' = A x + B u`,
+/// with the states of [`signals::STATES`] in SI units and one input per actuator, as deviations from the trim.
 ///
 /// # Errors
 /// [`ModelError::Trim`] with the speed and the reason.

@@ -44,7 +44,7 @@ pub fn run(inputs: &Inputs, progress: &Progress) -> Result<Finished, Error> {
     run_with(inputs, progress, false)
 }
 
-/// The same, with a robust controller in place of the nominal one where that is asked for; see
+/// As [`run`], with a robust controller in place of the nominal one if `with_robust`; see
 /// [`crate::synthesise::robust`].
 ///
 /// # Errors

@@ -13,7 +13,8 @@ use lpv::plant::GeneralisedPlant;
 use lpv::regularity::findings;
 use lpv::synthesis::{Design, Options};
 
-/// The scheduled controller of the design for its generalised plant, with a bound of the finished loop's gain.
+/// Synthesises the scheduled controller for the generalised plant of [`crate::augment`], with a bound of the closed
+/// loop's L2 gain from w to z by [`lpv::synthesis::synthesise`].
 ///
 /// # Errors
 /// [`Error::NoController`].
@@ -24,7 +25,8 @@ pub fn synthesise(
     progress: &Progress,
 ) -> Result<Design, Error> {
     let running = progress.begin("synthesise", "solving the matrix inequalities");
-    let options = Options { back_off: file.back_off, accuracy: ACCURACY * file.back_off, ..Options::default() };
+    let options =
+        Options { back_off: file.back_off, accuracy: ACCURACY * file.back_off, ..Options::default() };
     let design = lpv::synthesis::synthesise(plant, options)
         .map_err(|reason| no_controller(actuators, file, plant, reason))?;
     let seconds = running.seconds();
@@ -86,7 +88,7 @@ fn no_controller(
     Error::NoController { reason, remarks }
 }
 
-/// How far above the least gamma the controller was built, relative.
+/// The relative back-off `gamma_design/gamma_optimum - 1` at which the controller was built.
 pub fn back_off(design: &Design) -> f64 {
     design.gamma_design / design.gamma_optimum - 1.0
 }

@@ -21,7 +21,8 @@ fn gamma(plant: &GeneralisedPlant, scalings: ScalingClass) -> f64 {
 }
 
 /// Cases of plain H-infinity synthesis: the LMIs of an LPV problem without parameters.
-const PLAIN: [&str; 12] = [
+const PLAIN: [&str; 13] = [
+    "hs01_brl_oscillator",
     "hs02_gamma_sqrt065",
     "hs04_active_suspension",
     "compleib/compleib_AC15",

@@ -61,8 +61,7 @@ impl Rendered {
     }
 }
 
-/// The report of a stored design: read from its directory if nothing has changed since, or else computed and stored
-/// there.
+/// The report of a stored design: read from `directory` if its inputs are unchanged, or else computed and stored there.
 ///
 /// # Errors
 /// As [`report`]; [`Error::Plot`], [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable).

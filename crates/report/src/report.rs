@@ -54,8 +54,7 @@ pub struct Report {
     pub sections: Vec<Section>,
 }
 
-/// Computes the report, several sections at the same time, and reports the progress. A section that fails contains
-/// the reason; the others are computed all the same.
+/// Computes the sections of the report in parallel and reports the progress. A section that fails contains the reason.
 ///
 /// # Errors
 /// As [`Subject::new`].

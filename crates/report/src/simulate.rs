@@ -19,7 +19,8 @@ const STEP_SPEEDS: usize = 6;
 const STEPS_FLOWN: f64 = 60.0;
 const STEPS_SHOWN: f64 = 30.0;
 
-/// Flies everything, writes records and plots to `directory`, and returns the figures as text.
+/// Simulates the manoeuvre, the pitch steps and the vehicle alone, writes records (CSV) and plots (SVG) to `directory`,
+/// and returns the figures as text.
 ///
 /// # Errors
 /// [`Error::Flight`], [`Error::Plot`], [`Error::Design`].

@@ -77,7 +77,7 @@ impl<'a> Subject<'a> {
         Ok(Self { inputs, stored, model, plant, controller, speeds, truth, progress, alone, proof })
     }
 
-    /// A controller without parameters for each of the six speeds alone, by the same synthesis; made once.
+    /// The H-infinity controller for the linearisation at each of the six speeds, by the same synthesis; computed once.
     pub fn alone(&self) -> &[Result<Design, SynthesisError>] {
         let options = Options { back_off: self.inputs.design.back_off, ..Options::default() };
         let made = |v: &f64| {
@@ -90,12 +90,12 @@ impl<'a> Subject<'a> {
         self.alone.get_or_init(|| self.speeds.iter().map(made).collect())
     }
 
-    /// The proof of the certificate, repeated; once.
+    /// The proof of the stored certificate, repeated once.
     pub fn proof(&self) -> &Result<Theorem, String> {
         self.proof.get_or_init(|| self.stored.prove(self.inputs))
     }
 
-    /// The vehicle in words: a surrogate is called one wherever it is named.
+    /// The name of the vehicle, with the word surrogate if it is one.
     pub fn name(&self) -> String {
         let vehicle = &self.inputs.vehicle;
         match vehicle.status {
@@ -104,13 +104,13 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// The scheduling parameter at a speed.
+    /// The scheduling parameter `rho = (V - centre)/half_range` at a speed V along the path (m/s).
     pub fn rho(&self, speed: f64) -> f64 {
         let (centre, half_range) = self.inputs.design.scheduling();
         (speed - centre) / half_range
     }
 
-    /// A speed in words.
+    /// A speed (m/s) as text.
     pub fn speed_name(v: f64) -> String {
         format!("{v:.2} m/s")
     }
@@ -129,13 +129,14 @@ impl<'a> Subject<'a> {
         tracked.iter().position(|t| t.place == PITCH).ok_or(Error::PitchNotTracked)
     }
 
-    /// The actuator that moves pitch most, by its reach, at the lowest speed.
+    /// The actuator of [`frequency::pitching_actuator`], with its index.
     pub fn pitching_actuator(&self) -> (usize, &Actuator) {
         let most = frequency::pitching_actuator(&self.inputs.vehicle.actuators, &self.model);
         (most, &self.inputs.vehicle.actuators[most])
     }
 
-    /// A pitch step of the height in the design file, flown at a constant speed by a stored or another controller.
+    /// Simulates the pitch step of the design file on the nonlinear vehicle at a constant speed (m/s), with the stored
+    /// or another controller; the step is at [`STEP_TIME`].
     ///
     /// # Errors
     /// As [`fly`].
@@ -155,7 +156,7 @@ impl<'a> Subject<'a> {
     /// A controller frozen at the speed of a trim.
     ///
     /// # Errors
-    /// [`ModelError::Lft`] when it has no value there.
+    /// [`ModelError::Lft`] where `I - Dtt Theta` is singular.
     pub fn frozen(&self, controller: &Controller, l: &Linearisation) -> Result<StateSpace, Error> {
         Ok(controller.frozen(&vec![self.rho(l.trim.speed); controller.blocks.len()])?)
     }

@@ -16,7 +16,7 @@ pub enum Finding {
 }
 
 impl Finding {
-    /// For people.
+    /// The finding in words.
     pub fn words(self) -> &'static str {
         match self {
             Finding::Confirmed => "confirmed",
@@ -26,7 +26,7 @@ impl Finding {
         }
     }
 
-    /// The class of its mark in the page.
+    /// The CSS class of its mark.
     pub fn class(self) -> &'static str {
         match self {
             Finding::Confirmed => "yes",
@@ -71,7 +71,7 @@ fn at_most(v: f64, limit: f64) -> Option<bool> {
 /// An error below this (%) is rounding: which of two such is smaller says nothing.
 const EXACT: f64 = 1e-8;
 
-/// Two errors (%) in words, and how many times the second is smaller.
+/// The errors (%) of the fits of order 1 and 2 in words, with their ratio.
 pub fn compared(first: f64, second: f64) -> String {
     let percent = |v: f64| match v < EXACT {
         true => "no more than rounding".to_owned(),
@@ -90,7 +90,7 @@ pub fn compared(first: f64, second: f64) -> String {
 /// An error this many times smaller is called much smaller.
 pub const MUCH: f64 = 2.0;
 
-/// Is the second error much smaller than the first? Partly, if it is smaller at all.
+/// Whether the second error is smaller than the first by the factor [`MUCH`]; partly, if it is merely smaller.
 pub fn much_smaller(first: f64, second: f64) -> Finding {
     if first.is_nan() || second.is_nan() || (first < EXACT && second < EXACT) {
         Finding::Unknown
@@ -106,7 +106,7 @@ pub fn much_smaller(first: f64, second: f64) -> Finding {
 /// The least damping ratio of a short-period mode that MIL-F-8785C (1980), table IV, allows in its best class.
 pub const LEAST_DAMPING: f64 = 0.35;
 
-/// Are all damping ratios, of modes and of responses, large enough?
+/// Whether all damping ratios, of modes and of responses, are at least [`LEAST_DAMPING`].
 pub fn well_damped(ratios: &[f64]) -> Finding {
     Finding::of(ratios.iter().map(|z| at_most(LEAST_DAMPING, *z).filter(|_| !z.is_nan())))
 }
@@ -133,12 +133,12 @@ pub fn equivalent_damping(impulse_response: &[f64]) -> f64 {
     decrement / decrement.hypot(std::f64::consts::PI)
 }
 
-/// Are all values below a limit?
+/// Whether all values are below a limit.
 pub fn all_below(values: &[f64], limit: f64) -> Finding {
     Finding::of(values.iter().map(|v| (!v.is_nan()).then_some(*v < limit)))
 }
 
-/// Is each first number smaller than its second?
+/// Whether in each pair the first number is smaller than the second.
 pub fn each_smaller(pairs: &[(f64, f64)]) -> Finding {
     Finding::of(pairs.iter().map(|(a, b)| (!a.is_nan() && !b.is_nan()).then_some(a < b)))
 }
@@ -153,15 +153,15 @@ pub fn worst(measure: &[(f64, f64)]) -> Option<f64> {
     at.next().filter(|_| at.next().is_none()).map(|m| m.0)
 }
 
-/// Is control hardest below a speed? Each measure is a list of (speed, how hard); the answer is by where each is
-/// largest. A measure that is as large at several speeds says nothing and is left out.
+/// Whether every measure of the control effort is largest below a speed (m/s). Each measure is a list of (speed,
+/// effort); one with the same largest value at several speeds is left out.
 pub fn hardest_below(speed: f64, measures: &[Vec<(f64, f64)>]) -> Finding {
     let answers: Vec<Option<bool>> =
         measures.iter().filter_map(|m| worst(m)).map(|at| Some(at < speed)).collect();
     Finding::of(answers)
 }
 
-/// Is one choice the best? Each measure is a list of (choice, cost); the answer is by which choice each is least for.
+/// Whether a choice has the least cost in every measure. Each measure is a list of (choice, cost).
 pub fn best(choice: f64, measures: &[Vec<(f64, f64)>]) -> Finding {
     Finding::of(measures.iter().filter_map(|m| least(m)).map(|at| Some(at == choice)))
 }
@@ -171,9 +171,9 @@ pub fn least(measure: &[(f64, f64)]) -> Option<f64> {
     worst(&measure.iter().map(|(key, v)| (*key, -v)).collect::<Vec<_>>())
 }
 
-/// Does a loop stay stable under all of its uncertainty? Each case has bounds on mu from above and from below
-/// (not-a-number for none): below 1 from above it does, at least 1 from below it does not, and anything between is no
-/// answer.
+/// Whether a loop is robustly stable for the whole declared uncertainty. Each case has an upper and a lower bound on mu
+/// (not-a-number for none): stable if the upper bound is below 1, unstable if the lower bound is at least 1, else
+/// unknown.
 pub fn stays_stable(bounds: &[(f64, f64)]) -> Finding {
     let case = |&(upper, lower): &(f64, f64)| match () {
         () if upper < 1.0 => Some(true),
@@ -201,9 +201,9 @@ pub const AT_REST: f64 = 0.05;
 /// Errors and jumps this many times those of the scheduled flight count as worse.
 pub const WORSE: f64 = 1.1;
 
-/// Does switching harm? Confirmed, if a switched flight does not come to rest where the scheduled one does, or if
-/// stable controllers that take turns make an unstable loop (one that grows at a rate above 0); partly, if there is
-/// neither, but some flight has larger errors or jumps.
+/// Whether switching degrades the loop. Confirmed, if a switched flight does not come to rest although the scheduled
+/// one does, or if alternation between stable controllers makes the loop unstable (a growth rate above 0); partly, if
+/// neither, but a switched flight has errors or jumps above [`WORSE`] times those of the scheduled one.
 pub fn switching_harms(scheduled: Ridden, switched: &[Ridden], rates: &[f64]) -> Finding {
     let numbers = |r: &Ridden| !(r.error.is_nan() || r.error_at_end.is_nan() || r.jump.is_nan());
     if switched.is_empty() || !numbers(&scheduled) || !switched.iter().all(numbers) {

@@ -118,6 +118,27 @@ proptest! {
     }
 }
 
+/// Against responses that were computed without this code: `source` of the case.
+#[test]
+fn keeps_the_responses_of_the_published_case() {
+    let path = format!("{}/../../tests/cases/dis01_tustin_frozen.json", env!("CARGO_MANIFEST_DIR"));
+    let case: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+    let number = |value: &serde_json::Value| value.as_f64().unwrap();
+    let (data, expected) = (&case["data"], &case["expected"]);
+    let sample_time = number(&data["sample_time"]);
+    let matrices = serde_json::from_value(data["controller"].clone()).unwrap();
+    let discrete = Lft::from_rows(&matrices, 1, 1).unwrap().discretise(sample_time).unwrap();
+    let responses = expected["responses"].as_array().unwrap();
+    assert!(!responses.is_empty());
+    for point in responses {
+        let closed = close(&discrete, &[number(&point["theta"])]).unwrap();
+        let z = Complex::from_polar(1.0, number(&point["omega"]) * sample_time);
+        let found = response(&closed, z).unwrap().0[(0, 0)];
+        let wanted = Complex::new(number(&point["K"][0]), number(&point["K"][1]));
+        assert!((found - wanted).norm() <= number(&expected["rtol"]) * wanted.norm(), "{point}: {found}");
+    }
+}
+
 #[test]
 fn a_pole_at_two_over_t_is_refused() {
     let one = |entry: f64| vec![vec![entry]];

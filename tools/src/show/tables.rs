@@ -92,8 +92,11 @@ pub fn fit(inputs: &Inputs, model: &Model) -> String {
 /// [`ModelError::Lft`](squid_design::error::ModelError::Lft), which would be a defect of this program; those of the
 /// model.
 pub fn controller(inputs: &Inputs, k: &Controller, gamma: &Gamma) -> Result<String, Error> {
-    let plant =
-        augment(&inputs.vehicle.actuators, &inputs.design, Model::new(&inputs.vehicle, &inputs.design)?.linear())?;
+    let plant = augment(
+        &inputs.vehicle.actuators,
+        &inputs.design,
+        Model::new(&inputs.vehicle, &inputs.design)?.linear(),
+    )?;
     let (centre, half_range) = inputs.design.scheduling();
     let mut out = format!(
         "Controller: {} states, {} channels of rho, {} measurements, {} commands\n\

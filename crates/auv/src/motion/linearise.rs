@@ -52,7 +52,8 @@ impl Linearisation {
         let svd = rest(by_actuators.clone()).svd(true, true);
         let largest = svd.singular_values.iter().copied().fold(0.0, f64::max);
         let wanted = -rest(DMatrix::from_column_slice(4, 1, missing.as_slice()));
-        let outputs = svd.solve(&wanted, RANK_TOLERANCE * largest).unwrap_or_else(|_| DMatrix::zeros(reach.nrows(), 1));
+        let outputs =
+            svd.solve(&wanted, RANK_TOLERANCE * largest).unwrap_or_else(|_| DMatrix::zeros(reach.nrows(), 1));
         let turn = -direction.dot(&(missing + (by_actuators * &outputs).column(0))) / by_turning.norm();
         let (states, outputs) = (ahead + turned * turn, reach * outputs);
         DVector::from_iterator(4 + outputs.len(), states.iter().chain(outputs.iter()).copied())

@@ -115,9 +115,8 @@ impl<'a> Sampling<'a> {
         let has_lag = |actuator: &Actuator| self.design.lags && actuator.lag > 0.0;
         let m = self.actuators.len();
         let whole = self.lagged(l, has_lag);
-        let kept: Vec<usize> = (0..STATES)
-            .chain((0..m).filter(|j| has_lag(&self.actuators[*j])).map(|j| STATES + j))
-            .collect();
+        let kept: Vec<usize> =
+            (0..STATES).chain((0..m).filter(|j| has_lag(&self.actuators[*j])).map(|j| STATES + j)).collect();
         let mut b = Mat::zeros(STATES + m, m);
         for (j, actuator) in self.actuators.iter().enumerate() {
             match has_lag(actuator) {
@@ -152,7 +151,10 @@ impl<'a> Sampling<'a> {
         let (n, p) = (a.nrows(), tracked.len());
         let slope = l.trim_slope(self.actuators);
         let by_trim = b * slope.rows(STATES, self.actuators.len());
-        let reach = Mat::from_diagonal(&DVector::from_iterator(b.ncols(), self.actuators.iter().map(Actuator::reach)));
+        let reach = Mat::from_diagonal(&DVector::from_iterator(
+            b.ncols(),
+            self.actuators.iter().map(Actuator::reach),
+        ));
         let speed = Mat::from_fn(1, p, |_, i| if tracked[i].place == SPEED { tracked[i].scale } else { 0.0 });
         let moved = |place: usize| (0..STATES).map(|j| SIGNALS[place].output(j) * slope[j]).sum::<f64>();
         let c = Mat::from_fn(p, n, |i, j| tracked[i].signal().output(j) / tracked[i].scale);
@@ -163,8 +165,13 @@ impl<'a> Sampling<'a> {
                 true => (-&c, one),
                 // The trim is that of the frozen speed: the speed is not tracked.
                 false => {
-                    let y = Mat::from_fn(measured.len(), n, |i, j| measured[i].signal().output(j) / measured[i].scale);
-                    (block(&[&[&Mat::zeros(p, n)], &[&y]]), block(&[&[&one], &[&Mat::zeros(measured.len(), p)]]))
+                    let y = Mat::from_fn(measured.len(), n, |i, j| {
+                        measured[i].signal().output(j) / measured[i].scale
+                    });
+                    (
+                        block(&[&[&Mat::zeros(p, n)], &[&y]]),
+                        block(&[&[&one], &[&Mat::zeros(measured.len(), p)]]),
+                    )
                 }
             };
             return Wired { a, b, from_references: by_trim * speed, c, measured, references };
@@ -188,7 +195,7 @@ impl<'a> Sampling<'a> {
     }
 }
 
-/// What to say when [`Sampling::closed`] or [`trapezoidal`] gives nothing.
+/// The error when [`Sampling::closed`] or [`trapezoidal`] returns `None`.
 pub fn cannot() -> ProofError {
     ProofError::Mismatch { what: "the sample time, with a mode of the controller".into() }
 }
@@ -200,7 +207,8 @@ pub fn sampled_dtt(k: &lpv::controller::Controller, sample_time: f64) -> Option<
     Some(&k.dtt() + &k.ct() * inner * (0.5 * sample_time))
 }
 
-/// The trapezoidal rule, as `scheduled::Lft::discretise` at a frozen parameter; `None` where a mode is at 2/T.
+/// Discretises a controller by the trapezoidal rule with sample time T \[s\], as `scheduled::Lft::discretise` at a frozen
+/// parameter: `K_d(z) = K(2/T (z - 1)/(z + 1))`; `None` where a mode is at 2/T.
 pub fn trapezoidal(k: &StateSpace, sample_time: f64) -> Option<StateSpace> {
     let n = k.a.nrows();
     let half = &k.a * (0.5 * sample_time);

@@ -10,12 +10,12 @@ use lpv::state_space::StateSpace;
 use nalgebra::{Complex, DMatrix};
 use signals::{PITCH, SIGNALS, SPEED};
 
-/// Frequencies, rad/s, evenly spread on a logarithmic axis.
+/// 61 frequencies from 0.01 to 10 rad/s, evenly spaced on a logarithmic axis.
 pub fn axis() -> Vec<f64> {
     (0..=60).map(|i| 10f64.powf(-2.0 + f64::from(i) / 20.0)).collect()
 }
 
-/// From the actuators to forward speed and pitch.
+/// The system `[A B]` from the actuators to [`OUTPUTS`], in SI units.
 pub fn system(ab: &Mat) -> StateSpace {
     let inputs = ab.ncols() - STATES;
     let c = Mat::from_fn(OUTPUTS.len(), STATES, |i, j| SIGNALS[OUTPUTS[i]].output(j));

@@ -62,7 +62,8 @@ const FREQUENCY: Range = Range { least: 1e-4, most: 1e4, words: "from 1e-4 to 1e
 const DAMPING: Range = Range { least: 0.3, most: 3.0, words: "from 0.3 to 3" };
 
 /// Sizes of noise.
-const NOISE: Range = Range { least: 1e-9, most: 1e6, words: "from 1e-9 to 1e6; without noise gains grow without limit" };
+const NOISE: Range =
+    Range { least: 1e-9, most: 1e6, words: "from 1e-9 to 1e6; without noise gains grow without limit" };
 
 /// A tracked output with its weight.
 #[derive(Debug, Clone, PartialEq)]

@@ -81,7 +81,8 @@ pub fn robust(
     progress: &Progress,
 ) -> Result<Robust, Error> {
     let whole = over_range(inputs, model)?;
-    let (truncated, uncertain) = thinned(&inputs.vehicle.actuators, &inputs.design, &whole, &model.trim_slope)?;
+    let (truncated, uncertain) =
+        thinned(&inputs.vehicle.actuators, &inputs.design, &whole, &model.trim_slope)?;
     progress.done("uncertain", &model_line(&truncated));
     let allowed = PRICE * nominal.certified.gamma;
     let options = RobustOptions {

@@ -164,7 +164,14 @@ mod tests {
     /// A plant whose controller measures y = r - C x.
     fn wired(a: Mat, b: Mat, c: Mat) -> Wired {
         let p = c.nrows();
-        Wired { from_references: Mat::zeros(a.nrows(), p), measured: -&c, references: Mat::identity(p, p), a, b, c }
+        Wired {
+            from_references: Mat::zeros(a.nrows(), p),
+            measured: -&c,
+            references: Mat::identity(p, p),
+            a,
+            b,
+            c,
+        }
     }
 
     /// Two stable oscillators whose ellipses lie across one another: switching at the right moments makes the state

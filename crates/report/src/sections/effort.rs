@@ -13,7 +13,7 @@ use squid_design::numbers::readable;
 use squid_flight::flight::{Flight, Row};
 use squid_flight::metrics::StepFigures;
 
-/// Actuators, and the verdict on low speed.
+/// The section on actuator use in the pitch steps, with the verdict on low speed.
 ///
 /// # Errors
 /// As [`squid_flight::flight::fly`].

@@ -39,7 +39,7 @@ fn fits(subject: &Subject) -> Result<Vec<MatrixPolynomial>, Error> {
     Ok(ORDERS.map(|order| MatrixPolynomial::fit(&samples, order)).into_iter().collect::<Result<_, _>>()?)
 }
 
-/// Fig. 3: the entries of A over speed.
+/// The section on Fig. 3: the entries of A over speed, linearised and fitted.
 ///
 /// # Errors
 /// [`ModelError::Fit`](squid_design::error::ModelError::Fit) when there are too few speeds.
@@ -96,7 +96,7 @@ fn entry(subject: &Subject, fits: &[MatrixPolynomial], i: usize, j: usize) -> Ch
     }
 }
 
-/// Fig. 4: frequency responses.
+/// The section on Fig. 4: frequency responses from an actuator to pitch, linearised and fitted.
 ///
 /// # Errors
 /// As [`entries`].

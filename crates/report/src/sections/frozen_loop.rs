@@ -189,7 +189,13 @@ mod tests {
             c: -system.c.rows(0, 1),
             d: Mat::identity(1, 1) - system.d.rows(0, 1),
         };
-        FrozenLoop { system, tracked: 1, models: vec![None], sensitivities: vec![Some(sensitivity)], sample_time }
+        FrozenLoop {
+            system,
+            tracked: 1,
+            models: vec![None],
+            sensitivities: vec![Some(sensitivity)],
+            sample_time,
+        }
     }
 
     /// T = 1/(s + 1), and the control is 2 T: bandwidth 1 rad/s, impulse response exp(-t).

@@ -16,7 +16,7 @@ use squid_design::numbers::rounded_up;
 /// people waiting.
 const SAMPLES: usize = 9;
 
-/// The section.
+/// The section on gamma for each assumption on the rate of the speed.
 ///
 /// # Errors
 /// [`Error::Ladder`].

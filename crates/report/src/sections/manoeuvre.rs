@@ -10,7 +10,7 @@ use crate::subject::Subject;
 use signals::{PITCH, SPEED};
 use squid_flight::flight::{Row, fly};
 
-/// The section.
+/// The section on the design's manoeuvre: pitch, speed and commands over time.
 ///
 /// # Errors
 /// As [`fly`].

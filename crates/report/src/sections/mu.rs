@@ -25,7 +25,7 @@ const MARK_WIDTH: f64 = 5.0;
 /// Half the length of the mark of a lower bound on the frequency axis, as a factor.
 const MARK: f64 = 1.16;
 
-/// Fig. 7.
+/// The section on Fig. 7: bounds on mu for robust stability over frequency, and worst-case gains, at six speeds.
 ///
 /// # Errors
 /// As [`SpeedMu::new`].

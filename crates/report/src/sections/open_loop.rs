@@ -23,7 +23,7 @@ const SHOWN_SPEEDS: usize = 3;
 /// Pitch is drawn up to here (deg): a vehicle that is unstable turns over.
 const DRAWN: f64 = 90.0;
 
-/// Fig. 6.
+/// The section on Fig. 6: the step response of the vehicle without controller at the three lower speeds.
 ///
 /// # Errors
 /// As [`fly_open_loop`] and [`squid_flight::flight::fly`].

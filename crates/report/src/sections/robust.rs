@@ -9,7 +9,7 @@ use crate::subject::Subject;
 use squid_design::numbers::above;
 use squid_design::synthesise::robust::figures::{Frozen, PRICE, RobustFigures};
 
-/// Both controllers side by side, or how to get there.
+/// The section on the robust controller against the nominal one.
 ///
 /// # Errors
 /// Those of [`squid_design::synthesise::robust::StoredRobust::confirm`]: what is not proved is not shown.

@@ -27,7 +27,7 @@ fn allowed(weight: &TrackingWeight, omega: f64) -> f64 {
     (above / below).norm()
 }
 
-/// The section.
+/// The section on |S| and control effort over frequency against the weights, ideal and as flown.
 ///
 /// # Errors
 /// [`Error::PitchNotTracked`], [`ModelError::Lft`](squid_design::error::ModelError::Lft).

@@ -26,7 +26,7 @@ const MEMORIES: [(Handover, &str); 3] = [
     (Handover::Parallel, "switched, all running"),
 ];
 
-/// The section.
+/// The section on the scheduled controller against six switched ones.
 ///
 /// # Errors
 /// [`Error::Synthesis`] when a speed alone has no controller; as [`fly`].

@@ -22,7 +22,7 @@ fn reach(theorem: &Theorem, certified: bool) -> &'static str {
     }
 }
 
-/// The section.
+/// The section on the proved bound and what it does not cover.
 ///
 /// # Errors
 /// None; a proof that fails is reported.

@@ -59,7 +59,7 @@ struct Tuned {
     responses: Vec<Response>,
 }
 
-/// Fig. 5.
+/// The section on Fig. 5: impulse and step responses for each bandwidth of W_e.
 ///
 /// # Errors
 /// [`Error::PitchNotTracked`]; [`Error::Synthesis`] when a bandwidth allows no controller; as

@@ -1,7 +1,8 @@
 //! Reads the tables of a design file.
 
 use crate::inputs::design_file::{
-    BANDWIDTH, CONTROL_WEIGHT, DAMPING, DesignFile, FREQUENCY, Measured, NOISE, PEAK, RISE, Range, SCALE, Tracked,
+    BANDWIDTH, CONTROL_WEIGHT, DAMPING, DesignFile, FREQUENCY, Measured, NOISE, PEAK, RISE, Range, SCALE,
+    Tracked,
 };
 use auv::toml_file::{Document, FileError, Table};
 use auv::{number, rounded};
@@ -19,8 +20,17 @@ const MOST_TICKS: f64 = 1e6;
 /// A part of a step or a speed by which it may exceed what is allowed, for the rounding of units.
 const ROUNDING: f64 = 1e-9;
 
-const SECTIONS: [&str; 9] =
-    ["description", "model", "track", "measure", "control", "synthesis", "autopilot", "manoeuvre", "uncertainty"];
+const SECTIONS: [&str; 9] = [
+    "description",
+    "model",
+    "track",
+    "measure",
+    "control",
+    "synthesis",
+    "autopilot",
+    "manoeuvre",
+    "uncertainty",
+];
 
 impl DesignFile {
     /// Checks the text of a design file; `file` is for messages.

@@ -84,8 +84,7 @@ impl StoredRobust {
             return Err(ProofError::Mismatch { what: format!("`proved` of {FIGURES}") }.into());
         }
         let whole = over_range(inputs, model)?;
-        let (_, uncertain) =
-            thinned(&inputs.vehicle.actuators, &inputs.design, &whole, &model.trim_slope)?;
+        let (_, uncertain) = thinned(&inputs.vehicle.actuators, &inputs.design, &whole, &model.trim_slope)?;
         same_plant::check_in_box(&self.certificate, &uncertain.sized(self.figures.robust_bears))?;
         Ok(self.certificate.prove().map(|_| ())?)
     }

@@ -73,8 +73,14 @@ impl SpeedMu {
         let frozen = at_speed(subject.inputs, speed)?;
         let model = &frozen.model;
         let Inputs { vehicle, design, .. } = subject.inputs;
-        let closed =
-            uncertain_loop(&vehicle.actuators, design, &frozen, &subject.controller, subject.rho(speed), None)?;
+        let closed = uncertain_loop(
+            &vehicle.actuators,
+            design,
+            &frozen,
+            &subject.controller,
+            subject.rho(speed),
+            None,
+        )?;
         let system = closed.stability();
         let failed = |reason: SweepError| DesignError::MuAtSpeed { speed, reason };
         let structure = Structure::new(model.blocks.iter().map(|b| mu::Block::Real(b.repetitions)).collect());
@@ -103,12 +109,12 @@ impl SpeedMu {
         Ok(Self { speed, size, bounds, upper, peak, lower: points, worst, gain, vehicle: unstable })
     }
 
-    /// mu is below this at every frequency.
+    /// The guaranteed upper bound on mu over all frequencies.
     pub fn guaranteed(&self) -> f64 {
         self.bounds.upper.upper
     }
 
-    /// mu is at least this at some frequency; `None` when no perturbation was found.
+    /// The lower bound on mu from a perturbation; `None` if the search returned none.
     pub fn shown(&self) -> Option<f64> {
         self.bounds.lower.as_ref().map(|found| found.value)
     }
@@ -185,9 +191,8 @@ fn unstable_at(
     let farthest = found.map_or(1.0, |found| (FOLLOWED / found.value).max(1.0));
     let controller = subject.frozen(&subject.controller, &frozen.nominal)?;
     let flies = |l: &Linearisation| subject.sampling().spectral_radius(l, &controller) < 1.0;
-    let ideal = |l: &Linearisation| {
-        spectral_abscissa(&subject.sampling().ideal(l).closed(&controller).a) < 0.0
-    };
+    let ideal =
+        |l: &Linearisation| spectral_abscissa(&subject.sampling().ideal(l).closed(&controller).a) < 0.0;
     let at = |is_stable: &dyn Fn(&Linearisation) -> bool| {
         vehicle::destabilised_at(&subject.inputs.vehicle, frozen, values, farthest, is_stable)
     };
