@@ -25,9 +25,7 @@ pub fn synthesise(
     progress: &Progress,
 ) -> Result<Design, Error> {
     let running = progress.begin("synthesise", "solving the matrix inequalities");
-    let options =
-        Options { back_off: file.back_off, accuracy: ACCURACY * file.back_off, ..Options::default() };
-    let design = lpv::synthesis::synthesise(plant, options)
+    let design = lpv::synthesis::synthesise(plant, options(file))
         .map_err(|reason| no_controller(actuators, file, plant, reason))?;
     let seconds = running.seconds();
     drop(running);
@@ -42,6 +40,11 @@ pub fn synthesise(
         ),
     );
     Ok(design)
+}
+
+/// How a controller of a design is sought.
+pub fn options(file: &DesignFile) -> Options {
+    Options { back_off: file.back_off, accuracy: ACCURACY * file.back_off, ..Options::default() }
 }
 
 /// How near to the least gamma the search comes, relative to the back-off from it.
@@ -148,7 +151,7 @@ mod tests {
         for part in [
             "\n  remark: no performance output weighs u1",
             "weighs u2",
-            "'control.weight' of design.toml, 0.5",
+            "'control.weight' of design.toml, 0.2",
         ] {
             assert!(found.contains(part), "{part}: {found}");
         }

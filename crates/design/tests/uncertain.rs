@@ -160,20 +160,21 @@ fn mcmillan_degree(left: &Mat, inner: &Mat, right: &Mat) -> usize {
 #[test]
 fn the_uncertain_loop_closed_by_delta_is_the_perturbed_loop() {
     for subject in SUBJECTS.iter() {
-        let tracked = subject.inputs.design.tracked.len();
-        let actuators = subject.inputs.vehicle.actuators.len();
+        let (design, actuators) = (&subject.inputs.design, subject.inputs.vehicle.actuators.len());
+        let tracked = design.tracked.len();
+        let measured = tracked + design.measured.len();
         let some = |rows: usize, columns: usize, seed: f64| {
             Mat::from_fn(rows, columns, |i, j| 0.1 * (seed + 1.3 * i as f64 + 2.1 * j as f64).sin())
         };
         let blocks = [
             (X, X, some(3, 3, 0.0) - Mat::identity(3, 3)),
-            (X, Y, some(3, tracked, 1.0)),
+            (X, Y, some(3, measured, 1.0)),
             (X, T, some(3, 2, 2.0)),
             (U, X, some(actuators, 3, 3.0)),
-            (U, Y, some(actuators, tracked, 4.0)),
+            (U, Y, some(actuators, measured, 4.0)),
             (U, T, some(actuators, 2, 5.0)),
             (T, X, some(2, 3, 6.0)),
-            (T, Y, some(2, tracked, 7.0)),
+            (T, Y, some(2, measured, 7.0)),
             (T, T, some(2, 2, 8.0)),
         ];
         let controller = Controller::new(vec![2], &blocks).unwrap();
@@ -193,7 +194,7 @@ fn the_uncertain_loop_closed_by_delta_is_the_perturbed_loop() {
                     missed,
                 )
                 .unwrap();
-                assert_eq!((n.inputs, n.outputs), (tracked + actuators, tracked + actuators));
+                assert_eq!((n.inputs, n.outputs), (measured + actuators, tracked + actuators));
                 let full = some(n.remainder, n.remainder, 9.0);
                 if let Some(ball) = missed {
                     vehicle += &ball.left * &full * &ball.right;

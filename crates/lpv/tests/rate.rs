@@ -66,7 +66,7 @@ fn the_commutator_gains_what_its_rate_allows() {
     let expected = &case["expected"];
     let rtol = expected["rate_rtol"].as_f64().unwrap();
     let system = samples(21, commutator);
-    let options = RateOptions { order: 3, stride: 1 };
+    let options = RateOptions { order: 3, stride: 1, ..RateOptions::default() };
     let mut before = 0.0;
     for (rate, gamma) in numbers(&expected["rate"]).into_iter().zip(numbers(&expected["gamma_rate_poly3"])) {
         let found = rate_bounded_gain(&system, rate, options).unwrap();
@@ -99,7 +99,7 @@ fn the_oscillator_is_quadratically_stable_up_to_the_closed_form() {
     let case = common::case("lpv10_oscillator_quadratic");
     let expected = &case["expected"];
     let rtol = expected["rtol"].as_f64().unwrap();
-    let options = RateOptions { order: 4, stride: 1 };
+    let options = RateOptions { order: 4, stride: 1, ..RateOptions::default() };
     let stable = |points: usize, rate: f64| {
         move |k: f64| match rate_bounded_stability(&samples(points, oscillator(k)), rate, options) {
             Ok(proof) => proof.largest_eigenvalue < 0.0,
@@ -125,7 +125,10 @@ fn the_oscillator_is_quadratically_stable_up_to_the_closed_form() {
 fn gains_rise_with_the_rate_from_frozen_to_arbitrarily_fast() {
     let system = samples(17, oscillator(0.15));
     let frozen = system.iter().map(|(_, s)| s.hinf_norm().value).fold(0.0, f64::max);
-    let gain = |rate: f64| rate_bounded_gain(&system, rate, RateOptions { order: 3, stride: 4 }).unwrap();
+    let gain = |rate: f64| {
+        rate_bounded_gain(&system, rate, RateOptions { order: 3, stride: 4, ..RateOptions::default() })
+            .unwrap()
+    };
     let mut before = frozen;
     for rate in [0.0, 0.01, 0.1, 1.0, 100.0, f64::INFINITY] {
         let found = gain(rate);
@@ -152,7 +155,9 @@ fn a_peak_between_the_points_is_found() {
     };
     let system = samples(33, resonant);
     let frozen = system.iter().map(|(_, s)| s.hinf_norm().value).fold(0.0, f64::max);
-    let found = rate_bounded_gain(&system, 0.0, RateOptions { order: 2, stride: 32 }).unwrap();
+    let found =
+        rate_bounded_gain(&system, 0.0, RateOptions { order: 2, stride: 32, ..RateOptions::default() })
+            .unwrap();
     println!("{:.5}, frozen {frozen:.5}, imposed at {:?}", found.gamma, found.proof.grid);
     assert!(found.gamma > frozen);
     assert!(found.proof.grid.len() > 2);
@@ -161,7 +166,7 @@ fn a_peak_between_the_points_is_found() {
 
 #[test]
 fn units_do_not_matter() {
-    let options = RateOptions { order: 2, stride: 1 };
+    let options = RateOptions { order: 2, stride: 1, ..RateOptions::default() };
     let plain = rate_bounded_gain(&samples(9, oscillator(0.15)), 0.1, options).unwrap().gamma;
     // States 1e4 and 1e-3 times as large, time in ms, gain in millionths, theta from 4 to 10.
     let (t, ti) = (dmatrix![1e4, 0.0; 0.0, 1e-3], dmatrix![1e-4, 0.0; 0.0, 1e3]);

@@ -215,7 +215,7 @@ mod tests {
     use scheduled::{ControllerInput, Kind as Part};
     use squid_design::store::load;
 
-    /// The committed design, whose controller measures what no design file asks for yet.
+    /// The committed design, whose controller measures more than its design file asks for.
     fn measuring(measured: &[(&str, &str)]) -> (Inputs, Stored) {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
         let inputs = Inputs::read(vehicle, "design").unwrap();
@@ -269,13 +269,17 @@ mod tests {
         assert_eq!(
             wires(&[]),
             (
-                [&["pitch", "speed"][..], &actuators].concat().iter().map(|&name| name.into()).collect(),
-                [yes, yes, no, no]
+                [&["pitch", "speed", "pitch_rate"][..], &actuators]
+                    .concat()
+                    .iter()
+                    .map(|&name| name.into())
+                    .collect(),
+                [yes, yes, yes, no]
             )
         );
         let all = ["pitch", "speed", "pitch_rate", "heave"];
         assert_eq!(
-            wires(&[("pitch_rate", "rad/s"), ("heave", "m/s")]),
+            wires(&[("heave", "m/s")]),
             ([&all[..], &actuators].concat().iter().map(|&name| name.into()).collect(), [yes; 4])
         );
     }

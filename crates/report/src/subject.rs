@@ -8,7 +8,7 @@ use lpv::controller::Controller;
 use lpv::error::SynthesisError;
 use lpv::plant::GeneralisedPlant;
 use lpv::state_space::StateSpace;
-use lpv::synthesis::{Design, Options, synthesise};
+use lpv::synthesis::{Design, synthesise};
 use scheduled::LftMatrices;
 use scheduled::Manoeuvre;
 use signals::PITCH;
@@ -21,6 +21,7 @@ use squid_design::inputs::Inputs;
 use squid_design::linearise::linearise_at;
 use squid_design::progress::Progress;
 use squid_design::store::Stored;
+use squid_design::synthesise::options;
 use squid_flight::flight::{Flight, fly};
 use squid_flight::metrics::StepFigures;
 use std::sync::OnceLock;
@@ -79,7 +80,7 @@ impl<'a> Subject<'a> {
 
     /// The H-infinity controller for the linearisation at each of the six speeds, by the same synthesis; computed once.
     pub fn alone(&self) -> &[Result<Design, SynthesisError>] {
-        let options = Options { back_off: self.inputs.design.back_off, ..Options::default() };
+        let options = options(&self.inputs.design);
         let made = |v: &f64| {
             let singular = |_| SynthesisError::Numerical {
                 stage: "freezing",

@@ -221,3 +221,115 @@ pub fn trapezoidal(k: &StateSpace, sample_time: f64) -> Option<StateSpace> {
         d: &k.d + &k.c * &p * &k.b * (0.5 * sample_time),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::augment::{LinearModel, augment};
+    use crate::inputs::Inputs;
+    use crate::linearise::linearise_at;
+    use lpv::controller::Controller;
+    use lpv::partition::Group::{U, X, Y};
+    use nalgebra::Complex;
+    use signals::PITCH;
+    use std::path::Path;
+
+    /// Some numbers below 0.3 in size.
+    fn some(rows: usize, columns: usize, seed: f64) -> Mat {
+        Mat::from_fn(rows, columns, |i, j| 0.3 * (seed + 1.7 * i as f64 + 2.9 * j as f64).sin())
+    }
+
+    /// The generalised plant takes deviations from a trim that moves, the flown law those from a fixed one; both are the
+    /// same loop: `z = [W_e (T_ref r - C x); W_u u]`.
+    #[test]
+    fn the_plant_of_the_design_is_the_loop_that_flies() {
+        for (name, design, speed) in [
+            ("squid", "design", 0.7),
+            ("squid", "design", 2.6),
+            ("remus100", "design", 1.6),
+            ("squid", "paper", 1.0),
+        ] {
+            let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles")).join(name);
+            let inputs = Inputs::read(&vehicle, design).unwrap();
+            let (actuators, file) = (&inputs.vehicle.actuators, &inputs.design);
+            let l = linearise_at(&inputs.vehicle, file.depth, speed).unwrap();
+            let (p, m, y) = (file.tracked.len(), actuators.len(), file.tracked.len() + file.measured.len());
+            let parts = [
+                (X, X, some(3, 3, 0.0) - Mat::identity(3, 3)),
+                (X, Y, some(3, y, 1.0)),
+                (U, X, some(m, 3, 2.0)),
+                (U, Y, some(m, y, 3.0)),
+            ];
+            let k = Controller::new(vec![], &parts).unwrap();
+            let plant = augment(actuators, file, LinearModel::at(&l, actuators)).unwrap();
+            let designed = plant.close(&k).frozen(&[]).unwrap();
+            let flown = Sampling::of(actuators, file).ideal(&l).closed(&k.frozen(&[]).unwrap());
+            let slope = l.trim_slope(actuators);
+            let pitch = file.tracked.iter().position(|t| t.place == PITCH).unwrap();
+            for omega in [0.01, 0.3, 2.0, 20.0] {
+                let s = Complex::new(0.0, omega);
+                let (z, t) = (designed.response(s).unwrap(), flown.response(s).unwrap());
+                for j in 0..p {
+                    let models: Vec<_> = file
+                        .tracked
+                        .iter()
+                        .map(|t| t.model.map_or(Complex::new(1.0, 0.0), |model| model.response(omega)))
+                        .collect();
+                    // How far the speed reference moves pitch in trim; the pitch reference of the plant is relative
+                    // to that.
+                    let moves = file.tracked[j].place == SPEED && file.reference_filter().is_some();
+                    let moved = match moves {
+                        true => models[j] * (slope[3] * file.tracked[j].scale / file.tracked[pitch].scale),
+                        false => Complex::new(0.0, 0.0),
+                    };
+                    let from_plant = |i: usize| z[(i, j)] - z[(i, pitch)] * moved;
+                    for (i, tracked) in file.tracked.iter().enumerate() {
+                        let relative = if i == pitch { moved } else { Complex::new(0.0, 0.0) };
+                        let reference = if i == j { Complex::new(1.0, 0.0) } else { -relative };
+                        let error = models[i] * reference - (t[(i, j)] - relative);
+                        let weight = &tracked.weight;
+                        let expected = error * (s / weight.peak + weight.bandwidth)
+                            / (s + weight.bandwidth * weight.steady_error);
+                        let difference = (from_plant(i) - expected).norm();
+                        assert!(
+                            difference < 1e-9 * expected.norm().max(1.0),
+                            "{name} {design} {omega} {i} {j}"
+                        );
+                    }
+                    for i in 0..m {
+                        let (found, u) = (from_plant(p + i).norm(), t[(p + i, j)].norm());
+                        let expected = file.control_weight.gain(omega) * u;
+                        assert!(
+                            (found - expected).abs() < 1e-9 * expected.max(1.0),
+                            "{name} {design} {omega}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    /// From tick to tick a loop that is sampled often enough is the loop in continuous time with all lags.
+    #[test]
+    fn a_loop_sampled_often_is_the_one_in_continuous_time() {
+        let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
+        let inputs = Inputs::read(vehicle, "design").unwrap();
+        let (actuators, file) = (&inputs.vehicle.actuators, &inputs.design);
+        let l = linearise_at(&inputs.vehicle, file.depth, 1.3).unwrap();
+        let y = file.tracked.len() + file.measured.len();
+        let gain = StateSpace {
+            a: Mat::zeros(0, 0),
+            b: Mat::zeros(0, y),
+            c: Mat::zeros(actuators.len(), 0),
+            d: some(actuators.len(), y, 4.0),
+        };
+        let often = Sampling { sample_time: 1e-5, ..Sampling::of(actuators, file) };
+        let (sampled, continuous) = (often.held(&l).closed(&gain), often.ideal(&l).closed(&gain));
+        for omega in [0.05, 0.5, 5.0] {
+            let at = |s: &StateSpace, point| s.response(point).unwrap();
+            let found = at(&sampled, Complex::from_polar(1.0, omega * 1e-5));
+            let expected = at(&continuous, Complex::new(0.0, omega));
+            assert!((&found - &expected).norm() < 1e-3 * expected.norm(), "{omega}: {found} {expected}");
+        }
+    }
+}

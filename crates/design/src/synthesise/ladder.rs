@@ -5,12 +5,16 @@ use crate::inputs::design_file::DesignFile;
 use crate::numbers::rounded_up;
 use lpv::ladder::{Disorder, Ladder, LadderOptions, Rung, ladder};
 use lpv::plant::GeneralisedPlant;
+use lpv::rate::RateOptions;
 use lpv::synthesis::Design;
 use std::fmt::Display;
 use std::time::Instant;
 
 /// Rates of speed at which the finished loop is analysed, m/s^2.
 const ACCELERATIONS: [f64; 4] = [0.01, 0.05, 0.125, 0.5];
+
+/// How close to the least each gamma of the ladder is, relative to itself: closer ones take minutes.
+pub const LADDER_ACCURACY: f64 = 0.01;
 
 /// Speeds for which a controller of their own is sought.
 const FROZEN_SPEEDS: usize = 6;
@@ -25,6 +29,8 @@ pub fn climb(file: &DesignFile, plant: &GeneralisedPlant, design: &Design) -> Re
     let options = LadderOptions {
         thetas: file.spread(FROZEN_SPEEDS).into_iter().map(|v| speeds.theta(v)).collect(),
         rates: ACCELERATIONS.iter().map(|a| a / half_range).collect(),
+        rate: RateOptions { accuracy: LADDER_ACCURACY, ..RateOptions::default() },
+        accuracy: LADDER_ACCURACY,
         ..LadderOptions::default()
     };
     let started = Instant::now();

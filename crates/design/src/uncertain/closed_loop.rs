@@ -45,15 +45,17 @@ impl UncertainLoop {
         self.blocks.iter().map(|(_, repetitions)| repetitions).sum::<usize>() + self.remainder
     }
 
-    /// `N11`, from wd to zd: what robust stability asks about.
+    /// `N11`, from wd to zd: what robust stability asks about. The states of weights, noise and references, which have
+    /// no part in it, are left out.
     pub fn stability(&self) -> StateSpace {
         let k = self.channels();
-        StateSpace {
+        let whole = StateSpace {
             a: self.system.a.clone(),
             b: self.system.b.columns(0, k).into_owned(),
             c: self.system.c.rows(0, k).into_owned(),
             d: self.system.d.view((0, 0), (k, k)).into_owned(),
-        }
+        };
+        whole.without_idle_states()
     }
 }
 

@@ -14,7 +14,8 @@
 
 use crate::analysis::rate::{RateBound, RateError, RateOptions, rate_bounded_gain};
 use crate::error::{LftError, ShapeError, SynthesisError};
-use crate::synthesis::{Design, ScalingClass, least_gamma};
+use crate::synthesis::least_gamma::least_gamma_within;
+use crate::synthesis::{Design, ScalingClass};
 use crate::system::plant::{ClosedLoop, GeneralisedPlant};
 use crate::system::state_space::StateSpace;
 use thiserror::Error;
@@ -31,12 +32,20 @@ pub struct LadderOptions {
     pub samples: usize,
     /// The Lyapunov functions of bounded rate.
     pub rate: RateOptions,
+    /// How close to the least the gammas of the best controllers are, relative to themselves.
+    pub accuracy: f64,
 }
 
 impl Default for LadderOptions {
     fn default() -> Self {
         let thetas = vec![-1.0, -0.5, 0.0, 0.5, 1.0];
-        Self { thetas, rates: vec![0.01, 0.1, 1.0], samples: 33, rate: RateOptions::default() }
+        Self {
+            thetas,
+            rates: vec![0.01, 0.1, 1.0],
+            samples: 33,
+            rate: RateOptions::default(),
+            accuracy: 1e-5,
+        }
     }
 }
 
@@ -143,8 +152,9 @@ pub fn ladder(
     if plant.blocks.len() != 1 {
         return Err(LadderError::NotOneParameter { found: plant.blocks.len() });
     }
-    let gamma =
-        |plant: &GeneralisedPlant, scalings| least_gamma(plant, scalings).map(|(_, found)| found.gamma);
+    let gamma = |plant: &GeneralisedPlant, scalings| {
+        least_gamma_within(plant, scalings, options.accuracy).map(|(_, found)| found.gamma)
+    };
     let mut frozen_optimum = Vec::with_capacity(options.thetas.len());
     for &theta in &options.thetas {
         if !(-1.0..=1.0).contains(&theta) {

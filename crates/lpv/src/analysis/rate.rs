@@ -23,17 +23,19 @@ use crate::matrix::spectral_abscissa;
 use crate::system::state_space::StateSpace;
 
 /// Which Lyapunov functions are tried, and where the inequality is imposed first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RateOptions {
     /// The order d of X(theta).
     pub order: usize,
     /// The inequality is imposed at each `stride`-th sample and at the last one, and where it then fails.
     pub stride: usize,
+    /// How close to the least gamma the one sought is, relative to itself plus 1 in units of a guess at it.
+    pub accuracy: f64,
 }
 
 impl Default for RateOptions {
     fn default() -> Self {
-        Self { order: 2, stride: 4 }
+        Self { order: 2, stride: 4, accuracy: 2e-4 }
     }
 }
 
@@ -92,7 +94,7 @@ fn least_gain(
     rate: f64,
     options: RateOptions,
 ) -> Result<RateBound, RateError> {
-    let system = Grid::new(checked(samples, rate)?, rate, options.order);
+    let system = Grid::new(checked(samples, rate)?, rate, options);
     let mut base = system.start()?;
     let (gamma, proof) = refine(&system, options.stride, |points| system.least(points, &mut base))?;
     Ok(RateBound { gamma, rate, proof })
@@ -109,7 +111,7 @@ pub fn rate_bounded_stability(
 ) -> Result<RateProof, RateError> {
     let free: Vec<(f64, StateSpace)> =
         samples.iter().map(|(theta, s)| (*theta, without_signals(s))).collect();
-    let system = Grid::new(checked(&free, rate)?, rate, options.order);
+    let system = Grid::new(checked(&free, rate)?, rate, options);
     let base = system.start()?;
     Ok(refine(&system, options.stride, |points| Ok(system.search(points, &base, RateAim::Stability)?.0))?.1)
 }

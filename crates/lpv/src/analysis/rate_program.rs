@@ -2,6 +2,7 @@
 //! conditioned.
 
 use crate::analysis::lyapunov_polynomial::LyapunovPolynomial;
+use crate::analysis::rate::RateOptions;
 use crate::error::{RateError, SynthesisError};
 use crate::lmi::program::{Affine, Program, symmetric};
 use crate::lmi::solver;
@@ -13,9 +14,6 @@ use crate::system::state_space::StateSpace;
 pub(crate) const STAGE: &str = "gain at a bounded rate";
 
 const INEQUALITY_NAME: &str = "bounded real with rate";
-
-/// How close to the least gamma the one sought is, relative to itself plus 1 in units of a guess at it.
-const GAMMA_TOLERANCE: f64 = 2e-4;
 
 /// How often gamma is sought, each time in the coordinates of the last solution.
 const MOST_RESTARTS: usize = 4;
@@ -45,17 +43,18 @@ pub(crate) struct Start {
 pub(crate) struct Grid<'a> {
     pub(crate) samples: &'a [(f64, StateSpace)],
     rate: f64,
-    order: usize,
+    options: RateOptions,
     centre: f64,
     half_range: f64,
 }
 
 impl<'a> Grid<'a> {
-    pub(crate) fn new(samples: &'a [(f64, StateSpace)], rate: f64, order: usize) -> Self {
+    pub(crate) fn new(samples: &'a [(f64, StateSpace)], rate: f64, options: RateOptions) -> Self {
         let (first, last) = (samples[0].0, samples[samples.len() - 1].0);
         let half_range = if last > first { 0.5 * (last - first) } else { 1.0 };
-        let order = if rate.is_infinite() || samples.len() == 1 { 0 } else { order };
-        Self { samples, rate, order, centre: 0.5 * (first + last), half_range }
+        let order = if rate.is_infinite() || samples.len() == 1 { 0 } else { options.order };
+        let options = RateOptions { order, ..options };
+        Self { samples, rate, options, centre: 0.5 * (first + last), half_range }
     }
 
     fn polynomial(&self, coefficients: Vec<Mat>) -> LyapunovPolynomial {
@@ -93,7 +92,7 @@ impl<'a> Grid<'a> {
             } else if best.as_ref().is_none_or(|known| found.gamma < known.gamma) {
                 best = Some(found);
             }
-            if gap <= GAMMA_TOLERANCE && miss < 0.0 {
+            if gap <= self.options.accuracy && miss < 0.0 {
                 break;
             }
         }
@@ -140,7 +139,10 @@ impl<'a> Grid<'a> {
             RateSolution { gamma: level.value(&program, x)[(0, 0)] * unit, lyapunov }
         };
         let search = match aim {
-            RateAim::Least => SolverOptions::within(GAMMA_TOLERANCE),
+            RateAim::Least => SolverOptions {
+                enough: self.options.accuracy,
+                ..SolverOptions::within(self.options.accuracy)
+            },
             // Any point that holds will do.
             RateAim::Stability => SolverOptions::within(f64::INFINITY),
         };
@@ -153,7 +155,9 @@ impl<'a> Grid<'a> {
         let n = systems.first().map_or(0, |s| s.a.nrows());
         let fastest = systems.iter().map(|s| s.a.norm()).fold(0.0, f64::max);
         let small = (fastest * speed * self.half_range / self.rate).min(1.0);
-        (0..=self.order).map(|k| program.symmetric(n).scaled(if k == 0 { 1.0 } else { small })).collect()
+        (0..=self.options.order)
+            .map(|k| program.symmetric(n).scaled(if k == 0 { 1.0 } else { small }))
+            .collect()
     }
 
     /// The inequality at one sample, with both signs of the rate.
@@ -189,7 +193,7 @@ impl<'a> Grid<'a> {
 
     /// The extremes of the rate; one when they make no difference.
     fn rates(&self) -> Vec<f64> {
-        if self.order == 0 || self.rate == 0.0 { vec![0.0] } else { vec![self.rate, -self.rate] }
+        if self.options.order == 0 || self.rate == 0.0 { vec![0.0] } else { vec![self.rate, -self.rate] }
     }
 
     /// The largest eigenvalue over some samples, and where.

@@ -37,6 +37,35 @@ impl StateSpace {
         eigenvalues(&self.a)
     }
 
+    /// The same transfer function without the states that no input reaches, or that reach no output, along entries that
+    /// are not exactly 0.
+    #[must_use]
+    pub fn without_idle_states(&self) -> Self {
+        let n = self.a.nrows();
+        let spread = |mut reached: Vec<bool>, goes: &dyn Fn(usize, usize) -> bool| {
+            let mut next: Vec<usize> = (0..n).filter(|i| reached[*i]).collect();
+            while let Some(from) = next.pop() {
+                for to in (0..n).filter(|to| goes(from, *to)) {
+                    if !std::mem::replace(&mut reached[to], true) {
+                        next.push(to);
+                    }
+                }
+            }
+            reached
+        };
+        let driven = (0..n).map(|i| self.b.row(i).iter().any(|v| *v != 0.0)).collect();
+        let driven = spread(driven, &|from, to| self.a[(to, from)] != 0.0);
+        let seen = (0..n).map(|i| self.c.column(i).iter().any(|v| *v != 0.0)).collect();
+        let seen = spread(seen, &|from, to| self.a[(from, to)] != 0.0);
+        let kept: Vec<usize> = (0..n).filter(|i| driven[*i] && seen[*i]).collect();
+        Self {
+            a: self.a.select_rows(&kept).select_columns(&kept),
+            b: self.b.select_rows(&kept),
+            c: self.c.select_columns(&kept),
+            d: self.d.clone(),
+        }
+    }
+
     /// Whether every pole has a negative real part.
     pub fn is_stable(&self) -> bool {
         spectral_abscissa(&self.a) < 0.0
@@ -149,6 +178,21 @@ mod tests {
         let norm = g.hinf_norm();
         assert!((norm.value - 1.0 / (0.2 * 0.99f64.sqrt())).abs() < 1e-9);
         assert!((norm.frequency - 0.98f64.sqrt()).abs() < 1e-4);
+    }
+
+    /// x1 is driven and seen; nothing drives x2, x3 is seen by nothing, x4 reaches the output through x1.
+    #[test]
+    fn idle_states_are_left_out() {
+        let g = StateSpace {
+            a: dmatrix![-1.0, 0.5, 0.0, 0.7; 0.0, -2.0, 0.0, 0.0; 1.0, 0.0, -3.0, 0.0; 0.0, 0.0, 0.0, -4.0],
+            b: dmatrix![1.0, 0.0; 0.0, 0.0; 0.0, 0.0; 0.0, 1.0],
+            c: dmatrix![1.0, 1.0, 0.0, 0.0],
+            d: dmatrix![0.0, 0.1],
+        };
+        let less = g.without_idle_states();
+        assert_eq!(less.a, dmatrix![-1.0, 0.7; 0.0, -4.0]);
+        let s = Complex::new(0.0, 0.7);
+        assert!((less.response(s).unwrap() - g.response(s).unwrap()).norm() < 1e-14);
     }
 
     #[test]

@@ -9,8 +9,10 @@ use crate::subject::Subject;
 use lpv::analysis::GainBound;
 use lpv::ladder::{Ladder, LadderOptions, ladder};
 use lpv::matrix::Mat;
+use lpv::rate::RateOptions;
 use lpv::synthesis::Design;
 use squid_design::numbers::rounded_up;
+use squid_design::synthesise::ladder::LADDER_ACCURACY;
 
 /// Speeds at which the finished loop is analysed. `squid design --ladder` takes more; here the page should not keep
 /// people waiting.
@@ -29,6 +31,8 @@ pub fn gammas(subject: &Subject) -> Result<Vec<Part>, Error> {
         thetas: vec![],
         rates: vec![acceleration / half_range],
         samples: SAMPLES,
+        rate: RateOptions { accuracy: LADDER_ACCURACY, ..RateOptions::default() },
+        accuracy: LADDER_ACCURACY,
         ..LadderOptions::default()
     };
     let found = ladder(&subject.plant, &design(subject), &options)?;

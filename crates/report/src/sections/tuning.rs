@@ -10,12 +10,13 @@ use crate::subject::{FLOWN, SHOWN, STEP_TIME, Subject};
 use crate::verdict::{
     LEAST_DAMPING, Verdict, all_below, best, equivalent_damping, least, well_damped, worst,
 };
-use lpv::synthesis::{Options, synthesise};
+use lpv::synthesis::synthesise;
 use signals::PITCH;
 use squid_design::augment::augment;
 use squid_design::certify::{controller_rows, lft_matrices};
 use squid_design::inputs::Inputs;
 use squid_design::numbers::above;
+use squid_design::synthesise::options;
 use squid_flight::flight::Row;
 use squid_flight::metrics::StepFigures;
 
@@ -94,7 +95,7 @@ fn tune(subject: &Subject, weight: f64, letter: &'static str) -> Result<Tuned, E
     let inputs =
         Inputs { design: subject.inputs.design.clone().with_bandwidth(weight), ..subject.inputs.clone() };
     let plant = augment(&inputs.vehicle.actuators, &inputs.design, subject.model.linear())?;
-    let options = Options { back_off: inputs.design.back_off, ..Options::default() };
+    let options = options(&inputs.design);
     let design = synthesise(&plant, options)?;
     let k = &design.controller;
     let lft = lft_matrices(k.blocks.clone(), controller_rows(k));

@@ -365,17 +365,17 @@ mod tests {
                 "'synthesis.back_off' is true; it must be a number, from 0.001 to 1",
             ),
             (
-                "weight = 0.5",
+                "weight = 0.2",
                 "weight = { value = 1 }",
                 "'control.weight' is a table; it must be a number, from 1e-6 to 1e6",
             ),
             (
-                "weight = 0.5",
+                "weight = 0.2",
                 "weight = [0.5]",
                 "'control.weight' is a list; it must be a number, from 1e-6 to 1e6",
             ),
             (
-                "weight = 0.5",
+                "weight = 0.2",
                 "weight = 2026-01-01",
                 "'control.weight' is the date or time 2026-01-01; it must be a number",
             ),
@@ -394,6 +394,42 @@ mod tests {
             assert_eq!(found.len(), 1, "{found:?}");
             assert!(found[0].starts_with(&format!("design.toml:{line}: {words}")), "{found:?}");
         }
+    }
+
+    #[test]
+    fn what_is_measured_is_checked() {
+        for (old, new, words) in [
+            (
+                "signal = \"pitch_rate\"",
+                "signal = \"pitchrate\"",
+                "'measure.signal' is \"pitchrate\" (did you mean",
+            ),
+            ("signal = \"pitch_rate\"", "signal = \"pitch\"", "'measure.signal' is \"pitch\" a second time"),
+            ("unit = \"deg/s\"", "unit = \"deg\"", "'measure.unit' is \"deg\""),
+            (
+                "noise = 1.5",
+                "noise = 0.0",
+                "'measure.noise' is 0; it must be from 1e-9 to 1e6; without noise",
+            ),
+            ("rise = 1200.0", "rise = 0.5", "'measure.rise' is 0.5; it must be from 1, no less than"),
+            ("damping = 0.9", "damping = 0.0", "'track.damping' is 0; it must be from 0.3 to 3"),
+            ("lags = true", "lags = 1", "'control.lags' is the number 1; it must be true or false"),
+        ] {
+            let (found, lines) = refused(&[(old, new)]);
+            assert_eq!(found.len(), 1, "{found:?}");
+            assert!(found[0].starts_with(&format!("design.toml:{}: {words}", lines[0])), "{found:?}");
+        }
+        let (missing, _) = refused(&[("frequency = 0.9\n", "")]);
+        assert!(missing[0].contains("missing key 'track.frequency'"), "{missing:?}");
+        let (second_order, _) = refused(&[("frequency = 0.9\n", "frequency = 0.9\ndamping = 0.7\n")]);
+        assert!(second_order[0].contains("left out for the speed"), "{second_order:?}");
+        // Without [[measure]] the controller sees the errors: there is no model to follow.
+        let text = squid();
+        let (start, rest) = text.split_once("[[measure]]").unwrap();
+        let (_, end) = rest.split_once("[control]").unwrap();
+        let errors = format!("{start}[control]{end}");
+        let words = DesignFile::parse(&errors, "design.toml", "design").unwrap_err().to_string();
+        assert!(words.contains("unknown key 'track.frequency'"), "{words}");
     }
 
     /// One line each, in the order of the file; a misspelt key is not missing as well.
