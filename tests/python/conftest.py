@@ -116,7 +116,7 @@ def without_uncertainty(vehicle: Path, copy: Path) -> Path:
     """Copy a vehicle, but for what is uncertain of it: the same controller, and a report without the work on mu."""
     shutil.copytree(vehicle, copy)
     design = copy / "design.toml"
-    certain, found, _ = design.read_text(encoding="utf-8").partition("[uncertainty]")
+    certain, found, _ = design.read_text(encoding="utf-8").partition("\n[uncertainty]\n")
     assert found
-    design.write_text(certain, encoding="utf-8")
+    design.write_text(f"{certain}\n", encoding="utf-8")
     return copy

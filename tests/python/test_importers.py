@@ -20,7 +20,7 @@ import fmpy
 import numpy as np
 import pytest
 from fly import build, record
-from fly.master import Signals, Slave
+from fly.master import Signals, Slave, shared
 from fly.package import Packages
 from fly.stages import ROOT
 from importers import FOLDER, ImporterError, fly, of_pypi, others
@@ -137,8 +137,7 @@ def loop_plan(packages: Packages) -> dict:
 def coupled_plan(packages: Packages) -> dict:
     """Return the flight of plant and controller from trim to a constant pitch."""
     with Slave(packages.plant, "plant") as plant, Slave(packages.controller, "controller") as controller:
-        inputs = set(plant.names("input"))
-        actuators = [name for name in controller.names("output") if name in inputs]
+        measured, actuators = shared(plant, controller), shared(controller, plant)
         plant.begin({"initial_speed": 1.5})
         plant.ready()
         values = {
@@ -152,7 +151,7 @@ def coupled_plan(packages: Packages) -> dict:
         "fmus": {"plant": str(packages.plant), "controller": str(packages.controller)},
         "values": values,
         "connections": [
-            *((f"plant.{name}", f"controller.{name}") for name in ("pitch", "speed")),
+            *((f"plant.{name}", f"controller.{name}") for name in measured),
             *((f"controller.{name}", f"plant.{name}") for name in actuators),
         ],
         "step": 0.02,

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from flights import fly_alone, sample_time
-from fly.master import Signals, Slave
+from fly.master import Signals, Slave, shared
 from fly.package import Packages
 from fly.record import differences
 from fmpy import read_model_description
@@ -145,7 +145,8 @@ def test_wires_every_measurement_and_every_actuator(packages: Packages, ssp: Pat
         for slave in (plant, controller):
             slave.begin()
             slave.ready()
-        commands = set(controller.names("output")) & set(plant.names("input"))
+        measured, commands = shared(plant, controller), shared(controller, plant)
+    assert {"pitch", "speed", "pitch_rate"} <= set(measured)
     with zipfile.ZipFile(ssp) as archive:
         root = etree.fromstring(archive.read("SystemStructure.ssd"))
     wired = [
@@ -153,7 +154,7 @@ def test_wires_every_measurement_and_every_actuator(packages: Packages, ssp: Pat
         for element in root.iterfind(".//ssd:Connection", NAMES)
     ]
     expected = {("controller", name, "plant", name) for name in commands}
-    expected |= {("plant", name, "controller", name) for name in ("pitch", "speed")}
+    expected |= {("plant", name, "controller", name) for name in measured}
     assert len(wired) == len(set(wired))
     assert set(wired) == expected
 
