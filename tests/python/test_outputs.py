@@ -55,7 +55,7 @@ def unproved_vehicle(folder: Path) -> Path:
     for old, new in (("\nspeed_min = 0.5", "\nspeed_min = 0.1"), ("\norder = 2", "\norder = 1")):
         assert old in text
         text = text.replace(old, new)
-    path.write_text(text.partition("[uncertainty]")[0], encoding="utf-8")
+    path.write_text(text.partition("\n[uncertainty]\n")[0], encoding="utf-8")
     return vehicle
 
 
