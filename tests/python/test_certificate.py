@@ -151,7 +151,19 @@ def test_design_without_proof_is_not_packed(run_squid: Run, tmp_path: Path) -> N
     ("file", "change", "key"),
     [
         ("controller.json", lambda c: c["actuators"][0].update(scale=3000.0), "actuators[0].scale"),
-        ("controller.json", lambda c: c["tracked"][0].update(scale=99.0), "tracked[0].scale"),
+        (
+            "controller.json",
+            lambda c: c["controller_inputs"][0].update(scale=99.0),
+            "controller_inputs[0].scale",
+        ),
+        (
+            "controller.json",
+            lambda c: [
+                c["controller_inputs"][i].update(kind=k) for i, k in ((0, "measurement"), (2, "reference"))
+            ],
+            "controller_inputs[0].kind",
+        ),
+        ("controller.json", lambda c: c.update(reference_filter=9.0), "reference_filter"),
         ("controller.json", lambda c: c.update(sample_time=1.0), "sample_time"),
         ("controller.json", lambda c: c["trim"]["pitch"].__setitem__(7, 1.0), "trim.pitch[7]"),
         ("plant.json", lambda p: p["a"][0][0].__setitem__(0, -9.0), "a[0][0][0]"),
@@ -216,7 +228,7 @@ def test_a_controller_amplified_under_a_fitting_guid(
     """Whoever changes a scale can change the GUID as well: what the vehicle file says shows it."""
 
     def amplify(controller: dict) -> None:
-        controller["tracked"][0]["scale"] /= 50
+        controller["controller_inputs"][0]["scale"] /= 50
 
     spoilt = edited(squid.controller, tmp_path / "spoilt.fmu", "controller.json", amplify)
     with pytest.raises(Exception, match="instantiate"):
@@ -234,7 +246,7 @@ def test_a_controller_amplified_under_a_fitting_guid(
         slave.ready()
     assert run_squid("verify", forged).returncode == 0, "the GUID is no signature"
     done = run_squid("verify", forged, "--vehicle", ROOT / "vehicles" / "squid")
-    assert done.returncode == 1 and "`tracked[0].scale` is" in done.stderr
+    assert done.returncode == 1 and "`controller_inputs[0].scale` is" in done.stderr
     assert "PROVED" not in done.stdout
 
 

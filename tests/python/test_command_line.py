@@ -117,7 +117,7 @@ def test_misspelt_key(
             "design.toml",
             'signal = "pitch_rate"',
             'signal = "roll_rate"',
-            '\'measure.signal\' is "roll_rate"; it must be ',
+            "'measure.signal' is \"roll_rate\"; it must be ",
         ),
         ("design.toml", "sample_time = 0.02", "sample_time = nan", "sample_time"),
         ("design.toml", "[model]", "[model", "design.toml"),
