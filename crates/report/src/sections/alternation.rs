@@ -36,7 +36,7 @@ fn dwells() -> Vec<f64> {
 pub enum Loop {
     /// Sampled, with the lags of the actuators.
     Flying,
-    /// In continuous time, without lags.
+    /// In continuous time.
     Ideal,
 }
 

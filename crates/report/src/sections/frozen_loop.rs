@@ -30,7 +30,7 @@ pub struct FrozenLoop {
 
 impl FrozenLoop {
     /// Closes the true linearisation `l` with the controller frozen at the speed of its trim, in continuous time and
-    /// without actuator lags.
+    /// with the actuator lags that the design has.
     ///
     /// ```text
     /// x' = A x + B u,  y = r - C x or [r; C x],  u = K(rho) y

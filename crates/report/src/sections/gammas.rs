@@ -31,7 +31,7 @@ pub fn gammas(subject: &Subject) -> Result<Vec<Part>, Error> {
         thetas: vec![],
         rates: vec![acceleration / half_range],
         samples: SAMPLES,
-        rate: RateOptions { accuracy: LADDER_ACCURACY, ..RateOptions::default() },
+        rate: RateOptions { order: 1, accuracy: LADDER_ACCURACY, ..RateOptions::default() },
         accuracy: LADDER_ACCURACY,
         ..LadderOptions::default()
     };

@@ -40,7 +40,7 @@ pub fn mu(subject: &Subject) -> Result<Vec<Part>, Error> {
         other => other?,
     };
     Ok(vec![
-        Part::Words(about(&found)),
+        Part::Words(about(&found, subject.inputs.design.lags)),
         Part::Figure(figure(subject, &found)),
         Part::Table(table(&found)),
         Part::Words(about_vehicles()),
@@ -68,7 +68,7 @@ fn at_all_speeds(subject: &Subject) -> Result<Vec<SpeedMu>, Error> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Bounds {
     speed: f64,
-    /// Above mu of the model's loop in continuous time without lags.
+    /// Above mu of the model's loop in continuous time.
     guaranteed: f64,
     /// One over the size at which a vehicle that is trimmed again is not stable as it flies; not-a-number when none
     /// was found.
@@ -84,7 +84,8 @@ fn bounds(found: &[SpeedMu]) -> Vec<Bounds> {
     found.iter().map(of).collect()
 }
 
-fn about(found: &[SpeedMu]) -> String {
+fn about(found: &[SpeedMu], has_lags: bool) -> String {
+    let lags = if has_lags { "with" } else { "without" };
     let (parameters, channels) = found.iter().map(|f| f.size).max().unwrap_or((0, 0));
     format!(
         "mu is one over the size of the smallest perturbation that destabilises the loop of the linear model \
@@ -96,8 +97,8 @@ fn about(found: &[SpeedMu]) -> String {
             points of the curves as well; each lower bound is shown by a perturbation of the model, with which \
             its loop has a pole on the axis. In the model what moves the trim, the incidence, is an \
             independent parameter; what a vehicle does, whose trim follows from its coefficients, is in the \
-            table after. Figure and first table are of the loop in continuous time without the lags of the \
-            actuators. A perturbation of which a bound speaks does not change with time; what a changing speed \
+            table after. Figure and first table are of the loop in continuous time, as it was designed: {lags} \
+            the lags of the actuators. A perturbation of which a bound speaks does not change with time; what a changing speed \
             does is the business of the certificate."
     )
 }
@@ -184,7 +185,7 @@ fn table(found: &[SpeedMu]) -> Table {
 
 fn about_vehicles() -> String {
     "The same for vehicles, as the loop flies, with the lags of the actuators and sampled, and in continuous \
-        time without either. The perturbation of the model without what it \
+        time, as it was designed. The perturbation of the model without what it \
      has of the trim is made larger step by step; its coefficients and the gains of its actuators are given to \
      the vehicle, which is trimmed again (within the limits of its \
      actuators) and linearised. That follows one direction: another vehicle may be unstable earlier."
@@ -192,11 +193,8 @@ fn about_vehicles() -> String {
 }
 
 fn vehicles_table(found: &[SpeedMu]) -> Table {
-    let mut table = Table::new([
-        "speed (m/s)",
-        "vehicle found unstable at, as it flies",
-        "in continuous time, without lags",
-    ]);
+    let mut table =
+        Table::new(["speed (m/s)", "vehicle found unstable at, as it flies", "in continuous time"]);
     for f in found {
         let size =
             |size: Option<f64>| size.map_or_else(|| "none found".into(), |v| format!("{:.0} %", 100.0 * v));
@@ -251,7 +249,7 @@ fn causes(worst: &[Change]) -> String {
 }
 
 fn stability_verdict(bounds: &[Bounds]) -> Verdict {
-    // A vehicle that is unstable as it flies counts, whatever is guaranteed without lags.
+    // A vehicle that is unstable as it flies counts, whatever is guaranteed in continuous time.
     let upper = |b: &Bounds| if b.vehicle >= 1.0 { f64::NAN } else { b.guaranteed };
     let pairs: Vec<(f64, f64)> = bounds.iter().map(|b| (upper(b), b.vehicle)).collect();
     let at = |of: &dyn Fn(&Bounds) -> bool| -> String {
@@ -264,7 +262,7 @@ fn stability_verdict(bounds: &[Bounds]) -> Verdict {
         claim: "mu peaks at 0.268, so that 373 % of the modelled uncertainty is tolerated (section 4, Fig. 7).",
         criterion: "robust stability: a vehicle within the declared uncertainty, trimmed again, whose loop is \
             not stable as it flies refutes it at its speed; where none was found, mu of \
-                    the model, guaranteed to be below 1 at every frequency, in continuous time without lags, \
+                    the model, guaranteed to be below 1 at every frequency, in continuous time, \
                     confirms it; anything between leaves it open. There is no guarantee for \
                     the loop as it flies. The paper's 0.268 itself cannot be compared, because its uncertainty \
                     is not printed."
@@ -272,7 +270,7 @@ fn stability_verdict(bounds: &[Bounds]) -> Verdict {
         finding: stays_stable(&pairs),
         because: format!(
             "A vehicle within the declared uncertainty found unstable as it flies: {}; the model shown to be \
-                stable for all of it in continuous time without lags: {}. The \
+                stable for all of it in continuous time: {}. The \
              guaranteed bound is {most:.3} at most there, a margin of {:.0} %.",
             at(&|b| b.vehicle >= 1.0),
             at(&|b| b.guaranteed < 1.0),
@@ -295,8 +293,8 @@ fn speed_verdict(centre: f64, bounds: &[Bounds]) -> Verdict {
         claim: "mu is largest at low speed, 1 m/s: it is more difficult to control the vehicle at low speed \
             than at high speed (section 4, Fig. 7).",
         criterion: format!(
-            "at which of the six speeds the guaranteed bound of the model is largest (in continuous time \
-                without lags), and at which a vehicle was found unstable, as it flies, with the \
+            "at which of the six speeds the guaranteed bound of the model is largest (in continuous \
+                time), and at which a vehicle was found unstable, as it flies, with the \
              smallest errors: both below the middle of the range, {centre:.2} m/s, confirms it, one of them partly."
         ),
         finding: hardest_below(centre, &measures),
@@ -322,10 +320,10 @@ mod tests {
         let good = stability_verdict(&[at(0.5, 0.3, 0.2), at(1.0, 0.5, f64::NAN)]);
         assert_eq!(good.finding, Finding::Confirmed);
         assert!(good.because.contains("unstable as it flies: no speed;"), "{}", good.because);
-        assert!(good.because.contains("without lags: 0.50, 1.00 m/s."), "{}", good.because);
+        assert!(good.because.contains("continuous time: 0.50, 1.00 m/s."), "{}", good.because);
         assert!(good.because.contains("0.500 at most there, a margin of 200 %"), "{}", good.because);
         assert_eq!(stability_verdict(&[at(0.5, 0.3, 0.2), at(1.0, 1.5, 1.4)]).finding, Finding::Partly);
-        // What is guaranteed without lags does not outweigh a vehicle that is unstable as it flies; what the model
+        // What is guaranteed in continuous time does not outweigh a vehicle that is unstable as it flies; what the model
         // alone does refutes nothing.
         assert_eq!(stability_verdict(&[at(1.0, 0.9, 1.1)]).finding, Finding::NotConfirmed);
         assert_eq!(stability_verdict(&[at(1.0, 1.5, f64::NAN)]).finding, Finding::Unknown);

@@ -71,7 +71,7 @@ fn constant(found: &RobustFigures) -> String {
             uncertainty, of which the first number is reached by a perturbation and the second is guaranteed, \
             both for the model, in which the incidence is an independent parameter; 'vehicle' is the gain of a \
             vehicle with the coefficients of the perturbation, trimmed again. Both are of the loop in \
-            continuous time, without lags.",
+            continuous time.",
         whole_percent(found.constant_size)
     )
 }

@@ -57,7 +57,7 @@ pub fn sensitivity(subject: &Subject) -> Result<Vec<Part>, Error> {
                 frozen speeds, sampled, with the lags of the \
              actuators), in units of the references' scales and the actuators' limits. Dashed: what a gain \
              below {} means for the fitted model in continuous \
-             time without lags{}.",
+             time{}.",
             subject.name(),
             above(gamma),
             if subject.stored.controller.gamma.certified {
@@ -81,7 +81,7 @@ pub fn sensitivity(subject: &Subject) -> Result<Vec<Part>, Error> {
     ])
 }
 
-/// A number at each of the six speeds, of the loop as it flies and of the one in continuous time without lags.
+/// A number at each of the six speeds, of the loop as it flies and of the one in continuous time.
 struct Both {
     flying: Vec<f64>,
     ideal: Vec<f64>,
@@ -97,9 +97,9 @@ fn table(subject: &Subject, peaks: &Both, steady: &Both) -> Table {
     let mut table = Table::new([
         "speed (m/s)",
         "peak of |S| of pitch, as it flies",
-        "in continuous time, without lags",
+        "in continuous time",
         "|S| at zero frequency, %, as it flies",
-        "in continuous time, without lags",
+        "in continuous time",
     ]);
     for (i, speed) in subject.speeds.iter().enumerate() {
         let mut row = vec![format!("{speed:.2}")];
@@ -142,7 +142,7 @@ fn peak_verdict(peaks: &Both, limit: f64) -> Verdict {
         ),
         finding: all_below(&peaks.flying, limit),
         because: format!(
-            "The largest peak is {:.2} as it flies, and {:.2} in continuous time without lags, which is what \
+            "The largest peak is {:.2} as it flies, and {:.2} in continuous time, which is what \
                 the weight speaks of.",
             largest(0.0, peaks.flying.iter().copied()),
             largest(0.0, peaks.ideal.iter().copied())
@@ -160,7 +160,7 @@ fn steady_verdict(steady: &Both, limit: f64) -> Verdict {
         ),
         finding: all_below(&steady.flying, limit),
         because: format!(
-            "The largest is {:.3} % as it flies, and {:.3} % in continuous time without lags.",
+            "The largest is {:.3} % as it flies, and {:.3} % in continuous time.",
             percent(&steady.flying),
             percent(&steady.ideal)
         ),

@@ -109,7 +109,7 @@ fn ridden(subject: &Subject, rows: &[Row]) -> Ridden {
     Ridden { error: rms(&after), error_at_end: rms(tail), jump: jumps.fold(0.0, f64::max) }
 }
 
-/// The worst that taking turns does to the loop as it flies, and to the one in continuous time without lags.
+/// The worst that taking turns does to the loop as it flies, and to the one in continuous time.
 struct Turns {
     name: &'static str,
     flying: Option<Alternation>,
@@ -124,7 +124,7 @@ fn turns_table(turns: &[Turns]) -> Table {
         "each in charge for (s)",
         "grows up to (s)",
         "each alone",
-        "growth in continuous time, without lags (1/s)",
+        "growth in continuous time (1/s)",
     ]);
     for turn in turns {
         if let Some(w) = turn.flying {

@@ -45,7 +45,7 @@ impl Linear {
 
 /// What became of one bandwidth at one speed.
 struct Response {
-    /// The loop as it flies, and in continuous time without lags.
+    /// The loop as it flies, and in continuous time.
     flying: Linear,
     ideal: Linear,
     rows: Vec<Row>,
@@ -227,7 +227,7 @@ fn damping_verdict(all: &[Tuned]) -> Verdict {
         finding: well_damped(&both),
         because: format!(
             "Of the modes {} of {} reach it, the least with {:.3}; of the responses {} of {}, the least with \
-                {:.3}. In continuous time without lags the least \
+                {:.3}. In continuous time the least \
              are {:.3} and {:.3}. The largest overshoot of a flown step is {:.1} %.",
             enough(&modes),
             modes.len(),
@@ -259,11 +259,7 @@ fn bandwidth_verdict(all: &[Tuned]) -> Verdict {
              each of the three bandwidths of the weight; for some of them confirms it partly."
         ),
         finding: all_below(&found, CLAIMED_BANDWIDTH),
-        because: format!(
-            "The largest is {}. In continuous time without lags it is {}.",
-            words(&found),
-            words(&ideal)
-        ),
+        because: format!("The largest is {}. In continuous time it is {}.", words(&found), words(&ideal)),
     }
 }
 
@@ -336,7 +332,7 @@ mod tests {
     use super::*;
     use crate::verdict::Finding;
 
-    /// A loop that is good in continuous time without lags and not as it flies confirms nothing; both are reported.
+    /// A loop that is good in continuous time and not as it flies confirms nothing; both are reported.
     #[test]
     fn verdicts_are_on_the_loop_that_flies() {
         let linear = |bandwidth, modes, seen| Linear { impulse: vec![], bandwidth, modes, seen };

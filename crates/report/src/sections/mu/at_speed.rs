@@ -48,7 +48,7 @@ pub struct SpeedMu {
     /// The gain of the loop with and without errors of the coefficients.
     pub gain: WorstGain,
     /// The size of the perturbation, without its moves of the trim, at which a vehicle that is trimmed again
-    /// is not stable: as it flies, and in continuous time without lags.
+    /// is not stable: as it flies, and in continuous time.
     pub vehicle: [Option<f64>; 2],
 }
 
@@ -181,7 +181,7 @@ fn lower_points(
 const FOLLOWED: f64 = 2.0;
 
 /// Where along a perturbation the loop of a vehicle that is trimmed again is not stable: as it flies, and in
-/// continuous time without lags.
+/// continuous time.
 fn unstable_at(
     subject: &Subject,
     frozen: &FrozenUncertain,

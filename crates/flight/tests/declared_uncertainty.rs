@@ -1,0 +1,176 @@
+//! The default designs, flown on nonlinear vehicles all over their declared uncertainty: sampled, with lags, limits and
+//! the trim of the nominal vehicle.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+use auv::{Actuator, Trim, Vehicle, linearise};
+use nalgebra::DMatrix;
+use scheduled::{Autopilot, ControllerDesign, Manoeuvre};
+use squid_design::freeze::freeze;
+use squid_design::inputs::Inputs;
+use squid_design::progress::Progress;
+use squid_design::run::run;
+use squid_design::uncertain::frozen::at_speed;
+use squid_design::uncertain::model::Uncertain;
+use squid_design::uncertain::trim::retrim;
+use squid_flight::flight::{Answer, fly_under};
+use squid_flight::metrics::StepFigures;
+use std::path::Path;
+
+/// When the step comes (s): what the trim of another vehicle disturbs has settled by then.
+const STEP_TIME: f64 = 20.0;
+
+/// The worst of many flights.
+#[derive(Debug, Default)]
+struct Worst {
+    flights: usize,
+    /// Vehicles whose actuators cannot hold the trim, or the pitch that is asked for, at the speed.
+    too_weak: usize,
+    /// Flights that did not end within a tenth of the step.
+    lost: usize,
+    overshoot: f64,
+    rise_time: f64,
+    settling_time: f64,
+    steady_error: f64,
+}
+
+/// Numbers in [0, 1): xorshift64, G. Marsaglia, J. Statistical Software 8(14), 2003.
+fn random(seed: &mut u64) -> f64 {
+    *seed ^= *seed << 13;
+    *seed ^= *seed >> 7;
+    *seed ^= *seed << 17;
+    (*seed >> 11) as f64 / (1u64 << 53) as f64
+}
+
+/// Flies a pitch step at some speeds (m/s): at corners of the box (all at one end, each alone at the other, random
+/// ones), and at random points.
+fn fly_over_the_box(
+    inputs: &Inputs,
+    design: &ControllerDesign,
+    speeds: &[f64],
+    corners: usize,
+    points: usize,
+) -> Worst {
+    let Inputs { vehicle, design: file, .. } = inputs;
+    let mut worst = Worst::default();
+    let mut seed = 2011;
+    for &speed in speeds {
+        let frozen = at_speed(inputs, speed).unwrap();
+        let blocks = &frozen.parameters;
+        let manoeuvre = Manoeuvre {
+            speed_from: speed,
+            speed_to: speed,
+            step_time: STEP_TIME,
+            duration: STEP_TIME + 40.0,
+            ..file.manoeuvre.clone()
+        };
+        for flight in 0..corners + points {
+            let delta: Vec<f64> = (0..blocks.len())
+                .map(|i| match flight {
+                    0 => 1.0,
+                    1 => -1.0,
+                    _ if flight < corners && flight - 2 < blocks.len() => {
+                        if i == flight - 2 {
+                            1.0
+                        } else {
+                            -1.0
+                        }
+                    }
+                    _ if flight < corners => (2.0 * random(&mut seed) - 1.0).signum(),
+                    _ => 2.0 * random(&mut seed) - 1.0,
+                })
+                .collect();
+            let (changed, trim) = retrim(vehicle, &frozen.nominal.trim, blocks, &delta).unwrap();
+            let mut gains = vec![1.0; vehicle.actuators.len()];
+            for (block, d) in blocks.iter().zip(&delta) {
+                if let Uncertain::Gain(actuator) = block.uncertain {
+                    gains[actuator] += block.half_range * d;
+                }
+            }
+            if !is_strong_enough(&changed, &trim, &gains, manoeuvre.pitch_step) {
+                worst.too_weak += 1;
+                continue;
+            }
+            let mut autopilot = Autopilot::new(design).unwrap();
+            let table = autopilot.trim().clone();
+            let mut started = false;
+            let flown = fly_under(&changed, file.depth, &manoeuvre, (file.sample_time, &table), |signals| {
+                if !std::mem::replace(&mut started, true) {
+                    autopilot.initialise(0.0, signals).unwrap();
+                }
+                autopilot.tick(signals).unwrap();
+                let outputs = autopilot.outputs();
+                let commands = outputs.commands.iter().zip(&gains).map(|(command, gain)| command * gain);
+                let (rho, out_of_range) = (outputs.scheduling_parameter, outputs.out_of_range);
+                Ok(Answer { commands: commands.collect(), rho, out_of_range })
+            });
+            worst.flights += 1;
+            let Some(flight) = flown.ok().filter(|flight| flight.surfacing.is_none()) else {
+                worst.lost += 1;
+                continue;
+            };
+            let limits: Vec<(f64, f64)> = vehicle.actuators.iter().map(|a| (a.min, a.max)).collect();
+            let figures = StepFigures::of(&flight.rows, STEP_TIME, manoeuvre.pitch_step, &limits);
+            if figures.steady_error.is_nan() || figures.steady_error > 0.1 {
+                worst.lost += 1;
+            }
+            worst.overshoot = worst.overshoot.max(figures.overshoot);
+            worst.rise_time = worst.rise_time.max(figures.rise_time);
+            worst.settling_time = worst.settling_time.max(figures.settling_time);
+            worst.steady_error = worst.steady_error.max(figures.steady_error);
+        }
+    }
+    worst
+}
+
+/// Whether the actuators, with their gains, can hold the trim and then a pitch step: to first order, at the same forward
+/// speed, by `0 = A [0 w 0 step] + B outputs` with the least outputs in units of reach.
+fn is_strong_enough(vehicle: &Vehicle, trim: &Trim, gains: &[f64], step: f64) -> bool {
+    let l = linearise(vehicle, trim).unwrap();
+    let reach: Vec<f64> = vehicle.actuators.iter().map(Actuator::reach).collect();
+    let mut m = DMatrix::zeros(3, 1 + reach.len());
+    // Heave comes free beside the actuators.
+    m.column_mut(0).copy_from(&(l.a.view((0, 1), (3, 1)) * 1e6));
+    for (j, reach) in reach.iter().enumerate() {
+        m.column_mut(1 + j).copy_from(&(l.b.view((0, j), (3, 1)) * *reach));
+    }
+    let wanted = l.a.view((0, 3), (3, 1)) * -step;
+    let found = m.svd(true, true).solve(&wanted, 1e-12).unwrap();
+    let holds = |j: usize, output: f64| {
+        let a = &vehicle.actuators[j];
+        (a.min * gains[j]..=a.max * gains[j]).contains(&output)
+    };
+    (0..reach.len()).all(|j| {
+        let output = trim.actuators[j];
+        holds(j, output) && holds(j, output + reach[j] * found[1 + j])
+    })
+}
+
+/// The default design of a vehicle, made anew.
+fn designed(name: &str) -> (Inputs, ControllerDesign) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles").join(name);
+    let inputs = Inputs::read(&folder, "design").unwrap();
+    let finished = run(&inputs, &Progress::default()).unwrap();
+    let frozen = freeze(&inputs, &finished.model, &finished.design, finished.proof.is_ok()).unwrap();
+    (inputs, frozen.controller)
+}
+
+#[test]
+fn no_vehicle_of_the_box_is_lost() {
+    for (name, speeds, overshoot) in [("squid", [0.6, 2.9], 0.03), ("remus100", [1.5, 2.1], 0.15)] {
+        let (inputs, design) = designed(name);
+        let worst = fly_over_the_box(&inputs, &design, &speeds, 29, 6);
+        println!("{name}: {worst:?}");
+        assert_eq!(worst.lost, 0, "{name}: {worst:?}");
+        assert!(worst.flights > 60 && worst.overshoot <= overshoot, "{name}: {worst:?}");
+    }
+}
+
+/// For the figures in docs/benchmarks.md: `cargo test --release -p squid-flight -- --ignored --nocapture`.
+#[test]
+#[ignore = "two thousand flights"]
+fn five_hundred_points_at_four_speeds() {
+    for (name, speeds) in [("squid", [0.6, 1.0, 2.0, 2.9]), ("remus100", [1.5, 1.7, 1.9, 2.1])] {
+        let (inputs, design) = designed(name);
+        println!("{name}: {:?}", fly_over_the_box(&inputs, &design, &speeds, 29, 500));
+    }
+}
