@@ -24,6 +24,7 @@ KEPT_FOR = 7 * 86400.0
 LONGEST = ("test_command_line", "test_importers", "test_platforms", "test_uncertainty")
 SQUID = ROOT / "vehicles" / "squid"
 REMUS100 = ROOT / "vehicles" / "remus100"
+ERRORS_ALONE = ROOT / "tests" / "designs" / "errors_alone.toml"
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -90,6 +91,16 @@ def squid(run_squid: Run) -> Packages:
 def remus100(run_squid: Run) -> Packages:
     """Return the FMUs of REMUS 100, which steers by stern planes."""
     return kept(run_squid, REMUS100)
+
+
+@pytest.fixture(scope="session")
+def squid_by_errors(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the vehicle of Squid with a design by which the controller sees tracking errors alone."""
+    vehicle = tmp_path_factory.mktemp("errors") / "vehicle"
+    vehicle.mkdir()
+    shutil.copy(SQUID / "vehicle.toml", vehicle)
+    shutil.copy(ERRORS_ALONE, vehicle / "design.toml")
+    return vehicle
 
 
 @pytest.fixture(params=["squid", "remus100"])

@@ -49,19 +49,34 @@ def limits(packages: Packages) -> dict[str, tuple[float, float]]:
 
 
 def pitch_step(packages: Packages, speed: float, height: float, duration: float, **values: float) -> Signals:
-    """Fly a lasting pitch step from trim at a speed (m/s), plant and controller coupled; the speed is to stay."""
+    """Fly a lasting pitch step (rad) from trim at a speed (m/s), plant and controller coupled; the speed is to stay."""
+    flown, start = _step(packages, speed, {"pitch": height}, duration, **values)
+    flown["pitch_done"] = (flown["pitch"] - start["pitch"]) / height
+    flown["speed_error"] = flown["speed"] - start["speed"]
+    return flown
+
+
+def speed_step(packages: Packages, speed: float, height: float, duration: float) -> Signals:
+    """Fly a lasting speed step (m/s) from trim at a speed (m/s), plant and controller coupled."""
+    flown, start = _step(packages, speed, {"speed": height}, duration)
+    flown["speed_done"] = (flown["speed"] - start["speed"]) / height
+    return flown
+
+
+def _step(
+    packages: Packages, speed: float, heights: Mapping[str, float], duration: float, **values: float
+) -> tuple[Signals, dict[str, float]]:
     with Slave(packages.plant, "plant") as plant, Slave(packages.controller, "controller") as controller:
         plant.begin({"initial_speed": speed, **values})
         controller.begin()
-        forward, trim = plant.get("speed"), plant.get("trim_pitch")
+        start = {"pitch": plant.get("trim_pitch"), "speed": plant.get("speed")}
+        end = {name: value + heights.get(name, 0.0) for name, value in start.items()}
 
         def references(_: int, time: float) -> tuple[float, float]:
-            return trim + (height if time >= STEP_TIME else 0.0), forward
+            now = end if time >= STEP_TIME else start
+            return now["pitch"], now["speed"]
 
-        flown = couple(plant, controller, references, duration, sample_time(packages))
-        flown["pitch_done"] = (flown["pitch"] - trim) / height
-        flown["speed_error"] = flown["speed"] - forward
-    return flown
+        return couple(plant, controller, references, duration, sample_time(packages)), start
 
 
 def fly_alone(

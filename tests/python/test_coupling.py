@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import REMUS100, SQUID, Run, package, without_uncertainty
+from conftest import REMUS100, Run, kept, package, without_uncertainty
 from flights import fly_alone, limits, sample_time
 from fly.flight import AGREEMENT
 from fly.master import Signals, Slave, couple
@@ -83,16 +83,25 @@ def measuring_the_pitch_rate(design: str) -> str:
 
 
 @pytest.fixture(scope="module")
-def second_format(squid: Packages, run_squid: Run, tmp_path_factory: pytest.TempPathFactory) -> Packages:
-    """Return the FMUs of Squid with a design of the second format, which no design file asks for."""
+def first_format(squid_by_errors: Path, run_squid: Run) -> Packages:
+    """Return the FMUs of Squid with a design by errors alone, which is of the first format."""
+    return kept(run_squid, squid_by_errors)
+
+
+@pytest.fixture(scope="module")
+def second_format(
+    first_format: Packages, squid_by_errors: Path, run_squid: Run, tmp_path_factory: pytest.TempPathFactory
+) -> Packages:
+    """Return the same with the pitch rate as a further input, which takes the second format."""
     folder, stored = tmp_path_factory.mktemp("second"), tmp_path_factory.mktemp("stored")
-    for path in squid.folder.glob("*.json"):
+    for path in first_format.folder.glob("*.json"):
         shutil.copy(path, stored)
     design = measuring_the_pitch_rate((stored / "controller.json").read_text(encoding="utf-8"))
     (stored / "controller.json").write_text(design, encoding="utf-8")
-    done = run_squid("package", SQUID, "--out", stored, "--descriptions", folder, "--allow-uncertified")
+    words = (squid_by_errors, "--out", stored, "--descriptions", folder, "--allow-uncertified")
+    done = run_squid("package", *words)
     assert done.returncode == 0, done.stderr
-    for fmu in squid.fmus:
+    for fmu in first_format.fmus:
         replaced = {
             "modelDescription.xml": (folder / f"{fmu.stem}.xml").read_bytes(),
             "resources/controller.json": design.encode(),
@@ -101,21 +110,30 @@ def second_format(squid: Packages, run_squid: Run, tmp_path_factory: pytest.Temp
             for entry in source.infolist():
                 if not entry.filename.startswith(("terminalsAndIcons/terminals", "resources/certificate")):
                     target.writestr(entry, replaced.get(entry.filename, source.read(entry)))
-    return Packages(folder, squid.vehicle)
+    return Packages(folder, first_format.vehicle)
 
 
-def test_measurements_of_a_design_are_inputs(second_format: Packages) -> None:
+def inputs_of(packages: Packages) -> list[str]:
+    variables = read_model_description(packages.controller).modelVariables
+    return [variable.name for variable in variables if variable.causality == "input"]
+
+
+def test_measurements_of_a_design_are_inputs(
+    squid: Packages, first_format: Packages, second_format: Packages
+) -> None:
     for fmu in second_format.fmus:
         assert validate_fmu(fmu) == []
-    variables = read_model_description(second_format.controller).modelVariables
-    inputs = [variable.name for variable in variables if variable.causality == "input"]
-    assert inputs == ["pitch", "speed", "pitch_rate", "pitch_reference", "speed_reference"]
+    references = ["pitch_reference", "speed_reference"]
+    assert inputs_of(first_format) == ["pitch", "speed", *references]
+    assert inputs_of(second_format) == inputs_of(squid) == ["pitch", "speed", "pitch_rate", *references]
 
 
-def test_a_measurement_without_effect_changes_no_flight(squid: Packages, second_format: Packages) -> None:
+def test_a_measurement_without_effect_changes_no_flight(
+    first_format: Packages, second_format: Packages
+) -> None:
     """In one loop and under the master, which passes it on."""
-    loop = fly_loop(squid, sample_time(squid))
-    for flown in (fly_loop(second_format, sample_time(squid)), couple_like(second_format, loop)):
+    loop = fly_loop(first_format, sample_time(first_format))
+    for flown in (fly_loop(second_format, sample_time(second_format)), couple_like(second_format, loop)):
         assert max(differences(loop, flown).values()) <= AGREEMENT
 
 
