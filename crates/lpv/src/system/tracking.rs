@@ -438,6 +438,7 @@ impl TrackingWeight {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::system::partition::Group::{U, W, Y, Z};
     use crate::system::state_space::StateSpace;
     use nalgebra::{Complex, dmatrix};
 
@@ -467,7 +468,7 @@ mod tests {
     fn a_weight_that_is_not_proper_is_refused_by_name() {
         assert!(problem().augment().is_ok());
         type Spoil = fn(&mut TrackingProblem);
-        let spoilt: [(Spoil, &str); 6] = [
+        let spoilt: [(Spoil, &str); 8] = [
             (
                 |p| p.tracking[0].peak = 0.0,
                 "the peak of W_e 1 is 0; it must be above 0, or W_e is not proper",
@@ -477,12 +478,59 @@ mod tests {
             (|p| p.output_scale[0] = 0.0, "the scale of output 1 is 0"),
             (|p| p.control[0].low = f64::NAN, "W_u of input 1 is NaN"),
             (|p| p.disturbance = f64::INFINITY, "the disturbance at input 1 is inf"),
+            (|p| p.lags[0] = -0.1, "the lag of input 1 is -0.1; it must be 0 or more, and finite"),
+            (
+                |p| p.control[0].high = 0.1,
+                "W_u of input 1 is 0.5; it must be finite, no less at high frequency",
+            ),
         ];
         for (spoil, words) in spoilt {
             let mut problem = problem();
             spoil(&mut problem);
             let message = problem.augment().unwrap_err().to_string();
             assert!(message.starts_with(words), "{message}");
+        }
+    }
+
+    /// x' = -x + force with a lag of 0.5 s, followed by a model, with noise that rises: the open plant against its
+    /// transfer functions.
+    #[test]
+    fn references_apart_have_their_transfer_functions() {
+        let noise = RisingWeight { low: 0.01, high: 2.0, corner: 3.0 };
+        let model = ReferenceModel { frequency: 1.3, damping: Some(0.7) };
+        let problem = TrackingProblem {
+            lags: vec![0.5],
+            control: vec![RisingWeight { low: 0.5, high: 4.0, corner: 10.0 }],
+            two_degrees: Some(TwoDegrees {
+                measured: dmatrix![2.0],
+                noise: vec![noise],
+                models: vec![Some(model)],
+                trim: None,
+            }),
+            ..problem()
+        };
+        let plant = problem.augment().unwrap();
+        let sizes = plant.sizes();
+        assert_eq!((sizes.x, sizes.w, sizes.z, sizes.y, sizes.u), (7, 3, 2, 2, 1));
+        let system = plant.parts.state_space(&[Z, Y], &[W, U]);
+        for omega in [0.01, 0.7, 5.0, 80.0] {
+            let s = Complex::new(0.0, omega);
+            let g = system.response(s).unwrap();
+            let weight = (s / 2.0 + 0.46) / (s + 0.0046);
+            let zero = Complex::new(0.0, 0.0);
+            let (vehicle, lag) = ((s + 1.0).inv(), (s * 0.5 + 1.0).inv());
+            let rising = |w: RisingWeight| s / (s + w.corner) * (w.high - w.low) + w.low;
+            let expected = [
+                [weight * model.response(omega), -weight * vehicle * 0.1, zero, -weight * vehicle * lag],
+                [zero, zero, zero, rising(problem.control[0])],
+                [zero + 1.0, zero, zero, zero],
+                [zero, vehicle * 0.2, rising(noise), vehicle * lag * 2.0],
+            ];
+            for (i, row) in expected.iter().enumerate() {
+                for (j, entry) in row.iter().enumerate() {
+                    assert!((g[(i, j)] - entry).norm() < 1e-12 * (1.0 + entry.norm()), "{omega}: {i} {j}");
+                }
+            }
         }
     }
 

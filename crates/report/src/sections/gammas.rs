@@ -33,7 +33,6 @@ pub fn gammas(subject: &Subject) -> Result<Vec<Part>, Error> {
         samples: SAMPLES,
         rate: RateOptions { order: 1, accuracy: LADDER_ACCURACY, ..RateOptions::default() },
         accuracy: LADDER_ACCURACY,
-        ..LadderOptions::default()
     };
     let found = ladder(&subject.plant, &design(subject), &options)?;
     let rungs = rungs(subject, &found, acceleration);
