@@ -84,8 +84,7 @@ pub enum Kind {
 }
 
 /// One input of the controller.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ControllerInput {
     /// Name of the signal in [`signals::SIGNALS`].
     pub signal: String,

@@ -24,9 +24,9 @@ struct File {
     sample_time: f64,
     scheduling: Scheduling,
     #[serde(skip_serializing_if = "Option::is_none")]
-    tracked: Option<Vec<Tracked>>,
+    tracked: Option<Vec<Input>>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    controller_inputs: Option<Vec<ControllerInput>>,
+    controller_inputs: Option<Vec<Input>>,
     /// The inner one is null without filter.
     #[serde(skip_serializing_if = "Option::is_none")]
     reference_filter: Option<Option<f64>>,
@@ -37,11 +37,17 @@ struct File {
     inputs: InputHashes,
 }
 
-/// An input of kind error in the first format.
+/// One input: `name` is that of an error in the first format, `signal` and `kind` are of the second.
+/// One struct reads both, which keeps the binaries small.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Tracked {
-    name: String,
+struct Input {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    name: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    signal: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    kind: Option<Kind>,
     unit: String,
     scale: f64,
 }
@@ -70,11 +76,13 @@ impl ControllerDesign {
     }
 
     /// Whether the first format can say it.
+    #[inline]
     fn is_first(&self) -> bool {
         self.reference_filter.is_none() && self.controller_inputs.iter().all(|one| one.kind == Kind::Error)
     }
 
     /// The keys of the list of inputs, and of the signal of each.
+    #[inline]
     pub(crate) fn keys_of_inputs(&self) -> (&'static str, &'static str) {
         if self.is_first() { ("tracked", "name") } else { ("controller_inputs", "signal") }
     }
@@ -82,7 +90,11 @@ impl ControllerDesign {
     fn file(&self) -> File {
         let first = self.is_first();
         let Self { controller_inputs, reference_filter, .. } = self;
-        let error = |ControllerInput { signal: name, unit, scale, .. }| Tracked { name, unit, scale };
+        let input = |ControllerInput { signal, kind, unit, scale }| {
+            let (name, signal) = if first { (Some(signal), None) } else { (None, Some(signal)) };
+            Input { name, signal, kind: (!first).then_some(kind), unit, scale }
+        };
+        let inputs_of_controller = || Some(controller_inputs.iter().cloned().map(input).collect());
         let Self { vehicle, design, sample_time, scheduling, actuators, lft, trim, gamma, inputs, .. } =
             self.clone();
         File {
@@ -91,8 +103,8 @@ impl ControllerDesign {
             design,
             sample_time,
             scheduling,
-            tracked: first.then(|| controller_inputs.iter().cloned().map(error).collect()),
-            controller_inputs: (!first).then(|| controller_inputs.clone()),
+            tracked: if first { inputs_of_controller() } else { None },
+            controller_inputs: if first { None } else { inputs_of_controller() },
             reference_filter: (!first).then_some(*reference_filter),
             actuators,
             lft,
@@ -110,13 +122,12 @@ impl Serialize for ControllerDesign {
 }
 
 impl File {
+    #[inline]
     fn design(self) -> Result<ControllerDesign, DesignError> {
         let filter = self.reference_filter.flatten();
-        let error =
-            |Tracked { name, unit, scale }| ControllerInput { signal: name, kind: Kind::Error, unit, scale };
-        let controller_inputs = match (self.format.as_str(), self.tracked, self.controller_inputs) {
-            (FIRST, Some(tracked), None) if filter.is_none() => tracked.into_iter().map(error).collect(),
-            (SECOND, None, Some(inputs)) => inputs,
+        let (format, read) = match (self.format.as_str(), self.tracked, self.controller_inputs) {
+            (FIRST, Some(tracked), None) if filter.is_none() => (FIRST, tracked),
+            (SECOND, None, Some(inputs)) => (SECOND, inputs),
             (FIRST, ..) => {
                 return Err(DesignError::OtherFormat { format: FIRST, allowed: "`tracked` alone" });
             }
@@ -126,6 +137,21 @@ impl File {
             }
             _ => return Err(DesignError::WrongFormat { found: self.format, allowed: [FIRST, SECOND] }),
         };
+        let input = |Input { name, signal, kind, unit, scale }| match (format, name, signal, kind) {
+            (FIRST, Some(signal), None, None) => {
+                Ok(ControllerInput { signal, kind: Kind::Error, unit, scale })
+            }
+            (SECOND, None, Some(signal), Some(kind)) => Ok(ControllerInput { signal, kind, unit, scale }),
+            (FIRST, ..) => {
+                let allowed = "`tracked`, each with `name`, `unit` and `scale` alone";
+                Err(DesignError::OtherFormat { format, allowed })
+            }
+            _ => {
+                let allowed = "`controller_inputs`, each with `signal`, `kind`, `unit` and `scale` alone";
+                Err(DesignError::OtherFormat { format, allowed })
+            }
+        };
+        let controller_inputs = read.into_iter().map(input).collect::<Result<_, _>>()?;
         let Self { vehicle, design, sample_time, scheduling, actuators, lft, trim, gamma, inputs, .. } = self;
         Ok(ControllerDesign {
             vehicle,

@@ -74,6 +74,7 @@ impl Lft {
     }
 }
 
+#[inline]
 fn matrix(key: &str, rows: &Rows, (height, width): (usize, usize)) -> Result<Matrix, DesignError> {
     let wrong = |key: String, found, expected| DesignError::WrongLength { key, found, expected };
     if rows.len() != height {

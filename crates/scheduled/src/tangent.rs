@@ -23,6 +23,7 @@ impl Autopilot {
     ///
     /// # Errors
     /// [`TickError::SingularLoop`].
+    #[inline]
     pub fn tangents(
         &self,
         initial: bool,

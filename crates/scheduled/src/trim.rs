@@ -72,17 +72,20 @@ impl Trim {
     }
 
     /// Slope of the speed along the path over forward speed u in m/s, right-hand at a corner.
+    #[inline]
     pub fn speed_slope(&self, forward_speed: f64) -> f64 {
         let speeds = &self.table.speed;
         self.slope(find(&self.table.forward_speed, forward_speed), |row| speeds[row])
     }
 
     /// Slope of the pitch angle over forward speed u in rad s/m, zero beyond the table.
+    #[inline]
     pub fn pitch_slope(&self, forward_speed: f64) -> f64 {
         self.slope_within(forward_speed, |row| self.table.pitch[row])
     }
 
     /// Slope of each signal in level flight over forward speed u in m/s, right-hand at a corner.
+    #[inline]
     pub fn signal_slopes(&self, forward_speed: f64) -> Each<f64> {
         let (pitch, slope) = (self.pitch(forward_speed), self.pitch_slope(forward_speed));
         let heave = pitch.tan() + forward_speed * slope / pitch.cos().powi(2);
@@ -90,6 +93,7 @@ impl Trim {
     }
 
     /// Slope of the command of one actuator over forward speed u in m/s, zero beyond the table.
+    #[inline]
     pub fn command_slope(&self, forward_speed: f64, actuator: usize) -> f64 {
         self.slope_within(forward_speed, |row| self.table.actuators[row][actuator])
     }

@@ -39,6 +39,7 @@ impl ControllerDesign {
         Ok(())
     }
 
+    #[inline]
     fn validate_scheduling(&self) -> Result<(), DesignError> {
         let scheduling = &self.scheduling;
         if scheduling.quantity != "speed" {
@@ -59,6 +60,7 @@ impl ControllerDesign {
         Ok(())
     }
 
+    #[inline]
     fn validate_controller_inputs(&self) -> Result<(), DesignError> {
         let (list, name) = self.keys_of_inputs();
         if self.controller_inputs.is_empty() {
@@ -88,6 +90,7 @@ impl ControllerDesign {
         self.reference_filter.map_or(Ok(()), |w| positive(format_args!("reference_filter"), w))
     }
 
+    #[inline]
     fn validate_actuators(&self) -> Result<(), DesignError> {
         if self.actuators.is_empty() {
             return Err(DesignError::Empty { key: "actuators" });
@@ -109,6 +112,7 @@ impl ControllerDesign {
         Ok(())
     }
 
+    #[inline]
     fn validate_trim(&self) -> Result<(), DesignError> {
         let trim = &self.trim;
         let rows = trim.speed.len();
@@ -137,6 +141,7 @@ impl ControllerDesign {
         self.validate_coverage(trim.speed[0], trim.speed[rows - 1])
     }
 
+    #[inline]
     fn validate_coverage(&self, first: f64, last: f64) -> Result<(), DesignError> {
         let (minimum, maximum) = (self.scheduling.minimum, self.scheduling.maximum);
         let rounding = 1e-9 * maximum;
@@ -147,6 +152,7 @@ impl ControllerDesign {
     }
 }
 
+#[inline]
 fn length(key: fmt::Arguments<'_>, found: usize, expected: usize) -> Result<(), DesignError> {
     if found == expected {
         return Ok(());
@@ -154,6 +160,7 @@ fn length(key: fmt::Arguments<'_>, found: usize, expected: usize) -> Result<(), 
     Err(DesignError::WrongLength { key: key.to_string(), found, expected })
 }
 
+#[inline]
 fn increasing(key: &'static str, column: &[f64]) -> Result<(), DesignError> {
     for (row, &value) in column.iter().enumerate() {
         finite(format_args!("{key}[{row}]"), value)?;

@@ -78,6 +78,12 @@ fn both_formats_become_one_design() {
             "format is 'squid-controller/3', but only 'squid-controller/1' and 'squid-controller/2' can be read",
         ),
         (second.replace("\"error\"", "\"integral\""), "unknown variant `integral`"),
+        (second.replace("\"signal\"", "\"name\""), "each with `signal`, `kind`, `unit` and `scale` alone"),
+        (second.replace("\"kind\":\"error\",", ""), "each with `signal`, `kind`, `unit` and `scale` alone"),
+        (
+            json.replace("\"name\":\"pitch\"", "\"signal\":\"pitch\""),
+            "each with `name`, `unit` and `scale` alone",
+        ),
     ] {
         let message = ControllerDesign::from_json(&wrong).unwrap_err().to_string();
         assert!(message.contains(expected), "{message}");

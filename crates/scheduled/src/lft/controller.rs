@@ -116,6 +116,7 @@ impl LftController {
     ///
     /// # Errors
     /// [`TickError::SingularLoop`].
+    #[inline]
     pub fn tangent(
         &self,
         (y, dy): (&[f64], &[f64]),
@@ -146,6 +147,7 @@ impl LftController {
     ///
     /// # Errors
     /// [`TickError::SingularLoop`].
+    #[inline]
     pub(crate) fn peek(&self, y: &[f64], theta: &[f64], u: &mut [f64]) -> Result<(), TickError> {
         self.clone().output(y, theta, u)
     }

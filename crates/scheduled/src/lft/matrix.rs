@@ -42,6 +42,7 @@ impl Matrix {
     }
 
     /// `self other`; shapes m x k and k x n.
+    #[inline]
     pub(crate) fn times(&self, other: &Self) -> Self {
         debug_assert_eq!(self.columns, other.rows);
         let mut entries = vec![0.0; self.rows * other.columns];
@@ -56,6 +57,7 @@ impl Matrix {
     }
 
     /// `self + factor other`, for matrices of the same shape.
+    #[inline]
     pub(crate) fn plus(&self, factor: f64, other: &Self) -> Self {
         debug_assert_eq!((self.rows, self.columns), (other.rows, other.columns));
         let sum = |(one, other): (&f64, &f64)| one + factor * other;
@@ -63,15 +65,18 @@ impl Matrix {
     }
 
     /// `factor self`.
+    #[inline]
     pub(crate) fn scaled(mut self, factor: f64) -> Self {
         self.entries.iter_mut().for_each(|entry| *entry *= factor);
         self
     }
 
+    #[inline]
     pub(crate) fn to_dense(&self) -> DMatrix<f64> {
         DMatrix::from_row_slice(self.rows, self.columns, &self.entries)
     }
 
+    #[inline]
     pub(crate) fn from_dense(dense: &DMatrix<f64>) -> Self {
         let entries = dense.transpose().as_slice().to_vec();
         Self { rows: dense.nrows(), columns: dense.ncols(), entries }

@@ -4,6 +4,7 @@ use std::fmt;
 
 use crate::DesignError;
 
+#[inline]
 pub(crate) fn finite(key: fmt::Arguments<'_>, value: f64) -> Result<(), DesignError> {
     if value.is_finite() {
         return Ok(());
@@ -11,6 +12,7 @@ pub(crate) fn finite(key: fmt::Arguments<'_>, value: f64) -> Result<(), DesignEr
     Err(DesignError::BadNumber { key: key.to_string(), value, allowed: "finite" })
 }
 
+#[inline]
 pub(crate) fn positive(key: fmt::Arguments<'_>, value: f64) -> Result<(), DesignError> {
     if value.is_finite() && value > 0.0 {
         return Ok(());
@@ -18,6 +20,7 @@ pub(crate) fn positive(key: fmt::Arguments<'_>, value: f64) -> Result<(), Design
     Err(DesignError::BadNumber { key: key.to_string(), value, allowed: "finite and above 0" })
 }
 
+#[inline]
 pub(crate) fn range(key: fmt::Arguments<'_>, minimum: f64, maximum: f64) -> Result<(), DesignError> {
     finite(format_args!("{key}.minimum"), minimum)?;
     finite(format_args!("{key}.maximum"), maximum)?;

@@ -14,6 +14,7 @@ pub(crate) struct Panels {
 
 impl Panels {
     /// Matrices with equally many rows, side by side.
+    #[inline]
     pub(crate) fn beside(matrices: &[&Matrix]) -> Self {
         let rows = matrices.first().map_or(0, |matrix| matrix.rows());
         let columns = matrices.iter().map(|matrix| matrix.columns()).sum();
