@@ -94,7 +94,7 @@ impl ControllerDesign {
             let (name, signal) = if first { (Some(signal), None) } else { (None, Some(signal)) };
             Input { name, signal, kind: (!first).then_some(kind), unit, scale }
         };
-        let inputs_of_controller = || Some(controller_inputs.iter().cloned().map(input).collect());
+        let listed = |here: bool| here.then(|| controller_inputs.iter().cloned().map(input).collect());
         let Self { vehicle, design, sample_time, scheduling, actuators, lft, trim, gamma, inputs, .. } =
             self.clone();
         File {
@@ -103,8 +103,8 @@ impl ControllerDesign {
             design,
             sample_time,
             scheduling,
-            tracked: if first { inputs_of_controller() } else { None },
-            controller_inputs: if first { None } else { inputs_of_controller() },
+            tracked: listed(first),
+            controller_inputs: listed(!first),
             reference_filter: (!first).then_some(*reference_filter),
             actuators,
             lft,
