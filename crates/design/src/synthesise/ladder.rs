@@ -29,7 +29,7 @@ pub fn climb(file: &DesignFile, plant: &GeneralisedPlant, design: &Design) -> Re
     let options = LadderOptions {
         thetas: file.spread(FROZEN_SPEEDS).into_iter().map(|v| speeds.theta(v)).collect(),
         rates: ACCELERATIONS.iter().map(|a| a / half_range).collect(),
-        rate: RateOptions { accuracy: LADDER_ACCURACY, ..RateOptions::default() },
+        rate: RateOptions { order: 1, accuracy: LADDER_ACCURACY, ..RateOptions::default() },
         accuracy: LADDER_ACCURACY,
         ..LadderOptions::default()
     };
