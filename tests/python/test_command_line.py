@@ -381,10 +381,15 @@ def test_design_prints_each_stage(run_squid: Run, tmp_path: Path) -> None:
     assert "SURROGATE" in done.stdout
 
 
-@pytest.mark.parametrize("vehicle", ["squid", "remus100"])
-def test_ladder_of_gammas(run_squid: Run, tmp_path: Path, vehicle: str) -> None:
-    """Each further freedom of the speed costs: the gammas rise down both lists, up to the 0.2 % of their accuracy."""
-    done = run_squid("design", ROOT / "vehicles" / vehicle, "--out", tmp_path / "out", "--ladder")
+@pytest.mark.parametrize("design", ["design", "paper"])
+def test_ladder_of_gammas(run_squid: Run, squid_by_errors: Path, tmp_path: Path, design: str) -> None:
+    """Each further freedom of the speed costs: the gammas rise down both lists, up to the 0.2 % of their accuracy.
+
+    The loops are small ones, of controllers that take in errors alone: others take minutes.
+    """
+    shutil.copy(SQUID / "paper.toml", squid_by_errors)
+    options = ("--design", design, "--out", tmp_path / "out", "--ladder")
+    done = run_squid("design", squid_by_errors, *options)
     assert done.returncode == 0, done.stderr
     assert "CONTRADICTION" not in done.stdout and "unknown" not in done.stdout
     ladder = done.stdout.split("The best controller", 1)[1]

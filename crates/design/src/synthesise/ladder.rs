@@ -13,8 +13,8 @@ use std::time::Instant;
 /// Rates of speed at which the finished loop is analysed, m/s^2.
 const ACCELERATIONS: [f64; 4] = [0.01, 0.05, 0.125, 0.5];
 
-/// How close to the least each gamma of the ladder is, relative to itself: closer ones take minutes.
-pub const LADDER_ACCURACY: f64 = 0.01;
+/// How close to the least each gamma of the ladder is, relative to itself.
+const LADDER_ACCURACY: f64 = 1e-3;
 
 /// Speeds for which a controller of their own is sought.
 const FROZEN_SPEEDS: usize = 6;

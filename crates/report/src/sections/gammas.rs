@@ -12,11 +12,13 @@ use lpv::matrix::Mat;
 use lpv::rate::RateOptions;
 use lpv::synthesis::Design;
 use squid_design::numbers::rounded_up;
-use squid_design::synthesise::ladder::LADDER_ACCURACY;
 
 /// Speeds at which the finished loop is analysed. `squid design --ladder` takes more; here the page should not keep
 /// people waiting.
 const SAMPLES: usize = 9;
+
+/// How close to the least each gamma is, relative to itself.
+const ACCURACY: f64 = 0.01;
 
 /// The section on gamma for each assumption on the rate of the speed.
 ///
@@ -31,8 +33,8 @@ pub fn gammas(subject: &Subject) -> Result<Vec<Part>, Error> {
         thetas: vec![],
         rates: vec![acceleration / half_range],
         samples: SAMPLES,
-        rate: RateOptions { order: 1, accuracy: LADDER_ACCURACY, ..RateOptions::default() },
-        accuracy: LADDER_ACCURACY,
+        rate: RateOptions { order: 1, accuracy: ACCURACY, ..RateOptions::default() },
+        accuracy: ACCURACY,
     };
     let found = ladder(&subject.plant, &design(subject), &options)?;
     let rungs = rungs(subject, &found, acceleration);
