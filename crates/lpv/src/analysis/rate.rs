@@ -16,28 +16,12 @@
 //! is proved**. [`crate::analysis::bounded_gain()`] bounds the gain with proof, for parameters that move however fast.
 
 use crate::analysis::lyapunov_polynomial::LyapunovPolynomial;
+pub use crate::analysis::rate_program::RateOptions;
 use crate::analysis::rate_program::{Grid, RateAim, RateSolution, missed, without_signals};
 pub use crate::error::RateError;
 use crate::error::{ShapeError, SynthesisError};
 use crate::matrix::spectral_abscissa;
 use crate::system::state_space::StateSpace;
-
-/// Which Lyapunov functions are tried, and where the inequality is imposed first.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RateOptions {
-    /// The order d of X(theta).
-    pub order: usize,
-    /// The inequality is imposed at each `stride`-th sample and at the last one, and where it then fails.
-    pub stride: usize,
-    /// How close to the least gamma the one sought is, relative to itself plus 1 in units of a guess at it.
-    pub accuracy: f64,
-}
-
-impl Default for RateOptions {
-    fn default() -> Self {
-        Self { order: 2, stride: 4, accuracy: 2e-4 }
-    }
-}
 
 /// The Lyapunov function found, and how clearly the inequality holds.
 #[derive(Debug, Clone, PartialEq)]

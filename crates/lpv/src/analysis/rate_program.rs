@@ -2,7 +2,6 @@
 //! conditioned.
 
 use crate::analysis::lyapunov_polynomial::LyapunovPolynomial;
-use crate::analysis::rate::RateOptions;
 use crate::error::{RateError, SynthesisError};
 use crate::lmi::program::{Affine, Program, symmetric};
 use crate::lmi::solver;
@@ -17,6 +16,23 @@ const INEQUALITY_NAME: &str = "bounded real with rate";
 
 /// How often gamma is sought, each time in the coordinates of the last solution.
 const MOST_RESTARTS: usize = 4;
+
+/// Which Lyapunov functions are tried, and where the inequality is imposed first.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RateOptions {
+    /// The order d of X(theta).
+    pub order: usize,
+    /// The inequality is imposed at each `stride`-th sample and at the last one, and where it then fails.
+    pub stride: usize,
+    /// How close to the least gamma the one sought is, relative to itself plus 1 in units of a guess at it.
+    pub accuracy: f64,
+}
+
+impl Default for RateOptions {
+    fn default() -> Self {
+        Self { order: 2, stride: 4, accuracy: 2e-4 }
+    }
+}
 
 /// What a search looks for.
 #[derive(Clone, Copy)]
