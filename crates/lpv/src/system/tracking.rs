@@ -314,12 +314,16 @@ impl TrackingProblem {
                 number(i, noise.check("the noise of measurement"))?;
             }
             for (i, model) in two.models.iter().enumerate() {
-                let good = |model: &ReferenceModel| {
-                    invertible(model.frequency) && model.damping.is_none_or(invertible)
-                };
-                let value = model.map_or(1.0, |model| model.frequency);
-                let check = ("the reference model of output", value, model.as_ref().is_none_or(good));
-                number(i, (check.0, check.1, check.2, "of a frequency and a damping above 0 and finite"))?;
+                let (w, damping) = model.map_or((1.0, None), |model| (model.frequency, model.damping));
+                number(i, positive("the frequency of the reference model of output", &w))?;
+                number(i, positive("the damping of the reference model of output", &damping.unwrap_or(1.0)))?;
+            }
+            if let Some(MovingTrim { output, .. }) = two.trim
+                && two.models[output].is_none_or(|model| model.damping.is_some())
+            {
+                let order = two.models[output].map_or(0.0, |_| 2.0);
+                let name = "the order of the reference model of output";
+                number(output, (name, order, false, "1, since the trim moves with that output"))?;
             }
         }
         number(0, finite("the disturbance at input", &self.disturbance))
@@ -531,6 +535,26 @@ mod tests {
                     assert!((g[(i, j)] - entry).norm() < 1e-12 * (1.0 + entry.norm()), "{omega}: {i} {j}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_trim_follows_a_model_of_first_order() {
+        let slope = Lft::constant(dmatrix![1.0; 0.5]);
+        let with = |model| TrackingProblem {
+            two_degrees: Some(TwoDegrees {
+                measured: dmatrix![1.0],
+                noise: vec![RisingWeight::constant(0.1)],
+                models: vec![model],
+                trim: Some(MovingTrim { output: 0, slope: slope.clone() }),
+            }),
+            ..problem()
+        };
+        assert!(with(Some(ReferenceModel { frequency: 0.9, damping: None })).augment().is_ok());
+        for (model, order) in [(None, 0), (Some(ReferenceModel { frequency: 0.9, damping: Some(0.9) }), 2)] {
+            let message = with(model).augment().unwrap_err().to_string();
+            let words = format!("the order of the reference model of output 1 is {order}; it must be 1");
+            assert!(message.starts_with(&words), "{message}");
         }
     }
 

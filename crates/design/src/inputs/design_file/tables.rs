@@ -126,16 +126,15 @@ impl Control {
     }
 }
 
-/// A weight `key` at low frequencies that rises by the factor `rise` beyond `corner`; both may be left out.
+/// A weight `key` at low frequencies that rises by the factor `rise` beyond `corner`: both or neither is given.
 fn rising(table: &Table<'_>, key: &str, range: Range, unit: f64) -> Option<RisingWeight> {
     let low = within(table, key, range).map(|low| low * unit);
-    let rise = optional(table, "rise", RISE);
-    let corner = match rise {
-        Some(None) => optional(table, "corner", FREQUENCY),
-        _ => within(table, "corner", FREQUENCY).map(Some),
-    };
-    let (low, rise) = (low?, rise?.unwrap_or(1.0));
-    Some(RisingWeight { low, high: low * rise, corner: corner?.unwrap_or(1.0) })
+    if !table.has("rise") && !table.has("corner") {
+        return low.map(RisingWeight::constant);
+    }
+    let (rise, corner) = (within(table, "rise", RISE), within(table, "corner", FREQUENCY));
+    let (low, corner) = (low?, corner?);
+    Some(RisingWeight { low, high: low * rise?, corner })
 }
 
 /// What is measured; none where there is no such table.
@@ -419,6 +418,8 @@ mod tests {
             assert_eq!(found.len(), 1, "{found:?}");
             assert!(found[0].starts_with(&format!("design.toml:{}: {words}", lines[0])), "{found:?}");
         }
+        let (half, _) = refused(&[("corner = 10.0\n", "")]);
+        assert!(half[0].contains("missing key 'control.corner'"), "{half:?}");
         let (missing, _) = refused(&[("frequency = 0.9\n", "")]);
         assert!(missing[0].contains("missing key 'track.frequency'"), "{missing:?}");
         let (second_order, _) = refused(&[("frequency = 0.9\n", "frequency = 0.9\ndamping = 0.7\n")]);
