@@ -5,7 +5,7 @@
 //! zero-order hold.
 
 use crate::error::ProofError;
-use crate::inputs::design_file::DesignFile;
+use crate::inputs::design_file::{DesignFile, Measured, Tracked};
 use crate::linearise::STATES;
 use auv::{Actuator, Linearisation};
 use lpv::matrix::{Mat, block, largest, solve};
@@ -148,49 +148,40 @@ impl<'a> Sampling<'a> {
     /// filter becomes, or moves by, `pole v + gain r`.
     fn wired(&self, l: &Linearisation, a: Mat, b: &Mat, filter: impl Fn(f64) -> [f64; 2]) -> Wired {
         let DesignFile { tracked, measured, .. } = self.design;
-        let (n, p) = (a.nrows(), tracked.len());
+        let (n, p, q) = (a.nrows(), tracked.len(), measured.len());
         let slope = l.trim_slope(self.actuators);
         let by_trim = b * slope.rows(STATES, self.actuators.len());
-        let reach = Mat::from_diagonal(&DVector::from_iterator(
-            b.ncols(),
-            self.actuators.iter().map(Actuator::reach),
-        ));
+        let by_trim = Mat::from_column_slice(n, 1, by_trim.as_slice());
+        let reach = self.actuators.iter().map(Actuator::reach);
+        let reach = Mat::from_diagonal(&DVector::from_iterator(b.ncols(), reach));
         let speed = Mat::from_fn(1, p, |_, i| if tracked[i].place == SPEED { tracked[i].scale } else { 0.0 });
-        let moved = |place: usize| (0..STATES).map(|j| SIGNALS[place].output(j) * slope[j]).sum::<f64>();
-        let c = Mat::from_fn(p, n, |i, j| tracked[i].signal().output(j) / tracked[i].scale);
-        let b = b * reach;
-        let one = Mat::identity(p, p);
-        let Some(w) = self.design.reference_filter() else {
-            let (measured, references) = match measured.is_empty() {
-                true => (-&c, one),
-                // The trim is that of the frozen speed: the speed is not tracked.
-                false => {
-                    let y = Mat::from_fn(measured.len(), n, |i, j| {
-                        measured[i].signal().output(j) / measured[i].scale
-                    });
-                    (
-                        block(&[&[&Mat::zeros(p, n)], &[&y]]),
-                        block(&[&[&one], &[&Mat::zeros(measured.len(), p)]]),
-                    )
-                }
-            };
-            return Wired { a, b, from_references: by_trim * speed, c, measured, references };
+        let of_states = |c: Mat| block(&[&[&c, &Mat::zeros(c.nrows(), n - STATES)]]);
+        let c = of_states(Tracked::scaled_outputs(tracked));
+        let (one, zero) = (Mat::identity(p, p), Mat::zeros);
+        let (y, references) = match measured.is_empty() {
+            true => (-&c, one),
+            false => {
+                let y = of_states(Measured::scaled_outputs(measured));
+                (block(&[&[&zero(p, n)], &[&y]]), block(&[&[&one], &[&zero(q, p)]]))
+            }
         };
+        let fixed = Wired { a, b: b * reach, from_references: &by_trim * &speed, c, measured: y, references };
+        let Some(w) = self.design.reference_filter() else { return fixed };
         let [pole, gain] = filter(w);
-        let column = |of: &dyn Fn(usize) -> f64, count: usize| Mat::from_fn(count, 1, |i, _| of(i));
-        let y = Mat::from_fn(measured.len(), n, |i, j| measured[i].signal().output(j) / measured[i].scale);
-        let moves_references = column(&|i| -moved(tracked[i].place) / tracked[i].scale, p);
-        let moves_measured = column(&|i| -moved(measured[i].place) / measured[i].scale, measured.len());
+        // What the trim does to each reference and measurement, in its scale.
+        let moves = |(place, scale): (usize, f64)| {
+            -(0..STATES).map(|j| SIGNALS[place].output(j) * slope[j]).sum::<f64>() / scale
+        };
+        let all =
+            tracked.iter().map(|t| (t.place, t.scale)).chain(measured.iter().map(|m| (m.place, m.scale)));
+        let moves = Mat::from_iterator(p + q, 1, all.map(moves));
         Wired {
-            a: block(&[
-                &[&a, &Mat::from_column_slice(n, 1, by_trim.as_slice())],
-                &[&Mat::zeros(1, n), &Mat::from_element(1, 1, pole)],
-            ]),
-            b: block(&[&[&b], &[&Mat::zeros(1, b.ncols())]]),
-            from_references: block(&[&[&Mat::zeros(n, p)], &[&(speed * gain)]]),
-            c: block(&[&[&c, &Mat::zeros(p, 1)]]),
-            measured: block(&[&[&Mat::zeros(p, n), &moves_references], &[&y, &moves_measured]]),
-            references: block(&[&[&one], &[&Mat::zeros(measured.len(), p)]]),
+            a: block(&[&[&fixed.a, &by_trim], &[&zero(1, n), &Mat::from_element(1, 1, pole)]]),
+            b: block(&[&[&fixed.b], &[&zero(1, fixed.b.ncols())]]),
+            from_references: block(&[&[&zero(n, p)], &[&(speed * gain)]]),
+            c: block(&[&[&fixed.c, &zero(p, 1)]]),
+            measured: block(&[&[&fixed.measured, &moves]]),
+            references: fixed.references,
         }
     }
 }

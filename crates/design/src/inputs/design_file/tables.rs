@@ -103,11 +103,6 @@ fn within(table: &Table<'_>, key: &str, range: Range) -> Option<f64> {
     table.number(key, |v| range.allows(v), range.words)
 }
 
-/// A number that may be left out.
-fn optional(table: &Table<'_>, key: &str, range: Range) -> Option<Option<f64>> {
-    if table.has(key) { within(table, key, range).map(Some) } else { Some(None) }
-}
-
 /// The section `[control]`.
 struct Control {
     weight: Option<RisingWeight>,
@@ -239,9 +234,12 @@ fn reference_model(table: &Table<'_>, place: usize) -> Option<Option<ReferenceMo
         }
         return Some(Some(ReferenceModel { frequency: frequency?, damping: None }));
     }
-    let (frequency, damping) = (optional(table, "frequency", FREQUENCY), optional(table, "damping", DAMPING));
-    let damping = damping?;
-    Some(frequency?.map(|frequency| ReferenceModel { frequency, damping }))
+    if !table.has("frequency") && !table.has("damping") {
+        return Some(None);
+    }
+    let frequency = within(table, "frequency", FREQUENCY);
+    let damping = if table.has("damping") { within(table, "damping", DAMPING).map(Some) } else { Some(None) };
+    Some(Some(ReferenceModel { frequency: frequency?, damping: damping? }))
 }
 
 /// What the design allows a manoeuvre; `None` where that could not be read.
