@@ -122,8 +122,8 @@ fn fly_over_the_box(
     worst
 }
 
-/// Whether the actuators, with their gains, can hold the trim and then a pitch step: to first order, at the same forward
-/// speed, by `0 = A [0 w 0 step] + B outputs` with the least outputs in units of reach.
+/// Whether the actuators, with their gains, can hold the trim and then a pitch step: to first order, at the same
+/// forward speed, by `0 = A [0 w 0 step] + B outputs` with the least outputs in units of reach.
 fn is_strong_enough(vehicle: &Vehicle, trim: &Trim, gains: &[f64], step: f64) -> bool {
     let l = linearise(vehicle, trim).unwrap();
     let reach: Vec<f64> = vehicle.actuators.iter().map(Actuator::reach).collect();

@@ -85,7 +85,7 @@ pub fn report(inputs: &Inputs, stored: &Stored, progress: &Progress) -> Result<R
     });
     let warnings = [unproved.clone(), surrogate].into_iter().flatten();
     let warning = warnings.reduce(|first, second| format!("{first}. {second}"));
-    let introduction = vec![
+    let mut introduction = vec![
         format!(
             "Vehicle: {} ({} coefficients). {}",
             vehicle.name,
@@ -99,6 +99,14 @@ pub fn report(inputs: &Inputs, stored: &Stored, progress: &Progress) -> Result<R
             whether this vehicle confirms it, by a stated criterion and computed numbers."
             .into(),
     ];
+    if !inputs.design.measured.is_empty() {
+        introduction.push(
+            "The controller is not of the paper's set-up: the paper's takes in the tracking error alone, this one \
+                references and measurements apart, and each tracked output has a model to follow. Errors are those \
+                to that model."
+                .into(),
+        );
+    }
     Ok(Report {
         heading: format!("Report: {}", subject.name()),
         warning,

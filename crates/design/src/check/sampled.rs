@@ -24,14 +24,15 @@ pub struct Sampling<'a> {
     pub sample_time: f64,
 }
 
-/// What a controller is closed with: the vehicle at a trim, its actuators, and the trim that follows the speed reference.
+/// What a controller is closed with: the vehicle at a trim, its actuators, and the trim that follows the speed
+/// reference.
 ///
 /// ```text
 /// x' = A x + B u + Br r,   y = Cy x + Dr r,   outputs C x      (x+ in place of x' for a sampled one)
 /// ```
 ///
-/// States \[u w q theta\], then those of the actuators and of the filtered reference, as deviations from the trim at the
-/// frozen speed; u is what the controller adds to the trim. u, r, y and the outputs are in units of their scales.
+/// States \[u w q theta\], then those of the actuators and of the filtered reference, as deviations from the trim at
+/// the frozen speed; u is what the controller adds to the trim. u, r, y and the outputs are in units of their scales.
 #[derive(Debug, Clone)]
 pub struct Wired {
     /// A.
@@ -230,8 +231,8 @@ mod tests {
         Mat::from_fn(rows, columns, |i, j| 0.3 * (seed + 1.7 * i as f64 + 2.9 * j as f64).sin())
     }
 
-    /// The generalised plant takes deviations from a trim that moves, the flown law those from a fixed one; both are the
-    /// same loop: `z = [W_e (T_ref r - C x); W_u u]`.
+    /// The generalised plant takes deviations from a trim that moves, the flown law those from a fixed one; both are
+    /// the same loop: `z = [W_e (T_ref r - C x); W_u u]`.
     #[test]
     fn the_plant_of_the_design_is_the_loop_that_flies() {
         for (name, design, speed) in [

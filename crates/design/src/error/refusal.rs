@@ -48,10 +48,11 @@ pub enum Refusal {
         /// The largest modulus.
         radius: f64,
     },
-    /// The loop is not stable with the lags of the actuators, which the design does not know.
+    /// The loop is not stable with the lags of the actuators, though the design may know them.
     #[error(
         "at {speed:.3} m/s the loop with the actuators' lags has a mode with real part {real_part:.3e} rad/s, \
-            however often it is sampled; a lower bandwidth or faster actuators are needed"
+            however often it is sampled; 'lags = true' in [control] lets the design know the lags, else a lower \
+            bandwidth or faster actuators are needed"
     )]
     UnstableWithLags {
         /// Where.

@@ -98,7 +98,7 @@ fn table(subject: &Subject, peaks: &Both, steady: &Both) -> Table {
         "speed (m/s)",
         "peak of |S| of pitch, as it flies",
         "in continuous time",
-        "|S| at zero frequency, %, as it flies",
+        "error at zero frequency, %, as it flies",
         "in continuous time",
     ]);
     for (i, speed) in subject.speeds.iter().enumerate() {
@@ -142,8 +142,7 @@ fn peak_verdict(peaks: &Both, limit: f64) -> Verdict {
         ),
         finding: all_below(&peaks.flying, limit),
         because: format!(
-            "The largest peak is {:.2} as it flies, and {:.2} in continuous time, which is what \
-                the weight speaks of.",
+            "The largest peak is {:.2} as it flies, and {:.2} in continuous time.",
             largest(0.0, peaks.flying.iter().copied()),
             largest(0.0, peaks.ideal.iter().copied())
         ),
@@ -155,7 +154,8 @@ fn steady_verdict(steady: &Both, limit: f64) -> Verdict {
     Verdict {
         claim: "epsilon = 0.01 in the weight keeps the tracking error below 1 % (section 3B).",
         criterion: format!(
-            "|S| of pitch at zero frequency below {} % at each of the six speeds, of the loop as it flies.",
+            "the error of pitch at zero frequency below {} %, which is epsilon of this design, at each of the six \
+                speeds, of the loop as it flies.",
             100.0 * limit
         ),
         finding: all_below(&steady.flying, limit),
