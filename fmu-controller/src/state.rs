@@ -16,6 +16,7 @@ impl Controller {
         to.reals(&snapshot.outputs.commands);
         to.reals(&[snapshot.outputs.scheduling_parameter, snapshot.outputs.trim_pitch]);
         to.boolean(snapshot.outputs.out_of_range);
+        to.reals(&snapshot.waiting);
         to.real(snapshot.start);
         to.integer(snapshot.ticks);
         to.boolean(snapshot.outside);
@@ -34,6 +35,7 @@ impl Controller {
         snapshot.outputs.scheduling_parameter = from.finite()?;
         snapshot.outputs.trim_pitch = from.finite()?;
         snapshot.outputs.out_of_range = from.boolean()?;
+        from.reals(&mut snapshot.waiting)?;
         snapshot.start = from.finite()?;
         snapshot.ticks = from.integer()?;
         snapshot.outside = from.boolean()?;

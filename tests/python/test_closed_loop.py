@@ -6,6 +6,7 @@ First the design by errors alone, at the speeds and bandwidths and with the stea
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -64,6 +65,26 @@ def test_pitch_step_at_the_speeds_of_the_paper(tuning: Tuning, speed: float) -> 
     assert np.max(np.abs(flown["speed_error"])) < HELD
     before = flown["pitch_done"][flown["time"] < STEP_TIME]
     assert np.max(np.abs(before)) < 1e-3, "nothing moves before the step"
+
+
+def test_commands_come_as_late_as_the_design_declares(
+    run_squid: Run, squid_by_errors: Path, tmp_path: Path
+) -> None:
+    """Five ticks after the step; the loop, designed with its delay, is as good as without."""
+    vehicle = tmp_path / "late"
+    shutil.copytree(squid_by_errors, vehicle)
+    design = vehicle / "design.toml"
+    text = design.read_text(encoding="utf-8")
+    design.write_text(text.replace("sample_time = 0.02", "sample_time = 0.02\ndelay = 0.1"), encoding="utf-8")
+    packages = kept(run_squid, vehicle)
+    assert "too fast for the sample time" in (packages.folder / "design.txt").read_text(encoding="utf-8")
+    flown = pitch_step(packages, 1.5, TEN_DEGREES, 40.0)
+    commands = np.column_stack([flown[name] for name in limits(packages)])
+    moved = np.abs(commands - commands[0]).max(axis=1) > 1e-3
+    # The tick at the time of the step sees it, and its command is read at the end of that tick's step.
+    assert flown["time"][moved][0] == pytest.approx(STEP_TIME + 0.1 + 0.02, abs=0.011)
+    assert np.max(flown["pitch_done"]) - 1.0 < 0.10
+    assert abs(flown["pitch_done"][-1] - 1.0) < 0.01
 
 
 def test_the_six_responses_lie_close_together(tuning: Tuning) -> None:

@@ -5,6 +5,7 @@ use crate::inputs::design_file::{DesignFile, Measured, Tracked};
 use crate::linearise::{STATES, stacked, trim_slope};
 use auv::{Actuator, Linearisation};
 use lpv::lft::Lft;
+use lpv::matrix::Mat;
 use lpv::plant::GeneralisedPlant;
 use lpv::tracking::{MovingTrim, TrackingProblem, TwoDegrees};
 use signals::SPEED;
@@ -44,6 +45,7 @@ pub fn augment(
         output_scale: design.tracked.iter().map(|t| t.scale).collect(),
         input_scale: actuators.iter().map(Actuator::reach).collect(),
         lags: actuators.iter().map(|a| if design.lags { a.lag } else { 0.0 }).collect(),
+        delay: design.delay,
         tracking: design.tracked.iter().map(|t| t.weight).collect(),
         control: vec![design.control_weight; actuators.len()],
         disturbance: design.disturbance,
@@ -64,10 +66,21 @@ fn two_degrees(design: &DesignFile, slope: Lft) -> TwoDegrees {
     }
 }
 
-/// The inputs of the model that a lag separates from the commands, with the state of each lag in the plant.
-pub fn lagged(actuators: &[Actuator], design: &DesignFile) -> Vec<Option<usize>> {
-    let mut next = STATES..;
-    actuators.iter().map(|a| (design.lags && a.lag > 0.0).then(|| next.next()).flatten()).collect()
+/// What acts on the model, `G [x; u]` in units of the actuators' reach, m x (n + m) for n states of the plant of the
+/// design: a command, the state of its lag, or `2 p - u` with the state p of its delay.
+pub fn forces(actuators: &[Actuator], design: &DesignFile, n: usize) -> Mat {
+    let has_lag = |a: &Actuator| design.lags && a.lag > 0.0;
+    let mut lag = STATES..;
+    let first_late = STATES + actuators.iter().filter(|a| has_lag(a)).count();
+    let mut all = Mat::zeros(actuators.len(), n + actuators.len());
+    for (j, actuator) in actuators.iter().enumerate() {
+        match has_lag(actuator).then(|| lag.next()).flatten() {
+            Some(state) => all[(j, state)] = 1.0,
+            None if design.delay > 0.0 => (all[(j, first_late + j)], all[(j, n + j)]) = (2.0, -1.0),
+            None => all[(j, n + j)] = 1.0,
+        }
+    }
+    all
 }
 
 #[cfg(test)]
@@ -75,7 +88,6 @@ mod tests {
     use super::*;
     use crate::fit::Model;
     use crate::inputs::Inputs;
-    use lpv::matrix::Mat;
     use std::path::Path;
 
     /// Sutarto and Budiyono (2011), on W_u: the actions are normalised, here by the limits of the actuators, and the

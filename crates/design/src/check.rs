@@ -46,11 +46,15 @@ pub struct Checks {
 /// trapezoidal rule puts a frequency w at 2/T atan(w T/2): 11 % lower at a fifth of the rate, 36 % at a half.
 const SLOW_ENOUGH: f64 = 0.2;
 
+/// The fastest mode of a controller that a sample time (s) is short enough for, rad/s.
+pub fn fastest_sampled(sample_time: f64) -> f64 {
+    SLOW_ENOUGH * TAU / sample_time
+}
+
 impl Checks {
     /// A warning if the fastest mode of the controller is too fast for its sample time (s).
     pub fn remark(&self, sample_time: f64) -> Option<String> {
-        let rate = TAU / sample_time;
-        let (fastest, most) = (self.fastest_controller_mode, SLOW_ENOUGH * rate);
+        let (fastest, most) = (self.fastest_controller_mode, fastest_sampled(sample_time));
         (fastest > most).then(|| {
             format!(
                 "WARNING: the fastest mode of the controller, {fastest:.0} rad/s, is beyond a fifth of the \

@@ -66,6 +66,7 @@ fn controller(inputs: &Inputs, lft: LftMatrices, gamma: Gamma, trims: &[Trim]) -
         vehicle: VehicleName { name: inputs.vehicle.name.clone(), status: status(inputs.vehicle.status) },
         design: file.name.clone(),
         sample_time: file.sample_time,
+        delay_ticks: file.delay_ticks(),
         scheduling: Scheduling {
             quantity: "speed".into(),
             minimum: file.speed_min,

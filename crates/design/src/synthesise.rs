@@ -3,13 +3,16 @@
 pub mod ladder;
 pub mod robust;
 
+use crate::check::fastest_sampled;
 use crate::error::Error;
 use crate::inputs::design_file::DesignFile;
 use crate::numbers::above;
 use crate::progress::Progress;
 use auv::Actuator;
 use lpv::error::SynthesisError;
+use lpv::parameter_grid::parameter_grid;
 use lpv::plant::GeneralisedPlant;
+use lpv::reduce::without_fast_modes;
 use lpv::regularity::findings;
 use lpv::synthesis::{Design, Options};
 
@@ -27,9 +30,10 @@ pub fn synthesise(
     let running = progress.begin("synthesise", "solving the matrix inequalities");
     let design = lpv::synthesis::synthesise(plant, options(file))
         .map_err(|reason| no_controller(actuators, file, plant, reason))?;
+    let (design, slowed) = slow_enough(file, plant, design);
     let seconds = running.seconds();
     drop(running);
-    progress.done("synthesise", &synthesis_line(&design, file.back_off, seconds));
+    progress.done("synthesise", &(synthesis_line(&design, file.back_off, seconds) + &slowed));
     progress.done(
         "bound",
         &format!(
@@ -41,6 +45,30 @@ pub fn synthesise(
     );
     Ok(design)
 }
+
+/// The design, without the modes of its controller that are too fast for the sample time if its bound allows that; and
+/// what was done.
+fn slow_enough(file: &DesignFile, plant: &GeneralisedPlant, design: Design) -> (Design, String) {
+    let limit = fastest_sampled(file.sample_time);
+    let thetas = parameter_grid(plant.blocks.len());
+    let fastest = |design: &Design| design.controller.fastest_mode(&thetas);
+    let most = fastest(&design);
+    if most <= limit {
+        return (design, String::new());
+    }
+    let mut slower = SPLITS.iter().filter_map(|part| without_fast_modes(plant, &design, part * limit));
+    let Some(slower) = slower.find(|slower| fastest(slower) <= limit) else { return (design, String::new()) };
+    let gone = design.controller.a().nrows() - slower.controller.a().nrows();
+    let words = format!(
+        "\n{gone} modes of the controller, the fastest of {most:.0} rad/s, are too fast for the sample time: \
+         replaced by their gain at rest"
+    );
+    (slower, words)
+}
+
+/// Where modes at rho = 0 count as too fast, relative to what the sample time allows: elsewhere in the range they may
+/// be faster.
+const SPLITS: [f64; 3] = [1.0, 0.6, 0.3];
 
 /// How a controller of a design is sought.
 pub fn options(file: &DesignFile) -> Options {

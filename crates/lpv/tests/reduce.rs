@@ -4,8 +4,9 @@
 mod common;
 
 use lpv::parameter_grid::parameter_grid;
-use lpv::reduce::reduce;
+use lpv::reduce::{reduce, without_fast_modes};
 use lpv::synthesis::{Design, Options, synthesise};
+use nalgebra::Complex;
 
 #[test]
 fn a_reduced_controller_keeps_the_limit_on_its_fastest_mode() {
@@ -24,4 +25,23 @@ fn a_reduced_controller_keeps_the_limit_on_its_fastest_mode() {
     let refused = reduce(&plant, &design, Some(0.5 * fastest(&free)));
     assert!(refused == design || fastest(&refused) <= 0.5 * fastest(&free));
     assert_ne!(refused, free);
+}
+
+#[test]
+fn fast_modes_give_way_to_their_gain_at_rest() {
+    let plant = common::plant(&common::case("compleib/compleib_AC15"));
+    let design = synthesise(&plant, Options::default()).unwrap();
+    let mut modes: Vec<f64> = design.controller.frozen(&[]).unwrap().poles().iter().map(|p| -p.re).collect();
+    modes.sort_by(f64::total_cmp);
+    let [.., second, fastest] = modes[..] else { panic!("{modes:?}") };
+    assert!(without_fast_modes(&plant, &design, 1.01 * fastest).is_none(), "there are none");
+
+    let slower = without_fast_modes(&plant, &design, (second * fastest).sqrt()).unwrap();
+    let frozen = |design: &Design| design.controller.frozen(&[]).unwrap();
+    assert_eq!(frozen(&slower).a.nrows(), modes.len() - 1);
+    assert!(slower.controller.fastest_mode(&[vec![]]) < 1.001 * second);
+    let gains = [&design, &slower].map(|d| frozen(d).response(Complex::new(0.0, 0.0)).unwrap());
+    assert!((&gains[0] - &gains[1]).norm() < 1e-9 * gains[0].norm());
+    let norm = plant.close(&slower.controller).frozen(&[]).unwrap().hinf_norm().value;
+    assert!(norm <= slower.certified.gamma && slower.certified.gamma < 1.2 * design.certified.gamma);
 }

@@ -52,6 +52,8 @@ pub(crate) struct Plan {
 /// command_j = clamp(trim_j(V_r) + scale_j u_j, minimum_j, maximum_j)
 /// ```
 ///
+/// With a delay of d ticks the command of tick k comes out at tick k + d, and that of the initialisation before.
+///
 /// At each tick, after the output is computed, V_r is advanced exactly for a held reference:
 /// `V_r += (1 - exp(-w_r Ts)) (speed reference - V_r)`. The initialisation sets it to the speed reference.
 ///
@@ -66,6 +68,8 @@ pub struct Autopilot {
     /// V_r in m/s.
     filtered_speed: f64,
     outputs: Outputs,
+    /// The commands of the last ticks that are still to come out, a row a tick; row `k mod late` belongs to tick k.
+    waiting: Vec<f64>,
     start: f64,
     next_tick: u64,
     /// The last tick was out of range.
@@ -116,6 +120,7 @@ impl Autopilot {
                 trim_pitch: 0.0,
             },
             plan: Arc::new(plan),
+            waiting: vec![0.0; design.delay_ticks * design.actuators.len()],
             start: 0.0,
             next_tick: 0,
             outside: false,
@@ -153,6 +158,7 @@ impl Autopilot {
             state: self.controller.state().to_vec(),
             filtered_speed: self.filtered_speed,
             outputs: self.outputs.clone(),
+            waiting: self.waiting.clone(),
             start: self.start,
             ticks: self.next_tick,
             outside: self.outside,
@@ -164,10 +170,11 @@ impl Autopilot {
     /// # Errors
     /// [`SnapshotError`]; the autopilot is then as it was.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        snapshot.check(self.controller.state().len(), self.outputs.commands.len())?;
+        snapshot.check(self.controller.state().len(), self.outputs.commands.len(), self.waiting.len())?;
         self.controller.set_state(&snapshot.state);
         self.filtered_speed = snapshot.filtered_speed;
         self.outputs.clone_from(&snapshot.outputs);
+        self.waiting.copy_from_slice(&snapshot.waiting);
         self.start = snapshot.start;
         self.next_tick = snapshot.ticks;
         self.outside = snapshot.outside;
@@ -185,7 +192,12 @@ impl Autopilot {
         self.next_tick = 0;
         self.outside = false;
         self.filtered_speed = inputs.references[SPEED];
-        self.compute_outputs(inputs)
+        self.compute_outputs(inputs)?;
+        let Self { waiting, outputs, .. } = self;
+        waiting
+            .chunks_exact_mut(outputs.commands.len())
+            .for_each(|row| row.copy_from_slice(&outputs.commands));
+        Ok(())
     }
 
     /// Runs the ticks that are due before the time `to` in s, with the inputs held.
@@ -209,6 +221,7 @@ impl Autopilot {
     pub fn tick(&mut self, inputs: &Inputs) -> Result<Advance, TickError> {
         self.compute_outputs(inputs)?;
         self.controller.update();
+        self.delay_commands();
         if let Some(part) = self.plan.filter {
             self.filtered_speed += part * (inputs.references[SPEED] - self.filtered_speed);
         }
@@ -216,6 +229,11 @@ impl Autopilot {
         self.outside = self.outputs.out_of_range;
         self.next_tick += 1;
         Ok(Advance { ticks: 1, left_range })
+    }
+
+    /// Whether commands come out later than the tick that computes them.
+    pub fn is_late(&self) -> bool {
+        !self.waiting.is_empty()
     }
 
     /// The time in s to which the next tick belongs, `start + k Ts`.
@@ -238,6 +256,16 @@ impl Autopilot {
 
     fn rounding(&self, time: f64) -> f64 {
         ROUNDING_OF_TIME * self.plan.sample_time + 4.0 * f64::EPSILON * time.abs()
+    }
+
+    /// Puts out the commands of as many ticks ago as the delay says, and keeps those of this tick.
+    fn delay_commands(&mut self) {
+        let count = self.outputs.commands.len();
+        let late = self.waiting.len() / count;
+        if late > 0 {
+            let first = (self.next_tick % late as u64) as usize * count;
+            self.outputs.commands.swap_with_slice(&mut self.waiting[first..first + count]);
+        }
     }
 
     fn compute_outputs(&mut self, inputs: &Inputs) -> Result<(), TickError> {

@@ -6,6 +6,9 @@ use signals::{SPEED, place};
 /// A matrix as a list of rows.
 pub type Rows = Vec<Vec<f64>>;
 
+/// A command may come this many ticks late. A loop that waits longer should be sampled less often.
+pub const MOST_DELAY_TICKS: usize = 10;
+
 /// Everything that the autopilot needs; SI units, radians.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ControllerDesign {
@@ -15,6 +18,8 @@ pub struct ControllerDesign {
     pub design: String,
     /// Time between two ticks in s.
     pub sample_time: f64,
+    /// Ticks by which a command comes late: the time of computation and network, at most [`MOST_DELAY_TICKS`].
+    pub delay_ticks: usize,
     /// The scheduling parameter.
     pub scheduling: Scheduling,
     /// The inputs of the controller, in the order of `y`.

@@ -5,7 +5,8 @@
 //! | `squid-controller/1` | `tracked`: a list of `name`, `unit`, `scale`; each is an error, and there is no filter |
 //! | `squid-controller/2` | `controller_inputs`: a list of `signal`, `kind`, `unit`, `scale`; `reference_filter` |
 //!
-//! A design that the first can say is written in the first. All else is the same in both.
+//! A design that the first can say is written in the first. All else is the same in both; `delay_ticks` is left out
+//! where it is 0.
 
 use crate::design::{Actuator, Gamma, InputHashes, LftMatrices, Scheduling, TrimTable, VehicleName};
 use crate::{ControllerDesign, ControllerInput, DesignError, Kind};
@@ -22,6 +23,8 @@ struct File {
     vehicle: VehicleName,
     design: String,
     sample_time: f64,
+    #[serde(default, skip_serializing_if = "no_ticks")]
+    delay_ticks: usize,
     scheduling: Scheduling,
     #[serde(skip_serializing_if = "Option::is_none")]
     tracked: Option<Vec<Input>>,
@@ -35,6 +38,11 @@ struct File {
     trim: TrimTable,
     gamma: Gamma,
     inputs: InputHashes,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+fn no_ticks(ticks: &usize) -> bool {
+    *ticks == 0
 }
 
 /// One input: `name` is that of an error in the first format, `signal` and `kind` are of the second.
@@ -95,13 +103,14 @@ impl ControllerDesign {
             Input { name, signal, kind: (!first).then_some(kind), unit, scale }
         };
         let listed = |here: bool| here.then(|| controller_inputs.iter().cloned().map(input).collect());
-        let Self { vehicle, design, sample_time, scheduling, actuators, lft, trim, gamma, inputs, .. } =
-            self.clone();
+        let Self { vehicle, design, sample_time, delay_ticks, scheduling, .. } = self.clone();
+        let Self { actuators, lft, trim, gamma, inputs, .. } = self.clone();
         File {
             format: if first { FIRST } else { SECOND }.to_owned(),
             vehicle,
             design,
             sample_time,
+            delay_ticks,
             scheduling,
             tracked: listed(first),
             controller_inputs: listed(!first),
@@ -152,11 +161,13 @@ impl File {
             }
         };
         let controller_inputs = read.into_iter().map(input).collect::<Result<_, _>>()?;
-        let Self { vehicle, design, sample_time, scheduling, actuators, lft, trim, gamma, inputs, .. } = self;
+        let Self { vehicle, design, sample_time, delay_ticks, scheduling, .. } = self;
+        let Self { actuators, lft, trim, gamma, inputs, .. } = self;
         Ok(ControllerDesign {
             vehicle,
             design,
             sample_time,
+            delay_ticks,
             scheduling,
             controller_inputs,
             reference_filter: filter,

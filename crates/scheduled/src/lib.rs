@@ -35,8 +35,8 @@ mod validate;
 
 pub use autopilot::{Advance, Autopilot};
 pub use design::{
-    Actuator, ControllerDesign, ControllerInput, Gamma, InputHashes, Kind, LftMatrices, Rows, Scheduling,
-    Status, TrimTable, VehicleName,
+    Actuator, ControllerDesign, ControllerInput, Gamma, InputHashes, Kind, LftMatrices, MOST_DELAY_TICKS,
+    Rows, Scheduling, Status, TrimTable, VehicleName,
 };
 pub use error::{DesignError, TickError};
 pub use lft::controller::LftController;

@@ -11,6 +11,8 @@ pub struct Snapshot {
     pub filtered_speed: f64,
     /// Outputs of the last tick.
     pub outputs: Outputs,
+    /// Commands that were computed and wait; see [`ControllerDesign::delay_ticks`](crate::ControllerDesign).
+    pub waiting: Vec<f64>,
     /// Time of tick 0 in s.
     pub start: f64,
     /// Number of ticks that were run.
@@ -32,17 +34,20 @@ pub enum SnapshotError {
 }
 
 impl Snapshot {
-    pub(crate) fn check(&self, states: usize, commands: usize) -> Result<(), SnapshotError> {
-        for (what, found, expected) in
-            [("states", self.state.len(), states), ("commands", self.outputs.commands.len(), commands)]
-        {
+    pub(crate) fn check(&self, states: usize, commands: usize, waiting: usize) -> Result<(), SnapshotError> {
+        for (what, found, expected) in [
+            ("states", self.state.len(), states),
+            ("commands", self.outputs.commands.len(), commands),
+            ("commands that wait", self.waiting.len(), waiting),
+        ] {
             if found != expected {
                 return Err(SnapshotError::Length { what, found, expected });
             }
         }
         let others =
             [self.filtered_speed, self.start, self.outputs.scheduling_parameter, self.outputs.trim_pitch];
-        let mut all = self.state.iter().chain(&self.outputs.commands).chain(&others);
+        let commands = self.outputs.commands.iter().chain(&self.waiting);
+        let mut all = self.state.iter().chain(commands).chain(&others);
         match all.find(|value| !value.is_finite()) {
             Some(&value) => Err(SnapshotError::NotFinite { value }),
             None => Ok(()),

@@ -18,8 +18,9 @@ impl Autopilot {
     /// The derivatives of the outputs of a tick now, at `inputs` and along `direction`. The autopilot does not change.
     ///
     /// The outputs are those of the next tick, for which V_r stands if it is filtered, or with `initial` those of
-    /// [`initialise`](Self::initialise), where it is the speed reference. The LFT is closed at the scheduling parameter of the measured speed, which the direction moves too. Where a
-    /// command is limited its derivative is zero; at a corner of the trim table it is the right-hand one.
+    /// [`initialise`](Self::initialise), where it is the speed reference. The LFT is closed at the scheduling parameter
+    /// of the measured speed, which the direction moves too. Where a command is limited or late its derivative is
+    /// zero; at a corner of the trim table it is the right-hand one.
     ///
     /// # Errors
     /// [`TickError::SingularLoop`].
@@ -52,6 +53,8 @@ impl Autopilot {
             let value = plan.trim.command(speed, index) + scale * scaled[index];
             let feedforward = plan.trim.command_slope(speed, index) * dspeed;
             let free = (minimum..=maximum).contains(&value);
+            // A command that comes late does not depend on the inputs of its tick.
+            let free = free && (initial || !self.is_late());
             *command = if free { feedforward + scale * *command } else { 0.0 };
         }
         let trim_pitch = plan.trim.pitch_slope(speed) * dspeed;

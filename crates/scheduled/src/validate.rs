@@ -4,6 +4,7 @@ use signals::{NAMES, SIGNALS, TRACKED_NAMES, place};
 use std::collections::BTreeSet;
 use std::fmt;
 
+use crate::design::MOST_DELAY_TICKS;
 use crate::lft::numbers::{finite, positive, range};
 use crate::{ControllerDesign, DesignError, Lft};
 
@@ -20,6 +21,10 @@ impl ControllerDesign {
         if !(SHORTEST_SAMPLE_TIME..f64::INFINITY).contains(&self.sample_time) {
             let (key, value) = ("sample_time".to_owned(), self.sample_time);
             return Err(DesignError::BadNumber { key, value, allowed: "finite and at least 1e-5" });
+        }
+        if self.delay_ticks > MOST_DELAY_TICKS {
+            let (key, value) = ("delay_ticks".to_owned(), self.delay_ticks as f64);
+            return Err(DesignError::BadNumber { key, value, allowed: "at most 10" });
         }
         self.validate_scheduling()?;
         self.validate_controller_inputs()?;

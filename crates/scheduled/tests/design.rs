@@ -200,6 +200,7 @@ fn refuses_inputs_that_make_no_sense() {
         let expected = format!("reference_filter is {bandwidth}, but must be finite and above 0");
         refused(example::two_degrees(), |d| d.reference_filter = Some(bandwidth), &expected);
     }
+    of(|d| d.delay_ticks = 11, "delay_ticks is 11, but must be at most 10");
     of(|d| d.lft.by[0].truncate(2), "lft.By[0] has 2 entries, but must have 4");
 }
 

@@ -45,6 +45,22 @@ proptest! {
         }
     }
 
+    /// The command of tick k at tick k + d, before that the first; all else is not delayed.
+    #[test]
+    fn a_delay_shifts_the_commands(flight in prop::collection::vec(inputs(), 1..30), delay_ticks in 0..11usize) {
+        let mut prompt = started(&filtered(0.7));
+        let mut late = started(&ControllerDesign { delay_ticks, ..filtered(0.7) });
+        let mut commands = vec![prompt.outputs().commands.clone(); delay_ticks];
+        for inputs in flight {
+            prompt.tick(&inputs).unwrap();
+            late.tick(&inputs).unwrap();
+            commands.push(prompt.outputs().commands.clone());
+            prop_assert_eq!(&late.outputs().commands, &commands.remove(0));
+            prop_assert_eq!(late.outputs().scheduling_parameter, prompt.outputs().scheduling_parameter);
+            prop_assert_eq!(late.snapshot().state, prompt.snapshot().state);
+        }
+    }
+
     /// V_r(k Ts) = r + (V_r(0) - r) exp(-w_r k Ts) under a held reference, however time is cut.
     #[test]
     fn the_filter_is_the_exact_exponential(
@@ -65,11 +81,11 @@ proptest! {
     }
 
     #[test]
-    fn a_snapshot_carries_the_filter(
+    fn a_snapshot_carries_the_filter_and_what_waits(
         before in prop::collection::vec(inputs(), 1..20),
         after in prop::collection::vec(inputs(), 1..20),
     ) {
-        let design = filtered(0.7);
+        let design = ControllerDesign { delay_ticks: 3, ..filtered(0.7) };
         let mut whole = started(&design);
         for inputs in &before {
             whole.tick(inputs).unwrap();
@@ -86,10 +102,10 @@ proptest! {
 
     /// Against central differences, away from the corners of the trim table, at the first outputs and in mid-filter.
     #[test]
-    fn tangents_are_derivatives(at in inputs(), direction in inputs(), initial: bool) {
+    fn tangents_are_derivatives(at in inputs(), direction in inputs(), initial: bool, delay_ticks in 0..2usize) {
         let near = |speed: f64| [0.49, 1.749, 3.0].iter().any(|corner| (speed - corner).abs() < 1e-3);
         prop_assume!(!near(at.measured[SPEED]) && !near(at.references[SPEED]));
-        let mut design = filtered(0.7);
+        let mut design = ControllerDesign { delay_ticks, ..filtered(0.7) };
         design.controller_inputs[1] = example::input("heave", Kind::Measurement, 0.2);
         design.actuators.iter_mut().for_each(|one| (one.minimum, one.maximum) = (-1e9, 1e9));
         let mut autopilot = started(&design);
@@ -179,6 +195,7 @@ fn a_snapshot_that_does_not_fit_is_refused() {
     for (change, expected) in [
         ((|s: &mut Snapshot| s.filtered_speed = f64::NAN) as fn(&mut Snapshot), "it holds the number NaN"),
         (|s| s.state.push(0.0), "it has 3 states, and the controller has 2"),
+        (|s| s.waiting.push(0.0), "it has 1 commands that wait, and the controller has 0"),
         (|s| s.outputs.commands.truncate(1), "it has 1 commands, and the controller has 3"),
     ] {
         let mut bad = good.clone();

@@ -3,7 +3,7 @@
 //! `[A B2]` of the fit is off by `R(V) = [A B2](V) - [A B2](rho)`. The ball is the set of all `E Delta [F Fu]` with
 //! `|Delta| <= 1`.
 
-use crate::augment::lagged;
+use crate::augment::forces;
 use crate::error::{Error, ProofError};
 use crate::fit::Model;
 use crate::inputs::design_file::DesignFile;
@@ -49,16 +49,11 @@ pub fn smallest_ball(
     let (n, root) = (plant.a().nrows(), size.sqrt());
     let mut e = Mat::zeros(n, STATES);
     e.view_mut((0, 0), (STATES, STATES)).copy_from(&(&t * root));
-    let mut f = Mat::zeros(STATES + m, n);
+    let mut f = Mat::zeros(STATES + m, n + m);
     f.view_mut((0, 0), (STATES, STATES)).copy_from(&(&t_inverse * root));
-    let mut fu = Mat::zeros(STATES + m, m);
-    for (j, lag) in lagged(&vehicle.actuators, file).into_iter().enumerate() {
-        match lag {
-            Some(state) => f[(STATES + j, state)] = root,
-            None => fu[(STATES + j, j)] = root,
-        }
-    }
-    Ok((ModelError { e, f, fu }, size))
+    f.rows_mut(STATES, m).copy_from(&(forces(&vehicle.actuators, file, n) * root));
+    let fu = f.columns(n, m).into_owned();
+    Ok((ModelError { e, f: f.columns(0, n).into_owned(), fu }, size))
 }
 
 /// Checks that the ball of a certificate contains the true linearisations of the vehicle, computed again.
@@ -77,17 +72,21 @@ pub fn holds(ball: &Residual, vehicle: &Vehicle, file: &DesignFile, model: &Mode
     let f = from_rows(&ball.f, n).filter(|f| f.nrows() == STATES + m).ok_or_else(shapeless)?;
     let fu = from_rows(&ball.fu, m).filter(|fu| fu.nrows() == STATES + m).ok_or_else(shapeless)?;
     let invert = |a: &Mat| solve(a, &Mat::identity(a.nrows(), a.nrows())).ok_or_else(shapeless);
-    // The columns of [F Fu] that belong to the model's states and inputs; all others must be 0.
-    let inputs = lagged(&vehicle.actuators, file).into_iter().enumerate();
-    let own: Vec<usize> = (0..STATES).chain(inputs.map(|(j, lag)| lag.unwrap_or(n + j))).collect();
+    // [F Fu] = H G with G from states and commands to what the model is driven by. Each row of G has a column that no
+    // other row needs, of 1 or -1, its last: H consists of these columns, and nothing else may be in [F Fu].
+    let mut g = Mat::zeros(STATES + m, n + m);
+    g.view_mut((0, 0), (STATES, STATES)).fill_with_identity();
+    g.rows_mut(STATES, m).copy_from(&forces(&vehicle.actuators, file, n));
+    let last = |row: usize| (0..n + m).rev().find(|column| g[(row, *column)] != 0.0).unwrap_or(row);
+    let own: Vec<usize> = (0..STATES + m).map(last).collect();
     let whole = block(&[&[&f, &fu]]);
-    let others: Vec<usize> = (0..n + m).filter(|column| !own.contains(column)).collect();
+    let h = Mat::from_fn(STATES + m, STATES + m, |i, j| whole[(i, own[j])] * g[(j, own[j])]);
     let is_zero = |part: &Mat| part.iter().all(|entry| *entry == 0.0);
-    if !is_zero(&e.rows(STATES, n - STATES).into_owned()) || !is_zero(&whole.select_columns(&others)) {
+    if !is_zero(&e.rows(STATES, n - STATES).into_owned()) || whole != &h * &g {
         return Err(shapeless().into());
     }
     let left = invert(&e.rows(0, STATES).into_owned())?;
-    let right = invert(&whole.select_columns(&own))?;
+    let right = invert(&h)?;
     let reach = reach(residuals(vehicle, file, model)?.iter().map(|r| &left * r * &right));
     if reach <= 1.0 + SAME_BALL {
         Ok(())

@@ -105,7 +105,8 @@ impl<'a> Sampling<'a> {
         }
         let transition = (generator * self.sample_time).exp();
         let (phi, gamma) = (transition.view((0, 0), (n, n)), transition.view((0, n), (n, m)));
-        self.wired(l, phi.into_owned(), &gamma.into_owned(), |w| {
+        let (a, b) = later(phi.into_owned(), gamma.into_owned(), self.late_ticks());
+        self.wired(l, a, &b, |w| {
             let stays = (-w * self.sample_time).exp();
             [stays, 1.0 - stays]
         })
@@ -125,7 +126,19 @@ impl<'a> Sampling<'a> {
                 false => b.view_mut((0, j), (STATES, 1)).copy_from(&l.b.column(j)),
             }
         }
-        self.wired(l, whole.select_rows(&kept).select_columns(&kept), &b.select_rows(&kept), |w| [-w, w])
+        let (a, b) = (whole.select_rows(&kept).select_columns(&kept), b.select_rows(&kept));
+        if self.design.delay <= 0.0 {
+            return self.wired(l, a, &b, |w| [-w, w]);
+        }
+        // The commands u come as 2 p - u, p' = 2/T (u - p).
+        let rate = Mat::identity(m, m) * (2.0 / self.design.delay);
+        let a = block(&[&[&a, &(&b * 2.0)], &[&Mat::zeros(m, a.ncols()), &-&rate]]);
+        self.wired(l, a, &block(&[&[&-b], &[&rate]]), |w| [-w, w])
+    }
+
+    /// The delay of the commands in ticks of this sample time.
+    fn late_ticks(&self) -> usize {
+        (self.design.delay / self.sample_time).round() as usize
     }
 
     /// An actuator without lag is one that is much faster than the sample.
@@ -187,6 +200,16 @@ impl<'a> Sampling<'a> {
     }
 }
 
+/// A sampled system `[a b]` whose inputs come `ticks` ticks late; they wait in states behind those that it has.
+fn later(a: Mat, b: Mat, ticks: usize) -> (Mat, Mat) {
+    let m = b.ncols();
+    (0..ticks).fold((a, b), |(a, b), _| {
+        let rest = Mat::zeros(m, a.ncols());
+        let enters = block(&[&[&Mat::zeros(a.nrows(), m)], &[&Mat::identity(m, m)]]);
+        (block(&[&[&a, &b], &[&rest, &Mat::zeros(m, m)]]), enters)
+    })
+}
+
 /// The error when [`Sampling::closed`] or [`trapezoidal`] returns `None`.
 pub fn cannot() -> ProofError {
     ProofError::Mismatch { what: "the sample time, with a mode of the controller".into() }
@@ -235,14 +258,16 @@ mod tests {
     /// the same loop: `z = [W_e (T_ref r - C x); W_u u]`.
     #[test]
     fn the_plant_of_the_design_is_the_loop_that_flies() {
-        for (name, design, speed) in [
-            ("squid", "design", 0.7),
-            ("squid", "design", 2.6),
-            ("remus100", "design", 1.6),
-            ("squid", "paper", 1.0),
+        for (name, design, speed, delay) in [
+            ("squid", "design", 0.7, 0.0),
+            ("squid", "design", 2.6, 0.04),
+            ("remus100", "design", 1.6, 0.1),
+            ("squid", "paper", 1.0, 0.0),
+            ("squid", "paper", 1.0, 0.1),
         ] {
             let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles")).join(name);
-            let inputs = Inputs::read(&vehicle, design).unwrap();
+            let mut inputs = Inputs::read(&vehicle, design).unwrap();
+            inputs.design.delay = delay;
             let (actuators, file) = (&inputs.vehicle.actuators, &inputs.design);
             let l = linearise_at(&inputs.vehicle, file.depth, speed).unwrap();
             let (p, m, y) = (file.tracked.len(), actuators.len(), file.tracked.len() + file.measured.len());
@@ -305,7 +330,8 @@ mod tests {
     #[test]
     fn a_loop_sampled_often_is_the_one_in_continuous_time() {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
-        let inputs = Inputs::read(vehicle, "design").unwrap();
+        let mut inputs = Inputs::read(vehicle, "design").unwrap();
+        inputs.design.delay = 5e-4;
         let (actuators, file) = (&inputs.vehicle.actuators, &inputs.design);
         let l = linearise_at(&inputs.vehicle, file.depth, 1.3).unwrap();
         let y = file.tracked.len() + file.measured.len();

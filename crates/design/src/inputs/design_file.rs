@@ -151,6 +151,8 @@ pub struct DesignFile {
     pub back_off: f64,
     /// Sample time of the autopilot, s.
     pub sample_time: f64,
+    /// How late a command comes after the tick that computes it, s: a multiple of the sample time.
+    pub delay: f64,
     /// What the FMU of the whole loop flies by default.
     pub manoeuvre: Manoeuvre,
     /// Which numbers of the vehicle are uncertain; `None` without the section.
@@ -176,6 +178,11 @@ impl DesignFile {
         }
         let place = self.tracked[tracked].place;
         self.measured.iter().position(|m| m.place == place).map(|row| self.tracked.len() + row)
+    }
+
+    /// The delay in ticks.
+    pub fn delay_ticks(&self) -> usize {
+        (self.delay / self.sample_time).round() as usize
     }
 
     /// The frequency w of the filter of the speed reference, `w/(s + w)`, rad/s: the model that the speed follows, for a

@@ -75,7 +75,7 @@ fn gap(a: &Mat) -> Option<(f64, f64)> {
 }
 
 /// The projector on the modes to the left of `-rate`, along the others.
-fn projector(a: &Mat, rate: f64) -> Option<Mat> {
+pub(crate) fn projector(a: &Mat, rate: f64) -> Option<Mat> {
     let unit = Mat::identity(a.nrows(), a.nrows());
     let mut sign = a / rate + &unit;
     for _ in 0..MOST_ITERATIONS {

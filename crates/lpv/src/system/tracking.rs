@@ -3,13 +3,13 @@
 //! ```text
 //!   r -->[T_ref]--(+)--> e --[W_e]--> z_e          W_e = (s/M_s + w_b) / (s + w_b eps)
 //!    |             ^-
-//!    |             |<-- C x --------------+
-//!    v             v                      |
-//!   y = [r; C x + N n] or e               |
-//!    |                                    |
-//!   [K]--> u --[lag]--(+)--[model]--------+
-//!          |           ^
-//!        [W_u]       beta d                         d: disturbance at the input
+//!    |             |<-- C x -----------------+
+//!    v             v                         |
+//!   y = [r; C x + N n] or e                  |
+//!    |                                       |
+//!   [K]--> u --[delay]--[lag]--(+)--[model]--+
+//!          |                    ^
+//!        [W_u]                beta d                d: disturbance at the input
 //!          v
 //!         z_u
 //! ```
@@ -112,6 +112,9 @@ pub struct TrackingProblem {
     pub input_scale: Vec<f64>,
     /// Time constant of the lag of each input, s; 0 for none.
     pub lags: Vec<f64>,
+    /// The time by which the commands come late, before the lags, s; 0 for none. In the plant it is the all-pass
+    /// `(2/T - s)/(2/T + s)`, its Pade approximation of first order, with which a phase is off by `(omega T)^3/12`.
+    pub delay: f64,
     /// W_e of each tracked output.
     pub tracking: Vec<TrackingWeight>,
     /// W_u of each input, in units of its scale.
@@ -165,7 +168,7 @@ impl Assembly {
 impl TrackingProblem {
     /// The generalised plant.
     ///
-    /// States: the model's; the lags; one of each W_e; the trim, the reference models, the noise and W_u, as far as
+    /// States: the model's; the lags; one of each delay; one of each W_e; the trim, the reference models, the noise and W_u, as far as
     /// they have any. `w = [r; d; n]`, `z = [W_e e; W_u u]`, y = e or `[r; C x + N n]`, all in units of their
     /// scales. With a moving trim, x, u, r and the measurements are deviations from it.
     ///
@@ -185,6 +188,7 @@ impl TrackingProblem {
         let (_, x) = all.state(n);
         let lagged: Vec<usize> = (0..m).filter(|j| self.lags[*j] > 0.0).collect();
         let (first_lag, lags) = all.state(lagged.len());
+        let (first_late, late) = all.state(self.late(m));
         let errors_from = all.state(p).0;
         let wt = all.signal(sizes.x, sizes.t);
         let [r, d, noise, u] = [(0, p), (p, m), (p + m, noises), (sizes.w, m)]
@@ -204,11 +208,15 @@ impl TrackingProblem {
             references.rows_mut(*output, 1).copy_from(&ahead);
         }
 
-        // What the inputs of the model are: the commands, through their lags, and the disturbance.
+        // What the inputs of the model are: the commands, late and through their lags, and the disturbance.
         let mut forces = u.clone();
+        if self.delay > 0.0 {
+            all.derivative(first_late, &((&u - &late) * (2.0 / self.delay)));
+            forces = &late * 2.0 - &u;
+        }
         for (i, j) in lagged.iter().enumerate() {
             let lag = row(&lags, i);
-            all.derivative(first_lag + i, &((row(&u, *j) - &lag) / self.lags[*j]));
+            all.derivative(first_lag + i, &((row(&forces, *j) - &lag) / self.lags[*j]));
             forces.rows_mut(*j, 1).copy_from(&lag);
         }
         let forces = forces + d * self.disturbance;
@@ -216,10 +224,11 @@ impl TrackingProblem {
         let moved = &model.constant * &inputs + &model.left * &wt;
         all.derivative(0, &moved.rows(0, n).into_owned());
         if trim.is_some() {
-            for (i, j) in lagged.iter().enumerate() {
-                let moves = row(&moved, n + j) / self.input_scale[*j];
-                let rate = row(&all.derivatives, first_lag + i) + moves;
-                all.derivative(first_lag + i, &rate);
+            let lags = lagged.iter().enumerate().map(|(i, j)| (first_lag + i, *j));
+            for (state, j) in lags.chain((0..self.late(m)).map(|j| (first_late + j, j))) {
+                let moves = row(&moved, n + j) / self.input_scale[j];
+                let rate = row(&all.derivatives, state) + moves;
+                all.derivative(state, &rate);
             }
         }
         let zt = &model.right * &inputs + &model.inner * &wt;
@@ -261,6 +270,11 @@ impl TrackingProblem {
         Ok(GeneralisedPlant { parts: Partitioned::of(matrix, PLANT, sizes), blocks })
     }
 
+    /// The number of states of the delays of m inputs.
+    fn late(&self, m: usize) -> usize {
+        if self.delay > 0.0 { m } else { 0 }
+    }
+
     /// The number of states.
     fn states(&self, n: usize) -> usize {
         let lags = self.lags.iter().filter(|lag| **lag > 0.0).count();
@@ -274,7 +288,7 @@ impl TrackingProblem {
             let models: usize = two.models.iter().enumerate().map(follows).sum();
             models + two.noise.iter().filter(|noise| noise.rises()).count()
         });
-        n + self.outputs.nrows() + lags + two + weights
+        n + self.outputs.nrows() + lags + self.late(self.input_scale.len()) + two + weights
     }
 
     /// The model, and beside it the slope of the trim if that moves: `[A B x0'; 0 0 u0']`.
@@ -306,6 +320,11 @@ impl TrackingProblem {
         for (i, lag) in self.lags.iter().enumerate() {
             number(i, ("the lag of input", *lag, *lag == 0.0 || invertible(*lag), "0 or more, and finite"))?;
         }
+        let late = self.delay;
+        number(
+            0,
+            ("the delay before input", late, late == 0.0 || invertible(late), "0 or more, and finite"),
+        )?;
         for (i, weight) in self.control.iter().enumerate() {
             number(i, weight.check("W_u of input"))?;
         }
@@ -462,6 +481,7 @@ mod tests {
             input_scale: vec![1.0],
             tracking: vec![TrackingWeight { peak: 2.0, steady_error: 0.01, bandwidth: 0.46 }],
             lags: vec![0.0],
+            delay: 0.0,
             control: vec![RisingWeight::constant(0.5)],
             disturbance: 0.1,
             two_degrees: None,
@@ -472,7 +492,8 @@ mod tests {
     fn a_weight_that_is_not_proper_is_refused_by_name() {
         assert!(problem().augment().is_ok());
         type Spoil = fn(&mut TrackingProblem);
-        let spoilt: [(Spoil, &str); 8] = [
+        let spoilt: [(Spoil, &str); 9] = [
+            (|p| p.delay = -0.1, "the delay before input 1 is -0.1; it must be 0 or more, and finite"),
             (
                 |p| p.tracking[0].peak = 0.0,
                 "the peak of W_e 1 is 0; it must be above 0, or W_e is not proper",
@@ -496,14 +517,15 @@ mod tests {
         }
     }
 
-    /// x' = -x + force with a lag of 0.5 s, followed by a model, with noise that rises: the open plant against its
-    /// transfer functions.
+    /// x' = -x + force with a lag of 0.5 s and a delay of 0.2 s, followed by a model, with noise that rises: the open
+    /// plant against its transfer functions.
     #[test]
     fn references_apart_have_their_transfer_functions() {
         let noise = RisingWeight { low: 0.01, high: 2.0, corner: 3.0 };
         let model = ReferenceModel { frequency: 1.3, damping: Some(0.7) };
         let problem = TrackingProblem {
             lags: vec![0.5],
+            delay: 0.2,
             control: vec![RisingWeight { low: 0.5, high: 4.0, corner: 10.0 }],
             two_degrees: Some(TwoDegrees {
                 measured: dmatrix![2.0],
@@ -515,14 +537,14 @@ mod tests {
         };
         let plant = problem.augment().unwrap();
         let sizes = plant.sizes();
-        assert_eq!((sizes.x, sizes.w, sizes.z, sizes.y, sizes.u), (7, 3, 2, 2, 1));
+        assert_eq!((sizes.x, sizes.w, sizes.z, sizes.y, sizes.u), (8, 3, 2, 2, 1));
         let system = plant.parts.state_space(&[Z, Y], &[W, U]);
         for omega in [0.01, 0.7, 5.0, 80.0] {
             let s = Complex::new(0.0, omega);
             let g = system.response(s).unwrap();
             let weight = (s / 2.0 + 0.46) / (s + 0.0046);
             let zero = Complex::new(0.0, 0.0);
-            let (vehicle, lag) = ((s + 1.0).inv(), (s * 0.5 + 1.0).inv());
+            let (vehicle, lag) = ((s + 1.0).inv(), (s * 0.5 + 1.0).inv() * (10.0 - s) / (s + 10.0));
             let rising = |w: RisingWeight| s / (s + w.corner) * (w.high - w.low) + w.low;
             let expected = [
                 [weight * model.response(omega), -weight * vehicle * 0.1, zero, -weight * vehicle * lag],

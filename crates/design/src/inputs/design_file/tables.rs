@@ -7,7 +7,7 @@ use crate::inputs::design_file::{
 use auv::toml_file::{Document, FileError, Table};
 use auv::{number, rounded};
 use lpv::tracking::{ReferenceModel, RisingWeight, TrackingWeight};
-use scheduled::{MANOEUVRE_FORMAT, Manoeuvre};
+use scheduled::{MANOEUVRE_FORMAT, MOST_DELAY_TICKS, Manoeuvre};
 use signals::{PITCH, SIGNALS, SPEED};
 use std::f64::consts::FRAC_PI_2;
 
@@ -17,7 +17,7 @@ const NEVER: f64 = 1e6;
 /// Ticks of a flight: its record is kept in memory, some 200 bytes each.
 const MOST_TICKS: f64 = 1e6;
 
-/// A part of a step or a speed by which it may exceed what is allowed, for the rounding of units.
+/// A part of a step, a speed or a tick by which it may exceed what is allowed, for the rounding of units.
 const ROUNDING: f64 = 1e-9;
 
 const SECTIONS: [&str; 9] = [
@@ -59,10 +59,8 @@ fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
         table.number("back_off", |v| (0.001..=1.0).contains(&v), "from 0.001 to 1")
     });
     let autopilot = section(&root, "autopilot", "sample_time, one tick each (s)");
-    let sample_time = autopilot.and_then(|table| {
-        table.allow_only(&["sample_time"]);
-        table.number("sample_time", |v| (1e-4..=1.0).contains(&v), "from 0.0001 to 1 (s)")
-    });
+    let autopilot = autopilot.as_ref().map(Autopilot::of);
+    let sample_time = autopilot.as_ref().and_then(|autopilot| autopilot.sample_time);
     let limits = Limits {
         speeds: model.as_ref().and_then(|m| m.speed_min.zip(m.speed_max)),
         pitch: tracked.iter().flatten().find(|t| t.place == PITCH).map(|t| t.scale),
@@ -90,6 +88,7 @@ fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
         lags: control.lags?,
         back_off: back_off?,
         sample_time: sample_time?,
+        delay: autopilot?.delay?,
         manoeuvre: manoeuvre?,
         uncertainty,
     })
@@ -118,6 +117,30 @@ impl Control {
             disturbance: table.number("disturbance", |v| (0.0..=1e6).contains(&v), "from 0 to 1e6"),
             lags: if table.has("lags") { table.truth("lags") } else { Some(false) },
         }
+    }
+}
+
+/// The section `[autopilot]`.
+struct Autopilot {
+    sample_time: Option<f64>,
+    delay: Option<f64>,
+}
+
+impl Autopilot {
+    fn of(table: &Table<'_>) -> Self {
+        table.allow_only(&["sample_time", "delay"]);
+        let sample_time = table.number("sample_time", |v| (1e-4..=1.0).contains(&v), "from 0.0001 to 1 (s)");
+        let in_ticks = |ticks: f64| {
+            (0.0..=MOST_DELAY_TICKS as f64 + 0.5).contains(&ticks) && (ticks - ticks.round()).abs() < ROUNDING
+        };
+        let in_ticks = |delay: f64| sample_time.is_none_or(|time| in_ticks(delay / time));
+        let delay = match table.has("delay") {
+            true => {
+                table.number("delay", in_ticks, "a multiple of the sample time, from 0 to 10 of them (s)")
+            }
+            false => Some(0.0),
+        };
+        Self { sample_time, delay }
     }
 }
 
@@ -411,6 +434,16 @@ mod tests {
             ("rise = 1200.0", "rise = 0.5", "'measure.rise' is 0.5; it must be from 1, no less than"),
             ("damping = 0.9", "damping = 0.0", "'track.damping' is 0; it must be from 0.3 to 3"),
             ("lags = true", "lags = 1", "'control.lags' is the number 1; it must be true or false"),
+            (
+                "sample_time = 0.02",
+                "delay = 0.03\nsample_time = 0.02",
+                "'autopilot.delay' is 0.03; it must be a multiple of the sample time, from 0 to 10 of them (s)",
+            ),
+            (
+                "sample_time = 0.02",
+                "delay = 0.22\nsample_time = 0.02",
+                "'autopilot.delay' is 0.22; it must be",
+            ),
         ] {
             let (found, lines) = refused(&[(old, new)]);
             assert_eq!(found.len(), 1, "{found:?}");
