@@ -3,6 +3,8 @@
 //! The design's inequalities are about the fit. Here the controller, frozen at each speed, is also checked with the
 //! true linearisations, at the speeds of the grid and between them.
 
+pub mod flown;
+pub mod margins;
 pub mod sampled;
 
 use crate::augment::{LinearModel, augment};
@@ -18,7 +20,7 @@ use lpv::plant::{GeneralisedPlant, channels};
 use std::f64::consts::TAU;
 
 /// Speeds at which the closed loop is checked.
-const CHECKED_SPEEDS: usize = 101;
+pub const CHECKED_SPEEDS: usize = 101;
 
 /// A loop that is unstable even when sampled this many times as often counts as unstable without sampling.
 const OVERSAMPLING: f64 = 50.0;

@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::page::figure::Figure;
 use crate::page::section::{Part, Section};
 use crate::sections::{
-    effort, fit, gammas, manoeuvre, mu, open_loop, robust, sensitivity, switching, theorem, tuning,
+    effort, fit, flown, gammas, manoeuvre, mu, open_loop, robust, sensitivity, switching, theorem, tuning,
 };
 use crate::subject::Subject;
 use crate::threads::side_by_side;
@@ -19,7 +19,7 @@ use std::time::Instant;
 type Maker = (&'static str, &'static str, fn(&Subject) -> Result<Vec<Part>, Error>);
 
 /// The sections, in the order in which they are read.
-const SECTIONS: [Maker; 12] = [
+const SECTIONS: [Maker; 13] = [
     ("entries", "Entries of A over speed (the paper's Fig. 3)", fit::entries),
     ("responses", "Frequency responses of the models (Fig. 4)", fit::responses),
     ("tuning", "Pitch responses for three bandwidths of the weight (Fig. 5 a, b, c)", tuning::tuning),
@@ -27,6 +27,7 @@ const SECTIONS: [Maker; 12] = [
     ("mu", "Robust stability: mu over frequency (Fig. 7 a, b)", mu::mu),
     ("robust", "The robust controller against the nominal one", robust::robust),
     ("sensitivity", "The weights against the achieved sensitivity", sensitivity::sensitivity),
+    ("flown", "The loop as it flies: margins, steps, a gust and noise", flown::flown),
     ("effort", "What the actuators do, and where control is hardest", effort::effort),
     ("gammas", "The ladder of gammas: what each assumption about the speed costs", gammas::gammas),
     ("manoeuvre", "A pitch step while the speed ramps", manoeuvre::manoeuvre),

@@ -3,6 +3,7 @@
 mod alternation;
 pub mod effort;
 pub mod fit;
+pub mod flown;
 pub mod frozen_loop;
 pub mod gammas;
 pub mod manoeuvre;

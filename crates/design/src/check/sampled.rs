@@ -53,25 +53,42 @@ impl Wired {
     /// The sensitivity at one measurement, with all others closed: from what is added to it to what the controller
     /// takes in.
     pub fn sensitivity(&self, k: &StateSpace, row: usize) -> StateSpace {
-        let StateSpace { a, .. } = self.closed(k);
-        let (b, by) = (&self.b * &k.d, self.measured.rows(row, 1).into_owned());
-        StateSpace {
-            a,
-            b: block(&[&[&b.columns(row, 1).into_owned()], &[&k.b.columns(row, 1).into_owned()]]),
-            c: block(&[&[&by, &Mat::zeros(1, k.a.nrows())]]),
-            d: Mat::identity(1, 1),
-        }
+        let output = self.c.nrows() + row;
+        self.injected(k).part(output, self.references.ncols() + row)
     }
 
     /// Closes it with a controller `(k', u) = K(k, y)`: from r to the outputs and u.
     pub fn closed(&self, k: &StateSpace) -> StateSpace {
+        let whole = self.injected(k);
+        let (p, y) = (self.c.nrows(), self.measured.nrows());
+        let controls = whole.parts(p + y..p + y + self.b.ncols(), 0..self.references.ncols());
+        let outputs = whole.parts(0..p, 0..self.references.ncols());
+        StateSpace {
+            c: block(&[&[&outputs.c], &[&controls.c]]),
+            d: block(&[&[&outputs.d], &[&controls.d]]),
+            ..controls
+        }
+    }
+
+    /// The same with n added to what the controller takes in, and d to the commands: from \[r; n; d\] to \[C x; y +
+    /// n; u + d\].
+    pub fn injected(&self, k: &StateSpace) -> StateSpace {
         let Self { a, b, from_references, c, measured, references } = self;
-        let p = c.nrows();
+        let (p, q, m, n) = (c.nrows(), measured.nrows(), b.ncols(), k.a.nrows());
+        let (zero, one) = (Mat::zeros, Mat::identity);
+        let r = references.ncols();
         StateSpace {
             a: block(&[&[&(a + b * &k.d * measured), &(b * &k.c)], &[&(&k.b * measured), &k.a]]),
-            b: block(&[&[&(from_references + b * &k.d * references)], &[&(&k.b * references)]]),
-            c: block(&[&[c, &Mat::zeros(p, k.a.nrows())], &[&(&k.d * measured), &k.c]]),
-            d: block(&[&[&Mat::zeros(p, references.ncols())], &[&(&k.d * references)]]),
+            b: block(&[
+                &[&(from_references + b * &k.d * references), &(b * &k.d), b],
+                &[&(&k.b * references), &k.b, &zero(n, m)],
+            ]),
+            c: block(&[&[c, &zero(p, n)], &[measured, &zero(q, n)], &[&(&k.d * measured), &k.c]]),
+            d: block(&[
+                &[&zero(p, r), &zero(p, q), &zero(p, m)],
+                &[references, &one(q, q), &zero(q, m)],
+                &[&(&k.d * references), &k.d, &one(m, m)],
+            ]),
         }
     }
 }

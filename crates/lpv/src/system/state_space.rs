@@ -5,9 +5,11 @@
 //! Letters 15, 1990; N. A. Bruinsma, M. Steinbuch, Systems & Control Letters 14, 1990.
 
 use crate::matrix::{
-    Mat, block, complex_singular_values, eigenvalues, largest_singular_value, spectral_abscissa,
+    Mat, block, complex_singular_values, eigenvalues, largest_singular_value, solve, spectral_abscissa,
 };
 use nalgebra::{Complex, DMatrix};
+use std::f64::consts::SQRT_2;
+use std::ops::Range;
 
 /// A linear time-invariant system.
 #[derive(Debug, Clone, PartialEq)]
@@ -69,6 +71,38 @@ impl StateSpace {
     /// Whether every pole has a negative real part.
     pub fn is_stable(&self) -> bool {
         spectral_abscissa(&self.a) < 0.0
+    }
+
+    /// This sampled system in continuous time, by `z = (1 + s)/(1 - s)`: the circle becomes the axis and every value on it
+    /// stays, so that norms do. `None` with a mode at -1.
+    pub fn from_circle_to_axis(&self) -> Option<Self> {
+        let Self { a, b, c, d } = self;
+        let one = Mat::identity(a.nrows(), a.nrows());
+        let p = solve(&(a + &one), &one)?;
+        Some(Self { a: &p * (a - one), d: d - c * &p * b, b: &p * b * SQRT_2, c: c * p * SQRT_2 })
+    }
+
+    /// From one input to one output.
+    ///
+    /// # Panics
+    /// If there is no such input or output.
+    #[must_use]
+    pub fn part(&self, output: usize, input: usize) -> Self {
+        self.parts(output..output + 1, input..input + 1)
+    }
+
+    /// From some inputs to some outputs.
+    ///
+    /// # Panics
+    /// If there are no such inputs or outputs.
+    #[must_use]
+    pub fn parts(&self, outputs: Range<usize>, inputs: Range<usize>) -> Self {
+        Self {
+            a: self.a.clone(),
+            b: self.b.columns_range(inputs.clone()).into_owned(),
+            c: self.c.rows_range(outputs.clone()).into_owned(),
+            d: self.d.rows_range(outputs).columns_range(inputs).into_owned(),
+        }
     }
 
     /// `C (s I - A)^-1 B + D` at the complex frequency s; `None` at a pole. p x m.
@@ -193,6 +227,22 @@ mod tests {
         assert_eq!(less.a, dmatrix![-1.0, 0.7; 0.0, -4.0]);
         let s = Complex::new(0.0, 0.7);
         assert!((less.response(s).unwrap() - g.response(s).unwrap()).norm() < 1e-14);
+    }
+
+    /// G(z) = 0.1/(z - 0.9) has its peak, 1, at z = 1, and 0.1/1.9 at z = -1.
+    #[test]
+    fn a_sampled_system_keeps_its_values_on_the_axis() {
+        let g = StateSpace { a: dmatrix![0.9], b: dmatrix![1.0], c: dmatrix![0.1], d: dmatrix![0.0] };
+        let axis = g.from_circle_to_axis().unwrap();
+        assert!((axis.hinf_norm().value - 1.0).abs() < 1e-9);
+        assert!((axis.d[0] + 0.1 / 1.9).abs() < 1e-12);
+        let at = |omega: f64| {
+            let s = Complex::new(0.0, omega);
+            let z = (1.0 + s) / (1.0 - s);
+            (g.response(z).unwrap()[0] - axis.response(s).unwrap()[0]).norm()
+        };
+        assert!([0.0, 0.1, 3.0].map(at).iter().all(|difference| *difference < 1e-12));
+        assert!(StateSpace { a: dmatrix![-1.0], ..g }.from_circle_to_axis().is_none());
     }
 
     #[test]

@@ -5,12 +5,12 @@ use crate::error::Error;
 use crate::subject::Subject;
 use auv::Linearisation;
 use lpv::controller::Controller;
-use lpv::matrix::{Mat, complex_singular_values, solve};
+use lpv::matrix::complex_singular_values;
 use lpv::state_space::StateSpace;
 use lpv::tracking::ReferenceModel;
 use nalgebra::{Complex, DMatrix};
 use squid_design::check::sampled::{self, Wired};
-use std::f64::consts::{PI, SQRT_2};
+use std::f64::consts::PI;
 
 /// Time between the points of a response that is drawn (s), about.
 const INTERVAL: f64 = 0.02;
@@ -91,21 +91,12 @@ impl FrozenLoop {
     /// The largest |S| at the measurement of one tracked output over all frequencies; infinite for an unstable loop,
     /// not-a-number where a mode is at half of the sampling's frequency, or where the output is not measured.
     ///
-    /// A sampled loop is taken to continuous time by `z = (1 + s)/(1 - s)`, which maps the circle to the axis and
-    /// keeps every value.
+    /// A sampled loop is taken to continuous time, see [`StateSpace::from_circle_to_axis`].
     pub fn peak(&self, i: usize) -> f64 {
-        let Some(StateSpace { a, b, c, d }) = &self.sensitivities[i] else { return f64::NAN };
+        let Some(s) = &self.sensitivities[i] else { return f64::NAN };
         let continuous = match self.sample_time {
-            None => Some(StateSpace { a: a.clone(), b: b.clone(), c: c.clone(), d: d.clone() }),
-            Some(_) => {
-                let one = Mat::identity(a.nrows(), a.nrows());
-                solve(&(a + &one), &one).map(|p| StateSpace {
-                    a: &p * (a - one),
-                    d: d - c * &p * b,
-                    b: &p * b * SQRT_2,
-                    c: c * p * SQRT_2,
-                })
-            }
+            None => Some(s.clone()),
+            Some(_) => s.from_circle_to_axis(),
         };
         continuous.map_or(f64::NAN, |s| s.hinf_norm().value)
     }
@@ -179,6 +170,7 @@ const GONE: f64 = 1e-2;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use lpv::matrix::Mat;
     use nalgebra::dmatrix;
 
     /// A loop with one output that measures its error, so that S = 1 - T.

@@ -1,0 +1,219 @@
+//! The figures of the loop as it flies, frozen at a speed and linear: the controller at its sample time, the commands
+//! held, the actuators with their lags, the trim that follows the speed reference, the true linearisation.
+
+use crate::check::margins::{Margins, Opened};
+use crate::check::sampled::{Sampling, trapezoidal};
+use crate::linearise::STATES;
+use auv::Linearisation;
+use lpv::matrix::{Mat, eigenvalues, largest};
+use lpv::state_space::StateSpace;
+use nalgebra::Complex;
+use signals::{PITCH, SIGNALS};
+
+/// How far the water's vertical speed steps in a gust, m/s.
+pub const GUST: f64 = 0.3;
+
+/// How long a response is followed, s.
+pub const FOLLOWED: f64 = 60.0;
+
+/// The band around its end, relative to a step, in which a response has settled.
+const SETTLED: f64 = 0.02;
+
+/// The rms of the noise of a sensor at each sample, white: 0.05 deg, 0.05 deg/s, 0.01 m/s.
+pub fn noise(place: usize) -> f64 {
+    match SIGNALS[place].unit {
+        "m/s" => 0.01,
+        _ => 0.05f64.to_radians(),
+    }
+}
+
+/// The response of a tracked output to a step of its own reference.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// Largest excursion beyond the reference, relative to the step.
+    pub overshoot: f64,
+    /// From 10 % to 90 % of the step, s; infinite for a response that does not come so far.
+    pub rise_time: f64,
+    /// From the step until the output stays within 2 % of the reference, s; infinite if it does not.
+    pub settling_time: f64,
+    /// `|1 - T(z = 1)|`: what is left of the error in the end, relative to the step.
+    pub steady_error: f64,
+    /// What is left of it after [`FOLLOWED`]: slow modes may still be on their way.
+    pub late_error: f64,
+}
+
+/// The figures at one speed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Flown {
+    /// Opened at one measurement, or error, at a time, in the order of the controller's inputs.
+    pub at_measurements: Vec<Margins>,
+    /// Opened at one command at a time.
+    pub at_commands: Vec<Margins>,
+    /// The least delay in all commands at once that makes the loop unstable, s.
+    pub common_delay: f64,
+    /// Of each tracked output.
+    pub steps: Vec<Step>,
+    /// The largest pitch in size after a gust: the water begins to move vertically by [`GUST`], so that heave through
+    /// the water jumps by as much; rad.
+    pub gust_pitch: f64,
+    /// The rms of each command under [`noise`], N or rad.
+    pub noise_rms: Vec<f64>,
+}
+
+impl Flown {
+    /// Of the loop with a controller frozen at the speed of a trim; `None` where the controller has a mode at 2/T or
+    /// the loop is not stable.
+    pub fn of(sampling: &Sampling, l: &Linearisation, frozen: &StateSpace) -> Option<Self> {
+        let wired = sampling.held(l);
+        let k = trapezoidal(frozen, sampling.sample_time)?;
+        Self::of_sampled(sampling, &wired.injected(&k))
+    }
+
+    /// Of a loop with the inputs and outputs of [`Wired::injected`](crate::check::sampled::Wired::injected).
+    pub fn of_sampled(sampling: &Sampling, system: &StateSpace) -> Option<Self> {
+        let radius = largest(0.0, eigenvalues(&system.a).iter().map(|v| v.norm()));
+        if radius.is_nan() || radius >= 1.0 {
+            return None;
+        }
+        let design = sampling.design;
+        let (p, m, time) = (design.tracked.len(), sampling.actuators.len(), sampling.sample_time);
+        let y = system.b.ncols() - p - m;
+        // References apart are taken in as they are; there is no loop through them.
+        let (open, fed_back): (usize, Vec<(usize, f64)>) = match design.measured.is_empty() {
+            true => (p, design.tracked.iter().map(|t| (t.place, t.scale)).collect()),
+            false => (2 * p, design.measured.iter().map(|m| (m.place, m.scale)).collect()),
+        };
+        let places = open..p + y + m;
+        let opened = Opened::new(system.parts(places.clone(), places), time);
+        let commands = p + y..p + y + m;
+        let mut noisy = system.parts(commands, open..p + y);
+        for (j, (place, scale)) in fed_back.iter().enumerate() {
+            noisy.b.column_mut(j).scale_mut(noise(*place) / scale);
+            noisy.d.column_mut(j).scale_mut(noise(*place) / scale);
+        }
+        let pitch = design.tracked.iter().position(|t| t.place == PITCH);
+        Some(Self {
+            at_measurements: (0..fed_back.len()).map(|i| opened.margins(i)).collect(),
+            at_commands: (0..m).map(|j| opened.margins(fed_back.len() + j)).collect(),
+            common_delay: opened.common_delay(fed_back.len()..fed_back.len() + m),
+            steps: (0..p).map(|i| Step::of(&system.part(i, i), time)).collect(),
+            gust_pitch: pitch.map_or(f64::NAN, |i| design.tracked[i].scale * gust(system, i, time)),
+            noise_rms: rms(&noisy).iter().zip(sampling.actuators).map(|(rms, a)| rms * a.reach()).collect(),
+        })
+    }
+
+    /// All margins, each opened at one place.
+    pub fn margins(&self) -> impl Iterator<Item = &Margins> {
+        self.at_measurements.iter().chain(&self.at_commands)
+    }
+}
+
+impl Step {
+    /// Of a stable sampled system with one input and output.
+    pub fn of(system: &StateSpace, sample_time: f64) -> Self {
+        let StateSpace { a, b, c, d } = system;
+        let mut x = Mat::zeros(a.nrows(), 1);
+        let ticks = (FOLLOWED / sample_time) as usize;
+        let mut done = Vec::with_capacity(ticks);
+        for _ in 0..ticks {
+            done.push((c * &x)[0] + d[0]);
+            x = a * x + b;
+        }
+        let time = |tick: usize| tick as f64 * sample_time;
+        let first = |level: f64| done.iter().position(|v| *v >= level).map_or(f64::INFINITY, time);
+        let end = system.response(Complex::new(1.0, 0.0)).map_or(f64::NAN, |g| g[(0, 0)].re);
+        let last_outside = done.iter().rposition(|v| (v - 1.0).abs() > SETTLED);
+        Self {
+            overshoot: done.iter().map(|v| v - 1.0).fold(0.0, f64::max),
+            rise_time: if first(0.9).is_finite() { first(0.9) - first(0.1) } else { f64::INFINITY },
+            settling_time: match last_outside {
+                Some(last) if last + 1 < done.len() => time(last + 1),
+                Some(_) => f64::INFINITY,
+                None => 0.0,
+            },
+            steady_error: (1.0 - end).abs(),
+            late_error: done.last().map_or(f64::NAN, |v| (1.0 - v).abs()),
+        }
+    }
+}
+
+/// The largest size of an output after a gust, in its scale.
+fn gust(system: &StateSpace, output: usize, sample_time: f64) -> f64 {
+    let mut x = Mat::zeros(system.a.nrows(), 1);
+    x[HEAVE] = GUST;
+    let c = system.c.rows(output, 1);
+    let mut most = 0f64;
+    for _ in 0..(FOLLOWED / sample_time) as usize {
+        most = most.max((c * &x)[0].abs());
+        x = &system.a * x;
+    }
+    most
+}
+
+/// The place of heave among the states \[u w q theta\].
+const HEAVE: usize = 1;
+const _: () = assert!(HEAVE < STATES);
+
+/// The rms of each output of a stable sampled system under white noise of rms 1 at each input and sample: `P = A P A' + B
+/// B'`, the diagonal of `C P C' + D D'`.
+///
+/// P by doubling, `P <- P + A P A', A <- A^2`: R. A. Smith, SIAM J. Applied Mathematics 16(1), 1968.
+pub fn rms(system: &StateSpace) -> Vec<f64> {
+    let StateSpace { a, b, c, d } = system;
+    let (mut a, mut p) = (a.clone(), b * b.transpose());
+    for _ in 0..DOUBLED {
+        let more = &a * &p * a.transpose();
+        p += &more;
+        a = &a * &a;
+        if more.amax() <= f64::EPSILON * p.amax() {
+            break;
+        }
+    }
+    let covariance = c * p * c.transpose() + d * d.transpose();
+    covariance.diagonal().iter().map(|v| v.sqrt()).collect()
+}
+
+/// Most doublings: 2^60 samples.
+const DOUBLED: u32 = 60;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    /// y+ = a y + (1 - a) r: y = 1 - a^k.
+    #[test]
+    fn a_first_order_step_has_its_closed_form() {
+        let (a, time) = (0.93f64, 0.1);
+        let system = StateSpace { a: dmatrix![a], b: dmatrix![1.0 - a], c: dmatrix![1.0], d: dmatrix![0.0] };
+        let found = Step::of(&system, time);
+        let ticks = |left: f64| (left.ln() / a.ln()).ceil();
+        assert_eq!(found.overshoot, 0.0);
+        assert!((found.rise_time - time * (ticks(0.1) - ticks(0.9))).abs() < 1e-9, "{found:?}");
+        assert!((found.settling_time - time * ticks(0.02)).abs() < 1e-9, "{found:?}");
+        assert!(found.steady_error < 1e-12);
+        let weak = Step::of(&StateSpace { c: dmatrix![0.95], ..system }, time);
+        assert!((weak.steady_error - 0.05).abs() < 1e-12 && weak.settling_time == f64::INFINITY);
+    }
+
+    /// Of y+ = a y + b n, the rms is b/sqrt(1 - a^2); with two such states that one noise drives, E y1 y2 = b1 b2/(1 - a1
+    /// a2). Also of a mode that takes 1e6 samples to die out.
+    #[test]
+    fn rms_of_a_filter_has_its_closed_form() {
+        for slow in [0.5, 1.0 - 1e-6] {
+            let (a, b) = ([0.8, slow], [2.0, 0.3]);
+            let system = StateSpace {
+                a: dmatrix![a[0], 0.0; 0.0, a[1]],
+                b: dmatrix![b[0]; b[1]],
+                c: dmatrix![1.0, 0.0; 0.0, 1.0; 1.0, -1.0],
+                d: dmatrix![0.0; 0.0; 0.5],
+            };
+            let covariance = |i: usize, j: usize| b[i] * b[j] / (1.0 - a[i] * a[j]);
+            let difference = covariance(0, 0) + covariance(1, 1) - 2.0 * covariance(0, 1) + 0.25;
+            let expected = [covariance(0, 0).sqrt(), covariance(1, 1).sqrt(), difference.sqrt()];
+            for (found, expected) in rms(&system).iter().zip(expected) {
+                assert!((found - expected).abs() < 1e-9 * expected, "{found} {expected}");
+            }
+        }
+    }
+}

@@ -1,0 +1,266 @@
+//! Margins of stability of a sampled loop.
+//!
+//! The loop is opened at one place, where its return ratio follows from its sensitivity: `S = 1/(1 + L)`, `L = 1/S - 1`.
+//! With `z = exp(j w T)`, w up to pi/T:
+//!
+//! ```text
+//! gain    1/|L| where L is real and negative: the factors on the loop's gain at which it reaches the point -1
+//! phase   |arg(-L)| where |L| = 1
+//! delay   (arg(-L) in [0, 2 pi))/w where |L| = 1: the least tau at which exp(-j w tau) L is -1
+//! disk    alpha = 1/sup|S - 1/2|: stable for every factor (1 + d)/(1 - d) on the loop, d complex and dynamic, |d| < alpha/2:
+//!         gains from (2 - alpha)/(2 + alpha) to (2 + alpha)/(2 - alpha), phases up to 2 atan(alpha/2)
+//! ```
+//!
+//! Source of the disk margin, here the symmetric one: P. Seiler, A. Packard, P. Gahinet, "An Introduction to Disk
+//! Margins", IEEE Control Systems Magazine 40(5), 2020, theorem 1.
+
+use lpv::matrix::complex_eigenvalues;
+use lpv::state_space::StateSpace;
+use nalgebra::{Complex, DMatrix};
+use std::f64::consts::{PI, TAU};
+use std::ops::Range;
+
+/// Frequencies at which a loop is evaluated, besides those of its modes; between them crossings and peaks are narrowed
+/// down.
+const FREQUENCIES: usize = 300;
+/// The lowest of them but zero, relative to the highest, pi/T.
+const LOWEST: f64 = 1e-6;
+/// How often the interval of a crossing is halved.
+const HALVED: u32 = 24;
+
+/// The margins at one place of a loop; infinite where nothing of the kind makes it unstable.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Margins {
+    /// The least factor above 1 on the gain that makes the loop unstable.
+    pub gain_up: f64,
+    /// The largest factor below 1 that does; 0 where none does.
+    pub gain_down: f64,
+    /// rad.
+    pub phase: f64,
+    /// s.
+    pub delay: f64,
+    /// alpha of the disk margin.
+    pub disk: f64,
+}
+
+impl Margins {
+    /// The phase margin that goes with the disk margin, rad.
+    pub fn disk_phase(&self) -> f64 {
+        2.0 * (0.5 * self.disk).atan()
+    }
+
+    /// A point of L on the real axis.
+    fn pass(&mut self, l: Complex<f64>) {
+        let factor = -1.0 / l.re;
+        if factor > 1.0 {
+            self.gain_up = self.gain_up.min(factor);
+        } else if factor > 0.0 {
+            self.gain_down = self.gain_down.max(factor);
+        }
+    }
+}
+
+/// A stable sampled loop, and places at which it can be opened.
+#[derive(Debug, Clone)]
+pub struct Opened {
+    /// `S = (I + L)^-1` of all places: from what is added at each to the sum there. An entry of its diagonal is the
+    /// sensitivity at one place while the others are closed.
+    sensitivity: StateSpace,
+    /// s.
+    sample_time: f64,
+    /// S over frequency (rad/s).
+    grid: Vec<(f64, Response)>,
+}
+
+type Response = DMatrix<Complex<f64>>;
+
+impl Opened {
+    /// From the sensitivity of all places and the sample time (s).
+    pub fn new(sensitivity: StateSpace, sample_time: f64) -> Self {
+        let mut opened = Self { sensitivity, sample_time, grid: vec![] };
+        let highest = PI / sample_time;
+        let at = |k: usize| highest * LOWEST.powf(1.0 - k as f64 / (FREQUENCIES - 1) as f64);
+        let modes = opened.sensitivity.poles().into_iter().map(|z| z.ln().norm() / sample_time);
+        let modes = modes.filter(|omega| *omega < highest);
+        let mut all: Vec<f64> = std::iter::once(0.0).chain((0..FREQUENCIES).map(at)).chain(modes).collect();
+        all.sort_by(f64::total_cmp);
+        opened.grid =
+            all.iter().map(|omega| (*omega, opened.response(&opened.sensitivity, *omega))).collect();
+        opened
+    }
+
+    /// The response of a system with all of S's inputs or one of them; not-a-number at a pole.
+    fn response(&self, system: &StateSpace, omega: f64) -> Response {
+        let found = system.response((Complex::new(0.0, omega) * self.sample_time).exp());
+        found.unwrap_or_else(|| Response::from_element(system.d.nrows(), system.d.ncols(), NOT_A_NUMBER))
+    }
+
+    /// The margins at one place while the others are closed.
+    pub fn margins(&self, place: usize) -> Margins {
+        let alone = self.sensitivity.part(place, place);
+        let l = |omega: f64| 1.0 / self.response(&alone, omega)[(0, 0)] - 1.0;
+        let mut found = Margins {
+            gain_up: f64::INFINITY,
+            gain_down: 0.0,
+            phase: f64::INFINITY,
+            delay: f64::INFINITY,
+            disk: 1.0 / self.peak(place, &|omega| (self.response(&alone, omega)[(0, 0)] - 0.5).norm()),
+        };
+        let known: Vec<(f64, Complex<f64>)> =
+            self.grid.iter().map(|(omega, s)| (*omega, 1.0 / s[(place, place)] - 1.0)).collect();
+        for pair in known.windows(2) {
+            let [(low, at_low), (high, at_high)] = [pair[0], pair[1]];
+            if (at_low.norm() > 1.0) != (at_high.norm() > 1.0) {
+                let omega = crossing(low, high, |omega| l(omega).norm() > 1.0);
+                let lag = lag(l(omega));
+                found.phase = found.phase.min(lag.min(TAU - lag));
+                found.delay = found.delay.min(lag / omega);
+            }
+            if (at_low.im > 0.0) != (at_high.im > 0.0) && at_low.re.min(at_high.re) < 0.0 {
+                found.pass(l(crossing(low, high, |omega| l(omega).im > 0.0)));
+            }
+        }
+        // At both ends L is real.
+        known.first().into_iter().chain(known.last()).for_each(|(_, l)| found.pass(*l));
+        found
+    }
+
+    /// The largest `|S - 1/2|` at a place, which is also given at any frequency.
+    fn peak(&self, place: usize, at: &impl Fn(f64) -> f64) -> f64 {
+        let known: Vec<f64> = self.grid.iter().map(|(_, s)| (s[(place, place)] - 0.5).norm()).collect();
+        let Some(most) = (0..known.len()).max_by(|i, j| known[*i].total_cmp(&known[*j])) else {
+            return f64::NAN;
+        };
+        let (mut best, mut peak) = (self.grid[most].0, known[most]);
+        let mut step = self.grid[(most + 1).min(known.len() - 1)].0 - self.grid[most.saturating_sub(1)].0;
+        for _ in 0..HALVED {
+            step *= 0.5;
+            for omega in [best - step, best + step] {
+                let value = at(omega);
+                (best, peak) = if value > peak { (omega, value) } else { (best, peak) };
+            }
+        }
+        peak
+    }
+
+    /// The least delay \[s\] in some places at once that makes the loop unstable: an eigenvalue of `exp(-j w tau) L` is
+    /// then -1.
+    pub fn common_delay(&self, places: Range<usize>) -> f64 {
+        let block = self.sensitivity.parts(places.clone(), places.clone());
+        let of = |s: &Response| -> Vec<Complex<f64>> {
+            let l = s.clone().try_inverse().map(|inverse| inverse - Response::identity(s.nrows(), s.nrows()));
+            let mut values = l.map_or(vec![], |l| complex_eigenvalues(&l));
+            values.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
+            values
+        };
+        let at = |omega: f64| of(&self.response(&block, omega));
+        let within = |s: &Response| s.rows_range(places.clone()).columns_range(places.clone()).into_owned();
+        let larger = |values: &[Complex<f64>], k: usize| values.get(k).is_some_and(|v| v.norm() > 1.0);
+        let known: Vec<(f64, Vec<Complex<f64>>)> =
+            self.grid.iter().map(|(omega, s)| (*omega, of(&within(s)))).collect();
+        let mut least = f64::INFINITY;
+        for pair in known.windows(2) {
+            let [(low, at_low), (high, at_high)] = [&pair[0], &pair[1]];
+            for k in (0..at_low.len()).filter(|k| larger(at_low, *k) != larger(at_high, *k)) {
+                let omega = crossing(*low, *high, |omega| larger(&at(omega), k));
+                least = at(omega).get(k).map_or(least, |l| least.min(lag(*l) / omega));
+            }
+        }
+        least
+    }
+}
+
+const NOT_A_NUMBER: Complex<f64> = Complex::new(f64::NAN, f64::NAN);
+
+/// Where between two frequencies an answer changes.
+fn crossing(mut low: f64, mut high: f64, answer: impl Fn(f64) -> bool) -> f64 {
+    let first = answer(low);
+    for _ in 0..HALVED {
+        let middle = 0.5 * (low + high);
+        if answer(middle) == first { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
+/// How far a point would have to turn clockwise to come to -1, from 0 to 2 pi.
+fn lag(l: Complex<f64>) -> f64 {
+    (-l).arg().rem_euclid(TAU)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    const T: f64 = 0.01;
+
+    /// S = 1/(1 + L) of an integrator that is held, L = k T/(z - 1) = g/(z - 1): S = (z - 1)/(z - 1 + g).
+    fn integrator(g: f64) -> StateSpace {
+        StateSpace { a: dmatrix![1.0 - g], b: dmatrix![1.0], c: dmatrix![-g], d: dmatrix![1.0] }
+    }
+
+    /// |L| = 1 at 2 sin(w T/2) = g, where arg L = -pi/2 - w T/2; L(-1) = -g/2; S - 1/2 = (z - 1 - g)/(2 (z - 1 + g)) is
+    /// largest at z = -1.
+    #[test]
+    fn margins_of_a_sampled_integrator() {
+        let g = 0.3;
+        let found = Opened::new(integrator(g), T).margins(0);
+        let crossover = 2.0 * (0.5 * g).asin() / T;
+        let phase = 0.5 * PI - 0.5 * crossover * T;
+        assert!((found.phase - phase).abs() < 1e-6, "{found:?}");
+        assert!((found.delay - phase / crossover).abs() < 1e-6, "{found:?}");
+        assert!((found.gain_up - 2.0 / g).abs() < 1e-9 && found.gain_down == 0.0, "{found:?}");
+        assert!((found.disk - 2.0 * (2.0 - g) / (2.0 + g)).abs() < 1e-8, "{found:?}");
+        assert!((Opened::new(integrator(g), T).common_delay(0..1) - found.delay).abs() < 1e-9);
+        // The disk is inside what gain and phase alone allow.
+        assert!(
+            found.disk_phase() <= found.phase && (2.0 + found.disk) / (2.0 - found.disk) <= found.gain_up
+        );
+    }
+
+    /// L = g/(z - a), a > 1, is unstable below g = a - 1 and above a + 1.
+    #[test]
+    fn an_unstable_plant_needs_gain() {
+        let (a, g) = (1.1, 0.4);
+        let s = StateSpace { a: dmatrix![a - g], b: dmatrix![1.0], c: dmatrix![-g], d: dmatrix![1.0] };
+        let found = Opened::new(s, T).margins(0);
+        assert!((found.gain_up - (a + 1.0) / g).abs() < 1e-9, "{found:?}");
+        assert!((found.gain_down - (a - 1.0) / g).abs() < 1e-9, "{found:?}");
+    }
+
+    /// Two loops of their own: the quicker one bounds the delay. Turned into each other by an orthogonal matrix they
+    /// have the same eigenvalues.
+    #[test]
+    fn a_common_delay_is_that_of_the_eigenvalues() {
+        let turn = dmatrix![0.8, -0.6; 0.6, 0.8];
+        let gains = dmatrix![0.1, 0.0; 0.0, 0.3];
+        let g = &turn * gains * turn.transpose();
+        let one = DMatrix::identity(2, 2);
+        let s = StateSpace { a: &one - &g, b: one.clone(), c: -&g, d: one };
+        let each = Opened::new(integrator(0.3), T).margins(0).delay;
+        assert!((Opened::new(s, T).common_delay(0..2) - each).abs() < 1e-8);
+    }
+
+    /// A mode with damping 1e-4 between two frequencies of the grid: the peak is that of the H-infinity norm.
+    #[test]
+    fn the_disk_margin_sees_a_narrow_peak() {
+        let (radius, angle) = ((-1e-4f64 * 0.0777).exp(), 0.0777f64);
+        let a =
+            dmatrix![radius * angle.cos(), -radius * angle.sin(); radius * angle.sin(), radius * angle.cos()];
+        let s = StateSpace { a, b: dmatrix![1e-4; 0.0], c: dmatrix![0.0, 1.0], d: dmatrix![1.0] };
+        let half = StateSpace { d: dmatrix![0.5], ..s.clone() }.from_circle_to_axis().unwrap();
+        let found = Opened::new(s, T).margins(0).disk;
+        let expected = 1.0 / half.hinf_norm().value;
+        assert!((found - expected).abs() < 1e-6 * expected, "{found} {expected}");
+    }
+
+    /// A loop whose gain never reaches 1 cannot be made unstable by delay.
+    #[test]
+    fn a_weak_loop_has_no_delay_margin() {
+        let s =
+            StateSpace { a: dmatrix![0.9 - 0.05], b: dmatrix![1.0], c: dmatrix![-0.05], d: dmatrix![1.0] };
+        let found = Opened::new(s, T).margins(0);
+        assert_eq!((found.delay, found.phase), (f64::INFINITY, f64::INFINITY));
+        assert!((found.gain_up - 1.9 / 0.05).abs() < 1e-9, "{found:?}");
+    }
+}

@@ -1,0 +1,59 @@
+//! What the default designs are to reach as they fly, frozen at speeds over the range.
+#![allow(clippy::unwrap_used, clippy::expect_used, missing_docs)]
+
+use lpv::state_space::StateSpace;
+use squid_design::check::flown::Flown;
+use squid_design::check::sampled::Sampling;
+use squid_design::inputs::Inputs;
+use squid_design::linearise::linearise_at;
+use squid_design::progress::Progress;
+use squid_design::run::run;
+use std::path::Path;
+
+/// The loops at five speeds, and the largest rms of each command under noise relative to what is allowed: 4 N, 0.5 deg.
+fn loops(name: &str) -> (Vec<Flown>, f64) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles").join(name);
+    let inputs = Inputs::read(&folder, "design").unwrap();
+    let controller = run(&inputs, &Progress::default()).unwrap().design.controller;
+    let (centre, half_range) = inputs.design.scheduling();
+    let sampling = Sampling::of(&inputs.vehicle.actuators, &inputs.design);
+    let at = |speed: f64| {
+        let l = linearise_at(&inputs.vehicle, inputs.design.depth, speed).unwrap();
+        let k: StateSpace = controller.frozen(&[(speed - centre) / half_range]).unwrap();
+        Flown::of(&sampling, &l, &k).unwrap()
+    };
+    let loops: Vec<Flown> = inputs.design.spread(5).into_iter().map(at).collect();
+    let allowed =
+        |j: usize| if inputs.vehicle.actuators[j].unit() == "N" { 4.0 } else { 0.5f64.to_radians() };
+    let noise =
+        most(&loops, |f| (0..f.noise_rms.len()).map(|j| f.noise_rms[j] / allowed(j)).fold(0.0, f64::max));
+    (loops, noise)
+}
+
+/// Of all loops the worst.
+fn most(loops: &[Flown], of: impl Fn(&Flown) -> f64) -> f64 {
+    loops.iter().map(of).fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// Both vehicles: delay at least 0.15 s, phases at least 45 and 35 deg (REMUS 100: 40 and 30), steps of the speed that
+/// overshoot by at most 5 % (8 %), steady errors of at most 0.05 %, a gust that pitches by at most 4 deg (6).
+#[test]
+fn the_default_designs_fly_as_they_should() {
+    for (name, phase, disk, overshoot, gust) in
+        [("squid", 45.0, 35.0, 0.05, 4.0), ("remus100", 40.0, 30.0, 0.08, 6.0)]
+    {
+        let (loops, noise) = loops(name);
+        let least = |of: fn(&squid_design::check::margins::Margins) -> f64| {
+            loops.iter().flat_map(Flown::margins).map(of).fold(f64::INFINITY, f64::min)
+        };
+        assert!(least(|m| m.delay) >= 0.15 && most(&loops, |f| -f.common_delay) <= -0.15, "{name} {loops:?}");
+        assert!(least(|m| m.phase.to_degrees()) >= phase, "{name} {loops:?}");
+        assert!(least(|m| m.disk_phase().to_degrees()) >= disk, "{name} {loops:?}");
+        assert!(most(&loops, |f| f.steps[1].overshoot) <= overshoot, "{name} {loops:?}");
+        assert!(most(&loops, |f| f.steps[0].overshoot) <= 0.03, "{name} {loops:?}");
+        let steady = |f: &Flown| f.steps.iter().map(|s| s.steady_error).fold(0.0, f64::max);
+        assert!(most(&loops, steady) <= 5e-4, "{name} {loops:?}");
+        assert!(most(&loops, |f| f.gust_pitch.to_degrees()) <= gust, "{name} {loops:?}");
+        assert!(noise <= 1.0, "{name} {loops:?}");
+    }
+}
