@@ -1,7 +1,7 @@
 //! A flight of vehicle and autopilot in one loop, in this process.
 
 use crate::error::Error;
-use auv::{Motion, Plant, Speed, Vehicle, trim};
+use auv::{Current, Motion, Plant, Speed, Vehicle, trim};
 use scheduled::{Autopilot, ControllerDesign, Inputs as Measured, Manoeuvre, Outputs, Trim};
 use signals::{PITCH, SPEED, TRACKED, measured};
 
@@ -106,29 +106,61 @@ pub fn fly(
     })
 }
 
-/// Flies the vehicle from trim: a control law at each tick, `t = k T`, the nonlinear vehicle in between. The table of
-/// trims turns the manoeuvre into references. The flight ends at the surface, for the equations of motion are those
-/// of deep water.
+/// Flies the vehicle from trim through a manoeuvre in still water, as [`fly_course`].
 ///
 /// # Errors
-/// [`Error::Trim`], [`Error::Coefficient`], [`Error::Simulation`], those of the law.
+/// As [`fly_course`].
 pub fn fly_under(
     vehicle: &Vehicle,
     depth: f64,
     manoeuvre: &Manoeuvre,
+    ticks: (f64, &Trim),
+    law: impl FnMut(&Measured) -> Result<Answer, Error>,
+) -> Result<Flight, Error> {
+    let course = |time| Demand {
+        speed: manoeuvre.speed_reference(time),
+        pitch_above_trim: manoeuvre.pitch_above_trim(time),
+        current: Current::default(),
+    };
+    fly_course(vehicle, depth, (manoeuvre.duration, course), ticks, law)
+}
+
+/// What is wanted at a time, and how the water moves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Demand {
+    /// Speed V along the path through the water, m/s.
+    pub speed: f64,
+    /// Pitch above that of the trim, rad.
+    pub pitch_above_trim: f64,
+    /// The current. Where it steps, the velocity through the water does.
+    pub current: Current,
+}
+
+/// Flies the vehicle from trim on a course, a duration \[s\] and the demand at each time: a control law at each tick, `t
+/// = k T`, the nonlinear vehicle in between. The table of trims turns the demand into references. The flight ends at
+/// the surface, for the equations of motion are those of deep water.
+///
+/// # Errors
+/// [`Error::Trim`], [`Error::Coefficient`], [`Error::Simulation`], those of the law.
+pub fn fly_course(
+    vehicle: &Vehicle,
+    depth: f64,
+    (duration, course): (f64, impl Fn(f64) -> Demand),
     (sample_time, table): (f64, &Trim),
     mut law: impl FnMut(&Measured) -> Result<Answer, Error>,
 ) -> Result<Flight, Error> {
-    let speed = manoeuvre.speed_reference(0.0);
+    let speed = course(0.0).speed;
     let start = trim(vehicle, Speed::Path(speed), depth).map_err(|reason| Error::Trim { speed, reason })?;
     let mut plant = Plant::new(vehicle)?;
     plant.start(0.0, &start)?;
-    let steps = (manoeuvre.duration / sample_time).round() as u64;
+    let steps = (duration / sample_time).round() as u64;
     let mut rows = Vec::with_capacity(steps as usize + 1);
     for k in 0..=steps {
         let time = k as f64 * sample_time;
-        let demanded = table.forward_speed(manoeuvre.speed_reference(time));
-        let reference = table.pitch(demanded) + manoeuvre.pitch_above_trim(time);
+        let Demand { speed, pitch_above_trim, current } = course(time);
+        let demanded = table.forward_speed(speed);
+        let reference = table.pitch(demanded) + pitch_above_trim;
+        plant.set_current(current)?;
         let state = plant.state();
         if out_of_water(state.depth) {
             return Ok(Flight { rows, surfacing: Some(Surfacing { time, speed: state.motion.u }) });

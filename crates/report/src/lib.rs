@@ -10,6 +10,7 @@
 
 pub mod error;
 pub mod page;
+pub mod peers;
 pub mod rendered;
 pub mod report;
 mod sections;

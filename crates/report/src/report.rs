@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::page::figure::Figure;
 use crate::page::section::{Part, Section};
+use crate::peers::peers;
 use crate::sections::{
     effort, fit, flown, gammas, manoeuvre, mu, open_loop, robust, sensitivity, switching, theorem, tuning,
 };
@@ -19,7 +20,7 @@ use std::time::Instant;
 type Maker = (&'static str, &'static str, fn(&Subject) -> Result<Vec<Part>, Error>);
 
 /// The sections, in the order in which they are read.
-const SECTIONS: [Maker; 13] = [
+const SECTIONS: [Maker; 14] = [
     ("entries", "Entries of A over speed (the paper's Fig. 3)", fit::entries),
     ("responses", "Frequency responses of the models (Fig. 4)", fit::responses),
     ("tuning", "Pitch responses for three bandwidths of the weight (Fig. 5 a, b, c)", tuning::tuning),
@@ -32,6 +33,7 @@ const SECTIONS: [Maker; 13] = [
     ("gammas", "The ladder of gammas: what each assumption about the speed costs", gammas::gammas),
     ("manoeuvre", "A pitch step while the speed ramps", manoeuvre::manoeuvre),
     ("switching", "Scheduled against switched controllers", switching::switching),
+    ("peers", "Against a PID and blended controllers", peers),
     ("theorem", "The theorem of the certificate", theorem::theorem),
 ];
 

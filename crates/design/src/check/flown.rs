@@ -49,6 +49,8 @@ pub struct Flown {
     pub at_measurements: Vec<Margins>,
     /// Opened at one command at a time.
     pub at_commands: Vec<Margins>,
+    /// The largest |S| of all these places.
+    pub peak: f64,
     /// The least delay in all commands at once that makes the loop unstable, s.
     pub common_delay: f64,
     /// Of each tracked output.
@@ -71,34 +73,18 @@ impl Flown {
 
     /// Of a loop with the inputs and outputs of [`Wired::injected`](crate::check::sampled::Wired::injected).
     pub fn of_sampled(sampling: &Sampling, system: &StateSpace) -> Option<Self> {
-        let radius = largest(0.0, eigenvalues(&system.a).iter().map(|v| v.norm()));
-        if radius.is_nan() || radius >= 1.0 {
-            return None;
-        }
-        let design = sampling.design;
-        let (p, m, time) = (design.tracked.len(), sampling.actuators.len(), sampling.sample_time);
-        let y = system.b.ncols() - p - m;
-        // References apart are taken in as they are; there is no loop through them.
-        let (open, fed_back): (usize, Vec<(usize, f64)>) = match design.measured.is_empty() {
-            true => (p, design.tracked.iter().map(|t| (t.place, t.scale)).collect()),
-            false => (2 * p, design.measured.iter().map(|m| (m.place, m.scale)).collect()),
-        };
-        let places = open..p + y + m;
-        let opened = Opened::new(system.parts(places.clone(), places), time);
-        let commands = p + y..p + y + m;
-        let mut noisy = system.parts(commands, open..p + y);
-        for (j, (place, scale)) in fed_back.iter().enumerate() {
-            noisy.b.column_mut(j).scale_mut(noise(*place) / scale);
-            noisy.d.column_mut(j).scale_mut(noise(*place) / scale);
-        }
-        let pitch = design.tracked.iter().position(|t| t.place == PITCH);
+        let (opened, noise_rms) = opened(sampling, system)?;
+        let (tracked, m, time) = (&sampling.design.tracked, sampling.actuators.len(), sampling.sample_time);
+        let measurements = fed_back(sampling).len();
+        let pitch = tracked.iter().position(|t| t.place == PITCH);
         Some(Self {
-            at_measurements: (0..fed_back.len()).map(|i| opened.margins(i)).collect(),
-            at_commands: (0..m).map(|j| opened.margins(fed_back.len() + j)).collect(),
-            common_delay: opened.common_delay(fed_back.len()..fed_back.len() + m),
-            steps: (0..p).map(|i| Step::of(&system.part(i, i), time)).collect(),
-            gust_pitch: pitch.map_or(f64::NAN, |i| design.tracked[i].scale * gust(system, i, time)),
-            noise_rms: rms(&noisy).iter().zip(sampling.actuators).map(|(rms, a)| rms * a.reach()).collect(),
+            at_measurements: (0..measurements).map(|i| opened.margins(i)).collect(),
+            at_commands: (0..m).map(|j| opened.margins(measurements + j)).collect(),
+            peak: opened.peak_of_sensitivity(),
+            common_delay: opened.common_delay(measurements..measurements + m),
+            steps: (0..tracked.len()).map(|i| Step::of(&system.part(i, i), time)).collect(),
+            gust_pitch: pitch.map_or(f64::NAN, |i| tracked[i].scale * gust(system, i, time)),
+            noise_rms,
         })
     }
 
@@ -106,6 +92,37 @@ impl Flown {
     pub fn margins(&self) -> impl Iterator<Item = &Margins> {
         self.at_measurements.iter().chain(&self.at_commands)
     }
+}
+
+/// What the controller takes in of the vehicle, its place among the signals and its scale: the measurements, or the
+/// errors. References apart are taken in as they are; there is no loop through them.
+fn fed_back(sampling: &Sampling) -> Vec<(usize, f64)> {
+    let design = sampling.design;
+    match design.measured.is_empty() {
+        true => design.tracked.iter().map(|t| (t.place, t.scale)).collect(),
+        false => design.measured.iter().map(|m| (m.place, m.scale)).collect(),
+    }
+}
+
+/// The loop opened at measurements and commands, and the rms of each command under [`noise`] \[N or rad\]; `None` where
+/// it is not stable. The inputs and outputs are those of [`Wired::injected`](crate::check::sampled::Wired::injected).
+pub fn opened(sampling: &Sampling, system: &StateSpace) -> Option<(Opened, Vec<f64>)> {
+    let radius = largest(0.0, eigenvalues(&system.a).iter().map(|v| v.norm()));
+    if radius.is_nan() || radius >= 1.0 {
+        return None;
+    }
+    let (fed_back, m) = (fed_back(sampling), sampling.actuators.len());
+    let commands = system.b.ncols() - m;
+    let open = commands - fed_back.len();
+    let places = open..commands + m;
+    let opened = Opened::new(system.parts(places.clone(), places), sampling.sample_time);
+    let mut noisy = system.parts(commands..commands + m, open..commands);
+    for (j, (place, scale)) in fed_back.iter().enumerate() {
+        noisy.b.column_mut(j).scale_mut(noise(*place) / scale);
+        noisy.d.column_mut(j).scale_mut(noise(*place) / scale);
+    }
+    let rms = rms(&noisy).iter().zip(sampling.actuators).map(|(rms, a)| rms * a.reach()).collect();
+    Some((opened, rms))
 }
 
 impl Step {

@@ -14,7 +14,7 @@
 //! Source of the disk margin, here the symmetric one: P. Seiler, A. Packard, P. Gahinet, "An Introduction to Disk
 //! Margins", IEEE Control Systems Magazine 40(5), 2020, theorem 1.
 
-use lpv::matrix::complex_eigenvalues;
+use lpv::matrix::{complex_eigenvalues, largest};
 use lpv::state_space::StateSpace;
 use nalgebra::{Complex, DMatrix};
 use std::f64::consts::{PI, TAU};
@@ -104,7 +104,7 @@ impl Opened {
             gain_down: 0.0,
             phase: f64::INFINITY,
             delay: f64::INFINITY,
-            disk: 1.0 / self.peak(place, &|omega| (self.response(&alone, omega)[(0, 0)] - 0.5).norm()),
+            disk: 1.0 / self.peak(place, 0.5),
         };
         let known: Vec<(f64, Complex<f64>)> =
             self.grid.iter().map(|(omega, s)| (*omega, 1.0 / s[(place, place)] - 1.0)).collect();
@@ -125,9 +125,17 @@ impl Opened {
         found
     }
 
-    /// The largest `|S - 1/2|` at a place, which is also given at any frequency.
-    fn peak(&self, place: usize, at: &impl Fn(f64) -> f64) -> f64 {
-        let known: Vec<f64> = self.grid.iter().map(|(_, s)| (s[(place, place)] - 0.5).norm()).collect();
+    /// The largest |S| of all places, opened one at a time.
+    pub fn peak_of_sensitivity(&self) -> f64 {
+        let places = 0..self.sensitivity.d.nrows();
+        largest(0.0, places.map(|place| self.peak(place, 0.0)))
+    }
+
+    /// The largest `|S - c|` at a place.
+    fn peak(&self, place: usize, c: f64) -> f64 {
+        let alone = self.sensitivity.part(place, place);
+        let at = |omega: f64| (self.response(&alone, omega)[(0, 0)] - c).norm();
+        let known: Vec<f64> = self.grid.iter().map(|(_, s)| (s[(place, place)] - c).norm()).collect();
         let Some(most) = (0..known.len()).max_by(|i, j| known[*i].total_cmp(&known[*j])) else {
             return f64::NAN;
         };
@@ -212,6 +220,8 @@ mod tests {
         assert!((found.gain_up - 2.0 / g).abs() < 1e-9 && found.gain_down == 0.0, "{found:?}");
         assert!((found.disk - 2.0 * (2.0 - g) / (2.0 + g)).abs() < 1e-8, "{found:?}");
         assert!((Opened::new(integrator(g), T).common_delay(0..1) - found.delay).abs() < 1e-9);
+        // S = (z - 1)/(z - 1 + g) is largest at z = -1, too.
+        assert!((Opened::new(integrator(g), T).peak_of_sensitivity() - 2.0 / (2.0 - g)).abs() < 1e-9);
         // The disk is inside what gain and phase alone allow.
         assert!(
             found.disk_phase() <= found.phase && (2.0 + found.disk) / (2.0 - found.disk) <= found.gain_up

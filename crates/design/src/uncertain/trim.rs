@@ -56,7 +56,7 @@ impl TrimRange {
 ///
 /// # Errors
 /// [`UncertainError::NothingUncertain`].
-pub(crate) fn blocks(
+pub fn blocks(
     inputs: &Inputs,
     trim: &Trim,
     deviations: &[(Parameter, f64)],

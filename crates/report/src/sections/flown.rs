@@ -91,6 +91,7 @@ fn figures(subject: &Subject) -> Vec<Figure> {
     add("phase margin (deg)".into(), 1, true, smallest(|m| m.phase.to_degrees()));
     add("disk margin alpha".into(), 3, true, smallest(|m| m.disk));
     add("phase of the disk margin (deg)".into(), 1, true, smallest(|m| m.disk_phase().to_degrees()));
+    add("peak of |S|".into(), 3, false, Box::new(|f| f.peak));
     add("delay margin (s)".into(), 3, true, smallest(|m| m.delay));
     add("delay margin, all commands at once (s)".into(), 3, true, Box::new(|f| f.common_delay));
     for (i, tracked) in subject.inputs.design.tracked.iter().enumerate() {

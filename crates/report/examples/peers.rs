@@ -1,0 +1,45 @@
+//! The comparison of docs/benchmarks.md: `cargo run --release -p squid-report --example peers VEHICLE...` prints a
+//! table for each vehicle, with more flights than the report.
+#![allow(clippy::print_stdout)]
+
+use squid_design::inputs::Inputs;
+use squid_design::progress::{Event, Progress};
+use squid_design::run::run;
+use squid_design::store::Stored;
+use squid_report::page::section::Part;
+use squid_report::peers::{Effort, compare};
+use squid_report::subject::Subject;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let effort = Effort { evaluations: 300, points: 100 };
+    for name in std::env::args().skip(1) {
+        let inputs = Inputs::read(name.as_ref(), "design")?;
+        let finished = run(&inputs, &Progress::default())?;
+        let stored = Stored {
+            controller: finished.frozen.controller,
+            plant: finished.frozen.plant,
+            manoeuvre: inputs.design.manoeuvre.clone(),
+            certificate: Err("not needed".into()),
+            robust: None,
+        };
+        let show = |event: Event| {
+            if let Event::Done { figures, .. } = event {
+                eprintln!("{figures}");
+            }
+        };
+        let progress = Progress::new(&show);
+        let subject = Subject::new(&inputs, &stored, &progress)?;
+        for part in compare(&subject, effort)? {
+            match part {
+                Part::Words(words) => println!("{words}\n"),
+                Part::Table(table) => {
+                    println!("| {} |\n|{}", table.head.join(" | "), "---|".repeat(table.head.len()));
+                    table.rows.iter().for_each(|row| println!("| {} |", row.join(" | ")));
+                    println!();
+                }
+                _ => {}
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,343 @@
+//! The controller against what a practitioner would use: a PID with scheduled gains, and blended H-infinity controllers.
+
+pub mod course;
+pub mod law;
+pub mod pid;
+pub mod survival;
+pub mod tune;
+
+use crate::error::Error;
+use crate::page::section::{Part, Table};
+use crate::peers::course::{Flew, fly_at, fly_ramp};
+use crate::peers::law::{Blended, Law, Scheduled};
+use crate::peers::survival::{fleet, survivors};
+use crate::peers::tune::{sharpness, tuned};
+use crate::subject::Subject;
+use crate::threads::side_by_side;
+use auv::Linearisation;
+use squid_design::check::flown::Flown;
+use squid_design::linearise::linearise_at;
+
+/// How much work goes into the comparison.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Effort {
+    /// Evaluations of the optimiser in each search.
+    pub evaluations: usize,
+    /// Random points of the box, besides its corners.
+    pub points: usize,
+}
+
+/// That of the report.
+const ON_THE_PAGE: Effort = Effort { evaluations: 120, points: 10 };
+
+/// Figures that differ by no more than this, relative to the larger, are a draw.
+const DRAW: f64 = 0.02;
+
+/// The section on the other control laws.
+///
+/// # Errors
+/// Those of trim, linearisation and the uncertain model.
+pub fn peers(subject: &Subject) -> Result<Vec<Part>, Error> {
+    compare(subject, ON_THE_PAGE)
+}
+
+/// A row: a figure at a speed for each law; smaller is better unless `largest`.
+struct Line {
+    name: &'static str,
+    at: String,
+    decimals: usize,
+    /// A difference too small to matter.
+    slight: f64,
+    largest: bool,
+    /// Not compared: both sides have the same limit, or none.
+    told: bool,
+    values: Vec<f64>,
+}
+
+/// The comparison at three speeds and on the ramp of the manoeuvre.
+///
+/// # Errors
+/// As [`peers`].
+pub fn compare(subject: &Subject, effort: Effort) -> Result<Vec<Part>, Error> {
+    let m = &subject.stored.manoeuvre;
+    let speeds = [m.speed_from, 0.5 * (m.speed_from + m.speed_to), m.speed_to];
+    let Some(pid) = tuned(subject, &speeds, effort.evaluations)? else {
+        let words = "No PID was tuned: it takes a design that tracks pitch and speed and measures pitch, pitch rate and \
+            speed apart from the references, and gains that hold the limits on |S| and noise.";
+        return Ok(vec![Part::Words(words.into())]);
+    };
+    let (ours, blended) = (Scheduled(subject), Blended::new(subject));
+    let mut laws: Vec<(&str, &dyn Law)> = vec![("scheduled", &ours), ("PID", &pid)];
+    laws.extend(blended.as_ref().map(|blended| ("blended H-infinity", blended as &dyn Law)));
+    let mut lines = vec![];
+    for speed in speeds {
+        lines.extend(at_speed(subject, &laws, speed, effort.points)?);
+        subject.progress.done("report", &format!("  compared at {speed:.2} m/s"));
+    }
+    lines.extend(on_ramp(subject, &laws)?);
+    let mut table = Table::new(["", "m/s"]);
+    table.head.extend(laws.iter().map(|(name, _)| (*name).to_owned()));
+    table.head.push("outcome".into());
+    table.rows = lines.iter().map(|line| line.row(&laws)).collect();
+    let count =
+        |word: &str| table.rows.iter().filter(|row| row.last().is_some_and(|w| w.starts_with(word))).count();
+    let score = format!(
+        "The scheduled controller wins {} rows, draws {} and loses {}.",
+        count("won"),
+        count("drawn"),
+        count("lost")
+    );
+    Ok(vec![Part::Words(words(subject)), Part::Table(table), Part::Words(score)])
+}
+
+fn words(subject: &Subject) -> String {
+    format!(
+        "The same nonlinear vehicle, sensors, sample time, lags, limits, trim feedforward and filtered speed reference under \
+            three laws. PID: of pitch, with derivative on the measured rate and a weight on the reference, and PI of the speed, \
+            gains scheduled on speed, integrals that stop at limits; tuned at the three speeds by COBYLA (M. J. D. Powell, \
+            1994) over the flights of this table, with |S| no larger and commands under noise no rougher than the scheduled \
+            controller's at that speed. Blended: H-infinity controllers of the same weights for six speeds, all \
+            running, outputs blended by speed. Flights: a pitch step of {:.0} deg, a gust of 0.3 m/s in heave, a speed \
+            step; ITAE is the integral of t |error|/step, of the error to the reference itself, not to a model of it. \
+            Box: the declared uncertainty, vehicles at corners and random points; one survives if its pitch is within a \
+            tenth of the step at the end. The outcome compares the scheduled controller with the better of the others; rows \
+            closer than {:.0} % are drawn, those without outcome are not compared.",
+        subject.stored.manoeuvre.pitch_step.to_degrees(),
+        100.0 * DRAW
+    )
+}
+
+/// The rows at one speed.
+fn at_speed(
+    subject: &Subject,
+    laws: &[(&str, &dyn Law)],
+    speed: f64,
+    points: usize,
+) -> Result<Vec<Line>, Error> {
+    let l = linearise_at(&subject.inputs.vehicle, subject.inputs.design.depth, speed)?;
+    let fleet = fleet(subject, speed, points)?;
+    let judged = |(i, law): (usize, &dyn Law)| -> Result<_, Error> {
+        let lives = 100.0 * survivors(subject, law, speed, &fleet) as f64 / fleet.len() as f64;
+        let sharp = sharpness(subject, law, &l);
+        Ok((i, fly_at(subject, law, speed)?, sharp, delay(subject, law, &l), lives))
+    };
+    let found = side_by_side(laws.iter().map(|(_, law)| *law).enumerate(), judged);
+    let mut found = found.into_iter().collect::<Result<Vec<_>, Error>>()?;
+    found.sort_by_key(|found| found.0);
+    let of_flight = |of: fn(&Flew) -> f64| found.iter().map(|f| of(&f.1)).collect::<Vec<f64>>();
+    let of_loop = |of: fn(&tune::Sharpness) -> f64| {
+        found.iter().map(|f| f.2.as_ref().map_or(f64::INFINITY, of)).collect::<Vec<f64>>()
+    };
+    let line = |name, decimals, slight, values| Line {
+        name,
+        at: format!("{speed:.2}"),
+        decimals,
+        slight,
+        largest: false,
+        told: false,
+        values,
+    };
+    let tick = subject.inputs.design.sample_time;
+    let mut lines = vec![
+        line("pitch step: ITAE (s^2)", 2, 0.0, of_flight(|f| f.pitch.itae)),
+        line("pitch step: settled (s)", 2, tick, of_flight(|f| f.pitch.settling_time)),
+        line("pitch step: overshoot (%)", 2, 0.5, of_flight(|f| 100.0 * f.pitch.overshoot)),
+        line("speed step: ITAE (s^2)", 2, 0.0, of_flight(|f| f.speed.itae)),
+        line("speed step: settled (s)", 2, tick, of_flight(|f| f.speed.settling_time)),
+        line("speed step: overshoot (%)", 2, 0.5, of_flight(|f| 100.0 * f.speed.overshoot)),
+        line("gust: peak of pitch (deg)", 2, 0.0, of_flight(|f| f.gust.to_degrees())),
+        Line {
+            told: true,
+            ..line("largest command (% of the way to a limit)", 0, 0.0, of_flight(|f| 100.0 * f.effort))
+        },
+        Line { told: true, ..line("peak of |S|", 2, 0.0, of_loop(|s| s.peak)) },
+        line("commands under noise, rms (% of reach)", 2, 0.0, of_loop(|s| 100.0 * s.roughness)),
+        Line {
+            largest: true,
+            ..line("delay margin, all commands (s)", 3, 0.0, found.iter().map(|f| f.3).collect())
+        },
+    ];
+    if !fleet.is_empty() {
+        let values = found.iter().map(|f| f.4).collect();
+        lines.push(Line { largest: true, ..line("box survived (%)", 0, 0.0, values) });
+    }
+    Ok(lines)
+}
+
+/// The delay margin of a law frozen at the speed of a trim, all commands at once; 0 for an unstable loop.
+fn delay(subject: &Subject, law: &dyn Law, l: &Linearisation) -> f64 {
+    let sampling = subject.sampling();
+    let flown = law.frozen(l.trim.speed).map(|k| sampling.held(l).injected(&k));
+    flown.and_then(|system| Flown::of_sampled(&sampling, &system)).map_or(0.0, |flown| flown.common_delay)
+}
+
+/// The rows on the ramp of speed.
+fn on_ramp(subject: &Subject, laws: &[(&str, &dyn Law)]) -> Result<Vec<Line>, Error> {
+    let flown = laws.iter().map(|(_, law)| fly_ramp(subject, *law)).collect::<Result<Vec<_>, Error>>()?;
+    let line = |name, decimals, slight, values| Line {
+        name,
+        at: "ramp".into(),
+        decimals,
+        slight,
+        largest: false,
+        told: false,
+        values,
+    };
+    Ok(vec![
+        line("pitch step: ITAE (s^2)", 2, 0.0, flown.iter().map(|f| f.0.itae).collect()),
+        line("pitch step: settled (s)", 2, 0.02, flown.iter().map(|f| f.0.settling_time).collect()),
+        line("pitch step: overshoot (%)", 2, 0.5, flown.iter().map(|f| 100.0 * f.0.overshoot).collect()),
+        line("largest speed error (m/s)", 3, 0.0, flown.iter().map(|f| f.1).collect()),
+    ])
+}
+
+impl Line {
+    fn row(&self, laws: &[(&str, &dyn Law)]) -> Vec<String> {
+        let value = |v: &f64| match v.is_finite() {
+            true => format!("{v:.*}", self.decimals),
+            false => "none".into(),
+        };
+        let mut row = vec![self.name.to_owned(), self.at.clone()];
+        row.extend(self.values.iter().map(value));
+        row.push(if self.told { String::new() } else { self.verdict(laws) });
+        row
+    }
+
+    /// Won, drawn, or lost to the best of the others.
+    fn verdict(&self, laws: &[(&str, &dyn Law)]) -> String {
+        let ours = self.values[0];
+        let gain = |other: f64| if self.largest { ours - other } else { other - ours };
+        let room = |other: f64| self.slight.max(DRAW * ours.abs().max(other.abs()));
+        let others = || self.values.iter().zip(laws).skip(1);
+        let alike =
+            |other: f64| other == ours || (room(other).is_finite() && gain(other).abs() <= room(other));
+        let best = others().min_by(|a, b| gain(*a.0).total_cmp(&gain(*b.0)));
+        match best {
+            Some((other, _)) if alike(*other) => "drawn".into(),
+            Some((other, (name, _))) if gain(*other) < 0.0 => format!("lost to {name}"),
+            _ => "won".into(),
+        }
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use squid_design::inputs::Inputs;
+    use squid_design::store::{Stored, load};
+    use std::path::Path;
+
+    /// The committed design of Squid.
+    pub(crate) fn squid() -> (Inputs, Stored) {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid");
+        let inputs = Inputs::read(&folder, "design").unwrap();
+        let stored = load(&folder.join("frozen"), &inputs).unwrap();
+        (inputs, stored)
+    }
+
+    /// In flight at one speed, away from limits, each law is its frozen system.
+    #[test]
+    fn laws_fly_as_they_are_analysed() {
+        let (inputs, stored) = squid();
+        let progress = squid_design::progress::Progress::default();
+        let subject = Subject::new(&inputs, &stored, &progress).unwrap();
+        let gains =
+            |k: f64| pid::Gains { pitch: [2.0 * k, 0.3 * k, 3.0], weight: 0.8, speed: [1.0 + k, 0.2] };
+        let at = [(&subject.truth[0], gains(1.0)), (&subject.truth[5], gains(3.0))];
+        let pid = pid::Pid::new(&subject, &at).unwrap();
+        let blended = Blended::new(&subject).unwrap();
+        let speed = 1.3;
+        for law in [&pid as &dyn Law, &blended] {
+            let k = law.frozen(speed).unwrap();
+            let (mut tick, mut x) = (law.start().unwrap(), lpv::matrix::Mat::zeros(k.a.nrows(), 1));
+            let room = vec![(f64::NEG_INFINITY, f64::INFINITY); 3];
+            for step in 0..50 {
+                let y: Vec<f64> =
+                    (0..5).map(|i| (0.3 * f64::from(step) + 1.7 * f64::from(i)).sin()).collect();
+                let u = tick(speed, &y, &room);
+                let y = lpv::matrix::Mat::from_column_slice(5, 1, &y);
+                let expected = &k.c * &x + &k.d * &y;
+                x = &k.a * &x + &k.b * &y;
+                for (found, expected) in u.iter().zip(expected.iter()) {
+                    assert!(
+                        (found - expected).abs() < 1e-9 * expected.abs().max(1.0),
+                        "{step}: {found} {expected}"
+                    );
+                }
+            }
+        }
+    }
+
+    /// With every command at its upper limit the integrals of a climb stand still, and come back as soon as the error does.
+    #[test]
+    fn the_integrals_stop_at_a_limit() {
+        let (inputs, stored) = squid();
+        let progress = squid_design::progress::Progress::default();
+        let subject = Subject::new(&inputs, &stored, &progress).unwrap();
+        let gains = pid::Gains { pitch: [0.0, 1.0, 0.0], weight: 1.0, speed: [0.0, 1.0] };
+        let pid = pid::Pid::new(&subject, &[(&subject.truth[2], gains)]).unwrap();
+        let mut tick = pid.start().unwrap();
+        // y = [pitch reference, speed reference, pitch, speed, pitch rate]: only the speed is too low.
+        let slow = [0.0, 0.0, 0.0, -1.0, 0.0];
+        let free = [(-1.0, 1.0); 3];
+        (0..200).for_each(|_| drop(tick(1.5, &slow, &free)));
+        let held = tick(1.5, &slow, &[(-1.0, 0.0); 3]);
+        (0..200).for_each(|_| drop(tick(1.5, &slow, &[(-1.0, 0.0); 3])));
+        assert_eq!(held, tick(1.5, &slow, &[(-1.0, 0.0); 3]));
+        let fast = [0.0, 0.0, 0.0, 1.0, 0.0];
+        tick(1.5, &fast, &[(-1.0, 0.0); 3]);
+        assert!(tick(1.5, &slow, &free)[0] < held[0]);
+    }
+
+    /// What the tuning returns holds the limits that it was given.
+    #[test]
+    fn the_tuned_pid_is_no_sharper_and_no_rougher() {
+        let (inputs, stored) = squid();
+        let progress = squid_design::progress::Progress::default();
+        let subject = Subject::new(&inputs, &stored, &progress).unwrap();
+        let speed = subject.truth[3].trim.speed;
+        let pid = tuned(&subject, &[speed], 25).unwrap().unwrap();
+        let (ours, found) = (Scheduled(&subject), sharpness(&subject, &pid, &subject.truth[3]).unwrap());
+        let limits = sharpness(&subject, &ours, &subject.truth[3]).unwrap();
+        assert!(found.peak <= 1.0002 * limits.peak && found.roughness <= 1.0002 * limits.roughness);
+        assert!(fly_at(&subject, &pid, speed).unwrap().pitch.settling_time < 10.0);
+    }
+
+    fn line(values: [f64; 2], largest: bool) -> Line {
+        Line {
+            name: "",
+            at: String::new(),
+            decimals: 1,
+            slight: 0.5,
+            largest,
+            told: false,
+            values: values.to_vec(),
+        }
+    }
+
+    #[test]
+    fn a_row_lost_is_told_as_lost() {
+        struct Nothing;
+        impl Law for Nothing {
+            fn frozen(&self, _: f64) -> Option<lpv::state_space::StateSpace> {
+                None
+            }
+            fn start(&self) -> Option<law::Ticking<'_>> {
+                None
+            }
+        }
+        let laws: [(&str, &dyn Law); 2] = [("ours", &Nothing), ("PID", &Nothing)];
+        for (ours, other, largest, expected) in [
+            (10.0, 12.0, false, "won"),
+            (12.0, 10.0, false, "lost to PID"),
+            (12.0, 10.0, true, "won"),
+            (100.0, 98.5, false, "drawn"),
+            (0.1, 0.5, false, "drawn"),
+            (f64::INFINITY, 1.0, false, "lost to PID"),
+            (1.0, f64::INFINITY, false, "won"),
+            (f64::INFINITY, f64::INFINITY, false, "drawn"),
+        ] {
+            assert_eq!(line([ours, other], largest).verdict(&laws), expected, "{ours} {other}");
+        }
+    }
+}

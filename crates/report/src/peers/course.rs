@@ -1,0 +1,168 @@
+//! The course on which laws are tuned and judged: a pitch step up and down, a gust, a speed step, at one speed.
+
+use crate::error::Error;
+use crate::peers::law::{Law, fly};
+use crate::subject::Subject;
+use auv::{Current, Vehicle};
+use signals::{PITCH, SPEED};
+use squid_design::check::flown::GUST;
+use squid_flight::flight::{Demand, Row};
+
+/// When things happen (s).
+const UP: f64 = 2.0;
+const DOWN: f64 = 20.0;
+const GUST_AT: f64 = 34.0;
+const SPEED_AT: f64 = 44.0;
+const END: f64 = 64.0;
+
+/// The band around its end, relative to a step, in which a response has settled.
+const SETTLED: f64 = 0.02;
+
+/// What a step came to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// The integral of t |error|/step (s^2). Source: D. Graham, R. Lathrop, Trans. AIEE 72, 1953.
+    pub itae: f64,
+    /// Relative to the step.
+    pub overshoot: f64,
+    /// s; infinite if it does not settle within 2 %.
+    pub settling_time: f64,
+}
+
+impl Step {
+    /// What nothing is worse than.
+    const LOST: Self = Self { itae: f64::INFINITY, overshoot: f64::INFINITY, settling_time: f64::INFINITY };
+
+    /// From the rows of a window, in which the step of a reference is the first event.
+    fn of(rows: &[&Row], place: usize, step: f64) -> Self {
+        let Some(first) = rows.first() else { return Self::LOST };
+        let since = |row: &Row| row.time - first.time;
+        let left = |row: &Row| row.error(place) / step;
+        let dt = rows.get(1).map_or(0.0, |second| since(second));
+        let outside = rows.iter().rposition(|row| left(row).abs() > SETTLED);
+        Self {
+            itae: rows.iter().map(|row| since(row) * left(row).abs() * dt).sum(),
+            overshoot: rows.iter().map(|row| -left(row)).fold(0.0, f64::max),
+            settling_time: match outside {
+                None => 0.0,
+                Some(last) => rows.get(last + 1).map_or(f64::INFINITY, |row| since(row)),
+            },
+        }
+    }
+}
+
+/// What a flight on the course came to; everything infinite where it was lost.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Flew {
+    /// Of the pitch reference, up.
+    pub pitch: Step,
+    /// Of the speed reference.
+    pub speed: Step,
+    /// Largest pitch error after the gust, rad.
+    pub gust: f64,
+    /// Largest part of the way from the trim to a limit that a command goes.
+    pub effort: f64,
+}
+
+/// The height of the speed step (m/s) at a speed: to the middle of the range.
+fn speed_step(subject: &Subject, speed: f64) -> f64 {
+    let (middle, half_range) = subject.inputs.design.scheduling();
+    let size = (0.2 * half_range).min(0.3);
+    if speed <= middle { size } else { -size }
+}
+
+/// Flies the nominal vehicle on the course at a speed (m/s).
+///
+/// # Errors
+/// Those of the trim; a flight that diverges or surfaces is not an error.
+pub fn fly_at(subject: &Subject, law: &dyn Law, speed: f64) -> Result<Flew, Error> {
+    let pitch_step = subject.stored.manoeuvre.pitch_step;
+    let speed_step = speed_step(subject, speed);
+    let demand = |time: f64| {
+        let time = time + 1e-9;
+        Demand {
+            speed: if time < SPEED_AT { speed } else { speed + speed_step },
+            pitch_above_trim: if (UP..DOWN).contains(&time) { pitch_step } else { 0.0 },
+            current: Current { horizontal: 0.0, vertical: if time < GUST_AT { 0.0 } else { GUST } },
+        }
+    };
+    let vehicle: &Vehicle = &subject.inputs.vehicle;
+    let gains = vec![1.0; vehicle.actuators.len()];
+    let flown = fly(subject, law, (vehicle, &gains), (END, demand));
+    let rows = match flown {
+        Ok(flight) if flight.surfacing.is_none() => flight.rows,
+        Ok(_) => return Ok(Flew::LOST),
+        Err(Error::Flight(squid_flight::error::Error::Trim { speed, reason })) => {
+            return Err(squid_flight::error::Error::Trim { speed, reason }.into());
+        }
+        Err(_) => return Ok(Flew::LOST),
+    };
+    let window = |from: f64, to: f64| -> Vec<&Row> {
+        rows.iter().filter(|row| (from..to).contains(&(row.time + 1e-9))).collect()
+    };
+    Ok(Flew {
+        pitch: Step::of(&window(UP, DOWN), PITCH, pitch_step),
+        speed: Step::of(&window(SPEED_AT, END), SPEED, speed_step),
+        gust: window(GUST_AT, SPEED_AT).iter().map(|row| row.error(PITCH).abs()).fold(0.0, f64::max),
+        effort: rows.iter().map(|row| effort(subject, &rows[0], row)).fold(0.0, f64::max),
+    })
+}
+
+/// How far the commands are from those at the start, relative to the way to their limits.
+fn effort(subject: &Subject, start: &Row, row: &Row) -> f64 {
+    let each = subject.inputs.vehicle.actuators.iter().zip(row.commands.iter().zip(&start.commands));
+    each.map(|(a, (now, trim))| (now - trim) / if now > trim { a.max - trim } else { a.min - trim })
+        .fold(0.0, f64::max)
+}
+
+impl Flew {
+    /// A flight that diverged or surfaced.
+    pub const LOST: Self =
+        Self { pitch: Step::LOST, speed: Step::LOST, gust: f64::INFINITY, effort: f64::INFINITY };
+}
+
+/// What the design's manoeuvre came to, a pitch step on a ramp of speed.
+///
+/// # Errors
+/// As [`fly_at`].
+pub fn fly_ramp(subject: &Subject, law: &dyn Law) -> Result<(Step, f64), Error> {
+    let m = &subject.stored.manoeuvre;
+    let demand = |time: f64| Demand {
+        speed: m.speed_reference(time),
+        pitch_above_trim: m.pitch_above_trim(time),
+        current: Current::default(),
+    };
+    let vehicle = &subject.inputs.vehicle;
+    let gains = vec![1.0; vehicle.actuators.len()];
+    let Ok(flight) = fly(subject, law, (vehicle, &gains), (m.duration, demand)) else {
+        return Ok((Step::LOST, f64::INFINITY));
+    };
+    if flight.surfacing.is_some() {
+        return Ok((Step::LOST, f64::INFINITY));
+    }
+    let after: Vec<&Row> = flight.rows.iter().filter(|row| row.time + 1e-9 >= m.step_time).collect();
+    let speed = flight.rows.iter().map(|row| row.error(SPEED).abs()).fold(0.0, f64::max);
+    Ok((Step::of(&after, PITCH, m.pitch_step), speed))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An error of exp(-t) has an ITAE of 1 and is within 2 % after ln 50.
+    #[test]
+    fn figures_of_a_known_response() {
+        let row = |i: u32| {
+            let time = 1e-3 * f64::from(i);
+            let signals = scheduled::Inputs {
+                measured: [0.2 * (1.0 - (-time).exp()), 1.0, 0.0, 0.0],
+                references: [0.2, 1.0],
+            };
+            Row { time, signals, depth: 0.0, rho: 0.0, out_of_range: false, commands: vec![] }
+        };
+        let rows: Vec<Row> = (0..30_000).map(row).collect();
+        let found = Step::of(&rows.iter().collect::<Vec<_>>(), PITCH, 0.2);
+        assert!((found.itae - 1.0).abs() < 1e-3 && found.overshoot == 0.0, "{found:?}");
+        assert!((found.settling_time - 50f64.ln()).abs() < 2e-3, "{found:?}");
+    }
+}

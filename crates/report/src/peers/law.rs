@@ -1,0 +1,155 @@
+//! Control laws that are compared: each in place of the controller, behind the same sensors, filter of the speed
+//! reference, trim feedforward, sample time and limits.
+
+use crate::error::Error;
+use crate::subject::Subject;
+use auv::Vehicle;
+use lpv::matrix::{Mat, block, diagonal_blocks};
+use lpv::state_space::StateSpace;
+use scheduled::{Autopilot, Inputs as Measured};
+use signals::SPEED;
+use squid_design::check::sampled::trapezoidal;
+use squid_flight::flight::{Answer, Demand, Flight, fly_course};
+
+/// The limits of each command at a tick, in units of reach, less the trim.
+pub type Room<'a> = &'a [(f64, f64)];
+
+/// A law in flight: from the speed along the path (m/s), the controller's input y and the room to the commands, in units
+/// of reach, less the trim.
+pub type Ticking<'a> = Box<dyn FnMut(f64, &[f64], Room) -> Vec<f64> + 'a>;
+
+/// A control law.
+pub trait Law: Sync {
+    /// From y to the commands in units of reach, sampled, frozen at a speed along the path (m/s), away from limits.
+    fn frozen(&self, speed: f64) -> Option<StateSpace>;
+
+    /// In flight from rest; `None` for the stored autopilot itself.
+    fn start(&self) -> Option<Ticking<'_>>;
+}
+
+/// The controller of the design.
+#[derive(Debug)]
+pub struct Scheduled<'a>(pub &'a Subject<'a>);
+
+impl Law for Scheduled<'_> {
+    fn frozen(&self, speed: f64) -> Option<StateSpace> {
+        let Self(subject) = self;
+        let controller = &subject.controller;
+        let k = controller.frozen(&vec![subject.rho(speed); controller.blocks.len()]).ok()?;
+        trapezoidal(&k, subject.inputs.design.sample_time)
+    }
+
+    fn start(&self) -> Option<Ticking<'_>> {
+        None
+    }
+}
+
+/// H-infinity controllers made for single speeds with the weights of the design. All run; the outputs of the two whose
+/// speeds enclose the vehicle's are blended linearly.
+#[derive(Debug)]
+pub struct Blended {
+    speeds: Vec<f64>,
+    controllers: Vec<StateSpace>,
+}
+
+impl Blended {
+    /// Those for the speeds of the subject; `None` when the synthesis fails at one of them.
+    pub fn new(subject: &Subject) -> Option<Self> {
+        let sampled = |alone: &Result<lpv::synthesis::Design, _>| {
+            let k = alone.as_ref().ok()?.controller.frozen(&[]).ok()?;
+            trapezoidal(&k, subject.inputs.design.sample_time)
+        };
+        let controllers = subject.alone().iter().map(sampled).collect::<Option<_>>()?;
+        Some(Self { speeds: subject.speeds.clone(), controllers })
+    }
+}
+
+impl Law for Blended {
+    fn frozen(&self, speed: f64) -> Option<StateSpace> {
+        let (low, part) = between(&self.speeds, speed);
+        let [one, other] = [&self.controllers[low], self.controllers.get(low + 1)?];
+        Some(StateSpace {
+            a: diagonal_blocks(&[&one.a, &other.a]),
+            b: block(&[&[&one.b], &[&other.b]]),
+            c: block(&[&[&(&one.c * (1.0 - part)), &(&other.c * part)]]),
+            d: &one.d * (1.0 - part) + &other.d * part,
+        })
+    }
+
+    fn start(&self) -> Option<Ticking<'_>> {
+        let mut states: Vec<Mat> = self.controllers.iter().map(|k| Mat::zeros(k.a.nrows(), 1)).collect();
+        Some(Box::new(move |speed, y, _| {
+            let y = Mat::from_column_slice(y.len(), 1, y);
+            let (low, part) = between(&self.speeds, speed);
+            let output = |i: usize| &self.controllers[i].c * &states[i] + &self.controllers[i].d * &y;
+            let u = output(low) * (1.0 - part) + output(low + 1) * part;
+            for (k, x) in self.controllers.iter().zip(&mut states) {
+                *x = &k.a * &*x + &k.b * &y;
+            }
+            u.as_slice().to_vec()
+        }))
+    }
+}
+
+/// The interval of two or more rising speeds in which a speed lies, and how far; the ends hold beyond them.
+pub fn between(speeds: &[f64], speed: f64) -> (usize, f64) {
+    let low = speeds.iter().rposition(|v| *v <= speed).unwrap_or(0).min(speeds.len() - 2);
+    (low, ((speed - speeds[low]) / (speeds[low + 1] - speeds[low])).clamp(0.0, 1.0))
+}
+
+/// Flies a vehicle, whose actuators have gains beside, on a course under a law. The trims are those of the nominal vehicle.
+///
+/// # Errors
+/// As [`fly_course`].
+pub fn fly(
+    subject: &Subject,
+    law: &dyn Law,
+    (vehicle, gains): (&Vehicle, &[f64]),
+    course: (f64, impl Fn(f64) -> Demand),
+) -> Result<Flight, Error> {
+    let design = &subject.stored.controller;
+    // The stored autopilot runs along: it tells what a controller takes in, and the trim.
+    let mut autopilot = Autopilot::new(design)?;
+    let table = autopilot.trim().clone();
+    let mut own = law.start();
+    let mut started = false;
+    let answer = |measured: &Measured| {
+        if !std::mem::replace(&mut started, true) {
+            autopilot.initialise(0.0, measured)?;
+        }
+        let filtered = autopilot.filtered_speed();
+        autopilot.tick(measured)?;
+        let level = design.reference_filter.map_or(measured.references[SPEED], |_| filtered);
+        let mut commands = autopilot.outputs().commands.clone();
+        if let Some(own) = &mut own {
+            let trims: Vec<f64> = (0..commands.len()).map(|j| table.command(level, j)).collect();
+            let actuators = || design.actuators.iter().zip(&trims);
+            let room: Vec<(f64, f64)> =
+                actuators().map(|(a, t)| ((a.minimum - t) / a.scale, (a.maximum - t) / a.scale)).collect();
+            let u = own(table.speed(measured.measured[SPEED]), autopilot.controller_inputs(), &room);
+            commands =
+                actuators().zip(u).map(|((a, t), u)| (t + a.scale * u).clamp(a.minimum, a.maximum)).collect();
+        }
+        commands.iter_mut().zip(gains).for_each(|(command, gain)| *command *= gain);
+        let outputs = autopilot.outputs();
+        let (rho, out_of_range) = (outputs.scheduling_parameter, outputs.out_of_range);
+        Ok(Answer { commands, rho, out_of_range })
+    };
+    let ticks = (design.sample_time, &table);
+    Ok(fly_course(vehicle, subject.inputs.design.depth, course, ticks, answer)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_two_neighbours_are_blended() {
+        let speeds = [1.0, 2.0, 4.0];
+        for (speed, low, part) in
+            [(0.5, 0, 0.0), (1.25, 0, 0.25), (2.0, 1, 0.0), (3.0, 1, 0.5), (9.0, 1, 1.0)]
+        {
+            assert_eq!(between(&speeds, speed), (low, part));
+        }
+    }
+}

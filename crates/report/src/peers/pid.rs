@@ -1,0 +1,154 @@
+//! One PID for pitch and one PI for the speed, with gains scheduled on speed.
+
+use crate::peers::law::{Law, Room, Ticking, between};
+use crate::subject::Subject;
+use auv::{Actuator, Linearisation};
+use lpv::matrix::{Mat, pseudo_inverse};
+use lpv::state_space::StateSpace;
+use signals::{PITCH, SPEED};
+
+/// The gains at one speed. What they give are accelerations, wanted of pitch (rad/s^2) and forwards (m/s^2).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gains {
+    /// Of pitch: proportional (1/s^2), integral (1/s^3), of the measured rate (1/s).
+    pub pitch: [f64; 3],
+    /// The part of the step of the reference that the proportional term sees.
+    pub weight: f64,
+    /// Of the speed: proportional (1/s), integral (1/s^2).
+    pub speed: [f64; 2],
+}
+
+/// The law:
+///
+/// ```text
+/// turn   = kp (b r - theta) + Ip - kd q,   Ip+ = Ip + T ki (r - theta)
+/// thrust = kv (V_r - u) + Iv,              Iv+ = Iv + T kvi (V_r - u)
+/// commands = trim(V_r) + N(V) [turn; thrust]
+/// ```
+///
+/// r and theta from the trim at V_r. N is the least commands, in units of reach, that give these accelerations in the
+/// linear model at a speed. Gains and N are interpolated between the speeds of the tuning. Where a command is at a limit, an
+/// integral that would grow further stands still. Two degrees of freedom by b, clamping: K. J. Åström, T. Hägglund,
+/// Advanced PID Control, 2006, sections 3.4 and 3.5.
+#[derive(Debug, Clone)]
+pub struct Pid {
+    sample_time: f64,
+    inputs: Inputs,
+    speeds: Vec<f64>,
+    gains: Vec<Gains>,
+    /// N, m x 2.
+    allocations: Vec<Mat>,
+}
+
+/// Where in y the law finds what it takes in, and the scale of each.
+#[derive(Debug, Clone, Copy)]
+struct Inputs {
+    size: usize,
+    reference: (usize, f64),
+    pitch: (usize, f64),
+    rate: (usize, f64),
+    speed: (usize, f64),
+}
+
+impl Inputs {
+    fn of(subject: &Subject) -> Option<Self> {
+        let design = &subject.inputs.design;
+        let p = design.tracked.len();
+        let reference = design.tracked.iter().position(|t| t.place == PITCH)?;
+        let measured = |place: usize| {
+            let row = design.measured.iter().position(|m| m.place == place)?;
+            Some((p + row, design.measured[row].scale))
+        };
+        Some(Self {
+            size: p + design.measured.len(),
+            reference: (reference, design.tracked[reference].scale),
+            pitch: measured(PITCH)?,
+            rate: measured(signals::place("pitch_rate")?)?,
+            speed: measured(SPEED)?,
+        })
+    }
+
+    /// A gain on one of them, as a row from y.
+    fn row(&self, terms: &[((usize, f64), f64)]) -> Mat {
+        let mut row = Mat::zeros(1, self.size);
+        terms.iter().for_each(|((place, scale), gain)| row[*place] += scale * gain);
+        row
+    }
+}
+
+/// The least commands, in units of reach, for a turn and for a thrust of 1.
+fn allocation(l: &Linearisation, actuators: &[Actuator]) -> Mat {
+    let (u, q) = (0, 2);
+    let b = Mat::from_fn(2, actuators.len(), |i, j| l.b[([q, u][i], j)] * actuators[j].reach());
+    pseudo_inverse(&b, 1e-9)
+}
+
+impl Pid {
+    /// With gains at two or more rising speeds, whose linear models are given; `None` where the design does not track pitch, or
+    /// does not measure pitch, pitch rate and speed.
+    pub fn new(subject: &Subject, at: &[(&Linearisation, Gains)]) -> Option<Self> {
+        let actuators = &subject.inputs.vehicle.actuators;
+        Some(Self {
+            sample_time: subject.inputs.design.sample_time,
+            inputs: Inputs::of(subject)?,
+            speeds: at.iter().map(|(l, _)| l.trim.speed).collect(),
+            gains: at.iter().map(|(_, gains)| *gains).collect(),
+            allocations: at.iter().map(|(l, _)| allocation(l, actuators)).collect(),
+        })
+    }
+
+    /// Gains and N at a speed (m/s).
+    fn at(&self, speed: f64) -> (Gains, Mat) {
+        if self.speeds.len() == 1 {
+            return (self.gains[0], self.allocations[0].clone());
+        }
+        let (low, part) = between(&self.speeds, speed);
+        let (one, other) = (&self.gains[low], &self.gains[low + 1]);
+        let blend = |a: f64, b: f64| (1.0 - part) * a + part * b;
+        let gains = Gains {
+            pitch: std::array::from_fn(|i| blend(one.pitch[i], other.pitch[i])),
+            weight: blend(one.weight, other.weight),
+            speed: std::array::from_fn(|i| blend(one.speed[i], other.speed[i])),
+        };
+        (gains, &self.allocations[low] * (1.0 - part) + &self.allocations[low + 1] * part)
+    }
+}
+
+impl Law for Pid {
+    fn frozen(&self, speed: f64) -> Option<StateSpace> {
+        let (Gains { pitch: [kp, ki, kd], weight, speed: [kv, kvi] }, n) = self.at(speed);
+        let i = &self.inputs;
+        let stacked = |one: Mat, other: Mat| lpv::matrix::block(&[&[&one], &[&other]]);
+        let integrals = stacked(i.row(&[(i.reference, ki), (i.pitch, -ki)]), i.row(&[(i.speed, -kvi)]));
+        let direct = i.row(&[(i.reference, kp * weight), (i.pitch, -kp), (i.rate, -kd)]);
+        Some(StateSpace {
+            a: Mat::identity(2, 2),
+            b: integrals * self.sample_time,
+            c: n.clone(),
+            d: n * stacked(direct, i.row(&[(i.speed, -kv)])),
+        })
+    }
+
+    fn start(&self) -> Option<Ticking<'_>> {
+        let mut integrals = [0.0; 2];
+        Some(Box::new(move |speed, y, room: Room| {
+            let (Gains { pitch: [kp, ki, kd], weight, speed: [kv, kvi] }, n) = self.at(speed);
+            let value = |(place, scale): (usize, f64)| scale * y[place];
+            let Inputs { reference, pitch, rate, speed, .. } = self.inputs;
+            let turn = kp * (weight * value(reference) - value(pitch)) + integrals[0] - kd * value(rate);
+            let thrust = -kv * value(speed) + integrals[1];
+            let u = &n * Mat::from_column_slice(2, 1, &[turn, thrust]);
+            let growth = [ki * (value(reference) - value(pitch)), -kvi * value(speed)];
+            for axis in 0..2 {
+                let pushes = |(j, (low, high)): (usize, &(f64, f64))| {
+                    let push = n[(j, axis)] * growth[axis];
+                    (u[j] >= *high && push > 0.0) || (u[j] <= *low && push < 0.0)
+                };
+                if !room.iter().enumerate().any(pushes) {
+                    integrals[axis] += self.sample_time * growth[axis];
+                }
+            }
+            u.as_slice().to_vec()
+        }))
+    }
+}

@@ -1,0 +1,82 @@
+//! The share of the declared uncertainty that a law survives in flight.
+
+use crate::error::Error;
+use crate::peers::law::{Law, fly};
+use crate::subject::Subject;
+use auv::{Current, Vehicle};
+use signals::PITCH;
+use squid_design::error::UncertainError;
+use squid_design::linearise::linearise_at;
+use squid_design::uncertain::model::Uncertain;
+use squid_design::uncertain::trim::{blocks, random_corners, retrim};
+use squid_flight::flight::{Demand, Row};
+
+/// When the step comes and when the flight ends (s): what the trim of another vehicle disturbs has settled by then.
+const STEP_TIME: f64 = 15.0;
+const END: f64 = 40.0;
+/// A vehicle whose pitch stays off by more than this part of the step is lost.
+const LOST: f64 = 0.1;
+
+/// Vehicles of the declared box, with the gains of their actuators.
+pub type Fleet = Vec<(Vehicle, Vec<f64>)>;
+
+/// Vehicles at the corners at which all coefficients but one are at one end, at as many random corners, and at random
+/// points of the box, about a speed (m/s). Those that do not trim are left out; none without declared uncertainty.
+///
+/// # Errors
+/// Those of the trim; [`UncertainError::Corner`].
+pub fn fleet(subject: &Subject, speed: f64, points: usize) -> Result<Fleet, Error> {
+    let inputs = subject.inputs;
+    let nominal = linearise_at(&inputs.vehicle, inputs.design.depth, speed)?.trim;
+    let blocks = match blocks(inputs, &nominal, &[]) {
+        Err(UncertainError::NothingUncertain { .. }) => return Ok(vec![]),
+        found => found.map_err(squid_design::error::Error::from)?,
+    };
+    let n = blocks.len();
+    let alone = (0..=n).map(|i| (0..n).map(|j| if i == j { 1.0 } else { -1.0 }).collect::<Vec<f64>>());
+    // The digits of a number in [-1, 1] are signs.
+    let digits: Vec<Vec<Vec<f64>>> = (1..=DIGITS).map(|seed| random_corners(n, points, seed)).collect();
+    let point = |i: usize| -> Vec<f64> {
+        (0..n)
+            .map(|j| digits.iter().enumerate().map(|(k, d)| d[i][j] * 0.5f64.powi(k as i32 + 1)).sum())
+            .collect()
+    };
+    let all = std::iter::once(vec![1.0; n]).chain(alone).chain(random_corners(n, n + 1, 1));
+    let mut fleet = vec![];
+    for delta in all.chain((0..points).map(point)) {
+        let (vehicle, _) = match retrim(&inputs.vehicle, &nominal, &blocks, &delta) {
+            Ok(found) => found,
+            Err(UncertainError::NoTrim { .. }) => continue,
+            Err(other) => return Err(squid_design::error::Error::from(other).into()),
+        };
+        let mut gains = vec![1.0; inputs.vehicle.actuators.len()];
+        for (block, d) in blocks.iter().zip(&delta) {
+            if let Uncertain::Gain(actuator) = block.uncertain {
+                gains[actuator] += block.half_range * d;
+            }
+        }
+        fleet.push((vehicle, gains));
+    }
+    Ok(fleet)
+}
+
+/// Binary digits of a random number.
+const DIGITS: u64 = 24;
+
+/// How many of a fleet fly the pitch step of the manoeuvre at a speed (m/s): the flight neither diverges nor comes to
+/// the surface, and ends within a tenth of the step. Vehicles that do not trim within their limits count as lost.
+pub fn survivors(subject: &Subject, law: &dyn Law, speed: f64, fleet: &Fleet) -> usize {
+    let step = subject.stored.manoeuvre.pitch_step;
+    let demand = |time: f64| Demand {
+        speed,
+        pitch_above_trim: if time + 1e-9 < STEP_TIME { 0.0 } else { step },
+        current: Current::default(),
+    };
+    let survives = |(vehicle, gains): &&(Vehicle, Vec<f64>)| {
+        let Ok(flight) = fly(subject, law, (vehicle, gains), (END, demand)) else { return false };
+        let tail: Vec<&Row> = flight.rows.iter().filter(|row| row.time > 0.9 * END).collect();
+        let off = tail.iter().map(|row| row.error(PITCH).abs()).fold(0.0, f64::max);
+        flight.surfacing.is_none() && !tail.is_empty() && off <= LOST * step.abs()
+    };
+    fleet.iter().filter(survives).count()
+}

@@ -1,0 +1,205 @@
+//! Tunes the PID: at each speed the gains that fly the course best, with a loop no sharper and no rougher than the
+//! scheduled controller's.
+
+use crate::error::Error;
+use crate::peers::course::{Flew, fly_at};
+use crate::peers::law::{Law, Scheduled};
+use crate::peers::pid::{Gains, Pid};
+use crate::subject::Subject;
+use crate::threads::side_by_side;
+use auv::Linearisation;
+use cobyla::{Func, RhoBeg, StopTols, minimize};
+use lpv::tracking::ReferenceModel;
+use signals::SPEED;
+use squid_design::check::flown::opened;
+use squid_design::linearise::linearise_at;
+use std::cell::{Cell, RefCell};
+
+/// How sharp and how rough a loop is at one speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sharpness {
+    /// The largest |S| of all places at which the loop can be opened.
+    pub peak: f64,
+    /// The largest rms of a command under the noise of the sensors, relative to its reach.
+    pub roughness: f64,
+}
+
+/// Those of a law at the speed of a trim; `None` where the loop is not stable.
+pub fn sharpness(subject: &Subject, law: &dyn Law, l: &Linearisation) -> Option<Sharpness> {
+    let sampling = subject.sampling();
+    let system = sampling.held(l).injected(&law.frozen(l.trim.speed)?);
+    let (opened, rms) = opened(&sampling, &system)?;
+    let relative = rms.iter().zip(sampling.actuators).map(|(rms, a)| rms / a.reach());
+    Some(Sharpness { peak: opened.peak_of_sensitivity(), roughness: relative.fold(0.0, f64::max) })
+}
+
+/// Frequencies of the first guesses, relative to those of the models that pitch and speed follow.
+const GUESSES: [f64; 3] = [0.7, 1.2, 2.0];
+/// How far from a guess the logarithm of a gain may go, and how far it goes at first.
+const FARTHEST: f64 = 4.0;
+const FIRST: f64 = 0.4;
+/// How much a constraint, the logarithm of a ratio, may be missed by: by nothing that is shown.
+const MISSED: f64 = 1e-4;
+/// When the logarithms of the gains hardly move any more.
+const CLOSE: f64 = 1e-3;
+/// What an unstable loop counts as.
+const UNSTABLE: f64 = 10.0;
+
+/// x: the logarithms of the gains, and the weight of the reference.
+fn gains(x: &[f64]) -> Gains {
+    let g = |i: usize| x[i].exp();
+    Gains { pitch: [g(0), g(1), g(2)], weight: x[5], speed: [g(3), g(4)] }
+}
+
+/// The point of gains.
+fn point(gains: &Gains) -> Vec<f64> {
+    let [kp, ki, kd] = gains.pitch;
+    let logarithms = [kp, ki, kd, gains.speed[0], gains.speed[1]].map(f64::ln);
+    logarithms.into_iter().chain([gains.weight]).collect()
+}
+
+/// What the optimiser asks for at a point.
+#[derive(Debug, Clone, Copy)]
+struct Tried {
+    cost: f64,
+    /// At least 0 where they hold.
+    constraints: [f64; 2],
+}
+
+/// The PID with gains tuned at some speeds (m/s), each search with so many evaluations; `None` where there is none for the
+/// design, or none that holds the constraints was found.
+///
+/// The cost is the mean of four ratios to the scheduled controller's figures on the same course: ITAE of the pitch
+/// step and of the speed step, settling of pitch, peak after the gust. The constraints: |S| and the commands under
+/// noise no larger than with the scheduled controller at that speed. By COBYLA: M. J. D. Powell, A direct search optimization
+/// method that models the objective and constraint functions by linear interpolation, 1994.
+///
+/// # Errors
+/// Those of trim and linearisation.
+pub fn tuned(subject: &Subject, speeds: &[f64], evaluations: usize) -> Result<Option<Pid>, Error> {
+    let linear = |v: &f64| Ok(linearise_at(&subject.inputs.vehicle, subject.inputs.design.depth, *v)?);
+    let truth: Vec<Linearisation> = speeds.iter().map(linear).collect::<Result<_, Error>>()?;
+    if Pid::new(subject, &[(&truth[0], gains(&guess(subject, 1.0)))]).is_none() {
+        return Ok(None);
+    }
+    // The middle speed from several guesses, the others from what is best there and from one of them.
+    let middle = speeds.len() / 2;
+    let first = GUESSES.iter().map(|quickness| (middle, guess(subject, *quickness)));
+    let Some(best_there) = least(search(subject, &truth, first, evaluations)?, middle) else {
+        return Ok(None);
+    };
+    let starts = [point(&best_there.1), guess(subject, GUESSES[1])];
+    let others = (0..speeds.len()).filter(|i| *i != middle);
+    let others = others.flat_map(|i| starts.iter().map(move |start| (i, start.clone())));
+    let mut found = search(subject, &truth, others, evaluations)?;
+    found.push((middle, Some(best_there)));
+    let mut chosen = vec![];
+    for (i, l) in truth.iter().enumerate() {
+        let Some((_, gains)) = least(found.clone(), i) else { return Ok(None) };
+        chosen.push((l, gains));
+    }
+    Ok(Pid::new(subject, &chosen))
+}
+
+/// The gains found at a speed, with their cost; none where no gains hold the constraints.
+type Found = (usize, Option<(f64, Gains)>);
+
+/// The one of least cost at a speed.
+fn least(found: Vec<Found>, at: usize) -> Option<(f64, Gains)> {
+    let here = found.into_iter().filter(|(i, _)| *i == at).filter_map(|(_, found)| found);
+    here.min_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+/// Searches from points at some of the speeds, as many at the same time as there are processors.
+fn search(
+    subject: &Subject,
+    truth: &[Linearisation],
+    starts: impl Iterator<Item = (usize, Vec<f64>)> + Send,
+    evaluations: usize,
+) -> Result<Vec<Found>, Error> {
+    let ours = Scheduled(subject);
+    let work = |(i, start): (usize, Vec<f64>)| -> Result<Found, Error> {
+        let l = &truth[i];
+        let Some(limits) = sharpness(subject, &ours, l) else { return Ok((i, None)) };
+        let flew = fly_at(subject, &ours, l.trim.speed)?;
+        let found = best(subject, l, (limits, flew), &start, evaluations);
+        let outcome = found.map_or("no gains hold the limits".into(), |(cost, _)| format!("cost {cost:.3}"));
+        subject.progress.done("report", &format!("  PID at {:.2} m/s: {outcome}", l.trim.speed));
+        Ok((i, found))
+    };
+    side_by_side(starts, work).into_iter().collect()
+}
+
+/// A first guess: poles about the frequencies of the models that pitch and speed follow, times a factor.
+fn guess(subject: &Subject, quickness: f64) -> Vec<f64> {
+    let model = |speed: bool| {
+        let tracked = subject.inputs.design.tracked.iter().find(|t| (t.place == SPEED) == speed);
+        tracked.and_then(|t| t.model).map_or(1.0, |ReferenceModel { frequency, .. }| frequency)
+    };
+    let (w, v) = (quickness * model(false), quickness * model(true));
+    point(&Gains { pitch: [w * w, 0.3 * w * w * w, 2.0 * w], weight: 0.7, speed: [v, 0.2 * v * v] })
+}
+
+/// The best gains from one point that hold the constraints, with their cost.
+fn best(
+    subject: &Subject,
+    l: &Linearisation,
+    (limits, flew): (Sharpness, Flew),
+    start: &[f64],
+    evaluations: usize,
+) -> Option<(f64, Gains)> {
+    let around = |(i, x): (usize, &f64)| if i < 5 { (x - FARTHEST, x + FARTHEST) } else { (0.0, 1.0) };
+    let bounds: Vec<(f64, f64)> = start.iter().enumerate().map(around).collect();
+    let known: RefCell<Option<(Vec<f64>, Tried)>> = RefCell::new(None);
+    let best: RefCell<Option<(f64, Gains)>> = RefCell::new(None);
+    let flights = Cell::new(0);
+    let evaluate = |x: &[f64]| -> Tried {
+        if let Some((_, tried)) = known.borrow().as_ref().filter(|(at, _)| at == x) {
+            return *tried;
+        }
+        let tried = attempt(subject, l, (limits, flew), gains(x));
+        flights.set(flights.get() + 1);
+        let holds = tried.constraints.iter().all(|c| *c >= -MISSED);
+        let better = best.borrow().is_none_or(|(cost, _)| tried.cost < cost);
+        if holds && better && tried.cost < UNSTABLE {
+            *best.borrow_mut() = Some((tried.cost, gains(x)));
+        }
+        *known.borrow_mut() = Some((x.to_vec(), tried));
+        tried
+    };
+    let objective = |x: &[f64], (): &mut ()| evaluate(x).cost;
+    let sharp = |x: &[f64], (): &mut ()| evaluate(x).constraints[0];
+    let rough = |x: &[f64], (): &mut ()| evaluate(x).constraints[1];
+    let constraints: [&dyn Func<()>; 2] = [&sharp, &rough];
+    let mut start = start.to_vec();
+    // From the best point of a search that has come to its end another one begins. Whatever ends a search, the best of
+    // its points counts.
+    while flights.get() + start.len() < evaluations {
+        let left = evaluations - flights.get();
+        let close = StopTols { xtol_abs: vec![CLOSE; start.len()], ..StopTols::default() };
+        let _ = minimize(objective, &start, &bounds, &constraints, (), left, RhoBeg::All(FIRST), Some(close));
+        let reached = best.borrow().as_ref().map(|(_, gains)| point(gains));
+        match reached {
+            Some(reached) if reached != start => start = reached,
+            _ => break,
+        }
+    }
+    best.into_inner()
+}
+
+/// Cost and constraints of gains at one speed.
+fn attempt(subject: &Subject, l: &Linearisation, (limits, ours): (Sharpness, Flew), gains: Gains) -> Tried {
+    let lost = Tried { cost: UNSTABLE, constraints: [-UNSTABLE; 2] };
+    let Some(pid) = Pid::new(subject, &[(l, gains)]) else { return lost };
+    let Some(found) = sharpness(subject, &pid, l) else { return lost };
+    let constraints = [limits.peak / found.peak, limits.roughness / found.roughness].map(f64::ln);
+    let Ok(flew) = fly_at(subject, &pid, l.trim.speed) else { return lost };
+    let ratios = [
+        flew.pitch.itae / ours.pitch.itae,
+        flew.speed.itae / ours.speed.itae,
+        flew.pitch.settling_time / ours.pitch.settling_time,
+        flew.gust / ours.gust,
+    ];
+    let cost = ratios.map(|r| r.min(UNSTABLE)).iter().sum::<f64>() / ratios.len() as f64;
+    Tried { cost, constraints }
+}
