@@ -43,7 +43,7 @@ def random_design(design: dict, n: int, r: int) -> dict:
     import numpy as np
 
     random = np.random.default_rng([n, r])
-    m, p = len(design["actuators"]), len(design["tracked"])
+    m, p = len(design["actuators"]), len(design["controller_inputs"])
     shapes = {"A": (n, n), "By": (n, p), "Bt": (n, r), "Cu": (m, n), "Duy": (m, p), "Dut": (m, r)}
     shapes |= {"Ct": (r, n), "Dty": (r, p), "Dtt": (r, r)}
     lft = {name: random.uniform(-0.5, 0.5, shape) for name, shape in shapes.items()}

@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     import numpy as np
 
 FOLDER = ROOT / "build" / "squid" / "design"
-INPUTS = ("pitch", "speed", "pitch_reference", "speed_reference")
+SIGNALS = ("pitch", "speed", "pitch_rate")
+INPUTS = (*SIGNALS, "pitch_reference", "speed_reference")
 COUNT, SLOW_COUNT = 20_000, 2_000
 TURNS = 9
 AGREEMENT = 1e-9
@@ -64,11 +65,36 @@ def law_of(design: dict) -> dict[str, np.ndarray]:
     law = {"A": a, "Bt": b[:, :r], "By": b[:, r:], "Ct": cd[:r], "Cu": cd[r:]}
     law |= {"Dtt": d[:r, :r], "Dty": d[:r, r:], "Dut": d[r:, :r], "Duy": d[r:, r:]}
     law |= {"SPEED": design["trim"]["speed"], "FORWARD": design["trim"]["forward_speed"]}
-    law |= {"TRIM": np.array(design["trim"]["actuators"]).T}
-    law |= {"SCALE": [one["scale"] for one in design["tracked"]]}
+    law |= {"PITCH": design["trim"]["pitch"], "TRIM": np.array(design["trim"]["actuators"]).T}
+    law |= parts_of_y(design["controller_inputs"])
+    law |= {"FILTER": -np.expm1(-design["reference_filter"] * ts) if "reference_filter" in design else 1.0}
     law |= {"ACTUATOR": [[one["scale"], one["minimum"], one["maximum"]] for one in design["actuators"]]}
     law |= {"CENTRE": design["scheduling"]["centre"], "HALF": design["scheduling"]["half_range"]}
     return {name: np.array(value, dtype=float) for name, value in law.items()}
+
+
+def parts_of_y(inputs: list[dict]) -> dict[str, list]:
+    """Return how references, measurements and level flight, each in the order of SIGNALS, enter y, and its scales."""
+    parts = {"error": (1.0, -1.0, 0.0), "reference": (1.0, 0.0, -1.0), "measurement": (0.0, 1.0, -1.0)}
+    names = ("OF_REFERENCE", "OF_MEASURED", "OF_LEVEL")
+    found = {
+        name: [[parts[one["kind"]][i] * (one["signal"] == signal) for signal in SIGNALS] for one in inputs]
+        for i, name in enumerate(names)
+    }
+    return found | {"SCALE": [one["scale"] for one in inputs]}
+
+
+def y_in_c(law: dict[str, np.ndarray]) -> str:
+    """Return the macro that writes y as differences, as one would by hand."""
+    lines = []
+    for row, scale in enumerate(law["SCALE"].tolist()):
+        # References of pitch and speed follow the measurements in `in`; there is none of the pitch rate.
+        terms = [f"in[{i}]" for i in range(3) if law["OF_MEASURED"][row, i] > 0]
+        terms += [f"in[{i + 3}]" for i in range(3) if law["OF_REFERENCE"][row, i] > 0]
+        terms += [f"- in[{i}]" for i in range(3) if law["OF_MEASURED"][row, i] < 0]
+        terms += [f"- level[{i}]" for i in range(3) if law["OF_LEVEL"][row, i] < 0]
+        lines.append(f"({' '.join(terms)}) / {scale!r}")
+    return f"#define Y(in, level) {{{', '.join(lines)}}}"
 
 
 def header(law: dict[str, np.ndarray]) -> str:
@@ -81,9 +107,10 @@ def header(law: dict[str, np.ndarray]) -> str:
         shape = "".join(f"[{size}]" for size in value.shape)
         return f"static const double {name}{shape} = {literal(value.tolist())};"
 
-    sizes = {"N": law["A"], "R": law["Dtt"], "M": law["Cu"], "ROWS": law["SPEED"]}
+    sizes = {"N": law["A"], "R": law["Dtt"], "M": law["Cu"], "ROWS": law["SPEED"], "P": law["SCALE"]}
     lines = [f"enum {{ {', '.join(f'{name} = {len(value)}' for name, value in sizes.items())} }};"]
-    lines += [constant(name, value) for name, value in law.items()]
+    lines += [constant(name, value) for name, value in law.items() if not name.startswith("OF_")]
+    lines.append(y_in_c(law))
     return "\n".join(lines) + "\n"
 
 

@@ -5,8 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* in: pitch, speed, pitch rate, and the references of pitch and speed. */
 typedef struct {
-    double in[4], x[N], next[N], command[M];
+    double in[5], filtered, x[N], next[N], command[M];
 } Law;
 
 static double interpolate(const double *grid, const double *column, double at, int hold) {
@@ -45,35 +46,44 @@ static void solve(double a[R][R], double *b) {
 static double clamp(double v, double low, double high) { return v < low ? low : v > high ? high : v; }
 
 static void tick(Law *c) {
-    const double y[2] = {(c->in[2] - c->in[0]) / SCALE[0], (c->in[3] - c->in[1]) / SCALE[1]};
+    const double level[3] = {interpolate(FORWARD, PITCH, c->filtered, 1), c->filtered, 0.0};
+    const double y[P] = Y(c->in, level);
     const double rho = clamp((interpolate(FORWARD, SPEED, c->in[1], 0) - CENTRE) / HALF, -1.0, 1.0);
     double w[R], loop[R][R];
     for (int i = 0; i < R; i++) {
-        w[i] = Dty[i][0] * y[0] + Dty[i][1] * y[1];
+        w[i] = 0.0;
+        for (int j = 0; j < P; j++) w[i] += Dty[i][j] * y[j];
         for (int j = 0; j < N; j++) w[i] += Ct[i][j] * c->x[j];
         for (int j = 0; j < R; j++) loop[i][j] = (i == j) - Dtt[i][j] * rho;
     }
     solve(loop, w);
     for (int i = 0; i < R; i++) w[i] *= rho;
     for (int i = 0; i < M; i++) {
-        double u = Duy[i][0] * y[0] + Duy[i][1] * y[1];
+        double u = 0.0;
+        for (int j = 0; j < P; j++) u += Duy[i][j] * y[j];
         for (int j = 0; j < N; j++) u += Cu[i][j] * c->x[j];
         for (int j = 0; j < R; j++) u += Dut[i][j] * w[j];
-        c->command[i] = clamp(interpolate(FORWARD, TRIM[i], c->in[3], 1) + ACTUATOR[i][0] * u, ACTUATOR[i][1], ACTUATOR[i][2]);
+        c->command[i] = clamp(interpolate(FORWARD, TRIM[i], c->filtered, 1) + ACTUATOR[i][0] * u, ACTUATOR[i][1], ACTUATOR[i][2]);
     }
     for (int i = 0; i < N; i++) {
-        double x = By[i][0] * y[0] + By[i][1] * y[1];
+        double x = 0.0;
+        for (int j = 0; j < P; j++) x += By[i][j] * y[j];
         for (int j = 0; j < N; j++) x += A[i][j] * c->x[j];
         for (int j = 0; j < R; j++) x += Bt[i][j] * w[j];
         c->next[i] = x;
     }
     memcpy(c->x, c->next, sizeof c->x);
+    c->filtered += FILTER * (c->in[4] - c->filtered);
 }
 
 void *fmi2Instantiate(void) { return calloc(1, sizeof(Law)); }
 int fmi2SetupExperiment(void) { return 0; }
 int fmi2EnterInitializationMode(void) { return 0; }
-int fmi2ExitInitializationMode(void) { return 0; }
+
+int fmi2ExitInitializationMode(Law *c) {
+    c->filtered = c->in[4];
+    return 0;
+}
 
 int fmi2SetReal(Law *c, const unsigned *vr, size_t n, const double *v) {
     for (size_t i = 0; i < n; i++) c->in[vr[i]] = v[i];
@@ -81,7 +91,7 @@ int fmi2SetReal(Law *c, const unsigned *vr, size_t n, const double *v) {
 }
 
 int fmi2GetReal(Law *c, const unsigned *vr, size_t n, double *v) {
-    for (size_t i = 0; i < n; i++) v[i] = c->command[vr[i] - 4];
+    for (size_t i = 0; i < n; i++) v[i] = c->command[vr[i] - 5];
     return 0;
 }
 

@@ -16,17 +16,27 @@ class Peer(Fmi2Slave):
         self.law = {name: np.array(value) for name, value in law.items()}
         self.x = np.zeros(len(law["A"]))
         self.unit = np.eye(len(law["Dtt"]))
-        for name in ("pitch", "speed", "pitch_reference", "speed_reference"):
+        self.filtered = 0.0
+        for name in ("pitch", "speed", "pitch_rate", "pitch_reference", "speed_reference"):
             setattr(self, name, 0.0)
             self.register_variable(Real(name, causality=Fmi2Causality.input))
         for index in range(len(law["Cu"])):
             setattr(self, f"command{index}", 0.0)
             self.register_variable(Real(f"command{index}", causality=Fmi2Causality.output))
 
+    def exit_initialization_mode(self):
+        """Start the filter at the reference."""
+        self.filtered = self.speed_reference
+
     def do_step(self, current_time, step_size):
         """Compute the commands and the next state."""
         law = self.law
-        y = np.array([self.pitch_reference - self.pitch, self.speed_reference - self.speed]) / law["SCALE"]
+        level = np.array([np.interp(self.filtered, law["FORWARD"], law["PITCH"]), self.filtered, 0.0])
+        measured = np.array([self.pitch, self.speed, self.pitch_rate])
+        reference = np.array([self.pitch_reference, self.speed_reference, 0.0])
+        y = (law["OF_REFERENCE"] @ reference + law["OF_MEASURED"] @ measured + law["OF_LEVEL"] @ level) / law[
+            "SCALE"
+        ]
         rho = (np.interp(self.speed, law["FORWARD"], law["SPEED"]) - law["CENTRE"]) / law["HALF"]
         rho = min(max(rho, -1.0), 1.0)
         z = np.linalg.solve(self.unit - law["Dtt"] * rho, law["Ct"] @ self.x + law["Dty"] @ y)
@@ -35,6 +45,7 @@ class Peer(Fmi2Slave):
         self.x = law["A"] @ self.x + law["By"] @ y + law["Bt"] @ w
         for index, value in enumerate(u):
             scale, low, high = law["ACTUATOR"][index]
-            trim = np.interp(self.speed_reference, law["FORWARD"], law["TRIM"][index])
+            trim = np.interp(self.filtered, law["FORWARD"], law["TRIM"][index])
             setattr(self, f"command{index}", float(min(max(trim + scale * value, low), high)))
+        self.filtered += float(law["FILTER"]) * (self.speed_reference - self.filtered)
         return True
