@@ -34,7 +34,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 Part::Words(words) => println!("{words}\n"),
                 Part::Table(table) => {
                     println!("| {} |\n|{}", table.head.join(" | "), "---|".repeat(table.head.len()));
-                    table.rows.iter().for_each(|row| println!("| {} |", row.join(" | ")));
+                    for row in &table.rows {
+                        let cells: Vec<String> = row.iter().map(|words| words.replace('|', "\\|")).collect();
+                        println!("| {} |", cells.join(" | "));
+                    }
                     println!();
                 }
                 _ => {}

@@ -60,7 +60,11 @@ struct Line {
 /// As [`peers`].
 pub fn compare(subject: &Subject, effort: Effort) -> Result<Vec<Part>, Error> {
     let m = &subject.stored.manoeuvre;
-    let speeds = [m.speed_from, 0.5 * (m.speed_from + m.speed_to), m.speed_to];
+    let (low, high) = match (m.speed_from.min(m.speed_to), m.speed_from.max(m.speed_to)) {
+        (low, high) if low < high => (low, high),
+        _ => (subject.inputs.design.speed_min, subject.inputs.design.speed_max),
+    };
+    let speeds = [low, 0.5 * (low + high), high];
     let Some(pid) = tuned(subject, &speeds, effort.evaluations)? else {
         let words = "No PID was tuned: it takes a design that tracks pitch and speed and measures pitch, pitch rate and \
             speed apart from the references, and gains that hold the limits on |S| and noise.";
@@ -264,6 +268,47 @@ pub(crate) mod tests {
                         "{step}: {found} {expected}"
                     );
                 }
+            }
+        }
+    }
+
+    /// The stored controller as a law of its own, frozen at the speed of the flight, flies as the autopilot does, also where
+    /// commands come late.
+    #[test]
+    fn a_law_flies_behind_the_delay_of_the_autopilot() {
+        struct Frozen<'a>(&'a Subject<'a>);
+        impl Law for Frozen<'_> {
+            fn frozen(&self, speed: f64) -> Option<lpv::state_space::StateSpace> {
+                Scheduled(self.0).frozen(speed)
+            }
+            fn start(&self) -> Option<law::Ticking<'_>> {
+                let k = self.frozen(self.0.speeds[2])?;
+                let mut x = lpv::matrix::Mat::zeros(k.a.nrows(), 1);
+                Some(Box::new(move |_, y, _| {
+                    let y = lpv::matrix::Mat::from_column_slice(y.len(), 1, y);
+                    let u = &k.c * &x + &k.d * &y;
+                    x = &k.a * &x + &k.b * &y;
+                    u.as_slice().to_vec()
+                }))
+            }
+        }
+        let (inputs, mut stored) = squid();
+        for delay in [0, 3] {
+            stored.controller.delay_ticks = delay;
+            let progress = squid_design::progress::Progress::default();
+            let subject = Subject::new(&inputs, &stored, &progress).unwrap();
+            let fly = |law: &dyn Law| {
+                let demand = |time: f64| squid_flight::flight::Demand {
+                    speed: subject.speeds[2],
+                    pitch_above_trim: if time < 1.0 { 0.0 } else { 0.01 },
+                    current: auv::Current::default(),
+                };
+                law::fly(&subject, law, (&inputs.vehicle, &[1.0; 3]), (6.0, demand)).unwrap().rows
+            };
+            for (one, other) in fly(&Scheduled(&subject)).iter().zip(fly(&Frozen(&subject))) {
+                // The speed, and with it the scheduled controller, hardly changes.
+                assert!((one.measured(0) - other.measured(0)).abs() < 1e-4, "{delay} {one:?} {other:?}");
+                assert!((one.commands[0] - other.commands[0]).abs() < 0.05, "{delay} {one:?} {other:?}");
             }
         }
     }

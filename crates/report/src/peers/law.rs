@@ -10,6 +10,7 @@ use scheduled::{Autopilot, Inputs as Measured};
 use signals::SPEED;
 use squid_design::check::sampled::trapezoidal;
 use squid_flight::flight::{Answer, Demand, Flight, fly_course};
+use std::collections::VecDeque;
 
 /// The limits of each command at a tick, in units of reach, less the trim.
 pub type Room<'a> = &'a [(f64, f64)];
@@ -112,6 +113,8 @@ pub fn fly(
     let mut autopilot = Autopilot::new(design)?;
     let table = autopilot.trim().clone();
     let mut own = law.start();
+    // Commands come out as late as those of the autopilot, and before them those of the first tick.
+    let mut waiting: VecDeque<Vec<f64>> = VecDeque::new();
     let mut started = false;
     let answer = |measured: &Measured| {
         if !std::mem::replace(&mut started, true) {
@@ -127,8 +130,11 @@ pub fn fly(
             let room: Vec<(f64, f64)> =
                 actuators().map(|(a, t)| ((a.minimum - t) / a.scale, (a.maximum - t) / a.scale)).collect();
             let u = own(table.speed(measured.measured[SPEED]), autopilot.controller_inputs(), &room);
-            commands =
+            let asked: Vec<f64> =
                 actuators().zip(u).map(|((a, t), u)| (t + a.scale * u).clamp(a.minimum, a.maximum)).collect();
+            waiting.resize(design.delay_ticks.max(waiting.len()), asked.clone());
+            waiting.push_back(asked);
+            commands = waiting.pop_front().unwrap_or(commands);
         }
         commands.iter_mut().zip(gains).for_each(|(command, gain)| *command *= gain);
         let outputs = autopilot.outputs();
