@@ -156,6 +156,41 @@ def test_the_verdict_on_the_order_follows_from_the_table(page: ET.Element) -> No
     assert found.endswith(f": {expected}.")
 
 
+def rows_of(page: ET.Element, section: str) -> list[list[str]]:
+    """Return the cells of the table of a section."""
+    found = next(s for s in page.iter(f"{XHTML}section") if s.attrib["id"] == section)
+    return [[words(cell) for cell in row] for row in found.iter(f"{XHTML}tr")]
+
+
+def test_the_loop_as_it_flies_has_all_its_figures(page: ET.Element) -> None:
+    head, *rows = rows_of(page, "flown")
+    assert len(head) == 8
+    assert head[-1] == "worst of 101"
+    names = " ".join(row[0] for row in rows)
+    for what in (
+        "phase margin",
+        "disk margin",
+        "delay margin",
+        "speed step: overshoot",
+        "gust",
+        "under noise",
+    ):
+        assert what in names
+    assert all(cell != "unknown" for row in rows for cell in row)
+
+
+def test_the_comparison_counts_what_is_lost(page: ET.Element) -> None:
+    """The PID keeps to the limits of its tuning, and the score is that of the rows."""
+    head, *rows = rows_of(page, "peers")
+    assert head[2:4] == ["scheduled", "PID"]
+    limited = [row for row in rows if row[0] in {"peak of |S|", "commands under noise, rms (% of reach)"}]
+    assert len(limited) == 6
+    assert all(float(row[3]) <= float(row[2]) for row in limited)
+    assert {row[-1].split()[0] for row in rows if row[-1]} <= {"won", "drawn", "lost"}
+    won, drawn, lost = (sum(row[-1].startswith(w) for row in rows) for w in ("won", "drawn", "lost"))
+    assert f"wins {won} rows, draws {drawn} and loses {lost}." in words(page)
+
+
 def test_the_report_follows_the_vehicle(run_squid: Run, copied_vehicle: Path, tmp_path: Path) -> None:
     """Other speeds in the design file are other speeds in the report."""
     design = copied_vehicle / "design.toml"
