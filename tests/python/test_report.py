@@ -185,7 +185,8 @@ def test_the_comparison_counts_what_is_lost(page: ET.Element) -> None:
     assert head[2:4] == ["scheduled", "PID"]
     limited = [row for row in rows if row[0] in {"peak of |S|", "commands under noise, rms (% of reach)"}]
     assert len(limited) == 6
-    assert all(float(row[3]) <= float(row[2]) for row in limited)
+    # Both are rounded to 0.01.
+    assert all(float(row[3]) <= float(row[2]) + 0.011 for row in limited)
     assert {row[-1].split()[0] for row in rows if row[-1]} <= {"won", "drawn", "lost"}
     won, drawn, lost = (sum(row[-1].startswith(w) for row in rows) for w in ("won", "drawn", "lost"))
     assert f"wins {won} rows, draws {drawn} and loses {lost}." in words(page)
