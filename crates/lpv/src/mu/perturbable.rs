@@ -21,15 +21,16 @@ impl Perturbable {
         (inputs.saturating_sub(self.structure.rows()), outputs.saturating_sub(self.structure.cols()))
     }
 
-    /// What Delta alone sees: from wd to zd.
+    /// What Delta alone sees, from wd to zd, without the states that have no part in it.
     pub fn stability(&self) -> StateSpace {
         let (k, w) = (self.structure.cols(), self.structure.rows());
-        StateSpace {
+        let whole = StateSpace {
             a: self.system.a.clone(),
             b: self.system.b.columns(0, w).into_owned(),
             c: self.system.c.rows(0, k).into_owned(),
             d: self.system.d.view((0, 0), (k, w)).into_owned(),
-        }
+        };
+        whole.without_idle_states()
     }
 
     /// The structure with the full block of performance.

@@ -2,7 +2,9 @@
 //!
 //! DgScalings found at one frequency are good on an interval; frequencies are added where none is, until the
 //! intervals cover the axis. Where no scalings reach the level sought the level is raised, by no more than it takes:
-//! so it ends close above the largest of the bounds at single frequencies.
+//! so it ends close above the largest of the bounds at single frequencies. Where that would take too many intervals,
+//! because the bound is nearly the same over a wide range of frequencies, the level is raised faster and faster: a
+//! sweep ends after a limited number of steps, with a bound that is guaranteed, or says where it has none.
 
 use super::interval::{Interval, good_interval};
 use super::margin::real_lower_bound;
@@ -72,8 +74,13 @@ const SHORT_INTERVAL_RAISE: f64 = 2e-3;
 /// A level below this is none: its square and the inverse of that are numbers with room to spare.
 pub(super) const LEAST_LEVEL: f64 = 1e-60;
 
-/// More pieces than this are not sought.
-const MOST_PIECES: usize = 4000;
+/// With more intervals than this each short one raises the level, by twice as much after so many further ones.
+const EASY_COUNT: usize = 250;
+const HURRY_COUNT: usize = 100;
+
+/// More steps than this are not made, nor so many that lead to no interval at all.
+pub(super) const MOST_STEPS: usize = 1500;
+pub(super) const MOST_FRUITLESS: usize = 20;
 
 /// The frequency response of a system. p x m, at omega in rad/s; `D` at infinity.
 pub fn response(system: &StateSpace, omega: f64) -> Option<CMat> {
@@ -100,10 +107,10 @@ pub fn bound_over_frequency(
     }
     let mut sweep = Sweep::new(system, structure, known)?;
     sweep.start(known.and_then(|lower| lower.frequency))?;
-    for _ in 0..MOST_PIECES {
+    for _ in 0..MOST_STEPS {
         let Some((from, to)) = sweep.covered.gap() else { return Ok(sweep.finish()) };
         sweep.add(middle(from, to))?;
-        if sweep.tiny {
+        if sweep.fruitless > MOST_FRUITLESS {
             return Err(SweepError::Stuck { from, to });
         }
     }
@@ -122,6 +129,19 @@ pub(super) fn middle(from: f64, to: f64) -> f64 {
         (from * to).sqrt()
     } else {
         0.5 * (from + to)
+    }
+}
+
+impl Interval {
+    fn is_short(&self, omega: f64) -> bool {
+        self.to - self.from < SHORT_RATIO * omega
+    }
+
+    /// By how much a short interval raises a level that `count` intervals show already, relatively.
+    pub(super) fn hurry(&self, omega: f64, count: usize) -> f64 {
+        let beyond = count.saturating_sub(EASY_COUNT);
+        let raise = SHORT_INTERVAL_RAISE * 2f64.powi((beyond / HURRY_COUNT) as i32);
+        if beyond > 0 && self.is_short(omega) { raise } else { 0.0 }
     }
 }
 
@@ -173,7 +193,8 @@ struct Sweep<'a> {
     peak: (f64, f64),
     pieces: Vec<Piece>,
     covered: Covered,
-    tiny: bool,
+    /// How many scalings showed the level on no interval.
+    fruitless: usize,
     /// The modes are faster than this, rad/s.
     slow: f64,
 }
@@ -194,7 +215,7 @@ impl<'a> Sweep<'a> {
             peak: (known.and_then(|lower| lower.frequency).unwrap_or(0.0), floor),
             pieces: vec![],
             covered: Covered::default(),
-            tiny: false,
+            fruitless: 0,
             slow: SLOW_RATIO * slowest,
         })
     }
@@ -258,11 +279,14 @@ impl<'a> Sweep<'a> {
             self.level *= 1.0 + LEVEL_RAISE;
             return Ok(());
         };
-        self.tiny = !self.covered.add(omega, interval);
-        if omega < self.slow && interval.to - interval.from < SHORT_RATIO * omega {
+        let is_one = self.covered.add(omega, interval);
+        self.fruitless += usize::from(!is_one);
+        if interval.is_short(omega) && (omega < self.slow || !is_one) {
             // Slower than every mode nothing changes but the phase, which leaves zero: real blocks are easier to
             // bound at zero itself than next to it.
             self.level *= 1.0 + SHORT_INTERVAL_RAISE;
+        } else {
+            self.level *= 1.0 + interval.hurry(omega, self.covered.count());
         }
         self.pieces.push(Piece { frequency: omega, value: bound.value, interval, scalings });
         Ok(())
@@ -317,3 +341,29 @@ pub fn mu_over_frequency(system: &StateSpace, structure: &Structure) -> Result<F
 
 /// At how many frequencies a perturbation is sought.
 const LOWER_BOUND_FREQUENCIES: usize = 8;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mu::structure::Block;
+    use nalgebra::dmatrix;
+
+    /// A mode that hardly decays and has no part in the response: near its frequency no scalings are known to hold, and
+    /// the sweep says so, instead of trying for ever.
+    #[test]
+    fn a_mode_beside_the_axis_is_named() {
+        let (re, im) = (1e-13, 1.0);
+        let system = StateSpace {
+            a: dmatrix![-1.0, 0.0, 0.0; 0.0, -re, im; 0.0, -im, -re],
+            b: dmatrix![1.0; 1.0; 0.0],
+            c: dmatrix![0.5, 0.0, 0.0],
+            d: dmatrix![0.0],
+        };
+        let structure = Structure::new(vec![Block::Real(1)]).unwrap();
+        match bound_over_frequency(&system, &structure, None) {
+            Ok(bound) => assert!(bound.upper >= 0.5, "{}", bound.upper),
+            Err(SweepError::Stuck { from, to }) => assert!(from <= im && im <= to, "{from} {to}"),
+            Err(other) => panic!("{other}"),
+        }
+    }
+}

@@ -17,7 +17,7 @@ use super::CMat;
 use super::interval::good_interval;
 pub use super::perturbable::Perturbable;
 use super::structure::Structure;
-use super::sweep::{Covered, LEAST_LEVEL, SweepError, middle, response};
+use super::sweep::{Covered, LEAST_LEVEL, MOST_FRUITLESS, MOST_STEPS, SweepError, middle, response};
 use super::upper::{DgScalings, UpperBound, UpperBoundOptions, upper_bound_with};
 use super::worst_perturbation::{Perturbed, refined, worst_perturbation};
 use crate::matrix::spectral_abscissa;
@@ -83,9 +83,6 @@ const GAIN_TOLERANCE: f64 = 2e-5;
 /// A gain so many times the largest without perturbation counts as none.
 const UNBOUNDED_RATIO: f64 = 1e6;
 
-/// More intervals than this are not sought.
-const MOST_PIECES: usize = 4000;
-
 impl Perturbable {
     fn check(&self) -> Result<(), WorstCaseError> {
         let (w, z) = self.performance();
@@ -115,7 +112,8 @@ pub fn worst_case_gain(loop_: &Perturbable) -> Result<WorstCaseGain, WorstCaseEr
     for omega in sweep.first_frequencies(worst.frequency) {
         sweep.add(omega)?;
     }
-    for _ in 0..MOST_PIECES {
+    let mut fruitless = 0;
+    for _ in 0..MOST_STEPS {
         match sweep.covered.gap() {
             None => {
                 let (upper, frequency) = (sweep.gain, sweep.peak);
@@ -124,7 +122,8 @@ pub fn worst_case_gain(loop_: &Perturbable) -> Result<WorstCaseGain, WorstCaseEr
                 return Ok(WorstCaseGain { upper, frequency, intervals, worst });
             }
             Some((from, to)) => {
-                if !sweep.add(middle(from, to))? {
+                fruitless += usize::from(!sweep.add(middle(from, to))?);
+                if fruitless > MOST_FRUITLESS {
                     return Err(SweepError::Stuck { from, to }.into());
                 }
             }
@@ -179,7 +178,14 @@ impl<'a> GainSweep<'a> {
         }
         self.starts.push((omega, bound.start));
         match good_interval(&self.system, &bound.scalings, 1.0, omega) {
-            Some(interval) => Ok(self.covered.add(omega, interval)),
+            Some(interval) => {
+                let is_one = self.covered.add(omega, interval);
+                let raise = if is_one { interval.hurry(omega, self.covered.count()) } else { GAIN_RAISE };
+                if raise > 0.0 {
+                    self.set(self.gain * (1.0 + raise));
+                }
+                Ok(is_one)
+            }
             None => {
                 // The scalings hold with no clearance at all: a gain that is a little higher has some.
                 self.set(self.gain * (1.0 + GAIN_RAISE));
