@@ -47,7 +47,7 @@ pub enum Verb {
         /// Also show gamma under each assumption about the speed: frozen, slow, arbitrarily fast
         #[arg(long)]
         ladder: bool,
-        /// Look for a controller that tolerates more of the declared uncertainty, and compare the two (minutes)
+        /// Look for a controller that tolerates more of the declared uncertainty, and compare the two (a minute)
         #[arg(long)]
         robust: bool,
     },

@@ -3,6 +3,7 @@
 
 pub mod alternation;
 pub mod bound;
+mod size;
 pub mod uncertain_plant;
 
 pub use alternation::{NoSize, RobustDesign, RobustOptions, Round, StopReason, more_robust};

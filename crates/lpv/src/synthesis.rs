@@ -62,6 +62,12 @@ pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, 
     }
 }
 
+/// The same without the repetitions: for one of many controllers, each a step on the way.
+pub(crate) fn synthesise_once(plant: &GeneralisedPlant, options: Options) -> Result<Design, SynthesisError> {
+    let least = least_gamma_within(plant, options.scalings, options.accuracy);
+    directly(plant, &least, options)
+}
+
 /// A controller that is built more than this many times the back-off asked for above the least gamma is also sought
 /// with weights and noises added: the bound that results is often lower.
 const FAR_ABOVE: f64 = 1.5;

@@ -20,7 +20,7 @@ use lpv::matrix::{Mat, block, svd};
 pub struct Truncated {
     /// The model; parameters that lost all their channels are gone.
     pub model: UncertainModel,
-    /// The largest relative difference of `[A B]` from the model before, over the points compared.
+    /// The largest relative difference of `[A B]` from the model before, over points of the whole box.
     pub error: f64,
     /// The names of the parameters that are gone.
     pub gone: Vec<String>,
@@ -62,7 +62,7 @@ pub fn truncated(
             _ => break,
         }
     }
-    let points = self::points(model, size, REPORTED);
+    let points = self::points(model, 1.0, REPORTED);
     let error = distance(&values(actuators, &lft, &points)?, &values(actuators, &whole, &points)?);
     let left = UncertainModel::from_lft(&lft, &model.blocks);
     let is_left = |name: &str| left.blocks.iter().any(|b| b.name == name);

@@ -52,7 +52,11 @@ pub fn bounded_gain(
         ..shown.clone()
     };
     given.largest_eigenvalue = worst_eigenvalue(closed, error, &given);
-    let best = tightened(closed, error, &given).unwrap_or(given);
+    let best = tightened(closed, error, &given).or_else(|| {
+        let roomy = with_room(closed, error, &given)?;
+        Some(tightened(closed, error, &roomy).unwrap_or(roomy))
+    });
+    let best = best.unwrap_or(given);
     if best.largest_eigenvalue < 0.0 {
         return Ok(best);
     }
@@ -70,6 +74,22 @@ pub fn bounded_gain(
         ),
     ))
 }
+
+/// A larger bound that the matrices of one without model error show with it, for a search that finds none by itself.
+fn with_room(closed: &ClosedLoop, error: &LoopError, given: &GainBound) -> Option<GainBound> {
+    let mut tried =
+        GAMMA_FACTORS.iter().flat_map(|factor| POWERS_OF_LAMBDA.map(move |power| (factor, power)));
+    tried.find_map(|(factor, power)| {
+        let mut at = GainBound { gamma: factor * given.gamma, lambda: 10f64.powi(power), ..given.clone() };
+        at.largest_eigenvalue = worst_eigenvalue(closed, error, &at);
+        (!error.is_none() && at.largest_eigenvalue < 0.0).then_some(at)
+    })
+}
+
+/// By what factors gamma is raised, and the powers of ten that lambda is tried with, where a first bound with model
+/// error is looked for.
+const GAMMA_FACTORS: [f64; 4] = [1.02, 1.1, 1.5, 3.0];
+const POWERS_OF_LAMBDA: std::ops::RangeInclusive<i32> = -8..=2;
 
 /// A bound close to the least; `None` when no search led to one that holds and is better.
 fn tightened(closed: &ClosedLoop, error: &LoopError, given: &GainBound) -> Option<GainBound> {
@@ -130,20 +150,22 @@ impl Whitened {
 }
 
 /// The program of a base in its coordinates.
-struct Posed {
-    program: Program,
-    unknowns: Multipliers<Affine>,
+pub(crate) struct Posed {
+    pub(crate) program: Program,
+    pub(crate) unknowns: Multipliers<Affine>,
     /// The bounded-real matrix.
-    inequality: Affine,
+    pub(crate) inequality: Affine,
     /// The point of the base.
-    start: Vec<f64>,
+    pub(crate) start: Vec<f64>,
+    /// The loop in the coordinates.
+    pub(crate) scaled: ClosedLoop,
     state_inverse: Mat,
     channel_inverse: Mat,
 }
 
 impl Posed {
     /// With gamma unknown, or that of the base.
-    fn new(base: Base, fixed: bool) -> Result<Self, SynthesisError> {
+    pub(crate) fn new(base: Base, fixed: bool) -> Result<Self, SynthesisError> {
         let Whitened { scaled, error, bound, state_inverse, channel_inverse } = Whitened::new(base)?;
         let n = scaled.a().nrows();
         let mut program = Program::new();
@@ -162,11 +184,11 @@ impl Posed {
         program.set(&mut start, &m.gamma, &Mat::from_element(1, 1, bound.gamma));
         program.set(&mut start, &m.lambda, &Mat::from_element(1, 1, bound.lambda));
         let inequality = bounded_real_compact(&scaled, &error, &m);
-        Ok(Self { program, unknowns: m, inequality, start, state_inverse, channel_inverse })
+        Ok(Self { program, unknowns: m, inequality, start, scaled, state_inverse, channel_inverse })
     }
 
     /// The bound at a point, in the loop's own coordinates.
-    fn bound(&self, base: Base, point: &[f64]) -> GainBound {
+    pub(crate) fn bound(&self, base: Base, point: &[f64]) -> GainBound {
         let value = |e: &Affine| e.value(&self.program, point);
         let back = |m: Mat, inverse: &Mat| inverse.transpose() * m * inverse;
         let m = &self.unknowns;

@@ -21,9 +21,9 @@
 
 use crate::analysis::gain_bound::GainBound;
 use crate::error::SynthesisError;
-use crate::robust::bound::{RobustBound, RobustLoop};
+use crate::robust::bound::{RobustBound, RobustLoop, WHOLE};
 use crate::robust::uncertain_plant::UncertainPlant;
-use crate::synthesis::{Options, synthesise};
+use crate::synthesis::{Options, synthesise_once};
 use crate::system::controller::Controller;
 use thiserror::Error;
 
@@ -38,7 +38,12 @@ pub struct RobustOptions {
     pub rounds: usize,
     /// A round that makes the size grow by less than this, relatively, is the last.
     pub pays: f64,
+    /// See [`Options::fastest_mode`].
+    pub fastest_mode: Option<f64>,
 }
+
+/// How close to the least the gain of a round is sought.
+const ACCURACY: f64 = 1e-2;
 
 /// What came of one round.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,6 +60,9 @@ pub enum StopReason {
     /// The last round won too little.
     #[error("another round no longer pays")]
     NoLongerPays,
+    /// There is nothing left to win.
+    #[error("all of the declared uncertainty is tolerated")]
+    Whole,
     /// As many rounds as allowed.
     #[error("no further round was allowed")]
     Rounds,
@@ -91,9 +99,6 @@ pub struct NoSize {
     pub gamma: f64,
 }
 
-/// The size at which a first bound is sought.
-const FIRST_SIZE: f64 = 0.05;
-
 /// Raises the size of Delta that is tolerated at a gain: synthesis and analysis in turn, beginning with a controller
 /// and a bound of its loop at Delta = 0. `on_round` is called after each round.
 ///
@@ -107,7 +112,7 @@ pub fn more_robust(
     on_round: &mut dyn FnMut(&Round),
 ) -> Result<RobustDesign, NoSize> {
     let given = RobustLoop::new(uncertain, controller);
-    let first = (0..MOST_HALVINGS).find_map(|k| given.bound(FIRST_SIZE * 0.5f64.powi(k), shown));
+    let first = given.begun(shown, options.gamma);
     let largest = first.and_then(|first| given.largest_size(&first, options.gamma));
     let largest = largest.ok_or(NoSize { gamma: options.gamma })?;
     let mut design = RobustDesign {
@@ -118,6 +123,10 @@ pub fn more_robust(
         stop: StopReason::Rounds,
     };
     for _ in 0..options.rounds {
+        if design.largest.size >= WHOLE {
+            design.stop = StopReason::Whole;
+            break;
+        }
         match round(uncertain, &design, options) {
             Ok((round, controller, largest)) => {
                 let won = largest.size / design.largest.size - 1.0;
@@ -140,9 +149,6 @@ pub fn more_robust(
     Ok(design)
 }
 
-/// How often the first size is halved.
-const MOST_HALVINGS: i32 = 8;
-
 fn round(
     uncertain: &UncertainPlant,
     before: &RobustDesign,
@@ -151,12 +157,16 @@ fn round(
     let RobustBound { size, bound } = &before.largest;
     let (s, t) = RobustLoop::new(uncertain, &before.controller).multipliers_of_delta(bound);
     let weighed = uncertain.weighed(*size, bound.gamma, &s, &t);
-    let found = synthesise(&weighed, Options { back_off: options.back_off, ..Options::default() })
-        .map_err(StopReason::Synthesis)?;
+    let asked = Options {
+        back_off: options.back_off,
+        accuracy: ACCURACY,
+        fastest_mode: options.fastest_mode,
+        ..Options::default()
+    };
+    let found = synthesise_once(&weighed, asked).map_err(StopReason::Synthesis)?;
     let closed = RobustLoop::new(uncertain, &found.controller);
     let shown = closed.from_weighed(&found.certified, *size, bound.gamma, (&s, &t));
-    let begin = closed.at_size(&shown, *size).ok_or(StopReason::NoBound)?;
-    let largest = closed.largest_size(&begin, options.gamma).ok_or(StopReason::NoBound)?;
+    let largest = closed.largest_size(&shown, options.gamma).ok_or(StopReason::NoBound)?;
     let round = Round { size: largest.size, least_gain: found.gamma_optimum };
     Ok((round, found.controller, largest))
 }
@@ -165,6 +175,7 @@ fn round(
 mod tests {
     use super::*;
     use crate::robust::uncertain_plant::tests::plant;
+    use crate::synthesis::synthesise;
 
     /// The robust controller tolerates more at the same gain, and every frozen loop within the size confirms both
     /// bounds.
@@ -173,7 +184,7 @@ mod tests {
         let uncertain = plant();
         let nominal = synthesise(&uncertain.nominal(), Options::default()).unwrap();
         let gamma = 1.2 * nominal.certified.gamma;
-        let options = RobustOptions { gamma, back_off: 0.02, rounds: 3, pays: 0.01 };
+        let options = RobustOptions { gamma, back_off: 0.02, rounds: 3, pays: 0.01, fastest_mode: None };
         let mut heard = 0;
         let found =
             more_robust(&uncertain, &nominal.controller, &nominal.certified, options, &mut |_| heard += 1)
@@ -200,7 +211,7 @@ mod tests {
         let uncertain = plant();
         let nominal = synthesise(&uncertain.nominal(), Options::default()).unwrap();
         let closed = RobustLoop::new(&uncertain, &nominal.controller);
-        let bound = closed.bound(0.1, &nominal.certified).unwrap();
+        let bound = closed.begun(&nominal.certified, 1.2 * nominal.certified.gamma).unwrap();
         let clear = closed.cleared(&bound).unwrap();
         assert!(clear.bound.gamma <= 1.0101 * bound.bound.gamma);
         assert!(clear.bound.largest_eigenvalue < -1e-6, "{}", clear.bound.largest_eigenvalue);

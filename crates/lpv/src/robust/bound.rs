@@ -12,6 +12,7 @@ use crate::system::model_error::LoopError;
 use crate::system::partition::{Group, Sizes};
 use crate::system::plant::ClosedLoop;
 use nalgebra::{Complex, DVector};
+use std::ops::Range;
 
 /// A gain for every course of Theta and of Delta up to a size.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,10 +37,22 @@ const FINE_TOLERANCE: f64 = 0.01;
 /// How often a search begins again, in the better coordinates that its last point gives.
 const MOST_RESTARTS: usize = 3;
 
-/// Steps of the size while the size at a gamma is bracketed, and how often the bracket is divided.
-const SIZE_STRIDE: f64 = 1.2;
-const MOST_STRIDES: usize = 30;
-const BRACKET_DIVISIONS: usize = 5;
+/// The size that is all of the declared uncertainty: more is not sought.
+pub const WHOLE: f64 = 1.0;
+
+/// The size of a first bound, and how often one that is too large is halved.
+const FIRST_SIZE: f64 = 0.05;
+const MOST_HALVINGS: i32 = 20;
+
+/// How many sizes are tried for a first bound, each a tenth of the one before.
+const MOST_FIRST_SIZES: i32 = 4;
+
+/// How a first S is scaled where the search from it as it is leads nowhere.
+const FIRST_SCALES: [f64; 5] = [1.0, 0.1, 10.0, 0.01, 100.0];
+
+/// By what factor gamma is raised until a size is reached, and how often.
+const GAMMA_RAISE: f64 = 1.5;
+const MOST_RAISES: usize = 6;
 
 /// What part of gamma is given for an inequality that holds clearly: see [`RobustLoop::cleared`].
 pub const CLEARANCE_SHARE: f64 = 0.01;
@@ -50,39 +63,68 @@ impl<'a> RobustLoop<'a> {
         Self { uncertain, controller }
     }
 
-    /// A bound at a size, with the Lyapunov matrix of some bound of the loop to begin with; `None` when none was found.
-    pub fn bound(&self, size: f64, known: &GainBound) -> Option<RobustBound> {
-        let gamma = FIRST_GAMMA_FACTOR * known.gamma;
-        let s = self.balanced(size, gamma);
-        let m = s.nrows();
-        let none = f64::NAN;
-        let guess = GainBound {
-            gamma,
-            x: known.x.clone(),
-            s,
-            t: Mat::zeros(m, m),
-            lambda: 0.0,
-            largest_eigenvalue: none,
+    /// A bound at a small size, with the Lyapunov matrix of some bound of the loop to begin with, as clear as `gamma`
+    /// lets it be; `None` when none was found.
+    pub fn begun(&self, known: &GainBound, gamma: f64) -> Option<RobustBound> {
+        let first = |size: f64| {
+            let guess = self.guess(known, self.balanced(size, gamma));
+            self.searched(&RobustBound { size, ..guess }, ROUGH_TOLERANCE).filter(|b| b.bound.gamma < gamma)
         };
-        let rough = self.searched(&RobustBound { size, bound: guess }, ROUGH_TOLERANCE)?;
-        Some(self.tightened(rough))
+        let mut sizes = (0..MOST_FIRST_SIZES).map(|k| FIRST_SIZE * 0.1f64.powi(k));
+        self.clear(&sizes.find_map(first)?, gamma)
+    }
+
+    /// A bound at the size as it is, with the Lyapunov matrix of some bound of the loop to begin with; `None` when
+    /// none was found.
+    pub fn bound(&self, known: &GainBound) -> Option<RobustBound> {
+        let s = self.balanced(1.0, FIRST_GAMMA_FACTOR * known.gamma);
+        let first = |scale: &f64| self.searched(&self.guess(known, &s * *scale), ROUGH_TOLERANCE);
+        Some(self.tightened(FIRST_SCALES.iter().find_map(first)?))
+    }
+
+    /// A point to begin at: the Lyapunov matrix of a bound that is known, with an S.
+    fn guess(&self, known: &GainBound, s: Mat) -> RobustBound {
+        let (gamma, t) = (FIRST_GAMMA_FACTOR * known.gamma, Mat::zeros(s.nrows(), s.nrows()));
+        RobustBound { size: 1.0, bound: GainBound { gamma, s, t, lambda: 0.0, ..known.clone() } }
+    }
+
+    /// What the multipliers of a bound show of a gamma: at its size, or at a smaller one; `None` when at none.
+    pub fn at_gamma(&self, known: &RobustBound, gamma: f64) -> Option<RobustBound> {
+        let bound = GainBound { gamma, ..known.bound.clone() };
+        let at = RobustBound { size: known.size, bound };
+        let sizes = (0..MOST_HALVINGS).map(|k| at.size * 0.5f64.powi(k));
+        sizes.map(|size| self.resized(&at, size)).find(|b| b.bound.largest_eigenvalue < 0.0)
     }
 
     /// The bound of another size, begun at one that is known.
     pub fn at_size(&self, known: &RobustBound, size: f64) -> Option<RobustBound> {
-        let mut begin = RobustBound { size, bound: known.bound.clone() };
-        begin.bound.largest_eigenvalue = self.worst_eigenvalue(&begin);
-        let holds = begin.bound.largest_eigenvalue < 0.0;
-        let found = self.searched(&begin, FINE_TOLERANCE).or_else(|| self.searched(&begin, ROUGH_TOLERANCE));
-        let found = found
-            .or_else(|| self.searched(&self.cleared(&begin)?, FINE_TOLERANCE))
-            .or(holds.then_some(begin));
-        Some(self.tightened(found?))
+        let mut at = known.clone();
+        for _ in 0..MOST_RAISES {
+            if at.size >= size {
+                let smaller = self.resized(&at, size);
+                return (smaller.bound.largest_eigenvalue < 0.0).then(|| self.tightened(smaller));
+            }
+            at.bound.gamma *= GAMMA_RAISE;
+            at = self.widened(&at, size);
+        }
+        None
+    }
+
+    /// The largest size, up to about [`WHOLE`], at which the gain stays below `gamma`, within a few per cent, and the bound
+    /// there. `None` when the multipliers known show it at no size.
+    pub fn largest_size(&self, known: &RobustBound, gamma: f64) -> Option<RobustBound> {
+        let found = self.widened(&self.at_gamma(known, gamma)?, WHOLE);
+        let whole = self.resized(&found, WHOLE);
+        let is_less = found.size > WHOLE && whole.bound.largest_eigenvalue < 0.0;
+        Some(if is_less { whole } else { found })
     }
 
     fn tightened(&self, mut at: RobustBound) -> RobustBound {
         for _ in 0..MOST_RESTARTS {
-            match self.searched(&at, FINE_TOLERANCE) {
+            // A rougher search ends farther inside, where the other one loses itself in rounding.
+            let found =
+                [FINE_TOLERANCE, ROUGH_TOLERANCE].into_iter().find_map(|within| self.searched(&at, within));
+            match found {
                 Some(next) if next.bound.gamma < at.bound.gamma => {
                     let settled = next.bound.gamma > (1.0 - 0.1 * FINE_TOLERANCE) * at.bound.gamma;
                     at = next;
@@ -103,46 +145,17 @@ impl<'a> RobustLoop<'a> {
         (bound.largest_eigenvalue < 0.0).then_some(RobustBound { size: at.size, bound })
     }
 
-    /// The largest size at which the gain stays below `gamma`, within a few per cent, and the bound there. `None`
-    /// when no size was found.
-    pub fn largest_size(&self, known: &RobustBound, gamma: f64) -> Option<RobustBound> {
-        let mut good = None;
-        let mut at = known.clone();
-        let mut too_large = f64::INFINITY;
-        for _ in 0..MOST_STRIDES {
-            let holds = at.bound.gamma <= gamma;
-            if holds {
-                good = Some(at.clone());
-            } else {
-                too_large = too_large.min(at.size);
-            }
-            if good.is_some() && too_large.is_finite() {
-                break;
-            }
-            let next = if holds { at.size * SIZE_STRIDE } else { at.size / SIZE_STRIDE };
-            match self.at_size(&at, next) {
-                Some(found) => at = found,
-                None if holds => too_large = next,
-                None => return None,
-            }
-        }
-        let mut good = good?;
-        for _ in 0..BRACKET_DIVISIONS {
-            let middle = (good.size * too_large).sqrt();
-            match self.at_size(&good, middle) {
-                Some(found) if found.bound.gamma <= gamma => good = found,
-                _ => too_large = middle,
-            }
-        }
-        Some(good)
-    }
-
     /// A bound of the same size that holds as clearly as a gamma 1 % larger lets it: for a proof.
     pub fn cleared(&self, at: &RobustBound) -> Option<RobustBound> {
+        self.clear(at, (1.0 + CLEARANCE_SHARE) * at.bound.gamma)
+    }
+
+    /// A bound of the same size that holds as clearly as a larger gamma lets it.
+    fn clear(&self, at: &RobustBound, gamma: f64) -> Option<RobustBound> {
         let closed = self.closed(at.size);
         let none = LoopError::none(&closed);
         let mut best: Option<GainBound> = None;
-        let given = GainBound { gamma: (1.0 + CLEARANCE_SHARE) * at.bound.gamma, ..at.bound.clone() };
+        let given = GainBound { gamma, ..at.bound.clone() };
         for _ in 0..MOST_RESTARTS {
             let from = best.as_ref().unwrap_or(&given);
             let Ok(found) = clearest(Base { closed: &closed, error: &none, bound: from }) else { break };
@@ -157,7 +170,7 @@ impl<'a> RobustLoop<'a> {
 
     /// S and T of Delta. Each is square, with a row for each channel of Delta.
     pub fn multipliers_of_delta(&self, bound: &GainBound) -> (Mat, Mat) {
-        let (r, k) = (self.uncertain.scheduled_channels(), self.uncertain.unknown_channels());
+        let (r, k) = (self.of_delta().start, self.of_delta().len());
         let part = |m: &Mat| m.view((r, r), (k, k)).into_owned();
         (part(&bound.s), part(&bound.t))
     }
@@ -197,12 +210,18 @@ impl<'a> RobustLoop<'a> {
         found
     }
 
-    fn worst_eigenvalue(&self, at: &RobustBound) -> f64 {
+    /// The channels of Delta.
+    pub(crate) fn of_delta(&self) -> Range<usize> {
+        let first = self.uncertain.scheduled_channels();
+        first..first + self.uncertain.unknown_channels()
+    }
+
+    pub(crate) fn worst_eigenvalue(&self, at: &RobustBound) -> f64 {
         let closed = self.closed(at.size);
         worst_eigenvalue(&closed, &LoopError::none(&closed), &at.bound)
     }
 
-    fn closed(&self, size: f64) -> ClosedLoop {
+    pub(crate) fn closed(&self, size: f64) -> ClosedLoop {
         self.uncertain.sized(size).close(self.controller)
     }
 

@@ -7,7 +7,7 @@ use crate::page::figure::Figure;
 use crate::page::section::{Part, Table};
 use crate::subject::Subject;
 use squid_design::numbers::above;
-use squid_design::synthesise::robust::figures::{Frozen, PRICE, RobustFigures};
+use squid_design::synthesise::robust::figures::{Frozen, RobustFigures, gain_in_words};
 
 /// The section on the robust controller against the nominal one.
 ///
@@ -41,13 +41,13 @@ fn about(found: &RobustFigures) -> String {
     format!(
         "The controller of this report is the robust one (Fig. 5, where W_e is varied, and the switched \
             controllers are of the nominal synthesis). Coefficients that change arbitrarily fast: at a gain of \
-            {:.4}, which is {PRICE} times the bound of the \
-         nominal controller, the robust controller tolerates {} of the declared uncertainty and the nominal one {}. \
+            {:.4}, which is {}, the robust controller tolerates {} of the declared uncertainty and the nominal one {}. \
          Both are judged by the same inequality, in \
          which {parameters} coefficients ({channels} channels) and the speed ({rho} channels) may change at any \
          rate within their ranges. The table has the gain that is \
          not exceeded when a smaller or a larger part of the declared uncertainty is allowed.",
         found.gamma,
+        gain_in_words(found.gamma),
         percent(found.robust_bears),
         percent(found.nominal_bears)
     )

@@ -3,8 +3,25 @@
 use crate::numbers::above;
 use serde::{Deserialize, Serialize};
 
-/// The gain that the robust controller may have, relative to the bound of the nominal one.
+/// The gain that the weights of the design ask for.
+pub const AS_ASKED: f64 = 1.0;
+
+/// The gain that a controller may have where that is larger, relative to the bound of the nominal one.
 pub const PRICE: f64 = 1.25;
+
+/// The gain at which both controllers are judged, where the bound of the nominal one is `nominal`.
+pub fn gain_allowed(nominal: f64) -> f64 {
+    (PRICE * nominal).max(AS_ASKED)
+}
+
+/// What [`gain_allowed`] is, in words.
+pub fn gain_in_words(gamma: f64) -> String {
+    if gamma > AS_ASKED {
+        format!("{PRICE} times the bound of the nominal controller")
+    } else {
+        "what the weights ask for".into()
+    }
+}
 
 /// The two controllers side by side, as `robust.json` contains them; sizes are fractions of the declared uncertainty.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -25,7 +42,7 @@ pub struct RobustFigures {
     pub frozen: Vec<Frozen>,
     /// Uncertain parameters, their channels, and the channels of rho.
     pub sizes: (usize, usize, usize),
-    /// The relative error of the model by its removed channels, over half of the declared box.
+    /// The relative error of the model by its removed channels, over all of the declared box.
     pub model_error: f64,
     /// The relative error of the model with all its channels against the vehicle trimmed again, at corners of all of
     /// the declared box: the least and the largest over the speeds.
@@ -56,13 +73,14 @@ impl RobustFigures {
     pub fn words(&self) -> String {
         let number = |g: Option<f64>| g.map_or_else(|| "none".into(), above);
         let mut out = format!(
-            "At a gain of {:.4}, {PRICE} times the bound of the nominal controller, each tolerates a part of the \
+            "At a gain of {:.4}, {}, each tolerates a part of the \
                 declared uncertainty, changing arbitrarily fast:\n\
              \x20 the nominal controller {:.1} %, the robust controller {:.1} %, which is {:.2} times as much \
              (proved: a gain below {})\n\
              The gain is below this at a part of the declared uncertainty, changing arbitrarily \
              fast\n        part     nominal      robust\n",
             self.gamma,
+            gain_in_words(self.gamma),
             100.0 * self.nominal_bears,
             100.0 * self.robust_bears,
             self.robust_bears / self.nominal_bears,
@@ -112,8 +130,7 @@ impl RobustFigures {
         format!(
             "The proof is about the model. It leaves out the error of the model against the vehicle: {:.1} to {:.1} % \
                 of [A B] over the six speeds, at corners of \
-             all of the declared uncertainty, and up to {:.2} % more, over half of it, for the removed \
-             channels.{held}",
+             all of the declared uncertainty, and up to {:.2} % more for the removed channels.{held}",
             100.0 * least,
             100.0 * most,
             100.0 * self.model_error

@@ -1,0 +1,106 @@
+//! The largest size of Delta at which a gain is kept: a bound of the loop is widened step by step.
+//!
+//! With the size, the rows N of Delta's channels grow: the inequality of [`crate::analysis::bounded_gain()`] becomes
+//!
+//! ```text
+//! F(X, S, T) + tau N' S_d N < 0,   tau = (size / size before)^2 - 1
+//! ```
+//!
+//! where S_d is Delta's part of S, and Delta's part of T is divided by what the size is multiplied with. In the
+//! coordinates in which S of the point before is the identity, `S_d < growth I` and `F + tau growth N'N < 0` suffice:
+//! tau enters linearly, and tau = 0 holds at the point before, so that no step has to look for a point to start
+//! from. How far the multipliers found really reach is evaluated afterwards. The ratio is then maximised as in W.
+//! Dinkelbach, Management Science 13(7), 1967.
+
+use crate::analysis::bounded_gain::{Base, Posed};
+use crate::lmi::program::Affine;
+use crate::lmi::solver;
+use crate::lmi::solver_options::SolverOptions;
+use crate::matrix::{Mat, block, largest_eigenvalue};
+use crate::robust::bound::{RobustBound, RobustLoop};
+use crate::system::model_error::LoopError;
+
+/// How far S_d may grow in one step.
+const LARGEST_GROWTH: f64 = 4.0;
+
+/// How close to the largest tau a step comes, relative to (1 + tau), and where no closer one comes easily.
+const STEP_TOLERANCE: f64 = 0.05;
+const NEAR_ENOUGH: f64 = 0.3;
+
+/// What part of the way to the multipliers found a step goes, and of the way to the size that they show: the next step
+/// begins inside its inequality.
+const PART_OF_WAY: f64 = 0.95;
+
+/// Steps, at most, and the growth of the size in one below which it is the last.
+const MOST_STEPS: usize = 40;
+const LEAST_GROWTH: f64 = 0.02;
+
+impl RobustLoop<'_> {
+    /// The largest size at which the gain stays below the gamma of a bound, within a few per cent, or one beyond
+    /// `enough`.
+    pub(crate) fn widened(&self, known: &RobustBound, enough: f64) -> RobustBound {
+        let mut at = known.clone();
+        for _ in 0..MOST_STEPS {
+            let Some(next) = self.step(&at) else { break };
+            let growth = next.size / at.size - 1.0;
+            if growth > 0.0 {
+                at = next;
+            }
+            if growth < LEAST_GROWTH || at.size > enough {
+                break;
+            }
+        }
+        at
+    }
+
+    /// Multipliers that show a larger size.
+    fn step(&self, at: &RobustBound) -> Option<RobustBound> {
+        let closed = self.closed(at.size);
+        let none = LoopError::none(&closed);
+        let base = Base { closed: &closed, error: &none, bound: &at.bound };
+        let mut posed = Posed::new(base, true).ok()?;
+        let (rows, scaled) = (self.of_delta(), &posed.scaled);
+        let (channels, k) = (scaled.channels.len(), rows.len());
+        let without_z = Mat::zeros(channels, scaled.c1().nrows());
+        let n = block(&[&[&scaled.ct(), &scaled.dtt(), &scaled.dt1(), &without_z]]);
+        let n = n.rows(rows.start, k).into_owned();
+        let of_delta =
+            posed.unknowns.s.congruence(&Mat::identity(channels, channels).columns_range(rows).into());
+        let tau = posed.program.scalar();
+        posed.start.push(0.0);
+        posed.program.positive("X", posed.unknowns.x.clone());
+        posed.program.positive("S", posed.unknowns.s.clone());
+        let most = Mat::identity(k, k) * LARGEST_GROWTH;
+        posed.program.positive("growth of S_d", Affine::constant(most) - of_delta.clone());
+        let wider = tau.times_identity(k).congruence(&(&n * LARGEST_GROWTH.sqrt()));
+        posed.program.negative("bounded real", posed.inequality.clone() + wider);
+        posed.program.minimise_trace(&tau, -1.0);
+        let search = SolverOptions {
+            start: Some(&posed.start),
+            enough: NEAR_ENOUGH,
+            ..SolverOptions::within(STEP_TOLERANCE)
+        };
+        let found = solver::solve(&posed.program, STAGE, search).ok()?.x;
+        let point: Vec<f64> =
+            posed.start.iter().zip(&found).map(|(from, to)| from + PART_OF_WAY * (to - from)).collect();
+        // The largest tau with F + tau N' S_d N <= 0.
+        let value = |e: &Affine| e.value(&posed.program, &point);
+        let root = (-value(&posed.inequality)).cholesky()?.unpack();
+        let wider = root.solve_lower_triangular(&value(&of_delta.congruence(&n)))?;
+        let largest = largest_eigenvalue(&root.solve_lower_triangular(&wider.transpose())?);
+        let size = at.size * (1.0 + PART_OF_WAY / largest).sqrt();
+        let wider = self.resized(&RobustBound { size: at.size, bound: posed.bound(base, &point) }, size);
+        (wider.bound.largest_eigenvalue < 0.0).then_some(wider)
+    }
+
+    /// The multipliers of a bound at another size.
+    pub(crate) fn resized(&self, at: &RobustBound, size: f64) -> RobustBound {
+        let mut out = RobustBound { size, bound: at.bound.clone() };
+        let rows = self.of_delta();
+        out.bound.t.view_mut((rows.start, rows.start), (rows.len(), rows.len())).scale_mut(at.size / size);
+        out.bound.largest_eigenvalue = self.worst_eigenvalue(&out);
+        out
+    }
+}
+
+const STAGE: &str = "size of the uncertainty";
