@@ -85,6 +85,7 @@ pub fn design() -> ControllerDesign {
             half_range: 1.25,
         },
         controller_inputs: vec![input("pitch", Kind::Error, 0.17), input("speed", Kind::Error, 0.3)],
+        delay_ticks: 0,
         reference_filter: None,
         actuators: vehicle.actuators.iter().map(actuator).collect(),
         lft: LftMatrices {
