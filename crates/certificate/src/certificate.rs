@@ -38,6 +38,9 @@ pub struct Certificate {
     /// A second claim, with model error.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub residual: Option<Residual>,
+    /// A smaller bound for a parameter that moves at a bounded rate.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bounded_rate: Option<BoundedRate>,
 }
 
 /// The generalised plant.
@@ -140,6 +143,47 @@ pub struct Residual {
     /// The skew scaling.
     #[serde(rename = "T")]
     pub t: Rows,
+}
+
+/// The claim for the only parameter theta, Lipschitz continuous with `|theta'(t)| <= rate` almost everywhere.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BoundedRate {
+    /// In units of theta per unit of time, at least 0.
+    pub rate: f64,
+    /// The bound, with its matrices.
+    #[serde(flatten)]
+    pub slow: Slow,
+    /// The bound for the plant with the model error of the section `residual`, with its own matrices.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub residual: Option<SlowResidual>,
+}
+
+/// A bound at a bounded rate with the matrices that prove it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Slow {
+    /// The bound.
+    pub gamma: f64,
+    /// Whether the Lyapunov matrix is the inverse of X(theta); the inequality is then that of the transposed loop.
+    pub inverse: bool,
+    /// The Lyapunov matrix, or its inverse, `X(theta) = X[0] + theta X[1] + ...`.
+    #[serde(rename = "X")]
+    pub x: Vec<Rows>,
+    /// Ascending from -1 to 1.
+    pub breakpoints: Vec<f64>,
+    /// For each interval between two breakpoints the multiplier of `wt - theta zt`, (r + rk) x (states, channels,
+    /// rows of Delta, inputs), of the transposed loop (states, channels, columns of Delta, outputs).
+    #[serde(rename = "N")]
+    pub n: Vec<Rows>,
+}
+
+/// A bound at a bounded rate with model error.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SlowResidual {
+    /// The multiplier of Delta.
+    pub lambda: f64,
+    /// The bound, with its matrices.
+    #[serde(flatten)]
+    pub slow: Slow,
 }
 
 impl Plant {

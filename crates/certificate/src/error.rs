@@ -103,6 +103,31 @@ pub enum ReadError {
         /// The most.
         most: usize,
     },
+    /// A bounded rate of other than one parameter.
+    #[error("bounded_rate: is of 1 parameter, but blocks and controller_blocks have {found}")]
+    NotOneParameter {
+        /// The parameters.
+        found: usize,
+    },
+    /// A bounded rate with model error, without the model error.
+    #[error("bounded_rate.residual: needs the section residual, which has E, F and Fu")]
+    NoModelError,
+    /// A list whose length is wrong.
+    #[error("{field}: has {found} entries, must have {expected}")]
+    Length {
+        /// The list.
+        field: String,
+        /// Its entries.
+        found: usize,
+        /// What it must have.
+        expected: String,
+    },
+    /// Breakpoints that do not ascend from -1 to 1.
+    #[error("{field}: must ascend from -1 to 1")]
+    Breakpoints {
+        /// The list.
+        field: String,
+    },
     /// A parameter on which neither plant nor controller depends.
     #[error(
         "{field}[{index}]: is 0 or missing in blocks and controller_blocks alike, must be above 0 in one of \
@@ -127,26 +152,41 @@ pub enum Proved {
     T,
     /// The matrix of the linear matrix inequality.
     Inequality,
+    /// The matrix X(0) of a polynomial X(theta).
+    MiddleX,
+    /// The matrix `X[k]` of a polynomial X(theta).
+    Coefficient(usize),
+    /// A Bernstein coefficient of the inequality on the interval after this breakpoint, from 0.
+    OnInterval(usize),
 }
 
 impl fmt::Display for Proved {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::X => "X",
-            Self::S => "S",
-            Self::T => "T",
-            Self::Inequality => "the matrix of the inequality",
-        })
+        match self {
+            Self::X => f.write_str("X"),
+            Self::S => f.write_str("S"),
+            Self::T => f.write_str("T"),
+            Self::Inequality => f.write_str("the matrix of the inequality"),
+            Self::MiddleX => f.write_str("X[0]"),
+            Self::Coefficient(k) => write!(f, "X[{k}]"),
+            Self::OnInterval(i) => {
+                write!(f, "a Bernstein coefficient of the inequality between breakpoints {i} and {}", i + 1)
+            }
+        }
     }
 }
 
-/// One of the two claims of a file.
+/// One of the claims of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Claim {
     /// The loop of plant and controller.
     Nominal,
     /// The same loop with the norm-bounded model error of `residual`.
     WithModelError,
+    /// The loop with a parameter that moves at a bounded rate.
+    BoundedRate,
+    /// The same with the model error of `residual`.
+    BoundedRateWithModelError,
 }
 
 impl fmt::Display for Claim {
@@ -154,6 +194,8 @@ impl fmt::Display for Claim {
         f.write_str(match self {
             Self::Nominal => "the claim",
             Self::WithModelError => "the claim with model error (residual)",
+            Self::BoundedRate => "the claim of a bounded rate",
+            Self::BoundedRateWithModelError => "the claim of a bounded rate with model error",
         })
     }
 }
@@ -179,6 +221,12 @@ pub enum Failure {
         name: &'static str,
         /// Its value.
         found: f64,
+    },
+    /// A bound on a magnitude is negative.
+    #[error("the claim of a bounded rate is not proved: the rate is {rate:e}, must be at least 0")]
+    NegativeRate {
+        /// The rate.
+        rate: f64,
     },
     /// Two entries that must be equal, or opposite, are not.
     #[error(

@@ -30,11 +30,12 @@
 //! [   *        *                 *        *   -gamma I]
 //! ```
 //!
-//! *Why they suffice* (P. Apkarian, P. Gahinet, IEEE Trans. Automatic Control 40(5), 1995, lemma 3.1; the skew scaling:
-//! G. Scorletti, L. El Ghaoui, Int. J. Robust Nonlinear Control 8, 1998):
+//! *Why they suffice* (P. Apkarian, P. Gahinet, IEEE Trans. Automatic Control 40(5), 1995, lemma 3.1; the skew
+//! scaling: G. Scorletti, L. El Ghaoui, Int. J. Robust Nonlinear Control 8, 1998):
 //!
-//! - *The parameters.* S and Theta_e commute and S > 0, so `zt'S zt - wt'S wt = zt' S (I - Theta_e^2) zt >= 0` whenever
-//!   `wt = Theta_e zt`. Theta_e T is skew, because `(Theta_e T)' = -T Theta_e = -Theta_e T`; so `wt'T zt = 0`.
+//! - *The parameters.* S and Theta_e commute and S > 0, so `zt'S zt - wt'S wt = zt' S (I - Theta_e^2) zt >= 0`
+//!   whenever `wt = Theta_e zt`. Theta_e T is skew, because `(Theta_e T)' = -T Theta_e = -Theta_e T`; so `wt'T zt =
+//!   0`.
 //! - *Well-posedness.* Rows and columns wt and zt alone, after a Schur complement, read
 //!   `-S + T Dtt + Dtt'T' + Dtt'S Dtt < 0`. If `I - Theta_e Dtt` were singular there would be `wt = Theta_e zt != 0`
 //!   with `zt = Dtt wt`, and that matrix would give `-wt'S wt + 2 wt'T zt + zt'S zt >= 0`, a contradiction. On the
@@ -57,6 +58,35 @@
 //! `||Delta|| <= 1` and `lambda > 0`, `lambda (z_D'z_D - w_D'w_D) >= 0`: added to the left side above, it gives the
 //! inequality a row w_D, `[E'X 0 -lambda I 0 0 0 0]`, and a row z_D, `[lambda F_x  lambda F_t  0  lambda F_w  0
 //! -lambda I  0]`. Delta acts on x' alone, so the parameter loop stays well posed as before.
+//!
+//! *With a bounded rate* (`bounded_rate`): for one parameter, Lipschitz continuous with `|theta'| <= rate` almost
+//! everywhere, a Lyapunov matrix that depends on it, `X(theta) = X_0 + theta X_1 + ...`, shows a smaller gamma. On
+//! each interval between breakpoints there is a constant multiplier N, and for both signs the form
+//!
+//! ```text
+//! q(xi) = 2 x'X(theta) x' +- rate x' dX/dtheta x + 2 (N xi)'(wt - theta zt) + z'z/gamma - gamma w'w,  xi = (x, wt, w)
+//! ```
+//!
+//! must be negative definite at every theta of the interval, with x', zt and z the rows of the closed loop in terms of
+//! xi. It is a matrix polynomial in theta, and is so if its Bernstein coefficients on the interval are, which exact
+//! arithmetic decides. The breakpoints ascend from -1 to 1, and `X_0` must be positive definite. (F. Wu, X. H. Yang,
+//! A. Packard, G. Becker, Int. J. Robust Nonlinear Control 6, 1996; the multiplier: P. Finsler, Comment. Math. Helv.
+//! 9, 1937.) Why this suffices:
+//!
+//! - *Well-posedness.* If `wt = theta Dtt wt` with wt not 0, then q of `(0, wt, 0)` is `z'z/gamma >= 0`.
+//! - *X(theta) is positive definite.* With `w = 0` and wt from the loop, the mean of the two signs is `2 x'X(theta)
+//!   x' < 0` for every x but 0, with `x' = A(theta) x`. So `X(theta) v = 0` only for v = 0: no eigenvalue of
+//!   X(theta), which is continuous, reaches 0 on the way from `X_0`.
+//! - *Stability and gain.* Along the loop the term of N vanishes, and `dV/dt = 2 x'X x' + theta' x' dX/dtheta x` of
+//!   `V = x'X(theta) x` is between its values for the two signs. On the compact range `dV/dt + z'z/gamma - gamma w'w
+//!   <= -eps (x'x + w'w)` for some `eps > 0`, and the rest is as above.
+//!
+//! With a model error `lambda (z_D'z_D - w_D'w_D)` is added to q, and xi gets w_D.
+//!
+//! With `inverse` the matrices are those of the transposed loop, `A', Ct', C1', ...` in place of `A, Bt, B1, ...`. At
+//! each theta, wt put in, its inequality is `[A Q + Q A' -+ rate dQ/dtheta, Q C', B; *, -gamma I, D; *, *, -gamma I] <
+//! 0` with `Q = X(theta)`, and multiplied by `blkdiag(Q^-1, I, I)` from both sides it is that of the loop itself with
+//! the Lyapunov matrix `Q^-1`, whose derivative is `-Q^-1 dQ/dtheta Q^-1`; lambda becomes 1/lambda.
 //!
 //! # What it does not cover
 //!
@@ -97,6 +127,7 @@
 //! - [`lower_bound`]: a gamma below which no controller exists, proved from [`Multipliers`];
 //! - [`Json`]: the strict JSON reader, also for other files.
 
+mod bounded_rate;
 mod certificate;
 mod closed_loop;
 mod error;
@@ -110,8 +141,10 @@ mod shape;
 mod structure;
 mod theorem;
 
-pub use certificate::{Certificate, Controller, FORMAT, Plant, Residual, Rows};
+pub use certificate::{
+    BoundedRate, Certificate, Controller, FORMAT, Plant, Residual, Rows, Slow, SlowResidual,
+};
 pub use error::{Claim, Failure, Proved, ReadError};
 pub use json::Json;
 pub use lower_bound::{Multipliers, lower_bound};
-pub use theorem::Theorem;
+pub use theorem::{SlowTheorem, Theorem};

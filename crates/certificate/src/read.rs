@@ -1,11 +1,14 @@
 //! From the JSON tree to the certificate, with the path of each error.
 
-use crate::certificate::{Certificate, Controller, FORMAT, Plant, Residual, Rows};
+use crate::certificate::{
+    BoundedRate, Certificate, Controller, FORMAT, Plant, Residual, Rows, Slow, SlowResidual,
+};
 use crate::error::ReadError;
 use crate::json::Json;
 
 const TOP: [&str; 9] =
     ["format", "blocks", "controller_blocks", "plant", "controller", "gamma", "X", "S", "T"];
+const SLOW: [&str; 5] = ["gamma", "inverse", "X", "breakpoints", "N"];
 const RESIDUAL: [&str; 8] = ["E", "F", "Fu", "lambda", "gamma", "X", "S", "T"];
 
 /// An object with every required key and no unknown key.
@@ -29,7 +32,7 @@ impl Certificate {
 
 fn certificate(json: &Json) -> Result<Certificate, ReadError> {
     check_format(json)?;
-    let top = Fields::new("", json, &TOP, &["residual"])?;
+    let top = Fields::new("", json, &TOP, &["residual", "bounded_rate"])?;
     Ok(Certificate {
         blocks: top.sizes("blocks")?,
         controller_blocks: top.sizes("controller_blocks")?,
@@ -43,6 +46,7 @@ fn certificate(json: &Json) -> Result<Certificate, ReadError> {
             Some(json) => Some(residual(&Fields::new("residual", json, &RESIDUAL, &[])?)?),
             None => None,
         },
+        bounded_rate: top.find("bounded_rate").map(bounded_rate).transpose()?,
     })
 }
 
@@ -92,6 +96,33 @@ fn residual(f: &Fields<'_>) -> Result<Residual, ReadError> {
     })
 }
 
+fn bounded_rate(json: &Json) -> Result<BoundedRate, ReadError> {
+    let fields = Fields::new("bounded_rate", json, &with_slow("rate"), &["residual"])?;
+    let residual = |json: &Json| -> Result<SlowResidual, ReadError> {
+        let fields = Fields::new("bounded_rate.residual", json, &with_slow("lambda"), &[])?;
+        Ok(SlowResidual { lambda: fields.number("lambda")?, slow: slow(&fields)? })
+    };
+    Ok(BoundedRate {
+        rate: fields.number("rate")?,
+        slow: slow(&fields)?,
+        residual: fields.find("residual").map(residual).transpose()?,
+    })
+}
+
+fn with_slow(key: &'static str) -> Vec<&'static str> {
+    std::iter::once(key).chain(SLOW).collect()
+}
+
+fn slow(f: &Fields<'_>) -> Result<Slow, ReadError> {
+    Ok(Slow {
+        gamma: f.number("gamma")?,
+        inverse: f.truth("inverse")?,
+        x: f.matrices("X")?,
+        breakpoints: f.numbers("breakpoints")?,
+        n: f.matrices("N")?,
+    })
+}
+
 impl<'a> Fields<'a> {
     fn new(name: &str, json: &'a Json, required: &[&str], optional: &[&str]) -> Result<Self, ReadError> {
         let object = if name.is_empty() { "the certificate" } else { name }.to_string();
@@ -130,15 +161,29 @@ impl<'a> Fields<'a> {
         number(&self.path(key), self.get(key)?)
     }
 
+    fn truth(&self, key: &str) -> Result<bool, ReadError> {
+        match self.get(key)? {
+            Json::Bool(truth) => Ok(*truth),
+            other => Err(ReadError::Kind {
+                field: self.path(key),
+                found: other.describe(),
+                allowed: "true or false",
+            }),
+        }
+    }
+
+    fn numbers(&self, key: &str) -> Result<Vec<f64>, ReadError> {
+        numbers(&self.path(key), self.get(key)?)
+    }
+
     fn matrix(&self, key: &str) -> Result<Rows, ReadError> {
+        matrix(&self.path(key), self.get(key)?)
+    }
+
+    fn matrices(&self, key: &str) -> Result<Vec<Rows>, ReadError> {
         let path = self.path(key);
-        let rows = list(&path, self.get(key)?, "a list of rows")?;
-        let row = |(i, row): (usize, &Json)| {
-            let path = format!("{path}[{i}]");
-            let entries = list(&path, row, "a list of numbers")?;
-            entries.iter().enumerate().map(|(j, x)| number(&format!("{path}[{j}]"), x)).collect()
-        };
-        rows.iter().enumerate().map(row).collect()
+        let all = list(&path, self.get(key)?, "a list of matrices")?;
+        all.iter().enumerate().map(|(k, m)| matrix(&format!("{path}[{k}]"), m)).collect()
     }
 
     fn fill(&self, matrices: &mut [(&str, &mut Rows)]) -> Result<(), ReadError> {
@@ -160,6 +205,16 @@ fn list<'a>(field: &str, json: &'a Json, allowed: &'static str) -> Result<&'a [J
         Json::List(items) => Ok(items),
         other => Err(ReadError::Kind { field: field.into(), found: other.describe(), allowed }),
     }
+}
+
+fn matrix(path: &str, json: &Json) -> Result<Rows, ReadError> {
+    let rows = list(path, json, "a list of rows")?;
+    rows.iter().enumerate().map(|(i, row)| numbers(&format!("{path}[{i}]"), row)).collect()
+}
+
+fn numbers(path: &str, json: &Json) -> Result<Vec<f64>, ReadError> {
+    let entries = list(path, json, "a list of numbers")?;
+    entries.iter().enumerate().map(|(j, x)| number(&format!("{path}[{j}]"), x)).collect()
 }
 
 fn number(field: &str, json: &Json) -> Result<f64, ReadError> {

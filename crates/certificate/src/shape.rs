@@ -1,6 +1,6 @@
 //! Checks that the sizes of a certificate's matrices agree.
 
-use crate::certificate::{Certificate, Residual, Rows};
+use crate::certificate::{BoundedRate, Certificate, Residual, Rows, Slow};
 use crate::error::ReadError;
 
 /// A number of rows or columns, and their signal.
@@ -84,7 +84,22 @@ impl Certificate {
         self.check_controller(s)?;
         check_number("gamma", self.gamma)?;
         check_proof("", s, [&self.x, &self.s, &self.t])?;
-        self.residual.as_ref().map_or(Ok(()), |r| check_residual(r, s))
+        self.residual.as_ref().map_or(Ok(()), |r| check_residual(r, s))?;
+        self.bounded_rate.as_ref().map_or(Ok(()), |bounded| self.check_bounded_rate(bounded, s))
+    }
+
+    /// Checks the sizes of a bounded rate's matrices: X as X of the certificate, N channels x all inputs of the loop.
+    fn check_bounded_rate(&self, bounded: &BoundedRate, s: Sizes) -> Result<(), ReadError> {
+        let found = self.blocks.len().max(self.controller_blocks.len());
+        if found != 1 {
+            return Err(ReadError::NotOneParameter { found });
+        }
+        check_number("bounded_rate.rate", bounded.rate)?;
+        check_slow("bounded_rate.", &bounded.slow, s, None)?;
+        let Some(r) = &bounded.residual else { return Ok(()) };
+        let error = self.residual.as_ref().ok_or(ReadError::NoModelError)?;
+        check_number("bounded_rate.residual.lambda", r.lambda)?;
+        check_slow("bounded_rate.residual.", &r.slow, s, Some(error))
     }
 
     /// Checks that each parameter has a channel, so that the claim counts no parameter that does not occur.
@@ -157,6 +172,45 @@ fn check_proof(prefix: &str, s: Sizes, [x, sym, skew]: [&Rows; 3]) -> Result<(),
     check_matrix(&format!("{prefix}X"), x, states, states)?;
     check_matrix(&format!("{prefix}S"), sym, channels, channels)?;
     check_matrix(&format!("{prefix}T"), skew, channels, channels)
+}
+
+/// The order of X(theta), at most: higher ones are of no use, and their binomial coefficients would not be exact.
+const MOST_ORDER: usize = 8;
+
+fn check_slow(prefix: &str, slow: &Slow, s: Sizes, error: Option<&Residual>) -> Result<(), ReadError> {
+    let field = |name: &str| format!("{prefix}{name}");
+    check_number(&field("gamma"), slow.gamma)?;
+    let length = |name: &str, found: usize, expected: String| ReadError::Length {
+        field: field(name),
+        found,
+        expected,
+    };
+    if slow.x.is_empty() || slow.x.len() > MOST_ORDER + 1 {
+        return Err(length("X", slow.x.len(), format!("1 to {}", MOST_ORDER + 1)));
+    }
+    let states = (s.x + s.xk, "states of plant and controller");
+    for (k, x) in slow.x.iter().enumerate() {
+        check_matrix(&format!("{prefix}X[{k}]"), x, states, states)?;
+    }
+    let at = &slow.breakpoints;
+    let ascending = at.windows(2).all(|ends| ends[0] < ends[1]);
+    if at.first() != Some(&-1.0) || at.last() != Some(&1.0) || !ascending {
+        return Err(ReadError::Breakpoints { field: field("breakpoints") });
+    }
+    if slow.n.len() + 1 != at.len() {
+        return Err(length("N", slow.n.len(), format!("{}, one for each interval", at.len() - 1)));
+    }
+    let channels = (s.t + s.tk, "channels of plant and controller");
+    let inner = states.0 + channels.0;
+    let all = if slow.inverse {
+        (inner + error.map_or(0, |r| r.f.len()) + s.z, "states, channels, columns of Delta and outputs z")
+    } else {
+        (inner + error.map_or(0, |r| columns(&r.e)) + s.w, "states, channels, rows of Delta and inputs w")
+    };
+    slow.n
+        .iter()
+        .enumerate()
+        .try_for_each(|(i, n)| check_matrix(&format!("{prefix}N[{i}]"), n, channels, all))
 }
 
 fn check_blocks(

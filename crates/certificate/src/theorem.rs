@@ -26,6 +26,19 @@ pub struct Theorem {
     pub outputs: usize,
     /// The L2 gain from w to z is below this with the model error, if the file claims it.
     pub gamma_with_model_error: Option<f64>,
+    /// What holds where the parameter moves at a bounded rate, if the file claims it.
+    pub bounded_rate: Option<SlowTheorem>,
+}
+
+/// A proved claim about a parameter that moves at a bounded rate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SlowTheorem {
+    /// `|theta'|` is at most this almost everywhere.
+    pub rate: f64,
+    /// The L2 gain from w to z is below this.
+    pub gamma: f64,
+    /// The same with the model error, if the file claims it.
+    pub gamma_with_model_error: Option<f64>,
 }
 
 impl Theorem {
@@ -41,6 +54,11 @@ impl Theorem {
             inputs: s.w,
             outputs: s.z,
             gamma_with_model_error: certificate.residual.as_ref().map(|r| r.gamma),
+            bounded_rate: certificate.bounded_rate.as_ref().map(|b| SlowTheorem {
+                rate: b.rate,
+                gamma: b.slow.gamma,
+                gamma_with_model_error: b.residual.as_ref().map(|r| r.slow.gamma),
+            }),
         }
     }
 }
@@ -75,6 +93,21 @@ impl fmt::Display for Theorem {
                 " Nothing is proved of a plant that differs from the one in the certificate: it has no section \
                     `residual`.",
             ),
+        }?;
+        self.bounded_rate.map_or(Ok(()), |slow| write!(f, " {slow}"))
+    }
+}
+
+impl fmt::Display for SlowTheorem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "Where the parameter moves by at most {} in a unit of time, the gain is below {}",
+            self.rate, self.gamma
+        )?;
+        match self.gamma_with_model_error {
+            Some(gamma) => write!(f, ", and with that Delta below {gamma}."),
+            None => f.write_str("; of another plant nothing is proved."),
         }
     }
 }

@@ -4,6 +4,7 @@
 //! large as the fit's residual against the true linearisations anywhere in the range of speed.
 
 pub mod ball;
+mod rate;
 pub mod same_plant;
 pub mod verify;
 
@@ -51,6 +52,13 @@ pub fn certify(
     let covered = bounded_gain(&closed, &error.close(plant, &design.controller), &design.certified)?;
     let mut certificate = nominal(plant, &design.controller, &design.certified);
     certificate.residual = Some(residual(&error, &covered));
+    certificate.bounded_rate = design
+        .slow
+        .as_ref()
+        .map(|slow| {
+            rate::bounded_rate(&closed, &error.close(plant, &design.controller), slow, covered.lambda)
+        })
+        .transpose()?;
     let theorem = certificate.prove()?;
     Ok(Proof { certificate, theorem, model_error: size })
 }
@@ -67,6 +75,7 @@ pub fn nominal(plant: &GeneralisedPlant, k: &Controller, bound: &GainBound) -> C
         s: to_rows(&bound.s),
         t: to_rows(&bound.t),
         residual: None,
+        bounded_rate: None,
     }
 }
 

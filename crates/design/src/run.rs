@@ -87,13 +87,13 @@ fn certificate_stage(
     let seconds = running.seconds();
     drop(running);
     match &proof {
-        Ok(proof) => progress.done("certify", &proof_line(proof, seconds)),
+        Ok(proof) => progress.done("certify", &proof_line(proof, inputs.design.scheduling().1, seconds)),
         Err(reason) => progress.done("certify", &format!("NOT PROVED: {reason}")),
     }
     proof
 }
 
-fn proof_line(proof: &Proof, seconds: f64) -> String {
+fn proof_line(proof: &Proof, half_range: f64, seconds: f64) -> String {
     let covered = proof.theorem.gamma_with_model_error.map_or_else(String::new, |gamma| {
         let gamma = above(gamma);
         format!(
@@ -101,8 +101,18 @@ fn proof_line(proof: &Proof, seconds: f64) -> String {
             linearisations by a computation at {SAMPLES} speeds"
         )
     });
+    let slow = proof.theorem.bounded_rate.map_or_else(String::new, |slow| {
+        let covered = slow
+            .gamma_with_model_error
+            .map_or_else(String::new, |gamma| format!(", {} in the ball", above(gamma)));
+        format!(
+            "\nwhere the speed changes by at most {:.3} m/s^2: gain below {}{covered}",
+            slow.rate * half_range,
+            above(slow.gamma)
+        )
+    });
     format!(
-        "PROVED in exact arithmetic ({seconds:.1} s): gain below {} for every course of speed in the range,{covered}",
+        "PROVED in exact arithmetic ({seconds:.1} s): gain below {} for every course of speed in the range,{covered}{slow}",
         above(proof.theorem.gamma)
     )
 }

@@ -9,6 +9,7 @@ use crate::inputs::design_file::DesignFile;
 use crate::numbers::above;
 use crate::progress::Progress;
 use auv::Actuator;
+use lpv::bounded_rate::SlowOptions;
 use lpv::error::SynthesisError;
 use lpv::parameter_grid::parameter_grid;
 use lpv::plant::GeneralisedPlant;
@@ -28,8 +29,11 @@ pub fn synthesise(
     progress: &Progress,
 ) -> Result<Design, Error> {
     let running = progress.begin("synthesise", "solving the matrix inequalities");
-    let design = lpv::synthesis::synthesise(plant, options(file))
-        .map_err(|reason| no_controller(actuators, file, plant, reason))?;
+    let found = match file.rate {
+        Some(rate) => at_bounded_rate(file, plant, rate),
+        None => lpv::synthesis::synthesise(plant, options(file)),
+    };
+    let design = found.map_err(|reason| no_controller(actuators, file, plant, reason))?;
     let (design, slowed) = slow_enough(file, plant, design);
     let seconds = running.seconds();
     drop(running);
@@ -53,7 +57,8 @@ fn slow_enough(file: &DesignFile, plant: &GeneralisedPlant, design: Design) -> (
     let thetas = parameter_grid(plant.blocks.len());
     let fastest = |design: &Design| design.controller.fastest_mode(&thetas);
     let most = fastest(&design);
-    if most <= limit {
+    // A bound at a bounded rate is of the controller with all its modes.
+    if most <= limit || design.slow.is_some() {
         return (design, String::new());
     }
     let mut slower = SPLITS.iter().filter_map(|part| without_fast_modes(plant, &design, part * limit));
@@ -69,6 +74,30 @@ fn slow_enough(file: &DesignFile, plant: &GeneralisedPlant, design: Design) -> (
 /// Where modes at rho = 0 count as too fast, relative to what the sample time allows: elsewhere in the range they may
 /// be faster.
 const SPLITS: [f64; 3] = [1.0, 0.6, 0.3];
+
+/// A controller made for a bounded rate of the speed, m/s^2. Its loop must have a bound for speeds that move faster,
+/// too.
+fn at_bounded_rate(file: &DesignFile, plant: &GeneralisedPlant, rate: f64) -> Result<Design, SynthesisError> {
+    let (_, half_range) = file.scheduling();
+    let options = SlowOptions { back_off: file.back_off, ..SlowOptions::at(rate / half_range) };
+    let found = lpv::bounded_rate::synthesise(plant, options)?;
+    let certified = found.fast.ok_or_else(|| SynthesisError::Numerical {
+        stage: "synthesis at a bounded rate",
+        diagnosis: "no bound of the loop was found for a speed that moves faster than 'synthesis.rate'; raise that, or \
+                    'synthesis.back_off'"
+            .into(),
+    })?;
+    Ok(Design {
+        controller: found.controller,
+        gamma_optimum: found.least.gamma,
+        lower_estimate: 0.0,
+        multipliers: vec![],
+        gamma_design: found.gamma_design,
+        certified,
+        regularisation: None,
+        slow: Some(found.bound),
+    })
+}
 
 /// How a controller of a design is sought.
 pub fn options(file: &DesignFile) -> Options {

@@ -10,7 +10,7 @@ pub mod gain_bound;
 pub mod ladder;
 pub mod lyapunov_polynomial;
 pub mod rate;
-mod rate_program;
+pub(crate) mod rate_program;
 
 pub use bounded_gain::bounded_gain;
 pub use gain_bound::GainBound;

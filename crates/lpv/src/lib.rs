@@ -17,6 +17,7 @@
 //! - [`lmi`]: linear matrix inequalities as expressions, and the solvers behind them;
 //! - [`synthesis`]: from a generalised plant to a controller and a bound;
 //! - [`analysis`]: bounds on the gain of a finished loop;
+//! - [`bounded_rate`]: a parameter that moves at a bounded rate;
 //! - [`robust`]: parameters that no controller measures;
 //! - [`mu`]: structured singular values;
 //! - [`matrix`], [`error`]: dense matrices, and what can go wrong; they belong to all.
@@ -65,6 +66,7 @@
 //! The crate `certificate` proves such a bound in exact arithmetic.
 
 pub mod analysis;
+pub mod bounded_rate;
 pub mod error;
 pub mod lmi;
 pub mod matrix;

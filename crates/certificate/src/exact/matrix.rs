@@ -39,6 +39,15 @@ impl Matrix {
         }
     }
 
+    /// Adds `part` with its first entry at `(row, col)`.
+    pub(crate) fn add(&mut self, row: usize, col: usize, part: &Self) {
+        for i in 0..part.rows {
+            for j in 0..part.cols {
+                self[(row + i, col + j)] = &self[(row + i, col + j)] + &part[(i, j)];
+            }
+        }
+    }
+
     /// The rows `from..to`.
     pub(crate) fn row_range(&self, from: usize, to: usize) -> Self {
         let entries = self.entries[from * self.cols..to * self.cols].to_vec();

@@ -84,7 +84,7 @@ impl Loop {
 
     /// `[A B; C D]` of the loop frozen at Theta, with `error` added to the plant's rows x: first the parameters are
     /// closed in plant and controller, then the controller is put around the plant.
-    fn frozen(&self, theta: &[f64], error: Option<&Mat>) -> Option<(usize, Mat)> {
+    pub fn frozen(&self, theta: &[f64], error: Option<&Mat>) -> Option<(usize, Mat)> {
         let [n, r, w, u, z, y, nk, rk] = self.n;
         let mut plant = self.plant.clone();
         if let Some(error) = error {

@@ -141,6 +141,7 @@ mod tests {
             s: vec![],
             t: vec![],
             residual: None,
+            bounded_rate: None,
         }
     }
 

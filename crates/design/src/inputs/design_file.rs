@@ -55,6 +55,9 @@ const CONTROL_WEIGHT: Range = Range {
 /// Gains at high frequency, relative to those at frequency 0.
 const RISE: Range = Range { least: 1.0, most: 1e6, words: "from 1, no less than at low frequencies, to 1e6" };
 
+/// The bound on the rate of the speed.
+const RATE: Range = Range { least: 1e-6, most: 1e3, words: "from 1e-6 to 1e3 (m/s^2)" };
+
 /// Corners of weights and frequencies of reference models.
 const FREQUENCY: Range = Range { least: 1e-4, most: 1e4, words: "from 1e-4 to 1e4 (rad/s)" };
 
@@ -149,6 +152,8 @@ pub struct DesignFile {
     pub lags: bool,
     /// Relative back-off from the least gamma.
     pub back_off: f64,
+    /// Bound on the rate of the speed for which the controller is made, m/s^2; `None` for one that is made for any rate.
+    pub rate: Option<f64>,
     /// Sample time of the autopilot, s.
     pub sample_time: f64,
     /// How late a command comes after the tick that computes it, s: a multiple of the sample time.

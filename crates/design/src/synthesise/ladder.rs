@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::inputs::design_file::DesignFile;
 use crate::numbers::rounded_up;
+use lpv::bounded_rate::{SlowOptions, least_gamma};
 use lpv::ladder::{Disorder, Ladder, LadderOptions, Rung, ladder};
 use lpv::plant::GeneralisedPlant;
 use lpv::rate::RateOptions;
@@ -36,6 +37,7 @@ pub fn climb(file: &DesignFile, plant: &GeneralisedPlant, design: &Design) -> Re
     let started = Instant::now();
     let found = ladder(plant, design, &options)?;
     let mut out = best_controllers(&found, speeds);
+    out += &at_bounded_rates(plant, speeds);
     out += &finished_loop(&found, speeds, options.samples, 100.0 * crate::synthesise::back_off(design));
     for disorder in found.disorders() {
         out += &contradiction(&disorder, speeds);
@@ -85,6 +87,17 @@ fn best_controllers(found: &Ladder, speeds: Speeds) -> String {
     out += &row(&speeds.name(Rung::Scheduled), found.scheduled.as_ref().copied(), hardest);
     out += &row(&speeds.name(Rung::ScheduledSymmetric), found.scheduled_symmetric.as_ref().copied(), hardest);
     out + "  (+ %: above the hardest speed alone. What one controller for all speeds costs, whatever the speed does)\n"
+}
+
+/// The least gamma of controllers that are made for a bounded rate.
+fn at_bounded_rates(plant: &GeneralisedPlant, speeds: Speeds) -> String {
+    let rows = ACCELERATIONS.map(|a| {
+        let options = SlowOptions { accuracy: LADDER_ACCURACY, ..SlowOptions::at(a / speeds.half_range) };
+        let name = format!("scheduled, speed changing by at most {a:.3} m/s^2");
+        row(&name, least_gamma(plant, options).map(|least| least.gamma), None)
+    });
+    rows.concat()
+        + "  (at a bounded rate: at seven speeds only, and the acceleration may have to be an input)\n"
 }
 
 fn finished_loop(found: &Ladder, speeds: Speeds, samples: usize, back_off: f64) -> String {

@@ -150,6 +150,7 @@ fn at_zero(plant: &GeneralisedPlant, nominal: &Design, found: &RobustDesign) -> 
         gamma_design,
         certified,
         regularisation: None,
+        slow: None,
         ..nominal.clone()
     })
 }

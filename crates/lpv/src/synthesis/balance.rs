@@ -143,6 +143,20 @@ impl Coordinates {
         out
     }
 
+    /// A Lyapunov matrix of the closed loop (plant's states, then controller's), or the inverse of one, in the user's
+    /// coordinates.
+    pub(crate) fn undo_lyapunov(&self, x: &Mat, inverse: bool) -> Mat {
+        let rest = x.nrows() - self.state.nrows();
+        let lifted = |own: &Mat| diagonal_blocks(&[own, &Mat::identity(rest, rest)]);
+        if inverse {
+            let whole = lifted(&self.state);
+            &whole * x * whole.transpose() * self.speed
+        } else {
+            let whole = lifted(&self.state_inverse);
+            whole.transpose() * x * whole / self.speed
+        }
+    }
+
     /// A bound of the closed loop's gain (plant's part, then controller's), in the user's coordinates.
     pub fn undo_bound(&self, bound: &GainBound) -> GainBound {
         let lift = |inverse: &Mat, m: &Mat| {

@@ -1,6 +1,7 @@
 //! What a synthesis is asked for, and what comes of it.
 
 use crate::analysis::gain_bound::GainBound;
+use crate::bounded_rate::intervals::SlowBound;
 use crate::synthesis::inequalities::{DualMultipliers, ScalingClass};
 use crate::synthesis::regularity::Regularisation;
 use crate::system::controller::Controller;
@@ -52,4 +53,6 @@ pub struct Design {
     /// What was added to the plant for the design of the controller, where none could be built without; gamma_design
     /// is then of the plant with it, and all else of the plant as given.
     pub regularisation: Option<Regularisation>,
+    /// The gain of the closed loop where the parameter moves at a bounded rate, if the controller was built for that.
+    pub slow: Option<SlowBound>,
 }

@@ -133,6 +133,7 @@ fn build_at(
         gamma_design,
         certified,
         regularisation: None,
+        slow: None,
     })
 }
 

@@ -72,6 +72,7 @@ fn design(subject: &Subject) -> Design {
             largest_eigenvalue: f64::NAN,
         },
         regularisation: None,
+        slow: None,
     }
 }
 

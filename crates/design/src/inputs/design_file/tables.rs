@@ -1,8 +1,8 @@
 //! Reads the tables of a design file.
 
 use crate::inputs::design_file::{
-    BANDWIDTH, CONTROL_WEIGHT, DAMPING, DesignFile, FREQUENCY, Measured, NOISE, PEAK, RISE, Range, SCALE,
-    Tracked,
+    BANDWIDTH, CONTROL_WEIGHT, DAMPING, DesignFile, FREQUENCY, Measured, NOISE, PEAK, RATE, RISE, Range,
+    SCALE, Tracked,
 };
 use auv::toml_file::{Document, FileError, Table};
 use auv::{number, rounded};
@@ -54,10 +54,13 @@ fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
     let control = section(&root, "control", "the weight on each actuator, and a disturbance there");
     let control = control.as_ref().map(Control::of);
     let synthesis = section(&root, "synthesis", "back_off, how far from the least gamma");
-    let back_off = synthesis.and_then(|table| {
-        table.allow_only(&["back_off"]);
+    let back_off = synthesis.as_ref().and_then(|table| {
+        table.allow_only(&["back_off", "rate"]);
         table.number("back_off", |v| (0.001..=1.0).contains(&v), "from 0.001 to 1")
     });
+    let bounded = synthesis.filter(|table| table.has("rate"));
+    let rate =
+        bounded.map_or(Some(None), |table| table.number("rate", |v| RATE.allows(v), RATE.words).map(Some));
     let autopilot = section(&root, "autopilot", "sample_time, one tick each (s)");
     let autopilot = autopilot.as_ref().map(Autopilot::of);
     let sample_time = autopilot.as_ref().and_then(|autopilot| autopilot.sample_time);
@@ -87,6 +90,7 @@ fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
         disturbance: control.disturbance?,
         lags: control.lags?,
         back_off: back_off?,
+        rate: rate?,
         sample_time: sample_time?,
         delay: autopilot?.delay?,
         manoeuvre: manoeuvre?,
@@ -405,12 +409,17 @@ mod tests {
                 "output = \"picth\"",
                 "'track.output' is \"picth\" (did you mean \"pitch\"?); it must be \"pitch\" or \"speed\"",
             ),
+            (
+                "back_off = 0.1",
+                "back_off = 0.1\nrate = -0.1",
+                "'synthesis.rate' is -0.1; it must be from 1e-6 to 1e3 (m/s^2)",
+            ),
             ("back_off = 0.1", "back_off = 1e17", "'synthesis.back_off' is 1e17; it must be from 0.001 to 1"),
             ("depth = 50.0", "depth = 1e300", "'model.depth' is 1e300; it must be at most 1e18 in size"),
             ("depth = 50.0", "depth = 50.0\ndepth = 50.0", "'depth' stands here a second time"),
         ] {
             let (found, lines) = refused(&[(old, new)]);
-            let line = lines[0] + usize::from(new.contains("\ndepth"));
+            let line = lines[0] + usize::from(new.contains("\ndepth") || new.contains("\nrate"));
             assert_eq!(found.len(), 1, "{found:?}");
             assert!(found[0].starts_with(&format!("design.toml:{line}: {words}")), "{found:?}");
         }

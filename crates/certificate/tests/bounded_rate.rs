@@ -1,0 +1,277 @@
+//! The claim of a bounded rate, on loops whose gain is known.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod common;
+#[path = "common/independent.rs"]
+#[allow(dead_code)]
+mod independent;
+
+use certificate::{Certificate, Slow};
+use common::{golden_text, prove, scheduled};
+use independent::Loop;
+use nalgebra::DMatrix;
+use proptest::prelude::*;
+use proptest::test_runner::{Config, TestRunner};
+use serde_json::{Value, json};
+use std::cell::Cell;
+
+/// `x' = (-3 + 1.5 theta) x + w` of [`scheduled`], X = 1, one interval. With `N = [-1 -m/2 0 0; -1/2 0 -m/2 0]`,
+/// columns x, wt, wk, w, the form at theta is, after Schur complements, `-6 + 3 theta + 2/gamma + theta^2 m/2`.
+fn one_interval(gamma: f64, m: f64) -> Value {
+    let mut c = scheduled(0.75);
+    let n = json!([[[-1.0, -m / 2.0, 0.0, 0.0], [-0.5, 0.0, -m / 2.0, 0.0]]]);
+    c["bounded_rate"] = json!({"rate": 3.0, "gamma": gamma, "inverse": false, "X": [[[1.0]]], "breakpoints": [-1.0, 1.0], "N": n});
+    c
+}
+
+#[test]
+fn a_constant_lyapunov_matrix_by_hand() {
+    let theorem = prove(&one_interval(0.75, 0.5)).unwrap();
+    assert!(theorem.ends_with(
+        "moves by at most 3 in a unit of time, the gain is below 0.75; of another plant nothing is proved."
+    ));
+    for (gamma, m) in [(0.75, 1.0), (0.66, 1e-9), (0.75, -0.5)] {
+        let refusal = prove(&one_interval(gamma, m)).unwrap_err();
+        assert!(
+            refusal.starts_with("the claim of a bounded rate is not proved: a Bernstein coefficient")
+                && refusal.contains("between breakpoints 0 and 1"),
+            "{refusal}"
+        );
+    }
+    assert!(prove(&one_interval(-0.75, 0.5)).unwrap_err().contains("gamma is -7.5e-1"));
+}
+
+/// `theta G - G theta` with `G = 1/(s + 1)`, whose gain is the rate: `x1' = -x1 + w, x2' = -x2 + theta w, z = theta
+/// x1 - x2`. z is an `e` with `e' = -e + theta' x1`, so that `V = e^2/gamma + gamma x1^2` shows every gamma above the
+/// rate.
+///
+/// The channels are those of w and of x1, `xi = (x1, x2, wt1, wt2, w)`; on an interval with the middle m the N that
+/// removes what `v = wt - m zt` has to do with the rest, and leaves `-weight v'v` of it, is made here of V.
+fn commutator(rate: f64, gamma: f64, intervals: usize, weight: f64) -> Value {
+    let (a, b) = (1.0 / gamma, gamma);
+    let breakpoints: Vec<f64> = (0..=intervals).map(|i| 2.0 * i as f64 / intervals as f64 - 1.0).collect();
+    let multiplier = |m: f64| {
+        // In x1, x2, v1, v2, w: x2' has v1, z has v2, and V' = 2 (a e (m x1' - x2') + b x1 x1') with e = m x1 - x2.
+        // What goes with v1 is -2 a e; with v2, from z^2/gamma = (e + v2)^2/gamma, 2 e/gamma + v2/gamma.
+        // N (in x1, x2, v, w) is minus half of that; then v1 = wt1 - m w and v2 = wt2 - m x1 are put in.
+        let (first, second) = ([a * m, -a], [-m / gamma, 1.0 / gamma]);
+        let (own1, own2) = (-weight / 2.0, -(weight + 1.0 / gamma) / 2.0);
+        json!([[first[0], first[1], own1, 0.0, -m * own1], [second[0] - m * own2, second[1], 0.0, own2, 0.0]])
+    };
+    let n: Vec<Value> = breakpoints.windows(2).map(|ends| multiplier((ends[0] + ends[1]) / 2.0)).collect();
+    json!({
+        "format": "lpv-certificate/1", "blocks": [2], "controller_blocks": [],
+        "plant": {
+            "A": [[-1.0, 0.0], [0.0, -1.0]], "Bt": [[0.0, 0.0], [1.0, 0.0]], "B1": [[1.0], [0.0]],
+            "B2": [[0.0], [0.0]], "Ct": [[0.0, 0.0], [1.0, 0.0]], "C1": [[0.0, -1.0]], "C2": [[0.0, 0.0]],
+            "Dtt": [[0.0, 0.0], [0.0, 0.0]], "Dt1": [[1.0], [0.0]], "Dt2": [[0.0], [0.0]], "D1t": [[0.0, 1.0]],
+            "D11": [[0.0]], "D12": [[0.0]], "D2t": [[0.0, 0.0]], "D21": [[0.0]]
+        },
+        "controller": {
+            "A": [], "By": [], "Bt": [], "Cu": [[]], "Duy": [[0.0]], "Dut": [[]], "Ct": [], "Dty": [], "Dtt": []
+        },
+        // Sizes alone: |z| <= |x1| + |x2|.
+        "gamma": 8.0, "X": [[1.0, 0.0], [0.0, 1.0]], "S": [[1.0, 0.0], [0.0, 1.0]], "T": [[0.0, 0.0], [0.0, 0.0]],
+        "bounded_rate": {
+            "rate": rate, "gamma": gamma, "inverse": false,
+            "X": [[[b, 0.0], [0.0, a]], [[0.0, -a], [-a, 0.0]], [[a, 0.0], [0.0, 0.0]]],
+            "breakpoints": breakpoints, "N": n
+        }
+    })
+}
+
+#[test]
+fn a_lyapunov_matrix_of_second_order_shows_the_gain_of_the_commutator() {
+    for rate in [0.25, 1.0, 4.0] {
+        let proved = prove(&commutator(rate, 1.1 * rate, 64, 0.1 / rate));
+        assert!(proved.is_ok(), "{rate}: {proved:?}");
+        assert!(prove(&commutator(rate, 0.99 * rate, 64, 0.1 / rate)).is_err());
+        // The same matrices do not show it for a higher rate.
+        let mut faster = commutator(rate, 1.1 * rate, 64, 0.1 / rate);
+        faster["bounded_rate"]["rate"] = json!(1.2 * rate);
+        assert!(prove(&faster).is_err());
+    }
+}
+
+/// The transposed loop of a claim, with its own Lyapunov matrix as the inverse of another: the same gain.
+#[test]
+fn the_inverse_of_a_lyapunov_matrix_is_of_the_transposed_loop() {
+    let transposed = |m: &Value| {
+        let rows: Vec<Vec<f64>> = serde_json::from_value(m.clone()).unwrap();
+        json!((0..rows[0].len()).map(|j| rows.iter().map(|row| row[j]).collect()).collect::<Vec<Vec<f64>>>())
+    };
+    for rate in [0.25, 4.0] {
+        let given = commutator(rate, 1.1 * rate, 64, 0.1 / rate);
+        let mut other = given.clone();
+        let pairs = [
+            ("A", "A"),
+            ("Bt", "Ct"),
+            ("Ct", "Bt"),
+            ("B1", "C1"),
+            ("C1", "B1"),
+            ("Dtt", "Dtt"),
+            ("Dt1", "D1t"),
+            ("D1t", "Dt1"),
+        ];
+        for (to, from) in pairs {
+            other["plant"][to] = transposed(&given["plant"][from]);
+        }
+        assert!(prove(&other).unwrap_err().contains("bounded rate"));
+        other["bounded_rate"]["inverse"] = json!(true);
+        assert!(prove(&other).is_ok(), "{:?}", prove(&other));
+        other["bounded_rate"]["gamma"] = json!(0.99 * rate);
+        assert!(prove(&other).is_err());
+    }
+}
+
+#[test]
+fn what_does_not_fit_is_named() {
+    let changed = |pointer: &str, value: Value| {
+        let mut c = one_interval(0.75, 0.5);
+        *c.pointer_mut(pointer).unwrap() = value;
+        prove(&c).unwrap_err()
+    };
+    let at = |key: &str, value: Value| changed(&format!("/bounded_rate/{key}"), value);
+    assert!(
+        at("inverse", json!(1))
+            .contains("bounded_rate.inverse: found the number 1, allowed is true or false")
+    );
+    assert!(at("rate", json!(-1.0)).contains("the rate is -1e0, must be at least 0"));
+    assert!(at("X", json!([])).contains("bounded_rate.X: has 0 entries, must have 1 to 9"));
+    assert!(at("X", json!([[[-1.0]]])).contains("X[0] is not positive definite"));
+    assert!(at("X", json!([[[1.0]], [[1.0, 0.0]]])).contains("bounded_rate.X[1]: row 0 has 2 numbers"));
+    for wrong in [
+        json!([-1.0, 0.5]),
+        json!([-1.0, 1.0, 1.0]),
+        json!([1.0, -1.0]),
+        json!([]),
+        json!([-1.0, 0.9, 0.8, 1.0]),
+    ] {
+        assert!(at("breakpoints", wrong).contains("breakpoints: must ascend from -1 to 1"));
+    }
+    assert!(
+        at("breakpoints", json!([-1.0, 0.0, 1.0])).contains("bounded_rate.N: has 1 entries, must have 2")
+    );
+    assert!(
+        at("N", json!([[[0.0, 0.0, 0.0, 0.0]]])).contains("bounded_rate.N[0]: found 1 rows, must have 2")
+    );
+    let mut skewed = commutator(1.0, 1.1, 64, 0.1);
+    skewed["bounded_rate"]["X"][1][0][1] = json!(0.5);
+    assert!(prove(&skewed).unwrap_err().contains("X[1] is not symmetric"));
+    let mut alone = one_interval(0.75, 0.5);
+    alone["bounded_rate"]["residual"] = alone["bounded_rate"].clone();
+    alone["bounded_rate"]["residual"]["lambda"] = json!(1.0);
+    alone["bounded_rate"]["residual"].as_object_mut().unwrap().remove("rate");
+    assert!(prove(&alone).unwrap_err().contains("bounded_rate.residual: needs the section residual"));
+    let mut two = one_interval(0.75, 0.5);
+    two["blocks"] = json!([1, 0]);
+    two["controller_blocks"] = json!([0, 1]);
+    assert!(prove(&two).unwrap_err().contains("bounded_rate: is of 1 parameter"));
+}
+
+/// The certificate of a controller that was made for a bounded rate.
+const GOLDEN: &str = "remus100_bounded_rate";
+
+/// The largest eigenvalue, scaled to a unit diagonal, of the inequality of the frozen loops in floating point, at 65
+/// values of theta and both signs of the rate; neither the multipliers nor the intervals are used.
+fn largest_eigenvalue(c: &Certificate) -> f64 {
+    let bounded = c.bounded_rate.as_ref().unwrap();
+    let Slow { gamma, inverse, x, .. } = &bounded.slow;
+    let closed = Loop::new(c);
+    let n = x[0].len();
+    let matrix = |rows: &certificate::Rows| DMatrix::from_fn(n, n, |i, j| rows[i][j]);
+    let mut worst = f64::NEG_INFINITY;
+    for step in 0..=64 {
+        let theta = f64::from(step) / 32.0 - 1.0;
+        let sum = |weight: &dyn Fn(i32) -> f64| {
+            x.iter().zip(0..).fold(DMatrix::zeros(n, n), |sum, (x, k)| sum + matrix(x) * weight(k))
+        };
+        let (lyapunov, slope) =
+            (sum(&|k| theta.powi(k)), sum(&|k| if k == 0 { 0.0 } else { f64::from(k) * theta.powi(k - 1) }));
+        let Some((_, system)) = closed.frozen(&[theta], None) else { return f64::INFINITY };
+        let system = if *inverse { system.transpose() } else { system };
+        let part = |i, j, rows, cols| system.view((i, j), (rows, cols)).into_owned();
+        let (w, z) = (system.ncols() - n, system.nrows() - n);
+        let (a, b, of_c, d) = (part(0, 0, n, n), part(0, n, n, w), part(n, 0, z, n), part(n, n, z, w));
+        for rate in [bounded.rate, -bounded.rate] {
+            let mut whole = DMatrix::zeros(n + w + z, n + w + z);
+            let lyapunov_part = a.transpose() * &lyapunov + &lyapunov * &a + &slope * rate;
+            whole.view_mut((0, 0), (n, n)).copy_from(&lyapunov_part);
+            whole.view_mut((0, n), (n, w)).copy_from(&(&lyapunov * &b));
+            whole.view_mut((0, n + w), (n, z)).copy_from(&of_c.transpose());
+            whole.view_mut((n, n + w), (w, z)).copy_from(&d.transpose());
+            whole.view_mut((n, n), (w + z, w + z)).fill_diagonal(-gamma);
+            whole.fill_lower_triangle_with_upper_triangle();
+            worst = worst.max(scaled(&whole)).max(scaled(&-&lyapunov));
+        }
+    }
+    worst
+}
+
+fn scaled(m: &DMatrix<f64>) -> f64 {
+    if m.diagonal().iter().any(|d| *d >= 0.0 || d.is_nan()) {
+        return f64::INFINITY;
+    }
+    let scale = DMatrix::from_diagonal(&m.diagonal().map(|d| 1.0 / (-d).sqrt()));
+    (&scale * m * &scale).symmetric_eigenvalues().max()
+}
+
+/// How far the eigenvalues in floating point may be on the wrong side of zero by rounding.
+const ROUNDING: f64 = 1e-9;
+
+#[test]
+fn the_golden_certificate_is_proved_and_holds_in_floating_point() {
+    let golden = Certificate::from_json(&golden_text(GOLDEN)).unwrap();
+    let theorem = golden.prove().unwrap();
+    let slow = theorem.bounded_rate.unwrap();
+    assert!(slow.gamma < theorem.gamma && slow.gamma_with_model_error.unwrap() > slow.gamma);
+    assert!(largest_eigenvalue(&golden) < 0.0);
+    assert_eq!(Certificate::from_json(&golden.to_json().unwrap()).unwrap(), golden);
+}
+
+/// One number of the section, or of the controller, is changed: whatever still proves must hold in floating point.
+#[test]
+fn tampering_is_refused_or_harmless() {
+    let file: Value = serde_json::from_str(&golden_text(GOLDEN)).unwrap();
+    let mut places = vec![];
+    for key in ["rate", "gamma", "X", "N", "breakpoints"] {
+        leaves(&file["bounded_rate"][key], &format!("/bounded_rate/{key}"), &mut places);
+    }
+    leaves(&file["controller"], "/controller", &mut places);
+    let change = prop_oneof![Just(-1.0), Just(0.0), Just(10.0), Just(0.1), Just(1.01), Just(1.0 + 1e-9)];
+    let (accepted, refused) = (Cell::new(0), Cell::new(0));
+    let mut runner = TestRunner::new(Config { cases: 120, failure_persistence: None, ..Config::default() });
+    let outcome = runner.run(&(prop::sample::select(places), change), |(pointer, factor)| {
+        let mut lie = file.clone();
+        let old = lie.pointer(&pointer).unwrap().as_f64().unwrap();
+        prop_assume!(old != 0.0);
+        *lie.pointer_mut(&pointer).unwrap() = json!(old * factor);
+        let Ok(c) = Certificate::from_json(&lie.to_string()) else {
+            prop_assert!(pointer.contains("breakpoints"), "{pointer}");
+            refused.set(refused.get() + 1);
+            return Ok(());
+        };
+        match c.prove() {
+            Ok(_) => {
+                accepted.set(accepted.get() + 1);
+                prop_assert!(largest_eigenvalue(&c) < ROUNDING, "{pointer} times {factor} is accepted");
+            }
+            Err(_) => refused.set(refused.get() + 1),
+        }
+        Ok(())
+    });
+    println!("{} accepted, {} refused", accepted.get(), refused.get());
+    outcome.unwrap();
+    assert!(accepted.get() > 0 && refused.get() > 0);
+}
+
+fn leaves(value: &Value, at: &str, found: &mut Vec<String>) {
+    match value {
+        Value::Number(_) => found.push(at.to_string()),
+        Value::Array(items) => {
+            items.iter().enumerate().for_each(|(i, v)| leaves(v, &format!("{at}/{i}"), found))
+        }
+        Value::Object(items) => items.iter().for_each(|(k, v)| leaves(v, &format!("{at}/{k}"), found)),
+        _ => (),
+    }
+}

@@ -1,0 +1,58 @@
+//! The section `bounded_rate` of the certificate: the bound for a speed that moves at a bounded rate, for the fit and
+//! for the ball of models around it.
+
+use crate::error::Error;
+use certificate::{BoundedRate, Slow, SlowResidual};
+use lpv::bounded_rate::{Claim, SlowBound, intervals};
+use lpv::error::SynthesisError;
+use lpv::matrix::to_rows;
+use lpv::model_error::LoopError;
+use lpv::plant::ClosedLoop;
+
+/// By how much the gamma of the fit is raised for the ball, and how the multiplier of Delta is varied around the one
+/// for a speed that moves however fast: tried in turn.
+const RAISES: [f64; 7] = [1.005, 1.01, 1.02, 1.03, 1.05, 1.1, 1.3];
+const FACTORS: [f64; 7] = [1.0, 0.5, 2.0, 0.25, 4.0, 0.1, 10.0];
+
+/// The section for a bound of a loop, with a bound by the same Lyapunov matrix that covers the model error.
+///
+/// # Errors
+/// [`Error::Synthesis`] when no bound covers the model error.
+pub(crate) fn bounded_rate(
+    closed: &ClosedLoop,
+    error: &LoopError,
+    slow: &SlowBound,
+    lambda: f64,
+) -> Result<BoundedRate, Error> {
+    // That of the transposed loop is the reciprocal.
+    let lambda = if slow.inverse { 1.0 / lambda } else { lambda };
+    let tries = RAISES.iter().flat_map(|raise| FACTORS.iter().map(move |factor| (raise, factor)));
+    let claims = tries.map(|(raise, factor)| Claim {
+        closed,
+        error,
+        inverse: slow.inverse,
+        lyapunov: &slow.lyapunov,
+        rate: slow.rate,
+        gamma: raise * slow.gamma,
+        lambda: factor * lambda,
+    });
+    let covered = claims.into_iter().find_map(intervals).ok_or_else(|| SynthesisError::Numerical {
+        stage: "model error at a bounded rate",
+        diagnosis: "the Lyapunov matrix of the fit shows no gain for the models in the ball around it".into(),
+    })?;
+    Ok(BoundedRate {
+        rate: slow.rate,
+        slow: section(slow),
+        residual: Some(SlowResidual { lambda: covered.lambda, slow: section(&covered) }),
+    })
+}
+
+fn section(bound: &SlowBound) -> Slow {
+    Slow {
+        gamma: bound.gamma,
+        inverse: bound.inverse,
+        x: bound.lyapunov.iter().map(to_rows).collect(),
+        breakpoints: bound.breakpoints.clone(),
+        n: bound.multipliers.iter().map(to_rows).collect(),
+    }
+}

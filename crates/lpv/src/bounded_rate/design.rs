@@ -1,0 +1,367 @@
+//! The design of a controller for a parameter that moves at a bounded rate, in one go.
+
+use crate::analysis::bounded_gain::{Base, search};
+use crate::analysis::gain_bound::GainBound;
+use crate::analysis::rate::rate_bounded_gain;
+use crate::analysis::rate_program::RateOptions;
+use crate::bounded_rate::central::{Central, central, in_coordinates};
+use crate::bounded_rate::inequalities::{Grid, Pair, Varying, at};
+use crate::bounded_rate::intervals::{Claim, SlowBound, intervals};
+use crate::bounded_rate::scheduled::through;
+use crate::error::{LftError, SynthesisError};
+use crate::matrix::{Mat, pseudo_inverse, symmetric_part};
+use crate::synthesis::ScalingClass;
+use crate::synthesis::balance::Coordinates;
+use crate::synthesis::least_gamma::least_gamma_within;
+use crate::system::controller::Controller;
+use crate::system::model_error::LoopError;
+use crate::system::plant::{ClosedLoop, GeneralisedPlant};
+use crate::system::polynomial::MatrixPolynomial;
+use crate::system::state_space::StateSpace;
+
+/// What is asked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SlowOptions {
+    /// The bound nu on `|theta'|`, in units of theta per unit of time.
+    pub rate: f64,
+    /// The controller is built at `(1 + back_off)` times the least gamma.
+    pub back_off: f64,
+    /// How close to the least gamma the one sought is, relative to itself.
+    pub accuracy: f64,
+    /// Values of the parameter, evenly spread over [-1, 1], at which the inequalities are imposed.
+    pub points: usize,
+    /// The order of the Lyapunov matrix that depends on the parameter.
+    pub order: usize,
+}
+
+impl SlowOptions {
+    /// The usual ones.
+    pub fn at(rate: f64) -> Self {
+        Self { rate, back_off: 0.1, accuracy: 1e-3, points: 7, order: 1 }
+    }
+}
+
+/// A controller with what is known of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SlowDesign {
+    /// The controller, an LFT in the parameter.
+    pub controller: Controller,
+    /// The least gamma of the inequalities at the values of the parameter.
+    pub least: Least,
+    /// The gamma at which the controller was built.
+    pub gamma_design: f64,
+    /// The gain of the finished loop at the bounded rate.
+    pub bound: SlowBound,
+    /// The gain of the finished loop however fast the parameter moves; `None` where none was found.
+    pub fast: Option<GainBound>,
+}
+
+/// The least gamma at some values of the parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Least {
+    /// The gamma.
+    pub gamma: f64,
+    /// The matrix that varies there.
+    pub varying: Varying,
+}
+
+const STAGE: &str = "synthesis at a bounded rate";
+
+/// By how much the gain of the finished loop, an LFT, may be above that of the controllers that it goes through.
+const LOSS: f64 = 0.03;
+
+/// Values of the parameter at which controllers are computed.
+const SAMPLES: usize = 21;
+
+/// Orders of the polynomials through them, and what part of the largest singular value may be dropped.
+const ORDERS: [usize; 4] = [1, 2, 3, 4];
+const TOLERANCES: [f64; 9] = [0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4, 1e-4, 1e-5, 1e-6];
+
+/// How much higher the order of a Lyapunov matrix is that is a rational function.
+const RATIONAL_ORDER: usize = 2;
+
+/// Controllers whose loops are searched for a Lyapunov matrix of their own.
+const MOST_TRIES: usize = 3;
+
+/// Coordinates in which the plant is well conditioned, and the gain that counts as 1.
+struct Place {
+    coordinates: Coordinates,
+    unit: f64,
+}
+
+impl Place {
+    /// Those of the least gamma for parameters that move however fast, where there is one.
+    fn new(plant: &GeneralisedPlant) -> Self {
+        match least_gamma_within(plant, ScalingClass::SymmetricAndSkew, COORDINATES_ACCURACY) {
+            Ok((coordinates, found)) => Self { coordinates, unit: found.gamma },
+            Err(_) => Self { coordinates: Coordinates::diagonal(plant), unit: 1.0 },
+        }
+    }
+
+    fn plant(&self, plant: &GeneralisedPlant) -> GeneralisedPlant {
+        self.coordinates.apply(&plant.in_units_of(self.unit))
+    }
+
+    fn grid(
+        &self,
+        plant: &GeneralisedPlant,
+        options: SlowOptions,
+        varying: Varying,
+    ) -> Result<Grid, SynthesisError> {
+        let points = frozen(&self.plant(plant), options.points)?;
+        let rate = self.coordinates.scaled_rate(options.rate);
+        Ok(Grid { points, rate, varying, order: options.order })
+    }
+}
+
+/// How near to the least the gamma comes in whose coordinates the inequalities are solved.
+const COORDINATES_ACCURACY: f64 = 0.02;
+
+/// The plant frozen at values evenly spread over [-1, 1].
+fn frozen(plant: &GeneralisedPlant, count: usize) -> Result<Vec<(f64, GeneralisedPlant)>, SynthesisError> {
+    let wrong = |e: LftError| SynthesisError::numerical(STAGE, e.to_string());
+    let last = count.max(2) - 1;
+    let theta = |i: usize| 2.0 * i as f64 / last as f64 - 1.0;
+    (0..=last).map(|i| Ok((theta(i), plant.frozen(&[theta(i)]).map_err(wrong)?))).collect()
+}
+
+/// The least gamma for a plant of one parameter with `|theta'| <= rate`, at values of the parameter.
+///
+/// # Errors
+/// [`SynthesisError::Numerical`] for other than one parameter; those of the solver.
+pub fn least_gamma(plant: &GeneralisedPlant, options: SlowOptions) -> Result<Least, SynthesisError> {
+    let ways = ways(plant, &Place::new(plant), options)?;
+    // In ascending order, and not empty.
+    ways.first().copied().ok_or_else(|| SynthesisError::numerical(STAGE, "nothing was tried"))
+}
+
+/// The least gamma for each choice of what varies, ascending; at least one.
+fn ways(plant: &GeneralisedPlant, place: &Place, options: SlowOptions) -> Result<Vec<Least>, SynthesisError> {
+    plant.check()?;
+    if plant.blocks.len() != 1 {
+        let words = format!("the plant has {} parameters, a bounded rate is of one", plant.blocks.len());
+        return Err(SynthesisError::numerical(STAGE, words));
+    }
+    let (mut found, mut failure) = (vec![], None);
+    for varying in [Varying::Both, Varying::X, Varying::Y] {
+        match place.grid(plant, options, varying)?.least(options.accuracy) {
+            Ok(gamma) => found.push(Least { gamma: gamma * place.unit, varying }),
+            Err(e) => failure = Some(e),
+        }
+    }
+    found.sort_by(|one, other| one.gamma.total_cmp(&other.gamma));
+    match failure {
+        Some(e) if found.is_empty() => Err(e),
+        _ => Ok(found),
+    }
+}
+
+/// Designs a controller for a plant of one parameter with `|theta'| <= rate`, and bounds the gain of the loop that it
+/// closes, between all values of the parameter.
+///
+/// What varies, X, Y or both, is chosen by the bound of the finished loop; a choice whose least gamma is above a bound
+/// that is known is not tried.
+///
+/// # Errors
+/// As [`least_gamma`]; [`SynthesisError::Numerical`] too when no LFT through the controllers keeps their gamma.
+pub fn synthesise(plant: &GeneralisedPlant, options: SlowOptions) -> Result<SlowDesign, SynthesisError> {
+    let place = Place::new(plant);
+    let mut best: Option<SlowDesign> = None;
+    let mut failure = None;
+    for least in ways(plant, &place, options)? {
+        if best.as_ref().is_some_and(|known| known.bound.gamma <= least.gamma) {
+            break;
+        }
+        match build(plant, &place.coordinates, least, options) {
+            Ok(found) if best.as_ref().is_none_or(|known| found.bound.gamma < known.bound.gamma) => {
+                best = Some(found);
+            }
+            Ok(_) => {}
+            Err(e) => failure = failure.or(Some(e)),
+        }
+    }
+    best.ok_or_else(|| failure.unwrap_or_else(|| SynthesisError::numerical(STAGE, "nothing was tried")))
+}
+
+/// Builds the controller above a least gamma.
+fn build(
+    plant: &GeneralisedPlant,
+    coordinates: &Coordinates,
+    least: Least,
+    options: SlowOptions,
+) -> Result<SlowDesign, SynthesisError> {
+    let gamma_design = (1.0 + options.back_off) * least.gamma;
+    let place = Place { coordinates: coordinates.clone(), unit: gamma_design };
+    let grid = place.grid(plant, options, least.varying)?;
+    let pair = grid.centre(1.0)?;
+    let family = family(&place.plant(plant), &pair, least.varying)?;
+    let (controller, bound) = simplest(plant, &place, &family, (options, least.varying))?;
+    let closed = plant.close(&controller);
+    let fast = however_fast(&closed, &bound);
+    let bound = tightened(&closed, bound.rate, bound.gamma).unwrap_or(bound);
+    Ok(SlowDesign { controller, least, gamma_design, bound, fast })
+}
+
+/// The controllers at many values of the parameter, in the coordinates in which the Lyapunov matrix of their states is
+/// the identity in the middle.
+fn family(
+    plant: &GeneralisedPlant,
+    pair: &Pair,
+    varying: Varying,
+) -> Result<Vec<(f64, Central)>, SynthesisError> {
+    let n = plant.sizes().x;
+    let each = frozen(plant, SAMPLES)?.into_iter().map(|(theta, frozen)| {
+        let found = central(&frozen, &at(&pair.x, theta), &at(&pair.y, theta), varying);
+        found.map(|found| (theta, found)).ok_or_else(|| {
+            let words =
+                format!("no controller in closed form at theta = {theta}: X, Y, D12 or D21 is singular");
+            SynthesisError::numerical(STAGE, words)
+        })
+    });
+    let found: Vec<(f64, Central)> = each.collect::<Result<_, _>>()?;
+    let middle = &found[SAMPLES / 2].1.lyapunov;
+    let own = symmetric_part(&middle.view((n, n), (n, n)).into_owned());
+    let singular = || SynthesisError::numerical(STAGE, "the Lyapunov matrix of the controller is singular");
+    let root = own.cholesky().ok_or_else(singular)?.l().transpose();
+    let inverse = root.clone().try_inverse().ok_or_else(singular)?;
+    // In the coordinates T the Lyapunov matrix is T' P T, its inverse T^-1 Q T^-T.
+    let (t, t_inverse) = match varying {
+        Varying::X | Varying::Both => (inverse, root),
+        Varying::Y => (root.transpose(), inverse.transpose()),
+    };
+    let own = if varying != Varying::Y { t.clone() } else { t_inverse.transpose() };
+    Ok(found.into_iter().map(|(theta, c)| (theta, in_coordinates(&c, (&t, &t_inverse), &own))).collect())
+}
+
+/// The LFT of the fewest channels through a family of controllers that keeps their gain, but for [`LOSS`].
+fn simplest(
+    plant: &GeneralisedPlant,
+    place: &Place,
+    family: &[(f64, Central)],
+    (options, varying): (SlowOptions, Varying),
+) -> Result<(Controller, SlowBound), SynthesisError> {
+    let s = plant.sizes();
+    let samples: Vec<(f64, Mat)> = family.iter().map(|(theta, c)| (*theta, c.matrix.clone())).collect();
+    let mut candidates: Vec<Controller> = vec![];
+    for order in ORDERS {
+        for tolerance in TOLERANCES {
+            candidates.extend(through(&samples, (s.x, s.y, s.u), order, tolerance));
+        }
+    }
+    candidates.sort_by_key(|k| k.blocks.iter().sum::<usize>());
+    let gamma = place.unit * (1.0 + LOSS);
+    let inverse = varying == Varying::Y;
+    // [X Z; Z Z] with Z = X - Y^-1 is no polynomial where Y varies.
+    let order = if varying == Varying::Both { options.order + RATIONAL_ORDER } else { options.order };
+    let (rate, lyapunov) = (options.rate, lyapunov_matrix(place, family, order, inverse)?);
+    let controllers: Vec<Controller> = candidates.iter().map(|k| place.coordinates.undo(k)).collect();
+    for controller in &controllers {
+        let closed = plant.close(controller);
+        let none = LoopError::none(&closed);
+        let error = &none;
+        let claim = Claim { closed: &closed, error, inverse, lyapunov: &lyapunov, rate, gamma, lambda: 0.0 };
+        if let Some(bound) = intervals(claim) {
+            return Ok((controller.clone(), bound));
+        }
+    }
+    // The loop may have a bound by a Lyapunov matrix of its own.
+    let keeps = |k: &&Controller| {
+        let loops = frozen_loops(&plant.close(k)).unwrap_or_default();
+        !loops.is_empty() && loops.iter().all(|(_, s)| s.hinf_norm().value < gamma)
+    };
+    let own = |k: &Controller| Some((k.clone(), tightened(&plant.close(k), rate, FAST_GUESS * gamma)?));
+    if let Some(found) = controllers.iter().filter(keeps).take(MOST_TRIES).find_map(own) {
+        return Ok(found);
+    }
+    Err(SynthesisError::numerical(
+        STAGE,
+        "no LFT through the controllers keeps their gain; try a larger back-off",
+    ))
+}
+
+/// The polynomial through the Lyapunov matrices of a family, or through their inverses, in the plant's coordinates.
+fn lyapunov_matrix(
+    place: &Place,
+    family: &[(f64, Central)],
+    order: usize,
+    inverse: bool,
+) -> Result<Vec<Mat>, SynthesisError> {
+    let samples: Vec<(f64, Mat)> = family.iter().map(|(theta, c)| (*theta, c.lyapunov.clone())).collect();
+    let fit = MatrixPolynomial::fit(&samples, order)
+        .map_err(|e| SynthesisError::numerical(STAGE, e.to_string()))?;
+    let undone = |m: &Mat| symmetric_part(&place.coordinates.undo_lyapunov(m, inverse));
+    Ok(fit.coefficients.iter().map(undone).collect())
+}
+
+/// A bound of a loop below `gamma`, by a Lyapunov matrix of its own: that of the synthesis is made for other aims.
+/// `None` where none was found, and for loops of more than [`MOST_STATES`] states.
+fn tightened(closed: &ClosedLoop, rate: f64, gamma: f64) -> Option<SlowBound> {
+    let order = match closed.a().nrows() {
+        0..=FEW_STATES => 2,
+        states if states <= MOST_STATES => 1,
+        _ => return None,
+    };
+    let options = RateOptions { order, accuracy: TIGHTENED, ..RateOptions::default() };
+    let found = rate_bounded_gain(&frozen_loops(closed).ok()?, rate, options).ok()?;
+    let least = (1.0 + TIGHTENED) * found.gamma;
+    let (error, lyapunov) = (&LoopError::none(closed), &found.proof.lyapunov.coefficients);
+    let claim = Claim { closed, error, inverse: false, lyapunov, rate, gamma: least, lambda: 0.0 };
+    if least < gamma { intervals(claim) } else { None }
+}
+
+fn frozen_loops(closed: &ClosedLoop) -> Result<Vec<(f64, StateSpace)>, LftError> {
+    let theta = |i: usize| 2.0 * i as f64 / (SAMPLES - 1) as f64 - 1.0;
+    (0..SAMPLES).map(|i| Ok((theta(i), closed.frozen(&[theta(i)])?))).collect()
+}
+
+/// The search for a loop's own Lyapunov matrix takes a second at 12 states and a minute at 30: with more states it is
+/// affine in the parameter, and with still more it is left out.
+const FEW_STATES: usize = 20;
+const MOST_STATES: usize = 40;
+
+/// How near to the least gain of a finished loop the one sought is, relative to itself, and how far above the one
+/// found the one claimed, so that the inequality holds clearly.
+const TIGHTENED: f64 = 0.01;
+
+/// A bound for a parameter that moves however fast, sought from what shows the one at a bounded rate.
+fn however_fast(closed: &ClosedLoop, slow: &SlowBound) -> Option<GainBound> {
+    let r = closed.channels.len();
+    let none = LoopError::none(closed);
+    let middle = slow.lyapunov.first()?.clone();
+    let x = if slow.inverse { symmetric_part(&middle.cholesky()?.inverse()) } else { middle };
+    let mut bound = GainBound {
+        gamma: FAST_GUESS * slow.gamma,
+        s: channel_sizes(closed, &x),
+        x,
+        t: Mat::zeros(r, r),
+        lambda: 0.0,
+        largest_eigenvalue: f64::NAN,
+    };
+    let mut best: Option<GainBound> = None;
+    for tolerance in [0.3, 0.05, 0.01, 0.01] {
+        let Ok((found, _)) = search(Base { closed, error: &none, bound: &bound }, tolerance) else { break };
+        if found.largest_eigenvalue >= 0.0 {
+            break;
+        }
+        bound = found.clone();
+        best = Some(found);
+    }
+    best
+}
+
+/// A first guess at the gain for a parameter that moves however fast, relative to that at the bounded rate.
+const FAST_GUESS: f64 = 1.5;
+
+/// A guess at S: what the loop at theta = 0, in the metric of its Lyapunov matrix, lets through to the channels.
+fn channel_sizes(closed: &ClosedLoop, x: &Mat) -> Mat {
+    let (ct, bt) = (closed.ct(), closed.bt());
+    let r = closed.channels.len();
+    let inverse = pseudo_inverse(x, f64::EPSILON);
+    let out = (&ct * &inverse * ct.transpose()).diagonal();
+    let into = (bt.transpose() * x * &bt).diagonal();
+    let size = |i: usize| {
+        let (a, b): (f64, f64) = (into[i], out[i]);
+        if a > 0.0 && b > 0.0 { (a / b).sqrt() } else { 1.0 }
+    };
+    Mat::from_fn(r, r, |i, j| if i == j { size(i) } else { 0.0 })
+}

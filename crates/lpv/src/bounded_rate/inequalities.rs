@@ -1,0 +1,212 @@
+//! The synthesis inequalities at values of the parameter, for both signs of its rate.
+//!
+//! ```text
+//! N' [ A'X + XA + r X'  XB1  C1' ; * -gamma I  D11' ; * * -gamma I ] N < 0,    N spans ker [C2 D21 0]
+//! ```
+//!
+//! the same of the transposed plant with Y and -r Y', and `[X I; I Y] > 0`, for r = nu and r = -nu. X and Y are
+//! polynomials in theta, or one of them is, and the other constant. Between the values nothing is said: what counts
+//! is the finished loop.
+
+use crate::analysis::bounded_real::{Multipliers, bounded_real_compact};
+use crate::error::SynthesisError;
+use crate::lmi::program::{Affine, Program, symmetric};
+use crate::lmi::solver;
+use crate::lmi::solver_options::SolverOptions;
+use crate::matrix::{Mat, symmetric_part};
+use crate::synthesis::inequalities::{coupling, unmeasured};
+use crate::system::model_error::LoopError;
+use crate::system::plant::GeneralisedPlant;
+
+/// Which of the two Lyapunov matrices depend on the parameter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Varying {
+    /// X, that of the observer.
+    X,
+    /// Y, that of the state feedback.
+    Y,
+    /// Both. The controller that belongs to them contains the parameter's rate; without that term it is another, and
+    /// only the analysis of its loop tells what it is worth.
+    Both,
+}
+
+/// A plant at some values of its parameter, and how it moves.
+#[derive(Debug, Clone)]
+pub(crate) struct Grid {
+    /// theta, and the plant frozen there.
+    pub(crate) points: Vec<(f64, GeneralisedPlant)>,
+    /// nu, in the plant's unit of time.
+    pub(crate) rate: f64,
+    pub(crate) varying: Varying,
+    /// The order of the matrix that varies.
+    pub(crate) order: usize,
+}
+
+/// A solution: `X_0, X_1, ...` and `Y_0, Y_1, ...`.
+#[derive(Debug, Clone)]
+pub(crate) struct Pair {
+    pub(crate) x: Vec<Mat>,
+    pub(crate) y: Vec<Mat>,
+}
+
+/// `sum_k theta^k m_k`.
+pub(crate) fn at(coefficients: &[Mat], theta: f64) -> Mat {
+    let mut terms = coefficients.iter().rev();
+    let highest = terms.next().cloned().unwrap_or_else(|| Mat::zeros(0, 0));
+    terms.fold(highest, |sum, m| sum * theta + m)
+}
+
+const STAGE: &str = "synthesis at a bounded rate";
+
+/// How many times their least size X and Y may reach.
+const LARGEST_GROWTH: f64 = 10.0;
+
+/// How closely sizes, room and clearance are sought.
+const SCALE_TOLERANCE: f64 = 1e-2;
+const CLEARANCE_TOLERANCE: f64 = 0.3;
+
+struct Unknowns {
+    x: Vec<Affine>,
+    y: Vec<Affine>,
+}
+
+fn affine_at(coefficients: &[Affine], theta: f64) -> Affine {
+    weighted(coefficients, |k| theta.powi(k as i32))
+}
+
+fn slope_at(coefficients: &[Affine], theta: f64) -> Affine {
+    weighted(coefficients, |k| if k == 0 { 0.0 } else { k as f64 * theta.powi(k as i32 - 1) })
+}
+
+fn weighted(coefficients: &[Affine], weight: impl Fn(usize) -> f64) -> Affine {
+    let n = coefficients.first().map_or(0, |m| m.shape().0);
+    let terms = coefficients.iter().enumerate().map(|(k, m)| (weight(k), m));
+    terms.filter(|(w, _)| *w != 0.0).fold(Affine::zeros(n, n), |sum, (w, m)| sum + m.scaled(w))
+}
+
+impl Grid {
+    fn unknowns(&self, program: &mut Program) -> Unknowns {
+        let n = self.points.first().map_or(0, |(_, plant)| plant.sizes().x);
+        let mut family = |varies: bool| -> Vec<Affine> {
+            (0..=if varies { self.order } else { 0 }).map(|_| program.symmetric(n)).collect()
+        };
+        Unknowns { x: family(self.varying != Varying::Y), y: family(self.varying != Varying::X) }
+    }
+
+    /// All inequalities but the coupling of X and Y; each holds by `clearance I`, a 1 x 1 expression.
+    fn state(&self, program: &mut Program, unknowns: &Unknowns, gamma: &Affine, clearance: Option<&Affine>) {
+        for (theta, plant) in &self.points {
+            let sides = [(plant.clone(), &unknowns.x), (plant.dual(), &unknowns.y)];
+            for (side, coefficients) in sides {
+                let matrix = affine_at(coefficients, *theta);
+                let signs: &[f64] =
+                    if coefficients.len() > 1 && self.rate > 0.0 { &[1.0, -1.0] } else { &[0.0] };
+                for sign in signs {
+                    let drift = slope_at(coefficients, *theta).scaled(sign * self.rate);
+                    let whole = projected(&side, gamma, &matrix, &drift);
+                    let size = whole.shape().0;
+                    program.negative(
+                        STAGE,
+                        match clearance {
+                            Some(by) => whole + by.times_identity(size),
+                            None => whole,
+                        },
+                    );
+                }
+            }
+        }
+    }
+
+    /// `[X cI; cI Y] > 0` at each point.
+    fn couple(&self, program: &mut Program, unknowns: &Unknowns, c: f64) {
+        for (theta, _) in &self.points {
+            let (x, y) = (affine_at(&unknowns.x, *theta), affine_at(&unknowns.y, *theta));
+            program.positive("[X I; I Y]", coupling(&x, &y, c));
+        }
+    }
+
+    fn read(unknowns: &Unknowns, program: &Program, point: &[f64]) -> Pair {
+        let value =
+            |family: &[Affine]| family.iter().map(|e| symmetric_part(&e.value(program, point))).collect();
+        Pair { x: value(&unknowns.x), y: value(&unknowns.y) }
+    }
+
+    /// The least gamma, to an accuracy relative to itself plus 1.
+    pub(crate) fn least(&self, accuracy: f64) -> Result<f64, SynthesisError> {
+        let mut program = Program::new();
+        let unknowns = self.unknowns(&mut program);
+        let gamma = program.scalar();
+        self.state(&mut program, &unknowns, &gamma, None);
+        self.couple(&mut program, &unknowns, 1.0);
+        program.minimise_trace(&gamma, 1.0);
+        let solution = solver::solve(&program, STAGE, SolverOptions::within(accuracy))?;
+        if solution.margin <= 0.0 {
+            return Err(SynthesisError::numerical(STAGE, "the inequalities are missed at the gamma found"));
+        }
+        Ok(gamma.value(&program, &solution.x)[(0, 0)])
+    }
+
+    /// The point well inside the inequalities at a gamma above the least: X and Y as small as they may be, then, up to
+    /// ten times as large, with the most room between X and Y^-1, then, with half of that room, the clearest.
+    pub(crate) fn centre(&self, gamma: f64) -> Result<Pair, SynthesisError> {
+        let level = Affine::constant(Mat::from_element(1, 1, gamma));
+        let mut program = Program::new();
+        let unknowns = self.unknowns(&mut program);
+        self.state(&mut program, &unknowns, &level, None);
+        self.couple(&mut program, &unknowns, 1.0);
+        program.minimise_trace(&unknowns.x[0], 1.0);
+        program.minimise_trace(&unknowns.y[0], 1.0);
+        let solution = solver::solve(&program, STAGE, SolverOptions::within(SCALE_TOLERANCE))?;
+        let small = Self::read(&unknowns, &program, &solution.x);
+
+        let (roomy, room) = self.push(&level, &small, None)?;
+        let kept = 1.0 + 0.5 * (room - 1.0).max(0.0);
+        Ok(self.push(&level, &small, Some(kept)).map_or(roomy, |(clear, _)| clear))
+    }
+
+    /// Maximises the room c in `[X cI; cI Y]`, or at a given one the clearance.
+    fn push(&self, level: &Affine, small: &Pair, room: Option<f64>) -> Result<(Pair, f64), SynthesisError> {
+        let mut program = Program::new();
+        let unknowns = self.unknowns(&mut program);
+        let value = program.scalar();
+        self.state(&mut program, &unknowns, level, room.map(|_| &value));
+        let n = small.x.first().map_or(0, Mat::nrows);
+        for (theta, _) in &self.points {
+            let (x, y) = (affine_at(&unknowns.x, *theta), affine_at(&unknowns.y, *theta));
+            for (e, least) in [(&x, at(&small.x, *theta)), (&y, at(&small.y, *theta))] {
+                program.positive("upper bound", Affine::constant(least * LARGEST_GROWTH) - e.clone());
+            }
+            let between = match room {
+                Some(kept) => Affine::constant(Mat::identity(n, n) * kept),
+                None => value.times_identity(n),
+            };
+            let whole = symmetric(&[vec![x, between], vec![y]]);
+            program.positive("[X cI; cI Y]", whole);
+        }
+        program.minimise_trace(&value, -1.0);
+        let search = match room {
+            None => SolverOptions::within(SCALE_TOLERANCE),
+            Some(_) => SolverOptions { floor: 1e-9, ..SolverOptions::within(CLEARANCE_TOLERANCE) },
+        };
+        let solution = solver::solve(&program, STAGE, search)?;
+        if solution.margin <= 0.0 {
+            return Err(SynthesisError::numerical(
+                STAGE,
+                "no point clearly inside the inequalities was found",
+            ));
+        }
+        let reached = value.value(&program, &solution.x)[(0, 0)];
+        Ok((Self::read(&unknowns, &program, &solution.x), reached))
+    }
+}
+
+/// The bounded-real inequality of a frozen plant with its control taken out, `drift` added to its first block.
+fn projected(plant: &GeneralisedPlant, gamma: &Affine, x: &Affine, drift: &Affine) -> Affine {
+    let open = plant.open();
+    let (zero, none) = (Affine::zeros(1, 1), Affine::zeros(0, 0));
+    let m = Multipliers { gamma: gamma.clone(), x: x.clone(), s: none.clone(), t: none, lambda: zero };
+    let whole = bounded_real_compact(&open, &LoopError::none(&open), &m);
+    let (n, all) = (x.shape().0, whole.shape().0);
+    let first = Mat::from_fn(n, all, |i, j| if i == j { 1.0 } else { 0.0 });
+    (whole + drift.congruence(&first)).congruence(&unmeasured(plant))
+}

@@ -1,0 +1,273 @@
+//! Multipliers that prove the gain of a finished loop at a bounded rate, between all values of the parameter.
+//!
+//! On an interval of theta the form
+//!
+//! ```text
+//! q(xi) = 2 x'X(theta) x' +- nu x' dX/dtheta x + z'z/gamma - gamma w'w + lambda (z_D'z_D - w_D'w_D)
+//!         + 2 (N xi)'(wt - theta zt),          xi = (x, wt, w_D, w)
+//! ```
+//!
+//! with a constant N is a polynomial in theta, and negative where its Bernstein coefficients on the interval are. With
+//! `v = wt - m zt`, m in the middle, N is chosen so that at m what v has to do with the rest goes, and `-v'M v` is
+//! left of it; away from m the form then changes in the second order of the interval's length alone beyond what the
+//! loop's own inequality does, so that halving succeeds wherever that holds strictly. The proof is the crate
+//! `certificate`'s, without rounding; here is floating point.
+
+use crate::analysis::lyapunov_polynomial::LyapunovPolynomial;
+use crate::matrix::{Mat, block, diagonal_blocks, eigenvalues, scaled_largest_eigenvalue, symmetric_part};
+use crate::system::model_error::LoopError;
+use crate::system::partition::Group;
+use crate::system::plant::ClosedLoop;
+
+/// A gain of a loop at a bounded rate, with what shows it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SlowBound {
+    /// nu, the bound on `|theta'|`.
+    pub rate: f64,
+    /// The L2 gain is below this.
+    pub gamma: f64,
+    /// The multiplier of the model error; 0 when there is none.
+    pub lambda: f64,
+    /// Whether the Lyapunov matrix is the inverse of X(theta), and the inequality that of the transposed loop.
+    pub inverse: bool,
+    /// `X_0, X_1, ...`.
+    pub lyapunov: Vec<Mat>,
+    /// Ascending from -1 to 1.
+    pub breakpoints: Vec<f64>,
+    /// N of each interval, channels x (states, channels, rows of Delta, inputs).
+    pub multipliers: Vec<Mat>,
+}
+
+/// The shortest interval, relative to the whole range; where it is not enough the loop's own inequality fails.
+const SHORTEST: f64 = 1.0 / 1024.0;
+
+/// Sizes of M that are tried, relative to one that weighs the channels as the rest is negative at the middle.
+const SIZES: [f64; 6] = [0.3, 1.0, 0.1, 3.0, 0.03, 0.003];
+
+/// Values of theta at which the loop's own inequality is looked at first.
+const FROZEN: usize = 9;
+
+/// An eigenvalue, scaled to unit diagonals, below which a coefficient counts as negative: clear of rounding.
+const CLEARLY_NEGATIVE: f64 = -1e-9;
+
+/// A claim about a loop: its gain at a rate, by a Lyapunov matrix.
+#[derive(Debug, Clone, Copy)]
+pub struct Claim<'a> {
+    /// The loop of one parameter.
+    pub closed: &'a ClosedLoop,
+    /// Its model error.
+    pub error: &'a LoopError,
+    /// Whether the Lyapunov matrix is the inverse of X(theta), and the inequality that of the transposed loop.
+    pub inverse: bool,
+    /// `X_0, X_1, ...` of `X(theta) = X_0 + theta X_1 + ...`.
+    pub lyapunov: &'a [Mat],
+    /// nu.
+    pub rate: f64,
+    /// The gain.
+    pub gamma: f64,
+    /// The multiplier of the model error.
+    pub lambda: f64,
+}
+
+/// Looks for intervals and multipliers that prove a claim. `None` where an interval as short as 1/1024 of the range
+/// is too long: the claim is false, or so nearly so that floating point does not tell.
+pub fn intervals(claim: Claim<'_>) -> Option<SlowBound> {
+    let form = Form::new(claim)?;
+    let step = 2.0 / (FROZEN - 1) as f64;
+    if !(0..FROZEN).all(|i| form.holds_at(step * i as f64 - 1.0).unwrap_or(false)) {
+        return None;
+    }
+    let mut waiting = vec![(-1.0, 1.0)];
+    let (mut breakpoints, mut multipliers) = (vec![-1.0], vec![]);
+    while let Some((from, to)) = waiting.pop() {
+        if let Some(n) = form.multiplier(from, to) {
+            breakpoints.push(to);
+            multipliers.push(&n * &form.back);
+        } else if to - from > 2.0 * SHORTEST {
+            let middle = 0.5 * (from + to);
+            waiting.extend([(middle, to), (from, middle)]);
+        } else {
+            return None;
+        }
+    }
+    Some(SlowBound {
+        rate: claim.rate,
+        gamma: claim.gamma,
+        lambda: claim.lambda,
+        inverse: claim.inverse,
+        lyapunov: claim.lyapunov.to_vec(),
+        breakpoints,
+        multipliers,
+    })
+}
+
+/// A claim in coordinates in which X(0) is the identity.
+struct Form {
+    lyapunov: LyapunovPolynomial,
+    rate: f64,
+    /// What selects x, and x', zt and wt in terms of xi.
+    x: Mat,
+    x_dot: Mat,
+    zt: Mat,
+    wt: Mat,
+    /// What does not depend on theta: z, w, z_D and w_D.
+    constant: Mat,
+    /// x, w_D and w, one after the other, in terms of xi.
+    rest: Mat,
+    /// From the given coordinates to these.
+    back: Mat,
+}
+
+impl Form {
+    fn new(claim: Claim<'_>) -> Option<Self> {
+        let Claim { closed, error, inverse, lyapunov, rate, gamma, lambda } = claim;
+        let root = lyapunov.first()?.clone().cholesky()?.l().transpose();
+        let root_inverse = root.clone().try_inverse()?;
+        let rows = |f: &dyn Fn(Group) -> Mat| [f(Group::X), f(Group::T), f(Group::W)];
+        let line = |group: Group, delta: &Mat| {
+            let [x, t, w] = rows(&|column| closed.parts.block(group, column));
+            block(&[&[&x, &t, delta, &w]])
+        };
+        let (r, f, d) = (closed.channels.len(), error.fx.nrows(), error.e.ncols());
+        let of_error = block(&[&[&error.fx, &error.ft, &Mat::zeros(f, d), &error.fw]]);
+        let z = closed.c1().nrows();
+        let whole = block(&[
+            &[&line(Group::X, &error.e)],
+            &[&line(Group::T, &Mat::zeros(r, d))],
+            &[&of_error],
+            &[&line(Group::Z, &Mat::zeros(z, d))],
+        ]);
+        let (n, w) = (root.nrows(), closed.b1().ncols());
+        let (whole, d, w, f, z) = if inverse { (whole.transpose(), f, z, d, w) } else { (whole, d, w, f, z) };
+        let eye = Mat::identity;
+        let left = diagonal_blocks(&[&root, &eye(r + f + z, r + f + z)]);
+        let back = diagonal_blocks(&[&root, &eye(r + d + w, r + d + w)]);
+        let right = diagonal_blocks(&[&root_inverse, &eye(r + d + w, r + d + w)]);
+        let whole = left * whole * right;
+        let all = n + r + d + w;
+        let pick =
+            |at: usize, size: usize| Mat::from_fn(size, all, |i, j| if j == at + i { 1.0 } else { 0.0 });
+        let row = |at: usize, size: usize| whole.rows(at, size).into_owned();
+        let (z_error, z) = (row(n + r, f), row(n + r + f, z));
+        let (w_error, w) = (pick(n + r, d), pick(n + r + d, w));
+        let constant = z.transpose() * &z / gamma - w.transpose() * &w * gamma
+            + (z_error.transpose() * &z_error - w_error.transpose() * &w_error) * lambda;
+        let coefficients = lyapunov
+            .iter()
+            .map(|x| symmetric_part(&(root_inverse.transpose() * x * &root_inverse)))
+            .collect();
+        Some(Self {
+            lyapunov: LyapunovPolynomial { centre: 0.0, half_range: 1.0, coefficients },
+            rate,
+            x: pick(0, n),
+            x_dot: row(0, n),
+            zt: row(n, r),
+            wt: pick(n, r),
+            constant,
+            rest: block(&[&[&pick(0, n)], &[&w_error], &[&w]]),
+            back,
+        })
+    }
+
+    /// The form without N, with X and `+-nu dX/dtheta` given.
+    fn without_multiplier(&self, x: &Mat, drift: &Mat) -> Mat {
+        let half = self.x.transpose() * x * &self.x_dot;
+        &half + half.transpose() + self.x.transpose() * drift * &self.x + &self.constant
+    }
+
+    /// The form at theta in coordinates `(x, w_D, w, v)`, `v = wt - theta zt`, with `+-nu dX/dtheta` for a given rate;
+    /// and the coordinates, `(x, w_D, w, v) = C xi`.
+    fn at(&self, theta: f64, rate: f64) -> Option<(Mat, Mat)> {
+        let coordinates = block(&[&[&self.rest], &[&(&self.wt - &self.zt * theta)]]);
+        let t = coordinates.clone().try_inverse()?;
+        let form = self.without_multiplier(&self.lyapunov.value(theta), &(self.lyapunov.slope(theta) * rate));
+        Some((t.transpose() * form * &t, coordinates))
+    }
+
+    /// Whether the loop's own inequality, in which v = 0, holds at theta for both signs of the rate.
+    fn holds_at(&self, theta: f64) -> Option<bool> {
+        let k = self.rest.nrows();
+        let mut holds = true;
+        for rate in [self.rate, -self.rate] {
+            let own = self.at(theta, rate)?.0.view((0, 0), (k, k)).into_owned();
+            holds &= scaled_largest_eigenvalue(&own) < CLEARLY_NEGATIVE;
+        }
+        Some(holds)
+    }
+
+    /// N of an interval, if there is one.
+    fn multiplier(&self, from: f64, to: f64) -> Option<Mat> {
+        let middle = 0.5 * (from + to);
+        let r = self.wt.nrows();
+        let (inner, coordinates) = self.at(middle, 0.0)?;
+        let k = inner.nrows() - r;
+        let kept = -inner.view((0, 0), (k, k)).into_owned();
+        let cross = inner.view((k, 0), (r, k)).into_owned();
+        let own = inner.view((k, k), (r, r)).into_owned();
+        let zt = &self.zt * coordinates.clone().try_inverse()?;
+        let seen = zt.columns(0, k).into_owned();
+        let direct = symmetric_part(&(&seen * kept.cholesky()?.solve(&seen.transpose())));
+        let weight = weight(direct, &zt.columns(k, r).into_owned())?;
+        let of_size = |size: &f64| block(&[&[&-&cross, &(-(&own + &weight * *size) * 0.5)]]) * &coordinates;
+        SIZES.iter().map(of_size).find(|n| self.worst(from, to, n) < CLEARLY_NEGATIVE)
+    }
+
+    /// The largest eigenvalue of the Bernstein coefficients, scaled to unit diagonals.
+    fn worst(&self, from: f64, to: f64, n: &Mat) -> f64 {
+        let count = self.lyapunov.coefficients.len();
+        let degree = (count - 1).max(1);
+        let mut worst = f64::NEG_INFINITY;
+        for i in 0..=degree {
+            let powers = polar_powers(degree, i, from, to);
+            let sum = |weight: &dyn Fn(usize) -> f64| {
+                let zero = Mat::zeros(self.x.nrows(), self.x.nrows());
+                let terms = self.lyapunov.coefficients.iter().enumerate();
+                terms.fold(zero, |sum, (k, x)| sum + x * weight(k))
+            };
+            let x = sum(&|k| powers[k]);
+            let slope = sum(&|k| if k == 0 { 0.0 } else { k as f64 * powers[k - 1] });
+            let half = n.transpose() * (&self.wt - &self.zt * powers[1]);
+            for rate in [self.rate, -self.rate] {
+                let whole = self.without_multiplier(&x, &(&slope * rate)) + &half + half.transpose();
+                worst = worst.max(scaled_largest_eigenvalue(&whole));
+            }
+        }
+        worst
+    }
+}
+
+/// M, the inverse of `W = G + k^2 D W D'`: of what reaches zt through the rest, G, and through the channels, D, so
+/// that a step of k through the channels does not grow in the metric M. k is 1.5, or less where the channels amplify
+/// more.
+fn weight(direct: Mat, channels: &Mat) -> Option<Mat> {
+    let r = direct.nrows();
+    let radius = eigenvalues(channels).iter().map(|v| v.norm()).fold(0.0, f64::max);
+    let mut step = channels * (LONGEST_STEP.min(0.9 / radius.max(f64::MIN_POSITIVE)));
+    let mut sum = direct;
+    for _ in 0..MOST_DOUBLINGS {
+        sum = symmetric_part(&(&sum + &step * &sum * step.transpose()));
+        step = &step * &step;
+    }
+    let floor = NEGLIGIBLE_WEIGHT * sum.trace().max(f64::MIN_POSITIVE) / r.max(1) as f64;
+    let inverse = (sum + Mat::identity(r, r) * floor).cholesky()?.inverse();
+    inverse.iter().all(|v| v.is_finite()).then_some(inverse)
+}
+
+/// The largest k of [`weight`], doublings of its sum, and directions of W that count for nothing beside the others.
+const LONGEST_STEP: f64 = 1.5;
+const MOST_DOUBLINGS: usize = 8;
+const NEGLIGIBLE_WEIGHT: f64 = 1e-9;
+
+/// The polar forms of `theta^k`, k = 0 .. degree, at `degree - i` times `from` and i times `to`.
+fn polar_powers(degree: usize, i: usize, from: f64, to: f64) -> Vec<f64> {
+    let mut symmetric = vec![0.0; degree + 1];
+    symmetric[0] = 1.0;
+    for step in 0..degree {
+        let argument = if step < i { to } else { from };
+        for k in (1..=degree).rev() {
+            symmetric[k] += symmetric[k - 1] * argument;
+        }
+    }
+    let binomial = |k: usize| (0..k).fold(1.0, |b, j| b * (degree - j) as f64 / (j + 1) as f64);
+    symmetric.iter().enumerate().map(|(k, e)| e / binomial(k)).collect()
+}

@@ -1,0 +1,32 @@
+//! An LFT in the parameter through the controllers of many of its values.
+
+use crate::error::FitError;
+use crate::matrix::Mat;
+use crate::system::controller::Controller;
+use crate::system::lft::Lft;
+use crate::system::partition::{CONTROLLER, Partitioned, Sizes};
+use crate::system::polynomial::MatrixPolynomial;
+
+/// The LFT of the polynomial of an order through the samples `(theta, [A B; C D])`, by least squares; singular values
+/// up to `tolerance` times the largest are dropped, and with them channels.
+///
+/// # Errors
+/// [`FitError`] for fewer samples than the order needs.
+pub(crate) fn through(
+    samples: &[(f64, Mat)],
+    (states, y, u): (usize, usize, usize),
+    order: usize,
+    tolerance: f64,
+) -> Result<Controller, FitError> {
+    let lft = Lft::from_polynomial(&MatrixPolynomial::fit(samples, order)?, tolerance);
+    let r = lft.size();
+    let (inside, outside) = (lft.left.rows(0, states), lft.left.rows(states, u));
+    let mut m = Mat::zeros(states + u + r, states + y + r);
+    m.view_mut((0, 0), (states + u, states + y)).copy_from(&lft.constant);
+    m.view_mut((0, states + y), (states, r)).copy_from(&inside);
+    m.view_mut((states, states + y), (u, r)).copy_from(&outside);
+    m.view_mut((states + u, 0), (r, states + y)).copy_from(&lft.right);
+    m.view_mut((states + u, states + y), (r, r)).copy_from(&lft.inner);
+    let sizes = Sizes { x: states, y, u, t: r, ..Sizes::default() };
+    Ok(Controller { parts: Partitioned::of(m, CONTROLLER, sizes), blocks: vec![r] })
+}

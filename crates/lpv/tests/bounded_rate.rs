@@ -1,0 +1,143 @@
+//! Synthesis and proof multipliers for a parameter that moves at a bounded rate.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod common;
+
+use lpv::bounded_rate::{Claim, SlowBound, SlowOptions, intervals, least_gamma, synthesise};
+use lpv::matrix::{Mat, from_rows, symmetric_eigenvalues};
+use lpv::model_error::LoopError;
+use lpv::partition::{Group, PLANT, names};
+use lpv::plant::{ClosedLoop, GeneralisedPlant};
+use lpv::rate::{RateOptions, rate_bounded_gain, rate_bounded_stability};
+use lpv::synthesis::{Options, synthesise as synthesise_fast};
+use nalgebra::dmatrix;
+use serde_json::Value;
+
+/// `x'' + 0.2 x' + (1 + k theta) x = w`, z = x, as a loop without control: wt = theta x.
+fn oscillator(k: f64) -> ClosedLoop {
+    use Group::{T, W, X, Z};
+    let blocks = [
+        (X, X, dmatrix![0.0, 1.0; -1.0, -0.2]),
+        (X, T, dmatrix![0.0; -k]),
+        (X, W, dmatrix![0.0; 1.0]),
+        (T, X, dmatrix![1.0, 0.0]),
+        (Z, X, dmatrix![1.0, 0.0]),
+    ];
+    GeneralisedPlant::new(vec![1], &blocks).unwrap().open()
+}
+
+/// The inequality of the loop itself, at many values of theta and both signs of the rate, written once more: no N, no
+/// intervals.
+fn assert_holds(closed: &ClosedLoop, bound: &SlowBound) {
+    for i in 0..=64 {
+        let theta = f64::from(i) / 32.0 - 1.0;
+        let sum = |weight: &dyn Fn(i32) -> f64| {
+            let n = bound.lyapunov[0].nrows();
+            let terms = bound.lyapunov.iter().zip(0..);
+            terms.fold(Mat::zeros(n, n), |sum, (x, k)| sum + x * weight(k))
+        };
+        let given = sum(&|k| theta.powi(k));
+        let slope = sum(&|k| if k == 0 { 0.0 } else { f64::from(k) * theta.powi(k - 1) });
+        assert!(symmetric_eigenvalues(&given)[0] > 0.0, "X({theta}) > 0");
+        let (x, slope) = if bound.inverse {
+            let inverse = given.try_inverse().unwrap();
+            let slope = -&inverse * slope * &inverse;
+            (inverse, slope)
+        } else {
+            (given, slope)
+        };
+        let s = closed.frozen(&[theta]).unwrap();
+        for rate in [bound.rate, -bound.rate] {
+            let gamma = bound.gamma;
+            let dd = Mat::identity(s.b.ncols(), s.b.ncols()) * gamma - s.d.transpose() * &s.d / gamma;
+            let xb = &x * &s.b + s.c.transpose() * &s.d / gamma;
+            let whole = s.a.transpose() * &x
+                + &x * &s.a
+                + &slope * rate
+                + s.c.transpose() * &s.c / gamma
+                + &xb * dd.try_inverse().unwrap() * xb.transpose();
+            assert!((-whole).cholesky().is_some(), "theta = {theta}, rate {rate}");
+        }
+    }
+}
+
+/// Published: stable for every course up to k = 0.199 (circle criterion), frozen up to 1. Between them a bounded rate
+/// decides, and what holds at samples holds between them.
+#[test]
+fn an_oscillator_beyond_the_circle_criterion_is_bounded_at_a_bounded_rate() {
+    let case = common::case("lpv10_oscillator_quadratic");
+    let quadratic = case["expected"]["k_quadratic"].as_f64().unwrap();
+    let k = 1.5 * quadratic;
+    let closed = oscillator(k);
+    let samples: Vec<_> = (0..=16)
+        .map(|i| f64::from(i) / 8.0 - 1.0)
+        .map(|theta| (theta, closed.frozen(&[theta]).unwrap()))
+        .collect();
+    let options = RateOptions { order: 2, stride: 1, accuracy: 1e-2 };
+    assert!(rate_bounded_stability(&samples, f64::INFINITY, options).is_err());
+    let rate = 0.05;
+    let found = rate_bounded_gain(&samples, rate, options).unwrap();
+    let (error, lyapunov) = (&LoopError::none(&closed), &found.proof.lyapunov.coefficients);
+    let claim =
+        |gamma: f64| Claim { closed: &closed, error, inverse: false, lyapunov, rate, gamma, lambda: 0.0 };
+    let bound = intervals(claim(1.02 * found.gamma)).unwrap();
+    println!("k = {k:.4}: gain {:.3} in {} intervals", bound.gamma, bound.multipliers.len());
+    assert_holds(&closed, &bound);
+    // A gain below that of a frozen loop is never shown.
+    let frozen = samples.iter().map(|(_, s)| s.hinf_norm().value).fold(0.0, f64::max);
+    assert!(frozen < bound.gamma);
+    assert_eq!(intervals(claim(0.99 * frozen)), None);
+}
+
+fn plant_of(certificate: &str) -> GeneralisedPlant {
+    let path = format!("{}/../../tests/certificates/{certificate}.json", env!("CARGO_MANIFEST_DIR"));
+    let file: Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+    let parts: Vec<_> = names(PLANT)
+        .filter_map(|(key, row, column)| {
+            let list: Vec<Vec<f64>> = serde_json::from_value(file["plant"].get(key)?.clone()).unwrap();
+            Some((row, column, from_rows(&list, list.first()?.len())?))
+        })
+        .collect();
+    GeneralisedPlant::new(serde_json::from_value(file["blocks"].clone()).unwrap(), &parts).unwrap()
+}
+
+/// REMUS 100 by its errors alone, whose gamma for every course is far above what a frozen speed allows.
+#[test]
+fn a_bounded_rate_brings_gamma_towards_that_of_frozen_speeds() {
+    let plant = plant_of("remus100_bounded_rate");
+    let fast = synthesise_fast(&plant, Options::default()).unwrap();
+    let frozen = [-1.0, 0.0, 1.0].map(|theta| {
+        let alone = plant.frozen(&[theta]).unwrap();
+        synthesise_fast(&alone, Options::default()).unwrap().gamma_optimum
+    });
+    let hardest = frozen.into_iter().fold(0.0, f64::max);
+    let least = |rate: f64| least_gamma(&plant, SlowOptions::at(rate)).unwrap().gamma;
+    let rates = [0.125, 0.3125, 1.25].map(least);
+    println!("frozen {hardest:.4}, at rates {rates:.4?}, any {:.4}", fast.gamma_optimum);
+    let mut before = hardest;
+    for gamma in rates.into_iter().chain([fast.gamma_optimum]) {
+        assert!(gamma > before * (1.0 - 5e-3), "{gamma} after {before}");
+        before = gamma;
+    }
+    assert!(rates[0] < 0.8 * fast.gamma_optimum);
+
+    let design = synthesise(&plant, SlowOptions::at(0.125)).unwrap();
+    let closed = plant.close(&design.controller);
+    println!(
+        "{:?} proved {:.4} in {} intervals",
+        design.least,
+        design.bound.gamma,
+        design.bound.multipliers.len()
+    );
+    assert_holds(&closed, &design.bound);
+    assert!(design.bound.gamma < 0.85 * fast.certified.gamma);
+    assert!(design.fast.is_some_and(|fast| fast.gamma > design.bound.gamma && fast.largest_eigenvalue < 0.0));
+}
+
+#[test]
+fn other_than_one_parameter_is_refused() {
+    let plant = common::plant(&common::case("lpv05_one_param_lossless"));
+    let two = GeneralisedPlant { blocks: vec![1, 1], ..plant };
+    let error = synthesise(&two, SlowOptions::at(1.0)).unwrap_err();
+    assert!(error.to_string().contains("2 parameters"), "{error}");
+}
