@@ -11,9 +11,9 @@
 //! Trans. Control Systems Technology 6(1), 1998, section IV.
 //!
 //! - [`inequalities`]: the synthesis inequalities at values of the parameter;
-//! - [`central`]: the controller at one value, in closed form;
-//! - [`scheduled`]: an LFT through the controllers of many values;
-//! - [`intervals`]: what proves the gain of the finished loop, between the values too;
+//! - `central`: the controller at one value, in closed form;
+//! - `scheduled`: an LFT through the controllers of many values;
+//! - [`mod@intervals`]: what proves the gain of the finished loop, between the values too;
 //! - [`design`]: all of it in one go.
 
 pub(crate) mod central;
