@@ -9,9 +9,11 @@ use crate::error::SynthesisError;
 use crate::lmi::program::{Affine, Program};
 use crate::lmi::solver;
 use crate::lmi::solver_options::SolverOptions;
-use crate::matrix::{Mat, scaled_largest_eigenvalue, skew_part, symmetric_part};
+use crate::matrix::{Mat, block, scaled_largest_eigenvalue, skew_part, symmetric_function, symmetric_part};
+use crate::system::lyapunov::middle_of_gramians;
 use crate::system::model_error::LoopError;
 use crate::system::plant::ClosedLoop;
+use crate::system::state_space::StateSpace;
 
 /// How close to the least bound the one sought is, relative to itself and the one it starts from. Closer ones are
 /// tight, and hold less clearly.
@@ -53,6 +55,11 @@ pub fn bounded_gain(
     };
     given.largest_eigenvalue = worst_eigenvalue(closed, error, &given);
     let best = tightened(closed, error, &given).or_else(|| {
+        // Where X is all but singular, nothing moves in its coordinates.
+        let found = tightened(closed, error, &balanced_start(closed, &given)?)?;
+        (given.largest_eigenvalue >= 0.0 || found.gamma < given.gamma).then_some(found)
+    });
+    let best = best.or_else(|| {
         let roomy = with_room(closed, error, &given)?;
         Some(tightened(closed, error, &roomy).unwrap_or(roomy))
     });
@@ -73,6 +80,20 @@ pub fn bounded_gain(
             best.gamma, best.largest_eigenvalue
         ),
     ))
+}
+
+/// The bound with the Lyapunov matrix in the middle of the gramians of the loop at Theta = 0, its channels in units of
+/// S: a start for the search, no claim.
+pub(crate) fn balanced_start(closed: &ClosedLoop, bound: &GainBound) -> Option<GainBound> {
+    let [root, inverse] =
+        [f64::sqrt as fn(f64) -> f64, |v: f64| 1.0 / v.sqrt()].map(|f| symmetric_function(&bound.s, f));
+    let unit = bound.gamma.sqrt();
+    let b = block(&[&[&(closed.bt() * inverse), &(closed.b1() / unit)]]);
+    let c = block(&[&[&(root * closed.ct())], &[&(closed.c1() / unit)]]);
+    let (inputs, outputs) = (b.ncols(), c.nrows());
+    let system = StateSpace { a: closed.a(), b, c, d: Mat::zeros(outputs, inputs) };
+    let (x, _) = middle_of_gramians(&[&system])?;
+    Some(GainBound { x, ..bound.clone() })
 }
 
 /// A larger bound that the matrices of one without model error show with it, for a search that finds none by itself.

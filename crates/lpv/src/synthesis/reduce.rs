@@ -6,18 +6,17 @@
 //! balancing: B. C. Moore, IEEE Trans. Automatic Control 26(1), 1981; the states are replaced by their steady values
 //! (residualised): K. V. Fernando, H. Nicholson, IEEE Trans. Automatic Control 27(2), 1982.
 
-use crate::analysis::bounded_gain::bounded_gain;
+use crate::analysis::bounded_gain::{balanced_start, bounded_gain};
 use crate::analysis::gain_bound::GainBound;
-use crate::matrix::{Mat, Svd, block, solve, spectral_abscissa, svd, symmetric_function};
+use crate::matrix::{Mat, Svd, block, solve, spectral_abscissa, svd};
 use crate::synthesis::design::Design;
 use crate::synthesis::fast_modes::projector;
 use crate::system::controller::Controller;
-use crate::system::lyapunov::{lyapunov, middle_of_gramians};
+use crate::system::lyapunov::lyapunov;
 use crate::system::model_error::LoopError;
 use crate::system::parameter_grid::parameter_grid;
 use crate::system::partition::Group::{T, U, X, Y};
-use crate::system::plant::{ClosedLoop, GeneralisedPlant};
-use crate::system::state_space::StateSpace;
+use crate::system::plant::GeneralisedPlant;
 
 /// How far above the bound of the full controller the reduced one may lie.
 const ALLOWED_RISE: f64 = 0.02;
@@ -73,20 +72,6 @@ pub fn without_fast_modes(plant: &GeneralisedPlant, design: &Design, rate: f64) 
     let certified = bounded_gain(&closed, &LoopError::none(&closed), &start).ok()?;
     let near = certified.gamma <= design.certified.gamma * (1.0 + RISE_WITHOUT_FAST_MODES);
     near.then(|| Design { controller, certified, ..design.clone() })
-}
-
-/// The bound with the Lyapunov matrix in the middle of the gramians of the loop at Theta = 0, its channels in units of
-/// S: a start for the search, no claim.
-fn balanced_start(closed: &ClosedLoop, bound: &GainBound) -> Option<GainBound> {
-    let [root, inverse] =
-        [f64::sqrt as fn(f64) -> f64, |v: f64| 1.0 / v.sqrt()].map(|f| symmetric_function(&bound.s, f));
-    let unit = bound.gamma.sqrt();
-    let b = block(&[&[&(closed.bt() * inverse), &(closed.b1() / unit)]]);
-    let c = block(&[&[&(root * closed.ct())], &[&(closed.c1() / unit)]]);
-    let (inputs, outputs) = (b.ncols(), c.nrows());
-    let system = StateSpace { a: closed.a(), b, c, d: Mat::zeros(outputs, inputs) };
-    let (x, _) = middle_of_gramians(&[&system])?;
-    Some(GainBound { x, ..bound.clone() })
 }
 
 /// The controller in balanced coordinates `x = T x~`, most important states first, and T. `None` when it is unstable.
