@@ -74,12 +74,14 @@ const SHORT_INTERVAL_RAISE: f64 = 2e-3;
 /// A level below this is none: its square and the inverse of that are numbers with room to spare.
 pub(super) const LEAST_LEVEL: f64 = 1e-60;
 
-/// With more intervals than this each short one raises the level, by twice as much after so many further ones.
-const EASY_COUNT: usize = 250;
+/// With more intervals than these each short one raises the level, by twice as much after so many further ones: many
+/// where one is quickly found, as its cost grows with the states at least to the second power.
+const EASY_COUNT: usize = 300;
+const EASY_COST: usize = 100_000;
 const HURRY_COUNT: usize = 100;
 
 /// More steps than this are not made, nor so many that lead to no interval at all.
-pub(super) const MOST_STEPS: usize = 1500;
+pub(super) const MOST_STEPS: usize = 4000;
 pub(super) const MOST_FRUITLESS: usize = 20;
 
 /// The frequency response of a system. p x m, at omega in rad/s; `D` at infinity.
@@ -137,9 +139,10 @@ impl Interval {
         self.to - self.from < SHORT_RATIO * omega
     }
 
-    /// By how much a short interval raises a level that `count` intervals show already, relatively.
-    pub(super) fn hurry(&self, omega: f64, count: usize) -> f64 {
-        let beyond = count.saturating_sub(EASY_COUNT);
+    /// By how much a short interval raises a level that `count` intervals show already, relatively, of a system with so
+    /// many states.
+    pub(super) fn hurry(&self, omega: f64, count: usize, states: usize) -> f64 {
+        let beyond = count.saturating_sub(EASY_COUNT + EASY_COST / (states * states).max(1));
         let raise = SHORT_INTERVAL_RAISE * 2f64.powi((beyond / HURRY_COUNT) as i32);
         if beyond > 0 && self.is_short(omega) { raise } else { 0.0 }
     }
@@ -286,7 +289,7 @@ impl<'a> Sweep<'a> {
             // bound at zero itself than next to it.
             self.level *= 1.0 + SHORT_INTERVAL_RAISE;
         } else {
-            self.level *= 1.0 + interval.hurry(omega, self.covered.count());
+            self.level *= 1.0 + interval.hurry(omega, self.covered.count(), self.system.a.nrows());
         }
         self.pieces.push(Piece { frequency: omega, value: bound.value, interval, scalings });
         Ok(())

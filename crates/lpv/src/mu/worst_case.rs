@@ -180,7 +180,8 @@ impl<'a> GainSweep<'a> {
         match good_interval(&self.system, &bound.scalings, 1.0, omega) {
             Some(interval) => {
                 let is_one = self.covered.add(omega, interval);
-                let raise = if is_one { interval.hurry(omega, self.covered.count()) } else { GAIN_RAISE };
+                let (count, states) = (self.covered.count(), self.system.a.nrows());
+                let raise = if is_one { interval.hurry(omega, count, states) } else { GAIN_RAISE };
                 if raise > 0.0 {
                     self.set(self.gain * (1.0 + raise));
                 }
