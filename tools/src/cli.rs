@@ -50,6 +50,9 @@ pub enum Verb {
         /// Look for a controller that tolerates more of the declared uncertainty, and compare the two (a minute)
         #[arg(long)]
         robust: bool,
+        /// Also prove a gain for every constant value of the declared uncertain coefficients (minutes)
+        #[arg(long)]
+        constant: bool,
     },
     /// Pack the three FMUs of a design: the vehicle, the autopilot, and both in one loop; and an SSP that connects the
     /// first two

@@ -4,8 +4,10 @@ use crate::cli::Which;
 use crate::error::Error;
 use crate::output::say;
 use crate::progress::show;
+use squid_design::certify::constant::{CERTIFICATE as CONSTANT_CERTIFICATE, constant};
 use squid_design::error::{Error as DesignError, StoreError};
 use squid_design::inputs::Inputs;
+use squid_design::numbers::above;
 use squid_design::progress::Progress;
 use squid_design::run::{run as run_stages, run_with};
 use squid_design::store::{self, Stored};
@@ -17,7 +19,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// Those of the files and of the stages; [`Error::NotProved`].
-pub fn run(which: &Which, with_ladder: bool, with_robust: bool) -> Result<(), Error> {
+pub fn run(which: &Which, with_ladder: bool, with_robust: bool, with_constant: bool) -> Result<(), Error> {
     let (inputs, directory) = which.read_to_write()?;
     let progress = Progress::new(&show);
     let finished = run_with(&inputs, &progress, with_robust)?;
@@ -35,6 +37,18 @@ pub fn run(which: &Which, with_ladder: bool, with_robust: bool) -> Result<(), Er
         let words = ladder::climb(&inputs.design, &finished.plant, &finished.design)?;
         drop(running);
         say(&format!("\n{}", words.trim_end()));
+    }
+    if with_constant {
+        let (k, gamma) = (&finished.design.controller, finished.design.certified.gamma);
+        let found = constant(&inputs, &finished.model, k, gamma, &progress)?;
+        found.save(&directory)?;
+        say(&format!(
+            "\nThe gain is below {} for every constant combination of the declared coefficients within {:.1} % of their \
+             declared\nranges, for any course of speed. PROVED in exact arithmetic: {}",
+            above(found.theorem.gamma),
+            100.0 * found.share,
+            directory.join(CONSTANT_CERTIFICATE).display()
+        ));
     }
     let directory = directory.display().to_string();
     finished.proof.map(|_| ()).map_err(|reason| Error::NotProved { directory, reason })

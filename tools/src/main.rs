@@ -49,7 +49,7 @@ fn main() -> ExitCode {
 
 fn run(verb: Verb) -> Result<ExitCode, Error> {
     match verb {
-        Verb::Design { which, ladder, robust } => design::run(&which, ladder, robust),
+        Verb::Design { which, ladder, robust, constant } => design::run(&which, ladder, robust, constant),
         Verb::Package { which, platforms, binaries, allow_uncertified, descriptions } => {
             package::run(&which, &platforms, binaries, allow_uncertified, descriptions)
         }

@@ -3,6 +3,8 @@
 use crate::cli::inputs;
 use crate::error::Error;
 use crate::output::say;
+use certificate::ConstantCertificate;
+use squid_design::error::{Error as DesignError, ProofError};
 use squid_package::verify::verify;
 use std::path::Path;
 
@@ -11,9 +13,29 @@ use std::path::Path;
 /// # Errors
 /// Those of the files, and why nothing is proved.
 pub fn run(file: &Path, vehicle: Option<&Path>, design: &str, bandwidth: Option<f64>) -> Result<(), Error> {
+    if let Some(certificate) = constant_certificate(file)? {
+        if let Some(vehicle) = vehicle {
+            let (name, found) = ("--vehicle", vehicle.display().to_string());
+            let allowed = "no vehicle with a certificate for constant coefficients".into();
+            return Err(Error::Argument { name, found, allowed });
+        }
+        say(&format!(
+            "PROVED: {}",
+            certificate.prove().map_err(ProofError::from).map_err(DesignError::from)?
+        ));
+        return Ok(());
+    }
     let inputs = vehicle.map(|directory| inputs(directory, design, bandwidth)).transpose()?;
     let verified = verify(file, inputs.as_ref())?;
     verified.about.iter().for_each(|line| say(line));
     say(&format!("PROVED: {}", verified.theorem));
     Ok(())
+}
+
+/// The certificate in a file, if it is one for constant coefficients.
+fn constant_certificate(file: &Path) -> Result<Option<ConstantCertificate>, Error> {
+    let text = std::fs::read(file).ok().and_then(|bytes| String::from_utf8(bytes).ok());
+    let Some(text) = text.filter(|text| ConstantCertificate::is_format_of(text)) else { return Ok(None) };
+    let wrong = |reason| ProofError::Certificate { file: file.display().to_string(), reason };
+    Ok(Some(ConstantCertificate::from_json(&text).map_err(wrong).map_err(DesignError::from)?))
 }

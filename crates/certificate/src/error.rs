@@ -158,6 +158,12 @@ pub enum Proved {
     Coefficient(usize),
     /// A Bernstein coefficient of the inequality on the interval after this breakpoint, from 0.
     OnInterval(usize),
+    /// The Lyapunov matrix L of the loop without its parameters.
+    Lyapunov,
+    /// `A'L + LA`.
+    Decay,
+    /// The multiplier of a parameter, from 0.
+    Multiplier(usize),
 }
 
 impl fmt::Display for Proved {
@@ -172,6 +178,9 @@ impl fmt::Display for Proved {
             Self::OnInterval(i) => {
                 write!(f, "a Bernstein coefficient of the inequality between breakpoints {i} and {}", i + 1)
             }
+            Self::Lyapunov => f.write_str("L"),
+            Self::Decay => f.write_str("A'L + LA"),
+            Self::Multiplier(parameter) => write!(f, "the multiplier of parameter {parameter}"),
         }
     }
 }
@@ -269,6 +278,16 @@ pub enum Failure {
         row_parameter: usize,
         /// The parameter of the column, from 0.
         column_parameter: usize,
+    },
+    /// No factor shows that a matrix is definite.
+    #[error("{claim} is not proved: {matrix} is not shown to be {sign} definite")]
+    NotShown {
+        /// The claim.
+        claim: Claim,
+        /// The matrix.
+        matrix: Proved,
+        /// `positive` or `negative`, as required.
+        sign: &'static str,
     },
     /// A matrix is not definite.
     #[error(

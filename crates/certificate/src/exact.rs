@@ -4,3 +4,4 @@ pub(crate) mod definite;
 pub(crate) mod dyadic;
 pub(crate) mod matrix;
 pub(crate) mod whole;
+pub(crate) mod witness;

@@ -124,12 +124,14 @@
 //!
 //! - [`Certificate`], [`Plant`], [`Controller`], [`Residual`]: the file; [`ReadError`]: its errors;
 //! - [`Certificate::prove`]: the proof; [`Theorem`] or [`Failure`] is its outcome;
+//! - [`ConstantCertificate`]: a claim for parameters some of which are constant, and its proof, `constant/prove.rs`;
 //! - [`lower_bound`]: a gamma below which no controller exists, proved from [`Multipliers`];
 //! - [`Json`]: the strict JSON reader, also for other files.
 
 mod bounded_rate;
 mod certificate;
 mod closed_loop;
+mod constant;
 mod error;
 mod exact;
 mod inequality;
@@ -144,6 +146,7 @@ mod theorem;
 pub use certificate::{
     BoundedRate, Certificate, Controller, FORMAT, Plant, Residual, Rows, Slow, SlowResidual,
 };
+pub use constant::{CONSTANT_FORMAT, ConstantCertificate, ConstantTheorem, ErrorBall, Filter};
 pub use error::{Claim, Failure, Proved, ReadError};
 pub use json::Json;
 pub use lower_bound::{Multipliers, lower_bound};

@@ -12,7 +12,7 @@ const SLOW: [&str; 5] = ["gamma", "inverse", "X", "breakpoints", "N"];
 const RESIDUAL: [&str; 8] = ["E", "F", "Fu", "lambda", "gamma", "X", "S", "T"];
 
 /// An object with every required key and no unknown key.
-struct Fields<'a> {
+pub(crate) struct Fields<'a> {
     /// `plant.` for the keys of `plant`, empty at the top.
     prefix: String,
     entries: &'a [(String, Json)],
@@ -31,7 +31,7 @@ impl Certificate {
 }
 
 fn certificate(json: &Json) -> Result<Certificate, ReadError> {
-    check_format(json)?;
+    check_format(json, FORMAT)?;
     let top = Fields::new("", json, &TOP, &["residual", "bounded_rate"])?;
     Ok(Certificate {
         blocks: top.sizes("blocks")?,
@@ -51,7 +51,7 @@ fn certificate(json: &Json) -> Result<Certificate, ReadError> {
 }
 
 /// The format is checked first, because another format has other keys.
-fn check_format(json: &Json) -> Result<(), ReadError> {
+pub(crate) fn check_format(json: &Json, allowed: &'static str) -> Result<(), ReadError> {
     let Json::Object(entries) = json else {
         return Err(ReadError::Kind {
             field: "the certificate".into(),
@@ -60,13 +60,13 @@ fn check_format(json: &Json) -> Result<(), ReadError> {
         });
     };
     match entries.iter().find(|(key, _)| key == "format") {
-        Some((_, Json::Text(found))) if found == FORMAT => Ok(()),
-        Some((_, other)) => Err(ReadError::Format { found: other.describe(), allowed: FORMAT }),
-        None => Err(ReadError::Format { found: "nothing".into(), allowed: FORMAT }),
+        Some((_, Json::Text(found))) if found == allowed => Ok(()),
+        Some((_, other)) => Err(ReadError::Format { found: other.describe(), allowed }),
+        None => Err(ReadError::Format { found: "nothing".into(), allowed }),
     }
 }
 
-fn plant(json: &Json) -> Result<Plant, ReadError> {
+pub(crate) fn plant(json: &Json) -> Result<Plant, ReadError> {
     let mut plant = Plant::default();
     let fields = Fields::new("plant", json, &plant.named().map(|(key, _)| key), &["D22"])?;
     fields.fill(&mut plant.named_mut())?;
@@ -76,7 +76,7 @@ fn plant(json: &Json) -> Result<Plant, ReadError> {
     Ok(plant)
 }
 
-fn controller(json: &Json) -> Result<Controller, ReadError> {
+pub(crate) fn controller(json: &Json) -> Result<Controller, ReadError> {
     let mut controller = Controller::default();
     let fields = Fields::new("controller", json, &controller.named().map(|(key, _)| key), &[])?;
     fields.fill(&mut controller.named_mut())?;
@@ -124,7 +124,12 @@ fn slow(f: &Fields<'_>) -> Result<Slow, ReadError> {
 }
 
 impl<'a> Fields<'a> {
-    fn new(name: &str, json: &'a Json, required: &[&str], optional: &[&str]) -> Result<Self, ReadError> {
+    pub(crate) fn new(
+        name: &str,
+        json: &'a Json,
+        required: &[&str],
+        optional: &[&str],
+    ) -> Result<Self, ReadError> {
         let object = if name.is_empty() { "the certificate" } else { name }.to_string();
         let Json::Object(entries) = json else {
             return Err(ReadError::Kind { field: object, found: json.describe(), allowed: "an object" });
@@ -141,15 +146,15 @@ impl<'a> Fields<'a> {
         Ok(fields)
     }
 
-    fn path(&self, key: &str) -> String {
+    pub(crate) fn path(&self, key: &str) -> String {
         format!("{}{key}", self.prefix)
     }
 
-    fn find(&self, key: &str) -> Option<&'a Json> {
+    pub(crate) fn find(&self, key: &str) -> Option<&'a Json> {
         self.entries.iter().find(|(k, _)| k == key).map(|(_, value)| value)
     }
 
-    fn get(&self, key: &str) -> Result<&'a Json, ReadError> {
+    pub(crate) fn get(&self, key: &str) -> Result<&'a Json, ReadError> {
         self.find(key).ok_or_else(|| ReadError::Missing {
             field: self.path(key),
             object: "the certificate".into(),
@@ -157,7 +162,7 @@ impl<'a> Fields<'a> {
         })
     }
 
-    fn number(&self, key: &str) -> Result<f64, ReadError> {
+    pub(crate) fn number(&self, key: &str) -> Result<f64, ReadError> {
         number(&self.path(key), self.get(key)?)
     }
 
@@ -176,7 +181,7 @@ impl<'a> Fields<'a> {
         numbers(&self.path(key), self.get(key)?)
     }
 
-    fn matrix(&self, key: &str) -> Result<Rows, ReadError> {
+    pub(crate) fn matrix(&self, key: &str) -> Result<Rows, ReadError> {
         matrix(&self.path(key), self.get(key)?)
     }
 
@@ -193,14 +198,14 @@ impl<'a> Fields<'a> {
         Ok(())
     }
 
-    fn sizes(&self, key: &str) -> Result<Vec<usize>, ReadError> {
+    pub(crate) fn sizes(&self, key: &str) -> Result<Vec<usize>, ReadError> {
         let path = self.path(key);
         let entries = list(&path, self.get(key)?, "a list of whole numbers")?;
         entries.iter().enumerate().map(|(i, n)| size(&format!("{path}[{i}]"), n)).collect()
     }
 }
 
-fn list<'a>(field: &str, json: &'a Json, allowed: &'static str) -> Result<&'a [Json], ReadError> {
+pub(crate) fn list<'a>(field: &str, json: &'a Json, allowed: &'static str) -> Result<&'a [Json], ReadError> {
     match json {
         Json::List(items) => Ok(items),
         other => Err(ReadError::Kind { field: field.into(), found: other.describe(), allowed }),
@@ -229,7 +234,7 @@ fn number(field: &str, json: &Json) -> Result<f64, ReadError> {
 /// A limit on repetitions, far above those of any file that could be stored.
 const MOST_REPETITIONS: f64 = 1e6;
 
-fn size(field: &str, json: &Json) -> Result<usize, ReadError> {
+pub(crate) fn size(field: &str, json: &Json) -> Result<usize, ReadError> {
     match json {
         Json::Number(x) if (0.0..=MOST_REPETITIONS).contains(x) && x.fract() == 0.0 => Ok(*x as usize),
         other => Err(ReadError::Kind {

@@ -223,14 +223,14 @@ fn check_blocks(
     if found == expected { Ok(()) } else { Err(ReadError::Blocks { field, found, matrix, expected }) }
 }
 
-fn check_number(field: &str, x: f64) -> Result<(), ReadError> {
+pub(crate) fn check_number(field: &str, x: f64) -> Result<(), ReadError> {
     if x.is_finite() {
         return Ok(());
     }
     Err(ReadError::Kind { field: field.into(), found: x.to_string(), allowed: "a finite number" })
 }
 
-fn check_matrix(field: &str, m: &Rows, rows: Size, cols: Size) -> Result<(), ReadError> {
+pub(crate) fn check_matrix(field: &str, m: &Rows, rows: Size, cols: Size) -> Result<(), ReadError> {
     if m.len() != rows.0 {
         return Err(ReadError::Rows {
             field: field.into(),

@@ -4,6 +4,7 @@
 //! large as the fit's residual against the true linearisations anywhere in the range of speed.
 
 pub mod ball;
+pub mod constant;
 mod rate;
 pub mod same_plant;
 pub mod verify;

@@ -15,7 +15,7 @@ pub use proof::ProofError;
 pub use refusal::Refusal;
 pub use store::StoreError;
 use thiserror::Error as ThisError;
-pub use uncertain::{RobustError, UncertainError};
+pub use uncertain::{ConstantError, RobustError, UncertainError};
 
 /// The error of a design.
 #[derive(Debug, ThisError)]
@@ -43,6 +43,9 @@ pub enum Error {
     /// There is no robust controller.
     #[error(transparent)]
     Robust(#[from] RobustError),
+    /// No gain is proved for constant coefficients.
+    #[error(transparent)]
+    Constant(#[from] ConstantError),
     /// The gammas under other assumptions about the speed could not be computed.
     #[error(transparent)]
     Ladder(#[from] lpv::ladder::LadderError),

@@ -9,12 +9,14 @@
 //! | `design.json` | the figures of the design |
 //! | `robust.json` | of a robust design: nominal and robust controller side by side |
 //! | `robust_certificate.json` | of a robust design: the proof of the gain bound with uncertainty |
+//! | `constant_certificate.json` | with `--constant`: the proof of the gain bound for constant coefficients |
 //! | `.squid-lock` | empty; locked while the others are written or read, so that all are of one design |
 
 pub mod files;
 pub mod unedited;
 
 use crate::augment::augment;
+use crate::certify::constant;
 use crate::certify::controller_of;
 use crate::certify::verify;
 use crate::check::check;
@@ -203,6 +205,8 @@ pub fn save(directory: &Path, inputs: &Inputs, finished: &Finished) -> Result<()
         Some(found) => found.add_to(&mut files, directory)?,
         None => stored::forget(&mut files, directory),
     }
+    // It is of another controller.
+    files.remove(to(constant::CERTIFICATE));
     // Last, because `load` trusts its hashes.
     files.add(to("controller.json"), finished.frozen.controller.to_json()?);
     Ok(files.save(directory)?)

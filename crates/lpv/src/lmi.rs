@@ -2,7 +2,7 @@
 
 pub mod affine;
 mod conic;
-mod interior_point;
+pub(crate) mod interior_point;
 pub(crate) mod low_rank;
 pub mod program;
 pub mod solver;

@@ -3,6 +3,7 @@
 
 pub mod alternation;
 pub mod bound;
+pub mod constant;
 mod size;
 pub mod uncertain_plant;
 

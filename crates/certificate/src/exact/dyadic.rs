@@ -57,6 +57,12 @@ impl Dyadic {
         &self.mantissa << (self.exponent - unit).max(0)
     }
 
+    /// The number in units of `2^-places`, rounded down.
+    pub(crate) fn rounded(&self, places: i64) -> BigInt {
+        let shift = self.exponent + places;
+        if shift >= 0 { &self.mantissa << shift } else { &self.mantissa >> -shift }
+    }
+
     /// The number times `2^exponent`.
     pub(crate) fn shifted(&self, exponent: i64) -> Self {
         if self.is_zero() {

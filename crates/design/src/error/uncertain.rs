@@ -61,3 +61,24 @@ pub enum RobustError {
         which: &'static str,
     },
 }
+
+/// Why no gain is proved for constant coefficients.
+#[derive(Debug, Error)]
+pub enum ConstantError {
+    /// The search ended without multipliers.
+    #[error("no bound: {0}")]
+    NoBound(lpv::error::SynthesisError),
+    /// Exact arithmetic does not confirm a bound.
+    #[error("a bound that exact arithmetic does not confirm: {0}")]
+    NotProved(certificate::Failure),
+    /// Nothing was proved for any part of the declared box that was tried.
+    #[error(
+        "--constant: no gain within 1.25 times the nominal bound was proved for {:.1} % of the declared uncertainty or \
+            more; the design itself is as it was",
+        100.0 * least
+    )]
+    NoShare {
+        /// The least part tried.
+        least: f64,
+    },
+}

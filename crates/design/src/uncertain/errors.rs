@@ -108,6 +108,35 @@ pub fn errors(
     Ok(worst)
 }
 
+/// What a model misses of `[A B]` of the vehicle with its coefficients at `point`, trimmed again: the model's parameters of
+/// the trim are where the new trim puts them, as far as `share` of their ranges goes.
+///
+/// # Errors
+/// [`ModelError::Lft`](crate::error::ModelError::Lft), [`Error::Uncertain`].
+pub fn missing(
+    vehicle: &Vehicle,
+    frozen: &FrozenUncertain,
+    model: &UncertainModel,
+    rho: f64,
+    (point, share): (&[f64], f64),
+) -> Result<Mat, Error> {
+    let (trim, all) = (&frozen.nominal.trim, &frozen.parameters);
+    let (changed, moved) = retrim(vehicle, trim, all, point)?;
+    let place = |b: &Block| {
+        let Some(i) = all.iter().position(|a| a.uncertain == b.uncertain) else { return 0.0 };
+        match b.uncertain {
+            Uncertain::Parameter(p) if b.uncertain.is_of_trim() => {
+                let move_ = p.value(&changed, &moved) - p.value(vehicle, trim);
+                (move_ / all[i].half_range).clamp(-share, share)
+            }
+            _ => point[i],
+        }
+    };
+    let delta: Vec<f64> = model.blocks.iter().map(place).collect();
+    let truth = with_gains(stacked(&linearise(&changed, &moved)?), all, point);
+    Ok(truth - model.evaluate(rho, &delta)?)
+}
+
 /// A ball of `[A B]`: `E Delta F` with any `||Delta|| <= 1`, complex and full.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Remainder {

@@ -67,7 +67,7 @@ impl<'a> RobustLoop<'a> {
     /// lets it be; `None` when none was found.
     pub fn begun(&self, known: &GainBound, gamma: f64) -> Option<RobustBound> {
         let first = |size: f64| {
-            let guess = self.guess(known, self.balanced(size, gamma));
+            let guess = self.guess(known, balanced(&self.closed(size), gamma));
             self.searched(&RobustBound { size, ..guess }, ROUGH_TOLERANCE).filter(|b| b.bound.gamma < gamma)
         };
         let mut sizes = (0..MOST_FIRST_SIZES).map(|k| FIRST_SIZE * 0.1f64.powi(k));
@@ -77,7 +77,7 @@ impl<'a> RobustLoop<'a> {
     /// A bound at the size as it is, with the Lyapunov matrix of some bound of the loop to begin with; `None` when
     /// none was found.
     pub fn bound(&self, known: &GainBound) -> Option<RobustBound> {
-        let s = self.balanced(1.0, FIRST_GAMMA_FACTOR * known.gamma);
+        let s = balanced(&self.closed(1.0), FIRST_GAMMA_FACTOR * known.gamma);
         let first = |scale: &f64| self.searched(&self.guess(known, &s * *scale), ROUGH_TOLERANCE);
         Some(self.tightened(FIRST_SCALES.iter().find_map(first)?))
     }
@@ -224,31 +224,31 @@ impl<'a> RobustLoop<'a> {
     pub(crate) fn closed(&self, size: f64) -> ClosedLoop {
         self.uncertain.sized(size).close(self.controller)
     }
-
-    /// A diagonal S that balances what goes into a channel with what comes out, by the largest entries of the
-    /// frequency response at Theta = 0; w and z count as one channel, in units in which a gain of `gamma` is 1.
-    ///
-    /// E. E. Osborne, J. ACM 7(4), 1960; as a multiplier M. G. Safonov, IEE Proc. D 129(6), 1982.
-    fn balanced(&self, size: f64, gamma: f64) -> Mat {
-        let closed = self.closed(size).in_units_of(gamma);
-        let m = closed.channels.len();
-        let largest = largest_entries(&closed);
-        let floor = NEGLIGIBLE_ENTRY * largest.amax().max(f64::MIN_POSITIVE);
-        let mut t = vec![1.0f64; m + 1];
-        for _ in 0..BALANCING_SWEEPS {
-            for k in 0..m {
-                let others = || (0..=m).filter(|j| *j != k);
-                let row: f64 = others().map(|j| (largest[(k, j)] / t[j]).powi(2)).sum();
-                let column: f64 = others().map(|i| (largest[(i, k)] * t[i]).powi(2)).sum();
-                t[k] = ((column + floor * floor) / (row + floor * floor)).powf(0.25);
-            }
-        }
-        Mat::from_diagonal(&DVector::from_iterator(m, t[..m].iter().map(|t| t * t)))
-    }
 }
 
 /// The first guess at gamma, relative to the bound that is known.
 const FIRST_GAMMA_FACTOR: f64 = 1.2;
+
+/// A diagonal S that balances what goes into a channel with what comes out, by the largest entries of the
+/// frequency response at Theta = 0; w and z count as one channel, in units in which a gain of `gamma` is 1.
+///
+/// E. E. Osborne, J. ACM 7(4), 1960; as a multiplier M. G. Safonov, IEE Proc. D 129(6), 1982.
+pub(crate) fn balanced(closed: &ClosedLoop, gamma: f64) -> Mat {
+    let closed = closed.in_units_of(gamma);
+    let m = closed.channels.len();
+    let largest = largest_entries(&closed);
+    let floor = NEGLIGIBLE_ENTRY * largest.amax().max(f64::MIN_POSITIVE);
+    let mut t = vec![1.0f64; m + 1];
+    for _ in 0..BALANCING_SWEEPS {
+        for k in 0..m {
+            let others = || (0..=m).filter(|j| *j != k);
+            let row: f64 = others().map(|j| (largest[(k, j)] / t[j]).powi(2)).sum();
+            let column: f64 = others().map(|i| (largest[(i, k)] * t[i]).powi(2)).sum();
+            t[k] = ((column + floor * floor) / (row + floor * floor)).powf(0.25);
+        }
+    }
+    Mat::from_diagonal(&DVector::from_iterator(m, t[..m].iter().map(|t| t * t)))
+}
 
 /// Sweeps of the balancing, and entries that count for nothing beside the largest.
 const BALANCING_SWEEPS: usize = 60;

@@ -1,0 +1,168 @@
+//! The matrices that must be definite, formed exactly.
+
+use super::ConstantCertificate;
+use crate::certificate::Rows;
+use crate::closed_loop::ClosedLoop;
+use crate::exact::dyadic::Dyadic;
+use crate::exact::matrix::Matrix;
+
+/// The loop with its filters, as maps from `(x, f | wt, w_D, w)` with the states f of the filters.
+pub(super) struct Filtered<'a> {
+    certificate: &'a ConstantCertificate,
+    closed: &'a ClosedLoop,
+    /// The number of states of the loop, of filtered channels, of channels, of columns of all Delta, of inputs.
+    n: usize,
+    k: usize,
+    r: usize,
+    d: usize,
+    w: usize,
+    /// Pole and channel of each filter.
+    filters: Vec<(f64, usize)>,
+}
+
+impl<'a> Filtered<'a> {
+    pub(super) fn new(certificate: &'a ConstantCertificate, closed: &'a ClosedLoop) -> Self {
+        let of = |parameter: usize| {
+            let own = move |c: &usize| closed.parameters[*c] == parameter;
+            (0..closed.channels).filter(own)
+        };
+        let filters = certificate.filters.iter().flat_map(|f| of(f.parameter).map(|c| (f.pole, c)));
+        Self {
+            certificate,
+            closed,
+            n: closed.states,
+            k: certificate.filtered(),
+            r: closed.channels,
+            d: closed.delta.as_ref().map_or(0, |(_, e)| e.cols),
+            w: closed.inputs,
+            filters: filters.collect(),
+        }
+    }
+
+    /// The parameter of each channel, the filtered ones last.
+    pub(super) fn parameters(&self) -> Vec<usize> {
+        let filtered = self.filters.iter().map(|(_, c)| self.closed.parameters[*c]);
+        self.closed.parameters.iter().copied().chain(filtered).collect()
+    }
+
+    /// Where wt, w_D and w begin, and the end.
+    fn columns(&self) -> [usize; 4] {
+        let wt = self.n + 2 * self.k;
+        [wt, wt + self.r, wt + self.r + self.d, wt + self.r + self.d + self.w]
+    }
+
+    /// A map of the loop, of `(x | wt | w)`, as one of all columns.
+    fn spread(&self, m: &Matrix) -> Matrix {
+        let [wt, _, w, all] = self.columns();
+        let mut out = Matrix::zeros(m.rows, all);
+        for i in 0..m.rows {
+            for j in 0..m.cols {
+                let to = match j {
+                    x if x < self.n => x,
+                    t if t < self.n + self.r => wt + t - self.n,
+                    other => w + other - self.n - self.r,
+                };
+                out[(i, to)] = m[(i, j)].clone();
+            }
+        }
+        out
+    }
+
+    /// `rows` unit rows that begin at column `at`.
+    fn unit(&self, rows: usize, at: usize) -> Matrix {
+        let mut out = Matrix::zeros(rows, self.columns()[3]);
+        (0..rows).for_each(|i| out[(i, at + i)] = Dyadic::from_f64(1.0));
+        out
+    }
+
+    /// To zt and what is filtered of it, and to wt and what is filtered of it.
+    fn channels(&self) -> (Matrix, Matrix) {
+        let zt = self.spread(&self.closed.channel);
+        let wt = self.unit(self.r, self.columns()[0]);
+        (above(&zt, &self.unit(self.k, self.n)), above(&wt, &self.unit(self.k, self.n + self.k)))
+    }
+
+    /// To x' and f', where `f' = -a f + z` and likewise for wt.
+    fn dynamics(&self, into: &Matrix, from: &Matrix) -> Matrix {
+        let mut x = self.spread(&self.closed.state);
+        if let Some((_, e)) = &self.closed.delta {
+            x.place(0, self.columns()[1], e);
+        }
+        let filter = |of: &Matrix, at: usize| {
+            let mut out = Matrix::zeros(self.k, of.cols);
+            for (i, (pole, channel)) in self.filters.iter().enumerate() {
+                out.place(i, 0, &of.row_range(*channel, channel + 1));
+                out[(i, at + i)] = &out[(i, at + i)] + &Dyadic::from_f64(-pole);
+            }
+            out
+        };
+        above(&above(&x, &filter(into, self.n)), &filter(from, self.n + self.k))
+    }
+
+    /// The matrix that must be negative definite; rows (x, f | wt, w_D, w | z).
+    pub(super) fn main(&self) -> Matrix {
+        let c = self.certificate;
+        let exact = |m: &Rows| Matrix::from_rows(m, m.len());
+        let [_, w_delta, w, all] = self.columns();
+        let (into, from) = self.channels();
+        let mut half = Matrix::zeros(all, all);
+        half.place(0, 0, &exact(&c.x).times(&self.dynamics(&into, &from)));
+        half = half.plus(&from.transpose().times(&exact(&c.t).times(&into)));
+        let s = exact(&c.s);
+        let square = |m: &Matrix| m.transpose().times(&s.times(m));
+        let mut upper = half.plus(&half.transpose()).plus(&square(&into)).plus(&square(&from).negated());
+        if let Some((error, _)) = &self.closed.delta {
+            let (mut row, mut column) = (0, w_delta);
+            for ball in &c.errors {
+                let lambda = Dyadic::from_f64(ball.lambda);
+                let (nf, ne) = (ball.f.len(), ball.e.first().map_or(0, Vec::len));
+                let z = self.spread(&error.row_range(row, row + nf));
+                upper = upper.plus(&z.transpose().times(&z).scaled(&lambda));
+                subtract(&mut upper, column, ne, &lambda);
+                (row, column) = (row + nf, column + ne);
+            }
+        }
+        let gamma = Dyadic::from_f64(c.gamma);
+        subtract(&mut upper, w, self.w, &gamma);
+        let output = self.spread(&self.closed.output);
+        let mut whole = Matrix::zeros(all + output.rows, all + output.rows);
+        whole.place(0, 0, &upper);
+        whole.place(all, 0, &output);
+        whole.place(0, all, &output.transpose());
+        subtract(&mut whole, all, output.rows, &gamma);
+        whole
+    }
+
+    /// `A'L + LA`.
+    pub(super) fn decay(&self) -> Matrix {
+        let a = self.closed.state.transpose().row_range(0, self.n).transpose();
+        let l = &self.certificate.lyapunov;
+        let product = Matrix::from_rows(l, l.len()).times(&a);
+        product.plus(&product.transpose())
+    }
+
+    /// S on the channels of a parameter, the filtered ones last.
+    pub(super) fn multiplier(&self, parameter: usize) -> Matrix {
+        let parameters = self.parameters();
+        let own: Vec<usize> = (0..parameters.len()).filter(|c| parameters[*c] == parameter).collect();
+        let mut out = Matrix::zeros(own.len(), own.len());
+        for (i, &row) in own.iter().enumerate() {
+            for (j, &column) in own.iter().enumerate() {
+                out[(i, j)] = Dyadic::from_f64(self.certificate.s[row][column]);
+            }
+        }
+        out
+    }
+}
+
+/// Takes `value I` of a size off the diagonal from `at` on.
+fn subtract(m: &mut Matrix, at: usize, size: usize, value: &Dyadic) {
+    (at..at + size).for_each(|i| m[(i, i)] = &m[(i, i)] + &-value);
+}
+
+fn above(top: &Matrix, bottom: &Matrix) -> Matrix {
+    let mut m = Matrix::zeros(top.rows + bottom.rows, top.cols);
+    m.place(0, 0, top);
+    m.place(top.rows, 0, bottom);
+    m
+}

@@ -1,0 +1,181 @@
+//! Certificates for a constant parameter: one that is checked by hand, and every lie that one number of it can tell.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use certificate::{Certificate, ConstantCertificate};
+use serde_json::{Value, json};
+
+/// `x' = delta x/2 + u + w`, `z = y = x`, `u = -y`, hence `x' = (-1 + delta/2) x + w`: the gain is 2, at delta = 1.
+///
+/// The channel is `zt = x`, `wt = delta zt`, its filter `1/(s + 1)` with the states f and g of zt and wt. With `X = diag(1, p,
+/// p)` and `S = diag(1/2, e)` the inequality is, after the Schur complements of w and z and without the filters, `-2 + 1/2 +
+/// (1/4)/(1/2) + 2/gamma < 0`, that is `gamma > 2`. For `p = 1/20` and `e = 1/50` f adds `p^2/(2p - e) = 1/32`, and g takes
+/// `p^2/(2p + e) = 1/48` off the 1/2 below 1/4, so that `gamma > 2/(2 - 1/2 - 12/23 - 1/32) = 2.112` is asked for.
+fn first_order(gamma: f64) -> Value {
+    json!({
+        "format": "lpv-constant-certificate/1", "blocks": [1], "controller_blocks": [],
+        "plant": {
+            "A": [[0.0]], "Bt": [[0.5]], "B1": [[1.0]], "B2": [[1.0]], "Ct": [[1.0]], "C1": [[1.0]], "C2": [[1.0]],
+            "Dtt": [[0.0]], "Dt1": [[0.0]], "Dt2": [[0.0]], "D1t": [[0.0]], "D11": [[0.0]], "D12": [[0.0]],
+            "D2t": [[0.0]], "D21": [[0.0]]
+        },
+        "controller": {
+            "A": [], "By": [], "Bt": [], "Cu": [[]], "Duy": [[-1.0]], "Dut": [[]], "Ct": [], "Dty": [], "Dtt": []
+        },
+        "gamma": gamma,
+        "X": [[1.0, 0.0, 0.0], [0.0, 0.05, 0.0], [0.0, 0.0, 0.05]],
+        "S": [[0.5, 0.0], [0.0, 0.02]],
+        "T": [[0.0, 0.0], [0.0, 0.0]],
+        "L": [[1.0]],
+        "filters": [{"parameter": 0, "pole": 1.0}],
+        "errors": []
+    })
+}
+
+/// The same with `[A B2]` off by `Delta [1/10 0]`: the gain is 1/(1 - 1/2 - 1/10) = 2.5.
+fn with_error(gamma: f64) -> Value {
+    let mut file = first_order(gamma);
+    file["errors"] = json!([{"E": [[1.0]], "F": [[0.1]], "Fu": [[0.0]], "lambda": 10.0}]);
+    file
+}
+
+fn prove(file: &Value) -> Result<String, String> {
+    let certificate = ConstantCertificate::from_json(&file.to_string()).map_err(|e| e.to_string())?;
+    certificate.prove().map(|t| t.to_string()).map_err(|e| e.to_string())
+}
+
+#[test]
+fn a_certificate_is_proved_as_by_hand() {
+    let words = prove(&first_order(2.113)).unwrap();
+    assert_eq!(
+        words,
+        "For every measurable trajectory of 0 parameters in [-1, 1], on 0 of which the controller depends, and every \
+         constant value of 1 more in [-1, 1], the closed loop of 1 state is exponentially stable and its L2 gain from w \
+         to z is below 2.113."
+    );
+    let refused = prove(&first_order(2.111)).unwrap_err();
+    assert_eq!(
+        refused,
+        "the claim is not proved: the matrix of the inequality is not shown to be negative definite"
+    );
+    assert!(prove(&with_error(2.9)).unwrap().contains("1 term E Delta [F Fu] is added"));
+    assert!(prove(&with_error(2.49)).is_err(), "the gain is 2.5");
+    let read = ConstantCertificate::from_json(&first_order(3.0).to_string()).unwrap();
+    assert_eq!(ConstantCertificate::from_json(&read.to_json().unwrap()).unwrap(), read);
+    assert!(ConstantCertificate::is_format_of(&read.to_json().unwrap()));
+    assert!(Certificate::from_json(&first_order(3.0).to_string()).is_err(), "the other kind is told apart");
+}
+
+/// That of Squid's default design, as large as they are.
+#[test]
+fn the_golden_certificate_is_proved() {
+    let path = format!("{}/../../tests/certificates/constant_squid.json", env!("CARGO_MANIFEST_DIR"));
+    let mut golden = ConstantCertificate::from_json(&std::fs::read_to_string(path).unwrap()).unwrap();
+    let theorem = golden.prove().unwrap();
+    assert_eq!((theorem.varying, theorem.constant, theorem.scheduled, theorem.errors), (2, 13, 1, 3));
+    golden.gamma *= 0.8;
+    assert!(golden.prove().is_err());
+}
+
+/// Whether the gain is below gamma at many constant values of delta and of a constant error, and the loop is stable.
+fn is_true(file: &Value) -> bool {
+    let n = |at: &str| file.pointer(at).and_then(Value::as_f64).unwrap();
+    let (p, k) = (|name: &str| n(&format!("/plant/{name}/0/0")), n("/controller/Duy/0/0"));
+    // u = k y;  rows x', zt, z of columns x, wt, w.
+    let closed = |row: [&str; 3], b: &str| {
+        let y = [p("C2"), p("D2t"), p("D21")];
+        [0, 1, 2].map(|j| p(row[j]) + p(b) * k * y[j])
+    };
+    let (x, t, z) = (
+        closed(["A", "Bt", "B1"], "B2"),
+        closed(["Ct", "Dtt", "Dt1"], "Dt2"),
+        closed(["C1", "D1t", "D11"], "D12"),
+    );
+    let error = file["errors"].as_array().unwrap().iter().map(|ball| {
+        let at = |key: &str| ball[key][0][0].as_f64().unwrap();
+        // E (F x + Fu u) with u in terms of x, wt, w.
+        let y = [p("C2"), p("D2t"), p("D21")];
+        [0, 1, 2].map(|j| at("E") * (if j == 0 { at("F") } else { 0.0 } + at("Fu") * k * y[j]))
+    });
+    let error = error.fold([0.0; 3], |sum, e: [f64; 3]| [0, 1, 2].map(|j| sum[j] + e[j]));
+    let steps = || (-20..=20).map(|i| f64::from(i) / 20.0);
+    steps().flat_map(|delta| [-1.0, 0.0, 1.0].map(|size| (delta, size))).all(|(delta, size)| {
+        let moved = [0, 1, 2].map(|j| x[j] + size * error[j]);
+        let f = delta / (1.0 - delta * t[1]);
+        let (a, b) = (moved[0] + moved[1] * f * t[0], moved[2] + moved[1] * f * t[2]);
+        let (c, d) = (z[0] + z[1] * f * t[0], z[2] + z[1] * f * t[2]);
+        // |c b/(j omega - a) + d| is largest at 0 or at infinity.
+        let gain = f64::max((d - c * b / a).abs(), d.abs());
+        f.is_finite() && a < 0.0 && gain <= n("/gamma") * (1.0 + 1e-12)
+    })
+}
+
+/// One number changed: whatever still proves is true.
+#[test]
+fn one_number_changed_proves_no_lie() {
+    let (mut proved, mut refused, mut lies) = (0, 0, 0);
+    for file in [first_order(2.2), with_error(2.9)] {
+        assert!(prove(&file).is_ok() && is_true(&file));
+        for pointer in numbers(&file, "") {
+            let old = file.pointer(&pointer).unwrap().as_f64().unwrap();
+            for new in
+                [-old, 10.0 * old, 0.1 * old, 0.9 * old, 1.1 * old, 0.0, old + 1.0, old - 1.0, old + 1e-3]
+            {
+                let mut changed = file.clone();
+                *changed.pointer_mut(&pointer).unwrap() = new.into();
+                let is_so = is_true(&changed);
+                lies += usize::from(!is_so);
+                match prove(&changed) {
+                    Ok(_) => {
+                        assert!(is_so, "{pointer}: {old} -> {new} is proved, and not true");
+                        proved += 1;
+                    }
+                    Err(_) => refused += 1,
+                }
+            }
+        }
+    }
+    assert!(proved > 50 && refused > 100 && lies > 50, "{proved} proved, {refused} refused, {lies} lies");
+}
+
+fn numbers(value: &Value, at: &str) -> Vec<String> {
+    match value {
+        Value::Number(_) if !at.contains("blocks") && !at.ends_with("parameter") => vec![at.to_string()],
+        Value::Array(items) => {
+            items.iter().enumerate().flat_map(|(i, v)| numbers(v, &format!("{at}/{i}"))).collect()
+        }
+        Value::Object(items) => items.iter().flat_map(|(k, v)| numbers(v, &format!("{at}/{k}"))).collect(),
+        _ => vec![],
+    }
+}
+
+#[test]
+fn each_condition_is_named() {
+    let refusal = |change: &dyn Fn(&mut Value)| {
+        let mut file = with_error(2.9);
+        change(&mut file);
+        prove(&file).unwrap_err()
+    };
+    let names = |words: &str, change: &dyn Fn(&mut Value)| {
+        let found = refusal(change);
+        assert!(found.contains(words), "{found}");
+    };
+    names("L is not shown to be positive definite", &|f| f["L"][0][0] = json!(-1.0));
+    names("A'L + LA is not shown to be negative", &|f| f["plant"]["A"][0][0] = json!(1.0));
+    names("the multiplier of parameter 0", &|f| f["S"][1][1] = json!(-0.1));
+    names("X is not symmetric", &|f| f["X"][0][1] = json!(0.1));
+    names("T is not skew", &|f| f["T"][0][0] = json!(0.1));
+    names("the pole of a filter is -1e0", &|f| f["filters"][0]["pole"] = json!(-1.0));
+    names("lambda is 0e0", &|f| f["errors"][0]["lambda"] = json!(0.0));
+    names("gamma is -2e0", &|f| f["gamma"] = json!(-2.0));
+    names("filters[0].parameter: found 1", &|f| f["filters"][0]["parameter"] = json!(1));
+    names("filters[0].Y: unknown key", &|f| f["filters"][0]["Y"] = json!([[1.0]]));
+    names("errors[0].E: found 2 rows", &|f| f["errors"][0]["E"] = json!([[1.0], [1.0]]));
+    names("errors[0].F: row 0 has 2 numbers", &|f| f["errors"][0]["F"] = json!([[1.0, 1.0]]));
+    names("X: found 1 rows, must have 3", &|f| f["X"] = json!([[1.0]]));
+    names("S: found 1 rows, must have 2", &|f| f["S"] = json!([[1.0]]));
+    names("L: found 0 rows", &|f| f["L"] = json!([]));
+    names("plant.D22", &|f| f["plant"]["D22"] = json!([[1.0]]));
+    names("filters: found the number 1", &|f| f["filters"] = json!(1.0));
+    names("poles: unknown key", &|f| f["poles"] = json!(1.0));
+    names("format: found the string \"lpv-certificate/1\"", &|f| f["format"] = json!("lpv-certificate/1"));
+}

@@ -1,0 +1,192 @@
+//! `squid design --constant`: the gain for every constant value of the uncertain coefficients and any course of speed.
+//!
+//! ```text
+//! uncertain model over the range of speed -> fewer channels -> balls around it -> multipliers -> proof
+//! ```
+//!
+//! Speed, and what of the trim depends on it, may take any course; coefficients and gains of actuators are constant. See
+//! `docs/constant.md` for the claim, and [`lpv::robust::constant`] for the inequality.
+
+pub mod balls;
+
+use crate::certify::constant::balls::{Ball, around};
+use crate::certify::{controller_rows, plant_rows};
+use crate::error::{ConstantError, Error, ProofError};
+use crate::fit::Model;
+use crate::inputs::Inputs;
+use crate::numbers::above;
+use crate::progress::Progress;
+use crate::store::files::Files;
+use crate::uncertain::closed_loop::uncertain_plant;
+use crate::uncertain::over_range;
+use crate::uncertain::truncate::{Truncated, truncated};
+use certificate::{ConstantCertificate, ConstantTheorem, ErrorBall, Filter};
+use lpv::controller::Controller;
+use lpv::matrix::to_rows;
+use lpv::plant::GeneralisedPlant;
+use lpv::robust::UncertainPlant;
+use lpv::robust::constant::{ConstantBound, ConstantLoop};
+use std::path::Path;
+
+/// The file of the certificate.
+pub const CERTIFICATE: &str = "constant_certificate.json";
+
+/// The relative change of `[A B]`, in all of the declared box, up to which channels are removed.
+const TRUNCATION_TOLERANCE: f64 = 0.002;
+
+/// The `a` of the filters `1/(s + a)`, rad/s: about where the loops of vehicles cross over.
+const FILTER_POLE: f64 = 1.0;
+
+/// How close to the least gamma a bound is sought, relatively: the second where exact arithmetic does not confirm the first,
+/// because it holds by too little.
+const TOLERANCES: [f64; 2] = [0.02, 0.1];
+
+/// The gain allowed relative to the nominal bound where the whole box is out of reach.
+pub const PRICE: f64 = 1.25;
+
+/// How often the share of the box is halved between what holds and what does not.
+const DIVISIONS: usize = 4;
+
+/// A gain proved for constant coefficients.
+#[derive(Debug, Clone)]
+pub struct Constant {
+    /// The part of the declared half ranges for which it is proved; 1 is all.
+    pub share: f64,
+    /// The certificate.
+    pub certificate: ConstantCertificate,
+    /// What it proves.
+    pub theorem: ConstantTheorem,
+}
+
+/// Proves a gain for all of the declared box, or else for a part of it at 1.25 times the bound `nominal`.
+///
+/// # Errors
+/// [`Error::Uncertain`] where the design names nothing uncertain; [`Error::Constant`] when nothing was proved.
+pub fn constant(
+    inputs: &Inputs,
+    model: &Model,
+    controller: &Controller,
+    nominal: f64,
+    progress: &Progress,
+) -> Result<Constant, Error> {
+    let whole = over_range(inputs, model)?;
+    let fewer = truncated(&inputs.vehicle.actuators, &whole, 1.0, TRUNCATION_TOLERANCE)?;
+    let plant = uncertain_plant(&inputs.vehicle.actuators, &inputs.design, &fewer.model, &model.trim_slope)?;
+    let uncertain = UncertainPlant { plant, scheduled: 1 };
+    progress.done("uncertain", &model_line(&fewer));
+    let attempt = |share: f64, most: f64| -> Result<Option<Constant>, Error> {
+        let percent = 100.0 * share;
+        let running =
+            progress.begin("constant", &format!("{percent:.0} % of the declared uncertainty, minutes"));
+        let found = proved(inputs, &fewer, &uncertain, controller, (share, nominal));
+        let seconds = running.seconds();
+        drop(running);
+        let gain = match &found {
+            Ok(found) => format!("a gain below {} ({seconds:.1} s)", above(found.theorem.gamma)),
+            Err(Error::Constant(reason)) => reason.to_string(),
+            Err(_) => String::new(),
+        };
+        progress.done("constant", &format!("{percent:.0} % of the declared uncertainty: {gain}"));
+        match found {
+            Ok(found) => Ok(Some(found).filter(|found| found.theorem.gamma <= most)),
+            Err(Error::Constant(_)) => Ok(None),
+            Err(other) => Err(other),
+        }
+    };
+    if let Some(all) = attempt(1.0, f64::INFINITY)? {
+        return Ok(all);
+    }
+    let (mut best, mut low, mut high) = (None, 0.0, 1.0);
+    for _ in 0..DIVISIONS {
+        let middle = 0.5 * (low + high);
+        match attempt(middle, PRICE * nominal)? {
+            Some(found) => (best, low) = (Some(found), middle),
+            None => high = middle,
+        }
+    }
+    best.ok_or(ConstantError::NoShare { least: high }.into())
+}
+
+/// The bound at a share of the box, proved.
+fn proved(
+    inputs: &Inputs,
+    fewer: &Truncated,
+    uncertain: &UncertainPlant,
+    controller: &Controller,
+    (share, nominal): (f64, f64),
+) -> Result<Constant, Error> {
+    let plant = uncertain.sized(share);
+    let balls = around(inputs, &fewer.model, share, &plant)?;
+    let is_constant = fewer.model.blocks.iter().map(|b| (!b.uncertain.is_of_trim()).then_some(FILTER_POLE));
+    let poles: Vec<Option<f64>> = std::iter::once(None).chain(is_constant).collect();
+    let errors = balls.iter().map(|ball| ball.close(&plant, controller)).collect();
+    let whole = ConstantLoop { closed: plant.close(controller), poles, errors };
+    let mut refused = None;
+    for tolerance in TOLERANCES {
+        let bound = whole.bound(2.0 * nominal, tolerance).map_err(ConstantError::NoBound)?;
+        let certificate = certificate_of(&plant, controller, &whole.poles, &bound, &balls);
+        match certificate.prove() {
+            Ok(theorem) => return Ok(Constant { share, certificate, theorem }),
+            Err(reason) => refused = Some(reason),
+        }
+    }
+    Err(refused.map_or(ConstantError::NoShare { least: share }, ConstantError::NotProved).into())
+}
+
+/// The certificate of a bound.
+fn certificate_of(
+    plant: &GeneralisedPlant,
+    controller: &Controller,
+    poles: &[Option<f64>],
+    bound: &ConstantBound,
+    balls: &[Ball],
+) -> ConstantCertificate {
+    ConstantCertificate {
+        blocks: plant.blocks.clone(),
+        controller_blocks: controller.blocks.clone(),
+        plant: plant_rows(plant),
+        controller: controller_rows(controller),
+        gamma: bound.gamma,
+        x: to_rows(&bound.x),
+        s: to_rows(&bound.s),
+        t: to_rows(&bound.t),
+        lyapunov: to_rows(&bound.lyapunov),
+        filters: filters(poles),
+        errors: balls.iter().zip(&bound.lambdas).map(|(ball, lambda)| error_ball(ball, *lambda)).collect(),
+    }
+}
+
+fn filters(poles: &[Option<f64>]) -> Vec<Filter> {
+    let each = poles.iter().enumerate();
+    each.filter_map(|(parameter, pole)| pole.map(|pole| Filter { parameter, pole })).collect()
+}
+
+fn error_ball(ball: &Ball, lambda: f64) -> ErrorBall {
+    ErrorBall { e: to_rows(&ball.e), f: to_rows(&ball.f), fu: to_rows(&ball.fu), lambda }
+}
+
+impl Constant {
+    /// Writes the certificate to the directory of its design.
+    ///
+    /// # Errors
+    /// [`ProofError::Certificate`], [`StoreError`](crate::error::StoreError).
+    pub fn save(&self, directory: &Path) -> Result<(), Error> {
+        let path = directory.join(CERTIFICATE);
+        let wrong = |reason| ProofError::Certificate { file: path.display().to_string(), reason };
+        let text = self.certificate.to_json().map_err(wrong)?;
+        let mut files = Files::default();
+        files.add(path, text);
+        Ok(files.save(directory)?)
+    }
+}
+
+fn model_line(fewer: &Truncated) -> String {
+    let model = &fewer.model;
+    let of_trim = model.blocks.iter().filter(|b| b.uncertain.is_of_trim()).count();
+    format!(
+        "{} constant parameters and {of_trim} of the trim in {} channels, {} channels of rho",
+        model.blocks.len() - of_trim,
+        model.channels() - model.scheduled,
+        model.scheduled,
+    )
+}
