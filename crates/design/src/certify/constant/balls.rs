@@ -25,7 +25,7 @@ const CORNERS: usize = 60;
 const INSIDE: usize = 20;
 
 /// How much larger than measured the balls are.
-pub const WIDER: f64 = 1.2;
+pub const WIDER: f64 = 1.6;
 
 /// Rows whose difference is below this are exact; columns count at least as this part of the largest of their row.
 const EXACT: f64 = 1e-12;
