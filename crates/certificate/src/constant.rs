@@ -222,6 +222,7 @@ impl ConstantCertificate {
             s: none.clone(),
             t: none,
             residual: (!self.errors.is_empty()).then_some(all),
+            bounded_rate: None,
         }
     }
 
