@@ -249,9 +249,11 @@ def test_modes_beyond_the_sampling_rate(run_squid: Run, tmp_path: Path) -> None:
     done = run_squid("design", SQUID, "--out", tmp_path / "out")
     assert done.returncode == 0 and "WARNING" not in done.stdout
     done = run_squid("design", SQUID, "--bandwidth", "3", "--out", tmp_path / "out")
-    told = re.search(r"fastest mode of the controller, (\d+) rad/s, is beyond .* 62\.8 rad/s", done.stdout)
-    assert done.returncode == 0 and told and float(told[1]) > 62.8, done.stdout
-    assert "A sample time of 0.0" in done.stdout
+    gone = re.search(r"modes of the controller, the fastest of (\d+) rad/s, are too fast", done.stdout)
+    left = re.search(r"fastest mode of the controller (\d+) rad/s", done.stdout)
+    assert done.returncode == 0 and gone and left, done.stdout
+    assert float(left[1]) <= 62.8 < float(gone[1]) and "WARNING" not in done.stdout
+    assert "PROVED in exact arithmetic" in done.stdout, "of the controller without them"
 
 
 @pytest.mark.parametrize("words", [["design", "--bandwidth", "-1"], ["show", "--speed", "-1"]])
@@ -394,10 +396,11 @@ def test_ladder_of_gammas(run_squid: Run, squid_by_errors: Path, tmp_path: Path,
     assert "CONTRADICTION" not in done.stdout and "unknown" not in done.stdout
     ladder = done.stdout.split("The best controller", 1)[1]
     best, finished = (part.splitlines()[1:] for part in ladder.split("The controller of this design", 1))
-    alone, scheduled = [gammas(lines) for lines in (best[:6], best[6:])]
+    alone, others = [gammas(lines) for lines in (best[:6], best[6:])]
+    scheduled, bounded_rate = others[:2], others[2:]
     loop = gammas(finished)
-    assert (len(alone), len(scheduled), len(loop)) == (6, 2, 7)
-    for lower, upper in pairwise([max(alone), *scheduled]):
+    assert (len(alone), len(scheduled), len(bounded_rate), len(loop)) == (6, 2, 4, 7)
+    for lower, upper in pairwise([max(alone), *bounded_rate, *scheduled]):
         assert lower <= 1.002 * upper
     for lower, upper in pairwise(loop):
         assert lower <= 1.002 * upper

@@ -117,12 +117,7 @@ pub fn fly_under(
     ticks: (f64, &Trim),
     law: impl FnMut(&Measured) -> Result<Answer, Error>,
 ) -> Result<Flight, Error> {
-    let course = |time| Demand {
-        speed: manoeuvre.speed_reference(time),
-        pitch_above_trim: manoeuvre.pitch_above_trim(time),
-        current: Current::default(),
-    };
-    fly_course(vehicle, depth, (manoeuvre.duration, course), ticks, law)
+    fly_course(vehicle, depth, (manoeuvre.duration, |time| Demand::of(manoeuvre, time)), ticks, law)
 }
 
 /// What is wanted at a time, and how the water moves.
@@ -134,6 +129,17 @@ pub struct Demand {
     pub pitch_above_trim: f64,
     /// The current. Where it steps, the velocity through the water does.
     pub current: Current,
+}
+
+impl Demand {
+    /// That of a manoeuvre, in still water.
+    pub fn of(manoeuvre: &Manoeuvre, time: f64) -> Self {
+        Self {
+            speed: manoeuvre.speed_reference(time),
+            pitch_above_trim: manoeuvre.pitch_above_trim(time),
+            current: Current::default(),
+        }
+    }
 }
 
 /// Flies the vehicle from trim on a course, a duration \[s\] and the demand at each time: a control law at each tick, `t

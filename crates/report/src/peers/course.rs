@@ -127,14 +127,10 @@ impl Flew {
 /// As [`fly_at`].
 pub fn fly_ramp(subject: &Subject, law: &dyn Law) -> Result<(Step, f64), Error> {
     let m = &subject.stored.manoeuvre;
-    let demand = |time: f64| Demand {
-        speed: m.speed_reference(time),
-        pitch_above_trim: m.pitch_above_trim(time),
-        current: Current::default(),
-    };
     let vehicle = &subject.inputs.vehicle;
     let gains = vec![1.0; vehicle.actuators.len()];
-    let Ok(flight) = fly(subject, law, (vehicle, &gains), (m.duration, demand)) else {
+    let course = (m.duration, |time| Demand::of(m, time));
+    let Ok(flight) = fly(subject, law, (vehicle, &gains), course) else {
         return Ok((Step::LOST, f64::INFINITY));
     };
     if flight.surfacing.is_some() {

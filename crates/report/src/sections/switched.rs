@@ -1,15 +1,13 @@
 //! A flight under several controllers, of which the measured speed chooses one.
 
 use crate::error::Error;
+use crate::peers::law::{Law, Ticking, fly};
 use crate::subject::Subject;
 use lpv::matrix::Mat;
 use lpv::state_space::StateSpace;
-use nalgebra::DVector;
-use scheduled::{Autopilot, Inputs as Measured};
-use signals::SPEED;
 use squid_design::check::sampled::{cannot, trapezoidal};
 use squid_design::error::ProofError;
-use squid_flight::flight::{Answer, Row, fly_under};
+use squid_flight::flight::{Demand, Row};
 
 /// What becomes of the states when another controller takes charge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,50 +55,42 @@ impl Bank {
     }
 }
 
+/// Controllers made for single speeds; the one of the nearest speed is in charge.
+struct Switched<'a> {
+    speeds: &'a [f64],
+    controllers: Vec<StateSpace>,
+    handover: Handover,
+}
+
+impl Law for Switched<'_> {
+    fn frozen(&self, speed: f64) -> Option<StateSpace> {
+        self.controllers.get(nearest(self.speeds, speed)).cloned()
+    }
+
+    fn start(&self) -> Option<Ticking<'_>> {
+        let states = self.controllers.iter().map(|k| Mat::zeros(k.a.nrows(), 1)).collect();
+        let (controllers, handover) = (self.controllers.clone(), self.handover);
+        let mut bank = Bank { controllers, states, active: 0, handover };
+        Some(Box::new(move |speed, y, _| {
+            let y = Mat::from_column_slice(y.len(), 1, y);
+            bank.tick(nearest(self.speeds, speed), &y).as_slice().to_vec()
+        }))
+    }
+}
+
 /// Flies the design's manoeuvre, as [`squid_flight::flight::fly`] does, under controllers made for the speeds of the
 /// subject.
 ///
 /// # Errors
 /// [`Error::Flight`], [`ProofError::Mismatch`] when a controller cannot be sampled.
 pub fn fly_switched(subject: &Subject, bank: &[StateSpace], handover: Handover) -> Result<Vec<Row>, Error> {
-    let (inputs, design, manoeuvre) = (subject.inputs, &subject.stored.controller, &subject.stored.manoeuvre);
-    let sampled = |k: &StateSpace| {
-        let sampled = trapezoidal(k, design.sample_time);
-        sampled.ok_or_else(cannot)
-    };
+    let (vehicle, manoeuvre) = (&subject.inputs.vehicle, &subject.stored.manoeuvre);
+    let sampled = |k: &StateSpace| trapezoidal(k, subject.stored.controller.sample_time).ok_or_else(cannot);
     let controllers: Vec<StateSpace> = bank.iter().map(sampled).collect::<Result<_, ProofError>>()?;
-    let states = controllers.iter().map(|k| Mat::zeros(k.a.nrows(), 1)).collect();
-    let mut bank = Bank { controllers, states, active: 0, handover };
-    // The stored autopilot runs along: it tells what a controller takes in, and the trim.
-    let mut autopilot = Autopilot::new(design)?;
-    let table = autopilot.trim().clone();
-    let mut started = false;
-    let law = |measured: &Measured| {
-        if !std::mem::replace(&mut started, true) {
-            autopilot.initialise(0.0, measured)?;
-        }
-        let filtered = autopilot.filtered_speed();
-        autopilot.tick(measured)?;
-        let y = Mat::from_column_slice(design.controller_inputs.len(), 1, autopilot.controller_inputs());
-        let path = table.speed(measured.measured[SPEED]);
-        let u = bank.tick(nearest(&subject.speeds, path), &y);
-        let level = design.reference_filter.map_or(measured.references[SPEED], |_| filtered);
-        let feedforward = |j| table.command(level, j);
-        let rho = subject.rho(path);
-        Ok(Answer {
-            commands: commands(subject, &u.column(0).into_owned(), feedforward),
-            rho: rho.clamp(-1.0, 1.0),
-            out_of_range: rho.abs() > 1.0,
-        })
-    };
-    let ticks = (design.sample_time, &table);
-    Ok(fly_under(&inputs.vehicle, inputs.design.depth, manoeuvre, ticks, law)?.rows)
-}
-
-/// Trim and control, within the actuators' limits.
-fn commands(subject: &Subject, u: &DVector<f64>, feedforward: impl Fn(usize) -> f64) -> Vec<f64> {
-    let each = subject.inputs.vehicle.actuators.iter().enumerate();
-    each.map(|(j, a)| (feedforward(j) + a.reach() * u[j]).clamp(a.min, a.max)).collect()
+    let law = Switched { speeds: &subject.speeds, controllers, handover };
+    let gains = vec![1.0; vehicle.actuators.len()];
+    let course = (manoeuvre.duration, |time| Demand::of(manoeuvre, time));
+    Ok(fly(subject, &law, (vehicle, &gains), course)?.rows)
 }
 
 fn nearest(speeds: &[f64], v: f64) -> usize {
