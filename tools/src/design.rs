@@ -43,8 +43,10 @@ pub fn run(which: &Which, with_ladder: bool, with_robust: bool, with_constant: b
         let found = constant(&inputs, &finished.model, k, gamma, &progress)?;
         found.save(&directory)?;
         say(&format!(
-            "\nThe gain is below {} for every constant combination of the declared coefficients within {:.1} % of their \
-             declared\nranges, for any course of speed. PROVED in exact arithmetic: {}",
+            "\nThe gain of the uncertain model is below {} for every constant combination of the declared coefficients within\n\
+             {:.1} % of their declared ranges, for any course of speed, and for every error of the model within balls around\n\
+             it. PROVED in exact arithmetic: {}\n\
+             That the balls contain the vehicle is a computation at points of the declared ranges, and not proved.",
             above(found.theorem.gamma),
             100.0 * found.share,
             directory.join(CONSTANT_CERTIFICATE).display()
