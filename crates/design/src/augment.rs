@@ -43,6 +43,7 @@ pub fn augment(
     let problem = TrackingProblem {
         outputs: Tracked::outputs(&design.tracked),
         output_scale: design.tracked.iter().map(|t| t.scale).collect(),
+        references: design.tracked.iter().map(|t| t.references).collect(),
         input_scale: actuators.iter().map(Actuator::reach).collect(),
         lags: actuators.iter().map(|a| if design.lags { a.lag } else { 0.0 }).collect(),
         delay: design.delay,

@@ -10,6 +10,7 @@ use crate::numbers::above;
 use crate::progress::Progress;
 use auv::Actuator;
 use lpv::bounded_rate::SlowOptions;
+use lpv::controller::Controller;
 use lpv::error::SynthesisError;
 use lpv::parameter_grid::parameter_grid;
 use lpv::plant::GeneralisedPlant;
@@ -55,14 +56,16 @@ pub fn synthesise(
 fn slow_enough(file: &DesignFile, plant: &GeneralisedPlant, design: Design) -> (Design, String) {
     let limit = fastest_sampled(file.sample_time);
     let thetas = parameter_grid(plant.blocks.len());
-    let fastest = |design: &Design| design.controller.fastest_mode(&thetas);
-    let most = fastest(&design);
+    let most = design.controller.fastest_mode(&thetas);
     // A bound at a bounded rate is of the controller with all its modes.
     if most <= limit || design.slow.is_some() {
         return (design, String::new());
     }
-    let mut slower = SPLITS.iter().filter_map(|part| without_fast_modes(plant, &design, part * limit));
-    let Some(slower) = slower.find(|slower| fastest(slower) <= limit) else { return (design, String::new()) };
+    let rates = SPLITS.map(|part| part * limit);
+    let slow_enough = |controller: &Controller| controller.fastest_mode(&thetas) <= limit;
+    let Some(slower) = without_fast_modes(plant, &design, &rates, slow_enough) else {
+        return (design, String::new());
+    };
     let gone = design.controller.a().nrows() - slower.controller.a().nrows();
     let words = format!(
         "\n{gone} modes of the controller, the fastest of {most:.0} rad/s, are too fast for the sample time: \

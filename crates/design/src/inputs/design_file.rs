@@ -11,7 +11,7 @@ mod tables;
 mod uncertainty;
 
 use lpv::matrix::Mat;
-use lpv::tracking::{ReferenceModel, RisingWeight};
+use lpv::tracking::{ReferenceModel, ReferenceWeight, RisingWeight};
 use scheduled::Manoeuvre;
 use signals::{SIGNALS, SPEED, STATES, Signal};
 pub use uncertainty::{HalfRange, UncertainCoefficient, UncertainParameter, Uncertainty};
@@ -55,6 +55,9 @@ const CONTROL_WEIGHT: Range = Range {
 /// Gains at high frequency, relative to those at frequency 0.
 const RISE: Range = Range { least: 1.0, most: 1e6, words: "from 1, no less than at low frequencies, to 1e6" };
 
+/// How much more slow references count.
+const FOLLOW: Range = Range { least: 1.0, most: 1e4, words: "from 1, as much as fast ones, to 1e4" };
+
 /// The bound on the rate of the speed.
 const RATE: Range = Range { least: 1e-6, most: 1e3, words: "from 1e-6 to 1e3 (m/s^2)" };
 
@@ -75,6 +78,8 @@ pub struct Tracked {
     pub place: usize,
     /// The reference that counts as 1, SI.
     pub scale: f64,
+    /// R: how much more slow references count.
+    pub references: ReferenceWeight,
     /// W_e.
     pub weight: lpv::tracking::TrackingWeight,
     /// The model that the output must follow.

@@ -234,8 +234,12 @@ pub(crate) fn search(base: Base, tolerance: f64) -> Result<(GainBound, f64), Syn
     posed.program.positive("S", m.s.clone());
     posed.program.negative("bounded real", posed.inequality.clone());
     posed.program.minimise_trace(&m.gamma, 1.0);
-    let search =
-        SolverOptions { start: Some(&posed.start), enough: NEAR_ENOUGH, ..SolverOptions::within(tolerance) };
+    let search = SolverOptions {
+        start: Some(&posed.start),
+        enough: NEAR_ENOUGH,
+        settles: true,
+        ..SolverOptions::within(tolerance)
+    };
     let solution = solver::solve(&posed.program, STAGE, search)?;
     Ok((posed.bound(base, &solution.x), solution.gap))
 }

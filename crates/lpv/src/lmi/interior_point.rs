@@ -27,7 +27,8 @@ use std::collections::VecDeque;
 pub(crate) struct Minimum {
     /// The best point found at which all inequalities hold strictly.
     pub(crate) x: Vec<f64>,
-    /// How far its objective may be above the least, relative to the objective plus the floor of the search.
+    /// How far its objective may be above the least, relative to the objective plus the floor of the search; the
+    /// tolerance where it has settled.
     pub(crate) gap: f64,
     /// The multipliers of the last steps, a matrix for each inequality: the last are closest to the best, the first
     /// clearest inside.
@@ -44,6 +45,11 @@ const MOST_STEPS: u32 = 100;
 /// few steps, too little leads to ones that are too short.
 const WARM_START_FACTOR: f64 = 1e6;
 
+/// A value has settled when it fell by so much less than the tolerance in so many steps, and the multipliers say that it
+/// is near the least, though they are not feasible enough for a bound.
+const SETTLED: f64 = 20.0;
+const SETTLED_STEPS: usize = 3;
+
 /// A method that goes less far than this along its direction is stuck.
 const SHORTEST_STEP: f64 = 1e-4;
 
@@ -59,6 +65,8 @@ pub(crate) fn minimise(
         .unwrap_or_else(|| State::cold(inequalities, objective));
     let mut best: Option<(f64, Vec<f64>)> = None;
     let mut multipliers = VecDeque::new();
+    let mut values = VecDeque::new();
+    let mut settled = false;
     let mut bound = f64::NEG_INFINITY;
     let gap = |value: f64, bound: f64| (value - bound) / (search.floor + value.abs());
     for _ in 0..MOST_STEPS {
@@ -73,6 +81,14 @@ pub(crate) fn minimise(
             if best.as_ref().is_none_or(|(known, _)| value < *known) {
                 best = Some((value, state.x.clone()));
             }
+            values.push_back(value);
+            if values.len() > SETTLED_STEPS {
+                let fell = values.pop_front().map_or(f64::INFINITY, |first| gap(first, value).abs());
+                settled = search.settles && distance.max(SETTLED * fell) < search.tolerance;
+            }
+            if settled {
+                break;
+            }
             multipliers.push_back(state.cones.iter().map(|c| c.x.clone()).collect());
             if multipliers.len() > KEPT_MULTIPLIERS {
                 multipliers.pop_front();
@@ -86,7 +102,8 @@ pub(crate) fn minimise(
             _ => break,
         }
     }
-    best.map(|(value, x)| Minimum { x, gap: gap(value, bound), multipliers: multipliers.into() })
+    let reached = |value: f64| if settled { search.tolerance } else { gap(value, bound) };
+    best.map(|(value, x)| Minimum { x, gap: reached(value), multipliers: multipliers.into() })
 }
 
 /// One inequality at the present point.

@@ -12,6 +12,9 @@ pub struct SolverOptions<'a> {
     /// A gap at which rows of other sizes are not tried for an impatient search: what is left then is rounding at the
     /// optimum, not a search that is stuck on the way.
     pub enough: f64,
+    /// Whether a value that has all but stopped falling is the least: enough where a point is all that is wanted, and a
+    /// bound from the other side comes late, or never for rounding.
+    pub settles: bool,
     /// Whether to go on with the general solver where the first gets stuck at a point that is feasible, but not the
     /// best.
     pub patient: bool,
@@ -25,6 +28,6 @@ impl SolverOptions<'_> {
 
     /// Within `tolerance` of the optimum, and therefore well inside the inequalities.
     pub fn within(tolerance: f64) -> Self {
-        Self { tolerance, floor: 1.0, start: None, enough: 1e-3, patient: false }
+        Self { tolerance, floor: 1.0, start: None, enough: 1e-3, settles: false, patient: false }
     }
 }

@@ -49,12 +49,28 @@ pub fn reduce(plant: &GeneralisedPlant, design: &Design, fastest_mode: Option<f6
     best
 }
 
-/// The design with the modes of its controller that decay faster than `rate` (rad/s, at Theta = 0) at their steady
-/// values, and the bound shown anew; `None` when there are none, or no bound within a fifth of the design's is shown.
+/// The design with modes of its controller at their steady values, and the bound shown anew: those that decay faster,
+/// at Theta = 0, than the first of `rates` (rad/s) that leaves a controller which is `slow_enough`. `None` when there is
+/// no such rate, or no bound within a fifth of the design's is shown.
 ///
 /// In coordinates in which A is `diag(A_slow, A_fast)`, `0 = A_fast x_fast + B_fast [y; wk]` takes x_fast out.
-pub fn without_fast_modes(plant: &GeneralisedPlant, design: &Design, rate: f64) -> Option<Design> {
-    let k = &design.controller;
+pub fn without_fast_modes(
+    plant: &GeneralisedPlant,
+    design: &Design,
+    rates: &[f64],
+    slow_enough: impl Fn(&Controller) -> bool,
+) -> Option<Design> {
+    let slower = rates.iter().filter_map(|rate| at_rest(&design.controller, *rate));
+    let controller = slower.into_iter().find(slow_enough)?;
+    let closed = plant.close(&controller);
+    let start = balanced_start(&closed, &design.certified)?;
+    let certified = bounded_gain(&closed, &LoopError::none(&closed), &start).ok()?;
+    let near = certified.gamma <= design.certified.gamma * (1.0 + RISE_WITHOUT_FAST_MODES);
+    near.then(|| Design { controller, certified, ..design.clone() })
+}
+
+/// The controller with the modes faster than `rate` at rest; `None` when there are none.
+fn at_rest(k: &Controller, rate: f64) -> Option<Controller> {
     let n = k.a().nrows();
     let fast = projector(&k.a(), rate)?;
     let gone = fast.trace().round() as usize;
@@ -66,12 +82,7 @@ pub fn without_fast_modes(plant: &GeneralisedPlant, design: &Design, rate: f64) 
     let transform = block(&[&[&span(slow, n - gone), &span(fast, gone)]]);
     let inverse = solve(&transform, &Mat::identity(n, n))?;
     let parts = k.parts.transformed(&[(X, &inverse)], &[(X, &transform)]);
-    let controller = residualised(&Controller { parts, blocks: k.blocks.clone() }, n - gone)?;
-    let closed = plant.close(&controller);
-    let start = balanced_start(&closed, &design.certified)?;
-    let certified = bounded_gain(&closed, &LoopError::none(&closed), &start).ok()?;
-    let near = certified.gamma <= design.certified.gamma * (1.0 + RISE_WITHOUT_FAST_MODES);
-    near.then(|| Design { controller, certified, ..design.clone() })
+    residualised(&Controller { parts, blocks: k.blocks.clone() }, n - gone)
 }
 
 /// The controller in balanced coordinates `x = T x~`, most important states first, and T. `None` when it is unstable.

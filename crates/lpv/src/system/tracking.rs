@@ -1,11 +1,11 @@
 //! The generalised plant of a tracking problem: model, actuators, references, weights and noise.
 //!
 //! ```text
-//!   r -->[T_ref]--(+)--> e --[W_e]--> z_e          W_e = (s/M_s + w_b) / (s + w_b eps)
-//!    |             ^-
-//!    |             |<-- C x -----------------+
-//!    v             v                         |
-//!   y = [r; C x + N n] or e                  |
+//! r --[R]--+-->[T_ref]--(+)--> e --[W_e]--> z_e    W_e = (s/M_s + w_b) / (s + w_b eps)
+//!          |             ^-                       R = (s + follow corner) / (s + corner)
+//!          |             |<-- C x -----------+
+//!          v             v                   |
+//!   y = [R r; C x + N n] or e                |
 //!    |                                       |
 //!   [K]--> u --[delay]--[lag]--(+)--[model]--+
 //!          |                    ^
@@ -46,6 +46,18 @@ pub struct RisingWeight {
     pub low: f64,
     /// Its gain at high frequency, at least `low`.
     pub high: f64,
+    /// rad/s.
+    pub corner: f64,
+}
+
+/// How much more slow references count than fast ones: `R(s) = (s + follow corner)/(s + corner)`.
+///
+/// A controller with one gamma for references, disturbances and noise follows its model only as well as gamma asks.
+/// A reference that counts more is followed better, at no cost to the loop through the measurements.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReferenceWeight {
+    /// R(0), at least 1.
+    pub follow: f64,
     /// rad/s.
     pub corner: f64,
 }
@@ -106,8 +118,10 @@ pub struct TrackingProblem {
     pub model: Lft,
     /// The rows of C of the tracked outputs, p x n.
     pub outputs: Mat,
-    /// What counts as 1 in each tracked output: its largest reference.
+    /// What counts as 1 in each tracked output and its error.
     pub output_scale: Vec<f64>,
+    /// R of each reference.
+    pub references: Vec<ReferenceWeight>,
     /// What counts as 1 in each input: its limit.
     pub input_scale: Vec<f64>,
     /// Time constant of the lag of each input, s; 0 for none.
@@ -168,9 +182,9 @@ impl Assembly {
 impl TrackingProblem {
     /// The generalised plant.
     ///
-    /// States: the model's; the lags; one of each delay; one of each W_e; the trim, the reference models, the noise and W_u, as far as
-    /// they have any. `w = [r; d; n]`, `z = [W_e e; W_u u]`, y = e or `[r; C x + N n]`, all in units of their
-    /// scales. With a moving trim, x, u, r and the measurements are deviations from it.
+    /// States: the model's; the lags; one of each delay; one of each W_e; R, the trim, the reference models, the
+    /// noise and W_u, as far as they have any. `w = [r; d; n]`, `z = [W_e e; W_u u]`, y = e or `[R r; C x + N n]`,
+    /// all in units of their scales. With a moving trim, x, u, R r and the measurements are deviations from it.
     ///
     /// # Errors
     /// The first part whose size does not fit, or the first number that makes a weight improper, unstable or infinite.
@@ -191,9 +205,13 @@ impl TrackingProblem {
         let (first_late, late) = all.state(self.late(m));
         let errors_from = all.state(p).0;
         let wt = all.signal(sizes.x, sizes.t);
-        let [r, d, noise, u] = [(0, p), (p, m), (p + m, noises), (sizes.w, m)]
+        let [unit, d, noise, u] = [(0, p), (p, m), (p + m, noises), (sizes.w, m)]
             .map(|(first, count)| all.signal(sizes.x + sizes.t + first, count));
         let row = |s: &Signal, i: usize| s.rows(i, 1).into_owned();
+        let mut r = unit.clone();
+        for (i, weight) in self.references.iter().enumerate() {
+            r.rows_mut(i, 1).copy_from(&all.slow_more(weight, &row(&unit, i)));
+        }
 
         // The trim moves with v; its rate, in the unit of the output.
         let trim = two.and_then(|two| two.trim.as_ref());
@@ -288,7 +306,8 @@ impl TrackingProblem {
             let models: usize = two.models.iter().enumerate().map(follows).sum();
             models + two.noise.iter().filter(|noise| noise.rises()).count()
         });
-        n + self.outputs.nrows() + lags + self.late(self.input_scale.len()) + two + weights
+        let references = self.references.iter().filter(|weight| weight.follow > 1.0).count();
+        n + self.outputs.nrows() + references + lags + self.late(self.input_scale.len()) + two + weights
     }
 
     /// The model, and beside it the slope of the trim if that moves: `[A B x0'; 0 0 u0']`.
@@ -313,6 +332,11 @@ impl TrackingProblem {
         }
         for (i, scale) in self.output_scale.iter().enumerate() {
             number(i, positive("the scale of output", scale))?;
+        }
+        for (i, ReferenceWeight { follow, corner }) in self.references.iter().enumerate() {
+            let good = *follow >= 1.0 && follow.is_finite();
+            number(i, ("the weight of slow references", *follow, good, "1 or more, and finite"))?;
+            number(i, positive("the corner of the references' weight", corner))?;
         }
         for (i, scale) in self.input_scale.iter().enumerate() {
             number(i, positive("the scale of input", scale))?;
@@ -349,8 +373,9 @@ impl TrackingProblem {
     }
 
     fn check(&self, n: usize, m: usize, p: usize) -> Result<(), ShapeError> {
-        let lists: [(&'static str, usize, usize); 4] = [
+        let lists: [(&'static str, usize, usize); 5] = [
             ("output_scale", self.output_scale.len(), p),
+            ("references", self.references.len(), p),
             ("tracking weights", self.tracking.len(), p),
             ("control weights", self.control.len(), m),
             ("lags", self.lags.len(), m),
@@ -392,6 +417,17 @@ impl Assembly {
             }
         }
         value
+    }
+
+    /// `R(s)` of a signal.
+    fn slow_more(&mut self, weight: &ReferenceWeight, input: &Signal) -> Signal {
+        match weight.follow > 1.0 {
+            false => input.clone(),
+            true => {
+                let gain = ((weight.follow - 1.0) * weight.corner).sqrt();
+                self.filtered([-weight.corner, gain, 1.0], 1.0, input)
+            }
+        }
     }
 
     /// `W(s)` of a signal.
@@ -478,6 +514,7 @@ mod tests {
             },
             outputs: dmatrix![1.0],
             output_scale: vec![1.0],
+            references: vec![ReferenceWeight { follow: 1.0, corner: 1.0 }],
             input_scale: vec![1.0],
             tracking: vec![TrackingWeight { peak: 2.0, steady_error: 0.01, bandwidth: 0.46 }],
             lags: vec![0.0],
@@ -492,7 +529,11 @@ mod tests {
     fn a_weight_that_is_not_proper_is_refused_by_name() {
         assert!(problem().augment().is_ok());
         type Spoil = fn(&mut TrackingProblem);
-        let spoilt: [(Spoil, &str); 9] = [
+        let spoilt: [(Spoil, &str); 10] = [
+            (
+                |p| p.references[0].follow = 0.5,
+                "the weight of slow references 1 is 0.5; it must be 1 or more",
+            ),
             (|p| p.delay = -0.1, "the delay before input 1 is -0.1; it must be 0 or more, and finite"),
             (
                 |p| p.tracking[0].peak = 0.0,
@@ -524,6 +565,7 @@ mod tests {
         let noise = RisingWeight { low: 0.01, high: 2.0, corner: 3.0 };
         let model = ReferenceModel { frequency: 1.3, damping: Some(0.7) };
         let problem = TrackingProblem {
+            references: vec![ReferenceWeight { follow: 6.0, corner: 0.4 }],
             lags: vec![0.5],
             delay: 0.2,
             control: vec![RisingWeight { low: 0.5, high: 4.0, corner: 10.0 }],
@@ -537,7 +579,7 @@ mod tests {
         };
         let plant = problem.augment().unwrap();
         let sizes = plant.sizes();
-        assert_eq!((sizes.x, sizes.w, sizes.z, sizes.y, sizes.u), (8, 3, 2, 2, 1));
+        assert_eq!((sizes.x, sizes.w, sizes.z, sizes.y, sizes.u), (9, 3, 2, 2, 1));
         let system = plant.parts.state_space(&[Z, Y], &[W, U]);
         for omega in [0.01, 0.7, 5.0, 80.0] {
             let s = Complex::new(0.0, omega);
@@ -545,11 +587,17 @@ mod tests {
             let weight = (s / 2.0 + 0.46) / (s + 0.0046);
             let zero = Complex::new(0.0, 0.0);
             let (vehicle, lag) = ((s + 1.0).inv(), (s * 0.5 + 1.0).inv() * (10.0 - s) / (s + 10.0));
+            let slow = (s + 2.4) / (s + 0.4);
             let rising = |w: RisingWeight| s / (s + w.corner) * (w.high - w.low) + w.low;
             let expected = [
-                [weight * model.response(omega), -weight * vehicle * 0.1, zero, -weight * vehicle * lag],
+                [
+                    weight * model.response(omega) * slow,
+                    -weight * vehicle * 0.1,
+                    zero,
+                    -weight * vehicle * lag,
+                ],
                 [zero, zero, zero, rising(problem.control[0])],
-                [zero + 1.0, zero, zero, zero],
+                [slow, zero, zero, zero],
                 [zero, vehicle * 0.2, rising(noise), vehicle * lag * 2.0],
             ];
             for (i, row) in expected.iter().enumerate() {

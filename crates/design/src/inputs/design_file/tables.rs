@@ -1,12 +1,12 @@
 //! Reads the tables of a design file.
 
 use crate::inputs::design_file::{
-    BANDWIDTH, CONTROL_WEIGHT, DAMPING, DesignFile, FREQUENCY, Measured, NOISE, PEAK, RATE, RISE, Range,
-    SCALE, Tracked,
+    BANDWIDTH, CONTROL_WEIGHT, DAMPING, DesignFile, FOLLOW, FREQUENCY, Measured, NOISE, PEAK, RATE, RISE,
+    Range, SCALE, Tracked,
 };
 use auv::toml_file::{Document, FileError, Table};
 use auv::{number, rounded};
-use lpv::tracking::{ReferenceModel, RisingWeight, TrackingWeight};
+use lpv::tracking::{ReferenceModel, ReferenceWeight, RisingWeight, TrackingWeight};
 use scheduled::{MANOEUVRE_FORMAT, MOST_DELAY_TICKS, Manoeuvre};
 use signals::{PITCH, SIGNALS, SPEED};
 use std::f64::consts::FRAC_PI_2;
@@ -234,7 +234,7 @@ fn tracked(root: &Table<'_>, apart: bool) -> Option<Vec<Tracked>> {
 }
 
 fn track(table: &Table<'_>, apart: bool, taken: &mut Vec<usize>) -> Option<Tracked> {
-    let mut keys = vec!["output", "scale", "unit", "peak", "steady_error", "bandwidth"];
+    let mut keys = vec!["output", "scale", "unit", "follow", "corner", "peak", "steady_error", "bandwidth"];
     keys.extend(apart.then_some(["frequency", "damping"]).into_iter().flatten());
     table.allow_only(&keys);
     let (place, unit) = signal(table, "output", signals::TRACKED, taken)?;
@@ -242,13 +242,24 @@ fn track(table: &Table<'_>, apart: bool, taken: &mut Vec<usize>) -> Option<Track
     let peak = within(table, "peak", PEAK);
     let steady_error = table.number("steady_error", |v| v > 0.0 && v < 1.0, "above 0 and below 1");
     let bandwidth = within(table, "bandwidth", BANDWIDTH);
+    let references = references(table);
     let model = if apart { reference_model(table, place) } else { Some(None) };
     Some(Tracked {
         place,
         scale: unit * scale?,
+        references: references?,
         weight: TrackingWeight { peak: peak?, steady_error: steady_error?, bandwidth: bandwidth? },
         model: model?,
     })
+}
+
+/// How much more slow references count; the same at all frequencies where it is not given.
+fn references(table: &Table<'_>) -> Option<ReferenceWeight> {
+    if !table.has("follow") && !table.has("corner") {
+        return Some(ReferenceWeight { follow: 1.0, corner: 1.0 });
+    }
+    let (follow, corner) = (within(table, "follow", FOLLOW), within(table, "corner", FREQUENCY));
+    Some(ReferenceWeight { follow: follow?, corner: corner? })
 }
 
 /// The model that an output follows. That of the speed is of first order, since the trim moves with it.
