@@ -81,17 +81,17 @@ pub fn compare(subject: &Subject, effort: Effort) -> Result<Vec<Part>, Error> {
     lines.extend(on_ramp(subject, &laws)?);
     let mut table = Table::new(["", "m/s"]);
     table.head.extend(laws.iter().map(|(name, _)| (*name).to_owned()));
-    table.head.push("outcome".into());
-    table.rows = lines.iter().map(|line| line.row(&laws)).collect();
-    let count =
-        |word: &str| table.rows.iter().filter(|row| row.last().is_some_and(|w| w.starts_with(word))).count();
-    let score = format!(
-        "The scheduled controller wins {} rows, draws {} and loses {}.",
-        count("won"),
-        count("drawn"),
-        count("lost")
-    );
-    Ok(vec![Part::Words(words(subject)), Part::Table(table), Part::Words(score)])
+    let others = laws.len() - 1;
+    table.head.extend(laws[1..].iter().map(|(name, _)| format!("against {name}")));
+    table.rows = lines.iter().map(Line::row).collect();
+    let score = |(i, (name, _)): (usize, &(&str, &dyn Law))| {
+        let column = table.head.len() - others + i;
+        let count = |word: &str| table.rows.iter().filter(|row| row[column] == word).count();
+        let [won, drawn, lost] = [WON, DRAWN, LOST].map(count);
+        format!("Against {name} the scheduled controller wins {won} rows, draws {drawn} and loses {lost}.")
+    };
+    let scores: Vec<String> = laws[1..].iter().enumerate().map(score).collect();
+    Ok(vec![Part::Words(words(subject)), Part::Table(table), Part::Words(scores.join(" "))])
 }
 
 fn words(subject: &Subject) -> String {
@@ -104,8 +104,7 @@ fn words(subject: &Subject) -> String {
             running, outputs blended by speed. Flights: a pitch step of {:.0} deg, a gust of 0.3 m/s in heave, a speed \
             step; ITAE is the integral of t |error|/step, of the error to the reference itself, not to a model of it. \
             Box: the declared uncertainty, vehicles at corners and random points; one survives if its pitch is within a \
-            tenth of the step at the end. The outcome compares the scheduled controller with the better of the others; rows \
-            closer than {:.0} % are drawn, those without outcome are not compared.",
+            tenth of the step at the end. Rows closer than {:.0} % are drawn, those without outcome are not compared.",
         subject.stored.manoeuvre.pitch_step.to_degrees(),
         100.0 * DRAW
     )
@@ -196,33 +195,35 @@ fn on_ramp(subject: &Subject, laws: &[(&str, &dyn Law)]) -> Result<Vec<Line>, Er
 }
 
 impl Line {
-    fn row(&self, laws: &[(&str, &dyn Law)]) -> Vec<String> {
+    fn row(&self) -> Vec<String> {
         let value = |v: &f64| match v.is_finite() {
             true => format!("{v:.*}", self.decimals),
             false => "none".into(),
         };
         let mut row = vec![self.name.to_owned(), self.at.clone()];
         row.extend(self.values.iter().map(value));
-        row.push(if self.told { String::new() } else { self.verdict(laws) });
+        let outcome = |other: &f64| if self.told { "" } else { self.against(*other) };
+        row.extend(self.values[1..].iter().map(|other| outcome(other).to_owned()));
         row
     }
 
-    /// Won, drawn, or lost to the best of the others.
-    fn verdict(&self, laws: &[(&str, &dyn Law)]) -> String {
+    /// Won, drawn, or lost to another law's figure.
+    fn against(&self, other: f64) -> &'static str {
         let ours = self.values[0];
-        let gain = |other: f64| if self.largest { ours - other } else { other - ours };
-        let room = |other: f64| self.slight.max(DRAW * ours.abs().max(other.abs()));
-        let others = || self.values.iter().zip(laws).skip(1);
-        let alike =
-            |other: f64| other == ours || (room(other).is_finite() && gain(other).abs() <= room(other));
-        let best = others().min_by(|a, b| gain(*a.0).total_cmp(&gain(*b.0)));
-        match best {
-            Some((other, _)) if alike(*other) => "drawn".into(),
-            Some((other, (name, _))) if gain(*other) < 0.0 => format!("lost to {name}"),
-            _ => "won".into(),
+        let gain = if self.largest { ours - other } else { other - ours };
+        let room = self.slight.max(DRAW * ours.abs().max(other.abs()));
+        match gain {
+            _ if other == ours || (room.is_finite() && gain.abs() <= room) => DRAWN,
+            gain if gain < 0.0 => LOST,
+            _ => WON,
         }
     }
 }
+
+/// The outcomes of a row.
+const WON: &str = "won";
+const DRAWN: &str = "drawn";
+const LOST: &str = "lost";
 
 #[cfg(test)]
 pub(crate) mod tests {
@@ -362,27 +363,17 @@ pub(crate) mod tests {
 
     #[test]
     fn a_row_lost_is_told_as_lost() {
-        struct Nothing;
-        impl Law for Nothing {
-            fn frozen(&self, _: f64) -> Option<lpv::state_space::StateSpace> {
-                None
-            }
-            fn start(&self) -> Option<law::Ticking<'_>> {
-                None
-            }
-        }
-        let laws: [(&str, &dyn Law); 2] = [("ours", &Nothing), ("PID", &Nothing)];
         for (ours, other, largest, expected) in [
             (10.0, 12.0, false, "won"),
-            (12.0, 10.0, false, "lost to PID"),
+            (12.0, 10.0, false, "lost"),
             (12.0, 10.0, true, "won"),
             (100.0, 98.5, false, "drawn"),
             (0.1, 0.5, false, "drawn"),
-            (f64::INFINITY, 1.0, false, "lost to PID"),
+            (f64::INFINITY, 1.0, false, "lost"),
             (1.0, f64::INFINITY, false, "won"),
             (f64::INFINITY, f64::INFINITY, false, "drawn"),
         ] {
-            assert_eq!(line([ours, other], largest).verdict(&laws), expected, "{ours} {other}");
+            assert_eq!(line([ours, other], largest).against(other), expected, "{ours} {other}");
         }
     }
 }
