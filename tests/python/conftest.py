@@ -1,4 +1,4 @@
-"""Shared fixtures: the command, and the FMUs of two vehicles, packaged once for as long as nothing has changed."""
+"""Shared fixtures: the command, and the FMUs of two vehicles, which the main job makes, and of others, made once."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from filelock import FileLock
 from fly import build, stamp
-from fly.package import Packages
+from fly.package import Packages, design_and_package, folder_of
 from fly.stages import BUILD, ROOT
 
 Run = Callable[..., subprocess.CompletedProcess]
@@ -50,17 +50,18 @@ def run_squid(squid_command: Path) -> Run:
     return run
 
 
-def package(run_squid: Run, vehicle: Path, folder: Path, *options: str) -> Packages:
-    """Design, report and package a vehicle into a folder; what each verb says is in a file of its name."""
-    for verb in ("design", "report", "package"):
-        done = run_squid(verb, vehicle, "--out", folder, *options)
+def package(run_squid: Run, vehicle: Path, folder: Path, *options: str, report: bool = False) -> Packages:
+    """Design and package a vehicle into a folder; what each verb says is in a file of its name."""
+    verbs = ["design", "report", "package"] if report else ["design", "package --no-report"]
+    for verb, *flags in map(str.split, verbs):
+        done = run_squid(verb, vehicle, "--out", folder, *flags, *options)
         assert done.returncode == 0, f"squid {verb}:\n{done.stdout}\n{done.stderr}"
         (folder / f"{verb}.txt").write_text(done.stdout, encoding="utf-8")
     return Packages.found_in(folder)
 
 
 def kept(run_squid: Run, vehicle: Path, *options: str) -> Packages:
-    """Return the packages of a vehicle, made if there are none of these files and options; not to be changed."""
+    """Return the packages of a vehicle without a report, made if there are none of these files; not to be changed."""
     made_from = [build.squid(), *build.binaries(), *sorted(vehicle.glob("*.toml"))]
     folder = KEPT / stamp.digest(made_from, *options)[:16]
     KEPT.mkdir(parents=True, exist_ok=True)
@@ -74,6 +75,19 @@ def kept(run_squid: Run, vehicle: Path, *options: str) -> Packages:
     return Packages.found_in(folder)
 
 
+def of_main_job(run_squid: Run, vehicle: Path) -> Packages:
+    """Return what the main job made of a vehicle, made if it has not run, with the report; not to be changed."""
+    folder = folder_of(vehicle, "design")
+    KEPT.mkdir(parents=True, exist_ok=True)
+    with FileLock(KEPT / f"{vehicle.name}.lock"):
+        packages = design_and_package(vehicle, "design", folder, [])
+        computed, page = folder / "report.json", folder / "report.html"
+        if not page.is_file() or page.stat().st_mtime < computed.stat().st_mtime:
+            done = run_squid("report", vehicle, "--out", folder)
+            assert done.returncode == 0, done.stderr
+    return packages
+
+
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Remove what was made of earlier files."""
     for old in KEPT.glob("*"):
@@ -84,13 +98,13 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 @pytest.fixture(scope="session")
 def squid(run_squid: Run) -> Packages:
     """Return the FMUs of the surrogate of Squid."""
-    return kept(run_squid, SQUID)
+    return of_main_job(run_squid, SQUID)
 
 
 @pytest.fixture(scope="session")
 def remus100(run_squid: Run) -> Packages:
     """Return the FMUs of REMUS 100, which steers by stern planes."""
-    return kept(run_squid, REMUS100)
+    return of_main_job(run_squid, REMUS100)
 
 
 @pytest.fixture(scope="session")

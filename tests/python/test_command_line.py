@@ -43,8 +43,17 @@ def refused(run_squid: Run, vehicle: Path, out: Path, design: str = "design") ->
 def test_packages_from_another_place_are_the_same_to_the_byte(
     squid: Packages, run_squid: Run, copied_vehicle: Path, tmp_path: Path
 ) -> None:
-    """Made anew: neither the name of the directory nor the time matters."""
-    copied = package(run_squid, copied_vehicle, tmp_path / "copied")
+    """Made anew: neither the name of the directory nor the time matters.
+
+    Each section of the report tells that it is done, also where there is no terminal; and the FMUs are packed with
+    the same report, which is not computed again.
+    """
+    copied = package(run_squid, copied_vehicle, tmp_path / "copied", report=True)
+    told = {
+        verb: (copied.folder / f"{verb}.txt").read_text(encoding="utf-8") for verb in ("report", "package")
+    }
+    assert told["report"].count("\nreport  ") >= 11
+    assert "Robust stability" in told["report"] and "Robust stability" not in told["package"]
     for one, other in zip(squid.fmus, copied.fmus, strict=True):
         assert filecmp.cmp(one, other, shallow=False), one.name
 

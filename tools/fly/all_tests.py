@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from threading import Event
 
-from fly import build, environment, main_job, room
+from fly import build, environment, main_job, platforms, room
 from fly.stages import ROOT, StageError, run
 
 PYTHON_SOURCES = ("run.py", "tools/fly", "tests/python", "tests/importers")
@@ -33,17 +33,19 @@ class Check:
 def lanes() -> tuple[list[Check], list[Check]]:
     """Return the groups of Rust and of Python in the order in which they run: the fastest to fail first.
 
-    Both run at once: the profiles of tests and lints have another target folder than those of command and FMUs.
+    Both run at once. Lints, tests and the command share a profile, so that their dependencies are compiled once;
+    cargo builds of one profile wait for each other, so Python begins with the binaries, which have another.
     """
     rust = [
-        Check("Rust: format", lambda: cargo("format", "fmt", "--all", "--check")),
+        Check("Rust: format", lambda: run(["cargo", "fmt", "--all", "--check"], log="format")),
         Check("Rust: lints", lints),
         Check("Rust: tests", rust_tests),
         Check("Rust: documentation", documentation),
     ]
     python = [
         Check("Python: format, lints", python_lints),
-        Check("FMUs: build", build.build),
+        Check("FMUs: all platforms", lambda: platforms.build_all(list(platforms.TARGETS))),
+        Check("FMUs and command", build.build),
         *(Check(f"Main job: {name}", lambda name=name: fly(name)) for name in VEHICLES),
         Check("Published cases", published_cases),
         Check("Python: tests", python_tests),
@@ -52,23 +54,23 @@ def lanes() -> tuple[list[Check], list[Check]]:
 
 
 def cargo(name: str, *words: str, **variables: str) -> None:
-    """Run cargo with its output in a log, because the Python tests print at the same time."""
-    run(["cargo", *words], variables=variables, log=name)
+    """Run cargo on the whole workspace with its output in a log, because the Python tests print at the same time."""
+    run(["cargo", words[0], "--release", "--workspace", *words[1:]], variables=variables, log=name)
 
 
 def lints() -> None:
     """Run clippy over everything; a warning is an error."""
-    cargo("lints", "clippy", "--workspace", "--all-targets", "--", "-D", "warnings")
+    cargo("lints", "clippy", "--all-targets", "--", "-D", "warnings")
 
 
 def rust_tests() -> None:
     """Run the tests of all crates, including documentation tests."""
-    cargo("rust-tests", "test", "--workspace", "--no-fail-fast")
+    cargo("rust-tests", "test", "--no-fail-fast")
 
 
 def documentation() -> None:
     """Build the documentation; a broken link is an error."""
-    cargo("documentation", "doc", "--workspace", "--no-deps", RUSTDOCFLAGS="-D warnings")
+    cargo("documentation", "doc", "--no-deps", RUSTDOCFLAGS="-D warnings")
 
 
 def fly(name: str) -> None:

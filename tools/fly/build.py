@@ -16,9 +16,9 @@ CDYLIB = ("--lib", "--crate-type", "cdylib", "--features", "export", "--profile"
 
 def build() -> None:
     """Build the command and the binaries; cargo skips what has not changed."""
-    build_command()
     for crate in FMU_CRATES:
         run(["cargo", "rustc", "-p", crate, *CDYLIB], variables={"CARGO_ENCODED_RUSTFLAGS": without_paths()})
+    build_command()
 
 
 def without_paths() -> str:

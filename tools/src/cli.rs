@@ -72,6 +72,9 @@ pub enum Verb {
         /// Pack a controller without proof; its FMUs then say that they are uncertified
         #[arg(long)]
         allow_uncertified: bool,
+        /// Pack no report as documentation; computing it takes most of the time
+        #[arg(long)]
+        no_report: bool,
         /// Write only the three model descriptions, to this directory
         #[arg(long, value_name = "DIR")]
         descriptions: Option<PathBuf>,

@@ -50,8 +50,8 @@ fn main() -> ExitCode {
 fn run(verb: Verb) -> Result<ExitCode, Error> {
     match verb {
         Verb::Design { which, ladder, robust, constant } => design::run(&which, ladder, robust, constant),
-        Verb::Package { which, platforms, binaries, allow_uncertified, descriptions } => {
-            package::run(&which, &platforms, binaries, allow_uncertified, descriptions)
+        Verb::Package { which, platforms, binaries, allow_uncertified, no_report, descriptions } => {
+            package::run(&which, &platforms, binaries, allow_uncertified, no_report, descriptions)
         }
         Verb::Simulate(which) => simulate::run(&which),
         Verb::Report(which) => report::run(&which),

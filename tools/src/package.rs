@@ -12,7 +12,7 @@ use squid_package::fmu::{Binaries, Prepared, pack, prepare, require_proof};
 use squid_package::kind::Kind;
 use squid_package::platform::Platform;
 use squid_package::ssp;
-use squid_report::rendered::rendered;
+use squid_report::rendered::{Rendered, rendered};
 use std::path::{Path, PathBuf};
 
 /// Packs the FMUs of a design.
@@ -24,6 +24,7 @@ pub fn run(
     platforms: &[String],
     libraries: Option<PathBuf>,
     allow_uncertified: bool,
+    no_report: bool,
     descriptions: Option<PathBuf>,
 ) -> Result<(), Error> {
     let binaries = Binaries { platforms: named(platforms)?, directory: libraries };
@@ -47,7 +48,10 @@ pub fn run(
             described.map(|made| made.map(file)).collect::<Result<_, _>>()?
         }
         None => {
-            let report = rendered(&inputs, &stored, &directory, &progress)?;
+            let report = match no_report {
+                true => Rendered::without_sections(&inputs)?,
+                false => rendered(&inputs, &stored, &directory, &progress)?,
+            };
             let packing = progress.begin("package", "compressing");
             let packed = |kind| pack(kind, &inputs, &stored, &report, &binaries, &directory);
             let [plant, controller, whole] =

@@ -39,6 +39,14 @@ impl Rendered {
         Ok(Self { key, unproved: report.unproved.clone(), words: report.words(), head, body, figures })
     }
 
+    /// What stands in for the report of a design where none is wanted: one page that names vehicle and design.
+    ///
+    /// # Errors
+    /// [`Error::Plot`].
+    pub fn without_sections(inputs: &Inputs) -> Result<Self, Error> {
+        Self::new(&Report::without_sections(inputs, None), None)
+    }
+
     /// The page; `about` is put below its heading.
     pub fn page(&self, about: &[String]) -> String {
         let about: String = about.iter().map(|words| html::paragraph(words)).collect();

@@ -7,7 +7,7 @@ use crate::peers::peers;
 use crate::sections::{
     effort, fit, flown, gammas, manoeuvre, mu, open_loop, robust, sensitivity, switching, theorem, tuning,
 };
-use crate::subject::Subject;
+use crate::subject::{Subject, name};
 use crate::threads::side_by_side;
 use crate::verdict::Verdict;
 use auv::Status;
@@ -77,50 +77,58 @@ pub fn report(inputs: &Inputs, stored: &Stored, progress: &Progress) -> Result<R
     let (first, rest): (Vec<&Maker>, Vec<&Maker>) = SECTIONS.iter().partition(|maker| maker.0 == LONGEST);
     let mut sections = side_by_side(first.into_iter().chain(rest), make);
     sections.sort_by_key(|section| SECTIONS.iter().position(|maker| maker.0 == section.id));
-    let vehicle = &inputs.vehicle;
-    let surrogate = (vehicle.status == Status::Surrogate).then(|| {
-        format!(
-            "SURROGATE: the coefficients of the real vehicle are not published. All numbers on this page are \
-                of a surrogate of {} with coefficients derived from geometry; where they differ from the \
-                paper's, the vehicle does, too.",
-            vehicle.name
-        )
-    });
-    let warnings = [unproved.clone(), surrogate].into_iter().flatten();
-    let warning = warnings.reduce(|first, second| format!("{first}. {second}"));
-    let mut introduction = vec![
-        format!(
-            "Vehicle: {} ({} coefficients). {}",
-            vehicle.name,
-            vehicle.status.word(),
-            vehicle.description
-        ),
-        format!("Design '{}': {}", inputs.design.name, inputs.design.description),
+    let mut report = Report { sections, ..Report::without_sections(inputs, unproved) };
+    report.introduction.push(
         "The figures are those of A. Sutarto, A. Budiyono, 'Development of Linear Parameter Varying Control \
             System for Autonomous Underwater Vehicle', Indian J. Geo-Marine Sci. 40(2), 2011, 275-286, for \
             this vehicle, and some that the paper does not have. Next to them is what the paper claims and \
             whether this vehicle confirms it, by a stated criterion and computed numbers."
             .into(),
-    ];
+    );
     if !inputs.design.measured.is_empty() {
-        introduction.push(
+        report.introduction.push(
             "The controller is not of the paper's set-up: the paper's takes in the tracking error alone, this one \
                 references and measurements apart, and each tracked output has a model to follow. Errors are those \
                 to that model."
                 .into(),
         );
     }
-    Ok(Report {
-        heading: format!("Report: {}", subject.name()),
-        warning,
-        unproved,
-        introduction,
-        subject: subject.name(),
-        sections,
-    })
+    Ok(report)
 }
 
 impl Report {
+    /// What there is to say before anything is computed: vehicle, design, warnings.
+    pub(crate) fn without_sections(inputs: &Inputs, unproved: Option<String>) -> Self {
+        let vehicle = &inputs.vehicle;
+        let surrogate = (vehicle.status == Status::Surrogate).then(|| {
+            format!(
+                "SURROGATE: the coefficients of the real vehicle are not published. All numbers on this page are \
+                    of a surrogate of {} with coefficients derived from geometry; where they differ from the \
+                    paper's, the vehicle does, too.",
+                vehicle.name
+            )
+        });
+        let warnings = [unproved.clone(), surrogate].into_iter().flatten();
+        let subject = name(vehicle);
+        let introduction = vec![
+            format!(
+                "Vehicle: {} ({} coefficients). {}",
+                vehicle.name,
+                vehicle.status.word(),
+                vehicle.description
+            ),
+            format!("Design '{}': {}", inputs.design.name, inputs.design.description),
+        ];
+        Self {
+            heading: format!("Report: {subject}"),
+            warning: warnings.reduce(|first, second| format!("{first}. {second}")),
+            unproved,
+            introduction,
+            subject,
+            sections: Vec::new(),
+        }
+    }
+
     /// All verdicts.
     pub fn verdicts(&self) -> impl Iterator<Item = &Verdict> {
         self.sections.iter().flat_map(Section::verdicts)

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::page::chart::Key;
-use auv::{Actuator, Linearisation, Status};
+use auv::{Actuator, Linearisation, Status, Vehicle};
 use certificate::Theorem;
 use lpv::controller::Controller;
 use lpv::error::SynthesisError;
@@ -59,6 +59,14 @@ pub struct Subject<'a> {
     proof: OnceLock<Result<Theorem, String>>,
 }
 
+/// The name of a vehicle, with the word surrogate if it is one.
+pub(crate) fn name(vehicle: &Vehicle) -> String {
+    match vehicle.status {
+        Status::Surrogate => format!("the {} surrogate", vehicle.name),
+        _ => vehicle.name.clone(),
+    }
+}
+
 impl<'a> Subject<'a> {
     /// Linearises and fits the vehicle again, and takes the controller from the stored design.
     ///
@@ -98,11 +106,7 @@ impl<'a> Subject<'a> {
 
     /// The name of the vehicle, with the word surrogate if it is one.
     pub fn name(&self) -> String {
-        let vehicle = &self.inputs.vehicle;
-        match vehicle.status {
-            Status::Surrogate => format!("the {} surrogate", vehicle.name),
-            _ => vehicle.name.clone(),
-        }
+        name(&self.inputs.vehicle)
     }
 
     /// The scheduling parameter `rho = (V - centre)/half_range` at a speed V along the path (m/s).

@@ -48,7 +48,9 @@ pub fn page(report: &Report) -> Result<(String, String), Error> {
         let _ = writeln!(head, "<p class=\"surrogate\">{}</p>", escaped(warning));
     }
     let mut out: String = report.introduction.iter().map(|words| paragraph(words)).collect();
-    out += &overview(report);
+    if !report.sections.is_empty() {
+        out += &overview(report);
+    }
     for section in &report.sections {
         out += &self::section(section, report)?;
     }

@@ -24,7 +24,7 @@ pub fn gain_in_words(gamma: f64) -> String {
 }
 
 /// The two controllers side by side, as `robust.json` contains them; sizes are fractions of the declared uncertainty.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct RobustFigures {
     /// The gain that neither may exceed.
     pub gamma: f64,

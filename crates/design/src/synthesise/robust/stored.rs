@@ -89,3 +89,43 @@ impl StoredRobust {
         Ok(self.certificate.prove().map(|_| ())?)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::augment::augment;
+    use crate::certify::{controller_rows, lft_matrices, nominal};
+    use crate::error::ProofError;
+    use crate::progress::Progress;
+    use crate::synthesise::synthesise;
+    use lpv::robust_bound::RobustLoop;
+
+    /// Of Squid's nominal controller, at a small part of the declared uncertainty: no figure is confirmed that the
+    /// certificate beside it does not prove.
+    #[test]
+    fn only_what_is_proved_is_confirmed() {
+        let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
+        let inputs = Inputs::read(vehicle, "design").unwrap();
+        let (actuators, file) = (&inputs.vehicle.actuators, &inputs.design);
+        let model = Model::new(&inputs.vehicle, file).unwrap();
+        let plant = augment(actuators, file, model.linear()).unwrap();
+        let design = synthesise(actuators, file, &plant, &Progress::default()).unwrap();
+        let whole = over_range(&inputs, &model).unwrap();
+        let (_, uncertain) = thinned(actuators, file, &whole, &model.trim_slope).unwrap();
+        let found = RobustLoop::new(&uncertain, &design.controller).begun(&design.certified, 1.0).unwrap();
+        let certificate = nominal(&uncertain.sized(found.size), &design.controller, &found.bound);
+        let k = &design.controller;
+        let controller = lft_matrices(k.blocks.clone(), controller_rows(k));
+
+        let confirmed = |proved: f64, robust_bears: f64| {
+            let figures = RobustFigures { proved, robust_bears, ..RobustFigures::default() };
+            let stored = StoredRobust { figures, certificate: certificate.clone() };
+            stored.confirm(&inputs, &model, &controller)
+        };
+        let (gamma, size) = (certificate.gamma, found.size);
+        confirmed(gamma, size).unwrap();
+        let refused = |proved, size| confirmed(proved, size).unwrap_err();
+        assert!(matches!(refused(gamma, 5.0), Error::Proof(ProofError::WrongPlant { .. })));
+        assert!(matches!(refused(0.5 * gamma, size), Error::Proof(ProofError::Mismatch { .. })));
+    }
+}
