@@ -51,46 +51,40 @@ unsafe fn set<M: Model, T: Value, C: Copy>(
     unsafe { call(component, T::SET, body) }
 }
 
-/// `fmi2GetReal`.
-///
-/// # Safety
-/// `component` is NULL or a live handle of this model; the arrays have `count` elements.
-pub unsafe extern "C" fn get_real<M: Model>(
-    component: types::Component,
-    references: *const u32,
-    count: usize,
-    values: *mut f64,
-) -> Status {
-    // SAFETY: the importer vouches for handle and arrays.
-    unsafe { get::<M, _, _>(component, references, count, values, |value: f64| value) }
+/// The functions that pass each value on as it is, or converted: the names of function and C type, and the conversion.
+macro_rules! accessors {
+    ($($(#[$about:meta])* $name:ident = $function:ident $values:ty, $convert:expr;)+) => {
+        $(
+            $(#[$about])*
+            ///
+            /// # Safety
+            /// `component` is NULL or a live handle of this model; the arrays have `count` elements.
+            pub unsafe extern "C" fn $name<M: Model>(
+                component: types::Component,
+                references: *const u32,
+                count: usize,
+                values: $values,
+            ) -> Status {
+                // SAFETY: the importer vouches for handle and arrays.
+                unsafe { $function::<M, _, _>(component, references, count, values, $convert) }
+            }
+        )+
+    };
 }
 
-/// `fmi2GetInteger`, also for enumerations.
-///
-/// # Safety
-/// As [`get_real`].
-pub unsafe extern "C" fn get_integer<M: Model>(
-    component: types::Component,
-    references: *const u32,
-    count: usize,
-    values: *mut c_int,
-) -> Status {
-    // SAFETY: the importer vouches for handle and arrays.
-    unsafe { get::<M, _, _>(component, references, count, values, |value: i32| value) }
-}
-
-/// `fmi2GetBoolean`.
-///
-/// # Safety
-/// As [`get_real`].
-pub unsafe extern "C" fn get_boolean<M: Model>(
-    component: types::Component,
-    references: *const u32,
-    count: usize,
-    values: *mut c_int,
-) -> Status {
-    // SAFETY: the importer vouches for handle and arrays.
-    unsafe { get::<M, _, _>(component, references, count, values, |value: bool| c_int::from(value)) }
+accessors! {
+    /// `fmi2GetReal`.
+    get_real = get *mut f64, |value: f64| value;
+    /// `fmi2GetInteger`, also for enumerations.
+    get_integer = get *mut c_int, |value: i32| value;
+    /// `fmi2GetBoolean`.
+    get_boolean = get *mut c_int, |value: bool| c_int::from(value);
+    /// `fmi2SetReal`.
+    set_real = set *const f64, |value: f64| value;
+    /// `fmi2SetInteger`, also for enumerations.
+    set_integer = set *const c_int, |value: c_int| value;
+    /// `fmi2SetBoolean`; any number but 0 is true.
+    set_boolean = set *const c_int, |value: c_int| value != 0;
 }
 
 /// `fmi2GetString`; the texts live until the next call of this function.
@@ -118,48 +112,6 @@ pub unsafe extern "C" fn get_string<M: Model>(
     };
     // SAFETY: the importer vouches for the handle.
     unsafe { call(component, Function::GetString, body) }
-}
-
-/// `fmi2SetReal`.
-///
-/// # Safety
-/// As [`get_real`].
-pub unsafe extern "C" fn set_real<M: Model>(
-    component: types::Component,
-    references: *const u32,
-    count: usize,
-    values: *const f64,
-) -> Status {
-    // SAFETY: the importer vouches for handle and arrays.
-    unsafe { set::<M, _, _>(component, references, count, values, |value: f64| value) }
-}
-
-/// `fmi2SetInteger`, also for enumerations.
-///
-/// # Safety
-/// As [`get_real`].
-pub unsafe extern "C" fn set_integer<M: Model>(
-    component: types::Component,
-    references: *const u32,
-    count: usize,
-    values: *const c_int,
-) -> Status {
-    // SAFETY: the importer vouches for handle and arrays.
-    unsafe { set::<M, _, _>(component, references, count, values, |value: c_int| value) }
-}
-
-/// `fmi2SetBoolean`; any number but 0 is true.
-///
-/// # Safety
-/// As [`get_real`].
-pub unsafe extern "C" fn set_boolean<M: Model>(
-    component: types::Component,
-    references: *const u32,
-    count: usize,
-    values: *const c_int,
-) -> Status {
-    // SAFETY: the importer vouches for handle and arrays.
-    unsafe { set::<M, _, _>(component, references, count, values, |value: c_int| value != 0) }
 }
 
 /// `fmi2SetString`.
