@@ -29,71 +29,33 @@ pub(crate) fn table(model: &ClosedLoop) -> Vec<Variable> {
     table
 }
 
-fn manoeuvre() -> [Variable; 7] {
-    let parameter = |name, description, get: fn(&ClosedLoop) -> f64, set: fn(&mut ClosedLoop, f64)| {
-        Variable::real(name, description, get, Role::parameter(set))
+/// A parameter with the name of a field of the manoeuvre.
+macro_rules! parameter {
+    ($field:ident, $unit:literal, $description:expr) => {
+        Variable::real(
+            stringify!($field),
+            $description,
+            |m| m.manoeuvre.$field,
+            Role::parameter(|m, v| m.manoeuvre.$field = v),
+        )
+        .unit($unit)
     };
+}
+
+fn manoeuvre() -> [Variable; 7] {
+    let step = "height of the pitch step above the trim pitch; the limits themselves are excluded";
+    let from = "wanted speed along the path through the water before the ramp, above zero; the flight starts in its trim";
+    let to = "wanted speed along the path through the water after the ramp, above zero";
     [
-        parameter(
-            "pitch_step",
-            "height of the pitch step above the trim pitch; the limits themselves are excluded",
-            |m| m.manoeuvre.pitch_step,
-            |m, v| m.manoeuvre.pitch_step = v,
-        )
-        .unit("rad")
-        .range(-FRAC_PI_2, FRAC_PI_2)
-        .nominal(0.1),
-        parameter(
-            "step_time",
-            "time at which the pitch step comes",
-            |m| m.manoeuvre.step_time,
-            |m, v| m.manoeuvre.step_time = v,
-        )
-        .unit("s")
-        .nominal(10.0),
-        parameter(
-            "step_end",
-            "time at which the pitch step ends",
-            |m| m.manoeuvre.step_end,
-            |m, v| m.manoeuvre.step_end = v,
-        )
-        .unit("s")
-        .nominal(10.0),
-        parameter(
-            "speed_from",
-            "wanted speed along the path through the water before the ramp, above zero; the flight starts in its trim",
-            |m| m.manoeuvre.speed_from,
-            |m, v| m.manoeuvre.speed_from = v,
-        )
-        .unit("m/s")
-        .at_least(0.0)
-        .nominal(1.0),
-        parameter(
-            "speed_to",
-            "wanted speed along the path through the water after the ramp, above zero",
-            |m| m.manoeuvre.speed_to,
-            |m, v| m.manoeuvre.speed_to = v,
-        )
-        .unit("m/s")
-        .at_least(0.0)
-        .nominal(1.0),
-        parameter(
-            "ramp_start",
-            "time at which the ramp of speed begins",
-            |m| m.manoeuvre.ramp_start,
-            |m, v| m.manoeuvre.ramp_start = v,
-        )
-        .unit("s")
-        .nominal(10.0),
-        parameter(
-            "ramp_duration",
-            "duration of the ramp of speed, above zero",
-            |m| m.manoeuvre.ramp_duration,
-            |m, v| m.manoeuvre.ramp_duration = v,
-        )
-        .unit("s")
-        .at_least(0.0)
-        .nominal(10.0),
+        parameter!(pitch_step, "rad", step).range(-FRAC_PI_2, FRAC_PI_2).nominal(0.1),
+        parameter!(step_time, "s", "time at which the pitch step comes").nominal(10.0),
+        parameter!(step_end, "s", "time at which the pitch step ends").nominal(10.0),
+        parameter!(speed_from, "m/s", from).at_least(0.0).nominal(1.0),
+        parameter!(speed_to, "m/s", to).at_least(0.0).nominal(1.0),
+        parameter!(ramp_start, "s", "time at which the ramp of speed begins").nominal(10.0),
+        parameter!(ramp_duration, "s", "duration of the ramp of speed, above zero")
+            .at_least(0.0)
+            .nominal(10.0),
     ]
 }
 
