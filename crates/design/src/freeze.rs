@@ -3,15 +3,14 @@
 use crate::certify::{controller_rows, lft_matrices};
 use crate::error::Error;
 use crate::fit::Model;
-use crate::inputs::Inputs;
 use crate::inputs::design_file::DesignFile;
 use crate::linearise::linearise_at;
-use auv::{LpvModel, Status, Trim};
+use auv::{LpvModel, Status, Trim, Vehicle};
 use lpv::synthesis::Design;
 use scheduled::{
-    Actuator, ControllerDesign, ControllerInput, Gamma, Kind, LftMatrices, Scheduling, TrimTable, VehicleName,
+    Actuator, ControllerDesign, ControllerInput, Gamma, InputHashes, Kind, LftMatrices, Scheduling,
+    TrimTable, VehicleName,
 };
-
 use signals::Signal;
 
 /// Rows of the trim table, evenly spread over the range of speed.
@@ -30,7 +29,14 @@ pub struct Frozen {
 ///
 /// # Errors
 /// [`StoreError::LpvModel`](crate::error::StoreError::LpvModel), [`ModelError::Trim`](crate::error::ModelError::Trim).
-pub fn freeze(inputs: &Inputs, model: &Model, design: &Design, certified: bool) -> Result<Frozen, Error> {
+pub fn freeze(
+    vehicle: &Vehicle,
+    file: &DesignFile,
+    hashes: &InputHashes,
+    model: &Model,
+    design: &Design,
+    certified: bool,
+) -> Result<Frozen, Error> {
     let gamma = Gamma {
         optimum: design.gamma_optimum,
         bound: design.certified.gamma,
@@ -38,32 +44,43 @@ pub fn freeze(inputs: &Inputs, model: &Model, design: &Design, certified: bool) 
         certified,
     };
     let k = &design.controller;
-    frozen(inputs, model, lft_matrices(k.blocks.clone(), controller_rows(k)), gamma)
+    frozen(vehicle, file, hashes, model, lft_matrices(k.blocks.clone(), controller_rows(k)), gamma)
 }
 
 /// As [`freeze`], from the matrices and the gamma of a controller; all else follows from vehicle and design file.
 ///
 /// # Errors
 /// [`StoreError::LpvModel`](crate::error::StoreError::LpvModel), [`ModelError::Trim`](crate::error::ModelError::Trim).
-pub fn frozen(inputs: &Inputs, model: &Model, lft: LftMatrices, gamma: Gamma) -> Result<Frozen, Error> {
-    let trims: Vec<Trim> = inputs
-        .design
+pub fn frozen(
+    vehicle: &Vehicle,
+    file: &DesignFile,
+    hashes: &InputHashes,
+    model: &Model,
+    lft: LftMatrices,
+    gamma: Gamma,
+) -> Result<Frozen, Error> {
+    let trims: Vec<Trim> = file
         .spread(TRIM_ROWS)
         .into_iter()
-        .map(|v| Ok(linearise_at(&inputs.vehicle, inputs.design.depth, v)?.trim))
+        .map(|v| Ok(linearise_at(vehicle, file.depth, v)?.trim))
         .collect::<Result<_, Error>>()?;
     let (a, b) = model.coefficients();
-    let plant =
-        LpvModel::new(&inputs.vehicle.name, inputs.design.depth, inputs.design.scheduling(), &a, &b, &trims)?;
-    Ok(Frozen { controller: controller(inputs, lft, gamma, &trims), plant })
+    let plant = LpvModel::new(&vehicle.name, file.depth, file.scheduling(), &a, &b, &trims)?;
+    Ok(Frozen { controller: controller(vehicle, file, hashes, lft, gamma, &trims), plant })
 }
 
-fn controller(inputs: &Inputs, lft: LftMatrices, gamma: Gamma, trims: &[Trim]) -> ControllerDesign {
-    let file = &inputs.design;
+fn controller(
+    vehicle: &Vehicle,
+    file: &DesignFile,
+    hashes: &InputHashes,
+    lft: LftMatrices,
+    gamma: Gamma,
+    trims: &[Trim],
+) -> ControllerDesign {
     let (centre, half_range) = file.scheduling();
     let column = |of: fn(&Trim) -> f64| trims.iter().map(of).collect();
     ControllerDesign {
-        vehicle: VehicleName { name: inputs.vehicle.name.clone(), status: status(inputs.vehicle.status) },
+        vehicle: VehicleName { name: vehicle.name.clone(), status: status(vehicle.status) },
         design: file.name.clone(),
         sample_time: file.sample_time,
         delay_ticks: file.delay_ticks(),
@@ -76,8 +93,7 @@ fn controller(inputs: &Inputs, lft: LftMatrices, gamma: Gamma, trims: &[Trim]) -
         },
         controller_inputs: controller_inputs(file),
         reference_filter: file.reference_filter(),
-        actuators: inputs
-            .vehicle
+        actuators: vehicle
             .actuators
             .iter()
             .map(|a| Actuator {
@@ -96,7 +112,7 @@ fn controller(inputs: &Inputs, lft: LftMatrices, gamma: Gamma, trims: &[Trim]) -
             actuators: trims.iter().map(|t| t.actuators.clone()).collect(),
         },
         gamma,
-        inputs: inputs.hashes.clone(),
+        inputs: hashes.clone(),
     }
 }
 

@@ -25,7 +25,30 @@ pub struct Inputs {
     pub hashes: InputHashes,
 }
 
+/// A vehicle, and what a design declares uncertain of it.
+#[derive(Debug, Clone, Copy)]
+pub struct Declared<'a> {
+    /// The vehicle.
+    pub vehicle: &'a Vehicle,
+    /// The uncertain coefficients, in the order of the vehicle file.
+    pub coefficients: &'a [UncertainParameter],
+    /// How far the gain of each actuator may be off, relative.
+    pub actuator_gain: f64,
+    /// The name of the design, for messages.
+    pub design: &'a str,
+}
+
 impl Inputs {
+    /// What is declared uncertain.
+    pub fn declared(&self) -> Declared<'_> {
+        Declared {
+            vehicle: &self.vehicle,
+            coefficients: &self.uncertain,
+            actuator_gain: self.design.uncertainty.as_ref().map_or(0.0, |u| u.actuator_gain),
+            design: &self.design.name,
+        }
+    }
+
     /// A vehicle and a design made in memory, identified by a hash of their content.
     ///
     /// # Errors

@@ -60,7 +60,9 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear())?;
     progress.done("augment", &augment_line(inputs, &plant));
     let nominal = synthesise(&inputs.vehicle.actuators, &inputs.design, &plant, progress)?;
-    let robust = with_robust.then(|| robust(inputs, &model, &plant, &nominal, progress)).transpose()?;
+    let robust = with_robust
+        .then(|| robust(inputs.declared(), &inputs.design, &model, &plant, &nominal, progress))
+        .transpose()?;
     let design = robust.as_ref().map_or(nominal, |robust| robust.design.clone());
     let running = progress.begin("check", "the closed loop against the fit and the true linearisations");
     let checks = check(&inputs.vehicle, &inputs.design, &plant, &design.controller, design.certified.gamma)?;
@@ -70,7 +72,7 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
         progress.done("", &words);
     }
     let proof = certificate_stage(inputs, &model, &plant, &design, progress);
-    let frozen = freeze(inputs, &model, &design, proof.is_ok())?;
+    let frozen = freeze(&inputs.vehicle, &inputs.design, &inputs.hashes, &model, &design, proof.is_ok())?;
     Ok(Finished { model, plant, design, checks, proof, frozen, robust })
 }
 

@@ -50,8 +50,8 @@ fn inputs(vehicle: &str) -> Inputs {
 fn subject(vehicle: &str, speeds: [f64; 3]) -> Subject {
     let inputs = inputs(vehicle);
     let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
-    let frozen = speeds.map(|v| at_speed(&inputs, v).unwrap()).into();
-    let joint = over_range(&inputs, &model).unwrap();
+    let frozen = speeds.map(|v| at_speed(inputs.declared(), inputs.design.depth, v).unwrap()).into();
+    let joint = over_range(inputs.declared(), inputs.design.order, &model).unwrap();
     Subject { inputs, model, frozen, joint }
 }
 
@@ -241,7 +241,7 @@ fn idle_states_do_not_keep_a_sweep_from_ending() {
     let stored: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(stored).unwrap()).unwrap();
     let controller = controller_of(&serde_json::from_value(stored["lft"].clone()).unwrap()).unwrap();
     for speed in [0.5, 2.0] {
-        let frozen = at_speed(inputs, speed).unwrap();
+        let frozen = at_speed(inputs.declared(), inputs.design.depth, speed).unwrap();
         let rho = (speed - centre) / half_range;
         let n = uncertain_loop(&inputs.vehicle.actuators, &inputs.design, &frozen, &controller, rho, None);
         let n = n.unwrap();
@@ -342,8 +342,13 @@ fn weight_and_centre_of_gravity_may_be_uncertain() {
         ("z_B", 0.002),
     ]);
     let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
-    let joint = over_range(&inputs, &model).unwrap();
-    let subject = Subject { frozen: vec![at_speed(&inputs, 1.0).unwrap()], inputs, model, joint };
+    let joint = over_range(inputs.declared(), inputs.design.order, &model).unwrap();
+    let subject = Subject {
+        frozen: vec![at_speed(inputs.declared(), inputs.design.depth, 1.0).unwrap()],
+        inputs,
+        model,
+        joint,
+    };
     let frozen = &subject.frozen[0];
     let names: Vec<&str> = frozen.model.blocks.iter().map(|b| b.name.as_str()).collect();
     assert_eq!(names[..6], ["mass", "weight", "x_G", "z_G", "buoyancy", "z_B"]);
@@ -372,8 +377,10 @@ fn naming(coefficients: &[(&str, f64)]) -> Inputs {
 
 #[test]
 fn what_no_lft_can_hold_is_refused_by_name() {
-    let refused =
-        |coefficients: &[(&str, f64)]| at_speed(&naming(coefficients), 0.5).unwrap_err().to_string();
+    let refused = |coefficients: &[(&str, f64)]| {
+        let inputs = naming(coefficients);
+        at_speed(inputs.declared(), inputs.design.depth, 0.5).unwrap_err().to_string()
+    };
     let begins = [
         (
             refused(&[("length", 0.5)]),
@@ -397,6 +404,6 @@ fn what_no_lft_can_hold_is_refused_by_name() {
     }
     let mut nothing = naming(&[]);
     nothing.design.uncertainty = None;
-    let message = at_speed(&nothing, 1.0).unwrap_err().to_string();
+    let message = at_speed(nothing.declared(), nothing.design.depth, 1.0).unwrap_err().to_string();
     assert!(message.starts_with("the design design.toml names nothing uncertain"), "{message}");
 }

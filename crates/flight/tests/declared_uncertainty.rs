@@ -5,7 +5,6 @@
 use auv::{Actuator, Trim, Vehicle, linearise};
 use nalgebra::DMatrix;
 use scheduled::{Autopilot, ControllerDesign, Manoeuvre};
-use squid_design::freeze::freeze;
 use squid_design::inputs::Inputs;
 use squid_design::progress::Progress;
 use squid_design::run::run;
@@ -54,7 +53,7 @@ fn fly_over_the_box(
     let mut worst = Worst::default();
     let mut seed = 2011;
     for &speed in speeds {
-        let frozen = at_speed(inputs, speed).unwrap();
+        let frozen = at_speed(inputs.declared(), file.depth, speed).unwrap();
         let blocks = &frozen.parameters;
         let manoeuvre = Manoeuvre {
             speed_from: speed,
@@ -150,8 +149,7 @@ fn designed(name: &str) -> (Inputs, ControllerDesign) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles").join(name);
     let inputs = Inputs::read(&folder, "design").unwrap();
     let finished = run(&inputs, &Progress::default()).unwrap();
-    let frozen = freeze(&inputs, &finished.model, &finished.design, finished.proof.is_ok()).unwrap();
-    (inputs, frozen.controller)
+    (inputs, finished.frozen.controller)
 }
 
 #[test]

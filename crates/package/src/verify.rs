@@ -156,9 +156,10 @@ fn made_of(
     let plant = match resources.text("plant.json") {
         Ok(text) => LpvModel::from_json(text, "plant.json").map_err(|e| e.to_string())?,
         Err(_) => {
-            let model = Model::new(&inputs.vehicle, &inputs.design).map_err(|e| e.to_string())?;
+            let Inputs { vehicle, design, hashes, .. } = inputs;
+            let model = Model::new(vehicle, design).map_err(|e| e.to_string())?;
             let (lft, gamma) = (controller.lft.clone(), controller.gamma.clone());
-            freeze::frozen(inputs, &model, lft, gamma).map_err(|e| e.to_string())?.plant
+            freeze::frozen(vehicle, design, hashes, &model, lft, gamma).map_err(|e| e.to_string())?.plant
         }
     };
     let manoeuvre = inputs.design.manoeuvre.clone();

@@ -22,10 +22,10 @@ pub fn uncertainty(inputs: &Inputs) -> Result<String, Error> {
         .design
         .spread(SPEEDS)
         .into_iter()
-        .map(|v| at_speed(inputs, v))
+        .map(|v| at_speed(inputs.declared(), inputs.design.depth, v))
         .collect::<Result<Vec<_>, _>>()?;
     let model = Model::new(&inputs.vehicle, &inputs.design)?;
-    let joint = over_range(inputs, &model)?;
+    let joint = over_range(inputs.declared(), inputs.design.order, &model)?;
     let (centre, half_range) = inputs.design.scheduling();
     let mut out = blocks_table(&joint, &frozen.iter().map(|f| &f.model).collect::<Vec<_>>());
     out += "\nThe trim over the corners of the box of coefficients\n       V    moves by at most\n";

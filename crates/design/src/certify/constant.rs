@@ -69,7 +69,7 @@ pub fn constant(
     nominal: f64,
     progress: &Progress,
 ) -> Result<Constant, Error> {
-    let whole = over_range(inputs, model)?;
+    let whole = over_range(inputs.declared(), inputs.design.order, model)?;
     let fewer = truncated(&inputs.vehicle.actuators, &whole, 1.0, TRUNCATION_TOLERANCE)?;
     let plant = uncertain_plant(&inputs.vehicle.actuators, &inputs.design, &fewer.model, &model.trim_slope)?;
     let uncertain = UncertainPlant { plant, scheduled: 1 };

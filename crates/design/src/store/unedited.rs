@@ -25,7 +25,9 @@ pub fn check(
     inputs: &Inputs,
     model: &Model,
 ) -> Result<(), Error> {
-    let expected: Frozen = frozen(inputs, model, controller.lft.clone(), controller.gamma.clone())?;
+    let Inputs { vehicle, design, hashes, .. } = inputs;
+    let (lft, gamma) = (controller.lft.clone(), controller.gamma.clone());
+    let expected: Frozen = frozen(vehicle, design, hashes, model, lft, gamma)?;
     compare("controller.json", controller, &expected.controller)?;
     compare("plant.json", plant, &expected.plant)
 }

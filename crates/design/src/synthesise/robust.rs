@@ -16,7 +16,7 @@ use crate::check::fastest_sampled;
 use crate::error::Error;
 use crate::error::RobustError;
 use crate::fit::Model;
-use crate::inputs::Inputs;
+use crate::inputs::Declared;
 use crate::inputs::design_file::DesignFile;
 use crate::progress::Progress;
 use crate::synthesise::robust::figures::{Frozen, RobustFigures, gain_allowed};
@@ -75,15 +75,15 @@ pub struct Robust {
 /// [`Error::Uncertain`] where the design names nothing uncertain; [`Error::Robust`];
 /// [`ProofError::Unproved`](crate::error::ProofError::Unproved).
 pub fn robust(
-    inputs: &Inputs,
+    declared: Declared<'_>,
+    file: &DesignFile,
     model: &Model,
     plant: &GeneralisedPlant,
     nominal: &Design,
     progress: &Progress,
 ) -> Result<Robust, Error> {
-    let whole = over_range(inputs, model)?;
-    let (truncated, uncertain) =
-        thinned(&inputs.vehicle.actuators, &inputs.design, &whole, &model.trim_slope)?;
+    let whole = over_range(declared, file.order, model)?;
+    let (truncated, uncertain) = thinned(&declared.vehicle.actuators, file, &whole, &model.trim_slope)?;
     progress.done("uncertain", &model_line(&truncated));
     let allowed = gain_allowed(nominal.certified.gamma);
     let options = RobustOptions {
@@ -92,7 +92,7 @@ pub fn robust(
         back_off: BACK_OFF,
         rounds: ROUNDS,
         pays: LEAST_GAIN_IN_SIZE,
-        fastest_mode: Some(fastest_sampled(inputs.design.sample_time)),
+        fastest_mode: Some(fastest_sampled(file.sample_time)),
     };
     let running = progress.begin("robust", "rounds of synthesis and analysis, some ten seconds each");
     let mut number = 0;
@@ -111,10 +111,10 @@ pub fn robust(
         robust_bears: found.largest.size,
         ladder: ladder(&uncertain, nominal, &design, &found, certificate.gamma),
         constant_size: CONSTANT_SIZE,
-        frozen: frozen(inputs, [&nominal.controller, &found.controller])?,
+        frozen: frozen(declared, file, [&nominal.controller, &found.controller])?,
         sizes: (truncated.model.blocks.len(), uncertain.unknown_channels(), uncertain.scheduled_channels()),
         model_error: truncated.error,
-        remainder: remainder(inputs, &whole)?,
+        remainder: remainder(declared, file, &whole)?,
         left_out: truncated.gone,
         stop: found.stop.to_string(),
     };
@@ -186,42 +186,44 @@ fn proved(uncertain: &UncertainPlant, found: &RobustDesign) -> Result<Certificat
 }
 
 /// The relative error of the uncertain model against the vehicle trimmed again: least and largest over the speeds.
-fn remainder(inputs: &Inputs, model: &UncertainModel) -> Result<(f64, f64), Error> {
-    let (centre, half_range) = inputs.design.scheduling();
-    let mut found = (f64::INFINITY, 0.0_f64);
-    for speed in inputs.design.spread(SPEEDS) {
-        let off = errors(&inputs.vehicle, &at_speed(inputs, speed)?, model, (speed - centre) / half_range)?
-            .remainder;
-        found = (found.0.min(off), found.1.max(off));
+fn remainder(declared: Declared<'_>, file: &DesignFile, model: &UncertainModel) -> Result<(f64, f64), Error> {
+    let (centre, half_range) = file.scheduling();
+    let (mut least, mut largest) = (f64::INFINITY, 0.0_f64);
+    for speed in file.spread(SPEEDS) {
+        let frozen = at_speed(declared, file.depth, speed)?;
+        let off = errors(declared.vehicle, &frozen, model, (speed - centre) / half_range)?.remainder;
+        (least, largest) = (least.min(off), largest.max(off));
     }
-    Ok(found)
+    Ok((least, largest))
 }
 
 /// mu for robust stability and the worst-case gain of the loops frozen at several speeds.
-fn frozen(inputs: &Inputs, controllers: [&Controller; 2]) -> Result<Vec<Frozen>, Error> {
-    let (centre, half_range) = inputs.design.scheduling();
+fn frozen(
+    declared: Declared<'_>,
+    file: &DesignFile,
+    controllers: [&Controller; 2],
+) -> Result<Vec<Frozen>, Error> {
+    let ((centre, half_range), actuators) = (file.scheduling(), &declared.vehicle.actuators);
     let at = |speed: f64| {
-        let uncertain = at_speed(inputs, speed)?;
+        let uncertain = at_speed(declared, file.depth, speed)?;
         let (model, rho) = (&uncertain.model, (speed - centre) / half_range);
         let structure = Structure::new(model.blocks.iter().map(|b| Block::Real(b.repetitions)).collect());
         let structure = structure.map_err(|reason| Error::MuAtSpeed { speed, reason: reason.into() })?;
         let mut found = Frozen { speed, mu: [None; 2], worst: [None; 2], vehicle: [None; 2] };
         for (i, k) in controllers.into_iter().enumerate() {
-            let system =
-                uncertain_loop(&inputs.vehicle.actuators, &inputs.design, &uncertain, k, rho, None)?.system;
+            let system = uncertain_loop(actuators, file, &uncertain, k, rho, None)?.system;
             let whole = Perturbable { system, structure: structure.clone(), size: CONSTANT_SIZE };
             let mu = bound_over_frequency(&whole.stability(), &structure, None);
             found.mu[i] = mu.ok().map(|bound| bound.upper);
             let worst = worst_case_gain(&whole).ok();
             found.worst[i] = worst.as_ref().map(|worst| (worst.upper, worst.worst.gain));
             let delta = worst.map(|worst| values(&uncertain, &worst.worst.delta));
-            let vehicle = delta.and_then(|delta| vehicle_at(&inputs.vehicle, &uncertain, &delta));
-            found.vehicle[i] =
-                vehicle.map(|l| gain(&inputs.vehicle.actuators, &inputs.design, &l, k, rho)).transpose()?;
+            let vehicle = delta.and_then(|delta| vehicle_at(declared.vehicle, &uncertain, &delta));
+            found.vehicle[i] = vehicle.map(|l| gain(actuators, file, &l, k, rho)).transpose()?;
         }
         Ok(found)
     };
-    inputs.design.spread(SPEEDS).into_iter().map(at).collect()
+    file.spread(SPEEDS).into_iter().map(at).collect()
 }
 
 fn model_line(truncated: &Truncated) -> String {

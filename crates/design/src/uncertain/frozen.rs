@@ -1,7 +1,7 @@
 //! The uncertain model at one speed.
 
 use crate::error::Error;
-use crate::inputs::Inputs;
+use crate::inputs::Declared;
 use crate::linearise::{linearise_at, stacked};
 use crate::uncertain::gradients::{Gradients, coarsen};
 use crate::uncertain::model::{Block, UncertainModel};
@@ -25,16 +25,17 @@ pub struct FrozenUncertain {
     pub model: UncertainModel,
 }
 
-/// The uncertain model at a speed \[m/s\].
+/// The uncertain model at a depth \[m\] and a speed \[m/s\].
 ///
 /// # Errors
 /// [`ModelError::Trim`](crate::error::ModelError::Trim), [`Error::Uncertain`].
-pub fn at_speed(inputs: &Inputs, speed: f64) -> Result<FrozenUncertain, Error> {
-    let nominal = linearise_at(&inputs.vehicle, inputs.design.depth, speed)?;
-    let trim_range = trim_range(inputs, &nominal.trim)?;
-    let parameters = blocks(inputs, &nominal.trim, &trim_range.deviations)?;
-    let mut gradients = [Gradients::at(&inputs.vehicle, &nominal.trim, &parameters)?];
-    coarsen(&inputs.vehicle, &parameters, DETAIL, &mut gradients);
+pub fn at_speed(declared: Declared<'_>, depth: f64, speed: f64) -> Result<FrozenUncertain, Error> {
+    let vehicle = declared.vehicle;
+    let nominal = linearise_at(vehicle, depth, speed)?;
+    let trim_range = trim_range(declared, &nominal.trim)?;
+    let parameters = blocks(declared, &nominal.trim, &trim_range.deviations)?;
+    let mut gradients = [Gradients::at(vehicle, &nominal.trim, &parameters)?];
+    coarsen(vehicle, &parameters, DETAIL, &mut gradients);
     let pencil = Pencil::frozen(&gradients[0], &stacked(&nominal));
     let model = UncertainModel::from_lft(&minimal(&pencil.lft()), &parameters);
     Ok(FrozenUncertain { speed, nominal, trim_range, parameters, model })

@@ -7,7 +7,7 @@
 
 use crate::error::Error;
 use crate::error::UncertainError;
-use crate::inputs::Inputs;
+use crate::inputs::Declared;
 use crate::uncertain::gradients::perturbed;
 use crate::uncertain::model::{Block, Uncertain};
 use auv::{Descriptor, Parameter, Speed, Trim, TrimError, Vehicle, trim};
@@ -57,11 +57,11 @@ impl TrimRange {
 /// # Errors
 /// [`UncertainError::NothingUncertain`].
 pub fn blocks(
-    inputs: &Inputs,
+    declared: Declared<'_>,
     trim: &Trim,
     deviations: &[(Parameter, f64)],
 ) -> Result<Vec<Block>, UncertainError> {
-    let vehicle = &inputs.vehicle;
+    let vehicle = declared.vehicle;
     let of = |uncertain: Uncertain, value, half_range, unit| Block {
         uncertain,
         name: uncertain.name(vehicle),
@@ -70,20 +70,20 @@ pub fn blocks(
         unit,
         repetitions: 0,
     };
-    let coefficients = inputs
-        .uncertain
+    let coefficients = declared
+        .coefficients
         .iter()
         .map(|u| of(Uncertain::Parameter(u.parameter), u.value, u.half_range, u.parameter.unit(vehicle)));
     let trims = deviations.iter().map(|(parameter, deviation)| {
         let value = parameter.value(vehicle, trim);
         of(Uncertain::Parameter(*parameter), value, *deviation, parameter.unit(vehicle))
     });
-    let gain = inputs.design.uncertainty.as_ref().map_or(0.0, |u| u.actuator_gain);
+    let gain = declared.actuator_gain;
     let actuators = if gain > 0.0 { vehicle.actuators.len() } else { 0 };
     let gains = (0..actuators).map(|actuator| of(Uncertain::Gain(actuator), 1.0, gain, "1"));
     let all: Vec<Block> = coefficients.chain(trims).chain(gains).collect();
     if all.is_empty() {
-        let design = format!("{}.toml", inputs.design.name);
+        let design = format!("{}.toml", declared.design);
         return Err(UncertainError::NothingUncertain { design });
     }
     Ok(all)
@@ -118,10 +118,10 @@ pub fn retrim(
 ///
 /// # Errors
 /// [`UncertainError::NothingUncertain`], [`UncertainError::NoTrim`], [`UncertainError::Corner`].
-pub fn trim_range(inputs: &Inputs, nominal: &Trim) -> Result<TrimRange, Error> {
-    let vehicle = &inputs.vehicle;
+pub fn trim_range(declared: Declared<'_>, nominal: &Trim) -> Result<TrimRange, Error> {
+    let vehicle = declared.vehicle;
     let mut range = TrimRange { deviations: Vec::new(), corners: 0, beyond_limits: 0 };
-    let all = blocks(inputs, nominal, &[])?;
+    let all = blocks(declared, nominal, &[])?;
     let outputs = (0..vehicle.actuators.len()).map(Parameter::Output);
     let matters = |p: &Parameter| Descriptor::derivative(vehicle, nominal, *p).stacked().amax() > 0.0;
     let quantities: Vec<Parameter> =

@@ -20,7 +20,8 @@ pub fn robust(subject: &Subject) -> Result<Vec<Part>, Error> {
                      and this section then shows both side by side.";
         return Ok(vec![Part::Words(words.into())]);
     };
-    stored.confirm(subject.inputs, &subject.model, &subject.stored.controller.lft)?;
+    let inputs = subject.inputs;
+    stored.confirm(inputs.declared(), &inputs.design, &subject.model, &subject.stored.controller.lft)?;
     let found = &stored.figures;
     Ok(vec![
         Part::Words(about(found)),

@@ -88,7 +88,8 @@ fn differences(
     let (centre, half_range) = inputs.design.scheduling();
     let mut out = vec![];
     for (i, speed) in inputs.design.spread(speeds).into_iter().enumerate() {
-        let (frozen, rho) = (at_speed(inputs, speed)?, (speed - centre) / half_range);
+        let (frozen, rho) =
+            (at_speed(inputs.declared(), inputs.design.depth, speed)?, (speed - centre) / half_range);
         let n = frozen.parameters.len();
         // Of each two speeds other points; of two corners the one in the mean with the other's weights is inside.
         let seed = seed + i as u64;
@@ -123,7 +124,12 @@ mod tests {
         for name in ["squid", "remus100"] {
             let folder = format!("{}/../../vehicles/{name}", env!("CARGO_MANIFEST_DIR"));
             let inputs = Inputs::read(Path::new(&folder), "design").unwrap();
-            let model = over_range(&inputs, &Model::new(&inputs.vehicle, &inputs.design).unwrap()).unwrap();
+            let model = over_range(
+                inputs.declared(),
+                inputs.design.order,
+                &Model::new(&inputs.vehicle, &inputs.design).unwrap(),
+            )
+            .unwrap();
             let sampled = differences(&inputs, &model, 1.0, (SPEEDS, CORNERS, INSIDE, 7)).unwrap();
             let fresh = differences(&inputs, &model, 1.0, (37, 90, 30, 12345)).unwrap();
             for (row, reach) in reaches(&sampled).into_iter().enumerate() {

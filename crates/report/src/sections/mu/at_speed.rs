@@ -70,9 +70,9 @@ impl SpeedMu {
     /// As [`uncertain::at_speed`]; [`ModelError::Lft`](squid_design::error::ModelError::Lft);
     /// [`DesignError::MuAtSpeed`] when the loop is unstable without any perturbation.
     pub fn new(subject: &Subject, speed: f64) -> Result<Self, Error> {
-        let frozen = at_speed(subject.inputs, speed)?;
-        let model = &frozen.model;
         let Inputs { vehicle, design, .. } = subject.inputs;
+        let frozen = at_speed(subject.inputs.declared(), design.depth, speed)?;
+        let model = &frozen.model;
         let closed = uncertain_loop(
             &vehicle.actuators,
             design,
