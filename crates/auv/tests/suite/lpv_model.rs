@@ -1,0 +1,107 @@
+//! The LPV fidelity: agreement with the nonlinear equations, scheduling, files, refusals.
+
+use crate::common::{remus100, squid};
+use auv::{Fidelity, LpvModel, LpvModelError, Plant, Speed, Trim, Vehicle, linearise, trim};
+
+const DEPTH: f64 = 50.0;
+
+fn constant_lpv(vehicle: &Vehicle, speed: f64) -> (LpvModel, Trim) {
+    let trim = trim(vehicle, Speed::Path(speed), DEPTH).unwrap();
+    let linear = linearise(vehicle, &trim).unwrap();
+    let model = LpvModel::new(
+        &vehicle.name,
+        DEPTH,
+        (1.75, 1.25),
+        &[linear.a],
+        &[linear.b],
+        std::slice::from_ref(&trim),
+    )
+    .unwrap();
+    (model, trim)
+}
+
+#[test]
+fn the_lpv_model_agrees_with_the_nonlinear_one_near_trim() {
+    let vehicle = squid();
+    let (model, trim) = constant_lpv(&vehicle, 1.0);
+    let deviation = |fidelity: Fidelity, push: f64| {
+        let mut plant = Plant::new(&vehicle).unwrap().with_lpv(model.clone()).unwrap();
+        plant.set_fidelity(fidelity).unwrap();
+        plant.start(0.0, &trim).unwrap();
+        plant.set_command(0, trim.actuators[0] + push).unwrap();
+        plant.advance(10.0).unwrap();
+        plant.state().motion.theta - trim.pitch
+    };
+    let gap = |push: f64| (deviation(Fidelity::Nonlinear, push) - deviation(Fidelity::Lpv, push)).abs();
+    assert!(deviation(Fidelity::Nonlinear, 0.01) > 1e-5, "the lower thruster lifts the bow");
+    // The difference is of second order: ten times less push, a hundred times less difference (dB/dz leaves a little).
+    assert!(gap(0.1) < 0.02 * deviation(Fidelity::Lpv, 0.1), "{}", gap(0.1));
+    assert!(gap(0.01) < 0.03 * gap(0.1), "{} {}", gap(0.01), gap(0.1));
+    assert!((deviation(Fidelity::Lpv, 0.02) - 2.0 * deviation(Fidelity::Lpv, 0.01)).abs() < 1e-12);
+}
+
+#[test]
+fn the_lpv_model_schedules_on_the_operating_speed() {
+    let vehicle = squid();
+    let trims: Vec<Trim> = [0.5, 1.75, 3.0].map(|v| trim(&vehicle, Speed::Path(v), DEPTH).unwrap()).to_vec();
+    let linear: Vec<_> = trims.iter().map(|t| linearise(&vehicle, t).unwrap()).collect();
+    // The parabola through three speeds: at each of them the model is the linearisation there.
+    let fit = |get: &dyn Fn(usize) -> nalgebra::DMatrix<f64>| {
+        let (low, mid, high) = (get(0), get(1), get(2));
+        [mid.clone(), (&high - &low) * 0.5, (&high + &low) * 0.5 - &mid]
+    };
+    let (a, b) = (fit(&|i| linear[i].a.clone()), fit(&|i| linear[i].b.clone()));
+    let model = LpvModel::new("squid", DEPTH, (1.75, 1.25), &a, &b, &trims).unwrap();
+    let read = LpvModel::from_json(&model.to_json().unwrap(), "model.json").unwrap();
+    assert_eq!(read, model, "numbers read back to the same f64");
+    for (i, t) in trims.iter().enumerate() {
+        let fly = |model: LpvModel| {
+            let mut plant = Plant::new(&vehicle).unwrap().with_lpv(model).unwrap();
+            plant.set_fidelity(Fidelity::Lpv).unwrap();
+            plant.start(0.0, t).unwrap();
+            plant.set_command(0, t.actuators[0] + 2.0).unwrap();
+            plant.advance(5.0).unwrap();
+            plant.state()
+        };
+        let alone = LpvModel::new(
+            "squid",
+            DEPTH,
+            (1.75, 1.25),
+            &[linear[i].a.clone()],
+            &[linear[i].b.clone()],
+            &trims[i..=i],
+        );
+        let (scheduled, alone) = (fly(read.clone()), fly(alone.unwrap()));
+        assert!((scheduled.motion.theta - alone.motion.theta).abs() < 1e-9);
+        assert!((scheduled.motion.theta - t.pitch).abs() > 1e-3);
+    }
+    assert_eq!(model.rho(9.0), 1.0);
+    assert_eq!(model.rho(0.0), -1.0);
+}
+
+#[test]
+fn lpv_models_that_fit_no_plant_are_refused() {
+    let vehicle = squid();
+    let (model, _) = constant_lpv(&vehicle, 1.0);
+    let refused = |change: &dyn Fn(&mut LpvModel)| {
+        let mut broken = model.clone();
+        change(&mut broken);
+        Plant::new(&vehicle).unwrap().with_lpv(broken).expect_err("must be refused")
+    };
+    assert!(matches!(refused(&|m| m.format = "auv-lpv-model/9".into()), LpvModelError::Format { .. }));
+    assert!(matches!(refused(&|m| m.a.clear()), LpvModelError::Empty { matrix: "a" }));
+    assert!(matches!(refused(&|m| m.trim.clear()), LpvModelError::Empty { matrix: "trim" }));
+    assert!(matches!(refused(&|m| m.b[0].truncate(3)), LpvModelError::Shape { matrix: "b", order: 0, .. }));
+    assert!(matches!(refused(&|m| m.a[0][2][1] = f64::NAN), LpvModelError::NotFinite { key: "a", .. }));
+    assert!(matches!(refused(&|m| m.speed_half_range = 0.0), LpvModelError::HalfRange { .. }));
+    assert!(matches!(
+        refused(&|m| m.trim.push(m.trim[0].clone())),
+        LpvModelError::SpeedsNotRising { row: 1, .. }
+    ));
+    let (other, _) = constant_lpv(&remus100(), 1.54);
+    let error = Plant::new(&vehicle).unwrap().with_lpv(other).err().unwrap();
+    assert!(matches!(error, LpvModelError::Actuators { found: 2, expected: 3, .. }));
+    let text = model.to_json().unwrap().replace("\"depth\"", "\"dpth\"");
+    let message = LpvModel::from_json(&text, "model.json").unwrap_err().to_string();
+    assert!(message.starts_with("model.json: not an LPV model: unknown field `dpth`"), "{message}");
+}

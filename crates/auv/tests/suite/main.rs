@@ -1,0 +1,14 @@
+//! All tests but those that count allocations, in one program: each program is compiled and linked anew.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+#[path = "../common/mod.rs"]
+mod common;
+mod descriptor;
+mod dynamics;
+mod lpv_model;
+mod properties;
+mod published_figures;
+mod simulation;
+mod trim;
+mod vehicle_file;
+mod vehicle_json;

@@ -1,0 +1,280 @@
+//! The plant: energy, convergence, cutting of intervals, current, actuators, refusals.
+
+use crate::common::{remus100, squid};
+use auv::{
+    Coefficients, Current, Dynamics, Fidelity, Motion, Plant, SimulationError, Speed, State, Trim, Vehicle,
+    actuator_force, trim,
+};
+
+const DEPTH: f64 = 50.0;
+
+fn trimmed(vehicle: &Vehicle, speed: f64) -> (Plant, Trim) {
+    let trim = trim(vehicle, Speed::Path(speed), DEPTH).unwrap();
+    let mut plant = Plant::new(vehicle).unwrap();
+    plant.start(0.0, &trim).unwrap();
+    (plant, trim)
+}
+
+/// Kinetic energy, added mass included, and the energy of weight and buoyancy.
+fn energy(c: &Coefficients, state: &State) -> f64 {
+    let Motion { u, w, q, theta } = state.motion;
+    let nu = nalgebra::Vector3::new(u, w, q);
+    let (sin, cos) = theta.sin_cos();
+    let depth_of = |x: f64, z: f64| state.depth - x * sin + z * cos;
+    0.5 * nu.dot(&(c.mass_matrix() * nu)) - c.weight * depth_of(c.x_G, c.z_G)
+        + c.buoyancy * depth_of(c.x_B, c.z_B)
+}
+
+#[test]
+fn undamped_motion_conserves_energy() {
+    let mut vehicle = squid();
+    let c = &mut vehicle.coefficients;
+    (c.Z_uw, c.Z_uq, c.M_uw, c.M_uq, c.Z_w, c.M_q, c.M_uu) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    (c.Z_ww, c.Z_qq, c.M_ww, c.M_qq, c.X_uu, c.wetted_area, c.drag_area) =
+        (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    (c.buoyancy_gradient, c.x_G) = (0.0, 0.02);
+    let c = vehicle.coefficients.clone();
+    for (label, weight, buoyancy) in [("neutral", 0.0, 0.0), ("weight alone", c.weight, 0.98 * c.weight)] {
+        (vehicle.coefficients.weight, vehicle.coefficients.buoyancy) = (weight.max(1e-9), buoyancy.max(1e-9));
+        let mut plant = Plant::new(&vehicle).unwrap();
+        let start = State { motion: Motion { u: 1.2, w: 0.3, q: -0.2, theta: 0.4 }, x: 0.0, depth: 10.0 };
+        plant.set_state(&start);
+        let before = energy(&vehicle.coefficients, &start);
+        plant.advance(3.0).unwrap();
+        assert!((plant.state().motion.theta - 0.4).abs() > 0.1, "the vehicle must have moved");
+        plant.advance(60.0).unwrap();
+        let after = energy(&vehicle.coefficients, &plant.state());
+        let kinetic =
+            energy(&Coefficients { weight: 0.0, buoyancy: 0.0, ..vehicle.coefficients.clone() }, &start);
+        println!("{label}: drift {:.2e} of the kinetic energy in 60 s", (after - before).abs() / kinetic);
+        assert!((after - before).abs() < 1e-9 * kinetic, "{label}: {before} J became {after} J");
+    }
+}
+
+/// Classical fourth-order Runge-Kutta over body and actuators together: another method, other code.
+fn rk4(vehicle: &Vehicle, trim: &Trim, commands: &[f64], duration: f64, steps: usize) -> Vec<f64> {
+    let dynamics = Dynamics::new(&vehicle.coefficients).unwrap();
+    let rate = |y: &[f64]| -> Vec<f64> {
+        let motion = Motion { u: y[0], w: y[1], q: y[2], theta: y[3] };
+        let force = actuator_force(&vehicle.actuators, y[0], y[6..].iter().copied());
+        let [du, dw, dq] = dynamics.acceleration(&motion, y[5], force);
+        let (sin, cos) = y[3].sin_cos();
+        let mut rate = vec![du, dw, dq, y[2], y[0] * cos + y[1] * sin, -y[0] * sin + y[1] * cos];
+        for (i, actuator) in vehicle.actuators.iter().enumerate() {
+            rate.push((commands[i].clamp(actuator.min, actuator.max) - y[6 + i]) / actuator.lag);
+        }
+        rate
+    };
+    let add =
+        |y: &[f64], k: &[f64], h: f64| -> Vec<f64> { y.iter().zip(k).map(|(y, k)| y + h * k).collect() };
+    let mut y = vec![trim.forward_speed, trim.heave, 0.0, trim.pitch, 0.0, trim.depth];
+    y.extend(&trim.actuators);
+    let h = duration / steps as f64;
+    for _ in 0..steps {
+        let k1 = rate(&y);
+        let k2 = rate(&add(&y, &k1, h / 2.0));
+        let k3 = rate(&add(&y, &k2, h / 2.0));
+        let k4 = rate(&add(&y, &k3, h));
+        for (i, value) in y.iter_mut().enumerate() {
+            *value += h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]);
+        }
+    }
+    y
+}
+
+#[test]
+fn an_independent_method_finds_the_same_motion() {
+    for (vehicle, speed, commands) in [
+        (squid(), 1.0, vec![12.0, 1.0, 3.0]),
+        (squid(), 2.5, vec![40.0, -80.0, 20.0]),
+        (remus100(), 1.54, vec![5.0, 0.05]),
+    ] {
+        let (mut plant, trim) = trimmed(&vehicle, speed);
+        for (i, command) in commands.iter().enumerate() {
+            plant.set_command(i, *command).unwrap();
+        }
+        plant.advance(60.0).unwrap();
+        let expected = rk4(&vehicle, &trim, &commands, 60.0, 60_000);
+        let State { motion: Motion { u, w, q, theta }, x, depth } = plant.state();
+        for (found, expected) in [u, w, q, theta, x, depth].iter().chain(plant.outputs()).zip(&expected) {
+            assert!(
+                (found - expected).abs() < 2e-9 * (1.0 + expected.abs()),
+                "{found} instead of {expected}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_cut_of_an_interval_does_not_matter() {
+    let vehicle = squid();
+    let fly = |cuts: &dyn Fn(usize) -> f64, count: usize| {
+        let (mut plant, _) = trimmed(&vehicle, 1.0);
+        let mut commanded = false;
+        for i in 1..=count {
+            let to = cuts(i);
+            plant.advance(to).unwrap();
+            if !commanded && to >= 1.0 - 1e-12 {
+                plant.set_command(0, 20.0).unwrap();
+                plant.set_current(Current { horizontal: 0.3, vertical: -0.05 }).unwrap();
+                commanded = true;
+            }
+        }
+        plant.state()
+    };
+    let whole = fly(&|i| [1.0, 60.0][i - 1], 2);
+    let fine = fly(&|i| i as f64 / 100.0, 6000);
+    let uneven = fly(&|i| if i <= 8 { i as f64 / 8.0 } else { (1.0 + 0.37 * (i - 8) as f64).min(60.0) }, 168);
+    for other in [fine, uneven] {
+        let (a, b) = (whole.motion, other.motion);
+        for (a, b) in [
+            (a.u, b.u),
+            (a.w, b.w),
+            (a.q, b.q),
+            (a.theta, b.theta),
+            (whole.x, other.x),
+            (whole.depth, other.depth),
+        ] {
+            assert!((a - b).abs() < 1e-9, "{a} {b}");
+        }
+    }
+}
+
+/// Masters send times such as 0.30000000000000004: the sliver that is left over is no interval to fail on.
+#[test]
+fn slivers_of_time_are_crossed() {
+    let (mut plant, _) = trimmed(&squid(), 1.0);
+    plant.set_command(0, 20.0).unwrap();
+    let mut whole = plant.clone();
+    for i in 1..=100 {
+        let to = f64::from(i) * 0.1;
+        plant.advance(to - 1e-12).unwrap();
+        plant.advance(to - 1e-15).unwrap();
+        plant.advance(to).unwrap();
+        plant.advance(to).unwrap();
+    }
+    whole.advance(10.0).unwrap();
+    assert!((plant.state().motion.theta - whole.state().motion.theta).abs() < 1e-11);
+    assert!((plant.state().x - whole.state().x).abs() < 1e-11);
+    assert_eq!(plant.time(), 10.0);
+}
+
+#[test]
+fn trim_stays_trim() {
+    for (vehicle, speed) in [(squid(), 0.5), (squid(), 3.0), (remus100(), 1.54)] {
+        let (mut plant, trim) = trimmed(&vehicle, speed);
+        plant.advance(20.0).unwrap();
+        let state = plant.state();
+        assert!((state.motion.theta - trim.pitch).abs() < 1e-9);
+        assert!((state.depth - DEPTH).abs() < 1e-8, "{}", state.depth);
+        assert!((state.x - 20.0 * speed).abs() < 1e-7, "{}", state.x);
+    }
+}
+
+#[test]
+fn a_steady_current_carries_the_vehicle_along() {
+    let vehicle = squid();
+    let (mut still, trim) = trimmed(&vehicle, 1.0);
+    let (mut carried, _) = trimmed(&vehicle, 1.0);
+    carried.set_current(Current { horizontal: 0.7, vertical: 0.0 }).unwrap();
+    carried.start(0.0, &trim).unwrap();
+    for plant in [&mut still, &mut carried] {
+        plant.set_command(0, 15.0).unwrap();
+        plant.advance(30.0).unwrap();
+    }
+    let (a, b) = (still.state(), carried.state());
+    for (a, b) in [
+        (a.motion.u, b.motion.u),
+        (a.motion.w, b.motion.w),
+        (a.motion.q, b.motion.q),
+        (a.motion.theta, b.motion.theta),
+    ] {
+        assert!((a - b).abs() < 1e-10, "{a} {b}");
+    }
+    assert!((b.x - a.x - 0.7 * 30.0).abs() < 1e-8);
+    assert!((carried.earth_velocity().0 - still.earth_velocity().0 - 0.7).abs() < 1e-9);
+}
+
+#[test]
+fn a_sudden_current_leaves_the_velocity_over_ground() {
+    let (mut plant, _) = trimmed(&squid(), 1.0);
+    plant.advance(1.0).unwrap();
+    let before = plant.earth_velocity();
+    plant.set_current(Current { horizontal: -0.4, vertical: 0.1 }).unwrap();
+    let after = plant.earth_velocity();
+    assert!((before.0 - after.0).abs() < 1e-14 && (before.1 - after.1).abs() < 1e-14);
+    assert!(plant.state().motion.u > 1.3, "against the stream the water comes faster");
+    let (u, w) = plant.velocity_over_ground();
+    assert!((u.hypot(w) - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn actuators_lag_and_saturate() {
+    let vehicle = squid();
+    let (mut plant, trim) = trimmed(&vehicle, 1.0);
+    plant.set_command(1, 1e6).unwrap();
+    plant.advance(0.2).unwrap();
+    let expected = 100.0 + (trim.actuators[1] - 100.0) * (-1.0_f64).exp();
+    assert!((plant.outputs()[1] - expected).abs() < 1e-12);
+    plant.set_command(1, -1e6).unwrap();
+    plant.advance(10.0).unwrap();
+    assert!((plant.outputs()[1] + 60.0).abs() < 1e-12);
+    let mut direct = vehicle.clone();
+    direct.actuators[0].lag = 0.0;
+    let (mut plant, _) = trimmed(&direct, 1.0);
+    plant.set_command(0, 7.0).unwrap();
+    plant.advance(1e-3).unwrap();
+    assert_eq!(plant.outputs()[0], 7.0);
+}
+
+#[test]
+fn misuse_is_refused_and_changes_nothing() {
+    let (mut plant, trim) = trimmed(&squid(), 1.0);
+    plant.advance(1.0).unwrap();
+    let before = plant.state();
+    assert!(matches!(plant.set_command(0, f64::NAN), Err(SimulationError::InputNotFinite { .. })));
+    assert!(matches!(
+        plant.set_command(3, 1.0),
+        Err(SimulationError::NoSuchActuator { index: 3, actuators: 3 })
+    ));
+    let infinite = Current { horizontal: f64::INFINITY, vertical: 0.0 };
+    assert!(matches!(plant.set_current(infinite), Err(SimulationError::InputNotFinite { .. })));
+    assert!(matches!(plant.set_operating_speed(f64::NAN), Err(SimulationError::InputNotFinite { .. })));
+    assert!(matches!(plant.set_fidelity(Fidelity::Lpv), Err(SimulationError::NoLpvModel)));
+    assert!(matches!(plant.advance(0.5), Err(SimulationError::Backwards { .. })));
+    assert!(matches!(plant.advance(f64::NAN), Err(SimulationError::InputNotFinite { .. })));
+    let wrong = Trim { actuators: vec![0.0], ..trim };
+    assert!(matches!(
+        plant.start(0.0, &wrong),
+        Err(SimulationError::TrimActuators { found: 1, expected: 3 })
+    ));
+    assert_eq!(plant.state(), before);
+    assert_eq!(plant.time(), 1.0);
+    plant.advance(1.0).unwrap();
+    assert_eq!(plant.state(), before);
+}
+
+/// Buoyancy that falls by 1e6 N a metre makes the depth run away; the plant says so and stays where it was.
+#[test]
+fn a_motion_that_runs_away_is_reported() {
+    let mut vehicle = squid();
+    let (sane, _) = trimmed(&vehicle, 1.0);
+    let c = &mut vehicle.coefficients;
+    (c.buoyancy_gradient, c.Z_ww, c.M_ww, c.Z_uw, c.Z_w) = (-1e6, 0.0, 0.0, 0.0, 0.0);
+    let mut plant = Plant::new(&vehicle).unwrap();
+    plant.set_state(&State { depth: DEPTH + 1e-3, ..sane.state() });
+    let (mut before, mut error) = (plant.state(), None);
+    for i in 1..=400 {
+        error = plant.advance(f64::from(i) * 0.05).err();
+        if error.is_some() {
+            break;
+        }
+        before = plant.state();
+    }
+    let error = error.expect("must run away within 20 s");
+    assert!(matches!(error, SimulationError::Integration { .. }), "{error}");
+    println!("{error}");
+    assert_eq!(plant.state(), before);
+    plant.set_state(&sane.state());
+    plant.advance(plant.time() + 1e-4).unwrap();
+}

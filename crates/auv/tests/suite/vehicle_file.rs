@@ -1,0 +1,405 @@
+//! Every mistake in a vehicle file gets one message with file, line, key, what was found and what is allowed.
+
+use std::path::Path;
+
+use crate::common::{remus100, squid};
+use auv::{Allowed, COEFFICIENTS, Effect, Status, Vehicle};
+
+const SQUID: &str = include_str!("../../../../vehicles/squid/vehicle.toml");
+const REMUS: &str = include_str!("../../../../vehicles/remus100/vehicle.toml");
+
+/// The line, counted from 1, of the first line of the text that holds a marker, or that is it if it is a header.
+fn line_of(text: &str, marker: &str) -> usize {
+    let is_header = marker.starts_with('[');
+    let holds = |line: &str| if is_header { line == marker } else { line.contains(marker) };
+    text.lines().position(holds).expect(marker) + 1
+}
+
+/// Replaces text in a vehicle file, and returns the message that it then gets and the line of the replacement.
+fn message(file: &str, from: &str, to: &str) -> (String, usize) {
+    assert!(file.contains(from), "{from}");
+    let text = file.replacen(from, to, 1);
+    let line = line_of(file, from.lines().next().unwrap());
+    (Vehicle::parse(&text, "vehicle.toml").expect_err(to).to_string(), line)
+}
+
+#[track_caller]
+fn refused(from: &str, to: &str, expected: &str) {
+    let (message, line) = message(SQUID, from, to);
+    assert_eq!(message, format!("vehicle.toml:{line}: {expected}"));
+}
+
+#[test]
+fn both_vehicles_read_as_they_are_written() {
+    let squid = squid();
+    assert_eq!((squid.name.as_str(), squid.status), ("squid", Status::Surrogate));
+    assert_eq!(squid.coefficients.Z_uw, -67.14364866073974);
+    assert!((squid.coefficients.buoyancy_at(0.0) - 1.005 * squid.coefficients.weight).abs() < 1e-9);
+    assert_eq!(squid.coefficients.buoyancy_at(50.0), 658.1606198442163);
+    let names: Vec<&str> = squid.actuators.iter().map(|a| a.name.as_str()).collect();
+    assert_eq!(names, ["lower", "upper_port", "upper_starboard"]);
+    assert_eq!(squid.actuators[0].effect, Effect::Thruster { x: 0.0, z: 0.2, direction: 0.0 });
+    assert_eq!((squid.actuators[1].min, squid.actuators[1].max, squid.actuators[1].lag), (-60.0, 100.0, 0.2));
+    assert!(squid.sources["M_uw"].contains("Hoerner"));
+    assert!(squid.sources["lower.max"].contains("assumed"));
+
+    let remus = remus100();
+    assert_eq!(remus.status, Status::Published);
+    assert_eq!(remus.coefficients.Z_ww, -1310.0);
+    assert_eq!(remus.coefficients.kinematic_viscosity, 1.19e-6);
+    assert_eq!(remus.actuators[1].unit(), "rad");
+    assert!((remus.actuators[1].max - 13.6_f64.to_radians()).abs() < 1e-15);
+}
+
+#[test]
+fn unknown_keys() {
+    refused(
+        "Z_uw = {",
+        "Zuw = {",
+        "unknown key 'lift.Zuw' (did you mean 'Z_uw'?); allowed here: Z_uw, Z_uq, M_uw, M_uq, convention",
+    );
+    refused(
+        "form_factor = {",
+        "quality = {",
+        "unknown key 'drag.quality'; allowed here: X_uu, length, wetted_area, form_factor, drag_area",
+    );
+    let sections = "vehicle, thruster, control_surface, published_linear_model, mass, buoyancy, water, \
+        added_mass, lift, damping, drag";
+    refused(
+        "[damping]",
+        "[dampnig]",
+        &format!("unknown key 'dampnig' (did you mean 'damping'?); allowed here: {sections}"),
+    );
+    let key = "z = { value = 0.2, unit = \"m\"";
+    refused(
+        key,
+        "z = { value = 0.2, units = \"m\"",
+        "unknown key 'thruster.z.units' (did you mean 'unit'?); allowed here: value, unit, source",
+    );
+    let (two, line) = message(SQUID, key, "y = { value = 0.2, unit = \"m\"");
+    let header = line_of(SQUID, "[[thruster]]");
+    let missing = format!("vehicle.toml:{header}: missing key 'thruster.z': position below the origin");
+    let allowed = "allowed here: name, x, z, direction, min, max, lag";
+    assert_eq!(two, format!("{missing}\nvehicle.toml:{line}: unknown key 'thruster.y'; {allowed}"));
+    refused(
+        "status =",
+        "state =",
+        "unknown key 'vehicle.state' (did you mean 'status'?); allowed here: name, status, description",
+    );
+}
+
+#[test]
+fn missing_keys() {
+    let without = |file: &str, start: &str| {
+        let line = file.lines().find(|line| line.starts_with(start)).expect(start);
+        Vehicle::parse(&file.replacen(line, "", 1), "vehicle.toml").unwrap_err().to_string()
+    };
+    let at =
+        |marker: &str, text: &str| format!("vehicle.toml:{}: missing key {text}", line_of(SQUID, marker));
+    assert_eq!(
+        without(SQUID, "Z_w_dot"),
+        at("[added_mass]", "'added_mass.Z_w_dot': Heave force per heave acceleration")
+    );
+    assert_eq!(
+        without(SQUID, "convention"),
+        at("[lift]", "'lift.convention': it must be \"viscous\" or \"combined\"")
+    );
+    assert_eq!(without(SQUID, "name"), at("[vehicle]", "'vehicle.name': a text in quotes"));
+    assert_eq!(without(SQUID, "z = "), at("[[thruster]]", "'thruster.z': position below the origin"));
+    assert_eq!(without(SQUID, "lag"), at("[[thruster]]", "'thruster.lag': time constant of the lag"));
+    refused(
+        ", source = \"derived: mass times 9.81 m/s2\"",
+        "",
+        "missing key 'mass.weight.source': where the number comes from",
+    );
+    refused(
+        "unit = \"kg\", source = \"derived from geometry: displaced",
+        "source = \"",
+        "missing key 'mass.mass.unit': the unit, \"kg\"",
+    );
+    let water = SQUID.find("[water]").unwrap()..SQUID.find("# Added mass").unwrap();
+    let text = SQUID.replace(&SQUID[water], "");
+    let message = Vehicle::parse(&text, "v.toml").unwrap_err().to_string();
+    assert_eq!(message, "v.toml:1: missing key 'water': a table with density");
+}
+
+#[test]
+fn wrong_units_types_and_words() {
+    refused(
+        "unit = \"N\", source = \"derived: mass times",
+        "unit = \"lbf\", source = \"derived: mass times",
+        "'mass.weight' is in \"lbf\"; it must be in \"N\"",
+    );
+    refused(
+        "z_G = { value = 0.03, unit = \"m\", source = \"assumed: ballast low in the hull\" }",
+        "z_G = 0.03",
+        "'mass.z_G' is the number 0.03; it must be a table { value = ..., unit = \"...\", source = \"...\" }",
+    );
+    refused(
+        "z_G = { value = 0.03",
+        "z_G = { value = \"3 cm\"",
+        "'mass.z_G.value' is the text \"3 cm\"; it must be a decimal number",
+    );
+    refused(
+        "source = \"assumed: ballast low in the hull\"",
+        "source = \" \"",
+        "'mass.z_G.source' is empty; it must say something",
+    );
+    refused("name = \"squid\"", "name = 7", "'vehicle.name' is the number 7; it must be a text in quotes");
+    refused(
+        "status = \"surrogate\"",
+        "status = \"surogate\"",
+        "'vehicle.status' is \"surogate\" (did you mean \"surrogate\"?); it must be \"surrogate\" \
+            or \"published\" or \"measured\"",
+    );
+    refused(
+        "convention = \"viscous\"",
+        "convention = \"total\"",
+        "'lift.convention' is \"total\"; it must be \"viscous\" or \"combined\"",
+    );
+}
+
+#[test]
+fn numbers_that_are_not_allowed() {
+    refused(
+        "X_u_dot = { value = -1.9624543703746706",
+        "X_u_dot = { value = 1.9",
+        "'added_mass.X_u_dot' is 1.9 kg; it must be zero or a negative number",
+    );
+    refused(
+        "density = { value = 1025.2255",
+        "density = { value = 0",
+        "'water.density' is 0 kg/m3; it must be a number above zero",
+    );
+    refused(
+        "z_G = { value = 0.03",
+        "z_G = { value = nan",
+        "'mass.z_G' is NaN m; it must be any finite number",
+    );
+    refused(
+        "lag = { value = 0.2",
+        "lag = { value = -0.2",
+        "'thruster.lag' is -0.2 s; it must be zero or a positive number",
+    );
+}
+
+#[test]
+fn actuators_that_cannot_be() {
+    refused(
+        "min = { value = -60.0",
+        "min = { value = 160.0",
+        "'lower.min' is 160 N and 'lower.max' is 100 N; min must be below max",
+    );
+    refused(
+        "source = \"assumed: ballast",
+        "source = \"\\u0007assumed: ballast",
+        "'mass.z_G.source' holds the character U+0007; it must hold printable ones",
+    );
+    let first = line_of(SQUID, "[[thruster]]");
+    refused(
+        "\"upper_port\"",
+        "\"lower\"",
+        &format!("the actuator name \"lower\" is already taken at line {first}; names must differ"),
+    );
+    refused(
+        "\"upper_port\"",
+        "\"upper port\"",
+        "'thruster.name' is \"upper port\"; it must be letters, digits and '_', beginning with a letter",
+    );
+    let none = &SQUID[..SQUID.find("[[thruster]]").unwrap()];
+    let message = Vehicle::parse(none, "v.toml").unwrap_err().to_string();
+    assert_eq!(message, "v.toml:1: no actuator: give at least one [[thruster]] or [[control_surface]]");
+    let (found, line) =
+        message_of_remus("min = { value = -13.6, unit = \"deg\"", "min = { value = -13.6, unit = \"grad\"");
+    assert_eq!(
+        found,
+        format!(
+            "vehicle.toml:{line}: 'control_surface.min' is in \"grad\"; it must be in \"rad\" or \"deg\""
+        )
+    );
+    let (found, line) = message_of_remus("Z_uu_delta", "Z_uud");
+    assert!(
+        found.starts_with(&format!(
+            "vehicle.toml:{line}: unknown key 'control_surface.Z_uud' (did you mean 'Z_uu_delta'?)"
+        )),
+        "{found}"
+    );
+}
+
+fn message_of_remus(from: &str, to: &str) -> (String, usize) {
+    // The comment above the table names the keys, too.
+    let start = REMUS.find("[[control_surface]]").unwrap();
+    let (head, tail) = REMUS.split_at(start);
+    let text = format!("{head}{}", tail.replacen(from, to, 1));
+    let line = head.lines().count() + line_of(tail, from);
+    (Vehicle::parse(&text, "vehicle.toml").unwrap_err().to_string(), line)
+}
+
+/// The poles that the thesis prints are data of the vehicle file, each mistake in them told with its line.
+#[test]
+fn a_published_linear_model_is_read_and_checked() {
+    let remus = remus100().published_linear_model.unwrap();
+    let poles: Vec<(f64, f64)> = remus.poles.iter().map(|p| (p.re, p.im)).collect();
+    assert_eq!((remus.speed, poles), (1.54, vec![(0.174, 0.509), (0.174, -0.509), (-2.44, 0.0)]));
+    assert!(remus.source.contains("9.36") && remus.note.contains("does not follow"));
+    assert_eq!(squid().published_linear_model, None);
+
+    let poles = "poles = [[0.174, 0.509], [0.174, -0.509], [-2.44, 0.0]]";
+    let pairs = "must be pairs [real part, imaginary part] in rad/s, one or more";
+    let cases = [
+        (
+            poles,
+            "poles = [[0.174, 0.509, 1.0]]",
+            format!("'published_linear_model.poles' is a list; it {pairs}"),
+        ),
+        (poles, "poles = []", format!("'published_linear_model.poles' is a list; it {pairs}")),
+        (poles, "poles = -2.44", format!("'published_linear_model.poles' is the number -2.44; it {pairs}")),
+        (poles, "poles = [[inf, 0.0]]", format!("'published_linear_model.poles' is a list; it {pairs}")),
+        (
+            "speed = { value = 1.54,",
+            "speed = { value = -1.54,",
+            "'published_linear_model.speed' is -1.54 m/s; it must be a number above zero".into(),
+        ),
+        (poles, "", "missing key 'published_linear_model.poles': pairs [real part".into()),
+        (poles, "zeros = [[0.0, 0.0]]", "unknown key 'published_linear_model.zeros'".into()),
+    ];
+    for (from, to, expected) in cases {
+        let (message, _) = message_of_remus(from, to);
+        assert!(message.contains(&expected), "{message}");
+    }
+}
+
+#[test]
+fn a_mass_matrix_must_be_positive_definite() {
+    let (message, _) = message(SQUID, "Z_q_dot = { value = -0.96", "Z_q_dot = { value = -960.0");
+    let line = line_of(SQUID, "[added_mass]");
+    assert!(message.starts_with(&format!("vehicle.toml:{line}: the mass matrix")), "{message}");
+    assert!(
+        message.contains("its least eigenvalue is -") && message.ends_with("must be above zero"),
+        "{message}"
+    );
+}
+
+#[test]
+fn texts_that_are_no_toml_and_files_that_are_not_there() {
+    refused("[lift]\n", "[lift\n", "this is not TOML: unclosed table, expected `]`");
+    let message = Vehicle::read(Path::new("no/such/vehicle.toml")).unwrap_err().to_string();
+    assert_eq!(message, "no/such/vehicle.toml: there is no such file");
+}
+
+/// One line each, in the order of the file; a misspelt key is not missing as well.
+#[test]
+fn all_mistakes_are_told_at_once() {
+    let edits = [
+        ("status = \"surrogate\"", "state = \"surrogate\""),
+        ("z_G = { value = 0.03, unit = \"m\"", "z_G = { value = 30, unit = \"mm\""),
+        ("X_u_dot = { value = -", "X_u_dot = { value = "),
+        ("\nM_uq = {", "\nMuq = {"),
+        ("lag = { value = 0.2, unit = \"s\"", "lag = { value = 0.2, unit = \"ms\""),
+    ];
+    let text = edits.iter().fold(SQUID.to_owned(), |text, (old, new)| {
+        assert!(text.contains(old), "{old}");
+        text.replacen(old, new, 1)
+    });
+    let message = Vehicle::parse(&text, "vehicle.toml").unwrap_err().to_string();
+    let lines: Vec<&str> = message.lines().collect();
+    assert_eq!(lines.len(), edits.len(), "{message}");
+    for (line, (old, _)) in lines.iter().zip(edits) {
+        let number = line_of(SQUID, old.trim());
+        assert!(line.starts_with(&format!("vehicle.toml:{number}: ")), "{line} of {number}");
+    }
+}
+
+/// The mistakes in units that are made: the weight printed in kg or pounds, the mass in pounds.
+#[test]
+fn a_weight_that_is_not_that_of_the_mass() {
+    for (from, to) in [
+        ("weight = { value = 654.82400067414", "weight = { value = 66.75"),
+        ("weight = { value = 654.82400067414", "weight = { value = 147.16"),
+        ("mass = { value = 66.75066265791438", "mass = { value = 147.16"),
+        ("mass = { value = 66.75066265791438", "mass = { value = 1e17"),
+    ] {
+        let (message, _) = message(SQUID, from, to);
+        let line = line_of(SQUID, "weight = {");
+        assert!(message.starts_with(&format!("vehicle.toml:{line}: 'mass.weight' is ")), "{message}");
+        assert!(message.contains("they must agree within 10 % (a weight in kg or pounds"), "{message}");
+        assert!(message.lines().count() == 1 && message.len() < 250, "{message}");
+    }
+    let (found, _) = message(SQUID, "weight = { value = 654.82400067414", "weight = { value = 66.75");
+    assert!(found.contains("is 66.75 N and 'mass.mass' times 9.81 m/s2 is 654.824 N"), "{found}");
+    // A mass of two digits.
+    let rounded = SQUID.replacen("mass = { value = 66.75066265791438", "mass = { value = 70", 1);
+    assert!(Vehicle::parse(&rounded, "vehicle.toml").is_ok());
+}
+
+#[test]
+fn keys_that_stand_twice_are_named() {
+    let twice = SQUID.replacen(
+        "\nM_q = {",
+        "\nZ_w = { value = -1.0, unit = \"kg/s\", source = \"again\" }\nM_q = {",
+        1,
+    );
+    let line = line_of(SQUID, "Z_w = {") + 1;
+    let message = Vehicle::parse(&twice, "vehicle.toml").unwrap_err().to_string();
+    assert!(
+        message.starts_with(&format!("vehicle.toml:{line}: 'Z_w' stands here a second time; ")),
+        "{message}"
+    );
+    assert_eq!(message.lines().count(), 1);
+}
+
+#[test]
+fn numbers_too_large_are_not_printed_in_full() {
+    refused(
+        "I_yy = { value = 16.687665664478594",
+        "I_yy = { value = 1e300",
+        "'mass.I_yy' is 1e300 kg.m2; it must be at most 1e18 in size, for the products of larger numbers overflow",
+    );
+    let trimmed = auv::trim(&squid(), auv::Speed::Path(1e300), 50.0).unwrap_err().to_string();
+    assert!(trimmed.starts_with("no level trim at 1e300 m/s and 50 m") && trimmed.len() < 300, "{trimmed}");
+}
+
+/// Each says what stands there and what to do; none has a line 0.
+#[test]
+fn files_that_are_no_text() {
+    let folder = std::env::temp_dir().join(format!("squid-no-text-{}", std::process::id()));
+    std::fs::create_dir_all(folder.join("vehicle.toml")).unwrap();
+    let told = |name: &str| {
+        let words = Vehicle::read(&folder.join(name)).unwrap_err().to_string();
+        words.strip_prefix(folder.to_str().unwrap()).unwrap()[1..].to_owned()
+    };
+    assert_eq!(told("vehicle.toml"), "vehicle.toml: this is a folder; it must be a file");
+    let utf16: Vec<u8> = "\u{feff}[vehicle]".encode_utf16().flat_map(u16::to_le_bytes).collect();
+    std::fs::write(folder.join("utf16"), utf16).unwrap();
+    assert_eq!(
+        told("utf16"),
+        "utf16: the text is not UTF-8 but UTF-16, or no text at all; save the file as UTF-8"
+    );
+    std::fs::write(folder.join("latin1"), b"[vehicle]\nname = \"caf\xe9\"\n").unwrap();
+    assert!(
+        told("latin1")
+            .starts_with("latin1:2: the text is not UTF-8 but Latin-1 or the like (it holds the byte 0xE9)")
+    );
+    std::fs::write(folder.join("marked"), format!("\u{feff}{SQUID}")).unwrap();
+    assert!(Vehicle::read(&folder.join("marked")).is_ok());
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("loop", folder.join("loop")).unwrap();
+        assert!(told("loop").starts_with("loop: this is a link that leads to no file, or back to itself;"));
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn the_table_of_coefficients_is_sound() {
+    for (i, spec) in COEFFICIENTS.iter().enumerate() {
+        assert!(COEFFICIENTS[..i].iter().all(|other| other.key != spec.key), "{} twice", spec.key);
+        assert!(!spec.meaning.is_empty() && !spec.unit.is_empty());
+        assert!(spec.default.is_none_or(|default| spec.allowed.contains(default)), "{}", spec.key);
+        let mut coefficients = squid().coefficients;
+        (spec.set)(&mut coefficients, -7.5);
+        assert_eq!((spec.get)(&coefficients), -7.5, "{}", spec.key);
+    }
+    assert!(Allowed::NonPositive.contains(0.0) && !Allowed::NonPositive.contains(1e-300));
+    assert!(!Allowed::Any.contains(f64::INFINITY));
+}

@@ -1,0 +1,88 @@
+//! A vehicle as JSON: the same vehicle comes back, and what is wrong is told with its key.
+
+use crate::common::{remus100, squid};
+use auv::{COEFFICIENTS, Vehicle};
+use proptest::prelude::*;
+use serde_json::{Value, json};
+
+#[test]
+fn a_vehicle_comes_back_to_the_bit() {
+    for mut vehicle in [squid(), remus100()] {
+        // For the report alone: what flies needs none.
+        vehicle.published_linear_model = None;
+        let text = vehicle.to_json().unwrap();
+        assert_eq!(Vehicle::from_json(&text, "v").unwrap(), vehicle);
+        assert!(text.contains("\"surrogate\"") || text.contains("\"published\""), "{text}");
+    }
+}
+
+proptest! {
+    /// A number goes through JSON untouched, whatever its digits.
+    #[test]
+    fn every_number_comes_back(scale in 1e-6..1e6f64, row in 0..COEFFICIENTS.len()) {
+        let mut vehicle = squid();
+        let spec = &COEFFICIENTS[row];
+        let value = (spec.get)(&vehicle.coefficients) * scale;
+        (spec.set)(&mut vehicle.coefficients, value);
+        prop_assume!(vehicle.coefficients.check().is_ok());
+        let back = Vehicle::from_json(&vehicle.to_json().unwrap(), "v").unwrap();
+        prop_assert_eq!((spec.get)(&back.coefficients).to_bits(), value.to_bits());
+    }
+}
+
+/// Changes one value of the JSON of a vehicle and returns what is said of it.
+fn complaint(vehicle: &Vehicle, at: &str, value: Value) -> String {
+    let mut json: Value = serde_json::from_str(&vehicle.to_json().unwrap()).unwrap();
+    *json.pointer_mut(at).unwrap_or_else(|| panic!("{at}")) = value;
+    Vehicle::from_json(&json.to_string(), "v.json").unwrap_err().to_string()
+}
+
+#[test]
+fn what_is_wrong_is_told_with_its_key() {
+    let squid = squid();
+    for (at, value, expected) in [
+        ("/format", json!("auv-vehicle/9"), "`format` is auv-vehicle/9, and must be auv-vehicle/1"),
+        ("/name", json!("../squid"), "`name` is ../squid, and must be the name of a vehicle"),
+        ("/status", json!("guessed"), "`status` is guessed, and must be surrogate, published or measured"),
+        ("/coefficients", json!({"Z_wu": 1.0}), "`coefficients.Z_wu` is unknown"),
+        ("/coefficients", json!({"mass": 1.0}), "`coefficients.weight` is missing"),
+        ("/coefficients/mass", json!(-1.0), "mass is -1 kg, and must be a number above zero"),
+        ("/coefficients/mass", json!("heavy"), "not a vehicle: invalid type: string"),
+        ("/actuators", json!([]), "`actuators` is empty, and must be one actuator or more"),
+        ("/actuators/0/name", json!("9"), "`actuators.name` is 9, and must be a name of its own"),
+        ("/actuators/1/name", json!("lower"), "`actuators.name` is lower, and must be a name of its own"),
+        ("/actuators/0/kind", json!("sail"), "`lower.kind` is sail, and must be thruster or control_surface"),
+        ("/actuators/0/kind", json!("control_surface"), "`lower.direction` is unknown"),
+        ("/actuators/0/numbers", json!({"min": 0.0}), "`lower.max` is missing"),
+        ("/actuators/0/numbers/min", json!(1e3), "`lower.min` is 1000, and must be below max"),
+        (
+            "/actuators/0/numbers/lag",
+            json!(-0.5),
+            "`lower.lag` is -0.5, and must be zero or a positive number",
+        ),
+    ] {
+        let told = complaint(&squid, at, value);
+        assert!(told.starts_with(&format!("v.json: {expected}")), "{at}: {told}");
+    }
+}
+
+#[test]
+fn no_number_is_given_twice() {
+    let text = squid().to_json().unwrap();
+    for (key, value) in [("mass", "90.0"), ("lag", "5.0"), ("lower.max", "\"guessed\"")] {
+        let at = text.find(&format!("\"{key}\": ")).unwrap();
+        let twice = format!("{}\"{key}\": {value}, {}", &text[..at], &text[at..]);
+        let told = Vehicle::from_json(&twice, "v.json").unwrap_err().to_string();
+        assert!(told.starts_with("v.json: not a vehicle: invalid entry: found duplicate key"), "{told}");
+    }
+}
+
+#[test]
+fn a_mass_matrix_that_is_none_and_a_fin_that_drives_are_refused() {
+    let told = complaint(&squid(), "/coefficients/z_G", json!(3.0));
+    assert!(told.starts_with("v.json: the mass matrix"), "{told}");
+    let told = complaint(&remus100(), "/actuators/1/numbers/X_uu_delta2", json!(2.0));
+    assert!(told.contains(".X_uu_delta2` is 2, and must be zero or a negative number"), "{told}");
+    let told = Vehicle::from_json("{", "v.json").unwrap_err().to_string();
+    assert!(told.starts_with("v.json: not a vehicle: EOF"), "{told}");
+}

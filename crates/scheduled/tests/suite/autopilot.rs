@@ -1,0 +1,196 @@
+//! When ticks fall, what they use, and what they put out.
+
+use crate::example;
+use proptest::prelude::*;
+use scheduled::{Autopilot, Inputs, TickError};
+use signals::{PITCH, SIGNALS, SPEED, TRACKED};
+
+const CRUISE: Inputs = inputs([-0.01, 1.749], [-0.01, 1.749]);
+
+/// Pitch and speed as measured, and as wanted; the other signals are 0.
+const fn inputs(measured: [f64; 2], wanted: [f64; 2]) -> Inputs {
+    let mut inputs = Inputs { measured: [0.0; SIGNALS.len()], references: [0.0; TRACKED] };
+    (inputs.measured[PITCH], inputs.measured[SPEED]) = (measured[0], measured[1]);
+    (inputs.references[PITCH], inputs.references[SPEED]) = (wanted[0], wanted[1]);
+    inputs
+}
+
+/// Inputs that differ at every communication point.
+fn inputs_at(time: f64) -> Inputs {
+    inputs([0.1 * time.sin(), 1.7 + (0.7 * time).sin()], [0.17, 1.5 + 0.5 * (0.3 * time).cos()])
+}
+
+fn started() -> Autopilot {
+    let mut autopilot = Autopilot::new(&example::design()).unwrap();
+    autopilot.initialise(0.0, &CRUISE).unwrap();
+    autopilot
+}
+
+#[test]
+fn puts_out_the_trim_when_nothing_is_wrong() {
+    let mut autopilot = started();
+    for second in 1..100 {
+        autopilot.advance(f64::from(second), &CRUISE).unwrap();
+        assert_eq!(autopilot.outputs().commands, [9.0, 8.0, 8.0]);
+    }
+    let outputs = autopilot.outputs();
+    assert_eq!((outputs.scheduling_parameter, outputs.trim_pitch, outputs.out_of_range), (0.0, -0.01, false));
+}
+
+/// By hand, rho = 0 and the state zero: u = Duy_d y with Duy_d = Duy + Cu (I - A T/2)^-1 By T/2.
+#[test]
+fn initial_outputs_are_feedforward_and_direct_feedthrough() {
+    let off = inputs([-0.01 - 0.17, 1.749], [-0.01, 1.749]);
+    let mut autopilot = Autopilot::new(&example::design()).unwrap();
+    autopilot.initialise(0.0, &off).unwrap();
+    // I - A T/2 = [1.005 -0.01; 0.01 1.02]
+    let determinant = 1.005 * 1.02 + 0.01 * 0.01;
+    let x = [(1.02 * 0.3 + 0.01 * 0.1) / determinant, (-0.01 * 0.3 + 1.005 * 0.1) / determinant];
+    let u = 0.1 + 0.01 * (0.1 * x[0] + 0.05 * x[1]);
+    assert!((autopilot.outputs().commands[0] - (9.0 + 100.0 * u)).abs() < 1e-12);
+    assert_eq!(autopilot.ticks(), 0);
+    let initial = autopilot.outputs().clone();
+    autopilot.advance(0.02, &off).unwrap();
+    assert_eq!(
+        (autopilot.ticks(), autopilot.outputs()),
+        (1, &initial),
+        "the first tick starts from rest too"
+    );
+}
+
+#[test]
+fn a_tick_uses_the_inputs_of_the_step_that_starts_with_it() {
+    let mut autopilot = started();
+    assert_eq!(autopilot.advance(0.02, &CRUISE).unwrap().ticks, 1);
+    let moved = inputs([0.0, 1.749], [-0.01, 1.749]);
+    assert_eq!(autopilot.advance(0.03, &moved).unwrap().ticks, 1, "the tick at 0.02 s");
+    let held = autopilot.outputs().clone();
+    assert_eq!(autopilot.advance(0.04, &CRUISE).unwrap().ticks, 0);
+    assert_eq!(autopilot.outputs(), &held);
+}
+
+#[test]
+fn large_steps_run_several_ticks() {
+    let mut autopilot = started();
+    assert_eq!(autopilot.advance(1.0, &CRUISE).unwrap().ticks, 50);
+    assert_eq!(autopilot.advance(1.005, &CRUISE).unwrap().ticks, 1);
+    assert_eq!(autopilot.advance(1.02, &CRUISE).unwrap().ticks, 0);
+    assert_eq!(autopilot.advance(2.0, &CRUISE).unwrap().ticks, 49);
+}
+
+#[test]
+fn rounding_neither_loses_nor_doubles_a_tick() {
+    for step in [0.00999999999999934, 0.01, 0.010000000000000009] {
+        let (mut autopilot, mut time) = (started(), 0.0);
+        for _ in 0..100_000 {
+            time += step;
+            autopilot.advance(time, &CRUISE).unwrap();
+        }
+        assert_eq!(autopilot.ticks(), 50_000, "{step}");
+    }
+}
+
+#[test]
+fn tells_when_the_next_tick_is_due() {
+    let mut autopilot = Autopilot::new(&example::design()).unwrap();
+    autopilot.initialise(3.0, &CRUISE).unwrap();
+    for tick in 0..1000 {
+        let due = 3.0 + f64::from(tick) * 0.02;
+        assert_eq!(autopilot.next_tick_time(), due);
+        assert!(
+            !autopilot.is_due_before(due) && !autopilot.is_due_before(due + 1e-9),
+            "held back by rounding"
+        );
+        assert!(autopilot.is_due_before(due + 1e-6));
+        assert_eq!(autopilot.tick(&CRUISE).unwrap().ticks, 1);
+    }
+}
+
+proptest! {
+    /// However the time is cut, the ticks see the inputs of the step they fall into: here the inputs change at
+    /// multiples of the sample time only, so every cut must give the same outputs.
+    #[test]
+    fn outputs_do_not_depend_on_the_cut(
+        cuts in prop::collection::vec(1u32..200, 1..60),
+        start in -5.0..5.0f64,
+        jitter in -1e-9..1e-9f64,
+    ) {
+        let (mut cut, mut whole) = (started(), started());
+        cut.initialise(start, &inputs_at(0.0)).unwrap();
+        whole.initialise(start, &inputs_at(0.0)).unwrap();
+        let mut elapsed = 0.0;
+        for (k, &steps) in cuts.iter().enumerate() {
+            let inputs = inputs_at(k as f64);
+            let pieces = 1 + steps % 5;
+            let length = f64::from(steps) * 0.02;
+            for piece in 1..=pieces {
+                let to = start + elapsed + length * f64::from(piece) / f64::from(pieces) + jitter;
+                cut.advance(to, &inputs).unwrap();
+            }
+            for _ in 0..steps {
+                whole.tick(&inputs).unwrap();
+            }
+            elapsed += length;
+            prop_assert_eq!(cut.ticks(), whole.ticks());
+            prop_assert_eq!(cut.outputs(), whole.outputs());
+        }
+    }
+}
+
+#[test]
+fn tells_once_that_the_speed_left_the_range() {
+    let mut autopilot = started();
+    let mut to = 0.0;
+    let mut left = |speed: f64| {
+        to += 0.1;
+        let done = autopilot.advance(to, &inputs([-0.01, speed], [-0.01, 1.749])).unwrap();
+        let outputs = autopilot.outputs();
+        (done.left_range, outputs.out_of_range, outputs.scheduling_parameter)
+    };
+    assert_eq!(left(3.0), (false, false, 1.0));
+    assert_eq!(left(3.1), (true, true, 1.0));
+    assert_eq!(left(3.2), (false, true, 1.0));
+    assert!(!left(1.0).1);
+    assert_eq!(left(0.2), (true, true, -1.0));
+    assert_eq!(left(0.49), (false, false, -1.0));
+}
+
+#[test]
+fn commands_keep_their_limits() {
+    let mut autopilot = started();
+    autopilot.advance(5.0, &inputs([10.0, 1.749], [-0.01, 1.749])).unwrap();
+    assert_eq!(autopilot.outputs().commands[0], -60.0);
+    autopilot.advance(10.0, &inputs([-10.0, 1.749], [-0.01, 1.749])).unwrap();
+    assert_eq!(autopilot.outputs().commands[0], 100.0);
+}
+
+#[test]
+fn refuses_inputs_that_are_no_numbers() {
+    let mut autopilot = started();
+    let error = autopilot.advance(1.0, &inputs([-0.01, f64::NAN], [-0.01, 1.749])).unwrap_err();
+    assert!(matches!(error, TickError::InputNotFinite { name: "speed", .. }));
+}
+
+#[test]
+fn a_singular_loop_is_an_error() {
+    let mut design = example::design();
+    // I - Dtt_d Theta = 0 in the second channel at rho = 1, when its row of Ct is zero.
+    design.lft.ct[1] = vec![0.0, 0.0];
+    design.lft.dtt[1] = vec![0.0, 1.0];
+    let mut autopilot = Autopilot::new(&design).unwrap();
+    assert!(autopilot.initialise(0.0, &CRUISE).is_ok());
+    let error = autopilot.initialise(0.0, &inputs([-0.01, 3.0], [-0.01, 1.749])).unwrap_err();
+    assert!(matches!(error, TickError::SingularLoop { parameter: 1.0, .. }), "{error}");
+}
+
+#[test]
+fn pitch_alone_can_be_tracked() {
+    let mut design = example::design();
+    design.controller_inputs.truncate(1);
+    for rows in [&mut design.lft.by, &mut design.lft.duy, &mut design.lft.dty] {
+        rows.iter_mut().for_each(|row| row.truncate(1));
+    }
+    let mut autopilot = Autopilot::new(&design).unwrap();
+    autopilot.initialise(0.0, &inputs([-0.01, 1.749], [-0.01, 0.49])).unwrap();
+    assert_eq!(autopilot.outputs().commands, [1.5, 1.0, 1.0], "an error of speed has no effect");
+}

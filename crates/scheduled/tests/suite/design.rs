@@ -1,0 +1,222 @@
+//! Reading, writing and refusing designs.
+
+use crate::example;
+use proptest::prelude::*;
+use scheduled::{ControllerDesign, Kind};
+use signals::{PITCH, SPEED, place};
+
+#[test]
+fn reads_back_what_it_wrote() {
+    let design = example::design();
+    let json = design.to_json().unwrap();
+    assert_eq!(ControllerDesign::from_json(&json).unwrap(), design);
+    assert!(json.contains("[0.1, 0.05]"), "a row a line:\n{json}");
+}
+
+proptest! {
+    #[test]
+    fn numbers_read_back_to_the_bit(value in prop::num::f64::NORMAL | prop::num::f64::ZERO | prop::num::f64::SUBNORMAL) {
+        let mut design = example::design();
+        design.lft.a[0][1] = value;
+        let read = ControllerDesign::from_json(&design.to_json().unwrap()).unwrap();
+        prop_assert_eq!(read.lft.a[0][1].to_bits(), value.to_bits());
+    }
+}
+
+/// A design of an earlier version is read, and written in its format, to the byte as it was; so is the committed one.
+#[test]
+fn designs_are_written_as_they_were_read() {
+    for (file, apart) in
+        [("tests/designs/first_format.json", false), ("../../vehicles/squid/frozen/controller.json", true)]
+    {
+        let path = format!("{}/{file}", env!("CARGO_MANIFEST_DIR"));
+        let text = std::fs::read_to_string(path).unwrap();
+        let design = ControllerDesign::from_json(&text).unwrap();
+        assert_eq!(design.to_json().unwrap(), text);
+        assert!(design.controller_inputs.iter().all(|input| (input.kind == Kind::Error) != apart));
+        assert_eq!(design.reference_filter.is_some(), apart);
+    }
+}
+
+#[test]
+fn the_second_format_reads_back_too() {
+    for filter in [None, Some(0.3)] {
+        let mut design = example::two_degrees();
+        design.reference_filter = filter;
+        let json = design.to_json().unwrap();
+        assert!(json.contains("\"squid-controller/2\"") && !json.contains("tracked"), "{json}");
+        assert_eq!(ControllerDesign::from_json(&json).unwrap(), design);
+    }
+    let mut filtered = example::design();
+    filtered.reference_filter = Some(0.3);
+    let json = filtered.to_json().unwrap();
+    assert!(json.contains("squid-controller/2") && json.contains("\"kind\": \"error\""), "{json}");
+    assert_eq!(ControllerDesign::from_json(&json).unwrap(), filtered);
+}
+
+/// Errors alone can be given in the second format, too.
+#[test]
+fn both_formats_become_one_design() {
+    let json = serde_json::to_string(&example::design()).unwrap();
+    let inputs = serde_json::to_string(&example::design().controller_inputs).unwrap();
+    let (start, rest) = json.split_once("\"tracked\":[").unwrap();
+    let (_, end) = rest.split_once(']').unwrap();
+    let second = format!("{start}\"controller_inputs\":{inputs},\"reference_filter\":null{end}");
+    let second = second.replace("squid-controller/1", "squid-controller/2");
+    assert_eq!(ControllerDesign::from_json(&second).unwrap(), example::design());
+    for (wrong, expected) in [
+        (
+            json.replace("squid-controller/1", "squid-controller/2"),
+            "under `controller_inputs` and not `tracked`",
+        ),
+        (second.replace("squid-controller/2", "squid-controller/1"), "under `tracked` alone"),
+        (json.replace("\"tracked\"", "\"reference_filter\":1.0,\"tracked\""), "under `tracked` alone"),
+        (
+            json.replace("squid-controller/1", "squid-controller/3"),
+            "format is 'squid-controller/3', but only 'squid-controller/1' and 'squid-controller/2' can be read",
+        ),
+        (second.replace("\"error\"", "\"integral\""), "unknown variant `integral`"),
+        (second.replace("\"signal\"", "\"name\""), "each with `signal`, `kind`, `unit` and `scale` alone"),
+        (second.replace("\"kind\":\"error\",", ""), "each with `signal`, `kind`, `unit` and `scale` alone"),
+        (
+            json.replace("\"name\":\"pitch\"", "\"signal\":\"pitch\""),
+            "each with `name`, `unit` and `scale` alone",
+        ),
+    ] {
+        let message = ControllerDesign::from_json(&wrong).unwrap_err().to_string();
+        assert!(message.contains(expected), "{message}");
+    }
+}
+
+#[test]
+fn measures_and_follows_what_its_inputs_name() {
+    let [rate, heave] = ["pitch_rate", "heave"].map(|name| place(name).unwrap());
+    let of = |design: &ControllerDesign| {
+        (
+            [PITCH, SPEED, rate, heave].map(|one| design.measures(one)),
+            [PITCH, SPEED].map(|one| design.follows(one)),
+        )
+    };
+    assert_eq!(of(&example::design()), ([true, true, false, false], [true, true]));
+    let mut design = example::two_degrees();
+    design.controller_inputs[0] = example::input("pitch_rate", Kind::Measurement, 0.1);
+    assert_eq!(of(&design), ([true, true, true, false], [false, true]));
+    design.controller_inputs.truncate(1);
+    assert_eq!(of(&design), ([false, true, true, false], [false, true]), "rho and the trim take the speed");
+}
+
+#[test]
+fn brackets_in_names_survive() {
+    let mut design = example::design();
+    design.vehicle.name = "Squid [1  2], \"x\"".to_owned();
+    assert_eq!(ControllerDesign::from_json(&design.to_json().unwrap()).unwrap(), design);
+}
+
+/// Changes the design and asserts that the message names the key.
+#[track_caller]
+fn assert_refused(change: impl FnOnce(&mut ControllerDesign), expected: &str) {
+    refused(example::design(), change, expected);
+}
+
+#[track_caller]
+fn refused(mut design: ControllerDesign, change: impl FnOnce(&mut ControllerDesign), expected: &str) {
+    change(&mut design);
+    let message = design.validate().unwrap_err().to_string();
+    assert!(message.contains(expected), "{message}");
+    assert!(design.to_json().is_err());
+}
+
+#[test]
+fn refuses_designs_that_make_no_sense() {
+    assert_refused(|d| d.sample_time = 0.0, "sample_time is 0");
+    assert_refused(|d| d.sample_time = f64::NAN, "sample_time is NaN");
+    assert_refused(|d| d.sample_time = 1e-300, "must be finite and at least 1e-5");
+    assert_refused(|d| d.sample_time = f64::INFINITY, "sample_time is inf");
+    assert_refused(|d| d.scheduling.quantity = "depth".to_owned(), "scheduling.quantity is 'depth'");
+    assert_refused(|d| d.scheduling.maximum = 0.4, "scheduling reaches from 0.5 to 0.4");
+    assert_refused(|d| d.scheduling.centre = 1.7, "0.5 m/s gives rho");
+    assert_refused(|d| d.controller_inputs.clear(), "tracked is empty");
+    assert_refused(|d| d.controller_inputs[1].signal = "depth".to_owned(), "tracked[1].name is 'depth'");
+    assert_refused(|d| d.controller_inputs[0].unit = "deg".to_owned(), "tracked[0].unit is 'deg'");
+    assert_refused(|d| d.controller_inputs[0].scale = -1.0, "tracked[0].scale is -1");
+    assert_refused(
+        |d| d.controller_inputs[1] = d.controller_inputs[0].clone(),
+        "tracked[1].name is 'pitch', which stands there twice",
+    );
+    assert_refused(|d| d.actuators.clear(), "actuators is empty");
+    assert_refused(|d| d.actuators[1].name = "thruster_1".to_owned(), "actuators[1].name is 'thruster_1'");
+    assert_refused(|d| d.actuators[1].name = "a b".to_owned(), "actuators[1].name is 'a b'");
+    assert_refused(|d| d.actuators[2].minimum = 100.0, "actuators[2] reaches from 100 to 100");
+    assert_refused(|d| d.lft.blocks = vec![1, 1], "lft.blocks has 2 parameters");
+    assert_refused(|d| d.lft.blocks = vec![3], "lft.Bt[0] has 2 entries, but must have 3");
+    assert_refused(|d| d.lft.a[1].push(0.0), "lft.A[1] has 3 entries, but must have 2");
+    assert_refused(|d| d.lft.cu.truncate(2), "lft.Cu has 2 entries, but must have 3");
+    assert_refused(|d| d.lft.dtt[0][1] = f64::INFINITY, "lft.Dtt[0][1] is inf");
+    assert_refused(|d| d.trim.speed.truncate(1), "trim.speed has 1 entries");
+    assert_refused(
+        |d| d.trim.forward_speed[1] = 0.2,
+        "trim.forward_speed must increase, but 0.2 follows 0.49",
+    );
+    assert_refused(|d| d.trim.pitch.truncate(2), "trim.pitch has 2 entries, but must have 3");
+    assert_refused(|d| d.trim.pitch[2] = f64::NAN, "trim.pitch[2] is NaN");
+    assert_refused(|d| d.trim.actuators[1].truncate(1), "trim.actuators[1] has 1 entries");
+    assert_refused(|d| d.trim.actuators[1][2] = 200.0, "trim.actuators[1][2] is 200, outside the limits");
+    assert_refused(|d| d.trim.speed[2] = 2.9, "trim.speed covers 0.5 .. 2.9 m/s");
+    assert_refused(|d| d.gamma.bound = 0.0, "gamma.bound is 0");
+}
+
+#[test]
+fn refuses_inputs_that_make_no_sense() {
+    let of =
+        |change: fn(&mut ControllerDesign), expected: &str| refused(example::two_degrees(), change, expected);
+    of(
+        |d| d.controller_inputs[1].signal = "depth".to_owned(),
+        "controller_inputs[1].signal is 'depth', but must be 'pitch', 'speed', 'pitch_rate' or 'heave'",
+    );
+    for kind in [Kind::Reference, Kind::Error] {
+        let change =
+            |d: &mut ControllerDesign| d.controller_inputs[1] = example::input("pitch_rate", kind, 0.1);
+        refused(
+            example::two_degrees(),
+            change,
+            "controller_inputs[1].signal is 'pitch_rate', but must be 'pitch' or 'speed'",
+        );
+    }
+    of(
+        |d| d.controller_inputs[2].unit = "km/h".to_owned(),
+        "controller_inputs[2].unit is 'km/h', but must be m/s",
+    );
+    of(
+        |d| d.controller_inputs[3].scale = 0.0,
+        "controller_inputs[3].scale is 0, but must be finite and above 0",
+    );
+    of(
+        |d| d.controller_inputs[2] = d.controller_inputs[0].clone(),
+        "controller_inputs[2].signal is 'pitch', which stands there twice",
+    );
+    for bandwidth in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let expected = format!("reference_filter is {bandwidth}, but must be finite and above 0");
+        refused(example::two_degrees(), |d| d.reference_filter = Some(bandwidth), &expected);
+    }
+    of(|d| d.delay_ticks = 11, "delay_ticks is 11, but must be at most 10");
+    of(|d| d.lft.by[0].truncate(2), "lft.By[0] has 2 entries, but must have 4");
+}
+
+#[test]
+fn says_where_the_json_is_wrong() {
+    let json = example::design().to_json().unwrap();
+    for (from, to, expected) in [
+        ("\"sample_time\"", "\"sampletime\"", "unknown field `sampletime`"),
+        ("\"design\": \"default\",", "", "missing field `design`"),
+        ("\"surrogate\"", "\"guess\"", "unknown variant `guess`"),
+        ("0.02", "\"fast\"", "invalid type: string \"fast\", expected f64 at line"),
+        ("}", "", "EOF"),
+    ] {
+        let broken = match from {
+            "}" => json.trim_end().trim_end_matches('}').to_owned(),
+            _ => json.replacen(from, to, 1),
+        };
+        let message = ControllerDesign::from_json(&broken).unwrap_err().to_string();
+        assert!(message.contains(expected), "{message}");
+    }
+}

@@ -1,0 +1,204 @@
+//! The law of a design whose inputs are references and measurements, and the filter of its speed reference.
+
+use crate::example;
+use proptest::prelude::*;
+use scheduled::*;
+use signals::{PITCH, SPEED, place};
+
+const CRUISE: Inputs = Inputs { measured: [-0.01, 1.749, 0.0, 0.0], references: [-0.01, 1.749] };
+
+fn started(design: &ControllerDesign) -> Autopilot {
+    let mut autopilot = Autopilot::new(design).unwrap();
+    autopilot.initialise(0.0, &CRUISE).unwrap();
+    autopilot
+}
+
+fn filtered(bandwidth: f64) -> ControllerDesign {
+    ControllerDesign { reference_filter: Some(bandwidth), ..example::two_degrees() }
+}
+
+fn inputs() -> impl Strategy<Value = Inputs> {
+    let measured = [-0.5..0.5, 0.3..3.2, -0.3..0.3, -0.3..0.3];
+    (measured, [-0.5..0.5, 0.3..3.2]).prop_map(|(measured, references)| Inputs { measured, references })
+}
+
+fn assert_close(found: &[f64], expected: &[f64], tolerance: f64) {
+    assert_eq!(found.len(), expected.len());
+    for (found, expected) in found.iter().zip(expected) {
+        assert!((found - expected).abs() <= tolerance * (1.0 + expected.abs()), "{found} is not {expected}");
+    }
+}
+
+proptest! {
+    /// K (r - y) with r and y as inputs of their own: the level trim that both are taken from cancels.
+    #[test]
+    fn references_less_measurements_are_errors(flight in prop::collection::vec(inputs(), 1..30)) {
+        let (mut errors, mut both) = (started(&example::design()), started(&example::two_degrees()));
+        for inputs in flight {
+            errors.tick(&inputs).unwrap();
+            both.tick(&inputs).unwrap();
+            assert_close(&both.outputs().commands, &errors.outputs().commands, 1e-9);
+            prop_assert_eq!(both.outputs().scheduling_parameter, errors.outputs().scheduling_parameter);
+            prop_assert_eq!(both.outputs().trim_pitch, errors.outputs().trim_pitch);
+        }
+    }
+
+    /// The command of tick k at tick k + d, before that the first; all else is not delayed.
+    #[test]
+    fn a_delay_shifts_the_commands(flight in prop::collection::vec(inputs(), 1..30), delay_ticks in 0..11usize) {
+        let mut prompt = started(&filtered(0.7));
+        let mut late = started(&ControllerDesign { delay_ticks, ..filtered(0.7) });
+        let mut commands = vec![prompt.outputs().commands.clone(); delay_ticks];
+        for inputs in flight {
+            prompt.tick(&inputs).unwrap();
+            late.tick(&inputs).unwrap();
+            commands.push(prompt.outputs().commands.clone());
+            prop_assert_eq!(&late.outputs().commands, &commands.remove(0));
+            prop_assert_eq!(late.outputs().scheduling_parameter, prompt.outputs().scheduling_parameter);
+            prop_assert_eq!(late.snapshot().state, prompt.snapshot().state);
+        }
+    }
+
+    /// V_r(k Ts) = r + (V_r(0) - r) exp(-w_r k Ts) under a held reference, however time is cut.
+    #[test]
+    fn the_filter_is_the_exact_exponential(
+        bandwidth in 0.01..200.0f64,
+        reference in 0.5..3.0f64,
+        cuts in prop::collection::vec(1u32..40, 1..20),
+    ) {
+        let mut autopilot = started(&filtered(bandwidth));
+        prop_assert_eq!(autopilot.filtered_speed(), 1.749, "the initialisation sets it to the reference");
+        let held = Inputs { references: [-0.01, reference], ..CRUISE };
+        let mut ticks = 0;
+        for cut in cuts {
+            ticks += cut;
+            autopilot.advance(f64::from(ticks) * 0.02, &held).unwrap();
+            let expected = reference + (1.749 - reference) * (-bandwidth * f64::from(ticks) * 0.02).exp();
+            prop_assert!((autopilot.filtered_speed() - expected).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_snapshot_carries_the_filter_and_what_waits(
+        before in prop::collection::vec(inputs(), 1..20),
+        after in prop::collection::vec(inputs(), 1..20),
+    ) {
+        let design = ControllerDesign { delay_ticks: 3, ..filtered(0.7) };
+        let mut whole = started(&design);
+        for inputs in &before {
+            whole.tick(inputs).unwrap();
+        }
+        let mut again = started(&design);
+        again.restore(&whole.snapshot()).unwrap();
+        prop_assert_ne!(again.filtered_speed(), before.last().unwrap().references[SPEED], "in mid-filter");
+        for inputs in &after {
+            whole.tick(inputs).unwrap();
+            again.tick(inputs).unwrap();
+            prop_assert_eq!(whole.snapshot(), again.snapshot());
+        }
+    }
+
+    /// Against central differences, away from the corners of the trim table, at the first outputs and in mid-filter.
+    #[test]
+    fn tangents_are_derivatives(at in inputs(), direction in inputs(), initial: bool, delay_ticks in 0..2usize) {
+        let near = |speed: f64| [0.49, 1.749, 3.0].iter().any(|corner| (speed - corner).abs() < 1e-3);
+        prop_assume!(!near(at.measured[SPEED]) && !near(at.references[SPEED]));
+        let mut design = ControllerDesign { delay_ticks, ..filtered(0.7) };
+        design.controller_inputs[1] = example::input("heave", Kind::Measurement, 0.2);
+        design.actuators.iter_mut().for_each(|one| (one.minimum, one.maximum) = (-1e9, 1e9));
+        let mut autopilot = started(&design);
+        autopilot.tick(&Inputs { references: [0.1, 2.5], ..CRUISE }).unwrap();
+        if initial {
+            autopilot.initialise(0.0, &at).unwrap();
+        }
+        let moved = |by: f64| {
+            let mut moved = at;
+            moved.measured.iter_mut().zip(direction.measured).for_each(|(to, d)| *to += by * d);
+            moved.references.iter_mut().zip(direction.references).for_each(|(to, d)| *to += by * d);
+            let mut autopilot = autopilot.clone();
+            match initial {
+                true => autopilot.initialise(0.0, &moved).unwrap(),
+                false => assert_eq!(autopilot.tick(&moved).unwrap().ticks, 1),
+            }
+            autopilot.outputs().clone()
+        };
+        let (high, low) = (moved(1e-5), moved(-1e-5));
+        let slopes: Vec<f64> =
+            high.commands.iter().zip(&low.commands).map(|(high, low)| (high - low) / 2e-5).collect();
+        let found = autopilot.tangents(initial, &at, &direction).unwrap();
+        assert_close(&found.commands, &slopes, 1e-5);
+        assert_close(&[found.trim_pitch], &[(high.trim_pitch - low.trim_pitch) / 2e-5], 1e-5);
+    }
+}
+
+/// A gain on each kind of input, by hand: `u = D y` on the first actuator.
+#[test]
+fn inputs_are_taken_from_the_level_trim_at_the_filtered_reference() {
+    let kinds = [
+        ("pitch", Kind::Reference, 0.2, 1.0),
+        ("speed", Kind::Measurement, 0.5, 2.0),
+        ("pitch_rate", Kind::Measurement, 0.1, 4.0),
+        ("heave", Kind::Measurement, 0.4, 8.0),
+        ("speed", Kind::Error, 0.3, 16.0),
+    ];
+    let mut design = filtered(10.0);
+    design.controller_inputs = kinds.map(|(name, kind, scale, _)| example::input(name, kind, scale)).into();
+    let gains = kinds.map(|(.., gain)| 1e-3 * gain).to_vec();
+    let none = || vec![0.0; kinds.len()];
+    design.lft.by = vec![none(); 2];
+    design.lft.dty = vec![none(); 2];
+    design.lft.duy = vec![gains, none(), none()];
+    let mut autopilot = started(&design);
+    let mut inputs = CRUISE;
+    inputs.measured[place("pitch_rate").unwrap()] = 0.05;
+    inputs.measured[place("heave").unwrap()] = -0.1;
+    (inputs.measured[PITCH], inputs.measured[SPEED]) = (0.03, 1.9);
+    inputs.references = [0.15, 3.0];
+    autopilot.tick(&inputs).unwrap();
+    let speed = 3.0 - (3.0 - 1.749) * (-10.0 * 0.02f64).exp();
+    assert!((autopilot.filtered_speed() - speed).abs() < 1e-15);
+    autopilot.tick(&inputs).unwrap();
+    let part = (speed - 1.749) / (3.0 - 1.749);
+    let pitch = -0.01 + part * (-0.003 + 0.01);
+    let y = [
+        (0.15 - pitch) / 0.2,
+        (1.9 - speed) / 0.5,
+        0.05 / 0.1,
+        (-0.1 - speed * f64::tan(pitch)) / 0.4,
+        (3.0 - 1.9) / 0.3,
+    ];
+    let u: f64 = kinds.iter().zip(y).map(|((.., gain), y)| 1e-3 * gain * y).sum();
+    let trim = [9.0 + part * 15.0, 8.0 + part * 15.0, 8.0 + part * 15.0];
+    assert_close(&autopilot.outputs().commands, &[trim[0] + 100.0 * u, trim[1], trim[2]], 1e-13);
+    assert_close(&[autopilot.outputs().trim_pitch], &[pitch], 1e-15);
+}
+
+#[test]
+fn level_flight_leaves_the_trim() {
+    let mut autopilot = started(&filtered(0.5));
+    for speed in [0.5, 1.749, 2.8] {
+        let signals = autopilot.trim().signals(speed);
+        let level = Inputs { measured: signals, references: [signals[PITCH], signals[SPEED]] };
+        autopilot.initialise(0.0, &level).unwrap();
+        let trim: Vec<f64> = (0..3).map(|index| autopilot.trim().command(speed, index)).collect();
+        autopilot.advance(10.0, &level).unwrap();
+        assert_eq!((autopilot.outputs().commands.as_slice(), autopilot.filtered_speed()), (&trim[..], speed));
+    }
+}
+
+#[test]
+fn a_snapshot_that_does_not_fit_is_refused() {
+    let mut autopilot = started(&filtered(0.5));
+    let good = autopilot.snapshot();
+    for (change, expected) in [
+        ((|s: &mut Snapshot| s.filtered_speed = f64::NAN) as fn(&mut Snapshot), "it holds the number NaN"),
+        (|s| s.state.push(0.0), "it has 3 states, and the controller has 2"),
+        (|s| s.waiting.push(0.0), "it has 1 commands that wait, and the controller has 0"),
+        (|s| s.outputs.commands.truncate(1), "it has 1 commands, and the controller has 3"),
+    ] {
+        let mut bad = good.clone();
+        change(&mut bad);
+        assert_eq!(autopilot.restore(&bad).unwrap_err().to_string(), expected);
+        assert_eq!(autopilot.snapshot(), good);
+    }
+}

@@ -1,0 +1,171 @@
+//! What the plant says of itself, and which files it refuses.
+
+use crate::common::{Flight, remus100, squid, vehicle};
+use auv::{COEFFICIENTS, LpvModel};
+use fmi2::Resources;
+use fmi2::model_description::{Causality, Kind, ScalarVariable, Variability};
+use fmu_plant::{LPV_RESOURCE, VEHICLE_RESOURCE, describe};
+
+#[test]
+fn describes_itself_from_the_files() {
+    let described = describe(&squid()).unwrap();
+    assert_eq!(described.description.model_identifier, "squid_plant");
+    assert_eq!(described.description.model_name, "squid plant");
+    for part in [
+        "(surrogate coefficients)",
+        r#"name="lower" valueReference="0""#,
+        r#"<Real declaredType="SI.Force" unit="N" min="-60.0" max="100.0" nominal="100.0" start="#,
+        r#"<Real declaredType="SI.AngularVelocity" unit="rad/s" displayUnit="deg/s" nominal="0.1"/>"#,
+        r#"<Item name="nonlinear" value="1""#,
+        r#"<Item name="lpv" value="2""#,
+        r#"<Enumeration declaredType="Fidelity" start="1"/>"#,
+        "Heave force per u w: lift of hull and fixed fins; source: derived from geometry",
+        &described.guid,
+    ] {
+        assert!(described.xml.contains(part), "{part} is not in\n{}", described.xml);
+    }
+    assert_eq!(describe(&squid()).unwrap().xml, described.xml, "the same bytes every time");
+    let remus = describe(&remus100()).unwrap();
+    assert_eq!(remus.description.model_identifier, "remus100_plant");
+    assert!(remus.xml.contains("(published coefficients)") && !remus.xml.contains("surrogate"));
+    let planes = variable(&remus.description.variables, "stern_planes");
+    assert!(
+        matches!(&planes.kind, Kind::Real { unit: Some(unit), display_unit: Some(shown), .. } if unit == "rad" && shown == "deg")
+    );
+}
+
+fn variable<'a>(variables: &'a [ScalarVariable], name: &str) -> &'a ScalarVariable {
+    variables.iter().find(|one| one.name == name).unwrap_or_else(|| panic!("no variable {name}"))
+}
+
+fn start_of(variables: &[ScalarVariable], name: &str) -> f64 {
+    match variable(variables, name).kind {
+        Kind::Real { start: Some(start), .. } => start,
+        ref other => panic!("{name} has no start: {other:?}"),
+    }
+}
+
+#[test]
+fn starts_with_numbers_of_the_files_to_the_last_bit() {
+    let resources = squid();
+    let variables = describe(&resources).unwrap().description.variables;
+    let model = LpvModel::from_json(resources.text(LPV_RESOURCE).unwrap(), LPV_RESOURCE).unwrap();
+    let row = &model.trim[1];
+    assert_eq!(row.speed, model.speed_centre);
+    assert_eq!(start_of(&variables, "initial_speed"), row.speed);
+    assert_eq!(start_of(&variables, "operating_speed"), row.speed);
+    assert_eq!(start_of(&variables, "initial_depth"), model.depth);
+    for (name, value) in ["lower", "upper_port", "upper_starboard"].iter().zip(&row.actuators) {
+        assert_eq!(start_of(&variables, name), *value);
+    }
+}
+
+#[test]
+fn between_two_rows_the_slower_one_is_taken() {
+    let mut resources = squid();
+    let mut model = LpvModel::from_json(resources.text(LPV_RESOURCE).unwrap(), LPV_RESOURCE).unwrap();
+    model.trim.remove(1);
+    resources.insert(LPV_RESOURCE, model.to_json().unwrap());
+    assert_eq!(start_of(&describe(&resources).unwrap().description.variables, "initial_speed"), 0.5);
+}
+
+#[test]
+fn every_coefficient_is_a_fixed_parameter() {
+    for (name, resources) in [("squid", squid()), ("remus100", remus100())] {
+        let vehicle = vehicle(name);
+        let variables = describe(&resources).unwrap().description.variables;
+        let mut flight = Flight::prepare(&resources, &[]);
+        for (position, spec) in COEFFICIENTS.iter().enumerate() {
+            let entry = variable(&variables, spec.key);
+            assert_eq!((entry.causality, entry.variability), (Causality::Parameter, Variability::Fixed));
+            assert_eq!(entry.unit(), Some(spec.unit));
+            let value = (spec.get)(&vehicle.coefficients);
+            assert_eq!(start_of(&variables, spec.key), value, "{}", spec.key);
+            flight.set(spec.key, value + 1e-3 * (position as f64 + 1.0));
+        }
+        for (position, spec) in COEFFICIENTS.iter().enumerate() {
+            let expected = (spec.get)(&vehicle.coefficients) + 1e-3 * (position as f64 + 1.0);
+            let found = (spec.get)(&flight.instance.model().settings.coefficients);
+            assert_eq!(found, expected, "{} sets itself and nothing else", spec.key);
+        }
+    }
+}
+
+#[test]
+fn outputs_hang_on_states_and_on_the_current_alone() {
+    let description = describe(&squid()).unwrap().description;
+    let structure = description.structure();
+    let name = |index: usize| description.variables[index - 1].name.as_str();
+    for unknown in &structure.outputs {
+        let on = unknown.dependencies.as_ref().unwrap().iter();
+        let on: Vec<_> = on.map(|&(index, _)| name(index)).collect();
+        let current = ["current_horizontal", "current_vertical"];
+        match name(unknown.index) {
+            "speed" => assert_eq!(on, [&current[..], &["pitch", "surge_over_ground"]].concat()),
+            "heave" | "path_speed" => assert_eq!(on[..2], current),
+            constant if constant.starts_with("trim_") => assert!(on.is_empty()),
+            state => assert_eq!(on, [state]),
+        }
+    }
+    let of_states = |unknown: usize| !name(unknown).starts_with("der(");
+    for unknown in structure.initial_unknowns.iter().filter(|one| of_states(one.index)) {
+        let on: Vec<_> =
+            unknown.dependencies.as_ref().unwrap().iter().map(|&(index, _)| name(index)).collect();
+        match name(unknown.index) {
+            "depth" => assert_eq!(on, ["initial_depth"]),
+            "distance" | "pitch_rate" => assert!(on.is_empty()),
+            "surge_over_ground" => assert!(on.contains(&"initial_speed") && on.contains(&"current_vertical")),
+            _ => assert!(on.contains(&"initial_speed") && on.contains(&"Z_uw") && !on.contains(&"lower")),
+        }
+    }
+    assert_eq!(structure.outputs.len(), 7 + 3 + 3 + 1);
+    assert_eq!(structure.derivatives.len(), 6 + 3);
+    assert_eq!(structure.initial_unknowns.len(), structure.outputs.len() + 2 + structure.derivatives.len());
+}
+
+fn complaint(resources: &Resources) -> String {
+    describe(resources).unwrap_err().to_string()
+}
+
+#[test]
+fn refuses_files_that_make_no_plant() {
+    let good = squid();
+    let json = good.text(LPV_RESOURCE).unwrap();
+    let vehicle = good.text(VEHICLE_RESOURCE).unwrap();
+    for (name, text, expected) in [
+        (LPV_RESOURCE, "{", "resources/plant.json: not an LPV model"),
+        (
+            LPV_RESOURCE,
+            &json.replace("auv-lpv-model/1", "auv-lpv-model/9"),
+            "resources/plant.json: `format` is",
+        ),
+        (
+            LPV_RESOURCE,
+            &json.replace("\"squid\"", "\"whale\""),
+            "resources/plant.json is the LPV model of 'whale', and the vehicle is 'squid'",
+        ),
+        (
+            VEHICLE_RESOURCE,
+            &vehicle.replace("I_yy", "I_yyy"),
+            "resources/vehicle.json: `coefficients.I_yyy` is unknown",
+        ),
+        (VEHICLE_RESOURCE, &vehicle.replace("\"lower\"", "\"pitch\""), "two variables are called 'pitch'"),
+    ] {
+        let mut damaged = good.clone();
+        damaged.insert(name, text);
+        let message = complaint(&damaged);
+        assert!(message.contains(expected), "{message}");
+        assert_eq!(message.matches("resources/plant.json").count(), expected.matches("plant.json").count());
+    }
+    let mut other = good.clone();
+    other.insert(
+        VEHICLE_RESOURCE,
+        remus100().text(VEHICLE_RESOURCE).unwrap().replace("\"remus100\"", "\"squid\""),
+    );
+    assert!(
+        complaint(&other).contains("resources/plant.json: `trim` is for 3 actuators, and the vehicle has 2")
+    );
+    assert!(complaint(&Resources::default()).contains("resources/vehicle.json is missing"));
+    let alone: Resources = [(VEHICLE_RESOURCE, vehicle)].into_iter().collect();
+    assert!(complaint(&alone).contains("resources/plant.json is missing"));
+}

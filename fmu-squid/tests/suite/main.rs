@@ -1,0 +1,19 @@
+//! All tests but those that count allocations or try random cases, in one program: each program is compiled and linked anew.
+#![allow(unsafe_code, clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+#[path = "../abi/mod.rs"]
+mod abi;
+#[path = "../example/case.rs"]
+mod case;
+mod crowd;
+mod derivatives;
+mod description;
+#[path = "../example/mod.rs"]
+mod example;
+mod flight;
+mod interpolation;
+mod manoeuvre;
+mod output_derivatives;
+mod states;
+mod steps;
+mod structure;

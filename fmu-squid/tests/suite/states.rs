@@ -1,0 +1,147 @@
+//! Run, save, run on, restore, run on: the same bits, whether the state stayed in memory or went through bytes.
+
+use crate::example::{resources, with_two_degrees};
+use fmi2::model_description::{Causality, Kind};
+use fmi2::{Experiment, Instance, Interface, Model, Resources, Silent, describe};
+use fmu_controller::Controller;
+use fmu_plant::PlantModel;
+use fmu_squid::ClosedLoop;
+use proptest::prelude::*;
+
+/// The Real inputs and outputs of a model, by value reference.
+struct Signals {
+    inputs: Vec<(u32, f64, f64)>,
+    outputs: Vec<u32>,
+}
+
+fn signals<M: Model>(resources: &Resources) -> Signals {
+    let description = describe::<M>(resources).unwrap().description;
+    let real = |causality: Causality| {
+        let all = description.variables.iter();
+        all.filter(move |one| one.causality == causality && matches!(one.kind, Kind::Real { .. }))
+    };
+    let middle = |kind: &Kind| match kind {
+        Kind::Real { start: Some(start), nominal, .. } => (*start, nominal.unwrap_or(1.0)),
+        _ => unreachable!("an input has a start value"),
+    };
+    let input = |one: &fmi2::model_description::ScalarVariable| {
+        let (start, nominal) = middle(&one.kind);
+        (one.value_reference, start, nominal)
+    };
+    Signals {
+        inputs: real(Causality::Input).map(input).collect(),
+        outputs: real(Causality::Output).map(|one| one.value_reference).collect(),
+    }
+}
+
+/// One step: its size \[s\], and how far the inputs are from their start values in units of their nominal ones.
+type Move = (f64, Vec<f64>);
+
+fn moves(count: usize) -> impl Strategy<Value = Vec<Move>> {
+    let size = prop_oneof![Just(0.01), Just(0.00999999999999934), 1e-6..0.05, Just(0.02)];
+    prop::collection::vec((size, prop::collection::vec(-0.3..0.3, 8)), count)
+}
+
+fn instance<M: Model>(resources: &Resources) -> Instance<M> {
+    Instance::made_for(Interface::CoSimulation, describe::<M>(resources).unwrap())
+}
+
+fn started<M: Model>(resources: &Resources) -> Instance<M> {
+    let mut instance = instance::<M>(resources);
+    instance.set_up(Experiment { start: 1.5, ..Experiment::default() }).unwrap();
+    instance.enter_initialization().unwrap();
+    instance.exit_initialization(&mut Silent).unwrap();
+    instance
+}
+
+fn run<M: Model>(instance: &mut Instance<M>, signals: &Signals, moves: &[Move]) -> Vec<u64> {
+    let mut bits = Vec::new();
+    for (size, offsets) in moves {
+        for (&(reference, start, nominal), offset) in signals.inputs.iter().zip(offsets) {
+            instance.set(&[reference], |_| start + offset * nominal).unwrap();
+        }
+        instance.step(instance.time(), *size, &mut Silent).unwrap();
+        instance.get(&signals.outputs, &mut Silent, |_, value: f64| bits.push(value.to_bits())).unwrap();
+    }
+    bits
+}
+
+fn goes_on_alike<M: Model>(resources: &Resources, before: &[Move], after: &[Move]) {
+    let signals = signals::<M>(resources);
+    let mut first = started::<M>(resources);
+    run(&mut first, &signals, before);
+    let snapshot = first.snapshot().unwrap();
+    let bytes = first.serialise(&snapshot).unwrap();
+    let expected = run(&mut first, &signals, after);
+    first.restore(&snapshot).unwrap();
+    assert_eq!(first.serialise(&first.snapshot().unwrap()).unwrap(), bytes, "nothing is forgotten");
+    assert_eq!(run(&mut first, &signals, after), expected, "restored from snapshot");
+    // An instance that never ran, and one that ran elsewhere.
+    for mut other in [instance::<M>(resources), first] {
+        let read = other.deserialise(&bytes).unwrap();
+        other.restore(&read).unwrap();
+        assert_eq!(run(&mut other, &signals, after), expected, "restored from bytes");
+    }
+    assert!(expected.len() > after.len());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn plants_go_on_alike(before in moves(6), after in moves(6)) {
+        goes_on_alike::<PlantModel>(&resources(), &before, &after);
+    }
+
+    #[test]
+    fn controllers_go_on_alike(before in moves(9), after in moves(9)) {
+        goes_on_alike::<Controller>(&resources(), &before, &after);
+        goes_on_alike::<Controller>(&with_two_degrees(), &before, &after);
+    }
+
+    #[test]
+    fn loops_go_on_alike(before in moves(6), after in moves(6)) {
+        goes_on_alike::<ClosedLoop>(&resources(), &before, &after);
+        goes_on_alike::<ClosedLoop>(&with_two_degrees(), &before, &after);
+    }
+}
+
+fn outlasts_every_phase<M: Model>(interface: Interface) {
+    let described = || describe::<M>(&resources()).unwrap();
+    let mut instance = Instance::<M>::made_for(interface, described());
+    let survives = |instance: &Instance<M>| {
+        let bytes = instance.serialise(&instance.snapshot().unwrap()).unwrap();
+        let mut other = Instance::<M>::made_for(interface, described());
+        other.restore(&other.deserialise(&bytes).unwrap()).unwrap();
+        assert_eq!(other.phase(), instance.phase());
+        assert_eq!(other.serialise(&other.snapshot().unwrap()).unwrap(), bytes);
+    };
+    survives(&instance);
+    instance.enter_initialization().unwrap();
+    survives(&instance);
+    instance.exit_initialization(&mut Silent).unwrap();
+    survives(&instance);
+    instance.terminate().unwrap();
+    survives(&instance);
+}
+
+#[test]
+fn every_phase_survives_as_bytes() {
+    for interface in [Interface::CoSimulation, Interface::ModelExchange] {
+        outlasts_every_phase::<PlantModel>(interface);
+        outlasts_every_phase::<ClosedLoop>(interface);
+    }
+    outlasts_every_phase::<Controller>(Interface::CoSimulation);
+}
+
+/// Bytes that keep their checksum but change their content are what an attacker or a defect would send.
+#[test]
+fn the_state_of_another_fmu_is_refused() {
+    let plant = started::<PlantModel>(&resources());
+    let bytes = plant.serialise(&plant.snapshot().unwrap()).unwrap();
+    let message = started::<ClosedLoop>(&resources()).deserialise(&bytes).unwrap_err().to_string();
+    assert_eq!(message, "the state belongs to an FMU with another GUID");
+    for length in [0, 1, 40, bytes.len() / 2, bytes.len() - 1] {
+        assert!(plant.deserialise(&bytes[..length]).is_err());
+    }
+}
