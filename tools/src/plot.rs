@@ -11,31 +11,28 @@ use signals::{SIGNALS, tracked};
 use squid_design::store::files::{read, write};
 use squid_flight::flight::{Row, Surfacing, out_of_water};
 use squid_flight::metrics::{FlightFigures, GRACE, PitchStep, SETTLED};
-use squid_report::page::plot::{Line, Panel, draw};
+use squid_report::page::plot::draw;
+use squid_report::record::Record;
 use std::array::from_fn;
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-
-/// The values of each variable, by its name.
-type Columns = BTreeMap<String, Vec<f64>>;
 
 /// Plots a record, by default to a file beside it, and prints the path, or the figures of the flight as JSON.
 ///
 /// # Errors
 /// [`Error::Record`] when a column is missing or an entry is not a number, [`Error::Report`],
 /// [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable); those of the vehicle file.
-pub fn run(record: &Path, vehicle: Option<&Path>, out: Option<PathBuf>, json: bool) -> Result<(), Error> {
-    let to = out.unwrap_or_else(|| record.with_extension("svg"));
+pub fn run(path: &Path, vehicle: Option<&Path>, out: Option<PathBuf>, json: bool) -> Result<(), Error> {
+    let to = out.unwrap_or_else(|| path.with_extension("svg"));
     let actuators = match vehicle {
         Some(directory) => Vehicle::read(&directory.join("vehicle.toml"))?.actuators,
         None => Vec::new(),
     };
-    let mut columns = columns(record)?;
-    let surfacing = end_at_surface(&mut columns);
-    plot(record, &columns, &to, &actuators)?;
+    let mut record = read_record(path)?;
+    let surfacing = end_at_surface(&mut record);
+    plot(path, &record, &to, &actuators)?;
     if json {
-        let wrong = |reason| Error::Record { path: record.display().to_string(), reason };
-        let rows = rows(&columns, &actuators).map_err(wrong)?;
+        let wrong = |reason| Error::Record { path: path.display().to_string(), reason };
+        let rows = rows(&record, &actuators).map_err(wrong)?;
         say(&figures(&rows, &actuators, surfacing, &to).to_string());
         return Ok(());
     }
@@ -48,11 +45,11 @@ pub fn run(record: &Path, vehicle: Option<&Path>, out: Option<PathBuf>, json: bo
 }
 
 /// The record of a flight, a row for each time; commands are those of the actuators that are given.
-fn rows(columns: &Columns, actuators: &[Actuator]) -> Result<Vec<Row>, String> {
-    let column = |name: &str| columns.get(name).ok_or_else(|| format!("there is no column '{name}'"));
+fn rows(record: &Record, actuators: &[Actuator]) -> Result<Vec<Row>, String> {
+    let column = |name: &str| record.get(name).ok_or_else(|| format!("there is no column '{name}'"));
     let every = |names: Vec<String>| names.iter().map(|name| column(name)).collect::<Result<Vec<_>, _>>();
     every(tracked().map(|(signal, _)| signal.name.to_owned()).collect())?;
-    let measured = SIGNALS.each_ref().map(|signal| columns.get(signal.name));
+    let measured = SIGNALS.each_ref().map(|signal| record.get(signal.name));
     let references = every(tracked().map(|(_, wanted)| format!("{}_used", wanted.name)).collect())?;
     let commands = every(actuators.iter().map(|a| a.name.clone()).collect())?;
     let (time, depth) = (column("time")?, column("depth")?);
@@ -97,61 +94,29 @@ fn figures(rows: &[Row], actuators: &[Actuator], surfacing: Option<Surfacing>, p
 }
 
 /// Draws the record of a flight of `squid.fmu`; commands are shown of the actuators that are given.
-fn plot(record: &Path, columns: &Columns, to: &Path, actuators: &[Actuator]) -> Result<(), Error> {
-    let wrong = |reason: String| Error::Record { path: record.display().to_string(), reason };
-    let time = columns.get("time").ok_or_else(|| wrong("there is no column 'time'".into()))?;
-    let mut panels = Vec::new();
-    let line = |name: &str, key: &str, factor: f64, reference: bool| {
-        columns.get(key).map(|values| Line {
-            name: name.into(),
-            points: time.iter().zip(values).map(|(t, v)| (*t, factor * v)).collect(),
-            reference,
-        })
-    };
-    let mut add = |label: &str, lines: Vec<Option<Line>>| {
-        let lines: Vec<Line> = lines.into_iter().flatten().collect();
-        if !lines.is_empty() {
-            panels.push(Panel { label: label.into(), lines });
-        }
-    };
-    let deg = 1f64.to_degrees();
-    add(
-        "pitch (deg)",
-        vec![line("reference", "pitch_reference_used", deg, true), line("pitch", "pitch", deg, false)],
-    );
-    add(
-        "speed (m/s)",
-        vec![
-            line("reference", "speed_reference_used", 1.0, true),
-            line("forward speed", "speed", 1.0, false),
-        ],
-    );
-    let commands = |unit: &str, factor: f64| -> Vec<Option<Line>> {
-        let with_unit = actuators.iter().filter(|a| a.unit() == unit);
-        with_unit.map(|a| line(&a.name, &a.name, factor, false)).collect()
-    };
-    add("thrust (N)", commands("N", 1.0));
-    add("deflection (deg)", commands("rad", deg));
-    add("depth (m)", vec![line("depth", "depth", 1.0, false)]);
+fn plot(path: &Path, record: &Record, to: &Path, actuators: &[Actuator]) -> Result<(), Error> {
+    let wrong = |reason: &str| Error::Record { path: path.display().to_string(), reason: reason.into() };
+    record.get("time").ok_or_else(|| wrong("there is no column 'time'"))?;
+    let panels = record.panels(actuators);
     if panels.is_empty() {
-        return Err(wrong("it contains none of the outputs of a flight (pitch, speed, depth ...)".into()));
+        return Err(wrong("it contains none of the outputs of a flight (pitch, speed, depth ...)"));
     }
-    let name = record.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
+    let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
     Ok(write(to, draw(to, &format!("Flight: {name}"), &panels)?.as_bytes())?)
 }
 
 /// Removes the rows from the surface on, where the plant's equations are not valid. The speed is NaN where the record
 /// has none.
-fn end_at_surface(columns: &mut Columns) -> Option<Surfacing> {
-    let row = columns.get("depth")?.iter().position(|depth| out_of_water(*depth))?;
-    let time = *columns.get("time")?.get(row)?;
-    let speed = columns.get("speed").and_then(|speeds| speeds.get(row)).copied().unwrap_or(f64::NAN);
-    columns.values_mut().for_each(|column| column.truncate(row));
+fn end_at_surface(record: &mut Record) -> Option<Surfacing> {
+    let row = record.get("depth")?.iter().position(|depth| out_of_water(*depth))?;
+    let time = *record.get("time")?.get(row)?;
+    let speed = record.get("speed").and_then(|speeds| speeds.get(row)).copied().unwrap_or(f64::NAN);
+    record.truncate(row);
     Some(Surfacing { time, speed })
 }
 
 /// The columns by name, without the quotes that FMPy puts around names.
-fn columns(path: &Path) -> Result<Columns, Error> {
+fn read_record(path: &Path) -> Result<Record, Error> {
     let text = read(path)?;
     let wrong = |reason: String| Error::Record { path: path.display().to_string(), reason };
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
@@ -180,7 +145,7 @@ fn columns(path: &Path) -> Result<Columns, Error> {
     if columns.iter().all(Vec::is_empty) {
         return Err(wrong("it has no rows".into()));
     }
-    Ok(names.into_iter().zip(columns).collect())
+    Ok(Record::new(names.into_iter().zip(columns).collect()))
 }
 
 #[cfg(test)]
@@ -193,13 +158,13 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("flight.csv");
         std::fs::write(&path, record).unwrap();
-        let mut found = columns(&path).unwrap();
+        let mut found = read_record(&path).unwrap();
         assert_eq!(end_at_surface(&mut found), Some(Surfacing { time: 2.0, speed: 2.75 }));
-        assert_eq!((&found["time"], &found["depth"]), (&vec![0.0, 1.0], &vec![1.0, 0.2]));
+        assert_eq!((found.get("time"), found.get("depth")), (Some(&[0.0, 1.0][..]), Some(&[1.0, 0.2][..])));
         assert_eq!(end_at_surface(&mut found), None);
 
         std::fs::write(&path, record.replace("2.75", "much")).unwrap();
-        let words = columns(&path).unwrap_err().to_string();
+        let words = read_record(&path).unwrap_err().to_string();
         assert!(words.ends_with("flight.csv:4: 'speed' is \"much\"; it must be a number"), "{words}");
     }
 }

@@ -142,9 +142,9 @@ impl Demand {
     }
 }
 
-/// Flies the vehicle from trim on a course, a duration \[s\] and the demand at each time: a control law at each tick, `t
-/// = k T`, the nonlinear vehicle in between. The table of trims turns the demand into references. The flight ends at
-/// the surface, for the equations of motion are those of deep water.
+/// Flies the vehicle from trim on a course, a duration \[s\] and the demand at each time: a control law at each tick,
+/// `t = k T`, the nonlinear vehicle in between. The table of trims turns the demand into references. The flight ends
+/// at the surface, for the equations of motion are those of deep water.
 ///
 /// # Errors
 /// [`Error::Trim`], [`Error::Coefficient`], [`Error::Simulation`], those of the law.

@@ -11,6 +11,7 @@
 pub mod error;
 pub mod page;
 pub mod peers;
+pub mod record;
 pub mod rendered;
 pub mod report;
 mod sections;

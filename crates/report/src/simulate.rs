@@ -2,8 +2,9 @@
 
 use crate::error::Error;
 use crate::page::plot::{Line, Panel, draw};
+use crate::record::Record;
 use scheduled::Manoeuvre;
-use signals::{PITCH, SPEED, TRACKED, tracked};
+use signals::{PITCH, SPEED};
 use squid_design::inputs::Inputs;
 use squid_design::numbers::{decimals, readable};
 use squid_design::store::Stored;
@@ -33,9 +34,9 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<String,
     };
     let flight = fly(&inputs.vehicle, &stored.controller, inputs.design.depth, manoeuvre)?;
     let mut out = early_end("the default manoeuvre", flight.surfacing);
-    let flight = flight.rows;
+    let record = Record::of(&flight.rows, &inputs.vehicle.actuators);
     let title = format!("{}, {}.toml: the default manoeuvre", heading(inputs), inputs.design.name);
-    plot("flight.svg", &title, &flight_panels(inputs, &flight))?;
+    plot("flight.svg", &title, &record.panels(&inputs.vehicle.actuators))?;
     out += "Pitch step at constant speed, nonlinear vehicle and sampled autopilot\n";
     out += &format!(
         "  speed m/s   overshoot %   10-90 % s   settled ({:.0} %) s   steady error %   speed off \
@@ -70,7 +71,7 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<String,
     plot("steps.svg", &title, &step_panels(inputs, &responses))?;
     let (title, panel) = open_loop(inputs, stored)?;
     plot("open_loop.svg", &title, &[panel])?;
-    files.add(directory.join("flight.csv"), csv(inputs, &flight));
+    files.add(directory.join("flight.csv"), record.csv());
     files.save(directory)?;
     out += &format!(
         "\nRecords and plots: {}\n",
@@ -144,43 +145,6 @@ fn open_loop(inputs: &Inputs, stored: &Stored) -> Result<(String, Panel), Error>
     Ok((title, Panel { label: "pitch from trim (deg)".into(), lines }))
 }
 
-fn line(name: &str, rows: &[Row], of: impl Fn(&Row) -> f64, reference: bool) -> Line {
-    Line { name: name.into(), points: rows.iter().map(|r| (r.time, of(r))).collect(), reference }
-}
-
-fn flight_panels(inputs: &Inputs, rows: &[Row]) -> Vec<Panel> {
-    let mut panels = vec![
-        Panel {
-            label: "pitch (deg)".into(),
-            lines: vec![
-                line("reference", rows, |r| r.reference(PITCH).to_degrees(), true),
-                line("pitch", rows, |r| r.measured(PITCH).to_degrees(), false),
-            ],
-        },
-        Panel {
-            label: "speed (m/s)".into(),
-            lines: vec![
-                line("reference", rows, |r| r.reference(SPEED), true),
-                line("forward speed", rows, |r| r.measured(SPEED), false),
-            ],
-        },
-    ];
-    panels.extend(command_panels(inputs, rows));
-    panels.push(Panel { label: "depth (m)".into(), lines: vec![line("depth", rows, |r| r.depth, false)] });
-    panels
-}
-
-/// One panel a unit: thrusts in N, deflections in degrees.
-fn command_panels(inputs: &Inputs, rows: &[Row]) -> Vec<Panel> {
-    let kinds = [("N", "thrust (N)", 1.0), ("rad", "deflection (deg)", 1f64.to_degrees())];
-    let panels = kinds.into_iter().map(|(unit, label, factor)| {
-        let own = inputs.vehicle.actuators.iter().enumerate().filter(|(_, a)| a.unit() == unit);
-        let lines = own.map(|(i, a)| line(&a.name, rows, |r| factor * r.commands[i], false)).collect();
-        Panel { label: label.into(), lines }
-    });
-    panels.filter(|p| !p.lines.is_empty()).collect()
-}
-
 fn step_panels(inputs: &Inputs, responses: &[(f64, Vec<Row>)]) -> Vec<Panel> {
     let shown = |r: &&Row| r.time <= STEPS_SHOWN;
     let each = |of: &dyn Fn(&Row, &Row) -> f64| -> Vec<Line> {
@@ -203,31 +167,4 @@ fn step_panels(inputs: &Inputs, responses: &[(f64, Vec<Row>)]) -> Vec<Panel> {
         Panel { label: "speed error (m/s)".into(), lines: each(&|r, _| -r.error(SPEED)) },
         Panel { label: format!("{} ({unit})", actuator.name), lines: each(&|r, _| factor * r.commands[0]) },
     ]
-}
-
-/// The record as CSV with the names of the FMU's outputs, SI units.
-fn csv(inputs: &Inputs, rows: &[Row]) -> String {
-    let names: Vec<&str> = inputs.vehicle.actuators.iter().map(|a| a.name.as_str()).collect();
-    let signals: Vec<String> =
-        tracked().map(|(signal, wanted)| format!("{},{}_used", signal.name, wanted.name)).collect();
-    let mut out = format!(
-        "time,{},depth,scheduling_parameter,speed_out_of_range,{}\n",
-        signals.join(","),
-        names.join(",")
-    );
-    for r in rows {
-        let commands: Vec<String> = r.commands.iter().map(f64::to_string).collect();
-        let signals: Vec<String> =
-            (0..TRACKED).map(|place| format!("{},{}", r.measured(place), r.reference(place))).collect();
-        out += &format!(
-            "{},{},{},{},{},{}\n",
-            r.time,
-            signals.join(","),
-            r.depth,
-            r.rho,
-            u8::from(r.out_of_range),
-            commands.join(",")
-        );
-    }
-    out
 }

@@ -12,8 +12,8 @@
 //! zk  = Ct xk + Dty y + Dtt wk
 //! ```
 //!
-//! with the scaled inputs `y` and the scaled actuator commands `u`; [`Autopilot`] says how they are scaled. This crate contains neither the vehicle's
-//! equations nor the synthesis.
+//! with the scaled inputs `y` and the scaled actuator commands `u`; [`Autopilot`] says how they are scaled. This crate
+//! contains neither the vehicle's equations nor the synthesis.
 //!
 //! [`Autopilot::tangents`] differentiates a tick by its inputs, exactly; [`Autopilot::snapshot`] saves the state
 //! of an autopilot, which can be restored bit for bit.

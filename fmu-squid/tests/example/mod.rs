@@ -111,7 +111,8 @@ pub fn input(signal: &str, kind: Kind, scale: f64) -> ControllerInput {
     ControllerInput { signal: signal.to_owned(), kind, unit, scale }
 }
 
-/// References and measurements as inputs of their own, with damping by the pitch rate, and the speed reference filtered.
+/// References and measurements as inputs of their own, with damping by the pitch rate, and the speed reference
+/// filtered.
 pub fn two_degrees() -> ControllerDesign {
     let mut design = design();
     let (pitch, speed) = (0.17, 0.3);

@@ -1,7 +1,8 @@
 //! Random cases with a corpus that is kept:
 //!
 //! ```text
-//! replay tests/corpus/NAME.jsonl -> random cases, half of them grown from the corpus -> more of them for SQUID_FUZZ_MINUTES
+//! replay tests/corpus/NAME.jsonl -> random cases, half of them grown from the corpus
+//!     -> more of them for SQUID_FUZZ_MINUTES
 //! ```
 //!
 //! A property returns what its case brought about, as texts ("fmi2SetReal: variable may not be set in state"). A run

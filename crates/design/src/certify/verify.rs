@@ -27,8 +27,8 @@ pub fn text(certificate: &Certificate, path: &Path) -> Result<String, ProofError
     certificate.to_json().map_err(wrong)
 }
 
-/// Checks that the plant of a certificate is the one of this vehicle and design file, trimmed, linearised, fitted and weighted
-/// again, and that its ball of models contains the true linearisations.
+/// Checks that the plant of a certificate is the one of this vehicle and design file, trimmed, linearised, fitted and
+/// weighted again, and that its ball of models contains the true linearisations.
 ///
 /// # Errors
 /// [`ProofError::WrongPlant`], [`ProofError::Ball`], those of [`augment`].

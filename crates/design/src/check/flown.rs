@@ -171,8 +171,8 @@ fn gust(system: &StateSpace, output: usize, sample_time: f64) -> f64 {
 const HEAVE: usize = 1;
 const _: () = assert!(HEAVE < STATES);
 
-/// The rms of each output of a stable sampled system under white noise of rms 1 at each input and sample: `P = A P A' + B
-/// B'`, the diagonal of `C P C' + D D'`.
+/// The rms of each output of a stable sampled system under white noise of rms 1 at each input and sample:
+/// `P = A P A' + B B'`, the diagonal of `C P C' + D D'`.
 ///
 /// P by doubling, `P <- P + A P A', A <- A^2`: R. A. Smith, SIAM J. Applied Mathematics 16(1), 1968.
 pub fn rms(system: &StateSpace) -> Vec<f64> {
@@ -213,8 +213,8 @@ mod tests {
         assert!((weak.steady_error - 0.05).abs() < 1e-12 && weak.settling_time == f64::INFINITY);
     }
 
-    /// Of y+ = a y + b n, the rms is b/sqrt(1 - a^2); with two such states that one noise drives, E y1 y2 = b1 b2/(1 - a1
-    /// a2). Also of a mode that takes 1e6 samples to die out.
+    /// Of y+ = a y + b n, the rms is b/sqrt(1 - a^2); with two such states that one noise drives,
+    /// E y1 y2 = b1 b2/(1 - a1 a2). Also of a mode that takes 1e6 samples to die out.
     #[test]
     fn rms_of_a_filter_has_its_closed_form() {
         for slow in [0.5, 1.0 - 1e-6] {

@@ -1,14 +1,14 @@
 //! Margins of stability of a sampled loop.
 //!
-//! The loop is opened at one place, where its return ratio follows from its sensitivity: `S = 1/(1 + L)`, `L = 1/S - 1`.
-//! With `z = exp(j w T)`, w up to pi/T:
+//! The loop is opened at one place, where its return ratio follows from its sensitivity: `S = 1/(1 + L)`,
+//! `L = 1/S - 1`. With `z = exp(j w T)`, w up to pi/T:
 //!
 //! ```text
 //! gain    1/|L| where L is real and negative: the factors on the loop's gain at which it reaches the point -1
 //! phase   |arg(-L)| where |L| = 1
 //! delay   (arg(-L) in [0, 2 pi))/w where |L| = 1: the least tau at which exp(-j w tau) L is -1
-//! disk    alpha = 1/sup|S - 1/2|: stable for every factor (1 + d)/(1 - d) on the loop, d complex and dynamic, |d| < alpha/2:
-//!         gains from (2 - alpha)/(2 + alpha) to (2 + alpha)/(2 - alpha), phases up to 2 atan(alpha/2)
+//! disk    alpha = 1/sup|S - 1/2|: stable for every factor (1 + d)/(1 - d) on the loop, d complex and dynamic,
+//!         |d| < alpha/2: gains from (2 - alpha)/(2 + alpha) to (2 + alpha)/(2 - alpha), phases up to 2 atan(alpha/2)
 //! ```
 //!
 //! Source of the disk margin, here the symmetric one: P. Seiler, A. Packard, P. Gahinet, "An Introduction to Disk

@@ -239,8 +239,8 @@ pub fn sampled_dtt(k: &lpv::controller::Controller, sample_time: f64) -> Option<
     Some(&k.dtt() + &k.ct() * inner * (0.5 * sample_time))
 }
 
-/// Discretises a controller by the trapezoidal rule with sample time T \[s\], as `scheduled::Lft::discretise` at a frozen
-/// parameter: `K_d(z) = K(2/T (z - 1)/(z + 1))`; `None` where a mode is at 2/T.
+/// Discretises a controller by the trapezoidal rule with sample time T \[s\], as `scheduled::Lft::discretise` at a
+/// frozen parameter: `K_d(z) = K(2/T (z - 1)/(z + 1))`; `None` where a mode is at 2/T.
 pub fn trapezoidal(k: &StateSpace, sample_time: f64) -> Option<StateSpace> {
     let n = k.a.nrows();
     let half = &k.a * (0.5 * sample_time);

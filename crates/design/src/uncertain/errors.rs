@@ -108,8 +108,8 @@ pub fn errors(
     Ok(worst)
 }
 
-/// What a model misses of `[A B]` of the vehicle with its coefficients at `point`, trimmed again: the model's parameters of
-/// the trim are where the new trim puts them, as far as `share` of their ranges goes.
+/// What a model misses of `[A B]` of the vehicle with its coefficients at `point`, trimmed again: the model's
+/// parameters of the trim are where the new trim puts them, as far as `share` of their ranges goes.
 ///
 /// # Errors
 /// [`ModelError::Lft`](crate::error::ModelError::Lft), [`Error::Uncertain`].

@@ -73,8 +73,8 @@ impl StateSpace {
         spectral_abscissa(&self.a) < 0.0
     }
 
-    /// This sampled system in continuous time, by `z = (1 + s)/(1 - s)`: the circle becomes the axis and every value on it
-    /// stays, so that norms do. `None` with a mode at -1.
+    /// This sampled system in continuous time, by `z = (1 + s)/(1 - s)`: the circle becomes the axis and every value
+    /// on it stays, so that norms do. `None` with a mode at -1.
     pub fn from_circle_to_axis(&self) -> Option<Self> {
         let Self { a, b, c, d } = self;
         let one = Mat::identity(a.nrows(), a.nrows());

@@ -323,8 +323,8 @@ mod tests {
         assert!(good.because.contains("continuous time: 0.50, 1.00 m/s."), "{}", good.because);
         assert!(good.because.contains("0.500 at most there, a margin of 200 %"), "{}", good.because);
         assert_eq!(stability_verdict(&[at(0.5, 0.3, 0.2), at(1.0, 1.5, 1.4)]).finding, Finding::Partly);
-        // What is guaranteed in continuous time does not outweigh a vehicle that is unstable as it flies; what the model
-        // alone does refutes nothing.
+        // What is guaranteed in continuous time does not outweigh a vehicle that is unstable as it flies; what the
+        // model alone does refutes nothing.
         assert_eq!(stability_verdict(&[at(1.0, 0.9, 1.1)]).finding, Finding::NotConfirmed);
         assert_eq!(stability_verdict(&[at(1.0, 1.5, f64::NAN)]).finding, Finding::Unknown);
     }
