@@ -2,7 +2,7 @@
 
 use fmi2::model_description::{DefaultExperiment, identifier};
 use fmi2::{About, Log, Model, Resources, StateError, StateReader, StateWriter, Tangents, Variable};
-use scheduled::{ControllerDesign, Status};
+use scheduled::ControllerDesign;
 
 use crate::model::{Controller, ControllerError, RESOURCE};
 use crate::tangents::COMMANDS;
@@ -17,18 +17,15 @@ impl Model for Controller {
 
     fn about(&self) -> About {
         let ControllerDesign { vehicle, design, sample_time, gamma, .. } = &*self.design;
-        let status = match vehicle.status {
-            Status::Surrogate => "surrogate coefficients",
-            Status::Published => "published coefficients",
-            Status::Measured => "measured coefficients",
-        };
         let proof = if gamma.certified { "certified" } else { "not certified" };
         About {
             identifier: format!("{}_controller", identifier(&vehicle.name)),
             name: format!("{} controller", vehicle.name),
             description: format!(
-                "LPV pitch controller of {} ({status}), design '{design}', L2 gain below {}, {proof}",
-                vehicle.name, gamma.bound
+                "LPV pitch controller of {} ({} coefficients), design '{design}', L2 gain below {}, {proof}",
+                vehicle.name,
+                vehicle.status.word(),
+                gamma.bound
             ),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             enumerations: Vec::new(),

@@ -15,29 +15,29 @@ impl ModelDescription {
 
 /// All problems of a description, in the order of its variables.
 fn problems(description: &ModelDescription) -> Vec<Problem> {
-    let mut found = Vec::new();
-    check_root(description, &mut found);
+    let mut problems = Vec::new();
+    check_root(description, &mut problems);
     for text in [&description.model_name, &description.description, &description.version] {
-        check_text(&description.model_identifier, text, &mut found);
+        check_text(&description.model_identifier, text, &mut problems);
     }
     let (mut names, mut references) = (BTreeSet::new(), BTreeSet::new());
     for variable in &description.variables {
         let name = || variable.name.clone();
         if !names.insert(&variable.name) {
-            found.push(Problem::DuplicateName { name: name() });
+            problems.push(Problem::DuplicateName { name: name() });
         }
         if !references.insert(variable.value_reference) {
             let value_reference = variable.value_reference;
-            found.push(Problem::DuplicateValueReference { name: name(), value_reference });
+            problems.push(Problem::DuplicateValueReference { name: name(), value_reference });
         }
-        check_text(&variable.name, &variable.description, &mut found);
-        check_role(variable, &mut found);
-        check_kind(description, variable, &mut found);
-        check_dependencies(description, variable, &mut found);
-        check_derivative(description, variable, &mut found);
+        check_text(&variable.name, &variable.description, &mut problems);
+        check_role(variable, &mut problems);
+        check_kind(description, variable, &mut problems);
+        check_dependencies(description, variable, &mut problems);
+        check_derivative(description, variable, &mut problems);
     }
-    check_structure(description, &mut found);
-    found
+    check_structure(description, &mut problems);
+    problems
 }
 
 fn check_root(description: &ModelDescription, found: &mut Vec<Problem>) {

@@ -96,7 +96,7 @@ pub fn check(
     well_posed(&sampled_dtt(controller, sample_time).unwrap_or_else(|| Mat::from_element(1, 1, f64::NAN)))?;
     let closed = plant.close(controller);
     let (centre, half_range) = design.scheduling();
-    let mut found = Checks {
+    let mut checks = Checks {
         speeds: CHECKED_SPEEDS,
         abscissa_fit: f64::NEG_INFINITY,
         abscissa_truth: f64::NEG_INFINITY,
@@ -137,19 +137,19 @@ pub fn check(
         if true_real_part.is_nan() || true_real_part >= 0.0 {
             return Err(Refusal::UnstableTruth { speed, real_part: true_real_part }.into());
         }
-        found.abscissa_fit = found.abscissa_fit.max(real_part);
-        found.abscissa_truth = found.abscissa_truth.max(true_real_part);
-        found.gain_fit = found.gain_fit.max(gain);
+        checks.abscissa_fit = checks.abscissa_fit.max(real_part);
+        checks.abscissa_truth = checks.abscissa_truth.max(true_real_part);
+        checks.gain_fit = checks.gain_fit.max(gain);
         let true_gain = true_loop.hinf_norm().value;
         if !true_gain.is_finite() {
             return Err(Refusal::TrueGain { speed, gain: true_gain }.into());
         }
-        found.gain_truth = found.gain_truth.max(true_gain);
-        found.sampled_radius = found.sampled_radius.max(radius);
+        checks.gain_truth = checks.gain_truth.max(true_gain);
+        checks.sampled_radius = checks.sampled_radius.max(radius);
         let fastest = eigenvalues(&frozen.a()).iter().map(|p| p.norm()).fold(0.0, f64::max);
-        found.fastest_controller_mode = found.fastest_controller_mode.max(fastest);
+        checks.fastest_controller_mode = checks.fastest_controller_mode.max(fastest);
     }
-    Ok(found)
+    Ok(checks)
 }
 
 /// The scheduled controller frozen at rho, without parameters.

@@ -30,11 +30,11 @@ pub fn synthesise(
     progress: &Progress,
 ) -> Result<Design, Error> {
     let running = progress.begin("synthesise", "solving the matrix inequalities");
-    let found = match file.rate {
+    let outcome = match file.rate {
         Some(rate) => at_bounded_rate(file, plant, rate),
         None => lpv::synthesis::synthesise(plant, options(file)),
     };
-    let design = found.map_err(|reason| no_controller(actuators, file, plant, reason))?;
+    let design = outcome.map_err(|reason| no_controller(actuators, file, plant, reason))?;
     let (design, slowed) = slow_enough(file, plant, design);
     let seconds = running.seconds();
     drop(running);
@@ -136,8 +136,8 @@ fn no_controller(
     reason: SynthesisError,
 ) -> Error {
     let unexplained = matches!(reason, SynthesisError::Numerical { .. } | SynthesisError::TooFast { .. });
-    let found = if unexplained { findings(plant) } else { vec![] };
-    let mut remarks: Vec<String> = found.iter().map(ToString::to_string).collect();
+    let causes = if unexplained { findings(plant) } else { vec![] };
+    let mut remarks: Vec<String> = causes.iter().map(ToString::to_string).collect();
     if !remarks.is_empty() {
         let names: Vec<String> =
             actuators.iter().enumerate().map(|(j, a)| format!("u{} is {}", j + 1, a.name)).collect();

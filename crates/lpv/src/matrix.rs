@@ -109,8 +109,8 @@ pub fn pseudo_inverse(a: &Mat, tolerance: f64) -> Mat {
 
 /// Eigenvalues of a symmetric matrix, ascending; not-a-number when it holds one.
 pub fn symmetric_eigenvalues(a: &Mat) -> Vec<f64> {
-    let found = to_faer(&symmetric_part(a)).and_then(|a| a.self_adjoint_eigenvalues(Side::Lower).ok());
-    found.unwrap_or_else(|| vec![f64::NAN; a.nrows()])
+    let eigenvalues = to_faer(&symmetric_part(a)).and_then(|a| a.self_adjoint_eigenvalues(Side::Lower).ok());
+    eigenvalues.unwrap_or_else(|| vec![f64::NAN; a.nrows()])
 }
 
 /// The largest eigenvalue of a symmetric matrix (minus infinity for an empty one).
@@ -152,8 +152,8 @@ pub fn eigenvalues(a: &Mat) -> Vec<Complex<f64>> {
     if a.is_empty() {
         return vec![];
     }
-    let found = to_faer(a).and_then(|a| a.eigenvalues_from_real().ok());
-    let mut values = found.unwrap_or_else(|| vec![UNKNOWN; a.nrows()]);
+    let eigenvalues = to_faer(a).and_then(|a| a.eigenvalues_from_real().ok());
+    let mut values = eigenvalues.unwrap_or_else(|| vec![UNKNOWN; a.nrows()]);
     values.sort_by(|p, q| p.re.total_cmp(&q.re).then(p.im.total_cmp(&q.im)));
     values
 }
@@ -162,8 +162,8 @@ pub fn eigenvalues(a: &Mat) -> Vec<Complex<f64>> {
 /// are half of all.
 pub(crate) fn growing_basis(a: &Mat) -> Option<Mat> {
     let n = a.nrows();
-    let found = to_faer(a)?.eigen_from_real().ok()?;
-    let (vectors, values) = (found.U(), found.S().column_vector());
+    let decomposition = to_faer(a)?.eigen_from_real().ok()?;
+    let (vectors, values) = (decomposition.U(), decomposition.S().column_vector());
     let mut basis: Vec<DVector<f64>> = vec![];
     // Of a complex pair, real and imaginary part of one vector.
     for k in (0..n).filter(|k| values[*k].re > 0.0 && values[*k].im >= 0.0) {
@@ -277,10 +277,10 @@ pub fn symmetric_function(a: &Mat, f: impl Fn(f64) -> f64) -> Mat {
     if a.is_empty() {
         return a.clone();
     }
-    let found = to_faer(&symmetric_part(a)).and_then(|a| a.self_adjoint_eigen(Side::Lower).ok());
-    let Some(found) = found else { return Mat::from_element(a.nrows(), a.ncols(), f64::NAN) };
-    let vectors = from_faer(found.U());
-    let values: Vec<f64> = found.S().column_vector().iter().map(|v| f(*v)).collect();
+    let decomposition = to_faer(&symmetric_part(a)).and_then(|a| a.self_adjoint_eigen(Side::Lower).ok());
+    let Some(decomposition) = decomposition else { return Mat::from_element(a.nrows(), a.ncols(), f64::NAN) };
+    let vectors = from_faer(decomposition.U());
+    let values: Vec<f64> = decomposition.S().column_vector().iter().map(|v| f(*v)).collect();
     &vectors * Mat::from_diagonal(&DVector::from_vec(values)) * vectors.transpose()
 }
 
@@ -336,9 +336,9 @@ pub fn complex_svd_ends(a: &DMatrix<Complex<f64>>) -> Option<(ComplexVector, Com
     if n == 0 {
         return None;
     }
-    let found = to_faer(a)?.svd().ok()?;
+    let decomposition = to_faer(a)?.svd().ok()?;
     let last = |m: faer::MatRef<'_, faer::c64>| DVector::from_fn(n, |i, _| m[(i, n - 1)]);
-    Some((last(found.U()), last(found.V())))
+    Some((last(decomposition.U()), last(decomposition.V())))
 }
 
 /// Eigenvalues of a Hermitian matrix, ascending; not-a-number when it holds one.
@@ -347,8 +347,8 @@ pub fn hermitian_eigenvalues(a: &DMatrix<Complex<f64>>) -> Vec<f64> {
     if n == 1 {
         return vec![a[(0, 0)].re];
     }
-    let found = to_faer(a).and_then(|a| a.self_adjoint_eigenvalues(Side::Lower).ok());
-    found.unwrap_or_else(|| vec![f64::NAN; n])
+    let eigenvalues = to_faer(a).and_then(|a| a.self_adjoint_eigenvalues(Side::Lower).ok());
+    eigenvalues.unwrap_or_else(|| vec![f64::NAN; n])
 }
 
 /// The matrix as a list of rows, as the files hold it.

@@ -35,7 +35,7 @@ impl Platform {
     /// # Errors
     /// [`Error::Platform`] when FMI has no name for this program's own platform, [`Error::UnknownPlatform`].
     pub fn named(names: &[String]) -> Result<Vec<Self>, Error> {
-        let mut found: Vec<Self> = Vec::new();
+        let mut platforms: Vec<Self> = Vec::new();
         for name in names {
             let more = match name.as_str() {
                 "host" => vec![Self::host()?],
@@ -43,12 +43,12 @@ impl Platform {
                 other => vec![*ALL.iter().find(|p| p.folder == other).ok_or_else(|| unknown(other))?],
             };
             for platform in more {
-                if !found.iter().any(|one| one.folder == platform.folder) {
-                    found.push(platform);
+                if !platforms.iter().any(|one| one.folder == platform.folder) {
+                    platforms.push(platform);
                 }
             }
         }
-        Ok(found)
+        Ok(platforms)
     }
 
     /// The platform that this program was built for.
@@ -85,8 +85,8 @@ impl Platform {
             (None, Some(beside), Some(triple)) => vec![beside.join("..").join(triple).join("fmu")],
             (None, None, _) => vec![],
         };
-        let found = places.iter().map(|place| place.join(&library)).find(|path| path.is_file());
-        found.ok_or_else(|| Error::NoBinary {
+        let library_path = places.iter().map(|place| place.join(&library)).find(|path| path.is_file());
+        library_path.ok_or_else(|| Error::NoBinary {
             places: places.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", "),
             how: self.how(kind),
             library,

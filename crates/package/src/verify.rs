@@ -9,7 +9,7 @@ use crate::error::Error;
 use auv::LpvModel;
 use certificate::Theorem;
 use fmi2::Resources;
-use scheduled::{ControllerDesign, Status};
+use scheduled::ControllerDesign;
 use squid_design::certify::verify::{matches, of_inputs, parse};
 use squid_design::error::StoreError;
 use squid_design::fit::Model;
@@ -93,7 +93,7 @@ fn verify_fmu(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
     let mut about = vec![format!(
         "{} ({} coefficients), design '{}': {coverage}",
         design.vehicle.name,
-        status(&design),
+        design.vehicle.status.word(),
         design.design
     )];
     let theorem = certificate.prove()?;
@@ -117,14 +117,6 @@ fn verify_fmu(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
         ));
     }
     Ok(Verified { theorem, about })
-}
-
-fn status(design: &ControllerDesign) -> &'static str {
-    match design.vehicle.status {
-        Status::Surrogate => "surrogate",
-        Status::Published => "published",
-        Status::Measured => "measured",
-    }
 }
 
 fn named(inputs: &Inputs) -> String {

@@ -87,12 +87,12 @@ pub fn rendered(
         return Ok(kept);
     }
     let running = progress.begin("report", "computing the figures");
-    let found = Rendered::new(&report(inputs, stored, progress)?, key)?;
+    let fresh = Rendered::new(&report(inputs, stored, progress)?, key)?;
     drop(running);
     let mut files = Files::default();
-    files.add_json(path, &found)?;
+    files.add_json(path, &fresh)?;
     files.save(directory)?;
-    Ok(found)
+    Ok(fresh)
 }
 
 /// The stored report, if it is one.

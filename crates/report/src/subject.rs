@@ -168,9 +168,9 @@ impl<'a> Subject<'a> {
 
     /// The figures of a step flown by [`Subject::fly_step`].
     pub fn figures(&self, flight: &Flight) -> StepFigures {
-        let found =
+        let figures =
             StepFigures::of(&flight.rows, STEP_TIME, self.stored.manoeuvre.pitch_step, &self.limits());
-        if flight.surfacing.is_some() { found.cut_short() } else { found }
+        if flight.surfacing.is_some() { figures.cut_short() } else { figures }
     }
 
     /// How the loop is sampled.

@@ -60,6 +60,17 @@ pub enum Status {
     Measured,
 }
 
+impl Status {
+    /// As the file has it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Surrogate => "surrogate",
+            Self::Published => "published",
+            Self::Measured => "measured",
+        }
+    }
+}
+
 /// `rho = (V - centre)/half_range`, V the speed along the path in trim.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

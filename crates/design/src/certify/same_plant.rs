@@ -37,15 +37,15 @@ const FARTHEST: f64 = 0.5;
 /// [`ProofError::WrongPlant`] with the first part that differs or is not finite;
 /// [`ModelError::Shape`](crate::error::ModelError::Shape), [`ModelError::Lft`](crate::error::ModelError::Lft).
 pub fn check(certificate: &Certificate, wanted: &GeneralisedPlant) -> Result<(), Error> {
-    let found = plant_with(certificate, &wanted.blocks)?;
+    let certified = plant_with(certificate, &wanted.blocks)?;
     let modulus = |plant: &GeneralisedPlant| largest(0.0, eigenvalues(&plant.dtt()).iter().map(|v| v.norm()));
-    let (here, there) = (modulus(&found), modulus(wanted));
+    let (here, there) = (modulus(&certified), modulus(wanted));
     if here.is_nan() || here > FARTHEST.max(1.01 * there) {
         let what = format!("Dtt, with an eigenvalue of modulus {here:.2e} in place of {there:.2e},");
         return Err(wrong(what).into());
     }
     let points = (0..POINTS).map(|k| vec![2.0 * f64::from(k) / f64::from(POINTS - 1) - 1.0]);
-    compare(&found, wanted, points)
+    compare(&certified, wanted, points)
 }
 
 /// Compares the plant of a certificate that depends on several parameters with `wanted`: at values spread over the
@@ -55,8 +55,8 @@ pub fn check(certificate: &Certificate, wanted: &GeneralisedPlant) -> Result<(),
 /// # Errors
 /// As [`check`].
 pub fn check_in_box(certificate: &Certificate, wanted: &GeneralisedPlant) -> Result<(), Error> {
-    let found = plant_with(certificate, &wanted.blocks)?;
-    compare(&found, wanted, in_box(wanted.blocks.len()))
+    let certified = plant_with(certificate, &wanted.blocks)?;
+    compare(&certified, wanted, in_box(wanted.blocks.len()))
 }
 
 /// Points spread evenly over the box: multiples of the square roots of primes, modulo 1 (H. Weyl, Math. Annalen 77,
@@ -102,8 +102,8 @@ fn plant_with(certificate: &Certificate, blocks: &[usize]) -> Result<Generalised
     }
     let parts = blocks_of(PLANT, &certificate.plant.named());
     let parts = parts.ok_or_else(|| wrong("the shape of a matrix".into()))?;
-    let found = GeneralisedPlant::new(certificate.blocks.clone(), &parts)?;
-    if found.blocks == blocks { Ok(found) } else { Err(wrong("the number of channels".into()).into()) }
+    let plant = GeneralisedPlant::new(certificate.blocks.clone(), &parts)?;
+    if plant.blocks == blocks { Ok(plant) } else { Err(wrong("the number of channels".into()).into()) }
 }
 
 #[cfg(test)]

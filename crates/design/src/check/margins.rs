@@ -91,15 +91,15 @@ impl Opened {
 
     /// The response of a system with all of S's inputs or one of them; not-a-number at a pole.
     fn response(&self, system: &StateSpace, omega: f64) -> Response {
-        let found = system.response((Complex::new(0.0, omega) * self.sample_time).exp());
-        found.unwrap_or_else(|| Response::from_element(system.d.nrows(), system.d.ncols(), NOT_A_NUMBER))
+        let response = system.response((Complex::new(0.0, omega) * self.sample_time).exp());
+        response.unwrap_or_else(|| Response::from_element(system.d.nrows(), system.d.ncols(), NOT_A_NUMBER))
     }
 
     /// The margins at one place while the others are closed.
     pub fn margins(&self, place: usize) -> Margins {
         let alone = self.sensitivity.part(place, place);
         let l = |omega: f64| 1.0 / self.response(&alone, omega)[(0, 0)] - 1.0;
-        let mut found = Margins {
+        let mut margins = Margins {
             gain_up: f64::INFINITY,
             gain_down: 0.0,
             phase: f64::INFINITY,
@@ -113,16 +113,16 @@ impl Opened {
             if (at_low.norm() > 1.0) != (at_high.norm() > 1.0) {
                 let omega = crossing(low, high, |omega| l(omega).norm() > 1.0);
                 let lag = lag(l(omega));
-                found.phase = found.phase.min(lag.min(TAU - lag));
-                found.delay = found.delay.min(lag / omega);
+                margins.phase = margins.phase.min(lag.min(TAU - lag));
+                margins.delay = margins.delay.min(lag / omega);
             }
             if (at_low.im > 0.0) != (at_high.im > 0.0) && at_low.re.min(at_high.re) < 0.0 {
-                found.pass(l(crossing(low, high, |omega| l(omega).im > 0.0)));
+                margins.pass(l(crossing(low, high, |omega| l(omega).im > 0.0)));
             }
         }
         // At both ends L is real.
-        known.first().into_iter().chain(known.last()).for_each(|(_, l)| found.pass(*l));
-        found
+        known.first().into_iter().chain(known.last()).for_each(|(_, l)| margins.pass(*l));
+        margins
     }
 
     /// The largest |S| of all places, opened one at a time.

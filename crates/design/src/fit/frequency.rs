@@ -78,20 +78,20 @@ fn errors_of(
     let scaled = |g: &DMatrix<Complex<f64>>| {
         DMatrix::from_fn(tracked.len(), reach.len(), |i, j| g[(tracked[i].0, j)] * (reach[j] / tracked[i].1))
     };
-    let mut found = Errors { order, scaled: 0.0, channels: Mat::zeros(OUTPUTS.len(), reach.len()) };
+    let mut errors = Errors { order, scaled: 0.0, channels: Mat::zeros(OUTPUTS.len(), reach.len()) };
     for (rho, truth) in samples {
         let (exact, fitted) = (system(truth), system(&fit.evaluate(*rho)));
         for omega in axis() {
             let s = Complex::new(0.0, omega);
             let (Some(g), Some(h)) = (exact.response(s), fitted.response(s)) else { continue };
-            found.scaled = found.scaled.max(largest(&scaled(&(&h - &g))) / largest(&scaled(&g)));
-            for (i, worst) in found.channels.iter_mut().enumerate() {
+            errors.scaled = errors.scaled.max(largest(&scaled(&(&h - &g))) / largest(&scaled(&g)));
+            for (i, worst) in errors.channels.iter_mut().enumerate() {
                 let error = (h[i] - g[i]).norm() / g[i].norm();
                 *worst = if worst.is_nan() || error.is_nan() { f64::NAN } else { worst.max(error) };
             }
         }
     }
-    found
+    errors
 }
 
 #[cfg(test)]

@@ -35,11 +35,11 @@ pub fn climb(file: &DesignFile, plant: &GeneralisedPlant, design: &Design) -> Re
         ..LadderOptions::default()
     };
     let started = Instant::now();
-    let found = ladder(plant, design, &options)?;
-    let mut out = best_controllers(&found, speeds);
+    let rungs = ladder(plant, design, &options)?;
+    let mut out = best_controllers(&rungs, speeds);
     out += &at_bounded_rates(plant, speeds);
-    out += &finished_loop(&found, speeds, options.samples, 100.0 * crate::synthesise::back_off(design));
-    for disorder in found.disorders() {
+    out += &finished_loop(&rungs, speeds, options.samples, 100.0 * crate::synthesise::back_off(design));
+    for disorder in rungs.disorders() {
         out += &contradiction(&disorder, speeds);
     }
     Ok(out + &format!("\nClimbed in {:.1} s\n", started.elapsed().as_secs_f64()))

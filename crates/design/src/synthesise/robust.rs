@@ -100,23 +100,24 @@ pub fn robust(
         number += 1;
         progress.done("robust", &round_line(number, round));
     };
-    let found = more_robust(&uncertain, &nominal.controller, &nominal.certified, options, &mut report_round)
-        .map_err(RobustError::from)?;
-    let design = at_zero(plant, nominal, &found)?;
-    let certificate = proved(&uncertain, &found)?;
+    let outcome =
+        more_robust(&uncertain, &nominal.controller, &nominal.certified, options, &mut report_round)
+            .map_err(RobustError::from)?;
+    let design = at_zero(plant, nominal, &outcome)?;
+    let certificate = proved(&uncertain, &outcome)?;
     let figures = RobustFigures {
         gamma: allowed,
         proved: certificate.gamma,
-        nominal_bears: found.given_largest.size,
-        robust_bears: found.largest.size,
-        ladder: ladder(&uncertain, nominal, &design, &found, certificate.gamma),
+        nominal_bears: outcome.given_largest.size,
+        robust_bears: outcome.largest.size,
+        ladder: ladder(&uncertain, nominal, &design, &outcome, certificate.gamma),
         constant_size: CONSTANT_SIZE,
-        frozen: frozen(declared, file, [&nominal.controller, &found.controller])?,
+        frozen: frozen(declared, file, [&nominal.controller, &outcome.controller])?,
         sizes: (truncated.model.blocks.len(), uncertain.unknown_channels(), uncertain.scheduled_channels()),
         model_error: truncated.error,
         remainder: remainder(declared, file, &whole)?,
         left_out: truncated.gone,
-        stop: found.stop.to_string(),
+        stop: outcome.stop.to_string(),
     };
     drop(running);
     Ok(Robust { design, figures, certificate })

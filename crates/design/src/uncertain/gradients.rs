@@ -64,9 +64,9 @@ impl Gradients {
                 }
             }
         }
-        let found = Self { nominal, first, second };
-        found.check(vehicle, trim, blocks)?;
-        Ok(found)
+        let gradients = Self { nominal, first, second };
+        gradients.check(vehicle, trim, blocks)?;
+        Ok(gradients)
     }
 
     /// `[M C D]` at a delta for each parameter.
@@ -157,9 +157,9 @@ pub fn coarsen(vehicle: &Vehicle, blocks: &[Block], detail: f64, samples: &mut [
                 rows = block(&[&[&rows], &[&(m * &units / *size)]]);
             }
         }
-        let found = lpv::matrix::svd(&rows);
-        let kept = found.s.iter().filter(|s| **s > detail).count();
-        let directions = found.v.columns(0, kept).into_owned();
+        let decomposition = lpv::matrix::svd(&rows);
+        let kept = decomposition.s.iter().filter(|s| **s > detail).count();
+        let directions = decomposition.v.columns(0, kept).into_owned();
         let projector = &units * &directions * directions.transpose() * &inverse;
         for (g, size) in samples.iter_mut().zip(&sizes) {
             g.first[place] = &g.first[place] * &projector;

@@ -63,8 +63,8 @@ impl Pencil {
         pairs.sort_unstable();
         pairs.dedup();
         let of_pair = |g: &Gradients, (i, j): (usize, usize)| {
-            let found = g.second.iter().find(|(p, q, _)| (*p, *q) == (i, j));
-            found.map_or_else(|| Mat::zeros(g.nominal.nrows(), g.nominal.ncols()), |(_, _, m)| m.clone())
+            let pair = g.second.iter().find(|(p, q, _)| (*p, *q) == (i, j));
+            pair.map_or_else(|| Mat::zeros(g.nominal.nrows(), g.nominal.ncols()), |(_, _, m)| m.clone())
         };
         let second = pairs
             .into_iter()

@@ -107,10 +107,10 @@ pub fn range(a: &Mat) -> Mat {
 
 /// The same, where what is rounding beside `size` is nothing.
 fn range_beside(a: &Mat, size: f64) -> Mat {
-    let found = svd(a);
-    let largest = found.s.first().copied().unwrap_or(0.0).max(size);
-    let rank = found.s.iter().filter(|s| **s > ROUNDING * largest).count();
-    found.u.columns(0, rank).into_owned()
+    let decomposition = svd(a);
+    let largest = decomposition.s.first().copied().unwrap_or(0.0).max(size);
+    let rank = decomposition.s.iter().filter(|s| **s > ROUNDING * largest).count();
+    decomposition.u.columns(0, rank).into_owned()
 }
 
 /// Scales the channels of each parameter so that what goes in and what comes out is of one size.

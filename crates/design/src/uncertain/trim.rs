@@ -105,12 +105,12 @@ pub fn retrim(
         actuator.min *= WIDENED;
         actuator.max *= WIDENED;
     }
-    let found = trim(&free, Speed::Path(nominal.speed), nominal.depth);
-    let found = found.map_err(|reason| match reason {
+    let retrimmed = trim(&free, Speed::Path(nominal.speed), nominal.depth);
+    let retrimmed = retrimmed.map_err(|reason| match reason {
         TrimError::Coefficients(reason) => UncertainError::Corner { reason },
         reason => UncertainError::NoTrim { reason },
     })?;
-    Ok((changed, found))
+    Ok((changed, retrimmed))
 }
 
 /// Trims at corners of the box: each coefficient alone at its ends, all of them where the incidence and each

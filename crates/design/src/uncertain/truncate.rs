@@ -103,17 +103,17 @@ fn without_least(actuators: &[Actuator], lft: &Lft, first: usize, count: usize, 
     ]);
     let right = scaled(actuators, lft.right.rows(first, count).into_owned());
     let into = block(&[&[&right, &inner.rows(first, count).select_columns(&others)]]);
-    let found = svd(&(&out * &into));
+    let decomposition = svd(&(&out * &into));
     let kept = count - 1;
-    if kept > 0 && found.s.get(kept - 1).is_none_or(|s| *s <= 0.0) {
+    if kept > 0 && decomposition.s.get(kept - 1).is_none_or(|s| *s <= 0.0) {
         return None;
     }
     let root = Mat::from_diagonal(&nalgebra::DVector::from_iterator(
         kept,
-        found.s.iter().take(kept).map(|s| 1.0 / s.sqrt()),
+        decomposition.s.iter().take(kept).map(|s| 1.0 / s.sqrt()),
     ));
-    let own_to = &into * found.v.columns(0, kept) * &root;
-    let own_from = &root * found.u.columns(0, kept).transpose() * &out;
+    let own_to = &into * decomposition.v.columns(0, kept) * &root;
+    let own_from = &root * decomposition.u.columns(0, kept).transpose() * &out;
     let mut to = Mat::zeros(k, k - 1);
     let mut from = Mat::zeros(k - 1, k);
     let place = |i: usize| if i < first { i } else { i - 1 };

@@ -36,13 +36,13 @@ pub fn vehicle_at(vehicle: &Vehicle, frozen: &FrozenUncertain, delta: &[f64]) ->
     if !outputs.all(|(actuator, output)| (actuator.min..=actuator.max).contains(output)) {
         return None;
     }
-    let mut found = linearise(&changed, &trim).ok()?;
+    let mut linearisation = linearise(&changed, &trim).ok()?;
     for (b, d) in blocks.iter().zip(delta) {
         if let Uncertain::Gain(actuator) = b.uncertain {
-            found.b.column_mut(actuator).scale_mut(1.0 + b.half_range * d);
+            linearisation.b.column_mut(actuator).scale_mut(1.0 + b.half_range * d);
         }
     }
-    Some(found)
+    Some(linearisation)
 }
 
 /// The gain from w to z of a linearisation with the controller frozen at rho: infinite where the loop is unstable.

@@ -138,8 +138,8 @@ impl<'a> StateReader<'a> {
             return Err(length(whole));
         }
         let (content, checksum) = body.split_at(body.len() - HASH);
-        let found: [u8; HASH] = Sha256::digest(&bytes[..bytes.len() - HASH]).into();
-        if found != *checksum {
+        let computed: [u8; HASH] = Sha256::digest(&bytes[..bytes.len() - HASH]).into();
+        if computed != *checksum {
             return Err(StateError::Damaged);
         }
         if identity != *expected {

@@ -56,8 +56,8 @@ pub fn bounded_gain(
     given.largest_eigenvalue = worst_eigenvalue(closed, error, &given);
     let best = tightened(closed, error, &given).or_else(|| {
         // Where X is all but singular, nothing moves in its coordinates.
-        let found = tightened(closed, error, &balanced_start(closed, &given)?)?;
-        (given.largest_eigenvalue >= 0.0 || found.gamma < given.gamma).then_some(found)
+        let bound = tightened(closed, error, &balanced_start(closed, &given)?)?;
+        (given.largest_eigenvalue >= 0.0 || bound.gamma < given.gamma).then_some(bound)
     });
     let best = best.or_else(|| {
         let roomy = with_room(closed, error, &given)?;
@@ -213,7 +213,7 @@ impl Posed {
         let value = |e: &Affine| e.value(&self.program, point);
         let back = |m: Mat, inverse: &Mat| inverse.transpose() * m * inverse;
         let m = &self.unknowns;
-        let mut found = GainBound {
+        let mut bound = GainBound {
             gamma: base.bound.gamma * value(&m.gamma)[(0, 0)],
             x: symmetric_part(&back(value(&m.x), &self.state_inverse)),
             s: symmetric_part(&back(value(&m.s), &self.channel_inverse)),
@@ -221,8 +221,8 @@ impl Posed {
             lambda: value(&m.lambda)[(0, 0)],
             largest_eigenvalue: f64::NAN,
         };
-        found.largest_eigenvalue = worst_eigenvalue(base.closed, base.error, &found);
-        found
+        bound.largest_eigenvalue = worst_eigenvalue(base.closed, base.error, &bound);
+        bound
     }
 }
 

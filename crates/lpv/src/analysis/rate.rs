@@ -146,19 +146,19 @@ fn refine(
     let last = samples.len() - 1;
     let mut points: Vec<usize> = (0..last).step_by(stride.max(1)).chain([last]).collect();
     loop {
-        let found = solve(&points)?;
-        let values: Vec<f64> = (0..=last).map(|i| system.eigenvalue(i, &found)).collect();
+        let solution = solve(&points)?;
+        let values: Vec<f64> = (0..=last).map(|i| system.eigenvalue(i, &solution)).collect();
         let worst = (0..=last).max_by(|&i, &j| values[i].total_cmp(&values[j])).unwrap_or(0);
         let (largest_eigenvalue, worst_theta) = (values[worst], samples[worst].0);
         if largest_eigenvalue < 0.0 {
             let grid = points.iter().map(|&i| samples[i].0).collect();
-            let (lyapunov, checked) = (found.lyapunov, samples.len());
+            let (lyapunov, checked) = (solution.lyapunov, samples.len());
             let proof = RateProof { lyapunov, grid, checked, largest_eigenvalue, worst_theta };
-            return Ok((found.gamma, proof));
+            return Ok((solution.gamma, proof));
         }
         let more = peaks(&values, &points);
         if more.is_empty() {
-            return Err(missed(found.gamma, worst_theta, largest_eigenvalue));
+            return Err(missed(solution.gamma, worst_theta, largest_eigenvalue));
         }
         points.extend(more);
         points.sort_unstable();

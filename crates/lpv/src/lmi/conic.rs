@@ -80,25 +80,25 @@ impl ConicProgram {
                 "a decomposition inside the solver did not converge",
             ));
         }
-        let found = &solver.solution;
-        let finite = found.x.iter().all(|v| v.is_finite());
-        match found.status {
+        let solution = &solver.solution;
+        let finite = solution.x.iter().all(|v| v.is_finite());
+        match solution.status {
             SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible
-                if self.refutes(&found.z) =>
+                if self.refutes(&solution.z) =>
             {
                 Ok(Verdict::Infeasible)
             }
             SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => Err(
                 SynthesisError::numerical(stage, "the solver's certificate of infeasibility does not hold"),
             ),
-            SolverStatus::Solved if finite => Ok(Verdict::Solved(found.x.clone())),
+            SolverStatus::Solved if finite => Ok(Verdict::Solved(solution.x.clone())),
             SolverStatus::AlmostSolved
             | SolverStatus::InsufficientProgress
             | SolverStatus::NumericalError
             | SolverStatus::MaxIterations
                 if finite =>
             {
-                Ok(Verdict::Stopped(found.x.clone()))
+                Ok(Verdict::Stopped(solution.x.clone()))
             }
             status => Err(SynthesisError::numerical(stage, format!("the solver stopped with '{status:?}'"))),
         }

@@ -245,13 +245,13 @@ impl Program {
                 }
             }
         }
-        let found = by_unknown
+        let coefficients = by_unknown
             .into_iter()
             .enumerate()
             .filter_map(|(k, m)| m.map(|m| (k, symmetric_part(&m))))
             .filter(|(_, m)| m.amax() > 0.0)
             .collect();
-        (symmetric_part(&expression.constant), found)
+        (symmetric_part(&expression.constant), coefficients)
     }
 }
 

@@ -55,9 +55,9 @@ pub fn solve(
         let Some(stop) = interior_point::minimise(&even, &costs, search) else { continue };
         let of_rows = |m: Vec<Mat>| m.iter().zip(&data).map(|(m, d)| d.uneven(m, evenness)).collect();
         let multipliers = stop.multipliers.into_iter().map(of_rows).collect();
-        let found = Solution { multipliers, ..judged(program, stop.x, stop.gap) };
-        if own.as_ref().is_none_or(|known| better(&found, known, &costs)) {
-            own = Some(found);
+        let solution = Solution { multipliers, ..judged(program, stop.x, stop.gap) };
+        if own.as_ref().is_none_or(|known| better(&solution, known, &costs)) {
+            own = Some(solution);
         }
         if own.as_ref().is_some_and(|own| own.gap <= enough && own.margin > 0.0) {
             break;

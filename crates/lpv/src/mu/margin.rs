@@ -134,10 +134,10 @@ impl MarginSearch<'_> {
             let halve = step % 4 == 0 || !(part > 0.0 && part < 1.0);
             let next = (*low + if halve { 0.5 } else { part } * width)
                 .clamp(*low + f64::EPSILON * *high, *high - f64::EPSILON * *high);
-            let found = self.rightmost(direction, next)?;
-            let value = found.re;
+            let rightmost = self.rightmost(direction, next)?;
+            let value = rightmost.re;
             if value >= 0.0 {
-                (*high, at_high, pole) = (next, value, found);
+                (*high, at_high, pole) = (next, value, rightmost);
                 at_low *= if kept == -1 { 0.5 } else { 1.0 };
                 kept = -1;
             } else {
@@ -217,7 +217,7 @@ impl MarginSearch<'_> {
         let omega = at.pole.im.abs();
         let m = self.system.response(Complex::new(0.0, omega))?;
         let delta = self.diagonal(&at.direction, at.size).map(|v| Complex::new(v, 0.0));
-        let found = checked(&m, self.structure, delta)?;
-        Some(LowerBound { frequency: Some(omega), ..found })
+        let bound = checked(&m, self.structure, delta)?;
+        Some(LowerBound { frequency: Some(omega), ..bound })
     }
 }

@@ -284,9 +284,9 @@ impl Family {
         let value = |u: &Unknown| {
             let (_, w, z) = &self.places[u.block];
             let (k, l, v) = u.entries[0];
-            let found =
+            let entry =
                 if u.is_g { s.g[(w.start + k, z.start + l)] } else { s.dw[(w.start + k, w.start + l)] };
-            (v.conj() * found).re
+            (v.conj() * entry).re
         };
         let p: Vec<f64> = self.unknowns.iter().map(value).collect();
         let along = |p: &[f64]| self.trace().iter().zip(p).map(|(t, v)| t * v).sum::<f64>();

@@ -130,9 +130,9 @@ impl Structure {
     pub fn places(&self) -> Vec<(Block, Range<usize>, Range<usize>)> {
         let (mut row, mut col) = (0, 0);
         let place = |b: &Block| {
-            let found = (*b, row..row + b.rows(), col..col + b.cols());
-            (row, col) = (found.1.end, found.2.end);
-            found
+            let ranges = (*b, row..row + b.rows(), col..col + b.cols());
+            (row, col) = (ranges.1.end, ranges.2.end);
+            ranges
         };
         self.0.iter().map(place).collect()
     }

@@ -220,13 +220,13 @@ impl<'a> GainSweep<'a> {
             let mut scaled = m.clone();
             let z = m.nrows() - k;
             scaled.rows_mut(k, z).unscale_mut(factor);
-            let found = upper_bound_with(
+            let bound = upper_bound_with(
                 &scaled,
                 &self.structure,
                 UpperBoundOptions { from: Some(&start), ..UpperBoundOptions::default() },
             )?;
-            start = found.start;
-            Ok(found.value.ln())
+            start = bound.start;
+            Ok(bound.value.ln())
         };
         let (mut low, mut at_low) = (0.0, least.value.ln());
         let mut high = at_low.max(GAIN_TOLERANCE);

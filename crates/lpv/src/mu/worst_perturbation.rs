@@ -198,8 +198,8 @@ impl GainSearch<'_> {
                 one
             });
             let better = shorter.chain(single).find_map(|next| {
-                let found = parts.gain(&next)?;
-                (found.0 > at.0 * (1.0 + 1e-10)).then_some((next, found))
+                let gain = parts.gain(&next)?;
+                (gain.0 > at.0 * (1.0 + 1e-10)).then_some((next, gain))
             });
             let Some((next, found)) = better else { break };
             (delta, at) = (next, found);

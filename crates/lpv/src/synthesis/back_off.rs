@@ -94,10 +94,10 @@ fn push(
     };
     let solution = solver::solve(&program, STAGE, search).map_err(contradiction)?;
     let reached = value.value(&program, &solution.x)[(0, 0)];
-    let mut found = unknowns.lmi_solution(&program, &solution);
+    let mut relaxed = unknowns.lmi_solution(&program, &solution);
     // What counts are the inequalities themselves, not those tightened and bounded here.
-    found.margin = found.true_margin(plant, scalings);
-    Ok((found, reached))
+    relaxed.margin = relaxed.true_margin(plant, scalings);
+    Ok((relaxed, reached))
 }
 
 /// Above the least gamma there is a solution: a solver that denies it has failed.

@@ -45,23 +45,23 @@ impl Coordinates {
     /// Time scaled to the middle of the plant's modes, then states, channels, y and u scaled so that their
     /// rows and columns are of one size.
     pub fn diagonal(plant: &GeneralisedPlant) -> Self {
-        let mut found = Self { speed: middle_speed(&plant.a()), ..Self::identity(plant) };
+        let mut coordinates = Self { speed: middle_speed(&plant.a()), ..Self::identity(plant) };
         for _ in 0..20 {
             let s = plant.sizes();
-            let scaled = found.apply(plant);
+            let scaled = coordinates.apply(plant);
             let m = scaled.parts.matrix();
             let states: Vec<f64> = (0..s.x).map(|i| osborne(m, i)).collect();
             let channels: Vec<f64> = (s.x..s.x + s.t).map(|i| osborne(m, i)).collect();
-            found.scale_states(&states);
-            found.scale_channels(&channels);
+            coordinates.scale_states(&states);
+            coordinates.scale_channels(&channels);
             for j in 0..s.u {
-                found.control[j] /= norm_or_one(m.column(s.x + s.t + s.w + j).norm());
+                coordinates.control[j] /= norm_or_one(m.column(s.x + s.t + s.w + j).norm());
             }
             for i in 0..s.y {
-                found.measurement[i] *= norm_or_one(m.row(s.x + s.t + s.z + i).norm());
+                coordinates.measurement[i] *= norm_or_one(m.row(s.x + s.t + s.z + i).norm());
             }
         }
-        found
+        coordinates
     }
 
     /// These coordinates followed by those in which the pairs (X, Y) and (S, Sigma) found in them are equal

@@ -128,15 +128,15 @@ fn put_back(
     });
     let rate = largest(0.0, eigenvalues(&plant.close(&design.controller).a()).iter().map(|mode| mode.norm()));
     let lagged = LAG_RATIOS.iter().filter_map(|lag| {
-        let found = behind_lags(plant, rate / lag, options)?;
-        let (controller, certified) = closed(plant, d22, &found.controller, &found.certified)?;
+        let lagged = behind_lags(plant, rate / lag, options)?;
+        let (controller, certified) = closed(plant, d22, &lagged.controller, &lagged.certified)?;
         Some(Design {
             gamma_optimum: design.gamma_optimum,
             lower_estimate: design.lower_estimate,
             multipliers: design.multipliers.clone(),
             controller,
             certified,
-            ..found
+            ..lagged
         })
     });
     let mut best: Option<Design> = None;
@@ -197,9 +197,9 @@ fn behind_lags(plant: &GeneralisedPlant, rate: f64, options: Options) -> Option<
     lagged.parts.block_mut(X, X).view_mut((s.x, s.x), (s.y, s.y)).copy_from(&(&unit * -rate));
     lagged.parts.rows_mut(Y).fill(0.0);
     lagged.parts.block_mut(Y, X).columns_mut(s.x, s.y).copy_from(&unit);
-    let found = synthesis::synthesise(&lagged, options).ok()?;
-    let controller = behind(&found.controller, rate);
-    Some(Design { controller, ..found })
+    let design = synthesis::synthesise(&lagged, options).ok()?;
+    let controller = behind(&design.controller, rate);
+    Some(Design { controller, ..design })
 }
 
 /// The controller of `yl' = rate (y - yl)` in place of y: `[A By Bt; Cu Duy Dut; Ct Dty Dtt]` with yl as the first

@@ -69,13 +69,14 @@ fn completed(
 ) -> Option<(f64, DualMultipliers)> {
     let (one, two) = (Moments::new(primal, &m.primal), Moments::new(dual, &m.dual));
     let (l1, l2) = (one.factor()?, two.factor()?);
-    let found = svd(&(one.spread(&l1).transpose() * two.spread(&l2)));
-    let largest = found.s.first().copied().unwrap_or(0.0);
-    let kept = found.s.iter().filter(|s| **s > SMALL_SINGULAR_VALUE * largest).count();
-    let trace: f64 = found.s.iter().take(kept).sum();
+    let decomposition = svd(&(one.spread(&l1).transpose() * two.spread(&l2)));
+    let largest = decomposition.s.first().copied().unwrap_or(0.0);
+    let kept = decomposition.s.iter().filter(|s| **s > SMALL_SINGULAR_VALUE * largest).count();
+    let trace: f64 = decomposition.s.iter().take(kept).sum();
     let inverse =
         |l: &Mat, u: &Mat| Some(l.tr_solve_lower_triangular(&u.columns(0, kept))? * COUPLING_FACTOR);
-    let coupling = (one.spread(&inverse(&l1, &found.u)?), two.spread(&inverse(&l2, &found.v)?));
+    let coupling =
+        (one.spread(&inverse(&l1, &decomposition.u)?), two.spread(&inverse(&l2, &decomposition.v)?));
     let bound =
         2.0 * (one.gain + two.gain + COUPLING_FACTOR * COUPLING_FACTOR * trace) / (one.size + two.size);
     bound.is_finite().then_some((bound, DualMultipliers { coupling, ..m }))

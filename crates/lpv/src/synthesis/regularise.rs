@@ -71,20 +71,20 @@ fn attempt(plant: &GeneralisedPlant, size: f64, options: Options) -> Option<Desi
         return None;
     }
     let changed = added.apply(plant);
-    let found = directly(&changed, &least_gamma(&changed, options.scalings), options).ok()?;
-    let closed = plant.close(&found.controller);
+    let design = directly(&changed, &least_gamma(&changed, options.scalings), options).ok()?;
+    let closed = plant.close(&design.controller);
     let error = LoopError::none(&closed);
-    let known = bounded_gain(&closed, &error, &found.certified).ok();
+    let known = bounded_gain(&closed, &error, &design.certified).ok();
     if let Some(certified) = known.clone().filter(|bound| bound.largest_eigenvalue < -ROUNDING_EIGENVALUE) {
-        return Some(Design { certified, regularisation: Some(added), ..found });
+        return Some(Design { certified, regularisation: Some(added), ..design });
     }
     // What holds by so little may be rounding, and may not hold for the same reason.
-    let base = known.clone().unwrap_or(found.certified.clone());
+    let base = known.clone().unwrap_or(design.certified.clone());
     let room = GainBound { gamma: GAMMA_RAISE * base.gamma, ..base };
     let clearer = clearest(Base { closed: &closed, error: &error, bound: &room }).ok();
     let eigenvalue = known.as_ref().map_or(0.0, |known| known.largest_eigenvalue);
-    let certified = clearer.filter(|found| found.largest_eigenvalue < eigenvalue).or(known)?;
-    Some(Design { certified, regularisation: Some(added), ..found })
+    let certified = clearer.filter(|design| design.largest_eigenvalue < eigenvalue).or(known)?;
+    Some(Design { certified, regularisation: Some(added), ..design })
 }
 
 /// Sizes of weights and noises, relative to what else reaches z and enters y, each with the part of the back-off

@@ -126,9 +126,9 @@ pub(crate) fn free_directions(m: &Mat, tolerance: f64) -> Vec<(Vec<f64>, f64)> {
     let (free, rest): (Vec<usize>, Vec<usize>) = (0..count).partition(|&j| m.column(j).norm() <= tolerance);
     let axis = |j: usize| (0..count).map(|i| if i == j { 1.0 } else { 0.0 }).collect();
     let mut out: Vec<(Vec<f64>, f64)> = free.into_iter().map(|j| (axis(j), m.column(j).norm())).collect();
-    let found = svd(&m.select_columns(&rest));
-    for (k, v) in found.v.column_iter().enumerate() {
-        let value = found.s.get(k).copied().unwrap_or(0.0);
+    let decomposition = svd(&m.select_columns(&rest));
+    for (k, v) in decomposition.v.column_iter().enumerate() {
+        let value = decomposition.s.get(k).copied().unwrap_or(0.0);
         if value <= tolerance {
             let mut direction = vec![0.0; count];
             for (&j, component) in rest.iter().zip(v.iter()) {

@@ -185,13 +185,13 @@ impl StateSpace {
         let lower = -(c.transpose() * (Mat::identity(p, p) + d * &r_inverse * d.transpose()) * c);
         let hamiltonian = block(&[&[&left, &upper], &[&lower, &-left.transpose()]]);
         let size = hamiltonian.amax().max(1.0);
-        let mut found: Vec<f64> = eigenvalues(&hamiltonian)
+        let mut frequencies: Vec<f64> = eigenvalues(&hamiltonian)
             .iter()
             .filter(|v| v.im >= 0.0 && v.re.abs() <= 1e-8 * (size.sqrt() + v.norm()))
             .map(|v| v.im)
             .collect();
-        found.sort_by(f64::total_cmp);
-        found
+        frequencies.sort_by(f64::total_cmp);
+        frequencies
     }
 }
 

@@ -56,8 +56,8 @@ pub fn entries(subject: &Subject) -> Result<Vec<Part>, Error> {
         }
     }
     let residual = |order: usize| {
-        let found = subject.model.residuals.iter().find(|r| r.order == order);
-        found.map_or(f64::NAN, |r| 100.0 * r.relative_to_variation)
+        let residual = subject.model.residuals.iter().find(|r| r.order == order);
+        residual.map_or(f64::NAN, |r| 100.0 * r.relative_to_variation)
     };
     let (first, second) = (residual(1), residual(2));
     let verdict = Verdict {

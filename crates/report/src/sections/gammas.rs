@@ -36,8 +36,8 @@ pub fn gammas(subject: &Subject) -> Result<Vec<Part>, Error> {
         rate: RateOptions { order: 1, accuracy: ACCURACY, ..RateOptions::default() },
         accuracy: ACCURACY,
     };
-    let found = ladder(&subject.plant, &design(subject), &options)?;
-    let rungs = rungs(subject, &found, acceleration);
+    let gammas = ladder(&subject.plant, &design(subject), &options)?;
+    let rungs = rungs(subject, &gammas, acceleration);
     let mut table = Table::new(["assumption", "gamma"]);
     for (name, gamma) in &rungs {
         table.rows.push(vec![name.clone(), gamma.map_or_else(|| "unknown".into(), |g| format!("{g:.4}"))]);
@@ -50,7 +50,7 @@ pub fn gammas(subject: &Subject) -> Result<Vec<Part>, Error> {
         100.0 * ACCURACY,
         100.0 * subject.stored.controller.gamma.back_off
     );
-    Ok(vec![Part::Words(words), Part::Figure(figure(subject, &found)), Part::Table(table)])
+    Ok(vec![Part::Words(words), Part::Figure(figure(subject, &gammas)), Part::Table(table)])
 }
 
 /// The stored design as the ladder takes it: of the bound it reads the number alone.

@@ -22,14 +22,14 @@ pub fn robust(subject: &Subject) -> Result<Vec<Part>, Error> {
     };
     let inputs = subject.inputs;
     stored.confirm(inputs.declared(), &inputs.design, &subject.model, &subject.stored.controller.lft)?;
-    let found = &stored.figures;
+    let figures = &stored.figures;
     Ok(vec![
-        Part::Words(about(found)),
-        Part::Table(ladder(found)),
-        Part::Words(proof(found)),
-        Part::Words(constant(found)),
-        Part::Figure(figure(subject, found)),
-        Part::Table(frozen(found)),
+        Part::Words(about(figures)),
+        Part::Table(ladder(figures)),
+        Part::Words(proof(figures)),
+        Part::Words(constant(figures)),
+        Part::Figure(figure(subject, figures)),
+        Part::Table(frozen(figures)),
     ])
 }
 
@@ -37,8 +37,8 @@ fn percent(part: f64) -> String {
     format!("{:.1} %", 100.0 * part)
 }
 
-fn about(found: &RobustFigures) -> String {
-    let (parameters, channels, rho) = found.sizes;
+fn about(figures: &RobustFigures) -> String {
+    let (parameters, channels, rho) = figures.sizes;
     format!(
         "The controller of this report is the robust one (Fig. 5, where W_e is varied, and the switched \
             controllers are of the nominal synthesis). Coefficients that change arbitrarily fast: at a gain of \
@@ -47,24 +47,24 @@ fn about(found: &RobustFigures) -> String {
          which {parameters} coefficients ({channels} channels) and the speed ({rho} channels) may change at any \
          rate within their ranges. The table has the gain that is \
          not exceeded when a smaller or a larger part of the declared uncertainty is allowed.",
-        found.gamma,
-        gain_in_words(found.gamma),
-        percent(found.robust_bears),
-        percent(found.nominal_bears)
+        figures.gamma,
+        gain_in_words(figures.gamma),
+        percent(figures.robust_bears),
+        percent(figures.nominal_bears)
     )
 }
 
-fn proof(found: &RobustFigures) -> String {
+fn proof(figures: &RobustFigures) -> String {
     format!(
         "Proved again for this page, in exact arithmetic (robust_certificate.json): with {} of the declared \
             uncertainty the gain of the robust controller is below {}. {}",
-        percent(found.robust_bears),
-        above(found.proved),
-        found.not_proved()
+        percent(figures.robust_bears),
+        above(figures.proved),
+        figures.not_proved()
     )
 }
 
-fn constant(found: &RobustFigures) -> String {
+fn constant(figures: &RobustFigures) -> String {
     format!(
         "Coefficients that are off but do not change are a milder test. For these the figure and its table \
             show both controllers, frozen at a speed: an upper bound on mu for robust stability (1 is all of \
@@ -73,7 +73,7 @@ fn constant(found: &RobustFigures) -> String {
             both for the model, in which the incidence is an independent parameter; 'vehicle' is the gain of a \
             vehicle with the coefficients of the perturbation, trimmed again. Both are of the loop in \
             continuous time.",
-        whole_percent(found.constant_size)
+        whole_percent(figures.constant_size)
     )
 }
 
@@ -85,21 +85,21 @@ fn number(value: Option<f64>) -> String {
     value.map_or_else(|| "none found".into(), above)
 }
 
-fn ladder(found: &RobustFigures) -> Table {
+fn ladder(figures: &RobustFigures) -> Table {
     let mut table =
         Table::new(["part of the declared uncertainty", "gain below: nominal", "gain below: robust"]);
     let row = |(size, nominal, robust): &(f64, Option<f64>, Option<f64>)| {
         vec![percent(*size), number(*nominal), number(*robust)]
     };
-    table.rows = found.ladder.iter().map(row).collect();
+    table.rows = figures.ladder.iter().map(row).collect();
     table
 }
 
 /// Both controllers over speed, the nominal one first.
-fn figure(subject: &Subject, found: &RobustFigures) -> Figure {
+fn figure(subject: &Subject, figures: &RobustFigures) -> Figure {
     let curve = |which: usize, of: &dyn Fn(&Frozen) -> Option<f64>| Curve {
         key: which,
-        points: found.frozen.iter().filter_map(|f| Some((f.speed, of(f)?))).collect(),
+        points: figures.frozen.iter().filter_map(|f| Some((f.speed, of(f)?))).collect(),
     };
     let chart = |title: &str, y: Axis, curves: Vec<Curve>| Chart {
         title: title.into(),
@@ -107,7 +107,7 @@ fn figure(subject: &Subject, found: &RobustFigures) -> Figure {
         y,
         curves,
     };
-    let gain = format!("worst-case gain at {}", whole_percent(found.constant_size));
+    let gain = format!("worst-case gain at {}", whole_percent(figures.constant_size));
     Figure {
         name: "robust-and-nominal".into(),
         caption: format!(
@@ -127,8 +127,8 @@ fn figure(subject: &Subject, found: &RobustFigures) -> Figure {
     }
 }
 
-fn frozen(found: &RobustFigures) -> Table {
-    let at = whole_percent(found.constant_size);
+fn frozen(figures: &RobustFigures) -> Table {
+    let at = whole_percent(figures.constant_size);
     let mut table = Table::new(["speed (m/s)", "mu below: nominal", "mu below: robust"]);
     for which in ["nominal", "robust"] {
         table.head.push(format!("worst-case gain at {at}: {which}"));
@@ -141,7 +141,7 @@ fn frozen(found: &RobustFigures) -> Table {
         let gains = [nominal_gain, nominal_vehicle, robust_gain, robust_vehicle];
         [format!("{:.2}", f.speed), nominal, robust].into_iter().chain(gains).collect()
     };
-    table.rows = found.frozen.iter().map(row).collect();
+    table.rows = figures.frozen.iter().map(row).collect();
     table
 }
 

@@ -91,12 +91,12 @@ impl SpeedMu {
         upper.retain(|(omega, _)| shown().contains(omega));
         let points = lower_points(&system, &structure, &bounds).map_err(|reason| failed(reason.into()))?;
         let lower = bounds.lower.as_ref();
-        let found = lower.map(|found| vehicle::values(&frozen, &found.delta));
-        let worst = found.as_ref().map_or_else(Vec::new, |values| {
+        let perturbation = lower.map(|perturbation| vehicle::values(&frozen, &perturbation.delta));
+        let worst = perturbation.as_ref().map_or_else(Vec::new, |values| {
             let shares = shares(&system, &model.blocks, values);
             ordered(&model.blocks, values, &shares)
         });
-        let unstable = match &found {
+        let unstable = match &perturbation {
             Some(values) => unstable_at(subject, &frozen, values, bounds.lower.as_ref())?,
             None => [None; 2],
         };
@@ -145,12 +145,12 @@ fn upper_curve(
     let mut start = None;
     let at = |omega: f64| {
         let m = response(system, omega)?;
-        let found = upper_bound_with(
+        let bound = upper_bound_with(
             &m,
             structure,
             UpperBoundOptions { tight: DRAWN, from: start.as_ref(), ..UpperBoundOptions::default() },
         );
-        Some(found.map(|bound| {
+        Some(bound.map(|bound| {
             start = Some(bound.start);
             (omega, bound.value)
         }))

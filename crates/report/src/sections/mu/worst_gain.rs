@@ -36,11 +36,11 @@ impl WorstGain {
             });
             worst_case_gain(&whole?).ok()
         };
-        let found = PARTS.map(at);
+        let gains = PARTS.map(at);
         Self {
             nominal: unperturbed(system, structure).hinf_norm().value,
-            at: found.each_ref().map(|g| g.as_ref().map(|g| (g.upper, g.worst.gain))),
-            vehicle: found.each_ref().map(|g| vehicle(&g.as_ref()?.worst.delta)),
+            at: gains.each_ref().map(|g| g.as_ref().map(|g| (g.upper, g.worst.gain))),
+            vehicle: gains.each_ref().map(|g| vehicle(&g.as_ref()?.worst.delta)),
         }
     }
 }
