@@ -20,6 +20,7 @@ pub struct Controller {
 
 /// Errors of the controller.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum ControllerError {
     /// The design cannot be read.
     #[error(transparent)]
@@ -32,12 +33,7 @@ pub enum ControllerError {
     Tick(#[from] TickError),
     /// More ticks are due at once than in any flight, which only a manipulated state can cause.
     #[error("the next tick belongs to {tick} s, and the flight has come to {time} s without it")]
-    Behind {
-        /// Time of the next tick in s.
-        tick: f64,
-        /// Time reached in s.
-        time: f64,
-    },
+    Behind { tick: f64, time: f64 },
 }
 
 impl Controller {

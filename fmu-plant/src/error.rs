@@ -7,6 +7,7 @@ use crate::resources::LPV_RESOURCE;
 
 /// Errors of the plant.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum PlantError {
     /// A resource cannot be read.
     #[error(transparent)]
@@ -19,12 +20,7 @@ pub enum PlantError {
     Lpv(#[from] LpvModelError),
     /// The LPV model is that of another vehicle.
     #[error("resources/{LPV_RESOURCE} is the LPV model of '{found}', and the vehicle is '{expected}'")]
-    OtherVehicle {
-        /// The vehicle of the LPV model.
-        found: String,
-        /// The vehicle itself.
-        expected: String,
-    },
+    OtherVehicle { found: String, expected: String },
     /// A coefficient is not allowed.
     #[error("the vehicle cannot start: {0}")]
     Coefficients(#[from] CoefficientError),
@@ -42,12 +38,7 @@ pub enum PlantError {
     Simulation(#[from] SimulationError),
     /// The plant's time is not that of the flight, which only a manipulated state can cause.
     #[error("the plant's clock shows {clock} s, and the flight has come to {time} s")]
-    OtherTime {
-        /// The plant's time in s.
-        clock: f64,
-        /// The time reached in s.
-        time: f64,
-    },
+    OtherTime { clock: f64, time: f64 },
 }
 
 /// Adds the file's name, which only the message about bad JSON contains already.

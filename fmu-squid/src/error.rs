@@ -8,6 +8,7 @@ use scheduled::{MANOEUVRE_RESOURCE, ManoeuvreError};
 
 /// Errors of the loop.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum ClosedLoopError {
     /// A resource cannot be read.
     #[error(transparent)]
@@ -26,22 +27,12 @@ pub enum ClosedLoopError {
     Manoeuvre(#[from] ManoeuvreError),
     /// The controller is for another vehicle.
     #[error("resources/{CONTROLLER_RESOURCE} is the design for '{found}', and the vehicle is '{expected}'")]
-    OtherVehicle {
-        /// The vehicle of the design.
-        found: String,
-        /// The vehicle of the vehicle file.
-        expected: String,
-    },
+    OtherVehicle { found: String, expected: String },
     /// The controller commands other actuators than the vehicle has.
     #[error(
         "resources/{CONTROLLER_RESOURCE} commands {}, and the actuators of the vehicle are {}",
         found.join(", "),
         expected.join(", ")
     )]
-    OtherActuators {
-        /// Names in the design.
-        found: Vec<String>,
-        /// Names in the vehicle file.
-        expected: Vec<String>,
-    },
+    OtherActuators { found: Vec<String>, expected: Vec<String> },
 }

@@ -31,21 +31,14 @@ pub struct DisplayUnit {
 
 /// Why a unit could not be read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum UnitError {
     /// A symbol that is neither an SI base unit nor one of the derived units known here.
     #[error("unit '{unit}' has the unknown symbol '{symbol}'")]
-    UnknownSymbol {
-        /// The whole unit.
-        unit: String,
-        /// The symbol.
-        symbol: String,
-    },
+    UnknownSymbol { unit: String, symbol: String },
     /// More than one `/`, after which the order of operations is ambiguous.
     #[error("unit '{unit}' has more than one '/'")]
-    SeveralSlashes {
-        /// The whole unit.
-        unit: String,
-    },
+    SeveralSlashes { unit: String },
 }
 
 impl BaseUnit {

@@ -12,13 +12,11 @@ use crate::{
 
 /// Why the XML could not be written.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum WriteError {
     /// The description breaks the standard.
     #[error("the model description breaks the standard: {}", joined(problems))]
-    Problems {
-        /// Every violated rule.
-        problems: Vec<Problem>,
-    },
+    Problems { problems: Vec<Problem> },
     /// The XML writer failed.
     #[error("the model description could not be written: {0}")]
     Writer(#[from] io::Error),

@@ -5,6 +5,7 @@ use thiserror::Error as ThisError;
 
 /// An error that ends the command with one message.
 #[derive(Debug, ThisError)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum Error {
     /// The design failed, or a file of it is wrong.
     #[error(transparent)]
@@ -17,49 +18,22 @@ pub enum Error {
     Package(#[from] squid_package::error::Error),
     /// A number on the command line is outside what is allowed.
     #[error("{name} is {found}; it must be {allowed}")]
-    Argument {
-        /// The option.
-        name: &'static str,
-        /// As given.
-        found: String,
-        /// What is allowed.
-        allowed: String,
-    },
+    Argument { name: &'static str, found: String, allowed: String },
     /// A record of a flight cannot be plotted.
     #[error("{path}: {reason}")]
-    Record {
-        /// The file.
-        path: String,
-        /// Why.
-        reason: String,
-    },
+    Record { path: String, reason: String },
     /// A problem file is wrong.
     #[error("{file}: {reason}")]
-    Problem {
-        /// The file.
-        file: String,
-        /// The key, its value, and what is allowed.
-        reason: String,
-    },
+    Problem { file: String, reason: String },
     /// mu has no bound.
     #[error("{file}: {reason}")]
-    Mu {
-        /// The problem file.
-        file: String,
-        /// Why.
-        reason: lpv::mu::sweep::SweepError,
-    },
+    Mu { file: String, reason: lpv::mu::sweep::SweepError },
     /// The bound of a finished design is not proved.
     #[error(
         "NOT PROVED: {reason}\nThe design is in {directory}, for inspection; it proves nothing, and `squid \
             package` refuses it"
     )]
-    NotProved {
-        /// The directory of the design.
-        directory: String,
-        /// Why.
-        reason: String,
-    },
+    NotProved { directory: String, reason: String },
 }
 
 impl Error {

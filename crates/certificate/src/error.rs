@@ -5,136 +5,63 @@ use thiserror::Error;
 
 /// Why a text is not a certificate.
 #[derive(Debug, Error)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum ReadError {
     /// The text is not JSON, a key occurs twice, or a number is not a finite f64.
     #[error("the certificate is not JSON with finite numbers: {0}")]
     Json(#[from] serde_json::Error),
     /// Another format, or another version of it.
     #[error("format: found {found}, allowed is \"{allowed}\"")]
-    Format {
-        /// The format in the file.
-        found: String,
-        /// The format that can be read.
-        allowed: &'static str,
-    },
+    Format { found: String, allowed: &'static str },
     /// A key is missing.
     #[error("{field}: missing; {object} must have the keys {keys}")]
-    Missing {
-        /// The key with its path.
-        field: String,
-        /// The object that lacks it.
-        object: String,
-        /// The keys that it must have.
-        keys: String,
-    },
+    Missing { field: String, object: String, keys: String },
     /// A key that the format does not know.
     #[error("{field}: unknown key; {object} may have the keys {keys}")]
-    Unknown {
-        /// The key with its path.
-        field: String,
-        /// The object that has it.
-        object: String,
-        /// The keys that it may have.
-        keys: String,
-    },
+    Unknown { field: String, object: String, keys: String },
     /// A value of the wrong kind.
     #[error("{field}: found {found}, allowed is {allowed}")]
-    Kind {
-        /// The field with its path.
-        field: String,
-        /// The value in the file.
-        found: String,
-        /// What is allowed.
-        allowed: &'static str,
-    },
+    Kind { field: String, found: String, allowed: &'static str },
     /// A matrix whose number of rows is wrong.
     #[error("{field}: found {found} rows, must have {expected} ({meaning})")]
-    Rows {
-        /// The matrix.
-        field: String,
-        /// Its rows.
-        found: usize,
-        /// The rows that it must have.
-        expected: usize,
-        /// The signal of the rows.
-        meaning: &'static str,
-    },
+    Rows { field: String, found: usize, expected: usize, meaning: &'static str },
     /// A row whose length is wrong.
     #[error("{field}: row {row} has {found} numbers, must have {expected} ({meaning})")]
     Columns {
-        /// The matrix.
         field: String,
         /// The first row that does not fit, from 0.
         row: usize,
-        /// Its numbers.
         found: usize,
-        /// The numbers that it must have.
         expected: usize,
-        /// The signal of the columns.
         meaning: &'static str,
     },
     /// A signal without components, for which the claim is empty.
     #[error("{field}: has no {part}, must have at least one ({meaning})")]
-    Empty {
-        /// The matrix that determines its size.
-        field: &'static str,
-        /// `rows` or `columns`.
-        part: &'static str,
-        /// The signal.
-        meaning: &'static str,
-    },
+    Empty { field: &'static str, part: &'static str, meaning: &'static str },
     /// The repetitions do not add up to the channels of the matrices.
     #[error("{field}: adds up to {found}, but {matrix} has {expected} rows: one for each channel")]
-    Blocks {
-        /// `blocks` or `controller_blocks`.
-        field: &'static str,
-        /// The sum.
-        found: usize,
-        /// The matrix with a row for each channel.
-        matrix: &'static str,
-        /// Its rows.
-        expected: usize,
-    },
+    Blocks { field: &'static str, found: usize, matrix: &'static str, expected: usize },
     /// A loop that is larger than can be proved in reasonable time and memory.
     #[error("the inequality has {rows} rows, at most {most} are proved")]
-    Large {
-        /// Its rows.
-        rows: usize,
-        /// The most.
-        most: usize,
-    },
+    Large { rows: usize, most: usize },
     /// A bounded rate of other than one parameter.
     #[error("bounded_rate: is of 1 parameter, but blocks and controller_blocks have {found}")]
-    NotOneParameter {
-        /// The parameters.
-        found: usize,
-    },
+    NotOneParameter { found: usize },
     /// A bounded rate with model error, without the model error.
     #[error("bounded_rate.residual: needs the section residual, which has E, F and Fu")]
     NoModelError,
     /// A list whose length is wrong.
     #[error("{field}: has {found} entries, must have {expected}")]
-    Length {
-        /// The list.
-        field: String,
-        /// Its entries.
-        found: usize,
-        /// What it must have.
-        expected: String,
-    },
+    Length { field: String, found: usize, expected: String },
     /// Breakpoints that do not ascend from -1 to 1.
     #[error("{field}: must ascend from -1 to 1")]
-    Breakpoints {
-        /// The list.
-        field: String,
-    },
+    Breakpoints { field: String },
     /// A parameter on which neither plant nor controller depends.
     #[error(
         "{field}[{index}]: is 0 or missing in blocks and controller_blocks alike, must be above 0 in one of \
             them: no channel has parameter {index}"
     )]
     NoChannel {
-        /// `blocks`, or `controller_blocks` where the other list is shorter.
         field: &'static str,
         /// The parameter, from 0.
         index: usize,
@@ -211,6 +138,7 @@ impl fmt::Display for Claim {
 
 /// The first thing that failed in a proof. Rows and columns count from 0.
 #[derive(Debug, Error)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum Failure {
     /// The sizes of a certificate that was built in memory do not agree.
     #[error("not proved: {0}")]
@@ -223,39 +151,22 @@ pub enum Failure {
     NotWellPosed,
     /// A number that must be positive is not.
     #[error("{claim} is not proved: {name} is {found:e}, must be above 0")]
-    NotPositive {
-        /// The claim.
-        claim: Claim,
-        /// `gamma` or `lambda`.
-        name: &'static str,
-        /// Its value.
-        found: f64,
-    },
+    NotPositive { claim: Claim, name: &'static str, found: f64 },
     /// A bound on a magnitude is negative.
     #[error("the claim of a bounded rate is not proved: the rate is {rate:e}, must be at least 0")]
-    NegativeRate {
-        /// The rate.
-        rate: f64,
-    },
+    NegativeRate { rate: f64 },
     /// Two entries that must be equal, or opposite, are not.
     #[error(
         "{claim} is not proved: {matrix} is not {property}: entry [{row}][{column}] is {entry:e}, entry \
             [{column}][{row}] is {mirror:e}"
     )]
     NotMirrored {
-        /// The claim.
         claim: Claim,
-        /// The matrix.
         matrix: Proved,
-        /// `symmetric` or `skew`.
         property: &'static str,
-        /// The row.
         row: usize,
-        /// The column.
         column: usize,
-        /// The entry.
         entry: f64,
-        /// The entry across the diagonal.
         mirror: f64,
     },
     /// A scaling couples channels of different parameters.
@@ -264,15 +175,10 @@ pub enum Failure {
          because channel {row} carries parameter {row_parameter} and channel {column} parameter {column_parameter}"
     )]
     NotCommuting {
-        /// The claim.
         claim: Claim,
-        /// The matrix.
         matrix: Proved,
-        /// The row.
         row: usize,
-        /// The column.
         column: usize,
-        /// The entry.
         entry: f64,
         /// The parameter of the row, from 0.
         row_parameter: usize,
@@ -281,14 +187,7 @@ pub enum Failure {
     },
     /// No factor shows that a matrix is definite.
     #[error("{claim} is not proved: {matrix} is not shown to be {sign} definite")]
-    NotShown {
-        /// The claim.
-        claim: Claim,
-        /// The matrix.
-        matrix: Proved,
-        /// `positive` or `negative`, as required.
-        sign: &'static str,
-    },
+    NotShown { claim: Claim, matrix: Proved, sign: &'static str },
     /// A matrix is not definite.
     #[error(
         "{claim} is not proved: {matrix} is not {sign} definite: in its elimination the pivot of row {row}, \
@@ -296,21 +195,13 @@ pub enum Failure {
         signed(*pivot, *exactly_zero), if *sign == "positive" { "above" } else { "below" }
     )]
     NotDefinite {
-        /// The claim.
         claim: Claim,
-        /// The matrix.
         matrix: Proved,
-        /// `positive` or `negative`, as required.
         sign: &'static str,
-        /// The row of the matrix.
         row: usize,
-        /// The block of rows: of the inequality x, wt, w_Delta, w, zt, z_Delta or z; the matrix itself otherwise.
         block: &'static str,
-        /// The row within the block.
         row_in_block: usize,
-        /// The pivot, rounded.
         pivot: f64,
-        /// Whether the pivot is zero and not merely small.
         exactly_zero: bool,
     },
 }

@@ -19,6 +19,7 @@ pub use uncertain::{ConstantError, RobustError, UncertainError};
 
 /// The error of a design.
 #[derive(Debug, ThisError)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum Error {
     /// A vehicle file or a design file is wrong.
     #[error(transparent)]
@@ -34,12 +35,7 @@ pub enum Error {
     Synthesis(#[from] lpv::error::SynthesisError),
     /// No controller for a vehicle, with remarks on possible causes in the problem.
     #[error("{reason}{}", remarks.iter().map(|r| format!("\n  remark: {r}")).collect::<String>())]
-    NoController {
-        /// Why.
-        reason: lpv::error::SynthesisError,
-        /// Remarks on the problem.
-        remarks: Vec<String>,
-    },
+    NoController { reason: lpv::error::SynthesisError, remarks: Vec<String> },
     /// There is no robust controller.
     #[error(transparent)]
     Robust(#[from] RobustError),
@@ -54,7 +50,6 @@ pub enum Error {
     MuAtSpeed {
         /// Speed along the path, m/s.
         speed: f64,
-        /// Why.
         reason: lpv::mu::sweep::SweepError,
     },
     /// The finished controller failed a check.

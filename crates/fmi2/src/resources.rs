@@ -12,35 +12,20 @@ pub struct Resources {
 
 /// Why a resource cannot be used.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum ResourceError {
     /// A folder or file that cannot be read.
     #[error("'{}' cannot be read: {source}", path.display())]
-    Unreadable {
-        /// The folder or file.
-        path: PathBuf,
-        /// The system's message.
-        source: io::Error,
-    },
+    Unreadable { path: PathBuf, source: io::Error },
     /// A file name that is not Unicode, and so has no definite bytes in the GUID.
     #[error("the name of '{}' is not Unicode", path.display())]
-    NameNotUnicode {
-        /// The file.
-        path: PathBuf,
-    },
+    NameNotUnicode { path: PathBuf },
     /// A missing file.
     #[error("resources/{name} is missing")]
-    Missing {
-        /// The file.
-        name: String,
-    },
+    Missing { name: String },
     /// A text file that is not UTF-8.
     #[error("resources/{name} is not UTF-8 text from byte {valid_up_to} on")]
-    NotText {
-        /// The file.
-        name: String,
-        /// Length of the part that is text.
-        valid_up_to: usize,
-    },
+    NotText { name: String, valid_up_to: usize },
 }
 
 impl Resources {

@@ -4,27 +4,17 @@ use std::path::PathBuf;
 
 /// Why a resource location cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum UriError {
     /// The URI does not begin with `file:`.
     #[error("the resource location '{uri}' is not a file URI such as file:///path/resources")]
-    NotFile {
-        /// What was given.
-        uri: String,
-    },
+    NotFile { uri: String },
     /// A host other than this one.
     #[error("the resource location '{uri}' names the host '{host}'; only local files can be read")]
-    Remote {
-        /// What was given.
-        uri: String,
-        /// The host.
-        host: String,
-    },
+    Remote { uri: String, host: String },
     /// A `%` that is not followed by two hexadecimal digits, or bytes that are not UTF-8.
     #[error("the resource location '{uri}' has a broken percent-encoding")]
-    BadEncoding {
-        /// What was given.
-        uri: String,
-    },
+    BadEncoding { uri: String },
 }
 
 /// Path of a file URI: `file:/p`, `file:///p`, `file:////p`, `file://localhost/p`, with or without a slash at the

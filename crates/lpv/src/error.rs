@@ -4,39 +4,26 @@ use thiserror::Error;
 
 /// A polynomial could not be fitted.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum FitError {
     /// There is nothing to fit.
     #[error("there are no samples to fit")]
     NoSamples,
     /// A polynomial of order d needs d + 1 different parameter values.
     #[error("{samples} different parameter values do not determine a polynomial of order {order}")]
-    TooFewSamples {
-        /// Different parameter values given.
-        samples: usize,
-        /// The order asked for.
-        order: usize,
-    },
+    TooFewSamples { samples: usize, order: usize },
     /// All samples are matrices of one shape.
     #[error("the sample at rho = {rho} is {found:?}, the first is {expected:?}")]
-    UnlikeShapes {
-        /// Where.
-        rho: f64,
-        /// Shape of the first sample.
-        expected: (usize, usize),
-        /// Shape of this one.
-        found: (usize, usize),
-    },
+    UnlikeShapes { rho: f64, expected: (usize, usize), found: (usize, usize) },
 }
 
 /// An LFT has no value.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum LftError {
     /// `I - D Theta` is singular.
     #[error("the linear fractional transformation is not well posed at theta = {theta:?}")]
-    NotWellPosed {
-        /// Where.
-        theta: Vec<f64>,
-    },
+    NotWellPosed { theta: Vec<f64> },
     /// The inverse of an LFT needs the inverse of its constant part.
     #[error("the value at theta = 0 is singular: the inverse does not exist there")]
     SingularConstant,
@@ -56,6 +43,7 @@ pub struct ShapeError {
 
 /// A tracking problem makes no generalised plant.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum AugmentError {
     /// A part does not fit the others.
     #[error(transparent)]
@@ -63,13 +51,10 @@ pub enum AugmentError {
     /// A number makes a weight improper, unstable or infinite.
     #[error("{name} {index} is {found}; it must be {allowed}")]
     Number {
-        /// What it is.
         name: &'static str,
         /// Of which output or input, from 1.
         index: usize,
-        /// Its value.
         found: f64,
-        /// What is allowed.
         allowed: &'static str,
     },
 }
@@ -77,6 +62,7 @@ pub enum AugmentError {
 /// Synthesis did not give a controller: the problem is infeasible ([`SynthesisError::is_infeasible`]), what was asked
 /// beyond feasibility was not met ([`SynthesisError::TooFast`]), the input is wrong, or the numerics failed.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum SynthesisError {
     /// A mode that no input reaches does not decay.
     #[error(
@@ -113,10 +99,7 @@ pub enum SynthesisError {
     NotQuadraticallyDetectable,
     /// The solver proved that no gamma works.
     #[error("the matrix inequalities of '{stage}' have no solution (the solver holds a certificate of that)")]
-    Infeasible {
-        /// Which of the inequalities.
-        stage: &'static str,
-    },
+    Infeasible { stage: &'static str },
     /// The least gamma is above the limit that was asked for.
     #[error(
         "the least gamma is {optimum:.4e}, {:.1} % above the limit {limit:.4e}{}",
@@ -124,9 +107,7 @@ pub enum SynthesisError {
         dominant_words(dominant)
     )]
     AboveLimit {
-        /// The least gamma.
         optimum: f64,
-        /// The limit.
         limit: f64,
         /// The channel that dominates in the loop of the best controller, frozen at Theta = 0: output z, input w
         /// (from 1), and frequency in rad/s.
@@ -151,12 +132,7 @@ pub enum SynthesisError {
     NotWellPosed,
     /// The solver stopped without an answer that holds.
     #[error("numerical failure in '{stage}': {diagnosis}")]
-    Numerical {
-        /// Which step.
-        stage: &'static str,
-        /// What was found.
-        diagnosis: String,
-    },
+    Numerical { stage: &'static str, diagnosis: String },
     /// The plant's matrices do not fit together.
     #[error(transparent)]
     Shape(#[from] ShapeError),
@@ -195,34 +171,23 @@ fn shown(v: f64) -> f64 {
 
 /// There is no gain at a bounded rate of the parameter.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum RateError {
     /// There is nothing to analyse.
     #[error("there are no samples of the system")]
     NoSamples,
     /// Samples are given in ascending order of the parameter.
     #[error("the sample at theta = {theta} does not lie above the one before it")]
-    NotAscending {
-        /// Where.
-        theta: f64,
-    },
+    NotAscending { theta: f64 },
     /// All samples are systems of one shape.
     #[error("the sample at theta = {theta}: {source}")]
-    Shape {
-        /// Where.
-        theta: f64,
-        /// What does not fit.
-        source: ShapeError,
-    },
+    Shape { theta: f64, source: ShapeError },
     /// A rate is a number, zero or more.
     #[error("the bound on the rate of the parameter is {rate}, it must be zero or more")]
-    NegativeRate {
-        /// What was given.
-        rate: f64,
-    },
+    NegativeRate { rate: f64 },
     /// A system that is unstable at a constant parameter has no finite gain.
     #[error("the system at theta = {theta} has a mode with real part {re:.3e}")]
     Unstable {
-        /// Where.
         theta: f64,
         /// The largest real part of its modes, rad/s.
         re: f64,

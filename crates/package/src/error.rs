@@ -8,113 +8,56 @@ use thiserror::Error as ThisError;
 
 /// Why a design could not be packed, or an FMU not be verified.
 #[derive(Debug, ThisError)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum Error {
     /// The design is wrong.
     #[error(transparent)]
     Design(#[from] squid_design::error::Error),
     /// A platform that is not known.
     #[error("the platform is {found}; it must be {allowed}")]
-    UnknownPlatform {
-        /// As given.
-        found: String,
-        /// What is allowed.
-        allowed: String,
-    },
+    UnknownPlatform { found: String, allowed: String },
     /// A frozen design gives no valid FMU.
     #[error(transparent)]
     Describe(#[from] fmi2::DescribeError),
     /// A shared library is missing.
     #[error("{library} is not in {places}; build it with `{how}`, or name its directory with --binaries")]
-    NoBinary {
-        /// The file.
-        library: String,
-        /// The command that builds it.
-        how: String,
-        /// Where it was looked for.
-        places: String,
-    },
+    NoBinary { library: String, how: String, places: String },
     /// FMI 2.0 has no name for this platform.
     #[error("FMI 2.0 has no name for the platform {os} on {arch}")]
-    Platform {
-        /// Operating system.
-        os: &'static str,
-        /// Processor.
-        arch: &'static str,
-    },
+    Platform { os: &'static str, arch: &'static str },
     /// A file is no FMU that every tool unpacks alike.
     #[error("{path}: {reason}")]
-    Archive {
-        /// The FMU.
-        path: String,
-        /// Why.
-        reason: ArchiveError,
-    },
+    Archive { path: String, reason: ArchiveError },
     /// The zip could not be made.
     #[error("{path}: {reason}")]
-    Zip {
-        /// The file.
-        path: String,
-        /// Why.
-        reason: zip::result::ZipError,
-    },
+    Zip { path: String, reason: zip::result::ZipError },
     /// The system of plant and controller could not be described.
     #[error("{path}: {reason}")]
-    Ssp {
-        /// The file.
-        path: String,
-        /// Why.
-        reason: std::io::Error,
-    },
+    Ssp { path: String, reason: std::io::Error },
     /// The resources of an FMU are not those that it was packed with.
     #[error(
         "{path}: its resources were changed after it was packed, or another version of squid packed it (the \
             GUID differs)"
     )]
-    WrongGuid {
-        /// The FMU.
-        path: String,
-    },
+    WrongGuid { path: String },
     /// The model description of an FMU is not the one that it was packed with.
     #[error("{path}: its modelDescription.xml was changed after it was packed")]
-    WrongDescription {
-        /// The FMU.
-        path: String,
-    },
+    WrongDescription { path: String },
     /// An FMU is not what vehicle and design file make.
     #[error("{path}: it is not what these vehicle and design files make: {reason}")]
-    NotOfInputs {
-        /// The FMU.
-        path: String,
-        /// The first thing that differs.
-        reason: String,
-    },
+    NotOfInputs { path: String, reason: String },
     /// The FMU contains no certificate.
     #[error("{path}: it contains no resources/{name}, so there is nothing to verify")]
-    NoCertificate {
-        /// The FMU.
-        path: String,
-        /// The resource.
-        name: String,
-    },
+    NoCertificate { path: String, name: String },
     /// A controller without proof is not packed.
     #[error(
         "the controller in {directory} is not certified: {reason}\nThe FMUs are not written. With --allow-uncertified \
          they are, and say that they are uncertified"
     )]
-    Uncertified {
-        /// The directory of the design.
-        directory: String,
-        /// Why.
-        reason: String,
-    },
+    Uncertified { directory: String, reason: String },
     /// What was said of a file that does not name it.
     #[error("{path}: {reason}")]
-    Of {
-        /// The file.
-        path: String,
-        /// What was said.
-        reason: Box<Error>,
-    },
+    Of { path: String, reason: Box<Error> },
 }
 
 squid_design::by_way_of_the_design!(

@@ -5,6 +5,7 @@ use thiserror::Error as ThisError;
 
 /// Why a report, or a section of it, could not be made.
 #[derive(Debug, ThisError)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum Error {
     /// The design that it is about is wrong.
     #[error(transparent)]
@@ -14,12 +15,7 @@ pub enum Error {
     Flight(#[from] squid_flight::error::Error),
     /// A plot could not be drawn.
     #[error("{path}: the plot cannot be drawn: {reason}")]
-    Plot {
-        /// The file.
-        path: String,
-        /// Why.
-        reason: String,
-    },
+    Plot { path: String, reason: String },
     /// A report's figure is of pitch.
     #[error("the design tracks no pitch, so that there is no response of pitch to show")]
     PitchNotTracked,

@@ -93,22 +93,17 @@ impl Trim {
 
 /// Why there is no trim.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum TrimError {
     /// The coefficients are not allowed.
     #[error(transparent)]
     Coefficients(#[from] CoefficientError),
     /// The speed is not a positive number.
     #[error("the trim speed is {} m/s, and must be a number above zero", Rounded(*speed))]
-    SpeedNotPositive {
-        /// The speed asked for.
-        speed: f64,
-    },
+    SpeedNotPositive { speed: f64 },
     /// The depth is not a number.
     #[error("the trim depth is {} m, and must be a finite number", Rounded(*depth))]
-    DepthNotFinite {
-        /// The depth asked for.
-        depth: f64,
-    },
+    DepthNotFinite { depth: f64 },
     /// No incidence and outputs balance the forces.
     #[error(
         "no level trim at {} m/s and {} m: lift and actuators do not balance a weight of {} N, a buoyancy of \
@@ -140,17 +135,11 @@ pub enum TrimError {
         speed: f64,
         /// The depth asked for \[m\].
         depth: f64,
-        /// The actuator.
         actuator: String,
-        /// The output that trim needs.
         needed: f64,
-        /// By how much that is beyond the limit.
         excess: f64,
-        /// Least output.
         min: f64,
-        /// Greatest output.
         max: f64,
-        /// Unit of the output.
         unit: &'static str,
     },
 }

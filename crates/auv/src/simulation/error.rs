@@ -6,52 +6,26 @@ use crate::simulation::integrator::IntegrationError;
 
 /// A wrong input, or a failure of the integration.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum SimulationError {
     /// An input is not a finite number.
     #[error("the input {input} is {found}, and must be a finite number")]
-    InputNotFinite {
-        /// The input.
-        input: &'static str,
-        /// Its value.
-        found: f64,
-    },
+    InputNotFinite { input: &'static str, found: f64 },
     /// There is no such actuator.
     #[error("there is no actuator {index}: the vehicle has {actuators}, counted from 0")]
-    NoSuchActuator {
-        /// The index asked for.
-        index: usize,
-        /// The number of actuators.
-        actuators: usize,
-    },
+    NoSuchActuator { index: usize, actuators: usize },
     /// A trim has another number of actuators than the vehicle.
     #[error("the trim is for {found} actuators, and the vehicle has {expected}")]
-    TrimActuators {
-        /// Actuators of the trim.
-        found: usize,
-        /// Actuators of the vehicle.
-        expected: usize,
-    },
+    TrimActuators { found: usize, expected: usize },
     /// The LPV model is selected but the plant has none.
     #[error("the plant has no LPV model")]
     NoLpvModel,
     /// The time to advance to is before the present one.
     #[error("cannot go from {from} s back to {to} s")]
-    Backwards {
-        /// The time reached.
-        from: f64,
-        /// The time asked for.
-        to: f64,
-    },
+    Backwards { from: f64, to: f64 },
     /// The equations could not be integrated; the plant stays where it was.
     #[error("between {from} s and {to} s: {source}")]
-    Integration {
-        /// The time reached.
-        from: f64,
-        /// The time asked for.
-        to: f64,
-        /// The reason.
-        source: IntegrationError,
-    },
+    Integration { from: f64, to: f64, source: IntegrationError },
 }
 
 /// Refuses an input that is not a finite number.

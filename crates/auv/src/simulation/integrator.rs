@@ -38,16 +38,14 @@ type Dop853 = ExplicitRungeKutta<Ordinary, DormandPrince, f64, Body, 8, 12, 16>;
 
 /// Why the equations of motion could not be integrated.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum IntegrationError {
     /// No step is small enough: the motion diverges.
     #[error("no step above {SMALLEST_STEP} s is accurate enough")]
     StepTooSmall,
     /// The motion is too fast: the interval would take too many steps.
     #[error("more than {steps} steps are needed: the motion is too fast for a vehicle")]
-    TooManySteps {
-        /// The steps taken.
-        steps: usize,
-    },
+    TooManySteps { steps: usize },
     /// The motion is no longer finite.
     #[error("the motion is not a finite number")]
     NotFinite,

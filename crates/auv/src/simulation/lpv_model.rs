@@ -61,49 +61,23 @@ pub struct LpvModel {
 
 /// What is wrong with an LPV model.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum LpvModelError {
     /// The text is not the JSON of an LPV model.
     #[error("{file}: not an LPV model: {message}")]
-    NotJson {
-        /// The file, as it was named.
-        file: String,
-        /// The parser's reason, with line and column.
-        message: String,
-    },
+    NotJson { file: String, message: String },
     /// The file is of another format or version.
     #[error("`format` is \"{found}\", and must be \"{LPV_MODEL_FORMAT}\"")]
-    Format {
-        /// The format in the file.
-        found: String,
-    },
+    Format { found: String },
     /// A matrix has the wrong shape.
     #[error("`{matrix}[{order}]` is {found}, and must be {rows} x {columns}")]
-    Shape {
-        /// `a` or `b`.
-        matrix: &'static str,
-        /// The power of rho that it multiplies.
-        order: usize,
-        /// The shape in the file.
-        found: String,
-        /// Rows expected.
-        rows: usize,
-        /// Columns expected.
-        columns: usize,
-    },
+    Shape { matrix: &'static str, order: usize, found: String, rows: usize, columns: usize },
     /// There is no coefficient matrix at all.
     #[error("`{matrix}` is empty, and must hold at least one matrix")]
-    Empty {
-        /// `a`, `b` or `trim`.
-        matrix: &'static str,
-    },
+    Empty { matrix: &'static str },
     /// A number is not finite.
     #[error("`{key}` holds {found}, and must hold finite numbers")]
-    NotFinite {
-        /// The key.
-        key: &'static str,
-        /// Its value.
-        found: f64,
-    },
+    NotFinite { key: &'static str, found: f64 },
     /// The half range of speed is not positive.
     #[error("`speed_half_range` is {found} m/s, and must be above zero")]
     HalfRange {
@@ -112,24 +86,10 @@ pub enum LpvModelError {
     },
     /// The speeds of the trim table do not rise.
     #[error("`trim[{row}].speed` is {found} m/s after {previous} m/s, and speeds must rise")]
-    SpeedsNotRising {
-        /// The row.
-        row: usize,
-        /// Its speed.
-        found: f64,
-        /// The speed of the row before.
-        previous: f64,
-    },
+    SpeedsNotRising { row: usize, found: f64, previous: f64 },
     /// The model was made for a vehicle with another number of actuators.
     #[error("`{key}` is for {found} actuators, and the vehicle has {expected}")]
-    Actuators {
-        /// `b` or `trim`.
-        key: &'static str,
-        /// Actuators of the model.
-        found: usize,
-        /// Actuators of the vehicle.
-        expected: usize,
-    },
+    Actuators { key: &'static str, found: usize, expected: usize },
 }
 
 impl LpvModel {

@@ -53,13 +53,11 @@ impl std::error::Error for FileError {}
 
 /// What is wrong with a file.
 #[derive(Debug, Error)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum FileProblem {
     /// The file cannot be opened.
     #[error("cannot be read: {source}")]
-    Unreadable {
-        /// The system's reason.
-        source: std::io::Error,
-    },
+    Unreadable { source: std::io::Error },
     /// There is no such file.
     #[error("there is no such file")]
     NotFound,
@@ -71,74 +69,31 @@ pub enum FileProblem {
     Link,
     /// The text is not UTF-8.
     #[error("the text is not UTF-8 but {found}; save the file as UTF-8")]
-    Encoding {
-        /// What it seems to be.
-        found: String,
-    },
+    Encoding { found: String },
     /// The text is not TOML.
     #[error("this is not TOML: {message}")]
-    NotToml {
-        /// The parser's reason.
-        message: String,
-    },
+    NotToml { message: String },
     /// A key or a table that occurs twice.
     #[error("'{key}' stands here a second time; each key and each table of keys may stand once")]
-    Twice {
-        /// The key.
-        key: String,
-    },
+    Twice { key: String },
     /// An unknown key.
     #[error("unknown key '{key}'{}; allowed here: {allowed}", suggest(suggestion))]
-    UnknownKey {
-        /// The key, with the table that contains it.
-        key: String,
-        /// The most similar allowed key.
-        suggestion: Option<String>,
-        /// All allowed keys.
-        allowed: String,
-    },
+    UnknownKey { key: String, suggestion: Option<String>, allowed: String },
     /// A missing key.
     #[error("missing key '{key}': {meaning}")]
-    MissingKey {
-        /// The key, with the table that should contain it.
-        key: String,
-        /// What the key means.
-        meaning: String,
-    },
+    MissingKey { key: String, meaning: String },
     /// A value of the wrong type, a number of the wrong sign or out of range, a word that is not in the list.
     #[error("'{key}' is {found}; it must be {allowed}")]
-    NotAllowed {
-        /// The key, with the table that contains it.
-        key: String,
-        /// The value in the file.
-        found: String,
-        /// What is allowed.
-        allowed: String,
-    },
+    NotAllowed { key: String, found: String, allowed: String },
     /// A text that must not be empty.
     #[error("'{key}' is empty; it must say something")]
-    EmptyText {
-        /// The key, with the table that contains it.
-        key: String,
-    },
+    EmptyText { key: String },
     /// A character that XML does not allow in a model description.
     #[error("'{key}' holds the character U+{:04X}; it must hold printable ones", u32::from(*found))]
-    Character {
-        /// The key, with the table that contains it.
-        key: String,
-        /// The character.
-        found: char,
-    },
+    Character { key: String, found: char },
     /// A unit that is not the expected one.
     #[error("'{key}' is in \"{found}\"; it must be in {expected}")]
-    WrongUnit {
-        /// The key, with the table that contains it.
-        key: String,
-        /// The unit in the file.
-        found: String,
-        /// The unit or units expected.
-        expected: String,
-    },
+    WrongUnit { key: String, found: String, expected: String },
     /// Mass and weight that do not agree.
     #[error(
         "'mass.weight' is {} N and 'mass.mass' times {gravity} m/s2 is {} N; they must agree within {:.0} % \
@@ -161,47 +116,22 @@ pub enum FileProblem {
          it must be above zero",
         rounded(*least_eigenvalue)
     )]
-    MassMatrixNotPositiveDefinite {
-        /// Least eigenvalue of its symmetric part (SI).
-        least_eigenvalue: f64,
-    },
+    MassMatrixNotPositiveDefinite { least_eigenvalue: f64 },
     /// The coefficients, taken together, are not allowed.
     #[error("{source}")]
-    Coefficient {
-        /// The reason.
-        source: CoefficientError,
-    },
+    Coefficient { source: CoefficientError },
     /// Two actuators with one name.
     #[error("the actuator name \"{name}\" is already taken at line {first_line}; names must differ")]
-    DuplicateActuator {
-        /// The name.
-        name: String,
-        /// The line of its first use.
-        first_line: usize,
-    },
+    DuplicateActuator { name: String, first_line: usize },
     /// Limits in the wrong order.
     #[error("'{key}.min' is {} {unit} and '{key}.max' is {} {unit}; min must be below max", number(*min), number(*max))]
-    LimitsReversed {
-        /// The actuator.
-        key: String,
-        /// Its least output.
-        min: f64,
-        /// Its greatest output.
-        max: f64,
-        /// Their unit.
-        unit: &'static str,
-    },
+    LimitsReversed { key: String, min: f64, max: f64, unit: &'static str },
     /// No actuator at all.
     #[error("no actuator: give at least one [[thruster]] or [[control_surface]]")]
     NoActuator,
     /// A coefficient that the vehicle does not have.
     #[error("[{section}]: {source}")]
-    UnknownCoefficient {
-        /// The section that names it.
-        section: &'static str,
-        /// The name, and the most similar one.
-        source: UnknownParameter,
-    },
+    UnknownCoefficient { section: &'static str, source: UnknownParameter },
 }
 
 fn suggest(suggestion: &Option<String>) -> String {

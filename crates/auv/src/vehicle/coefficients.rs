@@ -129,29 +129,18 @@ coefficients! {
 
 /// Why a set of coefficients is not allowed.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum CoefficientError {
     /// A coefficient is outside its allowed values.
     #[error("{key} is {} {unit}, and must be {}", Rounded(*found), allowed.describe())]
-    NotAllowed {
-        /// The coefficient.
-        key: &'static str,
-        /// Its value.
-        found: f64,
-        /// Its unit.
-        unit: &'static str,
-        /// The values that it may take.
-        allowed: Allowed,
-    },
+    NotAllowed { key: &'static str, found: f64, unit: &'static str, allowed: Allowed },
     /// The mass matrix, added mass included, is not positive definite.
     #[error(
         "the mass matrix (mass, I_yy, x_G, z_G and the added masses) is not positive definite: \
          its least eigenvalue is {}, and must be above zero",
         Rounded(*least_eigenvalue)
     )]
-    MassMatrixNotPositiveDefinite {
-        /// Least eigenvalue of its symmetric part (surge, heave, pitch; SI).
-        least_eigenvalue: f64,
-    },
+    MassMatrixNotPositiveDefinite { least_eigenvalue: f64 },
 }
 
 impl<D: Scalar> Coefficients<D> {

@@ -55,20 +55,14 @@ pub struct VehicleJsonError {
 
 /// What is wrong with the JSON of a vehicle, without the name of the file.
 #[derive(Debug, Error, PartialEq)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum JsonProblem {
     /// The text is not the JSON of a vehicle.
     #[error("not a vehicle: {0}")]
     NotJson(String),
     /// A word or number that is not allowed.
     #[error("`{key}` is {found}, and must be {allowed}")]
-    NotAllowed {
-        /// The key with its path.
-        key: String,
-        /// The value in the file.
-        found: String,
-        /// What is allowed.
-        allowed: &'static str,
-    },
+    NotAllowed { key: String, found: String, allowed: &'static str },
     /// A number that must be there.
     #[error("`{0}` is missing")]
     Missing(String),

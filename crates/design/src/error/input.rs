@@ -4,33 +4,21 @@ use thiserror::Error;
 
 /// What is wrong with the files that a design starts from.
 #[derive(Debug, Error)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum InputError {
     /// The vehicle's directory is not there.
     #[error("{directory}: there is no such directory; name one that contains vehicle.toml and design.toml")]
-    NoVehicle {
-        /// As given.
-        directory: String,
-    },
+    NoVehicle { directory: String },
     /// The vehicle file or the design file is wrong, or a file is not text.
     #[error(transparent)]
     File(#[from] auv::FileError),
     /// A bandwidth on the command line.
     #[error("--bandwidth is {}; it must be {}", auv::number(*found), crate::inputs::design_file::BANDWIDTH.words)]
-    Bandwidth {
-        /// As given.
-        found: f64,
-    },
+    Bandwidth { found: f64 },
     /// An actuator's name belongs to another variable of the FMUs.
     #[error(
         "{file}: an actuator cannot be called '{actuator}', because '{name}' is the name of another variable of \
             the FMUs"
     )]
-    ActuatorName {
-        /// The vehicle file.
-        file: String,
-        /// The actuator.
-        actuator: String,
-        /// The name that both would have.
-        name: String,
-    },
+    ActuatorName { file: String, actuator: String, name: String },
 }

@@ -4,18 +4,14 @@ use thiserror::Error;
 
 /// Why a certificate does not prove what is claimed of a design.
 #[derive(Debug, Error)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum ProofError {
     /// A certificate does not prove its claim.
     #[error(transparent)]
     Unproved(#[from] certificate::Failure),
     /// A certificate cannot be read.
     #[error("{file}: {reason}")]
-    Certificate {
-        /// The file.
-        file: String,
-        /// What is wrong.
-        reason: certificate::ReadError,
-    },
+    Certificate { file: String, reason: certificate::ReadError },
     /// A certificate claims less than the design does.
     #[error(
         "the certificate has no section 'residual', but the design is marked as certified for the vehicle: the rest \
@@ -25,16 +21,10 @@ pub enum ProofError {
     NoResidual,
     /// A certificate is of another controller.
     #[error("the certificate is not of this controller: {what} differs")]
-    Mismatch {
-        /// The first part that differs.
-        what: String,
-    },
+    Mismatch { what: String },
     /// A certificate is of another plant.
     #[error("the certificate is not of this plant: {what} differs")]
-    WrongPlant {
-        /// The first part that differs.
-        what: String,
-    },
+    WrongPlant { what: String },
     /// The ball of models of a certificate does not contain the vehicle.
     #[error(
         "the certificate's section 'residual' does not cover this vehicle: {}",
@@ -43,8 +33,5 @@ pub enum ProofError {
             |r| format!("the true linearisations reach {r:.4} times as far from the fit as the ball does")
         )
     )]
-    Ball {
-        /// How far the residual reaches, the ball's radius being 1.
-        reach: Option<f64>,
-    },
+    Ball { reach: Option<f64> },
 }

@@ -4,48 +4,30 @@ use thiserror::Error;
 
 /// Why a controller may not be shipped.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum Refusal {
     /// The loop with the fitted model is not stable.
     #[error(
         "at {speed:.3} m/s the loop with the fitted model has a mode with real part {real_part:.3e} rad/s"
     )]
-    UnstableFit {
-        /// Where.
-        speed: f64,
-        /// The largest real part.
-        real_part: f64,
-    },
+    UnstableFit { speed: f64, real_part: f64 },
     /// The loop with the true linearisation is not stable.
     #[error(
         "at {speed:.3} m/s the loop with the true linearisation has a mode with real part {real_part:.3e} rad/s"
     )]
-    UnstableTruth {
-        /// Where.
-        speed: f64,
-        /// The largest real part.
-        real_part: f64,
-    },
+    UnstableTruth { speed: f64, real_part: f64 },
     /// The frozen gain exceeds the bound.
     #[error("at {speed:.3} m/s the frozen gain is {gain:.6}, above the bound {bound:.6}")]
-    Gain {
-        /// Where.
-        speed: f64,
-        /// The gain.
-        gain: f64,
-        /// The bound.
-        bound: f64,
-    },
+    Gain { speed: f64, gain: f64, bound: f64 },
     /// The loop as it is sampled is not stable.
     #[error(
         "at {speed:.3} m/s the loop sampled at {sample_time} s, with the actuators' lags, is not stable (a \
             mode of modulus {radius:.4}); a shorter autopilot.sample_time is needed"
     )]
     UnstableSampled {
-        /// Where.
         speed: f64,
         /// The sample time, s.
         sample_time: f64,
-        /// The largest modulus.
         radius: f64,
     },
     /// The loop is not stable with the lags of the actuators, though the design may know them.
@@ -54,26 +36,13 @@ pub enum Refusal {
             however often it is sampled; 'lags = true' in [control] lets the design know the lags, else a lower \
             bandwidth or faster actuators are needed"
     )]
-    UnstableWithLags {
-        /// Where.
-        speed: f64,
-        /// The largest real part.
-        real_part: f64,
-    },
+    UnstableWithLags { speed: f64, real_part: f64 },
     /// The frozen gain with the true linearisation is not finite.
     #[error(
         "at {speed:.3} m/s the frozen gain with the true linearisation is {gain:.4}, not a finite number"
     )]
-    TrueGain {
-        /// Where.
-        speed: f64,
-        /// The gain.
-        gain: f64,
-    },
+    TrueGain { speed: f64, gain: f64 },
     /// The parameter loop is not well posed inside the box.
     #[error("the controller's parameter loop is not well posed at rho = {rho:.4}")]
-    NotWellPosed {
-        /// Where.
-        rho: f64,
-    },
+    NotWellPosed { rho: f64 },
 }

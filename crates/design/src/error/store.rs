@@ -4,75 +4,34 @@ use thiserror::Error;
 
 /// What stops the files of a design from being written or read.
 #[derive(Debug, Error)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum StoreError {
     /// A file cannot be read.
     #[error("{path}: cannot be read: {reason}")]
-    Unreadable {
-        /// The file.
-        path: String,
-        /// The system's reason.
-        reason: std::io::Error,
-    },
+    Unreadable { path: String, reason: std::io::Error },
     /// A file cannot be written.
     #[error("{path}: cannot be written: {reason}")]
-    Unwritable {
-        /// The file.
-        path: String,
-        /// The system's reason.
-        reason: std::io::Error,
-    },
+    Unwritable { path: String, reason: std::io::Error },
     /// JSON could not be written.
     #[error("{path}: {reason}")]
-    Json {
-        /// The file.
-        path: String,
-        /// Why.
-        reason: serde_json::Error,
-    },
+    Json { path: String, reason: serde_json::Error },
     /// There is no frozen design yet.
     #[error("{directory}: there is no design yet; run `squid design` first")]
-    NotDesigned {
-        /// The directory.
-        directory: String,
-    },
+    NotDesigned { directory: String },
     /// The frozen design belongs to other inputs.
     #[error("{directory}: {what} changed since this was designed; run `squid design` again")]
-    Stale {
-        /// The directory.
-        directory: String,
-        /// What changed.
-        what: &'static str,
-    },
+    Stale { directory: String, what: &'static str },
     /// A frozen file differs from what vehicle and design file give.
     #[error(
         "{file}: `{key}` is {found}, but vehicle and design file give {expected}; `squid design` writes it again"
     )]
-    Edited {
-        /// The file.
-        file: &'static str,
-        /// The first key that differs.
-        key: String,
-        /// Its value.
-        found: String,
-        /// What it should be.
-        expected: String,
-    },
+    Edited { file: &'static str, key: String, found: String, expected: String },
     /// A frozen controller is not valid.
     #[error("{path}: {reason}")]
-    BadController {
-        /// The file.
-        path: String,
-        /// What is wrong with it.
-        reason: scheduled::DesignError,
-    },
+    BadController { path: String, reason: scheduled::DesignError },
     /// A frozen LPV model is not valid.
     #[error("{path}: {reason}")]
-    BadPlant {
-        /// The file.
-        path: String,
-        /// What is wrong with it.
-        reason: auv::LpvModelError,
-    },
+    BadPlant { path: String, reason: auv::LpvModelError },
     /// The plant's LPV model cannot be frozen or read.
     #[error(transparent)]
     LpvModel(#[from] auv::LpvModelError),

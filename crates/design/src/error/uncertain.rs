@@ -4,15 +4,13 @@ use thiserror::Error;
 
 /// Why there is no uncertain model.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum UncertainError {
     /// The design has no section `[uncertainty]`, or it names nothing.
     #[error(
         "the design {design} names nothing uncertain; add a section [uncertainty], as vehicles/squid/design.toml has"
     )]
-    NothingUncertain {
-        /// The design.
-        design: String,
-    },
+    NothingUncertain { design: String },
     /// A coefficient enters the motion otherwise than affinely.
     #[error(
         "[uncertainty]: '{name}' does not enter the equations of motion linearly (off by {off:.1e} of them \
@@ -20,7 +18,6 @@ pub enum UncertainError {
             or 'drag_area' for friction"
     )]
     NotAffine {
-        /// The coefficient.
         name: String,
         /// The relative difference.
         off: f64,
@@ -36,34 +33,27 @@ pub enum UncertainError {
     },
     /// The coefficients at some corner of the ranges are not allowed.
     #[error("[uncertainty]: with every coefficient at an end of its range, {reason}")]
-    Corner {
-        /// Why.
-        reason: auv::CoefficientError,
-    },
+    Corner { reason: auv::CoefficientError },
     /// The vehicle does not trim at some corner of the ranges.
     #[error("[uncertainty]: with every coefficient at an end of its range there is no trim: {reason}")]
-    NoTrim {
-        /// Why.
-        reason: auv::TrimError,
-    },
+    NoTrim { reason: auv::TrimError },
 }
 
 /// Why there is no robust controller.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum RobustError {
     /// The nominal controller has no bound at any size of the uncertainty.
     #[error("--robust: {0}")]
     NoSize(#[from] lpv::robust::NoSize),
     /// A bound has too small a margin to be proved.
     #[error("--robust: the bound of the {which} controller has too small a margin to be proved")]
-    NotClear {
-        /// Which controller.
-        which: &'static str,
-    },
+    NotClear { which: &'static str },
 }
 
 /// Why no gain is proved for constant coefficients.
 #[derive(Debug, Error)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum ConstantError {
     /// The search ended without multipliers.
     #[error("no bound: {0}")]
@@ -77,8 +67,5 @@ pub enum ConstantError {
             more; the design itself is as it was",
         100.0 * least
     )]
-    NoShare {
-        /// The least part tried.
-        least: f64,
-    },
+    NoShare { least: f64 },
 }

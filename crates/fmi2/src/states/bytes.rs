@@ -24,24 +24,17 @@ pub(crate) fn identity(guid: &str) -> Identity {
 
 /// Why bytes are not a state of this FMU.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum StateError {
     /// Fewer or more bytes than the length in the state.
     #[error("the state has {found} bytes, but should have {expected}")]
-    Length {
-        /// Bytes given.
-        found: usize,
-        /// Bytes expected.
-        expected: u64,
-    },
+    Length { found: usize, expected: u64 },
     /// The first bytes are not those of a state of this library.
     #[error("the bytes are no state that this tool has written")]
     NotAState,
     /// Another version of the layout.
     #[error("the state has version {found}, but only version {VERSION} can be read")]
-    Version {
-        /// The version of the state.
-        found: u32,
-    },
+    Version { found: u32 },
     /// The state of another FMU.
     #[error("the state belongs to an FMU with another GUID")]
     OtherFmu,
@@ -50,10 +43,7 @@ pub enum StateError {
     Damaged,
     /// An intact state whose content is inconsistent.
     #[error("the state is inconsistent: {what}")]
-    Inconsistent {
-        /// The inconsistency.
-        what: String,
-    },
+    Inconsistent { what: String },
 }
 
 impl StateError {

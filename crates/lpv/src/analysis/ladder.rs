@@ -112,25 +112,17 @@ pub const TOLERANCE: f64 = 2e-3;
 
 /// What a ladder cannot be set up on.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum LadderError {
     /// Rates are those of one parameter.
     #[error("the plant depends on {found} parameters, the ladder of gammas is for one")]
-    NotOneParameter {
-        /// The number of parameters.
-        found: usize,
-    },
+    NotOneParameter { found: usize },
     /// The grid of the analysis has both ends.
     #[error("{found} samples of the closed loop are too few, at least 2 are needed")]
-    TooFewSamples {
-        /// The number asked for.
-        found: usize,
-    },
+    TooFewSamples { found: usize },
     /// Parameters are normalised.
     #[error("theta = {theta} lies outside [-1, 1]")]
-    OutsideTheBox {
-        /// What was given.
-        theta: f64,
-    },
+    OutsideTheBox { theta: f64 },
     /// The plant's matrices do not fit together.
     #[error(transparent)]
     Shape(#[from] ShapeError),

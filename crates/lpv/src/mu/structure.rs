@@ -45,6 +45,7 @@ pub struct Structure(Vec<Block>);
 
 /// What is wrong with a structure, or a matrix for it.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum StructureError {
     /// A block has something in it.
     #[error("block {number} is empty; a block has at least one row and one column")]
@@ -65,17 +66,11 @@ pub enum StructureError {
     Notation {
         /// Which, from 1.
         number: usize,
-        /// What was given.
         found: (i64, i64),
     },
     /// M takes w and gives z.
     #[error("M is {} x {}; for these blocks it must be {} x {}", found.0, found.1, expected.0, expected.1)]
-    Shape {
-        /// The shape of M.
-        found: (usize, usize),
-        /// The shape that the blocks ask for.
-        expected: (usize, usize),
-    },
+    Shape { found: (usize, usize), expected: (usize, usize) },
     /// Every entry of M is finite.
     #[error("M holds a number that is not finite")]
     NotFinite,

@@ -43,24 +43,17 @@ pub struct FrequencyBound {
 
 /// A sweep that came to no end.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum SweepError {
     /// The unperturbed loop is stable.
     #[error("the loop is unstable without any perturbation: a mode has real part {re:.3e}")]
-    Unstable {
-        /// The largest real part.
-        re: f64,
-    },
+    Unstable { re: f64 },
     /// M fits the structure.
     #[error(transparent)]
     Structure(#[from] StructureError),
     /// Intervals do not close.
     #[error("the bound could not be shown between {from:.6e} and {to:.6e} rad/s")]
-    Stuck {
-        /// From where.
-        from: f64,
-        /// To where.
-        to: f64,
-    },
+    Stuck { from: f64, to: f64 },
 }
 
 /// By how much the level is above the largest bound at a single frequency.

@@ -40,6 +40,7 @@ pub struct WorstCaseGain {
 
 /// Why there is no worst-case gain.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum WorstCaseError {
     /// A perturbation of the size may destabilise.
     #[error(
@@ -49,26 +50,17 @@ pub enum WorstCaseError {
         1.0 / size
     )]
     NotRobustlyStable {
-        /// The size.
         size: f64,
         /// Where, rad/s.
         frequency: f64,
     },
     /// Sizes are positive.
     #[error("the size of the perturbation is {found}; it must be above 0 and finite")]
-    Size {
-        /// What was given.
-        found: f64,
-    },
+    Size { found: f64 },
     /// There are inputs and outputs of performance.
     #[error("besides the {} inputs and {} outputs of the blocks the system has {} and {}; at least one of each \
         is needed", blocks.0, blocks.1, found.0, found.1)]
-    NoPerformance {
-        /// Of the blocks.
-        blocks: (usize, usize),
-        /// Beside them.
-        found: (usize, usize),
-    },
+    NoPerformance { blocks: (usize, usize), found: (usize, usize) },
     /// The sweep.
     #[error(transparent)]
     Sweep(#[from] SweepError),
