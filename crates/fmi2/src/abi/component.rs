@@ -59,6 +59,24 @@ pub(crate) unsafe fn call<M: Model>(
     }
 }
 
+/// C functions that take nothing but the instance, each with what it does.
+macro_rules! calls {
+    ($($(#[$about:meta])* $name:ident = $function:ident, $body:expr;)+) => {
+        $(
+            $(#[$about])*
+            ///
+            /// # Safety
+            /// `component` is NULL or a live handle of this model.
+            pub unsafe extern "C" fn $name<M: Model>(component: types::Component) -> Status {
+                let body: fn(&mut Component<M>) -> crate::abi::component::Outcome<M> = $body;
+                // SAFETY: the importer vouches for the handle.
+                unsafe { call(component, Function::$function, body) }
+            }
+        )+
+    };
+}
+pub(crate) use calls;
+
 /// The text of a panic.
 pub(crate) fn panic_text(payload: &(dyn Any + Send)) -> &str {
     let text = payload.downcast_ref::<&str>().copied();

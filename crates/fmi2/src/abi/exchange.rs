@@ -2,19 +2,16 @@
 
 use std::ffi::c_int;
 
-use crate::abi::component::{Component, Outcome, call};
+use crate::abi::component::{Component, Outcome, call, calls};
 use crate::abi::pointers::{place, slice, slice_mut};
 use crate::abi::types::{self, EventInfo, Status};
 use crate::{Function, Model};
 
-/// `fmi2EnterEventMode`.
-///
-/// # Safety
-/// `component` is NULL or a live handle of this model.
-pub unsafe extern "C" fn enter_event_mode<M: Model>(component: types::Component) -> Status {
-    let body = |component: &mut Component<M>| Ok(component.instance.enter_event_mode()?);
-    // SAFETY: the importer vouches for the handle, here and below.
-    unsafe { call(component, Function::EnterEventMode, body) }
+calls! {
+    /// `fmi2EnterEventMode`.
+    enter_event_mode = EnterEventMode, |own| Ok(own.instance.enter_event_mode()?);
+    /// `fmi2EnterContinuousTimeMode`.
+    enter_continuous_time_mode = EnterContinuousTimeMode, |own| Ok(own.instance.enter_continuous_time_mode()?);
 }
 
 /// `fmi2NewDiscreteStates`.
@@ -38,16 +35,6 @@ pub unsafe extern "C" fn new_discrete_states<M: Model>(
     };
     // SAFETY: the importer vouches for the handle.
     unsafe { call(component, Function::NewDiscreteStates, body) }
-}
-
-/// `fmi2EnterContinuousTimeMode`.
-///
-/// # Safety
-/// As [`enter_event_mode`].
-pub unsafe extern "C" fn enter_continuous_time_mode<M: Model>(component: types::Component) -> Status {
-    let body = |component: &mut Component<M>| Ok(component.instance.enter_continuous_time_mode()?);
-    // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, Function::EnterContinuousTimeMode, body) }
 }
 
 /// `fmi2CompletedIntegratorStep`.
@@ -101,79 +88,43 @@ pub unsafe extern "C" fn set_continuous_states<M: Model>(
     unsafe { call(component, Function::SetContinuousStates, body) }
 }
 
-/// `fmi2GetDerivatives`; `fmi2Discard` where the derivatives are undefined.
-///
-/// # Safety
-/// As [`set_continuous_states`].
-pub unsafe extern "C" fn get_derivatives<M: Model>(
-    component: types::Component,
-    derivatives: *mut f64,
-    count: usize,
-) -> Status {
-    let write =
-        |own: &mut Component<M>, values: &mut [f64]| own.instance.derivatives(values, &mut own.logger);
-    // SAFETY: the importer vouches for handle and array.
-    unsafe { fill(component, Function::GetDerivatives, (derivatives, count, "derivatives"), write) }
-}
-
-/// `fmi2GetEventIndicators`.
-///
-/// # Safety
-/// As [`set_continuous_states`].
-pub unsafe extern "C" fn get_event_indicators<M: Model>(
-    component: types::Component,
-    indicators: *mut f64,
-    count: usize,
-) -> Status {
-    let write = |own: &mut Component<M>, values: &mut [f64]| Ok(own.instance.event_indicators(values)?);
-    // SAFETY: the importer vouches for handle and array.
-    unsafe { fill(component, Function::GetEventIndicators, (indicators, count, "eventIndicators"), write) }
-}
-
-/// `fmi2GetContinuousStates`.
-///
-/// # Safety
-/// As [`set_continuous_states`].
-pub unsafe extern "C" fn get_continuous_states<M: Model>(
-    component: types::Component,
-    states: *mut f64,
-    count: usize,
-) -> Status {
-    let write =
-        |own: &mut Component<M>, values: &mut [f64]| own.instance.continuous_states(values, &mut own.logger);
-    // SAFETY: the importer vouches for handle and array.
-    unsafe { fill(component, Function::GetContinuousStates, (states, count, "x"), write) }
-}
-
-/// `fmi2GetNominalsOfContinuousStates`.
-///
-/// # Safety
-/// As [`set_continuous_states`].
-pub unsafe extern "C" fn get_nominals_of_continuous_states<M: Model>(
-    component: types::Component,
-    nominals: *mut f64,
-    count: usize,
-) -> Status {
-    let write = |own: &mut Component<M>, values: &mut [f64]| Ok(own.instance.nominals(values)?);
-    // SAFETY: the importer vouches for handle and array.
-    unsafe { fill(component, Function::GetNominalsOfContinuousStates, (nominals, count, "x_nominal"), write) }
-}
-
-/// Lets `write` fill an array of a name in the standard.
-///
-/// # Safety
-/// As [`set_continuous_states`].
-unsafe fn fill<M: Model>(
-    component: types::Component,
-    function: Function,
-    (values, count, argument): (*mut f64, usize, &'static str),
-    write: impl FnOnce(&mut Component<M>, &mut [f64]) -> Outcome<M>,
-) -> Status {
-    let body = |component: &mut Component<M>| {
-        // SAFETY: the caller vouches for its array.
-        let values = unsafe { slice_mut(values, count, argument) }?;
-        write(component, values)
+/// C functions that fill an array of `count` numbers, which has a name in the standard.
+macro_rules! arrays {
+    ($($(#[$about:meta])* $name:ident = $function:ident, $argument:literal, $write:expr;)+) => {
+        $(
+            $(#[$about])*
+            ///
+            /// # Safety
+            /// As [`set_continuous_states`].
+            pub unsafe extern "C" fn $name<M: Model>(
+                component: types::Component,
+                values: *mut f64,
+                count: usize,
+            ) -> Status {
+                let write: fn(&mut Component<M>, &mut [f64]) -> Outcome<M> = $write;
+                let body = |component: &mut Component<M>| {
+                    // SAFETY: the importer vouches for its array.
+                    let values = unsafe { slice_mut(values, count, $argument) }?;
+                    write(component, values)
+                };
+                // SAFETY: the importer vouches for the handle.
+                unsafe { call(component, Function::$function, body) }
+            }
+        )+
     };
-    // SAFETY: the caller vouches for the handle.
-    unsafe { call(component, function, body) }
+}
+
+arrays! {
+    /// `fmi2GetDerivatives`; `fmi2Discard` where the derivatives are undefined.
+    get_derivatives = GetDerivatives, "derivatives",
+        |own, values| own.instance.derivatives(values, &mut own.logger);
+    /// `fmi2GetEventIndicators`.
+    get_event_indicators = GetEventIndicators, "eventIndicators",
+        |own, values| Ok(own.instance.event_indicators(values)?);
+    /// `fmi2GetContinuousStates`.
+    get_continuous_states = GetContinuousStates, "x",
+        |own, values| own.instance.continuous_states(values, &mut own.logger);
+    /// `fmi2GetNominalsOfContinuousStates`.
+    get_nominals_of_continuous_states = GetNominalsOfContinuousStates, "x_nominal",
+        |own, values| Ok(own.instance.nominals(values)?);
 }

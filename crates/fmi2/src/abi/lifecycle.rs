@@ -3,7 +3,7 @@
 use std::ffi::{c_char, c_int};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use crate::abi::component::{Component, call, panic_text};
+use crate::abi::component::{Component, call, calls, panic_text};
 use crate::abi::logger::Logger;
 use crate::abi::pointers::{slice, text};
 use crate::abi::types::{self, CO_SIMULATION, CallbackFunctions, MODEL_EXCHANGE, Status};
@@ -149,45 +149,16 @@ pub unsafe extern "C" fn setup_experiment<M: Model>(
     unsafe { call(component, Function::SetupExperiment, body) }
 }
 
-/// `fmi2EnterInitializationMode`.
-///
-/// # Safety
-/// As [`free_instance`].
-pub unsafe extern "C" fn enter_initialization_mode<M: Model>(component: types::Component) -> Status {
-    let body = |component: &mut Component<M>| Ok(component.instance.enter_initialization()?);
-    // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, Function::EnterInitializationMode, body) }
-}
-
-/// `fmi2ExitInitializationMode`.
-///
-/// # Safety
-/// As [`free_instance`].
-pub unsafe extern "C" fn exit_initialization_mode<M: Model>(component: types::Component) -> Status {
-    let body = |component: &mut Component<M>| component.instance.exit_initialization(&mut component.logger);
-    // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, Function::ExitInitializationMode, body) }
-}
-
-/// `fmi2Terminate`.
-///
-/// # Safety
-/// As [`free_instance`].
-pub unsafe extern "C" fn terminate<M: Model>(component: types::Component) -> Status {
-    let body = |component: &mut Component<M>| Ok(component.instance.terminate()?);
-    // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, Function::Terminate, body) }
-}
-
-/// `fmi2Reset`.
-///
-/// # Safety
-/// As [`free_instance`].
-pub unsafe extern "C" fn reset<M: Model>(component: types::Component) -> Status {
-    let body = |component: &mut Component<M>| {
-        component.last_step = Status::Ok;
-        Ok(component.instance.reset()?)
+calls! {
+    /// `fmi2EnterInitializationMode`.
+    enter_initialization_mode = EnterInitializationMode, |own| Ok(own.instance.enter_initialization()?);
+    /// `fmi2ExitInitializationMode`.
+    exit_initialization_mode = ExitInitializationMode, |own| own.instance.exit_initialization(&mut own.logger);
+    /// `fmi2Terminate`.
+    terminate = Terminate, |own| Ok(own.instance.terminate()?);
+    /// `fmi2Reset`.
+    reset = Reset, |own| {
+        own.last_step = Status::Ok;
+        Ok(own.instance.reset()?)
     };
-    // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, Function::Reset, body) }
 }
