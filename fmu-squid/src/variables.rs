@@ -44,7 +44,8 @@ macro_rules! parameter {
 
 fn manoeuvre() -> [Variable; 7] {
     let step = "height of the pitch step above the trim pitch; the limits themselves are excluded";
-    let from = "wanted speed along the path through the water before the ramp, above zero; the flight starts in its trim";
+    let from = "wanted speed along the path through the water before the ramp, above zero; the flight starts in \
+        its trim";
     let to = "wanted speed along the path through the water after the ramp, above zero";
     [
         parameter!(pitch_step, "rad", step).range(-FRAC_PI_2, FRAC_PI_2).nominal(0.1),

@@ -13,10 +13,11 @@ use crate::error::Error;
 use crate::error::Refusal;
 use crate::inputs::design_file::DesignFile;
 use crate::linearise::linearise_at;
-use auv::Vehicle;
+use auv::{Linearisation, Vehicle};
 use lpv::controller::Controller;
 use lpv::matrix::{Mat, eigenvalues, spectral_abscissa};
 use lpv::plant::{GeneralisedPlant, channels};
+use lpv::state_space::StateSpace;
 use std::f64::consts::TAU;
 
 /// Speeds at which the closed loop is checked.
@@ -92,8 +93,9 @@ pub fn check(
     well_posed(&controller.dtt())?;
     well_posed(&plant.dtt())?;
     let sampling = Sampling::of(&vehicle.actuators, design);
-    let sample_time = sampling.sample_time;
-    well_posed(&sampled_dtt(controller, sample_time).unwrap_or_else(|| Mat::from_element(1, 1, f64::NAN)))?;
+    well_posed(
+        &sampled_dtt(controller, sampling.sample_time).unwrap_or_else(|| Mat::from_element(1, 1, f64::NAN)),
+    )?;
     let closed = plant.close(controller);
     let (centre, half_range) = design.scheduling();
     let mut checks = Checks {
@@ -118,19 +120,7 @@ pub fn check(
         }
         let frozen = frozen_controller(controller, rho)?;
         let linearisation = linearise_at(vehicle, design.depth, speed)?;
-        let radius = sampling.spectral_radius(&linearisation, &controller.frozen(&[rho])?);
-        if radius.is_nan() || radius >= 1.0 {
-            let often = Sampling { sample_time: sample_time / OVERSAMPLING, ..sampling };
-            let growth = often.spectral_radius(&linearisation, &controller.frozen(&[rho])?).ln();
-            return Err(match growth >= 0.0 {
-                true => {
-                    let real_part = growth / often.sample_time;
-                    Refusal::UnstableWithLags { speed, real_part }
-                }
-                false => Refusal::UnstableSampled { speed, sample_time, radius },
-            }
-            .into());
-        }
+        let radius = sampled_radius(sampling, &linearisation, &controller.frozen(&[rho])?, speed)?;
         let truth = augment(&vehicle.actuators, design, LinearModel::at(&linearisation, &vehicle.actuators))?;
         let true_loop = truth.close(&frozen).frozen(&[])?;
         let true_real_part = spectral_abscissa(&true_loop.a);
@@ -150,6 +140,26 @@ pub fn check(
         checks.fastest_controller_mode = checks.fastest_controller_mode.max(fastest);
     }
     Ok(checks)
+}
+
+/// The spectral radius of the loop as it is sampled, which must be stable.
+fn sampled_radius(
+    sampling: Sampling,
+    linearisation: &Linearisation,
+    frozen: &StateSpace,
+    speed: f64,
+) -> Result<f64, Refusal> {
+    let radius = sampling.spectral_radius(linearisation, frozen);
+    if radius < 1.0 {
+        return Ok(radius);
+    }
+    let sample_time = sampling.sample_time;
+    let often = Sampling { sample_time: sample_time / OVERSAMPLING, ..sampling };
+    let growth = often.spectral_radius(linearisation, frozen).ln();
+    Err(match growth >= 0.0 {
+        true => Refusal::UnstableWithLags { speed, real_part: growth / often.sample_time },
+        false => Refusal::UnstableSampled { speed, sample_time, radius },
+    })
 }
 
 /// The scheduled controller frozen at rho, without parameters.

@@ -54,8 +54,8 @@ impl Record {
         head + &(0..rows).map(row).collect::<String>()
     }
 
-    /// Pitch, speed, commands and depth over time, as far as they are recorded; commands are those of the actuators that
-    /// are given, one panel a unit.
+    /// Pitch, speed, commands and depth over time, as far as they are recorded; commands are those of the actuators
+    /// that are given, one panel a unit.
     pub fn panels(&self, actuators: &[Actuator]) -> Vec<Panel> {
         let line = |name: &str, key: &str, factor: f64, reference: bool| {
             let points =

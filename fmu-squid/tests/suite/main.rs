@@ -1,4 +1,5 @@
-//! All tests but those that count allocations or try random cases, in one program: each program is compiled and linked anew.
+//! All tests but those that count allocations or try random cases, in one program: each program is compiled and linked
+//! anew.
 #![allow(unsafe_code, clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 #[path = "../abi/mod.rs"]
