@@ -9,7 +9,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from conftest import SQUID, Run, without_uncertainty
+from conftest import Run
 from fly.package import Packages
 from fly.stages import ROOT
 
@@ -185,9 +185,9 @@ def test_the_comparison_counts_what_is_lost(page: ET.Element) -> None:
     assert f"wins {won} rows, draws {drawn} and loses {lost}." in words(page)
 
 
-def test_the_report_follows_the_vehicle(run_squid: Run, tmp_path: Path) -> None:
+def test_the_report_follows_the_vehicle(run_squid: Run, squid_by_errors: Path, tmp_path: Path) -> None:
     """Other speeds in the design file are other speeds in the report."""
-    vehicle = without_uncertainty(SQUID, tmp_path / "vehicle")
+    vehicle = shutil.copytree(squid_by_errors, tmp_path / "vehicle")
     design = vehicle / "design.toml"
     text = design.read_text(encoding="utf-8")
     for old, new in [("speed_min = 0.5", "speed_min = 1.5"), ("speed_from = 0.6", "speed_from = 1.6")]:
@@ -201,12 +201,14 @@ def test_the_report_follows_the_vehicle(run_squid: Run, tmp_path: Path) -> None:
     assert "0.50 m/s" not in page
 
 
-def test_a_section_that_cannot_be_computed_says_why(run_squid: Run, tmp_path: Path) -> None:
+def test_a_section_that_cannot_be_computed_says_why(
+    run_squid: Run, squid_by_errors: Path, tmp_path: Path
+) -> None:
     """A design that tracks speed alone has no pitch response; everything else is there."""
-    vehicle = without_uncertainty(SQUID, tmp_path / "vehicle")
+    vehicle = shutil.copytree(squid_by_errors, tmp_path / "vehicle")
     design = vehicle / "design.toml"
     text = design.read_text(encoding="utf-8")
-    first, second = text.index("[[track]]"), text.index("# Without this one")
+    first, second = text.index("[[track]]"), text.rindex("[[track]]")
     design.write_text(text[:first] + text[second:], encoding="utf-8")
     done = run_squid("report", vehicle, "--out", tmp_path / "out")
     assert done.returncode == 0, done.stderr
