@@ -40,29 +40,15 @@ def fly_loop(packages: Packages) -> Signals:
     """Simulate the manoeuvre of the loop FMU with the command line of FMPy."""
     stop = read_model_description(packages.loop).defaultExperiment.stopTime
     path = packages.folder / "flight.csv"
-    interval = [
-        "--output-interval",
-        repr(sample_time_of(packages)),
-        "--stop-time",
-        str(stop),
-    ]
-    command = [
-        sys.executable,
-        "-m",
-        "fmpy",
-        "simulate",
-        packages.loop,
-        *interval,
-        "--output-file",
-        path,
-    ]
+    interval = ["--output-interval", repr(sample_time_of(packages)), "--stop-time", str(stop)]
+    command = [sys.executable, "-m", "fmpy", "simulate", packages.loop, *interval, "--output-file", path]
     run(command, log="fmpy-simulate")
     return record.read(path)
 
 
 def fly_coupled(packages: Packages, loop: Signals) -> Signals:
     """Simulate plant and controller coupled by the master, with the same start and the same references."""
-    sample_time = sample_time_of(packages)
+    end, sample_time = float(loop["time"][-1]), sample_time_of(packages)
     with (
         Slave(packages.loop, "loop") as whole,
         Slave(packages.plant, "plant") as plant,
@@ -74,13 +60,7 @@ def fly_coupled(packages: Packages, loop: Signals) -> Signals:
         start = {name: whole.get(name) for name in whole.start_values() if name in own}
         plant.begin({**start, "initial_speed": float(loop["path_speed"][0])})
         controller.begin()
-        return couple(
-            plant,
-            controller,
-            record.references_in(loop),
-            float(loop["time"][-1]),
-            sample_time,
-        )
+        return couple(plant, controller, record.references_in(loop), end, sample_time)
 
 
 def compare(loop: Signals, coupled: Signals) -> float:
@@ -117,10 +97,7 @@ def report(packages: Packages, figures: dict, agreement: float) -> None:
         *((f"step at {step['time']:g} s", describe(step, figures["settled"])) for step in steps),
         *surface_lines(figures["surface"]),
         ("actuators", f"{100 * figures['actuator_use']:.0f} % of their limits at most"),
-        (
-            "two flights agree",
-            f"to {agreement:.1e} (coupled by the master; in one FMU by fmpy simulate)",
-        ),
+        ("two flights agree", f"to {agreement:.1e} (coupled by the master; in one FMU by fmpy simulate)"),
         ("plot", os.path.relpath(figures["plot"])),
     ]
     for name, value in lines:
@@ -139,28 +116,13 @@ def gamma_lines(achieved: dict) -> list[tuple[str, str]]:
     """Return the lines on the gain of the closed loop."""
     proof = "PROVED in exact arithmetic" if achieved["certified"] else "not proved"
     bound, optimum, back_off = (achieved[key] for key in ("gamma_bound", "gamma_optimum", "back_off"))
+    what = f"a bound of the loop's L2 gain for any course of speed ({proof})"
+    lines = [("gamma", f"{rounded_up(bound):.4f}, {what}")]
     with_error = achieved["gamma_bound_with_model_error"]
-    covered = (
-        []
-        if with_error is None
-        else [
-            (
-                "  off the fit",
-                f"{rounded_up(with_error):.4f}, for every model in a ball around the fit (proved)",
-            )
-        ]
-    )
-    return [
-        (
-            "gamma",
-            f"{rounded_up(bound):.4f}, a bound of the loop's L2 gain for any course of speed ({proof})",
-        ),
-        *covered,
-        (
-            "least gamma",
-            f"{optimum:.4f}; the controller is built {100 * back_off:.1f} % above",
-        ),
-    ]
+    if with_error is not None:
+        covered = f"{rounded_up(with_error):.4f}, for every model in a ball around the fit (proved)"
+        lines.append(("  off the fit", covered))
+    return [*lines, ("least gamma", f"{optimum:.4f}; the controller is built {100 * back_off:.1f} % above")]
 
 
 def rounded_up(bound: float) -> float:

@@ -27,15 +27,6 @@ def freeze() -> int:
     with stage(f"Freezing the design of {VEHICLE}"):
         run([build.squid(), "design", vehicle, "--out", out])
     with stage("Writing the model descriptions"):
-        run(
-            [
-                build.squid(),
-                "package",
-                vehicle,
-                "--out",
-                out,
-                "--descriptions",
-                DESCRIPTIONS.relative_to(ROOT),
-            ]
-        )
+        to = DESCRIPTIONS.relative_to(ROOT)
+        run([build.squid(), "package", vehicle, "--out", out, "--descriptions", to])
     return 0
