@@ -123,6 +123,11 @@ impl Ranged for Ticks {
 type Context<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<Ticks, Ticks>>;
 
 impl Chart {
+    /// A chart over time (s).
+    pub fn over_time(title: impl Into<String>, label: impl Into<String>, curves: Vec<Curve>) -> Self {
+        Self { title: title.into(), x: Axis::linear("time (s)"), y: Axis::linear(label), curves }
+    }
+
     /// The contents of an `svg` element whose view box is [`Chart::view_box`] of the same size.
     ///
     /// # Errors
@@ -229,12 +234,7 @@ mod tests {
     use super::*;
 
     fn chart(points: Vec<(f64, f64)>) -> Chart {
-        Chart {
-            title: "a < b".into(),
-            x: Axis::linear("time (s)"),
-            y: Axis::linear("pitch (deg)"),
-            curves: vec![Curve { key: 0, points }],
-        }
+        Chart::over_time("a < b", "pitch (deg)", vec![Curve { key: 0, points }])
     }
 
     #[test]

@@ -1,7 +1,6 @@
 //! The actuators during the pitch steps at six speeds, and at which speed control is hardest.
 
 use crate::error::Error;
-use crate::page::axis::Axis;
 use crate::page::chart::{Chart, Curve, Key};
 use crate::page::figure::Figure;
 use crate::page::section::{Part, Table};
@@ -113,8 +112,7 @@ fn figure(subject: &Subject, flights: &[Vec<Row>]) -> Figure {
                 points: vec![(0.0, factor * limit), (SHOWN, factor * limit)],
             });
         }
-        let y = Axis::linear(format!("command ({unit})"));
-        Chart { title: actuator.name.clone(), x: Axis::linear("time (s)"), y, curves }
+        Chart::over_time(actuator.name.as_str(), format!("command ({unit})"), curves)
     };
     let mut keys = subject.speed_keys();
     keys.push(Key::reference("limits"));

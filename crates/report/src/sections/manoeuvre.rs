@@ -1,7 +1,6 @@
 //! The default manoeuvre: a pitch step while the speed ramps.
 
 use crate::error::Error;
-use crate::page::axis::Axis;
 use crate::page::chart::{Chart, Curve, Key};
 use crate::page::figure::Figure;
 use crate::page::section::Part;
@@ -23,27 +22,13 @@ pub fn manoeuvre(subject: &Subject) -> Result<Vec<Part>, Error> {
         key,
         points: rows.iter().map(|r| (r.time, of(r))).collect(),
     };
-    let chart = |title: &str, label: &str, curves| Chart {
-        title: title.into(),
-        x: Axis::linear("time (s)"),
-        y: Axis::linear(label),
-        curves,
-    };
+    let wanted = series(0, &|r| r.reference(PITCH).to_degrees());
+    let pitch = vec![wanted, series(1, &|r| r.measured(PITCH).to_degrees())];
+    let speed = vec![series(0, &|r| r.reference(SPEED)), series(1, &|r| r.measured(SPEED))];
     let mut charts = vec![
-        chart(
-            "",
-            "pitch (deg)",
-            vec![
-                series(0, &|r| r.reference(PITCH).to_degrees()),
-                series(1, &|r| r.measured(PITCH).to_degrees()),
-            ],
-        ),
-        chart(
-            "",
-            "forward speed (m/s)",
-            vec![series(0, &|r| r.reference(SPEED)), series(1, &|r| r.measured(SPEED))],
-        ),
-        chart("", "depth (m)", vec![series(1, &|r| r.depth)]),
+        Chart::over_time("", "pitch (deg)", pitch),
+        Chart::over_time("", "forward speed (m/s)", speed),
+        Chart::over_time("", "depth (m)", vec![series(1, &|r| r.depth)]),
     ];
     for (unit, label, factor) in [("N", "thrust (N)", 1.0), ("rad", "deflection (deg)", 1f64.to_degrees())] {
         let own = inputs.vehicle.actuators.iter().enumerate().filter(|(_, a)| a.unit() == unit);
@@ -54,7 +39,7 @@ pub fn manoeuvre(subject: &Subject) -> Result<Vec<Part>, Error> {
             })
             .collect();
         if !curves.is_empty() {
-            charts.push(chart("", label, curves));
+            charts.push(Chart::over_time("", label, curves));
         }
     }
     let m = &stored.manoeuvre;

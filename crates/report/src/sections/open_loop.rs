@@ -69,7 +69,7 @@ pub fn open_loop(subject: &Subject) -> Result<Vec<Part>, Error> {
             factor * step
         ),
         keys,
-        charts: vec![Chart { title: String::new(), x: Axis::linear("time (s)"), y, curves }],
+        charts: vec![Chart { y, ..Chart::over_time("", "", curves) }],
     };
     let mut parts = vec![Part::Figure(figure), Part::Table(table), Part::Verdict(verdict(&pairs))];
     parts.extend(published(subject)?);

@@ -1,7 +1,6 @@
 //! The scheduled controller against controllers made for six speeds and switched, under the same ramp of speed.
 
 use crate::error::Error;
-use crate::page::axis::Axis;
 use crate::page::chart::{Chart, Curve, Key};
 use crate::page::figure::Figure;
 use crate::page::section::{Part, Table};
@@ -188,21 +187,19 @@ fn figure(subject: &Subject, flights: &[(&str, Vec<Row>)]) -> Figure {
         each.map(|(key, (_, rows))| Curve { key, points: rows.iter().map(|r| (r.time, of(r))).collect() })
             .collect()
     };
-    let chart = |label: String, curves| Chart {
-        title: String::new(),
-        x: Axis::linear("time (s)"),
-        y: Axis::linear(label),
-        curves,
-    };
     let keys = flights.iter().enumerate().map(|(i, (name, _))| Key::nth(i, *name)).collect();
     Figure {
         name: "scheduled-and-switched".into(),
         caption: format!("{} under one and the same ramp of speed.", capital(&subject.name())),
         keys,
         charts: vec![
-            chart("pitch error (deg)".into(), curves(&|r| r.error(PITCH).to_degrees())),
-            chart("speed error (m/s)".into(), curves(&|r| r.error(SPEED))),
-            chart(format!("{} ({unit})", actuator.name), curves(&|r| factor * r.commands[index])),
+            Chart::over_time("", "pitch error (deg)", curves(&|r| r.error(PITCH).to_degrees())),
+            Chart::over_time("", "speed error (m/s)", curves(&|r| r.error(SPEED))),
+            Chart::over_time(
+                "",
+                format!("{} ({unit})", actuator.name),
+                curves(&|r| factor * r.commands[index]),
+            ),
         ],
     }
 }

@@ -1,7 +1,6 @@
 //! The paper's Fig. 5: pitch responses at six speeds for three bandwidths of W_e.
 
 use crate::error::Error;
-use crate::page::axis::Axis;
 use crate::page::chart::{Chart, Curve};
 use crate::page::figure::Figure;
 use crate::page::section::{Part, Table};
@@ -138,23 +137,17 @@ fn figure(subject: &Subject, all: &[Tuned]) -> Figure {
     };
     let mut charts = Vec::new();
     for tuned in all {
-        charts.push(Chart {
-            title: format!("{}, w_b {}: impulse", tuned.letter, tuned.weight),
-            x: Axis::linear("time (s)"),
-            y: Axis::linear("pitch (deg per deg s)"),
-            curves: curves(tuned, &|r| r.flying.impulse.clone()),
-        });
+        let title = format!("{}, w_b {}: impulse", tuned.letter, tuned.weight);
+        let impulses = curves(tuned, &|r| r.flying.impulse.clone());
+        charts.push(Chart::over_time(title, "pitch (deg per deg s)", impulses));
     }
     for tuned in all {
-        charts.push(Chart {
-            title: format!("{}, w_b {}: step", tuned.letter, tuned.weight),
-            x: Axis::linear("time (s)"),
-            y: Axis::linear("pitch from trim (deg)"),
-            curves: curves(tuned, &|r| {
-                let start = r.rows[0].reference(PITCH);
-                r.rows.iter().map(|row| (row.time, (row.measured(PITCH) - start).to_degrees())).collect()
-            }),
+        let title = format!("{}, w_b {}: step", tuned.letter, tuned.weight);
+        let steps = curves(tuned, &|r| {
+            let start = r.rows[0].reference(PITCH);
+            r.rows.iter().map(|row| (row.time, (row.measured(PITCH) - start).to_degrees())).collect()
         });
+        charts.push(Chart::over_time(title, "pitch from trim (deg)", steps));
     }
     Figure {
         name: "fig5-pitch-responses".into(),
