@@ -9,81 +9,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import Run
+from decimals import DIGITS, closed_loop, exact, is_positive, zeros
 from fly.stages import ROOT
 
 GOLDEN = ROOT / "tests" / "certificates" / "constant_squid.json"
-DIGITS = 120
-
-
-def exact(rows: list[list[float]], columns: int | None = None) -> np.ndarray:
-    """Return a matrix of decimals; every float is one."""
-    width = len(rows[0]) if rows and columns is None else columns or 0
-    out = np.full((len(rows), width), Decimal(0), dtype=object)
-    for i, row in enumerate(rows):
-        out[i, :] = [Decimal(value) for value in row]
-    return out
-
-
-def zeros(rows: int, columns: int) -> np.ndarray:
-    """Return a matrix of zeros."""
-    return np.full((rows, columns), Decimal(0), dtype=object)
-
-
-def is_positive(m: np.ndarray) -> bool:
-    """Decide by Cholesky's elimination whether a symmetric matrix is positive definite."""
-    a = m.copy()
-    for k in range(len(a)):
-        if a[k, k] <= 0:
-            return False
-        factors = a[k + 1 :, k] / a[k, k]
-        a[k + 1 :, k + 1 :] -= np.outer(factors, a[k, k + 1 :])
-    return True
-
-
-def closed_loop(c: dict) -> dict[str, np.ndarray]:
-    """Return the closed loop, rows x', zt, z, z_D and columns x, wt, w, and E of w_D."""
-    p = {key: exact(rows) for key, rows in c["plant"].items()}
-    k = {key: exact(rows) for key, rows in c["controller"].items()}
-    n, nk = len(p["A"]), len(k["A"])
-    rk = len(k["Ct"])
-    y = np.hstack([p["C2"], zeros(len(p["C2"]), nk), p["D2t"], zeros(len(p["C2"]), rk), p["D21"]])
-    u = k["Duy"] @ y
-    nu, r, w = len(u), p["Bt"].shape[1], p["B1"].shape[1]
-    u = u + np.hstack([zeros(nu, n), k["Cu"], zeros(nu, r), k["Dut"], zeros(nu, w)])
-
-    def of_plant(x: str, t: str, w_: str, b: str) -> np.ndarray:
-        rows = len(p[x])
-        open_ = np.hstack([p[x], zeros(rows, nk), p[t], zeros(rows, rk), p[w_]])
-        return open_ + p[b] @ u
-
-    def of_controller(x: str, t: str, b: str) -> np.ndarray:
-        rows = len(k[x])
-        open_ = np.hstack([zeros(rows, n), k[x], zeros(rows, r), k[t], zeros(rows, w)])
-        return open_ + k[b] @ y
-
-    errors = []
-    for ball in c["errors"]:
-        e, f, fu = exact(ball["E"]), exact(ball["F"]), exact(ball["Fu"])
-        z = np.hstack([f, zeros(len(f), nk + r + rk + w)]) + fu @ u
-        errors.append((np.vstack([e, zeros(nk, e.shape[1])]), z, Decimal(ball["lambda"])))
-    return {
-        "x": np.vstack([of_plant("A", "Bt", "B1", "B2"), of_controller("A", "Bt", "By")]),
-        "t": np.vstack([of_plant("Ct", "Dtt", "Dt1", "Dt2"), of_controller("Ct", "Dtt", "Dty")]),
-        "z": of_plant("C1", "D1t", "D11", "D12"),
-        "sizes": (n + nk, r + rk, w),
-        "errors": errors,
-    }
 
 
 def why_not(c: dict) -> str | None:
     """Return the first condition of docs/constant.md that does not hold, or None."""
-    loop = closed_loop(c)
-    n, r, w = loop["sizes"]
+    loop = closed_loop(c, c["errors"])
+    n, r, w = loop.sizes
     blocks, more = c["blocks"], c["controller_blocks"]
     channels = [i for i, count in enumerate(blocks) for _ in range(count)]
     channels += [i for i, count in enumerate(more) for _ in range(count)]
     own = [(f, j) for f in c["filters"] for j, i in enumerate(channels) if i == f["parameter"]]
-    k, wd = len(own), sum(e.shape[1] for e, _, _ in loop["errors"])
+    k, wd = len(own), sum(ball.e.shape[1] for ball in loop.balls)
     at_wt = n + 2 * k
     at_d, at_w, width = at_wt + r, at_wt + r + wd, at_wt + r + wd + w
 
@@ -97,11 +37,11 @@ def why_not(c: dict) -> str | None:
             out[i, start + i] = Decimal(1)
         return out
 
-    zt = np.vstack([spread(loop["t"]), units(k, n)])
+    zt = np.vstack([spread(loop.t), units(k, n)])
     wt = np.vstack([units(r, at_wt), units(k, n + k)])
-    moved = spread(loop["x"])
+    moved = spread(loop.x)
     at = at_d
-    for e, _, _ in loop["errors"]:
+    for e, _ in loop.balls:
         moved[:, at : at + e.shape[1]] += e
         at += e.shape[1]
     rates = [moved]
@@ -120,7 +60,7 @@ def why_not(c: dict) -> str | None:
             for j, b in enumerate(all_channels):
                 if a != b and m[i, j] != 0:
                     return "S or T does not commute"
-    a = loop["x"][:, :n]
+    a = loop.x[:, :n]
     decay = lyapunov @ a
     if not is_positive(lyapunov) or not is_positive(-(decay + decay.T)):
         return "not stable at 0"
@@ -131,8 +71,8 @@ def why_not(c: dict) -> str | None:
     half = half + wt.T @ (t @ zt)
     main = half + half.T + zt.T @ (s @ zt) - wt.T @ (s @ wt)
     at = at_d
-    for e, z, factor in loop["errors"]:
-        into = spread(z)
+    for (e, z), ball in zip(loop.balls, c["errors"], strict=True):
+        factor, into = Decimal(ball["lambda"]), spread(z)
         main = main + into.T @ into * factor
         main[range(at, at + e.shape[1]), range(at, at + e.shape[1])] -= factor
         at += e.shape[1]
@@ -140,7 +80,7 @@ def why_not(c: dict) -> str | None:
             return "lambda"
     gamma = Decimal(c["gamma"])
     main[range(at_w, width), range(at_w, width)] -= gamma
-    z = spread(loop["z"])
+    z = spread(loop.z)
     main = main + z.T @ z / gamma
     return None if gamma > 0 and is_positive(-main) else "the main inequality"
 
@@ -164,9 +104,9 @@ def test_frozen_loops_keep_the_gain(certificate: dict) -> None:
     """At corners of the box, with constant parameters, the loop is stable and its gain on a grid is below gamma."""
     with localcontext() as context:
         context.prec = DIGITS
-        loop = closed_loop(certificate)
-    n, r, _ = loop["sizes"]
-    state, inner, output = (loop[key].astype(float) for key in ("x", "t", "z"))
+        loop = closed_loop(certificate, certificate["errors"])
+    n, r, _ = loop.sizes
+    state, inner, output = (m.astype(float) for m in (loop.x, loop.t, loop.z))
     channels = np.repeat(np.arange(len(certificate["blocks"])), certificate["blocks"])
     more = certificate["controller_blocks"]
     channels = np.concatenate([channels, np.repeat(np.arange(len(more)), more)])
