@@ -5,7 +5,7 @@
 
 pub mod ball;
 pub mod constant;
-mod rate;
+pub mod rate;
 pub mod same_plant;
 pub mod verify;
 

@@ -14,14 +14,17 @@
 //! - `central`: the controller at one value, in closed form;
 //! - `scheduled`: an LFT through the controllers of many values;
 //! - [`mod@intervals`]: what proves the gain of the finished loop, between the values too;
+//! - [`own`]: Lyapunov matrices sought for the finished loop alone, also with model error;
 //! - [`design`]: all of it in one go.
 
 pub(crate) mod central;
 pub mod design;
 pub mod inequalities;
 pub mod intervals;
+pub mod own;
 pub(crate) mod scheduled;
 
 pub use design::{Least, SlowDesign, SlowOptions, least_gamma, synthesise};
 pub use inequalities::Varying;
 pub use intervals::{Claim, SlowBound, intervals};
+pub use own::covering;

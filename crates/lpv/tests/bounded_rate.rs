@@ -119,7 +119,10 @@ fn a_bounded_rate_brings_gamma_towards_that_of_frozen_speeds() {
         assert!(gamma > before * (1.0 - 5e-3), "{gamma} after {before}");
         before = gamma;
     }
-    assert!(rates[0] < 0.8 * fast.gamma_optimum);
+    // A prototype in cvxpy, on a finer grid and with Lyapunov matrices of a higher order.
+    for (found, known) in rates.into_iter().zip([0.939, 0.961, 1.082]) {
+        assert!((found / known - 1.0).abs() < 1e-2, "{found}, {known} in the prototype");
+    }
 
     let design = synthesise(&plant, SlowOptions::at(0.125)).unwrap();
     let closed = plant.close(&design.controller);
@@ -130,7 +133,7 @@ fn a_bounded_rate_brings_gamma_towards_that_of_frozen_speeds() {
         design.bound.multipliers.len()
     );
     assert_holds(&closed, &design.bound);
-    assert!(design.bound.gamma < 0.85 * fast.certified.gamma);
+    assert!(design.bound.gamma < 0.75 * fast.certified.gamma);
     assert!(design.fast.is_some_and(|fast| fast.gamma > design.bound.gamma && fast.largest_eigenvalue < 0.0));
 }
 

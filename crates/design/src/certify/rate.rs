@@ -3,7 +3,7 @@
 
 use crate::error::Error;
 use certificate::{BoundedRate, Slow, SlowResidual};
-use lpv::bounded_rate::{Claim, SlowBound, intervals};
+use lpv::bounded_rate::{Claim, SlowBound, covering, intervals};
 use lpv::error::SynthesisError;
 use lpv::matrix::to_rows;
 use lpv::model_error::LoopError;
@@ -11,10 +11,11 @@ use lpv::plant::ClosedLoop;
 
 /// By how much the gamma of the fit is raised for the ball, and how the multiplier of Delta is varied around the one
 /// for a speed that moves however fast: tried in turn.
-const RAISES: [f64; 7] = [1.005, 1.01, 1.02, 1.03, 1.05, 1.1, 1.3];
+const RAISES: [f64; 6] = [1.005, 1.01, 1.02, 1.03, 1.05, 1.1];
 const FACTORS: [f64; 7] = [1.0, 0.5, 2.0, 0.25, 4.0, 0.1, 10.0];
 
-/// The section for a bound of a loop, with a bound by the same Lyapunov matrix that covers the model error.
+/// The section for a bound of a loop, with a bound that covers the model error: by the same Lyapunov matrix, or by
+/// one of its own.
 ///
 /// # Errors
 /// [`Error::Synthesis`] when no bound covers the model error.
@@ -25,7 +26,7 @@ pub(crate) fn bounded_rate(
     lambda: f64,
 ) -> Result<BoundedRate, Error> {
     // That of the transposed loop is the reciprocal.
-    let lambda = if slow.inverse { 1.0 / lambda } else { lambda };
+    let own = if slow.inverse { 1.0 / lambda } else { lambda };
     let tries = RAISES.iter().flat_map(|raise| FACTORS.iter().map(move |factor| (raise, factor)));
     let claims = tries.map(|(raise, factor)| Claim {
         closed,
@@ -34,17 +35,26 @@ pub(crate) fn bounded_rate(
         lyapunov: &slow.lyapunov,
         rate: slow.rate,
         gamma: raise * slow.gamma,
-        lambda: factor * lambda,
+        lambda: factor * own,
     });
-    let covered = claims.into_iter().find_map(intervals).ok_or_else(|| SynthesisError::Numerical {
-        stage: "model error at a bounded rate",
-        diagnosis: "the Lyapunov matrix of the fit shows no gain for the models in the ball around it".into(),
-    })?;
-    Ok(BoundedRate {
-        rate: slow.rate,
-        slow: section(slow),
-        residual: Some(SlowResidual { lambda: covered.lambda, slow: section(&covered) }),
-    })
+    let covered = claims
+        .into_iter()
+        .find_map(intervals)
+        .or_else(|| covering(closed, error, (slow.rate, slow.gamma), lambda))
+        .ok_or_else(|| SynthesisError::Numerical {
+            stage: "model error at a bounded rate",
+            diagnosis:
+                "no Lyapunov matrix found shows a gain for the models in the ball around the fit; raise \
+                        'synthesis.back_off', or 'model.order' for a smaller ball"
+                    .into(),
+        })?;
+    let residual = Some(SlowResidual { lambda: covered.lambda, slow: section(&covered) });
+    Ok(BoundedRate { residual, ..of_plant_alone(slow) })
+}
+
+/// The section for a bound of a loop, without model error.
+pub fn of_plant_alone(slow: &SlowBound) -> BoundedRate {
+    BoundedRate { rate: slow.rate, slow: section(slow), residual: None }
 }
 
 fn section(bound: &SlowBound) -> Slow {

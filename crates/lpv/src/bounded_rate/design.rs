@@ -2,11 +2,10 @@
 
 use crate::analysis::bounded_gain::{Base, search};
 use crate::analysis::gain_bound::GainBound;
-use crate::analysis::rate::rate_bounded_gain;
-use crate::analysis::rate_program::RateOptions;
 use crate::bounded_rate::central::{Central, central, in_coordinates};
 use crate::bounded_rate::inequalities::{Grid, Pair, Varying, at};
 use crate::bounded_rate::intervals::{Claim, SlowBound, intervals};
+use crate::bounded_rate::own::{SAMPLES, frozen_loops, tightened};
 use crate::bounded_rate::scheduled::through;
 use crate::error::{LftError, SynthesisError};
 use crate::matrix::{Mat, pseudo_inverse, symmetric_part};
@@ -15,9 +14,9 @@ use crate::synthesis::balance::Coordinates;
 use crate::synthesis::least_gamma::least_gamma_within;
 use crate::system::controller::Controller;
 use crate::system::model_error::LoopError;
+use crate::system::modes::{check_detectable, check_stabilisable};
 use crate::system::plant::{ClosedLoop, GeneralisedPlant};
 use crate::system::polynomial::MatrixPolynomial;
-use crate::system::state_space::StateSpace;
 
 /// What is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,7 +36,7 @@ pub struct SlowOptions {
 impl SlowOptions {
     /// The usual ones.
     pub fn at(rate: f64) -> Self {
-        Self { rate, back_off: 0.1, accuracy: 1e-3, points: 7, order: 1 }
+        Self { rate, back_off: 0.1, accuracy: 1e-3, points: 7, order: 2 }
     }
 }
 
@@ -70,18 +69,15 @@ const STAGE: &str = "synthesis at a bounded rate";
 /// By how much the gain of the finished loop, an LFT, may be above that of the controllers that it goes through.
 const LOSS: f64 = 0.03;
 
-/// Values of the parameter at which controllers are computed.
-const SAMPLES: usize = 21;
-
 /// Orders of the polynomials through them, and what part of the largest singular value may be dropped.
 const ORDERS: [usize; 4] = [1, 2, 3, 4];
 const TOLERANCES: [f64; 9] = [0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4, 1e-4, 1e-5, 1e-6];
 
+/// Controllers whose loops are searched for a Lyapunov matrix of their own, which takes seconds.
+const TRIES: usize = 4;
+
 /// How much higher the order of a Lyapunov matrix is that is a rational function.
 const RATIONAL_ORDER: usize = 2;
-
-/// Controllers whose loops are searched for a Lyapunov matrix of their own.
-const MOST_TRIES: usize = 3;
 
 /// Coordinates in which the plant is well conditioned, and the gain that counts as 1.
 struct Place {
@@ -128,7 +124,8 @@ fn frozen(plant: &GeneralisedPlant, count: usize) -> Result<Vec<(f64, Generalise
 /// The least gamma for a plant of one parameter with `|theta'| <= rate`, at values of the parameter.
 ///
 /// # Errors
-/// [`SynthesisError::Numerical`] for other than one parameter; those of the solver.
+/// [`SynthesisError::NotStabilisable`], [`SynthesisError::NotDetectable`]; [`SynthesisError::Numerical`] for other than
+/// one parameter; those of the solver.
 pub fn least_gamma(plant: &GeneralisedPlant, options: SlowOptions) -> Result<Least, SynthesisError> {
     let ways = ways(plant, &Place::new(plant), options)?;
     // In ascending order, and not empty.
@@ -138,6 +135,8 @@ pub fn least_gamma(plant: &GeneralisedPlant, options: SlowOptions) -> Result<Lea
 /// The least gamma for each choice of what varies, ascending; at least one.
 fn ways(plant: &GeneralisedPlant, place: &Place, options: SlowOptions) -> Result<Vec<Least>, SynthesisError> {
     plant.check()?;
+    check_stabilisable(plant)?;
+    check_detectable(plant)?;
     if plant.blocks.len() != 1 {
         let words = format!("the plant has {} parameters, a bounded rate is of one", plant.blocks.len());
         return Err(SynthesisError::numerical(STAGE, words));
@@ -198,7 +197,7 @@ fn build(
     let (controller, bound) = simplest(plant, &place, &family, (options, least.varying))?;
     let closed = plant.close(&controller);
     let fast = however_fast(&closed, &bound);
-    let bound = tightened(&closed, bound.rate, bound.gamma).unwrap_or(bound);
+    let bound = tightened(&closed, (bound.rate, bound.gamma), fast.as_ref()).unwrap_or(bound);
     Ok(SlowDesign { controller, least, gamma_design, bound, fast })
 }
 
@@ -258,25 +257,47 @@ fn simplest(
     for controller in &controllers {
         let closed = plant.close(controller);
         let none = LoopError::none(&closed);
-        let error = &none;
-        let claim = Claim { closed: &closed, error, inverse, lyapunov: &lyapunov, rate, gamma, lambda: 0.0 };
+        let lyapunov = &lyapunov;
+        let claim = Claim { closed: &closed, error: &none, inverse, lyapunov, rate, gamma, lambda: 0.0 };
         if let Some(bound) = intervals(claim) {
             return Ok((controller.clone(), bound));
         }
     }
-    // The loop may have a bound by a Lyapunov matrix of its own.
+    by_own_bounds(plant, &controllers, rate, gamma).ok_or_else(|| {
+        SynthesisError::numerical(
+            STAGE,
+            "no LFT through the controllers keeps their gain; try a larger back-off",
+        )
+    })
+}
+
+/// The first controller of some of those that keep a gamma at frozen values, from the fewest channels to the most,
+/// whose loop keeps it by a Lyapunov matrix of its own, or that with the least bound.
+fn by_own_bounds(
+    plant: &GeneralisedPlant,
+    controllers: &[Controller],
+    rate: f64,
+    gamma: f64,
+) -> Option<(Controller, SlowBound)> {
     let keeps = |k: &&Controller| {
         let loops = frozen_loops(&plant.close(k)).unwrap_or_default();
         !loops.is_empty() && loops.iter().all(|(_, s)| s.hinf_norm().value < gamma)
     };
-    let own = |k: &Controller| Some((k.clone(), tightened(&plant.close(k), rate, FAST_GUESS * gamma)?));
-    if let Some(found) = controllers.iter().filter(keeps).take(MOST_TRIES).find_map(own) {
-        return Ok(found);
+    let mut kept: Vec<&Controller> = controllers.iter().filter(keeps).collect();
+    kept.dedup_by_key(|k| k.blocks.iter().sum::<usize>());
+    let mut best: Option<(Controller, SlowBound)> = None;
+    for part in 0..kept.len().min(TRIES) {
+        let k = kept[part * kept.len() / kept.len().min(TRIES)];
+        let most = best.as_ref().map_or(FAST_GUESS * gamma, |(_, known)| known.gamma);
+        if let Some(bound) = tightened(&plant.close(k), (rate, most), None) {
+            let done = bound.gamma < gamma;
+            best = Some((k.clone(), bound));
+            if done {
+                break;
+            }
+        }
     }
-    Err(SynthesisError::numerical(
-        STAGE,
-        "no LFT through the controllers keeps their gain; try a larger back-off",
-    ))
+    best
 }
 
 /// The polynomial through the Lyapunov matrices of a family, or through their inverses, in the plant's coordinates.
@@ -292,36 +313,6 @@ fn lyapunov_matrix(
     let undone = |m: &Mat| symmetric_part(&place.coordinates.undo_lyapunov(m, inverse));
     Ok(fit.coefficients.iter().map(undone).collect())
 }
-
-/// A bound of a loop below `gamma`, by a Lyapunov matrix of its own: that of the synthesis is made for other aims.
-/// `None` where none was found, and for loops of more than [`MOST_STATES`] states.
-fn tightened(closed: &ClosedLoop, rate: f64, gamma: f64) -> Option<SlowBound> {
-    let order = match closed.a().nrows() {
-        0..=FEW_STATES => 2,
-        states if states <= MOST_STATES => 1,
-        _ => return None,
-    };
-    let options = RateOptions { order, accuracy: TIGHTENED, ..RateOptions::default() };
-    let found = rate_bounded_gain(&frozen_loops(closed).ok()?, rate, options).ok()?;
-    let least = (1.0 + TIGHTENED) * found.gamma;
-    let (error, lyapunov) = (&LoopError::none(closed), &found.proof.lyapunov.coefficients);
-    let claim = Claim { closed, error, inverse: false, lyapunov, rate, gamma: least, lambda: 0.0 };
-    if least < gamma { intervals(claim) } else { None }
-}
-
-fn frozen_loops(closed: &ClosedLoop) -> Result<Vec<(f64, StateSpace)>, LftError> {
-    let theta = |i: usize| 2.0 * i as f64 / (SAMPLES - 1) as f64 - 1.0;
-    (0..SAMPLES).map(|i| Ok((theta(i), closed.frozen(&[theta(i)])?))).collect()
-}
-
-/// The search for a loop's own Lyapunov matrix takes a second at 12 states and a minute at 30: with more states it is
-/// affine in the parameter, and with still more it is left out.
-const FEW_STATES: usize = 20;
-const MOST_STATES: usize = 40;
-
-/// How near to the least gain of a finished loop the one sought is, relative to itself, and how far above the one
-/// found the one claimed, so that the inequality holds clearly.
-const TIGHTENED: f64 = 0.01;
 
 /// A bound for a parameter that moves however fast, sought from what shows the one at a bounded rate.
 fn however_fast(closed: &ClosedLoop, slow: &SlowBound) -> Option<GainBound> {

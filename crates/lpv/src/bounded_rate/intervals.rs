@@ -44,6 +44,9 @@ const SHORTEST: f64 = 1.0 / 1024.0;
 /// Sizes of M that are tried, relative to one that weighs the channels as the rest is negative at the middle.
 const SIZES: [f64; 6] = [0.3, 1.0, 0.1, 3.0, 0.03, 0.003];
 
+/// Digits of N that are tried, so that a certificate stays short.
+const DIGITS: [usize; 3] = [4, 6, 9];
+
 /// Values of theta at which the loop's own inequality is looked at first.
 const FROZEN: usize = 9;
 
@@ -82,7 +85,7 @@ pub fn intervals(claim: Claim<'_>) -> Option<SlowBound> {
     while let Some((from, to)) = waiting.pop() {
         if let Some(n) = form.multiplier(from, to) {
             breakpoints.push(to);
-            multipliers.push(&n * &form.back);
+            multipliers.push(n);
         } else if to - from > 2.0 * SHORTEST {
             let middle = 0.5 * (from + to);
             waiting.extend([(middle, to), (from, middle)]);
@@ -195,7 +198,7 @@ impl Form {
         Some(holds)
     }
 
-    /// N of an interval, if there is one.
+    /// N of an interval in the given coordinates, if there is one, with as few digits as will do.
     fn multiplier(&self, from: f64, to: f64) -> Option<Mat> {
         let middle = 0.5 * (from + to);
         let r = self.wt.nrows();
@@ -209,7 +212,12 @@ impl Form {
         let direct = symmetric_part(&(&seen * kept.cholesky()?.solve(&seen.transpose())));
         let weight = weight(direct, &zt.columns(k, r).into_owned())?;
         let of_size = |size: &f64| block(&[&[&-&cross, &(-(&own + &weight * *size) * 0.5)]]) * &coordinates;
-        SIZES.iter().map(of_size).find(|n| self.worst(from, to, n) < CLEARLY_NEGATIVE)
+        let n = SIZES.iter().map(of_size).find(|n| self.worst(from, to, n) < CLEARLY_NEGATIVE)? * &self.back;
+        let inverse = self.back.clone().try_inverse()?;
+        let short = DIGITS.iter().map(|digits| n.map(|entry| rounded(entry, *digits)));
+        Some(
+            short.into_iter().find(|n| self.worst(from, to, &(n * &inverse)) < CLEARLY_NEGATIVE).unwrap_or(n),
+        )
     }
 
     /// The largest eigenvalue of the Bernstein coefficients, scaled to unit diagonals.
@@ -234,6 +242,11 @@ impl Form {
         }
         worst
     }
+}
+
+/// A number with that many significant decimal digits.
+fn rounded(value: f64, digits: usize) -> f64 {
+    format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }
 
 /// M, the inverse of `W = G + k^2 D W D'`: of what reaches zt through the rest, G, and through the channels, D, so

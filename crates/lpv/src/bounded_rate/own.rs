@@ -1,0 +1,98 @@
+//! The gain of a finished loop at a bounded rate, by Lyapunov matrices that are sought for it alone.
+
+use crate::analysis::gain_bound::GainBound;
+use crate::analysis::rate::rate_bounded_gain;
+use crate::analysis::rate_program::RateOptions;
+use crate::bounded_rate::intervals::{Claim, SlowBound, intervals};
+use crate::error::LftError;
+use crate::matrix::Mat;
+use crate::system::model_error::LoopError;
+use crate::system::partition::Group::{T, W, X, Z};
+use crate::system::plant::ClosedLoop;
+use crate::system::state_space::StateSpace;
+
+/// Values of the parameter at which loops are frozen.
+pub(crate) const SAMPLES: usize = 21;
+
+/// The least gain of a loop at values of the parameter, with its Lyapunov matrix. `None` where none was found, and for
+/// loops of more than [`MOST_STATES`] states.
+fn own_bound(closed: &ClosedLoop, rate: f64) -> Option<(f64, Vec<Mat>)> {
+    let order = match closed.a().nrows() {
+        0..=FEW_STATES => 2,
+        states if states <= MOST_STATES => 1,
+        _ => return None,
+    };
+    let options = RateOptions { order, accuracy: TIGHTENED, ..RateOptions::default() };
+    let found = rate_bounded_gain(&frozen_loops(closed).ok()?, rate, options).ok()?;
+    Some((found.gamma, found.proof.lyapunov.coefficients))
+}
+
+/// A bound of a loop below `most`: by a Lyapunov matrix of its own, since that of the synthesis is made for other aims,
+/// or by that for a parameter that moves however fast.
+pub(crate) fn tightened(
+    closed: &ClosedLoop,
+    (rate, most): (f64, f64),
+    fast: Option<&GainBound>,
+) -> Option<SlowBound> {
+    let own = own_bound(closed, rate).map(|(gamma, lyapunov)| ((1.0 + TIGHTENED) * gamma, lyapunov));
+    let constant = fast.map(|bound| (bound.gamma, vec![bound.x.clone()]));
+    let mut tries: Vec<(f64, Vec<Mat>)> = own.into_iter().chain(constant).collect();
+    tries.sort_by(|one, other| one.0.total_cmp(&other.0));
+    let error = &LoopError::none(closed);
+    tries.iter().filter(|(gamma, _)| *gamma < most).find_map(|(gamma, lyapunov)| {
+        intervals(Claim { closed, error, inverse: false, lyapunov, rate, gamma: *gamma, lambda: 0.0 })
+    })
+}
+
+pub(crate) fn frozen_loops(closed: &ClosedLoop) -> Result<Vec<(f64, StateSpace)>, LftError> {
+    let theta = |i: usize| 2.0 * i as f64 / (SAMPLES - 1) as f64 - 1.0;
+    (0..SAMPLES).map(|i| Ok((theta(i), closed.frozen(&[theta(i)])?))).collect()
+}
+
+/// The search for a loop's own Lyapunov matrix takes a second at 12 states and a minute at 30: with more states it is
+/// affine in the parameter, and with still more it is left out.
+const FEW_STATES: usize = 20;
+const MOST_STATES: usize = 40;
+
+/// How near to the least gain of a finished loop the one sought is, relative to itself, and how far above the one
+/// found the one claimed, so that the inequality holds clearly.
+const TIGHTENED: f64 = 0.01;
+
+/// A bound of a loop with model error, somewhat above a gamma that it has without; `lambda` is a guess at the multiplier of
+/// the error. `None` where none was found.
+///
+/// The error is made part of w and z: the loop from `[w; sqrt(lambda/gamma) w_D]` to `[z; sqrt(lambda gamma) z_D]` has
+/// the gain g. Where g is at most gamma, g is one of the loop with model error, with `lambda g/gamma`.
+pub fn covering(
+    closed: &ClosedLoop,
+    error: &LoopError,
+    (rate, gamma): (f64, f64),
+    lambda: f64,
+) -> Option<SlowBound> {
+    let tries =
+        RAISES.iter().flat_map(|raise| FACTORS.iter().map(move |factor| (raise * gamma, factor * lambda)));
+    tries.into_iter().find_map(|(gamma, lambda)| {
+        let (own, lyapunov) = own_bound(&with_error(closed, error, gamma, lambda), rate)?;
+        let lyapunov = &lyapunov;
+        let reached = (1.0 + TIGHTENED) * own;
+        let lambda = lambda * reached / gamma;
+        let claim = Claim { closed, error, inverse: false, lyapunov, rate, gamma: reached, lambda };
+        if reached <= gamma { intervals(claim) } else { None }
+    })
+}
+
+/// What gamma and lambda are tried.
+const RAISES: [f64; 3] = [1.1, 1.3, 2.0];
+const FACTORS: [f64; 3] = [1.0, 0.2, 5.0];
+
+fn with_error(closed: &ClosedLoop, error: &LoopError, gamma: f64, lambda: f64) -> ClosedLoop {
+    let s = closed.parts.sizes();
+    let (f, d) = (error.fx.nrows(), error.e.ncols());
+    let (out, into) = ((lambda * gamma).sqrt(), (gamma / lambda).sqrt());
+    let mut parts = closed.parts.resized(Z, s.z + f).resized(W, s.w + d);
+    parts.block_mut(Z, X).rows_mut(s.z, f).copy_from(&(&error.fx * out));
+    parts.block_mut(Z, T).rows_mut(s.z, f).copy_from(&(&error.ft * out));
+    parts.block_mut(Z, W).view_mut((s.z, 0), (f, s.w)).copy_from(&(&error.fw * out));
+    parts.block_mut(X, W).columns_mut(s.w, d).copy_from(&(&error.e * into));
+    ClosedLoop { parts, channels: closed.channels.clone() }
+}
