@@ -14,7 +14,7 @@ use std::path::Path;
 /// # Errors
 /// [`ProofError::Unproved`]; [`ProofError::WrongPlant`] with the first matrix of the plant that differs.
 pub fn check(problem: &Path, certificate: &Path) -> Result<Theorem, Error> {
-    let Problem { plant, d22 } = read_problem(problem)?;
+    let Problem { plant, d22, rate } = read_problem(problem)?;
     let certificate = parse(&read(certificate)?, &certificate.display().to_string())?;
     if let Some(name) = first_unlike(&plant_rows(&plant).named(), &certificate.plant.named()) {
         return Err(ProofError::WrongPlant { what: format!("matrix {name}") }.into());
@@ -24,6 +24,10 @@ pub fn check(problem: &Path, certificate: &Path) -> Result<Theorem, Error> {
     }
     if plant.blocks != certificate.blocks {
         return Err(ProofError::WrongPlant { what: "blocks".into() }.into());
+    }
+    let proved_at = certificate.bounded_rate.as_ref().map(|claim| claim.rate);
+    if rate.is_some_and(|rate| proved_at.is_none_or(|at| at < rate)) {
+        return Err(ProofError::WrongPlant { what: "rate".into() }.into());
     }
     Ok(certificate.prove()?)
 }

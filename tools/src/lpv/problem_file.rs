@@ -3,7 +3,7 @@
 //! ```json
 //! {"kind": "lpvsyn-lft", "data": {"P": {"A": [[..]], "Bt": .., "B1": .., "B2": .., "Ct": .., "C1": .., "C2": ..,
 //!  "Dtt": .., "Dt1": .., "Dt2": .., "D1t": .., "D11": .., "D12": .., "D2t": .., "D21": .., "D22": ..},
-//!  "blocks": [r_1, ..]}}
+//!  "blocks": [r_1, ..], "rate": ..}}
 //! {"kind": "hinfsyn", "data": {"A": .., "B1": .., "B2": .., "C1": .., "C2": .., "D11": .., "D12": .., "D21": ..}}
 //! ```
 //!
@@ -12,6 +12,9 @@
 //! outputs are those of `D11`, `D12` and `D21`. The text is read as strictly as a certificate: no key may occur
 //! twice. Other keys are ignored.
 //!
+//! `rate`, beside `blocks`, is the bound on `|theta'|` of a plant with one parameter, in units of theta per unit of time;
+//! without it the parameters move however fast.
+//!
 //! Weights are part of the plant, so a weight that is not proper cannot be written down: it has no state-space form
 //! with finite matrices. Attempts to write one are refused by name: `E` of a descriptor system `E x' = A x + ..`
 //! unless it is the identity, and numbers that are not finite. The direct path from u to y, `D22`, is optional and 0
@@ -19,19 +22,22 @@
 
 use crate::error::Error;
 use crate::lpv::matrices::{Matrices, Reader, Size, find};
+use certificate::Json;
 use lpv::matrix::Mat;
 use lpv::partition::Group::{W, X, Z};
 use lpv::partition::{NamedBlock, PLANT, Sizes, names};
 use lpv::plant::GeneralisedPlant;
 use std::path::Path;
 
-/// A generalised plant with a direct path from u to y.
+/// A generalised plant with a direct path from u to y, and how fast its parameter moves.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Problem {
     /// The plant without the direct path.
     pub plant: GeneralisedPlant,
     /// The direct path from u to y.
     pub d22: Mat,
+    /// The bound on `|theta'|` of the only parameter; `None` for parameters that move however fast.
+    pub rate: Option<f64>,
 }
 
 /// Reads a problem file.
@@ -57,8 +63,39 @@ pub fn problem(path: &Path) -> Result<Problem, Error> {
     }
     let plant = GeneralisedPlant::new(blocks, &parts).map_err(|shape| reader.wrong("", shape.to_string()))?;
     let d22 = matrices.or_zero("D22", plant.sizes().y, plant.sizes().u)?;
-    Ok(Problem { plant, d22 })
+    let rate = nested
+        .and_then(|_| find(data, "rate"))
+        .map(|value| rate(&reader, value, &plant, &d22))
+        .transpose()?;
+    Ok(Problem { plant, d22, rate })
 }
+
+/// The bound on the rate of the parameter.
+fn rate(reader: &Reader, value: &Json, plant: &GeneralisedPlant, d22: &Mat) -> Result<f64, Error> {
+    let rate = match value {
+        Json::Number(rate) if (0.0..=FASTEST).contains(rate) => *rate,
+        other => {
+            let found = other.describe();
+            return Err(
+                reader.wrong("rate", format!("is {found}; it must be a number from 0 to {FASTEST:e}"))
+            );
+        }
+    };
+    if plant.blocks.len() != 1 {
+        let count = plant.blocks.len();
+        let words = format!("bounds the rate of one parameter, but 'blocks' has {count}; leave it out");
+        return Err(reader.wrong("rate", words));
+    }
+    if d22.iter().any(|entry| *entry != 0.0) {
+        let words =
+            "is given beside a direct path 'D22'; design for y - D22 u, without 'D22', or leave 'rate' out";
+        return Err(reader.wrong("rate", words.into()));
+    }
+    Ok(rate)
+}
+
+/// The largest bound on a rate: far beyond it the parameter may as well jump.
+const FASTEST: f64 = 1e6;
 
 fn no_performance(part: &str, missing: &str) -> String {
     format!(

@@ -3,84 +3,19 @@
 use crate::error::Error;
 use crate::lpv::problem_file;
 use crate::lpv::problem_file::Problem;
-use certificate::{Certificate, Multipliers, Theorem, lower_bound};
+use crate::lpv::report::{Report, Status};
+use certificate::{Multipliers, lower_bound};
+use lpv::bounded_rate::SlowOptions;
 use lpv::direct_path::{self, synthesise};
 use lpv::error::SynthesisError;
 use lpv::matrix::to_rows;
 use lpv::parameter_grid::parameter_grid;
 use lpv::plant::GeneralisedPlant;
-use lpv::regularise::is_nothing;
 use lpv::regularity::findings;
 use lpv::synthesis::{Design, DualMultipliers, Options, ScalingClass, least_gamma};
-use serde::Serialize;
-use squid_design::certify;
-use squid_design::certify::verify::text;
-use squid_design::certify::{lft_matrices, nominal};
-use squid_design::store::files::Files;
+use squid_design::certify::{self, nominal};
 use std::path::Path;
 use std::time::Instant;
-
-/// The outcomes.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Status {
-    /// There is a controller, with a proved bound.
-    Feasible,
-    /// There is provably none.
-    Infeasible,
-    /// There are controllers, but none of those computed keeps the limit on the fastest mode; whether another does is
-    /// not known.
-    TooFast,
-    /// Nothing is known.
-    #[default]
-    NumericalFailure,
-}
-
-/// The result, as `--json` prints it.
-#[derive(Debug, Clone, Default, Serialize)]
-pub struct Report {
-    /// The outcome.
-    pub status: Status,
-    /// The least gamma, whose inequalities hold strictly by their eigenvalues: symmetric and skew scalings.
-    pub gamma: Option<f64>,
-    /// No controller of any order has a gain below this: proved in exact arithmetic for the plant as given. Absent
-    /// where that is not proved, and for every plant with parameters.
-    pub gamma_lower: Option<f64>,
-    /// The solver's estimate from below of the least gamma: not a bound, and never shown as one.
-    #[serde(skip)]
-    pub lower_estimate: f64,
-    /// The same with symmetric scalings alone.
-    pub gamma_symmetric: Option<f64>,
-    /// The gamma at which the controller was built; of the plant with weight and noise added, where a remark names
-    /// them.
-    pub gamma_design: Option<f64>,
-    /// How far that is above the least, `gamma_design/gamma - 1`; more than was asked where nothing closer could be
-    /// built.
-    pub back_off: Option<f64>,
-    /// The bound of the controller that was built, proved in exact arithmetic.
-    pub certified_gamma: Option<f64>,
-    /// States of the controller.
-    pub controller_states: Option<usize>,
-    /// Why there is no controller.
-    pub reason: Option<String>,
-    /// What in the problem makes gains grow and numerics fail, with the remedy, whatever the outcome; then deviations
-    /// from what was asked.
-    pub remarks: Vec<String>,
-    /// Wall-clock time.
-    pub seconds: f64,
-    /// What was proved.
-    #[serde(skip)]
-    pub theorem: Option<Theorem>,
-    /// Whether weight or noise was added for the design: gamma_design is then of the plant with it.
-    #[serde(skip)]
-    pub regularised: bool,
-    /// Number of remarks about the problem, which come first.
-    #[serde(skip)]
-    pub of_problem: usize,
-    /// The certificate, which contains the controller.
-    #[serde(skip)]
-    pub certificate: Option<Certificate>,
-}
 
 /// Solves the problem of a file.
 ///
@@ -88,25 +23,82 @@ pub struct Report {
 /// Only those of the file; that a problem has no solution is a [`Report`].
 pub fn run(path: &Path, options: Options, reduce: bool) -> Result<Report, Error> {
     let problem = problem_file::problem(path)?;
-    let plant = &problem.plant;
     let started = Instant::now();
-    let remarks: Vec<String> = findings(plant).iter().map(ToString::to_string).collect();
-    let mut report = Report { of_problem: remarks.len(), remarks, ..Report::default() };
-    match design(&problem, options, reduce) {
-        Ok(design) => feasible(&problem, &design, &mut report),
-        Err(error) => without_controller(plant, options, &error, &mut report),
+    let remarks: Vec<String> = findings(&problem.plant).iter().map(ToString::to_string).collect();
+    let mut report = Report { of_problem: remarks.len(), remarks, rate: problem.rate, ..Report::default() };
+    match problem.rate {
+        Some(rate) => {
+            unlimited(path, options, reduce)?;
+            at_bounded_rate(
+                &problem,
+                SlowOptions { back_off: options.back_off, ..SlowOptions::at(rate) },
+                &mut report,
+            );
+        }
+        None => at_any_rate(&problem, options, reduce, &mut report),
     }
-    symmetric(plant, &mut report);
-    report.doubt_gamma();
     report.compare_back_off(options.back_off);
     report.seconds = started.elapsed().as_secs_f64();
     Ok(report)
 }
 
+/// Checks that nothing is asked for that a synthesis for a bounded rate does not do.
+fn unlimited(path: &Path, options: Options, reduce: bool) -> Result<(), Error> {
+    let given = [
+        ("--gamma-limit", options.gamma_limit.is_some()),
+        ("--fastest-mode", options.fastest_mode.is_some()),
+        ("--reduce", reduce),
+    ];
+    given.into_iter().find(|(_, given)| *given).map_or(Ok(()), |(name, _)| {
+        let reason =
+            format!("'rate' is given beside {name}, which it does not go with; leave one of them out");
+        Err(Error::Problem { file: path.display().to_string(), reason })
+    })
+}
+
+fn at_any_rate(problem: &Problem, options: Options, reduce: bool, report: &mut Report) {
+    match design(problem, options, reduce) {
+        Ok(design) => feasible(problem, &design, report),
+        Err(error) => without_controller(&problem.plant, options, &error, report),
+    }
+    symmetric(&problem.plant, report);
+    report.doubt_gamma();
+}
+
+/// Designs and proves for a parameter that moves at a bounded rate.
+fn at_bounded_rate(problem: &Problem, options: SlowOptions, report: &mut Report) {
+    let found = match lpv::bounded_rate::synthesise(&problem.plant, options) {
+        Ok(found) => found,
+        Err(error) => {
+            // Anything else may be had by Lyapunov matrices of a higher order.
+            let none = matches!(
+                error,
+                SynthesisError::NotStabilisable { .. } | SynthesisError::NotDetectable { .. }
+            );
+            report.status = if none { Status::Infeasible } else { Status::NumericalFailure };
+            report.reason = Some(error.to_string());
+            return;
+        }
+    };
+    report.gamma = Some(found.least.gamma);
+    report.gamma_design = Some(found.gamma_design);
+    report.controller_states = Some(found.controller.a().nrows());
+    let Some(fast) = found.fast else {
+        report.reason = Some(NOT_FAST.into());
+        return;
+    };
+    let mut certificate = nominal(&problem.plant, &found.controller, &fast);
+    certificate.bounded_rate = Some(certify::rate::of_plant_alone(&found.bound));
+    report.prove(certificate);
+}
+
+const NOT_FAST: &str = "a controller was computed for the rate, but no bound of its loop for a parameter that moves \
+    faster, which the certificate states too; raise 'rate' or --back-off";
+
 /// Synthesises, and removes states if `reduce`. A controller that is too fast with all states may keep the limit with
 /// fewer.
 fn design(problem: &Problem, options: Options, reduce: bool) -> Result<Design, SynthesisError> {
-    let Problem { plant, d22 } = problem;
+    let Problem { plant, d22, .. } = problem;
     let full = synthesise(plant, d22, options);
     if !reduce {
         return full;
@@ -163,18 +155,7 @@ fn feasible(problem: &Problem, design: &Design, report: &mut Report) {
     }
     let mut certificate = nominal(&problem.plant, &design.controller, &design.certified);
     certificate.plant.d22 = certify::direct_path(&problem.d22);
-    match certificate.prove() {
-        Ok(theorem) => {
-            report.status = Status::Feasible;
-            report.certified_gamma = Some(theorem.gamma);
-            report.theorem = Some(theorem);
-        }
-        Err(failure) => {
-            report.reason =
-                Some(format!("a controller was computed, but its certificate does not prove: {failure}"));
-        }
-    }
-    report.certificate = Some(certificate);
+    report.prove(certificate);
 }
 
 /// The lower bound proved by the first multipliers that prove one; better ones may violate an inequality by rounding.
@@ -189,13 +170,6 @@ fn proved_lower(plant: &GeneralisedPlant, multipliers: &[DualMultipliers]) -> Op
         lower_bound(&rows, &guess)
     })
 }
-
-const NO_LEAST: &str = "the computed least gamma is zero up to rounding: the smaller the bound is to be, the \
-    larger the gains, and no controller is near the least; give every control a weight and every measurement \
-    noise";
-
-/// The relative gap between gamma and its lower estimate above which a remark is made.
-const DOUBTFUL_GAP: f64 = 1e-2;
 
 fn without_controller(
     plant: &GeneralisedPlant,
@@ -220,105 +194,4 @@ fn without_controller(
         }
     }
     report.reason = Some(error.to_string());
-}
-
-impl Report {
-    /// Remarks on a gamma that may be too high.
-    fn doubt_gamma(&mut self) {
-        let Some(gamma) = self.gamma.filter(|_| self.status != Status::Infeasible) else { return };
-        let clear = |lower: f64| gamma - lower <= DOUBTFUL_GAP * gamma;
-        if clear(self.lower_estimate) || self.gamma_lower.is_some_and(clear) {
-            return;
-        }
-        let proved =
-            self.gamma_lower.map_or_else(String::new, |lower| format!(", though it is at least {lower}"));
-        self.remarks.push(format!(
-            "how far the least gamma may be below the computed one is not known{proved}: the problem is badly \
-                conditioned, check units and weights"
-        ));
-    }
-
-    /// Computes the back-off, and remarks on it when it is more than asked.
-    fn compare_back_off(&mut self, asked: f64) {
-        let (Some(built), Some(least)) = (self.gamma_design, self.gamma) else { return };
-        if self.certified_gamma.is_some_and(|bound| is_nothing(least, bound)) {
-            self.remarks.push(NO_LEAST.into());
-            return;
-        }
-        self.back_off = Some(built / least - 1.0).filter(|b| b.is_finite());
-        if let Some(back_off) = self.back_off.filter(|b| *b > 1.01 * asked && !self.regularised) {
-            self.remarks.push(format!(
-                "the controller was built {:.1} % above the least gamma where {:.1} % was asked: nothing closer \
-                    could be built",
-                100.0 * back_off,
-                100.0 * asked
-            ));
-        }
-    }
-
-    /// Writes `report.json`, and `controller.json` and `certificate.json` if there is a controller.
-    ///
-    /// # Errors
-    /// [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable).
-    pub fn save(&self, directory: &Path) -> Result<(), Error> {
-        let mut files = Files::default();
-        // Without a proof nothing is kept, and files of an earlier run are removed.
-        let proved = self.certificate.as_ref().filter(|_| self.theorem.is_some());
-        let [path, controller] = ["certificate.json", "controller.json"].map(|name| directory.join(name));
-        if let Some(certificate) = proved {
-            files.add(path.clone(), text(certificate, &path)?);
-            let (blocks, rows) = (certificate.controller_blocks.clone(), certificate.controller.clone());
-            files.add_json(controller, &lft_matrices(blocks, rows))?;
-        } else {
-            files.remove(path);
-            files.remove(controller);
-        }
-        files.add_json(directory.join("report.json"), self)?;
-        Ok(files.save(directory)?)
-    }
-
-    /// The text for a terminal.
-    pub fn words(&self) -> String {
-        let number = |v: Option<f64>| v.map_or_else(|| "unknown".into(), |v| format!("{v:.6}"));
-        let mut out = match self.status {
-            Status::Feasible => "feasible\n".to_owned(),
-            Status::Infeasible => "infeasible: there is no such controller\n".to_owned(),
-            Status::TooFast => {
-                "too fast: no computed controller keeps the limit on the fastest mode\n".to_owned()
-            }
-            Status::NumericalFailure => "numerical failure: nothing is known\n".to_owned(),
-        };
-        if let Some(reason) = &self.reason {
-            out += &format!("  {reason}\n");
-        }
-        // Remarks on the problem are of interest where there is no controller and no proof of infeasibility.
-        let unexplained = matches!(self.status, Status::TooFast | Status::NumericalFailure);
-        for remark in self.remarks.iter().skip(if unexplained { 0 } else { self.of_problem }) {
-            out += &format!("  remark: {remark}\n");
-        }
-        if self.gamma.is_some() {
-            out += &format!(
-                "  least gamma         {}\n  symmetric scalings  {}\n",
-                number(self.gamma),
-                number(self.gamma_symmetric)
-            );
-        }
-        if let (Some(built), Some(back_off)) = (self.gamma_design, self.back_off) {
-            out += &format!("  built at            {built:.6}, {:.1} % above the least\n", 100.0 * back_off);
-        }
-        if let Some(theorem) = &self.theorem {
-            out += &format!("  certified gamma     {}\n  PROVED: {theorem}\n", number(self.certified_gamma));
-        }
-        out + &format!("  {:.2} s\n", self.seconds)
-    }
-
-    /// 0 for a controller, 2 for none possible, 3 for a numerical failure, 4 for controllers that are all too fast.
-    pub fn exit_code(&self) -> u8 {
-        match self.status {
-            Status::Feasible => 0,
-            Status::Infeasible => 2,
-            Status::NumericalFailure => 3,
-            Status::TooFast => 4,
-        }
-    }
 }

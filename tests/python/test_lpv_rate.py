@@ -1,0 +1,122 @@
+"""`squid lpv synth` of a problem with `rate`: a parameter that moves at a bounded rate."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from conftest import Run
+from fly.stages import ROOT
+from test_lpv import assert_refused, synth
+
+CASES = ROOT / "tests" / "cases"
+GOLDEN = ROOT / "tests" / "certificates" / "remus100_bounded_rate.json"
+
+
+def commutator(rate: float) -> dict:
+    """Return `theta G - G theta`, G = 1/(s + 1), from w1 to z1, and a control that only costs: z2 = u, y = w2."""
+    zero = [[0.0, 0.0], [0.0, 0.0]]
+    p = {"A": [[-1, 0], [0, -1]], "B1": [[1, 0], [0, 0]], "C1": [[0, -1], [0, 0]], "D1t": [[0, 1], [0, 0]]}
+    p |= {"Bt": [[0, 0], [1, 0]], "Ct": [[0, 0], [1, 0]], "Dt1": [[1, 0], [0, 0]], "Dtt": zero, "D11": zero}
+    p |= {
+        "B2": [[0], [0]],
+        "Dt2": [[0], [0]],
+        "D12": [[0], [1]],
+        "C2": [[0, 0]],
+        "D2t": [[0, 0]],
+        "D21": [[0, 1]],
+    }
+    return {"data": {"P": p, "blocks": [2], "rate": rate}}
+
+
+@pytest.fixture
+def remus() -> dict:
+    """Return the problem of REMUS 100 by its tracking errors alone, at 0.5 m/s^2."""
+    file = json.loads(GOLDEN.read_text(encoding="utf-8"))
+    return {"data": {"P": file["plant"], "blocks": file["blocks"], "rate": 1.25}}
+
+
+QUADRATIC = 0.02
+"""How far a quadratic X may be above the published one of order 3, at the rates below."""
+TIGHTENED = 0.02
+"""How far the proved bound may be above the least of its Lyapunov matrix: the search's accuracy, the proof's room."""
+
+
+@pytest.mark.parametrize("place", [1, 2, 3], ids=["0.1", "0.2", "1"])
+def test_the_published_gain_of_the_commutator(run_squid: Run, tmp_path: Path, place: int) -> None:
+    """The control cannot help, so that the least gamma is the published gain, and the proof near it and not below."""
+    expected = json.loads((CASES / "lpv08_delta_commutator.json").read_text(encoding="utf-8"))["expected"]
+    rate, gamma = expected["rate"][place], expected["gamma_rate_poly3"][place]
+    code, report, _ = synth(run_squid, tmp_path / "p.json", commutator(rate), "--out", str(tmp_path))
+    assert (code, report["status"], report["rate"]) == (0, "feasible", rate)
+    least, proved = report["gamma"], report["certified_gamma_at_rate"]
+    assert gamma * (1 - expected["rate_rtol"]) <= least <= gamma * (1 + QUADRATIC)
+    assert gamma * (1 - expected["rate_rtol"]) <= proved <= gamma * (1 + QUADRATIC + TIGHTENED)
+    assert proved < 0.75 * report["certified_gamma"]
+    certificate = json.loads((tmp_path / "certificate.json").read_text(encoding="utf-8"))
+    assert certificate["bounded_rate"]["rate"] == rate and certificate["bounded_rate"]["gamma"] == proved
+    done = run_squid("verify", tmp_path / "certificate.json")
+    assert (
+        done.returncode == 0
+        and f"moves by at most {rate:g} in a unit of time, the gain is below {proved}" in done.stdout
+    )
+
+
+def test_a_bounded_rate_pays(run_squid: Run, tmp_path: Path, remus: dict) -> None:
+    """The gain is smaller than that for any course of the parameter; words and check say for which rate."""
+    done = run_squid("lpv", "synth", GOLDEN, "--json")
+    fast = json.loads(done.stdout)
+    path = tmp_path / "p.json"
+    path.write_text(json.dumps(remus), encoding="utf-8")
+    done = run_squid("lpv", "synth", path, "--out", tmp_path)
+    assert done.returncode == 0 and "with |theta'| <=    1.25, at seven values of theta" in done.stdout
+    report = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))
+    assert report["gamma"] < 0.8 * fast["gamma"] and "rate" not in fast
+    assert report["certified_gamma_at_rate"] < 0.9 * fast["certified_gamma"]
+    assert (
+        report["gamma_design"] == pytest.approx(1.1 * report["gamma"], rel=1e-6) and report["remarks"] == []
+    )
+    certificate = tmp_path / "certificate.json"
+    assert run_squid("lpv", "check", path, certificate).returncode == 0
+    remus["data"]["rate"] = 1.26
+    path.write_text(json.dumps(remus), encoding="utf-8")
+    done = run_squid("lpv", "check", path, certificate)
+    assert done.returncode == 1 and "not of this plant: rate differs" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        ({"rate": -1.0}, "'rate' is the number -1; it must be a number from 0 to 1e6"),
+        ({"rate": "fast"}, "'rate' is the string \"fast\"; it must be"),
+        ({"rate": None}, "'rate' is null; it must be"),
+        ({"rate": 1e7}, "it must be a number from 0 to 1e6"),
+        ({"blocks": [1, 1]}, "'rate' bounds the rate of one parameter, but 'blocks' has 2; leave it out"),
+    ],
+)
+def test_wrong_rates(run_squid: Run, tmp_path: Path, spoil: dict, words: str) -> None:
+    """What is no rate of one parameter is refused in one sentence."""
+    problem = commutator(0.2)
+    problem["data"] |= spoil
+    assert_refused(*synth(run_squid, tmp_path / "p.json", problem), words)
+
+
+def test_what_goes_with_no_rate(run_squid: Run, tmp_path: Path) -> None:
+    """A direct path and options that the synthesis for a bounded rate does not have are refused, not left out."""
+    problem = commutator(0.2)
+    for option in (["--reduce"], ["--gamma-limit", "2"], ["--fastest-mode", "9"]):
+        found = synth(run_squid, tmp_path / "p.json", problem, *option)
+        assert_refused(*found, f"'rate' is given beside {option[0]}, which")
+    problem["data"]["P"]["D22"] = [[0.5]]
+    assert_refused(
+        *synth(run_squid, tmp_path / "p.json", problem), "'rate' is given beside a direct path 'D22'"
+    )
+
+
+def test_no_controller_at_any_rate(run_squid: Run, tmp_path: Path) -> None:
+    """A mode that no control reaches at a constant parameter is a proof that there is none."""
+    problem = commutator(0.2)
+    problem["data"]["P"]["A"][0][0] = 1.0
+    code, report, _ = synth(run_squid, tmp_path / "p.json", problem)
+    assert (code, report["status"]) == (2, "infeasible") and "cannot be stabilised" in report["reason"]

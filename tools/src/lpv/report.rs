@@ -1,0 +1,207 @@
+//! What `squid lpv synth` found: its report, on the terminal and in files.
+
+use crate::error::Error;
+use certificate::{Certificate, Theorem};
+use lpv::regularise::is_nothing;
+use serde::Serialize;
+use squid_design::certify::lft_matrices;
+use squid_design::certify::verify::text;
+use squid_design::store::files::Files;
+use std::path::Path;
+
+/// The outcomes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// There is a controller, with a proved bound.
+    Feasible,
+    /// There is provably none.
+    Infeasible,
+    /// There are controllers, but none of those computed keeps the limit on the fastest mode; whether another does is
+    /// not known.
+    TooFast,
+    /// Nothing is known.
+    #[default]
+    NumericalFailure,
+}
+
+/// The result, as `--json` prints it.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Report {
+    /// The outcome.
+    pub status: Status,
+    /// The least gamma, whose inequalities hold strictly by their eigenvalues: symmetric and skew scalings. At a bounded
+    /// rate: that of the inequalities at seven values of the parameter, and not a bound.
+    pub gamma: Option<f64>,
+    /// No controller of any order has a gain below this: proved in exact arithmetic for the plant as given. Absent
+    /// where that is not proved, and for every plant with parameters.
+    pub gamma_lower: Option<f64>,
+    /// The solver's estimate from below of the least gamma: not a bound, and never shown as one.
+    #[serde(skip)]
+    pub lower_estimate: f64,
+    /// The same with symmetric scalings alone.
+    pub gamma_symmetric: Option<f64>,
+    /// The gamma at which the controller was built; of the plant with weight and noise added, where a remark names
+    /// them.
+    pub gamma_design: Option<f64>,
+    /// How far that is above the least, `gamma_design/gamma - 1`; more than was asked where nothing closer could be
+    /// built.
+    pub back_off: Option<f64>,
+    /// The bound of the controller that was built, proved in exact arithmetic, however fast the parameters move.
+    pub certified_gamma: Option<f64>,
+    /// The bound on the parameter's rate in the problem.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rate: Option<f64>,
+    /// The bound of the controller at that rate, proved in exact arithmetic.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub certified_gamma_at_rate: Option<f64>,
+    /// States of the controller.
+    pub controller_states: Option<usize>,
+    /// Why there is no controller.
+    pub reason: Option<String>,
+    /// What in the problem makes gains grow and numerics fail, with the remedy, whatever the outcome; then deviations
+    /// from what was asked.
+    pub remarks: Vec<String>,
+    /// Wall-clock time.
+    pub seconds: f64,
+    /// What was proved.
+    #[serde(skip)]
+    pub theorem: Option<Theorem>,
+    /// Whether weight or noise was added for the design: gamma_design is then of the plant with it.
+    #[serde(skip)]
+    pub regularised: bool,
+    /// Number of remarks about the problem, which come first.
+    #[serde(skip)]
+    pub of_problem: usize,
+    /// The certificate, which contains the controller.
+    #[serde(skip)]
+    pub certificate: Option<Certificate>,
+}
+
+const NO_LEAST: &str = "the computed least gamma is zero up to rounding: the smaller the bound is to be, the \
+    larger the gains, and no controller is near the least; give every control a weight and every measurement \
+    noise";
+
+/// The relative gap between gamma and its lower estimate above which a remark is made.
+const DOUBTFUL_GAP: f64 = 1e-2;
+
+impl Report {
+    /// Proves what was designed.
+    pub fn prove(&mut self, certificate: Certificate) {
+        match certificate.prove() {
+            Ok(theorem) => {
+                self.status = Status::Feasible;
+                self.certified_gamma = Some(theorem.gamma);
+                self.certified_gamma_at_rate = theorem.bounded_rate.map(|slow| slow.gamma);
+                self.theorem = Some(theorem);
+            }
+            Err(failure) => {
+                self.reason =
+                    Some(format!("a controller was computed, but its certificate does not prove: {failure}"));
+            }
+        }
+        self.certificate = Some(certificate);
+    }
+
+    /// Remarks on a gamma that may be too high.
+    pub fn doubt_gamma(&mut self) {
+        let Some(gamma) = self.gamma.filter(|_| self.status != Status::Infeasible) else { return };
+        let clear = |lower: f64| gamma - lower <= DOUBTFUL_GAP * gamma;
+        if clear(self.lower_estimate) || self.gamma_lower.is_some_and(clear) {
+            return;
+        }
+        let proved =
+            self.gamma_lower.map_or_else(String::new, |lower| format!(", though it is at least {lower}"));
+        self.remarks.push(format!(
+            "how far the least gamma may be below the computed one is not known{proved}: the problem is badly \
+                conditioned, check units and weights"
+        ));
+    }
+
+    /// Computes the back-off, and remarks on it when it is more than asked.
+    pub fn compare_back_off(&mut self, asked: f64) {
+        let (Some(built), Some(least)) = (self.gamma_design, self.gamma) else { return };
+        if self.certified_gamma.is_some_and(|bound| is_nothing(least, bound)) {
+            self.remarks.push(NO_LEAST.into());
+            return;
+        }
+        self.back_off = Some(built / least - 1.0).filter(|b| b.is_finite());
+        if let Some(back_off) = self.back_off.filter(|b| *b > 1.01 * asked && !self.regularised) {
+            self.remarks.push(format!(
+                "the controller was built {:.1} % above the least gamma where {:.1} % was asked: nothing closer \
+                    could be built",
+                100.0 * back_off,
+                100.0 * asked
+            ));
+        }
+    }
+
+    /// Writes `report.json`, and `controller.json` and `certificate.json` if there is a controller.
+    ///
+    /// # Errors
+    /// [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable).
+    pub fn save(&self, directory: &Path) -> Result<(), Error> {
+        let mut files = Files::default();
+        // Without a proof nothing is kept, and files of an earlier run are removed.
+        let proved = self.certificate.as_ref().filter(|_| self.theorem.is_some());
+        let [path, controller] = ["certificate.json", "controller.json"].map(|name| directory.join(name));
+        if let Some(certificate) = proved {
+            files.add(path.clone(), text(certificate, &path)?);
+            let (blocks, rows) = (certificate.controller_blocks.clone(), certificate.controller.clone());
+            files.add_json(controller, &lft_matrices(blocks, rows))?;
+        } else {
+            files.remove(path);
+            files.remove(controller);
+        }
+        files.add_json(directory.join("report.json"), self)?;
+        Ok(files.save(directory)?)
+    }
+
+    /// The text for a terminal.
+    pub fn words(&self) -> String {
+        let number = |v: Option<f64>| v.map_or_else(|| "unknown".into(), |v| format!("{v:.6}"));
+        let mut out = match self.status {
+            Status::Feasible => "feasible\n".to_owned(),
+            Status::Infeasible => "infeasible: there is no such controller\n".to_owned(),
+            Status::TooFast => {
+                "too fast: no computed controller keeps the limit on the fastest mode\n".to_owned()
+            }
+            Status::NumericalFailure => "numerical failure: nothing is known\n".to_owned(),
+        };
+        if let Some(reason) = &self.reason {
+            out += &format!("  {reason}\n");
+        }
+        // Remarks on the problem are of interest where there is no controller and no proof of infeasibility.
+        let unexplained = matches!(self.status, Status::TooFast | Status::NumericalFailure);
+        for remark in self.remarks.iter().skip(if unexplained { 0 } else { self.of_problem }) {
+            out += &format!("  remark: {remark}\n");
+        }
+        if self.gamma.is_some() {
+            out += &format!("  least gamma         {}\n", number(self.gamma));
+            out += &match self.rate {
+                Some(rate) => format!("  with |theta'| <=    {rate}, at seven values of theta\n"),
+                None => format!("  symmetric scalings  {}\n", number(self.gamma_symmetric)),
+            };
+        }
+        if let (Some(built), Some(back_off)) = (self.gamma_design, self.back_off) {
+            out += &format!("  built at            {built:.6}, {:.1} % above the least\n", 100.0 * back_off);
+        }
+        if let Some(theorem) = &self.theorem {
+            if self.certified_gamma_at_rate.is_some() {
+                out += &format!("  certified at rate   {}\n", number(self.certified_gamma_at_rate));
+            }
+            out += &format!("  certified gamma     {}\n  PROVED: {theorem}\n", number(self.certified_gamma));
+        }
+        out + &format!("  {:.2} s\n", self.seconds)
+    }
+
+    /// 0 for a controller, 2 for none possible, 3 for a numerical failure, 4 for controllers that are all too fast.
+    pub fn exit_code(&self) -> u8 {
+        match self.status {
+            Status::Feasible => 0,
+            Status::Infeasible => 2,
+            Status::NumericalFailure => 3,
+            Status::TooFast => 4,
+        }
+    }
+}
