@@ -20,6 +20,8 @@ VENV = ROOT / "build" / "bench-venv"
 EXAMPLES = ROOT / "target" / "release" / "examples"
 DOCS = ROOT / "docs"
 SQUID = ROOT / "tests" / "certificates" / "squid_surrogate.json"
+REMUS = ROOT / "tests" / "certificates" / "remus100_bounded_rate.json"
+RATES = (0.125, 0.3125, 1.25)  # In units of theta per second.
 PLAIN = ("hs02_gamma_sqrt065", *(f"compleib/compleib_{name}" for name in ("AC15", "HE4", "NN2", "REA1", "TG1")))
 METHODS = ("HinfSynSlicot", "HinfSynLmi")
 SIZES = ((4, 4), (8, 5), (12, 6), (16, 7), (20, 8), (24, 10))
@@ -39,9 +41,9 @@ def in_venv() -> None:
     sys.exit(subprocess.run([python, __file__, *sys.argv[1:]], check=False).returncode)
 
 
-def ours(path: Path) -> dict:
+def ours(path: Path, *rate: str) -> dict:
     """Run `synthesise` on one plant; its time excludes the start of the process."""
-    done = subprocess.run([EXAMPLES / "timed", path], capture_output=True, text=True, check=True)
+    done = subprocess.run([EXAMPLES / "timed", path, *rate], capture_output=True, text=True, check=True)
     return json.loads(done.stdout)
 
 
@@ -80,6 +82,39 @@ def squid_rows() -> list[str]:
     rows.append("")
     rows.append(f"Least gamma: lpv {mine['gamma']:.6f}, cvxpy {least:.6f}; proved by lpv: {mine['certified_gamma']:.6f}. ")
     rows.append(f"Clearance of the closed loop's inequality in cvxpy: {clearance:.1e}.")
+    return rows
+
+
+def child_time() -> float:
+    """Return the CPU time (s) of the processes that were waited for."""
+    times = os.times()
+    return times.children_user + times.children_system
+
+
+def rate_rows() -> list[str]:
+    """Return the table of the inequalities for a bounded rate, in CPU time."""
+    import numpy as np
+    from lpv_cvxpy import Plant
+    from rate_cvxpy import least_gamma
+
+    rows = [
+        "| plant | rate | lpv, s | cvxpy + Clarabel, s | cvxpy / lpv | least gamma, lpv | cvxpy |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for path in (SQUID, REMUS):
+        file = json.loads(path.read_text(encoding="utf-8"))
+        plant = Plant({key: np.array(value) for key, value in file["plant"].items()}, file["blocks"])
+        for rate in RATES:
+            pairs = []
+            for _ in range(ROUNDS):
+                before = time.process_time(), child_time()
+                mine = ours(path, str(rate))
+                least = least_gamma(plant, rate)
+                pairs.append((child_time() - before[1], time.process_time() - before[0]))
+            a, b = (statistics.median(column) for column in zip(*pairs, strict=True))
+            ratio = statistics.median(b / a for a, b in pairs)
+            cells = [path.stem, f"{rate}", f"{a:.2f}", f"{b:.2f}", f"{ratio:.1f}", f"{mine['gamma']:.4f}", f"{least:.4f}"]
+            rows.append("| " + " | ".join(cells) + " |")
     return rows
 
 
@@ -158,7 +193,7 @@ def main() -> int:
     in_venv()
     words = ["cargo", "build", "--release", "-p", "lpv", "--examples"]
     subprocess.run(words, cwd=ROOT, check=True)
-    wanted = [word for word in sys.argv[1:] if not word.startswith("-")] or ["squid", "plain", "growth", "mu"]
+    wanted = [word for word in sys.argv[1:] if not word.startswith("-")] or ["squid", "rate", "plain", "growth", "mu"]
     if "growth" in wanted:
         put("growth", growth_rows())
     if "mu" in wanted:
@@ -175,6 +210,8 @@ def main() -> int:
             put("mu sweeps", mu_peers.sweep_rows(EXAMPLES / "mu_timed", problems))
     if "squid" in wanted:
         put("squid", squid_rows())
+    if "rate" in wanted:
+        put("rate", rate_rows())
     if "plain" in wanted:
         head = "| plant | published | lpv | " + " | ".join(METHODS) + " |"
         put("plain", [head, "|---" * 5 + "|", *(plain_row(name) for name in PLAIN)])

@@ -1,9 +1,11 @@
-//! Designs a controller for a plant in a file, and prints how long each part took: `timed FILE.json`.
+//! Designs a controller for a plant in a file, and prints how long each part took: `timed FILE.json [RATE]`.
 //!
+//! With a rate only the least gamma of controllers for a parameter that moves at that rate is sought.
 //! The file is a case of `tests/cases` (`data` with the plant's matrices) or a certificate (`plant` and `blocks`). The
 //! one JSON object printed has the seconds of the least gamma alone and of the whole design, both gammas and, for a
 //! plant without parameters, the controller's matrices.
 
+use lpv::bounded_rate::{self, SlowOptions};
 use lpv::matrix::{Mat, from_rows};
 use lpv::partition::{PLANT, names};
 use lpv::plant::GeneralisedPlant;
@@ -36,6 +38,13 @@ fn rows(m: &Mat) -> Vec<Vec<f64>> {
 fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).ok_or("a file is needed: a case or a certificate")?;
     let plant = plant(&serde_json::from_str(&std::fs::read_to_string(path)?)?)?;
+    if let Some(rate) = std::env::args().nth(2) {
+        let begin = Instant::now();
+        let least = bounded_rate::least_gamma(&plant, SlowOptions::at(rate.parse()?))?;
+        let seconds = begin.elapsed().as_secs_f64();
+        println!("{}", json!({ "seconds_least_gamma": seconds, "gamma": least.gamma }));
+        return Ok(());
+    }
     let begin = Instant::now();
     least_gamma(&plant, ScalingClass::SymmetricAndSkew)?;
     let least = begin.elapsed().as_secs_f64();
