@@ -1,0 +1,67 @@
+"""A design with `rate`, all the way: proved, packed, verified against its vehicle, flown."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from decimal import localcontext
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import Run
+from decimals import DIGITS
+from flights import TEN_DEGREES, pitch_step
+from fly.package import Packages
+from test_bounded_rate import why_not
+
+RATE = 0.1
+"""m/s^2: of a vehicle that takes 25 s through its range of speed."""
+
+
+@pytest.fixture(scope="module")
+def designed(
+    run_squid: Run, squid_by_errors: Path, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Path, Packages]:
+    """Return a vehicle that sees tracking errors alone and whose design has a rate, and its packages."""
+    folder = tmp_path_factory.mktemp("rate")
+    vehicle = folder / "vehicle"
+    shutil.copytree(squid_by_errors, vehicle)
+    design = vehicle / "design.toml"
+    text = design.read_text(encoding="utf-8")
+    assert text.count("[synthesis]\n") == 1
+    design.write_text(text.replace("[synthesis]\n", f"[synthesis]\nrate = {RATE}\n"), encoding="utf-8")
+    out = folder / "out"
+    done = run_squid("design", vehicle, "--out", out)
+    assert done.returncode == 0, done.stderr
+    assert f"where the speed changes by at most {RATE:.3f} m/s^2: gain below" in done.stdout
+    done = run_squid("package", vehicle, "--out", out)
+    assert done.returncode == 0, done.stderr
+    return vehicle, Packages.found_in(out)
+
+
+def test_the_product_claims_the_rate(designed: tuple[Path, Packages], run_squid: Run) -> None:
+    """`squid verify` proves the FMU, also against the vehicle, and says for which rate the smaller gain holds."""
+    vehicle, packages = designed
+    certificate = json.loads((packages.folder / "certificate.json").read_text(encoding="utf-8"))
+    bounded, half_range = certificate["bounded_rate"], 1.25
+    assert bounded["rate"] == pytest.approx(RATE / half_range, rel=1e-12)
+    assert bounded["gamma"] < bounded["residual"]["gamma"] < 1.3 * bounded["gamma"]
+    assert bounded["gamma"] < certificate["gamma"]
+    for fmu in (packages.controller, packages.loop):
+        done = run_squid("verify", fmu, "--vehicle", vehicle)
+        assert done.returncode == 0, done.stderr
+        words = f"moves by at most {bounded['rate']} in a unit of time, the gain is below {bounded['gamma']}"
+        assert words in done.stdout and "and with that Delta below" in done.stdout
+    with localcontext() as context:
+        context.prec = DIGITS
+        assert why_not(certificate) is None
+
+
+def test_the_product_flies(designed: tuple[Path, Packages]) -> None:
+    """A pitch step of 10 degrees through the FMUs, at the ends and in the middle of the range of speed."""
+    for speed in (0.5, 1.75, 3.0):
+        flown = pitch_step(designed[1], speed, TEN_DEGREES, 85.0)
+        assert np.max(flown["pitch_done"]) - 1.0 < 0.10
+        assert np.max(np.abs(flown["pitch_done"][-400:] - 1.0)) < 0.01
+        assert np.max(np.abs(flown["speed_error"])) < 0.05
