@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::page::section::{Part, Table};
 use crate::peers::course::{Flew, fly_at, fly_ramp};
 use crate::peers::law::{Blended, Law, Scheduled};
-use crate::peers::survival::{fleet, survivors};
+use crate::peers::survival::{fleet, survival};
 use crate::peers::tune::{sharpness, tuned};
 use crate::subject::Subject;
 use crate::threads::side_by_side;
@@ -104,7 +104,7 @@ fn words(subject: &Subject) -> String {
             running, outputs blended by speed. Flights: a pitch step of {:.0} deg, a gust of 0.3 m/s in heave, a speed \
             step; ITAE is the integral of t |error|/step, of the error to the reference itself, not to a model of it. \
             Box: the declared uncertainty, vehicles at corners and random points; one survives if its pitch is within a \
-            tenth of the step at the end. Rows closer than {:.0} % are drawn, those without outcome are not compared.",
+            tenth of the step at the end; overshoot is the worst of those. Rows closer than {:.0} % are drawn, those without outcome are not compared.",
         subject.stored.manoeuvre.pitch_step.to_degrees(),
         100.0 * DRAW
     )
@@ -120,7 +120,7 @@ fn at_speed(
     let l = linearise_at(&subject.inputs.vehicle, subject.inputs.design.depth, speed)?;
     let fleet = fleet(subject, speed, points)?;
     let judged = |(i, law): (usize, &dyn Law)| -> Result<_, Error> {
-        let lives = 100.0 * survivors(subject, law, speed, &fleet) as f64 / fleet.len() as f64;
+        let lives = survival(subject, law, speed, &fleet);
         let sharp = sharpness(subject, law, &l);
         Ok((i, fly_at(subject, law, speed)?, sharp, delay(subject, law, &l), lives))
     };
@@ -161,8 +161,10 @@ fn at_speed(
         },
     ];
     if !fleet.is_empty() {
-        let values = found.iter().map(|f| f.4).collect();
-        lines.push(Line { largest: true, ..line("box survived (%)", 0, 0.0, values) });
+        let share = found.iter().map(|f| 100.0 * f.4.share).collect();
+        lines.push(Line { largest: true, ..line("box survived (%)", 0, 0.0, share) });
+        let overshoot = found.iter().map(|f| 100.0 * f.4.overshoot).collect();
+        lines.push(line("box: worst overshoot (%)", 1, 0.5, overshoot));
     }
     Ok(lines)
 }

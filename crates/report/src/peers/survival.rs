@@ -63,20 +63,35 @@ pub fn fleet(subject: &Subject, speed: f64, points: usize) -> Result<Fleet, Erro
 /// Binary digits of a random number.
 const DIGITS: u64 = 24;
 
-/// How many of a fleet fly the pitch step of the manoeuvre at a speed (m/s): the flight neither diverges nor comes to
+/// What became of a fleet.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Survival {
+    /// The share that survived.
+    pub share: f64,
+    /// The largest overshoot of a survivor, relative to the step.
+    pub overshoot: f64,
+}
+
+/// A fleet flies the pitch step of the manoeuvre at a speed (m/s). A vehicle survives if it neither diverges nor comes to
 /// the surface, and ends within a tenth of the step. Vehicles that do not trim within their limits count as lost.
-pub fn survivors(subject: &Subject, law: &dyn Law, speed: f64, fleet: &Fleet) -> usize {
+pub fn survival(subject: &Subject, law: &dyn Law, speed: f64, fleet: &Fleet) -> Survival {
     let step = subject.stored.manoeuvre.pitch_step;
     let demand = |time: f64| Demand {
         speed,
         pitch_above_trim: if time + 1e-9 < STEP_TIME { 0.0 } else { step },
         current: Current::default(),
     };
-    let survives = |(vehicle, gains): &&(Vehicle, Vec<f64>)| {
-        let Ok(flight) = fly(subject, law, (vehicle, gains), (END, demand)) else { return false };
+    let overshoot_of_survivor = |(vehicle, gains): &(Vehicle, Vec<f64>)| -> Option<f64> {
+        let flight = fly(subject, law, (vehicle, gains), (END, demand)).ok()?;
         let tail: Vec<&Row> = flight.rows.iter().filter(|row| row.time > 0.9 * END).collect();
         let off = tail.iter().map(|row| row.error(PITCH).abs()).fold(0.0, f64::max);
-        flight.surfacing.is_none() && !tail.is_empty() && off <= LOST * step.abs()
+        let survives = flight.surfacing.is_none() && !tail.is_empty() && off <= LOST * step.abs();
+        let after = flight.rows.iter().filter(|row| row.time >= STEP_TIME);
+        survives.then(|| after.map(|row| -row.error(PITCH) / step).fold(0.0, f64::max))
     };
-    fleet.iter().filter(survives).count()
+    let survivors: Vec<f64> = fleet.iter().filter_map(overshoot_of_survivor).collect();
+    Survival {
+        share: survivors.len() as f64 / fleet.len() as f64,
+        overshoot: survivors.into_iter().fold(0.0, f64::max),
+    }
 }
