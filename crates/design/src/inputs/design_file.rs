@@ -170,6 +170,14 @@ pub struct DesignFile {
 }
 
 impl DesignFile {
+    /// The design with references that count alike at all frequencies. How closely a model is followed is asked of the
+    /// nominal vehicle; what is said of uncertain ones is said in these weights.
+    pub fn with_even_references(&self) -> Self {
+        let mut even = self.clone();
+        even.tracked.iter_mut().for_each(|t| t.references.follow = 1.0);
+        even
+    }
+
     /// `count` speeds, evenly spread over the range of the design, both ends included \[m/s\].
     pub fn spread(&self, count: usize) -> Vec<f64> {
         let (low, high) = (self.speed_min, self.speed_max);

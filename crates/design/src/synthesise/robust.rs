@@ -11,6 +11,7 @@
 pub mod figures;
 pub mod stored;
 
+use crate::augment::augment;
 use crate::certify::nominal as certificate_of;
 use crate::check::fastest_sampled;
 use crate::error::Error;
@@ -30,8 +31,10 @@ use crate::uncertain::vehicle::{gain, values, vehicle_at};
 use auv::Actuator;
 use certificate::Certificate;
 use lpv::analysis::GainBound;
+use lpv::analysis::bounded_gain::balanced_start;
 use lpv::controller::Controller;
 use lpv::lft::Lft;
+use lpv::matrix::Mat;
 use lpv::mu::sweep::bound_over_frequency;
 use lpv::mu::worst_case::{Perturbable, worst_case_gain};
 use lpv::mu::{Block, Structure};
@@ -85,7 +88,9 @@ pub fn robust(
     let whole = over_range(declared, file.order, model)?;
     let (truncated, uncertain) = thinned(&declared.vehicle.actuators, file, &whole, &model.trim_slope)?;
     progress.done("uncertain", &model_line(&truncated));
-    let allowed = gain_allowed(nominal.certified.gamma);
+    let even = augment(&declared.vehicle.actuators, &file.with_even_references(), model.linear())?;
+    let known = bound_in(&even, &nominal.controller, nominal.certified.gamma, "nominal")?;
+    let allowed = gain_allowed(known.gamma);
     let options = RobustOptions {
         // The proof raises gamma by CLEARANCE_SHARE: the proved gain is then the gain allowed.
         gamma: allowed / (1.0 + CLEARANCE_SHARE),
@@ -100,17 +105,22 @@ pub fn robust(
         number += 1;
         progress.done("robust", &round_line(number, round));
     };
-    let outcome =
-        more_robust(&uncertain, &nominal.controller, &nominal.certified, options, &mut report_round)
-            .map_err(RobustError::from)?;
+    let outcome = more_robust(&uncertain, &nominal.controller, &known, options, &mut report_round)
+        .map_err(RobustError::from)?;
     let design = at_zero(plant, nominal, &outcome)?;
+    let without = bound_in(&even, &outcome.controller, outcome.largest.bound.gamma, "robust")?;
     let certificate = proved(&uncertain, &outcome)?;
     let figures = RobustFigures {
         gamma: allowed,
         proved: certificate.gamma,
         nominal_bears: outcome.given_largest.size,
         robust_bears: outcome.largest.size,
-        ladder: ladder(&uncertain, nominal, &design, &outcome, certificate.gamma),
+        ladder: ladder(
+            &uncertain,
+            [(&nominal.controller, &known), (&outcome.controller, &without)],
+            &outcome,
+            certificate.gamma,
+        ),
         constant_size: CONSTANT_SIZE,
         frozen: frozen(declared, file, [&nominal.controller, &outcome.controller])?,
         sizes: (truncated.model.blocks.len(), uncertain.unknown_channels(), uncertain.scheduled_channels()),
@@ -135,16 +145,13 @@ pub(crate) fn thinned(
     Ok((truncated, UncertainPlant { plant, scheduled: 1 }))
 }
 
-/// The robust controller with its bound for the plant without uncertainty.
+/// The robust controller with its bound for the plant of the nominal design.
 fn at_zero(plant: &GeneralisedPlant, nominal: &Design, found: &RobustDesign) -> Result<Design, Error> {
     if found.rounds.is_empty() {
         return Ok(nominal.clone());
     }
-    let exact = UncertainPlant { plant: plant.clone(), scheduled: plant.blocks.len() };
-    let closed = RobustLoop::new(&exact, &found.controller);
-    let bound = closed.bound(&found.largest.bound).ok_or(RobustError::NotClear { which: "robust" })?;
     // It leaves room for the residual of the fit.
-    let certified = closed.cleared(&bound).unwrap_or(bound).bound;
+    let certified = bound_in(plant, &found.controller, found.largest.bound.gamma, "robust")?;
     let gamma_design = certified.gamma;
     Ok(Design {
         controller: found.controller.clone(),
@@ -156,12 +163,35 @@ fn at_zero(plant: &GeneralisedPlant, nominal: &Design, found: &RobustDesign) -> 
     })
 }
 
+/// The bound of a loop without uncertainty, near a guess.
+fn bound_in(
+    plant: &GeneralisedPlant,
+    controller: &Controller,
+    guess: f64,
+    which: &'static str,
+) -> Result<GainBound, Error> {
+    let exact = UncertainPlant { plant: plant.clone(), scheduled: plant.blocks.len() };
+    let closed = plant.close(controller);
+    let channels = closed.channels.len();
+    let unknown = GainBound {
+        gamma: guess,
+        x: Mat::zeros(0, 0),
+        s: Mat::identity(channels, channels),
+        t: Mat::zeros(channels, channels),
+        lambda: 0.0,
+        largest_eigenvalue: f64::NAN,
+    };
+    let robust_loop = RobustLoop::new(&exact, controller);
+    let bound = balanced_start(&closed, &unknown).and_then(|start| robust_loop.bound(&start));
+    let bound = bound.ok_or(RobustError::NotClear { which })?;
+    Ok(robust_loop.cleared(&bound).unwrap_or(bound).bound)
+}
+
 /// Both controllers' bounds without uncertainty and at the sizes that each tolerates; for the robust one there the
 /// proved bound.
 fn ladder(
     uncertain: &UncertainPlant,
-    nominal: &Design,
-    robust: &Design,
+    [(nominal, alone), (robust, without)]: [(&Controller, &GainBound); 2],
     found: &RobustDesign,
     proved: f64,
 ) -> Vec<(f64, Option<f64>, Option<f64>)> {
@@ -171,9 +201,9 @@ fn ladder(
     };
     let gamma = |bound: &GainBound| Some(bound.gamma);
     vec![
-        (0.0, gamma(&nominal.certified), gamma(&robust.certified)),
-        (low.size, gamma(&low.bound), at(&found.controller, high, low.size)),
-        (high.size, at(&nominal.controller, low, high.size), Some(proved)),
+        (0.0, gamma(alone), gamma(without)),
+        (low.size, gamma(&low.bound), at(robust, high, low.size)),
+        (high.size, at(nominal, low, high.size), Some(proved)),
     ]
 }
 

@@ -59,7 +59,7 @@ impl UncertainLoop {
     }
 }
 
-/// The generalised plant of the design for the uncertain model; its blocks are the model's repetitions, rho first.
+/// The generalised plant of the design, with even references, for the uncertain model; its blocks are the model's repetitions, rho first.
 ///
 /// # Errors
 /// [`ModelError::Augment`](crate::error::ModelError::Augment), which would be a defect of this program.
@@ -69,7 +69,8 @@ pub fn uncertain_plant(
     model: &UncertainModel,
     trim_slope: &Lft,
 ) -> Result<GeneralisedPlant, Error> {
-    let plant = augment(actuators, file, LinearModel { ab: model.lft(), trim_slope: trim_slope.clone() })?;
+    let linear = LinearModel { ab: model.lft(), trim_slope: trim_slope.clone() };
+    let plant = augment(actuators, &file.with_even_references(), linear)?;
     // A parameter without a channel counts as well.
     let mut blocks = model.repetitions();
     blocks[0] += plant.sizes().t - model.channels();
@@ -100,7 +101,8 @@ pub fn uncertain_loop(
         lft.right = block(&[&[&lft.right], &[right]]);
     }
     let linear = LinearModel { ab: lft, ..LinearModel::at(&frozen.nominal, actuators) };
-    let closed = augment(actuators, file, linear)?.close(&frozen_controller(controller, rho)?);
+    let plant = augment(actuators, &file.with_even_references(), linear)?;
+    let closed = plant.close(&frozen_controller(controller, rho)?);
     Ok(UncertainLoop {
         blocks: model.blocks.iter().map(|b| (b.name.clone(), b.repetitions)).collect(),
         remainder: remainder.map_or(0, |r| r.left.ncols()),

@@ -56,7 +56,7 @@ pub fn gain(
     controller: &Controller,
     rho: f64,
 ) -> Result<f64, Error> {
-    let plant = augment(actuators, file, LinearModel::at(l, actuators))?;
+    let plant = augment(actuators, &file.with_even_references(), LinearModel::at(l, actuators))?;
     Ok(plant.close(&frozen_controller(controller, rho)?).frozen(&[])?.hinf_norm().value)
 }
 

@@ -83,8 +83,8 @@ pub fn bounded_gain(
 }
 
 /// The bound with the Lyapunov matrix in the middle of the gramians of the loop at Theta = 0, its channels in units of
-/// S: a start for the search, no claim.
-pub(crate) fn balanced_start(closed: &ClosedLoop, bound: &GainBound) -> Option<GainBound> {
+/// S: a start for the search, no claim. `None` where the loop is not stable there.
+pub fn balanced_start(closed: &ClosedLoop, bound: &GainBound) -> Option<GainBound> {
     let [root, inverse] =
         [f64::sqrt as fn(f64) -> f64, |v: f64| 1.0 / v.sqrt()].map(|f| symmetric_function(&bound.s, f));
     let unit = bound.gamma.sqrt();
