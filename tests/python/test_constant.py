@@ -126,7 +126,7 @@ def test_frozen_loops_keep_the_gain(certificate: dict) -> None:
 
 
 def test_command_proves_and_refuses(certificate: dict, run_squid: Run, tmp_path: Path) -> None:
-    """`squid verify` proves the certificate, refuses changed ones, and says what `--vehicle` cannot do."""
+    """`squid verify` proves the certificate, refuses changed ones, and, with `--vehicle`, those of another plant."""
     done = run_squid("verify", GOLDEN)
     assert done.returncode == 0, done.stderr
     assert "every constant value of 13 more" in done.stdout
@@ -140,5 +140,16 @@ def test_command_proves_and_refuses(certificate: dict, run_squid: Run, tmp_path:
         path.write_text(json.dumps(changed), encoding="utf-8")
         done = run_squid("verify", path)
         assert done.returncode == 1 and "not proved" in done.stderr and "PROVED" not in done.stdout
-    done = run_squid("verify", GOLDEN, "--vehicle", ROOT / "vehicles" / "squid")
-    assert done.returncode != 0 and "--vehicle" in done.stderr
+    of_vehicle = ("--vehicle", ROOT / "vehicles" / "squid")
+    done = run_squid("verify", GOLDEN, *of_vehicle)
+    assert done.returncode == 0 and "for 100.0 % of the declared uncertainty" in done.stdout, done.stderr
+    changed = json.loads(json.dumps(certificate))
+    changed["plant"]["A"][0][0] *= 1.0 + 1e-6
+    shrunk = json.loads(json.dumps(certificate))
+    shrunk["errors"][0]["F"] = [[0.9 * entry for entry in row] for row in shrunk["errors"][0]["F"]]
+    for altered, what in ((changed, "matrix A"), (shrunk, "a ball")):
+        path = tmp_path / "altered.json"
+        path.write_text(json.dumps(altered), encoding="utf-8")
+        assert run_squid("verify", path).returncode == 0, "both are still proved of the plant in the file"
+        done = run_squid("verify", path, *of_vehicle)
+        assert done.returncode == 1 and what in done.stderr and "PROVED" not in done.stdout

@@ -4,8 +4,9 @@ use crate::cli::inputs;
 use crate::error::Error;
 use crate::output::say;
 use certificate::ConstantCertificate;
+use squid_design::certify::constant::of_inputs;
 use squid_design::error::{Error as DesignError, ProofError};
-use squid_package::verify::verify;
+use squid_package::verify::{named, verify};
 use std::path::Path;
 
 /// Proves a certificate; for the design of a vehicle if one is given.
@@ -14,15 +15,18 @@ use std::path::Path;
 /// Those of the files, and why nothing is proved.
 pub fn run(file: &Path, vehicle: Option<&Path>, design: &str, bandwidth: Option<f64>) -> Result<(), Error> {
     if let Some(certificate) = constant_certificate(file)? {
-        if let Some(vehicle) = vehicle {
-            let (name, found) = ("--vehicle", vehicle.display().to_string());
-            let allowed = "no vehicle with a certificate for constant coefficients".into();
-            return Err(Error::Argument { name, found, allowed });
+        let theorem = certificate.prove().map_err(ProofError::from).map_err(DesignError::from)?;
+        if let Some(directory) = vehicle {
+            let inputs = inputs(directory, design, bandwidth)?;
+            let share = of_inputs(&certificate, &inputs)?;
+            say(&format!(
+                "{}: its plant and its balls are those of {}, for {:.1} % of the declared uncertainty",
+                file.display(),
+                named(&inputs),
+                100.0 * share
+            ));
         }
-        say(&format!(
-            "PROVED: {}",
-            certificate.prove().map_err(ProofError::from).map_err(DesignError::from)?
-        ));
+        say(&format!("PROVED: {theorem}"));
         return Ok(());
     }
     let inputs = vehicle.map(|directory| inputs(directory, design, bandwidth)).transpose()?;

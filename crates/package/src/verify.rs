@@ -119,7 +119,8 @@ fn verify_fmu(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
     Ok(Verified { theorem, about })
 }
 
-fn named(inputs: &Inputs) -> String {
+/// Vehicle and design, as what is compared with them is said.
+pub fn named(inputs: &Inputs) -> String {
     let directory = inputs.directory.display();
     format!(
         "vehicle.toml and design '{}' in {directory} (computed again, in floating point)",

@@ -1,17 +1,13 @@
 //! Decides without rounding whether a symmetric matrix of exact numbers is positive definite.
 //!
-//! Scaled by powers of two to diagonals between 1 and 4, `M` is shown to be positive definite in one of two ways.
-//!
-//! 1. A witness. A Cholesky factor of `M - delta I`, computed in floating point, is rounded to a matrix `L` of whole
-//!    multiples of `2^-52`. The proof does not depend on how `L` was computed: if in exact arithmetic `R = M - L L'`
-//!    has positive diagonal entries, each larger than the sum of the magnitudes of the other entries of its row, `R` is
-//!    positive definite (Gershgorin), and so is `M = L L' + R`.
-//! 2. Elimination. Without a witness, the fraction-free elimination of E. H. Bareiss ("Sylvester's identity
-//!    and multistep integer-preserving Gaussian elimination", Math. Comp. 22, 1968, eq. 7) gives the leading
-//!    principal minors as whole numbers, and Sylvester's criterion decides. Every refusal comes from the elimination.
+//! First by a witness ([`crate::exact::witness`]). Without one, the fraction-free elimination of E. H. Bareiss
+//! ("Sylvester's identity and multistep integer-preserving Gaussian elimination", Math. Comp. 22, 1968, eq. 7) gives
+//! the leading principal minors as whole numbers, and Sylvester's criterion decides. Every refusal comes from the
+//! elimination.
 
-use crate::exact::dyadic::{Dyadic, approximate_ratio};
+use crate::exact::dyadic::approximate_ratio;
 use crate::exact::matrix::Matrix;
+use crate::exact::witness::{scaled, witnessed};
 use num_bigint::{BigInt, Sign};
 
 /// The first pivot that is not positive.
@@ -31,13 +27,7 @@ pub(crate) struct WrongPivot {
 /// # Errors
 /// [`WrongPivot`], the first pivot of the elimination that is not positive.
 pub(crate) fn positive_definite(m: &Matrix, order: &[usize]) -> Result<(), WrongPivot> {
-    let halves: Vec<i64> = (0..m.rows).map(|i| -m[(i, i)].magnitude().unwrap_or(0).div_euclid(2)).collect();
-    let mut scaled = Matrix::zeros(m.rows, m.rows);
-    for (a, &i) in order.iter().enumerate() {
-        for (b, &j) in order.iter().enumerate() {
-            scaled[(a, b)] = m[(i, j)].shifted(halves[i] + halves[j]);
-        }
-    }
+    let (scaled, halves) = scaled(m, order);
     if witnessed(&scaled) {
         return Ok(());
     }
@@ -46,60 +36,6 @@ pub(crate) fn positive_definite(m: &Matrix, order: &[usize]) -> Result<(), Wrong
         let value = approximate_ratio(&pivot.minor, &pivot.previous, pivot.unit - 2 * halves[row]);
         WrongPivot { row, value, exactly_zero: pivot.minor.sign() == Sign::NoSign }
     })
-}
-
-/// Shifts delta, tried in turn: well above the rounding of the factorisation, and if possible below the least
-/// eigenvalue.
-const DELTAS: [f64; 3] = [1e-6, 1e-9, 1e-12];
-
-/// Whether a Cholesky factor proves that `m` is positive definite.
-fn witnessed(m: &Matrix) -> bool {
-    let n = m.rows;
-    let rounded: Vec<f64> = (0..n * n).map(|k| m[(k / n, k % n)].to_f64()).collect();
-    DELTAS.iter().any(|delta| factor(&rounded, n, *delta).is_some_and(|l| remainder_dominates(m, &l)))
-}
-
-/// Binary places of the factor's entries.
-const BITS: i64 = 52;
-
-/// The lower Cholesky factor of `m - delta I` in multiples of `2^-52`.
-fn factor(m: &[f64], n: usize, delta: f64) -> Option<Vec<i64>> {
-    let mut l = vec![0.0_f64; n * n];
-    for j in 0..n {
-        for i in j..n {
-            let dot: f64 = (0..j).map(|k| l[i * n + k] * l[j * n + k]).sum();
-            let rest = m[i * n + j] - dot - if i == j { delta } else { 0.0 };
-            l[i * n + j] = if i == j { rest.sqrt() } else { rest / l[j * n + j] };
-            // With diagonals of M up to 4, no entry of a factor exceeds 2; NaN is refused.
-            let fits = l[i * n + j].abs() <= 4.0 && l[j * n + j] > 0.0;
-            if !fits {
-                return None;
-            }
-        }
-    }
-    Some(l.into_iter().map(|x| (x * 2f64.powi(BITS as i32)).round() as i64).collect())
-}
-
-/// Whether `R = M - L L'` is strictly diagonally dominant with positive diagonal entries, exactly.
-fn remainder_dominates(m: &Matrix, l: &[i64]) -> bool {
-    let n = m.rows;
-    // Each product is at most 2^108, each sum at most n 2^108: it fits into an i128.
-    debug_assert!(n < 1 << 18);
-    let square = |i: usize, j: usize| -> Dyadic {
-        let sum: i128 = (0..=i.min(j)).map(|k| i128::from(l[i * n + k]) * i128::from(l[j * n + k])).sum();
-        Dyadic::new((-sum).into(), -2 * BITS)
-    };
-    let mut beside = vec![Dyadic::default(); n];
-    let mut diagonal = vec![Dyadic::default(); n];
-    for i in 0..n {
-        diagonal[i] = &m[(i, i)] + &square(i, i);
-        for j in 0..i {
-            let magnitude = (&m[(i, j)] + &square(i, j)).abs();
-            beside[i] = &beside[i] + &magnitude;
-            beside[j] = &beside[j] + &magnitude;
-        }
-    }
-    diagonal.iter().zip(&beside).all(|(d, b)| (d + &-b).is_positive())
 }
 
 /// A leading principal minor that is not positive; the pivot is `minor 2^unit / previous`.
@@ -138,6 +74,8 @@ fn eliminate(m: &Matrix) -> Result<(), (Minor, usize)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::exact::dyadic::Dyadic;
+    use crate::exact::witness::{rough_dominates, rough_factor, shown_positive};
     use proptest::prelude::*;
     use std::time::Instant;
 
@@ -174,24 +112,6 @@ mod tests {
         assert!(positive_definite(&Matrix::zeros(1, 1), &[0]).unwrap_err().exactly_zero);
     }
 
-    /// A wrong factor must be refused.
-    #[test]
-    fn a_remainder_must_dominate_strictly() {
-        let matrix = |rows: [[f64; 2]; 2]| Matrix::from_rows(&rows.map(Vec::from).to_vec(), 2);
-        let whole = |l: [i64; 4]| l.map(|x| x << BITS);
-        let none = whole([0; 4]);
-        assert!(remainder_dominates(&matrix([[1.0, 0.9], [0.9, 1.0]]), &none));
-        assert!(!remainder_dominates(&matrix([[1.0, 1.0], [1.0, 1.0]]), &none));
-        assert!(!remainder_dominates(&matrix([[1.0, 2.0], [2.0, 1.0]]), &none));
-        assert!(!remainder_dominates(&matrix([[1.0, 2.0], [2.0, 9.0]]), &none));
-        // L L' = [4 2; 2 1]: the remainder must be positive in both rows.
-        let l = whole([2, 0, 1, 0]);
-        assert!(!remainder_dominates(&matrix([[4.0, 2.0], [2.0, 1.0]]), &l));
-        assert!(!remainder_dominates(&matrix([[4.0, 2.0], [2.0, 2.0]]), &l));
-        assert!(!remainder_dominates(&matrix([[4.5, 2.0], [2.0, 0.5]]), &l));
-        assert!(remainder_dominates(&matrix([[4.0_f64.next_up(), 2.0], [2.0, 1.0_f64.next_up()]]), &l));
-    }
-
     /// Prints the time of both methods.
     #[test]
     fn both_ways_agree_on_large_matrices() {
@@ -219,9 +139,22 @@ mod tests {
             let m = gram(n, &entries, shift);
             let perturbation = |k: usize| if k.is_multiple_of(n + 1) { 0.1 } else { error };
             let near: Vec<f64> = (0..n * n).map(|k| m[(k / n, k % n)].to_f64() + perturbation(k)).collect();
-            if let Some(l) = factor(&near, n, 0.11) {
-                prop_assert!(!remainder_dominates(&m, &l) || eliminate(&m).is_ok());
+            if let Some(l) = rough_factor(&near, n, 0.11) {
+                prop_assert!(!rough_dominates(&m, &l) || eliminate(&m).is_ok());
             }
+        }
+
+        #[test]
+        fn whatever_is_shown_is_definite(
+            n in 1_usize..7,
+            entries in prop::collection::vec(-1.0..1.0, 36),
+            shift in prop_oneof![-1.0..1.0, -1e-13..1e-13],
+        ) {
+            let mut g = Matrix::zeros(n, n);
+            (0..n * n).for_each(|k| g[(k / n, k % n)] = Dyadic::from_f64(entries[k]));
+            let m = g.times(&g.transpose()).plus(&Matrix::scalar(n, &Dyadic::from_f64(shift)));
+            let exact = eliminate(&m).is_ok();
+            prop_assert_eq!(shown_positive(&m), exact);
         }
 
         #[test]

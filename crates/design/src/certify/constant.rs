@@ -4,13 +4,13 @@
 //! uncertain model over the range of speed -> fewer channels -> balls around it -> multipliers -> proof
 //! ```
 //!
-//! Speed, and what of the trim depends on it, may take any course; coefficients and gains of actuators are constant. See
-//! `docs/constant.md` for the claim, and [`lpv::robust::constant`] for the inequality.
+//! Speed, and what of the trim depends on it, may take any course; coefficients and gains of actuators are constant.
+//! See `docs/constant.md` for the claim, and [`lpv::robust::constant`] for the inequality.
 
 pub mod balls;
 
 use crate::certify::constant::balls::{Ball, around};
-use crate::certify::{controller_rows, plant_rows};
+use crate::certify::{controller_rows, plant_rows, same_plant};
 use crate::error::{ConstantError, Error, ProofError};
 use crate::fit::Model;
 use crate::inputs::Inputs;
@@ -18,11 +18,12 @@ use crate::numbers::above;
 use crate::progress::Progress;
 use crate::store::files::Files;
 use crate::uncertain::closed_loop::uncertain_plant;
+use crate::uncertain::model::UncertainModel;
 use crate::uncertain::over_range;
 use crate::uncertain::truncate::{Truncated, truncated};
 use certificate::{ConstantCertificate, ConstantTheorem, ErrorBall, Filter};
 use lpv::controller::Controller;
-use lpv::matrix::to_rows;
+use lpv::matrix::{from_rows, to_rows};
 use lpv::plant::GeneralisedPlant;
 use lpv::robust::UncertainPlant;
 use lpv::robust::constant::{ConstantBound, ConstantLoop};
@@ -37,12 +38,15 @@ const TRUNCATION_TOLERANCE: f64 = 0.002;
 /// The `a` of the filters `1/(s + a)`, rad/s: about where the loops of vehicles cross over.
 const FILTER_POLE: f64 = 1.0;
 
-/// How close to the least gamma a bound is sought, relatively: the second where exact arithmetic does not confirm the first,
-/// because it holds by too little.
-const TOLERANCES: [f64; 2] = [0.02, 0.1];
+/// How close to the least gamma a bound is sought, relatively.
+const TOLERANCE: f64 = 0.02;
 
 /// The gain allowed relative to the nominal bound where the whole box is out of reach.
 pub const PRICE: f64 = 1.25;
+
+/// How far the balls of a certificate may be from those computed again, and its box above the declared one,
+/// relatively: rounding on another processor.
+const SAME_BALL: f64 = 1e-6;
 
 /// How often the share of the box is halved between what holds and what does not.
 const DIVISIONS: usize = 4;
@@ -69,16 +73,13 @@ pub fn constant(
     nominal: f64,
     progress: &Progress,
 ) -> Result<Constant, Error> {
-    let whole = over_range(inputs.declared(), inputs.design.order, model)?;
-    let fewer = truncated(&inputs.vehicle.actuators, &whole, 1.0, TRUNCATION_TOLERANCE)?;
-    let plant = uncertain_plant(&inputs.vehicle.actuators, &inputs.design, &fewer.model, &model.trim_slope)?;
-    let uncertain = UncertainPlant { plant, scheduled: 1 };
+    let (fewer, uncertain) = uncertain(inputs, model)?;
     progress.done("uncertain", &model_line(&fewer));
     let attempt = |share: f64, most: f64| -> Result<Option<Constant>, Error> {
         let percent = 100.0 * share;
         let running =
             progress.begin("constant", &format!("{percent:.0} % of the declared uncertainty, minutes"));
-        let found = proved(inputs, &fewer, &uncertain, controller, (share, nominal));
+        let found = proved(inputs, &fewer, &uncertain, controller, (share, nominal, most));
         let seconds = running.seconds();
         drop(running);
         let gain = match &found {
@@ -107,30 +108,75 @@ pub fn constant(
     best.ok_or(ConstantError::NoShare { least: high }.into())
 }
 
-/// The bound at a share of the box, proved.
+/// The uncertain model over the range of speed, and its plant with all of the declared box.
+fn uncertain(inputs: &Inputs, model: &Model) -> Result<(Truncated, UncertainPlant), Error> {
+    let whole = over_range(inputs.declared(), inputs.design.order, model)?;
+    let fewer = truncated(&inputs.vehicle.actuators, &whole, 1.0, TRUNCATION_TOLERANCE)?;
+    let plant = uncertain_plant(&inputs.vehicle.actuators, &inputs.design, &fewer.model, &model.trim_slope)?;
+    Ok((fewer, UncertainPlant { plant, scheduled: 1 }))
+}
+
+/// For each parameter the pole of its filter: of rho and those of the trim, which may take any course, none.
+fn poles(model: &UncertainModel) -> Vec<Option<f64>> {
+    let is_constant = model.blocks.iter().map(|b| (!b.uncertain.is_of_trim()).then_some(FILTER_POLE));
+    std::iter::once(None).chain(is_constant).collect()
+}
+
+/// Checks that plant and balls of a certificate are those of this vehicle and design file, computed again for a share
+/// of the declared box, and that it takes for constant only what is; returns that share. It is the one by which the
+/// rows of zt of the uncertain parameters are smaller than for the whole box.
+///
+/// # Errors
+/// [`ProofError::WrongPlant`] with the first part that differs; those of the model.
+pub fn of_inputs(certificate: &ConstantCertificate, inputs: &Inputs) -> Result<f64, Error> {
+    let wrong = |what: &str| Error::from(ProofError::WrongPlant { what: what.to_owned() });
+    let (fewer, uncertain) = uncertain(inputs, &Model::new(&inputs.vehicle, &inputs.design)?)?;
+    let found = same_plant::plant_with(&certificate.plant, &certificate.blocks, &uncertain.plant.blocks)?;
+    let size = |plant: &GeneralisedPlant| {
+        plant.ct().rows(uncertain.scheduled_channels(), uncertain.unknown_channels()).norm()
+    };
+    let share = size(&found) / size(&uncertain.plant);
+    if !(0.0..=1.0 + SAME_BALL).contains(&share) {
+        return Err(wrong("the size of the uncertainty"));
+    }
+    let plant = uncertain.sized(share);
+    same_plant::check_in_box(&certificate.plant, &certificate.blocks, &plant)?;
+    let allowed = poles(&fewer.model);
+    if certificate.filters.iter().any(|f| allowed.get(f.parameter).copied().flatten().is_none()) {
+        return Err(wrong("which parameters are constant"));
+    }
+    let balls = around(inputs, &fewer.model, share, &plant)?;
+    let same = |ball: &Ball, found: &ErrorBall| {
+        let pairs = [(&ball.e, &found.e), (&ball.f, &found.f), (&ball.fu, &found.fu)];
+        pairs.into_iter().all(|(wanted, rows)| {
+            from_rows(rows, wanted.ncols()).is_some_and(|m| {
+                m.shape() == wanted.shape() && (m - wanted).amax() <= SAME_BALL * wanted.amax()
+            })
+        })
+    };
+    let each = balls.iter().zip(&certificate.errors);
+    if balls.len() != certificate.errors.len() || !each.into_iter().all(|(ball, found)| same(ball, found)) {
+        return Err(wrong("a ball of the model's errors"));
+    }
+    Ok(share)
+}
+
+/// The bound at a share of the box, proved; the search for one above `most` is given up.
 fn proved(
     inputs: &Inputs,
     fewer: &Truncated,
     uncertain: &UncertainPlant,
     controller: &Controller,
-    (share, nominal): (f64, f64),
+    (share, nominal, most): (f64, f64, f64),
 ) -> Result<Constant, Error> {
     let plant = uncertain.sized(share);
     let balls = around(inputs, &fewer.model, share, &plant)?;
-    let is_constant = fewer.model.blocks.iter().map(|b| (!b.uncertain.is_of_trim()).then_some(FILTER_POLE));
-    let poles: Vec<Option<f64>> = std::iter::once(None).chain(is_constant).collect();
     let errors = balls.iter().map(|ball| ball.close(&plant, controller)).collect();
-    let whole = ConstantLoop { closed: plant.close(controller), poles, errors };
-    let mut refused = None;
-    for tolerance in TOLERANCES {
-        let bound = whole.bound(2.0 * nominal, tolerance).map_err(ConstantError::NoBound)?;
-        let certificate = certificate_of(&plant, controller, &whole.poles, &bound, &balls);
-        match certificate.prove() {
-            Ok(theorem) => return Ok(Constant { share, certificate, theorem }),
-            Err(reason) => refused = Some(reason),
-        }
-    }
-    Err(refused.map_or(ConstantError::NoShare { least: share }, ConstantError::NotProved).into())
+    let whole = ConstantLoop { closed: plant.close(controller), poles: poles(&fewer.model), errors };
+    let bound = whole.bound(2.0 * nominal, TOLERANCE, most).map_err(ConstantError::NoBound)?;
+    let certificate = certificate_of(&plant, controller, &whole.poles, &bound, &balls);
+    let theorem = certificate.prove().map_err(ConstantError::NotProved)?;
+    Ok(Constant { share, certificate, theorem })
 }
 
 /// The certificate of a bound.

@@ -6,7 +6,7 @@
 
 use crate::certify::blocks_of;
 use crate::error::{Error, ProofError};
-use certificate::Certificate;
+use certificate::Plant;
 use lpv::matrix::{Mat, eigenvalues, largest};
 use lpv::partition::{Group, PLANT, names};
 use lpv::plant::GeneralisedPlant;
@@ -36,8 +36,8 @@ const FARTHEST: f64 = 0.5;
 /// # Errors
 /// [`ProofError::WrongPlant`] with the first part that differs or is not finite;
 /// [`ModelError::Shape`](crate::error::ModelError::Shape), [`ModelError::Lft`](crate::error::ModelError::Lft).
-pub fn check(certificate: &Certificate, wanted: &GeneralisedPlant) -> Result<(), Error> {
-    let certified = plant_with(certificate, &wanted.blocks)?;
+pub fn check(plant: &Plant, blocks: &[usize], wanted: &GeneralisedPlant) -> Result<(), Error> {
+    let certified = plant_with(plant, blocks, &wanted.blocks)?;
     let modulus = |plant: &GeneralisedPlant| largest(0.0, eigenvalues(&plant.dtt()).iter().map(|v| v.norm()));
     let (here, there) = (modulus(&certified), modulus(wanted));
     if here.is_nan() || here > FARTHEST.max(1.01 * there) {
@@ -54,8 +54,8 @@ pub fn check(certificate: &Certificate, wanted: &GeneralisedPlant) -> Result<(),
 ///
 /// # Errors
 /// As [`check`].
-pub fn check_in_box(certificate: &Certificate, wanted: &GeneralisedPlant) -> Result<(), Error> {
-    let certified = plant_with(certificate, &wanted.blocks)?;
+pub fn check_in_box(plant: &Plant, blocks: &[usize], wanted: &GeneralisedPlant) -> Result<(), Error> {
+    let certified = plant_with(plant, blocks, &wanted.blocks)?;
     compare(&certified, wanted, in_box(wanted.blocks.len()))
 }
 
@@ -95,15 +95,18 @@ fn alike(wanted: &Mat, found: &Mat) -> bool {
         && (wanted - found).amax() <= SAME_PLANT * wanted.amax().max(1.0)
 }
 
-/// The plant of a certificate, with the channels that it should have.
-fn plant_with(certificate: &Certificate, blocks: &[usize]) -> Result<GeneralisedPlant, Error> {
-    if certificate.plant.direct_path().is_some() {
+/// The plant of a certificate, with the `wanted` channels.
+///
+/// # Errors
+/// [`ProofError::WrongPlant`] where its shapes do not fit or its channels are others;
+/// [`ModelError::Shape`](crate::error::ModelError::Shape).
+pub fn plant_with(plant: &Plant, blocks: &[usize], wanted: &[usize]) -> Result<GeneralisedPlant, Error> {
+    if plant.direct_path().is_some() {
         return Err(wrong("D22, which a vehicle does not have,".into()).into());
     }
-    let parts = blocks_of(PLANT, &certificate.plant.named());
-    let parts = parts.ok_or_else(|| wrong("the shape of a matrix".into()))?;
-    let plant = GeneralisedPlant::new(certificate.blocks.clone(), &parts)?;
-    if plant.blocks == blocks { Ok(plant) } else { Err(wrong("the number of channels".into()).into()) }
+    let parts = blocks_of(PLANT, &plant.named()).ok_or_else(|| wrong("the shape of a matrix".into()))?;
+    let certified = GeneralisedPlant::new(blocks.to_vec(), &parts)?;
+    if certified.blocks == wanted { Ok(certified) } else { Err(wrong("the number of channels".into()).into()) }
 }
 
 #[cfg(test)]
@@ -129,31 +132,19 @@ mod tests {
         .unwrap()
     }
 
-    /// A certificate with this plant: the rest is not looked at.
-    fn of(plant: &GeneralisedPlant) -> Certificate {
-        Certificate {
-            blocks: plant.blocks.clone(),
-            controller_blocks: vec![],
-            plant: plant_rows(plant),
-            controller: certificate::Controller::default(),
-            gamma: 1.0,
-            x: vec![],
-            s: vec![],
-            t: vec![],
-            residual: None,
-            bounded_rate: None,
-        }
+    fn check_of(found: &GeneralisedPlant, wanted: &GeneralisedPlant) -> Result<(), Error> {
+        check(&plant_rows(found), &found.blocks, wanted)
     }
 
     fn refusal(found: &GeneralisedPlant, wanted: &GeneralisedPlant) -> String {
-        check(&of(found), wanted).unwrap_err().to_string()
+        check_of(found, wanted).unwrap_err().to_string()
     }
 
     #[test]
     fn plants_of_every_order_are_like_themselves() {
         for order in 1..=5 {
             let plant = squid(order);
-            check(&of(&plant), &plant).unwrap();
+            check_of(&plant, &plant).unwrap();
         }
     }
 
@@ -162,25 +153,24 @@ mod tests {
         let wanted = squid(2);
         let mut near = wanted.clone();
         near.parts.block_mut(X, X)[(1, 2)] += 1e-12;
-        check(&of(&near), &wanted).unwrap();
+        check_of(&near, &wanted).unwrap();
         near.parts.block_mut(X, X)[(1, 2)] += 1e-6;
         assert!(refusal(&near, &wanted).contains("matrix A at rho = -1.000"));
         assert!(refusal(&squid(1), &wanted).contains("the number of channels"));
         let mut turned = wanted.clone();
         turned.parts.rows_mut(T).neg_mut();
         turned.parts.columns_mut(T).neg_mut();
-        check(&of(&turned), &wanted).expect("the same plant in other channels");
+        check_of(&turned, &wanted).expect("the same plant in other channels");
     }
 
     #[test]
     fn a_direct_path_is_not_of_a_vehicle() {
         let wanted = squid(2);
-        let mut certificate = of(&wanted);
-        let sizes = wanted.sizes();
-        certificate.plant.d22 = vec![vec![0.0; sizes.u]; sizes.y];
-        check(&certificate, &wanted).unwrap();
-        certificate.plant.d22[1][0] = 1e-300;
-        assert!(check(&certificate, &wanted).unwrap_err().to_string().contains("D22"));
+        let (mut plant, sizes) = (plant_rows(&wanted), wanted.sizes());
+        plant.d22 = vec![vec![0.0; sizes.u]; sizes.y];
+        check(&plant, &wanted.blocks, &wanted).unwrap();
+        plant.d22[1][0] = 1e-300;
+        assert!(check(&plant, &wanted.blocks, &wanted).unwrap_err().to_string().contains("D22"));
     }
 
     /// What is no number compares like nothing, and not like everything.

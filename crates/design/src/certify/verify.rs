@@ -38,7 +38,11 @@ pub fn of_inputs(
     file: &DesignFile,
     model: &Model,
 ) -> Result<(), Error> {
-    same_plant::check(certificate, &augment(&vehicle.actuators, file, model.linear())?)?;
+    same_plant::check(
+        &certificate.plant,
+        &certificate.blocks,
+        &augment(&vehicle.actuators, file, model.linear())?,
+    )?;
     certificate.residual.as_ref().map_or(Ok(()), |ball| ball::holds(ball, vehicle, file, model))
 }
 

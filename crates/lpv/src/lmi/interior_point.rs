@@ -19,7 +19,7 @@ mod step;
 
 use crate::lmi::low_rank::LowRank;
 use crate::lmi::solver_options::SolverOptions;
-use crate::matrix::{Mat, symmetric_part};
+use crate::matrix::{Mat, least_eigenvalue, symmetric_part};
 use std::collections::VecDeque;
 
 /// Where the method stopped.
@@ -50,6 +50,11 @@ const WARM_START_FACTOR: f64 = 1e6;
 const SETTLED: f64 = 20.0;
 const SETTLED_STEPS: usize = 3;
 
+/// The level mu at a point of the right size, in an objective of about 1, and the least slack there relative to its
+/// inequality.
+const FIRST_LEVEL: f64 = 0.01;
+const LEAST_SLACK: f64 = 1e-3;
+
 /// A method that goes less far than this along its direction is stuck.
 const SHORTEST_STEP: f64 = 1e-4;
 
@@ -62,6 +67,7 @@ pub(crate) fn minimise(
     let mut state = search
         .start
         .and_then(|x| State::warm(inequalities, objective, x))
+        .or_else(|| State::near(inequalities, objective, search.near?.0))
         .unwrap_or_else(|| State::cold(inequalities, objective));
     let mut best: Option<(f64, Vec<f64>)> = None;
     let mut multipliers = VecDeque::new();
@@ -75,7 +81,15 @@ pub(crate) fn minimise(
             bound = bound.max(state.bound());
             // What is missing of the bound is not the distance from the optimum, but rounding.
             let distance = state.rows() * state.mu() / (search.floor + value.abs());
-            if distance < search.tolerance && gap(value, bound) >= search.tolerance {
+            let is_close = distance < search.tolerance;
+            if search.near.is_some_and(|(_, most)| value - state.rows() * state.mu() > most) {
+                return None;
+            }
+            if is_close && search.near.is_some() {
+                best = Some((value, state.x.clone()));
+                break;
+            }
+            if is_close && gap(value, bound) >= search.tolerance {
                 bound = bound.max(state.correct().unwrap_or(f64::NEG_INFINITY));
             }
             if best.as_ref().is_none_or(|(known, _)| value < *known) {
@@ -131,7 +145,7 @@ impl<'a> State<'a> {
         for data in inequalities {
             let z = data.constant() + data.linear(x);
             let inverse = symmetric_part(&z.clone().cholesky()?.inverse());
-            data.add_inner_products(&data.projected(&inverse), 1.0, &mut slope);
+            data.add_inner_products(&inverse, 1.0, &mut slope);
             cones.push(Cone { data, x: inverse, z });
         }
         let product: f64 = slope.iter().zip(objective).map(|(s, c)| s * c).sum();
@@ -139,6 +153,20 @@ impl<'a> State<'a> {
         let mu = WARM_START_FACTOR * if product > 0.0 { product / square } else { 1.0 };
         cones.iter_mut().for_each(|c| c.x *= mu);
         Some(Self { cones, objective, x: x.to_vec(), feasible: true })
+    }
+
+    /// A point where inequalities need not hold: their slacks are raised until they are positive.
+    fn near(inequalities: &'a [LowRank], objective: &'a [f64], x: &[f64]) -> Option<Self> {
+        let cone = |data: &'a LowRank| {
+            let value = data.constant() + data.linear(x);
+            let (least, floor) = (least_eigenvalue(&value), LEAST_SLACK * value.norm());
+            let raise = if least < floor { floor - 2.0 * least.min(0.0) } else { 0.0 };
+            let z = &value + Mat::identity(value.nrows(), value.nrows()) * raise;
+            let inverse = symmetric_part(&z.clone().cholesky()?.inverse());
+            Some(Cone { data, x: inverse * FIRST_LEVEL, z })
+        };
+        let cones = inequalities.iter().map(cone).collect::<Option<_>>()?;
+        Some(Self { cones, objective, x: x.to_vec(), feasible: false })
     }
 
     fn cold(inequalities: &'a [LowRank], objective: &'a [f64]) -> Self {
@@ -179,7 +207,6 @@ mod tests {
     use crate::error::SynthesisError;
     use crate::lmi::program::{Affine, Program, symmetric};
     use crate::lmi::solver::solve;
-    use crate::matrix::least_eigenvalue;
     use crate::system::state_space::StateSpace;
     use proptest::prelude::*;
 

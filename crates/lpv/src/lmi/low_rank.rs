@@ -20,6 +20,10 @@ struct Pair {
 }
 
 /// A symmetric matrix that is affine in the unknowns of a program.
+///
+/// A Hermitian one, `H = P + jK`, is the real matrix `[P, -K; K, P]`: it commutes with multiplication by j, the signed
+/// permutation J. Of its `F_i = G_i + J G_i J'` the pairs of G_i alone are kept, and of a product with matrices that
+/// commute with J half is computed.
 #[derive(Debug, Clone)]
 pub(crate) struct LowRank {
     constant: Mat,
@@ -29,6 +33,15 @@ pub(crate) struct LowRank {
     /// Where each unknown's pairs begin in `pairs`; one more entry at the end.
     starts: Vec<u32>,
     pairs: Vec<Pair>,
+    /// Of each row of `J v` the row of v, and the sign; empty for a matrix that is not Hermitian.
+    turn: Vec<(usize, f64)>,
+}
+
+/// `W'MW`, and `(JW)'MW` for a Hermitian matrix.
+#[derive(Debug, Clone)]
+pub(crate) struct Projected {
+    plain: Mat,
+    turned: Option<Mat>,
 }
 
 impl LowRank {
@@ -67,6 +80,7 @@ impl LowRank {
             unknowns: vec![],
             starts: vec![0],
             pairs: vec![],
+            turn: vec![],
         };
         let empty = |at: u32| out.columns.column(at as usize).amax() == 0.0;
         for (unknown, pairs) in by_unknown {
@@ -79,6 +93,27 @@ impl LowRank {
             }
         }
         out
+    }
+
+    /// The Hermitian inequality `constant + sum x_i (G_i + J G_i J')` with the G_i of `half`.
+    pub(crate) fn hermitian(half: Self, constant: &Mat, turn: Vec<(usize, f64)>) -> Self {
+        debug_assert_eq!((half.size(), half.size()), (turn.len(), constant.nrows()));
+        Self { constant: symmetric_part(constant), turn, ..half }
+    }
+
+    /// The inequality `constant + sum x_i F_i` with the F_i of `linear`.
+    pub(crate) fn real(linear: Self, constant: &Mat) -> Self {
+        Self { constant: symmetric_part(constant), ..linear }
+    }
+
+    /// 2 for a Hermitian matrix: how often a term counts that is summed over the pairs kept.
+    fn times(&self) -> f64 {
+        if self.turn.is_empty() { 1.0 } else { 2.0 }
+    }
+
+    /// `J m`.
+    fn turned(&self, m: &Mat) -> Mat {
+        Mat::from_fn(m.nrows(), m.ncols(), |i, j| self.turn[i].1 * m[(self.turn[i].0, j)])
     }
 
     /// Rows.
@@ -110,7 +145,9 @@ impl LowRank {
     }
 
     fn factors(&self, evenness: f64) -> Vec<f64> {
-        let norms = self.columns.row_iter().map(|row| row.norm());
+        let own: Vec<f64> = self.columns.row_iter().map(|row| row.norm_squared()).collect();
+        let turned = |i: usize| self.turn.get(i).map_or(0.0, |(from, _)| own[*from]);
+        let norms = (0..own.len()).map(|i| (own[i] + turned(i)).sqrt());
         norms.map(|norm| if norm > 0.0 { norm.powf(-evenness) } else { 1.0 }).collect()
     }
 
@@ -123,46 +160,52 @@ impl LowRank {
 
     /// The Frobenius norms of the first `unknowns` F_i.
     pub(crate) fn norms(&self, unknowns: usize) -> Vec<f64> {
-        let gram = self.columns.transpose() * &self.columns;
+        let gram = self.projected(&Mat::identity(self.size(), self.size()));
         let mut out = vec![0.0; unknowns];
         for (unknown, pairs) in self.each() {
-            let product = |p: &Pair, s: &Pair| {
-                let (a, b, c, d) = (p.a as usize, p.b as usize, s.a as usize, s.b as usize);
-                2.0 * p.coefficient
-                    * s.coefficient
-                    * (gram[(a, c)] * gram[(b, d)] + gram[(a, d)] * gram[(b, c)])
-            };
-            let square: f64 = pairs.iter().flat_map(|p| pairs.iter().map(move |s| product(p, s))).sum();
-            out[unknown] = square.max(0.0).sqrt();
+            let square: f64 = pairs.iter().map(|p| p.coefficient * gram.products(&gram, p).over(pairs)).sum();
+            out[unknown] = (self.times() * square).max(0.0).sqrt();
         }
         out
     }
 
     /// `sum x_i F_i`.
     pub(crate) fn linear(&self, x: &[f64]) -> Mat {
-        let q = self.columns.ncols();
-        let mut middle = Mat::zeros(q, q);
+        // F = W B' + B W' with `B = W C'`, in which column b is the sum of `c x w_a`.
+        let mut half = Mat::zeros(self.columns.nrows(), self.columns.ncols());
         for (unknown, pairs) in self.each() {
             for p in pairs {
-                let value = p.coefficient * x[unknown];
-                middle[(p.a as usize, p.b as usize)] += value;
-                middle[(p.b as usize, p.a as usize)] += value;
+                half.column_mut(p.b as usize).axpy(
+                    p.coefficient * x[unknown],
+                    &self.columns.column(p.a as usize),
+                    1.0,
+                );
             }
         }
-        symmetric_part(&(&self.columns * middle * self.columns.transpose()))
+        let product = half * self.columns.transpose();
+        let sum = product.transpose() + product;
+        if self.turn.is_empty() {
+            return sum;
+        }
+        // J M J' = (J (J M)')' for a symmetric M.
+        let turned = self.turned(&self.turned(&sum).transpose());
+        sum + turned
     }
 
     /// `W' M W` of a symmetric M.
-    pub(crate) fn projected(&self, m: &Mat) -> Mat {
-        self.columns.transpose() * (m * &self.columns)
+    pub(crate) fn projected(&self, m: &Mat) -> Projected {
+        let image = m * &self.columns;
+        let turned = (!self.turn.is_empty()).then(|| self.turned(&self.columns).transpose() * &image);
+        Projected { plain: self.columns.transpose() * image, turned }
     }
 
-    /// Adds `factor tr(F_i M)` to `out[i]` for each i; `projected` is `W'MW`.
-    pub(crate) fn add_inner_products(&self, projected: &Mat, factor: f64, out: &mut [f64]) {
+    /// Adds `factor tr(F_i M)` to `out[i]` for each i, M symmetric.
+    pub(crate) fn add_inner_products(&self, m: &Mat, factor: f64, out: &mut [f64]) {
+        let image = m * &self.columns;
+        let product =
+            |p: &Pair| p.coefficient * self.columns.column(p.a as usize).dot(&image.column(p.b as usize));
         for (unknown, pairs) in self.each() {
-            let sum: f64 =
-                pairs.iter().map(|p| p.coefficient * projected[(p.a as usize, p.b as usize)]).sum();
-            out[unknown] += 2.0 * factor * sum;
+            out[unknown] += 2.0 * self.times() * factor * pairs.iter().map(product).sum::<f64>();
         }
     }
 
@@ -170,38 +213,68 @@ impl LowRank {
     pub(crate) fn rounding(&self, m: &Mat, x: &[f64]) -> f64 {
         let constant: f64 = self.constant.iter().zip(m.iter()).map(|(f, m)| (f * m).abs()).sum();
         let columns = self.columns.abs();
-        let projected = columns.transpose() * (m.abs() * &columns);
-        let size = |p: &Pair| (p.coefficient * projected[(p.a as usize, p.b as usize)]).abs();
+        let image = m.abs() * &columns;
+        let size =
+            |p: &Pair| (p.coefficient * columns.column(p.a as usize).dot(&image.column(p.b as usize))).abs();
         let linear: f64 =
             self.each().map(|(i, pairs)| 2.0 * x[i].abs() * pairs.iter().map(size).sum::<f64>()).sum();
-        f64::EPSILON * (constant + linear)
+        f64::EPSILON * (constant + self.times() * linear)
     }
 
-    /// Adds `tr(F_i M F_j N)` to the lower triangle of `out` for each i, j; `m` is `W'MW` and `n` is `W'NW`.
-    pub(crate) fn add_schur_complement(&self, m: &Mat, n: &Mat, out: &mut Mat) {
-        let q = self.columns.ncols();
-        let (m, n) = (m.as_slice(), n.as_slice());
-        let column = |of: &'_ [f64], k: u32| -> std::ops::Range<usize> {
-            debug_assert_eq!(of.len(), q * q);
-            k as usize * q..(k as usize + 1) * q
-        };
+    /// Adds `tr(F_i M F_j N)` to the lower triangle of `out` for each i, j; `m` and `n` are of M and N.
+    pub(crate) fn add_schur_complement(&self, m: &Projected, n: &Projected, out: &mut Mat) {
         for (place, (j, outer)) in self.each().enumerate() {
+            let target = out.column_mut(j);
+            let target = target.data.into_slice_mut();
             for p in outer {
-                let (ma, mb) = (&m[column(m, p.a)], &m[column(m, p.b)]);
-                let (na, nb) = (&n[column(n, p.a)], &n[column(n, p.b)]);
-                let target = out.column_mut(j);
-                let target = target.data.into_slice_mut();
+                let factor = self.times() * p.coefficient;
+                let products = m.products(n, p);
                 for i in place..self.unknowns.len() {
-                    let mut sum = 0.0;
-                    for s in &self.pairs[self.starts[i] as usize..self.starts[i + 1] as usize] {
-                        let (a, b) = (s.a as usize, s.b as usize);
-                        sum +=
-                            s.coefficient * (mb[a] * na[b] + mb[b] * na[a] + ma[a] * nb[b] + ma[b] * nb[a]);
-                    }
-                    target[self.unknowns[i] as usize] += p.coefficient * sum;
+                    let inner = &self.pairs[self.starts[i] as usize..self.starts[i + 1] as usize];
+                    target[self.unknowns[i] as usize] += factor * products.over(inner);
                 }
             }
         }
+    }
+}
+
+/// What `tr(G M F N)` needs of `W'MW` and `W'NW` for the G of a pair `(a, b)`, and, for a Hermitian matrix, of
+/// `(JW)'MW` and `(JW)'NW`: of each column of W the entries `[m_a, m_b, n_a, n_b]`, and in reverse.
+struct Products {
+    each: Vec<([f64; 4], [f64; 4])>,
+    turned: Vec<([f64; 4], [f64; 4])>,
+}
+
+impl Projected {
+    fn products(&self, n: &Self, p: &Pair) -> Products {
+        let (a, b) = (p.a as usize, p.b as usize);
+        let columns = |m: &Mat, n: &Mat| -> Vec<([f64; 4], [f64; 4])> {
+            let rows = (0..m.nrows()).map(|i| [m[(i, a)], m[(i, b)], n[(i, a)], n[(i, b)]]);
+            rows.map(|[ma, mb, na, nb]| ([ma, mb, na, nb], [nb, na, mb, ma])).collect()
+        };
+        let turned = self.turned.as_ref().zip(n.turned.as_ref());
+        Products {
+            each: columns(&self.plain, &n.plain),
+            turned: turned.map_or_else(Vec::new, |(m, n)| columns(m, n)),
+        }
+    }
+}
+
+impl Products {
+    /// `tr(G M F N)` with the G of the pair itself and the F of other pairs.
+    fn over(&self, pairs: &[Pair]) -> f64 {
+        let mut sum = [0.0; 4];
+        for s in pairs {
+            let (a, b) = (s.a as usize, s.b as usize);
+            let mut add = |(front, _): &([f64; 4], [f64; 4]), (_, back): &([f64; 4], [f64; 4])| {
+                (0..4).for_each(|k| sum[k] += s.coefficient * front[k] * back[k]);
+            };
+            add(&self.each[a], &self.each[b]);
+            if !self.turned.is_empty() {
+                add(&self.turned[a], &self.turned[b]);
+            }
+        }
+        sum.iter().sum()
     }
 }
 
@@ -209,7 +282,53 @@ impl LowRank {
 mod tests {
     use super::*;
     use crate::lmi::program::symmetric;
+    use crate::matrix::block;
     use nalgebra::dmatrix;
+
+    /// The products of a Hermitian inequality are those of the real one that it is.
+    #[test]
+    fn a_hermitian_inequality_is_the_real_one() {
+        let mut p = Program::new();
+        let (s, t) = (p.symmetric_commuting(&[0, 0, 1]), p.skew_commuting(&[0, 0, 1]));
+        let re = dmatrix![1.0, 2.0; -1.0, 0.5; 0.0, 1.0];
+        let im = dmatrix![0.3, -1.0; 2.0, 0.0; 1.0, -0.7];
+        let halves = [block(&[&[&re, &-&im]]), block(&[&[&im, &re]])];
+        let of = |u: &Mat| {
+            let skew = t.between(&(u * 2.0).transpose(), &(u.map(|v| v * v)));
+            s.congruence(u) + skew.t() + skew
+        };
+        // The squares of the second half are not the first half turned: take its own product.
+        let square = halves[0].map(|v| v * v);
+        let turn: Vec<(usize, f64)> = vec![(2, -1.0), (3, -1.0), (0, 1.0), (1, 1.0)];
+        let turned = |m: &Mat| Mat::from_fn(4, 3, |i, j| turn[i].1 * m[(turn[i].0, j)]);
+        let (other, other_square) = (turned(&halves[0].transpose()), turned(&square.transpose()));
+        assert_eq!(other, halves[1].transpose());
+        let skew = t.between(&(&other * 2.0), &other_square.transpose());
+        let whole = of(&halves[0]) + s.congruence(&halves[1]) + skew.t() + skew;
+        let (half, real) = (LowRank::new(&p, &of(&halves[0])), LowRank::new(&p, &whole));
+        let constant = halves.iter().fold(Mat::zeros(4, 4), |sum, u| sum + u.transpose() * u);
+        let data = LowRank::hermitian(half, &constant, turn.clone());
+        let hermitian = |k: usize| {
+            let m = Mat::from_fn(2, 2, |i, j| ((1 + i + 8 * j + k) as f64).sin());
+            let skew = dmatrix![0.0, 1.0; -1.0, 0.0] * (k as f64).cos();
+            block(&[&[&symmetric_part(&m), &-&skew], &[&skew, &symmetric_part(&m)]])
+        };
+        let (m, n) = (hermitian(1), hermitian(7));
+        let x: Vec<f64> = (0..p.unknowns()).map(|k| (k as f64 + 1.0).cos()).collect();
+        assert!((data.linear(&x) - real.linear(&x)).amax() < 1e-12);
+        let all = |of: &LowRank| {
+            let mut found = vec![0.0; p.unknowns()];
+            of.add_inner_products(&m, 2.0, &mut found);
+            found.extend(of.norms(p.unknowns()));
+            let mut schur = Mat::zeros(p.unknowns(), p.unknowns());
+            of.add_schur_complement(&of.projected(&m), &of.projected(&n), &mut schur);
+            found.extend(schur.iter());
+            found
+        };
+        for (one, other) in all(&data).into_iter().zip(all(&real)) {
+            assert!((one - other).abs() < 1e-11, "{one} {other}");
+        }
+    }
 
     /// Every product agrees with that of the dense matrices.
     #[test]
@@ -232,7 +351,7 @@ mod tests {
         let (m, n) = (symmetric_part(&random(1)), symmetric_part(&random(7)));
         let (of_m, of_n) = (data.projected(&m), data.projected(&n));
         let mut found = vec![0.0; p.unknowns()];
-        data.add_inner_products(&of_m, 2.0, &mut found);
+        data.add_inner_products(&m, 2.0, &mut found);
         let mut schur = Mat::zeros(p.unknowns(), p.unknowns());
         data.add_schur_complement(&of_m, &of_n, &mut schur);
         let x: Vec<f64> = (0..p.unknowns()).map(|k| (k as f64 + 1.0).cos()).collect();

@@ -9,6 +9,10 @@ pub struct SolverOptions<'a> {
     pub floor: f64,
     /// A point at which all inequalities hold strictly, if one is known. The best point found is then good enough.
     pub start: Option<&'a [f64]>,
+    /// A point of about the right size, at which inequalities need not hold. From there the distance to the optimum
+    /// is judged by the level mu alone: no multipliers are made that prove it. With the objective at which to give
+    /// up: that of the best is above it.
+    pub near: Option<(&'a [f64], f64)>,
     /// A gap at which rows of other sizes are not tried for an impatient search: what is left then is rounding at the
     /// optimum, not a search that is stuck on the way.
     pub enough: f64,
@@ -28,6 +32,6 @@ impl SolverOptions<'_> {
 
     /// Within `tolerance` of the optimum, and therefore well inside the inequalities.
     pub fn within(tolerance: f64) -> Self {
-        Self { tolerance, floor: 1.0, start: None, enough: 1e-3, settles: false, patient: false }
+        Self { tolerance, floor: 1.0, start: None, near: None, enough: 1e-3, settles: false, patient: false }
     }
 }

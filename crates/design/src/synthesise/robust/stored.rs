@@ -92,7 +92,8 @@ impl StoredRobust {
         }
         let whole = over_range(declared, file.order, model)?;
         let (_, uncertain) = thinned(&declared.vehicle.actuators, file, &whole, &model.trim_slope)?;
-        same_plant::check_in_box(&self.certificate, &uncertain.sized(self.figures.robust_bears))?;
+        let sized = uncertain.sized(self.figures.robust_bears);
+        same_plant::check_in_box(&self.certificate.plant, &self.certificate.blocks, &sized)?;
         Ok(self.certificate.prove().map(|_| ())?)
     }
 }

@@ -18,7 +18,7 @@ impl State<'_> {
     fn residual(&self) -> Vec<f64> {
         let mut residual = self.objective.to_vec();
         for cone in &self.cones {
-            cone.data.add_inner_products(&cone.data.projected(&cone.x), -1.0, &mut residual);
+            cone.data.add_inner_products(&cone.x, -1.0, &mut residual);
         }
         residual
     }

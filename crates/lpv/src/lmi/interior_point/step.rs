@@ -91,7 +91,7 @@ impl State<'_> {
                 pushed += &predicted[k].x * &predicted[k].z;
             }
             let centre = &f.z_inverse * mu - symmetric_part(&(pushed * &f.z_inverse));
-            cone.data.add_inner_products(&cone.data.projected(&centre), 1.0, &mut rhs);
+            cone.data.add_inner_products(&centre, 1.0, &mut rhs);
             centres.push(centre);
         }
         let dx = schur.solve(&rhs);
