@@ -24,9 +24,12 @@
 //! itself. (Frequencies in place of X: P. A. Parrilo, "On the numerical solution of LMIs derived from the KYP lemma",
 //! IEEE CDC 1999.)
 
+mod constant_loop;
 mod filtered;
 mod frequencies;
 mod storage;
+
+pub use crate::robust::constant::constant_loop::ConstantLoop;
 
 use crate::error::SynthesisError;
 use crate::lmi::interior_point::minimise;
@@ -39,8 +42,6 @@ use crate::robust::constant::filtered::Filtered;
 use crate::robust::constant::frequencies::{Multipliers, Response, Unknowns};
 use crate::robust::constant::storage::storage;
 use crate::system::lyapunov::lyapunov;
-use crate::system::model_error::LoopError;
-use crate::system::plant::ClosedLoop;
 use std::collections::BTreeSet;
 
 const STAGE: &str = "analysis for constant parameters";
@@ -62,18 +63,6 @@ const BESIDE: usize = 2;
 /// By how much gamma is raised above that of the frequencies posed, and then until there is an X.
 const RAISE: f64 = 1.005;
 const MORE_RAISES: [f64; 4] = [1.0, 1.005, 1.02, 1.1];
-
-/// A finished loop, and what is known of the course of its parameters.
-#[derive(Debug, Clone)]
-pub struct ConstantLoop {
-    /// The loop.
-    pub closed: ClosedLoop,
-    /// For each parameter the `a` of its filter `1/(s + a)`, rad/s: such a parameter must be constant. `None` for one
-    /// that may take any course.
-    pub poles: Vec<Option<f64>>,
-    /// Model errors, each with a Delta(t) of its own.
-    pub errors: Vec<LoopError>,
-}
 
 /// A bound on the gain, and what shows it.
 ///
@@ -112,9 +101,9 @@ impl ConstantLoop {
         let balancing = balanced(&self.closed, guess).map(|s| if s > 0.0 { 1.0 / s.sqrt() } else { 0.0 });
         let filtered = Filtered::new(self, guess, &balancing);
         let filtered = filtered.balanced().ok_or_else(|| failed("the loop could not be balanced"))?;
-        let multipliers = self
-            .multipliers(&filtered, tolerance, most / guess)
-            .ok_or_else(|| failed("no bound was found"))?;
+        let limit = if most.is_finite() { format!(" below {most:.4}") } else { String::new() };
+        let none = || failed(&format!("no bound{limit} was found"));
+        let multipliers = self.multipliers(&filtered, tolerance, most / guess).ok_or_else(none)?;
         let inverse = filtered.scale.map(|s| if s > 0.0 { 1.0 / s } else { 0.0 });
         let rescaled = |m: &Mat| &inverse * m * &inverse;
         let tried = MORE_RAISES.into_iter().find_map(|raise| {
@@ -174,14 +163,6 @@ impl ConstantLoop {
         let y = lyapunov(&(&back * self.closed.a() * to), &Mat::identity(n, n))?;
         Some(symmetric_part(&(back.transpose() * y * back)))
     }
-
-    /// The channels of each parameter that has a filter, and its pole.
-    fn dynamic(&self) -> impl Iterator<Item = (Vec<usize>, f64)> + '_ {
-        self.poles.iter().enumerate().filter_map(|(parameter, pole)| {
-            let own = |c: &usize| self.closed.channels[*c] == parameter;
-            pole.map(|pole| ((0..self.closed.channels.len()).filter(own).collect(), pole))
-        })
-    }
 }
 
 /// Responses at the frequencies at which the inequality is checked: 0, the more the closer to 1 rad/s, and infinity.
@@ -210,6 +191,7 @@ mod tests {
     use super::*;
     use crate::system::partition::Group::{T, W, X, Z};
     use crate::system::partition::{LOOP, Partitioned};
+    use crate::system::plant::ClosedLoop;
     use nalgebra::dmatrix;
 
     const DAMPING: f64 = 0.1;

@@ -1,7 +1,7 @@
 //! A loop together with the filters of its constant parameters.
 
-use super::ConstantLoop;
 use crate::matrix::{Mat, block, diagonal_blocks};
+use crate::robust::constant::constant_loop::ConstantLoop;
 use crate::system::lyapunov::middle_of_gramians;
 use crate::system::model_error::LoopError;
 use crate::system::state_space::StateSpace;
