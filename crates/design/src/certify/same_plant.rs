@@ -106,7 +106,11 @@ pub fn plant_with(plant: &Plant, blocks: &[usize], wanted: &[usize]) -> Result<G
     }
     let parts = blocks_of(PLANT, &plant.named()).ok_or_else(|| wrong("the shape of a matrix".into()))?;
     let certified = GeneralisedPlant::new(blocks.to_vec(), &parts)?;
-    if certified.blocks == wanted { Ok(certified) } else { Err(wrong("the number of channels".into()).into()) }
+    if certified.blocks == wanted {
+        Ok(certified)
+    } else {
+        Err(wrong("the number of channels".into()).into())
+    }
 }
 
 #[cfg(test)]

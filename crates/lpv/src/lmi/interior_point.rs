@@ -55,6 +55,10 @@ const SETTLED_STEPS: usize = 3;
 const FIRST_LEVEL: f64 = 0.01;
 const LEAST_SLACK: f64 = 1e-3;
 
+/// Where that level was too low, what is missing of the slacks falls no faster than they do, and the inequalities never
+/// hold: by so much it is raised once it is that of the tolerance.
+const LEVEL_RAISE: f64 = 10.0;
+
 /// A method that goes less far than this along its direction is stuck.
 const SHORTEST_STEP: f64 = 1e-4;
 
@@ -76,12 +80,14 @@ pub(crate) fn minimise(
     let mut bound = f64::NEG_INFINITY;
     let gap = |value: f64, bound: f64| (value - bound) / (search.floor + value.abs());
     for _ in 0..MOST_STEPS {
+        let value = state.value();
+        let distance = state.rows() * state.mu() / (search.floor + value.abs());
+        let is_close = distance < search.tolerance;
+        if is_close && !state.feasible && search.near.is_some() {
+            state.cones.iter_mut().for_each(|c| c.x *= LEVEL_RAISE);
+        }
         if state.feasible {
-            let value = state.value();
             bound = bound.max(state.bound());
-            // What is missing of the bound is not the distance from the optimum, but rounding.
-            let distance = state.rows() * state.mu() / (search.floor + value.abs());
-            let is_close = distance < search.tolerance;
             if search.near.is_some_and(|(_, most)| value - state.rows() * state.mu() > most) {
                 return None;
             }
@@ -89,6 +95,7 @@ pub(crate) fn minimise(
                 best = Some((value, state.x.clone()));
                 break;
             }
+            // What is missing of the bound is not the distance from the optimum, but rounding.
             if is_close && gap(value, bound) >= search.tolerance {
                 bound = bound.max(state.correct().unwrap_or(f64::NEG_INFINITY));
             }
