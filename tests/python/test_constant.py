@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+import re
 from decimal import Decimal, localcontext
 from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import Run
+from conftest import SQUID, Run
 from decimals import DIGITS, closed_loop, exact, is_positive, zeros
 from fly.stages import ROOT
 
@@ -126,7 +127,7 @@ def test_frozen_loops_keep_the_gain(certificate: dict) -> None:
 
 
 def test_command_proves_and_refuses(certificate: dict, run_squid: Run, tmp_path: Path) -> None:
-    """`squid verify` proves the certificate, refuses changed ones, and, with `--vehicle`, those of another plant."""
+    """`squid verify` proves the certificate and refuses changed ones."""
     done = run_squid("verify", GOLDEN)
     assert done.returncode == 0, done.stderr
     assert "every constant value of 13 more" in done.stdout
@@ -140,16 +141,22 @@ def test_command_proves_and_refuses(certificate: dict, run_squid: Run, tmp_path:
         path.write_text(json.dumps(changed), encoding="utf-8")
         done = run_squid("verify", path)
         assert done.returncode == 1 and "not proved" in done.stderr and "PROVED" not in done.stdout
-    of_vehicle = ("--vehicle", ROOT / "vehicles" / "squid")
-    done = run_squid("verify", GOLDEN, *of_vehicle)
-    assert done.returncode == 0 and "for 100.0 % of the declared uncertainty" in done.stdout, done.stderr
-    changed = json.loads(json.dumps(certificate))
+
+
+def test_certificate_is_of_its_vehicle(run_squid: Run, tmp_path: Path) -> None:
+    """`squid verify --vehicle` accepts what `squid design --constant` made, and no other plant and no smaller ball."""
+    made = run_squid("design", SQUID, "--constant", "--out", tmp_path)
+    assert made.returncode == 0, made.stderr
+    (share,) = re.findall(r"([\d.]+) % of their declared ranges", made.stdout)
+    path = tmp_path / "constant_certificate.json"
+    done = run_squid("verify", path, "--vehicle", SQUID)
+    assert done.returncode == 0 and f"for {share} % of the declared uncertainty" in done.stdout, done.stderr
+    fresh = path.read_text(encoding="utf-8")
+    changed, shrunk = json.loads(fresh), json.loads(fresh)
     changed["plant"]["A"][0][0] *= 1.0 + 1e-6
-    shrunk = json.loads(json.dumps(certificate))
     shrunk["errors"][0]["F"] = [[0.9 * entry for entry in row] for row in shrunk["errors"][0]["F"]]
     for altered, what in ((changed, "matrix A"), (shrunk, "a ball")):
-        path = tmp_path / "altered.json"
         path.write_text(json.dumps(altered), encoding="utf-8")
         assert run_squid("verify", path).returncode == 0, "both are still proved of the plant in the file"
-        done = run_squid("verify", path, *of_vehicle)
+        done = run_squid("verify", path, "--vehicle", SQUID)
         assert done.returncode == 1 and what in done.stderr and "PROVED" not in done.stdout
