@@ -158,19 +158,19 @@ def test_the_model_sets_the_pace(squid: Packages, run_squid: Run, tmp_path: Path
     vehicle = without_uncertainty(SQUID, tmp_path / "vehicle")
     design = vehicle / "design.toml"
     text = design.read_text(encoding="utf-8")
-    assert text.count("frequency = 1.45\ndamping = 0.9\n") == 1
+    assert text.count("frequency = 1.75\ndamping = 1.0\n") == 1
 
     def flight(packages: Packages, frequency: float) -> tuple[float, float]:
         """Return the rise time over that of the model, and how far the two come apart."""
         flown = pitch_step(packages, 1.5, TEN_DEGREES, 45.0)
-        model = model_of_pitch(flown["time"], frequency, 0.9)
+        model = model_of_pitch(flown["time"], frequency, 1.0)
         own, wanted = (Step.of(flown["time"], done).rise for done in (flown["pitch_done"], model))
         return own / wanted, float(np.max(np.abs(flown["pitch_done"] - model)))
 
-    of_default, apart = flight(squid, 1.45)
-    less_bandwidth, _ = flight(kept(run_squid, vehicle, "--bandwidth", "0.23"), 1.45)
-    design.write_text(text.replace("frequency = 1.45", "frequency = 0.725"), encoding="utf-8")
-    slow, _ = flight(kept(run_squid, vehicle), 0.725)
+    of_default, apart = flight(squid, 1.75)
+    less_bandwidth, _ = flight(kept(run_squid, vehicle, "--bandwidth", "0.32"), 1.75)
+    design.write_text(text.replace("frequency = 1.75", "frequency = 0.875"), encoding="utf-8")
+    slow, _ = flight(kept(run_squid, vehicle), 0.875)
     print(
         f"rise over that of the model: {of_default:.3f}, half w_b {less_bandwidth:.3f}, half w {slow:.3f}; {apart:.3f}"
     )

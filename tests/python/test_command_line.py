@@ -103,21 +103,21 @@ def test_misspelt_key(
         ("design.toml", "speed_max = 3.0", "speed_max = 0.4", "speed_max"),
         (
             "design.toml",
-            "peak = 2.0  ",
+            "peak = 1.8  ",
             "peak = 0.0  ",
             "'track.peak' is 0; it must be above 1, at most 100; 1/peak",
         ),
         (
             "design.toml",
-            "bandwidth = 0.46  ",
+            "bandwidth = 0.65  ",
             "bandwidth = inf  ",
             "'track.bandwidth' is inf; it must be from 1e-6 to 1e6",
         ),
-        ("design.toml", "steady_error = 0.004  ", "steady_error = 1.0  ", "track.steady_error"),
+        ("design.toml", "steady_error = 0.006  ", "steady_error = 1.0  ", "track.steady_error"),
         ("design.toml", "scale = 10.0", "scale = 0.0", "'track.scale' is 0; it must be from 1e-6 to 1e6"),
         (
             "design.toml",
-            "weight = 0.2",
+            "weight = 0.04",
             "weight = 0.0",
             "'control.weight' is 0; it must be from 1e-6 to 1e6; without a weight",
         ),
@@ -160,7 +160,7 @@ def test_range_of_speeds_that_the_vehicle_cannot_fly(
 
 def test_weight_by_a_polynomial_is_refused(run_squid: Run, copied_vehicle: Path, tmp_path: Path) -> None:
     """Weights have no numerator and denominator, so that none can be improper."""
-    spoil(copied_vehicle / "design.toml", "peak = 2.0  ", "numerator = [1.0, 0.0]  ")
+    spoil(copied_vehicle / "design.toml", "peak = 1.8  ", "numerator = [1.0, 0.0]  ")
     message = refused(run_squid, copied_vehicle, tmp_path / "out")
     assert "design.toml:" in message and "unknown key 'track.numerator'" in message and "bandwidth" in message
 

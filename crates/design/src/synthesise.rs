@@ -211,7 +211,7 @@ mod tests {
         for part in [
             "\n  remark: no performance output weighs u1",
             "weighs u2",
-            "'control.weight' of design.toml, 0.2",
+            "'control.weight' of design.toml, 0.04",
         ] {
             assert!(found.contains(part), "{part}: {found}");
         }

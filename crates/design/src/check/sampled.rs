@@ -272,7 +272,7 @@ mod tests {
     }
 
     /// The generalised plant takes deviations from a trim that moves, the flown law those from a fixed one; both are
-    /// the same loop: `z = [W_e (T_ref r - C x); W_u u]`.
+    /// the same loop: `z = [W_e (T_ref R r - C x); W_u u]`.
     #[test]
     fn the_plant_of_the_design_is_the_loop_that_flies() {
         for (name, design, speed, delay) in [
@@ -316,7 +316,8 @@ mod tests {
                         true => models[j] * (slope[3] * file.tracked[j].scale / file.tracked[pitch].scale),
                         false => Complex::new(0.0, 0.0),
                     };
-                    let from_plant = |i: usize| z[(i, j)] - z[(i, pitch)] * moved;
+                    let column = |i: usize, j: usize| z[(i, j)] / file.tracked[j].references.response(omega);
+                    let from_plant = |i: usize| column(i, j) - column(i, pitch) * moved;
                     for (i, tracked) in file.tracked.iter().enumerate() {
                         let relative = if i == pitch { moved } else { Complex::new(0.0, 0.0) };
                         let reference = if i == j { Complex::new(1.0, 0.0) } else { -relative };

@@ -62,6 +62,14 @@ pub struct ReferenceWeight {
     pub corner: f64,
 }
 
+impl ReferenceWeight {
+    /// `R(j omega)`; omega in rad/s.
+    pub fn response(&self, omega: f64) -> Complex<f64> {
+        let s = Complex::new(0.0, omega);
+        (s + self.follow * self.corner) / (s + self.corner)
+    }
+}
+
 /// The model that a tracked output must follow: `w^2/(s^2 + 2 zeta w s + w^2)`, or `w/(s + w)` without damping.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReferenceModel {
@@ -587,7 +595,8 @@ mod tests {
             let weight = (s / 2.0 + 0.46) / (s + 0.0046);
             let zero = Complex::new(0.0, 0.0);
             let (vehicle, lag) = ((s + 1.0).inv(), (s * 0.5 + 1.0).inv() * (10.0 - s) / (s + 10.0));
-            let slow = (s + 2.4) / (s + 0.4);
+            let slow = problem.references[0].response(omega);
+            assert!((slow - (s + 2.4) / (s + 0.4)).norm() < 1e-12);
             let rising = |w: RisingWeight| s / (s + w.corner) * (w.high - w.low) + w.low;
             let expected = [
                 [

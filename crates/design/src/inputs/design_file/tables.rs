@@ -400,17 +400,17 @@ mod tests {
                 "'synthesis.back_off' is true; it must be a number, from 0.001 to 1",
             ),
             (
-                "weight = 0.2",
+                "weight = 0.04",
                 "weight = { value = 1 }",
                 "'control.weight' is a table; it must be a number, from 1e-6 to 1e6",
             ),
             (
-                "weight = 0.2",
+                "weight = 0.04",
                 "weight = [0.5]",
                 "'control.weight' is a list; it must be a number, from 1e-6 to 1e6",
             ),
             (
-                "weight = 0.2",
+                "weight = 0.04",
                 "weight = 2026-01-01",
                 "'control.weight' is the date or time 2026-01-01; it must be a number",
             ),
@@ -447,12 +447,18 @@ mod tests {
             ("signal = \"pitch_rate\"", "signal = \"pitch\"", "'measure.signal' is \"pitch\" a second time"),
             ("unit = \"deg/s\"", "unit = \"deg\"", "'measure.unit' is \"deg\""),
             (
-                "noise = 1.5",
+                "noise = 2.0",
                 "noise = 0.0",
                 "'measure.noise' is 0; it must be from 1e-9 to 1e6; without noise",
             ),
             ("rise = 1200.0", "rise = 0.5", "'measure.rise' is 0.5; it must be from 1, no less than"),
-            ("damping = 0.9", "damping = 0.0", "'track.damping' is 0; it must be from 0.3 to 3"),
+            ("damping = 1.0", "damping = 0.0", "'track.damping' is 0; it must be from 0.3 to 3"),
+            (
+                "follow = 8.0",
+                "follow = 0.5",
+                "'track.follow' is 0.5; it must be from 1, as much as fast ones",
+            ),
+            ("follow = 8.0\n", "", "missing key 'track.follow'"),
             ("lags = true", "lags = 1", "'control.lags' is the number 1; it must be true or false"),
             (
                 "sample_time = 0.02",

@@ -116,7 +116,7 @@ mod tests {
         let inputs = Inputs::read(vehicle, "design").unwrap();
         let (actuators, file) = (&inputs.vehicle.actuators, &inputs.design);
         let model = Model::new(&inputs.vehicle, file).unwrap();
-        let plant = augment(actuators, file, model.linear()).unwrap();
+        let plant = augment(actuators, &file.with_even_references(), model.linear()).unwrap();
         let design = synthesise(actuators, file, &plant, &Progress::default()).unwrap();
         let whole = over_range(inputs.declared(), file.order, &model).unwrap();
         let (_, uncertain) = thinned(actuators, file, &whole, &model.trim_slope).unwrap();
