@@ -123,7 +123,7 @@ def model_of_pitch(time: Signal, frequency: float, damping: float) -> Signal:
     """Return the answer of T_ref(s) = w^2/(s^2 + 2 zeta w s + w^2) to the step."""
     decay, turning = damping * frequency, frequency * np.sqrt(1.0 - damping**2)
     since = np.maximum(time - STEP_TIME, 0.0)
-    swing = np.cos(turning * since) + decay / turning * np.sin(turning * since)
+    swing = np.cos(turning * since) + decay * since * np.sinc(turning * since / np.pi)
     return 1.0 - np.exp(-decay * since) * swing
 
 

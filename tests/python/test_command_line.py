@@ -170,7 +170,7 @@ def test_model_of_the_speed_without_its_frequency(
 ) -> None:
     """What is missing is told at the table that lacks it."""
     path = copied_vehicle / "design.toml"
-    spoil(path, "\nfrequency = 0.9\n", "\n")
+    spoil(path, "\nfrequency = 1.7\n", "\n")
     line = line_of(path, 'output = "speed"') - 1
     message = refused(run_squid, copied_vehicle, tmp_path / "out")
     assert f"{path}:{line}: missing key 'track.frequency': from 1e-4 to 1e4 (rad/s)" in message
@@ -313,7 +313,7 @@ def test_lags_that_no_sample_time_can_mend(run_squid: Run, copied_vehicle: Path,
     """A design that leaves the lags out is refused where they upset the loop; one that has them is possible."""
     path = copied_vehicle / "vehicle.toml"
     path.write_text(
-        path.read_text(encoding="utf-8").replace("lag = { value = 0.2", "lag = { value = 10.0"),
+        path.read_text(encoding="utf-8").replace("lag = { value = 0.2", "lag = { value = 3.0"),
         encoding="utf-8",
     )
     spoil(copied_vehicle / "design.toml", "\nlags = true", "\nlags = false")

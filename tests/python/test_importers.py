@@ -259,7 +259,10 @@ def exported() -> dict[str, str]:
     """Return the prototype in C of each function that the macro `fmi2::export!` exports."""
     sources = (ROOT / "crates" / "fmi2" / "src" / "abi").glob("*.rs")
     text = "\n".join(path.read_text(encoding="utf-8") for path in sorted(sources))
-    found = re.findall(r"fn (fmi2\w+) = [\w:]+ \[[^\]]*\] \(([^)]*)\) -> ([^;]+);", text)
+    rows = re.findall(r"(fmi2\w+) = \w+::\w+\s*\(([^)]*)\);", text)
+    found = [(name, f"component: Component, {arguments}", "Status") for name, arguments in rows]
+    apart = re.findall(r'extern "C" fn (fmi2\w+)\(([^)]*)\)(?: -> ([^{]+))? \{', text)
+    found += [(name, arguments, result or "()") for name, arguments, result in apart]
     prototypes = {}
     for name, arguments, result in found:
         # An enumeration that no Rust type may stand for, since an importer may send anything; it passes as an int.

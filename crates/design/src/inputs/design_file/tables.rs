@@ -458,7 +458,6 @@ mod tests {
                 "follow = 0.5",
                 "'track.follow' is 0.5; it must be from 1, as much as fast ones",
             ),
-            ("follow = 8.0\n", "", "missing key 'track.follow'"),
             ("lags = true", "lags = 1", "'control.lags' is the number 1; it must be true or false"),
             (
                 "sample_time = 0.02",
@@ -477,9 +476,11 @@ mod tests {
         }
         let (half, _) = refused(&[("corner = 10.0\n", "")]);
         assert!(half[0].contains("missing key 'control.corner'"), "{half:?}");
-        let (missing, _) = refused(&[("frequency = 0.9\n", "")]);
+        let (half, _) = refused(&[("follow = 8.0\n", "")]);
+        assert!(half[0].contains("missing key 'track.follow'"), "{half:?}");
+        let (missing, _) = refused(&[("frequency = 1.7\n", "")]);
         assert!(missing[0].contains("missing key 'track.frequency'"), "{missing:?}");
-        let (second_order, _) = refused(&[("frequency = 0.9\n", "frequency = 0.9\ndamping = 0.7\n")]);
+        let (second_order, _) = refused(&[("frequency = 1.7\n", "frequency = 1.7\ndamping = 0.7\n")]);
         assert!(second_order[0].contains("left out for the speed"), "{second_order:?}");
         // Without [[measure]] the controller sees the errors: there is no model to follow.
         let text = squid();
