@@ -310,15 +310,19 @@ def test_actuator_with_the_name_of_a_variable(
 
 
 def test_lags_that_no_sample_time_can_mend(run_squid: Run, copied_vehicle: Path, tmp_path: Path) -> None:
-    """A design that leaves the lags out is refused where they upset the loop; one that has them is possible."""
+    """A design that leaves the lags out is refused where they upset the loop; one that has them is possible.
+
+    The model of pitch is then as slow as the actuators.
+    """
     path = copied_vehicle / "vehicle.toml"
     path.write_text(
-        path.read_text(encoding="utf-8").replace("lag = { value = 0.2", "lag = { value = 3.0"),
+        path.read_text(encoding="utf-8").replace("lag = { value = 0.2", "lag = { value = 10.0"),
         encoding="utf-8",
     )
     spoil(copied_vehicle / "design.toml", "\nlags = true", "\nlags = false")
     assert "however often it is sampled" in refused(run_squid, copied_vehicle, tmp_path / "out")
     spoil(copied_vehicle / "design.toml", "\nlags = false", "\nlags = true")
+    spoil(copied_vehicle / "design.toml", "\nfrequency = 1.75\n", "\nfrequency = 0.1\n")
     done = run_squid("design", copied_vehicle, "--out", tmp_path / "out")
     assert done.returncode == 0, done.stderr
 
