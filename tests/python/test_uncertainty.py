@@ -42,7 +42,7 @@ def test_the_robust_controller_bears_more(run_squid: Run, tmp_path: Path) -> Non
     done = run_squid("verify", certificate)
     assert (done.returncode, "PROVED" in done.stdout) == (0, True)
     for size, nominal, robust in found["ladder"][1:]:
-        assert robust < (math.inf if nominal is None else nominal), "no bound of the nominal one is found there"
+        assert robust < (math.inf if nominal is None else nominal), size
     assert_documented(found)
     assert (
         "The proof is about the model. It leaves out the error of the model against the vehicle: " in printed
