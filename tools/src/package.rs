@@ -49,7 +49,7 @@ pub fn run(
         }
         None => {
             let report = match no_report {
-                true => Rendered::without_sections(&inputs)?,
+                true => Rendered::without_sections(&inputs),
                 false => rendered(&inputs, &stored, &directory, &progress)?,
             };
             let packing = progress.begin("package", "compressing");

@@ -4,6 +4,7 @@ pub mod axis;
 pub mod chart;
 pub mod figure;
 pub mod html;
+pub mod key;
 pub mod plot;
 pub mod section;
 mod thin;

@@ -1,6 +1,6 @@
 //! The record of a flight: columns by the names of the outputs of `squid.fmu`, as a table and as a plot.
 
-use crate::page::plot::{Line, Panel};
+use crate::page::plot::{Kind, Line, Panel};
 use auv::Actuator;
 use signals::tracked;
 use squid_flight::flight::Row;
@@ -57,10 +57,10 @@ impl Record {
     /// Pitch, speed, commands and depth over time, as far as they are recorded; commands are those of the actuators
     /// that are given, one panel a unit.
     pub fn panels(&self, actuators: &[Actuator]) -> Vec<Panel> {
-        let line = |name: &str, key: &str, factor: f64, reference: bool| {
+        let line = |name: &str, key: &str, factor: f64, kind: Kind| {
             let points =
                 self.get("time")?.iter().zip(self.get(key)?).map(|(t, v)| (*t, factor * v)).collect();
-            Some(Line { name: name.into(), points, reference })
+            Some(Line { name: name.into(), points, kind })
         };
         let panel = |label: &str, lines: Vec<Option<Line>>| Panel {
             label: label.into(),
@@ -68,19 +68,21 @@ impl Record {
         };
         let commands = |unit: &str, factor: f64| {
             let own = actuators.iter().filter(|a| a.unit() == unit);
-            own.map(|a| line(&a.name, &a.name, factor, false)).collect()
+            own.map(|a| line(&a.name, &a.name, factor, Kind::Own)).collect()
         };
         let deg = 1f64.to_degrees();
-        let pitch =
-            vec![line("reference", "pitch_reference_used", deg, true), line("pitch", "pitch", deg, false)];
-        let wanted_speed = line("reference", "speed_reference_used", 1.0, true);
-        let speed = vec![wanted_speed, line("forward speed", "speed", 1.0, false)];
+        let pitch = vec![
+            line("reference", "pitch_reference_used", deg, Kind::Reference),
+            line("pitch", "pitch", deg, Kind::Own),
+        ];
+        let wanted_speed = line("reference", "speed_reference_used", 1.0, Kind::Reference);
+        let speed = vec![wanted_speed, line("forward speed", "speed", 1.0, Kind::Own)];
         let panels = [
             panel("pitch (deg)", pitch),
             panel("speed (m/s)", speed),
             panel("thrust (N)", commands("N", 1.0)),
             panel("deflection (deg)", commands("rad", deg)),
-            panel("depth (m)", vec![line("depth", "depth", 1.0, false)]),
+            panel("depth (m)", vec![line("depth", "depth", 1.0, Kind::Own)]),
         ];
         panels.into_iter().filter(|panel| !panel.lines.is_empty()).collect()
     }

@@ -32,18 +32,14 @@ pub struct Rendered {
 }
 
 impl Rendered {
-    fn new(report: &Report, key: Option<String>) -> Result<Self, Error> {
-        let (head, body) = html::page(report)?;
-        let figures = report.figures().map(|f| Ok((f.name.clone(), f.file(&f.caption)?)));
-        let figures = figures.collect::<Result<_, Error>>()?;
-        Ok(Self { key, unproved: report.unproved.clone(), words: report.words(), head, body, figures })
+    fn new(report: &Report, key: Option<String>) -> Self {
+        let (head, body) = html::page(report);
+        let figures = report.figures().map(|f| (f.name.clone(), f.file(&f.caption))).collect();
+        Self { key, unproved: report.unproved.clone(), words: report.words(), head, body, figures }
     }
 
     /// What stands in for the report of a design where none is wanted: one page that names vehicle and design.
-    ///
-    /// # Errors
-    /// [`Error::Plot`].
-    pub fn without_sections(inputs: &Inputs) -> Result<Self, Error> {
+    pub fn without_sections(inputs: &Inputs) -> Self {
         Self::new(&Report::without_sections(inputs, None), None)
     }
 
@@ -72,7 +68,7 @@ impl Rendered {
 /// The report of a stored design: read from `directory` if its inputs are unchanged, or else computed and stored there.
 ///
 /// # Errors
-/// As [`report`]; [`Error::Plot`], [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable).
+/// As [`report`]; [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable).
 pub fn rendered(
     inputs: &Inputs,
     stored: &Stored,
@@ -87,7 +83,7 @@ pub fn rendered(
         return Ok(kept);
     }
     let running = progress.begin("report", "computing the figures");
-    let fresh = Rendered::new(&report(inputs, stored, progress)?, key)?;
+    let fresh = Rendered::new(&report(inputs, stored, progress)?, key);
     drop(running);
     let mut files = Files::default();
     files.add_json(path, &fresh)?;

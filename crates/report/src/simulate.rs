@@ -1,7 +1,8 @@
 //! Flights in this process: the default manoeuvre, pitch steps over the range of speed, the vehicle alone.
 
 use crate::error::Error;
-use crate::page::plot::{Line, Panel, draw};
+use crate::page::plot::{Kind, Line, Panel, draw};
+use crate::page::words::tidy;
 use crate::record::Record;
 use scheduled::Manoeuvre;
 use signals::{PITCH, SPEED};
@@ -134,7 +135,7 @@ fn open_loop(inputs: &Inputs, stored: &Stored) -> Result<(String, Panel), Error>
         )?;
         let start = rows[0].1;
         let points = rows.iter().map(|(t, pitch)| (*t, (pitch - start).to_degrees())).collect();
-        lines.push(Line { name: format!("{speed:.2} m/s"), points, reference: false });
+        lines.push(line(inputs, speed, points));
     }
     let title = format!(
         "{}: without control, {} stepped by {step:.2} {}",
@@ -145,26 +146,33 @@ fn open_loop(inputs: &Inputs, stored: &Stored) -> Result<(String, Panel), Error>
     Ok((title, Panel { label: "pitch from trim (deg)".into(), lines }))
 }
 
+/// What a flight at a speed shows.
+fn line(inputs: &Inputs, speed: f64, points: Vec<(f64, f64)>) -> Line {
+    let (centre, half_range) = inputs.design.scheduling();
+    let part = 0.5 * ((speed - centre) / half_range + 1.0);
+    Line { name: format!("{speed:.2} m/s"), points, kind: Kind::Along(part) }
+}
+
 fn step_panels(inputs: &Inputs, responses: &[(f64, Vec<Row>)]) -> Vec<Panel> {
     let shown = |r: &&Row| r.time <= STEPS_SHOWN;
     let each = |of: &dyn Fn(&Row, &Row) -> f64| -> Vec<Line> {
-        responses
-            .iter()
-            .map(|(speed, rows)| Line {
-                name: format!("{speed:.2} m/s"),
-                points: rows.iter().filter(shown).map(|r| (r.time, of(r, &rows[0]))).collect(),
-                reference: false,
-            })
-            .collect()
+        let points = |rows: &[Row]| rows.iter().filter(shown).map(|r| (r.time, of(r, &rows[0]))).collect();
+        responses.iter().map(|(speed, rows)| line(inputs, *speed, points(rows))).collect()
     };
-    let actuator = &inputs.vehicle.actuators[0];
-    let (factor, unit) = readable(actuator.unit());
-    vec![
+    let mut panels = vec![
         Panel {
             label: "pitch from trim (deg)".into(),
             lines: each(&|r, first| (r.measured(PITCH) - first.reference(PITCH)).to_degrees()),
         },
         Panel { label: "speed error (m/s)".into(), lines: each(&|r, _| -r.error(SPEED)) },
-        Panel { label: format!("{} ({unit})", actuator.name), lines: each(&|r, _| factor * r.commands[0]) },
-    ]
+    ];
+    for (j, actuator) in inputs.vehicle.actuators.iter().enumerate() {
+        let (factor, unit) = readable(actuator.unit());
+        let [min, max] = [actuator.min, actuator.max].map(|limit| tidy(factor * limit, 1));
+        panels.push(Panel {
+            label: format!("{} ({unit}), from {min} to {max}", actuator.name),
+            lines: each(&|r, _| factor * r.commands[j]),
+        });
+    }
+    panels
 }

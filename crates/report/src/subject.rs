@@ -1,7 +1,7 @@
 //! What the report is about: a vehicle, its model, and the controller as it is stored.
 
 use crate::error::Error;
-use crate::page::chart::Key;
+use crate::page::key::Key;
 use auv::{Actuator, Linearisation, Status, Vehicle};
 use certificate::Theorem;
 use lpv::controller::Controller;
@@ -120,9 +120,9 @@ impl<'a> Subject<'a> {
         format!("{v:.2} m/s")
     }
 
-    /// A key for each of the speeds.
+    /// A key for each of the speeds, from the slowest to the fastest.
     pub fn speed_keys(&self) -> Vec<Key> {
-        self.speeds.iter().enumerate().map(|(i, v)| Key::nth(i, Self::speed_name(*v))).collect()
+        self.speeds.iter().map(|v| Key::along(0.5 * (self.rho(*v) + 1.0), Self::speed_name(*v))).collect()
     }
 
     /// Which of the tracked outputs is pitch.

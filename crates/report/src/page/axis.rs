@@ -1,5 +1,7 @@
 //! An axis of a chart: its range, its ticks, and the words at the ticks.
 
+use crate::page::words::tidy;
+
 /// How values lie along an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scale {
@@ -85,13 +87,6 @@ impl Axis {
             }
         }
     }
-}
-
-/// A number with so many digits behind the point, without zeros at its end and without a minus before zero.
-fn tidy(v: f64, digits: usize) -> String {
-    let text = format!("{v:.digits$}");
-    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-    if text == "-0" { "0".into() } else { text.into() }
 }
 
 /// 1, 2 or 5 times a power of ten, so that a range has about `wanted` steps.

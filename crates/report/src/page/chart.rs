@@ -1,63 +1,10 @@
-//! One chart as SVG: axes by plotters, curves with dashes, which plotters does not know, put into the frame that it
-//! drew.
+//! One chart as SVG: a frame with ticks, and the curves in it. Colours are classes of `chart.css`.
 
-use crate::page::axis::Axis;
+use crate::page::axis::{Axis, Scale};
+use crate::page::key::Key;
 use crate::page::thin::thin;
-use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint};
-use plotters::prelude::*;
+use crate::page::words::{escaped, tidy};
 use std::fmt::Write;
-use std::ops::Range;
-
-/// Colours that the colour-blind can tell apart (M. Okabe, K. Ito, Color Universal Design, 2008), without yellow.
-pub const COLOURS: [&str; 7] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000"];
-
-/// Dashes, in units of the page.
-const DASHES: [&str; 3] = ["", "7 3", "7 3 2 3"];
-
-/// How curves of one kind are drawn, and what they are called.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Key {
-    /// For the legend.
-    pub name: String,
-    /// As SVG has it.
-    pub colour: &'static str,
-    /// As SVG has it; empty for a whole line.
-    pub dash: &'static str,
-    /// Width, in units of the page.
-    pub width: f64,
-}
-
-impl Key {
-    /// The n-th of several curves: another colour, and other dashes where neighbours lie close.
-    pub fn nth(n: usize, name: impl Into<String>) -> Self {
-        Self {
-            name: name.into(),
-            colour: COLOURS[n % COLOURS.len()],
-            dash: DASHES[n % DASHES.len()],
-            width: 1.7,
-        }
-    }
-
-    /// A reference or a limit: thin, grey and dashed.
-    pub fn reference(name: impl Into<String>) -> Self {
-        Self { name: name.into(), colour: "#707070", dash: "3 2", width: 1.2 }
-    }
-
-    /// What others are laid upon: wide and pale.
-    pub fn ground(name: impl Into<String>) -> Self {
-        Self { name: name.into(), colour: "#BBBBBB", dash: "", width: 5.0 }
-    }
-
-    /// Its sample for a legend.
-    pub fn sample(&self) -> String {
-        format!(
-            "<line x1=\"0\" y1=\"6\" x2=\"26\" y2=\"6\" stroke=\"{}\" stroke-width=\"{}\" stroke-dasharray=\"{}\"/>",
-            self.colour,
-            self.width,
-            if self.dash.is_empty() { "none" } else { self.dash }
-        )
-    }
-}
 
 /// A curve.
 #[derive(Debug, Clone, PartialEq)]
@@ -87,40 +34,42 @@ pub type Size = (u32, u32);
 pub const SMALL: Size = (400, 250);
 /// A chart as wide as a page.
 pub const WIDE: Size = (900, 230);
-/// plotters places things on whole units; a unit of the page is this many of its.
-const FINE: u32 = 4;
 /// Left, right, top and bottom of the frame, in units of the page.
-const FRAME: [u32; 4] = [52, 16, 26, 40];
+const FRAME: [u32; 4] = [56, 12, 28, 42];
 /// What a point may be off to be left out, as a part of the axis: a tenth of a unit of the page.
-const INVISIBLE: f64 = 3e-4;
+const INVISIBLE: f64 = 2.5e-4;
+/// Decimals of a place, in units of the page: finer than what is left out.
+const DECIMALS: usize = 2;
+/// Places are kept this near to the frame, in its heights, since drawing programs must be able to read them.
+const FARTHEST: f64 = 100.0;
 const X_TICKS: usize = 6;
 const Y_TICKS: usize = 5;
+/// Length of a tick, and where its word is, in units of the page.
+const TICK: f64 = 4.0;
 
-/// An axis as plotters takes it: evenly spaced axis coordinates, with our ticks.
-struct Ticks {
-    range: (f64, f64),
-    ticks: Vec<f64>,
+/// The inside of the frame and the ranges of its axes, in axis coordinates.
+struct Frame {
+    left: f64,
+    top: f64,
+    width: f64,
+    height: f64,
+    x: (f64, f64),
+    y: (f64, f64),
 }
 
-impl Ranged for Ticks {
-    type FormatOption = DefaultFormatting;
-    type ValueType = f64;
-
-    fn map(&self, value: &f64, (from, to): (i32, i32)) -> i32 {
-        let part = (value - self.range.0) / (self.range.1 - self.range.0);
-        from + (part * f64::from(to - from)).round() as i32
+impl Frame {
+    fn across(&self, x: f64) -> f64 {
+        self.width * (x - self.x.0) / (self.x.1 - self.x.0)
     }
 
-    fn key_points<Hint: KeyPointHint>(&self, _: Hint) -> Vec<f64> {
-        self.ticks.clone()
-    }
-
-    fn range(&self) -> Range<f64> {
-        self.range.0..self.range.1
+    fn down(&self, y: f64) -> f64 {
+        self.height * (1.0 - (y - self.y.0) / (self.y.1 - self.y.0))
     }
 }
 
-type Context<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<Ticks, Ticks>>;
+fn place(v: f64) -> String {
+    tidy(v, DECIMALS)
+}
 
 impl Chart {
     /// A chart over time (s).
@@ -128,103 +77,117 @@ impl Chart {
         Self { title: title.into(), x: Axis::linear("time (s)"), y: Axis::linear(label), curves }
     }
 
-    /// The contents of an `svg` element whose view box is [`Chart::view_box`] of the same size.
-    ///
-    /// # Errors
-    /// The reason of plotters.
-    pub fn svg(&self, keys: &[Key], size: Size) -> Result<String, String> {
-        let placed: Vec<(&Key, Vec<(f64, f64)>)> = self
+    /// The chart as an `svg` element with more attributes.
+    pub fn svg(&self, keys: &[Key], size: Size, attributes: &str) -> String {
+        let placed: Vec<(usize, Vec<(f64, f64)>)> = self
             .curves
             .iter()
-            .filter_map(|curve| Some((keys.get(curve.key)?, self.placed(&curve.points))))
+            .filter(|curve| curve.key < keys.len())
+            .map(|curve| (curve.key, self.placed(&curve.points)))
             .collect();
         let all = || placed.iter().flat_map(|(_, points)| points);
-        let x = self.x.extent(all().map(|p| p.0), false);
-        let y = self.y.extent(all().map(|p| p.1), true);
-        let mut frame = String::new();
-        self.paint(&mut frame, size, x, y).map_err(|reason| reason.to_string())?;
-        let inner = frame.split_once('>').and_then(|(_, rest)| rest.rsplit_once("</svg>"));
-        let (inner, _) = inner.ok_or("the frame of the chart is no SVG")?;
-        Ok(format!("{}{}", inner.trim().replace(">\n", ">"), curves(&placed, size, x, y)))
+        let [left, right, top, bottom] = FRAME;
+        let frame = Frame {
+            left: f64::from(left),
+            top: f64::from(top),
+            width: f64::from(size.0 - left - right),
+            height: f64::from(size.1 - top - bottom),
+            x: self.x.extent(all().map(|p| p.0), false),
+            y: self.y.extent(all().map(|p| p.1), true),
+        };
+        format!(
+            "<svg {attributes} viewBox=\"0 0 {} {}\"{}>{}{}</svg>",
+            size.0,
+            size.1,
+            self.ranges(&frame),
+            self.axes(&frame, size),
+            curves(&placed, keys, &frame)
+        )
     }
 
-    /// The view box that [`Chart::svg`] draws in.
-    pub fn view_box((width, height): Size) -> String {
-        format!("0 0 {} {}", FINE * width, FINE * height)
+    /// The ranges of the axes for the page's script, and which of them are logarithmic.
+    fn ranges(&self, frame: &Frame) -> String {
+        let logarithmic = |axis: &Axis| axis.scale == Scale::Logarithmic;
+        let both = [("x", &self.x), ("y", &self.y)];
+        let scales: String =
+            both.iter().filter(|(_, axis)| logarithmic(axis)).map(|(name, _)| *name).collect();
+        let scales = if scales.is_empty() { scales } else { format!(" data-log=\"{scales}\"") };
+        let range = |(from, to): (f64, f64)| format!("{from:.6e} {to:.6e}");
+        format!(" data-x=\"{}\" data-y=\"{}\"{scales}", range(frame.x), range(frame.y))
     }
 
     fn placed(&self, points: &[(f64, f64)]) -> Vec<(f64, f64)> {
         points.iter().filter_map(|(x, y)| Some((self.x.place(*x)?, self.y.place(*y)?))).collect()
     }
 
-    fn paint(
-        &self,
-        svg: &mut String,
-        (width, height): Size,
-        x: (f64, f64),
-        y: (f64, f64),
-    ) -> Result<(), Box<dyn std::error::Error>> {
-        let root = SVGBackend::with_string(svg, (FINE * width, FINE * height)).into_drawing_area();
-        let font = ("sans-serif", 15 * FINE);
+    /// Heading, lines of the ticks, their words, and the label of the horizontal axis.
+    fn axes(&self, frame: &Frame, (width, height): Size) -> String {
         let heading = match self.title.as_str() {
             "" => self.y.label.clone(),
             title => format!("{title}: {}", self.y.label),
         };
-        root.draw(&Text::new(heading, (4 * FINE as i32, 4 * FINE as i32), font.into_font()))?;
-        let [left, right, top, bottom] = FRAME.map(|side| FINE * side);
-        let mut chart: Context = ChartBuilder::on(&root)
-            .margin_top(top)
-            .margin_right(right)
-            .x_label_area_size(bottom)
-            .y_label_area_size(left)
-            .build_cartesian_2d(
-                Ticks { range: x, ticks: self.x.ticks(x, X_TICKS) },
-                Ticks { range: y, ticks: self.y.ticks(y, Y_TICKS) },
-            )?;
-        let mut mesh = chart.configure_mesh();
-        mesh.light_line_style(TRANSPARENT).bold_line_style(RGBColor(222, 222, 222).stroke_width(FINE));
-        mesh.axis_style(RGBColor(120, 120, 120).stroke_width(FINE)).set_all_tick_mark_size(3 * FINE);
-        mesh.x_labels(X_TICKS).y_labels(Y_TICKS).x_desc(self.x.label.as_str());
-        mesh.label_style(("sans-serif", 14 * FINE)).axis_desc_style(font);
-        let x_word = |v: &f64| self.x.word(*v, x, X_TICKS);
-        let y_word = |v: &f64| self.y.word(*v, y, Y_TICKS);
-        mesh.x_label_formatter(&x_word).y_label_formatter(&y_word).draw()?;
-        root.present()?;
-        Ok(())
+        let (right, bottom) = (frame.left + frame.width, frame.top + frame.height);
+        let [mut grid, mut ticks, mut below, mut beside] = [const { String::new() }; 4];
+        for tick in self.x.ticks(frame.x, X_TICKS) {
+            let x = place(frame.left + frame.across(tick));
+            let _ = write!(grid, "M{x} {}V{bottom}", frame.top);
+            let _ = write!(ticks, "M{x} {bottom}v{TICK}");
+            let word = self.x.word(tick, frame.x, X_TICKS);
+            let _ = write!(below, "<text x=\"{x}\" y=\"{}\">{word}</text>", bottom + 17.0);
+        }
+        for tick in self.y.ticks(frame.y, Y_TICKS) {
+            let y = frame.top + frame.down(tick);
+            let _ = write!(grid, "M{} {}H{right}", frame.left, place(y));
+            let _ = write!(ticks, "M{} {}h-{TICK}", frame.left, place(y));
+            let word = self.y.word(tick, frame.y, Y_TICKS);
+            let _ = write!(beside, "<text x=\"{}\" y=\"{}\">{word}</text>", frame.left - 7.0, place(y + 4.5));
+        }
+        format!(
+            "<text x=\"4\" y=\"16\" font-size=\"14\">{}</text><path class=\"grid\" d=\"{grid}\"/>\
+                <path class=\"axis\" d=\"M{} {}V{bottom}H{right}{ticks}\"/><g font-size=\"13\" \
+                text-anchor=\"end\">{beside}</g><g font-size=\"13\" text-anchor=\"middle\">{below}<text \
+                x=\"{}\" y=\"{}\">{}</text></g>",
+            escaped(&heading),
+            frame.left,
+            frame.top,
+            f64::from(width) / 2.0 + 20.0,
+            height - 6,
+            escaped(&self.x.label)
+        )
     }
 }
 
 /// The curves, in a nested SVG that ends at the frame: what leaves the axes is cut off.
-fn curves(placed: &[(&Key, Vec<(f64, f64)>)], size: Size, x: (f64, f64), y: (f64, f64)) -> String {
-    let [left, right, top, bottom] = FRAME.map(|side| FINE * side);
-    let (width, height) = (FINE * size.0 - left - right, FINE * size.1 - top - bottom);
-    let mut out = format!("<svg x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\">");
+fn curves(placed: &[(usize, Vec<(f64, f64)>)], keys: &[Key], frame: &Frame) -> String {
+    let Frame { left, top, width, height, .. } = frame;
+    let mut out =
+        format!("<svg class=\"plot\" x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\">");
     // Dashed ones upon whole ones, so that lines that lie on one another are all seen.
-    let (whole, dashed): (Vec<_>, Vec<_>) = placed.iter().partition(|(key, _)| key.dash.is_empty());
-    for (key, points) in whole.into_iter().chain(dashed) {
+    let (whole, dashed): (Vec<_>, Vec<_>) = placed.iter().partition(|(key, _)| keys[*key].dash.is_empty());
+    for (index, points) in whole.into_iter().chain(dashed) {
+        let key = &keys[*index];
+        let group = match key.name.as_str() {
+            "" => keys.iter().position(|other| other.colour == key.colour).unwrap_or(*index),
+            _ => *index,
+        };
         let unit: Vec<(f64, f64)> =
-            points.iter().map(|p| ((p.0 - x.0) / (x.1 - x.0), (p.1 - y.0) / (y.1 - y.0))).collect();
-        let mut text = String::new();
-        for (across, up) in thin(&unit, INVISIBLE) {
-            // Far outside the frame the place does not matter, but drawing programs must be able to read the number.
-            let v = (f64::from(height) * (1.0 - up)).clamp(-1e5, 1e5);
-            let _ = write!(text, "{:.0},{:.0} ", f64::from(width) * across, v);
+            points.iter().map(|p| (frame.across(p.0) / width, frame.down(p.1) / height)).collect();
+        let unit = if key.dots { unit } else { thin(&unit, INVISIBLE) };
+        let (mut places, near) = (String::new(), |v: f64| v.clamp(-FARTHEST, FARTHEST));
+        for (across, down) in unit {
+            let (x, y) = (place(width * near(across)), place(height * near(down)));
+            let _ = match key.dots {
+                true => write!(places, "M{x} {y}h0"),
+                false => write!(places, "{x},{y} "),
+            };
         }
-        let dash: Vec<String> = key
-            .dash
-            .split(' ')
-            .filter_map(|d| d.parse::<u32>().ok())
-            .map(|d| (d * FINE).to_string())
-            .collect();
-        let dash =
-            if dash.is_empty() { String::new() } else { format!(" stroke-dasharray=\"{}\"", dash.join(" ")) };
-        let _ = write!(
-            out,
-            "<polyline fill=\"none\" stroke=\"{}\" stroke-width=\"{}\" stroke-linejoin=\"round\"{dash} points=\"{}\"/>",
-            key.colour,
-            key.width * f64::from(FINE),
-            text.trim_end()
-        );
+        let (class, style, places) = (key.class(), key.style(), places.trim_end());
+        let _ = match key.dots {
+            true => write!(out, "<path data-k=\"{group}\" class=\"{class}\" d=\"{places}\"/>"),
+            false => {
+                write!(out, "<polyline data-k=\"{group}\" class=\"{class}\"{style} points=\"{places}\"/>")
+            }
+        };
     }
     out + "</svg>"
 }
@@ -237,22 +200,42 @@ mod tests {
         Chart::over_time("a < b", "pitch (deg)", vec![Curve { key: 0, points }])
     }
 
+    /// The places of the first curve.
+    fn places(svg: &str) -> Vec<(f64, f64)> {
+        let points = svg.split("points=\"").nth(1).unwrap().split('"').next().unwrap();
+        let pair = |p: &str| p.split_once(',').map(|(x, y)| (x.parse().unwrap(), y.parse().unwrap()));
+        points.split(' ').map(|p| pair(p).unwrap()).collect()
+    }
+
     #[test]
     fn a_chart_has_its_labels_and_thins_what_is_straight() {
-        let svg = chart((0..5000).map(|i| (f64::from(i), 2.0 * f64::from(i))).collect())
-            .svg(&[Key::nth(1, "one")], SMALL)
-            .unwrap();
-        for part in ["time (s)", "pitch (deg)", "a &lt; b", "stroke-dasharray=\"28 12\""] {
+        let line = chart((0..5000).map(|i| (f64::from(i), 2.0 * f64::from(i))).collect());
+        let svg = line.svg(&[Key::nth(1, "one")], SMALL, "");
+        for part in ["time (s)", "pitch (deg)", "a &lt; b", "stroke-dasharray=\"7 3\""] {
             assert!(svg.contains(part), "{part}");
         }
-        let points = svg.rsplit("points=\"").next().unwrap();
-        assert_eq!(points.split('"').next().unwrap().split(' ').count(), 2, "{points}");
+        assert_eq!(places(&svg).len(), 2, "{svg}");
+    }
+
+    /// A slow curve has no steps: each place is within a hundredth of a unit of where it belongs.
+    #[test]
+    fn places_are_not_rounded_to_units() {
+        let curve: Vec<(f64, f64)> = (0..=400).map(|i| 0.05 * f64::from(i)).map(|t| (t, t.sin())).collect();
+        let fixed = |label: &str| Axis::linear(label).over(-10.0, 10.0);
+        let chart = Chart { y: fixed("y (m)"), x: Axis::linear("x (s)").over(0.0, 20.0), ..chart(curve) };
+        let svg = chart.svg(&[Key::nth(0, "one")], SMALL, "");
+        let [left, right, top, bottom] = FRAME.map(f64::from);
+        let (width, height) = (f64::from(SMALL.0) - left - right, f64::from(SMALL.1) - top - bottom);
+        for (x, y) in places(&svg) {
+            let expected = height * (0.5 - 0.05 * (20.0 * x / width).sin());
+            assert!((y - expected).abs() < 0.05, "{y} {expected}");
+        }
     }
 
     #[test]
     fn what_has_no_place_is_left_out() {
         let svg = chart(vec![(0.0, 1.0), (1.0, f64::NAN), (2.0, f64::INFINITY), (3.0, 2.0)]);
-        let svg = svg.svg(&[Key::nth(0, "one")], SMALL).unwrap();
+        let svg = svg.svg(&[Key::nth(0, "one")], SMALL, "");
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
     }
 }

@@ -1,7 +1,7 @@
 //! A figure: charts side by side with one legend, as a part of a page and as an SVG of its own.
 
-use crate::error::Error;
-use crate::page::chart::{Chart, Key, SMALL, Size, WIDE};
+use crate::page::chart::{Chart, SMALL, Size, WIDE};
+use crate::page::key::Key;
 use crate::page::words::escaped;
 use std::fmt::Write;
 
@@ -18,6 +18,10 @@ pub struct Figure {
     pub charts: Vec<Chart>,
 }
 
+/// Colours of charts, in light and in dark.
+pub const STYLE: &str = include_str!("chart.css");
+/// Of words and of charts alike.
+pub const FONT: &str = "system-ui,-apple-system,'Segoe UI',Roboto,'Liberation Sans',sans-serif";
 /// Charts in a row of a figure of its own.
 const ACROSS: usize = 3;
 /// Height of the title and of a row of the legend, in units of the page.
@@ -43,30 +47,20 @@ fn wrapped(text: &str, letters: usize) -> Vec<String> {
 }
 
 impl Figure {
-    fn named(&self) -> impl Iterator<Item = &Key> {
-        self.keys.iter().filter(|key| !key.name.is_empty())
-    }
-
-    fn drawn(&self, size: Size) -> Result<Vec<String>, String> {
-        self.charts.iter().map(|chart| chart.svg(&self.keys, size)).collect()
-    }
-
-    fn failed(&self, reason: String) -> Error {
-        Error::Plot { path: format!("{}.svg", self.name), reason }
+    /// The keys of the legend, with their indices.
+    fn named(&self) -> impl Iterator<Item = (usize, &Key)> {
+        self.keys.iter().enumerate().filter(|(_, key)| !key.name.is_empty())
     }
 
     /// The figure as part of a page: the charts stand side by side where there is room, else one below the other.
-    ///
-    /// # Errors
-    /// [`Error::Plot`].
-    pub fn html(&self) -> Result<String, Error> {
+    pub fn html(&self) -> String {
         let mut out = format!("<figure id=\"{}\">\n", self.name);
         if self.keys.len() > 1 {
             out += "<div class=\"legend\">";
-            for key in self.named() {
+            for (index, key) in self.named() {
                 let _ = writeln!(
                     out,
-                    "<span><svg width=\"26\" height=\"12\" aria-hidden=\"true\">{}</svg> {}</span>",
+                    "<span data-k=\"{index}\"><svg width=\"26\" height=\"12\" aria-hidden=\"true\">{}</svg> {}</span>",
                     key.sample(),
                     escaped(&key.name)
                 );
@@ -74,37 +68,26 @@ impl Figure {
             out += "</div>\n";
         }
         out += "<div class=\"charts\">\n";
-        for (chart, svg) in self.charts.iter().zip(self.drawn(SMALL).map_err(|reason| self.failed(reason))?) {
+        for chart in &self.charts {
             let label = format!("{} {} over {}", chart.title, chart.y.label, chart.x.label);
-            let _ = writeln!(
-                out,
-                "<svg role=\"img\" aria-label=\"{}\" viewBox=\"{}\">{svg}</svg>",
-                escaped(label.trim()),
-                Chart::view_box(SMALL)
-            );
+            let attributes = format!("role=\"img\" aria-label=\"{}\"", escaped(label.trim()));
+            let _ = writeln!(out, "{}", chart.svg(&self.keys, SMALL, &attributes));
         }
         let _ = write!(out, "</div>\n<figcaption>{}</figcaption>\n</figure>\n", escaped(&self.caption));
-        Ok(out)
+        out
     }
 
     /// The figure as an SVG file.
-    ///
-    /// # Errors
-    /// [`Error::Plot`].
-    pub fn file(&self, title: &str) -> Result<String, Error> {
-        let across = self.charts.len().clamp(1, ACROSS);
-        self.laid_out(title, across, SMALL).map_err(|reason| self.failed(reason))
+    pub fn file(&self, title: &str) -> String {
+        self.laid_out(title, self.charts.len().clamp(1, ACROSS), SMALL)
     }
 
     /// The same with the charts one above the other.
-    ///
-    /// # Errors
-    /// The reason why it cannot be drawn.
-    pub fn stacked(&self, title: &str) -> Result<String, String> {
+    pub fn stacked(&self, title: &str) -> String {
         self.laid_out(title, 1, WIDE)
     }
 
-    fn laid_out(&self, title: &str, across: usize, size: Size) -> Result<String, String> {
+    fn laid_out(&self, title: &str, across: usize, size: Size) -> String {
         let width = size.0 * across as u32;
         let lines = wrapped(title, (f64::from(width) / TITLE_LETTER) as usize);
         let head = LINE * lines.len() as u32;
@@ -112,26 +95,21 @@ impl Figure {
         let top = head + LINE * rows + 12;
         let height = top + size.1 * self.charts.len().div_ceil(across) as u32;
         let mut out = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 \
-                {width} {height}\" font-family=\"sans-serif\">\n\
-                <rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n"
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
+                class=\"sheet\" font-family=\"{FONT}\">\n<style>{STYLE}</style>\n<rect width=\"{width}\" \
+                height=\"{height}\"/>\n"
         );
         for (i, line) in lines.iter().enumerate() {
             let y = LINE * i as u32 + 16;
             let _ = writeln!(out, "<text x=\"6\" y=\"{y}\" font-size=\"15\">{}</text>", escaped(line));
         }
         out += &legend;
-        for (i, svg) in self.drawn(size)?.into_iter().enumerate() {
+        for (i, chart) in self.charts.iter().enumerate() {
             let (x, y) = (size.0 * (i % across) as u32, top + size.1 * (i / across) as u32);
-            let _ = writeln!(
-                out,
-                "<svg x=\"{x}\" y=\"{y}\" width=\"{}\" height=\"{}\" viewBox=\"{}\">{svg}</svg>",
-                size.0,
-                size.1,
-                Chart::view_box(size)
-            );
+            let place = format!("x=\"{x}\" y=\"{y}\" width=\"{}\" height=\"{}\"", size.0, size.1);
+            let _ = writeln!(out, "{}", chart.svg(&self.keys, size, &place));
         }
-        Ok(out + "</svg>\n")
+        out + "</svg>\n"
     }
 
     /// The legend below the title, which is `head` high, and the number of its rows.
@@ -140,7 +118,7 @@ impl Figure {
             return (String::new(), 0);
         }
         let (mut out, mut x, mut row) = (String::new(), 6.0, 0u32);
-        for key in self.named() {
+        for (_, key) in self.named() {
             let needed = 52.0 + LETTER * key.name.chars().count() as f64;
             if x > 6.0 && x + needed > width {
                 (x, row) = (6.0, row + 1);
@@ -182,6 +160,6 @@ mod tests {
         assert_eq!(rows, 6, "{legend}: the one without a name takes none");
         assert!(!legend.contains("& "), "escaped");
         assert_eq!(wrapped("one two three", 8), ["one two", "three"]);
-        assert!(figure.file("t").unwrap().starts_with("<svg xmlns"));
+        assert!(figure.file("t").starts_with("<svg xmlns"));
     }
 }

@@ -1,60 +1,37 @@
-//! The report as one page of HTML: nothing is fetched, nothing runs.
+//! The report as one page of HTML: nothing is fetched, and without its script nothing is missing.
 //!
 //! It is well-formed XML as well, so that any XML reader checks it.
 
-use crate::error::Error;
+use crate::page::figure::{FONT, STYLE as CHARTS};
 use crate::page::section::{Part, Section, Table};
 use crate::page::words::{capital, escaped};
 use crate::report::Report;
 use crate::verdict::Verdict;
 use std::fmt::Write;
 
-const STYLE: &str = "\
-:root{color-scheme:light}\
-body{font:16px/1.5 system-ui,sans-serif;color:#1a1a1a;background:#fff;max-width:78rem;margin:0 auto;padding:0 1rem 3rem}\
-h1{font-size:1.6rem;margin:1.2rem 0 .3rem}h2{font-size:1.25rem;margin:2.2rem 0 .4rem;border-top:1px solid #ccc;padding-top:1rem}\
-p{max-width:46rem}nav ul{columns:16rem;column-gap:1.5rem;padding-left:0}nav \
-li{margin-left:1.2rem}li{break-inside:avoid}a{color:#005a8c}\
-figure{margin:1rem 0}.charts{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,21rem),1fr));gap:.6rem}\
-.charts svg{width:100%;height:auto;max-width:28rem}\
-.legend span{display:inline-block;margin-right:1.1rem;white-space:nowrap;font-size:.9rem}.legend \
-svg{vertical-align:middle}\
-figcaption{font-size:.9rem;color:#444;max-width:46rem;margin-top:.3rem}\
-.table{overflow-x:auto;background:linear-gradient(to right,#fff 40%,#fff0),linear-gradient(to left,#fff 40%,#fff0) 100% 0,\
-linear-gradient(to right,#0003,#0000),linear-gradient(to left,#0003,#0000) 100% 0;background-repeat:no-repeat;\
-background-size:2rem 100%,2rem 100%,.8rem 100%,.8rem 100%;background-attachment:local,local,scroll,scroll}\
-table{border-collapse:collapse;margin:.6rem 0;font-size:.92rem}th,td{padding:.15rem .7rem;text-align:right;border-bottom:1px solid #ddd}\
-td{white-space:nowrap}th:first-child,td:first-child,.words{text-align:left}td:first-child,td.words{white-space:normal}\
-.verdict{border-left:.35rem solid #888;background:#f6f6f6;padding:.5rem .9rem;margin:.8rem 0;max-width:46rem}\
-.verdict p{margin:.2rem 0}.yes{border-color:#009e73}.partly{border-color:#e69f00}.no{border-color:#d55e00}\
-.surrogate{background:#fff3d6;border:1px solid #e69f00;padding:.5rem .9rem;max-width:46rem}\
-@media(max-width:40rem){table{font-size:.8rem}th,td{padding:.15rem .3rem}}\
-@media print{@page{margin:14mm}body{max-width:none;font-size:10pt;padding:0}h2,.verdict,.charts svg,tr{break-inside:avoid}\
-h2,.legend{break-after:avoid}.charts{grid-template-columns:repeat(2,1fr)}.table{overflow:visible;background:none}table{font-size:8.5pt}\
-th,td{padding:.1rem .35rem}nav{display:none}}";
+/// Of the page; those of the charts are in the figures.
+const STYLE: &str = include_str!("page.css");
+/// Values under the pointer and lines that can be switched off; without it everything is there.
+const SCRIPT: &str = include_str!("hover.js");
 
 /// The page up to its heading and warning, and the rest.
-///
-/// # Errors
-/// [`Error::Plot`].
-pub fn page(report: &Report) -> Result<(String, String), Error> {
+pub fn page(report: &Report) -> (String, String) {
     let title = escaped(&report.heading);
     let mut head = format!(
         "<!DOCTYPE html>\n<html lang=\"en\" xmlns=\"http://www.w3.org/1999/xhtml\">\n<head><meta charset=\"utf-8\"/>\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>{title}</title>\n\
-         <style>{STYLE}</style></head>\n<body>\n<h1>{title}</h1>\n"
+         <style>{STYLE}body,svg{{font-family:{FONT}}}\n{CHARTS}</style></head>\n<body>\n<header>\n<h1>{title}</h1>\n"
     );
     if let Some(warning) = &report.warning {
         let _ = writeln!(head, "<p class=\"surrogate\">{}</p>", escaped(warning));
     }
     let mut out: String = report.introduction.iter().map(|words| paragraph(words)).collect();
-    if !report.sections.is_empty() {
-        out += &overview(report);
+    if report.sections.is_empty() {
+        return (head, out + "</header>\n</body>\n</html>\n");
     }
-    for section in &report.sections {
-        out += &self::section(section, report)?;
-    }
-    Ok((head, out + "</body>\n</html>\n"))
+    out += &overview(report);
+    report.sections.iter().for_each(|section| out += &self::section(section, report));
+    (head, format!("{out}</main>\n<script>/*<![CDATA[*/\n{SCRIPT}/*]]>*/</script>\n</body>\n</html>\n"))
 }
 
 /// A paragraph of text.
@@ -87,24 +64,24 @@ fn overview(report: &Report) -> String {
     for verdict in report.verdicts() {
         table.rows.push(vec![capital(verdict.claim), verdict.finding.words().into()]);
     }
-    let mut out = self::table(&table) + "<nav><ul>\n";
+    let mut out = self::table(&table) + "</header>\n<nav><ul>\n";
     for section in &report.sections {
         let _ = writeln!(out, "<li><a href=\"#{}\">{}</a></li>", section.id, escaped(section.title));
     }
-    out + "</ul></nav>\n"
+    out + "</ul></nav>\n<main>\n"
 }
 
-fn section(section: &Section, report: &Report) -> Result<String, Error> {
+fn section(section: &Section, report: &Report) -> String {
     let mut out = format!("<section id=\"{}\">\n<h2>{}</h2>\n", section.id, escaped(section.title));
     for part in &section.parts {
         out += &match part {
             Part::Words(words) => paragraph(words),
-            Part::Figure(figure) => figure.html()?,
+            Part::Figure(figure) => figure.html(),
             Part::Table(found) => table(found),
             Part::Verdict(found) => verdict(found, &report.subject),
         };
     }
-    Ok(out + "</section>\n")
+    out + "</section>\n"
 }
 
 /// A cell that begins with a letter and is longer than this makes its column one of words, not of numbers.

@@ -1,10 +1,21 @@
 //! Plots over time: charts one above the other with a common axis.
 
 use crate::error::Error;
-use crate::page::axis::Axis;
-use crate::page::chart::{COLOURS, Chart, Curve, Key};
+use crate::page::chart::{Chart, Curve};
 use crate::page::figure::Figure;
+use crate::page::key::{Key, WIDTH};
 use std::path::Path;
+
+/// What a line stands for, which says its colour.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Kind {
+    /// A thing of its own.
+    Own,
+    /// A reference or a limit.
+    Reference,
+    /// One of an order, 0 to 1 of the way from its lowest to its highest.
+    Along(f64),
+}
 
 /// One line in a panel.
 #[derive(Debug, Clone)]
@@ -13,8 +24,8 @@ pub struct Line {
     pub name: String,
     /// (s, value).
     pub points: Vec<(f64, f64)>,
-    /// References and limits are drawn dashed and grey.
-    pub reference: bool,
+    /// What it stands for.
+    pub kind: Kind,
 }
 
 /// One panel.
@@ -29,9 +40,6 @@ pub struct Panel {
 /// Larger numbers come from a flight that diverged; axes would overflow with them.
 const LARGEST_DRAWN: f64 = 1e100;
 
-/// Width of the line on top, in units of the page.
-const WIDTH: f64 = 1.5;
-
 /// Draws panels over time (s) as SVG for a file. Lines of one name have one colour in all panels.
 ///
 /// # Errors
@@ -40,36 +48,32 @@ pub fn draw(path: &Path, title: &str, panels: &[Panel]) -> Result<String, Error>
     let failed = |reason| Error::Plot { path: path.display().to_string(), reason };
     let mut keys: Vec<Key> = Vec::new();
     let mut charts = Vec::new();
-    for (i, panel) in panels.iter().enumerate() {
+    for panel in panels {
         let values = || panel.lines.iter().flat_map(|line| &line.points).map(|point| point.1);
         let (low, high) =
             (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
         if low.abs().max(high.abs()) > LARGEST_DRAWN && low <= high {
             return Err(failed(format!("no axis can be drawn from {low:e} to {high:e}")));
         }
-        let x = if i + 1 == panels.len() { "time (s)" } else { "" };
         // Lines that coincide stay visible: the last one is drawn narrower, on top.
         let wider = |nth: usize| if nth + 1 < panel.lines.len() { 2.0 * WIDTH } else { WIDTH };
         let lines = panel.lines.iter().enumerate();
         let curves = lines.map(|(nth, line)| curve(line, wider(nth), &mut keys)).collect();
-        charts.push(Chart {
-            title: String::new(),
-            x: Axis::linear(x),
-            y: Axis::linear(panel.label.as_str()),
-            curves,
-        });
+        charts.push(Chart::over_time("", panel.label.as_str(), curves));
     }
     let figure = Figure { name: String::new(), caption: String::new(), keys, charts };
-    figure.stacked(title).map_err(failed)
+    Ok(figure.stacked(title))
 }
 
 /// A line as a curve, with its key.
 fn curve(line: &Line, width: f64, keys: &mut Vec<Key>) -> Curve {
     let key = keys.iter().position(|key| key.name == line.name).unwrap_or_else(|| {
-        let nth = keys.iter().filter(|key| COLOURS.contains(&key.colour)).count();
-        keys.push(match line.reference {
-            true => Key::reference(line.name.as_str()),
-            false => Key { dash: "", width, ..Key::nth(nth, line.name.as_str()) },
+        let nth = keys.iter().filter(|key| key.dash.is_empty()).count();
+        let name = line.name.as_str();
+        keys.push(match line.kind {
+            Kind::Reference => Key::reference(name),
+            Kind::Own => Key { dash: "", width, ..Key::nth(nth, name) },
+            Kind::Along(part) => Key::along(part, name),
         });
         keys.len() - 1
     });
@@ -83,7 +87,7 @@ mod tests {
     /// The axis of a flight that ran off would never be finished.
     #[test]
     fn what_no_axis_can_show_is_refused() {
-        let line = Line { name: "pitch".into(), points: vec![(0.0, 1e308), (1.0, -1e308)], reference: false };
+        let line = Line { name: "pitch".into(), points: vec![(0.0, 1e308), (1.0, -1e308)], kind: Kind::Own };
         let panel = Panel { label: "rad".into(), lines: vec![line] };
         let folder = tempfile::tempdir().unwrap();
         let message = draw(&folder.path().join("a.svg"), "a", &[panel]).unwrap_err().to_string();

@@ -1,8 +1,9 @@
 //! The actuators during the pitch steps at six speeds, and at which speed control is hardest.
 
 use crate::error::Error;
-use crate::page::chart::{Chart, Curve, Key};
+use crate::page::chart::{Chart, Curve};
 use crate::page::figure::Figure;
+use crate::page::key::Key;
 use crate::page::section::{Part, Table};
 use crate::sections::frozen_loop::FrozenLoop;
 use crate::sections::tuning::seconds;

@@ -2,8 +2,9 @@
 
 use crate::error::Error;
 use crate::page::axis::Axis;
-use crate::page::chart::{Chart, Curve, Key};
+use crate::page::chart::{Chart, Curve};
 use crate::page::figure::Figure;
+use crate::page::key::Key;
 use crate::page::section::{Part, Table};
 use crate::subject::Subject;
 use lpv::analysis::GainBound;

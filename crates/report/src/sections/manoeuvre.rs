@@ -1,8 +1,9 @@
 //! The default manoeuvre: a pitch step while the speed ramps.
 
 use crate::error::Error;
-use crate::page::chart::{Chart, Curve, Key};
+use crate::page::chart::{Chart, Curve};
 use crate::page::figure::Figure;
+use crate::page::key::Key;
 use crate::page::section::Part;
 use crate::page::words::capital;
 use crate::subject::Subject;

@@ -5,8 +5,9 @@ mod worst_gain;
 
 use crate::error::Error;
 use crate::page::axis::Axis;
-use crate::page::chart::{Chart, Curve, Key};
+use crate::page::chart::{Chart, Curve};
 use crate::page::figure::Figure;
+use crate::page::key::Key;
 use crate::page::section::{Part, Table};
 use crate::sections::robust::{between, vehicle};
 use crate::subject::Subject;
@@ -20,11 +21,6 @@ use worst_gain::PARTS;
 const IN_A_PANEL: usize = 3;
 /// A parameter with a smaller share in the instability is not named.
 const NAMED: f64 = 0.1;
-/// Width of the mark of a lower bound, in units of the page.
-const MARK_WIDTH: f64 = 5.0;
-/// Half the length of the mark of a lower bound on the frequency axis, as a factor.
-const MARK: f64 = 1.16;
-
 /// The section on Fig. 7: bounds on mu for robust stability over frequency, and worst-case gains, at six speeds.
 ///
 /// # Errors
@@ -104,19 +100,9 @@ fn about(found: &[SpeedMu], has_lags: bool) -> String {
 }
 
 fn figure(subject: &Subject, found: &[SpeedMu]) -> Figure {
-    let mut keys: Vec<Key> = found
-        .iter()
-        .enumerate()
-        .map(|(i, f)| Key { dash: "", ..Key::nth(i, Subject::speed_name(f.speed)) })
-        .collect();
-    let marks = keys.len();
-    let mark = |i: usize| Key { dash: "", width: MARK_WIDTH, ..Key::nth(i, "") };
-    keys.extend((0..marks).map(mark));
-    keys.push(Key {
-        dash: "9 20",
-        width: MARK_WIDTH,
-        ..Key::reference("lower bound, in the speed's colour")
-    });
+    let mut keys = subject.speed_keys();
+    let dots = keys.len();
+    keys.extend(subject.speed_keys().into_iter().map(|key| Key { name: String::new(), ..key }.dotted()));
     keys.push(Key::reference("mu = 1"));
     let shown = [DECADES.0, DECADES.1].map(|k| 10f64.powi(k));
     let highest = found.iter().map(SpeedMu::guaranteed).fold(1.0, f64::max);
@@ -124,14 +110,9 @@ fn figure(subject: &Subject, found: &[SpeedMu]) -> Figure {
         let mut curves = vec![Curve { key: keys.len() - 1, points: shown.map(|o| (o, 1.0)).to_vec() }];
         for (i, f) in speeds.iter().enumerate() {
             curves.push(Curve { key: panel * IN_A_PANEL + i, points: f.upper.clone() });
-            let mark = |&(omega, value): &(f64, f64)| {
-                let at = omega.clamp(shown[0] * MARK, shown[1] / MARK);
-                Curve {
-                    key: marks + panel * IN_A_PANEL + i,
-                    points: vec![(at / MARK, value), (at * MARK, value)],
-                }
-            };
-            curves.extend(f.lower.iter().map(mark));
+            let inside = |&(omega, value): &(f64, f64)| (omega.clamp(shown[0], shown[1]), value);
+            let lower = f.lower.iter().map(inside).collect();
+            curves.push(Curve { key: dots + panel * IN_A_PANEL + i, points: lower });
         }
         Chart {
             title: String::new(),
@@ -145,7 +126,7 @@ fn figure(subject: &Subject, found: &[SpeedMu]) -> Figure {
         name: "fig7-mu-bounds".into(),
         caption: format!(
             "mu for robust stability of {} with the controller frozen at six speeds. Curves: upper bounds; \
-                short bars of the same colour: lower bounds, each shown by a perturbation at that very \
+                dots of the same colour: lower bounds, each shown by a perturbation at that very \
                 frequency (at the left edge: at frequency zero, which has no place on the axis and where the \
                 upper bound, too, may be above the curve). For real parameters a lower bound is found at some \
                 frequencies and not at others.",

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::page::axis::Axis;
-use crate::page::chart::{Chart, Curve, Key};
+use crate::page::chart::{Chart, Curve};
 use crate::page::figure::Figure;
 use crate::page::section::{Part, Table};
 use crate::page::words::capital;
@@ -31,7 +31,7 @@ pub fn open_loop(subject: &Subject) -> Result<Vec<Part>, Error> {
     let (index, actuator) = subject.pitching_actuator();
     let step = PART * actuator.reach();
     let (factor, unit) = readable(actuator.unit());
-    let (mut keys, mut curves, mut pairs) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut curves, mut pairs) = (Vec::new(), Vec::new());
     let mut table = Table::new([
         "speed (m/s)",
         "alone: settled to 2 % (s)",
@@ -53,7 +53,6 @@ pub fn open_loop(subject: &Subject) -> Result<Vec<Part>, Error> {
             format!("{slowest:+.3}"),
         ]);
         pairs.push((closed, open));
-        keys.push(Key::nth(i, Subject::speed_name(speed)));
         curves.push(Curve { key: i, points });
     }
     let low = curves.iter().flat_map(|c| &c.points).map(|p| p.1).fold(0.0, f64::min).max(-DRAWN);
@@ -68,7 +67,7 @@ pub fn open_loop(subject: &Subject) -> Result<Vec<Part>, Error> {
             actuator.name,
             factor * step
         ),
-        keys,
+        keys: subject.speed_keys().into_iter().take(SHOWN_SPEEDS).collect(),
         charts: vec![Chart { y, ..Chart::over_time("", "", curves) }],
     };
     let mut parts = vec![Part::Figure(figure), Part::Table(table), Part::Verdict(verdict(&pairs))];

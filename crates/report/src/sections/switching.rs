@@ -1,8 +1,9 @@
 //! The scheduled controller against controllers made for six speeds and switched, under the same ramp of speed.
 
 use crate::error::Error;
-use crate::page::chart::{Chart, Curve, Key};
+use crate::page::chart::{Chart, Curve};
 use crate::page::figure::Figure;
+use crate::page::key::Key;
 use crate::page::section::{Part, Table};
 use crate::page::words::capital;
 use crate::sections::alternation::{Alternation, Loop, worst_alternation};
