@@ -52,12 +52,15 @@ impl<D: Scalar> Coefficients<D> {
         [D::from(0.0), force, moment]
     }
 
-    /// Linear damping and cross-flow drag: `Z_w w + Z_ww w|w| + Z_qq q|q|` and `M_q q + M_qq q|q| + M_ww w|w|`.
+    /// Linear damping, whatever the speed, and cross-flow drag: `X_u u`, `Z_w w + Z_ww w|w| + Z_qq q|q| + Z_q q` and
+    /// `M_q q + M_qq q|q| + M_ww w|w| + M_w w`.
     fn damping(&self, motion: &Motion<D>) -> [D; 3] {
         let c = self;
-        let Motion { w, q, .. } = *motion;
+        let Motion { u, w, q, .. } = *motion;
         let (ww, qq) = (w * w.abs(), q * q.abs());
-        [D::from(0.0), w * c.Z_w + ww * c.Z_ww + qq * c.Z_qq, q * c.M_q + qq * c.M_qq + ww * c.M_ww]
+        let heave = w * c.Z_w + ww * c.Z_ww + qq * c.Z_qq + q * c.Z_q;
+        let pitch = q * c.M_q + qq * c.M_qq + ww * c.M_ww + w * c.M_w;
+        [u * c.X_u, heave, pitch]
     }
 
     /// Returns the surge force of drag: `X_uu u|u| - rho/2 (C_f k S_w + C_d A) u|u|`.

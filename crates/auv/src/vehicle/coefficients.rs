@@ -110,7 +110,10 @@ coefficients! {
         M_uq ["kg.m"] Any None, "Pitch moment per u q: damping by the fixed fins";
     }
     "damping" {
+        X_u ["kg/s"] NonPositive Some(0.0), "Surge force per u: linear damping";
         Z_w ["kg/s"] NonPositive Some(0.0), "Heave force per w: linear damping";
+        Z_q ["kg.m/s"] Any Some(0.0), "Heave force per q: linear damping";
+        M_w ["kg.m/s"] Any Some(0.0), "Pitch moment per w: linear damping";
         M_q ["kg.m2/s"] NonPositive Some(0.0), "Pitch moment per q: linear damping";
         Z_ww ["kg/m"] NonPositive Some(0.0), "Heave force per w|w|: cross-flow drag";
         Z_qq ["kg.m"] Any Some(0.0), "Heave force per q|q|: cross-flow drag";

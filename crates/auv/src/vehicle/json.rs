@@ -25,7 +25,7 @@ struct File {
     name: String,
     status: String,
     description: String,
-    /// By the keys of [`COEFFICIENTS`].
+    /// By the keys of [`COEFFICIENTS`]; one that is left out has its default, as in a vehicle file.
     #[serde(deserialize_with = "maps_duplicate_key_is_error::deserialize")]
     coefficients: Numbers,
     actuators: Vec<Row>,
@@ -137,11 +137,12 @@ fn vehicle(file: File) -> Result<Vehicle, JsonProblem> {
 
 #[inline]
 fn read_coefficients(numbers: &Numbers) -> Result<Coefficients, JsonProblem> {
-    let keys: Vec<&str> = COEFFICIENTS.iter().map(|spec| spec.key).collect();
-    exactly("coefficients", numbers, &keys)?;
+    let required = COEFFICIENTS.iter().filter(|spec| spec.default.is_none()).map(|spec| spec.key);
+    let optional = COEFFICIENTS.iter().filter(|spec| spec.default.is_some()).map(|spec| spec.key);
+    only("coefficients", numbers, &required.collect::<Vec<_>>(), &optional.collect::<Vec<_>>())?;
     let mut coefficients = Coefficients::default();
     for spec in COEFFICIENTS {
-        (spec.set)(&mut coefficients, numbers[spec.key]);
+        numbers.get(spec.key).into_iter().for_each(|number| (spec.set)(&mut coefficients, *number));
     }
     coefficients.check()?;
     Ok(coefficients)
@@ -170,7 +171,7 @@ fn actuator(row: Row) -> Result<Actuator, JsonProblem> {
         return Err(not_allowed(&format!("{name}.kind"), kind, "thruster or control_surface"));
     };
     let keys: Vec<&str> = LIMITS.into_iter().chain(effect.numbers().map(|(key, _)| key)).collect();
-    exactly(&name, &numbers, &keys)?;
+    only(&name, &numbers, &keys, &[])?;
     for (key, value) in &numbers {
         let allowed = allowed(key);
         if !allowed.contains(*value) {
@@ -189,11 +190,12 @@ fn not_allowed(key: &str, found: String, allowed: &'static str) -> JsonProblem {
     JsonProblem::NotAllowed { key: key.to_owned(), found, allowed }
 }
 
-/// Checks that exactly these numbers are there.
+/// Checks that the required numbers are there, and none beyond these and the optional ones.
 #[inline]
-fn exactly(place: &str, numbers: &Numbers, keys: &[&str]) -> Result<(), JsonProblem> {
-    let unknown = numbers.keys().find(|key| !keys.contains(&key.as_str()));
-    let missing = keys.iter().find(|&&key| !numbers.contains_key(key));
+fn only(place: &str, numbers: &Numbers, required: &[&str], optional: &[&str]) -> Result<(), JsonProblem> {
+    let known = |key: &str| required.contains(&key) || optional.contains(&key);
+    let unknown = numbers.keys().find(|key| !known(key));
+    let missing = required.iter().find(|&&key| !numbers.contains_key(key));
     match (unknown, missing) {
         (Some(key), _) => Err(JsonProblem::Unknown(format!("{place}.{key}"))),
         (None, Some(key)) => Err(JsonProblem::Missing(format!("{place}.{key}"))),

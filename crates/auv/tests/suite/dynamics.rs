@@ -58,14 +58,18 @@ fn coupled_acceleration_as_computed_by_hand() {
         M_qq: -8.0,
         M_ww: 0.5,
         M_uu: 0.3,
+        X_u: -2.5,
+        Z_q: 3.5,
+        M_w: -4.5,
         ..plain()
     };
     let motion = Motion { u: 1.5, w: -0.4, q: 0.2, theta: std::f64::consts::FRAC_PI_6 };
     let (sin, cos) = (0.5, 0.75_f64.sqrt());
     // m z_G = 1, m x_G + Z_q' = m x_G + M_w' = 1.
-    let x = -20.0 * -0.4 * 0.2 + 0.2 * 0.2 - (98.0 - 100.0) * sin;
+    let x = -20.0 * -0.4 * 0.2 + 0.2 * 0.2 - (98.0 - 100.0) * sin - 2.5 * 1.5;
     let z = 12.0 * 1.5 * 0.2 + 0.2 * 0.2 + (98.0 - 100.0) * cos - 4.0 * 1.5 * 0.2 + 1.5 * 0.4 + 6.0 * 0.16
-        - 7.0 * 0.04;
+        - 7.0 * 0.04
+        + 3.5 * 0.2;
     let m = 8.0 * 1.5 * -0.4
         - 1.0 * -0.4 * 0.2
         - 1.0 * 1.5 * 0.2
@@ -74,7 +78,8 @@ fn coupled_acceleration_as_computed_by_hand() {
         - 5.0 * 1.5 * 0.2
         - 8.0 * 0.04
         - 0.5 * 0.16
-        + 0.3 * 2.25;
+        + 0.3 * 2.25
+        + 4.5 * 0.4;
     let found = Vector3::from(Dynamics::new(&c).unwrap().acceleration(&motion, 0.0, [0.7, -0.2, 0.1]));
     let mass = nalgebra::Matrix3::new(12.0, 0.0, 1.0, 0.0, 20.0, -1.0, 1.0, -1.0, 5.0);
     let force = mass * found;

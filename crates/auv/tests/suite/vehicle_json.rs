@@ -16,6 +16,19 @@ fn a_vehicle_comes_back_to_the_bit() {
     }
 }
 
+/// Files of earlier versions lack the coefficients that came later.
+#[test]
+fn what_is_left_out_has_its_default() {
+    let vehicle = squid();
+    let mut json: Value = serde_json::from_str(&vehicle.to_json().unwrap()).unwrap();
+    for key in ["X_u", "Z_q", "M_w", "x_G", "form_factor"] {
+        assert!(json["coefficients"].as_object_mut().unwrap().remove(key).is_some(), "{key}");
+    }
+    let read = Vehicle::from_json(&json.to_string(), "v").unwrap();
+    assert_eq!((read.coefficients.M_w, read.coefficients.form_factor), (0.0, 1.0));
+    assert_eq!(read.coefficients.Z_uw, vehicle.coefficients.Z_uw);
+}
+
 proptest! {
     /// A number goes through JSON untouched, whatever its digits.
     #[test]
