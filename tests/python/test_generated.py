@@ -93,7 +93,7 @@ def test_figures_are_fresh(both: tuple[Path, Path]) -> None:
     for figures in (one, other):
         # How clearly the inequality holds is next to nothing, and only its sign counts.
         assert figures.pop("largest_eigenvalue") < 0.0
-    for key in ("model_error", "gamma_bound_with_model_error", "fastest_controller_mode"):
+    for key in ("model_error", "gamma_bound_with_model_error", "fastest_controller_mode", "verdict"):
         assert_close(one.pop(key), other.pop(key), SPREAD, key)
     assert_close(one, other, SOLVER_ACCURACY, "design.json")
 

@@ -58,6 +58,9 @@ pub enum Error {
     /// A certificate does not prove what is claimed.
     #[error(transparent)]
     Proof(#[from] ProofError),
+    /// A flight of the verdict cannot begin.
+    #[error(transparent)]
+    Flight(#[from] squid_flight::error::Error),
     /// The files of a design cannot be written or read.
     #[error(transparent)]
     Store(#[from] StoreError),

@@ -1,7 +1,7 @@
 //! From a vehicle and what is asked of its autopilot to a proved controller, stage by stage.
 //!
 //! ```text
-//! inputs -> linearise -> fit -> augment -> synthesise -> check -> certify -> freeze -> store
+//! inputs -> linearise -> fit -> augment -> synthesise -> check -> certify -> freeze -> verdict -> store
 //! ```
 //!
 //! [`run::run`] is the whole path; each stage is a file of that name. Nothing here prints, plots or packs: progress is
@@ -12,7 +12,6 @@ pub mod certify;
 pub mod check;
 pub mod error;
 pub mod fit;
-pub mod freeze;
 pub mod inputs;
 pub mod linearise;
 pub mod numbers;
@@ -21,6 +20,7 @@ pub mod run;
 pub mod store;
 pub mod synthesise;
 pub mod uncertain;
+pub mod verdict;
 
 /// The example of the README, compiled by the documentation tests.
 #[cfg(doctest)]

@@ -1,4 +1,4 @@
-//! The design, stage by stage: load, trim, linearise, fit, to LFT, augment, synthesise, check, freeze.
+//! The design, stage by stage: load, trim, linearise, fit, to LFT, augment, synthesise, check, certify, freeze, verdict.
 
 use crate::augment::augment;
 use crate::certify::ball::SAMPLES;
@@ -7,12 +7,14 @@ use crate::check::{Checks, check};
 use crate::error::Error;
 use crate::fit::Model;
 use crate::fit::frequency;
-use crate::freeze::{Frozen, freeze};
 use crate::inputs::Inputs;
 use crate::numbers::{above, decimals};
 use crate::progress::Progress;
+use crate::store::freeze::{Frozen, freeze};
 use crate::synthesise::robust::{Robust, robust};
 use crate::synthesise::synthesise;
+use crate::verdict::Verdict;
+use crate::verdict::found::Effort;
 use auv::Status;
 use lpv::plant::GeneralisedPlant;
 use lpv::synthesis::Design;
@@ -34,6 +36,8 @@ pub struct Finished {
     pub frozen: Frozen,
     /// The robust design, if that was asked for.
     pub robust: Option<Robust>,
+    /// What was asked and what is achieved.
+    pub verdict: Verdict,
 }
 
 /// Runs all stages of a nominal design.
@@ -73,7 +77,11 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     }
     let proof = certificate_stage(inputs, &model, &plant, &design, progress);
     let frozen = freeze(&inputs.vehicle, &inputs.design, &inputs.hashes, &model, &design, proof.is_ok())?;
-    Ok(Finished { model, plant, design, checks, proof, frozen, robust })
+    let running = progress.begin("verdict", "the loop as it flies, and mu");
+    let verdict = Verdict::of(inputs, &frozen.controller, Effort::FULL)?;
+    drop(running);
+    progress.done("verdict", &verdict.to_string());
+    Ok(Finished { model, plant, design, checks, proof, frozen, robust, verdict })
 }
 
 /// Certifies. The reason of a failed proof is reported and returned, so that the design can still be inspected.

@@ -13,6 +13,7 @@
 //! | `.squid-lock` | empty; locked while the others are written or read, so that all are of one design |
 
 pub mod files;
+pub mod freeze;
 pub mod unedited;
 
 use crate::augment::augment;
@@ -27,6 +28,7 @@ use crate::inputs::Inputs;
 use crate::run::Finished;
 use crate::store::files::{Files, read, reading};
 use crate::synthesise::robust::stored::{self, StoredRobust};
+use crate::verdict::Verdict;
 use auv::{Actuator, LpvModel, LpvModelError};
 use certificate::{Certificate, Theorem};
 use lpv::controller::Controller;
@@ -145,6 +147,7 @@ struct Figures<'a> {
     largest_frozen_gain_truth: f64,
     sampled_radius: f64,
     fastest_controller_mode: f64,
+    verdict: &'a Verdict,
 }
 
 #[derive(Debug, Serialize)]
@@ -292,5 +295,6 @@ fn figures<'a>(inputs: &'a Inputs, f: &'a Finished) -> Figures<'a> {
         largest_frozen_gain_truth: f.checks.gain_truth,
         sampled_radius: f.checks.sampled_radius,
         fastest_controller_mode: f.checks.fastest_controller_mode,
+        verdict: &f.verdict,
     }
 }

@@ -104,7 +104,7 @@ fn actuator_use(rows: &[Row], limits: &[(f64, f64)]) -> f64 {
 
 /// How much of an actuator a command uses: 0 at rest, 1 at a limit. Where the range does not contain 0, rest is its
 /// middle.
-fn used_fraction(command: f64, low: f64, high: f64) -> f64 {
+pub fn used_fraction(command: f64, low: f64, high: f64) -> f64 {
     let rest = if low <= 0.0 && high >= 0.0 { 0.0 } else { 0.5 * (low + high) };
     let room = if command >= rest { high - rest } else { rest - low };
     if room > 0.0 { (command - rest).abs() / room } else { 0.0 }
@@ -121,13 +121,23 @@ impl StepFigures {
         actuator_use: f64::NAN,
     };
 
-    /// Reads the figures off a record with one step of `height` (rad) at `step_time` (s).
+    /// Reads the figures off a record with one step of the pitch of `height` (rad) at `step_time` (s).
     pub fn of(rows: &[Row], step_time: f64, height: f64, limits: &[(f64, f64)]) -> Self {
+        Self::of_signal(rows, PITCH, (step_time, height), limits)
+    }
+
+    /// The same of a step of the signal at a place in [`signals::SIGNALS`].
+    pub fn of_signal(
+        rows: &[Row],
+        place: usize,
+        (step_time, height): (f64, f64),
+        limits: &[(f64, f64)],
+    ) -> Self {
         let after: Vec<&Row> = rows.iter().filter(|r| r.time >= step_time).collect();
         if after.is_empty() {
             return Self::NONE;
         }
-        let done = |r: &Row| 1.0 - r.error(PITCH) / height;
+        let done = |r: &Row| 1.0 - r.error(place) / height;
         let first = |level: f64| after.iter().find(|r| done(r) >= level).map_or(f64::INFINITY, |r| r.time);
         let last_outside = after.iter().rposition(|r| (done(r) - 1.0).abs() > SETTLED);
         let settling_time = match last_outside {

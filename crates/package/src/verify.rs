@@ -13,10 +13,10 @@ use scheduled::ControllerDesign;
 use squid_design::certify::verify::{matches, of_inputs, parse};
 use squid_design::error::StoreError;
 use squid_design::fit::Model;
-use squid_design::freeze;
 use squid_design::inputs::Inputs;
 use squid_design::store::Stored;
 use squid_design::store::files::read;
+use squid_design::store::freeze;
 use std::io::Read;
 use std::path::Path;
 

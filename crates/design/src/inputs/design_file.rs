@@ -7,11 +7,13 @@
 //! ranges below; a value that would make them improper or infinite (peak = 0, bandwidth = inf) is refused with file,
 //! line and key.
 
+mod require;
 mod tables;
 mod uncertainty;
 
 use lpv::matrix::Mat;
 use lpv::tracking::{ReferenceModel, ReferenceWeight, RisingWeight};
+pub use require::{REQUIREMENTS, Require, Requirement, Sense};
 use scheduled::Manoeuvre;
 use signals::{SIGNALS, SPEED, STATES, Signal};
 pub use uncertainty::{HalfRange, UncertainCoefficient, UncertainParameter, Uncertainty};
@@ -167,6 +169,8 @@ pub struct DesignFile {
     pub manoeuvre: Manoeuvre,
     /// Which numbers of the vehicle are uncertain; `None` without the section.
     pub uncertainty: Option<Uncertainty>,
+    /// What the finished loop must reach.
+    pub require: Require,
 }
 
 impl DesignFile {

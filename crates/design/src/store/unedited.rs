@@ -6,8 +6,8 @@
 
 use crate::error::{Error, StoreError};
 use crate::fit::Model;
-use crate::freeze::{Frozen, frozen};
 use crate::inputs::Inputs;
+use crate::store::freeze::{Frozen, frozen};
 use auv::LpvModel;
 use scheduled::ControllerDesign;
 use serde::Serialize;

@@ -2,7 +2,7 @@
 
 use crate::inputs::design_file::{
     BANDWIDTH, CONTROL_WEIGHT, DAMPING, DesignFile, FOLLOW, FREQUENCY, Measured, NOISE, PEAK, RATE, RISE,
-    Range, SCALE, Tracked,
+    Range, Require, SCALE, Tracked,
 };
 use auv::toml_file::{Document, FileError, Table};
 use auv::{number, rounded};
@@ -20,7 +20,7 @@ const MOST_TICKS: f64 = 1e6;
 /// A part of a step, a speed or a tick by which it may exceed what is allowed, for the rounding of units.
 const ROUNDING: f64 = 1e-9;
 
-const SECTIONS: [&str; 9] = [
+const SECTIONS: [&str; 10] = [
     "description",
     "model",
     "track",
@@ -30,6 +30,7 @@ const SECTIONS: [&str; 9] = [
     "autopilot",
     "manoeuvre",
     "uncertainty",
+    "require",
 ];
 
 impl DesignFile {
@@ -74,6 +75,7 @@ fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
     let uncertainty = root
         .table("uncertainty")
         .map(|table| crate::inputs::design_file::uncertainty::read(document, &table));
+    let require = root.table("require").map_or_else(|| Some(Require::default()), |table| Require::of(&table));
     let (model, control) = (model?, control?);
     Some(DesignFile {
         name: name.into(),
@@ -95,6 +97,7 @@ fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
         delay: autopilot?.delay?,
         manoeuvre: manoeuvre?,
         uncertainty,
+        require: require?,
     })
 }
 

@@ -1,0 +1,95 @@
+//! Reads the section `[require]`: what the finished loop must reach as it flies.
+
+use auv::number;
+use auv::toml_file::Table;
+use serde::Serialize;
+
+/// Which side of a limit a figure must be on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Sense {
+    /// It must be above its limit.
+    Above,
+    /// It must be below its limit.
+    Below,
+}
+
+/// A key of `[require]`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Requirement {
+    /// The key.
+    pub key: &'static str,
+    /// The unit of its limit.
+    pub unit: &'static str,
+    /// Which side of the limit is met.
+    pub sense: Sense,
+    /// The limit where the file gives none; `None` for what is then only told.
+    pub default: Option<f64>,
+}
+
+const fn above(key: &'static str, unit: &'static str, default: Option<f64>) -> Requirement {
+    Requirement { key, unit, sense: Sense::Above, default }
+}
+
+const fn below(key: &'static str, unit: &'static str, default: Option<f64>) -> Requirement {
+    Requirement { key, unit, sense: Sense::Below, default }
+}
+
+/// All keys, in the order of the verdict.
+pub const REQUIREMENTS: [Requirement; 16] = [
+    below("gamma", "", None),
+    below("overshoot", "%", Some(10.0)),
+    below("pitch_rise", "s", None),
+    below("pitch_settling", "s", None),
+    below("speed_rise", "s", None),
+    below("speed_settling", "s", None),
+    below("steady_error", "%", None),
+    below("actuator_use", "%", Some(100.0)),
+    above("gain_margin", "dB", None),
+    above("phase_margin", "deg", Some(45.0)),
+    above("disk_margin", "deg", Some(35.0)),
+    above("delay_margin", "s", Some(0.15)),
+    below("mu", "", Some(1.0)),
+    below("gust", "deg", None),
+    below("noise", "%", None),
+    below("controller_mode", "%", Some(20.0)),
+];
+
+/// The largest limit.
+const LARGEST: f64 = 1e6;
+
+/// The limits, in the order of [`REQUIREMENTS`] and in their units.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Require {
+    limits: [Option<f64>; REQUIREMENTS.len()],
+}
+
+impl Default for Require {
+    fn default() -> Self {
+        Self { limits: REQUIREMENTS.map(|requirement| requirement.default) }
+    }
+}
+
+impl Require {
+    /// Reads the section; a key that is not there has its default.
+    pub(super) fn of(table: &Table<'_>) -> Option<Self> {
+        table.allow_only(&REQUIREMENTS.map(|requirement| requirement.key));
+        let mut require = Self::default();
+        for (limit, Requirement { key, unit, .. }) in require.limits.iter_mut().zip(REQUIREMENTS) {
+            if table.has(key) {
+                let unit = if unit.is_empty() { String::new() } else { format!(" ({unit})") };
+                let words = format!("from 0 to {}{unit}", number(LARGEST));
+                *limit = Some(table.number(key, |v| (0.0..=LARGEST).contains(&v), &words)?);
+            }
+        }
+        Some(require)
+    }
+
+    /// The limit of a key, if one is required.
+    pub fn limit(&self, key: &str) -> Option<f64> {
+        REQUIREMENTS
+            .iter()
+            .position(|requirement| requirement.key == key)
+            .and_then(|place| self.limits[place])
+    }
+}

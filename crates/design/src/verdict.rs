@@ -1,0 +1,81 @@
+//! The verdict on a finished design: what was asked, what the loop as it flies achieves, met or missed.
+//!
+//! Three kinds of figures, each with the place where it is worst:
+//!
+//! ```text
+//! frozen   the sampled loop with the true linearisation at many speeds: margins, steady errors, gust, noise, gain
+//! flown    the nonlinear vehicle under its autopilot: steps of each reference at some speeds, the default flight
+//! mu       a bound over all frequencies at some speeds, for what the design declares uncertain
+//! ```
+
+pub mod flown;
+pub mod found;
+pub mod frozen;
+pub mod mu;
+pub mod row;
+mod rows;
+
+use crate::error::Error;
+use crate::inputs::Inputs;
+use crate::verdict::found::{Effort, Found};
+use crate::verdict::row::{Outcome, Row};
+use scheduled::ControllerDesign;
+use serde::Serialize;
+use std::fmt::{self, Display, Formatter};
+
+/// What was asked and what is achieved.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Verdict {
+    /// The table.
+    pub rows: Vec<Row>,
+    /// What it is made of, over the range of speed.
+    #[serde(flatten)]
+    pub found: Found,
+}
+
+impl Verdict {
+    /// Judges a frozen controller of a design.
+    ///
+    /// # Errors
+    /// As [`Found::of`].
+    pub fn of(inputs: &Inputs, controller: &ControllerDesign, effort: Effort) -> Result<Self, Error> {
+        Ok(Self::judge(inputs, controller.gamma.bound, Found::of(inputs, controller, effort)?))
+    }
+
+    /// Judges what was found of a design with a bound gamma by the limits of its file.
+    pub fn judge(inputs: &Inputs, gamma: f64, found: Found) -> Self {
+        Self { rows: rows::rows(inputs, gamma, &found), found }
+    }
+
+    /// The rows that are missed.
+    pub fn missed(&self) -> impl Iterator<Item = &Row> {
+        self.rows.iter().filter(|row| row.outcome == Outcome::Missed)
+    }
+
+    /// One line: how many requirements are met, and how many missed.
+    pub fn summary(&self) -> String {
+        let count = |outcome| self.rows.iter().filter(|row| row.outcome == outcome).count();
+        match count(Outcome::Missed) {
+            0 => format!("all {} requirements are met", count(Outcome::Met)),
+            missed => format!("{missed} of {} requirements MISSED", missed + count(Outcome::Met)),
+        }
+    }
+}
+
+impl Display for Verdict {
+    /// The summary, and a line for each row.
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let cells = |row: &Row| [row.outcome.to_string(), row.what.clone(), row.asked(), row.found()];
+        let rows: Vec<[String; 4]> = self.rows.iter().map(cells).collect();
+        let width = |column: usize| rows.iter().map(|cells| cells[column].chars().count()).max().unwrap_or(0);
+        let [outcomes, names, asked, found] = [0, 1, 2, 3].map(width);
+        f.write_str(&self.summary())?;
+        for (row, [outcome, what, limit, value]) in self.rows.iter().zip(&rows) {
+            let place = row.achieved.place();
+            let line =
+                format!("{outcome:<outcomes$}  {what:<names$}  {limit:<asked$}  {value:<found$}  {place}");
+            write!(f, "\n{}", line.trim_end())?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,148 @@
+//! Flights of the nonlinear vehicle under its autopilot.
+
+use crate::error::Error;
+use crate::inputs::Inputs;
+use scheduled::{Autopilot, ControllerDesign, Manoeuvre};
+use serde::Serialize;
+use signals::{PITCH, SIGNALS, SPEED};
+use squid_flight::error::Error as FlightError;
+use squid_flight::flight::{Flight, fly};
+use squid_flight::metrics::{StepFigures, used_fraction};
+
+/// When a step comes, and how long is flown after it (s), as in the report.
+const STEP_TIME: f64 = 1.0;
+const FOLLOWED: f64 = 60.0;
+
+/// A speed reference that moves within this time (s), less than any sample time, steps.
+const AT_ONCE: f64 = 1e-6;
+
+/// The largest step of the speed, relative to half the range of speed: it stays in the range, towards whose middle it goes.
+const SPEED_STEP: f64 = 0.2;
+
+/// A step of a reference at a speed, flown.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StepAtSpeed {
+    /// The tracked output, by its name.
+    pub output: &'static str,
+    /// Speed along the path before the step, m/s.
+    pub speed: f64,
+    /// The height of the step, rad or m/s.
+    pub height: f64,
+    /// Beyond the reference, relative to the step.
+    pub overshoot: f64,
+    /// From 10 to 90 %, s.
+    pub rise_time: f64,
+    /// Within 2 %, s.
+    pub settling_time: f64,
+    /// The largest use of an actuator, trim included, relative to its limits.
+    pub actuator_use: f64,
+}
+
+impl StepAtSpeed {
+    /// A step of each tracked output: of pitch, that of the default flight; of the speed, its scale at most.
+    pub(super) fn of(inputs: &Inputs, controller: &ControllerDesign, speed: f64) -> Result<Vec<Self>, Error> {
+        let level = Manoeuvre {
+            speed_from: speed,
+            speed_to: speed,
+            pitch_step: 0.0,
+            step_time: STEP_TIME,
+            step_end: f64::MAX,
+            ramp_start: STEP_TIME - 2.0 * AT_ONCE,
+            ramp_duration: AT_ONCE,
+            duration: STEP_TIME + FOLLOWED,
+            ..inputs.design.manoeuvre.clone()
+        };
+        let (middle, half_range) = inputs.design.scheduling();
+        let step = |tracked: &crate::inputs::design_file::Tracked| {
+            let manoeuvre = match tracked.place {
+                PITCH => Manoeuvre { pitch_step: inputs.design.manoeuvre.pitch_step, ..level.clone() },
+                _ => {
+                    let size = (SPEED_STEP * half_range).min(tracked.scale);
+                    let step = if speed <= middle { size } else { -size };
+                    Manoeuvre { speed_to: speed + step, ..level.clone() }
+                }
+            };
+            Ok(Self::flown(tracked.place, speed, flight(inputs, controller, &manoeuvre)?.as_ref(), inputs))
+        };
+        inputs.design.tracked.iter().filter(|t| [PITCH, SPEED].contains(&t.place)).map(step).collect()
+    }
+
+    /// The figures of a flight with one step of a signal; `None` for one that was lost.
+    fn flown(place: usize, speed: f64, flight: Option<&Flight>, inputs: &Inputs) -> Self {
+        let rows = flight.map_or(&[][..], |f| &f.rows);
+        let height = match rows {
+            [first, .., last] => last.reference(place) - first.reference(place),
+            _ => f64::NAN,
+        };
+        let limits: Vec<(f64, f64)> = inputs.vehicle.actuators.iter().map(|a| (a.min, a.max)).collect();
+        let whole = StepFigures::of_signal(rows, place, (STEP_TIME, height), &limits);
+        let figures = if flight.is_some_and(|f| f.surfacing.is_none()) { whole } else { whole.cut_short() };
+        Self {
+            output: SIGNALS[place].name,
+            speed,
+            height,
+            overshoot: figures.overshoot,
+            rise_time: figures.rise_time,
+            settling_time: figures.settling_time,
+            actuator_use: figures.actuator_use,
+        }
+    }
+}
+
+/// A flight; `None` for one that cannot be followed to its end.
+fn flight(
+    inputs: &Inputs,
+    controller: &ControllerDesign,
+    manoeuvre: &Manoeuvre,
+) -> Result<Option<Flight>, Error> {
+    match fly(&inputs.vehicle, controller, inputs.design.depth, manoeuvre) {
+        Ok(flight) => Ok(Some(flight)),
+        Err(FlightError::Tick(_) | FlightError::Simulation(_)) => Ok(None),
+        Err(reason) => Err(reason.into()),
+    }
+}
+
+/// How much of each actuator the default flight takes, relative to its limits: 1 is at a limit.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DefaultFlight {
+    /// Each actuator, in the order of the vehicle.
+    pub uses: Vec<Use>,
+    /// Where it ends early, if it does: in words.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lost: Option<String>,
+}
+
+/// The use of one actuator.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Use {
+    /// Its name.
+    pub actuator: String,
+    /// The largest of the flight, trim included.
+    pub most: f64,
+    /// The largest that level flight at the speeds of the flight takes alone.
+    pub trim: f64,
+}
+
+impl DefaultFlight {
+    pub(super) fn of(inputs: &Inputs, controller: &ControllerDesign) -> Result<Self, Error> {
+        let flown = flight(inputs, controller, &inputs.design.manoeuvre)?;
+        let table = Autopilot::new(controller)?.trim().clone();
+        let rows = flown.as_ref().map_or(&[][..], |f| &f.rows);
+        let uses = inputs.vehicle.actuators.iter().enumerate().map(|(j, a)| {
+            let used = |command: f64| used_fraction(command, a.min, a.max);
+            let most = rows.iter().map(|row| used(row.commands[j])).reduce(f64::max);
+            let trims = rows.iter().map(|row| used(table.command(row.reference(SPEED), j)));
+            Use {
+                actuator: a.name.clone(),
+                most: most.unwrap_or(f64::NAN),
+                trim: trims.reduce(f64::max).unwrap_or(f64::NAN),
+            }
+        });
+        let uses = uses.collect();
+        let lost = match &flown {
+            None => Some("the flight cannot be followed to its end".to_owned()),
+            Some(flight) => flight.surfacing.map(|surfacing| surfacing.to_string()),
+        };
+        Ok(Self { uses, lost })
+    }
+}

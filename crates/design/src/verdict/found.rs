@@ -1,0 +1,63 @@
+//! What is found of a finished design.
+
+use crate::certify::controller_of;
+use crate::error::{Error, ProofError};
+use crate::inputs::Inputs;
+use crate::verdict::flown::{DefaultFlight, StepAtSpeed};
+use crate::verdict::frozen::AtSpeed;
+use crate::verdict::mu::MuAtSpeed;
+use rayon::prelude::*;
+use scheduled::ControllerDesign;
+use serde::Serialize;
+
+/// At how many speeds, evenly spread over the range, things are looked at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Effort {
+    /// The frozen loops.
+    pub frozen: usize,
+    /// Steps flown.
+    pub flown: usize,
+    /// mu; 0 for none.
+    pub mu: usize,
+}
+
+impl Effort {
+    /// That of a finished design: the frozen loops at every other speed of its check, the rest at the six of the report.
+    pub const FULL: Self = Self { frozen: 51, flown: 6, mu: 6 };
+}
+
+/// The figures of a finished design.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Found {
+    /// The frozen loops.
+    pub frozen: Vec<AtSpeed>,
+    /// The steps.
+    pub steps: Vec<StepAtSpeed>,
+    /// The default flight.
+    pub flight: DefaultFlight,
+    /// mu.
+    pub mu: Vec<MuAtSpeed>,
+}
+
+impl Found {
+    /// Of a frozen controller of a design.
+    ///
+    /// # Errors
+    /// Those of trim, linearisation and freezing. A loop that is not stable, a flight that is lost and a mu that has no
+    /// bound are figures that are not known.
+    pub fn of(inputs: &Inputs, controller: &ControllerDesign, effort: Effort) -> Result<Self, Error> {
+        let k = controller_of(&controller.lft)
+            .ok_or_else(|| ProofError::Mismatch { what: "the shape of a matrix of the controller".into() })?;
+        let speeds = |count: usize| match count {
+            0 => vec![].into_par_iter(),
+            count => inputs.design.spread(count).into_par_iter(),
+        };
+        let frozen = || speeds(effort.frozen).map(|speed| AtSpeed::of(inputs, &k, speed)).collect();
+        let flown = || speeds(effort.flown).map(|speed| StepAtSpeed::of(inputs, controller, speed)).collect();
+        let mu = || speeds(effort.mu).map(|speed| MuAtSpeed::of(inputs, &k, speed)).collect();
+        let (mu, (frozen, steps)) = rayon::join(mu, || rayon::join(frozen, flown));
+        let (frozen, steps): (Result<Vec<_>, Error>, Result<Vec<Vec<_>>, Error>) = (frozen, steps);
+        let flight = DefaultFlight::of(inputs, controller)?;
+        Ok(Self { frozen: frozen?, steps: steps?.into_iter().flatten().collect(), flight, mu })
+    }
+}

@@ -1,0 +1,83 @@
+//! The frozen, sampled loop at one speed.
+
+use crate::augment::{LinearModel, augment};
+use crate::check::flown::Flown;
+use crate::check::frozen_controller;
+use crate::check::margins::Margins;
+use crate::check::sampled::Sampling;
+use crate::error::Error;
+use crate::inputs::Inputs;
+use crate::linearise::linearise_at;
+use lpv::controller::Controller;
+use lpv::matrix::eigenvalues;
+use lpv::state_space::HinfNorm;
+use serde::{Serialize, Serializer};
+
+/// The figures of the loop at a speed; of [`Flown`] the least margins, which are null in a file where there is no limit or
+/// where the loop is not stable.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AtSpeed {
+    /// Speed along the path, m/s.
+    pub speed: f64,
+    /// All figures of the sampled loop; `None` where it is not stable.
+    pub flown: Option<Flown>,
+    /// The gain from w to z with the true linearisation, in continuous time.
+    pub gain: HinfNorm,
+    /// The fastest mode of the controller, rad/s.
+    pub fastest_mode: f64,
+}
+
+impl AtSpeed {
+    pub(super) fn of(inputs: &Inputs, k: &Controller, speed: f64) -> Result<Self, Error> {
+        let (actuators, design) = (&inputs.vehicle.actuators, &inputs.design);
+        let (centre, half_range) = design.scheduling();
+        let l = linearise_at(&inputs.vehicle, design.depth, speed)?;
+        let frozen = frozen_controller(k, (speed - centre) / half_range)?;
+        let plant = augment(actuators, design, LinearModel::at(&l, actuators))?;
+        Ok(Self {
+            speed,
+            flown: Flown::of(&Sampling::of(actuators, design), &l, &frozen.frozen(&[])?),
+            gain: plant.close(&frozen).frozen(&[])?.hinf_norm(),
+            fastest_mode: eigenvalues(&frozen.a()).iter().map(|p| p.norm()).fold(0.0, f64::max),
+        })
+    }
+
+    /// The least over all places at which the loop can be opened; not-a-number where it is not stable.
+    pub fn least(&self, of: impl Fn(&Margins) -> f64) -> f64 {
+        self.flown.as_ref().map_or(f64::NAN, |f| f.margins().map(of).fold(f64::INFINITY, f64::min))
+    }
+
+    /// The least delay \[s\] at one place or in all commands at once that makes the loop unstable.
+    pub fn delay(&self) -> f64 {
+        let common = self.flown.as_ref().map_or(f64::NAN, |f| f.common_delay);
+        self.least(|m| m.delay).min(common)
+    }
+}
+
+/// The factor on the gain, up or down, in decibels.
+pub fn gain_margin(m: &Margins) -> f64 {
+    20.0 * m.gain_up.min(1.0 / m.gain_down).log10()
+}
+
+impl Serialize for AtSpeed {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        #[derive(Serialize)]
+        struct Shown {
+            speed: f64,
+            gain: f64,
+            gain_margin_db: f64,
+            phase_margin_deg: f64,
+            disk_margin_deg: f64,
+            delay_margin: f64,
+        }
+        let shown = Shown {
+            speed: self.speed,
+            gain: self.gain.value,
+            gain_margin_db: self.least(gain_margin),
+            phase_margin_deg: self.least(|m| m.phase.to_degrees()),
+            disk_margin_deg: self.least(|m| m.disk_phase().to_degrees()),
+            delay_margin: self.delay(),
+        };
+        shown.serialize(serializer)
+    }
+}

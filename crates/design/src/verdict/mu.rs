@@ -1,0 +1,59 @@
+//! mu for robust stability at one speed.
+
+use crate::error::{Error, UncertainError};
+use crate::inputs::Inputs;
+use crate::uncertain::closed_loop::uncertain_loop;
+use crate::uncertain::frozen::at_speed;
+use lpv::controller::Controller;
+use lpv::mu::sweep::bound_over_frequency;
+use lpv::mu::{Block, Structure};
+use serde::Serialize;
+
+/// A bound on mu of the frozen loop in continuous time, over all frequencies, for what the design declares uncertain.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MuAtSpeed {
+    /// Speed along the path, m/s.
+    pub speed: f64,
+    /// Above mu at every frequency; not-a-number where there is no bound.
+    pub upper: f64,
+    /// The frequency with the largest bound of its own, rad/s.
+    pub frequency: f64,
+    /// Why there is no bound.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// Whether anything is declared uncertain.
+    #[serde(skip)]
+    pub declared: bool,
+}
+
+impl MuAtSpeed {
+    pub(super) fn of(inputs: &Inputs, k: &Controller, speed: f64) -> Self {
+        let none = |declared: bool, reason: String| Self {
+            speed,
+            upper: f64::NAN,
+            frequency: f64::NAN,
+            reason: Some(reason),
+            declared,
+        };
+        match bounded(inputs, k, speed) {
+            Ok((upper, frequency)) => Self { speed, upper, frequency, reason: None, declared: true },
+            Err(Error::Uncertain(UncertainError::NothingUncertain { .. })) => {
+                none(false, "nothing is declared uncertain".into())
+            }
+            Err(reason) => none(true, reason.to_string()),
+        }
+    }
+}
+
+fn bounded(inputs: &Inputs, k: &Controller, speed: f64) -> Result<(f64, f64), Error> {
+    let design = &inputs.design;
+    let (centre, half_range) = design.scheduling();
+    let frozen = at_speed(inputs.declared(), design.depth, speed)?;
+    let rho = (speed - centre) / half_range;
+    let closed = uncertain_loop(&inputs.vehicle.actuators, design, &frozen, k, rho, None)?;
+    let failed = |reason| Error::MuAtSpeed { speed, reason };
+    let blocks = frozen.model.blocks.iter().map(|b| Block::Real(b.repetitions)).collect();
+    let structure = Structure::new(blocks).map_err(|reason| failed(reason.into()))?;
+    let found = bound_over_frequency(&closed.stability(), &structure, None).map_err(failed)?;
+    Ok((found.upper, found.frequency))
+}

@@ -1,0 +1,132 @@
+//! A row of the verdict.
+
+use crate::inputs::design_file::Sense;
+use serde::Serialize;
+use std::fmt::{self, Display, Formatter};
+
+/// Whether a figure is what was asked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Outcome {
+    /// On the right side of its limit.
+    Met,
+    /// Not so, or not known.
+    Missed,
+    /// Nothing was asked.
+    Told,
+}
+
+/// A figure, and where it was found; not-a-number for one that is not known.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Figure {
+    /// In the unit of its row.
+    pub value: f64,
+    /// Speed along the path, m/s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub speed: Option<f64>,
+    /// rad/s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frequency: Option<f64>,
+    /// What else there is to say: the place in the loop, a reason.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub remark: Option<String>,
+}
+
+impl Figure {
+    /// A figure of the whole.
+    pub(crate) fn new(value: f64) -> Self {
+        Self { value, speed: None, frequency: None, remark: None }
+    }
+
+    /// One at a speed (m/s).
+    pub(crate) fn at(value: f64, speed: f64) -> Self {
+        Self { speed: Some(speed), ..Self::new(value) }
+    }
+
+    /// The same with a remark.
+    pub(crate) fn because(self, remark: impl Into<String>) -> Self {
+        Self { remark: Some(remark.into()), ..self }
+    }
+
+    /// The worst of some figures, where not-a-number is worse than any number.
+    pub(crate) fn worst(sense: Sense, figures: impl IntoIterator<Item = Self>) -> Option<Self> {
+        let badness = |v: f64| match sense {
+            _ if v.is_nan() => f64::INFINITY,
+            Sense::Below => v,
+            Sense::Above => -v,
+        };
+        figures.into_iter().reduce(|worst, next| match badness(next.value) > badness(worst.value) {
+            true => next,
+            false => worst,
+        })
+    }
+}
+
+/// A row of the table.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Row {
+    /// The key of `[require]` that has its limit.
+    pub key: &'static str,
+    /// What is judged, in words.
+    pub what: String,
+    /// The unit of limit and figure.
+    pub unit: &'static str,
+    /// Which side of the limit is asked for.
+    pub sense: Sense,
+    /// The limit; `None` where nothing is asked.
+    pub limit: Option<f64>,
+    /// The worst of what was found.
+    pub achieved: Figure,
+    /// Met or missed.
+    pub outcome: Outcome,
+}
+
+impl Display for Outcome {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Met => "met",
+            Self::Missed => "MISSED",
+            Self::Told => "-",
+        })
+    }
+}
+
+impl Figure {
+    /// Where it was found, and what else there is to say.
+    pub fn place(&self) -> String {
+        let mut words = vec![];
+        words.extend(self.speed.map(|speed| format!("{speed:.2} m/s")));
+        words.extend(self.frequency.map(|omega| format!("{omega:.3} rad/s")));
+        words.extend(self.remark.clone());
+        words.join(", ")
+    }
+}
+
+/// A figure with so many digits as tell it from its neighbours.
+fn number(value: f64) -> String {
+    match value.abs() {
+        _ if value.is_nan() => "unknown".into(),
+        f64::INFINITY => "no limit".into(),
+        size if size >= 99.95 => format!("{value:.0}"),
+        size if size >= 9.995 => format!("{value:.1}"),
+        size if size >= 0.9995 => format!("{value:.2}"),
+        _ => format!("{value:.3}"),
+    }
+}
+
+impl Row {
+    /// What is asked, with its unit; empty where nothing is.
+    pub fn asked(&self) -> String {
+        let side = if self.sense == Sense::Below { "<" } else { ">" };
+        self.limit.map_or_else(String::new, |limit| {
+            format!("{side} {} {}", auv::number(limit), self.unit).trim_end().to_owned()
+        })
+    }
+
+    /// What is achieved, with its unit.
+    pub fn found(&self) -> String {
+        let value = self.achieved.value;
+        let unit = if value.is_finite() { self.unit } else { "" };
+        format!("{} {unit}", number(value)).trim_end().to_owned()
+    }
+}

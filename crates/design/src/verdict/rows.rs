@@ -1,0 +1,187 @@
+//! The rows of the verdict, from its figures and the limits of the design.
+
+use crate::check::flown::{Flown, GUST};
+use crate::check::margins::Margins;
+use crate::inputs::Inputs;
+use crate::inputs::design_file::{REQUIREMENTS, Require, Requirement, Sense};
+use crate::verdict::flown::{StepAtSpeed, Use};
+use crate::verdict::found::Found;
+use crate::verdict::frozen::gain_margin;
+use crate::verdict::mu::MuAtSpeed;
+use crate::verdict::row::{Figure, Outcome, Row};
+use signals::{PITCH, SIGNALS};
+use std::f64::consts::TAU;
+
+/// As many per cent as 1.
+const PER_CENT: f64 = 100.0;
+
+/// All rows, in the order of [`REQUIREMENTS`].
+pub(super) fn rows(inputs: &Inputs, gamma: f64, found: &Found) -> Vec<Row> {
+    let row = |requirement: &'static Requirement| -> Vec<Row> {
+        let judged = judged(requirement.key, inputs, gamma, found);
+        let worst = |(what, figures): (String, Vec<Figure>)| {
+            Some(row(requirement, &inputs.design.require, what, Figure::worst(requirement.sense, figures)?))
+        };
+        judged.into_iter().filter_map(worst).collect()
+    };
+    REQUIREMENTS.iter().flat_map(row).collect()
+}
+
+fn row(requirement: &Requirement, require: &Require, what: String, achieved: Figure) -> Row {
+    let Requirement { key, unit, sense, .. } = *requirement;
+    let limit = require.limit(key);
+    let outcome = match (limit, sense) {
+        (None, _) => Outcome::Told,
+        (Some(limit), Sense::Below) if achieved.value < limit => Outcome::Met,
+        (Some(limit), Sense::Above) if achieved.value > limit => Outcome::Met,
+        _ => Outcome::Missed,
+    };
+    Row { key, what, unit, sense, limit, achieved, outcome }
+}
+
+/// What is known of a requirement: in words, the figures of which the worst counts.
+fn judged(key: &str, inputs: &Inputs, gamma: f64, found: &Found) -> Vec<(String, Vec<Figure>)> {
+    let one = |what: &str, figures: Vec<Figure>| vec![(what.to_owned(), figures)];
+    match key {
+        "gamma" => one("gain of the weighted loop (gamma)", vec![nearest(gamma, found)]),
+        "overshoot" => steps(inputs, None, "overshoot", found, |s| PER_CENT * s.overshoot),
+        "pitch_rise" => steps(inputs, Some("pitch"), "rise, 10 to 90 %", found, |s| s.rise_time),
+        "pitch_settling" => steps(inputs, Some("pitch"), "settled within 2 %", found, |s| s.settling_time),
+        "speed_rise" => steps(inputs, Some("speed"), "rise, 10 to 90 %", found, |s| s.rise_time),
+        "speed_settling" => steps(inputs, Some("speed"), "settled within 2 %", found, |s| s.settling_time),
+        "steady_error" => steady_errors(inputs, found),
+        "actuator_use" => uses(found),
+        "gain_margin" => one("gain margin", margins(inputs, found, gain_margin)),
+        "phase_margin" => one("phase margin", margins(inputs, found, |m| m.phase.to_degrees())),
+        "disk_margin" => {
+            one("disk margin, as a phase", margins(inputs, found, |m| m.disk_phase().to_degrees()))
+        }
+        "delay_margin" => one("delay margin", delays(inputs, found)),
+        "mu" => one("mu of the declared uncertainty", mu(found)),
+        "gust" => gust(inputs, found),
+        "noise" => noise(inputs, found),
+        "controller_mode" => {
+            one("fastest mode of the controller, of the sampling rate", modes(inputs, found))
+        }
+        _ => vec![],
+    }
+}
+
+/// The proved or, where it is not proved, computed bound; and where the frozen loop comes nearest to it.
+fn nearest(bound: f64, found: &Found) -> Figure {
+    let most = found.frozen.iter().max_by(|a, b| a.gain.value.total_cmp(&b.gain.value));
+    Figure {
+        speed: most.map(|f| f.speed),
+        frequency: most.map(|f| f.gain.frequency).filter(|omega| omega.is_finite()),
+        ..Figure::new(bound)
+    }
+}
+
+/// A figure of the steps of each output, or of one.
+fn steps(
+    inputs: &Inputs,
+    only: Option<&str>,
+    what: &str,
+    found: &Found,
+    of: impl Fn(&StepAtSpeed) -> f64,
+) -> Vec<(String, Vec<Figure>)> {
+    let outputs = inputs.design.tracked.iter().map(|t| t.signal().name);
+    let outputs = outputs.filter(|name| only.is_none_or(|only| only == *name));
+    let row = |name: &'static str| {
+        let steps = found.steps.iter().filter(|step| step.output == name);
+        (format!("{name} step: {what}"), steps.map(|step| Figure::at(of(step), step.speed)).collect())
+    };
+    outputs.map(row).collect()
+}
+
+fn steady_errors(inputs: &Inputs, found: &Found) -> Vec<(String, Vec<Figure>)> {
+    let row = |(i, name): (usize, &str)| {
+        let left = |f: &Flown| PER_CENT * f.steps[i].steady_error;
+        (format!("{name}: steady error"), frozen(found, left))
+    };
+    inputs.design.tracked.iter().map(|t| t.signal().name).enumerate().map(row).collect()
+}
+
+/// A figure of each frozen loop.
+fn frozen(found: &Found, of: impl Fn(&Flown) -> f64) -> Vec<Figure> {
+    found.frozen.iter().map(|f| Figure::at(f.flown.as_ref().map_or(f64::NAN, &of), f.speed)).collect()
+}
+
+fn uses(found: &Found) -> Vec<(String, Vec<Figure>)> {
+    let row = |used: &Use| {
+        let (value, remark) = match &found.flight.lost {
+            Some(reason) => (f64::NAN, reason.clone()),
+            None => (PER_CENT * used.most, format!("trim alone {:.0} %", PER_CENT * used.trim)),
+        };
+        (format!("{} in the default flight", used.actuator), vec![Figure::new(value).because(remark)])
+    };
+    found.flight.uses.iter().map(row).collect()
+}
+
+/// The names of the places at which the loop can be opened: what is measured, or its errors, and the commands.
+fn places(inputs: &Inputs) -> Vec<String> {
+    let design = &inputs.design;
+    let fed_back: Vec<usize> = match design.measured.is_empty() {
+        true => design.tracked.iter().map(|t| t.place).collect(),
+        false => design.measured.iter().map(|m| m.place).collect(),
+    };
+    let commands = inputs.vehicle.actuators.iter().map(|a| a.name.clone());
+    fed_back.into_iter().map(|place| SIGNALS[place].name.to_owned()).chain(commands).collect()
+}
+
+/// A margin at each place and speed.
+fn margins(inputs: &Inputs, found: &Found, of: impl Fn(&Margins) -> f64) -> Vec<Figure> {
+    let places = places(inputs);
+    let mut all = vec![];
+    for at in &found.frozen {
+        match &at.flown {
+            None => all.push(Figure::at(f64::NAN, at.speed).because("unstable")),
+            Some(flown) => all.extend(
+                places
+                    .iter()
+                    .zip(flown.margins())
+                    .map(|(place, m)| Figure::at(of(m), at.speed).because(format!("opened at {place}"))),
+            ),
+        }
+    }
+    all
+}
+
+fn delays(inputs: &Inputs, found: &Found) -> Vec<Figure> {
+    let mut all = margins(inputs, found, |m| m.delay);
+    let common = frozen(found, |f| f.common_delay);
+    all.extend(common.into_iter().map(|figure| figure.because("all commands at once")));
+    all
+}
+
+fn mu(found: &Found) -> Vec<Figure> {
+    let figure = |m: &MuAtSpeed| Figure {
+        value: m.upper,
+        speed: Some(m.speed),
+        frequency: Some(m.frequency).filter(|omega| omega.is_finite()),
+        remark: m.reason.clone(),
+    };
+    // Of nothing there is nothing to say.
+    found.mu.iter().filter(|m| m.declared).map(figure).collect()
+}
+
+fn gust(inputs: &Inputs, found: &Found) -> Vec<(String, Vec<Figure>)> {
+    if inputs.design.tracked.iter().all(|t| t.place != PITCH) {
+        return vec![];
+    }
+    let what = format!("pitch after a gust of {} m/s", GUST);
+    vec![(what, frozen(found, |f| f.gust_pitch.to_degrees()))]
+}
+
+fn noise(inputs: &Inputs, found: &Found) -> Vec<(String, Vec<Figure>)> {
+    let row = |(j, a): (usize, &auv::Actuator)| {
+        let rms = |f: &Flown| PER_CENT * f.noise_rms[j] / a.reach();
+        (format!("{} under noise, rms", a.name), frozen(found, rms))
+    };
+    inputs.vehicle.actuators.iter().enumerate().map(row).collect()
+}
+
+fn modes(inputs: &Inputs, found: &Found) -> Vec<Figure> {
+    let rate = TAU / inputs.design.sample_time;
+    found.frozen.iter().map(|f| Figure::at(PER_CENT * f.fastest_mode / rate, f.speed)).collect()
+}

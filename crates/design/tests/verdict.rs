@@ -1,0 +1,185 @@
+//! The verdict on the committed design of Squid: every figure is found again another way, every requirement can be missed.
+#![allow(clippy::unwrap_used, missing_docs)]
+
+use scheduled::{ControllerDesign, Manoeuvre};
+use signals::{PITCH, SPEED};
+use squid_design::check::flown::Flown;
+use squid_design::check::margins::Margins;
+use squid_design::check::sampled::Sampling;
+use squid_design::inputs::Inputs;
+use squid_design::inputs::design_file::{DesignFile, REQUIREMENTS, Sense};
+use squid_design::linearise::linearise_at;
+use squid_design::store::{Stored, load};
+use squid_design::verdict::Verdict;
+use squid_design::verdict::found::{Effort, Found};
+use squid_design::verdict::row::{Outcome, Row};
+use squid_flight::flight::{Row as Tick, fly};
+use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
+
+const EFFORT: Effort = Effort { frozen: 3, flown: 2, mu: 2 };
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid")
+}
+
+/// The files, and the verdict with the default limits; computed once.
+static SQUID: LazyLock<(Inputs, Stored, Verdict)> = LazyLock::new(|| {
+    let inputs = Inputs::read(&folder(), "design").unwrap();
+    let stored = load(&folder().join("frozen"), &inputs).unwrap();
+    let verdict = Verdict::of(&inputs, &stored.controller, EFFORT).unwrap();
+    (inputs, stored, verdict)
+});
+
+/// The same figures judged by the limits of a section [require].
+fn judged(section: &str) -> Verdict {
+    let (inputs, stored, verdict) = &*SQUID;
+    let text = auv::read_text(&folder().join("design.toml")).unwrap() + "\n[require]\n" + section;
+    let design = DesignFile::parse(&text, "design.toml", "design").unwrap();
+    let inputs = Inputs { design, ..inputs.clone() };
+    Verdict::judge(&inputs, stored.controller.gamma.bound, verdict.found.clone())
+}
+
+fn row<'v>(verdict: &'v Verdict, what: &str) -> &'v Row {
+    verdict.rows.iter().find(|row| row.what == what).unwrap()
+}
+
+fn near(found: f64, expected: f64) {
+    assert!((found - expected).abs() <= 1e-9 * expected.abs().max(1e-6), "{found} {expected}");
+}
+
+/// A section with the same limit under every key.
+fn all(limit: impl Fn(Sense) -> f64) -> String {
+    REQUIREMENTS.iter().map(|r| format!("{} = {:?}\n", r.key, limit(r.sense))).collect()
+}
+
+#[test]
+fn the_default_design_meets_the_default_limits() {
+    let (_, _, verdict) = &*SQUID;
+    assert_eq!(verdict.missed().count(), 0, "{verdict}");
+    let asked = verdict.rows.iter().filter(|row| row.outcome == Outcome::Met).count();
+    // Two steps overshoot, three actuators, three margins, mu, the modes.
+    assert_eq!(asked, 10, "{verdict}");
+    assert!(verdict.to_string().starts_with("all 10 requirements are met\n"), "{verdict}");
+}
+
+/// With the largest limit on margins and the smallest on the rest every row is missed, the other way round every one is met.
+#[test]
+fn every_requirement_can_be_missed_and_met() {
+    let (_, _, verdict) = &*SQUID;
+    let hard = judged(&all(|sense| if sense == Sense::Above { 1e6 } else { 0.0 }));
+    assert_eq!(hard.missed().count(), hard.rows.len(), "{hard}");
+    assert_eq!(hard.rows.len(), verdict.rows.len());
+    for requirement in REQUIREMENTS {
+        assert!(hard.rows.iter().any(|row| row.key == requirement.key), "{}", requirement.key);
+    }
+    let easy = judged(&all(|sense| if sense == Sense::Above { 0.0 } else { 1e6 }));
+    assert!(easy.rows.iter().all(|row| row.outcome == Outcome::Met), "{easy}");
+    let words = hard.to_string();
+    assert!(words.contains("MISSED") && words.contains("> 1000000 deg"), "{words}");
+}
+
+#[test]
+fn a_wrong_limit_is_refused_by_line() {
+    for (section, words) in [
+        ("phase_margin = -1", "'require.phase_margin' is -1; it must be from 0 to 1000000 (deg)"),
+        ("mu = \"one\"", "'require.mu' is the text \"one\"; it must be a number, from 0 to 1000000"),
+        ("overshot = 5", "unknown key 'require.overshot' (did you mean 'overshoot'?)"),
+    ] {
+        let text = auv::read_text(&folder().join("design.toml")).unwrap();
+        let line = text.matches('\n').count() + 2;
+        let text = text + "[require]\n" + section;
+        let found = DesignFile::parse(&text, "design.toml", "design").unwrap_err().to_string();
+        assert!(found.starts_with(&format!("design.toml:{line}: {words}")), "{found}");
+    }
+}
+
+/// Margins, gust, steady errors and noise are those of the frozen loops; gamma is the one that is proved.
+#[test]
+fn frozen_figures_are_those_of_the_check() {
+    let (inputs, stored, verdict) = &*SQUID;
+    let (centre, half_range) = inputs.design.scheduling();
+    let k = stored.lpv_controller().unwrap();
+    let sampling = Sampling::of(&inputs.vehicle.actuators, &inputs.design);
+    let at = |speed: f64| {
+        let l = linearise_at(&inputs.vehicle, inputs.design.depth, speed).unwrap();
+        Flown::of(&sampling, &l, &k.frozen(&[(speed - centre) / half_range]).unwrap()).unwrap()
+    };
+    let loops: Vec<Flown> = inputs.design.spread(EFFORT.frozen).into_iter().map(at).collect();
+    let least =
+        |of: fn(&Margins) -> f64| loops.iter().flat_map(Flown::margins).map(of).fold(f64::INFINITY, f64::min);
+    let most = |of: &dyn Fn(&Flown) -> f64| loops.iter().map(of).fold(f64::NEG_INFINITY, f64::max);
+    let found = |what: &str| row(verdict, what).achieved.value;
+    near(found("phase margin"), least(|m| m.phase).to_degrees());
+    near(found("disk margin, as a phase"), least(|m| m.disk_phase()).to_degrees());
+    near(found("delay margin"), least(|m| m.delay).min(-most(&|f| -f.common_delay)));
+    let decibels =
+        least(|m| m.gain_up).min(1.0 / most(&|f| f.margins().map(|m| m.gain_down).fold(0.0, f64::max)));
+    near(found("gain margin"), 20.0 * decibels.log10());
+    near(found("pitch after a gust of 0.3 m/s"), most(&|f| f.gust_pitch).to_degrees());
+    near(found("pitch: steady error"), 100.0 * most(&|f| f.steps[0].steady_error));
+    let reach = inputs.vehicle.actuators[1].reach();
+    near(found("upper_port under noise, rms"), 100.0 * most(&|f| f.noise_rms[1]) / reach);
+    near(found("gain of the weighted loop (gamma)"), stored.controller.gamma.bound);
+}
+
+/// Steps and the use of actuators, read off flights of their own.
+#[test]
+fn flown_figures_are_those_of_flights() {
+    let (inputs, stored, verdict) = &*SQUID;
+    let design = &inputs.design;
+    let flown = |manoeuvre: &Manoeuvre| -> Vec<Tick> {
+        let controller: &ControllerDesign = &stored.controller;
+        fly(&inputs.vehicle, controller, design.depth, manoeuvre).unwrap().rows
+    };
+    // The speed steps from the slow end to 0.25 m/s more, a fifth of half the range.
+    let (low, step) = (design.speed_min, 0.25);
+    let speed = Manoeuvre {
+        pitch_step: 0.0,
+        speed_from: low,
+        speed_to: low + step,
+        ramp_start: 2.0,
+        ramp_duration: 1e-9,
+        duration: 30.0,
+        ..design.manoeuvre.clone()
+    };
+    let rows = flown(&speed);
+    let (from, to) = (rows[0].reference(SPEED), rows.last().unwrap().reference(SPEED));
+    let when = |part: f64| rows.iter().find(|r| r.measured(SPEED) >= from + part * (to - from)).unwrap().time;
+    let found = verdict.found.steps.iter().find(|s| s.output == "speed" && s.speed == low).unwrap();
+    assert!((found.rise_time - (when(0.9) - when(0.1))).abs() < 1e-9, "{found:?}");
+    near(found.height, to - from);
+
+    let rows = flown(&Manoeuvre {
+        speed_from: low,
+        speed_to: low,
+        step_time: 2.0,
+        ramp_start: 0.0,
+        duration: 30.0,
+        ..design.manoeuvre.clone()
+    });
+    let step = design.manoeuvre.pitch_step;
+    let beyond = rows.iter().filter(|r| r.time > 2.0).map(|r| -r.error(PITCH) / step).fold(0.0, f64::max);
+    let found = verdict.found.steps.iter().find(|s| s.output == "pitch" && s.speed == low).unwrap();
+    assert!((found.overshoot - beyond).abs() < 1e-6, "{found:?} {beyond}");
+
+    let rows = flown(&design.manoeuvre);
+    let most =
+        rows.iter().map(|r| (r.commands[0] / inputs.vehicle.actuators[0].max).abs()).fold(0.0, f64::max);
+    near(row(verdict, "lower in the default flight").achieved.value, 100.0 * most);
+}
+
+/// A vehicle that comes out of the water in its default flight has not met what is asked of its actuators.
+#[test]
+fn a_flight_that_is_cut_short_is_missed() {
+    let (inputs, stored, _) = &*SQUID;
+    let mut shallow = inputs.clone();
+    shallow.design.depth = 1.0;
+    let effort = Effort { frozen: 2, flown: 0, mu: 0 };
+    let found = Found::of(&shallow, &stored.controller, effort).unwrap();
+    let verdict = Verdict::judge(&shallow, 0.5, found);
+    let missed = row(&verdict, "lower in the default flight");
+    assert_eq!(missed.outcome, Outcome::Missed);
+    assert!(missed.achieved.place().contains("the vehicle reaches the surface at 1"), "{verdict}");
+    assert_eq!(missed.found(), "unknown");
+}
