@@ -21,8 +21,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let [problem, output, rest @ ..] = arguments.as_slice() else {
         return Err("usage: certify PROBLEM.json CERTIFICATE.json [BALL]".into());
     };
-    let squid::lpv::problem_file::Problem { plant, d22, .. } =
-        squid::lpv::problem_file::problem(Path::new(problem))?;
+    let squid::verbs::lpv::problem_file::Problem { plant, d22, .. } =
+        squid::verbs::lpv::problem_file::problem(Path::new(problem))?;
     let design = synthesise(&plant, &d22, Options::default())?;
     let mut certificate = nominal(&plant, &design.controller, &design.certified);
     certificate.plant.d22 = squid_design::certify::direct_path(&d22);

@@ -1,7 +1,7 @@
 //! The command line: verbs and options, with their help.
 
 use crate::error::Error;
-use crate::lpv::LpvVerb;
+use crate::verbs::lpv::LpvVerb;
 use clap::{Args, Parser, Subcommand};
 use squid_design::error::InputError;
 use squid_design::inputs::Inputs;

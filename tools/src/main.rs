@@ -4,8 +4,8 @@ use clap::Parser;
 use squid::cli::{Cli, Verb};
 use squid::error::Error;
 use squid::output::{all_said, printed};
-use squid::show::Asked;
-use squid::{design, lpv, package, plot, report, show, simulate, verify};
+use squid::verbs::show::Asked;
+use squid::verbs::{design, lpv, package, plot, report, show, simulate, verify};
 use std::io::{self, Write};
 use std::process::ExitCode;
 

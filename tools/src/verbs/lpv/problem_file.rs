@@ -21,7 +21,7 @@
 //! by default.
 
 use crate::error::Error;
-use crate::lpv::matrices::{Matrices, Reader, Size, find};
+use crate::verbs::lpv::matrices::{Matrices, Reader, Size, find};
 use certificate::Json;
 use lpv::matrix::Mat;
 use lpv::partition::Group::{W, X, Z};

@@ -1,7 +1,7 @@
 //! `squid lpv mu`: from a problem file to bounds on mu from both sides.
 
 use crate::error::Error;
-use crate::lpv::mu_file::{Perturbed, mu_problem};
+use crate::verbs::lpv::mu_file::{Perturbed, mu_problem};
 use lpv::mu::lower::{LowerBound, SINGULAR_RESIDUAL, lower_bound};
 use lpv::mu::sweep::{FrequencyMu, SweepError, mu_over_frequency, response};
 use lpv::mu::upper::upper_bound;

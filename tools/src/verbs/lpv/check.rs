@@ -1,7 +1,7 @@
 //! `squid lpv check`: whether a certificate is of the plant in a problem file.
 
 use crate::error::Error;
-use crate::lpv::problem_file::{Problem, problem as read_problem};
+use crate::verbs::lpv::problem_file::{Problem, problem as read_problem};
 use certificate::Theorem;
 use squid_design::certify::verify::{first_unlike, parse};
 use squid_design::certify::{direct_path, plant_rows};

@@ -13,7 +13,7 @@
 //! twice.
 
 use crate::error::Error;
-use crate::lpv::matrices::{Entries, Matrices, Reader, Size, find};
+use crate::verbs::lpv::matrices::{Entries, Matrices, Reader, Size, find};
 use certificate::Json;
 use lpv::matrix::Mat;
 use lpv::mu::{CMat, Structure};

@@ -1,7 +1,7 @@
 //! `squid report`: the report on a stored design.
 
 use crate::cli::Which;
-use crate::design::load_or_design;
+use crate::verbs::design::load_or_design;
 use crate::error::Error;
 use crate::output::say;
 use crate::progress::show;

@@ -1,9 +1,9 @@
 //! `squid lpv synth`: from a problem file to gamma, controller and certificate.
 
 use crate::error::Error;
-use crate::lpv::problem_file;
-use crate::lpv::problem_file::Problem;
-use crate::lpv::report::{Report, Status};
+use crate::verbs::lpv::problem_file;
+use crate::verbs::lpv::problem_file::Problem;
+use crate::verbs::lpv::report::{Report, Status};
 use certificate::{Multipliers, lower_bound};
 use lpv::bounded_rate::SlowOptions;
 use lpv::direct_path::{self, synthesise};

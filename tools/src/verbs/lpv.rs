@@ -9,7 +9,7 @@ pub mod report;
 pub mod synth;
 
 use crate::error::Error;
-use crate::lpv::check::check as proved;
+use crate::verbs::lpv::check::check as proved;
 use crate::output::say;
 use crate::progress::show;
 use clap::{Args, Subcommand};

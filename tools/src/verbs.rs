@@ -1,0 +1,10 @@
+//! What the command can do: a file for each verb.
+
+pub mod design;
+pub mod lpv;
+pub mod package;
+pub mod plot;
+pub mod report;
+pub mod show;
+pub mod simulate;
+pub mod verify;
