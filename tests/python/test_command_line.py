@@ -103,14 +103,14 @@ def test_misspelt_key(
         ("design.toml", "speed_max = 3.0", "speed_max = 0.4", "speed_max"),
         (
             "design.toml",
-            "peak = 1.8  ",
+            "peak = 1.6  ",
             "peak = 0.0  ",
             "'track.peak' is 0; it must be above 1, at most 100; 1/peak",
         ),
         (
             "design.toml",
-            "bandwidth = 0.65  ",
-            "bandwidth = inf  ",
+            "bandwidth = 0.6   ",
+            "bandwidth = inf   ",
             "'track.bandwidth' is inf; it must be from 1e-6 to 1e6",
         ),
         ("design.toml", "steady_error = 0.006  ", "steady_error = 1.0  ", "track.steady_error"),
@@ -160,7 +160,7 @@ def test_range_of_speeds_that_the_vehicle_cannot_fly(
 
 def test_weight_by_a_polynomial_is_refused(run_squid: Run, copied_vehicle: Path, tmp_path: Path) -> None:
     """Weights have no numerator and denominator, so that none can be improper."""
-    spoil(copied_vehicle / "design.toml", "peak = 1.8  ", "numerator = [1.0, 0.0]  ")
+    spoil(copied_vehicle / "design.toml", "peak = 1.6  ", "numerator = [1.0, 0.0]  ")
     message = refused(run_squid, copied_vehicle, tmp_path / "out")
     assert "design.toml:" in message and "unknown key 'track.numerator'" in message and "bandwidth" in message
 
@@ -322,7 +322,7 @@ def test_lags_that_no_sample_time_can_mend(run_squid: Run, copied_vehicle: Path,
     spoil(copied_vehicle / "design.toml", "\nlags = true", "\nlags = false")
     assert "however often it is sampled" in refused(run_squid, copied_vehicle, tmp_path / "out")
     spoil(copied_vehicle / "design.toml", "\nlags = false", "\nlags = true")
-    spoil(copied_vehicle / "design.toml", "\nfrequency = 1.75\n", "\nfrequency = 0.1\n")
+    spoil(copied_vehicle / "design.toml", "\nfrequency = 1.65\n", "\nfrequency = 0.1\n")
     done = run_squid("design", copied_vehicle, "--out", tmp_path / "out")
     assert done.returncode == 0, done.stderr
 
