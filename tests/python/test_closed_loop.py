@@ -7,12 +7,12 @@ First the design by errors alone, at the speeds and bandwidths and with the stea
 from __future__ import annotations
 
 import shutil
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
+import tomllib
 from conftest import SQUID, Run, kept, without_uncertainty
 from flights import (
     STEP_TIME,

@@ -9,9 +9,9 @@ pub mod report;
 pub mod synth;
 
 use crate::error::Error;
-use crate::verbs::lpv::check::check as proved;
 use crate::output::say;
 use crate::progress::show;
+use crate::verbs::lpv::check::check as proved;
 use clap::{Args, Subcommand};
 use lpv::synthesis::Options;
 use serde::Serialize;

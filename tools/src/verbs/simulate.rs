@@ -1,10 +1,10 @@
 //! `squid simulate`: flights in this process.
 
 use crate::cli::Which;
-use crate::verbs::design::load_or_design;
 use crate::error::Error;
 use crate::output::say;
 use crate::progress::show;
+use crate::verbs::design::load_or_design;
 use squid_design::progress::Progress;
 use squid_report::simulate;
 
