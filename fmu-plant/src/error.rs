@@ -30,6 +30,12 @@ pub enum PlantError {
         /// The initial depth \[m\].
         depth: f64,
     },
+    /// The initial speed is not one of flight ahead, and the vehicle's trims are.
+    #[error("the vehicle cannot start: initial_speed is {speed} m/s, and must be above zero, as the speeds of its trims")]
+    NotAhead {
+        /// The initial speed \[m/s\].
+        speed: f64,
+    },
     /// There is no level trim to start from.
     #[error("the vehicle cannot start: {0}")]
     Trim(#[from] TrimError),

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use auv::{
-    Coefficients, Current, Fidelity, LpvModel, LpvModelError, Plant, Slopes, Speed, State, Trim, TrimPoint,
-    Vehicle, trim,
+    Coefficients, Current, Fidelity, LpvModel, LpvModelError, Pitch, Plant, Slopes, Speed, State, Trim, TrimPoint,
+    Vehicle, trim_with,
 };
 
 use crate::PlantError;
@@ -62,7 +62,7 @@ impl PlantModel {
             return Err(PlantError::OtherVehicle { found: lpv.vehicle, expected: vehicle.name });
         }
         let row = row_at_centre(&lpv)?.clone();
-        let trim = trim_of(&row, lpv.depth);
+        let trim = trim_of(&row, lpv.depth, lpv.pitch());
         let lpv = Arc::new(lpv);
         let mut plant = Plant::new(&vehicle)?.with_lpv(Arc::clone(&lpv))?;
         plant.start(0.0, &trim)?;
@@ -96,6 +96,11 @@ impl PlantModel {
     /// The LPV model.
     pub fn lpv(&self) -> &LpvModel {
         &self.lpv
+    }
+
+    /// Whether all speeds of the LPV model's trims are above zero.
+    pub fn only_ahead(&self) -> bool {
+        self.lpv.trim.iter().all(|row| row.speed > 0.0)
     }
 
     /// The trim from which the flight starts.
@@ -136,9 +141,12 @@ impl PlantModel {
         if *initial_depth < 0.0 {
             return Err(PlantError::AboveSurface { depth: *initial_depth });
         }
+        if self.only_ahead() && *initial_speed <= 0.0 {
+            return Err(PlantError::NotAhead { speed: *initial_speed });
+        }
         let mut vehicle = (*self.vehicle).clone();
         vehicle.coefficients = coefficients.clone();
-        let trim = trim(&vehicle, Speed::Path(*initial_speed), *initial_depth)?;
+        let trim = trim_with(&vehicle, Speed::Path(*initial_speed), *initial_depth, &self.lpv.pitch())?;
         let mut plant = Plant::new(&vehicle)?.with_lpv(Arc::clone(&self.lpv))?;
         plant.set_fidelity(*fidelity)?;
         plant.set_current(self.inputs.current)?;
@@ -176,8 +184,8 @@ fn row_at_centre(lpv: &LpvModel) -> Result<&TrimPoint, LpvModelError> {
     nearest.ok_or(LpvModelError::Empty { matrix: "trim" })
 }
 
-fn trim_of(row: &TrimPoint, depth: f64) -> Trim {
+fn trim_of(row: &TrimPoint, depth: f64, rule: Pitch) -> Trim {
     let TrimPoint { speed, forward_speed, heave, pitch, ref actuators } = *row;
     let actuators = actuators.clone();
-    Trim { speed, forward_speed, heave, incidence: pitch, pitch, depth, actuators, residual: 0.0 }
+    Trim { speed, forward_speed, heave, incidence: pitch, pitch, rule, depth, actuators, residual: 0.0 }
 }

@@ -39,8 +39,9 @@ impl PlantModel {
         ] {
             tangents[quantity.number()] = value.eps;
         }
-        // V = sqrt(u^2 + w^2) has no derivative at rest.
-        tangents[Q::PathSpeed.number()] = 0.5 * square.eps / square.re.sqrt();
+        // V = sqrt(u^2 + w^2) has no derivative at rest; 0 is the mean of those to either side.
+        tangents[Q::PathSpeed.number()] =
+            if square.re > 0.0 { 0.5 * square.eps / square.re.sqrt() } else { 0.0 };
     }
 
     fn carry_current(&self, tangents: &mut [f64]) {

@@ -196,16 +196,16 @@ pub(crate) fn knowns_of_trim() -> Vec<&'static str> {
 
 /// The start, the fidelity, and every coefficient of the vehicle.
 pub fn parameters(model: &PlantModel) -> Vec<Variable> {
+    let sign = if model.only_ahead() { "above zero" } else { "negative astern" };
+    let initial_speed = Variable::real(
+        "initial_speed",
+        &format!("speed along the path through the water at the start, in level trim, {sign}"),
+        |m| m.settings.initial_speed,
+        Role::parameter(|m, v| m.settings.initial_speed = v),
+    );
+    let initial_speed = if model.only_ahead() { initial_speed.at_least(0.0) } else { initial_speed };
     let mut table = vec![
-        Variable::real(
-            "initial_speed",
-            "speed along the path through the water at the start, in level trim, above zero",
-            |m| m.settings.initial_speed,
-            Role::parameter(|m, v| m.settings.initial_speed = v),
-        )
-        .unit("m/s")
-        .at_least(0.0)
-        .nominal(1.0),
+        initial_speed.unit("m/s").nominal(1.0),
         Variable::real(
             "initial_depth",
             "depth at the start",

@@ -5,7 +5,7 @@ use fmu_controller::Controller;
 use fmu_plant::PlantModel;
 
 use crate::ClosedLoopError;
-use scheduled::Manoeuvre;
+use scheduled::{Manoeuvre, ManoeuvreError};
 use signals::{PITCH, SPEED, measured};
 
 /// External references, held between two steps.
@@ -49,6 +49,12 @@ pub struct ClosedLoop {
     pub outside: Override,
 }
 
+/// Checks a manoeuvre; its speeds must be ahead where the vehicle has trims for flight ahead only.
+fn check(manoeuvre: &Manoeuvre, plant: &PlantModel) -> Result<(), ManoeuvreError> {
+    manoeuvre.check()?;
+    if plant.only_ahead() { manoeuvre.check_ahead() } else { Ok(()) }
+}
+
 impl ClosedLoop {
     /// Combines vehicle and autopilot.
     ///
@@ -59,7 +65,7 @@ impl ClosedLoop {
         controller: Controller,
         manoeuvre: Manoeuvre,
     ) -> Result<Self, ClosedLoopError> {
-        manoeuvre.check()?;
+        check(&manoeuvre, &plant)?;
         let (vehicle, design) = (plant.vehicle(), controller.design());
         if design.vehicle.name != vehicle.name {
             let (found, expected) = (design.vehicle.name.clone(), vehicle.name.clone());
@@ -83,7 +89,7 @@ impl ClosedLoop {
     /// # Errors
     /// [`ClosedLoopError::Manoeuvre`], [`ClosedLoopError::Plant`], [`ClosedLoopError::Controller`].
     pub fn start(&mut self, time: f64, log: &mut dyn Log) -> Result<(), ClosedLoopError> {
-        self.manoeuvre.check()?;
+        check(&self.manoeuvre, &self.plant)?;
         self.plant.settings.initial_speed = self.manoeuvre.speed_reference(time);
         self.plant.initialise(time, log)?;
         self.measure(time);

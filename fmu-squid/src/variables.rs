@@ -18,7 +18,7 @@ const SPEED_PROFILE: [&str; 4] = ["speed_from", "speed_to", "ramp_start", "ramp_
 
 /// The table for one loop.
 pub(crate) fn table(model: &ClosedLoop) -> Vec<Variable> {
-    let mut table = Vec::from(manoeuvre());
+    let mut table = Vec::from(manoeuvre(model));
     table.extend(plant_parameters(model));
     table.extend(overrides(model));
     table.extend(current(model));
@@ -42,17 +42,21 @@ macro_rules! parameter {
     };
 }
 
-fn manoeuvre() -> [Variable; 7] {
+fn manoeuvre(model: &ClosedLoop) -> [Variable; 7] {
+    let ahead = model.plant.only_ahead();
+    let sign = if ahead { "above zero" } else { "negative astern" };
+    let speed = |one: Variable| if ahead { one.at_least(0.0) } else { one };
     let step = "height of the pitch step above the trim pitch; the limits themselves are excluded";
-    let from = "wanted speed along the path through the water before the ramp, above zero; the flight starts in \
-        its trim";
-    let to = "wanted speed along the path through the water after the ramp, above zero";
+    let from = format!(
+        "wanted speed along the path through the water before the ramp, {sign}; the flight starts in its trim"
+    );
+    let to = format!("wanted speed along the path through the water after the ramp, {sign}");
     [
         parameter!(pitch_step, "rad", step).range(-FRAC_PI_2, FRAC_PI_2).nominal(0.1),
         parameter!(step_time, "s", "time at which the pitch step comes").nominal(10.0),
         parameter!(step_end, "s", "time at which the pitch step ends").nominal(10.0),
-        parameter!(speed_from, "m/s", from).at_least(0.0).nominal(1.0),
-        parameter!(speed_to, "m/s", to).at_least(0.0).nominal(1.0),
+        speed(parameter!(speed_from, "m/s", &from)).nominal(1.0),
+        speed(parameter!(speed_to, "m/s", &to)).nominal(1.0),
         parameter!(ramp_start, "s", "time at which the ramp of speed begins").nominal(10.0),
         parameter!(ramp_duration, "s", "duration of the ramp of speed, above zero")
             .at_least(0.0)

@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let progress = Progress::default();
     let subject = Subject::new(&inputs, &stored, &progress)?;
     for &speed in &subject.speeds {
-        let frozen = at_speed(inputs.declared(), inputs.design.depth, speed)?;
+        let frozen = at_speed(inputs.declared(), &inputs.design, speed)?;
         let system = uncertain_loop(
             &inputs.vehicle.actuators,
             &inputs.design,

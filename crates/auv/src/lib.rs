@@ -10,7 +10,8 @@
 //!   [`Vehicle::to_json`] and [`Vehicle::from_json`] exchange a vehicle with other programs;
 //! - [`COEFFICIENTS`]: the table of every coefficient, which drives reading, validation and documentation;
 //! - [`Dynamics`]: the nonlinear longitudinal equations of motion, over any [`Scalar`];
-//! - [`trim()`]: level, steady motion at a speed and a depth;
+//! - [`trim()`]: level, steady motion at a speed and a depth; [`trims`]: over a range of speeds, on one branch, by
+//!   what is asked of the [`Pitch`];
 //! - [`linearise()`]: A and B about a trim, by exact derivatives;
 //! - [`Descriptor`]: the same before the mass matrix is inverted, and its derivatives with respect to any
 //!   [`Parameter`] of vehicle and trim;
@@ -38,18 +39,19 @@ pub mod toml_file;
 mod vehicle;
 mod words;
 
+pub use motion::branch::trims;
 pub use motion::descriptor::Descriptor;
 pub use motion::dynamics::{Dynamics, LEAST_REYNOLDS_NUMBER, Motion, actuator_force};
 pub use motion::linearise::{Linearisation, linearise};
 pub use motion::parameter::{Parameter, UnknownParameter};
-pub use motion::trim::{Speed, Trim, TrimError, trim};
+pub use motion::trim::{Branch, Pitch, Speed, Trim, TrimError, trim, trim_with};
 /// A number with its derivative in one direction.
 pub use num_dual::Dual64;
 pub use scalar::Scalar;
 pub use simulation::current::Current;
 pub use simulation::error::SimulationError;
 pub use simulation::integrator::IntegrationError;
-pub use simulation::lpv_model::{LPV_MODEL_FORMAT, LpvModel, LpvModelError, TrimPoint};
+pub use simulation::lpv_model::{LPV_MODEL_FORMAT, LpvModel, LpvModelError, TrimPitch, TrimPoint};
 pub use simulation::plant::{Fidelity, Plant, State};
 pub use simulation::rates::{Instant, Rates};
 pub use simulation::slopes::Slopes;

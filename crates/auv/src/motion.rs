@@ -1,5 +1,7 @@
 //! The equations of motion: forces, trims, linear models.
 
+mod balance;
+pub(crate) mod branch;
 pub(crate) mod descriptor;
 pub(crate) mod dynamics;
 mod forces;

@@ -119,7 +119,7 @@ pub fn check(
             return Err(Refusal::Gain { speed, gain, bound }.into());
         }
         let frozen = frozen_controller(controller, rho)?;
-        let linearisation = linearise_at(vehicle, design.depth, speed)?;
+        let linearisation = linearise_at(vehicle, design, speed)?;
         let radius = sampled_radius(sampling, &linearisation, &controller.frozen(&[rho])?, speed)?;
         let truth = augment(&vehicle.actuators, design, LinearModel::at(&linearisation, &vehicle.actuators))?;
         let true_loop = truth.close(&frozen).frozen(&[])?;

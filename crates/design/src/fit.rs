@@ -5,7 +5,7 @@ pub mod frequency;
 use crate::augment::LinearModel;
 use crate::error::ModelError;
 use crate::inputs::design_file::DesignFile;
-use crate::linearise::{self, STATES, linearise_at, stacked};
+use crate::linearise::{self, STATES, linearise_at, stacked, trim_table};
 use auv::{Linearisation, Vehicle};
 use lpv::lft::Lft;
 use lpv::matrix::{Mat, largest_singular_value};
@@ -48,13 +48,14 @@ impl Model {
     /// actuator.
     ///
     /// # Errors
-    /// [`ModelError::Trim`] where the vehicle does not trim; [`ModelError::Fit`].
+    /// [`ModelError::Trim`] where the vehicle does not trim, or its trims jump; [`ModelError::Fit`].
     pub fn new(vehicle: &Vehicle, design: &DesignFile) -> Result<Self, ModelError> {
+        trim_table(vehicle, design)?;
         let (centre, half_range) = design.scheduling();
         let grid: Vec<(f64, Linearisation)> = design
             .spread(design.speeds)
             .into_iter()
-            .map(|v| Ok(((v - centre) / half_range, linearise_at(vehicle, design.depth, v)?)))
+            .map(|v| Ok(((v - centre) / half_range, linearise_at(vehicle, design, v)?)))
             .collect::<Result<_, ModelError>>()?;
         let samples: Vec<(f64, Mat)> = grid.iter().map(|(rho, l)| (*rho, stacked(l))).collect();
         let highest = (design.order + 1).min(samples.len() - 1);

@@ -5,7 +5,8 @@ pub mod design_file;
 
 use crate::error::InputError;
 use crate::inputs::design_file::{BANDWIDTH, DesignFile, UncertainParameter};
-use auv::{Vehicle, read_text};
+use crate::linearise::TRIM_ROWS;
+use auv::{Pitch, Vehicle, read_text};
 use scheduled::InputHashes;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
@@ -84,13 +85,17 @@ impl Inputs {
         files: [&str; 2],
     ) -> Result<Self, InputError> {
         actuator_names::check(&vehicle.0, files[0])?;
-        let uncertain = design.0.uncertainty.as_ref().map(|section| section.resolve(&vehicle.0, files[1]));
+        let hashes = InputHashes { vehicle_sha256: sha256(vehicle.1), design_sha256: sha256(design.1) };
+        let (vehicle, mut design) = (vehicle.0, design.0);
+        design.pitch =
+            Pitch::over(&vehicle, design.depth, &design.spread(TRIM_ROWS), design.pitch_asked.as_ref());
+        let uncertain = design.uncertainty.as_ref().map(|section| section.resolve(&vehicle, files[1]));
         Ok(Self {
             directory: PathBuf::new(),
             uncertain: uncertain.transpose()?.unwrap_or_default(),
-            hashes: InputHashes { vehicle_sha256: sha256(vehicle.1), design_sha256: sha256(design.1) },
-            vehicle: vehicle.0,
-            design: design.0,
+            hashes,
+            vehicle,
+            design,
         })
     }
 

@@ -1,21 +1,35 @@
 //! Trims over the range of speed, and the linear model at each.
 
 use crate::error::ModelError;
-use auv::{Actuator, Linearisation, Speed, Vehicle, linearise, trim};
+use crate::inputs::design_file::DesignFile;
+use auv::{Actuator, Linearisation, Speed, Trim, Vehicle, linearise, trim_with, trims};
 use lpv::matrix::{Mat, block};
 
 /// The number of states of the linear model; see [`signals::STATES`].
 pub const STATES: usize = signals::STATES.len();
 
-/// Linearises the vehicle about level trim at a speed V along the path \[m/s\] and a depth \[m\]: `x' = A x + B u`,
-/// with the states of [`signals::STATES`] in SI units and one input per actuator, as deviations from the trim.
+/// Speeds of a trim table, evenly spread over the range of a design; its trims lie on one branch.
+pub const TRIM_ROWS: usize = 101;
+
+/// Linearises the vehicle about the level trim of a design at a speed V along the path \[m/s\]: `x' = A x + B u`, with
+/// the states of [`signals::STATES`] in SI units and one input per actuator, as deviations from the trim.
 ///
 /// # Errors
 /// [`ModelError::Trim`] with the speed and the reason.
-pub fn linearise_at(vehicle: &Vehicle, depth: f64, speed: f64) -> Result<Linearisation, ModelError> {
-    let level =
-        trim(vehicle, Speed::Path(speed), depth).map_err(|reason| ModelError::Trim { speed, reason })?;
+pub fn linearise_at(vehicle: &Vehicle, file: &DesignFile, speed: f64) -> Result<Linearisation, ModelError> {
+    let (depth, pitch) = file.level();
+    let level = trim_with(vehicle, Speed::Path(speed), depth, pitch)
+        .map_err(ModelError::Trim)?;
     Ok(linearise(vehicle, &level)?)
+}
+
+/// The trims of a design at [`TRIM_ROWS`] speeds.
+///
+/// # Errors
+/// [`ModelError::Trim`]: no trim at a speed, or trims that do not lie on one branch.
+pub fn trim_table(vehicle: &Vehicle, file: &DesignFile) -> Result<Vec<Trim>, ModelError> {
+    let (depth, pitch) = file.level();
+    trims(vehicle, depth, &file.spread(TRIM_ROWS), pitch).map_err(ModelError::Trim)
 }
 
 /// [`Linearisation::trim_slope`] as a matrix with one column.

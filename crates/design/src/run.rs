@@ -10,12 +10,13 @@ use crate::fit::frequency;
 use crate::inputs::Inputs;
 use crate::numbers::{above, decimals};
 use crate::progress::Progress;
+use crate::reach;
 use crate::store::freeze::{Frozen, freeze};
 use crate::synthesise::robust::{Robust, robust};
 use crate::synthesise::synthesise;
 use crate::verdict::Verdict;
 use crate::verdict::found::Effort;
-use auv::Status;
+use auv::{Pitch, Status, Trim};
 use lpv::plant::GeneralisedPlant;
 use lpv::synthesis::Design;
 
@@ -57,10 +58,11 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     progress.done("vehicle", &vehicle_line(inputs));
     progress.done("design", &format!("{}.toml: {}", inputs.design.name, inputs.design.description));
     let model = Model::new(&inputs.vehicle, &inputs.design)?;
-    progress.done("trim", &trim_line(&model));
+    progress.done("trim", &trim_line(inputs, &model));
     progress.done("linearise", &linearise_line(&model));
     progress.done("fit", &fit_line(inputs, &model));
     progress.done("LFT", &lft_line(&model));
+    reach::check(&inputs.vehicle.actuators, &inputs.design, &model)?;
     let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear())?;
     progress.done("augment", &augment_line(inputs, &plant));
     let nominal = synthesise(&inputs.vehicle.actuators, &inputs.design, &plant, progress)?;
@@ -138,16 +140,28 @@ fn vehicle_line(inputs: &Inputs) -> String {
     format!("{} ({standing}); actuators: {}", v.name, names.join(", "))
 }
 
-fn trim_line(model: &Model) -> String {
+fn trim_line(inputs: &Inputs, model: &Model) -> String {
     let (first, last) = (&model.grid[0].1.trim, &model.grid[model.grid.len() - 1].1.trim);
+    let angle = |trim: &Trim| decimals(trim.pitch.to_degrees(), 2);
+    let default = inputs.design.pitch_asked.is_none();
+    let pitch = match &inputs.design.pitch {
+        Pitch::Free => format!("incidence {} to {} deg", angle(first), angle(last)),
+        Pitch::Held(_) if default => "pitch held at 0 deg, since thrusters alone can do that at every speed\n\
+            ([trim] pitch = \"free\" would let it be that of the least effort)"
+            .into(),
+        Pitch::Held(_) => format!("pitch held at {} deg", angle(first)),
+        Pitch::Followed(_) => format!(
+            "incidence {} to {} deg,\nfollowed from the highest speed on one branch: the trims of least effort jump",
+            angle(first),
+            angle(last)
+        ),
+    };
     format!(
-        "level at {} speeds, {:.2} to {:.2} m/s, {:.0} m deep; incidence {} to {} deg",
+        "level at {} speeds, {:.2} to {:.2} m/s, {:.0} m deep; {pitch}",
         model.grid.len(),
         first.speed,
         last.speed,
-        first.depth,
-        decimals(first.incidence.to_degrees(), 2),
-        decimals(last.incidence.to_degrees(), 2)
+        first.depth
     )
 }
 

@@ -18,7 +18,7 @@ fn loops(name: &str) -> (Vec<Flown>, f64) {
     let (centre, half_range) = inputs.design.scheduling();
     let sampling = Sampling::of(&inputs.vehicle.actuators, &inputs.design);
     let at = |speed: f64| {
-        let l = linearise_at(&inputs.vehicle, inputs.design.depth, speed).unwrap();
+        let l = linearise_at(&inputs.vehicle, &inputs.design, speed).unwrap();
         let k: StateSpace = controller.frozen(&[(speed - centre) / half_range]).unwrap();
         Flown::of(&sampling, &l, &k).unwrap()
     };

@@ -50,7 +50,7 @@ fn inputs(vehicle: &str) -> Inputs {
 fn subject(vehicle: &str, speeds: [f64; 3]) -> Subject {
     let inputs = inputs(vehicle);
     let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
-    let frozen = speeds.map(|v| at_speed(inputs.declared(), inputs.design.depth, v).unwrap()).into();
+    let frozen = speeds.map(|v| at_speed(inputs.declared(), &inputs.design, v).unwrap()).into();
     let joint = over_range(inputs.declared(), inputs.design.order, &model).unwrap();
     Subject { inputs, model, frozen, joint }
 }
@@ -241,7 +241,7 @@ fn idle_states_do_not_keep_a_sweep_from_ending() {
     let stored: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(stored).unwrap()).unwrap();
     let controller = controller_of(&serde_json::from_value(stored["lft"].clone()).unwrap()).unwrap();
     for speed in [0.5, 2.0] {
-        let frozen = at_speed(inputs.declared(), inputs.design.depth, speed).unwrap();
+        let frozen = at_speed(inputs.declared(), &inputs.design, speed).unwrap();
         let rho = (speed - centre) / half_range;
         let n = uncertain_loop(&inputs.vehicle.actuators, &inputs.design, &frozen, &controller, rho, None);
         let n = n.unwrap();
@@ -344,7 +344,7 @@ fn weight_and_centre_of_gravity_may_be_uncertain() {
     let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
     let joint = over_range(inputs.declared(), inputs.design.order, &model).unwrap();
     let subject = Subject {
-        frozen: vec![at_speed(inputs.declared(), inputs.design.depth, 1.0).unwrap()],
+        frozen: vec![at_speed(inputs.declared(), &inputs.design, 1.0).unwrap()],
         inputs,
         model,
         joint,
@@ -379,7 +379,7 @@ fn naming(coefficients: &[(&str, f64)]) -> Inputs {
 fn what_no_lft_can_hold_is_refused_by_name() {
     let refused = |coefficients: &[(&str, f64)]| {
         let inputs = naming(coefficients);
-        at_speed(inputs.declared(), inputs.design.depth, 0.5).unwrap_err().to_string()
+        at_speed(inputs.declared(), &inputs.design, 0.5).unwrap_err().to_string()
     };
     let begins = [
         (
@@ -404,6 +404,6 @@ fn what_no_lft_can_hold_is_refused_by_name() {
     }
     let mut nothing = naming(&[]);
     nothing.design.uncertainty = None;
-    let message = at_speed(nothing.declared(), nothing.design.depth, 1.0).unwrap_err().to_string();
+    let message = at_speed(nothing.declared(), &nothing.design, 1.0).unwrap_err().to_string();
     assert!(message.starts_with("the design design.toml names nothing uncertain"), "{message}");
 }

@@ -102,7 +102,7 @@ fn frozen_figures_are_those_of_the_check() {
     let k = stored.lpv_controller().unwrap();
     let sampling = Sampling::of(&inputs.vehicle.actuators, &inputs.design);
     let at = |speed: f64| {
-        let l = linearise_at(&inputs.vehicle, inputs.design.depth, speed).unwrap();
+        let l = linearise_at(&inputs.vehicle, &inputs.design, speed).unwrap();
         Flown::of(&sampling, &l, &k.frozen(&[(speed - centre) / half_range]).unwrap()).unwrap()
     };
     let loops: Vec<Flown> = inputs.design.spread(EFFORT.frozen).into_iter().map(at).collect();
@@ -130,7 +130,7 @@ fn flown_figures_are_those_of_flights() {
     let design = &inputs.design;
     let flown = |manoeuvre: &Manoeuvre| -> Vec<Tick> {
         let controller: &ControllerDesign = &stored.controller;
-        fly(&inputs.vehicle, controller, design.depth, manoeuvre).unwrap().rows
+        fly(&inputs.vehicle, controller, design.level(), manoeuvre).unwrap().rows
     };
     // The speed steps from the slow end to 0.25 m/s more, a fifth of half the range.
     let (low, step) = (design.speed_min, 0.25);

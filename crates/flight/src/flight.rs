@@ -1,7 +1,7 @@
 //! A flight of vehicle and autopilot in one loop, in this process.
 
 use crate::error::Error;
-use auv::{Current, Motion, Plant, Speed, Vehicle, trim};
+use auv::{Current, Motion, Plant, Pitch, Speed, Vehicle, trim_with};
 use scheduled::{Autopilot, ControllerDesign, Inputs as Measured, Manoeuvre, Outputs, Trim};
 use signals::{PITCH, SPEED, TRACKED, measured};
 
@@ -83,20 +83,20 @@ pub struct Answer {
     pub out_of_range: bool,
 }
 
-/// Flies the vehicle from trim under its autopilot.
+/// Flies the vehicle from level trim, at a depth \[m\] and with a rule for its pitch, under its autopilot.
 ///
 /// # Errors
 /// As [`fly_under`]; [`Error::ControllerDesign`], [`Error::Tick`].
 pub fn fly(
     vehicle: &Vehicle,
     design: &ControllerDesign,
-    depth: f64,
+    level: (f64, &Pitch),
     manoeuvre: &Manoeuvre,
 ) -> Result<Flight, Error> {
     let mut autopilot = Autopilot::new(design)?;
     let table = autopilot.trim().clone();
     let mut started = false;
-    fly_under(vehicle, depth, manoeuvre, (design.sample_time, &table), |measured| {
+    fly_under(vehicle, level, manoeuvre, (design.sample_time, &table), |measured| {
         if !std::mem::replace(&mut started, true) {
             autopilot.initialise(0.0, measured)?;
         }
@@ -112,12 +112,12 @@ pub fn fly(
 /// As [`fly_course`].
 pub fn fly_under(
     vehicle: &Vehicle,
-    depth: f64,
+    level: (f64, &Pitch),
     manoeuvre: &Manoeuvre,
     ticks: (f64, &Trim),
     law: impl FnMut(&Measured) -> Result<Answer, Error>,
 ) -> Result<Flight, Error> {
-    fly_course(vehicle, depth, (manoeuvre.duration, |time| Demand::of(manoeuvre, time)), ticks, law)
+    fly_course(vehicle, level, (manoeuvre.duration, |time| Demand::of(manoeuvre, time)), ticks, law)
 }
 
 /// What is wanted at a time, and how the water moves.
@@ -150,13 +150,13 @@ impl Demand {
 /// [`Error::Trim`], [`Error::Coefficient`], [`Error::Simulation`], those of the law.
 pub fn fly_course(
     vehicle: &Vehicle,
-    depth: f64,
+    level: (f64, &Pitch),
     (duration, course): (f64, impl Fn(f64) -> Demand),
     (sample_time, table): (f64, &Trim),
     mut law: impl FnMut(&Measured) -> Result<Answer, Error>,
 ) -> Result<Flight, Error> {
     let speed = course(0.0).speed;
-    let start = trim(vehicle, Speed::Path(speed), depth).map_err(|reason| Error::Trim { speed, reason })?;
+    let start = trim_with(vehicle, Speed::Path(speed), level.0, level.1).map_err(|reason| Error::Trim { speed, reason })?;
     let mut plant = Plant::new(vehicle)?;
     plant.start(0.0, &start)?;
     let steps = (duration / sample_time).round() as u64;
@@ -191,13 +191,13 @@ pub fn fly_course(
 /// [`Error::Trim`], [`Error::Simulation`].
 pub fn fly_open_loop(
     vehicle: &Vehicle,
-    depth: f64,
+    level: (f64, &Pitch),
     speed: f64,
     (actuator, step): (usize, f64),
     interval: f64,
     duration: f64,
 ) -> Result<Vec<(f64, f64)>, Error> {
-    let start = trim(vehicle, Speed::Path(speed), depth).map_err(|reason| Error::Trim { speed, reason })?;
+    let start = trim_with(vehicle, Speed::Path(speed), level.0, level.1).map_err(|reason| Error::Trim { speed, reason })?;
     let mut plant = Plant::new(vehicle)?;
     plant.start(0.0, &start)?;
     plant.set_command(actuator, start.actuators[actuator] + step)?;
@@ -229,7 +229,7 @@ mod tests {
         let frozen = squid_design::store::files::read(&folder.join("frozen/controller.json")).unwrap();
         let design = ControllerDesign::from_json(&frozen).unwrap();
         let manoeuvre = &inputs.design.manoeuvre;
-        let flown = |depth| fly(&inputs.vehicle, &design, depth, manoeuvre).unwrap();
+        let flown = |depth| fly(&inputs.vehicle, &design, (depth, &Pitch::Free), manoeuvre).unwrap();
         let deep = flown(50.0);
         assert_eq!((deep.surfacing, deep.rows.len()), (None, 3001));
 

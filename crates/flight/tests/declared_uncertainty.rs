@@ -53,7 +53,7 @@ fn fly_over_the_box(
     let mut worst = Worst::default();
     let mut seed = 2011;
     for &speed in speeds {
-        let frozen = at_speed(inputs.declared(), file.depth, speed).unwrap();
+        let frozen = at_speed(inputs.declared(), file, speed).unwrap();
         let blocks = &frozen.parameters;
         let manoeuvre = Manoeuvre {
             speed_from: speed,
@@ -92,7 +92,7 @@ fn fly_over_the_box(
             let mut autopilot = Autopilot::new(design).unwrap();
             let table = autopilot.trim().clone();
             let mut started = false;
-            let flown = fly_under(&changed, file.depth, &manoeuvre, (file.sample_time, &table), |signals| {
+            let flown = fly_under(&changed, file.level(), &manoeuvre, (file.sample_time, &table), |signals| {
                 if !std::mem::replace(&mut started, true) {
                     autopilot.initialise(0.0, signals).unwrap();
                 }

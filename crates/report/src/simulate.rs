@@ -33,7 +33,7 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<String,
         let path = directory.join(name);
         draw(&path, title, panels).map(|svg| files.add(path, svg))
     };
-    let flight = fly(&inputs.vehicle, &stored.controller, inputs.design.depth, manoeuvre)?;
+    let flight = fly(&inputs.vehicle, &stored.controller, inputs.design.level(), manoeuvre)?;
     let mut out = early_end("the default manoeuvre", flight.surfacing);
     let record = Record::of(&flight.rows, &inputs.vehicle.actuators);
     let title = format!("{}, {}.toml: the default manoeuvre", heading(inputs), inputs.design.name);
@@ -53,7 +53,7 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<String,
             duration: 2.0 + STEPS_FLOWN,
             ..manoeuvre.clone()
         };
-        let flown = fly(&inputs.vehicle, &stored.controller, inputs.design.depth, &step)?;
+        let flown = fly(&inputs.vehicle, &stored.controller, inputs.design.level(), &step)?;
         ended += &early_end(&format!("the step at {speed:.2} m/s"), flown.surfacing);
         let rows = flown.rows;
         let mut figures = StepFigures::of(&rows, step.step_time, step.pitch_step, &limits(inputs));
@@ -127,7 +127,7 @@ fn open_loop(inputs: &Inputs, stored: &Stored) -> Result<(String, Panel), Error>
     for speed in step_speeds(inputs).into_iter().take(3) {
         let rows = fly_open_loop(
             &inputs.vehicle,
-            inputs.design.depth,
+            inputs.design.level(),
             speed,
             (0, step),
             stored.controller.sample_time,

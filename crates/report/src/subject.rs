@@ -80,7 +80,7 @@ impl<'a> Subject<'a> {
         let speeds = inputs.design.spread(SPEEDS);
         let truth = speeds
             .iter()
-            .map(|v| linearise_at(&inputs.vehicle, inputs.design.depth, *v))
+            .map(|v| linearise_at(&inputs.vehicle, &inputs.design, *v))
             .collect::<Result<_, ModelError>>()?;
         let (alone, proof) = Default::default();
         Ok(Self { inputs, stored, model, plant, controller, speeds, truth, progress, alone, proof })
@@ -155,7 +155,7 @@ impl<'a> Subject<'a> {
             ..self.stored.manoeuvre.clone()
         };
         let design = scheduled::ControllerDesign { lft: lft.clone(), ..self.stored.controller.clone() };
-        Ok(fly(&self.inputs.vehicle, &design, self.inputs.design.depth, &step)?)
+        Ok(fly(&self.inputs.vehicle, &design, self.inputs.design.level(), &step)?)
     }
 
     /// A controller frozen at the speed of a trim.

@@ -41,7 +41,7 @@ pub struct Manoeuvre {
     pub step_time: f64,
     /// When the step ends \[s\]; beyond the end of the flight for a step that stays.
     pub step_end: f64,
-    /// Speed V along the path through the water before the ramp \[m/s\].
+    /// Speed V along the path through the water before the ramp \[m/s\], negative astern.
     pub speed_from: f64,
     /// Speed V after the ramp \[m/s\].
     pub speed_to: f64,
@@ -69,6 +69,18 @@ pub enum ManoeuvreError {
     /// A step that ends before it begins.
     #[error("step_end is {step_end} s, before step_time at {step_time} s")]
     StepEndsBeforeItComes { step_time: f64, step_end: f64 },
+}
+
+fn number(
+    key: &'static str,
+    value: f64,
+    possible: bool,
+    allowed: &'static str,
+) -> Result<(), ManoeuvreError> {
+    match value.is_finite() && possible {
+        true => Ok(()),
+        false => Err(ManoeuvreError::BadNumber { key, value, allowed }),
+    }
 }
 
 impl Manoeuvre {
@@ -102,28 +114,35 @@ impl Manoeuvre {
         if self.format != MANOEUVRE_FORMAT {
             return Err(ManoeuvreError::WrongFormat { found: self.format.clone() });
         }
-        let number = |key, value: f64, possible: bool, allowed| match value.is_finite() && possible {
-            true => Ok(()),
-            false => Err(ManoeuvreError::BadNumber { key, value, allowed }),
-        };
         let level = self.pitch_step.abs() < FRAC_PI_2;
         number("pitch_step", self.pitch_step, level, "above -pi/2 and below pi/2")?;
-        for (key, value) in
-            [("step_time", self.step_time), ("step_end", self.step_end), ("ramp_start", self.ramp_start)]
-        {
-            number(key, value, true, "finite")?;
-        }
         for (key, value) in [
+            ("step_time", self.step_time),
+            ("step_end", self.step_end),
             ("speed_from", self.speed_from),
             ("speed_to", self.speed_to),
-            ("ramp_duration", self.ramp_duration),
-            ("duration", self.duration),
+            ("ramp_start", self.ramp_start),
         ] {
+            number(key, value, true, "finite")?;
+        }
+        for (key, value) in [("ramp_duration", self.ramp_duration), ("duration", self.duration)] {
             number(key, value, value > 0.0, "finite and above 0")?;
         }
         if self.step_end < self.step_time {
             let Self { step_time, step_end, .. } = *self;
             return Err(ManoeuvreError::StepEndsBeforeItComes { step_time, step_end });
+        }
+        Ok(())
+    }
+
+    /// Checks that the speeds are those of flight ahead.
+    ///
+    /// # Errors
+    /// [`ManoeuvreError::BadNumber`].
+    #[inline]
+    pub fn check_ahead(&self) -> Result<(), ManoeuvreError> {
+        for (key, value) in [("speed_from", self.speed_from), ("speed_to", self.speed_to)] {
+            number(key, value, value > 0.0, "finite and above 0")?;
         }
         Ok(())
     }

@@ -51,7 +51,6 @@ impl ControllerDesign {
             let key = "scheduling.quantity".to_owned();
             return Err(DesignError::BadText { key, found: scheduling.quantity.clone(), allowed: "'speed'" });
         }
-        positive(format_args!("scheduling.minimum"), scheduling.minimum)?;
         positive(format_args!("scheduling.half_range"), scheduling.half_range)?;
         let (minimum, maximum) = (scheduling.minimum, scheduling.maximum);
         range(format_args!("scheduling"), minimum, maximum)?;
@@ -149,7 +148,7 @@ impl ControllerDesign {
     #[inline]
     fn validate_coverage(&self, first: f64, last: f64) -> Result<(), DesignError> {
         let (minimum, maximum) = (self.scheduling.minimum, self.scheduling.maximum);
-        let rounding = 1e-9 * maximum;
+        let rounding = 1e-9 * minimum.abs().max(maximum.abs());
         if first > minimum + rounding || last < maximum - rounding {
             return Err(DesignError::TrimTooShort { first, last, minimum, maximum });
         }

@@ -192,7 +192,7 @@ fn refuses_starts_that_cannot_be_and_recovers_by_reset() {
         (
             "initial_speed",
             0.0,
-            "the vehicle cannot start: the trim speed is 0 m/s, and must be a number above zero",
+            "the vehicle cannot start: initial_speed is 0 m/s, and must be above zero, as the speeds of its trims",
         ),
         ("initial_depth", -1.0, "initial_depth is -1 m, and must be zero (the surface) or more"),
         ("Z_ww", 3.0, "the vehicle cannot start: Z_ww is 3 kg/m, and must be zero or a negative number"),

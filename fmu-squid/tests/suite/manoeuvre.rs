@@ -38,8 +38,6 @@ fn says_which_key_is_wrong() {
     for (key, value, expected) in [
         ("format", json!("squid-manoeuvre/2"), "format is 'squid-manoeuvre/2', but only 'squid-manoeuvre/1'"),
         ("pitch_step", json!(1.6), "pitch_step is 1.6, but must be above -pi/2 and below pi/2"),
-        ("speed_from", json!(0.0), "speed_from is 0, but must be finite and above 0"),
-        ("speed_to", json!(-1.0), "speed_to is -1, but must be finite and above 0"),
         ("ramp_duration", json!(0.0), "ramp_duration is 0, but must be finite and above 0"),
         ("duration", json!(-2.0), "duration is -2, but must be finite and above 0"),
         ("step_end", json!(1.0), "step_end is 1 s, before step_time at 2 s"),
@@ -50,6 +48,13 @@ fn says_which_key_is_wrong() {
         file[key] = value;
         let message = Manoeuvre::from_json(&file.to_string()).unwrap_err().to_string();
         assert!(message.contains(expected), "{message}");
+    }
+    for (one, expected) in [
+        (Manoeuvre { speed_from: 0.0, ..manoeuvre() }, "speed_from is 0, but must be finite and above 0"),
+        (Manoeuvre { speed_to: -1.0, ..manoeuvre() }, "speed_to is -1, but must be finite and above 0"),
+    ] {
+        one.check().unwrap();
+        assert_eq!(one.check_ahead().unwrap_err().to_string(), expected);
     }
     let message = Manoeuvre::from_json("{}").unwrap_err().to_string();
     assert!(message.contains("missing field `format`"), "{message}");

@@ -4,7 +4,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 use num_dual::Dual64;
 
 use crate::motion::dynamics::{Dynamics, Motion, actuator_force};
-use crate::motion::trim::Trim;
+use crate::motion::trim::{Pitch, Trim};
 use crate::vehicle::Vehicle;
 use crate::vehicle::actuator::Actuator;
 use crate::vehicle::coefficients::CoefficientError;
@@ -46,15 +46,20 @@ impl Linearisation {
             actuators.iter().map(Actuator::reach),
         ));
         let (missing, by_turning, by_actuators) = (&self.a * &ahead, &self.a * &turned, &self.b * &reach);
-        // What turning alone can do is left to it.
-        let direction = by_turning.normalize();
+        // What turning alone can do is left to it; a pitch that is held, or changes nothing, does not turn.
+        let size = by_turning.norm();
+        let turns = size > 0.0 && !matches!(self.trim.rule, Pitch::Held(_));
+        let direction = if turns { by_turning.normalize() } else { DVector::zeros(4) };
         let rest = |m: DMatrix<f64>| &m - &direction * (direction.transpose() * &m);
         let svd = rest(by_actuators.clone()).svd(true, true);
         let largest = svd.singular_values.iter().copied().fold(0.0, f64::max);
         let wanted = -rest(DMatrix::from_column_slice(4, 1, missing.as_slice()));
         let outputs =
             svd.solve(&wanted, RANK_TOLERANCE * largest).unwrap_or_else(|_| DMatrix::zeros(reach.nrows(), 1));
-        let turn = -direction.dot(&(missing + (by_actuators * &outputs).column(0))) / by_turning.norm();
+        let turn = match turns {
+            true => -direction.dot(&(missing + (by_actuators * &outputs).column(0))) / size,
+            false => 0.0,
+        };
         let (states, outputs) = (ahead + turned * turn, reach * outputs);
         DVector::from_iterator(4 + outputs.len(), states.iter().chain(outputs.iter()).copied())
     }

@@ -1,59 +1,40 @@
 //! Level trim: the incidence and the actuator outputs at which nothing accelerates.
 //!
-//! Level flight has theta = alpha, u = V cos alpha, w = V sin alpha, q = 0, so that the depth is constant. The unknowns
-//! are alpha and the outputs; the equations are u' = w' = q' = 0. They are solved by Newton's method. With more
-//! actuators than equations, the outputs have the least Euclidean norm, each divided by its [`Actuator::reach`].
+//! Level flight has theta = alpha, u = V cos alpha, w = V sin alpha, q = 0, so that the depth is constant; astern V is
+//! negative. The unknowns are the outputs, and alpha where the pitch is not held; the equations are u' = w' = q' = 0.
+//! They are solved by Newton's method. With more unknowns than equations, the outputs have the least Euclidean norm,
+//! each divided by its [`Actuator::reach`].
 
-use nalgebra::{DMatrix, DVector, Vector3};
-use num_dual::Dual64;
+use std::sync::Arc;
+
 use thiserror::Error;
 
-use crate::motion::dynamics::{Dynamics, Motion, actuator_force};
+use crate::motion::balance::{Attempt, Balance};
+use crate::motion::dynamics::{Dynamics, Motion};
 use crate::scalar::Scalar;
 use crate::vehicle::Vehicle;
 use crate::vehicle::actuator::Actuator;
 use crate::vehicle::coefficients::CoefficientError;
 use crate::words::Rounded;
 
-/// Newton steps from each start; a few suffice near a solution.
-const MAX_ITERATIONS: usize = 60;
-/// Largest change of the incidence in one step \[rad\].
-const LARGEST_STEP: f64 = 0.2;
-/// Incidences from which Newton's method starts \[rad\].
-const STARTS: [f64; 5] = [0.0, -0.15, 0.15, -0.4, 0.4];
-/// Beyond this incidence an iteration is given up \[rad\].
-const LARGEST_INCIDENCE: f64 = 1.2;
-/// The iteration ends at a smaller change of the incidence \[rad\] ...
-const INCIDENCE_TOLERANCE: f64 = 1e-15;
-/// ... and of the outputs, in units of their reach.
-const OUTPUT_TOLERANCE: f64 = 1e-14;
-/// Largest acceleration that counts as zero \[m/s2 or rad/s2\].
-const RESIDUAL_TOLERANCE: f64 = 1e-11;
-/// Singular values below this part of the largest one count as zero.
-const RANK_TOLERANCE: f64 = 1e-9;
-/// Convergence threshold of the SVD.
-const SVD_TOLERANCE: f64 = 5.0 * f64::EPSILON;
-/// Limit of the SVD's iterations, far above what a 3 x m matrix needs; without a limit the iteration may never end.
-const SVD_ITERATIONS: usize = 1000;
-
 /// The speed at which to trim.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Speed {
-    /// Speed along the path through the water, V \[m/s\].
+    /// Speed along the path through the water, V \[m/s\]; negative astern.
     Path(f64),
     /// Surge velocity, u \[m/s\].
     Forward(f64),
 }
 
 impl Speed {
-    fn value(self) -> f64 {
+    pub(crate) fn value(self) -> f64 {
         match self {
             Self::Path(speed) | Self::Forward(speed) => speed,
         }
     }
 
     /// Returns level motion at an incidence.
-    fn level_motion<D: Scalar>(self, incidence: D) -> Motion<D> {
+    pub(crate) fn level_motion<D: Scalar>(self, incidence: D) -> Motion<D> {
         let (sin, cos) = incidence.sin_cos();
         let (u, w) = match self {
             Self::Path(speed) => (cos * speed, sin * speed),
@@ -63,10 +44,38 @@ impl Speed {
     }
 }
 
+/// What becomes of the pitch in level trim.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Pitch {
+    /// It is that of the least effort.
+    #[default]
+    Free,
+    /// It is held at an angle \[rad\], 0 for a level hull: the actuators balance surge, heave and pitch.
+    Held(f64),
+    /// It is free, on one branch of the trims of least effort, from which Newton's method starts.
+    Followed(Branch),
+}
+
+/// Pitch \[rad\] over speed V \[m/s\] along a branch of trims, in rising order of speed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Branch(pub(crate) Arc<[(f64, f64)]>);
+
+impl Branch {
+    /// Returns the pitch at a speed \[m/s\] by linear interpolation, held beyond the ends.
+    pub(crate) fn pitch_at(&self, speed: f64) -> f64 {
+        let above = self.0.partition_point(|(at, _)| *at <= speed);
+        match (above.checked_sub(1).and_then(|below| self.0.get(below)), self.0.get(above)) {
+            (Some((v0, p0)), Some((v1, p1))) => p0 + (p1 - p0) * (speed - v0) / (v1 - v0),
+            (Some((_, pitch)), None) | (None, Some((_, pitch))) => *pitch,
+            (None, None) => 0.0,
+        }
+    }
+}
+
 /// A level, steady motion and the actuator outputs that balance it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trim {
-    /// Speed along the path through the water, V \[m/s\].
+    /// Speed along the path through the water, V \[m/s\]; negative astern.
     pub speed: f64,
     /// Surge velocity, u \[m/s\].
     pub forward_speed: f64,
@@ -76,6 +85,8 @@ pub struct Trim {
     pub incidence: f64,
     /// Pitch \[rad\], equal to the incidence.
     pub pitch: f64,
+    /// What became of the pitch.
+    pub rule: Pitch,
     /// Depth \[m\].
     pub depth: f64,
     /// Output of each actuator \[N or rad\].
@@ -98,9 +109,9 @@ pub enum TrimError {
     /// The coefficients are not allowed.
     #[error(transparent)]
     Coefficients(#[from] CoefficientError),
-    /// The speed is not a positive number.
-    #[error("the trim speed is {} m/s, and must be a number above zero", Rounded(*speed))]
-    SpeedNotPositive { speed: f64 },
+    /// The speed is not a number.
+    #[error("the trim speed is {} m/s, and must be a finite number", Rounded(*speed))]
+    SpeedNotFinite { speed: f64 },
     /// The depth is not a number.
     #[error("the trim depth is {} m, and must be a finite number", Rounded(*depth))]
     DepthNotFinite { depth: f64 },
@@ -125,6 +136,56 @@ pub enum TrimError {
         /// The largest remaining acceleration \[m/s2 or rad/s2\].
         residual: f64,
     },
+    /// No outputs balance the forces at the pitch that is held.
+    #[error(
+        "no trim at {} m/s and {} m with the pitch held at {} deg: at best {} N of surge force, {} N of heave force and \
+            {} N.m of pitching moment are left, which no actuator takes up; set 'trim.pitch' to \"free\" in the design \
+            file, or add a thruster that pushes there",
+        Rounded(*speed), Rounded(*depth), Rounded(*pitch_deg), part(*surge, [*heave, *moment]),
+        part(*heave, [*surge, *moment]), part(*moment, [*surge, *heave])
+    )]
+    NotHeld {
+        /// The speed asked for \[m/s\].
+        speed: f64,
+        /// The depth asked for \[m\].
+        depth: f64,
+        /// The pitch that is held \[deg\].
+        pitch_deg: f64,
+        /// The remaining surge force \[N\].
+        surge: f64,
+        /// The remaining heave force \[N\].
+        heave: f64,
+        /// The remaining pitching moment \[N.m\].
+        moment: f64,
+    },
+    /// Trims at neighbouring speeds lie on different branches.
+    #[error(
+        "the level trim jumps between {} and {} m/s: {quantity} goes from {} to {} {unit} at once, however close the \
+            speeds; hold the pitch by 'trim.pitch' in the design file (\"level\", or an angle), or choose a range of \
+            speeds to one side of the jump",
+        Rounded(*speed), Rounded(*to_speed), Rounded(*before), Rounded(*after)
+    )]
+    Jump {
+        /// On one side of the jump \[m/s\].
+        speed: f64,
+        /// On the other side \[m/s\].
+        to_speed: f64,
+        /// `pitch`, or the name of an actuator.
+        quantity: String,
+        /// On one side \[deg or N\].
+        before: f64,
+        /// On the other side.
+        after: f64,
+        unit: &'static str,
+    },
+    /// The forward speed, by which an autopilot looks up the trim, does not rise with the speed along the path.
+    #[error(
+        "between {} and {} m/s along the path the forward speed in level trim falls, because the pitch goes from {} to \
+            {} deg; an autopilot that knows the forward speed cannot tell these trims apart: hold the pitch by \
+            'trim.pitch' in the design file (\"level\", or an angle), or choose another range of speeds",
+        Rounded(*speed), Rounded(*to_speed), Rounded(pitch_deg[0]), Rounded(pitch_deg[1])
+    )]
+    ForwardSpeedFalls { speed: f64, to_speed: f64, pitch_deg: [f64; 2] },
     /// The trim needs an output beyond the limits of an actuator.
     #[error(
         "level trim at {} m/s and {} m needs {} {unit} of {actuator}, {} {unit} beyond its limits {} .. {} {unit}",
@@ -144,23 +205,40 @@ pub enum TrimError {
     },
 }
 
-/// Solves `[u' w' q'] = 0` for level trim at a speed \[m/s\] and a depth \[m\].
+/// A part of a remaining force, without what is rounding beside the other two.
+fn part(value: f64, others: [f64; 2]) -> Rounded {
+    let largest = others.into_iter().fold(value.abs(), |most, other| most.max(other.abs()));
+    Rounded(if value.abs() < ROUNDING * largest { 0.0 } else { value })
+}
+
+/// A part of a force smaller than this beside the others is not shown.
+const ROUNDING: f64 = 1e-9;
+
+/// Solves `[u' w' q'] = 0` for level trim of least effort at a speed \[m/s\] and a depth \[m\].
+///
+/// # Errors
+/// As [`trim_with`].
+pub fn trim(vehicle: &Vehicle, speed: Speed, depth: f64) -> Result<Trim, TrimError> {
+    trim_with(vehicle, speed, depth, &Pitch::Free)
+}
+
+/// Solves `[u' w' q'] = 0` for level trim at a speed \[m/s\], negative astern, and a depth \[m\].
 ///
 /// # Errors
 /// [`TrimError`]: coefficients, speed or depth that are not allowed, no solution, or an actuator beyond its limits.
-pub fn trim(vehicle: &Vehicle, speed: Speed, depth: f64) -> Result<Trim, TrimError> {
-    if !(speed.value() > 0.0 && speed.value().is_finite()) {
-        return Err(TrimError::SpeedNotPositive { speed: speed.value() });
+pub fn trim_with(vehicle: &Vehicle, speed: Speed, depth: f64, pitch: &Pitch) -> Result<Trim, TrimError> {
+    if !speed.value().is_finite() {
+        return Err(TrimError::SpeedNotFinite { speed: speed.value() });
     }
     if !depth.is_finite() {
         return Err(TrimError::DepthNotFinite { depth });
     }
-    let balance = Balance { dynamics: Dynamics::new(&vehicle.coefficients)?, vehicle, speed, depth };
-    let Attempt { incidence, outputs: actuators, residual } = balance.solve()?;
+    let balance = Balance { dynamics: Dynamics::new(&vehicle.coefficients)?, vehicle, speed, depth, pitch };
+    let Attempt { incidence, outputs: actuators, residual, .. } = balance.solve()?;
     let motion = speed.level_motion(incidence);
     let path_speed = match speed {
         Speed::Path(speed) => speed,
-        Speed::Forward(_) => motion.u.hypot(motion.w),
+        Speed::Forward(speed) => motion.u.hypot(motion.w).copysign(speed),
     };
     let trim = Trim {
         speed: path_speed,
@@ -168,6 +246,7 @@ pub fn trim(vehicle: &Vehicle, speed: Speed, depth: f64) -> Result<Trim, TrimErr
         heave: motion.w,
         incidence,
         pitch: incidence,
+        rule: pitch.clone(),
         depth,
         actuators,
         residual,
@@ -196,126 +275,3 @@ fn check_limits(vehicle: &Vehicle, trim: &Trim) -> Result<(), TrimError> {
     }
 }
 
-/// Where an iteration ended.
-#[derive(Clone, Debug)]
-struct Attempt {
-    incidence: f64,
-    outputs: Vec<f64>,
-    residual: f64,
-}
-
-/// The equations of level trim.
-struct Balance<'a> {
-    dynamics: Dynamics,
-    vehicle: &'a Vehicle,
-    speed: Speed,
-    depth: f64,
-}
-
-impl Balance<'_> {
-    fn acceleration<D: Scalar>(&self, incidence: D, outputs: impl Iterator<Item = D>) -> [D; 3] {
-        let motion = self.speed.level_motion(incidence);
-        let force = actuator_force(&self.vehicle.actuators, motion.u, outputs);
-        self.dynamics.acceleration(&motion, D::from(self.depth), force)
-    }
-
-    /// Returns the accelerations, their derivative with respect to the incidence, and those with respect to each output
-    /// in units of its reach.
-    fn linearised(&self, incidence: f64, outputs: &[f64]) -> (Vector3<f64>, Vector3<f64>, DMatrix<f64>) {
-        let constant = || outputs.iter().map(|&output| Dual64::from(output));
-        let by_incidence = self.acceleration(Dual64::new(incidence, 1.0), constant());
-        let mut by_outputs = DMatrix::zeros(3, outputs.len());
-        for (j, actuator) in self.vehicle.actuators.iter().enumerate() {
-            let seeded = constant()
-                .enumerate()
-                .map(|(i, output)| if i == j { Dual64::new(output.re, actuator.reach()) } else { output });
-            let column = self.acceleration(Dual64::from(incidence), seeded);
-            (0..3).for_each(|i| by_outputs[(i, j)] = column[i].eps);
-        }
-        (Vector3::from(by_incidence.map(|a| a.re)), Vector3::from(by_incidence.map(|a| a.eps)), by_outputs)
-    }
-
-    /// Tries Newton's method from several incidences: near the speed at which fins and weight cancel, one start is
-    /// not enough.
-    ///
-    /// Returns the first trim within the limits, or else the first trim at all.
-    fn solve(&self) -> Result<Attempt, TrimError> {
-        let attempts: Vec<Attempt> = STARTS.iter().map(|&start| self.newton(start)).collect();
-        let mut trims = attempts.iter().filter(|attempt| attempt.residual < RESIDUAL_TOLERANCE);
-        let first = trims.clone().next();
-        if let Some(attempt) = trims.find(|attempt| self.within_limits(attempt)).or(first) {
-            return Ok(attempt.clone());
-        }
-        let nearest = attempts.iter().min_by(|a, b| a.residual.total_cmp(&b.residual));
-        let (speed, depth) = (self.speed.value(), self.depth);
-        let (incidence, residual) = nearest.map_or((0.0, f64::INFINITY), |a| (a.incidence, a.residual));
-        let coefficients = &self.vehicle.coefficients;
-        let (weight, buoyancy) = (coefficients.weight, coefficients.buoyancy_at(depth));
-        let incidence_deg = incidence.to_degrees();
-        Err(TrimError::NotFound { speed, depth, weight, buoyancy, incidence_deg, residual })
-    }
-
-    fn within_limits(&self, attempt: &Attempt) -> bool {
-        let mut pairs = self.vehicle.actuators.iter().zip(&attempt.outputs);
-        pairs.all(|(actuator, output)| (actuator.min..=actuator.max).contains(output))
-    }
-
-    /// Newton's method; each step solves the linearised equations with the outputs of least norm.
-    fn newton(&self, start: f64) -> Attempt {
-        let actuators = &self.vehicle.actuators;
-        let reach = DVector::from_iterator(actuators.len(), actuators.iter().map(Actuator::reach));
-        let mut incidence = start;
-        let mut scaled = DVector::zeros(reach.len());
-        let mut best = Attempt { incidence, outputs: vec![0.0; reach.len()], residual: f64::INFINITY };
-        for _ in 0..MAX_ITERATIONS {
-            let outputs: Vec<f64> = scaled.component_mul(&reach).iter().copied().collect();
-            let (error, by_incidence, by_outputs) = self.linearised(incidence, &outputs);
-            let residual = error.amax();
-            if residual < best.residual {
-                best = Attempt { incidence, outputs, residual };
-            }
-            let Some((turn, change)) = newton_step(error, by_incidence, &by_outputs, &scaled) else { break };
-            let shortened = (LARGEST_STEP / turn.abs()).min(1.0);
-            incidence += shortened * turn;
-            scaled += &change * shortened;
-            let settled = turn.abs() < INCIDENCE_TOLERANCE && change.amax() < OUTPUT_TOLERANCE;
-            if settled || !incidence.is_finite() || incidence.abs() > LARGEST_INCIDENCE {
-                break;
-            }
-        }
-        best
-    }
-}
-
-/// Returns the change of incidence and of the scaled outputs that solves the linearised equations.
-///
-/// The equations are projected on the plane that the incidence does not reach; there the outputs are the solution of
-/// least norm, and the incidence takes up the rest. At the fixed point the outputs satisfy the first-order condition
-/// of the least norm over all trims.
-fn newton_step(
-    error: Vector3<f64>,
-    by_incidence: Vector3<f64>,
-    by_outputs: &DMatrix<f64>,
-    scaled: &DVector<f64>,
-) -> Option<(f64, DVector<f64>)> {
-    let slope = by_incidence.norm();
-    let normal = by_incidence / slope;
-    let project = |v: Vector3<f64>| v - normal * normal.dot(&v);
-    let reached = |outputs: &DVector<f64>| Vector3::from_iterator((by_outputs * outputs).iter().copied());
-    let target = project(reached(scaled) - error);
-    let mut projected = by_outputs.clone();
-    for mut column in projected.column_iter_mut() {
-        let inside = project(Vector3::new(column[0], column[1], column[2]));
-        column.copy_from(&inside);
-    }
-    // Products of large coefficients may overflow, and a matrix with entries that are not finite has no SVD.
-    if !projected.iter().all(|entry| entry.is_finite()) {
-        return None;
-    }
-    let svd = projected.try_svd(true, true, SVD_TOLERANCE, SVD_ITERATIONS)?;
-    let threshold = svd.singular_values.max() * RANK_TOLERANCE;
-    let solution = svd.solve(&DVector::from_column_slice(target.as_slice()), threshold).ok()?;
-    let change = solution - scaled;
-    let turn = -normal.dot(&(error + reached(&change))) / slope;
-    (turn.is_finite() && change.iter().all(|c| c.is_finite())).then_some((turn, change))
-}

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::motion::trim::Trim;
+use crate::motion::trim::{Pitch, Trim};
 
 /// The `format` of the files that this version reads and writes.
 pub const LPV_MODEL_FORMAT: &str = "auv-lpv-model/1";
@@ -57,6 +57,19 @@ pub struct LpvModel {
     pub b: Vec<Vec<Vec<f64>>>,
     /// Trim over speed.
     pub trim: Vec<TrimPoint>,
+    /// What became of the pitch in the trims; left out where it is free.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trim_pitch: Option<TrimPitch>,
+}
+
+/// [`Pitch`] as a file has it, where it is not free.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum TrimPitch {
+    /// [`Pitch::Held`] \[rad\].
+    Held(f64),
+    /// [`Pitch::Followed`], along the trim table.
+    Followed,
 }
 
 /// What is wrong with an LPV model.
@@ -115,6 +128,11 @@ impl LpvModel {
             a: a.iter().map(rows).collect(),
             b: b.iter().map(rows).collect(),
             trim: trims.iter().map(TrimPoint::from).collect(),
+            trim_pitch: trims.first().and_then(|trim| match trim.rule {
+                Pitch::Free => None,
+                Pitch::Held(pitch) => Some(TrimPitch::Held(pitch)),
+                Pitch::Followed(_) => Some(TrimPitch::Followed),
+            }),
         };
         model.check()?;
         Ok(model)
@@ -142,6 +160,17 @@ impl LpvModel {
             file: self.vehicle.clone(),
             message: error.to_string(),
         })
+    }
+
+    /// Returns what becomes of the pitch in a trim of the same kind as those of the table.
+    pub fn pitch(&self) -> Pitch {
+        match self.trim_pitch {
+            None => Pitch::Free,
+            Some(TrimPitch::Held(pitch)) => Pitch::Held(pitch),
+            Some(TrimPitch::Followed) => {
+                Pitch::Followed(self.trim.iter().map(|point| (point.speed, point.pitch)).collect())
+            }
+        }
     }
 
     /// Returns the number of actuators.
@@ -180,6 +209,9 @@ impl LpvModel {
         }
         if self.trim.is_empty() {
             return Err(LpvModelError::Empty { matrix: "trim" });
+        }
+        if let Some(TrimPitch::Held(pitch)) = self.trim_pitch {
+            finite("trim_pitch", [pitch])?;
         }
         shape("a", &self.a, 4)?;
         shape("b", &self.b, self.inputs())?;

@@ -2,7 +2,7 @@
 
 use crate::common::{remus100, squid};
 use auv::{
-    Coefficients, Dynamics, Linearisation, Motion, Speed, Trim, Vehicle, actuator_force, linearise, trim,
+    Coefficients, Dynamics, Linearisation, Motion, Pitch, Speed, Trim, Vehicle, actuator_force, linearise, trim,
 };
 use nalgebra::{Matrix4, Vector3};
 
@@ -259,6 +259,7 @@ fn remus_added_mass_and_restoring_terms_are_those_of_the_thesis() {
         heave: 0.0,
         incidence: 0.0,
         pitch: 0.0,
+        rule: Pitch::Free,
         depth: 0.0,
         actuators: vec![0.0, 0.0],
         residual: 0.0,

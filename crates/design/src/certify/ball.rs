@@ -99,7 +99,7 @@ pub fn holds(ball: &Residual, vehicle: &Vehicle, file: &DesignFile, model: &Mode
 fn residuals(vehicle: &Vehicle, file: &DesignFile, model: &Model) -> Result<Vec<Mat>, Error> {
     let (centre, half_range) = file.scheduling();
     let at = |v: f64| -> Result<Mat, Error> {
-        let truth = stacked(&linearise_at(vehicle, file.depth, v)?);
+        let truth = stacked(&linearise_at(vehicle, file, v)?);
         Ok(scaled(&vehicle.actuators, truth - model.lft.evaluate(&[(v - centre) / half_range])?))
     };
     file.spread(SAMPLES).into_iter().map(at).collect()

@@ -4,15 +4,20 @@ use thiserror::Error;
 
 /// Why there is no model of the vehicle, or no generalised plant.
 #[derive(Debug, Error)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum ModelError {
     /// The vehicle does not trim somewhere in the range.
-    #[error("{reason}")]
-    Trim {
-        /// Where.
-        speed: f64,
-        /// Why.
-        reason: auv::TrimError,
-    },
+    #[error(transparent)]
+    Trim(#[from] auv::TrimError),
+    /// No actuator reaches a motion that does not come to rest by itself.
+    #[error(
+        "at {} m/s nothing acts on the {motion}: no actuator moves it, and it does not settle by itself; it takes {acts}",
+        auv::rounded(*speed)
+    )]
+    NotReached { speed: f64, motion: &'static str, acts: &'static str },
+    /// No measurement shows a motion that does not come to rest by itself.
+    #[error("at {} m/s nothing that is measured shows the {motion}, which does not settle by itself; {shows}", auv::rounded(*speed))]
+    NotSeen { speed: f64, motion: &'static str, shows: &'static str },
     /// A coefficient is not allowed.
     #[error(transparent)]
     Coefficient(#[from] auv::CoefficientError),

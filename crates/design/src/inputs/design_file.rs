@@ -11,6 +11,7 @@ mod require;
 mod tables;
 mod uncertainty;
 
+use auv::Pitch;
 use lpv::matrix::Mat;
 use lpv::tracking::{ReferenceModel, ReferenceWeight, RisingWeight};
 pub use require::{REQUIREMENTS, Require, Requirement, Sense};
@@ -143,6 +144,10 @@ pub struct DesignFile {
     pub speeds: usize,
     /// Depth, m.
     pub depth: f64,
+    /// What is asked of the pitch in level trim; `None` without the key.
+    pub pitch_asked: Option<Pitch>,
+    /// What becomes of it, by [`Pitch::over`]; [`Inputs`](crate::inputs::Inputs) chooses it for the vehicle.
+    pub pitch: Pitch,
     /// Order of the polynomials in speed.
     pub order: usize,
     /// Singular values of the LFT below this fraction of the largest are dropped.
@@ -186,6 +191,11 @@ impl DesignFile {
     pub fn spread(&self, count: usize) -> Vec<f64> {
         let (low, high) = (self.speed_min, self.speed_max);
         (0..count).map(|i| low + (high - low) * i as f64 / (count - 1) as f64).collect()
+    }
+
+    /// Depth \[m\], and what becomes of the pitch in level trim.
+    pub fn level(&self) -> (f64, &Pitch) {
+        (self.depth, &self.pitch)
     }
 
     /// The scheduling parameter rho = (V - centre)/half_range: centre and half range, m/s.

@@ -4,7 +4,7 @@ use crate::certify::{controller_rows, lft_matrices};
 use crate::error::Error;
 use crate::fit::Model;
 use crate::inputs::design_file::DesignFile;
-use crate::linearise::linearise_at;
+use crate::linearise::trim_table;
 use auv::{LpvModel, Status, Trim, Vehicle};
 use lpv::synthesis::Design;
 use scheduled::{
@@ -12,9 +12,6 @@ use scheduled::{
     TrimTable, VehicleName,
 };
 use signals::Signal;
-
-/// Rows of the trim table, evenly spread over the range of speed.
-const TRIM_ROWS: usize = 101;
 
 /// The two frozen files.
 #[derive(Debug, Clone)]
@@ -59,11 +56,7 @@ pub fn frozen(
     lft: LftMatrices,
     gamma: Gamma,
 ) -> Result<Frozen, Error> {
-    let trims: Vec<Trim> = file
-        .spread(TRIM_ROWS)
-        .into_iter()
-        .map(|v| Ok(linearise_at(vehicle, file.depth, v)?.trim))
-        .collect::<Result<_, Error>>()?;
+    let trims = trim_table(vehicle, file)?;
     let (a, b) = model.coefficients();
     let plant = LpvModel::new(&vehicle.name, file.depth, file.scheduling(), &a, &b, &trims)?;
     Ok(Frozen { controller: controller(vehicle, file, hashes, lft, gamma, &trims), plant })

@@ -221,7 +221,7 @@ fn remainder(declared: Declared<'_>, file: &DesignFile, model: &UncertainModel) 
     let (centre, half_range) = file.scheduling();
     let (mut least, mut largest) = (f64::INFINITY, 0.0_f64);
     for speed in file.spread(SPEEDS) {
-        let frozen = at_speed(declared, file.depth, speed)?;
+        let frozen = at_speed(declared, file, speed)?;
         let off = errors(declared.vehicle, &frozen, model, (speed - centre) / half_range)?.remainder;
         (least, largest) = (least.min(off), largest.max(off));
     }
@@ -236,7 +236,7 @@ fn frozen(
 ) -> Result<Vec<Frozen>, Error> {
     let ((centre, half_range), actuators) = (file.scheduling(), &declared.vehicle.actuators);
     let at = |speed: f64| {
-        let uncertain = at_speed(declared, file.depth, speed)?;
+        let uncertain = at_speed(declared, file, speed)?;
         let (model, rho) = (&uncertain.model, (speed - centre) / half_range);
         let structure = Structure::new(model.blocks.iter().map(|b| Block::Real(b.repetitions)).collect());
         let structure = structure.map_err(|reason| Error::MuAtSpeed { speed, reason: reason.into() })?;

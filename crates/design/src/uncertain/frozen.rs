@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::inputs::Declared;
+use crate::inputs::design_file::DesignFile;
 use crate::linearise::{linearise_at, stacked};
 use crate::uncertain::gradients::{Gradients, coarsen};
 use crate::uncertain::model::{Block, UncertainModel};
@@ -25,13 +26,13 @@ pub struct FrozenUncertain {
     pub model: UncertainModel,
 }
 
-/// The uncertain model at a depth \[m\] and a speed \[m/s\].
+/// The uncertain model at the depth of a design and a speed \[m/s\].
 ///
 /// # Errors
 /// [`ModelError::Trim`](crate::error::ModelError::Trim), [`Error::Uncertain`].
-pub fn at_speed(declared: Declared<'_>, depth: f64, speed: f64) -> Result<FrozenUncertain, Error> {
+pub fn at_speed(declared: Declared<'_>, file: &DesignFile, speed: f64) -> Result<FrozenUncertain, Error> {
     let vehicle = declared.vehicle;
-    let nominal = linearise_at(vehicle, depth, speed)?;
+    let nominal = linearise_at(vehicle, file, speed)?;
     let trim_range = trim_range(declared, &nominal.trim)?;
     let parameters = blocks(declared, &nominal.trim, &trim_range.deviations)?;
     let mut gradients = [Gradients::at(vehicle, &nominal.trim, &parameters)?];

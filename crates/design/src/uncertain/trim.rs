@@ -10,7 +10,7 @@ use crate::error::UncertainError;
 use crate::inputs::Declared;
 use crate::uncertain::gradients::perturbed;
 use crate::uncertain::model::{Block, Uncertain};
-use auv::{Descriptor, Parameter, Speed, Trim, TrimError, Vehicle, trim};
+use auv::{Descriptor, Parameter, Speed, Trim, TrimError, Vehicle, trim_with};
 
 /// Corners of the box at which the vehicle is trimmed, beside those to which each coefficient alone points.
 const RANDOM_CORNERS: usize = 48;
@@ -105,7 +105,7 @@ pub fn retrim(
         actuator.min *= WIDENED;
         actuator.max *= WIDENED;
     }
-    let retrimmed = trim(&free, Speed::Path(nominal.speed), nominal.depth);
+    let retrimmed = trim_with(&free, Speed::Path(nominal.speed), nominal.depth, &nominal.rule);
     let retrimmed = retrimmed.map_err(|reason| match reason {
         TrimError::Coefficients(reason) => UncertainError::Corner { reason },
         reason => UncertainError::NoTrim { reason },

@@ -107,7 +107,7 @@ mod tests {
     fn squid(changes: &[(&str, f64)]) -> (Vehicle, FrozenUncertain, Vec<f64>) {
         let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
         let inputs = Inputs::read(folder, "design").unwrap();
-        let frozen = at_speed(inputs.declared(), inputs.design.depth, SPEED).unwrap();
+        let frozen = at_speed(inputs.declared(), &inputs.design, SPEED).unwrap();
         let mut delta = vec![0.0; frozen.model.blocks.len()];
         for (name, change) in changes {
             delta[frozen.model.blocks.iter().position(|b| b.name == *name).unwrap()] = *change;

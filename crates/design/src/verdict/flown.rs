@@ -95,7 +95,7 @@ fn flight(
     controller: &ControllerDesign,
     manoeuvre: &Manoeuvre,
 ) -> Result<Option<Flight>, Error> {
-    match fly(&inputs.vehicle, controller, inputs.design.depth, manoeuvre) {
+    match fly(&inputs.vehicle, controller, inputs.design.level(), manoeuvre) {
         Ok(flight) => Ok(Some(flight)),
         Err(FlightError::Tick(_) | FlightError::Simulation(_)) => Ok(None),
         Err(reason) => Err(reason.into()),

@@ -31,7 +31,7 @@ impl AtSpeed {
     pub(super) fn of(inputs: &Inputs, k: &Controller, speed: f64) -> Result<Self, Error> {
         let (actuators, design) = (&inputs.vehicle.actuators, &inputs.design);
         let (centre, half_range) = design.scheduling();
-        let l = linearise_at(&inputs.vehicle, design.depth, speed)?;
+        let l = linearise_at(&inputs.vehicle, design, speed)?;
         let frozen = frozen_controller(k, (speed - centre) / half_range)?;
         let plant = augment(actuators, design, LinearModel::at(&l, actuators))?;
         Ok(Self {

@@ -48,7 +48,7 @@ impl MuAtSpeed {
 fn bounded(inputs: &Inputs, k: &Controller, speed: f64) -> Result<(f64, f64), Error> {
     let design = &inputs.design;
     let (centre, half_range) = design.scheduling();
-    let frozen = at_speed(inputs.declared(), design.depth, speed)?;
+    let frozen = at_speed(inputs.declared(), design, speed)?;
     let rho = (speed - centre) / half_range;
     let closed = uncertain_loop(&inputs.vehicle.actuators, design, &frozen, k, rho, None)?;
     let failed = |reason| Error::MuAtSpeed { speed, reason };

@@ -142,7 +142,7 @@ pub fn fly(
         Ok(Answer { commands, rho, out_of_range })
     };
     let ticks = (design.sample_time, &table);
-    Ok(fly_course(vehicle, subject.inputs.design.depth, course, ticks, answer)?)
+    Ok(fly_course(vehicle, subject.inputs.design.level(), course, ticks, answer)?)
 }
 
 #[cfg(test)]

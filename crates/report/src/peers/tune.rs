@@ -77,7 +77,7 @@ struct Tried {
 /// # Errors
 /// Those of trim and linearisation.
 pub fn tuned(subject: &Subject, speeds: &[f64], evaluations: usize) -> Result<Option<Pid>, Error> {
-    let linear = |v: &f64| Ok(linearise_at(&subject.inputs.vehicle, subject.inputs.design.depth, *v)?);
+    let linear = |v: &f64| Ok(linearise_at(&subject.inputs.vehicle, &subject.inputs.design, *v)?);
     let truth: Vec<Linearisation> = speeds.iter().map(linear).collect::<Result<_, Error>>()?;
     if Pid::new(subject, &[(&truth[0], gains(&guess(subject, 1.0)))]).is_none() {
         return Ok(None);

@@ -26,7 +26,7 @@ struct Figure {
 pub fn flown(subject: &Subject) -> Result<Vec<Part>, Error> {
     let speeds = subject.inputs.design.spread(CHECKED_SPEEDS);
     let at = |(i, speed): (usize, &f64)| -> Result<(usize, Option<Flown>), Error> {
-        let l = linearise_at(&subject.inputs.vehicle, subject.inputs.design.depth, *speed)?;
+        let l = linearise_at(&subject.inputs.vehicle, &subject.inputs.design, *speed)?;
         Ok((i, Flown::of(&subject.sampling(), &l, &subject.frozen(&subject.controller, &l)?)))
     };
     let found = side_by_side(speeds.iter().enumerate(), at);

@@ -16,7 +16,7 @@ use squid_flight::flight::{Row, fly};
 /// As [`fly`].
 pub fn manoeuvre(subject: &Subject) -> Result<Vec<Part>, Error> {
     let (inputs, stored) = (subject.inputs, subject.stored);
-    let flight = fly(&inputs.vehicle, &stored.controller, inputs.design.depth, &stored.manoeuvre)?;
+    let flight = fly(&inputs.vehicle, &stored.controller, inputs.design.level(), &stored.manoeuvre)?;
     let rows = flight.rows;
     let mut keys = vec![Key::reference("reference"), Key::nth(0, "flown")];
     let series = |key: usize, of: &dyn Fn(&Row) -> f64| Curve {

@@ -78,7 +78,7 @@ pub fn open_loop(subject: &Subject) -> Result<Vec<Part>, Error> {
 /// The poles that the source of the coefficients prints, beside those that follow from the coefficients.
 fn published(subject: &Subject) -> Result<Vec<Part>, Error> {
     let Some(printed) = &subject.inputs.vehicle.published_linear_model else { return Ok(vec![]) };
-    let computed = linearise_at(&subject.inputs.vehicle, subject.inputs.design.depth, printed.speed)?;
+    let computed = linearise_at(&subject.inputs.vehicle, &subject.inputs.design, printed.speed)?;
     let without_surge = computed.a.view((1, 1), (STATES - 1, STATES - 1)).into_owned();
     let mut table = Table::new(["linear model", "poles (rad/s)"]);
     for (model, found) in [
@@ -126,8 +126,8 @@ fn verdict(pairs: &[(f64, f64)]) -> Verdict {
 
 /// Time (s) and pitch from trim (deg) of the vehicle alone.
 fn alone(subject: &Subject, speed: f64, index: usize, step: f64) -> Result<Vec<(f64, f64)>, Error> {
-    let (interval, depth) = (subject.stored.controller.sample_time, subject.inputs.design.depth);
-    let rows = fly_open_loop(&subject.inputs.vehicle, depth, speed, (index, step), interval, FLOWN)?;
+    let (interval, level) = (subject.stored.controller.sample_time, subject.inputs.design.level());
+    let rows = fly_open_loop(&subject.inputs.vehicle, level, speed, (index, step), interval, FLOWN)?;
     let start = rows[0].1;
     Ok(rows.iter().map(|(t, pitch)| (*t, (pitch - start).to_degrees())).collect())
 }

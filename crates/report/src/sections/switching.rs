@@ -35,7 +35,7 @@ pub fn switching(subject: &Subject) -> Result<Vec<Part>, Error> {
     let bank = bank(subject)?;
     let mut flights = vec![(
         "scheduled",
-        fly(&inputs.vehicle, &stored.controller, inputs.design.depth, &stored.manoeuvre)?.rows,
+        fly(&inputs.vehicle, &stored.controller, inputs.design.level(), &stored.manoeuvre)?.rows,
     )];
     let mut turns = Vec::new();
     for (handover, name) in MEMORIES {

@@ -17,7 +17,7 @@ use squid_design::numbers::{above, decimals, readable};
 /// # Errors
 /// [`ModelError::Trim`](squid_design::error::ModelError::Trim).
 pub fn speed(inputs: &Inputs, speed: f64) -> Result<String, Error> {
-    let l = linearise_at(&inputs.vehicle, inputs.design.depth, speed)?;
+    let l = linearise_at(&inputs.vehicle, &inputs.design, speed)?;
     let t = &l.trim;
     let mut out = format!(
         "Level trim at V = {:.3} m/s, {:.1} m deep\n  incidence = pitch  {:>9} deg\n  forward speed u    {:>9} \

@@ -22,7 +22,7 @@ pub fn uncertainty(inputs: &Inputs) -> Result<String, Error> {
         .design
         .spread(SPEEDS)
         .into_iter()
-        .map(|v| at_speed(inputs.declared(), inputs.design.depth, v))
+        .map(|v| at_speed(inputs.declared(), &inputs.design, v))
         .collect::<Result<Vec<_>, _>>()?;
     let model = Model::new(&inputs.vehicle, &inputs.design)?;
     let joint = over_range(inputs.declared(), inputs.design.order, &model)?;

@@ -89,7 +89,7 @@ fn differences(
     let mut out = vec![];
     for (i, speed) in inputs.design.spread(speeds).into_iter().enumerate() {
         let (frozen, rho) =
-            (at_speed(inputs.declared(), inputs.design.depth, speed)?, (speed - centre) / half_range);
+            (at_speed(inputs.declared(), &inputs.design, speed)?, (speed - centre) / half_range);
         let n = frozen.parameters.len();
         // Of each two speeds other points; of two corners the one in the mean with the other's weights is inside.
         let seed = seed + i as u64;

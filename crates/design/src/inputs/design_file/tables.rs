@@ -5,7 +5,7 @@ use crate::inputs::design_file::{
     Range, Require, SCALE, Tracked,
 };
 use auv::toml_file::{Document, FileError, Table};
-use auv::{number, rounded};
+use auv::{Pitch, number, rounded};
 use lpv::tracking::{ReferenceModel, ReferenceWeight, RisingWeight, TrackingWeight};
 use scheduled::{MANOEUVRE_FORMAT, MOST_DELAY_TICKS, Manoeuvre};
 use signals::{PITCH, SIGNALS, SPEED};
@@ -20,9 +20,17 @@ const MOST_TICKS: f64 = 1e6;
 /// A part of a step, a speed or a tick by which it may exceed what is allowed, for the rounding of units.
 const ROUNDING: f64 = 1e-9;
 
-const SECTIONS: [&str; 10] = [
+/// The words for a pitch of zero, and for that of least effort.
+const LEVEL: &str = "level";
+const FREE: &str = "free";
+
+/// The largest pitch that can be held in level trim, deg: steeper flight is not level flight with an incidence.
+const STEEPEST: f64 = 60.0;
+
+const SECTIONS: [&str; 11] = [
     "description",
     "model",
+    "trim",
     "track",
     "measure",
     "control",
@@ -50,6 +58,7 @@ fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
     root.allow_only(&SECTIONS);
     let description = root.text("description");
     let model = root.required_table("model", "range of speed, depth, and the fit").map(|t| Model::of(&t));
+    let pitch = root.table("trim").map_or(Some(None), |table| pitch(&table).map(Some));
     let measured = measured(&root);
     let tracked = tracked(&root, measured.as_ref().is_none_or(|all| !all.is_empty()));
     let control = section(&root, "control", "the weight on each actuator, and a disturbance there");
@@ -84,6 +93,8 @@ fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
         speed_max: model.speed_max?,
         speeds: model.speeds?,
         depth: model.depth?,
+        pitch: pitch.clone()?.unwrap_or_default(),
+        pitch_asked: pitch?,
         order: model.order?,
         drop: model.drop?,
         tracked: tracked?,
@@ -107,6 +118,21 @@ fn section<'d>(root: &Table<'d>, key: &str, meaning: &str) -> Option<Table<'d>> 
 
 fn within(table: &Table<'_>, key: &str, range: Range) -> Option<f64> {
     table.number(key, |v| range.allows(v), range.words)
+}
+
+/// The section `[trim]`: "level", "free", or an angle.
+fn pitch(table: &Table<'_>) -> Option<Pitch> {
+    table.allow_only(&["pitch"]);
+    if !table.holds_table("pitch") {
+        let words = [LEVEL, FREE];
+        return table.one_of("pitch", &words).map(|place| [Pitch::Held(0.0), Pitch::Free][place].clone());
+    }
+    let held = table.table("pitch")?;
+    held.allow_only(&["angle", "unit"]);
+    let factor = angle(&held);
+    let allowed = |v: f64| factor.is_none_or(|factor| (v * factor).abs() <= STEEPEST.to_radians());
+    let angle = held.number("angle", allowed, "at most 60 deg in size");
+    Some(Pitch::Held(factor? * angle?))
 }
 
 /// The section `[control]`.
@@ -211,8 +237,8 @@ impl Model {
     fn of(table: &Table<'_>) -> Self {
         table.allow_only(&["speed_min", "speed_max", "speeds", "depth", "order", "drop"]);
         let order = table.whole("order", |v| (1..=5).contains(&v), "from 1 to 5");
-        let speed_min = table.number("speed_min", |v| v > 0.0, "above 0 (m/s)");
-        let above = speed_min.unwrap_or(0.0);
+        let speed_min = table.number("speed_min", |_| true, "a finite number, negative astern (m/s)");
+        let above = speed_min.unwrap_or(f64::NEG_INFINITY);
         let enough = |v| v > order.unwrap_or(1) && v <= 1000;
         Self {
             speed_min,
@@ -347,7 +373,7 @@ impl Limits {
     }
 
     fn speed(&self, table: &Table<'_>, key: &str) -> Option<f64> {
-        let (low, high) = self.speeds.unwrap_or((f64::MIN_POSITIVE, f64::MAX));
+        let (low, high) = self.speeds.unwrap_or((f64::MIN, f64::MAX));
         let words = match self.speeds {
             Some(_) => format!("from {} to {} (m/s), the range of the design", number(low), number(high)),
             None => "within the range of the design (m/s)".into(),

@@ -71,7 +71,7 @@ impl SpeedMu {
     /// [`DesignError::MuAtSpeed`] when the loop is unstable without any perturbation.
     pub fn new(subject: &Subject, speed: f64) -> Result<Self, Error> {
         let Inputs { vehicle, design, .. } = subject.inputs;
-        let frozen = at_speed(subject.inputs.declared(), design.depth, speed)?;
+        let frozen = at_speed(subject.inputs.declared(), design, speed)?;
         let model = &frozen.model;
         let closed = uncertain_loop(
             &vehicle.actuators,

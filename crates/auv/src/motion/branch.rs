@@ -1,0 +1,176 @@
+//! Trims over a range of speeds that lie on one branch.
+//!
+//! The equations of trim may have several solutions at a speed. Between two neighbouring speeds a solution is on the same
+//! branch when the step between the trims is small, or is the step that their derivatives predict by the trapezoidal
+//! rule. Where it is neither, the interval is halved: on a continuous branch the step shrinks with it, however steep the
+//! branch is, and at a jump it does not. So the verdict does not depend on how close together the speeds are.
+
+use std::sync::Arc;
+
+use nalgebra::DVector;
+
+use crate::motion::linearise::linearise;
+use crate::motion::trim::{Branch, Pitch, Speed, Trim, TrimError, trim_with};
+use crate::vehicle::Vehicle;
+use crate::vehicle::actuator::{Actuator, Effect};
+
+/// A step of the pitch \[rad\], or of an output in units of its reach, that is small: 0.6 deg, or 1 %.
+const SMALL: f64 = 0.01;
+
+/// Halvings of an interval, down to a millionth of it.
+const HALVINGS: usize = 20;
+
+/// What is balanced at which speeds.
+struct Range<'a> {
+    vehicle: &'a Vehicle,
+    depth: f64,
+    speeds: &'a [f64],
+}
+
+impl Pitch {
+    /// Returns what is asked of the pitch over a range of rising speeds \[m/s\], and the branch to follow where the trims
+    /// of least effort jump. Without a wish the pitch is held level if thrusters alone can do that at every speed, and is
+    /// free otherwise.
+    #[must_use]
+    pub fn over(vehicle: &Vehicle, depth: f64, speeds: &[f64], wish: Option<&Self>) -> Self {
+        match wish {
+            None if thrusters_hold_level(vehicle, depth, speeds) => return Self::Held(0.0),
+            None | Some(Self::Free) => {}
+            Some(wish) => return wish.clone(),
+        }
+        let range = Range { vehicle, depth, speeds };
+        if range.trims(&Self::Free).is_ok() {
+            return Self::Free;
+        }
+        let followed = range.followed();
+        followed.map_or(Self::Free, |trims| Self::Followed(trims.iter().map(|t| (t.speed, t.pitch)).collect()))
+    }
+}
+
+impl FromIterator<(f64, f64)> for Branch {
+    fn from_iter<I: IntoIterator<Item = (f64, f64)>>(points: I) -> Self {
+        Self(points.into_iter().collect::<Arc<[_]>>())
+    }
+}
+
+/// Trims at rising speeds \[m/s\] that lie on one branch.
+///
+/// # Errors
+/// Those of [`trim_with`]; [`TrimError::Jump`], [`TrimError::ForwardSpeedFalls`].
+pub fn trims(vehicle: &Vehicle, depth: f64, speeds: &[f64], pitch: &Pitch) -> Result<Vec<Trim>, TrimError> {
+    Range { vehicle, depth, speeds }.trims(pitch)
+}
+
+/// Whether the vehicle without its control surfaces, whose forces vanish with the speed, trims at pitch zero.
+fn thrusters_hold_level(vehicle: &Vehicle, depth: f64, speeds: &[f64]) -> bool {
+    let mut bare = vehicle.clone();
+    bare.actuators.retain(|actuator| matches!(actuator.effect, Effect::Thruster { .. }));
+    let holds = |speed: &f64| trim_with(&bare, Speed::Path(*speed), depth, &Pitch::Held(0.0)).is_ok();
+    !bare.actuators.is_empty() && speeds.iter().all(holds)
+}
+
+impl Range<'_> {
+    fn trims(&self, pitch: &Pitch) -> Result<Vec<Trim>, TrimError> {
+        let at = |speed: f64, _: f64| trim_with(self.vehicle, Speed::Path(speed), self.depth, pitch);
+        let trims = self.speeds.iter().map(|speed| at(*speed, 0.0)).collect::<Result<Vec<_>, _>>()?;
+        for pair in trims.windows(2) {
+            self.reach(&pair[0], &pair[1], &at, HALVINGS)?;
+        }
+        Ok(trims)
+    }
+
+    /// The branch of least effort that contains the trim at the highest speed, where hull and fins have most to say,
+    /// down to the lowest.
+    fn followed(&self) -> Result<Vec<Trim>, TrimError> {
+        let near = |speed: f64, pitch: f64| {
+            let here = Pitch::Followed([(speed, pitch)].into_iter().collect());
+            trim_with(self.vehicle, Speed::Path(speed), self.depth, &here)
+        };
+        let mut downwards = self.speeds.iter().rev();
+        let mut last = match downwards.next() {
+            Some(highest) => trim_with(self.vehicle, Speed::Path(*highest), self.depth, &Pitch::Free)?,
+            None => return Ok(Vec::new()),
+        };
+        let mut trims = vec![last.clone()];
+        for speed in downwards {
+            last = self.follow(&last, *speed, &near, HALVINGS)?;
+            trims.push(last.clone());
+        }
+        trims.reverse();
+        Ok(trims)
+    }
+
+    /// The trim at `speed` on the branch of `from`, by steps as long as the branch allows.
+    fn follow(
+        &self,
+        from: &Trim,
+        speed: f64,
+        near: &impl Fn(f64, f64) -> Result<Trim, TrimError>,
+        halvings: usize,
+    ) -> Result<Trim, TrimError> {
+        let found = near(speed, from.pitch)?;
+        match self.joined(from, &found) {
+            Ok(()) => Ok(found),
+            Err(jump) if halvings == 0 => Err(jump),
+            Err(_) => {
+                let middle = self.follow(from, 0.5 * (from.speed + speed), near, halvings - 1)?;
+                self.follow(&middle, speed, near, halvings - 1)
+            }
+        }
+    }
+
+    /// Checks that trims at two speeds lie on one branch of the trims that `at` finds.
+    fn reach(
+        &self,
+        from: &Trim,
+        to: &Trim,
+        at: &impl Fn(f64, f64) -> Result<Trim, TrimError>,
+        halvings: usize,
+    ) -> Result<(), TrimError> {
+        match self.joined(from, to) {
+            Ok(()) => Ok(()),
+            Err(jump) if halvings == 0 => Err(jump),
+            Err(_) => {
+                let middle = at(0.5 * (from.speed + to.speed), 0.0)?;
+                self.reach(from, &middle, at, halvings - 1)?;
+                self.reach(&middle, to, at, halvings - 1)
+            }
+        }
+    }
+
+    /// Whether the step between two trims is small, or what their derivatives predict.
+    fn joined(&self, from: &Trim, to: &Trim) -> Result<(), TrimError> {
+        let rise = to.forward_speed - from.forward_speed;
+        if (rise > 0.0) != (to.speed > from.speed) {
+            let (speed, to_speed) = (from.speed, to.speed);
+            let pitch_deg = [from, to].map(|t| t.pitch.to_degrees());
+            return Err(TrimError::ForwardSpeedFalls { speed, to_speed, pitch_deg });
+        }
+        let slopes = [self.slope(from)?, self.slope(to)?];
+        for (place, (name, unit)) in self.quantities().into_iter().enumerate() {
+            let values = [from, to].map(|t| if place == 0 { t.pitch } else { t.actuators[place - 1] });
+            let unit_size = if place == 0 { 1.0 } else { self.vehicle.actuators[place - 1].reach() };
+            let step = values[1] - values[0];
+            let predicted = 0.5 * (slopes[0][3 + place] + slopes[1][3 + place]) * rise;
+            let is_small = |v: f64| v.abs() <= SMALL * unit_size;
+            if !is_small(step) && !is_small(step - predicted) {
+                let (speed, to_speed) = (from.speed, to.speed);
+                let shown = |v: f64| if unit == "rad" { v.to_degrees() } else { v };
+                let unit = if unit == "rad" { "deg" } else { unit };
+                let (before, after) = (shown(values[0]), shown(values[1]));
+                return Err(TrimError::Jump { speed, to_speed, quantity: name, before, after, unit });
+            }
+        }
+        Ok(())
+    }
+
+    fn slope(&self, trim: &Trim) -> Result<DVector<f64>, TrimError> {
+        Ok(linearise(self.vehicle, trim)?.trim_slope(&self.vehicle.actuators))
+    }
+
+    /// Name and unit of the pitch and of each output.
+    fn quantities(&self) -> Vec<(String, &'static str)> {
+        let outputs = self.vehicle.actuators.iter().map(|a: &Actuator| (a.name.clone(), a.unit()));
+        std::iter::once(("pitch".to_owned(), "rad")).chain(outputs).collect()
+    }
+}

@@ -1,0 +1,92 @@
+//! Whether the actuators reach every motion of the vehicle that does not come to rest by itself, and whether the
+//! measurements show it, at each speed of the range.
+//!
+//! Without that there is no controller, whatever is asked of it. The test is that of [`lpv::modes`]; here the motion is
+//! named, and what would act on it.
+
+use crate::error::ModelError;
+use crate::fit::Model;
+use crate::inputs::design_file::{DesignFile, Measured, Tracked};
+use crate::linearise::{STATES, scaled, stacked};
+use auv::{Actuator, Linearisation};
+use lpv::matrix::Mat;
+use lpv::modes::unreachable_mode;
+use nalgebra::Complex;
+
+/// A motion, in the order of [`signals::STATES`].
+struct Words {
+    /// What it is.
+    name: &'static str,
+    /// What would act on it.
+    acts: &'static str,
+    /// What would show it.
+    shows: &'static str,
+}
+
+const WORDS: [Words; STATES] = [
+    Words {
+        name: "surge speed",
+        acts: "a thruster that pushes along the hull, or drag (X_uu, drag_area)",
+        shows: "measure 'speed'",
+    },
+    Words {
+        name: "heave speed",
+        acts: "a thruster that pushes vertically, or damping (Z_w, Z_uw)",
+        shows: "measure 'heave', or give the vehicle damping (Z_w, Z_uw)",
+    },
+    Words {
+        name: "pitch rate",
+        acts: "an actuator with a pitching moment, or damping (M_q, M_uq)",
+        shows: "measure 'pitch_rate' or 'pitch'",
+    },
+    Words {
+        name: "pitch",
+        acts: "an actuator with a pitching moment (control surfaces have none at rest: a higher model.speed_min), or \
+            a centre of gravity farther below that of buoyancy (z_G)",
+        shows: "measure 'pitch'",
+    },
+];
+
+/// Checks every linearisation of a model.
+///
+/// # Errors
+/// [`ModelError::NotReached`], [`ModelError::NotSeen`], with the speed and the motion.
+pub fn check(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Result<(), ModelError> {
+    let outputs = match file.measured.is_empty() {
+        true => Tracked::scaled_outputs(&file.tracked),
+        false => Measured::scaled_outputs(&file.measured),
+    };
+    for (_, l) in &model.grid {
+        let (a, b) = parts(actuators, l);
+        let speed = l.trim.speed;
+        if let Some(mode) = unreachable_mode(&a, &b) {
+            let Words { name, acts, .. } = WORDS[concerned(&a, &b, mode)];
+            return Err(ModelError::NotReached { speed, motion: name, acts });
+        }
+        let (a, c) = (a.transpose(), outputs.transpose());
+        if let Some(mode) = unreachable_mode(&a, &c) {
+            let Words { name, shows, .. } = WORDS[concerned(&a, &c, mode)];
+            return Err(ModelError::NotSeen { speed, motion: name, shows });
+        }
+    }
+    Ok(())
+}
+
+/// A, and B with inputs in units of their reach.
+fn parts(actuators: &[Actuator], l: &Linearisation) -> (Mat, Mat) {
+    let whole = scaled(actuators, stacked(l));
+    let inputs = whole.ncols() - STATES;
+    (whole.columns(0, STATES).into_owned(), whole.columns(STATES, inputs).into_owned())
+}
+
+/// The state that has most part in a mode that B does not reach: of the left vector x of the smallest singular value of
+/// `[A - mode I, B]`, for which `x* [A - mode I, B] = 0`.
+fn concerned(a: &Mat, b: &Mat, mode: Complex<f64>) -> usize {
+    let pencil = nalgebra::DMatrix::from_fn(STATES, STATES + b.ncols(), |i, j| {
+        let entry = if j < STATES { a[(i, j)] } else { b[(i, j - STATES)] };
+        Complex::new(entry, 0.0) - if i == j { mode } else { Complex::new(0.0, 0.0) }
+    });
+    let svd = pencil.svd(true, false);
+    let least = svd.singular_values.imin();
+    svd.u.map_or(0, |u| u.column(least).map(|entry| entry.norm()).imax())
+}
