@@ -1,7 +1,7 @@
 //! Whether the actuators reach every motion of the vehicle that does not come to rest by itself, and whether the
 //! measurements show it, at each speed of the range.
 //!
-//! Without that there is no controller, whatever is asked of it. The test is that of [`lpv::modes`]; here the motion is
+//! Without that there is no controller, whatever is asked of it. The test is that of [`lpv::system::modes`]; here the motion is
 //! named, and what would act on it.
 
 use crate::error::ModelError;
@@ -10,7 +10,7 @@ use crate::inputs::design_file::{DesignFile, Measured, Tracked};
 use crate::linearise::{STATES, scaled, stacked};
 use auv::{Actuator, Linearisation};
 use lpv::matrix::Mat;
-use lpv::modes::unreachable_mode;
+use lpv::system::modes::unreachable_mode;
 use nalgebra::Complex;
 
 /// A motion, in the order of [`signals::STATES`].

@@ -151,7 +151,7 @@ fn trim_line(inputs: &Inputs, model: &Model) -> String {
             .into(),
         Pitch::Held(_) => format!("pitch held at {} deg", angle(first)),
         Pitch::Followed(_) => format!(
-            "incidence {} to {} deg,\nfollowed from the highest speed on one branch: the trims of least effort jump",
+            "incidence {} to {} deg,\nfollowed along one branch, since the trims of least effort jump",
             angle(first),
             angle(last)
         ),

@@ -35,11 +35,11 @@ pub fn run(which: &Which, asked: &Asked) -> Result<(), Error> {
     let (inputs, directory) = which.read()?;
     let all = asked.speed.is_none() && !asked.fit && !asked.controller && !asked.uncertainty;
     let speed = asked.speed.or(all.then(|| inputs.design.scheduling().0));
-    if let Some(v) = speed.filter(|v| !(v.is_finite() && *v > 0.0)) {
+    if let Some(v) = speed.filter(|v| !(v.is_finite())) {
         return Err(Error::Argument {
             name: "--speed",
             found: auv::number(v),
-            allowed: "above 0 (m/s)".into(),
+            allowed: "a finite number (m/s), negative astern".into(),
         });
     }
     let stored = match (store::load(&directory, &inputs), &which.out) {

@@ -124,12 +124,16 @@ impl Balance<'_> {
             left: Vector3::zeros(),
         };
         let is_held = matches!(self.pitch, Pitch::Held(_));
+        let mut is_redundant = None;
         for _ in 0..MAX_ITERATIONS {
             let outputs: Vec<f64> = scaled.component_mul(&reach).iter().copied().collect();
             let (error, by_incidence, by_outputs) = self.linearised(incidence, &outputs);
             let by_incidence = if is_held { Vector3::zeros() } else { by_incidence };
             let residual = error.amax();
-            if residual < best.residual {
+            // Where the effort chooses among many trims, balanced forces alone are not the end.
+            let is_nearer = residual < RESIDUAL_TOLERANCE
+                && *is_redundant.get_or_insert_with(|| !is_held && reaches_all(&by_outputs));
+            if residual < best.residual || is_nearer {
                 best = Attempt { incidence, outputs, residual, left: error };
             }
             let Some((turn, change)) = newton_step(error, by_incidence, &by_outputs, &scaled) else { break };
@@ -143,6 +147,12 @@ impl Balance<'_> {
         }
         best
     }
+}
+
+/// Whether outputs reach surge, heave and pitch by themselves; 3 x m.
+pub(crate) fn reaches_all(by_outputs: &DMatrix<f64>) -> bool {
+    let values = by_outputs.singular_values();
+    values.iter().filter(|value| **value > RANK_TOLERANCE * values.max()).count() == 3
 }
 
 /// Returns the change of incidence and of the scaled outputs that solves the linearised equations.

@@ -42,8 +42,8 @@ impl Pitch {
         if range.trims(&Self::Free).is_ok() {
             return Self::Free;
         }
-        let followed = range.followed();
-        followed.map_or(Self::Free, |trims| Self::Followed(trims.iter().map(|t| (t.speed, t.pitch)).collect()))
+        let branch = [true, false].into_iter().find_map(|downwards| range.followed(downwards).ok());
+        branch.map_or(Self::Free, |trims| Self::Followed(trims.iter().map(|t| (t.speed, t.pitch)).collect()))
     }
 }
 
@@ -79,24 +79,25 @@ impl Range<'_> {
         Ok(trims)
     }
 
-    /// The branch of least effort that contains the trim at the highest speed, where hull and fins have most to say,
-    /// down to the lowest.
-    fn followed(&self) -> Result<Vec<Trim>, TrimError> {
+    /// The branch of least effort that contains the trim at one end of the range, to the other end.
+    fn followed(&self, downwards: bool) -> Result<Vec<Trim>, TrimError> {
         let near = |speed: f64, pitch: f64| {
             let here = Pitch::Followed([(speed, pitch)].into_iter().collect());
             trim_with(self.vehicle, Speed::Path(speed), self.depth, &here)
         };
-        let mut downwards = self.speeds.iter().rev();
-        let mut last = match downwards.next() {
-            Some(highest) => trim_with(self.vehicle, Speed::Path(*highest), self.depth, &Pitch::Free)?,
-            None => return Ok(Vec::new()),
-        };
-        let mut trims = vec![last.clone()];
-        for speed in downwards {
-            last = self.follow(&last, *speed, &near, HALVINGS)?;
-            trims.push(last.clone());
+        let mut speeds = self.speeds.to_vec();
+        if downwards {
+            speeds.reverse();
         }
-        trims.reverse();
+        let Some((first, others)) = speeds.split_first() else { return Ok(Vec::new()) };
+        let mut trims = vec![trim_with(self.vehicle, Speed::Path(*first), self.depth, &Pitch::Free)?];
+        for speed in others {
+            let next = self.follow(&trims[trims.len() - 1], *speed, &near, HALVINGS)?;
+            trims.push(next);
+        }
+        if downwards {
+            trims.reverse();
+        }
         Ok(trims)
     }
 
@@ -154,11 +155,11 @@ impl Range<'_> {
             let predicted = 0.5 * (slopes[0][3 + place] + slopes[1][3 + place]) * rise;
             let is_small = |v: f64| v.abs() <= SMALL * unit_size;
             if !is_small(step) && !is_small(step - predicted) {
-                let (speed, to_speed) = (from.speed, to.speed);
+                let speed = from.speed;
                 let shown = |v: f64| if unit == "rad" { v.to_degrees() } else { v };
                 let unit = if unit == "rad" { "deg" } else { unit };
                 let (before, after) = (shown(values[0]), shown(values[1]));
-                return Err(TrimError::Jump { speed, to_speed, quantity: name, before, after, unit });
+                return Err(TrimError::Jump { speed, quantity: name, before, after, unit });
             }
         }
         Ok(())

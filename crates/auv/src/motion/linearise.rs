@@ -3,8 +3,9 @@
 use nalgebra::{Complex, DMatrix, DVector};
 use num_dual::Dual64;
 
+use crate::motion::balance::reaches_all;
 use crate::motion::dynamics::{Dynamics, Motion, actuator_force};
-use crate::motion::trim::{Pitch, Trim};
+use crate::motion::trim::{Pitch, Speed, Trim, trim_with};
 use crate::vehicle::Vehicle;
 use crate::vehicle::actuator::Actuator;
 use crate::vehicle::coefficients::CoefficientError;
@@ -21,6 +22,9 @@ pub struct Linearisation {
     pub b: DMatrix<f64>,
     /// The trim.
     pub trim: Trim,
+    /// The slope of the trim where the actuators alone could balance it at any pitch, so that least effort chooses the
+    /// pitch; see [`Linearisation::trim_slope`].
+    chosen_slope: Option<DVector<f64>>,
 }
 
 impl Linearisation {
@@ -34,9 +38,13 @@ impl Linearisation {
     /// Returns how states and actuators change in trim with the forward speed: `[x0'; u0']`, 4 + m, per m/s.
     ///
     /// With x0 = \[u, u tan(alpha), 0, alpha\] it solves `A x0' + B u0' = 0`, the derivative of the equations of trim.
-    /// Where several u0' do, it is the least in units of reach; the others differ by what moves nothing.
+    /// Where several u0' do, it is the least in units of reach; the others differ by what moves nothing. Where least
+    /// effort chooses the pitch, it is a central difference of trims.
     #[must_use]
     pub fn trim_slope(&self, actuators: &[Actuator]) -> DVector<f64> {
+        if let Some(slope) = &self.chosen_slope {
+            return slope.clone();
+        }
         let (tan, u) = (self.trim.incidence.tan(), self.trim.forward_speed);
         // x0' = ahead + turned alpha'.
         let ahead = DVector::from_column_slice(&[1.0, tan, 0.0, 0.0]);
@@ -68,6 +76,35 @@ impl Linearisation {
 /// Singular values below this part of the largest one count as zero.
 const RANK_TOLERANCE: f64 = 1e-9;
 
+/// A step of the speed for a central difference \[m/s\]: its error is of the order of the square.
+const STEP: f64 = 1e-4;
+
+/// By how much limits of actuators are widened, so that a trim at a limit has neighbours.
+const WIDENED: f64 = 2.0;
+
+/// Whether the actuators reach surge, heave and pitch by themselves, while the pitch is free.
+fn is_redundant(vehicle: &Vehicle, trim: &Trim, b: &DMatrix<f64>) -> bool {
+    let reach = vehicle.actuators.iter().map(Actuator::reach);
+    let scaled = b.rows(0, 3) * DMatrix::from_diagonal(&DVector::from_iterator(b.ncols(), reach));
+    !matches!(trim.rule, Pitch::Held(_)) && reaches_all(&scaled)
+}
+
+/// The slope of the trim from its neighbours on the same branch, `[x0'; u0']` per m/s of forward speed.
+fn difference(vehicle: &Vehicle, trim: &Trim) -> Option<DVector<f64>> {
+    let mut free = vehicle.clone();
+    for actuator in &mut free.actuators {
+        (actuator.min, actuator.max) = (WIDENED * actuator.min, WIDENED * actuator.max);
+    }
+    let here = Pitch::Followed([(trim.speed, trim.pitch)].into_iter().collect());
+    let beside = |step: f64| trim_with(&free, Speed::Path(trim.speed + step), trim.depth, &here).ok();
+    let values = |t: &Trim| {
+        let states = [t.forward_speed, t.heave, 0.0, t.pitch];
+        DVector::from_iterator(4 + t.actuators.len(), states.into_iter().chain(t.actuators.iter().copied()))
+    };
+    let (before, after) = (beside(-STEP)?, beside(STEP)?);
+    Some((values(&after) - values(&before)) / (after.forward_speed - before.forward_speed))
+}
+
 /// Linearises the equations of motion about a trim, at the trim's depth.
 ///
 /// # Errors
@@ -87,5 +124,6 @@ pub fn linearise(vehicle: &Vehicle, trim: &Trim) -> Result<Linearisation, Coeffi
         (0..4).for_each(|i| jacobian[(i, seed)] = column[i]);
     }
     let (a, b) = (jacobian.columns(0, 4).into_owned(), jacobian.columns(4, inputs).into_owned());
-    Ok(Linearisation { a, b, trim: trim.clone() })
+    let chosen_slope = is_redundant(vehicle, trim, &b).then(|| difference(vehicle, trim)).flatten();
+    Ok(Linearisation { a, b, trim: trim.clone(), chosen_slope })
 }

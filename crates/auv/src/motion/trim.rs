@@ -160,16 +160,13 @@ pub enum TrimError {
     },
     /// Trims at neighbouring speeds lie on different branches.
     #[error(
-        "the level trim jumps between {} and {} m/s: {quantity} goes from {} to {} {unit} at once, however close the \
-            speeds; hold the pitch by 'trim.pitch' in the design file (\"level\", or an angle), or choose a range of \
+        "the level trim jumps at {} m/s: {quantity} goes from {} to {} {unit} at once, however close the speeds; hold the pitch by 'trim.pitch' in the design file (\"level\", or an angle), or choose a range of \
             speeds to one side of the jump",
-        Rounded(*speed), Rounded(*to_speed), Rounded(*before), Rounded(*after)
+        Rounded(*speed), Rounded(*before), Rounded(*after)
     )]
     Jump {
-        /// On one side of the jump \[m/s\].
+        /// Where \[m/s\].
         speed: f64,
-        /// On the other side \[m/s\].
-        to_speed: f64,
         /// `pitch`, or the name of an actuator.
         quantity: String,
         /// On one side \[deg or N\].

@@ -151,7 +151,7 @@ fn linearisation_without_incidence_is_the_closed_form() {
     (c.wetted_area, c.x_G) = (0.0, 0.0);
     let c = vehicle.coefficients.clone();
     let speed = 1.75;
-    let Linearisation { a, b, trim } =
+    let Linearisation { a, b, trim, .. } =
         linearise(&vehicle, &trim(&vehicle, Speed::Path(speed), 50.0).unwrap()).unwrap();
     assert!(trim.incidence.abs() < 1e-12);
     let m = c.mass;

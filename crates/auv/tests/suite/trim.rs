@@ -1,8 +1,9 @@
 //! Trim: what it returns, least norm, and what it refuses.
 
-use crate::common::{remus100, squid};
+use crate::common::{box_rov, remus100, squid};
 use auv::{
-    COEFFICIENTS, CoefficientError, Dynamics, Effect, Speed, Trim, TrimError, actuator_force, linearise, trim,
+    COEFFICIENTS, CoefficientError, Dynamics, Effect, Pitch, Speed, Trim, TrimError, Vehicle, actuator_force,
+    linearise, trim, trim_with, trims,
 };
 use nalgebra::DVector;
 
@@ -48,13 +49,18 @@ fn redundant_actuators_share_in_the_least_norm() {
     assert!((uneven.actuators[1] + uneven.actuators[2] - 2.0 * even.actuators[1]).abs() < 1e-9);
 }
 
-#[test]
-fn a_vertical_thruster_may_carry_the_buoyancy() {
+fn squid_with_vertical() -> Vehicle {
     let mut vehicle = squid();
     let mut vertical = vehicle.actuators[0].clone();
     vertical.name = "vertical".into();
     vertical.effect = Effect::Thruster { x: 0.0, z: 0.0, direction: std::f64::consts::FRAC_PI_2 };
     vehicle.actuators.push(vertical);
+    vehicle
+}
+
+#[test]
+fn a_vertical_thruster_may_carry_the_buoyancy() {
+    let vehicle = squid_with_vertical();
     let without = trim(&squid(), Speed::Path(0.5), 50.0).unwrap();
     let with = trim(&vehicle, Speed::Path(0.5), 50.0).unwrap();
     assert!(with.residual < 1e-12);
@@ -133,16 +139,21 @@ fn absurd_numbers_are_refused_in_time() {
 #[test]
 fn the_slope_of_the_trim_is_its_derivative() {
     for (vehicle, speeds, depth) in
-        [(squid(), [0.5, 1.0, 2.0, 3.0], 50.0), (remus100(), [1.4, 1.6, 1.9, 2.2], 20.0)]
+        [
+            (squid(), [0.5, 1.0, 2.0, 3.0], 50.0),
+            (squid_with_vertical(), [0.5, 1.0, 2.0, 3.0], 50.0),
+            (remus100(), [1.4, 1.6, 1.9, 2.2], 20.0),
+        ]
     {
         let name = &vehicle.name;
         for speed in speeds {
-            let at = |u: f64| trim(&vehicle, Speed::Forward(u), depth).unwrap();
+            let at = |v: f64| trim(&vehicle, Speed::Path(v), depth).unwrap();
             let step = 1e-4;
             let (before, after) = (at(speed - step), at(speed + step));
             let model = linearise(&vehicle, &at(speed)).unwrap();
             let slope = model.trim_slope(&vehicle.actuators);
-            let difference = |of: fn(&Trim) -> f64| (of(&after) - of(&before)) / (2.0 * step);
+            let rise = after.forward_speed - before.forward_speed;
+            let difference = |of: fn(&Trim) -> f64| (of(&after) - of(&before)) / rise;
             let close = |found: f64, expected: f64| {
                 assert!(
                     (found - expected).abs() < 1e-6 * (1.0 + expected.abs()),
@@ -154,9 +165,102 @@ fn the_slope_of_the_trim_is_its_derivative() {
             close(slope[2], 0.0);
             close(slope[3], difference(|t| t.pitch));
             let outputs = |t: &Trim| DVector::from_column_slice(&t.actuators);
-            let expected = &model.b * (outputs(&after) - outputs(&before)) / (2.0 * step);
+            let expected = &model.b * (outputs(&after) - outputs(&before)) / rise;
             let found = &model.b * slope.rows(4, vehicle.actuators.len());
             (0..4).for_each(|i| close(found[i], expected[i]));
         }
     }
+}
+
+/// `count` speeds from one to another.
+fn spread(from: f64, to: f64, count: u32) -> Vec<f64> {
+    (0..count).map(|i| from + (to - from) * f64::from(i) / f64::from(count - 1)).collect()
+}
+
+/// What is left of the forces, by an evaluation of the equations of motion.
+fn left(vehicle: &Vehicle, trim: &Trim) -> f64 {
+    let motion = trim.motion();
+    let force = actuator_force(&vehicle.actuators, motion.u, trim.actuators.iter().copied());
+    let left = Dynamics::new(&vehicle.coefficients).unwrap().acceleration(&motion, trim.depth, force);
+    left.iter().fold(0.0, |most, a| a.abs().max(most))
+}
+
+#[test]
+fn a_held_pitch_is_held_from_astern_to_ahead() {
+    let vehicle = box_rov();
+    for degrees in [0.0_f64, 5.0, -12.0] {
+        let pitch = Pitch::Held(degrees.to_radians());
+        for speed in spread(-0.5, 1.0, 16) {
+            let found = trim_with(&vehicle, Speed::Path(speed), 10.0, &pitch).unwrap();
+            assert_eq!((found.pitch, found.speed), (degrees.to_radians(), speed));
+            assert!((found.heave * found.pitch.cos() - found.forward_speed * found.pitch.sin()).abs() < 1e-15);
+            assert!(left(&vehicle, &found) < 1e-12, "{speed} m/s");
+            // 1 N of weight in excess, against thrusters that push down.
+            let vertical = found.actuators[1] + found.actuators[2];
+            assert!(degrees != 0.0 || (vertical - (131.454 - 132.435)).abs() < 1e-9, "{vertical}");
+        }
+        let by_forward = trim_with(&vehicle, Speed::Forward(-0.3), 10.0, &pitch).unwrap();
+        assert!((by_forward.forward_speed, by_forward.speed < 0.0) == (-0.3, true));
+    }
+}
+
+#[test]
+fn what_cannot_hold_a_pitch_says_what_is_left() {
+    let error = trim_with(&squid(), Speed::Path(0.5), 50.0, &Pitch::Held(0.0)).unwrap_err();
+    // 3.34 N of buoyancy in excess, and nothing that pushes vertically.
+    let TrimError::NotHeld { speed, pitch_deg, heave, .. } = error else { panic!("{error}") };
+    assert!((speed, pitch_deg) == (0.5, 0.0) && heave < -1.0, "{heave}");
+    let words = error.to_string();
+    assert!(words.starts_with("no trim at 0.5 m/s and 50 m with the pitch held at 0 deg: at best"), "{words}");
+    assert!(words.contains("N of heave force") && words.contains("'trim.pitch' to \"free\""), "{words}");
+}
+
+/// Level for the box with vertical thrusters; free, and the very trims of least effort, for the others.
+#[test]
+fn the_default_is_level_where_thrusters_can_hold_that() {
+    let over = |vehicle: &Vehicle, depth, speeds: &[f64]| Pitch::over(vehicle, depth, speeds, None);
+    assert_eq!(over(&box_rov(), 10.0, &spread(-0.5, 1.0, 31)), Pitch::Held(0.0));
+    let (slow, fast) = (spread(0.5, 3.0, 26), spread(1.4, 2.2, 26));
+    for (vehicle, depth, speeds) in [(squid(), 50.0, &slow), (remus100(), 20.0, &fast)] {
+        let pitch = over(&vehicle, depth, speeds);
+        assert_eq!(pitch, Pitch::Free);
+        let alone: Vec<Trim> =
+            speeds.iter().map(|v| trim(&vehicle, Speed::Path(*v), depth).unwrap()).collect();
+        assert_eq!(trims(&vehicle, depth, speeds, &pitch).unwrap(), alone);
+    }
+    // An angle that is asked for is held, also where it will be refused.
+    assert_eq!(Pitch::over(&squid(), 50.0, &slow, Some(&Pitch::Held(0.1))), Pitch::Held(0.1));
+}
+
+/// The trims of least effort of the box, with the drag of the other model, lie on two branches, bow up and bow down. One
+/// goes on from the lowest speed to the highest, and is followed.
+#[test]
+fn a_jump_is_found_at_any_spacing_and_the_branch_is_followed() {
+    let mut vehicle = box_rov();
+    vehicle.coefficients.X_uu = -141.0;
+    vehicle.actuators.iter_mut().for_each(|a| (a.min, a.max) = (3.0 * a.min, 3.0 * a.max));
+    for count in [5, 26, 101] {
+        let speeds = spread(0.1, 1.0, count);
+        let error = trims(&vehicle, 10.0, &speeds, &Pitch::Free).unwrap_err();
+        let TrimError::Jump { speed, ref quantity, before, after, .. } = error else { panic!("{error}") };
+        assert!((0.3..0.35).contains(&speed) && quantity == "pitch", "{error}");
+        assert!((before - after).abs() > 30.0, "{error}");
+
+        let followed = Pitch::over(&vehicle, 10.0, &speeds, Some(&Pitch::Free));
+        assert!(matches!(followed, Pitch::Followed(_)), "{followed:?}");
+        let found = trims(&vehicle, 10.0, &speeds, &followed).unwrap();
+        assert!(found.iter().all(|trim| trim.pitch > 0.0 && left(&vehicle, trim) < 1e-11), "{found:?}");
+    }
+}
+
+#[test]
+fn a_range_whose_branches_all_end_is_refused_by_speed_and_quantity() {
+    // Asked to hold what no branch holds: the trims bow up and bow down, glued together at 0.5 m/s.
+    let mut vehicle = box_rov();
+    vehicle.coefficients.X_uu = -141.0;
+    vehicle.actuators.iter_mut().for_each(|a| (a.min, a.max) = (3.0 * a.min, 3.0 * a.max));
+    let glued = Pitch::Followed([(0.4, 0.45), (0.5, 0.5), (0.5 + 1e-9, -0.5), (0.6, -0.5)].into_iter().collect());
+    let error = trims(&vehicle, 10.0, &[0.45, 0.55], &glued).unwrap_err().to_string();
+    assert!(error.starts_with("the level trim jumps at 0.5") || error.contains("forward speed"), "{error}");
+    assert!(error.contains("'trim.pitch'"), "{error}");
 }
