@@ -31,7 +31,9 @@ pub enum PlantError {
         depth: f64,
     },
     /// The initial speed is not one of flight ahead, and the vehicle's trims are.
-    #[error("the vehicle cannot start: initial_speed is {speed} m/s, and must be above zero, as the speeds of its trims")]
+    #[error(
+        "the vehicle cannot start: initial_speed is {speed} m/s, and must be above zero, as the speeds of its trims"
+    )]
     NotAhead {
         /// The initial speed \[m/s\].
         speed: f64,

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use auv::{
-    Coefficients, Current, Fidelity, LpvModel, LpvModelError, Pitch, Plant, Slopes, Speed, State, Trim, TrimPoint,
-    Vehicle, trim_with,
+    Coefficients, Current, Fidelity, LpvModel, LpvModelError, Pitch, Plant, Slopes, Speed, State, Trim,
+    TrimPoint, Vehicle, trim_with,
 };
 
 use crate::PlantError;

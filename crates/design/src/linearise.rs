@@ -18,8 +18,7 @@ pub const TRIM_ROWS: usize = 101;
 /// [`ModelError::Trim`] with the speed and the reason.
 pub fn linearise_at(vehicle: &Vehicle, file: &DesignFile, speed: f64) -> Result<Linearisation, ModelError> {
     let (depth, pitch) = file.level();
-    let level = trim_with(vehicle, Speed::Path(speed), depth, pitch)
-        .map_err(ModelError::Trim)?;
+    let level = trim_with(vehicle, Speed::Path(speed), depth, pitch).map_err(ModelError::Trim)?;
     Ok(linearise(vehicle, &level)?)
 }
 

@@ -146,9 +146,11 @@ fn trim_line(inputs: &Inputs, model: &Model) -> String {
     let default = inputs.design.pitch_asked.is_none();
     let pitch = match &inputs.design.pitch {
         Pitch::Free => format!("incidence {} to {} deg", angle(first), angle(last)),
-        Pitch::Held(_) if default => "pitch held at 0 deg, since thrusters alone can do that at every speed\n\
+        Pitch::Held(_) if default => {
+            "pitch held at 0 deg, since thrusters alone can do that at every speed\n\
             ([trim] pitch = \"free\" would let it be that of the least effort)"
-            .into(),
+                .into()
+        }
         Pitch::Held(_) => format!("pitch held at {} deg", angle(first)),
         Pitch::Followed(_) => format!(
             "incidence {} to {} deg,\nfollowed along one branch, since the trims of least effort jump",

@@ -1,7 +1,7 @@
 //! A flight of vehicle and autopilot in one loop, in this process.
 
 use crate::error::Error;
-use auv::{Current, Motion, Plant, Pitch, Speed, Vehicle, trim_with};
+use auv::{Current, Motion, Pitch, Plant, Speed, Vehicle, trim_with};
 use scheduled::{Autopilot, ControllerDesign, Inputs as Measured, Manoeuvre, Outputs, Trim};
 use signals::{PITCH, SPEED, TRACKED, measured};
 
@@ -156,7 +156,8 @@ pub fn fly_course(
     mut law: impl FnMut(&Measured) -> Result<Answer, Error>,
 ) -> Result<Flight, Error> {
     let speed = course(0.0).speed;
-    let start = trim_with(vehicle, Speed::Path(speed), level.0, level.1).map_err(|reason| Error::Trim { speed, reason })?;
+    let start = trim_with(vehicle, Speed::Path(speed), level.0, level.1)
+        .map_err(|reason| Error::Trim { speed, reason })?;
     let mut plant = Plant::new(vehicle)?;
     plant.start(0.0, &start)?;
     let steps = (duration / sample_time).round() as u64;
@@ -197,7 +198,8 @@ pub fn fly_open_loop(
     interval: f64,
     duration: f64,
 ) -> Result<Vec<(f64, f64)>, Error> {
-    let start = trim_with(vehicle, Speed::Path(speed), level.0, level.1).map_err(|reason| Error::Trim { speed, reason })?;
+    let start = trim_with(vehicle, Speed::Path(speed), level.0, level.1)
+        .map_err(|reason| Error::Trim { speed, reason })?;
     let mut plant = Plant::new(vehicle)?;
     plant.start(0.0, &start)?;
     plant.set_command(actuator, start.actuators[actuator] + step)?;

@@ -92,16 +92,17 @@ fn fly_over_the_box(
             let mut autopilot = Autopilot::new(design).unwrap();
             let table = autopilot.trim().clone();
             let mut started = false;
-            let flown = fly_under(&changed, file.level(), &manoeuvre, (file.sample_time, &table), |signals| {
-                if !std::mem::replace(&mut started, true) {
-                    autopilot.initialise(0.0, signals).unwrap();
-                }
-                autopilot.tick(signals).unwrap();
-                let outputs = autopilot.outputs();
-                let commands = outputs.commands.iter().zip(&gains).map(|(command, gain)| command * gain);
-                let (rho, out_of_range) = (outputs.scheduling_parameter, outputs.out_of_range);
-                Ok(Answer { commands: commands.collect(), rho, out_of_range })
-            });
+            let flown =
+                fly_under(&changed, file.level(), &manoeuvre, (file.sample_time, &table), |signals| {
+                    if !std::mem::replace(&mut started, true) {
+                        autopilot.initialise(0.0, signals).unwrap();
+                    }
+                    autopilot.tick(signals).unwrap();
+                    let outputs = autopilot.outputs();
+                    let commands = outputs.commands.iter().zip(&gains).map(|(command, gain)| command * gain);
+                    let (rho, out_of_range) = (outputs.scheduling_parameter, outputs.out_of_range);
+                    Ok(Answer { commands: commands.collect(), rho, out_of_range })
+                });
             worst.flights += 1;
             let Some(flight) = flown.ok().filter(|flight| flight.surfacing.is_none()) else {
                 worst.lost += 1;

@@ -64,7 +64,7 @@ pub fn trims(vehicle: &Vehicle, depth: f64, speeds: &[f64], pitch: &Pitch) -> Re
 /// Whether the vehicle without its control surfaces, whose forces vanish with the speed, trims at pitch zero.
 fn thrusters_hold_level(vehicle: &Vehicle, depth: f64, speeds: &[f64]) -> bool {
     let mut bare = vehicle.clone();
-    bare.actuators.retain(|actuator| matches!(actuator.effect, Effect::Thruster { .. }));
+    bare.actuators.retain(|actuator| !matches!(actuator.effect, Effect::ControlSurface { .. }));
     let holds = |speed: &f64| trim_with(&bare, Speed::Path(*speed), depth, &Pitch::Held(0.0)).is_ok();
     !bare.actuators.is_empty() && speeds.iter().all(holds)
 }

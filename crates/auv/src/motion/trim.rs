@@ -271,4 +271,3 @@ fn check_limits(vehicle: &Vehicle, trim: &Trim) -> Result<(), TrimError> {
         _ => Ok(()),
     }
 }
-

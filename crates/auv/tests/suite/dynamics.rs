@@ -2,7 +2,8 @@
 
 use crate::common::{remus100, squid};
 use auv::{
-    Coefficients, Dynamics, Linearisation, Motion, Pitch, Speed, Trim, Vehicle, actuator_force, linearise, trim,
+    Coefficients, Dynamics, Linearisation, Motion, Pitch, Speed, Trim, Vehicle, actuator_force, linearise,
+    trim,
 };
 use nalgebra::{Matrix4, Vector3};
 

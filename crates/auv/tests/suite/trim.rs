@@ -71,10 +71,7 @@ fn a_vertical_thruster_may_carry_the_buoyancy() {
 #[test]
 fn what_cannot_be_trimmed_is_refused_with_numbers() {
     let vehicle = squid();
-    assert!(matches!(
-        trim(&vehicle, Speed::Forward(f64::NAN), 50.0),
-        Err(TrimError::SpeedNotFinite { .. })
-    ));
+    assert!(matches!(trim(&vehicle, Speed::Forward(f64::NAN), 50.0), Err(TrimError::SpeedNotFinite { .. })));
     assert!(matches!(trim(&vehicle, Speed::Path(1.0), f64::INFINITY), Err(TrimError::DepthNotFinite { .. })));
 
     let mut weak = squid();
@@ -138,13 +135,11 @@ fn absurd_numbers_are_refused_in_time() {
 /// since several may make the same.
 #[test]
 fn the_slope_of_the_trim_is_its_derivative() {
-    for (vehicle, speeds, depth) in
-        [
-            (squid(), [0.5, 1.0, 2.0, 3.0], 50.0),
-            (squid_with_vertical(), [0.5, 1.0, 2.0, 3.0], 50.0),
-            (remus100(), [1.4, 1.6, 1.9, 2.2], 20.0),
-        ]
-    {
+    for (vehicle, speeds, depth) in [
+        (squid(), [0.5, 1.0, 2.0, 3.0], 50.0),
+        (squid_with_vertical(), [0.5, 1.0, 2.0, 3.0], 50.0),
+        (remus100(), [1.4, 1.6, 1.9, 2.2], 20.0),
+    ] {
         let name = &vehicle.name;
         for speed in speeds {
             let at = |v: f64| trim(&vehicle, Speed::Path(v), depth).unwrap();
@@ -193,7 +188,9 @@ fn a_held_pitch_is_held_from_astern_to_ahead() {
         for speed in spread(-0.5, 1.0, 16) {
             let found = trim_with(&vehicle, Speed::Path(speed), 10.0, &pitch).unwrap();
             assert_eq!((found.pitch, found.speed), (degrees.to_radians(), speed));
-            assert!((found.heave * found.pitch.cos() - found.forward_speed * found.pitch.sin()).abs() < 1e-15);
+            assert!(
+                (found.heave * found.pitch.cos() - found.forward_speed * found.pitch.sin()).abs() < 1e-15
+            );
             assert!(left(&vehicle, &found) < 1e-12, "{speed} m/s");
             // 1 N of weight in excess, against thrusters that push down.
             let vertical = found.actuators[1] + found.actuators[2];
@@ -211,7 +208,10 @@ fn what_cannot_hold_a_pitch_says_what_is_left() {
     let TrimError::NotHeld { speed, pitch_deg, heave, .. } = error else { panic!("{error}") };
     assert!((speed, pitch_deg) == (0.5, 0.0) && heave < -1.0, "{heave}");
     let words = error.to_string();
-    assert!(words.starts_with("no trim at 0.5 m/s and 50 m with the pitch held at 0 deg: at best"), "{words}");
+    assert!(
+        words.starts_with("no trim at 0.5 m/s and 50 m with the pitch held at 0 deg: at best"),
+        "{words}"
+    );
     assert!(words.contains("N of heave force") && words.contains("'trim.pitch' to \"free\""), "{words}");
 }
 
@@ -259,7 +259,8 @@ fn a_range_whose_branches_all_end_is_refused_by_speed_and_quantity() {
     let mut vehicle = box_rov();
     vehicle.coefficients.X_uu = -141.0;
     vehicle.actuators.iter_mut().for_each(|a| (a.min, a.max) = (3.0 * a.min, 3.0 * a.max));
-    let glued = Pitch::Followed([(0.4, 0.45), (0.5, 0.5), (0.5 + 1e-9, -0.5), (0.6, -0.5)].into_iter().collect());
+    let glued =
+        Pitch::Followed([(0.4, 0.45), (0.5, 0.5), (0.5 + 1e-9, -0.5), (0.6, -0.5)].into_iter().collect());
     let error = trims(&vehicle, 10.0, &[0.45, 0.55], &glued).unwrap_err().to_string();
     assert!(error.starts_with("the level trim jumps at 0.5") || error.contains("forward speed"), "{error}");
     assert!(error.contains("'trim.pitch'"), "{error}");
