@@ -199,7 +199,7 @@ pub fn parameters(model: &PlantModel) -> Vec<Variable> {
     let sign = if model.only_ahead() { "above zero" } else { "negative astern" };
     let initial_speed = Variable::real(
         "initial_speed",
-        &format!("speed along the path through the water at the start, in level trim, {sign}"),
+        format!("speed along the path through the water at the start, in level trim, {sign}"),
         |m| m.settings.initial_speed,
         Role::parameter(|m, v| m.settings.initial_speed = v),
     );

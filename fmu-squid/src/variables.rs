@@ -55,8 +55,8 @@ fn manoeuvre(model: &ClosedLoop) -> [Variable; 7] {
         parameter!(pitch_step, "rad", step).range(-FRAC_PI_2, FRAC_PI_2).nominal(0.1),
         parameter!(step_time, "s", "time at which the pitch step comes").nominal(10.0),
         parameter!(step_end, "s", "time at which the pitch step ends").nominal(10.0),
-        speed(parameter!(speed_from, "m/s", &from)).nominal(1.0),
-        speed(parameter!(speed_to, "m/s", &to)).nominal(1.0),
+        speed(parameter!(speed_from, "m/s", from)).nominal(1.0),
+        speed(parameter!(speed_to, "m/s", to)).nominal(1.0),
         parameter!(ramp_start, "s", "time at which the ramp of speed begins").nominal(10.0),
         parameter!(ramp_duration, "s", "duration of the ramp of speed, above zero")
             .at_least(0.0)

@@ -1,6 +1,7 @@
 //! The vehicle as an LPV model: polynomials in speed, fitted to its linearisations, as an LFT.
 
 pub mod frequency;
+pub mod reach;
 
 use crate::augment::LinearModel;
 use crate::error::ModelError;

@@ -16,7 +16,6 @@ pub mod inputs;
 pub mod linearise;
 pub mod numbers;
 pub mod progress;
-pub mod reach;
 pub mod run;
 pub mod store;
 pub mod synthesise;
