@@ -38,7 +38,7 @@ U, W, Q, THETA, X, DEPTH = range(6)
 
 @dataclass(frozen=True)
 class Actuator:
-    """Limits, lag, and the numbers of its effect; `kind` is `thruster` or `control_surface`."""
+    """Limits, lag, and the numbers of its effect; `kind` is `thruster`, `thruster_group` or `control_surface`."""
 
     name: str
     kind: str
@@ -53,6 +53,8 @@ class Actuator:
         if self.kind == "thruster":
             forward, down = output * math.cos(e["direction"]), output * math.sin(e["direction"])
             return np.array([forward, down, e["z"] * forward - e["x"] * down])
+        if self.kind == "thruster_group":
+            return sum(one.force(u, share * output) for share, one in e["members"])
         pressure = u * abs(u)
         return pressure * np.array(
             [e["X_uu_delta2"] * output**2, e["Z_uu_delta"] * output, e["M_uu_delta"] * output]
@@ -87,12 +89,19 @@ def _si(quantity):
 
 
 def _actuator(kind, table):
-    numbers = {key: _si(value) for key, value in table.items() if key != "name"}
+    numbers = {key: _si(value) for key, value in table.items() if key not in ("name", "thruster")}
     keys = {
         "thruster": ("x", "z", "direction"),
+        "thruster_group": (),
         "control_surface": ("Z_uu_delta", "M_uu_delta", "X_uu_delta2"),
     }
     effect = {key: numbers.get(key, 0.0) for key in keys[kind]}
+    if kind == "thruster_group":
+        limits = {key: table[key] for key in ("name", "min", "max")}
+        members = [
+            (_si(one.pop("share")), _actuator("thruster", {**limits, **one})) for one in table["thruster"]
+        ]
+        effect = {"members": members}
     return Actuator(table["name"], kind, numbers["min"], numbers["max"], numbers.get("lag", 0.0), effect)
 
 
@@ -111,7 +120,9 @@ def read_vehicle(path):
         c["M_uw"] -= c["X_u_dot"] - c["Z_w_dot"]
         c["M_uq"] -= -c["Z_q_dot"]
     actuators = [
-        _actuator(kind, table) for kind in ("thruster", "control_surface") for table in tables.get(kind, [])
+        _actuator(kind, table)
+        for kind in ("thruster", "thruster_group", "control_surface")
+        for table in tables.get(kind, [])
     ]
     return Vehicle(tables["vehicle"]["name"], c, actuators)
 

@@ -60,6 +60,7 @@ pub use toml_file::{FileError, FileProblem, read_text};
 pub use vehicle::actuator::{Actuator, Effect};
 pub use vehicle::allowed::Allowed;
 pub use vehicle::coefficients::{COEFFICIENTS, CoefficientError, CoefficientSpec, Coefficients};
+pub use vehicle::hull::Hull;
 pub use vehicle::json::{JsonProblem, VEHICLE_FORMAT, VehicleJsonError};
 pub use vehicle::{PublishedLinearModel, Status, Vehicle};
 pub use words::{number, rounded};

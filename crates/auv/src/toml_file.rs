@@ -302,6 +302,14 @@ impl<'d> Table<'d> {
         Some(Quantity { value, unit, source })
     }
 
+    /// Whether a quantity is given in this unit.
+    pub fn is_in(&self, key: &str, unit: &str) -> bool {
+        let entries = self.entries.get(key).and_then(|value| value.get_ref().as_table());
+        entries
+            .and_then(|entries| entries.get("unit"))
+            .is_some_and(|found| found.get_ref().as_str() == Some(unit))
+    }
+
     /// Returns a number that must be there and be allowed; `words` describes that.
     pub fn number(&self, key: &str, allowed: impl Fn(f64) -> bool, words: &str) -> Option<f64> {
         if !self.requires(key, words) {

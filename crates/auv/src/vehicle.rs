@@ -4,6 +4,7 @@ pub(crate) mod actuator;
 pub(crate) mod allowed;
 pub(crate) mod coefficients;
 mod file;
+pub(crate) mod hull;
 pub(crate) mod json;
 
 use std::collections::BTreeMap;

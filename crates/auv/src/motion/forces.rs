@@ -17,6 +17,7 @@ impl<D: Scalar> Coefficients<D> {
             self.restoring(motion.theta, depth),
             self.lift(motion),
             self.damping(motion),
+            self.cross_flow(motion),
             [self.axial_drag(motion.u), D::from(0.0), D::from(0.0)],
         ];
         parts.into_iter().fold(actuators, add)
@@ -61,6 +62,16 @@ impl<D: Scalar> Coefficients<D> {
         let heave = w * c.Z_w + ww * c.Z_ww + qq * c.Z_qq + q * c.Z_q;
         let pitch = q * c.M_q + qq * c.M_qq + ww * c.M_ww + w * c.M_w;
         [u * c.X_u, heave, pitch]
+    }
+
+    /// Cross-flow drag of the sections of the hull: `-rho/2 C_d ∫ b v|v| dx` and `rho/2 C_d ∫ x b v|v| dx` with
+    /// `v = w - x q`.
+    ///
+    /// Source: Healey and Lienard (1993); Fossen (2011), section 6.4.
+    fn cross_flow(&self, motion: &Motion<D>) -> [D; 3] {
+        let [force, moment] = self.hull.cross_flow(motion.w, motion.q);
+        let factor = self.density * self.C_d * 0.5;
+        [D::from(0.0), -(force * factor), moment * factor]
     }
 
     /// Returns the surge force of drag: `X_uu u|u| - rho/2 (C_f k S_w + C_d A) u|u|`.

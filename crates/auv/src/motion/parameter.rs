@@ -4,7 +4,6 @@ use thiserror::Error;
 
 use crate::motion::trim::Trim;
 use crate::vehicle::Vehicle;
-use crate::vehicle::actuator::Effect;
 use crate::vehicle::coefficients::COEFFICIENTS;
 use crate::words::nearest;
 
@@ -45,13 +44,11 @@ impl Parameter {
     /// Returns every coefficient of a vehicle and of its actuators, in the order of the vehicle file.
     pub fn all(vehicle: &Vehicle) -> Vec<Self> {
         let coefficients = COEFFICIENTS.iter().map(|spec| Self::Coefficient(spec.key));
-        let effects = vehicle.actuators.iter().enumerate().flat_map(|(actuator, a)| {
-            let keys: &[&'static str] = match a.effect {
-                Effect::Thruster { .. } => &["x", "z", "direction"],
-                Effect::ControlSurface { .. } => &["Z_uu_delta", "M_uu_delta", "X_uu_delta2"],
-            };
-            keys.iter().map(move |key| Self::Effect { actuator, key })
-        });
+        let effects = vehicle
+            .actuators
+            .iter()
+            .enumerate()
+            .flat_map(|(actuator, a)| a.effect.numbers().map(|(key, _)| Self::Effect { actuator, key }));
         coefficients.chain(effects).collect()
     }
 
@@ -86,7 +83,8 @@ impl Parameter {
         match self {
             Self::Coefficient(key) => COEFFICIENTS.iter().find(|s| s.key == key).map_or("", |s| s.unit),
             Self::Effect { key, .. } => match key {
-                "x" | "z" => "m",
+                "x" | "z" | "M_T" => "m",
+                "X_T" | "Z_T" => "1",
                 "Z_uu_delta" => "kg/(m.rad)",
                 "M_uu_delta" => "kg/rad",
                 "X_uu_delta2" => "kg/(m.rad2)",

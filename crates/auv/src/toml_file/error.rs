@@ -127,7 +127,7 @@ pub enum FileProblem {
     #[error("'{key}.min' is {} {unit} and '{key}.max' is {} {unit}; min must be below max", number(*min), number(*max))]
     LimitsReversed { key: String, min: f64, max: f64, unit: &'static str },
     /// No actuator at all.
-    #[error("no actuator: give at least one [[thruster]] or [[control_surface]]")]
+    #[error("no actuator: give at least one [[thruster]], [[thruster_group]] or [[control_surface]]")]
     NoActuator,
     /// A coefficient that the vehicle does not have.
     #[error("[{section}]: {source}")]

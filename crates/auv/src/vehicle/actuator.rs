@@ -19,6 +19,19 @@ pub enum Effect<D = f64> {
         /// Direction of positive thrust \[rad\]: 0 pushes the vehicle forward, pi/2 pushes it down.
         direction: D,
     },
+    /// Several thrusters under one command, for instance a couple; its output T is the thrust of one with a share of 1
+    /// \[N\].
+    ///
+    /// `X = X_T T`, `Z = Z_T T`, `M = M_T T`, with the sums over the thrusters `X_T = sum share cos(direction)`,
+    /// `Z_T = sum share sin(direction)`, `M_T = sum share (z cos(direction) - x sin(direction))`.
+    ThrusterGroup {
+        /// Surge force per output \[1\].
+        X_T: D,
+        /// Heave force per output \[1\].
+        Z_T: D,
+        /// Pitch moment per output \[m\].
+        M_T: D,
+    },
     /// A control surface; its output is a deflection delta \[rad\].
     ///
     /// `Z = Z_uu_delta u|u| delta`, `M = M_uu_delta u|u| delta`, `X = X_uu_delta2 u|u| delta^2`. Published models
@@ -49,10 +62,10 @@ pub struct Actuator {
 }
 
 impl Actuator {
-    /// Returns the unit of its output: `N` of a thruster, `rad` of a control surface.
+    /// Returns the unit of its output: `N` of a thruster or a group of them, `rad` of a control surface.
     pub fn unit(&self) -> &'static str {
         match self.effect {
-            Effect::Thruster { .. } => "N",
+            Effect::Thruster { .. } | Effect::ThrusterGroup { .. } => "N",
             Effect::ControlSurface { .. } => "rad",
         }
     }
@@ -86,6 +99,7 @@ impl<D: Scalar> Effect<D> {
                 let (sin, cos) = direction.sin_cos();
                 [output * cos, output * sin, output * (z * cos - x * sin)]
             }
+            Self::ThrusterGroup { X_T, Z_T, M_T } => [output * X_T, output * Z_T, output * M_T],
             Self::ControlSurface { Z_uu_delta, M_uu_delta, X_uu_delta2 } => {
                 let deflection = u * u.abs() * output;
                 [deflection * output * X_uu_delta2, deflection * Z_uu_delta, deflection * M_uu_delta]
@@ -96,8 +110,9 @@ impl<D: Scalar> Effect<D> {
 
 impl Effect {
     /// One of each kind, with every number zero.
-    pub(crate) const ALL: [Self; 2] = [
+    pub(crate) const ALL: [Self; 3] = [
         Self::Thruster { x: 0.0, z: 0.0, direction: 0.0 },
+        Self::ThrusterGroup { X_T: 0.0, Z_T: 0.0, M_T: 0.0 },
         Self::ControlSurface { Z_uu_delta: 0.0, M_uu_delta: 0.0, X_uu_delta2: 0.0 },
     ];
 
@@ -105,6 +120,7 @@ impl Effect {
     pub(crate) fn kind(&self) -> &'static str {
         match self {
             Self::Thruster { .. } => "thruster",
+            Self::ThrusterGroup { .. } => "thruster_group",
             Self::ControlSurface { .. } => "control_surface",
         }
     }
@@ -113,6 +129,7 @@ impl Effect {
     pub(crate) fn numbers(&self) -> [(&'static str, f64); 3] {
         match self.map(|key, value| (key, value)) {
             Effect::Thruster { x, z, direction } => [x, z, direction],
+            Effect::ThrusterGroup { X_T, Z_T, M_T } => [X_T, Z_T, M_T],
             Effect::ControlSurface { Z_uu_delta, M_uu_delta, X_uu_delta2 } => {
                 [Z_uu_delta, M_uu_delta, X_uu_delta2]
             }
@@ -141,6 +158,9 @@ impl<C: Copy> Effect<C> {
         match *self {
             Self::Thruster { x, z, direction } => {
                 Effect::Thruster { x: f("x", x), z: f("z", z), direction: f("direction", direction) }
+            }
+            Self::ThrusterGroup { X_T, Z_T, M_T } => {
+                Effect::ThrusterGroup { X_T: f("X_T", X_T), Z_T: f("Z_T", Z_T), M_T: f("M_T", M_T) }
             }
             Self::ControlSurface { Z_uu_delta, M_uu_delta, X_uu_delta2 } => Effect::ControlSurface {
                 Z_uu_delta: f("Z_uu_delta", Z_uu_delta),

@@ -11,6 +11,7 @@ use thiserror::Error;
 
 use crate::scalar::Scalar;
 use crate::vehicle::allowed::Allowed;
+use crate::vehicle::hull::Hull;
 use crate::words::Rounded;
 
 const EIGENVALUE_ITERATIONS: usize = 1000;
@@ -46,12 +47,16 @@ macro_rules! coefficients {
         /// `Z_uw`, `Z_uq`, `M_uw` and `M_uq` are the lift and viscous parts alone: added-mass cross terms and the Munk
         /// moment come from the added masses.
         #[derive(Clone, Debug, PartialEq)]
-        pub struct Coefficients<D = f64> { $($(#[doc = concat!($meaning, " \\[", $unit, "\\].")] pub $key: D,)*)* }
+        pub struct Coefficients<D = f64> {
+            $($(#[doc = concat!($meaning, " \\[", $unit, "\\].")] pub $key: D,)*)*
+            /// The sections of the hull, if its cross-flow drag is integrated over them.
+            pub hull: Hull,
+        }
 
         impl<C: Copy> Coefficients<C> {
             /// Turns every coefficient into `f(key, value)`.
             pub fn map<D>(&self, f: impl Fn(&'static str, C) -> D) -> Coefficients<D> {
-                Coefficients { $($($key: f(stringify!($key), self.$key),)*)* }
+                Coefficients { $($($key: f(stringify!($key), self.$key),)*)* hull: self.hull.clone() }
             }
         }
 
@@ -70,7 +75,10 @@ macro_rules! coefficients {
         impl Default for Coefficients {
             /// Takes the default of every coefficient, and zero where the file must give a value.
             fn default() -> Self {
-                Self { $($($key: { const DEFAULT: Option<f64> = $default; DEFAULT.unwrap_or(0.0) },)*)* }
+                Self {
+                    $($($key: { const DEFAULT: Option<f64> = $default; DEFAULT.unwrap_or(0.0) },)*)*
+                    hull: Hull::default(),
+                }
             }
         }
     };
@@ -120,6 +128,9 @@ coefficients! {
         M_ww ["kg"] Any Some(0.0), "Pitch moment per w|w|: cross-flow drag";
         M_qq ["kg.m2"] NonPositive Some(0.0), "Pitch moment per q|q|: cross-flow drag";
         M_uu ["kg"] Any Some(0.0), "Pitch moment per u|u|: asymmetry of the hull";
+    }
+    "hull" {
+        C_d ["1"] NonNegative Some(0.0), "Drag coefficient of the hull's sections in cross flow";
     }
     "drag" {
         X_uu ["kg/m"] NonPositive Some(0.0), "Surge force per u|u|: a constant drag coefficient";

@@ -1,6 +1,8 @@
 //! Reads a vehicle file (TOML): every number with its unit and its source, every mistake with its line.
 
 mod actuator_tables;
+mod hull_table;
+mod non_dimensional;
 mod published_model;
 
 use std::collections::BTreeMap;
@@ -8,7 +10,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::toml_file::{Document, FileError, FileProblem, Table, cited, read_text};
+use crate::vehicle::allowed::Allowed;
 use crate::vehicle::coefficients::{COEFFICIENTS, CoefficientError, CoefficientSpec, Coefficients};
+use crate::vehicle::file::non_dimensional::Scales;
 use crate::vehicle::{Status, Vehicle, is_vehicle_name};
 
 const CONVENTION: &str = "convention";
@@ -44,15 +48,18 @@ impl Vehicle {
 fn parse(text: &str, file: &str) -> Result<Vehicle, FileError> {
     let document = Document::parse(text, file)?;
     let root = document.root();
-    let mut sections: Vec<&str> = vec!["vehicle", "thruster", "control_surface", published_model::SECTION];
+    let mut sections = vec!["vehicle", "thruster", "thruster_group", "control_surface"];
+    sections.extend([published_model::SECTION, non_dimensional::SECTION]);
     sections.extend(COEFFICIENTS.iter().map(|spec| spec.section));
     root.allow_only(&sections);
 
     let mut sources = BTreeMap::new();
     let head = root.required_table("vehicle", "name, status and description of the vehicle");
     let head = head.and_then(|table| vehicle_table(&table));
-    let coefficients = coefficients(&root, &mut sources);
-    let actuators = actuator_tables::read(&root, &mut sources);
+    let scales = non_dimensional::read(&root);
+    let units = Units { scales, given: root.has(non_dimensional::SECTION) };
+    let coefficients = coefficients(&root, &units, &mut sources);
+    let actuators = actuator_tables::read(&root, &units, &mut sources);
     let published_linear_model = published_model::read(&root).map(Arc::new);
     document.check()?;
     check_matrix(&root, &coefficients);
@@ -73,8 +80,41 @@ fn vehicle_table(table: &Table<'_>) -> Option<(String, Status, String)> {
     Some((name?, status?, description?))
 }
 
+/// The units in which a number may be given: SI, and non-dimensional if the file has scales for it.
+struct Units<'a> {
+    /// `None` where there is no section, or it cannot be read.
+    scales: Option<Scales<'a>>,
+    given: bool,
+}
+
+impl Units<'_> {
+    /// Reads a number and its source if the key is there, in one of the SI units or, with scales, non-dimensional.
+    fn quantity(
+        &self,
+        table: &Table<'_>,
+        key: &str,
+        units: &[&str],
+        allowed: Allowed,
+    ) -> Option<(f64, String)> {
+        let mut known = units.to_vec();
+        known.extend(self.given.then_some(non_dimensional::PRIME));
+        if !self.given && table.is_in(key, non_dimensional::PRIME) {
+            let meaning =
+                format!("a table with system, length and density, which '{key}' in \"prime\" needs");
+            table.blame(key, FileProblem::MissingKey { key: non_dimensional::SECTION.into(), meaning });
+            return None;
+        }
+        let found = table.quantity(key, &known, allowed)?;
+        let value = match &self.scales {
+            Some(scales) => scales.si(key, &found, units[0])?,
+            None => found.si(),
+        };
+        Some((value, found.source))
+    }
+}
+
 /// Reads every coefficient of the table, and splits combined lift.
-fn coefficients(root: &Table<'_>, sources: &mut BTreeMap<String, String>) -> Coefficients {
+fn coefficients(root: &Table<'_>, units: &Units<'_>, sources: &mut BTreeMap<String, String>) -> Coefficients {
     let mut coefficients = Coefficients::default();
     let mut names: Vec<&str> = COEFFICIENTS.iter().map(|spec| spec.section).collect();
     names.dedup();
@@ -89,12 +129,16 @@ fn coefficients(root: &Table<'_>, sources: &mut BTreeMap<String, String>) -> Coe
         let Some(table) = table else { continue };
         let mut keys: Vec<&str> = specs.iter().map(|spec| spec.key).collect();
         keys.extend((name == "lift").then_some(CONVENTION));
+        keys.extend((name == hull_table::SECTION).then_some(hull_table::STATIONS));
         table.allow_only(&keys);
         if name == "lift" {
             combined = table.one_of(CONVENTION, &CONVENTIONS) == Some(1);
         }
         for spec in specs {
-            section_entry(&table, spec, &mut coefficients, sources);
+            section_entry(&table, spec, units, &mut coefficients, sources);
+        }
+        if name == hull_table::SECTION {
+            coefficients.hull = hull_table::read(&table, sources).unwrap_or_default();
         }
         if name == "mass" {
             check_weight(&table, &coefficients);
@@ -110,15 +154,16 @@ fn coefficients(root: &Table<'_>, sources: &mut BTreeMap<String, String>) -> Coe
 fn section_entry(
     table: &Table<'_>,
     spec: &CoefficientSpec,
+    units: &Units<'_>,
     coefficients: &mut Coefficients,
     sources: &mut BTreeMap<String, String>,
 ) {
     if spec.default.is_none() && !table.requires(spec.key, spec.meaning) {
         return;
     }
-    if let Some(quantity) = table.quantity(spec.key, &[spec.unit], spec.allowed) {
-        (spec.set)(coefficients, quantity.value);
-        sources.insert(spec.key.to_string(), quantity.source);
+    if let Some((value, source)) = units.quantity(table, spec.key, &[spec.unit], spec.allowed) {
+        (spec.set)(coefficients, value);
+        sources.insert(spec.key.to_string(), source);
     }
 }
 

@@ -9,6 +9,7 @@ use thiserror::Error;
 
 use crate::vehicle::actuator::{Actuator, Effect, allowed, is_actuator_name};
 use crate::vehicle::coefficients::{COEFFICIENTS, CoefficientError, Coefficients};
+use crate::vehicle::hull::Hull;
 use crate::vehicle::{Status, Vehicle, is_vehicle_name};
 
 /// The `format` of the files that this version reads and writes.
@@ -28,6 +29,9 @@ struct File {
     /// By the keys of [`COEFFICIENTS`]; one that is left out has its default, as in a vehicle file.
     #[serde(deserialize_with = "maps_duplicate_key_is_error::deserialize")]
     coefficients: Numbers,
+    /// Of the [`Hull`]; left out if there are none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    stations: Vec<[f64; 2]>,
     actuators: Vec<Row>,
     #[serde(deserialize_with = "maps_duplicate_key_is_error::deserialize")]
     sources: BTreeMap<String, String>,
@@ -100,6 +104,7 @@ impl Vehicle {
                 .iter()
                 .map(|spec| (spec.key.to_owned(), (spec.get)(&self.coefficients)))
                 .collect(),
+            stations: self.coefficients.hull.stations().to_vec(),
             actuators: self.actuators.iter().map(row).collect(),
             sources: self.sources.clone(),
         };
@@ -119,7 +124,7 @@ fn row(actuator: &Actuator) -> Row {
 
 #[inline]
 fn vehicle(file: File) -> Result<Vehicle, JsonProblem> {
-    let File { format, name, status, description, coefficients, actuators, sources } = file;
+    let File { format, name, status, description, coefficients, stations, actuators, sources } = file;
     if format != VEHICLE_FORMAT {
         return Err(not_allowed("format", format, VEHICLE_FORMAT));
     }
@@ -129,7 +134,11 @@ fn vehicle(file: File) -> Result<Vehicle, JsonProblem> {
     let Some(status) = Status::ALL.into_iter().find(|known| known.word() == status) else {
         return Err(not_allowed("status", status, "surrogate, published or measured"));
     };
-    let coefficients = read_coefficients(&coefficients)?;
+    let mut coefficients = read_coefficients(&coefficients)?;
+    if !stations.is_empty() {
+        let not_sound = || not_allowed("stations", "not in this order".to_owned(), Hull::ALLOWED);
+        coefficients.hull = Hull::new(&stations).ok_or_else(not_sound)?;
+    }
     let actuators = read_actuators(actuators)?;
     let published_linear_model = None;
     Ok(Vehicle { name, status, description, coefficients, actuators, sources, published_linear_model })
@@ -168,7 +177,11 @@ fn read_actuators(rows: Vec<Row>) -> Result<Vec<Actuator>, JsonProblem> {
 fn actuator(row: Row) -> Result<Actuator, JsonProblem> {
     let Row { name, kind, numbers } = row;
     let Some(effect) = Effect::ALL.into_iter().find(|known| known.kind() == kind) else {
-        return Err(not_allowed(&format!("{name}.kind"), kind, "thruster or control_surface"));
+        return Err(not_allowed(
+            &format!("{name}.kind"),
+            kind,
+            "thruster, thruster_group or control_surface",
+        ));
     };
     let keys: Vec<&str> = LIMITS.into_iter().chain(effect.numbers().map(|(key, _)| key)).collect();
     only(&name, &numbers, &keys, &[])?;

@@ -5,7 +5,9 @@
 mod common;
 mod descriptor;
 mod dynamics;
+mod hull;
 mod lpv_model;
+mod non_dimensional;
 mod properties;
 mod published_figures;
 mod simulation;

@@ -63,8 +63,8 @@ fn unknown_keys() {
         "quality = {",
         "unknown key 'drag.quality'; allowed here: X_uu, length, wetted_area, form_factor, drag_area",
     );
-    let sections = "vehicle, thruster, control_surface, published_linear_model, mass, buoyancy, water, \
-        added_mass, lift, damping, drag";
+    let sections = "vehicle, thruster, thruster_group, control_surface, published_linear_model, non_dimensional, \
+        mass, buoyancy, water, added_mass, lift, damping, hull, drag";
     refused(
         "[damping]",
         "[dampnig]",
@@ -85,6 +85,67 @@ fn unknown_keys() {
         "status =",
         "state =",
         "unknown key 'vehicle.state' (did you mean 'status'?); allowed here: name, status, description",
+    );
+}
+
+/// Two couples and a heave pair, as a builder writes them.
+const GROUP: &str = "
+[[thruster_group]]
+name = \"couple\"
+min = { value = -30.0, unit = \"N\", source = \"s\" }
+max = { value = 40.0, unit = \"N\", source = \"s\" }
+lag = { value = 0.1, unit = \"s\", source = \"s\" }
+[[thruster_group.thruster]]
+share = { value = 1.0, unit = \"1\", source = \"s\" }
+x = { value = 0.5, unit = \"m\", source = \"s\" }
+z = { value = 0.1, unit = \"m\", source = \"s\" }
+direction = { value = -90.0, unit = \"deg\", source = \"s\" }
+[[thruster_group.thruster]]
+share = { value = -1.5, unit = \"1\", source = \"s\" }
+x = { value = -0.4, unit = \"m\", source = \"s\" }
+z = { value = 0.1, unit = \"m\", source = \"s\" }
+direction = { value = -90.0, unit = \"deg\", source = \"s\" }
+";
+
+/// Thrust T up at 0.5 m and 1.5 T down at -0.4 m: `Z = -T + 1.5 T`, `M = 0.5 T + 0.4 * 1.5 T`.
+#[test]
+fn thrusters_under_one_command_act_as_their_sum() {
+    let vehicle = Vehicle::parse(&format!("{SQUID}{GROUP}"), "vehicle.toml").unwrap();
+    let couple = &vehicle.actuators[3];
+    assert_eq!((couple.name.as_str(), couple.unit(), couple.min, couple.max), ("couple", "N", -30.0, 40.0));
+    for (found, expected) in couple.force(2.0, 10.0).iter().zip([0.0_f64, 5.0, 11.0]) {
+        assert!((found - expected).abs() < 1e-13, "{found} instead of {expected}");
+    }
+    assert_eq!(vehicle.sources["couple.2.share"], "s");
+    assert_eq!(Vehicle::from_json(&vehicle.to_json().unwrap(), "v").unwrap(), vehicle);
+    let parameter = auv::Parameter::named(&vehicle, "couple.M_T").unwrap();
+    assert!((parameter.coefficient(&vehicle).unwrap() - 1.1).abs() < 1e-15);
+    let told = |from: &str, to: &str| {
+        let text = format!("{SQUID}{}", GROUP.replacen(from, to, 1));
+        let message = Vehicle::parse(&text, "v.toml").expect_err(to).to_string();
+        message.split_once(": ").unwrap().1.to_owned()
+    };
+    assert_eq!(
+        told("share = { value = 1.0, unit = \"1\", source = \"s\" }", ""),
+        "missing key 'thruster_group.thruster.share': thrust of this one for that of the command"
+    );
+    assert_eq!(
+        told("share", "part"),
+        "missing key 'thruster_group.thruster.share': thrust of this one for that of the command\nv.toml:124: \
+         unknown key 'thruster_group.thruster.part'; allowed here: share, x, z, direction"
+            .replace("124", &(SQUID.lines().count() + 8).to_string())
+    );
+    let without = &GROUP[GROUP.find("[[thruster_group.thruster]]").unwrap()..];
+    assert_eq!(
+        told(without, ""),
+        "missing key 'thruster_group.thruster': [[thruster_group.thruster]], once for each thruster of the group"
+    );
+    assert_eq!(
+        told("name = \"couple\"", "name = \"lower\""),
+        format!(
+            "the actuator name \"lower\" is already taken at line {}; names must differ",
+            line_of(SQUID, "[[thruster]]")
+        )
     );
 }
 
@@ -208,7 +269,10 @@ fn actuators_that_cannot_be() {
     );
     let none = &SQUID[..SQUID.find("[[thruster]]").unwrap()];
     let message = Vehicle::parse(none, "v.toml").unwrap_err().to_string();
-    assert_eq!(message, "v.toml:1: no actuator: give at least one [[thruster]] or [[control_surface]]");
+    assert_eq!(
+        message,
+        "v.toml:1: no actuator: give at least one [[thruster]], [[thruster_group]] or [[control_surface]]"
+    );
     let (found, line) =
         message_of_remus("min = { value = -13.6, unit = \"deg\"", "min = { value = -13.6, unit = \"grad\"");
     assert_eq!(

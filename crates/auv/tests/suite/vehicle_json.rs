@@ -64,7 +64,11 @@ fn what_is_wrong_is_told_with_its_key() {
         ("/actuators", json!([]), "`actuators` is empty, and must be one actuator or more"),
         ("/actuators/0/name", json!("9"), "`actuators.name` is 9, and must be a name of its own"),
         ("/actuators/1/name", json!("lower"), "`actuators.name` is lower, and must be a name of its own"),
-        ("/actuators/0/kind", json!("sail"), "`lower.kind` is sail, and must be thruster or control_surface"),
+        (
+            "/actuators/0/kind",
+            json!("sail"),
+            "`lower.kind` is sail, and must be thruster, thruster_group or control_surface",
+        ),
         ("/actuators/0/kind", json!("control_surface"), "`lower.direction` is unknown"),
         ("/actuators/0/numbers", json!({"min": 0.0}), "`lower.max` is missing"),
         ("/actuators/0/numbers/min", json!(1e3), "`lower.min` is 1000, and must be below max"),

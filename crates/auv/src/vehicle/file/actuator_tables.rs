@@ -1,32 +1,46 @@
-//! Reads `[[thruster]]` and `[[control_surface]]`.
+//! Reads `[[thruster]]`, `[[thruster_group]]` and `[[control_surface]]`.
+
+#![allow(non_snake_case, reason = "the field's symbols keep their capitals: Z is a force, z a length")]
 
 use std::collections::BTreeMap;
 
+use crate::motion::dynamics::add;
 use crate::toml_file::{FileProblem, Table, cited};
 use crate::vehicle::actuator::{Actuator, Effect, allowed, is_actuator_name};
+use crate::vehicle::file::Units;
 
 const ANGLES: [&str; 2] = ["rad", "deg"];
 const THRUSTER: [&str; 7] = ["name", "x", "z", "direction", "min", "max", "lag"];
+const THRUSTER_GROUP: [&str; 5] = ["name", "thruster", "min", "max", "lag"];
+const MEMBER: [&str; 4] = ["share", "x", "z", "direction"];
 const CONTROL_SURFACE: [&str; 7] = ["name", "Z_uu_delta", "M_uu_delta", "X_uu_delta2", "min", "max", "lag"];
 
 type Sources = BTreeMap<String, String>;
 
-/// Reads all actuators, thrusters first; those that cannot be read are omitted.
-pub(crate) fn read(root: &Table<'_>, sources: &mut Sources) -> Vec<Actuator> {
+type Read = fn(Reader<'_>, &mut Sources) -> Option<Actuator>;
+
+/// The name of a kind of actuator, its keys, and what reads it.
+const KINDS: [(&str, &[&str], Read); 3] = [
+    ("thruster", &THRUSTER, |reader, sources| reader.thruster(sources)),
+    ("thruster_group", &THRUSTER_GROUP, |reader, sources| reader.thruster_group(sources)),
+    ("control_surface", &CONTROL_SURFACE, |reader, sources| reader.control_surface(sources)),
+];
+
+/// Reads all actuators in the order of [`KINDS`]; those that cannot be read are omitted.
+pub(super) fn read(root: &Table<'_>, units: &Units<'_>, sources: &mut Sources) -> Vec<Actuator> {
     let mut actuators: Vec<Actuator> = Vec::new();
     let mut taken: Vec<(String, usize)> = Vec::new();
-    let thrusters = root.tables("thruster").into_iter().map(|table| (table, true));
-    let surfaces = root.tables("control_surface").into_iter().map(|table| (table, false));
-    let tables: Vec<(Table<'_>, bool)> = thrusters.chain(surfaces).collect();
-    if !root.has("thruster") && !root.has("control_surface") {
+    if !KINDS.iter().any(|(kind, ..)| root.has(kind)) {
         root.problem(FileProblem::NoActuator);
     }
-    for (table, is_thruster) in tables {
-        table.allow_only(if is_thruster { &THRUSTER } else { &CONTROL_SURFACE });
-        let name = name(&table, &mut taken);
-        let reader = Reader { name: name.clone().unwrap_or_default(), table: &table };
-        let actuator = if is_thruster { reader.thruster(sources) } else { reader.control_surface(sources) };
-        actuators.extend(name.and(actuator));
+    for (kind, keys, read) in KINDS {
+        for table in root.tables(kind) {
+            table.allow_only(keys);
+            let name = name(&table, &mut taken);
+            let reader = Reader { name: name.clone().unwrap_or_default(), table: &table, units };
+            let actuator = read(reader, sources);
+            actuators.extend(name.and(actuator));
+        }
     }
     actuators
 }
@@ -49,6 +63,7 @@ fn name(table: &Table<'_>, taken: &mut Vec<(String, usize)>) -> Option<String> {
 struct Reader<'a> {
     name: String,
     table: &'a Table<'a>,
+    units: &'a Units<'a>,
 }
 
 impl Reader<'_> {
@@ -59,6 +74,30 @@ impl Reader<'_> {
         let limits = self.limits(&["N"], sources);
         let effect = Effect::Thruster { x: x?, z: z?, direction: direction? };
         self.finish(limits?, effect)
+    }
+
+    fn thruster_group(self, sources: &mut Sources) -> Option<Actuator> {
+        let meaning = "[[thruster_group.thruster]], once for each thruster of the group";
+        let members = self.table.requires("thruster", meaning).then(|| self.table.tables("thruster"))?;
+        let mut sums = Some([0.0; 3]);
+        for (place, table) in members.iter().enumerate() {
+            table.allow_only(&MEMBER);
+            let name = format!("{}.{}", self.name, place + 1);
+            let reader = Reader { name, table, units: self.units };
+            let share =
+                reader.required("share", &["1"], "thrust of this one for that of the command", sources);
+            let x = reader.optional("x", &["m"], sources);
+            let z = reader.required("z", &["m"], "position below the origin", sources);
+            let direction = reader.optional("direction", &ANGLES, sources);
+            let force = (|| {
+                let effect = Effect::Thruster { x: x?, z: z?, direction: direction? };
+                Some(effect.force(0.0, share?))
+            })();
+            sums = sums.zip(force).map(|(sum, force): ([f64; 3], _)| add(sum, force));
+        }
+        let limits = self.limits(&["N"], sources);
+        let [X_T, Z_T, M_T] = sums?;
+        self.finish(limits?, Effect::ThrusterGroup { X_T, Z_T, M_T })
     }
 
     fn control_surface(self, sources: &mut Sources) -> Option<Actuator> {
@@ -98,9 +137,8 @@ impl Reader<'_> {
         if !self.table.has(key) {
             return Some(0.0);
         }
-        let quantity = self.table.quantity(key, units, allowed(key))?;
-        let number = quantity.si();
-        sources.insert(format!("{}.{key}", self.name), quantity.source);
+        let (number, source) = self.units.quantity(self.table, key, units, allowed(key))?;
+        sources.insert(format!("{}.{key}", self.name), source);
         Some(number)
     }
 }

@@ -1,0 +1,29 @@
+//! The section `[hull]`, which a vehicle file may have: stations and drag coefficient for cross-flow drag.
+
+use std::collections::BTreeMap;
+
+use crate::toml_file::Table;
+use crate::vehicle::hull::Hull;
+
+/// Its name.
+pub(super) const SECTION: &str = "hull";
+/// Its key beside the coefficients.
+pub(super) const STATIONS: &str = "stations";
+
+/// Reads the stations of a section that is there.
+pub(super) fn read(table: &Table<'_>, sources: &mut BTreeMap<String, String>) -> Option<Hull> {
+    table.requires("C_d", "drag coefficient of the sections in cross flow");
+    let meaning = "a table { value = [[x, breadth], ...], unit = \"m\", source = \"...\" }";
+    let stations = table.requires(STATIONS, meaning).then(|| table.table(STATIONS)).flatten()?;
+    stations.allow_only(&["value", "unit", "source"]);
+    let pairs = stations.pairs("value", Hull::ALLOWED);
+    let unit = stations.one_of("unit", &["m"]);
+    let source = stations.text("source");
+    let (pairs, _, source) = (pairs?, unit?, source?);
+    let hull = Hull::new(&pairs);
+    match hull {
+        Some(_) => _ = sources.insert(STATIONS.to_owned(), source),
+        None => stations.not_allowed("value", "not in this order", Hull::ALLOWED),
+    }
+    hull
+}

@@ -1,0 +1,94 @@
+//! The section `[non_dimensional]`, which a vehicle file may have: what turns numbers in the unit "prime" into SI.
+//!
+//! A unit is a product of powers of kg, m and s; the number is multiplied by the same powers of three scales:
+//!
+//! ```text
+//! prime-I     mass rho L^3/2       length L    time L/U
+//! prime-II    mass rho L^2 T/2     length L    time L/U
+//! ```
+//!
+//! Z_uw in kg/m is then rho L^2/2 times its non-dimensional value, whatever the speed U; only what has a time in
+//! its unit needs U.
+//!
+//! Sources: SNAME (1950), prime-I; Fossen (2011), table 7.2.
+
+use crate::toml_file::{FileProblem, Quantity, Table};
+use crate::vehicle::allowed::Allowed;
+
+/// Its name.
+pub(super) const SECTION: &str = "non_dimensional";
+/// The unit of a non-dimensional number.
+pub(super) const PRIME: &str = "prime";
+
+const SYSTEMS: [&str; 2] = ["prime-I", "prime-II"];
+const SPEED: &str = "speed";
+const DRAUGHT: &str = "draught";
+
+/// The scales of mass \[kg\], length \[m\] and time \[s\].
+pub(super) struct Scales<'a> {
+    table: Table<'a>,
+    mass: f64,
+    length: f64,
+    /// `None` without a speed.
+    time: Option<f64>,
+}
+
+/// Reads the section, if it is there.
+pub(super) fn read<'a>(root: &Table<'a>) -> Option<Scales<'a>> {
+    let table = root.table(SECTION)?;
+    table.allow_only(&["system", "length", DRAUGHT, "density", SPEED]);
+    let positive = |key: &str, unit: &str, meaning: &str| {
+        let there = table.requires(key, meaning);
+        there.then(|| table.quantity(key, &[unit], Allowed::Positive)).flatten().map(|found| found.value)
+    };
+    let system = table.one_of("system", &SYSTEMS);
+    let length = positive("length", "m", "the length L of the system");
+    let density = positive("density", "kg/m3", "the density of the water in the system");
+    let second = match system {
+        Some(1) => positive(DRAUGHT, "m", "the draught T of the system \"prime-II\""),
+        _ => length,
+    };
+    let speed = table.has(SPEED).then(|| table.quantity(SPEED, &["m/s"], Allowed::Positive)).flatten();
+    let (length, second) = (length?, second?);
+    let mass = 0.5 * density? * length * length * second;
+    Some(Scales { table, mass, length, time: speed.map(|speed| length / speed.value) })
+}
+
+impl Scales<'_> {
+    /// Returns a number in SI, `unit` being its unit there; a number in another unit than "prime" is in SI already.
+    pub(super) fn si(&self, key: &str, found: &Quantity, unit: &str) -> Option<f64> {
+        if found.unit != PRIME {
+            return Some(found.si());
+        }
+        let [mass, length, time] = powers(unit);
+        if time != 0 && self.time.is_none() {
+            let meaning = format!("the speed U of the system, which '{key}' in \"{PRIME}\" needs");
+            let problem = FileProblem::MissingKey { key: format!("{SECTION}.{SPEED}"), meaning };
+            self.table.problem(problem);
+            return None;
+        }
+        let time = self.time.unwrap_or(1.0).powi(time);
+        Some(found.value * self.mass.powi(mass) * self.length.powi(length) * time)
+    }
+}
+
+/// The powers of kg, m and s in a unit such as `kg.m2/s`, `kg/(m.rad)` or `N/m`; angles and `1` have none.
+fn powers(unit: &str) -> [i32; 3] {
+    let mut powers = [0; 3];
+    for (place, part) in unit.split('/').enumerate() {
+        let sign = if place == 0 { 1 } else { -1 };
+        for factor in part.trim_matches(['(', ')']).split('.') {
+            let name = factor.trim_end_matches(|c: char| c.is_ascii_digit());
+            let power = sign * factor[name.len()..].parse().unwrap_or(1);
+            let own = match name {
+                "kg" => [1, 0, 0],
+                "m" => [0, 1, 0],
+                "s" => [0, 0, 1],
+                "N" => [1, 1, -2],
+                _ => [0; 3],
+            };
+            (0..3).for_each(|i| powers[i] += power * own[i]);
+        }
+    }
+    powers
+}

@@ -1,0 +1,180 @@
+//! Cross-flow drag by the sections of a hull: the closed forms of simple hulls, and what a file may say.
+
+use crate::common::squid;
+use auv::{Coefficients, Dynamics, Hull, Motion, Parameter, Vehicle};
+use proptest::prelude::*;
+
+const SQUID: &str = include_str!("../../../../vehicles/squid/vehicle.toml");
+const DENSITY: f64 = 1000.0;
+const C_D: f64 = 0.8;
+
+/// Z and M of a hull that moves with w and q and meets nothing but its cross-flow drag; its inertia is 1.
+fn drag(stations: &[[f64; 2]], w: f64, q: f64) -> [f64; 2] {
+    let c = Coefficients {
+        mass: 1.0,
+        weight: 1e-300,
+        buoyancy: 1e-300,
+        I_yy: 1.0,
+        density: DENSITY,
+        C_d: C_D,
+        hull: Hull::new(stations).unwrap(),
+        ..Coefficients::default()
+    };
+    let [_, z, m] =
+        Dynamics::new(&c).unwrap().acceleration(&Motion { u: 0.0, w, q, theta: 0.0 }, 0.0, [0.0; 3]);
+    [z, m]
+}
+
+fn close(found: [f64; 2], expected: [f64; 2]) {
+    for (found, expected) in found.iter().zip(expected) {
+        assert!((found - expected).abs() <= 1e-12 * (1.0 + expected.abs()), "{found} instead of {expected}");
+    }
+}
+
+/// A box from x_1 to x_2 of breadth b: `Z_ww = -k (x_2 - x_1)`, `M_ww = k (x_2^2 - x_1^2)/2`, `Z_qq = k (x_2^3 |x_2| -
+/// x_1^3 |x_1|)/(4 x)`, that is `k int x|x| dx`, and `M_qq = -k int x^2 |x| dx`, with `k = rho/2 C_d b`.
+#[test]
+fn a_box_has_the_quadratic_coefficients_of_the_closed_form() {
+    let (aft, fore, breadth) = (-1.2, 0.8, 0.3);
+    let k = 0.5 * DENSITY * C_D * breadth;
+    let (z_ww, m_ww) = (-k * (fore - aft), k * (fore * fore - aft * aft) / 2.0);
+    let (z_qq, m_qq) = (k * (fore.powi(3) + aft.powi(3)) / 3.0, -k * (fore.powi(4) + aft.powi(4)) / 4.0);
+    for stations in [
+        vec![[aft, breadth], [fore, breadth]],
+        vec![[aft, breadth], [-0.7, breadth], [0.1, breadth], [fore, breadth]],
+    ] {
+        for rate in [0.4, -0.4] {
+            let square = rate * f64::abs(rate);
+            close(drag(&stations, rate, 0.0), [z_ww * square, m_ww * square]);
+            close(drag(&stations, 0.0, rate), [z_qq * square, m_qq * square]);
+        }
+    }
+    close(drag(&[[aft, breadth], [fore, breadth]], 0.0, 0.0), [0.0, 0.0]);
+}
+
+/// A hull that tapers to points at both ends, b = b_0 (1 - |x|/h): `Z_ww = -k h`, `M_qq = -k h^4/10`, `Z_qq = M_ww = 0`.
+#[test]
+fn a_tapered_hull_has_the_quadratic_coefficients_of_the_closed_form() {
+    let (half, breadth) = (1.5, 0.4);
+    let stations = [[-half, 0.0], [0.0, breadth], [half, 0.0]];
+    let k = 0.5 * DENSITY * C_D * breadth;
+    close(drag(&stations, 0.3, 0.0), [-k * half * 0.09, 0.0]);
+    close(drag(&stations, 0.0, -0.3), [0.0, k * half.powi(4) / 10.0 * 0.09]);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Of any hull in any motion: the sum over thin strips, within the error of that sum; and drag brakes.
+    #[test]
+    fn drag_is_the_sum_over_strips(
+        breadths in prop::collection::vec(0.0..0.5_f64, 4),
+        w in -1.0..1.0_f64,
+        q in -1.0..1.0_f64,
+    ) {
+        const STRIPS: usize = 3000;
+        let stations: Vec<[f64; 2]> =
+            breadths.iter().enumerate().map(|(i, b)| [-1.3 + 0.9 * i as f64, *b]).collect();
+        let width = 0.9 / STRIPS as f64;
+        let (mut z, mut m) = (0.0, 0.0);
+        for (i, pair) in breadths.windows(2).enumerate() {
+            for strip in 0..STRIPS {
+                let part = (strip as f64 + 0.5) / STRIPS as f64;
+                let x = -1.3 + 0.9 * (i as f64 + part);
+                let v: f64 = w - x * q;
+                let force = -0.5 * DENSITY * C_D * (pair[0] + part * (pair[1] - pair[0])) * v * v.abs() * width;
+                z += force;
+                m -= x * force;
+            }
+        }
+        let [found_z, found_m] = drag(&stations, w, q);
+        // The midpoint rule is off by h^2/24 times the length and the second derivative, below 1e4 here.
+        prop_assert!((found_z - z).abs() < 1e-2 && (found_m - m).abs() < 1e-2, "{found_z} {z} {found_m} {m}");
+        prop_assert!(found_z * w + found_m * q <= 1e-12);
+    }
+
+    /// Dual numbers of the linear model against central differences, also where the flow turns within the hull.
+    #[test]
+    fn derivatives_are_those_of_the_force(w in -1.0..1.0_f64, q in -1.0..1.0_f64) {
+        let stations = [[-1.0, 0.1], [-0.2, 0.3], [0.9, 0.2]];
+        let hull = Hull::new(&stations).unwrap();
+        let vehicle = {
+            let mut vehicle = squid();
+            (vehicle.coefficients.hull, vehicle.coefficients.C_d) = (hull, C_D);
+            vehicle
+        };
+        let dynamics = Dynamics::new(&vehicle.coefficients).unwrap();
+        let h = 1e-6;
+        let at = |dw: f64, dq: f64| {
+            dynamics.acceleration(&Motion { u: 1.0, w: w + dw, q: q + dq, theta: 0.0 }, 50.0, [0.0; 3])
+        };
+        let seeded = |dw: f64, dq: f64| {
+            let dual = auv::Dual64::new;
+            let zero = auv::Dual64::from(0.0);
+            let motion = Motion { u: dual(1.0, 0.0), w: dual(w, dw), q: dual(q, dq), theta: zero };
+            dynamics.acceleration(&motion, auv::Dual64::from(50.0), [zero; 3]).map(|d| d.eps)
+        };
+        for (dw, dq) in [(1.0, 0.0), (0.0, 1.0)] {
+            let (above, below, exact) = (at(h * dw, h * dq), at(-h * dw, -h * dq), seeded(dw, dq));
+            for i in 0..3 {
+                let mean = (above[i] - below[i]) / (2.0 * h);
+                prop_assert!((mean - exact[i]).abs() < 1e-5 * (1.0 + exact[i].abs()), "{mean} {}", exact[i]);
+            }
+        }
+    }
+}
+
+const HULL: &str = "[hull]
+C_d = { value = 0.6, unit = \"1\", source = \"a book\" }
+stations = { value = [[-1.0, 0.0], [0.0, 0.25], [1.0, 0.0]], unit = \"m\", source = \"a drawing\" }
+";
+
+fn refused(from: &str, to: &str, expected: &str) {
+    assert!(HULL.contains(from), "{from}");
+    let text = format!("{}\n{SQUID}", HULL.replacen(from, to, 1));
+    let message = Vehicle::parse(&text, "v.toml").expect_err(to).to_string();
+    assert_eq!(message, format!("v.toml:{expected}"));
+}
+
+#[test]
+fn a_hull_is_read_and_goes_through_json() {
+    let vehicle = Vehicle::parse(&format!("{HULL}\n{SQUID}"), "v.toml").unwrap();
+    assert_eq!(vehicle.coefficients.hull.stations(), [[-1.0, 0.0], [0.0, 0.25], [1.0, 0.0]]);
+    assert_eq!((vehicle.coefficients.C_d, vehicle.sources["stations"].as_str()), (0.6, "a drawing"));
+    assert!(Parameter::named(&vehicle, "C_d").is_ok(), "it may be uncertain");
+    let text = vehicle.to_json().unwrap();
+    assert_eq!(Vehicle::from_json(&text, "v").unwrap(), vehicle);
+    assert!(!squid().to_json().unwrap().contains("stations"));
+    let turned = text.replacen("-1.0", "3.0", 1);
+    assert!(
+        Vehicle::from_json(&turned, "v")
+            .unwrap_err()
+            .to_string()
+            .starts_with("v: `stations` is not in this order")
+    );
+}
+
+#[test]
+fn what_is_wrong_with_a_hull_is_told() {
+    let order = "two pairs [x, breadth] or more, from the stern to the bow: x rising, no breadth below zero";
+    for (from, to) in [
+        ("[[-1.0, 0.0], [0.0, 0.25], [1.0, 0.0]]", "[[1.0, 0.0], [0.0, 0.25], [-1.0, 0.0]]"),
+        ("[0.0, 0.25]", "[0.0, -0.25]"),
+        ("[0.0, 0.25]", "[-1.0, 0.25]"),
+        ("[[-1.0, 0.0], [0.0, 0.25], [1.0, 0.0]]", "[[0.0, 0.25]]"),
+    ] {
+        refused(from, to, &format!("3: 'hull.stations.value' is not in this order; it must be {order}"));
+    }
+    refused("[[-1.0", "[[\"-1\"", &format!("3: 'hull.stations.value' is a list; it must be {order}"));
+    refused(
+        "unit = \"m\"",
+        "unit = \"mm\"",
+        "3: 'hull.stations.unit' is \"mm\" (did you mean \"m\"?); it must be \"m\"",
+    );
+    refused("C_d", "# C_d", "1: missing key 'hull.C_d': drag coefficient of the sections in cross flow");
+    refused(
+        "stations = {",
+        "sections = {",
+        "3: unknown key 'hull.sections' (did you mean 'stations'?); allowed here: C_d, stations",
+    );
+}
