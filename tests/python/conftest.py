@@ -88,6 +88,18 @@ def of_main_job(run_squid: Run, vehicle: Path) -> Packages:
     return packages
 
 
+def reported(run_squid: Run, vehicle: Path) -> str:
+    """Return the page of the report on a vehicle, made once; that of the main job where it makes one."""
+    if vehicle in (SQUID, REMUS100):
+        return (of_main_job(run_squid, vehicle).folder / "report.html").read_text(encoding="utf-8")
+    folder = kept(run_squid, vehicle).folder
+    with FileLock(KEPT / f"{folder.name}.lock"):
+        if not (folder / "report.html").is_file():
+            done = run_squid("report", vehicle, "--out", folder)
+            assert done.returncode == 0, done.stderr
+    return (folder / "report.html").read_text(encoding="utf-8")
+
+
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Remove what was made of earlier files."""
     for old in KEPT.glob("*"):

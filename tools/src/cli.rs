@@ -83,11 +83,17 @@ pub enum Verb {
     ///
     /// Designs first if there is no design yet. Writes records (CSV) and plots (SVG).
     Simulate(Which),
-    /// Write the report: the paper's figures for this vehicle, and whether it confirms the paper's claims
+    /// Write the report: steps, margins, loops, mu and more of this design
     ///
     /// One page, report.html, that needs no network, and each figure as figures/NAME.svg. Designs first if there is no
     /// design yet.
-    Report(Which),
+    Report {
+        #[command(flatten)]
+        which: Which,
+        /// Add what the paper claims, and whether this vehicle confirms it; always there for the paper's vehicle
+        #[arg(long)]
+        paper: bool,
+    },
     /// Show the trim, A, B and eigenvalues at a speed; the fit and its residuals; the controller's poles
     Show {
         #[command(flatten)]

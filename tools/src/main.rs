@@ -54,7 +54,7 @@ fn run(verb: Verb) -> Result<ExitCode, Error> {
             package::run(&which, &platforms, binaries, allow_uncertified, no_report, descriptions)
         }
         Verb::Simulate(which) => simulate::run(&which),
-        Verb::Report(which) => report::run(&which),
+        Verb::Report { which, paper } => report::run(&which, paper),
         Verb::Show { which, speed, fit, controller, uncertainty } => {
             show::run(&which, &Asked { speed, fit, controller, uncertainty })
         }

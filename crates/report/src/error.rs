@@ -16,6 +16,9 @@ pub enum Error {
     /// A plot could not be drawn.
     #[error("{path}: the plot cannot be drawn: {reason}")]
     Plot { path: String, reason: String },
+    /// The verdict could not be reached.
+    #[error("there is no verdict: {reason}")]
+    Verdict { reason: String },
     /// A report's figure is of pitch.
     #[error("the design tracks no pitch, so that there is no response of pitch to show")]
     PitchNotTracked,

@@ -1,13 +1,13 @@
-//! `squid report`: the paper's figures for a vehicle, with the paper's claims and whether this vehicle confirms them.
+//! `squid report`: one page about a stored design, and for the paper's vehicle what became of the paper's claims.
 //!
 //! ```text
-//! inputs, stored design -> Subject -> sections (figures, tables, verdicts) -> page, SVG files
+//! inputs, stored design -> Subject -> sections (figures, tables, claims) -> page, SVG files
 //! ```
 //!
-//! The paper: A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci. 40(2), 2011, 275-286. Every verdict is computed by a
-//! rule in [`verdict`]; `SECTIONS` in [`report`] is the table of contents, and a further section is a further line in
-//! it.
+//! The paper: A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci. 40(2), 2011, 275-286. Every claim is judged by a rule in
+//! [`claims`]; `SECTIONS` in [`report`] is the table of contents, and a further section is a further line in it.
 
+pub mod claims;
 pub mod error;
 pub mod page;
 pub mod peers;
@@ -18,4 +18,3 @@ mod sections;
 pub mod simulate;
 pub mod subject;
 mod threads;
-pub mod verdict;

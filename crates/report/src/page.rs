@@ -2,6 +2,7 @@
 
 pub mod axis;
 pub mod chart;
+pub mod diagram;
 pub mod figure;
 pub mod html;
 pub mod key;

@@ -22,8 +22,10 @@ pub struct Rendered {
     key: Option<String>,
     /// The warning for a design whose proof fails.
     pub unproved: Option<String>,
-    /// The verdicts for a terminal.
+    /// The claims for a terminal.
     pub words: String,
+    /// The program and the files that it was made from.
+    origin: String,
     /// The page up to where it says what it is packed with, and from there on.
     head: String,
     body: String,
@@ -35,7 +37,8 @@ impl Rendered {
     fn new(report: &Report, key: Option<String>) -> Self {
         let (head, body) = html::page(report);
         let figures = report.figures().map(|f| (f.name.clone(), f.file(&f.caption))).collect();
-        Self { key, unproved: report.unproved.clone(), words: report.words(), head, body, figures }
+        let (unproved, origin) = (report.unproved.clone(), report.origin.clone());
+        Self { key, unproved, words: report.words(), origin, head, body, figures }
     }
 
     /// What stands in for the report of a design where none is wanted: one page that names vehicle and design.
@@ -45,27 +48,35 @@ impl Rendered {
 
     /// The page; `about` is put below its heading.
     pub fn page(&self, about: &[String]) -> String {
-        let about: String = about.iter().map(|words| html::paragraph(words)).collect();
-        format!("{}{about}{}", self.head, self.body)
+        self.page_of(&self.origin, about)
     }
 
-    /// Writes `report.html` and each figure as `figures/NAME.svg`, and returns the path of the page.
+    fn page_of(&self, origin: &str, about: &[String]) -> String {
+        let about: String = about.iter().map(|words| html::paragraph(words)).collect();
+        let (style, origin) = html::origin(origin);
+        let head = self.head.replacen("</head>", &format!("{style}</head>"), 1);
+        format!("{head}{origin}{about}{}", self.body)
+    }
+
+    /// Writes `report.html`, with the date of the inputs, and each figure as `figures/NAME.svg`, and returns the path of
+    /// the page.
     ///
     /// # Errors
     /// [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable).
-    pub fn save(&self, directory: &Path) -> Result<PathBuf, Error> {
+    pub fn save(&self, inputs: &Inputs, directory: &Path) -> Result<PathBuf, Error> {
         let mut files = Files::default();
         for (name, figure) in &self.figures {
             files.add(directory.join("figures").join(format!("{name}.svg")), figure.clone());
         }
         let path = directory.join("report.html");
-        files.add(path.clone(), self.page(&[]));
+        let dated = date(inputs).map(|date| format!("{}; files of {date}", self.origin));
+        files.add(path.clone(), self.page_of(dated.as_ref().unwrap_or(&self.origin), &[]));
         files.save(directory)?;
         Ok(path)
     }
 }
 
-/// The report of a stored design: read from `directory` if its inputs are unchanged, or else computed and stored there.
+/// The report of a stored design, with the paper's claims if `paper`: read from `directory` if its inputs are unchanged, or else computed and stored there.
 ///
 /// # Errors
 /// As [`report`]; [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable).
@@ -73,17 +84,18 @@ pub fn rendered(
     inputs: &Inputs,
     stored: &Stored,
     directory: &Path,
+    paper: bool,
     progress: &Progress,
 ) -> Result<Rendered, Error> {
     let path = directory.join(FILE);
-    let key = key(inputs, stored)?;
+    let key = key(inputs, stored, paper)?;
     if let Some(kept) = kept(&path).filter(|kept| key.is_some() && kept.key == key) {
         kept.unproved.iter().for_each(|words| progress.warn(words));
         progress.done("report", "as it was computed for these files before");
         return Ok(kept);
     }
     let running = progress.begin("report", "computing the figures");
-    let fresh = Rendered::new(&report(inputs, stored, progress)?, key);
+    let fresh = Rendered::new(&report(inputs, stored, paper, progress)?, key);
     drop(running);
     let mut files = Files::default();
     files.add_json(path, &fresh)?;
@@ -91,14 +103,24 @@ pub fn rendered(
     Ok(fresh)
 }
 
+/// The day (UTC) on which the later of both input files was changed. It is no part of what is packed: the same files give
+/// the same bytes on any day.
+fn date(inputs: &Inputs) -> Option<String> {
+    let files = ["vehicle.toml".to_owned(), format!("{}.toml", inputs.design.name)];
+    let changed = |file: &String| std::fs::metadata(inputs.directory.join(file)).ok()?.modified().ok();
+    let latest = files.iter().filter_map(changed).max()?;
+    humantime::format_rfc3339_seconds(latest).to_string().split('T').next().map(str::to_owned)
+}
+
 /// The stored report, if it is one.
 fn kept(path: &Path) -> Option<Rendered> {
     serde_json::from_str(&std::fs::read_to_string(path).ok()?).ok()
 }
 
-/// SHA-256 of all that a report is made from: vehicle and design file, the stored design, and this very program. None
+/// SHA-256 of all that a report is made from: vehicle and design file, the stored design, whether it has the paper's claims,
+/// and this very program. None
 /// where the program cannot be read.
-fn key(inputs: &Inputs, stored: &Stored) -> Result<Option<String>, Error> {
+fn key(inputs: &Inputs, stored: &Stored, paper: bool) -> Result<Option<String>, Error> {
     let program = std::env::current_exe().and_then(std::fs::read);
     let Ok(program) = program else { return Ok(None) };
     let mut hash = Sha256::new();
@@ -115,7 +137,7 @@ fn key(inputs: &Inputs, stored: &Stored) -> Result<Option<String>, Error> {
     add(stored.manoeuvre.to_json()?.as_bytes());
     let (Ok(text) | Err(text)) = &stored.certificate;
     add(text.as_bytes());
-    add(&[u8::from(stored.certificate.is_ok())]);
+    add(&[u8::from(stored.certificate.is_ok()), u8::from(paper)]);
     if let Some(robust) = &stored.robust {
         robust.texts()?.iter().for_each(|text| add(text.as_bytes()));
     }
@@ -133,7 +155,7 @@ mod tests {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
         let inputs = Inputs::read(vehicle, "design").unwrap();
         let stored = load(&vehicle.join("frozen"), &inputs).unwrap();
-        let of = |inputs: &Inputs, stored: &Stored| key(inputs, stored).unwrap().unwrap();
+        let of = |inputs: &Inputs, stored: &Stored| key(inputs, stored, true).unwrap().unwrap();
         let mut keys = vec![of(&inputs, &stored)];
         assert_eq!(keys[0], of(&inputs, &stored));
 
@@ -152,8 +174,9 @@ mod tests {
         let mut other = inputs.clone();
         other.hashes.design_sha256.push('0');
         keys.push(of(&other, &stored));
+        keys.push(key(&inputs, &stored, false).unwrap().unwrap());
         keys.sort();
         keys.dedup();
-        assert_eq!(keys.len(), 6);
+        assert_eq!(keys.len(), 7);
     }
 }

@@ -1,15 +1,17 @@
 //! The report on one design: its sections, computed side by side.
 
+use crate::claims::Claim;
 use crate::error::Error;
 use crate::page::figure::Figure;
 use crate::page::section::{Part, Section};
 use crate::peers::peers;
+use crate::sections::paper::{difficulty, open_loop, switching, tuning};
 use crate::sections::{
-    effort, fit, flown, gammas, manoeuvre, mu, open_loop, robust, sensitivity, switching, theorem, tuning,
+    disturbances, fit, flown, gammas, loops, manoeuvre, mu, paper as papers, robust, sensitivity, steps,
+    structure, theorem, verdict,
 };
 use crate::subject::{Subject, name};
 use crate::threads::side_by_side;
-use crate::verdict::Verdict;
 use auv::Status;
 use squid_design::inputs::Inputs;
 use squid_design::progress::Progress;
@@ -20,22 +22,39 @@ use std::time::Instant;
 type Maker = (&'static str, &'static str, fn(&Subject) -> Result<Vec<Part>, Error>);
 
 /// The sections, in the order in which they are read.
-const SECTIONS: [Maker; 14] = [
-    ("entries", "Entries of A over speed (the paper's Fig. 3)", fit::entries),
-    ("responses", "Frequency responses of the models (Fig. 4)", fit::responses),
-    ("tuning", "Pitch responses for three bandwidths of the weight (Fig. 5 a, b, c)", tuning::tuning),
-    ("open-loop", "The vehicle alone (Fig. 6)", open_loop::open_loop),
-    ("mu", "Robust stability: mu over frequency (Fig. 7 a, b)", mu::mu),
-    ("robust", "The robust controller against the nominal one", robust::robust),
-    ("sensitivity", "The weights against the achieved sensitivity", sensitivity::sensitivity),
-    ("flown", "The loop as it flies: margins, steps, a gust and noise", flown::flown),
-    ("effort", "What the actuators do, and where control is hardest", effort::effort),
-    ("gammas", "The ladder of gammas: what each assumption about the speed costs", gammas::gammas),
+const SECTIONS: [Maker; 15] = [
+    ("verdict", "What is asked, and what is achieved", verdict::verdict),
+    ("steps", "Steps of pitch and speed, and every actuator", steps::steps),
+    ("flown", "Margins over speed", flown::flown),
     ("manoeuvre", "A pitch step while the speed ramps", manoeuvre::manoeuvre),
-    ("switching", "Scheduled against switched controllers", switching::switching),
-    ("peers", "Against a PID and blended controllers", peers),
+    ("structure", "The loop, its weights and its sizes", structure::structure),
+    ("loops", "The loop over frequency, open and closed", loops::loops),
+    ("disturbances", "In a current, and under noise", disturbances::disturbances),
+    ("sensitivity", "The weights against the achieved sensitivity", sensitivity::sensitivity),
+    ("mu", "Robust stability: mu over frequency", mu::mu),
+    ("robust", "The robust controller against the nominal one", robust::robust),
+    ("gammas", "The ladder of gammas: what each assumption about the speed costs", gammas::gammas),
     ("theorem", "The theorem of the certificate", theorem::theorem),
+    ("peers", "Against a PID and blended controllers", peers),
+    ("entries", "The model: entries of A over speed", fit::entries),
+    ("responses", "The model: frequency responses", fit::responses),
 ];
+
+/// Those that belong to the paper alone, before its claims.
+const OF_THE_PAPER: [Maker; 4] = [
+    ("tuning", "The paper's Fig. 5: pitch responses for three bandwidths of the weight", tuning::tuning),
+    ("open-loop", "The paper's Fig. 6: the vehicle alone", open_loop::open_loop),
+    ("difficulty", "Where control is hardest", difficulty::difficulty),
+    ("switching", "Scheduled against switched controllers", switching::switching),
+];
+
+/// The name of the paper's vehicle.
+const VEHICLE_OF_THE_PAPER: &str = "squid";
+
+/// Whether a vehicle is the paper's, so that its report has the paper's claims without being asked.
+pub fn is_of_the_paper(inputs: &Inputs) -> bool {
+    inputs.vehicle.name == VEHICLE_OF_THE_PAPER
+}
 
 /// The section that takes longest.
 const LONGEST: &str = "mu";
@@ -49,19 +68,24 @@ pub struct Report {
     pub warning: Option<String>,
     /// Of that, what there is to say of the proof.
     pub unproved: Option<String>,
+    /// The program and the files that it was made from.
+    pub origin: String,
     /// What the page is about.
     pub introduction: Vec<String>,
     /// The vehicle in words.
     pub subject: String,
+    /// The verdict for a terminal, if there is one.
+    pub verdict: Option<String>,
     /// The sections.
     pub sections: Vec<Section>,
 }
 
-/// Computes the sections of the report in parallel and reports the progress. A section that fails contains the reason.
+/// Computes the sections of the report in parallel and reports the progress; those of the paper if `paper`. A section
+/// that fails contains the reason.
 ///
 /// # Errors
 /// As [`Subject::new`].
-pub fn report(inputs: &Inputs, stored: &Stored, progress: &Progress) -> Result<Report, Error> {
+pub fn report(inputs: &Inputs, stored: &Stored, paper: bool, progress: &Progress) -> Result<Report, Error> {
     let subject = Subject::new(inputs, stored, progress)?;
     let make = |&(id, title, of): &Maker| {
         let failed = |reason| vec![Part::Words(format!("This section could not be computed: {reason}"))];
@@ -74,17 +98,17 @@ pub fn report(inputs: &Inputs, stored: &Stored, progress: &Progress) -> Result<R
     let unproved = stored.remark(subject.proof());
     unproved.iter().for_each(|words| progress.warn(words));
     // The longest first, so that the others fill the time beside it.
-    let (first, rest): (Vec<&Maker>, Vec<&Maker>) = SECTIONS.iter().partition(|maker| maker.0 == LONGEST);
+    let makers: Vec<&Maker> = SECTIONS.iter().chain(OF_THE_PAPER.iter().filter(|_| paper)).collect();
+    let (first, rest): (Vec<&Maker>, Vec<&Maker>) = makers.iter().partition(|maker| maker.0 == LONGEST);
     let mut sections = side_by_side(first.into_iter().chain(rest), make);
-    sections.sort_by_key(|section| SECTIONS.iter().position(|maker| maker.0 == section.id));
-    let mut report = Report { sections, ..Report::without_sections(inputs, unproved) };
-    report.introduction.push(
-        "The figures are those of A. Sutarto, A. Budiyono, 'Development of Linear Parameter Varying Control \
-            System for Autonomous Underwater Vehicle', Indian J. Geo-Marine Sci. 40(2), 2011, 275-286, for \
-            this vehicle, and some that the paper does not have. Next to them is what the paper claims and \
-            whether this vehicle confirms it, by a stated criterion and computed numbers."
-            .into(),
-    );
+    sections.sort_by_key(|section| makers.iter().position(|maker| maker.0 == section.id));
+    let claims = sections.iter_mut().flat_map(Section::take_claims).collect();
+    let verdict = subject.verdict().ok().map(ToString::to_string);
+    let mut report = Report { sections, verdict, ..Report::without_sections(inputs, unproved) };
+    if !paper {
+        return Ok(report);
+    }
+    report.sections.push(papers::claims(claims, &report.subject));
     if !inputs.design.measured.is_empty() {
         report.introduction.push(
             "The controller is not of the paper's set-up: the paper's takes in the tracking error alone, this one \
@@ -94,6 +118,18 @@ pub fn report(inputs: &Inputs, stored: &Stored, progress: &Progress) -> Result<R
         );
     }
     Ok(report)
+}
+
+/// Version, files and their hashes.
+fn origin(inputs: &Inputs) -> String {
+    let (name, hashes) = (&inputs.design.name, &inputs.hashes);
+    format!(
+        "squid {}; vehicle.toml of {} with SHA-256 {}, {name}.toml with {}",
+        env!("CARGO_PKG_VERSION"),
+        inputs.vehicle.name,
+        hashes.vehicle_sha256,
+        hashes.design_sha256
+    )
 }
 
 impl Report {
@@ -123,15 +159,17 @@ impl Report {
             heading: format!("Report: {subject}"),
             warning: warnings.reduce(|first, second| format!("{first}. {second}")),
             unproved,
+            origin: origin(inputs),
             introduction,
             subject,
+            verdict: None,
             sections: Vec::new(),
         }
     }
 
-    /// All verdicts.
-    pub fn verdicts(&self) -> impl Iterator<Item = &Verdict> {
-        self.sections.iter().flat_map(Section::verdicts)
+    /// All claims.
+    pub fn claims(&self) -> impl Iterator<Item = &Claim> {
+        self.sections.iter().flat_map(Section::claims)
     }
 
     /// All figures.
@@ -139,13 +177,15 @@ impl Report {
         self.sections.iter().flat_map(Section::figures)
     }
 
-    /// The verdicts for a terminal.
+    /// The verdict and the claims for a terminal.
     pub fn words(&self) -> String {
-        let line = |v: &Verdict| format!("  {:<17} {}\n", v.finding.words(), v.claim);
-        format!(
-            "What the paper claims, of {}:\n{}",
-            self.subject,
-            self.verdicts().map(line).collect::<String>()
-        )
+        let line = |c: &Claim| format!("  {:<17} {}\n", c.finding.words(), c.claim);
+        let lines: String = self.claims().map(line).collect();
+        let verdict =
+            self.verdict.as_ref().map_or_else(String::new, |words| format!("Of {}: {words}\n", self.subject));
+        match lines.as_str() {
+            "" => verdict,
+            _ => format!("{verdict}\nWhat the paper claims, of {}:\n{lines}", self.subject),
+        }
     }
 }

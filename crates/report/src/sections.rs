@@ -1,17 +1,17 @@
 //! The sections of the report, a file each, and what several of them compute.
 
-mod alternation;
-pub mod effort;
+pub mod disturbances;
 pub mod fit;
 pub mod flown;
-pub mod frozen_loop;
+mod frozen_loop;
 pub mod gammas;
+pub mod loops;
 pub mod manoeuvre;
 pub mod mu;
-pub mod open_loop;
+pub mod paper;
 pub mod robust;
 pub mod sensitivity;
-mod switched;
-pub mod switching;
+pub mod steps;
+pub mod structure;
 pub mod theorem;
-pub mod tuning;
+pub mod verdict;

@@ -22,6 +22,8 @@ use squid_design::linearise::linearise_at;
 use squid_design::progress::Progress;
 use squid_design::store::Stored;
 use squid_design::synthesise::options;
+use squid_design::verdict::Verdict;
+use squid_design::verdict::found::Effort;
 use squid_flight::flight::{Flight, fly};
 use squid_flight::metrics::StepFigures;
 use std::sync::OnceLock;
@@ -57,6 +59,7 @@ pub struct Subject<'a> {
     pub progress: &'a Progress<'a>,
     alone: OnceLock<Vec<Result<Design, SynthesisError>>>,
     proof: OnceLock<Result<Theorem, String>>,
+    verdict: OnceLock<Result<Verdict, String>>,
 }
 
 /// The name of a vehicle, with the word surrogate if it is one.
@@ -82,8 +85,8 @@ impl<'a> Subject<'a> {
             .iter()
             .map(|v| linearise_at(&inputs.vehicle, &inputs.design, *v))
             .collect::<Result<_, ModelError>>()?;
-        let (alone, proof) = Default::default();
-        Ok(Self { inputs, stored, model, plant, controller, speeds, truth, progress, alone, proof })
+        let (alone, proof, verdict) = Default::default();
+        Ok(Self { inputs, stored, model, plant, controller, speeds, truth, progress, alone, proof, verdict })
     }
 
     /// The H-infinity controller for the linearisation at each of the six speeds, by the same synthesis; computed once.
@@ -102,6 +105,16 @@ impl<'a> Subject<'a> {
     /// The proof of the stored certificate, repeated once.
     pub fn proof(&self) -> &Result<Theorem, String> {
         self.proof.get_or_init(|| self.stored.prove(self.inputs))
+    }
+
+    /// The verdict on the stored controller, reached once.
+    ///
+    /// # Errors
+    /// [`Error::Verdict`].
+    pub fn verdict(&self) -> Result<&Verdict, Error> {
+        let reached =
+            || Verdict::of(self.inputs, &self.stored.controller, Effort::FULL).map_err(|e| e.to_string());
+        self.verdict.get_or_init(reached).as_ref().map_err(|reason| Error::Verdict { reason: reason.clone() })
     }
 
     /// The name of the vehicle, with the word surrogate if it is one.

@@ -7,16 +7,18 @@ use crate::progress::show;
 use crate::verbs::design::load_or_design;
 use squid_design::progress::Progress;
 use squid_report::rendered::rendered;
+use squid_report::report::is_of_the_paper;
 
-/// Writes the report on a design.
+/// Writes the report on a design, with the paper's claims if `paper` or if the vehicle is the paper's.
 ///
 /// # Errors
 /// Those of the files, the design and the figures.
-pub fn run(which: &Which) -> Result<(), Error> {
+pub fn run(which: &Which, paper: bool) -> Result<(), Error> {
     let (inputs, directory) = which.read_to_write()?;
     let stored = load_or_design(&inputs, &directory)?;
-    let report = rendered(&inputs, &stored, &directory, &Progress::new(&show))?;
+    let paper = paper || is_of_the_paper(&inputs);
+    let report = rendered(&inputs, &stored, &directory, paper, &Progress::new(&show))?;
     say(&format!("\n{}", report.words));
-    say(&report.save(&directory)?.display().to_string());
+    say(&report.save(&inputs, &directory)?.display().to_string());
     Ok(())
 }

@@ -83,10 +83,25 @@ impl Axis {
             }
             Scale::Logarithmic => {
                 let value = 10f64.powf(tick);
+                if tick.abs() > LONGEST && (tick - tick.round()).abs() < 1e-9 {
+                    return power_of_ten(tick.round() as i32);
+                }
                 tidy(value, (1.0 - tick.floor()).clamp(0.0, 9.0) as usize)
             }
         }
     }
+}
+
+/// Powers of ten beyond this one, up or down, are written with their exponent.
+const LONGEST: f64 = 3.5;
+
+/// A power of ten with its exponent raised.
+fn power_of_ten(exponent: i32) -> String {
+    let raised = |c: char| match c.to_digit(10) {
+        Some(digit) => ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'][digit as usize],
+        None => '⁻',
+    };
+    format!("10{}", exponent.to_string().chars().map(raised).collect::<String>())
 }
 
 /// 1, 2 or 5 times a power of ten, so that a range has about `wanted` steps.
@@ -145,6 +160,7 @@ mod tests {
         let axis = Axis::logarithmic("");
         assert_eq!(axis.word(-2.0, (-2.0, 1.0), 5), "0.01");
         assert_eq!(axis.word(2.0, (-2.0, 2.0), 5), "100");
+        assert_eq!(axis.word(-16.0, (-20.0, 2.0), 5), "10⁻¹⁶");
         assert_eq!(axis.word(5f64.log10(), (0.0, 1.0), 5), "5");
     }
 

@@ -2,11 +2,11 @@
 //!
 //! It is well-formed XML as well, so that any XML reader checks it.
 
+use crate::claims::Claim;
 use crate::page::figure::{FONT, STYLE as CHARTS};
 use crate::page::section::{Part, Section, Table};
-use crate::page::words::{capital, escaped};
+use crate::page::words::escaped;
 use crate::report::Report;
-use crate::verdict::Verdict;
 use std::fmt::Write;
 
 /// Of the page; those of the charts are in the figures.
@@ -58,13 +58,9 @@ fn prose(text: &str) -> String {
     escaped(&out)
 }
 
-/// The claims with their verdicts, and the way to each section.
+/// The way to each section.
 fn overview(report: &Report) -> String {
-    let mut table = Table::new(["What the paper claims", &format!("Of {}", report.subject)]);
-    for verdict in report.verdicts() {
-        table.rows.push(vec![capital(verdict.claim), verdict.finding.words().into()]);
-    }
-    let mut out = self::table(&table) + "</header>\n<nav><ul>\n";
+    let mut out = "</header>\n<nav><ul>\n".to_owned();
     for section in &report.sections {
         let _ = writeln!(out, "<li><a href=\"#{}\">{}</a></li>", section.id, escaped(section.title));
     }
@@ -78,7 +74,8 @@ fn section(section: &Section, report: &Report) -> String {
             Part::Words(words) => paragraph(words),
             Part::Figure(figure) => figure.html(),
             Part::Table(found) => table(found),
-            Part::Verdict(found) => verdict(found, &report.subject),
+            Part::Diagram(diagram) => diagram.html(),
+            Part::Claim(found) => claim(found, &report.subject),
         };
     }
     out + "</section>\n"
@@ -91,10 +88,15 @@ fn table(table: &Table) -> String {
     let is_words = |cell: &String| cell.len() > WORD && cell.starts_with(|c: char| c.is_alphabetic());
     let of_words = |column: usize| table.rows.iter().any(|row| row.get(column).is_some_and(is_words));
     let cells = |row: &[String], tag: &str| -> String {
-        let class = |i: usize| if of_words(i) { " class=\"words\"" } else { "" };
+        let class = |i: usize, cell: &str| match cell {
+            "met" => " class=\"met\"",
+            "MISSED" => " class=\"missed\"",
+            _ if of_words(i) => " class=\"words\"",
+            _ => "",
+        };
         row.iter()
             .enumerate()
-            .map(|(i, cell)| format!("<{tag}{}>{}</{tag}>", class(i), prose(cell)))
+            .map(|(i, cell)| format!("<{tag}{}>{}</{tag}>", class(i, cell), prose(cell)))
             .collect()
     };
     let rows: String = table.rows.iter().map(|row| format!("<tr>{}</tr>\n", cells(row, "td"))).collect();
@@ -104,17 +106,25 @@ fn table(table: &Table) -> String {
     )
 }
 
-fn verdict(verdict: &Verdict, subject: &str) -> String {
+fn claim(claim: &Claim, subject: &str) -> String {
     format!(
-        "<div class=\"verdict {}\">\n<p>The paper: {}</p>\n<p><strong>Of {}: {}.</strong> {}</p>\n<p>Judged by: \
+        "<div class=\"claim {}\">\n<p>The paper: {}</p>\n<p><strong>Of {}: {}.</strong> {}</p>\n<p>Judged by: \
             {}</p>\n</div>\n",
-        verdict.finding.class(),
-        prose(verdict.claim),
+        claim.finding.class(),
+        prose(claim.claim),
         escaped(subject),
-        verdict.finding.words(),
-        prose(&verdict.because),
-        prose(&verdict.criterion)
+        claim.finding.words(),
+        prose(&claim.because),
+        prose(&claim.criterion)
     )
+}
+
+/// Where the page comes from: below its heading, and on each page in print.
+pub fn origin(words: &str) -> (String, String) {
+    // A string of CSS within HTML.
+    let quoted: String = words.chars().filter(|c| !c.is_control() && !"\"\\<&".contains(*c)).collect();
+    let style = format!("<style>@page{{@bottom-left{{content:\"{quoted}\"}}}}</style>\n");
+    (style, format!("<p class=\"origin\">{}</p>\n", escaped(words)))
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
-//! A section of the report: words, figures, tables and verdicts, in the order in which they are read.
+//! A section of the report: words, figures, diagrams, tables and claims, in the order in which they are read.
 
+use crate::claims::Claim;
+use crate::page::diagram::Diagram;
 use crate::page::figure::Figure;
-use crate::verdict::Verdict;
 
 /// A table of words and numbers.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,10 +27,12 @@ pub enum Part {
     Words(String),
     /// A figure.
     Figure(Figure),
+    /// A block diagram.
+    Diagram(Diagram),
     /// A table.
     Table(Table),
     /// A claim of the paper and what became of it.
-    Verdict(Verdict),
+    Claim(Claim),
 }
 
 /// A section.
@@ -44,9 +47,21 @@ pub struct Section {
 }
 
 impl Section {
-    /// The verdicts.
-    pub fn verdicts(&self) -> impl Iterator<Item = &Verdict> {
-        self.parts.iter().filter_map(|part| if let Part::Verdict(v) = part { Some(v) } else { None })
+    /// The claims.
+    pub fn claims(&self) -> impl Iterator<Item = &Claim> {
+        self.parts.iter().filter_map(|part| if let Part::Claim(v) = part { Some(v) } else { None })
+    }
+
+    /// Takes the claims out of it.
+    pub fn take_claims(&mut self) -> Vec<Claim> {
+        let (claims, parts) =
+            std::mem::take(&mut self.parts).into_iter().partition(|p| matches!(p, Part::Claim(_)));
+        self.parts = parts;
+        let claims: Vec<Part> = claims;
+        claims
+            .into_iter()
+            .filter_map(|part| if let Part::Claim(claim) = part { Some(claim) } else { None })
+            .collect()
     }
 
     /// The figures.

@@ -17,3 +17,11 @@ pub fn tidy(v: f64, digits: usize) -> String {
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
     if text == "-0" { "0".into() } else { text.into() }
 }
+
+/// A time, or that it was not reached, or is not known.
+pub fn seconds(v: f64) -> String {
+    if v.is_nan() {
+        return "-".into();
+    }
+    if v.is_finite() { format!("{v:.2}") } else { "never".into() }
+}

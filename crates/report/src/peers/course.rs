@@ -65,7 +65,7 @@ pub struct Flew {
 }
 
 /// The height of the speed step (m/s) at a speed: to the middle of the range.
-fn speed_step(subject: &Subject, speed: f64) -> f64 {
+pub fn speed_step(subject: &Subject, speed: f64) -> f64 {
     let (middle, half_range) = subject.inputs.design.scheduling();
     let size = (0.2 * half_range).min(0.3);
     if speed <= middle { size } else { -size }

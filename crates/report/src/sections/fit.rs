@@ -1,5 +1,6 @@
 //! The paper's Fig. 3 and 4: the polynomials in speed against the true linearisations.
 
+use crate::claims::{Claim, MUCH, compared, much_smaller};
 use crate::error::Error;
 use crate::page::axis::Axis;
 use crate::page::chart::{Chart, Curve};
@@ -7,7 +8,6 @@ use crate::page::figure::Figure;
 use crate::page::key::Key;
 use crate::page::section::{Part, Table};
 use crate::subject::Subject;
-use crate::verdict::{MUCH, Verdict, compared, much_smaller};
 use lpv::matrix::Mat;
 use lpv::polynomial::MatrixPolynomial;
 use nalgebra::Complex;
@@ -61,7 +61,7 @@ pub fn entries(subject: &Subject) -> Result<Vec<Part>, Error> {
         residual.map_or(f64::NAN, |r| 100.0 * r.relative_to_variation)
     };
     let (first, second) = (residual(1), residual(2));
-    let verdict = Verdict {
+    let claim = Claim {
         claim: "a second-order polynomial approximates the entries of A much better than a first-order one (Fig. 3).",
         criterion: format!(
             "the rms residual of A over the grid of speeds, relative to how much A varies; 'much' means at \
@@ -77,7 +77,7 @@ pub fn entries(subject: &Subject) -> Result<Vec<Part>, Error> {
         subject.model.grid.len()
     );
     let figure = Figure { name: "fig3-entries-of-A".into(), caption, keys: keys(), charts };
-    Ok(vec![Part::Figure(figure), Part::Verdict(verdict)])
+    Ok(vec![Part::Figure(figure), Part::Claim(claim)])
 }
 
 fn entry(subject: &Subject, fits: &[MatrixPolynomial], i: usize, j: usize) -> Chart {
@@ -90,9 +90,9 @@ fn entry(subject: &Subject, fits: &[MatrixPolynomial], i: usize, j: usize) -> Ch
         curves.push(Curve { key: k + 1, points });
     }
     Chart {
-        title: format!("{} per {}", DERIVATIVES[i], NAMES[j]),
+        title: String::new(),
         x: Axis::linear("speed V (m/s)"),
-        y: Axis::linear(UNITS[i][j]),
+        y: Axis::linear(format!("{} per {} ({})", DERIVATIVES[i], NAMES[j], UNITS[i][j])),
         curves,
     }
 }
@@ -127,7 +127,7 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
     let shown = |e: &frequency::Errors| e.channels[(1, input)];
     let scaled = |e: &frequency::Errors| e.scaled;
     let (first, second) = (error(1, &shown), error(2, &shown));
-    let verdict = Verdict {
+    let claim = Claim {
         claim: "the frequency response of the second-order model is a better approximation than that of the \
             first-order one (Fig. 4).",
         criterion: format!(
@@ -170,7 +170,7 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
         Part::Figure(figure),
         Part::Table(table),
         Part::Table(channels(subject, &errors)),
-        Part::Verdict(verdict),
+        Part::Claim(claim),
     ];
     Ok(parts.into())
 }
@@ -214,7 +214,7 @@ fn response(title: &str, models: &[Mat], input: usize, y: Axis, of: &dyn Fn(Comp
 }
 
 /// Takes whole turns out of a phase in degrees.
-fn unwrap(points: &mut [(f64, f64)]) {
+pub fn unwrap(points: &mut [(f64, f64)]) {
     for i in 1..points.len() {
         let turns = ((points[i].1 - points[i - 1].1) / 360.0).round();
         points[i].1 -= 360.0 * turns;

@@ -1,17 +1,19 @@
 //! The loop as it flies, frozen at a speed: margins, steps, a gust, noise.
 
 use crate::error::Error;
+use crate::page::axis::Axis;
+use crate::page::chart::{Chart, Curve};
+use crate::page::figure::Figure;
+use crate::page::key::Key;
 use crate::page::section::{Part, Table};
 use crate::subject::Subject;
-use crate::threads::side_by_side;
-use squid_design::check::CHECKED_SPEEDS;
+use auv::Actuator;
 use squid_design::check::flown::{FOLLOWED, Flown, GUST};
 use squid_design::check::margins::Margins;
-use squid_design::linearise::linearise_at;
 use squid_design::numbers::readable;
 
 /// A row of the table.
-struct Figure {
+struct Row {
     name: String,
     decimals: usize,
     /// Whether the smallest is the worst.
@@ -24,29 +26,23 @@ struct Figure {
 /// # Errors
 /// Those of trim, linearisation and freezing.
 pub fn flown(subject: &Subject) -> Result<Vec<Part>, Error> {
-    let speeds = subject.inputs.design.spread(CHECKED_SPEEDS);
-    let at = |(i, speed): (usize, &f64)| -> Result<(usize, Option<Flown>), Error> {
-        let l = linearise_at(&subject.inputs.vehicle, &subject.inputs.design, *speed)?;
-        Ok((i, Flown::of(&subject.sampling(), &l, &subject.frozen(&subject.controller, &l)?)))
-    };
-    let found = side_by_side(speeds.iter().enumerate(), at);
-    let mut found = found.into_iter().collect::<Result<Vec<_>, Error>>()?;
-    found.sort_by_key(|(i, _)| *i);
-    let found: Vec<Option<Flown>> = found.into_iter().map(|(_, flown)| flown).collect();
-    // The six speeds of the page are among those of the check.
+    let frozen = &subject.verdict()?.found.frozen;
+    let speeds: Vec<f64> = frozen.iter().map(|at| at.speed).collect();
+    let found: Vec<Option<&Flown>> = frozen.iter().map(|at| at.flown.as_ref()).collect();
+    // The six speeds of the page are among those of the verdict.
     let shown: Vec<usize> =
         (0..subject.speeds.len()).map(|i| i * (speeds.len() - 1) / (subject.speeds.len() - 1)).collect();
     let mut table = Table::new(["at a speed of (m/s)"]);
     table.head.extend(shown.iter().map(|i| format!("{:.2}", speeds[*i])));
     table.head.push(format!("worst of {}", speeds.len()));
-    for figure in figures(subject) {
-        let values: Vec<f64> = found.iter().map(|f| f.as_ref().map_or(f64::NAN, &figure.of)).collect();
-        let text = |v: f64| number(v, figure.decimals);
-        let worse = |a: &f64, b: &f64| if figure.least { b.total_cmp(a) } else { a.total_cmp(b) };
+    for line in rows(subject) {
+        let values: Vec<f64> = found.iter().map(|f| f.map_or(f64::NAN, &line.of)).collect();
+        let text = |v: f64| number(v, line.decimals);
+        let worse = |a: &f64, b: &f64| if line.least { b.total_cmp(a) } else { a.total_cmp(b) };
         // Not-a-number is worst.
         let unknown = values.iter().position(|v| v.is_nan());
         let worst = unknown.or_else(|| (0..values.len()).max_by(|i, j| worse(&values[*i], &values[*j])));
-        let mut row = vec![figure.name];
+        let mut row = vec![line.name];
         row.extend(shown.iter().map(|i| text(values[*i])));
         let alike = values.iter().all(|v| text(*v) == text(values[0]));
         row.push(worst.map_or_else(String::new, |i| match alike {
@@ -55,7 +51,84 @@ pub fn flown(subject: &Subject) -> Result<Vec<Part>, Error> {
         }));
         table.rows.push(row);
     }
-    Ok(vec![Part::Words(words()), Part::Table(table)])
+    let [margins, noise] = over_speed(subject, &speeds, &found).map(Part::Figure);
+    Ok(vec![margins, noise, Part::Table(table), Part::Words(words())])
+}
+
+/// The least margins over speed, and what noise does to each command.
+fn over_speed(subject: &Subject, speeds: &[f64], found: &[Option<&Flown>]) -> [Figure; 2] {
+    let least = |f: &Flown, of: fn(&Margins) -> f64| f.margins().map(of).fold(f64::INFINITY, f64::min);
+    let curve = |key: usize, of: &dyn Fn(&Flown) -> f64| {
+        let points = speeds.iter().zip(found).filter_map(|(v, f)| Some((*v, of((*f)?))));
+        Curve { key, points: points.collect() }
+    };
+    let chart = |label: &str, curves| Chart {
+        title: String::new(),
+        x: Axis::linear("speed V (m/s)"),
+        y: Axis::linear(label),
+        curves,
+    };
+    let keys = |names: &[&str]| -> Vec<Key> {
+        names.iter().enumerate().map(|(i, name)| Key { dash: "", ..Key::nth(i, *name) }).collect()
+    };
+    let decibels = |factor: f64| 20.0 * factor.log10();
+    let ends = [subject.inputs.design.speed_min, subject.inputs.design.speed_max];
+    let asked = |key: &str| {
+        let limit = subject.inputs.design.require.limit(key);
+        limit.map(|limit| Curve { key: 7, points: ends.map(|v| (v, limit)).into() })
+    };
+    let with = |curves: [Curve; 2], required: &[&str]| -> Vec<Curve> {
+        curves.into_iter().chain(required.iter().filter_map(|key| asked(key))).collect()
+    };
+    let phases = [
+        curve(0, &|f| least(f, |m| m.phase.to_degrees())),
+        curve(1, &|f| least(f, |m| m.disk_phase().to_degrees())),
+    ];
+    let gains = [
+        curve(2, &|f| decibels(least(f, |m| m.gain_up))),
+        curve(3, &|f| decibels(least(f, |m| 1.0 / m.gain_down))),
+    ];
+    let delays = [curve(4, &|f| least(f, |m| m.delay)), curve(5, &|f| f.common_delay)];
+    let actuators = &subject.inputs.vehicle.actuators;
+    let rms = |(j, a): (usize, &Actuator)| curve(j, &|f| 100.0 * f.noise_rms[j] / a.reach());
+    let mut names_of_margins = keys(&[
+        "phase margin",
+        "phase of the disk margin",
+        "more gain",
+        "less gain",
+        "delay at one place",
+        "delay in all commands at once",
+        "|S|, largest of all places",
+    ]);
+    names_of_margins.push(Key::reference("asked for"));
+    let margins = Figure {
+        name: "margins-over-speed".into(),
+        caption: format!(
+            "The least margins of {} over speed, of all places at which the loop can be opened.",
+            subject.name()
+        ),
+        keys: names_of_margins,
+        charts: vec![
+            chart("phase (deg)", with(phases, &["phase_margin", "disk_margin"])),
+            chart("gain margin (dB)", with(gains, &["gain_margin"])),
+            chart("delay margin (s)", with(delays, &["delay_margin"])),
+            chart("peak of |S| (-)", vec![curve(6, &|f| f.peak)]),
+        ],
+    };
+    let names: Vec<&str> = actuators.iter().map(|a| a.name.as_str()).collect();
+    let noise = Figure {
+        name: "noise-over-speed".into(),
+        caption: format!(
+            "What the noise of the sensors does to each command of {} over speed.",
+            subject.name()
+        ),
+        keys: keys(&names),
+        charts: vec![chart(
+            "commands under noise, rms (% of reach)",
+            actuators.iter().enumerate().map(rms).collect(),
+        )],
+    };
+    [margins, noise]
 }
 
 fn words() -> String {
@@ -74,10 +147,10 @@ fn words() -> String {
     )
 }
 
-fn figures(subject: &Subject) -> Vec<Figure> {
-    let mut all: Vec<Figure> = vec![];
+fn rows(subject: &Subject) -> Vec<Row> {
+    let mut all: Vec<Row> = vec![];
     let mut add = |name: String, decimals, least, of: Box<dyn Fn(&Flown) -> f64>| {
-        all.push(Figure { name, decimals, least, of });
+        all.push(Row { name, decimals, least, of });
     };
     let decibels = |factor: f64| 20.0 * factor.log10();
     let smallest = |of: fn(&Margins) -> f64| {

@@ -66,9 +66,14 @@ impl FrozenLoop {
         }
     }
 
-    fn response(&self, omega: f64) -> Option<DMatrix<Complex<f64>>> {
+    /// s or z of a frequency (rad/s).
+    fn at(&self, omega: f64) -> Complex<f64> {
         let s = Complex::new(0.0, omega);
-        self.system.response(self.sample_time.map_or(s, |t| (s * t).exp()))
+        self.sample_time.map_or(s, |t| (s * t).exp())
+    }
+
+    fn response(&self, omega: f64) -> Option<DMatrix<Complex<f64>>> {
+        self.system.response(self.at(omega))
     }
 
     /// The highest frequency (rad/s) of a response: half of that of the sampling.
@@ -76,9 +81,21 @@ impl FrozenLoop {
         self.sample_time.map_or(f64::INFINITY, |t| PI / t)
     }
 
+    /// From the reference of one tracked output to that output at a frequency (rad/s); `None` at a pole.
+    pub fn closed(&self, i: usize, omega: f64) -> Option<Complex<f64>> {
+        Some(self.response(omega)?[(i, i)])
+    }
+
+    /// `L = 1/S - 1` at the measurement of one tracked output at a frequency (rad/s); `None` at a pole, or where the output
+    /// is not measured.
+    pub fn open(&self, i: usize, omega: f64) -> Option<Complex<f64>> {
+        let s = self.sensitivities[i].as_ref()?.response(self.at(omega))?[(0, 0)];
+        Some(1.0 / s - 1.0)
+    }
+
     /// |T| of one tracked output at a frequency (rad/s); not-a-number at a pole.
     pub fn tracking(&self, i: usize, omega: f64) -> f64 {
-        self.response(omega).map_or(f64::NAN, |g| g[(i, i)].norm())
+        self.closed(i, omega).map_or(f64::NAN, |t| t.norm())
     }
 
     /// `|T_ref - T|` of one tracked output at a frequency (rad/s): of its error to the model that it follows, or to its

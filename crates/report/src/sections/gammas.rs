@@ -129,7 +129,7 @@ fn figure(subject: &Subject, found: &Ladder) -> Figure {
         charts: vec![Chart {
             title: String::new(),
             x: Axis::linear("speed V (m/s)"),
-            y: Axis::linear("gamma"),
+            y: Axis::linear("gain gamma (-)"),
             curves,
         }],
     }

@@ -3,6 +3,7 @@
 mod at_speed;
 mod worst_gain;
 
+use crate::claims::{Claim, hardest_below, stays_stable};
 use crate::error::Error;
 use crate::page::axis::Axis;
 use crate::page::chart::{Chart, Curve};
@@ -12,7 +13,6 @@ use crate::page::section::{Part, Table};
 use crate::sections::robust::{between, vehicle};
 use crate::subject::Subject;
 use crate::threads::side_by_side;
-use crate::verdict::{Verdict, hardest_below, stays_stable};
 use at_speed::{Change, DECADES, SpeedMu};
 use squid_design::error::{Error as DesignError, UncertainError};
 use worst_gain::PARTS;
@@ -26,31 +26,46 @@ const NAMED: f64 = 0.1;
 /// # Errors
 /// As [`SpeedMu::new`].
 pub fn mu(subject: &Subject) -> Result<Vec<Part>, Error> {
-    let found = match at_all_speeds(subject) {
-        Err(Error::Design(DesignError::Uncertain(UncertainError::NothingUncertain { design }))) => {
-            return Ok(vec![Part::Words(format!(
-                "Nothing is said to be uncertain in {design}, so that there is nothing to analyse: a section \
-                    [uncertainty] in it would name coefficients with their ranges."
-            ))]);
+    let (mut found, mut without) = (vec![], vec![]);
+    for at in at_all_speeds(subject) {
+        match at {
+            Ok(at) => found.push(at),
+            Err(Error::Design(DesignError::Uncertain(UncertainError::NothingUncertain { design }))) => {
+                return Ok(vec![Part::Words(format!(
+                    "Nothing is said to be uncertain in {design}, so that there is nothing to analyse: a section \
+                        [uncertainty] in it would name coefficients with their ranges."
+                ))]);
+            }
+            Err(reason) => without.push(reason),
         }
-        other => other?,
-    };
-    Ok(vec![
-        Part::Words(about(&found, subject.inputs.design.lags)),
+    }
+    if found.is_empty()
+        && let Some(reason) = without.pop()
+    {
+        return Err(reason);
+    }
+    let mut parts = vec![Part::Words(about(&found, subject.inputs.design.lags))];
+    let missing = without.iter().map(|reason| Part::Words(format!("One speed is missing below: {reason}.")));
+    parts.extend(missing);
+    parts.extend([
         Part::Figure(figure(subject, &found)),
         Part::Table(table(&found)),
         Part::Words(about_vehicles()),
         Part::Table(vehicles_table(&found)),
         Part::Table(causes_table(&found)),
-        Part::Verdict(stability_verdict(&bounds(&found))),
-        Part::Verdict(speed_verdict(subject.inputs.design.scheduling().0, &bounds(&found))),
         Part::Words(about_gain()),
         Part::Table(gain_table(&found)),
-    ])
+    ]);
+    // They are about all six speeds.
+    if without.is_empty() {
+        parts.push(Part::Claim(stability_claim(&bounds(&found))));
+        parts.push(Part::Claim(speed_claim(subject.inputs.design.scheduling().0, &bounds(&found))));
+    }
+    Ok(parts)
 }
 
 /// All speeds, side by side.
-fn at_all_speeds(subject: &Subject) -> Result<Vec<SpeedMu>, Error> {
+fn at_all_speeds(subject: &Subject) -> Vec<Result<SpeedMu, Error>> {
     let mut all = side_by_side(subject.speeds.iter().copied().enumerate(), |(i, speed)| {
         let analysis = SpeedMu::new(subject, speed);
         subject.progress.done("report", &format!("  mu at {speed:.2} m/s"));
@@ -86,7 +101,7 @@ fn about(found: &[SpeedMu], has_lags: bool) -> String {
     format!(
         "mu is one over the size of the smallest perturbation that destabilises the loop of the linear model \
             and the controller, both frozen at a speed; 1 is the uncertainty that the design file declares. \
-            The paper does not print the structure of its uncertainty. Here it is up to {parameters} real \
+            It is up to {parameters} real \
             parameters in {channels} channels: coefficients with their relative errors, the gain of each \
             actuator, and how far all that moves the trim. The coefficients enter exactly, the trim to first \
             order. The upper bound of the table holds at every frequency from zero to infinity, between the \
@@ -106,22 +121,23 @@ fn figure(subject: &Subject, found: &[SpeedMu]) -> Figure {
     keys.push(Key::reference("mu = 1"));
     let shown = [DECADES.0, DECADES.1].map(|k| 10f64.powi(k));
     let highest = found.iter().map(SpeedMu::guaranteed).fold(1.0, f64::max);
-    let chart = |(panel, speeds): (usize, &[SpeedMu])| {
+    let chart = |speeds: &[f64]| {
         let mut curves = vec![Curve { key: keys.len() - 1, points: shown.map(|o| (o, 1.0)).to_vec() }];
-        for (i, f) in speeds.iter().enumerate() {
-            curves.push(Curve { key: panel * IN_A_PANEL + i, points: f.upper.clone() });
+        for f in found.iter().filter(|f| speeds.contains(&f.speed)) {
+            let key = subject.speeds.iter().position(|v| *v == f.speed).unwrap_or(0);
+            curves.push(Curve { key, points: f.upper.clone() });
             let inside = |&(omega, value): &(f64, f64)| (omega.clamp(shown[0], shown[1]), value);
             let lower = f.lower.iter().map(inside).collect();
-            curves.push(Curve { key: dots + panel * IN_A_PANEL + i, points: lower });
+            curves.push(Curve { key: dots + key, points: lower });
         }
         Chart {
             title: String::new(),
             x: Axis::logarithmic("frequency (rad/s)"),
-            y: Axis::linear("mu").over(0.0, 1.06 * highest),
+            y: Axis::linear("mu (-)").over(0.0, 1.06 * highest),
             curves,
         }
     };
-    let charts = found.chunks(IN_A_PANEL).enumerate().map(chart).collect();
+    let charts = subject.speeds.chunks(IN_A_PANEL).map(chart).collect();
     Figure {
         name: "fig7-mu-bounds".into(),
         caption: format!(
@@ -229,7 +245,7 @@ fn causes(worst: &[Change]) -> String {
     named.map(|c| format!("{} {} ({:.0} %)", c.name, c.by, 100.0 * c.share)).collect::<Vec<_>>().join(", ")
 }
 
-fn stability_verdict(bounds: &[Bounds]) -> Verdict {
+fn stability_claim(bounds: &[Bounds]) -> Claim {
     // A vehicle that is unstable as it flies counts, whatever is guaranteed in continuous time.
     let upper = |b: &Bounds| if b.vehicle >= 1.0 { f64::NAN } else { b.guaranteed };
     let pairs: Vec<(f64, f64)> = bounds.iter().map(|b| (upper(b), b.vehicle)).collect();
@@ -239,7 +255,7 @@ fn stability_verdict(bounds: &[Bounds]) -> Verdict {
         if speeds.is_empty() { "no speed".into() } else { format!("{} m/s", speeds.join(", ")) }
     };
     let most = bounds.iter().map(|b| b.guaranteed).fold(0.0, f64::max);
-    Verdict {
+    Claim {
         claim: "mu peaks at 0.268, so that 373 % of the modelled uncertainty is tolerated (section 4, Fig. 7).",
         criterion: "robust stability: a vehicle within the declared uncertainty, trimmed again, whose loop is \
             not stable as it flies refutes it at its speed; where none was found, mu of \
@@ -260,17 +276,17 @@ fn stability_verdict(bounds: &[Bounds]) -> Verdict {
     }
 }
 
-fn speed_verdict(centre: f64, bounds: &[Bounds]) -> Verdict {
+fn speed_claim(centre: f64, bounds: &[Bounds]) -> Claim {
     let of = |value: &dyn Fn(&Bounds) -> f64| -> Vec<(f64, f64)> {
         bounds.iter().map(|b| (b.speed, value(b))).collect()
     };
     // Where no vehicle was found it takes more than anywhere else.
     let measures = [of(&|b| b.guaranteed), of(&|b| if b.vehicle.is_nan() { 0.0 } else { b.vehicle })];
-    let words = |measure: &[(f64, f64)]| match crate::verdict::worst(measure) {
+    let words = |measure: &[(f64, f64)]| match crate::claims::worst(measure) {
         Some(at) => format!("at {at:.2} m/s"),
         None => "at no single speed".into(),
     };
-    Verdict {
+    Claim {
         claim: "mu is largest at low speed, 1 m/s: it is more difficult to control the vehicle at low speed \
             than at high speed (section 4, Fig. 7).",
         criterion: format!(
@@ -290,7 +306,7 @@ fn speed_verdict(centre: f64, bounds: &[Bounds]) -> Verdict {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::verdict::Finding;
+    use crate::claims::Finding;
 
     fn at(speed: f64, guaranteed: f64, vehicle: f64) -> Bounds {
         Bounds { speed, guaranteed, vehicle }
@@ -298,24 +314,24 @@ mod tests {
 
     #[test]
     fn stability_follows_the_vehicles_that_fly() {
-        let good = stability_verdict(&[at(0.5, 0.3, 0.2), at(1.0, 0.5, f64::NAN)]);
+        let good = stability_claim(&[at(0.5, 0.3, 0.2), at(1.0, 0.5, f64::NAN)]);
         assert_eq!(good.finding, Finding::Confirmed);
         assert!(good.because.contains("unstable as it flies: no speed;"), "{}", good.because);
         assert!(good.because.contains("continuous time: 0.50, 1.00 m/s."), "{}", good.because);
         assert!(good.because.contains("0.500 at most there, a margin of 200 %"), "{}", good.because);
-        assert_eq!(stability_verdict(&[at(0.5, 0.3, 0.2), at(1.0, 1.5, 1.4)]).finding, Finding::Partly);
+        assert_eq!(stability_claim(&[at(0.5, 0.3, 0.2), at(1.0, 1.5, 1.4)]).finding, Finding::Partly);
         // What is guaranteed in continuous time does not outweigh a vehicle that is unstable as it flies; what the
         // model alone does refutes nothing.
-        assert_eq!(stability_verdict(&[at(1.0, 0.9, 1.1)]).finding, Finding::NotConfirmed);
-        assert_eq!(stability_verdict(&[at(1.0, 1.5, f64::NAN)]).finding, Finding::Unknown);
+        assert_eq!(stability_claim(&[at(1.0, 0.9, 1.1)]).finding, Finding::NotConfirmed);
+        assert_eq!(stability_claim(&[at(1.0, 1.5, f64::NAN)]).finding, Finding::Unknown);
     }
 
     #[test]
     fn the_speed_follows_the_bounds() {
         let (low, high) = ([at(1.0, 2.0, 1.9), at(2.0, 1.0, 0.9)], [at(1.0, 1.0, 0.9), at(2.0, 2.0, 1.9)]);
-        assert_eq!(speed_verdict(1.5, &low).finding, Finding::Confirmed);
-        assert_eq!(speed_verdict(1.5, &high).finding, Finding::NotConfirmed);
-        assert_eq!(speed_verdict(1.5, &[at(1.0, 2.0, 0.5), at(2.0, 1.0, 0.9)]).finding, Finding::Partly);
+        assert_eq!(speed_claim(1.5, &low).finding, Finding::Confirmed);
+        assert_eq!(speed_claim(1.5, &high).finding, Finding::NotConfirmed);
+        assert_eq!(speed_claim(1.5, &[at(1.0, 2.0, 0.5), at(2.0, 1.0, 0.9)]).finding, Finding::Partly);
     }
 
     #[test]

@@ -108,7 +108,7 @@ fn figure(subject: &Subject, figures: &RobustFigures) -> Figure {
         y,
         curves,
     };
-    let gain = format!("worst-case gain at {}", whole_percent(figures.constant_size));
+    let gain = format!("worst-case gain at {} (-)", whole_percent(figures.constant_size));
     Figure {
         name: "robust-and-nominal".into(),
         caption: format!(
@@ -118,7 +118,7 @@ fn figure(subject: &Subject, figures: &RobustFigures) -> Figure {
         ),
         keys: vec![Key::nth(1, "nominal controller"), Key { dash: "", ..Key::nth(0, "robust controller") }],
         charts: vec![
-            chart("", Axis::linear("mu"), [0, 1].map(|i| curve(i, &|f| f.mu[i])).into()),
+            chart("", Axis::linear("mu (-)"), [0, 1].map(|i| curve(i, &|f| f.mu[i])).into()),
             chart(
                 "",
                 Axis::linear(gain),

@@ -1,5 +1,6 @@
 //! The weights against what was achieved: sensitivities and control efforts at six speeds.
 
+use crate::claims::{Claim, all_below};
 use crate::error::Error;
 use crate::page::axis::Axis;
 use crate::page::chart::{Chart, Curve};
@@ -8,7 +9,6 @@ use crate::page::key::Key;
 use crate::page::section::{Part, Table};
 use crate::sections::frozen_loop::FrozenLoop;
 use crate::subject::Subject;
-use crate::verdict::{Verdict, all_below};
 use auv::Linearisation;
 use lpv::controller::Controller;
 use lpv::matrix::largest;
@@ -77,8 +77,8 @@ pub fn sensitivity(subject: &Subject) -> Result<Vec<Part>, Error> {
     Ok(vec![
         Part::Figure(figure),
         Part::Table(table(subject, &peaks, &steady)),
-        Part::Verdict(peak_verdict(&peaks, weight.peak)),
-        Part::Verdict(steady_verdict(&steady, weight.steady_error)),
+        Part::Claim(peak_claim(&peaks, weight.peak)),
+        Part::Claim(steady_claim(&steady, weight.steady_error)),
     ])
 }
 
@@ -131,11 +131,11 @@ fn chart(
         let points = axis.iter().map(|omega| (*omega, factor * limit(*omega))).collect();
         curves.push(Curve { key: loops.len() + k, points });
     }
-    Chart { title, x: Axis::logarithmic("frequency (rad/s)"), y: Axis::logarithmic("magnitude"), curves }
+    Chart { title, x: Axis::logarithmic("frequency (rad/s)"), y: Axis::logarithmic("magnitude (-)"), curves }
 }
 
-fn peak_verdict(peaks: &Both, limit: f64) -> Verdict {
-    Verdict {
+fn peak_claim(peaks: &Both, limit: f64) -> Claim {
+    Claim {
         claim: "M_s = 2 in the weight gives a good robustness margin (section 3B).",
         criterion: format!(
             "the peak of |S| of pitch below M_s = {limit} at each of the six speeds, of the loop as it flies: \
@@ -150,9 +150,9 @@ fn peak_verdict(peaks: &Both, limit: f64) -> Verdict {
     }
 }
 
-fn steady_verdict(steady: &Both, limit: f64) -> Verdict {
+fn steady_claim(steady: &Both, limit: f64) -> Claim {
     let percent = |v: &[f64]| 100.0 * largest(0.0, v.iter().copied());
-    Verdict {
+    Claim {
         claim: "epsilon = 0.01 in the weight keeps the tracking error below 1 % (section 3B).",
         criterion: format!(
             "the error of pitch at zero frequency below {} %, which is epsilon of this design, at each of the six \
@@ -171,7 +171,7 @@ fn steady_verdict(steady: &Both, limit: f64) -> Verdict {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::verdict::Finding;
+    use crate::claims::Finding;
 
     #[test]
     fn the_weight_asks_for_its_three_numbers() {
@@ -181,12 +181,12 @@ mod tests {
     }
 
     #[test]
-    fn verdicts_follow_the_numbers() {
+    fn claims_follow_the_numbers() {
         let both = |flying: &[f64], ideal: &[f64]| Both { flying: flying.into(), ideal: ideal.into() };
-        assert_eq!(peak_verdict(&both(&[1.2, 1.9], &[1.1, 1.8]), 2.0).finding, Finding::Confirmed);
-        assert_eq!(steady_verdict(&both(&[0.02], &[0.001]), 0.01).finding, Finding::NotConfirmed);
+        assert_eq!(peak_claim(&both(&[1.2, 1.9], &[1.1, 1.8]), 2.0).finding, Finding::Confirmed);
+        assert_eq!(steady_claim(&both(&[0.02], &[0.001]), 0.01).finding, Finding::NotConfirmed);
         // What flies counts, and both are reported.
-        let found = peak_verdict(&both(&[2.5, 1.9], &[1.7, 1.2]), 2.0);
+        let found = peak_claim(&both(&[2.5, 1.9], &[1.7, 1.2]), 2.0);
         assert_eq!(found.finding, Finding::Partly);
         assert!(found.because.contains("2.50 as it flies, and 1.70 in continuous time"), "{}", found.because);
     }

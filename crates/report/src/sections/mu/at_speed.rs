@@ -22,7 +22,12 @@ use squid_design::uncertain::vehicle;
 
 /// Frequencies of the curves, rad/s: from the first to the last power of ten, and how many in each decade.
 pub const DECADES: (i32, i32) = (-3, 2);
-const UPPER_POINTS: i32 = 8;
+const UPPER_POINTS: i32 = 6;
+/// So many more are added where the curve bends: until a point is off the line between its neighbours by no more than this
+/// part of the peak, or lies this near to one of them, in decades.
+const ADDED: usize = 30;
+const SMOOTH: f64 = 0.015;
+const FINEST: f64 = 0.01;
 
 /// The same of the lower bounds, which take longer and are of interest where the upper ones are high.
 const LOWER_DECADES: (i32, i32) = (-2, 1);
@@ -143,7 +148,7 @@ fn upper_curve(
     axis.sort_by(f64::total_cmp);
     axis.dedup();
     let mut start = None;
-    let at = |omega: f64| {
+    let mut at = |omega: f64| {
         let m = response(system, omega)?;
         let bound = upper_bound_with(
             &m,
@@ -155,7 +160,27 @@ fn upper_curve(
             (omega, bound.value)
         }))
     };
-    axis.into_iter().filter_map(at).collect()
+    let mut points: Vec<(f64, f64)> = axis.into_iter().filter_map(&mut at).collect::<Result<_, _>>()?;
+    for _ in 0..ADDED {
+        let Some(found) = roughest(&points).and_then(&mut at) else { break };
+        let found = found?;
+        points.insert(points.partition_point(|p| p.0 < found.0), found);
+    }
+    Ok(points)
+}
+
+/// Where a curve bends too much for the points that it has: the frequency (rad/s) at which one more helps most.
+fn roughest(points: &[(f64, f64)]) -> Option<f64> {
+    let drawn: Vec<(f64, f64)> = points.iter().filter(|p| p.0 > 0.0).map(|p| (p.0.log10(), p.1)).collect();
+    let highest = drawn.iter().map(|p| p.1).fold(0.0, f64::max);
+    let bend = |w: &[(f64, f64)]| {
+        let part = (w[1].0 - w[0].0) / (w[2].0 - w[0].0);
+        let wider = if part > 0.5 { (w[0].0, w[1].0) } else { (w[1].0, w[2].0) };
+        let off = (w[1].1 - w[0].1 - part * (w[2].1 - w[0].1)).abs();
+        (wider.1 - wider.0 > FINEST && off > SMOOTH * highest).then_some((off, 0.5 * (wider.0 + wider.1)))
+    };
+    let most = drawn.windows(3).filter_map(bend).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(10f64.powf(most.1))
 }
 
 /// How close to the least bound the curves are, relatively: closer than their lines are thick.
@@ -287,6 +312,20 @@ mod tests {
         assert!((found[0] - 2.0 / 3.0).abs() < 1e-8 && (found[1] - 1.0 / 3.0).abs() < 1e-8, "{found:?}");
         let ordered = ordered(&blocks, &values, &[0.3, 0.7]);
         assert_eq!((ordered[0].by.as_str(), ordered[1].by.as_str()), ("-13 %", "+40 %"));
+    }
+
+    /// A peak a twentieth of a decade wide, between two points of the grid: with the points added the curve is smooth.
+    #[test]
+    fn points_are_added_until_a_peak_is_smooth() {
+        let peak = |x: f64| 1.0 / (1.0 + ((x - 0.13) / 0.05).powi(2));
+        let mut points: Vec<(f64, f64)> =
+            (-6..=6).map(|k| f64::from(k) / 6.0).map(|x| (10f64.powf(x), peak(x))).collect();
+        while let Some(omega) = roughest(&points) {
+            points.insert(points.partition_point(|p| p.0 < omega), (omega, peak(omega.log10())));
+            assert!(points.len() < 80);
+        }
+        let highest = points.iter().map(|p| p.1).fold(0.0, f64::max);
+        assert!(highest > 0.98 && points.len() > 20, "{highest} {}", points.len());
     }
 
     #[test]

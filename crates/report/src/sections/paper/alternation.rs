@@ -2,7 +2,7 @@
 //! constant speed.
 
 use crate::error::Error;
-use crate::sections::switched::Handover;
+use crate::sections::paper::switched::Handover;
 use crate::subject::Subject;
 use lpv::matrix::{Mat, block, eigenvalues, largest};
 use lpv::state_space::StateSpace;

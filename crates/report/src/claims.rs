@@ -52,7 +52,7 @@ impl Finding {
 
 /// A claim that was put to the test.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Verdict {
+pub struct Claim {
     /// What the paper claims.
     pub claim: &'static str,
     /// By what it is judged here.

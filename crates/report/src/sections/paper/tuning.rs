@@ -1,14 +1,13 @@
 //! The paper's Fig. 5: pitch responses at six speeds for three bandwidths of W_e.
 
+use crate::claims::{Claim, LEAST_DAMPING, all_below, best, equivalent_damping, least, well_damped, worst};
 use crate::error::Error;
 use crate::page::chart::{Chart, Curve};
 use crate::page::figure::Figure;
 use crate::page::section::{Part, Table};
+use crate::page::words::seconds;
 use crate::sections::frozen_loop::FrozenLoop;
 use crate::subject::{FLOWN, SHOWN, STEP_TIME, Subject};
-use crate::verdict::{
-    LEAST_DAMPING, Verdict, all_below, best, equivalent_damping, least, well_damped, worst,
-};
 use lpv::synthesis::synthesise;
 use signals::PITCH;
 use squid_design::augment::augment;
@@ -83,10 +82,10 @@ pub fn tuning(subject: &Subject) -> Result<Vec<Part>, Error> {
         Part::Words(words),
         Part::Figure(figure(subject, &all)),
         Part::Table(table(subject, &all)),
-        Part::Verdict(damping_verdict(&all)),
-        Part::Verdict(bandwidth_verdict(&all)),
+        Part::Claim(damping_claim(&all)),
+        Part::Claim(bandwidth_claim(&all)),
         Part::Table(costs_table(&all)),
-        Part::Verdict(best_verdict(&all)),
+        Part::Claim(best_claim(&all)),
     ])
 }
 
@@ -193,15 +192,7 @@ fn table(subject: &Subject, all: &[Tuned]) -> Table {
     table
 }
 
-/// A time, or that it was not reached, or is not known.
-pub fn seconds(v: f64) -> String {
-    if v.is_nan() {
-        return "-".into();
-    }
-    if v.is_finite() { format!("{v:.2}") } else { "never".into() }
-}
-
-fn damping_verdict(all: &[Tuned]) -> Verdict {
+fn damping_claim(all: &[Tuned]) -> Claim {
     let each = || all.iter().flat_map(|t| &t.responses);
     let of = |of: fn(&Response) -> f64| each().map(of).collect::<Vec<f64>>();
     let (modes, seen) = (of(|r| r.flying.modes), of(|r| r.flying.seen));
@@ -209,7 +200,7 @@ fn damping_verdict(all: &[Tuned]) -> Verdict {
     let enough = |ratios: &[f64]| ratios.iter().filter(|z| **z >= LEAST_DAMPING).count();
     let overshoot = of(|r| r.figures.overshoot).into_iter().fold(0.0, f64::max);
     let both: Vec<f64> = modes.iter().chain(&seen).copied().collect();
-    Verdict {
+    Claim {
         claim: "the closed loop is well damped at all speeds (Fig. 5).",
         criterion: format!(
             "at each of the six speeds and three bandwidths, of the loop as it flies, both the least damping \
@@ -235,7 +226,7 @@ fn damping_verdict(all: &[Tuned]) -> Verdict {
     }
 }
 
-fn bandwidth_verdict(all: &[Tuned]) -> Verdict {
+fn bandwidth_claim(all: &[Tuned]) -> Claim {
     let largest = |of: fn(&Response) -> f64| -> Vec<f64> {
         all.iter().map(|t| t.responses.iter().map(of).fold(0.0, worse)).collect()
     };
@@ -244,7 +235,7 @@ fn bandwidth_verdict(all: &[Tuned]) -> Verdict {
         let each = all.iter().zip(found).map(|(t, b)| format!("{b:.2} rad/s with w_b = {}", t.weight));
         each.collect::<Vec<_>>().join(", ")
     };
-    Verdict {
+    Claim {
         claim: "the bandwidth of the closed loop is below 1 rad/s at all speeds (section 4).",
         criterion: format!(
             "the highest frequency at which |T| of pitch is 1/sqrt(2), of the loop as it flies, largest over \
@@ -289,7 +280,7 @@ fn costs_table(all: &[Tuned]) -> Table {
     Table { head, rows: all.iter().enumerate().map(row).collect() }
 }
 
-fn best_verdict(all: &[Tuned]) -> Verdict {
+fn best_claim(all: &[Tuned]) -> Claim {
     let costs = costs(all);
     let measures: Vec<Vec<(f64, f64)>> = costs.iter().map(|(_, values)| values.clone()).collect();
     let each: Vec<String> = costs
@@ -303,7 +294,7 @@ fn best_verdict(all: &[Tuned]) -> Verdict {
         least(values).is_some_and(|at| at != PREFERRED) && worst(values).is_some_and(|at| at != PREFERRED)
     };
     let between = measures.iter().filter(middling).count();
-    Verdict {
+    Claim {
         claim: "from the point of view of time simulation w_b = 0.23 is the best of the three (section 4).",
         criterion:
             "which bandwidth has the least of four costs of the flown steps over the six speeds: ITAE \
@@ -323,11 +314,11 @@ fn best_verdict(all: &[Tuned]) -> Verdict {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::verdict::Finding;
+    use crate::claims::Finding;
 
     /// A loop that is good in continuous time and not as it flies confirms nothing; both are reported.
     #[test]
-    fn verdicts_are_on_the_loop_that_flies() {
+    fn claims_are_on_the_loop_that_flies() {
         let linear = |bandwidth, modes, seen| Linear { impulse: vec![], bandwidth, modes, seen };
         let response = Response {
             flying: linear(1.2, 0.1, 0.2),
@@ -337,7 +328,7 @@ mod tests {
             cost: 0.0,
         };
         let all = [Tuned { weight: 0.46, letter: "a", gamma: 1.0, responses: vec![response] }];
-        let (damping, bandwidth) = (damping_verdict(&all), bandwidth_verdict(&all));
+        let (damping, bandwidth) = (damping_claim(&all), bandwidth_claim(&all));
         assert_eq!((damping.finding, bandwidth.finding), (Finding::NotConfirmed, Finding::NotConfirmed));
         assert!(
             damping.because.contains("the least with 0.100") && damping.because.contains("0.800 and 0.700")

@@ -1,15 +1,15 @@
 //! The scheduled controller against controllers made for six speeds and switched, under the same ramp of speed.
 
+use crate::claims::{AT_REST, Claim, Ridden, WORSE, switching_harms};
 use crate::error::Error;
 use crate::page::chart::{Chart, Curve};
 use crate::page::figure::Figure;
 use crate::page::key::Key;
 use crate::page::section::{Part, Table};
 use crate::page::words::capital;
-use crate::sections::alternation::{Alternation, Loop, worst_alternation};
-use crate::sections::switched::{Handover, fly_switched};
+use crate::sections::paper::alternation::{Alternation, Loop, worst_alternation};
+use crate::sections::paper::switched::{Handover, fly_switched};
 use crate::subject::Subject;
-use crate::verdict::{AT_REST, Ridden, Verdict, WORSE, switching_harms};
 use lpv::error::SynthesisError;
 use lpv::state_space::StateSpace;
 use lpv::synthesis::Design;
@@ -78,7 +78,7 @@ pub fn switching(subject: &Subject) -> Result<Vec<Part>, Error> {
         Part::Figure(figure(subject, &flights)),
         Part::Table(table),
         Part::Table(turns_table(&turns)),
-        Part::Verdict(verdict(&ridden, &turns)),
+        Part::Claim(claim(&ridden, &turns)),
     ])
 }
 
@@ -143,7 +143,7 @@ fn turns_table(turns: &[Turns]) -> Table {
     table
 }
 
-fn verdict(ridden: &[Ridden], turns: &[Turns]) -> Verdict {
+fn claim(ridden: &[Ridden], turns: &[Turns]) -> Claim {
     let (scheduled, switched) = (ridden[0], &ridden[1..]);
     let largest = |of: fn(&Ridden) -> f64| switched.iter().map(of).fold(0.0, f64::max);
     let resting = switched.iter().filter(|r| r.error_at_end <= AT_REST).count();
@@ -154,7 +154,7 @@ fn verdict(ridden: &[Ridden], turns: &[Turns]) -> Verdict {
         [] => "No signal that was tried makes two stable controllers an unstable loop.".to_owned(),
         names => format!("Taking turns makes the loop unstable: {}.", names.join("; ")),
     };
-    Verdict {
+    Claim {
         claim: "switching may do harm, up to instability, even between controllers each of which is stable \
             (introduction).",
         criterion: format!(

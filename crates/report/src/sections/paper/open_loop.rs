@@ -1,14 +1,14 @@
 //! The paper's Fig. 6: the vehicle alone.
 
+use crate::claims::{Claim, each_smaller};
 use crate::error::Error;
 use crate::page::axis::Axis;
 use crate::page::chart::{Chart, Curve};
 use crate::page::figure::Figure;
 use crate::page::section::{Part, Table};
 use crate::page::words::capital;
-use crate::sections::tuning::seconds;
+use crate::page::words::seconds;
 use crate::subject::{FLOWN, STEP_TIME, Subject};
-use crate::verdict::{Verdict, each_smaller};
 use lpv::matrix::eigenvalues;
 use nalgebra::Complex;
 use squid_design::linearise::{STATES, linearise_at};
@@ -70,7 +70,7 @@ pub fn open_loop(subject: &Subject) -> Result<Vec<Part>, Error> {
         keys: subject.speed_keys().into_iter().take(SHOWN_SPEEDS).collect(),
         charts: vec![Chart { y, ..Chart::over_time("", "", curves) }],
     };
-    let mut parts = vec![Part::Figure(figure), Part::Table(table), Part::Verdict(verdict(&pairs))];
+    let mut parts = vec![Part::Figure(figure), Part::Table(table), Part::Claim(claim(&pairs))];
     parts.extend(published(subject)?);
     Ok(parts)
 }
@@ -106,9 +106,9 @@ fn poles(all: &[Complex<f64>]) -> String {
     upper.into_iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
-fn verdict(pairs: &[(f64, f64)]) -> Verdict {
+fn claim(pairs: &[(f64, f64)]) -> Claim {
     let faster = pairs.iter().filter(|(closed, open)| closed < open).count();
-    Verdict {
+    Claim {
         claim: "compared with the vehicle alone (Fig. 6), the responses of the closed loop are fast (section 4).",
         criterion: format!(
             "the closed loop's pitch step settles to {:.0} % sooner than the vehicle alone does after a step \
@@ -145,7 +145,7 @@ fn settling_time(points: &[(f64, f64)]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::verdict::Finding;
+    use crate::claims::Finding;
 
     /// What the thesis prints for REMUS is set beside what follows from its coefficients, computed; a vehicle without
     /// such a note has no such part.
@@ -167,8 +167,8 @@ mod tests {
     }
 
     #[test]
-    fn the_verdict_follows_the_times() {
-        assert_eq!(verdict(&[(5.0, f64::INFINITY), (4.0, 9.0)]).finding, Finding::Confirmed);
-        assert_eq!(verdict(&[(9.0, 5.0)]).finding, Finding::NotConfirmed);
+    fn the_claim_follows_the_times() {
+        assert_eq!(claim(&[(5.0, f64::INFINITY), (4.0, 9.0)]).finding, Finding::Confirmed);
+        assert_eq!(claim(&[(9.0, 5.0)]).finding, Finding::NotConfirmed);
     }
 }

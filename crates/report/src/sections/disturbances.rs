@@ -1,0 +1,112 @@
+//! What a current and the noise of the sensors do to the loop.
+
+use crate::error::Error;
+use crate::page::axis::Axis;
+use crate::page::chart::{Chart, Curve};
+use crate::page::figure::Figure;
+use crate::page::section::Part;
+use crate::page::words::capital;
+use crate::peers::law::{Scheduled, fly};
+use crate::sections::steps;
+use crate::subject::{SHOWN, STEP_TIME, Subject};
+use auv::{Current, Linearisation};
+use lpv::matrix::complex_singular_values;
+use lpv::state_space::StateSpace;
+use nalgebra::Complex;
+use signals::Signal;
+use squid_design::check::flown::GUST;
+use squid_design::check::sampled::{cannot, trapezoidal};
+use squid_design::numbers::readable;
+use squid_flight::flight::{Demand, Flight};
+use std::f64::consts::PI;
+
+/// When the water begins to move forward, too (s).
+const FORWARD_TIME: f64 = 16.0;
+/// Frequencies of the responses to noise, 10^-2 rad/s and up, this many a decade.
+const LOWEST: i32 = -2;
+const IN_A_DECADE: i32 = 40;
+
+/// The section on a current that begins at once, and on noise.
+///
+/// # Errors
+/// As [`fly`]; those of freezing and sampling the controller.
+pub fn disturbances(subject: &Subject) -> Result<Vec<Part>, Error> {
+    let flown =
+        subject.speeds.iter().map(|v| in_current(subject, *v)).collect::<Result<Vec<Flight>, Error>>()?;
+    let words = format!(
+        "The water begins to move down by {GUST} m/s at {STEP_TIME:.0} s and forward by as much at {FORWARD_TIME:.0} s, at once \
+            and everywhere, and stays so. Speed is that through the water. \
+            Nonlinear and sampled, as above."
+    );
+    let current = Figure {
+        name: "current".into(),
+        caption: format!("{} in a current that begins at once, at six speeds.", capital(&subject.name())),
+        ..steps::figure(subject, &flown)
+    };
+    Ok(vec![Part::Words(words), Part::Figure(current), Part::Figure(noise(subject)?)])
+}
+
+fn in_current(subject: &Subject, speed: f64) -> Result<Flight, Error> {
+    let moves = |time: f64, from: f64| if time + 1e-9 < from { 0.0 } else { GUST };
+    let demand = |time: f64| Demand {
+        speed,
+        pitch_above_trim: 0.0,
+        current: Current { horizontal: moves(time, FORWARD_TIME), vertical: moves(time, STEP_TIME) },
+    };
+    let vehicle = &subject.inputs.vehicle;
+    let gains = vec![1.0; vehicle.actuators.len()];
+    fly(subject, &Scheduled(subject), (vehicle, &gains), (SHOWN, demand))
+}
+
+/// How much of their reach the commands take for the noise of each sensor, over its frequency.
+fn noise(subject: &Subject) -> Result<Figure, Error> {
+    let design = &subject.inputs.design;
+    let sensors: Vec<(&Signal, f64)> = match design.measured.is_empty() {
+        true => design.tracked.iter().map(|t| (t.signal(), t.scale)).collect(),
+        false => design.measured.iter().map(|m| (m.signal(), m.scale)).collect(),
+    };
+    let systems = subject.truth.iter().map(|l| noisy(subject, l, sensors.len()));
+    let systems = systems.collect::<Result<Vec<StateSpace>, Error>>()?;
+    let tick = design.sample_time;
+    let omega = |k: i32| 10f64.powf(f64::from(LOWEST) + f64::from(k) / f64::from(IN_A_DECADE));
+    let axis: Vec<f64> = (0..).map(omega).take_while(|omega| *omega < PI / tick).collect();
+    let chart = |(j, (signal, scale)): (usize, &(&Signal, f64))| {
+        let (factor, unit) = readable(signal.unit);
+        let (factor, unit) =
+            if signal.unit == "rad/s" { (1f64.to_degrees(), "deg/s") } else { (factor, unit) };
+        let curve = |(key, system): (usize, &StateSpace)| {
+            let one = system.parts(0..system.c.nrows(), j..j + 1);
+            let at = |omega: f64| {
+                let g = one.response(Complex::new(0.0, omega * tick).exp())?;
+                let largest = complex_singular_values(&g).first().copied()?;
+                Some((omega, 100.0 * largest / (factor * scale)))
+            };
+            Curve { key, points: axis.iter().filter_map(|omega| at(*omega)).collect() }
+        };
+        Chart {
+            title: format!("noise of {}", signal.name),
+            x: Axis::logarithmic("frequency (rad/s)"),
+            y: Axis::logarithmic(format!("commands (% of reach per {unit})")),
+            curves: systems.iter().enumerate().map(curve).collect(),
+        }
+    };
+    Ok(Figure {
+        name: "noise".into(),
+        caption: format!(
+            "How large the commands of {} become for a sine of each measurement's noise, all together, at six frozen speeds, \
+                as the loop flies.",
+            subject.name()
+        ),
+        keys: subject.speed_keys(),
+        charts: sensors.iter().enumerate().map(chart).collect(),
+    })
+}
+
+/// From the noise of the sensors, the last of what the controller takes in, to the commands.
+fn noisy(subject: &Subject, l: &Linearisation, sensors: usize) -> Result<StateSpace, Error> {
+    let sampling = subject.sampling();
+    let k = trapezoidal(&subject.frozen(&subject.controller, l)?, sampling.sample_time).ok_or_else(cannot)?;
+    let whole = sampling.held(l).injected(&k);
+    let (inputs, outputs, m) = (whole.b.ncols(), whole.c.nrows(), sampling.actuators.len());
+    Ok(whole.parts(outputs - m..outputs, inputs - m - sensors..inputs - m))
+}

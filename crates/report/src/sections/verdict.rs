@@ -1,0 +1,26 @@
+//! What the design asks of the loop, and what the loop achieves as it flies.
+
+use crate::error::Error;
+use crate::page::section::{Part, Table};
+use crate::subject::Subject;
+use squid_design::verdict::row::Row;
+
+/// The section with the verdict's table.
+///
+/// # Errors
+/// As [`Subject::verdict`].
+pub fn verdict(subject: &Subject) -> Result<Vec<Part>, Error> {
+    let verdict = subject.verdict()?;
+    let mut table = Table::new(["what", "asked", "achieved, at its worst", "", "where"]);
+    let row = |row: &Row| {
+        vec![row.what.clone(), row.asked(), row.found(), row.outcome.to_string(), row.achieved.place()]
+    };
+    table.rows = verdict.rows.iter().map(row).collect();
+    let words = format!(
+        "Of {}: {}. The limits are those of [require] in {}.toml, or what holds without it.",
+        subject.name(),
+        verdict.summary(),
+        subject.inputs.design.name
+    );
+    Ok(vec![Part::Words(words), Part::Table(table)])
+}

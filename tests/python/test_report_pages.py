@@ -1,0 +1,98 @@
+"""The pages of the report in a browser, headless Chromium: no script fails, nothing is cut off, no figure is empty."""
+
+from __future__ import annotations
+
+import html
+import json
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from conftest import SQUID, Run, reported
+from fly.stages import ROOT
+
+CHROMIUM = shutil.which("chromium")
+PROBE = (Path(__file__).parent / "probe.js").read_text(encoding="utf-8")
+CATCH = "window.problems = []; addEventListener('error', event => problems.push(String(event.message)));"
+VEHICLES = sorted(path.parent for path in (ROOT / "vehicles").glob("*/design.toml"))
+NARROW, WIDE = 420, 1400
+FLAGS = (
+    "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking "
+    "--disable-component-update --disable-sync --hide-scrollbars --virtual-time-budget=10000"
+)
+
+pytestmark = pytest.mark.skipif(
+    CHROMIUM is None and "CI" not in os.environ, reason="chromium is missing; .ci/run installs it"
+)
+
+
+def look(page: str, folder: Path, width: int, *flags: str) -> dict:
+    """Return what the probe finds in a window so wide."""
+    probed = page.replace("<head>", f"<head><script>{CATCH}</script>", 1)
+    probed = probed.replace("</body>", f"<script>/*<![CDATA[*/{PROBE}/*]]>*/</script></body>", 1)
+    path = folder / "page.html"
+    # In a frame, since a window is never narrower than 500 pixels; a frame follows the scheme of the page around it.
+    framed = f'<iframe style="border:0;width:{width}px;height:900px" srcdoc="{html.escape(probed)}"></iframe>'
+    scheme = '<meta charset="utf-8"><meta name="color-scheme" content="light dark">'
+    path.write_text(f"<!DOCTYPE html>{scheme}<body>{framed}</body>", encoding="utf-8")
+    assert CHROMIUM, "chromium is missing: apt-get install chromium"
+    words = [CHROMIUM, *FLAGS.split(), *flags, f"--user-data-dir={folder / 'profile'}"]
+    words += [f"--window-size={WIDE + 100},1000", "--dump-dom", path.as_uri()]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=120, check=True)
+    found = re.search(r'<pre id="probe">(.*?)</pre>', done.stdout, re.DOTALL)
+    assert found, done.stderr
+    return json.loads(html.unescape(found[1]))
+
+
+def brightness(colour: str) -> float:
+    """Return the mean of red, green and blue, 0 to 255."""
+    return sum(map(float, re.findall(r"[\d.]+", colour)[:3])) / 3
+
+
+@pytest.mark.parametrize("vehicle", VEHICLES, ids=lambda vehicle: vehicle.name)
+def test_a_page_is_whole_in_a_narrow_and_in_a_wide_window(
+    run_squid: Run, vehicle: Path, tmp_path: Path
+) -> None:
+    """Of each shipped vehicle: no script fails, nothing is cut off, every chart has curves that tell their values."""
+    page = reported(run_squid, vehicle)
+    assert "could not be computed" not in page
+    for width in (NARROW, WIDE):
+        found = look(page, tmp_path, width)
+        assert found["problems"] == []
+        assert found["width"] == width
+        assert found["scrollWidth"] <= width and found["over"] == []
+        assert len(found["figures"]) >= 10
+        for figure in found["figures"]:
+            assert figure["charts"] and figure["switches"], figure["id"]
+            for chart in figure["charts"]:
+                assert chart["drawn"], (figure["id"], chart["label"])
+                assert 0.5 * min(width, 600) < chart["width"] <= width, (figure["id"], chart["label"])
+        told = [chart["told"] for figure in found["figures"] for chart in figure["charts"]]
+        assert sum(bool(re.search(r"\d", words)) for words in told) > 0.9 * len(told), (
+            "values under the pointer"
+        )
+        assert brightness(found["paper"]) > 200 > 100 > brightness(found["ink"])
+
+
+def test_a_page_is_dark_where_the_system_is(run_squid: Run, tmp_path: Path) -> None:
+    dark = look(reported(run_squid, SQUID), tmp_path, WIDE, "--force-dark-mode")
+    assert dark["problems"] == []
+    assert brightness(dark["paper"]) < 60 < 180 < brightness(dark["ink"])
+
+
+def test_the_probe_sees_what_is_wrong(run_squid: Run, tmp_path: Path) -> None:
+    """A script that fails, a box that is too wide, curves that are gone."""
+    page = reported(run_squid, SQUID)
+    spoiled = page.replace("</h1>", "</h1><script>missing();</script><div style='width:900px'>wide</div>", 1)
+    spoiled = re.sub(r' points="[^"]*"', ' points=""', spoiled)
+    found = look(spoiled, tmp_path, NARROW)
+    assert any("missing" in problem for problem in found["problems"])
+    assert found["scrollWidth"] > NARROW and any("wide" in words for words in found["over"])
+    assert all(
+        figure["id"] == "fig7-mu-bounds"
+        for figure in found["figures"]
+        if any(c["drawn"] for c in figure["charts"])
+    )
