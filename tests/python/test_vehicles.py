@@ -14,7 +14,11 @@ from flights import figures_of, fly_alone, limits, sample_time
 from fly.package import Packages
 from fly.stages import ROOT
 
-VEHICLES = ["lauv", "tethys"]
+SPEEDS = {"lauv": 1.0, "tethys": 1.0, "sparus2": 0.35}
+"""At which each is compared with the reference (m/s). That has no trim for BlueROV2, which can hold any pitch."""
+MISSED = {"lauv": {"mu"}}
+"""The requirements that a design misses, as docs/vehicles.md says."""
+VEHICLES = [*SPEEDS, "bluerov2_heavy"]
 ROWS = (ROOT / "docs" / "vehicles.md").read_text(encoding="utf-8").splitlines()
 SPREAD = 0.01
 """Of gamma: another processor rounds otherwise, and the search for the controller amplifies that."""
@@ -34,6 +38,8 @@ def test_the_gain_is_proved_and_is_that_of_the_table(shipped: Packages) -> None:
     design = load(shipped, "design.json")
     row = next(line.split("|") for line in ROWS if f"`vehicles/{shipped.vehicle}`" in line)
     assert design["certified"] is True
+    missed = {one["key"] for one in design["verdict"]["rows"] if one["outcome"] == "missed"}
+    assert missed == MISSED.get(shipped.vehicle, set())
     assert design["gamma_bound"] == pytest.approx(float(row[4]), rel=SPREAD)
 
 
@@ -50,8 +56,10 @@ def test_the_manoeuvre_is_flown_within_the_limits(shipped: Packages, run_squid: 
 
 def test_it_moves_as_the_reference_does(shipped: Packages) -> None:
     """60 s of propeller steps, saturation and a turning current, against SciPy's DOP853 at rtol 1e-10."""
+    if shipped.vehicle not in SPEEDS:
+        return
     vehicle = reference.read_vehicle(ROOT / "vehicles" / shipped.vehicle / "vehicle.toml")
-    found, travelled = differences(shipped.plant, vehicle, speed=1.0, depth=20.0)
+    found, travelled = differences(shipped.plant, vehicle, speed=SPEEDS[shipped.vehicle], depth=20.0)
     assert travelled > 0.0, "the vehicle must have moved"
     assert found["pitch"] < PITCH_TOLERANCE, found
     assert max(found.values()) < 1e-5, found
