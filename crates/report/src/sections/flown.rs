@@ -11,6 +11,7 @@ use auv::Actuator;
 use squid_design::check::flown::{FOLLOWED, Flown, GUST};
 use squid_design::check::margins::Margins;
 use squid_design::numbers::readable;
+use squid_design::verdict::frozen::AtSpeed;
 
 /// A row of the table.
 struct Row {
@@ -51,35 +52,48 @@ pub fn flown(subject: &Subject) -> Result<Vec<Part>, Error> {
         }));
         table.rows.push(row);
     }
-    let [margins, noise] = over_speed(subject, &speeds, &found).map(Part::Figure);
-    Ok(vec![margins, noise, Part::Table(table), Part::Words(words())])
+    let figures = [margins(subject, frozen), noise(subject, frozen)].map(Part::Figure);
+    Ok(figures.into_iter().chain([Part::Table(table), Part::Words(words())]).collect())
 }
 
-/// The least margins over speed, and what noise does to each command.
-fn over_speed(subject: &Subject, speeds: &[f64], found: &[Option<&Flown>]) -> [Figure; 2] {
-    let least = |f: &Flown, of: fn(&Margins) -> f64| f.margins().map(of).fold(f64::INFINITY, f64::min);
-    let curve = |key: usize, of: &dyn Fn(&Flown) -> f64| {
-        let points = speeds.iter().zip(found).filter_map(|(v, f)| Some((*v, of((*f)?))));
-        Curve { key, points: points.collect() }
-    };
-    let chart = |label: &str, curves| Chart {
-        title: String::new(),
-        x: Axis::linear("speed V (m/s)"),
-        y: Axis::linear(label),
-        curves,
-    };
-    let keys = |names: &[&str]| -> Vec<Key> {
-        names.iter().enumerate().map(|(i, name)| Key { dash: "", ..Key::nth(i, *name) }).collect()
-    };
-    let decibels = |factor: f64| 20.0 * factor.log10();
-    let ends = [subject.inputs.design.speed_min, subject.inputs.design.speed_max];
-    let asked = |key: &str| {
-        let limit = subject.inputs.design.require.limit(key);
-        limit.map(|limit| Curve { key: 7, points: ends.map(|v| (v, limit)).into() })
+/// A figure at each speed at which the loop is stable.
+fn curve(frozen: &[AtSpeed], key: usize, of: &dyn Fn(&Flown) -> f64) -> Curve {
+    let points = frozen.iter().filter_map(|at| Some((at.speed, of(at.flown.as_ref()?))));
+    Curve { key, points: points.collect() }
+}
+
+fn chart(label: &str, curves: Vec<Curve>) -> Chart {
+    Chart { title: String::new(), x: Axis::linear("speed V (m/s)"), y: Axis::linear(label), curves }
+}
+
+fn keys(names: &[&str]) -> Vec<Key> {
+    names.iter().enumerate().map(|(i, name)| Key { dash: "", ..Key::nth(i, *name) }).collect()
+}
+
+/// The least margins over speed, with what is asked of them.
+fn margins(subject: &Subject, frozen: &[AtSpeed]) -> Figure {
+    let mut keys = keys(&[
+        "phase margin",
+        "phase of the disk margin",
+        "more gain",
+        "less gain",
+        "delay at one place",
+        "delay in all commands at once",
+        "|S|, largest of all places",
+    ]);
+    let limits = keys.len();
+    keys.push(Key::reference("asked for"));
+    let design = &subject.inputs.design;
+    let asked = |key: &&str| {
+        let limit = design.require.limit(key)?;
+        Some(Curve { key: limits, points: [design.speed_min, design.speed_max].map(|v| (v, limit)).into() })
     };
     let with = |curves: [Curve; 2], required: &[&str]| -> Vec<Curve> {
-        curves.into_iter().chain(required.iter().filter_map(|key| asked(key))).collect()
+        curves.into_iter().chain(required.iter().filter_map(asked)).collect()
     };
+    let least = |f: &Flown, of: fn(&Margins) -> f64| f.margins().map(of).fold(f64::INFINITY, f64::min);
+    let decibels = |factor: f64| 20.0 * factor.log10();
+    let curve = |key, of: &dyn Fn(&Flown) -> f64| curve(frozen, key, of);
     let phases = [
         curve(0, &|f| least(f, |m| m.phase.to_degrees())),
         curve(1, &|f| least(f, |m| m.disk_phase().to_degrees())),
@@ -89,46 +103,37 @@ fn over_speed(subject: &Subject, speeds: &[f64], found: &[Option<&Flown>]) -> [F
         curve(3, &|f| decibels(least(f, |m| 1.0 / m.gain_down))),
     ];
     let delays = [curve(4, &|f| least(f, |m| m.delay)), curve(5, &|f| f.common_delay)];
-    let actuators = &subject.inputs.vehicle.actuators;
-    let rms = |(j, a): (usize, &Actuator)| curve(j, &|f| 100.0 * f.noise_rms[j] / a.reach());
-    let mut names_of_margins = keys(&[
-        "phase margin",
-        "phase of the disk margin",
-        "more gain",
-        "less gain",
-        "delay at one place",
-        "delay in all commands at once",
-        "|S|, largest of all places",
-    ]);
-    names_of_margins.push(Key::reference("asked for"));
-    let margins = Figure {
+    Figure {
         name: "margins-over-speed".into(),
         caption: format!(
             "The least margins of {} over speed, of all places at which the loop can be opened.",
             subject.name()
         ),
-        keys: names_of_margins,
+        keys,
         charts: vec![
             chart("phase (deg)", with(phases, &["phase_margin", "disk_margin"])),
             chart("gain margin (dB)", with(gains, &["gain_margin"])),
             chart("delay margin (s)", with(delays, &["delay_margin"])),
             chart("peak of |S| (-)", vec![curve(6, &|f| f.peak)]),
         ],
-    };
+    }
+}
+
+/// What noise does to each command over speed.
+fn noise(subject: &Subject, frozen: &[AtSpeed]) -> Figure {
+    let actuators = &subject.inputs.vehicle.actuators;
     let names: Vec<&str> = actuators.iter().map(|a| a.name.as_str()).collect();
-    let noise = Figure {
+    let rms = |(j, a): (usize, &Actuator)| curve(frozen, j, &|f| 100.0 * f.noise_rms[j] / a.reach());
+    let curves = actuators.iter().enumerate().map(rms).collect();
+    Figure {
         name: "noise-over-speed".into(),
         caption: format!(
             "What the noise of the sensors does to each command of {} over speed.",
             subject.name()
         ),
         keys: keys(&names),
-        charts: vec![chart(
-            "commands under noise, rms (% of reach)",
-            actuators.iter().enumerate().map(rms).collect(),
-        )],
-    };
-    [margins, noise]
+        charts: vec![chart("commands under noise, rms (% of reach)", curves)],
+    }
 }
 
 fn words() -> String {
