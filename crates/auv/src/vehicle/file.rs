@@ -4,15 +4,15 @@ mod actuator_tables;
 mod hull_table;
 mod non_dimensional;
 mod published_model;
+mod units;
 
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
 use crate::toml_file::{Document, FileError, FileProblem, Table, cited, read_text};
-use crate::vehicle::allowed::Allowed;
 use crate::vehicle::coefficients::{COEFFICIENTS, CoefficientError, CoefficientSpec, Coefficients};
-use crate::vehicle::file::non_dimensional::Scales;
+use crate::vehicle::file::units::Units;
 use crate::vehicle::{Status, Vehicle, is_vehicle_name};
 
 const CONVENTION: &str = "convention";
@@ -56,8 +56,7 @@ fn parse(text: &str, file: &str) -> Result<Vehicle, FileError> {
     let mut sources = BTreeMap::new();
     let head = root.required_table("vehicle", "name, status and description of the vehicle");
     let head = head.and_then(|table| vehicle_table(&table));
-    let scales = non_dimensional::read(&root);
-    let units = Units { scales, given: root.has(non_dimensional::SECTION) };
+    let units = Units::read(&root);
     let coefficients = coefficients(&root, &units, &mut sources);
     let actuators = actuator_tables::read(&root, &units, &mut sources);
     let published_linear_model = published_model::read(&root).map(Arc::new);
@@ -78,39 +77,6 @@ fn vehicle_table(table: &Table<'_>) -> Option<(String, Status, String)> {
     let status = table.one_of("status", &Status::ALL.map(Status::word)).map(|place| Status::ALL[place]);
     let description = table.text("description");
     Some((name?, status?, description?))
-}
-
-/// The units in which a number may be given: SI, and non-dimensional if the file has scales for it.
-struct Units<'a> {
-    /// `None` where there is no section, or it cannot be read.
-    scales: Option<Scales<'a>>,
-    given: bool,
-}
-
-impl Units<'_> {
-    /// Reads a number and its source if the key is there, in one of the SI units or, with scales, non-dimensional.
-    fn quantity(
-        &self,
-        table: &Table<'_>,
-        key: &str,
-        units: &[&str],
-        allowed: Allowed,
-    ) -> Option<(f64, String)> {
-        let mut known = units.to_vec();
-        known.extend(self.given.then_some(non_dimensional::PRIME));
-        if !self.given && table.is_in(key, non_dimensional::PRIME) {
-            let meaning =
-                format!("a table with system, length and density, which '{key}' in \"prime\" needs");
-            table.blame(key, FileProblem::MissingKey { key: non_dimensional::SECTION.into(), meaning });
-            return None;
-        }
-        let found = table.quantity(key, &known, allowed)?;
-        let value = match &self.scales {
-            Some(scales) => scales.si(key, &found, units[0])?,
-            None => found.si(),
-        };
-        Some((value, found.source))
-    }
 }
 
 /// Reads every coefficient of the table, and splits combined lift.

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use crate::motion::dynamics::add;
 use crate::toml_file::{FileProblem, Table, cited};
 use crate::vehicle::actuator::{Actuator, Effect, allowed, is_actuator_name};
-use crate::vehicle::file::Units;
+use crate::vehicle::file::units::Units;
 
 const ANGLES: [&str; 2] = ["rad", "deg"];
 const THRUSTER: [&str; 7] = ["name", "x", "z", "direction", "min", "max", "lag"];
