@@ -30,6 +30,7 @@ NEVER = {
     },
     "squid-flight": {"lpv", "clap", "zip", "squid-design"},
     "squid-report": {"clap", "zip", "fmi2", "squid-package"},
+    "squid-tune": {"clap", "indicatif", "zip", "fmi2", "squid-report", "squid-package"},
     "squid-package": {"clap", "indicatif"},
     "certificate": {"auv", "lpv", "squid-scheduled", "fmi2", "model-description", "clarabel", "faer"},
     "model-description": {"auv", "lpv", "squid-scheduled", "fmi2"},

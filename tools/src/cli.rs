@@ -30,8 +30,8 @@ A first run:
   squid simulate vehicles/squid
   squid package vehicles/squid
 
-Exit codes: 0 for success, 1 when a file is wrong, a stage fails or nothing is proved, 64 when the \
-command line is wrong; `squid lpv synth` has more.";
+Exit codes: 0 for success, 1 when a file is wrong, a stage fails or nothing is proved, 5 when a requirement is \
+missed and `squid design --strict` or `squid tune` asks for it, 64 when the command line is wrong; `squid lpv synth` has more.";
 
 #[allow(missing_docs)] // Doc comments here are the help.
 #[derive(Debug, Subcommand)]
@@ -40,7 +40,7 @@ pub enum Verb {
     ///
     /// Prints each stage with its key figure and writes controller.json, plant.json, manoeuvre.json and design.json.
     /// A controller that fails a check is not written. One whose gain bound is not proved is written for inspection,
-    /// and the exit code is 1.
+    /// and the exit code is 1. The verdict at the end is on what [require] of the design file asks.
     Design {
         #[command(flatten)]
         which: Which,
@@ -53,6 +53,31 @@ pub enum Verb {
         /// Also prove a gain for every constant value of the declared uncertain coefficients (minutes)
         #[arg(long)]
         constant: bool,
+        /// Where a requirement is missed, design again with each key of the weights turned, and name the one to turn (a
+        /// minute)
+        #[arg(long)]
+        advise: bool,
+        /// Exit with code 5 where a requirement is missed
+        #[arg(long)]
+        strict: bool,
+    },
+    /// Search the weights for the fastest design that meets what [require] asks, and write it as a design file
+    ///
+    /// Turns frequencies and bandwidths of [[track]], noise of [[measure]], weight and disturbance of [control]; all else stays as
+    /// it is written, comments too. Without a design file it begins one from the vehicle alone. Exit code 5 where what it
+    /// found misses a requirement; the file is written all the same.
+    Tune {
+        /// The vehicle's directory
+        vehicle: PathBuf,
+        /// The design to begin with: a file NAME.toml in the vehicle's directory
+        #[arg(long, value_name = "NAME", default_value = "design")]
+        design: String,
+        /// The design to write: NAME.toml in the vehicle's directory; by default `tuned`, or the one that was begun
+        #[arg(long, value_name = "NAME")]
+        to: Option<String>,
+        /// How long to search
+        #[arg(long, value_name = "MINUTES", default_value_t = 4.0, allow_negative_numbers = true)]
+        minutes: f64,
     },
     /// Pack the three FMUs of a design: the vehicle, the autopilot, and both in one loop; and an SSP that connects the
     /// first two

@@ -34,6 +34,12 @@ pub enum Error {
             package` refuses it"
     )]
     NotProved { directory: String, reason: String },
+    /// A requirement is missed.
+    #[error("{}", .missed.join("\n"))]
+    Missed { missed: Vec<String> },
+    /// No key could be turned.
+    #[error(transparent)]
+    Tune(#[from] squid_tune::error::Error),
 }
 
 impl Error {

@@ -5,7 +5,7 @@ use squid::cli::{Cli, Verb};
 use squid::error::Error;
 use squid::output::{all_said, printed};
 use squid::verbs::show::Asked;
-use squid::verbs::{design, lpv, package, plot, report, show, simulate, verify};
+use squid::verbs::{design, lpv, package, plot, report, show, simulate, tune, verify};
 use std::io::{self, Write};
 use std::process::ExitCode;
 
@@ -23,6 +23,9 @@ fn keep_caught_panics_quiet() {
 /// Exit code when the command line is wrong: `EX_USAGE` of BSD's sysexits.h. Clap's own is 2, which means infeasible
 /// here.
 const WRONG_USAGE: u8 = 64;
+
+/// Exit code when a design misses what is required, and that was to be said by one. 2, 3 and 4 are taken by `lpv synth`.
+const MISSED: u8 = 5;
 
 fn main() -> ExitCode {
     keep_caught_panics_quiet();
@@ -42,14 +45,21 @@ fn main() -> ExitCode {
         Err(error) => {
             // Not `eprintln`, which panics where nothing can be written.
             let _ = writeln!(io::stderr(), "squid: {error}");
-            if error.is_usage() { WRONG_USAGE.into() } else { ExitCode::FAILURE }
+            match error {
+                _ if error.is_usage() => WRONG_USAGE.into(),
+                Error::Missed { .. } => MISSED.into(),
+                _ => ExitCode::FAILURE,
+            }
         }
     }
 }
 
 fn run(verb: Verb) -> Result<ExitCode, Error> {
     match verb {
-        Verb::Design { which, ladder, robust, constant } => design::run(&which, ladder, robust, constant),
+        Verb::Design { which, ladder, robust, constant, advise, strict } => {
+            design::run(&which, &design::Asked { ladder, robust, constant, advise, strict })
+        }
+        Verb::Tune { vehicle, design, to, minutes } => tune::run(&vehicle, &design, to.as_deref(), minutes),
         Verb::Package { which, platforms, binaries, allow_uncertified, no_report, descriptions } => {
             package::run(&which, &platforms, binaries, allow_uncertified, no_report, descriptions)
         }

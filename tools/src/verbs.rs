@@ -7,4 +7,5 @@ pub mod plot;
 pub mod report;
 pub mod show;
 pub mod simulate;
+pub mod tune;
 pub mod verify;

@@ -13,16 +13,30 @@ use squid_design::run::{run as run_stages, run_with};
 use squid_design::store::{self, Stored};
 use squid_design::synthesise::ladder;
 use squid_design::synthesise::robust::stored::CERTIFICATE;
+use squid_design::verdict::Verdict;
+use squid_design::verdict::row::Row;
+use squid_tune::advise::advise;
 use std::path::Path;
+
+/// What was asked for besides the design.
+#[derive(Debug, Clone, Copy, Default)]
+#[allow(missing_docs, clippy::struct_excessive_bools, reason = "they are the options of the command line")]
+pub struct Asked {
+    pub ladder: bool,
+    pub robust: bool,
+    pub constant: bool,
+    pub advise: bool,
+    pub strict: bool,
+}
 
 /// Designs a controller, writes the files of the design, and prints the result.
 ///
 /// # Errors
-/// Those of the files and of the stages; [`Error::NotProved`].
-pub fn run(which: &Which, with_ladder: bool, with_robust: bool, with_constant: bool) -> Result<(), Error> {
+/// Those of the files and of the stages; [`Error::NotProved`]; [`Error::Missed`] with `strict`.
+pub fn run(which: &Which, asked: &Asked) -> Result<(), Error> {
     let (inputs, directory) = which.read_to_write()?;
     let progress = Progress::new(&show);
-    let finished = run_with(&inputs, &progress, with_robust)?;
+    let finished = run_with(&inputs, &progress, asked.robust)?;
     store::save(&directory, &inputs, &finished)?;
     progress.done("freeze", &format!("{}", directory.display()));
     if let Some(robust_design) = &finished.robust {
@@ -32,13 +46,14 @@ pub fn run(which: &Which, with_ladder: bool, with_robust: bool, with_constant: b
             directory.join(CERTIFICATE).display()
         ));
     }
-    if with_ladder {
+    advice(&inputs, &finished.verdict, asked.advise, &progress)?;
+    if asked.ladder {
         let running = progress.begin("ladder", "solving for each assumption about the speed");
         let words = ladder::climb(&inputs.design, &finished.plant, &finished.design)?;
         drop(running);
         say(&format!("\n{}", words.trim_end()));
     }
-    if with_constant {
+    if asked.constant {
         let (k, gamma) = (&finished.design.controller, finished.design.certified.gamma);
         let found = constant(&inputs, &finished.model, k, gamma, &progress)?;
         found.save(&directory)?;
@@ -53,7 +68,29 @@ pub fn run(which: &Which, with_ladder: bool, with_robust: bool, with_constant: b
         ));
     }
     let directory = directory.display().to_string();
-    finished.proof.map(|_| ()).map_err(|reason| Error::NotProved { directory, reason })
+    finished.proof.map_err(|reason| Error::NotProved { directory, reason })?;
+    let missed: Vec<String> = finished.verdict.missed().map(missed).collect();
+    if asked.strict && !missed.is_empty() { Err(Error::Missed { missed }) } else { Ok(()) }
+}
+
+/// A row that is missed, in words.
+pub(crate) fn missed(row: &Row) -> String {
+    format!("MISSED: {} is {}; 'require.{}' asks for {}", row.what, row.found(), row.key, row.asked())
+}
+
+/// What to turn where something is missed, or how to ask for that.
+fn advice(inputs: &Inputs, verdict: &Verdict, wanted: bool, progress: &Progress) -> Result<(), Error> {
+    if verdict.missed().next().is_none() {
+        return Ok(());
+    }
+    if !wanted {
+        say("\n`--advise` names the key to turn for each requirement that is missed");
+        return Ok(());
+    }
+    say("");
+    let lines: Vec<String> = advise(inputs, verdict, progress)?.iter().map(ToString::to_string).collect();
+    progress.done("advice", &lines.join("\n"));
+    Ok(())
 }
 
 /// The stored design, or a new one if there is none for these files. The caller reports whether it is proved.

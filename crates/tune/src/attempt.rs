@@ -1,0 +1,71 @@
+//! A design with some keys turned, judged at few speeds and without proof.
+
+use crate::knob::Knob;
+use scheduled::ControllerDesign;
+use squid_design::augment::augment;
+use squid_design::error::Error;
+use squid_design::fit::Model;
+use squid_design::inputs::Inputs;
+use squid_design::inputs::design_file::Sense;
+use squid_design::progress::Progress;
+use squid_design::store::freeze::freeze;
+use squid_design::synthesise::synthesise;
+use squid_design::verdict::Verdict;
+use squid_design::verdict::found::{Effort, Found};
+use squid_design::verdict::row::Row;
+
+/// At how many speeds an attempt is judged.
+const EFFORT: Effort = Effort { frozen: 6, flown: 2, mu: 2 };
+
+/// Designs with keys multiplied: the files with these numbers, and the frozen controller.
+fn designed(
+    inputs: &Inputs,
+    model: &Model,
+    turned: &[(Knob, f64)],
+) -> Result<(Inputs, ControllerDesign), Error> {
+    let mut inputs = inputs.clone();
+    turned.iter().for_each(|(knob, factor)| knob.turn(&mut inputs.design, *factor));
+    let (vehicle, design) = (&inputs.vehicle, &inputs.design);
+    let plant = augment(&vehicle.actuators, design, model.linear())?;
+    let found = synthesise(&vehicle.actuators, design, &plant, &Progress::default())?;
+    let controller = freeze(vehicle, design, &inputs.hashes, model, &found, false)?.controller;
+    Ok((inputs, controller))
+}
+
+/// Designs with keys multiplied, and judges what comes out.
+///
+/// # Errors
+/// There is no controller; those of the verdict.
+pub fn attempt(inputs: &Inputs, model: &Model, turned: &[(Knob, f64)]) -> Result<Verdict, Error> {
+    let (inputs, controller) = designed(inputs, model, turned)?;
+    Verdict::of(&inputs, &controller, EFFORT)
+}
+
+/// The same without mu, which takes longest, where something else is missed already.
+///
+/// # Errors
+/// As [`attempt`].
+pub fn attempt_until_missed(
+    inputs: &Inputs,
+    model: &Model,
+    turned: &[(Knob, f64)],
+) -> Result<Verdict, Error> {
+    let (inputs, controller) = designed(inputs, model, turned)?;
+    let first = Verdict::of(&inputs, &controller, Effort { mu: 0, ..EFFORT })?;
+    if first.missed().next().is_some() {
+        return Ok(first);
+    }
+    let Found { mu, .. } = Found::of(&inputs, &controller, Effort { frozen: 0, flown: 0, ..EFFORT })?;
+    Ok(Verdict::judge(&inputs, controller.gamma.bound, Found { mu, ..first.found }))
+}
+
+/// How far a row is on the right side of its limit, relative to that; below 0 on the wrong one. Where nothing is asked, or a
+/// limit is 0, the scale is `base`.
+pub fn room(row: &Row, base: f64) -> f64 {
+    let scale = row.limit.filter(|limit| *limit != 0.0).unwrap_or(base).abs();
+    let better = match row.sense {
+        Sense::Below => row.limit.unwrap_or(0.0) - row.achieved.value,
+        Sense::Above => row.achieved.value - row.limit.unwrap_or(0.0),
+    };
+    better / scale
+}

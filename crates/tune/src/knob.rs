@@ -1,0 +1,166 @@
+//! The keys of a design file that can be turned.
+
+use crate::error::Error;
+use squid_design::inputs::design_file::DesignFile;
+use std::fmt::{self, Display, Formatter};
+use toml_edit::{DocumentMut, Value};
+
+/// A key whose number can be multiplied.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Knob {
+    /// `frequency` of a `[[track]]`, by its place in the file.
+    Frequency(usize),
+    /// `bandwidth` of a `[[track]]`.
+    Bandwidth(usize),
+    /// `noise` of a `[[measure]]`.
+    Noise(usize),
+    /// `weight` of `[control]`.
+    Weight,
+    /// `disturbance` of `[control]`.
+    Disturbance,
+}
+
+impl Knob {
+    /// Those that a design has.
+    pub fn all(design: &DesignFile) -> Vec<Self> {
+        let models = (0..design.tracked.len()).filter(|i| design.tracked[*i].model.is_some());
+        let mut all: Vec<Self> = models.map(Self::Frequency).collect();
+        all.extend((0..design.tracked.len()).map(Self::Bandwidth));
+        all.extend((0..design.measured.len()).map(Self::Noise));
+        all.push(Self::Weight);
+        all.extend((design.disturbance > 0.0).then_some(Self::Disturbance));
+        all
+    }
+
+    /// Multiplies its number in a design.
+    pub fn turn(self, design: &mut DesignFile, factor: f64) {
+        match self {
+            Self::Frequency(i) => {
+                if let Some(model) = &mut design.tracked[i].model {
+                    model.frequency *= factor;
+                }
+            }
+            Self::Bandwidth(i) => design.tracked[i].weight.bandwidth *= factor,
+            Self::Noise(i) => {
+                let noise = &mut design.measured[i].noise;
+                (noise.low, noise.high) = (noise.low * factor, noise.high * factor);
+            }
+            Self::Weight => {
+                let weight = &mut design.control_weight;
+                (weight.low, weight.high) = (weight.low * factor, weight.high * factor);
+            }
+            Self::Disturbance => design.disturbance *= factor,
+        }
+    }
+
+    /// The key, and the table that has it: its name and, of those that there may be several of, its place.
+    fn key(self) -> (&'static str, Option<usize>, &'static str) {
+        match self {
+            Self::Frequency(i) => ("track", Some(i), "frequency"),
+            Self::Bandwidth(i) => ("track", Some(i), "bandwidth"),
+            Self::Noise(i) => ("measure", Some(i), "noise"),
+            Self::Weight => ("control", None, "weight"),
+            Self::Disturbance => ("control", None, "disturbance"),
+        }
+    }
+
+    /// The key with the signal of its table, for people.
+    pub fn name(self, design: &DesignFile) -> String {
+        match self {
+            Self::Frequency(i) | Self::Bandwidth(i) => {
+                format!("{self} of {}", design.tracked[i].signal().name)
+            }
+            Self::Noise(i) => format!("{self} of {}", design.measured[i].signal().name),
+            Self::Weight | Self::Disturbance => self.to_string(),
+        }
+    }
+
+    /// Multiplies its number in the text of a design file, to three digits; all else stays as it is written.
+    ///
+    /// # Errors
+    /// [`Error::NotATable`]; `file` is for its message.
+    pub fn write(self, document: &mut DocumentMut, factor: f64, file: &str) -> Result<(), Error> {
+        let (section, place, key) = self.key();
+        let found = document.get_mut(section).and_then(|item| match place {
+            Some(i) => item.as_array_of_tables_mut()?.get_mut(i)?.get_mut(key)?.as_value_mut(),
+            None => item.as_table_like_mut()?.get_mut(key)?.as_value_mut(),
+        });
+        let number = found.as_ref().and_then(|v| v.as_float().or_else(|| Some(v.as_integer()? as f64)));
+        let (Some(value), Some(number)) = (found, number) else {
+            return Err(Error::NotATable { file: file.into(), key: format!("{section}.{key}") });
+        };
+        let decor = value.decor().clone();
+        *value = Value::from(three_digits(number * factor));
+        *value.decor_mut() = decor;
+        Ok(())
+    }
+}
+
+impl Display for Knob {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let (section, _, key) = self.key();
+        write!(f, "{section}.{key}")
+    }
+}
+
+/// A number with three significant digits.
+pub fn three_digits(v: f64) -> f64 {
+    format!("{v:.2e}").parse().unwrap_or(v)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn squid() -> String {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid/design.toml");
+        auv::read_text(&path).unwrap()
+    }
+
+    /// Each key turned in the text is that key turned in the design, and no comment is lost.
+    #[test]
+    fn a_key_is_turned_in_text_and_design_alike() {
+        let text = squid();
+        let design = DesignFile::parse(&text, "design.toml", "design").unwrap();
+        let knobs = Knob::all(&design);
+        assert_eq!(knobs.len(), 9, "{knobs:?}");
+        for knob in knobs {
+            let mut document: DocumentMut = text.parse().unwrap();
+            knob.write(&mut document, 2.0, "design.toml").unwrap();
+            let written = document.to_string();
+            let changed = text.lines().zip(written.lines()).filter(|(old, new)| old != new).count();
+            assert_eq!((changed, written.lines().count()), (1, text.lines().count()), "{knob}");
+            let comments = |text: &str| text.matches('#').count();
+            assert_eq!(comments(&written), comments(&text));
+            let mut turned = design.clone();
+            knob.turn(&mut turned, 2.0);
+            let parsed = DesignFile::parse(&written, "design.toml", "design").unwrap();
+            assert!(parsed != design && close(&parsed, &turned), "{knob} {parsed:?} {turned:?}");
+        }
+    }
+
+    /// Equal but for rounding: the products are formed in another order.
+    fn close(one: &DesignFile, other: &DesignFile) -> bool {
+        let numbers = |d: &DesignFile| -> Vec<f64> {
+            let of_track = d
+                .tracked
+                .iter()
+                .flat_map(|t| [t.weight.bandwidth, t.model.map_or(0.0, |model| model.frequency)]);
+            let of_noise = d.measured.iter().flat_map(|m| [m.noise.low, m.noise.high]);
+            let rest = [d.control_weight.low, d.control_weight.high, d.disturbance];
+            of_track.chain(of_noise).chain(rest).collect()
+        };
+        numbers(one).iter().zip(numbers(other)).all(|(a, b)| (a - b).abs() < 1e-12 * b.abs())
+    }
+
+    #[test]
+    fn tables_in_one_line_are_refused() {
+        let mut document: DocumentMut = "track = [{ frequency = 1.0 }]".parse().unwrap();
+        let refused = Knob::Frequency(0).write(&mut document, 2.0, "design.toml").unwrap_err();
+        assert!(
+            refused.to_string().starts_with("design.toml: 'track' and 'measure' must be tables"),
+            "{refused}"
+        );
+    }
+}

@@ -1,0 +1,284 @@
+//! Searches the weights for the fastest design that meets what is required.
+//!
+//! ```text
+//! min over x   mean of ln(rise time) of the tracked outputs
+//! subject to   room_k(x) >= SPARE for every key of [require] with a limit
+//! ```
+//!
+//! x: the logarithms of the factors on the keys ([`Knob`]). Each search is COBYLA from another start, as many side by side as
+//! there are processors: M. J. D. Powell, A direct search optimization method that models the objective and constraint
+//! functions by linear interpolation, 1994. What it finds is judged in full, and proved.
+
+use crate::attempt::{attempt_until_missed, room};
+use crate::error::Error;
+use crate::knob::Knob;
+use cobyla::{Func, RhoBeg, StopTols, minimize};
+use rayon::prelude::*;
+use squid_design::fit::Model;
+use squid_design::inputs::Inputs;
+use squid_design::inputs::design_file::{DesignFile, REQUIREMENTS};
+use squid_design::progress::Progress;
+use squid_design::run::{Finished, run};
+use squid_design::verdict::Verdict;
+use std::cell::RefCell;
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+use toml_edit::DocumentMut;
+
+/// The room that an attempt must have, for what is found at more speeds and to three digits.
+const SPARE: f64 = 0.02;
+/// How far the logarithm of a factor may go, and how far it goes at first and in the end.
+const FARTHEST: f64 = 2.3;
+const FIRST: f64 = 0.25;
+const CLOSE: f64 = 0.01;
+/// The factor on all frequencies and bandwidths at the start of each search.
+const STARTS: [f64; 4] = [1.0, 0.6, 1.4, 0.35];
+/// What a design that does not come out counts as.
+const LOST: f64 = 10.0;
+/// Most evaluations of one search; those after the time is over are empty.
+const MOST: usize = 1000;
+/// How many of the attempts are judged in full.
+const FINALISTS: usize = 4;
+
+/// A design that was tried.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tried {
+    /// The logarithms of the factors.
+    x: Vec<f64>,
+    /// The mean of the logarithms of the rise times.
+    cost: f64,
+    /// The least room of each key with a limit.
+    rooms: Vec<f64>,
+    /// The slowest rise, of pitch where that is tracked, s.
+    pub rise: f64,
+    /// The least disk margin, as a phase, deg.
+    pub disk: f64,
+}
+
+impl Tried {
+    /// The least room of all.
+    pub fn worst(&self) -> f64 {
+        self.rooms.iter().copied().fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// The outcome of a search.
+#[derive(Debug)]
+pub struct Tuned {
+    /// The text of the design file.
+    pub text: String,
+    /// The finished design of that text.
+    pub finished: Finished,
+    /// How many designs were tried.
+    pub tried: usize,
+    /// Of the designs tried those that no other beats in both rise and disk margin, the fastest first.
+    pub front: Vec<Tried>,
+}
+
+/// Searches for so long, about the numbers of a design file of this text.
+///
+/// # Errors
+/// [`Error::NoDesign`]; [`Error::NotATable`]; those of the model.
+pub fn search(inputs: &Inputs, text: &str, time: Duration, progress: &Progress) -> Result<Tuned, Error> {
+    let search = Search {
+        inputs,
+        model: Model::new(&inputs.vehicle, &inputs.design)?,
+        knobs: Knob::all(&inputs.design),
+        keys: REQUIREMENTS
+            .iter()
+            .map(|r| r.key)
+            .filter(|key| inputs.design.require.limit(key).is_some())
+            .collect(),
+        deadline: Instant::now() + time,
+        done: Mutex::new((vec![], None)),
+        progress,
+    };
+    let processors = rayon::current_num_threads().clamp(2, STARTS.len());
+    let running = progress.begin("tune", &format!("searching for {:.1} minutes", time.as_secs_f64() / 60.0));
+    STARTS[..processors].par_iter().for_each(|quick| search.from(*quick));
+    drop(running);
+    let (tried, reason) = search.done.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let known: Vec<&Tried> = tried.iter().filter(|t| t.cost < LOST).collect();
+    if known.is_empty() {
+        return Err(Error::NoDesign { tried: tried.len(), reason: reason.unwrap_or_default() });
+    }
+    let front = front(&known);
+    let (text, finished) = best(inputs, text, &search.knobs, known, progress)?;
+    Ok(Tuned { text, finished, tried: tried.len(), front })
+}
+
+struct Search<'a> {
+    inputs: &'a Inputs,
+    model: Model,
+    knobs: Vec<Knob>,
+    keys: Vec<&'static str>,
+    deadline: Instant,
+    /// What was tried, and why the first that failed did.
+    done: Mutex<(Vec<Tried>, Option<String>)>,
+    progress: &'a Progress<'a>,
+}
+
+impl Search<'_> {
+    /// One search after another, each from the best of the one before, until the time is over.
+    fn from(&self, quick: f64) {
+        let is_quickness = |knob: &Knob| matches!(knob, Knob::Frequency(_) | Knob::Bandwidth(_));
+        let mut start: Vec<f64> =
+            self.knobs.iter().map(|knob| if is_quickness(knob) { quick.ln() } else { 0.0 }).collect();
+        let mut first = FIRST;
+        while Instant::now() < self.deadline && first > CLOSE {
+            let best: RefCell<Option<Tried>> = RefCell::new(None);
+            let last: RefCell<Option<Tried>> = RefCell::new(None);
+            let evaluate = |x: &[f64]| -> Tried {
+                if let Some(known) = last.borrow().as_ref().filter(|known| known.x == x) {
+                    return known.clone();
+                }
+                let tried = self.attempt(x);
+                if best.borrow().as_ref().is_none_or(|best| merit(&tried) < merit(best)) {
+                    *best.borrow_mut() = Some(tried.clone());
+                }
+                *last.borrow_mut() = Some(tried.clone());
+                tried
+            };
+            let objective = |x: &[f64], (): &mut ()| evaluate(x).cost;
+            let holds: Vec<_> = (0..self.keys.len())
+                .map(|k| {
+                    let evaluate = &evaluate;
+                    move |x: &[f64], (): &mut ()| evaluate(x).rooms[k] - SPARE
+                })
+                .collect();
+            let constraints: Vec<&dyn Func<()>> = holds.iter().map(|holds| holds as &dyn Func<()>).collect();
+            let bounds = vec![(-FARTHEST, FARTHEST); start.len()];
+            let close = StopTols { xtol_abs: vec![CLOSE; start.len()], ..StopTols::default() };
+            let _ =
+                minimize(objective, &start, &bounds, &constraints, (), MOST, RhoBeg::All(first), Some(close));
+            if let Some(best) = best.into_inner() {
+                start = best.x;
+            }
+            first *= 0.5;
+        }
+    }
+
+    /// One design; after the deadline one that is lost.
+    fn attempt(&self, x: &[f64]) -> Tried {
+        let lost = Tried {
+            x: x.to_vec(),
+            cost: LOST,
+            rooms: vec![-1.0; self.keys.len()],
+            rise: f64::NAN,
+            disk: f64::NAN,
+        };
+        if Instant::now() >= self.deadline {
+            return lost;
+        }
+        let turned: Vec<(Knob, f64)> = self.knobs.iter().copied().zip(x.iter().map(|x| x.exp())).collect();
+        let found = attempt_until_missed(self.inputs, &self.model, &turned);
+        let tried = found.as_ref().map_or(lost, |verdict| self.read(x, verdict));
+        let mut done = self.done.lock().unwrap_or_else(PoisonError::into_inner);
+        let (all, reason) = &mut *done;
+        if let Err(why) = found {
+            reason.get_or_insert_with(|| why.to_string());
+        }
+        if all.iter().all(|other| merit(&tried) < merit(other)) && tried.cost < LOST {
+            let met = if tried.worst() >= 0.0 { "all met" } else { "not all met" };
+            let words = format!(
+                "design {}: rise {:.2} s, disk margin {:.1} deg, {met}",
+                all.len() + 1,
+                tried.rise,
+                tried.disk
+            );
+            self.progress.done("tune", &words);
+        }
+        all.push(tried.clone());
+        tried
+    }
+
+    fn read(&self, x: &[f64], verdict: &Verdict) -> Tried {
+        let rows = |key: &'static str| verdict.rows.iter().filter(move |row| row.key == key);
+        let least = |key: &&'static str| {
+            let rooms = rows(key).map(|row| room(row, 1.0)).map(|v| if v.is_nan() { -1.0 } else { v });
+            rooms.fold(f64::INFINITY, f64::min).clamp(-LOST, LOST)
+        };
+        let rises: Vec<f64> = verdict
+            .rows
+            .iter()
+            .filter(|row| row.key.ends_with("_rise"))
+            .map(|row| row.achieved.value)
+            .collect();
+        let mean = rises.iter().map(|rise| rise.ln()).sum::<f64>() / rises.len().max(1) as f64;
+        Tried {
+            x: x.to_vec(),
+            cost: if mean.is_finite() { mean.min(LOST) } else { LOST },
+            rooms: self.keys.iter().map(least).collect(),
+            rise: rises.first().copied().unwrap_or(f64::NAN),
+            disk: rows("disk_margin").next().map_or(f64::NAN, |row| row.achieved.value),
+        }
+    }
+}
+
+/// Less is better: what meets the requirements by its speed, and before what does not by how much that misses.
+fn merit(tried: &Tried) -> f64 {
+    if tried.worst() >= SPARE { tried.cost } else { LOST + SPARE - tried.worst() }
+}
+
+/// Those that no other beats in both rise and disk margin, the fastest first.
+fn front(tried: &[&Tried]) -> Vec<Tried> {
+    let mut sorted: Vec<&Tried> =
+        tried.iter().copied().filter(|t| t.rise.is_finite() && t.disk.is_finite()).collect();
+    sorted.sort_by(|a, b| a.rise.total_cmp(&b.rise).then(b.disk.total_cmp(&a.disk)));
+    let mut best = f64::NEG_INFINITY;
+    let beats = |t: &&Tried| {
+        let better = t.disk > best;
+        best = best.max(t.disk);
+        better
+    };
+    sorted.into_iter().filter(beats).cloned().collect()
+}
+
+/// The first of the best attempts that meets everything when judged in full and proved; if none does, the one that misses
+/// least.
+fn best(
+    inputs: &Inputs,
+    text: &str,
+    knobs: &[Knob],
+    mut known: Vec<&Tried>,
+    progress: &Progress,
+) -> Result<(String, Finished), Error> {
+    known.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
+    let file = format!("{}.toml", inputs.design.name);
+    let mut nearest: Option<(usize, String, Finished)> = None;
+    let mut failed = None;
+    for tried in known.iter().take(FINALISTS) {
+        let mut document: DocumentMut = text.parse().map_err(|_| not_toml(&file))?;
+        for (knob, x) in knobs.iter().zip(&tried.x) {
+            knob.write(&mut document, x.exp(), &file)?;
+        }
+        let written = document.to_string();
+        let design = DesignFile::parse(&written, &file, &inputs.design.name)?;
+        let running = progress.begin("tune", "judging in full, and proving");
+        let finished = run(&Inputs::new(inputs.vehicle.clone(), design)?, &Progress::default());
+        drop(running);
+        let finished = match finished {
+            Ok(finished) => finished,
+            Err(reason) => {
+                failed = Some(reason);
+                continue;
+            }
+        };
+        let missed = finished.verdict.missed().count() + usize::from(finished.proof.is_err());
+        if nearest.as_ref().is_none_or(|(least, ..)| missed < *least) {
+            nearest = Some((missed, written, finished));
+        }
+        if missed == 0 {
+            break;
+        }
+    }
+    match (nearest, failed) {
+        (Some((_, text, finished)), _) => Ok((text, finished)),
+        (None, Some(reason)) => Err(reason.into()),
+        (None, None) => Err(Error::NoDesign { tried: 0, reason: String::new() }),
+    }
+}
+
+fn not_toml(file: &str) -> Error {
+    Error::NotATable { file: file.into(), key: "track".into() }
+}
