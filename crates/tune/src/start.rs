@@ -5,8 +5,7 @@
 
 use crate::error::Error;
 use crate::knob::three_digits;
-use auv::{Linearisation, Vehicle};
-use squid_design::linearise::linearise_at;
+use auv::{Linearisation, Speed, Vehicle, linearise, trim};
 
 /// Speeds that are tried, m/s.
 const FROM: f64 = 0.2;
@@ -58,6 +57,11 @@ impl Reach {
     }
 }
 
+/// The linear model at a speed, if the vehicle trims there.
+fn level(vehicle: &Vehicle, speed: f64) -> Option<Linearisation> {
+    linearise(vehicle, &trim(vehicle, Speed::Path(speed), DEPTH).ok()?).ok()
+}
+
 /// Whether level flight leaves enough.
 fn is_easy(vehicle: &Vehicle, l: &Linearisation) -> bool {
     let used = |(a, now): (&auv::Actuator, &f64)| if *now > 0.0 { now / a.max } else { now / a.min };
@@ -71,7 +75,7 @@ fn range(vehicle: &Vehicle) -> Result<Vec<Reach>, Error> {
     let speeds = (0..=count).map(|i| three_digits(FROM + STEP * i as f64));
     let (mut best, mut run): (Vec<Reach>, Vec<Reach>) = (vec![], vec![]);
     for speed in speeds {
-        let reach = linearise_at(vehicle, DEPTH, speed).ok().filter(|l| is_easy(vehicle, l));
+        let reach = level(vehicle, speed).filter(|l| is_easy(vehicle, l));
         let reach = reach.and_then(|l| Reach::of(vehicle, &l));
         match reach.filter(|r| HELD * r.pitch.to_degrees() >= SMALLEST_PITCH) {
             Some(reach) => run.push(reach),

@@ -53,8 +53,9 @@ fn a_design_begins_from_the_vehicle_alone() {
         let vehicle = auv::Vehicle::parse(&auv::read_text(&file).unwrap(), "vehicle.toml").unwrap();
         let text = start(&vehicle).unwrap_or_else(|reason| panic!("{}: {reason}", file.display()));
         let design = DesignFile::parse(&text, "design.toml", "design").unwrap();
-        Model::new(&vehicle, &design).unwrap();
-        assert_eq!(Knob::all(&design).len(), 9);
+        let inputs = Inputs::new(vehicle, design).unwrap();
+        Model::new(&inputs.vehicle, &inputs.design).unwrap();
+        assert_eq!(Knob::all(&inputs.design).len(), 9);
         begun += 1;
     }
     assert!(begun >= 2);
