@@ -8,6 +8,7 @@ use squid_design::progress::Progress;
 use squid_design::run::run;
 use squid_design::verdict::row::Outcome;
 use squid_tune::advise::advise;
+use squid_tune::error::Error;
 use squid_tune::knob::Knob;
 use squid_tune::start::start;
 use std::path::{Path, PathBuf};
@@ -41,7 +42,7 @@ fn advice_holds_when_it_is_followed() {
     assert!(after.achieved.value < before.achieved.value, "{words}: {before:?} {after:?}");
 }
 
-/// From each shipped vehicle a file begins that can be read, whose range the vehicle trims in, and that names its keys.
+/// From four of the shipped vehicles at least, and with a reason for any other, a file begins that can be read, whose range the vehicle trims in, and that names its keys.
 #[test]
 fn a_design_begins_from_the_vehicle_alone() {
     let mut begun = 0;
@@ -51,12 +52,19 @@ fn a_design_begins_from_the_vehicle_alone() {
             continue;
         }
         let vehicle = auv::Vehicle::parse(&auv::read_text(&file).unwrap(), "vehicle.toml").unwrap();
-        let text = start(&vehicle).unwrap_or_else(|reason| panic!("{}: {reason}", file.display()));
+        let text = match start(&vehicle) {
+            Ok(text) => text,
+            Err(Error::NoRange { vehicle: named, .. } | Error::NoAuthority { vehicle: named, .. }) => {
+                assert_eq!(named, vehicle.name);
+                continue;
+            }
+            Err(reason) => panic!("{}: {reason}", file.display()),
+        };
         let design = DesignFile::parse(&text, "design.toml", "design").unwrap();
         let inputs = Inputs::new(vehicle, design).unwrap();
         Model::new(&inputs.vehicle, &inputs.design).unwrap();
         assert_eq!(Knob::all(&inputs.design).len(), 9);
         begun += 1;
     }
-    assert!(begun >= 2);
+    assert!(begun >= 4, "{begun}");
 }
