@@ -11,8 +11,9 @@ use crate::augment::{LinearModel, augment};
 use crate::check::sampled::{Sampling, sampled_dtt};
 use crate::error::Error;
 use crate::error::Refusal;
-use crate::inputs::design_file::DesignFile;
+use crate::inputs::design_file::{DesignFile, SAMPLE_TIME};
 use crate::linearise::linearise_at;
+use crate::numbers::rounded_down;
 use auv::{Linearisation, Vehicle};
 use lpv::controller::Controller;
 use lpv::matrix::{Mat, eigenvalues, spectral_abscissa};
@@ -55,8 +56,9 @@ pub fn fastest_sampled(sample_time: f64) -> f64 {
 }
 
 impl Checks {
-    /// A warning if the fastest mode of the controller is too fast for its sample time (s).
-    pub fn remark(&self, sample_time: f64) -> Option<String> {
+    /// A warning if the fastest mode of the controller is too fast for its sample time (s); the weight on the commands is for
+    /// the advice.
+    pub fn remark(&self, sample_time: f64, control_weight: f64) -> Option<String> {
         let (fastest, most) = (self.fastest_controller_mode, fastest_sampled(sample_time));
         (fastest > most).then(|| {
             format!(
@@ -64,17 +66,21 @@ impl Checks {
                     sampling rate, {most:.1} rad/s (2 pi/{sample_time} s/5):\n\
                     the sampled controller differs from the one with the proved bound, though its loop is \
                     stable at these speeds.\n\
-                    A sample time of {} s or a lower bandwidth avoids that",
-                rounded_down(SLOW_ENOUGH * TAU / fastest)
+                    Raise control.weight, now {}: commands that cost more make a slower controller{}",
+                auv::rounded(control_weight),
+                sample_time_words(fastest)
             )
         })
     }
 }
 
-/// A number with two significant digits, not above it.
-fn rounded_down(v: f64) -> String {
-    let unit = 10f64.powf(v.log10().floor() - 1.0);
-    format!("{:.*}", (1.0 - v.log10().floor()).max(0.0) as usize, (v / unit).floor() * unit)
+/// The sample time (s) that is short enough for a mode (rad/s), if a design file may ask for it.
+fn sample_time_words(fastest: f64) -> String {
+    let enough = SLOW_ENOUGH * TAU / fastest;
+    match SAMPLE_TIME.allows(enough) {
+        true => format!(",\nor sample it each {} s", rounded_down(enough)),
+        false => String::new(),
+    }
 }
 
 /// Checks a controller for the scheduled plant `plant` at frozen speeds: the loop is stable with the fit, with the true
@@ -120,13 +126,14 @@ pub fn check(
         }
         let frozen = frozen_controller(controller, rho)?;
         let linearisation = linearise_at(vehicle, design, speed)?;
-        let radius = sampled_radius(sampling, &linearisation, &controller.frozen(&[rho])?, speed)?;
         let truth = augment(&vehicle.actuators, design, LinearModel::at(&linearisation, &vehicle.actuators))?;
         let true_loop = truth.close(&frozen).frozen(&[])?;
         let true_real_part = spectral_abscissa(&true_loop.a);
         if true_real_part.is_nan() || true_real_part >= 0.0 {
             return Err(Refusal::UnstableTruth { speed, real_part: true_real_part }.into());
         }
+        // A loop that is unstable already is not blamed on the lags or on the sample time.
+        let radius = sampled_radius(sampling, &linearisation, &controller.frozen(&[rho])?, speed)?;
         checks.abscissa_fit = checks.abscissa_fit.max(real_part);
         checks.abscissa_truth = checks.abscissa_truth.max(true_real_part);
         checks.gain_fit = checks.gain_fit.max(gain);
@@ -198,12 +205,12 @@ mod tests {
             fastest_controller_mode: fastest,
         };
         // 2 pi/0.02/5 = 62.83 rad/s.
-        assert_eq!(checks(62.8).remark(0.02), None);
-        let words = checks(112.0).remark(0.02).unwrap();
+        assert_eq!(checks(62.8).remark(0.02, 0.04), None);
+        let words = checks(112.0).remark(0.02, 0.04).unwrap();
         assert!(words.contains("112 rad/s, is beyond a fifth of the sampling rate, 62.8 rad/s"), "{words}");
         // 2 pi/5/112 = 0.01122 s.
-        assert!(words.contains("A sample time of 0.011 s"), "{words}");
-        assert_eq!(checks(112.0).remark(0.011), None);
-        assert_eq!([0.0112, 0.999, 1.26, 0.000541].map(rounded_down), ["0.011", "0.99", "1.2", "0.00054"]);
+        assert!(words.contains("control.weight, now 0.04") && words.ends_with("each 0.011 s"), "{words}");
+        assert!(!checks(1e6).remark(0.02, 0.04).unwrap().contains("sample it"));
+        assert_eq!(checks(112.0).remark(0.011, 0.04), None);
     }
 }

@@ -1,5 +1,6 @@
 //! The vehicle as an LPV model: polynomials in speed, fitted to its linearisations, as an LFT.
 
+pub mod authority;
 pub mod frequency;
 pub mod reach;
 

@@ -24,9 +24,20 @@ pub fn rounded_up(bound: f64) -> f64 {
     if up.is_finite() { up } else { bound }
 }
 
+/// A number with two significant digits, not above it.
+pub fn rounded_down(v: f64) -> String {
+    let unit = 10f64.powf(v.log10().floor() - 1.0);
+    format!("{:.*}", (1.0 - v.log10().floor()).max(0.0) as usize, (v / unit).floor() * unit)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn two_digits_are_kept() {
+        assert_eq!([0.0112, 0.999, 1.26, 0.000541].map(rounded_down), ["0.011", "0.99", "1.2", "0.00054"]);
+    }
 
     #[test]
     fn zero_has_no_sign() {

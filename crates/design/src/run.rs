@@ -6,7 +6,7 @@ use crate::certify::{Proof, certify};
 use crate::check::{Checks, check};
 use crate::error::Error;
 use crate::fit::Model;
-use crate::fit::{frequency, reach};
+use crate::fit::{authority, frequency, reach};
 use crate::inputs::Inputs;
 use crate::numbers::{above, decimals};
 use crate::progress::Progress;
@@ -64,6 +64,9 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     reach::check(&inputs.vehicle.actuators, &inputs.design, &model)?;
     let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear())?;
     progress.done("augment", &augment_line(inputs, &plant));
+    for words in authority::remarks(&inputs.vehicle.actuators, &inputs.design, &model) {
+        progress.done("", &words);
+    }
     let nominal = synthesise(&inputs.vehicle.actuators, &inputs.design, &plant, progress)?;
     let robust = with_robust
         .then(|| robust(inputs.declared(), &inputs.design, &model, &plant, &nominal, progress))
@@ -73,7 +76,7 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     let checks = check(&inputs.vehicle, &inputs.design, &plant, &design.controller, design.certified.gamma)?;
     drop(running);
     progress.done("check", &check_line(&checks, design.certified.gamma));
-    if let Some(words) = checks.remark(inputs.design.sample_time) {
+    if let Some(words) = checks.remark(inputs.design.sample_time, inputs.design.control_weight.low) {
         progress.done("", &words);
     }
     let proof = certificate_stage(inputs, &model, &plant, &design, progress);

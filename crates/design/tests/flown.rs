@@ -1,13 +1,18 @@
 //! What the default designs are to reach as they fly, frozen at speeds over the range.
 #![allow(clippy::unwrap_used, clippy::expect_used, missing_docs)]
 
+use auv::Pitch;
 use lpv::state_space::StateSpace;
+use scheduled::Manoeuvre;
+use signals::{PITCH, SPEED};
 use squid_design::check::flown::Flown;
 use squid_design::check::sampled::Sampling;
 use squid_design::inputs::Inputs;
 use squid_design::linearise::linearise_at;
 use squid_design::progress::Progress;
 use squid_design::run::run;
+use squid_design::store::freeze::Frozen;
+use squid_flight::flight::{Row, fly};
 use std::path::Path;
 
 /// The loops at five speeds, and the largest rms of each command under noise relative to what is allowed: 4 N, 0.5 deg.
@@ -60,4 +65,27 @@ fn the_default_designs_fly_as_they_should() {
         assert!(most(&loops, |f| f.gust_pitch.to_degrees()) <= gust, "{name} {loops:?}");
         assert!(noise <= 1.0, "{name} {loops:?}");
     }
+}
+
+/// A box with vertical thrusters, from rest: held level without being asked, proved, and flown from 0 to 0.6 m/s with a
+/// pitch step on the way.
+#[test]
+fn a_box_flies_from_rest() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/cases/box_rov");
+    let inputs = Inputs::read(&folder, "design").unwrap();
+    assert_eq!(inputs.design.pitch, Pitch::Held(0.0));
+    let finished = run(&inputs, &Progress::default()).unwrap();
+    assert!(finished.proof.unwrap().theorem.gamma_with_model_error.unwrap() < 1.0);
+    let Frozen { controller, plant } = finished.frozen;
+    assert_eq!((plant.pitch(), plant.trim[0].speed), (Pitch::Held(0.0), 0.0));
+
+    let manoeuvre = Manoeuvre { speed_from: 0.0, ..inputs.design.manoeuvre.clone() };
+    let flight = fly(&inputs.vehicle, &controller, inputs.design.level(), &manoeuvre).unwrap();
+    let within = |row: &Row| {
+        let mut pairs = inputs.vehicle.actuators.iter().zip(&row.commands);
+        pairs.all(|(a, command)| a.min < *command && *command < a.max)
+    };
+    assert!(flight.surfacing.is_none() && flight.rows.iter().all(within));
+    let last = flight.rows.last().unwrap();
+    assert!(last.error(SPEED).abs() < 0.01 && last.error(PITCH).abs() < 0.5f64.to_radians(), "{last:?}");
 }

@@ -20,7 +20,7 @@ fn vehicle(name: &str) -> Vehicle {
 }
 
 /// A box-shaped vehicle with a forward and two vertical thrusters, without lift: the vertical plane of the BlueROV2
-/// Heavy, M. von Benzon et al., J. Mar. Sci. Eng. 10(12), 2022, 1898, with the drag of its alternative model.
+/// Heavy, M. von Benzon et al., J. Mar. Sci. Eng. 10(12), 2022, 1898.
 pub fn box_rov() -> Vehicle {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/cases/box_rov/vehicle.toml");
     Vehicle::read(&file).unwrap_or_else(|error| panic!("{error}"))

@@ -13,7 +13,8 @@ pub enum Refusal {
     UnstableFit { speed: f64, real_part: f64 },
     /// The loop with the true linearisation is not stable.
     #[error(
-        "at {speed:.3} m/s the loop with the true linearisation has a mode with real part {real_part:.3e} rad/s"
+        "at {speed:.3} m/s the loop with the true linearisation has a mode with real part {real_part:.3e} rad/s: the fit \
+            is too far off; raise model.order, or narrow the range of speeds"
     )]
     UnstableTruth { speed: f64, real_part: f64 },
     /// The frozen gain exceeds the bound.
@@ -22,7 +23,8 @@ pub enum Refusal {
     /// The loop as it is sampled is not stable.
     #[error(
         "at {speed:.3} m/s the loop sampled at {sample_time} s, with the actuators' lags, is not stable (a \
-            mode of modulus {radius:.4}); a shorter autopilot.sample_time is needed"
+            mode of modulus {radius:.4}); a shorter autopilot.sample_time is needed, or a larger \
+            control.weight for a slower controller"
     )]
     UnstableSampled {
         speed: f64,
@@ -33,8 +35,7 @@ pub enum Refusal {
     /// The loop is not stable with the lags of the actuators, though the design may know them.
     #[error(
         "at {speed:.3} m/s the loop with the actuators' lags has a mode with real part {real_part:.3e} rad/s, \
-            however often it is sampled; 'lags = true' in [control] lets the design know the lags, else a lower \
-            bandwidth or faster actuators are needed"
+            however often it is sampled; 'lags = true' in [control] lets the design know the lags"
     )]
     UnstableWithLags { speed: f64, real_part: f64 },
     /// The frozen gain with the true linearisation is not finite.

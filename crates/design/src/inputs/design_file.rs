@@ -70,6 +70,9 @@ const FREQUENCY: Range = Range { least: 1e-4, most: 1e4, words: "from 1e-4 to 1e
 /// Damping ratios of reference models.
 const DAMPING: Range = Range { least: 0.3, most: 3.0, words: "from 0.3 to 3" };
 
+/// The time between two ticks.
+pub(crate) const SAMPLE_TIME: Range = Range { least: 1e-4, most: 1.0, words: "from 0.0001 to 1 (s)" };
+
 /// Sizes of noise.
 const NOISE: Range =
     Range { least: 1e-9, most: 1e6, words: "from 1e-9 to 1e6; without noise gains grow without limit" };

@@ -2,7 +2,7 @@
 
 use crate::inputs::design_file::{
     BANDWIDTH, CONTROL_WEIGHT, DAMPING, DesignFile, FOLLOW, FREQUENCY, Measured, NOISE, PEAK, RATE, RISE,
-    Range, Require, SCALE, Tracked,
+    Range, Require, SAMPLE_TIME, SCALE, Tracked,
 };
 use auv::toml_file::{Document, FileError, Table};
 use auv::{Pitch, number, rounded};
@@ -162,7 +162,7 @@ struct Autopilot {
 impl Autopilot {
     fn of(table: &Table<'_>) -> Self {
         table.allow_only(&["sample_time", "delay"]);
-        let sample_time = table.number("sample_time", |v| (1e-4..=1.0).contains(&v), "from 0.0001 to 1 (s)");
+        let sample_time = within(table, "sample_time", SAMPLE_TIME);
         let in_ticks = |ticks: f64| {
             (0.0..=MOST_DELAY_TICKS as f64 + 0.5).contains(&ticks) && (ticks - ticks.round()).abs() < ROUNDING
         };

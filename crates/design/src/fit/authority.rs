@@ -1,0 +1,161 @@
+//! Whether the actuators can give what the models of the tracked outputs ask for.
+//!
+//! For a step r, a reference model of frequency w starts with the acceleration r w^2 of the pitch, and r w of the speed.
+//! The linear model says what the actuators give at their limits, and what it takes to hold the pitch at r. Where that
+//! is not enough, no weight helps: the actuators saturate.
+
+use crate::fit::Model;
+use crate::inputs::design_file::{DesignFile, Tracked};
+use crate::numbers::{readable, rounded_down};
+use auv::{Actuator, Linearisation, rounded};
+use lpv::matrix::Mat;
+use signals::PITCH;
+
+/// Singular values below this part of the largest one count as zero.
+const RANK_TOLERANCE: f64 = 1e-9;
+
+/// A part of the forces that may be left over by rounding.
+const LEFT: f64 = 1e-6;
+
+/// What is asked for, relative to what there is, at the speed at which most is missing.
+struct Short {
+    speed: f64,
+    ratio: f64,
+}
+
+/// A warning where the actuators cannot hold the pitch step of the manoeuvre, and for each tracked output that they cannot
+/// accelerate as its model does: of that step, and of the scale of the speed.
+pub fn remarks(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Vec<String> {
+    let of_output = |tracked: &Tracked| {
+        let hold = if tracked.place == PITCH { too_far(actuators, file, model) } else { None };
+        hold.into_iter().chain(too_fast(actuators, file, tracked, model))
+    };
+    file.tracked.iter().flat_map(of_output).collect()
+}
+
+/// Where more than all is asked for.
+fn worst(model: &Model, ratio: impl Fn(&Linearisation) -> f64) -> Option<Short> {
+    let each = model.grid.iter().map(|(_, l)| Short { speed: l.trim.speed, ratio: ratio(l) });
+    each.max_by(|a, b| a.ratio.total_cmp(&b.ratio)).filter(|short| short.ratio > 1.0)
+}
+
+fn too_far(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Option<String> {
+    let step = file.manoeuvre.pitch_step;
+    let Short { speed, ratio } = worst(model, |l| held(actuators, step, l))?;
+    let degrees = step.to_degrees();
+    let (speed, shown) = (rounded(speed), rounded(degrees));
+    Some(match ratio.is_finite() {
+        true => format!(
+            "WARNING: at {speed} m/s holding the pitch {shown} deg off its trim takes {} times what the trim leaves of an \
+             actuator,\nby the linear model; lower manoeuvre.pitch_step to {} deg or less, or raise model.speed_min",
+            rounded(ratio),
+            rounded(degrees / ratio)
+        ),
+        false => format!(
+            "WARNING: at {speed} m/s no actuator holds the pitch off its trim: a step of {shown} deg will not last;\n\
+             raise model.speed_min, or add an actuator with a pitching moment"
+        ),
+    })
+}
+
+fn too_fast(actuators: &[Actuator], file: &DesignFile, tracked: &Tracked, model: &Model) -> Option<String> {
+    let frequency = tracked.model?.frequency;
+    let is_pitch = tracked.place == PITCH;
+    let step = if is_pitch { file.manoeuvre.pitch_step.abs() } else { tracked.scale };
+    let asked = if is_pitch { step * frequency * frequency } else { step * frequency };
+    let Short { speed, ratio } = worst(model, |l| asked / available(actuators, tracked, l))?;
+    let (factor, unit) = readable(tracked.signal().unit);
+    let lower = if is_pitch { ratio.sqrt() } else { ratio };
+    let key = if is_pitch { "manoeuvre.pitch_step" } else { "its 'scale'" };
+    Some(format!(
+        "WARNING: the model of the {}, {} rad/s, asks for {} times the acceleration that all actuators give at {} m/s,\n\
+         for a step of {} {unit}; lower its 'frequency' to {} rad/s or less, or {key}",
+        tracked.signal().name,
+        rounded(frequency),
+        rounded(ratio),
+        rounded(speed),
+        rounded(step * factor),
+        rounded_down(frequency / lower)
+    ))
+}
+
+/// The largest acceleration of an output, with every actuator at its reach \[SI/s2 or SI/s\]; the pitch is turned by its
+/// rate.
+fn available(actuators: &[Actuator], tracked: &Tracked, l: &Linearisation) -> f64 {
+    let driven = if tracked.place == PITCH { PITCH_RATE } else { tracked.signal().state };
+    actuators.iter().enumerate().map(|(j, a)| (l.b[(driven, j)] * a.reach()).abs()).sum()
+}
+
+/// The states of the linear model, by their places in [`signals::STATES`].
+const HEAVE: usize = 1;
+const PITCH_RATE: usize = 2;
+const THETA: usize = 3;
+
+/// What it takes of an actuator, relative to what the trim leaves of its limits, to hold the pitch a step \[rad\] off the
+/// trim at the same forward speed; infinite where nothing holds it.
+///
+/// `A x + B u = 0` with x = \[0 w 0 step\] is solved for w and u, least in units of reach.
+fn held(actuators: &[Actuator], step: f64, l: &Linearisation) -> f64 {
+    let coefficients = Mat::from_fn(THETA, 1 + actuators.len(), |i, j| match j {
+        0 => l.a[(i, HEAVE)],
+        j => l.b[(i, j - 1)] * actuators[j - 1].reach(),
+    });
+    let wanted = Mat::from_fn(THETA, 1, |i, _| -l.a[(i, THETA)] * step);
+    let svd = coefficients.clone().svd(true, true);
+    let largest = svd.singular_values.max();
+    let Ok(found) = svd.solve(&wanted, RANK_TOLERANCE * largest) else { return f64::INFINITY };
+    if (&coefficients * &found - &wanted).amax() > LEFT * wanted.amax() {
+        return f64::INFINITY;
+    }
+    let used = |(j, a): (usize, &Actuator)| {
+        let (needed, trim) = (found[(1 + j, 0)] * a.reach(), l.trim.actuators[j]);
+        let room = if needed > 0.0 { a.max - trim } else { trim - a.min };
+        if needed == 0.0 { 0.0 } else { needed.abs() / room }
+    };
+    actuators.iter().enumerate().map(used).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::inputs::Inputs;
+    use std::path::Path;
+
+    fn warnings(change: impl Fn(&mut Inputs)) -> Vec<String> {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid");
+        let mut inputs = Inputs::read(&folder, "design").unwrap();
+        change(&mut inputs);
+        let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
+        remarks(&inputs.vehicle.actuators, &inputs.design, &model)
+    }
+
+    /// The last number before a word.
+    fn number_before(words: &str, unit: &str) -> f64 {
+        words.split(unit).next().unwrap().split_whitespace().last().unwrap().parse().unwrap()
+    }
+
+    /// What is advised is enough, and a little more than that is too much.
+    #[test]
+    fn the_advice_is_followed_once() {
+        assert_eq!(warnings(|_| ()), Vec::<String>::new());
+        let frequency =
+            |w: f64| move |i: &mut Inputs| i.design.tracked[0].model.as_mut().unwrap().frequency = w;
+        let [fast] = &warnings(frequency(20.0))[..] else { panic!() };
+        assert!(fast.starts_with("WARNING: the model of the pitch, 20 rad/s, asks for "), "{fast}");
+        let advised = number_before(fast.split("'frequency' to ").nth(1).unwrap(), " rad/s");
+        assert!(advised > 1.7 && warnings(frequency(advised)).is_empty(), "{advised}");
+        assert_eq!(warnings(frequency(1.05 * advised)).len(), 1);
+
+        let step = |degrees: f64| {
+            move |i: &mut Inputs| {
+                i.vehicle.actuators.iter_mut().for_each(|a| (a.min, a.max) = (-26.0, 26.0));
+                i.design.manoeuvre.pitch_step = degrees.to_radians();
+                i.design.tracked[0].model.as_mut().unwrap().frequency = 0.1;
+            }
+        };
+        let [far] = &warnings(step(80.0))[..] else { panic!() };
+        assert!(far.contains("holding the pitch 80 deg off its trim takes "), "{far}");
+        let advised = number_before(far.split("pitch_step to ").nth(1).unwrap(), " deg");
+        assert!(warnings(step(0.99 * advised)).is_empty() && warnings(step(1.01 * advised)).len() == 1);
+    }
+}
