@@ -42,9 +42,11 @@ mod words;
 pub use motion::branch::trims;
 pub use motion::descriptor::Descriptor;
 pub use motion::dynamics::{Dynamics, LEAST_REYNOLDS_NUMBER, Motion, actuator_force};
+pub use motion::level::{Branch, Pitch, Speed};
 pub use motion::linearise::{Linearisation, linearise};
 pub use motion::parameter::{Parameter, UnknownParameter};
-pub use motion::trim::{Branch, Pitch, Speed, Trim, TrimError, trim, trim_with};
+pub use motion::trim::{Trim, trim, trim_with};
+pub use motion::trim_error::TrimError;
 /// A number with its derivative in one direction.
 pub use num_dual::Dual64;
 pub use scalar::Scalar;

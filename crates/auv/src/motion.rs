@@ -5,6 +5,8 @@ pub(crate) mod branch;
 pub(crate) mod descriptor;
 pub(crate) mod dynamics;
 mod forces;
+pub(crate) mod level;
 pub(crate) mod linearise;
 pub(crate) mod parameter;
 pub(crate) mod trim;
+pub(crate) mod trim_error;

@@ -4,7 +4,8 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use num_dual::Dual64;
 
 use crate::motion::dynamics::{Dynamics, actuator_force};
-use crate::motion::trim::{Pitch, Speed, TrimError};
+use crate::motion::level::{Pitch, Speed};
+use crate::motion::trim_error::TrimError;
 use crate::scalar::Scalar;
 use crate::vehicle::Vehicle;
 use crate::vehicle::actuator::Actuator;

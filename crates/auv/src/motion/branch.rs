@@ -5,12 +5,12 @@
 //! rule. Where it is neither, the interval is halved: on a continuous branch the step shrinks with it, however steep the
 //! branch is, and at a jump it does not. So the verdict does not depend on how close together the speeds are.
 
-use std::sync::Arc;
-
 use nalgebra::DVector;
 
+use crate::motion::level::{Pitch, Speed};
 use crate::motion::linearise::linearise;
-use crate::motion::trim::{Branch, Pitch, Speed, Trim, TrimError, trim_with};
+use crate::motion::trim::{Trim, trim_with};
+use crate::motion::trim_error::TrimError;
 use crate::vehicle::Vehicle;
 use crate::vehicle::actuator::{Actuator, Effect};
 
@@ -44,12 +44,6 @@ impl Pitch {
         }
         let branch = [true, false].into_iter().find_map(|downwards| range.followed(downwards).ok());
         branch.map_or(Self::Free, |trims| Self::Followed(trims.iter().map(|t| (t.speed, t.pitch)).collect()))
-    }
-}
-
-impl FromIterator<(f64, f64)> for Branch {
-    fn from_iter<I: IntoIterator<Item = (f64, f64)>>(points: I) -> Self {
-        Self(points.into_iter().collect::<Arc<[_]>>())
     }
 }
 

@@ -5,7 +5,8 @@ use num_dual::Dual64;
 
 use crate::motion::balance::reaches_all;
 use crate::motion::dynamics::{Dynamics, Motion, actuator_force};
-use crate::motion::trim::{Pitch, Speed, Trim, trim_with};
+use crate::motion::level::{Pitch, Speed};
+use crate::motion::trim::{Trim, trim_with};
 use crate::vehicle::Vehicle;
 use crate::vehicle::actuator::Actuator;
 use crate::vehicle::coefficients::CoefficientError;

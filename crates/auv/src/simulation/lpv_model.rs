@@ -4,7 +4,8 @@ use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::motion::trim::{Pitch, Trim};
+use crate::motion::level::Pitch;
+use crate::motion::trim::Trim;
 
 /// The `format` of the files that this version reads and writes.
 pub const LPV_MODEL_FORMAT: &str = "auv-lpv-model/1";

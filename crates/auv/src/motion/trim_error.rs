@@ -1,0 +1,115 @@
+//! Why there is no trim, each as one sentence.
+
+use thiserror::Error;
+
+use crate::vehicle::coefficients::CoefficientError;
+use crate::words::Rounded;
+
+/// Why there is no trim.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[allow(missing_docs, reason = "the message says what each field is")]
+pub enum TrimError {
+    /// The coefficients are not allowed.
+    #[error(transparent)]
+    Coefficients(#[from] CoefficientError),
+    /// The speed is not a number.
+    #[error("the trim speed is {} m/s, and must be a finite number", Rounded(*speed))]
+    SpeedNotFinite { speed: f64 },
+    /// The depth is not a number.
+    #[error("the trim depth is {} m, and must be a finite number", Rounded(*depth))]
+    DepthNotFinite { depth: f64 },
+    /// No incidence and outputs balance the forces.
+    #[error(
+        "no level trim at {} m/s and {} m: lift and actuators do not balance a weight of {} N, a buoyancy of \
+            {} N and the moments (nearest at an incidence of {incidence_deg:.1} deg, with {} m/s2 or rad/s2 \
+            left)",
+        Rounded(*speed), Rounded(*depth), Rounded(*weight), Rounded(*buoyancy), Rounded(*residual)
+    )]
+    NotFound {
+        /// The speed asked for \[m/s\].
+        speed: f64,
+        /// The depth asked for \[m\].
+        depth: f64,
+        /// The weight \[N\].
+        weight: f64,
+        /// The buoyancy at that depth \[N\].
+        buoyancy: f64,
+        /// The last incidence tried \[deg\].
+        incidence_deg: f64,
+        /// The largest remaining acceleration \[m/s2 or rad/s2\].
+        residual: f64,
+    },
+    /// No outputs balance the forces at the pitch that is held.
+    #[error(
+        "no trim at {} m/s and {} m with the pitch held at {} deg: at best {} N of surge force, {} N of heave force and \
+            {} N.m of pitching moment are left, which no actuator takes up; set 'trim.pitch' to \"free\" in the design \
+            file, or add a thruster that pushes there",
+        Rounded(*speed), Rounded(*depth), Rounded(*pitch_deg), part(*surge, [*heave, *moment]),
+        part(*heave, [*surge, *moment]), part(*moment, [*surge, *heave])
+    )]
+    NotHeld {
+        /// The speed asked for \[m/s\].
+        speed: f64,
+        /// The depth asked for \[m\].
+        depth: f64,
+        /// The pitch that is held \[deg\].
+        pitch_deg: f64,
+        /// The remaining surge force \[N\].
+        surge: f64,
+        /// The remaining heave force \[N\].
+        heave: f64,
+        /// The remaining pitching moment \[N.m\].
+        moment: f64,
+    },
+    /// Trims at neighbouring speeds lie on different branches.
+    #[error(
+        "the level trim jumps at {} m/s: {quantity} goes from {} to {} {unit} at once, however close the speeds; hold the pitch by 'trim.pitch' in the design file (\"level\", or an angle), or choose a range of \
+            speeds to one side of the jump",
+        Rounded(*speed), Rounded(*before), Rounded(*after)
+    )]
+    Jump {
+        /// Where \[m/s\].
+        speed: f64,
+        /// `pitch`, or the name of an actuator.
+        quantity: String,
+        /// On one side \[deg or N\].
+        before: f64,
+        /// On the other side.
+        after: f64,
+        unit: &'static str,
+    },
+    /// The forward speed, by which an autopilot looks up the trim, does not rise with the speed along the path.
+    #[error(
+        "between {} and {} m/s along the path the forward speed in level trim falls, because the pitch goes from {} to \
+            {} deg; an autopilot that knows the forward speed cannot tell these trims apart: hold the pitch by \
+            'trim.pitch' in the design file (\"level\", or an angle), or choose another range of speeds",
+        Rounded(*speed), Rounded(*to_speed), Rounded(pitch_deg[0]), Rounded(pitch_deg[1])
+    )]
+    ForwardSpeedFalls { speed: f64, to_speed: f64, pitch_deg: [f64; 2] },
+    /// The trim needs an output beyond the limits of an actuator.
+    #[error(
+        "level trim at {} m/s and {} m needs {} {unit} of {actuator}, {} {unit} beyond its limits {} .. {} {unit}",
+        Rounded(*speed), Rounded(*depth), Rounded(*needed), Rounded(*excess), Rounded(*min), Rounded(*max)
+    )]
+    BeyondLimits {
+        /// The speed asked for \[m/s\].
+        speed: f64,
+        /// The depth asked for \[m\].
+        depth: f64,
+        actuator: String,
+        needed: f64,
+        excess: f64,
+        min: f64,
+        max: f64,
+        unit: &'static str,
+    },
+}
+
+/// A part of a remaining force, without what is rounding beside the other two.
+fn part(value: f64, others: [f64; 2]) -> Rounded {
+    let largest = others.into_iter().fold(value.abs(), |most, other| most.max(other.abs()));
+    Rounded(if value.abs() < ROUNDING * largest { 0.0 } else { value })
+}
+
+/// A part of a force smaller than this beside the others is not shown.
+const ROUNDING: f64 = 1e-9;
