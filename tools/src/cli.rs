@@ -2,7 +2,9 @@
 
 use crate::error::Error;
 use crate::verbs::lpv::LpvVerb;
+use crate::verbs::new::Like;
 use clap::{Args, Parser, Subcommand};
+use clap_complete::Shell;
 use squid_design::error::InputError;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::BANDWIDTH;
@@ -158,6 +160,30 @@ pub enum Verb {
     /// LPV synthesis for any plant in a JSON file, with no vehicle
     #[command(subcommand)]
     Lpv(LpvVerb),
+    /// Write a commented vehicle to start from: DIRECTORY/vehicle.toml and design.toml
+    New {
+        /// The directory, which must not be there; its name is that of the vehicle
+        directory: PathBuf,
+        /// The vehicle to start from
+        #[arg(long, value_enum, default_value = "squid")]
+        like: Like,
+    },
+    /// Say what this machine has of what squid needs, and how to get the rest
+    ///
+    /// Exit code 1 where something is missing without which no FMU can be made.
+    Doctor,
+    /// Print what completes this command in a shell
+    ///
+    /// For instance `squid completions bash > ~/.local/share/bash-completion/completions/squid`.
+    Completions {
+        /// The shell
+        shell: Shell,
+    },
+    /// Write manual pages, one for each verb
+    Man {
+        /// The directory for squid.1 and the others
+        directory: PathBuf,
+    },
     /// Plot the record of a flight, a CSV file such as `fmpy simulate squid.fmu --output-file` writes
     Plot {
         /// The record: a column `time`, then one for each variable

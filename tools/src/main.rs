@@ -5,7 +5,7 @@ use squid::cli::{Cli, Verb};
 use squid::error::Error;
 use squid::output::{all_said, printed};
 use squid::verbs::show::Asked;
-use squid::verbs::{design, lpv, package, plot, report, show, simulate, tune, verify};
+use squid::verbs::{design, doctor, lpv, new, package, plot, report, shell, show, simulate, tune, verify};
 use std::io::{self, Write};
 use std::process::ExitCode;
 
@@ -72,6 +72,13 @@ fn run(verb: Verb) -> Result<ExitCode, Error> {
             verify::run(&file, vehicle.as_deref(), &design, bandwidth)
         }
         Verb::Plot { record, vehicle, out, json } => plot::run(&record, vehicle.as_deref(), out, json),
+        Verb::New { directory, like } => new::run(&directory, like),
+        Verb::Doctor => doctor::run(),
+        Verb::Completions { shell } => {
+            shell::completions(shell);
+            Ok(())
+        }
+        Verb::Man { directory } => shell::man(&directory),
         Verb::Lpv(verb) => return lpv::run(&verb),
     }
     .map(|()| ExitCode::SUCCESS)

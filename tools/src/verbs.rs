@@ -1,10 +1,13 @@
 //! What the command can do: a file for each verb.
 
 pub mod design;
+pub mod doctor;
 pub mod lpv;
+pub mod new;
 pub mod package;
 pub mod plot;
 pub mod report;
+pub mod shell;
 pub mod show;
 pub mod simulate;
 pub mod tune;

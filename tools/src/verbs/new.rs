@@ -1,0 +1,79 @@
+//! `squid new`: a commented vehicle to start from.
+
+use crate::error::Error;
+use crate::output::say;
+use auv::Vehicle;
+use squid_design::error::StoreError;
+use squid_design::store::files::Files;
+use std::path::Path;
+
+/// The two files of a vehicle that is shipped, and the line of its name.
+struct Template {
+    vehicle: &'static str,
+    design: &'static str,
+    name: &'static str,
+}
+
+macro_rules! template {
+    ($name:literal) => {
+        Template {
+            vehicle: include_str!(concat!("../../../vehicles/", $name, "/vehicle.toml")),
+            design: include_str!(concat!("../../../vehicles/", $name, "/design.toml")),
+            name: concat!("name = \"", $name, "\""),
+        }
+    };
+}
+
+/// What a new vehicle can start from.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+pub enum Like {
+    /// Thrusters, every key explained; the numbers are those of the Squid surrogate
+    Squid,
+    /// A propeller and stern planes; the published numbers of REMUS 100
+    Remus100,
+}
+
+impl Like {
+    fn template(self) -> Template {
+        match self {
+            Self::Squid => template!("squid"),
+            Self::Remus100 => template!("remus100"),
+        }
+    }
+}
+
+/// Writes vehicle.toml and design.toml to a directory that is not there yet; its name is that of the vehicle.
+///
+/// # Errors
+/// [`Error::Exists`], a name that no vehicle can have, those of the files.
+pub fn run(directory: &Path, like: Like) -> Result<(), Error> {
+    let name = directory.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    if directory.exists() {
+        return Err(Error::Exists { path: directory.display().to_string() });
+    }
+    let Template { vehicle, design, name: theirs } = like.template();
+    let whose = theirs.trim_start_matches("name = ").trim_matches('"');
+    let head = format!("# Made by `squid new` from {whose}: every number is that of {whose} until you replace it.\n#\n");
+    let status = |line: &str| line.starts_with("status = ");
+    let own = |line: &str| match line {
+        line if line == theirs => format!("name = \"{name}\""),
+        line if status(line) => "status = \"surrogate\"".to_owned(),
+        line => line.to_owned(),
+    };
+    let vehicle = head.clone() + &vehicle.lines().map(|line| own(line) + "\n").collect::<String>();
+    let file = directory.join("vehicle.toml");
+    Vehicle::parse(&vehicle, &file.display().to_string())?;
+    std::fs::create_dir_all(directory)
+        .map_err(|reason| StoreError::Unwritable { path: directory.display().to_string(), reason })?;
+    let mut files = Files::default();
+    files.add(file, vehicle);
+    files.add(directory.join("design.toml"), head + design);
+    files.save(directory)?;
+    let shown = directory.display();
+    say(&format!(
+        "{shown}/vehicle.toml: the coefficients, each with its unit and source. Its status is \"surrogate\" until they are yours.\n\
+         {shown}/design.toml: what the controller must do\n\
+         Next: squid show {shown} --speed 1; squid design {shown}"
+    ));
+    Ok(())
+}

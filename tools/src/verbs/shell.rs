@@ -1,0 +1,28 @@
+//! `squid completions` and `squid man`: what clap makes of the command line.
+
+use crate::cli::Cli;
+use crate::error::Error;
+use crate::output::say;
+use clap::CommandFactory;
+use clap_complete::{Shell, generate};
+use squid_design::error::StoreError;
+use std::path::Path;
+
+/// Prints the completions for a shell.
+pub fn completions(shell: Shell) {
+    let mut script = Vec::new();
+    generate(shell, &mut Cli::command(), "squid", &mut script);
+    say(String::from_utf8_lossy(&script).trim_end());
+}
+
+/// Writes a manual page for the command and for each verb.
+///
+/// # Errors
+/// Those of the directory.
+pub fn man(directory: &Path) -> Result<(), Error> {
+    let unwritable = |reason| StoreError::Unwritable { path: directory.display().to_string(), reason };
+    std::fs::create_dir_all(directory).map_err(unwritable)?;
+    clap_mangen::generate_to(Cli::command(), directory).map_err(unwritable)?;
+    say(&format!("{0}/squid.1 and a page for each verb; man {0}/squid.1", directory.display()));
+    Ok(())
+}
