@@ -22,6 +22,9 @@ pub struct Cli {
     #[command(subcommand)]
     /// What to do.
     pub verb: Verb,
+    /// Print one JSON object and nothing else, also when something is wrong
+    #[arg(long, global = true)]
+    pub json: bool,
 }
 
 /// The end of `--help`, each example on a separate line.
@@ -185,6 +188,9 @@ pub enum Verb {
         directory: PathBuf,
     },
     /// Plot the record of a flight, a CSV file such as `fmpy simulate squid.fmu --output-file` writes
+    ///
+    /// --json prints the figures of the flight, in s, rad, m/s and fractions: pitch_steps with overshoot, rise_time,
+    /// settling_time (null: never settled) and steady_error, pitch_error, speed_error, actuator_use, surface.
     Plot {
         /// The record: a column `time`, then one for each variable
         record: PathBuf,
@@ -194,11 +200,6 @@ pub enum Verb {
         /// The SVG file to write; by default beside the record
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
-        /// Print the figures of the flight as one JSON object, in s, rad, m/s and fractions: pitch_steps with
-        /// overshoot, rise_time, settling_time (null: never settled) and steady_error, pitch_error, speed_error,
-        /// actuator_use, surface
-        #[arg(long)]
-        json: bool,
     },
 }
 

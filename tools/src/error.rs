@@ -1,6 +1,6 @@
 //! Errors that end the command.
 
-use squid_design::error::{InputError, ModelError, ProofError, StoreError};
+use squid_design::error::{Error as DesignError, InputError, ModelError, ProofError, StoreError};
 use thiserror::Error as ThisError;
 
 /// An error that ends the command with one message.
@@ -49,6 +49,17 @@ pub enum Error {
 }
 
 impl Error {
+    /// The word for it in an answer for programs: `not_proved` where a proof fails, `error` otherwise.
+    pub fn status(&self) -> &'static str {
+        match self {
+            Self::NotProved { .. }
+            | Self::Design(DesignError::Proof(ProofError::Unproved(_) | ProofError::WrongPlant { .. })) => {
+                "not_proved"
+            }
+            _ => "error",
+        }
+    }
+
     /// Whether the command line is wrong, rather than a file.
     pub fn is_usage(&self) -> bool {
         matches!(self, Self::Argument { .. })

@@ -1,9 +1,10 @@
 //! The command `squid`.
 
 use clap::Parser;
+use serde_json::json;
 use squid::cli::{Cli, Verb};
 use squid::error::Error;
-use squid::output::{all_said, printed};
+use squid::output::{all_said, answer, answer_in_json, printed};
 use squid::verbs::show::Asked;
 use squid::verbs::{design, doctor, lpv, new, package, plot, report, shell, show, simulate, tune, verify};
 use std::io::{self, Write};
@@ -30,7 +31,12 @@ const MISSED: u8 = 5;
 fn main() -> ExitCode {
     keep_caught_panics_quiet();
     let outcome = match Cli::try_parse() {
-        Ok(cli) => run(cli.verb),
+        Ok(cli) => {
+            if cli.json {
+                answer_in_json();
+            }
+            run(cli.verb)
+        }
         Err(usage) if usage.use_stderr() => {
             let _ = usage.print();
             return WRONG_USAGE.into();
@@ -43,6 +49,7 @@ fn main() -> ExitCode {
     match outcome.and_then(|code| all_said().map(|()| code).map_err(Error::from)) {
         Ok(code) => code,
         Err(error) => {
+            let _ = answer(&json!({ "status": error.status(), "reason": error.to_string() }));
             // Not `eprintln`, which panics where nothing can be written.
             let _ = writeln!(io::stderr(), "squid: {error}");
             match error {
@@ -71,13 +78,10 @@ fn run(verb: Verb) -> Result<ExitCode, Error> {
         Verb::Verify { file, vehicle, design, bandwidth } => {
             verify::run(&file, vehicle.as_deref(), &design, bandwidth)
         }
-        Verb::Plot { record, vehicle, out, json } => plot::run(&record, vehicle.as_deref(), out, json),
+        Verb::Plot { record, vehicle, out } => plot::run(&record, vehicle.as_deref(), out),
         Verb::New { directory, like } => new::run(&directory, like),
         Verb::Doctor => doctor::run(),
-        Verb::Completions { shell } => {
-            shell::completions(shell);
-            Ok(())
-        }
+        Verb::Completions { shell } => shell::completions(shell),
         Verb::Man { directory } => shell::man(&directory),
         Verb::Lpv(verb) => return lpv::run(&verb),
     }

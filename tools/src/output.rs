@@ -1,14 +1,48 @@
 //! What the command prints.
 
+use serde::Serialize;
 use squid_design::error::StoreError;
+use squid_design::store::files::json;
 use std::io::{self, ErrorKind, Write};
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Why output was lost first.
 static UNSAID: Mutex<Option<io::Error>> = Mutex::new(None);
 
-/// Prints to standard output. A failure is kept for [`all_said`] and does not stop the work.
+/// Whether the one thing printed is an object for programs, and whether it has been printed.
+static AS_JSON: AtomicBool = AtomicBool::new(false);
+static ANSWERED: AtomicBool = AtomicBool::new(false);
+
+/// From now on [`say`] prints nothing, and the first [`answer`] is printed.
+pub fn answer_in_json() {
+    AS_JSON.store(true, Ordering::Relaxed);
+}
+
+/// Whether the answer is for programs.
+pub fn is_for_programs() -> bool {
+    AS_JSON.load(Ordering::Relaxed)
+}
+
+/// What a verb found, for programs: printed with `--json`, the first time that it is called.
+///
+/// # Errors
+/// [`StoreError::Json`] for a value that JSON cannot hold.
+pub fn answer(found: &impl Serialize) -> Result<(), StoreError> {
+    if is_for_programs() && !ANSWERED.swap(true, Ordering::Relaxed) {
+        print_line(&json(found)?);
+    }
+    Ok(())
+}
+
+/// Prints words for people to standard output. A failure is kept for [`all_said`] and does not stop the work.
 pub fn say(text: &str) {
+    if !is_for_programs() {
+        print_line(text);
+    }
+}
+
+fn print_line(text: &str) {
     let mut out = io::stdout().lock();
     printed(writeln!(out, "{text}").and_then(|()| out.flush()));
 }

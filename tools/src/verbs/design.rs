@@ -2,14 +2,16 @@
 
 use crate::cli::Which;
 use crate::error::Error;
-use crate::output::say;
+use crate::output::{answer, say};
 use crate::progress::show;
+use serde_json::{Value, json};
 use squid_design::certify::constant::{CERTIFICATE as CONSTANT_CERTIFICATE, constant};
 use squid_design::error::{Error as DesignError, StoreError};
 use squid_design::inputs::Inputs;
 use squid_design::numbers::above;
 use squid_design::progress::Progress;
 use squid_design::run::{run as run_stages, run_with};
+use squid_design::store::files::read;
 use squid_design::store::{self, Stored};
 use squid_design::synthesise::ladder;
 use squid_design::synthesise::robust::stored::CERTIFICATE;
@@ -46,7 +48,7 @@ pub fn run(which: &Which, asked: &Asked) -> Result<(), Error> {
             directory.join(CERTIFICATE).display()
         ));
     }
-    advice(&inputs, &finished.verdict, asked.advise, &progress)?;
+    let advice = advice(&inputs, &finished.verdict, asked.advise, &progress)?;
     if asked.ladder {
         let running = progress.begin("ladder", "solving for each assumption about the speed");
         let words = ladder::climb(&inputs.design, &finished.plant, &finished.design)?;
@@ -67,10 +69,27 @@ pub fn run(which: &Which, asked: &Asked) -> Result<(), Error> {
             directory.join(CONSTANT_CERTIFICATE).display()
         ));
     }
-    let directory = directory.display().to_string();
-    finished.proof.map_err(|reason| Error::NotProved { directory, reason })?;
+    let shown = directory.display().to_string();
+    finished.proof.map_err(|reason| Error::NotProved { directory: shown, reason })?;
+    answer_of(&directory, &advice)?;
     let missed: Vec<String> = finished.verdict.missed().map(missed).collect();
     if asked.strict && !missed.is_empty() { Err(Error::Missed { missed }) } else { Ok(()) }
+}
+
+/// The figures that were written, and the advice, for programs.
+fn answer_of(directory: &Path, advice: &[String]) -> Result<(), Error> {
+    let written = |name: &str| {
+        let path = directory.join(name);
+        let text = path.is_file().then(|| read(&path)).transpose()?;
+        Ok::<_, Error>(text.and_then(|text| serde_json::from_str::<Value>(&text).ok()))
+    };
+    Ok(answer(&json!({
+        "directory": directory,
+        "design": written("design.json")?,
+        "robust": written("robust.json")?,
+        "constant_certificate": directory.join(CONSTANT_CERTIFICATE).is_file().then_some(CONSTANT_CERTIFICATE),
+        "advice": advice,
+    }))?)
 }
 
 /// A row that is missed, in words.
@@ -79,18 +98,18 @@ pub(crate) fn missed(row: &Row) -> String {
 }
 
 /// What to turn where something is missed, or how to ask for that.
-fn advice(inputs: &Inputs, verdict: &Verdict, wanted: bool, progress: &Progress) -> Result<(), Error> {
+fn advice(inputs: &Inputs, verdict: &Verdict, wanted: bool, progress: &Progress) -> Result<Vec<String>, Error> {
     if verdict.missed().next().is_none() {
-        return Ok(());
+        return Ok(Vec::new());
     }
     if !wanted {
         say("\n`--advise` names the key to turn for each requirement that is missed");
-        return Ok(());
+        return Ok(Vec::new());
     }
     say("");
     let lines: Vec<String> = advise(inputs, verdict, progress)?.iter().map(ToString::to_string).collect();
     progress.done("advice", &lines.join("\n"));
-    Ok(())
+    Ok(lines)
 }
 
 /// The stored design, or a new one if there is none for these files. The caller reports whether it is proved.

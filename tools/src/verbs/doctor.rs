@@ -1,7 +1,8 @@
 //! `squid doctor`: what this machine has of what squid needs.
 
 use crate::error::Error;
-use crate::output::say;
+use crate::output::{answer, say};
+use serde_json::json;
 use squid_package::fmu::Binaries;
 use squid_package::platform::Platform;
 use std::process::Command;
@@ -81,7 +82,7 @@ const TOOLS: [Tool; 8] = [
 /// # Errors
 /// [`Error::Missing`] where something is missing without which no FMU can be made.
 pub fn run() -> Result<(), Error> {
-    let mut missing = Vec::new();
+    let (mut missing, mut rows) = (Vec::new(), Vec::new());
     for tool in &TOOLS {
         let found = tool.names.iter().find_map(|name| version(name, tool.version));
         let (mark, words) = match &found {
@@ -89,6 +90,7 @@ pub fn run() -> Result<(), Error> {
             None => ("MISSING", tool.remedy.to_owned()),
         };
         say(&format!("{mark:<8} {:<12} {words}  ({})", tool.names[0], tool.needed_for));
+        rows.push(json!({ "name": tool.names[0], "found": found, "needed_for": tool.needed_for, "remedy": tool.remedy }));
         missing.extend((found.is_none() && tool.required).then_some(tool.names[0]));
     }
     let host = Platform::named(&["host".to_owned()]).map(|platforms| Binaries { platforms, directory: None });
@@ -96,6 +98,7 @@ pub fn run() -> Result<(), Error> {
         Ok(_) => say("found    libraries    the compiled FMUs of this platform  (squid package)"),
         Err(_) => say("MISSING  libraries    python3 run.py fly builds them  (squid package)"),
     }
+    answer(&rows)?;
     match missing.is_empty() {
         true => Ok(()),
         false => Err(Error::Missing { programs: missing.join(", ") }),

@@ -9,15 +9,14 @@ pub mod report;
 pub mod synth;
 
 use crate::error::Error;
-use crate::output::say;
+use crate::output::{answer, say};
 use crate::progress::show;
 use crate::verbs::lpv::check::check as proved;
 use clap::{Args, Subcommand};
 use lpv::synthesis::Options;
-use serde::Serialize;
-use squid_design::error::{Error as DesignError, ProofError};
+use serde_json::json;
 use squid_design::progress::Progress;
-use squid_design::store::files::{check_directory, json};
+use squid_design::store::files::check_directory;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -70,9 +69,6 @@ pub enum LpvVerb {
 pub struct Synth {
     /// The problem file
     problem: PathBuf,
-    /// Print one JSON object and nothing else, also when a file is wrong
-    #[arg(long)]
-    json: bool,
     /// Write report.json, controller.json and certificate.json to this directory
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -100,9 +96,6 @@ pub struct Check {
     problem: PathBuf,
     /// The certificate that `squid lpv synth` wrote
     certificate: PathBuf,
-    /// Print one JSON object and nothing else, also when a file is wrong
-    #[arg(long)]
-    json: bool,
 }
 
 /// The options of `squid lpv mu`.
@@ -110,85 +103,53 @@ pub struct Check {
 pub struct Mu {
     /// The problem file
     problem: PathBuf,
-    /// Print one JSON object and nothing else, also when a file is wrong
-    #[arg(long)]
-    json: bool,
 }
 
-/// What `squid lpv check --json` prints, and `squid lpv synth --json` for a wrong file or option.
-#[derive(Debug, Serialize)]
-struct Verdict {
-    status: &'static str,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    gamma: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    gamma_with_model_error: Option<f64>,
-    reason: Option<String>,
-}
-
-/// Runs a verb. With `--json` an error is printed as an object, too.
+/// Runs a verb.
 ///
 /// # Errors
 /// Those of the files and options.
 pub fn run(verb: &LpvVerb) -> Result<ExitCode, Error> {
-    let (outcome, as_json) = match verb {
-        LpvVerb::Synth(options) => (synth(options), options.json),
-        LpvVerb::Check(options) => (check(options), options.json),
-        LpvVerb::Mu(options) => return mu(options),
-    };
-    if let (Err(error), true) = (&outcome, as_json) {
-        say(&json(&refusal(error))?);
+    match verb {
+        LpvVerb::Synth(options) => synth(options),
+        LpvVerb::Check(options) => check(options),
+        LpvVerb::Mu(options) => mu(options),
     }
-    outcome
-}
-
-fn refusal(error: &Error) -> Verdict {
-    let status = match error {
-        Error::Design(DesignError::Proof(ProofError::Unproved(_) | ProofError::WrongPlant { .. })) => {
-            "not_proved"
-        }
-        _ => "error",
-    };
-    Verdict { status, gamma: None, gamma_with_model_error: None, reason: Some(error.to_string()) }
 }
 
 fn mu(mu: &Mu) -> Result<ExitCode, Error> {
     let outcome = mu::run(&mu.problem);
     match &outcome {
-        Ok(report) if mu.json => say(&json(report)?),
-        Ok(report) => say(&report.words()),
-        Err(error) if mu.json => say(&json(&mu::Report::refused(error))?),
-        Err(_) => {}
+        Ok(report) => {
+            say(&report.words());
+            answer(report)?;
+        }
+        Err(error) => answer(&mu::Report::refused(error))?,
     }
     outcome.map(|_| ExitCode::SUCCESS)
 }
 
 fn check(check: &Check) -> Result<ExitCode, Error> {
     let theorem = proved(&check.problem, &check.certificate)?;
-    if check.json {
-        let (gamma, gamma_with_model_error) = (Some(theorem.gamma), theorem.gamma_with_model_error);
-        say(&json(&Verdict { status: "proved", gamma, gamma_with_model_error, reason: None })?);
-    } else {
-        say(&format!("PROVED: {theorem}"));
-    }
+    say(&format!("PROVED: {theorem}"));
+    let mut found = json!({ "status": "proved", "gamma": theorem.gamma, "reason": null });
+    theorem.gamma_with_model_error.iter().for_each(|gamma| found["gamma_with_model_error"] = json!(gamma));
+    answer(&found)?;
     Ok(ExitCode::SUCCESS)
 }
 
 fn synth(synth: &Synth) -> Result<ExitCode, Error> {
     let options = options(synth)?;
     synth.out.as_deref().map_or(Ok(()), check_directory)?;
-    let progress = if synth.json { Progress::default() } else { Progress::new(&show) };
+    let progress = Progress::new(&show);
     let running = progress.begin("synth", "solving the matrix inequalities");
     let report = synth::run(&synth.problem, options, synth.reduce)?;
     drop(running);
     if let Some(directory) = &synth.out {
         report.save(directory)?;
     }
-    if synth.json {
-        say(&json(&report)?);
-    } else {
-        say(report.words().trim_end());
-    }
+    say(report.words().trim_end());
+    answer(&report)?;
     Ok(ExitCode::from(report.exit_code()))
 }
 

@@ -1,8 +1,9 @@
 //! `squid new`: a commented vehicle to start from.
 
 use crate::error::Error;
-use crate::output::say;
+use crate::output::{answer, say};
 use auv::Vehicle;
+use serde_json::json;
 use squid_design::error::StoreError;
 use squid_design::store::files::Files;
 use std::path::Path;
@@ -53,7 +54,9 @@ pub fn run(directory: &Path, like: Like) -> Result<(), Error> {
     }
     let Template { vehicle, design, name: theirs } = like.template();
     let whose = theirs.trim_start_matches("name = ").trim_matches('"');
-    let head = format!("# Made by `squid new` from {whose}: every number is that of {whose} until you replace it.\n#\n");
+    let head = format!(
+        "# Made by `squid new` from {whose}: every number is that of {whose} until you replace it.\n#\n"
+    );
     let status = |line: &str| line.starts_with("status = ");
     let own = |line: &str| match line {
         line if line == theirs => format!("name = \"{name}\""),
@@ -75,5 +78,6 @@ pub fn run(directory: &Path, like: Like) -> Result<(), Error> {
          {shown}/design.toml: what the controller must do\n\
          Next: squid show {shown} --speed 1; squid design {shown}"
     ));
-    Ok(())
+    let files = ["vehicle.toml", "design.toml"].map(|name| directory.join(name));
+    Ok(answer(&json!({ "files": files }))?)
 }

@@ -2,8 +2,9 @@
 
 use crate::cli::Which;
 use crate::error::Error;
-use crate::output::say;
+use crate::output::{answer, say};
 use crate::progress::show;
+use serde_json::json;
 use squid_design::progress::Progress;
 use squid_design::store;
 use squid_design::store::files::{Files, check_directory};
@@ -67,11 +68,12 @@ pub fn run(
     let size =
         |path: &Path, bytes: &[u8]| format!("{} ({:.0} kB)", path.display(), bytes.len() as f64 / 1000.0);
     let lines: Vec<String> = files.iter().map(|(path, bytes)| size(path, bytes)).collect();
+    let names: Vec<String> = files.iter().map(|(path, _)| path.display().to_string()).collect();
     let mut set = Files::default();
     files.into_iter().for_each(|(path, bytes)| set.add(path, bytes));
     set.save(folder)?;
     lines.iter().for_each(|line| say(line));
-    Ok(())
+    Ok(answer(&json!({ "proof": standing, "files": names }))?)
 }
 
 fn named(platforms: &[String]) -> Result<Vec<Platform>, Error> {

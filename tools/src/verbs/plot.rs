@@ -2,7 +2,7 @@
 //! each variable.
 
 use crate::error::Error;
-use crate::output::say;
+use crate::output::{answer, is_for_programs, say};
 use auv::toml_file::cited;
 use auv::{Actuator, Vehicle};
 use scheduled::Inputs;
@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// [`Error::Record`] when a column is missing or an entry is not a number, [`Error::Report`],
 /// [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable); those of the vehicle file.
-pub fn run(path: &Path, vehicle: Option<&Path>, out: Option<PathBuf>, json: bool) -> Result<(), Error> {
+pub fn run(path: &Path, vehicle: Option<&Path>, out: Option<PathBuf>) -> Result<(), Error> {
     let to = out.unwrap_or_else(|| path.with_extension("svg"));
     let actuators = match vehicle {
         Some(directory) => Vehicle::read(&directory.join("vehicle.toml"))?.actuators,
@@ -30,11 +30,10 @@ pub fn run(path: &Path, vehicle: Option<&Path>, out: Option<PathBuf>, json: bool
     let mut record = read_record(path)?;
     let surfacing = end_at_surface(&mut record);
     plot(path, &record, &to, &actuators)?;
-    if json {
+    if is_for_programs() {
         let wrong = |reason| Error::Record { path: path.display().to_string(), reason };
         let rows = rows(&record, &actuators).map_err(wrong)?;
-        say(&figures(&rows, &actuators, surfacing, &to).to_string());
-        return Ok(());
+        return Ok(answer(&figures(&rows, &actuators, surfacing, &to))?);
     }
     if let Some(Surfacing { time, speed }) = surfacing {
         let speed = if speed.is_nan() { String::new() } else { format!(", with {speed:.2} m/s") };

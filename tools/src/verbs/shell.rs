@@ -2,17 +2,23 @@
 
 use crate::cli::Cli;
 use crate::error::Error;
-use crate::output::say;
+use crate::output::{answer, say};
 use clap::CommandFactory;
 use clap_complete::{Shell, generate};
+use serde_json::json;
 use squid_design::error::StoreError;
 use std::path::Path;
 
 /// Prints the completions for a shell.
-pub fn completions(shell: Shell) {
+///
+/// # Errors
+/// None but those of the output.
+pub fn completions(shell: Shell) -> Result<(), Error> {
     let mut script = Vec::new();
     generate(shell, &mut Cli::command(), "squid", &mut script);
-    say(String::from_utf8_lossy(&script).trim_end());
+    let script = String::from_utf8_lossy(&script);
+    say(script.trim_end());
+    Ok(answer(&json!({ "script": script }))?)
 }
 
 /// Writes a manual page for the command and for each verb.
@@ -24,5 +30,5 @@ pub fn man(directory: &Path) -> Result<(), Error> {
     std::fs::create_dir_all(directory).map_err(unwritable)?;
     clap_mangen::generate_to(Cli::command(), directory).map_err(unwritable)?;
     say(&format!("{0}/squid.1 and a page for each verb; man {0}/squid.1", directory.display()));
-    Ok(())
+    Ok(answer(&json!({ "directory": directory }))?)
 }

@@ -2,11 +2,13 @@
 
 mod tables;
 mod uncertainty;
+mod values;
 
 use crate::cli::Which;
 use crate::error::Error;
-use crate::output::say;
+use crate::output::{answer, say};
 use crate::progress::show;
+use serde_json::{Map, Value};
 use squid_design::error::{Error as DesignError, StoreError};
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
@@ -51,30 +53,49 @@ pub fn run(which: &Which, asked: &Asked) -> Result<(), Error> {
     let controller = controller.transpose()?;
     let unproved = stored.and_then(|stored| stored.unproved(&inputs));
     unproved.iter().for_each(|words| say(words));
+    let mut shown = Map::new();
     if let Some(v) = speed {
         say(&tables::speed(&inputs, v)?);
+        shown.insert("at_speed".into(), values::speed(&inputs, v)?);
     }
     if asked.fit || all {
-        say(&tables::fit(&inputs, &Model::new(&inputs.vehicle, &inputs.design)?));
+        let model = Model::new(&inputs.vehicle, &inputs.design)?;
+        say(&tables::fit(&inputs, &model));
+        shown.insert("fit".into(), values::fit(&model));
     }
-    controller.iter().for_each(|words| say(words.trim_end()));
+    if let Some((words, value)) = controller {
+        say(words.trim_end());
+        shown.insert("controller".into(), value);
+    }
     if asked.uncertainty {
         say(uncertainty::uncertainty(&inputs)?.trim_end());
+        shown.insert("uncertainty".into(), values::uncertainty(&inputs)?);
     }
-    Ok(())
+    Ok(answer(&shown)?)
 }
 
 /// The stored controller, or one designed for this output only.
-fn shown_controller(inputs: &Inputs, stored: Option<&Stored>, directory: &Path) -> Result<String, Error> {
+fn shown_controller(
+    inputs: &Inputs,
+    stored: Option<&Stored>,
+    directory: &Path,
+) -> Result<(String, Value), Error> {
     let directory = directory.display();
     if let Some(stored) = stored {
         let robust = if stored.robust.is_some() { ", made with --robust" } else { "" };
-        let words = tables::controller(inputs, &stored.lpv_controller()?, &stored.controller.gamma)?;
-        return Ok(format!("The design in {directory}{robust}\n{words}"));
+        let (k, gamma) = (stored.lpv_controller()?, &stored.controller.gamma);
+        let words = tables::controller(inputs, &k, gamma)?;
+        let value = values::controller(inputs, &k, gamma)?;
+        return Ok((format!("The design in {directory}{robust}\n{words}"), value));
     }
     let running = Progress::new(&show).begin("design", "solving the matrix inequalities");
     let finished = squid_design::run::run(inputs, &Progress::default())?;
     drop(running);
-    let words = tables::controller(inputs, &finished.design.controller, &finished.frozen.controller.gamma)?;
-    Ok(format!("No design of these files is in {directory}; this is the result of `squid design`\n{words}"))
+    let (k, gamma) = (&finished.design.controller, &finished.frozen.controller.gamma);
+    let words = tables::controller(inputs, k, gamma)?;
+    let value = values::controller(inputs, k, gamma)?;
+    Ok((
+        format!("No design of these files is in {directory}; this is the result of `squid design`\n{words}"),
+        value,
+    ))
 }

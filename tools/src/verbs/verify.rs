@@ -2,8 +2,9 @@
 
 use crate::cli::inputs;
 use crate::error::Error;
-use crate::output::say;
+use crate::output::{answer, say};
 use certificate::ConstantCertificate;
+use serde_json::json;
 use squid_design::certify::constant::of_inputs;
 use squid_design::error::{Error as DesignError, ProofError};
 use squid_package::verify::{named, verify};
@@ -16,9 +17,11 @@ use std::path::Path;
 pub fn run(file: &Path, vehicle: Option<&Path>, design: &str, bandwidth: Option<f64>) -> Result<(), Error> {
     if let Some(certificate) = constant_certificate(file)? {
         let theorem = certificate.prove().map_err(ProofError::from).map_err(DesignError::from)?;
+        let mut tolerated = None;
         if let Some(directory) = vehicle {
             let inputs = inputs(directory, design, bandwidth)?;
             let share = of_inputs(&certificate, &inputs)?;
+            tolerated = Some(share);
             say(&format!(
                 "{}: its plant and its balls are those of {}, for {:.1} % of the declared uncertainty",
                 file.display(),
@@ -27,13 +30,23 @@ pub fn run(file: &Path, vehicle: Option<&Path>, design: &str, bandwidth: Option<
             ));
         }
         say(&format!("PROVED: {theorem}"));
-        return Ok(());
+        let share = tolerated;
+        return Ok(answer(
+            &json!({ "status": "proved", "theorem": theorem.to_string(), "gamma": theorem.gamma, "share": share }),
+        )?);
     }
     let inputs = vehicle.map(|directory| inputs(directory, design, bandwidth)).transpose()?;
     let verified = verify(file, inputs.as_ref())?;
     verified.about.iter().for_each(|line| say(line));
-    say(&format!("PROVED: {}", verified.theorem));
-    Ok(())
+    let theorem = &verified.theorem;
+    say(&format!("PROVED: {theorem}"));
+    Ok(answer(&json!({
+        "status": "proved",
+        "theorem": theorem.to_string(),
+        "gamma": theorem.gamma,
+        "gamma_with_model_error": theorem.gamma_with_model_error,
+        "about": verified.about,
+    }))?)
 }
 
 /// The certificate in a file, if it is one for constant coefficients.

@@ -1,0 +1,108 @@
+//! What `squid show --json` prints: the numbers of the tables, in SI units.
+
+use crate::error::Error;
+use lpv::controller::Controller;
+use lpv::matrix::Mat;
+use nalgebra::Complex;
+use scheduled::Gamma;
+use serde_json::{Map, Value, json};
+use signals::STATES;
+use squid_design::fit::Model;
+use squid_design::inputs::Inputs;
+use squid_design::linearise::linearise_at;
+use squid_design::uncertain::over_range;
+
+/// Trim, A, B and eigenvalues at one speed.
+///
+/// # Errors
+/// [`ModelError::Trim`](squid_design::error::ModelError::Trim).
+pub fn speed(inputs: &Inputs, speed: f64) -> Result<Value, Error> {
+    let l = linearise_at(&inputs.vehicle, &inputs.design, speed)?;
+    let t = &l.trim;
+    let outputs = inputs.vehicle.actuators.iter().zip(&t.actuators);
+    let actuators: Map<String, Value> = outputs.map(|(a, output)| (a.name.clone(), json!(output))).collect();
+    Ok(json!({
+        "trim": {
+            "speed": t.speed,
+            "depth": t.depth,
+            "pitch": t.pitch,
+            "forward_speed": t.forward_speed,
+            "heave": t.heave,
+            "actuators": actuators,
+        },
+        "states": STATES.map(|state| state.symbol),
+        "A": rows(&l.a),
+        "B": rows(&l.b),
+        "eigenvalues": pairs(&l.eigenvalues()),
+    }))
+}
+
+/// The residuals of the fits, and the size of the LFT.
+pub fn fit(model: &Model) -> Value {
+    let order = |r: &squid_design::fit::Residual| {
+        json!({
+            "order": r.order,
+            "rms_relative": r.a.relative_rms,
+            "rms_relative_to_variation": r.relative_to_variation,
+            "largest": rows(&r.whole.largest),
+        })
+    };
+    json!({
+        "orders": model.residuals.iter().map(order).collect::<Vec<_>>(),
+        "lft_channels": model.lft.size(),
+        "lft_error": model.lft_error,
+    })
+}
+
+/// A controller: its sizes, gammas and poles at the ends and the middle of the range.
+///
+/// # Errors
+/// [`ModelError::Lft`](squid_design::error::ModelError::Lft).
+pub fn controller(inputs: &Inputs, k: &Controller, gamma: &Gamma) -> Result<Value, Error> {
+    let (centre, half_range) = inputs.design.scheduling();
+    let poles = [-1.0, 0.0, 1.0].map(|rho| {
+        let poles = pairs(&k.frozen(&[rho])?.poles());
+        Ok(json!({ "speed": centre + half_range * rho, "poles": poles }))
+    });
+    Ok(json!({
+        "states": k.a().nrows(),
+        "channels": k.bt().ncols(),
+        "measurements": k.by().ncols(),
+        "commands": k.cu().nrows(),
+        "gamma_optimum": gamma.optimum,
+        "back_off": gamma.back_off,
+        "gamma_bound": gamma.bound,
+        "poles": poles.into_iter().collect::<Result<Vec<_>, Error>>()?,
+    }))
+}
+
+/// The uncertain parameters with their ranges and their channels over the range of speed.
+///
+/// # Errors
+/// [`Error::Design`].
+pub fn uncertainty(inputs: &Inputs) -> Result<Value, Error> {
+    let model = Model::new(&inputs.vehicle, &inputs.design)?;
+    let joint = over_range(inputs.declared(), inputs.design.order, &model)?;
+    let block = |b: &squid_design::uncertain::model::Block| {
+        json!({
+            "name": b.name,
+            "value": b.value,
+            "half_range": b.half_range,
+            "unit": b.unit,
+            "channels": b.repetitions,
+        })
+    };
+    Ok(json!({
+        "parameters": joint.blocks.iter().map(block).collect::<Vec<_>>(),
+        "channels_of_rho": joint.scheduled,
+    }))
+}
+
+fn rows(m: &Mat) -> Vec<Vec<f64>> {
+    m.row_iter().map(|row| row.iter().copied().collect()).collect()
+}
+
+/// Real and imaginary parts.
+fn pairs(values: &[Complex<f64>]) -> Vec<[f64; 2]> {
+    values.iter().map(|v| [v.re, v.im]).collect()
+}
