@@ -1,0 +1,98 @@
+"""What holds for each verb of the command: --json, completion, a manual page; and the small verbs."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+from conftest import REMUS100, SQUID, Run
+from fly.stages import ROOT
+
+CASE = ROOT / "tests" / "cases" / "lpv01_lpvtools_lft_tutorial.json"
+
+
+def verbs(run_squid: Run) -> list[str]:
+    """Return the verbs that the help lists."""
+    listed = run_squid("--help").stdout.split("Commands:\n")[1].split("\n\n")[0]
+    return re.findall(r"^  ([a-z]+) ", listed, re.MULTILINE)
+
+
+@pytest.mark.parametrize(
+    ("words", "key"),
+    [
+        (["show", SQUID, "--out", "DESIGN"], "controller"),
+        (["show", SQUID, "--out", "DESIGN", "--uncertainty"], "uncertainty"),
+        (["simulate", SQUID, "--out", "DESIGN"], "steps"),
+        (["package", SQUID, "--out", "DESIGN", "--descriptions", "DESIGN"], "files"),
+        (["verify", "DESIGN/certificate.json"], "gamma"),
+        (["plot", "DESIGN/flight.csv"], "pitch_steps"),
+        (["new", "DESIGN/mine"], "files"),
+        (["completions", "bash"], "script"),
+        (["man", "DESIGN/man"], "directory"),
+        (["lpv", "synth", CASE], "status"),
+    ],
+    ids=lambda words: " ".join(map(str, words[:2])) if isinstance(words, list) else "",
+)
+def test_answers_in_json(run_squid: Run, stored_design: Path, words: list[str | Path], key: str) -> None:
+    done = run_squid(*(str(word).replace("DESIGN", str(stored_design)) for word in words), "--json")
+    assert done.returncode == 0, done.stderr
+    assert key in json.loads(done.stdout)
+
+
+def test_the_numbers_are_those_of_the_tables(run_squid: Run) -> None:
+    """The eigenvalues of A in the answer are those of the matrix that is beside them, and the trim is the table's."""
+    shown = json.loads(run_squid("show", SQUID, "--speed", "1", "--json").stdout)["at_speed"]
+    trim = shown["trim"]
+    trace = sum(row[place] for place, row in enumerate(shown["A"]))
+    assert sum(re for re, _ in shown["eigenvalues"]) == pytest.approx(trace, rel=1e-9)
+    table = run_squid("show", SQUID, "--speed", "1").stdout
+    assert f"{trim['actuators']['lower']:.4f} N" in table and f"{trim['forward_speed']:.4f}" in table
+
+
+@pytest.mark.parametrize("words", [["show", "nowhere"], ["verify", "nowhere.fmu"], ["plot", "nowhere.csv"]])
+def test_a_refusal_is_an_object_too(run_squid: Run, words: list[str]) -> None:
+    done = run_squid(*words, "--json")
+    answer = json.loads(done.stdout)
+    assert done.returncode == 1 and answer["status"] == "error" and "nowhere" in answer["reason"]
+    assert answer["reason"] in done.stderr
+
+
+@pytest.mark.parametrize("like", ["squid", "remus100"])
+def test_a_new_vehicle_is_like_its_model(run_squid: Run, tmp_path: Path, like: str) -> None:
+    mine = tmp_path / "mine"
+    assert run_squid("new", mine, "--like", like).returncode == 0
+    model = {"squid": SQUID, "remus100": REMUS100}[like]
+    own, theirs = (run_squid("show", path, "--speed", "2", "--json").stdout for path in (mine, model))
+    assert own == theirs and json.loads(own)
+    text = (mine / "vehicle.toml").read_text(encoding="utf-8")
+    assert '\nname = "mine"\nstatus = "surrogate"\n' in text
+
+
+def test_a_new_vehicle_overwrites_nothing(run_squid: Run, tmp_path: Path) -> None:
+    done = run_squid("new", tmp_path)
+    assert done.returncode == 1 and "is there already" in done.stderr and not list(tmp_path.iterdir())
+    done = run_squid("new", tmp_path / "9 lives")
+    assert done.returncode == 1 and "beginning with a letter" in done.stderr and not list(tmp_path.iterdir())
+
+
+def test_the_doctor_names_what_is_missing(squid_command: Path, run_squid: Run) -> None:
+    assert run_squid("doctor").returncode == 0
+    done = subprocess.run(
+        [squid_command, "doctor"], env={"PATH": "/nowhere"}, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 1 and "missing: cargo, cc, python3" in done.stderr
+    assert "rustup.rs" in done.stdout and "apt install" in done.stdout
+
+
+def test_completions_and_pages_know_every_verb(run_squid: Run, tmp_path: Path) -> None:
+    script = run_squid("completions", "bash").stdout
+    subprocess.run(["bash", "-n"], input=script, text=True, check=True)
+    assert run_squid("man", tmp_path).returncode == 0
+    found = verbs(run_squid)
+    assert {"design", "lpv", "doctor"} <= set(found)
+    for verb in set(found) - {"help"}:
+        assert f"squid__subcmd__{verb}" in script or f"squid__{verb}" in script, verb
+        assert (tmp_path / f"squid-{verb}.1").read_text(encoding="utf-8").startswith(".ie")

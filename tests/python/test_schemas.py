@@ -1,0 +1,148 @@
+"""The JSON schemas of vehicle.toml and design.toml, by which editors complete and check them, against what reads them."""
+
+from __future__ import annotations
+
+import copy
+import json
+import math
+import re
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import tomllib
+from conftest import SQUID, Run
+from fly.stages import ROOT
+from jsonschema import Draft202012Validator
+
+VEHICLES = ROOT / "vehicles"
+SCHEMAS = {name: json.loads((VEHICLES / f"{name}.schema.json").read_text()) for name in ("vehicle", "design")}
+
+
+def toml(value: object) -> str:
+    """Return a value in TOML."""
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{json.dumps(key)} = {toml(item)}" for key, item in value.items()) + " }"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(toml, value)) + "]"
+    return repr(value) if isinstance(value, float) else json.dumps(value)
+
+
+def written(content: dict) -> str:
+    """Return the text of a file, each section on a line."""
+    return "".join(f"{json.dumps(key)} = {toml(value)}\n" for key, value in content.items())
+
+
+def complaints(run_squid: Run, folder: Path, name: str, content: dict) -> str:
+    """Return what `squid show` says of Squid with one of its files replaced; nothing if it reads the file."""
+    shutil.copytree(SQUID, folder, dirs_exist_ok=True)
+    (folder / f"{name}.toml").write_text(written(content), encoding="utf-8")
+    done = run_squid("show", folder, "--speed", "1.7")
+    return done.stderr if f"{name}.toml:" in done.stderr else ""
+
+
+def example(name: str) -> dict:
+    return tomllib.loads((SQUID / f"{name}.toml").read_text(encoding="utf-8"))
+
+
+def tables(schema: dict, path: str = "") -> Iterator[tuple[str, dict]]:
+    """Return each table of fixed keys in a schema with its path; that of an array of tables is the table's."""
+    inner = schema.get("items", schema)
+    if inner.get("additionalProperties") is False:
+        yield path, inner
+        for key, value in inner["properties"].items():
+            yield from tables(value, f"{path}.{key}".lstrip("."))
+
+
+def with_unknown_keys(schema: dict) -> object:
+    """Return an instance of which every table has one key, which is unknown, beside its tables."""
+    inner = schema.get("items", schema)
+    found = {
+        key: with_unknown_keys(value)
+        for key, value in inner["properties"].items()
+        if value.get("items", value).get("additionalProperties") is False
+    } | {"zzz": 0}
+    return [found] if "items" in schema else found
+
+
+@pytest.mark.parametrize(
+    "path", sorted(VEHICLES.glob("*/*.toml")), ids=lambda path: f"{path.parent.name}/{path.name}"
+)
+def test_what_is_shipped_is_valid(path: Path) -> None:
+    schema = SCHEMAS["vehicle" if path.name == "vehicle.toml" else "design"]
+    Draft202012Validator(schema).validate(tomllib.loads(path.read_text(encoding="utf-8")))
+
+
+@pytest.mark.parametrize("name", SCHEMAS)
+def test_the_keys_are_those_that_are_read(run_squid: Run, tmp_path: Path, name: str) -> None:
+    said = complaints(run_squid, tmp_path, name, with_unknown_keys(SCHEMAS[name]))
+    read = {
+        path.rpartition(".")[0]: set(allowed.split(", "))
+        for path, allowed in re.findall(r"unknown key '([\w.]*zzz)'.*allowed here: (.*)", said)
+    }
+    known = {path: set(table["properties"]) for path, table in tables(SCHEMAS[name])}
+    assert read == known
+
+
+def limits(schema: dict) -> Iterator[tuple[float, bool]]:
+    """Return numbers at and just beyond the ends of what is allowed, and whether each is."""
+    for key, side in (("minimum", -math.inf), ("maximum", math.inf)):
+        if key in schema:
+            yield float(schema[key]), True
+            yield math.nextafter(float(schema[key]), side) or math.copysign(1e-9, side), False
+    for key in ("exclusiveMinimum", "exclusiveMaximum"):
+        if key in schema:
+            yield float(schema[key]), False
+
+
+NUMBERS = [
+    (section, key, value, allowed)
+    for section, schema in SCHEMAS["design"]["properties"].items()
+    for key, number in schema.get("items", schema).get("properties", {}).items()
+    if number.get("type") == "number"
+    for value, allowed in limits(number)
+]
+
+
+@pytest.mark.parametrize(("section", "key", "value", "allowed"), NUMBERS)
+def test_the_limits_of_a_design_are_those_that_are_read(
+    run_squid: Run, tmp_path: Path, section: str, key: str, value: float, allowed: bool
+) -> None:
+    design = example("design")
+    table = design.setdefault(section, {})
+    table = table[0] if isinstance(table, list) else table
+    table[key] = value
+    refused = f"'{section}.{key}'" in complaints(run_squid, tmp_path, "design", design)
+    assert refused != allowed
+    assert Draft202012Validator(SCHEMAS["design"]).is_valid(design) == allowed
+
+
+def test_signs_and_units_of_a_vehicle_are_those_that_are_read(run_squid: Run, tmp_path: Path) -> None:
+    """Every coefficient of a wrong sign at once, then every one in a wrong unit: both refuse all of them."""
+    sections = SCHEMAS["vehicle"]["properties"]
+    coefficients = [
+        (section, key, schema["properties"])
+        for section, table in sections.items()
+        for key, schema in table.get("properties", {}).items()
+        if schema.get("$ref") == "#/$defs/quantity"
+        and section not in ("non_dimensional", "published_linear_model")
+    ]
+    wrong_signs, wrong_units, signed = example("vehicle"), example("vehicle"), []
+    for section, key, schema in coefficients:
+        unit = schema["unit"]["enum"][0]
+        ends = [value for value, allowed in limits(schema.get("value", {})) if not allowed]
+        signed += [key for _ in ends]
+        value = (ends or [1.0])[0]
+        wrong_signs.setdefault(section, {})[key] = {"value": value, "unit": unit, "source": "a test"}
+        wrong_units.setdefault(section, {})[key] = {"value": 1.0, "unit": "furlong", "source": "a test"}
+    assert len(signed) > 10
+    validator = Draft202012Validator(SCHEMAS["vehicle"])
+    for content, expected in ((wrong_signs, signed), (wrong_units, [key for _, key, _ in coefficients])):
+        said = complaints(run_squid, tmp_path, "vehicle", copy.deepcopy(content))
+        read = set(re.findall(r"'\w+\.(\w+)' (?:is|has)", said)) | set(
+            re.findall(r"'\w+\.(\w+)(?:\.unit)?'", said)
+        )
+        found = {error.absolute_path[1] for error in validator.iter_errors(content)}
+        assert found == set(expected)
+        assert set(expected) <= read
