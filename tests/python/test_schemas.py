@@ -1,4 +1,4 @@
-"""The JSON schemas of vehicle.toml and design.toml, by which editors complete and check them, against what reads them."""
+"""The JSON schemas of the files of a vehicle, by which editors check them, are true to what reads the files."""
 
 from __future__ import annotations
 
