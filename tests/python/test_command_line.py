@@ -246,7 +246,7 @@ def test_flight_that_leaves_the_water(run_squid: Run, copied_vehicle: Path, tmp_
     )
     assert told, done.stdout
     names, *rows = (tmp_path / "out" / "flight.csv").read_text(encoding="utf-8").splitlines()
-    column = names.split(",").index("depth")
+    column = names.split(",").index("depth [m]")
     assert min(float(row.split(",")[column]) for row in rows) >= -1e-3
     assert float(rows[-1].split(",")[0]) == pytest.approx(float(told[1]) - 0.02, abs=0.006)
     assert "the step at 3.00 m/s the vehicle reaches the surface at " in done.stdout

@@ -5,52 +5,66 @@ use auv::Actuator;
 use signals::tracked;
 use squid_flight::flight::Row;
 
-/// The values of each variable over time, SI.
+/// The values of each variable over time, SI; in a CSV file each is headed `name [unit]`, or `name` without a unit.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Record(Vec<(String, Vec<f64>)>);
+pub struct Record(Vec<Column>);
+
+#[derive(Debug, Clone, PartialEq)]
+struct Column {
+    heading: String,
+    values: Vec<f64>,
+}
+
+impl Column {
+    /// Without the unit.
+    fn name(&self) -> &str {
+        self.heading.split_once(" [").map_or(&self.heading, |(name, _)| name)
+    }
+}
 
 impl Record {
-    /// Columns of one length, each with its name.
+    /// Columns of one length, each with its heading.
     pub fn new(columns: Vec<(String, Vec<f64>)>) -> Self {
-        Self(columns)
+        Self(columns.into_iter().map(|(heading, values)| Column { heading, values }).collect())
     }
 
     /// The record of a flight in this process.
     pub fn of(rows: &[Row], actuators: &[Actuator]) -> Self {
         let mut columns = Vec::new();
-        let mut add = |name: &str, of: &dyn Fn(&Row) -> f64| {
-            columns.push((name.to_owned(), rows.iter().map(of).collect()));
+        let mut add = |name: &str, unit: &str, of: &dyn Fn(&Row) -> f64| {
+            let heading = if unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") };
+            columns.push((heading, rows.iter().map(of).collect()));
         };
-        add("time", &|r| r.time);
+        add("time", "s", &|r| r.time);
         for (place, (signal, wanted)) in tracked().enumerate() {
-            add(signal.name, &|r| r.measured(place));
-            add(&format!("{}_used", wanted.name), &|r| r.reference(place));
+            add(signal.name, signal.unit, &|r| r.measured(place));
+            add(&format!("{}_used", wanted.name), signal.unit, &|r| r.reference(place));
         }
-        add("depth", &|r| r.depth);
-        add("scheduling_parameter", &|r| r.rho);
-        add("speed_out_of_range", &|r| f64::from(u8::from(r.out_of_range)));
+        add("depth", "m", &|r| r.depth);
+        add("scheduling_parameter", "", &|r| r.rho);
+        add("speed_out_of_range", "", &|r| f64::from(u8::from(r.out_of_range)));
         for (j, actuator) in actuators.iter().enumerate() {
-            add(&actuator.name, &|r| r.commands[j]);
+            add(&actuator.name, actuator.unit(), &|r| r.commands[j]);
         }
-        Self(columns)
+        Self::new(columns)
     }
 
     /// The values of a variable.
     pub fn get(&self, name: &str) -> Option<&[f64]> {
-        self.0.iter().rfind(|(own, _)| own == name).map(|(_, values)| values.as_slice())
+        self.0.iter().rfind(|column| column.name() == name).map(|column| column.values.as_slice())
     }
 
     /// Leaves out all rows but the first ones.
     pub fn truncate(&mut self, rows: usize) {
-        self.0.iter_mut().for_each(|(_, values)| values.truncate(rows));
+        self.0.iter_mut().for_each(|column| column.values.truncate(rows));
     }
 
     /// The record as CSV.
     pub fn csv(&self) -> String {
         let line = |cells: Vec<String>| cells.join(",") + "\n";
-        let head = line(self.0.iter().map(|(name, _)| name.clone()).collect());
-        let rows = self.0.first().map_or(0, |(_, values)| values.len());
-        let row = |k: usize| line(self.0.iter().map(|(_, values)| values[k].to_string()).collect());
+        let head = line(self.0.iter().map(|column| column.heading.clone()).collect());
+        let rows = self.0.first().map_or(0, |column| column.values.len());
+        let row = |k: usize| line(self.0.iter().map(|column| column.values[k].to_string()).collect());
         head + &(0..rows).map(row).collect::<String>()
     }
 

@@ -21,12 +21,21 @@ const STEP_SPEEDS: usize = 6;
 const STEPS_FLOWN: f64 = 60.0;
 const STEPS_SHOWN: f64 = 30.0;
 
+/// What was flown.
+#[derive(Debug, Clone)]
+pub struct Flown {
+    /// The figures as text.
+    pub words: String,
+    /// The speed of each pitch step, m/s, and its figures.
+    pub steps: Vec<(f64, StepFigures)>,
+}
+
 /// Simulates the manoeuvre, the pitch steps and the vehicle alone, writes records (CSV) and plots (SVG) to `directory`,
-/// and returns the figures as text.
+/// and returns the figures.
 ///
 /// # Errors
 /// [`Error::Flight`], [`Error::Plot`], [`Error::Design`].
-pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<String, Error> {
+pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<Flown, Error> {
     let manoeuvre = &stored.manoeuvre;
     let mut files = Files::default();
     let mut plot = |name: &str, title: &str, panels: &[Panel]| {
@@ -44,7 +53,7 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<String,
             m/s   actuator use %\n",
         100.0 * SETTLED
     );
-    let (mut responses, mut ended) = (Vec::new(), String::new());
+    let (mut responses, mut steps, mut ended) = (Vec::new(), Vec::new(), String::new());
     for speed in step_speeds(inputs) {
         let step = Manoeuvre {
             speed_from: speed,
@@ -61,6 +70,7 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<String,
             figures = figures.cut_short();
         }
         out += &figures_line(speed, &figures);
+        steps.push((speed, figures));
         responses.push((speed, rows));
     }
     if !ended.is_empty() {
@@ -78,7 +88,7 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<String,
         "\nRecords and plots: {}\n",
         directory.join("{flight.csv,flight.svg,steps.svg,open_loop.svg}").display()
     );
-    Ok(out)
+    Ok(Flown { words: out, steps })
 }
 
 /// Says that a flight ended at the surface, and why.

@@ -2,9 +2,10 @@
 
 use crate::cli::Which;
 use crate::error::Error;
-use crate::output::say;
+use crate::output::{answer, say};
 use crate::progress::show;
 use crate::verbs::design::load_or_design;
+use serde_json::json;
 use squid_design::progress::Progress;
 use squid_report::rendered::rendered;
 use squid_report::report::is_of_the_paper;
@@ -19,6 +20,7 @@ pub fn run(which: &Which, paper: bool) -> Result<(), Error> {
     let paper = paper || is_of_the_paper(&inputs);
     let report = rendered(&inputs, &stored, &directory, paper, &Progress::new(&show))?;
     say(&format!("\n{}", report.words));
-    say(&report.save(&inputs, &directory)?.display().to_string());
-    Ok(())
+    let page = report.save(&inputs, &directory)?;
+    say(&page.display().to_string());
+    Ok(answer(&json!({ "report": page, "unproved": report.unproved, "said": report.words }))?)
 }
