@@ -98,7 +98,12 @@ pub(crate) fn missed(row: &Row) -> String {
 }
 
 /// What to turn where something is missed, or how to ask for that.
-fn advice(inputs: &Inputs, verdict: &Verdict, wanted: bool, progress: &Progress) -> Result<Vec<String>, Error> {
+fn advice(
+    inputs: &Inputs,
+    verdict: &Verdict,
+    wanted: bool,
+    progress: &Progress,
+) -> Result<Vec<String>, Error> {
     if verdict.missed().next().is_none() {
         return Ok(Vec::new());
     }

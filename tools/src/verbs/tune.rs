@@ -1,14 +1,16 @@
 //! `squid tune`: searches the weights of a design, and writes them as a design file.
 
 use crate::error::Error;
+use crate::output::answer;
 use crate::progress::show;
 use auv::{Vehicle, read_text};
+use serde_json::json;
 use squid_design::error::InputError;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::DesignFile;
 use squid_design::progress::Progress;
 use squid_design::store::files::{check_directory, write};
-use squid_tune::search::{Tuned, search};
+use squid_tune::search::{Tried, Tuned, search};
 use squid_tune::start::start;
 use std::path::Path;
 use std::time::Duration;
@@ -42,6 +44,14 @@ pub fn run(vehicle: &Path, design: &str, to: Option<&str>, minutes: f64) -> Resu
         Err(reason) => format!("NOT PROVED: {reason}"),
     };
     progress.done("tuned", &format!("the best of {} designs; {proved}\n{}", tuned.tried, to.display()));
+    let point = |p: &Tried| json!({ "rise": p.rise, "disk_margin": p.disk, "meets_all": p.worst() >= 0.0 });
+    answer(&json!({
+        "file": to,
+        "tried": tuned.tried,
+        "proved": tuned.finished.proof.is_ok(),
+        "verdict": tuned.finished.verdict,
+        "front": tuned.front.iter().map(point).collect::<Vec<_>>(),
+    }))?;
     let missed: Vec<String> = tuned.finished.verdict.missed().map(crate::verbs::design::missed).collect();
     if missed.is_empty() { Ok(()) } else { Err(Error::Missed { missed }) }
 }
