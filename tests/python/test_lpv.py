@@ -86,7 +86,7 @@ def test_back_off_is_told(run_squid: Run, tmp_path: Path, case: dict) -> None:
         (["lpv", "synth", CASE, "--gamma-limit", "-1"], "--gamma-limit is -1; it must be above 0"),
         (["lpv", "synth", CASE, "--back-off", "x"], "invalid value"),
         (["lpv", "check", CASE], "required"),
-        (["show", "vehicles/squid", "--speed", "0"], "--speed is 0"),
+        (["show", "vehicles/squid", "--speed", "nan"], "--speed is NaN"),
         (["fly"], "unrecognized subcommand"),
         ([], "Usage"),
     ],

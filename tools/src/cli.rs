@@ -45,7 +45,7 @@ pub enum Verb {
     ///
     /// Prints each stage with its key figure and writes controller.json, plant.json, manoeuvre.json and design.json.
     /// A controller that fails a check is not written. One whose gain bound is not proved is written for inspection,
-    /// and the exit code is 1. The verdict at the end is on what [require] of the design file asks.
+    /// and the exit code is 1. The verdict at the end is on what `[require]` of the design file asks.
     Design {
         #[command(flatten)]
         which: Which,
@@ -66,9 +66,9 @@ pub enum Verb {
         #[arg(long)]
         strict: bool,
     },
-    /// Search the weights for the fastest design that meets what [require] asks, and write it as a design file
+    /// Search the weights for the fastest design that meets what `[require]` asks, and write it as a design file
     ///
-    /// Turns frequencies and bandwidths of [[track]], noise of [[measure]], weight and disturbance of [control]; all else stays as
+    /// Turns frequencies and bandwidths of `[[track]]`, noise of `[[measure]]`, weight and disturbance of `[control]`; all else stays as
     /// it is written, comments too. Without a design file it begins one from the vehicle alone. Exit code 5 where what it
     /// found misses a requirement; the file is written all the same.
     Tune {
