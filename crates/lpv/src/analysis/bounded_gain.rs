@@ -60,7 +60,8 @@ pub fn bounded_gain(
         (given.largest_eigenvalue >= 0.0 || bound.gamma < given.gamma).then_some(bound)
     });
     let best = best.or_else(|| {
-        let roomy = with_room(closed, error, &given)?;
+        let roomy = with_room(closed, error, &given)
+            .or_else(|| with_room(closed, error, &with_clearance(closed, &given)?))?;
         Some(tightened(closed, error, &roomy).unwrap_or(roomy))
     });
     let best = best.unwrap_or(given);
@@ -105,6 +106,13 @@ fn with_room(closed: &ClosedLoop, error: &LoopError, given: &GainBound) -> Optio
         at.largest_eigenvalue = worst_eigenvalue(closed, error, &at);
         (!error.is_none() && at.largest_eigenvalue < 0.0).then_some(at)
     })
+}
+
+/// At a larger gamma the matrices that show it most clearly without model error: those of a tight bound leave no room for
+/// one, however far gamma is raised, in directions that gamma does not reach.
+fn with_clearance(closed: &ClosedLoop, given: &GainBound) -> Option<GainBound> {
+    let raised = GainBound { gamma: GAMMA_FACTORS[1] * given.gamma, ..given.clone() };
+    clearest(Base { closed, error: &LoopError::none(closed), bound: &raised }).ok()
 }
 
 /// By what factors gamma is raised, and the powers of ten that lambda is tried with, where a first bound with model
