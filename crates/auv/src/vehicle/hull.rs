@@ -20,7 +20,7 @@ impl Hull {
     pub(crate) const ALLOWED: &str =
         "two pairs [x, breadth] or more, from the stern to the bow: x rising, no breadth below zero";
 
-    /// A hull by its stations; `None` if these are not [`Hull::ALLOWED`].
+    /// A hull by its stations; `None` if these are not `Hull::ALLOWED`.
     pub fn new(stations: &[[f64; 2]]) -> Option<Self> {
         let sound = stations.len() > 1
             && stations.iter().all(|[x, breadth]| x.is_finite() && breadth.is_finite() && *breadth >= 0.0)
