@@ -22,7 +22,7 @@ pub struct Cli {
     #[command(subcommand)]
     /// What to do.
     pub verb: Verb,
-    /// Print one JSON object and nothing else, also when something is wrong
+    /// Print one JSON object and nothing else, also when a file is wrong
     #[arg(long, global = true)]
     pub json: bool,
 }
@@ -68,9 +68,9 @@ pub enum Verb {
     },
     /// Search the weights for the fastest design that meets what `[require]` asks, and write it as a design file
     ///
-    /// Turns frequencies and bandwidths of `[[track]]`, noise of `[[measure]]`, weight and disturbance of `[control]`; all else stays as
-    /// it is written, comments too. Without a design file it begins one from the vehicle alone. Exit code 5 where what it
-    /// found misses a requirement; the file is written all the same.
+    /// Turns frequencies and bandwidths of `[[track]]`, noise of `[[measure]]`, weight and disturbance of
+    /// `[control]`; all else stays as it is written, comments too. Without a design file it begins one from the
+    /// vehicle alone. Exit code 5 where what it found misses a requirement; the file is written all the same.
     Tune {
         /// The vehicle's directory
         vehicle: PathBuf,

@@ -25,7 +25,8 @@ fn keep_caught_panics_quiet() {
 /// here.
 const WRONG_USAGE: u8 = 64;
 
-/// Exit code when a design misses what is required, and that was to be said by one. 2, 3 and 4 are taken by `lpv synth`.
+/// Exit code when a design misses what is required, and that was to be said by one. 2, 3 and 4 are taken by `lpv
+/// synth`.
 const MISSED: u8 = 5;
 
 fn main() -> ExitCode {

@@ -1,5 +1,5 @@
-//! The certificate for parameters some of which are constant: the file, and its reader. `constant/prove.rs` says what it
-//! claims, and why its conditions suffice.
+//! The certificate for parameters some of which are constant: the file, and its reader. `constant/prove.rs` says what
+//! it claims, and why its conditions suffice.
 
 mod inequality;
 mod prove;
@@ -17,8 +17,8 @@ use serde::Serialize;
 /// Value of the key `format`.
 pub const CONSTANT_FORMAT: &str = "lpv-constant-certificate/1";
 
-/// The claim `gain from w to z < gamma` for every course of some parameters and every constant value of the others, with
-/// the matrices that prove it.
+/// The claim `gain from w to z < gamma` for every course of some parameters and every constant value of the others,
+/// with the matrices that prove it.
 ///
 /// With n states of plant and controller, r channels of both, and k channels of the parameters with a filter, X is
 /// (n + 2k) x (n + 2k), S and T are (r + k) x (r + k). States: plant's, controller's, those of the filters of zt, then

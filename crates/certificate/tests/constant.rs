@@ -6,10 +6,11 @@ use serde_json::{Value, json};
 
 /// `x' = delta x/2 + u + w`, `z = y = x`, `u = -y`, hence `x' = (-1 + delta/2) x + w`: the gain is 2, at delta = 1.
 ///
-/// The channel is `zt = x`, `wt = delta zt`, its filter `1/(s + 1)` with the states f and g of zt and wt. With `X = diag(1, p,
-/// p)` and `S = diag(1/2, e)` the inequality is, after the Schur complements of w and z and without the filters, `-2 + 1/2 +
-/// (1/4)/(1/2) + 2/gamma < 0`, that is `gamma > 2`. For `p = 1/20` and `e = 1/50` f adds `p^2/(2p - e) = 1/32`, and g takes
-/// `p^2/(2p + e) = 1/48` off the 1/2 below 1/4, so that `gamma > 2/(2 - 1/2 - 12/23 - 1/32) = 2.112` is asked for.
+/// The channel is `zt = x`, `wt = delta zt`, its filter `1/(s + 1)` with the states f and g of zt and wt. With `X =
+/// diag(1, p, p)` and `S = diag(1/2, e)` the inequality is, after the Schur complements of w and z and without the
+/// filters, `-2 + 1/2 + (1/4)/(1/2) + 2/gamma < 0`, that is `gamma > 2`. For `p = 1/20` and `e = 1/50` f adds
+/// `p^2/(2p - e) = 1/32`, and g takes `p^2/(2p + e) = 1/48` off the 1/2 below 1/4, so that `gamma > 2/(2 - 1/2 -
+/// 12/23 - 1/32) = 2.112` is asked for.
 fn first_order(gamma: f64) -> Value {
     json!({
         "format": "lpv-constant-certificate/1", "blocks": [1], "controller_blocks": [],

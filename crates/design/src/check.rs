@@ -56,8 +56,8 @@ pub fn fastest_sampled(sample_time: f64) -> f64 {
 }
 
 impl Checks {
-    /// A warning if the fastest mode of the controller is too fast for its sample time (s); the weight on the commands is for
-    /// the advice.
+    /// A warning if the fastest mode of the controller is too fast for its sample time (s); the weight on the
+    /// commands is for the advice.
     pub fn remark(&self, sample_time: f64, control_weight: f64) -> Option<String> {
         let (fastest, most) = (self.fastest_controller_mode, fastest_sampled(sample_time));
         (fastest > most).then(|| {

@@ -1,4 +1,5 @@
-//! The design, stage by stage: load, trim, linearise, fit, to LFT, augment, synthesise, check, certify, freeze, verdict.
+//! The design, stage by stage: load, trim, linearise, fit, to LFT, augment, synthesise, check, certify, freeze,
+//! verdict.
 
 use crate::augment::augment;
 use crate::certify::ball::SAMPLES;

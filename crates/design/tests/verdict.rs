@@ -1,4 +1,5 @@
-//! The verdict on the committed design of Squid: every figure is found again another way, every requirement can be missed.
+//! The verdict on the committed design of Squid: every figure is found again another way, every requirement can be
+//! missed.
 #![allow(clippy::unwrap_used, missing_docs)]
 
 use scheduled::{ControllerDesign, Manoeuvre};
@@ -63,7 +64,8 @@ fn the_default_design_meets_the_default_limits() {
     assert!(verdict.to_string().starts_with("all 10 requirements are met\n"), "{verdict}");
 }
 
-/// With the largest limit on margins and the smallest on the rest every row is missed, the other way round every one is met.
+/// With the largest limit on margins and the smallest on the rest every row is missed, the other way round every one
+/// is met.
 #[test]
 fn every_requirement_can_be_missed_and_met() {
     let (_, _, verdict) = &*SQUID;

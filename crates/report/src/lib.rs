@@ -4,7 +4,8 @@
 //! inputs, stored design -> Subject -> sections (figures, tables, claims) -> page, SVG files
 //! ```
 //!
-//! The paper: A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci. 40(2), 2011, 275-286. Every claim is judged by a rule in
+//! The paper: A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci. 40(2), 2011, 275-286. Every claim is judged by a
+//! rule in
 //! [`claims`]; `SECTIONS` in [`report`] is the table of contents, and a further section is a further line in it.
 
 pub mod claims;

@@ -1,4 +1,5 @@
-//! The controller against what a practitioner would use: a PID with scheduled gains, and blended H-infinity controllers.
+//! The controller against what a practitioner would use: a PID with scheduled gains, and blended H-infinity
+//! controllers.
 
 pub mod course;
 pub mod law;
@@ -275,8 +276,8 @@ pub(crate) mod tests {
         }
     }
 
-    /// The stored controller as a law of its own, frozen at the speed of the flight, flies as the autopilot does, also where
-    /// commands come late.
+    /// The stored controller as a law of its own, frozen at the speed of the flight, flies as the autopilot does,
+    /// also where commands come late.
     #[test]
     fn a_law_flies_behind_the_delay_of_the_autopilot() {
         struct Frozen<'a>(&'a Subject<'a>);
@@ -316,7 +317,8 @@ pub(crate) mod tests {
         }
     }
 
-    /// With every command at its upper limit the integrals of a climb stand still, and come back as soon as the error does.
+    /// With every command at its upper limit the integrals of a climb stand still, and come back as soon as the error
+    /// does.
     #[test]
     fn the_integrals_stop_at_a_limit() {
         let (inputs, stored) = squid();

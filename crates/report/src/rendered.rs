@@ -58,8 +58,8 @@ impl Rendered {
         format!("{head}{origin}{about}{}", self.body)
     }
 
-    /// Writes `report.html`, with the date of the inputs, and each figure as `figures/NAME.svg`, and returns the path of
-    /// the page.
+    /// Writes `report.html`, with the date of the inputs, and each figure as `figures/NAME.svg`, and returns the path
+    /// of the page.
     ///
     /// # Errors
     /// [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable).
@@ -76,7 +76,8 @@ impl Rendered {
     }
 }
 
-/// The report of a stored design, with the paper's claims if `paper`: read from `directory` if its inputs are unchanged, or else computed and stored there.
+/// The report of a stored design, with the paper's claims if `paper`: read from `directory` if its inputs are
+/// unchanged, or else computed and stored there.
 ///
 /// # Errors
 /// As [`report`]; [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable).
@@ -103,8 +104,8 @@ pub fn rendered(
     Ok(fresh)
 }
 
-/// The day (UTC) on which the later of both input files was changed. It is no part of what is packed: the same files give
-/// the same bytes on any day.
+/// The day (UTC) on which the later of both input files was changed. It is no part of what is packed: the same files
+/// give the same bytes on any day.
 fn date(inputs: &Inputs) -> Option<String> {
     let files = ["vehicle.toml".to_owned(), format!("{}.toml", inputs.design.name)];
     let changed = |file: &String| std::fs::metadata(inputs.directory.join(file)).ok()?.modified().ok();
@@ -117,9 +118,8 @@ fn kept(path: &Path) -> Option<Rendered> {
     serde_json::from_str(&std::fs::read_to_string(path).ok()?).ok()
 }
 
-/// SHA-256 of all that a report is made from: vehicle and design file, the stored design, whether it has the paper's claims,
-/// and this very program. None
-/// where the program cannot be read.
+/// SHA-256 of all that a report is made from: vehicle and design file, the stored design, whether it has the paper's
+/// claims, and this very program. None where the program cannot be read.
 fn key(inputs: &Inputs, stored: &Stored, paper: bool) -> Result<Option<String>, Error> {
     let program = std::env::current_exe().and_then(std::fs::read);
     let Ok(program) = program else { return Ok(None) };

@@ -59,8 +59,8 @@ pub fn attempt_until_missed(
     Ok(Verdict::judge(&inputs, controller.gamma.bound, Found { mu, ..first.found }))
 }
 
-/// How far a row is on the right side of its limit, relative to that; below 0 on the wrong one. Where nothing is asked, or a
-/// limit is 0, the scale is `base`.
+/// How far a row is on the right side of its limit, relative to that; below 0 on the wrong one. Where nothing is
+/// asked, or a limit is 0, the scale is `base`.
 pub fn room(row: &Row, base: f64) -> f64 {
     let scale = row.limit.filter(|limit| *limit != 0.0).unwrap_or(base).abs();
     let better = match row.sense {

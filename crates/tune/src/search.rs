@@ -5,9 +5,9 @@
 //! subject to   room_k(x) >= SPARE for every key of [require] with a limit
 //! ```
 //!
-//! x: the logarithms of the factors on the keys ([`Knob`]). Each search is COBYLA from another start, as many side by side as
-//! there are processors: M. J. D. Powell, A direct search optimization method that models the objective and constraint
-//! functions by linear interpolation, 1994. What it finds is judged in full, and proved.
+//! x: the logarithms of the factors on the keys ([`Knob`]). Each search is COBYLA from another start, as many side by
+//! side as there are processors: M. J. D. Powell, A direct search optimization method that models the objective and
+//! constraint functions by linear interpolation, 1994. What it finds is judged in full, and proved.
 
 use crate::attempt::{attempt_until_missed, room};
 use crate::error::Error;
@@ -234,8 +234,8 @@ fn front(tried: &[&Tried]) -> Vec<Tried> {
     sorted.into_iter().filter(beats).cloned().collect()
 }
 
-/// The first of the best attempts that meets everything when judged in full and proved; if none does, the one that misses
-/// least.
+/// The first of the best attempts that meets everything when judged in full and proved; if none does, the one that
+/// misses least.
 fn best(
     inputs: &Inputs,
     text: &str,

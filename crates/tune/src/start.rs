@@ -1,7 +1,8 @@
 //! A first design file for a vehicle that has none.
 //!
-//! Range of speed: where level flight takes at most `SHARE` of each actuator. Scale of pitch: `HELD` of the pitch that the
-//! rest of the actuators holds at the slow end. Frequencies: what the rest of the actuators accelerates, and the lags.
+//! Range of speed: where level flight takes at most `SHARE` of each actuator. Scale of pitch: `HELD` of the pitch
+//! that the rest of the actuators holds at the slow end. Frequencies: what the rest of the actuators accelerates, and
+//! the lags.
 
 use crate::error::Error;
 use crate::knob::three_digits;

@@ -17,8 +17,8 @@ fn vehicles() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles")
 }
 
-/// The paper's tuning of Squid, which has three keys and misses mu: what is advised, followed in a design of its own, lowers
-/// that.
+/// The paper's tuning of Squid, which has three keys and misses mu: what is advised, followed in a design of its own,
+/// lowers that.
 #[test]
 fn advice_holds_when_it_is_followed() {
     let inputs = Inputs::read(&vehicles().join("squid"), "paper").unwrap();
@@ -42,7 +42,8 @@ fn advice_holds_when_it_is_followed() {
     assert!(after.achieved.value < before.achieved.value, "{words}: {before:?} {after:?}");
 }
 
-/// From four of the shipped vehicles at least, and with a reason for any other, a file begins that can be read, whose range the vehicle trims in, and that names its keys.
+/// From four of the shipped vehicles at least, and with a reason for any other, a file begins that can be read, whose
+/// range the vehicle trims in, and that names its keys.
 #[test]
 fn a_design_begins_from_the_vehicle_alone() {
     let mut begun = 0;

@@ -94,11 +94,12 @@ pub fn run() -> Result<(), Error> {
         missing.extend((found.is_none() && tool.required).then_some(tool.names[0]));
     }
     let host = Platform::named(&["host".to_owned()]).map(|platforms| Binaries { platforms, directory: None });
-    match host.and_then(|binaries| binaries.find()) {
-        Ok(_) => say("found    libraries    the compiled FMUs of this platform  (squid package)"),
-        Err(_) => say("MISSING  libraries    python3 run.py fly builds them  (squid package)"),
-    }
-    answer(&rows)?;
+    let libraries = host.and_then(|binaries| binaries.find()).is_ok();
+    say(match libraries {
+        true => "found    libraries    the compiled FMUs of this platform  (squid package)",
+        false => "MISSING  libraries    python3 run.py fly builds them  (squid package)",
+    });
+    answer(&json!({ "programs": rows, "libraries": libraries }))?;
     match missing.is_empty() {
         true => Ok(()),
         false => Err(Error::Missing { programs: missing.join(", ") }),

@@ -28,9 +28,9 @@ pub enum LpvVerb {
     /// Reads a generalised plant: {"data": {"P": {"A": .., "Bt": .., ..}, "blocks": [r_1, ..]}}, or without
     /// parameters {"data": {"A": .., "B1": .., ..}}; matrices are lists of rows, wt = blkdiag(theta_i I_ri) zt,
     /// |theta_i| <= 1. Weights are part of the plant, so all are proper: E is refused, unless the identity. D22 may
-    /// be left out where it is 0. "rate" beside "blocks" bounds |theta'| of a plant with one parameter: the controller is
-    /// made for that, by Lyapunov matrices that depend on theta, and its gain is proved at that rate and, larger, at
-    /// any.
+    /// be left out where it is 0. "rate" beside "blocks" bounds |theta'| of a plant with one parameter: the
+    /// controller is made for that, by Lyapunov matrices that depend on theta, and its gain is proved at that rate
+    /// and, larger, at any.
     ///
     /// Exit codes, and the word `status` of --json: 0, feasible: a controller with a proved bound; 2, infeasible:
     /// there is provably none; 3, numerical_failure: nothing is known; 4, too_fast: there are controllers, but none

@@ -160,8 +160,8 @@ pub(crate) fn reaches_all(by_outputs: &DMatrix<f64>) -> bool {
 ///
 /// The equations are projected on the plane that the incidence does not reach; there the outputs are the solution of
 /// least norm, and the incidence takes up the rest. At the fixed point the outputs satisfy the first-order condition
-/// of the least norm over all trims. An incidence that is held, or changes nothing, has the derivative zero and does not
-/// turn.
+/// of the least norm over all trims. An incidence that is held, or changes nothing, has the derivative zero and does
+/// not turn.
 fn newton_step(
     error: Vector3<f64>,
     by_incidence: Vector3<f64>,

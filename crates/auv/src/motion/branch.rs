@@ -1,9 +1,10 @@
 //! Trims over a range of speeds that lie on one branch.
 //!
-//! The equations of trim may have several solutions at a speed. Between two neighbouring speeds a solution is on the same
-//! branch when the step between the trims is small, or is the step that their derivatives predict by the trapezoidal
-//! rule. Where it is neither, the interval is halved: on a continuous branch the step shrinks with it, however steep the
-//! branch is, and at a jump it does not. So the verdict does not depend on how close together the speeds are.
+//! The equations of trim may have several solutions at a speed. Between two neighbouring speeds a solution is on the
+//! same branch when the step between the trims is small, or is the step that their derivatives predict by the
+//! trapezoidal rule. Where it is neither, the interval is halved: on a continuous branch the step shrinks with it,
+//! however steep the branch is, and at a jump it does not. So the verdict does not depend on how close together the
+//! speeds are.
 
 use nalgebra::DVector;
 
@@ -28,9 +29,9 @@ struct Range<'a> {
 }
 
 impl Pitch {
-    /// Returns what is asked of the pitch over a range of rising speeds \[m/s\], and the branch to follow where the trims
-    /// of least effort jump. Without a wish the pitch is held level if thrusters alone can do that at every speed, and is
-    /// free otherwise.
+    /// Returns what is asked of the pitch over a range of rising speeds \[m/s\], and the branch to follow where the
+    /// trims of least effort jump. Without a wish the pitch is held level if thrusters alone can do that at every
+    /// speed, and is free otherwise.
     #[must_use]
     pub fn over(vehicle: &Vehicle, depth: f64, speeds: &[f64], wish: Option<&Self>) -> Self {
         match wish {

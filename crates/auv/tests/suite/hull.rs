@@ -52,7 +52,8 @@ fn a_box_has_the_quadratic_coefficients_of_the_closed_form() {
     close(drag(&[[aft, breadth], [fore, breadth]], 0.0, 0.0), [0.0, 0.0]);
 }
 
-/// A hull that tapers to points at both ends, b = b_0 (1 - |x|/h): `Z_ww = -k h`, `M_qq = -k h^4/10`, `Z_qq = M_ww = 0`.
+/// A hull that tapers to points at both ends, b = b_0 (1 - |x|/h): `Z_ww = -k h`, `M_qq = -k h^4/10`, `Z_qq = M_ww =
+/// 0`.
 #[test]
 fn a_tapered_hull_has_the_quadratic_coefficients_of_the_closed_form() {
     let (half, breadth) = (1.5, 0.4);

@@ -32,8 +32,8 @@ fn nps() -> String {
 
 /// The mass matrix that SIMURV prints for this vehicle, in SI units and four digits.
 ///
-/// Source: G. Antonelli, SIMURV 4.0 (2013), `InverseDynamics_vehicle_d.m`. Its M_11 and M_15 are off by 2e-4 and 7e-4: it
-/// takes another mass there.
+/// Source: G. Antonelli, SIMURV 4.0 (2013), `InverseDynamics_vehicle_d.m`. Its M_11 and M_15 are off by 2e-4 and
+/// 7e-4: it takes another mass there.
 #[test]
 fn the_mass_matrix_of_nps_auv_ii_is_the_published_one() {
     let vehicle = Vehicle::parse(&nps(), "nps.toml").unwrap();

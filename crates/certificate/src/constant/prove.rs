@@ -2,16 +2,17 @@
 //!
 //! # The claim
 //!
-//! The loop of plant and controller is, in the notation of the crate's root, `x' = A x + Bt wt + B1 w`, `zt = Ct x + Dtt wt +
-//! Dt1 w`, `z = C1 x + D1t wt + D11 w`, `wt = Theta zt`. A parameter with a filter is constant, anywhere in `[-1, 1]`; every
-//! other may take any measurable course in `[-1, 1]`. To `[A B2]` of the plant any `E Delta(t) [F Fu]` of `errors` may be
-//! added: `w_D = Delta z_D` enters x' by E, with `z_D = F x + Fu u`. Then the loop through the parameters is well posed, the
-//! closed loop is exponentially stable, and its L2 gain from w to z is below gamma.
+//! The loop of plant and controller is, in the notation of the crate's root, `x' = A x + Bt wt + B1 w`, `zt = Ct x +
+//! Dtt wt + Dt1 w`, `z = C1 x + D1t wt + D11 w`, `wt = Theta zt`. A parameter with a filter is constant, anywhere in
+//! `[-1, 1]`; every other may take any measurable course in `[-1, 1]`. To `[A B2]` of the plant any `E Delta(t) [F
+//! Fu]` of `errors` may be added: `w_D = Delta z_D` enters x' by E, with `z_D = F x + Fu u`. Then the loop through
+//! the parameters is well posed, the closed loop is exponentially stable, and its L2 gain from w to z is below gamma.
 //!
 //! # Conditions, checked without rounding
 //!
-//! With `psi = [I; I/(s + a)]` on the channels of a parameter with a filter, and `psi = I` on all others, let Z and W be
-//! the maps from the states of loop and filters and from (wt, w_D, w) to `psi zt` and `psi wt`; `xi' = M (xi, wt, w_D, w)`.
+//! With `psi = [I; I/(s + a)]` on the channels of a parameter with a filter, and `psi = I` on all others, let Z and W
+//! be the maps from the states of loop and filters and from (wt, w_D, w) to `psi zt` and `psi wt`; `xi' = M (xi, wt,
+//! w_D, w)`.
 //!
 //! 1. `gamma > 0`, every `lambda > 0` and `a > 0`; X and S symmetric; T skew; S and T commute with Theta, repeated on the
 //!    filtered channels.
@@ -22,10 +23,10 @@
 //!
 //! # Why they suffice
 //!
-//! A. Megretski, A. Rantzer, "System analysis via integral quadratic constraints", IEEE Trans. Automatic Control 42(6),
-//! 1997, theorem 1: a stable system G in a loop with a bounded operator is stable if, for every tau in [0, 1], the loop with
-//! tau times the operator is well posed and that operator satisfies the constraint, and G satisfies the opposite
-//! inequality strictly at all frequencies.
+//! A. Megretski, A. Rantzer, "System analysis via integral quadratic constraints", IEEE Trans. Automatic Control
+//! 42(6), 1997, theorem 1: a stable system G in a loop with a bounded operator is stable if, for every tau in [0, 1],
+//! the loop with tau times the operator is well posed and that operator satisfies the constraint, and G satisfies the
+//! opposite inequality strictly at all frequencies.
 //!
 //! - *G is stable*, by 2, and so are the filters. So 4 gives the strict inequality at every frequency: with `xi = (j omega
 //!   - A)^-1 B (wt, w_D, w)` the terms of X cancel. X need not be definite.

@@ -1,8 +1,8 @@
 //! Whether the actuators can give what the models of the tracked outputs ask for.
 //!
-//! For a step r, a reference model of frequency w starts with the acceleration r w^2 of the pitch, and r w of the speed.
-//! The linear model says what the actuators give at their limits, and what it takes to hold the pitch at r. Where that
-//! is not enough, no weight helps: the actuators saturate.
+//! For a step r, a reference model of frequency w starts with the acceleration r w^2 of the pitch, and r w of the
+//! speed. The linear model says what the actuators give at their limits, and what it takes to hold the pitch at r.
+//! Where that is not enough, no weight helps: the actuators saturate.
 
 use crate::fit::Model;
 use crate::inputs::design_file::{DesignFile, Tracked};
@@ -23,8 +23,8 @@ struct Short {
     ratio: f64,
 }
 
-/// A warning where the actuators cannot hold the pitch step of the manoeuvre, and for each tracked output that they cannot
-/// accelerate as its model does: of that step, and of the scale of the speed.
+/// A warning where the actuators cannot hold the pitch step of the manoeuvre, and for each tracked output that they
+/// cannot accelerate as its model does: of that step, and of the scale of the speed.
 pub fn remarks(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Vec<String> {
     let of_output = |tracked: &Tracked| {
         let hold = if tracked.place == PITCH { too_far(actuators, file, model) } else { None };
@@ -79,8 +79,8 @@ fn too_fast(actuators: &[Actuator], file: &DesignFile, tracked: &Tracked, model:
     ))
 }
 
-/// The largest acceleration of an output, with every actuator at its reach \[SI/s2 or SI/s\]; the pitch is turned by its
-/// rate.
+/// The largest acceleration of an output, with every actuator at its reach \[SI/s2 or SI/s\]; the pitch is turned by
+/// its rate.
 fn available(actuators: &[Actuator], tracked: &Tracked, l: &Linearisation) -> f64 {
     let driven = if tracked.place == PITCH { PITCH_RATE } else { tracked.signal().state };
     actuators.iter().enumerate().map(|(j, a)| (l.b[(driven, j)] * a.reach()).abs()).sum()
@@ -91,8 +91,8 @@ const HEAVE: usize = 1;
 const PITCH_RATE: usize = 2;
 const THETA: usize = 3;
 
-/// What it takes of an actuator, relative to what the trim leaves of its limits, to hold the pitch a step \[rad\] off the
-/// trim at the same forward speed; infinite where nothing holds it.
+/// What it takes of an actuator, relative to what the trim leaves of its limits, to hold the pitch a step \[rad\] off
+/// the trim at the same forward speed; infinite where nothing holds it.
 ///
 /// `A x + B u = 0` with x = \[0 w 0 step\] is solved for w and u, least in units of reach.
 fn held(actuators: &[Actuator], step: f64, l: &Linearisation) -> f64 {

@@ -1,8 +1,8 @@
 //! Whether the actuators reach every motion of the vehicle that does not come to rest by itself, and whether the
 //! measurements show it, at each speed of the range.
 //!
-//! Without that there is no controller, whatever is asked of it. The test is that of [`lpv::system::modes`]; here the motion is
-//! named, and what would act on it.
+//! Without that there is no controller, whatever is asked of it. The test is that of [`lpv::system::modes`]; here the
+//! motion is named, and what would act on it.
 
 use crate::error::ModelError;
 use crate::fit::Model;

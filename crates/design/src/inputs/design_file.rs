@@ -167,7 +167,8 @@ pub struct DesignFile {
     pub lags: bool,
     /// Relative back-off from the least gamma.
     pub back_off: f64,
-    /// Bound on the rate of the speed for which the controller is made, m/s^2; `None` for one that is made for any rate.
+    /// Bound on the rate of the speed for which the controller is made, m/s^2; `None` for one that is made for any
+    /// rate.
     pub rate: Option<f64>,
     /// Sample time of the autopilot, s.
     pub sample_time: f64,
@@ -220,8 +221,8 @@ impl DesignFile {
         (self.delay / self.sample_time).round() as usize
     }
 
-    /// The frequency w of the filter of the speed reference, `w/(s + w)`, rad/s: the model that the speed follows, for a
-    /// controller with references apart; `None` for one that measures the errors.
+    /// The frequency w of the filter of the speed reference, `w/(s + w)`, rad/s: the model that the speed follows,
+    /// for a controller with references apart; `None` for one that measures the errors.
     pub fn reference_filter(&self) -> Option<f64> {
         let speed = self.tracked.iter().find(|t| t.place == SPEED && !self.measured.is_empty())?;
         Some(speed.model?.frequency)

@@ -59,7 +59,8 @@ impl UncertainLoop {
     }
 }
 
-/// The generalised plant of the design, with even references, for the uncertain model; its blocks are the model's repetitions, rho first.
+/// The generalised plant of the design, with even references, for the uncertain model; its blocks are the model's
+/// repetitions, rho first.
 ///
 /// # Errors
 /// [`ModelError::Augment`](crate::error::ModelError::Augment), which would be a defect of this program.

@@ -16,7 +16,8 @@ const FOLLOWED: f64 = 60.0;
 /// A speed reference that moves within this time (s), less than any sample time, steps.
 const AT_ONCE: f64 = 1e-6;
 
-/// The largest step of the speed, relative to half the range of speed: it stays in the range, towards whose middle it goes.
+/// The largest step of the speed, relative to half the range of speed: it stays in the range, towards whose middle it
+/// goes.
 const SPEED_STEP: f64 = 0.2;
 
 /// A step of a reference at a speed, flown.

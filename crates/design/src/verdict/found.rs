@@ -22,7 +22,8 @@ pub struct Effort {
 }
 
 impl Effort {
-    /// That of a finished design: the frozen loops at every other speed of its check, the rest at the six of the report.
+    /// That of a finished design: the frozen loops at every other speed of its check, the rest at the six of the
+    /// report.
     pub const FULL: Self = Self { frozen: 51, flown: 6, mu: 6 };
 }
 

@@ -13,8 +13,8 @@ use lpv::matrix::eigenvalues;
 use lpv::state_space::HinfNorm;
 use serde::{Serialize, Serializer};
 
-/// The figures of the loop at a speed; of [`Flown`] the least margins, which are null in a file where there is no limit or
-/// where the loop is not stable.
+/// The figures of the loop at a speed; of [`Flown`] the least margins, which are null in a file where there is no
+/// limit or where the loop is not stable.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AtSpeed {
     /// Speed along the path, m/s.

@@ -108,8 +108,8 @@ fn with_room(closed: &ClosedLoop, error: &LoopError, given: &GainBound) -> Optio
     })
 }
 
-/// At a larger gamma the matrices that show it most clearly without model error: those of a tight bound leave no room for
-/// one, however far gamma is raised, in directions that gamma does not reach.
+/// At a larger gamma the matrices that show it most clearly without model error: those of a tight bound leave no room
+/// for one, however far gamma is raised, in directions that gamma does not reach.
 fn with_clearance(closed: &ClosedLoop, given: &GainBound) -> Option<GainBound> {
     let raised = GainBound { gamma: GAMMA_FACTORS[1] * given.gamma, ..given.clone() };
     clearest(Base { closed, error: &LoopError::none(closed), bound: &raised }).ok()

@@ -58,8 +58,8 @@ const MOST_STATES: usize = 40;
 /// found the one claimed, so that the inequality holds clearly.
 const TIGHTENED: f64 = 0.01;
 
-/// A bound of a loop with model error, somewhat above a gamma that it has without; `lambda` is a guess at the multiplier of
-/// the error. `None` where none was found.
+/// A bound of a loop with model error, somewhat above a gamma that it has without; `lambda` is a guess at the
+/// multiplier of the error. `None` where none was found.
 ///
 /// The error is made part of w and z: the loop from `[w; sqrt(lambda/gamma) w_D]` to `[z; sqrt(lambda gamma) z_D]` has
 /// the gain g. Where g is at most gamma, g is one of the loop with model error, with `lambda g/gamma`.

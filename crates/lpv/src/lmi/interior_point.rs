@@ -45,8 +45,8 @@ const MOST_STEPS: u32 = 100;
 /// few steps, too little leads to ones that are too short.
 const WARM_START_FACTOR: f64 = 1e6;
 
-/// A value has settled when it fell by so much less than the tolerance in so many steps, and the multipliers say that it
-/// is near the least, though they are not feasible enough for a bound.
+/// A value has settled when it fell by so much less than the tolerance in so many steps, and the multipliers say that
+/// it is near the least, though they are not feasible enough for a bound.
 const SETTLED: f64 = 20.0;
 const SETTLED_STEPS: usize = 3;
 

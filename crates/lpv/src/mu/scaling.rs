@@ -310,14 +310,6 @@ impl DgScalings {
         &half + half.adjoint()
     }
 
-    /// The mean of these scalings and of D and -G conjugate, which show the same bound where M is real: D is real, G is
-    /// imaginary, and nothing is left that the phase of frequencies close by would meet.
-    pub(super) fn of_a_real_matrix(&self) -> Self {
-        let real = |m: &CMat| m.map(|v| Complex::new(v.re, 0.0));
-        let imaginary = |m: &CMat| m.map(|v| Complex::new(0.0, v.im));
-        Self { dw: real(&self.dw), dz: real(&self.dz), g: imaginary(&self.g) }
-    }
-
     /// The scalings in the coordinates `w = T_w w~`, `z = T_z z~` undone, for a matrix divided by `size`:
     /// those of `M` from those of `T_z M T_w^-1 / size`, T diagonal.
     pub(super) fn undone(&self, tw: &[f64], tz: &[f64], size: f64) -> Self {

@@ -269,8 +269,7 @@ impl<'a> Sweep<'a> {
             };
             bound = upper_bound_with(&m, self.structure, asked)?;
         }
-        let is_real = omega == 0.0 || omega.is_infinite();
-        let scalings = if is_real { bound.scalings.of_a_real_matrix() } else { bound.scalings };
+        let scalings = bound.scalings;
         let Some(interval) = good_interval(self.system, &scalings, self.level, omega) else {
             // The scalings hold with no clearance at all: a level that is a little higher has some.
             self.level *= 1.0 + LEVEL_RAISE;

@@ -110,8 +110,8 @@ impl<'a> RobustLoop<'a> {
         None
     }
 
-    /// The largest size, up to about [`WHOLE`], at which the gain stays below `gamma`, within a few per cent, and the bound
-    /// there. `None` when the multipliers known show it at no size.
+    /// The largest size, up to about [`WHOLE`], at which the gain stays below `gamma`, within a few per cent, and the
+    /// bound there. `None` when the multipliers known show it at no size.
     pub fn largest_size(&self, known: &RobustBound, gamma: f64) -> Option<RobustBound> {
         let found = self.widened(&self.at_gamma(known, gamma)?, WHOLE);
         let whole = self.resized(&found, WHOLE);

@@ -50,8 +50,8 @@ pub fn reduce(plant: &GeneralisedPlant, design: &Design, fastest_mode: Option<f6
 }
 
 /// The design with modes of its controller at their steady values, and the bound shown anew: those that decay faster,
-/// at Theta = 0, than the first of `rates` (rad/s) that leaves a controller which is `slow_enough`. `None` when there is
-/// no such rate, or no bound within a fifth of the design's is shown.
+/// at Theta = 0, than the first of `rates` (rad/s) that leaves a controller which is `slow_enough`. `None` when there
+/// is no such rate, or no bound within a fifth of the design's is shown.
 ///
 /// In coordinates in which A is `diag(A_slow, A_fast)`, `0 = A_fast x_fast + B_fast [y; wk]` takes x_fast out.
 pub fn without_fast_modes(

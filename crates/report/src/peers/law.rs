@@ -15,8 +15,8 @@ use std::collections::VecDeque;
 /// The limits of each command at a tick, in units of reach, less the trim.
 pub type Room<'a> = &'a [(f64, f64)];
 
-/// A law in flight: from the speed along the path (m/s), the controller's input y and the room to the commands, in units
-/// of reach, less the trim.
+/// A law in flight: from the speed along the path (m/s), the controller's input y and the room to the commands, in
+/// units of reach, less the trim.
 pub type Ticking<'a> = Box<dyn FnMut(f64, &[f64], Room) -> Vec<f64> + 'a>;
 
 /// A control law.
@@ -98,7 +98,8 @@ pub fn between(speeds: &[f64], speed: f64) -> (usize, f64) {
     (low, ((speed - speeds[low]) / (speeds[low + 1] - speeds[low])).clamp(0.0, 1.0))
 }
 
-/// Flies a vehicle, whose actuators have gains beside, on a course under a law. The trims are those of the nominal vehicle.
+/// Flies a vehicle, whose actuators have gains beside, on a course under a law. The trims are those of the nominal
+/// vehicle.
 ///
 /// # Errors
 /// As [`fly_course`].

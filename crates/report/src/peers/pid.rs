@@ -27,9 +27,9 @@ pub struct Gains {
 /// ```
 ///
 /// r and theta from the trim at V_r. N is the least commands, in units of reach, that give these accelerations in the
-/// linear model at a speed. Gains and N are interpolated between the speeds of the tuning. Where a command is at a limit, an
-/// integral that would grow further stands still. Two degrees of freedom by b, clamping: K. J. Åström, T. Hägglund,
-/// Advanced PID Control, 2006, sections 3.4 and 3.5.
+/// linear model at a speed. Gains and N are interpolated between the speeds of the tuning. Where a command is at a
+/// limit, an integral that would grow further stands still. Two degrees of freedom by b, clamping: K. J. Åström, T.
+/// Hägglund, Advanced PID Control, 2006, sections 3.4 and 3.5.
 #[derive(Debug, Clone)]
 pub struct Pid {
     sample_time: f64,
@@ -84,8 +84,8 @@ fn allocation(l: &Linearisation, actuators: &[Actuator]) -> Mat {
 }
 
 impl Pid {
-    /// With gains at two or more rising speeds, whose linear models are given; `None` where the design does not track pitch, or
-    /// does not measure pitch, pitch rate and speed.
+    /// With gains at two or more rising speeds, whose linear models are given; `None` where the design does not track
+    /// pitch, or does not measure pitch, pitch rate and speed.
     pub fn new(subject: &Subject, at: &[(&Linearisation, Gains)]) -> Option<Self> {
         let actuators = &subject.inputs.vehicle.actuators;
         Some(Self {

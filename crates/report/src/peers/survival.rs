@@ -72,8 +72,9 @@ pub struct Survival {
     pub overshoot: f64,
 }
 
-/// A fleet flies the pitch step of the manoeuvre at a speed (m/s). A vehicle survives if it neither diverges nor comes to
-/// the surface, and ends within a tenth of the step. Vehicles that do not trim within their limits count as lost.
+/// A fleet flies the pitch step of the manoeuvre at a speed (m/s). A vehicle survives if it neither diverges nor
+/// comes to the surface, and ends within a tenth of the step. Vehicles that do not trim within their limits count as
+/// lost.
 pub fn survival(subject: &Subject, law: &dyn Law, speed: f64, fleet: &Fleet) -> Survival {
     let step = subject.stored.manoeuvre.pitch_step;
     let demand = |time: f64| Demand {

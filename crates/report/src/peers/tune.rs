@@ -66,13 +66,13 @@ struct Tried {
     constraints: [f64; 2],
 }
 
-/// The PID with gains tuned at some speeds (m/s), each search with so many evaluations; `None` where there is none for the
-/// design, or none that holds the constraints was found.
+/// The PID with gains tuned at some speeds (m/s), each search with so many evaluations; `None` where there is none
+/// for the design, or none that holds the constraints was found.
 ///
 /// The cost is the mean of four ratios to the scheduled controller's figures on the same course: ITAE of the pitch
 /// step and of the speed step, settling of pitch, peak after the gust. The constraints: |S| and the commands under
-/// noise no larger than with the scheduled controller at that speed. By COBYLA: M. J. D. Powell, A direct search optimization
-/// method that models the objective and constraint functions by linear interpolation, 1994.
+/// noise no larger than with the scheduled controller at that speed. By COBYLA: M. J. D. Powell, A direct search
+/// optimization method that models the objective and constraint functions by linear interpolation, 1994.
 ///
 /// # Errors
 /// Those of trim and linearisation.

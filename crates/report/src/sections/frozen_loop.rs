@@ -86,8 +86,8 @@ impl FrozenLoop {
         Some(self.response(omega)?[(i, i)])
     }
 
-    /// `L = 1/S - 1` at the measurement of one tracked output at a frequency (rad/s); `None` at a pole, or where the output
-    /// is not measured.
+    /// `L = 1/S - 1` at the measurement of one tracked output at a frequency (rad/s); `None` at a pole, or where the
+    /// output is not measured.
     pub fn open(&self, i: usize, omega: f64) -> Option<Complex<f64>> {
         let s = self.sensitivities[i].as_ref()?.response(self.at(omega))?[(0, 0)];
         Some(1.0 / s - 1.0)

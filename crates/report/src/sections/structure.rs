@@ -1,4 +1,5 @@
-//! The paper's Fig. 1 and 2 with the sizes of this design: how plant, controller and speed are wired, and what is weighted.
+//! The paper's Fig. 1 and 2 with the sizes of this design: how plant, controller and speed are wired, and what is
+//! weighted.
 
 use crate::error::Error;
 use crate::page::diagram::Diagram;

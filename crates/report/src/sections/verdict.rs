@@ -17,7 +17,7 @@ pub fn verdict(subject: &Subject) -> Result<Vec<Part>, Error> {
     };
     table.rows = verdict.rows.iter().map(row).collect();
     let words = format!(
-        "Of {}: {}. The limits are those of [require] in {}.toml, or what holds without it.",
+        "Of {}: {}. The limits are those of [require] in {}.toml, or its defaults.",
         subject.name(),
         verdict.summary(),
         subject.inputs.design.name

@@ -12,8 +12,8 @@
 //! outputs are those of `D11`, `D12` and `D21`. The text is read as strictly as a certificate: no key may occur
 //! twice. Other keys are ignored.
 //!
-//! `rate`, beside `blocks`, is the bound on `|theta'|` of a plant with one parameter, in units of theta per unit of time;
-//! without it the parameters move however fast.
+//! `rate`, beside `blocks`, is the bound on `|theta'|` of a plant with one parameter, in units of theta per unit of
+//! time; without it the parameters move however fast.
 //!
 //! Weights are part of the plant, so a weight that is not proper cannot be written down: it has no state-space form
 //! with finite matrices. Attempts to write one are refused by name: `E` of a descriptor system `E x' = A x + ..`

@@ -30,8 +30,8 @@ pub enum Status {
 pub struct Report {
     /// The outcome.
     pub status: Status,
-    /// The least gamma, whose inequalities hold strictly by their eigenvalues: symmetric and skew scalings. At a bounded
-    /// rate: that of the inequalities at seven values of the parameter, and not a bound.
+    /// The least gamma, whose inequalities hold strictly by their eigenvalues: symmetric and skew scalings. At a
+    /// bounded rate: that of the inequalities at seven values of the parameter, and not a bound.
     pub gamma: Option<f64>,
     /// No controller of any order has a gain below this: proved in exact arithmetic for the plant as given. Absent
     /// where that is not proved, and for every plant with parameters.

@@ -1,8 +1,9 @@
 //! Balls around the uncertain model that contain what it misses of the vehicle, a ball for each row of `[A B]`.
 //!
-//! The model is reduced, fitted over speed, and to first order in the trim. At speeds and values of the coefficients it is
-//! compared with the vehicle that has these coefficients, trimmed again and linearised; its parameters of the trim are put
-//! where that trim is, as far as the box goes. Row i of the difference is `Delta_i F_i` with a row `|Delta_i| <= 1`.
+//! The model is reduced, fitted over speed, and to first order in the trim. At speeds and values of the coefficients
+//! it is compared with the vehicle that has these coefficients, trimmed again and linearised; its parameters of the
+//! trim are put where that trim is, as far as the box goes. Row i of the difference is `Delta_i F_i` with a row
+//! `|Delta_i| <= 1`.
 
 use crate::augment::forces;
 use crate::error::Error;

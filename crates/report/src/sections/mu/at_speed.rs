@@ -23,8 +23,8 @@ use squid_design::uncertain::vehicle;
 /// Frequencies of the curves, rad/s: from the first to the last power of ten, and how many in each decade.
 pub const DECADES: (i32, i32) = (-3, 2);
 const UPPER_POINTS: i32 = 6;
-/// So many more are added where the curve bends: until a point is off the line between its neighbours by no more than this
-/// part of the peak, or lies this near to one of them, in decades.
+/// So many more are added where the curve bends: until a point is off the line between its neighbours by no more than
+/// this part of the peak, or lies this near to one of them, in decades.
 const ADDED: usize = 30;
 const SMOOTH: f64 = 0.015;
 const FINEST: f64 = 0.01;
