@@ -62,6 +62,11 @@ impl Controller {
         &self.autopilot
     }
 
+    /// What an actuator is told: the autopilot's command, through the inverse of its curve if it has one.
+    pub fn command(&self, index: usize) -> f64 {
+        self.design.actuators[index].taken(self.autopilot.outputs().commands[index]).0
+    }
+
     /// Runs the next tick with the present inputs, whatever the time.
     ///
     /// # Errors

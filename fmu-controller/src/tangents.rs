@@ -1,7 +1,7 @@
 //! Exact derivatives of the commands with respect to the inputs, from the LFT closed at the present speed.
 
 use fmi2::Moment;
-use scheduled::Inputs;
+use scheduled::{Inputs, OutputTangents};
 use signals::{SIGNALS, TRACKED};
 
 use crate::{Controller, ControllerError};
@@ -14,6 +14,20 @@ pub(crate) const TRIM_PITCH: usize = SCHEDULING_PARAMETER + 1;
 pub(crate) const COMMANDS: usize = TRIM_PITCH + 1;
 
 impl Controller {
+    /// The tangents of the outputs along a direction of the inputs, as [`scheduled::Autopilot::tangents`] gives them, the commands
+    /// through the inverse of their curves.
+    ///
+    /// # Errors
+    /// [`ControllerError::Tick`].
+    pub fn tangents(&self, initial: bool, direction: &Inputs) -> Result<OutputTangents, ControllerError> {
+        let mut moved = self.autopilot.tangents(initial, &self.inputs, direction)?;
+        let computed = moved.computed.iter().zip(&self.design.actuators);
+        for (tangent, (command, actuator)) in moved.commands.iter_mut().zip(computed) {
+            *tangent *= actuator.taken(*command).1;
+        }
+        Ok(moved)
+    }
+
     /// Fills in the tangents of the outputs from those of the inputs.
     ///
     /// In the initialization they are those of the first outputs. Later they are those of the tick that the next step
@@ -31,7 +45,7 @@ impl Controller {
             measured: std::array::from_fn(|i| tangents[MEASURED + i]),
             references: std::array::from_fn(|i| tangents[REFERENCES + i]),
         };
-        let moved = self.autopilot.tangents(moment.initial, &self.inputs, &direction)?;
+        let moved = self.tangents(moment.initial, &direction)?;
         tangents[SCHEDULING_PARAMETER] = moved.scheduling_parameter;
         tangents[TRIM_PITCH] = moved.trim_pitch;
         tangents[COMMANDS..].copy_from_slice(&moved.commands);

@@ -57,12 +57,14 @@ fn within_range(one: Variable, signal: &Signal, design: &ControllerDesign, measu
 }
 
 fn command(index: usize, actuator: &Actuator, inputs: &[&str]) -> Variable {
-    let description = format!("command to {}: trim feedforward and K(rho), limited", actuator.name);
-    let get = move |m: &Controller| m.autopilot.outputs().commands[index];
-    Variable::real(&actuator.name, description, get, Role::output())
-        .unit(&actuator.unit)
-        .range(actuator.minimum, actuator.maximum)
-        .nominal(actuator.scale)
+    let inverse = if actuator.curve.is_some() { ", by the inverse of its curve" } else { "" };
+    let description = format!("command to {}: trim feedforward and K(rho), limited{inverse}", actuator.name);
+    let (least, most) = (actuator.taken(actuator.minimum).0, actuator.taken(actuator.maximum).0);
+    let nominal = if actuator.curve.is_some() { least.abs().max(most.abs()) } else { actuator.scale };
+    Variable::real(&actuator.name, description, move |m| m.command(index), Role::output())
+        .unit(actuator.taken_unit())
+        .range(least, most)
+        .nominal(nominal)
         .quantity(tangents::COMMANDS + index)
         .discrete()
         .depends_on(&[])

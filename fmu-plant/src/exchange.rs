@@ -28,13 +28,18 @@ impl PlantModel {
     /// The present rate of an actuator's output.
     pub fn output_rate(&self, index: usize) -> f64 {
         let output = self.plant.outputs()[index];
-        self.plant.actuators()[index].rate(output, self.inputs.commands[index])
+        self.plant.actuators()[index].rate(output, self.asked(index))
+    }
+
+    /// The output that an input asks an actuator for.
+    fn asked(&self, index: usize) -> f64 {
+        self.plant.actuators()[index].asked(self.inputs.commands[index]).0
     }
 
     /// Applies the commands: an actuator without lag follows at once.
     pub(crate) fn obey_commands(&mut self) -> Result<(), PlantError> {
         for index in 0..self.inputs.commands.len() {
-            self.plant.set_command(index, self.inputs.commands[index])?;
+            self.plant.set_command(index, self.asked(index))?;
             let output = self.output_under_inputs(index);
             self.plant.set_output(index, output);
         }
@@ -45,7 +50,7 @@ impl PlantModel {
         let actuator = &self.plant.actuators()[index];
         match actuator.lag > 0.0 {
             true => self.plant.outputs()[index],
-            false => actuator.saturate(self.inputs.commands[index]),
+            false => actuator.saturate(self.asked(index)),
         }
     }
 

@@ -25,7 +25,8 @@ pub struct Settings {
 /// Inputs of the vehicle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Inputs {
-    /// Command of each actuator \[N or rad\]; beyond its limits the actuator goes to the limit.
+    /// What each actuator takes: an output \[N or rad\], or the command of its curve. Beyond its limits it goes to the
+    /// limit.
     pub commands: Vec<f64>,
     /// The current.
     pub current: Current,
@@ -42,6 +43,8 @@ pub struct PlantModel {
     pub inputs: Inputs,
     /// The rates at which the inputs change during [`PlantModel::advance`], which advances the inputs.
     pub slopes: Slopes,
+    /// The same, with the rates at which the outputs asked for change.
+    asked: Slopes,
     pub(crate) vehicle: Arc<Vehicle>,
     pub(crate) lpv: Arc<LpvModel>,
     pub(crate) plant: Plant,
@@ -66,6 +69,7 @@ impl PlantModel {
         let lpv = Arc::new(lpv);
         let mut plant = Plant::new(&vehicle)?.with_lpv(Arc::clone(&lpv))?;
         plant.start(0.0, &trim)?;
+        let taken = vehicle.actuators.iter().zip(row.actuators).map(|(one, output)| one.taken(output).0);
         Ok(Self {
             settings: Settings {
                 coefficients: vehicle.coefficients.clone(),
@@ -74,11 +78,12 @@ impl PlantModel {
                 fidelity: Fidelity::Nonlinear,
             },
             inputs: Inputs {
-                commands: row.actuators,
+                commands: taken.collect(),
                 current: Current::default(),
                 operating_speed: row.speed,
             },
             slopes: Slopes::held(vehicle.actuators.len()),
+            asked: Slopes::held(vehicle.actuators.len()),
             vehicle: Arc::new(vehicle),
             lpv,
             plant,
@@ -158,17 +163,28 @@ impl PlantModel {
 
     /// Moves the vehicle to a time \[s\] under the inputs, held or changing at their rates, without allocating.
     ///
+    /// What a curve makes of a ramp is a ramp again, between the thrusts at its ends.
+    ///
     /// # Errors
     /// [`PlantError::Simulation`]; the vehicle then stays where it was.
     pub fn advance(&mut self, to: f64) -> Result<(), PlantError> {
-        for (index, &command) in self.inputs.commands.iter().enumerate() {
-            self.plant.set_command(index, command)?;
+        let duration = to - self.plant.time();
+        (self.asked.current, self.asked.operating_speed) = (self.slopes.current, self.slopes.operating_speed);
+        for (index, actuator) in self.vehicle.actuators.iter().enumerate() {
+            let (command, slope) = (self.inputs.commands[index], self.slopes.commands[index]);
+            let now = actuator.asked(command).0;
+            self.plant.set_command(index, now)?;
+            let curved = actuator.curve.is_some() && slope != 0.0 && duration > 0.0;
+            let then = || actuator.asked(command + slope * duration).0;
+            self.asked.commands[index] = if curved { (then() - now) / duration } else { slope };
         }
         self.plant.set_current(self.inputs.current)?;
         self.plant.set_operating_speed(self.inputs.operating_speed)?;
-        self.plant.set_slopes(&self.slopes)?;
+        self.plant.set_slopes(&self.asked)?;
         self.plant.advance(to)?;
-        self.inputs.commands.copy_from_slice(self.plant.commands());
+        for (command, slope) in self.inputs.commands.iter_mut().zip(&self.slopes.commands) {
+            *command += slope * duration;
+        }
         self.inputs.current = self.plant.current();
         self.inputs.operating_speed = self.plant.operating_speed();
         Ok(())

@@ -78,8 +78,10 @@ impl PlantModel {
         }
     }
 
+    /// The output that an input asks an actuator for.
     fn seeded_command(&self, index: usize, tangents: &[f64]) -> Dual64 {
-        Dual64::new(self.inputs.commands[index], tangents[Q::Command(index).number()])
+        let (asked, slope) = self.plant.actuators()[index].asked(self.inputs.commands[index]);
+        Dual64::new(asked, slope * tangents[Q::Command(index).number()])
     }
 
     fn seeded_output(&self, index: usize, tangents: &[f64]) -> Dual64 {

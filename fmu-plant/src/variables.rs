@@ -66,13 +66,16 @@ pub fn inputs(model: &PlantModel) -> Vec<Variable> {
 }
 
 fn command(index: usize, actuator: &Actuator) -> Variable {
-    let description = format!("command to {}; beyond its limits it goes to the limit", actuator.name);
+    let through = if actuator.curve.is_some() { ", which its curve turns into a thrust" } else { "" };
+    let description =
+        format!("command to {}{through}; beyond its limits it goes to the limit", actuator.name);
+    let (least, most) = (actuator.taken(actuator.min).0, actuator.taken(actuator.max).0);
     let get = move |m: &PlantModel| m.inputs.commands[index];
     let set = move |m: &mut PlantModel, v| m.inputs.commands[index] = v;
     Variable::real(&actuator.name, description, get, Role::input(set))
-        .unit(actuator.unit())
-        .range(actuator.min, actuator.max)
-        .nominal(actuator.reach())
+        .unit(actuator.taken_unit())
+        .range(least, most)
+        .nominal(least.abs().max(most.abs()))
         .quantity(Quantity::Command(index).number())
         .slope(move |m, v| m.slopes.commands[index] = v)
 }

@@ -6,7 +6,7 @@ use fmu_plant::PlantModel;
 
 use crate::ClosedLoopError;
 use scheduled::{Manoeuvre, ManoeuvreError};
-use signals::{PITCH, SPEED, measured};
+use signals::{Curve, PITCH, SPEED, measured};
 
 /// External references, held between two steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,8 +71,13 @@ impl ClosedLoop {
             let (found, expected) = (design.vehicle.name.clone(), vehicle.name.clone());
             return Err(ClosedLoopError::OtherVehicle { found, expected });
         }
-        let found: Vec<_> = design.actuators.iter().map(|actuator| actuator.name.clone()).collect();
-        let expected: Vec<_> = vehicle.actuators.iter().map(|actuator| actuator.name.clone()).collect();
+        let named = |name: &str, curve: Option<&Curve>| match curve {
+            Some(curve) => format!("{name} [{}]", curve.unit()),
+            None => name.to_owned(),
+        };
+        let found: Vec<_> = design.actuators.iter().map(|one| named(&one.name, one.curve.as_ref())).collect();
+        let expected: Vec<_> =
+            vehicle.actuators.iter().map(|one| named(&one.name, one.curve.as_ref())).collect();
         if found != expected {
             return Err(ClosedLoopError::OtherActuators { found, expected });
         }
@@ -150,7 +155,9 @@ impl ClosedLoop {
 
     /// Passes the commands to the plant.
     fn command(&mut self) {
-        self.plant.inputs.commands.copy_from_slice(&self.controller.autopilot().outputs().commands);
+        for (index, command) in self.plant.inputs.commands.iter_mut().enumerate() {
+            *command = self.controller.command(index);
+        }
     }
 
     /// The trim table of the design turns speed along the path into forward speed and gives the pitch of level flight.

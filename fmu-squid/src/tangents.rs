@@ -58,9 +58,7 @@ impl ClosedLoop {
             let mut direction = Inputs { measured: [0.0; SIGNALS.len()], references: [0.0; TRACKED] };
             (direction.references[PITCH], direction.references[SPEED]) = (pitch, speed);
             let autopilot = self.controller.autopilot();
-            let moved = autopilot
-                .tangents(moment.initial, &self.controller.inputs, &direction)
-                .map_err(fmu_controller::ControllerError::from)?;
+            let moved = self.controller.tangents(moment.initial, &direction)?;
             tangents[own(Own::PitchReferenceUsed)] = pitch;
             tangents[own(Own::SpeedReferenceUsed)] = speed;
             tangents[own(Own::TrimPitch)] = moved.trim_pitch;

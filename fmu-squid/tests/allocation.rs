@@ -110,7 +110,7 @@ fn integrate<M: Model>(c: Component, signals: &Signals) -> f64 {
 }
 
 fn allocates_nothing<M: Model>(run: fn(Component, &Signals) -> f64, interface: Interface) {
-    for files in [example::resources(), example::with_two_degrees()] {
+    for files in [example::resources(), example::with_curves()] {
         allocates_nothing_of::<M>(&files, run, interface);
     }
 }

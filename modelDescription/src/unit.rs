@@ -9,6 +9,8 @@ pub struct Unit {
     pub name: String,
     /// Powers of the base units.
     pub base: BaseUnit,
+    /// Value of one of it in these base units; 1 but for the few that are not coherent.
+    pub factor: f64,
     /// Units for showing: a value in the display unit is `factor` times the value in this unit.
     pub display_units: Vec<DisplayUnit>,
 }
@@ -50,14 +52,26 @@ impl BaseUnit {
 const DERIVED: [(&str, [i32; 3]); 5] =
     [("N", [1, 1, -2]), ("Pa", [1, -1, -2]), ("J", [1, 2, -2]), ("W", [1, 2, -3]), ("Hz", [0, 0, -1])];
 
+/// Units that are not coherent: the coherent one, and their value in it.
+const SCALED: [(&str, &str, f64); 3] = [("us", "s", 1e-6), ("rpm", "rad/s", PI / 30.0), ("%", "1", 0.01)];
+
 impl Unit {
-    /// Reads a unit: symbols with integer exponents, `.` between factors, at most one `/`, and `1` for no unit.
+    /// Reads a unit: symbols with integer exponents, `.` between factors, at most one `/`, and `1` for no unit; or `us`,
+    /// `rpm`, `%`.
     ///
     /// ```
     /// let unit = model_description::Unit::parse("kg.m2/s").unwrap();
     /// assert_eq!(unit.base.exponents[..3], [1, 2, -1]);
     /// ```
     pub fn parse(name: &str) -> Result<Self, UnitError> {
+        if let Some((_, coherent, factor)) = SCALED.into_iter().find(|(known, ..)| *known == name) {
+            return Ok(Self {
+                name: name.to_owned(),
+                factor,
+                display_units: Vec::new(),
+                ..Self::parse(coherent)?
+            });
+        }
         let mut parts = name.split('/');
         let (numerator, denominator) = (parts.next().unwrap_or_default(), parts.next());
         if parts.next().is_some() {
@@ -69,7 +83,7 @@ impl Unit {
             base.multiply(name, denominator, -1)?;
         }
         let display_units = display_units(name, base);
-        Ok(Self { name: name.to_owned(), base, display_units })
+        Ok(Self { name: name.to_owned(), base, factor: 1.0, display_units })
     }
 }
 
@@ -126,6 +140,20 @@ mod tests {
         ] {
             assert_eq!(Unit::parse(name).unwrap().base.exponents, expected, "{name}");
         }
+    }
+
+    #[test]
+    fn reads_units_that_are_not_coherent() {
+        for (name, power, factor) in
+            [("us", [1, 0], 1e-6), ("rpm", [-1, 1], 2.0 * PI / 60.0), ("%", [0, 0], 0.01)]
+        {
+            let unit = Unit::parse(name).unwrap();
+            assert_eq!([unit.base.exponents[2], unit.base.exponents[7]], power, "{name}");
+            assert!(
+                (unit.factor - factor).abs() < 1e-15 && unit.display_units.is_empty() && unit.name == name
+            );
+        }
+        assert_eq!(Unit::parse("N").unwrap().factor, 1.0);
     }
 
     #[test]

@@ -167,7 +167,9 @@ fn write_unit(xml: &mut Xml, unit: &Unit) -> io::Result<()> {
     parent(xml, "Unit", vec![("name", unit.name.clone())], |xml| {
         let powers = BaseUnit::SYMBOLS.into_iter().zip(unit.base.exponents);
         let powers = powers.filter(|(_, power)| *power != 0);
-        leaf(xml, "BaseUnit", powers.map(|(symbol, power)| (symbol, power.to_string())).collect())?;
+        let factor = (unit.factor != 1.0).then(|| ("factor", number(unit.factor)));
+        let powers = powers.map(|(symbol, power)| (symbol, power.to_string()));
+        leaf(xml, "BaseUnit", powers.chain(factor).collect())?;
         unit.display_units.iter().try_for_each(|display| {
             leaf(xml, "DisplayUnit", vec![("name", display.name.clone()), ("factor", number(display.factor))])
         })

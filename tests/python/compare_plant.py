@@ -29,14 +29,18 @@ def manoeuvre(vehicle, start):
     trim = start[6:]
     step = np.zeros(len(trim))
     step[0] = 0.2 * vehicle.actuators[0].max
+
+    def commands(outputs):
+        return np.array([a.taken(output) for a, output in zip(vehicle.actuators, outputs, strict=True)])
+
     beyond = np.zeros(len(trim))
-    beyond[0] = 2.0 * vehicle.actuators[0].max
+    beyond[0] = 2.0 * vehicle.actuators[0].taken(vehicle.actuators[0].max)
     return [
-        reference.Leg(5.0, trim, (0.3, 0.0)),
-        reference.Leg(20.0, trim + step, (0.3, 0.0)),
-        reference.Leg(40.0, trim - step, (-0.2, 0.1)),
-        reference.Leg(45.0, trim + beyond),
-        reference.Leg(60.0, trim),
+        reference.Leg(5.0, commands(trim), (0.3, 0.0)),
+        reference.Leg(20.0, commands(trim + step), (0.3, 0.0)),
+        reference.Leg(40.0, commands(trim - step), (-0.2, 0.1)),
+        reference.Leg(45.0, commands(trim) + beyond),
+        reference.Leg(60.0, commands(trim)),
     ]
 
 

@@ -5,6 +5,7 @@ SciPy's DOP853. Nothing is shared with the program under test but the vehicle fi
 
 - the equations stand in component form, force by force, after Feldman (1979, DTNSRDC report SPD-0393-09) for the rigid
   body and Lamb (1932, ch. VI) for the added mass;
+- a thruster with a curve takes what its file says in place of a thrust, by linear interpolation or a square law;
 - the lag of each actuator is one more state of the differential equation;
 - friction follows the ITTC (1957) line, C_f = 0.075 / (log10 Re - 2)^2, Re = |u| L / nu, at least 1e4.
 
@@ -38,7 +39,10 @@ U, W, Q, THETA, X, DEPTH = range(6)
 
 @dataclass(frozen=True)
 class Actuator:
-    """Limits, lag, and the numbers of its effect; `kind` is `thruster`, `thruster_group` or `control_surface`."""
+    """Limits, lag, curve, and the numbers of its effect; `kind` is `thruster`, `thruster_group` or `control_surface`.
+
+    A curve is an array of rows (command, thrust), or the factor of a square law, or None.
+    """
 
     name: str
     kind: str
@@ -46,6 +50,23 @@ class Actuator:
     max: float
     lag: float
     effect: dict
+    curve: np.ndarray | float | None = None
+
+    def asked(self, command):
+        """Output that a command asks for."""
+        if self.curve is None:
+            return command
+        if isinstance(self.curve, float):
+            return self.curve * command * abs(command)
+        return np.interp(command, *self.curve.T)
+
+    def taken(self, output):
+        """Return a command that asks for an output; any that does for none."""
+        if self.curve is None:
+            return output
+        if isinstance(self.curve, float):
+            return math.copysign(math.sqrt(abs(output) / self.curve), output)
+        return np.interp(output, *self.curve.T[::-1])
 
     def force(self, u, output):
         """Surge force, heave force, pitch moment."""
@@ -76,7 +97,10 @@ class Vehicle:
 
 @dataclass(frozen=True)
 class Leg:
-    """A part of a flight, up to time `end`: held commands, one for each actuator, and a current (along x, down)."""
+    """A part of a flight, up to time `end`: held commands, one for each actuator, and a current (along x, down).
+
+    The command of a thruster with a curve is what it takes.
+    """
 
     end: float
     commands: np.ndarray
@@ -89,7 +113,11 @@ def _si(quantity):
 
 
 def _actuator(kind, table):
-    numbers = {key: _si(value) for key, value in table.items() if key not in ("name", "thruster")}
+    numbers = {key: _si(value) for key, value in table.items() if key not in ("name", "thruster", "curve")}
+    curve = numbers.get("T_nn")
+    if "curve" in table:
+        curve = np.array(table["curve"]["value"])
+        numbers = {"min": curve[0, 1], "max": curve[-1, 1], **numbers}
     keys = {
         "thruster": ("x", "z", "direction"),
         "thruster_group": (),
@@ -97,12 +125,15 @@ def _actuator(kind, table):
     }
     effect = {key: numbers.get(key, 0.0) for key in keys[kind]}
     if kind == "thruster_group":
-        limits = {key: table[key] for key in ("name", "min", "max")}
+        whole = {key: {"value": numbers[key], "unit": "N"} for key in ("min", "max")} | {
+            "name": table["name"]
+        }
         members = [
-            (_si(one.pop("share")), _actuator("thruster", {**limits, **one})) for one in table["thruster"]
+            (_si(one.pop("share")), _actuator("thruster", {**whole, **one})) for one in table["thruster"]
         ]
         effect = {"members": members}
-    return Actuator(table["name"], kind, numbers["min"], numbers["max"], numbers.get("lag", 0.0), effect)
+    limits = numbers["min"], numbers["max"]
+    return Actuator(table["name"], kind, *limits, numbers.get("lag", 0.0), effect, curve)
 
 
 def read_vehicle(path):
@@ -196,7 +227,7 @@ def rate(vehicle, y, commands, current):
     ahead = u * math.cos(theta) + w * math.sin(theta) + current[0]
     down = -u * math.sin(theta) + w * math.cos(theta) + current[1]
     outputs = [
-        (min(max(command, actuator.min), actuator.max) - output) / actuator.lag
+        (min(max(actuator.asked(command), actuator.min), actuator.max) - output) / actuator.lag
         for actuator, command, output in zip(vehicle.actuators, commands, y[6:], strict=True)
     ]
     return np.array([*acceleration, q, ahead, down, *outputs])

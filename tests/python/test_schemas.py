@@ -118,6 +118,32 @@ def test_the_limits_of_a_design_are_those_that_are_read(
     assert Draft202012Validator(SCHEMAS["design"]).is_valid(design) == allowed
 
 
+CURVE = {"unit": "%", "source": "a test", "value": [[-100.0, -80.0], [100.0, 120.0]]}
+SQUARE = {"value": 1e-4, "unit": "N/rpm2", "source": "a test"}
+
+
+@pytest.mark.parametrize(
+    ("keys", "allowed"),
+    [
+        ({"curve": CURVE}, True),
+        ({"T_nn": SQUARE}, True),
+        ({"curve": CURVE, "min": None, "max": None}, True),
+        ({"T_nn": SQUARE, "min": None}, False),
+        ({"curve": CURVE, "T_nn": SQUARE}, False),
+        ({"curve": {**CURVE, "unit": "ms"}}, False),
+        ({"curve": {**CURVE, "value": [[0.0, 0.0]]}}, False),
+        ({"T_nn": {**SQUARE, "value": 0.0}}, False),
+        ({"T_nn": {**SQUARE, "unit": "N"}}, False),
+    ],
+)
+def test_curves_are_those_that_are_read(run_squid: Run, tmp_path: Path, keys: dict, allowed: bool) -> None:
+    vehicle = example("vehicle")
+    thruster = vehicle["thruster"][0] | keys
+    vehicle["thruster"][0] = {key: value for key, value in thruster.items() if value is not None}
+    assert bool(complaints(run_squid, tmp_path, "vehicle", vehicle)) != allowed
+    assert Draft202012Validator(SCHEMAS["vehicle"]).is_valid(vehicle) == allowed
+
+
 def test_signs_and_units_of_a_vehicle_are_those_that_are_read(run_squid: Run, tmp_path: Path) -> None:
     """Every coefficient of a wrong sign at once, then every one in a wrong unit: both refuse all of them."""
     sections = SCHEMAS["vehicle"]["properties"]

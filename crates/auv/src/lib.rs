@@ -50,6 +50,8 @@ pub use motion::trim_error::TrimError;
 /// A number with its derivative in one direction.
 pub use num_dual::Dual64;
 pub use scalar::Scalar;
+/// The curve of a thruster.
+pub use signals::Curve;
 pub use simulation::current::Current;
 pub use simulation::error::SimulationError;
 pub use simulation::integrator::IntegrationError;

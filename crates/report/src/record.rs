@@ -44,7 +44,7 @@ impl Record {
         add("scheduling_parameter", "", &|r| r.rho);
         add("speed_out_of_range", "", &|r| f64::from(u8::from(r.out_of_range)));
         for (j, actuator) in actuators.iter().enumerate() {
-            add(&actuator.name, actuator.unit(), &|r| r.commands[j]);
+            add(&actuator.name, actuator.taken_unit(), &|r| actuator.taken(r.commands[j]).0);
         }
         Self::new(columns)
     }
@@ -69,20 +69,20 @@ impl Record {
     }
 
     /// Pitch, speed, commands and depth over time, as far as they are recorded; commands are those of the actuators
-    /// that are given, one panel a unit.
+    /// that are given as the outputs that they ask for, one panel a unit.
     pub fn panels(&self, actuators: &[Actuator]) -> Vec<Panel> {
-        let line = |name: &str, key: &str, factor: f64, kind: Kind| {
-            let points =
-                self.get("time")?.iter().zip(self.get(key)?).map(|(t, v)| (*t, factor * v)).collect();
+        let mapped = |name: &str, key: &str, kind: Kind, of: &dyn Fn(f64) -> f64| {
+            let points = self.get("time")?.iter().zip(self.get(key)?).map(|(t, v)| (*t, of(*v))).collect();
             Some(Line { name: name.into(), points, kind })
         };
+        let line = |name: &str, key: &str, factor: f64, kind: Kind| mapped(name, key, kind, &|v| factor * v);
         let panel = |label: &str, lines: Vec<Option<Line>>| Panel {
             label: label.into(),
             lines: lines.into_iter().flatten().collect(),
         };
         let commands = |unit: &str, factor: f64| {
             let own = actuators.iter().filter(|a| a.unit() == unit);
-            own.map(|a| line(&a.name, &a.name, factor, Kind::Own)).collect()
+            own.map(|a| mapped(&a.name, &a.name, Kind::Own, &|v| factor * a.asked(v).0)).collect()
         };
         let deg = 1f64.to_degrees();
         let pitch = vec![

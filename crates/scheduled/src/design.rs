@@ -1,7 +1,7 @@
 //! The frozen design of a controller, as in its JSON file.
 
 use serde::{Deserialize, Serialize};
-use signals::{SPEED, place};
+use signals::{Curve, SPEED, place};
 
 /// A matrix as a list of rows.
 pub type Rows = Vec<Vec<f64>>;
@@ -155,6 +155,21 @@ pub struct Actuator {
     pub minimum: f64,
     /// Greatest command.
     pub maximum: f64,
+    /// From what a thruster takes to its thrust; `None` where it takes the command itself.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curve: Option<Curve>,
+}
+
+impl Actuator {
+    /// Unit of what it takes.
+    pub fn taken_unit(&self) -> &str {
+        self.curve.as_ref().map_or(&self.unit, Curve::unit)
+    }
+
+    /// What it takes for a command, by the inverse of its curve, and the slope as [`Curve::command`] does.
+    pub fn taken(&self, command: f64) -> (f64, f64) {
+        self.curve.as_ref().map_or((command, 1.0), |curve| curve.command(command))
+    }
 }
 
 /// The controller's LFT in continuous time; see the crate's documentation for the partition.

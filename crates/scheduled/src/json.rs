@@ -6,7 +6,8 @@
 //! | `squid-controller/2` | `controller_inputs`: a list of `signal`, `kind`, `unit`, `scale`; `reference_filter` |
 //!
 //! A design that the first can say is written in the first. All else is the same in both; `delay_ticks` is left out
-//! where it is 0.
+//! where it is 0, the
+//! `curve` of an actuator where there is none.
 
 use crate::design::{Actuator, Gamma, InputHashes, LftMatrices, Scheduling, TrimTable, VehicleName};
 use crate::{ControllerDesign, ControllerInput, DesignError, Kind};

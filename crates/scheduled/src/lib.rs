@@ -18,6 +18,8 @@
 //! [`Autopilot::tangents`] differentiates a tick by its inputs, exactly; [`Autopilot::snapshot`] saves the state
 //! of an autopilot, which can be restored bit for bit.
 //!
+//! Commands are outputs of the actuators. [`Actuator::taken`] turns that of a thruster with a curve into what it takes.
+//!
 //! Saturation: commands are clamped to the actuators' limits, without anti-windup: the controller's states
 //! continue as if the command had been carried out.
 

@@ -8,6 +8,8 @@ use signals::SPEED;
 pub struct OutputTangents {
     /// Of the commands, in the order of the design's actuators.
     pub commands: Vec<f64>,
+    /// The commands themselves, as this tick computes them.
+    pub computed: Vec<f64>,
     /// Of the scheduling parameter.
     pub scheduling_parameter: f64,
     /// Of the trim pitch.
@@ -45,12 +47,13 @@ impl Autopilot {
         let drho = if inside { slope * direction.measured[SPEED] } else { 0.0 };
         let theta = &[rho.clamp(-1.0, 1.0)][..plan.parameters];
         let mut commands = vec![0.0; plan.actuators.len()];
-        let mut scaled = commands.clone();
+        let mut computed = commands.clone();
         self.controller.tangent((&y, &dy), (theta, &[drho][..plan.parameters]), &mut commands)?;
-        self.controller.peek(&y, theta, &mut scaled)?;
-        for (index, command) in commands.iter_mut().enumerate() {
+        self.controller.peek(&y, theta, &mut computed)?;
+        for (index, (command, computed)) in commands.iter_mut().zip(&mut computed).enumerate() {
             let [scale, minimum, maximum] = plan.actuators[index];
-            let value = plan.trim.command(speed, index) + scale * scaled[index];
+            let value = plan.trim.command(speed, index) + scale * *computed;
+            *computed = value.clamp(minimum, maximum);
             let feedforward = plan.trim.command_slope(speed, index) * dspeed;
             let free = (minimum..=maximum).contains(&value);
             // A command that comes late does not depend on the inputs of its tick.
@@ -58,6 +61,6 @@ impl Autopilot {
             *command = if free { feedforward + scale * *command } else { 0.0 };
         }
         let trim_pitch = plan.trim.pitch_slope(speed) * dspeed;
-        Ok(OutputTangents { commands, scheduling_parameter: drho, trim_pitch })
+        Ok(OutputTangents { commands, computed, scheduling_parameter: drho, trim_pitch })
     }
 }

@@ -1,6 +1,6 @@
 //! Checks a design on reading.
 
-use signals::{NAMES, SIGNALS, TRACKED_NAMES, place};
+use signals::{Curve, NAMES, SIGNALS, TRACKED_NAMES, place};
 use std::collections::BTreeSet;
 use std::fmt;
 
@@ -112,6 +112,14 @@ impl ControllerDesign {
             }
             positive(format_args!("actuators[{index}].scale"), actuator.scale)?;
             range(format_args!("actuators[{index}]"), actuator.minimum, actuator.maximum)?;
+            let [least, most] =
+                actuator.curve.as_ref().map_or([f64::NEG_INFINITY, f64::INFINITY], Curve::ends);
+            for (last, value) in [("minimum", actuator.minimum), ("maximum", actuator.maximum)] {
+                if !(least..=most).contains(&value) {
+                    let allowed = "a thrust that its curve reaches";
+                    return Err(DesignError::BadNumber { key: key(last), value, allowed });
+                }
+            }
         }
         Ok(())
     }

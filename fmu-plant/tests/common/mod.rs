@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use auv::{LpvModel, Speed, Trim, Vehicle, linearise, trim};
+use auv::{Curve, LpvModel, Speed, Trim, Vehicle, linearise, trim};
 use fmi2::{Experiment, Failure, Instance, Log, Resources};
 use fmu_plant::{LPV_RESOURCE, PlantError, PlantModel, VEHICLE_RESOURCE, describe};
 
@@ -32,6 +32,15 @@ pub fn squid() -> Resources {
 pub fn squid_without_lag() -> Resources {
     let mut vehicle = vehicle("squid");
     vehicle.actuators.last_mut().unwrap().lag = 0.0;
+    of(&vehicle, [0.5, 1.75, 3.0])
+}
+
+/// Squid with thrusters that take a pulse width, with a dead band and room beyond the limits, and a speed of rotation.
+pub fn squid_with_curves() -> Resources {
+    let mut vehicle = vehicle("squid");
+    let points = vec![[1100.0, -80.0], [1470.0, 0.0], [1530.0, 0.0], [1900.0, 130.0]];
+    vehicle.actuators[0].curve = Some(Curve::through(points, "us").unwrap());
+    vehicle.actuators[1].curve = Some(Curve::square(1e-4, "rpm").unwrap());
     of(&vehicle, [0.5, 1.75, 3.0])
 }
 

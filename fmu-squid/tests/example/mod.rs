@@ -38,6 +38,17 @@ pub fn without_lag() -> Resources {
     together(plant::squid_without_lag(), &design(), &manoeuvre())
 }
 
+/// Those of a vehicle whose thrusters have curves, and of a design that knows them.
+pub fn with_curves() -> Resources {
+    let files = plant::squid_with_curves();
+    let vehicle = Vehicle::from_json(files.text(fmu_plant::VEHICLE_RESOURCE).unwrap(), "vehicle").unwrap();
+    let mut design = two_degrees();
+    for (actuator, one) in design.actuators.iter_mut().zip(vehicle.actuators) {
+        actuator.curve = one.curve;
+    }
+    together(files, &design, &manoeuvre())
+}
+
 /// Those of the design [`two_degrees`].
 pub fn with_two_degrees() -> Resources {
     with(&two_degrees(), &manoeuvre())
@@ -72,6 +83,7 @@ pub fn design() -> ControllerDesign {
         scale: 100.0,
         minimum: one.min,
         maximum: one.max,
+        curve: one.curve.clone(),
     };
     ControllerDesign {
         vehicle: VehicleName { name: vehicle.name.clone(), status: Status::Surrogate },

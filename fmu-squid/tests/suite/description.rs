@@ -5,7 +5,7 @@ use fmi2::model_description::{Causality, Kind};
 use fmi2::{Described, Experiment, Instance, Model, Resources, Silent};
 use fmu_squid::describe;
 use scheduled::MANOEUVRE_RESOURCE;
-use signals::SIGNALS;
+use signals::{Curve, SIGNALS};
 
 /// What the controller measures, the plant puts out by the same name and in the same unit.
 #[test]
@@ -121,6 +121,12 @@ fn refuses_a_controller_of_another_vehicle() {
     other.actuators.swap(0, 1);
     let message = refusal(&with(&other, &manoeuvre()));
     let expected = "commands upper_port, lower, upper_starboard, and the actuators of the vehicle are lower,";
+    assert!(message.contains(expected), "{message}");
+    let mut other = design();
+    other.actuators[0].curve = Some(Curve::through(vec![[-1.0, -60.0], [1.0, 100.0]], "%").unwrap());
+    let message = refusal(&with(&other, &manoeuvre()));
+    let expected =
+        "commands lower [%], upper_port, upper_starboard, and the actuators of the vehicle are lower,";
     assert!(message.contains(expected), "{message}");
 }
 

@@ -61,7 +61,7 @@ fn rows(record: &Record, actuators: &[Actuator]) -> Result<Vec<Row>, String> {
         depth: depth[k],
         rho: f64::NAN,
         out_of_range: false,
-        commands: commands.iter().map(|command| command[k]).collect(),
+        commands: actuators.iter().zip(&commands).map(|(a, taken)| a.asked(taken[k]).0).collect(),
     };
     Ok((0..time.len()).map(row).collect())
 }

@@ -2,6 +2,8 @@
 
 #![allow(non_snake_case, reason = "the field's symbols keep their capitals: Z is a force, z a length")]
 
+use signals::Curve;
+
 use crate::scalar::Scalar;
 use crate::vehicle::allowed::Allowed;
 
@@ -46,7 +48,10 @@ pub enum Effect<D = f64> {
     },
 }
 
-/// An actuator: saturation and first-order lag, then its effect on the hull.
+/// An actuator: the curve of a thruster that has one, saturation and first-order lag, then its effect on the hull.
+///
+/// What is commanded is an output: that of a thruster with a curve is the thrust [`Actuator::asked`] by what it takes.
+/// The lag acts on that thrust.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Actuator {
     /// Its name, unique on the vehicle.
@@ -57,6 +62,8 @@ pub struct Actuator {
     pub max: f64,
     /// Time constant of the lag \[s\]; 0 follows the command at once.
     pub lag: f64,
+    /// From what a thruster takes to the thrust that it gives; `None` where it takes the output itself.
+    pub curve: Option<Curve>,
     /// What it does to the hull.
     pub effect: Effect,
 }
@@ -68,6 +75,22 @@ impl Actuator {
             Effect::Thruster { .. } | Effect::ThrusterGroup { .. } => "N",
             Effect::ControlSurface { .. } => "rad",
         }
+    }
+
+    /// Returns the unit of what it takes: that of its curve, or of its output.
+    pub fn taken_unit(&self) -> &str {
+        self.curve.as_ref().map_or(self.unit(), Curve::unit)
+    }
+
+    /// Returns the output that is asked for by what it takes, and the slope, at a corner the right-hand one; limits and
+    /// lag come after.
+    pub fn asked(&self, command: f64) -> (f64, f64) {
+        self.curve.as_ref().map_or((command, 1.0), |curve| curve.thrust(command))
+    }
+
+    /// Returns what it takes for an output, by the inverse of its curve, and the slope as [`Curve::command`] does.
+    pub fn taken(&self, output: f64) -> (f64, f64) {
+        self.curve.as_ref().map_or((output, 1.0), |curve| curve.command(output))
     }
 
     /// Returns surge force, heave force and pitch moment of an output at a surge speed `u` through the water.

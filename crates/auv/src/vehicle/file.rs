@@ -1,6 +1,7 @@
 //! Reads a vehicle file (TOML): every number with its unit and its source, every mistake with its line.
 
 mod actuator_tables;
+mod curve_table;
 mod hull_table;
 mod non_dimensional;
 mod published_model;

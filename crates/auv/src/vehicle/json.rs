@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use serde_with::rust::maps_duplicate_key_is_error;
+use signals::Curve;
 use thiserror::Error;
 
 use crate::vehicle::actuator::{Actuator, Effect, allowed, is_actuator_name};
@@ -45,6 +46,9 @@ struct Row {
     /// [`LIMITS`], and the numbers of the [`Effect`] by their keys in a vehicle file.
     #[serde(deserialize_with = "maps_duplicate_key_is_error::deserialize")]
     numbers: Numbers,
+    /// Left out if there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    curve: Option<Curve>,
 }
 
 /// What is wrong with the JSON of a vehicle.
@@ -116,10 +120,10 @@ impl Vehicle {
 }
 
 fn row(actuator: &Actuator) -> Row {
-    let Actuator { name, min, max, lag, effect } = actuator;
+    let Actuator { name, min, max, lag, curve, effect } = actuator;
     let mut numbers: Numbers = LIMITS.iter().map(|&key| key.to_owned()).zip([*min, *max, *lag]).collect();
     numbers.extend(effect.numbers().map(|(key, value)| (key.to_owned(), value)));
-    Row { name: name.clone(), kind: effect.kind().to_owned(), numbers }
+    Row { name: name.clone(), kind: effect.kind().to_owned(), numbers, curve: curve.clone() }
 }
 
 #[inline]
@@ -175,7 +179,7 @@ fn read_actuators(rows: Vec<Row>) -> Result<Vec<Actuator>, JsonProblem> {
 
 #[inline]
 fn actuator(row: Row) -> Result<Actuator, JsonProblem> {
-    let Row { name, kind, numbers } = row;
+    let Row { name, kind, numbers, curve } = row;
     let Some(effect) = Effect::ALL.into_iter().find(|known| known.kind() == kind) else {
         return Err(not_allowed(
             &format!("{name}.kind"),
@@ -195,8 +199,18 @@ fn actuator(row: Row) -> Result<Actuator, JsonProblem> {
     if min >= max {
         return Err(not_allowed(&format!("{name}.min"), min.to_string(), "below max"));
     }
+    if curve.as_ref().is_some_and(|curve| !within(curve, min, max, &effect)) {
+        let found = format!("for other outputs than {min} to {max}");
+        return Err(not_allowed(&format!("{name}.curve"), found, "that of a thruster, and reach its limits"));
+    }
     let effect = effect.map(|key, _| numbers[key]);
-    Ok(Actuator { name, min, max, lag, effect })
+    Ok(Actuator { name, min, max, lag, curve, effect })
+}
+
+/// Whether a curve is that of a thruster with these limits.
+fn within(curve: &Curve, min: f64, max: f64, effect: &Effect) -> bool {
+    let [least, most] = curve.ends();
+    least <= min && max <= most && !matches!(effect, Effect::ControlSurface { .. })
 }
 
 fn not_allowed(key: &str, found: String, allowed: &'static str) -> JsonProblem {

@@ -79,7 +79,7 @@ fn unknown_keys() {
     let (two, line) = message(SQUID, key, "y = { value = 0.2, unit = \"m\"");
     let header = line_of(SQUID, "[[thruster]]");
     let missing = format!("vehicle.toml:{header}: missing key 'thruster.z': position below the origin");
-    let allowed = "allowed here: name, x, z, direction, min, max, lag";
+    let allowed = "allowed here: name, x, z, direction, curve, T_nn, min, max, lag";
     assert_eq!(two, format!("{missing}\nvehicle.toml:{line}: unknown key 'thruster.y'; {allowed}"));
     refused(
         "status =",
@@ -466,4 +466,97 @@ fn the_table_of_coefficients_is_sound() {
     }
     assert!(Allowed::NonPositive.contains(0.0) && !Allowed::NonPositive.contains(1e-300));
     assert!(!Allowed::Any.contains(f64::INFINITY));
+}
+
+/// The limits of Squid's first thruster, which a table of points may replace.
+const LIMITS: &str = "min = { value = -60.0, unit = \"N\"";
+
+/// Puts lines before the limits of the first thruster.
+fn with(lines: &str) -> String {
+    SQUID.replacen(LIMITS, &format!("{lines}\n{LIMITS}"), 1)
+}
+
+/// A curve of points, with a dead band.
+fn curve(points: &str) -> String {
+    with(&format!("curve = {{ unit = \"us\", source = \"s\", value = {points} }}"))
+}
+
+const BANDED: &str = "[[1100.0, -60.0], [1470.0, 0.0], [1530.0, 0.0], [1900.0, 120.0]]";
+
+#[test]
+fn a_thruster_may_have_a_curve() {
+    let read = |text: &str| Vehicle::parse(text, "vehicle.toml").unwrap();
+    let vehicle = read(&curve(BANDED));
+    let lower = &vehicle.actuators[0];
+    assert_eq!((lower.unit(), lower.taken_unit(), lower.asked(1500.0)), ("N", "us", (0.0, 0.0)));
+    assert_eq!((lower.min, lower.max, lower.taken(0.0).0), (-60.0, 100.0, 1500.0));
+    assert!((lower.asked(lower.taken(30.0).0).0 - 30.0).abs() < 1e-12);
+    assert_eq!(vehicle.sources["lower.curve"], "s");
+    assert_eq!(vehicle.actuators[1].curve, None);
+
+    let limits = SQUID.lines().filter(|line| line.starts_with("min =") || line.starts_with("max =")).take(2);
+    let without = limits.fold(curve(BANDED), |text, line| text.replacen(line, "", 1));
+    let lower = &read(&without).actuators[0];
+    assert_eq!((lower.min, lower.max), (-60.0, 120.0), "the limits are the ends of the curve");
+
+    let square = with("T_nn = { value = 1e-4, unit = \"N/rpm2\", source = \"s\" }");
+    let lower = &read(&square).actuators[0];
+    assert_eq!((lower.taken_unit(), lower.asked(-100.0).0, lower.max), ("rpm", -1.0, 100.0));
+    let back = Vehicle::from_json(&read(&square).to_json().unwrap(), "v").unwrap();
+    assert_eq!(back.actuators, read(&square).actuators);
+}
+
+#[test]
+fn a_curve_that_is_none_is_refused() {
+    let points = "it must be two pairs [command, thrust] or more: commands rise, thrusts never fall, and one is zero \
+        or the first is below zero and the last above";
+    let key = "'thruster.curve.value' is";
+    let expected = [
+        ("[[1.0, 2.0]]", format!("{key} [1, 2] alone; {points}")),
+        ("[[2.0, -70.0], [1.0, 120.0]]", format!("{key} [1, 120] after [2, -70]; {points}")),
+        ("[[1.0, -70.0], [2.0, 120.0], [3.0, 119.0]]", format!("{key} [3, 119] after [2, 120]; {points}")),
+        ("[[1.0, 5.0], [2.0, 120.0]]", format!("{key} from [1, 5] to [2, 120]; {points}")),
+        ("[]", format!("{key} a list; {points}")),
+        ("7.0", format!("{key} the number 7.0; {points}")),
+        (
+            "[[1.0, -40.0], [2.0, 120.0]]",
+            "'thruster.min' is -60 N; it must be at least -40 N, where the curve ends".to_owned(),
+        ),
+        (
+            "[[1.0, -70.0], [2.0, 99.0]]",
+            "'thruster.max' is 100 N; it must be at most 99 N, where the curve ends".to_owned(),
+        ),
+    ];
+    for (value, words) in expected {
+        let told = Vehicle::parse(&curve(value), "vehicle.toml").unwrap_err().to_string();
+        let (_, found) = told.split_once(": ").unwrap();
+        assert_eq!(found, words, "{value}");
+    }
+    let told = |text: &str| {
+        Vehicle::parse(text, "v").unwrap_err().to_string().split_once(": ").unwrap().1.to_owned()
+    };
+    let units = "\"1\" or \"%\" or \"us\" or \"rpm\" or \"rad/s\"";
+    assert_eq!(
+        told(&curve(BANDED).replacen("\"us\"", "\"ms\"", 1)),
+        format!("'thruster.curve.unit' is \"ms\"; it must be {units}")
+    );
+    let square = "T_nn = { value = 1e-4, unit = \"N/rpm2\", source = \"s\" }";
+    assert_eq!(
+        told(&with(&square.replace("rpm2", "rpm"))),
+        "'thruster.T_nn' is in \"N/rpm\"; it must be in \"N/rpm2\" or \"N.s2/rad2\""
+    );
+    assert_eq!(
+        told(&with(&square.replace("1e-4", "-1e-4"))),
+        "'thruster.T_nn' is -0.0001 N/rpm2; it must be a number above zero"
+    );
+    assert_eq!(
+        told(&curve(BANDED).replacen("curve =", &format!("{square}\ncurve ="), 1)),
+        "'thruster.T_nn' is given; it must be left out, since 'curve' is there: a thruster has one of the two"
+    );
+    let fin = REMUS.replacen(
+        "Z_uu_delta =",
+        "T_nn = { value = 1.0, unit = \"N/rpm2\", source = \"s\" }\nZ_uu_delta =",
+        1,
+    );
+    assert!(told(&fin).starts_with("unknown key 'control_surface.T_nn'"), "{}", told(&fin));
 }

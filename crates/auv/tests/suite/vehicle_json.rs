@@ -1,7 +1,7 @@
 //! A vehicle as JSON: the same vehicle comes back, and what is wrong is told with its key.
 
 use crate::common::{remus100, squid};
-use auv::{COEFFICIENTS, Vehicle};
+use auv::{COEFFICIENTS, Curve, Vehicle};
 use proptest::prelude::*;
 use serde_json::{Value, json};
 
@@ -79,6 +79,41 @@ fn what_is_wrong_is_told_with_its_key() {
         ),
     ] {
         let told = complaint(&squid, at, value);
+        assert!(told.starts_with(&format!("v.json: {expected}")), "{at}: {told}");
+    }
+}
+
+#[test]
+fn a_curve_comes_back_and_must_be_one() {
+    let mut vehicle = squid();
+    vehicle.actuators[0].curve =
+        Some(Curve::through(vec![[-1.0, -60.0], [0.5, 0.0], [1.0, 100.0]], "%").unwrap());
+    vehicle.actuators[1].curve = Some(Curve::square(0.01, "rad/s").unwrap());
+    assert_eq!(Vehicle::from_json(&vehicle.to_json().unwrap(), "v").unwrap(), vehicle);
+    for (at, value, expected) in [
+        (
+            "/actuators/0/curve/points/1/1",
+            json!(-70.0),
+            "not a vehicle: the points of a curve must be two pairs",
+        ),
+        (
+            "/actuators/0/curve/unit",
+            json!("V"),
+            "not a vehicle: the commands of a curve are in 'V', and must be in",
+        ),
+        (
+            "/actuators/1/curve/square",
+            json!(-1.0),
+            "not a vehicle: the square law of a curve has the factor -1",
+        ),
+        ("/actuators/1/curve", json!({"unit": "rpm"}), "not a vehicle: a curve must have either `points` or"),
+        (
+            "/actuators/0/numbers/max",
+            json!(101.0),
+            "`lower.curve` is for other outputs than -60 to 101, and must be that of a thruster, and reach its limits",
+        ),
+    ] {
+        let told = complaint(&vehicle, at, value);
         assert!(told.starts_with(&format!("v.json: {expected}")), "{at}: {told}");
     }
 }

@@ -95,6 +95,7 @@ fn controller(
                 scale: a.reach(),
                 minimum: a.min,
                 maximum: a.max,
+                curve: a.curve.clone(),
             })
             .collect(),
         lft,

@@ -10,7 +10,7 @@ pub(crate) fn of_connectors(description: &ModelDescription) -> impl Iterator<Ite
     real(description).filter_map(ScalarVariable::unit)
 }
 
-/// Defines units by powers of base units; all are coherent, so that no factor is needed.
+/// Defines units by powers of base units, those that are not coherent with a factor.
 pub(crate) fn units(xml: &mut Xml, element: &str, names: BTreeSet<&str>) -> io::Result<()> {
     if names.is_empty() {
         return Ok(());
@@ -21,12 +21,14 @@ pub(crate) fn units(xml: &mut Xml, element: &str, names: BTreeSet<&str>) -> io::
 }
 
 fn unit(xml: &mut Xml, name: &str) -> io::Result<()> {
-    let Unit { base, .. } =
+    let Unit { base, factor, .. } =
         Unit::parse(name).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))?;
     let powers: Vec<_> =
         BaseUnit::SYMBOLS.into_iter().zip(base.exponents.map(|power| power.to_string())).collect();
+    let factor = (factor != 1.0).then(|| format!("{factor:?}"));
     let powers =
         powers.iter().filter(|(_, power)| power != "0").map(|(symbol, power)| (*symbol, power.as_str()));
+    let powers = powers.chain(factor.as_deref().map(|factor| ("factor", factor)));
     xml.create_element("ssc:Unit").with_attribute(("name", name)).write_inner_content(|xml| {
         xml.create_element("ssc:BaseUnit").with_attributes(powers).write_empty()?;
         Ok(())

@@ -17,6 +17,7 @@ pub fn design() -> ControllerDesign {
         scale: 100.0,
         minimum: -60.0,
         maximum: 100.0,
+        curve: None,
     };
     ControllerDesign {
         vehicle: VehicleName { name: "Example".to_owned(), status: Status::Surrogate },

@@ -3,7 +3,7 @@
 use crate::example;
 use proptest::prelude::*;
 use scheduled::{ControllerDesign, Kind};
-use signals::{PITCH, SPEED, place};
+use signals::{Curve, PITCH, SPEED, place};
 
 #[test]
 fn reads_back_what_it_wrote() {
@@ -219,4 +219,25 @@ fn says_where_the_json_is_wrong() {
         let message = ControllerDesign::from_json(&broken).unwrap_err().to_string();
         assert!(message.contains(expected), "{message}");
     }
+}
+
+#[test]
+fn the_curve_of_a_thruster_comes_back_and_reaches_its_limits() {
+    let mut design = example::design();
+    assert!(!design.to_json().unwrap().contains("curve"), "files without curves are as they were");
+    let points = vec![[1100.0, -60.0], [1470.0, 0.0], [1530.0, 0.0], [1900.0, 110.0]];
+    design.actuators[0].curve = Some(Curve::through(points, "us").unwrap());
+    assert_eq!(ControllerDesign::from_json(&design.to_json().unwrap()).unwrap(), design);
+    assert_eq!((design.actuators[0].taken_unit(), design.actuators[1].taken_unit()), ("us", "N"));
+    assert_eq!(
+        (design.actuators[0].taken(-60.0).0, design.actuators[1].taken(-60.0)),
+        (1100.0, (-60.0, 1.0))
+    );
+
+    let falling = design.to_json().unwrap().replace("[1530.0, 0.0]", "[1530.0, -1.0]");
+    let told = ControllerDesign::from_json(&falling).unwrap_err().to_string();
+    assert!(told.contains("the points of a curve must be two pairs [command, thrust] or more"), "{told}");
+    design.actuators[0].maximum = 111.0;
+    let told = design.validate().unwrap_err().to_string();
+    assert_eq!(told, "actuators[0].maximum is 111, but must be a thrust that its curve reaches");
 }

@@ -4,14 +4,18 @@
 
 use std::collections::BTreeMap;
 
+use signals::Curve;
+
 use crate::motion::dynamics::add;
 use crate::toml_file::{FileProblem, Table, cited};
 use crate::vehicle::actuator::{Actuator, Effect, allowed, is_actuator_name};
+use crate::vehicle::file::curve_table::{self, CURVE, SQUARE};
 use crate::vehicle::file::units::Units;
+use crate::words::number;
 
 const ANGLES: [&str; 2] = ["rad", "deg"];
-const THRUSTER: [&str; 7] = ["name", "x", "z", "direction", "min", "max", "lag"];
-const THRUSTER_GROUP: [&str; 5] = ["name", "thruster", "min", "max", "lag"];
+const THRUSTER: [&str; 9] = ["name", "x", "z", "direction", CURVE, SQUARE, "min", "max", "lag"];
+const THRUSTER_GROUP: [&str; 7] = ["name", "thruster", CURVE, SQUARE, "min", "max", "lag"];
 const MEMBER: [&str; 4] = ["share", "x", "z", "direction"];
 const CONTROL_SURFACE: [&str; 7] = ["name", "Z_uu_delta", "M_uu_delta", "X_uu_delta2", "min", "max", "lag"];
 
@@ -71,9 +75,9 @@ impl Reader<'_> {
         let x = self.optional("x", &["m"], sources);
         let z = self.required("z", &["m"], "position below the origin", sources);
         let direction = self.optional("direction", &ANGLES, sources);
-        let limits = self.limits(&["N"], sources);
+        let driven = self.thrust(sources);
         let effect = Effect::Thruster { x: x?, z: z?, direction: direction? };
-        self.finish(limits?, effect)
+        self.finish(driven?, effect)
     }
 
     fn thruster_group(self, sources: &mut Sources) -> Option<Actuator> {
@@ -95,9 +99,9 @@ impl Reader<'_> {
             })();
             sums = sums.zip(force).map(|(sum, force): ([f64; 3], _)| add(sum, force));
         }
-        let limits = self.limits(&["N"], sources);
+        let driven = self.thrust(sources);
         let [X_T, Z_T, M_T] = sums?;
-        self.finish(limits?, Effect::ThrusterGroup { X_T, Z_T, M_T })
+        self.finish(driven?, Effect::ThrusterGroup { X_T, Z_T, M_T })
     }
 
     fn control_surface(self, sources: &mut Sources) -> Option<Actuator> {
@@ -105,21 +109,48 @@ impl Reader<'_> {
         let heave = self.required("Z_uu_delta", &["kg/(m.rad)"], force, sources);
         let pitch = self.required("M_uu_delta", &["kg/rad"], moment, sources);
         let surge = self.optional("X_uu_delta2", &["kg/(m.rad2)"], sources);
-        let limits = self.limits(&ANGLES, sources);
+        let limits = self.limits(&ANGLES, None, sources);
         let effect = Effect::ControlSurface { Z_uu_delta: heave?, M_uu_delta: pitch?, X_uu_delta2: surge? };
-        self.finish(limits?, effect)
+        self.finish((limits?, None), effect)
     }
 
-    /// Least and greatest output, and lag.
-    fn limits(&self, units: &[&str], sources: &mut Sources) -> Option<[f64; 3]> {
-        let min = self.required("min", units, "the least output", sources);
-        let max = self.required("max", units, "the greatest output", sources);
+    /// Limits, lag and curve of what thrusts; a table of points has limits of its own, which these must not exceed.
+    fn thrust(&self, sources: &mut Sources) -> Option<([f64; 3], Option<Curve>)> {
+        let curve = curve_table::read(self.table, &self.name, sources);
+        let ends =
+            curve.iter().flatten().map(Curve::ends).find(|ends| ends.iter().all(|end| end.is_finite()));
+        let limits = self.limits(&["N"], ends, sources);
+        let (limits, curve) = (limits?, curve?);
+        if let Some([least, most]) = ends {
+            for (key, value, within, end) in
+                [("min", limits[0], limits[0] >= least, least), ("max", limits[1], limits[1] <= most, most)]
+            {
+                if !within {
+                    let side = if key == "min" { "at least" } else { "at most" };
+                    let allowed = format!("{side} {} N, where the curve ends", number(end));
+                    self.table.not_allowed(key, format!("{} N", number(value)), allowed);
+                    return None;
+                }
+            }
+        }
+        Some((limits, curve))
+    }
+
+    /// Least and greatest output, and lag; where there are `ends`, they stand for limits that are left out.
+    fn limits(&self, units: &[&str], ends: Option<[f64; 2]>, sources: &mut Sources) -> Option<[f64; 3]> {
+        let mut limit = |key: &str, place: usize, meaning: &str| match ends {
+            Some(ends) if !self.table.has(key) => Some(ends[place]),
+            _ => self.required(key, units, meaning, sources),
+        };
+        let min = limit("min", 0, "the least output");
+        let max = limit("max", 1, "the greatest output");
         let lag = self.required("lag", &["s"], "time constant of the lag", sources);
         Some([min?, max?, lag?])
     }
 
-    fn finish(self, [min, max, lag]: [f64; 3], effect: Effect) -> Option<Actuator> {
-        let actuator = Actuator { name: self.name, min, max, lag, effect };
+    fn finish(self, (limits, curve): ([f64; 3], Option<Curve>), effect: Effect) -> Option<Actuator> {
+        let [min, max, lag] = limits;
+        let actuator = Actuator { name: self.name, min, max, lag, curve, effect };
         if min < max {
             return Some(actuator);
         }
