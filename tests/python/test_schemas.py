@@ -100,7 +100,7 @@ NUMBERS = [
     (section, key, value, allowed)
     for section, schema in SCHEMAS["design"]["properties"].items()
     for key, number in schema.get("items", schema).get("properties", {}).items()
-    if number.get("type") == "number"
+    if number.get("type") == "number" and key != "delay"
     for value, allowed in limits(number)
 ]
 
@@ -142,6 +142,21 @@ def test_curves_are_those_that_are_read(run_squid: Run, tmp_path: Path, keys: di
     vehicle["thruster"][0] = {key: value for key, value in thruster.items() if value is not None}
     assert bool(complaints(run_squid, tmp_path, "vehicle", vehicle)) != allowed
     assert Draft202012Validator(SCHEMAS["vehicle"]).is_valid(vehicle) == allowed
+
+
+@pytest.mark.parametrize(
+    ("delay", "allowed"), [(-0.5, False), (-1.0, False), (0.0, True), (10.0, True), (11.0, False)]
+)
+def test_the_limits_of_a_delay_are_those_at_the_longest_sample_time(
+    run_squid: Run, tmp_path: Path, delay: float, allowed: bool
+) -> None:
+    """A shorter one has narrower limits, which a schema cannot say."""
+    design = example("design")
+    longest = SCHEMAS["design"]["properties"]["autopilot"]["properties"]["sample_time"]["maximum"]
+    design["autopilot"] = {"sample_time": float(longest), "delay": delay}
+    refused = "'autopilot.delay'" in complaints(run_squid, tmp_path, "design", design)
+    assert refused != allowed
+    assert Draft202012Validator(SCHEMAS["design"]).is_valid(design) == allowed
 
 
 def test_signs_and_units_of_a_vehicle_are_those_that_are_read(run_squid: Run, tmp_path: Path) -> None:
