@@ -59,11 +59,16 @@ pub fn augment(
 /// References and measurements apart; the trim follows the filtered reference of the speed.
 fn two_degrees(design: &DesignFile, slope: Lft) -> TwoDegrees {
     let speed = design.tracked.iter().position(|t| t.place == SPEED);
+    let models = design.tracked.iter().map(|t| t.model.filter(|_| !design.judged));
     TwoDegrees {
         measured: Measured::scaled_outputs(&design.measured),
         noise: design.measured.iter().map(|m| m.noise).collect(),
-        models: design.tracked.iter().map(|t| t.model).collect(),
-        trim: speed.map(|output| MovingTrim { output, slope }),
+        models: models.collect(),
+        trim: speed.zip(design.reference_filter()).map(|(output, frequency)| MovingTrim {
+            output,
+            frequency,
+            slope,
+        }),
     }
 }
 

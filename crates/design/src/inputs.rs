@@ -2,6 +2,7 @@
 
 pub mod actuator_names;
 pub mod design_file;
+mod judged;
 
 use crate::error::InputError;
 use crate::inputs::design_file::{BANDWIDTH, DesignFile, UncertainParameter};

@@ -15,6 +15,9 @@ pub enum InputError {
     /// A bandwidth on the command line.
     #[error("--bandwidth is {}; it must be {}", auv::number(*found), crate::inputs::design_file::BANDWIDTH.words)]
     Bandwidth { found: f64 },
+    /// A design in the weights of another.
+    #[error("{design} cannot be judged in the weights of {weights}: {why}")]
+    Weights { design: String, weights: String, why: &'static str },
     /// An actuator's name belongs to another variable of the FMUs.
     #[error(
         "{file}: an actuator cannot be called '{actuator}', because '{name}' is the name of another variable of \

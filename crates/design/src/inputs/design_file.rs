@@ -167,6 +167,8 @@ pub struct DesignFile {
     pub lags: bool,
     /// Relative back-off from the least gamma.
     pub back_off: f64,
+    /// Whether the weights are another design's, see `judged_by`; never so in a file.
+    pub judged: bool,
     /// Bound on the rate of the speed for which the controller is made, m/s^2; `None` for one that is made for any
     /// rate.
     pub rate: Option<f64>,

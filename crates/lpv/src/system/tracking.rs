@@ -92,8 +92,8 @@ impl ReferenceModel {
 
 /// A trim that moves with the reference of one tracked output, the speed.
 ///
-/// Its level is `v' = w (r - v)`, with the w of that output's reference model. States, inputs and references are
-/// deviations from the trim at v, and `slope` says how that moves:
+/// Its level is `v' = w (r - v)`; the reference model of that output, if it has one, is the same filter. States, inputs
+/// and references are deviations from the trim at v, and `slope` says how that moves:
 ///
 /// ```text
 /// x~ = x - x0(v),   u~ = u - u0(v),   x~' = A x~ + B u~ - x0'(v) v'
@@ -102,6 +102,8 @@ impl ReferenceModel {
 pub struct MovingTrim {
     /// The tracked output.
     pub output: usize,
+    /// w, rad/s.
+    pub frequency: f64,
     /// `[x0'; u0']` over the parameter, (n + m) x 1, in units of the model for a change of 1 in the output.
     pub slope: Lft,
 }
@@ -223,14 +225,13 @@ impl TrackingProblem {
 
         // The trim moves with v; its rate, in the unit of the output.
         let trim = two.and_then(|two| two.trim.as_ref());
-        let frequency = |i: usize| two.and_then(|two| two.models[i]).map_or(0.0, |model| model.frequency);
         let mut references = r.clone();
         let mut rate = Mat::zeros(trim.map_or(0, |_| 1), x.ncols());
-        if let Some(MovingTrim { output, .. }) = trim {
+        if let Some(MovingTrim { output, frequency, .. }) = trim {
             let (at, v) = all.state(1);
             let ahead = row(&r, *output) - &v;
-            all.derivative(at, &(&ahead * frequency(*output)));
-            rate.copy_from(&(&ahead * (frequency(*output) * self.output_scale[*output])));
+            all.derivative(at, &(&ahead * *frequency));
+            rate.copy_from(&(&ahead * (*frequency * self.output_scale[*output])));
             references.rows_mut(*output, 1).copy_from(&ahead);
         }
 
@@ -265,9 +266,9 @@ impl TrackingProblem {
         let mut z: Vec<Signal> = Vec::new();
         for i in 0..p {
             let target = match two.and_then(|two| two.models[i]) {
-                _ if trim.is_some_and(|trim| trim.output == i) => row(&r, i) * 0.0,
+                Some(_) if trim.is_some_and(|trim| trim.output == i) => row(&r, i) * 0.0,
                 Some(model) => all.follow(&model, &row(&r, i)),
-                None => row(&r, i),
+                None => row(&references, i),
             };
             let error = target - row(&outputs, i);
             let [pole, gain, direct] = self.tracking[i].realise();
@@ -369,12 +370,14 @@ impl TrackingProblem {
                 number(i, positive("the frequency of the reference model of output", &w))?;
                 number(i, positive("the damping of the reference model of output", &damping.unwrap_or(1.0)))?;
             }
-            if let Some(MovingTrim { output, .. }) = two.trim
-                && two.models[output].is_none_or(|model| model.damping.is_some())
-            {
-                let order = two.models[output].map_or(0.0, |_| 2.0);
-                let name = "the order of the reference model of output";
-                number(output, (name, order, false, "1, since the trim moves with that output"))?;
+            if let Some(MovingTrim { output, frequency, .. }) = two.trim {
+                number(output, positive("the frequency of the trim, which moves with output", &frequency))?;
+                let model = two.models[output].filter(|m| m.damping.is_some() || m.frequency != frequency);
+                if let Some(model) = model {
+                    let name = "the reference model, by its frequency, of output";
+                    let allowed = "of first order and as fast as the trim, which moves with that output";
+                    number(output, (name, model.frequency, false, allowed))?;
+                }
             }
         }
         number(0, finite("the disturbance at input", &self.disturbance))
@@ -625,15 +628,27 @@ mod tests {
                 measured: dmatrix![1.0],
                 noise: vec![RisingWeight::constant(0.1)],
                 models: vec![model],
-                trim: Some(MovingTrim { output: 0, slope: slope.clone() }),
+                trim: Some(MovingTrim { output: 0, frequency: 0.9, slope: slope.clone() }),
             }),
             ..problem()
         };
-        assert!(with(Some(ReferenceModel { frequency: 0.9, damping: None })).augment().is_ok());
-        for (model, order) in [(None, 0), (Some(ReferenceModel { frequency: 0.9, damping: Some(0.9) }), 2)] {
-            let message = with(model).augment().unwrap_err().to_string();
-            let words = format!("the order of the reference model of output 1 is {order}; it must be 1");
+        let model = |frequency, damping| Some(ReferenceModel { frequency, damping });
+        let followed = with(model(0.9, None)).augment().unwrap();
+        for (frequency, damping) in [(0.9, Some(0.9)), (0.8, None)] {
+            let message = with(model(frequency, damping)).augment().unwrap_err().to_string();
+            let words =
+                format!("the reference model, by its frequency, of output 1 is {frequency}; it must be");
             assert!(message.starts_with(&words), "{message}");
+        }
+        // Without a model the error is that of the reference itself: larger by `(1 - 0.9/(s + 0.9)) r`.
+        let itself = with(None).augment().unwrap();
+        let response =
+            |plant: &GeneralisedPlant, s| plant.parts.state_space(&[Z, Y], &[W, U]).response(s).unwrap();
+        for omega in [0.02, 0.6, 7.0] {
+            let s = Complex::new(0.0, omega);
+            let mut difference = response(&itself, s) - response(&followed, s);
+            difference[(0, 0)] -= (s / 2.0 + 0.46) / (s + 0.0046) * s / (s + 0.9);
+            assert!(difference.norm() < 1e-12, "{omega}: {difference}");
         }
     }
 

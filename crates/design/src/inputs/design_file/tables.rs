@@ -103,6 +103,7 @@ fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
         disturbance: control.disturbance?,
         lags: control.lags?,
         back_off: back_off?,
+        judged: false,
         rate: rate?,
         sample_time: sample_time?,
         delay: autopilot?.delay?,

@@ -1,0 +1,139 @@
+//! Judges the controller of a vehicle's default design in the weights of another design:
+//!
+//! ```text
+//! cargo run --release -p squid-design --example judge vehicles/squid tests/designs/errors_alone.toml [robust]
+//! ```
+//!
+//! or that of `squid design --robust`; prints mu for robust stability and for robust performance at six frozen speeds,
+//! and then proves a gain for constant coefficients and any course of the speed. See `DesignFile::judged_by`.
+//!
+//! 'No controller below': mu is at least m for every controller, with the same measurements, if some perturbation of
+//! size 1/m leaves even the one that is made for it a gain of m; perturbations are searched.
+#![allow(clippy::print_stdout)]
+
+use lpv::controller::Controller;
+use lpv::lft::Lft;
+use lpv::mu::sweep::{bound_over_frequency, mu_over_frequency};
+use lpv::mu::worst_case::Perturbable;
+use lpv::mu::{Block, Structure};
+use lpv::synthesis::{ScalingClass, least_gamma};
+use squid_design::augment::{LinearModel, augment};
+use squid_design::certify::constant::constant;
+use squid_design::check::frozen_controller;
+use squid_design::inputs::Inputs;
+use squid_design::inputs::design_file::DesignFile;
+use squid_design::progress::{Event, Progress};
+use squid_design::run::run_with;
+use squid_design::uncertain::closed_loop::uncertain_loop;
+use squid_design::uncertain::frozen::{FrozenUncertain, at_speed};
+use squid_design::uncertain::trim::random_corners;
+use std::error::Error;
+
+/// Speeds at which mu is shown.
+const SPEEDS: usize = 6;
+
+/// Corners of the box from which the search for what no controller gets below begins, and steps towards each.
+const CORNERS: usize = 4;
+const STEPS: usize = 4;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [vehicle, weights, rest @ ..] = arguments.as_slice() else {
+        return Err("usage: judge VEHICLE WEIGHTS.toml [robust]".into());
+    };
+    let mut inputs = Inputs::read(vehicle.as_ref(), "design")?;
+    let weights = DesignFile::parse(&std::fs::read_to_string(weights)?, weights, weights)?;
+    let judged = inputs.design.judged_by(&weights)?;
+    let finished = run_with(&inputs, &Progress::default(), rest == ["robust"])?;
+    let k = &finished.design.controller;
+    inputs.design = judged;
+    println!(
+        "| speed, m/s | mu, robust stability | mu, robust performance | gain at no uncertainty |\n|---|---|---|---|"
+    );
+    for speed in inputs.design.spread(SPEEDS) {
+        println!("{}", at(&inputs, k, speed)?);
+    }
+    let plant = augment(&inputs.vehicle.actuators, &inputs.design, finished.model.linear())?;
+    let gains = inputs.design.spread(SPEEDS).into_iter().map(|speed| {
+        let frozen = plant.frozen(&[rho(&inputs, speed)])?.close(&frozen_controller(k, rho(&inputs, speed))?);
+        Ok::<_, Box<dyn Error>>(frozen.frozen(&[])?.hinf_norm().value)
+    });
+    let nominal = gains.collect::<Result<Vec<f64>, _>>()?.into_iter().fold(0.0, f64::max);
+    println!("\nlargest frozen gain of the fit: {nominal:.4}");
+    let show = |event: Event| {
+        if let Event::Done { figures, .. } = event {
+            println!("{figures}");
+        }
+    };
+    constant(&inputs, &finished.model, k, nominal, &Progress::new(&show))?;
+    Ok(())
+}
+
+fn rho(inputs: &Inputs, speed: f64) -> f64 {
+    let (centre, half_range) = inputs.design.scheduling();
+    (speed - centre) / half_range
+}
+
+/// A row of the table: bounds guaranteed at every frequency, and what was found to be reached.
+fn at(inputs: &Inputs, k: &Controller, speed: f64) -> Result<String, Box<dyn Error>> {
+    let frozen = at_speed(inputs.declared(), &inputs.design, speed)?;
+    let rho = rho(inputs, speed);
+    let closed = uncertain_loop(&inputs.vehicle.actuators, &inputs.design, &frozen, k, rho, None)?;
+    let blocks = closed.blocks.iter().map(|(_, repetitions)| Block::Real(*repetitions)).collect();
+    let whole = Perturbable { system: closed.system, structure: Structure::new(blocks)?, size: 1.0 };
+    let stability = bound_over_frequency(&whole.stability(), &whole.structure, None)?.upper;
+    let system = whole.system.without_idle_states();
+    let performance = mu_over_frequency(&system, &whole.with_performance()?)?;
+    let reached = performance.lower.map_or(0.0, |lower| lower.value);
+    let (k, w) = (whole.structure.cols(), whole.structure.rows());
+    let nominal = lpv::state_space::StateSpace {
+        a: system.a.clone(),
+        b: system.b.columns(w, system.b.ncols() - w).into_owned(),
+        c: system.c.rows(k, system.c.nrows() - k).into_owned(),
+        d: system.d.view((k, w), (system.d.nrows() - k, system.d.ncols() - w)).into_owned(),
+    };
+    Ok(format!(
+        "| {speed:.2} | {stability:.3} | {:.3} at {:.2} rad/s (at least {reached:.3}) | {:.3} | {:.3} |",
+        performance.upper.upper,
+        performance.upper.frequency,
+        least_possible(inputs, &frozen),
+        nominal.hinf_norm().value
+    ))
+}
+
+/// A lower limit of mu for robust performance with any controller for one speed, computed.
+fn least_possible(inputs: &Inputs, frozen: &FrozenUncertain) -> f64 {
+    let actuators = &inputs.vehicle.actuators;
+    let gain = |delta: &[f64]| -> Option<f64> {
+        let ab = Lft::constant(frozen.model.evaluate(0.0, delta).ok()?);
+        let linear = LinearModel { ab, ..LinearModel::at(&frozen.nominal, actuators) };
+        let plant = augment(actuators, &inputs.design, linear).ok()?;
+        Some(least_gamma(&plant, ScalingClass::SymmetricAndSkew).ok()?.1.lower_estimate())
+    };
+    let at = |corner: &[f64], level: f64| gain(&corner.iter().map(|d| d / level).collect::<Vec<_>>());
+    let n = frozen.model.blocks.len();
+    let mut least = gain(&vec![0.0; n]).unwrap_or(0.0);
+    let mut try_corner = |corner: &[f64]| {
+        let begun = least;
+        for _ in 0..STEPS {
+            let Some(found) = at(corner, least).filter(|found| *found > least) else { break };
+            // Smaller perturbations leave a smaller gain: the limit is between the two.
+            let middle = 0.5 * (least + found);
+            least = if at(corner, middle).is_some_and(|found| found >= middle) { middle } else { break };
+        }
+        least > begun
+    };
+    let mut best = vec![1.0; n];
+    for corner in random_corners(n, CORNERS, 5) {
+        if try_corner(&corner) {
+            best = corner;
+        }
+    }
+    for i in 0..n {
+        best[i] = -best[i];
+        if !try_corner(&best) {
+            best[i] = -best[i];
+        }
+    }
+    least
+}

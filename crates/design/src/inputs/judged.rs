@@ -1,0 +1,62 @@
+//! A design in the weights of another.
+
+use crate::error::InputError;
+use crate::inputs::design_file::DesignFile;
+use lpv::tracking::RisingWeight;
+
+impl DesignFile {
+    /// The same loop in the weights of a design whose controller measures the tracking errors alone: the W_e, W_u and
+    /// disturbance of that one. The errors are those of the references themselves, whatever models the outputs follow;
+    /// references count alike at all frequencies, and there is no noise.
+    ///
+    /// # Errors
+    /// [`InputError::Weights`] where the other design measures more, or tracks other outputs or in other scales.
+    pub fn judged_by(&self, other: &Self) -> Result<Self, InputError> {
+        let wrong = |why| InputError::Weights { design: self.name.clone(), weights: other.name.clone(), why };
+        if !other.measured.is_empty() {
+            return Err(wrong("it has [[measure]]: noise and models belong to its own controller"));
+        }
+        let outputs = |d: &Self| d.tracked.iter().map(|t| (t.place, t.scale)).collect::<Vec<_>>();
+        if outputs(self) != outputs(other) {
+            return Err(wrong(
+                "it does not have the same [[track]]: the outputs, their order and scales must agree",
+            ));
+        }
+        let mut judged = self.with_even_references();
+        judged.judged = true;
+        judged.tracked.iter_mut().zip(&other.tracked).for_each(|(own, given)| own.weight = given.weight);
+        judged.measured.iter_mut().for_each(|m| m.noise = RisingWeight::constant(0.0));
+        (judged.control_weight, judged.disturbance) = (other.control_weight, other.disturbance);
+        Ok(judged)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn design(path: &str) -> DesignFile {
+        let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join(path);
+        DesignFile::parse(&std::fs::read_to_string(&path).unwrap(), path.to_str().unwrap(), "other").unwrap()
+    }
+
+    #[test]
+    fn a_design_is_judged_in_the_weights_of_one_that_measures_errors_alone() {
+        let own = design("vehicles/squid/design.toml");
+        let former = design("tests/designs/errors_alone.toml");
+        let judged = own.judged_by(&former).unwrap();
+        for (t, given) in judged.tracked.iter().zip(&former.tracked) {
+            assert_eq!((t.weight, t.references.follow), (given.weight, 1.0));
+        }
+        assert_eq!((judged.control_weight, judged.disturbance), (former.control_weight, former.disturbance));
+        assert!(judged.judged && judged.measured.iter().all(|m| m.noise.high == 0.0));
+        // The loop is its own: filter, measurements, lags.
+        assert_eq!((judged.reference_filter(), judged.lags), (own.reference_filter(), own.lags));
+
+        let refused = |other: &DesignFile| own.judged_by(other).unwrap_err().to_string();
+        assert!(refused(&own).contains("it has [[measure]]"), "{}", refused(&own));
+        let remus = design("tests/designs/remus100_errors_alone.toml");
+        assert!(refused(&remus).contains("the same [[track]]"), "{}", refused(&remus));
+    }
+}
