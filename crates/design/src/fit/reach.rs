@@ -90,3 +90,49 @@ fn concerned(a: &Mat, b: &Mat, mode: Complex<f64>) -> usize {
     let least = svd.singular_values.imin();
     svd.u.map_or(0, |u| u.column(least).map(|entry| entry.norm()).imax())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::inputs::Inputs;
+    use std::path::Path;
+
+    fn squid() -> (Inputs, Model) {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid");
+        let inputs = Inputs::read(&folder, "design").unwrap();
+        let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
+        (inputs, model)
+    }
+
+    /// The words for a model whose linearisation at the fourth speed is changed.
+    fn told((inputs, model): &(Inputs, Model), change: impl Fn(&mut Linearisation)) -> String {
+        let mut model = model.clone();
+        change(&mut model.grid[3].1);
+        check(&inputs.vehicle.actuators, &inputs.design, &model).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn the_motion_that_nothing_acts_on_is_named_with_its_speed() {
+        let squid = squid();
+        assert!(check(&squid.0.vehicle.actuators, &squid.0.design, &squid.1).is_ok());
+        let speed = squid.1.grid[3].1.trim.speed;
+        for (state, words) in WORDS.iter().enumerate() {
+            let found = told(&squid, |l| {
+                l.a.row_mut(state).fill(0.0);
+                l.b.row_mut(state).fill(0.0);
+            });
+            let expected = ModelError::NotReached { speed, motion: words.name, acts: words.acts }.to_string();
+            assert_eq!(found, expected);
+        }
+    }
+
+    /// Of the measured pitch, speed and pitch rate none shows a heave that stays and moves nothing else.
+    #[test]
+    fn the_motion_that_no_measurement_shows_is_named_with_its_speed() {
+        let squid = squid();
+        let found = told(&squid, |l| l.a.column_mut(1).fill(0.0));
+        let (speed, Words { name, shows, .. }) = (squid.1.grid[3].1.trim.speed, &WORDS[1]);
+        assert_eq!(found, ModelError::NotSeen { speed, motion: name, shows }.to_string());
+        assert_eq!(signals::STATES.map(|state| state.symbol), ["u", "w", "q", "theta"], "as in WORDS");
+    }
+}

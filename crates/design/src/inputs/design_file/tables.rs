@@ -541,6 +541,48 @@ mod tests {
     }
 
     #[test]
+    fn the_pitch_of_a_trim_is_a_word_or_an_angle() {
+        let with = |lines: &str| squid().replacen("[control]", &format!("[trim]\n{lines}\n[control]"), 1);
+        let read = |lines: &str| DesignFile::parse(&with(lines), "design.toml", "design");
+        let line = squid().split_once("[control]").unwrap().0.matches('\n').count() + 2;
+        for (lines, pitch) in [
+            ("pitch = \"level\"", Pitch::Held(0.0)),
+            ("pitch = \"free\"", Pitch::Free),
+            ("pitch = { angle = -60.0, unit = \"deg\" }", Pitch::Held(-60f64.to_radians())),
+            ("pitch = { angle = 0.5, unit = \"rad\" }", Pitch::Held(0.5)),
+        ] {
+            assert_eq!(read(lines).unwrap().pitch_asked, Some(pitch), "{lines}");
+        }
+        for (lines, words) in [
+            (
+                "pitch = \"lvel\"",
+                "'trim.pitch' is \"lvel\" (did you mean \"level\"?); it must be \"level\" or \"free\"",
+            ),
+            ("pitch = 3.0", "'trim.pitch' is the number 3.0; it must be \"level\" or \"free\""),
+            (
+                "pitch = { angle = 61.0, unit = \"deg\" }",
+                "'trim.pitch.angle' is 61; it must be at most 60 deg in size",
+            ),
+            (
+                "pitch = { angle = -1.1, unit = \"rad\" }",
+                "'trim.pitch.angle' is -1.1; it must be at most 60 deg in size",
+            ),
+            ("pitch = { angle = 2.0, unit = \"m\" }", "'trim.pitch.unit' is \"m\"; it must be"),
+            ("pitch = { angle = 2.0 }", "missing key 'trim.pitch.unit'"),
+            ("pitch = { unit = \"deg\" }", "missing key 'trim.pitch.angle'"),
+            ("pitch = { angle = 2.0, unit = \"deg\", x = 1 }", "unknown key 'trim.pitch.x'"),
+        ] {
+            let told = read(lines).unwrap_err().to_string();
+            assert!(told.starts_with(&format!("design.toml:{line}: {words}")), "{told}");
+        }
+        let told = read("angle = 2.0").unwrap_err().to_string();
+        assert!(
+            told.contains("missing key 'trim.pitch'") && told.contains("unknown key 'trim.angle'"),
+            "{told}"
+        );
+    }
+
+    #[test]
     fn a_manoeuvre_stays_within_the_design() {
         for (old, new, words) in [
             (
