@@ -162,8 +162,13 @@ impl LowRank {
     pub(crate) fn norms(&self, unknowns: usize) -> Vec<f64> {
         let gram = self.projected(&Mat::identity(self.size(), self.size()));
         let mut out = vec![0.0; unknowns];
+        let mut products = Products::default();
         for (unknown, pairs) in self.each() {
-            let square: f64 = pairs.iter().map(|p| p.coefficient * gram.products(&gram, p).over(pairs)).sum();
+            let mut square = 0.0;
+            for p in pairs {
+                products.set(&gram, &gram, p);
+                square += p.coefficient * products.over(pairs);
+            }
             out[unknown] = (self.times() * square).max(0.0).sqrt();
         }
         out
@@ -223,15 +228,17 @@ impl LowRank {
 
     /// Adds `tr(F_i M F_j N)` to the lower triangle of `out` for each i, j; `m` and `n` are of M and N.
     pub(crate) fn add_schur_complement(&self, m: &Projected, n: &Projected, out: &mut Mat) {
+        let mut products = Products::default();
         for (place, (j, outer)) in self.each().enumerate() {
             let target = out.column_mut(j);
             let target = target.data.into_slice_mut();
             for p in outer {
                 let factor = self.times() * p.coefficient;
-                let products = m.products(n, p);
-                for i in place..self.unknowns.len() {
-                    let inner = &self.pairs[self.starts[i] as usize..self.starts[i + 1] as usize];
-                    target[self.unknowns[i] as usize] += factor * products.over(inner);
+                products.set(m, n, p);
+                let starts = self.starts[place..].windows(2);
+                for (unknown, range) in self.unknowns[place..].iter().zip(starts) {
+                    let inner = &self.pairs[range[0] as usize..range[1] as usize];
+                    target[*unknown as usize] += factor * products.over(inner);
                 }
             }
         }
@@ -239,35 +246,36 @@ impl LowRank {
 }
 
 /// What `tr(G M F N)` needs of `W'MW` and `W'NW` for the G of a pair `(a, b)`, and, for a Hermitian matrix, of
-/// `(JW)'MW` and `(JW)'NW`: of each column of W the entries `[m_a, m_b, n_a, n_b]`, and in reverse.
+/// `(JW)'MW` and `(JW)'NW`: of each column of W the entries `[m_a, m_b, n_a, n_b]`.
+#[derive(Default)]
 struct Products {
-    each: Vec<([f64; 4], [f64; 4])>,
-    turned: Vec<([f64; 4], [f64; 4])>,
-}
-
-impl Projected {
-    fn products(&self, n: &Self, p: &Pair) -> Products {
-        let (a, b) = (p.a as usize, p.b as usize);
-        let columns = |m: &Mat, n: &Mat| -> Vec<([f64; 4], [f64; 4])> {
-            let rows = (0..m.nrows()).map(|i| [m[(i, a)], m[(i, b)], n[(i, a)], n[(i, b)]]);
-            rows.map(|[ma, mb, na, nb]| ([ma, mb, na, nb], [nb, na, mb, ma])).collect()
-        };
-        let turned = self.turned.as_ref().zip(n.turned.as_ref());
-        Products {
-            each: columns(&self.plain, &n.plain),
-            turned: turned.map_or_else(Vec::new, |(m, n)| columns(m, n)),
-        }
-    }
+    each: Vec<[f64; 4]>,
+    turned: Vec<[f64; 4]>,
 }
 
 impl Products {
+    /// Those of another pair.
+    fn set(&mut self, m: &Projected, n: &Projected, p: &Pair) {
+        let gather = |to: &mut Vec<[f64; 4]>, m: &Mat, n: &Mat| {
+            let (a, b) = (p.a as usize, p.b as usize);
+            let of_m = m.column(a).data.into_slice().iter().zip(m.column(b).data.into_slice());
+            let of_n = n.column(a).data.into_slice().iter().zip(n.column(b).data.into_slice());
+            to.clear();
+            to.extend(of_m.zip(of_n).map(|((ma, mb), (na, nb))| [*ma, *mb, *na, *nb]));
+        };
+        gather(&mut self.each, &m.plain, &n.plain);
+        if let Some((m, n)) = m.turned.as_ref().zip(n.turned.as_ref()) {
+            gather(&mut self.turned, m, n);
+        }
+    }
+
     /// `tr(G M F N)` with the G of the pair itself and the F of other pairs.
     fn over(&self, pairs: &[Pair]) -> f64 {
         let mut sum = [0.0; 4];
         for s in pairs {
             let (a, b) = (s.a as usize, s.b as usize);
-            let mut add = |(front, _): &([f64; 4], [f64; 4]), (_, back): &([f64; 4], [f64; 4])| {
-                (0..4).for_each(|k| sum[k] += s.coefficient * front[k] * back[k]);
+            let mut add = |front: &[f64; 4], back: &[f64; 4]| {
+                (0..4).for_each(|k| sum[k] += s.coefficient * front[k] * back[3 - k]);
             };
             add(&self.each[a], &self.each[b]);
             if !self.turned.is_empty() {
