@@ -26,6 +26,7 @@ mod scaling;
 pub mod structure;
 pub mod sweep;
 pub mod upper;
+mod wide;
 pub mod worst_case;
 pub mod worst_perturbation;
 

@@ -1,4 +1,4 @@
-//! A matrix in units of its blocks in which no block is much larger than those that it meets: from there the search
+//! Matrices in units of their blocks in which no block is much larger than those that it meets: from there the search
 //! for scalings begins.
 
 use super::CMat;
@@ -12,17 +12,18 @@ const LEAST_SQUARE: f64 = 1e-24;
 ///
 /// E. E. Osborne, J. ACM 7(4), 1960; as a bound on mu M. G. Safonov, IEE Proc. D 129(6), 1982.
 pub(super) struct Balance {
-    pub(super) matrix: CMat,
+    pub(super) matrices: Vec<CMat>,
     pub(super) tw: Vec<f64>,
     pub(super) tz: Vec<f64>,
 }
 
 impl Balance {
-    pub(super) fn new(m: &CMat, structure: &Structure) -> Self {
+    pub(super) fn new(all: &[CMat], structure: &Structure) -> Self {
         let places = structure.places();
         let size = |i: usize, j: usize| {
             let (rows, cols) = (&places[i].2, &places[j].1);
-            m.view((rows.start, cols.start), (rows.len(), cols.len())).norm_squared()
+            let part = |m: &CMat| m.view((rows.start, cols.start), (rows.len(), cols.len())).norm_squared();
+            all.iter().map(part).sum::<f64>()
         };
         let n = places.len();
         let squares = DMatrix::from_fn(n, n, size);
@@ -45,7 +46,7 @@ impl Balance {
             tw[w.clone()].fill(*t);
             tz[z.clone()].fill(*t);
         }
-        let matrix = CMat::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] * (tz[i] / tw[j]));
-        Self { matrix, tw, tz }
+        let own = |m: &CMat| CMat::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] * (tz[i] / tw[j]));
+        Self { matrices: all.iter().map(own).collect(), tw, tz }
     }
 }

@@ -12,7 +12,8 @@ use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn};
 
 /// A point, and lambda for which `Phi(lambda) > 0` there.
 pub(super) struct Centre {
-    m: CMat,
+    /// The matrices for all of which the scalings are to hold.
+    all: Vec<CMat>,
     pub(super) family: Family,
     pub(super) p: Vec<f64>,
     lambda: f64,
@@ -58,15 +59,21 @@ const BASE_RANGE: f64 = 30.0;
 
 type Factor = Cholesky<Complex<f64>, Dyn>;
 
+/// `Phi(lambda) + u D_0` of each matrix and D's blocks, factorised.
+struct Factors {
+    phis: Vec<Factor>,
+    blocks: Vec<Factor>,
+}
+
 impl Centre {
-    /// From a matrix whose largest singular value is one, and scalings that may be good for it.
-    pub(super) fn new(m: CMat, structure: &Structure, from: Option<&DgScalings>) -> Self {
+    /// From matrices whose largest singular value is one, and scalings that may be good for them.
+    pub(super) fn new(all: Vec<CMat>, structure: &Structure, from: Option<&DgScalings>) -> Self {
         let family = Family::new(structure);
-        let nw = m.ncols();
+        let nw = structure.rows();
         let p = family.identity();
         let base = CMat::identity(nw, nw);
         let (near, known) = (COLD_START, None);
-        let mut cold = Self { m, family, p, lambda: 1.1, shift: 0.0, base, near, known, start: vec![] };
+        let mut cold = Self { all, family, p, lambda: 1.1, shift: 0.0, base, near, known, start: vec![] };
         let Some(from) = from else { return cold };
         let identity = std::mem::replace(&mut cold.p, cold.family.point(from));
         cold.known = cold.border();
@@ -87,7 +94,8 @@ impl Centre {
         let mut best = (first.unwrap_or(f64::INFINITY), f64::INFINITY);
         self.lambda = 1.1 * best.0;
         let mut kept = self.p.clone();
-        let mut weight = self.m.ncols() as f64 / (self.near * self.lambda);
+        let size = (self.base.nrows() * self.all.len()) as f64;
+        let mut weight = size / (self.near * self.lambda);
         for _ in 0..60 {
             if best.0 < target {
                 (self.lambda, self.shift) = (target, 0.0);
@@ -104,7 +112,7 @@ impl Centre {
             if border <= best.0 {
                 (best.0, kept) = (border, self.p.clone());
             }
-            if self.start.is_empty() || self.m.ncols() as f64 / weight >= WARM_START * border {
+            if self.start.is_empty() || size / weight >= WARM_START * border {
                 self.start.clone_from(&self.p);
             }
             // Where the shift is gone lambda is smaller by about as much.
@@ -112,7 +120,7 @@ impl Centre {
             self.lambda = (self.lambda + self.shift).max(border + 1e-2 * (self.lambda - border).abs());
             self.shift = 0.0;
             self.base = self.family.values(&self.p).dw;
-            let near = self.m.ncols() as f64 / weight;
+            let near = size / weight;
             // D has moved on from D_0 when lambda moves by more than the weight explains: then once more with this
             // weight.
             let settled = moved <= BASE_RANGE * near;
@@ -135,35 +143,23 @@ impl Centre {
     fn border(&self) -> Option<f64> {
         let s = self.family.values(&self.p);
         let root = cholesky(s.dw.clone())?.unpack();
-        let half = root.solve_lower_triangular(&s.left(&self.m))?;
-        let whitened = root.solve_lower_triangular(&half.adjoint())?;
-        let lambda = hermitian_eigenvalues(&whitened).last().copied().filter(|lambda| lambda.is_finite())?;
         let n = root.nrows();
-        let sizes = |m: &CMat| m.map(|v| v.norm());
-        let (m, g) = (sizes(&self.m), sizes(&s.g));
-        let gm = &g * &m;
-        let added = m.transpose() * sizes(&s.dz) * &m + &gm + gm.transpose();
-        let inverse = sizes(&root.solve_lower_triangular(&CMat::identity(n, n))?);
-        let root = sizes(&root);
-        let rounded = added + &root * root.transpose() * lambda.abs();
-        // The norm of a matrix without negative entries is at most its largest row sum, of a symmetric one.
-        let spread = &inverse * rounded * inverse.transpose();
-        let off = spread.row_iter().map(|row| row.sum()).fold(0.0, f64::max);
-        Some(lambda + (n + self.m.nrows()) as f64 * f64::EPSILON * off).filter(|lambda| lambda.is_finite())
+        let inverse = root.solve_lower_triangular(&CMat::identity(n, n))?.map(|v| v.norm());
+        let each = self.all.iter().map(|m| border(m, &s, &root, &inverse));
+        each.collect::<Option<Vec<f64>>>()?.into_iter().reduce(f64::max)
     }
 
-    /// `Phi(lambda) + shift D_0` and D's blocks, factorised; `None` unless all are positive definite.
-    fn factors(&self, p: &[f64], shift: f64) -> Option<(Factor, Vec<Factor>)> {
+    /// `Phi(lambda) + shift D_0` of each matrix and D's blocks, factorised; `None` unless all are positive definite.
+    fn factors(&self, p: &[f64], shift: f64) -> Option<Factors> {
         let s = self.family.values(p);
-        let blocks: Vec<Factor> =
-            self.family.d_blocks(&s).into_iter().map(cholesky).collect::<Option<_>>()?;
-        let phi =
-            &s.dw * Complex::new(self.lambda, 0.0) - s.left(&self.m) + &self.base * Complex::new(shift, 0.0);
-        Some((cholesky(phi)?, blocks))
+        let blocks = self.family.d_blocks(&s).into_iter().map(cholesky).collect::<Option<_>>()?;
+        let own = &s.dw * Complex::new(self.lambda, 0.0) + &self.base * Complex::new(shift, 0.0);
+        let phis = self.all.iter().map(|m| cholesky(&own - s.left(m))).collect::<Option<_>>()?;
+        Some(Factors { phis, blocks })
     }
 
-    /// Newton's method for the least of `weight u - log det (Phi(lambda) + u D_0) - log det D`, with u = 0 when there
-    /// is no weight; whether it arrives.
+    /// Newton's method for the least of `weight u - sum log det (Phi(lambda) + u D_0) - log det D`, with u = 0 when
+    /// there is no weight; whether it arrives.
     fn centre(&mut self, weight: Option<f64>) -> bool {
         self.newton(weight).is_some()
     }
@@ -175,22 +171,17 @@ impl Centre {
         trace.resize(n + free, 0.0);
         let trace = DVector::from_vec(trace);
         let at = self.family.at(self.lambda);
-        // L^-1 W, W = [I, M*].
-        let (adjoint, rows) = (self.m.adjoint(), self.m.ncols());
-        let mut half = CMat::zeros(rows, rows + self.m.nrows());
+        let adjoints: Vec<CMat> = self.all.iter().map(CMat::adjoint).collect();
         let (mut gradient, mut hessian) = (vec![0.0; n + free], DMatrix::zeros(n + free, n + free));
         let mut factors = self.factors(&self.p, self.shift)?;
         let mut ridge = HESSIAN_RAISE.0;
         for _ in 0..MOST_STEPS {
-            let (phi, blocks) = &factors;
-            let inverse = phi.l_dirty().solve_lower_triangular(&CMat::identity(rows, rows))?;
-            half.columns_mut(0, rows).copy_from(&inverse);
-            half.columns_mut(rows, self.m.nrows()).copy_from(&product(&inverse, &adjoint));
-            let inner = product(&half.adjoint(), &half);
-            let inverses: Vec<CMat> = blocks.iter().map(Cholesky::inverse).collect();
-            self.family.derivatives(&at, &inner, &inverses, &mut gradient, &mut hessian);
+            let inners = factors.phis.iter().zip(&adjoints).map(|(phi, adjoint)| inner(phi, adjoint));
+            let inners = inners.collect::<Option<Vec<CMat>>>()?;
+            let inverses: Vec<CMat> = factors.blocks.iter().map(Cholesky::inverse).collect();
+            self.family.derivatives(&at, &inners, &inverses, &mut gradient, &mut hessian);
             if let Some(weight) = weight {
-                self.add_shift(&at, weight, &inner, &mut gradient, &mut hessian);
+                self.add_shift(&at, weight, &inners, &mut gradient, &mut hessian);
             }
             (0..n + free).for_each(|i| hessian[(i, i)] *= 1.0 + ridge);
             let step = step(&hessian, &gradient, &trace);
@@ -213,7 +204,7 @@ impl Centre {
         step: &DVector<f64>,
         gradient: &[f64],
         weight: Option<f64>,
-        factors: &mut (Factor, Vec<Factor>),
+        factors: &mut Factors,
     ) -> Option<f64> {
         let last = self.family.unknowns();
         let weigh = |shift: f64| weight.map_or(0.0, |weight| weight * shift);
@@ -240,25 +231,55 @@ impl Centre {
         &self,
         at: &AtLambda,
         weight: f64,
-        inner: &CMat,
+        inners: &[CMat],
         gradient: &mut [f64],
         hessian: &mut DMatrix<f64>,
     ) {
         let n = self.family.unknowns();
-        let d = &self.base;
-        let rows = d.nrows();
-        // N = Phi^-1 D Phi^-1, seen by W*: of W* N W the entries that the products ask for.
-        let inverse = inner.rows(0, rows).into_owned();
-        let right = product(d, &inverse);
-        let product_at = |y: usize, x: usize| right.column(y).dotc(&inverse.column(x));
-        let own = right.columns(0, rows);
-        gradient[n] = weight - own.trace().re;
-        hessian[(n, n)] = own.iter().zip(own.transpose().iter()).map(|(a, b)| (a * b).re).sum();
-        for (i, value) in at.along(product_at).enumerate() {
-            hessian[(i, n)] = value;
-            hessian[(n, i)] = value;
+        gradient[n] = weight;
+        (0..=n).for_each(|i| hessian[(i, n)] = 0.0);
+        for inner in inners {
+            // N = Phi^-1 D Phi^-1, seen by W*: of W* N W the entries that the products ask for.
+            let rows = self.base.nrows();
+            let inverse = inner.rows(0, rows).into_owned();
+            let right = product(&self.base, &inverse);
+            let product_at = |y: usize, x: usize| right.column(y).dotc(&inverse.column(x));
+            let own = right.columns(0, rows);
+            gradient[n] -= own.trace().re;
+            hessian[(n, n)] += own.iter().zip(own.transpose().iter()).map(|(a, b)| (a * b).re).sum::<f64>();
+            at.along(product_at).enumerate().for_each(|(i, value)| hessian[(i, n)] += value);
         }
+        (0..n).for_each(|i| hessian[(n, i)] = hessian[(i, n)]);
     }
+}
+
+/// `W* Phi^-1 W`, W = [I, M*], from the factor of Phi and M*.
+fn inner(phi: &Factor, adjoint: &CMat) -> Option<CMat> {
+    let (rows, cols) = adjoint.shape();
+    // L^-1 W.
+    let mut half = CMat::zeros(rows, rows + cols);
+    let inverse = phi.l_dirty().solve_lower_triangular(&CMat::identity(rows, rows))?;
+    half.columns_mut(0, rows).copy_from(&inverse);
+    half.columns_mut(rows, cols).copy_from(&product(&inverse, adjoint));
+    Some(product(&half.adjoint(), &half))
+}
+
+/// The least lambda with `Phi(lambda) >= 0` for a matrix, with the Cholesky factor of D and the sizes of the inverse
+/// of that; and above it by what rounding may have done.
+fn border(m: &CMat, s: &DgScalings, root: &CMat, inverse: &DMatrix<f64>) -> Option<f64> {
+    let half = root.solve_lower_triangular(&s.left(m))?;
+    let whitened = root.solve_lower_triangular(&half.adjoint())?;
+    let lambda = hermitian_eigenvalues(&whitened).last().copied().filter(|lambda| lambda.is_finite())?;
+    let sizes = |m: &CMat| m.map(|v| v.norm());
+    let (m, g, root) = (sizes(m), sizes(&s.g), sizes(root));
+    let gm = &g * &m;
+    let added = m.transpose() * sizes(&s.dz) * &m + &gm + gm.transpose();
+    let rounded = added + &root * root.transpose() * lambda.abs();
+    // The norm of a matrix without negative entries is at most its largest row sum, of a symmetric one.
+    let spread = inverse * rounded * inverse.transpose();
+    let off = spread.row_iter().map(|row| row.sum()).fold(0.0, f64::max);
+    let terms = (m.nrows() + m.ncols()) as f64;
+    Some(lambda + terms * f64::EPSILON * off).filter(|lambda| lambda.is_finite())
 }
 
 /// Newton's step, with the trace of D as it is.
@@ -276,8 +297,8 @@ fn cholesky(m: CMat) -> Option<Factor> {
     sound.then_some(factor)
 }
 
-/// `-log det Phi - log det D`.
-fn barrier((phi, blocks): &(Factor, Vec<Factor>)) -> f64 {
+/// `-sum log det Phi - log det D`.
+fn barrier(Factors { phis, blocks }: &Factors) -> f64 {
     let half = |f: &Factor| f.l_dirty().diagonal().iter().map(|v| v.re.ln()).sum::<f64>();
-    -2.0 * (half(phi) + blocks.iter().map(half).sum::<f64>())
+    -2.0 * phis.iter().chain(blocks).map(half).sum::<f64>()
 }

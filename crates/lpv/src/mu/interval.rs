@@ -25,6 +25,15 @@ pub struct Interval {
     pub to: f64,
 }
 
+/// An interval this short, relative to a frequency, is short.
+const SHORT_RATIO: f64 = 0.2;
+
+impl Interval {
+    pub(super) fn is_short(&self, omega: f64) -> bool {
+        self.to - self.from < SHORT_RATIO * omega
+    }
+}
+
 /// An eigenvalue whose real part is this small, relative to the Hamiltonian, counts as imaginary: that can only make
 /// intervals shorter.
 const AXIS_TOLERANCE: f64 = 1e-7;
@@ -81,6 +90,67 @@ pub fn good_interval(system: &StateSpace, scalings: &DgScalings, level: f64, ome
     }
     Some(Interval { from: from.max(0.0), to })
 }
+
+/// A frequency inside a gap.
+pub(super) fn middle(from: f64, to: f64) -> f64 {
+    if from == 0.0 && to.is_infinite() {
+        1.0
+    } else if to.is_infinite() {
+        // Another look at infinity was taken already: go there in steps.
+        10.0 * from
+    } else if from > 0.0 && to > 4.0 * from {
+        (from * to).sqrt()
+    } else {
+        0.5 * (from + to)
+    }
+}
+
+/// Intervals that are covered, ascending.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Covered(Vec<Interval>);
+
+impl Covered {
+    /// Adds the interval round a frequency; whether it is one.
+    pub(super) fn add(&mut self, omega: f64, interval: Interval) -> bool {
+        if omega.is_finite() && interval.to - interval.from < LEAST_INTERVAL * omega {
+            return false;
+        }
+        self.0.push(interval);
+        self.0.sort_by(|a, b| a.from.total_cmp(&b.from));
+        true
+    }
+
+    /// How many there are.
+    pub(super) fn count(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Whether a frequency is covered; no interval covers infinity itself.
+    pub(super) fn holds(&self, omega: f64) -> bool {
+        omega.is_finite() && self.0.iter().any(|i| i.from <= omega && omega < i.to)
+    }
+
+    /// The gap round a frequency that is not covered.
+    pub(super) fn around(&self, omega: f64) -> (f64, f64) {
+        let below = self.0.iter().map(|i| i.to).filter(|to| *to <= omega).fold(0.0, f64::max);
+        (below, self.0.iter().map(|i| i.from).filter(|from| *from > omega).fold(f64::INFINITY, f64::min))
+    }
+
+    /// The lowest gap.
+    pub(super) fn gap(&self) -> Option<(f64, f64)> {
+        let mut reached = 0.0;
+        for interval in &self.0 {
+            if interval.from > reached {
+                return Some((reached, interval.from));
+            }
+            reached = interval.to.max(reached);
+        }
+        (reached < f64::INFINITY).then_some((reached, f64::INFINITY))
+    }
+}
+
+/// An interval shorter than this, relative to its frequency, is none.
+const LEAST_INTERVAL: f64 = 1e-12;
 
 /// The system in the variable p.
 struct AtFrequency {

@@ -100,8 +100,8 @@ impl AtLambda {
             .map(move |i| self.products(i - 1).iter().map(|p| (p.weight * product(p.y, p.x)).re).sum())
     }
 
-    /// `tr(F_i K F_j K)` for every j from i on, K Hermitian and given by its columns of n entries; `sums` is room for
-    /// as many as there are products.
+    /// Adds `tr(F_i K F_j K)` for every j from i on, K Hermitian and given by its columns of n entries; `sums` is room
+    /// for as many as there are products.
     fn curvatures(&self, i: usize, k: &[Complex<f64>], n: usize, sums: &mut [Complex<f64>], out: &mut [f64]) {
         let first = self.starts[i];
         let others = &self.products[first..];
@@ -117,7 +117,8 @@ impl AtLambda {
         }
         for (j, out) in out.iter_mut().enumerate().skip(i) {
             let own = self.starts[j] - first..self.starts[j + 1] - first;
-            *out = others[own.clone()].iter().zip(&sums[own]).map(|(q, sum)| (q.weight * sum).re).sum();
+            *out +=
+                others[own.clone()].iter().zip(&sums[own]).map(|(q, sum)| (q.weight * sum).re).sum::<f64>();
         }
     }
 
@@ -233,14 +234,14 @@ impl Family {
         at
     }
 
-    /// Gradient and Hessian of `-log det Phi(lambda) - log det D`, with `inner = W* Phi^-1 W` and the inverses of D's
-    /// blocks.
+    /// Gradient and Hessian of `-sum log det Phi(lambda) - log det D`, with `W* Phi^-1 W` of each matrix and the
+    /// inverses of D's blocks.
     ///
     /// Unknowns of G that change nothing, because they meet zeros of M, are held: one on the diagonal, zero beside it.
     pub(super) fn derivatives(
         &self,
         at: &AtLambda,
-        inner: &CMat,
+        inners: &[CMat],
         d_inverses: &[CMat],
         gradient: &mut [f64],
         hessian: &mut nalgebra::DMatrix<f64>,
@@ -249,11 +250,16 @@ impl Family {
         let (mut row, mut sums) = (vec![0.0; count], vec![Complex::new(0.0, 0.0); at.products.len()]);
         let mut idle = vec![];
         for (i, one) in self.unknowns.iter().enumerate() {
-            at.curvatures(i, inner.as_slice(), inner.nrows(), &mut sums, &mut row);
-            if one.is_g && row[i] <= CANCELLED * at.curvature_terms(i, inner) {
+            row.fill(0.0);
+            for inner in inners {
+                at.curvatures(i, inner.as_slice(), inner.nrows(), &mut sums, &mut row);
+            }
+            let terms = || inners.iter().map(|inner| at.curvature_terms(i, inner)).sum::<f64>();
+            if one.is_g && row[i] <= CANCELLED * terms() {
                 idle.push(i);
             }
-            let mut slope = -at.products(i).iter().map(|p| (p.weight * inner[(p.y, p.x)]).re).sum::<f64>();
+            let each = inners.iter().flat_map(|inner| at.products(i).iter().map(move |p| (p, inner)));
+            let mut slope = -each.map(|(p, inner)| (p.weight * inner[(p.y, p.x)]).re).sum::<f64>();
             if !one.is_g {
                 let d = &d_inverses[one.block];
                 slope -= one.entries.iter().map(|&(a, b, v)| (v * d[(b, a)]).re).sum::<f64>();

@@ -70,35 +70,49 @@ fn unscaled(structure: &Structure, norm: f64) -> UpperBound {
 /// Bounds mu of M as it is asked.
 ///
 /// # Errors
-/// [`StructureError`] when M does not fit the structure.
+/// As [`common_bound`].
 pub fn upper_bound_with(
     m: &CMat,
     structure: &Structure,
     asked: UpperBoundOptions,
 ) -> Result<UpperBound, StructureError> {
-    structure.check(m)?;
-    Ok(found(m, structure, asked))
+    common_bound(std::slice::from_ref(m), structure, asked)
+}
+
+/// Bounds mu of several matrices by the same scalings.
+///
+/// # Errors
+/// [`StructureError`] when one does not fit the structure.
+pub fn common_bound(
+    all: &[CMat],
+    structure: &Structure,
+    asked: UpperBoundOptions,
+) -> Result<UpperBound, StructureError> {
+    all.iter().try_for_each(|m| structure.check(m))?;
+    Ok(found(all, structure, asked))
 }
 
 fn found(
-    m: &CMat,
+    all: &[CMat],
     structure: &Structure,
     UpperBoundOptions { level, tight, from }: UpperBoundOptions,
 ) -> UpperBound {
-    let entry = m.iter().map(|v| v.re.abs().max(v.im.abs())).fold(0.0, f64::max);
+    let entry = all.iter().flatten().map(|v| v.re.abs().max(v.im.abs())).fold(0.0, f64::max);
     if entry == 0.0 {
         return unscaled(structure, 0.0);
     }
     // Entries of about one, so that squares neither vanish nor overflow.
-    let unit = m.unscale(entry);
-    let balance = Balance::new(&unit, structure);
-    let largest = complex_singular_values(&balance.matrix).first().copied().unwrap_or(f64::NAN);
+    let units: Vec<CMat> = all.iter().map(|m| m.unscale(entry)).collect();
+    let balance = Balance::new(&units, structure);
+    let norm = |m: &CMat| complex_singular_values(m).first().copied().unwrap_or(f64::NAN);
+    let largest = balance.matrices.iter().map(norm).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a });
     let size = entry * largest;
     let from = from.map(|known| known.redone(&balance.tw, &balance.tz, size));
-    let mut centre = Centre::new(balance.matrix.unscale(largest), structure, from.as_ref());
+    let scaled = balance.matrices.iter().map(|m| m.unscale(largest)).collect();
+    let mut centre = Centre::new(scaled, structure, from.as_ref());
     let (lambda, gap) = centre.least((level / size).powi(2), tight);
     if !lambda.is_finite() {
-        return unscaled(structure, entry * unit.norm());
+        return unscaled(structure, entry * units.iter().map(|m| m.norm()).fold(0.0, f64::max));
     }
     let value = size * lambda.max(ZERO_MU * ZERO_MU).sqrt();
     // lambda = beta^2: half of its relative gap is that of beta.
@@ -216,6 +230,22 @@ mod tests {
             let found = upper_bound(&square, &repeated).unwrap().value;
             prop_assert!(found >= radius * (1.0 - 1e-9) && found <= radius + 1e-3 * largest, "{found} {radius}");
             drop(structure);
+        }
+
+        /// Scalings that two matrices have in common show the bound for either, which is no less than the bound of its own.
+        #[test]
+        fn common_scalings_show_both((structure, m) in problem(), part in 0.0..1.0f64) {
+            let other = CMat::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] * Complex::from_polar(1.0 - part, part + j as f64));
+            let both = [m, other];
+            let bound = common_bound(&both, &structure, UpperBoundOptions::default()).unwrap();
+            for m in &both {
+                let own = upper_bound(m, &structure).unwrap().value;
+                prop_assert!(bound.value >= own * (1.0 - 1e-4), "{} {own}", bound.value);
+                if bound.value > 1e-3 * complex_singular_values(m)[0] {
+                    let margin = margin(&bound, bound.value * (1.0 + 1e-6), m);
+                    prop_assert!(margin > -1e-9, "{margin}");
+                }
+            }
         }
 
         /// At a level above the bound scalings are found that hold there.

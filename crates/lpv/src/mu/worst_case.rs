@@ -14,11 +14,12 @@
 //! Control Conference, 2000.
 
 use super::CMat;
-use super::interval::good_interval;
+use super::interval::{Covered, good_interval, middle};
 pub use super::perturbable::Perturbable;
 use super::structure::Structure;
-use super::sweep::{Covered, LEAST_LEVEL, MOST_FRUITLESS, MOST_STEPS, SweepError, middle, response};
+use super::sweep::{LEAST_LEVEL, MOST_FRUITLESS, MOST_STEPS, SweepError, response};
 use super::upper::{DgScalings, UpperBound, UpperBoundOptions, upper_bound_with};
+use super::wide::Wide;
 use super::worst_perturbation::{Perturbed, refined, worst_perturbation};
 use crate::matrix::spectral_abscissa;
 use crate::system::state_space::StateSpace;
@@ -133,6 +134,7 @@ struct GainSweep<'a> {
     system: StateSpace,
     peak: f64,
     covered: Covered,
+    wide: Wide,
     /// Where scalings were sought, and where to begin near by.
     starts: Vec<(f64, DgScalings)>,
 }
@@ -143,7 +145,8 @@ impl<'a> GainSweep<'a> {
         structure.check(&loop_.system.d.map(Complex::from)).map_err(SweepError::from)?;
         let gain = known.max(LEAST_LEVEL) * (1.0 + GAIN_RAISE);
         let system = loop_.scaled(gain);
-        Ok(Self { loop_, structure, gain, system, peak, covered: Covered::default(), starts: vec![] })
+        let (covered, wide) = (Covered::default(), Wide::new(&system));
+        Ok(Self { loop_, structure, gain, system, peak, covered, wide, starts: vec![] })
     }
 
     /// The worst frequency first, so that the gain is about right from the beginning.
@@ -161,16 +164,22 @@ impl<'a> GainSweep<'a> {
         }
         let Some(m) = response(&self.system, omega) else { return Ok(false) };
         let nearest = self.starts.iter().min_by(|a, b| (a.0 - omega).abs().total_cmp(&(b.0 - omega).abs()));
-        let from = nearest.map(|(_, start)| start);
-        let mut bound = self.shown(&m, from)?;
+        let from = nearest.map(|(_, start)| start.clone());
+        if self.wide.is_first(omega) && self.widened(omega, from.as_ref())? {
+            return Ok(true);
+        }
+        let mut bound = self.shown(&m, from.as_ref())?;
         if bound.value >= 1.0 {
             let start = self.raise(&m, omega, bound)?;
             let Some(m) = response(&self.system, omega) else { return Ok(false) };
             bound = self.shown(&m, Some(&start))?;
         }
-        self.starts.push((omega, bound.start));
+        self.starts.push((omega, bound.start.clone()));
         match good_interval(&self.system, &bound.scalings, 1.0, omega) {
             Some(interval) => {
+                if self.wide.is_next(omega, interval) && self.widened(omega, Some(&bound.start))? {
+                    return Ok(true);
+                }
                 let is_one = self.covered.add(omega, interval);
                 let (count, states) = (self.covered.count(), self.system.a.nrows());
                 let raise = if is_one { interval.hurry(omega, count, states) } else { GAIN_RAISE };
@@ -185,6 +194,15 @@ impl<'a> GainSweep<'a> {
                 Ok(true)
             }
         }
+    }
+
+    /// Covers a frequency by scalings for two frequencies about it; whether there are such.
+    fn widened(&mut self, omega: f64, start: Option<&DgScalings>) -> Result<bool, SweepError> {
+        let gap = self.covered.around(omega);
+        let shown = self.wide.shown((&self.system, &self.structure), (1.0, 1.0), gap, omega, start)?;
+        let Some(shown) = shown else { return Ok(false) };
+        self.starts.push((omega, shown.bound.start));
+        Ok(self.covered.add(omega, shown.interval))
     }
 
     fn set(&mut self, gain: f64) {
