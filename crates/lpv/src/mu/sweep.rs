@@ -63,8 +63,10 @@ const LEVEL_RAISE: f64 = 5e-5;
 /// An interval this much slower than every mode and this short, both relatively, raises the level by so much.
 const SHORT_INTERVAL_RAISE: f64 = 2e-3;
 
-/// By how much the level may be above the largest bound at a single frequency for the sake of scalings for two.
+/// By how much the level may be above the largest bound at a single frequency for the sake of scalings for two, where
+/// there are so many intervals already.
 const WIDE_RAISE: f64 = 5e-4;
+const WIDE_COUNT: usize = 160;
 
 /// A level below this is none: its square and the inverse of that are numbers with room to spare.
 pub(super) const LEAST_LEVEL: f64 = 1e-60;
@@ -233,7 +235,8 @@ impl<'a> Sweep<'a> {
 
     /// Covers a frequency by scalings for two frequencies about it; whether there are such.
     fn widened(&mut self, omega: f64, start: Option<&DgScalings>) -> Result<bool, SweepError> {
-        let levels = (self.level, self.peak.1 * (1.0 + WIDE_RAISE));
+        let ceiling = if self.covered.count() < WIDE_COUNT { 0.0 } else { self.peak.1 * (1.0 + WIDE_RAISE) };
+        let levels = (self.level, ceiling);
         let gap = self.covered.around(omega);
         let shown = self.wide.shown((self.system, self.structure), levels, gap, omega, start)?;
         let Some(Shown { level, interval, bound }) = shown else { return Ok(false) };
