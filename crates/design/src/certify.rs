@@ -9,14 +9,15 @@ pub mod rate;
 pub mod same_plant;
 pub mod verify;
 
-use crate::certify::ball::smallest_ball;
-use crate::error::Error;
+use crate::certify::ball::{bends_at_rest, smallest_ball};
+use crate::error::{Error, ProofError};
 use crate::fit::Model;
 use crate::inputs::design_file::DesignFile;
 use auv::Vehicle;
 use certificate::{Certificate, Residual, Rows, Theorem};
 use lpv::analysis::{GainBound, bounded_gain};
 use lpv::controller::Controller;
+use lpv::error::SynthesisError;
 use lpv::matrix::{Mat, from_rows, to_rows};
 use lpv::model_error::ModelError;
 use lpv::partition::{self, CONTROLLER, NamedBlock, Names, Partitioned};
@@ -39,8 +40,8 @@ pub struct Proof {
 /// ([`ball`]), and proves it in exact arithmetic.
 ///
 /// # Errors
-/// [`ProofError::Unproved`](crate::error::ProofError::Unproved) with the first check that fails;
-/// [`Error::Synthesis`] when no bound covers the model error.
+/// [`ProofError::Unproved`] with the first check that fails; [`ProofError::BendsAtRest`] or [`Error::Synthesis`] when no
+/// bound covers the model error.
 pub fn certify(
     vehicle: &Vehicle,
     file: &DesignFile,
@@ -50,7 +51,8 @@ pub fn certify(
 ) -> Result<Proof, Error> {
     let (error, size) = smallest_ball(vehicle, file, model, plant, &design.certified)?;
     let closed = plant.close(&design.controller);
-    let covered = bounded_gain(&closed, &error.close(plant, &design.controller), &design.certified)?;
+    let covered = bounded_gain(&closed, &error.close(plant, &design.controller), &design.certified)
+        .map_err(|reason| why_not(vehicle, file, model, reason))?;
     let mut certificate = nominal(plant, &design.controller, &design.certified);
     certificate.residual = Some(residual(&error, &covered));
     certificate.bounded_rate = design
@@ -62,6 +64,14 @@ pub fn certify(
         .transpose()?;
     let theorem = certificate.prove()?;
     Ok(Proof { certificate, theorem, model_error: size })
+}
+
+/// Why no bound covers the model error, in words of the vehicle where they are known.
+fn why_not(vehicle: &Vehicle, file: &DesignFile, model: &Model, reason: SynthesisError) -> Error {
+    match bends_at_rest(vehicle, file, model) {
+        Ok(true) => ProofError::BendsAtRest { from: file.speed_min, to: file.speed_max }.into(),
+        _ => reason.into(),
+    }
 }
 
 /// The certificate of a bound without model error, with plant, controller, gamma, X, S and T.
@@ -142,5 +152,27 @@ fn residual(error: &ModelError, bound: &GainBound) -> Residual {
         x: to_rows(&bound.x),
         s: to_rows(&bound.s),
         t: to_rows(&bound.t),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::inputs::Inputs;
+
+    /// The drag of BlueROV2 Heavy is quadratic: a range of speed with rest inside is told from others.
+    #[test]
+    fn a_proof_that_fails_at_rest_is_told_in_words_of_the_vehicle() {
+        let directory = concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/bluerov2_heavy");
+        let mut inputs = Inputs::read(directory.as_ref(), "design").unwrap();
+        for (from, to, bends) in [(-0.5, 0.5, true), (-0.2, 0.5, true), (0.0, 0.5, false), (-0.5, 0.0, false)]
+        {
+            (inputs.design.speed_min, inputs.design.speed_max) = (from, to);
+            let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
+            let reason = SynthesisError::Infeasible { stage: "test" };
+            let words = why_not(&inputs.vehicle, &inputs.design, &model, reason).to_string();
+            assert_eq!(words.contains("bends at rest"), bends, "{words}");
+            assert!(!bends || words.contains(&format!("from {from} to {to} m/s")), "{words}");
+        }
     }
 }

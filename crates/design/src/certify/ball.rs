@@ -134,8 +134,25 @@ fn not_definite() -> Error {
 /// second differences of a thousand speeds show somewhere how much S bends, and where no two kinks share an interval
 /// or lie in neighbouring ones.
 fn between_samples(residuals: &[Mat]) -> f64 {
-    let second = residuals.windows(3).map(|w| largest_singular_value(&(&w[0] - &w[1] * 2.0 + &w[2])));
-    17.0 / 8.0 * largest(0.0, second)
+    17.0 / 8.0 * largest(0.0, second_differences(residuals))
+}
+
+fn second_differences(residuals: &[Mat]) -> impl Iterator<Item = f64> {
+    residuals.windows(3).map(|w| largest_singular_value(&(&w[0] - &w[1] * 2.0 + &w[2])))
+}
+
+/// Whether the range of speed holds 0 inside, and the linearisation bends more there than anywhere else.
+///
+/// # Errors
+/// Those of the linearisation.
+pub fn bends_at_rest(vehicle: &Vehicle, file: &DesignFile, model: &Model) -> Result<bool, Error> {
+    if file.speed_min >= 0.0 || file.speed_max <= 0.0 {
+        return Ok(false);
+    }
+    let residuals = residuals(vehicle, file, model)?;
+    let most = second_differences(&residuals).enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
+    let speeds = file.spread(SAMPLES);
+    Ok(most.is_some_and(|(i, _)| speeds[i] <= 0.0 && 0.0 <= speeds[i + 2]))
 }
 
 #[cfg(test)]

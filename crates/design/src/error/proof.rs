@@ -25,6 +25,13 @@ pub enum ProofError {
     /// A certificate is of another plant.
     #[error("the certificate is not of this plant: {what} differs")]
     WrongPlant { what: String },
+    /// The drag of a vehicle that flies ahead and astern makes the fit's residual too large for a bound.
+    #[error(
+        "no gain is shown for every model as far from the fit as the vehicle is: from {from} to {to} m/s the slope \
+            of its drag bends at rest, and no polynomial in speed follows that; make two designs, one astern \
+            with speed_max = 0 and one ahead with speed_min = 0"
+    )]
+    BendsAtRest { from: f64, to: f64 },
     /// The ball of models of a certificate does not contain the vehicle.
     #[error(
         "the certificate's section 'residual' does not cover this vehicle: {}",
