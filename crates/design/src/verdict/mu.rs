@@ -5,7 +5,7 @@ use crate::inputs::Inputs;
 use crate::uncertain::closed_loop::uncertain_loop;
 use crate::uncertain::frozen::at_speed;
 use lpv::controller::Controller;
-use lpv::mu::sweep::bound_over_frequency;
+use lpv::mu::sweep::{FrequencyBound, bound_over_frequency};
 use lpv::mu::{Block, Structure};
 use serde::Serialize;
 
@@ -24,6 +24,9 @@ pub struct MuAtSpeed {
     /// Whether anything is declared uncertain.
     #[serde(skip)]
     pub declared: bool,
+    /// The bound, with the scalings that show it.
+    #[serde(skip)]
+    pub bound: Option<FrequencyBound>,
 }
 
 impl MuAtSpeed {
@@ -34,9 +37,17 @@ impl MuAtSpeed {
             frequency: f64::NAN,
             reason: Some(reason),
             declared,
+            bound: None,
         };
         match bounded(inputs, k, speed) {
-            Ok((upper, frequency)) => Self { speed, upper, frequency, reason: None, declared: true },
+            Ok(bound) => Self {
+                speed,
+                upper: bound.upper,
+                frequency: bound.frequency,
+                reason: None,
+                declared: true,
+                bound: Some(bound),
+            },
             Err(Error::Uncertain(UncertainError::NothingUncertain { .. })) => {
                 none(false, "nothing is declared uncertain".into())
             }
@@ -45,7 +56,7 @@ impl MuAtSpeed {
     }
 }
 
-fn bounded(inputs: &Inputs, k: &Controller, speed: f64) -> Result<(f64, f64), Error> {
+fn bounded(inputs: &Inputs, k: &Controller, speed: f64) -> Result<FrequencyBound, Error> {
     let design = &inputs.design;
     let (centre, half_range) = design.scheduling();
     let frozen = at_speed(inputs.declared(), design, speed)?;
@@ -54,6 +65,5 @@ fn bounded(inputs: &Inputs, k: &Controller, speed: f64) -> Result<(f64, f64), Er
     let failed = |reason| Error::MuAtSpeed { speed, reason };
     let blocks = frozen.model.blocks.iter().map(|b| Block::Real(b.repetitions)).collect();
     let structure = Structure::new(blocks).map_err(|reason| failed(reason.into()))?;
-    let found = bound_over_frequency(&closed.stability(), &structure, None).map_err(failed)?;
-    Ok((found.upper, found.frequency))
+    bound_over_frequency(&closed.stability(), &structure, None).map_err(failed)
 }

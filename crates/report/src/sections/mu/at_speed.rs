@@ -7,7 +7,8 @@ use crate::subject::Subject;
 use auv::Linearisation;
 use lpv::matrix::{Mat, solve, spectral_abscissa};
 use lpv::mu::lower::{LowerBound, lower_bound};
-use lpv::mu::sweep::{FrequencyMu, SweepError, mu_over_frequency, response};
+use lpv::mu::margin::real_lower_bound;
+use lpv::mu::sweep::{FrequencyBound, FrequencyMu, SweepError, mu_over_frequency, response};
 use lpv::mu::upper::{UpperBoundOptions, upper_bound_with};
 use lpv::mu::{self, CMat, Structure};
 use lpv::state_space::StateSpace;
@@ -90,7 +91,11 @@ impl SpeedMu {
         let failed = |reason: SweepError| DesignError::MuAtSpeed { speed, reason };
         let structure = Structure::new(model.blocks.iter().map(|b| mu::Block::Real(b.repetitions)).collect());
         let structure = structure.map_err(|reason| failed(reason.into()))?;
-        let bounds = mu_over_frequency(&system, &structure).map_err(failed)?;
+        let lower = real_lower_bound(&system, &structure);
+        let bounds = match (lower, of_the_verdict(subject, speed)) {
+            (lower @ Some(_), Some(upper)) => FrequencyMu { upper, lower },
+            _ => mu_over_frequency(&system, &structure).map_err(failed)?,
+        };
         let mut upper = upper_curve(&system, &structure, &bounds).map_err(|reason| failed(reason.into()))?;
         let peak = upper.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0.0, |p| p.0);
         upper.retain(|(omega, _)| shown().contains(omega));
@@ -123,6 +128,12 @@ impl SpeedMu {
     pub fn shown(&self) -> Option<f64> {
         self.bounds.lower.as_ref().map(|found| found.value)
     }
+}
+
+/// The bound at a speed that the verdict has already.
+fn of_the_verdict(subject: &Subject, speed: f64) -> Option<FrequencyBound> {
+    let found = &subject.verdict().ok()?.found.mu;
+    found.iter().find(|mu| mu.speed == speed)?.bound.clone()
 }
 
 /// The frequencies that are drawn, rad/s.
