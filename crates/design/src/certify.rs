@@ -40,8 +40,8 @@ pub struct Proof {
 /// ([`ball`]), and proves it in exact arithmetic.
 ///
 /// # Errors
-/// [`ProofError::Unproved`] with the first check that fails; [`ProofError::BendsAtRest`] or [`Error::Synthesis`] when no
-/// bound covers the model error.
+/// [`ProofError::Unproved`] with the first check that fails; [`ProofError::BendsAtRest`] or [`Error::Synthesis`] when
+/// no bound covers the model error.
 pub fn certify(
     vehicle: &Vehicle,
     file: &DesignFile,

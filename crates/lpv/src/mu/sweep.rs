@@ -309,8 +309,9 @@ mod tests {
     use crate::mu::structure::Block;
     use nalgebra::dmatrix;
 
-    /// Position and integrator of a loop round a mass that is pushed through a lag: mass and damping uncertain by 30 %, on
-    /// the acceleration and the speed, one of which is the derivative of the other; stiffness by 40, the actuator by 50 %.
+    /// Position and integrator of a loop round a mass that is pushed through a lag: mass and damping uncertain by 30 %,
+    /// on the acceleration and the speed, one of which is the derivative of the other; stiffness by 40, the actuator by
+    /// 50 %.
     fn mass(leak: f64, gain: f64) -> StateSpace {
         let (kp, ki, kd) = (2.0 * gain, 0.5 * gain, 1.5);
         StateSpace {

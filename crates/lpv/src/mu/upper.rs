@@ -232,10 +232,12 @@ mod tests {
             drop(structure);
         }
 
-        /// Scalings that two matrices have in common show the bound for either, which is no less than the bound of its own.
+        /// Scalings that two matrices have in common show the bound for either, which is no less than the bound of its
+        /// own.
         #[test]
         fn common_scalings_show_both((structure, m) in problem(), part in 0.0..1.0f64) {
-            let other = CMat::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] * Complex::from_polar(1.0 - part, part + j as f64));
+            let turn = |j: usize| Complex::from_polar(1.0 - part, part + j as f64);
+            let other = CMat::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] * turn(j));
             let both = [m, other];
             let bound = common_bound(&both, &structure, UpperBoundOptions::default()).unwrap();
             for m in &both {

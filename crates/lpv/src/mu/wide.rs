@@ -66,7 +66,8 @@ impl Wide {
         self.narrow && !was_narrow
     }
 
-    /// Scalings that show a level round a frequency (rad/s) in a gap; where none do one that is higher, up to a ceiling.
+    /// Scalings that show a level round a frequency (rad/s) in a gap; where none do one that is higher, up to a
+    /// ceiling.
     pub(super) fn shown(
         &mut self,
         (system, structure): (&StateSpace, &Structure),
