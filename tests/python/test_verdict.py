@@ -10,21 +10,22 @@ import pytest
 from conftest import Run
 from fly.stages import ROOT
 
-REMUS = ROOT / "vehicles" / "remus100"
+SQUID = ROOT / "vehicles" / "squid"
 MISSED = 5
 """The exit code of `--help`."""
+ASKED = "\n[require]\nphase_margin = 88.0\n"
 
 
-@pytest.fixture
-def hard(tmp_path: Path) -> Path:
-    """Return REMUS 100 with more phase margin asked for than its design has."""
-    vehicle = tmp_path / "hard"
-    shutil.copytree(REMUS, vehicle)
-    text = (vehicle / "design.toml").read_text(encoding="utf-8")
-    assert "\nphase_margin = 40.0" in text
-    (vehicle / "design.toml").write_text(
-        text.replace("\nphase_margin = 40.0", "\nphase_margin = 70.0"), encoding="utf-8"
-    )
+@pytest.fixture(scope="module")
+def hard(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return Squid with the paper's design, which has three keys, more phase margin asked of it, and nothing uncertain."""
+    vehicle = tmp_path_factory.mktemp("hard") / "hard"
+    vehicle.mkdir()
+    shutil.copy(SQUID / "vehicle.toml", vehicle)
+    text = (SQUID / "paper.toml").read_text(encoding="utf-8")
+    assert "[require]" not in text
+    certain = text.split("\n[uncertainty]")[0]
+    (vehicle / "design.toml").write_text(certain + ASKED, encoding="utf-8")
     return vehicle
 
 
@@ -34,21 +35,36 @@ def test_a_requirement_that_is_missed_is_told_and_counted(run_squid: Run, hard: 
     assert done.returncode == MISSED, done.stderr
     assert "1 of 9 requirements MISSED" in done.stdout
     assert "`--advise`" in done.stdout
-    assert done.stderr.startswith("squid: MISSED: phase margin is 4")
-    assert "'require.phase_margin' asks for > 70 deg" in done.stderr
-    rows = json.loads((tmp_path / "out" / "design.json").read_text("utf-8"))["verdict"]["rows"]
-    missed = [row for row in rows if row["outcome"] == "missed"]
-    assert [(row["key"], row["limit"]) for row in missed] == [("phase_margin", 70.0)]
-    assert missed[0]["achieved"]["value"] < 70.0
+    assert done.stderr.startswith("squid: MISSED: phase margin is ")
+    assert "'require.phase_margin' asks for > 88 deg" in done.stderr
+    figures = json.loads((tmp_path / "out" / "design.json").read_text("utf-8"))
+    missed = [row for row in figures["verdict"]["rows"] if row["outcome"] == "missed"]
+    assert [(row["key"], row["limit"]) for row in missed] == [("phase_margin", 88.0)]
+    assert missed[0]["achieved"]["value"] < 88.0
+    assert "advice" not in figures
     assert (tmp_path / "out" / "controller.json").is_file()
 
 
+def test_advice_is_printed_and_kept(run_squid: Run, hard: Path, tmp_path: Path) -> None:
+    """It is in design.json beside all that was there, and what --json answers has it, too."""
+    done = run_squid("design", hard, "--advise", "--json", "--out", tmp_path / "out")
+    assert done.returncode == 0, done.stderr
+    figures = json.loads((tmp_path / "out" / "design.json").read_text("utf-8"))
+    assert json.loads(done.stdout)["design"] == figures
+    (advice,) = figures.pop("advice")
+    assert advice["missed"].startswith("phase margin ")
+    turn = advice["turn"]
+    assert turn["key"] in ("track.bandwidth of pitch", "control.weight", "control.disturbance")
+    assert ("raise" if turn["factor"] > 1 else "lower") + f" {turn['key']}: " in advice["words"]
+    assert {"verdict", "gamma_bound", "certified"} <= figures.keys()
+
+
 def test_a_vehicle_alone_is_tuned(run_squid: Run, tmp_path: Path) -> None:
-    """A few seconds of search: the file that it writes is commented, gives the verdict that was told."""
+    """Few designs: the file that is written is commented, and gives the verdict that was told."""
     vehicle = tmp_path / "mine"
     vehicle.mkdir()
-    shutil.copy(ROOT / "vehicles" / "squid" / "vehicle.toml", vehicle)
-    done = run_squid("tune", vehicle, "--minutes", "0.2", timeout=600.0)
+    shutil.copy(SQUID / "vehicle.toml", vehicle)
+    done = run_squid("tune", vehicle, "--designs", "4", timeout=600.0)
     assert done.returncode in (0, MISSED), done.stderr
     assert "begun from the vehicle: " in done.stdout
     assert "PROVED: gain below " in done.stdout

@@ -58,8 +58,8 @@ pub enum Verb {
         /// Also prove a gain for every constant value of the declared uncertain coefficients (minutes)
         #[arg(long)]
         constant: bool,
-        /// Where a requirement is missed, design again with each key of the weights turned, and name the one to turn (a
-        /// minute)
+        /// Where a requirement is missed, design again with each key of the weights turned, and name the one to turn, here
+        /// and in design.json (a minute)
         #[arg(long)]
         advise: bool,
         /// Exit with code 5 where a requirement is missed
@@ -69,12 +69,12 @@ pub enum Verb {
     /// Search the weights for the fastest design that meets what `[require]` asks, and write it as a design file
     ///
     /// Turns frequencies and bandwidths of `[[track]]`, noise of `[[measure]]`, weight and disturbance of
-    /// `[control]`; all else stays as it is written, comments too. Without a design file it begins one from the
-    /// vehicle alone. Exit code 5 where what it found misses a requirement; the file is written all the same.
+    /// `[control]`; all else stays as it is written, comments too. A design of a name that is not there is begun from the
+    /// vehicle alone, with the range of speed that suits it. Exit code 5 where what it found misses a requirement; the file is written all the same.
     Tune {
         /// The vehicle's directory
         vehicle: PathBuf,
-        /// The design to begin with: a file NAME.toml in the vehicle's directory
+        /// The design to begin with: NAME.toml in the vehicle's directory, begun if it is not there
         #[arg(long, value_name = "NAME", default_value = "design")]
         design: String,
         /// The design to write: NAME.toml in the vehicle's directory; by default `tuned`, or the one that was begun
@@ -83,6 +83,9 @@ pub enum Verb {
         /// How long to search
         #[arg(long, value_name = "MINUTES", default_value_t = 4.0, allow_negative_numbers = true)]
         minutes: f64,
+        /// Search no longer than this many designs, however fast the machine
+        #[arg(long, value_name = "COUNT", default_value_t = 1000)]
+        designs: usize,
     },
     /// Pack the three FMUs of a design: the vehicle, the autopilot, and both in one loop; and an SSP that connects the
     /// first two

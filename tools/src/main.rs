@@ -67,7 +67,9 @@ fn run(verb: Verb) -> Result<ExitCode, Error> {
         Verb::Design { which, ladder, robust, constant, advise, strict } => {
             design::run(&which, &design::Asked { ladder, robust, constant, advise, strict })
         }
-        Verb::Tune { vehicle, design, to, minutes } => tune::run(&vehicle, &design, to.as_deref(), minutes),
+        Verb::Tune { vehicle, design, to, minutes, designs } => {
+            tune::run(&vehicle, &design, to.as_deref(), (minutes, designs))
+        }
         Verb::Package { which, platforms, binaries, allow_uncertified, no_report, descriptions } => {
             package::run(&which, &platforms, binaries, allow_uncertified, no_report, descriptions)
         }

@@ -70,7 +70,12 @@ impl Inputs {
         }
         let paths = [directory.join("vehicle.toml"), design_path(directory, name)];
         let files = paths.each_ref().map(|path| path.display().to_string());
-        let [vehicle_text, design_text] = [read_text(&paths[0])?, read_text(&paths[1])?];
+        let vehicle_text = read_text(&paths[0])?;
+        if !paths[1].exists() {
+            let (path, directory) = (files[1].clone(), directory.display().to_string());
+            return Err(InputError::NoDesign { path, directory, name: stem(&paths[1]) });
+        }
+        let design_text = read_text(&paths[1])?;
         let vehicle = Vehicle::parse(&vehicle_text, &files[0])?;
         let design = DesignFile::parse(&design_text, &files[1], &stem(&paths[1]))?;
         let mut inputs =

@@ -35,6 +35,7 @@ use lpv::controller::Controller;
 use scheduled::ControllerDesign;
 use scheduled::Manoeuvre;
 use serde::Serialize;
+use serde_json::{Map, Value};
 use signals::SIGNALS;
 use std::path::{Path, PathBuf};
 
@@ -212,6 +213,21 @@ pub fn save(directory: &Path, inputs: &Inputs, finished: &Finished) -> Result<()
     files.remove(to(constant::CERTIFICATE));
     // Last, because `load` trusts its hashes.
     files.add(to("controller.json"), finished.frozen.controller.to_json()?);
+    Ok(files.save(directory)?)
+}
+
+/// Adds a key to `design.json`, or sets it: figures that are computed of a design that is there already.
+///
+/// # Errors
+/// [`StoreError`]: the file cannot be read or written.
+pub fn add_to_figures(directory: &Path, key: &str, value: &impl Serialize) -> Result<(), Error> {
+    let path = directory.join("design.json");
+    let unreadable =
+        |reason: serde_json::Error| StoreError::Json { path: path.display().to_string(), reason };
+    let mut figures: Map<String, Value> = serde_json::from_str(&read(&path)?).map_err(unreadable)?;
+    figures.insert(key.to_owned(), serde_json::to_value(value).map_err(unreadable)?);
+    let mut files = Files::default();
+    files.add_json(path.clone(), &figures)?;
     Ok(files.save(directory)?)
 }
 

@@ -51,6 +51,19 @@ pub fn synthesise(
     Ok(design)
 }
 
+/// As [`synthesise`], for one of many designs of which few are kept: given up where the search gets stuck.
+///
+/// # Errors
+/// [`Error::NoController`], without remarks.
+pub fn synthesise_quickly(file: &DesignFile, plant: &GeneralisedPlant) -> Result<Design, Error> {
+    let outcome = match file.rate {
+        Some(rate) => at_bounded_rate(file, plant, rate),
+        None => lpv::synthesis::synthesise(plant, Options { quick: true, ..options(file) }),
+    };
+    let design = outcome.map_err(|reason| Error::NoController { reason, remarks: vec![] })?;
+    Ok(slow_enough(file, plant, design).0)
+}
+
 /// The design, without the modes of its controller that are too fast for the sample time if its bound allows that; and
 /// what was done.
 fn slow_enough(file: &DesignFile, plant: &GeneralisedPlant, design: Design) -> (Design, String) {

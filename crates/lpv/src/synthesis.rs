@@ -45,7 +45,10 @@ pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, 
     plant.check()?;
     crate::system::modes::check_stabilisable(plant)?;
     crate::system::modes::check_detectable(plant)?;
-    let least = least_gamma_within(plant, options.scalings, options.accuracy);
+    let least = least_gamma_within(plant, options);
+    if options.quick {
+        return directly(plant, &least, options);
+    }
     let outcome = as_given(plant, &least, options);
     let far =
         |design: &Design| design.gamma_design > (1.0 + FAR_ABOVE * options.back_off) * design.gamma_optimum;
@@ -64,7 +67,7 @@ pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, 
 
 /// The same without the repetitions: for one of many controllers, each a step on the way.
 pub(crate) fn synthesise_once(plant: &GeneralisedPlant, options: Options) -> Result<Design, SynthesisError> {
-    let least = least_gamma_within(plant, options.scalings, options.accuracy);
+    let least = least_gamma_within(plant, options);
     directly(plant, &least, options)
 }
 
@@ -81,7 +84,7 @@ fn as_given(plant: &GeneralisedPlant, least: &Least, options: Options) -> Result
     }
     let mut best = outcome;
     for slowed in slowed(plant) {
-        let least = least_gamma_within(&slowed.plant, options.scalings, options.accuracy);
+        let least = least_gamma_within(&slowed.plant, options);
         let found = directly(&slowed.plant, &least, options);
         let settled = is_settled(&found, options);
         let faster = |found| at_speed(plant, (&slowed, &least), found, &best, options);

@@ -11,6 +11,7 @@ use crate::attempt::{attempt, room};
 use crate::error::Error;
 use crate::knob::Knob;
 use rayon::prelude::*;
+use serde::Serialize;
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::progress::Progress;
@@ -28,14 +29,27 @@ const NO_GAIN: f64 = 1e-3;
 const LITTLE: f64 = 1e-2;
 
 /// What to turn for a row that is missed.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Advice {
     /// What is missed, and what is asked of it.
+    #[serde(rename = "missed")]
     pub what: String,
-    /// The key and its factor; `None` where no key moves it the right way.
-    pub turn: Option<(Knob, f64)>,
+    /// What to turn; `None` where no key moves it the right way.
+    pub turn: Option<Turn>,
     /// The same for people.
     words: String,
+}
+
+/// A key, and by what factor it was turned.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Turn {
+    /// The key.
+    #[serde(skip)]
+    pub knob: Knob,
+    /// Its name, with the signal of its table.
+    pub key: String,
+    /// Above 1: raise it.
+    pub factor: f64,
 }
 
 impl Display for Advice {
@@ -80,10 +94,10 @@ fn advice(inputs: &Inputs, row: &Row, base: &Verdict, tried: &[((Knob, f64), Ver
     let Some((_, (knob, factor), after, worst)) = judged.max_by(|a, b| a.0.total_cmp(&b.0)) else {
         return Advice { what, turn: None, words: "no key moves it the right way".into() };
     };
+    let key = knob.name(&inputs.design);
     let way = if *factor > 1.0 { "raise" } else { "lower" };
     let mut words = format!(
-        "{way} {}: {:.0} % {} gives {}",
-        knob.name(&inputs.design),
+        "{way} {key}: {:.0} % {} gives {}",
         100.0 * (TURN - 1.0),
         if *factor > 1.0 { "more" } else { "less" },
         after.found()
@@ -91,7 +105,7 @@ fn advice(inputs: &Inputs, row: &Row, base: &Verdict, tried: &[((Knob, f64), Ver
     if let Some((_, other, after)) = worst.filter(|worst| worst.0 > NO_GAIN) {
         words += &format!("; it costs most in {}, {} -> {}", other.what, other.found(), after.found());
     }
-    Advice { what, turn: Some((*knob, *factor)), words }
+    Advice { what, turn: Some(Turn { knob: *knob, key, factor: *factor }), words }
 }
 
 /// By how much the room of a row grows in another verdict, and the row there; `None` where it is not known.

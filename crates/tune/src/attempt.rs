@@ -7,9 +7,8 @@ use squid_design::error::Error;
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::Sense;
-use squid_design::progress::Progress;
 use squid_design::store::freeze::freeze;
-use squid_design::synthesise::synthesise;
+use squid_design::synthesise::synthesise_quickly;
 use squid_design::verdict::Verdict;
 use squid_design::verdict::found::{Effort, Found};
 use squid_design::verdict::row::Row;
@@ -27,7 +26,7 @@ fn designed(
     turned.iter().for_each(|(knob, factor)| knob.turn(&mut inputs.design, *factor));
     let (vehicle, design) = (&inputs.vehicle, &inputs.design);
     let plant = augment(&vehicle.actuators, design, model.linear())?;
-    let found = synthesise(&vehicle.actuators, design, &plant, &Progress::default())?;
+    let found = synthesise_quickly(design, &plant)?;
     let controller = freeze(vehicle, design, &inputs.hashes, model, &found, false)?.controller;
     Ok((inputs, controller))
 }

@@ -16,10 +16,10 @@ pub enum Error {
     NotATable { file: String, key: String },
     /// The vehicle holds level flight nowhere.
     #[error(
-        "{vehicle} holds level flight at no speed from {from} to {to} m/s with {share:.0} % of its actuators and less than \
-         {incidence:.0} deg of incidence; there is no range of speed to design for"
+        "no two neighbouring speeds from {from} to {to} m/s suit {vehicle}, so that there is no range of speed to begin a \
+         design for: {reasons}; write a design file for the range that you need"
     )]
-    NoRange { vehicle: String, from: f64, to: f64, share: f64, incidence: f64 },
+    NoRange { vehicle: String, from: f64, to: f64, reasons: String },
     /// Nothing moves pitch or speed.
     #[error(
         "no actuator of {vehicle} moves its {signal} at {speed:.2} m/s; there is nothing to control it with"

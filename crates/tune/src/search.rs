@@ -5,9 +5,11 @@
 //! subject to   room_k(x) >= SPARE for every key of [require] with a limit
 //! ```
 //!
-//! x: the logarithms of the factors on the keys ([`Knob`]). Each search is COBYLA from another start, as many side by
-//! side as there are processors: M. J. D. Powell, A direct search optimization method that models the objective and
-//! constraint functions by linear interpolation, 1994. What it finds is judged in full, and proved.
+//! x: the logarithms of the factors on the keys ([`Knob`]). First all models are made slower together, since that costs
+//! one design a step. From the best of these each search is COBYLA, on keys that are turned together ([`Direction`]) and
+//! then on each by itself, from another start on each processor: M. J. D. Powell, A direct search optimization method
+//! that models the objective and constraint functions by linear interpolation, 1994. What it finds is judged in full, and
+//! proved.
 
 use crate::attempt::{attempt_until_missed, room};
 use crate::error::Error;
@@ -15,12 +17,14 @@ use crate::knob::Knob;
 use cobyla::{Func, RhoBeg, StopTols, minimize};
 use rayon::prelude::*;
 use squid_design::fit::Model;
+use squid_design::fit::authority::remarks;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::{DesignFile, REQUIREMENTS};
 use squid_design::progress::Progress;
 use squid_design::run::{Finished, run};
 use squid_design::verdict::Verdict;
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use toml_edit::DocumentMut;
@@ -28,11 +32,13 @@ use toml_edit::DocumentMut;
 /// The room that an attempt must have, for what is found at more speeds and to three digits.
 const SPARE: f64 = 0.02;
 /// How far the logarithm of a factor may go, and how far it goes at first and in the end.
-const FARTHEST: f64 = 2.3;
-const FIRST: f64 = 0.25;
-const CLOSE: f64 = 0.01;
-/// The factor on all frequencies and bandwidths at the start of each search.
-const STARTS: [f64; 4] = [1.0, 0.6, 1.4, 0.35];
+const FARTHEST: f64 = 3.0;
+const FIRST: f64 = 0.3;
+const CLOSE: f64 = 0.02;
+/// The factors on all frequencies and bandwidths that are tried first.
+const PACES: [f64; 4] = [1.0, 0.65, 0.42, 0.27];
+/// The most searches side by side.
+const MOST_SEARCHES: usize = 4;
 /// What a design that does not come out counts as.
 const LOST: f64 = 10.0;
 /// Most evaluations of one search; those after the time is over are empty.
@@ -57,8 +63,13 @@ pub struct Tried {
 
 impl Tried {
     /// The least room of all.
-    pub fn worst(&self) -> f64 {
+    fn worst(&self) -> f64 {
         self.rooms.iter().copied().fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether it meets all that is required, at the few speeds at which it was judged.
+    pub fn meets_all(&self) -> bool {
+        self.worst() >= 0.0
     }
 }
 
@@ -71,15 +82,27 @@ pub struct Tuned {
     pub finished: Finished,
     /// How many designs were tried.
     pub tried: usize,
-    /// Of the designs tried those that no other beats in both rise and disk margin, the fastest first.
+    /// Of the designs that meet what is required, or of all where none does, those that no other beats in both rise and
+    /// disk margin, the fastest first.
     pub front: Vec<Tried>,
+    /// What the actuators cannot give, whatever the controller, by the linear model: of the design that is written.
+    pub limits: Vec<String>,
 }
 
-/// Searches for so long, about the numbers of a design file of this text.
+/// How long to search.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Budget {
+    /// At most so long.
+    pub time: Duration,
+    /// At most so many designs.
+    pub designs: usize,
+}
+
+/// Searches about the numbers of a design file of this text.
 ///
 /// # Errors
 /// [`Error::NoDesign`]; [`Error::NotATable`]; those of the model.
-pub fn search(inputs: &Inputs, text: &str, time: Duration, progress: &Progress) -> Result<Tuned, Error> {
+pub fn search(inputs: &Inputs, text: &str, budget: Budget, progress: &Progress) -> Result<Tuned, Error> {
     let search = Search {
         inputs,
         model: Model::new(&inputs.vehicle, &inputs.design)?,
@@ -89,13 +112,14 @@ pub fn search(inputs: &Inputs, text: &str, time: Duration, progress: &Progress) 
             .map(|r| r.key)
             .filter(|key| inputs.design.require.limit(key).is_some())
             .collect(),
-        deadline: Instant::now() + time,
+        deadline: Instant::now() + budget.time,
+        designs: budget.designs,
         done: Mutex::new((vec![], None)),
         progress,
     };
-    let processors = rayon::current_num_threads().clamp(2, STARTS.len());
-    let running = progress.begin("tune", &format!("searching for {:.1} minutes", time.as_secs_f64() / 60.0));
-    STARTS[..processors].par_iter().for_each(|quick| search.from(*quick));
+    let minutes = budget.time.as_secs_f64() / 60.0;
+    let running = progress.begin("tune", &format!("searching for {minutes:.1} minutes"));
+    search.run();
     drop(running);
     let (tried, reason) = search.done.into_inner().unwrap_or_else(PoisonError::into_inner);
     let known: Vec<&Tried> = tried.iter().filter(|t| t.cost < LOST).collect();
@@ -103,8 +127,11 @@ pub fn search(inputs: &Inputs, text: &str, time: Duration, progress: &Progress) 
         return Err(Error::NoDesign { tried: tried.len(), reason: reason.unwrap_or_default() });
     }
     let front = front(&known);
+    let file = format!("{}.toml", inputs.design.name);
     let (text, finished) = best(inputs, text, &search.knobs, known, progress)?;
-    Ok(Tuned { text, finished, tried: tried.len(), front })
+    let design = DesignFile::parse(&text, &file, &inputs.design.name)?;
+    let limits = remarks(&inputs.vehicle.actuators, &design, &finished.model);
+    Ok(Tuned { text, finished, tried: tried.len(), front, limits })
 }
 
 struct Search<'a> {
@@ -113,49 +140,80 @@ struct Search<'a> {
     knobs: Vec<Knob>,
     keys: Vec<&'static str>,
     deadline: Instant,
+    designs: usize,
     /// What was tried, and why the first that failed did.
     done: Mutex<(Vec<Tried>, Option<String>)>,
     progress: &'a Progress<'a>,
 }
 
 impl Search<'_> {
-    /// One search after another, each from the best of the one before, until the time is over.
-    fn from(&self, quick: f64) {
-        let is_quickness = |knob: &Knob| matches!(knob, Knob::Frequency(_) | Knob::Bandwidth(_));
-        let mut start: Vec<f64> =
-            self.knobs.iter().map(|knob| if is_quickness(knob) { quick.ln() } else { 0.0 }).collect();
+    /// Paces first, then a search on each processor, from the best pace and from those after it.
+    fn run(&self) {
+        let is_pace = |knob: &Knob| matches!(knob, Knob::Frequency(_) | Knob::Bandwidth(_));
+        let slowed = |pace: &f64| -> Vec<f64> {
+            self.knobs.iter().map(|knob| if is_pace(knob) { pace.ln() } else { 0.0 }).collect()
+        };
+        let mut paces: Vec<Tried> = PACES.par_iter().map(|pace| self.attempt(&slowed(pace))).collect();
+        paces.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
+        let searches = rayon::current_num_threads().clamp(2, MOST_SEARCHES);
+        paces[..searches].par_iter().for_each(|pace| self.from(pace.clone()));
+    }
+
+    /// One search after another, each from the best that is known, until the budget is spent.
+    fn from(&self, start: Tried) {
+        let each: Vec<Direction> = (0..self.knobs.len()).map(|i| Direction(vec![i])).collect();
+        let together = Direction::together(&self.knobs);
+        let mut best = start;
         let mut first = FIRST;
-        while Instant::now() < self.deadline && first > CLOSE {
-            let best: RefCell<Option<Tried>> = RefCell::new(None);
-            let last: RefCell<Option<Tried>> = RefCell::new(None);
-            let evaluate = |x: &[f64]| -> Tried {
-                if let Some(known) = last.borrow().as_ref().filter(|known| known.x == x) {
-                    return known.clone();
-                }
-                let tried = self.attempt(x);
-                if best.borrow().as_ref().is_none_or(|best| merit(&tried) < merit(best)) {
-                    *best.borrow_mut() = Some(tried.clone());
-                }
-                *last.borrow_mut() = Some(tried.clone());
-                tried
-            };
-            let objective = |x: &[f64], (): &mut ()| evaluate(x).cost;
-            let holds: Vec<_> = (0..self.keys.len())
-                .map(|k| {
-                    let evaluate = &evaluate;
-                    move |x: &[f64], (): &mut ()| evaluate(x).rooms[k] - SPARE
-                })
-                .collect();
-            let constraints: Vec<&dyn Func<()>> = holds.iter().map(|holds| holds as &dyn Func<()>).collect();
-            let bounds = vec![(-FARTHEST, FARTHEST); start.len()];
-            let close = StopTols { xtol_abs: vec![CLOSE; start.len()], ..StopTols::default() };
-            let _ =
-                minimize(objective, &start, &bounds, &constraints, (), MOST, RhoBeg::All(first), Some(close));
-            if let Some(best) = best.into_inner() {
-                start = best.x;
+        while !self.is_over() && first > CLOSE {
+            for directions in [&together, &each] {
+                best = self.around(&best, directions, first);
             }
             first *= 0.5;
+            let done = self.done.lock().unwrap_or_else(PoisonError::into_inner);
+            let known = done.0.iter().min_by(|a, b| merit(a).total_cmp(&merit(b)));
+            best = known.cloned().unwrap_or(best);
         }
+    }
+
+    /// The best of a search in some directions about a design.
+    fn around(&self, start: &Tried, directions: &[Direction], first: f64) -> Tried {
+        let best = RefCell::new(start.clone());
+        let last = RefCell::new((vec![0.0; directions.len()], start.clone()));
+        let evaluate = |y: &[f64]| -> Tried {
+            if last.borrow().0 == y {
+                return last.borrow().1.clone();
+            }
+            let mut x = start.x.clone();
+            for (direction, step) in directions.iter().zip(y) {
+                direction.0.iter().for_each(|i| x[*i] = (x[*i] + step).clamp(-FARTHEST, FARTHEST));
+            }
+            let tried = self.attempt(&x);
+            if merit(&tried) < merit(&best.borrow()) {
+                *best.borrow_mut() = tried.clone();
+            }
+            *last.borrow_mut() = (y.to_vec(), tried.clone());
+            tried
+        };
+        let objective = |y: &[f64], (): &mut ()| evaluate(y).cost;
+        let holds: Vec<_> = (0..self.keys.len())
+            .map(|k| {
+                let evaluate = &evaluate;
+                move |y: &[f64], (): &mut ()| evaluate(y).rooms[k] - SPARE
+            })
+            .collect();
+        let constraints: Vec<&dyn Func<()>> = holds.iter().map(|holds| holds as &dyn Func<()>).collect();
+        let here = vec![0.0; directions.len()];
+        let bounds = vec![(-FARTHEST, FARTHEST); here.len()];
+        let close = StopTols { xtol_abs: vec![0.3 * first; here.len()], ..StopTols::default() };
+        let _ = minimize(objective, &here, &bounds, &constraints, (), MOST, RhoBeg::All(first), Some(close));
+        best.into_inner()
+    }
+
+    /// Whether the budget is spent.
+    fn is_over(&self) -> bool {
+        let tried = self.done.lock().unwrap_or_else(PoisonError::into_inner).0.len();
+        Instant::now() >= self.deadline || tried >= self.designs
     }
 
     /// One design; after the deadline one that is lost.
@@ -167,7 +225,7 @@ impl Search<'_> {
             rise: f64::NAN,
             disk: f64::NAN,
         };
-        if Instant::now() >= self.deadline {
+        if self.is_over() {
             return lost;
         }
         let turned: Vec<(Knob, f64)> = self.knobs.iter().copied().zip(x.iter().map(|x| x.exp())).collect();
@@ -179,12 +237,12 @@ impl Search<'_> {
             reason.get_or_insert_with(|| why.to_string());
         }
         if all.iter().all(|other| merit(&tried) < merit(other)) && tried.cost < LOST {
-            let met = if tried.worst() >= 0.0 { "all met" } else { "not all met" };
             let words = format!(
-                "design {}: rise {:.2} s, disk margin {:.1} deg, {met}",
+                "design {}: rise {:.2} s, disk margin {:.1} deg, {}",
                 all.len() + 1,
                 tried.rise,
-                tried.disk
+                tried.disk,
+                self.missed(&tried)
             );
             self.progress.done("tune", &words);
         }
@@ -192,11 +250,20 @@ impl Search<'_> {
         tried
     }
 
+    /// What a design misses most, of the keys with a limit.
+    fn missed(&self, tried: &Tried) -> String {
+        let worst = self.keys.iter().zip(&tried.rooms).min_by(|a, b| a.1.total_cmp(b.1));
+        match worst {
+            Some((key, room)) if *room < 0.0 => format!("misses {key} by {:.0} %", -100.0 * room),
+            _ => "all met".into(),
+        }
+    }
+
     fn read(&self, x: &[f64], verdict: &Verdict) -> Tried {
         let rows = |key: &'static str| verdict.rows.iter().filter(move |row| row.key == key);
         let least = |key: &&'static str| {
             let rooms = rows(key).map(|row| room(row, 1.0)).map(|v| if v.is_nan() { -1.0 } else { v });
-            rooms.fold(f64::INFINITY, f64::min).clamp(-LOST, LOST)
+            rooms.fold(f64::INFINITY, f64::min).clamp(-LOST, 1.0)
         };
         let rises: Vec<f64> = verdict
             .rows
@@ -215,15 +282,40 @@ impl Search<'_> {
     }
 }
 
+/// Keys that are turned by the same factor, by their places.
+struct Direction(Vec<usize>);
+
+impl Direction {
+    /// Frequency and bandwidth of each track, all noises, and what is left by itself.
+    fn together(knobs: &[Knob]) -> Vec<Self> {
+        let group = |knob: &Knob| match knob {
+            Knob::Frequency(i) | Knob::Bandwidth(i) => *i,
+            Knob::Noise(_) => usize::MAX - 2,
+            Knob::Weight => usize::MAX - 1,
+            Knob::Disturbance => usize::MAX,
+        };
+        let mut groups: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for (i, knob) in knobs.iter().enumerate() {
+            groups.entry(group(knob)).or_default().push(i);
+        }
+        groups.into_values().map(Self).collect()
+    }
+}
+
 /// Less is better: what meets the requirements by its speed, and before what does not by how much that misses.
 fn merit(tried: &Tried) -> f64 {
     if tried.worst() >= SPARE { tried.cost } else { LOST + SPARE - tried.worst() }
 }
 
-/// Those that no other beats in both rise and disk margin, the fastest first.
+/// Of those that meet what is required, or of all where none does, those that no other beats in both rise and disk margin,
+/// the fastest first.
 fn front(tried: &[&Tried]) -> Vec<Tried> {
-    let mut sorted: Vec<&Tried> =
-        tried.iter().copied().filter(|t| t.rise.is_finite() && t.disk.is_finite()).collect();
+    let any = tried.iter().any(|t| t.meets_all());
+    let mut sorted: Vec<&Tried> = tried
+        .iter()
+        .copied()
+        .filter(|t| t.rise.is_finite() && t.disk.is_finite() && (t.meets_all() || !any))
+        .collect();
     sorted.sort_by(|a, b| a.rise.total_cmp(&b.rise).then(b.disk.total_cmp(&a.disk)));
     let mut best = f64::NEG_INFINITY;
     let beats = |t: &&Tried| {

@@ -17,7 +17,7 @@ use squid_design::synthesise::ladder;
 use squid_design::synthesise::robust::stored::CERTIFICATE;
 use squid_design::verdict::Verdict;
 use squid_design::verdict::row::Row;
-use squid_tune::advise::advise;
+use squid_tune::advise::{Advice, advise};
 use std::path::Path;
 
 /// What was asked for besides the design.
@@ -49,6 +49,9 @@ pub fn run(which: &Which, asked: &Asked) -> Result<(), Error> {
         ));
     }
     let advice = advice(&inputs, &finished.verdict, asked.advise, &progress)?;
+    if asked.advise {
+        store::add_to_figures(&directory, "advice", &advice)?;
+    }
     if asked.ladder {
         let running = progress.begin("ladder", "solving for each assumption about the speed");
         let words = ladder::climb(&inputs.design, &finished.plant, &finished.design)?;
@@ -71,13 +74,13 @@ pub fn run(which: &Which, asked: &Asked) -> Result<(), Error> {
     }
     let shown = directory.display().to_string();
     finished.proof.map_err(|reason| Error::NotProved { directory: shown, reason })?;
-    answer_of(&directory, &advice)?;
+    answer_of(&directory)?;
     let missed: Vec<String> = finished.verdict.missed().map(missed).collect();
     if asked.strict && !missed.is_empty() { Err(Error::Missed { missed }) } else { Ok(()) }
 }
 
-/// The figures that were written, and the advice, for programs.
-fn answer_of(directory: &Path, advice: &[String]) -> Result<(), Error> {
+/// The figures that were written, for programs.
+fn answer_of(directory: &Path) -> Result<(), Error> {
     let written = |name: &str| {
         let path = directory.join(name);
         let text = path.is_file().then(|| read(&path)).transpose()?;
@@ -88,7 +91,6 @@ fn answer_of(directory: &Path, advice: &[String]) -> Result<(), Error> {
         "design": written("design.json")?,
         "robust": written("robust.json")?,
         "constant_certificate": directory.join(CONSTANT_CERTIFICATE).is_file().then_some(CONSTANT_CERTIFICATE),
-        "advice": advice,
     }))?)
 }
 
@@ -103,7 +105,7 @@ fn advice(
     verdict: &Verdict,
     wanted: bool,
     progress: &Progress,
-) -> Result<Vec<String>, Error> {
+) -> Result<Vec<Advice>, Error> {
     if verdict.missed().next().is_none() {
         return Ok(Vec::new());
     }
@@ -112,9 +114,10 @@ fn advice(
         return Ok(Vec::new());
     }
     say("");
-    let lines: Vec<String> = advise(inputs, verdict, progress)?.iter().map(ToString::to_string).collect();
+    let advice = advise(inputs, verdict, progress)?;
+    let lines: Vec<String> = advice.iter().map(ToString::to_string).collect();
     progress.done("advice", &lines.join("\n"));
-    Ok(lines)
+    Ok(advice)
 }
 
 /// The stored design, or a new one if there is none for these files. The caller reports whether it is proved.

@@ -76,7 +76,9 @@ pub fn run(directory: &Path, like: Like) -> Result<(), Error> {
     say(&format!(
         "{shown}/vehicle.toml: the coefficients, each with its unit and source. Its status is \"surrogate\" until they are yours.\n\
          {shown}/design.toml: what the controller must do\n\
-         Next: squid show {shown} --speed 1; squid design {shown}"
+         Next: squid show {shown} --speed 1; squid design {shown}\n\
+         With your own numbers in vehicle.toml: squid tune {shown} --design own, which begins own.toml from them, with a range\n\
+         of speed, steps and weights that suit the vehicle; then squid design {shown} --design own"
     ));
     let files = ["vehicle.toml", "design.toml"].map(|name| directory.join(name));
     Ok(answer(&json!({ "files": files }))?)

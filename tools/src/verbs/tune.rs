@@ -10,7 +10,7 @@ use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::DesignFile;
 use squid_design::progress::Progress;
 use squid_design::store::files::{check_directory, write};
-use squid_tune::search::{Tried, Tuned, search};
+use squid_tune::search::{Budget, Tried, Tuned, search};
 use squid_tune::start::start;
 use std::path::Path;
 use std::time::Duration;
@@ -25,7 +25,8 @@ const MINUTES: (f64, f64) = (0.05, 600.0);
 ///
 /// # Errors
 /// Those of the files and of the search; [`Error::Missed`] where what was found misses a requirement.
-pub fn run(vehicle: &Path, design: &str, to: Option<&str>, minutes: f64) -> Result<(), Error> {
+pub fn run(vehicle: &Path, design: &str, to: Option<&str>, budget: (f64, usize)) -> Result<(), Error> {
+    let (minutes, designs) = budget;
     if !(MINUTES.0..=MINUTES.1).contains(&minutes) {
         let allowed = format!("from {} to {}", auv::number(MINUTES.0), auv::number(MINUTES.1));
         return Err(Error::Argument { name: "--minutes", found: auv::number(minutes), allowed });
@@ -35,7 +36,8 @@ pub fn run(vehicle: &Path, design: &str, to: Option<&str>, minutes: f64) -> Resu
     let to = vehicle.join(format!("{}.toml", to.unwrap_or(if begun { design } else { "tuned" })));
     check_directory(vehicle)?;
     let progress = Progress::new(&show);
-    let tuned = search(&inputs, &text, Duration::from_secs_f64(60.0 * minutes), &progress)?;
+    let budget = Budget { time: Duration::from_secs_f64(60.0 * minutes), designs };
+    let tuned = search(&inputs, &text, budget, &progress)?;
     write(&to, tuned.text.as_bytes())?;
     progress.done("verdict", &tuned.finished.verdict.to_string());
     progress.done("front", &front(&tuned));
@@ -43,8 +45,12 @@ pub fn run(vehicle: &Path, design: &str, to: Option<&str>, minutes: f64) -> Resu
         Ok(proof) => format!("PROVED: gain below {}", squid_design::numbers::above(proof.theorem.gamma)),
         Err(reason) => format!("NOT PROVED: {reason}"),
     };
-    progress.done("tuned", &format!("the best of {} designs; {proved}\n{}", tuned.tried, to.display()));
-    let point = |p: &Tried| json!({ "rise": p.rise, "disk_margin": p.disk, "meets_all": p.worst() >= 0.0 });
+    let best = match tuned.finished.verdict.missed().next().is_none() {
+        true => format!("the fastest of {} designs that meets all requirements", tuned.tried),
+        false => not_found(&tuned),
+    };
+    progress.done("tuned", &format!("{best}; {proved}\n{}", to.display()));
+    let point = |p: &Tried| json!({ "rise": p.rise, "disk_margin": p.disk, "meets_all": p.meets_all() });
     answer(&json!({
         "file": to,
         "tried": tuned.tried,
@@ -54,6 +60,19 @@ pub fn run(vehicle: &Path, design: &str, to: Option<&str>, minutes: f64) -> Resu
     }))?;
     let missed: Vec<String> = tuned.finished.verdict.missed().map(crate::verbs::design::missed).collect();
     if missed.is_empty() { Ok(()) } else { Err(Error::Missed { missed }) }
+}
+
+/// That no design meets all requirements, and what is known of the reason.
+fn not_found(tuned: &Tuned) -> String {
+    let mut words = format!(
+        "none of {} designs meets all requirements, and the one that misses least is written; that is no proof that \
+         there is none: search longer with --minutes, or ask for less in [require]",
+        tuned.tried
+    );
+    for limit in &tuned.limits {
+        words += &format!("\n{limit}");
+    }
+    words
 }
 
 /// The files; without a design file one that is begun from the vehicle.
@@ -82,13 +101,15 @@ fn read(directory: &Path, design: &str) -> Result<(Inputs, String, bool), Error>
 /// The front as a table: what margin costs in speed.
 fn front(tuned: &Tuned) -> String {
     let every = tuned.front.len().div_ceil(SHOWN).max(1);
+    let of = match tuned.front.iter().any(Tried::meets_all) {
+        true => "the designs tried that meet all requirements",
+        false => "all designs tried, none of which meets all requirements",
+    };
     let mut lines = vec![
-        "what speed costs in margin, of all designs tried those that none beats in both".to_owned(),
+        format!("what speed costs in margin: of {of}, judged at a few speeds, those that none beats in both"),
         "rise s   disk margin deg".to_owned(),
     ];
-    lines.extend(tuned.front.iter().step_by(every).map(|point| {
-        let met = if point.worst() >= 0.0 { "meets all" } else { "misses some" };
-        format!("{:>6.2}   {:>15.1}   {met}", point.rise, point.disk)
-    }));
+    let rows = tuned.front.iter().step_by(every);
+    lines.extend(rows.map(|point| format!("{:>6.2}   {:>15.1}", point.rise, point.disk)));
     lines.join("\n")
 }

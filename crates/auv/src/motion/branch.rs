@@ -138,9 +138,8 @@ impl Range<'_> {
     fn joined(&self, from: &Trim, to: &Trim) -> Result<(), TrimError> {
         let rise = to.forward_speed - from.forward_speed;
         if (rise > 0.0) != (to.speed > from.speed) {
-            let (speed, to_speed) = (from.speed, to.speed);
-            let pitch_deg = [from, to].map(|t| t.pitch.to_degrees());
-            return Err(TrimError::ForwardSpeedFalls { speed, to_speed, pitch_deg });
+            let (speed, pitch_deg) = (from.speed, from.pitch.to_degrees());
+            return Err(TrimError::ForwardSpeedFalls { speed, pitch_deg });
         }
         let slopes = [self.slope(from)?, self.slope(to)?];
         for (place, (name, unit)) in self.quantities().into_iter().enumerate() {

@@ -80,12 +80,13 @@ pub enum TrimError {
     },
     /// The forward speed, by which an autopilot looks up the trim, does not rise with the speed along the path.
     #[error(
-        "between {} and {} m/s along the path the forward speed in level trim falls, because the pitch goes from {} to \
-            {} deg; an autopilot that knows the forward speed cannot tell these trims apart: hold the pitch by \
-            'trim.pitch' in the design file (\"level\", or an angle), or choose another range of speeds",
-        Rounded(*speed), Rounded(*to_speed), Rounded(pitch_deg[0]), Rounded(pitch_deg[1])
+        "at {} m/s along the path, where the pitch in level trim is {} deg, that pitch changes so fast with the speed that \
+            the forward speed falls while the speed along the path rises; an autopilot that knows the forward speed cannot \
+            tell these trims apart: choose a range of speeds on one side of that, or hold the pitch by 'trim.pitch' in \
+            the design file (\"level\", or an angle)",
+        Rounded(*speed), Rounded(*pitch_deg)
     )]
-    ForwardSpeedFalls { speed: f64, to_speed: f64, pitch_deg: [f64; 2] },
+    ForwardSpeedFalls { speed: f64, pitch_deg: f64 },
     /// The trim needs an output beyond the limits of an actuator.
     #[error(
         "level trim at {} m/s and {} m needs {} {unit} of {actuator}, {} {unit} beyond its limits {} .. {} {unit}",

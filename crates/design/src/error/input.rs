@@ -9,6 +9,11 @@ pub enum InputError {
     /// The vehicle's directory is not there.
     #[error("{directory}: there is no such directory; name one that contains vehicle.toml and design.toml")]
     NoVehicle { directory: String },
+    /// There is no design of that name.
+    #[error(
+        "{path}: there is no such file; `squid tune {directory} --design {name}` begins one from the vehicle alone"
+    )]
+    NoDesign { path: String, directory: String, name: String },
     /// The vehicle file or the design file is wrong, or a file is not text.
     #[error(transparent)]
     File(#[from] auv::FileError),

@@ -95,7 +95,7 @@ const THETA: usize = 3;
 /// the trim at the same forward speed; infinite where nothing holds it.
 ///
 /// `A x + B u = 0` with x = \[0 w 0 step\] is solved for w and u, least in units of reach.
-fn held(actuators: &[Actuator], step: f64, l: &Linearisation) -> f64 {
+pub fn held(actuators: &[Actuator], step: f64, l: &Linearisation) -> f64 {
     let coefficients = Mat::from_fn(THETA, 1 + actuators.len(), |i, j| match j {
         0 => l.a[(i, HEAVE)],
         j => l.b[(i, j - 1)] * actuators[j - 1].reach(),

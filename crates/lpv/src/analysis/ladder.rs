@@ -15,7 +15,7 @@
 use crate::analysis::rate::{RateBound, RateError, RateOptions, rate_bounded_gain};
 use crate::error::{LftError, ShapeError, SynthesisError};
 use crate::synthesis::least_gamma::least_gamma_within;
-use crate::synthesis::{Design, ScalingClass};
+use crate::synthesis::{Design, Options, ScalingClass};
 use crate::system::plant::{ClosedLoop, GeneralisedPlant};
 use crate::system::state_space::StateSpace;
 use thiserror::Error;
@@ -145,7 +145,8 @@ pub fn ladder(
         return Err(LadderError::NotOneParameter { found: plant.blocks.len() });
     }
     let gamma = |plant: &GeneralisedPlant, scalings| {
-        least_gamma_within(plant, scalings, options.accuracy).map(|(_, found)| found.gamma)
+        let options = Options { scalings, accuracy: options.accuracy, ..Options::default() };
+        least_gamma_within(plant, options).map(|(_, found)| found.gamma)
     };
     let mut frozen_optimum = Vec::with_capacity(options.thetas.len());
     for &theta in &options.thetas {

@@ -9,7 +9,7 @@ use crate::bounded_rate::own::{SAMPLES, frozen_loops, tightened};
 use crate::bounded_rate::scheduled::through;
 use crate::error::{LftError, SynthesisError};
 use crate::matrix::{Mat, pseudo_inverse, symmetric_part};
-use crate::synthesis::ScalingClass;
+use crate::synthesis::Options;
 use crate::synthesis::balance::Coordinates;
 use crate::synthesis::least_gamma::least_gamma_within;
 use crate::system::controller::Controller;
@@ -88,7 +88,7 @@ struct Place {
 impl Place {
     /// Those of the least gamma for parameters that move however fast, where there is one.
     fn new(plant: &GeneralisedPlant) -> Self {
-        match least_gamma_within(plant, ScalingClass::SymmetricAndSkew, COORDINATES_ACCURACY) {
+        match least_gamma_within(plant, Options { accuracy: COORDINATES_ACCURACY, ..Options::default() }) {
             Ok((coordinates, found)) => Self { coordinates, unit: found.gamma },
             Err(_) => Self { coordinates: Coordinates::diagonal(plant), unit: 1.0 },
         }

@@ -65,6 +65,9 @@ pub fn solve(
     }
     match own {
         Some(own) if own.gap <= search.tolerance || search.start.is_some() || !search.patient => Ok(own),
+        own if search.quick => own.ok_or_else(|| {
+            SynthesisError::numerical(stage, "no point was found, and no other solver was asked")
+        }),
         own => general(program, stage, own),
     }
 }

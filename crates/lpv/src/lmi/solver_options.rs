@@ -22,6 +22,8 @@ pub struct SolverOptions<'a> {
     /// Whether to go on with the general solver where the first gets stuck at a point that is feasible, but not the
     /// best.
     pub patient: bool,
+    /// Whether to do without the general solver, whatever comes of the first.
+    pub quick: bool,
 }
 
 impl SolverOptions<'_> {
@@ -32,6 +34,15 @@ impl SolverOptions<'_> {
 
     /// Within `tolerance` of the optimum, and therefore well inside the inequalities.
     pub fn within(tolerance: f64) -> Self {
-        Self { tolerance, floor: 1.0, start: None, near: None, enough: 1e-3, settles: false, patient: false }
+        Self {
+            tolerance,
+            floor: 1.0,
+            start: None,
+            near: None,
+            enough: 1e-3,
+            settles: false,
+            patient: false,
+            quick: false,
+        }
     }
 }

@@ -5,7 +5,8 @@ use crate::lmi::program::{Affine, Program, symmetric};
 use crate::lmi::solver;
 use crate::lmi::solver_options::SolverOptions;
 use crate::matrix::{Mat, symmetric_part};
-use crate::synthesis::inequalities::{COUPLING, DUAL, LmiSolution, PRIMAL, ScalingClass, state};
+use crate::synthesis::design::Options;
+use crate::synthesis::inequalities::{COUPLING, DUAL, LmiSolution, PRIMAL, state};
 use crate::system::plant::GeneralisedPlant;
 
 /// A solution at a given gamma, above the least, that lies well inside the inequalities.
@@ -18,11 +19,11 @@ pub(crate) fn centre(
     plant: &GeneralisedPlant,
     gamma: f64,
     small: &LmiSolution,
-    scalings: ScalingClass,
+    options: Options,
 ) -> Result<LmiSolution, SynthesisError> {
-    let (roomy, room) = push(plant, gamma, small, scalings, Aim::Room)?;
+    let (roomy, room) = push(plant, gamma, small, options, Aim::Room)?;
     let kept = 1.0 + 0.5 * (room - 1.0).max(0.0);
-    let clear = push(plant, gamma, small, scalings, Aim::Clearance { room: kept });
+    let clear = push(plant, gamma, small, options, Aim::Clearance { room: kept });
     let found = match clear {
         Ok((found, _)) if found.margin > 0.0 || roomy.margin <= 0.0 => found,
         Err(error) if roomy.margin <= 0.0 => return Err(error),
@@ -57,9 +58,10 @@ fn push(
     plant: &GeneralisedPlant,
     gamma: f64,
     small: &LmiSolution,
-    scalings: ScalingClass,
+    options: Options,
     aim: Aim,
 ) -> Result<(LmiSolution, f64), SynthesisError> {
+    let Options { scalings, quick, .. } = options;
     let (n, r) = (plant.sizes().x, plant.sizes().t);
     let mut program = Program::new();
     let unknowns = state(&mut program, plant, Some(gamma), scalings);
@@ -86,10 +88,10 @@ fn push(
     }
     program.minimise_trace(&value, -1.0);
     let search = match aim {
-        Aim::Room => SolverOptions::within(ROOM_TOLERANCE),
+        Aim::Room => SolverOptions { quick, ..SolverOptions::within(ROOM_TOLERANCE) },
         // A clearance may be small, and has to be found above zero.
         Aim::Clearance { .. } => {
-            SolverOptions { floor: 1e-9, patient: true, ..SolverOptions::within(CLEARANCE_TOLERANCE) }
+            SolverOptions { floor: 1e-9, patient: true, quick, ..SolverOptions::within(CLEARANCE_TOLERANCE) }
         }
     };
     let solution = solver::solve(&program, STAGE, search).map_err(contradiction)?;

@@ -20,6 +20,9 @@ pub struct Options {
     pub accuracy: f64,
     /// No mode of the frozen controller may be faster than this, rad/s.
     pub fastest_mode: Option<f64>,
+    /// Whether to give up where the search gets stuck: for one of many controllers, of which few are kept. The general
+    /// solver, other back-offs and changes of the plant, which take ten times as long, are left out.
+    pub quick: bool,
 }
 
 impl Default for Options {
@@ -30,6 +33,7 @@ impl Default for Options {
             gamma_limit: None,
             accuracy: 1e-5,
             fastest_mode: None,
+            quick: false,
         }
     }
 }

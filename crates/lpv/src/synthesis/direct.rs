@@ -48,7 +48,7 @@ fn explained(
     options: Options,
 ) -> Result<Design, SynthesisError> {
     match outcome {
-        Err(SynthesisError::Numerical { .. } | SynthesisError::Infeasible { .. }) => {
+        Err(SynthesisError::Numerical { .. } | SynthesisError::Infeasible { .. }) if !options.quick => {
             match (stabilisation(plant, options.scalings), outcome) {
                 (Stabilisation::Impossible(reason), _) => Err(reason),
                 (Stabilisation::Possible, Err(SynthesisError::Infeasible { stage })) => {
@@ -79,7 +79,8 @@ fn build(
     options: Options,
 ) -> Result<Design, SynthesisError> {
     let mut first_failure = None;
-    for factor in [1.0, 2.0, 4.0] {
+    let factors: &[f64] = if options.quick { &[1.0] } else { &[1.0, 2.0, 4.0] };
+    for factor in factors {
         for basis in [Basis::Equalised, Basis::AsFound] {
             let gamma = optimum.gamma * (1.0 + factor * options.back_off);
             match build_at(gamma, basis, plant, coordinates, optimum, options) {
@@ -111,14 +112,14 @@ fn build_at(
     options: Options,
 ) -> Result<Design, SynthesisError> {
     let unit = plant.in_units_of(gamma_design);
-    let small = smallest(&coordinates.apply(&unit), 1.0, optimum, options.scalings)?;
+    let small = smallest(&coordinates.apply(&unit), 1.0, optimum, options)?;
     let equal = (basis == Basis::Equalised).then(|| equalised(coordinates, &small, &unit)).flatten();
     let (coordinates, small) = match equal {
         Some(equal) => (equal.clone(), equal.carry(coordinates, &small)),
         None => (coordinates.clone(), small),
     };
     let balanced = coordinates.apply(&unit);
-    let centred = centre(&balanced, 1.0, &small, options.scalings)?;
+    let centred = centre(&balanced, 1.0, &small, options)?;
     let fastest = options.fastest_mode.map(|limit| coordinates.scaled_rate(limit));
     let (in_balance, shown) = reconstruct(&balanced, &centred, fastest)?;
     let shown = GainBound { gamma: gamma_design, ..shown };

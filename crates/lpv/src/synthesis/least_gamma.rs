@@ -7,6 +7,7 @@ use crate::lmi::solver_options::SolverOptions;
 use crate::matrix::{Mat, largest_eigenvalue, least_eigenvalue, symmetric_function, symmetric_part};
 use crate::synthesis::back_off::contradiction;
 use crate::synthesis::balance::Coordinates;
+use crate::synthesis::design::Options;
 use crate::synthesis::dual::repaired;
 use crate::synthesis::inequalities::{
     DualMultipliers, LmiSolution, ScalingClass, coupling, state, unmeasured,
@@ -31,16 +32,17 @@ pub fn least_gamma(
     plant: &GeneralisedPlant,
     scalings: ScalingClass,
 ) -> Result<(Coordinates, LmiSolution), SynthesisError> {
-    least_gamma_within(plant, scalings, SETTLED_GAP)
+    least_gamma_within(plant, Options { scalings, accuracy: SETTLED_GAP, ..Options::default() })
 }
 
-/// The same; a gamma that is known to be within `accuracy` of the least, relative to itself, is near enough.
+/// The same, by scalings, accuracy and patience of `options`.
 pub(crate) fn least_gamma_within(
     plant: &GeneralisedPlant,
-    scalings: ScalingClass,
-    accuracy: f64,
+    options: Options,
 ) -> Result<(Coordinates, LmiSolution), SynthesisError> {
-    let search = SolverOptions::within((SEARCHED * accuracy).max(SolverOptions::fine().tolerance));
+    let Options { scalings, accuracy, quick, .. } = options;
+    let tolerance = (SEARCHED * accuracy).max(SolverOptions::fine().tolerance);
+    let search = SolverOptions { quick, ..SolverOptions::within(tolerance) };
     let doubtful = accuracy.max(DOUBTFUL_GAP);
     let (mut place, mut best) = first(plant, scalings, search)?;
     let mut tried = (place.clone(), best.clone());
@@ -53,7 +55,7 @@ pub(crate) fn least_gamma_within(
         }
         let here = tried.0.plant(plant);
         let level = COORDINATES_GAMMA_FACTOR * tried.1.gamma / tried.0.unit;
-        let Ok(small) = smallest(&here, level, &tried.1, scalings) else { break };
+        let Ok(small) = smallest(&here, level, &tried.1, options) else { break };
         let Some(coordinates) = equalised(&tried.0.coordinates, &small, plant) else { break };
         let next = Place { coordinates, unit: tried.1.gamma };
         let Ok(again) = minimise(plant, &next, scalings, search) else { break };
@@ -71,7 +73,8 @@ pub(crate) fn least_gamma_within(
             break;
         }
     }
-    if (best.gap > doubtful || best.margin <= 0.0)
+    if !quick
+        && (best.gap > doubtful || best.margin <= 0.0)
         && let Ok(other) = minimise(plant, &place, scalings, SolverOptions { patient: true, ..search })
         && better(&other, &best)
     {
@@ -224,8 +227,9 @@ pub(crate) fn smallest(
     plant: &GeneralisedPlant,
     gamma: f64,
     known: &LmiSolution,
-    scalings: ScalingClass,
+    options: Options,
 ) -> Result<LmiSolution, SynthesisError> {
+    let Options { scalings, quick, .. } = options;
     let mut program = Program::new();
     let unknowns = state(&mut program, plant, Some(gamma), scalings);
     if scalings == ScalingClass::SymmetricAndSkew {
@@ -237,8 +241,8 @@ pub(crate) fn smallest(
     for e in [&unknowns.x, &unknowns.y, &unknowns.s, &unknowns.sigma] {
         program.minimise_trace(e, 1.0);
     }
-    let solution = solver::solve(&program, SMALLEST_STAGE, SolverOptions::within(SCALE_TOLERANCE))
-        .map_err(contradiction)?;
+    let search = SolverOptions { quick, ..SolverOptions::within(SCALE_TOLERANCE) };
+    let solution = solver::solve(&program, SMALLEST_STAGE, search).map_err(contradiction)?;
     Ok(unknowns.lmi_solution(&program, &solution))
 }
 

@@ -123,7 +123,8 @@ impl UncertainCoefficient {
         let value = parameter.coefficient(vehicle).unwrap_or(0.0);
         let half_range = match &self.half_range {
             HalfRange::Relative(_) if value == 0.0 => {
-                let allowed = "{ absolute = ..., unit = ... }, because the value in the vehicle file is 0";
+                let allowed =
+                    "{ absolute = ..., unit = ... } or left out, because the value in the vehicle file is 0";
                 return Err(wrong("a relative range".into(), allowed));
             }
             HalfRange::Relative(fraction) => fraction * value.abs(),

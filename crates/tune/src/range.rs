@@ -1,0 +1,163 @@
+//! The range of speed of a first design: the widest in which the vehicle flies level with ease, on one branch of its
+//! trims, holds pitch, is not faster than its actuators, and has a similar authority everywhere.
+
+use crate::error::Error;
+use crate::knob::three_digits;
+use crate::start::{DEPTH, SHARE, pitch_scale};
+use auv::{Linearisation, Pitch, Speed, Vehicle, linearise, trim_with, trims};
+use squid_design::fit::authority::held;
+
+/// Speeds that are tried, m/s.
+const TO: f64 = 5.0;
+const STEP: f64 = 0.05;
+/// The largest incidence \[deg\].
+const INCIDENCE: f64 = 10.0;
+/// The largest speed of a range, relative to the smallest: forces grow as its square.
+const WIDEST: f64 = 6.0;
+/// The largest authority over pitch in a range, relative to the smallest.
+const STRONGEST: f64 = 5.0;
+/// The largest growth rate of an unstable mode times the lag of the actuator that turns the vehicle.
+const DEPARTS: f64 = 0.2;
+
+/// What the actuators can do beyond level flight at a speed.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Reach {
+    /// Along the path, m/s.
+    pub speed: f64,
+    /// The pitch off the trim that they hold, rad.
+    pub pitch: f64,
+    /// Surge acceleration, m/s2.
+    pub surge: f64,
+    /// Pitch acceleration, rad/s2.
+    pub turn: f64,
+    /// What becomes of the pitch in level trim.
+    rule: Pitch,
+}
+
+/// Why a speed is not in a range, in words that follow "at ... m/s".
+type Reason = String;
+
+/// The widest range of speeds.
+///
+/// # Errors
+/// [`Error::NoRange`], with the reasons at some speeds.
+pub(crate) fn range(vehicle: &Vehicle) -> Result<Vec<Reach>, Error> {
+    let count = (TO / STEP).round() as usize;
+    let speeds = (0..=count).map(|i| three_digits(STEP * i as f64));
+    let tried: Vec<(f64, Result<Reach, Reason>)> =
+        speeds.map(|speed| (speed, Reach::of(vehicle, speed))).collect();
+    let (mut best, mut run): (&[Reach], Vec<Reach>) = (&[], vec![]);
+    let mut runs: Vec<Vec<Reach>> = vec![];
+    for (_, reach) in &tried {
+        let joins = |reach: &Reach| run.last().is_none_or(|last| last.joins(vehicle, reach));
+        match reach {
+            Ok(reach) if joins(reach) => run.push(reach.clone()),
+            other => {
+                runs.push(std::mem::take(&mut run));
+                run.extend(other.iter().cloned());
+            }
+        }
+    }
+    runs.push(run);
+    for window in runs.iter().map(|run| widest(run)) {
+        if window.len() >= best.len() {
+            best = window;
+        }
+    }
+    if best.len() > 1 {
+        return Ok(best.to_vec());
+    }
+    let refused = tried.iter().filter_map(|(speed, reach)| Some((*speed, reach.as_ref().err()?)));
+    let reasons: Vec<String> = SHOWN
+        .iter()
+        .filter_map(|shown| refused.clone().find(|(speed, _)| speed >= shown))
+        .map(|(speed, reason)| format!("at {speed} m/s {reason}"))
+        .collect();
+    Err(Error::NoRange { vehicle: vehicle.name.clone(), from: 0.0, to: TO, reasons: reasons.join("; ") })
+}
+
+/// Speeds of which the reasons are told where there is no range, m/s.
+const SHOWN: [f64; 3] = [0.5, 1.0, 2.0];
+
+/// The longest part of a run in which authority and speed are similar.
+fn widest(run: &[Reach]) -> &[Reach] {
+    let similar = |part: &[Reach]| {
+        let turns = || part.iter().map(|r| r.turn);
+        let strongest = turns().fold(0.0, f64::max) <= STRONGEST * turns().fold(f64::INFINITY, f64::min);
+        let [first, .., last] = part else { return true };
+        // Level from rest on, the forces at rest are those of linear damping.
+        let from_rest = matches!(first.rule, Pitch::Held(_));
+        strongest && (from_rest || last.speed <= WIDEST * first.speed)
+    };
+    let from = |start: usize| {
+        (start + 1..=run.len()).rev().map(move |end| &run[start..end]).find(|part| similar(part))
+    };
+    (0..run.len()).filter_map(from).max_by_key(|part| part.len()).unwrap_or(&[])
+}
+
+impl Reach {
+    /// Of a vehicle at a speed, or why it cannot be flown there.
+    fn of(vehicle: &Vehicle, speed: f64) -> Result<Self, Reason> {
+        let rule = Pitch::over(vehicle, DEPTH, &[speed], None);
+        let trim = trim_with(vehicle, Speed::Path(speed), DEPTH, &rule)
+            .map_err(|e| format!("it does not trim: {e}"))?;
+        let l = linearise(vehicle, &trim).map_err(|e| e.to_string())?;
+        is_easy(vehicle, &l)?;
+        let rooms: Vec<f64> = vehicle
+            .actuators
+            .iter()
+            .zip(&trim.actuators)
+            .map(|(a, now)| (a.max - now).min(now - a.min))
+            .collect();
+        let row =
+            |i: usize| l.b.row(i).iter().zip(&rooms).map(|(b, room)| (b * room).abs()).collect::<Vec<f64>>();
+        let turns = row(PITCH_RATE);
+        let turner = (0..turns.len()).max_by(|i, j| turns[*i].total_cmp(&turns[*j])).unwrap_or(0);
+        let (growth, lag) = (growth(&l), vehicle.actuators[turner].lag);
+        if growth * lag > DEPARTS {
+            return Err(format!(
+                "it departs by exp({growth:.2} t), too fast for {} with a lag of {lag} s",
+                vehicle.actuators[turner].name
+            ));
+        }
+        let pitch = ONE_DEGREE / held(&vehicle.actuators, ONE_DEGREE, &l);
+        if pitch_scale(pitch).is_none() {
+            return Err(format!("the actuators hold no more than {:.1} deg of pitch", pitch.to_degrees()));
+        }
+        Ok(Self { speed, pitch, surge: row(SURGE).iter().sum(), turn: turns.iter().sum(), rule })
+    }
+
+    /// Whether its trim is on one branch with that of the next speed.
+    fn joins(&self, vehicle: &Vehicle, next: &Self) -> bool {
+        let same =
+            matches!((&self.rule, &next.rule), (Pitch::Held(_), Pitch::Held(_)) | (Pitch::Free, Pitch::Free));
+        same && trims(vehicle, DEPTH, &[self.speed, next.speed], &self.rule).is_ok()
+    }
+}
+
+/// Places of states.
+const SURGE: usize = 0;
+const PITCH_RATE: usize = 2;
+const ONE_DEGREE: f64 = std::f64::consts::PI / 180.0;
+
+/// The largest real part of an eigenvalue, 1/s.
+fn growth(l: &Linearisation) -> f64 {
+    l.eigenvalues().iter().map(|v| v.re).fold(0.0, f64::max)
+}
+
+/// Whether level flight leaves enough.
+fn is_easy(vehicle: &Vehicle, l: &Linearisation) -> Result<(), Reason> {
+    let used = |(a, now): (&auv::Actuator, &f64)| {
+        (if *now > 0.0 { now / a.max } else { now / a.min }, a.name.clone())
+    };
+    let uses = vehicle.actuators.iter().zip(&l.trim.actuators).map(used);
+    let (share, name) = uses.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default();
+    let incidence = l.trim.incidence.to_degrees();
+    if share > SHARE {
+        return Err(format!("level flight takes {:.0} % of {name}", 100.0 * share));
+    }
+    if incidence.abs() > INCIDENCE {
+        return Err(format!("level flight takes {incidence:.1} deg of incidence"));
+    }
+    Ok(())
+}
