@@ -33,7 +33,7 @@ def test_a_requirement_that_is_missed_is_told_and_counted(run_squid: Run, hard: 
     """The files are written all the same; the only thing that is missed is named, with what was found."""
     done = run_squid("design", hard, "--strict", "--out", tmp_path / "out")
     assert done.returncode == MISSED, done.stderr
-    assert "1 of 9 requirements MISSED" in done.stdout
+    assert "1 of 8 requirements MISSED" in done.stdout
     assert "`--advise`" in done.stdout
     assert done.stderr.startswith("squid: MISSED: phase margin is ")
     assert "'require.phase_margin' asks for > 88 deg" in done.stderr

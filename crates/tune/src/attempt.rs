@@ -7,8 +7,9 @@ use squid_design::error::Error;
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::Sense;
+use squid_design::progress::Progress;
 use squid_design::store::freeze::freeze;
-use squid_design::synthesise::synthesise_quickly;
+use squid_design::synthesise::{synthesise, synthesise_quickly};
 use squid_design::verdict::Verdict;
 use squid_design::verdict::found::{Effort, Found};
 use squid_design::verdict::row::Row;
@@ -16,17 +17,22 @@ use squid_design::verdict::row::Row;
 /// At how many speeds an attempt is judged.
 const EFFORT: Effort = Effort { frozen: 6, flown: 2, mu: 2 };
 
-/// Designs with keys multiplied: the files with these numbers, and the frozen controller.
+/// Designs with keys multiplied: the files with these numbers, and the frozen controller. A `quick` one is given up where
+/// the search for it gets stuck.
 fn designed(
     inputs: &Inputs,
     model: &Model,
     turned: &[(Knob, f64)],
+    quick: bool,
 ) -> Result<(Inputs, ControllerDesign), Error> {
     let mut inputs = inputs.clone();
     turned.iter().for_each(|(knob, factor)| knob.turn(&mut inputs.design, *factor));
     let (vehicle, design) = (&inputs.vehicle, &inputs.design);
     let plant = augment(&vehicle.actuators, design, model.linear())?;
-    let found = synthesise_quickly(design, &plant)?;
+    let found = match quick {
+        true => synthesise_quickly(design, &plant)?,
+        false => synthesise(&vehicle.actuators, design, &plant, &Progress::default())?,
+    };
     let controller = freeze(vehicle, design, &inputs.hashes, model, &found, false)?.controller;
     Ok((inputs, controller))
 }
@@ -36,11 +42,12 @@ fn designed(
 /// # Errors
 /// There is no controller; those of the verdict.
 pub fn attempt(inputs: &Inputs, model: &Model, turned: &[(Knob, f64)]) -> Result<Verdict, Error> {
-    let (inputs, controller) = designed(inputs, model, turned)?;
+    let (inputs, controller) = designed(inputs, model, turned, false)?;
     Verdict::of(&inputs, &controller, EFFORT)
 }
 
-/// The same without mu, which takes longest, where something else is missed already.
+/// The same for one of many: given up where the search for a controller gets stuck, and without mu, which takes long, where
+/// something else is missed already.
 ///
 /// # Errors
 /// As [`attempt`].
@@ -49,7 +56,7 @@ pub fn attempt_until_missed(
     model: &Model,
     turned: &[(Knob, f64)],
 ) -> Result<Verdict, Error> {
-    let (inputs, controller) = designed(inputs, model, turned)?;
+    let (inputs, controller) = designed(inputs, model, turned, true)?;
     let first = Verdict::of(&inputs, &controller, Effort { mu: 0, ..EFFORT })?;
     if first.missed().next().is_some() {
         return Ok(first);

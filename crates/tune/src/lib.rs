@@ -7,12 +7,16 @@
 //! range    the speeds of a first design file
 //! start    a first design file for a vehicle that has none
 //! search   the fastest design that meets what is required
+//! tried    a design that was tried, and which of two is better
+//! finals   the best of a search, judged in full and proved
 //! ```
 
 pub mod advise;
 pub mod attempt;
 pub mod error;
+mod finals;
 pub mod knob;
 mod range;
 pub mod search;
 pub mod start;
+pub mod tried;

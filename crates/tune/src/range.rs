@@ -3,10 +3,17 @@
 
 use crate::error::Error;
 use crate::knob::three_digits;
-use crate::start::{DEPTH, SHARE, pitch_scale};
 use auv::{Linearisation, Pitch, Speed, Vehicle, linearise, trim_with, trims};
 use squid_design::fit::authority::held;
 
+/// The depth of the trims, m.
+pub(crate) const DEPTH: f64 = 50.0;
+/// The part of an actuator that level flight may take.
+pub(crate) const SHARE: f64 = 0.6;
+/// The part of the pitch that the actuators hold that a step takes; the largest and the smallest step, deg.
+const HELD: f64 = 0.35;
+const LARGEST_PITCH: f64 = 10.0;
+const SMALLEST_PITCH: f64 = 3.0;
 /// Speeds that are tried, m/s.
 const TO: f64 = 5.0;
 const STEP: f64 = 0.05;
@@ -17,19 +24,21 @@ const WIDEST: f64 = 6.0;
 /// The largest authority over pitch in a range, relative to the smallest.
 const STRONGEST: f64 = 5.0;
 /// The largest growth rate of an unstable mode times the lag of the actuator that turns the vehicle.
-const DEPARTS: f64 = 0.2;
+const DEPARTS: f64 = 0.12;
 
 /// What the actuators can do beyond level flight at a speed.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Reach {
     /// Along the path, m/s.
     pub speed: f64,
-    /// The pitch off the trim that they hold, rad.
+    /// The pitch of a step, deg: [`HELD`] of what they hold.
     pub pitch: f64,
     /// Surge acceleration, m/s2.
     pub surge: f64,
     /// Pitch acceleration, rad/s2.
     pub turn: f64,
+    /// The lag of the actuator that turns the vehicle most, s.
+    pub lag: f64,
     /// What becomes of the pitch in level trim.
     rule: Pitch,
 }
@@ -120,11 +129,12 @@ impl Reach {
                 vehicle.actuators[turner].name
             ));
         }
-        let pitch = ONE_DEGREE / held(&vehicle.actuators, ONE_DEGREE, &l);
-        if pitch_scale(pitch).is_none() {
-            return Err(format!("the actuators hold no more than {:.1} deg of pitch", pitch.to_degrees()));
+        let held = 1.0 / held(&vehicle.actuators, ONE_DEGREE, &l);
+        if HELD * held < SMALLEST_PITCH {
+            return Err(format!("the actuators hold no more than {held:.1} deg of pitch"));
         }
-        Ok(Self { speed, pitch, surge: row(SURGE).iter().sum(), turn: turns.iter().sum(), rule })
+        let pitch = (HELD * held).min(LARGEST_PITCH);
+        Ok(Self { speed, pitch, surge: row(SURGE).iter().sum(), turn: turns.iter().sum(), lag, rule })
     }
 
     /// Whether its trim is on one branch with that of the next speed.

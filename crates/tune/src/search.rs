@@ -13,7 +13,9 @@
 
 use crate::attempt::{attempt_until_missed, room};
 use crate::error::Error;
+use crate::finals::best;
 use crate::knob::Knob;
+use crate::tried::{LOST, SPARE, Tried, front, merit};
 use cobyla::{Func, RhoBeg, StopTols, minimize};
 use rayon::prelude::*;
 use squid_design::fit::Model;
@@ -21,16 +23,13 @@ use squid_design::fit::authority::remarks;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::{DesignFile, REQUIREMENTS};
 use squid_design::progress::Progress;
-use squid_design::run::{Finished, run};
+use squid_design::run::Finished;
 use squid_design::verdict::Verdict;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
-use toml_edit::DocumentMut;
 
-/// The room that an attempt must have, for what is found at more speeds and to three digits.
-const SPARE: f64 = 0.02;
 /// How far the logarithm of a factor may go, and how far it goes at first and in the end.
 const FARTHEST: f64 = 3.0;
 const FIRST: f64 = 0.3;
@@ -39,39 +38,8 @@ const CLOSE: f64 = 0.02;
 const PACES: [f64; 4] = [1.0, 0.65, 0.42, 0.27];
 /// The most searches side by side.
 const MOST_SEARCHES: usize = 4;
-/// What a design that does not come out counts as.
-const LOST: f64 = 10.0;
 /// Most evaluations of one search; those after the time is over are empty.
 const MOST: usize = 1000;
-/// How many of the attempts are judged in full.
-const FINALISTS: usize = 4;
-
-/// A design that was tried.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Tried {
-    /// The logarithms of the factors.
-    x: Vec<f64>,
-    /// The mean of the logarithms of the rise times.
-    cost: f64,
-    /// The least room of each key with a limit.
-    rooms: Vec<f64>,
-    /// The slowest rise, of pitch where that is tracked, s.
-    pub rise: f64,
-    /// The least disk margin, as a phase, deg.
-    pub disk: f64,
-}
-
-impl Tried {
-    /// The least room of all.
-    fn worst(&self) -> f64 {
-        self.rooms.iter().copied().fold(f64::INFINITY, f64::min)
-    }
-
-    /// Whether it meets all that is required, at the few speeds at which it was judged.
-    pub fn meets_all(&self) -> bool {
-        self.worst() >= 0.0
-    }
-}
 
 /// The outcome of a search.
 #[derive(Debug)]
@@ -300,77 +268,4 @@ impl Direction {
         }
         groups.into_values().map(Self).collect()
     }
-}
-
-/// Less is better: what meets the requirements by its speed, and before what does not by how much that misses.
-fn merit(tried: &Tried) -> f64 {
-    if tried.worst() >= SPARE { tried.cost } else { LOST + SPARE - tried.worst() }
-}
-
-/// Of those that meet what is required, or of all where none does, those that no other beats in both rise and disk margin,
-/// the fastest first.
-fn front(tried: &[&Tried]) -> Vec<Tried> {
-    let any = tried.iter().any(|t| t.meets_all());
-    let mut sorted: Vec<&Tried> = tried
-        .iter()
-        .copied()
-        .filter(|t| t.rise.is_finite() && t.disk.is_finite() && (t.meets_all() || !any))
-        .collect();
-    sorted.sort_by(|a, b| a.rise.total_cmp(&b.rise).then(b.disk.total_cmp(&a.disk)));
-    let mut best = f64::NEG_INFINITY;
-    let beats = |t: &&Tried| {
-        let better = t.disk > best;
-        best = best.max(t.disk);
-        better
-    };
-    sorted.into_iter().filter(beats).cloned().collect()
-}
-
-/// The first of the best attempts that meets everything when judged in full and proved; if none does, the one that
-/// misses least.
-fn best(
-    inputs: &Inputs,
-    text: &str,
-    knobs: &[Knob],
-    mut known: Vec<&Tried>,
-    progress: &Progress,
-) -> Result<(String, Finished), Error> {
-    known.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
-    let file = format!("{}.toml", inputs.design.name);
-    let mut nearest: Option<(usize, String, Finished)> = None;
-    let mut failed = None;
-    for tried in known.iter().take(FINALISTS) {
-        let mut document: DocumentMut = text.parse().map_err(|_| not_toml(&file))?;
-        for (knob, x) in knobs.iter().zip(&tried.x) {
-            knob.write(&mut document, x.exp(), &file)?;
-        }
-        let written = document.to_string();
-        let design = DesignFile::parse(&written, &file, &inputs.design.name)?;
-        let running = progress.begin("tune", "judging in full, and proving");
-        let finished = run(&Inputs::new(inputs.vehicle.clone(), design)?, &Progress::default());
-        drop(running);
-        let finished = match finished {
-            Ok(finished) => finished,
-            Err(reason) => {
-                failed = Some(reason);
-                continue;
-            }
-        };
-        let missed = finished.verdict.missed().count() + usize::from(finished.proof.is_err());
-        if nearest.as_ref().is_none_or(|(least, ..)| missed < *least) {
-            nearest = Some((missed, written, finished));
-        }
-        if missed == 0 {
-            break;
-        }
-    }
-    match (nearest, failed) {
-        (Some((_, text, finished)), _) => Ok((text, finished)),
-        (None, Some(reason)) => Err(reason.into()),
-        (None, None) => Err(Error::NoDesign { tried: 0, reason: String::new() }),
-    }
-}
-
-fn not_toml(file: &str) -> Error {
-    Error::NotATable { file: file.into(), key: "track".into() }
 }

@@ -4,7 +4,7 @@
 //! do beyond that, from their lags, and from how fast the vehicle departs by itself:
 //!
 //! ```text
-//! scale of pitch   HELD of the pitch that the rest of the actuators holds
+//! scale of pitch   a third of the pitch that the rest of the actuators holds
 //! frequency        sqrt(ACCELERATED turn/scale) and ACCELERATED surge/scale, at most OVER_LAG/lag
 //! a                turn/(scale frequency^2): how many times the acceleration that is asked for there is
 //! weight           WEIGHT a^0.65,   disturbance  DISTURBANCE/a^0.5
@@ -15,21 +15,13 @@
 
 use crate::error::Error;
 use crate::knob::three_digits;
-use crate::range::{Reach, range};
+use crate::range::{DEPTH, Reach, SHARE, range};
 use auv::Vehicle;
 use squid_design::fit::Model;
 use squid_design::fit::frequency::errors;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::DesignFile;
 
-/// The depth of the trims, m.
-pub(crate) const DEPTH: f64 = 50.0;
-/// The part of an actuator that level flight may take.
-pub(crate) const SHARE: f64 = 0.6;
-/// The part of the pitch that the actuators hold that a step takes; the largest and the smallest scale of pitch, deg.
-const HELD: f64 = 0.35;
-const LARGEST_PITCH: f64 = 10.0;
-const SMALLEST_PITCH: f64 = 3.0;
 /// The part of what the actuators accelerate that a step takes at its start.
 const ACCELERATED: f64 = 0.5;
 /// A model times the lag of the slowest actuator.
@@ -43,15 +35,13 @@ const LARGEST_SPEED: f64 = 0.3;
 /// The weight on commands and the disturbance of actuators that just give the acceleration that is asked for.
 const WEIGHT: f64 = 0.05;
 const DISTURBANCE: f64 = 0.45;
+/// Beyond this over the lag of the actuator that turns the vehicle commands weigh more. A longer lag than this one (s) takes
+/// more damping, by a rate that is measured with less noise.
+const ROLL_OFF: f64 = 2.0;
+const SHORT_LAG: f64 = 0.2;
 /// The orders of the fit, and the error of the frequency response that makes it a higher one.
 const ORDERS: [usize; 2] = [2, 3];
 const BAD_FIT: f64 = 0.05;
-
-/// The pitch \[deg\] of a step that takes [`HELD`] of what the actuators hold; `None` for one that is too small to see.
-pub(crate) fn pitch_scale(held: f64) -> Option<f64> {
-    let pitch = (HELD * held.to_degrees()).min(LARGEST_PITCH);
-    (pitch >= SMALLEST_PITCH).then_some(pitch)
-}
 
 /// The text of a first design file.
 ///
@@ -81,11 +71,12 @@ fn text(vehicle: &Vehicle, range: &[Reach], order: usize) -> Result<String, Erro
         }
     }
     let lag = vehicle.actuators.iter().map(|a| a.lag).fold(0.0, f64::max);
-    let pitch = pitch_scale(least(|r| r.pitch)).unwrap_or(SMALLEST_PITCH);
+    let pitch = least(|r| r.pitch);
     let speed = (SPEED_SHARE * (high - low)).min(LARGEST_SPEED);
     let fastest = OVER_LAG / lag;
     let w_pitch = (ACCELERATED * turn / pitch.to_radians()).sqrt().min(fastest).min(FASTEST_PITCH);
     let w_speed = (ACCELERATED * surge / speed).min(fastest).min(FASTEST_SPEED);
+    let turning_lag = range.iter().map(|r| r.lag).fold(SHORT_LAG, f64::max);
     let strength = turn / (pitch.to_radians() * w_pitch * w_pitch);
     let inside = 0.04 * (high - low);
     let ramp = (10.0 * (high - low) / surge).clamp(20.0, 120.0).ceil();
@@ -106,7 +97,8 @@ fn text(vehicle: &Vehicle, range: &[Reach], order: usize) -> Result<String, Erro
         ("SPEED_CORNER", 0.4 * w_speed),
         ("SPEED_NOISE", 8e-4 * speed),
         ("SPEED", speed),
-        ("RATE_NOISE", 0.11 * pitch * w_pitch),
+        ("RATE_NOISE", 0.11 * pitch * w_pitch * SHORT_LAG / turning_lag),
+        ("WEIGHT_CORNER", ROLL_OFF / turning_lag),
         ("WEIGHT", WEIGHT * strength.powf(0.65)),
         ("DISTURBANCE", DISTURBANCE / strength.sqrt()),
         ("DEPTH", depth),

@@ -1,6 +1,7 @@
 //! Advice holds when it is followed; a design is begun from the vehicle alone.
 #![allow(clippy::unwrap_used, missing_docs)]
 
+use auv::{Actuator, Pitch, Vehicle};
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::DesignFile;
@@ -42,8 +43,8 @@ fn advice_holds_when_it_is_followed() {
     assert!(after.achieved.value < before.achieved.value, "{words}: {before:?} {after:?}");
 }
 
-/// From four of the shipped vehicles at least, and with a reason for any other, a file begins that can be read, whose
-/// range the vehicle trims in, and that names its keys.
+/// From each of the shipped vehicles a file begins that can be read, whose range the vehicle trims in, and that names its
+/// keys.
 #[test]
 fn a_design_begins_from_the_vehicle_alone() {
     let mut begun = 0;
@@ -52,20 +53,44 @@ fn a_design_begins_from_the_vehicle_alone() {
         if !file.is_file() {
             continue;
         }
-        let vehicle = auv::Vehicle::parse(&auv::read_text(&file).unwrap(), "vehicle.toml").unwrap();
-        let text = match start(&vehicle) {
-            Ok(text) => text,
-            Err(Error::NoRange { vehicle: named, .. } | Error::NoAuthority { vehicle: named, .. }) => {
-                assert_eq!(named, vehicle.name);
-                continue;
-            }
-            Err(reason) => panic!("{}: {reason}", file.display()),
-        };
-        let design = DesignFile::parse(&text, "design.toml", "design").unwrap();
+        let vehicle = vehicle(&file);
+        let design = DesignFile::parse(&start(&vehicle).unwrap(), "design.toml", "design").unwrap();
         let inputs = Inputs::new(vehicle, design).unwrap();
         Model::new(&inputs.vehicle, &inputs.design).unwrap();
         assert_eq!(Knob::all(&inputs.design).len(), 9);
         begun += 1;
     }
-    assert!(begun >= 4, "{begun}");
+    assert!(begun >= 6, "{begun}");
+}
+
+fn vehicle(file: &Path) -> Vehicle {
+    Vehicle::parse(&auv::read_text(file).unwrap(), "vehicle.toml").unwrap()
+}
+
+/// The box-shaped ROV is held level from rest on, in a range that begins at rest.
+#[test]
+fn a_hull_that_thrusters_hold_level_begins_at_rest() {
+    let rov = vehicle(&vehicles().join("bluerov2_heavy/vehicle.toml"));
+    let design = DesignFile::parse(&start(&rov).unwrap(), "design.toml", "design").unwrap();
+    assert_eq!(design.speed_min, 0.0);
+    let inputs = Inputs::new(rov, design).unwrap();
+    assert_eq!(inputs.design.pitch, Pitch::Held(0.0));
+}
+
+/// With planes a tenth as large, or a hundred times as slow, REMUS 100 has no range of speed; each says what is missing.
+#[test]
+fn no_range_has_its_reasons() {
+    let remus = vehicle(&vehicles().join("remus100/vehicle.toml"));
+    let refused = |change: &dyn Fn(&mut Actuator)| {
+        let mut changed = remus.clone();
+        changed.actuators.iter_mut().filter(|a| a.name == "stern_planes").for_each(change);
+        match start(&changed) {
+            Err(Error::NoRange { vehicle, reasons, .. }) if vehicle == remus.name => reasons,
+            other => panic!("{other:?}"),
+        }
+    };
+    let small = refused(&|a| (a.min, a.max) = (0.1 * a.min, 0.1 * a.max));
+    assert!(small.contains("stern_planes"), "{small}");
+    let slow = refused(&|a| a.lag *= 100.0);
+    assert!(slow.contains("too fast for stern_planes with a lag of 10 s"), "{slow}");
 }

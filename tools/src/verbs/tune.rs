@@ -10,8 +10,9 @@ use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::DesignFile;
 use squid_design::progress::Progress;
 use squid_design::store::files::{check_directory, write};
-use squid_tune::search::{Budget, Tried, Tuned, search};
+use squid_tune::search::{Budget, Tuned, search};
 use squid_tune::start::start;
+use squid_tune::tried::Tried;
 use std::path::Path;
 use std::time::Duration;
 
@@ -89,9 +90,9 @@ fn read(directory: &Path, design: &str) -> Result<(Inputs, String, bool), Error>
     let text = start(&vehicle)?;
     let parsed = DesignFile::parse(&text, &path.display().to_string(), design)?;
     let words = format!(
-        "begun from the vehicle: {:.1} to {:.1} m/s, steps of {:.1} deg",
-        parsed.speed_min,
-        parsed.speed_max,
+        "begun from the vehicle: {} to {} m/s, steps of {:.1} deg",
+        auv::number(parsed.speed_min),
+        auv::number(parsed.speed_max),
         parsed.manoeuvre.pitch_step.to_degrees()
     );
     Progress::new(&show).done("start", &words);
