@@ -18,7 +18,7 @@ ASKED = "\n[require]\nphase_margin = 88.0\n"
 
 @pytest.fixture(scope="module")
 def hard(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return Squid with the paper's design, which has three keys, more phase margin asked of it, and nothing uncertain."""
+    """Return Squid with the design of the paper, which has three keys; more margin is asked, nothing is uncertain."""
     vehicle = tmp_path_factory.mktemp("hard") / "hard"
     vehicle.mkdir()
     shutil.copy(SQUID / "vehicle.toml", vehicle)
