@@ -90,7 +90,7 @@
 //!
 //! # What it does not cover
 //!
-//! - Saturation of the actuators and anti-windup: the loop is linear at every instant.
+//! - Saturation of the actuators, and the anti-windup that acts beyond it: the loop is linear at every instant.
 //! - Sampling: the controller is the continuous one of the file, with Theta(t) measured without delay or error.
 //! - The nonlinear vehicle: the plant is the LPV model of the file. The residual covers errors of its `A` and `B2`, as
 //!   large as the file states, and no other errors.

@@ -1,6 +1,7 @@
-//! The design, stage by stage: load, trim, linearise, fit, to LFT, augment, synthesise, check, certify, freeze,
-//! verdict.
+//! The design, stage by stage: load, trim, linearise, fit, to LFT, augment, synthesise, check, certify, anti-windup,
+//! freeze, verdict.
 
+use crate::anti_windup::{PITCH_STEP, SPEEDS, anti_windup};
 use crate::augment::augment;
 use crate::certify::ball::SAMPLES;
 use crate::certify::{Proof, certify};
@@ -17,8 +18,11 @@ use crate::synthesise::synthesise;
 use crate::verdict::Verdict;
 use crate::verdict::found::Effort;
 use auv::{Pitch, Status, Trim};
+use lpv::controller::Controller;
+use lpv::matrix::to_rows;
 use lpv::plant::GeneralisedPlant;
 use lpv::synthesis::Design;
+use scheduled::Rows;
 
 /// A design with the results of all stages.
 #[derive(Debug, Clone)]
@@ -81,7 +85,8 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
         progress.done("", &words);
     }
     let proof = certificate_stage(inputs, &model, &plant, &design, progress);
-    let frozen = freeze(&inputs.vehicle, &inputs.design, &inputs.hashes, &model, &design, proof.is_ok())?;
+    let mut frozen = freeze(&inputs.vehicle, &inputs.design, &inputs.hashes, &model, &design, proof.is_ok())?;
+    frozen.controller.anti_windup = anti_windup_stage(inputs, &design.controller, progress)?;
     let running = progress.begin("verdict", "the loop as it flies, and mu");
     let verdict = Verdict::of(inputs, &frozen.controller, Effort::FULL)?;
     drop(running);
@@ -106,6 +111,37 @@ fn certificate_stage(
         Err(reason) => progress.done("certify", &format!("NOT PROVED: {reason}")),
     }
     proof
+}
+
+/// Anti-windup, if the design has it. A controller without flies as well, as long as its actuators suffice.
+fn anti_windup_stage(
+    inputs: &Inputs,
+    controller: &Controller,
+    progress: &Progress,
+) -> Result<Option<Rows>, Error> {
+    if !inputs.design.anti_windup {
+        return Ok(None);
+    }
+    let running = progress.begin("windup", "a gain for commands beyond the limits");
+    let found = anti_windup(&inputs.vehicle, &inputs.design, controller);
+    let seconds = running.seconds();
+    drop(running);
+    match found {
+        Ok(found) => {
+            let degrees = PITCH_STEP.to_degrees();
+            let words = format!(
+                "a gain into the controller's states, from the loops at {SPEEDS} frozen speeds ({seconds:.1} s), for steps of \
+                 {degrees:.0} deg\nand over the range of speed, or 1.5 times what the actuators hold; not proved"
+            );
+            progress.done("windup", &words);
+            Ok(Some(to_rows(&found.gain)))
+        }
+        Err(Error::Synthesis(reason)) => {
+            progress.done("windup", &format!("WARNING: no anti-windup: {reason}"));
+            Ok(None)
+        }
+        Err(other) => Err(other),
+    }
 }
 
 fn proof_line(proof: &Proof, half_range: f64, seconds: f64) -> String {

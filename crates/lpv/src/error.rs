@@ -140,7 +140,7 @@ pub enum SynthesisError {
 
 impl SynthesisError {
     /// [`SynthesisError::Numerical`].
-    pub(crate) fn numerical(stage: &'static str, diagnosis: impl Into<String>) -> Self {
+    pub fn numerical(stage: &'static str, diagnosis: impl Into<String>) -> Self {
         Self::Numerical { stage, diagnosis: diagnosis.into() }
     }
 

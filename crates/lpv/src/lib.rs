@@ -66,6 +66,7 @@
 //! The crate `certificate` proves such a bound in exact arithmetic.
 
 pub mod analysis;
+pub mod anti_windup;
 pub mod bounded_rate;
 pub mod error;
 pub mod lmi;

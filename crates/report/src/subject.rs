@@ -167,7 +167,8 @@ impl<'a> Subject<'a> {
             duration: STEP_TIME + FLOWN,
             ..self.stored.manoeuvre.clone()
         };
-        let design = scheduled::ControllerDesign { lft: lft.clone(), ..self.stored.controller.clone() };
+        let stored = self.stored.controller.clone();
+        let design = scheduled::ControllerDesign { lft: lft.clone(), anti_windup: None, ..stored };
         Ok(fly(&self.inputs.vehicle, &design, self.inputs.design.level(), &step)?)
     }
 

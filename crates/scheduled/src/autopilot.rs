@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::ports::{Inputs, Outputs};
 use crate::trim::Level;
 use crate::{
-    ControllerDesign, DesignError, Kind, Lft, LftController, Snapshot, SnapshotError, TickError, Trim,
+    ControllerDesign, DesignError, Kind, Lft, LftController, Matrix, Snapshot, SnapshotError, TickError, Trim,
 };
 use signals::{SPEED, place};
 
@@ -33,6 +33,8 @@ pub(crate) struct Plan {
     pub(crate) actuators: Vec<[f64; 3]>,
     pub(crate) trim: Trim,
     pub(crate) parameters: usize,
+    /// By how much phi moves the controller's states in a tick, n x m.
+    anti_windup: Option<Matrix>,
 }
 
 /// A controller that runs at multiples of its sample time.
@@ -50,7 +52,10 @@ pub(crate) struct Plan {
 /// y_i       = (reference_i - measured_i)/scale_i          an input of kind error
 /// rho       = clamp((V(u) - centre)/half_range, -1, 1)    V(u): speed along the path in trim at forward speed u
 /// command_j = clamp(trim_j(V_r) + scale_j u_j, minimum_j, maximum_j)
+/// phi_j     = (trim_j(V_r) + scale_j u_j - command_j)/scale_j
 /// ```
+///
+/// With anti-windup the controller's states move by `E phi` faster; see [`ControllerDesign::anti_windup`].
 ///
 /// With a delay of d ticks the command of tick k comes out at tick k + d, and that of the initialisation before.
 ///
@@ -67,6 +72,8 @@ pub struct Autopilot {
     y: Vec<f64>,
     /// V_r in m/s.
     filtered_speed: f64,
+    /// What the limits cut off of u, phi.
+    excess: Vec<f64>,
     outputs: Outputs,
     /// The commands of the last ticks that are still to come out, a row a tick; row `k mod late` belongs to tick k.
     waiting: Vec<f64>,
@@ -108,11 +115,16 @@ impl Autopilot {
                 .collect(),
             trim: Trim::new(design.trim.clone()),
             parameters: design.lft.blocks.len(),
+            anti_windup: design
+                .anti_windup_gain()?
+                .map(|gain| lft.held_input(&gain, design.sample_time))
+                .transpose()?,
         };
         Ok(Self {
             controller: LftController::new(lft.discretise(design.sample_time)?),
             y: vec![0.0; plan.inputs.len()],
             filtered_speed: 0.0,
+            excess: vec![0.0; plan.actuators.len()],
             outputs: Outputs {
                 commands: vec![0.0; plan.actuators.len()],
                 scheduling_parameter: 0.0,
@@ -221,6 +233,9 @@ impl Autopilot {
     pub fn tick(&mut self, inputs: &Inputs) -> Result<Advance, TickError> {
         self.compute_outputs(inputs)?;
         self.controller.update();
+        if let Some(gain) = &self.plan.anti_windup {
+            self.controller.push(gain, &self.excess);
+        }
         self.delay_commands();
         if let Some(part) = self.plan.filter {
             self.filtered_speed += part * (inputs.references[SPEED] - self.filtered_speed);
@@ -284,7 +299,7 @@ impl Autopilot {
         outputs.scheduling_parameter = clamped;
         outputs.trim_pitch = level.pitch();
         self.controller.output(&self.y, &[clamped][..plan.parameters], &mut outputs.commands)?;
-        plan.add_feedforward(level, &mut outputs.commands)
+        plan.add_feedforward(level, &mut outputs.commands, &mut self.excess)
     }
 }
 
@@ -307,15 +322,22 @@ impl Plan {
         (self.trim.speed(forward_speed) - self.centre) / self.half_range
     }
 
-    /// Replaces the scaled u in `commands` by `clamp(trim + scale u, minimum, maximum)`.
-    fn add_feedforward(&self, level: Level<'_>, commands: &mut [f64]) -> Result<(), TickError> {
-        for (index, command) in commands.iter_mut().enumerate() {
+    /// Replaces the scaled u in `commands` by `clamp(trim + scale u, minimum, maximum)`, and puts what that cuts off of u
+    /// into `excess`.
+    fn add_feedforward(
+        &self,
+        level: Level<'_>,
+        commands: &mut [f64],
+        excess: &mut [f64],
+    ) -> Result<(), TickError> {
+        for (index, (command, excess)) in commands.iter_mut().zip(excess).enumerate() {
             let [scale, minimum, maximum] = self.actuators[index];
             let value = level.command(index) + scale * *command;
             if !value.is_finite() {
                 return Err(TickError::Diverged { index, value });
             }
             *command = value.clamp(minimum, maximum);
+            *excess = (value - *command) / scale;
         }
         Ok(())
     }

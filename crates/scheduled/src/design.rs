@@ -30,6 +30,9 @@ pub struct ControllerDesign {
     pub actuators: Vec<Actuator>,
     /// The controller in continuous time.
     pub lft: LftMatrices,
+    /// Anti-windup, E, a row a state of the controller and a column an actuator: the states move by `E phi` faster, phi
+    /// the part of u that the limits cut off. Without it they continue as if the command had been carried out.
+    pub anti_windup: Option<Rows>,
     /// Level trim over speed.
     pub trim: TrimTable,
     /// The performance level achieved.

@@ -8,10 +8,10 @@ pub enum DesignError {
     #[error("the controller design cannot be read: {0}")]
     Json(#[from] serde_json::Error),
     /// Another format or version.
-    #[error("format is '{found}', but only {} can be read", allowed.map(|name| format!("'{name}'")).join(" and "))]
-    WrongFormat { found: String, allowed: [&'static str; 2] },
+    #[error("format is '{found}', but only {} can be read", allowed.map(|name| format!("'{name}'")).join(", "))]
+    WrongFormat { found: String, allowed: [&'static str; 3] },
     /// Keys that do not belong to the format.
-    #[error("a design of format '{format}' lists the inputs of its controller under {allowed}")]
+    #[error("a design of format '{format}' has {allowed}")]
     OtherFormat { format: &'static str, allowed: &'static str },
     /// A number that is not allowed.
     #[error("{key} is {value}, but must be {allowed}")]

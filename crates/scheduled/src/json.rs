@@ -1,20 +1,21 @@
-//! Reads and writes a design as JSON, in one of two formats.
+//! Reads and writes a design as JSON, in one of three formats.
 //!
 //! | format | inputs of the controller |
 //! |---|---|
 //! | `squid-controller/1` | `tracked`: a list of `name`, `unit`, `scale`; each is an error, and there is no filter |
 //! | `squid-controller/2` | `controller_inputs`: a list of `signal`, `kind`, `unit`, `scale`; `reference_filter` |
+//! | `squid-controller/3` | the same, and `anti_windup`, rows of a matrix |
 //!
-//! A design that the first can say is written in the first. All else is the same in both; `delay_ticks` is left out
-//! where it is 0, the
-//! `curve` of an actuator where there is none.
+//! A design is written in the first that can say it. All else is the same in each; `delay_ticks` is left out where it
+//! is 0, the `curve` of an actuator where there is none.
 
-use crate::design::{Actuator, Gamma, InputHashes, LftMatrices, Scheduling, TrimTable, VehicleName};
+use crate::design::{Actuator, Gamma, InputHashes, LftMatrices, Rows, Scheduling, TrimTable, VehicleName};
 use crate::{ControllerDesign, ControllerInput, DesignError, Kind};
 use serde::{Deserialize, Serialize, Serializer};
 
 const FIRST: &str = "squid-controller/1";
 const SECOND: &str = "squid-controller/2";
+const THIRD: &str = "squid-controller/3";
 
 /// The file.
 #[derive(Serialize, Deserialize)]
@@ -36,6 +37,8 @@ struct File {
     reference_filter: Option<Option<f64>>,
     actuators: Vec<Actuator>,
     lft: LftMatrices,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    anti_windup: Option<Rows>,
     trim: TrimTable,
     gamma: Gamma,
     inputs: InputHashes,
@@ -87,7 +90,9 @@ impl ControllerDesign {
     /// Whether the first format can say it.
     #[inline]
     fn is_first(&self) -> bool {
-        self.reference_filter.is_none() && self.controller_inputs.iter().all(|one| one.kind == Kind::Error)
+        self.reference_filter.is_none()
+            && self.anti_windup.is_none()
+            && self.controller_inputs.iter().all(|one| one.kind == Kind::Error)
     }
 
     /// The keys of the list of inputs, and of the signal of each.
@@ -105,9 +110,14 @@ impl ControllerDesign {
         };
         let listed = |here: bool| here.then(|| controller_inputs.iter().cloned().map(input).collect());
         let Self { vehicle, design, sample_time, delay_ticks, scheduling, .. } = self.clone();
-        let Self { actuators, lft, trim, gamma, inputs, .. } = self.clone();
+        let Self { actuators, lft, anti_windup, trim, gamma, inputs, .. } = self.clone();
+        let format = match (first, &anti_windup) {
+            (true, _) => FIRST,
+            (false, None) => SECOND,
+            (false, Some(_)) => THIRD,
+        };
         File {
-            format: if first { FIRST } else { SECOND }.to_owned(),
+            format: format.to_owned(),
             vehicle,
             design,
             sample_time,
@@ -118,6 +128,7 @@ impl ControllerDesign {
             reference_filter: (!first).then_some(*reference_filter),
             actuators,
             lft,
+            anti_windup,
             trim,
             gamma,
             inputs,
@@ -135,23 +146,28 @@ impl File {
     #[inline]
     fn design(self) -> Result<ControllerDesign, DesignError> {
         let filter = self.reference_filter.flatten();
+        let gain = self.anti_windup.is_some();
+        let other = |format, allowed| Err(DesignError::OtherFormat { format, allowed });
         let (format, read) = match (self.format.as_str(), self.tracked, self.controller_inputs) {
-            (FIRST, Some(tracked), None) if filter.is_none() => (FIRST, tracked),
-            (SECOND, None, Some(inputs)) => (SECOND, inputs),
-            (FIRST, ..) => {
-                return Err(DesignError::OtherFormat { format: FIRST, allowed: "`tracked` alone" });
-            }
+            (FIRST, Some(tracked), None) if filter.is_none() && !gain => (FIRST, tracked),
+            (SECOND, None, Some(inputs)) if !gain => (SECOND, inputs),
+            (THIRD, None, Some(inputs)) if gain => (THIRD, inputs),
+            (FIRST, ..) => return other(FIRST, "`tracked` alone"),
             (SECOND, ..) => {
-                let allowed = "`controller_inputs` and not `tracked`";
-                return Err(DesignError::OtherFormat { format: SECOND, allowed });
+                return other(SECOND, "`controller_inputs`, and neither `tracked` nor `anti_windup`");
             }
-            _ => return Err(DesignError::WrongFormat { found: self.format, allowed: [FIRST, SECOND] }),
+            (THIRD, ..) => return other(THIRD, "`controller_inputs` and `anti_windup`, and not `tracked`"),
+            _ => {
+                return Err(DesignError::WrongFormat { found: self.format, allowed: [FIRST, SECOND, THIRD] });
+            }
         };
         let input = |Input { name, signal, kind, unit, scale }| match (format, name, signal, kind) {
             (FIRST, Some(signal), None, None) => {
                 Ok(ControllerInput { signal, kind: Kind::Error, unit, scale })
             }
-            (SECOND, None, Some(signal), Some(kind)) => Ok(ControllerInput { signal, kind, unit, scale }),
+            (SECOND | THIRD, None, Some(signal), Some(kind)) => {
+                Ok(ControllerInput { signal, kind, unit, scale })
+            }
             (FIRST, ..) => {
                 let allowed = "`tracked`, each with `name`, `unit` and `scale` alone";
                 Err(DesignError::OtherFormat { format, allowed })
@@ -163,7 +179,7 @@ impl File {
         };
         let controller_inputs = read.into_iter().map(input).collect::<Result<_, _>>()?;
         let Self { vehicle, design, sample_time, delay_ticks, scheduling, .. } = self;
-        let Self { actuators, lft, trim, gamma, inputs, .. } = self;
+        let Self { actuators, lft, anti_windup, trim, gamma, inputs, .. } = self;
         Ok(ControllerDesign {
             vehicle,
             design,
@@ -174,6 +190,7 @@ impl File {
             reference_filter: filter,
             actuators,
             lft,
+            anti_windup,
             trim,
             gamma,
             inputs,

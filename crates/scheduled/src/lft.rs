@@ -48,7 +48,7 @@ impl Lft {
     #[inline]
     pub fn from_rows(matrices: &LftMatrices, inputs: usize, outputs: usize) -> Result<Self, DesignError> {
         let (n, r) = (matrices.a.len(), matrices.blocks.iter().sum());
-        let of = |key, rows: &Rows, shape| matrix(key, rows, shape);
+        let of = |key, rows: &Rows, shape| checked(key, rows, shape);
         Ok(Self {
             blocks: matrices.blocks.clone(),
             a: of("lft.A", &matrices.a, (n, n))?,
@@ -75,7 +75,11 @@ impl Lft {
 }
 
 #[inline]
-fn matrix(key: &str, rows: &Rows, (height, width): (usize, usize)) -> Result<Matrix, DesignError> {
+pub(crate) fn checked(
+    key: &str,
+    rows: &Rows,
+    (height, width): (usize, usize),
+) -> Result<Matrix, DesignError> {
     let wrong = |key: String, found, expected| DesignError::WrongLength { key, found, expected };
     if rows.len() != height {
         return Err(wrong(key.to_owned(), rows.len(), height));

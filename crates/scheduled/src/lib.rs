@@ -20,8 +20,8 @@
 //!
 //! Commands are outputs of the actuators. [`Actuator::taken`] turns that of a thruster with a curve into what it takes.
 //!
-//! Saturation: commands are clamped to the actuators' limits, without anti-windup: the controller's states
-//! continue as if the command had been carried out.
+//! Saturation: commands are clamped to the actuators' limits, and what that cuts off is fed back into the controller's
+//! states where the design has a gain for it, [`ControllerDesign::anti_windup`].
 
 mod autopilot;
 mod design;

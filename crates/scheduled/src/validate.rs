@@ -5,8 +5,9 @@ use std::collections::BTreeSet;
 use std::fmt;
 
 use crate::design::MOST_DELAY_TICKS;
+use crate::lft::checked;
 use crate::lft::numbers::{finite, positive, range};
-use crate::{ControllerDesign, DesignError, Lft};
+use crate::{ControllerDesign, DesignError, Lft, Matrix};
 
 /// Shorter sample times \[s\] are taken for a mistake: a step would need too many ticks.
 const SHORTEST_SAMPLE_TIME: f64 = 1e-5;
@@ -33,6 +34,7 @@ impl ControllerDesign {
             return Err(DesignError::SeveralParameters { found: self.lft.blocks.len() });
         }
         Lft::from_rows(&self.lft, self.controller_inputs.len(), self.actuators.len())?;
+        self.anti_windup_gain()?;
         self.validate_trim()?;
         for (key, value) in [
             ("gamma.optimum", self.gamma.optimum),
@@ -42,6 +44,16 @@ impl ControllerDesign {
             positive(format_args!("{key}"), value)?;
         }
         Ok(())
+    }
+
+    /// The matrix [`anti_windup`](Self::anti_windup), n x m.
+    ///
+    /// # Errors
+    /// [`DesignError::WrongLength`], [`DesignError::BadNumber`].
+    #[inline]
+    pub(crate) fn anti_windup_gain(&self) -> Result<Option<Matrix>, DesignError> {
+        let shape = (self.lft.a.len(), self.actuators.len());
+        self.anti_windup.as_ref().map(|rows| checked("anti_windup", rows, shape)).transpose()
     }
 
     #[inline]

@@ -112,6 +112,7 @@ pub fn design() -> ControllerDesign {
             dty: vec![vec![1.0, 0.0]],
             dtt: vec![vec![0.1]],
         },
+        anti_windup: None,
         trim: trim_table(&vehicle),
         gamma: Gamma { optimum: 0.8, bound: 0.9, back_off: 1.1, certified: false },
         inputs: InputHashes { vehicle_sha256: "00".repeat(32), design_sha256: "11".repeat(32) },

@@ -176,6 +176,8 @@ pub struct DesignFile {
     pub sample_time: f64,
     /// How late a command comes after the tick that computes it, s: a multiple of the sample time.
     pub delay: f64,
+    /// Whether commands beyond the limits are fed back into the controller.
+    pub anti_windup: bool,
     /// What the FMU of the whole loop flies by default.
     pub manoeuvre: Manoeuvre,
     /// Which numbers of the vehicle are uncertain; `None` without the section.

@@ -22,7 +22,7 @@ pub struct Frozen {
     pub plant: LpvModel,
 }
 
-/// Returns the contents of the frozen files of a design, `controller.json` and `plant.json`.
+/// Returns the contents of the frozen files of a design, `controller.json` and `plant.json`, without anti-windup.
 ///
 /// # Errors
 /// [`StoreError::LpvModel`](crate::error::StoreError::LpvModel), [`ModelError::Trim`](crate::error::ModelError::Trim).
@@ -99,6 +99,7 @@ fn controller(
             })
             .collect(),
         lft,
+        anti_windup: None,
         trim: TrimTable {
             speed: column(|t| t.speed),
             forward_speed: column(|t| t.forward_speed),

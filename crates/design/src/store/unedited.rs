@@ -16,7 +16,8 @@ use serde_json::Value;
 /// How far a number may be from the one computed again: rounding on another processor.
 const ROUNDING_TOLERANCE: f64 = 1e-8;
 
-/// Compares everything but the controller's matrices and gamma, which the certificate contains.
+/// Compares everything but the controller's matrices and gamma, which the certificate contains, and the anti-windup,
+/// which no proof is about.
 ///
 /// # Errors
 /// [`StoreError::Edited`] with the first key that differs; those of freezing.
@@ -27,7 +28,8 @@ pub fn check(
 ) -> Result<(), Error> {
     let Inputs { vehicle, design, hashes, .. } = inputs;
     let (lft, gamma) = (controller.lft.clone(), controller.gamma.clone());
-    let expected: Frozen = frozen(vehicle, design, hashes, model, lft, gamma)?;
+    let mut expected: Frozen = frozen(vehicle, design, hashes, model, lft, gamma)?;
+    expected.controller.anti_windup.clone_from(&controller.anti_windup);
     compare("controller.json", controller, &expected.controller)?;
     compare("plant.json", plant, &expected.plant)
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::lft::lu::solve_in_place;
 use crate::lft::panels::Panels;
 use crate::lft::schur::solve_quasi_triangular;
-use crate::{Lft, TickError};
+use crate::{Lft, Matrix, TickError};
 
 /// The constant part of a controller.
 #[derive(Debug)]
@@ -102,6 +102,13 @@ impl LftController {
     pub fn update(&mut self) {
         self.law.update.product(&self.signals, &mut self.next_state);
         self.signals[..self.next_state.len()].copy_from_slice(&self.next_state);
+    }
+
+    /// Moves the state further, by `gain excess`. Shapes: `gain` n x m, `excess` m.
+    pub(crate) fn push(&mut self, gain: &Matrix, excess: &[f64]) {
+        if excess.iter().any(|part| *part != 0.0) {
+            gain.add_product(excess, &mut self.signals[..self.next_state.len()]);
+        }
     }
 
     /// Computes the derivative of `u` in one direction, `du` along `dy` and `dtheta`, the state held. The controller

@@ -23,18 +23,13 @@ impl Lft {
     /// Source: Franklin, Powell and Workman, Digital Control of Dynamic Systems, 3rd ed., 1998, section 6.1.
     #[inline]
     pub fn discretise(&self, sample_time: f64) -> Result<Self, DesignError> {
-        let n = self.a.rows();
-        let half = self.a.to_dense() * (0.5 * sample_time);
-        let identity = DMatrix::<f64>::identity(n, n);
-        let inverse = (&identity - &half).lu().try_inverse();
-        let inverse = inverse.filter(|inverse| inverse.iter().all(|entry| entry.is_finite()));
-        let p = Matrix::from_dense(&inverse.ok_or(DesignError::TooFast { sample_time })?);
+        let (p, half) = self.implicit(sample_time)?;
         let output = |c: &Matrix| c.times(&p);
         let input = |b: &Matrix| p.times(b).scaled(sample_time);
         let through = |c: &Matrix, b: &Matrix, d: &Matrix| d.plus(0.5 * sample_time, &output(c).times(b));
         Ok(Self {
             blocks: self.blocks.clone(),
-            a: p.times(&Matrix::from_dense(&(identity + half))),
+            a: p.times(&half),
             by: input(&self.by),
             bt: input(&self.bt),
             cu: output(&self.cu),
@@ -44,5 +39,27 @@ impl Lft {
             dty: through(&self.ct, &self.by, &self.dty),
             dtt: through(&self.ct, &self.bt, &self.dtt),
         })
+    }
+
+    /// `P E T` for a matrix E whose inputs are held over a tick and known at its beginning: those of the tick itself
+    /// would not do for what the outputs of the tick depend on.
+    ///
+    /// # Errors
+    /// [`DesignError::TooFast`].
+    #[inline]
+    pub(crate) fn held_input(&self, e: &Matrix, sample_time: f64) -> Result<Matrix, DesignError> {
+        Ok(self.implicit(sample_time)?.0.times(e).scaled(sample_time))
+    }
+
+    /// `(I - A T/2)^-1` and `I + A T/2`.
+    #[inline]
+    fn implicit(&self, sample_time: f64) -> Result<(Matrix, Matrix), DesignError> {
+        let n = self.a.rows();
+        let half = self.a.to_dense() * (0.5 * sample_time);
+        let identity = DMatrix::<f64>::identity(n, n);
+        let inverse = (&identity - &half).lu().try_inverse();
+        let inverse = inverse.filter(|inverse| inverse.iter().all(|entry| entry.is_finite()));
+        let inverse = inverse.ok_or(DesignError::TooFast { sample_time })?;
+        Ok((Matrix::from_dense(&inverse), Matrix::from_dense(&(identity + half))))
     }
 }

@@ -46,6 +46,7 @@ pub fn design() -> ControllerDesign {
             dty: vec![vec![0.1, 0.2], vec![0.0, 0.3]],
             dtt: vec![vec![0.1, 0.2], vec![-0.2, 0.0]],
         },
+        anti_windup: None,
         trim: TrimTable {
             speed: vec![0.5, 1.75, 3.0],
             forward_speed: vec![0.49, 1.749, 3.0],

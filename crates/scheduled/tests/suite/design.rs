@@ -67,13 +67,13 @@ fn both_formats_become_one_design() {
     for (wrong, expected) in [
         (
             json.replace("squid-controller/1", "squid-controller/2"),
-            "under `controller_inputs` and not `tracked`",
+            "has `controller_inputs`, and neither `tracked` nor `anti_windup`",
         ),
-        (second.replace("squid-controller/2", "squid-controller/1"), "under `tracked` alone"),
-        (json.replace("\"tracked\"", "\"reference_filter\":1.0,\"tracked\""), "under `tracked` alone"),
+        (second.replace("squid-controller/2", "squid-controller/1"), "has `tracked` alone"),
+        (json.replace("\"tracked\"", "\"reference_filter\":1.0,\"tracked\""), "has `tracked` alone"),
         (
-            json.replace("squid-controller/1", "squid-controller/3"),
-            "format is 'squid-controller/3', but only 'squid-controller/1' and 'squid-controller/2' can be read",
+            json.replace("squid-controller/1", "squid-controller/4"),
+            "format is 'squid-controller/4', but only 'squid-controller/1', 'squid-controller/2', 'squid-controller/3' can be read",
         ),
         (second.replace("\"error\"", "\"integral\""), "unknown variant `integral`"),
         (second.replace("\"signal\"", "\"name\""), "each with `signal`, `kind`, `unit` and `scale` alone"),

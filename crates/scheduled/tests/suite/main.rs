@@ -7,3 +7,4 @@ mod discretisation;
 #[path = "../example/mod.rs"]
 mod example;
 mod law;
+mod limits;

@@ -106,7 +106,8 @@ fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
         judged: false,
         rate: rate?,
         sample_time: sample_time?,
-        delay: autopilot?.delay?,
+        delay: autopilot.as_ref()?.delay?,
+        anti_windup: autopilot?.anti_windup?,
         manoeuvre: manoeuvre?,
         uncertainty,
         require: require?,
@@ -158,11 +159,12 @@ impl Control {
 struct Autopilot {
     sample_time: Option<f64>,
     delay: Option<f64>,
+    anti_windup: Option<bool>,
 }
 
 impl Autopilot {
     fn of(table: &Table<'_>) -> Self {
-        table.allow_only(&["sample_time", "delay"]);
+        table.allow_only(&["sample_time", "delay", "anti_windup"]);
         let sample_time = within(table, "sample_time", SAMPLE_TIME);
         let in_ticks = |ticks: f64| {
             (0.0..=MOST_DELAY_TICKS as f64 + 0.5).contains(&ticks) && (ticks - ticks.round()).abs() < ROUNDING
@@ -174,7 +176,8 @@ impl Autopilot {
             }
             false => Some(0.0),
         };
-        Self { sample_time, delay }
+        let anti_windup = if table.has("anti_windup") { table.truth("anti_windup") } else { Some(true) };
+        Self { sample_time, delay, anti_windup }
     }
 }
 

@@ -1,0 +1,81 @@
+//! Anti-windup: the gain by which the commands that the limits cut off are fed back into the controller's states.
+//!
+//! One gain for the whole range, from the loops at some frozen speeds by [`lpv::anti_windup`], with the lags and the
+//! delay of the design. It acts beyond the limits alone, where the certificate says nothing; what it achieves is flown.
+
+use crate::check::sampled::Sampling;
+use crate::error::Error;
+use crate::inputs::design_file::DesignFile;
+use crate::linearise::linearise_at;
+use auv::{Linearisation, Vehicle};
+use lpv::anti_windup::{Aim, AntiWindup, LimitedLoop, anti_windup as least_gain};
+use lpv::controller::Controller;
+use lpv::error::SynthesisError;
+use lpv::matrix::{Mat, block, solve};
+use signals::PITCH;
+
+/// The number of speeds, evenly spread over the range: both ends, where the limits differ most.
+pub const SPEEDS: usize = 2;
+
+/// The pitch step \[rad\] (30 deg) that the gain is made for, where the actuators can hold it.
+pub const PITCH_STEP: f64 = std::f64::consts::PI / 6.0;
+
+/// Bound on the gain \[1/s\]: by a command that is cut off by its whole limit a state moves its own size in a tenth of a second,
+/// several ticks, at most.
+const FASTEST: f64 = 10.0;
+
+/// Steps this much larger than those that the actuators can hold are in the region of the gain: a reference that cannot
+/// be held is what winds a controller up.
+const BEYOND: f64 = 1.5;
+
+/// The gain for a controller, n x m, in units of the actuators' reach.
+///
+/// # Errors
+/// Those of trim and linearisation; [`Error::Synthesis`] where no gain was found.
+pub fn anti_windup(
+    vehicle: &Vehicle,
+    design: &DesignFile,
+    controller: &Controller,
+) -> Result<AntiWindup, Error> {
+    let (centre, half_range) = design.scheduling();
+    let loops = design.spread(SPEEDS).into_iter().map(|speed| {
+        let l = linearise_at(vehicle, design, speed)?;
+        let frozen = controller.frozen(&vec![(speed - centre) / half_range; controller.blocks.len()])?;
+        let wired = Sampling::of(&vehicle.actuators, design).ideal(&l);
+        let (n, nk) = (wired.a.nrows(), frozen.a.nrows());
+        let closed = wired.injected(&frozen);
+        let k = block(&[&[&(&frozen.d * &wired.measured), &frozen.c]]);
+        let b = block(&[&[&wired.b], &[&Mat::zeros(nk, wired.b.ncols())]]);
+        let c = block(&[&[&wired.c, &Mat::zeros(wired.c.nrows(), nk)]]);
+        let limits = limits(vehicle, &l);
+        let shifts = solve(&closed.a, &-closed.b.columns(0, design.tracked.len()).into_owned())
+            .ok_or_else(|| SynthesisError::numerical("anti-windup", "the loop has an integrator"))?;
+        let held = &k * &shifts + &frozen.d * &wired.references;
+        let mut region = Mat::zeros(n + nk, design.tracked.len());
+        for (j, mut column) in region.column_iter_mut().enumerate() {
+            let most = (0..limits.len()).map(|i| limits[i] / held[(i, j)].abs()).fold(f64::MAX, f64::min);
+            column.copy_from(&(shifts.column(j) * step(design, j).min(BEYOND * most)));
+        }
+        Ok(LimitedLoop { a: closed.a, b, k, c, limits, region })
+    });
+    Ok(least_gain(
+        &loops.collect::<Result<Vec<_>, Error>>()?,
+        controller.a().nrows(),
+        FASTEST,
+        Aim::Recovery,
+    )?)
+}
+
+/// The step of a tracked output that the gain is made for, in its scale: in pitch [`PITCH_STEP`], in speed the whole
+/// range.
+fn step(design: &DesignFile, tracked: usize) -> f64 {
+    let one = &design.tracked[tracked];
+    let size = if one.place == PITCH { PITCH_STEP } else { design.speed_max - design.speed_min };
+    size / one.scale
+}
+
+/// How far each command can go either way from the trim, in units of its reach.
+fn limits(vehicle: &Vehicle, l: &Linearisation) -> Vec<f64> {
+    let of = |(a, trim): (&auv::Actuator, &f64)| (a.max - trim).min(trim - a.min) / a.reach();
+    vehicle.actuators.iter().zip(&l.trim.actuators).map(of).collect()
+}

@@ -1,0 +1,228 @@
+//! Anti-windup: what the commands lack because of their limits is fed back into the states of the controller.
+//!
+//! With `phi = u - sat(u)`, the part of the command u that its limits cut off, a loop with limits is
+//!
+//! ```text
+//! x' = A x - B phi + J E phi,   u = K x + u_o,   z = C x,   J = [0; I] into the controller's states
+//! ```
+//!
+//! x is how far the loop is from the one without limits, and u_o the command of that one. For a gain E, a matrix
+//! `Q = P^-1 > 0`, a diagonal U > 0 and any Y = H Q the inequalities
+//!
+//! ```text
+//! [AQ + QA'  (JE - B) U + QK' - Y'   0          QC'     ]
+//! [*         -2U                     I          0       ]
+//! [*         *                      -gamma I    0       ] < 0        [Q  Y_j'     ]
+//! [*         *                       *         -gamma I ]            [*  limit_j^2] > 0   for each command j
+//! ```
+//!
+//! say that as long as x' P x < 1 the sector condition `phi' U^-1 (u - phi - H x) >= 0` holds (J. M. Gomes da Silva Jr.,
+//! S. Tarbouriech, "Antiwindup design with guaranteed regions of stability: an LMI-based approach", IEEE Trans.
+//! Automatic Control 50(1), 2005, lemma 1), that `x' P x` decreases where u_o = 0, and that the gain from u_o to z is
+//! below gamma. With `L = E U` they are linear in (Q, U, Y, L), so that E follows from one program.
+//!
+//! Least gamma is the quickest return to the loop without limits: P. F. Weston, I. Postlethwaite, "Linear conditioning
+//! for systems containing saturating actuators", Automatica 36(9), 2000; static gains: M. C. Turner, I. Postlethwaite,
+//! "A new perspective on static and low order anti-windup synthesis", Int. J. Control 77(1), 2004.
+
+use crate::error::SynthesisError;
+use crate::lmi::program::{Affine, Program, symmetric};
+use crate::lmi::solver;
+use crate::lmi::solver_options::SolverOptions;
+use crate::matrix::Mat;
+use crate::system::lyapunov::lyapunov;
+use nalgebra::DVector;
+
+const STAGE: &str = "anti-windup";
+
+/// How far from the optimum a solution may be, relative: a gain is all that is wanted.
+const ACCURACY: f64 = 1e-2;
+
+/// The size of the objective below which the accuracy is no longer relative: the region may be many times as large as
+/// what is asked of it, and its objective goes with the inverse square.
+const FLOOR: f64 = 1e-9;
+
+/// A stable loop at one value of its parameters, without limits, n states, the last of them the controller's, m commands.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LimitedLoop {
+    /// A, n x n.
+    pub a: Mat,
+    /// B, n x m: how the commands enter.
+    pub b: Mat,
+    /// K, m x n: the commands.
+    pub k: Mat,
+    /// C, p x n: what is to return.
+    pub c: Mat,
+    /// How far each command can go either way, m positive numbers. Of limits that are not even the smaller.
+    pub limits: Vec<f64>,
+    /// S, n x k: the region of the states must contain `S v` for every v with |v| <= 1.
+    pub region: Mat,
+}
+
+/// What is sought.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Aim<'a> {
+    /// The gain E with the least gamma.
+    Recovery,
+    /// The gain E with the largest region, a multiple of S.
+    Region,
+    /// The largest region, a multiple of S, for a gain E, n_k x m.
+    RegionOf(&'a Mat),
+}
+
+/// A gain, and what it achieves at each of the loops.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AntiWindup {
+    /// E, n_k x m: by it and phi the controller's n_k states move faster.
+    pub gain: Mat,
+    /// The gain from u_o to z is below it; infinite if that was not sought.
+    pub gamma: f64,
+    /// The region contains this multiple of S.
+    pub region: f64,
+}
+
+/// Seeks one gain E for all `loops`, whose last `controller_states` states are those of the controller.
+///
+/// `largest_gain` bounds the entries of E \[1/s\], with the states in units of their sizes in the loop and phi in those of
+/// the limits: without it E can be so large that no sampled controller carries it out, for hardly any gamma.
+///
+/// Each loop has a P of its own. What holds is therefore said of loops whose parameters stand still.
+///
+/// # Errors
+/// [`SynthesisError::Infeasible`], [`SynthesisError::Numerical`].
+pub fn anti_windup(
+    loops: &[LimitedLoop],
+    controller_states: usize,
+    largest_gain: f64,
+    aim: Aim<'_>,
+) -> Result<AntiWindup, SynthesisError> {
+    let sizes = sizes(loops)?;
+    let (n, m) = (sizes.len(), loops.first().map_or(0, |l| l.limits.len()));
+    let mut program = Program::new();
+    // Within phi_j / limit_j, and states in units of their sizes.
+    let u = program.symmetric_commuting(&(0..m).collect::<Vec<_>>());
+    let own = sizes.rows(n - controller_states, controller_states).into_owned();
+    let largest = |j: usize| largest(loops, j);
+    let inward = |e: &Mat| Mat::from_fn(e.nrows(), m, |i, j| e[(i, j)] * largest(j) / own[i]);
+    let moved = match aim {
+        Aim::RegionOf(gain) => u.after(&inward(gain)),
+        Aim::Recovery | Aim::Region => bounded_gain(&mut program, &u, controller_states, largest_gain),
+    };
+    let level = program.scalar();
+    program.minimise_trace(&level, 1.0);
+    for each in loops {
+        impose(&mut program, &scaled(each, &sizes, &largest), &u, &moved, (aim, &level));
+    }
+    let options =
+        SolverOptions { floor: FLOOR, enough: ACCURACY, settles: true, ..SolverOptions::within(ACCURACY) };
+    let solution = solver::solve(&program, STAGE, options)?;
+    if solution.margin <= 0.0 {
+        return Err(SynthesisError::numerical(STAGE, format!("missed by {:.1e}", -solution.margin)));
+    }
+    let value = |e: &Affine| e.value(&program, &solution.x);
+    let (u, moved, level) = (value(&u), value(&moved), value(&level)[(0, 0)]);
+    let gain = Mat::from_fn(controller_states, m, |i, j| moved[(i, j)] / u[(j, j)] * own[i] / largest(j));
+    let (gamma, region) = match aim {
+        Aim::Recovery => (level, 1.0),
+        Aim::Region | Aim::RegionOf(_) => (f64::INFINITY, level.powf(-0.5)),
+    };
+    Ok(AntiWindup { gain, gamma, region })
+}
+
+/// `L = E U` with `|E_ij| < largest`.
+fn bounded_gain(program: &mut Program, u: &Affine, states: usize, largest: f64) -> Affine {
+    let m = u.shape().0;
+    let l = program.full(states, m);
+    for (i, j) in (0..states).flat_map(|i| (0..m).map(move |j| (i, j))) {
+        let (row, column) = (unit(states, i).transpose(), unit(m, j));
+        let entry = l.between(&row, &column);
+        let most = u.congruence(&column).scaled(largest);
+        program.positive("gain", most.clone() - entry.clone());
+        program.positive("gain", most + entry);
+    }
+    l
+}
+
+/// The inequalities of one loop in its scaled coordinates.
+fn impose(
+    program: &mut Program,
+    each: &LimitedLoop,
+    u: &Affine,
+    moved: &Affine,
+    (aim, level): (Aim<'_>, &Affine),
+) {
+    let LimitedLoop { a, b, k, c, limits, region } = each;
+    let (n, m) = b.shape();
+    let states = moved.shape().0;
+    let into = Mat::from_fn(n, states, |i, j| if i == n - states + j { 1.0 } else { 0.0 });
+    let (q, y) = (program.symmetric(n), program.full(m, n));
+    let flow = q.after(a);
+    let phi = moved.after(&into) - u.after(b) + q.times(&k.transpose()) - y.t();
+    let twice = -u.scaled(2.0);
+    let (inequality, size) = match aim {
+        Aim::Recovery => {
+            let gamma = |size: usize| -level.times_identity(size);
+            let p = c.nrows();
+            let through = vec![
+                vec![flow.clone() + flow.t(), phi, Affine::zeros(n, m), q.times(&c.transpose())],
+                vec![twice, Affine::constant(Mat::identity(m, m)), Affine::zeros(m, p)],
+                vec![gamma(m), Affine::zeros(m, p)],
+                vec![gamma(p)],
+            ];
+            (symmetric(&through), Affine::constant(Mat::identity(1, 1)))
+        }
+        Aim::Region | Aim::RegionOf(_) => {
+            (symmetric(&[vec![flow.clone() + flow.t(), phi], vec![twice]]), level.clone())
+        }
+    };
+    program.negative("anti-windup", inequality);
+    for (j, limit) in limits.iter().enumerate() {
+        let row = y.after(&unit(m, j).transpose());
+        let limit = Affine::constant(Mat::from_element(1, 1, limit * limit));
+        program.positive("limit", symmetric(&[vec![q.clone(), row.t()], vec![limit]]));
+    }
+    let columns = Affine::constant(region.transpose());
+    program.positive("region", symmetric(&[vec![size.times_identity(region.ncols()), columns], vec![q]]));
+}
+
+/// The loop in states `x_i / size_i` and commands `u_j / largest_j`.
+fn scaled(each: &LimitedLoop, sizes: &DVector<f64>, largest: &impl Fn(usize) -> f64) -> LimitedLoop {
+    let LimitedLoop { a, b, k, c, limits, region } = each;
+    let from = |m: &Mat| Mat::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] / sizes[i]);
+    let to = |m: &Mat| Mat::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] * sizes[j]);
+    let k = to(k);
+    LimitedLoop {
+        a: from(&to(a)),
+        b: Mat::from_fn(b.nrows(), b.ncols(), |i, j| b[(i, j)] * largest(j) / sizes[i]),
+        k: Mat::from_fn(k.nrows(), k.ncols(), |i, j| k[(i, j)] / largest(i)),
+        c: to(c),
+        limits: limits.iter().enumerate().map(|(j, limit)| limit / largest(j)).collect(),
+        region: from(region),
+    }
+}
+
+/// The largest limit of a command.
+fn largest(loops: &[LimitedLoop], command: usize) -> f64 {
+    loops.iter().map(|each| each.limits[command]).fold(0.0, f64::max)
+}
+
+/// The size of each state under white noise of unit size in the directions of the region, and on the commands in units
+/// of their limits.
+fn sizes(loops: &[LimitedLoop]) -> Result<DVector<f64>, SynthesisError> {
+    let n = loops.first().map_or(0, |l| l.a.nrows());
+    let mut variances = DVector::zeros(n);
+    for LimitedLoop { a, b, limits, region, .. } in loops {
+        let pushed = b * Mat::from_diagonal(&DVector::from_column_slice(limits));
+        let noise = &pushed * pushed.transpose() + region * region.transpose();
+        let gramian = lyapunov(&a.transpose(), &noise)
+            .ok_or_else(|| SynthesisError::numerical(STAGE, "a loop without limits is not stable"))?;
+        variances = variances.zip_map(&gramian.diagonal(), f64::max);
+    }
+    let floor = 1e-12 * variances.max().max(f64::MIN_POSITIVE);
+    Ok(variances.map(|v| v.max(floor).sqrt()))
+}
+
+/// A column of the identity.
+fn unit(n: usize, index: usize) -> Mat {
+    Mat::from_fn(n, 1, |i, _| if i == index { 1.0 } else { 0.0 })
+}

@@ -1,0 +1,67 @@
+//! Anti-windup gains, and the regions that they are proved for.
+
+use lpv::anti_windup::{Aim, LimitedLoop, anti_windup};
+use nalgebra::{DMatrix, DVector, dmatrix};
+
+/// The largest distance from zero at which limits of 1 hold the unstable mode of [`plant`] back.
+const CONTROLLABLE: f64 = 51.975;
+
+/// As fast as the controller below, 1/s.
+const FAST: f64 = 1e3;
+
+/// An unstable plant with limits of 1 and a controller of second order: Y. Y. Cao, Z. Lin, D. G. Ward, "An antiwindup
+/// approach to enlarging domain of attraction for linear systems subject to actuator saturation", IEEE Trans. Automatic
+/// Control 47(1), 2002. The region is a disc of the plant's states.
+fn example() -> LimitedLoop {
+    let b = dmatrix![5.0, 0.0; 0.0, 1.0; 0.0, 0.0; 0.0, 0.0];
+    let k = dmatrix![0.0, 0.0, 0.146, 0.088; 0.0, 0.0, -6.821, -5.67];
+    let open = dmatrix![
+        0.1, -0.1, 0.0, 0.0;
+        0.1, -3.0, 0.0, 0.0;
+        -598.2, 5.539, -171.2, 27.2;
+        -4.567, 149.8, -68.0, -626.8
+    ];
+    let region = dmatrix![1.0, 0.0; 0.0, 1.0; 0.0, 0.0; 0.0, 0.0];
+    LimitedLoop { a: open + &b * &k, b, c: region.transpose(), k, limits: vec![1.0; 2], region }
+}
+
+/// Whether the loop comes to rest from a state.
+fn settles(each: &LimitedLoop, gain: &DMatrix<f64>, from: DVector<f64>) -> bool {
+    let LimitedLoop { a, b, k, limits, .. } = each;
+    let n = a.nrows();
+    let mut into = DMatrix::zeros(n, gain.nrows());
+    into.view_mut((n - gain.nrows(), 0), (gain.nrows(), gain.nrows())).fill_with_identity();
+    let rate = |x: &DVector<f64>| {
+        let u = k * x;
+        let phi = DVector::from_fn(u.len(), |j, _| u[j] - u[j].clamp(-limits[j], limits[j]));
+        a * x + (&into * gain - b) * phi
+    };
+    let (mut x, step) = (from, 1e-3);
+    for _ in 0..200_000 {
+        let half = &x + rate(&x) * (0.5 * step);
+        x += rate(&half) * step;
+        if x.norm() > 1e4 {
+            return false;
+        }
+    }
+    x.norm() < 1.0
+}
+
+#[test]
+fn the_published_disc_is_reached_and_what_cannot_be_controlled_is_not_claimed() {
+    let each = example();
+    let none = DMatrix::zeros(2, 2);
+    let without = anti_windup(&[each.clone()], 2, FAST, Aim::RegionOf(&none)).unwrap();
+    let with = anti_windup(&[each.clone()], 2, FAST, Aim::Region).unwrap();
+    eprintln!("without {:.3}, with {:.3}, gain {}", without.region, with.region, with.gain);
+    assert!((49.0..50.0).contains(&without.region), "{}", without.region);
+    assert!((51.0..CONTROLLABLE).contains(&with.region), "{}", with.region);
+    for angle in 0..12 {
+        let angle = f64::from(angle) * std::f64::consts::FRAC_PI_6;
+        let from =
+            |radius: f64| DVector::from_vec(vec![radius * angle.cos(), radius * angle.sin(), 0.0, 0.0]);
+        assert!(settles(&each, &with.gain, from(0.999 * with.region)), "{angle}");
+        assert!(settles(&each, &none, from(0.999 * without.region)), "{angle}");
+    }
+    assert!(!settles(&each, &with.gain, DVector::from_vec(vec![52.2, 0.0, 0.0, 0.0])));
+}

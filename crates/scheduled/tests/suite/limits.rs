@@ -1,0 +1,87 @@
+//! Anti-windup: what the limits cut off moves the controller's states.
+
+use crate::example;
+use nalgebra::{DMatrix, DVector, dmatrix};
+use scheduled::*;
+
+const GAIN: [[f64; 3]; 2] = [[-0.3, 0.2, 0.1], [0.4, -0.1, 0.5]];
+
+fn with_gain() -> ControllerDesign {
+    ControllerDesign { anti_windup: Some(GAIN.map(Vec::from).to_vec()), ..example::two_degrees() }
+}
+
+fn without_limits() -> ControllerDesign {
+    let mut design = example::two_degrees();
+    for actuator in &mut design.actuators {
+        (actuator.minimum, actuator.maximum) = (-1e6, 1e6);
+    }
+    design
+}
+
+fn inputs(pitch_reference: f64) -> Inputs {
+    Inputs { measured: [-0.01, 1.749, 0.0, 0.0], references: [pitch_reference, 1.749] }
+}
+
+fn started(design: &ControllerDesign) -> Autopilot {
+    let mut autopilot = Autopilot::new(design).unwrap();
+    autopilot.initialise(0.0, &inputs(-0.01)).unwrap();
+    autopilot
+}
+
+#[test]
+fn it_does_nothing_within_the_limits() {
+    let (mut with, mut without) = (started(&with_gain()), started(&example::two_degrees()));
+    for tick in 0..50 {
+        let wanted = inputs(0.2 * f64::from(tick).sin());
+        with.tick(&wanted).unwrap();
+        without.tick(&wanted).unwrap();
+        assert_eq!(with.snapshot(), without.snapshot());
+    }
+}
+
+/// The states move by `(I - A T/2)^-1 T E phi`, phi in units of the scales.
+#[test]
+fn it_moves_the_states_by_what_the_limits_cut_off() {
+    let wanted = inputs(1.5);
+    let (mut with, mut without, mut free) =
+        (started(&with_gain()), started(&example::two_degrees()), started(&without_limits()));
+    for one in [&mut with, &mut without, &mut free] {
+        one.tick(&wanted).unwrap();
+    }
+    let phi = DVector::from_iterator(
+        3,
+        free.outputs().commands.iter().zip(&with.outputs().commands).map(|(free, cut)| (free - cut) / 100.0),
+    );
+    assert!(phi[0] > 0.1, "{phi}");
+    let step = example::design().sample_time;
+    let implicit = DMatrix::identity(2, 2) - dmatrix![-0.5, 1.0; -1.0, -2.0] * (0.5 * step);
+    let gain = DMatrix::from_fn(2, 3, |i, j| GAIN[i][j]);
+    let expected = implicit.try_inverse().unwrap() * gain * phi * step;
+    let (with, without) = (with.snapshot().state, without.snapshot().state);
+    for (i, expected) in expected.iter().enumerate() {
+        assert!((with[i] - without[i] - expected).abs() < 1e-15, "{i}");
+    }
+}
+
+#[test]
+fn the_third_format_holds_the_gain() {
+    let design = with_gain();
+    let json = design.to_json().unwrap();
+    assert!(json.contains("\"squid-controller/3\""), "{json}");
+    assert_eq!(ControllerDesign::from_json(&json).unwrap(), design);
+    for (wrong, expected) in [
+        (
+            json.replace("squid-controller/3", "squid-controller/2"),
+            "format 'squid-controller/2' has `controller_inputs`, and neither `tracked` nor `anti_windup`",
+        ),
+        (
+            example::two_degrees().to_json().unwrap().replace("squid-controller/2", "squid-controller/3"),
+            "format 'squid-controller/3' has `controller_inputs` and `anti_windup`, and not `tracked`",
+        ),
+        (json.replace("[0.4, -0.1, 0.5]", "[0.4, -0.1]"), "anti_windup[1] has 2 entries"),
+    ] {
+        assert_ne!(wrong, json);
+        let message = ControllerDesign::from_json(&wrong).unwrap_err().to_string();
+        assert!(message.contains(expected), "{message}");
+    }
+}

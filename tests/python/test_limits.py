@@ -1,0 +1,61 @@
+"""Flights to the limits of the actuators, by the FMU of the whole loop: what cannot be held must not wind it up.
+
+Without anti-windup REMUS 100, asked for 30 deg bow up at 1.4 m/s for 39 s, of which its planes hold some 12,
+comes up to 28 deg and needs 40 s after the command is back.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from flights import fly_alone, limits, sample_time
+from fly.package import Packages
+from importers import Signals
+
+DEGREE = math.pi / 180.0
+STEP_TIME, STEP_END, END = 5.0, 44.0, 75.0
+BACK = 10.0
+"""A vehicle is back within this time after its command (s)."""
+NEAR = 1.0 * DEGREE
+
+
+def there_and_back(packages: Packages, speed: float, height: float) -> Signals:
+    """Ask for a pitch at a constant speed for 39 s, and then for that of the trim again."""
+    values = {
+        "pitch_step": height * DEGREE,
+        "step_time": STEP_TIME,
+        "step_end": STEP_END,
+        "speed_from": speed,
+        "speed_to": speed,
+    }
+    return fly_alone(packages.loop, END, sample_time(packages), values)
+
+
+def pinned(packages: Packages, flown: Signals) -> float:
+    """Return how long some command is at its limit (s)."""
+    at = [(flown[name] <= low) | (flown[name] >= high) for name, (low, high) in limits(packages).items()]
+    return float(np.count_nonzero(np.any(at, axis=0))) * sample_time(packages)
+
+
+@pytest.mark.parametrize("height", [30.0, -30.0])
+@pytest.mark.parametrize(
+    ("name", "speed"), [("squid", 0.5), ("squid", 3.0), ("remus100", 1.4), ("remus100", 2.2)]
+)
+def test_it_comes_back_from_what_it_cannot_hold(
+    request: pytest.FixtureRequest, name: str, speed: float, height: float
+) -> None:
+    packages: Packages = request.getfixturevalue(name)
+    flown = there_and_back(packages, speed, height)
+    error = np.abs(flown["pitch"] - flown["pitch_reference_used"])
+    late = flown["time"] > STEP_END + BACK
+    assert error[late].max() < NEAR
+    assert np.abs(flown["pitch"]).max() < 1.3 * abs(height) * DEGREE
+
+
+def test_planes_that_are_too_weak_do_not_wind_the_controller_up(remus100: Packages) -> None:
+    flown = there_and_back(remus100, 1.4, 30.0)
+    assert pinned(remus100, flown) > 30.0, "the planes must be at their limit for most of the command"
+    assert flown["pitch"].max() < 22.0 * DEGREE
+    assert pinned(remus100, flown) < STEP_END - STEP_TIME + BACK
