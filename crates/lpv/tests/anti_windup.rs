@@ -36,15 +36,15 @@ fn settles(each: &LimitedLoop, gain: &DMatrix<f64>, from: DVector<f64>) -> bool 
         let phi = DVector::from_fn(u.len(), |j, _| u[j] - u[j].clamp(-limits[j], limits[j]));
         a * x + (&into * gain - b) * phi
     };
-    let (mut x, step) = (from, 1e-3);
-    for _ in 0..200_000 {
+    let (mut x, step) = (from, 2e-4);
+    for _ in 0..400_000 {
         let half = &x + rate(&x) * (0.5 * step);
         x += rate(&half) * step;
-        if x.norm() > 1e4 {
-            return false;
+        if !(1.0..100.0).contains(&x.rows(0, 2).norm()) {
+            break;
         }
     }
-    x.norm() < 1.0
+    x.rows(0, 2).norm() < 1.0
 }
 
 #[test]
@@ -53,15 +53,16 @@ fn the_published_disc_is_reached_and_what_cannot_be_controlled_is_not_claimed() 
     let none = DMatrix::zeros(2, 2);
     let without = anti_windup(&[each.clone()], 2, FAST, Aim::RegionOf(&none)).unwrap();
     let with = anti_windup(&[each.clone()], 2, FAST, Aim::Region).unwrap();
-    eprintln!("without {:.3}, with {:.3}, gain {}", without.region, with.region, with.gain);
-    assert!((49.0..50.0).contains(&without.region), "{}", without.region);
-    assert!((51.0..CONTROLLABLE).contains(&with.region), "{}", with.region);
-    for angle in 0..12 {
-        let angle = f64::from(angle) * std::f64::consts::FRAC_PI_6;
+    // A publication has 49.4 and 51.3.
+    assert!(without.region > 49.4, "{}", without.region);
+    assert!(with.region > 51.3_f64.max(without.region), "{}", with.region);
+    assert!(with.region < CONTROLLABLE, "{}", with.region);
+    for angle in 0..6 {
+        let angle = f64::from(angle) * std::f64::consts::FRAC_PI_3;
         let from =
             |radius: f64| DVector::from_vec(vec![radius * angle.cos(), radius * angle.sin(), 0.0, 0.0]);
-        assert!(settles(&each, &with.gain, from(0.999 * with.region)), "{angle}");
-        assert!(settles(&each, &none, from(0.999 * without.region)), "{angle}");
+        assert!(settles(&each, &with.gain, from(0.99 * with.region)), "{angle}");
+        assert!(settles(&each, &none, from(0.99 * without.region)), "{angle}");
     }
     assert!(!settles(&each, &with.gain, DVector::from_vec(vec![52.2, 0.0, 0.0, 0.0])));
 }
