@@ -6,14 +6,14 @@ use scheduled::*;
 
 const GAIN: [[f64; 3]; 2] = [[-0.3, 0.2, 0.1], [0.4, -0.1, 0.5]];
 
-fn with_gain() -> ControllerDesign {
-    ControllerDesign { anti_windup: Some(GAIN.map(Vec::from).to_vec()), ..example::two_degrees() }
+fn with_gain(design: ControllerDesign) -> ControllerDesign {
+    ControllerDesign { anti_windup: Some(GAIN.map(Vec::from).to_vec()), ..design }
 }
 
-fn without_limits() -> ControllerDesign {
+fn limited(reach: f64) -> ControllerDesign {
     let mut design = example::two_degrees();
     for actuator in &mut design.actuators {
-        (actuator.minimum, actuator.maximum) = (-1e6, 1e6);
+        (actuator.minimum, actuator.maximum) = (-reach, reach);
     }
     design
 }
@@ -30,7 +30,8 @@ fn started(design: &ControllerDesign) -> Autopilot {
 
 #[test]
 fn it_does_nothing_within_the_limits() {
-    let (mut with, mut without) = (started(&with_gain()), started(&example::two_degrees()));
+    let (mut with, mut without) =
+        (started(&with_gain(example::two_degrees())), started(&example::two_degrees()));
     for tick in 0..50 {
         let wanted = inputs(0.2 * f64::from(tick).sin());
         with.tick(&wanted).unwrap();
@@ -44,7 +45,7 @@ fn it_does_nothing_within_the_limits() {
 fn it_moves_the_states_by_what_the_limits_cut_off() {
     let wanted = inputs(1.5);
     let (mut with, mut without, mut free) =
-        (started(&with_gain()), started(&example::two_degrees()), started(&without_limits()));
+        (started(&with_gain(limited(50.0))), started(&limited(50.0)), started(&limited(1e6)));
     for one in [&mut with, &mut without, &mut free] {
         one.tick(&wanted).unwrap();
     }
@@ -65,7 +66,7 @@ fn it_moves_the_states_by_what_the_limits_cut_off() {
 
 #[test]
 fn the_third_format_holds_the_gain() {
-    let design = with_gain();
+    let design = with_gain(example::two_degrees());
     let json = design.to_json().unwrap();
     assert!(json.contains("\"squid-controller/3\""), "{json}");
     assert_eq!(ControllerDesign::from_json(&json).unwrap(), design);
