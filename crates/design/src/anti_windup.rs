@@ -28,6 +28,9 @@ const FASTEST: f64 = 10.0;
 /// be held is what winds a controller up.
 const BEYOND: f64 = 1.5;
 
+/// The part of the largest region of the inequalities that is asked for at most: gamma grows without bound towards it.
+const SHARE: f64 = 0.6;
+
 /// The gain for a controller, n x m, in units of the actuators' reach.
 ///
 /// # Errors
@@ -58,12 +61,11 @@ pub fn anti_windup(
         }
         Ok(LimitedLoop { a: closed.a, b, k, c, limits, region })
     });
-    Ok(least_gain(
-        &loops.collect::<Result<Vec<_>, Error>>()?,
-        controller.a().nrows(),
-        FASTEST,
-        Aim::Recovery,
-    )?)
+    let mut loops = loops.collect::<Result<Vec<_>, Error>>()?;
+    let states = controller.a().nrows();
+    let share = SHARE * least_gain(&loops, states, FASTEST, Aim::Region)?.region;
+    loops.iter_mut().for_each(|each| each.region *= share.min(1.0));
+    Ok(least_gain(&loops, states, FASTEST, Aim::Recovery)?)
 }
 
 /// The step of a tracked output that the gain is made for, in its scale: in pitch [`PITCH_STEP`], in speed the whole

@@ -51,8 +51,8 @@ fn settles(each: &LimitedLoop, gain: &DMatrix<f64>, from: DVector<f64>) -> bool 
 fn the_published_disc_is_reached_and_what_cannot_be_controlled_is_not_claimed() {
     let each = example();
     let none = DMatrix::zeros(2, 2);
-    let without = anti_windup(&[each.clone()], 2, FAST, Aim::RegionOf(&none)).unwrap();
-    let with = anti_windup(&[each.clone()], 2, FAST, Aim::Region).unwrap();
+    let without = anti_windup(std::slice::from_ref(&each), 2, FAST, Aim::RegionOf(&none)).unwrap();
+    let with = anti_windup(std::slice::from_ref(&each), 2, FAST, Aim::Region).unwrap();
     // A publication has 49.4 and 51.3.
     assert!(without.region > 49.4, "{}", without.region);
     assert!(with.region > 51.3_f64.max(without.region), "{}", with.region);
