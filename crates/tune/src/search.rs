@@ -6,7 +6,7 @@
 //! ```
 //!
 //! x: the logarithms of the factors on the keys ([`Knob`]). First all models are made slower together, since that costs
-//! one design a step. From the best of these each search is COBYLA, on keys that are turned together ([`Direction`]) and
+//! one design a step. From the best of these each search is COBYLA, on keys that are turned together (`Direction`) and
 //! then on each by itself, from another start on each processor: M. J. D. Powell, A direct search optimization method
 //! that models the objective and constraint functions by linear interpolation, 1994. What it finds is judged in full, and
 //! proved.
