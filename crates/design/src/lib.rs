@@ -7,7 +7,6 @@
 //! [`run::run`] is the whole path; each stage is a file of that name. Nothing here prints, plots or packs: progress is
 //! called back ([`progress::Progress`]), and what was designed is a value ([`run::Finished`]).
 
-pub mod anti_windup;
 pub mod augment;
 pub mod certify;
 pub mod check;

@@ -1,7 +1,6 @@
 //! The design, stage by stage: load, trim, linearise, fit, to LFT, augment, synthesise, check, certify, anti-windup,
 //! freeze, verdict.
 
-use crate::anti_windup::{PITCH_STEP, SPEEDS, anti_windup};
 use crate::augment::augment;
 use crate::certify::ball::SAMPLES;
 use crate::certify::{Proof, certify};
@@ -13,6 +12,7 @@ use crate::inputs::Inputs;
 use crate::numbers::{above, decimals};
 use crate::progress::Progress;
 use crate::store::freeze::{Frozen, freeze};
+use crate::synthesise::anti_windup::{PITCH_STEP, SPEEDS, anti_windup};
 use crate::synthesise::robust::{Robust, robust};
 use crate::synthesise::synthesise;
 use crate::verdict::Verdict;

@@ -1,5 +1,6 @@
 //! Synthesis: the generalised plant of the design to a scheduled controller.
 
+pub mod anti_windup;
 pub mod ladder;
 pub mod robust;
 
