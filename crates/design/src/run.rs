@@ -12,7 +12,7 @@ use crate::inputs::Inputs;
 use crate::numbers::{above, decimals};
 use crate::progress::Progress;
 use crate::store::freeze::{Frozen, freeze};
-use crate::synthesise::anti_windup::{PITCH_STEP, SPEEDS, anti_windup};
+use crate::synthesise::anti_windup::{SPEEDS, anti_windup};
 use crate::synthesise::robust::{Robust, robust};
 use crate::synthesise::synthesise;
 use crate::verdict::Verdict;
@@ -128,10 +128,9 @@ fn anti_windup_stage(
     drop(running);
     match found {
         Ok(found) => {
-            let degrees = PITCH_STEP.to_degrees();
             let words = format!(
-                "a gain into the controller's states, from the loops at {SPEEDS} frozen speeds ({seconds:.1} s), for steps of \
-                 {degrees:.0} deg\nand over the range of speed, or 1.5 times what the actuators hold; not proved"
+                "a gain into the controller's states, from the loops at {SPEEDS} frozen speeds ({seconds:.1} s);\n\
+                 it acts beyond the limits of the actuators alone, and is not proved"
             );
             progress.done("windup", &words);
             Ok(Some(to_rows(&found.gain)))

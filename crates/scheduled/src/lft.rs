@@ -48,7 +48,7 @@ impl Lft {
     #[inline]
     pub fn from_rows(matrices: &LftMatrices, inputs: usize, outputs: usize) -> Result<Self, DesignError> {
         let (n, r) = (matrices.a.len(), matrices.blocks.iter().sum());
-        let of = |key, rows: &Rows, shape| checked(key, rows, shape);
+        let of = checked;
         Ok(Self {
             blocks: matrices.blocks.clone(),
             a: of("lft.A", &matrices.a, (n, n))?,

@@ -17,15 +17,15 @@ use signals::PITCH;
 /// The number of speeds, evenly spread over the range: both ends, where the limits differ most.
 pub const SPEEDS: usize = 2;
 
-/// The pitch step \[rad\] (30 deg) that the gain is made for, where the actuators can hold it.
-pub const PITCH_STEP: f64 = std::f64::consts::PI / 6.0;
+/// The largest pitch step \[rad\] (30 deg) that the gain is made for.
+const PITCH_STEP: f64 = std::f64::consts::PI / 6.0;
 
 /// Bound on the gain \[1/s\]: by a command that is cut off by its whole limit a state moves its own size in a tenth of a second,
 /// several ticks, at most.
 const FASTEST: f64 = 10.0;
 
-/// Steps this much larger than those that the actuators can hold are in the region of the gain: a reference that cannot
-/// be held is what winds a controller up.
+/// Steps are at most this much larger than those that the actuators can hold: a reference that cannot be held is what
+/// winds a controller up.
 const BEYOND: f64 = 1.5;
 
 /// The part of the largest region of the inequalities that is asked for at most: gamma grows without bound towards it.
