@@ -16,16 +16,16 @@
 //! [*         *                       *         -gamma I ]            [*  limit_j^2] > 0   for each command j
 //! ```
 //!
-//! say that as long as x' P x < 1 the sector condition `phi' U^-1 (u - phi - H x) >= 0` holds (J. M. Gomes da Silva Jr.,
+//! say that where x' P x < 1 the sector condition `phi' U^-1 (u - phi - H x) >= 0` holds (J. M. Gomes da Silva Jr.,
 //! S. Tarbouriech, "Antiwindup design with guaranteed regions of stability: an LMI-based approach", IEEE Trans.
 //! Automatic Control 50(1), 2005, lemma 1), that `x' P x` decreases where u_o = 0, and that the gain from u_o to z is
-//! below gamma. With `L = E U` they are linear in (Q, U, Y, L), so that E follows from one program.
+//! below gamma as long as x stays there. With `L = E U` they are linear in (Q, U, Y, L), so that E follows from one program.
 //!
 //! Least gamma is the quickest return to the loop without limits: P. F. Weston, I. Postlethwaite, "Linear conditioning
 //! for systems containing saturating actuators", Automatica 36(9), 2000; static gains: M. C. Turner, I. Postlethwaite,
 //! "A new perspective on static and low order anti-windup synthesis", Int. J. Control 77(1), 2004.
 
-use crate::error::SynthesisError;
+use crate::error::{ShapeError, SynthesisError};
 use crate::lmi::program::{Affine, Program, symmetric};
 use crate::lmi::solver;
 use crate::lmi::solver_options::SolverOptions;
@@ -75,7 +75,7 @@ pub enum Aim<'a> {
 pub struct AntiWindup {
     /// E, n_k x m: by it and phi the controller's n_k states move faster.
     pub gain: Mat,
-    /// The gain from u_o to z is below it; infinite if that was not sought.
+    /// The gain from u_o to z is below it as long as the state stays in the region; infinite if that was not sought.
     pub gamma: f64,
     /// The region contains this multiple of S.
     pub region: f64,
@@ -89,15 +89,17 @@ pub struct AntiWindup {
 /// Each loop has a P of its own. What holds is therefore said of loops whose parameters stand still.
 ///
 /// # Errors
-/// [`SynthesisError::Infeasible`], [`SynthesisError::Numerical`].
+/// [`SynthesisError::Shape`] without a loop, or where its matrices do not fit; [`SynthesisError::Infeasible`], also where
+/// a limit is not positive; [`SynthesisError::Numerical`].
 pub fn anti_windup(
     loops: &[LimitedLoop],
     controller_states: usize,
     largest_gain: f64,
     aim: Aim<'_>,
 ) -> Result<AntiWindup, SynthesisError> {
+    check(loops, controller_states)?;
     let sizes = sizes(loops)?;
-    let (n, m) = (sizes.len(), loops.first().map_or(0, |l| l.limits.len()));
+    let (n, m) = (sizes.len(), loops[0].limits.len());
     let mut program = Program::new();
     // Within phi_j / limit_j, and states in units of their sizes.
     let u = program.symmetric_commuting(&(0..m).collect::<Vec<_>>());
@@ -127,6 +129,38 @@ pub fn anti_windup(
         Aim::Region | Aim::RegionOf(_) => (f64::INFINITY, level.powf(-0.5)),
     };
     Ok(AntiWindup { gain, gamma, region })
+}
+
+/// Whether the matrices fit together, and each command can go both ways.
+fn check(loops: &[LimitedLoop], controller_states: usize) -> Result<(), SynthesisError> {
+    let size = |l: &LimitedLoop| (l.a.nrows(), l.limits.len());
+    let (n, m) = loops.first().map_or((0, 0), size);
+    for LimitedLoop { a, b, k, c, limits, region } in loops {
+        for (name, found, expected) in [
+            ("A", a.shape(), (n, n)),
+            ("B", b.shape(), (n, m)),
+            ("K", k.shape(), (m, n)),
+            ("C", c.shape(), (c.nrows(), n)),
+            ("limits", (limits.len(), 1), (m, 1)),
+            ("S", region.shape(), (n, region.ncols())),
+        ] {
+            if found != expected {
+                return Err(ShapeError { name, found, expected }.into());
+            }
+        }
+        if !limits.iter().all(|limit| *limit > 0.0) {
+            return Err(SynthesisError::Infeasible { stage: STAGE });
+        }
+    }
+    if n < controller_states.max(1) {
+        return Err(ShapeError {
+            name: "A",
+            found: (n, n),
+            expected: (controller_states, controller_states),
+        }
+        .into());
+    }
+    Ok(())
 }
 
 /// `L = E U` with `|E_ij| < largest`.
