@@ -81,7 +81,7 @@ def fly(name: str) -> None:
 def published_cases() -> None:
     """Solve the published problems with the command `squid`, and print computed and expected values."""
     build.build_command()
-    run([sys.executable, Path("tests") / "python" / "published_cases.py", build.squid()])
+    run([sys.executable, Path("tests") / "python" / "support" / "published_cases.py", build.squid()])
 
 
 def python_lints() -> None:

@@ -1,22 +1,19 @@
 //! Random calls with random arguments through the C ABI of each FMU: whatever comes, no defect shows, and what the
 //! importer gets back is a status. `PROPTEST_CASES` and `SQUID_FUZZ_MINUTES` make the run longer; `corpus` keeps what
 //! was once interesting.
-#![allow(unsafe_code, clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
-
-mod abi;
-mod example;
-mod fuzz;
 
 use std::ffi::{c_char, c_int};
 use std::ptr::{null, null_mut};
 
-use abi::{Unpacked, free, own_defects, texts};
+use crate::abi::{Unpacked, free, own_defects, texts};
+use crate::example;
+use crate::fuzz;
+use crate::fuzz::{Case, Seen, kind_of};
 use fmi2::abi::{Component, EventInfo, FmuState, Status, access, exchange, lifecycle, state, step};
 use fmi2::{Interface, Model};
 use fmu_controller::Controller;
 use fmu_plant::PlantModel;
 use fmu_squid::ClosedLoop;
-use fuzz::{Case, Seen, kind_of};
 use proptest::prelude::*;
 use serde::{Deserialize, Serialize};
 

@@ -15,7 +15,7 @@ from conftest import SQUID, Run, reported
 from fly.stages import ROOT
 
 CHROMIUM = shutil.which("chromium")
-PROBE = (Path(__file__).parent / "probe.js").read_text(encoding="utf-8")
+PROBE = (ROOT / "tests" / "python" / "support" / "probe.js").read_text(encoding="utf-8")
 CATCH = "window.problems = []; addEventListener('error', event => problems.push(String(event.message)));"
 VEHICLES = sorted(path.parent for path in (ROOT / "vehicles").glob("*/design.toml"))
 NARROW, WIDE = 420, 1400

@@ -1,21 +1,18 @@
 //! Random changes of serialised states: one that was changed by accident is refused by its checksum, and one with a
 //! checksum that fits is refused in a sentence or flown on, without a panic or an endless loop. `PROPTEST_CASES` and
 //! `SQUID_FUZZ_MINUTES` make the run longer; `corpus` keeps what was once interesting.
-#![allow(unsafe_code, clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
-
-mod abi;
-mod example;
-mod fuzz;
 
 use std::ptr::null_mut;
 
-use abi::{Unpacked, do_step, free, own_defects, texts};
+use crate::abi::{Unpacked, do_step, free, own_defects, texts};
+use crate::example;
+use crate::fuzz;
+use crate::fuzz::{Case, Seen, kind_of};
 use fmi2::abi::{Component, EventInfo, Status, exchange, lifecycle, state};
 use fmi2::{Interface, Model};
 use fmu_controller::Controller;
 use fmu_plant::PlantModel;
 use fmu_squid::ClosedLoop;
-use fuzz::{Case, Seen, kind_of};
 use proptest::prelude::*;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -143,7 +140,7 @@ fn go_on<M: Model>(c: Component, interface: Interface, at: f64) {
     unsafe {
         lifecycle::exit_initialization_mode::<M>(c);
         for reference in 0..100 {
-            abi::get::<M>(c, &[reference], &mut numbers[..1]);
+            crate::abi::get::<M>(c, &[reference], &mut numbers[..1]);
         }
         if interface == Interface::CoSimulation {
             do_step::<M>(c, at, 0.02);

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from fly.package import Packages
+from fly.stages import ROOT
 from fmpy import platform, read_model_description, supported_platforms
 from fmpy.validation import validate_fmu
 
@@ -87,7 +88,7 @@ def test_archive_is_plain(fmu: Path) -> None:
 def test_carries_no_path_of_the_machine_that_made_it(fmu: Path) -> None:
     """In no file, the binaries among them: not the builder's home, not this folder, not that of cargo's packages."""
     packages = os.environ.get("CARGO_HOME", str(Path.home() / ".cargo"))
-    folders = [str(Path.home()), str(Path(__file__).resolve().parents[2]), packages]
+    folders = [str(Path.home()), str(ROOT), packages]
     with zipfile.ZipFile(fmu) as archive:
         for name in archive.namelist():
             content = archive.read(name)

@@ -1,22 +1,19 @@
 //! Random changes of resource files: a model that loads them starts, steps and is freed, or refuses in a sentence;
 //! nothing panics. `PROPTEST_CASES` and `SQUID_FUZZ_MINUTES` make the run longer; `corpus` keeps what was once
 //! interesting.
-#![allow(unsafe_code, clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
-
-mod abi;
-mod example;
-mod fuzz;
 
 use std::sync::OnceLock;
 use std::sync::atomic::Ordering;
 
-use abi::{Unpacked, do_step, free, own_defects, texts};
+use crate::abi::{Unpacked, do_step, free, own_defects, texts};
+use crate::example;
+use crate::fuzz;
+use crate::fuzz::{Case, Seen, kind_of};
 use fmi2::abi::{Status, lifecycle};
 use fmi2::{Interface, Model, Resources, describe};
 use fmu_controller::Controller;
 use fmu_plant::PlantModel;
 use fmu_squid::ClosedLoop;
-use fuzz::{Case, Seen, kind_of};
 use proptest::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -194,5 +191,5 @@ fn odd_files_are_refused_in_a_sentence() {
     std::fs::remove_file(&path).unwrap();
     std::fs::create_dir(&path).unwrap();
     assert!(fmu.instantiate(Interface::CoSimulation).is_null());
-    assert!(abi::MESSAGES.load(Ordering::Relaxed) >= 2);
+    assert!(crate::abi::MESSAGES.load(Ordering::Relaxed) >= 2);
 }

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from fly.master import Slave
 from fly.package import Packages
+from fly.stages import ROOT
 from fmpy.fmi1 import FMICallException
 from misuse_probe import CASES, NOT_INSTANTIATED
 
@@ -43,7 +44,7 @@ WHILE_RUNNING = {
 
 def probe(fmu: Path, case: str) -> tuple[int, str]:
     """Misuse an FMU in a process of its own; return the status and the log."""
-    script = Path(__file__).with_name("misuse_probe.py")
+    script = ROOT / "tests" / "python" / "support" / "misuse_probe.py"
     done = subprocess.run(
         [sys.executable, script, fmu, case], capture_output=True, text=True, timeout=60, check=False
     )
