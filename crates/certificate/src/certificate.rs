@@ -6,6 +6,9 @@ use serde::Serialize;
 /// Value of the key `format`.
 pub const FORMAT: &str = "lpv-certificate/1";
 
+/// Value of the key `format` of a certificate with the section `limits`.
+pub const FORMAT_WITH_LIMITS: &str = "lpv-certificate/2";
+
 /// A matrix as a list of rows; one with rows but no columns is a list of empty rows.
 pub type Rows = Vec<Vec<f64>>;
 
@@ -41,6 +44,9 @@ pub struct Certificate {
     /// A smaller bound for a parameter that moves at a bounded rate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bounded_rate: Option<BoundedRate>,
+    /// What holds with commands that are cut off at limits.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub limits: Option<Limits>,
 }
 
 /// The generalised plant.
@@ -186,6 +192,49 @@ pub struct SlowResidual {
     pub slow: Slow,
 }
 
+/// The claim for commands cut off at limits, with the plant and the model error of the section `residual`.
+///
+/// The plant gets `u - phi`, and the controller's states move by `E phi` faster, with `phi = u - sat(u)`. n counts the
+/// states of that loop, those of the plant that the loop consists of and then the controller's: see the crate's
+/// documentation.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Limits {
+    /// The input of the steps: a component of w, from 0.
+    pub input: usize,
+    /// The largest step.
+    pub size: f64,
+    /// How far each command can go at least, either way.
+    pub limits: Vec<f64>,
+    /// nk x u.
+    #[serde(rename = "E")]
+    pub e: Rows,
+    /// The rate at which x'Xx decreases once the step is taken back.
+    pub decay: f64,
+    /// x'Xx stays below beta while the step is held, x taken from `x_held` times the step.
+    pub beta: f64,
+    /// The state from which x is taken while a step of 1 is held, n numbers.
+    pub x_held: Vec<f64>,
+    /// The commands from which H x is taken while a step of 1 is held.
+    pub u_held: Vec<f64>,
+    /// The multiplier of Delta.
+    pub lambda: f64,
+    /// The Lyapunov matrix, n x n.
+    #[serde(rename = "X")]
+    pub x: Rows,
+    /// The symmetric scaling.
+    #[serde(rename = "S")]
+    pub s: Rows,
+    /// The skew scaling.
+    #[serde(rename = "T")]
+    pub t: Rows,
+    /// The multiplier of each limit.
+    #[serde(rename = "U")]
+    pub u: Vec<f64>,
+    /// Below which part of u a limit is out of reach, u x n.
+    #[serde(rename = "H")]
+    pub h: Rows,
+}
+
 impl Plant {
     /// D22; `None` if it is 0.
     pub fn direct_path(&self) -> Option<&Rows> {
@@ -207,6 +256,7 @@ impl Certificate {
     /// [`ReadError`] if sizes do not agree or a number is not finite.
     pub fn to_json(&self) -> Result<String, ReadError> {
         self.check()?;
-        Ok(serde_json::to_string(&File { format: FORMAT, certificate: self })?)
+        let format = if self.limits.is_some() { FORMAT_WITH_LIMITS } else { FORMAT };
+        Ok(serde_json::to_string(&File { format, certificate: self })?)
     }
 }

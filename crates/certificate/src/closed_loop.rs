@@ -1,5 +1,7 @@
 //! The closed loop of plant and controller, formed exactly.
 
+mod limited;
+
 use crate::certificate::{Certificate, Residual, Rows};
 use crate::error::Failure;
 use crate::exact::dyadic::Dyadic;
@@ -29,7 +31,7 @@ pub(crate) struct ClosedLoop {
     pub(crate) output: Matrix,
     /// `error` and `e`.
     pub(crate) delta: Option<(Matrix, Matrix)>,
-    /// The parameter of each channel, plant's, then controller's.
+    /// The parameter of each channel: plant's, controller's, then one for each limit.
     pub(crate) parameters: Vec<usize>,
 }
 

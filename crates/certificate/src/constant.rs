@@ -125,7 +125,7 @@ impl ConstantCertificate {
     /// [`ReadError`], the first problem of the text.
     pub fn from_json(text: &str) -> Result<Self, ReadError> {
         let json = serde_json::from_str(text)?;
-        check_format(&json, CONSTANT_FORMAT)?;
+        check_format(&json, &[CONSTANT_FORMAT])?;
         let top = Fields::new("", &json, &KEYS, &[])?;
         let certificate = Self {
             blocks: top.sizes("blocks")?,
@@ -223,6 +223,7 @@ impl ConstantCertificate {
             t: none,
             residual: (!self.errors.is_empty()).then_some(all),
             bounded_rate: None,
+            limits: None,
         }
     }
 

@@ -11,8 +11,8 @@ pub enum ReadError {
     #[error("the certificate is not JSON with finite numbers: {0}")]
     Json(#[from] serde_json::Error),
     /// Another format, or another version of it.
-    #[error("format: found {found}, allowed is \"{allowed}\"")]
-    Format { found: String, allowed: &'static str },
+    #[error("format: found {found}, allowed is {allowed}")]
+    Format { found: String, allowed: String },
     /// A key is missing.
     #[error("{field}: missing; {object} must have the keys {keys}")]
     Missing { field: String, object: String, keys: String },
@@ -47,9 +47,15 @@ pub enum ReadError {
     /// A bounded rate of other than one parameter.
     #[error("bounded_rate: is of 1 parameter, but blocks and controller_blocks have {found}")]
     NotOneParameter { found: usize },
-    /// A bounded rate with model error, without the model error.
-    #[error("bounded_rate.residual: needs the section residual, which has E, F and Fu")]
-    NoModelError,
+    /// A section about the model error, without the model error.
+    #[error("{field}: needs the section residual, which has E, F and Fu")]
+    NoModelError { field: &'static str },
+    /// Limits in a loop whose commands go straight to what is measured.
+    #[error("limits: is of plants without a direct path from u to y, but plant.D22 is not 0")]
+    DirectPath,
+    /// Steps of an input that there is not.
+    #[error("limits.input: found {found}, must be below {inputs}, the number of inputs w")]
+    NoInput { found: usize, inputs: usize },
     /// A list whose length is wrong.
     #[error("{field}: has {found} entries, must have {expected}")]
     Length { field: String, found: usize, expected: String },
@@ -91,6 +97,8 @@ pub enum Proved {
     Decay,
     /// The multiplier of a parameter, from 0.
     Multiplier(usize),
+    /// `[X h'; h u^2/(4 beta)]` of a command, from 0.
+    Limit(usize),
 }
 
 impl fmt::Display for Proved {
@@ -107,6 +115,7 @@ impl fmt::Display for Proved {
             }
             Self::Lyapunov => f.write_str("L"),
             Self::Decay => f.write_str("A'L + LA"),
+            Self::Limit(command) => write!(f, "[X h'; h limit^2/(4 beta)] of command {command}"),
             Self::Multiplier(parameter) => write!(f, "the multiplier of parameter {parameter}"),
         }
     }
@@ -123,6 +132,8 @@ pub enum Claim {
     BoundedRate,
     /// The same with the model error of `residual`.
     BoundedRateWithModelError,
+    /// The loop whose commands are cut off at limits, with the model error of `residual`.
+    WithLimits,
 }
 
 impl fmt::Display for Claim {
@@ -132,6 +143,7 @@ impl fmt::Display for Claim {
             Self::WithModelError => "the claim with model error (residual)",
             Self::BoundedRate => "the claim of a bounded rate",
             Self::BoundedRateWithModelError => "the claim of a bounded rate with model error",
+            Self::WithLimits => "the claim with limits",
         })
     }
 }
@@ -155,6 +167,9 @@ pub enum Failure {
     /// A bound on a magnitude is negative.
     #[error("the claim of a bounded rate is not proved: the rate is {rate:e}, must be at least 0")]
     NegativeRate { rate: f64 },
+    /// A step that takes the state out of its region, or a command to its limit.
+    #[error("the claim with limits is not proved: a step of {size:e} {beyond}")]
+    TooLarge { size: f64, beyond: String },
     /// Two entries that must be equal, or opposite, are not.
     #[error(
         "{claim} is not proved: {matrix} is not {property}: entry [{row}][{column}] is {entry:e}, entry \

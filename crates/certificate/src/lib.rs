@@ -88,9 +88,35 @@
 //! 0` with `Q = X(theta)`, and multiplied by `blkdiag(Q^-1, I, I)` from both sides it is that of the loop itself with
 //! the Lyapunov matrix `Q^-1`, whose derivative is `-Q^-1 dQ/dtheta Q^-1`; lambda becomes 1/lambda.
 //!
+//! *With limits* (`limits`): the plant gets `u - phi`, xk' gets `E phi`, with `phi = u - sat(u)`, and sat cuts each
+//! command off at `limit_j` or farther, either way. Of the plant only the states count that controls, channels or
+//! Delta move and that these or y see ([`Certificate::moving_states`]): the others are filters of w, in whose place
+//! one of its components steps from 0 to any r with `|r| <= size` and, later, back, or weights that only z sees.
+//! While the step is held, x stands for the state less `r x_held`. With `V = x'Xx` and all of the model error the
+//! form
+//!
+//! ```text
+//! dV/dt + decay V - decay beta (r/size)^2 + zt'S zt - wt'S wt + 2 wt'T zt + lambda (z_D'z_D - w_D'w_D)
+//!     + 4 phi'U (u - phi - H x - r u_held)
+//! ```
+//!
+//! must be negative definite in (x, wt, phi, w_D, r); `X > 0`; `size^2 x_held'X x_held < beta`; and for each command
+//! `size |u_held_j| <= limit_j/2` and `[X h_j'; h_j limit_j^2/(4 beta)] > 0`. *Claim:* from rest V stays below beta
+//! while the step is held, is below `4 beta` when it has been taken back, and decays from there at least as
+//! `exp(-decay t)`.
+//!
+//! - *The region.* Where V < beta, `|h_j x + r u_held_j| < limit_j`; with r = 0 also where `V < 4 beta`. Where phi_j
+//!   is positive, `u_j - phi_j` is a limit, at or above `limit_j`, so that the factor behind it is positive; likewise
+//!   where it is negative: the term of U is not negative. At V = beta then `dV/dt < 0`. The step back adds `r x_held`
+//!   to x, and so less than the root of beta to that of V.
+//! - *Well-posedness.* With `e = u - H x - r u_held` and `s = 2 phi - e`, `4 phi'U (e - phi) = e'U e - s'U s`: the
+//!   form is the inequality of a loop with further parameters, `s_j = delta_j e_j`, `|delta_j| <= 1`, and is proved
+//!   as that, with `decay/2` added to A. For two values of u the phi differ by shares of the difference between 0 and
+//!   1, which are such parameters; so u, and what phi makes of it at a theta, are one to one, as wt and zt are.
+//!
 //! # What it does not cover
 //!
-//! - Saturation of the actuators, and the anti-windup that acts beyond it: the loop is linear at every instant.
+//! - Saturation of the actuators but for the steps of `limits`: for all else the loop is linear at every instant.
 //! - Sampling: the controller is the continuous one of the file, with Theta(t) measured without delay or error.
 //! - The nonlinear vehicle: the plant is the LPV model of the file. The residual covers errors of its `A` and `B2`, as
 //!   large as the file states, and no other errors.
@@ -144,10 +170,11 @@ mod structure;
 mod theorem;
 
 pub use certificate::{
-    BoundedRate, Certificate, Controller, FORMAT, Plant, Residual, Rows, Slow, SlowResidual,
+    BoundedRate, Certificate, Controller, FORMAT, FORMAT_WITH_LIMITS, Limits, Plant, Residual, Rows, Slow,
+    SlowResidual,
 };
 pub use constant::{CONSTANT_FORMAT, ConstantCertificate, ConstantTheorem, ErrorBall, Filter};
 pub use error::{Claim, Failure, Proved, ReadError};
 pub use json::Json;
 pub use lower_bound::{Multipliers, lower_bound};
-pub use theorem::{SlowTheorem, Theorem};
+pub use theorem::{LimitTheorem, SlowTheorem, Theorem};

@@ -1,7 +1,7 @@
 //! The proof, step by step.
 
 use crate::bounded_rate::SlowInequality;
-use crate::certificate::{BoundedRate, Certificate, Rows, Slow};
+use crate::certificate::{BoundedRate, Certificate, Limits, Residual, Rows, Slow};
 use crate::closed_loop::ClosedLoop;
 use crate::error::{Claim, Failure, Proved};
 use crate::exact::definite::positive_definite;
@@ -14,7 +14,7 @@ use crate::theorem::Theorem;
 /// The matrices of one claim, as in the file.
 struct Claimed<'a> {
     claim: Claim,
-    gamma: f64,
+    gamma: Dyadic,
     lambda: Option<f64>,
     x: &'a Rows,
     s: &'a Rows,
@@ -30,7 +30,7 @@ impl Certificate {
         self.check()?;
         let nominal = Claimed {
             claim: Claim::Nominal,
-            gamma: self.gamma,
+            gamma: Dyadic::from_f64(self.gamma),
             lambda: None,
             x: &self.x,
             s: &self.s,
@@ -40,7 +40,7 @@ impl Certificate {
         if let Some(r) = &self.residual {
             let robust = Claimed {
                 claim: Claim::WithModelError,
-                gamma: r.gamma,
+                gamma: Dyadic::from_f64(r.gamma),
                 lambda: Some(r.lambda),
                 x: &r.x,
                 s: &r.s,
@@ -50,6 +50,9 @@ impl Certificate {
         }
         if let Some(bounded) = &self.bounded_rate {
             self.prove_bounded(bounded)?;
+        }
+        if let Some((limits, error)) = self.limits.as_ref().zip(self.residual.as_ref()) {
+            self.prove_limits(limits, error)?;
         }
         Ok(Theorem::of(self))
     }
@@ -68,6 +71,64 @@ impl Certificate {
         }
         Ok(())
     }
+}
+
+impl Certificate {
+    /// The claim with limits: a step leaves x within `x'Xx < beta`, taken back within `4 beta`; there H x leaves half of
+    /// each limit, or all of it; and x'Xx decreases.
+    fn prove_limits(&self, l: &Limits, error: &Residual) -> Result<(), Failure> {
+        let claim = Claim::WithLimits;
+        for (name, found) in [("size", l.size), ("decay", l.decay), ("beta", l.beta)] {
+            positive(claim, name, found)?;
+        }
+        l.limits.iter().try_for_each(|limit| positive(claim, "a limit", *limit))?;
+        let [size, decay, beta] = [l.size, l.decay, l.beta].map(Dyadic::from_f64);
+        let closed = ClosedLoop::limited(self, l, error)?;
+        let with_limits = Claimed {
+            claim,
+            gamma: &decay * &beta,
+            lambda: Some(l.lambda),
+            x: &l.x,
+            s: &beside(&l.s, &l.u),
+            t: &beside(&l.t, &vec![0.0; l.u.len()]),
+        };
+        with_limits.prove(&closed)?;
+        let too_large = |beyond: String| Failure::TooLarge { size: l.size, beyond };
+        let x = Matrix::from_rows(&l.x, closed.states);
+        let held = Matrix::from_rows(&vec![l.x_held.clone()], closed.states).scaled(&size);
+        let level = &held.times(&x).times(&held.transpose())[(0, 0)];
+        if !(&beta + &-level).is_positive() {
+            return Err(too_large("takes x'Xx to beta, or above it".into()));
+        }
+        for (j, ((limit, u), h)) in l.limits.iter().zip(&l.u_held).zip(&l.h).enumerate() {
+            let limit = Dyadic::from_f64(*limit);
+            let used = (&size * &Dyadic::from_f64(*u)).abs().shifted(1);
+            if (&used + &-&limit).is_positive() {
+                return Err(too_large(format!("takes more than half of the limit of command {j}")));
+            }
+            // [X h'; h limit^2/(4 beta)], its last row and column times 2 beta.
+            let row = Matrix::from_rows(&vec![h.clone()], closed.states).scaled(&beta.shifted(1));
+            let mut whole = Matrix::scalar(closed.states + 1, &(&beta * &(&limit * &limit)));
+            whole.place(0, 0, &x);
+            whole.place(closed.states, 0, &row);
+            whole.place(0, closed.states, &row.transpose());
+            let blocks = vec![("x", closed.states), ("limit", 1)];
+            let whole = Blocked { matrix: whole, blocks, scale: Dyadic::from_f64(1.0) };
+            definite(claim, Proved::Limit(j), "positive", &whole)?;
+        }
+        Ok(())
+    }
+}
+
+/// `blkdiag(m, diag(more))`.
+fn beside(m: &Rows, more: &[f64]) -> Rows {
+    let (n, all) = (m.len(), m.len() + more.len());
+    let entry = |i: usize, j: usize| match (i < n, j < n) {
+        (true, true) => m[i][j],
+        (false, false) if i == j => more[i - n],
+        _ => 0.0,
+    };
+    (0..all).map(|i| (0..all).map(|j| entry(i, j)).collect()).collect()
 }
 
 /// The matrices of a claim of a bounded rate.
@@ -100,7 +161,7 @@ impl Slowly<'_> {
 
 impl Claimed<'_> {
     fn prove(&self, closed: &ClosedLoop) -> Result<(), Failure> {
-        positive(self.claim, "gamma", self.gamma)?;
+        positive(self.claim, "gamma", self.gamma.to_f64())?;
         self.lambda.map_or(Ok(()), |lambda| positive(self.claim, "lambda", lambda))?;
         symmetric(self.claim, Proved::X, self.x)?;
         symmetric(self.claim, Proved::S, self.s)?;
@@ -109,7 +170,7 @@ impl Claimed<'_> {
         commuting(self.claim, Proved::T, self.t, &closed.parameters)?;
         let exact = |m: &Rows| Matrix::from_rows(m, m.len());
         let proof = Proof {
-            gamma: Dyadic::from_f64(self.gamma),
+            gamma: self.gamma.clone(),
             lambda: Dyadic::from_f64(self.lambda.unwrap_or(0.0)),
             x: exact(self.x),
             s: exact(self.s),

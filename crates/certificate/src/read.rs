@@ -1,7 +1,8 @@
 //! From the JSON tree to the certificate, with the path of each error.
 
 use crate::certificate::{
-    BoundedRate, Certificate, Controller, FORMAT, Plant, Residual, Rows, Slow, SlowResidual,
+    BoundedRate, Certificate, Controller, FORMAT, FORMAT_WITH_LIMITS, Limits, Plant, Residual, Rows, Slow,
+    SlowResidual,
 };
 use crate::error::ReadError;
 use crate::json::Json;
@@ -9,6 +10,8 @@ use crate::json::Json;
 const TOP: [&str; 9] =
     ["format", "blocks", "controller_blocks", "plant", "controller", "gamma", "X", "S", "T"];
 const SLOW: [&str; 5] = ["gamma", "inverse", "X", "breakpoints", "N"];
+const LIMITS: [&str; 14] =
+    ["input", "size", "limits", "E", "decay", "beta", "x_held", "u_held", "lambda", "X", "S", "T", "U", "H"];
 const RESIDUAL: [&str; 8] = ["E", "F", "Fu", "lambda", "gamma", "X", "S", "T"];
 
 /// An object with every required key and no unknown key.
@@ -19,7 +22,7 @@ pub(crate) struct Fields<'a> {
 }
 
 impl Certificate {
-    /// Reads a certificate of format [`FORMAT`].
+    /// Reads a certificate of format [`FORMAT`] or [`FORMAT_WITH_LIMITS`].
     ///
     /// # Errors
     /// [`ReadError`], the first problem of the text.
@@ -31,8 +34,9 @@ impl Certificate {
 }
 
 fn certificate(json: &Json) -> Result<Certificate, ReadError> {
-    check_format(json, FORMAT)?;
-    let top = Fields::new("", json, &TOP, &["residual", "bounded_rate"])?;
+    let with_limits = check_format(json, &[FORMAT, FORMAT_WITH_LIMITS])? == FORMAT_WITH_LIMITS;
+    let required: Vec<&str> = TOP.into_iter().chain(with_limits.then_some("limits")).collect();
+    let top = Fields::new("", json, &required, &["residual", "bounded_rate"])?;
     Ok(Certificate {
         blocks: top.sizes("blocks")?,
         controller_blocks: top.sizes("controller_blocks")?,
@@ -47,11 +51,12 @@ fn certificate(json: &Json) -> Result<Certificate, ReadError> {
             None => None,
         },
         bounded_rate: top.find("bounded_rate").map(bounded_rate).transpose()?,
+        limits: top.find("limits").map(limits).transpose()?,
     })
 }
 
 /// The format is checked first, because another format has other keys.
-pub(crate) fn check_format(json: &Json, allowed: &'static str) -> Result<(), ReadError> {
+pub(crate) fn check_format(json: &Json, allowed: &[&'static str]) -> Result<&'static str, ReadError> {
     let Json::Object(entries) = json else {
         return Err(ReadError::Kind {
             field: "the certificate".into(),
@@ -59,11 +64,12 @@ pub(crate) fn check_format(json: &Json, allowed: &'static str) -> Result<(), Rea
             allowed: "an object",
         });
     };
-    match entries.iter().find(|(key, _)| key == "format") {
-        Some((_, Json::Text(found))) if found == allowed => Ok(()),
-        Some((_, other)) => Err(ReadError::Format { found: other.describe(), allowed }),
-        None => Err(ReadError::Format { found: "nothing".into(), allowed }),
-    }
+    let found = entries.iter().find(|(key, _)| key == "format").map(|(_, value)| value);
+    let known = allowed.iter().find(|format| matches!(found, Some(Json::Text(text)) if text == **format));
+    known.copied().ok_or_else(|| ReadError::Format {
+        found: found.map_or_else(|| "nothing".into(), Json::describe),
+        allowed: allowed.iter().map(|format| format!("{format:?}")).collect::<Vec<_>>().join(" or "),
+    })
 }
 
 pub(crate) fn plant(json: &Json) -> Result<Plant, ReadError> {
@@ -106,6 +112,26 @@ fn bounded_rate(json: &Json) -> Result<BoundedRate, ReadError> {
         rate: fields.number("rate")?,
         slow: slow(&fields)?,
         residual: fields.find("residual").map(residual).transpose()?,
+    })
+}
+
+fn limits(json: &Json) -> Result<Limits, ReadError> {
+    let f = Fields::new("limits", json, &LIMITS, &[])?;
+    Ok(Limits {
+        input: size(&f.path("input"), f.get("input")?)?,
+        size: f.number("size")?,
+        limits: f.numbers("limits")?,
+        e: f.matrix("E")?,
+        decay: f.number("decay")?,
+        beta: f.number("beta")?,
+        x_held: f.numbers("x_held")?,
+        u_held: f.numbers("u_held")?,
+        lambda: f.number("lambda")?,
+        x: f.matrix("X")?,
+        s: f.matrix("S")?,
+        t: f.matrix("T")?,
+        u: f.numbers("U")?,
+        h: f.matrix("H")?,
     })
 }
 

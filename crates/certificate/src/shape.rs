@@ -1,6 +1,6 @@
 //! Checks that the sizes of a certificate's matrices agree.
 
-use crate::certificate::{BoundedRate, Certificate, Residual, Rows, Slow};
+use crate::certificate::{BoundedRate, Certificate, Limits, Residual, Rows, Slow};
 use crate::error::ReadError;
 
 /// A number of rows or columns, and their signal.
@@ -85,7 +85,49 @@ impl Certificate {
         check_number("gamma", self.gamma)?;
         check_proof("", s, [&self.x, &self.s, &self.t])?;
         self.residual.as_ref().map_or(Ok(()), |r| check_residual(r, s))?;
-        self.bounded_rate.as_ref().map_or(Ok(()), |bounded| self.check_bounded_rate(bounded, s))
+        self.bounded_rate.as_ref().map_or(Ok(()), |bounded| self.check_bounded_rate(bounded, s))?;
+        self.limits.as_ref().map_or(Ok(()), |limits| self.check_limits(limits, s))
+    }
+
+    /// Checks the sizes of the matrices of a loop with limits.
+    fn check_limits(&self, l: &Limits, s: Sizes) -> Result<(), ReadError> {
+        if self.residual.is_none() {
+            return Err(ReadError::NoModelError { field: "limits" });
+        }
+        if self.plant.direct_path().is_some() {
+            return Err(ReadError::DirectPath);
+        }
+        if l.input >= s.w {
+            return Err(ReadError::NoInput { found: l.input, inputs: s.w });
+        }
+        let states = (self.moving_states().len() + s.xk, "states of the loop with limits");
+        let channels = (s.t + s.tk, "channels of plant and controller");
+        let u = (s.u, "controls u");
+        for (field, m, rows, columns) in [
+            ("limits.E", &l.e, (s.xk, "controller's states"), u),
+            ("limits.X", &l.x, states, states),
+            ("limits.S", &l.s, channels, channels),
+            ("limits.T", &l.t, channels, channels),
+            ("limits.H", &l.h, u, states),
+        ] {
+            check_matrix(field, m, rows, columns)?;
+        }
+        let numbers = [("size", l.size), ("decay", l.decay), ("beta", l.beta), ("lambda", l.lambda)];
+        numbers.iter().try_for_each(|(name, x)| check_number(&format!("limits.{name}"), *x))?;
+        for (name, list, (expected, meaning)) in [
+            ("limits", &l.limits, u),
+            ("x_held", &l.x_held, states),
+            ("u_held", &l.u_held, u),
+            ("U", &l.u, u),
+        ] {
+            let field = format!("limits.{name}");
+            if list.len() != expected {
+                let expected = format!("{expected} ({meaning})");
+                return Err(ReadError::Length { field, found: list.len(), expected });
+            }
+            list.iter().enumerate().try_for_each(|(i, x)| check_number(&format!("{field}[{i}]"), *x))?;
+        }
+        Ok(())
     }
 
     /// Checks the sizes of a bounded rate's matrices: X as X of the certificate, N channels x all inputs of the loop.
@@ -97,7 +139,8 @@ impl Certificate {
         check_number("bounded_rate.rate", bounded.rate)?;
         check_slow("bounded_rate.", &bounded.slow, s, None)?;
         let Some(r) = &bounded.residual else { return Ok(()) };
-        let error = self.residual.as_ref().ok_or(ReadError::NoModelError)?;
+        let error =
+            self.residual.as_ref().ok_or(ReadError::NoModelError { field: "bounded_rate.residual" })?;
         check_number("bounded_rate.residual.lambda", r.lambda)?;
         check_slow("bounded_rate.residual.", &r.slow, s, Some(error))
     }

@@ -28,6 +28,21 @@ pub struct Theorem {
     pub gamma_with_model_error: Option<f64>,
     /// What holds where the parameter moves at a bounded rate, if the file claims it.
     pub bounded_rate: Option<SlowTheorem>,
+    /// What holds with commands cut off at limits, if the file claims it.
+    pub limits: Option<LimitTheorem>,
+}
+
+/// A proved claim about a loop whose commands are cut off at limits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LimitTheorem {
+    /// The component of w that steps, from 0.
+    pub input: usize,
+    /// The largest step.
+    pub size: f64,
+    /// The rate of decay once the step is taken back.
+    pub decay: f64,
+    /// Whether H is 0: a claim about every state.
+    pub everywhere: bool,
 }
 
 /// A proved claim about a parameter that moves at a bounded rate.
@@ -58,6 +73,12 @@ impl Theorem {
                 rate: b.rate,
                 gamma: b.slow.gamma,
                 gamma_with_model_error: b.residual.as_ref().map(|r| r.slow.gamma),
+            }),
+            limits: certificate.limits.as_ref().map(|l| LimitTheorem {
+                input: l.input,
+                size: l.size,
+                decay: l.decay,
+                everywhere: l.h.iter().flatten().all(|entry| *entry == 0.0),
             }),
         }
     }
@@ -94,7 +115,22 @@ impl fmt::Display for Theorem {
                     `residual`.",
             ),
         }?;
-        self.bounded_rate.map_or(Ok(()), |slow| write!(f, " {slow}"))
+        self.bounded_rate.map_or(Ok(()), |slow| write!(f, " {slow}"))?;
+        self.limits.map_or(Ok(()), |limits| write!(f, " {limits}"))
+    }
+}
+
+impl fmt::Display for LimitTheorem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { input, size, decay, everywhere } = self;
+        let where_ = if *everywhere { "from every state" } else { "within its region" };
+        write!(
+            f,
+            "With commands cut off at the limits in the file, and what is cut off fed back by E, for that Delta too: \
+             a step of input {input} of at most {size} from rest, held for any time and taken back, leaves the state \
+             in the region in the file, and the loop then returns to rest exponentially, {where_}, x'Xx with the \
+             rate {decay}."
+        )
     }
 }
 

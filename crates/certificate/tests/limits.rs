@@ -1,0 +1,166 @@
+//! The claim with limits, on a loop that can be checked by hand, and by another route on that of Squid.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod common;
+
+use certificate::Certificate;
+use common::prove;
+use serde_json::{Value, json};
+
+/// `x' = -a x + u`, `y = r - x`, `u = y`, `|u| <= 1`: with e = u - H x the form is, in x and phi, beside its terms in r,
+/// `[(alpha - 2 (1 + a)) X, *; -X - 2 U (1 + H), -4 U]`. A step r is held by `x = r/(1 + a)`, `u = a r/(1 + a)`.
+fn saturated(a: f64, limits: Value) -> Value {
+    let zero = json!([[0.0]]);
+    let mut c = json!({
+        "format": "lpv-certificate/2", "blocks": [], "controller_blocks": [],
+        "plant": {
+            "A": [[-a]], "Bt": [[]], "B1": [[0.0]], "B2": [[1.0]], "Ct": [], "C1": [[1.0]], "C2": [[-1.0]],
+            "Dtt": [], "Dt1": [], "Dt2": [], "D1t": [[]], "D11": [[0.0]], "D12": [[0.0]], "D2t": [[]], "D21": [[1.0]]
+        },
+        "controller": {
+            "A": [], "By": [], "Bt": [], "Cu": [[]], "Duy": [[1.0]], "Dut": [[]], "Ct": [], "Dty": [], "Dtt": []
+        },
+        "gamma": 1.25, "X": [[1.0]], "S": [], "T": [],
+        "residual": {
+            "E": zero, "F": zero, "Fu": zero, "lambda": 1.0, "gamma": 1.25, "X": [[1.0]], "S": [], "T": []
+        }
+    });
+    c["limits"] = limits;
+    c
+}
+
+/// With a = 0 and H = -1 nothing of u is left: the form is negative where 4 U > X; the limit is out of reach where
+/// 4 beta < X, and steps below `(beta/X)^(1/2)` stay inside.
+fn integrator() -> Value {
+    saturated(
+        0.0,
+        json!({
+            "input": 0, "size": 0.4, "limits": [1.0], "E": [], "decay": 1.0, "beta": 1.0, "x_held": [1.0],
+            "u_held": [0.0], "lambda": 1.0, "X": [[5.0]], "S": [], "T": [], "U": [2.0], "H": [[-1.0]]
+        }),
+    )
+}
+
+fn with(mut c: Value, key: &str, value: Value) -> Value {
+    c["limits"][key] = value;
+    c
+}
+
+#[test]
+fn a_loop_by_hand() {
+    let theorem = prove(&integrator()).unwrap();
+    assert!(theorem.contains("a step of input 0 of at most 0.4 from rest"), "{theorem}");
+    assert!(theorem.ends_with("exponentially, within its region, x'Xx with the rate 1."), "{theorem}");
+    // Up to their bounds, and no further.
+    for (key, true_, false_, refusal) in [
+        ("U", json!([1.26]), json!([1.25]), "the matrix of the inequality"),
+        ("beta", json!([1.24]), json!([1.26]), "[X h'; h limit^2/(4 beta)] of command 0"),
+        ("beta", json!([0.81]), json!([0.79]), "a step of 4e-1 takes x'Xx to beta"),
+        ("H", json!([[-1.1]]), json!([[-1.12]]), "[X h'; h limit^2/(4 beta)] of command 0"),
+        ("X", json!([[6.2]]), json!([[6.3]]), "a step of 4e-1 takes x'Xx to beta"),
+        ("X", json!([[4.1]]), json!([[3.9]]), "[X h'; h limit^2/(4 beta)] of command 0"),
+        ("size", json!(0.44), json!(0.45), "a step of 4.5e-1 takes x'Xx to beta"),
+        ("limits", json!([0.9]), json!([0.89]), "[X h'; h limit^2/(4 beta)] of command 0"),
+        ("decay", json!(1.3), json!(1.4), "the matrix of the inequality"),
+    ] {
+        let unpacked = |v: &Value| if key == "beta" { v[0].clone() } else { v.clone() };
+        assert!(prove(&with(integrator(), key, unpacked(&true_))).is_ok(), "{key} {true_}");
+        let found = prove(&with(integrator(), key, unpacked(&false_))).unwrap_err();
+        assert!(
+            found.contains(refusal) && found.starts_with("the claim with limits is not proved"),
+            "{found}"
+        );
+    }
+}
+
+/// With a = 1 H may be 0: no limit is ever out of reach, and the claim is about every state.
+#[test]
+fn a_claim_about_every_state() {
+    let everywhere = |a: f64| {
+        saturated(
+            a,
+            json!({
+                "input": 0, "size": 0.9, "limits": [1.0], "E": [], "decay": 1.0, "beta": 1.0, "x_held": [0.5],
+                "u_held": [0.5], "lambda": 1.0, "X": [[4.0]], "S": [], "T": [], "U": [2.0], "H": [[0.0]]
+            }),
+        )
+    };
+    assert!(prove(&everywhere(1.0)).unwrap().contains("exponentially, from every state"));
+    // An integrator with a limit returns no faster than that lets it.
+    assert!(
+        prove(&everywhere(0.0))
+            .unwrap_err()
+            .contains("the matrix of the inequality is not negative definite")
+    );
+    // What holds the step takes 0.9/2 of the limit; of a step of 1.1 it would be more than half.
+    let found = prove(&with(with(everywhere(1.0), "size", json!(1.1)), "X", json!([[3.0]]))).unwrap_err();
+    assert!(found.contains("more than half of the limit of command 0"), "{found}");
+}
+
+#[test]
+fn bad_input_is_told_in_one_sentence() {
+    for (key, value, message) in [
+        ("limits", json!([-1.0]), "the claim with limits is not proved: a limit is -1e0, must be above 0"),
+        ("limits", json!([1.0, 1.0]), "limits.limits: has 2 entries, must have 1 (controls u)"),
+        ("beta", json!(0.0), "the claim with limits is not proved: beta is 0e0, must be above 0"),
+        ("size", json!(-0.4), "the claim with limits is not proved: size is -4e-1, must be above 0"),
+        ("decay", json!(0.0), "the claim with limits is not proved: decay is 0e0, must be above 0"),
+        ("lambda", json!(-1.0), "the claim with limits is not proved: lambda is -1e0, must be above 0"),
+        ("X", json!([[-5.0]]), "the claim with limits is not proved: X is not positive definite"),
+        ("U", json!([-2.0]), "the claim with limits is not proved: S is not positive definite"),
+        ("U", json!([]), "limits.U: has 0 entries, must have 1 (controls u)"),
+        (
+            "H",
+            json!([[1.0, 2.0]]),
+            "limits.H: row 0 has 2 numbers, must have 1 (states of the loop with limits)",
+        ),
+        ("input", json!(1), "limits.input: found 1, must be below 1, the number of inputs w"),
+        ("more", json!(1), "limits.more: unknown key"),
+    ] {
+        let found = prove(&with(integrator(), key, value)).unwrap_err();
+        assert!(found.starts_with(message) && !found.contains('\n'), "{found}");
+    }
+    let mut alone = integrator();
+    alone.as_object_mut().unwrap().remove("residual");
+    assert_eq!(prove(&alone).unwrap_err(), "limits: needs the section residual, which has E, F and Fu");
+    let mut direct = integrator();
+    direct["plant"]["D22"] = json!([[0.5]]);
+    assert!(
+        prove(&direct).unwrap_err().starts_with("limits: is of plants without a direct path from u to y")
+    );
+}
+
+/// A certificate of the first format has no such section, and means what it meant.
+#[test]
+fn the_formats_are_kept_apart() {
+    let mut first = integrator();
+    first["format"] = json!("lpv-certificate/1");
+    assert!(prove(&first).unwrap_err().starts_with("limits: unknown key"));
+    let text = |c: &Value| Certificate::from_json(&c.to_string()).unwrap().to_json().unwrap();
+    assert!(text(&integrator()).starts_with(r#"{"format":"lpv-certificate/2""#));
+    first.as_object_mut().unwrap().remove("limits");
+    assert!(text(&first).starts_with(r#"{"format":"lpv-certificate/1""#));
+    first["format"] = json!("lpv-certificate/2");
+    assert!(prove(&first).unwrap_err().starts_with("limits: missing"));
+    first["format"] = json!("lpv-certificate/3");
+    let found = prove(&first).unwrap_err();
+    assert!(found.ends_with(r#"allowed is "lpv-certificate/1" or "lpv-certificate/2""#), "{found}");
+}
+
+/// Filters of w and of z are no part of the loop.
+#[test]
+fn weights_are_left_out() {
+    let plain = Certificate::from_json(&integrator().to_string()).unwrap();
+    assert_eq!(plain.moving_states(), [0]);
+    let mut c = plain;
+    // State 1 filters w, state 2 weighs x.
+    c.plant.a = vec![vec![0.0, 0.0, 0.0], vec![0.0, -1.0, 0.0], vec![1.0, 0.0, -1.0]];
+    c.plant.b1 = vec![vec![0.0], vec![1.0], vec![0.0]];
+    c.plant.b2 = vec![vec![1.0], vec![0.0], vec![0.0]];
+    c.plant.bt = vec![vec![]; 3];
+    c.plant.c1 = vec![vec![0.0, 0.0, 1.0]];
+    c.plant.c2 = vec![vec![-1.0, 1.0, 0.0]];
+    assert_eq!(c.moving_states(), [0]);
+    c.plant.c2[0][2] = 1.0;
+    assert_eq!(c.moving_states(), [0, 2]);
+}
