@@ -25,6 +25,8 @@
 //! for systems containing saturating actuators", Automatica 36(9), 2000; static gains: M. C. Turner, I. Postlethwaite,
 //! "A new perspective on static and low order anti-windup synthesis", Int. J. Control 77(1), 2004.
 
+pub mod region;
+
 use crate::error::{ShapeError, SynthesisError};
 use crate::lmi::program::{Affine, Program, symmetric};
 use crate::lmi::solver;

@@ -1,0 +1,371 @@
+//! Steps of a reference that limits on the commands never turn into a loss of the loop, however the parameters move.
+//!
+//! The loop of plant, model error and controller with `phi = u - sat(u)` is
+//!
+//! ```text
+//! (x', zt, u, z_D) = M (x, wt, phi, r) + (E w_D, 0, 0, 0),   wt = Theta zt,   w_D = Delta z_D
+//! ```
+//!
+//! While a step r is held, x is taken from `x_e r` and u from `u_e r`, the equilibrium at Theta = 0. For an alpha > 0 it
+//! is asked that for all (x, wt, phi, w_D) and r up to the size d, with V = x'Xx,
+//!
+//! ```text
+//! dV/dt + alpha V - alpha (r/d)^2 + zt'S zt - wt'S wt + 2 wt'T zt + 2 phi'U (u - phi - H x)
+//!     + lambda (z_D'z_D - w_D'w_D) < 0,      d^2 x_e'X x_e < 1,      |H x| < limit where V < 4
+//! ```
+//!
+//! Then V stays below 1 while a step is held, is below 4 when it is taken back, and decays from there: the term of U is
+//! not negative while `|H x|` is below the limit (J. M. Gomes da Silva Jr., S. Tarbouriech, IEEE Trans. Automatic Control
+//! 50(1), 2005, lemma 1). In `Q = X^-1`, `Y = HQ`, `U^-1` and the inverse of the multiplier \[S -T; T -S\] the
+//! inequalities are linear, also in d^2, for the form is definite where that of the inverse matrices on the transposed
+//! loop is (C. Scherer, S. Weiland, "Linear matrix inequalities in control", 2015, lemma 4.9).
+
+use crate::error::SynthesisError;
+use crate::lmi::program::{Affine, Program, symmetric};
+use crate::lmi::solver;
+use crate::lmi::solver_options::SolverOptions;
+use crate::matrix::{Mat, block, diagonal_blocks, skew_part, solve, spectral_abscissa, symmetric_function};
+use crate::matrix::{symmetric_part, to_rows};
+use crate::system::controller::Controller;
+use crate::system::lyapunov::middle_of_gramians;
+use crate::system::model_error::ModelError;
+use crate::system::plant::{GeneralisedPlant, channels};
+use crate::system::state_space::StateSpace;
+
+const STAGE: &str = "region of a loop with limits";
+
+/// How near to the largest step the one found is, relative to its square.
+const ACCURACY: f64 = 1e-2;
+
+/// alpha over the rate of the slowest mode, tried in turn: 2 would be the fastest decay there is.
+const DECAYS: [f64; 3] = [1.5, 0.75, 0.25];
+
+/// The largest step that is sought, in units of w: of one whose hold takes no command there may be no end.
+const LARGEST: f64 = 100.0;
+
+/// The part of the step found that is claimed: its inequalities hold clearly.
+const CLAIMED: f64 = 0.99;
+
+/// A loop whose commands are cut off.
+#[derive(Debug, Clone, Copy)]
+pub struct Limited<'a> {
+    /// The plant.
+    pub plant: &'a GeneralisedPlant,
+    /// The states of the plant that the loop consists of; the others are weights.
+    pub kept: &'a [usize],
+    /// Its controller.
+    pub controller: &'a Controller,
+    /// The model error that is covered.
+    pub error: &'a ModelError,
+    /// A symmetric matrix that commutes with Theta, channels of plant and controller square: the square of a channel's unit.
+    pub units: &'a Mat,
+    /// The gain from phi into the controller's states.
+    pub gain: &'a Mat,
+    /// How far each command can go either way, at least.
+    pub limits: &'a [f64],
+    /// The component of w that steps.
+    pub input: usize,
+}
+
+/// What shows that a loop survives steps, n states: those kept and the controller's.
+#[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs, reason = "the names are those of the equations above")]
+pub struct Region {
+    /// d.
+    pub size: f64,
+    /// alpha.
+    pub decay: f64,
+    pub x: Mat,
+    pub s: Mat,
+    pub t: Mat,
+    /// Half of the diagonal of U.
+    pub u: Vec<f64>,
+    pub h: Mat,
+    pub lambda: f64,
+    /// x_e.
+    pub x_held: Vec<f64>,
+    /// u_e.
+    pub u_held: Vec<f64>,
+}
+
+/// Seeks the largest step of one component of w.
+///
+/// # Errors
+/// [`SynthesisError::Infeasible`] where no step however small is shown; [`SynthesisError::Numerical`].
+pub fn largest_step(of: Limited<'_>) -> Result<Region, SynthesisError> {
+    if let Some(j) = of.limits.iter().position(|limit| limit.is_nan() || *limit <= 0.0) {
+        let diagnosis =
+            format!("command {j} cannot go both ways: its limit is {}, must be above 0", of.limits[j]);
+        return Err(SynthesisError::numerical(STAGE, diagnosis));
+    }
+    let flow = Flow::of(of)?;
+    let slowest = -spectral_abscissa(&flow.part(0, 0));
+    if slowest.is_nan() || slowest <= 0.0 {
+        return Err(SynthesisError::numerical(STAGE, "the loop without limits is not stable"));
+    }
+    let mut best: Result<Region, SynthesisError> = Err(SynthesisError::Infeasible { stage: STAGE });
+    for decay in DECAYS.map(|part| part * slowest) {
+        let found = flow.search(decay);
+        let better = match (&found, &best) {
+            (Ok(found), Ok(known)) => found.size > known.size,
+            (Ok(_), Err(_)) => true,
+            (Err(_), _) => false,
+        };
+        if better {
+            best = found;
+        } else if best.is_ok() {
+            break;
+        }
+    }
+    best
+}
+
+/// Sizes of x, wt, phi, step, of the columns; of x', zt, u, z_D of the rows.
+struct Flow<'a> {
+    of: Limited<'a>,
+    /// M, with x and u taken from the equilibrium of a step, and r in units of `unit`.
+    m: Mat,
+    /// E.
+    e: Mat,
+    rows: [usize; 4],
+    columns: [usize; 4],
+    x_held: Mat,
+    u_held: Mat,
+    /// The step whose hold takes half of a limit.
+    unit: f64,
+}
+
+impl<'a> Flow<'a> {
+    fn of(of: Limited<'a>) -> Result<Self, SynthesisError> {
+        let (p, k, kept) = (of.plant, of.controller, of.kept);
+        let (nk, rk, m, r) = (k.a().nrows(), k.dtt().nrows(), of.limits.len(), p.dtt().nrows());
+        let rows_of = |m: &Mat| m.select_rows(kept);
+        let zero = Mat::zeros;
+        let input = |m: &Mat| m.columns(of.input, 1).into_owned();
+        let (c2, f) = (p.c2().select_columns(kept), of.error.f.select_columns(kept));
+        let (fu, y, nf) = (&of.error.fu, c2.nrows(), f.nrows());
+        let n = kept.len();
+        // y and u in terms of x, xk, wt, wk, phi, r.
+        let y = block(&[&[&c2, &zero(y, nk), &p.d2t(), &zero(y, rk), &zero(y, m), &input(&p.d21())]]);
+        let u =
+            block(&[&[&zero(m, n), &k.cu(), &zero(m, r), &k.dut(), &zero(m, m), &zero(m, 1)]]) + k.duy() * &y;
+        let mut acting = u.clone();
+        let cut = acting.columns(n + nk + r + rk, m) - Mat::identity(m, m);
+        acting.columns_mut(n + nk + r + rk, m).copy_from(&cut);
+        let of_plant = |a: &Mat, bt: &Mat, b1: &Mat, b2: &Mat| {
+            let q = a.nrows();
+            block(&[&[a, &zero(q, nk), bt, &zero(q, rk), &zero(q, m), b1]]) + b2 * &acting
+        };
+        let of_controller = |a: &Mat, by: &Mat, bt: &Mat, e: &Mat| {
+            let q = a.nrows();
+            block(&[&[&zero(q, n), a, &zero(q, r), bt, e, &zero(q, 1)]]) + by * &y
+        };
+        let a = p.a().select_columns(kept);
+        let whole = block(&[
+            &[&of_plant(&rows_of(&a), &rows_of(&p.bt()), &rows_of(&input(&p.b1())), &rows_of(&p.b2()))],
+            &[&of_controller(&k.a(), &k.by(), &k.bt(), of.gain)],
+            &[&of_plant(&p.ct().select_columns(kept), &p.dtt(), &input(&p.dt1()), &p.dt2())],
+            &[&of_controller(&k.ct(), &k.dty(), &k.dtt(), &zero(rk, m))],
+            &[&u],
+            &[&of_plant(&f, &zero(nf, r), &zero(nf, 1), fu)],
+        ]);
+        let e = block(&[&[&rows_of(&of.error.e)], &[&zero(nk, of.error.e.ncols())]]);
+        let (rows, columns) = ([n + nk, r + rk, m, nf], [n + nk, r + rk, m, 1]);
+        let mut flow =
+            Self { of, m: whole, e, rows, columns, x_held: zero(0, 0), u_held: zero(0, 0), unit: 1.0 };
+        flow.hold()?;
+        Ok(flow)
+    }
+
+    fn part(&self, row: usize, column: usize) -> Mat {
+        let at = |sizes: &[usize; 4], index: usize| (sizes[..index].iter().sum::<usize>(), sizes[index]);
+        let ((i, rows), (j, columns)) = (at(&self.rows, row), at(&self.columns, column));
+        self.m.view((i, j), (rows, columns)).into_owned()
+    }
+
+    /// Takes x and u from the equilibrium at Theta = 0 of a step.
+    fn hold(&mut self) -> Result<(), SynthesisError> {
+        let held = solve(&self.part(0, 0), &-self.part(0, 3))
+            .ok_or_else(|| SynthesisError::numerical(STAGE, "the loop has an integrator"))?;
+        let commands = self.part(2, 0) * &held + self.part(2, 3);
+        let [n, _, _, _] = self.columns;
+        let last = self.m.ncols() - 1;
+        let mut step = self.m.columns(0, n) * &held + self.m.columns(last, 1);
+        step.rows_mut(0, n).fill(0.0);
+        let first = self.rows[0] + self.rows[1];
+        step.rows_mut(first, self.rows[2]).fill(0.0);
+        let share = |j: usize| 0.5 * self.of.limits[j] / commands[(j, 0)].abs();
+        self.unit = (0..commands.nrows()).map(share).fold(LARGEST, f64::min);
+        self.m.columns_mut(last, 1).copy_from(&(step * self.unit));
+        (self.x_held, self.u_held) = (held, commands);
+        Ok(())
+    }
+
+    /// T and its inverse with the middle of the gramians of the loop at Theta = 0 the identity.
+    fn coordinates(&self, units: &Mat, limits: &Mat) -> Result<(Mat, Mat), SynthesisError> {
+        let rooted = symmetric_function(units, f64::sqrt);
+        let unrooted = symmetric_function(units, |v| 1.0 / v.sqrt());
+        let inverse = limits.map(|v| if v == 0.0 { 0.0 } else { 1.0 / v });
+        let b = block(&[&[
+            &(self.part(0, 1) * unrooted),
+            &(self.part(0, 2) * limits),
+            &(&self.x_held * self.unit),
+        ]]);
+        let c = block(&[&[&(rooted * self.part(1, 0))], &[&(inverse * self.part(2, 0))]]);
+        let d = Mat::zeros(c.nrows(), b.ncols());
+        let system = StateSpace { a: self.part(0, 0), b, c, d };
+        let (x, _) = middle_of_gramians(&[&system])
+            .ok_or_else(|| SynthesisError::numerical(STAGE, "the gramians have no positive definite mean"))?;
+        Ok((symmetric_function(&x, |v| 1.0 / v.sqrt()), symmetric_function(&x, f64::sqrt)))
+    }
+
+    /// The loop in units: x as in [`Flow::coordinates`], channels by `of.units`, phi and u in halves of the limits.
+    fn scaled(&self) -> Result<Scaled, SynthesisError> {
+        let [n, r, m, _] = self.columns;
+        let nf = self.rows[3];
+        let half = Mat::from_fn(m, m, |i, j| if i == j { 0.5 * self.of.limits[i] } else { 0.0 });
+        let inverse = half.map(|v| if v == 0.0 { 0.0 } else { 1.0 / v });
+        let (state, state_inverse) = self.coordinates(self.of.units, &half)?;
+        let root = symmetric_function(self.of.units, f64::sqrt);
+        let unroot = symmetric_function(self.of.units, |v| 1.0 / v.sqrt());
+        let left = diagonal_blocks(&[&state_inverse, &root, &inverse, &Mat::identity(nf, nf)]);
+        let right = diagonal_blocks(&[&state, &unroot, &half, &Mat::identity(1, 1)]);
+        let transposed = (left * &self.m * right).transpose();
+        let back = [(0, n), (n, r), (n + r, m), (n + r + m, 1)]
+            .map(|(at, count)| transposed.rows(at, count).into_owned());
+        let own = [(0, n), (n, r), (n + r, m), (n + r + m, nf)].map(|(at, count)| {
+            Mat::from_fn(count, transposed.ncols(), |i, j| f64::from(u8::from(j == at + i)))
+        });
+        let e = (&state_inverse * &self.e).transpose() * &own[0];
+        let held = &state_inverse * &self.x_held * self.unit;
+        Ok(Scaled { back, own, e, held, state_inverse, root, half })
+    }
+
+    /// The largest step at a decay.
+    fn search(&self, decay: f64) -> Result<Region, SynthesisError> {
+        let loop_ = self.scaled()?;
+        let parameters = [&self.of.plant.blocks, &self.of.controller.blocks];
+        let channels: Vec<usize> = parameters.iter().flat_map(|blocks| channels(blocks)).collect();
+        let (program, unknowns) = loop_.program(decay, &channels);
+        let options =
+            SolverOptions { floor: 1e-2, enough: ACCURACY, settles: true, ..SolverOptions::within(ACCURACY) };
+        let solution = solver::solve(&program, STAGE, options)?;
+        let [q, s, skew, u, y, mu, size] = unknowns.map(|e| e.value(&program, &solution.x));
+        if solution.margin <= 0.0 || size[(0, 0)] <= 0.0 {
+            return Err(SynthesisError::numerical(STAGE, format!("missed by {:.1e}", -solution.margin)));
+        }
+        let singular = || SynthesisError::numerical(STAGE, "a matrix of the solution is singular");
+        let invert = |m: &Mat| m.clone().try_inverse().ok_or_else(singular);
+        let Scaled { state_inverse, root, half, .. } = loop_;
+        let (inner, r) = (invert(&q)?, s.nrows());
+        let pair = invert(&block(&[&[&s, &-&skew], &[&skew, &-&s]]))?;
+        Ok(Region {
+            size: CLAIMED * self.unit * size[(0, 0)].sqrt(),
+            decay,
+            h: &half * y * &inner * &state_inverse,
+            x: symmetric_part(&(state_inverse.transpose() * inner * &state_inverse)),
+            s: symmetric_part(&(&root * pair.view((0, 0), (r, r)) * &root)),
+            t: skew_part(&(&root * pair.view((r, 0), (r, r)) * &root)),
+            u: (0..half.nrows()).map(|j| 0.5 / (u[(j, j)] * half[(j, j)] * half[(j, j)])).collect(),
+            lambda: 1.0 / mu[(0, 0)],
+            x_held: to_rows(&self.x_held).concat(),
+            u_held: to_rows(&self.u_held).concat(),
+        })
+    }
+}
+
+/// A loop in units in which a search is well conditioned, transposed.
+struct Scaled {
+    /// The columns x, wt, phi and step of M, as rows.
+    back: [Mat; 4],
+    /// What selects x', zt, u and z_D.
+    own: [Mat; 4],
+    /// E, transposed.
+    e: Mat,
+    /// The state of the step of size 1.
+    held: Mat,
+    state_inverse: Mat,
+    root: Mat,
+    half: Mat,
+}
+
+impl Scaled {
+    /// The inequalities, and the unknowns Q, the inverse of \[S -T; T -S\] by its S and T, U^-1, Y, 1/lambda and d^2.
+    fn program(&self, decay: f64, channels: &[usize]) -> (Program, [Affine; 7]) {
+        let Self { back: [x, t, phi, step], own: [own_x, own_t, own_phi, own_error], e, held, .. } = self;
+        let (n, m, nf) = (own_x.nrows(), own_phi.nrows(), own_error.nrows());
+        let mut program = Program::new();
+        let q = program.symmetric(n);
+        let s = program.symmetric_commuting(channels);
+        let skew = program.skew_commuting(channels);
+        let u = program.symmetric_commuting(&(0..m).collect::<Vec<_>>());
+        let y = program.full(m, n);
+        let [mu, size] = [(); 2].map(|()| program.scalar());
+        let one = Affine::constant(Mat::identity(1, 1));
+        let half_of_it = q.between(&own_x.transpose(), &(x + own_x * (0.5 * decay)))
+            - y.t().between(&own_x.transpose(), own_phi)
+            + skew.between(&t.transpose(), own_t)
+            + u.between(&own_phi.transpose(), &(phi - own_phi));
+        let inequality = half_of_it.clone() + half_of_it.t() + s.congruence(t) - s.congruence(own_t)
+            + size.congruence(&(step / decay.sqrt()))
+            + mu.times_identity(e.nrows()).congruence(e)
+            - mu.times_identity(nf).congruence(own_error);
+        program.negative("decay", inequality);
+        program.positive("S", s.clone());
+        program.positive("step", q.clone() - size.between(held, &held.transpose()));
+        program.positive("largest step", one.clone() - size.clone());
+        for j in 0..m {
+            let row = y.after(&Mat::from_fn(1, m, |_, i| f64::from(u8::from(i == j))));
+            program.positive("limit", symmetric(&[vec![q.clone(), row.t()], vec![one.clone()]]));
+        }
+        program.minimise_trace(&size, -1.0);
+        (program, [q, s, skew, u, y, mu, size])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::system::partition::Group::{U, W, X, Y, Z};
+    use nalgebra::dmatrix;
+
+    /// `x' = a x + u`, `u = k (r - x)`.
+    fn found(a: f64, k: f64, limit: f64) -> Result<Region, SynthesisError> {
+        let one = dmatrix![1.0];
+        let parts =
+            [(X, X, dmatrix![a]), (X, U, one.clone()), (Z, X, one.clone()), (Y, X, -&one), (Y, W, one)];
+        let plant = GeneralisedPlant::new(vec![], &parts).unwrap();
+        let controller = Controller::new(vec![], &[(U, Y, dmatrix![k])]).unwrap();
+        let error = ModelError { e: Mat::zeros(1, 1), f: Mat::zeros(1, 1), fu: Mat::zeros(1, 1) };
+        largest_step(Limited {
+            plant: &plant,
+            kept: &[0],
+            controller: &controller,
+            error: &error,
+            units: &Mat::zeros(0, 0),
+            gain: &Mat::zeros(0, 1),
+            limits: &[limit],
+            input: 0,
+        })
+    }
+
+    /// A stable plant survives every step, an unstable one only where its limited command can still turn it back: from
+    /// |x| < 1, and a step r, held at x = 2 r and taken back, may take V to four times what it is there.
+    #[test]
+    fn steps_by_hand() {
+        let stable = found(-1.0, 1.0, 1.0).unwrap();
+        assert!((0.98..1.0).contains(&stable.size), "{}", stable.size);
+        let unstable = found(1.0, 2.0, 1.0).unwrap();
+        assert!((0.2..0.25).contains(&unstable.size), "{}", unstable.size);
+        assert!((unstable.x_held[0] - 2.0).abs() < 1e-9 && (unstable.u_held[0] + 2.0).abs() < 1e-9);
+        let twice = found(1.0, 2.0, 2.0).unwrap();
+        assert!((twice.size / unstable.size - 2.0).abs() < 0.1, "{} {}", twice.size, unstable.size);
+    }
+
+    #[test]
+    fn what_cannot_be_is_told() {
+        let words = |a, k, limit| found(a, k, limit).unwrap_err().to_string();
+        assert!(words(1.0, 0.5, 1.0).contains("the loop without limits is not stable"));
+        assert!(words(1.0, 2.0, -0.1).contains("its limit is -0.1, must be above 0"));
+    }
+}
