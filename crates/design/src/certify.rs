@@ -5,6 +5,7 @@
 
 pub mod ball;
 pub mod constant;
+pub mod limits;
 pub mod rate;
 pub mod same_plant;
 pub mod verify;
@@ -87,6 +88,7 @@ pub fn nominal(plant: &GeneralisedPlant, k: &Controller, bound: &GainBound) -> C
         t: to_rows(&bound.t),
         residual: None,
         bounded_rate: None,
+        limits: None,
     }
 }
 

@@ -3,6 +3,7 @@
 
 use crate::augment::augment;
 use crate::certify::ball::SAMPLES;
+use crate::certify::limits::{degrees, with_limits};
 use crate::certify::{Proof, certify};
 use crate::check::{Checks, check};
 use crate::error::Error;
@@ -87,6 +88,8 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     let proof = certificate_stage(inputs, &model, &plant, &design, progress);
     let mut frozen = freeze(&inputs.vehicle, &inputs.design, &inputs.hashes, &model, &design, proof.is_ok())?;
     frozen.controller.anti_windup = anti_windup_stage(inputs, &design.controller, progress)?;
+    let proof =
+        proof.map(|proof| limits_stage(inputs, proof, (&plant, &design.controller), &frozen, progress));
     let running = progress.begin("verdict", "the loop as it flies, and mu");
     let verdict = Verdict::of(inputs, &frozen.controller, Effort::FULL)?;
     drop(running);
@@ -130,7 +133,7 @@ fn anti_windup_stage(
         Ok(found) => {
             let words = format!(
                 "a gain into the controller's states, from the loops at {SPEEDS} frozen speeds ({seconds:.1} s);\n\
-                 it acts beyond the limits of the actuators alone, and is not proved"
+                 it acts beyond the limits of the actuators alone"
             );
             progress.done("windup", &words);
             Ok(Some(to_rows(&found.gain)))
@@ -141,6 +144,40 @@ fn anti_windup_stage(
         }
         Err(other) => Err(other),
     }
+}
+
+/// The claim for commands at their limits, where one is found; without it the rest of the proof stands.
+fn limits_stage(
+    inputs: &Inputs,
+    proof: Proof,
+    (plant, controller): (&GeneralisedPlant, &Controller),
+    frozen: &Frozen,
+    progress: &Progress,
+) -> Proof {
+    let running = progress.begin("limits", "how large a pitch step the loop survives at its limits");
+    let found = with_limits(&proof, plant, controller, &frozen.controller);
+    let seconds = running.seconds();
+    drop(running);
+    let words = match &found {
+        Ok(None) => return proof,
+        Ok(Some(found)) => {
+            degrees(&frozen.controller, &found.theorem).map(|size| limits_line(inputs, size, seconds))
+        }
+        Err(reason) => {
+            Some(format!("no pitch step is shown to be survived at the limits, none is claimed: {reason}"))
+        }
+    };
+    words.iter().for_each(|words| progress.done("limits", words));
+    found.ok().flatten().unwrap_or(proof)
+}
+
+fn limits_line(inputs: &Inputs, degrees: f64, seconds: f64) -> String {
+    format!(
+        "PROVED in exact arithmetic ({seconds:.1} s): a pitch step of up to {degrees} deg from trim, held for any time and \
+         taken back,\nkeeps the loop in a region from which it returns to trim, commands cut off at their limits,\n\
+         for any course of speed from {} to {} m/s with its reference held, and every model in the ball",
+        inputs.design.speed_min, inputs.design.speed_max
+    )
 }
 
 fn proof_line(proof: &Proof, half_range: f64, seconds: f64) -> String {

@@ -4,6 +4,7 @@ use crate::error::Error;
 use crate::page::section::Part;
 use crate::subject::Subject;
 use certificate::Theorem;
+use squid_design::certify::limits::degrees;
 
 /// How far the theorem goes, and where else it is proved.
 fn reach(theorem: &Theorem, certified: bool) -> &'static str {
@@ -39,8 +40,14 @@ pub fn theorem(subject: &Subject) -> Result<Vec<Part>, Error> {
         ],
         Err(reason) => vec![format!("NOT PROVED: {reason}")],
     };
-    let limits = "It does not cover saturation, sampling, actuator lags, or the vehicle's nonlinearity away \
+    let design = &subject.stored.controller;
+    let step = subject.proof().as_ref().ok().and_then(|theorem| degrees(design, theorem)).map(|size| {
+        format!(
+            "The step with commands cut off is one of the pitch reference from trim, of up to {size} deg either \
+                way, with the reference of the speed held."
+        )
+    });
+    let limits = "It does not cover other saturation, sampling, actuator lags, or the vehicle's nonlinearity away \
         from trim; the flights on this page have all of these, but a flight is no proof.";
-    let parts = words.into_iter().chain([limits.to_owned()]).map(Part::Words).collect();
-    Ok(parts)
+    Ok(words.into_iter().chain(step).chain([limits.to_owned()]).map(Part::Words).collect())
 }

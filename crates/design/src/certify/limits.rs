@@ -1,0 +1,125 @@
+//! The section `limits` of the certificate: how large a step of the pitch reference may be for the loop, with its
+//! commands cut off at their limits and its anti-windup, to stay in a region from which it comes back.
+
+use crate::certify::Proof;
+use crate::error::{Error, ProofError};
+use certificate::{Certificate, Limits, Theorem};
+use lpv::anti_windup::region::{Limited, largest_step};
+use lpv::controller::Controller;
+use lpv::matrix::{Mat, from_rows, to_rows};
+use lpv::model_error::ModelError;
+use lpv::plant::GeneralisedPlant;
+use scheduled::{ControllerDesign, Kind};
+use signals::{PITCH, place};
+
+/// The largest step \[rad\] (90 deg) that is claimed: the linear models know no larger pitch, however strong the actuators.
+const MOST: f64 = std::f64::consts::FRAC_PI_2;
+
+/// Adds the claim for the largest step found to a proof, and proves all of it.
+///
+/// `None` where there is nothing to claim: without anti-windup, or without a reference of pitch.
+///
+/// # Errors
+/// [`Error::Synthesis`] where no step is found; [`ProofError::Unproved`].
+pub fn with_limits(
+    proof: &Proof,
+    plant: &GeneralisedPlant,
+    controller: &Controller,
+    frozen: &ControllerDesign,
+) -> Result<Option<Proof>, Error> {
+    let certificate = &proof.certificate;
+    let (Some(gain), Some(input), Some(ball)) =
+        (&frozen.anti_windup, pitch(frozen), certificate.residual.as_ref())
+    else {
+        return Ok(None);
+    };
+    let limits = sides(frozen);
+    let (n, m) = (plant.a().nrows(), limits.len());
+    let matrix = |rows: &certificate::Rows, columns: usize| {
+        from_rows(rows, columns).ok_or(ProofError::Ball { reach: None })
+    };
+    let error = ModelError {
+        e: matrix(&ball.e, ball.e.first().map_or(0, Vec::len))?,
+        f: matrix(&ball.f, n)?,
+        fu: matrix(&ball.fu, m)?,
+    };
+    let gain: Mat = matrix(gain, m)?;
+    let found = largest_step(Limited {
+        plant,
+        kept: &certificate.moving_states(),
+        controller,
+        error: &error,
+        units: &matrix(&ball.s, ball.s.len())?,
+        gain: &gain,
+        limits: &limits,
+        input,
+    })?;
+    let section = Limits {
+        input,
+        size: found.size.min(MOST / scale(frozen, input).unwrap_or(1.0)),
+        limits,
+        e: to_rows(&gain),
+        decay: found.decay,
+        beta: 1.0,
+        x_held: found.x_held,
+        u_held: found.u_held,
+        lambda: found.lambda,
+        x: to_rows(&found.x),
+        s: to_rows(&found.s),
+        t: to_rows(&found.t),
+        u: found.u,
+        h: to_rows(&found.h),
+    };
+    let certificate = Certificate { limits: Some(section), ..certificate.clone() };
+    let theorem = certificate.prove().map_err(ProofError::from)?;
+    Ok(Some(Proof { certificate, theorem, ..proof.clone() }))
+}
+
+/// Checks that the claim with limits is about the autopilot that flies: its anti-windup, its limits, steps of pitch.
+///
+/// # Errors
+/// [`ProofError::Mismatch`] with the first part that differs.
+pub fn of_autopilot(design: &ControllerDesign, limits: &Limits) -> Result<(), ProofError> {
+    let differs = |what: &str| Err(ProofError::Mismatch { what: format!("{what} of the claim with limits") });
+    if design.anti_windup.as_ref() != Some(&limits.e) {
+        return differs("the anti-windup");
+    }
+    let there = sides(design);
+    if there.len() != limits.limits.len()
+        || limits.limits.iter().zip(&there).any(|(claimed, side)| claimed > side)
+    {
+        return differs("a limit");
+    }
+    if pitch(design) != Some(limits.input) {
+        return differs("the reference");
+    }
+    Ok(())
+}
+
+/// The place of the pitch reference among the references, with which w begins.
+fn pitch(design: &ControllerDesign) -> Option<usize> {
+    let mut references = design.controller_inputs.iter().filter(|input| input.kind == Kind::Reference);
+    references.position(|input| place(&input.signal) == Some(PITCH))
+}
+
+/// The largest pitch step of a proved claim \[deg\], rounded down to a tenth.
+pub fn degrees(design: &ControllerDesign, theorem: &Theorem) -> Option<f64> {
+    let limits = theorem.limits?;
+    Some((10.0 * (limits.size * scale(design, limits.input)?).to_degrees()).floor() / 10.0)
+}
+
+/// The scale of a reference, by its place among them.
+fn scale(design: &ControllerDesign, reference: usize) -> Option<f64> {
+    let mut references = design.controller_inputs.iter().filter(|input| input.kind == Kind::Reference);
+    references.nth(reference).map(|input| input.scale)
+}
+
+/// How far each command can go either way from the trim of any speed, in units of its scale: the trim table is
+/// interpolated linearly, so that its rows decide.
+fn sides(design: &ControllerDesign) -> Vec<f64> {
+    let side = |(j, a): (usize, &scheduled::Actuator)| {
+        let trims = design.trim.actuators.iter().map(|row| row[j]);
+        trims.map(|trim| (a.maximum - trim).min(trim - a.minimum) / a.scale).fold(f64::INFINITY, f64::min)
+    };
+    design.actuators.iter().enumerate().map(side).collect()
+}
