@@ -1,4 +1,4 @@
-"""Flights to the limits of the actuators, by the FMU of the whole loop: what cannot be held must not wind it up.
+"""Flights to the limits: of the actuators, by the FMU of the whole loop, and of the scheduled range of speed.
 
 Without anti-windup REMUS 100, asked for 30 deg bow up at 1.4 m/s for 39 s, of which its planes hold some 12,
 comes up to 28 deg and needs 40 s after the command is back.
@@ -11,6 +11,7 @@ import math
 import numpy as np
 import pytest
 from flights import fly_alone, limits, sample_time
+from fly.master import Slave, couple
 from fly.package import Packages
 from importers import Signals
 
@@ -59,3 +60,42 @@ def test_planes_that_are_too_weak_do_not_wind_the_controller_up(remus100: Packag
     assert pinned(remus100, flown) > 30.0, "the planes must be at their limit for most of the command"
     assert flown["pitch"].max() < 22.0 * DEGREE
     assert pinned(remus100, flown) < STEP_END - STEP_TIME + BACK
+
+
+@pytest.mark.parametrize(
+    ("start", "current", "wanted", "end", "returns"),
+    [(0.6, 0.8, 0.8, -1.0, True), (3.4, 0.0, 3.4, 1.0, False), (3.4, 0.0, 2.8, 1.0, True)],
+)
+def test_outside_the_range_of_speed_the_nearest_law_flies_and_says_so(
+    squid: Packages,
+    capfd: pytest.CaptureFixture[str],
+    start: float,
+    current: float,
+    wanted: float,
+    end: float,
+    returns: bool,
+) -> None:
+    """At rest in the water, by a following current, and faster than scheduled: rho stays at its end, flagged and told.
+
+    There it is flown, not proved: a step of pitch, and the speed asked for.
+    """
+    told: list[tuple[bool, float]] = []
+    with Slave(squid.plant, "plant") as plant, Slave(squid.controller, "controller") as controller:
+        plant.begin({"initial_speed": start})
+        controller.begin()
+        level = plant.get("trim_pitch")
+        flag = controller.variables["speed_out_of_range"].valueReference
+
+        def references(_: int, time: float) -> tuple[float, float]:
+            plant.set("current_horizontal", current if time >= STEP_TIME else 0.0)
+            told.append((controller.fmu.getBoolean([flag])[0], controller.get("scheduling_parameter")))
+            return level + (5.0 * DEGREE if time >= 20.0 else 0.0), wanted
+
+        flown = couple(plant, controller, references, 60.0, sample_time(squid))
+    outside = [rho for out, rho in told if out]
+    assert len(outside) > 10 and set(outside) == {end}
+    assert told[-1][0] is not returns
+    assert capfd.readouterr().out.count("held at %g until it returns" % end) == 1
+    assert flown["path_speed"][-1] == pytest.approx(wanted, abs=0.01)
+    assert flown["pitch"][-1] == pytest.approx(level + 5.0 * DEGREE, abs=0.2 * DEGREE)
+    assert np.abs(flown["pitch"]).max() < 30.0 * DEGREE

@@ -119,3 +119,15 @@ def test_documented_bounds_are_those_proved() -> None:
     proved = (figures["gamma_bound"], figures["gamma_bound_with_model_error"])
     for value, bound in zip(stated, proved, strict=True):
         assert bound <= value <= 1.01 * bound
+
+
+def test_documented_pitch_step_is_the_one_proved() -> None:
+    """The page on the certificate states the largest pitch step at the limits (deg), rounded down to a tenth."""
+    page = (ROOT / "docs" / "certificate.md").read_text(encoding="utf-8")
+    lines = [line for line in page.splitlines() if line.startswith("| Squid (surrogate) |")]
+    stated = float(lines[1].split("|")[2].split("deg")[0])
+    inputs = load(FROZEN / "controller.json")["controller_inputs"]
+    limits = load(FROZEN / "certificate.json")["limits"]
+    assert inputs[limits["input"]]["signal"] == "pitch"
+    proved = np.degrees(limits["size"] * inputs[limits["input"]]["scale"])
+    assert stated <= proved < stated + 0.2

@@ -1,0 +1,232 @@
+"""The claim with limits, from the certificate's file alone: checked independently in decimals, flown at its bound."""
+
+from __future__ import annotations
+
+import copy
+import json
+import shutil
+from collections.abc import Callable
+from decimal import Decimal, localcontext
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import SQUID, Run
+from decimals import DIGITS, closed_loop, exact, is_positive, zeros
+from fly.package import Packages
+
+GOLDEN = SQUID / "frozen" / "certificate.json"
+
+
+def moving(c: dict) -> list[int]:
+    """Return the states of the plant that controls, channels or Delta move, and that these or measurements see."""
+    p, ball = {k: np.array(m, float) for k, m in c["plant"].items()}, c["residual"]
+    a = (p["A"] != 0).astype(int)
+    paths = np.linalg.matrix_power(np.eye(len(a), dtype=int) + a, len(a)) > 0
+    into = np.hstack([p["B2"], p["Bt"], np.array(ball["E"])]).any(axis=1)
+    out = np.vstack([p["C2"], p["Ct"], np.array(ball["F"])]).any(axis=0)
+    return [i for i in range(len(a)) if paths[i, into].any() and paths[out, i].any()]
+
+
+class Flow:
+    """Rows x', zt, z_D and u of the loop, columns x, wt, phi, r; x and u from what they are while r is held; and E."""
+
+    def __init__(self, c: dict) -> None:
+        claim, p, k = c["limits"], c["plant"], c["controller"]
+        loop = closed_loop(c, [c["residual"]])
+        n0, nk, (all_, r, _) = len(p["A"]), len(k["A"]), loop.sizes
+        kept = [*moving(c), *range(n0, n0 + nk)]
+        m, self.n, self.r = len(claim["limits"]), len(kept), r
+        step = all_ + r + claim["input"]
+        columns = [*kept, *range(all_, all_ + r), step]
+        y0 = np.hstack(
+            [exact(p["C2"]), zeros(len(p["C2"]), nk), exact(p["D2t"]), zeros(len(p["C2"]), len(k["Ct"]))]
+        )
+        u0 = np.hstack([zeros(m, n0), exact(k["Cu"]), zeros(m, len(p["Ct"])), exact(k["Dut"])])
+        direct, d21 = exact(k["Duy"]), exact(p["D21"])[:, [claim["input"]]]
+        u = np.hstack([(u0 + direct @ y0)[:, columns[:-1]], direct @ d21])
+        below = np.vstack([-exact(p["B2"]), exact(claim["E"], m)])[kept]
+        cut = [
+            below,
+            np.vstack([-exact(p["Dt2"]), zeros(len(k["Ct"]), m)]),
+            -exact(c["residual"]["Fu"]),
+            zeros(m, m),
+        ]
+        rows = [loop.x[kept][:, columns], loop.t[:, columns], loop.balls[0].z[:, columns], u]
+        held = exact([claim["x_held"]]).T
+        for row in rows:
+            row[:, -1:] = row[:, -1:] + row[:, : self.n] @ held
+        rows[3][:, -1] -= exact([claim["u_held"]])[0]
+        self.rows = [
+            np.hstack([row[:, :-1], phi, row[:, -1:] * Decimal(claim["size"])])
+            for row, phi in zip(rows, cut, strict=True)
+        ]
+        self.e, self.m, self.held = loop.balls[0].e[kept], m, held * Decimal(claim["size"])
+
+
+def form(c: dict, flow: Flow) -> np.ndarray:
+    """Return the form of docs/certificate.md in x, wt, phi, w_D and r as a symmetric matrix."""
+    claim, (n, r, m, d) = c["limits"], (flow.n, flow.r, flow.m, flow.e.shape[1])
+    x, s, t, h = (exact(claim[key]) for key in ("X", "S", "T", "H"))
+    moved, seen, error, u = (np.hstack([row[:, :-1], zeros(len(row), d), row[:, -1:]]) for row in flow.rows)
+    moved[:, n + r + m : n + r + m + d] = flow.e
+    unit = np.where(np.eye(n + r + m + d + 1) == 1, Decimal(1), Decimal(0))
+    state, channel, phi, delta, step = np.split(unit, np.cumsum([n, r, m, d]))
+    limits = np.diag([Decimal(number) for number in claim["U"]])
+    half = state.T @ x @ (moved + state * (Decimal(claim["decay"]) / 2))
+    half = half + channel.T @ t @ seen + 2 * phi.T @ limits @ (u - phi - h @ state)
+    sizes = seen.T @ s @ seen - channel.T @ s @ channel
+    ball = (error.T @ error - delta.T @ delta) * Decimal(claim["lambda"])
+    return half + half.T + sizes + ball - step.T @ step * (Decimal(claim["decay"]) * Decimal(claim["beta"]))
+
+
+def why_not(c: dict) -> str | None:
+    """Return the first condition of docs/certificate.md on limits that does not hold, or None."""
+    claim, flow = c["limits"], Flow(c)
+    x, s, t, h = (exact(claim[key]) for key in ("X", "S", "T", "H"))
+    beta, size = Decimal(claim["beta"]), Decimal(claim["size"])
+    numbers = [*(claim[key] for key in ("size", "decay", "beta", "lambda")), *claim["limits"], *claim["U"]]
+    if min(numbers) <= 0:
+        return "a sign"
+    if not (
+        (x == x.T).all() and (s == s.T).all() and (t == -t.T).all() and is_positive(x) and is_positive(s)
+    ):
+        return "X, S or T"
+    if not is_positive(-form(c, flow)):
+        return "the form"
+    if (flow.held.T @ x @ flow.held)[0, 0] >= beta:
+        return "the step"
+    for limit, held, row in zip(map(Decimal, claim["limits"]), map(Decimal, claim["u_held"]), h, strict=True):
+        bordered = np.block([[x, row[:, None]], [row[None, :], np.array([[limit**2 / (4 * beta)]])]])
+        if 2 * size * abs(held) > limit or not is_positive(bordered):
+            return "a limit"
+    return None
+
+
+@pytest.fixture(scope="module")
+def certificate() -> dict:
+    """Return the committed certificate of Squid."""
+    return json.loads(GOLDEN.read_text(encoding="utf-8"))
+
+
+def test_independent_check_agrees(certificate: dict) -> None:
+    """All conditions of docs/certificate.md hold."""
+    with localcontext() as context:
+        context.prec = DIGITS
+        assert why_not(certificate) is None
+
+
+def times(key: str, factor: float) -> Callable[[dict], None]:
+    """Return a change of all numbers of a key."""
+
+    def change(claim: dict) -> None:
+        old = np.array(claim[key], float) * factor
+        claim[key] = old.tolist()
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("change", "holds"),
+    [
+        (times("U", 1e-3), False),
+        (times("U", -1.0), False),
+        (times("H", 0.0), False),
+        (times("H", 1.5), False),
+        (times("beta", 1.5), False),
+        (times("beta", 0.5), False),
+        (times("X", -1.0), False),
+        (lambda c: c["X"][0].__setitem__(1, c["X"][0][1] * 1.0001), False),
+        (lambda c: c["X"][0].__setitem__(0, c["X"][0][0] * 0.5), False),
+        (times("size", 1.1), False),
+        (times("limits", 1.1), True),
+        (times("limits", 0.5), False),
+        (times("decay", 10.0), False),
+        (times("E", -1.0), False),
+        (times("lambda", 100.0), False),
+        (times("S", 30.0), False),
+    ],
+)
+def test_what_is_tampered_with_is_refused(
+    certificate: dict, run_squid: Run, tmp_path: Path, change: Callable[[dict], None], holds: bool
+) -> None:
+    """The command and the independent check agree on each change; wider limits stay true."""
+    changed = copy.deepcopy(certificate)
+    change(changed["limits"])
+    with localcontext() as context:
+        context.prec = DIGITS
+        found = why_not(changed)
+    assert (found is None) == holds, found
+    path = tmp_path / "certificate.json"
+    path.write_text(json.dumps(changed), encoding="utf-8")
+    done = run_squid("verify", path)
+    assert (done.returncode == 0) == holds, (found, done.stderr)
+    assert holds or "the claim with limits is not proved" in done.stderr
+
+
+def test_the_linear_model_flies_as_claimed(certificate: dict) -> None:
+    """A step of the proved size, held and taken back; speed and model error do at each instant what raises V most."""
+    claim, flow = certificate["limits"], Flow(certificate)
+    n, r, m = flow.n, flow.r, flow.m
+    moved, seen, error, u = (row.astype(float) for row in flow.rows)
+    e, x, held = flow.e.astype(float), np.array(claim["X"]), flow.held.astype(float)[:, 0]
+    limits, commands = np.array(claim["limits"]), np.array(claim["u_held"]) * claim["size"]
+    decay, beta = claim["decay"], claim["beta"]
+    tables = []
+    for theta in (-1.0, -0.5, 0.0, 0.5, 1.0):
+        into = theta * np.linalg.solve(
+            np.eye(r) - theta * seen[:, n : n + r], np.delete(seen, range(n, n + r), 1)
+        )
+        tables.append(
+            [np.delete(rows, range(n, n + r), 1) + rows[:, n : n + r] @ into for rows in (moved, error, u)]
+        )
+    assert all(np.abs(rows[:, n : n + m]).max() == 0 for _, _, rows in tables), (
+        "no command depends on phi at once"
+    )
+
+    def worst(state: np.ndarray, step: float) -> tuple[float, np.ndarray, float]:
+        """Return V' and x' for the worst speed and Delta, and how far a command is beyond its limit there."""
+        gradient, found = 2.0 * x @ state, (-np.inf, state, 0.0)
+        for rates, errors, out in tables:
+            known = np.concatenate([state, np.zeros(m), [step]])
+            asked = out @ known + commands * step
+            known[n : n + m] = asked - np.clip(asked, -limits, limits)
+            push = e.T @ gradient
+            size = np.linalg.norm(errors @ known) / max(np.linalg.norm(push), 1e-300)
+            moves = rates @ known + e @ push * size
+            if gradient @ moves > found[0]:
+                found = (gradient @ moves, moves, np.abs(known[n : n + m]).max())
+        return found
+
+    tick, beyond = 0.01, 0.0
+    for step, start in ((1.0, -held), (-1.0, held)):
+        state, level = start, 0.0
+        for now, seconds in ((step, 10.0), (0.0, 30.0)):
+            for _ in range(int(seconds / tick)):
+                level = state @ x @ state
+                slope, moves, over = worst(state, now)
+                assert level < (beta if now else 4.0 * beta)
+                assert slope < -decay * (level - beta * now * now)
+                beyond = max(beyond, over)
+                state = state + tick * moves
+            if now:
+                state = state + held * now
+        assert level < 0.5 * beta, "it comes back"
+    assert beyond > 0.1, "no command was at its limit"
+
+
+def test_an_autopilot_with_another_gain_is_refused(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
+    """The claim is about the anti-windup in the file; the FMU must have that, and actuators that go as far."""
+    for change, part in (
+        (lambda c: c["anti_windup"][0].__setitem__(0, 0.0), "the anti-windup"),
+        (lambda c: c["actuators"][0].update(maximum=50.0), "a limit"),
+    ):
+        out = tmp_path / part.split()[-1]
+        out.mkdir()
+        for path in squid.controller.parent.glob("*.json"):
+            shutil.copy(path, out)
+        controller = json.loads((out / "controller.json").read_text(encoding="utf-8"))
+        change(controller)
+        (out / "controller.json").write_text(json.dumps(controller), encoding="utf-8")
+        done = run_squid("package", SQUID, "--out", out)
+        assert done.returncode == 1 and f"{part} of the claim with limits differs" in done.stderr, done.stderr
