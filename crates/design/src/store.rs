@@ -19,6 +19,7 @@ pub mod unedited;
 use crate::augment::augment;
 use crate::certify::constant;
 use crate::certify::controller_of;
+use crate::certify::limits::of_autopilot;
 use crate::certify::verify;
 use crate::check::check;
 use crate::error::{Error, ProofError, StoreError};
@@ -79,6 +80,7 @@ impl Stored {
         verify::matches(&self.controller, &certificate).map_err(|e| e.to_string())?;
         let theorem = certificate.prove().map_err(|e| e.to_string())?;
         self.made_of(inputs, &certificate).map_err(|e| e.to_string())?;
+        of_autopilot(&self.controller, &certificate).map_err(|e| e.to_string())?;
         Ok(theorem)
     }
 

@@ -10,6 +10,7 @@ use auv::LpvModel;
 use certificate::Theorem;
 use fmi2::Resources;
 use scheduled::ControllerDesign;
+use squid_design::certify::limits::of_autopilot;
 use squid_design::certify::verify::{matches, of_inputs, parse};
 use squid_design::error::StoreError;
 use squid_design::fit::Model;
@@ -107,6 +108,7 @@ fn verify_fmu(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
     if packed.1.as_bytes() != description {
         return Err(Error::WrongDescription { path: path.display().to_string() });
     }
+    of_autopilot(&design, &certificate)?;
     if let Some(inputs) = inputs {
         let certificate = text.to_owned();
         made_of(design, certificate, &resources, inputs)

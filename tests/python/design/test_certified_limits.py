@@ -217,16 +217,22 @@ def test_the_linear_model_flies_as_claimed(certificate: dict) -> None:
 
 def test_an_autopilot_with_another_gain_is_refused(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
     """The claim is about the anti-windup in the file; the FMU must have that, and actuators that go as far."""
-    for change, part in (
-        (lambda c: c["anti_windup"][0].__setitem__(0, 0.0), "the anti-windup"),
-        (lambda c: c["actuators"][0].update(maximum=50.0), "a limit"),
-    ):
+
+    def other_gain(controller: dict, _: dict) -> None:
+        controller["anti_windup"][0][0] = 0.0
+
+    def wider_limits(_: dict, certificate: dict) -> None:
+        certificate["limits"]["limits"] = [1.1 * limit for limit in certificate["limits"]["limits"]]
+
+    for change, part in ((other_gain, "the anti-windup"), (wider_limits, "a limit")):
         out = tmp_path / part.split()[-1]
         out.mkdir()
         for path in squid.controller.parent.glob("*.json"):
             shutil.copy(path, out)
-        controller = json.loads((out / "controller.json").read_text(encoding="utf-8"))
-        change(controller)
-        (out / "controller.json").write_text(json.dumps(controller), encoding="utf-8")
+        files = [out / "controller.json", out / "certificate.json"]
+        values = [json.loads(path.read_text(encoding="utf-8")) for path in files]
+        change(*values)
+        for path, value in zip(files, values, strict=True):
+            path.write_text(json.dumps(value), encoding="utf-8")
         done = run_squid("package", SQUID, "--out", out)
         assert done.returncode == 1 and f"{part} of the claim with limits differs" in done.stderr, done.stderr
