@@ -24,7 +24,7 @@ pub fn outputs(design: &ControllerDesign) -> Vec<Variable> {
     let inputs: Vec<&str> = inputs.iter().map(Variable::name).collect();
     let commands = design.actuators.iter().enumerate();
     let commands = commands.map(|(index, actuator)| command(index, actuator, &inputs));
-    commands.chain(monitors()).chain(constants()).collect()
+    commands.chain(monitors(design)).chain(constants()).collect()
 }
 
 /// What the design measures, then the references that it follows.
@@ -71,7 +71,8 @@ fn command(index: usize, actuator: &Actuator, inputs: &[&str]) -> Variable {
         .initially_depends_on(inputs)
 }
 
-fn monitors() -> Vec<Variable> {
+fn monitors(design: &ControllerDesign) -> Vec<Variable> {
+    let (speed, which) = if design.speed_given { ("speed", "given") } else { ("speed_reference", "wanted") };
     vec![
         Variable::real(
             "scheduling_parameter",
@@ -96,7 +97,7 @@ fn monitors() -> Vec<Variable> {
         .initially_depends_on(&["speed"]),
         Variable::real(
             "trim_pitch",
-            "pitch angle of level trim at the wanted speed",
+            format!("pitch angle of level trim at the {which} speed"),
             |m| m.autopilot.outputs().trim_pitch,
             Role::output(),
         )
@@ -106,7 +107,7 @@ fn monitors() -> Vec<Variable> {
         .nominal(0.1)
         .discrete()
         .depends_on(&[])
-        .initially_depends_on(&["speed_reference"]),
+        .initially_depends_on(&[speed]),
     ]
 }
 

@@ -16,6 +16,7 @@ impl PlantModel {
             current_horizontal: self.inputs.current.horizontal,
             current_vertical: self.inputs.current.vertical,
             operating_speed: self.inputs.operating_speed,
+            given_speed: self.inputs.given_speed,
             ..self.plant.instant()
         }
     }
@@ -89,6 +90,7 @@ impl ContinuousModel for PlantModel {
     fn apply_inputs(&mut self) -> Result<(), PlantError> {
         self.obey_commands()?;
         self.plant.set_current(self.inputs.current)?;
+        self.plant.set_given_speed(self.inputs.given_speed)?;
         Ok(self.plant.set_operating_speed(self.inputs.operating_speed)?)
     }
 
@@ -102,13 +104,14 @@ impl ContinuousModel for PlantModel {
     }
 
     fn input_rates(&self, tangents: &mut [f64]) {
-        let Slopes { commands, current, operating_speed } = &self.slopes;
+        let Slopes { commands, current, operating_speed, given_speed } = &self.slopes;
         for (index, &rate) in commands.iter().enumerate() {
             tangents[Quantity::Command(index).number()] = rate;
         }
         tangents[Quantity::CurrentHorizontal.number()] = current.horizontal;
         tangents[Quantity::CurrentVertical.number()] = current.vertical;
         tangents[Quantity::OperatingSpeed.number()] = *operating_speed;
+        tangents[Quantity::GivenSpeed.number()] = *given_speed;
     }
 
     fn step_completed(&mut self, log: &mut dyn Log) {

@@ -39,7 +39,7 @@ pub use model::{Inputs, PlantModel, Settings};
 pub use quantity::Quantity;
 pub use resources::{LPV_RESOURCE, VEHICLE_RESOURCE};
 pub use states::states;
-pub use variables::{fidelities, inputs, outputs, parameters};
+pub use variables::{GIVEN_SPEED, fidelities, inputs, outputs, parameters};
 
 use fmi2::{DescribeError, Described, Resources};
 

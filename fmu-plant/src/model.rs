@@ -32,6 +32,8 @@ pub struct Inputs {
     pub current: Current,
     /// Speed V along the path at which the LPV model is evaluated \[m/s\]; the nonlinear equations do not use it.
     pub operating_speed: f64,
+    /// Forward speed through the water that is given to a vehicle that takes one \[m/s\]; others do not use it.
+    pub given_speed: f64,
 }
 
 /// A vehicle that starts in level trim and then moves under its inputs.
@@ -81,6 +83,7 @@ impl PlantModel {
                 commands: taken.collect(),
                 current: Current::default(),
                 operating_speed: row.speed,
+                given_speed: row.forward_speed,
             },
             slopes: Slopes::held(vehicle.actuators.len()),
             asked: Slopes::held(vehicle.actuators.len()),
@@ -106,6 +109,11 @@ impl PlantModel {
     /// Whether all speeds of the LPV model's trims are above zero.
     pub fn only_ahead(&self) -> bool {
         self.lpv.trim.iter().all(|row| row.speed > 0.0)
+    }
+
+    /// Whether the speed is given from outside, by an input.
+    pub fn takes_a_speed(&self) -> bool {
+        self.vehicle.coefficients.surge.is_given()
     }
 
     /// The trim from which the flight starts.
@@ -170,6 +178,7 @@ impl PlantModel {
     pub fn advance(&mut self, to: f64) -> Result<(), PlantError> {
         let duration = to - self.plant.time();
         (self.asked.current, self.asked.operating_speed) = (self.slopes.current, self.slopes.operating_speed);
+        self.asked.given_speed = self.slopes.given_speed;
         for (index, actuator) in self.vehicle.actuators.iter().enumerate() {
             let (command, slope) = (self.inputs.commands[index], self.slopes.commands[index]);
             let now = actuator.asked(command).0;
@@ -180,6 +189,7 @@ impl PlantModel {
         }
         self.plant.set_current(self.inputs.current)?;
         self.plant.set_operating_speed(self.inputs.operating_speed)?;
+        self.plant.set_given_speed(self.inputs.given_speed)?;
         self.plant.set_slopes(&self.asked)?;
         self.plant.advance(to)?;
         for (command, slope) in self.inputs.commands.iter_mut().zip(&self.slopes.commands) {
@@ -187,6 +197,7 @@ impl PlantModel {
         }
         self.inputs.current = self.plant.current();
         self.inputs.operating_speed = self.plant.operating_speed();
+        self.inputs.given_speed = self.plant.given_speed();
         Ok(())
     }
 }

@@ -25,13 +25,15 @@ pub enum Quantity {
     Speed,
     Heave,
     PathSpeed,
+    /// Of a vehicle that is given its speed; nothing belongs to it in others.
+    GivenSpeed,
     Command(usize),
     Output(usize),
     OutputRate(usize),
 }
 
 /// Quantities that do not belong to an actuator.
-const FIXED: usize = 18;
+const FIXED: usize = 19;
 
 impl Quantity {
     /// Number of quantities of a vehicle with a number of actuators.
@@ -60,6 +62,7 @@ impl Quantity {
             Self::Speed => 15,
             Self::Heave => 16,
             Self::PathSpeed => 17,
+            Self::GivenSpeed => 18,
             Self::Command(index) => FIXED + 3 * index,
             Self::Output(index) => FIXED + 3 * index + 1,
             Self::OutputRate(index) => FIXED + 3 * index + 2,

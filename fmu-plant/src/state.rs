@@ -17,7 +17,7 @@ impl PlantModel {
             self.inputs.current.vertical,
             self.inputs.operating_speed,
         ]);
-        let Slopes { commands, current, operating_speed } = &self.slopes;
+        let Slopes { commands, current, operating_speed, given_speed } = &self.slopes;
         to.reals(commands);
         to.reals(&[current.horizontal, current.vertical, *operating_speed]);
         let trim = &self.trim;
@@ -26,7 +26,11 @@ impl PlantModel {
         to.reals(&trim.actuators);
         to.boolean(self.above_surface);
         to.boolean(self.out_of_range);
-        write_memory(&self.plant.snapshot(), to);
+        let snapshot = self.plant.snapshot();
+        write_memory(&snapshot, to);
+        if self.takes_a_speed() {
+            to.reals(&[self.inputs.given_speed, *given_speed, snapshot.given_speed]);
+        }
     }
 
     /// Reads what [`PlantModel::write`] wrote, into a plant of the same vehicle.
@@ -58,6 +62,11 @@ impl PlantModel {
         self.out_of_range = from.boolean()?;
         let mut snapshot = self.plant.snapshot();
         read_memory(&mut snapshot, from)?;
+        if self.takes_a_speed() {
+            let mut speeds = [0.0; 3];
+            from.reals(&mut speeds)?;
+            [self.inputs.given_speed, self.slopes.given_speed, snapshot.given_speed] = speeds;
+        }
         self.plant.restore(&snapshot).map_err(StateError::inconsistent)
     }
 }

@@ -2,7 +2,7 @@
 
 use auv::Actuator;
 
-use crate::variables::knowns_of_trim;
+use crate::variables::{GIVEN_SPEED, knowns_of_trim};
 use crate::{PlantModel, Quantity};
 
 type Variable = fmi2::Variable<PlantModel>;
@@ -55,7 +55,8 @@ fn rates(model: &PlantModel) -> Vec<Variable> {
     let inputs = ["current_horizontal", "current_vertical", "operating_speed"];
     let forces: Vec<String> = model.vehicle().actuators.iter().map(force_of).collect();
     let forces = forces.iter().map(String::as_str);
-    let of_dynamics: Vec<&str> = motion.into_iter().chain(inputs).chain(forces).collect();
+    let given = model.takes_a_speed().then_some(GIVEN_SPEED);
+    let of_dynamics: Vec<&str> = motion.into_iter().chain(inputs).chain(given).chain(forces).collect();
     let of_kinematics = ["surge_over_ground", "heave_over_ground", "pitch"];
     let of_turning = match model.lpv().turns_with_pitch_rate_alone() {
         true => &["pitch_rate", "operating_speed"][..],

@@ -56,6 +56,7 @@ impl PlantModel {
             current_horizontal: dual(still.current_horizontal, Q::CurrentHorizontal),
             current_vertical: dual(still.current_vertical, Q::CurrentVertical),
             operating_speed: Dual64::from(0.0),
+            given_speed: Dual64::from(0.0),
         };
         // At rest over ground the velocity through the water is minus that of the current.
         let water = against.motion();
@@ -75,6 +76,7 @@ impl PlantModel {
             current_horizontal: dual(now.current_horizontal, Q::CurrentHorizontal),
             current_vertical: dual(now.current_vertical, Q::CurrentVertical),
             operating_speed: dual(now.operating_speed, Q::OperatingSpeed),
+            given_speed: dual(now.given_speed, Q::GivenSpeed),
         }
     }
 

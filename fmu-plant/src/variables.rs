@@ -4,7 +4,7 @@
 //! and an actuator without lag follows its command. A master has no algebraic loop unless the commands follow such
 //! a quantity. First values of other outputs follow from parameters alone.
 
-use auv::{Actuator, Allowed, COEFFICIENTS, CoefficientSpec, Fidelity};
+use auv::{Actuator, Allowed, COEFFICIENTS, CoefficientSpec, Fidelity, Surge};
 use fmi2::model_description::Enumeration;
 
 use crate::{PlantModel, Quantity};
@@ -62,8 +62,23 @@ pub fn inputs(model: &PlantModel) -> Vec<Variable> {
         .quantity(Quantity::OperatingSpeed.number())
         .slope(|m, v| m.slopes.operating_speed = v),
     ]);
+    table.extend(given_speed(model));
     table
 }
+
+/// The speed of a vehicle that is given one.
+fn given_speed(model: &PlantModel) -> Option<Variable> {
+    let Surge::Given { lag } = model.vehicle().coefficients.surge else { return None };
+    let description =
+        format!("forward speed through the water that is given; speed follows it with a lag of {lag} s");
+    let set = Role::input(|m: &mut PlantModel, v| m.inputs.given_speed = v);
+    let one =
+        Variable::real(GIVEN_SPEED, description, |m| m.inputs.given_speed, set).unit("m/s").nominal(1.0);
+    Some(one.quantity(Quantity::GivenSpeed.number()).slope(|m, v| m.slopes.given_speed = v))
+}
+
+/// The input of a vehicle that is given its speed.
+pub const GIVEN_SPEED: &str = "given_speed";
 
 fn command(index: usize, actuator: &Actuator) -> Variable {
     let through = if actuator.curve.is_some() { ", which its curve turns into a thrust" } else { "" };
@@ -245,7 +260,12 @@ fn fidelity_of(number: i32) -> Fidelity {
 fn coefficient(spec: &'static CoefficientSpec, model: &PlantModel) -> Variable {
     let source = model.vehicle().sources.get(spec.key).map_or("the default", String::as_str);
     let above_zero = if spec.allowed == Allowed::Positive { ", above zero" } else { "" };
-    let description = format!("{}{above_zero}; source: {source}", spec.meaning);
+    let idle = if model.vehicle().coefficients.surge.uses(spec.key) {
+        ""
+    } else {
+        ", of no effect at a given speed"
+    };
+    let description = format!("{}{above_zero}{idle}; source: {source}", spec.meaning);
     let get = |m: &PlantModel| (spec.get)(&m.settings.coefficients);
     let set = |m: &mut PlantModel, v| (spec.set)(&mut m.settings.coefficients, v);
     let size = get(model).abs();

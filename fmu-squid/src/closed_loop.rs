@@ -151,6 +151,7 @@ impl ClosedLoop {
         (inputs.references[PITCH], inputs.references[SPEED]) = (references.pitch, references.forward_speed);
 
         self.plant.inputs.operating_speed = references.path_speed;
+        self.plant.inputs.given_speed = references.forward_speed;
     }
 
     /// Passes the commands to the plant.

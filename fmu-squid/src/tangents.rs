@@ -66,6 +66,7 @@ impl ClosedLoop {
                 tangents[own(Own::Command(index))] = command;
                 tangents[Quantity::Command(index).number()] = command;
             }
+            tangents[Quantity::GivenSpeed.number()] = speed;
             let trim = autopilot.trim();
             tangents[Quantity::OperatingSpeed.number()] =
                 trim.speed_slope(self.outside.speed_reference) * speed;

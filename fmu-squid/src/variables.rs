@@ -153,7 +153,8 @@ fn states(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
 /// The dependencies in the plant but those on variables that the loop sets.
 fn known_of(model: &ClosedLoop) -> impl Fn(&str) -> bool + use<> {
     let actuators = model.plant.vehicle().actuators.iter().map(|actuator| actuator.name.clone());
-    let set: Vec<String> = actuators.chain(["operating_speed".to_owned()]).collect();
+    let set: Vec<String> =
+        actuators.chain(["operating_speed", fmu_plant::GIVEN_SPEED].map(str::to_owned)).collect();
     move |name| !set.iter().any(|known| known == name)
 }
 

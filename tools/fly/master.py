@@ -185,19 +185,28 @@ class _Loop:
         actuators = shared(controller, plant)
         measured = shared(plant, controller)
         self.measured = plant.references(measured)
-        self.heard = controller.references([*measured, "pitch_reference", "speed_reference"])
+        self.given = "given_speed" in plant.variables
+        wanted = ["pitch_reference"] if self.given else ["pitch_reference", "speed_reference"]
+        self.heard = controller.references([*measured, *wanted])
         self.commands = controller.references(actuators)
-        self.commanded = plant.references([*actuators, "operating_speed"])
+        speeds = ["operating_speed", "given_speed"] if self.given else ["operating_speed"]
+        self.commanded = plant.references([*actuators, *speeds])
         self.path_speed = path_speed_of(controller)
         self.speed_reference = 0.0
 
     def inform(self, pitch_reference: float, speed_reference: float) -> None:
-        """Pass the plant's outputs and the references to the controller."""
+        """Pass the plant's outputs and the references to the controller; a speed that is given is none of its own."""
         measured = self.plant.fmu.getReal(self.measured)
-        self.controller.fmu.setReal(self.heard, [*measured, pitch_reference, speed_reference])
+        wanted = [pitch_reference] if self.given else [pitch_reference, speed_reference]
+        self.controller.fmu.setReal(self.heard, [*measured, *wanted])
         self.speed_reference = speed_reference
 
     def command(self) -> None:
-        """Pass the commands to the plant; an LPV plant is linearised about the trim of the reference speed."""
+        """Pass the commands to the plant; an LPV plant is linearised about the trim of the reference speed.
+
+        A plant that is given its speed is given the reference.
+        """
         commands = self.controller.fmu.getReal(self.commands)
-        self.plant.fmu.setReal(self.commanded, [*commands, self.path_speed(self.speed_reference)])
+        given = [self.speed_reference] if self.given else []
+        path_speed = self.path_speed(self.speed_reference)
+        self.plant.fmu.setReal(self.commanded, [*commands, path_speed, *given])

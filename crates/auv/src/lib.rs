@@ -66,5 +66,6 @@ pub use vehicle::allowed::Allowed;
 pub use vehicle::coefficients::{COEFFICIENTS, CoefficientError, CoefficientSpec, Coefficients};
 pub use vehicle::hull::Hull;
 pub use vehicle::json::{JsonProblem, VEHICLE_FORMAT, VehicleJsonError};
+pub use vehicle::surge::Surge;
 pub use vehicle::{PublishedLinearModel, Status, Vehicle};
 pub use words::{number, rounded};

@@ -6,6 +6,7 @@ pub(crate) mod coefficients;
 mod file;
 pub(crate) mod hull;
 pub(crate) mod json;
+pub(crate) mod surge;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

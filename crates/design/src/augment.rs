@@ -2,7 +2,7 @@
 
 use crate::error::ModelError;
 use crate::inputs::design_file::{DesignFile, Measured, Tracked};
-use crate::linearise::{STATES, stacked, trim_slope};
+use crate::linearise::{stacked, trim_slope};
 use auv::{Actuator, Linearisation};
 use lpv::lft::Lft;
 use lpv::matrix::Mat;
@@ -41,7 +41,7 @@ pub fn augment(
     model: LinearModel,
 ) -> Result<GeneralisedPlant, ModelError> {
     let problem = TrackingProblem {
-        outputs: Tracked::outputs(&design.tracked),
+        outputs: Tracked::outputs(&design.tracked, design.states),
         output_scale: design.tracked.iter().map(|t| t.scale).collect(),
         references: design.tracked.iter().map(|t| t.references).collect(),
         input_scale: actuators.iter().map(Actuator::reach).collect(),
@@ -61,7 +61,7 @@ fn two_degrees(design: &DesignFile, slope: Lft) -> TwoDegrees {
     let speed = design.tracked.iter().position(|t| t.place == SPEED);
     let models = design.tracked.iter().map(|t| t.model.filter(|_| !design.judged));
     TwoDegrees {
-        measured: Measured::scaled_outputs(&design.measured),
+        measured: Measured::scaled_outputs(&design.measured, design.states),
         noise: design.measured.iter().map(|m| m.noise).collect(),
         models: models.collect(),
         trim: speed.zip(design.reference_filter()).map(|(output, frequency)| MovingTrim {
@@ -76,8 +76,9 @@ fn two_degrees(design: &DesignFile, slope: Lft) -> TwoDegrees {
 /// design: a command, the state of its lag, or `2 p - u` with the state p of its delay.
 pub fn forces(actuators: &[Actuator], design: &DesignFile, n: usize) -> Mat {
     let has_lag = |a: &Actuator| design.lags && a.lag > 0.0;
-    let mut lag = STATES..;
-    let first_late = STATES + actuators.iter().filter(|a| has_lag(a)).count();
+    let states = design.states.len();
+    let mut lag = states..;
+    let first_late = states + actuators.iter().filter(|a| has_lag(a)).count();
     let mut all = Mat::zeros(actuators.len(), n + actuators.len());
     for (j, actuator) in actuators.iter().enumerate() {
         match has_lag(actuator).then(|| lag.next()).flatten() {

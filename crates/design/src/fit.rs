@@ -7,7 +7,7 @@ pub mod reach;
 use crate::augment::LinearModel;
 use crate::error::ModelError;
 use crate::inputs::design_file::DesignFile;
-use crate::linearise::{self, STATES, linearise_at, stacked, trim_table};
+use crate::linearise::{self, linearise_at, split, stacked, trim_table};
 use auv::{Linearisation, Vehicle};
 use lpv::lft::Lft;
 use lpv::matrix::{Mat, largest_singular_value};
@@ -78,8 +78,6 @@ impl Model {
 
     /// The coefficients `A_k` and `B_k` of the fit, separately.
     pub fn coefficients(&self) -> (Vec<Mat>, Vec<Mat>) {
-        let split =
-            |m: &Mat| (m.columns(0, STATES).into_owned(), m.columns(STATES, m.ncols() - STATES).into_owned());
         self.fit.coefficients.iter().map(split).unzip()
     }
 }
@@ -97,8 +95,7 @@ fn trim_slope(
 
 impl Residual {
     fn of(samples: &[(f64, Mat)], order: usize) -> Result<Self, ModelError> {
-        let only_a: Vec<(f64, Mat)> =
-            samples.iter().map(|(rho, m)| (*rho, m.columns(0, STATES).into_owned())).collect();
+        let only_a: Vec<(f64, Mat)> = samples.iter().map(|(rho, m)| (*rho, split(m).0)).collect();
         let a = MatrixPolynomial::fit(&only_a, order)?.residual(&only_a);
         let whole = MatrixPolynomial::fit(samples, order)?.residual(samples);
         let constant = MatrixPolynomial::fit(&only_a, 0)?.residual(&only_a);

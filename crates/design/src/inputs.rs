@@ -10,6 +10,7 @@ use crate::linearise::TRIM_ROWS;
 use auv::{Pitch, Vehicle, read_text};
 use scheduled::InputHashes;
 use sha2::{Digest, Sha256};
+use signals::{SIGNALS, SPEED};
 use std::path::{Path, PathBuf};
 
 /// A vehicle and a design, with the hashes of their files.
@@ -93,6 +94,8 @@ impl Inputs {
         actuator_names::check(&vehicle.0, files[0])?;
         let hashes = InputHashes { vehicle_sha256: sha256(vehicle.1), design_sha256: sha256(design.1) };
         let (vehicle, mut design) = (vehicle.0, design.0);
+        design.states = vehicle.coefficients.surge.states();
+        check_states(&design, files[1])?;
         design.pitch =
             Pitch::over(&vehicle, design.depth, &design.spread(TRIM_ROWS), design.pitch_asked.as_ref());
         let uncertain = design.uncertainty.as_ref().map(|section| section.resolve(&vehicle, files[1]));
@@ -126,6 +129,22 @@ impl Inputs {
         }
         (self.hashes.design_sha256 != hashes.design_sha256).then_some("the design file")
     }
+}
+
+/// Checks that what is tracked, measured and required follows from the states of the vehicle; `file` is for messages.
+fn check_states(design: &DesignFile, file: &str) -> Result<(), InputError> {
+    let tracked = design.tracked.iter().map(|t| ("track.output", t.signal()));
+    let measured = design.measured.iter().map(|m| ("measure.signal", m.signal()));
+    let unknown = tracked.chain(measured).find(|(_, signal)| !signal.is_among(design.states));
+    let required =
+        ["speed_rise", "speed_settling"].into_iter().find(|key| design.require.limit(key).is_some());
+    let required = required.filter(|_| !SIGNALS[SPEED].is_among(design.states));
+    let key = match (unknown, required) {
+        (Some((key, signal)), _) => format!("{key} = \"{}\"", signal.name),
+        (None, Some(key)) => format!("require.{key}"),
+        (None, None) => return Ok(()),
+    };
+    Err(InputError::GivenSpeed { file: file.into(), key })
 }
 
 /// The name of a file without its ending.

@@ -5,14 +5,11 @@ use crate::inputs::design_file::DesignFile;
 use auv::{Actuator, Linearisation, Speed, Trim, Vehicle, linearise, trim_with, trims};
 use lpv::matrix::{Mat, block};
 
-/// The number of states of the linear model; see [`signals::STATES`].
-pub const STATES: usize = signals::STATES.len();
-
 /// Speeds of a trim table, evenly spread over the range of a design; its trims lie on one branch.
 pub const TRIM_ROWS: usize = 101;
 
 /// Linearises the vehicle about the level trim of a design at a speed V along the path \[m/s\]: `x' = A x + B u`, with
-/// the states of [`signals::STATES`] in SI units and one input per actuator, as deviations from the trim.
+/// the states of the vehicle, [`auv::Surge::states`], in SI units and one input per actuator, as deviations from the trim.
 ///
 /// # Errors
 /// [`ModelError::Trim`] with the speed and the reason.
@@ -42,10 +39,17 @@ pub fn stacked(l: &Linearisation) -> Mat {
     block(&[&[&l.a, &l.b]])
 }
 
+/// `[A]` and `[B]` of n states, apart.
+pub fn split(stacked: &Mat) -> (Mat, Mat) {
+    let (n, columns) = stacked.shape();
+    (stacked.columns(0, n).into_owned(), stacked.columns(n, columns - n).into_owned())
+}
+
 /// `[A B]` with inputs in units of their reach.
 pub fn scaled(actuators: &[Actuator], mut stacked: Mat) -> Mat {
+    let n = stacked.nrows();
     for (j, actuator) in actuators.iter().enumerate() {
-        stacked.column_mut(STATES + j).scale_mut(actuator.reach());
+        stacked.column_mut(n + j).scale_mut(actuator.reach());
     }
     stacked
 }

@@ -247,7 +247,9 @@ fn linearise_line(model: &Model) -> String {
         |i: usize| model.grid[i].1.eigenvalues().iter().map(|e| e.re).fold(f64::NEG_INFINITY, f64::max);
     let worst = (0..model.grid.len()).map(slowest).fold(f64::NEG_INFINITY, f64::max);
     let verdict = if worst < 0.0 { "stable at every speed" } else { "UNSTABLE without control" };
-    format!("x = [u w q theta]; {verdict} (largest real part {worst:+.3} rad/s)")
+    let states = model.grid.first().map_or(&[][..], |(_, l)| l.states);
+    let states: Vec<&str> = states.iter().map(|state| state.symbol).collect();
+    format!("x = [{}]; {verdict} (largest real part {worst:+.3} rad/s)", states.join(" "))
 }
 
 fn fit_line(inputs: &Inputs, model: &Model) -> String {

@@ -168,6 +168,7 @@ pub fn fly_course(
         let demanded = table.forward_speed(speed);
         let reference = table.pitch(demanded) + pitch_above_trim;
         plant.set_current(current)?;
+        plant.set_given_speed(demanded)?;
         let state = plant.state();
         if out_of_water(state.depth) {
             return Ok(Flight { rows, surfacing: Some(Surfacing { time, speed: state.motion.u }) });

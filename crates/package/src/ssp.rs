@@ -94,7 +94,11 @@ fn speeds(trim: &[TrimPoint]) -> Vec<&TrimPoint> {
 /// What each component starts with: the plant in trim at the speed, the references a pitch step above that.
 fn start_values(kind: Kind, packed: &Packed, at: &TrimPoint, stored: &Stored) -> Vec<(&'static str, f64)> {
     let values = match kind {
-        Kind::Plant => vec![("initial_speed", at.speed), ("operating_speed", at.speed)],
+        Kind::Plant => vec![
+            ("initial_speed", at.speed),
+            ("operating_speed", at.speed),
+            ("given_speed", at.forward_speed),
+        ],
         _ => {
             let level = measured([at.forward_speed, at.heave, 0.0, at.pitch]);
             let mut wanted = level;

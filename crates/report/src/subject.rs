@@ -71,6 +71,11 @@ pub(crate) fn name(vehicle: &Vehicle) -> String {
 }
 
 impl<'a> Subject<'a> {
+    /// What says how fast to go.
+    pub fn wanted_speed(&self) -> &'static str {
+        if self.inputs.vehicle.coefficients.surge.is_given() { "given speed" } else { "speed reference" }
+    }
+
     /// Linearises and fits the vehicle again, and takes the controller from the stored design.
     ///
     /// # Errors

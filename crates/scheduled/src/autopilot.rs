@@ -29,6 +29,8 @@ pub(crate) struct Plan {
     inputs: Vec<(usize, Kind, f64)>,
     /// The part 1 - exp(-w_r Ts) of the way to the speed reference that V_r makes in a tick, if there is a filter.
     pub(crate) filter: Option<f64>,
+    /// Whether V_r is the measured speed, which is given to the vehicle.
+    pub(crate) speed_given: bool,
     /// Scale, minimum and maximum of each actuator.
     pub(crate) actuators: Vec<[f64; 3]>,
     pub(crate) trim: Trim,
@@ -63,7 +65,8 @@ pub(crate) struct Plan {
 /// `V_r += (1 - exp(-w_r Ts)) (speed reference - V_r)`. The initialisation sets it to the speed reference.
 ///
 /// The feedforward follows the reference, not the measured speed, so that it adds no feedback besides
-/// that of the design.
+/// that of the design. Where the speed is given to the vehicle from outside, nothing is fed back through it, and V_r is
+/// the measured speed.
 #[derive(Debug, Clone)]
 pub struct Autopilot {
     pub(crate) plan: Arc<Plan>,
@@ -108,6 +111,7 @@ impl Autopilot {
                 .filter_map(|input| Some((place(&input.signal)?, input.kind, input.scale)))
                 .collect(),
             filter: design.reference_filter.map(|bandwidth| -(-bandwidth * design.sample_time).exp_m1()),
+            speed_given: design.speed_given,
             actuators: design
                 .actuators
                 .iter()
@@ -203,7 +207,7 @@ impl Autopilot {
         self.start = start;
         self.next_tick = 0;
         self.outside = false;
-        self.filtered_speed = inputs.references[SPEED];
+        self.filtered_speed = self.plan.wanted_speed(inputs);
         self.compute_outputs(inputs)?;
         let Self { waiting, outputs, .. } = self;
         waiting
@@ -287,7 +291,7 @@ impl Autopilot {
         inputs.check()?;
         let plan = &*self.plan;
         if plan.filter.is_none() {
-            self.filtered_speed = inputs.references[SPEED];
+            self.filtered_speed = plan.wanted_speed(inputs);
         }
         let level = plan.trim.level(self.filtered_speed);
         let y0 = LazyCell::new(|| level.signals());
@@ -304,6 +308,11 @@ impl Autopilot {
 }
 
 impl Plan {
+    /// Where V_r goes: the speed reference, or a speed that is given, as it is measured.
+    pub(crate) fn wanted_speed(&self, inputs: &Inputs) -> f64 {
+        if self.speed_given { inputs.measured[SPEED] } else { inputs.references[SPEED] }
+    }
+
     /// The controller's input y, where `y0` gives a signal in level flight at V_r.
     pub(crate) fn y(&self, inputs: &Inputs, y0: impl Fn(usize) -> f64) -> impl Iterator<Item = f64> {
         let Inputs { measured, references } = *inputs;

@@ -26,6 +26,9 @@ pub struct ControllerDesign {
     pub controller_inputs: Vec<ControllerInput>,
     /// Bandwidth w_r of the filter of the speed reference in rad/s; `None` without filter.
     pub reference_filter: Option<f64>,
+    /// Whether the speed is given to the vehicle from outside: there is no reference of it, and the trim follows what is
+    /// measured.
+    pub speed_given: bool,
     /// The commanded actuators, in the order of `u`.
     pub actuators: Vec<Actuator>,
     /// The controller in continuous time.
@@ -133,10 +136,10 @@ impl ControllerDesign {
         signal == SPEED || self.takes(signal, ControllerInput::is_measured)
     }
 
-    /// Whether the autopilot follows a reference of the signal at a place in [`signals::SIGNALS`]: of the speed always,
-    /// for the trim.
+    /// Whether the autopilot follows a reference of the signal at a place in [`signals::SIGNALS`]: of a speed that is not
+    /// given always, for the trim.
     pub fn follows(&self, signal: usize) -> bool {
-        signal == SPEED || self.takes(signal, ControllerInput::is_wanted)
+        (signal == SPEED && !self.speed_given) || self.takes(signal, ControllerInput::is_wanted)
     }
 
     fn takes(&self, signal: usize, part: fn(&ControllerInput) -> bool) -> bool {

@@ -7,7 +7,7 @@
 //! | `squid-controller/3` | the same, and `anti_windup`, rows of a matrix |
 //!
 //! A design is written in the first that can say it. All else is the same in each; `delay_ticks` is left out where it
-//! is 0, the `curve` of an actuator where there is none.
+//! is 0, `speed_given` where it is false, the `curve` of an actuator where there is none.
 
 use crate::design::{Actuator, Gamma, InputHashes, LftMatrices, Rows, Scheduling, TrimTable, VehicleName};
 use crate::{ControllerDesign, ControllerInput, DesignError, Kind};
@@ -35,6 +35,8 @@ struct File {
     /// The inner one is null without filter.
     #[serde(skip_serializing_if = "Option::is_none")]
     reference_filter: Option<Option<f64>>,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    speed_given: bool,
     actuators: Vec<Actuator>,
     lft: LftMatrices,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -126,6 +128,7 @@ impl ControllerDesign {
             tracked: listed(first),
             controller_inputs: listed(!first),
             reference_filter: (!first).then_some(*reference_filter),
+            speed_given: self.speed_given,
             actuators,
             lft,
             anti_windup,
@@ -178,7 +181,7 @@ impl File {
             }
         };
         let controller_inputs = read.into_iter().map(input).collect::<Result<_, _>>()?;
-        let Self { vehicle, design, sample_time, delay_ticks, scheduling, .. } = self;
+        let Self { vehicle, design, sample_time, delay_ticks, scheduling, speed_given, .. } = self;
         let Self { actuators, lft, anti_windup, trim, gamma, inputs, .. } = self;
         Ok(ControllerDesign {
             vehicle,
@@ -188,6 +191,7 @@ impl File {
             scheduling,
             controller_inputs,
             reference_filter: filter,
+            speed_given,
             actuators,
             lft,
             anti_windup,

@@ -36,7 +36,7 @@ impl Autopilot {
         let plan = &*self.plan;
         let (speed, dspeed) = match plan.filter.is_some() && !initial {
             true => (self.filtered_speed(), 0.0),
-            false => (inputs.references[SPEED], direction.references[SPEED]),
+            false => (plan.wanted_speed(inputs), plan.wanted_speed(direction)),
         };
         let (y0, slopes) = (plan.trim.signals(speed), plan.trim.signal_slopes(speed));
         let y: Vec<f64> = plan.y(inputs, |signal| y0[signal]).collect();

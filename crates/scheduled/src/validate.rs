@@ -1,6 +1,6 @@
 //! Checks a design on reading.
 
-use signals::{Curve, NAMES, SIGNALS, TRACKED_NAMES, place};
+use signals::{Curve, NAMES, SIGNALS, SPEED, TRACKED_NAMES, place};
 use std::collections::BTreeSet;
 use std::fmt;
 
@@ -102,6 +102,14 @@ impl ControllerDesign {
             if !taken.insert((&input.signal, input.kind)) {
                 return Err(DesignError::NameTaken { key: key(name), name: input.signal.clone() });
             }
+        }
+        if self.speed_given && (self.reference_filter.is_some() || self.follows(SPEED)) {
+            let (key, found) = ("speed_given".to_owned(), "true".to_owned());
+            return Err(DesignError::BadText {
+                key,
+                found,
+                allowed: "false where the speed has a reference",
+            });
         }
         self.reference_filter.map_or(Ok(()), |w| positive(format_args!("reference_filter"), w))
     }

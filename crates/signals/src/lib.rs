@@ -31,6 +31,12 @@ pub const STATES: [State; 4] = [
     State { symbol: "theta", unit: "rad" },
 ];
 
+/// The states of a linear model: some of [`STATES`], in their order.
+pub type States = &'static [State];
+
+/// The states of a vehicle whose speed is given from outside, \[w q theta\].
+pub const WITHOUT_SURGE: States = STATES.split_at(1).1;
+
 /// The values that a signal can take.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Values {
@@ -83,8 +89,13 @@ pub struct Signal {
 
 impl Signal {
     /// Its row of the output equation `y = C x`: 1 at its own state.
-    pub fn output(&self, state: usize) -> f64 {
-        if self.state == state { 1.0 } else { 0.0 }
+    pub fn output(&self, state: &State) -> f64 {
+        if STATES[self.state] == *state { 1.0 } else { 0.0 }
+    }
+
+    /// Whether it follows from the states of a linear model.
+    pub fn is_among(&self, states: States) -> bool {
+        states.contains(&STATES[self.state])
     }
 }
 
@@ -199,8 +210,9 @@ mod tests {
     fn a_signal_is_the_row_of_its_state() {
         let x = [1.0, 2.0, 3.0, 4.0];
         for (signal, value) in SIGNALS.iter().zip(measured(x)) {
-            let row: f64 = (0..STATES.len()).map(|state| signal.output(state) * x[state]).sum();
+            let row: f64 = STATES.iter().zip(x).map(|(state, x)| signal.output(state) * x).sum();
             assert_eq!(value, row, "{}", signal.name);
+            assert_eq!(signal.is_among(WITHOUT_SURGE), signal.name != "speed", "{}", signal.name);
         }
     }
 }

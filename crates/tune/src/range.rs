@@ -33,8 +33,8 @@ pub(crate) struct Reach {
     pub speed: f64,
     /// The pitch of a step, deg: [`HELD`] of what they hold.
     pub pitch: f64,
-    /// Surge acceleration, m/s2.
-    pub surge: f64,
+    /// Surge acceleration, m/s2; `None` where the speed is given.
+    pub surge: Option<f64>,
     /// Pitch acceleration, rad/s2.
     pub turn: f64,
     /// The lag of the actuator that turns the vehicle most, s.
@@ -120,7 +120,7 @@ impl Reach {
             .collect();
         let row =
             |i: usize| l.b.row(i).iter().zip(&rooms).map(|(b, room)| (b * room).abs()).collect::<Vec<f64>>();
-        let turns = row(PITCH_RATE);
+        let turns = row(l.pitching()[1]);
         let turner = (0..turns.len()).max_by(|i, j| turns[*i].total_cmp(&turns[*j])).unwrap_or(0);
         let (growth, lag) = (growth(&l), vehicle.actuators[turner].lag);
         if growth * lag > DEPARTS {
@@ -134,7 +134,8 @@ impl Reach {
             return Err(format!("the actuators hold no more than {held:.1} deg of pitch"));
         }
         let pitch = (HELD * held).min(LARGEST_PITCH);
-        Ok(Self { speed, pitch, surge: row(SURGE).iter().sum(), turn: turns.iter().sum(), lag, rule })
+        let surge = (!vehicle.coefficients.surge.is_given()).then(|| row(SURGE).iter().sum());
+        Ok(Self { speed, pitch, surge, turn: turns.iter().sum(), lag, rule })
     }
 
     /// Whether its trim is on one branch with that of the next speed.
@@ -145,9 +146,8 @@ impl Reach {
     }
 }
 
-/// Places of states.
+/// The place of u among the states that have it.
 const SURGE: usize = 0;
-const PITCH_RATE: usize = 2;
 const ONE_DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 /// The largest real part of an eigenvalue, 1/s.

@@ -61,10 +61,23 @@ pub fn start(vehicle: &Vehicle) -> Result<String, Error> {
     Ok(text)
 }
 
+/// The template; without the tables of the speed where that is given.
+fn template(speed_is_given: bool) -> String {
+    let whole = include_str!("start.toml");
+    if !speed_is_given {
+        return whole.to_owned();
+    }
+    let of_speed =
+        |part: &&str| [r#"output = "speed""#, r#"signal = "speed""#].iter().any(|key| part.contains(key));
+    let parts: Vec<&str> = whole.split("\n\n").filter(|part| !of_speed(part)).collect();
+    parts.join("\n\n").replace("pitch and speed; pitch, speed and pitch rate", "pitch; pitch and pitch rate")
+}
+
 fn text(vehicle: &Vehicle, range: &[Reach], order: usize) -> Result<String, Error> {
     let least = |of: fn(&Reach) -> f64| range.iter().map(of).fold(f64::INFINITY, f64::min);
     let (low, high) = (range[0].speed, range[range.len() - 1].speed);
-    let (turn, surge) = (least(|r| r.turn), least(|r| r.surge));
+    // Where the speed is given, any rate of it is had.
+    let (turn, surge) = (least(|r| r.turn), least(|r| r.surge.unwrap_or(f64::INFINITY)));
     for (signal, authority) in [("pitch", turn), ("speed", surge)] {
         if authority <= 0.0 {
             return Err(Error::NoAuthority { vehicle: vehicle.name.clone(), signal, speed: low });
@@ -106,7 +119,7 @@ fn text(vehicle: &Vehicle, range: &[Reach], order: usize) -> Result<String, Erro
         ("RAMP", ramp),
         ("DURATION", duration),
     ];
-    let mut text = include_str!("start.toml").replace("NAME", &vehicle.name);
+    let mut text = template(vehicle.coefficients.surge.is_given()).replace("NAME", &vehicle.name);
     text = text.replace("SHARE", &format!("{:.0}", 100.0 * SHARE)).replace("ORDER", &order.to_string());
     for (name, value) in numbers {
         text = text.replace(name, &format!("{:?}", three_digits(value)));

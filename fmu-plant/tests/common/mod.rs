@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use auv::{Curve, LpvModel, Speed, Trim, Vehicle, linearise, trim};
+use auv::{Curve, Effect, LpvModel, Speed, Surge, Trim, Vehicle, linearise, trim};
 use fmi2::{Experiment, Failure, Instance, Log, Resources};
 use fmu_plant::{LPV_RESOURCE, PlantError, PlantModel, VEHICLE_RESOURCE, describe};
 
@@ -41,6 +41,17 @@ pub fn squid_with_curves() -> Resources {
     let points = vec![[1100.0, -80.0], [1470.0, 0.0], [1530.0, 0.0], [1900.0, 130.0]];
     vehicle.actuators[0].curve = Some(Curve::through(points, "us").unwrap());
     vehicle.actuators[1].curve = Some(Curve::square(1e-4, "rpm").unwrap());
+    of(&vehicle, [0.5, 1.75, 3.0])
+}
+
+/// Squid with planes in place of its thrusters, its speed given from outside.
+pub fn squid_at_a_given_speed() -> Resources {
+    let mut vehicle = vehicle("squid");
+    vehicle.coefficients.surge = Surge::Given { lag: 0.8 };
+    for actuator in &mut vehicle.actuators {
+        actuator.effect = Effect::ControlSurface { Z_uu_delta: -9.0, M_uu_delta: -7.0, X_uu_delta2: 0.0 };
+        (actuator.min, actuator.max) = (-0.6, 0.6);
+    }
     of(&vehicle, [0.5, 1.75, 3.0])
 }
 

@@ -5,7 +5,7 @@
 use fmi2::model_description::{Causality, Kind, ModelDescription};
 use fmi2::{Described, Experiment, Instance, Interface, Model, Resources, Silent, describe};
 
-use crate::example::{resources, with_curves, with_two_degrees, without_lag};
+use crate::example::{resources, with_curves, with_given_speed, with_two_degrees, without_lag};
 
 /// Which files, and which equations of motion by their number.
 #[derive(Clone, Copy)]
@@ -19,7 +19,9 @@ pub const LPV: Case = Case { resources, fidelity: 2 };
 pub const WITHOUT_LAG: Case = Case { resources: without_lag, fidelity: 1 };
 pub const TWO_DEGREES: Case = Case { resources: with_two_degrees, fidelity: 1 };
 pub const CURVED: Case = Case { resources: with_curves, fidelity: 1 };
-pub const CASES: [Case; 5] = [SQUID, LPV, WITHOUT_LAG, TWO_DEGREES, CURVED];
+pub const GIVEN: Case = Case { resources: with_given_speed, fidelity: 1 };
+pub const GIVEN_LPV: Case = Case { resources: with_given_speed, fidelity: 2 };
+pub const CASES: [Case; 7] = [SQUID, LPV, WITHOUT_LAG, TWO_DEGREES, CURVED, GIVEN, GIVEN_LPV];
 
 impl Case {
     pub fn describe<M: Model>(self) -> Described<M> {

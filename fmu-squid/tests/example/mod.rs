@@ -49,6 +49,23 @@ pub fn with_curves() -> Resources {
     together(files, &design, &manoeuvre())
 }
 
+/// Those of a vehicle whose speed is given, and of a design for its planes that knows no reference of it.
+pub fn with_given_speed() -> Resources {
+    let files = plant::squid_at_a_given_speed();
+    let vehicle = Vehicle::from_json(files.text(fmu_plant::VEHICLE_RESOURCE).unwrap(), "vehicle").unwrap();
+    let mut design = two_degrees();
+    design.controller_inputs.retain(|one| one.signal != "speed");
+    for row in [&mut design.lft.by, &mut design.lft.duy, &mut design.lft.dty].into_iter().flatten() {
+        row.drain(2..4);
+    }
+    for (actuator, one) in design.actuators.iter_mut().zip(&vehicle.actuators) {
+        (actuator.unit, actuator.scale) = (one.unit().to_owned(), one.max);
+        (actuator.minimum, actuator.maximum) = (one.min, one.max);
+    }
+    (design.speed_given, design.reference_filter, design.trim) = (true, None, trim_table(&vehicle));
+    together(files, &design, &manoeuvre())
+}
+
 /// Those of the design [`two_degrees`].
 pub fn with_two_degrees() -> Resources {
     with(&two_degrees(), &manoeuvre())
@@ -99,6 +116,7 @@ pub fn design() -> ControllerDesign {
         controller_inputs: vec![input("pitch", Kind::Error, 0.17), input("speed", Kind::Error, 0.3)],
         delay_ticks: 0,
         reference_filter: None,
+        speed_given: false,
         actuators: vehicle.actuators.iter().map(actuator).collect(),
         lft: LftMatrices {
             blocks: vec![1],

@@ -90,7 +90,7 @@ proptest! {
         at in prop::collection::vec(-1.0..1.0, 5),
         direction in prop::collection::vec(-1.0..1.0, 5),
     ) {
-        [SQUID, TWO_DEGREES, CURVED].iter().for_each(|case| hold_at_the_first_outputs(*case, &at, &direction));
+        [SQUID, TWO_DEGREES, CURVED, GIVEN].iter().for_each(|case| hold_at_the_first_outputs(*case, &at, &direction));
     }
 
     #[test]
@@ -99,7 +99,7 @@ proptest! {
         direction in prop::collection::vec(-1.0..1.0, 5),
         ticks in 0..20,
     ) {
-        [SQUID, TWO_DEGREES, CURVED].iter().for_each(|case| hold_at_the_next_tick(*case, &at, &direction, ticks));
+        [SQUID, TWO_DEGREES, CURVED, GIVEN].iter().for_each(|case| hold_at_the_next_tick(*case, &at, &direction, ticks));
     }
 }
 

@@ -1,6 +1,6 @@
 //! Run, save, run on, restore, run on: the same bits, whether the state stayed in memory or went through bytes.
 
-use crate::example::{resources, with_two_degrees};
+use crate::example::{resources, with_given_speed, with_two_degrees};
 use fmi2::model_description::{Causality, Kind};
 use fmi2::{Experiment, Instance, Interface, Model, Resources, Silent, describe};
 use fmu_controller::Controller;
@@ -91,6 +91,7 @@ proptest! {
     #[test]
     fn plants_go_on_alike(before in moves(6), after in moves(6)) {
         goes_on_alike::<PlantModel>(&resources(), &before, &after);
+        goes_on_alike::<PlantModel>(&with_given_speed(), &before, &after);
     }
 
     #[test]
@@ -103,6 +104,7 @@ proptest! {
     fn loops_go_on_alike(before in moves(6), after in moves(6)) {
         goes_on_alike::<ClosedLoop>(&resources(), &before, &after);
         goes_on_alike::<ClosedLoop>(&with_two_degrees(), &before, &after);
+        goes_on_alike::<ClosedLoop>(&with_given_speed(), &before, &after);
     }
 }
 

@@ -1,6 +1,6 @@
 //! `ModelStructure` tells the truth: what is not listed among the dependencies of an unknown does not move it.
 
-use crate::example::{resources, with_curves, with_two_degrees, without_lag};
+use crate::example::{resources, with_curves, with_given_speed, with_two_degrees, without_lag};
 use fmi2::model_description::{Causality, Initial, Kind, ModelDescription, ScalarVariable, Unknown};
 use fmi2::{Experiment, Instance, Interface, Model, Resources, Silent, describe};
 use fmu_controller::Controller;
@@ -10,7 +10,7 @@ use fmu_squid::ClosedLoop;
 /// Which files the model is made of.
 type Files = fn() -> Resources;
 
-const FILES: [Files; 4] = [resources, without_lag, with_two_degrees, with_curves];
+const FILES: [Files; 5] = [resources, without_lag, with_two_degrees, with_curves, with_given_speed];
 
 fn instance<M: Model>(files: Files, interface: Interface) -> Instance<M> {
     let mut instance = Instance::made_for(interface, describe::<M>(&files()).unwrap());

@@ -187,3 +187,32 @@ def test_signs_and_units_of_a_vehicle_are_those_that_are_read(run_squid: Run, tm
         }
         assert found == set(expected)
         assert set(expected) <= read
+
+
+NPS = ROOT / "tests" / "vehicles" / "nps_auv_ii"
+
+
+@pytest.mark.parametrize(
+    ("change", "allowed"),
+    [
+        ({}, True),
+        ({"surge": {"speed": "given"}}, True),
+        ({"surge": {"speed": "held"}}, False),
+        ({"surge": {}}, False),
+        ({"drag": {"X_uu": {"value": -1.0, "unit": "kg/m", "source": "a test"}}}, False),
+        ({"damping": {"X_u": {"value": -1.0, "unit": "kg/s", "source": "a test"}}}, False),
+        ({"damping": {"Z_w": {"value": -1.0, "unit": "kg/s", "source": "a test"}}}, True),
+        ({"surge": None}, False),
+    ],
+)
+def test_a_given_speed_leaves_out_what_acts_on_it(
+    run_squid: Run, tmp_path: Path, change: dict, allowed: bool
+) -> None:
+    """Without `[surge]` the added mass of surge is missing."""
+    content = tomllib.loads((NPS / "vehicle.toml").read_text(encoding="utf-8")) | change
+    content = {key: value for key, value in content.items() if value is not None}
+    vehicle = shutil.copytree(NPS, tmp_path / "nps")
+    (vehicle / "vehicle.toml").write_text(written(content), encoding="utf-8")
+    done = run_squid("show", vehicle, "--speed", "1.5")
+    assert (done.returncode == 0) == allowed, done.stderr
+    assert Draft202012Validator(SCHEMAS["vehicle"]).is_valid(content) == allowed

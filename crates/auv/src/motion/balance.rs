@@ -126,6 +126,7 @@ impl Balance<'_> {
         };
         let is_held = matches!(self.pitch, Pitch::Held(_));
         let mut is_redundant = None;
+        let equations = 3 - self.vehicle.coefficients.surge.first();
         for _ in 0..MAX_ITERATIONS {
             let outputs: Vec<f64> = scaled.component_mul(&reach).iter().copied().collect();
             let (error, by_incidence, by_outputs) = self.linearised(incidence, &outputs);
@@ -133,7 +134,7 @@ impl Balance<'_> {
             let residual = error.amax();
             // Where the effort chooses among many trims, balanced forces alone are not the end.
             let is_nearer = residual < RESIDUAL_TOLERANCE
-                && *is_redundant.get_or_insert_with(|| !is_held && reaches_all(&by_outputs));
+                && *is_redundant.get_or_insert_with(|| !is_held && reaches_all(&by_outputs, equations));
             if residual < best.residual || is_nearer {
                 best = Attempt { incidence, outputs, residual, left: error };
             }
@@ -150,10 +151,10 @@ impl Balance<'_> {
     }
 }
 
-/// Whether outputs reach surge, heave and pitch by themselves; 3 x m.
-pub(crate) fn reaches_all(by_outputs: &DMatrix<f64>) -> bool {
+/// Whether outputs reach surge, heave and pitch by themselves, or as many of these `equations` as there are.
+pub(crate) fn reaches_all(by_outputs: &DMatrix<f64>, equations: usize) -> bool {
     let values = by_outputs.singular_values();
-    values.iter().filter(|value| **value > RANK_TOLERANCE * values.max()).count() == 3
+    values.iter().filter(|value| **value > RANK_TOLERANCE * values.max()).count() == equations
 }
 
 /// Returns the change of incidence and of the scaled outputs that solves the linearised equations.

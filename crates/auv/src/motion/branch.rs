@@ -142,11 +142,13 @@ impl Range<'_> {
             return Err(TrimError::ForwardSpeedFalls { speed, pitch_deg });
         }
         let slopes = [self.slope(from)?, self.slope(to)?];
+        // Pitch is the last of the states, and the outputs follow.
+        let pitch = slopes[0].len() - self.vehicle.actuators.len() - 1;
         for (place, (name, unit)) in self.quantities().into_iter().enumerate() {
             let values = [from, to].map(|t| if place == 0 { t.pitch } else { t.actuators[place - 1] });
             let unit_size = if place == 0 { 1.0 } else { self.vehicle.actuators[place - 1].reach() };
             let step = values[1] - values[0];
-            let predicted = 0.5 * (slopes[0][3 + place] + slopes[1][3 + place]) * rise;
+            let predicted = 0.5 * (slopes[0][pitch + place] + slopes[1][pitch + place]) * rise;
             let is_small = |v: f64| v.abs() <= SMALL * unit_size;
             if !is_small(step) && !is_small(step - predicted) {
                 let speed = from.speed;

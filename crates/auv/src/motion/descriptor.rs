@@ -13,9 +13,9 @@ use crate::scalar::Scalar;
 use crate::vehicle::Vehicle;
 use crate::vehicle::coefficients::Coefficients;
 
-/// `M x' = C x + D (T - T0)` about a trim, with x = \[u w q theta\] less its trim.
+/// `M x' = C x + D (T - T0)` about a trim, with x = \[u w q theta\] less its trim, or \[w q theta\] at a given speed.
 ///
-/// M and C are 4 x 4 and D is 4 x m; the rows are surge force \[N\], heave force \[N\], pitch moment \[N.m\], and
+/// For n states M and C are n x n and D is n x m; the rows are surge force \[N\], heave force \[N\], pitch moment \[N.m\], and
 /// theta' = q. A is `M^-1 C` and B is `M^-1 D`. M, C and D are affine in most coefficients, and no
 /// coefficient divides another.
 ///
@@ -51,13 +51,13 @@ impl Descriptor {
         differentiate(vehicle, trim, &seeds, unit, |d| d.eps2eps3, |d| d.eps1eps2eps3)
     }
 
-    /// Returns `[M C D]`, 4 x (8 + m).
+    /// Returns `[M C D]`, n x (2 n + m).
     pub fn stacked(&self) -> DMatrix<f64> {
-        let inputs = self.input.ncols();
-        let mut whole = DMatrix::zeros(4, 8 + inputs);
-        whole.columns_mut(0, 4).copy_from(&self.mass);
-        whole.columns_mut(4, 4).copy_from(&self.state);
-        whole.columns_mut(8, inputs).copy_from(&self.input);
+        let (n, inputs) = self.input.shape();
+        let mut whole = DMatrix::zeros(n, 2 * n + inputs);
+        whole.columns_mut(0, n).copy_from(&self.mass);
+        whole.columns_mut(n, n).copy_from(&self.state);
+        whole.columns_mut(2 * n, inputs).copy_from(&self.input);
         whole
     }
 }
@@ -83,10 +83,12 @@ fn differentiate<D: Scalar>(
     let mut mass = DMatrix::zeros(4, 4);
     (0..3).for_each(|i| (0..3).for_each(|j| mass[(i, j)] = mass_part(&inertia[(i, j)])));
     mass[(3, 3)] = mass_part(&D::from(1.0));
+    let surge = vehicle.coefficients.surge;
+    let (first, n) = (surge.first(), surge.states().len());
     Descriptor {
-        mass,
-        state: jacobian.columns(0, 4).into_owned(),
-        input: jacobian.columns(4, inputs).into_owned(),
+        mass: mass.view((first, first), (n, n)).into_owned(),
+        state: jacobian.view((first, first), (n, n)).into_owned(),
+        input: jacobian.view((first, 4), (n, inputs)).into_owned(),
     }
 }
 

@@ -8,6 +8,7 @@
 use crate::scalar::Scalar;
 use crate::vehicle::actuator::Actuator;
 use crate::vehicle::coefficients::{CoefficientError, Coefficients};
+use crate::vehicle::surge::Surge;
 use nalgebra::Matrix3;
 
 /// The least Reynolds number at which the ITTC-57 line is evaluated; below it the friction coefficient is constant.
@@ -67,17 +68,30 @@ impl Dynamics {
         [row(0), row(1), row(2)]
     }
 
-    /// Returns \[u' w' q' theta'\] under the outputs of the actuators \[N or rad\]; see [`Dynamics::acceleration`].
+    /// Returns \[u' w' q' theta'\] under the outputs of the actuators \[N or rad\], and a speed `given` \[m/s\] for a
+    /// vehicle that takes one; see [`Dynamics::acceleration`].
     pub fn rate<D: Scalar>(
         &self,
         actuators: &[Actuator],
         motion: &Motion<D>,
         depth: D,
+        given: D,
         outputs: impl Iterator<Item = D>,
     ) -> [D; 4] {
-        let force = actuator_force(actuators, motion.u, outputs);
+        let mut force = actuator_force(actuators, motion.u, outputs);
+        if let Some(rate) = self.surge_rate(motion.u, given) {
+            force[0] = rate;
+        }
         let [u, w, q] = self.acceleration(motion, depth, force);
         [u, w, q, motion.q]
+    }
+
+    /// Returns `u' = (given - u)/lag` of a vehicle whose speed is given.
+    pub fn surge_rate<D: Scalar>(&self, u: D, given: D) -> Option<D> {
+        match self.coefficients.surge {
+            Surge::Free => None,
+            Surge::Given { lag } => Some((given - u) / lag),
+        }
     }
 
     /// Returns the surge force of drag: `X_uu u|u| - rho/2 (C_f k S_w + C_d A) u|u|`.

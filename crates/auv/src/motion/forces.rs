@@ -10,7 +10,7 @@ use crate::vehicle::coefficients::Coefficients;
 
 impl<D: Scalar> Coefficients<D> {
     /// Returns `M nu' = actuators + coriolis + restoring + lift + damping + drag`: surge force, heave force, pitch
-    /// moment.
+    /// moment. Where the speed is given, the first is u' itself, and `actuators[0]` gives it.
     pub(crate) fn force(&self, motion: &Motion<D>, depth: D, actuators: [D; 3]) -> [D; 3] {
         let parts = [
             self.coriolis(motion),
@@ -20,7 +20,8 @@ impl<D: Scalar> Coefficients<D> {
             self.cross_flow(motion),
             [self.axial_drag(motion.u), D::from(0.0), D::from(0.0)],
         ];
-        parts.into_iter().fold(actuators, add)
+        let [surge, heave, pitch] = parts.into_iter().fold(actuators, add);
+        [if self.surge.is_given() { actuators[0] } else { surge }, heave, pitch]
     }
 
     /// Kirchhoff's inertial terms: `-q p_z`, `q p_x`, `u p_z - w p_x`, with the momenta `p_x = (m - X_u') u + m z_G

@@ -2,6 +2,7 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 use num_dual::Dual64;
+use signals::States;
 
 use crate::motion::balance::reaches_all;
 use crate::motion::dynamics::{Dynamics, Motion, actuator_force};
@@ -13,19 +14,23 @@ use crate::vehicle::coefficients::CoefficientError;
 
 /// The linear motion about a trim: `x' = A (x - x0) + B (T - T0)`.
 ///
-/// The state is x = \[u w q theta\] (m/s, m/s, rad/s, rad); the inputs T are the outputs of the actuators (N or rad),
-/// without their lag. Shapes: A 4 x 4, B 4 x m.
+/// The state is x = \[u w q theta\] (m/s, m/s, rad/s, rad), or \[w q theta\] at a speed that is given; the inputs T are
+/// the outputs of the actuators (N or rad), without their lag. Shapes for n states: A n x n, B n x m.
 #[derive(Clone, Debug)]
 pub struct Linearisation {
-    /// State matrix, 4 x 4.
+    /// State matrix, n x n.
     pub a: DMatrix<f64>,
-    /// Input matrix, 4 x m.
+    /// Input matrix, n x m.
     pub b: DMatrix<f64>,
+    /// The states.
+    pub states: States,
     /// The trim.
     pub trim: Trim,
     /// The slope of the trim where the actuators alone could balance it at any pitch, so that least effort chooses the
     /// pitch; see [`Linearisation::trim_slope`].
     chosen_slope: Option<DVector<f64>>,
+    /// The derivative of x' by a speed that is given.
+    by_given: Option<DVector<f64>>,
 }
 
 impl Linearisation {
@@ -36,9 +41,16 @@ impl Linearisation {
         values
     }
 
-    /// Returns how states and actuators change in trim with the forward speed: `[x0'; u0']`, 4 + m, per m/s.
+    /// Returns the places of w, q and theta among the states: every vehicle has these, and has them last.
+    pub fn pitching(&self) -> [usize; 3] {
+        let n = self.a.nrows();
+        [n - 3, n - 2, n - 1]
+    }
+
+    /// Returns how states and actuators change in trim with the forward speed: `[x0'; u0']`, n + m, per m/s.
     ///
-    /// With x0 = \[u, u tan(alpha), 0, alpha\] it solves `A x0' + B u0' = 0`, the derivative of the equations of trim.
+    /// With x0 = \[u, u tan(alpha), 0, alpha\] it solves `A x0' + B u0' = 0`, the derivative of the equations of trim;
+    /// that by a given speed is added.
     /// Where several u0' do, it is the least in units of reach; the others differ by what moves nothing. Where least
     /// effort chooses the pitch, it is a central difference of trims.
     #[must_use]
@@ -48,21 +60,24 @@ impl Linearisation {
         }
         let (tan, u) = (self.trim.incidence.tan(), self.trim.forward_speed);
         // x0' = ahead + turned alpha'.
-        let ahead = DVector::from_column_slice(&[1.0, tan, 0.0, 0.0]);
-        let turned = DVector::from_column_slice(&[0.0, u * (1.0 + tan * tan), 0.0, 1.0]);
+        let n = self.a.nrows();
+        let own = |x: [f64; 4]| DVector::from_column_slice(&x[x.len() - n..]);
+        let ahead = own([1.0, tan, 0.0, 0.0]);
+        let turned = own([0.0, u * (1.0 + tan * tan), 0.0, 1.0]);
         let reach = DMatrix::from_diagonal(&DVector::from_iterator(
             actuators.len(),
             actuators.iter().map(Actuator::reach),
         ));
         let (missing, by_turning, by_actuators) = (&self.a * &ahead, &self.a * &turned, &self.b * &reach);
+        let missing = self.by_given.iter().fold(missing, |sum, column| sum + column);
         // What turning alone can do is left to it; a pitch that is held, or changes nothing, does not turn.
         let size = by_turning.norm();
         let turns = size > 0.0 && !matches!(self.trim.rule, Pitch::Held(_));
-        let direction = if turns { by_turning.normalize() } else { DVector::zeros(4) };
+        let direction = if turns { by_turning.normalize() } else { DVector::zeros(n) };
         let rest = |m: DMatrix<f64>| &m - &direction * (direction.transpose() * &m);
         let svd = rest(by_actuators.clone()).svd(true, true);
         let largest = svd.singular_values.iter().copied().fold(0.0, f64::max);
-        let wanted = -rest(DMatrix::from_column_slice(4, 1, missing.as_slice()));
+        let wanted = -rest(DMatrix::from_column_slice(n, 1, missing.as_slice()));
         let outputs =
             svd.solve(&wanted, RANK_TOLERANCE * largest).unwrap_or_else(|_| DMatrix::zeros(reach.nrows(), 1));
         let turn = match turns {
@@ -70,7 +85,7 @@ impl Linearisation {
             false => 0.0,
         };
         let (states, outputs) = (ahead + turned * turn, reach * outputs);
-        DVector::from_iterator(4 + outputs.len(), states.iter().chain(outputs.iter()).copied())
+        DVector::from_iterator(n + outputs.len(), states.iter().chain(outputs.iter()).copied())
     }
 }
 
@@ -83,11 +98,12 @@ const STEP: f64 = 1e-4;
 /// By how much limits of actuators are widened, so that a trim at a limit has neighbours.
 const WIDENED: f64 = 2.0;
 
-/// Whether the actuators reach surge, heave and pitch by themselves, while the pitch is free.
+/// Whether the actuators reach surge, heave and pitch by themselves, as far as these are states, while the pitch is free.
 fn is_redundant(vehicle: &Vehicle, trim: &Trim, b: &DMatrix<f64>) -> bool {
     let reach = vehicle.actuators.iter().map(Actuator::reach);
-    let scaled = b.rows(0, 3) * DMatrix::from_diagonal(&DVector::from_iterator(b.ncols(), reach));
-    !matches!(trim.rule, Pitch::Held(_)) && reaches_all(&scaled)
+    let equations = b.nrows() - 1;
+    let scaled = b.rows(0, equations) * DMatrix::from_diagonal(&DVector::from_iterator(b.ncols(), reach));
+    !matches!(trim.rule, Pitch::Held(_)) && reaches_all(&scaled, equations)
 }
 
 /// The slope of the trim from its neighbours on the same branch, `[x0'; u0']` per m/s of forward speed.
@@ -100,7 +116,8 @@ fn difference(vehicle: &Vehicle, trim: &Trim) -> Option<DVector<f64>> {
     let beside = |step: f64| trim_with(&free, Speed::Path(trim.speed + step), trim.depth, &here).ok();
     let values = |t: &Trim| {
         let states = [t.forward_speed, t.heave, 0.0, t.pitch];
-        DVector::from_iterator(4 + t.actuators.len(), states.into_iter().chain(t.actuators.iter().copied()))
+        let own = &states[vehicle.coefficients.surge.first()..];
+        DVector::from_iterator(own.len() + t.actuators.len(), own.iter().chain(&t.actuators).copied())
     };
     let (before, after) = (beside(-STEP)?, beside(STEP)?);
     Some((values(&after) - values(&before)) / (after.forward_speed - before.forward_speed))
@@ -124,7 +141,11 @@ pub fn linearise(vehicle: &Vehicle, trim: &Trim) -> Result<Linearisation, Coeffi
         let column = [du.eps, dw.eps, dq.eps, motion.q.eps];
         (0..4).for_each(|i| jacobian[(i, seed)] = column[i]);
     }
-    let (a, b) = (jacobian.columns(0, 4).into_owned(), jacobian.columns(4, inputs).into_owned());
+    let surge = vehicle.coefficients.surge;
+    let (first, n) = (surge.first(), surge.states().len());
+    let a = jacobian.view((first, first), (n, n)).into_owned();
+    let b = jacobian.view((first, 4), (n, inputs)).into_owned();
+    let by_given = surge.is_given().then(|| jacobian.column(0).rows(first, n).into_owned());
     let chosen_slope = is_redundant(vehicle, trim, &b).then(|| difference(vehicle, trim)).flatten();
-    Ok(Linearisation { a, b, trim: trim.clone(), chosen_slope })
+    Ok(Linearisation { a, b, states: surge.states(), trim: trim.clone(), chosen_slope, by_given })
 }

@@ -41,14 +41,14 @@ pub struct UnknownParameter {
 }
 
 impl Parameter {
-    /// Returns every coefficient of a vehicle and of its actuators, in the order of the vehicle file.
+    /// Returns every coefficient that acts on a vehicle, and those of its actuators, in the order of the vehicle file.
     pub fn all(vehicle: &Vehicle) -> Vec<Self> {
-        let coefficients = COEFFICIENTS.iter().map(|spec| Self::Coefficient(spec.key));
-        let effects = vehicle
-            .actuators
-            .iter()
-            .enumerate()
-            .flat_map(|(actuator, a)| a.effect.numbers().map(|(key, _)| Self::Effect { actuator, key }));
+        let acts = |key: &&'static str| vehicle.coefficients.surge.uses(key);
+        let coefficients = COEFFICIENTS.iter().map(|spec| spec.key).filter(acts).map(Self::Coefficient);
+        let effects = vehicle.actuators.iter().enumerate().flat_map(|(actuator, a)| {
+            let keys = a.effect.numbers().into_iter().map(|(key, _)| key);
+            keys.filter(acts).map(move |key| Self::Effect { actuator, key })
+        });
         coefficients.chain(effects).collect()
     }
 

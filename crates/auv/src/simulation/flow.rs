@@ -29,6 +29,8 @@ pub(crate) struct Flow<'a> {
     pub(crate) current: Current,
     pub(crate) depth: f64,
     pub(crate) model: Model<'a>,
+    /// The speed that is given to a vehicle that takes one \[m/s\].
+    pub(crate) given: f64,
     /// How the inputs change; `None` where all are held.
     pub(crate) slopes: Option<&'a Slopes>,
 }
@@ -43,6 +45,7 @@ impl ODE<f64, Body> for Flow<'_> {
             None => actuator.output_after(time, *start, *command),
             Some(slopes) => actuator.output_along(time, *start, *command, slopes.commands[i]),
         });
+        let given = self.given + self.slopes.map_or(0.0, |slopes| slopes.given_speed * time);
         let [du, dw, dq, dtheta] = match &self.model {
             Model::Frozen(frozen) => frozen.derivative([u, w, q, theta], outputs),
             Model::Scheduled(model, speed) => {
@@ -50,9 +53,11 @@ impl ODE<f64, Body> for Flow<'_> {
                 model.derivative(speed + gained, [u, w, q, theta], outputs)
             }
             Model::Nonlinear => {
-                self.dynamics.rate(self.actuators, &Motion { u, w, q, theta }, self.depth + sunk, outputs)
+                let motion = Motion { u, w, q, theta };
+                self.dynamics.rate(self.actuators, &motion, self.depth + sunk, given, outputs)
             }
         };
+        let du = self.dynamics.surge_rate(u, given).unwrap_or(du);
         let (current, (gained_u, gained_w)) = match self.slopes {
             None => (self.current, (0.0, 0.0)),
             Some(slopes) => (self.current.after(time, slopes.current), slopes.current.along_body(theta)),

@@ -2,6 +2,7 @@
 
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
+use signals::STATES;
 use thiserror::Error;
 
 use crate::motion::level::Pitch;
@@ -38,7 +39,7 @@ impl From<&Trim> for TrimPoint {
 /// `A(rho) = sum_k rho^k A_k`, B likewise, with `rho = (V - speed_centre) / speed_half_range` clamped to \[-1, 1\];
 /// the state is x = \[u w q theta\], the inputs T are the outputs of the actuators. Shapes: each A_k 4 x 4, each B_k
 /// 4 x m, as lists of rows. The trim table is in rising order of speed and is interpolated linearly, held beyond its
-/// ends.
+/// ends. A model of \[w q theta\] has zeros in the row and the column of u, which is then the speed that is given.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LpvModel {
@@ -107,7 +108,7 @@ pub enum LpvModelError {
 }
 
 impl LpvModel {
-    /// Builds a model from coefficient matrices and trims, and checks it.
+    /// Builds a model from coefficient matrices, of four states or of \[w q theta\], and trims, and checks it.
     ///
     /// # Errors
     /// [`LpvModelError`] as for [`LpvModel::check`].
@@ -119,15 +120,21 @@ impl LpvModel {
         b: &[DMatrix<f64>],
         trims: &[Trim],
     ) -> Result<Self, LpvModelError> {
+        let missing = |m: &DMatrix<f64>| STATES.len() - m.nrows().min(STATES.len());
         let rows = |m: &DMatrix<f64>| m.row_iter().map(|row| row.iter().copied().collect()).collect();
+        let square = |m: &DMatrix<f64>| {
+            let zeros = missing(m);
+            rows(&m.clone().insert_rows(0, zeros, 0.0).insert_columns(0, zeros, 0.0))
+        };
+        let tall = |m: &DMatrix<f64>| rows(&m.clone().insert_rows(0, missing(m), 0.0));
         let model = Self {
             format: LPV_MODEL_FORMAT.to_string(),
             vehicle: vehicle.to_string(),
             depth,
             speed_centre,
             speed_half_range,
-            a: a.iter().map(rows).collect(),
-            b: b.iter().map(rows).collect(),
+            a: a.iter().map(square).collect(),
+            b: b.iter().map(tall).collect(),
             trim: trims.iter().map(TrimPoint::from).collect(),
             trim_pitch: trims.first().and_then(|trim| match trim.rule {
                 Pitch::Free => None,

@@ -53,6 +53,7 @@ pub struct Plant {
     pub(crate) commands: Vec<f64>,
     pub(crate) current: Current,
     pub(crate) operating_speed: f64,
+    pub(crate) given_speed: f64,
     pub(crate) slopes: Slopes,
     /// Whether any of the slopes is not zero.
     pub(crate) moving: bool,
@@ -78,6 +79,7 @@ impl Plant {
             commands: vec![0.0; inputs],
             current: Current::default(),
             operating_speed: 0.0,
+            given_speed: 0.0,
             slopes: Slopes::held(inputs),
             moving: false,
             frozen: Frozen::new(inputs),
@@ -113,7 +115,7 @@ impl Plant {
     }
 
     /// Puts the plant into a trim at x = 0: every actuator at its trim output and commanded to stay there, the
-    /// operating speed that of the trim, the current as it is.
+    /// operating speed and a given one those of the trim, the current as it is.
     ///
     /// # Errors
     /// [`SimulationError::TrimActuators`] if the trim has another number of actuators.
@@ -127,6 +129,7 @@ impl Plant {
         self.outputs.copy_from_slice(&trim.actuators);
         self.commands.copy_from_slice(&trim.actuators);
         self.operating_speed = trim.speed;
+        self.given_speed = trim.forward_speed;
         Ok(())
     }
 
@@ -176,6 +179,16 @@ impl Plant {
         Ok(())
     }
 
+    /// Gives a speed u through the water \[m/s\] to a vehicle that takes one; others do not use it.
+    ///
+    /// # Errors
+    /// [`SimulationError::InputNotFinite`].
+    pub fn set_given_speed(&mut self, speed: f64) -> Result<(), SimulationError> {
+        finite("given speed", speed)?;
+        self.given_speed = speed;
+        Ok(())
+    }
+
     /// Lets the inputs change at constant rates from now on; [`Plant::advance`] carries them along.
     ///
     /// # Errors
@@ -186,12 +199,14 @@ impl Plant {
             return Err(SimulationError::TrimActuators { found, expected });
         }
         let Current { horizontal, vertical } = slopes.current;
-        for &rate in [horizontal, vertical, slopes.operating_speed].iter().chain(&slopes.commands) {
+        let speeds = [slopes.operating_speed, slopes.given_speed];
+        for &rate in [horizontal, vertical].iter().chain(&speeds).chain(&slopes.commands) {
             finite("rate of an input", rate)?;
         }
         self.slopes.commands.copy_from_slice(&slopes.commands);
-        (self.slopes.current, self.slopes.operating_speed) = (slopes.current, slopes.operating_speed);
-        let held = slopes.current == Current::default() && slopes.operating_speed == 0.0;
+        self.slopes.current = slopes.current;
+        [self.slopes.operating_speed, self.slopes.given_speed] = speeds;
+        let held = slopes.current == Current::default() && speeds == [0.0; 2];
         self.moving = !held || slopes.commands.iter().any(|rate| *rate != 0.0);
         Ok(())
     }
@@ -226,6 +241,7 @@ impl Plant {
             current: self.current,
             depth: self.body[5],
             model,
+            given: self.given_speed,
             slopes: self.moving.then_some(&self.slopes),
         };
         let [u, w, q, theta, x, depth] = self.body;
@@ -254,11 +270,17 @@ impl Plant {
         }
         self.current = self.current.after(duration, self.slopes.current);
         self.operating_speed += self.slopes.operating_speed * duration;
+        self.given_speed += self.slopes.given_speed * duration;
     }
 
     /// The speed at which the LPV model is evaluated \[m/s\].
     pub fn operating_speed(&self) -> f64 {
         self.operating_speed
+    }
+
+    /// The speed that is given to a vehicle that takes one \[m/s\].
+    pub fn given_speed(&self) -> f64 {
+        self.given_speed
     }
 
     /// Sets the output of an actuator \[N or rad\], whatever its lag.

@@ -28,6 +28,8 @@ pub struct Instant<D = f64> {
     pub current_vertical: D,
     /// Speed at which the LPV model is evaluated \[m/s\].
     pub operating_speed: D,
+    /// The speed that is given to a vehicle that takes one \[m/s\].
+    pub given_speed: D,
 }
 
 /// Time derivatives of the states of an [`Instant`], in their order, with that of the distance.
@@ -94,6 +96,7 @@ impl Plant {
             current_horizontal: self.current.horizontal,
             current_vertical: self.current.vertical,
             operating_speed: self.operating_speed,
+            given_speed: self.given_speed,
         }
     }
 
@@ -118,8 +121,9 @@ impl Plant {
                 [motion.u, motion.w, motion.q, motion.theta],
                 outputs,
             ),
-            _ => self.dynamics().rate(actuators, &motion, instant.depth, outputs),
+            _ => self.dynamics().rate(actuators, &motion, instant.depth, instant.given_speed, outputs),
         };
+        let du = self.dynamics().surge_rate(motion.u, instant.given_speed).unwrap_or(du);
         let ((u_c, w_c), (sin, cos)) = (instant.current(), instant.pitch.sin_cos());
         Rates {
             surge: du - dtheta * w_c,

@@ -12,6 +12,8 @@ pub struct Slopes {
     pub current: Current,
     /// Of the speed at which the LPV model is evaluated \[m/s2\].
     pub operating_speed: f64,
+    /// Of the speed that is given to a vehicle that takes one \[m/s2\].
+    pub given_speed: f64,
 }
 
 impl Slopes {

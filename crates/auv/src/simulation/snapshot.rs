@@ -26,6 +26,8 @@ pub struct Snapshot {
     pub current: Current,
     /// Speed at which the LPV model is evaluated \[m/s\].
     pub operating_speed: f64,
+    /// The speed that is given to a vehicle that takes one \[m/s\].
+    pub given_speed: f64,
     /// The rates at which the inputs change.
     pub slopes: Slopes,
     /// The step size that the integrator last proposed \[s\].
@@ -55,6 +57,7 @@ impl Plant {
             commands: self.commands().to_vec(),
             current: self.current(),
             operating_speed: self.operating_speed(),
+            given_speed: self.given_speed(),
             slopes: self.slopes().clone(),
             integrator_step: self.integrator.step(),
         }
@@ -75,7 +78,8 @@ impl Plant {
         }
         let Motion { u, w, q, theta } = state.motion;
         let numbers = [u, w, q, theta, state.x, state.depth, current.horizontal, current.vertical];
-        let others = [snapshot.time, snapshot.operating_speed, snapshot.integrator_step];
+        let speeds = [snapshot.operating_speed, snapshot.given_speed];
+        let others = [snapshot.time, speeds[0], speeds[1], snapshot.integrator_step];
         for &number in numbers.iter().chain(&others).chain(outputs).chain(commands) {
             finite("stored number", number)?;
         }
@@ -87,7 +91,7 @@ impl Plant {
         self.outputs.copy_from_slice(&snapshot.outputs);
         self.commands.copy_from_slice(&snapshot.commands);
         self.current = snapshot.current;
-        self.operating_speed = snapshot.operating_speed;
+        [self.operating_speed, self.given_speed] = speeds;
         self.integrator.set_step(snapshot.integrator_step);
         Ok(())
     }

@@ -12,6 +12,7 @@ use thiserror::Error;
 use crate::scalar::Scalar;
 use crate::vehicle::allowed::Allowed;
 use crate::vehicle::hull::Hull;
+use crate::vehicle::surge::Surge;
 use crate::words::Rounded;
 
 const EIGENVALUE_ITERATIONS: usize = 1000;
@@ -51,12 +52,14 @@ macro_rules! coefficients {
             $($(#[doc = concat!($meaning, " \\[", $unit, "\\].")] pub $key: D,)*)*
             /// The sections of the hull, if its cross-flow drag is integrated over them.
             pub hull: Hull,
+            /// Where the surge velocity comes from.
+            pub surge: Surge,
         }
 
         impl<C: Copy> Coefficients<C> {
             /// Turns every coefficient into `f(key, value)`.
             pub fn map<D>(&self, f: impl Fn(&'static str, C) -> D) -> Coefficients<D> {
-                Coefficients { $($($key: f(stringify!($key), self.$key),)*)* hull: self.hull.clone() }
+                Coefficients { $($($key: f(stringify!($key), self.$key),)*)* hull: self.hull.clone(), surge: self.surge }
             }
         }
 
@@ -78,6 +81,7 @@ macro_rules! coefficients {
                 Self {
                     $($($key: { const DEFAULT: Option<f64> = $default; DEFAULT.unwrap_or(0.0) },)*)*
                     hull: Hull::default(),
+                    surge: Surge::Free,
                 }
             }
         }
@@ -166,13 +170,19 @@ impl<D: Scalar> Coefficients<D> {
     /// [ m z_G        -(m x_G + M_w')    I_yy - M_q'     ]
     /// ```
     ///
+    /// Where the speed is given, the first row is that of `u' = u'`.
+    ///
     /// Source: Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control (2011), ch. 6, in the x-z plane.
     pub fn mass_matrix(&self) -> Matrix3<D> {
         let (m, none) = (self.mass, D::from(0.0));
+        let [surge, by_pitch] = match self.surge {
+            Surge::Free => [m - self.X_u_dot, m * self.z_G],
+            Surge::Given { .. } => [D::from(1.0), none],
+        };
         Matrix3::new(
-            m - self.X_u_dot,
+            surge,
             none,
-            m * self.z_G,
+            by_pitch,
             none,
             m - self.Z_w_dot,
             -(m * self.x_G + self.Z_q_dot),
@@ -201,7 +211,11 @@ impl Coefficients {
                 return Err(CoefficientError::NotAllowed { key, found, unit, allowed });
             }
         }
-        let mass = self.mass_matrix();
+        let mut mass = self.mass_matrix();
+        if self.surge.is_given() {
+            // Pitch is moved by a given surge, and does not move it.
+            mass[(2, 0)] = 0.0;
+        }
         let symmetric = (mass + mass.transpose()) * 0.5;
         // Without a limit the decomposition would never end for entries that are not finite.
         let eigenvalues = SymmetricEigen::try_new(symmetric, f64::EPSILON, EIGENVALUE_ITERATIONS);

@@ -5,6 +5,7 @@ mod curve_table;
 mod hull_table;
 mod non_dimensional;
 mod published_model;
+mod surge_table;
 mod units;
 
 use std::collections::BTreeMap;
@@ -14,6 +15,7 @@ use std::sync::Arc;
 use crate::toml_file::{Document, FileError, FileProblem, Table, cited, read_text};
 use crate::vehicle::coefficients::{COEFFICIENTS, CoefficientError, CoefficientSpec, Coefficients};
 use crate::vehicle::file::units::Units;
+use crate::vehicle::surge::Surge;
 use crate::vehicle::{Status, Vehicle, is_vehicle_name};
 
 const CONVENTION: &str = "convention";
@@ -50,7 +52,7 @@ fn parse(text: &str, file: &str) -> Result<Vehicle, FileError> {
     let document = Document::parse(text, file)?;
     let root = document.root();
     let mut sections = vec!["vehicle", "thruster", "thruster_group", "control_surface"];
-    sections.extend([published_model::SECTION, non_dimensional::SECTION]);
+    sections.extend([published_model::SECTION, non_dimensional::SECTION, surge_table::SECTION]);
     sections.extend(COEFFICIENTS.iter().map(|spec| spec.section));
     root.allow_only(&sections);
 
@@ -82,7 +84,8 @@ fn vehicle_table(table: &Table<'_>) -> Option<(String, Status, String)> {
 
 /// Reads every coefficient of the table, and splits combined lift.
 fn coefficients(root: &Table<'_>, units: &Units<'_>, sources: &mut BTreeMap<String, String>) -> Coefficients {
-    let mut coefficients = Coefficients::default();
+    let surge = surge_table::read(root, sources);
+    let mut coefficients = Coefficients { surge, ..Coefficients::default() };
     let mut names: Vec<&str> = COEFFICIENTS.iter().map(|spec| spec.section).collect();
     names.dedup();
     let mut combined = false;
@@ -101,7 +104,7 @@ fn coefficients(root: &Table<'_>, units: &Units<'_>, sources: &mut BTreeMap<Stri
         if name == "lift" {
             combined = table.one_of(CONVENTION, &CONVENTIONS) == Some(1);
         }
-        for spec in specs {
+        for spec in specs.into_iter().filter(|spec| !may_lack(spec, surge) || table.has(spec.key)) {
             section_entry(&table, spec, units, &mut coefficients, sources);
         }
         if name == hull_table::SECTION {
@@ -113,8 +116,18 @@ fn coefficients(root: &Table<'_>, units: &Units<'_>, sources: &mut BTreeMap<Stri
     }
     if combined {
         coefficients.split_combined_lift();
+    } else if let Some(table) = root.table("added_mass").filter(|_| surge.is_given()) {
+        table.requires(SURGE_MASS, "surge force per surge acceleration, of which the Munk moment is made");
     }
     coefficients
+}
+
+/// The added mass of surge.
+const SURGE_MASS: &str = "X_u_dot";
+
+/// Where the speed is given, the added mass of surge cancels out of combined lift.
+fn may_lack(spec: &CoefficientSpec, surge: Surge) -> bool {
+    surge.is_given() && spec.key == SURGE_MASS
 }
 
 /// Reads one coefficient of a section.

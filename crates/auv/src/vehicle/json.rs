@@ -1,6 +1,8 @@
 //! A vehicle as programs exchange it: JSON in SI units, every number finite and allowed. People write TOML; see
 //! [`Vehicle::read`].
 
+#![allow(non_snake_case, reason = "the field's symbols keep their capitals: Z is a force, z a length")]
+
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
@@ -9,8 +11,10 @@ use signals::Curve;
 use thiserror::Error;
 
 use crate::vehicle::actuator::{Actuator, Effect, allowed, is_actuator_name};
+use crate::vehicle::allowed::Allowed;
 use crate::vehicle::coefficients::{COEFFICIENTS, CoefficientError, Coefficients};
 use crate::vehicle::hull::Hull;
+use crate::vehicle::surge::Surge;
 use crate::vehicle::{Status, Vehicle, is_vehicle_name};
 
 /// The `format` of the files that this version reads and writes.
@@ -33,6 +37,9 @@ struct File {
     /// Of the [`Hull`]; left out if there are none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     stations: Vec<[f64; 2]>,
+    /// The time constant of a given speed, s; left out where surge has an equation of its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    given_speed_lag: Option<f64>,
     actuators: Vec<Row>,
     #[serde(deserialize_with = "maps_duplicate_key_is_error::deserialize")]
     sources: BTreeMap<String, String>,
@@ -109,6 +116,10 @@ impl Vehicle {
                 .map(|spec| (spec.key.to_owned(), (spec.get)(&self.coefficients)))
                 .collect(),
             stations: self.coefficients.hull.stations().to_vec(),
+            given_speed_lag: match self.coefficients.surge {
+                Surge::Free => None,
+                Surge::Given { lag } => Some(lag),
+            },
             actuators: self.actuators.iter().map(row).collect(),
             sources: self.sources.clone(),
         };
@@ -128,7 +139,8 @@ fn row(actuator: &Actuator) -> Row {
 
 #[inline]
 fn vehicle(file: File) -> Result<Vehicle, JsonProblem> {
-    let File { format, name, status, description, coefficients, stations, actuators, sources } = file;
+    let File { format, name, status, description, coefficients, stations, .. } = file;
+    let File { given_speed_lag, actuators, sources, .. } = file;
     if format != VEHICLE_FORMAT {
         return Err(not_allowed("format", format, VEHICLE_FORMAT));
     }
@@ -144,6 +156,20 @@ fn vehicle(file: File) -> Result<Vehicle, JsonProblem> {
         coefficients.hull = Hull::new(&stations).ok_or_else(not_sound)?;
     }
     let actuators = read_actuators(actuators)?;
+    if let Some(lag) = given_speed_lag {
+        if !Allowed::Positive.contains(lag) {
+            return Err(not_allowed("given_speed_lag", lag.to_string(), Allowed::Positive.describe()));
+        }
+        let pushes = |one: &&Actuator| match one.effect {
+            Effect::ControlSurface { X_uu_delta2, .. } => X_uu_delta2 != 0.0,
+            Effect::Thruster { .. } | Effect::ThrusterGroup { .. } => true,
+        };
+        if let Some(one) = actuators.iter().find(pushes) {
+            let allowed = "a control_surface without drag, at a given speed";
+            return Err(not_allowed(&one.name, one.effect.kind().to_owned(), allowed));
+        }
+        coefficients.surge = Surge::Given { lag };
+    }
     let published_linear_model = None;
     Ok(Vehicle { name, status, description, coefficients, actuators, sources, published_linear_model })
 }

@@ -5,6 +5,7 @@
 mod common;
 mod descriptor;
 mod dynamics;
+mod given_speed;
 mod hull;
 mod lpv_model;
 mod non_dimensional;

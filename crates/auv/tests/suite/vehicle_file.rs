@@ -64,7 +64,7 @@ fn unknown_keys() {
         "unknown key 'drag.quality'; allowed here: X_uu, length, wetted_area, form_factor, drag_area",
     );
     let sections = "vehicle, thruster, thruster_group, control_surface, published_linear_model, non_dimensional, \
-        mass, buoyancy, water, added_mass, lift, damping, hull, drag";
+        surge, mass, buoyancy, water, added_mass, lift, damping, hull, drag";
     refused(
         "[damping]",
         "[dampnig]",

@@ -7,7 +7,7 @@ use crate::augment::forces;
 use crate::error::{Error, ProofError};
 use crate::fit::Model;
 use crate::inputs::design_file::DesignFile;
-use crate::linearise::{STATES, linearise_at, scaled, stacked};
+use crate::linearise::{linearise_at, scaled, stacked};
 use auv::Vehicle;
 use certificate::Residual;
 use lpv::analysis::GainBound;
@@ -39,19 +39,20 @@ pub fn smallest_ball(
     plant: &GeneralisedPlant,
     bound: &GainBound,
 ) -> Result<(ModelError, f64), Error> {
-    let own = bound.x.view((0, 0), (STATES, STATES)).into_owned();
+    let states = file.states.len();
+    let own = bound.x.view((0, 0), (states, states)).into_owned();
     // X = L L', so T = L^-T.
     let t_inverse = own.cholesky().ok_or_else(not_definite)?.l().transpose();
-    let t = solve(&t_inverse, &Mat::identity(STATES, STATES)).ok_or_else(not_definite)?;
+    let t = solve(&t_inverse, &Mat::identity(states, states)).ok_or_else(not_definite)?;
     let m = vehicle.actuators.len();
-    let right = block(&[&[&t, &Mat::zeros(STATES, m)], &[&Mat::zeros(m, STATES), &Mat::identity(m, m)]]);
+    let right = block(&[&[&t, &Mat::zeros(states, m)], &[&Mat::zeros(m, states), &Mat::identity(m, m)]]);
     let size = reach(residuals(vehicle, file, model)?.iter().map(|r| &t_inverse * r * &right));
     let (n, root) = (plant.a().nrows(), size.sqrt());
-    let mut e = Mat::zeros(n, STATES);
-    e.view_mut((0, 0), (STATES, STATES)).copy_from(&(&t * root));
-    let mut f = Mat::zeros(STATES + m, n + m);
-    f.view_mut((0, 0), (STATES, STATES)).copy_from(&(&t_inverse * root));
-    f.rows_mut(STATES, m).copy_from(&(forces(&vehicle.actuators, file, n) * root));
+    let mut e = Mat::zeros(n, states);
+    e.view_mut((0, 0), (states, states)).copy_from(&(&t * root));
+    let mut f = Mat::zeros(states + m, n + m);
+    f.view_mut((0, 0), (states, states)).copy_from(&(&t_inverse * root));
+    f.rows_mut(states, m).copy_from(&(forces(&vehicle.actuators, file, n) * root));
     let fu = f.columns(n, m).into_owned();
     Ok((ModelError { e, f: f.columns(0, n).into_owned(), fu }, size))
 }
@@ -65,27 +66,27 @@ pub fn smallest_ball(
 /// # Errors
 /// [`ProofError::Ball`] when the ball is too small, or none of this shape; those of the linearisation.
 pub fn holds(ball: &Residual, vehicle: &Vehicle, file: &DesignFile, model: &Model) -> Result<(), Error> {
-    let m = vehicle.actuators.len();
+    let (states, m) = (file.states.len(), vehicle.actuators.len());
     let shapeless = || ProofError::Ball { reach: None };
     let n = ball.f.first().map_or(0, Vec::len);
-    let e = from_rows(&ball.e, STATES).filter(|e| e.nrows() == n && n >= STATES).ok_or_else(shapeless)?;
-    let f = from_rows(&ball.f, n).filter(|f| f.nrows() == STATES + m).ok_or_else(shapeless)?;
-    let fu = from_rows(&ball.fu, m).filter(|fu| fu.nrows() == STATES + m).ok_or_else(shapeless)?;
+    let e = from_rows(&ball.e, states).filter(|e| e.nrows() == n && n >= states).ok_or_else(shapeless)?;
+    let f = from_rows(&ball.f, n).filter(|f| f.nrows() == states + m).ok_or_else(shapeless)?;
+    let fu = from_rows(&ball.fu, m).filter(|fu| fu.nrows() == states + m).ok_or_else(shapeless)?;
     let invert = |a: &Mat| solve(a, &Mat::identity(a.nrows(), a.nrows())).ok_or_else(shapeless);
     // [F Fu] = H G with G from states and commands to what the model is driven by. Each row of G has a column that no
     // other row needs, of 1 or -1, its last: H consists of these columns, and nothing else may be in [F Fu].
-    let mut g = Mat::zeros(STATES + m, n + m);
-    g.view_mut((0, 0), (STATES, STATES)).fill_with_identity();
-    g.rows_mut(STATES, m).copy_from(&forces(&vehicle.actuators, file, n));
+    let mut g = Mat::zeros(states + m, n + m);
+    g.view_mut((0, 0), (states, states)).fill_with_identity();
+    g.rows_mut(states, m).copy_from(&forces(&vehicle.actuators, file, n));
     let last = |row: usize| (0..n + m).rev().find(|column| g[(row, *column)] != 0.0).unwrap_or(row);
-    let own: Vec<usize> = (0..STATES + m).map(last).collect();
+    let own: Vec<usize> = (0..states + m).map(last).collect();
     let whole = block(&[&[&f, &fu]]);
-    let h = Mat::from_fn(STATES + m, STATES + m, |i, j| whole[(i, own[j])] * g[(j, own[j])]);
+    let h = Mat::from_fn(states + m, states + m, |i, j| whole[(i, own[j])] * g[(j, own[j])]);
     let is_zero = |part: &Mat| part.iter().all(|entry| *entry == 0.0);
-    if !is_zero(&e.rows(STATES, n - STATES).into_owned()) || whole != &h * &g {
+    if !is_zero(&e.rows(states, n - states).into_owned()) || whole != &h * &g {
         return Err(shapeless().into());
     }
-    let left = invert(&e.rows(0, STATES).into_owned())?;
+    let left = invert(&e.rows(0, states).into_owned())?;
     let right = invert(&h)?;
     let reach = reach(residuals(vehicle, file, model)?.iter().map(|r| &left * r * &right));
     if reach <= 1.0 + SAME_BALL {

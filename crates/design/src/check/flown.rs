@@ -3,7 +3,6 @@
 
 use crate::check::margins::{Margins, Opened};
 use crate::check::sampled::{Sampling, trapezoidal};
-use crate::linearise::STATES;
 use auv::Linearisation;
 use lpv::matrix::{Mat, eigenvalues, largest};
 use lpv::state_space::StateSpace;
@@ -77,13 +76,14 @@ impl Flown {
         let (tracked, m, time) = (&sampling.design.tracked, sampling.actuators.len(), sampling.sample_time);
         let measurements = fed_back(sampling).len();
         let pitch = tracked.iter().position(|t| t.place == PITCH);
+        let heave = sampling.design.states.iter().position(|state| state.symbol == "w").unwrap_or(0);
         Some(Self {
             at_measurements: (0..measurements).map(|i| opened.margins(i)).collect(),
             at_commands: (0..m).map(|j| opened.margins(measurements + j)).collect(),
             peak: opened.peak_of_sensitivity(),
             common_delay: opened.common_delay(measurements..measurements + m),
             steps: (0..tracked.len()).map(|i| Step::of(&system.part(i, i), time)).collect(),
-            gust_pitch: pitch.map_or(f64::NAN, |i| tracked[i].scale * gust(system, i, time)),
+            gust_pitch: pitch.map_or(f64::NAN, |i| tracked[i].scale * gust(system, (i, heave), time)),
             noise_rms,
         })
     }
@@ -154,10 +154,10 @@ impl Step {
     }
 }
 
-/// The largest size of an output after a gust, in its scale.
-fn gust(system: &StateSpace, output: usize, sample_time: f64) -> f64 {
+/// The largest size of an output after a gust into the state of heave, in its scale.
+fn gust(system: &StateSpace, (output, heave): (usize, usize), sample_time: f64) -> f64 {
     let mut x = Mat::zeros(system.a.nrows(), 1);
-    x[HEAVE] = GUST;
+    x[heave] = GUST;
     let c = system.c.rows(output, 1);
     let mut most = 0f64;
     for _ in 0..(FOLLOWED / sample_time) as usize {
@@ -166,10 +166,6 @@ fn gust(system: &StateSpace, output: usize, sample_time: f64) -> f64 {
     }
     most
 }
-
-/// The place of heave among the states \[u w q theta\].
-const HEAVE: usize = 1;
-const _: () = assert!(HEAVE < STATES);
 
 /// The rms of each output of a stable sampled system under white noise of rms 1 at each input and sample:
 /// `P = A P A' + B B'`, the diagonal of `C P C' + D D'`.

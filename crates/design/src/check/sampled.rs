@@ -6,7 +6,6 @@
 
 use crate::error::ProofError;
 use crate::inputs::design_file::{DesignFile, Measured, Tracked};
-use crate::linearise::STATES;
 use auv::{Actuator, Linearisation};
 use lpv::matrix::{Mat, block, largest, solve};
 use lpv::state_space::StateSpace;
@@ -31,7 +30,7 @@ pub struct Sampling<'a> {
 /// x' = A x + B u + Br r,   y = Cy x + Dr r,   outputs C x      (x+ in place of x' for a sampled one)
 /// ```
 ///
-/// States \[u w q theta\], then those of the actuators and of the filtered reference, as deviations from the trim at
+/// States \[u w q theta\], or \[w q theta\], then those of the actuators and of the filtered reference, as deviations from the trim at
 /// the frozen speed; u is what the controller adds to the trim. u, r, y and the outputs are in units of their scales.
 #[derive(Debug, Clone)]
 pub struct Wired {
@@ -114,11 +113,12 @@ impl<'a> Sampling<'a> {
     /// Vehicle, actuators and filtered reference over one sample, with the commands held.
     pub fn held(&self, l: &Linearisation) -> Wired {
         let m = self.actuators.len();
-        let n = STATES + m;
+        let states = l.states.len();
+        let n = states + m;
         let mut generator = Mat::zeros(n + m, n + m);
         generator.view_mut((0, 0), (n, n)).copy_from(&self.lagged(l, |_| true));
         for (j, actuator) in self.actuators.iter().enumerate() {
-            generator[(STATES + j, n + j)] = 1.0 / self.lag(actuator);
+            generator[(states + j, n + j)] = 1.0 / self.lag(actuator);
         }
         let transition = (generator * self.sample_time).exp();
         let (phi, gamma) = (transition.view((0, 0), (n, n)), transition.view((0, n), (n, m)));
@@ -132,15 +132,15 @@ impl<'a> Sampling<'a> {
     /// The same in continuous time, with the lags that the design has.
     pub fn ideal(&self, l: &Linearisation) -> Wired {
         let has_lag = |actuator: &Actuator| self.design.lags && actuator.lag > 0.0;
-        let m = self.actuators.len();
+        let (states, m) = (l.states.len(), self.actuators.len());
         let whole = self.lagged(l, has_lag);
         let kept: Vec<usize> =
-            (0..STATES).chain((0..m).filter(|j| has_lag(&self.actuators[*j])).map(|j| STATES + j)).collect();
-        let mut b = Mat::zeros(STATES + m, m);
+            (0..states).chain((0..m).filter(|j| has_lag(&self.actuators[*j])).map(|j| states + j)).collect();
+        let mut b = Mat::zeros(states + m, m);
         for (j, actuator) in self.actuators.iter().enumerate() {
             match has_lag(actuator) {
-                true => b[(STATES + j, j)] = 1.0 / actuator.lag,
-                false => b.view_mut((0, j), (STATES, 1)).copy_from(&l.b.column(j)),
+                true => b[(states + j, j)] = 1.0 / actuator.lag,
+                false => b.view_mut((0, j), (states, 1)).copy_from(&l.b.column(j)),
             }
         }
         let (a, b) = (whole.select_rows(&kept).select_columns(&kept), b.select_rows(&kept));
@@ -163,14 +163,14 @@ impl<'a> Sampling<'a> {
         actuator.lag.max(1e-3 * self.sample_time)
     }
 
-    /// A of the states \[u w q theta, actuators\]; an actuator that has no lag here has a row and a column of zeros.
+    /// A of the states of the vehicle, then the actuators; an actuator that has no lag here has a row and a column of zeros.
     fn lagged(&self, l: &Linearisation, has_lag: impl Fn(&Actuator) -> bool) -> Mat {
-        let m = self.actuators.len();
-        let mut a = Mat::zeros(STATES + m, STATES + m);
-        a.view_mut((0, 0), (STATES, STATES)).copy_from(&l.a);
+        let (states, m) = (l.states.len(), self.actuators.len());
+        let mut a = Mat::zeros(states + m, states + m);
+        a.view_mut((0, 0), (states, states)).copy_from(&l.a);
         for (j, actuator) in self.actuators.iter().enumerate().filter(|(_, actuator)| has_lag(actuator)) {
-            a.view_mut((0, STATES + j), (STATES, 1)).copy_from(&l.b.column(j));
-            a[(STATES + j, STATES + j)] = -1.0 / self.lag(actuator);
+            a.view_mut((0, states + j), (states, 1)).copy_from(&l.b.column(j));
+            a[(states + j, states + j)] = -1.0 / self.lag(actuator);
         }
         a
     }
@@ -181,18 +181,18 @@ impl<'a> Sampling<'a> {
         let DesignFile { tracked, measured, .. } = self.design;
         let (n, p, q) = (a.nrows(), tracked.len(), measured.len());
         let slope = l.trim_slope(self.actuators);
-        let by_trim = b * slope.rows(STATES, self.actuators.len());
+        let by_trim = b * slope.rows(l.states.len(), self.actuators.len());
         let by_trim = Mat::from_column_slice(n, 1, by_trim.as_slice());
         let reach = self.actuators.iter().map(Actuator::reach);
         let reach = Mat::from_diagonal(&DVector::from_iterator(b.ncols(), reach));
         let speed = Mat::from_fn(1, p, |_, i| if tracked[i].place == SPEED { tracked[i].scale } else { 0.0 });
-        let of_states = |c: Mat| block(&[&[&c, &Mat::zeros(c.nrows(), n - STATES)]]);
-        let c = of_states(Tracked::scaled_outputs(tracked));
+        let of_states = |c: Mat| block(&[&[&c, &Mat::zeros(c.nrows(), n - l.states.len())]]);
+        let c = of_states(Tracked::scaled_outputs(tracked, l.states));
         let (one, zero) = (Mat::identity(p, p), Mat::zeros);
         let (y, references) = match measured.is_empty() {
             true => (-&c, one),
             false => {
-                let y = of_states(Measured::scaled_outputs(measured));
+                let y = of_states(Measured::scaled_outputs(measured, l.states));
                 (block(&[&[&zero(p, n)], &[&y]]), block(&[&[&one], &[&zero(q, p)]]))
             }
         };
@@ -201,7 +201,8 @@ impl<'a> Sampling<'a> {
         let [pole, gain] = filter(w);
         // What the trim does to each reference and measurement, in its scale.
         let moves = |(place, scale): (usize, f64)| {
-            -(0..STATES).map(|j| SIGNALS[place].output(j) * slope[j]).sum::<f64>() / scale
+            -l.states.iter().zip(slope.iter()).map(|(state, x)| SIGNALS[place].output(state) * x).sum::<f64>()
+                / scale
         };
         let all =
             tracked.iter().map(|t| (t.place, t.scale)).chain(measured.iter().map(|m| (m.place, m.scale)));

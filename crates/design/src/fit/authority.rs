@@ -82,25 +82,22 @@ fn too_fast(actuators: &[Actuator], file: &DesignFile, tracked: &Tracked, model:
 /// The largest acceleration of an output, with every actuator at its reach \[SI/s2 or SI/s\]; the pitch is turned by
 /// its rate.
 fn available(actuators: &[Actuator], tracked: &Tracked, l: &Linearisation) -> f64 {
-    let driven = if tracked.place == PITCH { PITCH_RATE } else { tracked.signal().state };
+    let [_, pitch_rate, _] = l.pitching();
+    let driven = if tracked.place == PITCH { pitch_rate } else { tracked.signal().state };
     actuators.iter().enumerate().map(|(j, a)| (l.b[(driven, j)] * a.reach()).abs()).sum()
 }
-
-/// The states of the linear model, by their places in [`signals::STATES`].
-const HEAVE: usize = 1;
-const PITCH_RATE: usize = 2;
-const THETA: usize = 3;
 
 /// What it takes of an actuator, relative to what the trim leaves of its limits, to hold the pitch a step \[rad\] off
 /// the trim at the same forward speed; infinite where nothing holds it.
 ///
 /// `A x + B u = 0` with x = \[0 w 0 step\] is solved for w and u, least in units of reach.
 pub fn held(actuators: &[Actuator], step: f64, l: &Linearisation) -> f64 {
-    let coefficients = Mat::from_fn(THETA, 1 + actuators.len(), |i, j| match j {
-        0 => l.a[(i, HEAVE)],
+    let [heave, _, theta] = l.pitching();
+    let coefficients = Mat::from_fn(theta, 1 + actuators.len(), |i, j| match j {
+        0 => l.a[(i, heave)],
         j => l.b[(i, j - 1)] * actuators[j - 1].reach(),
     });
-    let wanted = Mat::from_fn(THETA, 1, |i, _| -l.a[(i, THETA)] * step);
+    let wanted = Mat::from_fn(theta, 1, |i, _| -l.a[(i, theta)] * step);
     let svd = coefficients.clone().svd(true, true);
     let largest = svd.singular_values.max();
     let Ok(found) = svd.solve(&wanted, RANK_TOLERANCE * largest) else { return f64::INFINITY };

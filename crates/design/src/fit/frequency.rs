@@ -2,13 +2,13 @@
 
 use crate::fit::Model;
 use crate::inputs::design_file::Tracked;
-use crate::linearise::{STATES, stacked};
+use crate::linearise::{split, stacked};
 use auv::Actuator;
 use lpv::matrix::{Mat, complex_singular_values};
 use lpv::polynomial::MatrixPolynomial;
 use lpv::state_space::StateSpace;
 use nalgebra::{Complex, DMatrix};
-use signals::{PITCH, SIGNALS, SPEED};
+use signals::{PITCH, SIGNALS, SPEED, States};
 
 /// 61 frequencies from 0.01 to 10 rad/s, evenly spaced on a logarithmic axis.
 pub fn axis() -> Vec<f64> {
@@ -16,15 +16,11 @@ pub fn axis() -> Vec<f64> {
 }
 
 /// The system `[A B]` from the actuators to [`OUTPUTS`], in SI units.
-pub fn system(ab: &Mat) -> StateSpace {
-    let inputs = ab.ncols() - STATES;
-    let c = Mat::from_fn(OUTPUTS.len(), STATES, |i, j| SIGNALS[OUTPUTS[i]].output(j));
-    StateSpace {
-        a: ab.columns(0, STATES).into_owned(),
-        b: ab.columns(STATES, inputs).into_owned(),
-        c,
-        d: Mat::zeros(OUTPUTS.len(), inputs),
-    }
+pub fn system(ab: &Mat, states: States) -> StateSpace {
+    let (a, b) = split(ab);
+    let c = Mat::from_fn(OUTPUTS.len(), states.len(), |i, j| SIGNALS[OUTPUTS[i]].output(&states[j]));
+    let d = Mat::zeros(OUTPUTS.len(), b.ncols());
+    StateSpace { a, b, c, d }
 }
 
 /// The outputs of [`system`], places in [`SIGNALS`].
@@ -45,7 +41,9 @@ pub struct Errors {
 
 /// The actuator that moves pitch most, by its reach, at the lowest speed of the model.
 pub fn pitching_actuator(actuators: &[Actuator], model: &Model) -> usize {
-    let effect = |j: usize| model.grid.first().map_or(0.0, |(_, l)| l.b[(2, j)].abs() * actuators[j].reach());
+    let effect = |j: usize| {
+        model.grid.first().map_or(0.0, |(_, l)| l.b[(l.pitching()[1], j)].abs() * actuators[j].reach())
+    };
     let most = (0..actuators.len()).max_by(|i, j| effect(*i).total_cmp(&effect(*j)).then(j.cmp(i)));
     most.unwrap_or(0)
 }
@@ -57,7 +55,8 @@ pub fn errors(actuators: &[Actuator], tracked: &[Tracked], model: &Model) -> Vec
         .residuals
         .iter()
         .filter_map(|r| Some((r.order, MatrixPolynomial::fit(&samples, r.order).ok()?)));
-    fits.map(|(order, fit)| errors_of((actuators, tracked), order, &samples, &fit)).collect()
+    let Some((_, first)) = model.grid.first() else { return vec![] };
+    fits.map(|(order, fit)| errors_of((actuators, tracked), order, (&samples, first.states), &fit)).collect()
 }
 
 /// The largest singular value.
@@ -68,7 +67,7 @@ fn largest(g: &DMatrix<Complex<f64>>) -> f64 {
 fn errors_of(
     (actuators, tracked): (&[Actuator], &[Tracked]),
     order: usize,
-    samples: &[(f64, Mat)],
+    (samples, states): (&[(f64, Mat)], States),
     fit: &MatrixPolynomial,
 ) -> Errors {
     let reach: Vec<f64> = actuators.iter().map(Actuator::reach).collect();
@@ -80,7 +79,7 @@ fn errors_of(
     };
     let mut errors = Errors { order, scaled: 0.0, channels: Mat::zeros(OUTPUTS.len(), reach.len()) };
     for (rho, truth) in samples {
-        let (exact, fitted) = (system(truth), system(&fit.evaluate(*rho)));
+        let (exact, fitted) = (system(truth, states), system(&fit.evaluate(*rho), states));
         for omega in axis() {
             let s = Complex::new(0.0, omega);
             let (Some(g), Some(h)) = (exact.response(s), fitted.response(s)) else { continue };

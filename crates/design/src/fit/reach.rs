@@ -7,14 +7,17 @@
 use crate::error::ModelError;
 use crate::fit::Model;
 use crate::inputs::design_file::{DesignFile, Measured, Tracked};
-use crate::linearise::{STATES, scaled, stacked};
+use crate::linearise::{scaled, split, stacked};
 use auv::{Actuator, Linearisation};
 use lpv::matrix::Mat;
 use lpv::system::modes::unreachable_mode;
 use nalgebra::Complex;
+use signals::STATES;
 
-/// A motion, in the order of [`signals::STATES`].
+/// A motion.
 struct Words {
+    /// The symbol of its state.
+    symbol: &'static str,
     /// What it is.
     name: &'static str,
     /// What would act on it.
@@ -23,23 +26,27 @@ struct Words {
     shows: &'static str,
 }
 
-const WORDS: [Words; STATES] = [
+const WORDS: [Words; STATES.len()] = [
     Words {
+        symbol: "u",
         name: "surge speed",
         acts: "a thruster that pushes along the hull, or drag (X_uu, drag_area)",
         shows: "measure 'speed'",
     },
     Words {
+        symbol: "w",
         name: "heave speed",
         acts: "a thruster that pushes vertically, or damping (Z_w, Z_uw)",
         shows: "measure 'heave', or give the vehicle damping (Z_w, Z_uw)",
     },
     Words {
+        symbol: "q",
         name: "pitch rate",
         acts: "an actuator with a pitching moment, or damping (M_q, M_uq)",
         shows: "measure 'pitch_rate' or 'pitch'",
     },
     Words {
+        symbol: "theta",
         name: "pitch",
         acts: "an actuator with a pitching moment (control surfaces have none at rest: a higher model.speed_min), or \
             a centre of gravity farther below that of buoyancy (z_G)",
@@ -53,19 +60,19 @@ const WORDS: [Words; STATES] = [
 /// [`ModelError::NotReached`], [`ModelError::NotSeen`], with the speed and the motion.
 pub fn check(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Result<(), ModelError> {
     let outputs = match file.measured.is_empty() {
-        true => Tracked::scaled_outputs(&file.tracked),
-        false => Measured::scaled_outputs(&file.measured),
+        true => Tracked::scaled_outputs(&file.tracked, file.states),
+        false => Measured::scaled_outputs(&file.measured, file.states),
     };
     for (_, l) in &model.grid {
         let (a, b) = parts(actuators, l);
         let speed = l.trim.speed;
         if let Some(mode) = unreachable_mode(&a, &b) {
-            let Words { name, acts, .. } = WORDS[concerned(&a, &b, mode)];
+            let Words { name, acts, .. } = words(file, concerned(&a, &b, mode));
             return Err(ModelError::NotReached { speed, motion: name, acts });
         }
         let (a, c) = (a.transpose(), outputs.transpose());
         if let Some(mode) = unreachable_mode(&a, &c) {
-            let Words { name, shows, .. } = WORDS[concerned(&a, &c, mode)];
+            let Words { name, shows, .. } = words(file, concerned(&a, &c, mode));
             return Err(ModelError::NotSeen { speed, motion: name, shows });
         }
     }
@@ -74,16 +81,20 @@ pub fn check(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Result
 
 /// A, and B with inputs in units of their reach.
 fn parts(actuators: &[Actuator], l: &Linearisation) -> (Mat, Mat) {
-    let whole = scaled(actuators, stacked(l));
-    let inputs = whole.ncols() - STATES;
-    (whole.columns(0, STATES).into_owned(), whole.columns(STATES, inputs).into_owned())
+    split(&scaled(actuators, stacked(l)))
+}
+
+/// The words for a state of the design, by its place.
+fn words(file: &DesignFile, place: usize) -> &'static Words {
+    WORDS.iter().find(|words| words.symbol == file.states[place].symbol).unwrap_or(&WORDS[0])
 }
 
 /// The state that has most part in a mode that B does not reach: of the left vector x of the smallest singular value of
 /// `[A - mode I, B]`, for which `x* [A - mode I, B] = 0`.
 fn concerned(a: &Mat, b: &Mat, mode: Complex<f64>) -> usize {
-    let pencil = nalgebra::DMatrix::from_fn(STATES, STATES + b.ncols(), |i, j| {
-        let entry = if j < STATES { a[(i, j)] } else { b[(i, j - STATES)] };
+    let n = a.nrows();
+    let pencil = nalgebra::DMatrix::from_fn(n, n + b.ncols(), |i, j| {
+        let entry = if j < n { a[(i, j)] } else { b[(i, j - n)] };
         Complex::new(entry, 0.0) - if i == j { mode } else { Complex::new(0.0, 0.0) }
     });
     let svd = pencil.svd(true, false);
@@ -133,6 +144,6 @@ mod tests {
         let found = told(&squid, |l| l.a.column_mut(1).fill(0.0));
         let (speed, Words { name, shows, .. }) = (squid.1.grid[3].1.trim.speed, &WORDS[1]);
         assert_eq!(found, ModelError::NotSeen { speed, motion: name, shows }.to_string());
-        assert_eq!(signals::STATES.map(|state| state.symbol), ["u", "w", "q", "theta"], "as in WORDS");
+        assert_eq!(STATES.map(|state| state.symbol), WORDS.each_ref().map(|words| words.symbol));
     }
 }

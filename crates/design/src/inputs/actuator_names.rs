@@ -44,6 +44,9 @@ const OWN: [&str; 35] = [
     "trim_pitch",
 ];
 
+/// A variable of the plants of vehicles that are given their speed.
+const GIVEN: &str = "given_speed";
+
 /// The variables that an actuator brings along.
 fn brought(name: &str) -> [String; 3] {
     [name.to_owned(), format!("{name}_output"), format!("trim_{name}")]
@@ -54,7 +57,8 @@ fn brought(name: &str) -> [String; 3] {
 /// # Errors
 /// [`InputError::ActuatorName`].
 pub fn check(vehicle: &Vehicle, file: &str) -> Result<(), InputError> {
-    let own = OWN.into_iter().chain(COEFFICIENTS.iter().map(|spec| spec.key));
+    let given = vehicle.coefficients.surge.is_given().then_some(GIVEN);
+    let own = OWN.into_iter().chain(given).chain(COEFFICIENTS.iter().map(|spec| spec.key));
     let mut taken: BTreeSet<String> = own.map(str::to_owned).collect();
     for actuator in &vehicle.actuators {
         for name in brought(&actuator.name) {

@@ -16,7 +16,7 @@ use lpv::matrix::Mat;
 use lpv::tracking::{ReferenceModel, ReferenceWeight, RisingWeight};
 pub use require::{REQUIREMENTS, Require, Requirement, Sense};
 use scheduled::Manoeuvre;
-use signals::{SIGNALS, SPEED, STATES, Signal};
+use signals::{SIGNALS, SPEED, Signal, States};
 pub use uncertainty::{HalfRange, UncertainCoefficient, UncertainParameter, Uncertainty};
 
 /// A range of numbers, with its text for messages.
@@ -105,8 +105,9 @@ pub struct Measured {
 
 impl Measured {
     /// `C` of the measurements in units of their scales, from the states of the linear model.
-    pub fn scaled_outputs(measured: &[Self]) -> Mat {
-        Mat::from_fn(measured.len(), STATES.len(), |i, j| measured[i].signal().output(j) / measured[i].scale)
+    pub fn scaled_outputs(measured: &[Self], states: States) -> Mat {
+        let entry = |i: usize, j: usize| measured[i].signal().output(&states[j]) / measured[i].scale;
+        Mat::from_fn(measured.len(), states.len(), entry)
     }
 
     /// Its row of the table of signals.
@@ -122,13 +123,14 @@ impl Tracked {
     }
 
     /// `C` of the tracked outputs, a row each, from the states of the linear model.
-    pub fn outputs(tracked: &[Self]) -> Mat {
-        Mat::from_fn(tracked.len(), STATES.len(), |i, j| tracked[i].signal().output(j))
+    pub fn outputs(tracked: &[Self], states: States) -> Mat {
+        Mat::from_fn(tracked.len(), states.len(), |i, j| tracked[i].signal().output(&states[j]))
     }
 
     /// The same in units of their scales.
-    pub fn scaled_outputs(tracked: &[Self]) -> Mat {
-        Mat::from_fn(tracked.len(), STATES.len(), |i, j| tracked[i].signal().output(j) / tracked[i].scale)
+    pub fn scaled_outputs(tracked: &[Self], states: States) -> Mat {
+        let entry = |i: usize, j: usize| tracked[i].signal().output(&states[j]) / tracked[i].scale;
+        Mat::from_fn(tracked.len(), states.len(), entry)
     }
 }
 
@@ -151,6 +153,8 @@ pub struct DesignFile {
     pub pitch_asked: Option<Pitch>,
     /// What becomes of it, by [`Pitch::over`]; [`Inputs`](crate::inputs::Inputs) chooses it for the vehicle.
     pub pitch: Pitch,
+    /// The states of the linear model, those of the vehicle, as above.
+    pub states: States,
     /// Order of the polynomials in speed.
     pub order: usize,
     /// Singular values of the LFT below this fraction of the largest are dropped.

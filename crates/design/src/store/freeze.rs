@@ -86,6 +86,7 @@ fn controller(
         },
         controller_inputs: controller_inputs(file),
         reference_filter: file.reference_filter(),
+        speed_given: vehicle.coefficients.surge.is_given(),
         actuators: vehicle
             .actuators
             .iter()

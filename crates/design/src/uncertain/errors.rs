@@ -1,7 +1,7 @@
 //! The errors of an uncertain model against the vehicle, at corners of the box of coefficients.
 
 use crate::error::Error;
-use crate::linearise::{STATES, scaled, stacked};
+use crate::linearise::{scaled, stacked};
 use crate::uncertain::frozen::FrozenUncertain;
 use crate::uncertain::model::{Block, Uncertain, UncertainModel};
 use crate::uncertain::trim::{random_corners, retrim};
@@ -155,17 +155,18 @@ pub struct Remainder {
 /// # Errors
 /// [`ModelError::Lft`](crate::error::ModelError::Lft), [`Error::Uncertain`].
 pub fn remainder(vehicle: &Vehicle, frozen: &FrozenUncertain) -> Result<Remainder, Error> {
-    let size = STATES + vehicle.actuators.len();
-    let mut rows = [0.0_f64; STATES];
+    let states = frozen.nominal.states.len();
+    let size = states + vehicle.actuators.len();
+    let mut rows = vec![0.0_f64; states];
     for corner in random_corners(frozen.parameters.len(), CORNERS, 2) {
         let c = compare(vehicle, frozen, &frozen.model, 0.0, &corner)?;
         let off = scaled(&vehicle.actuators, c.model_retrimmed - c.retrimmed);
         rows.iter_mut().zip(off.row_iter()).for_each(|(most, row)| *most = most.max(row.norm()));
     }
     let reach = vehicle.actuators.iter().map(auv::Actuator::reach);
-    let units: Vec<f64> = std::iter::repeat_n(1.0, STATES).chain(reach.map(|r| 1.0 / r)).collect();
+    let units: Vec<f64> = std::iter::repeat_n(1.0, states).chain(reach.map(|r| 1.0 / r)).collect();
     Ok(Remainder {
-        left: Mat::from_fn(STATES, size, |i, j| if i == j { WIDER * 3f64.sqrt() * rows[i] } else { 0.0 }),
+        left: Mat::from_fn(states, size, |i, j| if i == j { WIDER * 3f64.sqrt() * rows[i] } else { 0.0 }),
         right: Mat::from_diagonal(&nalgebra::DVector::from_vec(units)),
     })
 }
@@ -175,9 +176,10 @@ const WIDER: f64 = 1.5;
 
 /// `[A B]` with the gains of the actuators at their deltas.
 fn with_gains(mut stacked: Mat, all: &[Block], delta: &[f64]) -> Mat {
+    let states = stacked.nrows();
     for (b, d) in all.iter().zip(delta) {
         if let Uncertain::Gain(actuator) = b.uncertain {
-            stacked.column_mut(STATES + actuator).scale_mut(1.0 + b.half_range * d);
+            stacked.column_mut(states + actuator).scale_mut(1.0 + b.half_range * d);
         }
     }
     stacked

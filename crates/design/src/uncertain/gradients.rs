@@ -5,19 +5,13 @@ use crate::uncertain::model::{Block, Uncertain};
 use auv::{Descriptor, Parameter, Trim, Vehicle};
 use lpv::matrix::{Mat, block};
 
-/// Columns of M in `[M C D]`.
-pub(crate) const MASS: usize = 4;
-
-/// Columns of M and C.
-const INPUTS: usize = 8;
-
 /// What is smaller than this beside the equations of motion is rounding.
 pub(crate) const ROUNDING: f64 = 1e-12;
 
 /// What a coefficient may be off being affine, relative to the equations of motion.
 const AFFINE: f64 = 1e-10;
 
-/// `[M C D]` at a trim and its derivatives by the normalised parameters; 4 x (8 + m) each.
+/// `[M C D]` at a trim and its derivatives by the normalised parameters; n x (2 n + m) each.
 #[derive(Debug, Clone)]
 pub struct Gradients {
     /// At delta = 0.
@@ -37,7 +31,8 @@ impl Gradients {
         let nominal = Descriptor::at(vehicle, trim).stacked();
         let scaled_input = |m: &Mat, actuator: usize, factor: f64| {
             let mut only = Mat::zeros(m.nrows(), m.ncols());
-            only.set_column(INPUTS + actuator, &(m.column(INPUTS + actuator) * factor));
+            let column = 2 * m.nrows() + actuator;
+            only.set_column(column, &(m.column(column) * factor));
             only
         };
         let first: Vec<Mat> = blocks
@@ -78,7 +73,8 @@ impl Gradients {
     /// The size of `[C D]` in comparable units.
     pub(crate) fn size(&self, units: &Mat) -> f64 {
         let scaled = &self.nominal * units;
-        scaled.columns(MASS, scaled.ncols() - MASS).norm()
+        let (mass, columns) = scaled.shape();
+        scaled.columns(mass, columns - mass).norm()
     }
 
     fn check(&self, vehicle: &Vehicle, trim: &Trim, blocks: &[Block]) -> Result<(), UncertainError> {
@@ -112,8 +108,9 @@ impl Gradients {
     /// The mass matrix is positive definite in the box if it is at its corners: its least eigenvalue is concave in each
     /// coefficient.
     fn check_corners(&self, vehicle: &Vehicle, blocks: &[Block]) -> Result<(), UncertainError> {
-        let heavy: Vec<usize> =
-            (0..blocks.len()).filter(|i| self.first[*i].columns(0, MASS).amax() > 0.0).collect();
+        let heavy: Vec<usize> = (0..blocks.len())
+            .filter(|i| self.first[*i].columns(0, self.nominal.nrows()).amax() > 0.0)
+            .collect();
         for corner in 0..1_usize << heavy.len() {
             let mut delta = vec![0.0; blocks.len()];
             for (bit, i) in heavy.iter().enumerate() {
@@ -139,7 +136,8 @@ pub fn perturbed(vehicle: &Vehicle, blocks: &[Block], delta: &[f64]) -> Vehicle 
 /// Columns of `[M C D]` in units in which they compare: inputs in units of their reach.
 pub(crate) fn units(vehicle: &Vehicle) -> Mat {
     let inputs = vehicle.actuators.iter().map(auv::Actuator::reach);
-    let all: Vec<f64> = std::iter::repeat_n(1.0, INPUTS).chain(inputs).collect();
+    let states = vehicle.coefficients.surge.states().len();
+    let all: Vec<f64> = std::iter::repeat_n(1.0, 2 * states).chain(inputs).collect();
     Mat::from_diagonal(&nalgebra::DVector::from_vec(all))
 }
 

@@ -1,7 +1,7 @@
 //! The linear model with its uncertain channels.
 
 use crate::error::ModelError;
-use crate::linearise::STATES;
+use crate::linearise::split;
 use crate::uncertain::reduce::runs;
 use auv::{Parameter, Vehicle};
 use lpv::lft::Lft;
@@ -50,7 +50,7 @@ pub struct Block {
 
 /// The linear model with its uncertain channels; those of the scheduling parameter, if any, come first.
 ///
-/// Shapes, with n = 4 states, m actuators and k channels: A n x n, B n x m, Bd n x k, Cd k x n, Ddd k x k, Dd2 k x m.
+/// Shapes, with n states, m actuators and k channels: A n x n, B n x m, Bd n x k, Cd k x n, Ddd k x k, Dd2 k x m.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UncertainModel {
     /// Nominal A.
@@ -82,9 +82,9 @@ impl UncertainModel {
                 None => scheduled = count,
             }
         }
-        let split =
-            |m: &Mat| (m.columns(0, STATES).into_owned(), m.columns(STATES, m.ncols() - STATES).into_owned());
-        let ((a, b), (cd, dd2)) = (split(&lft.constant), split(&lft.right));
+        let (a, b) = split(&lft.constant);
+        let (cd, dd2) = (lft.right.columns(0, a.nrows()), lft.right.columns(a.nrows(), b.ncols()));
+        let (cd, dd2) = (cd.into_owned(), dd2.into_owned());
         Self { a, b, bd: lft.left.clone(), cd, dd: lft.inner.clone(), dd2, scheduled, blocks }
     }
 

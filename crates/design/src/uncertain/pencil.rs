@@ -1,7 +1,7 @@
 //! `[M C D]` as an LFT in the uncertain parameters and rho, and the LFT of `[A B] = M^-1 [C D]` that follows.
 
 use crate::error::Error;
-use crate::uncertain::gradients::{Gradients, MASS, ROUNDING, units};
+use crate::uncertain::gradients::{Gradients, ROUNDING, units};
 use crate::uncertain::reduce::range;
 use auv::Vehicle;
 use lpv::lft::Lft;
@@ -33,7 +33,7 @@ impl Pencil {
         let constant = |m: &Mat| Lft::constant(m.clone());
         Self {
             nominal: constant(nominal),
-            mass: gradients.nominal.columns(0, MASS).into_owned(),
+            mass: mass_of(gradients),
             first: gradients.first.iter().map(constant).collect(),
             second: gradients.second.iter().map(|(i, j, m)| (*i, *j, constant(m))).collect(),
         }
@@ -70,7 +70,7 @@ impl Pencil {
             .into_iter()
             .map(|(i, j)| Ok((i, j, fit(&|g| of_pair(g, (i, j)))?)))
             .collect::<Result<_, Error>>()?;
-        let mass = any.nominal.columns(0, MASS).into_owned();
+        let mass = mass_of(any);
         Ok(Self { nominal: nominal.clone(), mass, first, second })
     }
 
@@ -86,9 +86,9 @@ impl Pencil {
         let Some(sum) = parts.into_iter().reduce(|sum, part| sum.add(&part)) else {
             return self.nominal.clone();
         };
-        let columns = sum.right.ncols();
-        let r_m = sum.right.columns(0, MASS).into_owned();
-        let r_c = sum.right.columns(MASS, columns - MASS).into_owned();
+        let (mass, columns) = (self.mass.ncols(), sum.right.ncols());
+        let r_m = sum.right.columns(0, mass).into_owned();
+        let r_c = sum.right.columns(mass, columns - mass).into_owned();
         // M is positive definite: `Gradients::at` checked it.
         let bd = lpv::matrix::solve(&self.mass, &sum.left).unwrap_or_else(|| sum.left.clone() * f64::NAN);
         let n = &self.nominal;
@@ -118,6 +118,11 @@ impl Pencil {
         let inside = Lft::constant(basis.transpose()).multiply(&bracket);
         Some(Lft::constant(basis.clone()).multiply(&repeated(1 + i, basis.ncols())).multiply(&inside))
     }
+}
+
+/// M, the first columns of `[M C D]`.
+fn mass_of(gradients: &Gradients) -> Mat {
+    gradients.nominal.columns(0, gradients.nominal.nrows()).into_owned()
 }
 
 /// `theta_parameter I`.

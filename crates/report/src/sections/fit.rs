@@ -11,17 +11,15 @@ use crate::subject::Subject;
 use lpv::matrix::Mat;
 use lpv::polynomial::MatrixPolynomial;
 use nalgebra::Complex;
-use signals::SIGNALS;
+use signals::{SIGNALS, STATES, States};
 use squid_design::fit::frequency;
-use squid_design::linearise::{STATES, stacked};
+use squid_design::linearise::stacked;
 use squid_design::numbers::readable;
 
 /// The orders that the paper compares.
 const ORDERS: [usize; 2] = [1, 2];
-const DERIVATIVES: [&str; STATES] = ["u'", "w'", "q'", "theta'"];
-const NAMES: [&str; STATES] = ["u", "w", "q", "theta"];
-/// Units of the rows' derivatives over those of the columns.
-const UNITS: [[&str; STATES]; STATES] = [
+/// Units of the derivatives of [`STATES`] over those of the columns.
+const UNITS: [[&str; STATES.len()]; STATES.len()] = [
     ["1/s", "1/s", "m/s", "m/s^2"],
     ["1/s", "1/s", "m/s", "m/s^2"],
     ["1/(m s)", "1/(m s)", "1/s", "1/s^2"],
@@ -48,7 +46,8 @@ pub fn entries(subject: &Subject) -> Result<Vec<Part>, Error> {
     let fits = fits(subject)?;
     let largest = subject.model.grid.iter().map(|(_, l)| l.a.amax()).fold(0.0, f64::max);
     let mut charts = Vec::new();
-    for (i, j) in (0..STATES).flat_map(|i| (0..STATES).map(move |j| (i, j))) {
+    let states = subject.inputs.design.states;
+    for (i, j) in (0..states.len()).flat_map(|i| (0..states.len()).map(move |j| (i, j))) {
         let values = || subject.model.grid.iter().map(|(_, l)| l.a[(i, j)]);
         let (low, high) =
             (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
@@ -71,10 +70,11 @@ pub fn entries(subject: &Subject) -> Result<Vec<Part>, Error> {
         because: format!("The residual is {}.", compared(first, second)),
     };
     let caption = format!(
-        "The {} entries of A that vary with speed, of {}: exact at {} speeds, and as polynomials. x = [u w q theta].",
+        "The {} entries of A that vary with speed, of {}: exact at {} speeds, and as polynomials. x = [{}].",
         charts.len(),
         subject.name(),
-        subject.model.grid.len()
+        subject.model.grid.len(),
+        states.iter().map(|state| state.symbol).collect::<Vec<_>>().join(" ")
     );
     let figure = Figure { name: "fig3-entries-of-A".into(), caption, keys: keys(), charts };
     Ok(vec![Part::Figure(figure), Part::Claim(claim)])
@@ -84,6 +84,9 @@ fn entry(subject: &Subject, fits: &[MatrixPolynomial], i: usize, j: usize) -> Ch
     let (centre, half_range) = subject.inputs.design.scheduling();
     let exact = subject.model.grid.iter().map(|(rho, l)| (centre + half_range * rho, l.a[(i, j)])).collect();
     let mut curves = vec![Curve { key: 0, points: exact }];
+    let states = subject.inputs.design.states;
+    let first = STATES.len() - states.len();
+    let [rate, state] = [i, j].map(|place| states[place].symbol);
     for (k, fit) in fits.iter().enumerate() {
         let fine = (0..=60).map(|n| f64::from(n) / 30.0 - 1.0);
         let points = fine.map(|rho| (centre + half_range * rho, fit.evaluate(rho)[(i, j)])).collect();
@@ -92,7 +95,7 @@ fn entry(subject: &Subject, fits: &[MatrixPolynomial], i: usize, j: usize) -> Ch
     Chart {
         title: String::new(),
         x: Axis::linear("speed V (m/s)"),
-        y: Axis::linear(format!("{} per {} ({})", DERIVATIVES[i], NAMES[j], UNITS[i][j])),
+        y: Axis::linear(format!("{rate}' per {state} ({})", UNITS[first + i][first + j])),
         curves,
     }
 }
@@ -111,11 +114,13 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
             std::iter::once(exact).chain(fits.iter().map(|fit| fit.evaluate(subject.rho(speed)))).collect();
         let title = Subject::speed_name(speed);
         let magnitude = Axis::logarithmic(format!("|pitch| (deg per {})", readable(actuator.unit()).1));
-        charts.push(response(&title, &models, input, magnitude, &|g| {
+        charts.push(response(&title, &models, (input, subject.inputs.design.states), magnitude, &|g| {
             g.norm().to_degrees() * scale(actuator.unit())
         }));
         let phase = Axis::linear("phase (deg)");
-        phases.push(response(&title, &models, input, phase, &|g| g.arg().to_degrees()));
+        phases.push(response(&title, &models, (input, subject.inputs.design.states), phase, &|g| {
+            g.arg().to_degrees()
+        }));
     }
     // In rows of three: the phase of a speed below its magnitude.
     charts.append(&mut phases);
@@ -179,9 +184,10 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
 fn channels(subject: &Subject, errors: &[frequency::Errors]) -> Table {
     let mut table = Table::new(["channel"]);
     table.head.extend(errors.iter().map(|e| format!("largest error of the response, order {}, %", e.order)));
-    for (i, output) in frequency::OUTPUTS.map(|place| SIGNALS[place].name).into_iter().enumerate() {
+    let outputs = frequency::OUTPUTS.map(|place| &SIGNALS[place]).into_iter().enumerate();
+    for (i, output) in outputs.filter(|(_, output)| output.is_among(subject.inputs.design.states)) {
         for (j, actuator) in subject.inputs.vehicle.actuators.iter().enumerate() {
-            let mut row = vec![format!("{} to {output}", actuator.name)];
+            let mut row = vec![format!("{} to {}", actuator.name, output.name)];
             row.extend(errors.iter().map(|e| format!("{:.3}", 100.0 * e.channels[(i, j)])));
             table.rows.push(row);
         }
@@ -194,10 +200,16 @@ fn scale(unit: &str) -> f64 {
     if unit == "rad" { 1f64.to_radians() } else { 1.0 }
 }
 
-fn response(title: &str, models: &[Mat], input: usize, y: Axis, of: &dyn Fn(Complex<f64>) -> f64) -> Chart {
+fn response(
+    title: &str,
+    models: &[Mat],
+    (input, states): (usize, States),
+    y: Axis,
+    of: &dyn Fn(Complex<f64>) -> f64,
+) -> Chart {
     let axis: Vec<f64> = (0..=150).map(|i| 10f64.powf(-2.0 + f64::from(i) / 50.0)).collect();
     let curve = |(key, ab): (usize, &Mat)| {
-        let system = frequency::system(ab);
+        let system = frequency::system(ab, states);
         let at = |omega: f64| Some((omega, of(system.response(Complex::new(0.0, omega))?[(1, input)])));
         let mut points: Vec<(f64, f64)> = axis.iter().filter_map(|omega| at(*omega)).collect();
         if y.label.starts_with("phase") {

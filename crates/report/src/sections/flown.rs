@@ -53,7 +53,7 @@ pub fn flown(subject: &Subject) -> Result<Vec<Part>, Error> {
         table.rows.push(row);
     }
     let figures = [margins(subject, frozen), noise(subject, frozen)].map(Part::Figure);
-    Ok(figures.into_iter().chain([Part::Table(table), Part::Words(words())]).collect())
+    Ok(figures.into_iter().chain([Part::Table(table), Part::Words(words(subject))]).collect())
 }
 
 /// A figure at each speed at which the loop is stable.
@@ -136,10 +136,11 @@ fn noise(subject: &Subject, frozen: &[AtSpeed]) -> Figure {
     }
 }
 
-fn words() -> String {
+fn words(subject: &Subject) -> String {
+    let which = subject.wanted_speed();
     format!(
         "The linear loop at a frozen speed with everything that flies: true linearisation, sampled controller, commands \
-            held, lags of the actuators, trim that follows the speed reference. Each margin is the smallest of all \
+            held, lags of the actuators, trim that follows the {which}. Each margin is the smallest of all \
             places at which the loop can be opened while it stays closed elsewhere, each measurement and each command: \
             with L = 1/S - 1 there, the gain margins are 1/|L| where L crosses the negative real axis, the phase margin is \
             |arg(-L)| where |L| = 1, the delay margin is arg(-L)/w there, with arg from 0 to 2 pi. The disk margin is alpha = \

@@ -40,7 +40,8 @@ pub fn steps(subject: &Subject) -> Result<Vec<Part>, Error> {
         Part::Figure(Figure {
             name: "speed-steps".into(),
             caption: format!(
-                "Steps of the speed reference of {name} by {:.2} m/s, towards the middle of the range, at six speeds.",
+                "Steps of the {} of {name} by {:.2} m/s, towards the middle of the range, at six speeds.",
+                subject.wanted_speed(),
                 speed_step(subject, subject.speeds[0])
             ),
             ..figure(subject, &faster)

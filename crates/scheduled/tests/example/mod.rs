@@ -33,6 +33,7 @@ pub fn design() -> ControllerDesign {
         controller_inputs: vec![input("pitch", Kind::Error, 0.17), input("speed", Kind::Error, 0.3)],
         delay_ticks: 0,
         reference_filter: None,
+        speed_given: false,
         actuators: vec![thruster("thruster_1"), thruster("thruster_2"), thruster("thruster_3")],
         lft: LftMatrices {
             blocks: vec![2],

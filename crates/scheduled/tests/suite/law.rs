@@ -202,3 +202,39 @@ fn a_snapshot_that_does_not_fit_is_refused() {
         assert_eq!(autopilot.snapshot(), good);
     }
 }
+
+/// Feedforward, level flight and trim pitch are those at the measured speed, whatever is wanted.
+#[test]
+fn a_given_speed_takes_the_place_of_the_reference() {
+    let given = || {
+        let mut design = example::two_degrees();
+        design.controller_inputs[2] = example::input("pitch_rate", Kind::Measurement, 0.3);
+        ControllerDesign { speed_given: true, ..design }
+    };
+    let mut free = given();
+    free.speed_given = false;
+    assert_eq!((given().follows(SPEED), given().measures(SPEED), free.follows(SPEED)), (false, true, true));
+    let (mut one, mut other) = (started(&given()), started(&free));
+    for (measured, wanted) in [(1.1, 2.0), (2.4, 0.7), (0.6, 0.6)] {
+        let at = |reference| Inputs { measured: [0.02, measured, 0.01, 0.0], references: [0.05, reference] };
+        one.tick(&at(wanted)).unwrap();
+        other.tick(&at(measured)).unwrap();
+        assert_eq!(one.outputs(), other.outputs());
+        let direction = Inputs { measured: [0.0, 1.0, 0.0, 0.0], references: [0.0, 5.0] };
+        let tangents = one.tangents(false, &at(wanted), &direction).unwrap();
+        let by = 1e-6;
+        let moved = Inputs { measured: [0.02, measured + by, 0.01, 0.0], references: [0.05, wanted] };
+        let there = one.tangents(false, &moved, &direction).unwrap();
+        for ((slope, before), after) in tangents.commands.iter().zip(&tangents.computed).zip(there.computed) {
+            assert!(((after - before) / by - slope).abs() < 1e-3 * (1.0 + slope.abs()), "{slope}");
+        }
+        assert!(tangents.trim_pitch != 0.0);
+    }
+    let json = given().to_json().unwrap();
+    assert_eq!(ControllerDesign::from_json(&json).unwrap(), given());
+    assert!(!free.to_json().unwrap().contains("speed_given"));
+    let filtered = ControllerDesign { reference_filter: Some(0.7), ..given() };
+    let words = filtered.validate().unwrap_err().to_string();
+    assert_eq!(words, "speed_given is 'true', but must be false where the speed has a reference");
+    assert!(ControllerDesign { speed_given: true, ..example::design() }.validate().is_err());
+}

@@ -5,7 +5,6 @@ use lpv::controller::Controller;
 use lpv::matrix::Mat;
 use nalgebra::Complex;
 use scheduled::Gamma;
-use signals::STATES;
 use squid_design::augment::augment;
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
@@ -33,8 +32,9 @@ pub fn speed(inputs: &Inputs, speed: f64) -> Result<String, Error> {
         out += &format!("  {:<18} {:>9} {unit}\n", actuator.name, decimals(factor * value, 4));
     }
     let names: Vec<&str> = inputs.vehicle.actuators.iter().map(|a| a.name.as_str()).collect();
-    out += "\nA, x = [u w q theta] in m/s, m/s, rad/s, rad\n";
-    let states = STATES.map(|state| state.symbol);
+    let of_all = |of: fn(&signals::State) -> &'static str| l.states.iter().map(of).collect::<Vec<_>>();
+    let states = of_all(|state| state.symbol);
+    out += &format!("\nA, x = [{}] in {}\n", states.join(" "), of_all(|state| state.unit).join(", "));
     out += &table(&l.a, &states, &states);
     out += "\nB, in x' per N or rad\n";
     out += &table(&l.b, &states, &names);
@@ -70,9 +70,9 @@ pub fn fit(inputs: &Inputs, model: &Model) -> String {
          and from {} to pitch)\n",
         inputs.vehicle.actuators[most].name
     );
-    let states = STATES.map(|state| state.symbol);
-    let names: Vec<&str> =
-        states.into_iter().chain(inputs.vehicle.actuators.iter().map(|a| a.name.as_str())).collect();
+    let states: Vec<&str> = inputs.design.states.iter().map(|state| state.symbol).collect();
+    let actuators = inputs.vehicle.actuators.iter().map(|a| a.name.as_str());
+    let names: Vec<&str> = states.iter().copied().chain(actuators).collect();
     for r in model.residuals.iter().filter(|r| r.order <= 2 || r.order == inputs.design.order) {
         out += &format!("\nLargest residual of each entry of [A B] over the grid, order {}\n", r.order);
         out += &table(&r.whole.largest, &states, &names);

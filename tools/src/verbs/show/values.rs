@@ -6,7 +6,6 @@ use lpv::matrix::Mat;
 use nalgebra::Complex;
 use scheduled::Gamma;
 use serde_json::{Map, Value, json};
-use signals::STATES;
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::linearise::linearise_at;
@@ -30,7 +29,7 @@ pub fn speed(inputs: &Inputs, speed: f64) -> Result<Value, Error> {
             "heave": t.heave,
             "actuators": actuators,
         },
-        "states": STATES.map(|state| state.symbol),
+        "states": l.states.iter().map(|state| state.symbol).collect::<Vec<_>>(),
         "A": rows(&l.a),
         "B": rows(&l.b),
         "eigenvalues": pairs(&l.eigenvalues()),

@@ -8,7 +8,7 @@
 use crate::augment::forces;
 use crate::error::Error;
 use crate::inputs::Inputs;
-use crate::linearise::{STATES, scaled};
+use crate::linearise::scaled;
 use crate::uncertain::errors::missing;
 use crate::uncertain::frozen::at_speed;
 use crate::uncertain::model::UncertainModel;
@@ -44,13 +44,14 @@ pub fn around(
 ) -> Result<Vec<Ball>, Error> {
     let off = differences(inputs, model, share, (SPEEDS, CORNERS, INSIDE, 7))?;
     let (n, m) = (plant.a().nrows(), inputs.vehicle.actuators.len());
+    let states = inputs.design.states.len();
     let forces = forces(&inputs.vehicle.actuators, &inputs.design, n);
     let mut balls = vec![];
-    for (row, reach) in (0..STATES).zip(reaches(&off)).filter_map(|(row, reach)| Some((row, reach?))) {
-        let (mut e, mut f) = (Mat::zeros(n, 1), Mat::zeros(STATES + m, n + m));
+    for (row, reach) in (0..states).zip(reaches(&off)).filter_map(|(row, reach)| Some((row, reach?))) {
+        let (mut e, mut f) = (Mat::zeros(n, 1), Mat::zeros(states + m, n + m));
         e[(row, 0)] = 1.0;
         for (j, size) in reach.into_iter().enumerate() {
-            match j.checked_sub(STATES) {
+            match j.checked_sub(states) {
                 None => f[(j, j)] = size,
                 Some(input) => f.row_mut(j).copy_from(&(forces.row(input) * size)),
             }

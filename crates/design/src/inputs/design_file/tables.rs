@@ -8,7 +8,7 @@ use auv::toml_file::{Document, FileError, Table};
 use auv::{Pitch, number, rounded};
 use lpv::tracking::{ReferenceModel, ReferenceWeight, RisingWeight, TrackingWeight};
 use scheduled::{MANOEUVRE_FORMAT, MOST_DELAY_TICKS, Manoeuvre};
-use signals::{PITCH, SIGNALS, SPEED};
+use signals::{PITCH, SIGNALS, SPEED, STATES};
 use std::f64::consts::FRAC_PI_2;
 
 /// How long after the end of the flight the step of the default manoeuvre lasts, s.
@@ -95,6 +95,7 @@ fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
         depth: model.depth?,
         pitch: pitch.clone()?.unwrap_or_default(),
         pitch_asked: pitch?,
+        states: &STATES,
         order: model.order?,
         drop: model.drop?,
         tracked: tracked?,

@@ -11,7 +11,7 @@ use crate::page::words::seconds;
 use crate::subject::{FLOWN, STEP_TIME, Subject};
 use lpv::matrix::eigenvalues;
 use nalgebra::Complex;
-use squid_design::linearise::{STATES, linearise_at};
+use squid_design::linearise::linearise_at;
 use squid_design::numbers::readable;
 use squid_flight::flight::fly_open_loop;
 use squid_flight::metrics::SETTLED;
@@ -79,7 +79,9 @@ pub fn open_loop(subject: &Subject) -> Result<Vec<Part>, Error> {
 fn published(subject: &Subject) -> Result<Vec<Part>, Error> {
     let Some(printed) = &subject.inputs.vehicle.published_linear_model else { return Ok(vec![]) };
     let computed = linearise_at(&subject.inputs.vehicle, &subject.inputs.design, printed.speed)?;
-    let without_surge = computed.a.view((1, 1), (STATES - 1, STATES - 1)).into_owned();
+    let heave = computed.pitching()[0];
+    let size = computed.a.nrows() - heave;
+    let without_surge = computed.a.view((heave, heave), (size, size)).into_owned();
     let mut table = Table::new(["linear model", "poles (rad/s)"]);
     for (model, found) in [
         (format!("printed: {}", printed.source), &printed.poles),

@@ -1,0 +1,50 @@
+//! The section `[surge]`, which a vehicle file may have: the speed is given from outside.
+
+use std::collections::BTreeMap;
+
+use crate::toml_file::Table;
+use crate::vehicle::allowed::Allowed;
+use crate::vehicle::surge::Surge;
+
+/// Its name.
+pub(super) const SECTION: &str = "surge";
+
+const LAG: &str = "lag";
+
+/// The time constant with which a given speed is followed where the file has none \[s\].
+const DEFAULT_LAG: f64 = 1.0;
+
+/// What only a vehicle with an equation of surge has: tables of the file, and keys of other tables.
+const TABLES: [&str; 3] = ["thruster", "thruster_group", "drag"];
+const KEYS: [(&str, &str); 2] = [("damping", "X_u"), ("control_surface", "X_uu_delta2")];
+
+const LEFT_OUT: &str = "left out where surge.speed is \"given\": nothing else acts on the speed";
+
+/// Reads the section, if it is there, and refuses what has no meaning beside it.
+pub(super) fn read(root: &Table<'_>, sources: &mut BTreeMap<String, String>) -> Surge {
+    let Some(table) = root.table(SECTION) else { return Surge::Free };
+    table.allow_only(&["speed", LAG]);
+    table.one_of("speed", &["given"]);
+    let mut lag = DEFAULT_LAG;
+    if table.has(LAG)
+        && let Some(found) = table.quantity(LAG, &["s"], Allowed::Positive)
+    {
+        lag = found.si();
+        sources.insert(format!("{SECTION}.{LAG}"), found.source);
+    }
+    for key in TABLES.into_iter().filter(|key| root.has(key)) {
+        root.not_allowed(key, "given", LEFT_OUT);
+    }
+    for (section, key) in KEYS {
+        let tables = if section == "damping" {
+            root.table(section).into_iter().collect()
+        } else {
+            root.tables(section)
+        };
+        tables
+            .iter()
+            .filter(|table| table.has(key))
+            .for_each(|table| table.not_allowed(key, "given", LEFT_OUT));
+    }
+    Surge::Given { lag }
+}

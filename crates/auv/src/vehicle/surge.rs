@@ -1,0 +1,52 @@
+//! What moves the vehicle forward: thrust and drag, or a speed that is given from outside.
+
+use signals::{STATES, States, WITHOUT_SURGE};
+
+/// Where the surge velocity comes from.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Surge {
+    /// Its equation of motion: thrust, drag, inertia.
+    #[default]
+    Free,
+    /// It follows a speed that is given from outside, `u' = (given - u)/lag`, whatever acts on the hull. Heave and pitch
+    /// move at that speed, with \[w q theta\] as the states of their linear model.
+    Given {
+        /// Time constant \[s\], above zero.
+        lag: f64,
+    },
+}
+
+/// The numbers that enter the surge force alone.
+const ALONG_THE_HULL: [&str; 8] = [
+    "kinematic_viscosity",
+    "X_u",
+    "X_uu",
+    "length",
+    "wetted_area",
+    "form_factor",
+    "drag_area",
+    "X_uu_delta2",
+];
+
+impl Surge {
+    /// Returns whether the speed is given.
+    pub fn is_given(self) -> bool {
+        matches!(self, Self::Given { .. })
+    }
+
+    /// Returns the states of the linear model.
+    pub fn states(self) -> States {
+        if self.is_given() { WITHOUT_SURGE } else { &STATES }
+    }
+
+    /// Returns whether a number of a vehicle acts on its motion, by its key in the vehicle file: forces along the hull
+    /// have no part in a speed that is given.
+    pub fn uses(self, key: &str) -> bool {
+        !(self.is_given() && ALONG_THE_HULL.contains(&key))
+    }
+
+    /// The first of the equations of surge, heave and pitch that belongs to the linear model.
+    pub(crate) fn first(self) -> usize {
+        STATES.len() - self.states().len()
+    }
+}

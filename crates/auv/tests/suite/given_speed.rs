@@ -1,0 +1,232 @@
+//! Vehicles whose speed is given from outside.
+
+use std::path::Path;
+
+use crate::common::remus100;
+use auv::{
+    Current, Descriptor, Dynamics, Effect, Motion, Parameter, Pitch, Plant, Slopes, Speed, Surge, Trim,
+    Vehicle, linearise, trim, trims,
+};
+use nalgebra::{DVector, Matrix2, Matrix3, Vector2};
+
+/// NPS AUV II in heave and pitch.
+fn text() -> String {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/vehicles/nps_auv_ii/vehicle.toml");
+    std::fs::read_to_string(file).unwrap()
+}
+
+fn nps() -> Vehicle {
+    Vehicle::parse(&text(), "vehicle.toml").unwrap()
+}
+
+/// REMUS 100 with its stern planes alone, whose incidence and deflection change with the speed.
+fn remus() -> Vehicle {
+    let mut vehicle = remus100();
+    vehicle.coefficients.surge = Surge::Given { lag: 0.7 };
+    vehicle.actuators.retain(|one| matches!(one.effect, Effect::ControlSurface { .. }));
+    for one in &mut vehicle.actuators {
+        one.effect = one.effect.map(|key, value| if key == "X_uu_delta2" { 0.0 } else { value });
+    }
+    vehicle
+}
+
+fn close(found: f64, expected: f64, tolerance: f64) {
+    assert!((found - expected).abs() < tolerance * (1.0 + expected.abs()), "{found} and {expected}");
+}
+
+/// Healey and Lienard (1993), in the dive plane about level flight: `(m - Z_w') w' - Z_q' q' = Z_w U w + (m + Z_q) U q +
+/// Z_d U^2 d`, `-M_w' w' + (I - M_q') q' = M_w U w + M_q U q - z_G W theta + M_d U^2 d`, theta' = q.
+#[test]
+fn the_linear_model_is_that_of_the_dive_plane() {
+    let vehicle = nps();
+    assert_eq!(vehicle.coefficients.X_u_dot, 0.0, "it is not given");
+    let [r2, r3, r4, r5] = [2, 3, 4, 5].map(|power| 0.5 * 1025.0 * 5.3_f64.powi(power));
+    let m = 5454.54;
+    let mass = Matrix2::new(m + 0.24 * r3, 6.8e-3 * r4, 6.8e-3 * r4, 13587.0 + 0.017 * r5);
+    for u in [1.0, 1.7, 2.2] {
+        let forces = [
+            Vector2::new(-0.3 * r2 * u, 0.1 * r3 * u),
+            Vector2::new((m - 0.14 * r3) * u, -0.068 * r4 * u),
+            Vector2::new(0.0, -0.061 * 53400.0),
+            Vector2::new(-0.073 * r2 * u * u, -0.041 * r3 * u * u),
+        ];
+        let expected = forces.map(|force| mass.try_inverse().unwrap() * force);
+        let level = trim(&vehicle, Speed::Path(u), 20.0).unwrap();
+        let linear = linearise(&vehicle, &level).unwrap();
+        assert_eq!(linear.states.iter().map(|state| state.symbol).collect::<Vec<_>>(), ["w", "q", "theta"]);
+        assert_eq!((linear.a.shape(), linear.b.shape()), ((3, 3), (3, 1)));
+        for (j, column) in expected.iter().enumerate() {
+            for i in 0..2 {
+                let found = if j < 3 { linear.a[(i, j)] } else { linear.b[(i, 0)] };
+                close(found, column[i], 1e-12);
+            }
+        }
+        assert_eq!(linear.a.row(2).iter().copied().collect::<Vec<_>>(), [0.0, 1.0, 0.0]);
+        let Descriptor { mass, state, input } = Descriptor::at(&vehicle, &level);
+        let inverse = mass.try_inverse().unwrap();
+        assert!(
+            (&inverse * state - &linear.a).amax() < 1e-12 && (inverse * input - &linear.b).amax() < 1e-12
+        );
+    }
+}
+
+/// What a thruster on the axis does along the hull, the given speed does: heave and pitch are trimmed alike.
+#[test]
+fn heave_and_pitch_trim_as_with_a_propeller() {
+    let (given, free) = (remus(), remus100());
+    for speed in [1.4, 1.8, 2.2] {
+        let [one, other] = [&given, &free].map(|vehicle| trim(vehicle, Speed::Path(speed), 20.0).unwrap());
+        close(one.pitch, other.pitch, 1e-9);
+        close(one.actuators[0], other.actuators[1], 1e-9);
+        assert!(one.pitch.abs() > 1e-3 && one.actuators[0].abs() > 1e-3);
+        let linear = linearise(&given, &one).unwrap();
+        let full = linearise(&free, &other).unwrap();
+        // The same forces, with the mass matrix of heave and pitch alone.
+        let mass = free.coefficients.mass_matrix();
+        let force = mass * full.a.view((0, 0), (3, 4));
+        let own: Matrix2<f64> = mass.fixed_view::<2, 2>(1, 1).into_owned();
+        let expected = own.try_inverse().unwrap() * force.view((1, 1), (2, 3));
+        assert!((linear.a.rows(0, 2) - expected).amax() < 1e-9);
+    }
+}
+
+#[test]
+fn the_slope_of_the_trim_is_that_between_trims() {
+    let vehicle = remus();
+    let speeds: Vec<f64> = (0..=8).map(|i| 1.4 + 0.1 * f64::from(i)).collect();
+    assert!(trims(&vehicle, 20.0, &speeds, &Pitch::Free).is_ok(), "they lie on one branch");
+    for speed in speeds {
+        let at = |v: f64| trim(&vehicle, Speed::Path(v), 20.0).unwrap();
+        let (before, after) = (at(speed - 1e-4), at(speed + 1e-4));
+        let slope = linearise(&vehicle, &at(speed)).unwrap().trim_slope(&vehicle.actuators);
+        let rise = after.forward_speed - before.forward_speed;
+        let difference = |of: fn(&Trim) -> f64| (of(&after) - of(&before)) / rise;
+        let expected =
+            [difference(|t| t.heave), 0.0, difference(|t| t.pitch), difference(|t| t.actuators[0])];
+        assert!((slope - DVector::from_column_slice(&expected)).amax() < 1e-6, "{speed}");
+    }
+}
+
+/// `u = given + (u0 - given) exp(-t/lag)`, and `given - rate lag` behind a ramp, whatever planes and current do.
+#[test]
+fn the_speed_follows_what_is_given_and_nothing_else() {
+    let vehicle = remus();
+    let Surge::Given { lag } = vehicle.coefficients.surge else { panic!() };
+    let mut plant = Plant::new(&vehicle).unwrap();
+    plant.start(0.0, &trim(&vehicle, Speed::Forward(1.5), 20.0).unwrap()).unwrap();
+    plant.set_command(0, 0.1).unwrap();
+    plant.advance(2.0).unwrap();
+    assert_eq!(plant.state().motion.u, 1.5, "that of the trim, until another is given");
+    plant.set_given_speed(1.9).unwrap();
+    plant.advance(2.0 + lag).unwrap();
+    close(plant.state().motion.u, 1.9 - 0.4 * (-1.0_f64).exp(), 1e-12);
+    plant.set_slopes(&Slopes { given_speed: 0.05, ..Slopes::held(1) }).unwrap();
+    plant.advance(2.0 + 41.0 * lag).unwrap();
+    close(plant.given_speed(), 1.9 + 0.05 * 40.0 * lag, 1e-12);
+    close(plant.state().motion.u, plant.given_speed() - 0.05 * lag, 1e-9);
+    plant.set_slopes(&Slopes::held(1)).unwrap();
+    let before = plant.state().motion.u;
+    plant.set_current(Current { horizontal: 0.3, vertical: 0.1 }).unwrap();
+    let Motion { u, theta, .. } = plant.state().motion;
+    close(u - before, 0.1 * theta.sin() - 0.3 * theta.cos(), 1e-9);
+    plant.advance(2.0 + 81.0 * lag).unwrap();
+    close(plant.state().motion.u, plant.given_speed(), 1e-9);
+    let instant = plant.instant();
+    let rates = plant.rates(&instant, |i| plant.outputs()[i]);
+    let before = plant.clone();
+    plant.advance(before.time() + 1e-5).unwrap();
+    let after = plant.instant();
+    close((after.heave - instant.heave) / 1e-5, rates.heave, 1e-3);
+    close((after.pitch_rate - instant.pitch_rate) / 1e-5, rates.pitch_rate, 1e-3);
+    let mut again = before.clone();
+    again.restore(&before.snapshot()).unwrap();
+    again.advance(plant.time()).unwrap();
+    assert_eq!(again.state(), plant.state());
+}
+
+/// A given surge pushes heave and pitch through the mass matrix: `M_22 [w' q']' = F - M_21 u'`.
+#[test]
+fn a_surge_pushes_heave_and_pitch_by_its_inertia() {
+    let vehicle = remus();
+    let dynamics = Dynamics::new(&vehicle.coefficients).unwrap();
+    let motion = Motion { u: 1.6, w: 0.05, q: 0.1, theta: 0.2 };
+    let at = |given: f64| dynamics.rate(&vehicle.actuators, &motion, 20.0, given, [0.05].into_iter());
+    let (held, pushed) = (at(1.6), at(1.6 + 0.7 * 0.5));
+    assert_eq!((held[0], pushed[3]), (0.0, 0.1));
+    close(pushed[0], 0.5, 1e-12);
+    let mass: Matrix3<f64> = remus100().coefficients.mass_matrix();
+    let own: Matrix2<f64> = mass.fixed_view::<2, 2>(1, 1).into_owned();
+    let expected = -own.try_inverse().unwrap() * Vector2::new(mass[(1, 0)], mass[(2, 0)]) * 0.5;
+    assert!(expected[1].abs() > 1e-3);
+    close(pushed[1] - held[1], expected[0], 1e-12);
+    close(pushed[2] - held[2], expected[1], 1e-12);
+}
+
+#[test]
+fn json_keeps_it_and_refuses_a_thruster() {
+    let vehicle = nps();
+    let json = vehicle.to_json().unwrap();
+    let read = Vehicle::from_json(&json, "vehicle.json").unwrap();
+    assert_eq!(read.coefficients, vehicle.coefficients);
+    assert!(!remus100().to_json().unwrap().contains("given_speed_lag"));
+    for (found, becomes, words) in [
+        (
+            "\"given_speed_lag\": 2.0",
+            "\"given_speed_lag\": -2.0",
+            "`given_speed_lag` is -2, and must be a number above zero",
+        ),
+        (
+            "\"actuators\": [",
+            "\"actuators\": [{\"name\": \"prop\", \"kind\": \"thruster\", \"numbers\": {\"min\": -1.0, \"max\": 1.0, \
+                \"lag\": 0.0, \"x\": 0.0, \"z\": 0.0, \"direction\": 0.0}},",
+            "`prop` is thruster, and must be a control_surface without drag, at a given speed",
+        ),
+        (
+            "\"X_uu_delta2\": 0.0",
+            "\"X_uu_delta2\": -1.0",
+            "`stern_planes` is control_surface, and must be a control_surface without drag, at a given speed",
+        ),
+    ] {
+        assert_eq!(json.matches(found).count(), 1, "{json}");
+        let error = Vehicle::from_json(&json.replace(found, becomes), "vehicle.json").unwrap_err();
+        assert!(error.to_string().contains(words), "{error}");
+    }
+}
+
+/// Each refused with its line, in one sentence.
+#[test]
+fn what_acts_on_the_speed_is_refused() {
+    let number =
+        |key: &str, unit: &str| format!("{key} = {{ value = -1.0, unit = \"{unit}\", source = \"x\" }}\n");
+    let left_out = "left out where surge.speed is \"given\": nothing else acts on the speed";
+    let thruster = "[[thruster]]\nname = \"prop\"\n".to_owned()
+        + &number("z", "m")
+        + &number("min", "N")
+        + "max = { value = 1.0, unit = \"N\", source = \"x\" }\nlag = { value = 0.0, unit = \"s\", source = \"x\" }\n";
+    let text = text();
+    let line = text.lines().count() + 1;
+    for (more, key, at) in [
+        (thruster, "thruster", line),
+        ("[drag]\n".to_owned() + &number("X_uu", "kg/m"), "drag", line),
+        ("[damping]\n".to_owned() + &number("X_u", "kg/s"), "damping.X_u", line + 1),
+        (number("X_uu_delta2", "prime"), "control_surface.X_uu_delta2", line),
+    ] {
+        let error = Vehicle::parse(&(text.clone() + &more), "vehicle.toml").unwrap_err();
+        assert_eq!(error.to_string(), format!("vehicle.toml:{at}: '{key}' is given; it must be {left_out}"));
+    }
+    for (found, becomes, words) in [
+        ("\"given\"", "\"held\"", "'surge.speed' is \"held\"; it must be \"given\""),
+        ("speed = \"given\"\n", "", "missing key 'surge.speed'"),
+        (
+            "{ value = 2.0, unit = \"s\"",
+            "{ value = 0.0, unit = \"s\"",
+            "'surge.lag' is 0 s; it must be a number above zero",
+        ),
+        ("\"combined\"", "\"viscous\"", "missing key 'added_mass.X_u_dot'"),
+    ] {
+        let error = Vehicle::parse(&text.replacen(found, becomes, 1), "vehicle.toml").unwrap_err();
+        assert!(error.mistakes.len() == 1 && error.to_string().contains(words), "{error}");
+    }
+    let uncertain = Parameter::named(&nps(), "X_uu").unwrap_err();
+    assert!(uncertain.to_string().starts_with("the vehicle has no coefficient 'X_uu'"), "{uncertain}");
+}

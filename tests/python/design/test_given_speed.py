@@ -1,0 +1,224 @@
+"""A vehicle whose speed is given from outside: NPS AUV II in heave and pitch, from its file to its FMUs."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import zipfile
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+import tomllib
+from conftest import Run, kept, reported
+from flights import fly_alone, sample_time
+from fly.flight import AGREEMENT
+from fly.master import Slave, couple
+from fly.package import Packages
+from fly.record import differences, references_in
+from fly.stages import ROOT
+from fmpy.validation import validate_fmu
+from scipy.integrate import solve_ivp
+
+NPS = ROOT / "tests" / "vehicles" / "nps_auv_ii"
+LAG = 2.0
+
+
+@pytest.fixture(scope="session")
+def nps(run_squid: Run) -> Packages:
+    return kept(run_squid, NPS)
+
+
+class DivePlane:
+    """Heave and pitch of NPS AUV II, written by hand from Healey and Lienard (1993) with cross-flow drag by strips.
+
+    The combined lift has the Munk moment in it. The speed u follows the given one with a lag and pushes pitch by
+    `m z_G u'`.
+    """
+
+    def __init__(self) -> None:
+        self.r2, r3, r4, r5 = (0.5 * 1025.0 * 5.3**power for power in (2, 3, 4, 5))
+        self.m, self.weight, self.z_g = 5454.54, 53400.0, 0.061
+        self.mass = np.array([[self.m + 0.24 * r3, 6.8e-3 * r4], [6.8e-3 * r4, 13587.0 + 0.017 * r5]])
+        self.z_w, self.z_q = -0.3 * self.r2, -0.14 * r3
+        self.m_w, self.m_q = 0.1 * r3, -0.068 * r4
+        self.z_d, self.m_d = -0.073 * self.r2, -0.041 * r3
+        nodes, weights = np.polynomial.legendre.leggauss(200)
+        self.x, self.drag = 2.65 * nodes, 0.5 * 1025.0 * 0.6 * 0.53 * 2.65 * weights
+
+    def cross_flow(self, w: float, q: float) -> np.ndarray:
+        """Return heave force and pitch moment of a block of 5.3 m by 0.53 m."""
+        drag = self.drag * (w - self.x * q) * np.abs(w - self.x * q)
+        return np.array([-np.sum(drag), np.sum(self.x * drag)])
+
+    def rate(self, state: np.ndarray, given: float, delta: float) -> np.ndarray:
+        """Return u', w', q' and theta' at a given speed and a deflection."""
+        u, w, q, theta = state
+        surge = (given - u) / LAG
+        heave = self.z_w * u * w + (self.m + self.z_q) * u * q + self.m * self.z_g * q * q
+        pitch = self.m_w * u * w + self.m_q * u * q - self.m * self.z_g * w * q
+        planes = np.array([self.z_d, self.m_d]) * u * abs(u) * delta
+        righting = np.array([0.0, self.z_g * self.weight * np.sin(theta)])
+        inertia = np.array([0.0, self.m * self.z_g * surge])
+        force = np.array([heave, pitch]) + self.cross_flow(w, q) + planes - righting - inertia
+        return np.array([surge, *np.linalg.solve(self.mass, force), q])
+
+
+def test_the_linear_model_is_that_of_the_dive_plane(run_squid: Run) -> None:
+    done = run_squid("show", NPS, "--speed", "1.5", "--json")
+    found = json.loads(done.stdout)["at_speed"]
+    assert found["states"] == ["w", "q", "theta"]
+    plane, step = DivePlane(), 1e-6
+    level = np.array([1.5, 0.0, 0.0, 0.0])
+    for place in range(3):
+        moved = np.zeros(4)
+        moved[place + 1] = step
+        slope = (plane.rate(level + moved, 1.5, 0.0) - plane.rate(level - moved, 1.5, 0.0)) / (2.0 * step)
+        assert np.array(found["A"])[:, place] == pytest.approx(slope[1:], abs=1e-6)
+    slope = (plane.rate(level, 1.5, step) - plane.rate(level, 1.5, -step)) / (2.0 * step)
+    assert np.array(found["B"])[:, 0] == pytest.approx(slope[1:], abs=1e-9)
+
+
+def test_the_plant_moves_as_the_dive_plane(nps: Packages) -> None:
+    """A step of the planes while another speed is given: against an integration of equations of its own."""
+    plane, delta, given = DivePlane(), 0.1, 2.1
+    start = [1.2, 0.0, 0.0, 0.0]
+    expected = solve_ivp(
+        lambda time, state: plane.rate(state, given, delta * (1.0 - np.exp(-time / 0.1))),
+        (0.0, 20.0),
+        start,
+        rtol=1e-9,
+        atol=1e-11,
+        t_eval=[5.0, 10.0, 20.0],
+        max_step=0.05,
+    ).y
+    with Slave(nps.plant, "plant") as plant:
+        plant.begin({"initial_speed": 1.2})
+        plant.ready()
+        plant.set("stern_planes", delta)
+        plant.set("given_speed", given)
+        for column, time in enumerate((5.0, 10.0, 20.0)):
+            plant.step_to(time)
+            found = [plant.get(name) for name in ("speed", "heave", "pitch_rate", "pitch")]
+            assert found == pytest.approx(expected[:, column], abs=2e-5), time
+    assert abs(expected[3, -1]) > 0.2 and expected[0, -1] > 2.09
+
+
+def test_the_interfaces_know_whose_the_speed_is(nps: Packages) -> None:
+    """The plant takes the speed, the controller only measures it; what the importer must wire is what there is."""
+    for fmu in (nps.plant, nps.controller, nps.loop):
+        assert not validate_fmu(str(fmu))
+    with Slave(nps.plant, "plant") as plant, Slave(nps.controller, "controller") as controller:
+        assert set(plant.names("input")) == {
+            "stern_planes",
+            "current_horizontal",
+            "current_vertical",
+            "operating_speed",
+            "given_speed",
+        }
+        assert set(controller.names("input")) == {"pitch", "speed", "pitch_rate", "pitch_reference"}
+        assert "speed" in plant.names("output")
+        plant.begin()
+        controller.begin()
+        plant.ready()
+        controller.ready()
+
+
+@pytest.mark.parametrize("fidelity", [1, 2])
+def test_coupled_is_the_same_flight(nps: Packages, fidelity: int) -> None:
+    loop = fly_alone(nps.loop, 60.0, sample_time(nps), {"fidelity": fidelity})
+    with Slave(nps.plant, "plant") as plant, Slave(nps.controller, "controller") as controller:
+        plant.begin({"initial_speed": float(loop["path_speed"][0]), "fidelity": fidelity})
+        controller.begin()
+        coupled = couple(plant, controller, references_in(loop), float(loop["time"][-1]), sample_time(nps))
+    found = differences(loop, coupled)
+    assert {"pitch", "speed", "depth", "stern_planes"} <= set(found)
+    assert max(found.values()) <= AGREEMENT, found
+    # It flew: a pitch step of 3 degrees is held, while the given speed went from 1.1 to 2.1 m/s.
+    assert loop["pitch"][-1] == pytest.approx(np.radians(3.0), abs=1e-3)
+    assert (loop["speed"][0], loop["speed"][-1]) == pytest.approx((1.1, 2.1), abs=1e-6)
+    # The ramp of 1 m/s in 30 s is followed a lag late.
+    behind = loop["speed_reference_used"] - loop["speed"]
+    assert behind.max() == pytest.approx(LAG / 30.0, rel=0.05)
+
+
+def test_the_proof_is_of_this_vehicle(run_squid: Run, nps: Packages) -> None:
+    done = run_squid("verify", nps.loop, "--vehicle", NPS)
+    assert done.returncode == 0, done.stderr
+    assert "1 parameter" in done.stdout
+    other = run_squid("verify", nps.loop, "--vehicle", ROOT / "vehicles" / "remus100")
+    assert other.returncode != 0
+
+
+def test_the_report_speaks_of_the_given_speed(run_squid: Run) -> None:
+    page = reported(run_squid, NPS)
+    assert "Steps of the given speed of nps_auv_ii" in page and "follows the given speed" in page
+    assert "speed reference" not in page and "NaN" not in page
+    assert "x = [w q theta]" in page
+
+
+def test_a_variant_of_the_system_starts_at_the_speed_that_it_gives(nps: Packages) -> None:
+    (system,) = nps.loop.parent.glob("*.ssp")
+    with zipfile.ZipFile(system) as archive:
+        sets = [name for name in archive.namelist() if re.fullmatch(r"resources/plant_speed_.*\.ssv", name)]
+        assert len(sets) == 6
+        for name in sets:
+            root = ElementTree.fromstring(archive.read(name))
+            space = "{http://ssp-standard.org/SSP1/SystemStructureParameterValues}"
+            values = {one.get("name"): float(one[0].get("value")) for one in root.iter(f"{space}Parameter")}
+            assert values["given_speed"] == pytest.approx(values["initial_speed"], abs=1e-9)
+        structure = archive.read("SystemStructure.ssd").decode()
+    wires = re.findall(r'startConnector="(\w+)"', structure)
+    assert set(wires) == {"pitch", "speed", "pitch_rate", "stern_planes"}
+
+
+SPEED_TRACK = """
+[[track]]
+output = "speed"
+scale = 0.3
+unit = "m/s"
+peak = 2.0
+steady_error = 0.004
+bandwidth = 0.2
+frequency = 0.65
+"""
+SPEED_MEASURED = """
+[[measure]]
+signal = "speed"
+scale = 0.3
+unit = "m/s"
+noise = 0.001
+"""
+
+
+@pytest.mark.parametrize(
+    ("more", "key"),
+    [
+        (SPEED_TRACK, 'track.output = "speed"'),
+        (SPEED_MEASURED, 'measure.signal = "speed"'),
+        ("\n[require]\nspeed_rise = 3.0\n", "require.speed_rise"),
+    ],
+)
+def test_a_design_may_not_ask_for_the_speed(run_squid: Run, tmp_path: Path, more: str, key: str) -> None:
+    vehicle = shutil.copytree(NPS, tmp_path / "nps")
+    with (vehicle / "design.toml").open("a", encoding="utf-8") as design:
+        design.write(more)
+    done = run_squid("design", vehicle, "--out", tmp_path / "out")
+    assert done.returncode == 1
+    assert (
+        f"design.toml: '{key}' must be left out, because the vehicle file says [surge] speed" in done.stderr
+    )
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_first_design_file_tracks_pitch_alone(run_squid: Run, tmp_path: Path) -> None:
+    vehicle = tmp_path / "nps"
+    vehicle.mkdir()
+    shutil.copy(NPS / "vehicle.toml", vehicle)
+    done = run_squid("tune", vehicle, "--designs", "3", timeout=600.0)
+    assert (vehicle / "design.toml").exists(), done.stderr
+    design = tomllib.loads((vehicle / "design.toml").read_text(encoding="utf-8"))
+    assert [one["output"] for one in design["track"]] == ["pitch"]
+    assert [one["signal"] for one in design["measure"]] == ["pitch", "pitch_rate"]
