@@ -196,3 +196,30 @@ pub enum RateError {
     #[error(transparent)]
     Inequality(#[from] SynthesisError),
 }
+
+/// A sampled loop has no gain that can be computed.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[allow(missing_docs, reason = "the message says what each field is")]
+pub enum SampledError {
+    /// A parameter has a value while the loop is sampled.
+    #[error("the plant has {channels} channels of parameters; freeze it at a value first")]
+    Scheduled { channels: usize },
+    /// Time between two ticks.
+    #[error("the sample time is {found}; it must be above 0 and finite")]
+    SampleTime { found: f64 },
+    /// What is sampled must not jump with the commands.
+    #[error(
+        "the plant has a direct path D22 from u to y, which jumps when it is sampled; put a lag into the measurements \
+         or the controls"
+    )]
+    DirectPath,
+    /// The controller is not one for the plant.
+    #[error(transparent)]
+    Shape(#[from] ShapeError),
+    /// Rounding doubles with each doubling of the time.
+    #[error(
+        "over one sample the plant and its worst input move {size:.1e} times as much as they are, too much to follow: \
+         leave out what is faster than a millionth of the sample time, or scale w, z and the states alike"
+    )]
+    Stiff { size: f64 },
+}

@@ -82,6 +82,18 @@ impl StateSpace {
         Some(Self { a: &p * (a - one), d: d - c * &p * b, b: &p * b * SQRT_2, c: c * p * SQRT_2 })
     }
 
+    /// This sampled system with its outputs `ticks` ticks late; what waits is in states behind those that it has.
+    #[must_use]
+    pub fn late(self, ticks: usize) -> Self {
+        let (p, m) = self.d.shape();
+        (0..ticks).fold(self, |Self { a, b, c, d }, _| Self {
+            a: block(&[&[&a, &Mat::zeros(a.nrows(), p)], &[&c, &Mat::zeros(p, p)]]),
+            b: block(&[&[&b], &[&d]]),
+            c: block(&[&[&Mat::zeros(p, a.nrows()), &Mat::identity(p, p)]]),
+            d: Mat::zeros(p, m),
+        })
+    }
+
     /// From one input to one output.
     ///
     /// # Panics
@@ -243,6 +255,15 @@ mod tests {
         };
         assert!([0.0, 0.1, 3.0].map(at).iter().all(|difference| *difference < 1e-12));
         assert!(StateSpace { a: dmatrix![-1.0], ..g }.from_circle_to_axis().is_none());
+    }
+
+    /// Late by two ticks a response is `z^-2` of what it was.
+    #[test]
+    fn a_late_output_is_a_power_of_z() {
+        let g = StateSpace { a: dmatrix![0.9], b: dmatrix![1.0], c: dmatrix![0.1], d: dmatrix![0.3] };
+        let z = Complex::from_polar(1.0, 0.7);
+        let (soon, late) = (g.response(z).unwrap()[0], g.late(2).response(z).unwrap()[0]);
+        assert!((late - soon / (z * z)).norm() < 1e-14);
     }
 
     #[test]

@@ -4,6 +4,7 @@
 use lpv::matrix::Mat;
 use lpv::partition::{PLANT, names};
 use lpv::plant::GeneralisedPlant;
+use lpv::state_space::StateSpace;
 use serde_json::Value;
 
 /// The case `name` of the repository's `tests/cases`.
@@ -36,4 +37,12 @@ pub fn certified_plant(name: &str) -> GeneralisedPlant {
     let path = format!("{}/../../tests/certificates/{name}.json", env!("CARGO_MANIFEST_DIR"));
     let certificate: Value = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
     plant(&serde_json::json!({ "data": { "P": certificate["plant"], "blocks": certificate["blocks"] } }))
+}
+
+/// The plant, the controller and the sample time of a case of kind `sampled`.
+pub fn sampled(case: &Value) -> (GeneralisedPlant, StateSpace, f64) {
+    let data = &case["data"];
+    let [a, b, c, d] = ["A", "B", "C", "D"].map(|key| matrix(&data["K"][key]));
+    let plant = plant(&serde_json::json!({ "data": { "P": data["P"], "blocks": [] } }));
+    (plant, StateSpace { a, b, c, d }, data["sample_time"].as_f64().unwrap())
 }

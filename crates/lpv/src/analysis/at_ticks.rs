@@ -1,0 +1,168 @@
+//! A plant that is advanced from tick to tick by the trapezoidal rule, as a plant in continuous time.
+//!
+//! ```text
+//! (x_(k+1) - x_k)/T = A m_k + Bt wt_k + B1 w_k + B2 u_k,   m_k = (x_k + x_(k+1))/2,   wt_k = Theta_k zt_k
+//! ```
+//!
+//! and zt, z of m_k. With m_k for x and `(x_(k+1) - x_k)/T` for x' these are the equations of the plant in continuous time,
+//! and since `x_(k+1)' X x_(k+1) - x_k' X x_k = 2 T m_k' X (x_(k+1) - x_k)/T`, an inequality that bounds the gain of the one
+//! for every course of the parameters bounds that of the other for every sequence of them. A controller that is sampled by
+//! the trapezoidal rule, as `scheduled::Lft::discretise` does it, stays what it is in continuous time.
+//!
+//! Two things differ. What is measured is the state at the tick, `x_k = m_k - T/2 x'`, half a sample before m_k. And on the
+//! straight line from x_k to x_(k+1) z is not constant: the mean of its square is `|z|^2 + T^2/12 |C1 x'|^2`.
+//!
+//! Source: of the bilinear map, K. Zhou, J. C. Doyle, K. Glover, Robust and Optimal Control, 1996, chapter 21.
+
+use crate::error::SampledError;
+use crate::matrix::{Mat, block};
+use crate::system::controller::Controller;
+use crate::system::partition::Group::{T, U, W, X, Y, Z};
+use crate::system::partition::Sizes;
+use crate::system::plant::GeneralisedPlant;
+
+/// A plant at the ticks, with its direct path from u to y.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AtTicks {
+    /// The plant without the direct path; z is followed by `T/sqrt(12) C1 x'`.
+    pub plant: GeneralisedPlant,
+    /// `-T/2 C2 B2`, for [`crate::direct_path`].
+    pub d22: Mat,
+}
+
+impl GeneralisedPlant {
+    /// The plant, advanced by the trapezoidal rule with the sample time T (s), w, u and Theta held from tick to tick, as one
+    /// in continuous time.
+    ///
+    /// ```text
+    /// C2 (I - A T/2),  -C2 Bt T/2,  D21 - C2 B1 T/2,  -C2 B2 T/2   in place of   C2, D2t, D21, D22
+    /// ```
+    ///
+    /// Source: at the top of this file.
+    ///
+    /// # Errors
+    /// [`SampledError::SampleTime`]; [`SampledError::DirectPath`] when u or a parameter reaches y directly.
+    pub fn at_ticks(&self, sample_time: f64) -> Result<AtTicks, SampledError> {
+        if !(sample_time > 0.0 && sample_time.is_finite()) {
+            return Err(SampledError::SampleTime { found: sample_time });
+        }
+        if [T, U].iter().any(|column| self.parts.block(Y, *column).iter().any(|v| *v != 0.0)) {
+            return Err(SampledError::DirectPath);
+        }
+        let z = self.sizes().z;
+        let mut parts = self.parts.resized(Z, 2 * z);
+        let (half, ripple) = (self.c2() * (-0.5 * sample_time), self.c1() * (sample_time / 12f64.sqrt()));
+        for column in [X, T, W, U] {
+            let rate = self.parts.block(X, column);
+            parts.block_mut(Z, column).rows_mut(z, z).copy_from(&(&ripple * &rate));
+            let mut measured = parts.block_mut(Y, column);
+            measured += &half * &rate;
+        }
+        let d22 = parts.block(Y, U);
+        parts.block_mut(Y, U).fill(0.0);
+        Ok(AtTicks { plant: GeneralisedPlant { parts, blocks: self.blocks.clone() }, d22 })
+    }
+}
+
+impl Controller {
+    /// The controller with its commands `ticks` ticks of T (s) late, by as many all-passes `(2/T - s)/(2/T + s)` in series,
+    /// which the trapezoidal rule makes `z^-1`.
+    #[must_use]
+    pub fn late_at_ticks(&self, ticks: usize, sample_time: f64) -> Self {
+        (0..ticks).fold(self.clone(), |k, _| {
+            let Sizes { x, y, u, .. } = k.parts.sizes();
+            let rate = 2.0 / sample_time;
+            let (zero, now) = (Mat::zeros, |column| k.parts.block(U, column));
+            let one = Mat::identity(u, u);
+            let (a, by, bt) = (k.a(), k.by(), k.bt());
+            let whole = block(&[
+                &[&a, &zero(x, u), &by, &bt],
+                &[&(now(X) * rate), &(&one * -rate), &(now(Y) * rate), &(now(T) * rate)],
+                &[&-now(X), &(one * 2.0), &-now(Y), &-now(T)],
+                &[&k.ct(), &zero(k.ct().nrows(), u), &k.dty(), &k.dtt()],
+            ]);
+            Self::from_matrix(&whole, x + u, y, u, k.blocks.clone())
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::direct_path::around;
+    use crate::matrix::solve;
+    use crate::system::state_space::StateSpace;
+    use nalgebra::{Complex, dmatrix};
+
+    const TICK: f64 = 0.2;
+
+    /// x' = (-1 + theta) x + w + u, z = x + u, y = x + w and a controller of one state, late by two ticks.
+    fn plant() -> GeneralisedPlant {
+        let blocks = [
+            (X, X, dmatrix![-1.0]),
+            (X, T, dmatrix![1.0]),
+            (X, W, dmatrix![1.0]),
+            (X, U, dmatrix![1.0]),
+            (T, X, dmatrix![1.0]),
+            (Z, X, dmatrix![1.0]),
+            (Z, U, dmatrix![1.0]),
+            (Y, X, dmatrix![1.0]),
+            (Y, W, dmatrix![1.0]),
+        ];
+        GeneralisedPlant::new(vec![1], &blocks).unwrap()
+    }
+
+    fn trapezoidal(s: &StateSpace) -> StateSpace {
+        let n = s.a.nrows();
+        let half = &s.a * (0.5 * TICK);
+        let p = solve(&(Mat::identity(n, n) - &half), &Mat::identity(n, n)).unwrap();
+        StateSpace {
+            a: &p * (Mat::identity(n, n) + half),
+            b: &p * &s.b * TICK,
+            c: &s.c * &p,
+            d: &s.d + &s.c * p * &s.b * (0.5 * TICK),
+        }
+    }
+
+    /// At a frozen parameter, and on the unit circle, it is the loop that is simulated: the plant by the trapezoidal rule,
+    /// the measurement at the tick, the controller by the trapezoidal rule, its command two ticks late.
+    #[test]
+    fn on_the_unit_circle_it_is_the_sampled_loop() {
+        let k = Controller::from_matrix(
+            &dmatrix![-2.0, 1.0, 0.5; 0.3, -0.4, 0.2; 1.0, 0.5, 0.1],
+            1,
+            1,
+            1,
+            vec![1],
+        );
+        let (plant, theta) = (plant(), 0.6);
+        let AtTicks { plant: ticks, d22 } = plant.at_ticks(TICK).unwrap();
+        let inner = around(&k.late_at_ticks(2, TICK), &-&d22).unwrap();
+        let found = ticks.close(&inner).frozen(&[theta]).unwrap();
+        assert!(found.is_stable());
+        let flown = trapezoidal(&k.frozen(&[theta]).unwrap()).late(2);
+        let (a, h) = (-1.0 + theta, TICK);
+        for angle in [0.05, 0.7, 2.5] {
+            let z = Complex::from_polar(1.0, angle);
+            let s = (z - 1.0) / (z + 1.0) * (2.0 / h);
+            // x_(k+1) = x_k + h (a (x_k + x_(k+1))/2 + w + u), u = K(z) (x + w), w = 1.
+            let g = Complex::new(h, 0.0) / (z * (1.0 - 0.5 * h * a) - (1.0 + 0.5 * h * a));
+            let gain = flown.response(z).unwrap()[0];
+            let u = gain * (g + 1.0) / (1.0 - gain * g);
+            let x = g * (u + 1.0);
+            let (mean, rate) = (x * (z + 1.0) * 0.5, x * (z - 1.0) / h);
+            let response = found.response(s).unwrap();
+            assert!((response[0] - (mean + u)).norm() < 1e-12, "{angle}: {} {}", response[0], mean + u);
+            assert!((response[1] - rate * (h / 12f64.sqrt())).norm() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn what_reaches_a_measurement_directly_is_refused() {
+        let mut parts = plant().parts;
+        parts.block_mut(Y, T)[0] = 0.1;
+        let direct = GeneralisedPlant { parts, blocks: vec![1] };
+        assert_eq!(direct.at_ticks(TICK), Err(SampledError::DirectPath));
+        assert_eq!(plant().at_ticks(0.0), Err(SampledError::SampleTime { found: 0.0 }));
+    }
+}

@@ -1,0 +1,211 @@
+//! The gain of a loop whose controller is sampled, with what happens between the ticks.
+//!
+//! ```text
+//! x' = A x + B1 w + B2 u,   z = C1 x + D11 w + D12 u        in continuous time
+//! y_k = C2 x(k T) + D21 w(k T)                             sampled
+//! xk_(k+1) = Ak xk_k + Bk y_k,   u = Ck xk_k + Dk y_k      u held from k T to (k + 1) T
+//! ```
+//!
+//! A component of w that reaches y without passing a state (a column of D21 that is not 0) would have an infinite gain:
+//! it may act at the ticks alone, where it costs nothing. Such components are held from tick to tick, as references and
+//! the noise of samples are; all others are any function of finite energy, or held as well. What is faster than half of
+//! the sampling rate is seen at the ticks as if it were slow: where slow errors count much, [`Exogenous::Any`] has a larger
+//! gain than [`Exogenous::Held`], however short the sample is next to the loop.
+//!
+//! At a level above the gain between two ticks the loop has the gain of a system in discrete time (`lifted.rs`): it is
+//! stable and its gain is below the level exactly when that system is stable and has a norm below 1. The level is
+//! searched for.
+//!
+//! Source: B. Bamieh, J. B. Pearson, IEEE Trans. Automatic Control 37(4), 1992; T. Chen, B. A. Francis, Optimal
+//! Sampled-Data Control Systems, 1995, chapter 13.
+
+use crate::analysis::lifted::Lifted;
+use crate::error::{SampledError, ShapeError};
+use crate::matrix::{Mat, block, eigenvalues, largest, largest_singular_value};
+use crate::system::partition::Group::{U, Y};
+use crate::system::plant::GeneralisedPlant;
+use crate::system::state_space::StateSpace;
+
+/// Bounds on a gain, to rounding: both infinite for a loop that is not stable.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SampledGain {
+    /// The gain is at least this.
+    pub lower: f64,
+    /// The gain is below this.
+    pub upper: f64,
+}
+
+/// What w may be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Exogenous {
+    /// Any function of finite energy; components that reach y without passing a state are held from tick to tick.
+    Any,
+    /// All components are held from tick to tick.
+    Held,
+}
+
+/// How far the bounds may lie apart, relative.
+const TOLERANCE: f64 = 1e-5;
+
+/// Each level that does not shrink the bounds as expected is followed by one that halves them.
+const MOST_LEVELS: usize = 200;
+
+/// The least gain that is told from 0, relative to the size of the matrices.
+const LEAST: f64 = 1e-9;
+
+/// The L2 gain from w to z of a plant without parameters, closed by a controller in discrete time at the sample time T
+/// (s), within `1e-5`, relative.
+///
+/// The controller is `(xk_(k+1), u_k) = K(xk_k, y_k)`, its `b` and `d` with a column for each row of y. A gain below
+/// `1e-9` of the size of B1, C1 and D11 has the lower bound 0.
+///
+/// # Errors
+/// [`SampledError`].
+///
+/// Source: at the top of this file.
+pub fn sampled_gain(
+    plant: &GeneralisedPlant,
+    controller: &StateSpace,
+    sample_time: f64,
+    w: Exogenous,
+) -> Result<SampledGain, SampledError> {
+    let parts = SampledLoop::new(plant, controller, sample_time, w)?;
+    if !parts.is_stable() {
+        return Ok(SampledGain { lower: f64::INFINITY, upper: f64::INFINITY });
+    }
+    let size = plant.d11().norm() + plant.c1().norm().max(1.0) * plant.b1().norm().max(1.0);
+    // Inputs that are fast enough pass D11 as if it were alone.
+    let (mut lower, mut upper) = (largest_singular_value(&parts.between.d), f64::INFINITY);
+    let mut level = size;
+    for tried in 0..MOST_LEVELS {
+        let norm = parts.norm(level)?;
+        match norm >= 1.0 {
+            true => lower = level,
+            false => upper = level,
+        }
+        if upper <= lower * (1.0 + TOLERANCE) || upper <= size * LEAST {
+            break;
+        }
+        let halved = match (lower > 0.0, upper.is_finite()) {
+            (true, true) => (lower * upper).sqrt(),
+            (true, false) => 2.0 * lower,
+            (false, _) => 0.5 * upper,
+        };
+        // Where the norm would be 1 if it went down with the level, and a little beyond.
+        let beyond = if norm >= 1.0 { 0.3 * TOLERANCE } else { -0.3 * TOLERANCE };
+        let expected = level * norm * (1.0 + beyond);
+        level = match expected.is_finite() && expected > 0.0 && tried % 4 < 3 {
+            true => expected.max(lower * (1.0 + 0.5 * TOLERANCE)).min(upper * (1.0 - 0.5 * TOLERANCE)),
+            false => halved,
+        };
+    }
+    Ok(SampledGain { lower, upper })
+}
+
+/// A loop, put together for lifting.
+struct SampledLoop<'a> {
+    /// From the continuous part of w to z, with the states (x, u, held part of w).
+    between: StateSpace,
+    /// Columns of D21 of the held part of w.
+    held: Mat,
+    /// C2.
+    measured: Mat,
+    controller: &'a StateSpace,
+    sample_time: f64,
+}
+
+impl<'a> SampledLoop<'a> {
+    fn new(
+        plant: &GeneralisedPlant,
+        controller: &'a StateSpace,
+        sample_time: f64,
+        w: Exogenous,
+    ) -> Result<Self, SampledError> {
+        let sizes = plant.sizes();
+        if sizes.t > 0 {
+            return Err(SampledError::Scheduled { channels: sizes.t });
+        }
+        if !(sample_time > 0.0 && sample_time.is_finite()) {
+            return Err(SampledError::SampleTime { found: sample_time });
+        }
+        if plant.parts.block(Y, U).iter().any(|v| *v != 0.0) {
+            return Err(SampledError::DirectPath);
+        }
+        let n = controller.a.nrows();
+        let shapes = [
+            ("A of the controller", &controller.a, (n, n)),
+            ("B of the controller", &controller.b, (n, sizes.y)),
+            ("C of the controller", &controller.c, (sizes.u, n)),
+            ("D of the controller", &controller.d, (sizes.u, sizes.y)),
+        ];
+        for (name, found, expected) in shapes.map(|(name, m, expected)| (name, m.shape(), expected)) {
+            if found != expected {
+                return Err(ShapeError { name, found, expected }.into());
+            }
+        }
+        let d21 = plant.d21();
+        let at_ticks = |j: &usize| w == Exogenous::Held || d21.column(*j).iter().any(|v| *v != 0.0);
+        let (held, continuous): (Vec<usize>, Vec<usize>) = (0..sizes.w).partition(at_ticks);
+        let (b1, d11) = (plant.b1(), plant.d11());
+        let constant = sizes.u + held.len();
+        let zero = Mat::zeros;
+        let between = StateSpace {
+            a: block(&[
+                &[&plant.a(), &plant.b2(), &b1.select_columns(&held)],
+                &[&zero(constant, sizes.x), &zero(constant, sizes.u), &zero(constant, held.len())],
+            ]),
+            b: block(&[&[&b1.select_columns(&continuous)], &[&zero(constant, continuous.len())]]),
+            c: block(&[&[&plant.c1(), &plant.d12(), &d11.select_columns(&held)]]),
+            d: d11.select_columns(&continuous),
+        };
+        Ok(Self { between, held: d21.select_columns(&held), measured: plant.c2(), controller, sample_time })
+    }
+
+    /// Whether all modes from tick to tick are inside of the unit circle.
+    fn is_stable(&self) -> bool {
+        let transition = (&self.between.a * self.sample_time).exp();
+        let modes = eigenvalues(&self.tick_to_tick(&transition, 1.0).a);
+        largest(0.0, modes.iter().map(|v| v.norm())) < 1.0
+    }
+
+    /// The norm of the system in discrete time that is below 1 when the gain is below the level; infinite where the level
+    /// is not above the gain between two ticks.
+    fn norm(&self, level: f64) -> Result<f64, SampledError> {
+        let Some(lifted) = Lifted::over(&self.between, self.sample_time, level)? else {
+            return Ok(f64::INFINITY);
+        };
+        let StateSpace { a, b, c, .. } = lifted.system();
+        // The energy of a held component is T times that of its value at the tick.
+        let ticks = self.tick_to_tick(&a, 1.0 / (level * self.sample_time.sqrt()));
+        let (n, x) = (ticks.a.nrows(), self.measured.ncols());
+        let enters = block(&[&[&b.rows(0, x).into_owned()], &[&Mat::zeros(n - x, b.ncols())]]);
+        let seen = StateSpace {
+            b: block(&[&[&ticks.b, &enters]]),
+            d: block(&[&[&(&c * &ticks.d), &Mat::zeros(c.nrows(), b.ncols())]]),
+            c: &c * &ticks.c,
+            a: ticks.a,
+        };
+        Ok(seen.from_circle_to_axis().map_or(f64::INFINITY, |axis| axis.hinf_norm().value))
+    }
+
+    /// The loop from tick to tick for a transition of (x, u, held), from the held components in some unit to what
+    /// (x, u, held) is at the beginning of a sample. States (x, xk).
+    fn tick_to_tick(&self, transition: &Mat, unit: f64) -> StateSpace {
+        let StateSpace { a, b, c, d } = self.controller;
+        let (x, held, n) = (self.measured.ncols(), &self.held * unit, a.nrows());
+        let (zero, h) = (Mat::zeros, held.ncols());
+        let begin = block(&[
+            &[&Mat::identity(x, x), &zero(x, n)],
+            &[&(d * &self.measured), c],
+            &[&zero(h, x), &zero(h, n)],
+        ]);
+        let held_begin = block(&[&[&zero(x, h)], &[&(d * &held)], &[&(Mat::identity(h, h) * unit)]]);
+        let moved = transition.rows(0, x);
+        StateSpace {
+            a: block(&[&[&(moved * &begin)], &[&block(&[&[&(b * &self.measured), a]])]]),
+            b: block(&[&[&(moved * &held_begin)], &[&(b * &held)]]),
+            c: begin,
+            d: held_begin,
+        }
+    }
+}
