@@ -63,6 +63,27 @@ def check(command: Path, path: Path) -> bool:
     return met
 
 
+def bounded(command: Path, path: Path) -> bool:
+    """Print the row of a sampled loop, and say whether its bounds are within those that are published."""
+    case = json.loads(path.read_text(encoding="utf-8"))
+    words = [str(command), "lpv", "sampled", str(path), "--json"]
+    found = json.loads(subprocess.run(words, capture_output=True, text=True, check=False).stdout)
+    published, rounding = case["expected"], case["expected"]["rtol"]
+    lower, upper = (float("nan") if found[key] is None else found[key] for key in ("lower", "upper"))
+    met = published["lower"] - rounding <= lower <= upper <= published["upper"] + rounding
+    print(
+        f"{path.stem:<42} {lower:.6f} to {upper:.6f}, published {published['lower']} to {published['upper']}"
+        f"{'' if met else '  MISSED'}",
+        flush=True,
+    )
+    return met
+
+
+def sampled() -> list[Path]:
+    """Return the cases that `squid lpv sampled` reads."""
+    return sorted(CASES.glob("sd*.json"))
+
+
 def main(command: Path) -> int:
     """Print the table, and return 0 if every case is met."""
     print(
@@ -70,6 +91,7 @@ def main(command: Path) -> int:
     )
     results = [check(command, path) for path in problems()]
     print(f"{sum(results)} of {len(results)} cases met, each with a controller whose bound is proved")
+    results += [bounded(command, path) for path in sampled()]
     return 0 if all(results) else 1
 
 

@@ -6,6 +6,7 @@ pub mod mu;
 pub mod mu_file;
 pub mod problem_file;
 pub mod report;
+pub mod sampled;
 pub mod synth;
 
 use crate::error::Error;
@@ -62,6 +63,18 @@ pub enum LpvVerb {
     /// Exit codes, and the word `status` of --json: 0, bounded; 1, error: a file is wrong, the system is unstable
     /// without any perturbation, or the intervals do not close; 64: the command line is wrong.
     Mu(Mu),
+    /// Bound the gain of a sampled loop from both sides, with what happens between its ticks
+    ///
+    /// Reads {"data": {"P": {..}, "blocks": [], "K": {"A": .., "B": .., "C": .., "D": ..}, "sample_time": T}}: a plant as
+    /// `synth` reads it, without parameters and without D22, and a controller u = K y in discrete time; u is held from
+    /// tick to tick. "delay": the commands come so many ticks late, 10 at most. w is any function of finite energy; its
+    /// components that reach y directly (D21), or all of them with "held": true, are held from tick to tick.
+    ///
+    /// --json prints `lower` and `upper` (null for a loop that is not stable), `seconds`, `reason`.
+    ///
+    /// Exit codes, and the word `status` of --json: 0, bounded; 2, unstable; 1, error: a file is wrong; 64: the command
+    /// line is wrong.
+    Sampled(Sampled),
 }
 
 /// The options of `squid lpv synth`.
@@ -105,6 +118,13 @@ pub struct Mu {
     problem: PathBuf,
 }
 
+/// The options of `squid lpv sampled`.
+#[derive(Debug, Args)]
+pub struct Sampled {
+    /// The problem file
+    problem: PathBuf,
+}
+
 /// Runs a verb.
 ///
 /// # Errors
@@ -114,6 +134,7 @@ pub fn run(verb: &LpvVerb) -> Result<ExitCode, Error> {
         LpvVerb::Synth(options) => synth(options),
         LpvVerb::Check(options) => check(options),
         LpvVerb::Mu(options) => mu(options),
+        LpvVerb::Sampled(options) => sampled(options),
     }
 }
 
@@ -128,6 +149,21 @@ fn mu(mu: &Mu) -> Result<ExitCode, Error> {
     }
     outcome.map(|_| ExitCode::SUCCESS)
 }
+
+fn sampled(sampled: &Sampled) -> Result<ExitCode, Error> {
+    let outcome = sampled::run(&sampled.problem);
+    match &outcome {
+        Ok(report) => {
+            say(&report.words());
+            answer(report)?;
+        }
+        Err(error) => answer(&sampled::Report::refused(error))?,
+    }
+    outcome.map(|report| ExitCode::from(if report.upper.is_some() { 0 } else { UNSTABLE }))
+}
+
+/// The exit code of a sampled loop that is not stable.
+const UNSTABLE: u8 = 2;
 
 fn check(check: &Check) -> Result<ExitCode, Error> {
     let theorem = proved(&check.problem, &check.certificate)?;

@@ -157,7 +157,11 @@ fn complex(reader: &Reader, entry: &Json, place: (usize, usize)) -> Result<Compl
     }
 }
 
-fn system(reader: &Reader, entries: &Entries) -> Result<StateSpace, Error> {
+/// A system of A, B, C and D.
+///
+/// # Errors
+/// [`Error::Problem`].
+pub fn system(reader: &Reader, entries: &Entries) -> Result<StateSpace, Error> {
     let m = Matrices::read(reader, entries)?;
     let a = m.get("A", Size::own())?;
     let n = a.nrows();

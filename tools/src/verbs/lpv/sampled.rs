@@ -1,0 +1,106 @@
+//! `squid lpv sampled`: from a problem file to bounds on the gain of a sampled loop.
+//!
+//! ```json
+//! {"kind": "sampled", "data": {"P": {"A": [[..]], "B1": .., ..}, "blocks": [], "K": {"A": .., "B": .., "C": .., "D": ..},
+//!  "sample_time": 0.02, "delay": 0, "held": false}}
+//! ```
+//!
+//! P is a plant without parameters in continuous time, K a controller in discrete time from y to u. `delay` is in ticks; with
+//! `held` all of w is held from tick to tick.
+
+use crate::error::Error;
+use crate::verbs::lpv::matrices::{Entries, Reader, find};
+use crate::verbs::lpv::mu_file::system;
+use crate::verbs::lpv::problem_file::problem;
+use certificate::Json;
+use lpv::analysis::{Exogenous, SampledGain, sampled_gain};
+use lpv::partition::Group::{U, Y};
+use serde::Serialize;
+use std::path::Path;
+use std::time::Instant;
+
+/// The result, as `--json` prints it.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Report {
+    /// `bounded`, `unstable` or `error`.
+    pub status: &'static str,
+    /// The gain is at least this; none for a loop that is not stable.
+    pub lower: Option<f64>,
+    /// The gain is below this; none for a loop that is not stable.
+    pub upper: Option<f64>,
+    /// Wall-clock time.
+    pub seconds: Option<f64>,
+    /// Why there are no bounds.
+    pub reason: Option<String>,
+}
+
+/// The longest delay, in ticks, as in a design file.
+const LONGEST: f64 = 10.0;
+
+/// Bounds the gain of the loop of a file.
+///
+/// # Errors
+/// Those of the file; [`Error::Problem`] where the loop has no gain that can be computed.
+pub fn run(path: &Path) -> Result<Report, Error> {
+    let mut plant = problem(path)?;
+    let (reader, value) = Reader::open(path)?;
+    let data = reader.data(&value)?;
+    let k = find(data, "K").ok_or_else(|| reader.wrong("K", "is missing; it is the controller".into()))?;
+    let k = system(&reader, reader.object(k, "K")?)?;
+    let time = number(&reader, data, "sample_time", None, "a number above 0, in seconds", |v| v > 0.0)?;
+    let ticks = number(&reader, data, "delay", Some(0.0), "a whole number of ticks from 0 to 10", |v| {
+        (0.0..=LONGEST).contains(&v) && v.fract() == 0.0
+    })?;
+    let w = match find(data, "held") {
+        None | Some(Json::Bool(false)) => Exogenous::Any,
+        Some(Json::Bool(true)) => Exogenous::Held,
+        Some(other) => {
+            return Err(reader.wrong("held", format!("is {}; it must be true or false", other.describe())));
+        }
+    };
+    plant.plant.parts.block_mut(Y, U).copy_from(&plant.d22);
+    let begin = Instant::now();
+    let SampledGain { lower, upper } = sampled_gain(&plant.plant, &k.late(ticks as usize), time, w)
+        .map_err(|reason| reader.wrong("", reason.to_string()))?;
+    let status = if lower.is_finite() { "bounded" } else { "unstable" };
+    let reason = (status == "unstable").then(|| "the loop is not stable from tick to tick".to_owned());
+    let [lower, upper] = [lower, upper].map(|v| Some(v).filter(|v| v.is_finite()));
+    Ok(Report { status, lower, upper, seconds: Some(begin.elapsed().as_secs_f64()), reason })
+}
+
+/// A number of a key, or its default.
+fn number(
+    reader: &Reader,
+    data: &Entries,
+    key: &str,
+    default: Option<f64>,
+    allowed: &str,
+    is_allowed: impl Fn(f64) -> bool,
+) -> Result<f64, Error> {
+    match (find(data, key), default) {
+        (None, Some(default)) => Ok(default),
+        (None, None) => Err(reader.wrong(key, format!("is missing; it must be {allowed}"))),
+        (Some(Json::Number(v)), _) if is_allowed(*v) => Ok(*v),
+        (Some(other), _) => Err(reader.wrong(key, format!("is {}; it must be {allowed}", other.describe()))),
+    }
+}
+
+impl Report {
+    /// The report of an error.
+    pub fn refused(error: &Error) -> Self {
+        Self { status: "error", reason: Some(error.to_string()), ..Self::default() }
+    }
+
+    /// The text for a terminal.
+    pub fn words(&self) -> String {
+        match (self.lower, self.upper) {
+            (Some(lower), Some(upper)) => {
+                format!(
+                    "gain from {lower:.6e} to {upper:.6e}, between the ticks too\n{:.2} s",
+                    self.seconds.unwrap_or(0.0)
+                )
+            }
+            _ => self.reason.clone().unwrap_or_default(),
+        }
+    }
+}
