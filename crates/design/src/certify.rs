@@ -8,6 +8,7 @@ pub mod constant;
 pub mod limits;
 pub mod rate;
 pub mod same_plant;
+pub mod sampled;
 pub mod verify;
 
 use crate::certify::ball::{bends_at_rest, smallest_ball};

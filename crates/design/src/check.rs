@@ -6,6 +6,7 @@
 pub mod flown;
 pub mod margins;
 pub mod sampled;
+pub mod sampled_gain;
 
 use crate::augment::{LinearModel, augment};
 use crate::check::sampled::{Sampling, sampled_dtt};

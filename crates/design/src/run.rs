@@ -4,6 +4,7 @@
 use crate::augment::augment;
 use crate::certify::ball::SAMPLES;
 use crate::certify::limits::{degrees, with_limits};
+use crate::certify::sampled::{SampledProof, sampled};
 use crate::certify::{Proof, certify};
 use crate::check::{Checks, check};
 use crate::error::Error;
@@ -38,6 +39,8 @@ pub struct Finished {
     pub checks: Checks,
     /// The certificate, or why there is none.
     pub proof: Result<Proof, String>,
+    /// The same of the sampled loop.
+    pub sampled: Result<SampledProof, String>,
     /// What the FMUs carry.
     pub frozen: Frozen,
     /// The robust design, if that was asked for.
@@ -86,6 +89,7 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
         progress.done("", &words);
     }
     let proof = certificate_stage(inputs, &model, &plant, &design, progress);
+    let sampled = sampled_stage(inputs, &model, &design, progress);
     let mut frozen = freeze(&inputs.vehicle, &inputs.design, &inputs.hashes, &model, &design, proof.is_ok())?;
     frozen.controller.anti_windup = anti_windup_stage(inputs, &design.controller, progress)?;
     let proof =
@@ -94,7 +98,7 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     let verdict = Verdict::of(inputs, &frozen.controller, Effort::FULL)?;
     drop(running);
     progress.done("verdict", &verdict.to_string());
-    Ok(Finished { model, plant, design, checks, proof, frozen, robust, verdict })
+    Ok(Finished { model, plant, design, checks, proof, sampled, frozen, robust, verdict })
 }
 
 /// Certifies. The reason of a failed proof is reported and returned, so that the design can still be inspected.
@@ -113,6 +117,30 @@ fn certificate_stage(
         Ok(proof) => progress.done("certify", &proof_line(proof, inputs.design.scheduling().1, seconds)),
         Err(reason) => progress.done("certify", &format!("NOT PROVED: {reason}")),
     }
+    proof
+}
+
+/// Certifies the sampled loop. The reason of a failed proof is reported and returned.
+fn sampled_stage(
+    inputs: &Inputs,
+    model: &Model,
+    design: &Design,
+    progress: &Progress,
+) -> Result<SampledProof, String> {
+    let running = progress.begin("sampled", "the gain of the sampled loop, in exact arithmetic");
+    let proof = sampled(&inputs.vehicle, &inputs.design, model, design).map_err(|e| e.to_string());
+    let seconds = running.seconds();
+    drop(running);
+    let words = match &proof {
+        Ok(proof) => format!(
+            "PROVED in exact arithmetic ({seconds:.1} s): gain below {} as sampled each {} s,\n\
+             for every speed in the range that is constant from tick to tick, with the fit advanced by the trapezoidal rule",
+            above(proof.theorem.gamma),
+            inputs.design.sample_time
+        ),
+        Err(reason) => format!("NOT PROVED: {reason}"),
+    };
+    progress.done("sampled", &words);
     proof
 }
 

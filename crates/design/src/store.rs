@@ -8,6 +8,7 @@
 //! | `certificate.json` | the proof of the gain bound, if there is one |
 //! | `design.json` | the figures of the design |
 //! | `robust.json` | of a robust design: nominal and robust controller side by side |
+//! | `sampled_certificate.json` | the proof of the gain bound of the sampled loop, if there is one |
 //! | `robust_certificate.json` | of a robust design: the proof of the gain bound with uncertainty |
 //! | `constant_certificate.json` | with `--constant`: the proof of the gain bound for constant coefficients |
 //! | `.squid-lock` | empty; locked while the others are written or read, so that all are of one design |
@@ -20,6 +21,7 @@ use crate::augment::augment;
 use crate::certify::constant;
 use crate::certify::controller_of;
 use crate::certify::limits::of_autopilot;
+use crate::certify::sampled;
 use crate::certify::verify;
 use crate::check::check;
 use crate::error::{Error, ProofError, StoreError};
@@ -137,6 +139,9 @@ struct Figures<'a> {
     added_for_the_design: Option<String>,
     gamma_bound_with_model_error: Option<f64>,
     model_error: Option<f64>,
+    /// Of the sampled loop, for a speed that is constant from tick to tick.
+    gamma_bound_sampled: Option<f64>,
+    not_certified_sampled_because: Option<&'a str>,
     certified: bool,
     not_certified_because: Option<&'a str>,
     largest_eigenvalue: f64,
@@ -203,6 +208,11 @@ pub fn save(directory: &Path, inputs: &Inputs, finished: &Finished) -> Result<()
     files.add(to("manoeuvre.json"), inputs.design.manoeuvre.to_json()?);
     let path = to("certificate.json");
     match &finished.proof {
+        Ok(proof) => files.add(path.clone(), verify::text(&proof.certificate, &path)?),
+        Err(_) => files.remove(path),
+    }
+    let path = to(sampled::CERTIFICATE);
+    match &finished.sampled {
         Ok(proof) => files.add(path.clone(), verify::text(&proof.certificate, &path)?),
         Err(_) => files.remove(path),
     }
@@ -286,6 +296,8 @@ fn figures<'a>(inputs: &'a Inputs, f: &'a Finished) -> Figures<'a> {
         added_for_the_design: f.design.regularisation.as_ref().map(ToString::to_string),
         gamma_bound_with_model_error: f.proof.as_ref().ok().and_then(|p| p.theorem.gamma_with_model_error),
         model_error: f.proof.as_ref().ok().map(|p| p.model_error),
+        gamma_bound_sampled: f.sampled.as_ref().ok().map(|p| p.theorem.gamma),
+        not_certified_sampled_because: f.sampled.as_ref().err().map(String::as_str),
         certified: f.proof.is_ok(),
         not_certified_because: f.proof.as_ref().err().map(String::as_str),
         largest_eigenvalue: f.design.certified.largest_eigenvalue,

@@ -75,8 +75,8 @@ fn from_below(plant: &GeneralisedPlant, k: &StateSpace, time: f64, parts: usize)
     system.from_circle_to_axis().unwrap().hinf_norm().value
 }
 
-/// An unstable plant behind a lag a hundredth of the sample time, with a weight on the command and a direct path from the
-/// disturbance to z.
+/// An unstable plant behind a lag a hundredth of the sample time, with a weight on the command and a direct path from
+/// the disturbance to z.
 fn stiff() -> (GeneralisedPlant, StateSpace, f64) {
     let (time, lag) = (0.1, 1e-3);
     let blocks = [
@@ -198,7 +198,8 @@ fn sampled_often_it_is_the_gain_in_continuous_time() {
     assert_eq!(sampled_gain(&plant, &k, 0.3, Any).unwrap().lower, f64::INFINITY);
 }
 
-/// Nothing that can be seen moves: the lower bound is 0, and the upper one next to nothing. And a gain that is all in D11.
+/// Nothing that can be seen moves: the lower bound is 0, and the upper one next to nothing. And a gain that is all in
+/// D11.
 #[test]
 fn no_gain_and_a_direct_one() {
     let blocks = |d: f64| {

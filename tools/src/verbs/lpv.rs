@@ -65,10 +65,11 @@ pub enum LpvVerb {
     Mu(Mu),
     /// Bound the gain of a sampled loop from both sides, with what happens between its ticks
     ///
-    /// Reads {"data": {"P": {..}, "blocks": [], "K": {"A": .., "B": .., "C": .., "D": ..}, "sample_time": T}}: a plant as
-    /// `synth` reads it, without parameters and without D22, and a controller u = K y in discrete time; u is held from
-    /// tick to tick. "delay": the commands come so many ticks late, 10 at most. w is any function of finite energy; its
-    /// components that reach y directly (D21), or all of them with "held": true, are held from tick to tick.
+    /// Reads {"data": {"P": {..}, "blocks": [], "K": {"A": .., "B": .., "C": .., "D": ..}, "sample_time": T}}: a plant
+    /// as `synth` reads it, without parameters and without D22, and a controller u = K y in discrete time; u is held
+    /// from tick to tick. "delay": the commands come so many ticks late, 10 at most. w is any function of finite
+    /// energy; its components that reach y directly (D21), or all of them with "held": true, are held from tick to
+    /// tick.
     ///
     /// --json prints `lower` and `upper` (null for a loop that is not stable), `seconds`, `reason`.
     ///

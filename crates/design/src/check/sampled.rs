@@ -154,7 +154,7 @@ impl<'a> Sampling<'a> {
     }
 
     /// The delay of the commands in ticks of this sample time.
-    fn late_ticks(&self) -> usize {
+    pub(super) fn late_ticks(&self) -> usize {
         (self.design.delay / self.sample_time).round() as usize
     }
 

@@ -33,4 +33,7 @@ pub enum ModelError {
     /// Model and weights make no generalised plant.
     #[error(transparent)]
     Augment(#[from] lpv::error::AugmentError),
+    /// The sampled loop has no gain that can be computed.
+    #[error(transparent)]
+    Sampled(#[from] lpv::error::SampledError),
 }

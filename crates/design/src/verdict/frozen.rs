@@ -8,6 +8,7 @@ use crate::check::sampled::Sampling;
 use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::linearise::linearise_at;
+use lpv::analysis::{Exogenous, SampledGain};
 use lpv::controller::Controller;
 use lpv::matrix::eigenvalues;
 use lpv::state_space::HinfNorm;
@@ -23,6 +24,10 @@ pub struct AtSpeed {
     pub flown: Option<Flown>,
     /// The gain from w to z with the true linearisation, in continuous time.
     pub gain: HinfNorm,
+    /// Bounds on the same gain as the loop is sampled, between the ticks too, for w that is held from tick to tick.
+    pub sampled_gain: SampledGain,
+    /// The same for disturbances that change however fast, and are sampled as if they were slow.
+    pub aliased_gain: SampledGain,
     /// The fastest mode of the controller, rad/s.
     pub fastest_mode: f64,
 }
@@ -34,9 +39,13 @@ impl AtSpeed {
         let l = linearise_at(&inputs.vehicle, design, speed)?;
         let frozen = frozen_controller(k, (speed - centre) / half_range)?;
         let plant = augment(actuators, design, LinearModel::at(&l, actuators))?;
+        let sampling = Sampling::of(actuators, design);
+        let system = frozen.frozen(&[])?;
         Ok(Self {
             speed,
-            flown: Flown::of(&Sampling::of(actuators, design), &l, &frozen.frozen(&[])?),
+            flown: Flown::of(&sampling, &l, &system),
+            sampled_gain: sampling.gain(&l, &system, Exogenous::Held)?,
+            aliased_gain: sampling.gain(&l, &system, Exogenous::Any)?,
             gain: plant.close(&frozen).frozen(&[])?.hinf_norm(),
             fastest_mode: eigenvalues(&frozen.a()).iter().map(|p| p.norm()).fold(0.0, f64::max),
         })
@@ -65,14 +74,20 @@ impl Serialize for AtSpeed {
         struct Shown {
             speed: f64,
             gain: f64,
+            /// Lower and upper bound; null where the loop is not stable.
+            sampled_gain: [f64; 2],
+            aliased_gain: [f64; 2],
             gain_margin_db: f64,
             phase_margin_deg: f64,
             disk_margin_deg: f64,
             delay_margin: f64,
         }
+        let both = |gain: SampledGain| [gain.lower, gain.upper];
         let shown = Shown {
             speed: self.speed,
             gain: self.gain.value,
+            sampled_gain: both(self.sampled_gain),
+            aliased_gain: both(self.aliased_gain),
             gain_margin_db: self.least(gain_margin),
             phase_margin_deg: self.least(|m| m.phase.to_degrees()),
             disk_margin_deg: self.least(|m| m.disk_phase().to_degrees()),

@@ -6,7 +6,7 @@ use crate::inputs::Inputs;
 use crate::inputs::design_file::{REQUIREMENTS, Require, Requirement, Sense};
 use crate::verdict::flown::{StepAtSpeed, Use};
 use crate::verdict::found::Found;
-use crate::verdict::frozen::gain_margin;
+use crate::verdict::frozen::{AtSpeed, gain_margin};
 use crate::verdict::mu::MuAtSpeed;
 use crate::verdict::row::{Figure, Outcome, Row};
 use signals::{PITCH, SIGNALS};
@@ -44,6 +44,7 @@ fn judged(key: &str, inputs: &Inputs, gamma: f64, found: &Found) -> Vec<(String,
     let one = |what: &str, figures: Vec<Figure>| vec![(what.to_owned(), figures)];
     match key {
         "gamma" => one("gain of the weighted loop (gamma)", vec![nearest(gamma, found)]),
+        "sampled_gain" => one("gain of the same, sampled, at a constant speed", sampled_gains(found)),
         "overshoot" => steps(inputs, None, "overshoot", found, |s| PER_CENT * s.overshoot),
         "pitch_rise" => steps(inputs, Some("pitch"), "rise, 10 to 90 %", found, |s| s.rise_time),
         "pitch_settling" => steps(inputs, Some("pitch"), "settled within 2 %", found, |s| s.settling_time),
@@ -75,6 +76,15 @@ fn nearest(bound: f64, found: &Found) -> Figure {
         frequency: most.map(|f| f.gain.frequency).filter(|omega| omega.is_finite()),
         ..Figure::new(bound)
     }
+}
+
+/// The upper bounds, beside the gain in continuous time.
+fn sampled_gains(found: &Found) -> Vec<Figure> {
+    let figure = |at: &AtSpeed| {
+        Figure::at(at.sampled_gain.upper, at.speed)
+            .because(format!("in continuous time {:.3}", at.gain.value))
+    };
+    found.frozen.iter().map(figure).collect()
 }
 
 /// A figure of the steps of each output, or of one.

@@ -4,13 +4,14 @@
 //! (x_(k+1) - x_k)/T = A m_k + Bt wt_k + B1 w_k + B2 u_k,   m_k = (x_k + x_(k+1))/2,   wt_k = Theta_k zt_k
 //! ```
 //!
-//! and zt, z of m_k. With m_k for x and `(x_(k+1) - x_k)/T` for x' these are the equations of the plant in continuous time,
-//! and since `x_(k+1)' X x_(k+1) - x_k' X x_k = 2 T m_k' X (x_(k+1) - x_k)/T`, an inequality that bounds the gain of the one
-//! for every course of the parameters bounds that of the other for every sequence of them. A controller that is sampled by
-//! the trapezoidal rule, as `scheduled::Lft::discretise` does it, stays what it is in continuous time.
+//! and zt, z of m_k. With m_k for x and `(x_(k+1) - x_k)/T` for x' these are the equations of the plant in continuous
+//! time, and since `x_(k+1)' X x_(k+1) - x_k' X x_k = 2 T m_k' X (x_(k+1) - x_k)/T`, an inequality that bounds the
+//! gain of the one for every course of the parameters bounds that of the other for every sequence of them. A
+//! controller that is sampled by the trapezoidal rule, as `scheduled::Lft::discretise` does it, stays what it is in
+//! continuous time.
 //!
-//! Two things differ. What is measured is the state at the tick, `x_k = m_k - T/2 x'`, half a sample before m_k. And on the
-//! straight line from x_k to x_(k+1) z is not constant: the mean of its square is `|z|^2 + T^2/12 |C1 x'|^2`.
+//! Two things differ. What is measured is the state at the tick, `x_k = m_k - T/2 x'`, half a sample before m_k. And
+//! on the straight line from x_k to x_(k+1) z is not constant: the mean of its square is `|z|^2 + T^2/12 |C1 x'|^2`.
 //!
 //! Source: of the bilinear map, K. Zhou, J. C. Doyle, K. Glover, Robust and Optimal Control, 1996, chapter 21.
 
@@ -31,8 +32,8 @@ pub struct AtTicks {
 }
 
 impl GeneralisedPlant {
-    /// The plant, advanced by the trapezoidal rule with the sample time T (s), w, u and Theta held from tick to tick, as one
-    /// in continuous time.
+    /// The plant, advanced by the trapezoidal rule with the sample time T (s), w, u and Theta held from tick to tick,
+    /// as one in continuous time.
     ///
     /// ```text
     /// C2 (I - A T/2),  -C2 Bt T/2,  D21 - C2 B1 T/2,  -C2 B2 T/2   in place of   C2, D2t, D21, D22
@@ -65,8 +66,8 @@ impl GeneralisedPlant {
 }
 
 impl Controller {
-    /// The controller with its commands `ticks` ticks of T (s) late, by as many all-passes `(2/T - s)/(2/T + s)` in series,
-    /// which the trapezoidal rule makes `z^-1`.
+    /// The controller with its commands `ticks` ticks of T (s) late, by as many all-passes `(2/T - s)/(2/T + s)` in
+    /// series, which the trapezoidal rule makes `z^-1`.
     #[must_use]
     pub fn late_at_ticks(&self, ticks: usize, sample_time: f64) -> Self {
         (0..ticks).fold(self.clone(), |k, _| {
@@ -124,8 +125,8 @@ mod tests {
         }
     }
 
-    /// At a frozen parameter, and on the unit circle, it is the loop that is simulated: the plant by the trapezoidal rule,
-    /// the measurement at the tick, the controller by the trapezoidal rule, its command two ticks late.
+    /// At a frozen parameter, and on the unit circle, it is the loop that is simulated: the plant by the trapezoidal
+    /// rule, the measurement at the tick, the controller by the trapezoidal rule, its command two ticks late.
     #[test]
     fn on_the_unit_circle_it_is_the_sampled_loop() {
         let k = Controller::from_matrix(

@@ -6,11 +6,11 @@
 //! max over w of  int |z|^2 - |w|^2 dt  between x(0) and x(T)  is  x(0)'H x(0) - |v|^2,   x(T) = F x(0) + G^(1/2) v
 //! ```
 //!
-//! F, G and H are the blocks of the scattering matrix of the Hamiltonian system of w, from (x(0), p(T)) to (x(T), p(0)).
-//! They are put together by doubling the time, and stay of the size of the system's own response, where the exponential of
-//! the Hamiltonian matrix over a sample grows with the fastest lag.
+//! F, G and H are the blocks of the scattering matrix of the Hamiltonian system of w, from (x(0), p(T)) to (x(T),
+//! p(0)). They are put together by doubling the time, and stay of the size of the system's own response, where the
+//! exponential of the Hamiltonian matrix over a sample grows with the fastest lag.
 //!
-//! Source: B. Bamieh, J. B. Pearson, IEEE Trans. Automatic Control 37(4), 1992, sections III to V; of the star product, R.
+//! Source: B. Bamieh, J. B. Pearson, IEEE Trans. Automatic Control 37(4), 1992; of the star product, R.
 //! Redheffer, J. Math. and Phys. 39, 1960.
 
 use crate::error::SampledError;
@@ -82,8 +82,8 @@ impl Lifted {
     }
 }
 
-/// `[A + B R D'C, B R B'; -C'(I + D R D')C, -(A + B R D'C)']`, `R = (I - D'D)^-1`, with B and D in units of the level, and
-/// the unit of energy in which its upper and its lower block are of one size; `None` where D reaches the level.
+/// `[A + B R D'C, B R B'; -C'(I + D R D')C, -(A + B R D'C)']`, `R = (I - D'D)^-1`, with B and D in units of the level,
+/// and the unit of energy in which its upper and its lower block are of one size; `None` where D reaches the level.
 fn hamiltonian(system: &StateSpace, level: f64) -> Option<(Mat, f64)> {
     let (a, c) = (&system.a, &system.c);
     let (b, d) = (&system.b / level, &system.d / level);
@@ -102,8 +102,8 @@ mod tests {
     use super::*;
     use nalgebra::dmatrix;
 
-    /// x' = w, z = x: the Hamiltonian system is an oscillator of frequency 1/level, so that F = 1/cos, G = tan/level and
-    /// H = level tan of T/level, up to a quarter of its period.
+    /// x' = w, z = x: the Hamiltonian system is an oscillator of frequency 1/level, so that F = 1/cos, G = tan/level
+    /// and H = level tan of T/level, up to a quarter of its period.
     #[test]
     fn of_an_integrator_it_has_its_closed_form() {
         let integrator =
@@ -119,9 +119,9 @@ mod tests {
         assert!(Lifted::over(&integrator, 1.6, 1.0).unwrap().is_none());
     }
 
-    /// A lag that is over long before the sample is: e^(T/lag) is 1e434, and F, G and H are what they are in the end. With
-    /// one lag of gain 1 at the level sqrt 2 the worst-case input has the mode `a = 1/(sqrt 2 lag)`, F is 0, and both G and
-    /// H solve their Riccati equations: `G^2 - 2 G + 1/2 = 0` in units of the lag, and H = 2 G.
+    /// A lag that is over long before the sample is: e^(T/lag) is 1e434, and F, G and H are what they are in the end.
+    /// With one lag of gain 1 at the level sqrt 2 the worst-case input has the mode `a = 1/(sqrt 2 lag)`, F is 0, and
+    /// both G and H solve their Riccati equations: `G^2 - 2 G + 1/2 = 0` in units of the lag, and H = 2 G.
     #[test]
     fn a_lag_much_shorter_than_the_sample_does_no_harm() {
         let lag = 1e-3;

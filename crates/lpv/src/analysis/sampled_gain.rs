@@ -6,11 +6,11 @@
 //! xk_(k+1) = Ak xk_k + Bk y_k,   u = Ck xk_k + Dk y_k      u held from k T to (k + 1) T
 //! ```
 //!
-//! A component of w that reaches y without passing a state (a column of D21 that is not 0) would have an infinite gain:
-//! it may act at the ticks alone, where it costs nothing. Such components are held from tick to tick, as references and
-//! the noise of samples are; all others are any function of finite energy, or held as well. What is faster than half of
-//! the sampling rate is seen at the ticks as if it were slow: where slow errors count much, [`Exogenous::Any`] has a larger
-//! gain than [`Exogenous::Held`], however short the sample is next to the loop.
+//! A component of w that reaches y without passing a state (a column of D21 that is not 0) would have an infinite
+//! gain: it may act at the ticks alone, where it costs nothing. Such components are held from tick to tick, as
+//! references and the noise of samples are; all others are any function of finite energy, or held as well. What is
+//! faster than half of the sampling rate is seen at the ticks as if it were slow: where slow errors count much,
+//! [`Exogenous::Any`] has a larger gain than [`Exogenous::Held`], however short the sample is next to the loop.
 //!
 //! At a level above the gain between two ticks the loop has the gain of a system in discrete time (`lifted.rs`): it is
 //! stable and its gain is below the level exactly when that system is stable and has a norm below 1. The level is
@@ -168,8 +168,8 @@ impl<'a> SampledLoop<'a> {
         largest(0.0, modes.iter().map(|v| v.norm())) < 1.0
     }
 
-    /// The norm of the system in discrete time that is below 1 when the gain is below the level; infinite where the level
-    /// is not above the gain between two ticks.
+    /// The norm of the system in discrete time that is below 1 when the gain is below the level; infinite where the
+    /// level is not above the gain between two ticks.
     fn norm(&self, level: f64) -> Result<f64, SampledError> {
         let Some(lifted) = Lifted::over(&self.between, self.sample_time, level)? else {
             return Ok(f64::INFINITY);

@@ -1,12 +1,12 @@
 //! `squid lpv sampled`: from a problem file to bounds on the gain of a sampled loop.
 //!
 //! ```json
-//! {"kind": "sampled", "data": {"P": {"A": [[..]], "B1": .., ..}, "blocks": [], "K": {"A": .., "B": .., "C": .., "D": ..},
-//!  "sample_time": 0.02, "delay": 0, "held": false}}
+//! {"kind": "sampled", "data": {"P": {"A": [[..]], "B1": .., ..}, "blocks": [],
+//!  "K": {"A": .., "B": .., "C": .., "D": ..}, "sample_time": 0.02, "delay": 0, "held": false}}
 //! ```
 //!
-//! P is a plant without parameters in continuous time, K a controller in discrete time from y to u. `delay` is in ticks; with
-//! `held` all of w is held from tick to tick.
+//! P is a plant without parameters in continuous time, K a controller in discrete time from y to u. `delay` is in
+//! ticks; with `held` all of w is held from tick to tick.
 
 use crate::error::Error;
 use crate::verbs::lpv::matrices::{Entries, Reader, find};

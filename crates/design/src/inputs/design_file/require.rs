@@ -36,8 +36,9 @@ const fn below(key: &'static str, unit: &'static str, default: Option<f64>) -> R
 }
 
 /// All keys, in the order of the verdict.
-pub const REQUIREMENTS: [Requirement; 16] = [
+pub const REQUIREMENTS: [Requirement; 17] = [
     below("gamma", "", None),
+    below("sampled_gain", "", None),
     below("overshoot", "%", Some(10.0)),
     below("pitch_rise", "s", None),
     below("pitch_settling", "s", None),

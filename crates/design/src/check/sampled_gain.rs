@@ -1,0 +1,188 @@
+//! The gain from w to z of the loop as it is sampled, frozen at a speed.
+//!
+//! The plant of the design has the commands as deviations from the trim, which moves with the filtered speed reference
+//! V_r at all times. What flies holds the trim from tick to tick with the rest of the command, and filters the
+//! reference of the last tick:
+//!
+//! ```text
+//! u(t) = u_k + u0'(V_r(t_k) - V_r(t)),   V_r' = w_r (r(t_k) - V_r)
+//! ```
+//!
+//! so that V_r is sampled, too, and r(t_k) is held like a command.
+
+use crate::augment::{LinearModel, augment};
+use crate::check::sampled::{Sampling, cannot, trapezoidal};
+use crate::error::{Error, ModelError};
+use crate::inputs::design_file::DesignFile;
+use crate::linearise::{STATES, trim_slope};
+use auv::{Actuator, Linearisation};
+use lpv::analysis::{Exogenous, SampledGain, sampled_gain};
+use lpv::matrix::{Mat, block};
+use lpv::partition::Group::{U, W, X, Y, Z};
+use lpv::plant::GeneralisedPlant;
+use lpv::state_space::StateSpace;
+use nalgebra::DVector;
+use signals::SPEED;
+
+impl Sampling<'_> {
+    /// Bounds on the gain from w to z, between the ticks too, of the true linearisation with the lags of the actuators
+    /// and a frozen controller at its sample time, its commands held and late; both infinite for a loop that is not
+    /// stable. References and noise, which the controller takes in as they are, are held from tick to tick;
+    /// disturbances as `w` says.
+    ///
+    /// # Errors
+    /// [`ModelError`]; a controller that cannot be sampled.
+    pub fn gain(&self, l: &Linearisation, frozen: &StateSpace, w: Exogenous) -> Result<SampledGain, Error> {
+        let (plant, k) = self.lifted(l, frozen)?;
+        Ok(sampled_gain(&plant, &k, self.sample_time, w).map_err(ModelError::Sampled)?)
+    }
+
+    /// The plant in continuous time and the controller in discrete time.
+    fn lifted(
+        &self,
+        l: &Linearisation,
+        frozen: &StateSpace,
+    ) -> Result<(GeneralisedPlant, StateSpace), Error> {
+        // The commands wait in the controller.
+        let design = DesignFile { delay: 0.0, lags: true, ..self.design.clone() };
+        let plant = augment(self.actuators, &design, LinearModel::at(l, self.actuators))?;
+        let k = trapezoidal(frozen, self.sample_time).ok_or_else(cannot)?;
+        let ticks = self.late_ticks();
+        let speed = design.tracked.iter().position(|t| t.place == SPEED);
+        let Some(speed) = speed.filter(|_| design.reference_filter().is_some()) else {
+            return Ok((plant, k.late(ticks)));
+        };
+        let slope =
+            trim_slope(l, self.actuators).rows(STATES, self.actuators.len()) * design.tracked[speed].scale;
+        let reach = self.actuators.iter().map(|a| 1.0 / a.reach());
+        let slope = Mat::from_diagonal(&DVector::from_iterator(self.actuators.len(), reach)) * slope;
+        let level = level_of_trim(self.actuators, &design);
+        let held = Held { speed, level, slope };
+        Ok((held.plant(&plant), held.controller(k, ticks)))
+    }
+}
+
+/// The place of V_r among the states of the plant; see [`lpv::tracking::TrackingProblem::augment`].
+fn level_of_trim(actuators: &[Actuator], design: &DesignFile) -> usize {
+    let lags = actuators.iter().filter(|a| design.lags && a.lag > 0.0).count();
+    let slow = design.tracked.iter().filter(|t| t.references.follow > 1.0).count();
+    STATES + lags + design.tracked.len() + slow
+}
+
+/// A trim that is held from tick to tick.
+struct Held {
+    /// The row of y with r - V_r.
+    speed: usize,
+    /// The state V_r.
+    level: usize,
+    /// u0' in the units of the plant, m x 1.
+    slope: Mat,
+}
+
+impl Held {
+    /// The plant with the commands `[u + u0' V_r; r]` of the last tick, and with V_r below what is measured.
+    fn plant(&self, plant: &GeneralisedPlant) -> GeneralisedPlant {
+        let sizes = plant.sizes();
+        let mut now = Mat::zeros(1, sizes.x);
+        now[(0, self.level)] = 1.0;
+        // The plant has V_r' = w_r (r - V_r) and what follows from it, so that V_r acts as -r does.
+        let by_reference = -plant.a().column(self.level);
+        let from = |column| plant.parts.block(Y, column).rows(self.speed, 1).into_owned();
+        let reference = from(X) + &now;
+        let moved = &self.slope * &now;
+        let mut all = plant.parts.resized(U, sizes.u + 1).resized(Y, sizes.y + 1);
+        for (row, column, change) in [
+            (X, X, -&by_reference * reference - plant.b2() * &moved),
+            (X, W, -&by_reference * from(W)),
+            (Z, X, -plant.d12() * moved),
+        ] {
+            let mut block = all.block_mut(row, column);
+            block += change;
+        }
+        all.block_mut(X, U).set_column(sizes.u, &by_reference);
+        all.block_mut(Y, X).set_row(sizes.y, &now.row(0));
+        GeneralisedPlant { parts: all, blocks: vec![] }
+    }
+
+    /// The controller from `[y; V_r]` to `[u + u0' V_r; r]`, of which the first are late.
+    fn controller(&self, k: StateSpace, ticks: usize) -> StateSpace {
+        let (n, y) = (k.a.nrows(), k.d.ncols());
+        let b = block(&[&[&k.b, &Mat::zeros(n, 1)]]);
+        let late = StateSpace { b, d: block(&[&[&k.d, &self.slope]]), ..k }.late(ticks);
+        let mut reference = Mat::zeros(1, y + 1);
+        (reference[(0, self.speed)], reference[(0, y)]) = (1.0, 1.0);
+        StateSpace {
+            c: block(&[&[&late.c], &[&Mat::zeros(1, late.a.nrows())]]),
+            d: block(&[&[&late.d], &[&reference]]),
+            ..late
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::inputs::Inputs;
+    use crate::linearise::linearise_at;
+    use std::path::Path;
+
+    /// Some numbers below 0.3 in size.
+    fn some(rows: usize, columns: usize, seed: f64) -> Mat {
+        Mat::from_fn(rows, columns, |i, j| 0.3 * (seed + 1.7 * i as f64 + 2.9 * j as f64).sin())
+    }
+
+    /// From tick to tick the plant of the design, with its trim held, has the modes of the loop that flies; what else
+    /// it has are those of the weights.
+    #[test]
+    fn what_is_lifted_is_the_loop_that_flies() {
+        for (name, design, speed, delay) in [
+            ("squid", "design", 0.7, 0.0),
+            ("squid", "design", 2.6, 0.06),
+            ("remus100", "design", 1.6, 0.1),
+            ("squid", "paper", 1.0, 0.04),
+        ] {
+            let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles")).join(name);
+            let mut inputs = Inputs::read(&vehicle, design).unwrap();
+            inputs.design.delay = delay;
+            let (actuators, file) = (&inputs.vehicle.actuators, &inputs.design);
+            let l = linearise_at(&inputs.vehicle, file, speed).unwrap();
+            let (m, y) = (actuators.len(), file.tracked.len() + file.measured.len());
+            let k = StateSpace {
+                a: some(3, 3, 0.0) - Mat::identity(3, 3),
+                b: some(3, y, 1.0),
+                c: some(m, 3, 2.0),
+                d: some(m, y, 3.0),
+            };
+            let sampling = Sampling::of(actuators, file);
+            let (plant, sampled) = sampling.lifted(&l, &k).unwrap();
+            let (n, u) = (plant.sizes().x, plant.sizes().u);
+            let generator = block(&[&[&plant.a(), &plant.b2()], &[&Mat::zeros(u, n), &Mat::zeros(u, u)]])
+                * file.sample_time;
+            let step = generator.exp();
+            let held = step.view((0, n), (n, u));
+            let closed = StateSpace {
+                a: block(&[
+                    &[&(step.view((0, 0), (n, n)) + held * &sampled.d * plant.c2()), &(held * &sampled.c)],
+                    &[&(&sampled.b * plant.c2()), &sampled.a],
+                ]),
+                b: Mat::zeros(0, 0),
+                c: Mat::zeros(0, 0),
+                d: Mat::zeros(0, 0),
+            };
+            let mut modes = closed.poles();
+            let flown = sampling.closed(&l, &k).unwrap().poles();
+            assert!(modes.len() >= flown.len());
+            // Those of what waits are at 0 and of higher order: an eigenvalue shows them to a root of the rounding.
+            for mode in flown.into_iter().filter(|mode| mode.norm() > 0.05) {
+                let (at, nearest) = modes
+                    .iter()
+                    .enumerate()
+                    .map(|(at, other)| (at, (other - mode).norm()))
+                    .min_by(|a, b| a.1.total_cmp(&b.1))
+                    .unwrap();
+                assert!(nearest < 1e-9, "{name} {design} {speed} {delay}: {mode}, off by {nearest}");
+                modes.swap_remove(at);
+            }
+        }
+    }
+}
