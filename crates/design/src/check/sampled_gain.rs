@@ -14,7 +14,7 @@ use crate::augment::{LinearModel, augment};
 use crate::check::sampled::{Sampling, cannot, trapezoidal};
 use crate::error::{Error, ModelError};
 use crate::inputs::design_file::DesignFile;
-use crate::linearise::{STATES, trim_slope};
+use crate::linearise::trim_slope;
 use auv::{Actuator, Linearisation};
 use lpv::analysis::{Exogenous, SampledGain, sampled_gain};
 use lpv::matrix::{Mat, block};
@@ -52,21 +52,21 @@ impl Sampling<'_> {
         let Some(speed) = speed.filter(|_| design.reference_filter().is_some()) else {
             return Ok((plant, k.late(ticks)));
         };
-        let slope =
-            trim_slope(l, self.actuators).rows(STATES, self.actuators.len()) * design.tracked[speed].scale;
+        let slope = trim_slope(l, self.actuators).rows(l.states.len(), self.actuators.len())
+            * design.tracked[speed].scale;
         let reach = self.actuators.iter().map(|a| 1.0 / a.reach());
         let slope = Mat::from_diagonal(&DVector::from_iterator(self.actuators.len(), reach)) * slope;
-        let level = level_of_trim(self.actuators, &design);
+        let level = level_of_trim(l, self.actuators, &design);
         let held = Held { speed, level, slope };
         Ok((held.plant(&plant), held.controller(k, ticks)))
     }
 }
 
 /// The place of V_r among the states of the plant; see [`lpv::tracking::TrackingProblem::augment`].
-fn level_of_trim(actuators: &[Actuator], design: &DesignFile) -> usize {
+fn level_of_trim(l: &Linearisation, actuators: &[Actuator], design: &DesignFile) -> usize {
     let lags = actuators.iter().filter(|a| design.lags && a.lag > 0.0).count();
     let slow = design.tracked.iter().filter(|t| t.references.follow > 1.0).count();
-    STATES + lags + design.tracked.len() + slow
+    l.states.len() + lags + design.tracked.len() + slow
 }
 
 /// A trim that is held from tick to tick.
