@@ -45,9 +45,9 @@ pub fn split(stacked: &Mat) -> (Mat, Mat) {
     (stacked.columns(0, n).into_owned(), stacked.columns(n, columns - n).into_owned())
 }
 
-/// `[A B]` with inputs in units of their reach.
+/// `[A B]`, or any rows from states and inputs, with inputs in units of their reach.
 pub fn scaled(actuators: &[Actuator], mut stacked: Mat) -> Mat {
-    let n = stacked.nrows();
+    let n = stacked.ncols() - actuators.len();
     for (j, actuator) in actuators.iter().enumerate() {
         stacked.column_mut(n + j).scale_mut(actuator.reach());
     }
