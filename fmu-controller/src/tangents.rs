@@ -14,8 +14,8 @@ pub(crate) const TRIM_PITCH: usize = SCHEDULING_PARAMETER + 1;
 pub(crate) const COMMANDS: usize = TRIM_PITCH + 1;
 
 impl Controller {
-    /// The tangents of the outputs along a direction of the inputs, as [`scheduled::Autopilot::tangents`] gives them, the commands
-    /// through the inverse of their curves.
+    /// The tangents of the outputs along a direction of the inputs, as [`scheduled::Autopilot::tangents`] gives them,
+    /// the commands through the inverse of their curves.
     ///
     /// # Errors
     /// [`ControllerError::Tick`].

@@ -56,8 +56,8 @@ const DERIVED: [(&str, [i32; 3]); 5] =
 const SCALED: [(&str, &str, f64); 3] = [("us", "s", 1e-6), ("rpm", "rad/s", PI / 30.0), ("%", "1", 0.01)];
 
 impl Unit {
-    /// Reads a unit: symbols with integer exponents, `.` between factors, at most one `/`, and `1` for no unit; or `us`,
-    /// `rpm`, `%`.
+    /// Reads a unit: symbols with integer exponents, `.` between factors, at most one `/`, and `1` for no unit; or
+    /// `us`, `rpm`, `%`.
     ///
     /// ```
     /// let unit = model_description::Unit::parse("kg.m2/s").unwrap();

@@ -58,8 +58,8 @@ pub enum Verb {
         /// Also prove a gain for every constant value of the declared uncertain coefficients (minutes)
         #[arg(long)]
         constant: bool,
-        /// Where a requirement is missed, design again with each key of the weights turned, and name the one to turn, here
-        /// and in design.json (a minute)
+        /// Where a requirement is missed, design again with each key of the weights turned, and name the one to turn,
+        /// here and in design.json (a minute)
         #[arg(long)]
         advise: bool,
         /// Exit with code 5 where a requirement is missed
@@ -69,8 +69,9 @@ pub enum Verb {
     /// Search the weights for the fastest design that meets what `[require]` asks, and write it as a design file
     ///
     /// Turns frequencies and bandwidths of `[[track]]`, noise of `[[measure]]`, weight and disturbance of
-    /// `[control]`; all else stays as it is written, comments too. A design of a name that is not there is begun from the
-    /// vehicle alone, with the range of speed that suits it. Exit code 5 where what it found misses a requirement; the file is written all the same.
+    /// `[control]`; all else stays as it is written, comments too. A design of a name that is not there is begun from
+    /// the vehicle alone, with the range of speed that suits it. Exit code 5 where what it found misses a
+    /// requirement; the file is written all the same.
     Tune {
         /// The vehicle's directory
         vehicle: PathBuf,

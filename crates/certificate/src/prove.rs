@@ -74,8 +74,8 @@ impl Certificate {
 }
 
 impl Certificate {
-    /// The claim with limits: a step leaves x within `x'Xx < beta`, taken back within `4 beta`; there H x leaves half of
-    /// each limit, or all of it; and x'Xx decreases.
+    /// The claim with limits: a step leaves x within `x'Xx < beta`, taken back within `4 beta`; there H x leaves half
+    /// of each limit, or all of it; and x'Xx decreases.
     fn prove_limits(&self, l: &Limits, error: &Residual) -> Result<(), Failure> {
         let claim = Claim::WithLimits;
         for (name, found) in [("size", l.size), ("decay", l.decay), ("beta", l.beta)] {

@@ -7,8 +7,8 @@ use certificate::Certificate;
 use common::prove;
 use serde_json::{Value, json};
 
-/// `x' = -a x + u`, `y = r - x`, `u = y`, `|u| <= 1`: with e = u - H x the form is, in x and phi, beside its terms in r,
-/// `[(alpha - 2 (1 + a)) X, *; -X - 2 U (1 + H), -4 U]`. A step r is held by `x = r/(1 + a)`, `u = a r/(1 + a)`.
+/// `x' = -a x + u`, `y = r - x`, `u = y`, `|u| <= 1`: with e = u - H x the form is, in x and phi, beside its terms in
+/// r, `[(alpha - 2 (1 + a)) X, *; -X - 2 U (1 + H), -4 U]`. A step r is held by `x = r/(1 + a)`, `u = a r/(1 + a)`.
 fn saturated(a: f64, limits: Value) -> Value {
     let zero = json!([[0.0]]);
     let mut c = json!({

@@ -38,8 +38,8 @@ pub struct Proof {
     pub model_error: f64,
 }
 
-/// Computes the certificate of a design, for the fit and for a ball of models that contains the true linearisations
-/// ([`ball`]), and proves it in exact arithmetic.
+/// Computes the certificate of a design, for the fit and for a ball of models that contains [A B] of the true
+/// linearisations ([`ball`]), and proves it in exact arithmetic.
 ///
 /// # Errors
 /// [`ProofError::Unproved`] with the first check that fails; [`ProofError::BendsAtRest`] or [`Error::Synthesis`] when

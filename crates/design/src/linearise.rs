@@ -8,8 +8,9 @@ use lpv::matrix::{Mat, block};
 /// Speeds of a trim table, evenly spread over the range of a design; its trims lie on one branch.
 pub const TRIM_ROWS: usize = 101;
 
-/// Linearises the vehicle about the level trim of a design at a speed V along the path \[m/s\]: `x' = A x + B u`, with
-/// the states of the vehicle, [`auv::Surge::states`], in SI units and one input per actuator, as deviations from the trim.
+/// Linearises the vehicle about the level trim of a design at a speed V along the path \[m/s\]: `x' = A x + B u`,
+/// with the states of the vehicle, [`auv::Surge::states`], in SI units and one input per actuator, as deviations from
+/// the trim.
 ///
 /// # Errors
 /// [`ModelError::Trim`] with the speed and the reason.

@@ -19,7 +19,8 @@
 //! say that where x' P x < 1 the sector condition `phi' U^-1 (u - phi - H x) >= 0` holds (J. M. Gomes da Silva Jr.,
 //! S. Tarbouriech, "Antiwindup design with guaranteed regions of stability: an LMI-based approach", IEEE Trans.
 //! Automatic Control 50(1), 2005, lemma 1), that `x' P x` decreases where u_o = 0, and that the gain from u_o to z is
-//! below gamma as long as x stays there. With `L = E U` they are linear in (Q, U, Y, L), so that E follows from one program.
+//! below gamma as long as x stays there. With `L = E U` they are linear in (Q, U, Y, L), so that E follows from one
+//! program.
 //!
 //! Least gamma is the quickest return to the loop without limits: P. F. Weston, I. Postlethwaite, "Linear conditioning
 //! for systems containing saturating actuators", Automatica 36(9), 2000; static gains: M. C. Turner, I. Postlethwaite,
@@ -44,7 +45,8 @@ const ACCURACY: f64 = 1e-2;
 /// what is asked of it, and its objective goes with the inverse square.
 const FLOOR: f64 = 1e-9;
 
-/// A stable loop at one value of its parameters, without limits, n states, the last of them the controller's, m commands.
+/// A stable loop at one value of its parameters, without limits, n states, the last of them the controller's, m
+/// commands.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LimitedLoop {
     /// A, n x n.
@@ -85,8 +87,8 @@ pub struct AntiWindup {
 
 /// Seeks one gain E for all `loops`, whose last `controller_states` states are those of the controller.
 ///
-/// `largest_gain` bounds the entries of E \[1/s\], with the states in units of their sizes in the loop and phi in those of
-/// the limits: without it E can be so large that no sampled controller carries it out, for hardly any gamma.
+/// `largest_gain` bounds the entries of E \[1/s\], with the states in units of their sizes in the loop and phi in
+/// those of the limits: without it E can be so large that no sampled controller carries it out, for hardly any gamma.
 ///
 /// Each loop has a P of its own. What holds is therefore said of loops whose parameters stand still.
 ///

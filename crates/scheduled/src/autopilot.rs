@@ -331,8 +331,8 @@ impl Plan {
         (self.trim.speed(forward_speed) - self.centre) / self.half_range
     }
 
-    /// Replaces the scaled u in `commands` by `clamp(trim + scale u, minimum, maximum)`, and puts what that cuts off of u
-    /// into `excess`.
+    /// Replaces the scaled u in `commands` by `clamp(trim + scale u, minimum, maximum)`, and puts what that cuts off
+    /// of u into `excess`.
     fn add_feedforward(
         &self,
         level: Level<'_>,

@@ -26,8 +26,8 @@ pub struct ControllerDesign {
     pub controller_inputs: Vec<ControllerInput>,
     /// Bandwidth w_r of the filter of the speed reference in rad/s; `None` without filter.
     pub reference_filter: Option<f64>,
-    /// Whether the speed is given to the vehicle from outside: there is no reference of it, and the trim follows what is
-    /// measured.
+    /// Whether the speed is given to the vehicle from outside: there is no reference of it, and the trim follows what
+    /// is measured.
     pub speed_given: bool,
     /// The commanded actuators, in the order of `u`.
     pub actuators: Vec<Actuator>,
@@ -136,8 +136,8 @@ impl ControllerDesign {
         signal == SPEED || self.takes(signal, ControllerInput::is_measured)
     }
 
-    /// Whether the autopilot follows a reference of the signal at a place in [`signals::SIGNALS`]: of a speed that is not
-    /// given always, for the trim.
+    /// Whether the autopilot follows a reference of the signal at a place in [`signals::SIGNALS`]: of a speed that is
+    /// not given always, for the trim.
     pub fn follows(&self, signal: usize) -> bool {
         (signal == SPEED && !self.speed_given) || self.takes(signal, ControllerInput::is_wanted)
     }

@@ -12,8 +12,8 @@ pub const POINTS: &str = "two pairs [command, thrust] or more: commands rise, th
 /// Thrust T \[N\] over command c, a table of points or a square law; both pass through zero thrust.
 ///
 /// `T(c)` is linear between the points and constant beyond them, or `k c|c|`. It is continuous, so that every thrust
-/// between its ends is given by some command: `T(command(T)) = T`. Where commands of a whole interval give no thrust, the
-/// dead band, the command jumps as the thrust changes its sign.
+/// between its ends is given by some command: `T(command(T)) = T`. Where commands of a whole interval give no thrust,
+/// the dead band, the command jumps as the thrust changes its sign.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Stored", into = "Stored")]
 pub struct Curve {

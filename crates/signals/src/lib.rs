@@ -1,8 +1,8 @@
 //! What passes between a vehicle and its autopilot.
 //!
-//! The signals are one table, from the states of the linear model to the inputs of the FMU. Every signal can be measured;
-//! those with a reference can be tracked. A new signal is a row of [`SIGNALS`]. Its scale depends on the design and is in
-//! the design file.
+//! The signals are one table, from the states of the linear model to the inputs of the FMU. Every signal can be
+//! measured; those with a reference can be tracked. A new signal is a row of [`SIGNALS`]. Its scale depends on the
+//! design and is in the design file.
 //!
 //! The commands are outputs of the actuators, or what a thruster takes instead: its [`Curve`] says which.
 

@@ -17,8 +17,8 @@ use squid_design::verdict::row::Row;
 /// At how many speeds an attempt is judged.
 const EFFORT: Effort = Effort { frozen: 6, flown: 2, mu: 2 };
 
-/// Designs with keys multiplied: the files with these numbers, and the frozen controller. A `quick` one is given up where
-/// the search for it gets stuck.
+/// Designs with keys multiplied: the files with these numbers, and the frozen controller. A `quick` one is given up
+/// where the search for it gets stuck.
 fn designed(
     inputs: &Inputs,
     model: &Model,
@@ -46,8 +46,8 @@ pub fn attempt(inputs: &Inputs, model: &Model, turned: &[(Knob, f64)]) -> Result
     Verdict::of(&inputs, &controller, EFFORT)
 }
 
-/// The same for one of many: given up where the search for a controller gets stuck, and without mu, which takes long, where
-/// something else is missed already.
+/// The same for one of many: given up where the search for a controller gets stuck, and without mu, which takes long,
+/// where something else is missed already.
 ///
 /// # Errors
 /// As [`attempt`].

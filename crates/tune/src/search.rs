@@ -5,11 +5,11 @@
 //! subject to   room_k(x) >= SPARE for every key of [require] with a limit
 //! ```
 //!
-//! x: the logarithms of the factors on the keys ([`Knob`]). First all models are made slower together, since that costs
-//! one design a step. From the best of these each search is COBYLA, on keys that are turned together (`Direction`) and
-//! then on each by itself, from another start on each processor: M. J. D. Powell, A direct search optimization method
-//! that models the objective and constraint functions by linear interpolation, 1994. What it finds is judged in full, and
-//! proved.
+//! x: the logarithms of the factors on the keys ([`Knob`]). First all models are made slower together, since that
+//! costs one design a step. From the best of these each search is COBYLA, on keys that are turned together
+//! (`Direction`) and then on each by itself, from another start on each processor: M. J. D. Powell, A direct search
+//! optimization method that models the objective and constraint functions by linear interpolation, 1994. What it
+//! finds is judged in full, and proved.
 
 use crate::attempt::{attempt_until_missed, room};
 use crate::error::Error;

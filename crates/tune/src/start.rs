@@ -35,8 +35,8 @@ const LARGEST_SPEED: f64 = 0.3;
 /// The weight on commands and the disturbance of actuators that just give the acceleration that is asked for.
 const WEIGHT: f64 = 0.05;
 const DISTURBANCE: f64 = 0.45;
-/// Beyond this over the lag of the actuator that turns the vehicle commands weigh more. A longer lag than this one (s) takes
-/// more damping, by a rate that is measured with less noise.
+/// Beyond this over the lag of the actuator that turns the vehicle commands weigh more. A longer lag than this one
+/// (s) takes more damping, by a rate that is measured with less noise.
 const ROLL_OFF: f64 = 2.0;
 const SHORT_LAG: f64 = 0.2;
 /// The orders of the fit, and the error of the frequency response that makes it a higher one.

@@ -37,8 +37,8 @@ pub(crate) fn merit(tried: &Tried) -> f64 {
     if tried.worst() >= SPARE { tried.cost } else { LOST + SPARE - tried.worst() }
 }
 
-/// Of those that meet what is required, or of all where none does, those that no other beats in both rise and disk margin,
-/// the fastest first.
+/// Of those that meet what is required, or of all where none does, those that no other beats in both rise and disk
+/// margin, the fastest first.
 pub(crate) fn front(tried: &[&Tried]) -> Vec<Tried> {
     let any = tried.iter().any(|t| t.meets_all());
     let mut sorted: Vec<&Tried> = tried

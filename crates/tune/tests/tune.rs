@@ -43,8 +43,8 @@ fn advice_holds_when_it_is_followed() {
     assert!(after.achieved.value < before.achieved.value, "{words}: {before:?} {after:?}");
 }
 
-/// From each of the shipped vehicles a file begins that can be read, whose range the vehicle trims in, and that names its
-/// keys.
+/// From each of the shipped vehicles a file begins that can be read, whose range the vehicle trims in, and that names
+/// its keys.
 #[test]
 fn a_design_begins_from_the_vehicle_alone() {
     let mut begun = 0;
@@ -77,7 +77,8 @@ fn a_hull_that_thrusters_hold_level_begins_at_rest() {
     assert_eq!(inputs.design.pitch, Pitch::Held(0.0));
 }
 
-/// With planes of a tenth of their reach, or with a lag of 100 s, REMUS 100 has no range of speed; each says what is missing.
+/// With planes of a tenth of their reach, or with a lag of 100 s, REMUS 100 has no range of speed; each says what is
+/// missing.
 #[test]
 fn no_range_has_its_reasons() {
     let remus = vehicle(&vehicles().join("remus100/vehicle.toml"));

@@ -15,8 +15,8 @@ use crate::vehicle::coefficients::Coefficients;
 
 /// `M x' = C x + D (T - T0)` about a trim, with x = \[u w q theta\] less its trim, or \[w q theta\] at a given speed.
 ///
-/// For n states M and C are n x n and D is n x m; the rows are surge force \[N\], heave force \[N\], pitch moment \[N.m\], and
-/// theta' = q. A is `M^-1 C` and B is `M^-1 D`. M, C and D are affine in most coefficients, and no
+/// For n states M and C are n x n and D is n x m; the rows are surge force \[N\], heave force \[N\], pitch moment
+/// \[N.m\], and theta' = q. A is `M^-1 C` and B is `M^-1 D`. M, C and D are affine in most coefficients, and no
 /// coefficient divides another.
 ///
 /// Source: A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci. 40(2), 2011, section 3A.

@@ -98,7 +98,8 @@ const STEP: f64 = 1e-4;
 /// By how much limits of actuators are widened, so that a trim at a limit has neighbours.
 const WIDENED: f64 = 2.0;
 
-/// Whether the actuators reach surge, heave and pitch by themselves, as far as these are states, while the pitch is free.
+/// Whether the actuators reach surge, heave and pitch by themselves, as far as these are states, while the pitch is
+/// free.
 fn is_redundant(vehicle: &Vehicle, trim: &Trim, b: &DMatrix<f64>) -> bool {
     let reach = vehicle.actuators.iter().map(Actuator::reach);
     let equations = b.nrows() - 1;

@@ -8,8 +8,8 @@ pub enum Surge {
     /// Its equation of motion: thrust, drag, inertia.
     #[default]
     Free,
-    /// It follows a speed that is given from outside, `u' = (given - u)/lag`, whatever acts on the hull. Heave and pitch
-    /// move at that speed, with \[w q theta\] as the states of their linear model.
+    /// It follows a speed that is given from outside, `u' = (given - u)/lag`, whatever acts on the hull. Heave and
+    /// pitch move at that speed, with \[w q theta\] as the states of their linear model.
     Given {
         /// Time constant \[s\], above zero.
         lag: f64,

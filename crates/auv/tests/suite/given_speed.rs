@@ -34,8 +34,8 @@ fn close(found: f64, expected: f64, tolerance: f64) {
     assert!((found - expected).abs() < tolerance * (1.0 + expected.abs()), "{found} and {expected}");
 }
 
-/// Healey and Lienard (1993), in the dive plane about level flight: `(m - Z_w') w' - Z_q' q' = Z_w U w + (m + Z_q) U q +
-/// Z_d U^2 d`, `-M_w' w' + (I - M_q') q' = M_w U w + M_q U q - z_G W theta + M_d U^2 d`, theta' = q.
+/// Healey and Lienard (1993), in the dive plane about level flight: `(m - Z_w') w' - Z_q' q' = Z_w U w + (m + Z_q) U
+/// q + Z_d U^2 d`, `-M_w' w' + (I - M_q') q' = M_w U w + M_q U q - z_G W theta + M_d U^2 d`, theta' = q.
 #[test]
 fn the_linear_model_is_that_of_the_dive_plane() {
     let vehicle = nps();

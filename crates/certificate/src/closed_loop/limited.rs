@@ -1,9 +1,9 @@
 //! The closed loop whose commands are cut off at limits, formed exactly.
 //!
 //! The plant gets `u - phi`, and xk' gets `E phi`. What is cut off is a share of `e = u - H x - step u_held`: `phi =
-//! (e + s)/2` with `s = delta e`, delta a diagonal matrix of further parameters within \[-1, 1\], a channel each. While a
-//! step is held, x is taken from `step x_held`. `decay/2` is added to A, so that the inequality of such a loop is that of
-//! a decay.
+//! (e + s)/2` with `s = delta e`, delta a diagonal matrix of further parameters within \[-1, 1\], a channel each.
+//! While a step is held, x is taken from `step x_held`. `decay/2` is added to A, so that the inequality of such a
+//! loop is that of a decay.
 
 use crate::certificate::{Certificate, Controller, Limits, Plant, Residual, Rows};
 use crate::closed_loop::{ClosedLoop, above};

@@ -14,12 +14,12 @@
 //! be the maps from the states of loop and filters and from (wt, w_D, w) to `psi zt` and `psi wt`; `xi' = M (xi, wt,
 //! w_D, w)`.
 //!
-//! 1. `gamma > 0`, every `lambda > 0` and `a > 0`; X and S symmetric; T skew; S and T commute with Theta, repeated on the
-//!    filtered channels.
+//! 1. `gamma > 0`, every `lambda > 0` and `a > 0`; X and S symmetric; T skew; S and T commute with Theta, repeated on
+//!    the filtered channels.
 //! 2. `L = L' > 0` and `A'L + LA < 0`.
 //! 3. `S > 0`.
-//! 4. `[X; 0] M + M' [X 0] + Z'SZ - W'SW + W'TZ + Z'T'W + sum lambda (z_D'z_D - w_D'w_D) - gamma w'w + z'z/gamma < 0` as
-//!    a quadratic form of (xi, wt, w_D, w).
+//! 4. `[X; 0] M + M' [X 0] + Z'SZ - W'SW + W'TZ + Z'T'W + sum lambda (z_D'z_D - w_D'w_D) - gamma w'w + z'z/gamma < 0`
+//!    as a quadratic form of (xi, wt, w_D, w).
 //!
 //! # Why they suffice
 //!
@@ -28,23 +28,24 @@
 //! the loop with tau times the operator is well posed and that operator satisfies the constraint, and G satisfies the
 //! opposite inequality strictly at all frequencies.
 //!
-//! - *G is stable*, by 2, and so are the filters. So 4 gives the strict inequality at every frequency: with `xi = (j omega
-//!   - A)^-1 B (wt, w_D, w)` the terms of X cancel. X need not be definite.
-//! - *The constraint of a parameter of any course.* Let `wt = tau theta zt`. `zt'S zt - wt'S wt = (1 - tau^2 theta^2) zt'S
-//!   zt >= 0` at every instant, and `wt'T zt = 0`.
-//! - *The constraint of a constant one.* A constant delta commutes with the filter: `psi wt = tau delta psi zt` from rest, so
-//!   that the terms in S are `(1 - tau^2 delta^2) (psi zt)'S (psi zt) >= 0`, and those in T are 0.
+//! - *G is stable*, by 2, and so are the filters. So 4 gives the strict inequality at every frequency: with `xi = (j
+//!   omega - A)^-1 B (wt, w_D, w)` the terms of X cancel. X need not be definite.
+//! - *The constraint of a parameter of any course.* Let `wt = tau theta zt`. `zt'S zt - wt'S wt = (1 - tau^2 theta^2)
+//!   zt'S zt >= 0` at every instant, and `wt'T zt = 0`.
+//! - *The constraint of a constant one.* A constant delta commutes with the filter: `psi wt = tau delta psi zt` from
+//!   rest, so that the terms in S are `(1 - tau^2 delta^2) (psi zt)'S (psi zt) >= 0`, and those in T are 0.
 //! - *The constraint of Delta.* `lambda (|z_D|^2 - |tau Delta z_D|^2) >= 0` at every instant.
-//! - *Well-posedness for every tau.* If `I - tau Theta Dtt` were singular at some value, there would be `wt = tau Theta zt`
-//!   other than 0 with `zt = Dtt wt`. At xi = 0, w = 0, w_D = 0 and this wt all terms of 4 vanish or are not negative, S on the
-//!   channels that are not filtered being a diagonal block of S: a contradiction. The values form a compact set, so that
-//!   the inverse is bounded. w_D acts on x' alone, so that it is determined, too.
-//! - *Stability.* By the theorem wt and w_D have finite energy, bounded by that of what acts on the loop, the response to an
-//!   initial state among it, with one constant for all courses of the parameters. So x has finite energy, bounded by
-//!   |x(0)|^2, from whatever time one begins; the loop is linear with bounded coefficients, so it is exponentially stable (R.
-//!   Datko, SIAM J. Math. Analysis 3(3), 1972).
-//! - *Gain.* From rest, with w of finite energy, all signals have finite energy. Integrating 4 along them, the terms of X
-//!   vanish at both ends and those of the constraints are not negative: the energy of z is below gamma^2 times that of w.
+//! - *Well-posedness for every tau.* If `I - tau Theta Dtt` were singular at some value, there would be `wt = tau Theta
+//!   zt` other than 0 with `zt = Dtt wt`. At xi = 0, w = 0, w_D = 0 and this wt all terms of 4 vanish or are not
+//!   negative, S on the channels that are not filtered being a diagonal block of S: a contradiction. The values form a
+//!   compact set, so that the inverse is bounded. w_D acts on x' alone, so that it is determined, too.
+//! - *Stability.* By the theorem wt and w_D have finite energy, bounded by that of what acts on the loop, the response
+//!   to an initial state among it, with one constant for all courses of the parameters. So x has finite energy, bounded
+//!   by |x(0)|^2, from whatever time one begins; the loop is linear with bounded coefficients, so it is exponentially
+//!   stable (R. Datko, SIAM J. Math. Analysis 3(3), 1972).
+//! - *Gain.* From rest, with w of finite energy, all signals have finite energy. Integrating 4 along them, the terms of
+//!   X vanish at both ends and those of the constraints are not negative: the energy of z is below gamma^2 times that
+//!   of w.
 
 use super::ConstantCertificate;
 use super::inequality::Filtered;

@@ -1,4 +1,5 @@
-//! The ball of models around the fit that contains the true linearisations at every speed of the range.
+//! The ball of models around the fit that contains [A B] of the true linearisations at every speed of the range. The
+//! slope of the trim is not in it: it is the fit's.
 //!
 //! `[A B2]` of the fit is off by `R(V) = [A B2](V) - [A B2](rho)`. The ball is the set of all `E Delta [F Fu]` with
 //! `|Delta| <= 1`.
@@ -57,7 +58,7 @@ pub fn smallest_ball(
     Ok((ModelError { e, f: f.columns(0, n).into_owned(), fu }, size))
 }
 
-/// Checks that the ball of a certificate contains the true linearisations of the vehicle, computed again.
+/// Checks that the ball of a certificate contains [A B] of the true linearisations of the vehicle, computed again.
 ///
 /// The Delta of a residual is `Delta = E_1^-1 R [F_1 Fu]^-1`, with the rows of E and the columns of F that belong to
 /// the model's states; it has to be no larger than 1 with the reserve between samples, and no other row of E may be

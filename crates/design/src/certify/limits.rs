@@ -12,7 +12,8 @@ use lpv::plant::GeneralisedPlant;
 use scheduled::{ControllerDesign, Kind};
 use signals::{PITCH, place};
 
-/// The largest step \[rad\] (90 deg) that is claimed: the linear models know no larger pitch, however strong the actuators.
+/// The largest step \[rad\] (90 deg) that is claimed: the linear models know no larger pitch, however strong the
+/// actuators.
 const MOST: f64 = std::f64::consts::FRAC_PI_2;
 
 /// Adds the claim for the largest step found to a proof, and proves all of it.

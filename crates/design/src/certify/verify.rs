@@ -28,7 +28,7 @@ pub fn text(certificate: &Certificate, path: &Path) -> Result<String, ProofError
 }
 
 /// Checks that the plant of a certificate is the one of this vehicle and design file, trimmed, linearised, fitted and
-/// weighted again, and that its ball of models contains the true linearisations.
+/// weighted again, and that its ball of models contains [A B] of the true linearisations.
 ///
 /// # Errors
 /// [`ProofError::WrongPlant`], [`ProofError::Ball`], those of [`augment`].

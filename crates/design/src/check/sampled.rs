@@ -30,8 +30,9 @@ pub struct Sampling<'a> {
 /// x' = A x + B u + Br r,   y = Cy x + Dr r,   outputs C x      (x+ in place of x' for a sampled one)
 /// ```
 ///
-/// States \[u w q theta\], or \[w q theta\], then those of the actuators and of the filtered reference, as deviations from the trim at
-/// the frozen speed; u is what the controller adds to the trim. u, r, y and the outputs are in units of their scales.
+/// States \[u w q theta\], or \[w q theta\], then those of the actuators and of the filtered reference, as deviations
+/// from the trim at the frozen speed; u is what the controller adds to the trim. u, r, y and the outputs are in units
+/// of their scales.
 #[derive(Debug, Clone)]
 pub struct Wired {
     /// A.
@@ -163,7 +164,8 @@ impl<'a> Sampling<'a> {
         actuator.lag.max(1e-3 * self.sample_time)
     }
 
-    /// A of the states of the vehicle, then the actuators; an actuator that has no lag here has a row and a column of zeros.
+    /// A of the states of the vehicle, then the actuators; an actuator that has no lag here has a row and a column of
+    /// zeros.
     fn lagged(&self, l: &Linearisation, has_lag: impl Fn(&Actuator) -> bool) -> Mat {
         let (states, m) = (l.states.len(), self.actuators.len());
         let mut a = Mat::zeros(states + m, states + m);

@@ -1,7 +1,8 @@
 //! Anti-windup: the gain by which the commands that the limits cut off are fed back into the controller's states.
 //!
 //! One gain for the whole range, from the loops at some frozen speeds by [`lpv::anti_windup`], with the lags and the
-//! delay of the design. It acts beyond the limits alone: what the certificate says of it is in [`crate::certify::limits`].
+//! delay of the design. It acts beyond the limits alone: what the certificate says of it is in
+//! [`crate::certify::limits`].
 
 use crate::check::sampled::Sampling;
 use crate::error::Error;
@@ -20,8 +21,8 @@ pub const SPEEDS: usize = 2;
 /// The largest pitch step \[rad\] (30 deg) that the gain is made for.
 const PITCH_STEP: f64 = std::f64::consts::PI / 6.0;
 
-/// Bound on the gain \[1/s\]: by a command that is cut off by its whole limit a state moves its own size in a tenth of a second,
-/// several ticks, at most.
+/// Bound on the gain \[1/s\]: by a command that is cut off by its whole limit a state moves its own size in a tenth
+/// of a second, several ticks, at most.
 const FASTEST: f64 = 10.0;
 
 /// Steps are at most this much larger than those that the actuators can hold: a reference that cannot be held is what

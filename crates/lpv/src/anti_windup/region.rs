@@ -6,19 +6,19 @@
 //! (x', zt, u, z_D) = M (x, wt, phi, r) + (E w_D, 0, 0, 0),   wt = Theta zt,   w_D = Delta z_D
 //! ```
 //!
-//! While a step r is held, x is taken from `x_e r` and u from `u_e r`, the equilibrium at Theta = 0. For an alpha > 0 it
-//! is asked that for all (x, wt, phi, w_D) and r up to the size d, with V = x'Xx,
+//! While a step r is held, x is taken from `x_e r` and u from `u_e r`, the equilibrium at Theta = 0. For an alpha > 0
+//! it is asked that for all (x, wt, phi, w_D) and r up to the size d, with V = x'Xx,
 //!
 //! ```text
 //! dV/dt + alpha V - alpha (r/d)^2 + zt'S zt - wt'S wt + 2 wt'T zt + 2 phi'U (u - phi - H x)
 //!     + lambda (z_D'z_D - w_D'w_D) < 0,      d^2 x_e'X x_e < 1,      |H x| < limit where V < 4
 //! ```
 //!
-//! Then V stays below 1 while a step is held, is below 4 when it is taken back, and decays from there: the term of U is
-//! not negative while `|H x|` is below the limit (J. M. Gomes da Silva Jr., S. Tarbouriech, IEEE Trans. Automatic Control
-//! 50(1), 2005, lemma 1). In `Q = X^-1`, `Y = HQ`, `U^-1` and the inverse of the multiplier \[S -T; T -S\] the
-//! inequalities are linear, also in d^2, for the form is definite where that of the inverse matrices on the transposed
-//! loop is (C. Scherer, S. Weiland, "Linear matrix inequalities in control", 2015, lemma 4.9).
+//! Then V stays below 1 while a step is held, is below 4 when it is taken back, and decays from there: the term of U
+//! is not negative while `|H x|` is below the limit (J. M. Gomes da Silva Jr., S. Tarbouriech, IEEE Trans. Automatic
+//! Control 50(1), 2005, lemma 1). In `Q = X^-1`, `Y = HQ`, `U^-1` and the inverse of the multiplier \[S -T; T -S\]
+//! the inequalities are linear, also in d^2, for the form is definite where that of the inverse matrices on the
+//! transposed loop is (C. Scherer, S. Weiland, "Linear matrix inequalities in control", 2015, lemma 4.9).
 
 use crate::error::SynthesisError;
 use crate::lmi::program::{Affine, Program, symmetric};
@@ -57,7 +57,8 @@ pub struct Limited<'a> {
     pub controller: &'a Controller,
     /// The model error that is covered.
     pub error: &'a ModelError,
-    /// A symmetric matrix that commutes with Theta, channels of plant and controller square: the square of a channel's unit.
+    /// A symmetric matrix that commutes with Theta, channels of plant and controller square: the square of a
+    /// channel's unit.
     pub units: &'a Mat,
     /// The gain from phi into the controller's states.
     pub gain: &'a Mat,
