@@ -212,7 +212,7 @@ fn proof_line(proof: &Proof, half_range: f64, seconds: f64) -> String {
     let covered = proof.theorem.gamma_with_model_error.map_or_else(String::new, |gamma| {
         let gamma = above(gamma);
         format!(
-            "\nand below {gamma} for every model in a ball around the fit, which contains the true \
+            "\nand below {gamma} for every model in a ball around the fit, which contains [A B] of the true \
             linearisations by a computation at {SAMPLES} speeds"
         )
     });
@@ -332,13 +332,15 @@ fn augment_line(inputs: &Inputs, plant: &GeneralisedPlant) -> String {
 }
 
 fn check_line(c: &Checks, bound: f64) -> String {
+    let beyond = if c.gain_truth > bound { ", above the bound, which is of the fit" } else { "" };
     format!(
         "{} speeds: stable with the fit, with the true linearisations, and sampled with the actuators' lags;\n\
-         largest frozen gain {:.4} and {:.4}, bound {}; fastest mode of the controller {:.0} rad/s",
+         largest frozen gain {:.4}, bound {}; with the true linearisations and trims {:.4}{beyond};\n\
+         fastest mode of the controller {:.0} rad/s",
         c.speeds,
         c.gain_fit,
-        c.gain_truth,
         above(bound),
+        c.gain_truth,
         c.fastest_controller_mode
     )
 }

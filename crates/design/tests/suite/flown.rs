@@ -1,25 +1,20 @@
 //! What the default designs are to reach as they fly, frozen at speeds over the range.
-#![allow(clippy::unwrap_used, clippy::expect_used, missing_docs)]
 
+use crate::designs::{Made, made};
 use auv::Pitch;
 use lpv::state_space::StateSpace;
 use scheduled::Manoeuvre;
 use signals::{PITCH, SPEED};
 use squid_design::check::flown::Flown;
 use squid_design::check::sampled::Sampling;
-use squid_design::inputs::Inputs;
 use squid_design::linearise::linearise_at;
-use squid_design::progress::Progress;
-use squid_design::run::run;
 use squid_design::store::freeze::Frozen;
 use squid_flight::flight::{Row, fly};
-use std::path::Path;
 
 /// The loops at five speeds, and the largest rms of each command under noise relative to what is allowed: 4 N, 0.5 deg.
-fn loops(name: &str) -> (Vec<Flown>, f64) {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles").join(name);
-    let inputs = Inputs::read(&folder, "design").unwrap();
-    let controller = run(&inputs, &Progress::default()).unwrap().design.controller;
+fn loops(name: &'static str) -> (Vec<Flown>, f64) {
+    let Made { inputs, finished } = made(name);
+    let controller = &finished.design.controller;
     let (centre, half_range) = inputs.design.scheduling();
     let sampling = Sampling::of(&inputs.vehicle.actuators, &inputs.design);
     let at = |speed: f64| {
@@ -71,16 +66,14 @@ fn the_default_designs_fly_as_they_should() {
 /// way.
 #[test]
 fn a_box_flies_from_rest() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/bluerov2_heavy");
-    let inputs = Inputs::read(&folder, "design").unwrap();
+    let Made { inputs, finished } = made("bluerov2_heavy");
     assert_eq!(inputs.design.pitch, Pitch::Held(0.0));
-    let finished = run(&inputs, &Progress::default()).unwrap();
-    assert!(finished.proof.unwrap().theorem.gamma_with_model_error.unwrap() < 1.0);
-    let Frozen { controller, plant } = finished.frozen;
+    assert!(finished.proof.as_ref().unwrap().theorem.gamma_with_model_error.unwrap() < 1.0);
+    let Frozen { controller, plant } = &finished.frozen;
     assert_eq!((plant.pitch(), plant.trim[0].speed), (Pitch::Held(0.0), 0.0));
 
     let manoeuvre = Manoeuvre { speed_from: 0.0, ..inputs.design.manoeuvre.clone() };
-    let flight = fly(&inputs.vehicle, &controller, inputs.design.level(), &manoeuvre).unwrap();
+    let flight = fly(&inputs.vehicle, controller, inputs.design.level(), &manoeuvre).unwrap();
     let within = |row: &Row| {
         let mut pairs = inputs.vehicle.actuators.iter().zip(&row.commands);
         pairs.all(|(a, command)| a.min < *command && *command < a.max)

@@ -1,7 +1,7 @@
 //! The verdict on the committed design of Squid: every figure is found again another way, every requirement can be
 //! missed.
-#![allow(clippy::unwrap_used, missing_docs)]
 
+use crate::designs::inputs;
 use scheduled::{ControllerDesign, Manoeuvre};
 use signals::{PITCH, SPEED};
 use squid_design::check::flown::Flown;
@@ -26,7 +26,7 @@ fn folder() -> PathBuf {
 
 /// The files, and the verdict with the default limits; computed once.
 static SQUID: LazyLock<(Inputs, Stored, Verdict)> = LazyLock::new(|| {
-    let inputs = Inputs::read(&folder(), "design").unwrap();
+    let inputs = inputs("squid");
     let stored = load(&folder().join("frozen"), &inputs).unwrap();
     let verdict = Verdict::of(&inputs, &stored.controller, EFFORT).unwrap();
     (inputs, stored, verdict)

@@ -1,7 +1,6 @@
 //! LFTs against direct evaluation: a published case, an analytic case, and random ones.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod common;
+use crate::common;
 
 use lpv::lft::Lft;
 use lpv::matrix::Mat;

@@ -1,9 +1,6 @@
 //! Certificates whose numbers can be checked by hand, at and beside their limits.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod common;
-
-use common::{integrator, prove, scheduled};
+use crate::common::{integrator, prove, scheduled};
 use serde_json::json;
 
 #[test]

@@ -1,13 +1,8 @@
 //! The golden certificates prove, their claims agree with an independent check, and small lies are refused.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod common;
-#[path = "common/independent.rs"]
-mod independent;
-
+use crate::common::{GOLDEN, golden};
+use crate::independent::{Loop, claims};
 use certificate::{Certificate, Failure, Rows};
-use common::{GOLDEN, golden};
-use independent::{Loop, claims};
 use nalgebra::DMatrix;
 
 #[test]

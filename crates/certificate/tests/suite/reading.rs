@@ -1,10 +1,7 @@
 //! What is refused when a certificate is read, and in which words.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod common;
-
+use crate::common::{GOLDEN, golden, golden_text, scheduled};
 use certificate::Certificate;
-use common::{GOLDEN, golden, golden_text, scheduled};
 use serde_json::{Value, json};
 
 fn refusal(text: &str) -> String {
@@ -15,7 +12,7 @@ fn with_residual() -> Value {
     let mut c = scheduled(0.75);
     c["residual"] = json!({"E": [[0.01]], "F": [[1.0]], "Fu": [[0.0]], "lambda": 0.01, "gamma": 0.8, "X": [[1.0]],
         "S": [[1.0, 0.0], [0.0, 0.5]], "T": [[0.0, 0.0], [0.0, 0.0]]});
-    assert!(common::prove(&c).is_ok());
+    assert!(crate::common::prove(&c).is_ok());
     c
 }
 
@@ -47,7 +44,7 @@ fn each_field_removed() {
         let (parent, key) = pointer.rsplit_once('/').unwrap();
         c.pointer_mut(parent).unwrap().as_object_mut().unwrap().remove(key);
         if pointer == "/residual" {
-            assert!(common::prove(&c).is_ok());
+            assert!(crate::common::prove(&c).is_ok());
             continue;
         }
         let message = refusal(&c.to_string());
@@ -169,7 +166,7 @@ fn a_direct_path_may_be_left_out() {
         c["plant"]["D22"] = d22;
         c.to_string()
     };
-    let plain = common::prove(&scheduled(0.75)).unwrap();
+    let plain = crate::common::prove(&scheduled(0.75)).unwrap();
     for d22 in [json!([[0.0]]), json!([])] {
         let read = Certificate::from_json(&with(d22)).unwrap();
         assert_eq!(read.plant.direct_path(), None);

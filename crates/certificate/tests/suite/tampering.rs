@@ -1,13 +1,8 @@
 //! One number of a true certificate is changed, thousands of times: whatever still proves must be true.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod common;
-#[path = "common/independent.rs"]
-mod independent;
-
+use crate::common::golden_text;
+use crate::independent::{Loop, claims};
 use certificate::{Certificate, Failure};
-use common::golden_text;
-use independent::{Loop, claims};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 use serde_json::Value;

@@ -1,7 +1,6 @@
 //! Designs in one folder: whoever writes at the same time, what is read is one design.
 
-#![allow(clippy::unwrap_used)]
-
+use crate::designs::{Made, made};
 use squid_design::certify::verify;
 use squid_design::error::{Error, StoreError};
 use squid_design::inputs::Inputs;
@@ -15,14 +14,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// How often each of the two designs is written.
 const TIMES: usize = 50;
-
-fn design(bandwidth: Option<f64>) -> (Inputs, Finished) {
-    let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
-    let inputs = Inputs::read(vehicle, "design").unwrap();
-    let inputs = bandwidth.map_or(Ok(inputs.clone()), |b| inputs.with_bandwidth(b)).unwrap();
-    let finished = run(&inputs, &Progress::default()).unwrap();
-    (inputs, finished)
-}
 
 /// Whichever of two designs is stored.
 fn either<'a>(directory: &Path, designs: [&'a Inputs; 2]) -> (&'a Inputs, Stored) {
@@ -51,25 +42,26 @@ fn assert_one_design(directory: &Path, proved: &Inputs, other: &Inputs) {
 
 #[test]
 fn two_designs_at_once_leave_one() {
-    let (proved, with_proof) = design(None);
-    let (other, mut without) = design(Some(0.23));
+    let Made { inputs: proved, finished: with_proof } = made("squid");
+    let other = proved.clone().with_bandwidth(0.23).unwrap();
+    let mut without = run(&other, &Progress::default()).unwrap();
     without.proof = Err("taken away".into());
     without.frozen.controller.gamma.certified = false;
     let folder = tempfile::tempdir().unwrap();
-    store::save(folder.path(), &proved, &with_proof).unwrap();
+    store::save(folder.path(), proved, with_proof).unwrap();
     let done = AtomicBool::new(false);
     let write = |inputs: &Inputs, finished: &Finished| {
         (0..TIMES).for_each(|_| store::save(folder.path(), inputs, finished).unwrap());
         done.store(true, Ordering::Relaxed);
     };
     std::thread::scope(|scope| {
-        scope.spawn(|| write(&proved, &with_proof));
+        scope.spawn(|| write(proved, with_proof));
         scope.spawn(|| write(&other, &without));
         scope.spawn(|| {
             while !done.load(Ordering::Relaxed) {
-                assert_one_design(folder.path(), &proved, &other);
+                assert_one_design(folder.path(), proved, &other);
             }
         });
     });
-    assert_one_design(folder.path(), &proved, &other);
+    assert_one_design(folder.path(), proved, &other);
 }

@@ -1,7 +1,6 @@
 //! Singular problems: a controller comes out, and what was added for its design is what the numbers say.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod common;
+use crate::common;
 
 use lpv::matrix::Mat;
 use lpv::partition::Group::{U, W, X, Y, Z};

@@ -1,7 +1,6 @@
 //! Gains at a bounded rate against published and analytic ones.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod common;
+use crate::common;
 
 use lpv::error::SynthesisError;
 use lpv::matrix::Mat;

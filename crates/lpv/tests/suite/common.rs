@@ -1,5 +1,4 @@
 //! Reads the cases with known answers.
-#![allow(dead_code)] // Each test file uses a part.
 
 use lpv::matrix::Mat;
 use lpv::partition::{PLANT, names};
@@ -30,13 +29,6 @@ pub fn plant(case: &Value) -> GeneralisedPlant {
     let repetitions =
         if scheduled { serde_json::from_value(data["blocks"].clone()).unwrap() } else { vec![] };
     GeneralisedPlant::new(repetitions, &blocks).unwrap()
-}
-
-/// The plant of the certificate `name` of the repository's `tests/certificates`.
-pub fn certified_plant(name: &str) -> GeneralisedPlant {
-    let path = format!("{}/../../tests/certificates/{name}.json", env!("CARGO_MANIFEST_DIR"));
-    let certificate: Value = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
-    plant(&serde_json::json!({ "data": { "P": certificate["plant"], "blocks": certificate["blocks"] } }))
 }
 
 /// The plant, the controller and the sample time of a case of kind `sampled`.

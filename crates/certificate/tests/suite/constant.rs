@@ -1,5 +1,4 @@
 //! Certificates for a constant parameter: one that is checked by hand, and every lie that one number of it can tell.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use certificate::{Certificate, ConstantCertificate};
 use serde_json::{Value, json};

@@ -1,7 +1,6 @@
 //! Plants with a direct path from u to y: the loop with it is the loop without it.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod common;
+use crate::common;
 
 use lpv::controller::Controller;
 use lpv::direct_path::{around, reduce, synthesise};

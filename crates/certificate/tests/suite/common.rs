@@ -1,5 +1,4 @@
 //! Certificates for the tests: the golden ones, and one small enough to check by hand.
-#![allow(dead_code)] // Each test file uses a part.
 
 use certificate::Certificate;
 use serde_json::{Value, json};

@@ -1,10 +1,7 @@
 //! The claim with limits, on a loop that can be checked by hand, and by another route on that of Squid.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod common;
-
+use crate::common::prove;
 use certificate::Certificate;
-use common::prove;
 use serde_json::{Value, json};
 
 /// `x' = -a x + u`, `y = r - x`, `u = y`, `|u| <= 1`: with e = u - H x the form is, in x and phi, beside its terms in

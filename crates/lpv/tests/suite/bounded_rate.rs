@@ -1,7 +1,6 @@
 //! Synthesis and proof multipliers for a parameter that moves at a bounded rate.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod common;
+use crate::common;
 
 use lpv::bounded_rate::{Claim, SlowBound, SlowOptions, intervals, least_gamma, synthesise};
 use lpv::matrix::{Mat, from_rows, symmetric_eigenvalues};

@@ -1,7 +1,6 @@
 //! Removing controller states, with and without a limit on the fastest mode.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod common;
+use crate::common;
 
 use lpv::parameter_grid::parameter_grid;
 use lpv::reduce::{reduce, without_fast_modes};

@@ -1,14 +1,8 @@
 //! The claim of a bounded rate, on loops whose gain is known.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod common;
-#[path = "common/independent.rs"]
-#[allow(dead_code)]
-mod independent;
-
+use crate::common::{golden_text, prove, scheduled};
+use crate::independent::Loop;
 use certificate::{Certificate, Slow};
-use common::{golden_text, prove, scheduled};
-use independent::Loop;
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};

@@ -1,7 +1,6 @@
 //! Published and analytic optima, and what must hold of every controller that comes out.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod common;
+use crate::common;
 
 use lpv::partition::Group;
 use lpv::plant::GeneralisedPlant;

@@ -1,7 +1,6 @@
 //! Weights with poles far beyond the plant's: gamma and controller as if they were merely fast.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod common;
+use crate::common;
 
 use lpv::partition::Group::{X, Z};
 use lpv::plant::GeneralisedPlant;

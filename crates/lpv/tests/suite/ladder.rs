@@ -1,7 +1,6 @@
 //! The ladder of gammas on published plants with one parameter.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod common;
+use crate::common;
 
 use lpv::ladder::{Ladder, LadderError, LadderOptions, ladder};
 use lpv::partition::Group;

@@ -1,7 +1,6 @@
 //! The gain of sampled loops: published bounds, and worst-case inputs found by brute force.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod common;
+use crate::common;
 
 use lpv::analysis::Exogenous::{Any, Held};
 use lpv::analysis::{SampledGain, sampled_gain};

@@ -1,7 +1,6 @@
 //! The uncertain models against the vehicle itself.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
+use crate::designs::inputs;
 use auv::{Parameter, linearise};
 use lpv::controller::Controller;
 use lpv::lft::Lft;
@@ -40,11 +39,6 @@ struct Subject {
     model: Model,
     frozen: Vec<FrozenUncertain>,
     joint: UncertainModel,
-}
-
-fn inputs(vehicle: &str) -> Inputs {
-    let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles").join(vehicle);
-    Inputs::read(&directory, "design").unwrap()
 }
 
 fn subject(vehicle: &str, speeds: [f64; 3]) -> Subject {

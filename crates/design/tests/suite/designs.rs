@@ -1,0 +1,42 @@
+//! The default designs of the shipped vehicles, each made once.
+
+use squid_design::inputs::Inputs;
+use squid_design::progress::Progress;
+use squid_design::run::{Finished, run};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::{Mutex, OnceLock};
+
+/// A default design, and what it is made from.
+pub struct Made {
+    pub inputs: Inputs,
+    pub finished: Finished,
+}
+
+impl Made {
+    fn of(inputs: Inputs) -> Self {
+        let finished = run(&inputs, &Progress::default()).unwrap();
+        Self { inputs, finished }
+    }
+
+    /// The design of a vehicle with a delay of its commands (s).
+    pub fn late(name: &str, delay: f64) -> Self {
+        let mut inputs = inputs(name);
+        inputs.design.delay = delay;
+        Self::of(inputs)
+    }
+}
+
+/// The files of a vehicle.
+pub fn inputs(name: &str) -> Inputs {
+    let vehicles = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles"));
+    Inputs::read(&vehicles.join(name), "design").unwrap()
+}
+
+/// The default design of a vehicle, made when it is first asked for.
+pub fn made(name: &'static str) -> &'static Made {
+    static MADE: Mutex<BTreeMap<&str, &OnceLock<Made>>> = Mutex::new(BTreeMap::new());
+    let cell: &'static OnceLock<Made> =
+        MADE.lock().unwrap().entry(name).or_insert_with(|| Box::leak(Box::default()));
+    cell.get_or_init(|| Made::of(inputs(name)))
+}

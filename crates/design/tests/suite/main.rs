@@ -1,0 +1,9 @@
+//! Designs of the shipped vehicles: what is proved, checked, stored and judged of them.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+mod designs;
+mod flown;
+mod sampled;
+mod stored;
+mod uncertain;
+mod verdict;

@@ -1,0 +1,15 @@
+//! Synthesis and analysis on plants whose answers are published or known.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+mod anti_windup;
+mod bounded_rate;
+mod common;
+mod direct_path;
+mod fast_modes;
+mod ladder;
+mod lft;
+mod published;
+mod rate;
+mod reduce;
+mod regularise;
+mod sampled_gain;
