@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -136,8 +137,9 @@ def test_documented_bounds_are_those_proved() -> None:
 def test_documented_pitch_step_is_the_one_proved() -> None:
     """The page on the certificate states the largest pitch step at the limits (deg), rounded down to a tenth."""
     page = (ROOT / "docs" / "certificate.md").read_text(encoding="utf-8")
-    lines = [line for line in page.splitlines() if line.startswith("| Squid (surrogate) | 0.")]
-    stated = float(lines[1].split("|")[2].split("deg")[0])
+    (stated,) = (
+        float(size) for size in re.findall(r"^\| Squid \(surrogate\) \| ([\d.]+) deg", page, re.MULTILINE)
+    )
     inputs = load(FROZEN / "controller.json")["controller_inputs"]
     limits = load(FROZEN / "certificate.json")["limits"]
     assert inputs[limits["input"]]["signal"] == "pitch"
