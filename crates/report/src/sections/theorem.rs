@@ -48,7 +48,11 @@ pub fn theorem(subject: &Subject) -> Result<Vec<Part>, Error> {
                 way, with the reference of the speed held."
         )
     });
-    let limits = "It does not cover other saturation, sampling, actuator lags, or the vehicle's nonlinearity away \
-        from trim; the flights on this page have all of these, but a flight is no proof.";
-    Ok(words.into_iter().chain(step).chain([limits.to_owned()]).map(Part::Words).collect())
+    let lags = if subject.inputs.design.lags { "" } else { "the lags of the actuators, " };
+    let limits = format!(
+        "It does not cover other saturation, sampling (of which `sampled_certificate.json` has a claim of its own), \
+            {lags}or the vehicle's nonlinearity away from trim; the flights on this page have all of these, but a \
+            flight is no proof."
+    );
+    Ok(words.into_iter().chain(step).chain([limits]).map(Part::Words).collect())
 }
