@@ -232,7 +232,7 @@ fn later(a: Mat, b: Mat, ticks: usize) -> (Mat, Mat) {
 
 /// The error when [`Sampling::closed`] or [`trapezoidal`] returns `None`.
 pub fn cannot() -> ProofError {
-    ProofError::Mismatch { what: "the sample time, with a mode of the controller".into() }
+    ProofError::ModeAtTwiceTheRate
 }
 
 /// `Dtt` of the discretised controller: `Dtt + Ct (I - A T/2)^-1 Bt T/2`.

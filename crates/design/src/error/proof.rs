@@ -19,6 +19,12 @@ pub enum ProofError {
             linearisations"
     )]
     NoResidual,
+    /// A mode of the controller at 2/T, where the trapezoidal rule has no solution.
+    #[error(
+        "the controller has a mode at 2/T rad/s, T the sample time, where it cannot be advanced: choose another \
+             sample_time in [autopilot]"
+    )]
+    ModeAtTwiceTheRate,
     /// A certificate is of another controller.
     #[error("the certificate is not of this controller: {what} differs")]
     Mismatch { what: String },
