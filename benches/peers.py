@@ -80,7 +80,8 @@ def squid_rows() -> list[str]:
         ratio = statistics.median(b / a for a, b in pairs)
         rows.append(f"| {name} | {a:.3f} | {b:.3f} | {ratio:.2f} |")
     rows.append("")
-    rows.append(f"Least gamma: lpv {mine['gamma']:.6f}, cvxpy {least:.6f}; proved by lpv: {mine['certified_gamma']:.6f}. ")
+    proved = f"proved by lpv: {mine['certified_gamma']:.6f}"
+    rows.append(f"Least gamma: lpv {mine['gamma']:.6f}, cvxpy {least:.6f}; {proved}. ")
     rows.append(f"Clearance of the closed loop's inequality in cvxpy: {clearance:.1e}.")
     return rows
 
@@ -113,7 +114,8 @@ def rate_rows() -> list[str]:
                 pairs.append((child_time() - before[1], time.process_time() - before[0]))
             a, b = (statistics.median(column) for column in zip(*pairs, strict=True))
             ratio = statistics.median(b / a for a, b in pairs)
-            cells = [path.stem, f"{rate}", f"{a:.2f}", f"{b:.2f}", f"{ratio:.1f}", f"{mine['gamma']:.4f}", f"{least:.4f}"]
+            gammas = f"{mine['gamma']:.4f}", f"{least:.4f}"
+            cells = [path.stem, f"{rate}", f"{a:.2f}", f"{b:.2f}", f"{ratio:.1f}", *gammas]
             rows.append("| " + " | ".join(cells) + " |")
     return rows
 

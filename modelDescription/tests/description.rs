@@ -239,8 +239,14 @@ fn elements_stand_in_the_order_of_the_schema() {
         "<LogCategories>",
         r#"<DefaultExperiment startTime="0.0" stopTime="10.0" tolerance="1e-6" stepSize="0.01"/>"#,
         "<ModelVariables>",
-        r#"<ScalarVariable name="u" valueReference="0" description="the u" causality="input" variability="continuous">"#,
-        r#"<Real declaredType="SI.Angle" unit="rad" displayUnit="deg" min="-1.0" max="1.0" nominal="0.1" start="0.25"/>"#,
+        concat!(
+            r#"<ScalarVariable name="u" valueReference="0" description="the u" causality="input""#,
+            r#" variability="continuous">"#
+        ),
+        concat!(
+            r#"<Real declaredType="SI.Angle" unit="rad" displayUnit="deg" min="-1.0" max="1.0""#,
+            r#" nominal="0.1" start="0.25"/>"#
+        ),
         r#"<Enumeration declaredType="Fidelity" start="2"/>"#,
         r#"<Integer min="0" max="9" start="3"/>"#,
         r#"<Boolean start="true"/>"#,

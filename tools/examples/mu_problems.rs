@@ -40,7 +40,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         .stability();
         let blocks: Vec<(i64, i64)> =
             frozen.model.blocks.iter().map(|b| (-(b.repetitions as i64), 0)).collect();
-        let plant = json!({ "A": to_rows(&system.a), "B": to_rows(&system.b), "C": to_rows(&system.c), "D": to_rows(&system.d) });
+        let [a, b, c, d] = [&system.a, &system.b, &system.c, &system.d].map(to_rows);
+        let plant = json!({ "A": a, "B": b, "C": c, "D": d });
         let problem = json!({ "kind": "mu", "speed": speed, "data": { "P": plant, "blocks": blocks } });
         let path = Path::new(output).join(format!("{speed:.2}.json"));
         std::fs::write(&path, format!("{problem}\n"))?;

@@ -48,7 +48,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let k = &finished.design.controller;
     inputs.design = judged;
     println!(
-        "| speed, m/s | mu, robust stability | mu, robust performance | no controller below | gain without uncertainty |\n\
+        "| speed, m/s | mu, robust stability | mu, robust performance | no controller below | gain without uncertainty \
+         |\n\
          |---|---|---|---|---|"
     );
     for speed in inputs.design.spread(SPEEDS) {

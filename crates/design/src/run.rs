@@ -134,7 +134,8 @@ fn sampled_stage(
     let words = match &proof {
         Ok(proof) => format!(
             "PROVED in exact arithmetic ({seconds:.1} s): gain below {} as sampled each {} s,\n\
-             for every speed in the range that is constant from tick to tick, with the fit advanced by the trapezoidal rule",
+             for every speed in the range that is constant from tick to tick, with the fit advanced by the trapezoidal \
+             rule",
             above(proof.theorem.gamma),
             inputs.design.sample_time
         ),
@@ -201,8 +202,8 @@ fn limits_stage(
 
 fn limits_line(inputs: &Inputs, degrees: f64, seconds: f64) -> String {
     format!(
-        "PROVED in exact arithmetic ({seconds:.1} s): a pitch step of up to {degrees} deg from trim, held for any time and \
-         taken back,\nkeeps the loop in a region from which it returns to trim, commands cut off at their limits,\n\
+        "PROVED in exact arithmetic ({seconds:.1} s): a pitch step of up to {degrees} deg from trim, held for any time \
+         and taken back,\nkeeps the loop in a region from which it returns to trim, commands cut off at their limits,\n\
          for any course of speed from {} to {} m/s with its reference held, and every model in the ball",
         inputs.design.speed_min, inputs.design.speed_max
     )
@@ -227,7 +228,8 @@ fn proof_line(proof: &Proof, half_range: f64, seconds: f64) -> String {
         )
     });
     format!(
-        "PROVED in exact arithmetic ({seconds:.1} s): gain below {} for every course of speed in the range,{covered}{slow}",
+        "PROVED in exact arithmetic ({seconds:.1} s): gain below {} for every course of speed in the \
+         range,{covered}{slow}",
         above(proof.theorem.gamma)
     )
 }

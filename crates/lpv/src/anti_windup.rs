@@ -93,8 +93,8 @@ pub struct AntiWindup {
 /// Each loop has a P of its own. What holds is therefore said of loops whose parameters stand still.
 ///
 /// # Errors
-/// [`SynthesisError::Shape`] without a loop, or where its matrices do not fit; [`SynthesisError::Infeasible`], also where
-/// a limit is not positive; [`SynthesisError::Numerical`].
+/// [`SynthesisError::Shape`] without a loop, or where its matrices do not fit; [`SynthesisError::Infeasible`], also
+/// where a limit is not positive; [`SynthesisError::Numerical`].
 pub fn anti_windup(
     loops: &[LimitedLoop],
     controller_states: usize,

@@ -67,8 +67,8 @@ pub fn compare(subject: &Subject, effort: Effort) -> Result<Vec<Part>, Error> {
     };
     let speeds = [low, 0.5 * (low + high), high];
     let Some(pid) = tuned(subject, &speeds, effort.evaluations)? else {
-        let words = "No PID was tuned: it takes a design that tracks pitch and speed and measures pitch, pitch rate and \
-            speed apart from the references, and gains that hold the limits on |S| and noise.";
+        let words = "No PID was tuned: it takes a design that tracks pitch and speed and measures pitch, pitch rate \
+            and speed apart from the references, and gains that hold the limits on |S| and noise.";
         return Ok(vec![Part::Words(words.into())]);
     };
     let (ours, blended) = (Scheduled(subject), Blended::new(subject));
@@ -97,15 +97,16 @@ pub fn compare(subject: &Subject, effort: Effort) -> Result<Vec<Part>, Error> {
 
 fn words(subject: &Subject) -> String {
     format!(
-        "The same nonlinear vehicle, sensors, sample time, lags, limits, trim feedforward and filtered speed reference under \
-            three laws. PID: of pitch, with derivative on the measured rate and a weight on the reference, and PI of the speed, \
-            gains scheduled on speed, integrals that stop at limits; tuned at the three speeds by COBYLA (M. J. D. Powell, \
-            1994) over the flights of this table, with |S| no larger and commands under noise no rougher than the scheduled \
-            controller's at that speed. Blended: H-infinity controllers of the same weights for six speeds, all \
-            running, outputs blended by speed. Flights: a pitch step of {:.0} deg, a gust of 0.3 m/s in heave, a speed \
-            step; ITAE is the integral of t |error|/step, of the error to the reference itself, not to a model of it. \
-            Box: the declared uncertainty, vehicles at corners and random points; one survives if its pitch is within a \
-            tenth of the step at the end; overshoot is the worst of those. Rows closer than {:.0} % are drawn, those without outcome are not compared.",
+        "The same nonlinear vehicle, sensors, sample time, lags, limits, trim feedforward and filtered speed reference \
+            under three laws. PID: of pitch, with derivative on the measured rate and a weight on the reference, and \
+            PI of the speed, gains scheduled on speed, integrals that stop at limits; tuned at the three speeds by \
+            COBYLA (M. J. D. Powell, 1994) over the flights of this table, with |S| no larger and commands under noise \
+            no rougher than the scheduled controller's at that speed. Blended: H-infinity controllers of the same \
+            weights for six speeds, all running, outputs blended by speed. Flights: a pitch step of {:.0} deg, a gust \
+            of 0.3 m/s in heave, a speed step; ITAE is the integral of t |error|/step, of the error to the reference \
+            itself, not to a model of it. Box: the declared uncertainty, vehicles at corners and random points; one \
+            survives if its pitch is within a tenth of the step at the end; overshoot is the worst of those. Rows \
+            closer than {:.0} % are drawn, those without outcome are not compared.",
         subject.stored.manoeuvre.pitch_step.to_degrees(),
         100.0 * DRAW
     )

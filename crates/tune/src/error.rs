@@ -16,8 +16,8 @@ pub enum Error {
     NotATable { file: String, key: String },
     /// The vehicle holds level flight nowhere.
     #[error(
-        "no two neighbouring speeds from {from} to {to} m/s suit {vehicle}, so that there is no range of speed to begin a \
-         design for: {reasons}; write a design file for the range that you need"
+        "no two neighbouring speeds from {from} to {to} m/s suit {vehicle}, so that there is no range of speed to \
+         begin a design for: {reasons}; write a design file for the range that you need"
     )]
     NoRange { vehicle: String, from: f64, to: f64, reasons: String },
     /// Nothing moves pitch or speed.

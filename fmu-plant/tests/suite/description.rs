@@ -29,9 +29,8 @@ fn describes_itself_from_the_files() {
     assert_eq!(remus.description.model_identifier, "remus100_plant");
     assert!(remus.xml.contains("(published coefficients)") && !remus.xml.contains("surrogate"));
     let planes = variable(&remus.description.variables, "stern_planes");
-    assert!(
-        matches!(&planes.kind, Kind::Real { unit: Some(unit), display_unit: Some(shown), .. } if unit == "rad" && shown == "deg")
-    );
+    let Kind::Real { unit, display_unit, .. } = &planes.kind else { panic!("{planes:?}") };
+    assert_eq!((unit.as_deref(), display_unit.as_deref()), (Some("rad"), Some("deg")));
 }
 
 fn variable<'a>(variables: &'a [ScalarVariable], name: &str) -> &'a ScalarVariable {

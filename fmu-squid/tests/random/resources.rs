@@ -53,7 +53,8 @@ const NUMBERS: [&str; 14] = [
 
 fn change() -> impl Strategy<Value = Change> {
     prop_oneof![
-        6 => (any::<usize>(), prop::sample::select(NUMBERS.to_vec())).prop_map(|(n, to)| Change::Number(n, to.to_owned())),
+        6 => (any::<usize>(), prop::sample::select(NUMBERS.to_vec()))
+            .prop_map(|(n, to)| Change::Number(n, to.to_owned())),
         2 => (any::<usize>(), any::<u8>()).prop_map(|(at, byte)| Change::Byte(at, byte)),
         1 => any::<usize>().prop_map(Change::Cut),
         1 => (any::<usize>(), any::<usize>()).prop_map(|(from, to)| Change::Twice(from, to)),

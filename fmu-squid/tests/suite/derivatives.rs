@@ -99,7 +99,9 @@ proptest! {
         direction in prop::collection::vec(-1.0..1.0, 5),
         ticks in 0..20,
     ) {
-        [SQUID, TWO_DEGREES, CURVED, GIVEN].iter().for_each(|case| hold_at_the_next_tick(*case, &at, &direction, ticks));
+        for case in [SQUID, TWO_DEGREES, CURVED, GIVEN] {
+            hold_at_the_next_tick(case, &at, &direction, ticks);
+        }
     }
 }
 

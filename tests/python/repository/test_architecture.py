@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 from functools import cache
 from pathlib import Path
@@ -39,6 +40,10 @@ MEMBERS = sorted(path.parent.relative_to(ROOT) for path in ROOT.glob("*/src")) +
     path.parent.relative_to(ROOT) for path in ROOT.glob("crates/*/src")
 )
 MOST_FILES = 15
+LONGEST_LINE = 120
+WRITTEN = (".rs", ".py", ".md", ".toml", ".css", ".js")
+WHOLE = re.compile(r"\s*(\||[\w.]+ = [\[{\"])")
+"""What cannot be broken: a row of a table in Markdown, a value in TOML."""
 FORBIDDEN_NAMES = {"openblas-src", "netlib-src", "intel-mkl-src", "bindgen", "cmake"}
 
 
@@ -116,3 +121,13 @@ def test_folders_are_not_too_full(member: Path) -> None:
     folders = {path.parent for path in (ROOT / member / "src").rglob("*.rs")}
     files = {folder.relative_to(ROOT): len(list(folder.glob("*.rs"))) for folder in folders}
     assert not {str(folder): count for folder, count in files.items() if count > MOST_FILES}
+
+
+def test_lines_are_not_too_long() -> None:
+    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    long = []
+    for name in (name for name in listed.splitlines() if name.endswith(WRITTEN)):
+        whole = WHOLE if name.endswith((".md", ".toml")) else re.compile("(?!)")
+        lines = enumerate((ROOT / name).read_text(encoding="utf-8").splitlines(), 1)
+        long += [f"{name}:{n}" for n, line in lines if len(line) > LONGEST_LINE and not whole.match(line)]
+    assert not long

@@ -10,7 +10,8 @@ addEventListener('load', () => {
     const box = chart.getBoundingClientRect();
     chart.scrollIntoView();
     const at = chart.getBoundingClientRect();
-    chart.dispatchEvent(new PointerEvent('pointermove', { clientX: at.x + 0.6 * at.width, clientY: at.y + 0.5 * at.height }));
+    const [clientX, clientY] = [at.x + 0.6 * at.width, at.y + 0.5 * at.height];
+    chart.dispatchEvent(new PointerEvent('pointermove', { clientX, clientY }));
     const told = document.querySelector('.tip')?.textContent ?? '';
     chart.dispatchEvent(new PointerEvent('pointerleave'));
     return { label: chart.getAttribute('aria-label'), drawn: drawn(chart), told, width: box.width };

@@ -63,8 +63,10 @@ pub fn run(which: &Which, asked: &Asked) -> Result<(), Error> {
         let found = constant(&inputs, &finished.model, k, gamma, &progress)?;
         found.save(&directory)?;
         say(&format!(
-            "\nThe gain of the uncertain model is below {} for every constant combination of the declared coefficients within\n\
-             {:.1} % of their declared ranges, for any course of speed, and for every error of the model within balls around\n\
+            "\nThe gain of the uncertain model is below {} for every constant combination of the declared coefficients \
+             within\n\
+             {:.1} % of their declared ranges, for any course of speed, and for every error of the model within balls \
+             around\n\
              it. PROVED in exact arithmetic: {}\n\
              That the balls contain the vehicle is a computation at points of the declared ranges, and not proved.",
             above(found.theorem.gamma),

@@ -90,7 +90,9 @@ pub fn run() -> Result<(), Error> {
             None => ("MISSING", tool.remedy.to_owned()),
         };
         say(&format!("{mark:<8} {:<12} {words}  ({})", tool.names[0], tool.needed_for));
-        rows.push(json!({ "name": tool.names[0], "found": found, "needed_for": tool.needed_for, "remedy": tool.remedy }));
+        rows.push(json!({
+            "name": tool.names[0], "found": found, "needed_for": tool.needed_for, "remedy": tool.remedy,
+        }));
         missing.extend((found.is_none() && tool.required).then_some(tool.names[0]));
     }
     let host = Platform::named(&["host".to_owned()]).map(|platforms| Binaries { platforms, directory: None });

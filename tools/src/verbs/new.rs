@@ -74,10 +74,12 @@ pub fn run(directory: &Path, like: Like) -> Result<(), Error> {
     files.save(directory)?;
     let shown = directory.display();
     say(&format!(
-        "{shown}/vehicle.toml: the coefficients, each with its unit and source. Its status is \"surrogate\" until they are yours.\n\
+        "{shown}/vehicle.toml: the coefficients, each with its unit and source. Its status is \"surrogate\" until they \
+         are yours.\n\
          {shown}/design.toml: what the controller must do\n\
          Next: squid show {shown} --speed 1; squid design {shown}\n\
-         With your own numbers in vehicle.toml: squid tune {shown} --design own, which begins own.toml from them, with a range\n\
+         With your own numbers in vehicle.toml: squid tune {shown} --design own, which begins own.toml from them, with \
+         a range\n\
          of speed, steps and weights that suit the vehicle; then squid design {shown} --design own"
     ));
     let files = ["vehicle.toml", "design.toml"].map(|name| directory.join(name));

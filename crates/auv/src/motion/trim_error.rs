@@ -41,9 +41,9 @@ pub enum TrimError {
     },
     /// No outputs balance the forces at the pitch that is held.
     #[error(
-        "no trim at {} m/s and {} m with the pitch held at {} deg: at best {} N of surge force, {} N of heave force and \
-            {} N.m of pitching moment are left, which no actuator takes up; set 'trim.pitch' to \"free\" in the design \
-            file, or add a thruster that pushes there",
+        "no trim at {} m/s and {} m with the pitch held at {} deg: at best {} N of surge force, {} N of heave force \
+            and {} N.m of pitching moment are left, which no actuator takes up; set 'trim.pitch' to \"free\" in the \
+            design file, or add a thruster that pushes there",
         Rounded(*speed), Rounded(*depth), Rounded(*pitch_deg), part(*surge, [*heave, *moment]),
         part(*heave, [*surge, *moment]), part(*moment, [*surge, *heave])
     )]
@@ -63,8 +63,9 @@ pub enum TrimError {
     },
     /// Trims at neighbouring speeds lie on different branches.
     #[error(
-        "the level trim jumps at {} m/s: {quantity} goes from {} to {} {unit} at once, however close the speeds; hold the pitch by 'trim.pitch' in the design file (\"level\", or an angle), or choose a range of \
-            speeds to one side of the jump",
+        "the level trim jumps at {} m/s: {quantity} goes from {} to {} {unit} at once, however close the speeds; hold \
+            the pitch by 'trim.pitch' in the design file (\"level\", or an angle), or choose a range of speeds to one \
+            side of the jump",
         Rounded(*speed), Rounded(*before), Rounded(*after)
     )]
     Jump {
@@ -80,10 +81,10 @@ pub enum TrimError {
     },
     /// The forward speed, by which an autopilot looks up the trim, does not rise with the speed along the path.
     #[error(
-        "at {} m/s along the path, where the pitch in level trim is {} deg, that pitch changes so fast with the speed that \
-            the forward speed falls while the speed along the path rises; an autopilot that knows the forward speed cannot \
-            tell these trims apart: choose a range of speeds on one side of that, or hold the pitch by 'trim.pitch' in \
-            the design file (\"level\", or an angle)",
+        "at {} m/s along the path, where the pitch in level trim is {} deg, that pitch changes so fast with the speed \
+            that the forward speed falls while the speed along the path rises; an autopilot that knows the forward \
+            speed cannot tell these trims apart: choose a range of speeds on one side of that, or hold the pitch by \
+            'trim.pitch' in the design file (\"level\", or an angle)",
         Rounded(*speed), Rounded(*pitch_deg)
     )]
     ForwardSpeedFalls { speed: f64, pitch_deg: f64 },

@@ -59,7 +59,11 @@ macro_rules! coefficients {
         impl<C: Copy> Coefficients<C> {
             /// Turns every coefficient into `f(key, value)`.
             pub fn map<D>(&self, f: impl Fn(&'static str, C) -> D) -> Coefficients<D> {
-                Coefficients { $($($key: f(stringify!($key), self.$key),)*)* hull: self.hull.clone(), surge: self.surge }
+                Coefficients {
+                    $($($key: f(stringify!($key), self.$key),)*)*
+                    hull: self.hull.clone(),
+                    surge: self.surge,
+                }
             }
         }
 

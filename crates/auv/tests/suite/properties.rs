@@ -111,7 +111,11 @@ proptest! {
 
     /// No text, however damaged, makes the reader panic, and every refusal names file and line.
     #[test]
-    fn damaged_files_are_refused_politely(at in 0..SQUID.len(), length in 0_usize..80, junk in "[\\[\\]{}=\"a-z0-9.\n -]{0,6}") {
+    fn damaged_files_are_refused_politely(
+        at in 0..SQUID.len(),
+        length in 0_usize..80,
+        junk in "[\\[\\]{}=\"a-z0-9.\n -]{0,6}",
+    ) {
         let end = (at + length).min(SQUID.len());
         prop_assume!(SQUID.is_char_boundary(at) && SQUID.is_char_boundary(end));
         let text = format!("{}{junk}{}", &SQUID[..at], &SQUID[end..]);

@@ -51,8 +51,8 @@ impl fmt::Display for ConstantTheorem {
             0 => f.write_str("."),
             n => write!(
                 f,
-                ", also when to [A B2] of the plant {n} term{} E Delta [F Fu] {} added, for any measurable Delta(t) with \
-                 a largest singular value of at most 1.",
+                ", also when to [A B2] of the plant {n} term{} E Delta [F Fu] {} added, for any measurable Delta(t) \
+                 with a largest singular value of at most 1.",
                 s(*n),
                 if *n == 1 { "is" } else { "are" }
             ),

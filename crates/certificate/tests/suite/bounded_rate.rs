@@ -14,7 +14,9 @@ use std::cell::Cell;
 fn one_interval(gamma: f64, m: f64) -> Value {
     let mut c = scheduled(0.75);
     let n = json!([[[-1.0, -m / 2.0, 0.0, 0.0], [-0.5, 0.0, -m / 2.0, 0.0]]]);
-    c["bounded_rate"] = json!({"rate": 3.0, "gamma": gamma, "inverse": false, "X": [[[1.0]]], "breakpoints": [-1.0, 1.0], "N": n});
+    c["bounded_rate"] = json!({
+        "rate": 3.0, "gamma": gamma, "inverse": false, "X": [[[1.0]]], "breakpoints": [-1.0, 1.0], "N": n
+    });
     c
 }
 

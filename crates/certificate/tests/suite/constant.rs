@@ -49,8 +49,8 @@ fn a_certificate_is_proved_as_by_hand() {
     assert_eq!(
         words,
         "For every measurable trajectory of 0 parameters in [-1, 1], on 0 of which the controller depends, and every \
-         constant value of 1 more in [-1, 1], the closed loop of 1 state is exponentially stable and its L2 gain from w \
-         to z is below 2.113."
+         constant value of 1 more in [-1, 1], the closed loop of 1 state is exponentially stable and its L2 gain from \
+         w to z is below 2.113."
     );
     let refused = prove(&first_order(2.111)).unwrap_err();
     assert_eq!(

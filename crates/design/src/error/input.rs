@@ -31,8 +31,8 @@ pub enum InputError {
     ActuatorName { file: String, actuator: String, name: String },
     /// Something is asked of the speed of a vehicle to which it is given.
     #[error(
-        "{file}: '{key}' must be left out, because the vehicle file says [surge] speed = \"given\": no actuator acts on \
-            the speed, and the autopilot is told it in any case"
+        "{file}: '{key}' must be left out, because the vehicle file says [surge] speed = \"given\": no actuator acts \
+            on the speed, and the autopilot is told it in any case"
     )]
     GivenSpeed { file: String, key: String },
 }

@@ -11,12 +11,16 @@ pub enum ModelError {
     Trim(#[from] auv::TrimError),
     /// No actuator reaches a motion that does not come to rest by itself.
     #[error(
-        "at {} m/s nothing acts on the {motion}: no actuator moves it, and it does not settle by itself; it takes {acts}",
+        "at {} m/s nothing acts on the {motion}: no actuator moves it, and it does not settle by itself; it takes \
+         {acts}",
         auv::rounded(*speed)
     )]
     NotReached { speed: f64, motion: &'static str, acts: &'static str },
     /// No measurement shows a motion that does not come to rest by itself.
-    #[error("at {} m/s nothing that is measured shows the {motion}, which does not settle by itself; {shows}", auv::rounded(*speed))]
+    #[error(
+        "at {} m/s nothing that is measured shows the {motion}, which does not settle by itself; {shows}",
+        auv::rounded(*speed)
+    )]
     NotSeen { speed: f64, motion: &'static str, shows: &'static str },
     /// A coefficient is not allowed.
     #[error(transparent)]

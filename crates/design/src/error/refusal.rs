@@ -13,8 +13,8 @@ pub enum Refusal {
     UnstableFit { speed: f64, real_part: f64 },
     /// The loop with the true linearisation is not stable.
     #[error(
-        "at {speed:.3} m/s the loop with the true linearisation has a mode with real part {real_part:.3e} rad/s: the fit \
-            is too far off; raise model.order, or narrow the range of speeds"
+        "at {speed:.3} m/s the loop with the true linearisation has a mode with real part {real_part:.3e} rad/s: the \
+            fit is too far off; raise model.order, or narrow the range of speeds"
     )]
     UnstableTruth { speed: f64, real_part: f64 },
     /// The frozen gain exceeds the bound.

@@ -46,8 +46,8 @@ fn too_far(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Option<S
     let (speed, shown) = (rounded(speed), rounded(degrees));
     Some(match ratio.is_finite() {
         true => format!(
-            "WARNING: at {speed} m/s holding the pitch {shown} deg off its trim takes {} times what the trim leaves of an \
-             actuator,\nby the linear model; lower manoeuvre.pitch_step to {} deg or less, or raise model.speed_min",
+            "WARNING: at {speed} m/s holding the pitch {shown} deg off its trim takes {} times what the trim leaves of \
+             an actuator,\nby the linear model; lower manoeuvre.pitch_step to {} deg or less, or raise model.speed_min",
             rounded(ratio),
             rounded(degrees / ratio)
         ),
@@ -68,7 +68,8 @@ fn too_fast(actuators: &[Actuator], file: &DesignFile, tracked: &Tracked, model:
     let lower = if is_pitch { ratio.sqrt() } else { ratio };
     let key = if is_pitch { "manoeuvre.pitch_step" } else { "its 'scale'" };
     Some(format!(
-        "WARNING: the model of the {}, {} rad/s, asks for {} times the acceleration that all actuators give at {} m/s,\n\
+        "WARNING: the model of the {}, {} rad/s, asks for {} times the acceleration that all actuators give at {} \
+         m/s,\n\
          for a step of {} {unit}; lower its 'frequency' to {} rad/s or less, or {key}",
         tracked.signal().name,
         rounded(frequency),

@@ -20,7 +20,8 @@ unsafe extern "C" {
         functions: *const CallbackFunctions, visible: c_int, logging_on: c_int) -> Component;
     pub fn fmi2FreeInstance(c: Component);
     pub fn fmi2SetDebugLogging(c: Component, on: c_int, n: usize, categories: *const *const c_char) -> Status;
-    pub fn fmi2SetupExperiment(c: Component, defined: c_int, tolerance: f64, start: f64, stop_defined: c_int, stop: f64) -> Status;
+    pub fn fmi2SetupExperiment(c: Component, defined: c_int, tolerance: f64, start: f64, stop_defined: c_int,
+        stop: f64) -> Status;
     pub fn fmi2EnterInitializationMode(c: Component) -> Status;
     pub fn fmi2ExitInitializationMode(c: Component) -> Status;
     pub fn fmi2Terminate(c: Component) -> Status;
@@ -51,8 +52,10 @@ unsafe extern "C" {
     pub fn fmi2GetEventIndicators(c: Component, z: *mut f64, n: usize) -> Status;
     pub fn fmi2GetContinuousStates(c: Component, x: *mut f64, n: usize) -> Status;
     pub fn fmi2GetNominalsOfContinuousStates(c: Component, x: *mut f64, n: usize) -> Status;
-    pub fn fmi2SetRealInputDerivatives(c: Component, vr: *const u32, n: usize, order: *const c_int, value: *const f64) -> Status;
-    pub fn fmi2GetRealOutputDerivatives(c: Component, vr: *const u32, n: usize, order: *const c_int, value: *mut f64) -> Status;
+    pub fn fmi2SetRealInputDerivatives(c: Component, vr: *const u32, n: usize, order: *const c_int,
+        value: *const f64) -> Status;
+    pub fn fmi2GetRealOutputDerivatives(c: Component, vr: *const u32, n: usize, order: *const c_int,
+        value: *mut f64) -> Status;
     pub fn fmi2DoStep(c: Component, at: f64, size: f64, no_set_state: c_int) -> Status;
     pub fn fmi2CancelStep(c: Component) -> Status;
     pub fn fmi2GetStatus(c: Component, kind: StatusKind, value: *mut Status) -> Status;

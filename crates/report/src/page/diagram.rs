@@ -73,8 +73,8 @@ impl Diagram {
     pub fn html(&self) -> String {
         let (name, caption, (width, height)) = (self.name, escaped(&self.caption), self.size);
         format!(
-            "<figure id=\"{name}\" class=\"diagram\">\n<svg role=\"img\" aria-label=\"{caption}\" viewBox=\"0 0 {width} {height}\" \
-                width=\"{width}\" font-size=\"14\" text-anchor=\"middle\">{}</svg>\n\
+            "<figure id=\"{name}\" class=\"diagram\">\n<svg role=\"img\" aria-label=\"{caption}\" viewBox=\"0 0 \
+                {width} {height}\" width=\"{width}\" font-size=\"14\" text-anchor=\"middle\">{}</svg>\n\
                 <figcaption style=\"max-width:{width}px\">{caption}</figcaption>\n</figure>\n",
             self.drawn
         )

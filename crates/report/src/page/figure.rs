@@ -95,8 +95,8 @@ impl Figure {
         let top = head + LINE * rows + 12;
         let height = top + size.1 * self.charts.len().div_ceil(across) as u32;
         let mut out = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
-                class=\"sheet\" font-family=\"{FONT}\">\n<style>{STYLE}</style>\n<rect width=\"{width}\" \
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} \
+                {height}\" class=\"sheet\" font-family=\"{FONT}\">\n<style>{STYLE}</style>\n<rect width=\"{width}\" \
                 height=\"{height}\"/>\n"
         );
         for (i, line) in lines.iter().enumerate() {

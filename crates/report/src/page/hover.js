@@ -10,7 +10,9 @@ for (const figure of document.querySelectorAll('figure')) {
     const flip = () => {
       const off = key.classList.toggle('off');
       key.setAttribute('aria-pressed', String(!off));
-      for (const line of figure.querySelectorAll('.plot [data-k="' + key.dataset.k + '"]')) line.classList.toggle('off', off);
+      for (const line of figure.querySelectorAll('.plot [data-k="' + key.dataset.k + '"]')) {
+        line.classList.toggle('off', off);
+      }
     };
     key.addEventListener('click', flip);
     key.addEventListener('keydown', event => {

@@ -34,8 +34,8 @@ pub fn disturbances(subject: &Subject) -> Result<Vec<Part>, Error> {
     let flown =
         subject.speeds.iter().map(|v| in_current(subject, *v)).collect::<Result<Vec<Flight>, Error>>()?;
     let words = format!(
-        "The water begins to move down by {GUST} m/s at {STEP_TIME:.0} s and forward by as much at {FORWARD_TIME:.0} s, at once \
-            and everywhere, and stays so. Speed is that through the water. \
+        "The water begins to move down by {GUST} m/s at {STEP_TIME:.0} s and forward by as much at {FORWARD_TIME:.0} \
+            s, at once and everywhere, and stays so. Speed is that through the water. \
             Nonlinear and sampled, as above."
     );
     let current = Figure {
@@ -93,8 +93,8 @@ fn noise(subject: &Subject) -> Result<Figure, Error> {
     Ok(Figure {
         name: "noise".into(),
         caption: format!(
-            "How large the commands of {} become for a sine of each measurement's noise, all together, at six frozen speeds, \
-                as the loop flies.",
+            "How large the commands of {} become for a sine of each measurement's noise, all together, at six frozen \
+                speeds, as the loop flies.",
             subject.name()
         ),
         keys: subject.speed_keys(),

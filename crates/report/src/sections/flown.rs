@@ -139,17 +139,17 @@ fn noise(subject: &Subject, frozen: &[AtSpeed]) -> Figure {
 fn words(subject: &Subject) -> String {
     let which = subject.wanted_speed();
     format!(
-        "The linear loop at a frozen speed with everything that flies: true linearisation, sampled controller, commands \
-            held, lags of the actuators, trim that follows the {which}. Each margin is the smallest of all \
+        "The linear loop at a frozen speed with everything that flies: true linearisation, sampled controller, \
+            commands held, lags of the actuators, trim that follows the {which}. Each margin is the smallest of all \
             places at which the loop can be opened while it stays closed elsewhere, each measurement and each command: \
-            with L = 1/S - 1 there, the gain margins are 1/|L| where L crosses the negative real axis, the phase margin is \
-            |arg(-L)| where |L| = 1, the delay margin is arg(-L)/w there, with arg from 0 to 2 pi. The disk margin is alpha = \
-            1/max|S - 1/2| (P. Seiler, A. Packard, P. Gahinet, IEEE Control Systems Magazine 40(5), 2020), with the \
-            phase 2 atan(alpha/2): gain and phase may be off by as much at the same time. Steps are of the reference \
-            of each output, followed for {FOLLOWED:.0} s; settled: within 2 %; the steady error is |1 - T| at z = 1. Gust: the \
-            water begins to move vertically by {GUST} m/s at once, and heave through the water jumps by as much. Noise: \
-            white at each sample, 0.05 deg rms on angles, 0.05 deg/s on the rate, 0.01 m/s on speeds; the rms of \
-            a command follows from a Lyapunov equation."
+            with L = 1/S - 1 there, the gain margins are 1/|L| where L crosses the negative real axis, the phase \
+            margin is |arg(-L)| where |L| = 1, the delay margin is arg(-L)/w there, with arg from 0 to 2 pi. The disk \
+            margin is alpha = 1/max|S - 1/2| (P. Seiler, A. Packard, P. Gahinet, IEEE Control Systems Magazine 40(5), \
+            2020), with the phase 2 atan(alpha/2): gain and phase may be off by as much at the same time. Steps are of \
+            the reference of each output, followed for {FOLLOWED:.0} s; settled: within 2 %; the steady error is |1 - \
+            T| at z = 1. Gust: the water begins to move vertically by {GUST} m/s at once, and heave through the water \
+            jumps by as much. Noise: white at each sample, 0.05 deg rms on angles, 0.05 deg/s on the rate, 0.01 m/s on \
+            speeds; the rms of a command follows from a Lyapunov equation."
     )
 }
 

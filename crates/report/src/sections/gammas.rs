@@ -45,8 +45,8 @@ pub fn gammas(subject: &Subject) -> Result<Vec<Part>, Error> {
     }
     let words = format!(
         "'Best' rows contain the least gamma that any controller reaches if it may assume this about the \
-            speed, within {} %; 'this loop' is the finished one, built {:.1} % above its least gamma. Only the last holds \
-            for every course of speed and between the samples; bounded rates and arbitrarily fast changes are \
+            speed, within {} %; 'this loop' is the finished one, built {:.1} % above its least gamma. Only the last \
+            holds for every course of speed and between the samples; bounded rates and arbitrarily fast changes are \
             analysed at {SAMPLES} speeds.",
         100.0 * ACCURACY,
         100.0 * subject.stored.controller.gamma.back_off

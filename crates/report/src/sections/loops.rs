@@ -30,8 +30,9 @@ pub fn loops(subject: &Subject) -> Result<Vec<Part>, Error> {
     let mut parts = vec![Part::Words(
         "The linear loop at six frozen speeds as it flies: true linearisation, sampled controller, lags of the \
             actuators. It is opened at the measurement of one output while the others stay closed, L = 1/S - 1. In the \
-            Nichols charts no curve enters the dashed disk |S - 1/2| > 1/alpha about the point -1, at 0 dB and -180 deg; \
-            alpha is the least disk margin of the six at the frequencies drawn (P. Seiler, A. Packard, P. Gahinet, 2020)."
+            Nichols charts no curve enters the dashed disk |S - 1/2| > 1/alpha about the point -1, at 0 dB and -180 \
+            deg; alpha is the least disk margin of the six at the frequencies drawn (P. Seiler, A. Packard, P. \
+            Gahinet, 2020)."
             .into(),
     )];
     for (i, tracked) in subject.inputs.design.tracked.iter().enumerate() {
@@ -101,8 +102,8 @@ fn figure(subject: &Subject, loops: &[FrozenLoop], i: usize, name: &str) -> Figu
     Figure {
         name: format!("loop-of-{name}"),
         caption: format!(
-            "The loop of {} opened at {name}: gain, phase and both in a Nichols chart; and closed, from its reference to \
-                {name}.",
+            "The loop of {} opened at {name}: gain, phase and both in a Nichols chart; and closed, from its reference \
+                to {name}.",
             subject.name()
         ),
         keys,

@@ -109,8 +109,8 @@ fn about(found: &[SpeedMu], has_lags: bool) -> String {
             its loop has a pole on the axis. In the model what moves the trim, the incidence, is an \
             independent parameter; what a vehicle does, whose trim follows from its coefficients, is in the \
             table after. Figure and first table are of the loop in continuous time, as it was designed: {lags} \
-            the lags of the actuators. A perturbation of which a bound speaks does not change with time; what a changing speed \
-            does is the business of the certificate."
+            the lags of the actuators. A perturbation of which a bound speaks does not change with time; what a \
+            changing speed does is the business of the certificate."
     )
 }
 

@@ -15,7 +15,8 @@ pub fn structure(subject: &Subject) -> Result<Vec<Part>, Error> {
     let (plant, k) = (subject.plant.sizes(), subject.controller.parts.sizes());
     let (centre, half_range) = subject.inputs.design.scheduling();
     let words = format!(
-        "Theta = rho I, rho = (V - {centre})/{half_range}, the speed V in m/s. In brackets: how many signals a wire has."
+        "Theta = rho I, rho = (V - {centre})/{half_range}, the speed V in m/s. In brackets: how many signals a wire \
+         has."
     );
     Ok(vec![
         Part::Words(words),
@@ -71,9 +72,10 @@ fn loop_through(
 
 /// Fig. 1 b: all copies of the parameter in one block, and a controller without parameters.
 fn augmented(plant: Sizes, k: Sizes) -> Diagram {
-    let caption = "The same loop transformed (the paper's Fig. 1 b), as the matrix inequalities see it: all copies of the \
-        speed in one block, the copies of the controller passed through the plant."
-        .into();
+    let caption =
+        "The same loop transformed (the paper's Fig. 1 b), as the matrix inequalities see it: all copies of \
+        the speed in one block, the copies of the controller passed through the plant."
+            .into();
     let mut d = Diagram::new("fig1b-structure", caption, (520, 310));
     let (x, both) = (260.0, plant.t + k.t);
     d.block((x, 35.0), (190.0, 40.0), &[format!("diag(rho I_{}, rho I_{})", plant.t, k.t)]);
@@ -100,8 +102,8 @@ fn weighted(subject: &Subject, states: usize) -> Diagram {
     let names = |all: Vec<&str>| all.join(", ");
     let outputs = names(design.tracked.iter().map(|t| t.signal().name).collect());
     let caption = format!(
-        "What is weighted (the paper's Fig. 2): the errors of {outputs} by W_e, the commands by W_u; w has the references r, \
-            the disturbances d at the actuators{}.",
+        "What is weighted (the paper's Fig. 2): the errors of {outputs} by W_e, the commands by W_u; w has the \
+            references r, the disturbances d at the actuators{}.",
         if apart { " and the noise n of the sensors" } else { "" }
     );
     let mut d = Diagram::new("fig2-weights", caption, (760, 270));

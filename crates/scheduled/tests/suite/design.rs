@@ -15,7 +15,9 @@ fn reads_back_what_it_wrote() {
 
 proptest! {
     #[test]
-    fn numbers_read_back_to_the_bit(value in prop::num::f64::NORMAL | prop::num::f64::ZERO | prop::num::f64::SUBNORMAL) {
+    fn numbers_read_back_to_the_bit(
+        value in prop::num::f64::NORMAL | prop::num::f64::ZERO | prop::num::f64::SUBNORMAL,
+    ) {
         let mut design = example::design();
         design.lft.a[0][1] = value;
         let read = ControllerDesign::from_json(&design.to_json().unwrap()).unwrap();
@@ -73,7 +75,8 @@ fn both_formats_become_one_design() {
         (json.replace("\"tracked\"", "\"reference_filter\":1.0,\"tracked\""), "has `tracked` alone"),
         (
             json.replace("squid-controller/1", "squid-controller/4"),
-            "format is 'squid-controller/4', but only 'squid-controller/1', 'squid-controller/2', 'squid-controller/3' can be read",
+            "format is 'squid-controller/4', but only 'squid-controller/1', 'squid-controller/2', \
+             'squid-controller/3' can be read",
         ),
         (second.replace("\"error\"", "\"integral\""), "unknown variant `integral`"),
         (second.replace("\"signal\"", "\"name\""), "each with `signal`, `kind`, `unit` and `scale` alone"),

@@ -146,7 +146,8 @@ mod tests {
 
     #[test]
     fn plants_without_states_have_the_sizes_of_their_direct_paths() {
-        let text = r#"{"A": [], "B1": [], "B2": [], "C1": [[]], "C2": [[]], "D11": [[1, 2]], "D12": [[1]], "D21": [[1, 0]]}"#;
+        let text = r#"{"A": [], "B1": [], "B2": [], "C1": [[]], "C2": [[]],
+            "D11": [[1, 2]], "D12": [[1]], "D21": [[1, 0]]}"#;
         let p = plant_of(text).unwrap();
         assert_eq!(
             (p.b1().shape(), p.b2().shape(), p.c1().shape(), p.c2().shape()),
@@ -170,8 +171,10 @@ mod tests {
 
     #[test]
     fn a_performance_channel_is_demanded() {
-        let no_w = r#"{"A": [[1]], "B1": [[]], "B2": [[1]], "C1": [[1]], "C2": [[1]], "D11": [[]], "D12": [[1]], "D21": [[]]}"#;
-        let no_z = r#"{"A": [[1]], "B1": [[1]], "B2": [[1]], "C1": [], "C2": [[1]], "D11": [], "D12": [], "D21": [[1]]}"#;
+        let no_w = r#"{"A": [[1]], "B1": [[]], "B2": [[1]], "C1": [[1]], "C2": [[1]],
+            "D11": [[]], "D12": [[1]], "D21": [[]]}"#;
+        let no_z = r#"{"A": [[1]], "B1": [[1]], "B2": [[1]], "C1": [], "C2": [[1]],
+            "D11": [], "D12": [], "D21": [[1]]}"#;
         for (text, words) in [(no_w, "'B1' has no columns"), (no_z, "'C1' has no rows")] {
             let found = refusal(text);
             assert!(found.contains(words) && found.contains("needs a performance channel"), "{found}");
