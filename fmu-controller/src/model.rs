@@ -62,7 +62,7 @@ impl Controller {
         &self.autopilot
     }
 
-    /// What an actuator is told: the autopilot's command, through the inverse of its curve if it has one.
+    /// What an actuator gets: the autopilot's command, through the inverse of its curve if it has one.
     pub fn command(&self, index: usize) -> f64 {
         self.design.actuators[index].taken(self.autopilot.outputs().commands[index]).0
     }

@@ -163,7 +163,7 @@ mod tests {
     use super::*;
     use crate::inputs::Inputs;
 
-    /// The drag of BlueROV2 Heavy is quadratic: a range of speed with rest inside is told from others.
+    /// The drag of BlueROV2 Heavy is quadratic: a range of speed with rest inside is distinguished from others.
     #[test]
     fn a_proof_that_fails_at_rest_is_told_in_words_of_the_vehicle() {
         let directory = concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/bluerov2_heavy");

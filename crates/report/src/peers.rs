@@ -51,7 +51,7 @@ struct Line {
     slight: f64,
     largest: bool,
     /// Not compared: both sides have the same limit, or none.
-    told: bool,
+    reported: bool,
     values: Vec<f64>,
 }
 
@@ -139,7 +139,7 @@ fn at_speed(
         decimals,
         slight,
         largest: false,
-        told: false,
+        reported: false,
         values,
     };
     let tick = subject.inputs.design.sample_time;
@@ -152,10 +152,10 @@ fn at_speed(
         line("speed step: overshoot (%)", 2, 0.5, of_flight(|f| 100.0 * f.speed.overshoot)),
         line("gust: peak of pitch (deg)", 2, 0.0, of_flight(|f| f.gust.to_degrees())),
         Line {
-            told: true,
+            reported: true,
             ..line("largest command (% of the way to a limit)", 0, 0.0, of_flight(|f| 100.0 * f.effort))
         },
-        Line { told: true, ..line("peak of |S|", 2, 0.0, of_loop(|s| s.peak)) },
+        Line { reported: true, ..line("peak of |S|", 2, 0.0, of_loop(|s| s.peak)) },
         line("commands under noise, rms (% of reach)", 2, 0.0, of_loop(|s| 100.0 * s.roughness)),
         Line {
             largest: true,
@@ -187,7 +187,7 @@ fn on_ramp(subject: &Subject, laws: &[(&str, &dyn Law)]) -> Result<Vec<Line>, Er
         decimals,
         slight,
         largest: false,
-        told: false,
+        reported: false,
         values,
     };
     Ok(vec![
@@ -206,7 +206,7 @@ impl Line {
         };
         let mut row = vec![self.name.to_owned(), self.at.clone()];
         row.extend(self.values.iter().map(value));
-        let outcome = |other: &f64| if self.told { "" } else { self.against(*other) };
+        let outcome = |other: &f64| if self.reported { "" } else { self.against(*other) };
         row.extend(self.values[1..].iter().map(|other| outcome(other).to_owned()));
         row
     }
@@ -361,7 +361,7 @@ pub(crate) mod tests {
             decimals: 1,
             slight: 0.5,
             largest,
-            told: false,
+            reported: false,
             values: values.to_vec(),
         }
     }

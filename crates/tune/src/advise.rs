@@ -117,6 +117,6 @@ fn moved<'v>(row: &Row, verdict: &'v Verdict) -> Option<(f64, &'v Row)> {
         true => room(after, base) - room(row, base),
         false => 1.0 + room(after, 1.0),
     };
-    let slight = row.outcome == Outcome::Told && base.abs() < LITTLE;
+    let slight = row.outcome == Outcome::Reported && base.abs() < LITTLE;
     (gain.is_finite() && !slight).then_some((gain, after))
 }

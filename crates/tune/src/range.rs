@@ -85,7 +85,7 @@ pub(crate) fn range(vehicle: &Vehicle) -> Result<Vec<Reach>, Error> {
     Err(Error::NoRange { vehicle: vehicle.name.clone(), from: 0.0, to: TO, reasons: reasons.join("; ") })
 }
 
-/// Speeds of which the reasons are told where there is no range, m/s.
+/// Speeds whose reasons are given where there is no range, m/s.
 const SHOWN: [f64; 3] = [0.5, 1.0, 2.0];
 
 /// The longest part of a run in which authority and speed are similar.

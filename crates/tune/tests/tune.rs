@@ -32,9 +32,9 @@ fn advice_holds_when_it_is_followed() {
     assert_eq!(before.outcome, Outcome::Missed, "{verdict}");
     let advice = advise(&inputs, &verdict, &Progress::default()).unwrap();
     assert_eq!(advice.len(), verdict.missed().count());
-    let told = advice.iter().find(|advice| advice.what.starts_with("mu of")).unwrap();
-    let Turn { knob, key, factor } = told.turn.clone().unwrap();
-    let words = told.to_string();
+    let missed = advice.iter().find(|advice| advice.what.starts_with("mu of")).unwrap();
+    let Turn { knob, key, factor } = missed.turn.clone().unwrap();
+    let words = missed.to_string();
     assert!(words.contains(if factor > 1.0 { "raise " } else { "lower " }), "{words}");
     assert!(words.contains(&key), "{words}");
     let mut turned = inputs.clone();

@@ -161,8 +161,8 @@ fn ends_are_taken_or_excluded_in_words<M: Model>(describe: fn() -> Described<M>)
             let own = sentence.contains(&format!("{} is {end}", parameter.name));
             if own {
                 let words = ["above zero", "excluded"];
-                let told = words.iter().any(|word| parameter.description.contains(word));
-                assert!(told, "'{}' at {end}: {sentence}", parameter.description);
+                let explained = words.iter().any(|word| parameter.description.contains(word));
+                assert!(explained, "'{}' at {end}: {sentence}", parameter.description);
                 excluded += 1;
             }
         }

@@ -18,18 +18,18 @@ fn outputs_move_as_told<M: Model>(case: Case) {
     for _ in 0..123 {
         instance.step(instance.time(), 0.0171, &mut Silent).unwrap();
     }
-    let mut told = vec![0.0; outputs.len()];
-    instance.output_derivatives(&outputs, &vec![1; outputs.len()], &mut told, &mut Silent).unwrap();
+    let mut stated = vec![0.0; outputs.len()];
+    instance.output_derivatives(&outputs, &vec![1; outputs.len()], &mut stated, &mut Silent).unwrap();
     let before = read(&mut instance, &outputs);
     let h = 1e-6;
     instance.step(instance.time(), h, &mut Silent).unwrap();
     let after = read(&mut instance, &outputs);
-    for (position, told) in told.iter().enumerate() {
+    for (position, stated) in stated.iter().enumerate() {
         let found = (after[position] - before[position]) / h;
         let name = &description.variables[outputs[position] as usize].name;
-        assert!((found - told).abs() < 1e-4 * (1.0 + told.abs()), "{name}: {told} and {found}");
+        assert!((found - stated).abs() < 1e-4 * (1.0 + stated.abs()), "{name}: {stated} and {found}");
     }
-    assert!(told.iter().filter(|value| **value != 0.0).count() > 5);
+    assert!(stated.iter().filter(|value| **value != 0.0).count() > 5);
     let refused = instance.output_derivatives(&outputs[..1], &[2], &mut [0.0], &mut Silent);
     assert!(refused.unwrap_err().to_string().contains("order 2"));
 }
@@ -50,27 +50,27 @@ fn on_a_ramp_outputs_move_as_their_derivatives_say() {
     (0..10).for_each(|_| ramp(&mut instance, 0.1));
     let state = instance.snapshot().unwrap();
     let bytes = instance.serialise(&state).unwrap();
-    let mut told = vec![0.0; outputs.len()];
-    instance.output_derivatives(&outputs, &orders, &mut told, &mut Silent).unwrap();
+    let mut stated = vec![0.0; outputs.len()];
+    instance.output_derivatives(&outputs, &orders, &mut stated, &mut Silent).unwrap();
     let (h, before) = (1e-6, read(&mut instance, &outputs));
     ramp(&mut instance, h);
     let speed = description.position("speed").unwrap() as u32;
-    for ((output, after), (before, told)) in
-        outputs.iter().zip(read(&mut instance, &outputs)).zip(before.iter().zip(&told))
+    for ((output, after), (before, stated)) in
+        outputs.iter().zip(read(&mut instance, &outputs)).zip(before.iter().zip(&stated))
     {
         let found = (after - before) / h;
-        assert!((found - told).abs() < 1e-4 * (1.0 + told.abs()), "{output}: {told} and {found}");
-        assert!(*output != speed || *told < -0.05, "the water comes faster and faster: {told}");
+        assert!((found - stated).abs() < 1e-4 * (1.0 + stated.abs()), "{output}: {stated} and {found}");
+        assert!(*output != speed || *stated < -0.05, "the water comes faster and faster: {stated}");
     }
     // The rates are part of the state, also of one that went through bytes; a step without them ends them.
     let mut again = vec![0.0; outputs.len()];
     instance.restore(&instance.deserialise(&bytes).unwrap()).unwrap();
     instance.output_derivatives(&outputs, &orders, &mut again, &mut Silent).unwrap();
-    assert_eq!(again, told);
+    assert_eq!(again, stated);
     instance.step(instance.time(), h, &mut Silent).unwrap();
     instance.output_derivatives(&outputs, &orders, &mut again, &mut Silent).unwrap();
     let position = outputs.iter().position(|output| *output == speed).unwrap();
-    assert!((again[position] - told[position] - 0.1).abs() < 1e-2, "{again:?}");
+    assert!((again[position] - stated[position] - 0.1).abs() < 1e-2, "{again:?}");
 }
 
 #[test]

@@ -49,11 +49,11 @@ def test_packages_from_another_place_are_the_same_to_the_byte(
     the same report, which is not computed again.
     """
     copied = package(run_squid, copied_vehicle, tmp_path / "copied", report=True)
-    told = {
+    printed = {
         verb: (copied.folder / f"{verb}.txt").read_text(encoding="utf-8") for verb in ("report", "package")
     }
-    assert told["report"].count("\nreport  ") >= 11
-    assert "Robust stability" in told["report"] and "Robust stability" not in told["package"]
+    assert printed["report"].count("\nreport  ") >= 11
+    assert "Robust stability" in printed["report"] and "Robust stability" not in printed["package"]
     for one, other in zip(squid.fmus, copied.fmus, strict=True):
         assert filecmp.cmp(one, other, shallow=False), one.name
 
@@ -168,7 +168,7 @@ def test_weight_by_a_polynomial_is_refused(run_squid: Run, copied_vehicle: Path,
 def test_model_of_the_speed_without_its_frequency(
     run_squid: Run, copied_vehicle: Path, tmp_path: Path
 ) -> None:
-    """What is missing is told at the table that lacks it."""
+    """What is missing is reported at the table that lacks it."""
     path = copied_vehicle / "design.toml"
     spoil(path, "\nfrequency = 1.7\n", "\n")
     line = line_of(path, 'output = "speed"') - 1
@@ -240,15 +240,15 @@ def test_flight_that_leaves_the_water(run_squid: Run, copied_vehicle: Path, tmp_
     spoil(copied_vehicle / "design.toml", "depth = 50.0", "depth = 1.0")
     done = run_squid("simulate", copied_vehicle, "--out", tmp_path / "out")
     assert done.returncode == 0, done.stderr
-    told = re.search(
+    printed = re.search(
         r"In the default manoeuvre the vehicle reaches the surface at ([\d.]+) s, with ([\d.]+) m/s",
         done.stdout,
     )
-    assert told, done.stdout
+    assert printed, done.stdout
     names, *rows = (tmp_path / "out" / "flight.csv").read_text(encoding="utf-8").splitlines()
     column = names.split(",").index("depth [m]")
     assert min(float(row.split(",")[column]) for row in rows) >= -1e-3
-    assert float(rows[-1].split(",")[0]) == pytest.approx(float(told[1]) - 0.02, abs=0.006)
+    assert float(rows[-1].split(",")[0]) == pytest.approx(float(printed[1]) - 0.02, abs=0.006)
     assert "the step at 3.00 m/s the vehicle reaches the surface at " in done.stdout
     assert "inf" not in done.stdout and "NaN" not in done.stdout
 

@@ -259,7 +259,7 @@ def test_an_output_that_cannot_be_is_told_before_the_work(
 def test_missing_binaries_are_told_before_the_work(
     run_squid: Run, copied_design: Path, tmp_path: Path
 ) -> None:
-    """Before the proof, which comes first and is told, and before the report."""
+    """Before the proof, which comes first and is reported, and before the report."""
     done = run_squid("package", SQUID, "--out", copied_design, "--binaries", tmp_path)
     assert (done.returncode, done.stdout) == (1, "")
     assert "fmu_plant" in done.stderr and str(tmp_path) in done.stderr

@@ -70,8 +70,8 @@ def test_a_page_is_whole_in_a_narrow_and_in_a_wide_window(
             for chart in figure["charts"]:
                 assert chart["drawn"], (figure["id"], chart["label"])
                 assert 0.5 * min(width, 600) < chart["width"] <= width, (figure["id"], chart["label"])
-        told = [chart["told"] for figure in found["figures"] for chart in figure["charts"]]
-        assert sum(bool(re.search(r"\d", words)) for words in told) > 0.9 * len(told), (
+        shown = [chart["shown"] for figure in found["figures"] for chart in figure["charts"]]
+        assert sum(bool(re.search(r"\d", words)) for words in shown) > 0.9 * len(shown), (
             "values under the pointer"
         )
         assert brightness(found["paper"]) > 200 > 100 > brightness(found["ink"])

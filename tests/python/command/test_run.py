@@ -66,15 +66,15 @@ def test_a_full_disk_is_told_before_the_work(monkeypatch: pytest.MonkeyPatch, tm
     monkeypatch.setattr(room, "free_in", free.__getitem__)
     monkeypatch.setattr(room, "taken_by", lambda folder: 0.0)
     room.ask_for(3.0, 1.0, "the tests")
-    told = r"^the tests need {} GB of disk space, and {} has {} GB free\.$"
-    with pytest.raises(StageError, match=told.format(r"7\.0", ROOT, r"3\.3")):
+    message = r"^the tests need {} GB of disk space, and {} has {} GB free\.$"
+    with pytest.raises(StageError, match=message.format(r"7\.0", ROOT, r"3\.3")):
         room.ask_for(7.0, 1.0, "the tests")
-    with pytest.raises(StageError, match=told.format(r"1\.5", tempfile.gettempdir(), r"1\.2")):
+    with pytest.raises(StageError, match=message.format(r"1\.5", tempfile.gettempdir(), r"1\.2")):
         room.ask_for(3.0, 1.5, "the tests")
     monkeypatch.setattr(room, "taken_by", lambda folder: 2.0)
     room.ask_for(7.0, 1.0, "the tests")
     free[ROOT] = 0.4
-    with pytest.raises(StageError, match=told.format(r"0\.5", ROOT, r"0\.4")):
+    with pytest.raises(StageError, match=message.format(r"0\.5", ROOT, r"0\.4")):
         room.ask_for(3.0, 1.0, "the tests")
 
 
@@ -124,7 +124,7 @@ def test_a_step_that_does_not_settle_is_described() -> None:
 
 
 def test_a_flight_ends_at_the_surface(run_squid: Run, tmp_path: Path) -> None:
-    """A millimetre above it is rounding; time and speed are told, and figures end there."""
+    """A millimetre above it is rounding; time and speed are given, and figures end there."""
     signals = {name: np.zeros(4) for name in ("pitch", "pitch_reference_used", "speed_reference_used")}
     signals |= {"time": np.arange(4.0), "depth": np.array([0.0, -5e-4, -0.02, 1.0])}
     signals["speed"] = np.array([0.25, 0.5, 2.5, 9.0])

@@ -47,7 +47,7 @@ def test_shipped_controllers_are_proved(packages: Packages, run_squid: Run) -> N
 
 
 def test_plant_has_nothing_to_verify(squid: Packages, run_squid: Run) -> None:
-    """An FMU without controller is told apart from one that fails."""
+    """An FMU without controller is not taken for one that fails."""
     done = run_squid("verify", squid.plant)
     assert done.returncode == 1
     assert "nothing to verify" in done.stderr

@@ -75,11 +75,11 @@ def test_outside_the_range_of_speed_the_nearest_law_flies_and_says_so(
     end: float,
     returns: bool,
 ) -> None:
-    """At rest in the water, by a following current, and faster than scheduled: rho stays at its end, flagged and told.
+    """At rest in the water, by a following current, and faster than scheduled: rho stays at its end, flagged and reported.
 
     There it is flown, not proved: a step of pitch, and the speed asked for.
     """
-    told: list[tuple[bool, float]] = []
+    given: list[tuple[bool, float]] = []
     with Slave(squid.plant, "plant") as plant, Slave(squid.controller, "controller") as controller:
         plant.begin({"initial_speed": start})
         controller.begin()
@@ -88,13 +88,13 @@ def test_outside_the_range_of_speed_the_nearest_law_flies_and_says_so(
 
         def references(_: int, time: float) -> tuple[float, float]:
             plant.set("current_horizontal", current if time >= STEP_TIME else 0.0)
-            told.append((controller.fmu.getBoolean([flag])[0], controller.get("scheduling_parameter")))
+            given.append((controller.fmu.getBoolean([flag])[0], controller.get("scheduling_parameter")))
             return level + (5.0 * DEGREE if time >= 20.0 else 0.0), wanted
 
         flown = couple(plant, controller, references, 60.0, sample_time(squid))
-    outside = [rho for out, rho in told if out]
+    outside = [rho for out, rho in given if out]
     assert len(outside) > 10 and set(outside) == {end}
-    assert told[-1][0] is not returns
+    assert given[-1][0] is not returns
     assert capfd.readouterr().out.count("held at %g until it returns" % end) == 1
     assert flown["path_speed"][-1] == pytest.approx(wanted, abs=0.01)
     assert flown["pitch"][-1] == pytest.approx(level + 5.0 * DEGREE, abs=0.2 * DEGREE)

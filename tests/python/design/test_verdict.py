@@ -1,4 +1,4 @@
-"""What [require] asks and a design misses is told, counted in the exit code, and looked for by `squid tune`."""
+"""What [require] asks and a design misses is reported, counted in the exit code, and looked for by `squid tune`."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def test_advice_is_printed_and_kept(run_squid: Run, hard: Path, tmp_path: Path) 
 
 
 def test_a_vehicle_alone_is_tuned(run_squid: Run, tmp_path: Path) -> None:
-    """Few designs: the file that is written is commented, and gives the verdict that was told."""
+    """Few designs: the file that is written is commented, and gives the verdict that was printed."""
     vehicle = tmp_path / "mine"
     vehicle.mkdir()
     shutil.copy(SQUID / "vehicle.toml", vehicle)

@@ -132,12 +132,12 @@ def test_outputs_move_as_their_derivatives_say(packages: Packages, kind: str) ->
         fly_on(slave, kind, 0.0)
         names = ["pitch", "pitch_rate", "speed", "heave", "path_speed", "depth", "distance"]
         references = [slave.variables[name].valueReference for name in names]
-        told = slave.fmu.getRealOutputDerivatives(references, [1] * len(names))
+        stated = slave.fmu.getRealOutputDerivatives(references, [1] * len(names))
         before, step = np.array(slave.fmu.getReal(references)), 1e-6
         slave.fmu.doStep(0.5, step)
         found = (np.array(slave.fmu.getReal(references)) - before) / step
-        assert np.allclose(told, found, rtol=1e-3, atol=1e-4)
-        assert np.all(np.abs(told) > 0.0)
+        assert np.allclose(stated, found, rtol=1e-3, atol=1e-4)
+        assert np.all(np.abs(stated) > 0.0)
 
 
 NEARLY_A_HUNDREDTH = (0.01, 0.00999999999999934, 0.010000000000000009)

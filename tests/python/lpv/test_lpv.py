@@ -45,7 +45,7 @@ def test_files_and_check(run_squid: Run, tmp_path: Path) -> None:
 
 
 def test_check_answers_with_one_object(run_squid: Run, tmp_path: Path) -> None:
-    """Proved, not proved and a wrong file are told apart, with gamma or a reason."""
+    """Proved, not proved and a wrong file are distinguished, with gamma or a reason."""
     done = run_squid("lpv", "synth", CASE, "--json", "--out", tmp_path)
     gamma = json.loads(done.stdout)["certified_gamma"]
     path = tmp_path / "certificate.json"
@@ -198,7 +198,7 @@ def zeros(rows: list[list[float]]) -> list[list[float]]:
 
 
 def test_remarks_on_what_has_no_price(run_squid: Run, tmp_path: Path, case: dict) -> None:
-    """A control without weight and a measurement without noise are told, whatever the outcome."""
+    """A control without weight and a measurement without noise are reported, whatever the outcome."""
     p = case["data"]["P"]
     p["D12"], p["D21"] = zeros(p["D12"]), zeros(p["D21"])
     code, report, _ = synth(run_squid, tmp_path / "p.json", case)

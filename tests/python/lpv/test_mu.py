@@ -181,7 +181,7 @@ def test_distillation_column(run_squid: Run, tmp_path: Path) -> None:
 
 
 def test_worst_case_gain_of_the_distillation_column(run_squid: Run, tmp_path: Path) -> None:
-    """At the size 1/mu the worst-case gain is mu of robust performance; what is found has the gain that is told."""
+    """At the size 1/mu the worst-case gain is mu of robust performance; what is found has the gain that is printed."""
     n = distillation()
     value = problem(n, [[1, 1], [1, 1]])
     value["data"] |= {"performance": [2, 2], "size": 1 / 5.7818}
@@ -296,7 +296,7 @@ def test_aircraft_of_the_cases() -> None:
 
 
 def test_words(run_squid: Run, tmp_path: Path) -> None:
-    """People are told that the bound is for all frequencies, what shows the lower one, and the margin."""
+    """The output says that the bound is for all frequencies, what shows the lower one, and the margin."""
     path = tmp_path / "p.json"
     path.write_text(json.dumps(problem(aircraft(), [[-1, 0]] * 14)), encoding="utf-8")
     done = run_squid("lpv", "mu", path)
@@ -349,7 +349,7 @@ def random_blocks(random: np.random.Generator, kinds: str) -> list[list[int]]:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_random_problems(run_squid: Run, tmp_path: Path, kind: str) -> None:
-    """Matrices and systems, some real, of low rank or badly scaled: bounds in order, perturbations as told."""
+    """Matrices and systems, some real, of low rank or badly scaled: bounds in order, perturbations as stated."""
     for seed in range(RANDOM_PROBLEMS):
         random = np.random.default_rng(seed)
         blocks = random_blocks(random, KINDS[kind])

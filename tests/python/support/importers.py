@@ -39,10 +39,10 @@ def fly(importer: list[str | Path], plan: Mapping, folder: Path) -> Signals:
     path, out = folder / "plan.json", folder / "record.csv"
     path.write_text(json.dumps({**plan, "out": str(out)}), encoding="utf-8")
     done = subprocess.run([*importer, path], capture_output=True, text=True, timeout=120, check=False)
-    told = f"{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
+    output = f"{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
     if done.returncode != 0 or not out.is_file():
-        raise ImporterError(told)
+        raise ImporterError(output)
     signals = record.read(out)
     if len(signals["time"]) != plan["count"] // plan["every"]:
-        raise ImporterError(f"{len(signals['time'])} rows: {told}")
+        raise ImporterError(f"{len(signals['time'])} rows: {output}")
     return signals

@@ -12,9 +12,9 @@ addEventListener('load', () => {
     const at = chart.getBoundingClientRect();
     const [clientX, clientY] = [at.x + 0.6 * at.width, at.y + 0.5 * at.height];
     chart.dispatchEvent(new PointerEvent('pointermove', { clientX, clientY }));
-    const told = document.querySelector('.tip')?.textContent ?? '';
+    const shown = document.querySelector('.tip')?.textContent ?? '';
     chart.dispatchEvent(new PointerEvent('pointerleave'));
-    return { label: chart.getAttribute('aria-label'), drawn: drawn(chart), told, width: box.width };
+    return { label: chart.getAttribute('aria-label'), drawn: drawn(chart), shown, width: box.width };
   };
   const switches = figure => {
     const key = figure.querySelector('.legend [role=button]');

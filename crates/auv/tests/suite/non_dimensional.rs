@@ -111,24 +111,24 @@ fn both_systems_and_the_speed() {
 fn what_is_wrong_with_the_system_is_told() {
     let text = nps();
     let line = |marker: &str| text.lines().position(|line| line.starts_with(marker)).unwrap() + 1;
-    let told = |changes: &[(&str, &str)]| read(&text, changes).unwrap_err();
+    let message = |changes: &[(&str, &str)]| read(&text, changes).unwrap_err();
     let system = line("system");
     assert_eq!(
-        told(&[("prime-I", "prime")]),
+        message(&[("prime-I", "prime")]),
         format!(
             "nps.toml:{system}: 'non_dimensional.system' is \"prime\" (did you mean \"prime-I\"?); it must be \
              \"prime-I\" or \"prime-II\""
         )
     );
     assert_eq!(
-        told(&[("prime-I", "prime-II")]),
+        message(&[("prime-I", "prime-II")]),
         format!(
             "nps.toml:{}: missing key 'non_dimensional.draught': the draught T of the system \"prime-II\"",
             system - 1
         )
     );
     assert_eq!(
-        told(&[("weight = { value = 53400.0, unit = \"N\"", "weight = { value = 0.7, unit = \"prime\"")]),
+        message(&[("weight = { value = 53400.0, unit = \"N\"", "weight = { value = 0.7, unit = \"prime\"")]),
         format!(
             "nps.toml:{}: missing key 'non_dimensional.speed': the speed U of the system, which 'weight' in \
              \"prime\" needs",
@@ -136,7 +136,7 @@ fn what_is_wrong_with_the_system_is_told() {
         )
     );
     assert_eq!(
-        told(&[("unit = \"prime\"", "unit = \"slug\"")]),
+        message(&[("unit = \"prime\"", "unit = \"slug\"")]),
         format!(
             "nps.toml:{}: 'added_mass.X_u_dot' is in \"slug\"; it must be in \"kg\" or \"prime\"",
             line("X_u_dot")

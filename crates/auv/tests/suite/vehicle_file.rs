@@ -120,28 +120,28 @@ fn thrusters_under_one_command_act_as_their_sum() {
     assert_eq!(Vehicle::from_json(&vehicle.to_json().unwrap(), "v").unwrap(), vehicle);
     let parameter = auv::Parameter::named(&vehicle, "couple.M_T").unwrap();
     assert!((parameter.coefficient(&vehicle).unwrap() - 1.1).abs() < 1e-15);
-    let told = |from: &str, to: &str| {
+    let message = |from: &str, to: &str| {
         let text = format!("{SQUID}{}", GROUP.replacen(from, to, 1));
         let message = Vehicle::parse(&text, "v.toml").expect_err(to).to_string();
         message.split_once(": ").unwrap().1.to_owned()
     };
     assert_eq!(
-        told("share = { value = 1.0, unit = \"1\", source = \"s\" }", ""),
+        message("share = { value = 1.0, unit = \"1\", source = \"s\" }", ""),
         "missing key 'thruster_group.thruster.share': thrust of this one for that of the command"
     );
     assert_eq!(
-        told("share", "part"),
+        message("share", "part"),
         "missing key 'thruster_group.thruster.share': thrust of this one for that of the command\nv.toml:124: \
          unknown key 'thruster_group.thruster.part'; allowed here: share, x, z, direction"
             .replace("124", &(SQUID.lines().count() + 8).to_string())
     );
     let without = &GROUP[GROUP.find("[[thruster_group.thruster]]").unwrap()..];
     assert_eq!(
-        told(without, ""),
+        message(without, ""),
         "missing key 'thruster_group.thruster': [[thruster_group.thruster]], once for each thruster of the group"
     );
     assert_eq!(
-        told("name = \"couple\"", "name = \"lower\""),
+        message("name = \"couple\"", "name = \"lower\""),
         format!(
             "the actuator name \"lower\" is already taken at line {}; names must differ",
             line_of(SQUID, "[[thruster]]")
@@ -299,7 +299,7 @@ fn message_of_remus(from: &str, to: &str) -> (String, usize) {
     (Vehicle::parse(&text, "vehicle.toml").unwrap_err().to_string(), line)
 }
 
-/// The poles that the thesis prints are data of the vehicle file, each mistake in them told with its line.
+/// The poles that the thesis prints are data of the vehicle file, each mistake in them reported with its line.
 #[test]
 fn a_published_linear_model_is_read_and_checked() {
     let remus = remus100().published_linear_model.unwrap();
@@ -428,20 +428,20 @@ fn numbers_too_large_are_not_printed_in_full() {
 fn files_that_are_no_text() {
     let folder = std::env::temp_dir().join(format!("squid-no-text-{}", std::process::id()));
     std::fs::create_dir_all(folder.join("vehicle.toml")).unwrap();
-    let told = |name: &str| {
+    let message = |name: &str| {
         let words = Vehicle::read(&folder.join(name)).unwrap_err().to_string();
         words.strip_prefix(folder.to_str().unwrap()).unwrap()[1..].to_owned()
     };
-    assert_eq!(told("vehicle.toml"), "vehicle.toml: this is a folder; it must be a file");
+    assert_eq!(message("vehicle.toml"), "vehicle.toml: this is a folder; it must be a file");
     let utf16: Vec<u8> = "\u{feff}[vehicle]".encode_utf16().flat_map(u16::to_le_bytes).collect();
     std::fs::write(folder.join("utf16"), utf16).unwrap();
     assert_eq!(
-        told("utf16"),
+        message("utf16"),
         "utf16: the text is not UTF-8 but UTF-16, or no text at all; save the file as UTF-8"
     );
     std::fs::write(folder.join("latin1"), b"[vehicle]\nname = \"caf\xe9\"\n").unwrap();
     assert!(
-        told("latin1")
+        message("latin1")
             .starts_with("latin1:2: the text is not UTF-8 but Latin-1 or the like (it holds the byte 0xE9)")
     );
     std::fs::write(folder.join("marked"), format!("\u{feff}{SQUID}")).unwrap();
@@ -449,7 +449,7 @@ fn files_that_are_no_text() {
     #[cfg(unix)]
     {
         std::os::unix::fs::symlink("loop", folder.join("loop")).unwrap();
-        assert!(told("loop").starts_with("loop: this is a link that leads to no file, or back to itself;"));
+        assert!(message("loop").starts_with("loop: this is a link that leads to no file, or back to itself;"));
     }
     std::fs::remove_dir_all(&folder).unwrap();
 }
@@ -528,29 +528,29 @@ fn a_curve_that_is_none_is_refused() {
         ),
     ];
     for (value, words) in expected {
-        let told = Vehicle::parse(&curve(value), "vehicle.toml").unwrap_err().to_string();
-        let (_, found) = told.split_once(": ").unwrap();
+        let message = Vehicle::parse(&curve(value), "vehicle.toml").unwrap_err().to_string();
+        let (_, found) = message.split_once(": ").unwrap();
         assert_eq!(found, words, "{value}");
     }
-    let told = |text: &str| {
+    let message = |text: &str| {
         Vehicle::parse(text, "v").unwrap_err().to_string().split_once(": ").unwrap().1.to_owned()
     };
     let units = "\"1\" or \"%\" or \"us\" or \"rpm\" or \"rad/s\"";
     assert_eq!(
-        told(&curve(BANDED).replacen("\"us\"", "\"ms\"", 1)),
+        message(&curve(BANDED).replacen("\"us\"", "\"ms\"", 1)),
         format!("'thruster.curve.unit' is \"ms\"; it must be {units}")
     );
     let square = "T_nn = { value = 1e-4, unit = \"N/rpm2\", source = \"s\" }";
     assert_eq!(
-        told(&with(&square.replace("rpm2", "rpm"))),
+        message(&with(&square.replace("rpm2", "rpm"))),
         "'thruster.T_nn' is in \"N/rpm\"; it must be in \"N/rpm2\" or \"N.s2/rad2\""
     );
     assert_eq!(
-        told(&with(&square.replace("1e-4", "-1e-4"))),
+        message(&with(&square.replace("1e-4", "-1e-4"))),
         "'thruster.T_nn' is -0.0001 N/rpm2; it must be a number above zero"
     );
     assert_eq!(
-        told(&curve(BANDED).replacen("curve =", &format!("{square}\ncurve ="), 1)),
+        message(&curve(BANDED).replacen("curve =", &format!("{square}\ncurve ="), 1)),
         "'thruster.T_nn' is given; it must be left out, since 'curve' is there: a thruster has one of the two"
     );
     let fin = REMUS.replacen(
@@ -558,5 +558,5 @@ fn a_curve_that_is_none_is_refused() {
         "T_nn = { value = 1.0, unit = \"N/rpm2\", source = \"s\" }\nZ_uu_delta =",
         1,
     );
-    assert!(told(&fin).starts_with("unknown key 'control_surface.T_nn'"), "{}", told(&fin));
+    assert!(message(&fin).starts_with("unknown key 'control_surface.T_nn'"), "{}", message(&fin));
 }

@@ -1,4 +1,4 @@
-//! A vehicle as JSON: the same vehicle comes back, and what is wrong is told with its key.
+//! A vehicle as JSON: the same vehicle comes back, and what is wrong is reported with its key.
 
 use crate::common::{remus100, squid};
 use auv::{COEFFICIENTS, Curve, Vehicle};
@@ -78,8 +78,8 @@ fn what_is_wrong_is_told_with_its_key() {
             "`lower.lag` is -0.5, and must be zero or a positive number",
         ),
     ] {
-        let told = complaint(&squid, at, value);
-        assert!(told.starts_with(&format!("v.json: {expected}")), "{at}: {told}");
+        let message = complaint(&squid, at, value);
+        assert!(message.starts_with(&format!("v.json: {expected}")), "{at}: {message}");
     }
 }
 
@@ -113,8 +113,8 @@ fn a_curve_comes_back_and_must_be_one() {
             "`lower.curve` is for other outputs than -60 to 101, and must be that of a thruster, and reach its limits",
         ),
     ] {
-        let told = complaint(&vehicle, at, value);
-        assert!(told.starts_with(&format!("v.json: {expected}")), "{at}: {told}");
+        let message = complaint(&vehicle, at, value);
+        assert!(message.starts_with(&format!("v.json: {expected}")), "{at}: {message}");
     }
 }
 
@@ -124,17 +124,17 @@ fn no_number_is_given_twice() {
     for (key, value) in [("mass", "90.0"), ("lag", "5.0"), ("lower.max", "\"guessed\"")] {
         let at = text.find(&format!("\"{key}\": ")).unwrap();
         let twice = format!("{}\"{key}\": {value}, {}", &text[..at], &text[at..]);
-        let told = Vehicle::from_json(&twice, "v.json").unwrap_err().to_string();
-        assert!(told.starts_with("v.json: not a vehicle: invalid entry: found duplicate key"), "{told}");
+        let message = Vehicle::from_json(&twice, "v.json").unwrap_err().to_string();
+        assert!(message.starts_with("v.json: not a vehicle: invalid entry: found duplicate key"), "{message}");
     }
 }
 
 #[test]
 fn a_mass_matrix_that_is_none_and_a_fin_that_drives_are_refused() {
-    let told = complaint(&squid(), "/coefficients/z_G", json!(3.0));
-    assert!(told.starts_with("v.json: the mass matrix"), "{told}");
-    let told = complaint(&remus100(), "/actuators/1/numbers/X_uu_delta2", json!(2.0));
-    assert!(told.contains(".X_uu_delta2` is 2, and must be zero or a negative number"), "{told}");
-    let told = Vehicle::from_json("{", "v.json").unwrap_err().to_string();
-    assert!(told.starts_with("v.json: not a vehicle: EOF"), "{told}");
+    let message = complaint(&squid(), "/coefficients/z_G", json!(3.0));
+    assert!(message.starts_with("v.json: the mass matrix"), "{message}");
+    let message = complaint(&remus100(), "/actuators/1/numbers/X_uu_delta2", json!(2.0));
+    assert!(message.contains(".X_uu_delta2` is 2, and must be zero or a negative number"), "{message}");
+    let message = Vehicle::from_json("{", "v.json").unwrap_err().to_string();
+    assert!(message.starts_with("v.json: not a vehicle: EOF"), "{message}");
 }

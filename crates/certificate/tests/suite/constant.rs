@@ -62,7 +62,7 @@ fn a_certificate_is_proved_as_by_hand() {
     let read = ConstantCertificate::from_json(&first_order(3.0).to_string()).unwrap();
     assert_eq!(ConstantCertificate::from_json(&read.to_json().unwrap()).unwrap(), read);
     assert!(ConstantCertificate::is_format_of(&read.to_json().unwrap()));
-    assert!(Certificate::from_json(&first_order(3.0).to_string()).is_err(), "the other kind is told apart");
+    assert!(Certificate::from_json(&first_order(3.0).to_string()).is_err(), "the other kind is recognised");
 }
 
 /// That of Squid's default design, as large as they are.

@@ -32,7 +32,7 @@ pub enum InputError {
     /// Something is asked of the speed of a vehicle to which it is given.
     #[error(
         "{file}: '{key}' must be left out, because the vehicle file says [surge] speed = \"given\": no actuator acts \
-            on the speed, and the autopilot is told it in any case"
+            on the speed, and the autopilot gets it in any case"
     )]
     GivenSpeed { file: String, key: String },
 }

@@ -116,7 +116,7 @@ mod tests {
     }
 
     /// The words for a model whose linearisation at the fourth speed is changed.
-    fn told((inputs, model): &(Inputs, Model), change: impl Fn(&mut Linearisation)) -> String {
+    fn refusal((inputs, model): &(Inputs, Model), change: impl Fn(&mut Linearisation)) -> String {
         let mut model = model.clone();
         change(&mut model.grid[3].1);
         check(&inputs.vehicle.actuators, &inputs.design, &model).unwrap_err().to_string()
@@ -128,7 +128,7 @@ mod tests {
         assert!(check(&squid.0.vehicle.actuators, &squid.0.design, &squid.1).is_ok());
         let speed = squid.1.grid[3].1.trim.speed;
         for (state, words) in WORDS.iter().enumerate() {
-            let found = told(&squid, |l| {
+            let found = refusal(&squid, |l| {
                 l.a.row_mut(state).fill(0.0);
                 l.b.row_mut(state).fill(0.0);
             });
@@ -141,7 +141,7 @@ mod tests {
     #[test]
     fn the_motion_that_no_measurement_shows_is_named_with_its_speed() {
         let squid = squid();
-        let found = told(&squid, |l| l.a.column_mut(1).fill(0.0));
+        let found = refusal(&squid, |l| l.a.column_mut(1).fill(0.0));
         let (speed, Words { name, shows, .. }) = (squid.1.grid[3].1.trim.speed, &WORDS[1]);
         assert_eq!(found, ModelError::NotSeen { speed, motion: name, shows }.to_string());
         assert_eq!(STATES.map(|state| state.symbol), WORDS.each_ref().map(|words| words.symbol));

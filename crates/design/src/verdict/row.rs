@@ -13,7 +13,7 @@ pub enum Outcome {
     /// Not so, or not known.
     Missed,
     /// Nothing was asked.
-    Told,
+    Reported,
 }
 
 /// A figure, and where it was found; not-a-number for one that is not known.
@@ -86,7 +86,7 @@ impl Display for Outcome {
         f.write_str(match self {
             Self::Met => "met",
             Self::Missed => "MISSED",
-            Self::Told => "-",
+            Self::Reported => "-",
         })
     }
 }

@@ -31,7 +31,7 @@ fn row(requirement: &Requirement, require: &Require, what: String, achieved: Fig
     let Requirement { key, unit, sense, .. } = *requirement;
     let limit = require.limit(key);
     let outcome = match (limit, sense) {
-        (None, _) => Outcome::Told,
+        (None, _) => Outcome::Reported,
         (Some(limit), Sense::Below) if achieved.value < limit => Outcome::Met,
         (Some(limit), Sense::Above) if achieved.value > limit => Outcome::Met,
         _ => Outcome::Missed,

@@ -179,9 +179,9 @@ fn phase_of(c: Component) -> Phase {
     if unsafe { fmi2ExitInitializationMode(c) } == Status::Ok {
         return Phase::Initialization;
     }
-    let told = messages().join("");
-    let named = |phase: &Phase| told.contains(&format!("in state '{}'", phase.name()));
-    Phase::ALL.into_iter().find(named).unwrap_or_else(|| panic!("{told}"))
+    let logged = messages().join("");
+    let named = |phase: &Phase| logged.contains(&format!("in state '{}'", phase.name()));
+    Phase::ALL.into_iter().find(named).unwrap_or_else(|| panic!("{logged}"))
 }
 
 /// Everything of an instance, as it would be serialised; `None` where that is forbidden.
@@ -222,8 +222,8 @@ fn legal_calls_work_and_lead_where_the_standard_says() {
             let c = in_phase(&fmu, interface, phase);
             let context = format!("{} in {} of {}", function.name(), phase.name(), interface.name());
             let status = call(c, function, &stored);
-            let told = messages();
-            assert_eq!((status, told.len()), (status_of(function), 0), "{context}: {told:?}");
+            let logged = messages();
+            assert_eq!((status, logged.len()), (status_of(function), 0), "{context}: {logged:?}");
             assert_eq!(phase_of(c), phase_after(function, interface, phase), "{context}");
             unsafe { fmi2FreeInstance(c) };
             walked += 1;
@@ -245,14 +245,14 @@ fn illegal_calls_are_refused_in_a_sentence_and_change_nothing() {
             let context = format!("{} in {} of {}", function.name(), phase.name(), interface.name());
             let before = bytes_of(c, stored.owner);
             let status = call(c, function, &stored);
-            let told = messages();
-            assert_eq!((status, told.len()), (Status::Error, 1), "{context}: {told:?}");
+            let logged = messages();
+            assert_eq!((status, logged.len()), (Status::Error, 1), "{context}: {logged:?}");
             let reason = match standard(function, interface, phase) {
                 Some(_) => format!("may not be called in state '{}'.", phase.name()),
                 None => "may not be called at all".to_owned(),
             };
             let start = format!("one Error logStatusError {}: ", function.name());
-            assert!(told[0].starts_with(&start) && told[0].contains(&reason), "{context}: {told:?}");
+            assert!(logged[0].starts_with(&start) && logged[0].contains(&reason), "{context}: {logged:?}");
             assert_eq!(bytes_of(c, stored.owner), before, "{context}");
             assert_eq!(phase_of(c), phase, "{context}");
             unsafe { fmi2FreeInstance(c) };

@@ -50,7 +50,7 @@ const TOLERANCE: f64 = 1e-5;
 /// Each level that does not shrink the bounds as expected is followed by one that halves them.
 const MOST_LEVELS: usize = 200;
 
-/// The least gain that is told from 0, relative to the size of the matrices.
+/// The least gain that is distinguished from 0, relative to the size of the matrices.
 const LEAST: f64 = 1e-9;
 
 /// The L2 gain from w to z of a plant without parameters, closed by a controller in discrete time at the sample time T

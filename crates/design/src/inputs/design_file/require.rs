@@ -23,7 +23,7 @@ pub struct Requirement {
     pub unit: &'static str,
     /// Which side of the limit is met.
     pub sense: Sense,
-    /// The limit where the file gives none; `None` for what is then only told.
+    /// The limit where the file gives none; `None` for what is then only reported.
     pub default: Option<f64>,
 }
 

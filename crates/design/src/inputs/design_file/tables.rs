@@ -576,13 +576,13 @@ mod tests {
             ("pitch = { unit = \"deg\" }", "missing key 'trim.pitch.angle'"),
             ("pitch = { angle = 2.0, unit = \"deg\", x = 1 }", "unknown key 'trim.pitch.x'"),
         ] {
-            let told = read(lines).unwrap_err().to_string();
-            assert!(told.starts_with(&format!("design.toml:{line}: {words}")), "{told}");
+            let message = read(lines).unwrap_err().to_string();
+            assert!(message.starts_with(&format!("design.toml:{line}: {words}")), "{message}");
         }
-        let told = read("angle = 2.0").unwrap_err().to_string();
+        let message = read("angle = 2.0").unwrap_err().to_string();
         assert!(
-            told.contains("missing key 'trim.pitch'") && told.contains("unknown key 'trim.angle'"),
-            "{told}"
+            message.contains("missing key 'trim.pitch'") && message.contains("unknown key 'trim.angle'"),
+            "{message}"
         );
     }
 
