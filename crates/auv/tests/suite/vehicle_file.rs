@@ -449,7 +449,9 @@ fn files_that_are_no_text() {
     #[cfg(unix)]
     {
         std::os::unix::fs::symlink("loop", folder.join("loop")).unwrap();
-        assert!(message("loop").starts_with("loop: this is a link that leads to no file, or back to itself;"));
+        assert!(
+            message("loop").starts_with("loop: this is a link that leads to no file, or back to itself;")
+        );
     }
     std::fs::remove_dir_all(&folder).unwrap();
 }

@@ -125,7 +125,10 @@ fn no_number_is_given_twice() {
         let at = text.find(&format!("\"{key}\": ")).unwrap();
         let twice = format!("{}\"{key}\": {value}, {}", &text[..at], &text[at..]);
         let message = Vehicle::from_json(&twice, "v.json").unwrap_err().to_string();
-        assert!(message.starts_with("v.json: not a vehicle: invalid entry: found duplicate key"), "{message}");
+        assert!(
+            message.starts_with("v.json: not a vehicle: invalid entry: found duplicate key"),
+            "{message}"
+        );
     }
 }
 

@@ -239,7 +239,10 @@ fn the_curve_of_a_thruster_comes_back_and_reaches_its_limits() {
 
     let falling = design.to_json().unwrap().replace("[1530.0, 0.0]", "[1530.0, -1.0]");
     let message = ControllerDesign::from_json(&falling).unwrap_err().to_string();
-    assert!(message.contains("the points of a curve must be two pairs [command, thrust] or more"), "{message}");
+    assert!(
+        message.contains("the points of a curve must be two pairs [command, thrust] or more"),
+        "{message}"
+    );
     design.actuators[0].maximum = 111.0;
     let message = design.validate().unwrap_err().to_string();
     assert_eq!(message, "actuators[0].maximum is 111, but must be a thrust that its curve reaches");
