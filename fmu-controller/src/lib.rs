@@ -5,11 +5,7 @@
 //! ```
 //!
 //! The crate contains no vehicle: names and limits of the actuators, trim, sample time and matrices come from the
-//! frozen design. The C symbols exist with the feature `export` only:
-//!
-//! ```text
-//! cargo rustc -p fmu-controller --lib --crate-type cdylib --features export --profile fmu
-//! ```
+//! frozen design. The C symbols are in `library`.
 
 mod fmu;
 mod model;
@@ -29,6 +25,3 @@ use fmi2::{DescribeError, Described, Resources};
 pub fn describe(resources: &Resources) -> Result<Described<Controller>, DescribeError> {
     fmi2::describe(resources)
 }
-
-#[cfg(feature = "export")]
-fmi2::export!(Controller);

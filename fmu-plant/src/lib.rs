@@ -5,11 +5,7 @@
 //! ```
 //!
 //! The crate contains no vehicle: coefficients, actuators and limits come from the vehicle file, start values from
-//! the trim table of its LPV model. The C symbols exist with the feature `export` only:
-//!
-//! ```text
-//! cargo rustc -p fmu-plant --lib --crate-type cdylib --features export --profile fmu
-//! ```
+//! the trim table of its LPV model. The C symbols are in `library`.
 //!
 //! A larger model can contain a [`PlantModel`] and take over parts of its table with [`fmi2::Variable::embedded`]:
 //!
@@ -50,6 +46,3 @@ use fmi2::{DescribeError, Described, Resources};
 pub fn describe(resources: &Resources) -> Result<Described<PlantModel>, DescribeError> {
     fmi2::describe(resources)
 }
-
-#[cfg(feature = "export")]
-fmi2::export!(PlantModel);

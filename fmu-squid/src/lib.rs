@@ -9,11 +9,7 @@
 //! The loop gives the same flight as a master that steps the controller's FMU and then the plant's at every sample
 //! time. Without connections it flies its manoeuvre; with the input `manual` it follows the external references.
 //!
-//! The crate contains no vehicle and no manoeuvre. The C symbols exist with the feature `export` only:
-//!
-//! ```text
-//! cargo rustc -p fmu-squid --lib --crate-type cdylib --features export --profile fmu
-//! ```
+//! The crate contains no vehicle and no manoeuvre. The C symbols are in `library`.
 
 mod closed_loop;
 mod error;
@@ -35,6 +31,3 @@ use fmi2::{DescribeError, Described, Resources};
 pub fn describe(resources: &Resources) -> Result<Described<ClosedLoop>, DescribeError> {
     fmi2::describe(resources)
 }
-
-#[cfg(feature = "export")]
-fmi2::export!(ClosedLoop);

@@ -10,14 +10,15 @@ from pathlib import Path
 
 from fly.stages import answer, run
 
-FMU_CRATES = ("fmu-plant", "fmu-controller", "fmu-squid")
-CDYLIB = ("--lib", "--crate-type", "cdylib", "--features", "export", "--profile", "fmu")
+LIBRARIES = ("fmu-plant-library", "fmu-controller-library", "fmu-squid-library")
+"""The crates that are the shared libraries in the FMUs."""
+BUILD_LIBRARIES = ("build", "--profile", "fmu", *(word for name in LIBRARIES for word in ("-p", name)))
+"""What cargo is asked for: all at once, so that what they share is compiled once."""
 
 
 def build() -> None:
     """Build the command and the binaries; cargo skips what has not changed."""
-    for crate in FMU_CRATES:
-        run(["cargo", "rustc", "-p", crate, *CDYLIB], variables={"CARGO_ENCODED_RUSTFLAGS": without_paths()})
+    run(["cargo", *BUILD_LIBRARIES], variables={"CARGO_ENCODED_RUSTFLAGS": without_paths()})
     build_command()
 
 
@@ -54,5 +55,5 @@ def squid() -> Path:
 def binaries() -> list[Path]:
     """Return the paths of the shared libraries."""
     pattern = {"win32": "{}.dll", "darwin": "lib{}.dylib"}.get(sys.platform, "lib{}.so")
-    names = [pattern.format(crate.replace("-", "_")) for crate in FMU_CRATES]
+    names = [pattern.format(crate.replace("-", "_")) for crate in LIBRARIES]
     return [target_directory() / "fmu" / name for name in names]

@@ -39,7 +39,7 @@ def compiled_in() -> list[dict]:
         "--format",
         "{p}",
     ]
-    for crate in build.FMU_CRATES:
+    for crate in build.LIBRARIES:
         words += ["--package", crate]
     for target in platforms.TARGETS.values():
         words += ["--target", target]

@@ -59,9 +59,7 @@ def build_all(names: list[str]) -> None:
     variables = {**zig.variables, "PATH": path, "CARGO_ENCODED_RUSTFLAGS": build.without_paths()}
     for name in names:
         target = TARGETS[name] + ("" if name == "win64" else f".{GLIBC}")
-        for crate in build.FMU_CRATES:
-            words = [scripts / "cargo-zigbuild", "rustc", "--target", target, "-p", crate]
-            run([*words, *build.CDYLIB], variables=variables)
+        run([scripts / "cargo-zigbuild", *build.BUILD_LIBRARIES, "--target", target], variables=variables)
 
 
 def add_targets(names: list[str]) -> None:
@@ -77,7 +75,7 @@ def add_targets(names: list[str]) -> None:
 
 def binaries(names: list[str]) -> list[Path]:
     """Return the paths of the shared libraries for platforms."""
-    stems = [crate.replace("-", "_") for crate in build.FMU_CRATES]
+    stems = [crate.replace("-", "_") for crate in build.LIBRARIES]
     return [
         build.target_directory()
         / TARGETS[name]

@@ -15,12 +15,12 @@ impl Kind {
     /// All of them.
     pub const ALL: [Kind; 3] = [Kind::Plant, Kind::Controller, Kind::Squid];
 
-    /// The crate whose shared library it carries.
-    pub fn crate_name(self) -> &'static str {
+    /// The crate that is its shared library.
+    pub fn library(self) -> &'static str {
         match self {
-            Kind::Plant => "fmu-plant",
-            Kind::Controller => "fmu-controller",
-            Kind::Squid => "fmu-squid",
+            Kind::Plant => "fmu-plant-library",
+            Kind::Controller => "fmu-controller-library",
+            Kind::Squid => "fmu-squid-library",
         }
     }
 }

@@ -76,7 +76,7 @@ impl Platform {
     /// # Errors
     /// [`Error::NoBinary`].
     pub fn find(self, kind: Kind, binaries: Option<&Path>) -> Result<PathBuf, Error> {
-        let library = format!("{}{}{}", self.prefix, kind.crate_name().replace('-', "_"), self.suffix);
+        let library = format!("{}{}{}", self.prefix, kind.library().replace('-', "_"), self.suffix);
         let beside = std::env::current_exe().ok().and_then(|exe| Some(exe.parent()?.to_path_buf()));
         let places: Vec<PathBuf> = match (binaries, beside, self.triple) {
             (Some(directory), _, None) => vec![directory.to_path_buf()],
@@ -95,11 +95,10 @@ impl Platform {
 
     /// The command that builds the shared library.
     fn how(self, kind: Kind) -> String {
-        let words =
-            format!("-p {} --lib --crate-type cdylib --features export --profile fmu", kind.crate_name());
+        let words = format!("build --profile fmu -p {}", kind.library());
         match self.triple {
-            None => format!("cargo rustc {words}"),
-            Some(triple) => format!("cargo-zigbuild rustc --target {triple} {words}"),
+            None => format!("cargo {words}"),
+            Some(triple) => format!("cargo-zigbuild {words} --target {triple}"),
         }
     }
 }
@@ -142,7 +141,7 @@ mod tests {
         let empty = tempfile::tempdir().unwrap();
         let [.., arm] = ALL;
         let message = arm.find(Kind::Squid, Some(empty.path())).unwrap_err().to_string();
-        assert!(message.contains("libfmu_squid.so is not in"), "{message}");
-        assert!(message.contains("--target aarch64-unknown-linux-gnu -p fmu-squid"), "{message}");
+        assert!(message.contains("libfmu_squid_library.so is not in"), "{message}");
+        assert!(message.contains("-p fmu-squid-library --target aarch64-unknown-linux-gnu"), "{message}");
     }
 }

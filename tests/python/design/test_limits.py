@@ -75,7 +75,7 @@ def test_outside_the_range_of_speed_the_nearest_law_flies_and_says_so(
     end: float,
     returns: bool,
 ) -> None:
-    """At rest in the water, by a following current, and faster than scheduled: rho stays at its end, flagged and reported.
+    """At rest in the water, by a following current, and faster than scheduled: rho stays at its end, flagged and shown.
 
     There it is flown, not proved: a step of pitch, and the speed asked for.
     """

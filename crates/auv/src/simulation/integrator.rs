@@ -12,7 +12,9 @@ const RELATIVE_TOLERANCE: f64 = 1e-13;
 const ABSOLUTE_TOLERANCE: f64 = 1e-14;
 /// Step sizes \[s\].
 const FIRST_STEP: f64 = 1e-3;
-const LARGEST_STEP: f64 = 0.01;
+/// The usual sample time of an autopilot: two corners of one switch are hardly closer together, and the tolerances are
+/// met by steps of this length in most of a flight.
+const LARGEST_STEP: f64 = 0.02;
 const SMALLEST_STEP: f64 = 1e-12;
 /// A step across a corner is repeated ten times shorter, down to this length \[s\]: the error estimate can miss a
 /// corner late in a step.

@@ -2,11 +2,10 @@
 
 /// Exports the 44 functions of FMI 2.0 for one model: 34 of co-simulation, and 10 more of model exchange.
 ///
-/// Only one crate of a binary may do so, hence the cargo feature `export` of the crates that call this:
+/// Only one crate of a binary may do so, hence a crate of its own for each shared library:
 ///
 /// ```text
-/// #[cfg(feature = "export")]
-/// fmi2::export!(Autopilot);
+/// fmi2::export!(autopilot::Autopilot);
 /// ```
 #[macro_export]
 macro_rules! export {
