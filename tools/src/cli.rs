@@ -1,6 +1,7 @@
 //! The command line: verbs and options, with their help.
 
 use crate::error::Error;
+use crate::verbs::export::{Language, Real};
 use crate::verbs::lpv::LpvVerb;
 use crate::verbs::new::Like;
 use clap::{Args, Parser, Subcommand};
@@ -34,6 +35,7 @@ A first run:
   squid design vehicles/squid
   squid simulate vehicles/squid
   squid package vehicles/squid
+  squid export vehicles/squid
 
 Exit codes: 0 for success, 1 when a file is wrong, a stage fails or nothing is proved, 5 when a requirement is \
 missed and `squid design --strict` or `squid tune` asks for it, 64 when the command line is wrong; `squid lpv synth` \
@@ -114,6 +116,26 @@ pub enum Verb {
         #[arg(long, value_name = "DIR")]
         descriptions: Option<PathBuf>,
     },
+    /// Write the controller of a design as source for the computer of a vehicle
+    ///
+    /// Reads the output of `squid design`. Writes NAME.h and NAME.c, C99 that needs no library, and beside them what
+    /// `squid verify --c` reads: controller.json and certificate.json. Refuses what `squid package` refuses.
+    Export {
+        #[command(flatten)]
+        which: Which,
+        /// The language
+        #[arg(long, value_enum, default_value = "c")]
+        language: Language,
+        /// The type of all numbers
+        #[arg(long, value_enum, default_value = "double")]
+        real: Real,
+        /// The directory for the source; by default `c` in that of the design
+        #[arg(long, value_name = "DIR")]
+        to: Option<PathBuf>,
+        /// Write a controller without proof; the source then says that it is uncertified
+        #[arg(long)]
+        allow_uncertified: bool,
+    },
     /// Fly a design in this process: its manoeuvre, pitch steps over the range of speed, the vehicle alone
     ///
     /// Designs first if there is no design yet. Writes records (CSV) and plots (SVG).
@@ -146,7 +168,7 @@ pub enum Verb {
         #[arg(long)]
         uncertainty: bool,
     },
-    /// Prove the gain bound of an FMU, or of a certificate.json, in exact arithmetic
+    /// Prove the gain bound of an FMU, of a source in C, or of a certificate.json, in exact arithmetic
     ///
     /// Every number is read as the rational number that it is; nothing is rounded, and no code is shared with the
     /// synthesis. For an FMU it also checks that the proof is of the controller inside, and that its resources belong
@@ -154,7 +176,12 @@ pub enum Verb {
     /// limits are those of its files: all that is required before an FMU is packed.
     Verify {
         /// A controller's FMU, the FMU of the whole loop, or a certificate
-        file: PathBuf,
+        #[arg(required_unless_present = "c")]
+        file: Option<PathBuf>,
+        /// Instead of it a source that `squid export` wrote, with the other files beside it: whether every number follows
+        /// from the controller of the certificate
+        #[arg(long, value_name = "FILE", conflicts_with = "file")]
+        c: Option<PathBuf>,
         /// The vehicle's directory, to check that the file is of this vehicle's design
         #[arg(long, value_name = "DIR")]
         vehicle: Option<PathBuf>,

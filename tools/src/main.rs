@@ -6,7 +6,9 @@ use squid::cli::{Cli, Verb};
 use squid::error::Error;
 use squid::output::{all_said, answer, answer_in_json, printed};
 use squid::verbs::show::Asked;
-use squid::verbs::{design, doctor, lpv, new, package, plot, report, shell, show, simulate, tune, verify};
+use squid::verbs::{
+    design, doctor, export, lpv, new, package, plot, report, shell, show, simulate, tune, verify,
+};
 use std::io::{self, Write};
 use std::process::ExitCode;
 
@@ -78,13 +80,16 @@ fn run(verb: Verb) -> Result<ExitCode, Error> {
         Verb::Package { which, platforms, binaries, allow_uncertified, no_report, descriptions } => {
             package::run(&which, &platforms, binaries, allow_uncertified, no_report, descriptions)
         }
+        Verb::Export { which, language, real, to, allow_uncertified } => {
+            export::run(&which, language, real, to, allow_uncertified)
+        }
         Verb::Simulate(which) => simulate::run(&which),
         Verb::Report { which, paper } => report::run(&which, paper),
         Verb::Show { which, speed, fit, controller, uncertainty } => {
             show::run(&which, &Asked { speed, fit, controller, uncertainty })
         }
-        Verb::Verify { file, vehicle, design, bandwidth } => {
-            verify::run(&file, vehicle.as_deref(), &design, bandwidth)
+        Verb::Verify { file, c, vehicle, design, bandwidth } => {
+            verify::run(file.as_deref(), c.as_deref(), vehicle.as_deref(), &design, bandwidth)
         }
         Verb::Plot { record, vehicle, out } => plot::run(&record, vehicle.as_deref(), out),
         Verb::New { directory, like } => new::run(&directory, like),

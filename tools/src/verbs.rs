@@ -2,6 +2,7 @@
 
 pub mod design;
 pub mod doctor;
+pub mod export;
 pub mod lpv;
 pub mod new;
 pub mod package;

@@ -4,6 +4,7 @@
 //! large as the fit's residual against the true linearisations anywhere in the range of speed.
 
 pub mod ball;
+pub mod claims;
 pub mod constant;
 pub mod limits;
 pub mod rate;

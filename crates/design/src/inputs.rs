@@ -157,6 +157,7 @@ fn design_path(directory: &Path, name: &str) -> PathBuf {
     directory.join(file)
 }
 
-fn sha256(text: &str) -> String {
+/// The SHA-256 of a text, in hexadecimal.
+pub fn sha256(text: &str) -> String {
     Sha256::digest(text).iter().map(|b| format!("{b:02x}")).collect()
 }

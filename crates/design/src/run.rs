@@ -2,8 +2,8 @@
 //! freeze, verdict.
 
 use crate::augment::augment;
-use crate::certify::ball::SAMPLES;
-use crate::certify::limits::{degrees, with_limits};
+use crate::certify::claims;
+use crate::certify::limits::with_limits;
 use crate::certify::sampled::{SampledProof, sampled};
 use crate::certify::{Proof, certify};
 use crate::check::{Checks, check};
@@ -92,8 +92,7 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     let sampled = sampled_stage(inputs, &model, &design, progress);
     let mut frozen = freeze(&inputs.vehicle, &inputs.design, &inputs.hashes, &model, &design, proof.is_ok())?;
     frozen.controller.anti_windup = anti_windup_stage(inputs, &design.controller, progress)?;
-    let proof =
-        proof.map(|proof| limits_stage(inputs, proof, (&plant, &design.controller), &frozen, progress));
+    let proof = proof.map(|proof| limits_stage(proof, (&plant, &design.controller), &frozen, progress));
     let running = progress.begin("verdict", "the loop as it flies, and mu");
     let verdict = Verdict::of(inputs, &frozen.controller, Effort::FULL)?;
     drop(running);
@@ -114,7 +113,10 @@ fn certificate_stage(
     let seconds = running.seconds();
     drop(running);
     match &proof {
-        Ok(proof) => progress.done("certify", &proof_line(proof, inputs.design.scheduling().1, seconds)),
+        Ok(proof) => {
+            let claim = claims::gain(&proof.theorem, inputs.design.scheduling().1);
+            progress.done("certify", &proved(&claim, seconds));
+        }
         Err(reason) => progress.done("certify", &format!("NOT PROVED: {reason}")),
     }
     proof
@@ -177,7 +179,6 @@ fn anti_windup_stage(
 
 /// The claim for commands at their limits, where one is found; without it the rest of the proof stands.
 fn limits_stage(
-    inputs: &Inputs,
     proof: Proof,
     (plant, controller): (&GeneralisedPlant, &Controller),
     frozen: &Frozen,
@@ -190,7 +191,7 @@ fn limits_stage(
     let words = match &found {
         Ok(None) => return proof,
         Ok(Some(found)) => {
-            degrees(&frozen.controller, &found.theorem).map(|size| limits_line(inputs, size, seconds))
+            claims::limits(&frozen.controller, &found.theorem).map(|claim| proved(&claim, seconds))
         }
         Err(reason) => {
             Some(format!("no pitch step is shown to be survived at the limits, none is claimed: {reason}"))
@@ -200,38 +201,9 @@ fn limits_stage(
     found.ok().flatten().unwrap_or(proof)
 }
 
-fn limits_line(inputs: &Inputs, degrees: f64, seconds: f64) -> String {
-    format!(
-        "PROVED in exact arithmetic ({seconds:.1} s): a pitch step of up to {degrees} deg from trim, held for any time \
-         and taken back,\nkeeps the loop in a region from which it returns to trim, commands cut off at their limits,\n\
-         for any course of speed from {} to {} m/s with its reference held, and every model in the ball",
-        inputs.design.speed_min, inputs.design.speed_max
-    )
-}
-
-fn proof_line(proof: &Proof, half_range: f64, seconds: f64) -> String {
-    let covered = proof.theorem.gamma_with_model_error.map_or_else(String::new, |gamma| {
-        let gamma = above(gamma);
-        format!(
-            "\nand below {gamma} for every model in a ball around the fit, which contains [A B] of the true \
-            linearisations by a computation at {SAMPLES} speeds"
-        )
-    });
-    let slow = proof.theorem.bounded_rate.map_or_else(String::new, |slow| {
-        let covered = slow
-            .gamma_with_model_error
-            .map_or_else(String::new, |gamma| format!(", {} in the ball", above(gamma)));
-        format!(
-            "\nwhere the speed changes by at most {:.3} m/s^2: gain below {}{covered}",
-            slow.rate * half_range,
-            above(slow.gamma)
-        )
-    });
-    format!(
-        "PROVED in exact arithmetic ({seconds:.1} s): gain below {} for every course of speed in the \
-         range,{covered}{slow}",
-        above(proof.theorem.gamma)
-    )
+/// A claim that was proved, with the time that the proof took.
+fn proved(claim: &str, seconds: f64) -> String {
+    format!("PROVED in exact arithmetic ({seconds:.1} s): {claim}")
 }
 
 fn vehicle_line(inputs: &Inputs) -> String {

@@ -49,10 +49,19 @@ pub enum Error {
     /// The FMU contains no certificate.
     #[error("{path}: it contains no resources/{name}, so there is nothing to verify")]
     NoCertificate { path: String, name: String },
+    /// The controller cannot be written as C.
+    #[error(transparent)]
+    Export(#[from] squid_embedded::ExportError),
+    /// A source is not the one that was written for the controller of the certificate.
+    #[error("{path}: {reason}")]
+    Source { path: String, reason: squid_embedded::SourceError },
+    /// What a source was written for is not beside it.
+    #[error("{path} is not there; `squid export` writes it beside the source, which is verified by it")]
+    NotBeside { path: String },
     /// A controller without proof is not packed.
     #[error(
-        "the controller in {directory} is not certified: {reason}\nThe FMUs are not written. With --allow-uncertified \
-         they are, and say that they are uncertified"
+        "the controller in {directory} is not certified: {reason}\nNothing is written. With --allow-uncertified \
+         it is, and says that it is uncertified"
     )]
     Uncertified { directory: String, reason: String },
     /// What was said of a file that does not name it.

@@ -5,6 +5,7 @@ use crate::error::Error;
 use crate::kind::Kind;
 use crate::platform::Platform;
 use crate::terminals::terminals;
+use certificate::Theorem;
 use fmi2::{Described, Model, Resources};
 use model_description::ModelDescription;
 use squid_design::error::{ProofError, StoreError};
@@ -61,7 +62,7 @@ pub struct Packed {
 }
 
 /// Proves the certificate of a stored design. With `allow_uncertified` a design that does not prove is marked as
-/// uncertified instead of being refused.
+/// uncertified instead of being refused, and the reason returned.
 ///
 /// # Errors
 /// [`Error::Uncertified`].
@@ -70,15 +71,23 @@ pub fn require_proof(
     stored: &mut Stored,
     directory: &Path,
     allow_uncertified: bool,
-) -> Result<String, Error> {
+) -> Result<Result<Theorem, String>, Error> {
     match stored.prove(inputs) {
-        Ok(theorem) if stored.controller.gamma.certified => Ok(format!("certified: {theorem}")),
+        Ok(theorem) if stored.controller.gamma.certified => Ok(Ok(theorem)),
         Ok(_) => Err(ProofError::Mismatch { what: "the mark 'certified' of controller.json".into() }.into()),
         Err(reason) if allow_uncertified => {
             stored.controller.gamma.certified = false;
-            Ok(format!("UNCERTIFIED: {reason}"))
+            Ok(Err(reason))
         }
         Err(reason) => Err(Error::Uncertified { directory: directory.display().to_string(), reason }),
+    }
+}
+
+/// The outcome of [`require_proof`] in words.
+pub fn standing(proof: &Result<Theorem, String>) -> String {
+    match proof {
+        Ok(theorem) => format!("certified: {theorem}"),
+        Err(reason) => format!("UNCERTIFIED: {reason}"),
     }
 }
 

@@ -1,11 +1,13 @@
-//! Packs a finished design: three FMUs, and plant and controller wired up as an SSP.
+//! Packs a finished design: three FMUs, plant and controller wired up as an SSP, and the controller as C.
 //!
 //! ```text
 //! stored design, report, shared libraries -> fmu::pack -> *.fmu -> ssp::pack -> *.ssp
-//! *.fmu -> verify
+//! stored design                           -> c::pack   -> NAME.h, NAME.c
+//! *.fmu, NAME.c -> verify
 //! ```
 
 pub mod archive;
+pub mod c;
 pub mod error;
 pub mod fmu;
 pub mod kind;

@@ -5,6 +5,7 @@
 //! make.
 
 use crate::archive::FmuArchive;
+use crate::c;
 use crate::error::Error;
 use auv::LpvModel;
 use certificate::Theorem;
@@ -48,6 +49,42 @@ pub fn verify(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
         true => reason,
         false => Error::Of { path: name, reason: Box::new(reason) },
     })
+}
+
+/// Verifies the source of a controller against the certificate and the design that were written beside it; these against
+/// vehicle and design file, if they are there.
+///
+/// # Errors
+/// [`Error::NotBeside`], [`Error::Source`], and those of [`verify`].
+pub fn verify_source(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
+    let beside = |name: &str| {
+        let path = path.with_file_name(name);
+        match path.is_file() {
+            true => Ok(read(&path)?),
+            false => Err(Error::NotBeside { path: path.display().to_string() }),
+        }
+    };
+    let source = read(path)?;
+    let design = ControllerDesign::from_json(&beside(c::CONTROLLER)?)?;
+    let text = beside(c::CERTIFICATE)?;
+    let certificate = parse(&text, &path.with_file_name(c::CERTIFICATE).display().to_string())?;
+    matches(&design, &certificate)?;
+    let theorem = certificate.prove()?;
+    of_autopilot(&design, &certificate)?;
+    c::compare(path, &source, &design, &text)?;
+    let shown = path.display();
+    let mut about = vec![format!(
+        "{shown}: every number is what the trapezoidal rule at {} s makes of the controller of the certificate (computed \
+         again, in floating point), and the rest is what squid writes for {} beside it; comments are not compared",
+        design.sample_time,
+        c::CONTROLLER
+    )];
+    if let Some(inputs) = inputs {
+        made_of(design, text, &Resources::default(), inputs)
+            .map_err(|reason| Error::NotOfInputs { path: shown.to_string(), reason })?;
+        about.push(format!("{} follows from {}", c::CONTROLLER, named(inputs)));
+    }
+    Ok(Verified { theorem, about })
 }
 
 /// Whether a file begins as a zip does, whatever it is called; one that is called an FMU is to be one.

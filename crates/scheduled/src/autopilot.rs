@@ -87,7 +87,7 @@ pub struct Autopilot {
 }
 
 /// Excess of |rho| over 1 that is due to rounding and gives no warning.
-const ROUNDING_OF_RHO: f64 = 1e-9;
+pub const ROUNDING_OF_RHO: f64 = 1e-9;
 
 /// Fraction of the sample time by which a tick may come late, because communication points are rounded.
 const ROUNDING_OF_TIME: f64 = 1e-6;
@@ -146,6 +146,21 @@ impl Autopilot {
     /// The trim table.
     pub fn trim(&self) -> &Trim {
         &self.plan.trim
+    }
+
+    /// The controller K(rho) in discrete time, with its state.
+    pub fn controller(&self) -> &LftController {
+        &self.controller
+    }
+
+    /// By how much phi moves the controller's states in a tick, n x m, with anti-windup.
+    pub fn anti_windup(&self) -> Option<&Matrix> {
+        self.plan.anti_windup.as_ref()
+    }
+
+    /// The part 1 - exp(-w_r Ts) of the way to the speed reference that V_r makes in a tick, if there is a filter.
+    pub fn filter(&self) -> Option<f64> {
+        self.plan.filter
     }
 
     /// The outputs of the last tick, or of the initialisation.

@@ -35,7 +35,7 @@ mod tangent;
 mod trim;
 mod validate;
 
-pub use autopilot::{Advance, Autopilot};
+pub use autopilot::{Advance, Autopilot, ROUNDING_OF_RHO};
 pub use design::{
     Actuator, ControllerDesign, ControllerInput, Gamma, InputHashes, Kind, LftMatrices, MOST_DELAY_TICKS,
     Rows, Scheduling, Status, TrimTable, VehicleName,
@@ -48,4 +48,4 @@ pub use manoeuvre::{MANOEUVRE_FORMAT, MANOEUVRE_RESOURCE, Manoeuvre, ManoeuvreEr
 pub use ports::{Inputs, Outputs};
 pub use snapshot::{Snapshot, SnapshotError};
 pub use tangent::OutputTangents;
-pub use trim::Trim;
+pub use trim::{FARTHEST, Trim};

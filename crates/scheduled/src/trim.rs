@@ -17,7 +17,7 @@ struct Place {
 }
 
 /// Limit of the extrapolation, in lengths of the first or last interval, so that no speed overflows.
-const FARTHEST: f64 = 1e100;
+pub const FARTHEST: f64 = 1e100;
 
 impl Place {
     /// The same place, limited to [`FARTHEST`] beyond the table.

@@ -21,9 +21,12 @@ pub struct Curve {
     law: Law,
 }
 
+/// How the thrust of a curve depends on the command.
 #[derive(Debug, Clone, PartialEq)]
-enum Law {
+pub enum Law {
+    /// Linear between points \[command, thrust\].
     Points(Vec<[f64; 2]>),
+    /// This factor times c|c|.
     Square(f64),
 }
 
@@ -72,6 +75,11 @@ impl Curve {
             true => Ok(Self { unit: unit.to_owned(), law }),
             false => Err(CurveError::Unit { found: unit.to_owned() }),
         }
+    }
+
+    /// The points, or the factor of the square law.
+    pub fn law(&self) -> &Law {
+        &self.law
     }
 
     /// The unit of the command.

@@ -8,7 +8,7 @@
 
 mod curve;
 
-pub use curve::{COMMAND_UNITS, Curve, CurveError, POINTS};
+pub use curve::{COMMAND_UNITS, Curve, CurveError, Law, POINTS};
 
 use std::f64::consts::PI;
 

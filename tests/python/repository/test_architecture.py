@@ -29,6 +29,7 @@ NEVER = {
         "squid-report",
         "squid-package",
     },
+    "squid-embedded": {"auv", "lpv", "certificate", "fmi2", "clap", "clarabel", "squid-design"},
     "squid-flight": {"lpv", "clap", "zip", "squid-design"},
     "squid-report": {"clap", "zip", "fmi2", "squid-package"},
     "squid-tune": {"clap", "indicatif", "zip", "fmi2", "squid-report", "squid-package"},

@@ -63,10 +63,10 @@ class Unpacked:
         (found,) = (self.folder / "binaries" / platform).iterdir()
         return found
 
-    def references(self, causality: str) -> dict[str, int]:
-        """Return the value references of the real variables of a causality."""
+    def references(self, causality: str, kind: str = "Real") -> dict[str, int]:
+        """Return the value references of the variables of a causality and a type."""
         variables = read_model_description(self.folder).modelVariables
-        return {v.name: v.valueReference for v in variables if v.causality == causality and v.type == "Real"}
+        return {v.name: v.valueReference for v in variables if v.causality == causality and v.type == kind}
 
     def flight(
         self,

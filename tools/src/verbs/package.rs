@@ -9,7 +9,7 @@ use squid_design::progress::Progress;
 use squid_design::store;
 use squid_design::store::files::{Files, check_directory};
 use squid_package::error::Error as PackageError;
-use squid_package::fmu::{Binaries, Prepared, pack, prepare, require_proof};
+use squid_package::fmu::{Binaries, Prepared, pack, prepare, require_proof, standing};
 use squid_package::kind::Kind;
 use squid_package::platform::Platform;
 use squid_package::ssp;
@@ -39,7 +39,7 @@ pub fn run(
     }
     let progress = Progress::new(&show);
     let proving = progress.begin("certify", "proving again, and computing the plant of the proof again");
-    let standing = require_proof(&inputs, &mut stored, &directory, allow_uncertified)?;
+    let standing = standing(&require_proof(&inputs, &mut stored, &directory, allow_uncertified)?);
     drop(proving);
     say(&standing);
     // All are made before any is written.

@@ -7,15 +7,22 @@ use certificate::ConstantCertificate;
 use serde_json::json;
 use squid_design::certify::constant::of_inputs;
 use squid_design::error::{Error as DesignError, ProofError};
-use squid_package::verify::{named, verify};
+use squid_package::verify::{named, verify, verify_source};
 use std::path::Path;
 
 /// Proves a certificate; for the design of a vehicle if one is given.
 ///
 /// # Errors
 /// Those of the files, and why nothing is proved.
-pub fn run(file: &Path, vehicle: Option<&Path>, design: &str, bandwidth: Option<f64>) -> Result<(), Error> {
-    if let Some(certificate) = constant_certificate(file)? {
+pub fn run(
+    file: Option<&Path>,
+    source: Option<&Path>,
+    vehicle: Option<&Path>,
+    design: &str,
+    bandwidth: Option<f64>,
+) -> Result<(), Error> {
+    let constant = file.map(|file| Ok::<_, Error>((file, constant_certificate(file)?))).transpose()?;
+    if let Some((file, Some(certificate))) = constant {
         let theorem = certificate.prove().map_err(ProofError::from).map_err(DesignError::from)?;
         let mut tolerated = None;
         if let Some(directory) = vehicle {
@@ -36,7 +43,11 @@ pub fn run(file: &Path, vehicle: Option<&Path>, design: &str, bandwidth: Option<
         )?);
     }
     let inputs = vehicle.map(|directory| inputs(directory, design, bandwidth)).transpose()?;
-    let verified = verify(file, inputs.as_ref())?;
+    let verified = match (file, source) {
+        (Some(file), _) => verify(file, inputs.as_ref())?,
+        (None, Some(source)) => verify_source(source, inputs.as_ref())?,
+        (None, None) => return Ok(()),
+    };
     verified.about.iter().for_each(|line| say(line));
     let theorem = &verified.theorem;
     say(&format!("PROVED: {theorem}"));

@@ -59,6 +59,17 @@ impl LftController {
         }
     }
 
+    /// The LFT as a tick uses it: in coordinates of the channels in which `Dtt` is quasi-triangular, where they are
+    /// found ([`is_triangular`](Self::is_triangular)).
+    pub fn lft(&self) -> &Lft {
+        &self.law.lft
+    }
+
+    /// Whether the loop through Theta is solved from the last row of `Dtt` to the first, without pivots.
+    pub fn is_triangular(&self) -> bool {
+        self.law.triangular
+    }
+
     /// Sets the state to zero.
     pub fn reset(&mut self) {
         self.signals.fill(0.0);

@@ -1,0 +1,45 @@
+//! What is proved, in the words of the vehicle.
+
+use crate::certify::ball::SAMPLES;
+use crate::certify::limits::degrees;
+use crate::numbers::above;
+use certificate::Theorem;
+use scheduled::ControllerDesign;
+
+/// Everything that the certificate of a frozen design proves, a claim each.
+pub fn all(design: &ControllerDesign, theorem: &Theorem) -> Vec<String> {
+    std::iter::once(gain(theorem, design.scheduling.half_range)).chain(limits(design, theorem)).collect()
+}
+
+/// The claim about the gain; `half_range` is that of the scheduled speeds \[m/s\].
+pub fn gain(theorem: &Theorem, half_range: f64) -> String {
+    let covered = theorem.gamma_with_model_error.map_or_else(String::new, |gamma| {
+        let gamma = above(gamma);
+        format!(
+            "\nand below {gamma} for every model in a ball around the fit, which contains [A B] of the true \
+            linearisations by a computation at {SAMPLES} speeds"
+        )
+    });
+    let slow = theorem.bounded_rate.map_or_else(String::new, |slow| {
+        let covered = slow
+            .gamma_with_model_error
+            .map_or_else(String::new, |gamma| format!(", {} in the ball", above(gamma)));
+        format!(
+            "\nwhere the speed changes by at most {:.3} m/s^2: gain below {}{covered}",
+            slow.rate * half_range,
+            above(slow.gamma)
+        )
+    });
+    format!("gain below {} for every course of speed in the range,{covered}{slow}", above(theorem.gamma))
+}
+
+/// The claim about commands at their limits, if there is one.
+pub fn limits(design: &ControllerDesign, theorem: &Theorem) -> Option<String> {
+    let degrees = degrees(design, theorem)?;
+    Some(format!(
+        "a pitch step of up to {degrees} deg from trim, held for any time and taken back,\n\
+         keeps the loop in a region from which it returns to trim, commands cut off at their limits,\n\
+         for any course of speed from {} to {} m/s with its reference held, and every model in the ball",
+        design.scheduling.minimum, design.scheduling.maximum
+    ))
+}

@@ -1,0 +1,177 @@
+//! The header: signals with units and ranges, what happens when something is wrong, and what is proved.
+
+use crate::Standing;
+use crate::error::ExportError;
+use crate::tables::Tables;
+use crate::template::{fill, paragraph};
+use scheduled::{Actuator, ControllerDesign};
+use signals::{SIGNALS, Signal, Values, tracked};
+
+/// A measurement that has been the same for so long \[s\] has its bit set; and for so many ticks at least.
+const STUCK_AFTER: f64 = 1.0;
+const FEWEST_STUCK_TICKS: f64 = 10.0;
+
+/// Words that an actuator cannot be called by: those of C99, C11 and C++20 that consist of small letters, C's others,
+/// and the outputs besides the commands.
+const KEYWORDS: &str = "alignas alignof and and_eq asm auto bitand bitor bool break case catch char char8_t char16_t \
+    char32_t class compl concept const const_cast consteval constexpr constinit continue co_await co_return co_yield \
+    decltype default delete do double dynamic_cast else enum explicit export extern false float for friend goto if \
+    inline int long mutable namespace new noexcept not not_eq nullptr operator or or_eq private protected public \
+    register reinterpret_cast requires restrict return short signed sizeof static static_assert static_cast struct \
+    switch template this thread_local throw true try typedef typeid typename union unsigned using virtual void \
+    volatile wchar_t while xor xor_eq status";
+
+pub(crate) fn header(
+    design: &ControllerDesign,
+    tables: &Tables,
+    standing: &Standing,
+    fields: &[(&'static str, String)],
+) -> Result<String, ExportError> {
+    let taken = |actuator: &&Actuator| KEYWORDS.split_whitespace().any(|word| word == actuator.name);
+    if let Some(actuator) = design.actuators.iter().find(taken) {
+        return Err(ExportError::Keyword { name: actuator.name.clone() });
+    }
+    let own = vec![
+        ("about", about(design, standing)),
+        ("sample_time", format!("{:?}", design.sample_time)),
+        ("late", design.delay_ticks.to_string()),
+        ("minimum", format!("{:?}", design.scheduling.minimum)),
+        ("maximum", format!("{:?}", design.scheduling.maximum)),
+        ("gamma", format!("{:?}", design.gamma.bound)),
+        ("certified", u8::from(design.gamma.certified).to_string()),
+        ("sha256", standing.certificate_sha256.clone().unwrap_or_default()),
+        ("stuck_ticks", stuck_ticks(design).to_string()),
+        ("inputs", inputs(design).iter().map(|input| input.member()).collect()),
+        ("outputs", design.actuators.iter().map(output).collect()),
+        ("stuck_bits", stuck_bits(design)),
+        ("state", state(design, tables)),
+    ];
+    // What the parts bring is filled in last.
+    Ok(fill(&fill(include_str!("template/autopilot.h"), &own), fields))
+}
+
+fn stuck_ticks(design: &ControllerDesign) -> u64 {
+    (STUCK_AFTER / design.sample_time).ceil().max(FEWEST_STUCK_TICKS) as u64
+}
+
+/// A member of the inputs.
+pub(crate) struct Input {
+    pub(crate) name: &'static str,
+    /// Its place in [`SIGNALS`].
+    pub(crate) signal: usize,
+    pub(crate) measured: bool,
+    comment: String,
+}
+
+impl Input {
+    fn member(&self) -> String {
+        format!("    @prefix@_real {}; /* {} */\n", self.name, self.comment)
+    }
+}
+
+/// What the design measures, then the references that it follows: the inputs of the FMU, with their ranges.
+pub(crate) fn inputs(design: &ControllerDesign) -> Vec<Input> {
+    let speeds = &design.trim.forward_speed;
+    let (slowest, fastest) = (speeds[0], speeds[speeds.len() - 1]);
+    let comment = |signal: &Signal, measured: bool, what: &str| {
+        let range = match signal.values {
+            Values::Inclination => ", -pi/2 to pi/2".to_owned(),
+            Values::ForwardSpeed if measured => format!(", scheduled on {slowest:.4} to {fastest:.4}"),
+            Values::ForwardSpeed => format!(", {slowest:.4} to {fastest:.4}"),
+            Values::Any => String::new(),
+        };
+        format!("{}{range}: {what}", signal.unit)
+    };
+    let each = SIGNALS.iter().enumerate();
+    let measured = each.filter(|(place, _)| design.measures(*place)).map(|(place, signal)| Input {
+        name: signal.name,
+        signal: place,
+        measured: true,
+        comment: comment(signal, true, signal.measured),
+    });
+    let wanted = tracked().enumerate().filter(|(place, _)| design.follows(*place));
+    let wanted = wanted.map(|(place, (signal, reference))| Input {
+        name: reference.name,
+        signal: place,
+        measured: false,
+        comment: comment(signal, false, reference.wanted),
+    });
+    measured.chain(wanted).collect()
+}
+
+fn output(actuator: &Actuator) -> String {
+    let (least, most) = (actuator.taken(actuator.minimum).0, actuator.taken(actuator.maximum).0);
+    let of = match actuator.curve {
+        Some(_) => {
+            format!("what it takes for {:?} to {:?} {}", actuator.minimum, actuator.maximum, actuator.unit)
+        }
+        None => "trim and K(rho) y, limited".to_owned(),
+    };
+    let unit = actuator.taken_unit();
+    format!("    @prefix@_real {}; /* {unit}, {least:?} to {most:?}: {of} */\n", actuator.name)
+}
+
+/// The name of the bit of a measurement.
+pub(crate) fn stuck_bit(input: &Input) -> String {
+    format!("@PREFIX@_STUCK_{}", input.name.to_ascii_uppercase())
+}
+
+fn stuck_bits(design: &ControllerDesign) -> String {
+    let measured = inputs(design).into_iter().filter(|input| input.measured).enumerate();
+    measured.map(|(index, input)| format!("#define {} {:#x}u\n", stuck_bit(&input), 4 << index)).collect()
+}
+
+fn state(design: &ControllerDesign, tables: &Tables) -> String {
+    let mut members =
+        format!("    @prefix@_real x[{}]; /* state of the controller */\n", tables.sizes().states);
+    if design.reference_filter.is_some() {
+        members += "    @prefix@_real filtered_speed; /* m/s: V_r, the filtered reference of the speed */\n";
+    }
+    if design.delay_ticks > 0 {
+        let (late, m) = (design.delay_ticks, design.actuators.len());
+        members +=
+            &format!("    @prefix@_real waiting[{late}][{m}]; /* commands that are still to come out */\n");
+        members += "    int next; /* which of them comes out at the next tick */\n";
+    }
+    for input in inputs(design).iter().filter(|input| input.measured) {
+        members += &format!("    @prefix@_watched {};\n", input.name);
+    }
+    members
+}
+
+/// What a reader of the header has to know.
+fn about(design: &ControllerDesign, standing: &Standing) -> String {
+    let [ts, from, to] = [design.sample_time, design.scheduling.minimum, design.scheduling.maximum];
+    let mut paragraphs = vec![
+        format!(
+            "Use: init once, reset where a flight begins, then step each {ts} s with the newest inputs. No function \
+             allocates memory, waits, or keeps anything outside of the state that it is given; several states may be \
+             stepped at once. How long a step takes does not depend on the numbers but for the branches of a few \
+             comparisons."
+        ),
+        "An input that is infinite or not a number: refused with BAD_INPUT. Nothing is changed, and the last commands \
+         hold, as if the tick were missed."
+            .to_owned(),
+        format!(
+            "A measured speed outside {from} to {to} m/s along the path: rho is held at the end of its range, and the \
+             status has OUT_OF_RANGE. For a wanted speed beyond the trim table the trim is that of its end. What is proved \
+             does not hold there."
+        ),
+        "A sensor that is stuck: its number is taken as it is, like any other. Where it was the same for STUCK_TICKS \
+         ticks, the status has its bit until it moves; sensors that round coarsely or come rarely set it in \
+         calm water."
+            .to_owned(),
+        "A missed tick: nothing runs by itself. The last commands hold, and the state stays as it is. To make up for k \
+         missed ticks step k + 1 times with the newest inputs, as the FMU does in a long step; after a longer gap \
+         reset. What is proved does not cover ticks that are missed."
+            .to_owned(),
+        "What is proved:".to_owned(),
+    ];
+    paragraphs.extend(standing.claims.iter().cloned());
+    paragraphs.push(format!(
+        "The SHA-256 of certificate.json is {}.",
+        standing.certificate_sha256.as_deref().unwrap_or("not there: there is no certificate")
+    ));
+    let lines: Vec<String> = paragraphs.iter().map(|words| paragraph(words)).collect();
+    lines.join(" *\n")
+}

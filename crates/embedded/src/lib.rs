@@ -1,0 +1,61 @@
+//! A frozen controller as C99, for the computer of a vehicle:
+//!
+//! ```text
+//! frozen design -> export -> NAME.h, NAME.c        source and design -> compare
+//! ```
+//!
+//! The source has the numbers of [`scheduled::Autopilot`] and does its operations in its order, so that the results are
+//! the same to the last bit. `template/` has what is the same for every design.
+
+mod compare;
+mod error;
+mod header;
+mod real;
+mod source;
+mod tables;
+mod template;
+mod tokens;
+
+pub use compare::compare;
+pub use error::{ExportError, SourceError};
+pub use real::Real;
+
+use crate::header::header;
+use crate::source::source;
+use crate::tables::Tables;
+use scheduled::ControllerDesign;
+
+/// What is proved of a controller, in words for the header.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Standing {
+    /// What is proved, a sentence each, or why nothing is.
+    pub claims: Vec<String>,
+    /// SHA-256 of the certificate in hexadecimal, if there is one.
+    pub certificate_sha256: Option<String>,
+}
+
+/// The two files, in memory.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Source {
+    /// What their names and those of all their functions begin with.
+    pub name: String,
+    /// `NAME.h`.
+    pub header: String,
+    /// `NAME.c`.
+    pub source: String,
+}
+
+/// Writes a frozen design as C99 with numbers of a type.
+///
+/// # Errors
+/// [`ExportError`].
+pub fn export(design: &ControllerDesign, standing: &Standing, real: Real) -> Result<Source, ExportError> {
+    let tables = Tables::of(design, real)?;
+    let name = model_description::identifier(&design.vehicle.name);
+    let fields = template::fields(&name, design, real);
+    Ok(Source {
+        header: header(design, &tables, standing, &fields)?,
+        source: source(design, &tables, &fields),
+        name,
+    })
+}

@@ -1,0 +1,152 @@
+//! Random designs that differ in everything that the source depends on.
+
+use scheduled::{
+    Actuator, ControllerDesign, ControllerInput, Gamma, InputHashes, Kind, LftMatrices, Rows, Scheduling,
+    Status, TrimTable, VehicleName,
+};
+use signals::{Curve, SIGNALS, place};
+
+/// Numbers that look random, the same ones for a seed (G. Marsaglia, Xorshift RNGs, 2003).
+pub struct Random(u64);
+
+impl Random {
+    pub fn new(seed: u64) -> Self {
+        Self(0x9e37_79b9_7f4a_7c15 ^ (seed << 32 | 1))
+    }
+
+    fn next(&mut self) -> u64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        self.0
+    }
+
+    pub fn below(&mut self, count: usize) -> usize {
+        (self.next() >> 33) as usize % count
+    }
+
+    pub fn one_of(&mut self, count: usize) -> bool {
+        self.below(count) == 0
+    }
+
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * (self.next() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn rows(&mut self, rows: usize, columns: usize, size: f64) -> Rows {
+        (0..rows).map(|_| (0..columns).map(|_| self.between(-size, size)).collect()).collect()
+    }
+}
+
+fn input(signal: &str, kind: Kind, scale: f64) -> ControllerInput {
+    let unit = SIGNALS[place(signal).unwrap()].unit.to_owned();
+    ControllerInput { signal: signal.to_owned(), kind, unit, scale }
+}
+
+/// The inputs of the controller, by errors alone or with measurements; without those of the speed where it is given.
+fn inputs(random: &mut Random, errors: bool, speed_given: bool) -> Vec<ControllerInput> {
+    use Kind::{Error, Measurement, Reference};
+    let all = match errors {
+        true => vec![("pitch", Error), ("speed", Error)],
+        false => vec![
+            ("pitch", Reference),
+            ("speed", Reference),
+            ("pitch", Measurement),
+            ("speed", Measurement),
+            ("pitch_rate", Measurement),
+            ("heave", Measurement),
+        ],
+    };
+    let fits =
+        |(signal, kind): &(&str, Kind)| !speed_given || *signal != "speed" || *kind == Kind::Measurement;
+    let mut kept: Vec<ControllerInput> = all
+        .into_iter()
+        .filter(fits)
+        .map(|(signal, kind)| input(signal, kind, random.between(0.1, 0.4)))
+        .collect();
+    if !errors && random.one_of(3) {
+        kept.pop();
+    }
+    kept
+}
+
+fn actuator(random: &mut Random, index: usize) -> Actuator {
+    let points = match random.below(3) {
+        0 => vec![[-1.0, -70.0], [-0.2, 0.0], [0.1, 0.0], [0.6, 40.0], [0.8, 40.0], [2.0, 130.0]],
+        1 => vec![[-5.0, -80.0], [0.0, 0.0], [5.0, 120.0]],
+        _ => vec![[-5.0, -80.0], [5.0, 120.0]],
+    };
+    let curve = match random.below(3) {
+        0 => None,
+        1 => Some(Curve::square(random.between(1e-3, 2.0), "rpm").unwrap()),
+        _ => Some(Curve::through(points, "1").unwrap()),
+    };
+    Actuator {
+        name: format!("thruster_{index}"),
+        unit: "N".to_owned(),
+        scale: 100.0,
+        minimum: -60.0,
+        maximum: 100.0,
+        curve,
+    }
+}
+
+fn trim(random: &mut Random, actuators: usize) -> TrimTable {
+    let rows = 2 + random.below(40);
+    let speed: Vec<f64> = (0..rows).map(|row| 0.5 + 2.5 * row as f64 / (rows - 1) as f64).collect();
+    TrimTable {
+        forward_speed: speed.iter().map(|v| v - random.between(0.0, 1e-3)).collect(),
+        pitch: speed.iter().map(|_| random.between(-0.1, 0.0)).collect(),
+        actuators: random.rows(rows, actuators, 30.0),
+        speed,
+    }
+}
+
+pub fn random(random: &mut Random, seed: u64) -> ControllerDesign {
+    let speed_given = seed % 5 == 4;
+    let controller_inputs = inputs(random, seed.is_multiple_of(3), speed_given);
+    let controller_inputs = match controller_inputs.is_empty() {
+        true => vec![input("pitch", Kind::Error, 0.2)],
+        false => controller_inputs,
+    };
+    let actuators: Vec<Actuator> = (0..1 + random.below(6)).map(|index| actuator(random, index)).collect();
+    let (n, p, m) = (1 + random.below(9), controller_inputs.len(), actuators.len());
+    let r = if seed % 7 == 6 { 0 } else { 1 + random.below(8) };
+    let mut a = random.rows(n, n, 1.0);
+    a.iter_mut().enumerate().for_each(|(index, row)| row[index] -= 2.0);
+    let reference_filter = (!speed_given && seed % 2 == 1).then_some(1.7);
+    ControllerDesign {
+        vehicle: VehicleName { name: "Example".to_owned(), status: Status::Surrogate },
+        // What would end a comment, or be read as something else.
+        design: "a */ b /* c ??/ \\ @f@".to_owned(),
+        sample_time: 0.02,
+        scheduling: Scheduling {
+            quantity: "speed".to_owned(),
+            minimum: 0.5,
+            maximum: 3.0,
+            centre: 1.75,
+            half_range: 1.25,
+        },
+        controller_inputs,
+        delay_ticks: random.below(4),
+        reference_filter,
+        speed_given,
+        lft: LftMatrices {
+            blocks: vec![r],
+            a,
+            by: random.rows(n, p, 0.5),
+            bt: random.rows(n, r, 0.5),
+            cu: random.rows(m, n, 0.5),
+            duy: random.rows(m, p, 0.5),
+            dut: random.rows(m, r, 0.5),
+            ct: random.rows(r, n, 0.5),
+            dty: random.rows(r, p, 0.5),
+            dtt: random.rows(r, r, 0.6 / (r as f64).sqrt().max(1.0)),
+        },
+        anti_windup: (seed % 4 < 2).then(|| random.rows(n, m, 2.0)),
+        trim: trim(random, m),
+        actuators,
+        gamma: Gamma { optimum: 0.79, bound: 0.85, back_off: 1.1, certified: false },
+        inputs: InputHashes { vehicle_sha256: "00".repeat(32), design_sha256: "11".repeat(32) },
+    }
+}

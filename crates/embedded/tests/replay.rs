@@ -1,0 +1,272 @@
+//! The source of random designs, compiled, against [`scheduled::Autopilot`]: every output the same, to the bit.
+#![allow(clippy::unwrap_used, missing_docs)]
+
+mod design;
+
+use design::{Random, random};
+use scheduled::{Autopilot, ControllerDesign, Inputs};
+use signals::{SIGNALS, SPEED, TRACKED};
+use squid_embedded::{Real, Standing, compare as compare_sources, export};
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+const TICKS: usize = 2000;
+const STATUS_OUT_OF_RANGE: u64 = 1;
+
+/// Whether a row resets, and its inputs.
+type Row = (bool, Inputs);
+
+fn standing() -> Standing {
+    Standing { claims: vec!["Nothing is proved of an example.".into()], certificate_sha256: None }
+}
+
+/// What the compiled source puts out for rows of inputs: a row of doubles for the initialisation, and each of them.
+fn replayed(design: &ControllerDesign, real: Real, rows: &[Row]) -> Vec<Vec<f64>> {
+    let folder = tempfile::tempdir().unwrap();
+    let source = export(design, &standing(), real).unwrap();
+    assert_eq!(source.name, "example");
+    std::fs::write(folder.path().join("example.h"), source.header).unwrap();
+    std::fs::write(folder.path().join("example.c"), source.source).unwrap();
+    let replay = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/replay.c");
+    let warnings = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"];
+    let program = folder.path().join("replay");
+    let done = Command::new("cc")
+        .args(["-std=c99", "-O1"])
+        .args(warnings)
+        .arg("-I")
+        .args([folder.path(), &folder.path().join("example.c"), &replay])
+        .arg("-o")
+        .args([&program])
+        .arg("-lm")
+        .status()
+        .unwrap();
+    assert!(done.success(), "{design:?}");
+    let taken = |(reset, inputs): &Row| {
+        let measured = (0..SIGNALS.len()).filter(|i| design.measures(*i)).map(|i| inputs.measured[i]);
+        let wanted = (0..TRACKED).filter(|i| design.follows(*i)).map(|i| inputs.references[i]);
+        std::iter::once(f64::from(u8::from(*reset))).chain(measured).chain(wanted).collect::<Vec<_>>()
+    };
+    let bytes: Vec<u8> = rows.iter().flat_map(taken).flat_map(f64::to_le_bytes).collect();
+    let mut child = Command::new(program).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+    let mut input = child.stdin.take().unwrap();
+    let writer = std::thread::spawn(move || input.write_all(&bytes).unwrap());
+    let output = child.wait_with_output().unwrap();
+    writer.join().unwrap();
+    assert!(output.status.success());
+    let numbers: Vec<f64> =
+        output.stdout.chunks_exact(8).map(|bytes| f64::from_le_bytes(bytes.try_into().unwrap())).collect();
+    numbers.chunks_exact(design.actuators.len() + 4).map(<[f64]>::to_vec).collect()
+}
+
+/// Inputs that rise and fall, leave the range, are far too large, infinite or not numbers; and now and then a reset.
+fn rows(random: &mut Random, design: &ControllerDesign) -> Vec<Row> {
+    let mut inputs = at_rest(design);
+    let row = |_| {
+        for number in inputs.measured.iter_mut().chain(&mut inputs.references) {
+            *number += random.between(-0.1, 0.1);
+        }
+        if random.one_of(40) {
+            inputs = at_rest(design);
+            inputs.measured[SPEED] = random.between(-1.0, 5.0);
+            inputs.references[SPEED] = random.between(-1.0, 5.0);
+        }
+        let mut now = inputs;
+        let odd = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, -1e308, 1e12, -0.0, 5e-324];
+        if random.one_of(25) {
+            let place = random.below(SIGNALS.len() + TRACKED);
+            let number = odd[random.below(odd.len())];
+            // Autopilot refuses all, and C has only those that the design takes.
+            match place.checked_sub(SIGNALS.len()) {
+                Some(place) if design.follows(place) => now.references[place] = number,
+                None if design.measures(place) => now.measured[place] = number,
+                _ => {}
+            }
+        }
+        (random.one_of(60), now)
+    };
+    (0..TICKS).map(row).collect()
+}
+
+fn at_rest(design: &ControllerDesign) -> Inputs {
+    let autopilot = Autopilot::new(design).unwrap();
+    let measured = autopilot.trim().signals(autopilot.trim().forward_speed(design.scheduling.centre));
+    Inputs { measured, references: [measured[0], measured[1]] }
+}
+
+/// Runs the autopilot on the same rows, and compares. Returns how often each code came.
+fn compare(design: &ControllerDesign, rows: &[Row], found: &[Vec<f64>]) -> [usize; 4] {
+    let mut autopilot = Autopilot::new(design).unwrap();
+    let mut codes = [0; 4];
+    assert_eq!(found.len(), rows.len() + 1);
+    autopilot.initialise(0.0, &at_rest(design)).unwrap();
+    let mut last = None;
+    for (index, found) in found.iter().enumerate() {
+        let before = autopilot.clone();
+        let done = match index.checked_sub(1).map(|index| &rows[index]) {
+            None => Ok(()),
+            Some((true, inputs)) => autopilot.initialise(0.0, inputs),
+            Some((false, inputs)) => autopilot.tick(inputs).map(|_| ()),
+        };
+        let (code, rest) = (found[0] as usize, &found[1..]);
+        codes[code] += 1;
+        let m = design.actuators.len();
+        if let Err(reason) = done {
+            use scheduled::TickError::{Diverged, InputNotFinite, SingularLoop};
+            let expected = match reason {
+                InputNotFinite { .. } => 1,
+                SingularLoop { .. } => 2,
+                Diverged { .. } => 3,
+            };
+            assert_eq!(code, expected, "tick {index}: {reason}");
+            // C leaves all as it was.
+            autopilot = before;
+        } else {
+            assert_eq!(code, 0, "tick {index}");
+            let outputs = autopilot.outputs();
+            let taken = |(actuator, command): (&scheduled::Actuator, &f64)| actuator.taken(*command).0;
+            let commands = design.actuators.iter().zip(&outputs.commands).map(taken);
+            let expected: Vec<u64> = commands
+                .chain([outputs.scheduling_parameter, outputs.trim_pitch])
+                .map(f64::to_bits)
+                .collect();
+            let numbers: Vec<u64> = rest[..m + 2].iter().copied().map(f64::to_bits).collect();
+            assert_eq!(numbers, expected, "tick {index}: {rest:?} is not {outputs:?}");
+            let outside = rest[m + 2] as u64 & STATUS_OUT_OF_RANGE != 0;
+            assert_eq!(outside, outputs.out_of_range, "tick {index}");
+            last = Some(rest.to_vec());
+        }
+        assert_eq!(last.as_deref(), Some(rest), "tick {index}: an error changes no output");
+    }
+    codes
+}
+
+#[test]
+fn random_designs_are_the_autopilot_to_the_bit() {
+    let mut codes = [0; 4];
+    for seed in 0..20 {
+        let mut numbers = Random::new(seed);
+        let design = random(&mut numbers, seed);
+        design.validate().unwrap();
+        let rows = rows(&mut numbers, &design);
+        let found = replayed(&design, Real::Double, &rows);
+        let each = compare(&design, &rows, &found);
+        codes.iter_mut().zip(each).for_each(|(sum, count)| *sum += count);
+    }
+    assert!(codes[0] > 10_000 && codes[1] > 100 && codes[3] > 10, "{codes:?}");
+}
+
+/// At rho = 1 the loop `1 - theta` has no solution, and all else is as it was.
+#[test]
+fn a_loop_without_a_solution_is_told() {
+    let mut design = random(&mut Random::new(3), 3);
+    let (n, p, m) = (design.lft.a.len(), design.controller_inputs.len(), design.actuators.len());
+    let zeros = |rows: usize, columns: usize| vec![vec![0.0; columns]; rows];
+    design.lft.blocks = vec![1];
+    (design.lft.bt, design.lft.dut) = (zeros(n, 1), zeros(m, 1));
+    (design.lft.ct, design.lft.dty, design.lft.dtt) = (zeros(1, n), zeros(1, p), vec![vec![1.0]]);
+    let rest = at_rest(&design);
+    let mut fast = rest;
+    fast.measured[SPEED] = 9.0;
+    let rows = [(false, rest), (false, fast), (true, fast), (false, rest)];
+    let found = replayed(&design, Real::Double, &rows);
+    assert_eq!(compare(&design, &rows, &found), [3, 0, 2, 0]);
+}
+
+/// The bit of a measurement is there from the tick on at which it has been the same for so long, until it moves.
+#[test]
+fn a_sensor_that_is_stuck_is_told() {
+    let design = random(&mut Random::new(3), 3);
+    assert!(design.measures(SPEED) && design.sample_time == 0.02);
+    let (rest, ticks) = (at_rest(&design), 50);
+    let moving = |index: usize| {
+        let mut inputs = rest;
+        let step = if index < 10 {
+            index
+        } else if index < 80 {
+            10
+        } else {
+            index
+        };
+        inputs.measured[SPEED] += 1e-3 * step as f64;
+        (false, inputs)
+    };
+    let rows: Vec<Row> = (0..100).map(moving).collect();
+    let bit = |row: &Vec<f64>| {
+        let place = (0..SPEED).filter(|i| design.measures(*i)).count();
+        row[row.len() - 1] as u64 & (4 << place) != 0
+    };
+    let told: Vec<bool> = replayed(&design, Real::Double, &rows)[1..].iter().map(bit).collect();
+    // It comes to rest at row 10, and has not moved for one tick at the next.
+    let expected: Vec<bool> = (0..100).map(|index| (10 + ticks..80).contains(&index)).collect();
+    assert_eq!(told, expected);
+}
+
+/// A float rounds by 6e-8 where a double does by 1e-16, and the commands differ by not much more.
+#[test]
+fn floats_follow_doubles() {
+    for seed in 0..4 {
+        let mut numbers = Random::new(seed);
+        let design = random(&mut numbers, seed);
+        let mut inputs = at_rest(&design);
+        let row = |index: usize| {
+            inputs.measured[SPEED] += numbers.between(-0.02, 0.02);
+            inputs.measured[0] += numbers.between(-0.01, 0.01);
+            (index == 0, inputs)
+        };
+        let rows: Vec<Row> = (0..500).map(row).collect();
+        let [double, float] = Real::ALL.map(|real| replayed(&design, real, &rows));
+        let m = design.actuators.len();
+        let mut largest = 0.0f64;
+        for (double, float) in double.iter().zip(&float) {
+            assert_eq!(double[0], float[0]);
+            for index in 0..m {
+                let span = design.actuators[index].taken(design.actuators[index].maximum).0
+                    - design.actuators[index].taken(design.actuators[index].minimum).0;
+                largest = largest.max((double[1 + index] - float[1 + index]).abs() / span);
+            }
+        }
+        assert!(largest > 0.0 && largest < 1e-4, "design {seed}: {largest:e} of the range");
+    }
+}
+
+#[test]
+fn what_c_cannot_hold_is_refused() {
+    let refused = |change: fn(&mut ControllerDesign), real: Real| {
+        let mut design = random(&mut Random::new(3), 3);
+        change(&mut design);
+        export(&design, &standing(), real).unwrap_err().to_string()
+    };
+    let words = refused(|design| design.actuators[0].name = "register".into(), Real::Double);
+    assert!(words.starts_with("the actuator 'register' cannot be a member of a struct"), "{words}");
+    let words =
+        refused(|design| design.trim.forward_speed[1] = design.trim.forward_speed[0] + 1e-9, Real::Float);
+    assert!(words.contains("--real double"), "{words}");
+    let words = refused(|design| design.sample_time = -1.0, Real::Double);
+    assert!(words.starts_with("sample_time is -1"), "{words}");
+}
+
+#[test]
+fn a_source_is_compared_number_by_number() {
+    let design = random(&mut Random::new(3), 3);
+    let text = export(&design, &standing(), Real::Double).unwrap().source;
+    let told = |text: &str, other: &str| compare_sources(other, text).unwrap_err().to_string();
+    compare_sources(&text.replace("\n    ", " "), &text).unwrap();
+    let first =
+        text.split("UPDATE[").nth(1).unwrap().split_once("{\n    {").unwrap().1.split(',').next().unwrap();
+    let (head, tail) = text.split_once("UPDATE[").unwrap();
+    let changed = format!("{head}UPDATE[{}", tail.replacen(first, "0x1.5p+3", 1));
+    let words = told(&text, &changed);
+    assert!(
+        words.contains("the table UPDATE has 0x1.5p+3 where the certificate's controller has"),
+        "{words}"
+    );
+    let words = told(&text, &text.replace("rho - theta", "rho + theta"));
+    assert!(words.ends_with("it has + where squid writes -"), "{words}");
+    assert!(told(&text, &text.replace("return code;", "")).contains("where squid writes"));
+    assert!(told(&text, &text[..text.len() - 2]).contains("its end"));
+    assert!(
+        told(&text, &text.replace("    put_out", "    // \\\n    put_out"))
+            .contains("which squid never writes")
+    );
+}

@@ -1,0 +1,83 @@
+//! The controller as C: header and source, and beside them the design and the certificate that they are of.
+
+use crate::error::Error;
+use certificate::Theorem;
+use scheduled::ControllerDesign;
+use squid_design::certify::claims;
+use squid_design::inputs::sha256;
+use squid_design::store::Stored;
+use squid_design::store::files::{Files, read};
+use squid_embedded::{Real, Source, Standing, export};
+use std::path::{Path, PathBuf};
+
+/// The design beside a source.
+pub const CONTROLLER: &str = "controller.json";
+/// The certificate beside a source.
+pub const CERTIFICATE: &str = "certificate.json";
+
+/// The files of a controller for a directory, and their paths.
+///
+/// # Errors
+/// [`Error::Export`], those of the design.
+pub fn pack(
+    stored: &Stored,
+    proof: &Result<Theorem, String>,
+    real: Real,
+    directory: &Path,
+) -> Result<(Files, Vec<PathBuf>), Error> {
+    let design = &stored.controller;
+    let certificate = stored.certificate.as_ref().ok().filter(|_| proof.is_ok());
+    let claims = match proof {
+        Ok(theorem) => claims::all(design, theorem)
+            .into_iter()
+            .map(|claim| format!("PROVED in exact arithmetic: {claim}"))
+            .chain([limits_of_the_proof()])
+            .collect(),
+        Err(reason) => vec![format!("UNCERTIFIED: {reason}")],
+    };
+    let certificate_sha256 = certificate.map(|text| sha256(text));
+    let Source { name, header, source } = export(design, &Standing { claims, certificate_sha256 }, real)?;
+    let to = |name: &str| directory.join(name);
+    let mut files = Files::default();
+    match certificate {
+        Some(text) => files.add(to(CERTIFICATE), text.as_str()),
+        None => files.remove(to(CERTIFICATE)),
+    }
+    files.add(to(CONTROLLER), design.to_json()?);
+    let paths = [format!("{name}.h"), format!("{name}.c")].map(|name| to(&name));
+    let [of_header, of_source] = paths.clone();
+    files.add(of_header, header);
+    files.add(of_source, source);
+    Ok((files, paths.into()))
+}
+
+/// What no claim of a certificate covers.
+fn limits_of_the_proof() -> String {
+    "This is of the controller in continuous time and of linear models; sampling, rounding, other saturation and the \
+     nonlinear vehicle are not covered."
+        .to_owned()
+}
+
+/// Checks that a source and its header are those that are written for a design and the text of its certificate.
+///
+/// # Errors
+/// [`Error::Source`], [`Error::Export`], those of the header's file.
+pub(crate) fn compare(
+    path: &Path,
+    source: &str,
+    design: &ControllerDesign,
+    certificate: &str,
+) -> Result<(), Error> {
+    let header_path = path.with_extension("h");
+    let header = read(&header_path)?;
+    let is_of = |real: &Real| header.contains(&format!("typedef {} ", real.name()));
+    let real = Real::ALL.into_iter().find(is_of).unwrap_or(Real::Double);
+    let standing = Standing { claims: vec![], certificate_sha256: Some(sha256(certificate)) };
+    let expected = export(design, &standing, real)?;
+    let pairs =
+        [(&header_path, header.as_str(), &expected.header), (&path.to_path_buf(), source, &expected.source)];
+    pairs.into_iter().try_for_each(|(path, found, expected)| {
+        squid_embedded::compare(found, expected)
+            .map_err(|reason| Error::Source { path: path.display().to_string(), reason })
+    })
+}

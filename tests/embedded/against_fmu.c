@@ -1,0 +1,130 @@
+/* Runs the same random ticks in the source and in the controller's FMU, and stops at the first bit that differs:
+ *
+ *     against_fmu LIBRARY GUID RESOURCE_URI COUNT OUT_OF_RANGE REFERENCE...
+ *
+ * REFERENCE are the value references of the inputs, then of the outputs, in the order of the structs; OUT_OF_RANGE is that of
+ * the boolean. Prints the hash, and how often each code came, resets, limited commands and speeds out of range. */
+
+#define _POSIX_C_SOURCE 200809L
+#include "ticks.h"
+#include <dlfcn.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+typedef void *Component;
+typedef unsigned Reference;
+typedef struct {
+    void (*logger)(void *, const char *, int, const char *, const char *, ...);
+    void *(*allocate)(size_t, size_t);
+    void (*release)(void *);
+    void (*finished)(void *, int);
+    void *environment;
+} Callbacks;
+
+static Component (*instantiate)(const char *, int, const char *, const char *, const Callbacks *, int, int);
+static int (*setup)(Component, int, double, double, int, double);
+static int (*enter)(Component), (*leave)(Component), (*reset)(Component);
+static int (*set_real)(Component, const Reference *, size_t, const double *);
+static int (*get_real)(Component, const Reference *, size_t, double *);
+static int (*get_boolean)(Component, const Reference *, size_t, int *);
+static int (*do_step)(Component, double, double, int);
+
+enum { WARNING = 1, ERROR = 3 };
+
+static void refuse(const char *what, long tick)
+{
+    fprintf(stderr, "tick %ld: %s\n", tick, what);
+    exit(1);
+}
+
+static void require(int is_so, const char *what, long tick)
+{
+    if (!is_so) refuse(what, tick);
+}
+
+static void logger(void *environment, const char *name, int status, const char *category, const char *text, ...)
+{
+    (void)environment, (void)name, (void)status, (void)category, (void)text;
+}
+
+/* A data pointer does not convert to a function pointer in ISO C; its bytes do. */
+static void symbol(void *library, const char *name, void *function)
+{
+    void *address = dlsym(library, name);
+    require(address != NULL, name, 0);
+    memcpy(function, &address, sizeof address);
+}
+
+static void load(const char *path)
+{
+    void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    require(library != NULL, "the library does not load", 0);
+    symbol(library, "fmi2Instantiate", &instantiate);
+    symbol(library, "fmi2SetupExperiment", &setup);
+    symbol(library, "fmi2EnterInitializationMode", &enter);
+    symbol(library, "fmi2ExitInitializationMode", &leave);
+    symbol(library, "fmi2Reset", &reset);
+    symbol(library, "fmi2SetReal", &set_real);
+    symbol(library, "fmi2GetReal", &get_real);
+    symbol(library, "fmi2GetBoolean", &get_boolean);
+    symbol(library, "fmi2DoStep", &do_step);
+}
+
+/* The outputs, to the bit, and whether the speed is out of range. */
+static void compare(Component c, const Ticks *t, const Reference *outputs, Reference outside, long tick)
+{
+    double expected[OUTPUTS];
+    OF(real) found[OUTPUTS];
+    int is_outside = -1;
+    require(get_real(c, outputs, OUTPUTS, expected) <= WARNING, "fmi2GetReal", tick);
+    require(get_boolean(c, &outside, 1, &is_outside) <= WARNING, "fmi2GetBoolean", tick);
+    memcpy(found, &t->out, sizeof found);
+    for (int i = 0; i < OUTPUTS; i++) {
+        if (memcmp(&expected[i], &found[i], sizeof *expected) == 0) continue;
+        fprintf(stderr, "output %d is %.17g, and of the FMU %.17g\n", i, (double)found[i], expected[i]);
+        refuse("the source is not the FMU", tick);
+    }
+    require((t->out.status & 1u) == (unsigned)is_outside, "the status does not say that the speed is out of range", tick);
+}
+
+int main(int argc, char **argv)
+{
+    static const Callbacks callbacks = {logger, calloc, free, NULL, NULL};
+    static Ticks t;
+    Reference in[INPUTS], out[OUTPUTS];
+    require(argc == 6 + INPUTS + OUTPUTS, "wrong number of arguments", 0);
+    for (int i = 0; i < INPUTS; i++) in[i] = (Reference)strtoul(argv[6 + i], NULL, 10);
+    for (int i = 0; i < OUTPUTS; i++) out[i] = (Reference)strtoul(argv[6 + INPUTS + i], NULL, 10);
+    const Reference outside = (Reference)strtoul(argv[5], NULL, 10);
+    const long count = strtol(argv[4], NULL, 10);
+    load(argv[1]);
+    const Component c = instantiate("c", 1, argv[2], argv[3], &callbacks, 0, 0);
+    require(c != NULL, "fmi2Instantiate", 0);
+
+    begin(&t);
+    double since = 0.0;
+    for (long tick = 0, first = 1; tick < count; tick++) {
+        int was_reset;
+        double inputs[INPUTS];
+        const int code = run(&t, &was_reset);
+        memcpy(inputs, &t.in, sizeof inputs);
+        if (was_reset) {
+            if (!first) require(reset(c) == 0, "fmi2Reset", tick);
+            first = 0;
+            since = 0.0;
+            require(setup(c, 0, 0.0, 0.0, 0, 0.0) == 0 && enter(c) <= WARNING, "no initialization", tick);
+        }
+        const int set = set_real(c, in, INPUTS, inputs);
+        require((set > WARNING) == (code == BAD_INPUT), "the two do not refuse the same inputs", tick);
+        if (code == BAD_INPUT) continue; /* Both are as they were. */
+        int status = was_reset ? leave(c) : do_step(c, since * SAMPLE_TIME, SAMPLE_TIME, 1);
+        require((status > WARNING) == (code != OK), "the two do not fail at the same ticks", tick);
+        since += was_reset ? 0.0 : 1.0;
+        if (code == OK) compare(c, &t, out, outside, tick);
+    }
+    printf("%016llx", (unsigned long long)t.hash);
+    for (int code = 0; code < 4; code++) printf(" %ld", t.codes[code]);
+    printf(" %ld %ld %ld\n", t.resets, t.limited, t.outside);
+    fflush(stdout);
+    _Exit(0);
+}

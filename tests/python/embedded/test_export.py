@@ -1,0 +1,179 @@
+"""`squid export` and `squid verify --c`: what they write, what they prove, and what they refuse."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+from conftest import SQUID, Run, kept
+from embedded import Exported
+from fly.stages import ROOT
+
+FROZEN = SQUID / "frozen"
+
+
+@pytest.fixture(scope="module")
+def committed(run_squid: Run, tmp_path_factory: pytest.TempPathFactory) -> Exported:
+    """Return the source of the committed design; not to be changed."""
+    folder = tmp_path_factory.mktemp("committed") / "c"
+    done = run_squid("export", SQUID, "--out", FROZEN, "--to", folder, "--language", "c")
+    assert done.returncode == 0, done.stderr
+    return Exported(folder, "squid")
+
+
+@pytest.fixture
+def copied(committed: Exported, tmp_path: Path) -> Exported:
+    """Return a copy that a test may spoil."""
+    return Exported(Path(shutil.copytree(committed.folder, tmp_path / "c")), committed.name)
+
+
+def test_writes_header_source_design_and_certificate(committed: Exported) -> None:
+    names = {path.name for path in committed.folder.iterdir() if not path.name.startswith(".")}
+    assert names == {"squid.h", "squid.c", "controller.json", "certificate.json"}
+    assert (committed.folder / "certificate.json").read_bytes() == (FROZEN / "certificate.json").read_bytes()
+
+
+def test_the_header_says_what_is_proved_and_no_more(run_squid: Run, tmp_path: Path) -> None:
+    """The sentences are those of `squid design`, and the hash is that of the file."""
+    packages = kept(run_squid, ROOT / "vehicles" / "sparus2")
+    exported = Exported.of(run_squid, packages, tmp_path)
+    text = " ".join(exported.header.read_text(encoding="utf-8").replace("\n *", " ").split())
+    claims = text.split("What is proved: ")[1].split(" */")[0]
+    certificate = (exported.folder / "certificate.json").read_bytes()
+    assert certificate == (packages.folder / "certificate.json").read_bytes()
+    assert f"The SHA-256 of certificate.json is {hashlib.sha256(certificate).hexdigest()}." in claims
+    assert exported.constant("GAMMA") == json.loads(certificate)["gamma"]
+    assert exported.constant("CERTIFIED") == 1
+    printed = " ".join((packages.folder / "design.txt").read_text(encoding="utf-8").split())
+    said = "PROVED in exact arithmetic"
+    sentences = re.findall(rf"{said}: (.*?)(?= {said}| This is of)", claims)
+    assert len(sentences) == claims.count(said) >= 1
+    assert all(sentence in printed for sentence in sentences)
+
+
+def test_the_source_is_proved(committed: Exported, run_squid: Run) -> None:
+    done = run_squid("verify", "--c", committed.source, "--vehicle", SQUID)
+    assert done.returncode == 0, done.stderr
+    assert "every number is what the trapezoidal rule at 0.02 s makes of the controller" in done.stdout
+    assert "controller.json follows from vehicle.toml and design 'design'" in done.stdout
+    assert "PROVED: For every measurable trajectory" in done.stdout
+
+
+def test_a_source_of_floats_is_proved(run_squid: Run, tmp_path: Path) -> None:
+    assert run_squid("export", SQUID, "--out", FROZEN, "--to", tmp_path, "--real", "float").returncode == 0
+    done = run_squid("verify", "--c", tmp_path / "squid.c")
+    assert done.returncode == 0 and "PROVED" in done.stdout, done.stderr
+
+
+def test_another_layout_is_the_same_source(copied: Exported, run_squid: Run) -> None:
+    """Space, comments, and the way in which numbers are written."""
+    text = copied.source.read_text(encoding="utf-8")
+    text = re.sub(r"/\*.*?\*/", "/* other words */", text, flags=re.DOTALL).replace("    ", "\t\n ")
+    number = re.search(r"SCALE\[3\] = {\s*(0x\S+?),", text)[1]
+    text = text.replace(number, repr(float.fromhex(number)))
+    copied.source.write_text(text, encoding="utf-8")
+    assert run_squid("verify", "--c", copied.source).returncode == 0
+
+
+@pytest.mark.parametrize("table", ["INTO_LOOP", "LOOP", "OUTPUT", "UPDATE", "ANTI_WINDUP", "TRIM", "MAXIMUM"])
+def test_a_number_that_was_changed_is_named(copied: Exported, run_squid: Run, table: str) -> None:
+    head, tail = copied.source.read_text(encoding="utf-8").split(f"real {table}[")
+    number = re.search(r"0x1\.\w+p[+-]\d+", tail)[0]
+    digit = "1" if number[4] != "1" else "2"
+    changed = tail.replace(number, number[:4] + digit + number[5:], 1)
+    copied.source.write_text(f"{head}real {table}[{changed}", encoding="utf-8")
+    done = run_squid("verify", "--c", copied.source)
+    assert done.returncode == 1 and "PROVED" not in done.stdout
+    assert f"the table {table} has" in done.stderr and number in done.stderr
+    assert int(re.search(r"line (\d+)", done.stderr)[1]) > head.count("\n")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("rho - theta", "theta - rho", "it has theta where squid writes rho"),
+        ("    put_out(", "// \\\n    put_out(", "which squid never writes"),
+        ("#include <float.h>", "#if 0\n#include <float.h>", "where squid writes include"),
+        ("return code;\n}\n", "return code;\n}\nint more;\n", "where squid writes its end"),
+    ],
+)
+def test_code_that_was_changed_is_told(
+    copied: Exported, run_squid: Run, old: str, new: str, message: str
+) -> None:
+    text = copied.source.read_text(encoding="utf-8")
+    assert old in text
+    copied.source.write_text(new.join(text.rsplit(old, 1)), encoding="utf-8")
+    done = run_squid("verify", "--c", copied.source)
+    assert done.returncode == 1 and message in done.stderr and "PROVED" not in done.stdout
+
+
+def test_a_header_that_was_changed_is_told(copied: Exported, run_squid: Run) -> None:
+    text = copied.header.read_text(encoding="utf-8")
+    for old, new in (("x[", "x[1 + "), ('SHA256 "', 'SHA256 "0')):
+        copied.header.write_text(text.replace(old, new), encoding="utf-8")
+        done = run_squid("verify", "--c", copied.source)
+        assert done.returncode == 1 and "squid.h: line" in done.stderr, done.stderr
+
+
+def test_the_certificate_is_of_the_controller(copied: Exported, run_squid: Run) -> None:
+    """The design beside the source is changed along with it, as far as it can be."""
+    path = copied.folder / "controller.json"
+    design = json.loads(path.read_text(encoding="utf-8"))
+    design["lft"]["A"][0][0] *= 1.0 + 1e-12
+    path.write_text(json.dumps(design), encoding="utf-8")
+    done = run_squid("verify", "--c", copied.source)
+    assert done.returncode == 1 and "the controller's matrix A" in done.stderr
+
+
+@pytest.mark.parametrize("name", ["controller.json", "certificate.json"])
+def test_what_is_not_beside_the_source_is_asked_for(copied: Exported, run_squid: Run, name: str) -> None:
+    (copied.folder / name).unlink()
+    done = run_squid("verify", "--c", copied.source)
+    assert done.returncode == 1 and f"{name} is not there" in done.stderr
+
+
+def test_scales_of_another_vehicle_are_told(copied: Exported, run_squid: Run) -> None:
+    """Without the vehicle, what the proof does not cover is taken from the design beside the source."""
+    done = run_squid("verify", "--c", copied.source, "--vehicle", ROOT / "vehicles" / "remus100")
+    assert done.returncode == 1 and "the vehicle file differs" in done.stderr
+
+
+def test_an_uncertified_controller_needs_to_be_allowed(run_squid: Run, tmp_path: Path) -> None:
+    design = Path(shutil.copytree(FROZEN, tmp_path / "frozen"))
+    (design / "certificate.json").unlink()
+    words = ("export", SQUID, "--out", design, "--to", tmp_path / "c")
+    done = run_squid(*words)
+    assert done.returncode == 1 and "is not certified" in done.stderr and not (tmp_path / "c").exists()
+    assert run_squid(*words, "--allow-uncertified").returncode == 0
+    header = (tmp_path / "c" / "squid.h").read_text(encoding="utf-8")
+    assert "UNCERTIFIED" in header and "PROVED" not in header and "#define SQUID_CERTIFIED 0" in header
+    done = run_squid("verify", "--c", tmp_path / "c" / "squid.c")
+    assert done.returncode == 1 and "certificate.json is not there" in done.stderr
+
+
+def test_what_is_wrong_is_told_and_nothing_written(run_squid: Run, tmp_path: Path) -> None:
+    to = tmp_path / "c"
+    done = run_squid("export", SQUID, "--language", "fortran", "--to", to)
+    assert done.returncode == 64 and "fortran" in done.stderr and "[possible values: c]" in done.stderr
+    done = run_squid("export", SQUID, "--out", tmp_path / "none", "--to", to)
+    assert done.returncode == 1 and "squid design" in done.stderr
+    (tmp_path / "file").write_text("mine", encoding="utf-8")
+    done = run_squid("export", SQUID, "--out", FROZEN, "--to", tmp_path / "file")
+    assert done.returncode == 1 and "it is a file, and a directory is needed here" in done.stderr
+    assert {path.name for path in tmp_path.iterdir()} == {"file"}
+    done = run_squid("verify")
+    assert done.returncode == 64
+
+
+def test_a_failure_leaves_an_earlier_source_whole(copied: Exported, run_squid: Run) -> None:
+    copied.header.unlink()
+    copied.header.mkdir()
+    before = copied.source.read_bytes()
+    done = run_squid("export", SQUID, "--out", FROZEN, "--to", copied.folder, "--real", "float")
+    assert done.returncode == 1 and "it is a directory" in done.stderr
+    assert copied.source.read_bytes() == before
+    assert not list(copied.folder.glob(".squid-[!l]*"))

@@ -1,0 +1,62 @@
+//! `squid export`: proves the certificate again, and writes the controller as source for the computer of a vehicle.
+
+use crate::cli::Which;
+use crate::error::Error;
+use crate::output::{answer, say};
+use crate::progress::show;
+use serde_json::json;
+use squid_design::progress::Progress;
+use squid_design::store;
+use squid_design::store::files::check_directory;
+use squid_package::c::pack;
+use squid_package::fmu::{require_proof, standing};
+use std::path::PathBuf;
+
+/// A language.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+pub enum Language {
+    /// C99: a header and a source
+    C,
+}
+
+/// A type of numbers.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+pub enum Real {
+    /// 64 bits: the results are those of the controller's FMU to the last bit
+    Double,
+    /// 32 bits, for processors that have no others
+    Float,
+}
+
+/// Writes the controller of a design.
+///
+/// # Errors
+/// Those of the files and the design; that the controller cannot be written in the language.
+pub fn run(
+    which: &Which,
+    language: Language,
+    real: Real,
+    to: Option<PathBuf>,
+    allow_uncertified: bool,
+) -> Result<(), Error> {
+    let Language::C = language;
+    let real = match real {
+        Real::Double => squid_embedded::Real::Double,
+        Real::Float => squid_embedded::Real::Float,
+    };
+    let (inputs, directory) = which.read()?;
+    let mut stored = store::load(&directory, &inputs)?;
+    let to = to.unwrap_or_else(|| directory.join("c"));
+    check_directory(&to)?;
+    let proving = Progress::new(&show);
+    let proving = proving.begin("certify", "proving again, and computing the plant of the proof again");
+    let proof = require_proof(&inputs, &mut stored, &directory, allow_uncertified)?;
+    drop(proving);
+    let standing = standing(&proof);
+    say(&standing);
+    let (files, paths) = pack(&stored, &proof, real, &to)?;
+    files.save(&to)?;
+    let paths: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+    paths.iter().for_each(|path| say(path));
+    Ok(answer(&json!({ "proof": standing, "files": paths }))?)
+}
