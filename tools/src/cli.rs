@@ -1,10 +1,9 @@
 //! The command line: verbs and options, with their help.
 
 use crate::error::Error;
-use crate::verbs::export::{Language, Real};
 use crate::verbs::lpv::LpvVerb;
 use crate::verbs::new::Like;
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use squid_design::error::InputError;
 use squid_design::inputs::Inputs;
@@ -233,6 +232,22 @@ pub enum Verb {
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
     },
+}
+
+/// A language in which a controller can be written.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Language {
+    /// C99: a header and a source
+    C,
+}
+
+/// The type of the numbers of a controller in C.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Real {
+    /// 64 bits: the results are those of the controller's FMU to the last bit
+    Double,
+    /// 32 bits, for processors that have no others
+    Float,
 }
 
 #[allow(missing_docs)] // A doc comment here would take the place of the verbs' own help.

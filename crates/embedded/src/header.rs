@@ -1,11 +1,19 @@
 //! The header: signals with units and ranges, what happens when something is wrong, and what is proved.
 
-use crate::Standing;
 use crate::error::ExportError;
 use crate::tables::Tables;
 use crate::template::{fill, paragraph};
 use scheduled::{Actuator, ControllerDesign};
 use signals::{SIGNALS, Signal, Values, tracked};
+
+/// What is proved of a controller, in words for the header.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Standing {
+    /// What is proved, a sentence each, or why nothing is.
+    pub claims: Vec<String>,
+    /// SHA-256 of the certificate in hexadecimal, if there is one.
+    pub certificate_sha256: Option<String>,
+}
 
 /// A measurement that has been the same for so long \[s\] has its bit set; and for so many ticks at least.
 const STUCK_AFTER: f64 = 1.0;

@@ -18,21 +18,13 @@ mod tokens;
 
 pub use compare::compare;
 pub use error::{ExportError, SourceError};
+pub use header::Standing;
 pub use real::Real;
 
 use crate::header::header;
 use crate::source::source;
 use crate::tables::Tables;
 use scheduled::ControllerDesign;
-
-/// What is proved of a controller, in words for the header.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Standing {
-    /// What is proved, a sentence each, or why nothing is.
-    pub claims: Vec<String>,
-    /// SHA-256 of the certificate in hexadecimal, if there is one.
-    pub certificate_sha256: Option<String>,
-}
 
 /// The two files, in memory.
 #[derive(Debug, Clone, PartialEq, Eq)]

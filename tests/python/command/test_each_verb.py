@@ -27,6 +27,7 @@ def verbs(run_squid: Run) -> list[str]:
         (["show", SQUID, "--out", "DESIGN", "--uncertainty"], "uncertainty"),
         (["simulate", SQUID, "--out", "DESIGN"], "steps"),
         (["package", SQUID, "--out", "DESIGN", "--descriptions", "DESIGN"], "files"),
+        (["export", SQUID, "--out", "DESIGN"], "files"),
         (["verify", "DESIGN/certificate.json"], "gamma"),
         (["new", "DESIGN/mine"], "files"),
         (["completions", "bash"], "script"),

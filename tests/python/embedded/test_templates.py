@@ -1,4 +1,4 @@
-"""The templates of docs/embedding compile with the source of Squid, against stand-ins for headers that Debian has not."""
+"""The templates of docs/embedding compile with the source of Squid, with stand-ins for headers that Debian lacks."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 //! `squid export`: proves the certificate again, and writes the controller as source for the computer of a vehicle.
 
-use crate::cli::Which;
+use crate::cli::{Language, Real, Which};
 use crate::error::Error;
 use crate::output::{answer, say};
 use crate::progress::show;
@@ -11,22 +11,6 @@ use squid_design::store::files::check_directory;
 use squid_package::c::pack;
 use squid_package::fmu::{require_proof, standing};
 use std::path::PathBuf;
-
-/// A language.
-#[derive(Debug, Clone, Copy, clap::ValueEnum)]
-pub enum Language {
-    /// C99: a header and a source
-    C,
-}
-
-/// A type of numbers.
-#[derive(Debug, Clone, Copy, clap::ValueEnum)]
-pub enum Real {
-    /// 64 bits: the results are those of the controller's FMU to the last bit
-    Double,
-    /// 32 bits, for processors that have no others
-    Float,
-}
 
 /// Writes the controller of a design.
 ///
