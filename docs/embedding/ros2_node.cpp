@@ -50,10 +50,10 @@ private:
   {
     const long due = static_cast<long>((Clock::now() - started_) / period_) - ticks_;
     if (!is_running_ || due > most_made_up) {
-      is_running_ = told(squid_reset(&state_, &in_, &out_));
+      is_running_ = succeeded(squid_reset(&state_, &in_, &out_));
       ticks_ += due;
     } else {
-      for (long i = 0; i < due; i++, ticks_++) is_running_ = told(squid_step(&state_, &in_, &out_));
+      for (long i = 0; i < due; i++, ticks_++) is_running_ = succeeded(squid_step(&state_, &in_, &out_));
     }
     send(lower_, out_.lower);
     send(upper_port_, out_.upper_port);
@@ -61,7 +61,7 @@ private:
   }
 
   // Says what is wrong. After an input that was refused the last commands hold; after the others it starts anew.
-  bool told(int code)
+  bool succeeded(int code)
   {
     if (code == SQUID_BAD_INPUT) RCLCPP_WARN(get_logger(), "an input is missing or no number: the last commands hold");
     if (code == SQUID_SINGULAR || code == SQUID_DIVERGED) RCLCPP_ERROR(get_logger(), "the autopilot starts anew");

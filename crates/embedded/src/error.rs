@@ -22,8 +22,8 @@ pub enum ExportError {
     /// A controller without states.
     #[error("the controller has no states; C has no arrays of length 0")]
     NoStates,
-    /// Two rows of the trim table that a float cannot tell apart, or a number that it cannot hold.
-    #[error("{what} cannot be told in a float; export it with --real double")]
+    /// Two rows of the trim table that are the same in a float.
+    #[error("{what} is lost in a float; export it with --real double")]
     Float { what: &'static str },
 }
 

@@ -162,8 +162,8 @@ fn about(design: &ControllerDesign, standing: &Standing) -> String {
             .to_owned(),
         format!(
             "A measured speed outside {from} to {to} m/s along the path: rho is held at the end of its range, and the \
-             status has OUT_OF_RANGE. For a wanted speed beyond the trim table the trim is that of its end. What is proved \
-             does not hold there."
+             status has OUT_OF_RANGE. For a wanted speed beyond the trim table the trim is that of its end. What is \
+             proved does not hold there."
         ),
         "A sensor that is stuck: its number is taken as it is, like any other. Where it was the same for STUCK_TICKS \
          ticks, the status has its bit until it moves; sensors that round coarsely or come rarely set it in \

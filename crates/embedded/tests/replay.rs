@@ -158,7 +158,7 @@ fn random_designs_are_the_autopilot_to_the_bit() {
 
 /// At rho = 1 the loop `1 - theta` has no solution, and all else is as it was.
 #[test]
-fn a_loop_without_a_solution_is_told() {
+fn a_loop_without_a_solution_is_reported() {
     let mut design = random(&mut Random::new(3), 3);
     let (n, p, m) = (design.lft.a.len(), design.controller_inputs.len(), design.actuators.len());
     let zeros = |rows: usize, columns: usize| vec![vec![0.0; columns]; rows];
@@ -175,7 +175,7 @@ fn a_loop_without_a_solution_is_told() {
 
 /// The bit of a measurement is there from the tick on at which it has been the same for so long, until it moves.
 #[test]
-fn a_sensor_that_is_stuck_is_told() {
+fn a_sensor_that_is_stuck_sets_its_bit() {
     let design = random(&mut Random::new(3), 3);
     assert!(design.measures(SPEED) && design.sample_time == 0.02);
     let (rest, ticks) = (at_rest(&design), 50);
@@ -196,10 +196,10 @@ fn a_sensor_that_is_stuck_is_told() {
         let place = (0..SPEED).filter(|i| design.measures(*i)).count();
         row[row.len() - 1] as u64 & (4 << place) != 0
     };
-    let told: Vec<bool> = replayed(&design, Real::Double, &rows)[1..].iter().map(bit).collect();
+    let set: Vec<bool> = replayed(&design, Real::Double, &rows)[1..].iter().map(bit).collect();
     // It comes to rest at row 10, and has not moved for one tick at the next.
     let expected: Vec<bool> = (0..100).map(|index| (10 + ticks..80).contains(&index)).collect();
-    assert_eq!(told, expected);
+    assert_eq!(set, expected);
 }
 
 /// A float rounds by 6e-8 where a double does by 1e-16, and the commands differ by not much more.
@@ -250,23 +250,23 @@ fn what_c_cannot_hold_is_refused() {
 fn a_source_is_compared_number_by_number() {
     let design = random(&mut Random::new(3), 3);
     let text = export(&design, &standing(), Real::Double).unwrap().source;
-    let told = |text: &str, other: &str| compare_sources(other, text).unwrap_err().to_string();
+    let message = |text: &str, other: &str| compare_sources(other, text).unwrap_err().to_string();
     compare_sources(&text.replace("\n    ", " "), &text).unwrap();
     let first =
         text.split("UPDATE[").nth(1).unwrap().split_once("{\n    {").unwrap().1.split(',').next().unwrap();
     let (head, tail) = text.split_once("UPDATE[").unwrap();
     let changed = format!("{head}UPDATE[{}", tail.replacen(first, "0x1.5p+3", 1));
-    let words = told(&text, &changed);
+    let words = message(&text, &changed);
     assert!(
         words.contains("the table UPDATE has 0x1.5p+3 where the certificate's controller has"),
         "{words}"
     );
-    let words = told(&text, &text.replace("rho - theta", "rho + theta"));
+    let words = message(&text, &text.replace("rho - theta", "rho + theta"));
     assert!(words.ends_with("it has + where squid writes -"), "{words}");
-    assert!(told(&text, &text.replace("return code;", "")).contains("where squid writes"));
-    assert!(told(&text, &text[..text.len() - 2]).contains("its end"));
+    assert!(message(&text, &text.replace("return code;", "")).contains("where squid writes"));
+    assert!(message(&text, &text[..text.len() - 2]).contains("its end"));
     assert!(
-        told(&text, &text.replace("    put_out", "    // \\\n    put_out"))
+        message(&text, &text.replace("    put_out", "    // \\\n    put_out"))
             .contains("which squid never writes")
     );
 }

@@ -101,7 +101,7 @@ def test_a_number_that_was_changed_is_named(copied: Exported, run_squid: Run, ta
         ("return code;\n}\n", "return code;\n}\nint more;\n", "where squid writes its end"),
     ],
 )
-def test_code_that_was_changed_is_told(
+def test_code_that_was_changed_is_reported(
     copied: Exported, run_squid: Run, old: str, new: str, message: str
 ) -> None:
     text = copied.source.read_text(encoding="utf-8")
@@ -111,7 +111,7 @@ def test_code_that_was_changed_is_told(
     assert done.returncode == 1 and message in done.stderr and "PROVED" not in done.stdout
 
 
-def test_a_header_that_was_changed_is_told(copied: Exported, run_squid: Run) -> None:
+def test_a_header_that_was_changed_is_reported(copied: Exported, run_squid: Run) -> None:
     text = copied.header.read_text(encoding="utf-8")
     for old, new in (("x[", "x[1 + "), ('SHA256 "', 'SHA256 "0')):
         copied.header.write_text(text.replace(old, new), encoding="utf-8")
@@ -136,7 +136,7 @@ def test_what_is_not_beside_the_source_is_asked_for(copied: Exported, run_squid:
     assert done.returncode == 1 and f"{name} is not there" in done.stderr
 
 
-def test_scales_of_another_vehicle_are_told(copied: Exported, run_squid: Run) -> None:
+def test_scales_of_another_vehicle_are_reported(copied: Exported, run_squid: Run) -> None:
     """Without the vehicle, what the proof does not cover is taken from the design beside the source."""
     done = run_squid("verify", "--c", copied.source, "--vehicle", ROOT / "vehicles" / "remus100")
     assert done.returncode == 1 and "the vehicle file differs" in done.stderr
@@ -155,7 +155,7 @@ def test_an_uncertified_controller_needs_to_be_allowed(run_squid: Run, tmp_path:
     assert done.returncode == 1 and "certificate.json is not there" in done.stderr
 
 
-def test_what_is_wrong_is_told_and_nothing_written(run_squid: Run, tmp_path: Path) -> None:
+def test_what_is_wrong_is_reported_and_nothing_written(run_squid: Run, tmp_path: Path) -> None:
     to = tmp_path / "c"
     done = run_squid("export", SQUID, "--language", "fortran", "--to", to)
     assert done.returncode == 64 and "fortran" in done.stderr and "[possible values: c]" in done.stderr
