@@ -177,8 +177,8 @@ pub enum Verb {
         /// A controller's FMU, the FMU of the whole loop, or a certificate
         #[arg(required_unless_present = "c")]
         file: Option<PathBuf>,
-        /// Instead of it a source that `squid export` wrote, with the other files beside it: whether every number follows
-        /// from the controller of the certificate
+        /// Instead of it a source that `squid export` wrote, with the other files beside it: whether every number
+        /// follows from the controller of the certificate
         #[arg(long, value_name = "FILE", conflicts_with = "file")]
         c: Option<PathBuf>,
         /// The vehicle's directory, to check that the file is of this vehicle's design

@@ -51,8 +51,8 @@ pub fn verify(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
     })
 }
 
-/// Verifies the source of a controller against the certificate and the design that were written beside it; these against
-/// vehicle and design file, if they are there.
+/// Verifies the source of a controller against the certificate and the design that were written beside it; these
+/// against vehicle and design file, if they are there.
 ///
 /// # Errors
 /// [`Error::NotBeside`], [`Error::Source`], and those of [`verify`].
@@ -74,8 +74,9 @@ pub fn verify_source(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, E
     c::compare(path, &source, &design, &text)?;
     let shown = path.display();
     let mut about = vec![format!(
-        "{shown}: every number is what the trapezoidal rule at {} s makes of the controller of the certificate (computed \
-         again, in floating point), and the rest is what squid writes for {} beside it; comments are not compared",
+        "{shown}: every number is what the trapezoidal rule at {} s makes of the controller of the certificate \
+         (computed again, in floating point), and the rest is what squid writes for {} beside it; comments are not \
+         compared",
         design.sample_time,
         c::CONTROLLER
     )];
