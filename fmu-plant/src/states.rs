@@ -10,7 +10,7 @@ type Role<T> = fmi2::Role<PlantModel, T>;
 
 /// For model exchange: the two states that are not outputs, and the rates of all states in the order of the states.
 pub fn states(model: &PlantModel) -> Vec<Variable> {
-    let knowns = [&knowns_of_trim()[..], &["current_horizontal", "current_vertical"]].concat();
+    let knowns = [&knowns_of_trim(model)[..], &["current_horizontal", "current_vertical"]].concat();
     let over_ground = |name: &str, description: &str, quantity: Quantity, get: fn(&PlantModel) -> f64| {
         Variable::real(name, description, get, Role::local())
             .unit("m/s")

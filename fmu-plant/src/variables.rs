@@ -4,7 +4,7 @@
 //! and an actuator without lag follows its command. A master has no algebraic loop unless the commands follow such
 //! a quantity. First values of other outputs follow from parameters alone.
 
-use auv::{Actuator, Allowed, COEFFICIENTS, CoefficientSpec, Fidelity, Surge};
+use auv::{Actuator, Allowed, CoefficientSpec, Fidelity, Surge};
 use fmi2::model_description::Enumeration;
 
 use crate::{PlantModel, Quantity};
@@ -97,13 +97,13 @@ fn command(index: usize, actuator: &Actuator) -> Variable {
 
 /// Motion, position, actuator outputs, and the initial trim.
 pub fn outputs(model: &PlantModel) -> Vec<Variable> {
-    let mut table = motion();
+    let mut table = motion(model);
     table.extend(position());
     for (index, actuator) in model.vehicle().actuators.iter().enumerate() {
-        table.push(actuator_output(index, actuator));
+        table.push(actuator_output(model, index, actuator));
     }
     for (index, actuator) in model.vehicle().actuators.iter().enumerate() {
-        table.push(trim_output(index, actuator));
+        table.push(trim_output(model, index, actuator));
     }
     table.push(
         output("trim_pitch", "pitch angle of level trim at initial_speed and initial_depth", "rad", |m| {
@@ -111,7 +111,7 @@ pub fn outputs(model: &PlantModel) -> Vec<Variable> {
         })
         .discrete()
         .nominal(0.1)
-        .initially_depends_on(&knowns_of_trim()),
+        .initially_depends_on(&knowns_of_trim(model)),
     );
     table
 }
@@ -126,8 +126,8 @@ fn output(
 }
 
 /// Motion through the water.
-fn motion() -> Vec<Variable> {
-    let trim = knowns_of_trim();
+fn motion(model: &PlantModel) -> Vec<Variable> {
+    let trim = knowns_of_trim(model);
     let through_water = |one: Variable, quantity: Quantity, own: &[&str]| {
         let knowns = [own, &["pitch", "current_horizontal", "current_vertical"]].concat();
         one.depends_on(&knowns).initially_depends_on(&trim).quantity(quantity.number())
@@ -179,7 +179,7 @@ fn position() -> [Variable; 2] {
     ]
 }
 
-fn actuator_output(index: usize, actuator: &Actuator) -> Variable {
+fn actuator_output(model: &PlantModel, index: usize, actuator: &Actuator) -> Variable {
     let Actuator { name, min, max, lag, .. } = actuator;
     let own = format!("{name}_output");
     let description = format!("output of {name}, after limits and lag");
@@ -188,12 +188,12 @@ fn actuator_output(index: usize, actuator: &Actuator) -> Variable {
         .nominal(actuator.reach())
         .quantity(Quantity::Output(index).number());
     match *lag > 0.0 {
-        true => one.depends_linearly_on(&own).initially_depends_on(&knowns_of_trim()),
+        true => one.depends_linearly_on(&own).initially_depends_on(&knowns_of_trim(model)),
         false => one.depends_on(&[name]).initially_depends_on(&[name]),
     }
 }
 
-fn trim_output(index: usize, actuator: &Actuator) -> Variable {
+fn trim_output(model: &PlantModel, index: usize, actuator: &Actuator) -> Variable {
     let Actuator { name, min, max, .. } = actuator;
     output(
         &format!("trim_{name}"),
@@ -204,15 +204,15 @@ fn trim_output(index: usize, actuator: &Actuator) -> Variable {
     .discrete()
     .range(*min, *max)
     .nominal(actuator.reach())
-    .initially_depends_on(&knowns_of_trim())
+    .initially_depends_on(&knowns_of_trim(model))
 }
 
-pub(crate) fn knowns_of_trim() -> Vec<&'static str> {
-    let coefficients = COEFFICIENTS.iter().map(|spec| spec.key);
+pub(crate) fn knowns_of_trim(model: &PlantModel) -> Vec<&'static str> {
+    let coefficients = model.vehicle().coefficients.acting().map(|spec| spec.key);
     ["initial_speed", "initial_depth"].into_iter().chain(coefficients).collect()
 }
 
-/// The start, the fidelity, and every coefficient of the vehicle.
+/// The start, the fidelity, and every coefficient that acts on the vehicle.
 pub fn parameters(model: &PlantModel) -> Vec<Variable> {
     let sign = if model.only_ahead() { "above zero" } else { "negative astern" };
     let initial_speed = Variable::real(
@@ -241,7 +241,7 @@ pub fn parameters(model: &PlantModel) -> Vec<Variable> {
             Role::parameter(|m, v| m.settings.fidelity = fidelity_of(v)),
         ),
     ];
-    table.extend(COEFFICIENTS.iter().map(|spec| coefficient(spec, model)));
+    table.extend(model.vehicle().coefficients.acting().map(|spec| coefficient(spec, model)));
     table
 }
 
@@ -260,12 +260,7 @@ fn fidelity_of(number: i32) -> Fidelity {
 fn coefficient(spec: &'static CoefficientSpec, model: &PlantModel) -> Variable {
     let source = model.vehicle().sources.get(spec.key).map_or("the default", String::as_str);
     let above_zero = if spec.allowed == Allowed::Positive { ", above zero" } else { "" };
-    let idle = if model.vehicle().coefficients.surge.uses(spec.key) {
-        ""
-    } else {
-        ", of no effect at a given speed"
-    };
-    let description = format!("{}{above_zero}{idle}; source: {source}", spec.meaning);
+    let description = format!("{}{above_zero}; source: {source}", spec.meaning);
     let get = |m: &PlantModel| (spec.get)(&m.settings.coefficients);
     let set = |m: &mut PlantModel, v| (spec.set)(&mut m.settings.coefficients, v);
     let size = get(model).abs();

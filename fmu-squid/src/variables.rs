@@ -5,8 +5,6 @@
 use signals::{PITCH, SPEED};
 use std::f64::consts::FRAC_PI_2;
 
-use auv::COEFFICIENTS;
-
 use crate::ClosedLoop;
 use crate::tangents::Own;
 
@@ -130,9 +128,9 @@ fn motion(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
             // Their first values depend on the same variables as in the plant, too.
             "depth" | "distance" | "pitch_rate" => one,
             name if at_once.iter().any(|output| output == name) => {
-                one.initially_depends_on(&knowns_of_first_tick())
+                one.initially_depends_on(&knowns_of_first_tick(model))
             }
-            _ => one.initially_depends_on(&knowns_of_start()),
+            _ => one.initially_depends_on(&knowns_of_start(model)),
         }
     })
 }
@@ -144,7 +142,7 @@ fn states(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     of_plant.map(move |one| one.depends_only_where(&known)).map(|one| match one.name() {
         "surge_over_ground" | "heave_over_ground" => {
             let current = ["current_horizontal", "current_vertical"];
-            one.initially_depends_on(&[&knowns_of_start()[..], &current].concat())
+            one.initially_depends_on(&[&knowns_of_start(model)[..], &current].concat())
         }
         _ => one,
     })
@@ -162,8 +160,8 @@ fn actuators(model: &ClosedLoop) -> usize {
     model.plant.vehicle().actuators.len()
 }
 
-fn knowns_of_start() -> Vec<&'static str> {
-    let coefficients = COEFFICIENTS.iter().map(|spec| spec.key);
+fn knowns_of_start(model: &ClosedLoop) -> Vec<&'static str> {
+    let coefficients = model.plant.vehicle().coefficients.acting().map(|spec| spec.key);
     SPEED_PROFILE.into_iter().chain(["initial_depth"]).chain(coefficients).collect()
 }
 
@@ -175,7 +173,7 @@ fn of_controller(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     fmu_controller::outputs(model.controller.design()).into_iter().map(move |one| {
         let constant = constants.contains(&one.name());
         let one = one.embedded(|m: &ClosedLoop| &m.controller, |m| &mut m.controller);
-        let one = if constant { one } else { one.initially_depends_on(&knowns_of_first_tick()) };
+        let one = if constant { one } else { one.initially_depends_on(&knowns_of_first_tick(model)) };
         match quantity_of(one.name(), &names) {
             Some(own) => one.quantity(own.number(names.len())),
             None => one,
@@ -192,10 +190,10 @@ fn quantity_of(name: &str, actuators: &[String]) -> Option<Own> {
     }
 }
 
-fn knowns_of_first_tick() -> Vec<&'static str> {
+fn knowns_of_first_tick(model: &ClosedLoop) -> Vec<&'static str> {
     let mut knowns =
         vec!["pitch_step", "step_time", "step_end", "manual", "pitch_reference", "speed_reference"];
-    knowns.extend(knowns_of_start());
+    knowns.extend(knowns_of_start(model));
     knowns
 }
 
@@ -207,7 +205,7 @@ fn references(model: &ClosedLoop) -> [Variable; 3] {
             .depends_on(&[])
             .initially_depends_on(knowns)
     };
-    let knowns = knowns_of_first_tick();
+    let knowns = knowns_of_first_tick(model);
     [
         output(
             "pitch_reference_used",

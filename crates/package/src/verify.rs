@@ -11,7 +11,7 @@ use auv::LpvModel;
 use certificate::Theorem;
 use fmi2::Resources;
 use scheduled::ControllerDesign;
-use squid_design::certify::limits::of_autopilot;
+use squid_design::certify::limits::{degrees, degrees_of, of_autopilot};
 use squid_design::certify::verify::{matches, of_inputs, parse};
 use squid_design::error::StoreError;
 use squid_design::fit::Model;
@@ -29,6 +29,8 @@ pub struct Verified {
     pub theorem: Theorem,
     /// Name of vehicle and design, when the file says so, and what was computed again.
     pub about: Vec<String>,
+    /// The largest pitch step that the claim with limits is of, deg; where it is known what the step is counted in.
+    pub pitch_step: Option<f64>,
 }
 
 /// Verifies an FMU (by its ending) or a certificate as JSON; against vehicle and design file, if they are there.
@@ -100,8 +102,9 @@ fn is_archive(path: &Path) -> Result<bool, Error> {
 fn verify_certificate(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
     let certificate = parse(&read(path)?, &path.display().to_string())?;
     let theorem = certificate.prove()?;
-    let mut about = vec![];
+    let (mut about, mut pitch_step) = (vec![], None);
     if let Some(inputs) = inputs {
+        pitch_step = degrees_of(&inputs.design, &theorem);
         let model = Model::new(&inputs.vehicle, &inputs.design)?;
         of_inputs(&certificate, &inputs.vehicle, &inputs.design, &model)?;
         let what = match certificate.residual {
@@ -112,7 +115,7 @@ fn verify_certificate(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, 
         };
         about.push(format!("{}: {what} of {}", path.display(), named(inputs)));
     }
-    Ok(Verified { theorem, about })
+    Ok(Verified { theorem, about, pitch_step })
 }
 
 fn verify_fmu(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
@@ -147,6 +150,7 @@ fn verify_fmu(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
         return Err(Error::WrongDescription { path: path.display().to_string() });
     }
     of_autopilot(&design, &certificate)?;
+    let pitch_step = degrees(&design, &theorem);
     if let Some(inputs) = inputs {
         let certificate = text.to_owned();
         made_of(design, certificate, &resources, inputs)
@@ -156,7 +160,7 @@ fn verify_fmu(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
             named(inputs)
         ));
     }
-    Ok(Verified { theorem, about })
+    Ok(Verified { pitch_step, theorem, about })
 }
 
 /// Vehicle and design, as what is compared with them is said.

@@ -67,8 +67,8 @@ pub fn compare(subject: &Subject, effort: Effort) -> Result<Vec<Part>, Error> {
     };
     let speeds = [low, 0.5 * (low + high), high];
     let Some(pid) = tuned(subject, &speeds, effort.evaluations)? else {
-        let words = "No PID was tuned: it takes a design that tracks pitch and speed and measures pitch, pitch rate \
-            and speed apart from the references, and gains that hold the limits on |S| and noise.";
+        let words = "No PID was tuned: it takes a design that tracks pitch and measures pitch, pitch rate and, where \
+            it is not given, speed apart from the references, and gains that hold the limits on |S| and noise.";
         return Ok(vec![Part::Words(words.into())]);
     };
     let (ours, blended) = (Scheduled(subject), Blended::new(subject));
@@ -96,17 +96,22 @@ pub fn compare(subject: &Subject, effort: Effort) -> Result<Vec<Part>, Error> {
 }
 
 fn words(subject: &Subject) -> String {
+    let (axes, speed_step) = match subject.speed_is_given() {
+        true => ("; the speed is given, to all alike", "a step of the given speed, not judged"),
+        false => (", and PI of the speed", "a speed step"),
+    };
     format!(
-        "The same nonlinear vehicle, sensors, sample time, lags, limits, trim feedforward and filtered speed reference \
-            under three laws. PID: of pitch, with derivative on the measured rate and a weight on the reference, and \
-            PI of the speed, gains scheduled on speed, integrals that stop at limits; tuned at the three speeds by \
-            COBYLA (M. J. D. Powell, 1994) over the flights of this table, with |S| no larger and commands under noise \
-            no rougher than the scheduled controller's at that speed. Blended: H-infinity controllers of the same \
-            weights for six speeds, all running, outputs blended by speed. Flights: a pitch step of {:.0} deg, a gust \
-            of 0.3 m/s in heave, a speed step; ITAE is the integral of t |error|/step, of the error to the reference \
-            itself, not to a model of it. Box: the declared uncertainty, vehicles at corners and random points; one \
-            survives if its pitch is within a tenth of the step at the end; overshoot is the worst of those. Rows \
-            closer than {:.0} % are drawn, those without outcome are not compared.",
+        "The same nonlinear vehicle, sensors, sample time, lags, limits, trim feedforward and filtered {} under three \
+            laws. PID: of pitch, with derivative on the measured rate and a weight on the reference{axes}, gains \
+            scheduled on speed, integrals that stop at limits; tuned at the three speeds by COBYLA (M. J. D. Powell, \
+            1994) over the flights of this table, with |S| no larger and commands under noise no rougher than the \
+            scheduled controller's at that speed. Blended: H-infinity controllers of the same weights for six speeds, \
+            all running, outputs blended by speed. Flights: a pitch step of {:.0} deg, a gust of 0.3 m/s in heave, \
+            {speed_step}; ITAE is the integral of t |error|/step, of the error to the reference itself, not to a model \
+            of it. Box: the declared uncertainty, vehicles at corners and random points; one survives if its pitch is \
+            within a tenth of the step at the end; overshoot is the worst of those. Rows closer than {:.0} % are \
+            drawn, those without outcome are not compared.",
+        subject.wanted_speed(),
         subject.stored.manoeuvre.pitch_step.to_degrees(),
         100.0 * DRAW
     )
@@ -162,6 +167,9 @@ fn at_speed(
             ..line("delay margin, all commands (s)", 3, 0.0, found.iter().map(|f| f.3).collect())
         },
     ];
+    if subject.speed_is_given() {
+        lines.retain(|line| !line.name.starts_with("speed step"));
+    }
     if !fleet.is_empty() {
         let share = found.iter().map(|f| 100.0 * f.4.share).collect();
         lines.push(Line { largest: true, ..line("box survived (%)", 0, 0.0, share) });
@@ -190,12 +198,15 @@ fn on_ramp(subject: &Subject, laws: &[(&str, &dyn Law)]) -> Result<Vec<Line>, Er
         reported: false,
         values,
     };
-    Ok(vec![
+    let mut lines = vec![
         line("pitch step: ITAE (s^2)", 2, 0.0, flown.iter().map(|f| f.0.itae).collect()),
         line("pitch step: settled (s)", 2, 0.02, flown.iter().map(|f| f.0.settling_time).collect()),
         line("pitch step: overshoot (%)", 2, 0.5, flown.iter().map(|f| 100.0 * f.0.overshoot).collect()),
-        line("largest speed error (m/s)", 3, 0.0, flown.iter().map(|f| f.1).collect()),
-    ])
+    ];
+    if !subject.speed_is_given() {
+        lines.push(line("largest speed error (m/s)", 3, 0.0, flown.iter().map(|f| f.1).collect()));
+    }
+    Ok(lines)
 }
 
 impl Line {

@@ -89,7 +89,9 @@ pub fn rendered(
     progress: &Progress,
 ) -> Result<Rendered, Error> {
     let path = directory.join(FILE);
-    let key = key(inputs, stored, paper)?;
+    // This very program, so that no report of another version is shown.
+    let program = std::env::current_exe().and_then(std::fs::read).ok();
+    let key = program.map(|program| key(&program, inputs, stored, paper)).transpose()?;
     if let Some(kept) = kept(&path).filter(|kept| key.is_some() && kept.key == key) {
         kept.unproved.iter().for_each(|words| progress.warn(words));
         progress.done("report", "as it was computed for these files before");
@@ -119,16 +121,14 @@ fn kept(path: &Path) -> Option<Rendered> {
 }
 
 /// SHA-256 of all that a report is made from: vehicle and design file, the stored design, whether it has the paper's
-/// claims, and this very program. None where the program cannot be read.
-fn key(inputs: &Inputs, stored: &Stored, paper: bool) -> Result<Option<String>, Error> {
-    let program = std::env::current_exe().and_then(std::fs::read);
-    let Ok(program) = program else { return Ok(None) };
+/// claims, and the program that computes it.
+fn key(program: &[u8], inputs: &Inputs, stored: &Stored, paper: bool) -> Result<String, Error> {
     let mut hash = Sha256::new();
     let mut add = |bytes: &[u8]| {
         hash.update((bytes.len() as u64).to_le_bytes());
         hash.update(bytes);
     };
-    add(&program);
+    add(program);
     for text in [&inputs.hashes.vehicle_sha256, &inputs.hashes.design_sha256, &inputs.design.name] {
         add(text.as_bytes());
     }
@@ -141,7 +141,7 @@ fn key(inputs: &Inputs, stored: &Stored, paper: bool) -> Result<Option<String>, 
     if let Some(robust) = &stored.robust {
         robust.texts()?.iter().for_each(|text| add(text.as_bytes()));
     }
-    Ok(Some(hash.finalize().iter().map(|b| format!("{b:02x}")).collect()))
+    Ok(hash.finalize().iter().map(|b| format!("{b:02x}")).collect())
 }
 
 #[cfg(test)]
@@ -155,7 +155,7 @@ mod tests {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
         let inputs = Inputs::read(vehicle, "design").unwrap();
         let stored = load(&vehicle.join("frozen"), &inputs).unwrap();
-        let of = |inputs: &Inputs, stored: &Stored| key(inputs, stored, true).unwrap().unwrap();
+        let of = |inputs: &Inputs, stored: &Stored| key(b"squid", inputs, stored, true).unwrap();
         let mut keys = vec![of(&inputs, &stored)];
         assert_eq!(keys[0], of(&inputs, &stored));
 
@@ -174,9 +174,10 @@ mod tests {
         let mut other = inputs.clone();
         other.hashes.design_sha256.push('0');
         keys.push(of(&other, &stored));
-        keys.push(key(&inputs, &stored, false).unwrap().unwrap());
+        keys.push(key(b"squid", &inputs, &stored, false).unwrap());
+        keys.push(key(b"squid of another version", &inputs, &stored, true).unwrap());
         keys.sort();
         keys.dedup();
-        assert_eq!(keys.len(), 7);
+        assert_eq!(keys.len(), 8);
     }
 }

@@ -71,9 +71,14 @@ pub(crate) fn name(vehicle: &Vehicle) -> String {
 }
 
 impl<'a> Subject<'a> {
+    /// Whether the speed comes from outside.
+    pub fn speed_is_given(&self) -> bool {
+        self.inputs.vehicle.coefficients.surge.is_given()
+    }
+
     /// What says how fast to go.
     pub fn wanted_speed(&self) -> &'static str {
-        if self.inputs.vehicle.coefficients.surge.is_given() { "given speed" } else { "speed reference" }
+        if self.speed_is_given() { "given speed" } else { "speed reference" }
     }
 
     /// Linearises and fits the vehicle again, and takes the controller from the stored design.

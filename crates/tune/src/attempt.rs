@@ -6,16 +6,18 @@ use squid_design::augment::augment;
 use squid_design::error::Error;
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
-use squid_design::inputs::design_file::Sense;
+use squid_design::inputs::design_file::{DesignFile, Sense};
 use squid_design::progress::Progress;
 use squid_design::store::freeze::freeze;
 use squid_design::synthesise::{synthesise, synthesise_quickly};
 use squid_design::verdict::Verdict;
-use squid_design::verdict::found::{Effort, Found};
+use squid_design::verdict::found::Effort;
 use squid_design::verdict::row::Row;
 
-/// At how many speeds an attempt is judged.
-const EFFORT: Effort = Effort { frozen: 6, flown: 2, mu: 2 };
+/// At how many speeds an attempt is judged, and what of it.
+fn effort(design: &DesignFile) -> Effort {
+    Effort { frozen: 6, sampled: design.require.limit("sampled_gain").is_some(), flown: 2, mu: 2 }
+}
 
 /// Designs with keys multiplied: the files with these numbers, and the frozen controller. A `quick` one is given up
 /// where the search for it gets stuck.
@@ -43,7 +45,7 @@ fn designed(
 /// There is no controller; those of the verdict.
 pub fn attempt(inputs: &Inputs, model: &Model, turned: &[(Knob, f64)]) -> Result<Verdict, Error> {
     let (inputs, controller) = designed(inputs, model, turned, false)?;
-    Verdict::of(&inputs, &controller, EFFORT)
+    Verdict::of(&inputs, &controller, effort(&inputs.design))
 }
 
 /// The same for one of many: given up where the search for a controller gets stuck, and without mu, which takes long,
@@ -57,12 +59,13 @@ pub fn attempt_until_missed(
     turned: &[(Knob, f64)],
 ) -> Result<Verdict, Error> {
     let (inputs, controller) = designed(inputs, model, turned, true)?;
-    let first = Verdict::of(&inputs, &controller, Effort { mu: 0, ..EFFORT })?;
+    let effort = effort(&inputs.design);
+    let first = Verdict::of(&inputs, &controller, Effort { mu: 0, ..effort })?;
     if first.missed().next().is_some() {
         return Ok(first);
     }
-    let Found { mu, .. } = Found::of(&inputs, &controller, Effort { frozen: 0, flown: 0, ..EFFORT })?;
-    Ok(Verdict::judge(&inputs, controller.gamma.bound, Found { mu, ..first.found }))
+    let found = first.found.with_mu(&inputs, &controller, effort.mu)?;
+    Ok(Verdict::judge(&inputs, controller.gamma.bound, found))
 }
 
 /// How far a row is on the right side of its limit, relative to that; below 0 on the wrong one. Where nothing is

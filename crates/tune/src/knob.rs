@@ -5,13 +5,15 @@ use squid_design::inputs::design_file::DesignFile;
 use std::fmt::{self, Display, Formatter};
 use toml_edit::{DocumentMut, Value};
 
-/// A key whose number can be multiplied.
+/// A key whose number can be multiplied; of `follow` what is beyond 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Knob {
     /// `frequency` of a `[[track]]`, by its place in the file.
     Frequency(usize),
     /// `bandwidth` of a `[[track]]`.
     Bandwidth(usize),
+    /// `follow` of a `[[track]]`.
+    Follow(usize),
     /// `noise` of a `[[measure]]`.
     Noise(usize),
     /// `weight` of `[control]`.
@@ -26,6 +28,8 @@ impl Knob {
         let models = (0..design.tracked.len()).filter(|i| design.tracked[*i].model.is_some());
         let mut all: Vec<Self> = models.map(Self::Frequency).collect();
         all.extend((0..design.tracked.len()).map(Self::Bandwidth));
+        let more = (0..design.tracked.len()).filter(|i| design.tracked[*i].references.follow > 1.0);
+        all.extend(more.map(Self::Follow));
         all.extend((0..design.measured.len()).map(Self::Noise));
         all.push(Self::Weight);
         all.extend((design.disturbance > 0.0).then_some(Self::Disturbance));
@@ -41,6 +45,10 @@ impl Knob {
                 }
             }
             Self::Bandwidth(i) => design.tracked[i].weight.bandwidth *= factor,
+            Self::Follow(i) => {
+                let follow = &mut design.tracked[i].references.follow;
+                *follow = self.turned(*follow, factor);
+            }
             Self::Noise(i) => {
                 let noise = &mut design.measured[i].noise;
                 (noise.low, noise.high) = (noise.low * factor, noise.high * factor);
@@ -53,11 +61,20 @@ impl Knob {
         }
     }
 
+    /// A number times a factor.
+    fn turned(self, number: f64, factor: f64) -> f64 {
+        match self {
+            Self::Follow(_) => 1.0 + (number - 1.0) * factor,
+            _ => number * factor,
+        }
+    }
+
     /// The key, and the table that has it: its name and, of those that there may be several of, its place.
     fn key(self) -> (&'static str, Option<usize>, &'static str) {
         match self {
             Self::Frequency(i) => ("track", Some(i), "frequency"),
             Self::Bandwidth(i) => ("track", Some(i), "bandwidth"),
+            Self::Follow(i) => ("track", Some(i), "follow"),
             Self::Noise(i) => ("measure", Some(i), "noise"),
             Self::Weight => ("control", None, "weight"),
             Self::Disturbance => ("control", None, "disturbance"),
@@ -67,7 +84,7 @@ impl Knob {
     /// The key with the signal of its table, for people.
     pub fn name(self, design: &DesignFile) -> String {
         match self {
-            Self::Frequency(i) | Self::Bandwidth(i) => {
+            Self::Frequency(i) | Self::Bandwidth(i) | Self::Follow(i) => {
                 format!("{self} of {}", design.tracked[i].signal().name)
             }
             Self::Noise(i) => format!("{self} of {}", design.measured[i].signal().name),
@@ -90,7 +107,7 @@ impl Knob {
             return Err(Error::NotATable { file: file.into(), key: format!("{section}.{key}") });
         };
         let decor = value.decor().clone();
-        *value = Value::from(three_digits(number * factor));
+        *value = Value::from(three_digits(self.turned(number, factor)));
         *value.decor_mut() = decor;
         Ok(())
     }
@@ -124,7 +141,7 @@ mod tests {
         let text = squid();
         let design = DesignFile::parse(&text, "design.toml", "design").unwrap();
         let knobs = Knob::all(&design);
-        assert_eq!(knobs.len(), 9, "{knobs:?}");
+        assert_eq!(knobs.len(), 11, "{knobs:?}");
         for knob in knobs {
             let mut document: DocumentMut = text.parse().unwrap();
             knob.write(&mut document, 2.0, "design.toml").unwrap();
@@ -143,10 +160,9 @@ mod tests {
     /// Equal but for rounding: the products are formed in another order.
     fn close(one: &DesignFile, other: &DesignFile) -> bool {
         let numbers = |d: &DesignFile| -> Vec<f64> {
-            let of_track = d
-                .tracked
-                .iter()
-                .flat_map(|t| [t.weight.bandwidth, t.model.map_or(0.0, |model| model.frequency)]);
+            let of_track = d.tracked.iter().flat_map(|t| {
+                [t.weight.bandwidth, t.references.follow, t.model.map_or(0.0, |model| model.frequency)]
+            });
             let of_noise = d.measured.iter().flat_map(|m| [m.noise.low, m.noise.high]);
             let rest = [d.control_weight.low, d.control_weight.high, d.disturbance];
             of_track.chain(of_noise).chain(rest).collect()

@@ -12,6 +12,8 @@ pub struct Tried {
     pub(crate) x: Vec<f64>,
     /// The mean of the logarithms of the rise times.
     pub(crate) cost: f64,
+    /// The gain of the weighted loop: above 1 the weights ask for more than the design has.
+    pub(crate) gamma: f64,
     /// The least room of each key with a limit.
     pub(crate) rooms: Vec<f64>,
     /// The slowest rise, of pitch where that is tracked, s.

@@ -120,6 +120,9 @@ def test_the_interfaces_know_whose_the_speed_is(nps: Packages) -> None:
         }
         assert set(controller.names("input")) == {"pitch", "speed", "pitch_rate", "pitch_reference"}
         assert "speed" in plant.names("output")
+        # What acts along the hull has no effect, and is no parameter.
+        parameters = set(plant.names("parameter"))
+        assert {"mass", "Z_uw", "M_uq"} <= parameters and not parameters & {"X_u", "X_uu", "drag_area"}
         plant.begin()
         controller.begin()
         plant.ready()
@@ -148,6 +151,12 @@ def test_the_proof_is_of_this_vehicle(run_squid: Run, nps: Packages) -> None:
     done = run_squid("verify", nps.loop, "--vehicle", NPS)
     assert done.returncode == 0, done.stderr
     assert "1 parameter" in done.stdout
+    # The scale of the pitch is that of the controller in an FMU, or of the design file; a certificate alone has none.
+    certificate = nps.folder / "certificate.json"
+    runs = [(nps.loop,), (certificate, "--vehicle", NPS), (certificate,)]
+    found = [json.loads(run_squid("verify", *run, "--json").stdout)["pitch_step_deg"] for run in runs]
+    assert found[0] == found[1] and found[2] is None
+    assert 3.0 < found[0] < 90.0 and f"of up to {found[0]} deg from trim" in done.stdout
     other = run_squid("verify", nps.loop, "--vehicle", ROOT / "vehicles" / "remus100")
     assert other.returncode != 0
 
@@ -157,6 +166,8 @@ def test_the_report_speaks_of_the_given_speed(run_squid: Run) -> None:
     assert "Steps of the given speed of nps_auv_ii" in page and "follows the given speed" in page
     assert "speed reference" not in page and "NaN" not in page
     assert "x = [w q theta]" in page
+    assert "the speed is given, to all alike" in page and "No PID was tuned" not in page
+    assert "pitch step: ITAE" in page and "speed step: ITAE" not in page
 
 
 def test_a_variant_of_the_system_starts_at_the_speed_that_it_gives(nps: Packages) -> None:

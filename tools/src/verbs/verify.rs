@@ -51,11 +51,17 @@ pub fn run(
     verified.about.iter().for_each(|line| say(line));
     let theorem = &verified.theorem;
     say(&format!("PROVED: {theorem}"));
+    if let Some(step) = verified.pitch_step {
+        say(&format!(
+            "That step at the limits is one of the pitch reference, of up to {step} deg from trim."
+        ));
+    }
     Ok(answer(&json!({
         "status": "proved",
         "theorem": theorem.to_string(),
         "gamma": theorem.gamma,
         "gamma_with_model_error": theorem.gamma_with_model_error,
+        "pitch_step_deg": verified.pitch_step,
         "about": verified.about,
     }))?)
 }

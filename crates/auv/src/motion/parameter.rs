@@ -44,7 +44,7 @@ impl Parameter {
     /// Returns every coefficient that acts on a vehicle, and those of its actuators, in the order of the vehicle file.
     pub fn all(vehicle: &Vehicle) -> Vec<Self> {
         let acts = |key: &&'static str| vehicle.coefficients.surge.uses(key);
-        let coefficients = COEFFICIENTS.iter().map(|spec| spec.key).filter(acts).map(Self::Coefficient);
+        let coefficients = vehicle.coefficients.acting().map(|spec| Self::Coefficient(spec.key));
         let effects = vehicle.actuators.iter().enumerate().flat_map(|(actuator, a)| {
             let keys = a.effect.numbers().into_iter().map(|(key, _)| key);
             keys.filter(acts).map(move |key| Self::Effect { actuator, key })

@@ -198,6 +198,12 @@ impl<D: Scalar> Coefficients<D> {
 }
 
 impl Coefficients {
+    /// Returns the rows of [`COEFFICIENTS`] that act on the motion: at a given speed those along the hull do not.
+    pub fn acting(&self) -> impl Iterator<Item = &'static CoefficientSpec> + use<> {
+        let surge = self.surge;
+        COEFFICIENTS.iter().filter(move |spec| surge.uses(spec.key))
+    }
+
     /// Returns the buoyancy at a depth \[m\]: B(z) = B + dB/dz (z - z_ref).
     pub fn buoyancy_at(&self, depth: f64) -> f64 {
         self.buoyancy + self.buoyancy_gradient * (depth - self.reference_depth)

@@ -3,6 +3,7 @@
 
 use crate::certify::Proof;
 use crate::error::{Error, ProofError};
+use crate::inputs::design_file::DesignFile;
 use certificate::{Certificate, Limits, Theorem};
 use lpv::anti_windup::region::{Limited, largest_step};
 use lpv::controller::Controller;
@@ -107,7 +108,18 @@ fn pitch(design: &ControllerDesign) -> Option<usize> {
 /// The largest pitch step of a proved claim \[deg\], rounded down to a tenth.
 pub fn degrees(design: &ControllerDesign, theorem: &Theorem) -> Option<f64> {
     let limits = theorem.limits?;
-    Some((10.0 * (limits.size * scale(design, limits.input)?).to_degrees()).floor() / 10.0)
+    Some(in_degrees(limits.size, scale(design, limits.input)?))
+}
+
+/// The same by the design file that the claim is of; `None` where what steps is not the pitch.
+pub fn degrees_of(file: &DesignFile, theorem: &Theorem) -> Option<f64> {
+    let limits = theorem.limits?;
+    let stepped = file.tracked.get(limits.input).filter(|tracked| tracked.place == PITCH)?;
+    Some(in_degrees(limits.size, stepped.scale))
+}
+
+fn in_degrees(size: f64, scale: f64) -> f64 {
+    (10.0 * (size * scale).to_degrees()).floor() / 10.0
 }
 
 /// The scale of a reference, by its place among them.

@@ -6,6 +6,7 @@ use crate::inputs::Inputs;
 use crate::verdict::flown::{DefaultFlight, StepAtSpeed};
 use crate::verdict::frozen::AtSpeed;
 use crate::verdict::mu::MuAtSpeed;
+use lpv::controller::Controller;
 use rayon::prelude::*;
 use scheduled::ControllerDesign;
 use serde::Serialize;
@@ -15,6 +16,8 @@ use serde::Serialize;
 pub struct Effort {
     /// The frozen loops.
     pub frozen: usize,
+    /// Whether these tell their gains between the ticks, too, which takes most of their time.
+    pub sampled: bool,
     /// Steps flown.
     pub flown: usize,
     /// mu; 0 for none.
@@ -24,7 +27,7 @@ pub struct Effort {
 impl Effort {
     /// That of a finished design: the frozen loops at every other speed of its check, the rest at the six of the
     /// report.
-    pub const FULL: Self = Self { frozen: 51, flown: 6, mu: 6 };
+    pub const FULL: Self = Self { frozen: 51, sampled: true, flown: 6, mu: 6 };
 }
 
 /// The figures of a finished design.
@@ -47,18 +50,42 @@ impl Found {
     /// Those of trim, linearisation and freezing. A loop that is not stable, a flight that is lost and a mu that has no
     /// bound are figures that are not known.
     pub fn of(inputs: &Inputs, controller: &ControllerDesign, effort: Effort) -> Result<Self, Error> {
-        let k = controller_of(&controller.lft)
-            .ok_or_else(|| ProofError::Mismatch { what: "the shape of a matrix of the controller".into() })?;
-        let speeds = |count: usize| match count {
-            0 => vec![].into_par_iter(),
-            count => inputs.design.spread(count).into_par_iter(),
-        };
-        let frozen = || speeds(effort.frozen).map(|speed| AtSpeed::of(inputs, &k, speed)).collect();
+        let k = matrices(controller)?;
+        let speeds = |count| speeds(inputs, count).into_par_iter();
+        let frozen =
+            || speeds(effort.frozen).map(|speed| AtSpeed::of(inputs, &k, speed, effort.sampled)).collect();
         let flown = || speeds(effort.flown).map(|speed| StepAtSpeed::of(inputs, controller, speed)).collect();
-        let mu = || speeds(effort.mu).map(|speed| MuAtSpeed::of(inputs, &k, speed)).collect();
+        let mu = || mu(inputs, &k, effort.mu);
         let (mu, (frozen, steps)) = rayon::join(mu, || rayon::join(frozen, flown));
         let (frozen, steps): (Result<Vec<_>, Error>, Result<Vec<Vec<_>>, Error>) = (frozen, steps);
         let flight = DefaultFlight::of(inputs, controller)?;
         Ok(Self { frozen: frozen?, steps: steps?.into_iter().flatten().collect(), flight, mu })
     }
+
+    /// The same with mu at so many speeds.
+    ///
+    /// # Errors
+    /// As [`Found::of`].
+    pub fn with_mu(
+        self,
+        inputs: &Inputs,
+        controller: &ControllerDesign,
+        count: usize,
+    ) -> Result<Self, Error> {
+        Ok(Self { mu: mu(inputs, &matrices(controller)?, count), ..self })
+    }
+}
+
+fn mu(inputs: &Inputs, k: &Controller, count: usize) -> Vec<MuAtSpeed> {
+    speeds(inputs, count).into_par_iter().map(|speed| MuAtSpeed::of(inputs, k, speed)).collect()
+}
+
+/// So many speeds; none for 0.
+fn speeds(inputs: &Inputs, count: usize) -> Vec<f64> {
+    if count == 0 { vec![] } else { inputs.design.spread(count) }
+}
+
+fn matrices(controller: &ControllerDesign) -> Result<Controller, Error> {
+    let wrong = || ProofError::Mismatch { what: "the shape of a matrix of the controller".into() };
+    Ok(controller_of(&controller.lft).ok_or_else(wrong)?)
 }

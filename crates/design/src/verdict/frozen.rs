@@ -24,16 +24,17 @@ pub struct AtSpeed {
     pub flown: Option<Flown>,
     /// The gain from w to z with the true linearisation, in continuous time.
     pub gain: HinfNorm,
-    /// Bounds on the same gain as the loop is sampled, between the ticks too, for w that is held from tick to tick.
-    pub sampled_gain: SampledGain,
+    /// Bounds on the same gain as the loop is sampled, between the ticks too, for w that is held from tick to tick;
+    /// `None` where it was not asked for.
+    pub sampled_gain: Option<SampledGain>,
     /// The same for disturbances that change however fast, and are sampled as if they were slow.
-    pub aliased_gain: SampledGain,
+    pub aliased_gain: Option<SampledGain>,
     /// The fastest mode of the controller, rad/s.
     pub fastest_mode: f64,
 }
 
 impl AtSpeed {
-    pub(super) fn of(inputs: &Inputs, k: &Controller, speed: f64) -> Result<Self, Error> {
+    pub(super) fn of(inputs: &Inputs, k: &Controller, speed: f64, sampled: bool) -> Result<Self, Error> {
         let (actuators, design) = (&inputs.vehicle.actuators, &inputs.design);
         let (centre, half_range) = design.scheduling();
         let l = linearise_at(&inputs.vehicle, design, speed)?;
@@ -41,11 +42,12 @@ impl AtSpeed {
         let plant = augment(actuators, design, LinearModel::at(&l, actuators))?;
         let sampling = Sampling::of(actuators, design);
         let system = frozen.frozen(&[])?;
+        let gain = |w: Exogenous| sampled.then(|| sampling.gain(&l, &system, w)).transpose();
         Ok(Self {
             speed,
             flown: Flown::of(&sampling, &l, &system),
-            sampled_gain: sampling.gain(&l, &system, Exogenous::Held)?,
-            aliased_gain: sampling.gain(&l, &system, Exogenous::Any)?,
+            sampled_gain: gain(Exogenous::Held)?,
+            aliased_gain: gain(Exogenous::Any)?,
             gain: plant.close(&frozen).frozen(&[])?.hinf_norm(),
             fastest_mode: eigenvalues(&frozen.a()).iter().map(|p| p.norm()).fold(0.0, f64::max),
         })
@@ -75,14 +77,14 @@ impl Serialize for AtSpeed {
             speed: f64,
             gain: f64,
             /// Lower and upper bound; null where the loop is not stable.
-            sampled_gain: [f64; 2],
-            aliased_gain: [f64; 2],
+            sampled_gain: Option<[f64; 2]>,
+            aliased_gain: Option<[f64; 2]>,
             gain_margin_db: f64,
             phase_margin_deg: f64,
             disk_margin_deg: f64,
             delay_margin: f64,
         }
-        let both = |gain: SampledGain| [gain.lower, gain.upper];
+        let both = |gain: Option<SampledGain>| gain.map(|gain| [gain.lower, gain.upper]);
         let shown = Shown {
             speed: self.speed,
             gain: self.gain.value,

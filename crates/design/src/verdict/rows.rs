@@ -81,10 +81,10 @@ fn nearest(bound: f64, found: &Found) -> Figure {
 /// The upper bounds, beside the gain in continuous time.
 fn sampled_gains(found: &Found) -> Vec<Figure> {
     let figure = |at: &AtSpeed| {
-        Figure::at(at.sampled_gain.upper, at.speed)
-            .because(format!("in continuous time {:.3}", at.gain.value))
+        let words = format!("in continuous time {:.3}", at.gain.value);
+        Some(Figure::at(at.sampled_gain?.upper, at.speed).because(words))
     };
-    found.frozen.iter().map(figure).collect()
+    found.frozen.iter().filter_map(figure).collect()
 }
 
 /// A figure of the steps of each output, or of one.

@@ -18,7 +18,7 @@ use squid_flight::flight::{Row as Tick, fly};
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-const EFFORT: Effort = Effort { frozen: 3, flown: 2, mu: 2 };
+const EFFORT: Effort = Effort { frozen: 3, sampled: true, flown: 2, mu: 2 };
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid")
@@ -177,7 +177,7 @@ fn a_flight_that_is_cut_short_is_missed() {
     let (inputs, stored, _) = &*SQUID;
     let mut shallow = inputs.clone();
     shallow.design.depth = 1.0;
-    let effort = Effort { frozen: 2, flown: 0, mu: 0 };
+    let effort = Effort { frozen: 2, sampled: false, flown: 0, mu: 0 };
     let found = Found::of(&shallow, &stored.controller, effort).unwrap();
     let verdict = Verdict::judge(&shallow, 0.5, found);
     let missed = row(&verdict, "lower in the default flight");

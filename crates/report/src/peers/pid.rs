@@ -1,4 +1,4 @@
-//! One PID for pitch and one PI for the speed, with gains scheduled on speed.
+//! One PID for pitch and, where it is not given, one PI for the speed, with gains scheduled on speed.
 
 use crate::peers::law::{Law, Room, Ticking, between};
 use crate::subject::Subject;
@@ -14,7 +14,7 @@ pub struct Gains {
     pub pitch: [f64; 3],
     /// The part of the step of the reference that the proportional term sees.
     pub weight: f64,
-    /// Of the speed: proportional (1/s), integral (1/s^2).
+    /// Of the speed: proportional (1/s), integral (1/s^2). Without effect where the speed is given.
     pub speed: [f64; 2],
 }
 
@@ -26,7 +26,7 @@ pub struct Gains {
 /// commands = trim(V_r) + N(V) [turn; thrust]
 /// ```
 ///
-/// r and theta from the trim at V_r. N is the least commands, in units of reach, that give these accelerations in the
+/// Where the speed is given there is no thrust. r and theta from the trim at V_r. N is the least commands, in units of reach, that give these accelerations in the
 /// linear model at a speed. Gains and N are interpolated between the speeds of the tuning. Where a command is at a
 /// limit, an integral that would grow further stands still. Two degrees of freedom by b, clamping: K. J. Åström, T.
 /// Hägglund, Advanced PID Control, 2006, sections 3.4 and 3.5.
@@ -36,7 +36,7 @@ pub struct Pid {
     inputs: Inputs,
     speeds: Vec<f64>,
     gains: Vec<Gains>,
-    /// N, m x 2.
+    /// N, m x 2; m x 1 where the speed is given.
     allocations: Vec<Mat>,
 }
 
@@ -47,7 +47,8 @@ struct Inputs {
     reference: (usize, f64),
     pitch: (usize, f64),
     rate: (usize, f64),
-    speed: (usize, f64),
+    /// `None` where it is given.
+    speed: Option<(usize, f64)>,
 }
 
 impl Inputs {
@@ -64,7 +65,7 @@ impl Inputs {
             reference: (reference, design.tracked[reference].scale),
             pitch: measured(PITCH)?,
             rate: measured(signals::place("pitch_rate")?)?,
-            speed: measured(SPEED)?,
+            speed: if subject.speed_is_given() { None } else { Some(measured(SPEED)?) },
         })
     }
 
@@ -76,16 +77,17 @@ impl Inputs {
     }
 }
 
-/// The least commands, in units of reach, for a turn and for a thrust of 1.
+/// The least commands, in units of reach, for a turn and, where the speed is a state, for a thrust of 1.
 fn allocation(l: &Linearisation, actuators: &[Actuator]) -> Mat {
-    let (u, q) = (0, 2);
-    let b = Mat::from_fn(2, actuators.len(), |i, j| l.b[([q, u][i], j)] * actuators[j].reach());
+    let [heave, q, _] = l.pitching();
+    let driven = if heave > 0 { vec![q, 0] } else { vec![q] };
+    let b = Mat::from_fn(driven.len(), actuators.len(), |i, j| l.b[(driven[i], j)] * actuators[j].reach());
     pseudo_inverse(&b, 1e-9)
 }
 
 impl Pid {
     /// With gains at two or more rising speeds, whose linear models are given; `None` where the design does not track
-    /// pitch, or does not measure pitch, pitch rate and speed.
+    /// pitch, or does not measure pitch, pitch rate and, where it is not given, speed.
     pub fn new(subject: &Subject, at: &[(&Linearisation, Gains)]) -> Option<Self> {
         let actuators = &subject.inputs.vehicle.actuators;
         Some(Self {
@@ -118,14 +120,18 @@ impl Law for Pid {
     fn frozen(&self, speed: f64) -> Option<StateSpace> {
         let (Gains { pitch: [kp, ki, kd], weight, speed: [kv, kvi] }, n) = self.at(speed);
         let i = &self.inputs;
-        let stacked = |one: Mat, other: Mat| lpv::matrix::block(&[&[&one], &[&other]]);
-        let integrals = stacked(i.row(&[(i.reference, ki), (i.pitch, -ki)]), i.row(&[(i.speed, -kvi)]));
-        let direct = i.row(&[(i.reference, kp * weight), (i.pitch, -kp), (i.rate, -kd)]);
+        let mut integrals = vec![i.row(&[(i.reference, ki), (i.pitch, -ki)])];
+        let mut direct = vec![i.row(&[(i.reference, kp * weight), (i.pitch, -kp), (i.rate, -kd)])];
+        if let Some(speed) = i.speed {
+            integrals.push(i.row(&[(speed, -kvi)]));
+            direct.push(i.row(&[(speed, -kv)]));
+        }
+        let stacked = |rows: Vec<Mat>| Mat::from_fn(rows.len(), i.size, |row, j| rows[row][j]);
         Some(StateSpace {
-            a: Mat::identity(2, 2),
-            b: integrals * self.sample_time,
+            a: Mat::identity(n.ncols(), n.ncols()),
+            b: stacked(integrals) * self.sample_time,
             c: n.clone(),
-            d: n * stacked(direct, i.row(&[(i.speed, -kv)])),
+            d: n * stacked(direct),
         })
     }
 
@@ -136,10 +142,11 @@ impl Law for Pid {
             let value = |(place, scale): (usize, f64)| scale * y[place];
             let Inputs { reference, pitch, rate, speed, .. } = self.inputs;
             let turn = kp * (weight * value(reference) - value(pitch)) + integrals[0] - kd * value(rate);
-            let thrust = -kv * value(speed) + integrals[1];
-            let u = &n * Mat::from_column_slice(2, 1, &[turn, thrust]);
-            let growth = [ki * (value(reference) - value(pitch)), -kvi * value(speed)];
-            for axis in 0..2 {
+            let ahead = speed.map_or(0.0, value);
+            let wanted = [turn, integrals[1] - kv * ahead];
+            let u = &n * Mat::from_column_slice(n.ncols(), 1, &wanted[..n.ncols()]);
+            let growth = [ki * (value(reference) - value(pitch)), -kvi * ahead];
+            for axis in 0..n.ncols() {
                 let pushes = |(j, (low, high)): (usize, &(f64, f64))| {
                     let push = n[(j, axis)] * growth[axis];
                     (u[j] >= *high && push > 0.0) || (u[j] <= *low && push < 0.0)

@@ -45,18 +45,20 @@ const CLOSE: f64 = 1e-3;
 /// What an unstable loop counts as.
 const UNSTABLE: f64 = 10.0;
 
-/// x: the logarithms of the gains, and the weight of the reference.
+/// x: the weight of the reference, and the logarithms of the gains; those of the speed where there are any.
 fn gains(x: &[f64]) -> Gains {
-    let g = |i: usize| x[i].exp();
-    Gains { pitch: [g(0), g(1), g(2)], weight: x[5], speed: [g(3), g(4)] }
+    let g = |i: usize| x.get(i).map_or(0.0, |x| x.exp());
+    Gains { pitch: [g(1), g(2), g(3)], weight: x[WEIGHT], speed: [g(4), g(5)] }
 }
 
 /// The point of gains.
 fn point(gains: &Gains) -> Vec<f64> {
-    let [kp, ki, kd] = gains.pitch;
-    let logarithms = [kp, ki, kd, gains.speed[0], gains.speed[1]].map(f64::ln);
-    logarithms.into_iter().chain([gains.weight]).collect()
+    let there = gains.pitch.into_iter().chain(gains.speed.into_iter().filter(|gain| *gain > 0.0));
+    std::iter::once(gains.weight).chain(there.map(f64::ln)).collect()
 }
+
+/// The place of the weight in x.
+const WEIGHT: usize = 0;
 
 /// What the optimiser asks for at a point.
 #[derive(Debug, Clone, Copy)]
@@ -70,7 +72,7 @@ struct Tried {
 /// for the design, or none that holds the constraints was found.
 ///
 /// The cost is the mean of four ratios to the scheduled controller's figures on the same course: ITAE of the pitch
-/// step and of the speed step, settling of pitch, peak after the gust. The constraints: |S| and the commands under
+/// step and, where it is not given, of the speed step, settling of pitch, peak after the gust. The constraints: |S| and the commands under
 /// noise no larger than with the scheduled controller at that speed. By COBYLA: M. J. D. Powell, A direct search
 /// optimization method that models the objective and constraint functions by linear interpolation, 1994.
 ///
@@ -136,7 +138,8 @@ fn guess(subject: &Subject, quickness: f64) -> Vec<f64> {
         let tracked = subject.inputs.design.tracked.iter().find(|t| (t.place == SPEED) == speed);
         tracked.and_then(|t| t.model).map_or(1.0, |ReferenceModel { frequency, .. }| frequency)
     };
-    let (w, v) = (quickness * model(false), quickness * model(true));
+    let w = quickness * model(false);
+    let v = if subject.speed_is_given() { 0.0 } else { quickness * model(true) };
     point(&Gains { pitch: [w * w, 0.3 * w * w * w, 2.0 * w], weight: 0.7, speed: [v, 0.2 * v * v] })
 }
 
@@ -148,7 +151,7 @@ fn best(
     start: &[f64],
     evaluations: usize,
 ) -> Option<(f64, Gains)> {
-    let around = |(i, x): (usize, &f64)| if i < 5 { (x - FARTHEST, x + FARTHEST) } else { (0.0, 1.0) };
+    let around = |(i, x): (usize, &f64)| if i == WEIGHT { (0.0, 1.0) } else { (x - FARTHEST, x + FARTHEST) };
     let bounds: Vec<(f64, f64)> = start.iter().enumerate().map(around).collect();
     let known: RefCell<Option<(Vec<f64>, Tried)>> = RefCell::new(None);
     let best: RefCell<Option<(f64, Gains)>> = RefCell::new(None);
@@ -194,12 +197,14 @@ fn attempt(subject: &Subject, l: &Linearisation, (limits, ours): (Sharpness, Fle
     let Some(found) = sharpness(subject, &pid, l) else { return lost };
     let constraints = [limits.peak / found.peak, limits.roughness / found.roughness].map(f64::ln);
     let Ok(flew) = fly_at(subject, &pid, l.trim.speed) else { return lost };
-    let ratios = [
+    let mut ratios = vec![
         flew.pitch.itae / ours.pitch.itae,
-        flew.speed.itae / ours.speed.itae,
         flew.pitch.settling_time / ours.pitch.settling_time,
         flew.gust / ours.gust,
     ];
-    let cost = ratios.map(|r| r.min(UNSTABLE)).iter().sum::<f64>() / ratios.len() as f64;
+    if !subject.speed_is_given() {
+        ratios.push(flew.speed.itae / ours.speed.itae);
+    }
+    let cost = ratios.iter().map(|r| r.min(UNSTABLE)).sum::<f64>() / ratios.len() as f64;
     Tried { cost, constraints }
 }
