@@ -95,7 +95,8 @@ const SPLITS: [f64; 3] = [1.0, 0.6, 0.3];
 /// A controller made for a bounded rate of the speed, m/s^2. Its loop must have a bound for speeds that move faster,
 /// too.
 fn at_bounded_rate(file: &DesignFile, plant: &GeneralisedPlant, rate: f64) -> Result<Design, SynthesisError> {
-    let options = slow_options(file, rate);
+    let (_, half_range) = file.scheduling();
+    let options = SlowOptions { back_off: file.back_off, ..SlowOptions::at(rate / half_range) };
     let found = lpv::bounded_rate::synthesise(plant, options)?;
     let certified = found.fast.ok_or_else(|| SynthesisError::Numerical {
         stage: "synthesis at a bounded rate",
@@ -115,26 +116,16 @@ fn at_bounded_rate(file: &DesignFile, plant: &GeneralisedPlant, rate: f64) -> Re
     })
 }
 
-fn slow_options(file: &DesignFile, rate: f64) -> SlowOptions {
-    let (_, half_range) = file.scheduling();
-    SlowOptions { back_off: file.back_off, ..SlowOptions::at(rate / half_range) }
-}
-
-/// What a bounded rate gains: the least gamma at it, at a few speeds, against that for any course of the speed; and the
-/// key to turn.
-fn what_a_rate_gains(plant: &GeneralisedPlant, options: SlowOptions) -> String {
-    let slow = lpv::bounded_rate::least_gamma(plant, options).map(|least| least.gamma);
-    let any = least_gamma(plant, ScalingClass::SymmetricAndSkew).map(|(_, least)| least.gamma);
-    let (Ok(slow), Ok(any)) = (slow, any) else { return "leave 'synthesis.rate' out".into() };
-    let turn = match slow > (1.0 - LITTLE_GAIN) * any {
-        true => "leave 'synthesis.rate' out, which gains next to nothing here",
-        false => "raise 'synthesis.back_off', or leave 'synthesis.rate' out",
+/// What is had without a bounded rate, and the keys to turn.
+fn without_rate(plant: &GeneralisedPlant) -> String {
+    let gamma = match least_gamma(plant, ScalingClass::SymmetricAndSkew) {
+        Ok((_, least)) => {
+            format!(", without which gamma can be {:.4} for any course of the speed", least.gamma)
+        }
+        Err(_) => String::new(),
     };
-    format!("gamma can be {any:.4} for any course of the speed, and {slow:.4} at this rate at best: {turn}")
+    format!("leave 'synthesis.rate' out{gamma}; or try a larger 'synthesis.back_off'")
 }
-
-/// A gamma that is lower by no more than this, relative, is not worth a bounded rate.
-const LITTLE_GAIN: f64 = 0.05;
 
 /// How a controller of a design is sought.
 pub fn options(file: &DesignFile) -> Options {
@@ -182,8 +173,8 @@ fn no_controller(
             file.control_weight.low
         ));
     }
-    if let Some(rate) = file.rate.filter(|_| unexplained) {
-        remarks.push(what_a_rate_gains(plant, slow_options(file, rate)));
+    if file.rate.is_some() && unexplained {
+        remarks.push(without_rate(plant));
     }
     Error::NoController { reason, remarks }
 }
@@ -242,10 +233,7 @@ mod tests {
         assert_eq!(words(&plant, failed()), failed().to_string());
         let slow = DesignFile { rate: Some(0.1), ..inputs.design.clone() };
         let told = no_controller(&inputs.vehicle.actuators, &slow, &plant, failed()).to_string();
-        assert!(
-            told.contains("remark: gamma can be 0.") && told.contains("leave 'synthesis.rate' out"),
-            "{told}"
-        );
+        assert!(told.contains("remark: leave 'synthesis.rate' out, without which gamma can be 0."), "{told}");
 
         plant.parts.block_mut(Group::Z, Group::U).fill(0.0);
         plant.parts.block_mut(Group::T, Group::U).fill(0.0);

@@ -26,10 +26,10 @@ pub struct Gains {
 /// commands = trim(V_r) + N(V) [turn; thrust]
 /// ```
 ///
-/// Where the speed is given there is no thrust. r and theta from the trim at V_r. N is the least commands, in units of reach, that give these accelerations in the
-/// linear model at a speed. Gains and N are interpolated between the speeds of the tuning. Where a command is at a
-/// limit, an integral that would grow further stands still. Two degrees of freedom by b, clamping: K. J. Åström, T.
-/// Hägglund, Advanced PID Control, 2006, sections 3.4 and 3.5.
+/// Where the speed is given there is no thrust. r and theta from the trim at V_r. N is the least commands, in units of
+/// reach, that give these accelerations in the linear model at a speed. Gains and N are interpolated between the
+/// speeds of the tuning. Where a command is at a limit, an integral that would grow further stands still. Two degrees
+/// of freedom by b, clamping: K. J. Åström, T. Hägglund, Advanced PID Control, 2006, sections 3.4 and 3.5.
 #[derive(Debug, Clone)]
 pub struct Pid {
     sample_time: f64,

@@ -72,9 +72,10 @@ struct Tried {
 /// for the design, or none that holds the constraints was found.
 ///
 /// The cost is the mean of four ratios to the scheduled controller's figures on the same course: ITAE of the pitch
-/// step and, where it is not given, of the speed step, settling of pitch, peak after the gust. The constraints: |S| and the commands under
-/// noise no larger than with the scheduled controller at that speed. By COBYLA: M. J. D. Powell, A direct search
-/// optimization method that models the objective and constraint functions by linear interpolation, 1994.
+/// step and, where it is not given, of the speed step, settling of pitch, peak after the gust. The constraints: |S|
+/// and the commands under noise no larger than with the scheduled controller at that speed. By COBYLA: M. J. D.
+/// Powell, A direct search optimization method that models the objective and constraint functions by linear
+/// interpolation, 1994.
 ///
 /// # Errors
 /// Those of trim and linearisation.
