@@ -73,6 +73,7 @@ pub fn verify_source(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, E
     matches(&design, &certificate)?;
     let theorem = certificate.prove()?;
     of_autopilot(&design, &certificate)?;
+    let pitch_step = degrees(&design, &theorem);
     c::compare(path, &source, &design, &text)?;
     let shown = path.display();
     let mut about = vec![format!(
@@ -87,7 +88,7 @@ pub fn verify_source(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, E
             .map_err(|reason| Error::NotOfInputs { path: shown.to_string(), reason })?;
         about.push(format!("{} follows from {}", c::CONTROLLER, named(inputs)));
     }
-    Ok(Verified { theorem, about })
+    Ok(Verified { theorem, about, pitch_step })
 }
 
 /// Whether a file begins as a zip does, whatever it is called; one that is called an FMU is to be one.
@@ -160,7 +161,7 @@ fn verify_fmu(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
             named(inputs)
         ));
     }
-    Ok(Verified { pitch_step, theorem, about })
+    Ok(Verified { theorem, about, pitch_step })
 }
 
 /// Vehicle and design, as what is compared with them is said.
