@@ -357,7 +357,7 @@ def test_unwritable_output(run_squid: Run, tmp_path: Path) -> None:
     assert "panicked" not in done.stderr
 
 
-@pytest.mark.parametrize("verb", [[], ["design"], ["package"], ["simulate"], ["show"], ["plot"]])
+@pytest.mark.parametrize("verb", [[], ["design"], ["package"], ["export"], ["simulate"], ["show"], ["plot"]])
 def test_help_teaches(run_squid: Run, verb: list[str]) -> None:
     done = run_squid(*verb, "--help")
     assert done.returncode == 0
@@ -386,7 +386,8 @@ def test_help_is_as_wide_as_the_terminal(squid_command: Path, verb: list[str], c
         if line[:1].strip() and following[:1].strip() and not line.endswith(":"):
             assert len(f"{line} {following.split()[0]}") > columns, "the next word has room"
     examples = [line for line in lines if line.startswith("  squid ")]
-    assert verb or [line.split()[1] for line in examples] == ["show", "design", "simulate", "package"]
+    shown = [line.split()[1] for line in examples]
+    assert verb or shown == ["show", "design", "simulate", "package", "export"]
 
 
 def test_design_prints_each_stage(run_squid: Run, tmp_path: Path) -> None:
