@@ -34,6 +34,7 @@ NEVER = {
     "squid-report": {"clap", "zip", "fmi2", "squid-package"},
     "squid-tune": {"clap", "indicatif", "zip", "fmi2", "squid-report", "squid-package"},
     "squid-package": {"clap", "indicatif"},
+    "squid-sea": {"auv", "lpv", "squid-scheduled", "squid-signals", "fmi2", "model-description", "nalgebra"},
     "certificate": {"auv", "lpv", "squid-scheduled", "fmi2", "model-description", "clarabel", "faer"},
     "model-description": {"auv", "lpv", "squid-scheduled", "fmi2"},
 }

@@ -1,0 +1,28 @@
+//! What a sea cannot be.
+
+use thiserror::Error;
+
+/// What is wrong with a sea, by the names of the numbers at fault.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[allow(missing_docs, reason = "the message says what each field is")]
+pub enum SeaError {
+    /// A number out of its range.
+    #[error("{key} is {found}; it must be {allowed}")]
+    NotAllowed { key: &'static str, found: f64, allowed: &'static str },
+    /// Waves that would break.
+    #[error(
+        "height {height} m with period {period} s is a mean steepness of {steepness:.3}, and waves break beyond \
+         {limit:.3}; with this height the period must be at least {least_period:.2} s"
+    )]
+    TooSteep { height: f64, period: f64, steepness: f64, limit: f64, least_period: f64 },
+}
+
+/// Refuses a number that is not finite or not allowed.
+pub(crate) fn check(
+    key: &'static str,
+    found: f64,
+    is_allowed: bool,
+    allowed: &'static str,
+) -> Result<(), SeaError> {
+    if found.is_finite() && is_allowed { Ok(()) } else { Err(SeaError::NotAllowed { key, found, allowed }) }
+}

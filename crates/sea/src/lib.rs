@@ -1,0 +1,37 @@
+//! The sea about an underwater vehicle: waves, and what they do to a submerged hull.
+//!
+//! ```text
+//! Spectrum -> Waves -> Spheroid::in_waves: the water's motion, and the load on the hull
+//! ```
+//!
+//! - [`Spectrum`]: JONSWAP or Pierson-Moskowitz;
+//! - [`Waves`]: a long-crested sea of that spectrum, the same for the same seed; elevation and orbital motion by linear
+//!   theory in deep water;
+//! - [`Spheroid`]: a prolate spheroid under waves: Froude-Krylov load, exact, and diffraction by its added mass.
+//!
+//! Axes: x horizontal, the way the vehicle faces; depth down from the still water; body axes as SNAME (1950), x forward,
+//! z down, pitch positive bow up. Units are SI, angles are radians. Linear theory ends at the surface: waves of small
+//! slope, a hull that is submerged.
+//!
+//! ```
+//! use squid_sea::{Place, Spectrum, Waves};
+//!
+//! let sea = Waves::new(&Spectrum::jonswap(1.0, 6.0, 3.3)?, std::f64::consts::PI, 100, 7)?;
+//! let [forward, down] = sea.motion(Place { time: 12.0, x: 0.0, depth: 5.0 }).velocity;
+//! assert!(forward.abs() < 1.0 && down.abs() < 1.0);
+//! # Ok::<(), squid_sea::SeaError>(())
+//! ```
+
+mod error;
+mod random;
+mod spectrum;
+mod spheroid;
+mod waves;
+
+pub use error::SeaError;
+pub use spectrum::Spectrum;
+pub use spheroid::Spheroid;
+pub use waves::{Component, Place, WaterMotion, Waves};
+
+/// The acceleration of gravity \[m/s2\].
+pub const GRAVITY: f64 = 9.81;

@@ -1,0 +1,21 @@
+//! Random numbers that are the same for the same seed, on every machine.
+
+use chacha20::ChaCha8Rng;
+use chacha20::rand_core::SeedableRng;
+
+/// What random numbers are for. Each purpose has a stream to itself, so that one does not change with another.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Purpose {
+    Waves,
+}
+
+impl Purpose {
+    /// The stream of a seed.
+    pub(crate) fn stream(self, seed: u64) -> ChaCha8Rng {
+        let mut numbers = ChaCha8Rng::seed_from_u64(seed);
+        numbers.set_stream(match self {
+            Self::Waves => 0,
+        });
+        numbers
+    }
+}

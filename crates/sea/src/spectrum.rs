@@ -1,0 +1,102 @@
+//! The spectrum of wind waves.
+
+use crate::GRAVITY;
+use crate::error::{SeaError, check};
+use std::f64::consts::{PI, TAU};
+
+/// Up to the first of these peak periods, and from the second on, the limit of the steepness is constant \[s\].
+const STEEPNESS_PERIODS: [f64; 2] = [8.0, 15.0];
+/// The limits there of the mean steepness `2 pi Hs/(g Tp^2)`, linear in between. Source: DNV-RP-C205 (2010), 3.5.4.
+const STEEPNESS_LIMITS: [f64; 2] = [1.0 / 15.0, 1.0 / 25.0];
+
+/// The width of the peak, below it and above it. Source: Hasselmann et al. (1973).
+const PEAK_WIDTHS: [f64; 2] = [0.07, 0.09];
+
+/// Intervals of Simpson's rule in [`Spectrum::between`].
+const INTERVALS: usize = 8;
+
+/// The JONSWAP spectrum `S(w) = 5/16 Hs^2 wp^4 w^-5 exp(-5/4 (wp/w)^4) gamma^r (1 - 0.287 ln gamma)` with
+/// `r = exp(-(w - wp)^2/(2 sigma^2 wp^2))`, sigma = 0.07 up to the peak and 0.09 beyond.
+///
+/// With gamma = 1 it is that of Pierson and Moskowitz (1964) by height and period. Source: Hasselmann et al. (1973);
+/// DNV-RP-C205 (2010), 3.5.5.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spectrum {
+    height: f64,
+    peak: f64,
+    gamma: f64,
+}
+
+impl Spectrum {
+    /// A sea of significant height Hs \[m\], peak period Tp \[s\] and peak enhancement gamma.
+    ///
+    /// # Errors
+    /// [`SeaError`]: a number out of its range, waves that would break.
+    pub fn jonswap(height: f64, period: f64, gamma: f64) -> Result<Self, SeaError> {
+        check("height", height, height > 0.0, "above 0 (m)")?;
+        check("period", period, (0.5..=30.0).contains(&period), "from 0.5 to 30 (s)")?;
+        check("gamma", gamma, (1.0..=7.0).contains(&gamma), "from 1 to 7")?;
+        let steepness = TAU * height / (GRAVITY * period * period);
+        let limit = steepness_limit(period);
+        if steepness > limit {
+            let least_period = least_period(height);
+            return Err(SeaError::TooSteep { height, period, steepness, limit, least_period });
+        }
+        Ok(Self { height, peak: TAU / period, gamma })
+    }
+
+    /// A fully developed sea of significant height Hs \[m\] and peak period Tp \[s\].
+    ///
+    /// # Errors
+    /// As [`Spectrum::jonswap`].
+    pub fn pierson_moskowitz(height: f64, period: f64) -> Result<Self, SeaError> {
+        Self::jonswap(height, period, 1.0)
+    }
+
+    /// The frequency of the peak \[rad/s\].
+    pub fn peak(&self) -> f64 {
+        self.peak
+    }
+
+    /// Returns S(w) \[m2 s/rad\] at a frequency above zero \[rad/s\].
+    pub fn density(&self, frequency: f64) -> f64 {
+        let relative = frequency / self.peak;
+        let width = PEAK_WIDTHS[usize::from(relative > 1.0)];
+        let off = (relative - 1.0) / width;
+        let enhanced = self.gamma.powf((-0.5 * off * off).exp()) * (1.0 - 0.287 * self.gamma.ln());
+        let shape = relative.powi(-5) * (-1.25 * relative.powi(-4)).exp();
+        5.0 / 16.0 * self.height * self.height / self.peak * shape * enhanced
+    }
+
+    /// Returns the integral of S between two frequencies \[m2\], by Simpson's rule: for intervals that are short beside
+    /// the width of the peak.
+    pub(crate) fn between(&self, from: f64, to: f64) -> f64 {
+        let step = (to - from) / INTERVALS as f64;
+        let weight = |i: usize| match i {
+            0 | INTERVALS => 1.0,
+            i if i % 2 == 1 => 4.0,
+            _ => 2.0,
+        };
+        let sum: f64 = (0..=INTERVALS).map(|i| weight(i) * self.density(from + i as f64 * step)).sum();
+        sum * step / 3.0
+    }
+}
+
+/// The largest mean steepness of waves of a peak period \[s\].
+fn steepness_limit(period: f64) -> f64 {
+    let [short, long] = STEEPNESS_PERIODS;
+    let [steep, flat] = STEEPNESS_LIMITS;
+    let part = ((period - short) / (long - short)).clamp(0.0, 1.0);
+    steep + part * (flat - steep)
+}
+
+/// The shortest peak period \[s\] that waves of a height \[m\] can have; the height that a period allows rises with it.
+fn least_period(height: f64) -> f64 {
+    let allowed = |period: f64| steepness_limit(period) * GRAVITY * period * period / TAU;
+    let (mut below, mut above) = (0.0, (height * PI).sqrt() + 60.0);
+    while above - below > 1e-9 {
+        let middle = 0.5 * (below + above);
+        *(if allowed(middle) < height { &mut below } else { &mut above }) = middle;
+    }
+    above
+}

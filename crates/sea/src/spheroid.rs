@@ -1,0 +1,137 @@
+//! The load of waves on a prolate spheroid.
+
+use crate::GRAVITY;
+use crate::error::{SeaError, check};
+use crate::waves::{Place, WaterMotion, Waves};
+use num_complex::Complex64;
+use std::f64::consts::PI;
+
+/// Terms of the series of f and g about 0: below |s| = 1 the next one is less than rounding.
+const TERMS: usize = 10;
+
+/// A submerged prolate spheroid, with the masses of water that its acceleration moves.
+///
+/// The pressure of a component in the water that the hull displaces is `density g E exp(i K r)`, r from the centre, with
+/// the complex wave vector `K1 = k (cos(heading) cos(pitch) - i sin(pitch))`, `K3 = k (cos(heading) sin(pitch) + i
+/// cos(pitch))` along the body. With V the volume, a and b the half axes and `s^2 = (a^2 - b^2) K1^2`, integrated over
+/// the hull without approximation:
+///
+/// ```text
+/// X = -density g V Re(i K1 f E)        f = 3 (sin s - s cos s)/s^3
+/// Z = -density g V Re(i K3 f E)        g = f'(s)/s
+/// M =  density g V (a^2 - b^2) Re(K1 K3 g E)
+/// ```
+///
+/// That is the Froude-Krylov load. In waves that are long beside the hull, diffraction adds `A alpha`, with the added
+/// mass A and the water's mean acceleration along the hull: `X/(density V)`, `Z/(density V)` and, for the rate of turn
+/// whose flow about the hull is the one that a strain of the water makes, `5 M (a^2 + b^2)/(density V (a^2 - b^2)^2)`.
+/// For the spheroid alone these are the factors `1 + k1`, `1 + k2` and `1 + k' ((a^2 + b^2)/(a^2 - b^2))^2`.
+///
+/// Sources: Newman, Marine Hydrodynamics (1977), section 4.17 (added mass and buoyancy of an accelerated fluid); Lamb,
+/// Hydrodynamics (1932), arts. 114 and 115 (k1, k2, k').
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spheroid {
+    /// Half the length a \[m\].
+    half_length: f64,
+    /// Half the diameter b \[m\].
+    radius: f64,
+    density: f64,
+    added_mass: [[f64; 3]; 3],
+}
+
+impl Spheroid {
+    /// A spheroid of half axes a and b \[m\] in water of a density \[kg/m3\], with the added mass \[kg, kg m, kg m2\] of
+    /// surge, heave and pitch about its centre: `[[-X_u', 0, 0], [0, -Z_w', -Z_q'], [0, -M_w', -M_q']]`.
+    ///
+    /// # Errors
+    /// [`SeaError::NotAllowed`]: a hull that is not slender, an added mass that is not finite.
+    pub fn new(
+        half_length: f64,
+        radius: f64,
+        density: f64,
+        added_mass: [[f64; 3]; 3],
+    ) -> Result<Self, SeaError> {
+        check("density", density, density > 0.0, "above 0 (kg/m3)")?;
+        check("diameter", 2.0 * radius, radius > 0.0, "above 0 (m)")?;
+        check("length", 2.0 * half_length, half_length > radius, "above the diameter")?;
+        for entry in added_mass.as_flattened() {
+            check("added_mass", *entry, true, "a finite number")?;
+        }
+        Ok(Self { half_length, radius, density, added_mass })
+    }
+
+    /// The mass of the water that it displaces \[kg\].
+    pub fn displacement(&self) -> f64 {
+        4.0 / 3.0 * PI * self.half_length * self.radius * self.radius * self.density
+    }
+
+    /// Returns how far the hull reaches above its centre \[m\]: `sqrt((a sin(pitch))^2 + (b cos(pitch))^2)`.
+    pub fn height(&self, pitch: f64) -> f64 {
+        (self.half_length * pitch.sin()).hypot(self.radius * pitch.cos())
+    }
+
+    /// Returns the water's motion at the centre, and the load \[X Z M\] about it \[N, N m\], along the body.
+    pub fn in_waves(&self, waves: &Waves, centre: Place, pitch: f64) -> (WaterMotion, [f64; 3]) {
+        let (sin, cos) = pitch.sin_cos();
+        let along = Complex64::new(waves.cos_heading() * cos, -sin);
+        let across = Complex64::new(waves.cos_heading() * sin, cos);
+        let focal = self.half_length * self.half_length - self.radius * self.radius;
+        let (mut motion, mut load) = (WaterMotion::default(), [0.0; 3]);
+        for (wave, value) in waves.at(centre) {
+            motion.add(wave, value, waves.cos_heading());
+            let (k1, k3) = (along * wave.number, across * wave.number);
+            let (f, g) = form(k1 * k1 * focal);
+            let pushed = Complex64::I * f * value;
+            load[0] -= (k1 * pushed).re;
+            load[1] -= (k3 * pushed).re;
+            load[2] += focal * (k1 * k3 * g * value).re;
+        }
+        let displaced = self.displacement();
+        let sum = self.half_length * self.half_length + self.radius * self.radius;
+        let mean = [load[0], load[1], load[2] * 5.0 * sum / (focal * focal)].map(|one| one * GRAVITY);
+        let total = |i: usize| {
+            let row = self.added_mass[i];
+            displaced * GRAVITY * load[i] + row[0] * mean[0] + row[1] * mean[1] + row[2] * mean[2]
+        };
+        (motion, [total(0), total(1), total(2)])
+    }
+}
+
+/// Returns `f = 3 (sin s - s cos s)/s^3` and `g = f'(s)/s = 3 ((s^2 - 3) sin s + 3 s cos s)/s^5` by the square of s: by
+/// `f = 3 sum (-1)^n (2n + 2)/(2n + 3)! s^2n` near 0.
+fn form(square: Complex64) -> (Complex64, Complex64) {
+    if square.norm_sqr() < 1.0 {
+        let (mut f, mut g, mut power, mut factor) = (Complex64::ZERO, Complex64::ZERO, Complex64::ONE, 1.0);
+        for n in 0..TERMS {
+            let (order, next) = (2.0 * n as f64, power * square);
+            // `factor` is (-1)^n 3 (2n + 2)/(2n + 3)!, and that of the next order follows.
+            f += power * factor;
+            let after = -factor / ((order + 2.0) * (order + 5.0));
+            g += power * (after * (order + 2.0));
+            (power, factor) = (next, after);
+        }
+        return (f, g);
+    }
+    let s = square.sqrt();
+    let (sin, cos) = (s.sin(), s.cos());
+    let f = 3.0 * (sin - s * cos) / (square * s);
+    let g = 3.0 * ((square - 3.0) * sin + 3.0 * s * cos) / (square * square * s);
+    (f, g)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Series and closed form meet where one takes over from the other, on the whole circle.
+    #[test]
+    fn series_and_closed_form_agree() {
+        for i in 0..16 {
+            let unit = Complex64::from_polar(1.0, f64::from(i) * PI / 8.0);
+            let (inside, outside) = (form(unit * (1.0 - 1e-13)), form(unit * (1.0 + 1e-13)));
+            assert!((inside.0 - outside.0).norm() < 1e-12 && (inside.1 - outside.1).norm() < 1e-12);
+        }
+        let (f, g) = form(Complex64::ZERO);
+        assert_eq!((f.re, g.re), (1.0, -0.2));
+    }
+}

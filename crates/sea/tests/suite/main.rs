@@ -1,0 +1,6 @@
+//! The sea against published figures, other programs and the laws of linear theory.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+mod spectrum;
+mod spheroid;
+mod waves;
