@@ -1,4 +1,5 @@
-//! The sea about an underwater vehicle: waves, and what they do to a submerged hull.
+//! The sea about an underwater vehicle: waves and what they do to a submerged hull, currents, and what its sensors make
+//! of it.
 //!
 //! ```text
 //! Spectrum -> Waves -> Spheroid::in_waves: the water's motion, and the load on the hull
@@ -7,7 +8,11 @@
 //! - [`Spectrum`]: JONSWAP or Pierson-Moskowitz;
 //! - [`Waves`]: a long-crested sea of that spectrum, the same for the same seed; elevation and orbital motion by linear
 //!   theory in deep water;
-//! - [`Spheroid`]: a prolate spheroid under waves: Froude-Krylov load, exact, and diffraction by its added mass.
+//! - [`Spheroid`]: a prolate spheroid under waves: Froude-Krylov load, exact, and diffraction by its added mass;
+//! - [`Layers`] of a current over depth, and [`GaussMarkov`], a part of it that wanders;
+//! - [`Sensor`]: noise, bias, quantisation, rate and delay of a measured signal.
+//!
+//! All that is random is the same for the same seed; waves, current and each sensor have numbers of their own.
 //!
 //! Axes: x horizontal, the way the vehicle faces; depth down from the still water; body axes as SNAME (1950), x forward,
 //! z down, pitch positive bow up. Units are SI, angles are radians. Linear theory ends at the surface: waves of small
@@ -22,13 +27,17 @@
 //! # Ok::<(), squid_sea::SeaError>(())
 //! ```
 
+mod current;
 mod error;
 mod random;
+mod sensor;
 mod spectrum;
 mod spheroid;
 mod waves;
 
+pub use current::{GaussMarkov, Layers, Wandering};
 pub use error::SeaError;
+pub use sensor::{Sensor, SensorErrors};
 pub use spectrum::Spectrum;
 pub use spheroid::Spheroid;
 pub use waves::{Component, Place, WaterMotion, Waves};

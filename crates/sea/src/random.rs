@@ -7,6 +7,9 @@ use chacha20::rand_core::SeedableRng;
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Purpose {
     Waves,
+    Current,
+    /// By its number.
+    Sensor(u32),
 }
 
 impl Purpose {
@@ -15,6 +18,8 @@ impl Purpose {
         let mut numbers = ChaCha8Rng::seed_from_u64(seed);
         numbers.set_stream(match self {
             Self::Waves => 0,
+            Self::Current => 1,
+            Self::Sensor(number) => 2 + u64::from(number),
         });
         numbers
     }

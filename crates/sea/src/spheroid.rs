@@ -27,7 +27,7 @@ const TERMS: usize = 10;
 /// whose flow about the hull is the one that a strain of the water makes, `5 M (a^2 + b^2)/(density V (a^2 - b^2)^2)`.
 /// For the spheroid alone these are the factors `1 + k1`, `1 + k2` and `1 + k' ((a^2 + b^2)/(a^2 - b^2))^2`.
 ///
-/// Sources: Newman, Marine Hydrodynamics (1977), section 4.17 (added mass and buoyancy of an accelerated fluid); Lamb,
+/// Sources: Newman, Marine Hydrodynamics (1977), chapter 4 (a body in accelerated water); Lamb,
 /// Hydrodynamics (1932), arts. 114 and 115 (k1, k2, k').
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spheroid {

@@ -2,7 +2,7 @@
 //!
 //! Linear theory in deep water: the component `E = a exp(-k depth + i (k x cos(heading) - w t + phase))`, `w^2 = g k`, has
 //! the elevation Re E at depth 0, upward, the pressure `density g Re E`, and the velocity `[w cos(heading) Re E, -w Im E]`,
-//! \[forward, down\]. Source: Newman, Marine Hydrodynamics (1977), sections 6.2 and 6.3.
+//! \[forward, down\]. Source: Newman, Marine Hydrodynamics (1977), chapter 6.
 
 use crate::GRAVITY;
 use crate::error::{SeaError, check};

@@ -1,18 +1,25 @@
-//! No evaluation of a sea allocates: counted by the allocator itself.
+//! Nothing that is evaluated at every step allocates: counted by the allocator itself.
 #![allow(clippy::unwrap_used)]
 
 use allocation_counter::measure;
-use squid_sea::{Place, Spectrum, Spheroid, Waves};
+use squid_sea::{GaussMarkov, Layers, Place, Sensor, SensorErrors, Spectrum, Spheroid, Wandering, Waves};
 
 #[test]
 fn a_sea_is_evaluated_without_allocating() {
     let waves = Waves::new(&Spectrum::jonswap(1.0, 6.0, 3.3).unwrap(), 2.0, 100, 7).unwrap();
     let hull = Spheroid::new(1.0, 0.125, 1025.0, [[0.0; 3]; 3]).unwrap();
+    let layers = Layers::new(&[[0.0, 1.0], [10.0, 0.0]]).unwrap();
+    let numbers = Wandering { mu: 0.1, noise: 0.1, min: -1.0, max: 1.0 };
+    let mut process = GaussMarkov::new(numbers, 7).unwrap();
+    let errors = SensorErrors { noise: 0.1, delay: 0.5, rate: 10.0, ..SensorErrors::NONE };
+    let mut sensor = Sensor::new(errors, 0.02, 7, 0).unwrap();
     let mut sum = 0.0;
     let found = measure(|| {
         for i in 0..100 {
             let place = Place { time: f64::from(i), x: 0.0, depth: 3.0 };
+            process.advance(0.02);
             sum += hull.in_waves(&waves, place, 0.1).1[2] + waves.elevation(place.time, 1.0);
+            sum += layers.at(place.depth).0 + process.value() + sensor.read(sum);
         }
     });
     assert_eq!(found.count_total, 0);
