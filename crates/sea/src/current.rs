@@ -75,8 +75,8 @@ impl Wandering {
     }
 }
 
-/// A velocity that wanders about zero, a Gauss-Markov process of the first order: `v' = -mu v + noise n(t)`, n white, cut
-/// off at its limits.
+/// A velocity that wanders about zero, a Gauss-Markov process of the first order: `v' = -mu v + noise n(t)`, n white,
+/// cut off at its limits.
 ///
 /// Source: Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control (2011), section 8.3.
 #[derive(Debug)]
@@ -101,8 +101,8 @@ impl GaussMarkov {
         self.value
     }
 
-    /// Goes on by a step \[s\], exactly for each step length: `v exp(-mu h)`, and a normal number of the variance `noise^2
-    /// (1 - exp(-2 mu h))/(2 mu)`.
+    /// Goes on by a step \[s\], exactly for each step length: `v exp(-mu h)`, and a normal number of the variance
+    /// `noise^2 (1 - exp(-2 mu h))/(2 mu)`.
     pub fn advance(&mut self, step: f64) {
         let Wandering { mu, noise, min, max } = self.numbers;
         let variance = if mu > 0.0 { -(-2.0 * mu * step).exp_m1() / (2.0 * mu) } else { step };

@@ -14,9 +14,9 @@
 //!
 //! All that is random is the same for the same seed; waves, current and each sensor have numbers of their own.
 //!
-//! Axes: x horizontal, the way the vehicle faces; depth down from the still water; body axes as SNAME (1950), x forward,
-//! z down, pitch positive bow up. Units are SI, angles are radians. Linear theory ends at the surface: waves of small
-//! slope, a hull that is submerged.
+//! Axes: x horizontal, the way the vehicle faces; depth down from the still water; body axes as SNAME (1950), x
+//! forward, z down, pitch positive bow up. Units are SI, angles are radians. Linear theory ends at the surface: waves
+//! of small slope, a hull that is submerged.
 //!
 //! ```
 //! use squid_sea::{Place, Spectrum, Waves};

@@ -43,8 +43,8 @@ impl SensorErrors {
 
 /// A sensor that is read at every tick of an autopilot.
 ///
-/// Tick n, at `n T`, is the first at or after a sample where `n T rate` has passed a whole number; delays are rounded up
-/// to whole ticks. Until the first sample has come through, it is read all the same.
+/// Tick n, at `n T`, takes a sample where `n T rate` has passed a whole number since the last; delays are rounded up to
+/// whole ticks. Until the first sample has come through, it is read all the same.
 #[derive(Debug)]
 pub struct Sensor {
     errors: SensorErrors,

@@ -11,8 +11,8 @@ const TERMS: usize = 10;
 
 /// A submerged prolate spheroid, with the masses of water that its acceleration moves.
 ///
-/// The pressure of a component in the water that the hull displaces is `density g E exp(i K r)`, r from the centre, with
-/// the complex wave vector `K1 = k (cos(heading) cos(pitch) - i sin(pitch))`, `K3 = k (cos(heading) sin(pitch) + i
+/// The pressure of a component in the water that the hull displaces is `density g E exp(i K r)`, r from the centre,
+/// with the complex wave vector `K1 = k (cos(heading) cos(pitch) - i sin(pitch))`, `K3 = k (cos(heading) sin(pitch) + i
 /// cos(pitch))` along the body. With V the volume, a and b the half axes and `s^2 = (a^2 - b^2) K1^2`, integrated over
 /// the hull without approximation:
 ///
@@ -40,8 +40,8 @@ pub struct Spheroid {
 }
 
 impl Spheroid {
-    /// A spheroid of half axes a and b \[m\] in water of a density \[kg/m3\], with the added mass \[kg, kg m, kg m2\] of
-    /// surge, heave and pitch about its centre: `[[-X_u', 0, 0], [0, -Z_w', -Z_q'], [0, -M_w', -M_q']]`.
+    /// A spheroid of half axes a and b \[m\] in water of a density \[kg/m3\], with the added mass \[kg, kg m, kg m2\]
+    /// of surge, heave and pitch about its centre: `[[-X_u', 0, 0], [0, -Z_w', -Z_q'], [0, -M_w', -M_q']]`.
     ///
     /// # Errors
     /// [`SeaError::NotAllowed`]: a hull that is not slender, an added mass that is not finite.

@@ -1,8 +1,8 @@
 //! A long-crested sea: components with random phases, and the motion of the water under them.
 //!
-//! Linear theory in deep water: the component `E = a exp(-k depth + i (k x cos(heading) - w t + phase))`, `w^2 = g k`, has
-//! the elevation Re E at depth 0, upward, the pressure `density g Re E`, and the velocity `[w cos(heading) Re E, -w Im E]`,
-//! \[forward, down\]. Source: Newman, Marine Hydrodynamics (1977), chapter 6.
+//! Linear theory in deep water: the component `E = a exp(-k depth + i (k x cos(heading) - w t + phase))`, `w^2 = g k`,
+//! has the elevation Re E at depth 0, upward, the pressure `density g Re E`, and the velocity `[w cos(heading) Re E, -w
+//! Im E]`, \[forward, down\]. Source: Newman, Marine Hydrodynamics (1977), chapter 6.
 
 use crate::GRAVITY;
 use crate::error::{SeaError, check};
@@ -69,7 +69,8 @@ pub struct Waves {
 impl Waves {
     /// A sea of a spectrum, the same for the same seed.
     ///
-    /// `heading` \[rad\] is where the waves go, from the way the vehicle faces: pi for a head sea, 0 for one from astern.
+    /// `heading` \[rad\] is where the waves go, from the way the vehicle faces: pi for a head sea, 0 for a following
+    /// one.
     /// The frequencies from half to ten times that of the peak are cut at constant ratios into `components` intervals.
     /// Each has one wave, with the energy of its interval, of a frequency drawn in it, so that the sea does not repeat,
     /// and of a phase drawn from all.
@@ -135,8 +136,8 @@ impl Waves {
         motion
     }
 
-    /// Returns the frequency `|w - k U cos(heading)|` at which a vehicle that makes U over ground \[m/s\] meets waves of
-    /// the frequency w \[rad/s\].
+    /// Returns the frequency `|w - k U cos(heading)|` at which a vehicle that makes U over ground \[m/s\] meets waves
+    /// of the frequency w \[rad/s\].
     pub fn encounter_frequency(&self, frequency: f64, speed: f64) -> f64 {
         (frequency - frequency * frequency / GRAVITY * speed * self.cos_heading).abs()
     }

@@ -73,8 +73,8 @@ fn long_waves_accelerate_the_hull_like_water() {
     }
 }
 
-/// Capytaine 3.0.0, exciting force and moment per metre of wave, deep water, 60 by 90 panels. Panels lie inside the hull:
-/// from 24 by 36 and 36 by 60 on the loads come nearer, to 1.3 % at last.
+/// Capytaine 3.0.0, exciting force and moment per metre of wave, deep water, 60 by 90 panels. Panels lie inside the
+/// hull: from 24 by 36 and 36 by 60 on the loads come nearer, to 1.3 % at last.
 #[test]
 fn loads_with_diffraction_are_those_of_a_panel_method() {
     for (a, b, depth, heading, frequency, expected) in [

@@ -15,8 +15,8 @@ fn close(found: f64, expected: f64, tolerance: f64) {
     assert!((found - expected).abs() <= tolerance, "{found} instead of {expected}");
 }
 
-/// The elevation and the vertical velocity over the components, against the published figures of the spectrum. What lies
-/// beyond ten times the peak is 1.3 % of the variance at the surface; each frequency is drawn in its interval.
+/// The elevation and the vertical velocity over the components, against the published figures of the spectrum. What
+/// lies beyond ten times the peak is 1.3 % of the variance at the surface; each frequency is drawn in its interval.
 #[test]
 fn components_have_the_spectrum() {
     const SEEDS: u64 = 20;
