@@ -15,19 +15,14 @@
 
 use crate::error::Error;
 use crate::knob::three_digits;
-use crate::range::{DEPTH, Reach, SHARE, range};
+use crate::range::{ACCELERATED, DEPTH, Reach, SHARE, fastest, least, pitch_frequency, range};
 use auv::Vehicle;
 use squid_design::fit::Model;
 use squid_design::fit::frequency::errors;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::DesignFile;
 
-/// The part of what the actuators accelerate that a step takes at its start.
-const ACCELERATED: f64 = 0.5;
-/// A model times the lag of the slowest actuator.
-const OVER_LAG: f64 = 0.35;
-/// The fastest models, rad/s.
-const FASTEST_PITCH: f64 = 1.75;
+/// The fastest model of the speed, rad/s.
 const FASTEST_SPEED: f64 = 1.5;
 /// The scale of the speed: of the range, and at most (m/s).
 const SPEED_SHARE: f64 = 0.2;
@@ -36,7 +31,7 @@ const LARGEST_SPEED: f64 = 0.3;
 const WEIGHT: f64 = 0.05;
 const DISTURBANCE: f64 = 0.45;
 /// Beyond this over the lag of the actuator that turns the vehicle commands weigh more. A longer lag than this one
-/// (s) takes more damping, by a rate that is measured with less noise.
+/// (s) takes more damping, by a rate that is measured with less noise, and a pitch with more.
 const ROLL_OFF: f64 = 2.0;
 const SHORT_LAG: f64 = 0.2;
 /// The orders of the fit, and the error of the frequency response that makes it a higher one.
@@ -74,22 +69,21 @@ fn template(speed_is_given: bool) -> String {
 }
 
 fn text(vehicle: &Vehicle, range: &[Reach], order: usize) -> Result<String, Error> {
-    let least = |of: fn(&Reach) -> f64| range.iter().map(of).fold(f64::INFINITY, f64::min);
     let (low, high) = (range[0].speed, range[range.len() - 1].speed);
     // Where the speed is given, any rate of it is had.
-    let (turn, surge) = (least(|r| r.turn), least(|r| r.surge.unwrap_or(f64::INFINITY)));
+    let (turn, surge) = (least(range, |r| r.turn), least(range, |r| r.surge.unwrap_or(f64::INFINITY)));
     for (signal, authority) in [("pitch", turn), ("speed", surge)] {
         if authority <= 0.0 {
             return Err(Error::NoAuthority { vehicle: vehicle.name.clone(), signal, speed: low });
         }
     }
-    let lag = vehicle.actuators.iter().map(|a| a.lag).fold(0.0, f64::max);
-    let pitch = least(|r| r.pitch);
+    let pitch = least(range, |r| r.pitch);
     let speed = (SPEED_SHARE * (high - low)).min(LARGEST_SPEED);
-    let fastest = OVER_LAG / lag;
-    let w_pitch = (ACCELERATED * turn / pitch.to_radians()).sqrt().min(fastest).min(FASTEST_PITCH);
+    let fastest = fastest(vehicle);
+    let w_pitch = pitch_frequency(range, fastest);
     let w_speed = (ACCELERATED * surge / speed).min(fastest).min(FASTEST_SPEED);
     let turning_lag = range.iter().map(|r| r.lag).fold(SHORT_LAG, f64::max);
+    let longer = turning_lag / SHORT_LAG;
     let strength = turn / (pitch.to_radians() * w_pitch * w_pitch);
     let inside = 0.04 * (high - low);
     let ramp = (10.0 * (high - low) / surge).clamp(20.0, 120.0).ceil();
@@ -99,7 +93,7 @@ fn text(vehicle: &Vehicle, range: &[Reach], order: usize) -> Result<String, Erro
         ("PITCH_BANDWIDTH", 0.3 * w_pitch),
         ("PITCH_FREQUENCY", w_pitch),
         ("PITCH_CORNER", 0.4 * w_pitch),
-        ("PITCH_NOISE", 4e-4 * pitch),
+        ("PITCH_NOISE", 4e-4 * pitch * longer),
         ("PITCH", pitch),
         ("SPEED_MIN", low),
         ("SPEED_MAX", high),
@@ -110,7 +104,7 @@ fn text(vehicle: &Vehicle, range: &[Reach], order: usize) -> Result<String, Erro
         ("SPEED_CORNER", 0.4 * w_speed),
         ("SPEED_NOISE", 8e-4 * speed),
         ("SPEED", speed),
-        ("RATE_NOISE", 0.11 * pitch * w_pitch * SHORT_LAG / turning_lag),
+        ("RATE_NOISE", 0.11 * pitch * w_pitch / longer),
         ("WEIGHT_CORNER", ROLL_OFF / turning_lag),
         ("WEIGHT", WEIGHT * strength.powf(0.65)),
         ("DISTURBANCE", DISTURBANCE / strength.sqrt()),
