@@ -129,6 +129,15 @@ def squid_by_errors(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return vehicle
 
 
+@pytest.fixture(scope="session")
+def quick_vehicle(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return Squid with the tuning of the paper and nothing uncertain, for tests of any design: it takes a second."""
+    folder = tmp_path_factory.mktemp("quick")
+    shutil.copytree(SQUID, folder / "whole")
+    shutil.copy(SQUID / "paper.toml", folder / "whole" / "design.toml")
+    return without_uncertainty(folder / "whole", folder / "squid")
+
+
 @pytest.fixture(params=["squid", "remus100"])
 def packages(request: pytest.FixtureRequest) -> Packages:
     """Return the FMUs of each vehicle in turn."""

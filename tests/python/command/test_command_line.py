@@ -11,8 +11,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from conftest import SQUID, Run, package, without_uncertainty
-from fly.package import Packages
+from conftest import SQUID, Run, package
 from fly.stages import ROOT
 
 
@@ -41,20 +40,23 @@ def refused(run_squid: Run, vehicle: Path, out: Path, design: str = "design") ->
 
 
 def test_packages_from_another_place_are_the_same_to_the_byte(
-    squid: Packages, run_squid: Run, copied_vehicle: Path, tmp_path: Path
+    run_squid: Run, copied_vehicle: Path, tmp_path: Path
 ) -> None:
-    """Made anew: neither the name of the directory nor the time matters.
+    """Made twice, of the paper's design, which is a small one: neither the name of the directory nor the time matters.
 
     Each section of the report tells that it is done, also where there is no terminal; and the FMUs are packed with
     the same report, which is not computed again.
     """
-    copied = package(run_squid, copied_vehicle, tmp_path / "copied", report=True)
+    shutil.copy(copied_vehicle / "paper.toml", copied_vehicle / "design.toml")
+    moved = Path(shutil.copytree(copied_vehicle, tmp_path / "elsewhere" / "moved"))
+    first = package(run_squid, copied_vehicle, tmp_path / "first", report=True)
+    copied = package(run_squid, moved, tmp_path / "copied", report=True)
     printed = {
         verb: (copied.folder / f"{verb}.txt").read_text(encoding="utf-8") for verb in ("report", "package")
     }
     assert printed["report"].count("\nreport  ") >= 11
     assert "Robust stability" in printed["report"] and "Robust stability" not in printed["package"]
-    for one, other in zip(squid.fmus, copied.fmus, strict=True):
+    for one, other in zip(first.fmus, copied.fmus, strict=True):
         assert filecmp.cmp(one, other, shallow=False), one.name
 
 
@@ -291,9 +293,9 @@ def test_bandwidth_on_the_command_line(run_squid: Run, tmp_path: Path, bandwidth
     assert not (tmp_path / "out").exists()
 
 
-def test_vehicle_called_plant(run_squid: Run, tmp_path: Path) -> None:
+def test_vehicle_called_plant(run_squid: Run, quick_vehicle: Path, tmp_path: Path) -> None:
     """A name that ends as those of FMUs do: the three are found by the name in design.json."""
-    vehicle = without_uncertainty(SQUID, tmp_path / "vehicle")
+    vehicle = shutil.copytree(quick_vehicle, tmp_path / "vehicle")
     spoil(vehicle / "vehicle.toml", 'name = "squid"', 'name = "hydro_plant"')
     packages = package(run_squid, vehicle, tmp_path / "out")
     assert packages.vehicle == "hydro_plant"
@@ -390,8 +392,8 @@ def test_help_is_as_wide_as_the_terminal(squid_command: Path, verb: list[str], c
     assert verb or shown == ["show", "design", "simulate", "package", "export"]
 
 
-def test_design_prints_each_stage(run_squid: Run, tmp_path: Path) -> None:
-    done = run_squid("design", SQUID, "--out", tmp_path / "out")
+def test_design_prints_each_stage(run_squid: Run, quick_vehicle: Path, tmp_path: Path) -> None:
+    done = run_squid("design", quick_vehicle, "--out", tmp_path / "out")
     assert done.returncode == 0, done.stderr
     for stage in ("vehicle", "trim", "linearise", "fit", "LFT", "augment", "synthesise", "check"):
         assert re.search(rf"^{stage}\s+\S", done.stdout, re.MULTILINE), stage
@@ -448,10 +450,10 @@ def test_vehicle_name_that_leaves_the_folder(run_squid: Run, copied_vehicle: Pat
     assert str(path) in message and str(line) in message and "vehicle.name" in message
 
 
-def test_reader_that_goes_away(squid_command: Path, tmp_path: Path) -> None:
+def test_reader_that_goes_away(squid_command: Path, quick_vehicle: Path, tmp_path: Path) -> None:
     """`squid design | head` still writes the whole design, and nothing frightening."""
     out = tmp_path / "out"
-    words = [str(squid_command), "design", str(ROOT / "vehicles" / "squid"), "--out", str(out)]
+    words = [str(squid_command), "design", str(quick_vehicle), "--out", str(out)]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         process.stdout.close()
         error = process.stderr.read().decode()

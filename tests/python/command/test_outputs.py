@@ -25,11 +25,11 @@ full_device = pytest.mark.skipif(not FULL.exists(), reason="this system has no /
 
 
 @pytest.fixture(scope="module")
-def designed(run_squid: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a folder with a design of Squid and its flights."""
+def designed(run_squid: Run, quick_vehicle: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with a design of the quick vehicle and its flights."""
     folder = tmp_path_factory.mktemp("designed")
     for verb in ("design", "simulate"):
-        assert run_squid(verb, SQUID, "--out", folder).returncode == 0
+        assert run_squid(verb, quick_vehicle, "--out", folder).returncode == 0
     return folder
 
 
@@ -81,7 +81,7 @@ def test_a_design_that_is_not_proved_is_no_success(run_squid: Run, tmp_path: Pat
     [("simulate", "removed"), ("show", "removed"), ("show", "gamma"), ("simulate", "gamma")],
 )
 def test_a_certificate_that_does_not_prove_is_told_first(
-    run_squid: Run, copied_design: Path, verb: str, spoilt: str
+    run_squid: Run, quick_vehicle: Path, copied_design: Path, verb: str, spoilt: str
 ) -> None:
     certificate = copied_design / "certificate.json"
     if spoilt == "removed":
@@ -89,23 +89,25 @@ def test_a_certificate_that_does_not_prove_is_told_first(
     else:
         values = json.loads(certificate.read_text("utf-8"))
         certificate.write_text(json.dumps(values | {"gamma": 0.9 * values["gamma"]}), encoding="utf-8")
-    done = run_squid(verb, SQUID, "--out", copied_design)
+    done = run_squid(verb, quick_vehicle, "--out", copied_design)
     assert done.stdout.startswith("NOT PROVED: "), done.stdout
     assert spoilt == "removed" or "differs" in done.stdout.splitlines()[0]
 
 
-def test_a_proved_design_is_not_called_unproved(run_squid: Run, designed: Path) -> None:
-    done = run_squid("show", SQUID, "--out", designed)
+def test_a_proved_design_is_not_called_unproved(run_squid: Run, quick_vehicle: Path, designed: Path) -> None:
+    done = run_squid("show", quick_vehicle, "--out", designed)
     assert done.returncode == 0 and "NOT PROVED" not in done.stdout
 
 
-def test_show_prints_the_controller_that_is_stored(run_squid: Run, copied_design: Path) -> None:
+def test_show_prints_the_controller_that_is_stored(
+    run_squid: Run, quick_vehicle: Path, copied_design: Path
+) -> None:
     """One with modes twice as fast as designed: its poles are shown, and that nothing is proved of it."""
     path = copied_design / "controller.json"
     values = json.loads(path.read_text("utf-8"))
     values["lft"]["A"] = (2.0 * np.array(values["lft"]["A"])).tolist()
     path.write_text(json.dumps(values), encoding="utf-8")
-    done = run_squid("show", SQUID, "--controller", "--out", copied_design)
+    done = run_squid("show", quick_vehicle, "--controller", "--out", copied_design)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("NOT PROVED: ") and f"The design in {copied_design}" in done.stdout
     middle = np.array(values["lft"]["A"])
@@ -129,8 +131,8 @@ def test_show_of_a_folder_without_a_design(run_squid: Run, tmp_path: Path, words
         ["--help"],
         ["--version"],
         ["show", SQUID, "--speed", "1"],
-        ["design", SQUID, "--out", "OUT"],
-        ["simulate", SQUID, "--out", "OUT"],
+        ["design", "VEHICLE", "--out", "OUT"],
+        ["simulate", "VEHICLE", "--out", "OUT"],
         ["verify", "OUT/certificate.json"],
         ["plot", "OUT/flight.csv"],
         ["lpv", "synth", CASE, "--json"],
@@ -140,10 +142,11 @@ def test_show_of_a_folder_without_a_design(run_squid: Run, tmp_path: Path, words
     ids=lambda words: " ".join(map(str, words[:2])),
 )
 def test_words_that_are_lost_are_told(
-    squid_command: Path, copied_design: Path, words: list[str | Path]
+    squid_command: Path, quick_vehicle: Path, copied_design: Path, words: list[str | Path]
 ) -> None:
     """Standard output on a full device: one sentence and exit code 1; the files are written all the same."""
-    command = [squid_command, *(str(word).replace("OUT", str(copied_design)) for word in words)]
+    places = {"OUT": str(copied_design), "VEHICLE": str(quick_vehicle)}
+    command = [squid_command, *(re.sub("OUT|VEHICLE", lambda m: places[m[0]], str(word)) for word in words)]
     with FULL.open("w") as full:
         done = subprocess.run(command, cwd=ROOT, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
     assert done.returncode == 1
@@ -208,26 +211,28 @@ def limited(squid_command: Path, size: int, *words: str | Path) -> subprocess.Co
     )
 
 
-def test_a_full_disk_leaves_the_earlier_design_whole(squid_command: Path, copied_design: Path) -> None:
+def test_a_full_disk_leaves_the_earlier_design_whole(
+    squid_command: Path, quick_vehicle: Path, copied_design: Path
+) -> None:
     """The largest file does not fit: none is written, none left over."""
     before = contents(copied_design)
     names = ("plant.json", "certificate.json", "controller.json", "design.json")
     room = max(len(before[name]) for name in names) - 100
     for out, there in ((copied_design, before), (copied_design / "new", {})):
-        done = limited(squid_command, room, "design", SQUID, "--out", out)
+        done = limited(squid_command, room, "design", quick_vehicle, "--out", out)
         assert done.returncode == 1 and re.search(r"\w+.json: cannot be written", done.stderr)
         assert len(done.stderr.splitlines()) == 1
         assert contents(out) == there
 
 
 def test_a_full_disk_leaves_earlier_flights_and_syntheses_whole(
-    squid_command: Path, run_squid: Run, copied_design: Path, tmp_path: Path
+    squid_command: Path, run_squid: Run, quick_vehicle: Path, copied_design: Path, tmp_path: Path
 ) -> None:
     before = contents(copied_design)
     (copied_design / "steps.svg").write_text("earlier", encoding="utf-8")
     room = len(before["flight.csv"]) - 1000
     assert len(before["flight.svg"]) < room
-    done = limited(squid_command, room, "simulate", SQUID, "--out", copied_design)
+    done = limited(squid_command, room, "simulate", quick_vehicle, "--out", copied_design)
     assert done.returncode == 1 and "cannot be written" in done.stderr
     assert contents(copied_design) == before | {"steps.svg": b"earlier"}
     assert run_squid("lpv", "synth", CASE, "--out", tmp_path / "lpv").returncode == 0
@@ -257,10 +262,10 @@ def test_an_output_that_cannot_be_is_told_before_the_work(
 
 
 def test_missing_binaries_are_told_before_the_work(
-    run_squid: Run, copied_design: Path, tmp_path: Path
+    run_squid: Run, quick_vehicle: Path, copied_design: Path, tmp_path: Path
 ) -> None:
     """Before the proof, which comes first and is reported, and before the report."""
-    done = run_squid("package", SQUID, "--out", copied_design, "--binaries", tmp_path)
+    done = run_squid("package", quick_vehicle, "--out", copied_design, "--binaries", tmp_path)
     assert (done.returncode, done.stdout) == (1, "")
     assert "fmu_plant" in done.stderr and str(tmp_path) in done.stderr
     assert not list(copied_design.glob("*.fmu"))

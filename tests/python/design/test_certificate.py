@@ -11,7 +11,7 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from conftest import SQUID, Run, without_uncertainty
+from conftest import SQUID, Run
 from fly.master import Slave
 from fly.package import Packages
 from fly.stages import ROOT
@@ -137,9 +137,9 @@ def test_ball_that_leaves_the_vehicle_out_is_not_packed(run_squid: Run, stored_d
     assert not list(stored_design.glob("*.fmu"))
 
 
-def test_design_without_proof_is_not_packed(run_squid: Run, tmp_path: Path) -> None:
+def test_design_without_proof_is_not_packed(run_squid: Run, quick_vehicle: Path, tmp_path: Path) -> None:
     """Without certificate nothing is written; the flag overrides, and the FMU then says so."""
-    vehicle, out = without_uncertainty(SQUID, tmp_path / "vehicle"), tmp_path / "out"
+    vehicle, out = quick_vehicle, tmp_path / "out"
     assert run_squid("design", vehicle, "--out", out).returncode == 0
     (out / "certificate.json").unlink()
     done = run_squid("package", vehicle, "--out", out)

@@ -8,19 +8,18 @@ import re
 from pathlib import Path
 
 import pytest
-from conftest import SQUID, Run, package, without_uncertainty
+from conftest import Run, package
 from fly.stages import ROOT
 
 
-def test_a_vehicle_without_uncertainty(run_squid: Run, tmp_path: Path) -> None:
+def test_a_vehicle_without_uncertainty(run_squid: Run, quick_vehicle: Path, tmp_path: Path) -> None:
     """It designs, reports and packages; what asks for uncertainty is refused, and nothing is written."""
-    vehicle = without_uncertainty(SQUID, tmp_path / "vehicle")
-    packages = package(run_squid, vehicle, tmp_path / "out", report=True)
+    packages = package(run_squid, quick_vehicle, tmp_path / "out", report=True)
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "Nothing is said to be uncertain in design.toml" in page
     assert set((tmp_path / "out").glob("*.fmu")) == set(packages.fmus)
     for verb in (("show", "--uncertainty"), ("design", "--robust", "--out", tmp_path / "none")):
-        done = run_squid(verb[0], vehicle, *verb[1:])
+        done = run_squid(verb[0], quick_vehicle, *verb[1:])
         assert done.returncode == 1
         assert "the design design.toml names nothing uncertain" in done.stderr
     assert not (tmp_path / "none").exists()

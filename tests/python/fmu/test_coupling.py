@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import REMUS100, Run, kept, package, without_uncertainty
+from conftest import Run, kept, package
 from flights import fly_alone, limits, sample_time
 from fly.flight import AGREEMENT
 from fly.master import Signals, Slave, couple
@@ -42,20 +42,20 @@ def test_coupled_is_the_same_flight(packages: Packages, fidelity: int) -> None:
     assert max(found.values()) <= AGREEMENT, found
 
 
-def test_actuators_without_lag(run_squid: Run, tmp_path: Path) -> None:
+def test_actuators_without_lag(run_squid: Run, quick_vehicle: Path, tmp_path: Path) -> None:
     """Their outputs are the commands, from the first row on."""
-    vehicle = without_uncertainty(REMUS100, tmp_path / "vehicle")
+    vehicle = Path(shutil.copytree(quick_vehicle, tmp_path / "vehicle"))
     file = vehicle / "vehicle.toml"
     text, count = re.subn(
         r"lag = \{ value = [0-9.]+", "lag = { value = 0.0", file.read_text(encoding="utf-8")
     )
-    assert count == 2
+    assert count == 3
     file.write_text(text, encoding="utf-8")
     packages = package(run_squid, vehicle, tmp_path / "out")
     loop = fly_loop(packages, sample_time(packages))
     found = differences(loop, couple_like(packages, loop))
     outputs = [name for name in found if name.endswith("_output")]
-    assert len(outputs) == 2 and max(found.values()) <= AGREEMENT, found
+    assert len(outputs) == 3 and max(found.values()) <= AGREEMENT, found
     assert all(loop[name][0] == loop[name.removesuffix("_output")][0] for name in outputs)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from conftest import Run
 from fly.freeze import DESCRIPTIONS, FROZEN, VEHICLE
+from fly.package import Packages
 from fly.stages import ROOT
 
 REMEDY = "run `python3 run.py freeze` and commit what it changes"
@@ -28,13 +29,11 @@ def load(path: Path) -> dict:
 
 
 @pytest.fixture(scope="module")
-def both(run_squid: Run, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    """Return the committed design, and the same derived anew."""
-    committed, anew = FROZEN, tmp_path_factory.mktemp("anew")
-    assert (committed / "controller.json").is_file(), f"{committed} holds no design; {REMEDY}"
-    done = run_squid("design", ROOT / "vehicles" / VEHICLE, "--out", anew)
-    assert done.returncode == 0, done.stderr
-    return committed, anew
+def both(squid: Packages) -> tuple[Path, Path]:
+    """Return the committed design, and the same derived anew: by the main job, with this command and these files."""
+    assert VEHICLE == "squid"
+    assert (FROZEN / "controller.json").is_file(), f"{FROZEN} holds no design; {REMEDY}"
+    return FROZEN, squid.folder
 
 
 def assert_close(one: object, other: object, tolerance: float, where: str) -> None:
