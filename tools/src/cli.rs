@@ -138,7 +138,14 @@ pub enum Verb {
     /// Fly a design in this process: its manoeuvre, pitch steps over the range of speed, the vehicle alone
     ///
     /// Designs first if there is no design yet. Writes records (CSV) and plots (SVG).
-    Simulate(Which),
+    Simulate {
+        #[command(flatten)]
+        which: Which,
+        /// Fly the manoeuvre in the waves and the current of this file, with its sensors, and beside it in still water;
+        /// vehicles/sea.toml explains each key
+        #[arg(long, value_name = "FILE")]
+        sea: Option<PathBuf>,
+    },
     /// Write the report: steps, margins, loops, mu and more of this design
     ///
     /// One page, report.html, that needs no network, and each figure as figures/NAME.svg. Designs first if there is no

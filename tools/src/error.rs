@@ -10,6 +10,9 @@ pub enum Error {
     /// The design failed, or a file of it is wrong.
     #[error(transparent)]
     Design(#[from] squid_design::error::Error),
+    /// A flight failed.
+    #[error(transparent)]
+    Flight(#[from] squid_flight::error::Error),
     /// The report failed.
     #[error(transparent)]
     Report(#[from] squid_report::error::Error),

@@ -83,7 +83,7 @@ fn run(verb: Verb) -> Result<ExitCode, Error> {
         Verb::Export { which, language, real, to, allow_uncertified } => {
             export::run(&which, language, real, to, allow_uncertified)
         }
-        Verb::Simulate(which) => simulate::run(&which),
+        Verb::Simulate { which, sea } => simulate::run(&which, sea.as_deref()),
         Verb::Report { which, paper } => report::run(&which, paper),
         Verb::Show { which, speed, fit, controller, uncertainty } => {
             show::run(&which, &Asked { speed, fit, controller, uncertainty })

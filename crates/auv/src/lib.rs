@@ -17,6 +17,7 @@
 //!   [`Parameter`] of vehicle and trim;
 //! - [`Plant`]: the vehicle in motion, by the nonlinear equations or by an [`LpvModel`];
 //! - [`Instant`] and [`Rates`]: the motion at one instant as states and their rates, over any [`Scalar`];
+//! - [`Water`]: waves and layered currents, from a crate that knows them;
 //! - [`Slopes`]: inputs that are ramps instead of being held; [`Snapshot`]: the state of a plant, saved and restored.
 //!
 //! ```
@@ -60,10 +61,12 @@ pub use simulation::plant::{Fidelity, Plant, State};
 pub use simulation::rates::{Instant, Rates};
 pub use simulation::slopes::Slopes;
 pub use simulation::snapshot::{Snapshot, SnapshotError};
+pub use simulation::water::{Water, WaterMotion};
 pub use toml_file::{FileError, FileProblem, read_text};
 pub use vehicle::actuator::{Actuator, Effect};
 pub use vehicle::allowed::Allowed;
 pub use vehicle::coefficients::{COEFFICIENTS, CoefficientError, CoefficientSpec, Coefficients};
+pub use vehicle::geometry::Geometry;
 pub use vehicle::hull::Hull;
 pub use vehicle::json::{JsonProblem, VEHICLE_FORMAT, VehicleJsonError};
 pub use vehicle::surge::Surge;

@@ -10,3 +10,4 @@ pub(crate) mod plant;
 pub(crate) mod rates;
 pub(crate) mod slopes;
 pub(crate) mod snapshot;
+pub(crate) mod water;

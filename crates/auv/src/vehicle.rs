@@ -4,6 +4,7 @@ pub(crate) mod actuator;
 pub(crate) mod allowed;
 pub(crate) mod coefficients;
 mod file;
+pub(crate) mod geometry;
 pub(crate) mod hull;
 pub(crate) mod json;
 pub(crate) mod surge;
@@ -15,6 +16,7 @@ use nalgebra::Complex;
 
 use crate::vehicle::actuator::Actuator;
 use crate::vehicle::coefficients::Coefficients;
+use crate::vehicle::geometry::Geometry;
 
 /// How well the coefficients of a vehicle are known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,6 +56,8 @@ pub struct Vehicle {
     pub coefficients: Coefficients,
     /// Its actuators, thrusters first, each kind in the order of the file.
     pub actuators: Vec<Actuator>,
+    /// The size of its hull, if the file says it.
+    pub geometry: Option<Geometry>,
     /// Where each number comes from, by the name of the coefficient or `actuator.key`.
     pub sources: BTreeMap<String, String>,
     /// What the source prints as its linear model, if the file says so. Only the TOML file contains it, not the

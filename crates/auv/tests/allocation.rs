@@ -5,7 +5,19 @@
 mod common;
 
 use allocation_counter::measure;
-use auv::{Current, Fidelity, LpvModel, Plant, Speed, linearise, trim};
+use auv::{Current, Fidelity, LpvModel, Plant, Speed, Water, WaterMotion, linearise, trim};
+use std::sync::Arc;
+
+#[derive(Debug)]
+struct Swell;
+
+impl Water for Swell {
+    fn at(&self, time: f64, _: f64, _: f64, _: f64) -> WaterMotion {
+        let velocity = Current { horizontal: 0.0, vertical: 0.1 * time.sin() };
+        let by_time = Current { horizontal: 0.0, vertical: 0.1 * time.cos() };
+        WaterMotion { velocity, by_time, load: [0.0, 2.0 * time.cos(), 0.0], ..WaterMotion::default() }
+    }
+}
 
 #[test]
 fn stepping_does_not_allocate() {
@@ -17,7 +29,7 @@ fn stepping_does_not_allocate() {
     let model =
         LpvModel::new("squid", 50.0, (1.75, 1.25), &[linear.a], &[linear.b], std::slice::from_ref(&trim))
             .unwrap();
-    let mut plant = Plant::new(&vehicle).unwrap().with_lpv(model).unwrap();
+    let mut plant = Plant::new(&vehicle).unwrap().with_lpv(model).unwrap().with_water(Arc::new(Swell));
     for fidelity in [Fidelity::Nonlinear, Fidelity::Lpv] {
         plant.set_fidelity(fidelity).unwrap();
         plant.start(0.0, &trim).unwrap();

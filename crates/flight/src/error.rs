@@ -19,6 +19,27 @@ pub enum Error {
         /// Why.
         reason: auv::TrimError,
     },
+    /// The sea cannot be.
+    #[error(transparent)]
+    Sea(#[from] squid_sea::SeaError),
+    /// Waves, and a vehicle without size.
+    #[error(
+        "the vehicle file of {vehicle} has no [geometry], and the load of waves depends on it: add length and diameter \
+            of the hull there, or leave [waves] out of the sea"
+    )]
+    NoGeometry {
+        /// Its name.
+        vehicle: String,
+    },
+    /// A flight that begins at the surface.
+    #[error(
+        "at the depth of {depth} m where the flight begins, the hull is out of the water: it must begin deeper, by \
+            `depth` of the sea"
+    )]
+    AtTheSurface {
+        /// m.
+        depth: f64,
+    },
     /// The autopilot could not compute a tick.
     #[error(transparent)]
     Tick(#[from] scheduled::TickError),

@@ -1,9 +1,10 @@
 //! A flight of vehicle and autopilot in one loop, in this process.
 
 use crate::error::Error;
-use auv::{Current, Motion, Pitch, Plant, Speed, Vehicle, trim_with};
+use crate::sea::{Conditions, Sea};
+use auv::{Current, Motion, Pitch, Plant, Speed, State, Vehicle, trim_with};
 use scheduled::{Autopilot, ControllerDesign, Inputs as Measured, Manoeuvre, Outputs, Trim};
-use signals::{PITCH, SPEED, TRACKED, measured};
+use signals::{Each, PITCH, SPEED, TRACKED, measured};
 
 /// One row of a flight's record.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,6 +71,19 @@ pub struct Flight {
     pub rows: Vec<Row>,
     /// Where the vehicle left the water, if it did.
     pub surfacing: Option<Surfacing>,
+    /// What the sea did at each tick; empty in still water.
+    pub sea: Vec<SeaRow>,
+}
+
+/// What the sea did at a tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SeaRow {
+    /// The surface above the still water, over the vehicle, m.
+    pub elevation: f64,
+    /// How the water moved where the vehicle was.
+    pub water: Current,
+    /// What the sensors read of each signal, SI.
+    pub read: Each<f64>,
 }
 
 /// What a control law answers at a tick.
@@ -83,7 +97,8 @@ pub struct Answer {
     pub out_of_range: bool,
 }
 
-/// Flies the vehicle from level trim, at a depth \[m\] and with a rule for its pitch, under its autopilot.
+/// Flies the vehicle from level trim, at a depth \[m\] and with a rule for its pitch, under its autopilot, in still
+/// water.
 ///
 /// # Errors
 /// As [`fly_under`]; [`Error::ControllerDesign`], [`Error::Tick`].
@@ -93,10 +108,37 @@ pub fn fly(
     level: (f64, &Pitch),
     manoeuvre: &Manoeuvre,
 ) -> Result<Flight, Error> {
+    fly_designed(vehicle, design, level, manoeuvre, None)
+}
+
+/// The same in a sea. The autopilot gets what the sensors read; the rows of the flight have what is there. It begins in
+/// trim through the water, at the depth of the sea if that has one, and ends where the hull breaks the surface.
+///
+/// # Errors
+/// As [`fly`]; [`Error::Sea`], [`Error::NoGeometry`], [`Error::AtTheSurface`].
+pub fn fly_at_sea(
+    vehicle: &Vehicle,
+    design: &ControllerDesign,
+    (depth, pitch): (f64, &Pitch),
+    manoeuvre: &Manoeuvre,
+    sea: &Sea,
+) -> Result<Flight, Error> {
+    let conditions = sea.draw(vehicle, design.sample_time)?;
+    fly_designed(vehicle, design, (sea.depth.unwrap_or(depth), pitch), manoeuvre, Some(conditions))
+}
+
+fn fly_designed(
+    vehicle: &Vehicle,
+    design: &ControllerDesign,
+    level: (f64, &Pitch),
+    manoeuvre: &Manoeuvre,
+    conditions: Option<Conditions>,
+) -> Result<Flight, Error> {
     let mut autopilot = Autopilot::new(design)?;
     let table = autopilot.trim().clone();
     let mut started = false;
-    fly_under(vehicle, level, manoeuvre, (design.sample_time, &table), |measured| {
+    let course = (manoeuvre.duration, |time| Demand::of(manoeuvre, time));
+    fly_in(vehicle, level, course, (design.sample_time, &table), conditions, |measured| {
         if !std::mem::replace(&mut started, true) {
             autopilot.initialise(0.0, measured)?;
         }
@@ -151,39 +193,65 @@ impl Demand {
 pub fn fly_course(
     vehicle: &Vehicle,
     level: (f64, &Pitch),
+    course: (f64, impl Fn(f64) -> Demand),
+    ticks: (f64, &Trim),
+    law: impl FnMut(&Measured) -> Result<Answer, Error>,
+) -> Result<Flight, Error> {
+    fly_in(vehicle, level, course, ticks, None, law)
+}
+
+fn fly_in(
+    vehicle: &Vehicle,
+    level: (f64, &Pitch),
     (duration, course): (f64, impl Fn(f64) -> Demand),
     (sample_time, table): (f64, &Trim),
+    mut conditions: Option<Conditions>,
     mut law: impl FnMut(&Measured) -> Result<Answer, Error>,
 ) -> Result<Flight, Error> {
     let speed = course(0.0).speed;
     let start = trim_with(vehicle, Speed::Path(speed), level.0, level.1)
         .map_err(|reason| Error::Trim { speed, reason })?;
     let mut plant = Plant::new(vehicle)?;
+    if let Some(sea) = &conditions {
+        plant = plant.with_water(sea.water());
+    }
     plant.start(0.0, &start)?;
     let steps = (duration / sample_time).round() as u64;
-    let mut rows = Vec::with_capacity(steps as usize + 1);
+    let mut flight =
+        Flight { rows: Vec::with_capacity(steps as usize + 1), surfacing: None, sea: Vec::new() };
     for k in 0..=steps {
         let time = k as f64 * sample_time;
         let Demand { speed, pitch_above_trim, current } = course(time);
         let demanded = table.forward_speed(speed);
         let reference = table.pitch(demanded) + pitch_above_trim;
-        plant.set_current(current)?;
+        plant.set_current(current + conditions.as_ref().map(Conditions::wandering).unwrap_or_default())?;
         plant.set_given_speed(demanded)?;
-        let state = plant.state();
-        if out_of_water(state.depth) {
-            return Ok(Flight { rows, surfacing: Some(Surfacing { time, speed: state.motion.u }) });
+        let State { motion: Motion { u, w, q, theta }, x, depth } = plant.state();
+        let clearance = conditions.as_ref().map_or(depth, |sea| sea.clearance(time, x, depth, theta));
+        if out_of_water(clearance) {
+            flight.surfacing = Some(Surfacing { time, speed: u });
+            break;
         }
-        let Motion { u, w, q, theta } = state.motion;
         let mut signals = Measured { measured: measured([u, w, q, theta]), references: [0.0; TRACKED] };
         (signals.references[PITCH], signals.references[SPEED]) = (reference, demanded);
-        let Answer { commands, rho, out_of_range } = law(&signals)?;
+        let mut read = signals;
+        if let Some(sea) = &mut conditions {
+            read.measured = sea.read(&signals.measured);
+            let elevation = sea.elevation(time, x);
+            flight.sea.push(SeaRow { elevation, water: plant.flow(), read: read.measured });
+            sea.advance(sample_time);
+        }
+        let Answer { commands, rho, out_of_range } = law(&read)?;
         for (i, command) in commands.iter().enumerate() {
             plant.set_command(i, *command)?;
         }
-        rows.push(Row { time, signals, depth: state.depth, rho, out_of_range, commands });
+        flight.rows.push(Row { time, signals, depth, rho, out_of_range, commands });
         plant.advance((k + 1) as f64 * sample_time)?;
     }
-    Ok(Flight { rows, surfacing: None })
+    match flight.rows.is_empty() {
+        true => Err(Error::AtTheSurface { depth: level.0 }),
+        false => Ok(flight),
+    }
 }
 
 /// The vehicle alone: from trim at a speed, one actuator (its index, and by how much) stepped. Time (s) and pitch

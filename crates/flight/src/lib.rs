@@ -3,3 +3,5 @@
 pub mod error;
 pub mod flight;
 pub mod metrics;
+pub mod sea;
+mod sea_file;

@@ -8,6 +8,7 @@
 //! rule in
 //! [`claims`]; `SECTIONS` in [`report`] is the table of contents, and a further section is a further line in it.
 
+pub mod at_sea;
 pub mod claims;
 pub mod error;
 pub mod page;

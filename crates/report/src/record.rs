@@ -2,8 +2,8 @@
 
 use crate::page::plot::{Kind, Line, Panel};
 use auv::Actuator;
-use signals::tracked;
-use squid_flight::flight::Row;
+use signals::{SIGNALS, tracked};
+use squid_flight::flight::{Flight, Row, SeaRow};
 
 /// The values of each variable over time, SI; in a CSV file each is headed `name [unit]`, or `name` without a unit.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,6 +47,22 @@ impl Record {
             add(&actuator.name, actuator.taken_unit(), &|r| actuator.taken(r.commands[j]).0);
         }
         Self::new(columns)
+    }
+
+    /// The record of a flight at sea: beside these the surface over the vehicle, the velocity of the water, and what
+    /// the sensors read.
+    pub fn at_sea(flight: &Flight, actuators: &[Actuator]) -> Self {
+        let mut record = Self::of(&flight.rows, actuators);
+        let mut add = |heading: String, of: &dyn Fn(&SeaRow) -> f64| {
+            record.0.push(Column { heading, values: flight.sea.iter().map(of).collect() });
+        };
+        add("wave_elevation [m]".into(), &|row| row.elevation);
+        add("current_horizontal [m/s]".into(), &|row| row.water.horizontal);
+        add("current_vertical [m/s]".into(), &|row| row.water.vertical);
+        for (place, signal) in SIGNALS.iter().enumerate() {
+            add(format!("{}_read [{}]", signal.name, signal.unit), &|row| row.read[place]);
+        }
+        record
     }
 
     /// The values of a variable.
@@ -97,6 +113,7 @@ impl Record {
             panel("thrust (N)", commands("N", 1.0)),
             panel("deflection (deg)", commands("rad", deg)),
             panel("depth (m)", vec![line("depth", "depth", 1.0, Kind::Own)]),
+            panel("surface (m)", vec![line("elevation", "wave_elevation", 1.0, Kind::Own)]),
         ];
         panels.into_iter().filter(|panel| !panel.lines.is_empty()).collect()
     }

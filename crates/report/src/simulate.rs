@@ -92,13 +92,13 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<Flown, 
 }
 
 /// Says that a flight ended at the surface, and why.
-fn early_end(flight: &str, surfacing: Option<Surfacing>) -> String {
+pub(crate) fn early_end(flight: &str, surfacing: Option<Surfacing>) -> String {
     let words =
         |s| format!("In {flight} {s}, and the flight ends there: its equations are those of deep water.\n");
     surfacing.map(words).unwrap_or_default()
 }
 
-fn heading(inputs: &Inputs) -> String {
+pub(crate) fn heading(inputs: &Inputs) -> String {
     let surrogate = if inputs.vehicle.status == auv::Status::Surrogate { " (surrogate)" } else { "" };
     format!("{}{surrogate}", inputs.vehicle.name)
 }
@@ -107,7 +107,7 @@ fn step_speeds(inputs: &Inputs) -> Vec<f64> {
     inputs.design.spread(STEP_SPEEDS)
 }
 
-fn limits(inputs: &Inputs) -> Vec<(f64, f64)> {
+pub(crate) fn limits(inputs: &Inputs) -> Vec<(f64, f64)> {
     inputs.vehicle.actuators.iter().map(|a| (a.min, a.max)).collect()
 }
 

@@ -40,7 +40,7 @@ pub use error::SeaError;
 pub use sensor::{Sensor, SensorErrors};
 pub use spectrum::Spectrum;
 pub use spheroid::Spheroid;
-pub use waves::{Component, Place, WaterMotion, Waves};
+pub use waves::{Component, Place, WaterMotion, Waves, encounter_frequency};
 
 /// The acceleration of gravity \[m/s2\].
 pub const GRAVITY: f64 = 9.81;

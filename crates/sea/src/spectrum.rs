@@ -53,6 +53,11 @@ impl Spectrum {
         Self::jonswap(height, period, 1.0)
     }
 
+    /// The significant height Hs \[m\].
+    pub fn height(&self) -> f64 {
+        self.height
+    }
+
     /// The frequency of the peak \[rad/s\].
     pub fn peak(&self) -> f64 {
         self.peak

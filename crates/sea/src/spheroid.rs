@@ -65,9 +65,12 @@ impl Spheroid {
         4.0 / 3.0 * PI * self.half_length * self.radius * self.radius * self.density
     }
 
-    /// Returns how far the hull reaches above its centre \[m\]: `sqrt((a sin(pitch))^2 + (b cos(pitch))^2)`.
-    pub fn height(&self, pitch: f64) -> f64 {
-        (self.half_length * pitch.sin()).hypot(self.radius * pitch.cos())
+    /// Returns the top of the hull at a station from -1, the stern, to 1, the bow: how far it lies ahead of the centre,
+    /// and above it \[m\].
+    pub fn top(&self, station: f64, pitch: f64) -> [f64; 2] {
+        let (sin, cos) = pitch.sin_cos();
+        let (along, up) = (self.half_length * station, self.radius * (1.0 - station * station).sqrt());
+        [along * cos - up * sin, along * sin + up * cos]
     }
 
     /// Returns the water's motion at the centre, and the load \[X Z M\] about it \[N, N m\], along the body.

@@ -135,12 +135,12 @@ impl Waves {
         self.at(place).for_each(|(wave, value)| motion.add(wave, value, self.cos_heading));
         motion
     }
+}
 
-    /// Returns the frequency `|w - k U cos(heading)|` at which a vehicle that makes U over ground \[m/s\] meets waves
-    /// of the frequency w \[rad/s\].
-    pub fn encounter_frequency(&self, frequency: f64, speed: f64) -> f64 {
-        (frequency - frequency * frequency / GRAVITY * speed * self.cos_heading).abs()
-    }
+/// Returns the frequency `|w - k U cos(heading)|` at which a vehicle that makes U over ground \[m/s\] meets waves of
+/// the frequency w \[rad/s\] and a heading \[rad\].
+pub fn encounter_frequency(frequency: f64, heading: f64, speed: f64) -> f64 {
+    (frequency - frequency * frequency / GRAVITY * speed * heading.cos()).abs()
 }
 
 impl WaterMotion {

@@ -8,22 +8,46 @@ use crate::verbs::design::load_or_design;
 use serde_json::{Value, json};
 use squid_design::progress::Progress;
 use squid_flight::metrics::StepFigures;
+use squid_flight::sea::Sea;
+use squid_report::at_sea::{self, Figures};
 use squid_report::simulate;
+use std::path::Path;
 
-/// Flies a design, and writes records and plots.
+/// Flies a design, at sea if a file says one, and writes records and plots.
 ///
 /// # Errors
 /// Those of the files, the design and the flights.
-pub fn run(which: &Which) -> Result<(), Error> {
+pub fn run(which: &Which, sea: Option<&Path>) -> Result<(), Error> {
     let (inputs, directory) = which.read_to_write()?;
+    let sea = sea.map(Sea::read).transpose()?;
+    sea.iter().try_for_each(|sea| sea.check(&inputs.vehicle))?;
     let stored = load_or_design(&inputs, &directory)?;
     stored.unproved(&inputs).iter().for_each(|words| say(words));
     let running = Progress::new(&show).begin("simulate", "flying");
-    let flown = simulate::run(&inputs, &stored, &directory)?;
-    drop(running);
-    say(flown.words.trim_end());
-    let steps: Vec<Value> = flown.steps.iter().map(|(speed, figures)| step(*speed, figures)).collect();
-    Ok(answer(&json!({ "directory": directory, "steps": steps }))?)
+    let found = if let Some(sea) = &sea {
+        let flown = at_sea::run(&inputs, &stored, sea, &directory)?;
+        drop(running);
+        say(flown.words.trim_end());
+        let [at_sea, still] = [flown.at_sea, flown.still].map(|figures| errors(&figures));
+        let surfacing = flown.surfacing;
+        json!({ "directory": directory, "at_sea": at_sea, "still_water": still, "surfacing": surfacing })
+    } else {
+        let flown = simulate::run(&inputs, &stored, &directory)?;
+        drop(running);
+        say(flown.words.trim_end());
+        let steps: Vec<Value> = flown.steps.iter().map(|(speed, figures)| step(*speed, figures)).collect();
+        json!({ "directory": directory, "steps": steps })
+    };
+    Ok(answer(&found)?)
+}
+
+/// The figures of a flight, in rad, m/s and fractions.
+fn errors(figures: &Figures) -> Value {
+    json!({
+        "pitch_error": figures.pitch_error,
+        "speed_error": figures.speed_error,
+        "actuator_use": figures.actuator_use,
+    })
 }
 
 /// The figures of a pitch step, in m/s, s and fractions; what is not known, or never settles, is null.

@@ -59,11 +59,21 @@ impl Dynamics {
     /// Returns \[u' w' q'\] under the force \[X Z M\] of the actuators: `M nu' = coriolis + restoring + lift +
     /// damping + drag + actuators`.
     pub fn acceleration<D: Scalar>(&self, motion: &Motion<D>, depth: D, actuators: [D; 3]) -> [D; 3] {
-        let total = self.lifted().force(motion, depth, actuators);
+        self.response(self.lifted().force(motion, depth, actuators))
+    }
+
+    /// Returns the part of \[u' w' q'\] that a load \[X Z M\] beside the other forces makes; along the hull it makes
+    /// none where the speed is given.
+    pub(crate) fn pushed(&self, load: [f64; 3]) -> [f64; 3] {
+        let [surge, heave, pitch] = load;
+        self.response([if self.coefficients.surge.is_given() { 0.0 } else { surge }, heave, pitch])
+    }
+
+    fn response<D: Scalar>(&self, force: [D; 3]) -> [D; 3] {
         let row = |i: usize| {
-            total[0] * self.inverse_mass[(i, 0)]
-                + total[1] * self.inverse_mass[(i, 1)]
-                + total[2] * self.inverse_mass[(i, 2)]
+            force[0] * self.inverse_mass[(i, 0)]
+                + force[1] * self.inverse_mass[(i, 1)]
+                + force[2] * self.inverse_mass[(i, 2)]
         };
         [row(0), row(1), row(2)]
     }

@@ -27,6 +27,14 @@ impl Current {
     }
 }
 
+impl std::ops::Add for Current {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self { horizontal: self.horizontal + other.horizontal, vertical: self.vertical + other.vertical }
+    }
+}
+
 /// `x' = u cos + w sin + U_c`, `z' = -u sin + w cos + W_c`.
 pub(crate) fn earth_velocity(body: &Body, current: Current) -> (f64, f64) {
     let [u, w, _, theta, ..] = *body;

@@ -8,6 +8,7 @@ use crate::simulation::frozen::Frozen;
 use crate::simulation::integrator::{Body, Equations};
 use crate::simulation::lpv_model::LpvModel;
 use crate::simulation::slopes::Slopes;
+use crate::simulation::water::Water;
 use crate::vehicle::actuator::Actuator;
 
 /// Which equations apply over the interval.
@@ -33,13 +34,15 @@ pub(crate) struct Flow<'a> {
     pub(crate) given: f64,
     /// How the inputs change; `None` where all are held.
     pub(crate) slopes: Option<&'a Slopes>,
+    /// Water that moves beside the current, with the time and the distance at the start.
+    pub(crate) water: Option<(&'a dyn Water, f64, f64)>,
 }
 
 impl ODE<f64, Body> for Flow<'_> {
     /// A changing current leaves the velocity over ground unchanged: the velocity through the water loses what the
-    /// current gains.
+    /// current gains. So it does in other water that moves, which pushes the vehicle besides.
     fn diff(&self, time: f64, body: &Body, rate: &mut Body) {
-        let [u, w, q, theta, _, sunk] = *body;
+        let [u, w, q, theta, made, sunk] = *body;
         let actuators = self.actuators.iter().zip(self.outputs).zip(self.commands).enumerate();
         let outputs = actuators.map(|(i, ((actuator, start), command))| match self.slopes {
             None => actuator.output_after(time, *start, *command),
@@ -62,8 +65,17 @@ impl ODE<f64, Body> for Flow<'_> {
             None => (self.current, (0.0, 0.0)),
             Some(slopes) => (self.current.after(time, slopes.current), slopes.current.along_body(theta)),
         };
-        let (x_rate, depth_rate) = earth_velocity(body, current);
-        *rate = [du - gained_u, dw - gained_w, dq, dtheta, x_rate, depth_rate];
+        let Some((water, start, x)) = self.water else {
+            let (x_rate, depth_rate) = earth_velocity(body, current);
+            *rate = [du - gained_u, dw - gained_w, dq, dtheta, x_rate, depth_rate];
+            return;
+        };
+        let motion = water.at(start + time, x + made, self.depth + sunk, theta);
+        let (x_rate, depth_rate) = earth_velocity(body, current + motion.velocity);
+        let (met_u, met_w) = motion.along(x_rate, depth_rate).along_body(theta);
+        let [push_u, push_w, push_q] = self.dynamics.pushed(motion.load);
+        let (du, dw) = (du + push_u - gained_u - met_u, dw + push_w - gained_w - met_w);
+        *rate = [du, dw, dq + push_q, dtheta, x_rate, depth_rate];
     }
 }
 

@@ -12,6 +12,7 @@ use crate::simulation::frozen::Frozen;
 use crate::simulation::integrator::{Body, Integrator};
 use crate::simulation::lpv_model::{LpvModel, LpvModelError};
 use crate::simulation::slopes::Slopes;
+use crate::simulation::water::Water;
 use crate::vehicle::Vehicle;
 use crate::vehicle::actuator::Actuator;
 use crate::vehicle::coefficients::CoefficientError;
@@ -52,6 +53,7 @@ pub struct Plant {
     pub(crate) outputs: Vec<f64>,
     pub(crate) commands: Vec<f64>,
     pub(crate) current: Current,
+    pub(crate) water: Option<Arc<dyn Water>>,
     pub(crate) operating_speed: f64,
     pub(crate) given_speed: f64,
     pub(crate) slopes: Slopes,
@@ -78,6 +80,7 @@ impl Plant {
             outputs: vec![0.0; inputs],
             commands: vec![0.0; inputs],
             current: Current::default(),
+            water: None,
             operating_speed: 0.0,
             given_speed: 0.0,
             slopes: Slopes::held(inputs),
@@ -169,6 +172,26 @@ impl Plant {
         Ok(())
     }
 
+    /// Puts the plant into water that moves beside the current, for [`Plant::advance`]: [`Plant::rates`] has none of
+    /// its load. The velocity over ground does not jump.
+    #[must_use]
+    pub fn with_water(mut self, water: Arc<dyn Water>) -> Self {
+        let (surge, heave) = self.velocity_over_ground();
+        self.water = Some(water);
+        let (u_c, w_c) = self.flow().along_body(self.body[3]);
+        (self.body[0], self.body[1]) = (surge - u_c, heave - w_c);
+        self
+    }
+
+    /// The velocity of the water where the vehicle is: the current, and what moves beside it.
+    pub fn flow(&self) -> Current {
+        let [_, _, _, theta, x, depth] = self.body;
+        match &self.water {
+            None => self.current,
+            Some(water) => self.current + water.at(self.time, x, depth, theta).velocity,
+        }
+    }
+
     /// Sets the speed at which the LPV model is evaluated \[m/s\]; the nonlinear equations do not use it.
     ///
     /// # Errors
@@ -243,6 +266,7 @@ impl Plant {
             model,
             given: self.given_speed,
             slopes: self.moving.then_some(&self.slopes),
+            water: self.water.as_deref().map(|water| (water, from, self.body[4])),
         };
         let [u, w, q, theta, x, depth] = self.body;
         let end = self
@@ -344,13 +368,13 @@ impl Plant {
 
     /// Velocity over ground along the body axes \[m/s\]: surge, heave.
     pub fn velocity_over_ground(&self) -> (f64, f64) {
-        let (u_c, w_c) = self.current.along_body(self.body[3]);
+        let (u_c, w_c) = self.flow().along_body(self.body[3]);
         (self.body[0] + u_c, self.body[1] + w_c)
     }
 
     /// Velocity over ground in the earth frame \[m/s\]: horizontal, and down (the rate of depth).
     pub fn earth_velocity(&self) -> (f64, f64) {
-        earth_velocity(&self.body, self.current)
+        earth_velocity(&self.body, self.flow())
     }
 }
 

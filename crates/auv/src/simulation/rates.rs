@@ -87,24 +87,27 @@ impl Plant {
     pub fn instant(&self) -> Instant {
         let (surge, heave) = self.velocity_over_ground();
         let [_, _, pitch_rate, pitch, _, depth] = self.body;
+        let flow = self.flow();
         Instant {
             surge,
             heave,
             pitch_rate,
             pitch,
             depth,
-            current_horizontal: self.current.horizontal,
-            current_vertical: self.current.vertical,
+            current_horizontal: flow.horizontal,
+            current_vertical: flow.vertical,
             operating_speed: self.operating_speed,
             given_speed: self.given_speed,
         }
     }
 
-    /// Sets the motion by its velocities over ground, and the distance \[m\], under the present current.
+    /// Sets the motion by its velocities over ground, and the distance \[m\], in the water there.
     pub fn set_motion_over_ground(&mut self, instant: &Instant, x: f64) {
         let Instant { surge, heave, pitch_rate, pitch, depth, .. } = *instant;
-        let (u_c, w_c) = self.current.along_body(pitch);
-        self.body = [surge - u_c, heave - w_c, pitch_rate, pitch, x, depth];
+        self.body = [surge, heave, pitch_rate, pitch, x, depth];
+        let (u_c, w_c) = self.flow().along_body(pitch);
+        self.body[0] -= u_c;
+        self.body[1] -= w_c;
     }
 
     /// Returns the rates of the motion under steady currents, `output(i)` being that of actuator i \[N or rad\].

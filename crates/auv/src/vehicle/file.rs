@@ -2,6 +2,7 @@
 
 mod actuator_tables;
 mod curve_table;
+mod geometry_table;
 mod hull_table;
 mod non_dimensional;
 mod published_model;
@@ -53,6 +54,7 @@ fn parse(text: &str, file: &str) -> Result<Vehicle, FileError> {
     let root = document.root();
     let mut sections = vec!["vehicle", "thruster", "thruster_group", "control_surface"];
     sections.extend([published_model::SECTION, non_dimensional::SECTION, surge_table::SECTION]);
+    sections.push(geometry_table::SECTION);
     sections.extend(COEFFICIENTS.iter().map(|spec| spec.section));
     root.allow_only(&sections);
 
@@ -62,11 +64,21 @@ fn parse(text: &str, file: &str) -> Result<Vehicle, FileError> {
     let units = Units::read(&root);
     let coefficients = coefficients(&root, &units, &mut sources);
     let actuators = actuator_tables::read(&root, &units, &mut sources);
+    let geometry = geometry_table::read(&root, &mut sources);
     let published_linear_model = published_model::read(&root).map(Arc::new);
     document.check()?;
     check_matrix(&root, &coefficients);
     let (name, status, description) = document.finish(head)?;
-    Ok(Vehicle { name, status, description, coefficients, actuators, sources, published_linear_model })
+    Ok(Vehicle {
+        name,
+        status,
+        description,
+        coefficients,
+        actuators,
+        geometry,
+        sources,
+        published_linear_model,
+    })
 }
 
 /// Name, status and description.

@@ -13,6 +13,7 @@ use thiserror::Error;
 use crate::vehicle::actuator::{Actuator, Effect, allowed, is_actuator_name};
 use crate::vehicle::allowed::Allowed;
 use crate::vehicle::coefficients::{COEFFICIENTS, CoefficientError, Coefficients};
+use crate::vehicle::geometry::Geometry;
 use crate::vehicle::hull::Hull;
 use crate::vehicle::surge::Surge;
 use crate::vehicle::{Status, Vehicle, is_vehicle_name};
@@ -40,6 +41,9 @@ struct File {
     /// The time constant of a given speed, s; left out where surge has an equation of its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     given_speed_lag: Option<f64>,
+    /// Length and diameter of the hull, m; left out where the vehicle file does not say them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    geometry: Option<[f64; 2]>,
     actuators: Vec<Row>,
     #[serde(deserialize_with = "maps_duplicate_key_is_error::deserialize")]
     sources: BTreeMap<String, String>,
@@ -120,6 +124,7 @@ impl Vehicle {
                 Surge::Free => None,
                 Surge::Given { lag } => Some(lag),
             },
+            geometry: self.geometry.map(|Geometry { length, diameter }| [length, diameter]),
             actuators: self.actuators.iter().map(row).collect(),
             sources: self.sources.clone(),
         };
@@ -140,7 +145,7 @@ fn row(actuator: &Actuator) -> Row {
 #[inline]
 fn vehicle(file: File) -> Result<Vehicle, JsonProblem> {
     let File { format, name, status, description, coefficients, stations, .. } = file;
-    let File { given_speed_lag, actuators, sources, .. } = file;
+    let File { given_speed_lag, geometry, actuators, sources, .. } = file;
     if format != VEHICLE_FORMAT {
         return Err(not_allowed("format", format, VEHICLE_FORMAT));
     }
@@ -170,8 +175,22 @@ fn vehicle(file: File) -> Result<Vehicle, JsonProblem> {
         }
         coefficients.surge = Surge::Given { lag };
     }
+    let size = |[length, diameter]: [f64; 2]| {
+        let found = || not_allowed("geometry", format!("[{length}, {diameter}]"), Geometry::ALLOWED);
+        Geometry::new(length, diameter).ok_or_else(found)
+    };
+    let geometry = geometry.map(size).transpose()?;
     let published_linear_model = None;
-    Ok(Vehicle { name, status, description, coefficients, actuators, sources, published_linear_model })
+    Ok(Vehicle {
+        name,
+        status,
+        description,
+        coefficients,
+        actuators,
+        geometry,
+        sources,
+        published_linear_model,
+    })
 }
 
 #[inline]

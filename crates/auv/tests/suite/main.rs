@@ -15,3 +15,4 @@ mod simulation;
 mod trim;
 mod vehicle_file;
 mod vehicle_json;
+mod water;

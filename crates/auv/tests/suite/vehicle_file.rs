@@ -64,7 +64,7 @@ fn unknown_keys() {
         "unknown key 'drag.quality'; allowed here: X_uu, length, wetted_area, form_factor, drag_area",
     );
     let sections = "vehicle, thruster, thruster_group, control_surface, published_linear_model, non_dimensional, \
-        surge, mass, buoyancy, water, added_mass, lift, damping, hull, drag";
+        surge, geometry, mass, buoyancy, water, added_mass, lift, damping, hull, drag";
     refused(
         "[damping]",
         "[dampnig]",
@@ -330,6 +330,26 @@ fn a_published_linear_model_is_read_and_checked() {
     for (from, to, expected) in cases {
         let (message, _) = message_of_remus(from, to);
         assert!(message.contains(&expected), "{message}");
+    }
+}
+
+/// Waves act on the hull as a whole, of which the file may say the size.
+#[test]
+fn the_size_of_a_hull_is_read_and_checked() {
+    let geometry = remus100().geometry.unwrap();
+    assert_eq!((geometry.length, geometry.diameter), (1.33, 0.191));
+    assert_eq!(squid().geometry, None);
+    let diameter = "diameter = { value = 0.191, unit = \"m\", source = \"Prestero (2001)\" }";
+    let slender = "must be above zero, and at most half the length: the hull is taken as slender";
+    for (from, to, expected) in [
+        (diameter, "", "missing key 'geometry.diameter': largest diameter of the hull (m)".into()),
+        ("value = 0.191", "value = 0.7", format!("'geometry.diameter' is 0.7 m; it {slender}")),
+        ("value = 0.191", "value = -0.1", "'geometry.diameter' is -0.1 m; it must be a number above".into()),
+        ("value = 1.33, unit = \"m\"", "value = 133.0, unit = \"cm\"", "is in \"cm\"; it must be in".into()),
+        (diameter, "breadth = 0.2", "unknown key 'geometry.breadth'; allowed here: length, diameter".into()),
+    ] {
+        let (found, _) = message(REMUS, from, to);
+        assert!(found.contains(&expected), "{found}");
     }
 }
 

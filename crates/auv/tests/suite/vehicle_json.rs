@@ -51,6 +51,12 @@ fn complaint(vehicle: &Vehicle, at: &str, value: Value) -> String {
 }
 
 #[test]
+fn a_hull_that_is_not_slender_is_refused() {
+    let found = complaint(&remus100(), "/geometry", json!([1.0, 0.6]));
+    assert!(found.contains("`geometry` is [1, 0.6], and must be above zero, and at most half"), "{found}");
+}
+
+#[test]
 fn what_is_wrong_is_told_with_its_key() {
     let squid = squid();
     for (at, value, expected) in [

@@ -165,10 +165,17 @@ proptest! {
 }
 
 #[test]
-fn the_hull_reaches_above_its_centre() {
+fn the_hull_has_a_top() {
     let hull = Spheroid::new(1.0, 0.125, DENSITY, NONE).unwrap();
-    close(hull.height(0.0), 0.125, 1e-15);
-    close(hull.height(PI / 2.0), 1.0, 1e-15);
+    for (station, pitch, expected) in [
+        (0.0, 0.0, [0.0, 0.125]),
+        (1.0, 0.0, [1.0, 0.0]),
+        (1.0, PI / 2.0, [0.0, 1.0]),
+        (-1.0, PI / 6.0, [-(0.75f64.sqrt()), -0.5]),
+        (0.6, 0.0, [0.6, 0.1]),
+    ] {
+        hull.top(station, pitch).into_iter().zip(expected).for_each(|(found, one)| close(found, one, 1e-15));
+    }
     close(hull.displacement(), 4.0 / 3.0 * PI * 0.125 * 0.125 * DENSITY, 1e-9);
 }
 

@@ -1,0 +1,31 @@
+//! The section `[geometry]`, which a vehicle file may have: the size of the hull.
+
+use std::collections::BTreeMap;
+
+use crate::toml_file::Table;
+use crate::vehicle::allowed::Allowed;
+use crate::vehicle::geometry::Geometry;
+use crate::words::number;
+
+/// Its name.
+pub(super) const SECTION: &str = "geometry";
+
+/// Reads the section, if it is there.
+pub(super) fn read(root: &Table<'_>, sources: &mut BTreeMap<String, String>) -> Option<Geometry> {
+    let table = root.table(SECTION)?;
+    table.allow_only(&["length", "diameter"]);
+    let mut quantity = |key: &str, meaning: &str| {
+        let there = table.requires(key, meaning);
+        let found = there.then(|| table.quantity(key, &["m"], Allowed::Positive)).flatten()?;
+        sources.insert(format!("{SECTION}.{key}"), found.source);
+        Some(found.value)
+    };
+    let length = quantity("length", "length of the hull (m)");
+    let diameter = quantity("diameter", "largest diameter of the hull (m)");
+    let (length, diameter) = (length?, diameter?);
+    let geometry = Geometry::new(length, diameter);
+    if geometry.is_none() {
+        table.not_allowed("diameter", format!("{} m", number(diameter)), Geometry::ALLOWED);
+    }
+    geometry
+}

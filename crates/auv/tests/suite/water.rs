@@ -1,0 +1,147 @@
+//! Water that moves from place to place and from time to time.
+
+use crate::common::{remus100, squid};
+use auv::{Current, Motion, Plant, Slopes, Speed, State, Vehicle, Water, WaterMotion, trim};
+use std::sync::Arc;
+
+/// Water with a linear velocity `v = by_time t + by_x x + by_depth (z - 30)`, and a load.
+#[derive(Debug, Default)]
+struct Linear {
+    motion: WaterMotion,
+    /// Whether the load is that of the water's acceleration on the vehicle's mass and added mass, by its mass matrix.
+    carried: Option<Vehicle>,
+}
+
+impl Water for Linear {
+    fn at(&self, time: f64, x: f64, depth: f64, pitch: f64) -> WaterMotion {
+        let WaterMotion { by_time, by_x, by_depth, .. } = self.motion;
+        let sum = |part: fn(&Current) -> f64| {
+            part(&by_time) * time + part(&by_x) * x + part(&by_depth) * (depth - 30.0)
+        };
+        let velocity = Current { horizontal: sum(|v| v.horizontal), vertical: sum(|v| v.vertical) };
+        let mut motion = WaterMotion { velocity, ..self.motion };
+        if let Some(vehicle) = &self.carried {
+            let (sin, cos) = pitch.sin_cos();
+            let Current { horizontal, vertical } = by_time;
+            let along = nalgebra::Vector3::new(
+                horizontal * cos - vertical * sin,
+                horizontal * sin + vertical * cos,
+                0.0,
+            );
+            motion.load = (vehicle.coefficients.mass_matrix() * along).into();
+        }
+        motion
+    }
+}
+
+fn current(horizontal: f64, vertical: f64) -> Current {
+    Current { horizontal, vertical }
+}
+
+fn started(vehicle: &Vehicle, water: Option<Linear>) -> Plant {
+    let mut plant = Plant::new(vehicle).unwrap();
+    if let Some(water) = water {
+        plant = plant.with_water(Arc::new(water));
+    }
+    plant.start(0.0, &trim(vehicle, Speed::Path(1.5), 30.0).unwrap()).unwrap();
+    plant.set_command(0, 0.4 * vehicle.actuators[0].max).unwrap();
+    plant
+}
+
+fn numbers(State { motion: Motion { u, w, q, theta }, x, depth }: State) -> [f64; 6] {
+    [u, w, q, theta, x, depth]
+}
+
+fn close(found: State, expected: State, tolerance: f64) {
+    for (i, (found, expected)) in numbers(found).into_iter().zip(numbers(expected)).enumerate() {
+        assert!((found - expected).abs() < tolerance, "{i}: {found} instead of {expected}");
+    }
+}
+
+#[test]
+fn water_that_gains_speed_is_a_current_on_a_ramp() {
+    for vehicle in [squid(), remus100()] {
+        let motion = WaterMotion { by_time: current(0.3, -0.2), ..WaterMotion::default() };
+        let mut moved = started(&vehicle, Some(Linear { motion, carried: None }));
+        let mut ramp = started(&vehicle, None);
+        let mut slopes = Slopes::held(vehicle.actuators.len());
+        slopes.current = current(0.3, -0.2);
+        ramp.set_slopes(&slopes).unwrap();
+        for plant in [&mut moved, &mut ramp] {
+            plant.advance(2.0).unwrap();
+        }
+        close(moved.state(), ramp.state(), 1e-9);
+        assert_eq!(moved.flow(), ramp.current());
+        assert_eq!(moved.earth_velocity(), ramp.earth_velocity());
+    }
+}
+
+/// What changes with the place changes for who moves: as many small steps of a current that is uniform.
+#[test]
+fn water_that_changes_with_the_place_is_met() {
+    let vehicle = squid();
+    let motion =
+        WaterMotion { by_x: current(0.02, 0.01), by_depth: current(-0.05, 0.03), ..WaterMotion::default() };
+    let mut moved = started(&vehicle, Some(Linear { motion, carried: None }));
+    moved.advance(2.0).unwrap();
+
+    let mut stairs = started(&vehicle, None);
+    let steps = 4000;
+    for step in 1..=steps {
+        let State { x, depth, .. } = stairs.state();
+        let (across, down) = stairs.earth_velocity();
+        let h = 2.0 / f64::from(steps);
+        let (x, depth) = (x + 0.5 * h * across, depth + 0.5 * h * down - 30.0);
+        stairs.set_current(current(0.02 * x - 0.05 * depth, 0.01 * x + 0.03 * depth)).unwrap();
+        stairs.advance(f64::from(step) * h).unwrap();
+    }
+    let ground = |plant: &Plant| plant.velocity_over_ground();
+    assert!((ground(&moved).0 - ground(&stairs).0).abs() < 1e-6);
+    assert!((ground(&moved).1 - ground(&stairs).1).abs() < 1e-6);
+    let [moved, stairs] = [moved, stairs].map(|plant| numbers(plant.state()));
+    (2..6).for_each(|i| assert!((moved[i] - stairs[i]).abs() < 1e-6, "{i}"));
+}
+
+/// Pushed like the water about it, a vehicle does not notice that the water gains speed.
+#[test]
+fn a_vehicle_that_is_carried_stays_where_it_is_in_the_water() {
+    for vehicle in [squid(), remus100()] {
+        let motion = WaterMotion { by_time: current(0.3, -0.2), ..WaterMotion::default() };
+        let water = Linear { motion, carried: Some(vehicle.clone()) };
+        let (mut carried, mut calm) = (started(&vehicle, Some(water)), started(&vehicle, None));
+        for plant in [&mut carried, &mut calm] {
+            plant.advance(2.0).unwrap();
+        }
+        // The buoyancy of Squid changes with depth, by 1e-3 N/m.
+        let there = State { motion: calm.state().motion, ..carried.state() };
+        close(carried.state(), there, 1e-5);
+        assert!((carried.state().x - calm.state().x - 0.6).abs() < 1e-3, "the water has taken it along");
+    }
+}
+
+#[test]
+fn water_does_not_move_a_vehicle_that_enters_it() {
+    let vehicle = remus100();
+    let motion = WaterMotion { by_x: current(0.1, 0.2), ..WaterMotion::default() };
+    let mut plant = started(&vehicle, None);
+    plant.advance(3.0).unwrap();
+    let before = plant.earth_velocity();
+    let entered = plant.with_water(Arc::new(Linear { motion, carried: None }));
+    let after = entered.earth_velocity();
+    assert!((before.0 - after.0).abs() < 1e-14 && (before.1 - after.1).abs() < 1e-14);
+    assert!(entered.flow().horizontal > 0.3);
+    let mut again = entered.clone();
+    again.set_motion_over_ground(&entered.instant(), entered.state().x);
+    close(again.state(), entered.state(), 1e-14);
+}
+
+#[test]
+fn still_water_is_no_water() {
+    let vehicle = squid();
+    let (mut still, mut none) = (started(&vehicle, Some(Linear::default())), started(&vehicle, None));
+    for plant in [&mut still, &mut none] {
+        plant.set_current(current(0.2, 0.1)).unwrap();
+        plant.advance(3.0).unwrap();
+    }
+    assert_eq!(still.state(), none.state());
+}

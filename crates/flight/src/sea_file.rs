@@ -1,0 +1,189 @@
+//! Reads the file of a sea (TOML); every key is explained in `vehicles/sea.toml`.
+
+use crate::sea::{PERFECT, Sea, Swell};
+use auv::number;
+use auv::toml_file::{Document, FileError, Table, read_text};
+use signals::{Each, SIGNALS};
+use squid_sea::{Layers, SeaError, SensorErrors, Spectrum, Wandering, Waves};
+use std::path::Path;
+
+const SPECTRA: [&str; 2] = ["jonswap", "pierson-moskowitz"];
+
+/// The components of a sea whose file does not say how many.
+const COMPONENTS: usize = 100;
+
+/// What a depth must be.
+const DEPTH: &str = "0 or above (m)";
+
+impl Sea {
+    /// Reads and checks the file of a sea.
+    ///
+    /// # Errors
+    /// [`FileError`]: every mistake with file, line, key, value and what is allowed.
+    pub fn read(path: &Path) -> Result<Self, FileError> {
+        Self::parse(&read_text(path)?, &path.display().to_string())
+    }
+
+    /// Reads and checks the text of such a file; `file` is its name in messages.
+    ///
+    /// # Errors
+    /// As [`Sea::read`].
+    pub fn parse(text: &str, file: &str) -> Result<Self, FileError> {
+        let document = Document::parse(text, file)?;
+        let read = sea(&document.root());
+        document.finish(read)
+    }
+}
+
+fn sea(root: &Table<'_>) -> Option<Sea> {
+    root.allow_only(&["seed", "depth", "waves", "current", "gauss_markov", "sensor"]);
+    let seed = root.whole("seed", |_| true, "0 or above: another seed is another sea of the same kind");
+    let depth = root.has("depth").then(|| root.number("depth", |depth| depth >= 0.0, DEPTH));
+    let waves = root.table("waves").map(|table| swell(&table));
+    let current = current(root.table("current").as_ref());
+    let wandering = root.table("gauss_markov").map(|table| wandering(&table));
+    let sensors = sensors(&root.tables("sensor"));
+    let (layers, vertical) = current?;
+    Some(Sea {
+        seed: seed? as u64,
+        depth: sound(depth)?,
+        waves: sound(waves)?,
+        layers,
+        vertical,
+        wandering: sound(wandering)?,
+        sensors: sensors?,
+    })
+}
+
+/// What is not there, or is there and could be read.
+fn sound<T>(found: Option<Option<T>>) -> Option<Option<T>> {
+    match found {
+        None => Some(None),
+        Some(read) => read.map(Some),
+    }
+}
+
+/// The value of a key, or a default where it is not there.
+fn optional(table: &Table<'_>, key: &str, default: f64) -> Option<f64> {
+    if table.has(key) { table.float(key, "a number") } else { Some(default) }
+}
+
+fn required(table: &Table<'_>, key: &str, meaning: &str) -> Option<f64> {
+    table.requires(key, meaning).then(|| table.float(key, &format!("a number: {meaning}"))).flatten()
+}
+
+/// Records what a sea cannot be at the key that is at fault.
+fn blamed<T>(table: &Table<'_>, made: Result<T, SeaError>) -> Option<T> {
+    match made {
+        Ok(made) => return Some(made),
+        Err(SeaError::NotAllowed { key, found, allowed }) => table.not_allowed(key, number(found), allowed),
+        Err(SeaError::TooSteep { height, period, limit, least_period, .. }) => table.not_allowed(
+            "period",
+            format!("{} s", number(period)),
+            format!(
+                "at least {least_period:.2} s for a height of {} m: steeper waves, beyond {limit:.3} of their length, \
+                 break",
+                number(height)
+            ),
+        ),
+    }
+    None
+}
+
+fn swell(table: &Table<'_>) -> Option<Swell> {
+    table.allow_only(&["spectrum", "height", "period", "gamma", "heading", "components"]);
+    let peaked = table.one_of("spectrum", &SPECTRA).map(|place| place == 0);
+    let height = required(table, "height", "significant height Hs (m)");
+    let period = required(table, "period", "peak period Tp (s)");
+    let heading = required(table, "heading", "where the waves go (deg), 180 for a head sea");
+    let gamma = match peaked {
+        Some(true) => required(table, "gamma", "height of the peak, 3.3 on average"),
+        _ => Some(1.0),
+    };
+    if peaked == Some(false) && table.has("gamma") {
+        table.not_allowed(
+            "gamma",
+            "given",
+            "left out: the spectrum of Pierson and Moskowitz has no such peak",
+        );
+    }
+    let components = match table.has("components") {
+        true => table.whole("components", |_| true, "how many waves make the sea"),
+        false => Some(COMPONENTS),
+    };
+    let (height, period, gamma) = (height?, period?, gamma?);
+    let (heading, components) = (heading?, components?);
+    let spectrum = blamed(table, Spectrum::jonswap(height, period, gamma))?;
+    let heading = heading.to_radians();
+    blamed(table, Waves::new(&spectrum, heading, components, 0))?;
+    Some(Swell { spectrum, heading, components })
+}
+
+/// The current in layers, and the vertical one; none without the table.
+fn current(table: Option<&Table<'_>>) -> Option<(Layers, f64)> {
+    let Some(table) = table else { return Some((Layers::new(&[[0.0, 0.0]]).ok()?, 0.0)) };
+    table.allow_only(&["horizontal", "layers", "vertical"]);
+    let vertical = match table.has("vertical") {
+        true => table.number("vertical", |_| true, "a finite number (m/s)"),
+        false => Some(0.0),
+    };
+    let layers = if table.has("layers") {
+        if table.has("horizontal") {
+            table.not_allowed("horizontal", "given", "left out beside 'layers', which say it at each depth");
+        }
+        table.pairs("layers", Layers::ALLOWED)
+    } else {
+        let horizontal = match table.has("horizontal") {
+            true => table.number("horizontal", |_| true, "a finite number (m/s)"),
+            false => Some(0.0),
+        };
+        horizontal.map(|velocity| vec![[0.0, velocity]])
+    };
+    Some((blamed(table, Layers::new(&layers?))?, vertical?))
+}
+
+fn wandering(table: &Table<'_>) -> Option<Wandering> {
+    table.allow_only(&["mu", "noise", "min", "max"]);
+    let mu = required(table, "mu", "how fast it comes back (1/s)");
+    let noise = required(table, "noise", "density of the noise that drives it (m/s per sqrt(s))");
+    let min = required(table, "min", "the least that it takes off the current (m/s)");
+    let max = required(table, "max", "the most that it adds to the current (m/s)");
+    let numbers = Wandering { mu: mu?, noise: noise?, min: min?, max: max? };
+    blamed(table, numbers.check())?;
+    Some(numbers)
+}
+
+/// The errors of each sensor; one without a table has none.
+fn sensors(tables: &[Table<'_>]) -> Option<Each<SensorErrors>> {
+    let (mut all, mut sound, mut taken) = (PERFECT, true, Vec::new());
+    for table in tables {
+        table.allow_only(&["signal", "unit", "noise", "bias", "quantum", "rate", "delay"]);
+        match sensor(table) {
+            Some((place, _)) if taken.contains(&place) => {
+                table.not_allowed("signal", "there already", "another one: each signal has one sensor");
+            }
+            Some((place, errors)) => {
+                taken.push(place);
+                all[place] = errors;
+            }
+            None => sound = false,
+        }
+    }
+    sound.then_some(all)
+}
+
+/// The place of a signal, and the errors of its sensor in SI.
+fn sensor(table: &Table<'_>) -> Option<(usize, SensorErrors)> {
+    let place = table.one_of("signal", &SIGNALS.each_ref().map(|signal| signal.name));
+    let [noise, bias, quantum, delay] =
+        ["noise", "bias", "quantum", "delay"].map(|key| optional(table, key, 0.0));
+    let rate = optional(table, "rate", f64::INFINITY);
+    let signal = SIGNALS[place?];
+    let names: Vec<&str> = signal.units.iter().map(|unit| unit.name).collect();
+    let factor = signal.units[table.one_of("unit", &names)?].factor;
+    let errors = SensorErrors { noise: noise?, bias: bias?, quantum: quantum?, rate: rate?, delay: delay? };
+    blamed(table, errors.check())?;
+    let SensorErrors { noise, bias, quantum, .. } = errors;
+    let si = SensorErrors { noise: noise * factor, bias: bias * factor, quantum: quantum * factor, ..errors };
+    Some((place?, si))
+}

@@ -1,0 +1,247 @@
+//! Flights at sea: Squid's committed design, with the size of its hull.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+use auv::{Geometry, Vehicle};
+use scheduled::{ControllerDesign, Manoeuvre};
+use signals::{PITCH, SPEED};
+use squid_design::inputs::Inputs;
+use squid_flight::error::Error;
+use squid_flight::flight::{Flight, Row, fly, fly_at_sea};
+use squid_flight::sea::Sea;
+use std::path::{Path, PathBuf};
+
+fn vehicles() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles")
+}
+
+/// Vehicle, controller, design and a manoeuvre of 30 s at 1.5 m/s with a step of the pitch.
+struct Squid {
+    inputs: Inputs,
+    design: ControllerDesign,
+    manoeuvre: Manoeuvre,
+}
+
+impl Squid {
+    fn new() -> Self {
+        let folder = vehicles().join("squid");
+        let mut inputs = Inputs::read(&folder, "design").unwrap();
+        inputs.vehicle.geometry = Geometry::new(2.0, 0.25);
+        let frozen = squid_design::store::files::read(&folder.join("frozen/controller.json")).unwrap();
+        let design = ControllerDesign::from_json(&frozen).unwrap();
+        let calm = inputs.design.manoeuvre.clone();
+        let manoeuvre = Manoeuvre { speed_from: 1.5, speed_to: 1.5, duration: 30.0, step_time: 5.0, ..calm };
+        Self { inputs, design, manoeuvre }
+    }
+
+    fn at_sea(&self, text: &str) -> Result<Flight, Error> {
+        let sea = Sea::parse(text, "sea.toml").unwrap();
+        fly_at_sea(&self.inputs.vehicle, &self.design, self.inputs.design.level(), &self.manoeuvre, &sea)
+    }
+
+    fn calm(&self) -> Vec<Row> {
+        fly(&self.inputs.vehicle, &self.design, self.inputs.design.level(), &self.manoeuvre).unwrap().rows
+    }
+}
+
+const WAVES: &str =
+    "[waves]\nspectrum = \"jonswap\"\nheight = 1.0\nperiod = 6.0\ngamma = 3.3\nheading = 180.0\n";
+
+fn rms(rows: &[Row], of: impl Fn(&Row) -> f64) -> f64 {
+    (rows.iter().map(|row| of(row).powi(2)).sum::<f64>() / rows.len() as f64).sqrt()
+}
+
+#[test]
+fn a_sea_without_anything_is_still_water() {
+    let squid = Squid::new();
+    let flight = squid.at_sea("seed = 1").unwrap();
+    assert_eq!(flight.rows, squid.calm());
+    assert_eq!(flight.sea.len(), flight.rows.len());
+    assert!(flight.sea.iter().zip(&flight.rows).all(|(sea, row)| sea.read == row.signals.measured));
+}
+
+#[test]
+fn the_seed_decides() {
+    let squid = Squid::new();
+    let sensor = "[[sensor]]\nsignal = \"pitch\"\nunit = \"deg\"\nnoise = 0.1\n";
+    let current = "[gauss_markov]\nmu = 0.1\nnoise = 0.02\nmin = -0.2\nmax = 0.2\n";
+    for part in [WAVES, sensor, current] {
+        let fly = |seed: u32| squid.at_sea(&format!("seed = {seed}\ndepth = 20.0\n{part}")).unwrap();
+        assert_eq!(fly(3), fly(3), "{part}");
+        assert_ne!(fly(3).rows, fly(4).rows, "{part}");
+    }
+}
+
+/// Pitch and speed are disturbed by the waves near the surface, and by nothing at 50 m.
+#[test]
+fn waves_fade_with_depth() {
+    let squid = Squid::new();
+    let calm = squid.calm();
+    let off = |depth: f64| {
+        let flight = squid.at_sea(&format!("seed = 1\ndepth = {depth:?}\n{WAVES}")).unwrap();
+        let differences = flight
+            .rows
+            .iter()
+            .zip(&calm)
+            .map(|(sea, calm)| Row { depth: sea.measured(PITCH) - calm.measured(PITCH), ..sea.clone() });
+        rms(&differences.collect::<Vec<_>>(), |row| row.depth).to_degrees()
+    };
+    let [near, below, deep] = [8.0, 20.0, 50.0].map(off);
+    assert!(near > 0.05 && near < 5.0, "{near}");
+    assert!(below < 0.5 * near && deep < 0.05 * near, "{below}, {deep}");
+}
+
+/// A current that is the same everywhere moves water and vehicle alike: the flight through the water is that in still
+/// water, and the way over ground is not.
+#[test]
+fn a_steady_current_is_not_felt() {
+    let squid = Squid::new();
+    let flight = squid.at_sea("seed = 1\n[current]\nhorizontal = 0.4").unwrap();
+    for (found, calm) in flight.rows.iter().zip(squid.calm()) {
+        for place in [PITCH, SPEED] {
+            assert!((found.measured(place) - calm.measured(place)).abs() < 1e-9);
+        }
+        assert!((found.depth - calm.depth).abs() < 1e-9);
+    }
+    assert!(flight.sea.iter().all(|row| row.water.horizontal == 0.4 && row.water.vertical == 0.0));
+}
+
+/// Who climbs into a faster layer is late by what the layer gains: the speed through the water drops by it, and comes
+/// back.
+#[test]
+fn layers_are_met_where_they_are() {
+    let squid = Squid::new();
+    let layers = "layers = [[0.0, 0.5], [48.0, 0.5], [49.0, 0.0]]";
+    let flight = squid.at_sea(&format!("seed = 1\n[current]\n{layers}")).unwrap();
+    let calm = squid.calm();
+    let off = |row: &Row, calm: &Row| (row.measured(SPEED) - calm.measured(SPEED)).abs();
+    let (mut deep, mut within) = (0.0f64, 0.0f64);
+    for ((row, calm), sea) in flight.rows.iter().zip(&calm).zip(&flight.sea) {
+        let expected = 0.5 * (49.0 - row.depth).clamp(0.0, 1.0);
+        assert!((sea.water.horizontal - expected).abs() < 1e-12);
+        *(if row.depth > 49.0 { &mut deep } else { &mut within }) =
+            (if row.depth > 49.0 { deep } else { within }).max(off(row, calm));
+    }
+    assert!(deep < 1e-9 && within > 0.01, "{deep}, {within}");
+}
+
+/// What the controller gets is what the sensor reads: a bias of the pitch is flown, the other way.
+#[test]
+fn sensors_stand_between_vehicle_and_autopilot() {
+    let squid = Squid::new();
+    let flight = squid
+        .at_sea("seed = 1\n[[sensor]]\nsignal = \"pitch\"\nunit = \"deg\"\nbias = 0.5\nquantum = 0.01\nrate = 10.0")
+        .unwrap();
+    let (row, read) = (flight.rows.last().unwrap(), flight.sea.last().unwrap().read);
+    assert!((row.error(PITCH).to_degrees() - 0.5).abs() < 0.05, "{}", row.error(PITCH).to_degrees());
+    let steps = read[PITCH].to_degrees() / 0.01;
+    assert!((steps - steps.round()).abs() < 1e-6);
+    let changes = flight.sea.windows(2).filter(|pair| pair[0].read[PITCH] != pair[1].read[PITCH]);
+    assert!(changes.count() <= 300);
+}
+
+/// Bow up by 10 degrees at 1.5 m/s, from 4 m: out of the water before the end, the hull before its middle.
+#[test]
+fn the_flight_ends_where_the_hull_breaks_the_surface() {
+    let squid = Squid::new();
+    let flight = squid.at_sea(&format!("seed = 2\ndepth = 4.0\n{WAVES}")).unwrap();
+    let surfacing = flight.surfacing.unwrap();
+    assert!((5.0..30.0).contains(&surfacing.time));
+    assert!(surfacing.to_string().starts_with("the vehicle reaches the surface at "));
+    let (row, sea) = (flight.rows.last().unwrap(), flight.sea.last().unwrap());
+    let below = row.depth + sea.elevation;
+    assert!(below > 0.0 && below < 0.6, "{below}");
+
+    let error = squid.at_sea(&format!("seed = 2\ndepth = 0.1\n{WAVES}")).unwrap_err();
+    assert!(matches!(error, Error::AtTheSurface { depth: 0.1 }), "{error}");
+}
+
+#[test]
+fn waves_need_the_size_of_the_hull() {
+    let mut squid = Squid::new();
+    squid.inputs.vehicle.geometry = None;
+    assert!(squid.at_sea("seed = 1\n[current]\nhorizontal = 0.2").is_ok());
+    let words = squid.at_sea(&format!("seed = 1\n{WAVES}")).unwrap_err().to_string();
+    assert!(words.contains("has no [geometry]") && !words.contains('\n'), "{words}");
+}
+
+/// A vehicle with the displacement of Squid that weighs nothing against it goes with long waves: the vertical speed
+/// through the water stays far below that of the water, and pitch hardly moves.
+#[test]
+fn long_waves_carry_the_vehicle() {
+    let squid = Squid::new();
+    let swell = "[waves]\nspectrum = \"pierson-moskowitz\"\nheight = 1.0\nperiod = 12.0\nheading = 180.0\n";
+    let mut still = squid.manoeuvre.clone();
+    still.pitch_step = 0.0;
+    let sea = Sea::parse(&format!("seed = 1\ndepth = 20.0\n{swell}"), "sea.toml").unwrap();
+    let vehicle: &Vehicle = &squid.inputs.vehicle;
+    let flight = fly_at_sea(vehicle, &squid.design, squid.inputs.design.level(), &still, &sea).unwrap();
+    let water = (flight.sea.iter().map(|row| row.water.vertical.powi(2)).sum::<f64>()
+        / flight.sea.len() as f64)
+        .sqrt();
+    let heave = signals::place("heave").unwrap();
+    let mean = flight.rows.iter().map(|row| row.measured(heave)).sum::<f64>() / flight.rows.len() as f64;
+    let through = rms(&flight.rows, |row| row.measured(heave) - mean);
+    assert!(water > 0.04 && through < 0.1 * water, "{through} of {water}");
+}
+
+/// The file that is shipped, and every mistake by its line.
+#[test]
+fn a_sea_is_read_from_its_file() {
+    let text = std::fs::read_to_string(vehicles().join("sea.toml")).unwrap();
+    let text: String =
+        text.lines().filter(|line| !line.starts_with('#')).map(|line| line.to_owned() + "\n").collect();
+    let sea = Sea::read(&vehicles().join("sea.toml")).unwrap();
+    assert_eq!((sea.seed, sea.depth, sea.vertical), (1, Some(10.0), 0.0));
+    assert_eq!(sea.layers.at(5.0), (0.2, 0.0));
+    assert_eq!(sea.waves.as_ref().map(|waves| waves.components), Some(100));
+    let pitch = sea.sensors[PITCH];
+    assert!((pitch.bias - 0.2f64.to_radians()).abs() < 1e-15);
+    assert_eq!((sea.sensors[SPEED].rate, sea.sensors[SPEED].delay, pitch.rate), (5.0, 0.1, f64::INFINITY));
+
+    for (from, to, expected) in [
+        ("seed = 1\n", "", "missing key 'seed': 0 or above: another seed is another sea"),
+        ("seed = 1\n", "seed = -1\n", "'seed' is "),
+        ("depth = 10.0", "depth = -1.0", "'depth' is -1; it must be 0 or above (m)"),
+        ("\"jonswap\"", "\"jonswop\"", "'waves.spectrum' is \"jonswop\" (did you mean \"jonswap\"?)"),
+        ("\"jonswap\"", "\"pierson-moskowitz\"", "'waves.gamma' is given; it must be left out"),
+        ("height = 1.0", "height = 0.0", "'waves.height' is 0; it must be above 0 (m)"),
+        (
+            "period = 6.0",
+            "period = 2.0",
+            "'waves.period' is 2 s; it must be at least 3.10 s for a height of 1 m",
+        ),
+        ("gamma = 3.3", "gamma = 9.0", "'waves.gamma' is 9; it must be from 1 to 7"),
+        ("gamma = 3.3\n", "", "missing key 'waves.gamma'"),
+        ("heading = 180.0", "heading = inf", "'waves.heading' is inf; it must be a finite number"),
+        ("components = 100", "components = 5", "'waves.components' is 5; it must be from 20 to 1000"),
+        ("components = 100", "compnents = 5", "unknown key 'waves.compnents' (did you mean 'components'?)"),
+        ("horizontal = 0.2", "horizontal = nan", "'current.horizontal' is NaN; it must be a finite number"),
+        (
+            "vertical = 0.0",
+            "layers = [[0.0, 0.1]]",
+            "'current.horizontal' is given; it must be left out beside",
+        ),
+        (
+            "horizontal = 0.2",
+            "layers = [[5.0, 0.1], [2.0, 0.0]]",
+            "'current.layers' is 2; it must be one pair",
+        ),
+        ("horizontal = 0.2", "layers = []", "'current.layers' is a list; it must be one pair"),
+        ("mu = 0.05", "mu = -0.05", "'gauss_markov.mu' is -0.05; it must be 0 or above (1/s)"),
+        ("max = 0.1", "max = -0.2", "'gauss_markov.max' is -0.2; it must be 0 or above (m/s)"),
+        ("signal = \"pitch\"", "signal = \"depth\"", "'sensor.signal' is \"depth\"; it must be \"pitch\""),
+        ("signal = \"pitch\"", "signal = \"speed\"", "'sensor.unit' is \"deg\"; it must be \"m/s\""),
+        ("unit = \"deg/s\"", "unit = \"deg\"", "'sensor.unit' is \"deg\" (did you mean \"deg/s\"?)"),
+        ("bias = 0.2", "bias = \"none\"", "'sensor.bias' is "),
+        ("rate = 5.0", "rate = 0.0", "'sensor.rate' is 0; it must be above 0 (Hz)"),
+        ("delay = 0.1", "delay = 11.0", "'sensor.delay' is 11; it must be from 0 to 10 (s)"),
+        ("[current]", "[curent]", "unknown key 'curent' (did you mean 'current'?)"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        let error = Sea::parse(&text.replacen(from, to, 1), "sea.toml").expect_err(to).to_string();
+        assert!(error.contains(expected) && error.starts_with("sea.toml:"), "{to}: {error}");
+    }
+    let twice = format!("{text}\n[[sensor]]\nsignal = \"pitch\"\nunit = \"deg\"\n");
+    let error = Sea::parse(&twice, "sea.toml").unwrap_err().to_string();
+    assert!(error.contains("'sensor.signal' is there already"), "{error}");
+}

@@ -1,0 +1,105 @@
+//! A flight at sea beside the same in still water.
+
+use crate::error::Error;
+use crate::page::plot::draw;
+use crate::record::Record;
+use crate::simulate::{early_end, heading, limits};
+use signals::{PITCH, SPEED};
+use squid_design::inputs::Inputs;
+use squid_design::numbers::decimals;
+use squid_design::store::Stored;
+use squid_design::store::files::Files;
+use squid_flight::flight::{Row, fly, fly_at_sea};
+use squid_flight::metrics::FlightFigures;
+use squid_flight::sea::Sea;
+use std::path::Path;
+
+/// What a flight amounts to, as what is there, not as what sensors read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Figures {
+    /// Root mean square of the pitch error, rad.
+    pub pitch_error: f64,
+    /// Root mean square of the speed error, m/s.
+    pub speed_error: f64,
+    /// Largest use of an actuator, relative to its limits.
+    pub actuator_use: f64,
+}
+
+/// The default manoeuvre, flown twice.
+#[derive(Debug, Clone)]
+pub struct Compared {
+    /// The figures as text.
+    pub words: String,
+    /// The flight at sea.
+    pub at_sea: Figures,
+    /// As long a flight in still water.
+    pub still: Figures,
+    /// When the vehicle broke the surface and the flight ended, s.
+    pub surfacing: Option<f64>,
+}
+
+/// Flies the default manoeuvre at sea and in still water, writes the record and the plot of the former, `sea.csv` and
+/// `sea.svg`, to `directory`, and returns the figures of both.
+///
+/// # Errors
+/// [`Error::Flight`], [`Error::Plot`], [`Error::Design`].
+pub fn run(inputs: &Inputs, stored: &Stored, sea: &Sea, directory: &Path) -> Result<Compared, Error> {
+    let (vehicle, manoeuvre) = (&inputs.vehicle, &stored.manoeuvre);
+    let (depth, pitch) = inputs.design.level();
+    let depth = sea.depth.unwrap_or(depth);
+    let flown = fly_at_sea(vehicle, &stored.controller, (depth, pitch), manoeuvre, sea)?;
+    let still = fly(vehicle, &stored.controller, (depth, pitch), manoeuvre)?;
+    let record = Record::at_sea(&flown, &vehicle.actuators);
+    let title = format!("{}, {}.toml: at sea", heading(inputs), inputs.design.name);
+    let path = directory.join("sea.svg");
+    let svg = draw(&path, &title, &record.panels(&vehicle.actuators))?;
+    let mut files = Files::default();
+    files.add(path, svg);
+    files.add(directory.join("sea.csv"), record.csv());
+    files.save(directory)?;
+
+    let as_long = flown.rows.len().min(still.rows.len());
+    let figures = |rows: &[Row]| Figures::of(&rows[..as_long], &limits(inputs));
+    let (at_sea, calm) = (figures(&flown.rows), figures(&still.rows));
+    let duration = flown.rows[as_long - 1].time;
+    let mut words = early_end("the sea", flown.surfacing) + &early_end("still water", still.surfacing);
+    words += &format!("The default manoeuvre from a depth of {depth} m, over {duration:.2} s\n");
+    words += &waves_met(sea, [manoeuvre.speed_from, manoeuvre.speed_to]);
+    words += "                            still water       at sea\n";
+    let line = |what: &str, of: &dyn Fn(&Figures) -> f64| {
+        format!("  {what:<26}{:>11}  {:>11}\n", decimals(of(&calm), 3), decimals(of(&at_sea), 3))
+    };
+    words += &line("pitch error, rms (deg)", &|f| f.pitch_error.to_degrees());
+    words += &line("speed error, rms (m/s)", &|f| f.speed_error);
+    words += &line("largest actuator use (%)", &|f| 100.0 * f.actuator_use);
+    words += &format!("\nRecord and plot: {}\n", directory.join("{sea.csv,sea.svg}").display());
+    let surfacing = flown.surfacing.map(|surfacing| surfacing.time);
+    Ok(Compared { words, at_sea, still: calm, surfacing })
+}
+
+/// How often the peak of the waves is met at the slow and the fast end of the manoeuvre.
+fn waves_met(sea: &Sea, speeds: [f64; 2]) -> String {
+    let Some(waves) = &sea.waves else { return String::new() };
+    let peak = waves.spectrum.peak();
+    let met = speeds.map(|speed| squid_sea::encounter_frequency(peak, waves.heading, speed));
+    format!(
+        "Waves of Hs = {} m, their peak at {peak:.3} rad/s, met at {:.3} to {:.3} rad/s with {} to {} m/s\n",
+        waves.spectrum.height(),
+        met[0],
+        met[1],
+        speeds[0],
+        speeds[1]
+    )
+}
+
+impl Figures {
+    fn of(rows: &[Row], limits: &[(f64, f64)]) -> Self {
+        let rms =
+            |place| (rows.iter().map(|row| row.error(place).powi(2)).sum::<f64>() / rows.len() as f64).sqrt();
+        Self {
+            pitch_error: rms(PITCH),
+            speed_error: rms(SPEED),
+            actuator_use: FlightFigures::of(rows, limits).actuator_use,
+        }
+    }
+}

@@ -1,0 +1,165 @@
+"""Flights at sea by the command, and the schema of the files of seas."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import tomllib
+from conftest import REMUS100, SQUID, Run
+from fly.stages import ROOT
+from jsonschema import Draft202012Validator
+
+SEA = ROOT / "vehicles" / "sea.toml"
+SCHEMA = json.loads(SEA.with_name("sea.schema.json").read_text(encoding="utf-8"))
+VALIDATOR = Draft202012Validator(SCHEMA)
+
+
+def shipped() -> dict:
+    return tomllib.loads(SEA.read_text(encoding="utf-8"))
+
+
+def toml(value: object) -> str:
+    """Return a value in TOML."""
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {toml(item)}" for key, item in value.items()) + " }"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(toml, value)) + "]"
+    return repr(value) if isinstance(value, float) else json.dumps(value)
+
+
+def complaints(run_squid: Run, folder: Path, sea: dict) -> str:
+    """Return what is said of a sea; nothing if it is read. Squid has no [geometry] and flies in no waves."""
+    file = folder / "sea.toml"
+    file.write_text("".join(f"{key} = {toml(value)}\n" for key, value in sea.items()), encoding="utf-8")
+    done = run_squid("simulate", SQUID, "--sea", file, "--out", folder)
+    assert done.returncode == 1
+    return done.stderr if "sea.toml:" in done.stderr else ""
+
+
+def test_the_schema_is_that_of_what_is_shipped() -> None:
+    Draft202012Validator.check_schema(SCHEMA)
+    VALIDATOR.validate(shipped())
+
+
+def test_the_keys_are_those_that_are_read(run_squid: Run, tmp_path: Path) -> None:
+    tables = {key: table.get("items", table) for key, table in SCHEMA["properties"].items()}
+    tables = {"": SCHEMA} | {key: table for key, table in tables.items() if "properties" in table}
+    sea = {key: {"zzz": 0} for key in tables if key} | {"zzz": 0, "sensor": [{"zzz": 0}]}
+    said = complaints(run_squid, tmp_path, sea)
+    read = {
+        path.rpartition(".")[0]: set(allowed.split(", "))
+        for path, allowed in re.findall(r"unknown key '([\w.]*zzz)'.*allowed here: (.*)", said)
+    }
+    assert read == {path: set(table["properties"]) for path, table in tables.items()}
+
+
+def numbers() -> list[tuple[str, str, float | int, bool]]:
+    """Return numbers at and just beyond the ends of what the schema allows, by table and key, and whether each is."""
+    found = []
+    tables = {key: table.get("items", table) for key, table in SCHEMA["properties"].items()}
+    for table, schema in ({"": SCHEMA} | tables).items():
+        for key, number in schema.get("properties", {}).items():
+            whole = number.get("type") == "integer"
+            for end, side in (("minimum", -1), ("maximum", 1)):
+                if end in number:
+                    value = number[end] if whole else float(number[end])
+                    beyond = value + side if whole else math.nextafter(value, side * math.inf)
+                    found += [(table, key, value, True), (table, key, beyond or side * 1e-9, False)]
+            if "exclusiveMinimum" in number:
+                found.append((table, key, float(number["exclusiveMinimum"]), False))
+    return found
+
+
+@pytest.mark.parametrize(("table", "key", "value", "allowed"), numbers())
+def test_the_limits_are_those_that_are_read(
+    run_squid: Run, tmp_path: Path, table: str, key: str, value: float, allowed: bool
+) -> None:
+    sea = shipped()
+    sea["waves"]["height"] = 0.01
+    place = sea if table == "" else sea[table]
+    (place[0] if table == "sensor" else place)[key] = value
+    assert (complaints(run_squid, tmp_path, sea) == "") == allowed
+    assert VALIDATOR.is_valid(sea) == allowed
+
+
+@pytest.mark.parametrize(
+    ("table", "change"),
+    [
+        ("waves", {"spectrum": "pierson-moskowitz"}),
+        ("waves", {"gamma": None}),
+        ("waves", {"spectrum": "bretschneider"}),
+        ("current", {"layers": [[0.0, 0.1]]}),
+        ("current", {"layers": [[0.0, 0.1, 0.2]], "horizontal": None}),
+        ("current", {"layers": [], "horizontal": None}),
+        ("gauss_markov", {"mu": None}),
+    ],
+)
+def test_what_excludes_another_is_what_is_read(
+    run_squid: Run, tmp_path: Path, table: str, change: dict
+) -> None:
+    sea = shipped()
+    sea[table] = {key: value for key, value in (sea[table] | change).items() if value is not None}
+    assert complaints(run_squid, tmp_path, sea)
+    assert not VALIDATOR.is_valid(sea)
+
+
+def test_a_vehicle_without_size_is_not_flown_in_waves(run_squid: Run, tmp_path: Path) -> None:
+    done = run_squid("simulate", SQUID, "--sea", SEA, "--out", tmp_path)
+    assert done.returncode == 1
+    assert "squid has no [geometry]" in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert not any(tmp_path.iterdir())
+
+
+def test_a_sea_that_is_not_there(run_squid: Run, tmp_path: Path) -> None:
+    done = run_squid("simulate", SQUID, "--sea", tmp_path / "none.toml", "--out", tmp_path)
+    assert done.returncode == 1
+    assert done.stderr == f"squid: {tmp_path / 'none.toml'}: there is no such file\n"
+
+
+@pytest.fixture(scope="module")
+def designed(run_squid: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with the design of REMUS 100 and its flight in the sea that is shipped."""
+    folder = tmp_path_factory.mktemp("remus100")
+    done = run_squid("simulate", REMUS100, "--sea", SEA, "--out", folder)
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+def test_the_record_is_that_of_the_sea(run_squid: Run, designed: Path) -> None:
+    """The surface has the rms of its spectrum, and what was read has bias, steps and rate of the sensors."""
+    text = (designed / "sea.csv").read_text(encoding="utf-8")
+    rows = list(csv.DictReader(text.splitlines()))
+    column = {key.split(" ")[0]: np.array([float(row[key]) for row in rows]) for key in rows[0]}
+    assert 4.0 * np.std(column["wave_elevation"]) == pytest.approx(1.0, rel=0.2)
+    assert 0.01 < np.std(column["current_vertical"]) < 0.2
+    assert np.mean(column["current_horizontal"]) == pytest.approx(0.2, abs=0.1)
+    bias = np.degrees(column["pitch_read"] - column["pitch"])
+    assert np.mean(bias) == pytest.approx(0.2, abs=0.01)
+    assert np.std(bias) == pytest.approx(0.05, rel=0.1)
+    steps = column["speed_read"] / 0.005
+    assert np.allclose(steps, np.round(steps), atol=1e-6)
+    assert np.count_nonzero(np.diff(column["speed_read"])) <= 5 * column["time"][-1] + 1
+
+    again = run_squid("simulate", REMUS100, "--sea", SEA, "--out", designed)
+    assert again.returncode == 0, again.stderr
+    assert (designed / "sea.csv").read_text(encoding="utf-8") == text
+
+
+def test_what_is_said_is_what_was_flown(run_squid: Run, designed: Path, tmp_path: Path) -> None:
+    found = json.loads(run_squid("simulate", REMUS100, "--sea", SEA, "--out", designed, "--json").stdout)
+    assert found["surfacing"] is None
+    assert found["at_sea"]["pitch_error"] > found["still_water"]["pitch_error"] > 0.0
+    assert (designed / "sea.svg").stat().st_size > 1000
+
+    high = tmp_path / "high.toml"
+    high.write_text(SEA.read_text(encoding="utf-8").replace("depth = 10.0", "depth = 1.0"), encoding="utf-8")
+    done = run_squid("simulate", REMUS100, "--sea", high, "--out", designed)
+    assert done.returncode == 0, done.stderr
+    assert "In the sea the vehicle reaches the surface at " in done.stdout
