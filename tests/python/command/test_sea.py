@@ -11,10 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import tomllib
-from conftest import REMUS100, SQUID, Run
+from conftest import REMUS100, Run
 from fly.stages import ROOT
 from jsonschema import Draft202012Validator
 
+BLUEROV = ROOT / "vehicles" / "bluerov2_heavy"
+"""No slender hull: it has no [geometry], and is not flown in waves."""
 SEA = ROOT / "vehicles" / "sea.toml"
 SCHEMA = json.loads(SEA.with_name("sea.schema.json").read_text(encoding="utf-8"))
 VALIDATOR = Draft202012Validator(SCHEMA)
@@ -34,10 +36,10 @@ def toml(value: object) -> str:
 
 
 def complaints(run_squid: Run, folder: Path, sea: dict) -> str:
-    """Return what is said of a sea; nothing if it is read. Squid has no [geometry] and flies in no waves."""
+    """Return what is said of a sea; nothing if it is read: BlueROV2 Heavy is flown in no waves."""
     file = folder / "sea.toml"
     file.write_text("".join(f"{key} = {toml(value)}\n" for key, value in sea.items()), encoding="utf-8")
-    done = run_squid("simulate", SQUID, "--sea", file, "--out", folder)
+    done = run_squid("simulate", BLUEROV, "--sea", file, "--out", folder)
     assert done.returncode == 1
     return done.stderr if "sea.toml:" in done.stderr else ""
 
@@ -110,15 +112,15 @@ def test_what_excludes_another_is_what_is_read(
 
 
 def test_a_vehicle_without_size_is_not_flown_in_waves(run_squid: Run, tmp_path: Path) -> None:
-    done = run_squid("simulate", SQUID, "--sea", SEA, "--out", tmp_path)
+    done = run_squid("simulate", BLUEROV, "--sea", SEA, "--out", tmp_path)
     assert done.returncode == 1
-    assert "squid has no [geometry]" in done.stderr
+    assert "bluerov2_heavy has no [geometry]" in done.stderr
     assert done.stderr.count("\n") == 1
     assert not any(tmp_path.iterdir())
 
 
 def test_a_sea_that_is_not_there(run_squid: Run, tmp_path: Path) -> None:
-    done = run_squid("simulate", SQUID, "--sea", tmp_path / "none.toml", "--out", tmp_path)
+    done = run_squid("simulate", BLUEROV, "--sea", tmp_path / "none.toml", "--out", tmp_path)
     assert done.returncode == 1
     assert done.stderr == f"squid: {tmp_path / 'none.toml'}: there is no such file\n"
 

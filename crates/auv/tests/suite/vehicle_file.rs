@@ -338,7 +338,6 @@ fn a_published_linear_model_is_read_and_checked() {
 fn the_size_of_a_hull_is_read_and_checked() {
     let geometry = remus100().geometry.unwrap();
     assert_eq!((geometry.length, geometry.diameter), (1.33, 0.191));
-    assert_eq!(squid().geometry, None);
     let diameter = "diameter = { value = 0.191, unit = \"m\", source = \"Prestero (2001)\" }";
     let slender = "must be above zero, and at most half the length: the hull is taken as slender";
     for (from, to, expected) in [
