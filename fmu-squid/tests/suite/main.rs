@@ -1,5 +1,4 @@
-//! All tests but those that count allocations or try random cases, in one program: each program is compiled and linked
-//! anew.
+//! All tests but those that count allocations, in one program: each program is compiled and linked anew.
 #![allow(unsafe_code, clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 #[path = "../abi/mod.rs"]
@@ -15,6 +14,7 @@ mod flight;
 mod interpolation;
 mod manoeuvre;
 mod output_derivatives;
+mod random;
 mod states;
 mod steps;
 mod structure;

@@ -4,10 +4,10 @@
 
 use std::ptr::null_mut;
 
+use super::fuzz;
+use super::fuzz::{Case, Seen, kind_of};
 use crate::abi::{Unpacked, do_step, free, own_defects, texts};
 use crate::example;
-use crate::fuzz;
-use crate::fuzz::{Case, Seen, kind_of};
 use fmi2::abi::{Component, EventInfo, Status, exchange, lifecycle, state};
 use fmi2::{Interface, Model};
 use fmu_controller::Controller;

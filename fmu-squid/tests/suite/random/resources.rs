@@ -5,10 +5,10 @@
 use std::sync::OnceLock;
 use std::sync::atomic::Ordering;
 
+use super::fuzz;
+use super::fuzz::{Case, Seen, kind_of};
 use crate::abi::{Unpacked, do_step, free, own_defects, texts};
 use crate::example;
-use crate::fuzz;
-use crate::fuzz::{Case, Seen, kind_of};
 use fmi2::abi::{Status, lifecycle};
 use fmi2::{Interface, Model, Resources, describe};
 use fmu_controller::Controller;

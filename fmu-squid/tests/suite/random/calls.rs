@@ -5,10 +5,10 @@
 use std::ffi::{c_char, c_int};
 use std::ptr::{null, null_mut};
 
+use super::fuzz;
+use super::fuzz::{Case, Seen, kind_of};
 use crate::abi::{Unpacked, free, own_defects, texts};
 use crate::example;
-use crate::fuzz;
-use crate::fuzz::{Case, Seen, kind_of};
 use fmi2::abi::{Component, EventInfo, FmuState, Status, access, exchange, lifecycle, state, step};
 use fmi2::{Interface, Model};
 use fmu_controller::Controller;
