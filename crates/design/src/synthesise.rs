@@ -194,9 +194,10 @@ mod tests {
     use lpv::regularise::Regularisation;
     use std::path::Path;
 
+    /// By the paper's design, whose controller is computed soon.
     fn squid() -> (Inputs, GeneralisedPlant) {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
-        let inputs = Inputs::read(vehicle, "design").unwrap();
+        let inputs = Inputs::read(vehicle, "paper").unwrap();
         let plant = augment(
             &inputs.vehicle.actuators,
             &inputs.design,
@@ -239,11 +240,9 @@ mod tests {
         plant.parts.block_mut(Group::T, Group::U).fill(0.0);
         let found = words(&plant, failed());
         assert!(found.starts_with(&failed().to_string()), "{found}");
-        for part in [
-            "\n  remark: no performance output weighs u1",
-            "weighs u2",
-            "'control.weight' of design.toml, 0.04",
-        ] {
+        for part in
+            ["\n  remark: no performance output weighs u1", "weighs u2", "'control.weight' of paper.toml, 1"]
+        {
             assert!(found.contains(part), "{part}: {found}");
         }
         assert!(words(&plant, SynthesisError::TooFast { ratio: 2.0 }).contains("remark"));

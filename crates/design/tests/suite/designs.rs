@@ -29,8 +29,13 @@ impl Made {
 
 /// The files of a vehicle.
 pub fn inputs(name: &str) -> Inputs {
+    read(name, "design")
+}
+
+/// Those of one of its designs.
+pub fn read(name: &str, design: &str) -> Inputs {
     let vehicles = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles"));
-    Inputs::read(&vehicles.join(name), "design").unwrap()
+    Inputs::read(&vehicles.join(name), design).unwrap()
 }
 
 /// The default design of a vehicle, made when it is first asked for.
