@@ -123,8 +123,8 @@ named!(Plant, 15: a "A", bt "Bt", b1 "B1", b2 "B2", ct "Ct", dtt "Dtt", dt1 "Dt1
     c1 "C1", d1t "D1t", d11 "D11", d12 "D12", c2 "C2", d2t "D2t", d21 "D21");
 named!(Controller, 9: a "A", by "By", bt "Bt", cu "Cu", duy "Duy", dut "Dut", ct "Ct", dty "Dty", dtt "Dtt");
 
-/// The claim for the plant with `[A B2] + E Delta(t) [F Fu]` in place of `[A B2]`, for every measurable Delta(t)
-/// with a largest singular value of at most 1, and every Theta(t).
+/// The claim for the plant with `[A B1 B2] + E Delta(t) [F Fw Fu]` in place of `[A B1 B2]`, for every measurable
+/// Delta(t) with a largest singular value of at most 1, and every Theta(t).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Residual {
     /// n x ne.
@@ -133,6 +133,9 @@ pub struct Residual {
     /// nf x n.
     #[serde(rename = "F")]
     pub f: Rows,
+    /// nf x w; an empty list, or no such key in the file, means 0.
+    #[serde(rename = "Fw", skip_serializing_if = "Vec::is_empty")]
+    pub fw: Rows,
     /// nf x u.
     #[serde(rename = "Fu")]
     pub fu: Rows,
@@ -216,6 +219,9 @@ pub struct Limits {
     pub x_held: Vec<f64>,
     /// The commands from which H x is taken while a step of 1 is held.
     pub u_held: Vec<f64>,
+    /// How many rows of Delta, the first ones, may differ from 0 in this claim; all of them where the file says nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub delta_rows: Option<usize>,
     /// The multiplier of Delta.
     pub lambda: f64,
     /// The Lyapunov matrix, n x n.

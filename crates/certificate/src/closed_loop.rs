@@ -85,7 +85,11 @@ impl ClosedLoop {
         let delta = residual.map(|r| {
             let mut e = Matrix::zeros(s.x + s.xk, r.e.first().map_or(0, Vec::len));
             e.place(0, 0, &Matrix::from_rows(&r.e, e.cols).scaled(&scale));
-            (from_u(place(&[(&r.f, c.x, s.x)]), &r.fu), e)
+            let mut open = place(&[(&r.f, c.x, s.x)]);
+            if !r.fw.is_empty() {
+                open.place(0, c.w, &Matrix::from_rows(&r.fw, s.w));
+            }
+            (from_u(open, &r.fu), e)
         });
         Ok(Self {
             states: s.x + s.xk,

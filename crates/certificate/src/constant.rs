@@ -200,6 +200,7 @@ impl ConstantCertificate {
         let mut all = Residual {
             e: vec![vec![]; self.plant.a.len()],
             f: vec![],
+            fw: vec![],
             fu: vec![],
             lambda: 1.0,
             gamma: self.gamma,

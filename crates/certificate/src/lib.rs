@@ -53,8 +53,9 @@
 //! inequality is linear in them and contains no product of two of them. Multiplied by the magnitude of that
 //! determinant, which is positive, it contains sums and products of the file's numbers alone.
 //!
-//! *With a model error* (`residual`): `[A B2]` of the plant becomes `[A B2] + E Delta(t) [F Fu]`, i.e. `x' = ... +
-//! E w_D`, `w_D = Delta z_D`, `z_D = F x + Fu u`, which is `F_x x + F_t wt + F_w w` once the controller gives u. For
+//! *With a model error* (`residual`): `[A B1 B2]` of the plant becomes `[A B1 B2] + E Delta(t) [F Fw Fu]`, i.e. `x' =
+//! ... + E w_D`, `w_D = Delta z_D`, `z_D = F x + Fw w + Fu u`, which is `F_x x + F_t wt + F_w w` once the controller
+//! gives u; Fw is 0 where the file has none. For
 //! `||Delta|| <= 1` and `lambda > 0`, `lambda (z_D'z_D - w_D'w_D) >= 0`: added to the left side above, it gives the
 //! inequality a row w_D, `[E'X 0 -lambda I 0 0 0 0]`, and a row z_D, `[lambda F_x  lambda F_t  0  lambda F_w  0
 //! -lambda I  0]`. Delta acts on x' alone, so the parameter loop stays well posed as before.
@@ -92,8 +93,8 @@
 //! command off at `limit_j` or farther, either way. Of the plant only the states count that controls, channels or
 //! Delta move and that these or y see ([`Certificate::moving_states`]): the others are filters of w, in whose place
 //! one of its components steps from 0 to any r with `|r| <= size` and, later, back, or weights that only z sees.
-//! While the step is held, x stands for the state less `r x_held`. With `V = x'Xx` and all of the model error the
-//! form
+//! While the step is held, x stands for the state less `r x_held`. With `V = x'Xx` and the model error, of whose
+//! Delta only the first `delta_rows` rows may differ from 0 if the file says so, the form
 //!
 //! ```text
 //! dV/dt + decay V - decay beta (r/size)^2 + zt'S zt - wt'S wt + 2 wt'T zt + lambda (z_D'z_D - w_D'w_D)
@@ -118,8 +119,8 @@
 //!
 //! - Saturation of the actuators but for the steps of `limits`: for all else the loop is linear at every instant.
 //! - Sampling: the controller is the continuous one of the file, with Theta(t) measured without delay or error.
-//! - The nonlinear vehicle: the plant is the LPV model of the file. The residual covers errors of its `A` and `B2`, as
-//!   large as the file states, and no other errors.
+//! - The nonlinear vehicle: the plant is the LPV model of the file. The residual covers errors of its `A`, `B1` and `B2`,
+//!   as large as the file states, and no other errors.
 //! - Whether plant and controller in the file are those in use: their user must compare them.
 //!
 //! # Exactness

@@ -47,7 +47,7 @@ fn certificate(json: &Json) -> Result<Certificate, ReadError> {
         s: top.matrix("S")?,
         t: top.matrix("T")?,
         residual: match top.find("residual") {
-            Some(json) => Some(residual(&Fields::new("residual", json, &RESIDUAL, &[])?)?),
+            Some(json) => Some(residual(&Fields::new("residual", json, &RESIDUAL, &["Fw"])?)?),
             None => None,
         },
         bounded_rate: top.find("bounded_rate").map(bounded_rate).transpose()?,
@@ -93,6 +93,7 @@ fn residual(f: &Fields<'_>) -> Result<Residual, ReadError> {
     Ok(Residual {
         e: f.matrix("E")?,
         f: f.matrix("F")?,
+        fw: f.find("Fw").map_or(Ok(vec![]), |_| f.matrix("Fw"))?,
         fu: f.matrix("Fu")?,
         lambda: f.number("lambda")?,
         gamma: f.number("gamma")?,
@@ -116,7 +117,7 @@ fn bounded_rate(json: &Json) -> Result<BoundedRate, ReadError> {
 }
 
 fn limits(json: &Json) -> Result<Limits, ReadError> {
-    let f = Fields::new("limits", json, &LIMITS, &[])?;
+    let f = Fields::new("limits", json, &LIMITS, &["delta_rows"])?;
     Ok(Limits {
         input: size(&f.path("input"), f.get("input")?)?,
         size: f.number("size")?,
@@ -126,6 +127,7 @@ fn limits(json: &Json) -> Result<Limits, ReadError> {
         beta: f.number("beta")?,
         x_held: f.numbers("x_held")?,
         u_held: f.numbers("u_held")?,
+        delta_rows: f.find("delta_rows").map(|rows| size(&f.path("delta_rows"), rows)).transpose()?,
         lambda: f.number("lambda")?,
         x: f.matrix("X")?,
         s: f.matrix("S")?,

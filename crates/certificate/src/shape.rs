@@ -91,8 +91,15 @@ impl Certificate {
 
     /// Checks the sizes of the matrices of a loop with limits.
     fn check_limits(&self, l: &Limits, s: Sizes) -> Result<(), ReadError> {
-        if self.residual.is_none() {
+        let Some(error) = &self.residual else {
             return Err(ReadError::NoModelError { field: "limits" });
+        };
+        if let Some(found) = l.delta_rows.filter(|rows| !(1..=columns(&error.e)).contains(rows)) {
+            return Err(ReadError::Kind {
+                field: "limits.delta_rows".into(),
+                found: found.to_string(),
+                allowed: "from 1 to the number of columns of residual.E",
+            });
         }
         if self.plant.direct_path().is_some() {
             return Err(ReadError::DirectPath);
@@ -203,6 +210,9 @@ fn check_residual(r: &Residual, s: Sizes) -> Result<(), ReadError> {
     let nf = (nf, "columns of Delta");
     check_matrix("residual.E", &r.e, x, (ne, "rows of Delta"))?;
     check_matrix("residual.F", &r.f, nf, x)?;
+    if !r.fw.is_empty() {
+        check_matrix("residual.Fw", &r.fw, nf, (s.w, "inputs w"))?;
+    }
     check_matrix("residual.Fu", &r.fu, nf, (s.u, "controls u"))?;
     check_number("residual.lambda", r.lambda)?;
     check_number("residual.gamma", r.gamma)?;

@@ -41,6 +41,8 @@ pub struct LimitTheorem {
     pub size: f64,
     /// The rate of decay once the step is taken back.
     pub decay: f64,
+    /// How many rows of Delta may differ from 0, if not all.
+    pub delta_rows: Option<usize>,
     /// Whether H is 0: a claim about every state.
     pub everywhere: bool,
 }
@@ -78,6 +80,7 @@ impl Theorem {
                 input: l.input,
                 size: l.size,
                 decay: l.decay,
+                delta_rows: l.delta_rows,
                 everywhere: l.h.iter().flatten().all(|entry| *entry == 0.0),
             }),
         }
@@ -107,8 +110,8 @@ impl fmt::Display for Theorem {
         match self.gamma_with_model_error {
             Some(gamma) => write!(
                 f,
-                " It stays exponentially stable, and the gain below {gamma}, when [A B2] of the plant is replaced by \
-                 [A B2] + E Delta [F Fu] for any measurable Delta(t) with a largest singular value of at most 1."
+                " It stays exponentially stable, and the gain below {gamma}, when [A B1 B2] of the plant is replaced \
+                 by [A B1 B2] + E Delta [F Fw Fu] for any measurable Delta(t) with a largest singular value of at most 1."
             ),
             None => f.write_str(
                 " Nothing is proved of a plant that differs from the one in the certificate: it has no section \
@@ -122,14 +125,16 @@ impl fmt::Display for Theorem {
 
 impl fmt::Display for LimitTheorem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { input, size, decay, everywhere } = self;
+        let Self { input, size, decay, delta_rows, everywhere } = self;
+        let rows =
+            delta_rows.map_or_else(String::new, |rows| format!(" with rows of 0 after the first {rows}"));
         let where_ = if *everywhere { "from every state" } else { "within its region" };
         write!(
             f,
-            "With commands cut off at the limits in the file, and what is cut off fed back by E, for that Delta too: \
-             a step of at most {size} from rest where input {input} enters, past the filters of the plant that the \
-             loop does not move, held for any time and taken back, leaves the state in the region in the file, and the \
-             loop then returns to rest exponentially, {where_}, x'Xx with the rate {decay}."
+            "With commands cut off at the limits in the file, and what is cut off fed back by E, for that Delta{rows} \
+             too: a step of at most {size} from rest where input {input} enters, past the filters of the plant that \
+             the loop does not move, held for any time and taken back, leaves the state in the region in the file, \
+             and the loop then returns to rest exponentially, {where_}, x'Xx with the rate {decay}."
         )
     }
 }

@@ -5,9 +5,9 @@ use crate::inputs::design_file::{DesignFile, Measured, Tracked};
 use crate::linearise::{stacked, trim_slope};
 use auv::{Actuator, Linearisation};
 use lpv::lft::Lft;
-use lpv::matrix::Mat;
+use lpv::matrix::{Mat, block};
 use lpv::plant::GeneralisedPlant;
-use lpv::tracking::{MovingTrim, TrackingProblem, TwoDegrees};
+use lpv::tracking::{ModelPlace, MovingTrim, TrackingProblem, TwoDegrees};
 use signals::SPEED;
 
 /// A linear model of the vehicle, scheduled or constant, with what its trim does.
@@ -23,6 +23,17 @@ impl LinearModel {
     /// The model at one speed.
     pub fn at(l: &Linearisation, actuators: &[Actuator]) -> Self {
         Self { ab: Lft::constant(stacked(l)), trim_slope: Lft::constant(trim_slope(l, actuators)) }
+    }
+
+    /// `[A B x0'; 0 0 u0']` at a value of rho, (n + m) x (n + m + 1).
+    ///
+    /// # Errors
+    /// [`ModelError::Lft`], which would be a defect of this program.
+    pub fn whole(&self, rho: f64) -> Result<Mat, ModelError> {
+        let (ab, slope) = (self.ab.evaluate(&[rho])?, self.trim_slope.evaluate(&[rho])?);
+        let (n, both) = ab.shape();
+        let [states, inputs] = [(0, n), (n, both - n)].map(|(at, rows)| slope.rows(at, rows).into_owned());
+        Ok(block(&[&[&ab, &states], &[&Mat::zeros(both - n, both), &inputs]]))
     }
 }
 
@@ -40,7 +51,21 @@ pub fn augment(
     design: &DesignFile,
     model: LinearModel,
 ) -> Result<GeneralisedPlant, ModelError> {
-    let problem = TrackingProblem {
+    Ok(problem(actuators, design, model).augment()?)
+}
+
+/// Where the model is in that plant.
+///
+/// # Errors
+/// As [`augment`].
+pub fn place(actuators: &[Actuator], design: &DesignFile) -> Result<ModelPlace, ModelError> {
+    let (n, m) = (design.states.len(), actuators.len());
+    let none = |rows, columns| Lft::constant(Mat::zeros(rows, columns));
+    Ok(problem(actuators, design, LinearModel { ab: none(n, n + m), trim_slope: none(n + m, 1) }).place()?)
+}
+
+fn problem(actuators: &[Actuator], design: &DesignFile, model: LinearModel) -> TrackingProblem {
+    TrackingProblem {
         outputs: Tracked::outputs(&design.tracked, design.states),
         output_scale: design.tracked.iter().map(|t| t.scale).collect(),
         references: design.tracked.iter().map(|t| t.references).collect(),
@@ -52,8 +77,7 @@ pub fn augment(
         disturbance: design.disturbance,
         two_degrees: (!design.measured.is_empty()).then(|| two_degrees(design, model.trim_slope)),
         model: model.ab,
-    };
-    Ok(problem.augment()?)
+    }
 }
 
 /// References and measurements apart; the trim follows the filtered reference of the speed.
@@ -70,24 +94,6 @@ fn two_degrees(design: &DesignFile, slope: Lft) -> TwoDegrees {
             slope,
         }),
     }
-}
-
-/// What acts on the model, `G [x; u]` in units of the actuators' reach, m x (n + m) for n states of the plant of the
-/// design: a command, the state of its lag, or `2 p - u` with the state p of its delay.
-pub fn forces(actuators: &[Actuator], design: &DesignFile, n: usize) -> Mat {
-    let has_lag = |a: &Actuator| design.lags && a.lag > 0.0;
-    let states = design.states.len();
-    let mut lag = states..;
-    let first_late = states + actuators.iter().filter(|a| has_lag(a)).count();
-    let mut all = Mat::zeros(actuators.len(), n + actuators.len());
-    for (j, actuator) in actuators.iter().enumerate() {
-        match has_lag(actuator).then(|| lag.next()).flatten() {
-            Some(state) => all[(j, state)] = 1.0,
-            None if design.delay > 0.0 => (all[(j, first_late + j)], all[(j, n + j)]) = (2.0, -1.0),
-            None => all[(j, n + j)] = 1.0,
-        }
-    }
-    all
 }
 
 #[cfg(test)]

@@ -39,8 +39,8 @@ pub struct Proof {
     pub model_error: f64,
 }
 
-/// Computes the certificate of a design, for the fit and for a ball of models that contains [A B] of the true
-/// linearisations ([`ball`]), and proves it in exact arithmetic.
+/// Computes the certificate of a design, for the fit and for a ball of models that contains the true linearisations
+/// ([`ball`]), and proves it in exact arithmetic.
 ///
 /// # Errors
 /// [`ProofError::Unproved`] with the first check that fails; [`ProofError::BendsAtRest`] or [`Error::Synthesis`] when
@@ -150,6 +150,7 @@ fn residual(error: &ModelError, bound: &GainBound) -> Residual {
     Residual {
         e: to_rows(&error.e),
         f: to_rows(&error.f),
+        fw: to_rows(&error.fw),
         fu: to_rows(&error.fu),
         lambda: bound.lambda,
         gamma: bound.gamma,

@@ -3,11 +3,13 @@
 pub mod authority;
 pub mod frequency;
 pub mod reach;
+pub mod trim_slope;
 
 use crate::augment::LinearModel;
 use crate::error::ModelError;
+use crate::fit::trim_slope::trim_slope;
 use crate::inputs::design_file::DesignFile;
-use crate::linearise::{self, linearise_at, split, stacked, trim_table};
+use crate::linearise::{linearise_at, split, stacked, trim_table};
 use auv::{Linearisation, Vehicle};
 use lpv::lft::Lft;
 use lpv::matrix::{Mat, largest_singular_value};
@@ -26,7 +28,7 @@ pub struct Model {
     pub lft: Lft,
     /// Largest difference between the LFT and the polynomial over the range, as a singular value.
     pub lft_error: f64,
-    /// The LFT of the slope of the trim, `[x0'; u0']` per m/s of forward speed, (n + m) x 1, fitted likewise.
+    /// The LFT of the slope of the trim, `[x0'; u0']` per m/s of forward speed, (n + m) x 1; see [`trim_slope`].
     pub trim_slope: Lft,
 }
 
@@ -52,7 +54,7 @@ impl Model {
     /// # Errors
     /// [`ModelError::Trim`] where the vehicle does not trim, or its trims jump; [`ModelError::Fit`].
     pub fn new(vehicle: &Vehicle, design: &DesignFile) -> Result<Self, ModelError> {
-        trim_table(vehicle, design)?;
+        let trims = trim_table(vehicle, design)?;
         let (centre, half_range) = design.scheduling();
         let grid: Vec<(f64, Linearisation)> = design
             .spread(design.speeds)
@@ -67,7 +69,7 @@ impl Model {
         let fit = MatrixPolynomial::fit(&samples, design.order)?;
         let lft = Lft::from_polynomial(&fit, design.drop);
         let lft_error = lft_error(&lft, &fit)?;
-        let trim_slope = trim_slope(vehicle, design, &grid)?;
+        let trim_slope = trim_slope(vehicle, design, &grid, &trims)?;
         Ok(Self { grid, fit, residuals, lft, lft_error, trim_slope })
     }
 
@@ -80,17 +82,6 @@ impl Model {
     pub fn coefficients(&self) -> (Vec<Mat>, Vec<Mat>) {
         self.fit.coefficients.iter().map(split).unzip()
     }
-}
-
-/// The slope of the trim over the grid, as a polynomial of the design's order.
-fn trim_slope(
-    vehicle: &Vehicle,
-    design: &DesignFile,
-    grid: &[(f64, Linearisation)],
-) -> Result<Lft, ModelError> {
-    let samples: Vec<(f64, Mat)> =
-        grid.iter().map(|(rho, l)| (*rho, linearise::trim_slope(l, &vehicle.actuators))).collect();
-    Ok(Lft::from_polynomial(&MatrixPolynomial::fit(&samples, design.order)?, design.drop))
 }
 
 impl Residual {

@@ -185,7 +185,7 @@ fn limits_stage(
     progress: &Progress,
 ) -> Proof {
     let running = progress.begin("limits", "how large a pitch step the loop survives at its limits");
-    let found = with_limits(&proof, plant, controller, &frozen.controller);
+    let found = with_limits(&proof, plant, controller, &frozen.controller, inputs.design.states.len());
     let seconds = running.seconds();
     drop(running);
     let words = match &found {
@@ -280,9 +280,10 @@ fn fit_line(inputs: &Inputs, model: &Model) -> String {
 
 fn lft_line(model: &Model) -> String {
     format!(
-        "{} channels of rho; differs from the polynomial by {:.1e} at most",
+        "{} channels of rho; differs from the polynomial by {:.1e} at most; {} more for the slope of the trim",
         model.lft.size(),
-        model.lft_error
+        model.lft_error,
+        model.trim_slope.size()
     )
 }
 

@@ -80,5 +80,6 @@ pub use analysis::{ladder, rate};
 pub use robust::bound as robust_bound;
 pub use synthesis::{direct_path, reduce, regularise, regularity};
 pub use system::{
-    controller, lft, model_error, parameter_grid, partition, plant, polynomial, state_space, tracking,
+    controller, lft, model_error, parameter_grid, partition, plant, polynomial, rational, state_space,
+    tracking,
 };

@@ -1,6 +1,6 @@
 //! Systems that depend on parameters: how they are written down, joined and closed.
 //!
-//! - [`polynomial`], [`lft`]: matrices that depend on parameters;
+//! - [`polynomial`], [`rational`], [`lft`]: matrices that depend on parameters;
 //! - [`partition`], [`plant`], [`controller`]: generalised plant, controller and closed loop;
 //! - [`tracking`]: the augmented plant of a tracking problem;
 //! - [`model_error`]: a norm-bounded difference between the plant and what it stands for;
@@ -15,5 +15,6 @@ pub mod parameter_grid;
 pub mod partition;
 pub mod plant;
 pub mod polynomial;
+pub mod rational;
 pub mod state_space;
 pub mod tracking;

@@ -43,7 +43,7 @@ def test_shipped_controllers_are_proved(packages: Packages, run_squid: Run) -> N
         done = run_squid("verify", package, timeout=10.0)
         assert done.returncode == 0, done.stderr
         assert "PROVED: For every measurable trajectory" in done.stdout
-        assert "when [A B2] of the plant is replaced" in done.stdout
+        assert "when [A B1 B2] of the plant is replaced" in done.stdout
 
 
 def test_plant_has_nothing_to_verify(squid: Packages, run_squid: Run) -> None:
@@ -394,7 +394,7 @@ def test_a_ball_that_overflows_holds_nothing(squid: Packages, run_squid: Run, tm
     for key in ("X", "S", "T", "gamma"):
         ball[key] = certificate[key]
     ball["E"] = [[1e-310 if i == j else 0.0 for j in range(len(row))] for i, row in enumerate(ball["E"])]
-    for key in ("F", "Fu"):
+    for key in ("F", "Fw", "Fu"):
         ball[key] = [[1e-3 * (value != 0.0) for value in row] for row in ball[key]]
     ball["lambda"] = 1e-3
     (out / "certificate.json").write_text(json.dumps(certificate), encoding="utf-8")

@@ -61,7 +61,8 @@ class Flow:
             np.hstack([row[:, :-1], phi, row[:, -1:] * Decimal(claim["size"])])
             for row, phi in zip(rows, cut, strict=True)
         ]
-        self.e, self.m, self.held = loop.balls[0].e[kept], m, held * Decimal(claim["size"])
+        e = loop.balls[0].e[kept][:, : claim.get("delta_rows")]
+        self.e, self.m, self.held = e, m, held * Decimal(claim["size"])
 
 
 def form(c: dict, flow: Flow) -> np.ndarray:

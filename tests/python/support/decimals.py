@@ -54,7 +54,7 @@ class Loop(NamedTuple):
 
 
 def closed_loop(c: dict, errors: Sequence[dict]) -> Loop:
-    """Close the loop of a certificate, with the model errors of the plant whose E, F and Fu are given."""
+    """Close the loop of a certificate, with the model errors of the plant whose E, F, Fw and Fu are given."""
     p = {key: exact(rows) for key, rows in c["plant"].items()}
     k = {key: exact(rows) for key, rows in c["controller"].items()}
     n, nk = len(p["A"]), len(k["A"])
@@ -77,7 +77,8 @@ def closed_loop(c: dict, errors: Sequence[dict]) -> Loop:
     balls = []
     for ball in errors:
         e, f, fu = exact(ball["E"]), exact(ball["F"]), exact(ball["Fu"])
-        z = np.hstack([f, zeros(len(f), nk + r + rk + w)]) + fu @ u
+        fw = exact(ball["Fw"]) if "Fw" in ball else zeros(len(f), w)
+        z = np.hstack([f, zeros(len(f), nk + r + rk), fw]) + fu @ u
         balls.append(Ball(np.vstack([e, zeros(nk, e.shape[1])]), z))
     return Loop(
         x=np.vstack([of_plant("A", "Bt", "B1", "B2"), of_controller("A", "Bt", "By")]),

@@ -44,7 +44,14 @@ impl ClosedLoop {
     pub(crate) fn limited(c: &Certificate, limits: &Limits, error: &Residual) -> Result<Self, Failure> {
         let kept = c.moving_states();
         let m = limits.limits.len();
-        let error = Residual { e: rows_of(&error.e, &kept), f: columns_of(&error.f, &kept), ..error.clone() };
+        let first = |row: Vec<f64>| row.into_iter().take(limits.delta_rows.unwrap_or(usize::MAX)).collect();
+        let step = |row: &Vec<f64>| (0..=m).map(|j| if j == 0 { row[limits.input] } else { 0.0 }).collect();
+        let error = Residual {
+            e: rows_of(&error.e, &kept).into_iter().map(first).collect(),
+            f: columns_of(&error.f, &kept),
+            fw: error.fw.iter().map(step).collect(),
+            ..error.clone()
+        };
         let mut whole = Self::new(&opened(c, limits, &kept), Some(&error))?;
         let (n, r) = (whole.states, whole.channels);
         let cut = Matrix::from_rows(&error.fu, m).negated();

@@ -79,7 +79,9 @@ fn the_residual_is_proved_too() {
         prove(&c)
     };
     let theorem = with(1.34, 0.25).unwrap();
-    assert!(theorem.contains("the gain below 1.34, when [A B2]") && !theorem.contains("Nothing is proved"));
+    assert!(
+        theorem.contains("the gain below 1.34, when [A B1 B2]") && !theorem.contains("Nothing is proved")
+    );
     for (gamma, lambda) in [(1.33, 0.25), (1.34, 0.3), (1.34, 0.2)] {
         let refusal = with(gamma, lambda).unwrap_err();
         assert!(refusal.starts_with("the claim with model error (residual)"), "{refusal}");
@@ -101,6 +103,23 @@ fn the_residual_of_the_control_matrix_acts_through_the_controller() {
     assert!(with(0.0, 1.0, 1.33).is_err());
     assert!(with(1.0, 1.0, 1.15).is_ok());
     assert!(with(1.0, 0.5, 1.15).is_err());
+}
+
+#[test]
+fn the_residual_of_the_input_matrix_acts_on_w() {
+    // x' = -x + (1 + Delta/4) w: the gain is 5/4. With X = 1 and lambda = 1/4 the form is negative where
+    // (gamma - 1/4) (2 - 1/gamma - 1/4) > 1, above gamma = 1.282; without Fw nothing enters Delta.
+    let with = |fw: serde_json::Value, gamma: f64| {
+        let mut c = integrator(1.25);
+        c["residual"] = json!({"E": [[0.25]], "F": [[0.0]], "Fw": fw, "Fu": [[0.0]], "lambda": 0.25, "gamma": gamma,
+            "X": [[1.0]], "S": [], "T": []});
+        prove(&c)
+    };
+    assert!(with(json!([[1.0]]), 1.29).is_ok());
+    assert!(with(json!([[1.0]]), 1.27).is_err());
+    assert!(with(json!([]), 1.2).is_ok() && with(json!([[0.0]]), 1.2).is_ok());
+    assert!(with(json!([[1.0, 0.0]]), 1.29).unwrap_err().starts_with("residual.Fw: row 0 has 2 numbers"));
+    assert!(with(json!([[1.0], [1.0]]), 1.29).unwrap_err().starts_with("residual.Fw: found 2 rows"));
 }
 
 #[test]

@@ -12,7 +12,7 @@ pub struct Claimed<'a> {
     pub x: &'a Rows,
     pub s: &'a Rows,
     pub t: &'a Rows,
-    pub delta: Option<(f64, &'a Rows, &'a Rows, &'a Rows)>,
+    pub delta: Option<(f64, [&'a Rows; 4])>,
 }
 
 pub fn claims(c: &Certificate) -> Vec<Claimed<'_>> {
@@ -22,13 +22,18 @@ pub fn claims(c: &Certificate) -> Vec<Claimed<'_>> {
         x: &r.x,
         s: &r.s,
         t: &r.t,
-        delta: Some((r.lambda, &r.e, &r.f, &r.fu)),
+        delta: Some((r.lambda, [&r.e, &r.f, &r.fw, &r.fu])),
     });
     std::iter::once(nominal).chain(robust).collect()
 }
 
 fn mat(rows: &Rows, cols: usize) -> Mat {
     Mat::from_fn(rows.len(), cols, |i, j| rows[i][j])
+}
+
+/// A matrix that a file may leave out.
+fn mat_or_zero(rows: &Rows, count: usize, cols: usize) -> Mat {
+    if rows.is_empty() { Mat::zeros(count, cols) } else { mat(rows, cols) }
 }
 
 fn blocks(rows: &[&[Mat]]) -> Mat {
@@ -88,10 +93,10 @@ impl Loop {
         let [n, r, w, u, z, y, nk, rk] = self.n;
         let mut plant = self.plant.clone();
         if let Some(error) = error {
-            let (mut a, da) = (plant.view_mut((0, 0), (n, n)), error.columns(0, n));
-            a += da;
-            let (mut b2, db) = (plant.view_mut((0, n + r + w), (n, u)), error.columns(n, u));
-            b2 += db;
+            for (at, from, count) in [(0, 0, n), (n + r, n, w + u)] {
+                let mut part = plant.view_mut((0, at), (n, count));
+                part += error.columns(from, count);
+            }
         }
         let p = close_channels(&plant, n, r, &self.parameters[0], theta)?;
         let k = close_channels(&self.controller, nk, rk, &self.parameters[1], theta)?;
@@ -135,11 +140,12 @@ impl Loop {
         None
     }
 
-    /// `E Delta [F Fu]` for some Delta of norm 1, all of rank one or zero.
+    /// `E Delta [F Fw Fu]` for some Delta of norm 1, all of rank one or zero.
     fn errors(&self, claimed: &Claimed<'_>) -> Vec<Option<Mat>> {
-        let Some((_, e, f, fu)) = claimed.delta else { return vec![None] };
-        let [n, _, _, u, ..] = self.n;
-        let (e, f) = (mat(e, e.first().map_or(0, Vec::len)), blocks(&[&[mat(f, n), mat(fu, u)]]));
+        let Some((_, [e, f, fw, fu])) = claimed.delta else { return vec![None] };
+        let [n, _, w, u, ..] = self.n;
+        let e = mat(e, e.first().map_or(0, Vec::len));
+        let f = blocks(&[&[mat(f, n), mat_or_zero(fw, f.len(), w), mat(fu, u)]]);
         let pairs = (0..e.ncols().max(f.nrows())).map(|k| (k % e.ncols(), (k * 2 + 1) % f.nrows()));
         let one = |(i, j)| [1.0, -1.0].map(|sign| Some(e.column(i) * f.row(j) * sign));
         std::iter::once(None).chain(pairs.flat_map(one)).collect()
@@ -195,15 +201,15 @@ impl Loop {
         let zero = Mat::zeros;
         let (x, s, t) = (mat(claimed.x, n + nk), mat(claimed.s, r + rk), mat(claimed.t, r + rk));
         let [[a, bt, b1], [ct, dtt, dt1], [c1, d1t, d11], [ux, ut, uw]] = self.closed();
-        let (lambda, e, f, fu) = match claimed.delta {
-            None => (1.0, zero(n + nk, 0), zero(0, n), zero(0, u)),
-            Some((lambda, e, f, fu)) => {
-                let e = mat(e, e[0].len());
-                (lambda, e.insert_rows(n, nk, 0.0), mat(f, n), mat(fu, u))
+        let (lambda, e, f, fw, fu) = match claimed.delta {
+            None => (1.0, zero(n + nk, 0), zero(0, n), zero(0, w), zero(0, u)),
+            Some((lambda, [e, f, fw, fu])) => {
+                let (e, nf) = (mat(e, e[0].len()), f.len());
+                (lambda, e.insert_rows(n, nk, 0.0), mat(f, n), mat_or_zero(fw, nf, w), mat(fu, u))
             }
         };
         let (ne, nf) = (e.ncols(), f.nrows());
-        let [fx, ft, fw] = [blocks(&[&[f, zero(nf, nk)]]) + &fu * ux, &fu * ut, &fu * uw];
+        let [fx, ft, fw] = [blocks(&[&[f, zero(nf, nk)]]) + &fu * ux, &fu * ut, fw + &fu * uw];
         let eye = |m: usize, v: f64| Mat::identity(m, m) * v;
         let g = -claimed.gamma;
         let rt = r + rk;

@@ -1,20 +1,22 @@
-//! The ball of models around the fit that contains [A B] of the true linearisations at every speed of the range. The
-//! slope of the trim is not in it: it is the fit's.
+//! The ball of models around the fit that contains the true linearisations, with the slope of the trim, at every speed
+//! of the range.
 //!
-//! `[A B2]` of the fit is off by `R(V) = [A B2](V) - [A B2](rho)`. The ball is the set of all `E Delta [F Fu]` with
-//! `|Delta| <= 1`.
+//! `[A B1 B2]` of the plant with the fit is off by `L R(V) G`: `R = [A B x0'; 0 0 u0'](V) - [A B x0'; 0 0 u0'](rho)` is
+//! what the fit misses, L and G are where the model is in the plant ([`lpv::tracking::ModelPlace`]). The ball is the
+//! set of all `E Delta [F Fw Fu]` with `|Delta| <= 1`.
 
-use crate::augment::forces;
+use crate::augment::{LinearModel, place};
 use crate::error::{Error, ProofError};
 use crate::fit::Model;
 use crate::inputs::design_file::DesignFile;
-use crate::linearise::{linearise_at, scaled, stacked};
+use crate::linearise::linearise_at;
 use auv::Vehicle;
 use certificate::Residual;
 use lpv::analysis::GainBound;
-use lpv::matrix::{Mat, block, from_rows, largest, largest_singular_value, solve};
+use lpv::matrix::{Mat, block, from_rows, largest, largest_singular_value, pseudo_inverse, solve};
 use lpv::model_error::ModelError;
 use lpv::plant::GeneralisedPlant;
+use lpv::tracking::ModelPlace;
 
 /// Speeds at which the fit's residual is taken.
 pub const SAMPLES: usize = 1001;
@@ -22,14 +24,33 @@ pub const SAMPLES: usize = 1001;
 /// How far beyond the ball the residual, computed again, may reach: rounding on another processor.
 const SAME_BALL: f64 = 1e-6;
 
-/// The smallest ball, in coordinates in which the Lyapunov matrix of the bound is the identity on the model's states
-/// and each input is in units of its scale; and its size e.
+/// Singular values of E and `[F Fw Fu]` below this part of the largest count as zero.
+const RANK_TOLERANCE: f64 = 1e-13;
+
+/// How far `E P` may be from L and `Q [F Fw Fu]` from G, relatively: rounding.
+const SAME_PLACE: f64 = 1e-9;
+
+/// The part of what [A B] misses that the slope of the trim takes in the ball, for the states and for the inputs: that
+/// raises its size by a tenth at most.
+const SLOPE: f64 = 1.0 / 3.0;
+
+/// Between what the units of the slope are, where the fit misses nothing of it or of [A B].
+const UNITS: (f64, f64) = (1e-3, 1e3);
+
+/// The smallest ball, in coordinates in which the Lyapunov matrix of the bound is the identity on the states that the
+/// model moves, and its size e.
 ///
-/// With `T` those coordinates and `R~(V) = T^-1 R [T 0; 0 S_u]`, `E = sqrt(e) T` and `[F Fu] = sqrt(e) [T^-1 0; 0
-/// S_u^-1]` where `e = max |R~(V)|`. The maximum is taken over [`SAMPLES`] speeds and raised by a bound on the rise
-/// between two of them: see `between_samples`. The LFT that was designed on is subtracted, not the polynomial, so
-/// that what was dropped there is covered, too. The plant's u is in units of the scales `S_u` already, so that its Fu
-/// is the identity times sqrt(e).
+/// With T upper triangular, `T'(L'XL)T = I`, and `T_x` its part for the model's states,
+///
+/// ```text
+/// E = sqrt(e) L T P,   [F Fw Fu] = sqrt(e) W^-1 G,   e = max |P^-1 T^-1 R(V) W|
+/// ```
+///
+/// W is `blkdiag(T_x, S_u, d)`, with the inputs' scales and a unit d of the rate of the trim, `P = blkdiag(I, p I)` has
+/// a unit p of how the inputs' trim moves. With d and p the error of the slope is, for the states and for the inputs,
+/// [`SLOPE`] of the largest one of `[A B]`. The maximum is taken over [`SAMPLES`] speeds and raised by a bound on the
+/// rise between two of them: see `between_samples`. The LFTs that were designed on are subtracted, so that what was
+/// dropped there is covered, too.
 ///
 /// # Errors
 /// [`Error::Synthesis`] when the bound's Lyapunov matrix is not positive definite; those of the linearisation.
@@ -40,56 +61,77 @@ pub fn smallest_ball(
     plant: &GeneralisedPlant,
     bound: &GainBound,
 ) -> Result<(ModelError, f64), Error> {
-    let states = file.states.len();
-    let own = bound.x.view((0, 0), (states, states)).into_owned();
-    // X = L L', so T = L^-T.
-    let t_inverse = own.cholesky().ok_or_else(not_definite)?.l().transpose();
-    let t = solve(&t_inverse, &Mat::identity(states, states)).ok_or_else(not_definite)?;
-    let m = vehicle.actuators.len();
-    let right = block(&[&[&t, &Mat::zeros(states, m)], &[&Mat::zeros(m, states), &Mat::identity(m, m)]]);
-    let size = reach(residuals(vehicle, file, model)?.iter().map(|r| &t_inverse * r * &right));
-    let (n, root) = (plant.a().nrows(), size.sqrt());
-    let mut e = Mat::zeros(n, states);
-    e.view_mut((0, 0), (states, states)).copy_from(&(&t * root));
-    let mut f = Mat::zeros(states + m, n + m);
-    f.view_mut((0, 0), (states, states)).copy_from(&(&t_inverse * root));
-    f.rows_mut(states, m).copy_from(&(forces(&vehicle.actuators, file, n) * root));
-    let fu = f.columns(n, m).into_owned();
-    Ok((ModelError { e, f: f.columns(0, n).into_owned(), fu }, size))
+    let Missed { left, right, residuals } = Missed::of(vehicle, file, model)?;
+    let (states, m, n) = (file.states.len(), vehicle.actuators.len(), plant.a().nrows());
+    let (rows, columns) = (left.ncols(), right.nrows());
+    // L'XL = C C', so T = C^-T.
+    let own = left.transpose() * bound.x.view((0, 0), (n, n)) * &left;
+    let mut t_inverse = own.cholesky().ok_or_else(not_definite)?.l().transpose();
+    let mut t = solve(&t_inverse, &Mat::identity(rows, rows)).ok_or_else(not_definite)?;
+    let mut w = Mat::identity(columns, columns);
+    w.view_mut((0, 0), (states, states)).copy_from(&t.view((0, 0), (states, states)));
+    for (j, actuator) in vehicle.actuators.iter().enumerate() {
+        w[(states + j, states + j)] = actuator.reach();
+    }
+    if columns > states + m {
+        let scaled: Vec<Mat> = residuals.iter().map(|r| &t_inverse * r * &w).collect();
+        let most = |(row, height), (column, width)| {
+            let part = |r: &Mat| largest_singular_value(&r.view((row, column), (height, width)).into_owned());
+            largest(0.0, scaled.iter().map(part))
+        };
+        let (of_states, of_inputs, slope) = ((0, states), (states, rows - states), (states + m, 1));
+        let missed = most(of_states, slope).max(f64::MIN_POSITIVE);
+        w[(states + m, states + m)] =
+            (SLOPE * most(of_states, (0, states + m)) / missed).clamp(UNITS.0, UNITS.1);
+        let unit = (most(of_inputs, slope) / missed).clamp(UNITS.0, UNITS.1);
+        t.columns_mut(states, rows - states).scale_mut(unit);
+        t_inverse.rows_mut(states, rows - states).scale_mut(1.0 / unit);
+    }
+    let size = reach(residuals.iter().map(|r| &t_inverse * r * &w));
+    let seen = solve(&w, &right).ok_or_else(not_definite)? * size.sqrt();
+    let part = |at: usize, count: usize| seen.columns(at, count).into_owned();
+    let inputs = right.ncols() - n - m;
+    let error =
+        ModelError { e: left * t * size.sqrt(), f: part(0, n), fw: part(n, inputs), fu: part(n + inputs, m) };
+    Ok((error, size))
 }
 
-/// Checks that the ball of a certificate contains [A B] of the true linearisations of the vehicle, computed again.
+/// Checks that the ball of a certificate contains the true linearisations of the vehicle, computed again.
 ///
-/// The Delta of a residual is `Delta = E_1^-1 R [F_1 Fu]^-1`, with the rows of E and the columns of F that belong to
-/// the model's states; it has to be no larger than 1 with the reserve between samples, and no other row of E may be
-/// needed.
+/// With `P = E^+ L` and `Q = G [F Fw Fu]^+` the Delta of a residual is `P R Q`; it has to be no larger than 1 with the
+/// reserve between samples, and `E P = L`, `Q [F Fw Fu] = G` must hold to rounding. With `held` the rows of Delta from
+/// there on must be 0 where the trim stands still, which then leaves R only the rows of the model's states.
 ///
 /// # Errors
 /// [`ProofError::Ball`] when the ball is too small, or none of this shape; those of the linearisation.
-pub fn holds(ball: &Residual, vehicle: &Vehicle, file: &DesignFile, model: &Model) -> Result<(), Error> {
-    let (states, m) = (file.states.len(), vehicle.actuators.len());
+pub fn holds(
+    ball: &Residual,
+    held: Option<usize>,
+    vehicle: &Vehicle,
+    file: &DesignFile,
+    model: &Model,
+) -> Result<(), Error> {
+    let Missed { left, right, residuals } = Missed::of(vehicle, file, model)?;
     let shapeless = || ProofError::Ball { reach: None };
-    let n = ball.f.first().map_or(0, Vec::len);
-    let e = from_rows(&ball.e, states).filter(|e| e.nrows() == n && n >= states).ok_or_else(shapeless)?;
-    let f = from_rows(&ball.f, n).filter(|f| f.nrows() == states + m).ok_or_else(shapeless)?;
-    let fu = from_rows(&ball.fu, m).filter(|fu| fu.nrows() == states + m).ok_or_else(shapeless)?;
-    let invert = |a: &Mat| solve(a, &Mat::identity(a.nrows(), a.nrows())).ok_or_else(shapeless);
-    // [F Fu] = H G with G from states and commands to what the model is driven by. Each row of G has a column that no
-    // other row needs, of 1 or -1, its last: H consists of these columns, and nothing else may be in [F Fu].
-    let mut g = Mat::zeros(states + m, n + m);
-    g.view_mut((0, 0), (states, states)).fill_with_identity();
-    g.rows_mut(states, m).copy_from(&forces(&vehicle.actuators, file, n));
-    let last = |row: usize| (0..n + m).rev().find(|column| g[(row, *column)] != 0.0).unwrap_or(row);
-    let own: Vec<usize> = (0..states + m).map(last).collect();
-    let whole = block(&[&[&f, &fu]]);
-    let h = Mat::from_fn(states + m, states + m, |i, j| whole[(i, own[j])] * g[(j, own[j])]);
-    let is_zero = |part: &Mat| part.iter().all(|entry| *entry == 0.0);
-    if !is_zero(&e.rows(states, n - states).into_owned()) || whole != &h * &g {
+    let (n, m) = (left.nrows(), vehicle.actuators.len());
+    let w = right.ncols() - n - m;
+    let rows = |rows: &certificate::Rows, columns: usize| from_rows(rows, columns).ok_or_else(shapeless);
+    let e = rows(&ball.e, ball.e.first().map_or(0, Vec::len))?;
+    let parts = [rows(&ball.f, n)?, rows(&ball.fw, w)?, rows(&ball.fu, m)?];
+    if e.nrows() != n || parts.iter().any(|part| part.nrows() != ball.f.len()) {
         return Err(shapeless().into());
     }
-    let left = invert(&e.rows(0, states).into_owned())?;
-    let right = invert(&h)?;
-    let reach = reach(residuals(vehicle, file, model)?.iter().map(|r| &left * r * &right));
+    let seen = block(&[&[&parts[0], &parts[1], &parts[2]]]);
+    let (p, q) = (pseudo_inverse(&e, RANK_TOLERANCE) * &left, &right * pseudo_inverse(&seen, RANK_TOLERANCE));
+    let same =
+        |found: Mat, wanted: &Mat| (found - wanted).iter().all(|off| off.abs() <= SAME_PLACE * wanted.amax());
+    let first = held.unwrap_or(p.nrows()).min(p.nrows());
+    let beyond = p.view((first, 0), (p.nrows() - first, file.states.len()));
+    let is_still = beyond.iter().all(|entry| entry.abs() <= SAME_PLACE * p.amax());
+    if !same(&e * &p, &left) || !same(&q * &seen, &right) || !is_still {
+        return Err(shapeless().into());
+    }
+    let reach = reach(residuals.iter().map(|r| &p * r * &q));
     if reach <= 1.0 + SAME_BALL {
         Ok(())
     } else {
@@ -97,14 +139,28 @@ pub fn holds(ball: &Residual, vehicle: &Vehicle, file: &DesignFile, model: &Mode
     }
 }
 
-/// `[dA, dB S_u]` over the range of speed: what the fit misses, each input in units of its scale.
-fn residuals(vehicle: &Vehicle, file: &DesignFile, model: &Model) -> Result<Vec<Mat>, Error> {
-    let (centre, half_range) = file.scheduling();
-    let at = |v: f64| -> Result<Mat, Error> {
-        let truth = stacked(&linearise_at(vehicle, file, v)?);
-        Ok(scaled(&vehicle.actuators, truth - model.lft.evaluate(&[(v - centre) / half_range])?))
-    };
-    file.spread(SAMPLES).into_iter().map(at).collect()
+/// What the fit misses over the range of speed, and where that is in the plant.
+struct Missed {
+    left: Mat,
+    right: Mat,
+    residuals: Vec<Mat>,
+}
+
+impl Missed {
+    fn of(vehicle: &Vehicle, file: &DesignFile, model: &Model) -> Result<Self, Error> {
+        let ModelPlace { left, right } = place(&vehicle.actuators, file)?;
+        // The trim of an input without a lag or a delay moves no state.
+        let rows: Vec<usize> = (0..left.ncols()).filter(|j| left.column(*j).amax() > 0.0).collect();
+        let (centre, half_range) = file.scheduling();
+        let fit = model.linear();
+        let at = |v: f64| -> Result<Mat, Error> {
+            let truth = LinearModel::at(&linearise_at(vehicle, file, v)?, &vehicle.actuators);
+            let missed = truth.whole(0.0)? - fit.whole((v - centre) / half_range)?;
+            Ok(missed.select_rows(&rows).columns(0, right.nrows()).into_owned())
+        };
+        let residuals = file.spread(SAMPLES).into_iter().map(at).collect::<Result<_, Error>>()?;
+        Ok(Self { left: left.select_columns(&rows), right, residuals })
+    }
 }
 
 /// The largest singular value over samples of a curve of matrices, with a reserve for the rise between them;
@@ -151,7 +207,7 @@ pub fn bends_at_rest(vehicle: &Vehicle, file: &DesignFile, model: &Model) -> Res
     if file.speed_min >= 0.0 || file.speed_max <= 0.0 {
         return Ok(false);
     }
-    let residuals = residuals(vehicle, file, model)?;
+    let residuals = Missed::of(vehicle, file, model)?.residuals;
     let most = second_differences(&residuals).enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
     let speeds = file.spread(SAMPLES);
     Ok(most.is_some_and(|(i, _)| speeds[i] <= 0.0 && 0.0 <= speeds[i + 2]))

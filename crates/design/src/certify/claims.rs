@@ -16,8 +16,8 @@ pub fn gain(theorem: &Theorem, half_range: f64) -> String {
     let covered = theorem.gamma_with_model_error.map_or_else(String::new, |gamma| {
         let gamma = above(gamma);
         format!(
-            "\nand below {gamma} for every model in a ball around the fit, which contains [A B] of the true \
-            linearisations by a computation at {SAMPLES} speeds"
+            ",\nand below {gamma} for every model in a ball around the fit, which contains the true linearisations and \
+            trims by a computation at {SAMPLES} speeds"
         )
     });
     let slow = theorem.bounded_rate.map_or_else(String::new, |slow| {
@@ -25,12 +25,12 @@ pub fn gain(theorem: &Theorem, half_range: f64) -> String {
             .gamma_with_model_error
             .map_or_else(String::new, |gamma| format!(", {} in the ball", above(gamma)));
         format!(
-            "\nwhere the speed changes by at most {:.3} m/s^2: gain below {}{covered}",
+            ",\nwhere the speed changes by at most {:.3} m/s^2: gain below {}{covered}",
             slow.rate * half_range,
             above(slow.gamma)
         )
     });
-    format!("gain below {} for every course of speed in the range,{covered}{slow}", above(theorem.gamma))
+    format!("gain below {} for every course of speed in the range{covered}{slow}", above(theorem.gamma))
 }
 
 /// The claim about commands at their limits, if there is one.

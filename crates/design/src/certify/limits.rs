@@ -19,7 +19,8 @@ const MOST: f64 = std::f64::consts::FRAC_PI_2;
 
 /// Adds the claim for the largest step found to a proof, and proves all of it.
 ///
-/// `None` where there is nothing to claim: without anti-windup, or without a reference of pitch.
+/// While the reference of the speed is held the trim stands still, and of Delta only the rows count that move the
+/// model's `states`. `None` where there is nothing to claim: without anti-windup, or without a reference of pitch.
 ///
 /// # Errors
 /// [`Error::Synthesis`] where no step is found; [`ProofError::Unproved`].
@@ -28,6 +29,7 @@ pub fn with_limits(
     plant: &GeneralisedPlant,
     controller: &Controller,
     frozen: &ControllerDesign,
+    states: usize,
 ) -> Result<Option<Proof>, Error> {
     let certificate = &proof.certificate;
     let (Some(gain), Some(input), Some(ball)) =
@@ -40,9 +42,11 @@ pub fn with_limits(
     let matrix = |rows: &certificate::Rows, columns: usize| {
         from_rows(rows, columns).ok_or(ProofError::Ball { reach: None })
     };
+    let all = matrix(&ball.e, ball.e.first().map_or(0, Vec::len))?;
     let error = ModelError {
-        e: matrix(&ball.e, ball.e.first().map_or(0, Vec::len))?,
+        e: all.columns(0, states).into_owned(),
         f: matrix(&ball.f, n)?,
+        fw: matrix(&ball.fw, plant.b1().ncols())?,
         fu: matrix(&ball.fu, m)?,
     };
     let gain: Mat = matrix(gain, m)?;
@@ -65,6 +69,7 @@ pub fn with_limits(
         beta: 1.0,
         x_held: found.x_held,
         u_held: found.u_held,
+        delta_rows: (states < all.ncols()).then_some(states),
         lambda: found.lambda,
         x: to_rows(&found.x),
         s: to_rows(&found.s),

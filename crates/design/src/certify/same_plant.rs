@@ -1,11 +1,12 @@
 //! Whether the plant of a certificate is the one that vehicle and design file make.
 //!
 //! Both are LFTs in rho, and the basis of an LFT's channels is not unique, so that they are compared as what they
-//! are: rational functions of rho. With their poles far outside the range (see [`check`]) two such functions that
+//! are: rational functions of rho. With their poles outside the range (see [`check`]) two such functions that
 //! agree at thousands of points agree between them.
 
 use crate::certify::blocks_of;
 use crate::error::{Error, ProofError};
+use crate::fit::trim_slope::NEAREST_POLE;
 use certificate::Plant;
 use lpv::matrix::{Mat, eigenvalues, largest};
 use lpv::partition::{Group, PLANT, names};
@@ -20,18 +21,18 @@ const POINTS: u32 = 4001;
 /// Values of several parameters at which the two are compared.
 const IN_BOX: u32 = 101;
 
-/// The largest modulus of an eigenvalue of Dtt that is always allowed: poles in rho are their reciprocals, two or
-/// more from the middle of the range. A polynomial in rho, which is what is fitted, has a nilpotent Dtt; what the
-/// reduction of its channels leaves out gives it eigenvalues of 0.01 for a low order, and up to 0.6 for the highest,
-/// which is then the limit.
-const FARTHEST: f64 = 0.5;
+/// The largest modulus of an eigenvalue of Dtt that is always allowed: poles in rho are their reciprocals. A polynomial
+/// in rho has a nilpotent Dtt, and the fit of the slope of the trim has no pole nearer than this; what the reduction of
+/// channels leaves out gives a polynomial eigenvalues of 0.01 for a low order, and up to 0.6 for the highest; the
+/// plant computed again sets the limit where it has larger ones.
+const FARTHEST: f64 = 1.0 / NEAREST_POLE;
 
 /// Compares the plant of a certificate with `wanted`, at 4001 values of rho in \[-1, 1\].
 ///
-/// A function with all poles beyond 2 is a polynomial of rho of degree d = 32 to within 1e-18 of its size
+/// A function with all poles beyond 1.1 is a polynomial of rho of degree d = 52 to within 1e-10 of its size
 /// (Bernstein's ellipse; L. N. Trefethen, Approximation Theory and Approximation Practice, 2013, theorem 8.2), and
 /// between points that are h = 0.0005 apart a polynomial rises by a factor of `1/(1 - d^2 h/2)` at most (the Markov
-/// brothers' inequality), that is 1.4.
+/// brothers' inequality), that is 3.1.
 ///
 /// # Errors
 /// [`ProofError::WrongPlant`] with the first part that differs or is not finite;

@@ -28,7 +28,7 @@ pub fn text(certificate: &Certificate, path: &Path) -> Result<String, ProofError
 }
 
 /// Checks that the plant of a certificate is the one of this vehicle and design file, trimmed, linearised, fitted and
-/// weighted again, and that its ball of models contains [A B] of the true linearisations.
+/// weighted again, and that its ball of models contains the true linearisations.
 ///
 /// # Errors
 /// [`ProofError::WrongPlant`], [`ProofError::Ball`], those of [`augment`].
@@ -43,7 +43,8 @@ pub fn of_inputs(
         &certificate.blocks,
         &augment(&vehicle.actuators, file, model.linear())?,
     )?;
-    certificate.residual.as_ref().map_or(Ok(()), |ball| ball::holds(ball, vehicle, file, model))
+    let held = certificate.limits.as_ref().and_then(|limits| limits.delta_rows);
+    certificate.residual.as_ref().map_or(Ok(()), |ball| ball::holds(ball, held, vehicle, file, model))
 }
 
 /// Checks that a certificate is of a frozen controller: the same numbers to the bit, the same bound, and all that the

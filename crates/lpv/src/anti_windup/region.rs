@@ -144,7 +144,7 @@ impl<'a> Flow<'a> {
         let zero = Mat::zeros;
         let input = |m: &Mat| m.columns(of.input, 1).into_owned();
         let (c2, f) = (p.c2().select_columns(kept), of.error.f.select_columns(kept));
-        let (fu, y, nf) = (&of.error.fu, c2.nrows(), f.nrows());
+        let (error, y, nf) = (of.error, c2.nrows(), f.nrows());
         let n = kept.len();
         // y and u in terms of x, xk, wt, wk, phi, r.
         let y = block(&[&[&c2, &zero(y, nk), &p.d2t(), &zero(y, rk), &zero(y, m), &input(&p.d21())]]);
@@ -168,7 +168,7 @@ impl<'a> Flow<'a> {
             &[&of_plant(&p.ct().select_columns(kept), &p.dtt(), &input(&p.dt1()), &p.dt2())],
             &[&of_controller(&k.ct(), &k.dty(), &k.dtt(), &zero(rk, m))],
             &[&u],
-            &[&of_plant(&f, &zero(nf, r), &zero(nf, 1), fu)],
+            &[&of_plant(&f, &zero(nf, r), &input(&error.fw), &error.fu)],
         ]);
         let e = block(&[&[&rows_of(&of.error.e)], &[&zero(nk, of.error.e.ncols())]]);
         let (rows, columns) = ([n + nk, r + rk, m, nf], [n + nk, r + rk, m, 1]);
@@ -337,7 +337,8 @@ mod tests {
             [(X, X, dmatrix![a]), (X, U, one.clone()), (Z, X, one.clone()), (Y, X, -&one), (Y, W, one)];
         let plant = GeneralisedPlant::new(vec![], &parts).unwrap();
         let controller = Controller::new(vec![], &[(U, Y, dmatrix![k])]).unwrap();
-        let error = ModelError { e: Mat::zeros(1, 1), f: Mat::zeros(1, 1), fu: Mat::zeros(1, 1) };
+        let zero = dmatrix![0.0];
+        let error = ModelError { e: zero.clone(), f: zero.clone(), fw: zero.clone(), fu: zero };
         largest_step(Limited {
             plant: &plant,
             kept: &[0],

@@ -1,8 +1,8 @@
 //! Linear fractional transformations: a matrix that depends on normalised parameters.
 //!
 //! `M(theta) = M_0 + L Theta (I - D Theta)^-1 R`, `Theta = diag(theta_c)` with the parameter `c` of each
-//! channel. Sums, products and inverses of LFTs are LFTs; a polynomial in one parameter has one of minimal
-//! size.
+//! channel. Sums, products and inverses of LFTs are LFTs; a polynomial or rational function of one parameter has one of
+//! minimal size.
 //!
 //! Sources: K. Zhou, J. C. Doyle, K. Glover, Robust and Optimal Control, 1996, ch. 10 (the algebra);
 //! B. L. Ho, R. E. Kalman, Regelungstechnik 14, 1966 (minimal realisation from a Hankel matrix).
@@ -10,6 +10,7 @@
 use crate::error::LftError;
 use crate::matrix::{Mat, block, diagonal_blocks, rank_factors, solve};
 use crate::system::polynomial::MatrixPolynomial;
+use crate::system::rational::MatrixRational;
 
 /// A matrix `M(theta) = M_0 + L Theta (I - D Theta)^-1 R`.
 ///
@@ -147,19 +148,30 @@ impl Lft {
         }
     }
 
-    /// The LFT of least size of a polynomial in one parameter.
-    ///
-    /// With coefficients `M_1 .. M_d` the size is the rank of the Hankel matrix `[M_(i+j-1)]`; its factors
-    /// give a balanced realisation (Ho and Kalman, 1966). Singular values up to `tolerance` times the
-    /// largest are dropped: the error made is the caller's to measure with [`Lft::evaluate`].
+    /// The LFT of least size of a polynomial in one parameter; see [`Lft::from_rational`].
     pub fn from_polynomial(polynomial: &MatrixPolynomial, tolerance: f64) -> Self {
-        let (p, m) = polynomial.coefficients[0].shape();
-        let order = polynomial.order();
+        Self::from_series(&polynomial.coefficients, polynomial.order(), tolerance)
+    }
+
+    /// The LFT of least size of a rational function of one parameter.
+    ///
+    /// With the coefficients `M_1, M_2, ...` of its series the size is the rank of the Hankel matrix `[M_(i+j-1)]`, at
+    /// most the order times the lesser side of M; its factors give a realisation, balanced for a polynomial (Ho and
+    /// Kalman, 1966). Singular values up to `tolerance` times the largest are dropped: the error made is the caller's
+    /// to measure with [`Lft::evaluate`].
+    pub fn from_rational(rational: &MatrixRational, tolerance: f64) -> Self {
+        let order = rational.numerator.order().max(rational.denominator.len());
+        Self::from_series(&rational.series(2 * order + 1), order, tolerance)
+    }
+
+    /// The LFT of a series whose Hankel matrix of `order` blocks has full rank; what is not in the list is zero.
+    fn from_series(series: &[Mat], order: usize, tolerance: f64) -> Self {
+        let (p, m) = series[0].shape();
         let hankel = |shift: usize| {
             let mut h = Mat::zeros(p * order, m * order);
             for i in 0..order {
                 for j in 0..order {
-                    if let Some(coefficient) = polynomial.coefficients.get(i + j + 1 + shift) {
+                    if let Some(coefficient) = series.get(i + j + 1 + shift) {
                         h.view_mut((i * p, j * m), (p, m)).copy_from(coefficient);
                     }
                 }
@@ -171,7 +183,7 @@ impl Lft {
         let (observability, reachability) = rank_factors(&whole, cut);
         let r = observability.ncols();
         if r == 0 {
-            return Self::constant(polynomial.coefficients[0].clone());
+            return Self::constant(series[0].clone());
         }
         // Orthogonal columns and rows of squared norm sigma_i: the pseudo-inverses are scaled transposes.
         let sigma_inverse = Mat::from_diagonal(&nalgebra::DVector::from_fn(r, |i, _| {
@@ -183,7 +195,7 @@ impl Lft {
             * reachability.transpose()
             * &sigma_inverse;
         Self {
-            constant: polynomial.coefficients[0].clone(),
+            constant: series[0].clone(),
             left: observability.rows(0, p).into_owned(),
             inner,
             right: reachability.columns(0, m).into_owned(),

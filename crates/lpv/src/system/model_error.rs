@@ -1,6 +1,6 @@
 //! Model error: a norm-bounded difference between the plant and what it stands for.
 //!
-//! The plant's `[A B2]` is replaced by `[A B2] + E Delta(t) [F Fu]` with any measurable Delta(t) whose largest
+//! The plant's `[A B1 B2]` is replaced by `[A B1 B2] + E Delta(t) [F Fw Fu]` with any measurable Delta(t) whose largest
 //! singular value is at most 1: S. Boyd, L. El Ghaoui, E. Feron, V. Balakrishnan, Linear Matrix Inequalities in
 //! System and Control Theory, 1994, section 4.3.
 
@@ -8,13 +8,15 @@ use crate::matrix::{Mat, block};
 use crate::system::controller::Controller;
 use crate::system::plant::{ClosedLoop, GeneralisedPlant};
 
-/// `E Delta [F Fu]` in a plant's coordinates.
+/// `E Delta [F Fw Fu]` in a plant's coordinates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelError {
     /// n x ne.
     pub e: Mat,
     /// nf x n.
     pub f: Mat,
+    /// nf x w.
+    pub fw: Mat,
     /// nf x u.
     pub fu: Mat,
 }
@@ -33,17 +35,18 @@ impl ModelError {
     /// What the error is in the loop that a controller closes.
     ///
     /// ```text
-    /// Fx = [F + Fu Duy C2, Fu Cu],   Ft = [Fu Duy D2t, Fu Dut],   Fw = Fu Duy D21
+    /// Fx = [F + Fu Duy C2, Fu Cu],   Ft = [Fu Duy D2t, Fu Dut],   Fw = Fw + Fu Duy D21
     /// ```
     pub fn close(&self, plant: &GeneralisedPlant, k: &Controller) -> LoopError {
         let s = plant.sizes();
         let nk = k.a().nrows();
-        debug_assert_eq!((self.e.nrows(), self.f.ncols(), self.fu.ncols()), (s.x, s.x, s.u));
+        let columns = (self.f.ncols(), self.fw.ncols(), self.fu.ncols());
+        debug_assert_eq!((self.e.nrows(), columns), (s.x, (s.x, s.w, s.u)));
         LoopError {
             e: block(&[&[&self.e], &[&Mat::zeros(nk, self.e.ncols())]]),
             fx: block(&[&[&(&self.f + &self.fu * &k.duy() * &plant.c2()), &(&self.fu * &k.cu())]]),
             ft: block(&[&[&(&self.fu * &k.duy() * &plant.d2t()), &(&self.fu * &k.dut())]]),
-            fw: &self.fu * &k.duy() * &plant.d21(),
+            fw: &self.fw + &self.fu * &k.duy() * &plant.d21(),
         }
     }
 }

@@ -30,6 +30,19 @@ impl MatrixPolynomial {
     /// # Errors
     /// Fewer distinct samples than coefficients, or samples of unlike shape.
     pub fn fit(samples: &[(f64, Mat)], order: usize) -> Result<Self, FitError> {
+        let shape = Self::determined(samples, order)?;
+        let vandermonde = Mat::from_fn(samples.len(), order + 1, |i, k| samples[i].0.powi(k as i32));
+        let values = Mat::from_fn(samples.len(), shape.0 * shape.1, |i, e| samples[i].1[e]);
+        let solution = crate::matrix::pseudo_inverse(&vandermonde, 1e-13) * values;
+        let coefficients = solution
+            .row_iter()
+            .map(|row| Mat::from_iterator(shape.0, shape.1, row.iter().copied()))
+            .collect();
+        Ok(Self { coefficients })
+    }
+
+    /// The shape of samples, of which there are enough for `order + 1` coefficients.
+    pub(crate) fn determined(samples: &[(f64, Mat)], order: usize) -> Result<(usize, usize), FitError> {
         let shape = samples.first().map(|(_, m)| m.shape()).ok_or(FitError::NoSamples)?;
         if let Some((rho, other)) = samples.iter().find(|(_, m)| m.shape() != shape) {
             return Err(FitError::UnlikeShapes { rho: *rho, expected: shape, found: other.shape() });
@@ -40,14 +53,7 @@ impl MatrixPolynomial {
         if distinct.len() <= order {
             return Err(FitError::TooFewSamples { samples: distinct.len(), order });
         }
-        let vandermonde = Mat::from_fn(samples.len(), order + 1, |i, k| samples[i].0.powi(k as i32));
-        let values = Mat::from_fn(samples.len(), shape.0 * shape.1, |i, e| samples[i].1[e]);
-        let solution = crate::matrix::pseudo_inverse(&vandermonde, 1e-13) * values;
-        let coefficients = solution
-            .row_iter()
-            .map(|row| Mat::from_iterator(shape.0, shape.1, row.iter().copied()))
-            .collect();
-        Ok(Self { coefficients })
+        Ok(shape)
     }
 
     /// The order: one less than the number of coefficients.

@@ -149,6 +149,23 @@ pub struct TrackingProblem {
     pub two_degrees: Option<TwoDegrees>,
 }
 
+/// Where the model is in the generalised plant: `[A B1 B2]` of the plant is
+///
+/// ```text
+/// left [A B x0'; 0 0 u0'] right + what does not depend on the model
+/// ```
+///
+/// at every theta, with `[A B]` alone where no trim moves.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelPlace {
+    /// Into x': the model's rates; and what moves the inputs' trim, into the states of lags and delays. states x
+    /// (n + m), or states x n where no trim moves.
+    pub left: Mat,
+    /// From `[x; w; u]`: the model's states, its inputs, and the rate of the trim with its sign, a last row only where
+    /// it moves. In units of the model.
+    pub right: Mat,
+}
+
 /// A linear function of `[x; wt; w; u]`, a row each.
 type Signal = Mat;
 
@@ -199,6 +216,18 @@ impl TrackingProblem {
     /// # Errors
     /// The first part whose size does not fit, or the first number that makes a weight improper, unstable or infinite.
     pub fn augment(&self) -> Result<GeneralisedPlant, AugmentError> {
+        Ok(self.assembled()?.0)
+    }
+
+    /// Where the model is in that plant.
+    ///
+    /// # Errors
+    /// As [`TrackingProblem::augment`].
+    pub fn place(&self) -> Result<ModelPlace, AugmentError> {
+        Ok(self.assembled()?.1)
+    }
+
+    fn assembled(&self) -> Result<(GeneralisedPlant, ModelPlace), AugmentError> {
         let n = self.model.constant.nrows();
         let (m, p) = (self.input_scale.len(), self.outputs.nrows());
         self.check(n, m, p)?;
@@ -248,16 +277,15 @@ impl TrackingProblem {
         }
         let forces = forces + d * self.disturbance;
         let inputs = block(&[&[&x], &[&(diagonal(&self.input_scale) * &forces)], &[&-rate]]);
-        let moved = &model.constant * &inputs + &model.left * &wt;
-        all.derivative(0, &moved.rows(0, n).into_owned());
+        let mut left = Mat::zeros(sizes.x, model.constant.nrows());
+        left.view_mut((0, 0), (n, n)).fill_with_identity();
         if trim.is_some() {
             let lags = lagged.iter().enumerate().map(|(i, j)| (first_lag + i, *j));
             for (state, j) in lags.chain((0..self.late(m)).map(|j| (first_late + j, j))) {
-                let moves = row(&moved, n + j) / self.input_scale[j];
-                let rate = row(&all.derivatives, state) + moves;
-                all.derivative(state, &rate);
+                left[(state, n + j)] = 1.0 / self.input_scale[j];
             }
         }
+        let moved = &model.constant * &inputs + &model.left * &wt;
         let zt = &model.right * &inputs + &model.inner * &wt;
 
         // What the outputs must follow, and the errors.
@@ -291,10 +319,11 @@ impl TrackingProblem {
         z.extend((0..m).map(|j| all.weighted(&self.control[j], &row(&u, j))));
         let z = Mat::from_fn(z.len(), x.ncols(), |i, j| z[i][(0, j)]);
         let sizes = Sizes { z: z.nrows(), y: y.nrows(), ..sizes };
-        let matrix = block(&[&[&all.derivatives], &[&zt], &[&z], &[&y]]);
+        let matrix = block(&[&[&(all.derivatives + &left * moved)], &[&zt], &[&z], &[&y]]);
         let mut blocks = vec![0; model.channels.iter().max().map_or(0, |last| last + 1)];
         model.channels.iter().for_each(|channel| blocks[*channel] += 1);
-        Ok(GeneralisedPlant { parts: Partitioned::of(matrix, PLANT, sizes), blocks })
+        let plant = GeneralisedPlant { parts: Partitioned::of(matrix, PLANT, sizes), blocks };
+        Ok((plant, ModelPlace { left, right: inputs.remove_columns(sizes.x, sizes.t) }))
     }
 
     /// The number of states of the delays of m inputs.

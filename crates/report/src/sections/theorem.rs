@@ -10,12 +10,12 @@ use squid_design::certify::limits::degrees;
 fn reach(theorem: &Theorem, certified: bool) -> &'static str {
     match (theorem.gamma_with_model_error, certified) {
         (Some(_), true) => {
-            "The second sentence covers [A B] of the true linearisations, which the fitted model misses a little, \
-                about a trim whose slope is the fit's. `squid verify` proves the certificate in the FMU again."
+            "The second sentence covers the true linearisations and the slope of their trims, which the fitted model \
+                misses a little. `squid verify` proves the certificate in the FMU again."
         }
         (Some(_), false) => {
-            "The second sentence covers [A B] of the true linearisations, which the fitted model misses a little, \
-                about a trim whose slope is the fit's."
+            "The second sentence covers the true linearisations and the slope of their trims, which the fitted model \
+                misses a little."
         }
         (None, _) => {
             "It is of the fitted model alone: nothing is proved of the true linearisations, and the controller \

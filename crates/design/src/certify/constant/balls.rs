@@ -5,7 +5,7 @@
 //! trim are put where that trim is, as far as the box goes. Row i of the difference is `Delta_i F_i` with a row
 //! `|Delta_i| <= 1`.
 
-use crate::augment::forces;
+use crate::augment::place;
 use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::linearise::scaled;
@@ -43,9 +43,11 @@ pub fn around(
     plant: &GeneralisedPlant,
 ) -> Result<Vec<Ball>, Error> {
     let off = differences(inputs, model, share, (SPEEDS, CORNERS, INSIDE, 7))?;
-    let (n, m) = (plant.a().nrows(), inputs.vehicle.actuators.len());
+    let (n, m, w) = (plant.a().nrows(), inputs.vehicle.actuators.len(), plant.b1().ncols());
     let states = inputs.design.states.len();
-    let forces = forces(&inputs.vehicle.actuators, &inputs.design, n);
+    // What acts on the model, of the plant's states and u; what w adds is not in the balls.
+    let right =
+        place(&inputs.vehicle.actuators, &inputs.design.with_even_references())?.right.remove_columns(n, w);
     let mut balls = vec![];
     for (row, reach) in (0..states).zip(reaches(&off)).filter_map(|(row, reach)| Some((row, reach?))) {
         let (mut e, mut f) = (Mat::zeros(n, 1), Mat::zeros(states + m, n + m));
@@ -53,11 +55,14 @@ pub fn around(
         for (j, size) in reach.into_iter().enumerate() {
             match j.checked_sub(states) {
                 None => f[(j, j)] = size,
-                Some(input) => f.row_mut(j).copy_from(&(forces.row(input) * size)),
+                Some(input) => {
+                    let unit = inputs.vehicle.actuators[input].reach();
+                    f.row_mut(j).copy_from(&(right.row(j) * (size / unit)));
+                }
             }
         }
         let fu = f.columns(n, m).into_owned();
-        balls.push(ModelError { e, f: f.columns(0, n).into_owned(), fu });
+        balls.push(ModelError { e, f: f.columns(0, n).into_owned(), fw: Mat::zeros(states + m, w), fu });
     }
     Ok(balls)
 }

@@ -1,0 +1,129 @@
+//! The ball around the fit and the fit of the slope of the trim.
+
+use crate::designs::{inputs, made};
+use certificate::Residual;
+use lpv::matrix::{Mat, block, eigenvalues, from_rows, largest_singular_value, pseudo_inverse};
+use lpv::partition::Group::{U, W, X};
+use lpv::plant::GeneralisedPlant;
+use lpv::polynomial::MatrixPolynomial;
+use squid_design::augment::{LinearModel, augment};
+use squid_design::certify::ball::holds;
+use squid_design::check::frozen_controller;
+use squid_design::fit::Model;
+use squid_design::fit::trim_slope::NEAREST_POLE;
+use squid_design::linearise::{TRIM_ROWS, linearise_at, trim_slope};
+
+/// `[A B1 B2]` at rho.
+fn moved(plant: &GeneralisedPlant, rho: f64) -> Mat {
+    let parts = plant.frozen(&[rho]).unwrap().parts;
+    block(&[&[&parts.block(X, X), &parts.block(X, W), &parts.block(X, U)]])
+}
+
+/// At speeds that did not make the ball, the plant of the true linearisation and trim is one of the ball's, and its
+/// loop has a gain below the bound for the ball.
+#[test]
+fn the_ball_holds_the_plants_of_the_vehicle() {
+    for name in ["squid", "remus100"] {
+        let made = made(name);
+        let (inputs, finished) = (&made.inputs, &made.finished);
+        let certificate = &finished.proof.as_ref().unwrap().certificate;
+        let ball = certificate.residual.as_ref().unwrap();
+        let (n, w, u) = (ball.f[0].len(), ball.fw[0].len(), ball.fu[0].len());
+        let e = from_rows(&ball.e, ball.e[0].len()).unwrap();
+        let seen =
+            [(&ball.f, n), (&ball.fw, w), (&ball.fu, u)].map(|(rows, size)| from_rows(rows, size).unwrap());
+        let seen = block(&[&[&seen[0], &seen[1], &seen[2]]]);
+        let (left, right) = (pseudo_inverse(&e, 1e-13), pseudo_inverse(&seen, 1e-13));
+        let (centre, half_range) = inputs.design.scheduling();
+        let mut farthest: f64 = 0.0;
+        for speed in inputs.design.spread(38) {
+            let actuators = &inputs.vehicle.actuators;
+            let truth =
+                LinearModel::at(&linearise_at(&inputs.vehicle, &inputs.design, speed).unwrap(), actuators);
+            let truth = augment(actuators, &inputs.design, truth).unwrap();
+            let rho = (speed - centre) / half_range;
+            let missed = moved(&truth, rho) - moved(&finished.plant, rho);
+            let delta = &left * &missed * &right;
+            assert!((&e * &delta * &seen - &missed).amax() < 1e-9 * missed.amax(), "{name} at {speed} m/s");
+            farthest = farthest.max(largest_singular_value(&delta));
+            let controller = frozen_controller(&finished.design.controller, rho).unwrap();
+            let gain = truth.close(&controller).frozen(&[]).unwrap().hinf_norm().value;
+            assert!(gain < ball.gamma, "{name} at {speed} m/s: {gain}");
+        }
+        assert!((0.8..1.0).contains(&farthest), "{name}: {farthest}");
+    }
+}
+
+/// A ball without its part for the slope, or a bit too small, does not hold the vehicle.
+#[test]
+fn a_ball_without_the_slope_is_refused() {
+    let made = made("squid");
+    let (vehicle, file, model) = (&made.inputs.vehicle, &made.inputs.design, &made.finished.model);
+    let ball = made.finished.proof.as_ref().unwrap().certificate.residual.clone().unwrap();
+    let held = made.finished.proof.as_ref().unwrap().certificate.limits.as_ref().unwrap().delta_rows;
+    assert_eq!(held, Some(file.states.len()));
+    holds(&ball, held, vehicle, file, model).unwrap();
+    assert!(holds(&ball, Some(2), vehicle, file, model).is_err(), "[A B] has more rows than two");
+    let refusal = |ball: &Residual| holds(ball, held, vehicle, file, model).unwrap_err().to_string();
+    let mut smaller = ball.clone();
+    smaller
+        .fw
+        .iter_mut()
+        .chain(&mut smaller.f)
+        .chain(&mut smaller.fu)
+        .flatten()
+        .for_each(|entry| *entry *= 0.99);
+    assert!(refusal(&smaller).contains("reach 1.0101 times"), "{}", refusal(&smaller));
+    let without = Residual { fw: vec![], ..ball.clone() };
+    assert!(refusal(&without).contains("make no ball"), "{}", refusal(&without));
+    let mut blind = ball.clone();
+    blind.fw.iter_mut().flatten().for_each(|entry| *entry = 0.0);
+    assert!(refusal(&blind).contains("make no ball"), "{}", refusal(&blind));
+    let mut flat = ball;
+    flat.e.iter_mut().skip(file.states.len()).flatten().for_each(|entry| *entry = 0.0);
+    assert!(refusal(&flat).contains("make no ball"), "{}", refusal(&flat));
+}
+
+/// Over other ranges and orders, down to rest: no pole where it must not be, as many channels as the order at most, and
+/// no farther from the slopes than the polynomial is.
+#[test]
+fn the_fit_of_the_slope_keeps_its_poles_away() {
+    let mut rational = 0;
+    for (name, from, to) in
+        [("squid", 0.5, 3.0), ("squid", 0.2, 3.0), ("sparus2", 0.1, 0.38), ("bluerov2_heavy", 0.0, 0.5)]
+    {
+        for order in 1..=4 {
+            let mut inputs = inputs(name);
+            (inputs.design.speed_min, inputs.design.speed_max, inputs.design.order) = (from, to, order);
+            let (vehicle, design) = (&inputs.vehicle, &inputs.design);
+            let model = Model::new(vehicle, design).unwrap();
+            assert!(model.trim_slope.size() <= order, "{name}, order {order}");
+            let poles = eigenvalues(&model.trim_slope.inner).iter().map(|v| v.norm()).fold(0.0, f64::max);
+            assert!(poles * NEAREST_POLE <= 1.0, "{name}, order {order}: {poles}");
+            let samples = |count: usize| -> Vec<(f64, Mat)> {
+                let (centre, half_range) = design.scheduling();
+                let at = |v| trim_slope(&linearise_at(vehicle, design, v).unwrap(), &vehicle.actuators);
+                design.spread(count).into_iter().map(|v| ((v - centre) / half_range, at(v))).collect()
+            };
+            let polynomial = MatrixPolynomial::fit(&samples(design.speeds), order).unwrap();
+            let reach =
+                |i: usize| i.checked_sub(design.states.len()).map_or(1.0, |j| vehicle.actuators[j].reach());
+            let off = |of: &dyn Fn(f64) -> Mat| {
+                let far = |(rho, m): &(f64, Mat)| {
+                    let off = of(*rho) - m;
+                    off.iter().enumerate().map(|(i, v)| (v / reach(i)).powi(2)).sum::<f64>().sqrt()
+                };
+                samples(TRIM_ROWS).iter().map(far).fold(0.0, f64::max)
+            };
+            let found = off(&|rho| model.trim_slope.evaluate(&[rho]).unwrap());
+            let before = off(&|rho| polynomial.evaluate(rho));
+            // What is dropped of the LFT may count against it.
+            assert!(
+                found <= 1.1 * before + 1e-9,
+                "{name} from {from} m/s, order {order}: {found} against {before}"
+            );
+            rational += usize::from(found < 0.2 * before);
+        }
+    }
+    assert!(rational >= 4, "poles help at speeds above rest: {rational}");
+}

@@ -1,0 +1,189 @@
+//! Matrices that are rational functions of one parameter, with one denominator for all entries, fitted to samples.
+//!
+//! Sources: E. C. Levy, IRE Trans. Automatic Control 4(1), 1959 (the equation multiplied by the denominator is linear
+//! in all coefficients); C. K. Sanathanan, J. Koerner, IEEE Trans. Automatic Control 8(1), 1963 (weights that undo the
+//! multiplication, from the denominator before).
+
+use crate::error::FitError;
+use crate::matrix::{Mat, pseudo_inverse};
+use crate::system::polynomial::MatrixPolynomial;
+
+/// `M(rho) = N(rho)/d(rho)`, `d(rho) = 1 + d_1 rho + ... + d_q rho^q`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MatrixRational {
+    /// N.
+    pub numerator: MatrixPolynomial,
+    /// `d_1, ..., d_q`; none for a polynomial.
+    pub denominator: Vec<f64>,
+}
+
+/// How often the weights are taken from the denominator before: far more often than they still change.
+const ITERATIONS: usize = 20;
+
+/// Singular values of the equations below this part of the largest count as zero.
+const RANK_TOLERANCE: f64 = 1e-13;
+
+impl MatrixRational {
+    /// Least squares over the samples `(rho_i, M_i)` with a numerator of degree `order` and a denominator of degree
+    /// `poles`, at most `order`: those coefficients that make
+    ///
+    /// ```text
+    /// sum_i |N(rho_i) - d(rho_i) M_i|^2 / e(rho_i)^2
+    /// ```
+    ///
+    /// least, where e is the denominator of the iteration before, 1 at first. The parameter is to be normalised to
+    /// \[-1, 1\], and entries to units in which they count alike. Of all iterations the one comes back that meets
+    /// the samples best; where its poles are is the caller's to check.
+    ///
+    /// # Errors
+    /// Fewer distinct samples than coefficients of an entry and the denominator, or samples of unlike shape.
+    pub fn fit(samples: &[(f64, Mat)], order: usize, poles: usize) -> Result<Self, FitError> {
+        debug_assert!(poles <= order);
+        let polynomial = MatrixPolynomial::fit(samples, order)?;
+        if poles == 0 {
+            return Ok(Self { numerator: polynomial, denominator: vec![] });
+        }
+        MatrixPolynomial::determined(samples, order + poles)?;
+        let (rows, columns) = polynomial.coefficients[0].shape();
+        let mut best = (f64::INFINITY, Self { numerator: polynomial, denominator: vec![] });
+        let mut weights = vec![1.0; samples.len()];
+        for _ in 0..ITERATIONS {
+            let next = Self::weighted(samples, &weights, (order, poles), (rows, columns));
+            weights = samples.iter().map(|(rho, _)| 1.0 / next.divisor(*rho)).collect();
+            let missed: f64 = samples.iter().map(|(rho, m)| (next.evaluate(*rho) - m).norm_squared()).sum();
+            if !weights.iter().all(|w| w.is_finite()) {
+                break;
+            }
+            if missed < best.0 {
+                best = (missed, next);
+            }
+        }
+        Ok(best.1)
+    }
+
+    /// The linear least squares of one iteration: unknown are the entries of N, power by power, and then d.
+    fn weighted(
+        samples: &[(f64, Mat)],
+        weights: &[f64],
+        (order, poles): (usize, usize),
+        (rows, columns): (usize, usize),
+    ) -> Self {
+        let size = rows * columns;
+        let first = size * (order + 1);
+        let mut left = Mat::zeros(samples.len() * size, first + poles);
+        let mut right = Mat::zeros(samples.len() * size, 1);
+        for (i, ((rho, m), weight)) in samples.iter().zip(weights).enumerate() {
+            for (e, value) in m.iter().enumerate() {
+                let row = i * size + e;
+                (0..=order).for_each(|k| left[(row, k * size + e)] = weight * rho.powi(k as i32));
+                (1..=poles).for_each(|k| left[(row, first + k - 1)] = -weight * value * rho.powi(k as i32));
+                right[(row, 0)] = weight * value;
+            }
+        }
+        let solution = pseudo_inverse(&left, RANK_TOLERANCE) * right;
+        let of_power =
+            |k: usize| Mat::from_column_slice(rows, columns, &solution.as_slice()[k * size..][..size]);
+        Self {
+            numerator: MatrixPolynomial { coefficients: (0..=order).map(of_power).collect() },
+            denominator: solution.as_slice()[first..].to_vec(),
+        }
+    }
+
+    /// `d(rho)`.
+    pub fn divisor(&self, rho: f64) -> f64 {
+        1.0 + self.denominator.iter().rev().fold(0.0, |sum, d| (sum + d) * rho)
+    }
+
+    /// `M(rho)`. p x m.
+    pub fn evaluate(&self, rho: f64) -> Mat {
+        self.numerator.evaluate(rho) / self.divisor(rho)
+    }
+
+    /// The first `count` coefficients of the series of M in rho.
+    pub fn series(&self, count: usize) -> Vec<Mat> {
+        let (rows, columns) = self.numerator.coefficients[0].shape();
+        let mut all: Vec<Mat> = Vec::with_capacity(count);
+        for k in 0..count {
+            let own = self.numerator.coefficients.get(k).cloned();
+            let own = own.unwrap_or_else(|| Mat::zeros(rows, columns));
+            let next = self.denominator.iter().zip(all.iter().rev()).fold(own, |sum, (d, m)| sum - m * *d);
+            all.push(next);
+        }
+        all
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::matrix::{eigenvalues, largest};
+    use crate::system::lft::Lft;
+    use nalgebra::dmatrix;
+
+    fn sampled(truth: &MatrixRational, count: usize) -> Vec<(f64, Mat)> {
+        let rho = |i: usize| 2.0 * i as f64 / (count - 1) as f64 - 1.0;
+        (0..count).map(|i| (rho(i), truth.evaluate(rho(i)))).collect()
+    }
+
+    /// `1/(rho + 1.6)` and a pair of poles at `+-1.5 j`, in two entries.
+    fn truth() -> MatrixRational {
+        let coefficients =
+            vec![dmatrix![1.0; 0.3], dmatrix![0.5; -2.0], dmatrix![0.0; 1.0], dmatrix![0.1; 0.7]];
+        // (1 + rho/1.6) (1 + rho^2/2.25)
+        let (a, b) = (1.0 / 1.6, 1.0 / 2.25);
+        MatrixRational { numerator: MatrixPolynomial { coefficients }, denominator: vec![a, b, a * b] }
+    }
+
+    #[test]
+    fn an_exact_rational_function_comes_back() {
+        let truth = truth();
+        let fit = MatrixRational::fit(&sampled(&truth, 15), 3, 3).unwrap();
+        for (found, expected) in fit.denominator.iter().zip(&truth.denominator) {
+            assert!((found - expected).abs() < 1e-9, "{:?}", fit.denominator);
+        }
+        for i in 0..=50 {
+            let rho = f64::from(i) / 25.0 - 1.0;
+            assert!((fit.evaluate(rho) - truth.evaluate(rho)).amax() < 1e-10);
+        }
+    }
+
+    /// With noise the weights of Sanathanan and Koerner bring a fit nearer to the samples than Levy's first step.
+    #[test]
+    fn weights_bring_the_fit_nearer() {
+        let far = |m: &MatrixRational, samples: &[(f64, Mat)]| -> f64 {
+            samples.iter().map(|(rho, v)| (m.evaluate(*rho) - v).norm_squared()).sum()
+        };
+        let samples: Vec<(f64, Mat)> = (0..40)
+            .map(|i| f64::from(i) / 19.5 - 1.0)
+            .map(|rho| (rho, dmatrix![1.0 / (rho + 1.1) + 0.02 * (40.0 * rho).sin()]))
+            .collect();
+        let levy = MatrixRational::weighted(&samples, &[1.0; 40], (1, 1), (1, 1));
+        let fit = MatrixRational::fit(&samples, 1, 1).unwrap();
+        let polynomial = MatrixRational::fit(&samples, 1, 0).unwrap();
+        assert!(far(&fit, &samples) < 0.9 * far(&levy, &samples));
+        assert!(far(&fit, &samples) < 0.1 * far(&polynomial, &samples));
+        assert!(polynomial.denominator.is_empty());
+    }
+
+    #[test]
+    fn its_lft_has_as_many_channels_as_the_order() {
+        let truth = truth();
+        let lft = Lft::from_rational(&truth, 1e-12);
+        assert_eq!(lft.size(), 3);
+        for rho in [-1.0, -0.3, 0.0, 0.55, 1.0] {
+            assert!((lft.evaluate(&[rho]).unwrap() - truth.evaluate(rho)).amax() < 1e-10);
+        }
+        // Poles are the inverse eigenvalues.
+        let fastest = largest(0.0, eigenvalues(&lft.inner).iter().map(|v| v.norm()));
+        assert!((1.0 / fastest - 1.5).abs() < 1e-8, "the nearest pole is {}", 1.0 / fastest);
+    }
+
+    #[test]
+    fn too_few_samples_are_refused() {
+        let samples = sampled(&truth(), 6);
+        let expected = FitError::TooFewSamples { samples: 6, order: 6 };
+        assert_eq!(MatrixRational::fit(&samples, 3, 3), Err(expected));
+        assert!(MatrixRational::fit(&samples, 3, 2).is_ok());
+        assert_eq!(MatrixRational::fit(&[], 1, 1), Err(FitError::NoSamples));
+    }
+}
