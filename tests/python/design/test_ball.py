@@ -15,7 +15,7 @@ from fly.stages import ROOT
 STATES = [reference.U, reference.W, reference.Q, reference.THETA]
 SPEEDS = 60
 STEP = 1e-6
-"""Of the differences: speeds (m/s), states (SI), outputs in units of their reach; q|q| bends at the trims, where q = 0."""
+"""Of the differences: speeds (m/s), states (SI), outputs in units of their reach. At the trims q|q| bends, q = 0."""
 
 
 @dataclass
