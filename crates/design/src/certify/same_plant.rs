@@ -196,7 +196,7 @@ mod tests {
     fn a_pole_nearby_is_refused() {
         let wanted = squid(2);
         let mut found = wanted.clone();
-        found.parts.block_mut(T, T)[(0, 0)] += 0.9;
+        found.parts.block_mut(T, T)[(0, 0)] += 0.95;
         assert!(refusal(&found, &wanted).contains("an eigenvalue of modulus"));
     }
 
