@@ -92,7 +92,11 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     let sampled = sampled_stage(inputs, &model, &design, progress);
     let mut frozen = freeze(&inputs.vehicle, &inputs.design, &inputs.hashes, &model, &design, proof.is_ok())?;
     frozen.controller.anti_windup = anti_windup_stage(inputs, &design.controller, progress)?;
-    let proof = proof.map(|proof| limits_stage(proof, (&plant, &design.controller), &frozen, progress));
+    let proof =
+        proof.map(|proof| limits_stage(inputs, proof, (&plant, &design.controller), &frozen, progress));
+    if let Some(limits) = proof.as_ref().ok().and_then(|proof| proof.certificate.limits.as_ref()) {
+        frozen.controller.anti_windup = Some(limits.e.clone());
+    }
     let running = progress.begin("verdict", "the loop as it flies, and mu");
     let verdict = Verdict::of(inputs, &frozen.controller, Effort::FULL)?;
     drop(running);
@@ -179,13 +183,14 @@ fn anti_windup_stage(
 
 /// The claim for commands at their limits, where one is found; without it the rest of the proof stands.
 fn limits_stage(
+    inputs: &Inputs,
     proof: Proof,
     (plant, controller): (&GeneralisedPlant, &Controller),
     frozen: &Frozen,
     progress: &Progress,
 ) -> Proof {
     let running = progress.begin("limits", "how large a pitch step the loop survives at its limits");
-    let found = with_limits(&proof, plant, controller, &frozen.controller, inputs.design.states.len());
+    let found = with_limits(&proof, plant, controller, &frozen.controller, &inputs.design);
     let seconds = running.seconds();
     drop(running);
     let words = match &found {

@@ -5,7 +5,7 @@ use crate::certify::Proof;
 use crate::error::{Error, ProofError};
 use crate::inputs::design_file::DesignFile;
 use certificate::{Certificate, Limits, Theorem};
-use lpv::anti_windup::region::{Limited, largest_step};
+use lpv::anti_windup::region::{Gain, Limited, largest_step};
 use lpv::controller::Controller;
 use lpv::matrix::{Mat, from_rows, to_rows};
 use lpv::model_error::ModelError;
@@ -17,10 +17,15 @@ use signals::{PITCH, place};
 /// actuators.
 const MOST: f64 = std::f64::consts::FRAC_PI_2;
 
+/// Bound on a gain that is sought \[1/s\]: that of the quick one.
+const FASTEST: f64 = crate::synthesise::anti_windup::FASTEST;
+
 /// Adds the claim for the largest step found to a proof, and proves all of it.
 ///
 /// While the reference of the speed is held the trim stands still, and of Delta only the rows count that move the
-/// model's `states`. `None` where there is nothing to claim: without anti-windup, or without a reference of pitch.
+/// model's states. The gain of the frozen design is that of the quickest recovery; where a pitch step of the default
+/// flight is not proved with it, the gain of the largest step takes its place, if that is larger: the claim has the gain
+/// that is to fly. `None` where there is nothing to claim: without anti-windup, or without a reference of pitch.
 ///
 /// # Errors
 /// [`Error::Synthesis`] where no step is found; [`ProofError::Unproved`].
@@ -29,7 +34,7 @@ pub fn with_limits(
     plant: &GeneralisedPlant,
     controller: &Controller,
     frozen: &ControllerDesign,
-    states: usize,
+    design: &DesignFile,
 ) -> Result<Option<Proof>, Error> {
     let certificate = &proof.certificate;
     let (Some(gain), Some(input), Some(ball)) =
@@ -42,6 +47,7 @@ pub fn with_limits(
     let matrix = |rows: &certificate::Rows, columns: usize| {
         from_rows(rows, columns).ok_or(ProofError::Ball { reach: None })
     };
+    let states = design.states.len();
     let all = matrix(&ball.e, ball.e.first().map_or(0, Vec::len))?;
     let error = ModelError {
         e: all.columns(0, states).into_owned(),
@@ -49,22 +55,34 @@ pub fn with_limits(
         fw: matrix(&ball.fw, plant.b1().ncols())?,
         fu: matrix(&ball.fu, m)?,
     };
-    let gain: Mat = matrix(gain, m)?;
-    let found = largest_step(Limited {
-        plant,
-        kept: &certificate.moving_states(),
-        controller,
-        error: &error,
-        units: &matrix(&ball.s, ball.s.len())?,
-        gain: &gain,
-        limits: &limits,
-        input,
-    })?;
+    let quick: Mat = matrix(gain, m)?;
+    let step = |gain: Gain<'_>| {
+        largest_step(Limited {
+            plant,
+            kept: &certificate.moving_states(),
+            controller,
+            error: &error,
+            units: &matrix(&ball.s, ball.s.len())?,
+            gain,
+            limits: &limits,
+            input,
+        })
+        .map_err(Error::from)
+    };
+    let wanted = design.manoeuvre.pitch_step.abs() / scale(frozen, input).unwrap_or(1.0);
+    let mut found = step(Gain::Given(&quick));
+    if !found.as_ref().is_ok_and(|found| found.size >= wanted)
+        && let Ok(other) = step(Gain::Sought(FASTEST))
+        && !found.as_ref().is_ok_and(|found| found.size >= other.size)
+    {
+        found = Ok(other);
+    }
+    let found = found?;
     let section = Limits {
         input,
         size: found.size.min(MOST / scale(frozen, input).unwrap_or(1.0)),
         limits,
-        e: to_rows(&gain),
+        e: to_rows(&found.gain),
         decay: found.decay,
         beta: 1.0,
         x_held: found.x_held,

@@ -15,15 +15,18 @@ use lpv::rational::MatrixRational;
 /// bend unseen between the speeds at which it is checked, see [`crate::certify::same_plant`].
 pub const NEAREST_POLE: f64 = 1.1;
 
-/// By what factor a further pole must bring a fit nearer, and the error that is rounding.
+/// The error, relative to the largest slope, that calls for a pole: below it the ball costs little, and poles near the
+/// range would cost more, for the controller has them, too.
+const CLOSE: f64 = 0.02;
+
+/// By what factor a further pole must bring a fit nearer.
 const NEARER: f64 = 0.5;
-const ROUNDING: f64 = 1e-12;
 
 /// The LFT of the slope of the trim, `[x0'; u0']` per m/s of forward speed, (n + m) x 1.
 ///
 /// The fits ([`MatrixRational::fit`]) have a numerator of the design's order, and no more poles than that, all of them
-/// at least [`NEAREST_POLE`] from 0. A further pole is taken where it halves the largest error at the speeds of
-/// `trims`; without poles it is a polynomial. Inputs count in units of their reach.
+/// at least [`NEAREST_POLE`] from 0. Without poles it is a polynomial. While the largest error at the speeds of `trims` is above
+/// [`CLOSE`], a further pole is taken where it halves that. Inputs count in units of their reach.
 ///
 /// # Errors
 /// [`ModelError::Fit`]; [`ModelError::Coefficient`].
@@ -61,14 +64,18 @@ pub fn trim_slope(
     let mut best = fit(0)?;
     let mut least = error(&best)?;
     // Each pole needs a further speed.
+    let size = largest(0.0, checked.iter().map(|(_, m)| m.norm()));
     for poles in 1..=design.order.min(samples.len() - 1 - design.order) {
+        if least <= CLOSE * size {
+            break;
+        }
         let lft = fit(poles)?;
         let poles_inverse = largest(0.0, eigenvalues(&lft.inner).iter().map(|value| value.norm()));
         if poles_inverse.is_nan() || poles_inverse * NEAREST_POLE > 1.0 {
             continue;
         }
         let error = error(&lft)?;
-        if error < NEARER * least - ROUNDING {
+        if error < NEARER * least {
             (best, least) = (lft, error);
         }
     }

@@ -23,7 +23,7 @@ const PITCH_STEP: f64 = std::f64::consts::PI / 6.0;
 
 /// Bound on the gain \[1/s\]: by a command that is cut off by its whole limit a state moves its own size in a tenth
 /// of a second, several ticks, at most.
-const FASTEST: f64 = 10.0;
+pub const FASTEST: f64 = 10.0;
 
 /// Steps are at most this much larger than those that the actuators can hold: a reference that cannot be held is what
 /// winds a controller up.

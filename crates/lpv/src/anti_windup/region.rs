@@ -18,7 +18,8 @@
 //! is not negative while `|H x|` is below the limit (J. M. Gomes da Silva Jr., S. Tarbouriech, IEEE Trans. Automatic
 //! Control 50(1), 2005, lemma 1). In `Q = X^-1`, `Y = HQ`, `U^-1` and the inverse of the multiplier \[S -T; T -S\]
 //! the inequalities are linear, also in d^2, for the form is definite where that of the inverse matrices on the
-//! transposed loop is (C. Scherer, S. Weiland, "Linear matrix inequalities in control", 2015, lemma 4.9).
+//! transposed loop is (C. Scherer, S. Weiland, "Linear matrix inequalities in control", 2015, lemma 4.9). There U^-1
+//! alone multiplies the gain G from phi into the controller's states, which is part of M: `G U^-1` can be sought, too.
 
 use crate::error::SynthesisError;
 use crate::lmi::program::{Affine, Program, symmetric};
@@ -27,10 +28,11 @@ use crate::lmi::solver_options::SolverOptions;
 use crate::matrix::{Mat, block, diagonal_blocks, skew_part, solve, spectral_abscissa, symmetric_function};
 use crate::matrix::{symmetric_part, to_rows};
 use crate::system::controller::Controller;
-use crate::system::lyapunov::middle_of_gramians;
+use crate::system::lyapunov::{lyapunov, middle_of_gramians};
 use crate::system::model_error::ModelError;
 use crate::system::plant::{GeneralisedPlant, channels};
 use crate::system::state_space::StateSpace;
+use nalgebra::DVector;
 
 const STAGE: &str = "region of a loop with limits";
 
@@ -46,6 +48,16 @@ const LARGEST: f64 = 100.0;
 /// The part of the step found that is claimed: its inequalities hold clearly.
 const CLAIMED: f64 = 0.99;
 
+/// The gain G from phi into the controller's states.
+#[derive(Debug, Clone, Copy)]
+pub enum Gain<'a> {
+    /// This one.
+    Given(&'a Mat),
+    /// That with the largest step. Entries are below this bound \[1/s\], with the states in units of their sizes in the
+    /// loop and phi in those of the limits: without it G can be so large that no sampled controller carries it out.
+    Sought(f64),
+}
+
 /// A loop whose commands are cut off.
 #[derive(Debug, Clone, Copy)]
 pub struct Limited<'a> {
@@ -60,8 +72,8 @@ pub struct Limited<'a> {
     /// A symmetric matrix that commutes with Theta, channels of plant and controller square: the square of a
     /// channel's unit.
     pub units: &'a Mat,
-    /// The gain from phi into the controller's states.
-    pub gain: &'a Mat,
+    /// G.
+    pub gain: Gain<'a>,
     /// How far each command can go either way, at least.
     pub limits: &'a [f64],
     /// The component of w that steps.
@@ -83,6 +95,8 @@ pub struct Region {
     pub u: Vec<f64>,
     pub h: Mat,
     pub lambda: f64,
+    /// G.
+    pub gain: Mat,
     /// x_e.
     pub x_held: Vec<f64>,
     /// u_e.
@@ -124,7 +138,7 @@ pub fn largest_step(of: Limited<'_>) -> Result<Region, SynthesisError> {
 /// Sizes of x, wt, phi, step, of the columns; of x', zt, u, z_D of the rows.
 struct Flow<'a> {
     of: Limited<'a>,
-    /// M, with x and u taken from the equilibrium of a step, and r in units of `unit`.
+    /// M, at G = 0 where that is sought, with x and u taken from the equilibrium of a step, and r in units of `unit`.
     m: Mat,
     /// E.
     e: Mat,
@@ -142,6 +156,10 @@ impl<'a> Flow<'a> {
         let (nk, rk, m, r) = (k.a().nrows(), k.dtt().nrows(), of.limits.len(), p.dtt().nrows());
         let rows_of = |m: &Mat| m.select_rows(kept);
         let zero = Mat::zeros;
+        let gain = match of.gain {
+            Gain::Given(gain) => gain.clone(),
+            Gain::Sought(_) => zero(nk, m),
+        };
         let input = |m: &Mat| m.columns(of.input, 1).into_owned();
         let (c2, f) = (p.c2().select_columns(kept), of.error.f.select_columns(kept));
         let (error, y, nf) = (of.error, c2.nrows(), f.nrows());
@@ -164,7 +182,7 @@ impl<'a> Flow<'a> {
         let a = p.a().select_columns(kept);
         let whole = block(&[
             &[&of_plant(&rows_of(&a), &rows_of(&p.bt()), &rows_of(&input(&p.b1())), &rows_of(&p.b2()))],
-            &[&of_controller(&k.a(), &k.by(), &k.bt(), of.gain)],
+            &[&of_controller(&k.a(), &k.by(), &k.bt(), &gain)],
             &[&of_plant(&p.ct().select_columns(kept), &p.dtt(), &input(&p.dt1()), &p.dt2())],
             &[&of_controller(&k.ct(), &k.dty(), &k.dtt(), &zero(rk, m))],
             &[&u],
@@ -220,6 +238,17 @@ impl<'a> Flow<'a> {
         Ok((symmetric_function(&x, |v| 1.0 / v.sqrt()), symmetric_function(&x, f64::sqrt)))
     }
 
+    /// How far phi of half the limits may move each state of the controller in a unit of time, in units of its size
+    /// under white noise of unit size on the commands, in units of their limits, and on the step; none for a given G.
+    fn reach(&self, half: &Mat) -> Result<DVector<f64>, SynthesisError> {
+        let Gain::Sought(largest) = self.of.gain else { return Ok(DVector::zeros(0)) };
+        let nk = self.of.controller.a().nrows();
+        let pushed = block(&[&[&(self.part(0, 2) * half * 2.0), &(&self.x_held * self.unit)]]);
+        let gramian = lyapunov(&self.part(0, 0).transpose(), &(&pushed * pushed.transpose()))
+            .ok_or_else(|| SynthesisError::numerical(STAGE, "the loop without limits is not stable"))?;
+        Ok(gramian.diagonal().rows(gramian.nrows() - nk, nk).map(|v| 0.5 * largest * v.max(0.0).sqrt()))
+    }
+
     /// The loop in units: x as in [`Flow::coordinates`], channels by `of.units`, phi and u in halves of the limits.
     fn scaled(&self) -> Result<Scaled, SynthesisError> {
         let [n, r, m, _] = self.columns;
@@ -239,7 +268,8 @@ impl<'a> Flow<'a> {
         });
         let e = (&state_inverse * &self.e).transpose() * &own[0];
         let held = &state_inverse * &self.x_held * self.unit;
-        Ok(Scaled { back, own, e, held, state_inverse, root, half })
+        let reach = self.reach(&half)?;
+        Ok(Scaled { back, own, e, held, reach, state_inverse, root, half })
     }
 
     /// The largest step at a decay.
@@ -251,13 +281,13 @@ impl<'a> Flow<'a> {
         let options =
             SolverOptions { floor: 1e-2, enough: ACCURACY, settles: true, ..SolverOptions::within(ACCURACY) };
         let solution = solver::solve(&program, STAGE, options)?;
-        let [q, s, skew, u, y, mu, size] = unknowns.map(|e| e.value(&program, &solution.x));
+        let [q, s, skew, u, y, moved, mu, size] = unknowns.map(|e| e.value(&program, &solution.x));
         if solution.margin <= 0.0 || size[(0, 0)] <= 0.0 {
             return Err(SynthesisError::numerical(STAGE, format!("missed by {:.1e}", -solution.margin)));
         }
         let singular = || SynthesisError::numerical(STAGE, "a matrix of the solution is singular");
         let invert = |m: &Mat| m.clone().try_inverse().ok_or_else(singular);
-        let Scaled { state_inverse, root, half, .. } = loop_;
+        let Scaled { reach, state_inverse, root, half, .. } = loop_;
         let (inner, r) = (invert(&q)?, s.nrows());
         let pair = invert(&block(&[&[&s, &-&skew], &[&skew, &-&s]]))?;
         Ok(Region {
@@ -269,6 +299,12 @@ impl<'a> Flow<'a> {
             t: skew_part(&(&root * pair.view((r, 0), (r, r)) * &root)),
             u: (0..half.nrows()).map(|j| 0.5 / (u[(j, j)] * half[(j, j)] * half[(j, j)])).collect(),
             lambda: 1.0 / mu[(0, 0)],
+            gain: match self.of.gain {
+                Gain::Given(gain) => gain.clone(),
+                Gain::Sought(_) => Mat::from_fn(reach.len(), half.nrows(), |i, j| {
+                    reach[i] * moved[(j, i)] / u[(j, j)] / half[(j, j)]
+                }),
+            },
             x_held: to_rows(&self.x_held).concat(),
             u_held: to_rows(&self.u_held).concat(),
         })
@@ -285,14 +321,17 @@ struct Scaled {
     e: Mat,
     /// The state of the step of size 1.
     held: Mat,
+    /// See [`Flow::reach`].
+    reach: DVector<f64>,
     state_inverse: Mat,
     root: Mat,
     half: Mat,
 }
 
 impl Scaled {
-    /// The inequalities, and the unknowns Q, the inverse of \[S -T; T -S\] by its S and T, U^-1, Y, 1/lambda and d^2.
-    fn program(&self, decay: f64, channels: &[usize]) -> (Program, [Affine; 7]) {
+    /// The inequalities, and the unknowns Q, the inverse of \[S -T; T -S\] by its S and T, U^-1, Y, (G U^-1)' in units
+    /// of `reach`, 1/lambda and d^2.
+    fn program(&self, decay: f64, channels: &[usize]) -> (Program, [Affine; 8]) {
         let Self { back: [x, t, phi, step], own: [own_x, own_t, own_phi, own_error], e, held, .. } = self;
         let (n, m, nf) = (own_x.nrows(), own_phi.nrows(), own_error.nrows());
         let mut program = Program::new();
@@ -300,13 +339,16 @@ impl Scaled {
         let s = program.symmetric_commuting(channels);
         let skew = program.skew_commuting(channels);
         let u = program.symmetric_commuting(&(0..m).collect::<Vec<_>>());
-        let y = program.full(m, n);
+        let (y, nk) = (program.full(m, n), self.reach.len());
+        let moved = program.full(m, nk);
+        let into = Mat::from_fn(nk, n, |i, j| if j == n - nk + i { self.reach[i] } else { 0.0 });
         let [mu, size] = [(); 2].map(|()| program.scalar());
         let one = Affine::constant(Mat::identity(1, 1));
         let half_of_it = q.between(&own_x.transpose(), &(x + own_x * (0.5 * decay)))
             - y.t().between(&own_x.transpose(), own_phi)
             + skew.between(&t.transpose(), own_t)
-            + u.between(&own_phi.transpose(), &(phi - own_phi));
+            + u.between(&own_phi.transpose(), &(phi - own_phi))
+            + moved.between(&own_phi.transpose(), &(into * self.state_inverse.transpose() * own_x));
         let inequality = half_of_it.clone() + half_of_it.t() + s.congruence(t) - s.congruence(own_t)
             + size.congruence(&(step / decay.sqrt()))
             + mu.times_identity(e.nrows()).congruence(e)
@@ -316,12 +358,23 @@ impl Scaled {
         program.positive("step", q.clone() - size.between(held, &held.transpose()));
         program.positive("largest step", one.clone() - size.clone());
         for j in 0..m {
-            let row = y.after(&Mat::from_fn(1, m, |_, i| f64::from(u8::from(i == j))));
+            let row = y.after(&unit(m, j).transpose());
             program.positive("limit", symmetric(&[vec![q.clone(), row.t()], vec![one.clone()]]));
         }
+        for (j, i) in (0..m).flat_map(|j| (0..nk).map(move |i| (j, i))) {
+            let (entry, most) =
+                (moved.between(&unit(m, j).transpose(), &unit(nk, i)), u.congruence(&unit(m, j)));
+            program.positive("gain", most.clone() - entry.clone());
+            program.positive("gain", most + entry);
+        }
         program.minimise_trace(&size, -1.0);
-        (program, [q, s, skew, u, y, mu, size])
+        (program, [q, s, skew, u, y, moved, mu, size])
     }
+}
+
+/// A column of the identity.
+fn unit(n: usize, index: usize) -> Mat {
+    Mat::from_fn(n, 1, |i, _| f64::from(u8::from(i == index)))
 }
 
 #[cfg(test)]
@@ -345,7 +398,7 @@ mod tests {
             controller: &controller,
             error: &error,
             units: &Mat::zeros(0, 0),
-            gain: &Mat::zeros(0, 1),
+            gain: Gain::Given(&Mat::zeros(0, 1)),
             limits: &[limit],
             input: 0,
         })
