@@ -6,6 +6,7 @@ comes up to 28 deg and needs 40 s after the command is back.
 
 from __future__ import annotations
 
+import json
 import math
 
 import numpy as np
@@ -53,6 +54,26 @@ def test_it_comes_back_from_what_it_cannot_hold(
     late = flown["time"] > STEP_END + BACK
     assert error[late].max() < NEAR
     assert np.abs(flown["pitch"]).max() < 1.3 * abs(height) * DEGREE
+
+
+@pytest.mark.parametrize("name", ["squid", "remus100"])
+@pytest.mark.parametrize("slower", [True, False])
+def test_it_keeps_its_attitude_where_the_speed_reference_jumps_through_the_range(
+    request: pytest.FixtureRequest, name: str, slower: bool
+) -> None:
+    """The thrusters are at their limits for seconds, with a pitch step at the same time."""
+    packages: Packages = request.getfixturevalue(name)
+    design = json.loads((packages.folder / "controller.json").read_text(encoding="utf-8"))
+    ends = sorted(design["scheduling"][key] for key in ("minimum", "maximum"))
+    inside = 0.02 * (ends[1] - ends[0])
+    ends = sorted([ends[0] + inside, ends[1] - inside], reverse=slower)
+    height = 10.0 * DEGREE
+    jump = {"speed_from": ends[0], "speed_to": ends[1], "ramp_start": STEP_TIME, "ramp_duration": 1e-3}
+    step = {"pitch_step": height, "step_time": STEP_TIME, "step_end": 1000.0}
+    flown = fly_alone(packages.loop, STEP_TIME + 30.0, sample_time(packages), {**jump, **step})
+    error = np.abs(flown["pitch"] - flown["pitch_reference_used"])
+    assert error[flown["time"] > STEP_TIME + 25.0].max() < NEAR
+    assert error.max() < 3.0 * height
 
 
 def test_planes_that_are_too_weak_do_not_wind_the_controller_up(remus100: Packages) -> None:

@@ -1,8 +1,8 @@
 //! Anti-windup: the gain by which the commands that the limits cut off are fed back into the controller's states.
 //!
 //! One gain for the whole range, from the loops at some frozen speeds by [`lpv::anti_windup`], with the lags and the
-//! delay of the design. It acts beyond the limits alone: what the certificate says of it is in
-//! [`crate::certify::limits`].
+//! delay of the design. It acts beyond the limits alone: what the certificate says of it, and where another gain takes
+//! its place, is in [`crate::certify::limits`].
 
 use crate::check::sampled::Sampling;
 use crate::error::Error;

@@ -385,20 +385,25 @@ mod tests {
 
     /// `x' = a x + u`, `u = k (r - x)`.
     fn found(a: f64, k: f64, limit: f64) -> Result<Region, SynthesisError> {
+        let controller = Controller::new(vec![], &[(U, Y, dmatrix![k])]).unwrap();
+        under(a, &controller, limit, Gain::Given(&Mat::zeros(0, 1)))
+    }
+
+    /// `x' = a x + u` under a controller of r - x.
+    fn under(a: f64, controller: &Controller, limit: f64, gain: Gain<'_>) -> Result<Region, SynthesisError> {
         let one = dmatrix![1.0];
         let parts =
             [(X, X, dmatrix![a]), (X, U, one.clone()), (Z, X, one.clone()), (Y, X, -&one), (Y, W, one)];
         let plant = GeneralisedPlant::new(vec![], &parts).unwrap();
-        let controller = Controller::new(vec![], &[(U, Y, dmatrix![k])]).unwrap();
         let zero = dmatrix![0.0];
         let error = ModelError { e: zero.clone(), f: zero.clone(), fw: zero.clone(), fu: zero };
         largest_step(Limited {
             plant: &plant,
             kept: &[0],
-            controller: &controller,
+            controller,
             error: &error,
             units: &Mat::zeros(0, 0),
-            gain: Gain::Given(&Mat::zeros(0, 1)),
+            gain,
             limits: &[limit],
             input: 0,
         })
@@ -415,6 +420,24 @@ mod tests {
         assert!((unstable.x_held[0] - 2.0).abs() < 1e-9 && (unstable.u_held[0] + 2.0).abs() < 1e-9);
         let twice = found(1.0, 2.0, 2.0).unwrap();
         assert!((twice.size / unstable.size - 2.0).abs() < 0.1, "{} {}", twice.size, unstable.size);
+    }
+
+    /// An unstable plant under a lag that winds up: the gain sought reaches further than none, stays below its bound, and
+    /// given back it is shown to reach as far.
+    #[test]
+    fn the_gain_sought_is_that_of_the_largest_step() {
+        let lag =
+            [(X, X, dmatrix![-0.1]), (X, Y, dmatrix![1.0]), (U, X, dmatrix![1.0]), (U, Y, dmatrix![3.0])];
+        let controller = Controller::new(vec![], &lag).unwrap();
+        let size = |gain: &Mat| under(1.0, &controller, 1.0, Gain::Given(gain)).unwrap().size;
+        let none = size(&Mat::zeros(1, 1));
+        let sought = under(1.0, &controller, 1.0, Gain::Sought(10.0)).unwrap();
+        assert!(sought.size > 1.05 * none, "{} {none}", sought.size);
+        let again = size(&sought.gain);
+        assert!((again / sought.size - 1.0).abs() < 0.03, "{again} {}", sought.size);
+        let little = under(1.0, &controller, 1.0, Gain::Sought(1e-3)).unwrap();
+        assert!(little.gain.norm() < 1e-3 * sought.gain.norm().max(1.0), "{}", little.gain);
+        assert!((little.size / none - 1.0).abs() < 0.03, "{} {none}", little.size);
     }
 
     #[test]
