@@ -219,7 +219,7 @@ pub struct Limits {
     pub x_held: Vec<f64>,
     /// The commands from which H x is taken while a step of 1 is held.
     pub u_held: Vec<f64>,
-    /// How many rows of Delta, the first ones, may differ from 0 in this claim; all of them where the file says nothing.
+    /// How many rows of Delta, the first ones, may differ from 0 in this claim; all if the file says nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub delta_rows: Option<usize>,
     /// The multiplier of Delta.

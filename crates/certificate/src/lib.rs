@@ -119,8 +119,8 @@
 //!
 //! - Saturation of the actuators but for the steps of `limits`: for all else the loop is linear at every instant.
 //! - Sampling: the controller is the continuous one of the file, with Theta(t) measured without delay or error.
-//! - The nonlinear vehicle: the plant is the LPV model of the file. The residual covers errors of its `A`, `B1` and `B2`,
-//!   as large as the file states, and no other errors.
+//! - The nonlinear vehicle: the plant is the LPV model of the file. The residual covers errors of its `A`, `B1` and
+//!   `B2`, as large as the file states, and no other errors.
 //! - Whether plant and controller in the file are those in use: their user must compare them.
 //!
 //! # Exactness

@@ -111,7 +111,8 @@ impl fmt::Display for Theorem {
             Some(gamma) => write!(
                 f,
                 " It stays exponentially stable, and the gain below {gamma}, when [A B1 B2] of the plant is replaced \
-                 by [A B1 B2] + E Delta [F Fw Fu] for any measurable Delta(t) with a largest singular value of at most 1."
+                 by [A B1 B2] + E Delta [F Fw Fu] for any measurable Delta(t) with a largest singular value of at \
+                 most 1."
             ),
             None => f.write_str(
                 " Nothing is proved of a plant that differs from the one in the certificate: it has no section \

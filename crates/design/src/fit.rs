@@ -28,7 +28,7 @@ pub struct Model {
     pub lft: Lft,
     /// Largest difference between the LFT and the polynomial over the range, as a singular value.
     pub lft_error: f64,
-    /// The LFT of the slope of the trim, `[x0'; u0']` per m/s of forward speed, (n + m) x 1; see [`trim_slope`].
+    /// The LFT of the slope of the trim, `[x0'; u0']` per m/s of forward speed, (n + m) x 1; see [`trim_slope()`].
     pub trim_slope: Lft,
 }
 

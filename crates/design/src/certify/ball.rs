@@ -48,7 +48,7 @@ const UNITS: (f64, f64) = (1e-3, 1e3);
 ///
 /// W is `blkdiag(T_x, S_u, d)`, with the inputs' scales and a unit d of the rate of the trim, `P = blkdiag(I, p I)` has
 /// a unit p of how the inputs' trim moves. With d and p the error of the slope is, for the states and for the inputs,
-/// [`SLOPE`] of the largest one of `[A B]`. The maximum is taken over [`SAMPLES`] speeds and raised by a bound on the
+/// a third of the largest one of `[A B]`. The maximum is taken over [`SAMPLES`] speeds and raised by a bound on the
 /// rise between two of them: see `between_samples`. The LFTs that were designed on are subtracted, so that what was
 /// dropped there is covered, too.
 ///

@@ -25,8 +25,9 @@ const NEARER: f64 = 0.5;
 /// The LFT of the slope of the trim, `[x0'; u0']` per m/s of forward speed, (n + m) x 1.
 ///
 /// The fits ([`MatrixRational::fit`]) have a numerator of the design's order, and no more poles than that, all of them
-/// at least [`NEAREST_POLE`] from 0. Without poles it is a polynomial. While the largest error at the speeds of `trims` is above
-/// [`CLOSE`], a further pole is taken where it halves that. Inputs count in units of their reach.
+/// at least [`NEAREST_POLE`] from 0. Without poles it is a polynomial. While the largest error at the speeds of `trims`
+/// is above a fiftieth of the largest slope, a further pole is taken where it halves that error. Inputs count in units
+/// of their reach.
 ///
 /// # Errors
 /// [`ModelError::Fit`]; [`ModelError::Coefficient`].

@@ -422,8 +422,8 @@ mod tests {
         assert!((twice.size / unstable.size - 2.0).abs() < 0.1, "{} {}", twice.size, unstable.size);
     }
 
-    /// An unstable plant under a lag that winds up: the gain sought reaches further than none, stays below its bound, and
-    /// given back it is shown to reach as far.
+    /// An unstable plant under a lag that winds up: the gain sought reaches further than none, stays below its bound,
+    /// and given back it is shown to reach as far.
     #[test]
     fn the_gain_sought_is_that_of_the_largest_step() {
         let lag =
