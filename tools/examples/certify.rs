@@ -51,6 +51,7 @@ fn with_ball(certificate: Certificate, ball: f64) -> Option<Certificate> {
             let residual = Residual {
                 e: to_rows(&(Mat::identity(n, n) * ball)),
                 f: eye(n + u, n, 0),
+                fw: vec![],
                 fu: eye(n + u, u, n),
                 lambda,
                 gamma: certificate.gamma * up,
