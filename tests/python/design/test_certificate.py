@@ -375,7 +375,7 @@ def test_a_plant_that_overflows_is_not_this_plant(squid: Packages, run_squid: Ru
     proof = {"X": diagonal([1.0] * (n + nk)), "T": zeros(r + rk, r + rk)}
     proof |= {"S": diagonal([5e-324, 1e-9, 1e306] + [1.0] * (r - 3 + rk)), "gamma": 1e-6}
     certificate |= proof
-    certificate["residual"] |= {**proof, "lambda": 1.0}
+    certificate["residual"] |= {**proof, "Fw": [], "lambda": 1.0}
     controller["gamma"] |= {"bound": 1e-6, "optimum": 1e-6}
     for name, value in (("certificate.json", certificate), ("controller.json", controller)):
         (out / name).write_text(json.dumps(value), encoding="utf-8")
