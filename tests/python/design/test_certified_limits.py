@@ -151,7 +151,7 @@ def times(key: str, factor: float) -> Callable[[dict], None]:
 def test_what_is_tampered_with_is_refused(
     certificate: dict, run_squid: Run, tmp_path: Path, change: Callable[[dict], None], holds: bool
 ) -> None:
-    """The command and the independent check agree on each change; wider limits, no H (of every state) and a larger beta stay true."""
+    """The command and the independent check agree on each change; wider limits, no H and a larger beta stay true."""
     changed = copy.deepcopy(certificate)
     change(changed["limits"])
     with localcontext() as context:
