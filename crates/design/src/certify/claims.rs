@@ -3,7 +3,7 @@
 use crate::certify::ball::SAMPLES;
 use crate::certify::limits::degrees;
 use crate::numbers::above;
-use certificate::Theorem;
+use certificate::{LimitTheorem, Theorem};
 use scheduled::ControllerDesign;
 
 /// Everything that the certificate of a frozen design proves, a claim each.
@@ -36,9 +36,13 @@ pub fn gain(theorem: &Theorem, half_range: f64) -> String {
 /// The claim about commands at their limits, if there is one.
 pub fn limits(design: &ControllerDesign, theorem: &Theorem) -> Option<String> {
     let degrees = degrees(design, theorem)?;
+    let (from, kept) = match theorem.limits {
+        Some(LimitTheorem { everywhere: true, .. }) => ("every state of the model", "leaves a loop that"),
+        _ => ("trim", "keeps the loop in a region from which it"),
+    };
     Some(format!(
-        "a pitch step of up to {degrees} deg from trim, held for any time and taken back,\n\
-         keeps the loop in a region from which it returns to trim, commands cut off at their limits,\n\
+        "a pitch step of up to {degrees} deg from {from}, held for any time and taken back,\n\
+         {kept} returns to trim, commands cut off at their limits,\n\
          for any course of speed from {} to {} m/s with its reference held, and every model in the ball",
         design.scheduling.minimum, design.scheduling.maximum
     ))

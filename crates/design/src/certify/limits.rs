@@ -5,7 +5,7 @@ use crate::certify::Proof;
 use crate::error::{Error, ProofError};
 use crate::inputs::design_file::DesignFile;
 use certificate::{Certificate, Limits, Theorem};
-use lpv::anti_windup::region::{Gain, Limited, largest_step};
+use lpv::anti_windup::region::{Gain, Limited, every_step, largest_step};
 use lpv::controller::Controller;
 use lpv::matrix::{Mat, from_rows, to_rows};
 use lpv::model_error::ModelError;
@@ -25,7 +25,7 @@ const FASTEST: f64 = crate::synthesise::anti_windup::FASTEST;
 /// While the reference of the speed is held the trim stands still, and of Delta only the rows count that move the
 /// model's states. The gain of the frozen design is that of the quickest recovery; where the pitch step of the default
 /// flight is not proved with it, the gain of the largest step takes its place, if that is larger: the claim has the
-/// gain that is to fly. `None` where there is nothing to claim: without anti-windup, or without a reference of pitch.
+/// gain that is to fly. Where it can be made with that gain it is a claim about every state. `None` where there is nothing to claim: without anti-windup, or without a reference of pitch.
 ///
 /// # Errors
 /// [`Error::Synthesis`] where no step is found; [`ProofError::Unproved`].
@@ -56,31 +56,34 @@ pub fn with_limits(
         fu: matrix(&ball.fu, m)?,
     };
     let quick: Mat = matrix(gain, m)?;
-    let step = |gain: Gain<'_>| {
-        largest_step(Limited {
-            plant,
-            kept: &certificate.moving_states(),
-            controller,
-            error: &error,
-            units: &matrix(&ball.s, ball.s.len())?,
-            gain,
-            limits: &limits,
-            input,
-        })
-        .map_err(Error::from)
+    let largest = MOST / scale(frozen, input).unwrap_or(1.0);
+    let kept = certificate.moving_states();
+    let units = matrix(&ball.s, ball.s.len())?;
+    let of = |gain| Limited {
+        plant,
+        kept: &kept,
+        controller,
+        error: &error,
+        units: &units,
+        gain,
+        limits: &limits,
+        input,
+        largest,
     };
     let wanted = design.manoeuvre.pitch_step.abs() / scale(frozen, input).unwrap_or(1.0);
-    let mut found = step(Gain::Given(&quick));
+    let mut found = largest_step(of(Gain::Given(&quick)));
     if !found.as_ref().is_ok_and(|found| found.size >= wanted)
-        && let Ok(other) = step(Gain::Sought(FASTEST))
+        && let Ok(other) = largest_step(of(Gain::Sought(FASTEST)))
         && !found.as_ref().is_ok_and(|found| found.size >= other.size)
     {
         found = Ok(other);
     }
     let found = found?;
+    let found =
+        if found.size < largest { every_step(of(Gain::Given(&found.gain))).unwrap_or(found) } else { found };
     let section = Limits {
         input,
-        size: found.size.min(MOST / scale(frozen, input).unwrap_or(1.0)),
+        size: found.size,
         limits,
         e: to_rows(&found.gain),
         decay: found.decay,

@@ -20,6 +20,10 @@
 //! the inequalities are linear, also in d^2, for the form is definite where that of the inverse matrices on the
 //! transposed loop is (C. Scherer, S. Weiland, "Linear matrix inequalities in control", 2015, lemma 4.9). There U^-1
 //! alone multiplies the gain G from phi into the controller's states, which is part of M: `G U^-1` can be sought, too.
+//!
+//! With H = 0 the term of U is never negative, and a step needs no equilibrium: `x_e = 0`, `u_e = 0`. What is left is
+//! of one degree in V, the multipliers and d^2 alike, so that what holds of one step holds of every one, from every
+//! state. No loop is like that whose plant needs its commands to be stable.
 
 use crate::error::SynthesisError;
 use crate::lmi::program::{Affine, Program, symmetric};
@@ -41,9 +45,6 @@ const ACCURACY: f64 = 1e-2;
 
 /// alpha over the rate of the slowest mode, tried in turn: 2 would be the fastest decay there is.
 const DECAYS: [f64; 3] = [1.5, 0.75, 0.25];
-
-/// The largest step that is sought, in units of w: of one whose hold takes no command there may be no end.
-const LARGEST: f64 = 100.0;
 
 /// The part of the step found that is claimed: its inequalities hold clearly.
 const CLAIMED: f64 = 0.99;
@@ -78,6 +79,8 @@ pub struct Limited<'a> {
     pub limits: &'a [f64],
     /// The component of w that steps.
     pub input: usize,
+    /// The largest step that is sought, in units of w.
+    pub largest: f64,
 }
 
 /// What shows that a loop survives steps, n states: those kept and the controller's.
@@ -113,7 +116,23 @@ pub fn largest_step(of: Limited<'_>) -> Result<Region, SynthesisError> {
             format!("command {j} cannot go both ways: its limit is {}, must be above 0", of.limits[j]);
         return Err(SynthesisError::numerical(STAGE, diagnosis));
     }
-    let flow = Flow::of(of)?;
+    fastest(&Flow::of(of, false)?)
+}
+
+/// Seeks a claim about every step and every state, with H = 0, for a given gain.
+///
+/// # Errors
+/// As [`largest_step`].
+pub fn every_step(of: Limited<'_>) -> Result<Region, SynthesisError> {
+    let flow = Flow::of(of, true)?;
+    if flow.without_commands().is_none_or(|a| spectral_abscissa(&a) >= 0.0) {
+        return Err(SynthesisError::Infeasible { stage: STAGE });
+    }
+    fastest(&flow)
+}
+
+/// The largest step at the fastest decay at which there is one that large.
+fn fastest(flow: &Flow<'_>) -> Result<Region, SynthesisError> {
     let slowest = -spectral_abscissa(&flow.part(0, 0));
     if slowest.is_nan() || slowest <= 0.0 {
         return Err(SynthesisError::numerical(STAGE, "the loop without limits is not stable"));
@@ -122,7 +141,7 @@ pub fn largest_step(of: Limited<'_>) -> Result<Region, SynthesisError> {
     for decay in DECAYS.map(|part| part * slowest) {
         let found = flow.search(decay);
         let better = match (&found, &best) {
-            (Ok(found), Ok(known)) => found.size > known.size,
+            (Ok(found), Ok(known)) => found.size > (1.0 + ACCURACY) * known.size,
             (Ok(_), Err(_)) => true,
             (Err(_), _) => false,
         };
@@ -146,12 +165,14 @@ struct Flow<'a> {
     columns: [usize; 4],
     x_held: Mat,
     u_held: Mat,
-    /// The step whose hold takes half of a limit.
+    /// The step whose hold takes half of a limit, at most the largest.
     unit: f64,
+    /// H = 0.
+    everywhere: bool,
 }
 
 impl<'a> Flow<'a> {
-    fn of(of: Limited<'a>) -> Result<Self, SynthesisError> {
+    fn of(of: Limited<'a>, everywhere: bool) -> Result<Self, SynthesisError> {
         let (p, k, kept) = (of.plant, of.controller, of.kept);
         let (nk, rk, m, r) = (k.a().nrows(), k.dtt().nrows(), of.limits.len(), p.dtt().nrows());
         let rows_of = |m: &Mat| m.select_rows(kept);
@@ -190,8 +211,8 @@ impl<'a> Flow<'a> {
         ]);
         let e = block(&[&[&rows_of(&of.error.e)], &[&zero(nk, of.error.e.ncols())]]);
         let (rows, columns) = ([n + nk, r + rk, m, nf], [n + nk, r + rk, m, 1]);
-        let mut flow =
-            Self { of, m: whole, e, rows, columns, x_held: zero(0, 0), u_held: zero(0, 0), unit: 1.0 };
+        let (x_held, u_held) = (zero(n + nk, 1), zero(m, 1));
+        let mut flow = Self { of, m: whole, e, rows, columns, x_held, u_held, unit: of.largest, everywhere };
         flow.hold()?;
         Ok(flow)
     }
@@ -202,22 +223,32 @@ impl<'a> Flow<'a> {
         self.m.view((i, j), (rows, columns)).into_owned()
     }
 
-    /// Takes x and u from the equilibrium at Theta = 0 of a step.
+    /// Takes x and u from the equilibrium at Theta = 0 of a step, but for H = 0.
     fn hold(&mut self) -> Result<(), SynthesisError> {
         let held = solve(&self.part(0, 0), &-self.part(0, 3))
             .ok_or_else(|| SynthesisError::numerical(STAGE, "the loop has an integrator"))?;
         let commands = self.part(2, 0) * &held + self.part(2, 3);
+        let share = |j: usize| 0.5 * self.of.limits[j] / commands[(j, 0)].abs();
+        self.unit = (0..commands.nrows()).map(share).fold(self.of.largest / CLAIMED.powi(2), f64::min);
         let [n, _, _, _] = self.columns;
         let last = self.m.ncols() - 1;
-        let mut step = self.m.columns(0, n) * &held + self.m.columns(last, 1);
-        step.rows_mut(0, n).fill(0.0);
-        let first = self.rows[0] + self.rows[1];
-        step.rows_mut(first, self.rows[2]).fill(0.0);
-        let share = |j: usize| 0.5 * self.of.limits[j] / commands[(j, 0)].abs();
-        self.unit = (0..commands.nrows()).map(share).fold(LARGEST, f64::min);
+        let mut step = self.m.columns(last, 1).into_owned();
+        if !self.everywhere {
+            step += self.m.columns(0, n) * &held;
+            step.rows_mut(0, n).fill(0.0);
+            let first = self.rows[0] + self.rows[1];
+            step.rows_mut(first, self.rows[2]).fill(0.0);
+            (self.x_held, self.u_held) = (held, commands);
+        }
         self.m.columns_mut(last, 1).copy_from(&(step * self.unit));
-        (self.x_held, self.u_held) = (held, commands);
         Ok(())
+    }
+
+    /// A of the loop at Theta = 0 with all of each command cut off, phi = u.
+    fn without_commands(&self) -> Option<Mat> {
+        let m = self.columns[2];
+        let all = solve(&(Mat::identity(m, m) - self.part(2, 2)), &self.part(2, 0))?;
+        Some(self.part(0, 0) + self.part(0, 2) * all)
     }
 
     /// T and its inverse with the middle of the gramians of the loop at Theta = 0 the identity.
@@ -277,7 +308,7 @@ impl<'a> Flow<'a> {
         let loop_ = self.scaled()?;
         let parameters = [&self.of.plant.blocks, &self.of.controller.blocks];
         let channels: Vec<usize> = parameters.iter().flat_map(|blocks| channels(blocks)).collect();
-        let (program, unknowns) = loop_.program(decay, &channels);
+        let (program, unknowns) = loop_.program(decay, &channels, self.everywhere);
         let options =
             SolverOptions { floor: 1e-2, enough: ACCURACY, settles: true, ..SolverOptions::within(ACCURACY) };
         let solution = solver::solve(&program, STAGE, options)?;
@@ -290,15 +321,18 @@ impl<'a> Flow<'a> {
         let Scaled { reach, state_inverse, root, half, .. } = loop_;
         let (inner, r) = (invert(&q)?, s.nrows());
         let pair = invert(&block(&[&[&s, &-&skew], &[&skew, &-&s]]))?;
+        let found = CLAIMED * self.unit * size[(0, 0)].sqrt();
+        let size = if self.everywhere { self.of.largest } else { found.min(self.of.largest) };
+        let share = if self.everywhere { (found / size).powi(2) } else { 1.0 };
         Ok(Region {
-            size: CLAIMED * self.unit * size[(0, 0)].sqrt(),
+            size,
             decay,
             h: &half * y * &inner * &state_inverse,
-            x: symmetric_part(&(state_inverse.transpose() * inner * &state_inverse)),
-            s: symmetric_part(&(&root * pair.view((0, 0), (r, r)) * &root)),
-            t: skew_part(&(&root * pair.view((r, 0), (r, r)) * &root)),
-            u: (0..half.nrows()).map(|j| 0.5 / (u[(j, j)] * half[(j, j)] * half[(j, j)])).collect(),
-            lambda: 1.0 / mu[(0, 0)],
+            x: symmetric_part(&(state_inverse.transpose() * inner * &state_inverse)) * share,
+            s: symmetric_part(&(&root * pair.view((0, 0), (r, r)) * &root)) * share,
+            t: skew_part(&(&root * pair.view((r, 0), (r, r)) * &root)) * share,
+            u: (0..half.nrows()).map(|j| 0.5 * share / (u[(j, j)] * half[(j, j)] * half[(j, j)])).collect(),
+            lambda: share / mu[(0, 0)],
             gain: match self.of.gain {
                 Gain::Given(gain) => gain.clone(),
                 Gain::Sought(_) => Mat::from_fn(reach.len(), half.nrows(), |i, j| {
@@ -331,7 +365,7 @@ struct Scaled {
 impl Scaled {
     /// The inequalities, and the unknowns Q, the inverse of \[S -T; T -S\] by its S and T, U^-1, Y, (G U^-1)' in units
     /// of `reach`, 1/lambda and d^2.
-    fn program(&self, decay: f64, channels: &[usize]) -> (Program, [Affine; 8]) {
+    fn program(&self, decay: f64, channels: &[usize], everywhere: bool) -> (Program, [Affine; 8]) {
         let Self { back: [x, t, phi, step], own: [own_x, own_t, own_phi, own_error], e, held, .. } = self;
         let (n, m, nf) = (own_x.nrows(), own_phi.nrows(), own_error.nrows());
         let mut program = Program::new();
@@ -339,7 +373,8 @@ impl Scaled {
         let s = program.symmetric_commuting(channels);
         let skew = program.skew_commuting(channels);
         let u = program.symmetric_commuting(&(0..m).collect::<Vec<_>>());
-        let (y, nk) = (program.full(m, n), self.reach.len());
+        let y = if everywhere { Affine::constant(Mat::zeros(m, n)) } else { program.full(m, n) };
+        let nk = self.reach.len();
         let moved = program.full(m, nk);
         let into = Mat::from_fn(nk, n, |i, j| if j == n - nk + i { self.reach[i] } else { 0.0 });
         let [mu, size] = [(); 2].map(|()| program.scalar());
@@ -357,7 +392,7 @@ impl Scaled {
         program.positive("S", s.clone());
         program.positive("step", q.clone() - size.between(held, &held.transpose()));
         program.positive("largest step", one.clone() - size.clone());
-        for j in 0..m {
+        for j in 0..if everywhere { 0 } else { m } {
             let row = y.after(&unit(m, j).transpose());
             program.positive("limit", symmetric(&[vec![q.clone(), row.t()], vec![one.clone()]]));
         }
@@ -397,7 +432,7 @@ mod tests {
         let plant = GeneralisedPlant::new(vec![], &parts).unwrap();
         let zero = dmatrix![0.0];
         let error = ModelError { e: zero.clone(), f: zero.clone(), fw: zero.clone(), fu: zero };
-        largest_step(Limited {
+        let limited = Limited {
             plant: &plant,
             kept: &[0],
             controller,
@@ -406,7 +441,11 @@ mod tests {
             gain,
             limits: &[limit],
             input: 0,
-        })
+            largest: 100.0,
+        };
+        let region = largest_step(limited)?;
+        let every = every_step(Limited { gain: Gain::Given(&region.gain), ..limited });
+        Ok(every.unwrap_or(region))
     }
 
     /// A stable plant survives every step, an unstable one only where its limited command can still turn it back: from
@@ -414,7 +453,7 @@ mod tests {
     #[test]
     fn steps_by_hand() {
         let stable = found(-1.0, 1.0, 1.0).unwrap();
-        assert!((0.98..1.0).contains(&stable.size), "{}", stable.size);
+        assert_eq!((stable.size, stable.h[(0, 0)], stable.x_held[0]), (100.0, 0.0, 0.0));
         let unstable = found(1.0, 2.0, 1.0).unwrap();
         assert!((0.2..0.25).contains(&unstable.size), "{}", unstable.size);
         assert!((unstable.x_held[0] - 2.0).abs() < 1e-9 && (unstable.u_held[0] + 2.0).abs() < 1e-9);
