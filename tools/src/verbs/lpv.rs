@@ -1,6 +1,7 @@
 //! The verbs of `squid lpv`: their options, what they print, and their exit codes.
 
 mod check;
+pub mod gain;
 pub mod matrices;
 pub mod mu;
 pub mod mu_file;
@@ -76,6 +77,22 @@ pub enum LpvVerb {
     /// Exit codes, and the word `status` of --json: 0, bounded; 2, unstable; 1, error: a file is wrong; 64: the command
     /// line is wrong.
     Sampled(Sampled),
+    /// Bound the gain of a finished loop: for parameters that move however fast, at a bounded rate, and constant ones
+    ///
+    /// Reads a plant as `synth` does, without controls and measurements: {"data": {"P": {"A": .., "Bt": .., "B1": ..,
+    /// "Ct": .., "C1": .., "Dtt": .., "Dt1": .., "D1t": .., "D11": ..}, "blocks": [r_1, ..]}}; wt = blkdiag(theta_i
+    /// I_ri) zt, |theta_i| <= 1. "rate" beside "blocks" bounds |theta'| of the only parameter.
+    ///
+    /// The bound for every course of the parameters, by a constant Lyapunov matrix with symmetric and skew scalings, is
+    /// proved in exact arithmetic; so is that at the rate. That for constant parameters is the worst-case gain over
+    /// all frequencies, from both sides: see `mu`.
+    ///
+    /// --json prints `gamma`, `gamma_symmetric`, `proved`, `rate`, `proved_at_rate`, `constant_upper`,
+    /// `constant_lower`, `constant_theta` (the worst parameters found), `reasons`, `seconds`.
+    ///
+    /// Exit codes, and the word `status` of --json: 0, proved; 3, not_found: no bound was found, which proves nothing;
+    /// 1, error: a file is wrong; 64: the command line is wrong.
+    Gain(Gain),
 }
 
 /// The options of `squid lpv synth`.
@@ -126,6 +143,16 @@ pub struct Sampled {
     problem: PathBuf,
 }
 
+/// The options of `squid lpv gain`.
+#[derive(Debug, Args)]
+pub struct Gain {
+    /// The problem file
+    problem: PathBuf,
+    /// Write certificate.json to this directory
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
 /// Runs a verb.
 ///
 /// # Errors
@@ -136,6 +163,7 @@ pub fn run(verb: &LpvVerb) -> Result<ExitCode, Error> {
         LpvVerb::Check(options) => check(options),
         LpvVerb::Mu(options) => mu(options),
         LpvVerb::Sampled(options) => sampled(options),
+        LpvVerb::Gain(options) => gain(options),
     }
 }
 
@@ -150,6 +178,20 @@ fn mu(mu: &Mu) -> Result<ExitCode, Error> {
     }
     outcome.map(|_| ExitCode::SUCCESS)
 }
+
+fn gain(gain: &Gain) -> Result<ExitCode, Error> {
+    gain.out.as_deref().map_or(Ok(()), check_directory)?;
+    let report = gain::run(&gain.problem)?;
+    if let Some(directory) = &gain.out {
+        report.save(directory)?;
+    }
+    say(&report.words());
+    answer(&report)?;
+    Ok(ExitCode::from(if report.theorem.is_some() { 0 } else { NOT_FOUND }))
+}
+
+/// The exit code where no bound was found.
+const NOT_FOUND: u8 = 3;
 
 fn sampled(sampled: &Sampled) -> Result<ExitCode, Error> {
     let outcome = sampled::run(&sampled.problem);

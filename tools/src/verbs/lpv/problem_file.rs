@@ -46,13 +46,36 @@ pub struct Problem {
 /// [`StoreError::Unreadable`](squid_design::error::StoreError::Unreadable); [`Error::Problem`] with file and key,
 /// also when matrices do not fit together.
 pub fn problem(path: &Path) -> Result<Problem, Error> {
+    read(path, true)
+}
+
+/// Reads the problem file of a finished loop: a plant without controls and measurements, whose matrices are left out.
+///
+/// # Errors
+/// As [`problem`]; where there are controls or measurements.
+pub fn finished(path: &Path) -> Result<Problem, Error> {
+    let problem = read(path, false)?;
+    let sizes = problem.plant.sizes();
+    for (key, count, what) in [("B2", sizes.u, "controls"), ("C2", sizes.y, "measurements")] {
+        if count > 0 {
+            let reason = format!(
+                "'{key}' and others have {count} {what}; the gain is that of a finished loop: close it and leave them \
+                 out, or have a controller made by `squid lpv synth`"
+            );
+            return Err(Error::Problem { file: path.display().to_string(), reason });
+        }
+    }
+    Ok(problem)
+}
+
+fn read(path: &Path, with_control: bool) -> Result<Problem, Error> {
     let (reader, value) = Reader::open(path)?;
     let data = reader.data(&value)?;
     let nested = ["P", "plant"].into_iter().find_map(|key| Some((key, find(data, key)?)));
     let entries = nested.map_or(Ok(data), |(key, plant)| reader.object(plant, key))?;
     let blocks = if nested.is_some() { reader.blocks(data)? } else { vec![] };
     let matrices = Matrices::read(&reader, entries)?;
-    let parts = partition(&matrices, &blocks)?;
+    let parts = partition(&matrices, &blocks, with_control)?;
     let shown =
         |row, column| parts.iter().find(|part| (part.0, part.1) == (row, column)).map(|part| part.2.shape());
     if shown(X, W).is_some_and(|(_, columns)| columns == 0) {
@@ -105,7 +128,7 @@ fn no_performance(part: &str, missing: &str) -> String {
 }
 
 /// The plant's blocks; a matrix without rows or columns may be left out, unless the sizes follow from it.
-fn partition(m: &Matrices<'_>, blocks: &[usize]) -> Result<Vec<NamedBlock>, Error> {
+fn partition(m: &Matrices<'_>, blocks: &[usize], with_control: bool) -> Result<Vec<NamedBlock>, Error> {
     let a = m.get("A", Size::own())?;
     let n = a.nrows();
     m.only("E", |i, j| if i == j { 1.0 } else { 0.0 }, IMPROPER)?;
@@ -113,7 +136,7 @@ fn partition(m: &Matrices<'_>, blocks: &[usize]) -> Result<Vec<NamedBlock>, Erro
     let (z, y) = (m.rows(&["C1", "D11", "D12", "D1t"])?, m.rows(&["C2", "D21", "D2t"])?);
     let sizes = Sizes { x: n, t: blocks.iter().sum(), w, u, z, y };
     let part = |(key, row, column)| {
-        let required = n > 0 && matches!(key, "B1" | "B2" | "C1" | "C2");
+        let required = n > 0 && (matches!(key, "B1" | "C1") || with_control && matches!(key, "B2" | "C2"));
         let size = Size { rows: sizes.of(row), columns: sizes.of(column), required };
         Ok((row, column, if key == "A" { a.clone() } else { m.get(key, size)? }))
     };

@@ -23,23 +23,27 @@ use std::time::Instant;
 /// Only those of the file; that a problem has no solution is a [`Report`].
 pub fn run(path: &Path, options: Options, reduce: bool) -> Result<Report, Error> {
     let problem = problem_file::problem(path)?;
+    if problem.rate.is_some() {
+        unlimited(path, options, reduce)?;
+    }
+    Ok(solve(&problem, options, reduce))
+}
+
+/// Solves a problem.
+pub fn solve(problem: &Problem, options: Options, reduce: bool) -> Report {
     let started = Instant::now();
     let remarks: Vec<String> = findings(&problem.plant).iter().map(ToString::to_string).collect();
     let mut report = Report { of_problem: remarks.len(), remarks, rate: problem.rate, ..Report::default() };
     match problem.rate {
         Some(rate) => {
-            unlimited(path, options, reduce)?;
-            at_bounded_rate(
-                &problem,
-                SlowOptions { back_off: options.back_off, ..SlowOptions::at(rate) },
-                &mut report,
-            );
+            let slow = SlowOptions { back_off: options.back_off, ..SlowOptions::at(rate) };
+            at_bounded_rate(problem, slow, &mut report);
         }
-        None => at_any_rate(&problem, options, reduce, &mut report),
+        None => at_any_rate(problem, options, reduce, &mut report),
     }
     report.compare_back_off(options.back_off);
     report.seconds = started.elapsed().as_secs_f64();
-    Ok(report)
+    report
 }
 
 /// Checks that nothing is asked for that a synthesis for a bounded rate does not do.
