@@ -2,7 +2,7 @@
 
 use crate::error::{SeaError, check};
 use crate::random::Purpose;
-use chacha20::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use std::sync::Arc;
 

@@ -1,7 +1,7 @@
 //! Random numbers that are the same for the same seed, on every machine.
 
-use chacha20::ChaCha8Rng;
-use chacha20::rand_core::SeedableRng;
+use rand::SeedableRng;
+use rand::rngs::ChaCha8Rng;
 
 /// What random numbers are for. Each purpose has a stream to itself, so that one does not change with another.
 #[derive(Clone, Copy, Debug)]

@@ -2,7 +2,7 @@
 
 use crate::error::{SeaError, check};
 use crate::random::Purpose;
-use chacha20::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 /// A time that is shorter by this part of a tick is the tick's, for the rounding of times.

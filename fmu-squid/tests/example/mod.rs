@@ -5,6 +5,8 @@
 #[path = "../../../fmu-plant/tests/common/mod.rs"]
 mod plant;
 
+use std::sync::LazyLock;
+
 use auv::{Speed, Vehicle, trim};
 use fmi2::{Described, Experiment, Failure, Instance, Model, Resources, Value};
 use scheduled::*;
@@ -84,7 +86,13 @@ fn together(mut resources: Resources, design: &ControllerDesign, manoeuvre: &Man
 /// PID on pitch by differential thrust, its proportional part scheduled, and PI on speed by total thrust.
 ///
 /// The states are the integral of the pitch error, the low-passed pitch error, and the integral of the speed error.
+/// Its trims are computed once.
 pub fn design() -> ControllerDesign {
+    static MADE: LazyLock<ControllerDesign> = LazyLock::new(by_hand);
+    MADE.clone()
+}
+
+fn by_hand() -> ControllerDesign {
     const LAG: f64 = 0.2;
     // N m/rad on a lever of 0.3 m, and N s/m on three thrusters; errors of 0.17 rad and 0.3 m/s, thrusts of 100 N.
     let (of_pitch, of_speed) = (0.17 / 0.3 / 100.0, 0.3 / 3.0 / 100.0);

@@ -82,6 +82,19 @@ def test_nothing_needs_fortran_cmake_or_libclang() -> None:
     assert not FORBIDDEN_NAMES & {line.split()[0] for line in done.stdout.splitlines() if line}
 
 
+def with_features(*of: str) -> set[str]:
+    """Return all packages that cargo compiles for something, each with its features."""
+    words = ["cargo", "tree", *of, "--prefix", "none", "--format", "{p} {f}"]
+    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=True)
+    return {line.removesuffix(" (*)") for line in done.stdout.splitlines() if line}
+
+
+def test_the_command_is_built_of_the_crates_that_the_tests_are_built_of() -> None:
+    """A feature that the tests alone ask of a crate has all that use it compiled twice."""
+    command = with_features("--package", "squid", "--edges", "normal,build")
+    assert command <= with_features("--workspace", "--edges", "normal,build,dev")
+
+
 @pytest.mark.parametrize("member", MEMBERS, ids=str)
 def test_no_circle_between_files(member: Path) -> None:
     circles = Crate(ROOT / member / "src").circles()
