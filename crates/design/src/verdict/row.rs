@@ -1,6 +1,7 @@
 //! A row of the verdict.
 
 use crate::inputs::design_file::Sense;
+use crate::numbers::decimals;
 use serde::Serialize;
 use std::fmt::{self, Display, Formatter};
 
@@ -102,16 +103,26 @@ impl Figure {
     }
 }
 
-/// A figure with so many digits as tell it from its neighbours.
-fn number(value: f64) -> String {
-    match value.abs() {
-        _ if value.is_nan() => "unknown".into(),
-        f64::INFINITY => "no limit".into(),
-        size if size >= 99.95 => format!("{value:.0}"),
-        size if size >= 9.995 => format!("{value:.1}"),
-        size if size >= 0.9995 => format!("{value:.2}"),
-        _ => format!("{value:.3}"),
-    }
+/// What rounding may add to a figure without moving its last digit, in units of that digit.
+const EXACT: f64 = 1e-6;
+
+/// A figure with so many digits as tell it from its neighbours, rounded to the side that is worse: a bound stays one,
+/// and no limit is met by rounding.
+fn number(value: f64, sense: Sense) -> String {
+    let digits = match value.abs() {
+        _ if value.is_nan() => return "unknown".into(),
+        f64::INFINITY => return "no limit".into(),
+        size if size >= 99.95 => 0,
+        size if size >= 9.995 => 1,
+        size if size >= 0.9995 => 2,
+        _ => 3,
+    };
+    let unit = 0.1f64.powi(digits);
+    let rounded = match sense {
+        Sense::Below => (value / unit - EXACT).ceil(),
+        Sense::Above => (value / unit + EXACT).floor(),
+    };
+    decimals(rounded * unit, digits as usize)
 }
 
 impl Row {
@@ -127,6 +138,20 @@ impl Row {
     pub fn found(&self) -> String {
         let value = self.achieved.value;
         let unit = if value.is_finite() { self.unit } else { "" };
-        format!("{} {unit}", number(value)).trim_end().to_owned()
+        format!("{} {unit}", number(value, self.sense)).trim_end().to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_are_rounded_to_the_side_that_is_worse() {
+        let of = |sense, value| number(value, sense);
+        let below = [0.544_487, 0.481, 1.88, 9.996, 100.4, -0.0004, 1e-12].map(|v| of(Sense::Below, v));
+        assert_eq!(below, ["0.545", "0.481", "1.88", "10.0", "101", "0.000", "0.000"]);
+        let above = [44.98, 45.0, 0.1499, f64::INFINITY, f64::NAN].map(|v| of(Sense::Above, v));
+        assert_eq!(above, ["44.9", "45.0", "0.149", "no limit", "unknown"]);
     }
 }
