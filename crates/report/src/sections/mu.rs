@@ -130,8 +130,9 @@ fn figure(subject: &Subject, found: &[SpeedMu]) -> Figure {
             let lower = f.lower.iter().map(inside).collect();
             curves.push(Curve { key: dots + key, points: lower });
         }
+        let ends = [speeds.first(), speeds.last()].map(|v| v.map_or(f64::NAN, |v| *v));
         Chart {
-            title: String::new(),
+            title: format!("{:.2} to {:.2} m/s", ends[0], ends[1]),
             x: Axis::logarithmic("frequency (rad/s)"),
             y: Axis::linear("mu (-)").over(0.0, 1.06 * highest),
             curves,

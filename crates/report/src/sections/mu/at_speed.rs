@@ -9,7 +9,7 @@ use lpv::matrix::{Mat, solve, spectral_abscissa};
 use lpv::mu::lower::{LowerBound, lower_bound};
 use lpv::mu::margin::real_lower_bound;
 use lpv::mu::sweep::{FrequencyBound, FrequencyMu, SweepError, mu_over_frequency, response};
-use lpv::mu::upper::{UpperBoundOptions, upper_bound_with};
+use lpv::mu::upper::{DgScalings, UpperBoundOptions, upper_bound_with};
 use lpv::mu::{self, CMat, Structure};
 use lpv::state_space::StateSpace;
 use nalgebra::DVector;
@@ -158,26 +158,61 @@ fn upper_curve(
     let mut axis: Vec<f64> = spread(DECADES, UPPER_POINTS).chain(around).chain([0.0]).collect();
     axis.sort_by(f64::total_cmp);
     axis.dedup();
-    let mut start = None;
-    let mut at = |omega: f64| {
+    let at = |omega: f64, from: Option<&DgScalings>| {
         let m = response(system, omega)?;
-        let bound = upper_bound_with(
-            &m,
-            structure,
-            UpperBoundOptions { tight: DRAWN, from: start.as_ref(), ..UpperBoundOptions::default() },
-        );
-        Some(bound.map(|bound| {
-            start = Some(bound.start);
-            (omega, bound.value)
+        let options = UpperBoundOptions { tight: DRAWN, from, ..UpperBoundOptions::default() };
+        Some(upper_bound_with(&m, structure, options).map(|found| Drawn {
+            omega,
+            value: found.value,
+            start: found.start,
         }))
     };
-    let mut points: Vec<(f64, f64)> = axis.into_iter().filter_map(&mut at).collect::<Result<_, _>>()?;
-    for _ in 0..ADDED {
-        let Some(found) = roughest(&points).and_then(&mut at) else { break };
-        let found = found?;
-        points.insert(points.partition_point(|p| p.0 < found.0), found);
+    let mut points: Vec<Drawn> = vec![];
+    for omega in axis {
+        let from = points.last().map(|p| &p.start);
+        points.extend(at(omega, from).transpose()?);
     }
-    Ok(points)
+    from_neighbours(&mut points, &at)?;
+    for _ in 0..ADDED {
+        let curve: Vec<(f64, f64)> = points.iter().map(|p| (p.omega, p.value)).collect();
+        let Some(omega) = roughest(&curve) else { break };
+        let place = points.partition_point(|p| p.omega < omega);
+        let beside = [place - 1, place].map(|i| at(omega, Some(&points[i].start)));
+        let beside: Vec<Drawn> = beside.into_iter().flatten().collect::<Result<_, _>>()?;
+        let Some(lower) = beside.into_iter().min_by(|a, b| a.value.total_cmp(&b.value)) else { break };
+        points.insert(place, lower);
+    }
+    from_neighbours(&mut points, &at)?;
+    Ok(points.into_iter().map(|p| (p.omega, p.value)).collect())
+}
+
+/// An upper bound at a frequency (rad/s), and where its search ended.
+struct Drawn {
+    omega: f64,
+    value: f64,
+    start: DgScalings,
+}
+
+/// A search may get stuck above the least bound. Where a bound is well above its neighbour's it is sought again from
+/// there, which takes out steps and spikes that are not of mu.
+fn from_neighbours(
+    points: &mut [Drawn],
+    at: &impl Fn(f64, Option<&DgScalings>) -> Option<Result<Drawn, mu::StructureError>>,
+) -> Result<(), mu::StructureError> {
+    let rise = SMOOTH * points.iter().map(|p| p.value).fold(0.0, f64::max);
+    let up = (1..points.len()).map(|i| (i, i - 1));
+    let down = (1..points.len()).rev().map(|i| (i - 1, i));
+    for (own, neighbour) in up.chain(down) {
+        if points[own].value > points[neighbour].value + rise
+            && let Some(again) = at(points[own].omega, Some(&points[neighbour].start))
+        {
+            let again = again?;
+            if again.value < points[own].value {
+                points[own] = again;
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Where a curve bends too much for the points that it has: the frequency (rad/s) at which one more helps most.
