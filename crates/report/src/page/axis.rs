@@ -20,23 +20,32 @@ pub struct Axis {
     pub scale: Scale,
     /// The range to show; what the curves need if none is given.
     pub range: Option<(f64, f64)>,
+    /// The least that is shown where no range is given, in axis coordinates.
+    pub least: f64,
 }
 
 impl Axis {
     /// A linear axis as long as the curves need.
     pub fn linear(label: impl Into<String>) -> Self {
-        Self { label: label.into(), scale: Scale::Linear, range: None }
+        Self { label: label.into(), scale: Scale::Linear, range: None, least: 0.0 }
     }
 
     /// A logarithmic axis as long as the curves need.
     pub fn logarithmic(label: impl Into<String>) -> Self {
-        Self { label: label.into(), scale: Scale::Logarithmic, range: None }
+        Self { label: label.into(), scale: Scale::Logarithmic, range: None, least: 0.0 }
     }
 
     /// The same over a given range.
     #[must_use]
     pub fn over(mut self, from: f64, to: f64) -> Self {
         self.range = Some((from, to));
+        self
+    }
+
+    /// The same, at least so long where no range is given.
+    #[must_use]
+    pub fn at_least(mut self, least: f64) -> Self {
+        self.least = least;
         self
     }
 
@@ -61,21 +70,26 @@ impl Axis {
         if low > high {
             return (0.0, 1.0);
         }
+        if high - low < self.least {
+            let middle = 0.5 * (low + high);
+            return (middle - 0.5 * self.least, middle + 0.5 * self.least);
+        }
         let flat = high - low <= 1e-9 * high.abs().max(low.abs());
         let room = if flat { (0.1 * high.abs()).max(1e-6) } else { 0.06 * (high - low) };
         if roomy || flat { (low - room, high + room) } else { (low, high) }
     }
 
-    /// The ticks within a range of axis coordinates, about `wanted` of them.
-    pub fn ticks(&self, (from, to): (f64, f64), wanted: usize) -> Vec<f64> {
-        match self.scale {
+    /// The ticks within a range of axis coordinates, about `wanted` of them, with their words.
+    pub fn words(&self, (from, to): (f64, f64), wanted: usize) -> Vec<(f64, String)> {
+        let ticks = match self.scale {
             Scale::Linear => linear_ticks(from, to, wanted),
             Scale::Logarithmic => logarithmic_ticks(from, to, wanted),
-        }
+        };
+        ticks.into_iter().map(|tick| (tick, self.word(tick, (from, to), wanted))).collect()
     }
 
     /// The words at a tick, which is in axis coordinates.
-    pub fn word(&self, tick: f64, (from, to): (f64, f64), wanted: usize) -> String {
+    fn word(&self, tick: f64, (from, to): (f64, f64), wanted: usize) -> String {
         match self.scale {
             Scale::Linear => {
                 let digits = (-step(to - from, wanted).log10().floor()).clamp(0.0, 9.0) as usize;
@@ -168,6 +182,7 @@ mod tests {
     fn a_constant_has_room_and_no_value_has_an_axis() {
         let (low, high) = Axis::linear("").extent([2.0, 2.0].into_iter(), false);
         assert!(low < 2.0 && high > 2.0);
+        assert_eq!(Axis::linear("").at_least(4.0).extent([2.0, 2.5].into_iter(), true), (0.25, 4.25));
         assert_eq!(Axis::linear("").extent(std::iter::empty(), true), (0.0, 1.0));
         assert_eq!(Axis::logarithmic("").place(0.0), None);
     }

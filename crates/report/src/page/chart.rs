@@ -34,8 +34,10 @@ pub type Size = (u32, u32);
 pub const SMALL: Size = (400, 250);
 /// A chart as wide as a page.
 pub const WIDE: Size = (900, 230);
-/// Left, right, top and bottom of the frame, in units of the page.
+/// Left and right of the frame at least, top and bottom, in units of the page.
 const FRAME: [u32; 4] = [56, 12, 28, 42];
+/// About the width of a digit at a tick in the widest of the fonts, and of a point or a sign.
+const DIGIT: (f64, f64) = (8.3, 4.8);
 /// What a point may be off to be left out, as a part of the axis: a tenth of a unit of the page.
 const INVISIBLE: f64 = 2.5e-4;
 /// Decimals of a place, in units of the page: finer than what is left out.
@@ -44,8 +46,9 @@ const DECIMALS: usize = 2;
 const FARTHEST: f64 = 100.0;
 const X_TICKS: usize = 6;
 const Y_TICKS: usize = 5;
-/// Length of a tick, and where its word is, in units of the page.
+/// Length of a tick, and how far from the axis its word ends, in units of the page.
 const TICK: f64 = 4.0;
+const WORD: f64 = 7.0;
 
 /// The inside of the frame and the ranges of its axes, in axis coordinates.
 struct Frame {
@@ -71,6 +74,11 @@ fn place(v: f64) -> String {
     tidy(v, DECIMALS)
 }
 
+/// About the width of a word at a tick, in units of the page.
+fn breadth(word: &str) -> f64 {
+    word.chars().map(|c| if c.is_alphanumeric() { DIGIT.0 } else { DIGIT.1 }).sum()
+}
+
 impl Chart {
     /// A chart over time (s).
     pub fn over_time(title: impl Into<String>, label: impl Into<String>, curves: Vec<Curve>) -> Self {
@@ -86,15 +94,14 @@ impl Chart {
             .map(|curve| (curve.key, self.placed(&curve.points)))
             .collect();
         let all = || placed.iter().flat_map(|(_, points)| points);
-        let [left, right, top, bottom] = FRAME;
-        let frame = Frame {
-            left: f64::from(left),
-            top: f64::from(top),
-            width: f64::from(size.0 - left - right),
-            height: f64::from(size.1 - top - bottom),
-            x: self.x.extent(all().map(|p| p.0), false),
-            y: self.y.extent(all().map(|p| p.1), true),
-        };
+        let x = self.x.extent(all().map(|p| p.0), false);
+        let y = self.y.extent(all().map(|p| p.1), true);
+        let [left, right, top, bottom] = FRAME.map(f64::from);
+        let widest = self.y.words(y, Y_TICKS).iter().map(|(_, word)| breadth(word)).fold(0.0, f64::max);
+        let last = self.x.words(x, X_TICKS).last().map_or(0.0, |(_, word)| breadth(word));
+        let (left, right) = (left.max((widest + WORD + 2.0).ceil()), right.max((0.5 * last).ceil() + 1.0));
+        let (width, height) = (f64::from(size.0) - left - right, f64::from(size.1) - top - bottom);
+        let frame = Frame { left, top, width, height, x, y };
         format!(
             "<svg {attributes} viewBox=\"0 0 {} {}\"{}>{}{}</svg>",
             size.0,
@@ -128,19 +135,18 @@ impl Chart {
         };
         let (right, bottom) = (frame.left + frame.width, frame.top + frame.height);
         let [mut grid, mut ticks, mut below, mut beside] = [const { String::new() }; 4];
-        for tick in self.x.ticks(frame.x, X_TICKS) {
+        for (tick, word) in self.x.words(frame.x, X_TICKS) {
             let x = place(frame.left + frame.across(tick));
             let _ = write!(grid, "M{x} {}V{bottom}", frame.top);
             let _ = write!(ticks, "M{x} {bottom}v{TICK}");
-            let word = self.x.word(tick, frame.x, X_TICKS);
             let _ = write!(below, "<text x=\"{x}\" y=\"{}\">{word}</text>", bottom + 17.0);
         }
-        for tick in self.y.ticks(frame.y, Y_TICKS) {
+        for (tick, word) in self.y.words(frame.y, Y_TICKS) {
             let y = frame.top + frame.down(tick);
             let _ = write!(grid, "M{} {}H{right}", frame.left, place(y));
             let _ = write!(ticks, "M{} {}h-{TICK}", frame.left, place(y));
-            let word = self.y.word(tick, frame.y, Y_TICKS);
-            let _ = write!(beside, "<text x=\"{}\" y=\"{}\">{word}</text>", frame.left - 7.0, place(y + 4.5));
+            let _ =
+                write!(beside, "<text x=\"{}\" y=\"{}\">{word}</text>", frame.left - WORD, place(y + 4.5));
         }
         format!(
             "<text x=\"4\" y=\"16\" font-size=\"14\">{}</text><path class=\"grid\" d=\"{grid}\"/>\
@@ -229,6 +235,23 @@ mod tests {
         for (x, y) in places(&svg) {
             let expected = height * (0.5 - 0.05 * (20.0 * x / width).sin());
             assert!((y - expected).abs() < 0.05, "{y} {expected}");
+        }
+    }
+
+    /// However many digits they have.
+    #[test]
+    fn words_at_ticks_are_not_cut_off() {
+        let mut chart = chart(vec![(0.3, 0.000_025_1), (0.38, 0.000_038)]);
+        for scale in [1.0, 1e-3] {
+            chart.curves[0].points.iter_mut().for_each(|p| p.1 *= scale);
+            let svg = chart.svg(&[Key::nth(0, "one")], SMALL, "");
+            let frame = svg.split("class=\"plot\" x=\"").nth(1).unwrap();
+            let left: f64 = frame.split('"').next().unwrap().parse().unwrap();
+            let width: f64 =
+                frame.split("width=\"").nth(1).unwrap().split('"').next().unwrap().parse().unwrap();
+            let widest = chart.y.words((2.5e-5 * scale, 3.8e-5 * scale), Y_TICKS);
+            assert!(widest.iter().all(|(_, word)| breadth(word) + WORD < left), "{widest:?} {left}");
+            assert!(left + width + 0.5 * breadth("0.38") <= f64::from(SMALL.0), "{left} {width}");
         }
     }
 

@@ -26,10 +26,10 @@ pub const FONT: &str = "system-ui,-apple-system,'Segoe UI',Roboto,'Liberation Sa
 const ACROSS: usize = 3;
 /// Height of the title and of a row of the legend, in units of the page.
 const LINE: u32 = 20;
-/// About the width of a letter, in units of the page.
-const LETTER: f64 = 7.0;
+/// About the width of a letter in the widest of the fonts, in units of the page.
+const LETTER: f64 = 7.6;
 /// The same of the title.
-const TITLE_LETTER: f64 = 7.6;
+const TITLE_LETTER: f64 = 8.8;
 
 /// Words in lines of so many letters.
 fn wrapped(text: &str, letters: usize) -> Vec<String> {

@@ -49,13 +49,20 @@ fn prose(text: &str) -> String {
     for (i, word) in words.iter().enumerate() {
         let before = i.checked_sub(1).map_or("", |k| words[k]);
         let is_unit = UNITS.contains(&word.trim_end_matches(['.', ',', ';', ':', ')']));
-        let tied = before.ends_with(|c: char| c.is_ascii_digit()) && is_unit || before.ends_with("Fig.");
+        let tied = before.ends_with(|c: char| c.is_ascii_digit()) && is_unit
+            || before.ends_with("Fig.")
+            || [before, word].contains(&"=");
         if i > 0 {
             out.push(if tied { '\u{a0}' } else { ' ' });
         }
         out.push_str(word);
     }
-    escaped(&out)
+    // What is typed stands between backticks.
+    let typed = |(i, part): (usize, &str)| match i % 2 {
+        0 => escaped(part),
+        _ => format!("<code>{}</code>", escaped(part)),
+    };
+    out.split('`').enumerate().map(typed).collect()
 }
 
 /// The way to each section.
@@ -138,6 +145,8 @@ mod tests {
             "within 60\u{a0}s, at 5\u{a0}% &amp; in Fig.\u{a0}7"
         );
         assert_eq!(prose("6 controllers so 3 sets"), "6 controllers so 3 sets");
+        assert_eq!(prose("run `a <b>`"), "run <code>a &lt;b&gt;</code>");
+        assert_eq!(prose("w_b = 0.23"), "w_b\u{a0}=\u{a0}0.23");
     }
 
     #[test]
