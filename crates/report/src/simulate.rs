@@ -4,6 +4,7 @@ use crate::error::Error;
 use crate::page::plot::{Kind, Line, Panel, draw};
 use crate::page::words::tidy;
 use crate::record::Record;
+use crate::subject::{FLOWN, shown};
 use scheduled::Manoeuvre;
 use signals::{PITCH, SPEED};
 use squid_design::inputs::Inputs;
@@ -16,10 +17,6 @@ use std::path::Path;
 
 /// Speeds at which pitch steps are flown, as many as in the paper's Fig. 5.
 const STEP_SPEEDS: usize = 6;
-
-/// How long a pitch step is flown, and how much of it is plotted, s.
-const STEPS_FLOWN: f64 = 60.0;
-const STEPS_SHOWN: f64 = 30.0;
 
 /// What was flown.
 #[derive(Debug, Clone)]
@@ -59,7 +56,7 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<Flown, 
             speed_from: speed,
             speed_to: speed,
             step_time: 2.0,
-            duration: 2.0 + STEPS_FLOWN,
+            duration: 2.0 + FLOWN,
             ..manoeuvre.clone()
         };
         let flown = fly(&inputs.vehicle, &stored.controller, inputs.design.level(), &step)?;
@@ -79,7 +76,8 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<Flown, 
         );
     }
     let title = format!("{}, {}.toml: pitch steps at constant speed", heading(inputs), inputs.design.name);
-    plot("steps.svg", &title, &step_panels(inputs, &responses))?;
+    let until = shown(steps.iter().map(|(_, figures)| figures.settling_time).fold(0.0, f64::max));
+    plot("steps.svg", &title, &step_panels(inputs, &responses, until))?;
     let (title, panel) = open_loop(inputs, stored)?;
     plot("open_loop.svg", &title, &[panel])?;
     files.add(directory.join("flight.csv"), record.csv());
@@ -163,10 +161,10 @@ fn line(inputs: &Inputs, speed: f64, points: Vec<(f64, f64)>) -> Line {
     Line { name: format!("{speed:.2} m/s"), points, kind: Kind::Along(part) }
 }
 
-fn step_panels(inputs: &Inputs, responses: &[(f64, Vec<Row>)]) -> Vec<Panel> {
-    let shown = |r: &&Row| r.time <= STEPS_SHOWN;
+fn step_panels(inputs: &Inputs, responses: &[(f64, Vec<Row>)], until: f64) -> Vec<Panel> {
+    let drawn = |r: &&Row| r.time <= until;
     let each = |of: &dyn Fn(&Row, &Row) -> f64| -> Vec<Line> {
-        let points = |rows: &[Row]| rows.iter().filter(shown).map(|r| (r.time, of(r, &rows[0]))).collect();
+        let points = |rows: &[Row]| rows.iter().filter(drawn).map(|r| (r.time, of(r, &rows[0]))).collect();
         responses.iter().map(|(speed, rows)| line(inputs, *speed, points(rows))).collect()
     };
     let mut panels = vec![

@@ -38,6 +38,11 @@ pub const FLOWN: f64 = 60.0;
 /// How much of a response is drawn (s).
 pub const SHOWN: f64 = 30.0;
 
+/// How much of steps is drawn (s), of which the slowest has settled so long after it began (s).
+pub fn shown(slowest: f64) -> f64 {
+    if slowest < 0.6 * SHOWN { SHOWN } else { FLOWN }
+}
+
 /// The vehicle, its model and its controller.
 #[derive(Debug)]
 pub struct Subject<'a> {

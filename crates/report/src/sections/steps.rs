@@ -1,13 +1,14 @@
 //! Steps of pitch and of speed at six speeds, flown: what is tracked, and every actuator.
 
 use crate::error::Error;
+use crate::page::axis::Axis;
 use crate::page::chart::{Chart, Curve};
 use crate::page::figure::Figure;
 use crate::page::key::Key;
 use crate::page::section::Part;
 use crate::peers::course::speed_step;
 use crate::peers::law::{Scheduled, fly};
-use crate::subject::{SHOWN, STEP_TIME, Subject};
+use crate::subject::{FLOWN, STEP_TIME, Subject, shown};
 use auv::Current;
 use signals::{PITCH, SPEED};
 use squid_design::numbers::readable;
@@ -16,7 +17,7 @@ use squid_flight::flight::{Demand, Flight, Row};
 /// The section on steps of each reference.
 ///
 /// # Errors
-/// As [`squid_flight::flight::fly`]; [`Error::PitchNotTracked`].
+/// As [`squid_flight::flight::fly`] and [`Subject::verdict`]; [`Error::PitchNotTracked`].
 pub fn steps(subject: &Subject) -> Result<Vec<Part>, Error> {
     subject.pitch()?;
     let lft = &subject.stored.controller.lft;
@@ -24,8 +25,10 @@ pub fn steps(subject: &Subject) -> Result<Vec<Part>, Error> {
         subject.speeds.iter().map(|v| subject.fly_step(*v, lft)).collect::<Result<Vec<Flight>, Error>>()?;
     let faster =
         subject.speeds.iter().map(|v| step_speed(subject, *v)).collect::<Result<Vec<Flight>, Error>>()?;
-    let degrees = subject.stored.manoeuvre.pitch_step.to_degrees();
+    let degrees = auv::rounded(subject.stored.manoeuvre.pitch_step.to_degrees());
     let name = subject.name();
+    let steps = &subject.verdict()?.found.steps;
+    let until = shown(steps.iter().map(|step| step.settling_time).fold(0.0, f64::max));
     Ok(vec![
         Part::Words(format!(
             "The nonlinear vehicle with the sampled autopilot, lags and limits of the actuators, from trim.{}{}",
@@ -34,17 +37,17 @@ pub fn steps(subject: &Subject) -> Result<Vec<Part>, Error> {
         )),
         Part::Figure(Figure {
             name: "pitch-steps".into(),
-            caption: format!("Steps of the pitch reference of {name} by {degrees:.0} deg at six speeds."),
-            ..figure(subject, &pitched)
+            caption: format!("Steps of the pitch reference of {name} by {degrees} deg at six speeds."),
+            ..figure(subject, &pitched, until)
         }),
         Part::Figure(Figure {
             name: "speed-steps".into(),
             caption: format!(
-                "Steps of the {} of {name} by {:.2} m/s, towards the middle of the range, at six speeds.",
+                "Steps of the {} of {name} by {} m/s, towards the middle of the range, at six speeds.",
                 subject.wanted_speed(),
-                speed_step(subject, subject.speeds[0])
+                auv::rounded(speed_step(subject, subject.speeds[0]))
             ),
-            ..figure(subject, &faster)
+            ..figure(subject, &faster, until)
         }),
     ])
 }
@@ -66,40 +69,80 @@ fn step_speed(subject: &Subject, speed: f64) -> Result<Flight, Error> {
     };
     let vehicle = &subject.inputs.vehicle;
     let gains = vec![1.0; vehicle.actuators.len()];
-    fly(subject, &Scheduled(subject), (vehicle, &gains), (SHOWN, demand))
+    fly(subject, &Scheduled(subject), (vehicle, &gains), (FLOWN, demand))
 }
 
-/// Pitch, speed, and the command of each actuator with its limits over time, of a flight at each of the six speeds.
-pub fn figure(subject: &Subject, flights: &[Flight]) -> Figure {
+/// The least that the axes of pitch (deg) and speed (m/s) span: what is less is no motion.
+const LEAST: [f64; 2] = [0.1, 0.002];
+
+/// A limit is drawn where its axis is no more than so many times as long as the commands need: it must not flatten
+/// them.
+const FLATTER: f64 = 8.0;
+
+/// Pitch, speed, and the command of each actuator with its limits over time (s), of a flight at each of the six speeds.
+pub fn figure(subject: &Subject, flights: &[Flight], until: f64) -> Figure {
+    let mut keys = subject.speed_keys();
+    let (references, limits) = (keys.len(), keys.len() + 1);
+    keys.push(Key { dash: "7 3", ..Key::reference("reference") });
+    keys.push(Key::reference("limits"));
     let curves = |of: &dyn Fn(&Row, &Row) -> f64| -> Vec<Curve> {
         let points = |rows: &[Row]| {
-            let shown = rows.iter().filter(|r| r.time <= SHOWN);
-            shown.map(|r| (r.time, of(r, &rows[0]))).collect()
+            rows.iter().filter(|r| r.time <= until).map(|r| (r.time, of(r, &rows[0]))).collect()
         };
         flights.iter().enumerate().map(|(key, f)| Curve { key, points: points(&f.rows) }).collect()
     };
+    let followed = |place: usize, label: &str, factor: f64, least: f64| {
+        let from_trim = |v: f64, start: &Row| factor * (v - start.measured(place));
+        let mut drawn = curves(&|r, start| from_trim(r.measured(place), start));
+        drawn.extend(different(curves(&|r, start| from_trim(r.reference(place), start)), references));
+        Chart { y: Axis::linear(label).at_least(least), ..Chart::over_time("", "", drawn) }
+    };
     let mut charts = vec![
-        Chart::over_time(
-            "",
-            "pitch from trim (deg)",
-            curves(&|r, start| (r.measured(PITCH) - start.measured(PITCH)).to_degrees()),
-        ),
-        Chart::over_time(
-            "",
-            "forward speed from trim (m/s)",
-            curves(&|r, start| r.measured(SPEED) - start.measured(SPEED)),
-        ),
+        followed(PITCH, "pitch from trim (deg)", 1f64.to_degrees(), LEAST[0]),
+        followed(SPEED, "forward speed from trim (m/s)", 1.0, LEAST[1]),
     ];
     for (j, actuator) in subject.inputs.vehicle.actuators.iter().enumerate() {
         let (factor, unit) = readable(actuator.unit());
         let mut drawn = curves(&|r, _| factor * r.commands[j]);
-        drawn.extend([actuator.min, actuator.max].map(|limit| Curve {
-            key: flights.len(),
-            points: vec![(0.0, factor * limit), (SHOWN, factor * limit)],
-        }));
-        charts.push(Chart::over_time(actuator.name.as_str(), format!("command ({unit})"), drawn));
+        let (near, far) = limits_near(&drawn, [actuator.min, actuator.max].map(|limit| factor * limit));
+        drawn.extend(near.into_iter().map(|v| Curve { key: limits, points: vec![(0.0, v), (until, v)] }));
+        let beyond: Vec<String> = far.into_iter().map(auv::rounded).collect();
+        let beyond = match beyond.len() {
+            0 => String::new(),
+            1 => format!(", limit {}", beyond[0]),
+            _ => format!(", limits {}", beyond.join(" and ")),
+        };
+        charts.push(Chart::over_time(actuator.name.as_str(), format!("command ({unit}){beyond}"), drawn));
     }
-    let mut keys = subject.speed_keys();
-    keys.push(Key::reference("limits"));
     Figure { name: String::new(), caption: String::new(), keys, charts }
+}
+
+/// Each course once, as curves of one kind.
+fn different(courses: Vec<Curve>, key: usize) -> Vec<Curve> {
+    let mut out: Vec<Curve> = vec![];
+    for course in courses {
+        if out.iter().all(|other| other.points != course.points) {
+            out.push(Curve { key, ..course });
+        }
+    }
+    out
+}
+
+/// The limits of an actuator that can be drawn beside its commands, and those that would flatten them.
+fn limits_near(commands: &[Curve], limits: [f64; 2]) -> (Vec<f64>, Vec<f64>) {
+    let values = || commands.iter().flat_map(|curve| &curve.points).map(|p| p.1);
+    let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
+    limits.into_iter().partition(|limit| high.max(*limit) - low.min(*limit) <= FLATTER * (high - low))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Commands from 1 to 2 N: a limit of 8 N is drawn beside them, one of -30 N is not.
+    #[test]
+    fn a_limit_far_away_does_not_flatten_the_commands() {
+        let commands = [Curve { key: 0, points: vec![(0.0, 1.0), (1.0, 2.0)] }];
+        assert_eq!(limits_near(&commands, [-30.0, 8.0]), (vec![8.0], vec![-30.0]));
+    }
 }
