@@ -41,6 +41,13 @@ pub struct Declared<'a> {
     pub design: &'a str,
 }
 
+impl Declared<'_> {
+    /// Whether nothing is uncertain.
+    pub fn is_empty(&self) -> bool {
+        self.coefficients.is_empty() && self.actuator_gain == 0.0
+    }
+}
+
 impl Inputs {
     /// What is declared uncertain.
     pub fn declared(&self) -> Declared<'_> {

@@ -81,9 +81,10 @@ fn slow_enough(file: &DesignFile, plant: &GeneralisedPlant, design: Design) -> (
         return (design, String::new());
     };
     let gone = design.controller.a().nrows() - slower.controller.a().nrows();
+    let (modes, are) = if gone == 1 { ("mode", "is") } else { ("modes", "are") };
     let words = format!(
-        "\n{gone} modes of the controller, the fastest of {most:.0} rad/s, are too fast for the sample time: \
-         replaced by their gain at rest"
+        "\n{gone} {modes} of the controller, the fastest of {most:.0} rad/s, {are} too fast for the sample time: \
+         replaced by the gain at rest"
     );
     (slower, words)
 }

@@ -66,10 +66,9 @@ pub fn compare(subject: &Subject, effort: Effort) -> Result<Vec<Part>, Error> {
         _ => (subject.inputs.design.speed_min, subject.inputs.design.speed_max),
     };
     let speeds = [low, 0.5 * (low + high), high];
-    let Some(pid) = tuned(subject, &speeds, effort.evaluations)? else {
-        let words = "No PID was tuned: it takes a design that tracks pitch and measures pitch, pitch rate and, where \
-            it is not given, speed apart from the references, and gains that hold the limits on |S| and noise.";
-        return Ok(vec![Part::Words(words.into())]);
+    let pid = match tuned(subject, &speeds, effort.evaluations)? {
+        Ok(pid) => pid,
+        Err(reason) => return Ok(vec![Part::Words(format!("No PID was tuned: {reason}."))]),
     };
     let (ours, blended) = (Scheduled(subject), Blended::new(subject));
     let mut laws: Vec<(&str, &dyn Law)> = vec![("scheduled", &ours), ("PID", &pid)];
@@ -106,13 +105,13 @@ fn words(subject: &Subject) -> String {
             scheduled on speed, integrals that stop at limits; tuned at the three speeds by COBYLA (M. J. D. Powell, \
             1994) over the flights of this table, with |S| no larger and commands under noise no rougher than the \
             scheduled controller's at that speed. Blended: H-infinity controllers of the same weights for six speeds, \
-            all running, outputs blended by speed. Flights: a pitch step of {:.0} deg, a gust of 0.3 m/s in heave, \
+            all running, outputs blended by speed. Flights: a pitch step of {} deg, a gust of 0.3 m/s in heave, \
             {speed_step}; ITAE is the integral of t |error|/step, of the error to the reference itself, not to a model \
             of it. Box: the declared uncertainty, vehicles at corners and random points; one survives if its pitch is \
             within a tenth of the step at the end; overshoot is the worst of those. Rows closer than {:.0} % are \
             drawn, those without outcome are not compared.",
         subject.wanted_speed(),
-        subject.stored.manoeuvre.pitch_step.to_degrees(),
+        auv::rounded(subject.stored.manoeuvre.pitch_step.to_degrees()),
         100.0 * DRAW
     )
 }

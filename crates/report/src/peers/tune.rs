@@ -68,8 +68,12 @@ struct Tried {
     constraints: [f64; 2],
 }
 
-/// The PID with gains tuned at some speeds (m/s), each search with so many evaluations; `None` where there is none
-/// for the design, or none that holds the constraints was found.
+/// What the design must be like for a PID.
+const UNFIT: &str = "it takes a design that tracks pitch and measures pitch, pitch rate and, where it is not given, \
+    speed apart from the references";
+
+/// The PID with gains tuned at some speeds (m/s), each search with so many evaluations; or, in words, why there is
+/// none.
 ///
 /// The cost is the mean of four ratios to the scheduled controller's figures on the same course: ITAE of the pitch
 /// step and, where it is not given, of the speed step, settling of pitch, peak after the gust. The constraints: |S|
@@ -79,17 +83,23 @@ struct Tried {
 ///
 /// # Errors
 /// Those of trim and linearisation.
-pub fn tuned(subject: &Subject, speeds: &[f64], evaluations: usize) -> Result<Option<Pid>, Error> {
+pub fn tuned(subject: &Subject, speeds: &[f64], evaluations: usize) -> Result<Result<Pid, String>, Error> {
     let linear = |v: &f64| Ok(linearise_at(&subject.inputs.vehicle, &subject.inputs.design, *v)?);
     let truth: Vec<Linearisation> = speeds.iter().map(linear).collect::<Result<_, Error>>()?;
     if Pid::new(subject, &[(&truth[0], gains(&guess(subject, 1.0)))]).is_none() {
-        return Ok(None);
+        return Ok(Err(UNFIT.into()));
     }
+    let none_at = |speed: f64| {
+        format!(
+            "at {speed:.2} m/s the search found no gains with |S| and commands under noise as small as the scheduled \
+                controller's"
+        )
+    };
     // The middle speed from several guesses, the others from what is best there and from one of them.
     let middle = speeds.len() / 2;
     let first = GUESSES.iter().map(|quickness| (middle, guess(subject, *quickness)));
     let Some(best_there) = least(search(subject, &truth, first, evaluations)?, middle) else {
-        return Ok(None);
+        return Ok(Err(none_at(speeds[middle])));
     };
     let starts = [point(&best_there.1), guess(subject, GUESSES[1])];
     let others = (0..speeds.len()).filter(|i| *i != middle);
@@ -98,10 +108,10 @@ pub fn tuned(subject: &Subject, speeds: &[f64], evaluations: usize) -> Result<Op
     found.push((middle, Some(best_there)));
     let mut chosen = vec![];
     for (i, l) in truth.iter().enumerate() {
-        let Some((_, gains)) = least(found.clone(), i) else { return Ok(None) };
+        let Some((_, gains)) = least(found.clone(), i) else { return Ok(Err(none_at(speeds[i]))) };
         chosen.push((l, gains));
     }
-    Ok(Pid::new(subject, &chosen))
+    Ok(Pid::new(subject, &chosen).ok_or_else(|| UNFIT.into()))
 }
 
 /// The gains found at a speed, with their cost; none where no gains hold the constraints.

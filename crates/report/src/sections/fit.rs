@@ -26,16 +26,28 @@ const UNITS: [[&str; STATES.len()]; STATES.len()] = [
     ["1/m", "1/m", "1", "1/s"],
 ];
 /// An entry that varies by less than this part of the largest entry is drawn no more than a zero.
-const VARIES: f64 = 1e-6;
+const VARIES: f64 = 1e-4;
 
-fn keys() -> Vec<Key> {
-    let order = |n: usize, name: &str, dash| Key { dash, ..Key::nth(n, name) };
-    vec![Key::ground("exact linearisation"), order(1, "order 1", "7 3"), order(0, "order 2", "")]
+/// The orders that are drawn: those of the paper, and that of the design.
+fn orders(subject: &Subject) -> Vec<usize> {
+    let own = subject.inputs.design.order;
+    ORDERS.into_iter().chain((!ORDERS.contains(&own)).then_some(own)).collect()
+}
+
+fn keys(subject: &Subject) -> Vec<Key> {
+    let own = subject.inputs.design.order;
+    let drawn = orders(subject).into_iter().enumerate().map(|(i, order)| {
+        let name = format!("order {order}{}", if order == own { ", of this design" } else { "" });
+        let (colour, dash) = [(1, "7 3"), (0, ""), (2, "7 3 2 3")][i];
+        Key { dash, ..Key::nth(colour, name) }
+    });
+    std::iter::once(Key::ground("exact linearisation")).chain(drawn).collect()
 }
 
 fn fits(subject: &Subject) -> Result<Vec<MatrixPolynomial>, Error> {
     let samples: Vec<(f64, Mat)> = subject.model.grid.iter().map(|(rho, l)| (*rho, stacked(l))).collect();
-    Ok(ORDERS.map(|order| MatrixPolynomial::fit(&samples, order)).into_iter().collect::<Result<_, _>>()?)
+    let fit = |order| MatrixPolynomial::fit(&samples, order);
+    Ok(orders(subject).into_iter().map(fit).collect::<Result<_, _>>()?)
 }
 
 /// The section on Fig. 3: the entries of A over speed, linearised and fitted.
@@ -70,13 +82,15 @@ pub fn entries(subject: &Subject) -> Result<Vec<Part>, Error> {
         because: format!("The residual is {}.", compared(first, second)),
     };
     let caption = format!(
-        "The {} entries of A that vary with speed, of {}: exact at {} speeds, and as polynomials. x = [{}].",
+        "The {} entries of A that vary with speed, by more than {} % of the largest of all, of {}: exact at {} \
+            speeds, and as polynomials. x = [{}].",
         charts.len(),
+        100.0 * VARIES,
         subject.name(),
         subject.model.grid.len(),
         states.iter().map(|state| state.symbol).collect::<Vec<_>>().join(" ")
     );
-    let figure = Figure { name: "fig3-entries-of-A".into(), caption, keys: keys(), charts };
+    let figure = Figure { name: "fig3-entries-of-A".into(), caption, keys: keys(subject), charts };
     Ok(vec![Part::Figure(figure), Part::Claim(claim)])
 }
 
@@ -157,7 +171,7 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
             actuator.name,
             subject.name()
         ),
-        keys: keys(),
+        keys: keys(subject),
         charts,
     };
     let mut table = Table::new(["order", "rms residual of A, % of its variation"]);

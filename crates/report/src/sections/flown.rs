@@ -122,7 +122,8 @@ fn margins(subject: &Subject, frozen: &[AtSpeed]) -> Figure {
 /// What noise does to each command over speed.
 fn noise(subject: &Subject, frozen: &[AtSpeed]) -> Figure {
     let actuators = &subject.inputs.vehicle.actuators;
-    let names: Vec<&str> = actuators.iter().map(|a| a.name.as_str()).collect();
+    // Dashed, since those of actuators in pairs lie on one another.
+    let keys = actuators.iter().enumerate().map(|(j, a)| Key::nth(j, a.name.as_str())).collect();
     let rms = |(j, a): (usize, &Actuator)| curve(frozen, j, &|f| 100.0 * f.noise_rms[j] / a.reach());
     let curves = actuators.iter().enumerate().map(rms).collect();
     Figure {
@@ -131,7 +132,7 @@ fn noise(subject: &Subject, frozen: &[AtSpeed]) -> Figure {
             "What the noise of the sensors does to each command of {} over speed.",
             subject.name()
         ),
-        keys: keys(&names),
+        keys,
         charts: vec![chart("commands under noise, rms (% of reach)", curves)],
     }
 }

@@ -86,14 +86,17 @@ fn rungs(subject: &Subject, found: &Ladder, acceleration: f64) -> Vec<(String, O
         ("the same by symmetric scalings alone".into(), found.scheduled_symmetric.as_ref().ok().copied()),
         ("this loop, speed constant, at its worst".into(), Some(found.frozen_gain.gamma)),
     ];
+    // A bound for faster changes is one for slower ones.
+    let certified = rounded_up(found.certified);
+    let fast = found.arbitrarily_fast.as_ref().ok().map(|b| b.gamma.min(certified));
     for (_, bound) in &found.bounded_rate {
         let name =
             format!("this loop, speed changing by at most {acceleration:.3} m/s^2, as the manoeuvre does");
-        rungs.push((name, bound.as_ref().ok().map(|b| b.gamma)));
+        let slow = bound.as_ref().ok().map(|b| b.gamma.min(fast.unwrap_or(certified)));
+        rungs.push((name, slow));
     }
-    let fast = found.arbitrarily_fast.as_ref().ok().map(|b| b.gamma);
     rungs.push(("this loop, speed changing arbitrarily fast".into(), fast));
-    rungs.push(("this loop, bound for every course of speed".into(), Some(rounded_up(found.certified))));
+    rungs.push(("this loop, bound for every course of speed".into(), Some(certified)));
     rungs
 }
 

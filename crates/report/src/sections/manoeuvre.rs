@@ -48,10 +48,10 @@ pub fn manoeuvre(subject: &Subject) -> Result<Vec<Part>, Error> {
     let off = rows.iter().map(|r| r.error(SPEED).abs()).fold(0.0, f64::max);
     let outside = rows.iter().filter(|r| r.out_of_range).count() as f64 / rows.len() as f64;
     let words = format!(
-        "A pitch step of {:.0} deg at {} s while the speed goes from {} to {} m/s in {} s. At the end pitch is \
+        "A pitch step of {} deg at {} s while the speed goes from {} to {} m/s in {} s. At the end pitch is \
             {:.3} deg off, the speed was never more than {off:.3} m/s off, and outside the range of the design \
             during {:.1} % of the flight.",
-        m.pitch_step.to_degrees(),
+        auv::rounded(m.pitch_step.to_degrees()),
         m.step_time,
         m.speed_from,
         m.speed_to,

@@ -15,8 +15,9 @@ pub fn structure(subject: &Subject) -> Result<Vec<Part>, Error> {
     let (plant, k) = (subject.plant.sizes(), subject.controller.parts.sizes());
     let (centre, half_range) = subject.inputs.design.scheduling();
     let words = format!(
-        "Theta = rho I, rho = (V - {centre})/{half_range}, the speed V in m/s. In brackets: how many signals a wire \
-         has."
+        "Theta = rho I, rho = (V - {})/{}, the speed V in m/s. In brackets: how many signals a wire has.",
+        auv::rounded(centre),
+        auv::rounded(half_range)
     );
     Ok(vec![
         Part::Words(words),
@@ -36,11 +37,11 @@ fn scheduled(plant: Sizes, k: Sizes) -> Diagram {
         "The loop (the paper's Fig. 1 a): plant and controller are scheduled on the same speed.".into();
     let mut d = Diagram::new("fig1a-structure", caption, (440, 400));
     let x = 220.0;
-    d.block((x, 35.0), (110.0, 40.0), &[format!("rho I of size {}", plant.t)]);
+    d.block((x, 35.0), (130.0, 40.0), &[format!("rho I of size {}", plant.t)]);
     d.block((x, 130.0), (150.0, 70.0), &text(["plant P(s)", &format!("{} states", plant.x)]));
     d.block((x, 260.0), (150.0, 70.0), &text(["controller K(s)", &format!("{} states", k.x)]));
-    d.block((x, 360.0), (110.0, 40.0), &[format!("rho I of size {}", k.t)]);
-    loop_through(&mut d, (x, 35.0, 110.0), (112.0, 150.0), ("w_theta", "z_theta"), plant.t);
+    d.block((x, 360.0), (130.0, 40.0), &[format!("rho I of size {}", k.t)]);
+    loop_through(&mut d, (x, 35.0, 130.0), (112.0, 150.0), ("w_theta", "z_theta"), plant.t);
     d.wire(&[(40.0, 130.0), (145.0, 130.0)]);
     d.label((85.0, 124.0), &format!("w ({})", plant.w));
     d.wire(&[(295.0, 130.0), (400.0, 130.0)]);
@@ -49,9 +50,12 @@ fn scheduled(plant: Sizes, k: Sizes) -> Diagram {
     d.label((360.0, 202.0), &format!("y ({})", plant.y));
     d.wire(&[(145.0, 245.0), (110.0, 245.0), (110.0, 150.0), (145.0, 150.0)]);
     d.label((80.0, 202.0), &format!("u ({})", plant.u));
-    loop_through(&mut d, (x, 360.0, 110.0), (280.0, 150.0), ("w_K", "z_K"), k.t);
+    loop_through(&mut d, (x, 360.0, 130.0), (280.0, 150.0), ("w_K", "z_K"), k.t);
     d
 }
+
+/// From a wire to the words beside it, and half the width of a letter of theirs, in units of the page.
+const BESIDE: (f64, f64) = (8.0, 3.8);
 
 /// The wires between a box about `(x, y)`, so wide, and another at a height, so wide: in on the right, out on the left.
 fn loop_through(
@@ -65,9 +69,11 @@ fn loop_through(
     let out = far + 35.0;
     let between = 0.5 * (y + height) + 5.0;
     d.wire(&[(x + far, height), (x + out, height), (x + out, y), (x + near, y)]);
-    d.label((x + out + 62.0, between), &format!("{to} ({size})"));
+    let words = [to, from].map(|name| format!("{name} ({size})"));
+    let [right, left] = [&words[0], &words[1]].map(|w| out + BESIDE.0 + BESIDE.1 * w.len() as f64);
+    d.label((x + right, between), &words[0]);
     d.wire(&[(x - near, y), (x - out, y), (x - out, height), (x - far, height)]);
-    d.label((x - out - 62.0, between), &format!("{from} ({size})"));
+    d.label((x - left, between), &words[1]);
 }
 
 /// Fig. 1 b: all copies of the parameter in one block, and a controller without parameters.
@@ -76,20 +82,20 @@ fn augmented(plant: Sizes, k: Sizes) -> Diagram {
         "The same loop transformed (the paper's Fig. 1 b), as the matrix inequalities see it: all copies of \
         the speed in one block, the copies of the controller passed through the plant."
             .into();
-    let mut d = Diagram::new("fig1b-structure", caption, (520, 310));
-    let (x, both) = (260.0, plant.t + k.t);
+    let mut d = Diagram::new("fig1b-structure", caption, (560, 310));
+    let (x, both) = (280.0, plant.t + k.t);
     d.block((x, 35.0), (190.0, 40.0), &[format!("diag(rho I_{}, rho I_{})", plant.t, k.t)]);
     d.block((x, 140.0), (190.0, 70.0), &text(["augmented plant P_a(s)", &format!("{} states", plant.x)]));
     d.block((x, 265.0), (150.0, 60.0), &text(["K(s)", &format!("{} states", k.x)]));
     loop_through(&mut d, (x, 35.0, 190.0), (118.0, 190.0), ("w_theta, w_K", "z_theta, z_K"), both);
-    d.wire(&[(65.0, 140.0), (165.0, 140.0)]);
-    d.label((100.0, 134.0), &format!("w ({})", plant.w));
-    d.wire(&[(355.0, 140.0), (455.0, 140.0)]);
-    d.label((425.0, 134.0), &format!("z ({})", plant.z));
-    d.wire(&[(355.0, 162.0), (390.0, 162.0), (390.0, 265.0), (335.0, 265.0)]);
-    d.label((425.0, 290.0), &format!("y, z_K ({} + {})", plant.y, k.t));
-    d.wire(&[(185.0, 265.0), (130.0, 265.0), (130.0, 162.0), (165.0, 162.0)]);
-    d.label((95.0, 290.0), &format!("u, w_K ({} + {})", plant.u, k.t));
+    d.wire(&[(85.0, 140.0), (185.0, 140.0)]);
+    d.label((120.0, 134.0), &format!("w ({})", plant.w));
+    d.wire(&[(375.0, 140.0), (475.0, 140.0)]);
+    d.label((445.0, 134.0), &format!("z ({})", plant.z));
+    d.wire(&[(375.0, 162.0), (410.0, 162.0), (410.0, 265.0), (355.0, 265.0)]);
+    d.label((445.0, 290.0), &format!("y, z_K ({} + {})", plant.y, k.t));
+    d.wire(&[(205.0, 265.0), (150.0, 265.0), (150.0, 162.0), (185.0, 162.0)]);
+    d.label((115.0, 290.0), &format!("u, w_K ({} + {})", plant.u, k.t));
     d
 }
 
@@ -110,7 +116,8 @@ fn weighted(subject: &Subject, states: usize) -> Diagram {
     let takes = if apart { format!("r and {} measured", design.measured.len()) } else { "errors".into() };
     d.block((210.0, 150.0), (140.0, 70.0), &text(["controller K", &format!("{states} states"), &takes]));
     let lags = if design.lags { format!("{m} actuators with lags") } else { format!("{m} actuators") };
-    d.block((470.0, 150.0), (170.0, 70.0), &text(["vehicle G(rho)", "4 states", &lags]));
+    let own = format!("{} states", design.states.len());
+    d.block((470.0, 150.0), (170.0, 70.0), &text(["vehicle G(rho)", &own, &lags]));
     d.wire(&[(280.0, 150.0), (362.0, 150.0)]);
     d.sum((370.0, 150.0));
     d.wire(&[(378.0, 150.0), (385.0, 150.0)]);
@@ -136,6 +143,6 @@ fn weighted(subject: &Subject, states: usize) -> Diagram {
     d.wire(&[(690.0, 45.0), (725.0, 45.0)]);
     d.label((735.0, 34.0), &format!("z_e ({tracked})"));
     d.wire(&[(585.0, 150.0), (585.0, 260.0), (60.0, 260.0), (60.0, 170.0), (140.0, 170.0)]);
-    d.label((520.0, 253.0), if apart { "measurements + n" } else { "fed back, from r" });
+    d.label((505.0, 253.0), if apart { "measurements + n" } else { "fed back, from r" });
     d
 }

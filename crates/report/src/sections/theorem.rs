@@ -29,13 +29,16 @@ fn reach(theorem: &Theorem, certified: bool) -> &'static str {
 /// # Errors
 /// None; a proof that fails is reported.
 pub fn theorem(subject: &Subject) -> Result<Vec<Part>, Error> {
+    let apart = !subject.inputs.design.measured.is_empty();
     let words = match subject.proof() {
         Ok(theorem) => vec![
             format!("Proved again for this page, in exact rational arithmetic: {theorem}"),
             format!(
-                "w contains the references (in units of their scales) and the disturbances at the actuators, z \
+                "w contains the references (in units of their scales){} the disturbances at the actuators{}, z \
                     the tracking errors weighted by W_e and the commands weighted by W_u. The parameter is the \
                     speed. {}",
+                if apart { "," } else { " and" },
+                if apart { " and the noise of the sensors" } else { "" },
                 reach(theorem, subject.stored.controller.gamma.certified)
             ),
         ],

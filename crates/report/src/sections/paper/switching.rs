@@ -69,7 +69,7 @@ pub fn switching(subject: &Subject) -> Result<Vec<Part>, Error> {
             take turns, each in charge for the same time from 0.05 to 20 s: the second table has the fastest \
             growth of the linear loop as it flies, sampled and with the lags of the actuators, unstable above \
             0 (a controller that is reset many times a second is little more than its direct term). For the \
-            scheduled controller the theorem below, where it is proved, excludes that for every signal.",
+            scheduled controller the theorem above, where it is proved, excludes that for every signal.",
         names.join(", "),
         bank.len()
     );

@@ -138,7 +138,8 @@ fn figure(subject: &Subject, all: &[Tuned]) -> Figure {
     for tuned in all {
         let title = format!("{}, w_b {}: impulse", tuned.letter, tuned.weight);
         let impulses = curves(tuned, &|r| r.flying.impulse.clone());
-        charts.push(Chart::over_time(title, "pitch (deg per deg s)", impulses));
+        let chart = Chart::over_time(title, "pitch (deg per deg s)", impulses);
+        charts.push(Chart { x: chart.x.over(0.0, SHOWN), ..chart });
     }
     for tuned in all {
         let title = format!("{}, w_b {}: step", tuned.letter, tuned.weight);
