@@ -7,6 +7,7 @@ use crate::page::chart::{Chart, Curve};
 use crate::page::figure::Figure;
 use crate::page::key::Key;
 use crate::page::section::{Part, Table};
+use crate::sections::paper::open_loop::published;
 use crate::subject::Subject;
 use lpv::matrix::Mat;
 use lpv::polynomial::MatrixPolynomial;
@@ -185,13 +186,10 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
             format!("{:.3}", error(r.order, &scaled)),
         ]);
     }
-    let parts = [
-        Part::Figure(figure),
-        Part::Table(table),
-        Part::Table(channels(subject, &errors)),
-        Part::Claim(claim),
-    ];
-    Ok(parts.into())
+    let mut parts = vec![Part::Figure(figure), Part::Table(table), Part::Table(channels(subject, &errors))];
+    parts.extend(published(subject)?);
+    parts.push(Part::Claim(claim));
+    Ok(parts)
 }
 
 /// The errors of each channel.

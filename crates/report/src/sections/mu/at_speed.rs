@@ -360,6 +360,22 @@ mod tests {
         assert_eq!((ordered[0].by.as_str(), ordered[1].by.as_str()), ("-13 %", "+40 %"));
     }
 
+    /// A spike of a search that got stuck goes, a peak that is found again stays.
+    #[test]
+    fn a_bound_well_above_its_neighbours_is_sought_again() {
+        let one = Structure::new(vec![mu::Block::Real(1)]).unwrap();
+        let start = mu::upper::upper_bound(&CMat::identity(1, 1), &one).unwrap().start;
+        let drawn = |omega: f64, value| Drawn { omega, value, start: start.clone() };
+        let truth = |omega: f64| if omega == 4.0 { 0.3 } else { 0.1 };
+        let mut points: Vec<Drawn> = [0.1, 0.25, 0.25, 0.3, 0.1]
+            .into_iter()
+            .enumerate()
+            .map(|(i, value)| drawn(1.0 + i as f64, value))
+            .collect();
+        from_neighbours(&mut points, &|omega, _| Some(Ok(drawn(omega, truth(omega))))).unwrap();
+        assert_eq!(points.iter().map(|p| p.value).collect::<Vec<_>>(), [0.1, 0.1, 0.1, 0.3, 0.1]);
+    }
+
     /// A peak a twentieth of a decade wide, between two points of the grid: with the points added the curve is smooth.
     #[test]
     fn points_are_added_until_a_peak_is_smooth() {

@@ -70,13 +70,14 @@ pub fn open_loop(subject: &Subject) -> Result<Vec<Part>, Error> {
         keys: subject.speed_keys().into_iter().take(SHOWN_SPEEDS).collect(),
         charts: vec![Chart { y, ..Chart::over_time("", "", curves) }],
     };
-    let mut parts = vec![Part::Figure(figure), Part::Table(table), Part::Claim(claim(&pairs))];
-    parts.extend(published(subject)?);
-    Ok(parts)
+    Ok(vec![Part::Figure(figure), Part::Table(table), Part::Claim(claim(&pairs))])
 }
 
 /// The poles that the source of the coefficients prints, beside those that follow from the coefficients.
-fn published(subject: &Subject) -> Result<Vec<Part>, Error> {
+///
+/// # Errors
+/// Those of trim and linearisation.
+pub fn published(subject: &Subject) -> Result<Vec<Part>, Error> {
     let Some(printed) = &subject.inputs.vehicle.published_linear_model else { return Ok(vec![]) };
     let computed = linearise_at(&subject.inputs.vehicle, &subject.inputs.design, printed.speed)?;
     let heave = computed.pitching()[0];
