@@ -114,6 +114,9 @@ pub fn figure(subject: &Subject, flights: &[Flight], until: f64) -> Figure {
         };
         charts.push(Chart::over_time(actuator.name.as_str(), format!("command ({unit}){beyond}"), drawn));
     }
+    if charts.iter().flat_map(|chart| &chart.curves).all(|curve| curve.key != limits) {
+        keys.pop();
+    }
     Figure { name: String::new(), caption: String::new(), keys, charts }
 }
 
