@@ -51,7 +51,8 @@ fn prose(text: &str) -> String {
         let is_unit = UNITS.contains(&word.trim_end_matches(['.', ',', ';', ':', ')']));
         let tied = before.ends_with(|c: char| c.is_ascii_digit()) && is_unit
             || before.ends_with("Fig.")
-            || [before, word].contains(&"=");
+            || ["=", "<", ">"].contains(&before)
+            || *word == "=";
         if i > 0 {
             out.push(if tied { '\u{a0}' } else { ' ' });
         }
@@ -146,6 +147,7 @@ mod tests {
         );
         assert_eq!(prose("6 controllers so 3 sets"), "6 controllers so 3 sets");
         assert_eq!(prose("run `a <b>`"), "run <code>a &lt;b&gt;</code>");
+        assert_eq!(prose("< 10 %"), "&lt;\u{a0}10\u{a0}%");
         assert_eq!(prose("w_b = 0.23"), "w_b\u{a0}=\u{a0}0.23");
     }
 
