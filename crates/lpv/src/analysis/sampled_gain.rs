@@ -24,7 +24,7 @@ use crate::error::{SampledError, ShapeError};
 use crate::matrix::{Mat, block, eigenvalues, largest, largest_singular_value};
 use crate::system::partition::Group::{U, Y};
 use crate::system::plant::GeneralisedPlant;
-use crate::system::state_space::StateSpace;
+use crate::system::state_space::{HinfNorm, StateSpace};
 
 /// Bounds on a gain, to rounding: both infinite for a loop that is not stable.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -76,9 +76,12 @@ pub fn sampled_gain(
     let size = plant.d11().norm() + plant.c1().norm().max(1.0) * plant.b1().norm().max(1.0);
     // Inputs that are fast enough pass D11 as if it were alone.
     let (mut lower, mut upper) = (largest_singular_value(&parts.between.d), f64::INFINITY);
-    let mut level = size;
+    let (mut level, mut near) = (size, None);
     for tried in 0..MOST_LEVELS {
-        let norm = parts.norm(level)?;
+        let peak = parts.norm(level, near)?;
+        let norm = peak.value;
+        // From level to level the peak moves little.
+        near = Some(peak.frequency).filter(|omega| norm.is_finite() && omega.is_finite()).or(near);
         match norm >= 1.0 {
             true => lower = level,
             false => upper = level,
@@ -169,10 +172,11 @@ impl<'a> SampledLoop<'a> {
     }
 
     /// The norm of the system in discrete time that is below 1 when the gain is below the level; infinite where the
-    /// level is not above the gain between two ticks.
-    fn norm(&self, level: f64) -> Result<f64, SampledError> {
+    /// level is not above the gain between two ticks. It is looked for near a frequency (rad/s, on the axis) first.
+    fn norm(&self, level: f64, near: Option<f64>) -> Result<HinfNorm, SampledError> {
+        let none = HinfNorm { value: f64::INFINITY, frequency: f64::INFINITY };
         let Some(lifted) = Lifted::over(&self.between, self.sample_time, level)? else {
-            return Ok(f64::INFINITY);
+            return Ok(none);
         };
         let StateSpace { a, b, c, .. } = lifted.system();
         // The energy of a held component is T times that of its value at the tick.
@@ -185,7 +189,9 @@ impl<'a> SampledLoop<'a> {
             c: &c * &ticks.c,
             a: ticks.a,
         };
-        Ok(seen.from_circle_to_axis().map_or(f64::INFINITY, |axis| axis.hinf_norm().value))
+        let peak =
+            |axis: StateSpace| near.map_or_else(|| axis.hinf_norm(), |omega| axis.hinf_norm_near(omega));
+        Ok(seen.from_circle_to_axis().map_or(none, peak))
     }
 
     /// The loop from tick to tick for a transition of (x, u, held), from the held components in some unit to what

@@ -138,13 +138,25 @@ impl StateSpace {
     /// The H-infinity norm to a relative accuracy of 1e-9; infinite for an unstable system. Source: at the top of
     /// this file.
     pub fn hinf_norm(&self) -> HinfNorm {
-        if !self.is_stable() {
+        // One of two conjugate poles.
+        self.peak_from(|poles| poles.iter().filter(|pole| pole.im >= 0.0).map(|pole| pole.norm()).collect())
+    }
+
+    /// The same, looked for at one frequency (rad/s) first: that of the peak of a system much like this one.
+    pub(crate) fn hinf_norm_near(&self, frequency: f64) -> HinfNorm {
+        self.peak_from(|_| vec![frequency])
+    }
+
+    /// From the frequencies (rad/s) that a function makes of the poles.
+    fn peak_from(&self, start: impl Fn(&[Complex<f64>]) -> Vec<f64>) -> HinfNorm {
+        let poles = self.poles();
+        if !poles.iter().all(|pole| pole.re < 0.0) {
             return HinfNorm { value: f64::INFINITY, frequency: 0.0 };
         }
         let mut best = HinfNorm { value: largest_singular_value(&self.d), frequency: f64::INFINITY };
         self.raise(&mut best, 0.0);
-        for pole in self.poles() {
-            self.raise(&mut best, pole.norm());
+        for omega in start(&poles) {
+            self.raise(&mut best, omega);
         }
         // Each round either proves the level an upper bound or finds higher points between its crossings.
         for _ in 0..60 {
