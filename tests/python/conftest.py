@@ -21,7 +21,16 @@ KEPT = BUILD / "tests"
 """What was designed and packaged, by the hash of what it is made from: for all processes and the next run."""
 KEPT_FOR = 7 * 86400.0
 """What nothing has asked for so long (s) is removed."""
-LONGEST = ("test_command_line", "test_importers", "test_platforms", "test_uncertainty")
+LONGEST = (
+    "test_report_pages",
+    "test_closed_loop",
+    "test_constant",
+    "test_uncertainty",
+    "test_importers",
+    "test_platforms",
+    "test_verdict",
+    "test_command_line",
+)
 SQUID = ROOT / "vehicles" / "squid"
 REMUS100 = ROOT / "vehicles" / "remus100"
 ERRORS_ALONE = ROOT / "tests" / "designs" / "errors_alone.toml"
@@ -29,7 +38,8 @@ ERRORS_ALONE = ROOT / "tests" / "designs" / "errors_alone.toml"
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Begin with the files that take longest, so that no process is left with one of them at the end."""
-    items.sort(key=lambda item: item.path.stem not in LONGEST)
+    places = {name: place for place, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: places.get(item.path.stem, len(places)))
 
 
 @pytest.fixture(scope="session")
