@@ -146,6 +146,42 @@ pub enum Verb {
         #[arg(long, value_name = "FILE")]
         sea: Option<PathBuf>,
     },
+    /// Fly a design many times: vehicles all over the declared uncertainty, speeds, steps up and down, a sea drawn anew
+    ///
+    /// Each flight has the default manoeuvre, between two speeds drawn from its range. Results are Parquet files, a row
+    /// a flight, which pandas and polars read as one; what is missing is flown when the command is run again. A flight
+    /// depends on its number and the seed alone: neither cores nor interruptions change a bit. Designs first if there
+    /// is no design yet. Nothing of this is a proof.
+    Campaign {
+        #[command(flatten)]
+        which: Which,
+        /// How many flights
+        #[arg(long, value_name = "COUNT", default_value_t = 1000)]
+        flights: u64,
+        /// Fly in the waves and the current of this file, with its sensors; see vehicles/sea.toml
+        #[arg(long, value_name = "FILE")]
+        sea: Option<PathBuf>,
+        /// Of all that is drawn
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+        /// Vehicles at the corners of the declared uncertainty alone
+        #[arg(long)]
+        corners: bool,
+        /// The directory of the results; by default `campaign` in that of the design
+        #[arg(long, value_name = "DIR")]
+        to: Option<PathBuf>,
+    },
+    /// Fly one flight of a campaign again, and plot it
+    ///
+    /// Writes flight-N.csv and flight-N.svg beside the results, and says whether the figures are those in the results
+    /// to the bit.
+    Replay {
+        /// The directory of the results
+        results: PathBuf,
+        /// The number of the flight
+        #[arg(long, value_name = "NUMBER")]
+        flight: u64,
+    },
     /// Write the report: steps, margins, loops, mu and more of this design
     ///
     /// One page, report.html, that needs no network, and each figure as figures/NAME.svg. Designs first if there is no

@@ -46,6 +46,9 @@ pub enum Error {
     /// A requirement is missed.
     #[error("{}", .missed.join("\n"))]
     Missed { missed: Vec<String> },
+    /// A campaign ended.
+    #[error(transparent)]
+    Campaign(#[from] squid_campaign::error::Error),
     /// No key could be turned.
     #[error(transparent)]
     Tune(#[from] squid_tune::error::Error),

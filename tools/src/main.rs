@@ -7,7 +7,7 @@ use squid::error::Error;
 use squid::output::{all_said, answer, answer_in_json, printed};
 use squid::verbs::show::Asked;
 use squid::verbs::{
-    design, doctor, export, lpv, new, package, plot, report, shell, show, simulate, tune, verify,
+    campaign, design, doctor, export, lpv, new, package, plot, report, shell, show, simulate, tune, verify,
 };
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -84,6 +84,10 @@ fn run(verb: Verb) -> Result<ExitCode, Error> {
             export::run(&which, language, real, to, allow_uncertified)
         }
         Verb::Simulate { which, sea } => simulate::run(&which, sea.as_deref()),
+        Verb::Campaign { which, flights, sea, seed, corners, to } => {
+            campaign::run(&which, flights, sea.as_deref(), (seed, corners), to)
+        }
+        Verb::Replay { results, flight } => campaign::replay(&results, flight),
         Verb::Report { which, paper } => report::run(&which, paper),
         Verb::Show { which, speed, fit, controller, uncertainty } => {
             show::run(&which, &Asked { speed, fit, controller, uncertainty })

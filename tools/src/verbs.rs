@@ -1,5 +1,6 @@
 //! What the command can do: a file for each verb.
 
+pub mod campaign;
 pub mod design;
 pub mod doctor;
 pub mod export;

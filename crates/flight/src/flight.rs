@@ -108,7 +108,7 @@ pub fn fly(
     level: (f64, &Pitch),
     manoeuvre: &Manoeuvre,
 ) -> Result<Flight, Error> {
-    fly_designed(vehicle, design, level, manoeuvre, None)
+    fly_varied(vehicle, design, level, manoeuvre, None, &[])
 }
 
 /// The same in a sea. The autopilot gets what the sensors read; the rows of the flight have what is there. It begins in
@@ -119,21 +119,28 @@ pub fn fly(
 pub fn fly_at_sea(
     vehicle: &Vehicle,
     design: &ControllerDesign,
-    (depth, pitch): (f64, &Pitch),
+    level: (f64, &Pitch),
     manoeuvre: &Manoeuvre,
     sea: &Sea,
 ) -> Result<Flight, Error> {
-    let conditions = sea.draw(vehicle, design.sample_time)?;
-    fly_designed(vehicle, design, (sea.depth.unwrap_or(depth), pitch), manoeuvre, Some(conditions))
+    fly_varied(vehicle, design, level, manoeuvre, Some(sea), &[])
 }
 
-fn fly_designed(
+/// The same for a vehicle whose actuators put out these multiples of what they are commanded, in the order of the
+/// actuators; 1 where there is none. The rows of the flight have what they put out.
+///
+/// # Errors
+/// As [`fly_at_sea`].
+pub fn fly_varied(
     vehicle: &Vehicle,
     design: &ControllerDesign,
-    level: (f64, &Pitch),
+    (depth, pitch): (f64, &Pitch),
     manoeuvre: &Manoeuvre,
-    conditions: Option<Conditions>,
+    sea: Option<&Sea>,
+    gains: &[f64],
 ) -> Result<Flight, Error> {
+    let conditions = sea.map(|sea| sea.draw(vehicle, design.sample_time)).transpose()?;
+    let level = (sea.and_then(|sea| sea.depth).unwrap_or(depth), pitch);
     let mut autopilot = Autopilot::new(design)?;
     let table = autopilot.trim().clone();
     let mut started = false;
@@ -143,7 +150,9 @@ fn fly_designed(
             autopilot.initialise(0.0, measured)?;
         }
         autopilot.tick(measured)?;
-        let Outputs { commands, scheduling_parameter: rho, out_of_range, .. } = autopilot.outputs().clone();
+        let Outputs { mut commands, scheduling_parameter: rho, out_of_range, .. } =
+            autopilot.outputs().clone();
+        commands.iter_mut().zip(gains).for_each(|(command, gain)| *command *= gain);
         Ok(Answer { commands, rho, out_of_range })
     })
 }

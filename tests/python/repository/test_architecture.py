@@ -32,6 +32,7 @@ NEVER = {
     "squid-embedded": {"auv", "lpv", "certificate", "fmi2", "clap", "clarabel", "squid-design"},
     "squid-flight": {"lpv", "clap", "zip", "squid-design"},
     "squid-report": {"clap", "zip", "fmi2", "squid-package"},
+    "squid-campaign": {"clap", "indicatif", "zip", "fmi2", "squid-report", "squid-package"},
     "squid-tune": {"clap", "indicatif", "zip", "fmi2", "squid-report", "squid-package"},
     "squid-package": {"clap", "indicatif"},
     "squid-sea": {"auv", "lpv", "squid-scheduled", "squid-signals", "fmi2", "model-description", "nalgebra"},

@@ -1,0 +1,34 @@
+//! Why a campaign ended.
+
+use parquet::errors::ParquetError;
+use thiserror::Error as ThisError;
+
+/// Why a campaign ended.
+#[derive(Debug, ThisError)]
+#[allow(missing_docs, reason = "the message says what each field is")]
+pub enum Error {
+    /// A file of the design or of the results is wrong.
+    #[error(transparent)]
+    Design(#[from] squid_design::error::Error),
+    /// A file cannot be written.
+    #[error(transparent)]
+    Store(#[from] squid_design::error::StoreError),
+    /// The sea does not go with the vehicle.
+    #[error(transparent)]
+    Flight(#[from] squid_flight::error::Error),
+    /// Results that cannot be read.
+    #[error("{path} is not a file of results: {reason}")]
+    Results { path: String, reason: String },
+    /// Results that something else made.
+    #[error(
+        "{path} is of another campaign: {what} differs. Name another directory with --to, or remove that one to fly \
+         all anew"
+    )]
+    Other { path: String, what: String },
+    /// Rows that cannot be written as Parquet.
+    #[error("the results cannot be written as Parquet: {0}")]
+    Parquet(#[from] ParquetError),
+    /// A flight that is not there.
+    #[error("there is no flight {flight} in {path}: its flights are 0 to {last}")]
+    NoFlight { path: String, flight: u64, last: u64 },
+}

@@ -1,0 +1,16 @@
+//! Many flights of a design: over its declared uncertainty, its speeds, and a sea.
+//!
+//! ```text
+//! plan       what a campaign is made of; the numbers drawn for its flight n
+//! flight     one flight, and the row of figures that it comes to
+//! table      rows as a Parquet file, and back
+//! run        the flights that are missing, on all cores; what is done is kept
+//! summary    what all rows say
+//! ```
+
+pub mod error;
+pub mod flight;
+pub mod plan;
+pub mod run;
+pub mod summary;
+pub mod table;

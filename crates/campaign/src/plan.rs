@@ -1,0 +1,142 @@
+//! What a campaign is made of, and what is drawn for each of its flights.
+
+use crate::error::Error;
+use auv::{Speed, trim_with};
+use rand::rngs::ChaCha8Rng;
+use rand::{Rng, SeedableRng};
+use scheduled::Manoeuvre;
+use serde::{Deserialize, Serialize};
+use squid_design::inputs::Inputs;
+use squid_design::store::Stored;
+use squid_design::uncertain::model::Block;
+use squid_design::uncertain::trim::blocks;
+use squid_flight::sea::Sea;
+
+/// Where in the box of the declared uncertainty the vehicles of a campaign are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Points {
+    /// Anywhere, all places alike.
+    Uniform,
+    /// At its corners.
+    Corners,
+}
+
+/// What tells a campaign from every other: flights of two campaigns with the same identity are the same.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Identity {
+    /// Of the vehicle file, SHA-256.
+    pub vehicle: String,
+    /// Of the design file, SHA-256.
+    pub design: String,
+    /// The text of the sea's file.
+    pub sea: Option<String>,
+    /// Of all that is drawn.
+    pub seed: u64,
+    /// Where the vehicles are.
+    pub points: Points,
+    /// The version of squid.
+    pub version: String,
+}
+
+impl Identity {
+    /// The first part that differs, in words.
+    pub fn differs_from(&self, other: &Self) -> Option<&'static str> {
+        let parts = [
+            ("the vehicle file", self.vehicle != other.vehicle),
+            ("the design file", self.design != other.design),
+            ("the sea", self.sea != other.sea),
+            ("the seed", self.seed != other.seed),
+            ("where in the uncertainty it flies", self.points != other.points),
+            ("the version of squid", self.version != other.version),
+        ];
+        parts.into_iter().find(|(_, differs)| *differs).map(|(what, _)| what)
+    }
+}
+
+/// A campaign.
+#[derive(Debug)]
+pub struct Plan<'a> {
+    /// The vehicle and its design.
+    pub inputs: &'a Inputs,
+    /// The finished design.
+    pub stored: &'a Stored,
+    /// The sea, drawn anew for each flight.
+    pub sea: Option<Sea>,
+    /// What tells it from others.
+    pub identity: Identity,
+    /// What is uncertain.
+    pub uncertain: Vec<Block>,
+}
+
+/// What is drawn for a flight.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Drawn {
+    /// Of each uncertain number, within \[-1, 1\] of its range.
+    pub delta: Vec<f64>,
+    /// The default manoeuvre between two speeds of its range, the pitch step up or down.
+    pub manoeuvre: Manoeuvre,
+    /// Of the waves, the current and the errors of sensors.
+    pub sea_seed: u64,
+}
+
+impl<'a> Plan<'a> {
+    /// A campaign of a design, in a sea by the text of its file.
+    ///
+    /// # Errors
+    /// [`Error::Flight`]: waves, and a vehicle without size; [`Error::Design`].
+    pub fn new(
+        inputs: &'a Inputs,
+        stored: &'a Stored,
+        sea: Option<(Sea, String)>,
+        seed: u64,
+        points: Points,
+    ) -> Result<Self, Error> {
+        let (sea, text) = sea.unzip();
+        sea.iter().try_for_each(|sea| sea.check(&inputs.vehicle))?;
+        let (depth, rule) = inputs.design.level();
+        let speed = stored.manoeuvre.speed_from;
+        let nothing = inputs.uncertain.is_empty() && inputs.declared().actuator_gain == 0.0;
+        let uncertain = if nothing {
+            Vec::new()
+        } else {
+            let trim = trim_with(&inputs.vehicle, Speed::Path(speed), depth, rule)
+                .map_err(|reason| squid_flight::error::Error::Trim { speed, reason })?;
+            blocks(inputs.declared(), &trim, &[]).map_err(squid_design::error::Error::from)?
+        };
+        let identity = Identity {
+            vehicle: inputs.hashes.vehicle_sha256.clone(),
+            design: inputs.hashes.design_sha256.clone(),
+            sea: text,
+            seed,
+            points,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+        };
+        Ok(Self { inputs, stored, sea, identity, uncertain })
+    }
+
+    /// What is drawn for a flight: by its number and the seed alone, whatever flies before, after or beside it.
+    pub fn draw(&self, flight: u64) -> Drawn {
+        let mut numbers = ChaCha8Rng::seed_from_u64(self.identity.seed);
+        numbers.set_stream(flight);
+        let mut uniform = || {
+            /// 2^-53: the distance of the numbers.
+            const STEP: f64 = f64::EPSILON / 2.0;
+            (numbers.next_u64() >> 11) as f64 * STEP
+        };
+        let mut delta = || {
+            let drawn = 2.0 * uniform() - 1.0;
+            match self.identity.points {
+                Points::Uniform => drawn,
+                Points::Corners => 1f64.copysign(drawn),
+            }
+        };
+        let delta: Vec<f64> = self.uncertain.iter().map(|_| delta()).collect();
+        let default = &self.stored.manoeuvre;
+        let mut speed = || default.speed_from + uniform() * (default.speed_to - default.speed_from);
+        let (speed_from, speed_to) = (speed(), speed());
+        let pitch_step = if uniform() < 0.5 { -default.pitch_step } else { default.pitch_step };
+        let manoeuvre = Manoeuvre { speed_from, speed_to, pitch_step, ..default.clone() };
+        Drawn { delta, manoeuvre, sea_seed: numbers.next_u64() }
+    }
+}

@@ -1,0 +1,124 @@
+//! What the rows of a campaign say.
+
+use crate::flight::{FIGURES, Outcome, Row};
+use serde::Serialize;
+
+/// The normal distribution's 97.5 % point: an interval of 95 %.
+const NORMAL: f64 = 1.959_963_984_540_054;
+
+/// Quantiles that are printed.
+pub const QUANTILES: [f64; 3] = [0.5, 0.95, 0.99];
+
+/// How many flights ended in a way.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Share {
+    /// The word of the [`Outcome`].
+    pub outcome: &'static str,
+    /// Flights.
+    pub flights: usize,
+    /// Of all flights.
+    pub share: f64,
+    /// In which the share of a campaign without end lies, with 95 %: E. B. Wilson, J. American Statistical Association
+    /// 22(158), 1927.
+    pub interval: [f64; 2],
+}
+
+/// A figure over all flights that have it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Spread {
+    /// As in [`FIGURES`].
+    pub figure: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// The [`QUANTILES`].
+    pub quantiles: [f64; QUANTILES.len()],
+    /// The largest.
+    pub largest: f64,
+    /// The flight of the largest.
+    pub flight: u64,
+    /// What was drawn, with the rank correlation between it and the figure, strongest first.
+    pub pushed_by: Vec<(String, f64)>,
+}
+
+/// How the flights of a campaign ended.
+pub fn shares(rows: &[Row]) -> Vec<Share> {
+    let of = |outcome: Outcome| {
+        let flights = rows.iter().filter(|row| row.outcome == outcome).count();
+        let share = flights as f64 / rows.len().max(1) as f64;
+        Share { outcome: outcome.word(), flights, share, interval: wilson(flights, rows.len()) }
+    };
+    Outcome::ALL.into_iter().map(of).collect()
+}
+
+/// Wilson's interval.
+fn wilson(found: usize, of: usize) -> [f64; 2] {
+    if of == 0 {
+        return [0.0, 1.0];
+    }
+    let (n, p, z2) = (of as f64, found as f64 / of as f64, NORMAL * NORMAL);
+    let middle = p + z2 / (2.0 * n);
+    let half = NORMAL * (p * (1.0 - p) / n + z2 / (4.0 * n * n)).sqrt();
+    [-1.0, 1.0].map(|side| ((middle + side * half) / (1.0 + z2 / n)).clamp(0.0, 1.0))
+}
+
+/// Each figure over the flights that have it, `names` those of what was drawn.
+pub fn spreads(rows: &[Row], names: &[String]) -> Vec<Spread> {
+    let of = |(place, (figure, unit)): (usize, (&'static str, &'static str))| {
+        let mut known: Vec<(f64, &Row)> =
+            rows.iter().map(|row| (row.figures[place], row)).filter(|(value, _)| !value.is_nan()).collect();
+        known.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        let (largest, row) = *known.last()?;
+        let at = |part: f64| known[((known.len() - 1) as f64 * part).round() as usize].0;
+        let ranked = ranks(&known.iter().map(|(value, _)| *value).collect::<Vec<_>>());
+        let pushes = |(k, name): (usize, &String)| {
+            let drawn: Vec<f64> = known.iter().map(|(_, row)| row.drawn[k]).collect();
+            (name.clone(), correlation(&ranked, &ranks(&drawn)))
+        };
+        let mut pushed_by: Vec<(String, f64)> = names.iter().enumerate().map(pushes).collect();
+        pushed_by.sort_by(|(_, a), (_, b)| b.abs().total_cmp(&a.abs()));
+        Some(Spread { figure, unit, quantiles: QUANTILES.map(at), largest, flight: row.flight, pushed_by })
+    };
+    FIGURES.into_iter().enumerate().filter_map(of).collect()
+}
+
+/// The rank of each value; equal ones have the middle of theirs.
+fn ranks(values: &[f64]) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
+    let mut ranks = vec![0.0; values.len()];
+    let mut below = 0;
+    for same in order.chunk_by(|a, b| values[*a] == values[*b]) {
+        same.iter().for_each(|place| ranks[*place] = below as f64 + 0.5 * (same.len() - 1) as f64);
+        below += same.len();
+    }
+    ranks
+}
+
+/// Pearson's correlation; 0 where one does not vary.
+fn correlation(a: &[f64], b: &[f64]) -> f64 {
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let (ma, mb) = (mean(a), mean(b));
+    let sum = |of: &dyn Fn(f64, f64) -> f64| a.iter().zip(b).map(|(x, y)| of(x - ma, y - mb)).sum::<f64>();
+    let size = (sum(&|x, _| x * x) * sum(&|_, y| y * y)).sqrt();
+    if size > 0.0 { sum(&|x, y| x * y) / size } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Ten of a hundred: R. G. Newcombe, Statistics in Medicine 17, 1998, has Wilson's 0.0553 to 0.1744.
+    #[test]
+    fn wilson_by_the_book() {
+        let [low, high] = wilson(10, 100);
+        assert!((low - 0.0552).abs() < 1e-3 && (high - 0.1744).abs() < 1e-3, "{low} {high}");
+        assert_eq!(wilson(0, 10)[0], 0.0);
+    }
+
+    #[test]
+    fn ranks_and_their_correlation() {
+        assert_eq!(ranks(&[3.0, 1.0, 3.0, 2.0]), [2.5, 0.0, 2.5, 1.0]);
+        assert_eq!(correlation(&ranks(&[1.0, 2.0, 3.0]), &ranks(&[1.0, 8.0, 27.0])), 1.0);
+        assert_eq!(correlation(&[1.0, 1.0], &[0.0, 2.0]), 0.0);
+    }
+}

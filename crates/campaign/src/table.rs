@@ -1,0 +1,137 @@
+//! Rows as a Parquet file: a column each for the number of the flight, its outcome, what was drawn and its figures. The
+//! metadata of the file has the identity of the campaign and the unit of each column.
+
+use crate::error::Error;
+use crate::flight::{FIGURES, Outcome, Row};
+use crate::plan::{Identity, Plan};
+use parquet::basic::{LogicalType, Repetition, Type as Physical};
+use parquet::column::reader::get_typed_column_reader;
+use parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
+use parquet::errors::ParquetError;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::WriterProperties;
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
+use parquet::schema::types::Type;
+use serde_json::{Map, Value};
+use std::fs::File;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Keys of the metadata.
+const IDENTITY: &str = "squid.campaign";
+const UNITS: &str = "squid.units";
+
+/// The columns before those that were drawn.
+const FIRST: usize = 2;
+
+/// The bytes of a file of rows.
+///
+/// # Errors
+/// [`Error::Parquet`].
+pub fn bytes(plan: &Plan<'_>, rows: &[Row]) -> Result<Vec<u8>, Error> {
+    let numbers: Vec<(String, &str)> =
+        plan.drawn().into_iter().chain(FIGURES.map(|(name, unit)| (name.to_owned(), unit))).collect();
+    let column = |name: &str, kind, logical| {
+        Type::primitive_type_builder(name, kind)
+            .with_repetition(Repetition::REQUIRED)
+            .with_logical_type(logical)
+            .build()
+            .map(Arc::new)
+    };
+    let first = [
+        column("flight", Physical::INT64, None)?,
+        column("outcome", Physical::BYTE_ARRAY, Some(LogicalType::String))?,
+    ];
+    let others = numbers.iter().map(|(name, _)| column(name, Physical::DOUBLE, None));
+    let fields = first.into_iter().map(Ok).chain(others).collect::<Result<Vec<_>, _>>()?;
+    let schema = Type::group_type_builder("flights").with_fields(fields).build()?;
+    let units: Map<String, Value> =
+        numbers.iter().map(|(name, unit)| (name.clone(), (*unit).into())).collect();
+    let text = |value: Result<String, serde_json::Error>| {
+        value.map_err(|why| ParquetError::General(why.to_string()))
+    };
+    let metadata = vec![
+        KeyValue::new(IDENTITY.to_owned(), text(serde_json::to_string(&plan.identity))?),
+        KeyValue::new(UNITS.to_owned(), Value::Object(units).to_string()),
+    ];
+    let properties = WriterProperties::builder().set_key_value_metadata(Some(metadata)).build();
+    let mut writer = SerializedFileWriter::new(Vec::new(), Arc::new(schema), Arc::new(properties))?;
+    let mut group = writer.next_row_group()?;
+    add::<Int64Type>(&mut group, &rows.iter().map(|row| row.flight as i64).collect::<Vec<_>>())?;
+    add::<ByteArrayType>(&mut group, &rows.iter().map(|row| row.outcome.word().into()).collect::<Vec<_>>())?;
+    for place in 0..numbers.len() {
+        let number = |row: &Row| row.drawn.iter().chain(&row.figures).nth(place).copied().unwrap_or(f64::NAN);
+        add::<DoubleType>(&mut group, &rows.iter().map(number).collect::<Vec<_>>())?;
+    }
+    group.close()?;
+    Ok(writer.into_inner()?)
+}
+
+fn add<T: DataType>(
+    group: &mut SerializedRowGroupWriter<'_, Vec<u8>>,
+    values: &[T::T],
+) -> Result<(), ParquetError> {
+    if let Some(mut column) = group.next_column()? {
+        column.typed::<T>().write_batch(values, None, None)?;
+        column.close()?;
+    }
+    Ok(())
+}
+
+/// The rows of a file, and the campaign that they are of.
+///
+/// # Errors
+/// [`Error::Results`].
+pub fn read(path: &Path) -> Result<(Identity, Vec<Row>), Error> {
+    let wrong = |reason: String| Error::Results { path: path.display().to_string(), reason };
+    let file = File::open(path).map_err(|why| wrong(why.to_string()))?;
+    rows(&SerializedFileReader::new(file).map_err(|why| wrong(why.to_string()))?).map_err(wrong)
+}
+
+fn rows(reader: &SerializedFileReader<File>) -> Result<(Identity, Vec<Row>), String> {
+    let words = |why: ParquetError| why.to_string();
+    let metadata = reader.metadata().file_metadata();
+    let pairs = metadata.key_value_metadata().map_or(&[][..], Vec::as_slice);
+    let text = pairs.iter().find(|pair| pair.key == IDENTITY).and_then(|pair| pair.value.as_ref());
+    let text = text.ok_or_else(|| format!("its metadata has no '{IDENTITY}'"))?;
+    let identity = serde_json::from_str(text).map_err(|why| format!("'{IDENTITY}': {why}"))?;
+    let columns = metadata.schema_descr().num_columns();
+    let drawn = columns.checked_sub(FIRST + FIGURES.len()).ok_or("it has too few columns")?;
+    let mut found = Vec::new();
+    for place in 0..reader.num_row_groups() {
+        let group = reader.get_row_group(place).map_err(words)?;
+        let count = usize::try_from(group.metadata().num_rows()).map_err(|why| why.to_string())?;
+        let column = |index: usize| group.get_column_reader(index).map_err(words);
+        let mut flights = Vec::new();
+        get_typed_column_reader::<Int64Type>(column(0)?)
+            .read_records(count, None, None, &mut flights)
+            .map_err(words)?;
+        let mut outcomes: Vec<ByteArray> = Vec::new();
+        get_typed_column_reader::<ByteArrayType>(column(1)?)
+            .read_records(count, None, None, &mut outcomes)
+            .map_err(words)?;
+        let numbers = (FIRST..columns).map(|index| {
+            let mut values = Vec::new();
+            get_typed_column_reader::<DoubleType>(column(index)?)
+                .read_records(count, None, None, &mut values)
+                .map_err(words)?;
+            Ok(values)
+        });
+        let numbers = numbers.collect::<Result<Vec<Vec<f64>>, String>>()?;
+        for (k, (flight, word)) in flights.iter().zip(&outcomes).enumerate() {
+            let word = word.as_utf8().map_err(words)?;
+            let outcome = Outcome::ALL.into_iter().find(|outcome| outcome.word() == word);
+            let values: Vec<f64> = numbers.iter().map(|values| values[k]).collect();
+            let mut figures = [f64::NAN; FIGURES.len()];
+            figures.copy_from_slice(&values[drawn..]);
+            found.push(Row {
+                flight: u64::try_from(*flight).map_err(|why| why.to_string())?,
+                outcome: outcome.ok_or_else(|| format!("the outcome '{word}' is unknown"))?,
+                drawn: values[..drawn].to_vec(),
+                figures,
+            });
+        }
+    }
+    Ok((identity, found))
+}

@@ -1,0 +1,96 @@
+//! Campaigns of the committed design of Squid.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+use rayon::ThreadPoolBuilder;
+use squid_campaign::flight::Outcome;
+use squid_campaign::plan::{Plan, Points};
+use squid_campaign::run::{BATCH, results, run};
+use squid_design::inputs::Inputs;
+use squid_design::store::{Stored, load};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+const FLIGHTS: u64 = 2 * BATCH + 3;
+
+fn squid() -> (Inputs, Stored) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid");
+    let inputs = Inputs::read(&folder, "design").unwrap();
+    let stored = load(&folder.join("frozen"), &inputs).unwrap();
+    (inputs, stored)
+}
+
+fn fly(plan: &Plan<'_>, flights: u64, cores: usize, directory: &Path) -> BTreeMap<String, Vec<u8>> {
+    let pool = ThreadPoolBuilder::new().num_threads(cores).build().unwrap();
+    pool.install(|| run(plan, flights, directory, &|_| ())).unwrap();
+    let all = std::fs::read_dir(directory).unwrap().map(|entry| entry.unwrap().path());
+    all.map(|path| (path.file_name().unwrap().to_str().unwrap().to_owned(), std::fs::read(&path).unwrap()))
+        .collect()
+}
+
+/// One core or two, all at once or with a part lost on the way: the same files, to the byte.
+#[test]
+fn cores_and_interruptions_change_nothing() {
+    let (inputs, stored) = squid();
+    let plan = Plan::new(&inputs, &stored, None, 7, Points::Uniform).unwrap();
+    let (one, two) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let by_one = fly(&plan, FLIGHTS, 1, one.path());
+    let by_two = fly(&plan, FLIGHTS, 2, two.path());
+    assert_eq!(by_one.len(), 3);
+    assert!(by_one == by_two);
+    let lost = by_two.keys().nth(1).unwrap();
+    std::fs::remove_file(two.path().join(lost)).unwrap();
+    assert!(by_one == fly(&plan, FLIGHTS, 2, two.path()));
+
+    let rows = results(&plan, one.path()).unwrap();
+    assert!(rows.iter().map(|row| row.flight).eq(0..FLIGHTS));
+    assert!(rows.iter().all(|row| row.outcome == Outcome::Flown), "{rows:?}");
+    for row in &rows {
+        let again = plan.fly(row.flight).0;
+        assert_eq!(again.figures.map(f64::to_bits), row.figures.map(f64::to_bits));
+        assert_eq!((&again.drawn, again.flight), (&row.drawn, row.flight));
+    }
+
+    // Asked for more, it flies what is missing alone.
+    let more = fly(&plan, FLIGHTS + 1, 2, two.path());
+    assert_eq!(more.len(), 4);
+    assert_eq!(results(&plan, two.path()).unwrap().len() as u64, FLIGHTS + 1);
+}
+
+/// What is drawn lies in its ranges, at the ends of them in a campaign of corners, and depends on the seed.
+#[test]
+fn what_is_drawn() {
+    let (inputs, stored) = squid();
+    let draws = |points, seed| {
+        let plan = Plan::new(&inputs, &stored, None, seed, points).unwrap();
+        (0..200).map(|flight| plan.draw(flight)).collect::<Vec<_>>()
+    };
+    let uniform = draws(Points::Uniform, 1);
+    let all = || uniform.iter().flat_map(|drawn| &drawn.delta);
+    assert!(all().all(|d| d.abs() <= 1.0));
+    let mean = all().sum::<f64>() / all().count() as f64;
+    let square = all().map(|d| d * d).sum::<f64>() / all().count() as f64;
+    assert!(mean.abs() < 0.05 && (square - 1.0 / 3.0).abs() < 0.03, "{mean} {square}");
+    assert!(draws(Points::Corners, 1).iter().flat_map(|drawn| &drawn.delta).all(|d| d.abs() == 1.0));
+    assert!(uniform == draws(Points::Uniform, 1) && uniform != draws(Points::Uniform, 2));
+    let range = stored.manoeuvre.speed_from..=stored.manoeuvre.speed_to;
+    for drawn in &uniform {
+        assert!(range.contains(&drawn.manoeuvre.speed_from) && range.contains(&drawn.manoeuvre.speed_to));
+        assert_eq!(drawn.manoeuvre.pitch_step.abs(), stored.manoeuvre.pitch_step);
+    }
+    let up = uniform.iter().filter(|drawn| drawn.manoeuvre.pitch_step > 0.0).count();
+    assert!((70..130).contains(&up), "{up}");
+}
+
+/// Another seed, and a file that is none.
+#[test]
+fn results_of_something_else_are_refused() {
+    let (inputs, stored) = squid();
+    let directory = tempfile::tempdir().unwrap();
+    let plan = |seed| Plan::new(&inputs, &stored, None, seed, Points::Uniform).unwrap();
+    fly(&plan(1), 2, 1, directory.path());
+    let words = run(&plan(2), 2, directory.path(), &|_| ()).unwrap_err().to_string();
+    assert!(words.contains("is of another campaign: the seed differs"), "{words}");
+    std::fs::write(directory.path().join("z.parquet"), b"PAR1").unwrap();
+    let words = run(&plan(1), 2, directory.path(), &|_| ()).unwrap_err().to_string();
+    assert!(words.contains("z.parquet is not a file of results"), "{words}");
+}
