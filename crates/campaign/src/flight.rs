@@ -1,7 +1,6 @@
 //! One flight of a campaign.
 
 use crate::plan::{Drawn, Plan};
-use auv::{Speed, trim_with};
 use signals::{PITCH, SPEED};
 use squid_design::uncertain::gradients::perturbed;
 use squid_design::uncertain::model::Uncertain;
@@ -56,6 +55,9 @@ pub const FIGURES: [(&str, &str); 10] = [
     ("saturated", "1"),
 ];
 
+/// The figures of a flight without any.
+const UNKNOWN: [f64; FIGURES.len()] = [f64::NAN; FIGURES.len()];
+
 /// What is drawn beside the uncertain numbers, with units.
 pub const DRAWN: [(&str, &str); 3] = [("speed_from", "m/s"), ("speed_to", "m/s"), ("pitch_step", "rad")];
 
@@ -80,19 +82,26 @@ impl Plan<'_> {
     }
 
     /// Flies a flight.
-    pub fn fly(&self, number: u64) -> (Row, Option<Flight>) {
+    ///
+    /// # Errors
+    /// That of a flight that cannot be flown at all; how a vehicle fails is an [`Outcome`].
+    pub fn fly(&self, number: u64) -> Result<(Row, Option<Flight>), FlightError> {
         let drawn = self.draw(number);
-        let flown = self.flown(&drawn);
+        let (outcome, figures, flight) = match self.flown(&drawn) {
+            Ok(flight) => {
+                let (outcome, figures) = self.judged(&flight, &drawn);
+                (outcome, figures, Some(flight))
+            }
+            Err(FlightError::Trim { .. }) => (Outcome::NoTrim, UNKNOWN, None),
+            Err(FlightError::AtTheSurface { .. }) => (Outcome::Surfaced, UNKNOWN, None),
+            Err(FlightError::Simulation(_) | FlightError::Tick(_)) => (Outcome::Lost, UNKNOWN, None),
+            Err(reason) => return Err(reason),
+        };
         let Drawn { delta, manoeuvre, .. } = &drawn;
         let values = self.uncertain.iter().zip(delta).map(|(block, d)| block.value + block.half_range * d);
         let beside = [manoeuvre.speed_from, manoeuvre.speed_to, manoeuvre.pitch_step];
-        let (outcome, figures) = match &flown {
-            Ok(flight) => self.judged(flight, &drawn),
-            Err(FlightError::Trim { .. }) => (Outcome::NoTrim, [f64::NAN; FIGURES.len()]),
-            Err(_) => (Outcome::Lost, [f64::NAN; FIGURES.len()]),
-        };
         let drawn = beside.into_iter().chain(values).collect();
-        (Row { flight: number, outcome, drawn, figures }, flown.ok())
+        Ok((Row { flight: number, outcome, drawn, figures }, flight))
     }
 
     fn flown(&self, drawn: &Drawn) -> Result<Flight, FlightError> {
@@ -104,12 +113,9 @@ impl Plan<'_> {
                 gains[actuator] += block.half_range * d;
             }
         }
-        let (depth, rule) = self.inputs.design.level();
-        let speed = manoeuvre.speed_from;
-        trim_with(&vehicle, Speed::Path(speed), depth, rule)
-            .map_err(|reason| FlightError::Trim { speed, reason })?;
         let sea = self.sea.as_ref().map(|sea| Sea { seed: *sea_seed, ..sea.clone() });
-        fly_varied(&vehicle, &self.stored.controller, (depth, rule), manoeuvre, sea.as_ref(), &gains)
+        let level = self.inputs.design.level();
+        fly_varied(&vehicle, &self.stored.controller, level, manoeuvre, sea.as_ref(), &gains)
     }
 
     fn judged(&self, flight: &Flight, drawn: &Drawn) -> (Outcome, [f64; FIGURES.len()]) {

@@ -39,7 +39,8 @@ pub fn run(
     let done = std::sync::atomic::AtomicU64::new(flights - to_fly);
     back(flights - to_fly);
     batches.par_iter().try_for_each(|batch| {
-        let rows: Vec<Row> = batch.iter().map(|flight| plan.fly(*flight).0).collect();
+        let rows =
+            batch.iter().map(|flight| Ok(plan.fly(*flight)?.0)).collect::<Result<Vec<Row>, Error>>()?;
         let (first, last) = (rows[0].flight, rows[rows.len() - 1].flight);
         let path = directory.join(format!("flights-{first:08}-{last:08}.parquet"));
         write(&path, &bytes(plan, &rows)?)?;

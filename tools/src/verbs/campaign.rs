@@ -137,7 +137,7 @@ pub fn replay(directory: &Path, flight: u64) -> Result<(), Error> {
     };
     let known = rows.iter().find(|row| row.flight == flight).ok_or_else(no_flight)?;
     let running = Progress::new(&show).begin("replay", "flying");
-    let (row, flown) = plan.fly(flight);
+    let (row, flown) = plan.fly(flight)?;
     drop(running);
     let bits = |row: &Row| row.drawn.iter().chain(&row.figures).map(|v| v.to_bits()).collect::<Vec<_>>();
     let same = row.outcome == known.outcome && bits(&row) == bits(known);
