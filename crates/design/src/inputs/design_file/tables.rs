@@ -488,7 +488,7 @@ mod tests {
             ("rise = 1200.0", "rise = 0.5", "'measure.rise' is 0.5; it must be from 1, no less than"),
             ("damping = 1.0", "damping = 0.0", "'track.damping' is 0; it must be from 0.3 to 3"),
             (
-                "follow = 5.0",
+                "follow = 6.0",
                 "follow = 0.5",
                 "'track.follow' is 0.5; it must be from 1, as much as fast ones",
             ),
@@ -510,7 +510,7 @@ mod tests {
         }
         let (half, _) = refused(&[("corner = 10.0\n", "")]);
         assert!(half[0].contains("missing key 'control.corner'"), "{half:?}");
-        let (half, _) = refused(&[("follow = 5.0\n", "")]);
+        let (half, _) = refused(&[("follow = 6.0\n", "")]);
         assert!(half[0].contains("missing key 'track.follow'"), "{half:?}");
         let (missing, _) = refused(&[("frequency = 1.7\n", "")]);
         assert!(missing[0].contains("missing key 'track.frequency'"), "{missing:?}");
