@@ -86,7 +86,8 @@ def main() -> int:
 
 
 if __name__ == "__main__":
+    if os.environ.get("SQUID_BENCH") == "1":
+        sys.exit(main())
     found = environment.ready()
-    if Path(sys.executable) != found.python:
-        sys.exit(subprocess.run([found.python, __file__], check=False).returncode)
-    sys.exit(main())
+    variables = {**os.environ, **found.variables, "SQUID_BENCH": "1"}
+    sys.exit(subprocess.run([found.python, __file__], env=variables, check=False).returncode)

@@ -6,6 +6,7 @@ Run `python3 run.py fly` first. Writes a table to docs/benchmarks.md.
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -108,7 +109,8 @@ def main() -> int:
 
 
 if __name__ == "__main__":
+    if os.environ.get("SQUID_BENCH") == "1":
+        sys.exit(main())
     found = environment.ready()
-    if Path(sys.executable) != found.python:
-        sys.exit(subprocess.run([found.python, __file__], check=False).returncode)
-    sys.exit(main())
+    variables = {**os.environ, **found.variables, "SQUID_BENCH": "1"}
+    sys.exit(subprocess.run([found.python, __file__], env=variables, check=False).returncode)
