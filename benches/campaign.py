@@ -57,7 +57,8 @@ def rows() -> list[str]:
     """Measure in turn, and return the table."""
     rounds = [(campaign(1), campaign(2), fmpy()) for _ in range(ROUNDS)]
     one, two, peer = (
-        [statistics.median(column) for column in zip(*runs, strict=True)] for runs in zip(*rounds, strict=True)
+        [statistics.median(column) for column in zip(*runs, strict=True)]
+        for runs in zip(*rounds, strict=True)
     )
     many = campaign(2, 10 * FLIGHTS)
     measured = {
@@ -72,8 +73,9 @@ def rows() -> list[str]:
     return [
         *lines,
         "",
-        f"One core flies {peer[0] / one[0]:.0f} times as many as with FMPy, two {one[0] / two[0]:.2f} times as many as",
-        f"one. The memory is at most {one[2]:.0f} MB with {FLIGHTS} flights, {many[2]:.0f} MB with {10 * FLIGHTS}.",
+        f"One core flies {peer[0] / one[0]:.1f} times as many as with FMPy; two fly {one[0] / many[0]:.2f} times as many",
+        f"as one, {one[0] / two[0]:.2f} times where there are few, the start of the process included.",
+        f"The memory is at most {one[2]:.0f} MB with {FLIGHTS} flights, {many[2]:.0f} MB with {10 * FLIGHTS}.",
     ]
 
 
