@@ -73,8 +73,8 @@ def rows() -> list[str]:
     return [
         *lines,
         "",
-        f"One core flies {peer[0] / one[0]:.1f} times as many as with FMPy; two fly {one[0] / many[0]:.2f} times as many",
-        f"as one, {one[0] / two[0]:.2f} times where there are few, the start of the process included.",
+        f"One core flies {peer[0] / one[0]:.1f} times as many as with FMPy; two fly {one[0] / many[0]:.2f} times as "
+        f"many as one, {one[0] / two[0]:.2f} times where there are few, the start of the process included.",
         f"The memory is at most {one[2]:.0f} MB with {FLIGHTS} flights, {many[2]:.0f} MB with {10 * FLIGHTS}.",
     ]
 
