@@ -126,8 +126,8 @@ pub fn fly_at_sea(
     fly_varied(vehicle, design, level, manoeuvre, Some(sea), &[])
 }
 
-/// The same for a vehicle whose actuators put out these multiples of what they are commanded, in the order of the
-/// actuators; 1 where there is none. The rows of the flight have what they put out.
+/// The same for a vehicle whose actuators put out these multiples of what they are commanded, up to their limits, in
+/// the order of the actuators; 1 where there is none. The rows of the flight have what they put out.
 ///
 /// # Errors
 /// As [`fly_at_sea`].
@@ -152,7 +152,9 @@ pub fn fly_varied(
         autopilot.tick(measured)?;
         let Outputs { mut commands, scheduling_parameter: rho, out_of_range, .. } =
             autopilot.outputs().clone();
-        commands.iter_mut().zip(gains).for_each(|(command, gain)| *command *= gain);
+        for ((command, gain), actuator) in commands.iter_mut().zip(gains).zip(&vehicle.actuators) {
+            *command = (*command * gain).clamp(actuator.min, actuator.max);
+        }
         Ok(Answer { commands, rho, out_of_range })
     })
 }

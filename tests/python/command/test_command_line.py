@@ -11,7 +11,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from conftest import SQUID, Run, package, without_uncertainty
+from conftest import SQUID, Run, package
 from fly.stages import ROOT
 
 
@@ -256,19 +256,11 @@ def test_flight_that_leaves_the_water(run_squid: Run, copied_vehicle: Path, tmp_
     assert "inf" not in done.stdout and "NaN" not in done.stdout
 
 
-def controller_alone(vehicle: Path, copy: Path) -> Path:
-    """Copy a vehicle without what follows on the same controller and takes longest: mu, and the gain at the limits."""
-    without_uncertainty(vehicle, copy)
-    spoil(copy / "design.toml", "\n# anti_windup = true\n", "\nanti_windup = false\n")
-    return copy
-
-
 def test_modes_beyond_the_sampling_rate(run_squid: Run, tmp_path: Path) -> None:
     """A fifth of 2 pi/0.02 s is 62.8 rad/s; the default design stays below."""
-    vehicle = controller_alone(SQUID, tmp_path / "vehicle")
-    done = run_squid("design", vehicle, "--out", tmp_path / "out")
+    done = run_squid("design", SQUID, "--out", tmp_path / "out")
     assert done.returncode == 0 and "WARNING" not in done.stdout
-    done = run_squid("design", vehicle, "--bandwidth", "3", "--out", tmp_path / "out")
+    done = run_squid("design", SQUID, "--bandwidth", "3", "--out", tmp_path / "out")
     gone = re.search(r"modes of the controller, the fastest of (\d+) rad/s, are too fast", done.stdout)
     left = re.search(r"fastest mode of the controller (\d+) rad/s", done.stdout)
     assert done.returncode == 0 and gone and left, done.stdout
@@ -321,22 +313,21 @@ def test_actuator_with_the_name_of_a_variable(
     assert f"'{name}'" in done.stderr and not (tmp_path / "out").exists()
 
 
-def test_lags_that_no_sample_time_can_mend(run_squid: Run, tmp_path: Path) -> None:
+def test_lags_that_no_sample_time_can_mend(run_squid: Run, copied_vehicle: Path, tmp_path: Path) -> None:
     """A design that leaves the lags out is refused where they upset the loop; one that has them is possible.
 
     The model of pitch is then as slow as the actuators.
     """
-    vehicle = controller_alone(SQUID, tmp_path / "vehicle")
-    path = vehicle / "vehicle.toml"
+    path = copied_vehicle / "vehicle.toml"
     path.write_text(
         path.read_text(encoding="utf-8").replace("lag = { value = 0.2", "lag = { value = 10.0"),
         encoding="utf-8",
     )
-    spoil(vehicle / "design.toml", "\nlags = true", "\nlags = false")
-    assert "however often it is sampled" in refused(run_squid, vehicle, tmp_path / "out")
-    spoil(vehicle / "design.toml", "\nlags = false", "\nlags = true")
-    spoil(vehicle / "design.toml", "\nfrequency = 1.65\n", "\nfrequency = 0.1\n")
-    done = run_squid("design", vehicle, "--out", tmp_path / "out")
+    spoil(copied_vehicle / "design.toml", "\nlags = true", "\nlags = false")
+    assert "however often it is sampled" in refused(run_squid, copied_vehicle, tmp_path / "out")
+    spoil(copied_vehicle / "design.toml", "\nlags = false", "\nlags = true")
+    spoil(copied_vehicle / "design.toml", "\nfrequency = 1.65\n", "\nfrequency = 0.1\n")
+    done = run_squid("design", copied_vehicle, "--out", tmp_path / "out")
     assert done.returncode == 0, done.stderr
 
 

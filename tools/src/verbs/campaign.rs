@@ -106,8 +106,11 @@ fn words(plan: &Plan<'_>, flights: usize, shares: &[Share], spreads: &[Spread]) 
     out += "\nfigure                      median      95 %      99 %   largest   in flight   \
             pushed by (rank correlation)\n";
     for Spread { figure, unit, quantiles, largest, flight, pushed_by } in spreads {
-        let cells: String =
-            quantiles.iter().chain([largest]).map(|v| format!("{:>10}", decimals(*v, 4))).collect();
+        let cells: String = quantiles
+            .iter()
+            .chain([largest])
+            .map(|v| format!("{:>10}", if v.is_finite() { decimals(*v, 4) } else { "never".into() }))
+            .collect();
         let strong = pushed_by.iter().filter(|(_, r)| r.abs() >= STRONG).take(3);
         let pushed: Vec<String> = strong.map(|(name, r)| format!("{name} ({r:+.2})")).collect();
         let heading = if *unit == "1" { (*figure).to_owned() } else { format!("{figure} ({unit})") };
