@@ -9,6 +9,7 @@
 //! [`claims`]; `SECTIONS` in [`report`] is the table of contents, and a further section is a further line in it.
 
 pub mod at_sea;
+pub mod campaign;
 pub mod claims;
 pub mod error;
 pub mod page;

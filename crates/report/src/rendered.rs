@@ -34,7 +34,7 @@ pub struct Rendered {
 }
 
 impl Rendered {
-    fn new(report: &Report, key: Option<String>) -> Self {
+    pub(crate) fn new(report: &Report, key: Option<String>) -> Self {
         let (head, body) = html::page(report);
         let figures = report.figures().map(|f| (f.name.clone(), f.file(&f.caption))).collect();
         let (unproved, origin) = (report.unproved.clone(), report.origin.clone());

@@ -8,6 +8,7 @@ import shutil
 import signal
 import subprocess
 import time
+import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import polars
@@ -42,6 +43,8 @@ def test_results_open_without_our_code(run_squid: Run, designed: Path) -> None:
     file = next((designed / "campaign").glob("*.parquet"))
     units = json.loads(polars.read_parquet_metadata(file)["squid.units"])
     assert units["overshoot"] == "1" and units["speed_from"] == "m/s" and len(units) == len(table.columns) - 2
+    page = ElementTree.parse(designed / "campaign" / "campaign.html").getroot()
+    assert len(list(page.iter("{http://www.w3.org/1999/xhtml}figure"))) == 2
     # Rolls of the sea differ from flight to flight.
     assert table["speed_error_rms"].n_unique() == 70
 

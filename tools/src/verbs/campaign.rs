@@ -17,15 +17,13 @@ use squid_design::numbers::decimals;
 use squid_design::progress::Progress;
 use squid_design::store::files::{check_directory, read, write};
 use squid_flight::sea::Sea;
+use squid_report::campaign::{STRONG, page};
 use squid_report::page::plot::draw;
 use squid_report::record::Record;
 use std::path::{Path, PathBuf};
 
 /// The file beside the results that says what `replay` reads.
 const ABOUT: &str = "campaign.json";
-
-/// Correlations that are printed: weaker ones say little.
-const STRONG: f64 = 0.2;
 
 /// How a campaign was called.
 #[derive(Debug, Serialize, Deserialize)]
@@ -82,8 +80,12 @@ pub fn run(
     let names: Vec<String> = plan.drawn().into_iter().map(|(name, _)| name).collect();
     let (shares, spreads) = (shares(&rows), spreads(&rows, &names));
     say(&words(&plan, rows.len(), &shares, &spreads));
-    say(&format!("\nResults: {}", to.join("*.parquet").display()));
-    Ok(answer(&json!({ "directory": to, "flights": rows.len(), "outcomes": shares, "figures": spreads }))?)
+    let path = to.join("campaign.html");
+    write(&path, page(&plan, &rows, &shares, &spreads).as_bytes())?;
+    say(&format!("\nResults: {}\nPage: {}", to.join("*.parquet").display(), path.display()));
+    Ok(answer(
+        &json!({ "directory": to, "page": path, "flights": rows.len(), "outcomes": shares, "figures": spreads }),
+    )?)
 }
 
 /// What the rows say, as tables.

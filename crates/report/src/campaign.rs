@@ -1,0 +1,178 @@
+//! A campaign as a page: how its flights ended, the spread of each figure, and what pushes it.
+
+use crate::page::axis::Axis;
+use crate::page::chart::{Chart, Curve};
+use crate::page::figure::Figure;
+use crate::page::key::Key;
+use crate::page::section::{Part, Section, Table};
+use crate::rendered::Rendered;
+use crate::report::Report;
+use crate::simulate::heading;
+use squid_campaign::flight::{FIGURES, Row};
+use squid_campaign::plan::{Plan, Points};
+use squid_campaign::summary::{QUANTILES, Share, Spread};
+use squid_design::numbers::decimals;
+
+/// Steps of a distribution that is drawn.
+const STEPS: usize = 200;
+
+/// Flights that are drawn as points, the first ones: more would hide one another.
+const DRAWN: usize = 500;
+
+/// Rank correlations that are named: weaker ones say little.
+pub const STRONG: f64 = 0.2;
+
+/// The page of a campaign: its rows, and what they say.
+pub fn page(plan: &Plan<'_>, rows: &[Row], shares: &[Share], spreads: &[Spread]) -> String {
+    let inputs = plan.inputs;
+    let where_ = match plan.identity.points {
+        Points::Uniform => "all over",
+        Points::Corners => "at corners of",
+    };
+    let at_sea = match &plan.identity.sea {
+        Some(_) => "a sea drawn anew for each",
+        None => "still water",
+    };
+    let introduction = vec![
+        format!(
+            "{} flights, seed {}: vehicles {where_} the declared uncertainty ({} numbers), the default manoeuvre between \
+             two speeds drawn from its range, the pitch step up or down, {at_sea}.",
+            rows.len(),
+            plan.identity.seed,
+            plan.uncertain.len()
+        ),
+        "Flights are samples: they prove nothing of the vehicles between them. `squid replay` flies one again and plots \
+         it."
+            .to_owned(),
+    ];
+    let sections = vec![ended(shares), spread(rows, spreads), pushed(plan, rows, spreads)];
+    let report = Report {
+        heading: format!("{}: {} flights", heading(inputs), rows.len()),
+        introduction,
+        sections,
+        ..Report::without_sections(inputs, plan.stored.unproved(inputs))
+    };
+    Rendered::new(&report, None).page(&[])
+}
+
+fn percent(v: f64) -> String {
+    format!("{} %", decimals(100.0 * v, 2))
+}
+
+fn ended(shares: &[Share]) -> Section {
+    let mut table = Table::new(["outcome", "flights", "share", "95 % interval"]);
+    for Share { outcome, flights, share, interval: [low, high] } in shares {
+        let interval = format!("{} to {}", percent(*low), percent(*high));
+        table.rows.push(vec![(*outcome).to_owned(), flights.to_string(), percent(*share), interval]);
+    }
+    let words =
+        "The interval is Wilson's (1927): that in which the share of a campaign without end lies, with 95 %.";
+    Section {
+        id: "outcomes",
+        title: "How the flights ended",
+        parts: vec![Part::Table(table), Part::Words(words.into())],
+    }
+}
+
+/// How a figure is shown: its name in words, its unit, and the factor to that.
+fn shown(figure: &str, unit: &'static str) -> (String, &'static str, f64) {
+    let (unit, factor) = match unit {
+        "1" => ("%", 100.0),
+        "rad" => ("deg", 1f64.to_degrees()),
+        other => (other, 1.0),
+    };
+    (figure.replace('_', " "), unit, factor)
+}
+
+/// The figures that differ from flight to flight.
+fn varied(spreads: &[Spread]) -> impl Iterator<Item = &Spread> {
+    spreads.iter().filter(|spread| spread.quantiles[0] != spread.largest)
+}
+
+/// The known values of a figure, each with its row.
+fn known<'r>(rows: &'r [Row], figure: &str) -> Vec<(f64, &'r Row)> {
+    let place = FIGURES.iter().position(|(name, _)| *name == figure);
+    let value = |row: &'r Row| place.map(|place| (row.figures[place], row));
+    rows.iter().filter_map(value).filter(|(value, _)| value.is_finite()).collect()
+}
+
+fn spread(rows: &[Row], spreads: &[Spread]) -> Section {
+    let mut table = Table::new(["figure", "median", "95 %", "99 %", "largest", "in flight"]);
+    let mut charts = Vec::new();
+    for Spread { figure, unit, quantiles, largest, flight, .. } in spreads {
+        let (name, unit, factor) = shown(figure, unit);
+        let cell = |v: &f64| match v.is_infinite() {
+            true => "never".to_owned(),
+            false => format!("{} {unit}", decimals(factor * v, 3)),
+        };
+        let cells = quantiles.iter().chain([largest]).map(cell);
+        table.rows.push([name].into_iter().chain(cells).chain([flight.to_string()]).collect());
+    }
+    for Spread { figure, unit, .. } in varied(spreads) {
+        let (name, unit, factor) = shown(figure, unit);
+        let mut values: Vec<f64> = known(rows, figure).iter().map(|(value, _)| factor * value).collect();
+        values.sort_by(f64::total_cmp);
+        let last = values.len().saturating_sub(1);
+        let at = |k: usize| {
+            let place = last * k / STEPS;
+            (values[place], 100.0 * (place + 1) as f64 / rows.len() as f64)
+        };
+        let points = if values.is_empty() { Vec::new() } else { (0..=STEPS).map(at).collect() };
+        charts.push(Chart {
+            title: name,
+            x: Axis::linear(unit),
+            y: Axis::linear("flights at most there (%)").over(0.0, 100.0),
+            curves: vec![Curve { key: 0, points }],
+        });
+    }
+    let caption = "Of all flights, the share whose figure is known and at most what stands below. Vertical: all alike; \
+                   a long tail to the right: a few are much worse than the rest.";
+    let figure =
+        Figure { name: "distributions".into(), caption: caption.into(), keys: vec![Key::nth(0, "")], charts };
+    Section {
+        id: "figures",
+        title: "The spread of each figure",
+        parts: vec![Part::Table(table), Part::Figure(figure)],
+    }
+}
+
+fn pushed(plan: &Plan<'_>, rows: &[Row], spreads: &[Spread]) -> Section {
+    let names = plan.drawn();
+    let mut charts = Vec::new();
+    let mut table = Table::new(["figure", "pushed by, with rank correlation"]);
+    for Spread { figure, unit, pushed_by, .. } in varied(spreads) {
+        let (name, unit, factor) = shown(figure, unit);
+        let strong: Vec<&(String, f64)> = pushed_by.iter().filter(|(_, r)| r.abs() >= STRONG).collect();
+        let said: Vec<String> = strong.iter().map(|(by, r)| format!("{by} {r:+.2}")).collect();
+        table.rows.push(vec![name.clone(), if said.is_empty() { "nothing".into() } else { said.join(", ") }]);
+        let by = strong.first().and_then(|(by, _)| names.iter().position(|(name, _)| name == by));
+        if let Some(place) = by {
+            let of = &names[place];
+            let point = |(value, row): &(f64, &Row)| (row.drawn[place], factor * value);
+            let points = known(rows, figure).iter().take(DRAWN).map(point).collect();
+            charts.push(Chart {
+                title: name,
+                x: Axis::linear(if of.1 == "1" { of.0.clone() } else { format!("{} ({})", of.0, of.1) }),
+                y: Axis::linear(unit),
+                curves: vec![Curve { key: 0, points }],
+            });
+        }
+    }
+    let mut parts = vec![
+        Part::Words(format!(
+            "Rank correlations (Spearman) from {STRONG} on between what was drawn and what came of it: +1 where the one \
+             always grows with the other."
+        )),
+        Part::Table(table),
+    ];
+    if !charts.is_empty() {
+        let caption = format!(
+            "Each figure over what pushes it most, a point a flight, the first {DRAWN} at most that have the figure."
+        );
+        let keys = vec![Key::nth(0, "").dotted()];
+        parts.push(Part::Figure(Figure { name: "pushed".into(), caption, keys, charts }));
+    }
+    Section { id: "pushed", title: "What pushes them", parts }
+}
+
+const _: () = assert!(QUANTILES.len() == 3, "the table's head names three");
