@@ -149,9 +149,9 @@ pub enum Verb {
     /// Fly a design many times: vehicles all over the declared uncertainty, speeds, steps up and down, a sea drawn anew
     ///
     /// Each flight has the default manoeuvre, between two speeds drawn from its range. Results are Parquet files, a row
-    /// a flight, which pandas and polars read as one, and campaign.html; what is missing is flown when the command is run again. A flight
-    /// depends on its number and the seed alone: neither cores nor interruptions change a bit. Designs first if there
-    /// is no design yet. Nothing of this is a proof.
+    /// a flight, which pandas and polars read as one, and campaign.html; what is missing is flown when the command is
+    /// run again. A flight depends on its number and the seed alone: neither cores nor interruptions change a bit.
+    /// Designs first if there is no design yet. Nothing of this is a proof.
     Campaign {
         #[command(flatten)]
         which: Which,
