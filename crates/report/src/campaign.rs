@@ -35,14 +35,14 @@ pub fn page(plan: &Plan<'_>, rows: &[Row], shares: &[Share], spreads: &[Spread])
     };
     let introduction = vec![
         format!(
-            "{} flights, seed {}: vehicles {where_} the declared uncertainty ({} numbers), the default manoeuvre between \
-             two speeds drawn from its range, the pitch step up or down, {at_sea}.",
+            "{} flights, seed {}: vehicles {where_} the declared uncertainty ({} numbers), the default manoeuvre \
+             between two speeds drawn from its range, the pitch step up or down, {at_sea}.",
             rows.len(),
             plan.identity.seed,
             plan.uncertain.len()
         ),
-        "Flights are samples: they prove nothing of the vehicles between them. `squid replay` flies one again and plots \
-         it."
+        "Flights are samples: they prove nothing of the vehicles between them. `squid replay` flies one again and \
+         plots it."
             .to_owned(),
     ];
     let sections = vec![ended(shares), spread(rows, spreads), pushed(plan, rows, spreads)];
@@ -160,8 +160,8 @@ fn pushed(plan: &Plan<'_>, rows: &[Row], spreads: &[Spread]) -> Section {
     }
     let mut parts = vec![
         Part::Words(format!(
-            "Rank correlations (Spearman) from {STRONG} on between what was drawn and what came of it: +1 where the one \
-             always grows with the other."
+            "Rank correlations (Spearman) from {STRONG} on between what was drawn and what came of it: +1 where the \
+             one always grows with the other."
         )),
         Part::Table(table),
     ];
