@@ -27,7 +27,8 @@ FLIGHTS, ROUNDS = 256, 5
 def campaign(threads: int, flights: int = FLIGHTS) -> tuple[float, float, float]:
     """Return wall-clock and processor time a flight (s), and the memory of the process at its largest (MB)."""
     with tempfile.TemporaryDirectory() as to:
-        words = [build.squid(), "campaign", VEHICLE, "--out", FOLDER, "--flights", str(flights), "--to", to]
+        words = [build.squid(), "campaign", VEHICLE, "--out", FOLDER, "--no-bound", "--to", to]
+        words += ["--flights", str(flights)]
         known, began = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
         variables = os.environ | {"RAYON_NUM_THREADS": str(threads)}
         subprocess.run(words, check=True, capture_output=True, env=variables)

@@ -94,6 +94,11 @@ class Slave:
             return float(self.fmu.getBoolean(references)[0])
         return float(self.fmu.getInteger(references)[0])
 
+    def limits(self, name: str) -> tuple[float, float]:
+        """Return the least and the largest value of a variable."""
+        variable = self.variables[name]
+        return float(variable.min), float(variable.max)
+
     def references(self, names: Sequence[str]) -> list[int]:
         """Return the value references of variables."""
         return [self.variables[name].valueReference for name in names]
@@ -142,7 +147,7 @@ def couple(
 
     Both are in initialization mode (`Slave.begin`). `references` is called at each sample and acts from that sample.
     """
-    loop = _Loop(plant, controller)
+    loop = Loop(plant, controller)
     loop.inform(*references(0, 0.0))
     # An actuator without lag follows the first command from the start.
     loop.command()
@@ -177,12 +182,16 @@ def path_speed_of(controller: Slave) -> Callable[[float], float]:
     return path_speed
 
 
-class _Loop:
-    """The connections between plant and controller."""
+class Loop:
+    """The connections between plant and controller.
 
-    def __init__(self, plant: Slave, controller: Slave) -> None:
+    Actuators with gains put out these multiples of what they are commanded, up to their limits.
+    """
+
+    def __init__(self, plant: Slave, controller: Slave, gains: Mapping[str, float] | None = None) -> None:
         self.plant, self.controller = plant, controller
         actuators = shared(controller, plant)
+        self.gains = [(gains[name], *plant.limits(name)) for name in actuators] if gains else None
         measured = shared(plant, controller)
         self.measured = plant.references(measured)
         self.given = "given_speed" in plant.variables
@@ -201,12 +210,18 @@ class _Loop:
         self.controller.fmu.setReal(self.heard, [*measured, *wanted])
         self.speed_reference = speed_reference
 
-    def command(self) -> None:
-        """Pass the commands to the plant; an LPV plant is linearised about the trim of the reference speed.
+    def command(self) -> list[float]:
+        """Pass the commands to the plant, and return them.
+
+        An LPV plant is linearised about the trim of the reference speed.
 
         A plant that is given its speed is given the reference.
         """
         commands = self.controller.fmu.getReal(self.commands)
+        if self.gains:
+            pairs = zip(commands, self.gains, strict=True)
+            commands = [min(max(command * gain, low), high) for command, (gain, low, high) in pairs]
         given = [self.speed_reference] if self.given else []
         path_speed = self.path_speed(self.speed_reference)
         self.plant.fmu.setReal(self.commanded, [*commands, path_speed, *given])
+        return commands

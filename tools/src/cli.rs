@@ -10,6 +10,7 @@ use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::BANDWIDTH;
 use squid_design::store;
 use squid_design::store::files::check_directory;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 /// From the coefficients of an underwater vehicle to a scheduled pitch controller and to FMUs for any simulation
@@ -151,25 +152,13 @@ pub enum Verb {
     /// Each flight has the default manoeuvre, between two speeds drawn from its range. Results are Parquet files, a row
     /// a flight, which pandas and polars read as one, and campaign.html; what is missing is flown when the command is
     /// run again. A flight depends on its number and the seed alone: neither cores nor interruptions change a bit.
-    /// Designs first if there is no design yet. Nothing of this is a proof.
+    /// Designs first if there is no design yet. Nothing of this is a proof. `python -m squid_campaign` flies it on many
+    /// machines.
     Campaign {
         #[command(flatten)]
         which: Which,
-        /// How many flights
-        #[arg(long, value_name = "COUNT", default_value_t = 1000)]
-        flights: u64,
-        /// Fly in the waves and the current of this file, with its sensors; see vehicles/sea.toml
-        #[arg(long, value_name = "FILE")]
-        sea: Option<PathBuf>,
-        /// Of all that is drawn
-        #[arg(long, default_value_t = 1)]
-        seed: u64,
-        /// Vehicles at the corners of the declared uncertainty alone
-        #[arg(long)]
-        corners: bool,
-        /// The directory of the results; by default `campaign` in that of the design
-        #[arg(long, value_name = "DIR")]
-        to: Option<PathBuf>,
+        #[command(flatten)]
+        asked: Campaign,
     },
     /// Fly one flight of a campaign again, and plot it
     ///
@@ -276,6 +265,51 @@ pub enum Verb {
         out: Option<PathBuf>,
     },
 }
+
+#[allow(missing_docs)] // Doc comments here are the help.
+#[derive(Debug, Args)]
+pub struct Campaign {
+    /// How many flights
+    #[arg(long, value_name = "COUNT", default_value_t = 1000)]
+    pub flights: u64,
+    /// Fly in the waves and the current of this file, with its sensors; see vehicles/sea.toml
+    #[arg(long, value_name = "FILE")]
+    pub sea: Option<PathBuf>,
+    /// Of all that is drawn
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Vehicles at the corners of the declared uncertainty alone
+    #[arg(long)]
+    pub corners: bool,
+    /// The directory of the results; by default `campaign` in that of the design
+    #[arg(long, value_name = "DIR")]
+    pub to: Option<PathBuf>,
+    /// Write what happened in each flight, not in the ten worst alone: trajectories/flight-N.parquet
+    #[arg(long)]
+    pub trajectories: bool,
+    /// Leave out the gain that is guaranteed for all vehicles, beside those of the first hundred; it takes some seconds
+    #[arg(long)]
+    pub no_bound: bool,
+    /// Fly these flights alone, however many are asked for, and write no page: a part of a campaign
+    #[arg(long, value_name = "FIRST-LAST", value_parser = neighbours)]
+    pub only: Option<RangeInclusive<u64>>,
+    /// Fly nothing, and say which flights are missing; with --only and --json also what is drawn for them
+    #[arg(long)]
+    pub dry_run: bool,
+    /// Fly nothing, and judge what the FMUs of the design flew with what is drawn: DIR/flight-N.csv
+    #[arg(long, value_name = "DIR")]
+    pub records: Option<PathBuf>,
+}
+
+/// Numbers of flights, the first and the last.
+fn neighbours(text: &str) -> Result<RangeInclusive<u64>, String> {
+    let ends = text.split_once('-').and_then(|(first, last)| Some((first.parse().ok()?, last.parse().ok()?)));
+    let flights = ends.filter(|(first, last): &(u64, u64)| first <= last && *last < MOST_FLIGHTS);
+    flights.map(|(first, last)| first..=last).ok_or_else(|| "two numbers of flights, as in 64-127".into())
+}
+
+/// More flights than anybody flies; their numbers fit into eight digits.
+pub const MOST_FLIGHTS: u64 = 100_000_000;
 
 /// A language in which a controller can be written.
 #[derive(Debug, Clone, Copy, ValueEnum)]

@@ -84,9 +84,7 @@ fn run(verb: Verb) -> Result<ExitCode, Error> {
             export::run(&which, language, real, to, allow_uncertified)
         }
         Verb::Simulate { which, sea } => simulate::run(&which, sea.as_deref()),
-        Verb::Campaign { which, flights, sea, seed, corners, to } => {
-            campaign::run(&which, flights, sea.as_deref(), (seed, corners), to)
-        }
+        Verb::Campaign { which, asked } => campaign::run(&which, &asked),
         Verb::Replay { results, flight } => campaign::replay(&results, flight),
         Verb::Report { which, paper } => report::run(&which, paper),
         Verb::Show { which, speed, fit, controller, uncertainty } => {

@@ -25,6 +25,9 @@ pub enum Error {
          all anew"
     )]
     Other { path: String, what: String },
+    /// What FMUs cannot fly.
+    #[error("FMUs cannot fly {what}; fly the campaign without them")]
+    NotOfFmus { what: String },
     /// Rows that cannot be written as Parquet.
     #[error("the results cannot be written as Parquet: {0}")]
     Parquet(#[from] ParquetError),

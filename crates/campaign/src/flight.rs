@@ -1,9 +1,11 @@
 //! One flight of a campaign.
 
+use crate::error::Error;
 use crate::plan::{Drawn, Plan};
+use scheduled::Manoeuvre;
 use signals::{PITCH, SPEED};
 use squid_design::uncertain::gradients::perturbed;
-use squid_design::uncertain::model::Uncertain;
+use squid_design::uncertain::model::{Block, Uncertain};
 use squid_flight::error::Error as FlightError;
 use squid_flight::flight::{Flight, fly_varied};
 use squid_flight::metrics::StepFigures;
@@ -74,7 +76,49 @@ pub struct Row {
     pub figures: [f64; FIGURES.len()],
 }
 
+impl Row {
+    /// The largest difference of two rows of a flight, in parts of the larger of 1 and the number; 0 where they are the
+    /// same to the bit, infinite where they end in other ways or one has a number that the other has not.
+    pub fn differs_from(&self, other: &Self) -> f64 {
+        let numbers = |row: &Self| row.drawn.iter().chain(&row.figures).copied().collect::<Vec<f64>>();
+        let (own, others) = (numbers(self), numbers(other));
+        if self.outcome != other.outcome || own.len() != others.len() {
+            return f64::INFINITY;
+        }
+        let difference = |(a, b): (&f64, &f64)| match a.to_bits() == b.to_bits() {
+            true => 0.0,
+            // The least number above 0 where only the sign of a zero differs.
+            false => Some((a - b).abs() / a.abs().max(1.0))
+                .filter(|off| !off.is_nan())
+                .map_or(f64::INFINITY, |off| off.max(f64::MIN_POSITIVE)),
+        };
+        own.iter().zip(&others).map(difference).fold(0.0, f64::max)
+    }
+}
+
 impl Plan<'_> {
+    /// The row of a flight in this process.
+    ///
+    /// # Errors
+    /// As [`Plan::fly`].
+    pub fn row(&self, number: u64) -> Result<Row, Error> {
+        Ok(self.fly(number)?.0)
+    }
+
+    /// The row of a flight that something else flew with the numbers drawn for it: no rows where it found no trim to
+    /// begin in, and fewer than there are ticks where its numbers grew beyond all bounds.
+    pub fn judge(&self, number: u64, flight: &Flight) -> Row {
+        let drawn = self.draw(number);
+        let ticks = (drawn.manoeuvre.duration / self.stored.controller.sample_time).round() as usize + 1;
+        let (outcome, figures) = match (flight.rows.len(), flight.surfacing) {
+            (0, None) => (Outcome::NoTrim, UNKNOWN),
+            (0, Some(_)) => (Outcome::Surfaced, UNKNOWN),
+            (rows, None) if rows < ticks => (Outcome::Lost, UNKNOWN),
+            _ => self.judged(flight, &drawn),
+        };
+        self.row_of(number, &drawn, outcome, figures)
+    }
+
     /// Names and units of what is drawn for a row.
     pub fn drawn(&self) -> Vec<(String, &'static str)> {
         let beside = DRAWN.iter().map(|(name, unit)| ((*name).to_owned(), *unit));
@@ -97,22 +141,37 @@ impl Plan<'_> {
             Err(FlightError::Simulation(_) | FlightError::Tick(_)) => (Outcome::Lost, UNKNOWN, None),
             Err(reason) => return Err(reason),
         };
-        let Drawn { delta, manoeuvre, .. } = &drawn;
-        let values = self.uncertain.iter().zip(delta).map(|(block, d)| block.value + block.half_range * d);
-        let beside = [manoeuvre.speed_from, manoeuvre.speed_to, manoeuvre.pitch_step];
-        let drawn = beside.into_iter().chain(values).collect();
-        Ok((Row { flight: number, outcome, drawn, figures }, flight))
+        Ok((self.row_of(number, &drawn, outcome, figures), flight))
+    }
+
+    fn row_of(&self, flight: u64, drawn: &Drawn, outcome: Outcome, figures: [f64; FIGURES.len()]) -> Row {
+        let Manoeuvre { speed_from, speed_to, pitch_step, .. } = drawn.manoeuvre;
+        let values = self.values(drawn).map(|(_, value)| value);
+        let drawn = [speed_from, speed_to, pitch_step].into_iter().chain(values).collect();
+        Row { flight, outcome, drawn, figures }
+    }
+
+    /// What is uncertain, with its value of a flight.
+    pub fn values<'p>(&'p self, drawn: &'p Drawn) -> impl Iterator<Item = (&'p Block, f64)> {
+        let pairs = self.uncertain.iter().zip(&drawn.delta);
+        pairs.map(|(block, d)| (block, block.value + block.half_range * d))
+    }
+
+    /// What each actuator puts out, in multiples of what it is commanded.
+    pub fn gains(&self, drawn: &Drawn) -> Vec<f64> {
+        let mut gains = vec![1.0; self.inputs.vehicle.actuators.len()];
+        for (block, value) in self.values(drawn) {
+            if let Uncertain::Gain(actuator) = block.uncertain {
+                gains[actuator] = value;
+            }
+        }
+        gains
     }
 
     fn flown(&self, drawn: &Drawn) -> Result<Flight, FlightError> {
         let Drawn { delta, manoeuvre, sea_seed } = drawn;
         let vehicle = perturbed(&self.inputs.vehicle, &self.uncertain, delta);
-        let mut gains = vec![1.0; vehicle.actuators.len()];
-        for (block, d) in self.uncertain.iter().zip(delta) {
-            if let Uncertain::Gain(actuator) = block.uncertain {
-                gains[actuator] += block.half_range * d;
-            }
-        }
+        let gains = self.gains(drawn);
         let sea = self.sea.as_ref().map(|sea| Sea { seed: *sea_seed, ..sea.clone() });
         let level = self.inputs.design.level();
         fly_varied(&vehicle, &self.stored.controller, level, manoeuvre, sea.as_ref(), &gains)

@@ -6,8 +6,10 @@
 //! table      rows as a Parquet file, and back
 //! run        the flights that are missing, on all cores; what is done is kept
 //! summary    what all rows say
+//! bound      gains of vehicles drawn beside the guaranteed one
 //! ```
 
+pub mod bound;
 pub mod error;
 pub mod flight;
 pub mod plan;

@@ -1,14 +1,14 @@
 //! What a campaign is made of, and what is drawn for each of its flights.
 
 use crate::error::Error;
-use auv::{Speed, trim_with};
+use auv::{Parameter, Speed, trim_with};
 use rand::rngs::ChaCha8Rng;
 use rand::{Rng, SeedableRng};
 use scheduled::Manoeuvre;
 use serde::{Deserialize, Serialize};
 use squid_design::inputs::Inputs;
 use squid_design::store::Stored;
-use squid_design::uncertain::model::Block;
+use squid_design::uncertain::model::{Block, Uncertain};
 use squid_design::uncertain::trim::blocks;
 use squid_flight::sea::Sea;
 
@@ -35,6 +35,8 @@ pub struct Identity {
     pub seed: u64,
     /// Where the vehicles are.
     pub points: Points,
+    /// Whether the FMUs of the design flew it.
+    pub fmus: bool,
     /// The version of squid.
     pub version: String,
 }
@@ -48,6 +50,7 @@ impl Identity {
             ("the sea", self.sea != other.sea),
             ("the seed", self.seed != other.seed),
             ("where in the uncertainty it flies", self.points != other.points),
+            ("what flies, squid or FMUs,", self.fmus != other.fmus),
             ("the version of squid", self.version != other.version),
         ];
         parts.into_iter().find(|(_, differs)| *differs).map(|(what, _)| what)
@@ -110,9 +113,38 @@ impl<'a> Plan<'a> {
             sea: text,
             seed,
             points,
+            fmus: false,
             version: env!("CARGO_PKG_VERSION").to_owned(),
         };
         Ok(Self { inputs, stored, sea, identity, uncertain })
+    }
+
+    /// The same campaign, flown by the FMUs of the design.
+    ///
+    /// # Errors
+    /// [`Error::NotOfFmus`]: FMUs have no waves, no parameters of actuators, and no thrust behind a curve to multiply.
+    pub fn by_fmus(mut self) -> Result<Self, Error> {
+        let effect =
+            |block: &&Block| matches!(block.uncertain, Uncertain::Parameter(Parameter::Effect { .. }));
+        let curve = |block: &&Block| match block.uncertain {
+            Uncertain::Gain(actuator) => self.inputs.vehicle.actuators[actuator].curve.is_some(),
+            Uncertain::Parameter(_) => false,
+        };
+        let uncertain = || self.uncertain.iter();
+        let what = match (&self.sea, uncertain().find(effect), uncertain().find(curve)) {
+            (Some(_), ..) => "a sea: FMUs are flown in still water".to_owned(),
+            (_, Some(block), _) => {
+                format!("an uncertain {}: it is no parameter of the vehicle's FMU", block.name)
+            }
+            (.., Some(block)) => {
+                format!("an uncertain {}: the vehicle's FMU takes no thrust of it", block.name)
+            }
+            _ => {
+                self.identity.fmus = true;
+                return Ok(self);
+            }
+        };
+        Err(Error::NotOfFmus { what })
     }
 
     /// What is drawn for a flight: by its number and the seed alone, whatever flies before, after or beside it.

@@ -12,40 +12,51 @@ use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use squid_design::error::StoreError;
 use squid_design::store::files::write;
 use std::collections::BTreeSet;
+use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Flights a file: some seconds of a core's work.
 pub const BATCH: u64 = 64;
 
-/// Flies those of the first `flights` flights that the directory does not have, and calls back after each file with the
-/// number of flights that are there.
+/// The flights that a directory does not have, in parts of neighbours, each of which becomes a file.
 ///
 /// # Errors
-/// [`Error`]; what was flown before is kept.
-pub fn run(
+/// As [`results`].
+pub fn missing(
     plan: &Plan<'_>,
-    flights: u64,
+    flights: Range<u64>,
     directory: &Path,
-    back: &(dyn Fn(u64) + Sync),
-) -> Result<(), Error> {
+) -> Result<Vec<RangeInclusive<u64>>, Error> {
     let known: BTreeSet<u64> = results(plan, directory)?.iter().map(|row| row.flight).collect();
-    let missing = |batch: u64| -> Vec<u64> {
-        let flights = batch * BATCH..flights.min((batch + 1) * BATCH);
-        flights.filter(|flight| !known.contains(flight)).collect()
-    };
-    let batches: Vec<Vec<u64>> =
-        (0..flights.div_ceil(BATCH)).map(missing).filter(|batch| !batch.is_empty()).collect();
-    let to_fly: u64 = batches.iter().map(|batch| batch.len() as u64).sum();
-    let done = std::sync::atomic::AtomicU64::new(flights - to_fly);
-    back(flights - to_fly);
-    batches.par_iter().try_for_each(|batch| {
-        let rows =
-            batch.iter().map(|flight| Ok(plan.fly(*flight)?.0)).collect::<Result<Vec<Row>, Error>>()?;
-        let (first, last) = (rows[0].flight, rows[rows.len() - 1].flight);
-        let path = directory.join(format!("flights-{first:08}-{last:08}.parquet"));
-        write(&path, &bytes(plan, &rows)?)?;
-        let before = done.fetch_add(rows.len() as u64, std::sync::atomic::Ordering::Relaxed);
-        back(before + rows.len() as u64);
+    let mut parts: Vec<RangeInclusive<u64>> = Vec::new();
+    for flight in flights.filter(|flight| !known.contains(flight)) {
+        match parts.last_mut() {
+            Some(part) if part.end() + 1 == flight && flight % BATCH != 0 => *part = *part.start()..=flight,
+            _ => parts.push(flight..=flight),
+        }
+    }
+    Ok(parts)
+}
+
+/// Flies the flights of each part, and calls back after each file with the number of flights that were flown.
+///
+/// # Errors
+/// [`Error`], that of a flight; what was flown before is kept.
+pub fn run<E: From<Error> + Send>(
+    plan: &Plan<'_>,
+    parts: &[RangeInclusive<u64>],
+    directory: &Path,
+    fly: &(impl Fn(u64) -> Result<Row, E> + Sync),
+    back: &(dyn Fn(u64) + Sync),
+) -> Result<(), E> {
+    let done = AtomicU64::new(0);
+    parts.par_iter().try_for_each(|part| {
+        let rows = part.clone().map(fly).collect::<Result<Vec<Row>, E>>()?;
+        let path = directory.join(format!("flights-{:08}-{:08}.parquet", part.start(), part.end()));
+        write(&path, &bytes(plan, &rows)?).map_err(Error::from)?;
+        let flown = rows.len() as u64;
+        back(flown + done.fetch_add(flown, Ordering::Relaxed));
         Ok(())
     })
 }

@@ -81,6 +81,18 @@ pub fn spreads(rows: &[Row], names: &[String]) -> Vec<Spread> {
     FIGURES.into_iter().enumerate().filter_map(of).collect()
 }
 
+/// The flights that came out worst, at most so many, the worst first: lost ones before those at the surface before all
+/// others, the larger rms of the pitch error first. Those that have no figures, and nothing to show, are left out.
+pub fn worst(rows: &[Row], count: usize) -> Vec<&Row> {
+    const ORDER: [Outcome; 3] = [Outcome::Lost, Outcome::Surfaced, Outcome::Flown];
+    let error = FIGURES.iter().position(|(name, _)| *name == "pitch_error_rms").unwrap_or(0);
+    let place = |row: &Row| ORDER.iter().position(|outcome| *outcome == row.outcome);
+    let mut known: Vec<&Row> = rows.iter().filter(|row| !row.figures[error].is_nan()).collect();
+    known.sort_by(|a, b| place(a).cmp(&place(b)).then_with(|| b.figures[error].total_cmp(&a.figures[error])));
+    known.truncate(count);
+    known
+}
+
 /// The rank of each value; equal ones have the middle of theirs.
 fn ranks(values: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..values.len()).collect();
@@ -113,6 +125,27 @@ mod tests {
         let [low, high] = wilson(10, 100);
         assert!((low - 0.0552).abs() < 1e-3 && (high - 0.1744).abs() < 1e-3, "{low} {high}");
         assert_eq!(wilson(0, 10)[0], 0.0);
+    }
+
+    #[test]
+    fn the_worst_come_first() {
+        let row = |flight, outcome, error| {
+            let mut figures = [0.0; FIGURES.len()];
+            figures[7] = error;
+            Row { flight, outcome, drawn: vec![], figures }
+        };
+        let rows = [
+            row(0, Outcome::Flown, 0.1),
+            row(1, Outcome::Flown, 0.3),
+            row(2, Outcome::Lost, 0.2),
+            row(3, Outcome::NoTrim, f64::NAN),
+            row(4, Outcome::Flown, 0.2),
+        ];
+        let flights = |count| worst(&rows, count).iter().map(|row| row.flight).collect::<Vec<_>>();
+        assert_eq!(
+            (FIGURES[7].0, flights(10), flights(2)),
+            ("pitch_error_rms", vec![2, 1, 4, 0], vec![2, 1])
+        );
     }
 
     #[test]

@@ -1,5 +1,5 @@
-//! Rows as a Parquet file: a column each for the number of the flight, its outcome, what was drawn and its figures. The
-//! metadata of the file has the identity of the campaign and the unit of each column.
+//! Rows as a Parquet file: a column each for the number of the flight, its outcome, what was drawn and its figures;
+//! and other columns of flights. The metadata of a file has the identity of the campaign and the unit of each column.
 
 use crate::error::Error;
 use crate::flight::{FIGURES, Outcome, Row};
@@ -25,44 +25,83 @@ const UNITS: &str = "squid.units";
 /// The columns before those that were drawn.
 const FIRST: usize = 2;
 
+/// The values of a column.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Values {
+    /// Whole numbers.
+    Whole(Vec<i64>),
+    /// Words.
+    Words(Vec<&'static str>),
+    /// Numbers.
+    Numbers(Vec<f64>),
+}
+
+/// A column of a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    /// Its name.
+    pub name: String,
+    /// The unit of numbers.
+    pub unit: String,
+    /// Its values.
+    pub values: Values,
+}
+
 /// The bytes of a file of rows.
 ///
 /// # Errors
 /// [`Error::Parquet`].
 pub fn bytes(plan: &Plan<'_>, rows: &[Row]) -> Result<Vec<u8>, Error> {
-    let numbers: Vec<(String, &str)> =
-        plan.drawn().into_iter().chain(FIGURES.map(|(name, unit)| (name.to_owned(), unit))).collect();
-    let column = |name: &str, kind, logical| {
-        Type::primitive_type_builder(name, kind)
-            .with_repetition(Repetition::REQUIRED)
-            .with_logical_type(logical)
-            .build()
-            .map(Arc::new)
+    let whole = rows.iter().map(|row| row.flight as i64).collect();
+    let words = rows.iter().map(|row| row.outcome.word()).collect();
+    let first = [("flight", Values::Whole(whole)), ("outcome", Values::Words(words))];
+    let first = first.map(|(name, values)| Column { name: name.into(), unit: String::new(), values });
+    let names = plan.drawn().into_iter().chain(FIGURES.map(|(name, unit)| (name.to_owned(), unit)));
+    let numbers = names.enumerate().map(|(place, (name, unit))| {
+        let number = |row: &Row| row.drawn.iter().chain(&row.figures).nth(place).copied().unwrap_or(f64::NAN);
+        Column { name, unit: unit.into(), values: Values::Numbers(rows.iter().map(number).collect()) }
+    });
+    file(plan, &first.into_iter().chain(numbers).collect::<Vec<_>>())
+}
+
+/// The bytes of a file of columns.
+///
+/// # Errors
+/// [`Error::Parquet`].
+pub fn file(plan: &Plan<'_>, columns: &[Column]) -> Result<Vec<u8>, Error> {
+    let field = |Column { name, values, .. }: &Column| {
+        let (kind, logical) = match values {
+            Values::Whole(_) => (Physical::INT64, None),
+            Values::Words(_) => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
+            Values::Numbers(_) => (Physical::DOUBLE, None),
+        };
+        let required = Type::primitive_type_builder(name, kind).with_repetition(Repetition::REQUIRED);
+        required.with_logical_type(logical).build().map(Arc::new)
     };
-    let first = [
-        column("flight", Physical::INT64, None)?,
-        column("outcome", Physical::BYTE_ARRAY, Some(LogicalType::String))?,
-    ];
-    let others = numbers.iter().map(|(name, _)| column(name, Physical::DOUBLE, None));
-    let fields = first.into_iter().map(Ok).chain(others).collect::<Result<Vec<_>, _>>()?;
+    let fields = columns.iter().map(field).collect::<Result<Vec<_>, _>>()?;
     let schema = Type::group_type_builder("flights").with_fields(fields).build()?;
-    let units: Map<String, Value> =
-        numbers.iter().map(|(name, unit)| (name.clone(), (*unit).into())).collect();
-    let text = |value: Result<String, serde_json::Error>| {
-        value.map_err(|why| ParquetError::General(why.to_string()))
-    };
+    let numbers = columns.iter().filter(|column| matches!(column.values, Values::Numbers(_)));
+    let units: Map<String, Value> = numbers.map(|one| (one.name.clone(), one.unit.clone().into())).collect();
+    let identity =
+        serde_json::to_string(&plan.identity).map_err(|why| ParquetError::General(why.to_string()))?;
     let metadata = vec![
-        KeyValue::new(IDENTITY.to_owned(), text(serde_json::to_string(&plan.identity))?),
+        KeyValue::new(IDENTITY.to_owned(), identity),
         KeyValue::new(UNITS.to_owned(), Value::Object(units).to_string()),
     ];
     let properties = WriterProperties::builder().set_key_value_metadata(Some(metadata)).build();
     let mut writer = SerializedFileWriter::new(Vec::new(), Arc::new(schema), Arc::new(properties))?;
     let mut group = writer.next_row_group()?;
-    add::<Int64Type>(&mut group, &rows.iter().map(|row| row.flight as i64).collect::<Vec<_>>())?;
-    add::<ByteArrayType>(&mut group, &rows.iter().map(|row| row.outcome.word().into()).collect::<Vec<_>>())?;
-    for place in 0..numbers.len() {
-        let number = |row: &Row| row.drawn.iter().chain(&row.figures).nth(place).copied().unwrap_or(f64::NAN);
-        add::<DoubleType>(&mut group, &rows.iter().map(number).collect::<Vec<_>>())?;
+    for column in columns {
+        match &column.values {
+            Values::Whole(values) => add::<Int64Type>(&mut group, values)?,
+            Values::Words(words) => {
+                add::<ByteArrayType>(
+                    &mut group,
+                    &words.iter().map(|word| (*word).into()).collect::<Vec<_>>(),
+                )?;
+            }
+            Values::Numbers(values) => add::<DoubleType>(&mut group, values)?,
+        }
     }
     group.close()?;
     Ok(writer.into_inner()?)

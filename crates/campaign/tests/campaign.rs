@@ -2,9 +2,10 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use rayon::ThreadPoolBuilder;
+use squid_campaign::bound::gains;
 use squid_campaign::flight::Outcome;
 use squid_campaign::plan::{Plan, Points};
-use squid_campaign::run::{BATCH, results, run};
+use squid_campaign::run::{BATCH, missing, results, run};
 use squid_design::inputs::Inputs;
 use squid_design::store::{Stored, load};
 use std::collections::BTreeMap;
@@ -21,7 +22,8 @@ fn squid() -> (Inputs, Stored) {
 
 fn fly(plan: &Plan<'_>, flights: u64, cores: usize, directory: &Path) -> BTreeMap<String, Vec<u8>> {
     let pool = ThreadPoolBuilder::new().num_threads(cores).build().unwrap();
-    pool.install(|| run(plan, flights, directory, &|_| ())).unwrap();
+    let parts = missing(plan, 0..flights, directory).unwrap();
+    pool.install(|| run(plan, &parts, directory, &|flight| plan.row(flight), &|_| ())).unwrap();
     let all = std::fs::read_dir(directory).unwrap().map(|entry| entry.unwrap().path());
     all.map(|path| (path.file_name().unwrap().to_str().unwrap().to_owned(), std::fs::read(&path).unwrap()))
         .collect()
@@ -88,9 +90,26 @@ fn results_of_something_else_are_refused() {
     let directory = tempfile::tempdir().unwrap();
     let plan = |seed| Plan::new(&inputs, &stored, None, seed, Points::Uniform).unwrap();
     fly(&plan(1), 2, 1, directory.path());
-    let words = run(&plan(2), 2, directory.path(), &|_| ()).unwrap_err().to_string();
+    let words = missing(&plan(2), 0..2, directory.path()).unwrap_err().to_string();
     assert!(words.contains("is of another campaign: the seed differs"), "{words}");
     std::fs::write(directory.path().join("z.parquet"), b"PAR1").unwrap();
-    let words = run(&plan(1), 2, directory.path(), &|_| ()).unwrap_err().to_string();
+    let words = missing(&plan(1), 0..2, directory.path()).unwrap_err().to_string();
     assert!(words.contains("z.parquet is not a file of results"), "{words}");
+}
+
+/// At every speed the worst vehicle that was drawn is below what is guaranteed for all, and near it: the bound is not
+/// empty, and what is drawn is not the nominal vehicle.
+#[test]
+fn no_gain_is_above_the_guaranteed_one() {
+    let (inputs, stored) = squid();
+    let plan = Plan::new(&inputs, &stored, None, 3, Points::Corners).unwrap();
+    let all = gains(&plan, &(0..40).collect::<Vec<_>>()).unwrap();
+    assert_eq!(all.len(), 6);
+    for at in &all {
+        let (guaranteed, (_, largest)) = (at.guaranteed.unwrap(), at.largest().unwrap());
+        assert!(largest <= guaranteed && largest > 0.9 * guaranteed, "{at:?}");
+        assert!(at.drawn.len() + at.outside == 40 && at.outside < 4, "{at:?}");
+        let least = at.drawn.iter().map(|(_, gain)| *gain).fold(f64::INFINITY, f64::min);
+        assert!(largest > 1.003 * least, "{least} {largest}");
+    }
 }

@@ -8,10 +8,11 @@ use crate::page::section::{Part, Section, Table};
 use crate::rendered::Rendered;
 use crate::report::Report;
 use crate::simulate::heading;
+use squid_campaign::bound::Gains;
 use squid_campaign::flight::{FIGURES, Row};
 use squid_campaign::plan::{Plan, Points};
 use squid_campaign::summary::{QUANTILES, Share, Spread};
-use squid_design::numbers::decimals;
+use squid_design::numbers::{above, decimals};
 
 /// Steps of a distribution that is drawn.
 const STEPS: usize = 200;
@@ -22,8 +23,13 @@ const DRAWN: usize = 500;
 /// Rank correlations that are named: weaker ones say little.
 pub const STRONG: f64 = 0.2;
 
-/// The page of a campaign: its rows, and what they say.
-pub fn page(plan: &Plan<'_>, rows: &[Row], shares: &[Share], spreads: &[Spread]) -> String {
+/// The page of a campaign: its rows, what they say, and the gains of its first vehicles.
+pub fn page(
+    plan: &Plan<'_>,
+    rows: &[Row],
+    (shares, spreads): (&[Share], &[Spread]),
+    gains: &[Gains],
+) -> String {
     let inputs = plan.inputs;
     let where_ = match plan.identity.points {
         Points::Uniform => "all over",
@@ -45,7 +51,8 @@ pub fn page(plan: &Plan<'_>, rows: &[Row], shares: &[Share], spreads: &[Spread])
          plots it."
             .to_owned(),
     ];
-    let sections = vec![ended(shares), spread(rows, spreads), pushed(plan, rows, spreads)];
+    let mut sections = vec![ended(shares), spread(rows, spreads), pushed(plan, rows, spreads)];
+    sections.extend(gains.first().map(|first| guaranteed(first.drawn.len() + first.outside, gains)));
     let report = Report {
         heading: format!("{}: {} flights", heading(inputs), rows.len()),
         introduction,
@@ -53,6 +60,37 @@ pub fn page(plan: &Plan<'_>, rows: &[Row], shares: &[Share], spreads: &[Spread])
         ..Report::without_sections(inputs, plan.stored.unproved(inputs))
     };
     Rendered::new(&report, None).page(&[])
+}
+
+fn guaranteed(vehicles: usize, gains: &[Gains]) -> Section {
+    let words = format!(
+        "The gain of the loop from w to z, which gamma bounds where the model has no errors: of the linear model at \
+         a constant speed with the controller frozen there, in continuous time. Drawn: of the vehicles of the first \
+         {vehicles} flights, each in its own trim. Guaranteed: for every vehicle with constant coefficients in the \
+         declared uncertainty, by mu with a block for performance, at all frequencies; computed, not proved in exact \
+         arithmetic. What is drawn cannot be above what is guaranteed. Between the two may be vehicles that were not \
+         drawn, or none. The bound says nothing of limits of actuators, of the sea or of a speed that changes."
+    );
+    let head =
+        ["speed", "median of those drawn", "largest", "in flight", "guaranteed for all", "without a gain"];
+    let mut table = Table::new(head);
+    for at in gains {
+        let mut sorted: Vec<f64> = at.drawn.iter().map(|(_, gain)| *gain).collect();
+        sorted.sort_by(f64::total_cmp);
+        let shown = |gain: f64| if gain.is_finite() { decimals(gain, 4) } else { "unstable".to_owned() };
+        table.rows.push(vec![
+            format!("{} m/s", decimals(at.speed, 2)),
+            sorted.get(sorted.len() / 2).map_or_else(String::new, |gain| shown(*gain)),
+            at.largest().map_or_else(String::new, |(_, gain)| shown(gain)),
+            at.largest().map_or_else(String::new, |(flight, _)| flight.to_string()),
+            at.guaranteed.map_or_else(|| "no bound".to_owned(), |bound| format!("below {}", above(bound))),
+            at.outside.to_string(),
+        ]);
+    }
+    let without = "Without a gain: vehicles that do not trim at that speed, or whose trim moves beyond the range that \
+                   was found for it at corners of the declared uncertainty, so that the bound is not about them.";
+    let parts = vec![Part::Words(words), Part::Table(table), Part::Words(without.into())];
+    Section { id: "guaranteed", title: "The worst gain drawn, and the one that is guaranteed", parts }
 }
 
 fn percent(v: f64) -> String {

@@ -18,7 +18,13 @@ struct Column {
 impl Column {
     /// Without the unit.
     fn name(&self) -> &str {
-        self.heading.split_once(" [").map_or(&self.heading, |(name, _)| name)
+        self.split().0
+    }
+
+    /// Name and unit; 1 where there is none.
+    fn split(&self) -> (&str, &str) {
+        let split = self.heading.split_once(" [");
+        split.map_or((&self.heading, "1"), |(name, unit)| (name, unit.trim_end_matches(']')))
     }
 }
 
@@ -49,6 +55,15 @@ impl Record {
         Self::new(columns)
     }
 
+    /// The record of a flight in still water or at sea.
+    pub fn of_any(flight: &Flight, actuators: &[Actuator]) -> Self {
+        if flight.sea.is_empty() {
+            Self::of(&flight.rows, actuators)
+        } else {
+            Self::at_sea(flight, actuators)
+        }
+    }
+
     /// The record of a flight at sea: beside these the surface over the vehicle, the velocity of the water, and what
     /// the sensors read.
     pub fn at_sea(flight: &Flight, actuators: &[Actuator]) -> Self {
@@ -63,6 +78,11 @@ impl Record {
             add(format!("{}_read [{}]", signal.name, signal.unit), &|row| row.read[place]);
         }
         record
+    }
+
+    /// Name, unit and values of each variable.
+    pub fn columns(&self) -> impl Iterator<Item = (&str, &str, &[f64])> {
+        self.0.iter().map(|column| (column.split().0, column.split().1, column.values.as_slice()))
     }
 
     /// The values of a variable.

@@ -1,38 +1,64 @@
-"""Campaigns of many flights by the command, and their results as others read them."""
+"""Campaigns of many flights: by the command, on a Dask cluster, by FMUs; and their results as others read them."""
 
 from __future__ import annotations
 
 import json
 import math
+import os
 import shutil
 import signal
 import subprocess
+import sys
 import time
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import polars
 import pytest
 from conftest import SQUID, Run
+from fly.package import Packages
 from fly.stages import ROOT
 
 SEA = ROOT / "vehicles" / "sea.toml"
 
 
-@pytest.fixture
-def designed(tmp_path: Path) -> Path:
+AT_SEA = ("--flights", "12", "--sea", str(SEA), "--corners")
+
+
+@pytest.fixture(scope="module")
+def designed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a directory with the committed design of Squid."""
-    return Path(shutil.copytree(SQUID / "frozen", tmp_path / "design"))
+    return Path(shutil.copytree(SQUID / "frozen", tmp_path_factory.mktemp("campaign") / "design"))
 
 
-def test_results_open_without_our_code(run_squid: Run, designed: Path) -> None:
-    """All flights are there, with the shares and the largest figures that the command says, also at sea."""
-    words = ["campaign", SQUID, "--out", designed, "--flights", "70", "--sea", SEA, "--corners", "--json"]
-    done = run_squid(*words)
+@pytest.fixture(scope="module")
+def at_sea(run_squid: Run, designed: Path) -> tuple[Path, dict]:
+    """Return a campaign at sea, and what the command says of it."""
+    done = run_squid("campaign", SQUID, "--out", designed, *AT_SEA, "--json")
     assert done.returncode == 0, done.stderr
-    said = json.loads(done.stdout)
-    table = polars.read_parquet(designed / "campaign" / "*.parquet")
-    assert sorted(table["flight"]) == list(range(70))
+    return designed / "campaign", json.loads(done.stdout)
+
+
+@pytest.fixture(scope="module")
+def local(run_squid: Run, designed: Path) -> Path:
+    """Return a campaign of 200 flights that was flown in one go, here."""
+    to = designed.parent / "local"
+    words = ["--flights", "200", "--to", to, "--no-bound"]
+    assert run_squid("campaign", SQUID, "--out", designed, *words).returncode == 0
+    return to
+
+
+def files_in(results: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in results.glob("*.parquet")}
+
+
+def test_results_open_without_our_code(at_sea: tuple[Path, dict]) -> None:
+    """All flights are there, with the shares and the largest figures that the command says, also at sea."""
+    results, said = at_sea
+    table = polars.read_parquet(results / "*.parquet")
+    assert sorted(table["flight"]) == list(range(12))
     counted = dict(table["outcome"].value_counts().iter_rows())
     assert counted == {row["outcome"]: row["flights"] for row in said["outcomes"] if row["flights"]}
     for row in said["figures"]:
@@ -40,43 +66,239 @@ def test_results_open_without_our_code(run_squid: Run, designed: Path) -> None:
         of_flight = table.filter(polars.col("flight") == row["flight"])[row["figure"]].item()
         assert of_flight == column.max()
         assert row["largest"] == (of_flight if math.isfinite(of_flight) else None), "JSON has no infinity"
-    file = next((designed / "campaign").glob("*.parquet"))
+    file = next(results.glob("*.parquet"))
     units = json.loads(polars.read_parquet_metadata(file)["squid.units"])
     assert units["overshoot"] == "1" and units["speed_from"] == "m/s" and len(units) == len(table.columns) - 2
-    page = ElementTree.parse(designed / "campaign" / "campaign.html").getroot()
+    page = ElementTree.parse(results / "campaign.html").getroot()
     assert len(list(page.iter("{http://www.w3.org/1999/xhtml}figure"))) == 2
     # Rolls of the sea differ from flight to flight.
-    assert table["speed_error_rms"].n_unique() == 70
+    assert table["speed_error_rms"].n_unique() == 12
 
 
-def test_a_flight_again(run_squid: Run, designed: Path) -> None:
-    results = designed / "campaign"
-    assert run_squid("campaign", SQUID, "--out", designed, "--flights", "3", "--sea", SEA).returncode == 0
+def test_the_guaranteed_gain_stands_beside(at_sea: tuple[Path, dict]) -> None:
+    """At six speeds; no vehicle is above it, and no shown number of the page either."""
+    results, said = at_sea
+    assert [row["speed"] for row in said["gains"]] == [0.5, 1.0, 1.5, 2.0, 2.5, 3.0]
+    page = ElementTree.parse(results / "campaign.html").getroot()
+    (section,) = (part for part in page.iter() if part.get("id") == "guaranteed")
+    cells = ["".join(cell.itertext()) for cell in section.iter("{http://www.w3.org/1999/xhtml}td")]
+    for k, row in enumerate(said["gains"]):
+        assert 0.9 * row["guaranteed"] < row["largest"] <= row["guaranteed"] and row["flight"] in range(12)
+        assert row["vehicles"] + row["outside"] == 12
+        _, median, largest, flight, guaranteed, _ = cells[6 * k : 6 * k + 6]
+        assert float(median) <= float(largest) <= float(guaranteed.removeprefix("below "))
+        assert int(flight) == row["flight"]
+
+
+def test_what_happened_in_the_worst_flights(at_sea: tuple[Path, dict]) -> None:
+    """The worst ten have a file each, and no other flight; its rows are those from which the figures were taken."""
+    results, said = at_sea
+    names = {f"flight-{flight:08}.parquet" for flight in said["worst"]}
+    assert len(names) == 10 and {path.name for path in (results / "trajectories").iterdir()} == names
+    table = polars.read_parquet(results / "*.parquet")
+    order = ["lost", "surfaced", "flown"]
+    rows = table.filter(polars.col("pitch_error_rms").is_not_nan()).iter_rows(named=True)
+    worst = sorted(rows, key=lambda row: (order.index(row["outcome"]), -row["pitch_error_rms"]))[:10]
+    assert said["worst"] == [row["flight"] for row in worst]
+    for flight in said["worst"]:
+        path = results / "trajectories" / f"flight-{flight:08}.parquet"
+        ticks = polars.read_parquet(path)
+        rms = ((ticks["pitch_reference_used"] - ticks["pitch"]) ** 2).mean() ** 0.5
+        known = table.filter(polars.col("flight") == flight)["pitch_error_rms"].item()
+        assert rms == pytest.approx(known, rel=1e-12) and set(ticks["flight"]) == {flight}
+    units = json.loads(polars.read_parquet_metadata(path)["squid.units"])
+    assert units["pitch"] == "rad" and units["wave_elevation"] == "m" and "flight" not in units
+
+
+def test_a_flight_again(run_squid: Run, designed: Path, at_sea: tuple[Path, dict]) -> None:
+    results, _ = at_sea
     done = run_squid("replay", results, "--flight", "2", "--json")
     assert done.returncode == 0, done.stderr
     said = json.loads(done.stdout)
     assert said["same"] is True and said["outcome"] in ("flown", "surfaced")
     assert (results / "flight-2.csv").is_file() and "<svg" in (results / "flight-2.svg").read_text("utf-8")
-    done = run_squid("replay", results, "--flight", "3")
-    assert done.returncode == 1 and "its flights are 0 to 2" in done.stderr
+    done = run_squid("replay", results, "--flight", "12")
+    assert done.returncode == 1 and "its flights are 0 to 11" in done.stderr
     done = run_squid("replay", designed, "--flight", "0")
     assert done.returncode == 1 and "campaign.json" in done.stderr
 
 
-def test_killed_and_begun_again(squid_command: Path, run_squid: Run, designed: Path, tmp_path: Path) -> None:
+def test_killed_and_begun_again(
+    squid_command: Path, run_squid: Run, designed: Path, local: Path, tmp_path: Path
+) -> None:
     """What is killed goes on where it was: the results are those of a campaign that was left in peace."""
-    words = ["campaign", SQUID, "--out", designed, "--flights", "400", "--to"]
-    at_peace, killed = tmp_path / "peace", tmp_path / "killed"
-    assert run_squid(*words, at_peace).returncode == 0
-    with subprocess.Popen([squid_command, *words, killed], stdout=subprocess.DEVNULL) as process:
-        while process.poll() is None and not any(killed.glob("*.parquet")):
+    words = ["campaign", SQUID, "--out", designed, "--flights", "200", "--to", tmp_path, "--no-bound"]
+    with subprocess.Popen([squid_command, *words], stdout=subprocess.DEVNULL) as process:
+        while process.poll() is None and not any(tmp_path.glob("*.parquet")):
             time.sleep(0.01)
         process.send_signal(signal.SIGKILL)
-    left = len(list(killed.glob("*.parquet")))
-    assert 0 < left < 7, "it was killed on the way"
-    assert run_squid(*words, killed).returncode == 0
-    files = {path.name: path.read_bytes() for path in at_peace.glob("*.parquet")}
-    assert files == {path.name: path.read_bytes() for path in killed.glob("*.parquet")}
+    assert 0 < len(files_in(tmp_path)) < 4, "it was killed on the way"
+    assert run_squid(*words).returncode == 0
+    assert files_in(tmp_path) == files_in(local)
+
+
+def on_cluster(*words: str | Path) -> subprocess.CompletedProcess:
+    """Run `python -m squid_campaign`."""
+    command = [sys.executable, "-m", "squid_campaign", *map(str, words)]
+    variables = {**os.environ, "PYTHONPATH": str(ROOT / "tools")}
+    return subprocess.run(command, env=variables, capture_output=True, text=True, timeout=300.0, check=False)
+
+
+@contextmanager
+def cluster_in(folder: Path, workers: int) -> Iterator[str]:
+    """Run a scheduler and workers that have none of our packages; yield the address."""
+    file = folder / "scheduler.json"
+    shared = ["--scheduler-file", str(file), "--no-dashboard"]
+    serve = ["scheduler", "--host", "127.0.0.1", "--port", "0"]
+    work = ["worker", "--nthreads", "1", "--no-nanny", "--local-directory", str(folder)]
+    own = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    processes = []
+    try:
+        for words in [serve, *workers * [work]]:
+            command = [sys.executable, "-m", "dask", *words, *shared]
+            processes.append(subprocess.Popen(command, cwd=folder, env=own, stderr=subprocess.DEVNULL))
+            while not file.is_file():
+                time.sleep(0.05)
+        yield json.loads(file.read_text(encoding="utf-8"))["address"]
+    finally:
+        for process in reversed(processes):
+            process.kill()
+            process.wait()
+
+
+def test_a_worker_is_killed(squid_command: Path, designed: Path, local: Path, tmp_path: Path) -> None:
+    """Of two processes one is lost as it flies: what it flew, and that alone, is flown again, to the same bytes."""
+    log, squid, results = tmp_path / "log", tmp_path / "squid", tmp_path / "results"
+    squid.write_text(f'#!/bin/sh\necho $PPID "$@" >> {log}\nexec {squid_command} "$@"\n', encoding="utf-8")
+    squid.chmod(0o755)
+
+    def flown() -> list[tuple[int, str]]:
+        """Return process and part of each part that a worker has begun."""
+        rows = (
+            [line.split() for line in log.read_text(encoding="utf-8").splitlines()] if log.is_file() else []
+        )
+        return [(int(row[0]), row[row.index("--only") + 1]) for row in rows if "--only" in row]
+
+    with cluster_in(tmp_path, 2) as address:
+        words = [SQUID, "--out", designed, "--flights", "200", "--to", results]
+        command = [
+            sys.executable,
+            "-m",
+            "squid_campaign",
+            *words,
+            "--no-bound",
+            "--scheduler",
+            address,
+            "--squid",
+            squid,
+        ]
+        variables = {**os.environ, "PYTHONPATH": str(ROOT / "tools")}
+        with subprocess.Popen(command, env=variables, stdout=subprocess.DEVNULL) as process:
+            while process.poll() is None and not flown():
+                time.sleep(0.01)
+            lost, part = flown()[0]
+            os.kill(lost, signal.SIGKILL)
+            assert process.wait(timeout=300.0) == 0
+    parts = [part for _, part in flown()]
+    assert sorted(parts) == sorted(["0-63", "64-127", "128-191", "192-199", part])
+    assert lost not in [worker for worker, again in flown()[1:] if again == part]
+    assert files_in(results) == files_in(local)
+
+
+def test_a_full_disk_on_a_cluster(designed: Path, local: Path, tmp_path: Path) -> None:
+    """What was flown is kept, and what is missing follows."""
+    name = "flights-00000192-00000199.parquet"
+    shutil.copytree(local, tmp_path, dirs_exist_ok=True)
+    (tmp_path / name).unlink()
+    # Written to where there is never room.
+    (tmp_path / f".squid-{name}.part").symlink_to("/dev/full")
+    words = [SQUID, "--out", designed, "--to", tmp_path, "--flights", "200", "--no-bound", "--workers", "2"]
+    done = on_cluster(*words)
+    assert done.returncode == 1 and f"{name}: cannot be written: No space left" in done.stderr
+    assert len(done.stderr.splitlines()) == 1 and len(files_in(tmp_path)) == 3
+    done = on_cluster(*words)
+    assert done.returncode == 0 and "200 flights of vehicles all over" in done.stdout, done.stderr
+    assert files_in(tmp_path) == files_in(local)
+
+
+def test_all_options_reach_the_workers(designed: Path, at_sea: tuple[Path, dict], tmp_path: Path) -> None:
+    # What happened in the worst is not flown again.
+    shutil.copytree(at_sea[0] / "trajectories", tmp_path / "trajectories")
+    done = on_cluster(SQUID, "--out", designed, "--to", tmp_path, *AT_SEA, "--no-bound", "--workers", "1")
+    assert done.returncode == 0 and "12 flights of vehicles at corners" in done.stdout, done.stderr
+    assert files_in(tmp_path) == files_in(at_sea[0])
+
+
+def test_another_version_on_a_worker(
+    squid_command: Path, designed: Path, local: Path, tmp_path: Path
+) -> None:
+    squid = tmp_path / "squid"
+    other = 'case "$PWD $1" in */worker-*--version) echo squid 0.0.0; exit;; esac'
+    squid.write_text(f'#!/bin/sh\n{other}\nexec {squid_command} "$@"\n', encoding="utf-8")
+    squid.chmod(0o755)
+    words = ["--out", designed, "--to", tmp_path / "none", "--workers", "1", "--squid", squid]
+    done = on_cluster(SQUID, *words)
+    assert done.returncode == 1 and "the worker has squid 0.0.0, and squid " in done.stderr, done.stderr
+    assert len(done.stderr.splitlines()) == 1 and not (tmp_path / "none").exists()
+
+
+AGREEMENT = 1e-9
+"""Of figures of FMUs with those of the native loop, in parts of 1 or of what is larger. The references are interpolated
+by numpy, and the FMUs are compiled otherwise; 7e-15 was found over 256 flights."""
+
+
+def test_fmus_on_workers_that_have_fmpy_alone(run_squid: Run, squid: Packages, tmp_path: Path) -> None:
+    """Flights by FMUs have the numbers of the native ones."""
+    results, native = tmp_path / "fmus", tmp_path / "native"
+    words = [SQUID, "--out", squid.folder, "--flights", "4", "--no-bound"]
+    with cluster_in(tmp_path, 1) as address:
+        done = on_cluster(*words, "--to", results, "--fmu", "--scheduler", address)
+    assert done.returncode == 0, done.stderr
+    assert run_squid("campaign", *words, "--to", native).returncode == 0
+    found, expected = (polars.read_parquet(path / "*.parquet") for path in (results, native))
+    assert found["outcome"].to_list() == expected["outcome"].to_list()
+    for name in found.columns[2:]:
+        assert found[name].to_list() == pytest.approx(
+            expected[name].to_list(), rel=AGREEMENT, abs=AGREEMENT
+        ), name
+    done = run_squid("replay", results, "--flight", "3")
+    assert done.returncode == 0 and "FMUs flew it; without them the figures differ by" in done.stdout
+    done = run_squid("campaign", *words, "--to", results)
+    assert done.returncode == 1 and "of another campaign: what flies, squid or FMUs, differs" in done.stderr
+
+
+def test_records_are_judged(run_squid: Run, designed: Path, tmp_path: Path) -> None:
+    """A record without rows found no trim, one that ends early is lost, and one above the surface ends there."""
+    head = "time,pitch,speed,depth,pitch_reference_used,speed_reference_used,lower,upper_port,upper_starboard"
+    rows = {0: [], 1: [5.0, 5.0, 5.0], 2: [5.0, 1.0, -1.0, -1.0]}
+    for flight, depths in rows.items():
+        lines = [f"{0.02 * k},0,1,{depth},0,1,1,1,1" for k, depth in enumerate(depths)]
+        (tmp_path / f"flight-{flight}.csv").write_text("\n".join([head, *lines, ""]), encoding="utf-8")
+    words = ["campaign", SQUID, "--out", designed, "--records", tmp_path, "--to", tmp_path, "--only"]
+    assert run_squid(*words, "0-2").returncode == 0
+    table = polars.read_parquet(tmp_path / "*.parquet")
+    assert table["outcome"].to_list() == ["no_trim", "lost", "surfaced"]
+    assert table["time"].fill_nan(-1.0).to_list() == [-1.0, -1.0, 0.02]
+    done = run_squid(*words, "3-4")
+    assert done.returncode == 1 and "flight-3.csv" in done.stderr and len(files_in(tmp_path)) == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--workers", "0"], "--workers is 0; it must be at least 1"),
+        (["--scheduler", "tcp://127.0.0.1:9"], "the scheduler tcp://127.0.0.1:9 does not answer"),
+        (["--workers", "1", "--squid", "nothing"], "nothing: No such file or directory"),
+        (["--workers", "1", "--fmu"], "is of another campaign: what flies, squid or FMUs, differs"),
+        (["--workers", "1", "--fmu", "--sea", SEA], "FMUs cannot fly a sea"),
+        (["--workers", "1", "--seed", "2"], "is of another campaign: the seed differs"),
+    ],
+)
+def test_what_a_cluster_cannot_fly(designed: Path, local: Path, options: list, words: str) -> None:
+    before = files_in(local)
+    done = on_cluster(SQUID, "--out", designed, "--to", local, "--flights", "201", *options)
+    assert done.returncode == 1 and words in done.stderr, done.stderr
+    assert len(done.stderr.splitlines()) == 1 and files_in(local) == before
 
 
 @pytest.mark.parametrize(
@@ -87,13 +309,15 @@ def test_killed_and_begun_again(squid_command: Path, run_squid: Run, designed: P
         (["--corners"], 1, "is of another campaign: where in the uncertainty it flies differs"),
         (["--sea", SEA], 1, "is of another campaign: the sea differs"),
         (["--sea", "nothing.toml"], 1, "nothing.toml"),
+        (["--only", "9-3"], 64, "two numbers of flights, as in 64-127"),
+        (["--sea", SEA, "--records", "."], 1, "FMUs cannot fly a sea"),
+        (["--records", "nowhere"], 1, "is of another campaign: what flies, squid or FMUs, differs"),
     ],
 )
 def test_what_is_wrong_is_refused(
-    run_squid: Run, designed: Path, options: list, code: int, words: str
+    run_squid: Run, designed: Path, local: Path, options: list, code: int, words: str
 ) -> None:
-    assert run_squid("campaign", SQUID, "--out", designed, "--flights", "1").returncode == 0
-    before = {path.name: path.read_bytes() for path in (designed / "campaign").iterdir()}
-    done = run_squid("campaign", SQUID, "--out", designed, *options)
+    before = {path.name: path.read_bytes() for path in local.glob("*.*")}
+    done = run_squid("campaign", SQUID, "--out", designed, "--to", local, *options)
     assert done.returncode == code and words in done.stderr, done.stderr
-    assert before == {path.name: path.read_bytes() for path in (designed / "campaign").iterdir()}
+    assert before == {path.name: path.read_bytes() for path in local.glob("*.*")}

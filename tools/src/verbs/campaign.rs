@@ -1,21 +1,27 @@
 //! `squid campaign` and `squid replay`: many flights of a design, and one of them again.
 
-use crate::cli::Which;
+use crate::cli::{Campaign, MOST_FLIGHTS, Which};
 use crate::error::Error;
 use crate::output::{answer, say};
 use crate::progress::{Counter, show};
 use crate::verbs::design::load_or_design;
+use crate::verbs::plot::{end_at_surface, read_record, rows as record_rows};
 use auv::read_text;
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use serde::{Deserialize, Serialize};
-use serde_json::json;
+use serde_json::{Map, Value, json};
+use squid_campaign::bound::{Gains, gains};
 use squid_campaign::flight::Row;
 use squid_campaign::plan::{Plan, Points};
-use squid_campaign::run::{results, run as fly_missing};
-use squid_campaign::summary::{Share, Spread, shares, spreads};
+use squid_campaign::run::{missing, results, run as fly_missing};
+use squid_campaign::summary::{Share, Spread, shares, spreads, worst};
+use squid_campaign::table::{Column, Values, file};
 use squid_design::error::StoreError;
-use squid_design::numbers::decimals;
+use squid_design::numbers::{above, decimals};
 use squid_design::progress::Progress;
-use squid_design::store::files::{check_directory, read, write};
+use squid_design::store::files::{check_directory, json, read, write};
+use squid_design::uncertain::model::{Block, Uncertain};
+use squid_flight::flight::Flight;
 use squid_flight::sea::Sea;
 use squid_report::campaign::{STRONG, page};
 use squid_report::page::plot::draw;
@@ -24,6 +30,15 @@ use std::path::{Path, PathBuf};
 
 /// The file beside the results that says what `replay` reads.
 const ABOUT: &str = "campaign.json";
+
+/// The folder beside the results for what happened in single flights.
+const TRAJECTORIES: &str = "trajectories";
+
+/// So many of the worst flights are written out.
+const WORST: usize = 10;
+
+/// The gains of so many vehicles are computed, the first ones.
+const GAINS: usize = 100;
 
 /// How a campaign was called.
 #[derive(Debug, Serialize, Deserialize)]
@@ -36,32 +51,34 @@ struct About {
     sea: Option<String>,
     seed: u64,
     points: Points,
+    fmus: bool,
 }
 
 /// Flies what is missing of a campaign, and prints what all its rows say.
 ///
 /// # Errors
 /// Those of the files and of the design; [`Error::Campaign`]; [`Error::Argument`] where there is nothing to fly.
-pub fn run(
-    which: &Which,
-    flights: u64,
-    sea: Option<&Path>,
-    (seed, corners): (u64, bool),
-    to: Option<PathBuf>,
-) -> Result<(), Error> {
-    if flights == 0 {
-        return Err(Error::Argument { name: "--flights", found: "0".into(), allowed: "at least 1".into() });
+pub fn run(which: &Which, asked: &Campaign) -> Result<(), Error> {
+    let flights = match &asked.only {
+        Some(part) => *part.start()..part.end() + 1,
+        None => 0..asked.flights,
+    };
+    if !(1..=MOST_FLIGHTS).contains(&flights.end) {
+        let (found, allowed) = (asked.flights.to_string(), format!("at least 1 and at most {MOST_FLIGHTS}"));
+        return Err(Error::Argument { name: "--flights", found, allowed });
     }
     let (inputs, directory) = which.read_to_write()?;
-    let to = to.unwrap_or_else(|| directory.join("campaign"));
+    let to = asked.to.clone().unwrap_or_else(|| directory.join("campaign"));
     check_directory(&to)?;
-    let sea = sea.map(|path| Ok::<_, Error>((Sea::read(path)?, read_text(path)?))).transpose()?;
+    let sea =
+        asked.sea.as_ref().map(|path| Ok::<_, Error>((Sea::read(path)?, read_text(path)?))).transpose()?;
     sea.iter().try_for_each(|(sea, _)| sea.check(&inputs.vehicle))?;
     let stored = load_or_design(&inputs, &directory)?;
-    stored.unproved(&inputs).iter().for_each(|words| say(words));
-    let points = if corners { Points::Corners } else { Points::Uniform };
-    let plan = Plan::new(&inputs, &stored, sea, seed, points)?;
-    results(&plan, &to)?;
+    let points = if asked.corners { Points::Corners } else { Points::Uniform };
+    let plan = Plan::new(&inputs, &stored, sea, asked.seed, points)?;
+    let plan = if asked.records.is_some() { plan.by_fmus()? } else { plan };
+    let parts = missing(&plan, flights.clone(), &to)?;
+    let left: u64 = parts.iter().map(|part| part.end() + 1 - part.start()).sum();
     let full = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     let about = About {
         vehicle: inputs.directory.clone(),
@@ -69,23 +86,133 @@ pub fn run(
         bandwidth: which.bandwidth,
         out: which.out.as_deref().map(full),
         sea: plan.identity.sea.clone(),
-        seed,
+        seed: asked.seed,
         points,
+        fmus: plan.identity.fmus,
     };
-    write(&to.join(ABOUT), squid_design::store::files::json(&about)?.as_bytes())?;
-    let counter = Counter::new("campaign", flights);
-    fly_missing(&plan, flights, &to, &|done| counter.at(done))?;
+    if asked.dry_run {
+        say(&format!("{left} of {} flights are missing in {}", flights.end - flights.start, to.display()));
+        let drawn = asked.only.iter().flat_map(|_| parts.iter().cloned().flatten()).map(|n| drawn(&plan, n));
+        let drawn: Vec<Value> = drawn.collect();
+        let (about, to, design) = (json!(about), full(&to), full(&directory));
+        let parts: Vec<[u64; 2]> = parts.iter().map(|part| [*part.start(), *part.end()]).collect();
+        return Ok(answer(
+            &json!({ "campaign": about, "design": design, "to": to, "missing": parts, "drawn": drawn }),
+        )?);
+    }
+    if asked.only.is_none() {
+        stored.unproved(&inputs).iter().for_each(|words| say(words));
+    }
+    write(&to.join(ABOUT), json(&about)?.as_bytes())?;
+    let flown = flights.end - flights.start - left;
+    let counter = Counter::new("campaign", flights.end - flights.start);
+    counter.at(flown);
+    let back = |done| counter.at(flown + done);
+    match &asked.records {
+        None => fly_missing(&plan, &parts, &to, &|flight| plan.row(flight), &back)?,
+        Some(records) => fly_missing(&plan, &parts, &to, &|flight| judged(&plan, records, flight), &back)?,
+    }
     drop(counter);
-    let rows: Vec<Row> = results(&plan, &to)?.into_iter().filter(|row| row.flight < flights).collect();
+    if asked.only.is_some() {
+        say(&format!("{left} flights flown, in {}", to.display()));
+        return Ok(answer(&json!({ "directory": to, "flights": left }))?);
+    }
+    let rows: Vec<Row> =
+        results(&plan, &to)?.into_iter().filter(|row| flights.contains(&row.flight)).collect();
     let names: Vec<String> = plan.drawn().into_iter().map(|(name, _)| name).collect();
     let (shares, spreads) = (shares(&rows), spreads(&rows, &names));
+    let worst = worst(&rows, WORST);
+    let all = if asked.trajectories { rows.iter().collect() } else { worst.clone() };
+    all.par_iter().try_for_each(|row| trajectory(&plan, &to, row.flight))?;
+    let first: Vec<u64> = rows.iter().map(|row| row.flight).take(GAINS).collect();
+    let gains = if asked.no_bound { Vec::new() } else { gains(&plan, &first)? };
     say(&words(&plan, rows.len(), &shares, &spreads));
+    say(&gains_in_words(&gains));
     let path = to.join("campaign.html");
-    write(&path, page(&plan, &rows, &shares, &spreads).as_bytes())?;
-    say(&format!("\nResults: {}\nPage: {}", to.join("*.parquet").display(), path.display()));
-    Ok(answer(
-        &json!({ "directory": to, "page": path, "flights": rows.len(), "outcomes": shares, "figures": spreads }),
-    )?)
+    write(&path, page(&plan, &rows, (&shares, &spreads), &gains).as_bytes())?;
+    let worst: Vec<u64> = worst.iter().map(|row| row.flight).collect();
+    say(&format!("Worst flights: {}", worst.iter().map(u64::to_string).collect::<Vec<_>>().join(", ")));
+    let files = |part: &str| to.join(part).display().to_string();
+    say(&format!("What happened in them: {}", files(&format!("{TRAJECTORIES}/flight-*.parquet"))));
+    say(&format!("Results: {}\nPage: {}", files("*.parquet"), path.display()));
+    Ok(answer(&json!({
+        "directory": to,
+        "page": path,
+        "flights": rows.len(),
+        "outcomes": shares,
+        "figures": spreads,
+        "gains": gains.iter().map(|at| json!({
+            "speed": at.speed,
+            "largest": at.largest().map(|(_, gain)| gain),
+            "flight": at.largest().map(|(flight, _)| flight),
+            "vehicles": at.drawn.len(),
+            "outside": at.outside,
+            "guaranteed": at.guaranteed,
+        })).collect::<Vec<_>>(),
+        "worst": worst,
+    }))?)
+}
+
+/// The gains of vehicles that were drawn, and those guaranteed, as a table.
+fn gains_in_words(gains: &[Gains]) -> String {
+    let Some(first) = gains.first() else { return String::new() };
+    let vehicles = first.drawn.len() + first.outside;
+    let mut out =
+        format!("\nspeed (m/s)   worst gain of {vehicles} vehicles   in flight   guaranteed for all\n");
+    for at in gains {
+        let (gain, flight) = at.largest().map_or_else(Default::default, |(flight, gain)| {
+            (if gain.is_finite() { decimals(gain, 4) } else { "unstable".into() }, flight.to_string())
+        });
+        let bound =
+            at.guaranteed.map_or_else(|| "no bound".into(), |bound| format!("below {}", above(bound)));
+        out += &format!("{:<14}{gain:<28}{flight:<12}{bound}\n", decimals(at.speed, 2));
+    }
+    out
+}
+
+/// What is drawn for a flight, for other programs: the manoeuvre, coefficients by their names, and what each actuator
+/// puts out in multiples of what it is commanded.
+fn drawn(plan: &Plan<'_>, flight: u64) -> Value {
+    let drawn = plan.draw(flight);
+    let parameter = |(block, _): &(&Block, f64)| matches!(block.uncertain, Uncertain::Parameter(_));
+    let named = |(block, value): (&Block, f64)| (block.name.clone(), value.into());
+    let coefficients: Map<String, Value> = plan.values(&drawn).filter(parameter).map(named).collect();
+    let actuators = plan.inputs.vehicle.actuators.iter().map(|actuator| actuator.name.clone());
+    let gains: Map<String, Value> = actuators.zip(plan.gains(&drawn).into_iter().map(Value::from)).collect();
+    json!({
+        "flight": flight,
+        "manoeuvre": drawn.manoeuvre,
+        "coefficients": coefficients,
+        "gains": gains,
+    })
+}
+
+/// The row of a flight of FMUs, by its record.
+fn judged(plan: &Plan<'_>, records: &Path, flight: u64) -> Result<Row, Error> {
+    let path = records.join(format!("flight-{flight}.csv"));
+    let mut record = read_record(&path)?;
+    let surfacing = end_at_surface(&mut record);
+    let wrong = |reason| Error::Record { path: path.display().to_string(), reason };
+    let rows = record_rows(&record, &plan.inputs.vehicle.actuators).map_err(wrong)?;
+    Ok(plan.judge(flight, &Flight { rows, surfacing, sea: Vec::new() }))
+}
+
+/// Writes what happened in a flight, if that is not there; it is flown again for it.
+fn trajectory(plan: &Plan<'_>, to: &Path, flight: u64) -> Result<(), Error> {
+    let path = to.join(TRAJECTORIES).join(format!("flight-{flight:08}.parquet"));
+    if path.is_file() {
+        return Ok(());
+    }
+    let Some(flown) = plan.fly(flight)?.1 else { return Ok(()) };
+    let record = Record::of_any(&flown, &plan.inputs.vehicle.actuators);
+    let number = |(name, unit, values): (&str, &str, &[f64])| {
+        let values = Values::Numbers(values.to_vec());
+        Column { name: name.into(), unit: unit.into(), values }
+    };
+    let which = Values::Whole(vec![flight as i64; flown.rows.len()]);
+    let first = Column { name: "flight".into(), unit: String::new(), values: which };
+    let columns: Vec<Column> = [first].into_iter().chain(record.columns().map(number)).collect();
+    Ok(write(&path, &file(plan, &columns)?)?)
 }
 
 /// What the rows say, as tables.
@@ -129,11 +256,12 @@ pub fn replay(directory: &Path, flight: u64) -> Result<(), Error> {
     let path = directory.join(ABOUT);
     let unreadable = |reason| StoreError::Json { path: path.display().to_string(), reason };
     let about: About = serde_json::from_str(&read(&path)?).map_err(unreadable)?;
-    let About { vehicle, design, bandwidth, out, sea, seed, points } = about;
+    let About { vehicle, design, bandwidth, out, sea, seed, points, fmus } = about;
     let (inputs, designed) = Which { vehicle, design, bandwidth, out }.read()?;
     let stored = squid_design::store::load(&designed, &inputs)?;
     let parsed = sea.map(|text| Ok::<_, Error>((Sea::parse(&text, ABOUT)?, text))).transpose()?;
     let plan = Plan::new(&inputs, &stored, parsed, seed, points)?;
+    let plan = if fmus { plan.by_fmus()? } else { plan };
     let rows = results(&plan, directory)?;
     let no_flight = || squid_campaign::error::Error::NoFlight {
         path: directory.display().to_string(),
@@ -144,15 +272,12 @@ pub fn replay(directory: &Path, flight: u64) -> Result<(), Error> {
     let running = Progress::new(&show).begin("replay", "flying");
     let (row, flown) = plan.fly(flight)?;
     drop(running);
-    let bits = |row: &Row| row.drawn.iter().chain(&row.figures).map(|v| v.to_bits()).collect::<Vec<_>>();
-    let same = row.outcome == known.outcome && bits(&row) == bits(known);
+    let off = row.differs_from(known);
     let outcome = row.outcome.word();
     let mut written = Vec::new();
     if let Some(flown) = flown {
         let actuators = &inputs.vehicle.actuators;
-        let at_sea = !flown.sea.is_empty();
-        let record =
-            if at_sea { Record::at_sea(&flown, actuators) } else { Record::of(&flown.rows, actuators) };
+        let record = Record::of_any(&flown, actuators);
         let to = |kind: &str| directory.join(format!("flight-{flight}.{kind}"));
         let title = format!("{}, flight {flight} of the campaign: {outcome}", inputs.vehicle.name);
         let svg = draw(&to("svg"), &title, &record.panels(actuators))?;
@@ -160,10 +285,14 @@ pub fn replay(directory: &Path, flight: u64) -> Result<(), Error> {
         write(&to("csv"), record.csv().as_bytes())?;
         written = vec![to("csv"), to("svg")];
     }
-    say(&format!(
-        "flight {flight}: {outcome}; figures {} to the bit",
-        if same { "the same" } else { "NOT the same" }
-    ));
+    let compared = match (fmus, off == 0.0) {
+        (false, true) => "figures the same to the bit".to_owned(),
+        (false, false) => "figures NOT the same to the bit".to_owned(),
+        (true, _) => format!(
+            "FMUs flew it; without them the figures differ by {off:.1e} at most, in parts of 1 or of what is larger"
+        ),
+    };
+    say(&format!("flight {flight}: {outcome}; {compared}"));
     written.iter().for_each(|path| say(&path.display().to_string()));
-    Ok(answer(&json!({ "flight": flight, "outcome": outcome, "same": same, "files": written }))?)
+    Ok(answer(&json!({ "flight": flight, "outcome": outcome, "same": off == 0.0, "files": written }))?)
 }

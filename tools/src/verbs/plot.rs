@@ -28,6 +28,9 @@ pub fn run(path: &Path, vehicle: Option<&Path>, out: Option<PathBuf>) -> Result<
         None => Vec::new(),
     };
     let mut record = read_record(path)?;
+    if record.get("time").is_some_and(<[f64]>::is_empty) {
+        return Err(Error::Record { path: path.display().to_string(), reason: "it has no rows".into() });
+    }
     let surfacing = end_at_surface(&mut record);
     plot(path, &record, &to, &actuators)?;
     if is_for_programs() {
@@ -44,7 +47,7 @@ pub fn run(path: &Path, vehicle: Option<&Path>, out: Option<PathBuf>) -> Result<
 }
 
 /// The record of a flight, a row for each time; commands are those of the actuators that are given.
-fn rows(record: &Record, actuators: &[Actuator]) -> Result<Vec<Row>, String> {
+pub(super) fn rows(record: &Record, actuators: &[Actuator]) -> Result<Vec<Row>, String> {
     let column = |name: &str| record.get(name).ok_or_else(|| format!("there is no column '{name}'"));
     let every = |names: Vec<String>| names.iter().map(|name| column(name)).collect::<Result<Vec<_>, _>>();
     every(tracked().map(|(signal, _)| signal.name.to_owned()).collect())?;
@@ -106,7 +109,7 @@ fn plot(path: &Path, record: &Record, to: &Path, actuators: &[Actuator]) -> Resu
 
 /// Removes the rows from the surface on, where the plant's equations are not valid. The speed is NaN where the record
 /// has none.
-fn end_at_surface(record: &mut Record) -> Option<Surfacing> {
+pub(super) fn end_at_surface(record: &mut Record) -> Option<Surfacing> {
     let row = record.get("depth")?.iter().position(|depth| out_of_water(*depth))?;
     let time = *record.get("time")?.get(row)?;
     let speed = record.get("speed").and_then(|speeds| speeds.get(row)).copied().unwrap_or(f64::NAN);
@@ -115,7 +118,7 @@ fn end_at_surface(record: &mut Record) -> Option<Surfacing> {
 }
 
 /// The columns by name, without the quotes that FMPy puts around names.
-fn read_record(path: &Path) -> Result<Record, Error> {
+pub(super) fn read_record(path: &Path) -> Result<Record, Error> {
     let text = read(path)?;
     let wrong = |reason: String| Error::Record { path: path.display().to_string(), reason };
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
@@ -140,9 +143,6 @@ fn read_record(path: &Path) -> Result<Record, Error> {
                 reason: format!("'{name}' is {}; it must be a number", cited(field)),
             })?);
         }
-    }
-    if columns.iter().all(Vec::is_empty) {
-        return Err(wrong("it has no rows".into()));
     }
     Ok(Record::new(names.into_iter().zip(columns).collect()))
 }

@@ -1,6 +1,8 @@
 //! A loop with a perturbation of known structure and size, and inputs and outputs of performance.
 
+use super::CMat;
 use super::structure::{Block, Structure, StructureError};
+use crate::matrix::{Mat, solve};
 use crate::system::state_space::StateSpace;
 
 /// A perturbed system: from (wd, w) to (zd, z), `wd = Delta zd`.
@@ -31,6 +33,26 @@ impl Perturbable {
             d: self.system.d.view((0, 0), (k, w)).into_owned(),
         };
         whole.without_idle_states()
+    }
+
+    /// From w to z with a real perturbation; `None` where the loop is not well posed with it.
+    pub fn closed(&self, delta: &CMat) -> Option<StateSpace> {
+        let (k, w) = (self.structure.cols(), self.structure.rows());
+        let s = &self.system;
+        let delta: Mat = delta.map(|v| v.re);
+        let (rows, cols) = (s.d.nrows() - k, s.d.ncols() - w);
+        let d11 = s.d.view((0, 0), (k, w)).into_owned();
+        let closing = solve(&(Mat::identity(w, w) - &delta * d11), &delta)?;
+        let through = |left: &Mat, right: &Mat| left * &closing * right;
+        let (b1, b2) = (s.b.columns(0, w).into_owned(), s.b.columns(w, cols).into_owned());
+        let (c1, c2) = (s.c.rows(0, k).into_owned(), s.c.rows(k, rows).into_owned());
+        let (d12, d21) = (s.d.view((0, w), (k, cols)).into_owned(), s.d.view((k, 0), (rows, w)).into_owned());
+        Some(StateSpace {
+            a: &s.a + through(&b1, &c1),
+            b: b2 + through(&b1, &d12),
+            c: c2 + through(&d21, &c1),
+            d: s.d.view((k, w), (rows, cols)).into_owned() + through(&d21, &d12),
+        })
     }
 
     /// The structure with the full block of performance.

@@ -10,8 +10,7 @@ use super::perturbable::Perturbable;
 use super::product::product;
 use super::structure::Block;
 use super::sweep::response;
-use crate::matrix::{ComplexVector, Mat, complex_singular_values, complex_svd_ends, solve};
-use crate::system::state_space::StateSpace;
+use crate::matrix::{ComplexVector, complex_singular_values, complex_svd_ends};
 use nalgebra::Complex;
 
 /// A perturbation with the gain that it makes.
@@ -36,7 +35,7 @@ const PEAK_ROUNDS: usize = 4;
 /// The worst perturbation that the search finds; no perturbation at all where none is worse.
 pub fn worst_perturbation(loop_: &Perturbable) -> Perturbed {
     let search = GainSearch { loop_, k: loop_.structure.cols(), w: loop_.structure.rows() };
-    let nominal = search.performance(&CMat::zeros(search.w, search.k));
+    let nominal = loop_.closed(&CMat::zeros(search.w, search.k));
     let peak = nominal.as_ref().map_or(0.0, |system| system.hinf_norm().frequency);
     let mut best = Perturbed { gain: 0.0, frequency: peak, delta: CMat::zeros(search.w, search.k) };
     search.keep(&mut best, peak, &CMat::zeros(search.w, search.k));
@@ -47,7 +46,7 @@ pub fn worst_perturbation(loop_: &Perturbable) -> Perturbed {
     }
     if loop_.structure.is_real() {
         for _ in 0..PEAK_ROUNDS {
-            let Some(system) = search.performance(&best.delta) else { break };
+            let Some(system) = loop_.closed(&best.delta) else { break };
             let before = best.gain;
             let peak = system.hinf_norm().frequency;
             let delta = best.delta.clone();
@@ -129,26 +128,6 @@ impl GainSearch<'_> {
             m12: part(0, w, k, cols),
             m21: part(k, 0, rows, w),
             m22: part(k, w, rows, cols),
-        })
-    }
-
-    /// From w to z with a real perturbation.
-    fn performance(&self, delta: &CMat) -> Option<StateSpace> {
-        let (k, w) = (self.k, self.w);
-        let s = &self.loop_.system;
-        let delta: Mat = delta.map(|v| v.re);
-        let (rows, cols) = (s.d.nrows() - k, s.d.ncols() - w);
-        let d11 = s.d.view((0, 0), (k, w)).into_owned();
-        let closing = solve(&(Mat::identity(w, w) - &delta * d11), &delta)?;
-        let through = |left: &Mat, right: &Mat| left * &closing * right;
-        let (b1, b2) = (s.b.columns(0, w).into_owned(), s.b.columns(w, cols).into_owned());
-        let (c1, c2) = (s.c.rows(0, k).into_owned(), s.c.rows(k, rows).into_owned());
-        let (d12, d21) = (s.d.view((0, w), (k, cols)).into_owned(), s.d.view((k, 0), (rows, w)).into_owned());
-        Some(StateSpace {
-            a: &s.a + through(&b1, &c1),
-            b: b2 + through(&b1, &d12),
-            c: c2 + through(&d21, &c1),
-            d: s.d.view((k, w), (rows, cols)).into_owned() + through(&d21, &d12),
         })
     }
 

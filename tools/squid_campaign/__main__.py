@@ -1,0 +1,159 @@
+"""Fly a campaign of many flights on the workers of a Dask cluster.
+
+All words but those below are the ones of `squid campaign`, and so are the results, to the bit: workers fly parts of it
+with that command. What is there is not flown again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import shutil
+import sys
+import tempfile
+import uuid
+from collections.abc import Iterator
+from concurrent.futures import CancelledError
+from contextlib import contextmanager, suppress
+from itertools import islice
+from pathlib import Path
+
+import cloudpickle
+from distributed import Client, Future, LocalCluster, as_completed
+from distributed.scheduler import KilledWorker
+from fly import master
+from fly.stages import ROOT, StageError
+
+from squid_campaign import worker
+from squid_campaign.ways import ByCommand, ByFmus, CampaignError, Command, Part
+from squid_campaign.worker import Files
+
+AHEAD = 3
+"""Parts a core that the scheduler knows of at a time: enough that no core waits for the next."""
+ANSWER = 5.0
+"""How long a scheduler may take to answer (s)."""
+FIRST_WORKER = 60.0
+"""How long its first worker may take to come (s)."""
+
+
+def main() -> int:
+    """Fly what is missing, and print what all results say."""
+    arguments, words = parser().parse_known_args()
+    # What Dask has to say of an error is in our sentence about it.
+    logging.disable()
+    squid = Path(arguments.squid)
+    # Another folder is the present one on a worker.
+    squid = str(squid.absolute()) if squid.is_file() else arguments.squid
+    try:
+        with tempfile.TemporaryDirectory() as records:
+            command = Command(squid, [*words, *(["--records", records] if arguments.fmu else [])])
+            asked = command.ask()
+            if asked["missing"]:
+                way = ByFmus(command, asked, Path(records)) if arguments.fmu else ByCommand(command, asked)
+                with cluster(arguments) as client:
+                    fly_all(client, way, asked)
+            command.run(aloud=True)
+    except (CampaignError, StageError) as error:
+        print(f"squid_campaign: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("squid_campaign: interrupted; the same command goes on from here.", file=sys.stderr)
+        return 130
+    return 0
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the parser of what is not for `squid campaign`."""
+    here = shutil.which("squid") or str(ROOT / "target" / "release" / "squid")
+    top = argparse.ArgumentParser(prog="squid_campaign", description=__doc__, allow_abbrev=False)
+    where = top.add_mutually_exclusive_group(required=True)
+    where.add_argument("--scheduler", metavar="ADDRESS", help="that of a cluster, such as tcp://host:8786")
+    where.add_argument("--workers", metavar="N", type=int, help="a cluster of so many processes, here")
+    top.add_argument(
+        "--fmu", action="store_true", help="fly the FMUs of the design; a worker then needs FMPy alone"
+    )
+    top.add_argument(
+        "--squid", default=here, help="the command squid, here and on each worker (default: %(default)s)"
+    )
+    return top
+
+
+@contextmanager
+def cluster(arguments: argparse.Namespace) -> Iterator[Client]:
+    """Yield a client of the cluster that was asked for."""
+    if arguments.scheduler is None and arguments.workers < 1:
+        raise CampaignError(f"--workers is {arguments.workers}; it must be at least 1.")
+    try:
+        if arguments.scheduler is None:
+            own = LocalCluster(
+                n_workers=arguments.workers,
+                threads_per_worker=1,
+                dashboard_address=None,
+                silence_logs=logging.CRITICAL,
+            )
+            with own, Client(own) as client:
+                yield client
+        else:
+            with Client(arguments.scheduler, timeout=ANSWER) as client:
+                yield client
+    except (OSError, ValueError, TimeoutError, CancelledError) as reason:
+        where = arguments.scheduler or "of the workers here"
+        raise CampaignError(
+            f"the scheduler {where} does not answer ({type(reason).__name__}); what was flown is kept."
+        ) from None
+
+
+def fly_all(client: Client, way: ByCommand | ByFmus, asked: dict) -> None:
+    """Fly the parts that are missing, some at a time, and keep each as soon as it is flown.
+
+    A part whose worker is lost is flown again by another one, as Dask does.
+    """
+    # Workers need not have these.
+    cloudpickle.register_pickle_by_value(worker)
+    cloudpickle.register_pickle_by_value(master)
+    name = f"squid-{uuid.uuid4().hex}"
+    try:
+        client.wait_for_workers(1, timeout=FIRST_WORKER)
+    except TimeoutError:
+        raise CampaignError("the scheduler has no workers; start one with `dask worker ADDRESS`.") from None
+    client.register_plugin(Files(name, way.files()), name=name)
+    todo = iter([(first, last) for first, last in asked["missing"]])
+    flying: dict[str, Part] = {}
+    running = as_completed()
+
+    def fill() -> None:
+        """Let the scheduler know of the next parts."""
+        room = AHEAD * max(1, sum(client.nthreads().values())) - len(flying)
+        for part in islice(todo, max(0, room)):
+            future = client.submit(way.task(name, part), key=f"{name}-{part[0]}")
+            flying[future.key] = part
+            running.add(future)
+
+    try:
+        fill()
+        for future in running:
+            part = flying.pop(future.key)
+            way.keep(part, flown(future, part))
+            del future
+            fill()
+    finally:
+        with suppress(Exception):
+            client.unregister_worker_plugin(name)
+
+
+def flown(future: Future, part: Part) -> bytes:
+    """Return what a worker sent; raise an error where it failed."""
+    try:
+        return future.result()
+    except KilledWorker:
+        reason = "each worker that was given them was lost"
+    except CancelledError:
+        # The scheduler is gone.
+        raise
+    except Exception as error:
+        reason = str(error)
+    raise CampaignError(f"flights {part[0]} to {part[1]}: {reason}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,132 @@
+"""The two ways to fly a part of a campaign on a worker: what is sent to it, and what becomes of what comes back."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import subprocess
+import sys
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from fly.package import Packages
+
+from squid_campaign.worker import CONTROLLER, PLANT, fly_by_command, fly_fmus
+
+Part = tuple[int, int]
+"""The first and the last flight of a file of results."""
+
+
+class CampaignError(Exception):
+    """A campaign ended early; the message says why."""
+
+
+class Command:
+    """The command `squid campaign` with the words of the user."""
+
+    def __init__(self, squid: str, words: list[str]) -> None:
+        self.squid, self.words = squid, words
+
+    def run(self, *more: str, aloud: bool = False) -> str:
+        """Run it with more words, and return what it prints unless that is for the user."""
+        return self.call("campaign", *self.words, *more, aloud=aloud)
+
+    def call(self, *words: str, aloud: bool = False) -> str:
+        """Run `squid` with these words alone."""
+        to = None if aloud else subprocess.PIPE
+        try:
+            done = subprocess.run([self.squid, *words], stdout=to, encoding="utf-8", check=False)
+        except OSError as reason:
+            raise CampaignError(f"{self.squid}: {reason.strerror}; name the command with --squid.") from None
+        if done.returncode != 0:
+            # It has said why.
+            sys.exit(done.returncode)
+        return done.stdout or ""
+
+    def ask(self, *more: str) -> dict[str, Any]:
+        """Return what is missing and where it belongs; with `--only` also what is drawn."""
+        return json.loads(self.run(*more, "--dry-run", "--json"))
+
+
+class ByCommand:
+    """A worker runs the command, and sends a file of results."""
+
+    def __init__(self, command: Command, asked: dict[str, Any]) -> None:
+        self.squid, self.asked, self.version = command.squid, asked, command.call("--version")
+
+    def files(self) -> dict[str, bytes]:
+        """Return the files that a worker needs: of the vehicle, the design, the sea."""
+        campaign, design = self.asked["campaign"], Path(self.asked["design"])
+        vehicle, sea = Path(campaign["vehicle"]), campaign["sea"]
+        names = ("vehicle.toml", f"{campaign['design']}.toml")
+        found = {f"vehicle/{name}": (vehicle / name).read_bytes() for name in names}
+        found |= {f"design/{path.name}": path.read_bytes() for path in design.glob("*.json")}
+        return found | ({"sea.toml": sea.encode()} if sea else {})
+
+    def task(self, name: str, part: Part) -> Callable[[], bytes]:
+        """Return what a worker calls: without a name, so that Dask sends its code."""
+        campaign = self.asked["campaign"]
+        words = ["--design", campaign["design"], "--out", "design", "--seed", str(campaign["seed"])]
+        words += ["--sea", "sea.toml"] if campaign["sea"] else []
+        words += ["--corners"] if campaign["points"] == "corners" else []
+        words += [] if campaign["bandwidth"] is None else ["--bandwidth", repr(campaign["bandwidth"])]
+        command, version = [self.squid, "campaign", "vehicle", *words], self.version
+        return lambda: fly_by_command(name, command, version, part)
+
+    def keep(self, part: Part, results: bytes) -> None:
+        """Write the file whole or not at all."""
+        first, last = part
+        path = Path(self.asked["to"], f"flights-{first:08}-{last:08}.parquet")
+        unfinished = path.with_name(f".squid-{path.name}.part")
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with unfinished.open("wb") as file:
+                file.write(results)
+                # Some file systems say no sooner than this that they are full.
+                file.flush()
+                os.fsync(file.fileno())
+            unfinished.replace(path)
+        except OSError as reason:
+            unfinished.unlink(missing_ok=True)
+            raise CampaignError(f"{path}: cannot be written: {reason.strerror}.") from None
+
+
+class ByFmus:
+    """A worker flies the FMUs, and sends records; the command judges them, here."""
+
+    def __init__(self, command: Command, asked: dict[str, Any], records: Path) -> None:
+        self.command, self.asked, self.records = command, asked, records
+
+    def files(self) -> dict[str, bytes]:
+        """Return the FMUs; raise an error where they are not of the design."""
+        folder = Path(self.asked["design"])
+        packages = Packages.found_in(folder)
+        remedy = "run `squid package` for this design first."
+        try:
+            with zipfile.ZipFile(packages.controller) as archive:
+                inside = archive.read("resources/controller.json")
+            fmus = {PLANT: packages.plant.read_bytes(), CONTROLLER: packages.controller.read_bytes()}
+        except OSError as reason:
+            raise CampaignError(f"{reason.filename}: {reason.strerror}; {remedy}") from None
+        if inside != (folder / "controller.json").read_bytes():
+            raise CampaignError(f"{packages.controller} is of another design; {remedy}")
+        return fmus
+
+    def task(self, name: str, part: Part) -> Callable[[], bytes]:
+        """Return what a worker calls: without a name, so that Dask sends its code."""
+        drawn = self.command.ask("--only", "{}-{}".format(*part))["drawn"]
+        return lambda: fly_fmus(name, drawn)
+
+    def keep(self, part: Part, results: bytes) -> None:
+        """Have the records judged, which writes the file of results."""
+        with zipfile.ZipFile(io.BytesIO(results)) as archive:
+            try:
+                archive.extractall(self.records)
+            except OSError as reason:
+                raise CampaignError(f"{self.records}: cannot be written: {reason.strerror}.") from None
+            self.command.run("--only", "{}-{}".format(*part))
+            for name in archive.namelist():
+                (self.records / name).unlink()
