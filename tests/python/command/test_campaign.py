@@ -110,6 +110,21 @@ def test_what_happened_in_the_worst_flights(at_sea: tuple[Path, dict]) -> None:
     assert units["pitch"] == "rad" and units["wave_elevation"] == "m" and "flight" not in units
 
 
+def test_what_happened_in_all_flights(
+    run_squid: Run, designed: Path, at_sea: tuple[Path, dict], tmp_path: Path
+) -> None:
+    """On request all are written; those that are there stay."""
+    shutil.copytree(at_sea[0], tmp_path, dirs_exist_ok=True)
+    before = files_in(tmp_path / "trajectories")
+    words = ["--out", designed, "--to", tmp_path, *AT_SEA, "--no-bound", "--trajectories"]
+    assert run_squid("campaign", SQUID, *words).returncode == 0
+    after = files_in(tmp_path / "trajectories")
+    assert (
+        set(after) == {f"flight-{flight:08}.parquet" for flight in range(12)}
+        and before.items() <= after.items()
+    )
+
+
 def test_a_flight_again(run_squid: Run, designed: Path, at_sea: tuple[Path, dict]) -> None:
     results, _ = at_sea
     done = run_squid("replay", results, "--flight", "2", "--json")

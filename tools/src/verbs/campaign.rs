@@ -125,9 +125,13 @@ pub fn run(which: &Which, asked: &Campaign) -> Result<(), Error> {
     let all = if asked.trajectories { rows.iter().collect() } else { worst.clone() };
     all.par_iter().try_for_each(|row| trajectory(&plan, &to, row.flight))?;
     let first: Vec<u64> = rows.iter().map(|row| row.flight).take(GAINS).collect();
-    let gains = if asked.no_bound { Vec::new() } else { gains(&plan, &first)? };
+    let gains = if asked.no_bound { Ok(Vec::new()) } else { gains(&plan, &first) };
     say(&words(&plan, rows.len(), &shares, &spreads));
-    say(&gains_in_words(&gains));
+    // What was flown is no worse for a model that cannot be made.
+    say(&gains
+        .as_ref()
+        .map_or_else(|reason| format!("\nNo guaranteed gain: {reason}\n"), |at| gains_in_words(at)));
+    let gains = gains.unwrap_or_default();
     let path = to.join("campaign.html");
     write(&path, page(&plan, &rows, (&shares, &spreads), &gains).as_bytes())?;
     let worst: Vec<u64> = worst.iter().map(|row| row.flight).collect();
