@@ -287,7 +287,8 @@ pub struct Campaign {
     /// Write what happened in each flight, not in the ten worst alone: trajectories/flight-N.parquet
     #[arg(long)]
     pub trajectories: bool,
-    /// Leave out the gain that is guaranteed for all vehicles, beside those of the first hundred; it takes some seconds
+    /// Leave out the gain that is guaranteed for the uncertain model, beside those of the first hundred vehicles; it
+    /// takes some seconds
     #[arg(long)]
     pub no_bound: bool,
     /// Fly these flights alone, however many are asked for, and write no page: a part of a campaign

@@ -1,4 +1,4 @@
-//! The gains of the vehicles that were drawn, beside the gain that is guaranteed for all vehicles.
+//! The gains of the vehicles that were drawn, beside the gain that is guaranteed for the whole model.
 //!
 //! Both are of the same loop: the uncertain linear model at a speed (`squid_design::uncertain`) with the controller
 //! frozen there, in continuous time, from w to z of the design. The guaranteed one is an upper bound for every constant
@@ -32,7 +32,7 @@ pub struct Gains {
     pub drawn: Vec<(u64, f64)>,
     /// Vehicles without a gain: none of them trims at that speed within what the model allows its trim.
     pub outside: usize,
-    /// Below this is the gain of every vehicle; none where mu does not show that.
+    /// Below this is the gain everywhere in the model; none where mu does not show that.
     pub guaranteed: Option<f64>,
 }
 

@@ -97,7 +97,7 @@ fn results_of_something_else_are_refused() {
     assert!(words.contains("z.parquet is not a file of results"), "{words}");
 }
 
-/// At every speed the worst vehicle that was drawn is below what is guaranteed for all, and near it: the bound is not
+/// At every speed the worst vehicle that was drawn is below what is guaranteed, and near it: the bound is not
 /// empty, and what is drawn is not the nominal vehicle.
 #[test]
 fn no_gain_is_above_the_guaranteed_one() {

@@ -66,13 +66,20 @@ fn guaranteed(vehicles: usize, gains: &[Gains]) -> Section {
     let words = format!(
         "The gain of the loop from w to z, which gamma bounds where the model has no errors: of the linear model at \
          a constant speed with the controller frozen there, in continuous time. Drawn: of the vehicles of the first \
-         {vehicles} flights, each in its own trim. Guaranteed: for every vehicle with constant coefficients in the \
-         declared uncertainty, by mu with a block for performance, at all frequencies; computed, not proved in exact \
-         arithmetic. What is drawn cannot be above what is guaranteed. Between the two may be vehicles that were not \
-         drawn, or none. The bound says nothing of limits of actuators, of the sea or of a speed that changes."
+         {vehicles} flights, each in its own trim. Guaranteed: for all constant values of the uncertain numbers of \
+         that model, by mu with a block for performance, at all frequencies; computed, not proved in exact \
+         arithmetic. In the model the incidence is a number of its own, to first order. What is drawn cannot be above \
+         what is guaranteed. Between the two may be vehicles that were not drawn, or none. The bound says nothing of \
+         limits of actuators, of the sea or of a speed that changes."
     );
-    let head =
-        ["speed", "median of those drawn", "largest", "in flight", "guaranteed for all", "without a gain"];
+    let head = [
+        "speed",
+        "median of those drawn",
+        "largest",
+        "in flight",
+        "guaranteed for the model",
+        "without a gain",
+    ];
     let mut table = Table::new(head);
     for at in gains {
         let mut sorted: Vec<f64> = at.drawn.iter().map(|(_, gain)| *gain).collect();

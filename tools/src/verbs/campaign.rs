@@ -162,7 +162,7 @@ fn gains_in_words(gains: &[Gains]) -> String {
     let Some(first) = gains.first() else { return String::new() };
     let vehicles = first.drawn.len() + first.outside;
     let mut out =
-        format!("\nspeed (m/s)   worst gain of {vehicles} vehicles   in flight   guaranteed for all\n");
+        format!("\nspeed (m/s)   worst gain of {vehicles} vehicles   in flight   guaranteed for the model\n");
     for at in gains {
         let (gain, flight) = at.largest().map_or_else(Default::default, |(flight, gain)| {
             (if gain.is_finite() { decimals(gain, 4) } else { "unstable".into() }, flight.to_string())
