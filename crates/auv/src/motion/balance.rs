@@ -96,6 +96,10 @@ impl Balance<'_> {
     fn refusal(&self, nearest: Option<&Attempt>) -> TrimError {
         let (speed, depth) = (self.speed.value(), self.depth);
         let coefficients = self.dynamics.coefficients();
+        if !coefficients.surge.is_given() && !self.is_pushed() {
+            let drag = (self.dynamics.axial_drag(speed) + coefficients.X_u * speed).abs();
+            return TrimError::NoThrust { speed, depth, drag };
+        }
         if let (Pitch::Held(pitch), Some(nearest)) = (self.pitch, nearest) {
             let [[surge, heave, moment]] = (coefficients.mass_matrix() * nearest.left).data.0;
             let pitch_deg = pitch.to_degrees();
@@ -105,6 +109,12 @@ impl Balance<'_> {
         let (weight, buoyancy) = (coefficients.weight, coefficients.buoyancy_at(depth));
         let incidence_deg = incidence.to_degrees();
         TrimError::NotFound { speed, depth, weight, buoyancy, incidence_deg, residual }
+    }
+
+    /// Whether a thruster pushes along the hull.
+    fn is_pushed(&self) -> bool {
+        let pushes = |a: &Actuator| a.unit() == "N" && a.force(0.0, 1.0_f64)[0].abs() > RANK_TOLERANCE;
+        self.vehicle.actuators.iter().any(pushes)
     }
 
     fn within_limits(&self, attempt: &Attempt) -> bool {

@@ -39,6 +39,20 @@ pub enum TrimError {
         /// The largest remaining acceleration \[m/s2 or rad/s2\].
         residual: f64,
     },
+    /// No level trim, and no thruster that pushes along the hull.
+    #[error(
+        "no level trim at {} m/s and {} m: {}; add a thruster that pushes along the hull, or say [surge] speed = \
+            \"given\" in the vehicle file of a vehicle whose speed is given from outside",
+        Rounded(*speed), Rounded(*depth), unbalanced(*drag)
+    )]
+    NoThrust {
+        /// The speed asked for \[m/s\].
+        speed: f64,
+        /// The depth asked for \[m\].
+        depth: f64,
+        /// The drag along the hull at that speed \[N\].
+        drag: f64,
+    },
     /// No outputs balance the forces at the pitch that is held.
     #[error(
         "no trim at {} m/s and {} m with the pitch held at {} deg: at best {} N of surge force, {} N of heave force \
@@ -105,6 +119,14 @@ pub enum TrimError {
         max: f64,
         unit: &'static str,
     },
+}
+
+/// What is wrong along a hull that no thruster pushes.
+fn unbalanced(drag: f64) -> String {
+    match drag {
+        0.0 => "nothing acts on the surge speed: no thruster, no drag".into(),
+        _ => format!("no thruster pushes against the drag along the hull, {} N", Rounded(drag)),
+    }
 }
 
 /// A part of a remaining force, without what is rounding beside the other two.

@@ -113,6 +113,26 @@ fn what_cannot_be_trimmed_is_refused_with_numbers() {
     ));
 }
 
+/// REMUS 100 without its propeller: what is wrong is along the hull, with drag or without, whatever its pitch.
+#[test]
+fn a_hull_that_nothing_pushes_is_told_so() {
+    let mut remus = remus100();
+    remus.actuators.retain(|a| a.unit() != "N");
+    let refused = |vehicle: &Vehicle, pitch: &Pitch| {
+        trim_with(vehicle, Speed::Path(1.5), 50.0, pitch).unwrap_err().to_string()
+    };
+    let begin = "no level trim at 1.5 m/s and 50 m: ";
+    for pitch in [Pitch::Free, Pitch::Held(0.05)] {
+        let text = refused(&remus, &pitch);
+        let found = "no thruster pushes against the drag along the hull, 3.645 N; add a thruster";
+        assert!(text.starts_with(&format!("{begin}{found}")), "{text}");
+    }
+    remus.coefficients.X_uu = 0.0;
+    let text = refused(&remus, &Pitch::Free);
+    let found = "nothing acts on the surge speed: no thruster, no drag; add a thruster";
+    assert!(text.starts_with(&format!("{begin}{found}")), "{text}");
+}
+
 /// Numbers so large that their squares overflow: a refusal, and no decomposition that goes on for ever.
 #[test]
 fn absurd_numbers_are_refused_in_time() {
