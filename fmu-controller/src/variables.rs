@@ -50,7 +50,10 @@ fn within_range(one: Variable, signal: &Signal, design: &ControllerDesign, measu
     let one = one.unit(signal.unit).nominal(signal.nominal);
     match signal.values {
         Values::Inclination => one.range(-FRAC_PI_2, FRAC_PI_2),
-        Values::ForwardSpeed if measured => one.range(-2.0 * fastest, 2.0 * fastest),
+        Values::ForwardSpeed if measured => {
+            let far = 2.0 * slowest.abs().max(fastest.abs());
+            one.range(-far, far)
+        }
         Values::ForwardSpeed => one.range(slowest, fastest),
         Values::Any => one,
     }

@@ -49,21 +49,28 @@ pub fn inputs(model: &PlantModel) -> Vec<Variable> {
         .nominal(1.0)
         .quantity(Quantity::CurrentVertical.number())
         .slope(|m, v| m.slopes.current.vertical = v),
-        Variable::real(
-            "operating_speed",
-            "speed along the path through the water, V, about whose trim the LPV model stands; fidelity \
-                nonlinear does not use it",
-            |m| m.inputs.operating_speed,
-            Role::input(|m, v| m.inputs.operating_speed = v),
+        ahead(
+            model,
+            Variable::real(
+                "operating_speed",
+                "speed along the path through the water, V, about whose trim the LPV model stands; fidelity \
+                    nonlinear does not use it",
+                |m| m.inputs.operating_speed,
+                Role::input(|m, v| m.inputs.operating_speed = v),
+            ),
         )
         .unit("m/s")
-        .at_least(0.0)
         .nominal(1.0)
         .quantity(Quantity::OperatingSpeed.number())
         .slope(|m, v| m.slopes.operating_speed = v),
     ]);
     table.extend(given_speed(model));
     table
+}
+
+/// A speed along the path, which is no less than zero where the vehicle flies ahead alone.
+fn ahead(model: &PlantModel, speed: Variable) -> Variable {
+    if model.only_ahead() { speed.at_least(0.0) } else { speed }
 }
 
 /// The speed of a vehicle that is given one.
@@ -221,9 +228,8 @@ pub fn parameters(model: &PlantModel) -> Vec<Variable> {
         |m| m.settings.initial_speed,
         Role::parameter(|m, v| m.settings.initial_speed = v),
     );
-    let initial_speed = if model.only_ahead() { initial_speed.at_least(0.0) } else { initial_speed };
     let mut table = vec![
-        initial_speed.unit("m/s").nominal(1.0),
+        ahead(model, initial_speed).unit("m/s").nominal(1.0),
         Variable::real(
             "initial_depth",
             "depth at the start",

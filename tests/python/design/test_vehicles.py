@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 import reference_plant as reference
 from compare_plant import PITCH_TOLERANCE, differences
-from conftest import Run, kept
-from flights import figures_of, fly_alone, limits, sample_time
+from conftest import Run, kept, package
+from flights import TEN_DEGREES, figures_of, fly_alone, limits, pitch_step, sample_time
 from fly.package import Packages
 from fly.stages import ROOT
 
@@ -60,3 +61,26 @@ def test_it_moves_as_the_reference_does(shipped: Packages) -> None:
     assert travelled > 0.0, "the vehicle must have moved"
     assert found["pitch"] < PITCH_TOLERANCE, found
     assert max(found.values()) < 1e-5, found
+
+
+def test_a_vehicle_is_flown_astern(run_squid: Run, tmp_path: Path) -> None:
+    """BlueROV2 Heavy with its speeds turned round: all that is asked is met, and both FMUs and their loop fly it."""
+    vehicle = Path(shutil.copytree(ROOT / "vehicles" / "bluerov2_heavy", tmp_path / "vehicle"))
+    text = (vehicle / "design.toml").read_text(encoding="utf-8")
+    astern = {"speed_min = 0.0": "-0.5", "speed_max = 0.5": "0.0"}
+    astern |= {"speed_from = 0.05": "-0.05", "speed_to = 0.45": "-0.45"}
+    for ahead, speed in astern.items():
+        assert f"\n{ahead}\n" in text
+        text = text.replace(f"\n{ahead}\n", f"\n{ahead.split()[0]} = {speed}\n")
+    (vehicle / "design.toml").write_text(text, encoding="utf-8")
+    packages = package(run_squid, vehicle, tmp_path / "out")
+    design = load(packages, "design.json")
+    assert design["certified"] is True
+    assert not [one["key"] for one in design["verdict"]["rows"] if one["outcome"] == "missed"]
+    flown = fly_alone(packages.loop, load(packages, "manoeuvre.json")["duration"], sample_time(packages))
+    assert flown["speed"][-1] == pytest.approx(-0.45, abs=0.01)
+    (found,) = figures_of(run_squid, flown, tmp_path)["pitch_steps"]
+    assert found["overshoot"] < 0.10 and found["steady_error"] < 0.01
+    coupled = pitch_step(packages, -0.3, TEN_DEGREES, 20.0)
+    assert coupled["pitch_done"][-1] == pytest.approx(1.0, abs=0.01)
+    assert np.max(np.abs(coupled["speed_error"])) < 0.02
