@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::verbs::lpv::LpvVerb;
 use crate::verbs::new::Like;
+use auv::read_text;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use squid_design::error::InputError;
@@ -10,6 +11,7 @@ use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::BANDWIDTH;
 use squid_design::store;
 use squid_design::store::files::check_directory;
+use squid_flight::sea::Sea;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
@@ -48,7 +50,8 @@ pub enum Verb {
     ///
     /// Prints each stage with its key figure and writes controller.json, plant.json, manoeuvre.json and design.json.
     /// A controller that fails a check is not written. One whose gain bound is not proved is written for inspection,
-    /// and the exit code is 1. The verdict at the end is on what `[require]` of the design file asks.
+    /// and the exit code is 1. The verdict at the end is on what `[require]` of the design file asks; for each
+    /// requirement that is missed it names the key of the weights to turn, and the direction.
     Design {
         #[command(flatten)]
         which: Which,
@@ -61,10 +64,9 @@ pub enum Verb {
         /// Also prove a gain for every constant value of the declared uncertain coefficients (minutes)
         #[arg(long)]
         constant: bool,
-        /// Where a requirement is missed, design again with each key of the weights turned, and name the one to turn,
-        /// here and in design.json (a minute)
+        /// Where a requirement is missed, name no key to turn, which takes a design for each key of the weights
         #[arg(long)]
-        advise: bool,
+        no_advise: bool,
         /// Exit with code 5 where a requirement is missed
         #[arg(long)]
         strict: bool,
@@ -181,6 +183,9 @@ pub enum Verb {
         /// Add what the paper claims, and whether this vehicle confirms it; always there for the paper's vehicle
         #[arg(long)]
         paper: bool,
+        /// Add flights in the waves and the current of this file, with its sensors; see vehicles/sea.toml
+        #[arg(long, value_name = "FILE")]
+        sea: Option<PathBuf>,
     },
     /// Show the trim, A, B and eigenvalues at a speed; the fit and its residuals; the controller's poles
     Show {
@@ -381,4 +386,15 @@ pub fn inputs(vehicle: &Path, design: &str, bandwidth: Option<f64>) -> Result<In
             reason => reason.into(),
         }
     })
+}
+
+/// The sea of a file in which a vehicle can be flown, and the text of the file.
+///
+/// # Errors
+/// That of the file; waves, and a vehicle without size.
+pub fn read_sea(path: &Path, inputs: &Inputs) -> Result<(Sea, String), Error> {
+    let text = read_text(path)?;
+    let sea = Sea::parse(&text, &path.display().to_string())?;
+    sea.check(&inputs.vehicle)?;
+    Ok((sea, text))
 }

@@ -71,8 +71,8 @@ fn main() -> ExitCode {
 
 fn run(verb: Verb) -> Result<ExitCode, Error> {
     match verb {
-        Verb::Design { which, ladder, robust, constant, advise, strict } => {
-            design::run(&which, &design::Asked { ladder, robust, constant, advise, strict })
+        Verb::Design { which, ladder, robust, constant, no_advise, strict } => {
+            design::run(&which, &design::Asked { ladder, robust, constant, no_advise, strict })
         }
         Verb::Tune { vehicle, design, to, minutes, designs } => {
             tune::run(&vehicle, &design, to.as_deref(), (minutes, designs))
@@ -86,7 +86,7 @@ fn run(verb: Verb) -> Result<ExitCode, Error> {
         Verb::Simulate { which, sea } => simulate::run(&which, sea.as_deref()),
         Verb::Campaign { which, asked } => campaign::run(&which, &asked),
         Verb::Replay { results, flight } => campaign::replay(&results, flight),
-        Verb::Report { which, paper } => report::run(&which, paper),
+        Verb::Report { which, paper, sea } => report::run(&which, paper, sea.as_deref()),
         Verb::Show { which, speed, fit, controller, uncertainty } => {
             show::run(&which, &Asked { speed, fit, controller, uncertainty })
         }

@@ -32,14 +32,16 @@ use crate::run::Finished;
 use crate::store::files::{Files, read, reading};
 use crate::synthesise::robust::stored::{self, StoredRobust};
 use crate::verdict::Verdict;
+use crate::verdict::row::Advice;
 use auv::{Actuator, LpvModel, LpvModelError};
 use certificate::{Certificate, Theorem};
 use lpv::controller::Controller;
 use scheduled::ControllerDesign;
 use scheduled::Manoeuvre;
 use serde::Serialize;
-use serde_json::{Map, Value};
+use serde_json::Value;
 use signals::SIGNALS;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// The directory that is used when none is named: `build/VEHICLE/DESIGN`.
@@ -68,6 +70,8 @@ pub struct Stored {
     pub certificate: Result<String, String>,
     /// Figures and certificate of a robust design, if it is one.
     pub robust: Option<StoredRobust>,
+    /// What to turn for what its verdict misses, by the words of the rows.
+    pub advice: BTreeMap<String, Advice>,
 }
 
 impl Stored {
@@ -228,21 +232,6 @@ pub fn save(directory: &Path, inputs: &Inputs, finished: &Finished) -> Result<()
     Ok(files.save(directory)?)
 }
 
-/// Adds a key to `design.json`, or sets it: figures that are computed of a design that is there already.
-///
-/// # Errors
-/// [`StoreError`]: the file cannot be read or written.
-pub fn add_to_figures(directory: &Path, key: &str, value: &impl Serialize) -> Result<(), Error> {
-    let path = directory.join("design.json");
-    let unreadable =
-        |reason: serde_json::Error| StoreError::Json { path: path.display().to_string(), reason };
-    let mut figures: Map<String, Value> = serde_json::from_str(&read(&path)?).map_err(unreadable)?;
-    figures.insert(key.to_owned(), serde_json::to_value(value).map_err(unreadable)?);
-    let mut files = Files::default();
-    files.add_json(path.clone(), &figures)?;
-    Ok(files.save(directory)?)
-}
-
 /// Reads the files of a design back, if they belong to these inputs.
 ///
 /// # Errors
@@ -271,15 +260,29 @@ pub fn load(directory: &Path, inputs: &Inputs) -> Result<Stored, Error> {
         Err(format!("there is no certificate.json{}", why_not_certified(directory)))
     };
     let robust = stored::stored(directory)?;
-    Ok(Stored { controller, plant, manoeuvre: inputs.design.manoeuvre.clone(), certificate, robust })
+    let (manoeuvre, advice) = (inputs.design.manoeuvre.clone(), advice(directory));
+    Ok(Stored { controller, plant, manoeuvre, certificate, robust, advice })
+}
+
+/// The figures of a design that is there, as far as they can be read.
+fn written(directory: &Path) -> Option<Value> {
+    serde_json::from_str(&read(&directory.join("design.json")).ok()?).ok()
+}
+
+/// What `squid design` found to turn.
+fn advice(directory: &Path) -> BTreeMap<String, Advice> {
+    let figures = written(directory).unwrap_or_default();
+    let of = |row: &Value| {
+        let advice = serde_json::from_value(row.get("advice")?.clone()).ok()?;
+        Some((row["what"].as_str()?.to_owned(), advice))
+    };
+    figures["verdict"]["rows"].as_array().into_iter().flatten().filter_map(of).collect()
 }
 
 /// The reason that `squid design` recorded for a missing proof.
 fn why_not_certified(directory: &Path) -> String {
-    let figures = read(&directory.join("design.json")).ok();
-    let figures: Option<serde_json::Value> = figures.and_then(|text| serde_json::from_str(&text).ok());
-    let reason = figures.as_ref().and_then(|f| f.get("not_certified_because")?.as_str());
-    reason.map_or_else(String::new, |reason| format!(": {reason}"))
+    let figures = written(directory).unwrap_or_default();
+    figures["not_certified_because"].as_str().map_or_else(String::new, |reason| format!(": {reason}"))
 }
 
 fn figures<'a>(inputs: &'a Inputs, f: &'a Finished) -> Figures<'a> {

@@ -52,6 +52,15 @@ impl Verdict {
         self.rows.iter().filter(|row| row.outcome == Outcome::Missed)
     }
 
+    /// What to turn for each row that is missed, as far as that has been looked for: a line each.
+    pub fn advice(&self) -> String {
+        let line = |row: &Row| {
+            let words = &row.advice.as_ref()?.words;
+            Some(format!("{} {} ({}): {words}", row.what, row.found(), row.asked()))
+        };
+        self.missed().filter_map(line).collect::<Vec<_>>().join("\n")
+    }
+
     /// One line: how many requirements are met, and how many missed.
     pub fn summary(&self) -> String {
         let count = |outcome| self.rows.iter().filter(|row| row.outcome == outcome).count();
@@ -63,7 +72,7 @@ impl Verdict {
 }
 
 impl Display for Verdict {
-    /// The summary, and a line for each row.
+    /// The summary, a line for each row, and what to turn.
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let cells = |row: &Row| [row.outcome.to_string(), row.what.clone(), row.asked(), row.found()];
         let rows: Vec<[String; 4]> = self.rows.iter().map(cells).collect();
@@ -76,6 +85,6 @@ impl Display for Verdict {
                 format!("{outcome:<outcomes$}  {what:<names$}  {limit:<asked$}  {value:<found$}  {place}");
             write!(f, "\n{}", line.trim_end())?;
         }
-        Ok(())
+        self.advice().lines().try_for_each(|line| write!(f, "\n{line}"))
     }
 }

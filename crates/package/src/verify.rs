@@ -19,6 +19,7 @@ use squid_design::inputs::Inputs;
 use squid_design::store::Stored;
 use squid_design::store::files::read;
 use squid_design::store::freeze;
+use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;
 
@@ -201,6 +202,7 @@ fn made_of(
         }
     };
     let manoeuvre = inputs.design.manoeuvre.clone();
-    let stored = Stored { controller, plant, manoeuvre, certificate: Ok(certificate), robust: None };
+    let (certificate, advice) = (Ok(certificate), BTreeMap::new());
+    let stored = Stored { controller, plant, manoeuvre, certificate, robust: None, advice };
     stored.prove(inputs).map(|_| ())
 }

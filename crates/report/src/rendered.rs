@@ -3,7 +3,7 @@
 
 use crate::error::Error;
 use crate::page::html;
-use crate::report::{Report, report};
+use crate::report::{Asked, Report, report};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use squid_design::inputs::Inputs;
@@ -76,8 +76,7 @@ impl Rendered {
     }
 }
 
-/// The report of a stored design, with the paper's claims if `paper`: read from `directory` if its inputs are
-/// unchanged, or else computed and stored there.
+/// The report of a stored design: read from `directory` if its inputs are unchanged, or else computed and stored there.
 ///
 /// # Errors
 /// As [`report`]; [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable).
@@ -85,20 +84,20 @@ pub fn rendered(
     inputs: &Inputs,
     stored: &Stored,
     directory: &Path,
-    paper: bool,
+    asked: &Asked,
     progress: &Progress,
 ) -> Result<Rendered, Error> {
     let path = directory.join(FILE);
     // This very program, so that no report of another version is shown.
     let program = std::env::current_exe().and_then(std::fs::read).ok();
-    let key = program.map(|program| key(&program, inputs, stored, paper)).transpose()?;
+    let key = program.map(|program| key(&program, inputs, stored, asked)).transpose()?;
     if let Some(kept) = kept(&path).filter(|kept| key.is_some() && kept.key == key) {
         kept.unproved.iter().for_each(|words| progress.warn(words));
         progress.done("report", "as it was computed for these files before");
         return Ok(kept);
     }
     let running = progress.begin("report", "computing the figures");
-    let fresh = Rendered::new(&report(inputs, stored, paper, progress)?, key);
+    let fresh = Rendered::new(&report(inputs, stored, asked, progress)?, key);
     drop(running);
     let mut files = Files::default();
     files.add_json(path, &fresh)?;
@@ -120,9 +119,9 @@ fn kept(path: &Path) -> Option<Rendered> {
     serde_json::from_str(&std::fs::read_to_string(path).ok()?).ok()
 }
 
-/// SHA-256 of all that a report is made from: vehicle and design file, the stored design, whether it has the paper's
-/// claims, and the program that computes it.
-fn key(program: &[u8], inputs: &Inputs, stored: &Stored, paper: bool) -> Result<String, Error> {
+/// SHA-256 of all that a report is made from: vehicle and design file, the stored design, what else was asked for, and
+/// the program that computes it.
+fn key(program: &[u8], inputs: &Inputs, stored: &Stored, asked: &Asked) -> Result<String, Error> {
     let mut hash = Sha256::new();
     let mut add = |bytes: &[u8]| {
         hash.update((bytes.len() as u64).to_le_bytes());
@@ -137,7 +136,9 @@ fn key(program: &[u8], inputs: &Inputs, stored: &Stored, paper: bool) -> Result<
     add(stored.manoeuvre.to_json()?.as_bytes());
     let (Ok(text) | Err(text)) = &stored.certificate;
     add(text.as_bytes());
-    add(&[u8::from(stored.certificate.is_ok()), u8::from(paper)]);
+    add(&[u8::from(stored.certificate.is_ok()), u8::from(asked.paper), u8::from(asked.sea.is_some())]);
+    asked.sea.iter().for_each(|(_, text)| add(text.as_bytes()));
+    add(format!("{:?}", stored.advice).as_bytes());
     if let Some(robust) = &stored.robust {
         robust.texts()?.iter().for_each(|text| add(text.as_bytes()));
     }
@@ -148,6 +149,8 @@ fn key(program: &[u8], inputs: &Inputs, stored: &Stored, paper: bool) -> Result<
 mod tests {
     use super::*;
     use squid_design::store::load;
+    use squid_design::verdict::row::Advice;
+    use squid_flight::sea::Sea;
 
     /// Whatever the report is made from is in the key, so that no report of something else is shown.
     #[test]
@@ -155,7 +158,8 @@ mod tests {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
         let inputs = Inputs::read(vehicle, "design").unwrap();
         let stored = load(&vehicle.join("frozen"), &inputs).unwrap();
-        let of = |inputs: &Inputs, stored: &Stored| key(b"squid", inputs, stored, true).unwrap();
+        let asked = Asked { paper: true, sea: None };
+        let of = |inputs: &Inputs, stored: &Stored| key(b"squid", inputs, stored, &asked).unwrap();
         let mut keys = vec![of(&inputs, &stored)];
         assert_eq!(keys[0], of(&inputs, &stored));
 
@@ -171,13 +175,21 @@ mod tests {
         let mut other = stored.clone();
         other.manoeuvre.pitch_step *= 0.5;
         keys.push(of(&inputs, &other));
+        let mut other = stored.clone();
+        let advice = Advice { turn: None, words: "no key".into() };
+        other.advice.insert("mu".into(), advice);
+        keys.push(of(&inputs, &other));
         let mut other = inputs.clone();
         other.hashes.design_sha256.push('0');
         keys.push(of(&other, &stored));
-        keys.push(key(b"squid", &inputs, &stored, false).unwrap());
-        keys.push(key(b"squid of another version", &inputs, &stored, true).unwrap());
+        let text = "seed = 1\n";
+        let sea = Some((Sea::parse(text, "sea.toml").unwrap(), text.to_owned()));
+        for other in [Asked::default(), Asked { sea, ..asked.clone() }] {
+            keys.push(key(b"squid", &inputs, &stored, &other).unwrap());
+        }
+        keys.push(key(b"squid of another version", &inputs, &stored, &asked).unwrap());
         keys.sort();
         keys.dedup();
-        assert_eq!(keys.len(), 8);
+        assert_eq!(keys.len(), 10);
     }
 }

@@ -13,16 +13,17 @@ use crate::sections::{
 use crate::subject::{Subject, name};
 use crate::threads::side_by_side;
 use auv::Status;
-use squid_design::inputs::Inputs;
+use squid_design::inputs::{Inputs, sha256};
 use squid_design::progress::Progress;
 use squid_design::store::Stored;
+use squid_flight::sea::Sea;
 use std::time::Instant;
 
 /// Anchor and title of a section, and what computes it.
 type Maker = (&'static str, &'static str, fn(&Subject) -> Result<Vec<Part>, Error>);
 
 /// The sections, in the order in which they are read.
-const SECTIONS: [Maker; 15] = [
+const SECTIONS: [Maker; 16] = [
     ("verdict", "What is asked, and what is achieved", verdict::verdict),
     ("steps", "Steps of pitch and speed, and every actuator", steps::steps),
     ("flown", "Margins over speed", flown::flown),
@@ -30,6 +31,7 @@ const SECTIONS: [Maker; 15] = [
     ("structure", "The loop, its weights and its sizes", structure::structure),
     ("loops", "The loop over frequency, open and closed", loops::loops),
     ("disturbances", "In a current, and under noise", disturbances::disturbances),
+    ("sea", "At sea: waves, current, errors of the sensors", disturbances::sea::sea),
     ("sensitivity", "The weights against the achieved sensitivity", sensitivity::sensitivity),
     ("mu", "Robust stability: mu over frequency", mu::mu),
     ("robust", "The robust controller against the nominal one", robust::robust),
@@ -80,13 +82,23 @@ pub struct Report {
     pub sections: Vec<Section>,
 }
 
-/// Computes the sections of the report in parallel and reports the progress; those of the paper if `paper`. A section
-/// that fails contains the reason.
+/// What a report has besides what every report has.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Asked {
+    /// What became of the paper's claims.
+    pub paper: bool,
+    /// A sea in which the design is flown, and the text of its file.
+    pub sea: Option<(Sea, String)>,
+}
+
+/// Computes the sections of the report in parallel and reports the progress. A section that fails contains the reason,
+/// and one that has nothing to say is left out.
 ///
 /// # Errors
 /// As [`Subject::new`].
-pub fn report(inputs: &Inputs, stored: &Stored, paper: bool, progress: &Progress) -> Result<Report, Error> {
-    let subject = Subject::new(inputs, stored, progress)?;
+pub fn report(inputs: &Inputs, stored: &Stored, asked: &Asked, progress: &Progress) -> Result<Report, Error> {
+    let mut subject = Subject::new(inputs, stored, progress)?;
+    subject.sea.clone_from(&asked.sea);
     let make = |&(id, title, of): &Maker| {
         let failed = |reason| vec![Part::Words(format!("This section could not be computed: {reason}"))];
         let started = Instant::now();
@@ -98,14 +110,18 @@ pub fn report(inputs: &Inputs, stored: &Stored, paper: bool, progress: &Progress
     let unproved = stored.remark(subject.proof());
     unproved.iter().for_each(|words| progress.warn(words));
     // The longest first, so that the others fill the time beside it.
-    let makers: Vec<&Maker> = SECTIONS.iter().chain(OF_THE_PAPER.iter().filter(|_| paper)).collect();
+    let makers: Vec<&Maker> = SECTIONS.iter().chain(OF_THE_PAPER.iter().filter(|_| asked.paper)).collect();
     let (first, rest): (Vec<&Maker>, Vec<&Maker>) = makers.iter().partition(|maker| maker.0 == LONGEST);
     let mut sections = side_by_side(first.into_iter().chain(rest), make);
+    sections.retain(|section| !section.parts.is_empty());
     sections.sort_by_key(|section| makers.iter().position(|maker| maker.0 == section.id));
     let claims = sections.iter_mut().flat_map(Section::take_claims).collect();
     let verdict = subject.verdict().ok().map(ToString::to_string);
     let mut report = Report { sections, verdict, ..Report::without_sections(inputs, unproved) };
-    if !paper {
+    if let Some((_, text)) = &asked.sea {
+        report.origin += &format!("; the file of the sea with {}", sha256(text));
+    }
+    if !asked.paper {
         return Ok(report);
     }
     report.sections.push(papers::claims(claims, &report.subject));

@@ -24,8 +24,10 @@ use squid_design::store::Stored;
 use squid_design::synthesise::options;
 use squid_design::verdict::Verdict;
 use squid_design::verdict::found::Effort;
+use squid_design::verdict::row::Outcome;
 use squid_flight::flight::{Flight, fly};
 use squid_flight::metrics::StepFigures;
+use squid_flight::sea::Sea;
 use std::sync::OnceLock;
 
 /// As many speeds as in the paper's Fig. 5.
@@ -62,6 +64,8 @@ pub struct Subject<'a> {
     pub truth: Vec<Linearisation>,
     /// Reports progress.
     pub progress: &'a Progress<'a>,
+    /// A sea that it is flown in, and the text of its file.
+    pub sea: Option<(Sea, String)>,
     alone: OnceLock<Vec<Result<Design, SynthesisError>>>,
     proof: OnceLock<Result<Theorem, String>>,
     verdict: OnceLock<Result<Verdict, String>>,
@@ -101,7 +105,20 @@ impl<'a> Subject<'a> {
             .map(|v| linearise_at(&inputs.vehicle, &inputs.design, *v))
             .collect::<Result<_, ModelError>>()?;
         let (alone, proof, verdict) = Default::default();
-        Ok(Self { inputs, stored, model, plant, controller, speeds, truth, progress, alone, proof, verdict })
+        Ok(Self {
+            inputs,
+            stored,
+            model,
+            plant,
+            controller,
+            speeds,
+            truth,
+            progress,
+            sea: None,
+            alone,
+            proof,
+            verdict,
+        })
     }
 
     /// The H-infinity controller for the linearisation at each of the six speeds, by the same synthesis; computed once.
@@ -122,13 +139,19 @@ impl<'a> Subject<'a> {
         self.proof.get_or_init(|| self.stored.prove(self.inputs))
     }
 
-    /// The verdict on the stored controller, reached once.
+    /// The verdict on the stored controller, reached once, with what `squid design` found to turn.
     ///
     /// # Errors
     /// [`Error::Verdict`].
     pub fn verdict(&self) -> Result<&Verdict, Error> {
-        let reached =
-            || Verdict::of(self.inputs, &self.stored.controller, Effort::FULL).map_err(|e| e.to_string());
+        let reached = || {
+            let mut verdict = Verdict::of(self.inputs, &self.stored.controller, Effort::FULL)
+                .map_err(|reason| reason.to_string())?;
+            for row in verdict.rows.iter_mut().filter(|row| row.outcome == Outcome::Missed) {
+                row.advice = self.stored.advice.get(&row.what).cloned();
+            }
+            Ok(verdict)
+        };
         self.verdict.get_or_init(reached).as_ref().map_err(|reason| Error::Verdict { reason: reason.clone() })
     }
 

@@ -1,23 +1,22 @@
-//! What to turn, and which way: each key is turned both ways, and the design made again.
-//!
-//! Of all keys the one is named that gains most in what is missed for what it loses elsewhere:
+//! What to turn, and which way, from sensitivities that are computed: the design is made again with each key raised.
 //!
 //! ```text
-//! gain = room(missed row, turned) - room(missed row),   loss = the largest fall of the room of another row
+//! change_i(k) = room_i with the key k raised - room_i,   of each row i of the verdict; lowered, about the opposite
+//! gain = change of the row that is missed,   loss = the largest fall of the room of another row
 //! best = max gain/(LITTLE + loss)
 //! ```
+//!
+//! Before a key is named to be lowered, that is designed, too.
 
 use crate::attempt::{attempt, room};
 use crate::error::Error;
 use crate::knob::Knob;
 use rayon::prelude::*;
-use serde::Serialize;
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::progress::Progress;
 use squid_design::verdict::Verdict;
-use squid_design::verdict::row::{Outcome, Row};
-use std::fmt::{self, Display, Formatter};
+use squid_design::verdict::row::{Advice, Outcome, Row, Turn};
 
 /// By how much a key is turned.
 const TURN: f64 = 1.1;
@@ -28,89 +27,104 @@ const NO_GAIN: f64 = 1e-3;
 /// A loss as small as this is none.
 const LITTLE: f64 = 1e-2;
 
-/// What to turn for a row that is missed.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Advice {
-    /// What is missed, and what is asked of it.
-    #[serde(rename = "missed")]
-    pub what: String,
-    /// What to turn; `None` where no key moves it the right way.
-    pub turn: Option<Turn>,
-    /// The same for people.
-    words: String,
+/// A key turned one way.
+struct Turned {
+    knob: Knob,
+    /// [`TURN`] or its inverse.
+    factor: f64,
+    /// By how much the room of each row grows; not-a-number where that is not known.
+    changes: Vec<f64>,
+    /// What came out of the design; `None` for what is taken to be the opposite of the other way.
+    verdict: Option<Verdict>,
 }
 
-/// A key, and by what factor it was turned.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Turn {
-    /// The key.
-    #[serde(skip)]
-    pub knob: Knob,
-    /// Its name, with the signal of its table.
-    pub key: String,
-    /// Above 1: raise it.
-    pub factor: f64,
-}
-
-impl Display for Advice {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.what, self.words)
-    }
-}
-
-/// What to turn for each row that a verdict misses.
+/// Names what to turn for each row that a verdict misses.
 ///
 /// # Errors
 /// [`Error::Design`]: the design itself does not come out.
-pub fn advise(inputs: &Inputs, verdict: &Verdict, progress: &Progress) -> Result<Vec<Advice>, Error> {
+pub fn advise(inputs: &Inputs, verdict: &mut Verdict, progress: &Progress) -> Result<(), Error> {
     let model = Model::new(&inputs.vehicle, &inputs.design)?;
     let knobs = Knob::all(&inputs.design);
-    let turns: Vec<(Knob, f64)> = knobs.iter().flat_map(|k| [(*k, TURN), (*k, 1.0 / TURN)]).collect();
-    let running = progress.begin("advise", &format!("designing {} times with a key turned", turns.len()));
-    let base = attempt(inputs, &model, &[])?;
-    let tried: Vec<((Knob, f64), Verdict)> = turns
-        .into_par_iter()
-        .filter_map(|turn| Some((turn, attempt(inputs, &model, &[turn]).ok()?)))
-        .collect();
-    drop(running);
-    let missed = verdict.missed().filter_map(|row| base.rows.iter().find(|other| other.what == row.what));
-    Ok(missed.map(|row| advice(inputs, row, &base, &tried)).collect())
-}
-
-fn advice(inputs: &Inputs, row: &Row, base: &Verdict, tried: &[((Knob, f64), Verdict)]) -> Advice {
-    let what = format!("{} {} ({})", row.what, row.found(), row.asked());
-    let judged = tried.iter().filter_map(|(turn, verdict)| {
-        let (gain, after) = moved(row, verdict)?;
-        let others =
-            base.rows.iter().filter(|other| other.what != row.what && other.achieved.value.is_finite());
-        let losses = others.filter_map(|other| {
-            let (gain, after) = moved(other, verdict)?;
-            Some((-gain, other, after))
-        });
-        let worst = losses.max_by(|a, b| a.0.total_cmp(&b.0));
-        let loss = worst.as_ref().map_or(0.0, |worst| worst.0.max(0.0));
-        (gain > NO_GAIN).then_some((gain / (LITTLE + loss), turn, after, worst))
-    });
-    let Some((_, (knob, factor), after, worst)) = judged.max_by(|a, b| a.0.total_cmp(&b.0)) else {
-        return Advice { what, turn: None, words: "no key moves it the right way".into() };
-    };
-    let key = knob.name(&inputs.design);
-    let way = if *factor > 1.0 { "raise" } else { "lower" };
-    let mut words = format!(
-        "{way} {key}: {:.0} % {} gives {}",
-        100.0 * (TURN - 1.0),
-        if *factor > 1.0 { "more" } else { "less" },
-        after.found()
+    let _running =
+        progress.begin("advise", &format!("designing again with each of {} keys turned", knobs.len()));
+    let design = |turn: (Knob, f64)| attempt(inputs, &model, &[turn]).ok();
+    let (base, raised) = rayon::join(
+        || attempt(inputs, &model, &[]),
+        || knobs.par_iter().map(|knob| design((*knob, TURN))).collect::<Vec<_>>(),
     );
-    if let Some((_, other, after)) = worst.filter(|worst| worst.0 > NO_GAIN) {
-        words += &format!("; it costs most in {}, {} -> {}", other.what, other.found(), after.found());
+    let base = base?;
+    let missed: Vec<usize> = verdict
+        .missed()
+        .filter_map(|row| base.rows.iter().position(|other| other.what == row.what))
+        .collect();
+    let mut all = vec![];
+    for (knob, verdict) in knobs.into_iter().zip(raised) {
+        let changes = changes(&base, verdict.as_ref());
+        let opposite = changes.iter().map(|change| -change).collect();
+        all.push(Turned { knob, factor: 1.0 / TURN, changes: opposite, verdict: None });
+        all.push(Turned { knob, factor: TURN, changes, verdict });
     }
-    Advice { what, turn: Some(Turn { knob: *knob, key, factor: *factor }), words }
+    // The opposite of what is not known is not known.
+    let is_unclear = |turned: &Turned| missed.iter().any(|row| turned.changes[*row].is_nan());
+    let mut unsure: Vec<usize> =
+        (0..all.len()).filter(|i| all[*i].verdict.is_none() && is_unclear(&all[*i])).collect();
+    loop {
+        let designed: Vec<Option<Verdict>> =
+            unsure.par_iter().map(|i| design((all[*i].knob, all[*i].factor))).collect();
+        for (i, verdict) in unsure.iter().zip(designed) {
+            all[*i].changes = changes(&base, verdict.as_ref());
+            all[*i].verdict = verdict;
+        }
+        unsure = missed.iter().filter_map(|row| best(*row, &all)).collect();
+        unsure.retain(|i| all[*i].verdict.is_none());
+        unsure.sort_unstable();
+        unsure.dedup();
+        if unsure.is_empty() {
+            break;
+        }
+    }
+    for row in verdict.rows.iter_mut().filter(|row| row.outcome == Outcome::Missed) {
+        let place = base.rows.iter().position(|other| other.what == row.what);
+        row.advice = place.map(|place| advice(inputs, &base, place, best(place, &all).map(|i| &all[i])));
+    }
+    Ok(())
 }
 
-/// By how much the room of a row grows in another verdict, and the row there; `None` where it is not known.
-fn moved<'v>(row: &Row, verdict: &'v Verdict) -> Option<(f64, &'v Row)> {
-    let after = verdict.rows.iter().find(|other| other.what == row.what)?;
+/// Of the ways to turn a key, by its place, the one that gains most in a row for what it loses elsewhere.
+fn best(row: usize, all: &[Turned]) -> Option<usize> {
+    let merit = |turned: &Turned| {
+        let others = turned.changes.iter().enumerate().filter(|(i, change)| *i != row && change.is_finite());
+        let loss = others.map(|(_, change)| -change).fold(0.0, f64::max);
+        turned.changes[row] / (LITTLE + loss)
+    };
+    let gains = all.iter().enumerate().filter(|(_, turned)| turned.changes[row] > NO_GAIN);
+    gains.max_by(|a, b| merit(a.1).total_cmp(&merit(b.1))).map(|(i, _)| i)
+}
+
+fn advice(inputs: &Inputs, base: &Verdict, place: usize, found: Option<&Turned>) -> Advice {
+    let Some((turned, verdict)) = found.and_then(|turned| Some((turned, turned.verdict.as_ref()?))) else {
+        return Advice { turn: None, words: "no key of the weights moves it the right way".into() };
+    };
+    let key = turned.knob.name(&inputs.design);
+    let (way, by) = if turned.factor > 1.0 { ("raise", "more") } else { ("lower", "less") };
+    let after = |row: &Row| verdict.rows.iter().find(|other| other.what == row.what).map(Row::found);
+    let moves = |row: &Row| format!("{} -> {}", row.found(), after(row).unwrap_or_default());
+    let mut words = format!("{way} {key}: {:.0} % {by}, {}", 100.0 * (TURN - 1.0), moves(&base.rows[place]));
+    let others = (0..base.rows.len()).filter(|i| *i != place && turned.changes[*i] < -NO_GAIN);
+    if let Some(worst) = others.min_by(|a, b| turned.changes[*a].total_cmp(&turned.changes[*b])) {
+        words += &format!("; it costs most in {}, {}", base.rows[worst].what, moves(&base.rows[worst]));
+    }
+    Advice { turn: Some(Turn { key, factor: turned.factor }), words }
+}
+
+/// By how much the room of each row grows in another verdict.
+fn changes(base: &Verdict, after: Option<&Verdict>) -> Vec<f64> {
+    base.rows.iter().map(|row| after.and_then(|after| change(row, after)).unwrap_or(f64::NAN)).collect()
+}
+
+/// By how much the room of a row grows in another verdict; `None` where it is not known.
+fn change(row: &Row, after: &Verdict) -> Option<f64> {
+    let after = after.rows.iter().find(|other| other.what == row.what)?;
     let base = row.achieved.value;
     // What was not known before is a gain as large as its limit; small figures of which nothing is asked are rounding.
     let gain = match base.is_finite() {
@@ -118,5 +132,5 @@ fn moved<'v>(row: &Row, verdict: &'v Verdict) -> Option<(f64, &'v Row)> {
         false => 1.0 + room(after, 1.0),
     };
     let slight = row.outcome == Outcome::Reported && base.abs() < LITTLE;
-    (gain.is_finite() && !slight).then_some((gain, after))
+    (gain.is_finite() && !slight).then_some(gain)
 }

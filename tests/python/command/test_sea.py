@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import json
 import math
 import re
+import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +20,7 @@ from jsonschema import Draft202012Validator
 BLUEROV = ROOT / "vehicles" / "bluerov2_heavy"
 """No slender hull: it has no [geometry], and is not flown in waves."""
 SEA = ROOT / "vehicles" / "sea.toml"
+XHTML = "{http://www.w3.org/1999/xhtml}"
 SCHEMA = json.loads(SEA.with_name("sea.schema.json").read_text(encoding="utf-8"))
 VALIDATOR = Draft202012Validator(SCHEMA)
 
@@ -165,3 +168,30 @@ def test_what_is_said_is_what_was_flown(run_squid: Run, designed: Path, tmp_path
     done = run_squid("simulate", REMUS100, "--sea", high, "--out", designed)
     assert done.returncode == 0, done.stderr
     assert "In the sea the vehicle reaches the surface at " in done.stdout
+
+
+def test_a_report_has_the_sea_that_is_asked_for(run_squid: Run, quick_vehicle: Path, tmp_path: Path) -> None:
+    """Six speeds in a table, and what is left of the waves farther down: less."""
+    sea = shipped()
+    sea["waves"]["components"] = 20
+    file = tmp_path / "sea.toml"
+    file.write_text("".join(f"{key} = {toml(value)}\n" for key, value in sea.items()), encoding="utf-8")
+    done = run_squid("report", quick_vehicle, "--sea", file, "--out", tmp_path / "out")
+    assert done.returncode == 0, done.stderr
+    text = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    page = ET.fromstring(text)
+    assert hashlib.sha256(file.read_bytes()).hexdigest() in text
+    (section,) = (one for one in page.iter(f"{XHTML}section") if one.get("id") == "sea")
+    assert len(list(section.iter(f"{XHTML}tr"))) == 1 + 6
+    assert "Hs = 1 m" in "".join(section.itertext()).replace("\u00a0", " ")
+    charts = {chart.get("aria-label", ""): chart for chart in section.iter(f"{XHTML}svg")}
+    heave = next(chart for label, chart in charts.items() if "rms of heave" in label)
+    lines = [line.get("points", "").split() for line in heave.iter(f"{XHTML}polyline")]
+    assert len(lines) == 6 and all(len(line) == 4 for line in lines)
+    assert all(float(line[0].split(",")[1]) < float(line[-1].split(",")[1]) for line in lines), (
+        "y points down"
+    )
+
+    refused = run_squid("report", BLUEROV, "--sea", SEA, "--out", tmp_path / "none")
+    assert refused.returncode == 1 and "[geometry]" in refused.stderr
+    assert not (tmp_path / "none").exists()

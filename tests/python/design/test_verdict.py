@@ -31,32 +31,35 @@ def hard(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_a_requirement_that_is_missed_is_told_and_counted(run_squid: Run, hard: Path, tmp_path: Path) -> None:
     """The files are written all the same; the only thing that is missed is named, with what was found."""
-    done = run_squid("design", hard, "--strict", "--out", tmp_path / "out")
+    done = run_squid("design", hard, "--strict", "--no-advise", "--out", tmp_path / "out")
     assert done.returncode == MISSED, done.stderr
     assert "1 of 8 requirements MISSED" in done.stdout
-    assert "`--advise`" in done.stdout
     assert done.stderr.startswith("squid: MISSED: phase margin is ")
     assert "'require.phase_margin' asks for > 88 deg" in done.stderr
     figures = json.loads((tmp_path / "out" / "design.json").read_text("utf-8"))
     missed = [row for row in figures["verdict"]["rows"] if row["outcome"] == "missed"]
     assert [(row["key"], row["limit"]) for row in missed] == [("phase_margin", 88.0)]
     assert missed[0]["achieved"]["value"] < 88.0
-    assert "advice" not in figures
+    assert "advice" not in missed[0]
     assert (tmp_path / "out" / "controller.json").is_file()
 
 
 def test_advice_is_printed_and_kept(run_squid: Run, hard: Path, tmp_path: Path) -> None:
-    """It is in design.json beside all that was there, and what --json answers has it, too."""
-    done = run_squid("design", hard, "--advise", "--json", "--out", tmp_path / "out")
+    """It is in the row that is missed, of design.json and of the report, and what --json answers has it, too."""
+    done = run_squid("design", hard, "--json", "--out", tmp_path / "out")
     assert done.returncode == 0, done.stderr
     figures = json.loads((tmp_path / "out" / "design.json").read_text("utf-8"))
     assert json.loads(done.stdout)["design"] == figures
-    (advice,) = figures.pop("advice")
-    assert advice["missed"].startswith("phase margin ")
+    ((key, advice),) = ((row["key"], row["advice"]) for row in figures["verdict"]["rows"] if "advice" in row)
     turn = advice["turn"]
+    assert key == "phase_margin"
     assert turn["key"] in ("track.bandwidth of pitch", "control.weight", "control.disturbance")
-    assert ("raise" if turn["factor"] > 1 else "lower") + f" {turn['key']}: " in advice["words"]
-    assert {"verdict", "gamma_bound", "certified"} <= figures.keys()
+    words = ("raise" if turn["factor"] > 1 else "lower") + f" {turn['key']}: 10 % "
+    assert advice["words"].startswith(words)
+    done = run_squid("report", hard, "--out", tmp_path / "out")
+    assert done.returncode == 0, done.stderr
+    assert words in done.stdout
+    assert words.replace(" %", "\u00a0%") in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
 
 
 def test_a_vehicle_alone_is_tuned(run_squid: Run, tmp_path: Path) -> None:

@@ -1,12 +1,11 @@
 //! `squid campaign` and `squid replay`: many flights of a design, and one of them again.
 
-use crate::cli::{Campaign, MOST_FLIGHTS, Which};
+use crate::cli::{Campaign, MOST_FLIGHTS, Which, read_sea};
 use crate::error::Error;
 use crate::output::{answer, say};
 use crate::progress::{Counter, show};
 use crate::verbs::design::load_or_design;
 use crate::verbs::plot::{end_at_surface, read_record, rows as record_rows};
-use auv::read_text;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
@@ -70,9 +69,7 @@ pub fn run(which: &Which, asked: &Campaign) -> Result<(), Error> {
     let (inputs, directory) = which.read_to_write()?;
     let to = asked.to.clone().unwrap_or_else(|| directory.join("campaign"));
     check_directory(&to)?;
-    let sea =
-        asked.sea.as_ref().map(|path| Ok::<_, Error>((Sea::read(path)?, read_text(path)?))).transpose()?;
-    sea.iter().try_for_each(|(sea, _)| sea.check(&inputs.vehicle))?;
+    let sea = asked.sea.as_ref().map(|path| read_sea(path, &inputs)).transpose()?;
     let stored = load_or_design(&inputs, &directory)?;
     let points = if asked.corners { Points::Corners } else { Points::Uniform };
     let plan = Plan::new(&inputs, &stored, sea, asked.seed, points)?;

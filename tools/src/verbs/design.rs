@@ -10,14 +10,13 @@ use squid_design::error::{Error as DesignError, StoreError};
 use squid_design::inputs::Inputs;
 use squid_design::numbers::above;
 use squid_design::progress::Progress;
-use squid_design::run::{run as run_stages, run_with};
+use squid_design::run::{Finished, run_with};
 use squid_design::store::files::read;
 use squid_design::store::{self, Stored};
 use squid_design::synthesise::ladder;
 use squid_design::synthesise::robust::stored::CERTIFICATE;
-use squid_design::verdict::Verdict;
 use squid_design::verdict::row::Row;
-use squid_tune::advise::{Advice, advise};
+use squid_tune::advise::advise;
 use std::path::Path;
 
 /// What was asked for besides the design.
@@ -27,7 +26,7 @@ pub struct Asked {
     pub ladder: bool,
     pub robust: bool,
     pub constant: bool,
-    pub advise: bool,
+    pub no_advise: bool,
     pub strict: bool,
 }
 
@@ -38,19 +37,13 @@ pub struct Asked {
 pub fn run(which: &Which, asked: &Asked) -> Result<(), Error> {
     let (inputs, directory) = which.read_to_write()?;
     let progress = Progress::new(&show);
-    let finished = run_with(&inputs, &progress, asked.robust)?;
-    store::save(&directory, &inputs, &finished)?;
-    progress.done("freeze", &format!("{}", directory.display()));
+    let finished = designed(&inputs, &directory, asked, &progress)?;
     if let Some(robust_design) = &finished.robust {
         say(&format!(
             "\n{}PROVED in exact arithmetic: {}",
             robust_design.figures.words(),
             directory.join(CERTIFICATE).display()
         ));
-    }
-    let advice = advice(&inputs, &finished.verdict, asked.advise, &progress)?;
-    if asked.advise {
-        store::add_to_figures(&directory, "advice", &advice)?;
     }
     if asked.ladder {
         let running = progress.begin("ladder", "solving for each assumption about the speed");
@@ -101,25 +94,31 @@ pub(crate) fn missed(row: &Row) -> String {
     format!("MISSED: {} is {}; 'require.{}' asks for {}", row.what, row.found(), row.key, row.asked())
 }
 
-/// What to turn where something is missed, or how to ask for that.
-fn advice(
+/// A new design, written; where it misses something, with what to turn.
+fn designed(
     inputs: &Inputs,
-    verdict: &Verdict,
-    wanted: bool,
+    directory: &Path,
+    asked: &Asked,
     progress: &Progress,
-) -> Result<Vec<Advice>, Error> {
-    if verdict.missed().next().is_none() {
-        return Ok(Vec::new());
+) -> Result<Finished, Error> {
+    let mut finished = run_with(inputs, progress, asked.robust)?;
+    store::save(directory, inputs, &finished)?;
+    progress.done("freeze", &format!("{}", directory.display()));
+    if finished.verdict.missed().next().is_none() || asked.no_advise {
+        return Ok(finished);
     }
-    if !wanted {
-        say("\n`--advise` names the key to turn for each requirement that is missed");
-        return Ok(Vec::new());
+    if asked.robust {
+        progress.done("advice", "none for a robust design: for each key it would take another search");
+        return Ok(finished);
     }
-    say("");
-    let advice = advise(inputs, verdict, progress)?;
-    let lines: Vec<String> = advice.iter().map(ToString::to_string).collect();
-    progress.done("advice", &lines.join("\n"));
-    Ok(advice)
+    match advise(inputs, &mut finished.verdict, progress) {
+        Ok(()) => {
+            store::save(directory, inputs, &finished)?;
+            progress.done("advice", &finished.verdict.advice());
+        }
+        Err(reason) => progress.done("advice", &format!("none: {reason}")),
+    }
+    Ok(finished)
 }
 
 /// The stored design, or a new one if there is none for these files. The caller reports whether it is proved.
@@ -129,7 +128,7 @@ fn advice(
 pub fn load_or_design(inputs: &Inputs, directory: &Path) -> Result<Stored, Error> {
     let stored = match store::load(directory, inputs) {
         Err(DesignError::Store(StoreError::NotDesigned { .. } | StoreError::Stale { .. })) => {
-            store::save(directory, inputs, &run_stages(inputs, &Progress::new(&show))?)?;
+            designed(inputs, directory, &Asked::default(), &Progress::new(&show))?;
             say("");
             store::load(directory, inputs)
         }

@@ -14,7 +14,7 @@ use squid_package::kind::Kind;
 use squid_package::platform::Platform;
 use squid_package::ssp;
 use squid_report::rendered::{Rendered, rendered};
-use squid_report::report::is_of_the_paper;
+use squid_report::report::{Asked, is_of_the_paper};
 use std::path::{Path, PathBuf};
 
 /// Packs the FMUs of a design.
@@ -52,7 +52,10 @@ pub fn run(
         None => {
             let report = match no_report {
                 true => Rendered::without_sections(&inputs),
-                false => rendered(&inputs, &stored, &directory, is_of_the_paper(&inputs), &progress)?,
+                false => {
+                    let asked = Asked { paper: is_of_the_paper(&inputs), sea: None };
+                    rendered(&inputs, &stored, &directory, &asked, &progress)?
+                }
             };
             let packing = progress.begin("package", "compressing");
             let packed = |kind| pack(kind, &inputs, &stored, &report, &binaries, &directory);

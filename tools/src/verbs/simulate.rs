@@ -1,6 +1,6 @@
 //! `squid simulate`: flights in this process.
 
-use crate::cli::Which;
+use crate::cli::{Which, read_sea};
 use crate::error::Error;
 use crate::output::{answer, say};
 use crate::progress::show;
@@ -8,7 +8,6 @@ use crate::verbs::design::load_or_design;
 use serde_json::{Value, json};
 use squid_design::progress::Progress;
 use squid_flight::metrics::StepFigures;
-use squid_flight::sea::Sea;
 use squid_report::at_sea::{self, Figures};
 use squid_report::simulate;
 use std::path::Path;
@@ -19,12 +18,11 @@ use std::path::Path;
 /// Those of the files, the design and the flights.
 pub fn run(which: &Which, sea: Option<&Path>) -> Result<(), Error> {
     let (inputs, directory) = which.read_to_write()?;
-    let sea = sea.map(Sea::read).transpose()?;
-    sea.iter().try_for_each(|sea| sea.check(&inputs.vehicle))?;
+    let sea = sea.map(|path| read_sea(path, &inputs)).transpose()?;
     let stored = load_or_design(&inputs, &directory)?;
     stored.unproved(&inputs).iter().for_each(|words| say(words));
     let running = Progress::new(&show).begin("simulate", "flying");
-    let found = if let Some(sea) = &sea {
+    let found = if let Some((sea, _)) = &sea {
         let flown = at_sea::run(&inputs, &stored, sea, &directory)?;
         drop(running);
         say(flown.words.trim_end());

@@ -2,7 +2,7 @@
 
 use crate::inputs::design_file::Sense;
 use crate::numbers::decimals;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fmt::{self, Display, Formatter};
 
 /// Whether a figure is what was asked.
@@ -80,6 +80,27 @@ pub struct Row {
     pub achieved: Figure,
     /// Met or missed.
     pub outcome: Outcome,
+    /// What to turn, of a row that is missed, where that has been looked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub advice: Option<Advice>,
+}
+
+/// What to turn in the design file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Advice {
+    /// `None` where no key moves the row the right way.
+    pub turn: Option<Turn>,
+    /// The same for people, with what it gains and what it costs.
+    pub words: String,
+}
+
+/// A key that was turned.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Turn {
+    /// Its name, with the signal of its table.
+    pub key: String,
+    /// By what its number was multiplied; above 1: raise it.
+    pub factor: f64,
 }
 
 impl Display for Outcome {

@@ -36,7 +36,7 @@ fn row(requirement: &Requirement, require: &Require, what: String, achieved: Fig
         (Some(limit), Sense::Above) if achieved.value > limit => Outcome::Met,
         _ => Outcome::Missed,
     };
-    Row { key, what, unit, sense, limit, achieved, outcome }
+    Row { key, what, unit, sense, limit, achieved, outcome, advice: None }
 }
 
 /// What is known of a requirement: in words, the figures of which the worst counts.

@@ -1,4 +1,6 @@
-//! What a current and the noise of the sensors do to the loop.
+//! What a current and the noise of the sensors do to the loop; [`sea`] is of a sea that a file says.
+
+pub(crate) mod sea;
 
 use crate::error::Error;
 use crate::page::axis::Axis;

@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::page::section::{Part, Table};
 use crate::subject::Subject;
-use squid_design::verdict::row::Row;
+use squid_design::verdict::row::{Outcome, Row};
 
 /// The section with the verdict's table.
 ///
@@ -16,6 +16,13 @@ pub fn verdict(subject: &Subject) -> Result<Vec<Part>, Error> {
         vec![row.what.clone(), row.asked(), row.found(), row.outcome.to_string(), row.achieved.place()]
     };
     table.rows = verdict.rows.iter().map(row).collect();
+    if verdict.missed().next().is_some() {
+        table.head.push("what to turn".into());
+        for (cells, row) in table.rows.iter_mut().zip(&verdict.rows) {
+            let missed = if row.outcome == Outcome::Missed { "`squid design` looks for it" } else { "" };
+            cells.push(row.advice.as_ref().map_or(missed, |advice| &advice.words).into());
+        }
+    }
     let words = format!(
         "Of {}: {}. The limits are those of [require] in {}.toml, or its defaults.",
         subject.name(),

@@ -1,0 +1,154 @@
+//! What the waves, the current and the sensors of a sea do to the loop.
+
+use crate::error::Error;
+use crate::page::axis::Axis;
+use crate::page::chart::{Chart, Curve};
+use crate::page::figure::Figure;
+use crate::page::section::{Part, Table};
+use crate::page::words::capital;
+use crate::subject::Subject;
+use crate::threads::side_by_side;
+use scheduled::Manoeuvre;
+use signals::{PITCH, SPEED, place};
+use squid_design::numbers::decimals;
+use squid_flight::flight::{Flight, Row, fly_at_sea};
+use squid_flight::sea::Sea;
+
+/// Seas of the same kind that are flown at each speed and depth, and for how long (s).
+const SEAS: u64 = 3;
+const FLOWN: f64 = 60.0;
+/// Depths, relative to that of the sea.
+const DEPTHS: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
+/// Decimals of a root mean square.
+const DIGITS: usize = 3;
+
+/// A mean square over the rows of a flight.
+type MeanSquare = Box<dyn Fn(&[Row]) -> f64 + Sync>;
+
+/// Mean squares of a flight, a number each; `None` of one that ends at the surface, or cannot begin so near to it.
+type Squares = Option<Vec<f64>>;
+
+/// The section on the sea of a file, if there is one: flights at six speeds, and what is left of waves at other depths.
+///
+/// # Errors
+/// As [`fly_at_sea`], of the flights at the depth of the sea.
+pub fn sea(subject: &Subject) -> Result<Vec<Part>, Error> {
+    let Some((sea, _)) = &subject.sea else { return Ok(vec![]) };
+    let depth = sea.depth.unwrap_or(subject.inputs.design.depth);
+    let (names, squares): (Vec<String>, Vec<MeanSquare>) = quantities(subject).into_iter().unzip();
+    let flown = |depth: f64, speed: f64, k: u64| -> Result<Squares, Error> {
+        let flight = fly(subject, &Sea { depth: Some(depth), ..sea.clone() }, speed, k)?;
+        Ok(flight.surfacing.is_none().then(|| squares.iter().map(|square| square(&flight.rows)).collect()))
+    };
+    // The first says why there is none, if there is none.
+    flown(depth, subject.speeds[0], 0)?;
+    let is_flown = |part: &f64| *part == 1.0 || sea.waves.is_some();
+    let depths: Vec<f64> = DEPTHS.into_iter().filter(is_flown).map(|part| part * depth).collect();
+    let places = depths.iter().flat_map(|depth| subject.speeds.iter().map(move |speed| (*depth, *speed)));
+    let mut found = side_by_side(places, |(depth, speed)| {
+        let each: Option<Vec<Vec<f64>>> = (0..SEAS).map(|k| flown(depth, speed, k).ok().flatten()).collect();
+        let root =
+            |i: usize, all: &[Vec<f64>]| (all.iter().map(|one| one[i]).sum::<f64>() / SEAS as f64).sqrt();
+        let roots = each.map(|all| (0..names.len()).map(|i| root(i, &all)).collect::<Vec<f64>>());
+        (depth, speed, roots)
+    });
+    found.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let mut table = Table::new(["speed (m/s)"]);
+    table.head.extend(names.iter().cloned());
+    for (_, speed, roots) in found.iter().filter(|found| found.0 == depth) {
+        let cell = |i: usize| roots.as_ref().map_or("-".into(), |roots| decimals(roots[i], DIGITS));
+        table.rows.push(std::iter::once(format!("{speed:.2}")).chain((0..names.len()).map(cell)).collect());
+    }
+    let chart = |(i, name): (usize, &String)| {
+        let curve = |(key, speed): (usize, &f64)| {
+            let own = found.iter().filter(|found| found.1 == *speed);
+            Curve {
+                key,
+                points: own.filter_map(|(depth, _, roots)| Some((*depth, roots.as_ref()?[i]))).collect(),
+            }
+        };
+        Chart {
+            title: String::new(),
+            x: Axis::logarithmic("depth where the flight begins (m)"),
+            y: Axis::logarithmic(format!("rms of {name}")),
+            curves: subject.speeds.iter().enumerate().map(curve).collect(),
+        }
+    };
+    let figure = Figure {
+        name: "at-sea".into(),
+        caption: format!(
+            "{} in these seas over depth, at six speeds; where the hull breaks the surface in one of them there is no \
+             point.",
+            capital(&subject.name())
+        ),
+        keys: subject.speed_keys(),
+        charts: names.iter().enumerate().map(chart).collect(),
+    };
+    let mut parts = vec![Part::Words(about(sea, depth)), Part::Table(table)];
+    parts.extend((depths.len() > 1 && depth > 0.0).then_some(Part::Figure(figure)));
+    Ok(parts)
+}
+
+/// Level at a constant speed (m/s), in the k-th sea of a kind.
+fn fly(subject: &Subject, sea: &Sea, speed: f64, k: u64) -> Result<Flight, Error> {
+    let (inputs, stored) = (subject.inputs, subject.stored);
+    let level = Manoeuvre {
+        speed_from: speed,
+        speed_to: speed,
+        pitch_step: 0.0,
+        duration: FLOWN,
+        ..stored.manoeuvre.clone()
+    };
+    let sea = Sea { seed: sea.seed.wrapping_add(k), ..sea.clone() };
+    Ok(fly_at_sea(&inputs.vehicle, &stored.controller, inputs.design.level(), &level, &sea)?)
+}
+
+/// Of the errors of pitch and speed, and of heave and each command about their means, by the names of their roots.
+fn quantities(subject: &Subject) -> Vec<(String, MeanSquare)> {
+    fn mean(rows: &[Row], of: impl Fn(&Row) -> f64) -> f64 {
+        rows.iter().map(of).sum::<f64>() / rows.len() as f64
+    }
+    fn about_mean(of: impl Fn(&Row) -> f64 + Sync + 'static) -> MeanSquare {
+        Box::new(move |rows| {
+            let middle = mean(rows, &of);
+            mean(rows, |row| (of(row) - middle).powi(2))
+        })
+    }
+    let error = |place: usize, factor: f64| -> MeanSquare {
+        Box::new(move |rows| mean(rows, |row| (factor * row.error(place)).powi(2)))
+    };
+    let heave = place("heave").unwrap_or_default();
+    let mut all = vec![
+        ("pitch error (deg)".to_owned(), error(PITCH, 1f64.to_degrees())),
+        ("speed error (m/s)".to_owned(), error(SPEED, 1.0)),
+        ("heave (m/s)".to_owned(), about_mean(move |row| row.measured(heave))),
+    ];
+    for (j, actuator) in subject.inputs.vehicle.actuators.iter().enumerate() {
+        let scale = 100.0 / actuator.reach();
+        let name = format!("{} (% of reach)", actuator.name);
+        all.push((name, about_mean(move |row| scale * row.commands[j])));
+    }
+    all
+}
+
+/// What is flown.
+fn about(sea: &Sea, depth: f64) -> String {
+    let waves = sea.waves.as_ref().map_or("no waves".into(), |swell| {
+        format!(
+            "waves of Hs = {} m with their peak at {:.3} rad/s, {:.0} deg from where the vehicle faces",
+            auv::rounded(swell.spectrum.height()),
+            swell.spectrum.peak(),
+            swell.heading.to_degrees()
+        )
+    });
+    let wanders = if sea.wandering.is_some() { ", which wanders" } else { "" };
+    format!(
+        "Level at a constant speed, from {} m below still water: {waves}; a current of {} m/s there{wanders}; sensors \
+         with the errors of the file. The table has root mean squares over {SEAS} such seas of {FLOWN} s, of seeds {} \
+         and up: errors of what is there against what is wanted, and heave, through the water, and commands about \
+         their means; `-` where the hull breaks the surface. Flown, not proved.",
+        auv::rounded(depth),
+        auv::rounded(sea.layers.at(depth).0),
+        sea.seed
+    )
+}
