@@ -43,6 +43,9 @@ pub enum Error {
             package` refuses it"
     )]
     NotProved { directory: String, reason: String },
+    /// The program itself is at fault.
+    #[error("this is a defect of squid, and not of your files: {message}")]
+    Defect { message: String },
     /// A requirement is missed.
     #[error("{}", .missed.join("\n"))]
     Missed { missed: Vec<String> },

@@ -9,7 +9,9 @@ use squid::verbs::show::Asked;
 use squid::verbs::{
     campaign, design, doctor, export, lpv, new, package, plot, report, shell, show, simulate, tune, verify,
 };
+use std::any::Any;
 use std::io::{self, Write};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::ExitCode;
 
 /// A tenth faster than glibc's on a design: matrices of some 100 kB come and go, and glibc returns their pages each
@@ -43,7 +45,8 @@ fn main() -> ExitCode {
             if cli.json {
                 answer_in_json();
             }
-            run(cli.verb)
+            // A panic is a defect, and is told as one: also to a program that waits for an object.
+            catch_unwind(AssertUnwindSafe(|| run(cli.verb))).unwrap_or_else(|panic| Err(defect(&*panic)))
         }
         Err(usage) if usage.use_stderr() => {
             let _ = usage.print();
@@ -67,6 +70,13 @@ fn main() -> ExitCode {
             }
         }
     }
+}
+
+/// What a panic says.
+fn defect(panic: &(dyn Any + Send)) -> Error {
+    let words = panic.downcast_ref::<&str>().map(ToString::to_string);
+    let message = words.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
+    Error::Defect { message }
 }
 
 fn run(verb: Verb) -> Result<ExitCode, Error> {
