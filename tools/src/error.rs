@@ -1,6 +1,7 @@
 //! Errors that end the command.
 
 use squid_design::error::{Error as DesignError, InputError, ModelError, ProofError, StoreError};
+use squid_problem::error::Error as ProblemError;
 use thiserror::Error as ThisError;
 
 /// An error that ends the command with one message.
@@ -31,12 +32,9 @@ pub enum Error {
     /// Programs are missing without which no FMU can be made.
     #[error("missing: {programs}")]
     Missing { programs: String },
-    /// A problem file is wrong.
-    #[error("{file}: {reason}")]
-    Problem { file: String, reason: String },
-    /// mu has no bound.
-    #[error("{file}: {reason}")]
-    Mu { file: String, reason: lpv::mu::sweep::SweepError },
+    /// A problem of any plant has no answer.
+    #[error(transparent)]
+    Problem(#[from] ProblemError),
     /// The bound of a finished design is not proved.
     #[error(
         "NOT PROVED: {reason}\nThe design is in {directory}, for inspection; it proves nothing, and `squid \
@@ -61,8 +59,11 @@ impl Error {
     /// The word for it in an answer for programs: `not_proved` where a proof fails, `error` otherwise.
     pub fn status(&self) -> &'static str {
         match self {
-            Self::NotProved { .. }
-            | Self::Design(DesignError::Proof(ProofError::Unproved(_) | ProofError::WrongPlant { .. })) => {
+            Self::NotProved { .. } => "not_proved",
+            Self::Design(DesignError::Proof(reason))
+            | Self::Problem(ProblemError::Design(DesignError::Proof(reason)))
+                if matches!(reason, ProofError::Unproved(_) | ProofError::WrongPlant { .. }) =>
+            {
                 "not_proved"
             }
             _ => "error",

@@ -1,24 +1,16 @@
 //! The verbs of `squid lpv`: their options, what they print, and their exit codes.
 
-mod check;
-pub mod gain;
-pub mod matrices;
-pub mod mu;
-pub mod mu_file;
-pub mod problem_file;
-pub mod report;
-pub mod sampled;
-pub mod synth;
-
 use crate::error::Error;
 use crate::output::{answer, say};
 use crate::progress::show;
-use crate::verbs::lpv::check::check as proved;
 use clap::{Args, Subcommand};
 use lpv::synthesis::Options;
 use serde_json::json;
 use squid_design::progress::Progress;
 use squid_design::store::files::check_directory;
+use squid_problem::check::check as proved;
+use squid_problem::source::Source;
+use squid_problem::{gain, mu, sampled, synth};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -168,7 +160,7 @@ pub fn run(verb: &LpvVerb) -> Result<ExitCode, Error> {
 }
 
 fn mu(mu: &Mu) -> Result<ExitCode, Error> {
-    let outcome = mu::run(&mu.problem);
+    let outcome = Source::read(&mu.problem).and_then(|source| mu::run(&source));
     match &outcome {
         Ok(report) => {
             say(&report.words());
@@ -176,12 +168,12 @@ fn mu(mu: &Mu) -> Result<ExitCode, Error> {
         }
         Err(error) => answer(&mu::Report::refused(error))?,
     }
-    outcome.map(|_| ExitCode::SUCCESS)
+    Ok(outcome.map(|_| ExitCode::SUCCESS)?)
 }
 
 fn gain(gain: &Gain) -> Result<ExitCode, Error> {
     gain.out.as_deref().map_or(Ok(()), check_directory)?;
-    let report = gain::run(&gain.problem)?;
+    let report = gain::run(&Source::read(&gain.problem)?)?;
     if let Some(directory) = &gain.out {
         report.save(directory)?;
     }
@@ -194,7 +186,7 @@ fn gain(gain: &Gain) -> Result<ExitCode, Error> {
 const NOT_FOUND: u8 = 3;
 
 fn sampled(sampled: &Sampled) -> Result<ExitCode, Error> {
-    let outcome = sampled::run(&sampled.problem);
+    let outcome = Source::read(&sampled.problem).and_then(|source| sampled::run(&source));
     match &outcome {
         Ok(report) => {
             say(&report.words());
@@ -202,14 +194,14 @@ fn sampled(sampled: &Sampled) -> Result<ExitCode, Error> {
         }
         Err(error) => answer(&sampled::Report::refused(error))?,
     }
-    outcome.map(|report| ExitCode::from(if report.upper.is_some() { 0 } else { UNSTABLE }))
+    Ok(outcome.map(|report| ExitCode::from(if report.upper.is_some() { 0 } else { UNSTABLE }))?)
 }
 
 /// The exit code of a sampled loop that is not stable.
 const UNSTABLE: u8 = 2;
 
 fn check(check: &Check) -> Result<ExitCode, Error> {
-    let theorem = proved(&check.problem, &check.certificate)?;
+    let theorem = proved(&Source::read(&check.problem)?, &Source::read(&check.certificate)?)?;
     say(&format!("PROVED: {theorem}"));
     let mut found = json!({ "status": "proved", "gamma": theorem.gamma, "reason": null });
     theorem.gamma_with_model_error.iter().for_each(|gamma| found["gamma_with_model_error"] = json!(gamma));
@@ -222,7 +214,7 @@ fn synth(synth: &Synth) -> Result<ExitCode, Error> {
     synth.out.as_deref().map_or(Ok(()), check_directory)?;
     let progress = Progress::new(&show);
     let running = progress.begin("synth", "solving the matrix inequalities");
-    let report = synth::run(&synth.problem, options, synth.reduce)?;
+    let report = synth::run(&Source::read(&synth.problem)?, options, synth.reduce)?;
     drop(running);
     if let Some(directory) = &synth.out {
         report.save(directory)?;

@@ -1,11 +1,10 @@
 //! Reads the matrices of a problem file; errors name the key.
 
 use crate::error::Error;
+use crate::source::Source;
 use certificate::Json;
 use lpv::error::ShapeError;
 use lpv::matrix::{Mat, from_rows};
-use squid_design::store::files::read;
-use std::path::Path;
 
 /// Numbers above this overflow in the products of the matrix inequalities.
 const LARGEST: f64 = 1e100;
@@ -43,14 +42,13 @@ pub struct Reader {
 }
 
 impl Reader {
-    /// Reads a file as strictly as a certificate: no key may occur twice.
+    /// Reads a text as strictly as a certificate: no key may occur twice.
     ///
     /// # Errors
-    /// [`StoreError::Unreadable`](squid_design::error::StoreError::Unreadable); [`Error::Problem`] with the line.
-    pub fn open(path: &Path) -> Result<(Self, Json), Error> {
-        let reader = Self { file: path.display().to_string() };
-        let text = read(path)?;
-        let value = serde_json::from_str(&text).map_err(|e| not_json(&reader, &e, &text))?;
+    /// [`Error::Problem`] with the line.
+    pub fn open(source: &Source) -> Result<(Self, Json), Error> {
+        let reader = Self { file: source.name.clone() };
+        let value = serde_json::from_str(&source.text).map_err(|e| not_json(&reader, &e, &source.text))?;
         Ok((reader, value))
     }
 

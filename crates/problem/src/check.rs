@@ -1,21 +1,20 @@
 //! `squid lpv check`: whether a certificate is of the plant in a problem file.
 
 use crate::error::Error;
-use crate::verbs::lpv::problem_file::{Problem, problem as read_problem};
+use crate::problem_file::{Problem, problem as read_problem};
+use crate::source::Source;
 use certificate::Theorem;
 use squid_design::certify::verify::{first_unlike, parse};
 use squid_design::certify::{direct_path, plant_rows};
 use squid_design::error::ProofError;
-use squid_design::store::files::read;
-use std::path::Path;
 
 /// Proves a certificate and checks that it is of the plant in a problem file.
 ///
 /// # Errors
 /// [`ProofError::Unproved`]; [`ProofError::WrongPlant`] with the first matrix of the plant that differs.
-pub fn check(problem: &Path, certificate: &Path) -> Result<Theorem, Error> {
+pub fn check(problem: &Source, certificate: &Source) -> Result<Theorem, Error> {
     let Problem { plant, d22, rate } = read_problem(problem)?;
-    let certificate = parse(&read(certificate)?, &certificate.display().to_string())?;
+    let certificate = parse(&certificate.text, &certificate.name)?;
     if let Some(name) = first_unlike(&plant_rows(&plant).named(), &certificate.plant.named()) {
         return Err(ProofError::WrongPlant { what: format!("matrix {name}") }.into());
     }

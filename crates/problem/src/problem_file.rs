@@ -21,13 +21,13 @@
 //! by default.
 
 use crate::error::Error;
-use crate::verbs::lpv::matrices::{Matrices, Reader, Size, find};
+use crate::matrices::{Matrices, Reader, Size, find};
+use crate::source::Source;
 use certificate::Json;
 use lpv::matrix::Mat;
 use lpv::partition::Group::{W, X, Z};
 use lpv::partition::{NamedBlock, PLANT, Sizes, names};
 use lpv::plant::GeneralisedPlant;
-use std::path::Path;
 
 /// A generalised plant with a direct path from u to y, and how fast its parameter moves.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,18 +43,18 @@ pub struct Problem {
 /// Reads a problem file.
 ///
 /// # Errors
-/// [`StoreError::Unreadable`](squid_design::error::StoreError::Unreadable); [`Error::Problem`] with file and key,
+/// [`Error::Problem`] with file and key,
 /// also when matrices do not fit together.
-pub fn problem(path: &Path) -> Result<Problem, Error> {
-    read(path, true)
+pub fn problem(source: &Source) -> Result<Problem, Error> {
+    read(source, true)
 }
 
 /// Reads the problem file of a finished loop: a plant without controls and measurements, whose matrices are left out.
 ///
 /// # Errors
 /// As [`problem`]; where there are controls or measurements.
-pub fn finished(path: &Path) -> Result<Problem, Error> {
-    let problem = read(path, false)?;
+pub fn finished(source: &Source) -> Result<Problem, Error> {
+    let problem = read(source, false)?;
     let sizes = problem.plant.sizes();
     for (key, count, what) in [("B2", sizes.u, "controls"), ("C2", sizes.y, "measurements")] {
         if count > 0 {
@@ -62,14 +62,14 @@ pub fn finished(path: &Path) -> Result<Problem, Error> {
                 "'{key}' and others have {count} {what}; the gain is that of a finished loop: close it and leave them \
                  out, or have a controller made by `squid lpv synth`"
             );
-            return Err(Error::Problem { file: path.display().to_string(), reason });
+            return Err(Error::Problem { file: source.name.clone(), reason });
         }
     }
     Ok(problem)
 }
 
-fn read(path: &Path, with_control: bool) -> Result<Problem, Error> {
-    let (reader, value) = Reader::open(path)?;
+fn read(source: &Source, with_control: bool) -> Result<Problem, Error> {
+    let (reader, value) = Reader::open(source)?;
     let data = reader.data(&value)?;
     let nested = ["P", "plant"].into_iter().find_map(|key| Some((key, find(data, key)?)));
     let entries = nested.map_or(Ok(data), |(key, plant)| reader.object(plant, key))?;
@@ -152,10 +152,8 @@ mod tests {
     use super::*;
 
     fn plant_of(text: &str) -> Result<GeneralisedPlant, String> {
-        let directory = tempfile::tempdir().unwrap();
-        let path = directory.path().join("p.json");
-        std::fs::write(&path, text).unwrap();
-        problem(&path).map(|problem| problem.plant).map_err(|e| e.to_string())
+        let source = Source { name: "p.json".into(), text: text.into() };
+        problem(&source).map(|problem| problem.plant).map_err(|e| e.to_string())
     }
 
     fn refusal(text: &str) -> String {

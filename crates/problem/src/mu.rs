@@ -1,7 +1,8 @@
 //! `squid lpv mu`: from a problem file to bounds on mu from both sides.
 
 use crate::error::Error;
-use crate::verbs::lpv::mu_file::{Perturbed, mu_problem};
+use crate::mu_file::{Perturbed, mu_problem};
+use crate::source::Source;
 use lpv::mu::lower::{LowerBound, SINGULAR_RESIDUAL, lower_bound};
 use lpv::mu::sweep::{FrequencyMu, SweepError, mu_over_frequency, response};
 use lpv::mu::upper::upper_bound;
@@ -9,7 +10,6 @@ use lpv::mu::worst_case::{Perturbable, WorstCaseError, worst_case_gain};
 use lpv::mu::{CMat, Structure};
 use lpv::state_space::StateSpace;
 use serde::{Serialize, Serializer};
-use std::path::Path;
 use std::time::Instant;
 
 /// The result, as `--json` prints it.
@@ -75,9 +75,9 @@ fn frequency<S: Serializer>(omega: &Option<f64>, out: S) -> Result<S::Ok, S::Err
 ///
 /// # Errors
 /// Those of the file; [`Error::Mu`] when the system is unstable or the sweep does not close.
-pub fn run(path: &Path) -> Result<Report, Error> {
-    let (perturbed, structure) = mu_problem(path)?;
-    let wrong = |reason| Error::Mu { file: path.display().to_string(), reason };
+pub fn run(source: &Source) -> Result<Report, Error> {
+    let (perturbed, structure) = mu_problem(source)?;
+    let wrong = |reason| Error::Mu { file: source.name.clone(), reason };
     let begin = Instant::now();
     let mut report = Report { status: "bounded", ..Report::default() };
     let lower = match perturbed {

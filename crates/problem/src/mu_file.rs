@@ -13,13 +13,13 @@
 //! twice.
 
 use crate::error::Error;
-use crate::verbs::lpv::matrices::{Entries, Matrices, Reader, Size, find};
+use crate::matrices::{Entries, Matrices, Reader, Size, find};
+use crate::source::Source;
 use certificate::Json;
 use lpv::matrix::Mat;
 use lpv::mu::{CMat, Structure};
 use lpv::state_space::StateSpace;
 use nalgebra::Complex;
-use std::path::Path;
 
 /// What is perturbed: `z = M w`, `w = Delta z`.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,10 +38,10 @@ const LARGEST_BLOCK: f64 = 1000.0;
 /// Reads a problem file.
 ///
 /// # Errors
-/// [`StoreError::Unreadable`](squid_design::error::StoreError::Unreadable); [`Error::Problem`] with file and key,
+/// [`Error::Problem`] with file and key,
 /// also when the blocks do not fit.
-pub fn mu_problem(path: &Path) -> Result<(Perturbed, Structure), Error> {
-    let (reader, value) = Reader::open(path)?;
+pub fn mu_problem(source: &Source) -> Result<(Perturbed, Structure), Error> {
+    let (reader, value) = Reader::open(source)?;
     let data = reader.data(&value)?;
     let perturbed = match (find(data, "M"), find(data, "P")) {
         (Some(_), Some(_)) => {

@@ -8,9 +8,10 @@
 //! It is the synthesis for a plant on which nothing acts: its least gamma is that of the loop.
 
 use crate::error::Error;
-use crate::verbs::lpv::problem_file::{self, Problem};
-use crate::verbs::lpv::report::Status;
-use crate::verbs::lpv::synth;
+use crate::problem_file::{self, Problem};
+use crate::report::Status;
+use crate::source::Source;
+use crate::synth;
 use certificate::{Certificate, Rows, Theorem};
 use lpv::controller::Controller;
 use lpv::matrix::block;
@@ -69,8 +70,8 @@ const BACK_OFF: f64 = 1e-3;
 ///
 /// # Errors
 /// Those of the file; that no bound is found is a [`Report`].
-pub fn run(path: &Path) -> Result<Report, Error> {
-    let problem = problem_file::finished(path)?;
+pub fn run(source: &Source) -> Result<Report, Error> {
+    let problem = problem_file::finished(source)?;
     let started = Instant::now();
     let solved = synth::solve(&problem, Options { back_off: BACK_OFF, ..Options::default() }, false);
     let mut report = Report {

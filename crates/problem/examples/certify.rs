@@ -1,7 +1,7 @@
 //! Designs a controller for a generalised plant, and writes the certificate of the loop.
 //!
 //! ```text
-//! cargo run --release -p squid --example certify -- PROBLEM.json CERTIFICATE.json [BALL]
+//! cargo run --release -p squid-problem --example certify -- PROBLEM.json CERTIFICATE.json [BALL]
 //! ```
 //!
 //! PROBLEM.json is what `squid lpv synth` reads. With BALL the certificate also covers errors of `[A B2]` up to that
@@ -12,6 +12,8 @@ use lpv::direct_path::synthesise;
 use lpv::matrix::{Mat, to_rows};
 use lpv::synthesis::Options;
 use squid_design::certify::nominal;
+use squid_problem::problem_file::{Problem, problem as read};
+use squid_problem::source::Source;
 use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
@@ -21,8 +23,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let [problem, output, rest @ ..] = arguments.as_slice() else {
         return Err("usage: certify PROBLEM.json CERTIFICATE.json [BALL]".into());
     };
-    let squid::verbs::lpv::problem_file::Problem { plant, d22, .. } =
-        squid::verbs::lpv::problem_file::problem(Path::new(problem))?;
+    let Problem { plant, d22, .. } = read(&Source::read(Path::new(problem))?)?;
     let design = synthesise(&plant, &d22, Options::default())?;
     let mut certificate = nominal(&plant, &design.controller, &design.certified);
     certificate.plant.d22 = squid_design::certify::direct_path(&d22);

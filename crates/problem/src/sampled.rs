@@ -9,14 +9,14 @@
 //! ticks; with `held` all of w is held from tick to tick.
 
 use crate::error::Error;
-use crate::verbs::lpv::matrices::{Entries, Reader, find};
-use crate::verbs::lpv::mu_file::system;
-use crate::verbs::lpv::problem_file::problem;
+use crate::matrices::{Entries, Reader, find};
+use crate::mu_file::system;
+use crate::problem_file::problem;
+use crate::source::Source;
 use certificate::Json;
 use lpv::analysis::{Exogenous, SampledGain, sampled_gain};
 use lpv::partition::Group::{U, Y};
 use serde::Serialize;
-use std::path::Path;
 use std::time::Instant;
 
 /// The result, as `--json` prints it.
@@ -41,9 +41,9 @@ const LONGEST: f64 = 10.0;
 ///
 /// # Errors
 /// Those of the file; [`Error::Problem`] where the loop has no gain that can be computed.
-pub fn run(path: &Path) -> Result<Report, Error> {
-    let mut plant = problem(path)?;
-    let (reader, value) = Reader::open(path)?;
+pub fn run(source: &Source) -> Result<Report, Error> {
+    let mut plant = problem(source)?;
+    let (reader, value) = Reader::open(source)?;
     let data = reader.data(&value)?;
     let k = find(data, "K").ok_or_else(|| reader.wrong("K", "is missing; it is the controller".into()))?;
     let k = system(&reader, reader.object(k, "K")?)?;

@@ -1,9 +1,10 @@
 //! `squid lpv synth`: from a problem file to gamma, controller and certificate.
 
 use crate::error::Error;
-use crate::verbs::lpv::problem_file;
-use crate::verbs::lpv::problem_file::Problem;
-use crate::verbs::lpv::report::{Report, Status};
+use crate::problem_file;
+use crate::problem_file::Problem;
+use crate::report::{Report, Status};
+use crate::source::Source;
 use certificate::{Multipliers, lower_bound};
 use lpv::bounded_rate::SlowOptions;
 use lpv::direct_path::{self, synthesise};
@@ -14,17 +15,16 @@ use lpv::plant::GeneralisedPlant;
 use lpv::regularity::findings;
 use lpv::synthesis::{Design, DualMultipliers, Options, ScalingClass, least_gamma};
 use squid_design::certify::{self, nominal};
-use std::path::Path;
 use std::time::Instant;
 
 /// Solves the problem of a file.
 ///
 /// # Errors
 /// Only those of the file; that a problem has no solution is a [`Report`].
-pub fn run(path: &Path, options: Options, reduce: bool) -> Result<Report, Error> {
-    let problem = problem_file::problem(path)?;
+pub fn run(source: &Source, options: Options, reduce: bool) -> Result<Report, Error> {
+    let problem = problem_file::problem(source)?;
     if problem.rate.is_some() {
-        unlimited(path, options, reduce)?;
+        unlimited(source, options, reduce)?;
     }
     Ok(solve(&problem, options, reduce))
 }
@@ -47,7 +47,7 @@ pub fn solve(problem: &Problem, options: Options, reduce: bool) -> Report {
 }
 
 /// Checks that nothing is asked for that a synthesis for a bounded rate does not do.
-fn unlimited(path: &Path, options: Options, reduce: bool) -> Result<(), Error> {
+fn unlimited(source: &Source, options: Options, reduce: bool) -> Result<(), Error> {
     let given = [
         ("--gamma-limit", options.gamma_limit.is_some()),
         ("--fastest-mode", options.fastest_mode.is_some()),
@@ -56,7 +56,7 @@ fn unlimited(path: &Path, options: Options, reduce: bool) -> Result<(), Error> {
     given.into_iter().find(|(_, given)| *given).map_or(Ok(()), |(name, _)| {
         let reason =
             format!("'rate' is given beside {name}, which it does not go with; leave one of them out");
-        Err(Error::Problem { file: path.display().to_string(), reason })
+        Err(Error::Problem { file: source.name.clone(), reason })
     })
 }
 

@@ -1,0 +1,25 @@
+//! Problems of any plant, as JSON: what is asked in a text, what was found in a report.
+//!
+//! ```text
+//! source        a text, with the name that messages give it
+//! matrices      its matrices; errors name the key
+//! problem_file  a generalised plant
+//! mu_file       a matrix or a system, and the blocks of its perturbation
+//! synth         least gamma, controller, proof: a `report`
+//! check         whether a certificate is of a plant
+//! gain          the gain of a finished loop
+//! sampled       the gain of a sampled loop
+//! mu            the structured singular value
+//! ```
+
+pub mod check;
+pub mod error;
+pub mod gain;
+pub mod matrices;
+pub mod mu;
+pub mod mu_file;
+pub mod problem_file;
+pub mod report;
+pub mod sampled;
+pub mod source;
+pub mod synth;
