@@ -20,7 +20,7 @@
 //! - [`bounded_rate`]: a parameter that moves at a bounded rate;
 //! - [`robust`]: parameters that no controller measures;
 //! - [`mu`]: structured singular values;
-//! - [`matrix`], [`error`]: dense matrices, and what can go wrong; they belong to all.
+//! - [`matrix`], [`error`], [`stop`]: dense matrices, what can go wrong, how it is stopped; they belong to all.
 //!
 //! Time is in seconds and frequencies in rad/s wherever the plant's are; nothing here knows what a plant stands for.
 //!
@@ -73,6 +73,7 @@ pub mod lmi;
 pub mod matrix;
 pub mod mu;
 pub mod robust;
+pub mod stop;
 pub mod synthesis;
 pub mod system;
 

@@ -22,6 +22,7 @@
 use crate::analysis::lifted::Lifted;
 use crate::error::{SampledError, ShapeError};
 use crate::matrix::{Mat, block, eigenvalues, largest, largest_singular_value};
+use crate::stop;
 use crate::system::partition::Group::{U, Y};
 use crate::system::plant::GeneralisedPlant;
 use crate::system::state_space::{HinfNorm, StateSpace};
@@ -78,6 +79,7 @@ pub fn sampled_gain(
     let (mut lower, mut upper) = (largest_singular_value(&parts.between.d), f64::INFINITY);
     let (mut level, mut near) = (size, None);
     for tried in 0..MOST_LEVELS {
+        stop::check();
         let peak = parts.norm(level, near)?;
         let norm = peak.value;
         // From level to level the peak moves little.

@@ -6,6 +6,7 @@
 use crate::error::SynthesisError;
 use crate::lmi::program::Program;
 use crate::matrix::{Mat, least_eigenvalue};
+use crate::stop;
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{
     DefaultSettingsBuilder, DefaultSolver, IPSolver, SolverStatus, SupportedConeT,
@@ -73,6 +74,7 @@ impl ConicProgram {
         let mut solver =
             DefaultSolver::new(&quadratic, &self.objective, &self.a, &self.rhs, &self.cones, settings)
                 .map_err(|e| SynthesisError::numerical(stage, e.to_string()))?;
+        solver.set_termination_callback(|_| stop::is_asked());
         // clarabel panics when a decomposition of one of its scalings does not converge.
         if catch_unwind(AssertUnwindSafe(|| solver.solve())).is_err() {
             return Err(SynthesisError::numerical(
@@ -80,6 +82,7 @@ impl ConicProgram {
                 "a decomposition inside the solver did not converge",
             ));
         }
+        stop::check();
         let solution = &solver.solution;
         let finite = solution.x.iter().all(|v| v.is_finite());
         match solution.status {

@@ -20,6 +20,7 @@ mod step;
 use crate::lmi::low_rank::LowRank;
 use crate::lmi::solver_options::SolverOptions;
 use crate::matrix::{Mat, least_eigenvalue, symmetric_part};
+use crate::stop;
 use std::collections::VecDeque;
 
 /// Where the method stopped.
@@ -80,6 +81,7 @@ pub(crate) fn minimise(
     let mut bound = f64::NEG_INFINITY;
     let gap = |value: f64, bound: f64| (value - bound) / (search.floor + value.abs());
     for _ in 0..MOST_STEPS {
+        stop::check();
         let value = state.value();
         let distance = state.rows() * state.mu() / (search.floor + value.abs());
         let is_close = distance < search.tolerance;

@@ -8,6 +8,7 @@ use super::product::product;
 use super::scaling::{AtLambda, DgScalings, Family};
 use super::structure::Structure;
 use crate::matrix::{Definite, hermitian_eigenvalues};
+use crate::stop;
 use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn};
 
 /// A point, and lambda for which `Phi(lambda) > 0` there.
@@ -176,6 +177,7 @@ impl Centre {
         let mut factors = self.factors(&self.p, self.shift)?;
         let mut ridge = HESSIAN_RAISE.0;
         for _ in 0..MOST_STEPS {
+            stop::check();
             let inners = factors.phis.iter().zip(&adjoints).map(|(phi, adjoint)| inner(phi, adjoint));
             let inners = inners.collect::<Option<Vec<CMat>>>()?;
             let inverses: Vec<CMat> = factors.blocks.iter().map(Cholesky::inverse).collect();

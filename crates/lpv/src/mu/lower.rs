@@ -12,6 +12,7 @@ use super::annihilated::annihilated;
 use super::product::product;
 use super::structure::{Block, Structure, StructureError};
 use crate::matrix::{ComplexVector, complex_eigenvalues, complex_singular_values};
+use crate::stop;
 use nalgebra::Complex;
 
 /// A perturbation that makes `I - M Delta` singular.
@@ -137,6 +138,7 @@ impl LowerSearch<'_> {
         let mut best = (f64::NEG_INFINITY, q.clone());
         let mut idle = 0;
         for _ in 0..LOWER_STEPS {
+            stop::check();
             let Some(mode) = self.best_mode(&q) else { break };
             let height = if self.is_mixed { mode.lambda.re } else { mode.lambda.norm() };
             idle = if height > best.0 + 1e-10 * height.abs() { 0 } else { idle + 1 };

@@ -14,6 +14,7 @@ use super::upper::{UpperBound, UpperBoundOptions, upper_bound_with};
 use super::wide::{Shown, Wide};
 use super::{CMat, lower};
 use crate::matrix::{complex_singular_values, spectral_abscissa};
+use crate::stop;
 use crate::system::state_space::StateSpace;
 use nalgebra::Complex;
 use thiserror::Error;
@@ -107,6 +108,7 @@ pub fn bound_over_frequency(
     let mut sweep = Sweep::new(system, structure, known)?;
     sweep.start(known.and_then(|lower| lower.frequency))?;
     for _ in 0..MOST_STEPS {
+        stop::check();
         let Some((from, to)) = sweep.covered.gap() else { return Ok(sweep.finish()) };
         sweep.add(middle(from, to))?;
         if sweep.fruitless > MOST_FRUITLESS {

@@ -22,6 +22,7 @@ use super::upper::{DgScalings, UpperBound, UpperBoundOptions, upper_bound_with};
 use super::wide::Wide;
 use super::worst_perturbation::{Perturbed, refined, worst_perturbation};
 use crate::matrix::spectral_abscissa;
+use crate::stop;
 use crate::system::state_space::StateSpace;
 use nalgebra::Complex;
 use thiserror::Error;
@@ -107,6 +108,7 @@ pub fn worst_case_gain(loop_: &Perturbable) -> Result<WorstCaseGain, WorstCaseEr
     }
     let mut fruitless = 0;
     for _ in 0..MOST_STEPS {
+        stop::check();
         match sweep.covered.gap() {
             None => {
                 let (upper, frequency) = (sweep.gain, sweep.peak);

@@ -11,6 +11,7 @@ use super::product::product;
 use super::structure::Block;
 use super::sweep::response;
 use crate::matrix::{ComplexVector, complex_singular_values, complex_svd_ends};
+use crate::stop;
 use nalgebra::Complex;
 
 /// A perturbation with the gain that it makes.
@@ -69,6 +70,7 @@ pub(super) fn refined(loop_: &Perturbable, known: Perturbed, near: f64) -> Pertu
     }
     let mut stride = STEP_STRIDE;
     for _ in 0..MOST_MOVES {
+        stop::check();
         let before = best.gain;
         for omega in [best.frequency * stride, best.frequency / stride] {
             if omega.is_finite() && omega > 0.0 {

@@ -4,6 +4,7 @@
 //! matrix and a quadratically convergent algorithm for computing its L-infinity norm", Systems & Control
 //! Letters 15, 1990; N. A. Bruinsma, M. Steinbuch, Systems & Control Letters 14, 1990.
 
+use crate::stop;
 use crate::matrix::{
     Mat, block, complex_singular_values, eigenvalues, largest_singular_value, solve, spectral_abscissa,
 };
@@ -160,6 +161,7 @@ impl StateSpace {
         }
         // Each round either proves the level an upper bound or finds higher points between its crossings.
         for _ in 0..60 {
+            stop::check();
             if best.value == 0.0 {
                 break;
             }
