@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fly import build, licences
+import licences
+from fly import build
 from fly.stages import ROOT, run, stage
 
 VEHICLE = "squid"

@@ -19,17 +19,6 @@ use std::process::ExitCode;
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
-/// Clarabel panics where a decomposition does not converge; the panic is caught and another method is tried, so its
-/// message is not printed. All other panics are defects and print theirs.
-fn keep_caught_panics_quiet() {
-    let print = std::panic::take_hook();
-    std::panic::set_hook(Box::new(move |info| {
-        if !info.location().is_some_and(|l| l.file().contains("clarabel")) {
-            print(info);
-        }
-    }));
-}
-
 /// Exit code when the command line is wrong: `EX_USAGE` of BSD's sysexits.h. Clap's own is 2, which means infeasible
 /// here.
 const WRONG_USAGE: u8 = 64;
@@ -39,7 +28,7 @@ const WRONG_USAGE: u8 = 64;
 const MISSED: u8 = 5;
 
 fn main() -> ExitCode {
-    keep_caught_panics_quiet();
+    lpv::lmi::keep_caught_panics_quiet();
     let outcome = match Cli::try_parse() {
         Ok(cli) => {
             if cli.json {

@@ -68,6 +68,16 @@ impl Inputs {
         Self::of((vehicle, &texts[0]), (design, &texts[1]), ["the vehicle", "the design"])
     }
 
+    /// Of the texts of a vehicle file and a design file.
+    ///
+    /// # Errors
+    /// [`InputError`]: the first file, key or value that is wrong.
+    pub fn parse(vehicle: &str, design: &str) -> Result<Self, InputError> {
+        let files = ["vehicle.toml", "design.toml"];
+        let parsed = (Vehicle::parse(vehicle, files[0])?, DesignFile::parse(design, files[1], "design")?);
+        Self::of((parsed.0, vehicle), (parsed.1, design), files)
+    }
+
     /// Reads `vehicle.toml` and the design `name` from a vehicle's directory.
     ///
     /// # Errors

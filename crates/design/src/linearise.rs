@@ -1,9 +1,11 @@
 //! Trims over the range of speed, and the linear model at each.
 
 use crate::error::ModelError;
+use crate::inputs::Inputs;
 use crate::inputs::design_file::DesignFile;
 use auv::{Actuator, Linearisation, Speed, Trim, Vehicle, linearise, trim_with, trims};
-use lpv::matrix::{Mat, block};
+use lpv::matrix::{Mat, block, to_rows};
+use serde_json::{Map, Value, json};
 
 /// Speeds of a trim table, evenly spread over the range of a design; its trims lie on one branch.
 pub const TRIM_ROWS: usize = 101;
@@ -18,6 +20,31 @@ pub fn linearise_at(vehicle: &Vehicle, file: &DesignFile, speed: f64) -> Result<
     let (depth, pitch) = file.level();
     let level = trim_with(vehicle, Speed::Path(speed), depth, pitch).map_err(ModelError::Trim)?;
     Ok(linearise(vehicle, &level)?)
+}
+
+/// Trim, A, B and eigenvalues at one speed, for programs.
+///
+/// # Errors
+/// [`ModelError::Trim`].
+pub fn shown(inputs: &Inputs, speed: f64) -> Result<Value, ModelError> {
+    let l = linearise_at(&inputs.vehicle, &inputs.design, speed)?;
+    let t = &l.trim;
+    let outputs = inputs.vehicle.actuators.iter().zip(&t.actuators);
+    let actuators: Map<String, Value> = outputs.map(|(a, output)| (a.name.clone(), json!(output))).collect();
+    Ok(json!({
+        "trim": {
+            "speed": t.speed,
+            "depth": t.depth,
+            "pitch": t.pitch,
+            "forward_speed": t.forward_speed,
+            "heave": t.heave,
+            "actuators": actuators,
+        },
+        "states": l.states.iter().map(|state| state.symbol).collect::<Vec<_>>(),
+        "A": to_rows(&l.a),
+        "B": to_rows(&l.b),
+        "eigenvalues": l.eigenvalues().iter().map(|v| [v.re, v.im]).collect::<Vec<_>>(),
+    }))
 }
 
 /// The trims of a design at [`TRIM_ROWS`] speeds.

@@ -163,7 +163,7 @@ pub fn pack(
 /// The picture that tools show for the FMU, some from either place (FMI 2.0.4, section 2.3).
 const ICON: &[u8] = include_bytes!("../model.png");
 
-/// Where to begin (section 2.3), Squid's own licences, and those of what is compiled in; `tools/fly/licences.py`
+/// Where to begin (section 2.3), Squid's own licences, and those of what is compiled in; `tools/licences.py`
 /// writes the latter.
 const LICENCES: [(&str, &str); 4] = [
     ("license.txt", include_str!("../license.txt")),

@@ -30,3 +30,11 @@ pub fn check(problem: &Source, certificate: &Source) -> Result<Theorem, Error> {
     }
     Ok(certificate.prove()?)
 }
+
+/// Proves a certificate.
+///
+/// # Errors
+/// [`ProofError::Unproved`]; [`ProofError::Certificate`] where it cannot be read.
+pub fn prove(certificate: &Source) -> Result<Theorem, Error> {
+    Ok(parse(&certificate.text, &certificate.name)?.prove()?)
+}

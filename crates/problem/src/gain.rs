@@ -91,6 +91,11 @@ pub fn run(source: &Source) -> Result<Report, Error> {
 }
 
 impl Report {
+    /// The certificate, if it proves.
+    pub fn proved(&self) -> Option<&Certificate> {
+        self.certificate.as_ref().filter(|_| self.theorem.is_some())
+    }
+
     /// Proves the bound of the plant alone: the synthesis adds a controller that nothing connects to it.
     fn prove(&mut self, problem: &Problem, certificate: Certificate) {
         let (n, r) = (problem.plant.a().nrows(), problem.plant.dtt().nrows());
@@ -146,7 +151,7 @@ impl Report {
     pub fn save(&self, directory: &Path) -> Result<(), Error> {
         let mut files = Files::default();
         let path = directory.join("certificate.json");
-        match self.certificate.as_ref().filter(|_| self.theorem.is_some()) {
+        match self.proved() {
             Some(certificate) => files.add(path.clone(), text(certificate, &path)?),
             None => files.remove(path),
         }

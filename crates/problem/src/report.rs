@@ -3,6 +3,7 @@
 use crate::error::Error;
 use certificate::{Certificate, Theorem};
 use lpv::regularise::is_nothing;
+use scheduled::LftMatrices;
 use serde::Serialize;
 use squid_design::certify::lft_matrices;
 use squid_design::certify::verify::text;
@@ -136,6 +137,16 @@ impl Report {
         }
     }
 
+    /// The certificate, if it proves.
+    pub fn proved(&self) -> Option<&Certificate> {
+        self.certificate.as_ref().filter(|_| self.theorem.is_some())
+    }
+
+    /// The controller that it is of.
+    pub fn controller(&self) -> Option<LftMatrices> {
+        self.proved().map(|proved| lft_matrices(proved.controller_blocks.clone(), proved.controller.clone()))
+    }
+
     /// Writes `report.json`, and `controller.json` and `certificate.json` if there is a controller.
     ///
     /// # Errors
@@ -143,12 +154,10 @@ impl Report {
     pub fn save(&self, directory: &Path) -> Result<(), Error> {
         let mut files = Files::default();
         // Without a proof nothing is kept, and files of an earlier run are removed.
-        let proved = self.certificate.as_ref().filter(|_| self.theorem.is_some());
         let [path, controller] = ["certificate.json", "controller.json"].map(|name| directory.join(name));
-        if let Some(certificate) = proved {
+        if let Some(certificate) = self.proved() {
             files.add(path.clone(), text(certificate, &path)?);
-            let (blocks, rows) = (certificate.controller_blocks.clone(), certificate.controller.clone());
-            files.add_json(controller, &lft_matrices(blocks, rows))?;
+            files.add_json(controller, &self.controller())?;
         } else {
             files.remove(path);
             files.remove(controller);

@@ -85,6 +85,11 @@ impl Record {
         self.0.iter().map(|column| (column.split().0, column.split().1, column.values.as_slice()))
     }
 
+    /// Each heading, with its values.
+    pub fn into_columns(self) -> Vec<(String, Vec<f64>)> {
+        self.0.into_iter().map(|column| (column.heading, column.values)).collect()
+    }
+
     /// The values of a variable.
     pub fn get(&self, name: &str) -> Option<&[f64]> {
         self.0.iter().rfind(|column| column.name() == name).map(|column| column.values.as_slice())

@@ -6,7 +6,7 @@ import struct
 import zipfile
 
 import pytest
-from fly import licences
+import licences
 from fly.package import Packages
 from fly.stages import StageError
 

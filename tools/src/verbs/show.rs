@@ -12,6 +12,7 @@ use serde_json::{Map, Value};
 use squid_design::error::{Error as DesignError, StoreError};
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
+use squid_design::linearise;
 use squid_design::progress::Progress;
 use squid_design::store::{self, Stored};
 use std::path::Path;
@@ -56,7 +57,7 @@ pub fn run(which: &Which, asked: &Asked) -> Result<(), Error> {
     let mut shown = Map::new();
     if let Some(v) = speed {
         say(&tables::speed(&inputs, v)?);
-        shown.insert("at_speed".into(), values::speed(&inputs, v)?);
+        shown.insert("at_speed".into(), linearise::shown(&inputs, v)?);
     }
     if asked.fit || all {
         let model = Model::new(&inputs.vehicle, &inputs.design)?;

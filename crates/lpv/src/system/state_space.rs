@@ -4,10 +4,10 @@
 //! matrix and a quadratically convergent algorithm for computing its L-infinity norm", Systems & Control
 //! Letters 15, 1990; N. A. Bruinsma, M. Steinbuch, Systems & Control Letters 14, 1990.
 
-use crate::stop;
 use crate::matrix::{
     Mat, block, complex_singular_values, eigenvalues, largest_singular_value, solve, spectral_abscissa,
 };
+use crate::stop;
 use nalgebra::{Complex, DMatrix};
 use std::f64::consts::SQRT_2;
 use std::ops::Range;

@@ -5,36 +5,10 @@ use lpv::controller::Controller;
 use lpv::matrix::Mat;
 use nalgebra::Complex;
 use scheduled::Gamma;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
-use squid_design::linearise::linearise_at;
 use squid_design::uncertain::over_range;
-
-/// Trim, A, B and eigenvalues at one speed.
-///
-/// # Errors
-/// [`ModelError::Trim`](squid_design::error::ModelError::Trim).
-pub fn speed(inputs: &Inputs, speed: f64) -> Result<Value, Error> {
-    let l = linearise_at(&inputs.vehicle, &inputs.design, speed)?;
-    let t = &l.trim;
-    let outputs = inputs.vehicle.actuators.iter().zip(&t.actuators);
-    let actuators: Map<String, Value> = outputs.map(|(a, output)| (a.name.clone(), json!(output))).collect();
-    Ok(json!({
-        "trim": {
-            "speed": t.speed,
-            "depth": t.depth,
-            "pitch": t.pitch,
-            "forward_speed": t.forward_speed,
-            "heave": t.heave,
-            "actuators": actuators,
-        },
-        "states": l.states.iter().map(|state| state.symbol).collect::<Vec<_>>(),
-        "A": rows(&l.a),
-        "B": rows(&l.b),
-        "eigenvalues": pairs(&l.eigenvalues()),
-    }))
-}
 
 /// The residuals of the fits, and the size of the LFT.
 pub fn fit(model: &Model) -> Value {

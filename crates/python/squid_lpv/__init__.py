@@ -1,0 +1,49 @@
+"""H-infinity and LPV synthesis with proved gains, mu, and autopilots for underwater vehicles."""
+
+from squid_lpv._core import __version__
+from squid_lpv.analysis import LpvGain, Mu, hinfnorm, lpvgain, mu
+from squid_lpv.certificates import Certificate, Theorem
+from squid_lpv.errors import Infeasible, InputError, NumericalFailure, SquidError
+from squid_lpv.synthesis import (
+    HinfSynthesis,
+    LpvController,
+    LpvSynthesis,
+    Proved,
+    hinfsyn,
+    hinfsyn_proved,
+    loadmat,
+    lpvsyn,
+    savemat,
+)
+from squid_lpv.systems import StateSpace
+from squid_lpv.vehicles import Design, Flight, Linearisation, Trim, Vehicle
+
+__all__ = [
+    "Certificate",
+    "Design",
+    "Flight",
+    "HinfSynthesis",
+    "Infeasible",
+    "InputError",
+    "Linearisation",
+    "LpvController",
+    "LpvGain",
+    "LpvSynthesis",
+    "Mu",
+    "NumericalFailure",
+    "Proved",
+    "SquidError",
+    "StateSpace",
+    "Theorem",
+    "Trim",
+    "Vehicle",
+    "__version__",
+    "hinfnorm",
+    "hinfsyn",
+    "hinfsyn_proved",
+    "loadmat",
+    "lpvgain",
+    "lpvsyn",
+    "mu",
+    "savemat",
+]

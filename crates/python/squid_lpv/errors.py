@@ -1,0 +1,17 @@
+"""What can go wrong, in three kinds."""
+
+
+class SquidError(Exception):
+    """Base of the three kinds."""
+
+
+class Infeasible(SquidError):
+    """There is provably no solution; the message says why."""
+
+
+class NumericalFailure(SquidError):
+    """Nothing was concluded; the message says where it ended."""
+
+
+class InputError(SquidError, ValueError):
+    """What was given is wrong; the message names it, what was found, and what is allowed."""

@@ -1,0 +1,306 @@
+"""Controllers with a proved gain."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from squid_lpv import _core, systems
+from squid_lpv.certificates import Certificate
+from squid_lpv.errors import Infeasible, InputError, NumericalFailure
+from squid_lpv.systems import Matrix, StateSpace
+
+Progress = Callable[[str, str, str], Any]
+"""Called with the kind of an event (`began`, `done`, `warning`), the stage, and words."""
+
+PLANT = ("A", "Bt", "B1", "B2", "Ct", "C1", "C2", "Dtt", "Dt1", "Dt2", "D1t", "D11", "D12", "D2t", "D21", "D22")
+"""The matrices of a plant with parameters, as `squid lpv synth` reads them."""
+
+
+class HinfSynthesis(NamedTuple):
+    """What `hinfsyn` returns; it unpacks as `K, CL, gam, rcond`."""
+
+    K: Any
+    CL: Any
+    gam: float
+    rcond: list[float]
+
+    def __repr__(self) -> str:
+        """Return the gain and the sizes."""
+        return f"HinfSynthesis(gam={self.gam:.6g}, states={len(self.K.A)})"
+
+
+class Proved(NamedTuple):
+    """Beside `HinfSynthesis`: the least gamma, what else was noticed, and the proof."""
+
+    synthesis: HinfSynthesis
+    least_gamma: float
+    remarks: list[str]
+    certificate: Certificate
+
+
+def hinfsyn(P: Any, nmeas: int, ncon: int, **options: Any) -> HinfSynthesis:
+    """Return an H-infinity controller with a proved gain: `K, CL, gam, rcond`, as python-control's `hinfsyn`.
+
+    Args:
+        P: the plant, anything with A, B, C, D; its last `ncon` inputs are u, its last `nmeas` outputs y.
+        nmeas: the number of measurements y.
+        ncon: the number of controls u.
+        options: those of `hinfsyn_proved`.
+
+    Returns:
+        K, the controller `u = K y`; CL, the loop from w to z; `gam`: the gain of CL is below it, proved in exact
+        arithmetic; `rcond`, the conditions of D12 and D21 (least singular value over the largest), and twice NaN: there
+        are no Riccati equations here.
+
+    Raises:
+        Infeasible: there is no controller.
+        NumericalFailure: nothing is known.
+        InputError: the problem is wrong.
+    """
+    return hinfsyn_proved(P, nmeas, ncon, **options).synthesis
+
+
+def hinfsyn_proved(
+    P: Any,
+    nmeas: int,
+    ncon: int,
+    *,
+    back_off: float = 0.1,
+    gamma_limit: float | None = None,
+    fastest_mode: float | None = None,
+    reduce: bool = False,
+    progress: Progress | None = None,
+) -> Proved:
+    """Return what `hinfsyn` does, with the least gamma, remarks and the certificate.
+
+    A plant in discrete time is taken to continuous time by the bilinear transform, which keeps gains, and its controller
+    back. The certificate is then of the plant in continuous time; what the transforms round is not covered by it.
+
+    Args:
+        P: as in `hinfsyn`.
+        nmeas: as in `hinfsyn`.
+        ncon: as in `hinfsyn`.
+        back_off: how far above the least gamma the controller is built, relative; from 0.001 to 1.
+        gamma_limit: a least gamma above this counts as infeasible.
+        fastest_mode: no mode of the controller is to be faster, rad/s.
+        reduce: leave out controller states while the bound stays within 2 %.
+        progress: called back.
+    """
+    given = systems.of(P)
+    plant, transform = given, None
+    if given.dt:
+        transform = systems.Bilinear.of(given)
+        plant = transform.continuous(given)
+    outputs, inputs = plant.D.shape
+    for name, count, most, of in (("nmeas", nmeas, outputs, "outputs"), ("ncon", ncon, inputs, "inputs")):
+        if not 0 < count < most:
+            raise InputError(f"{name} is {count}; it must be from 1 to {most - 1}, since P has {most} {of}")
+    problem = {"data": partition(plant, nmeas, ncon)}
+    options = {"back_off": back_off, "gamma_limit": gamma_limit, "fastest_mode": fastest_mode, "reduce": reduce}
+    report, rows, certificate = solve(problem, "P", options, progress)
+    k = StateSpace(*(systems.matrix(key, rows[key]).reshape(shape) for key, shape in _shapes(rows, ncon, nmeas)))
+    if transform is not None:
+        k = transform.discrete(k)
+    loop = systems.lower_lft(given, k)
+    d12, d21 = plant.D[: outputs - nmeas, inputs - ncon :], plant.D[outputs - nmeas :, : inputs - ncon]
+    rcond = [_condition(d12), _condition(d21), float("nan"), float("nan")]
+    found = HinfSynthesis(systems.given_back(k), systems.given_back(loop), report["certified_gamma"], rcond)
+    return Proved(found, report["gamma"], report["remarks"], certificate)
+
+
+def _shapes(rows: Mapping[str, Any], ncon: int, nmeas: int) -> list[tuple[str, tuple[int, int]]]:
+    n = len(rows["A"])
+    return [("A", (n, n)), ("By", (n, nmeas)), ("Cu", (ncon, n)), ("Duy", (ncon, nmeas))]
+
+
+def partition(plant: StateSpace, nmeas: int, ncon: int) -> dict[str, list[list[float]]]:
+    """Return A, B1, B2, C1, ... of a plant, as lists."""
+    nz, nw = plant.D.shape[0] - nmeas, plant.D.shape[1] - ncon
+    w, u, z, y = slice(nw), slice(nw, None), slice(nz), slice(nz, None)
+    parts = {
+        "A": plant.A, "B1": plant.B[:, w], "B2": plant.B[:, u], "C1": plant.C[z], "C2": plant.C[y],
+        "D11": plant.D[z, w], "D12": plant.D[z, u], "D21": plant.D[y, w], "D22": plant.D[y, u],
+    }  # fmt: skip
+    return {key: part.tolist() for key, part in parts.items()}
+
+
+def solve(
+    problem: Mapping[str, Any], name: str, options: Mapping[str, Any], progress: Progress | None
+) -> tuple[dict[str, Any], dict[str, Any], Certificate]:
+    """Return report, controller and certificate of a problem as `squid lpv synth` reads it.
+
+    Raises:
+        Infeasible: there is no controller.
+        NumericalFailure: nothing is known.
+        InputError: the problem is wrong.
+    """
+    checked(options)
+    text, controller, certificate = _core.synth(json.dumps(problem), name, progress=progress, **options)
+    report = json.loads(text)
+    if report["status"] == "infeasible":
+        raise Infeasible(report["reason"])
+    if controller is None or certificate is None:
+        raise NumericalFailure("; ".join([report["reason"] or "no controller was found", *report["remarks"]]))
+    return report, json.loads(controller), Certificate(certificate)
+
+
+def checked(options: Mapping[str, Any]) -> None:
+    """Check the options of a synthesis, as the command line does.
+
+    Raises:
+        InputError: one is outside what is allowed.
+    """
+    if not 1e-3 <= options["back_off"] <= 1.0:
+        raise InputError(f"back_off is {options['back_off']}; it must be from 0.001 to 1")
+    for name in ("gamma_limit", "fastest_mode"):
+        value = options[name]
+        if value is not None and not (np.isfinite(value) and value > 0.0):
+            raise InputError(f"{name} is {value}; it must be above 0")
+
+
+def _condition(m: Matrix) -> float:
+    values = np.linalg.svd(m, compute_uv=False)
+    return float(values[-1] / values[0]) if values.size and values[0] > 0.0 else 0.0
+
+
+@dataclass(frozen=True)
+class LpvController:
+    """`xk' = A xk + By y + Bt wk`, `u = Cu xk + Duy y + Dut wk`, `zk = Ct xk + Dty y + Dtt wk`, `wk = Theta zk`."""
+
+    blocks: list[int]
+    matrices: dict[str, Matrix]
+
+    def frozen(self, *theta: float) -> Any:
+        """Return the controller at constant parameters, each within [-1, 1]."""
+        if len(theta) != len(self.blocks):
+            raise InputError(f"{len(theta)} parameters are given; the controller has {len(self.blocks)}")
+        m = self.matrices
+        diagonal = np.repeat(np.asarray(theta, dtype=float), self.blocks)
+        inner = np.linalg.inv(np.eye(len(diagonal)) - diagonal[:, None] * m["Dtt"]) * diagonal[None, :]
+        return systems.given_back(
+            StateSpace(
+                m["A"] + m["Bt"] @ inner @ m["Ct"], m["By"] + m["Bt"] @ inner @ m["Dty"],
+                m["Cu"] + m["Dut"] @ inner @ m["Ct"], m["Duy"] + m["Dut"] @ inner @ m["Dty"],
+            )  # fmt: skip
+        )
+
+
+@dataclass(frozen=True)
+class LpvSynthesis:
+    """What `lpvsyn` returns: the controller, its proved gain, the least gamma, remarks, and the proof."""
+
+    K: LpvController
+    gam: float
+    least_gamma: float
+    gam_at_rate: float | None
+    remarks: list[str]
+    certificate: Certificate
+
+
+def lpvsyn(
+    P: Mapping[str, Any],
+    blocks: list[int],
+    *,
+    rate: float | None = None,
+    back_off: float = 0.1,
+    gamma_limit: float | None = None,
+    fastest_mode: float | None = None,
+    reduce: bool = False,
+    progress: Progress | None = None,
+) -> LpvSynthesis:
+    """Return a controller that is scheduled by measured parameters, with a gain that is proved for all their courses.
+
+    Args:
+        P: the matrices A, Bt, B1, B2, Ct, ... of the plant by name (see `PLANT`): `wt = blkdiag(theta_i I_ri) zt`.
+        blocks: the repetitions r_1, r_2, ... of the parameters, each within [-1, 1].
+        rate: a bound on |theta'| of the only parameter.
+        back_off: as in `hinfsyn_proved`.
+        gamma_limit: as in `hinfsyn_proved`.
+        fastest_mode: as in `hinfsyn_proved`.
+        reduce: as in `hinfsyn_proved`.
+        progress: called back.
+
+    Raises:
+        Infeasible: there is no controller.
+        NumericalFailure: nothing is known.
+        InputError: the problem is wrong.
+    """
+    data: dict[str, Any] = {"P": as_lists(P), "blocks": list(blocks)}
+    if rate is not None:
+        data["rate"] = rate
+    options = {"back_off": back_off, "gamma_limit": gamma_limit, "fastest_mode": fastest_mode, "reduce": reduce}
+    report, rows, certificate = solve({"data": data}, "P", options, progress)
+    return LpvSynthesis(
+        lpv_controller(rows),
+        report["certified_gamma"],
+        report["gamma"],
+        report.get("certified_gamma_at_rate"),
+        report["remarks"],
+        certificate,
+    )
+
+
+def lpv_controller(rows: Mapping[str, Any]) -> LpvController:
+    """Return a controller from the JSON of `controller.json`."""
+    n, r = len(rows["A"]), sum(rows["blocks"])
+    outputs = len(rows["Duy"])
+    inputs = len(rows["Duy"][0]) if outputs else 0
+    size = {"A": (n, n), "By": (n, inputs), "Bt": (n, r), "Cu": (outputs, n), "Duy": (outputs, inputs)}
+    size |= {"Dut": (outputs, r), "Ct": (r, n), "Dty": (r, inputs), "Dtt": (r, r)}
+    return LpvController(
+        list(rows["blocks"]), {key: np.array(rows[key], dtype=float).reshape(shape) for key, shape in size.items()}
+    )
+
+
+def as_lists(parts: Mapping[str, Any]) -> dict[str, list[list[float]]]:
+    """Return matrices by name as lists of rows."""
+    unknown = sorted(set(parts) - set(PLANT))
+    if unknown:
+        raise InputError(f"P has '{unknown[0]}'; its matrices are {', '.join(PLANT)}")
+    return {key: systems.matrix(f"P['{key}']", value).tolist() for key, value in parts.items()}
+
+
+def savemat(path: str | Path, found: HinfSynthesis | Proved) -> None:
+    """Write K, CL and gam to a .mat file: after MATLAB's `load`, `ss(K.a, K.b, K.c, K.d, K.Ts)` is the controller."""
+    from scipy.io import savemat as write
+
+    synthesis = found.synthesis if isinstance(found, Proved) else found
+    parts = {name: _struct(getattr(synthesis, name)) for name in ("K", "CL")}
+    write(path, {**parts, "gam": synthesis.gam, "rcond": synthesis.rcond})
+
+
+def _struct(system: Any) -> dict[str, Any]:
+    s = systems.of(system)
+    return {"a": s.A, "b": s.B, "c": s.C, "d": s.D, "Ts": s.dt}
+
+
+def loadmat(path: str | Path, name: str = "P") -> tuple[StateSpace, int, int]:
+    """Read a plant from a .mat file: `P, nmeas, ncon`, as `hinfsyn` takes them.
+
+    The file has a struct `name` with a, b, c, d (and Ts), or the matrices A, B, C, D; and nmeas and ncon.
+
+    Raises:
+        InputError: one of them is missing.
+    """
+    from scipy.io import loadmat as read
+
+    held = read(path, simplify_cells=True)
+    parts = held.get(name, held)
+    lowered = {str(key).lower(): value for key, value in parts.items()}
+    for key in "abcd":
+        if key not in lowered:
+            raise InputError(f"{path}: '{key}' of '{name}' is missing")
+    for key in ("nmeas", "ncon"):
+        if key not in held:
+            raise InputError(f"{path}: '{key}' is missing; it is the number that hinfsyn takes")
+    d = np.atleast_2d(lowered["d"])
+    n = np.atleast_2d(lowered["a"]).shape[0]
+    shaped = [np.reshape(lowered[key], shape) for key, shape in zip("abc", [(n, n), (n, -1), (-1, n)], strict=True)]
+    plant = StateSpace(*shaped, d.reshape(shaped[2].shape[0], shaped[1].shape[1]), float(lowered.get("ts", 0.0)))
+    return plant, int(held["nmeas"]), int(held["ncon"])

@@ -1,0 +1,179 @@
+"""Linear systems: whatever has A, B, C, D comes in; python-control's StateSpace goes out where that is installed."""
+
+from __future__ import annotations
+
+import importlib.util
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from squid_lpv.errors import InputError
+
+Matrix = np.ndarray
+
+
+@dataclass(frozen=True)
+class StateSpace:
+    """`x' = A x + B u`, `y = C x + D u`; in discrete time, with the sample time `dt` (s), `x+` in place of `x'`."""
+
+    A: Matrix
+    B: Matrix
+    C: Matrix
+    D: Matrix
+    dt: float = 0.0
+
+    def __call__(self, s: complex) -> Matrix:
+        """Return `C (s I - A)^-1 B + D`."""
+        n = len(self.A)
+        return self.C @ np.linalg.solve(s * np.eye(n) - self.A, self.B.astype(complex)) + self.D
+
+    def poles(self) -> Matrix:
+        """Return the eigenvalues of A."""
+        return np.linalg.eigvals(self.A)
+
+
+def matrix(name: str, value: Any) -> Matrix:
+    """Return a matrix of finite numbers.
+
+    Raises:
+        InputError: it is none.
+    """
+    try:
+        found = np.atleast_2d(np.asarray(value, dtype=float))
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name} is no matrix of real numbers: {error}") from None
+    if found.ndim != 2:
+        raise InputError(f"{name} has {found.ndim} dimensions; a matrix has 2")
+    if not np.isfinite(found).all():
+        raise InputError(f"{name} has a number that is not finite; a weight that grows without limit is not proper")
+    return found
+
+
+def of(system: Any, name: str = "P") -> StateSpace:
+    """Return a system from anything that has A, B, C, D (and `dt`), or from a sequence of these four.
+
+    Raises:
+        InputError: it has none, or they do not fit together.
+    """
+    if all(hasattr(system, part) for part in "ABCD"):
+        parts, dt = [getattr(system, part) for part in "ABCD"], getattr(system, "dt", None)
+    elif isinstance(system, (tuple, list)) and len(system) in (4, 5):
+        parts, dt = list(system[:4]), system[4] if len(system) == 5 else None
+    else:
+        raise InputError(f"{name} is {type(system).__name__}; it must have A, B, C, D, or be a sequence of them")
+    a, b, c, d = (matrix(f"{name}.{part}", value) for part, value in zip("ABCD", parts, strict=True))
+    n = 0 if a.size == 0 else len(a)
+    a, b, c = a.reshape(n, -1) if n else np.zeros((0, 0)), b, c
+    if n == 0:
+        b, c = np.zeros((0, d.shape[1])), np.zeros((d.shape[0], 0))
+    expected = {"A": (n, n), "B": (n, d.shape[1]), "C": (d.shape[0], n)}
+    for part, found in {"A": a, "B": b, "C": c}.items():
+        if found.shape != expected[part]:
+            rows, columns = expected[part]
+            raise InputError(
+                f"{name}.{part} is {found.shape[0]} x {found.shape[1]}; it must be {rows} x {columns}, "
+                f"since D is {d.shape[0]} x {d.shape[1]}"
+            )
+    # python-control's `True` is a sample time that is not known.
+    return StateSpace(a, b, c, d, 0.0 if dt is None else float(dt))
+
+
+def given_back(system: StateSpace) -> Any:
+    """Return python-control's StateSpace where that is installed, the system itself otherwise."""
+    if importlib.util.find_spec("control") is None:
+        return system
+    import control
+
+    return control.ss(system.A, system.B, system.C, system.D, system.dt, remove_useless_states=False)
+
+
+def lower_lft(plant: StateSpace, controller: StateSpace) -> StateSpace:
+    """Return the loop of `plant` with `u = K y`: its last inputs and outputs are u and y.
+
+    Raises:
+        InputError: the loop is not well posed.
+    """
+    ncon, nmeas = controller.D.shape
+    nw, nz = plant.B.shape[1] - ncon, plant.C.shape[0] - nmeas
+    b1, b2 = plant.B[:, :nw], plant.B[:, nw:]
+    c1, c2 = plant.C[:nz], plant.C[nz:]
+    d11, d12, d21, d22 = plant.D[:nz, :nw], plant.D[:nz, nw:], plant.D[nz:, :nw], plant.D[nz:, nw:]
+    k = controller
+    # u = (I - Dk D22)^-1 (Ck xk + Dk (C2 x + D21 w)), and y = C2 x + D21 w + D22 u.
+    try:
+        loop = np.linalg.inv(np.eye(ncon) - k.D @ d22)
+    except np.linalg.LinAlgError:
+        raise InputError("the direct paths of plant and controller make a loop that is not well posed") from None
+    ux, uk, uw = loop @ k.D @ c2, loop @ k.C, loop @ k.D @ d21
+    yx, yk, yw = c2 + d22 @ ux, d22 @ uk, d21 + d22 @ uw
+    a = np.block([[plant.A + b2 @ ux, b2 @ uk], [k.B @ yx, k.A + k.B @ yk]])
+    b = np.vstack([b1 + b2 @ uw, k.B @ yw])
+    c = np.hstack([c1 + d12 @ ux, d12 @ uk])
+    return StateSpace(a, b, c, d11 + d12 @ uw, plant.dt)
+
+
+@dataclass(frozen=True)
+class Bilinear:
+    """`s = 2/T (z - 1)/(z + 1)`, with z turned by `sign`: where z = -1 is a pole, z is replaced by -z.
+
+    It maps the unit disc to the left half plane, so that gains and stability stay what they are.
+    """
+
+    dt: float
+    sign: float = 1.0
+
+    @classmethod
+    def of(cls, system: StateSpace) -> Bilinear:
+        """Return a transform that a system has.
+
+        Raises:
+            InputError: it has poles at 1 and at -1.
+        """
+        for sign in (1.0, -1.0):
+            if len(system.A) == 0 or _least(sign * system.A + np.eye(len(system.A))) > SINGULAR:
+                return cls(system.dt, sign)
+        raise InputError("the plant has poles at z = 1 and at z = -1; the bilinear transform needs one of them free")
+
+    @property
+    def step(self) -> float:
+        """The sample time; any will do where it is not known."""
+        return 1.0 if self.dt is True or self.dt <= 0.0 else float(self.dt)
+
+    def continuous(self, system: StateSpace) -> StateSpace:
+        """Return the system in s."""
+        n, half = len(system.A), 2.0 / self.step
+        a, b = self.sign * system.A, self.sign * system.B
+        inverse = np.linalg.inv(a + np.eye(n))
+        root = np.sqrt(2.0 * half)
+        return StateSpace(
+            half * (a - np.eye(n)) @ inverse, root * inverse @ b, root * system.C @ inverse,
+            system.D - system.C @ inverse @ b,
+        )
+
+    def discrete(self, system: StateSpace) -> StateSpace:
+        """Return the system in z.
+
+        Raises:
+            InputError: a pole of it is at s = 2/T.
+        """
+        n, half = len(system.A), 2.0 / self.step
+        ahead = half * np.eye(n) - system.A
+        if n and _least(ahead) <= SINGULAR * half:
+            raise InputError("the controller has a mode that the bilinear transform cannot bring back; change dt")
+        inverse = np.linalg.inv(ahead)
+        root = np.sqrt(2.0 * half)
+        a = (half * np.eye(n) + system.A) @ inverse
+        return StateSpace(
+            self.sign * a, self.sign * root * inverse @ system.B, root * system.C @ inverse,
+            system.D + system.C @ inverse @ system.B, self.dt,
+        )
+
+
+SINGULAR = 1e-10
+"""A least singular value below this share of the largest counts as none."""
+
+
+def _least(m: Matrix) -> float:
+    values = np.linalg.svd(m, compute_uv=False)
+    return float(values[-1] / max(values[0], 1.0))

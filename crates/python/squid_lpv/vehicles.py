@@ -1,0 +1,220 @@
+"""Underwater vehicles: models, designs, flights."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from squid_lpv import _core, systems
+from squid_lpv.certificates import Certificate
+from squid_lpv.errors import InputError
+from squid_lpv.synthesis import LpvController, Progress, lpv_controller
+from squid_lpv.systems import StateSpace
+
+
+@dataclass(frozen=True)
+class Trim:
+    """Level flight: V along the path (m/s), depth (m), pitch (rad), u and w (m/s), outputs of actuators (N, rad)."""
+
+    speed: float
+    depth: float
+    pitch: float
+    forward_speed: float
+    heave: float
+    actuators: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Linearisation:
+    """Deviations from a trim: `x' = A x + B u`, SI units; `states` and `inputs` name x and u."""
+
+    trim: Trim
+    states: list[str]
+    inputs: list[str]
+    A: np.ndarray
+    B: np.ndarray
+
+    def system(self) -> Any:
+        """Return it as a system whose outputs are its states."""
+        n, m = self.B.shape
+        return systems.given_back(StateSpace(self.A, self.B, np.eye(n), np.zeros((n, m))))
+
+
+class Vehicle:
+    """A vehicle, and what is asked of its autopilot."""
+
+    def __init__(self, core: _core.Vehicle) -> None:
+        """Use `Vehicle.read` or `Vehicle.of`."""
+        self._core = core
+
+    @classmethod
+    def read(cls, directory: str | Path, design: str = "design") -> Vehicle:
+        """Read `vehicle.toml` and a design file of a directory, as `squid new` writes them.
+
+        Raises:
+            InputError: which file, line and key is wrong.
+        """
+        return cls(_core.Vehicle.read(str(directory), design))
+
+    @classmethod
+    def of(cls, vehicle: str, design: str) -> Vehicle:
+        """Return the same from the texts of both files."""
+        return cls(_core.Vehicle.of(vehicle, design))
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self._core.name
+
+    @property
+    def actuators(self) -> list[str]:
+        """Names of its actuators."""
+        return self._core.actuators
+
+    @property
+    def speeds(self) -> tuple[float, float]:
+        """The range of speed of the design, m/s along the path."""
+        return self._core.speeds
+
+    def linearise(self, speed: float) -> Linearisation:
+        """Return trim and linear model at a speed along the path, m/s.
+
+        Raises:
+            InputError: there is no trim there.
+        """
+        found = json.loads(self._core.at_speed(float(speed)))
+        a, b = np.array(found["A"]), np.array(found["B"])
+        return Linearisation(Trim(**found["trim"]), found["states"], self.actuators, a, b)
+
+    def design(
+        self, directory: str | Path | None = None, *, robust: bool = False, progress: Progress | None = None
+    ) -> Design:
+        """Design an autopilot, and return it with its proofs; half a minute or so.
+
+        Args:
+            directory: where its files go, as those of `squid design --out`; `None` for one that is gone with the object.
+            robust: make it for the declared uncertainty.
+            progress: called back.
+
+        Raises:
+            Infeasible: there is no controller.
+            NumericalFailure: none was found.
+        """
+        temporary = None
+        if directory is None:
+            temporary = tempfile.TemporaryDirectory(prefix="squid-")
+            directory = temporary.name
+        Path(directory).mkdir(parents=True, exist_ok=True)
+        self._core.design(str(directory), robust, progress)
+        return Design(self, Path(directory), temporary)
+
+
+@dataclass(frozen=True)
+class Flight:
+    """A record: `columns` by name, SI units in `units`; `surfacing` says where it ended at the surface, if it did."""
+
+    columns: dict[str, np.ndarray]
+    units: dict[str, str]
+    surfacing: str | None
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Return a column."""
+        return self.columns[name]
+
+
+@dataclass(frozen=True)
+class Design:
+    """A finished design: its files, which the command line reads, too."""
+
+    vehicle: Vehicle
+    directory: Path
+    _held: Any = field(default=None, repr=False)
+
+    @classmethod
+    def read(cls, vehicle: Vehicle, directory: str | Path) -> Design:
+        """Return the design in a directory.
+
+        Raises:
+            InputError: there is none.
+        """
+        if not (Path(directory) / "controller.json").is_file():
+            raise InputError(f"{directory} has no controller.json; Vehicle.design makes one")
+        return cls(vehicle, Path(directory))
+
+    def _json(self, name: str) -> dict[str, Any]:
+        return json.loads((self.directory / name).read_text(encoding="utf-8"))
+
+    @property
+    def figures(self) -> dict[str, Any]:
+        """The figures of `design.json`: gammas, checks, verdict."""
+        return self._json("design.json")
+
+    @property
+    def gamma(self) -> float:
+        """The gain of the loop is below it; `certificate.verify()` proves that again."""
+        return self.figures["gamma_bound"]
+
+    @property
+    def verdict(self) -> list[dict[str, Any]]:
+        """What was asked, and what is achieved by the loop as it flies."""
+        return self.figures["verdict"]["rows"]
+
+    @property
+    def certificate(self) -> Certificate:
+        """The proof of the gain.
+
+        Raises:
+            InputError: it is not proved; the figures say why.
+        """
+        path = self.directory / "certificate.json"
+        if not path.is_file():
+            raise InputError(f"the design is not proved: {self.figures['not_certified_because']}")
+        return Certificate.read(path)
+
+    @property
+    def lft(self) -> LpvController:
+        """The controller, scheduled by rho, from -1 at the lowest to 1 at the highest speed."""
+        return lpv_controller(self._json("controller.json")["lft"])
+
+    def controller(self, speed: float) -> Any:
+        """Return the controller at a constant speed, m/s along the path."""
+        low, high = self.vehicle.speeds
+        if not low <= speed <= high:
+            raise InputError(f"speed is {speed} m/s; the design is for {low} to {high}")
+        return self.lft.frozen((2.0 * speed - low - high) / (high - low))
+
+    def simulate(self, manoeuvre: dict[str, float] | None = None, *, sea: str | None = None) -> Flight:
+        """Fly the nonlinear vehicle under the sampled autopilot.
+
+        Args:
+            manoeuvre: keys of `manoeuvre.json` that differ from the default: pitch_step (rad), step_time, speed_from,
+                speed_to, duration and so on.
+            sea: the text of a sea file.
+
+        Raises:
+            InputError: the manoeuvre or the sea is wrong.
+            NumericalFailure: the flight failed.
+        """
+        wanted = None
+        if manoeuvre is not None:
+            wanted = json.dumps(self._json("manoeuvre.json") | manoeuvre)
+        columns, surfacing = self.vehicle._core.simulate(str(self.directory), wanted, sea)
+        split = [(heading.partition(" [")[0], heading.partition(" [")[2].rstrip("]"), v) for heading, v in columns]
+        return Flight({name: np.array(v) for name, _, v in split}, {name: unit for name, unit, _ in split}, surfacing)
+
+    def savemat(self, path: str | Path, speeds: Sequence[float]) -> None:
+        """Write the frozen controller on a grid of speeds to a .mat file.
+
+        After MATLAB's `load`, `ss(K.a(:,:,i), K.b(:,:,i), K.c(:,:,i), K.d(:,:,i))` is the one at `speeds(i)`.
+        """
+        from scipy.io import savemat as write
+
+        frozen = [systems.of(self.controller(speed)) for speed in speeds]
+        stacked = {key.lower(): np.stack([getattr(k, key) for k in frozen], axis=2) for key in "ABCD"}
+        write(path, {"K": stacked, "speeds": np.asarray(speeds, dtype=float), "gam": self.gamma})

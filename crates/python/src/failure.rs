@@ -1,0 +1,41 @@
+//! Errors as Python's exceptions, of three kinds: see `squid_lpv/errors.py`.
+
+use lpv::error::SynthesisError;
+use pyo3::{PyErr, import_exception};
+use squid_design::error::{Error as DesignError, ProofError};
+use squid_problem::error::Error as ProblemError;
+
+import_exception!(squid_lpv.errors, Infeasible);
+import_exception!(squid_lpv.errors, InputError);
+import_exception!(squid_lpv.errors, NumericalFailure);
+
+/// What a design failed for.
+pub fn of_design(error: &DesignError) -> PyErr {
+    let words = error.to_string();
+    match error {
+        DesignError::Synthesis(reason) | DesignError::NoController { reason, .. } => {
+            of_synthesis(reason, words)
+        }
+        DesignError::Input(_)
+        | DesignError::Model(_)
+        | DesignError::Store(_)
+        | DesignError::Proof(ProofError::Certificate { .. }) => InputError::new_err(words),
+        _ => NumericalFailure::new_err(words),
+    }
+}
+
+fn of_synthesis(reason: &SynthesisError, words: String) -> PyErr {
+    if reason.is_infeasible() { Infeasible::new_err(words) } else { NumericalFailure::new_err(words) }
+}
+
+/// What a problem of any plant failed for.
+pub fn of_problem(error: &ProblemError) -> PyErr {
+    use lpv::mu::sweep::SweepError;
+    match error {
+        ProblemError::Design(reason) => of_design(reason),
+        ProblemError::Mu { reason: SweepError::Stuck { .. }, .. } => {
+            NumericalFailure::new_err(error.to_string())
+        }
+        ProblemError::Problem { .. } | ProblemError::Mu { .. } => InputError::new_err(error.to_string()),
+    }
+}

@@ -1,0 +1,86 @@
+//! Long work beside Python: without its lock, with progress, and ended by Ctrl-C.
+
+use lpv::stop::{Stop, Stopped};
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::types::PyAnyMethods;
+use pyo3::{Py, PyAny, PyErr, PyResult, Python};
+use rayon::ThreadPoolBuilder;
+use squid_design::progress::{Event, Progress};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread::Result as Outcome;
+use std::time::Duration;
+
+/// How often Python is asked whether Ctrl-C was pressed.
+const PATIENCE: Duration = Duration::from_millis(50);
+
+enum Message<T> {
+    Progress(&'static str, String, String),
+    Ended(Outcome<T>),
+}
+
+/// Does `work` on threads of its own, one a core. `progress` is called with the kind of each event (`began`, `done`,
+/// `warning`), the stage and words. Where it raises, or Ctrl-C is pressed, this returns at once and the work ends at its
+/// next step.
+///
+/// # Errors
+/// What `progress` raises; `KeyboardInterrupt`; `RuntimeError` for a defect.
+pub fn run<T: Send + 'static>(
+    python: Python<'_>,
+    progress: Option<Py<PyAny>>,
+    work: impl FnOnce(&Progress<'_>) -> T + Send + 'static,
+) -> PyResult<T> {
+    let stop = Stop::default();
+    let obeyed = stop.clone();
+    let pool = ThreadPoolBuilder::new().start_handler(move |_| obeyed.obeyed_here()).build();
+    let pool = pool.map_err(|reason| PyRuntimeError::new_err(reason.to_string()))?;
+    let (to, mut from) = channel();
+    pool.spawn(move || {
+        let back = |event: Event<'_>| tell(&to, event);
+        let outcome = catch_unwind(AssertUnwindSafe(|| work(&Progress::new(&back))));
+        let _ = to.send(Message::Ended(outcome));
+    });
+    loop {
+        let message;
+        (message, from) = python.detach(move || wait(from));
+        let told = match message {
+            Ok(Message::Ended(outcome)) => return outcome.map_err(|reason| defect(&*reason)),
+            Ok(Message::Progress(kind, stage, words)) => progress
+                .as_ref()
+                .map_or(Ok(()), |call| call.bind(python).call1((kind, stage, words)).map(|_| ())),
+            Err(RecvTimeoutError::Timeout) => python.check_signals(),
+            Err(RecvTimeoutError::Disconnected) => {
+                Err(PyRuntimeError::new_err("the work ended without a result"))
+            }
+        };
+        told.inspect_err(|_| stop.ask())?;
+    }
+}
+
+type Received<T> = Result<Message<T>, RecvTimeoutError>;
+
+fn wait<T>(from: Receiver<Message<T>>) -> (Received<T>, Receiver<Message<T>>) {
+    (from.recv_timeout(PATIENCE), from)
+}
+
+fn tell<T>(to: &Sender<Message<T>>, event: Event<'_>) {
+    let (kind, stage, words) = match event {
+        Event::Began { stage, what } => ("began", stage, what),
+        Event::Done { stage, figures } => ("done", stage, figures),
+        Event::Warning { words } => ("warning", "", words),
+        Event::Ended => return,
+    };
+    let _ = to.send(Message::Progress(kind, stage.to_owned(), words.to_owned()));
+}
+
+/// A panic, which is a defect of ours.
+fn defect(reason: &(dyn std::any::Any + Send)) -> PyErr {
+    let words = match (reason.is::<Stopped>(), reason.downcast_ref::<String>(), reason.downcast_ref::<&str>())
+    {
+        (true, _, _) => "stopped",
+        (_, Some(words), _) => words,
+        (_, _, Some(words)) => words,
+        _ => "no message",
+    };
+    PyRuntimeError::new_err(format!("a defect of squid_lpv, please report it: {words}"))
+}

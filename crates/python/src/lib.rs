@@ -1,0 +1,27 @@
+//! The compiled half of the Python package `squid_lpv`: texts in, texts out. What users see is in `squid_lpv/*.py`.
+//!
+//! Problems and reports are the JSON of the command line, so that both say the same in the same words.
+
+mod failure;
+mod job;
+mod plants;
+mod vehicles;
+
+use pyo3::pymodule;
+
+/// The compiled half of `squid_lpv`.
+#[pymodule(name = "_core")]
+mod core {
+    #[pymodule_export]
+    use crate::plants::{gain, hinfnorm, mu, prove, synth};
+    #[pymodule_export]
+    use crate::vehicles::Vehicle;
+    use pyo3::types::{PyModule, PyModuleMethods};
+    use pyo3::{Bound, PyResult};
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        lpv::lmi::keep_caught_panics_quiet();
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

@@ -1,0 +1,103 @@
+//! Problems of any plant.
+
+use crate::failure::{InputError, of_problem};
+use crate::job;
+use lpv::matrix::{Mat, from_rows};
+use lpv::state_space::StateSpace;
+use lpv::synthesis::Options;
+use pyo3::{Py, PyAny, PyErr, PyResult, Python, pyfunction};
+use serde_json::json;
+use squid_problem::source::Source;
+
+/// Synthesis: the report, and the controller and the certificate where there is a proof.
+#[pyfunction]
+#[pyo3(signature = (problem, name, back_off, gamma_limit=None, fastest_mode=None, reduce=false, progress=None))]
+#[allow(clippy::too_many_arguments, reason = "they are Python's keywords")]
+pub fn synth(
+    python: Python<'_>,
+    problem: String,
+    name: String,
+    back_off: f64,
+    gamma_limit: Option<f64>,
+    fastest_mode: Option<f64>,
+    reduce: bool,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<(String, Option<String>, Option<String>)> {
+    let options = Options { back_off, gamma_limit, fastest_mode, ..Options::default() };
+    let source = Source { name, text: problem };
+    let found = job::run(python, progress, move |progress| {
+        let _running = progress.begin("synth", "solving the matrix inequalities");
+        squid_problem::synth::run(&source, options, reduce)
+    })?;
+    let report = found.map_err(|error| of_problem(&error))?;
+    Ok((text(&report)?, report.controller().map(|k| text(&k)).transpose()?, certificate(report.proved())?))
+}
+
+/// The gain of a finished loop: the report, and the certificate where there is a proof.
+#[pyfunction]
+#[pyo3(signature = (problem, name, progress=None))]
+pub fn gain(
+    python: Python<'_>,
+    problem: String,
+    name: String,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<(String, Option<String>)> {
+    let source = Source { name, text: problem };
+    let found = job::run(python, progress, move |progress| {
+        let _running = progress.begin("gain", "solving the matrix inequalities");
+        squid_problem::gain::run(&source)
+    })?;
+    let report = found.map_err(|error| of_problem(&error))?;
+    Ok((text(&report)?, certificate(report.proved())?))
+}
+
+/// mu of a matrix or a system: the report.
+#[pyfunction]
+pub fn mu(python: Python<'_>, problem: String, name: String) -> PyResult<String> {
+    let source = Source { name, text: problem };
+    let found = job::run(python, None, move |_| squid_problem::mu::run(&source))?;
+    text(&found.map_err(|error| of_problem(&error))?)
+}
+
+/// The H-infinity norm of a system in continuous time, and the frequency of its peak (rad/s).
+#[pyfunction]
+pub fn hinfnorm(
+    python: Python<'_>,
+    a: Vec<Vec<f64>>,
+    b: Vec<Vec<f64>>,
+    c: Vec<Vec<f64>>,
+    d: Vec<Vec<f64>>,
+    inputs: usize,
+) -> PyResult<(f64, f64)> {
+    let n = a.len();
+    let matrix = |rows: &[Vec<f64>], columns: usize| -> PyResult<Mat> {
+        from_rows(rows, columns).ok_or_else(|| InputError::new_err("a matrix is ragged"))
+    };
+    let system =
+        StateSpace { a: matrix(&a, n)?, b: matrix(&b, inputs)?, c: matrix(&c, n)?, d: matrix(&d, inputs)? };
+    let norm = job::run(python, None, move |_| system.hinf_norm())?;
+    Ok((norm.value, norm.frequency))
+}
+
+/// Proves a certificate again: what it proves as a sentence, its gain, and that with model error.
+#[pyfunction]
+pub fn prove(python: Python<'_>, certificate: String, name: String) -> PyResult<String> {
+    let source = Source { name, text: certificate };
+    let theorem = job::run(python, None, move |_| squid_problem::check::prove(&source))?;
+    let theorem = theorem.map_err(|error| of_problem(&error))?;
+    text(&json!({
+        "claim": theorem.to_string(),
+        "gamma": theorem.gamma,
+        "gamma_with_model_error": theorem.gamma_with_model_error,
+        "gamma_at_rate": theorem.bounded_rate.map(|slow| slow.gamma),
+    }))
+}
+
+fn text(value: &impl serde::Serialize) -> PyResult<String> {
+    serde_json::to_string(value).map_err(|reason| InputError::new_err(reason.to_string()))
+}
+
+fn certificate(of: Option<&certificate::Certificate>) -> PyResult<Option<String>> {
+    let written = of.map(certificate::Certificate::to_json).transpose();
+    written.map_err(|reason| -> PyErr { InputError::new_err(reason.to_string()) })
+}

@@ -1,0 +1,116 @@
+//! Vehicles: their models, designs and flights.
+
+use crate::failure::{InputError, NumericalFailure, of_design};
+use crate::job;
+use pyo3::{Py, PyAny, PyResult, Python, pyclass, pymethods};
+use scheduled::Manoeuvre;
+use squid_design::inputs::Inputs;
+use squid_design::linearise::shown;
+use squid_design::run::run_with;
+use squid_design::store;
+use squid_flight::flight::{fly, fly_at_sea};
+use squid_flight::sea::Sea;
+use squid_report::record::Record;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// A vehicle, and what is asked of its autopilot.
+#[pyclass(frozen)]
+pub struct Vehicle(Arc<Inputs>);
+
+/// A record of a flight: each heading with its values, and where the flight ended early.
+type Flown = (Vec<(String, Vec<f64>)>, Option<String>);
+
+#[pymethods]
+impl Vehicle {
+    /// Reads `vehicle.toml` and a design file of a directory.
+    #[staticmethod]
+    fn read(directory: PathBuf, design: &str) -> PyResult<Self> {
+        let inputs =
+            Inputs::read(&directory, design).map_err(|error| InputError::new_err(error.to_string()))?;
+        Ok(Self(Arc::new(inputs)))
+    }
+
+    /// The same from the texts of both files.
+    #[staticmethod]
+    fn of(vehicle: &str, design: &str) -> PyResult<Self> {
+        let inputs =
+            Inputs::parse(vehicle, design).map_err(|error| InputError::new_err(error.to_string()))?;
+        Ok(Self(Arc::new(inputs)))
+    }
+
+    /// Its name.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.0.vehicle.name
+    }
+
+    /// Names of its actuators.
+    #[getter]
+    fn actuators(&self) -> Vec<&str> {
+        self.0.vehicle.actuators.iter().map(|actuator| actuator.name.as_str()).collect()
+    }
+
+    /// The range of speed along the path that the design is for, m/s.
+    #[getter]
+    fn speeds(&self) -> (f64, f64) {
+        let (centre, half_range) = self.0.design.scheduling();
+        (centre - half_range, centre + half_range)
+    }
+
+    /// Trim and linear model at a speed along the path, as `squid show --speed` has them.
+    fn at_speed(&self, speed: f64) -> PyResult<String> {
+        let found = shown(&self.0, speed).map_err(|error| of_design(&error.into()))?;
+        Ok(found.to_string())
+    }
+
+    /// Designs, and writes the files of the design to a directory.
+    #[pyo3(signature = (directory, robust=false, progress=None))]
+    fn design(
+        &self,
+        python: Python<'_>,
+        directory: PathBuf,
+        robust: bool,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<()> {
+        let inputs = Arc::clone(&self.0);
+        let done = job::run(python, progress, move |progress| {
+            let finished = run_with(&inputs, progress, robust)?;
+            store::save(&directory, &inputs, &finished)
+        })?;
+        done.map_err(|error| of_design(&error))
+    }
+
+    /// Flies the design in a directory: a manoeuvre as in `manoeuvre.json`, the default one if there is none; in the
+    /// sea of a text, if one is given.
+    #[pyo3(signature = (directory, manoeuvre=None, sea=None))]
+    fn simulate(
+        &self,
+        python: Python<'_>,
+        directory: PathBuf,
+        manoeuvre: Option<&str>,
+        sea: Option<&str>,
+    ) -> PyResult<Flown> {
+        let inputs = Arc::clone(&self.0);
+        let stored = store::load(&directory, &inputs).map_err(|error| of_design(&error))?;
+        let wrong = |words: String| InputError::new_err(words);
+        let manoeuvre = match manoeuvre {
+            Some(text) => Manoeuvre::from_json(text).map_err(|error| wrong(error.to_string()))?,
+            None => stored.manoeuvre.clone(),
+        };
+        let sea =
+            sea.map(|text| Sea::parse(text, "sea")).transpose().map_err(|error| wrong(error.to_string()))?;
+        let (vehicle, level) = (&inputs.vehicle, inputs.design.level());
+        sea.iter().try_for_each(|sea| sea.check(vehicle)).map_err(|error| wrong(error.to_string()))?;
+        let flown = python.detach(|| match &sea {
+            Some(sea) => fly_at_sea(vehicle, &stored.controller, level, &manoeuvre, sea),
+            None => fly(vehicle, &stored.controller, level, &manoeuvre),
+        });
+        let flight = flown.map_err(|error| NumericalFailure::new_err(error.to_string()))?;
+        let record = match &sea {
+            Some(_) => Record::at_sea(&flight, &vehicle.actuators),
+            None => Record::of(&flight.rows, &vehicle.actuators),
+        };
+        Ok((record.into_columns(), flight.surfacing.map(|surfacing| surfacing.to_string())))
+    }
+}

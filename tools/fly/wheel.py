@@ -1,0 +1,59 @@
+"""Build the Python package `squid-lpv` as wheels with maturin."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from fly import build, environment, platforms
+from fly.stages import BUILD, ROOT, run
+
+REQUIREMENTS = ROOT / "tools" / "wheel.txt"
+MANIFEST = ROOT / "crates" / "python" / "Cargo.toml"
+WHEELS = BUILD / "wheels"
+
+
+def wheel(platform: str = "host") -> Path:
+    """Build the wheel for a platform: `host`, for this machine alone, or one by its name in FMI, for any such machine.
+
+    One wheel serves every Python from 3.10 on.
+    """
+    tools = environment.ready("wheel", REQUIREMENTS)
+    out = WHEELS / platform
+    shutil.rmtree(out, ignore_errors=True)
+    words = [tools.scripts / "maturin", "build", "--release", "--manifest-path", MANIFEST, "--out", out]
+    path = os.pathsep.join([str(tools.scripts), os.environ["PATH"]])
+    # Without an interpreter of that platform: what the stable ABI is, the compiler knows.
+    variables = {**tools.variables, "PATH": path, "CARGO_ENCODED_RUSTFLAGS": build.without_paths()}
+    if platform == "host":
+        words += ["--interpreter", sys.executable, "--compatibility", "linux"]
+        variables.pop("CARGO_ENCODED_RUSTFLAGS")
+    else:
+        platforms.add_targets([platform])
+        words += ["--target", platforms.TARGETS[platform], "--zig"]
+        if platform != "win64":
+            words += ["--compatibility", "manylinux2014"]
+    run(words, variables=variables, log=f"wheel-{platform}")
+    return next(out.glob("*.whl"))
+
+
+def fresh(wheel_file: Path, home: Path, *beside: str) -> Path:
+    """Return the Python of a new environment that has a wheel, what it needs, and `beside`; nothing else."""
+    shutil.rmtree(home, ignore_errors=True)
+    run([sys.executable, "-m", "venv", home], log="wheel-venv")
+    python = home / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+    install = [python, "-m", "pip", "install", "--disable-pip-version-check", wheel_file, *beside]
+    run(install, log="wheel-pip")
+    return python
+
+
+def packages(python: Path) -> set[str]:
+    """Return the names of what is installed beside pip and setuptools."""
+    done = subprocess.run(
+        [python, "-m", "pip", "list", "--format", "freeze"], capture_output=True, text=True, check=True
+    )
+    names = {line.partition("==")[0].lower() for line in done.stdout.splitlines() if "==" in line}
+    return names - {"pip", "setuptools"}
