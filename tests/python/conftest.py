@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import shutil
 import subprocess
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 from filelock import FileLock
-from fly import build, stamp
+from fly import build, stamp, wheel
 from fly.package import Packages, design_and_package, folder_of
 from fly.stages import BUILD, ROOT
 
@@ -176,3 +179,41 @@ def without_uncertainty(vehicle: Path, copy: Path) -> Path:
     assert found
     design.write_text(f"{certain}\n", encoding="utf-8")
     return copy
+
+
+@pytest.fixture(scope="session")
+def wheel_file() -> Path:
+    """Return the wheel of this machine, built once for all processes."""
+    KEPT.mkdir(parents=True, exist_ok=True)
+    with FileLock(KEPT / "wheel.lock"):
+        return wheel.wheel()
+
+
+@pytest.fixture(scope="session")
+def site(wheel_file: Path) -> Path:
+    """Return a folder with the package alone."""
+    site = KEPT / "wheel-site"
+    with FileLock(KEPT / "wheel.lock"):
+        mark, expected = site / "stamp", stamp.digest([wheel_file])
+        if not stamp.is_fresh(mark, expected):
+            install = [
+                sys.executable,
+                "-m",
+                "pip",
+                "install",
+                "--quiet",
+                "--no-deps",
+                "--upgrade",
+                "--target",
+                site,
+            ]
+            subprocess.run([*install, wheel_file], check=True)
+            stamp.write(mark, expected)
+    return site
+
+
+@pytest.fixture(scope="session")
+def sq(site: Path) -> ModuleType:
+    """Return the package."""
+    sys.path.insert(0, str(site))
+    return importlib.import_module("squid_lpv")

@@ -13,7 +13,7 @@ from threading import Event
 from fly import build, environment, main_job, platforms, room
 from fly.stages import ROOT, StageError, run
 
-PYTHON_SOURCES = ("run.py", "tools", "tests/python", "tests/importers")
+PYTHON_SOURCES = ("run.py", "tools", "crates/python", "tests/python", "tests/importers")
 VEHICLES = ("squid", "remus100")
 LEAST_PYTHON = (3, 11)
 DISK = 7.0

@@ -8,6 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import licences
+
 from fly import build
 from fly.stages import ROOT, run, stage
 

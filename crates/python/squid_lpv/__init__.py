@@ -3,7 +3,7 @@
 from squid_lpv._core import __version__
 from squid_lpv.analysis import LpvGain, Mu, hinfnorm, lpvgain, mu
 from squid_lpv.certificates import Certificate, Theorem
-from squid_lpv.errors import Infeasible, InputError, NumericalFailure, SquidError
+from squid_lpv.errors import InfeasibleError, InputError, NumericalError, SquidError
 from squid_lpv.synthesis import (
     HinfSynthesis,
     LpvController,
@@ -23,14 +23,14 @@ __all__ = [
     "Design",
     "Flight",
     "HinfSynthesis",
-    "Infeasible",
+    "InfeasibleError",
     "InputError",
     "Linearisation",
     "LpvController",
     "LpvGain",
     "LpvSynthesis",
     "Mu",
-    "NumericalFailure",
+    "NumericalError",
     "Proved",
     "SquidError",
     "StateSpace",

@@ -55,7 +55,8 @@ def mu(M: Any, blocks: Sequence[Sequence[int]]) -> Mu:
 
     Raises:
         InputError: the blocks do not fit, or the system is not stable.
-        NumericalFailure: the bounds did not close over all frequencies.
+        NumericalError: the bounds did not close over all frequencies.
+
     """
     if all(hasattr(M, part) for part in "ABCD"):
         system = systems.of(M, "M")
@@ -89,7 +90,11 @@ class LpvGain:
 
 
 def lpvgain(
-    P: Mapping[str, Any], blocks: Sequence[int], *, rate: float | None = None, progress: Progress | None = None
+    P: Mapping[str, Any],
+    blocks: Sequence[int],
+    *,
+    rate: float | None = None,
+    progress: Progress | None = None,
 ) -> LpvGain:
     """Return bounds on the L2 gain of a finished loop with parameters within [-1, 1].
 
@@ -102,6 +107,7 @@ def lpvgain(
         blocks: the repetitions of the parameters.
         rate: a bound on |theta'| of the only one.
         progress: called back.
+
     """
     data: dict[str, Any] = {"P": as_lists(P), "blocks": list(map(int, blocks))}
     if rate is not None:

@@ -42,7 +42,8 @@ class Certificate:
         """Prove the gain again, in exact rational arithmetic.
 
         Raises:
-            NumericalFailure: it is not proved.
+            NumericalError: it is not proved.
             InputError: the text is no certificate.
+
         """
         return Theorem(**json.loads(_core.prove(self.text, "certificate")))

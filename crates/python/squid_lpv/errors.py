@@ -5,11 +5,11 @@ class SquidError(Exception):
     """Base of the three kinds."""
 
 
-class Infeasible(SquidError):
+class InfeasibleError(SquidError):
     """There is provably no solution; the message says why."""
 
 
-class NumericalFailure(SquidError):
+class NumericalError(SquidError):
     """Nothing was concluded; the message says where it ended."""
 
 

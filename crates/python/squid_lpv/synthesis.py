@@ -12,13 +12,30 @@ import numpy as np
 
 from squid_lpv import _core, systems
 from squid_lpv.certificates import Certificate
-from squid_lpv.errors import Infeasible, InputError, NumericalFailure
+from squid_lpv.errors import InfeasibleError, InputError, NumericalError
 from squid_lpv.systems import Matrix, StateSpace
 
 Progress = Callable[[str, str, str], Any]
 """Called with the kind of an event (`began`, `done`, `warning`), the stage, and words."""
 
-PLANT = ("A", "Bt", "B1", "B2", "Ct", "C1", "C2", "Dtt", "Dt1", "Dt2", "D1t", "D11", "D12", "D2t", "D21", "D22")
+PLANT = (
+    "A",
+    "Bt",
+    "B1",
+    "B2",
+    "Ct",
+    "C1",
+    "C2",
+    "Dtt",
+    "Dt1",
+    "Dt2",
+    "D1t",
+    "D11",
+    "D12",
+    "D2t",
+    "D21",
+    "D22",
+)
 """The matrices of a plant with parameters, as `squid lpv synth` reads them."""
 
 
@@ -59,9 +76,10 @@ def hinfsyn(P: Any, nmeas: int, ncon: int, **options: Any) -> HinfSynthesis:
         are no Riccati equations here.
 
     Raises:
-        Infeasible: there is no controller.
-        NumericalFailure: nothing is known.
+        InfeasibleError: there is no controller.
+        NumericalError: nothing is known.
         InputError: the problem is wrong.
+
     """
     return hinfsyn_proved(P, nmeas, ncon, **options).synthesis
 
@@ -79,8 +97,8 @@ def hinfsyn_proved(
 ) -> Proved:
     """Return what `hinfsyn` does, with the least gamma, remarks and the certificate.
 
-    A plant in discrete time is taken to continuous time by the bilinear transform, which keeps gains, and its controller
-    back. The certificate is then of the plant in continuous time; what the transforms round is not covered by it.
+    A plant in discrete time is taken to continuous time by the bilinear transform, which keeps gains, and its
+    controller back. The certificate is then of the plant in continuous time; what the transforms round is not covered by it.
 
     Args:
         P: as in `hinfsyn`.
@@ -91,6 +109,7 @@ def hinfsyn_proved(
         fastest_mode: no mode of the controller is to be faster, rad/s.
         reduce: leave out controller states while the bound stays within 2 %.
         progress: called back.
+
     """
     given = systems.of(P)
     plant, transform = given, None
@@ -102,9 +121,16 @@ def hinfsyn_proved(
         if not 0 < count < most:
             raise InputError(f"{name} is {count}; it must be from 1 to {most - 1}, since P has {most} {of}")
     problem = {"data": partition(plant, nmeas, ncon)}
-    options = {"back_off": back_off, "gamma_limit": gamma_limit, "fastest_mode": fastest_mode, "reduce": reduce}
+    options = {
+        "back_off": back_off,
+        "gamma_limit": gamma_limit,
+        "fastest_mode": fastest_mode,
+        "reduce": reduce,
+    }
     report, rows, certificate = solve(problem, "P", options, progress)
-    k = StateSpace(*(systems.matrix(key, rows[key]).reshape(shape) for key, shape in _shapes(rows, ncon, nmeas)))
+    k = StateSpace(
+        *(systems.matrix(key, rows[key]).reshape(shape) for key, shape in _shapes(rows, ncon, nmeas))
+    )
     if transform is not None:
         k = transform.discrete(k)
     loop = systems.lower_lft(given, k)
@@ -136,17 +162,18 @@ def solve(
     """Return report, controller and certificate of a problem as `squid lpv synth` reads it.
 
     Raises:
-        Infeasible: there is no controller.
-        NumericalFailure: nothing is known.
+        InfeasibleError: there is no controller.
+        NumericalError: nothing is known.
         InputError: the problem is wrong.
+
     """
     checked(options)
     text, controller, certificate = _core.synth(json.dumps(problem), name, progress=progress, **options)
     report = json.loads(text)
     if report["status"] == "infeasible":
-        raise Infeasible(report["reason"])
+        raise InfeasibleError(report["reason"])
     if controller is None or certificate is None:
-        raise NumericalFailure("; ".join([report["reason"] or "no controller was found", *report["remarks"]]))
+        raise NumericalError("; ".join([report["reason"] or "no controller was found", *report["remarks"]]))
     return report, json.loads(controller), Certificate(certificate)
 
 
@@ -155,6 +182,7 @@ def checked(options: Mapping[str, Any]) -> None:
 
     Raises:
         InputError: one is outside what is allowed.
+
     """
     if not 1e-3 <= options["back_off"] <= 1.0:
         raise InputError(f"back_off is {options['back_off']}; it must be from 0.001 to 1")
@@ -185,9 +213,11 @@ class LpvController:
         inner = np.linalg.inv(np.eye(len(diagonal)) - diagonal[:, None] * m["Dtt"]) * diagonal[None, :]
         return systems.given_back(
             StateSpace(
-                m["A"] + m["Bt"] @ inner @ m["Ct"], m["By"] + m["Bt"] @ inner @ m["Dty"],
-                m["Cu"] + m["Dut"] @ inner @ m["Ct"], m["Duy"] + m["Dut"] @ inner @ m["Dty"],
-            )  # fmt: skip
+                m["A"] + m["Bt"] @ inner @ m["Ct"],
+                m["By"] + m["Bt"] @ inner @ m["Dty"],
+                m["Cu"] + m["Dut"] @ inner @ m["Ct"],
+                m["Duy"] + m["Dut"] @ inner @ m["Dty"],
+            )
         )
 
 
@@ -227,14 +257,20 @@ def lpvsyn(
         progress: called back.
 
     Raises:
-        Infeasible: there is no controller.
-        NumericalFailure: nothing is known.
+        InfeasibleError: there is no controller.
+        NumericalError: nothing is known.
         InputError: the problem is wrong.
+
     """
     data: dict[str, Any] = {"P": as_lists(P), "blocks": list(blocks)}
     if rate is not None:
         data["rate"] = rate
-    options = {"back_off": back_off, "gamma_limit": gamma_limit, "fastest_mode": fastest_mode, "reduce": reduce}
+    options = {
+        "back_off": back_off,
+        "gamma_limit": gamma_limit,
+        "fastest_mode": fastest_mode,
+        "reduce": reduce,
+    }
     report, rows, certificate = solve({"data": data}, "P", options, progress)
     return LpvSynthesis(
         lpv_controller(rows),
@@ -254,7 +290,8 @@ def lpv_controller(rows: Mapping[str, Any]) -> LpvController:
     size = {"A": (n, n), "By": (n, inputs), "Bt": (n, r), "Cu": (outputs, n), "Duy": (outputs, inputs)}
     size |= {"Dut": (outputs, r), "Ct": (r, n), "Dty": (r, inputs), "Dtt": (r, r)}
     return LpvController(
-        list(rows["blocks"]), {key: np.array(rows[key], dtype=float).reshape(shape) for key, shape in size.items()}
+        list(rows["blocks"]),
+        {key: np.array(rows[key], dtype=float).reshape(shape) for key, shape in size.items()},
     )
 
 
@@ -287,6 +324,7 @@ def loadmat(path: str | Path, name: str = "P") -> tuple[StateSpace, int, int]:
 
     Raises:
         InputError: one of them is missing.
+
     """
     from scipy.io import loadmat as read
 
@@ -301,6 +339,10 @@ def loadmat(path: str | Path, name: str = "P") -> tuple[StateSpace, int, int]:
             raise InputError(f"{path}: '{key}' is missing; it is the number that hinfsyn takes")
     d = np.atleast_2d(lowered["d"])
     n = np.atleast_2d(lowered["a"]).shape[0]
-    shaped = [np.reshape(lowered[key], shape) for key, shape in zip("abc", [(n, n), (n, -1), (-1, n)], strict=True)]
-    plant = StateSpace(*shaped, d.reshape(shaped[2].shape[0], shaped[1].shape[1]), float(lowered.get("ts", 0.0)))
+    shaped = [
+        np.reshape(lowered[key], shape) for key, shape in zip("abc", [(n, n), (n, -1), (-1, n)], strict=True)
+    ]
+    plant = StateSpace(
+        *shaped, d.reshape(shaped[2].shape[0], shaped[1].shape[1]), float(lowered.get("ts", 0.0))
+    )
     return plant, int(held["nmeas"]), int(held["ncon"])

@@ -38,6 +38,7 @@ def matrix(name: str, value: Any) -> Matrix:
 
     Raises:
         InputError: it is none.
+
     """
     try:
         found = np.atleast_2d(np.asarray(value, dtype=float))
@@ -46,7 +47,9 @@ def matrix(name: str, value: Any) -> Matrix:
     if found.ndim != 2:
         raise InputError(f"{name} has {found.ndim} dimensions; a matrix has 2")
     if not np.isfinite(found).all():
-        raise InputError(f"{name} has a number that is not finite; a weight that grows without limit is not proper")
+        raise InputError(
+            f"{name} has a number that is not finite; a weight that grows without limit is not proper"
+        )
     return found
 
 
@@ -55,13 +58,16 @@ def of(system: Any, name: str = "P") -> StateSpace:
 
     Raises:
         InputError: it has none, or they do not fit together.
+
     """
     if all(hasattr(system, part) for part in "ABCD"):
         parts, dt = [getattr(system, part) for part in "ABCD"], getattr(system, "dt", None)
     elif isinstance(system, (tuple, list)) and len(system) in (4, 5):
         parts, dt = list(system[:4]), system[4] if len(system) == 5 else None
     else:
-        raise InputError(f"{name} is {type(system).__name__}; it must have A, B, C, D, or be a sequence of them")
+        raise InputError(
+            f"{name} is {type(system).__name__}; it must have A, B, C, D, or be a sequence of them"
+        )
     a, b, c, d = (matrix(f"{name}.{part}", value) for part, value in zip("ABCD", parts, strict=True))
     n = 0 if a.size == 0 else len(a)
     a, b, c = a.reshape(n, -1) if n else np.zeros((0, 0)), b, c
@@ -93,6 +99,7 @@ def lower_lft(plant: StateSpace, controller: StateSpace) -> StateSpace:
 
     Raises:
         InputError: the loop is not well posed.
+
     """
     ncon, nmeas = controller.D.shape
     nw, nz = plant.B.shape[1] - ncon, plant.C.shape[0] - nmeas
@@ -104,7 +111,9 @@ def lower_lft(plant: StateSpace, controller: StateSpace) -> StateSpace:
     try:
         loop = np.linalg.inv(np.eye(ncon) - k.D @ d22)
     except np.linalg.LinAlgError:
-        raise InputError("the direct paths of plant and controller make a loop that is not well posed") from None
+        raise InputError(
+            "the direct paths of plant and controller make a loop that is not well posed"
+        ) from None
     ux, uk, uw = loop @ k.D @ c2, loop @ k.C, loop @ k.D @ d21
     yx, yk, yw = c2 + d22 @ ux, d22 @ uk, d21 + d22 @ uw
     a = np.block([[plant.A + b2 @ ux, b2 @ uk], [k.B @ yx, k.A + k.B @ yk]])
@@ -129,11 +138,14 @@ class Bilinear:
 
         Raises:
             InputError: it has poles at 1 and at -1.
+
         """
         for sign in (1.0, -1.0):
             if len(system.A) == 0 or _least(sign * system.A + np.eye(len(system.A))) > SINGULAR:
                 return cls(system.dt, sign)
-        raise InputError("the plant has poles at z = 1 and at z = -1; the bilinear transform needs one of them free")
+        raise InputError(
+            "the plant has poles at z = 1 and at z = -1; the bilinear transform needs one of them free"
+        )
 
     @property
     def step(self) -> float:
@@ -147,7 +159,9 @@ class Bilinear:
         inverse = np.linalg.inv(a + np.eye(n))
         root = np.sqrt(2.0 * half)
         return StateSpace(
-            half * (a - np.eye(n)) @ inverse, root * inverse @ b, root * system.C @ inverse,
+            half * (a - np.eye(n)) @ inverse,
+            root * inverse @ b,
+            root * system.C @ inverse,
             system.D - system.C @ inverse @ b,
         )
 
@@ -156,17 +170,23 @@ class Bilinear:
 
         Raises:
             InputError: a pole of it is at s = 2/T.
+
         """
         n, half = len(system.A), 2.0 / self.step
         ahead = half * np.eye(n) - system.A
         if n and _least(ahead) <= SINGULAR * half:
-            raise InputError("the controller has a mode that the bilinear transform cannot bring back; change dt")
+            raise InputError(
+                "the controller has a mode that the bilinear transform cannot bring back; change dt"
+            )
         inverse = np.linalg.inv(ahead)
         root = np.sqrt(2.0 * half)
         a = (half * np.eye(n) + system.A) @ inverse
         return StateSpace(
-            self.sign * a, self.sign * root * inverse @ system.B, root * system.C @ inverse,
-            system.D + system.C @ inverse @ system.B, self.dt,
+            self.sign * a,
+            self.sign * root * inverse @ system.B,
+            root * system.C @ inverse,
+            system.D + system.C @ inverse @ system.B,
+            self.dt,
         )
 
 

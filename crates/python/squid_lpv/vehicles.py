@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import shutil
 import tempfile
+import weakref
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -59,6 +61,7 @@ class Vehicle:
 
         Raises:
             InputError: which file, line and key is wrong.
+
         """
         return cls(_core.Vehicle.read(str(directory), design))
 
@@ -87,6 +90,7 @@ class Vehicle:
 
         Raises:
             InputError: there is no trim there.
+
         """
         found = json.loads(self._core.at_speed(float(speed)))
         a, b = np.array(found["A"]), np.array(found["B"])
@@ -98,21 +102,21 @@ class Vehicle:
         """Design an autopilot, and return it with its proofs; half a minute or so.
 
         Args:
-            directory: where its files go, as those of `squid design --out`; `None` for one that is gone with the object.
+            directory: where its files go, as those of `squid design --out`; `None` for one that goes with the object.
             robust: make it for the declared uncertainty.
             progress: called back.
 
         Raises:
-            Infeasible: there is no controller.
-            NumericalFailure: none was found.
+            InfeasibleError: there is no controller.
+            NumericalError: none was found.
+
         """
-        temporary = None
+        folder = Path(tempfile.mkdtemp(prefix="squid-") if directory is None else directory)
+        design = Design(self, folder)
         if directory is None:
-            temporary = tempfile.TemporaryDirectory(prefix="squid-")
-            directory = temporary.name
-        Path(directory).mkdir(parents=True, exist_ok=True)
-        self._core.design(str(directory), robust, progress)
-        return Design(self, Path(directory), temporary)
+            weakref.finalize(design, shutil.rmtree, folder, ignore_errors=True)
+        self._core.design(str(folder), robust, progress)
+        return design
 
 
 @dataclass(frozen=True)
@@ -134,7 +138,6 @@ class Design:
 
     vehicle: Vehicle
     directory: Path
-    _held: Any = field(default=None, repr=False)
 
     @classmethod
     def read(cls, vehicle: Vehicle, directory: str | Path) -> Design:
@@ -142,6 +145,7 @@ class Design:
 
         Raises:
             InputError: there is none.
+
         """
         if not (Path(directory) / "controller.json").is_file():
             raise InputError(f"{directory} has no controller.json; Vehicle.design makes one")
@@ -171,6 +175,7 @@ class Design:
 
         Raises:
             InputError: it is not proved; the figures say why.
+
         """
         path = self.directory / "certificate.json"
         if not path.is_file():
@@ -199,14 +204,19 @@ class Design:
 
         Raises:
             InputError: the manoeuvre or the sea is wrong.
-            NumericalFailure: the flight failed.
+            NumericalError: the flight failed.
+
         """
         wanted = None
         if manoeuvre is not None:
             wanted = json.dumps(self._json("manoeuvre.json") | manoeuvre)
         columns, surfacing = self.vehicle._core.simulate(str(self.directory), wanted, sea)
-        split = [(heading.partition(" [")[0], heading.partition(" [")[2].rstrip("]"), v) for heading, v in columns]
-        return Flight({name: np.array(v) for name, _, v in split}, {name: unit for name, unit, _ in split}, surfacing)
+        split = [
+            (heading.partition(" [")[0], heading.partition(" [")[2].rstrip("]"), v) for heading, v in columns
+        ]
+        return Flight(
+            {name: np.array(v) for name, _, v in split}, {name: unit for name, unit, _ in split}, surfacing
+        )
 
     def savemat(self, path: str | Path, speeds: Sequence[float]) -> None:
         """Write the frozen controller on a grid of speeds to a .mat file.

@@ -5,9 +5,9 @@ use pyo3::{PyErr, import_exception};
 use squid_design::error::{Error as DesignError, ProofError};
 use squid_problem::error::Error as ProblemError;
 
-import_exception!(squid_lpv.errors, Infeasible);
+import_exception!(squid_lpv.errors, InfeasibleError);
 import_exception!(squid_lpv.errors, InputError);
-import_exception!(squid_lpv.errors, NumericalFailure);
+import_exception!(squid_lpv.errors, NumericalError);
 
 /// What a design failed for.
 pub fn of_design(error: &DesignError) -> PyErr {
@@ -20,12 +20,12 @@ pub fn of_design(error: &DesignError) -> PyErr {
         | DesignError::Model(_)
         | DesignError::Store(_)
         | DesignError::Proof(ProofError::Certificate { .. }) => InputError::new_err(words),
-        _ => NumericalFailure::new_err(words),
+        _ => NumericalError::new_err(words),
     }
 }
 
 fn of_synthesis(reason: &SynthesisError, words: String) -> PyErr {
-    if reason.is_infeasible() { Infeasible::new_err(words) } else { NumericalFailure::new_err(words) }
+    if reason.is_infeasible() { InfeasibleError::new_err(words) } else { NumericalError::new_err(words) }
 }
 
 /// What a problem of any plant failed for.
@@ -34,7 +34,7 @@ pub fn of_problem(error: &ProblemError) -> PyErr {
     match error {
         ProblemError::Design(reason) => of_design(reason),
         ProblemError::Mu { reason: SweepError::Stuck { .. }, .. } => {
-            NumericalFailure::new_err(error.to_string())
+            NumericalError::new_err(error.to_string())
         }
         ProblemError::Problem { .. } | ProblemError::Mu { .. } => InputError::new_err(error.to_string()),
     }

@@ -1,6 +1,6 @@
 //! Vehicles: their models, designs and flights.
 
-use crate::failure::{InputError, NumericalFailure, of_design};
+use crate::failure::{InputError, NumericalError, of_design};
 use crate::job;
 use pyo3::{Py, PyAny, PyResult, Python, pyclass, pymethods};
 use scheduled::Manoeuvre;
@@ -106,7 +106,7 @@ impl Vehicle {
             Some(sea) => fly_at_sea(vehicle, &stored.controller, level, &manoeuvre, sea),
             None => fly(vehicle, &stored.controller, level, &manoeuvre),
         });
-        let flight = flown.map_err(|error| NumericalFailure::new_err(error.to_string()))?;
+        let flight = flown.map_err(|error| NumericalError::new_err(error.to_string()))?;
         let record = match &sea {
             Some(_) => Record::at_sea(&flight, &vehicle.actuators),
             None => Record::of(&flight.rows, &vehicle.actuators),

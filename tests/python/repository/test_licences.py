@@ -5,8 +5,8 @@ from __future__ import annotations
 import struct
 import zipfile
 
-import pytest
 import licences
+import pytest
 from fly.package import Packages
 from fly.stages import StageError
 

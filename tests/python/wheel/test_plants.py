@@ -1,0 +1,201 @@
+"""Synthesis, gains and mu of any plant in Python: published cases, the command's numbers, misuse."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+from conftest import Run
+from fly.stages import ROOT
+
+CASES = ROOT / "tests" / "cases"
+NORMS = sorted(
+    path for path in CASES.glob("*.json") if '"kind": "hinfsyn"' in path.read_text(encoding="utf-8")
+)
+TOLERANCE = 1e-9
+"""Relative: how near a norm is computed."""
+
+
+def plant(sq: ModuleType, data: dict, dt: float = 0.0) -> tuple:
+    """Return a generalised plant with its numbers of measurements and controls."""
+    parts = {key: np.array(value, dtype=float) for key, value in data.items() if key != "G"}
+    d22 = np.zeros((len(parts["C2"]), parts["B2"].shape[1]))
+    d = np.block([[parts["D11"], parts["D12"]], [parts["D21"], parts.get("D22", d22)]])
+    b, c = np.hstack([parts["B1"], parts["B2"]]), np.vstack([parts["C1"], parts["C2"]])
+    return sq.StateSpace(parts["A"], b, c, d, dt), len(parts["C2"]), parts["B2"].shape[1]
+
+
+def spring(sq: ModuleType, **changed: object) -> tuple:
+    """Return a mass on a spring, with the disturbance of its force and the noise of its position."""
+    data = {
+        "A": [[0, 1], [-2, -0.5]], "B1": [[0, 0], [1, 0]], "B2": [[0], [1]], "C1": [[1, 0], [0, 0]],
+        "D11": [[0, 0], [0, 0]], "D12": [[0], [0.3]], "C2": [[1, 0]], "D21": [[0, 0.1]],
+    }  # fmt: skip
+    return plant(sq, data | changed)
+
+
+@pytest.mark.parametrize("path", NORMS, ids=lambda path: path.stem)
+def test_published_norms(sq: ModuleType, run_squid: Run, tmp_path: Path, path: Path) -> None:
+    """The least gamma is the published one, the proved gain is a bound, and both are those of the command line."""
+    case = json.loads(path.read_text(encoding="utf-8"))
+    found = sq.hinfsyn_proved(*plant(sq, case["data"]))
+    expected = case["expected"]
+    assert found.least_gamma == pytest.approx(expected["gamma"], rel=expected["rtol"])
+    K, CL, gam, rcond = found.synthesis
+    assert sq.hinfnorm(CL)[0] <= gam * (1.0 + TOLERANCE)
+    assert found.certificate.verify().gamma == gam
+    assert len(rcond) == 4 and len(K.A) <= len(case["data"]["A"])
+    done = json.loads(run_squid("--json", "lpv", "synth", path).stdout)
+    assert (found.least_gamma, gam) == (done["gamma"], done["certified_gamma"])
+
+
+def test_a_direct_path_from_u_to_y(sq: ModuleType) -> None:
+    without, _, gam, _ = sq.hinfsyn(*spring(sq))
+    k, loop, with_gam, _ = sq.hinfsyn(*spring(sq, D22=[[0.5]]))
+    assert with_gam == pytest.approx(gam, rel=1e-6)
+    assert sq.hinfnorm(loop)[0] <= with_gam * (1.0 + TOLERANCE)
+    assert not np.allclose(k.A, without.A)
+
+
+@pytest.mark.parametrize(
+    "a", [[[0.98, 0.1], [-0.2, 0.93]], [[1.0, 0.1], [0.0, 0.9]], [[-1.0, 0.1], [0.0, 0.9]]]
+)
+def test_discrete_time(sq: ModuleType, a: list) -> None:
+    """The bound holds on the unit circle, computed there, also for poles at z = 1 and at z = -1."""
+    P, nmeas, ncon = spring(sq, A=a)
+    P = sq.StateSpace(P.A, 0.1 * P.B, P.C, P.D, 0.1)
+    K, CL, gam, _ = sq.hinfsyn(P, nmeas, ncon)
+    assert K.dt == CL.dt == 0.1 and np.abs(CL.poles()).max() < 1.0
+    gains = [np.linalg.norm(CL(np.exp(1j * angle)), 2) for angle in np.linspace(0.0, np.pi, 4001)]
+    norm, frequency = sq.hinfnorm(CL)
+    assert max(gains) <= norm * (1.0 + TOLERANCE) and norm <= gam
+    assert np.linalg.norm(CL(np.exp(0.1j * frequency)), 2) == pytest.approx(norm, rel=1e-6)
+
+
+def test_poles_at_both_ends_of_the_circle(sq: ModuleType) -> None:
+    P, nmeas, ncon = spring(sq, A=[[1.0, 0.0], [0.0, -1.0]])
+    with pytest.raises(sq.InputError, match="z = 1 and at z = -1"):
+        sq.hinfsyn(sq.StateSpace(P.A, P.B, P.C, P.D, 1.0), nmeas, ncon)
+
+
+def test_there_and_back_by_mat(sq: ModuleType, tmp_path: Path) -> None:
+    """A file of MATLAB's names: what was written is read by scipy alone, and a plant comes back as it was."""
+    from scipy.io import loadmat, savemat
+
+    P, nmeas, ncon = spring(sq)
+    savemat(
+        tmp_path / "p.mat", {"P": dict(zip("abcd", (P.A, P.B, P.C, P.D), strict=True)), "nmeas": 1, "ncon": 1}
+    )
+    read = sq.loadmat(tmp_path / "p.mat")
+    assert read[1:] == (nmeas, ncon)
+    assert all(np.array_equal(getattr(read[0], part), getattr(P, part)) for part in "ABCD")
+    found = sq.hinfsyn(P, nmeas, ncon)
+    sq.savemat(tmp_path / "k.mat", found)
+    held = loadmat(tmp_path / "k.mat", simplify_cells=True)
+    assert np.array_equal(held["K"]["a"], found.K.A) and held["gam"] == found.gam
+    with pytest.raises(sq.InputError, match="'nmeas' is missing"):
+        sq.loadmat(tmp_path / "k.mat", "K")
+
+
+def test_a_scheduled_controller(sq: ModuleType) -> None:
+    """The tutorial of LPVTools: the least gamma is the published one, and frozen loops stay below the proved gain."""
+    case = json.loads((CASES / "lpv01_lpvtools_lft_tutorial.json").read_text(encoding="utf-8"))
+    P = {key: value for key, value in case["data"]["P"].items() if key in sq.synthesis.PLANT}
+    found = sq.lpvsyn(P, case["data"]["blocks"])
+    assert found.least_gamma == pytest.approx(case["expected"]["gamma_opt"], rel=case["expected"]["rtol"])
+    assert found.certificate.verify().gamma == found.gam
+    assert found.K.frozen(0.5).A.shape == found.K.frozen(-1.0).A.shape
+    with pytest.raises(sq.InputError, match="the controller has 1"):
+        found.K.frozen(0.0, 0.0)
+
+
+def test_the_gain_of_a_loop(sq: ModuleType) -> None:
+    """IQClab's first demonstration at 0.3: published 2.683535 for any course, 2.00650064 for constant parameters."""
+    P = {
+        "A": [[-2, -3], [1, 1]], "Bt": [[0.3, 0], [0, 0]], "B1": [[1], [0]], "Ct": [[1, 0], [0, 0]], "C1": [[1, 0]],
+        "Dtt": [[0.3, -0.6], [0.3, -0.3]], "Dt1": [[0], [1]], "D1t": [[0, 0.3]], "D11": [[0]],
+    }  # fmt: skip
+    found = sq.lpvgain(P, [2])
+    assert 2.683534 <= found.proved <= 2.683535 * 1.002
+    assert found.constant_lower <= 2.0065007 <= found.constant_upper
+    assert found.certificate.verify().gamma == found.proved
+
+
+def test_mu(sq: ModuleType) -> None:
+    case = json.loads((CASES / "mu01_slicot_ab13md.json").read_text(encoding="utf-8"))
+    M = np.array([[complex(*v) if isinstance(v, list) else v for v in row] for row in case["data"]["M"]])
+    found = sq.mu(M, case["data"]["blocks"])
+    assert found.upper == pytest.approx(case["expected"]["mu_upper"], rel=1e-6)
+    assert found.lower <= found.upper
+    assert abs(np.linalg.det(np.eye(len(M)) - M @ found.delta)) < 1e-6
+    one = sq.mu(sq.StateSpace(*map(np.atleast_2d, ([-1.0], [1.0], [1.0], [0.0]))), [[-1, 0]])
+    assert one.upper == pytest.approx(1.0, rel=1e-3)
+
+
+def test_a_full_block_is_the_norm(sq: ModuleType) -> None:
+    """Mu of one full complex block over all frequencies is the H-infinity norm: two ways to one number."""
+    rng = np.random.default_rng(1)
+    a = rng.standard_normal((4, 4))
+    a -= (np.linalg.eigvals(a).real.max() + 0.2) * np.eye(4)
+    parts = [a, rng.standard_normal((4, 2)), rng.standard_normal((3, 4)), rng.standard_normal((3, 2))]
+    system = sq.StateSpace(*parts)
+    norm, frequency = sq.hinfnorm(system)
+    found = sq.mu(system, [[2, 3]])
+    assert found.lower <= norm * (1 + 1e-6) and norm <= found.upper * (1 + 1e-6)
+    assert found.upper == pytest.approx(norm, rel=1e-3)
+    assert np.linalg.norm(system(1j * frequency), 2) == pytest.approx(norm, rel=1e-6)
+
+
+def test_an_unstable_system_has_no_norm(sq: ModuleType) -> None:
+    assert sq.hinfnorm(sq.StateSpace(*map(np.atleast_2d, ([1.0], [1.0], [1.0], [0.0]))))[0] == float("inf")
+
+
+@pytest.mark.parametrize(
+    ("changed", "kind", "words"),
+    [
+        ({"A": [[0, 1], [-2, "x"]]}, "InputError", "no matrix of real numbers"),
+        ({"A": [[0, 1], [-2, float("nan")]]}, "InputError", "not finite"),
+        ({"nmeas": 0}, "InputError", "nmeas is 0; it must be from 1 to 2"),
+        ({"ncon": 3}, "InputError", "ncon is 3; it must be from 1 to 2"),
+        ({"back_off": 0.0}, "InputError", "back_off is 0.0; it must be from 0.001 to 1"),
+        ({"gamma_limit": -1.0}, "InputError", "gamma_limit is -1.0; it must be above 0"),
+        ({"gamma_limit": 0.1}, "InfeasibleError", "above the limit 1.0000e-1"),
+        ({"B2": [[0], [0]], "A": [[1, 0], [0, 1]]}, "InfeasibleError", "is not reached by any control input"),
+        ({"fastest_mode": 1e-9}, "NumericalError", "as fast as the limit allows"),
+    ],
+)
+def test_misuse(sq: ModuleType, changed: dict, kind: str, words: str) -> None:
+    """One sentence, of one of three kinds; wrong input is a ValueError, too."""
+    own = {"nmeas": 1, "ncon": 1, "back_off": 0.1, "gamma_limit": None, "fastest_mode": None}
+    options = {key: changed.get(key, value) for key, value in own.items()}
+    with pytest.raises(getattr(sq, kind), match=words) as raised:
+        data = {key: value for key, value in changed.items() if key not in own}
+        if any(isinstance(v, str) for row in data.get("A", []) for v in row):
+            P, _, _ = spring(sq)
+            P = (data["A"], P.B, P.C, P.D)
+        else:
+            P, _, _ = spring(sq, **data)
+        sq.hinfsyn(P, options.pop("nmeas"), options.pop("ncon"), **options)
+    assert isinstance(raised.value, sq.SquidError)
+    assert (kind == "InputError") == isinstance(raised.value, ValueError)
+
+
+def test_parts_that_do_not_fit(sq: ModuleType) -> None:
+    P, _, _ = spring(sq)
+    with pytest.raises(sq.InputError, match=r"P.B is 2 x 2; it must be 2 x 3, since D is 3 x 3"):
+        sq.hinfsyn((P.A, P.B[:, :2], P.C, P.D), 1, 1)
+    with pytest.raises(sq.InputError, match="P has 'B7'"):
+        sq.lpvsyn({"B7": [[1]]}, [1])
+
+
+def test_a_forged_certificate(sq: ModuleType) -> None:
+    found = sq.hinfsyn_proved(*spring(sq))
+    held = json.loads(found.certificate.text)
+    held["gamma"] *= 0.5
+    with pytest.raises(sq.NumericalError):
+        sq.Certificate(json.dumps(held)).verify()
+    with pytest.raises(sq.InputError):
+        sq.Certificate("nonsense").verify()

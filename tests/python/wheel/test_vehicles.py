@@ -1,0 +1,114 @@
+"""Vehicles in Python: the command's numbers, progress, Ctrl-C."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+from conftest import SQUID, Run
+from fly.package import Packages
+
+WORK = """
+import os, sys, time
+import squid_lpv as sq
+def clock():
+    taken = os.times()
+    return taken.user + taken.system
+try:
+    sq.Vehicle.read(sys.argv[1]).design(progress=lambda *event: print(*event, flush=True))
+except KeyboardInterrupt:
+    print("interrupted", time.monotonic(), flush=True)
+    time.sleep(3.0)
+    before = clock()
+    time.sleep(1.0)
+    print("after", clock() - before, flush=True)
+"""
+IDLE = 0.3
+"""Seconds of processor time in a second: a computation that goes on takes one or two."""
+
+
+def test_models_are_those_of_the_command(sq: ModuleType, run_squid: Run) -> None:
+    vehicle = sq.Vehicle.read(SQUID)
+    shown = json.loads(run_squid("--json", "show", SQUID, "--speed", "2").stdout)["at_speed"]
+    found = vehicle.linearise(2.0)
+    assert np.array_equal(found.A, shown["A"]) and np.array_equal(found.B, shown["B"])
+    assert found.trim.pitch == shown["trim"]["pitch"] and found.states == shown["states"]
+    assert (vehicle.name, vehicle.speeds) == ("squid", (0.5, 3.0))
+    of_texts = sq.Vehicle.of(
+        *((SQUID / f"{name}.toml").read_text(encoding="utf-8") for name in ("vehicle", "design"))
+    )
+    assert np.array_equal(of_texts.linearise(2.0).A, found.A)
+
+
+def test_a_design_of_the_command(sq: ModuleType, run_squid: Run, squid: Packages, tmp_path: Path) -> None:
+    """It is read, proved, frozen and flown: to the bit as by the command."""
+    design = sq.Design.read(sq.Vehicle.read(SQUID), squid.folder)
+    assert design.certificate.verify().gamma == design.gamma
+    assert {row["outcome"] for row in design.verdict} <= {"met", "missed", "reported"}
+    assert len(design.controller(1.0).A) == len(design.lft.matrices["A"])
+    with pytest.raises(sq.InputError, match=r"speed is 9.0 m/s; the design is for 0.5 to 3.0"):
+        design.controller(9.0)
+    flight = design.simulate()
+    run_squid("simulate", SQUID, "--out", squid.folder)
+    with (squid.folder / "flight.csv").open(newline="", encoding="utf-8") as file:
+        names, *rows = csv.reader(file)
+    recorded = dict(zip(names, zip(*rows, strict=True), strict=True))
+    for name, values in flight.columns.items():
+        heading = f"{name} [{flight.units[name]}]" if flight.units[name] else name
+        assert np.array_equal(values, [float(cell) for cell in recorded[heading]]), name
+    short = design.simulate({"duration": 1.0, "pitch_step": 0.05})
+    assert short["time"][-1] == pytest.approx(1.0)
+    with pytest.raises(sq.InputError, match="pitch_step is 3"):
+        design.simulate({"pitch_step": 3.0})
+    design.savemat(tmp_path / "k.mat", [0.5, 1.0, 3.0])
+    from scipy.io import loadmat
+
+    held = loadmat(tmp_path / "k.mat", simplify_cells=True)
+    assert np.array_equal(held["K"]["a"][:, :, 1], design.controller(1.0).A)
+
+
+def test_what_is_missing_is_said(sq: ModuleType, tmp_path: Path) -> None:
+    with pytest.raises(sq.InputError, match="nowhere"):
+        sq.Vehicle.read(tmp_path / "nowhere")
+    with pytest.raises(sq.InputError, match=r"vehicle.toml"):
+        sq.Vehicle.of("nonsense = 1", "")
+    vehicle = sq.Vehicle.read(SQUID)
+    with pytest.raises(sq.InputError, match=r"has no controller.json"):
+        sq.Design.read(vehicle, tmp_path)
+    with pytest.raises(sq.InputError, match="m/s"):
+        vehicle.linearise(1e3)
+
+
+def test_what_progress_raises_ends_the_work(sq: ModuleType) -> None:
+    def stop(*_: str) -> None:
+        raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        sq.Vehicle.read(SQUID).design(progress=stop)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is sent as a signal")
+def test_ctrl_c_ends_the_work(site: Path) -> None:
+    """The call returns within a second, and what it had begun takes no more time of the processor."""
+    variables = {**os.environ, "PYTHONPATH": str(site)}
+    words = [sys.executable, "-c", WORK, str(SQUID)]
+    with subprocess.Popen(words, env=variables, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        for line in process.stdout:
+            if line.startswith("began synthesise"):
+                break
+        time.sleep(0.5)
+        sent = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        out = dict(line.split() for line in process.stdout.read().splitlines() if line[0] in "ia")
+    assert float(out["interrupted"]) - sent < 1.0
+    assert float(out["after"]) < IDLE
