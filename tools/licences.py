@@ -1,30 +1,52 @@
-"""The licences of the crates that are compiled into the FMUs, as one file that goes into each of them.
+"""The licences of the crates that are compiled into what ships, the FMUs and the Python package: a file for each.
 
-`python3 run.py freeze` writes crates/package/third_party.txt; a test checks that it is current and that every licence
-is allowed.
+`python3 run.py freeze` writes the files; a test checks that they are current and that every licence is allowed.
 """
 
 from __future__ import annotations
 
 import json
 import re
+from dataclasses import dataclass
 from pathlib import Path
 
 from fly import build, platforms
 from fly.stages import ROOT, StageError, answer
 
-FILE = ROOT / "crates" / "package" / "third_party.txt"
-ALLOWED = ("MIT", "Apache-2.0")
-"""Accepted licences, in order of preference."""
+
+
+@dataclass(frozen=True)
+class Shipped:
+    """What ships: its file of licences, the crates that it is built of, and what its binaries are called."""
+
+    file: Path
+    crates: tuple[str, ...]
+    what: str
+    allowed: tuple[str, ...]
+    """Accepted licences, in order of preference."""
+
+
+FMUS = Shipped(
+    ROOT / "crates" / "package" / "third_party.txt",
+    build.LIBRARIES,
+    "The binaries of this FMU contain",
+    ("MIT", "Apache-2.0"),
+)
+WHEEL = Shipped(
+    ROOT / "crates" / "python" / "third_party.txt",
+    ("squid-python",),
+    "The binary of this package contains",
+    ("MIT", "Apache-2.0", "BSD-3-Clause"),
+)
 TEXTS = re.compile(r"^licen[cs]e([-.](mit|txt|md))*$", re.IGNORECASE)
 HEAD = """\
-The binaries of this FMU contain Rust's standard library (MIT OR Apache-2.0, https://www.rust-lang.org) and the crates
+{what} Rust's standard library (MIT OR Apache-2.0, https://www.rust-lang.org) and the crates
 below, each under the licence named first in its line. The text of the Apache License 2.0 is in LICENSE-APACHE.
 """
 
 
-def compiled_in() -> list[dict]:
-    """Return the third-party packages linked into the FMUs, by name; procedural macros are not linked.
+def compiled_in(shipped: Shipped) -> list[dict]:
+    """Return the third-party packages linked into what ships, by name; procedural macros are not linked.
 
     `cargo metadata` has their licences, but also lists packages of disabled features; `cargo tree` has those built.
     """
@@ -39,7 +61,7 @@ def compiled_in() -> list[dict]:
         "--format",
         "{p}",
     ]
-    for crate in build.LIBRARIES:
+    for crate in shipped.crates:
         words += ["--package", crate]
     for target in platforms.TARGETS.values():
         words += ["--target", target]
@@ -49,39 +71,49 @@ def compiled_in() -> list[dict]:
     return sorted(foreign, key=lambda package: (package["name"], package["version"]))
 
 
-def chosen(package: dict) -> str:
+def chosen(package: dict, allowed: tuple[str, ...]) -> str:
     """Return the licence under which a crate is shipped."""
     offered = set(re.split(r"\s+OR\s+|/", package["license"] or ""))
-    for licence in ALLOWED:
+    for licence in allowed:
         if licence in offered:
             return licence
     name = f"{package['name']} {package['version']}"
-    raise StageError(f"{name} is under '{package['license']}', but only {', '.join(ALLOWED)} can be shipped.")
+    raise StageError(f"{name} is under '{package['license']}', but only {', '.join(allowed)} can be shipped.")
 
 
-def text() -> str:
-    """Return the file: a line for each crate, followed by the text of its MIT licence if that was chosen."""
-    parts = [HEAD]
-    for package in compiled_in():
-        licence = chosen(package)
+def text(shipped: Shipped) -> str:
+    """Return the file: a line for each crate, followed by the text of its licence if that is one with a notice."""
+    parts = [HEAD.format(what=shipped.what)]
+    for package in compiled_in(shipped):
+        licence = chosen(package, shipped.allowed)
         line = f"{package['name']} {package['version']}: {licence} (offered: {package['license']})"
         if package["repository"]:
             line += f", {package['repository']}"
         parts.append(f"{'-' * 80}\n{line}\n")
-        if licence == "MIT":
-            parts.append(mit(package))
+        if licence in NOTICES:
+            parts.append(notice(package, licence))
     return "\n".join(parts)
 
 
-def mit(package: dict) -> str:
-    """Return the text of a crate's MIT licence."""
+NOTICES = {
+    "MIT": "Permission is hereby granted, free of charge",
+    "BSD-3-Clause": "Redistribution and use in source and binary forms",
+}
+"""Licences whose text goes along, and words of it."""
+
+
+def notice(package: dict, licence: str) -> str:
+    """Return the text of a crate's licence; for a crate under MIT that comes without, its authors."""
     folder = Path(package["manifest_path"]).parent
     files = sorted((path for path in folder.iterdir() if TEXTS.match(path.name)), key=preference)
     for path in files:
         words = path.read_text(encoding="utf-8", errors="replace")
-        if "Permission is hereby granted, free of charge" in words:
+        if NOTICES[licence] in words:
             return "\n".join(line.rstrip() for line in words.strip().splitlines()) + "\n"
-    raise StageError(f"{package['name']} {package['version']} does not contain the text of the MIT licence.")
+    if licence == "MIT":
+        authors = ", ".join(package["authors"]) or f"the authors of {package['name']}"
+        return f"Copyright (c) {authors}\nThe terms are those of LICENSE-MIT.\n"
+    raise StageError(f"{package['name']} {package['version']} does not contain the text of its licence, {licence}.")
 
 
 def preference(path: Path) -> tuple[bool, str]:
@@ -90,5 +122,6 @@ def preference(path: Path) -> tuple[bool, str]:
 
 
 def write() -> None:
-    """Write the file."""
-    FILE.write_text(text(), encoding="utf-8", newline="\n")
+    """Write the files."""
+    for shipped in (FMUS, WHEEL):
+        shipped.file.write_text(text(shipped), encoding="utf-8", newline="\n")

@@ -183,10 +183,15 @@ def without_uncertainty(vehicle: Path, copy: Path) -> Path:
 
 @pytest.fixture(scope="session")
 def wheel_file() -> Path:
-    """Return the wheel of this machine, built once for all processes."""
+    """Return the wheel of this machine, built once for all processes of a run."""
     KEPT.mkdir(parents=True, exist_ok=True)
+    run = os.environ.get("PYTEST_XDIST_TESTRUNUID", str(os.getpid()))
     with FileLock(KEPT / "wheel.lock"):
-        return wheel.wheel()
+        mark = KEPT / "wheel.stamp"
+        if not stamp.is_fresh(mark, run):
+            wheel.build()
+            stamp.write(mark, run)
+    return wheel.found()
 
 
 @pytest.fixture(scope="session")

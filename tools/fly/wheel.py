@@ -8,7 +8,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-from fly import build, environment, platforms
+from fly import build as binaries
+from fly import environment, platforms
 from fly.stages import BUILD, ROOT, run
 
 REQUIREMENTS = ROOT / "tools" / "wheel.txt"
@@ -16,7 +17,7 @@ MANIFEST = ROOT / "crates" / "python" / "Cargo.toml"
 WHEELS = BUILD / "wheels"
 
 
-def wheel(platform: str = "host") -> Path:
+def build(platform: str = "host") -> Path:
     """Build the wheel for a platform: `host`, for this machine alone, or one by its name in FMI, for any such machine.
 
     One wheel serves every Python from 3.10 on.
@@ -27,7 +28,7 @@ def wheel(platform: str = "host") -> Path:
     words = [tools.scripts / "maturin", "build", "--release", "--manifest-path", MANIFEST, "--out", out]
     path = os.pathsep.join([str(tools.scripts), os.environ["PATH"]])
     # Without an interpreter of that platform: what the stable ABI is, the compiler knows.
-    variables = {**tools.variables, "PATH": path, "CARGO_ENCODED_RUSTFLAGS": build.without_paths()}
+    variables = {**tools.variables, "PATH": path, "CARGO_ENCODED_RUSTFLAGS": binaries.without_paths()}
     if platform == "host":
         words += ["--interpreter", sys.executable, "--compatibility", "linux"]
         variables.pop("CARGO_ENCODED_RUSTFLAGS")
@@ -37,7 +38,12 @@ def wheel(platform: str = "host") -> Path:
         if platform != "win64":
             words += ["--compatibility", "manylinux2014"]
     run(words, variables=variables, log=f"wheel-{platform}")
-    return next(out.glob("*.whl"))
+    return found(platform)
+
+
+def found(platform: str = "host") -> Path:
+    """Return the wheel for a platform that was built last."""
+    return next((WHEELS / platform).glob("*.whl"))
 
 
 def fresh(wheel_file: Path, home: Path, *beside: str) -> Path:

@@ -3,5 +3,6 @@
 pub mod error;
 pub mod flight;
 pub mod metrics;
+pub mod record;
 pub mod sea;
 mod sea_file;

@@ -98,7 +98,8 @@ def hinfsyn_proved(
     """Return what `hinfsyn` does, with the least gamma, remarks and the certificate.
 
     A plant in discrete time is taken to continuous time by the bilinear transform, which keeps gains, and its
-    controller back. The certificate is then of the plant in continuous time; what the transforms round is not covered by it.
+    controller back. The certificate is then of the plant in continuous time, and does not cover what the transforms
+    round.
 
     Args:
         P: as in `hinfsyn`.

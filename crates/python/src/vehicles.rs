@@ -9,8 +9,8 @@ use squid_design::linearise::shown;
 use squid_design::run::run_with;
 use squid_design::store;
 use squid_flight::flight::{fly, fly_at_sea};
+use squid_flight::record::Record;
 use squid_flight::sea::Sea;
-use squid_report::record::Record;
 use std::path::PathBuf;
 use std::sync::Arc;
 

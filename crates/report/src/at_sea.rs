@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::page::plot::draw;
-use crate::record::Record;
+use crate::record::panels;
 use crate::simulate::{early_end, heading, limits};
 use signals::{PITCH, SPEED};
 use squid_design::inputs::Inputs;
@@ -11,6 +11,7 @@ use squid_design::store::Stored;
 use squid_design::store::files::Files;
 use squid_flight::flight::{Row, fly, fly_at_sea};
 use squid_flight::metrics::FlightFigures;
+use squid_flight::record::Record;
 use squid_flight::sea::Sea;
 use std::path::Path;
 
@@ -52,7 +53,7 @@ pub fn run(inputs: &Inputs, stored: &Stored, sea: &Sea, directory: &Path) -> Res
     let record = Record::at_sea(&flown, &vehicle.actuators);
     let title = format!("{}, {}.toml: at sea", heading(inputs), inputs.design.name);
     let path = directory.join("sea.svg");
-    let svg = draw(&path, &title, &record.panels(&vehicle.actuators))?;
+    let svg = draw(&path, &title, &panels(&record, &vehicle.actuators))?;
     let mut files = Files::default();
     files.add(path, svg);
     files.add(directory.join("sea.csv"), record.csv());

@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::page::plot::{Kind, Line, Panel, draw};
 use crate::page::words::tidy;
-use crate::record::Record;
+use crate::record::panels;
 use crate::subject::{FLOWN, shown};
 use scheduled::Manoeuvre;
 use signals::{PITCH, SPEED};
@@ -13,6 +13,7 @@ use squid_design::store::Stored;
 use squid_design::store::files::Files;
 use squid_flight::flight::{Row, Surfacing, fly, fly_open_loop};
 use squid_flight::metrics::{SETTLED, StepFigures};
+use squid_flight::record::Record;
 use std::path::Path;
 
 /// Speeds at which pitch steps are flown, as many as in the paper's Fig. 5.
@@ -43,7 +44,7 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<Flown, 
     let mut out = early_end("the default manoeuvre", flight.surfacing);
     let record = Record::of(&flight.rows, &inputs.vehicle.actuators);
     let title = format!("{}, {}.toml: the default manoeuvre", heading(inputs), inputs.design.name);
-    plot("flight.svg", &title, &record.panels(&inputs.vehicle.actuators))?;
+    plot("flight.svg", &title, &panels(&record, &inputs.vehicle.actuators))?;
     out += "Pitch step at constant speed, nonlinear vehicle and sampled autopilot\n";
     out += &format!(
         "  speed m/s   overshoot %   10-90 % s   settled ({:.0} %) s   steady error %   speed off \

@@ -11,30 +11,31 @@ from fly.package import Packages
 from fly.stages import StageError
 
 
-def test_the_committed_file_is_fresh() -> None:
+@pytest.mark.parametrize("shipped", [licences.FMUS, licences.WHEEL], ids=["FMUs", "wheel"])
+def test_the_committed_file_is_fresh(shipped: licences.Shipped) -> None:
     """`python3 run.py freeze` writes it anew."""
-    assert licences.FILE.read_text(encoding="utf-8") == licences.text()
+    assert shipped.file.read_text(encoding="utf-8") == licences.text(shipped)
 
 
 def test_every_crate_can_be_shipped() -> None:
-    found = licences.compiled_in()
+    found = licences.compiled_in(licences.FMUS)
     names = {package["name"] for package in found}
     assert {"nalgebra", "serde_json", "toml", "differential-equations"} <= names
     assert not {"clarabel", "serde_derive", "zip"} & names, "neither solvers nor macros are compiled in"
-    assert {licences.chosen(package) for package in found} <= {"MIT", "Apache-2.0"}
+    assert {licences.chosen(package, licences.FMUS.allowed) for package in found} <= {"MIT", "Apache-2.0"}
 
 
 @pytest.mark.parametrize("licence", ["GPL-3.0-only", "LGPL-2.1", "MIT AND GPL-2.0", "", None])
 def test_what_cannot_be_shipped_is_refused(licence: str | None) -> None:
     with pytest.raises(StageError, match="can be shipped"):
-        licences.chosen({"name": "viral", "version": "1.0.0", "license": licence})
+        licences.chosen({"name": "viral", "version": "1.0.0", "license": licence}, licences.WHEEL.allowed)
 
 
 def test_travels_in_every_fmu(packages: Packages) -> None:
     for fmu in packages.fmus:
         with zipfile.ZipFile(fmu) as archive:
             folder = "documentation/licenses/"
-            assert archive.read(f"{folder}third_party.txt") == licences.FILE.read_bytes()
+            assert archive.read(f"{folder}third_party.txt") == licences.FMUS.file.read_bytes()
             named = [f"{folder}{name}" for name in ("license.txt", "LICENSE-MIT", "LICENSE-APACHE")]
             assert set(named) <= set(archive.namelist())
 

@@ -21,10 +21,11 @@ use squid_design::progress::Progress;
 use squid_design::store::files::{check_directory, json, read, write};
 use squid_design::uncertain::model::{Block, Uncertain};
 use squid_flight::flight::Flight;
+use squid_flight::record::Record;
 use squid_flight::sea::Sea;
 use squid_report::campaign::{STRONG, page};
 use squid_report::page::plot::draw;
-use squid_report::record::Record;
+use squid_report::record::panels;
 use std::path::{Path, PathBuf};
 
 /// The file beside the results that says what `replay` reads.
@@ -281,7 +282,7 @@ pub fn replay(directory: &Path, flight: u64) -> Result<(), Error> {
         let record = Record::of_any(&flown, actuators);
         let to = |kind: &str| directory.join(format!("flight-{flight}.{kind}"));
         let title = format!("{}, flight {flight} of the campaign: {outcome}", inputs.vehicle.name);
-        let svg = draw(&to("svg"), &title, &record.panels(actuators))?;
+        let svg = draw(&to("svg"), &title, &panels(&record, actuators))?;
         write(&to("svg"), svg.as_bytes())?;
         write(&to("csv"), record.csv().as_bytes())?;
         written = vec![to("csv"), to("svg")];

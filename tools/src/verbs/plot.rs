@@ -11,8 +11,9 @@ use signals::{SIGNALS, tracked};
 use squid_design::store::files::{read, write};
 use squid_flight::flight::{Row, Surfacing, out_of_water};
 use squid_flight::metrics::{FlightFigures, GRACE, PitchStep, SETTLED};
+use squid_flight::record::Record;
 use squid_report::page::plot::draw;
-use squid_report::record::Record;
+use squid_report::record::panels;
 use std::array::from_fn;
 use std::path::{Path, PathBuf};
 
@@ -99,7 +100,7 @@ fn figures(rows: &[Row], actuators: &[Actuator], surfacing: Option<Surfacing>, p
 fn plot(path: &Path, record: &Record, to: &Path, actuators: &[Actuator]) -> Result<(), Error> {
     let wrong = |reason: &str| Error::Record { path: path.display().to_string(), reason: reason.into() };
     record.get("time").ok_or_else(|| wrong("there is no column 'time'"))?;
-    let panels = record.panels(actuators);
+    let panels = panels(record, actuators);
     if panels.is_empty() {
         return Err(wrong("it contains none of the outputs of a flight (pitch, speed, depth ...)"));
     }

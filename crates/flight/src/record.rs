@@ -1,0 +1,105 @@
+//! The record of a flight: columns by the names of the outputs of `squid.fmu`.
+
+use auv::Actuator;
+use signals::{SIGNALS, tracked};
+use crate::flight::{Flight, Row, SeaRow};
+
+/// The values of each variable over time, SI; in a CSV file each is headed `name [unit]`, or `name` without a unit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Record(Vec<Column>);
+
+#[derive(Debug, Clone, PartialEq)]
+struct Column {
+    heading: String,
+    values: Vec<f64>,
+}
+
+impl Column {
+    /// Without the unit.
+    fn name(&self) -> &str {
+        self.split().0
+    }
+
+    /// Name and unit; 1 where there is none.
+    fn split(&self) -> (&str, &str) {
+        let split = self.heading.split_once(" [");
+        split.map_or((&self.heading, "1"), |(name, unit)| (name, unit.trim_end_matches(']')))
+    }
+}
+
+impl Record {
+    /// Columns of one length, each with its heading.
+    pub fn new(columns: Vec<(String, Vec<f64>)>) -> Self {
+        Self(columns.into_iter().map(|(heading, values)| Column { heading, values }).collect())
+    }
+
+    /// The record of a flight in this process.
+    pub fn of(rows: &[Row], actuators: &[Actuator]) -> Self {
+        let mut columns = Vec::new();
+        let mut add = |name: &str, unit: &str, of: &dyn Fn(&Row) -> f64| {
+            let heading = if unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") };
+            columns.push((heading, rows.iter().map(of).collect()));
+        };
+        add("time", "s", &|r| r.time);
+        for (place, (signal, wanted)) in tracked().enumerate() {
+            add(signal.name, signal.unit, &|r| r.measured(place));
+            add(&format!("{}_used", wanted.name), signal.unit, &|r| r.reference(place));
+        }
+        add("depth", "m", &|r| r.depth);
+        add("scheduling_parameter", "", &|r| r.rho);
+        add("speed_out_of_range", "", &|r| f64::from(u8::from(r.out_of_range)));
+        for (j, actuator) in actuators.iter().enumerate() {
+            add(&actuator.name, actuator.taken_unit(), &|r| actuator.taken(r.commands[j]).0);
+        }
+        Self::new(columns)
+    }
+
+    /// The record of a flight in still water or at sea.
+    pub fn of_any(flight: &Flight, actuators: &[Actuator]) -> Self {
+        if flight.sea.is_empty() {
+            Self::of(&flight.rows, actuators)
+        } else {
+            Self::at_sea(flight, actuators)
+        }
+    }
+
+    /// The record of a flight at sea: beside these the surface over the vehicle, the velocity of the water, and what
+    /// the sensors read.
+    pub fn at_sea(flight: &Flight, actuators: &[Actuator]) -> Self {
+        let mut record = Self::of(&flight.rows, actuators);
+        let mut add = |heading: String, of: &dyn Fn(&SeaRow) -> f64| {
+            record.0.push(Column { heading, values: flight.sea.iter().map(of).collect() });
+        };
+        add("wave_elevation [m]".into(), &|row| row.elevation);
+        add("current_horizontal [m/s]".into(), &|row| row.water.horizontal);
+        add("current_vertical [m/s]".into(), &|row| row.water.vertical);
+        for (place, signal) in SIGNALS.iter().enumerate() {
+            add(format!("{}_read [{}]", signal.name, signal.unit), &|row| row.read[place]);
+        }
+        record
+    }
+
+    /// Name, unit and values of each variable.
+    pub fn columns(&self) -> impl Iterator<Item = (&str, &str, &[f64])> {
+        self.0.iter().map(|column| (column.split().0, column.split().1, column.values.as_slice()))
+    }
+
+    /// The values of a variable.
+    pub fn get(&self, name: &str) -> Option<&[f64]> {
+        self.0.iter().rfind(|column| column.name() == name).map(|column| column.values.as_slice())
+    }
+
+    /// Leaves out all rows but the first ones.
+    pub fn truncate(&mut self, rows: usize) {
+        self.0.iter_mut().for_each(|column| column.values.truncate(rows));
+    }
+
+    /// The record as CSV.
+    pub fn csv(&self) -> String {
+        let line = |cells: Vec<String>| cells.join(",") + "\n";
+        let head = line(self.0.iter().map(|column| column.heading.clone()).collect());
+        let rows = self.0.first().map_or(0, |column| column.values.len());
+        let row = |k: usize| line(self.0.iter().map(|column| column.values[k].to_string()).collect());
+        head + &(0..rows).map(row).collect::<String>()
+    }
+}
