@@ -14,6 +14,7 @@ EXAMPLES = {
     "python3 run.py fly vehicles/remus100": "the same for another vehicle",
     "python3 run.py fly --design paper": "another design file of the vehicle: vehicles/squid/paper.toml",
     "python3 run.py fly --platforms all": "FMUs that run on Linux (x86-64 and ARM) and Windows",
+    "python3 run.py wheels": "the Python package for Linux (x86-64 and ARM) and Windows",
     "python3 run.py test": "all tests, Rust and Python",
 }
 NEEDED = (
@@ -39,7 +40,7 @@ def parser() -> argparse.ArgumentParser:
         epilog=epilog(width),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    verbs = top.add_subparsers(dest="verb", required=True, metavar="{fly,test,freeze}")
+    verbs = top.add_subparsers(dest="verb", required=True, metavar="{fly,wheels,test,freeze}")
     fly = verbs.add_parser(
         "fly",
         help="build, design, package, validate, fly, compare, plot",
@@ -66,6 +67,18 @@ def parser() -> argparse.ArgumentParser:
         help="platforms of the FMUs: host, all, or a comma-separated list of linux64, win64, aarch64-linux "
         "(default: host; other platforms are built with Zig, which pip installs)",
     )
+    wheels = verbs.add_parser(
+        "wheels",
+        help="build the Python package squid-lpv",
+        description="Build the wheels of the Python package squid-lpv, one a platform, into build/wheels.",
+    )
+    wheels.add_argument(
+        "--platforms",
+        default="all",
+        metavar="LIST",
+        help="host, for this machine alone; all (default), or a comma-separated list of linux64, win64, "
+        "aarch64-linux, for any such machine",
+    )
     verbs.add_parser(
         "test",
         help="all tests: format, lints, Rust, documentation, generated files, Python",
@@ -87,12 +100,14 @@ def main() -> int:
         print("Python 3.10 or later is required; this is %d.%d." % sys.version_info[:2], file=sys.stderr)
         return 1
     sys.path.insert(0, str(ROOT / "tools"))
-    from fly import all_tests, freeze, main_job
+    from fly import all_tests, freeze, main_job, wheel
     from fly.stages import StageError
 
     try:
         if arguments.verb == "fly":
             return main_job.run(Path(arguments.vehicle), arguments.design, arguments.platforms)
+        if arguments.verb == "wheels":
+            return wheel.build_all(arguments.platforms)
         if arguments.verb == "freeze":
             return freeze.freeze()
         return all_tests.run_tests()

@@ -14,7 +14,6 @@ from fly import build, platforms
 from fly.stages import ROOT, StageError, answer
 
 
-
 @dataclass(frozen=True)
 class Shipped:
     """What ships: its file of licences, the crates that it is built of, and what its binaries are called."""
@@ -113,7 +112,9 @@ def notice(package: dict, licence: str) -> str:
     if licence == "MIT":
         authors = ", ".join(package["authors"]) or f"the authors of {package['name']}"
         return f"Copyright (c) {authors}\nThe terms are those of LICENSE-MIT.\n"
-    raise StageError(f"{package['name']} {package['version']} does not contain the text of its licence, {licence}.")
+    raise StageError(
+        f"{package['name']} {package['version']} does not contain the text of its licence, {licence}."
+    )
 
 
 def preference(path: Path) -> tuple[bool, str]:

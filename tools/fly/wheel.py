@@ -10,7 +10,7 @@ from pathlib import Path
 
 from fly import build as binaries
 from fly import environment, platforms
-from fly.stages import BUILD, ROOT, run
+from fly.stages import BUILD, ROOT, run, stage
 
 REQUIREMENTS = ROOT / "tools" / "wheel.txt"
 MANIFEST = ROOT / "crates" / "python" / "Cargo.toml"
@@ -39,6 +39,14 @@ def build(platform: str = "host") -> Path:
             words += ["--compatibility", "manylinux2014"]
     run(words, variables=variables, log=f"wheel-{platform}")
     return found(platform)
+
+
+def build_all(words: str) -> int:
+    """Build the wheels for `host`, or for platforms as `--platforms` of `fly` names them; return the exit code."""
+    for platform in platforms.named(words) or ["host"]:
+        with stage(f"Building the wheel for {platform}"):
+            print(f"    {build(platform)}")
+    return 0
 
 
 def found(platform: str = "host") -> Path:

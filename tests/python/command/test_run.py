@@ -17,7 +17,7 @@ from fly.package import FIGURES, Packages
 from fly.stages import ROOT, StageError, run
 
 
-@pytest.mark.parametrize("words", [["--help"], ["fly", "--help"], ["test", "--help"]])
+@pytest.mark.parametrize("words", [["--help"], ["fly", "--help"], ["wheels", "--help"], ["test", "--help"]])
 def test_help_teaches(words: list[str]) -> None:
     done = subprocess.run(
         [sys.executable, "run.py", *words], cwd=ROOT, capture_output=True, text=True, check=False
@@ -35,7 +35,7 @@ def test_help_is_as_wide_as_the_terminal(columns: int) -> None:
     lines = done.stdout.splitlines()
     assert max(map(len, lines)) <= columns
     assert columns < 160 or max(map(len, lines)) > 120
-    assert sum(line.startswith("  python3 run.py ") for line in lines) == 5
+    assert sum(line.startswith("  python3 run.py ") for line in lines) == 6
 
 
 def test_what_cargo_is_told_does_not_name_this_folder(

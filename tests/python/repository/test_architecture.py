@@ -33,6 +33,7 @@ NEVER = {
     "squid-flight": {"lpv", "clap", "zip", "squid-design"},
     "squid-report": {"clap", "zip", "fmi2", "squid-package"},
     "squid-campaign": {"clap", "indicatif", "zip", "fmi2", "squid-report", "squid-package"},
+    "squid-python": {"clap", "indicatif", "zip", "fmi2", "squid-report", "squid-package"},
     "squid-problem": {"clap", "indicatif", "zip", "squid-report", "squid-package"},
     "squid-tune": {"clap", "indicatif", "zip", "fmi2", "squid-report", "squid-package"},
     "squid-package": {"clap", "indicatif"},
