@@ -10,11 +10,14 @@ from pathlib import Path
 
 from fly import build as binaries
 from fly import environment, platforms
-from fly.stages import BUILD, ROOT, run, stage
+from fly.stages import BUILD, ROOT, StageError, run, stage
 
 REQUIREMENTS = ROOT / "tools" / "wheel.txt"
 MANIFEST = ROOT / "crates" / "python" / "Cargo.toml"
 WHEELS = BUILD / "wheels"
+PLATFORMS = tuple(name for name in platforms.TARGETS if name != "win64")
+"""By their names in FMI. Not Windows: the crate of Clarabel makes a C library, too, which does not link there without a
+BLAS."""
 
 
 def build(platform: str = "host") -> Path:
@@ -25,7 +28,15 @@ def build(platform: str = "host") -> Path:
     tools = environment.ready("wheel", REQUIREMENTS)
     out = WHEELS / platform
     shutil.rmtree(out, ignore_errors=True)
-    words = [tools.scripts / "maturin", "build", "--release", "--manifest-path", MANIFEST, "--out", out]
+    words: list[str | Path] = [
+        tools.scripts / "maturin",
+        "build",
+        "--release",
+        "--manifest-path",
+        MANIFEST,
+        "--out",
+        out,
+    ]
     path = os.pathsep.join([str(tools.scripts), os.environ["PATH"]])
     # Without an interpreter of that platform: what the stable ABI is, the compiler knows.
     variables = {**tools.variables, "PATH": path, "CARGO_ENCODED_RUSTFLAGS": binaries.without_paths()}
@@ -34,16 +45,20 @@ def build(platform: str = "host") -> Path:
         variables.pop("CARGO_ENCODED_RUSTFLAGS")
     else:
         platforms.add_targets([platform])
-        words += ["--target", platforms.TARGETS[platform], "--zig"]
-        if platform != "win64":
-            words += ["--compatibility", "manylinux2014"]
+        words += ["--target", platforms.TARGETS[platform], "--zig", "--compatibility", "manylinux2014"]
     run(words, variables=variables, log=f"wheel-{platform}")
     return found(platform)
 
 
 def build_all(words: str) -> int:
-    """Build the wheels for `host`, or for platforms as `--platforms` of `fly` names them; return the exit code."""
-    for platform in platforms.named(words) or ["host"]:
+    """Build the wheels for `host`, `all`, or platforms by name; return the exit code."""
+    names = list(PLATFORMS) if words == "all" else words.split(",")
+    unknown = [name for name in names if name not in (*PLATFORMS, "host")]
+    if unknown:
+        raise StageError(
+            f"--platforms is '{words}'; it must be host, all, or a list of {', '.join(PLATFORMS)}."
+        )
+    for platform in names:
         with stage(f"Building the wheel for {platform}"):
             print(f"    {build(platform)}")
     return 0

@@ -1,8 +1,8 @@
 //! The record of a flight: columns by the names of the outputs of `squid.fmu`.
 
+use crate::flight::{Flight, Row, SeaRow};
 use auv::Actuator;
 use signals::{SIGNALS, tracked};
-use crate::flight::{Flight, Row, SeaRow};
 
 /// The values of each variable over time, SI; in a CSV file each is headed `name [unit]`, or `name` without a unit.
 #[derive(Debug, Clone, PartialEq)]

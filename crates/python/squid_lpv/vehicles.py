@@ -121,7 +121,7 @@ class Vehicle:
 
 @dataclass(frozen=True)
 class Flight:
-    """A record: `columns` by name, SI units in `units`; `surfacing` says where it ended at the surface, if it did."""
+    """A record: `columns` by name, SI units in `units`, 1 for none; `surfacing` says where it ended at the surface, if it did."""
 
     columns: dict[str, np.ndarray]
     units: dict[str, str]
@@ -211,12 +211,8 @@ class Design:
         if manoeuvre is not None:
             wanted = json.dumps(self._json("manoeuvre.json") | manoeuvre)
         columns, surfacing = self.vehicle._core.simulate(str(self.directory), wanted, sea)
-        split = [
-            (heading.partition(" [")[0], heading.partition(" [")[2].rstrip("]"), v) for heading, v in columns
-        ]
-        return Flight(
-            {name: np.array(v) for name, _, v in split}, {name: unit for name, unit, _ in split}, surfacing
-        )
+        values = {name: np.array(column) for name, _, column in columns}
+        return Flight(values, {name: unit for name, unit, _ in columns}, surfacing)
 
     def savemat(self, path: str | Path, speeds: Sequence[float]) -> None:
         """Write the frozen controller on a grid of speeds to a .mat file.

@@ -18,8 +18,8 @@ use std::sync::Arc;
 #[pyclass(frozen)]
 pub struct Vehicle(Arc<Inputs>);
 
-/// A record of a flight: each heading with its values, and where the flight ended early.
-type Flown = (Vec<(String, Vec<f64>)>, Option<String>);
+/// A record of a flight: name, unit and values of each variable, and where the flight ended early.
+type Flown = (Vec<(String, String, Vec<f64>)>, Option<String>);
 
 #[pymethods]
 impl Vehicle {
@@ -107,10 +107,9 @@ impl Vehicle {
             None => fly(vehicle, &stored.controller, level, &manoeuvre),
         });
         let flight = flown.map_err(|error| NumericalError::new_err(error.to_string()))?;
-        let record = match &sea {
-            Some(_) => Record::at_sea(&flight, &vehicle.actuators),
-            None => Record::of(&flight.rows, &vehicle.actuators),
-        };
-        Ok((record.into_columns(), flight.surfacing.map(|surfacing| surfacing.to_string())))
+        let record = Record::of_any(&flight, &vehicle.actuators);
+        let column =
+            |(name, unit, values): (&str, &str, &[f64])| (name.to_owned(), unit.to_owned(), values.to_vec());
+        Ok((record.columns().map(column).collect(), flight.surfacing.map(|surfacing| surfacing.to_string())))
     }
 }

@@ -63,7 +63,7 @@ def test_a_design_of_the_command(sq: ModuleType, run_squid: Run, squid: Packages
         names, *rows = csv.reader(file)
     recorded = dict(zip(names, zip(*rows, strict=True), strict=True))
     for name, values in flight.columns.items():
-        heading = f"{name} [{flight.units[name]}]" if flight.units[name] else name
+        heading = f"{name} [{flight.units[name]}]" if flight.units[name] != "1" else name
         assert np.array_equal(values, [float(cell) for cell in recorded[heading]]), name
     short = design.simulate({"duration": 1.0, "pitch_step": 0.05})
     assert short["time"][-1] == pytest.approx(1.0)
