@@ -121,7 +121,7 @@ class Vehicle:
 
 @dataclass(frozen=True)
 class Flight:
-    """A record: `columns` by name, SI units in `units`, 1 for none; `surfacing` says where it ended at the surface, if it did."""
+    """A record: `columns` by name, SI units in `units`, 1 for none; `surfacing` says where it left the water, if so."""
 
     columns: dict[str, np.ndarray]
     units: dict[str, str]
