@@ -1,7 +1,6 @@
 //! Trims over the range of speed, and the linear model at each.
 
 use crate::error::ModelError;
-use crate::inputs::Inputs;
 use crate::inputs::design_file::DesignFile;
 use auv::{Actuator, Linearisation, Speed, Trim, Vehicle, linearise, trim_with, trims};
 use lpv::matrix::{Mat, block, to_rows};
@@ -26,10 +25,10 @@ pub fn linearise_at(vehicle: &Vehicle, file: &DesignFile, speed: f64) -> Result<
 ///
 /// # Errors
 /// [`ModelError::Trim`].
-pub fn shown(inputs: &Inputs, speed: f64) -> Result<Value, ModelError> {
-    let l = linearise_at(&inputs.vehicle, &inputs.design, speed)?;
+pub fn shown(vehicle: &Vehicle, file: &DesignFile, speed: f64) -> Result<Value, ModelError> {
+    let l = linearise_at(vehicle, file, speed)?;
     let t = &l.trim;
-    let outputs = inputs.vehicle.actuators.iter().zip(&t.actuators);
+    let outputs = vehicle.actuators.iter().zip(&t.actuators);
     let actuators: Map<String, Value> = outputs.map(|(a, output)| (a.name.clone(), json!(output))).collect();
     Ok(json!({
         "trim": {
