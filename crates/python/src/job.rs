@@ -20,8 +20,8 @@ enum Message<T> {
 }
 
 /// Does `work` on threads of its own, one a core. `progress` is called with the kind of each event (`began`, `done`,
-/// `warning`), the stage and words. Where it raises, or Ctrl-C is pressed, this returns at once and the work ends at its
-/// next step.
+/// `warning`), the stage and words. Where it raises, or Ctrl-C is pressed, this returns at once and the work ends at
+/// its next step.
 ///
 /// # Errors
 /// What `progress` raises; `KeyboardInterrupt`; `RuntimeError` for a defect.
