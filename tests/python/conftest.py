@@ -65,7 +65,7 @@ def run_squid(squid_command: Path) -> Run:
 
 def package(run_squid: Run, vehicle: Path, folder: Path, *options: str, report: bool = False) -> Packages:
     """Design and package a vehicle into a folder; what each verb says is in a file of its name."""
-    verbs = ["design", "report", "package"] if report else ["design", "package --no-report"]
+    verbs = ["design --no-advise", *(["report", "package"] if report else ["package --no-report"])]
     for verb, *flags in map(str.split, verbs):
         done = run_squid(verb, vehicle, "--out", folder, *flags, *options)
         assert done.returncode == 0, f"squid {verb}:\n{done.stdout}\n{done.stderr}"

@@ -31,7 +31,7 @@ def spoil(path: Path, old: str, new: str) -> int:
 
 def refused(run_squid: Run, vehicle: Path, out: Path, design: str = "design") -> str:
     """Run `squid design`, which must fail, write nothing, and say why in a message that is returned."""
-    done = run_squid("design", vehicle, "--design", design, "--out", out)
+    done = run_squid("design", vehicle, "--design", design, "--no-advise", "--out", out)
     assert done.returncode not in (0, 101), done.stderr
     assert "panicked" not in done.stderr
     assert not out.exists() or not list(out.iterdir()), "nothing is half-written"
@@ -260,7 +260,7 @@ def test_modes_beyond_the_sampling_rate(run_squid: Run, tmp_path: Path) -> None:
     """A fifth of 2 pi/0.02 s is 62.8 rad/s; the default design stays below."""
     done = run_squid("design", SQUID, "--out", tmp_path / "out")
     assert done.returncode == 0 and "WARNING" not in done.stdout
-    done = run_squid("design", SQUID, "--bandwidth", "3", "--out", tmp_path / "out")
+    done = run_squid("design", SQUID, "--bandwidth", "3", "--no-advise", "--out", tmp_path / "out")
     gone = re.search(r"modes of the controller, the fastest of (\d+) rad/s, are too fast", done.stdout)
     left = re.search(r"fastest mode of the controller (\d+) rad/s", done.stdout)
     assert done.returncode == 0 and gone and left, done.stdout
@@ -289,7 +289,7 @@ def test_zero_has_no_sign(run_squid: Run, copied_vehicle: Path) -> None:
 
 @pytest.mark.parametrize("bandwidth", ["0", "inf", "-1", "nan"])
 def test_bandwidth_on_the_command_line(run_squid: Run, tmp_path: Path, bandwidth: str) -> None:
-    done = run_squid("design", SQUID, "--out", tmp_path / "out", f"--bandwidth={bandwidth}")
+    done = run_squid("design", SQUID, "--no-advise", "--out", tmp_path / "out", f"--bandwidth={bandwidth}")
     assert done.returncode == 64 and "from 1e-6 to 1e6" in done.stderr
     assert not (tmp_path / "out").exists()
 
@@ -308,7 +308,7 @@ def test_actuator_with_the_name_of_a_variable(
     run_squid: Run, copied_vehicle: Path, tmp_path: Path, name: str
 ) -> None:
     spoil(copied_vehicle / "vehicle.toml", 'name = "upper_starboard"', f'name = "{name}"')
-    done = run_squid("design", copied_vehicle, "--out", tmp_path / "out")
+    done = run_squid("design", copied_vehicle, "--no-advise", "--out", tmp_path / "out")
     assert done.returncode == 1 and "vehicle.toml: an actuator cannot be called" in done.stderr
     assert f"'{name}'" in done.stderr and not (tmp_path / "out").exists()
 
@@ -327,7 +327,7 @@ def test_lags_that_no_sample_time_can_mend(run_squid: Run, copied_vehicle: Path,
     assert "however often it is sampled" in refused(run_squid, copied_vehicle, tmp_path / "out")
     spoil(copied_vehicle / "design.toml", "\nlags = false", "\nlags = true")
     spoil(copied_vehicle / "design.toml", "\nfrequency = 1.65\n", "\nfrequency = 0.1\n")
-    done = run_squid("design", copied_vehicle, "--out", tmp_path / "out")
+    done = run_squid("design", copied_vehicle, "--no-advise", "--out", tmp_path / "out")
     assert done.returncode == 0, done.stderr
 
 
@@ -394,7 +394,7 @@ def test_help_is_as_wide_as_the_terminal(squid_command: Path, verb: list[str], c
 
 
 def test_design_prints_each_stage(run_squid: Run, quick_vehicle: Path, tmp_path: Path) -> None:
-    done = run_squid("design", quick_vehicle, "--out", tmp_path / "out")
+    done = run_squid("design", quick_vehicle, "--no-advise", "--out", tmp_path / "out")
     assert done.returncode == 0, done.stderr
     for stage in ("vehicle", "trim", "linearise", "fit", "LFT", "augment", "synthesise", "check"):
         assert re.search(rf"^{stage}\s+\S", done.stdout, re.MULTILINE), stage
@@ -409,7 +409,7 @@ def test_ladder_of_gammas(run_squid: Run, squid_by_errors: Path, tmp_path: Path,
     """
     shutil.copy(SQUID / "paper.toml", squid_by_errors)
     options = ("--design", design, "--out", tmp_path / "out", "--ladder")
-    done = run_squid("design", squid_by_errors, *options)
+    done = run_squid("design", squid_by_errors, "--no-advise", *options)
     assert done.returncode == 0, done.stderr
     assert "CONTRADICTION" not in done.stdout and "unknown" not in done.stdout
     ladder = done.stdout.split("The best controller", 1)[1]

@@ -216,7 +216,7 @@ def test_a_design_may_not_ask_for_the_speed(run_squid: Run, tmp_path: Path, more
     vehicle = shutil.copytree(NPS, tmp_path / "nps")
     with (vehicle / "design.toml").open("a", encoding="utf-8") as design:
         design.write(more)
-    done = run_squid("design", vehicle, "--out", tmp_path / "out")
+    done = run_squid("design", vehicle, "--no-advise", "--out", tmp_path / "out")
     assert done.returncode == 1
     assert (
         f"design.toml: '{key}' must be left out, because the vehicle file says [surge] speed" in done.stderr

@@ -32,7 +32,7 @@ def designed(
     assert text.count("[synthesis]\n") == 1
     design.write_text(text.replace("[synthesis]\n", f"[synthesis]\nrate = {RATE}\n"), encoding="utf-8")
     out = folder / "out"
-    done = run_squid("design", vehicle, "--out", out)
+    done = run_squid("design", vehicle, "--no-advise", "--out", out)
     assert done.returncode == 0, done.stderr
     assert f"where the speed changes by at most {RATE:.3f} m/s^2: gain below" in done.stdout
     done = run_squid("package", vehicle, "--out", out)
