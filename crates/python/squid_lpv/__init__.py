@@ -4,6 +4,7 @@ from squid_lpv._core import __version__
 from squid_lpv.analysis import LpvGain, Mu, hinfnorm, lpvgain, mu
 from squid_lpv.certificates import Certificate, Theorem
 from squid_lpv.errors import InfeasibleError, InputError, NumericalError, SquidError
+from squid_lpv.mat import loadmat, savemat
 from squid_lpv.synthesis import (
     HinfSynthesis,
     LpvController,
@@ -11,9 +12,7 @@ from squid_lpv.synthesis import (
     Proved,
     hinfsyn,
     hinfsyn_proved,
-    loadmat,
     lpvsyn,
-    savemat,
 )
 from squid_lpv.systems import StateSpace
 from squid_lpv.vehicles import Design, Flight, Linearisation, Trim, Vehicle

@@ -52,6 +52,22 @@ def test_published_norms(sq: ModuleType, run_squid: Run, tmp_path: Path, path: P
     assert (found.least_gamma, gam) == (done["gamma"], done["certified_gamma"])
 
 
+def test_systems_of_python_control(sq: ModuleType) -> None:
+    """One goes in, the same kind comes out, in continuous and discrete time; python-control agrees on the loop."""
+    import control
+
+    P, nmeas, ncon = spring(sq)
+    for a, b, dt in ((P.A, P.B, 0.0), (np.eye(2) + 0.1 * P.A, 0.1 * P.B, 0.1)):
+        given = control.ss(a, b, P.C, P.D, dt)
+        K, CL, gam, _ = sq.hinfsyn(given, nmeas, ncon)
+        assert isinstance(K, control.StateSpace) and K.dt == CL.dt == dt
+        closed = given.lft(K)
+        for omega in (0.1, 1.3, 10.0):
+            at = np.exp(1j * omega * dt) if dt else 1j * omega
+            assert CL(at) == pytest.approx(closed(at), rel=1e-9, abs=1e-12)
+            assert np.linalg.norm(closed(at), 2) < gam
+
+
 def test_a_direct_path_from_u_to_y(sq: ModuleType) -> None:
     without, _, gam, _ = sq.hinfsyn(*spring(sq))
     k, loop, with_gam, _ = sq.hinfsyn(*spring(sq, D22=[[0.5]]))
