@@ -92,10 +92,11 @@ def with_features(*of: str) -> set[str]:
     return {line.removesuffix(" (*)") for line in done.stdout.splitlines() if line}
 
 
-def test_the_command_is_built_of_the_crates_that_the_tests_are_built_of() -> None:
+@pytest.mark.parametrize("package", ["squid", "squid-python"])
+def test_what_ships_is_built_of_the_crates_that_the_tests_are_built_of(package: str) -> None:
     """A feature that the tests alone ask of a crate has all that use it compiled twice."""
-    command = with_features("--package", "squid", "--edges", "normal,build")
-    assert command <= with_features("--workspace", "--edges", "normal,build,dev")
+    shipped = with_features("--package", package, "--edges", "normal,build")
+    assert shipped <= with_features("--workspace", "--edges", "normal,build,dev")
 
 
 @pytest.mark.parametrize("member", MEMBERS, ids=str)
