@@ -70,7 +70,9 @@ def parser() -> argparse.ArgumentParser:
     where.add_argument("--scheduler", metavar="ADDRESS", help="that of a cluster, such as tcp://host:8786")
     where.add_argument("--workers", metavar="N", type=int, help="a cluster of so many processes, here")
     top.add_argument(
-        "--fmu", action="store_true", help="fly the FMUs of the design; a worker then needs FMPy alone"
+        "--fmu",
+        action="store_true",
+        help="fly the FMUs of the design; a worker then needs FMPy and distributed alone",
     )
     top.add_argument(
         "--squid", default=here, help="the command squid, here and on each worker (default: %(default)s)"

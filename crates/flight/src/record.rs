@@ -33,12 +33,13 @@ impl Record {
         Self(columns.into_iter().map(|(heading, values)| Column { heading, values }).collect())
     }
 
-    /// The record of a flight in this process.
-    pub fn of(rows: &[Row], actuators: &[Actuator]) -> Self {
+    /// The record of a flight in this process; at sea it also has the surface over the vehicle, the velocity of the
+    /// water, and what the sensors read.
+    pub fn of(flight: &Flight, actuators: &[Actuator]) -> Self {
         let mut columns = Vec::new();
         let mut add = |name: &str, unit: &str, of: &dyn Fn(&Row) -> f64| {
             let heading = if unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") };
-            columns.push((heading, rows.iter().map(of).collect()));
+            columns.push((heading, flight.rows.iter().map(of).collect()));
         };
         add("time", "s", &|r| r.time);
         for (place, (signal, wanted)) in tracked().enumerate() {
@@ -51,32 +52,18 @@ impl Record {
         for (j, actuator) in actuators.iter().enumerate() {
             add(&actuator.name, actuator.taken_unit(), &|r| actuator.taken(r.commands[j]).0);
         }
+        if !flight.sea.is_empty() {
+            let mut add = |heading: String, of: &dyn Fn(&SeaRow) -> f64| {
+                columns.push((heading, flight.sea.iter().map(of).collect()));
+            };
+            add("wave_elevation [m]".into(), &|row| row.elevation);
+            add("current_horizontal [m/s]".into(), &|row| row.water.horizontal);
+            add("current_vertical [m/s]".into(), &|row| row.water.vertical);
+            for (place, signal) in SIGNALS.iter().enumerate() {
+                add(format!("{}_read [{}]", signal.name, signal.unit), &|row| row.read[place]);
+            }
+        }
         Self::new(columns)
-    }
-
-    /// The record of a flight in still water or at sea.
-    pub fn of_any(flight: &Flight, actuators: &[Actuator]) -> Self {
-        if flight.sea.is_empty() {
-            Self::of(&flight.rows, actuators)
-        } else {
-            Self::at_sea(flight, actuators)
-        }
-    }
-
-    /// The record of a flight at sea: beside these the surface over the vehicle, the velocity of the water, and what
-    /// the sensors read.
-    pub fn at_sea(flight: &Flight, actuators: &[Actuator]) -> Self {
-        let mut record = Self::of(&flight.rows, actuators);
-        let mut add = |heading: String, of: &dyn Fn(&SeaRow) -> f64| {
-            record.0.push(Column { heading, values: flight.sea.iter().map(of).collect() });
-        };
-        add("wave_elevation [m]".into(), &|row| row.elevation);
-        add("current_horizontal [m/s]".into(), &|row| row.water.horizontal);
-        add("current_vertical [m/s]".into(), &|row| row.water.vertical);
-        for (place, signal) in SIGNALS.iter().enumerate() {
-            add(format!("{}_read [{}]", signal.name, signal.unit), &|row| row.read[place]);
-        }
-        record
     }
 
     /// Name, unit and values of each variable.

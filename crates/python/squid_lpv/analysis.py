@@ -68,7 +68,7 @@ def mu(M: Any, blocks: Sequence[Sequence[int]]) -> Mu:
         if m.ndim != 2 or not np.isfinite(m).all():
             raise InputError("M must be a matrix of finite numbers, or a system with A, B, C, D")
         data = {"M": [[[v.real, v.imag] for v in row] for row in m.tolist()]}
-    data["blocks"] = [list(map(int, block)) for block in np.atleast_2d(blocks).tolist()]
+    data["blocks"] = np.atleast_2d(np.asarray(blocks)).tolist()
     report = json.loads(_core.mu(json.dumps({"data": data}), "M"))
     found = report["delta"]
     delta = None if found is None else np.array([[complex(*v) for v in row] for row in found])
@@ -109,7 +109,7 @@ def lpvgain(
         progress: called back.
 
     """
-    data: dict[str, Any] = {"P": as_lists(P), "blocks": list(map(int, blocks))}
+    data: dict[str, Any] = {"P": as_lists(P), "blocks": np.asarray(blocks).tolist()}
     if rate is not None:
         data["rate"] = rate
     text, certificate = _core.gain(json.dumps({"data": data}), "P", progress)

@@ -24,7 +24,8 @@ def savemat(path: str | Path, found: HinfSynthesis | Proved) -> None:
 
 def _struct(system: Any) -> dict[str, Any]:
     s = systems.of(system)
-    return {"a": s.A, "b": s.B, "c": s.C, "d": s.D, "Ts": s.dt}
+    # MATLAB writes a sample time that is not known as -1.
+    return {"a": s.A, "b": s.B, "c": s.C, "d": s.D, "Ts": -1.0 if s.dt is True else s.dt}
 
 
 def loadmat(path: str | Path, name: str = "P") -> tuple[StateSpace, int, int]:
@@ -52,7 +53,7 @@ def loadmat(path: str | Path, name: str = "P") -> tuple[StateSpace, int, int]:
     shaped = [
         np.reshape(lowered[key], shape) for key, shape in zip("abc", [(n, n), (n, -1), (-1, n)], strict=True)
     ]
-    plant = StateSpace(
-        *shaped, d.reshape(shaped[2].shape[0], shaped[1].shape[1]), float(lowered.get("ts", 0.0))
-    )
+    time = float(lowered.get("ts", 0.0))
+    d = d.reshape(shaped[2].shape[0], shaped[1].shape[1])
+    plant = StateSpace(*shaped, d, True if time == -1.0 else time)
     return plant, int(held["nmeas"]), int(held["ncon"])

@@ -70,9 +70,9 @@ def hinfsyn(P: Any, nmeas: int, ncon: int, **options: Any) -> HinfSynthesis:
         options: those of `hinfsyn_proved`.
 
     Returns:
-        K, the controller `u = K y`; CL, the loop from w to z; `gam`: the gain of CL is below it, proved in exact
-        arithmetic; `rcond`, the conditions of D12 and D21 (least singular value over the largest), and twice NaN: there
-        are no Riccati equations here.
+        K, the controller `u = K y`; CL, the loop from w to z; `gam`: the gain of the loop of P and K is below it,
+        proved in exact arithmetic (in discrete time see `hinfsyn_proved`); `rcond`, the conditions of D12 and D21
+        (least singular value over the largest), and twice NaN: there are no Riccati equations here.
 
     Raises:
         InfeasibleError: there is no controller.
@@ -118,8 +118,10 @@ def hinfsyn_proved(
         plant = transform.continuous(given)
     outputs, inputs = plant.D.shape
     for name, count, most, of in (("nmeas", nmeas, outputs, "outputs"), ("ncon", ncon, inputs, "inputs")):
-        if not 0 < count < most:
-            raise InputError(f"{name} is {count}; it must be from 1 to {most - 1}, since P has {most} {of}")
+        if not (isinstance(count, int | np.integer) and 0 < count < most):
+            raise InputError(
+                f"{name} is {count}; it must be a whole number from 1 to {most - 1}, since P has {most} {of}"
+            )
     problem = {"data": partition(plant, nmeas, ncon)}
     options = {
         "back_off": back_off,
@@ -208,6 +210,8 @@ class LpvController:
         """Return the controller at constant parameters, each within [-1, 1]."""
         if len(theta) != len(self.blocks):
             raise InputError(f"{len(theta)} parameters are given; the controller has {len(self.blocks)}")
+        if not all(-1.0 <= value <= 1.0 for value in theta):
+            raise InputError(f"the parameters are {theta}; each must be from -1 to 1")
         m = self.matrices
         diagonal = np.repeat(np.asarray(theta, dtype=float), self.blocks)
         inner = np.linalg.inv(np.eye(len(diagonal)) - diagonal[:, None] * m["Dtt"]) * diagonal[None, :]
@@ -262,7 +266,7 @@ def lpvsyn(
         InputError: the problem is wrong.
 
     """
-    data: dict[str, Any] = {"P": as_lists(P), "blocks": list(blocks)}
+    data: dict[str, Any] = {"P": as_lists(P), "blocks": np.asarray(blocks).tolist()}
     if rate is not None:
         data["rate"] = rate
     options = {

@@ -15,13 +15,16 @@ Matrix = np.ndarray
 
 @dataclass(frozen=True)
 class StateSpace:
-    """`x' = A x + B u`, `y = C x + D u`; in discrete time, with the sample time `dt` (s), `x+` in place of `x'`."""
+    """`x' = A x + B u`, `y = C x + D u`; in discrete time, with the sample time `dt` (s), `x+` in place of `x'`.
+
+    `dt` is 0 in continuous time, and True where the sample time is not known, as in python-control.
+    """
 
     A: Matrix
     B: Matrix
     C: Matrix
     D: Matrix
-    dt: float = 0.0
+    dt: float | bool = 0.0
 
     def __call__(self, s: complex) -> Matrix:
         """Return `C (s I - A)^-1 B + D`."""
@@ -70,9 +73,8 @@ def of(system: Any, name: str = "P") -> StateSpace:
         )
     a, b, c, d = (matrix(f"{name}.{part}", value) for part, value in zip("ABCD", parts, strict=True))
     n = 0 if a.size == 0 else len(a)
-    a, b, c = a.reshape(n, -1) if n else np.zeros((0, 0)), b, c
     if n == 0:
-        b, c = np.zeros((0, d.shape[1])), np.zeros((d.shape[0], 0))
+        a, b, c = np.zeros((0, 0)), np.zeros((0, d.shape[1])), np.zeros((d.shape[0], 0))
     expected = {"A": (n, n), "B": (n, d.shape[1]), "C": (d.shape[0], n)}
     for part, found in {"A": a, "B": b, "C": c}.items():
         if found.shape != expected[part]:
@@ -81,8 +83,11 @@ def of(system: Any, name: str = "P") -> StateSpace:
                 f"{name}.{part} is {found.shape[0]} x {found.shape[1]}; it must be {rows} x {columns}, "
                 f"since D is {d.shape[0]} x {d.shape[1]}"
             )
-    # python-control's `True` is a sample time that is not known.
-    return StateSpace(a, b, c, d, 0.0 if dt is None else float(dt))
+    if dt is not None and dt is not True and not (np.isreal(dt) and np.isfinite(dt) and dt >= 0.0):
+        raise InputError(
+            f"{name}.dt is {dt}; it must be 0 or None in continuous time, or a sample time above 0"
+        )
+    return StateSpace(a, b, c, d, dt if dt is True else float(dt or 0.0))
 
 
 def given_back(system: StateSpace) -> Any:
@@ -129,7 +134,7 @@ class Bilinear:
     It maps the unit disc to the left half plane, so that gains and stability stay what they are.
     """
 
-    dt: float
+    dt: float | bool
     sign: float = 1.0
 
     @classmethod
@@ -150,7 +155,7 @@ class Bilinear:
     @property
     def step(self) -> float:
         """The sample time; any will do where it is not known."""
-        return 1.0 if self.dt is True or self.dt <= 0.0 else float(self.dt)
+        return 1.0 if self.dt is True else float(self.dt)
 
     def continuous(self, system: StateSpace) -> StateSpace:
         """Return the system in s."""

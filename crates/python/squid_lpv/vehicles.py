@@ -15,7 +15,7 @@ import numpy as np
 
 from squid_lpv import _core, systems
 from squid_lpv.certificates import Certificate
-from squid_lpv.errors import InputError
+from squid_lpv.errors import InputError, NumericalError
 from squid_lpv.synthesis import LpvController, Progress, lpv_controller
 from squid_lpv.systems import StateSpace
 
@@ -174,12 +174,12 @@ class Design:
         """The proof of the gain.
 
         Raises:
-            InputError: it is not proved; the figures say why.
+            NumericalError: it is not proved; the figures say why.
 
         """
         path = self.directory / "certificate.json"
         if not path.is_file():
-            raise InputError(f"the design is not proved: {self.figures['not_certified_because']}")
+            raise NumericalError(f"the design is not proved: {self.figures['not_certified_because']}")
         return Certificate.read(path)
 
     @property
@@ -192,7 +192,7 @@ class Design:
         low, high = self.vehicle.speeds
         if not low <= speed <= high:
             raise InputError(f"speed is {speed} m/s; the design is for {low} to {high}")
-        return self.lft.frozen((2.0 * speed - low - high) / (high - low))
+        return self.lft.frozen(float(np.clip((2.0 * speed - low - high) / (high - low), -1.0, 1.0)))
 
     def simulate(self, manoeuvre: dict[str, float] | None = None, *, sea: str | None = None) -> Flight:
         """Fly the nonlinear vehicle under the sampled autopilot.

@@ -54,8 +54,7 @@ impl Vehicle {
     /// The range of speed along the path that the design is for, m/s.
     #[getter]
     fn speeds(&self) -> (f64, f64) {
-        let (centre, half_range) = self.0.design.scheduling();
-        (centre - half_range, centre + half_range)
+        (self.0.design.speed_min, self.0.design.speed_max)
     }
 
     /// Trim and linear model at a speed along the path, as `squid show --speed` has them.
@@ -108,7 +107,7 @@ impl Vehicle {
             None => fly(vehicle, &stored.controller, level, &manoeuvre),
         });
         let flight = flown.map_err(|error| NumericalError::new_err(error.to_string()))?;
-        let record = Record::of_any(&flight, &vehicle.actuators);
+        let record = Record::of(&flight, &vehicle.actuators);
         let column =
             |(name, unit, values): (&str, &str, &[f64])| (name.to_owned(), unit.to_owned(), values.to_vec());
         Ok((record.columns().map(column).collect(), flight.surfacing.map(|surfacing| surfacing.to_string())))

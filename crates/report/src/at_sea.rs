@@ -50,7 +50,7 @@ pub fn run(inputs: &Inputs, stored: &Stored, sea: &Sea, directory: &Path) -> Res
     let depth = sea.depth.unwrap_or(depth);
     let flown = fly_at_sea(vehicle, &stored.controller, (depth, pitch), manoeuvre, sea)?;
     let still = fly(vehicle, &stored.controller, (depth, pitch), manoeuvre)?;
-    let record = Record::at_sea(&flown, &vehicle.actuators);
+    let record = Record::of(&flown, &vehicle.actuators);
     let title = format!("{}, {}.toml: at sea", heading(inputs), inputs.design.name);
     let path = directory.join("sea.svg");
     let svg = draw(&path, &title, &panels(&record, &vehicle.actuators))?;

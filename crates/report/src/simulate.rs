@@ -42,7 +42,7 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<Flown, 
     };
     let flight = fly(&inputs.vehicle, &stored.controller, inputs.design.level(), manoeuvre)?;
     let mut out = early_end("the default manoeuvre", flight.surfacing);
-    let record = Record::of(&flight.rows, &inputs.vehicle.actuators);
+    let record = Record::of(&flight, &inputs.vehicle.actuators);
     let title = format!("{}, {}.toml: the default manoeuvre", heading(inputs), inputs.design.name);
     plot("flight.svg", &title, &panels(&record, &inputs.vehicle.actuators))?;
     out += "Pitch step at constant speed, nonlinear vehicle and sampled autopilot\n";

@@ -91,6 +91,23 @@ def test_discrete_time(sq: ModuleType, a: list) -> None:
     assert np.linalg.norm(CL(np.exp(0.1j * frequency)), 2) == pytest.approx(norm, rel=1e-6)
 
 
+def test_a_sample_time_that_is_not_known(sq: ModuleType) -> None:
+    """It comes out as it went in; the gain is that with any sample time."""
+    P, nmeas, ncon = spring(sq, A=[[0.98, 0.1], [-0.2, 0.93]])
+    unknown, one = (
+        sq.hinfsyn(sq.StateSpace(P.A, 0.1 * P.B, P.C, P.D, dt), nmeas, ncon) for dt in (True, 1.0)
+    )
+    assert unknown.K.dt is True and unknown.CL.dt is True
+    assert unknown.gam == one.gam
+    with pytest.raises(sq.InputError, match=r"P.dt is -1.0; it must be 0 or None"):
+        sq.hinfsyn(sq.StateSpace(P.A, P.B, P.C, P.D, -1.0), nmeas, ncon)
+
+
+def test_blocks_are_whole(sq: ModuleType) -> None:
+    with pytest.raises(sq.InputError, match="blocks"):
+        sq.mu(np.eye(2), [[1.5, 0], [1, 0]])
+
+
 def test_poles_at_both_ends_of_the_circle(sq: ModuleType) -> None:
     P, nmeas, ncon = spring(sq, A=[[1.0, 0.0], [0.0, -1.0]])
     with pytest.raises(sq.InputError, match="z = 1 and at z = -1"):
@@ -126,6 +143,8 @@ def test_a_scheduled_controller(sq: ModuleType) -> None:
     assert found.K.frozen(0.5).A.shape == found.K.frozen(-1.0).A.shape
     with pytest.raises(sq.InputError, match="the controller has 1"):
         found.K.frozen(0.0, 0.0)
+    with pytest.raises(sq.InputError, match="each must be from -1 to 1"):
+        found.K.frozen(1.5)
 
 
 def test_the_gain_of_a_loop(sq: ModuleType) -> None:
@@ -174,8 +193,9 @@ def test_an_unstable_system_has_no_norm(sq: ModuleType) -> None:
     [
         ({"A": [[0, 1], [-2, "x"]]}, "InputError", "no matrix of real numbers"),
         ({"A": [[0, 1], [-2, float("nan")]]}, "InputError", "not finite"),
-        ({"nmeas": 0}, "InputError", "nmeas is 0; it must be from 1 to 2"),
-        ({"ncon": 3}, "InputError", "ncon is 3; it must be from 1 to 2"),
+        ({"nmeas": 0}, "InputError", "nmeas is 0; it must be a whole number from 1 to 2"),
+        ({"ncon": 3}, "InputError", "ncon is 3; it must be a whole number from 1 to 2"),
+        ({"nmeas": 1.5}, "InputError", "nmeas is 1.5; it must be a whole number"),
         ({"back_off": 0.0}, "InputError", "back_off is 0.0; it must be from 0.001 to 1"),
         ({"gamma_limit": -1.0}, "InputError", "gamma_limit is -1.0; it must be above 0"),
         ({"gamma_limit": 0.1}, "InfeasibleError", "above the limit 1.0000e-1"),

@@ -206,7 +206,7 @@ fn trajectory(plan: &Plan<'_>, to: &Path, flight: u64) -> Result<(), Error> {
         return Ok(());
     }
     let Some(flown) = plan.fly(flight)?.1 else { return Ok(()) };
-    let record = Record::of_any(&flown, &plan.inputs.vehicle.actuators);
+    let record = Record::of(&flown, &plan.inputs.vehicle.actuators);
     let number = |(name, unit, values): (&str, &str, &[f64])| {
         let values = Values::Numbers(values.to_vec());
         Column { name: name.into(), unit: unit.into(), values }
@@ -279,7 +279,7 @@ pub fn replay(directory: &Path, flight: u64) -> Result<(), Error> {
     let mut written = Vec::new();
     if let Some(flown) = flown {
         let actuators = &inputs.vehicle.actuators;
-        let record = Record::of_any(&flown, actuators);
+        let record = Record::of(&flown, actuators);
         let to = |kind: &str| directory.join(format!("flight-{flight}.{kind}"));
         let title = format!("{}, flight {flight} of the campaign: {outcome}", inputs.vehicle.name);
         let svg = draw(&to("svg"), &title, &panels(&record, actuators))?;
