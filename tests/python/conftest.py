@@ -8,7 +8,7 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from types import ModuleType
 
@@ -63,29 +63,53 @@ def run_squid(squid_command: Path) -> Run:
     return run
 
 
+def design(run_squid: Run, vehicle: Path, folder: Path, *options: str) -> None:
+    """Design a vehicle into a folder; what is printed is in `design.txt`."""
+    written(run_squid, folder, "design", vehicle, "--no-advise", *options)
+
+
 def package(run_squid: Run, vehicle: Path, folder: Path, *options: str, report: bool = False) -> Packages:
-    """Design and package a vehicle into a folder; what each verb says is in a file of its name."""
-    verbs = ["design --no-advise", *(["report", "package"] if report else ["package --no-report"])]
-    for verb, *flags in map(str.split, verbs):
-        done = run_squid(verb, vehicle, "--out", folder, *flags, *options)
-        assert done.returncode == 0, f"squid {verb}:\n{done.stdout}\n{done.stderr}"
-        (folder / f"{verb}.txt").write_text(done.stdout, encoding="utf-8")
+    """Design and package a vehicle into a folder; what each verb prints is in a file of its name."""
+    design(run_squid, vehicle, folder, *options)
+    if report:
+        written(run_squid, folder, "report", vehicle, *options)
+    written(run_squid, folder, "package", vehicle, *options, *([] if report else ["--no-report"]))
     return Packages.found_in(folder)
 
 
-def kept(run_squid: Run, vehicle: Path, *options: str) -> Packages:
-    """Return the packages of a vehicle without a report, made if there are none of these files; not to be changed."""
-    made_from = [build.squid(), *build.binaries(), *sorted(vehicle.glob("*.toml"))]
-    folder = KEPT / stamp.digest(made_from, *options)[:16]
+def written(run_squid: Run, folder: Path, verb: str, vehicle: Path, *options: str) -> None:
+    """Let a verb of the command write into a folder; what it prints is in a file of its name."""
+    done = run_squid(verb, vehicle, "--out", folder, *options, timeout=900.0)
+    assert done.returncode == 0, f"squid {verb}:\n{done.stdout}\n{done.stderr}"
+    (folder / f"{verb}.txt").write_text(done.stdout, encoding="utf-8")
+
+
+def once(made_from: Iterable[Path], words: Iterable[str], make: Callable[[Path], object]) -> Path:
+    """Return the folder that `make` fills, filled if there is none of these files and words; not to be changed."""
+    folder = KEPT / stamp.digest(made_from, *words)[:16]
     KEPT.mkdir(parents=True, exist_ok=True)
     with FileLock(KEPT / f"{folder.name}.lock"):
         if not folder.is_dir():
             unfinished = KEPT / f"{folder.name}.unfinished"
             shutil.rmtree(unfinished, ignore_errors=True)
-            package(run_squid, vehicle, unfinished, *options)
+            make(unfinished)
             unfinished.rename(folder)
         os.utime(folder)
-    return Packages.found_in(folder)
+    return folder
+
+
+def designed(run_squid: Run, vehicle: Path, *options: str) -> Path:
+    """Return the folder of a design, made once; not to be changed."""
+    made_from = [build.squid(), *sorted(vehicle.glob("*.toml"))]
+    return once(made_from, ["design", *options], lambda folder: design(run_squid, vehicle, folder, *options))
+
+
+def kept(run_squid: Run, vehicle: Path, *options: str) -> Packages:
+    """Return the packages of a vehicle without a report, made once; not to be changed."""
+    made_from = [build.squid(), *build.binaries(), *sorted(vehicle.glob("*.toml"))]
+    return Packages.found_in(
+        once(made_from, options, lambda folder: package(run_squid, vehicle, folder, *options))
+    )
 
 
 def of_main_job(run_squid: Run, vehicle: Path) -> Packages:
@@ -105,11 +129,14 @@ def reported(run_squid: Run, vehicle: Path) -> str:
     """Return the page of the report on a vehicle, made once; that of the main job where it makes one."""
     if vehicle in (SQUID, REMUS100):
         return (of_main_job(run_squid, vehicle).folder / "report.html").read_text(encoding="utf-8")
-    folder = kept(run_squid, vehicle).folder
+    return report_in(run_squid, vehicle, kept(run_squid, vehicle).folder)
+
+
+def report_in(run_squid: Run, vehicle: Path, folder: Path) -> str:
+    """Return the page of the report on a kept design, made once."""
     with FileLock(KEPT / f"{folder.name}.lock"):
         if not (folder / "report.html").is_file():
-            done = run_squid("report", vehicle, "--out", folder)
-            assert done.returncode == 0, done.stderr
+            written(run_squid, folder, "report", vehicle)
     return (folder / "report.html").read_text(encoding="utf-8")
 
 

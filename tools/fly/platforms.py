@@ -57,9 +57,9 @@ def build_all(names: list[str]) -> None:
     scripts = zig.scripts
     path = os.pathsep.join([str(scripts), os.environ["PATH"]])
     variables = {**zig.variables, "PATH": path, "CARGO_ENCODED_RUSTFLAGS": build.without_paths()}
-    for name in names:
-        target = TARGETS[name] + ("" if name == "win64" else f".{GLIBC}")
-        run([scripts / "cargo-zigbuild", *build.BUILD_LIBRARIES, "--target", target], variables=variables)
+    targets = (TARGETS[name] + ("" if name == "win64" else f".{GLIBC}") for name in names)
+    words = [word for target in targets for word in ("--target", target)]
+    run([scripts / "cargo-zigbuild", *build.BUILD_LIBRARIES, *words], variables=variables)
 
 
 def add_targets(names: list[str]) -> None:

@@ -8,6 +8,7 @@ use scheduled::{Autopilot, ControllerDesign, Manoeuvre};
 use squid_design::inputs::Inputs;
 use squid_design::progress::Progress;
 use squid_design::run::run;
+use squid_design::store::load;
 use squid_design::uncertain::frozen::at_speed;
 use squid_design::uncertain::model::Uncertain;
 use squid_design::uncertain::trim::retrim;
@@ -145,12 +146,16 @@ fn is_strong_enough(vehicle: &Vehicle, trim: &Trim, gains: &[f64], step: f64) ->
     })
 }
 
-/// The default design of a vehicle, made anew.
+/// The default design of a vehicle: the committed one of Squid, that of another made anew.
 fn designed(name: &str) -> (Inputs, ControllerDesign) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles").join(name);
     let inputs = Inputs::read(&folder, "design").unwrap();
-    let finished = run(&inputs, &Progress::default()).unwrap();
-    (inputs, finished.frozen.controller)
+    let frozen = folder.join("frozen");
+    let controller = match frozen.exists() {
+        true => load(&frozen, &inputs).unwrap().controller,
+        false => run(&inputs, &Progress::default()).unwrap().frozen.controller,
+    };
+    (inputs, controller)
 }
 
 #[test]

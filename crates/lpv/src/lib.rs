@@ -82,5 +82,5 @@ pub use robust::bound as robust_bound;
 pub use synthesis::{direct_path, reduce, regularise, regularity};
 pub use system::{
     controller, lft, model_error, parameter_grid, partition, plant, polynomial, rational, state_space,
-    tracking,
+    tracking, weights,
 };

@@ -2,10 +2,11 @@
 //!
 //! - [`polynomial`], [`rational`], [`lft`]: matrices that depend on parameters;
 //! - [`partition`], [`plant`], [`controller`]: generalised plant, controller and closed loop;
-//! - [`tracking`]: the augmented plant of a tracking problem;
+//! - [`tracking`], [`weights`]: the augmented plant of a tracking problem;
 //! - [`model_error`]: a norm-bounded difference between the plant and what it stands for;
 //! - [`state_space`], [`modes`]: systems without parameters, their norm and their modes.
 
+mod assembly;
 pub mod controller;
 pub mod lft;
 pub(crate) mod lyapunov;
@@ -18,3 +19,4 @@ pub mod polynomial;
 pub mod rational;
 pub mod state_space;
 pub mod tracking;
+pub mod weights;

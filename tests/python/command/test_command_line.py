@@ -11,7 +11,9 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from conftest import SQUID, Run, package
+from conftest import SQUID, Run, designed, once, package, without_uncertainty
+from fly import build
+from fly.package import Packages
 from fly.stages import ROOT
 
 
@@ -42,14 +44,17 @@ def refused(run_squid: Run, vehicle: Path, out: Path, design: str = "design") ->
 def test_packages_from_another_place_are_the_same_to_the_byte(
     run_squid: Run, copied_vehicle: Path, tmp_path: Path
 ) -> None:
-    """Made twice, of the paper's design, which is a small one: neither the name of the directory nor the time matters.
+    """Of the paper's design, which is a small one: neither the name of the directory nor the time matters.
 
     Each section of the report tells that it is done, also where there is no terminal; and the FMUs are packed with
     the same report, which is not computed again.
     """
     shutil.copy(copied_vehicle / "paper.toml", copied_vehicle / "design.toml")
     moved = Path(shutil.copytree(copied_vehicle, tmp_path / "elsewhere" / "moved"))
-    first = package(run_squid, copied_vehicle, tmp_path / "first", report=True)
+    made_from = [build.squid(), *build.binaries(), *sorted(copied_vehicle.glob("*.toml"))]
+    first = Packages.found_in(
+        once(made_from, ["report"], lambda folder: package(run_squid, copied_vehicle, folder, report=True))
+    )
     copied = package(run_squid, moved, tmp_path / "copied", report=True)
     printed = {
         verb: (copied.folder / f"{verb}.txt").read_text(encoding="utf-8") for verb in ("report", "package")
@@ -256,16 +261,18 @@ def test_flight_that_leaves_the_water(run_squid: Run, copied_vehicle: Path, tmp_
     assert "inf" not in done.stdout and "NaN" not in done.stdout
 
 
-def test_modes_beyond_the_sampling_rate(run_squid: Run, tmp_path: Path) -> None:
+def test_modes_beyond_the_sampling_rate(run_squid: Run) -> None:
     """A fifth of 2 pi/0.02 s is 62.8 rad/s; the default design stays below."""
-    done = run_squid("design", SQUID, "--out", tmp_path / "out")
-    assert done.returncode == 0 and "WARNING" not in done.stdout
-    done = run_squid("design", SQUID, "--bandwidth", "3", "--no-advise", "--out", tmp_path / "out")
-    gone = re.search(r"modes of the controller, the fastest of (\d+) rad/s, are too fast", done.stdout)
-    left = re.search(r"fastest mode of the controller (\d+) rad/s", done.stdout)
-    assert done.returncode == 0 and gone and left, done.stdout
-    assert float(left[1]) <= 62.8 < float(gone[1]) and "WARNING" not in done.stdout
-    assert "PROVED in exact arithmetic" in done.stdout, "of the controller without them"
+    printed = {
+        bandwidth: (designed(run_squid, SQUID, *bandwidth) / "design.txt").read_text(encoding="utf-8")
+        for bandwidth in ((), ("--bandwidth", "3"))
+    }
+    assert all("WARNING" not in words for words in printed.values())
+    fast = printed["--bandwidth", "3"]
+    gone = re.search(r"modes of the controller, the fastest of (\d+) rad/s, are too fast", fast)
+    left = re.search(r"fastest mode of the controller (\d+) rad/s", fast)
+    assert gone and left and float(left[1]) <= 62.8 < float(gone[1]), fast
+    assert "PROVED in exact arithmetic" in fast, "of the controller without them"
 
 
 def test_negative_numbers_on_the_command_line(run_squid: Run) -> None:
@@ -313,21 +320,20 @@ def test_actuator_with_the_name_of_a_variable(
     assert f"'{name}'" in done.stderr and not (tmp_path / "out").exists()
 
 
-def test_lags_that_no_sample_time_can_mend(run_squid: Run, copied_vehicle: Path, tmp_path: Path) -> None:
+def test_lags_that_no_sample_time_can_mend(run_squid: Run, tmp_path: Path) -> None:
     """A design that leaves the lags out is refused where they upset the loop; one that has them is possible.
 
     The model of pitch is then as slow as the actuators.
     """
-    path = copied_vehicle / "vehicle.toml"
-    path.write_text(
-        path.read_text(encoding="utf-8").replace("lag = { value = 0.2", "lag = { value = 10.0"),
-        encoding="utf-8",
-    )
-    spoil(copied_vehicle / "design.toml", "\nlags = true", "\nlags = false")
-    assert "however often it is sampled" in refused(run_squid, copied_vehicle, tmp_path / "out")
-    spoil(copied_vehicle / "design.toml", "\nlags = false", "\nlags = true")
-    spoil(copied_vehicle / "design.toml", "\nfrequency = 1.65\n", "\nfrequency = 0.1\n")
-    done = run_squid("design", copied_vehicle, "--no-advise", "--out", tmp_path / "out")
+    vehicle = without_uncertainty(SQUID, tmp_path / "vehicle")
+    for _ in range(3):
+        spoil(vehicle / "vehicle.toml", "lag = { value = 0.2", "lag = { value = 10.0")
+    spoil(vehicle / "design.toml", "\nlags = true", "\nlags = false")
+    assert "however often it is sampled" in refused(run_squid, vehicle, tmp_path / "out")
+    spoil(vehicle / "design.toml", "\nlags = false", "\nlags = true")
+    spoil(vehicle / "design.toml", "\nfrequency = 1.65\n", "\nfrequency = 0.1\n")
+    spoil(vehicle / "design.toml", "\n# anti_windup = true", "\nanti_windup = false")
+    done = run_squid("design", vehicle, "--no-advise", "--out", tmp_path / "out")
     assert done.returncode == 0, done.stderr
 
 

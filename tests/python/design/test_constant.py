@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from decimal import Decimal, localcontext
 from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import SQUID, Run
+from conftest import SQUID, Run, designed
 from decimals import DIGITS, closed_loop, exact, is_positive, zeros
 from fly.stages import ROOT
 
@@ -145,10 +146,10 @@ def test_command_proves_and_refuses(certificate: dict, run_squid: Run, tmp_path:
 
 def test_certificate_is_of_its_vehicle(run_squid: Run, tmp_path: Path) -> None:
     """`squid verify --vehicle` accepts what `squid design --constant` made, and no other plant and no smaller ball."""
-    made = run_squid("design", SQUID, "--constant", "--out", tmp_path)
-    assert made.returncode == 0, made.stderr
-    (share,) = re.findall(r"([\d.]+) % of their declared ranges", made.stdout)
-    path = tmp_path / "constant_certificate.json"
+    made = designed(run_squid, SQUID, "--constant")
+    printed = (made / "design.txt").read_text(encoding="utf-8")
+    (share,) = re.findall(r"([\d.]+) % of their declared ranges", printed)
+    path = Path(shutil.copy(made / "constant_certificate.json", tmp_path))
     done = run_squid("verify", path, "--vehicle", SQUID)
     assert done.returncode == 0 and f"for {share} % of the declared uncertainty" in done.stdout, done.stderr
     fresh = path.read_text(encoding="utf-8")

@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 import math
 import re
+import shutil
 from pathlib import Path
 
 import pytest
-from conftest import Run, package
+from conftest import REMUS100, Run, designed, package, report_in
 from fly.stages import ROOT
 
 
@@ -25,15 +26,12 @@ def test_a_vehicle_without_uncertainty(run_squid: Run, quick_vehicle: Path, tmp_
     assert not (tmp_path / "none").exists()
 
 
-def test_the_robust_controller_bears_more(run_squid: Run, tmp_path: Path) -> None:
+def test_the_robust_controller_bears_more(run_squid: Run, quick_vehicle: Path, tmp_path: Path) -> None:
     """More at the same gain, proved; and a nominal design takes the robust one's files away."""
-    vehicle = ROOT / "vehicles" / "remus100"
-    done = run_squid("design", vehicle, "--robust", "--out", tmp_path, timeout=900.0)
-    assert done.returncode == 0, done.stderr
-    printed = done.stdout
-    found = json.loads((tmp_path / "robust.json").read_text(encoding="utf-8"))
+    made = designed(run_squid, REMUS100, "--robust")
+    found = json.loads((made / "robust.json").read_text(encoding="utf-8"))
     assert found["robust_bears"] > 1.15 * found["nominal_bears"] > 0.0
-    certificate = tmp_path / "robust_certificate.json"
+    certificate = made / "robust_certificate.json"
     proved = json.loads(certificate.read_text(encoding="utf-8"))
     assert len(proved["blocks"]) == 1 + found["sizes"][0], "rho and the uncertain parameters"
     assert len(proved["controller_blocks"]) == 1, "the controller knows rho alone"
@@ -43,22 +41,22 @@ def test_the_robust_controller_bears_more(run_squid: Run, tmp_path: Path) -> Non
     for size, nominal, robust in found["ladder"][1:]:
         assert robust < (math.inf if nominal is None else nominal), size
     assert_documented(found)
+    printed = (made / "design.txt").read_text(encoding="utf-8")
     assert (
         "The proof is about the model. It leaves out the error of the model against the vehicle: " in printed
     )
-    done = run_squid("show", vehicle, "--controller", "--out", tmp_path)
-    bound = json.loads((tmp_path / "controller.json").read_text(encoding="utf-8"))["gamma"]["bound"]
+    page = report_in(run_squid, REMUS100, made)
+    assert "The controller of this report is the robust one" in page
+    assert f"the gain of the robust controller is below {math.ceil(1e4 * found['proved']) / 1e4:.4f}" in page
+    copy = Path(shutil.copytree(made, tmp_path / "out"))
+    done = run_squid("show", REMUS100, "--controller", "--out", copy)
+    bound = json.loads((copy / "controller.json").read_text(encoding="utf-8"))["gamma"]["bound"]
     assert (
         "made with --robust" in done.stdout
         and f"bound of the finished loop {math.ceil(1e4 * bound) / 1e4:.4f}" in done.stdout
     )
-    done = run_squid("report", vehicle, "--out", tmp_path)
-    assert done.returncode == 0, done.stderr
-    page = (tmp_path / "report.html").read_text("utf-8")
-    assert "The controller of this report is the robust one" in page
-    assert f"the gain of the robust controller is below {math.ceil(1e4 * found['proved']) / 1e4:.4f}" in page
-    assert run_squid("design", vehicle, "--no-advise", "--out", tmp_path).returncode == 0
-    assert not certificate.exists() and not (tmp_path / "robust.json").exists()
+    assert run_squid("design", quick_vehicle, "--no-advise", "--out", copy).returncode == 0
+    assert not list(copy.glob("robust*"))
 
 
 def assert_documented(found: dict) -> None:

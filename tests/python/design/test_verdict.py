@@ -67,7 +67,7 @@ def test_a_vehicle_alone_is_tuned(run_squid: Run, tmp_path: Path) -> None:
     vehicle = tmp_path / "mine"
     vehicle.mkdir()
     shutil.copy(SQUID / "vehicle.toml", vehicle)
-    done = run_squid("tune", vehicle, "--designs", "4", timeout=600.0)
+    done = run_squid("tune", vehicle, "--designs", "2", timeout=600.0)
     assert done.returncode in (0, MISSED), done.stderr
     assert "begun from the vehicle: " in done.stdout
     assert "PROVED: gain below " in done.stdout

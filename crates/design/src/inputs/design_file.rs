@@ -7,13 +7,16 @@
 //! ranges below; a value that would make them improper or infinite (peak = 0, bandwidth = inf) is refused with file,
 //! line and key.
 
+mod manoeuvre;
 mod require;
 mod tables;
+mod tracked;
 mod uncertainty;
+mod values;
 
 use auv::Pitch;
 use lpv::matrix::Mat;
-use lpv::tracking::{ReferenceModel, ReferenceWeight, RisingWeight};
+use lpv::weights::{ReferenceModel, ReferenceWeight, RisingWeight};
 pub use require::{REQUIREMENTS, Require, Requirement, Sense};
 use scheduled::Manoeuvre;
 use signals::{SIGNALS, SPEED, Signal, States};
@@ -87,7 +90,7 @@ pub struct Tracked {
     /// R: how much more slow references count.
     pub references: ReferenceWeight,
     /// W_e.
-    pub weight: lpv::tracking::TrackingWeight,
+    pub weight: lpv::weights::TrackingWeight,
     /// The model that the output must follow.
     pub model: Option<ReferenceModel>,
 }

@@ -2,7 +2,7 @@
 
 use crate::error::InputError;
 use crate::inputs::design_file::DesignFile;
-use lpv::tracking::RisingWeight;
+use lpv::weights::RisingWeight;
 
 impl DesignFile {
     /// The same loop in the weights of a design whose controller measures the tracking errors alone: the W_e, W_u and

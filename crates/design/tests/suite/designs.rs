@@ -1,6 +1,7 @@
 //! The default designs of the shipped vehicles, each made once.
 
 use squid_design::inputs::Inputs;
+use squid_design::inputs::design_file::DesignFile;
 use squid_design::progress::Progress;
 use squid_design::run::{Finished, run};
 use std::collections::BTreeMap;
@@ -19,10 +20,11 @@ impl Made {
         Self { inputs, finished }
     }
 
-    /// The design of a vehicle with a delay of its commands (s).
-    pub fn late(name: &str, delay: f64) -> Self {
+    /// The design of a vehicle with a delay of its commands (s), and the gain against windup and what is uncertain
+    /// left out, which take half the time.
+    pub fn plain(name: &str, delay: f64) -> Self {
         let mut inputs = inputs(name);
-        inputs.design.delay = delay;
+        inputs.design = DesignFile { delay, anti_windup: false, uncertainty: None, ..inputs.design };
         Self::of(inputs)
     }
 }

@@ -66,7 +66,7 @@ fn the_default_designs_fly_as_they_should() {
 /// way.
 #[test]
 fn a_box_flies_from_rest() {
-    let Made { inputs, finished } = made("bluerov2_heavy");
+    let Made { inputs, finished } = Made::plain("bluerov2_heavy", 0.0);
     assert_eq!(inputs.design.pitch, Pitch::Held(0.0));
     assert!(finished.proof.as_ref().unwrap().theorem.gamma_with_model_error.unwrap() < 1.0);
     let Frozen { controller, plant } = &finished.frozen;

@@ -13,7 +13,7 @@ fn the_proved_gain_covers_the_lifted_one() {
     for (name, delay) in [("squid", 0.0), ("remus100", 0.0), ("remus100", 0.04)] {
         let late;
         let Made { inputs, finished } = if delay > 0.0 {
-            late = Made::late(name, delay);
+            late = Made::plain(name, delay);
             &late
         } else {
             made(name)

@@ -14,81 +14,18 @@
 //!         z_u
 //! ```
 //!
-//! Source of W_e and of the errors as the only measurements: A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci.
-//! 40(2), 2011, section 3B and Fig. 2 (the paper prints 1/W_e); S. Skogestad, I. Postlethwaite, Multivariable
-//! Feedback Control, 2005, eq. 2.105; of references apart from measurements and a model to follow: ibid., section
-//! 9.4.1 and eq. 9.88.
+//! Source of the errors as the only measurements: A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci. 40(2), 2011,
+//! section 3B and Fig. 2; of references apart from measurements and a model to follow: S. Skogestad, I. Postlethwaite,
+//! Multivariable Feedback Control, 2005, section 9.4.1 and eq. 9.88. The weights are in [`super::weights`].
 
 use crate::error::{AugmentError, ShapeError};
 use crate::matrix::{Mat, block};
+use crate::system::assembly::{Assembly, Signal};
 use crate::system::lft::Lft;
 use crate::system::partition::{PLANT, Partitioned, Sizes};
 use crate::system::plant::GeneralisedPlant;
-use nalgebra::{Complex, DVector};
-
-/// `W_e(s) = (s/M_s + w_b)/(s + w_b eps)`, a bound on the inverse of the sensitivity.
-///
-/// It is proper for every M_s that is not 0: 1/M_s is its gain at high frequency.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TrackingWeight {
-    /// M_s: the peak that the sensitivity may have.
-    pub peak: f64,
-    /// eps: the steady tracking error that is allowed, relative.
-    pub steady_error: f64,
-    /// w_b: the bandwidth asked for, rad/s.
-    pub bandwidth: f64,
-}
-
-/// A weight that rises with frequency: `W(s) = low + (high - low) s/(s + corner)`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RisingWeight {
-    /// Its gain at frequency 0.
-    pub low: f64,
-    /// Its gain at high frequency, at least `low`.
-    pub high: f64,
-    /// rad/s.
-    pub corner: f64,
-}
-
-/// How much more slow references count than fast ones: `R(s) = (s + follow corner)/(s + corner)`.
-///
-/// A controller with one gamma for references, disturbances and noise follows its model only as well as gamma asks.
-/// A reference that counts more is followed better, at no cost to the loop through the measurements.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ReferenceWeight {
-    /// R(0), at least 1.
-    pub follow: f64,
-    /// rad/s.
-    pub corner: f64,
-}
-
-impl ReferenceWeight {
-    /// `R(j omega)`; omega in rad/s.
-    pub fn response(&self, omega: f64) -> Complex<f64> {
-        let s = Complex::new(0.0, omega);
-        (s + self.follow * self.corner) / (s + self.corner)
-    }
-}
-
-/// The model that a tracked output must follow: `w^2/(s^2 + 2 zeta w s + w^2)`, or `w/(s + w)` without damping.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ReferenceModel {
-    /// w, rad/s.
-    pub frequency: f64,
-    /// zeta.
-    pub damping: Option<f64>,
-}
-
-impl ReferenceModel {
-    /// `T_ref(j omega)`; omega in rad/s.
-    pub fn response(&self, omega: f64) -> Complex<f64> {
-        let s = Complex::new(0.0, omega / self.frequency);
-        match self.damping {
-            None => (s + 1.0).inv(),
-            Some(damping) => (s * s + s * (2.0 * damping) + 1.0).inv(),
-        }
-    }
-}
+use crate::system::weights::{ReferenceModel, ReferenceWeight, RisingWeight, TrackingWeight, invertible};
+use nalgebra::DVector;
 
 /// A trim that moves with the reference of one tracked output, the speed.
 ///
@@ -164,46 +101,6 @@ pub struct ModelPlace {
     /// From `[x; w; u]`: the model's states, its inputs, and the rate of the trim with its sign, a last row only where
     /// it moves. In units of the model.
     pub right: Mat,
-}
-
-/// A linear function of `[x; wt; w; u]`, a row each.
-type Signal = Mat;
-
-/// The states of a plant that is being put together: `[x; wt; w; u]` as signals, and x' as it becomes known.
-struct Assembly {
-    /// The identity, by whose rows a signal is made.
-    identity: Mat,
-    derivatives: Mat,
-    states: usize,
-}
-
-impl Assembly {
-    fn new(states: usize, others: usize) -> Self {
-        let total = states + others;
-        Self { identity: Mat::identity(total, total), derivatives: Mat::zeros(states, total), states: 0 }
-    }
-
-    /// The next `count` states.
-    fn state(&mut self, count: usize) -> (usize, Signal) {
-        let first = self.states;
-        self.states += count;
-        (first, self.signal(first, count))
-    }
-
-    fn signal(&self, first: usize, count: usize) -> Signal {
-        self.identity.rows(first, count).into_owned()
-    }
-
-    fn derivative(&mut self, first: usize, rate: &Signal) {
-        self.derivatives.rows_mut(first, rate.nrows()).copy_from(rate);
-    }
-
-    /// `W(s)` of a signal of one row, for weights with one state: `x' = pole x + gain s, W s = sign gain x + direct s`.
-    fn filtered(&mut self, [pole, gain, direct]: [f64; 3], sign: f64, input: &Signal) -> Signal {
-        let (at, x) = self.state(1);
-        self.derivative(at, &(&x * pole + input * gain));
-        x * (sign * gain) + input * direct
-    }
 }
 
 impl TrackingProblem {
@@ -443,102 +340,10 @@ impl TrackingProblem {
     }
 }
 
-impl Assembly {
-    /// T_ref of a reference.
-    fn follow(&mut self, model: &ReferenceModel, reference: &Signal) -> Signal {
-        let w = model.frequency;
-        let (at, value) = self.state(1);
-        match model.damping {
-            None => self.derivative(at, &((reference - &value) * w)),
-            Some(damping) => {
-                let (next, rate) = self.state(1);
-                self.derivative(at, &(&rate * w));
-                self.derivative(next, &((reference - &value - &rate * (2.0 * damping)) * w));
-            }
-        }
-        value
-    }
-
-    /// `R(s)` of a signal.
-    fn slow_more(&mut self, weight: &ReferenceWeight, input: &Signal) -> Signal {
-        match weight.follow > 1.0 {
-            false => input.clone(),
-            true => {
-                let gain = ((weight.follow - 1.0) * weight.corner).sqrt();
-                self.filtered([-weight.corner, gain, 1.0], 1.0, input)
-            }
-        }
-    }
-
-    /// `W(s)` of a signal.
-    fn weighted(&mut self, weight: &RisingWeight, input: &Signal) -> Signal {
-        match weight.rises() {
-            false => input * weight.low,
-            true => {
-                let gain = ((weight.high - weight.low) * weight.corner).sqrt();
-                self.filtered([-weight.corner, gain, weight.high], -1.0, input)
-            }
-        }
-    }
-}
-
-impl RisingWeight {
-    /// The same at every frequency.
-    pub fn constant(value: f64) -> Self {
-        Self { low: value, high: value, corner: 1.0 }
-    }
-
-    /// `|W(j omega)|`; omega in rad/s.
-    pub fn gain(&self, omega: f64) -> f64 {
-        let s = Complex::new(0.0, omega);
-        (s / (s + self.corner) * (self.high - self.low) + self.low).norm()
-    }
-
-    fn rises(&self) -> bool {
-        self.high > self.low
-    }
-
-    fn check(&self, name: &'static str) -> (&'static str, f64, bool, &'static str) {
-        let good = self.low.is_finite() && self.high.is_finite() && self.high >= self.low;
-        let good = good && invertible(self.corner);
-        (name, self.low, good, "finite, no less at high frequency, and of a corner above 0")
-    }
-}
-
-/// Finite, above 0, and with a finite inverse.
-fn invertible(v: f64) -> bool {
-    v > 0.0 && v.is_finite() && v.recip().is_finite()
-}
-
-impl TrackingWeight {
-    /// Name, value, whether it is allowed, and what is.
-    fn checks(&self) -> [(&'static str, f64, bool, &'static str); 3] {
-        let within = (0.0..=self.peak).contains(&self.steady_error);
-        [
-            ("the peak of W_e", self.peak, invertible(self.peak), "above 0, or W_e is not proper"),
-            ("the steady error of W_e", self.steady_error, within, "from 0 to the peak, or W_e is no bound"),
-            (
-                "the bandwidth of W_e",
-                self.bandwidth,
-                invertible(self.bandwidth),
-                "above 0 and finite (rad/s)",
-            ),
-        ]
-    }
-
-    /// `[pole, gain, direct]` of `x' = pole x + gain e, z = gain x + direct e`.
-    fn realise(&self) -> [f64; 3] {
-        let direct = 1.0 / self.peak;
-        let residue = self.bandwidth * (1.0 - self.steady_error / self.peak);
-        [-self.bandwidth * self.steady_error, residue.sqrt(), direct]
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::system::partition::Group::{U, W, Y, Z};
-    use crate::system::state_space::StateSpace;
     use nalgebra::{Complex, dmatrix};
 
     /// A model with one state, one input and no parameter.
@@ -678,19 +483,6 @@ mod tests {
             let mut difference = response(&itself, s) - response(&followed, s);
             difference[(0, 0)] -= (s / 2.0 + 0.46) / (s + 0.0046) * s / (s + 0.9);
             assert!(difference.norm() < 1e-12, "{omega}: {difference}");
-        }
-    }
-
-    #[test]
-    fn weight_has_the_printed_form() {
-        let w = TrackingWeight { peak: 2.0, steady_error: 0.01, bandwidth: 0.46 };
-        let [pole, gain, direct] = w.realise();
-        let system =
-            StateSpace { a: dmatrix![pole], b: dmatrix![gain], c: dmatrix![gain], d: dmatrix![direct] };
-        for omega in [0.0, 1e-3, 0.46, 30.0] {
-            let s = Complex::new(0.0, omega);
-            let printed = (s / 2.0 + 0.46) / (s + 0.46 * 0.01);
-            assert!((system.response(s).unwrap()[(0, 0)] - printed).norm() < 1e-12 * printed.norm());
         }
     }
 }

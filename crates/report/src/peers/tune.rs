@@ -9,7 +9,7 @@ use crate::subject::Subject;
 use crate::threads::side_by_side;
 use auv::Linearisation;
 use cobyla::{Func, RhoBeg, StopTols, minimize};
-use lpv::tracking::ReferenceModel;
+use lpv::weights::ReferenceModel;
 use signals::SPEED;
 use squid_design::check::flown::opened;
 use squid_design::linearise::linearise_at;

@@ -7,7 +7,7 @@ use auv::Linearisation;
 use lpv::controller::Controller;
 use lpv::matrix::complex_singular_values;
 use lpv::state_space::StateSpace;
-use lpv::tracking::ReferenceModel;
+use lpv::weights::ReferenceModel;
 use nalgebra::{Complex, DMatrix};
 use squid_design::check::sampled::{self, Wired};
 use std::f64::consts::PI;

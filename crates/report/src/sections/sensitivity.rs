@@ -12,7 +12,7 @@ use crate::subject::Subject;
 use auv::Linearisation;
 use lpv::controller::Controller;
 use lpv::matrix::largest;
-use lpv::tracking::TrackingWeight;
+use lpv::weights::TrackingWeight;
 use nalgebra::Complex;
 use squid_design::numbers::above;
 

@@ -1,0 +1,83 @@
+//! Reads the default manoeuvre: the table `[manoeuvre]`.
+
+use crate::inputs::design_file::values::{ROUNDING, angle};
+use auv::toml_file::Table;
+use auv::{number, rounded};
+use scheduled::{MANOEUVRE_FORMAT, Manoeuvre};
+use std::f64::consts::FRAC_PI_2;
+
+/// How long after the end of the flight the step of the default manoeuvre lasts, s.
+const NEVER: f64 = 1e6;
+
+/// What the design allows a manoeuvre; `None` where that could not be read.
+pub(super) struct Limits {
+    /// The range of speed, m/s.
+    pub speeds: Option<(f64, f64)>,
+    /// The largest pitch reference that the design is made for, rad.
+    pub pitch: Option<f64>,
+    /// Of the flight, s.
+    pub duration: Option<f64>,
+}
+
+impl Limits {
+    /// The default manoeuvre: a step that counts as 1 at most, at speeds for which there is a controller.
+    pub fn manoeuvre(&self, table: &Table<'_>) -> Option<Manoeuvre> {
+        table.allow_only(&[
+            "pitch_step",
+            "unit",
+            "step_time",
+            "speed_from",
+            "speed_to",
+            "ramp_start",
+            "ramp_duration",
+            "duration",
+        ]);
+        let factor = angle(table);
+        let pitch_step = factor.and_then(|factor| self.pitch_step(table, factor));
+        let most = self.duration.unwrap_or(f64::INFINITY);
+        let words = format!("above 0 and at most {} (s), a million sample times", number(most));
+        let duration = table.number("duration", |v| v > 0.0 && v <= most, &words);
+        let end = duration.unwrap_or(f64::INFINITY);
+        let before = "0 or more, and before the end of the flight (s)";
+        let step_time = table.number("step_time", |v| v >= 0.0 && v < end, before);
+        let (speed_from, speed_to) = (self.speed(table, "speed_from"), self.speed(table, "speed_to"));
+        let ramp_start = table.number("ramp_start", |v| v >= 0.0, "0 or more (s)");
+        let ramp_duration = table.number("ramp_duration", |v| v > 0.0, "above 0 (s)");
+        Some(Manoeuvre {
+            format: MANOEUVRE_FORMAT.into(),
+            pitch_step: pitch_step?,
+            step_time: step_time?,
+            step_end: duration? + NEVER,
+            speed_from: speed_from?,
+            speed_to: speed_to?,
+            ramp_start: ramp_start?,
+            ramp_duration: ramp_duration?,
+            duration: duration?,
+        })
+    }
+
+    fn pitch_step(&self, table: &Table<'_>, factor: f64) -> Option<f64> {
+        let Some(scale) = self.pitch.filter(|scale| *scale < FRAC_PI_2) else {
+            let words = "other than 0 and below a right angle";
+            let step = table.number("pitch_step", |v| v != 0.0 && (v * factor).abs() < FRAC_PI_2, words);
+            return step.map(|step| factor * step);
+        };
+        let unit = if factor == 1.0 { "rad" } else { "deg" };
+        let words = format!(
+            "other than 0 and at most {} {unit} in size, the 'scale' of pitch: the largest reference that the \
+                design is made for",
+            rounded(scale / factor)
+        );
+        let allowed = |v: f64| v != 0.0 && (v * factor).abs() <= scale * (1.0 + ROUNDING);
+        table.number("pitch_step", allowed, &words).map(|step| factor * step)
+    }
+
+    fn speed(&self, table: &Table<'_>, key: &str) -> Option<f64> {
+        let (low, high) = self.speeds.unwrap_or((f64::MIN, f64::MAX));
+        let words = match self.speeds {
+            Some(_) => format!("from {} to {} (m/s), the range of the design", number(low), number(high)),
+            None => "within the range of the design (m/s)".into(),
+        };
+        table.number(key, |v| (low..=high).contains(&v), &words)
+    }
+}

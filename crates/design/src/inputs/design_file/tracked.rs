@@ -1,0 +1,97 @@
+//! Reads what is tracked and what is measured: the tables `[[track]]` and `[[measure]]`.
+
+use crate::inputs::design_file::values::{rising, within};
+use crate::inputs::design_file::{
+    BANDWIDTH, DAMPING, FOLLOW, FREQUENCY, Measured, NOISE, PEAK, SCALE, Tracked,
+};
+use auv::toml_file::Table;
+use lpv::weights::{ReferenceModel, ReferenceWeight, TrackingWeight};
+use signals::{SIGNALS, SPEED};
+
+/// The tracked outputs; with references apart from measurements they may have a model to follow.
+pub(super) fn tracked(root: &Table<'_>, apart: bool) -> Option<Vec<Tracked>> {
+    if !root.requires("track", "what is tracked, each output in a table [[track]]") {
+        return None;
+    }
+    let tables = root.tables("track");
+    let mut taken: Vec<usize> = Vec::new();
+    let each: Vec<Option<Tracked>> = tables.iter().map(|table| track(table, apart, &mut taken)).collect();
+    each.into_iter().collect()
+}
+
+fn track(table: &Table<'_>, apart: bool, taken: &mut Vec<usize>) -> Option<Tracked> {
+    let mut keys = vec!["output", "scale", "unit", "follow", "corner", "peak", "steady_error", "bandwidth"];
+    keys.extend(apart.then_some(["frequency", "damping"]).into_iter().flatten());
+    table.allow_only(&keys);
+    let (place, unit) = signal(table, "output", signals::TRACKED, taken)?;
+    let scale = within(table, "scale", SCALE);
+    let peak = within(table, "peak", PEAK);
+    let steady_error = table.number("steady_error", |v| v > 0.0 && v < 1.0, "above 0 and below 1");
+    let bandwidth = within(table, "bandwidth", BANDWIDTH);
+    let references = references(table);
+    let model = if apart { reference_model(table, place) } else { Some(None) };
+    Some(Tracked {
+        place,
+        scale: unit * scale?,
+        references: references?,
+        weight: TrackingWeight { peak: peak?, steady_error: steady_error?, bandwidth: bandwidth? },
+        model: model?,
+    })
+}
+
+/// How much more slow references count; the same at all frequencies where it is not given.
+fn references(table: &Table<'_>) -> Option<ReferenceWeight> {
+    if !table.has("follow") && !table.has("corner") {
+        return Some(ReferenceWeight { follow: 1.0, corner: 1.0 });
+    }
+    let (follow, corner) = (within(table, "follow", FOLLOW), within(table, "corner", FREQUENCY));
+    Some(ReferenceWeight { follow: follow?, corner: corner? })
+}
+
+/// The model that an output follows. That of the speed is of first order, since the trim moves with it.
+fn reference_model(table: &Table<'_>, place: usize) -> Option<Option<ReferenceModel>> {
+    if place == SPEED {
+        let frequency = within(table, "frequency", FREQUENCY);
+        if table.has("damping") {
+            table.not_allowed("damping", "given", "left out for the speed, whose model is of first order");
+            return None;
+        }
+        return Some(Some(ReferenceModel { frequency: frequency?, damping: None }));
+    }
+    if !table.has("frequency") && !table.has("damping") {
+        return Some(None);
+    }
+    let frequency = within(table, "frequency", FREQUENCY);
+    let damping = if table.has("damping") { within(table, "damping", DAMPING).map(Some) } else { Some(None) };
+    Some(Some(ReferenceModel { frequency: frequency?, damping: damping? }))
+}
+
+/// What is measured; none where there is no such table.
+pub(super) fn measured(root: &Table<'_>) -> Option<Vec<Measured>> {
+    let mut taken: Vec<usize> = Vec::new();
+    let each: Vec<Option<Measured>> =
+        root.tables("measure").iter().map(|table| measure(table, &mut taken)).collect();
+    each.into_iter().collect()
+}
+
+fn measure(table: &Table<'_>, taken: &mut Vec<usize>) -> Option<Measured> {
+    table.allow_only(&["signal", "scale", "unit", "noise", "rise", "corner"]);
+    let (place, unit) = signal(table, "signal", SIGNALS.len(), taken)?;
+    let scale = within(table, "scale", SCALE);
+    let noise = scale.and_then(|scale| rising(table, "noise", NOISE, 1.0 / scale));
+    Some(Measured { place, scale: unit * scale?, noise: noise? })
+}
+
+/// The place of a signal among the first `count`, and the SI value of its unit; each may be named once.
+fn signal(table: &Table<'_>, key: &str, count: usize, taken: &mut Vec<usize>) -> Option<(usize, f64)> {
+    let names: Vec<&str> = SIGNALS[..count].iter().map(|signal| signal.name).collect();
+    let place = table.one_of(key, &names);
+    if let Some(place) = place.filter(|place| taken.contains(place)) {
+        table.not_allowed(key, format!("\"{}\" a second time", SIGNALS[place].name), "named once");
+        return None;
+    }
+    taken.extend(place);
+    let units = SIGNALS[place?].units;
+    let names: Vec<&str> = units.iter().map(|unit| unit.name).collect();
+    Some((place?, table.one_of("unit", &names).map(|unit| units[unit].factor)?))
+}

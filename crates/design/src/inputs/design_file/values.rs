@@ -1,0 +1,29 @@
+//! Reads values of which several tables have one.
+
+use crate::inputs::design_file::{FREQUENCY, RISE, Range};
+use auv::toml_file::Table;
+use lpv::weights::RisingWeight;
+
+/// A part of a step, a speed or a tick by which it may exceed what is allowed, for the rounding of units.
+pub(super) const ROUNDING: f64 = 1e-9;
+
+/// A number in the unit of its key.
+pub(super) fn within(table: &Table<'_>, key: &str, range: Range) -> Option<f64> {
+    table.number(key, |v| range.allows(v), range.words)
+}
+
+/// A weight `key` at low frequencies that rises by the factor `rise` beyond `corner`: both or neither is given.
+pub(super) fn rising(table: &Table<'_>, key: &str, range: Range, unit: f64) -> Option<RisingWeight> {
+    let low = within(table, key, range).map(|low| low * unit);
+    if !table.has("rise") && !table.has("corner") {
+        return low.map(RisingWeight::constant);
+    }
+    let (rise, corner) = (within(table, "rise", RISE), within(table, "corner", FREQUENCY));
+    let (low, corner) = (low?, corner?);
+    Some(RisingWeight { low, high: low * rise?, corner })
+}
+
+/// A factor from the unit that is named to SI.
+pub(super) fn angle(table: &Table<'_>) -> Option<f64> {
+    table.one_of("unit", &["deg", "rad"]).map(|place| [1f64.to_radians(), 1.0][place])
+}

@@ -1,0 +1,225 @@
+//! The design file: every mistake is told with its line, its key, what was found and what is allowed.
+
+use auv::Pitch;
+use squid_design::inputs::design_file::DesignFile;
+use std::path::Path;
+
+fn squid() -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid/design.toml");
+    auv::read_text(&path).unwrap()
+}
+
+/// The words for the design of Squid with texts replaced, and the lines on which these stand.
+fn refused(edits: &[(&str, &str)]) -> (Vec<String>, Vec<usize>) {
+    let (original, mut text) = (squid(), squid());
+    let mut lines = Vec::new();
+    for (old, new) in edits {
+        let (before, _) = original.split_once(old).expect(old);
+        lines.push(before.matches('\n').count() + 1);
+        text = text.replacen(old, new, 1);
+    }
+    let words = DesignFile::parse(&text, "design.toml", "design").unwrap_err().to_string();
+    (words.lines().map(str::to_owned).collect(), lines)
+}
+
+#[test]
+fn wrong_types_are_told_in_one_sentence() {
+    for (old, new, words) in [
+        (
+            "speeds = 26",
+            "speeds = 26.5",
+            "'model.speeds' is the number 26.5; it must be a whole number, more than",
+        ),
+        ("order = 2", "order = -2", "'model.order' is the number -2; it must be a whole number, from 1 to 5"),
+        (
+            "depth = 50.0",
+            "depth = \"50 m\"",
+            "'model.depth' is the text \"50 m\"; it must be a number, 0 or more (m)",
+        ),
+        (
+            "back_off = 0.1",
+            "back_off = true",
+            "'synthesis.back_off' is true; it must be a number, from 0.001 to 1",
+        ),
+        (
+            "weight = 0.04",
+            "weight = { value = 1 }",
+            "'control.weight' is a table; it must be a number, from 1e-6 to 1e6",
+        ),
+        (
+            "weight = 0.04",
+            "weight = [0.5]",
+            "'control.weight' is a list; it must be a number, from 1e-6 to 1e6",
+        ),
+        (
+            "weight = 0.04",
+            "weight = 2026-01-01",
+            "'control.weight' is the date or time 2026-01-01; it must be a number",
+        ),
+        ("unit = \"m/s\"", "unit = 7", "'track.unit' is the number 7; it must be \"m/s\""),
+        (
+            "output = \"pitch\"",
+            "output = \"picth\"",
+            "'track.output' is \"picth\" (did you mean \"pitch\"?); it must be \"pitch\" or \"speed\"",
+        ),
+        (
+            "back_off = 0.1",
+            "back_off = 0.1\nrate = -0.1",
+            "'synthesis.rate' is -0.1; it must be from 1e-6 to 1e3 (m/s^2)",
+        ),
+        ("back_off = 0.1", "back_off = 1e17", "'synthesis.back_off' is 1e17; it must be from 0.001 to 1"),
+        ("depth = 50.0", "depth = 1e300", "'model.depth' is 1e300; it must be at most 1e18 in size"),
+        ("depth = 50.0", "depth = 50.0\ndepth = 50.0", "'depth' stands here a second time"),
+    ] {
+        let (found, lines) = refused(&[(old, new)]);
+        let line = lines[0] + usize::from(new.contains("\ndepth") || new.contains("\nrate"));
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(found[0].starts_with(&format!("design.toml:{line}: {words}")), "{found:?}");
+    }
+}
+
+#[test]
+fn what_is_measured_is_checked() {
+    for (old, new, words) in [
+        (
+            "signal = \"pitch_rate\"",
+            "signal = \"pitchrate\"",
+            "'measure.signal' is \"pitchrate\" (did you mean",
+        ),
+        ("signal = \"pitch_rate\"", "signal = \"pitch\"", "'measure.signal' is \"pitch\" a second time"),
+        ("unit = \"deg/s\"", "unit = \"deg\"", "'measure.unit' is \"deg\""),
+        ("noise = 2.0", "noise = 0.0", "'measure.noise' is 0; it must be from 1e-9 to 1e6; without noise"),
+        ("rise = 1200.0", "rise = 0.5", "'measure.rise' is 0.5; it must be from 1, no less than"),
+        ("damping = 1.0", "damping = 0.0", "'track.damping' is 0; it must be from 0.3 to 3"),
+        ("follow = 6.0", "follow = 0.5", "'track.follow' is 0.5; it must be from 1, as much as fast ones"),
+        ("lags = true", "lags = 1", "'control.lags' is the number 1; it must be true or false"),
+        (
+            "sample_time = 0.02",
+            "delay = 0.03\nsample_time = 0.02",
+            "'autopilot.delay' is 0.03; it must be a multiple of the sample time, from 0 to 10 of them (s)",
+        ),
+        ("sample_time = 0.02", "delay = 0.22\nsample_time = 0.02", "'autopilot.delay' is 0.22; it must be"),
+    ] {
+        let (found, lines) = refused(&[(old, new)]);
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(found[0].starts_with(&format!("design.toml:{}: {words}", lines[0])), "{found:?}");
+    }
+    let (half, _) = refused(&[("corner = 10.0\n", "")]);
+    assert!(half[0].contains("missing key 'control.corner'"), "{half:?}");
+    let (half, _) = refused(&[("follow = 6.0\n", "")]);
+    assert!(half[0].contains("missing key 'track.follow'"), "{half:?}");
+    let (missing, _) = refused(&[("frequency = 1.7\n", "")]);
+    assert!(missing[0].contains("missing key 'track.frequency'"), "{missing:?}");
+    let (second_order, _) = refused(&[("frequency = 1.7\n", "frequency = 1.7\ndamping = 0.7\n")]);
+    assert!(second_order[0].contains("left out for the speed"), "{second_order:?}");
+    // Without [[measure]] the controller sees the errors: there is no model to follow.
+    let text = squid();
+    let (start, rest) = text.split_once("[[measure]]").unwrap();
+    let (_, end) = rest.split_once("[control]").unwrap();
+    let errors = format!("{start}[control]{end}");
+    let words = DesignFile::parse(&errors, "design.toml", "design").unwrap_err().to_string();
+    assert!(words.contains("unknown key 'track.frequency'"), "{words}");
+}
+
+/// One line each, in the order of the file; a misspelt key is not missing as well.
+#[test]
+fn all_mistakes_are_told_at_once() {
+    let (found, lines) = refused(&[
+        ("sample_time =", "sampletime ="),
+        ("speed_min =", "speedmin ="),
+        ("peak = 2.0", "peak = \"two\""),
+        ("depth = 50.0", "depth = -50.0"),
+        ("ramp_start = 5.0", "ramp_start = nan"),
+    ]);
+    let mut lines = lines;
+    lines.sort_unstable();
+    assert_eq!(found.len(), lines.len(), "{found:?}");
+    for (words, line) in found.iter().zip(lines) {
+        assert!(words.starts_with(&format!("design.toml:{line}: ")), "{words}");
+    }
+    assert!(found[0].contains("unknown key 'model.speedmin' (did you mean 'speed_min'?)"), "{found:?}");
+}
+
+#[test]
+fn the_pitch_of_a_trim_is_a_word_or_an_angle() {
+    let with = |lines: &str| squid().replacen("[control]", &format!("[trim]\n{lines}\n[control]"), 1);
+    let read = |lines: &str| DesignFile::parse(&with(lines), "design.toml", "design");
+    let line = squid().split_once("[control]").unwrap().0.matches('\n').count() + 2;
+    for (lines, pitch) in [
+        ("pitch = \"level\"", Pitch::Held(0.0)),
+        ("pitch = \"free\"", Pitch::Free),
+        ("pitch = { angle = -60.0, unit = \"deg\" }", Pitch::Held(-60f64.to_radians())),
+        ("pitch = { angle = 0.5, unit = \"rad\" }", Pitch::Held(0.5)),
+    ] {
+        assert_eq!(read(lines).unwrap().pitch_asked, Some(pitch), "{lines}");
+    }
+    for (lines, words) in [
+        (
+            "pitch = \"lvel\"",
+            "'trim.pitch' is \"lvel\" (did you mean \"level\"?); it must be \"level\" or \"free\"",
+        ),
+        ("pitch = 3.0", "'trim.pitch' is the number 3.0; it must be \"level\" or \"free\""),
+        (
+            "pitch = { angle = 61.0, unit = \"deg\" }",
+            "'trim.pitch.angle' is 61; it must be at most 60 deg in size",
+        ),
+        (
+            "pitch = { angle = -1.1, unit = \"rad\" }",
+            "'trim.pitch.angle' is -1.1; it must be at most 60 deg in size",
+        ),
+        ("pitch = { angle = 2.0, unit = \"m\" }", "'trim.pitch.unit' is \"m\"; it must be"),
+        ("pitch = { angle = 2.0 }", "missing key 'trim.pitch.unit'"),
+        ("pitch = { unit = \"deg\" }", "missing key 'trim.pitch.angle'"),
+        ("pitch = { angle = 2.0, unit = \"deg\", x = 1 }", "unknown key 'trim.pitch.x'"),
+    ] {
+        let message = read(lines).unwrap_err().to_string();
+        assert!(message.starts_with(&format!("design.toml:{line}: {words}")), "{message}");
+    }
+    let message = read("angle = 2.0").unwrap_err().to_string();
+    assert!(
+        message.contains("missing key 'trim.pitch'") && message.contains("unknown key 'trim.angle'"),
+        "{message}"
+    );
+}
+
+#[test]
+fn a_manoeuvre_stays_within_the_design() {
+    for (old, new, words) in [
+        (
+            "speed_to = 2.9",
+            "speed_to = 3.1",
+            "'manoeuvre.speed_to' is 3.1; it must be from 0.5 to 3 (m/s), the range",
+        ),
+        (
+            "speed_from = 0.6",
+            "speed_from = 0.4",
+            "'manoeuvre.speed_from' is 0.4; it must be from 0.5 to 3 (m/s)",
+        ),
+        (
+            "pitch_step = 10.0",
+            "pitch_step = -10.1",
+            "'manoeuvre.pitch_step' is -10.1; it must be other than 0 and at most 10 deg",
+        ),
+        (
+            "step_time = 10.0",
+            "step_time = 60.0",
+            "'manoeuvre.step_time' is 60; it must be 0 or more, and before the end",
+        ),
+        (
+            "duration = 60.0",
+            "duration = 20001",
+            "'manoeuvre.duration' is 20001; it must be above 0 and at most 20000 (s)",
+        ),
+    ] {
+        let (found, lines) = refused(&[(old, new)]);
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(found[0].starts_with(&format!("design.toml:{}: {words}", lines[0])), "{found:?}");
+    }
+    let whole = squid().replacen("speed_to = 2.9", "speed_to = 3", 1).replacen(
+        "pitch_step = 10.0",
+        "pitch_step = -10",
+        1,
+    );
+    let design = DesignFile::parse(&whole, "design.toml", "design").unwrap();
+    assert_eq!((design.manoeuvre.speed_to, design.manoeuvre.pitch_step), (3.0, -10f64.to_radians()));
+}

@@ -1,0 +1,142 @@
+//! The weights of a tracking problem, and the model that an output must follow.
+//!
+//! Source of W_e: A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci. 40(2), 2011, section 3B (the paper prints 1/W_e);
+//! S. Skogestad, I. Postlethwaite, Multivariable Feedback Control, 2005, eq. 2.105.
+
+use nalgebra::Complex;
+
+/// `W_e(s) = (s/M_s + w_b)/(s + w_b eps)`, a bound on the inverse of the sensitivity.
+///
+/// It is proper for every M_s that is not 0: 1/M_s is its gain at high frequency.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrackingWeight {
+    /// M_s: the peak that the sensitivity may have.
+    pub peak: f64,
+    /// eps: the steady tracking error that is allowed, relative.
+    pub steady_error: f64,
+    /// w_b: the bandwidth asked for, rad/s.
+    pub bandwidth: f64,
+}
+
+impl TrackingWeight {
+    /// Name, value, whether it is allowed, and what is.
+    pub(super) fn checks(&self) -> [(&'static str, f64, bool, &'static str); 3] {
+        let within = (0.0..=self.peak).contains(&self.steady_error);
+        [
+            ("the peak of W_e", self.peak, invertible(self.peak), "above 0, or W_e is not proper"),
+            ("the steady error of W_e", self.steady_error, within, "from 0 to the peak, or W_e is no bound"),
+            (
+                "the bandwidth of W_e",
+                self.bandwidth,
+                invertible(self.bandwidth),
+                "above 0 and finite (rad/s)",
+            ),
+        ]
+    }
+
+    /// `[pole, gain, direct]` of `x' = pole x + gain e, z = gain x + direct e`.
+    pub(super) fn realise(&self) -> [f64; 3] {
+        let direct = 1.0 / self.peak;
+        let residue = self.bandwidth * (1.0 - self.steady_error / self.peak);
+        [-self.bandwidth * self.steady_error, residue.sqrt(), direct]
+    }
+}
+
+/// A weight that rises with frequency: `W(s) = low + (high - low) s/(s + corner)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RisingWeight {
+    /// Its gain at frequency 0.
+    pub low: f64,
+    /// Its gain at high frequency, at least `low`.
+    pub high: f64,
+    /// rad/s.
+    pub corner: f64,
+}
+
+impl RisingWeight {
+    /// The same at every frequency.
+    pub fn constant(value: f64) -> Self {
+        Self { low: value, high: value, corner: 1.0 }
+    }
+
+    /// `|W(j omega)|`; omega in rad/s.
+    pub fn gain(&self, omega: f64) -> f64 {
+        let s = Complex::new(0.0, omega);
+        (s / (s + self.corner) * (self.high - self.low) + self.low).norm()
+    }
+
+    pub(super) fn rises(&self) -> bool {
+        self.high > self.low
+    }
+
+    pub(super) fn check(&self, name: &'static str) -> (&'static str, f64, bool, &'static str) {
+        let good = self.low.is_finite() && self.high.is_finite() && self.high >= self.low;
+        let good = good && invertible(self.corner);
+        (name, self.low, good, "finite, no less at high frequency, and of a corner above 0")
+    }
+}
+
+/// How much more slow references count than fast ones: `R(s) = (s + follow corner)/(s + corner)`.
+///
+/// A controller with one gamma for references, disturbances and noise follows its model only as well as gamma asks.
+/// A reference that counts more is followed better, at no cost to the loop through the measurements.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReferenceWeight {
+    /// R(0), at least 1.
+    pub follow: f64,
+    /// rad/s.
+    pub corner: f64,
+}
+
+impl ReferenceWeight {
+    /// `R(j omega)`; omega in rad/s.
+    pub fn response(&self, omega: f64) -> Complex<f64> {
+        let s = Complex::new(0.0, omega);
+        (s + self.follow * self.corner) / (s + self.corner)
+    }
+}
+
+/// The model that a tracked output must follow: `w^2/(s^2 + 2 zeta w s + w^2)`, or `w/(s + w)` without damping.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReferenceModel {
+    /// w, rad/s.
+    pub frequency: f64,
+    /// zeta.
+    pub damping: Option<f64>,
+}
+
+impl ReferenceModel {
+    /// `T_ref(j omega)`; omega in rad/s.
+    pub fn response(&self, omega: f64) -> Complex<f64> {
+        let s = Complex::new(0.0, omega / self.frequency);
+        match self.damping {
+            None => (s + 1.0).inv(),
+            Some(damping) => (s * s + s * (2.0 * damping) + 1.0).inv(),
+        }
+    }
+}
+
+/// Finite, above 0, and with a finite inverse.
+pub(super) fn invertible(v: f64) -> bool {
+    v > 0.0 && v.is_finite() && v.recip().is_finite()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::system::state_space::StateSpace;
+    use nalgebra::dmatrix;
+
+    #[test]
+    fn weight_has_the_printed_form() {
+        let w = TrackingWeight { peak: 2.0, steady_error: 0.01, bandwidth: 0.46 };
+        let [pole, gain, direct] = w.realise();
+        let system =
+            StateSpace { a: dmatrix![pole], b: dmatrix![gain], c: dmatrix![gain], d: dmatrix![direct] };
+        for omega in [0.0, 1e-3, 0.46, 30.0] {
+            let s = Complex::new(0.0, omega);
+            let printed = (s / 2.0 + 0.46) / (s + 0.46 * 0.01);
+            assert!((system.response(s).unwrap()[(0, 0)] - printed).norm() < 1e-12 * printed.norm());
+        }
+    }
+}
