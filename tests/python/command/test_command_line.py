@@ -413,12 +413,12 @@ def test_ladder_of_gammas(run_squid: Run, squid_by_errors: Path, tmp_path: Path,
 
     The loops are small ones, of controllers that take in errors alone: others take minutes.
     """
-    shutil.copy(SQUID / "paper.toml", squid_by_errors)
-    options = ("--design", design, "--out", tmp_path / "out", "--ladder")
-    done = run_squid("design", squid_by_errors, "--no-advise", *options)
-    assert done.returncode == 0, done.stderr
-    assert "CONTRADICTION" not in done.stdout and "unknown" not in done.stdout
-    ladder = done.stdout.split("The best controller", 1)[1]
+    vehicle = Path(shutil.copytree(squid_by_errors, tmp_path / "vehicle"))
+    shutil.copy(SQUID / "paper.toml", vehicle)
+    made = designed(run_squid, vehicle, "--design", design, "--ladder")
+    printed = (made / "design.txt").read_text(encoding="utf-8")
+    assert "CONTRADICTION" not in printed and "unknown" not in printed
+    ladder = printed.split("The best controller", 1)[1]
     best, finished = (part.splitlines()[1:] for part in ladder.split("The controller of this design", 1))
     alone, others = [gammas(lines) for lines in (best[:6], best[6:])]
     scheduled, bounded_rate = others[:2], others[2:]
@@ -428,7 +428,7 @@ def test_ladder_of_gammas(run_squid: Run, squid_by_errors: Path, tmp_path: Path,
         assert lower <= 1.002 * upper
     for lower, upper in pairwise(loop):
         assert lower <= 1.002 * upper
-    proved = re.search(r"PROVED .* gain below ([\d.]+)", done.stdout)
+    proved = re.search(r"PROVED .* gain below ([\d.]+)", printed)
     assert proved and float(proved[1]) == pytest.approx(loop[-1], abs=1e-4)
 
 

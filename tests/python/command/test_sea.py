@@ -7,6 +7,7 @@ import hashlib
 import json
 import math
 import re
+import shutil
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -14,6 +15,7 @@ import numpy as np
 import pytest
 import tomllib
 from conftest import REMUS100, Run
+from fly.package import Packages
 from fly.stages import ROOT
 from jsonschema import Draft202012Validator
 
@@ -129,9 +131,9 @@ def test_a_sea_that_is_not_there(run_squid: Run, tmp_path: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def designed(run_squid: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def designed(run_squid: Run, remus100: Packages, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a folder with the design of REMUS 100 and its flight in the sea that is shipped."""
-    folder = tmp_path_factory.mktemp("remus100")
+    folder = Path(shutil.copytree(remus100.folder, tmp_path_factory.mktemp("remus100") / "out"))
     done = run_squid("simulate", REMUS100, "--sea", SEA, "--out", folder)
     assert done.returncode == 0, done.stderr
     return folder

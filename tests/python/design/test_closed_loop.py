@@ -158,7 +158,9 @@ def test_the_model_sets_the_pace(squid: Packages, run_squid: Run, tmp_path: Path
     """A model half as fast halves the pace; the bandwidth of the weight matters less, though it is halved too."""
     vehicle = without_uncertainty(SQUID, tmp_path / "vehicle")
     design = vehicle / "design.toml"
-    text = design.read_text(encoding="utf-8")
+    text = design.read_text(encoding="utf-8").replace("\n# anti_windup = true", "\nanti_windup = false")
+    assert "\nanti_windup = false" in text, "no limit is reached, and its proof takes most of the time"
+    design.write_text(text, encoding="utf-8")
     pace = tomllib.loads(text)["track"][0]["frequency"]
     assert text.count(f"frequency = {pace}\ndamping = 1.0\n") == 1
 
