@@ -41,7 +41,8 @@ def ready(name: str = "", requirements: Path = REQUIREMENTS) -> Environment:
     path = os.pathsep.join(
         [str(ROOT / "tools"), *([os.environ["PYTHONPATH"]] if "PYTHONPATH" in os.environ else [])]
     )
-    expected = stamp.digest([requirements], sys.version, sys.executable)
+    # The same whether the user's Python asks or that of another environment here, made of it.
+    expected = stamp.digest([requirements], sys.version, sys.base_prefix)
     if importlib.util.find_spec("venv") and importlib.util.find_spec("ensurepip"):
         python = _venv(BUILD / f"{own}venv", requirements, expected)
         return Environment(python, {"PYTHONPATH": path})

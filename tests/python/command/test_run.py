@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from conftest import Run
 from flights import figures_of
-from fly import build, flight, record, room, stamp
+from fly import build, flight, platforms, record, room, stamp
 from fly.package import FIGURES, Packages
-from fly.stages import ROOT, StageError, run
+from fly.stages import BUILD, ROOT, StageError, run
 
 
 @pytest.mark.parametrize("words", [["--help"], ["fly", "--help"], ["wheels", "--help"], ["test", "--help"]])
@@ -96,6 +96,17 @@ def test_a_stamp_sees_every_change(tmp_path: Path) -> None:
     one.write_bytes(b"2")
     assert not stamp.is_fresh(mark, stamp.digest([one], "word"))
     assert not stamp.is_fresh(tmp_path / "none", stamp.digest([one], "word"))
+
+
+def test_an_environment_is_made_once() -> None:
+    """Not by the user's Python and again by that of the tests, which is of another environment made of it."""
+    platforms.tools()
+    (made,) = BUILD.glob("platforms-*/stamp")
+    before = made.stat().st_mtime_ns
+    version = f"python{sys.version_info[0]}.{sys.version_info[1]}"
+    words = [Path(sys.base_prefix) / "bin" / version, "-c", "from fly import platforms; platforms.tools()"]
+    subprocess.run(words, env={**os.environ, "PYTHONPATH": str(ROOT / "tools")}, check=True)
+    assert made.stat().st_mtime_ns == before
 
 
 def test_fmus_are_those_that_the_design_names(tmp_path: Path) -> None:
