@@ -17,6 +17,7 @@ use squid_design::synthesise::ladder;
 use squid_design::synthesise::robust::stored::CERTIFICATE;
 use squid_design::verdict::row::Row;
 use squid_tune::advise::advise;
+use squid_tune::knob::Knob;
 use std::path::Path;
 
 /// What was asked for besides the design.
@@ -108,7 +109,7 @@ fn designed(
         return Ok(finished);
     }
     if asked.robust {
-        progress.done("advice", "none for a robust design: for each key it would take another search");
+        progress.done("advice", &none_when_robust(inputs));
         return Ok(finished);
     }
     match advise(inputs, &mut finished.verdict, progress) {
@@ -119,6 +120,15 @@ fn designed(
         Err(reason) => progress.done("advice", &format!("none: {reason}")),
     }
     Ok(finished)
+}
+
+/// Why no key is named for what a robust design misses.
+fn none_when_robust(inputs: &Inputs) -> String {
+    format!(
+        "none: for each of the {} keys of the weights it would take another robust design;\n\
+         the same command without --robust names a key for each requirement that the nominal design misses",
+        Knob::all(&inputs.design).len()
+    )
 }
 
 /// The stored design, or a new one if there is none for these files. The caller reports whether it is proved.

@@ -22,7 +22,7 @@ pub(super) struct Centre {
     shift: f64,
     /// D_0: D as it was when lambda was set.
     base: CMat,
-    /// About how far, relatively, the first lambda may be above the least.
+    /// About how far, relatively, a lambda may be above the least: the first one, and each that is come by.
     near: f64,
     /// The border at the first point, where it was asked for.
     known: Option<f64>,
@@ -42,6 +42,9 @@ const WARM_START: f64 = 0.3;
 /// The Newton decrement below which a point counts as a centre.
 const CENTRED_DECREMENT: f64 = 0.7;
 
+/// Centres, at most: a lambda of zero takes many.
+const MOST_CENTRES: usize = 100;
+
 /// Newton steps towards one centre, at most.
 const MOST_STEPS: usize = 100;
 
@@ -52,11 +55,8 @@ const HESSIAN_RAISE: (f64, f64) = (1e-13, 1e-4);
 /// How exactly a step is solved for, relatively: what it leads to is checked.
 const STEP_TOLERANCE: f64 = 1e-9;
 
-/// By how much the weight of lambda grows from one centre to the next.
+/// By how much the weight of lambda grows from one centre to the next, where the last one explains how lambda moved.
 const WEIGHT_GROWTH: f64 = 5.0;
-
-/// How many times the distance that is left lambda may move before D_0 counts as out of date.
-const BASE_RANGE: f64 = 30.0;
 
 type Factor = Cholesky<Complex<f64>, Dyn>;
 
@@ -97,7 +97,7 @@ impl Centre {
         let mut kept = self.p.clone();
         let size = (self.base.nrows() * self.all.len()) as f64;
         let mut weight = size / (self.near * self.lambda);
-        for _ in 0..60 {
+        for _ in 0..MOST_CENTRES {
             if best.0 < target {
                 (self.lambda, self.shift) = (target, 0.0);
                 self.p.clone_from(&kept);
@@ -117,18 +117,14 @@ impl Centre {
                 self.start.clone_from(&self.p);
             }
             // Where the shift is gone lambda is smaller by about as much.
-            let moved = self.shift.abs();
+            let before = self.lambda;
             self.lambda = (self.lambda + self.shift).max(border + 1e-2 * (self.lambda - border).abs());
             self.shift = 0.0;
             self.base = self.family.values(&self.p).dw;
-            let near = size / weight;
-            // D has moved on from D_0 when lambda moves by more than the weight explains: then once more with this
-            // weight.
-            let settled = moved <= BASE_RANGE * near;
-            if settled {
-                best.1 = near;
-                weight *= WEIGHT_GROWTH;
-            }
+            // Where lambda moves by more than the weight explains D has moved on from D_0, and the least is farther: a
+            // weight for what is nearer leads along the border, where no step gets far.
+            best.1 = (before - self.lambda).max(size / weight);
+            weight = size / (best.1 / WEIGHT_GROWTH).min(self.near * self.lambda);
             if best.0 <= ZERO_MU * ZERO_MU || best.1 <= 2.0 * tight * best.0 || !arrived {
                 break;
             }

@@ -193,6 +193,29 @@ mod tests {
         }
     }
 
+    /// A matrix on which a weight of lambda that grew although D was far from D_0 led along the border: the search got
+    /// stuck there, at 0.256.
+    #[test]
+    fn a_search_does_not_get_stuck_along_the_border() {
+        let of = |(re, im): (f64, f64)| Complex::new(re, im);
+        let rows = [
+            [(0.0, 0.0), (-15.29, -9.17), (-0.09, 0.12), (0.03, -0.01), (-2.84, -6.84)],
+            [(-0.01, -0.01), (0.4, 1.8), (0.28, -0.11), (0.16, -0.02), (0.58, -1.46)],
+            [(0.0, 0.0), (-0.58, -0.7), (-0.15, 0.29), (-0.02, 0.04), (0.31, 0.18)],
+            [(0.0, 0.0), (-0.86, -5.24), (-0.15, 0.09), (-0.56, 0.36), (-1.0, -3.06)],
+            [(0.0, 0.0), (2.19, -2.39), (-0.06, 0.69), (-0.49, -0.6), (-0.83, 0.73)],
+        ];
+        let m = CMat::from_fn(5, 5, |i, j| of(rows[i][j]));
+        let structure = Structure::new(vec![Block::Real(3), Block::Real(2)]).unwrap();
+        let mut least = upper_bound(&m, &structure).unwrap();
+        let found = least.value;
+        for _ in 0..4 {
+            let again = UpperBoundOptions { from: Some(&least.scalings), ..UpperBoundOptions::default() };
+            least = upper_bound_with(&m, &structure, again).unwrap();
+        }
+        assert!(found < 1.002 * least.value && found < 0.214, "{found} {}", least.value);
+    }
+
     proptest! {
         /// mu grows with the matrix, from the smallest numbers to the largest.
         #[test]

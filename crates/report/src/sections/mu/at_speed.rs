@@ -9,7 +9,7 @@ use lpv::matrix::{Mat, solve, spectral_abscissa};
 use lpv::mu::lower::{LowerBound, lower_bound};
 use lpv::mu::margin::real_lower_bound;
 use lpv::mu::sweep::{FrequencyBound, FrequencyMu, SweepError, mu_over_frequency, response};
-use lpv::mu::upper::{BOUND_TOLERANCE, DgScalings, UpperBoundOptions, upper_bound_with};
+use lpv::mu::upper::{DgScalings, UpperBoundOptions, upper_bound_with};
 use lpv::mu::{self, CMat, Structure};
 use lpv::state_space::StateSpace;
 use nalgebra::DVector;
@@ -160,16 +160,12 @@ fn upper_curve(
     axis.dedup();
     let at = |omega: f64, from: Option<&DgScalings>| {
         let m = response(system, omega)?;
-        let tight = if from.is_some() { DRAWN } else { BOUND_TOLERANCE };
-        let search = |from: Option<&DgScalings>| {
-            upper_bound_with(&m, structure, UpperBoundOptions { level: 0.0, tight, from })
-        };
-        // Where nothing is known a search may end early, with scalings from which a second one arrives.
-        let found = search(from).and_then(|found| match from {
-            Some(_) => Ok(found),
-            None => search(Some(&found.scalings)),
-        });
-        Some(found.map(|found| Drawn { omega, value: found.value, start: found.start }))
+        let options = UpperBoundOptions { tight: DRAWN, from, ..UpperBoundOptions::default() };
+        Some(upper_bound_with(&m, structure, options).map(|found| Drawn {
+            omega,
+            value: found.value,
+            start: found.start,
+        }))
     };
     let mut points: Vec<Drawn> = vec![];
     for omega in axis {
@@ -197,8 +193,8 @@ struct Drawn {
     start: DgScalings,
 }
 
-/// A search may get stuck above the least bound. Where a bound is well above its neighbour's it is sought again, from
-/// there and from nothing, which takes out steps and spikes that are not of mu.
+/// A search may get stuck above the least bound. Where a bound is well above its neighbour's it is sought again from
+/// there, which takes out steps and spikes that are not of mu.
 fn from_neighbours(
     points: &mut [Drawn],
     at: &impl Fn(f64, Option<&DgScalings>) -> Option<Result<Drawn, mu::StructureError>>,
@@ -207,12 +203,11 @@ fn from_neighbours(
     let up = (1..points.len()).map(|i| (i, i - 1));
     let down = (1..points.len()).rev().map(|i| (i - 1, i));
     for (own, neighbour) in up.chain(down) {
-        if points[own].value <= points[neighbour].value + rise {
-            continue;
-        }
-        for again in [at(points[own].omega, Some(&points[neighbour].start)), at(points[own].omega, None)] {
-            let again = again.transpose()?;
-            if let Some(again) = again.filter(|again| again.value < points[own].value) {
+        if points[own].value > points[neighbour].value + rise
+            && let Some(again) = at(points[own].omega, Some(&points[neighbour].start))
+        {
+            let again = again?;
+            if again.value < points[own].value {
                 points[own] = again;
             }
         }
