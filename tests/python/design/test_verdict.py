@@ -11,6 +11,8 @@ from conftest import Run
 from fly.stages import ROOT
 
 SQUID = ROOT / "vehicles" / "squid"
+TETHYS = ROOT / "vehicles" / "tethys"
+"""The vehicle whose designs take the least time."""
 MISSED = 5
 """The exit code of `--help`."""
 ASKED = "\n[require]\nphase_margin = 88.0\n"
@@ -66,7 +68,7 @@ def test_a_vehicle_alone_is_tuned(run_squid: Run, tmp_path: Path) -> None:
     """Few designs: the file that is written is commented, and gives the verdict that was printed."""
     vehicle = tmp_path / "mine"
     vehicle.mkdir()
-    shutil.copy(SQUID / "vehicle.toml", vehicle)
+    shutil.copy(TETHYS / "vehicle.toml", vehicle)
     done = run_squid("tune", vehicle, "--designs", "2", timeout=600.0)
     assert done.returncode in (0, MISSED), done.stderr
     assert "begun from the vehicle: " in done.stdout
