@@ -65,8 +65,7 @@ def run_squid(squid_command: Path) -> Run:
 
 def design(run_squid: Run, vehicle: Path, folder: Path, *options: str) -> None:
     """Design a vehicle into a folder; what is printed is in `design.txt`."""
-    quick = [] if "--robust" in options else ["--no-advise"]
-    written(run_squid, folder, "design", vehicle, *quick, *options)
+    written(run_squid, folder, "design", vehicle, "--no-advise", *options)
 
 
 def package(run_squid: Run, vehicle: Path, folder: Path, *options: str, report: bool = False) -> Packages:

@@ -8,7 +8,7 @@
 //!
 //! Before a key is named to be lowered, that is designed, too.
 
-use crate::attempt::{attempt, room};
+use crate::attempt::{Wanted, attempt, room};
 use crate::error::Error;
 use crate::knob::Knob;
 use rayon::prelude::*;
@@ -38,18 +38,27 @@ struct Turned {
     verdict: Option<Verdict>,
 }
 
-/// Names what to turn for each row that a verdict misses.
+/// Names what to turn for each row that a verdict misses, of the controller that was `wanted`.
 ///
 /// # Errors
 /// [`Error::Design`]: the design itself does not come out.
-pub fn advise(inputs: &Inputs, verdict: &mut Verdict, progress: &Progress) -> Result<(), Error> {
+pub fn advise(
+    inputs: &Inputs,
+    wanted: Wanted,
+    verdict: &mut Verdict,
+    progress: &Progress,
+) -> Result<(), Error> {
     let model = Model::new(&inputs.vehicle, &inputs.design)?;
     let knobs = Knob::all(&inputs.design);
-    let _running =
-        progress.begin("advise", &format!("designing again with each of {} keys turned", knobs.len()));
-    let design = |turn: (Knob, f64)| attempt(inputs, &model, &[turn]).ok();
+    let long = match wanted {
+        Wanted::Robust => "; each is a robust design: many minutes",
+        _ => "",
+    };
+    let what = format!("designing again with each of {} keys turned{long}", knobs.len());
+    let _running = progress.begin("advise", &what);
+    let design = |turn: (Knob, f64)| attempt(inputs, &model, &[turn], wanted).ok();
     let (base, raised) = rayon::join(
-        || attempt(inputs, &model, &[]),
+        || attempt(inputs, &model, &[], wanted),
         || knobs.par_iter().map(|knob| design((*knob, TURN))).collect::<Vec<_>>(),
     );
     let base = base?;

@@ -9,6 +9,7 @@ use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::{DesignFile, Sense};
 use squid_design::progress::Progress;
 use squid_design::store::freeze::freeze;
+use squid_design::synthesise::robust::robust_controller;
 use squid_design::synthesise::{synthesise, synthesise_quickly};
 use squid_design::verdict::Verdict;
 use squid_design::verdict::found::Effort;
@@ -19,21 +20,35 @@ fn effort(design: &DesignFile) -> Effort {
     Effort { frozen: 6, sampled: design.require.limit("sampled_gain").is_some(), flown: 2, mu: 2 }
 }
 
-/// Designs with keys multiplied: the files with these numbers, and the frozen controller. A `quick` one is given up
-/// where the search for it gets stuck.
+/// Which controller is designed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wanted {
+    /// That of the weights.
+    Nominal,
+    /// The same, given up where the search for it gets stuck.
+    Quick,
+    /// One that tolerates more of the declared uncertainty; see [`squid_design::synthesise::robust`].
+    Robust,
+}
+
+/// Designs with keys multiplied: the files with these numbers, and the frozen controller.
 fn designed(
     inputs: &Inputs,
     model: &Model,
     turned: &[(Knob, f64)],
-    quick: bool,
+    wanted: Wanted,
 ) -> Result<(Inputs, ControllerDesign), Error> {
     let mut inputs = inputs.clone();
     turned.iter().for_each(|(knob, factor)| knob.turn(&mut inputs.design, *factor));
     let (vehicle, design) = (&inputs.vehicle, &inputs.design);
     let plant = augment(&vehicle.actuators, design, model.linear())?;
-    let found = match quick {
-        true => synthesise_quickly(design, &plant)?,
-        false => synthesise(&vehicle.actuators, design, &plant, &Progress::default())?,
+    let found = match wanted {
+        Wanted::Quick => synthesise_quickly(design, &plant)?,
+        _ => synthesise(&vehicle.actuators, design, &plant, &Progress::default())?,
+    };
+    let found = match wanted {
+        Wanted::Robust => robust_controller(inputs.declared(), design, model, &plant, &found)?,
+        _ => found,
     };
     let controller = freeze(vehicle, design, &inputs.hashes, model, &found, false)?.controller;
     Ok((inputs, controller))
@@ -43,8 +58,13 @@ fn designed(
 ///
 /// # Errors
 /// There is no controller; those of the verdict.
-pub fn attempt(inputs: &Inputs, model: &Model, turned: &[(Knob, f64)]) -> Result<Verdict, Error> {
-    let (inputs, controller) = designed(inputs, model, turned, false)?;
+pub fn attempt(
+    inputs: &Inputs,
+    model: &Model,
+    turned: &[(Knob, f64)],
+    wanted: Wanted,
+) -> Result<Verdict, Error> {
+    let (inputs, controller) = designed(inputs, model, turned, wanted)?;
     Verdict::of(&inputs, &controller, effort(&inputs.design))
 }
 
@@ -58,7 +78,7 @@ pub fn attempt_until_missed(
     model: &Model,
     turned: &[(Knob, f64)],
 ) -> Result<Verdict, Error> {
-    let (inputs, controller) = designed(inputs, model, turned, true)?;
+    let (inputs, controller) = designed(inputs, model, turned, Wanted::Quick)?;
     let effort = effort(&inputs.design);
     let first = Verdict::of(&inputs, &controller, Effort { mu: 0, ..effort })?;
     if first.missed().next().is_some() {

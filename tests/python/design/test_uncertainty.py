@@ -42,11 +42,6 @@ def test_the_robust_controller_bears_more(run_squid: Run, quick_vehicle: Path, t
         assert robust < (math.inf if nominal is None else nominal), size
     assert_documented(found)
     printed = (made / "design.txt").read_text(encoding="utf-8")
-    # It misses the delay margin that the nominal design has, and no key is named from that one.
-    assert re.search(r"MISSED +delay margin", printed)
-    assert re.search(
-        r"advice +none: .* another robust design;\n +the same command without --robust names", printed
-    )
     assert (
         "The proof is about the model. It leaves out the error of the model against the vehicle: " in printed
     )

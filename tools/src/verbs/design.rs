@@ -17,7 +17,7 @@ use squid_design::synthesise::ladder;
 use squid_design::synthesise::robust::stored::CERTIFICATE;
 use squid_design::verdict::row::Row;
 use squid_tune::advise::advise;
-use squid_tune::knob::Knob;
+use squid_tune::attempt::Wanted;
 use std::path::Path;
 
 /// What was asked for besides the design.
@@ -108,11 +108,8 @@ fn designed(
     if finished.verdict.missed().next().is_none() || asked.no_advise {
         return Ok(finished);
     }
-    if asked.robust {
-        progress.done("advice", &none_when_robust(inputs));
-        return Ok(finished);
-    }
-    match advise(inputs, &mut finished.verdict, progress) {
+    let wanted = if asked.robust { Wanted::Robust } else { Wanted::Nominal };
+    match advise(inputs, wanted, &mut finished.verdict, progress) {
         Ok(()) => {
             store::save(directory, inputs, &finished)?;
             progress.done("advice", &finished.verdict.advice());
@@ -120,15 +117,6 @@ fn designed(
         Err(reason) => progress.done("advice", &format!("none: {reason}")),
     }
     Ok(finished)
-}
-
-/// Why no key is named for what a robust design misses.
-fn none_when_robust(inputs: &Inputs) -> String {
-    format!(
-        "none: for each of the {} keys of the weights it would take another robust design;\n\
-         the same command without --robust names a key for each requirement that the nominal design misses",
-        Knob::all(&inputs.design).len()
-    )
 }
 
 /// The stored design, or a new one if there is none for these files. The caller reports whether it is proved.

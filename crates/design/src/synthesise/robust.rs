@@ -72,6 +72,22 @@ pub struct Robust {
     pub certificate: Certificate,
 }
 
+/// The search alone: the model in which both controllers are judged, and the one that was found.
+struct Searched {
+    whole: UncertainModel,
+    truncated: Truncated,
+    uncertain: UncertainPlant,
+    /// The nominal plant, its references unweighted over frequency.
+    even: GeneralisedPlant,
+    /// The bound of the nominal controller without uncertainty.
+    known: GainBound,
+    /// The gain that the robust controller may have.
+    allowed: f64,
+    outcome: RobustDesign,
+    /// The controller with its bound at Delta = 0, for the plant of the nominal design.
+    design: Design,
+}
+
 /// Looks for a controller that tolerates more uncertainty than that of a nominal design.
 ///
 /// # Errors
@@ -85,6 +101,56 @@ pub fn robust(
     nominal: &Design,
     progress: &Progress,
 ) -> Result<Robust, Error> {
+    let running = progress.begin("robust", "rounds of synthesis and analysis, some ten seconds each");
+    let found = searched(declared, file, model, plant, nominal, progress)?;
+    let Searched { truncated, uncertain, known, outcome, .. } = &found;
+    let without = bound_in(&found.even, &outcome.controller, outcome.largest.bound.gamma, "robust")?;
+    let certificate = proved(uncertain, outcome)?;
+    let figures = RobustFigures {
+        gamma: found.allowed,
+        proved: certificate.gamma,
+        nominal_bears: outcome.given_largest.size,
+        robust_bears: outcome.largest.size,
+        ladder: ladder(
+            uncertain,
+            [(&nominal.controller, known), (&outcome.controller, &without)],
+            outcome,
+            certificate.gamma,
+        ),
+        constant_size: CONSTANT_SIZE,
+        frozen: frozen(declared, file, [&nominal.controller, &outcome.controller])?,
+        sizes: (truncated.model.blocks.len(), uncertain.unknown_channels(), uncertain.scheduled_channels()),
+        model_error: truncated.error,
+        remainder: remainder(declared, file, &found.whole)?,
+        left_out: truncated.gone.clone(),
+        stop: outcome.stop.to_string(),
+    };
+    drop(running);
+    Ok(Robust { design: found.design, figures, certificate })
+}
+
+/// The controller of [`robust`] without its figures and its proof.
+///
+/// # Errors
+/// As [`robust`], but for the proof.
+pub fn robust_controller(
+    declared: Declared<'_>,
+    file: &DesignFile,
+    model: &Model,
+    plant: &GeneralisedPlant,
+    nominal: &Design,
+) -> Result<Design, Error> {
+    Ok(searched(declared, file, model, plant, nominal, &Progress::default())?.design)
+}
+
+fn searched(
+    declared: Declared<'_>,
+    file: &DesignFile,
+    model: &Model,
+    plant: &GeneralisedPlant,
+    nominal: &Design,
+    progress: &Progress,
+) -> Result<Searched, Error> {
     let whole = over_range(declared, file.order, model)?;
     let (truncated, uncertain) = thinned(&declared.vehicle.actuators, file, &whole, &model.trim_slope)?;
     progress.done("uncertain", &model_line(&truncated));
@@ -99,7 +165,6 @@ pub fn robust(
         pays: LEAST_GAIN_IN_SIZE,
         fastest_mode: Some(fastest_sampled(file.sample_time)),
     };
-    let running = progress.begin("robust", "rounds of synthesis and analysis, some ten seconds each");
     let mut number = 0;
     let mut report_round = |round: &Round| {
         number += 1;
@@ -108,29 +173,7 @@ pub fn robust(
     let outcome = more_robust(&uncertain, &nominal.controller, &known, options, &mut report_round)
         .map_err(RobustError::from)?;
     let design = at_zero(plant, nominal, &outcome)?;
-    let without = bound_in(&even, &outcome.controller, outcome.largest.bound.gamma, "robust")?;
-    let certificate = proved(&uncertain, &outcome)?;
-    let figures = RobustFigures {
-        gamma: allowed,
-        proved: certificate.gamma,
-        nominal_bears: outcome.given_largest.size,
-        robust_bears: outcome.largest.size,
-        ladder: ladder(
-            &uncertain,
-            [(&nominal.controller, &known), (&outcome.controller, &without)],
-            &outcome,
-            certificate.gamma,
-        ),
-        constant_size: CONSTANT_SIZE,
-        frozen: frozen(declared, file, [&nominal.controller, &outcome.controller])?,
-        sizes: (truncated.model.blocks.len(), uncertain.unknown_channels(), uncertain.scheduled_channels()),
-        model_error: truncated.error,
-        remainder: remainder(declared, file, &whole)?,
-        left_out: truncated.gone,
-        stop: outcome.stop.to_string(),
-    };
-    drop(running);
-    Ok(Robust { design, figures, certificate })
+    Ok(Searched { whole, truncated, uncertain, even, known, allowed, outcome, design })
 }
 
 /// The uncertain model with fewer channels, and the plant with its weights.
