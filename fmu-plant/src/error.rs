@@ -2,6 +2,7 @@
 
 use auv::{CoefficientError, LpvModelError, SimulationError, TrimError, VehicleJsonError};
 use fmi2::ResourceError;
+use squid_sea::SeaError;
 
 use crate::resources::LPV_RESOURCE;
 
@@ -29,6 +30,20 @@ pub enum PlantError {
     AboveSurface {
         /// The initial depth \[m\].
         depth: f64,
+    },
+    /// A number of the waves is not allowed.
+    #[error("the vehicle cannot start in these waves (the parameters wave_...): {0}")]
+    Waves(#[from] SeaError),
+    /// The hull breaks the surface of the waves at the start.
+    #[error(
+        "the vehicle cannot start: at an initial_depth of {depth} m its hull is {out:.2} m out of the waves; linear \
+         theory ends at the surface"
+    )]
+    BreaksSurface {
+        /// The initial depth \[m\].
+        depth: f64,
+        /// By how much \[m\].
+        out: f64,
     },
     /// The initial speed is not one of flight ahead, and the vehicle's trims are.
     #[error(

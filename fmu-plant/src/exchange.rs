@@ -12,13 +12,14 @@ use crate::{PlantError, PlantModel, Quantity};
 impl PlantModel {
     /// The present motion under the present inputs; a new current does not change the velocity over ground.
     pub fn instant(&self) -> Instant {
-        Instant {
+        let under_inputs = Instant {
             current_horizontal: self.inputs.current.horizontal,
             current_vertical: self.inputs.current.vertical,
             operating_speed: self.inputs.operating_speed,
             given_speed: self.inputs.given_speed,
             ..self.plant.instant()
-        }
+        };
+        self.plant.in_water(&under_inputs)
     }
 
     /// The rates of the present motion under the present inputs.
@@ -65,7 +66,7 @@ impl PlantModel {
 impl ContinuousModel for PlantModel {
     fn states(&self, states: &mut [f64]) {
         let now = self.plant.instant();
-        let motion = [now.surge, now.heave, now.pitch_rate, now.pitch, self.plant.state().x, now.depth];
+        let motion = [now.surge, now.heave, now.pitch_rate, now.pitch, now.distance, now.depth];
         let outputs = self.lagging().map(|index| self.plant.outputs()[index]);
         for (state, value) in states.iter_mut().zip(motion.into_iter().chain(outputs)) {
             *state = value;
@@ -74,9 +75,10 @@ impl ContinuousModel for PlantModel {
 
     fn set_states(&mut self, states: &[f64]) {
         let [surge, heave, pitch_rate, pitch, distance, depth, outputs @ ..] = states else { return };
-        let (surge, heave, pitch_rate, pitch, depth) = (*surge, *heave, *pitch_rate, *pitch, *depth);
-        let instant = Instant { surge, heave, pitch_rate, pitch, depth, ..self.plant.instant() };
-        self.plant.set_motion_over_ground(&instant, *distance);
+        let (surge, heave, pitch_rate, pitch) = (*surge, *heave, *pitch_rate, *pitch);
+        let (distance, depth) = (*distance, *depth);
+        let instant = Instant { surge, heave, pitch_rate, pitch, distance, depth, ..self.plant.instant() };
+        self.plant.set_motion_over_ground(&instant);
         let mut outputs = outputs.iter();
         for index in 0..self.vehicle.actuators.len() {
             if self.vehicle.actuators[index].lag > 0.0
@@ -85,6 +87,10 @@ impl ContinuousModel for PlantModel {
                 self.plant.set_output(index, output);
             }
         }
+    }
+
+    fn set_time(&mut self, time: f64) {
+        self.plant.set_time(time);
     }
 
     fn apply_inputs(&mut self) -> Result<(), PlantError> {
@@ -112,6 +118,7 @@ impl ContinuousModel for PlantModel {
         tangents[Quantity::CurrentVertical.number()] = current.vertical;
         tangents[Quantity::OperatingSpeed.number()] = *operating_speed;
         tangents[Quantity::GivenSpeed.number()] = *given_speed;
+        tangents[Quantity::Time.number()] = 1.0;
     }
 
     fn step_completed(&mut self, log: &mut dyn Log) {

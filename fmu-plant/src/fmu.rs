@@ -124,13 +124,24 @@ impl PlantModel {
         self.out_of_range = out;
     }
 
-    /// Warns once each time the vehicle emerges: the equations contain no surface. A step that failed there would end a
+    /// Warns once each time the vehicle, or in waves its hull, emerges: the equations contain no surface. A step that failed there would end a
     /// simulation at an instant that depends on the step, and a depth held at 0 would be a discontinuity that the
     /// states of model exchange and their derivatives do not have.
     fn warn_of_surface(&mut self, log: &mut dyn Log) {
-        let State { depth, motion, .. } = self.plant.state();
-        let above = depth < 0.0;
-        if above && !self.above_surface {
+        let State { depth, motion, x } = self.plant.state();
+        let clearance = match &self.surroundings {
+            None => depth,
+            Some(water) => water.clearance(self.time(), x, depth, motion.theta),
+        };
+        let above = clearance < 0.0;
+        if above && !self.above_surface && self.surroundings.is_some() {
+            log.warn(&format!(
+                "At {:.2} s the hull is {:.2} m out of the waves, at a depth of {depth:.4} m. Their linear theory \
+                    ends at the surface, and the flight goes on as if there were none.",
+                self.time(),
+                -clearance
+            ));
+        } else if above && !self.above_surface {
             log.warn(&format!(
                 "At {:.2} s the vehicle is above the surface, with {:.2} m/s and a depth of {depth:.4} m. The \
                     equations are those of deep water, and fly on as if there were no surface.",

@@ -29,6 +29,7 @@ mod state;
 mod states;
 mod tangents;
 mod variables;
+mod waves;
 
 pub use error::PlantError;
 pub use model::{Inputs, PlantModel, Settings};
@@ -36,6 +37,7 @@ pub use quantity::Quantity;
 pub use resources::{LPV_RESOURCE, VEHICLE_RESOURCE};
 pub use states::states;
 pub use variables::{GIVEN_SPEED, fidelities, inputs, outputs, parameters};
+pub use waves::{Swell, WAVES};
 
 use fmi2::{DescribeError, Described, Resources};
 

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use auv::{
-    Coefficients, Current, Fidelity, LpvModel, LpvModelError, Pitch, Plant, Slopes, Speed, State, Trim,
-    TrimPoint, Vehicle, trim_with,
+    Coefficients, Current, Fidelity, LpvModel, LpvModelError, Pitch, Plant, Slopes, Speed, State,
+    Surroundings, Trim, TrimPoint, Vehicle, trim_with,
 };
 
-use crate::PlantError;
+use crate::{PlantError, Swell};
 
 /// Settings, fixed before a flight begins.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,6 +20,8 @@ pub struct Settings {
     pub initial_depth: f64,
     /// Which equations of motion are integrated.
     pub fidelity: Fidelity,
+    /// The waves, for a vehicle whose size is known.
+    pub waves: Swell,
 }
 
 /// Inputs of the vehicle.
@@ -51,6 +53,8 @@ pub struct PlantModel {
     pub(crate) lpv: Arc<LpvModel>,
     pub(crate) plant: Plant,
     pub(crate) trim: Trim,
+    /// The waves about the vehicle since the start.
+    pub(crate) surroundings: Option<Arc<Surroundings>>,
     pub(crate) above_surface: bool,
     pub(crate) out_of_range: bool,
 }
@@ -78,6 +82,7 @@ impl PlantModel {
                 initial_speed: row.speed,
                 initial_depth: lpv.depth,
                 fidelity: Fidelity::Nonlinear,
+                waves: Swell::default(),
             },
             inputs: Inputs {
                 commands: taken.collect(),
@@ -91,6 +96,7 @@ impl PlantModel {
             lpv,
             plant,
             trim,
+            surroundings: None,
             above_surface: false,
             out_of_range: false,
         })
@@ -114,6 +120,11 @@ impl PlantModel {
     /// Whether the speed is given from outside, by an input.
     pub fn takes_a_speed(&self) -> bool {
         self.vehicle.coefficients.surge.is_given()
+    }
+
+    /// Whether the size of the hull is known, which waves need.
+    pub fn can_meet_waves(&self) -> bool {
+        self.vehicle.geometry.is_some()
     }
 
     /// The trim from which the flight starts.
@@ -147,9 +158,9 @@ impl PlantModel {
     /// lag at once.
     ///
     /// # Errors
-    /// Coefficients that are not allowed, a start above the surface, or no trim: [`PlantError`].
+    /// Coefficients that are not allowed, waves that cannot be, a start above the surface, or no trim: [`PlantError`].
     pub fn start(&mut self, time: f64) -> Result<(), PlantError> {
-        let Settings { coefficients, initial_speed, initial_depth, fidelity } = &self.settings;
+        let Settings { coefficients, initial_speed, initial_depth, fidelity, waves } = &self.settings;
         coefficients.check()?;
         if *initial_depth < 0.0 {
             return Err(PlantError::AboveSurface { depth: *initial_depth });
@@ -157,16 +168,28 @@ impl PlantModel {
         if self.only_ahead() && *initial_speed <= 0.0 {
             return Err(PlantError::NotAhead { speed: *initial_speed });
         }
-        let mut vehicle = (*self.vehicle).clone();
-        vehicle.coefficients = coefficients.clone();
+        let vehicle = self.with(coefficients);
         let trim = trim_with(&vehicle, Speed::Path(*initial_speed), *initial_depth, &self.lpv.pitch())?;
         let mut plant = Plant::new(&vehicle)?.with_lpv(Arc::clone(&self.lpv))?;
         plant.set_fidelity(*fidelity)?;
         plant.set_current(self.inputs.current)?;
+        let surroundings = waves.about(&vehicle)?;
+        if let Some(water) = &surroundings {
+            plant = plant.with_water(water.clone());
+        }
         plant.start(time, &trim)?;
-        (self.plant, self.trim) = (plant, trim);
+        let clearance = surroundings.as_ref().map(|water| water.clearance(time, 0.0, trim.depth, trim.pitch));
+        if let Some(clearance) = clearance.filter(|clearance| *clearance < 0.0) {
+            return Err(PlantError::BreaksSurface { depth: trim.depth, out: -clearance });
+        }
+        (self.plant, self.trim, self.surroundings) = (plant, trim, surroundings);
         (self.above_surface, self.out_of_range) = (false, false);
         self.obey_commands()
+    }
+
+    /// The vehicle with other coefficients.
+    pub(crate) fn with(&self, coefficients: &Coefficients) -> Vehicle {
+        Vehicle { coefficients: coefficients.clone(), ..(*self.vehicle).clone() }
     }
 
     /// Moves the vehicle to a time \[s\] under the inputs, held or changing at their rates, without allocating.

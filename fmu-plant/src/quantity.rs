@@ -27,13 +27,15 @@ pub enum Quantity {
     PathSpeed,
     /// Of a vehicle that is given its speed; nothing belongs to it in others.
     GivenSpeed,
+    /// By which waves change.
+    Time,
     Command(usize),
     Output(usize),
     OutputRate(usize),
 }
 
 /// Quantities that do not belong to an actuator.
-const FIXED: usize = 19;
+const FIXED: usize = 20;
 
 impl Quantity {
     /// Number of quantities of a vehicle with a number of actuators.
@@ -63,6 +65,7 @@ impl Quantity {
             Self::Heave => 16,
             Self::PathSpeed => 17,
             Self::GivenSpeed => 18,
+            Self::Time => 19,
             Self::Command(index) => FIXED + 3 * index,
             Self::Output(index) => FIXED + 3 * index + 1,
             Self::OutputRate(index) => FIXED + 3 * index + 2,

@@ -11,6 +11,8 @@ impl PlantModel {
         write_coefficients(&self.settings.coefficients, to);
         to.reals(&[self.settings.initial_speed, self.settings.initial_depth]);
         to.boolean(self.settings.fidelity == Fidelity::Lpv);
+        self.settings.waves.write(to);
+        to.boolean(self.surroundings.is_some());
         to.reals(&self.inputs.commands);
         to.reals(&[
             self.inputs.current.horizontal,
@@ -39,6 +41,8 @@ impl PlantModel {
         self.settings.initial_speed = from.finite()?;
         self.settings.initial_depth = from.finite()?;
         self.settings.fidelity = read_fidelity(from)?;
+        self.settings.waves.read(from)?;
+        let in_waves = from.boolean()?;
         from.reals(&mut self.inputs.commands)?;
         self.inputs.current = read_current(from)?;
         self.inputs.operating_speed = from.finite()?;
@@ -67,6 +71,15 @@ impl PlantModel {
             from.reals(&mut speeds)?;
             [self.inputs.given_speed, self.slopes.given_speed, snapshot.given_speed] = speeds;
         }
+        self.surroundings = match in_waves {
+            false => None,
+            true => self
+                .settings
+                .waves
+                .about(&self.with(&snapshot.coefficients))
+                .map_err(StateError::inconsistent)?,
+        };
+        self.plant.set_water(self.surroundings.clone());
         self.plant.restore(&snapshot).map_err(StateError::inconsistent)
     }
 }

@@ -3,14 +3,15 @@
 use auv::Actuator;
 
 use crate::variables::{GIVEN_SPEED, knowns_of_trim};
-use crate::{PlantModel, Quantity};
+use crate::{PlantModel, Quantity, WAVES};
 
 type Variable = fmi2::Variable<PlantModel>;
 type Role<T> = fmi2::Role<PlantModel, T>;
 
 /// For model exchange: the two states that are not outputs, and the rates of all states in the order of the states.
 pub fn states(model: &PlantModel) -> Vec<Variable> {
-    let knowns = [&knowns_of_trim(model)[..], &["current_horizontal", "current_vertical"]].concat();
+    let waves: &[&str] = if model.can_meet_waves() { &WAVES } else { &[] };
+    let knowns = [&knowns_of_trim(model)[..], &["current_horizontal", "current_vertical"], waves].concat();
     let over_ground = |name: &str, description: &str, quantity: Quantity, get: fn(&PlantModel) -> f64| {
         Variable::real(name, description, get, Role::local())
             .unit("m/s")
@@ -56,7 +57,9 @@ fn rates(model: &PlantModel) -> Vec<Variable> {
     let forces: Vec<String> = model.vehicle().actuators.iter().map(force_of).collect();
     let forces = forces.iter().map(String::as_str);
     let given = model.takes_a_speed().then_some(GIVEN_SPEED);
-    let of_dynamics: Vec<&str> = motion.into_iter().chain(inputs).chain(given).chain(forces).collect();
+    let waves = model.can_meet_waves().then_some("distance");
+    let of_dynamics: Vec<&str> =
+        motion.into_iter().chain(waves).chain(inputs).chain(given).chain(forces).collect();
     let of_kinematics = ["surge_over_ground", "heave_over_ground", "pitch"];
     let of_turning = match model.lpv().turns_with_pitch_rate_alone() {
         true => &["pitch_rate", "operating_speed"][..],

@@ -48,10 +48,12 @@ impl PlantModel {
         let still = Instant { surge: 0.0, heave: 0.0, ..self.instant() };
         let dual = |value: f64, quantity: Q| Dual64::new(value, tangents[quantity.number()]);
         let against = Instant {
+            time: Dual64::from(0.0),
             surge: Dual64::from(0.0),
             heave: Dual64::from(0.0),
             pitch_rate: Dual64::from(0.0),
             pitch: Dual64::from(still.pitch),
+            distance: Dual64::from(0.0),
             depth: Dual64::from(0.0),
             current_horizontal: dual(still.current_horizontal, Q::CurrentHorizontal),
             current_vertical: dual(still.current_vertical, Q::CurrentVertical),
@@ -67,17 +69,20 @@ impl PlantModel {
     fn seeded(&self, tangents: &[f64]) -> Instant<Dual64> {
         let dual = |value: f64, quantity: Q| Dual64::new(value, tangents[quantity.number()]);
         let now = self.instant();
-        Instant {
+        let in_current = Instant {
+            time: dual(now.time, Q::Time),
             surge: dual(now.surge, Q::SurgeOverGround),
             heave: dual(now.heave, Q::HeaveOverGround),
             pitch_rate: dual(now.pitch_rate, Q::PitchRate),
             pitch: dual(now.pitch, Q::Pitch),
+            distance: dual(now.distance, Q::Distance),
             depth: dual(now.depth, Q::Depth),
-            current_horizontal: dual(now.current_horizontal, Q::CurrentHorizontal),
-            current_vertical: dual(now.current_vertical, Q::CurrentVertical),
+            current_horizontal: dual(self.inputs.current.horizontal, Q::CurrentHorizontal),
+            current_vertical: dual(self.inputs.current.vertical, Q::CurrentVertical),
             operating_speed: dual(now.operating_speed, Q::OperatingSpeed),
             given_speed: dual(now.given_speed, Q::GivenSpeed),
-        }
+        };
+        self.plant.in_water(&in_current)
     }
 
     /// The output that an input asks an actuator for.

@@ -7,7 +7,7 @@
 use auv::{Actuator, Allowed, CoefficientSpec, Fidelity, Surge};
 use fmi2::model_description::Enumeration;
 
-use crate::{PlantModel, Quantity};
+use crate::{PlantModel, Quantity, waves};
 
 type Variable = fmi2::Variable<PlantModel>;
 type Role<T> = fmi2::Role<PlantModel, T>;
@@ -135,8 +135,9 @@ fn output(
 /// Motion through the water.
 fn motion(model: &PlantModel) -> Vec<Variable> {
     let trim = knowns_of_trim(model);
+    let place: &[&str] = if model.can_meet_waves() { &["distance", "depth"] } else { &[] };
     let through_water = |one: Variable, quantity: Quantity, own: &[&str]| {
-        let knowns = [own, &["pitch", "current_horizontal", "current_vertical"]].concat();
+        let knowns = [own, &["pitch", "current_horizontal", "current_vertical"], place].concat();
         one.depends_on(&knowns).initially_depends_on(&trim).quantity(quantity.number())
     };
     let speed = output("speed", "forward speed through the water, along the body axis (u)", "m/s", |m| {
@@ -219,7 +220,7 @@ pub(crate) fn knowns_of_trim(model: &PlantModel) -> Vec<&'static str> {
     ["initial_speed", "initial_depth"].into_iter().chain(coefficients).collect()
 }
 
-/// The start, the fidelity, and every coefficient that acts on the vehicle.
+/// The start, the fidelity, the waves, and every coefficient that acts on the vehicle.
 pub fn parameters(model: &PlantModel) -> Vec<Variable> {
     let sign = if model.only_ahead() { "above zero" } else { "negative astern" };
     let initial_speed = Variable::real(
@@ -247,6 +248,7 @@ pub fn parameters(model: &PlantModel) -> Vec<Variable> {
             Role::parameter(|m, v| m.settings.fidelity = fidelity_of(v)),
         ),
     ];
+    table.extend(waves::parameters(model));
     table.extend(model.vehicle().coefficients.acting().map(|spec| coefficient(spec, model)));
     table
 }

@@ -14,6 +14,10 @@ impl ContinuousModel for ClosedLoop {
         self.plant.set_states(states);
     }
 
+    fn set_time(&mut self, time: f64) {
+        self.plant.set_time(time);
+    }
+
     fn apply_inputs(&mut self) -> Result<(), ClosedLoopError> {
         Ok(self.plant.apply_inputs()?)
     }

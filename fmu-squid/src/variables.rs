@@ -2,6 +2,7 @@
 //!
 //! The references act at ticks only, and the current acts only on the velocities through the water.
 
+use fmu_plant::WAVES;
 use signals::{PITCH, SPEED};
 use std::f64::consts::FRAC_PI_2;
 
@@ -142,7 +143,8 @@ fn states(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     of_plant.map(move |one| one.depends_only_where(&known)).map(|one| match one.name() {
         "surge_over_ground" | "heave_over_ground" => {
             let current = ["current_horizontal", "current_vertical"];
-            one.initially_depends_on(&[&knowns_of_start(model)[..], &current].concat())
+            let waves: &[&str] = if model.plant.can_meet_waves() { &WAVES } else { &[] };
+            one.initially_depends_on(&[&knowns_of_start(model)[..], &current, waves].concat())
         }
         _ => one,
     })

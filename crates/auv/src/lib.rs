@@ -61,6 +61,7 @@ pub use simulation::plant::{Fidelity, Plant, State};
 pub use simulation::rates::{Instant, Rates};
 pub use simulation::slopes::Slopes;
 pub use simulation::snapshot::{Snapshot, SnapshotError};
+pub use simulation::surroundings::Surroundings;
 pub use simulation::water::{Water, WaterMotion};
 pub use toml_file::{FileError, FileProblem, read_text};
 pub use vehicle::actuator::{Actuator, Effect};

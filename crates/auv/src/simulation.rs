@@ -10,4 +10,5 @@ pub(crate) mod plant;
 pub(crate) mod rates;
 pub(crate) mod slopes;
 pub(crate) mod snapshot;
+pub(crate) mod surroundings;
 pub(crate) mod water;

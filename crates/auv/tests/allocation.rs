@@ -17,6 +17,10 @@ impl Water for Swell {
         let by_time = Current { horizontal: 0.0, vertical: 0.1 * time.cos() };
         WaterMotion { velocity, by_time, load: [0.0, 2.0 * time.cos(), 0.0], ..WaterMotion::default() }
     }
+
+    fn load_slopes(&self, _: f64, _: f64, _: f64, _: f64) -> [[f64; 3]; 4] {
+        [[0.0; 3]; 4]
+    }
 }
 
 #[test]

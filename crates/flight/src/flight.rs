@@ -238,7 +238,8 @@ fn fly_in(
         plant.set_current(current + conditions.as_ref().map(Conditions::wandering).unwrap_or_default())?;
         plant.set_given_speed(demanded)?;
         let State { motion: Motion { u, w, q, theta }, x, depth } = plant.state();
-        let clearance = conditions.as_ref().map_or(depth, |sea| sea.clearance(time, x, depth, theta));
+        let clearance =
+            conditions.as_ref().map_or(depth, |sea| sea.surroundings().clearance(time, x, depth, theta));
         if out_of_water(clearance) {
             flight.surfacing = Some(Surfacing { time, speed: u });
             break;
@@ -248,7 +249,7 @@ fn fly_in(
         let mut read = signals;
         if let Some(sea) = &mut conditions {
             read.measured = sea.read(&signals.measured);
-            let elevation = sea.elevation(time, x);
+            let elevation = sea.surroundings().elevation(time, x);
             flight.sea.push(SeaRow { elevation, water: plant.flow(), read: read.measured });
             sea.advance(sample_time);
         }

@@ -1,16 +1,10 @@
 //! A sea: waves, current and sensors of a flight.
 
 use crate::error::Error;
-use auv::{Coefficients, Current, Geometry, Vehicle, Water, WaterMotion};
+use auv::{Current, Surroundings, Vehicle, Water};
 use signals::{Each, SIGNALS};
-use squid_sea::{
-    GRAVITY, GaussMarkov, Layers, Place, SeaError, Sensor, SensorErrors, Spectrum, Spheroid, Wandering, Waves,
-};
-use std::f64::consts::PI;
+use squid_sea::{GaussMarkov, Layers, Sensor, SensorErrors, Spectrum, Wandering, Waves};
 use std::sync::Arc;
-
-/// Where the length of a hull is looked at, in halves of it from its middle: its ends are points below the surface.
-const STATIONS: [f64; 5] = [-0.9, -0.5, 0.0, 0.5, 0.9];
 
 /// A sea as its file says it: nothing random is drawn yet.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,7 +39,7 @@ pub struct Swell {
 /// A sea as it is for one vehicle.
 #[derive(Debug)]
 pub(crate) struct Conditions {
-    water: Arc<Moving>,
+    water: Arc<Surroundings>,
     wandering: Option<GaussMarkov>,
     sensors: Vec<Sensor>,
 }
@@ -68,21 +62,16 @@ impl Sea {
     /// As [`Sea::check`]; [`Error::Sea`].
     pub(crate) fn draw(&self, vehicle: &Vehicle, tick: f64) -> Result<Conditions, Error> {
         self.check(vehicle)?;
-        let waves = self.waves.as_ref().zip(vehicle.geometry).map(|(swell, geometry)| {
+        let coefficients = &vehicle.coefficients;
+        let mut water = Surroundings::still(coefficients).with_current(self.layers.clone(), self.vertical);
+        if let Some((swell, geometry)) = self.waves.as_ref().zip(vehicle.geometry) {
             let waves = Waves::new(&swell.spectrum, swell.heading, swell.components, self.seed)?;
-            Ok::<_, SeaError>((waves, hull(geometry, &vehicle.coefficients)?))
-        });
-        let Coefficients { x_B, z_B, .. } = vehicle.coefficients;
-        let layers = self.layers.clone();
+            water = water.with_waves(waves, geometry, coefficients)?;
+        }
         let wandering = self.wandering.map(|numbers| GaussMarkov::new(numbers, self.seed));
         let sensor = |(number, errors): (u32, &SensorErrors)| Sensor::new(*errors, tick, self.seed, number);
         Ok(Conditions {
-            water: Arc::new(Moving {
-                waves: waves.transpose()?,
-                centre: [x_B, z_B],
-                layers,
-                vertical: self.vertical,
-            }),
+            water: Arc::new(water),
             wandering: wandering.transpose()?,
             sensors: (0..).zip(&self.sensors).map(sensor).collect::<Result<_, _>>()?,
         })
@@ -113,73 +102,10 @@ impl Conditions {
         read
     }
 
-    /// The surface above the still water, over the middle of the vehicle \[m\].
-    pub(crate) fn elevation(&self, time: f64, x: f64) -> f64 {
-        self.water.waves.as_ref().map_or(0.0, |(waves, _)| waves.elevation(time, x))
+    /// The waves and the layers of the current.
+    pub(crate) fn surroundings(&self) -> &Surroundings {
+        &self.water
     }
-
-    /// How deep the hull is below the surface where it is nearest \[m\], negative out of it; where no waves are, that
-    /// is the depth.
-    pub(crate) fn clearance(&self, time: f64, x: f64, depth: f64, pitch: f64) -> f64 {
-        let Some((waves, hull)) = &self.water.waves else { return depth };
-        let [x, depth] = self.water.centre_at([x, depth], pitch);
-        let below = |station: f64| {
-            let [along, top] = hull.top(station, pitch);
-            depth - top + waves.elevation(time, x + along)
-        };
-        STATIONS.into_iter().map(below).fold(f64::INFINITY, f64::min)
-    }
-}
-
-/// Waves about a hull, and a current in layers.
-#[derive(Debug)]
-struct Moving {
-    waves: Option<(Waves, Spheroid)>,
-    /// The centre of buoyancy, in the axes of the body \[m\].
-    centre: [f64; 2],
-    layers: Layers,
-    vertical: f64,
-}
-
-impl Moving {
-    /// The centre of buoyancy of a vehicle whose origin is at \[x, depth\].
-    fn centre_at(&self, [x, depth]: [f64; 2], pitch: f64) -> [f64; 2] {
-        let ([along, down], (sin, cos)) = (self.centre, pitch.sin_cos());
-        [x + along * cos + down * sin, depth - along * sin + down * cos]
-    }
-}
-
-impl Water for Moving {
-    /// The waves are those at the centre of buoyancy, whose way differs from that of the origin by the turning alone.
-    fn at(&self, time: f64, x: f64, depth: f64, pitch: f64) -> WaterMotion {
-        let pair = |[horizontal, vertical]: [f64; 2]| Current { horizontal, vertical };
-        let (velocity, slope) = self.layers.at(depth);
-        let mut all = WaterMotion {
-            velocity: pair([velocity, self.vertical]),
-            by_depth: pair([slope, 0.0]),
-            ..WaterMotion::default()
-        };
-        if let Some((waves, hull)) = &self.waves {
-            let [x, depth] = self.centre_at([x, depth], pitch);
-            let (motion, [surge, heave, moment]) = hull.in_waves(waves, Place { time, x, depth }, pitch);
-            all.velocity = all.velocity + pair(motion.velocity);
-            all.by_time = pair(motion.by_time);
-            all.by_x = pair(motion.by_x);
-            all.by_depth = all.by_depth + pair(motion.by_depth);
-            let [along, down] = self.centre;
-            all.load = [surge, heave, moment + down * surge - along * heave];
-        }
-        all
-    }
-}
-
-/// The spheroid as slender as the hull that displaces what the vehicle does, with the added mass of the vehicle.
-fn hull(geometry: Geometry, c: &Coefficients) -> Result<Spheroid, SeaError> {
-    let slenderness = geometry.length / geometry.diameter;
-    let volume = c.buoyancy / (c.density * GRAVITY);
-    let radius = (3.0 * volume / (4.0 * PI * slenderness)).cbrt();
-    let added_mass = [[-c.X_u_dot, 0.0, 0.0], [0.0, -c.Z_w_dot, -c.Z_q_dot], [0.0, -c.M_w_dot, -c.M_q_dot]];
-    Spheroid::new(slenderness * radius, radius, c.density, added_mass)
 }
 
 /// Sensors without errors.

@@ -9,9 +9,6 @@ use std::path::Path;
 
 const SPECTRA: [&str; 2] = ["jonswap", "pierson-moskowitz"];
 
-/// The components of a sea whose file does not say how many.
-const COMPONENTS: usize = 100;
-
 /// What a depth must be.
 const DEPTH: &str = "0 or above (m)";
 
@@ -109,7 +106,7 @@ fn swell(table: &Table<'_>) -> Option<Swell> {
     }
     let components = match table.has("components") {
         true => table.whole("components", |_| true, "how many waves make the sea"),
-        false => Some(COMPONENTS),
+        false => Some(Waves::USUAL),
     };
     let (height, period, gamma) = (height?, period?, gamma?);
     let (heading, components) = (heading?, components?);

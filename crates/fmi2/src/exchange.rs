@@ -67,6 +67,10 @@ impl<M: Model> Instance<M> {
             return Err(Refusal::BadTime { time });
         }
         self.now.time = time;
+        if let Some(continuous) = M::continuous() {
+            (continuous.set_time)(&mut self.now.model, time);
+            self.now.stale = true;
+        }
         Ok(())
     }
 

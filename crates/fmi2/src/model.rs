@@ -112,6 +112,9 @@ pub trait ContinuousModel: Model {
     /// Sets the states.
     fn set_states(&mut self, states: &[f64]);
 
+    /// Goes to a time in s, the states as they are; a model whose rates do not depend on time keeps this default.
+    fn set_time(&mut self, _time: f64) {}
+
     /// Applies the present inputs to the values that outputs are read from; the states do not change.
     ///
     /// # Errors
@@ -121,9 +124,10 @@ pub trait ContinuousModel: Model {
     /// Computes `f(x, u)`; numbers that are not finite mean that f is undefined there.
     fn derivatives(&self, rates: &mut [f64]);
 
-    /// Fills in the tangents of the inputs that change at a rate, by their [quantities](crate::Variable::quantity).
+    /// Fills in the tangents of the inputs that change at a rate, by their [quantities](crate::Variable::quantity), and
+    /// of time.
     ///
-    /// Models whose inputs have no [slope](crate::Variable::slope) keep this default.
+    /// Models whose inputs have no [slope](crate::Variable::slope) and that do not depend on time keep this default.
     fn input_rates(&self, _tangents: &mut [f64]) {}
 
     /// The time in s of the next event, if one is known.
@@ -149,6 +153,7 @@ type EventOf<M> = fn(&mut M, f64, &mut dyn Log) -> Result<(), <M as Model>::Erro
 pub struct Continuous<M: Model> {
     pub(crate) states: fn(&M, &mut [f64]),
     pub(crate) set_states: fn(&mut M, &[f64]),
+    pub(crate) set_time: fn(&mut M, f64),
     pub(crate) apply_inputs: fn(&mut M) -> Result<(), M::Error>,
     pub(crate) derivatives: fn(&M, &mut [f64]),
     pub(crate) input_rates: fn(&M, &mut [f64]),
@@ -163,6 +168,7 @@ impl<M: ContinuousModel> Continuous<M> {
         Self {
             states: M::states,
             set_states: M::set_states,
+            set_time: M::set_time,
             apply_inputs: M::apply_inputs,
             derivatives: M::derivatives,
             input_rates: M::input_rates,

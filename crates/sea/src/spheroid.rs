@@ -75,10 +75,8 @@ impl Spheroid {
 
     /// Returns the water's motion at the centre, and the load \[X Z M\] about it \[N, N m\], along the body.
     pub fn in_waves(&self, waves: &Waves, centre: Place, pitch: f64) -> (WaterMotion, [f64; 3]) {
-        let (sin, cos) = pitch.sin_cos();
-        let along = Complex64::new(waves.cos_heading() * cos, -sin);
-        let across = Complex64::new(waves.cos_heading() * sin, cos);
-        let focal = self.half_length * self.half_length - self.radius * self.radius;
+        let (along, across) = self.wave_vector(waves, pitch);
+        let focal = self.focal();
         let (mut motion, mut load) = (WaterMotion::default(), [0.0; 3]);
         for (wave, value) in waves.at(centre) {
             motion.add(wave, value, waves.cos_heading());
@@ -89,14 +87,63 @@ impl Spheroid {
             load[1] -= (k3 * pushed).re;
             load[2] += focal * (k1 * k3 * g * value).re;
         }
-        let displaced = self.displacement();
+        (motion, self.with_diffraction(load))
+    }
+
+    /// Returns the derivatives of the load by time \[N/s, N m/s\], x and depth \[N/m, N\], and pitch \[N/rad, N
+    /// m/rad\].
+    ///
+    /// E grows by `-i w` in time, by `i k cos(heading)` in x and by `-k` in depth; `dK1 = -K3` and `dK3 = K1` in pitch, so that `df = -c K1
+    /// K3 g` and `dg = -c K1 K3 h`, with `c = a^2 - b^2` and `h = g'(s)/s`.
+    pub fn slopes_in_waves(&self, waves: &Waves, centre: Place, pitch: f64) -> [[f64; 3]; 4] {
+        let (along, across) = self.wave_vector(waves, pitch);
+        let focal = self.focal();
+        let mut slopes = [[0.0; 3]; 4];
+        for (wave, value) in waves.at(centre) {
+            let (k1, k3) = (along * wave.number, across * wave.number);
+            let square = k1 * k1 * focal;
+            let (f, g) = form(square);
+            let turned = -k1 * k3 * focal;
+            let (df, dg) = (turned * g, turned * next_form(square, f, g));
+            let by_time = -Complex64::I * wave.frequency * value;
+            let by_x = Complex64::I * (wave.number * waves.cos_heading()) * value;
+            for (slope, value) in slopes.iter_mut().zip([by_time, by_x, -wave.number * value]) {
+                let pushed = Complex64::I * f * value;
+                slope[0] -= (k1 * pushed).re;
+                slope[1] -= (k3 * pushed).re;
+                slope[2] += focal * (k1 * k3 * g * value).re;
+            }
+            let pushed = Complex64::I * value;
+            slopes[3][0] -= ((k1 * df - k3 * f) * pushed).re;
+            slopes[3][1] -= ((k3 * df + k1 * f) * pushed).re;
+            slopes[3][2] += focal * (((k1 * k1 - k3 * k3) * g + k1 * k3 * dg) * value).re;
+        }
+        slopes.map(|slope| self.with_diffraction(slope))
+    }
+
+    /// The complex wave vector along the body, of a wave number of 1.
+    fn wave_vector(&self, waves: &Waves, pitch: f64) -> (Complex64, Complex64) {
+        let (sin, cos) = pitch.sin_cos();
+        let heading = waves.cos_heading();
+        (Complex64::new(heading * cos, -sin), Complex64::new(heading * sin, cos))
+    }
+
+    /// a^2 - b^2.
+    fn focal(&self) -> f64 {
+        self.half_length * self.half_length - self.radius * self.radius
+    }
+
+    /// The load of the pressure, in units of that on the mass of a unit of water, with the scattered waves, in N and N
+    /// m.
+    fn with_diffraction(&self, load: [f64; 3]) -> [f64; 3] {
+        let (displaced, focal) = (self.displacement(), self.focal());
         let sum = self.half_length * self.half_length + self.radius * self.radius;
         let mean = [load[0], load[1], load[2] * 5.0 * sum / (focal * focal)].map(|one| one * GRAVITY);
         let total = |i: usize| {
             let row = self.added_mass[i];
             displaced * GRAVITY * load[i] + row[0] * mean[0] + row[1] * mean[1] + row[2] * mean[2]
         };
-        (motion, [total(0), total(1), total(2)])
+        [total(0), total(1), total(2)]
     }
 }
 
@@ -122,6 +169,22 @@ fn form(square: Complex64) -> (Complex64, Complex64) {
     (f, g)
 }
 
+/// Returns `h = g'(s)/s = -(f + 5 g)/s^2`, as the spherical Bessel functions `f = 3 j1/s`, `g = -3 j2/s^2`, `h = 3
+/// j3/s^3` follow from each other; near 0 by its series.
+fn next_form(square: Complex64, f: Complex64, g: Complex64) -> Complex64 {
+    if square.norm_sqr() < 1.0 {
+        // 3 sum (-1)^n (2n + 2)(2n + 4)(2n + 6)/(2n + 7)! s^2n.
+        let (mut h, mut term) = (Complex64::ZERO, Complex64::new(3.0 * 48.0 / 5040.0, 0.0));
+        for n in 0..TERMS {
+            h += term;
+            let order = 2.0 * n as f64;
+            term *= -square / ((order + 2.0) * (order + 9.0));
+        }
+        return h;
+    }
+    -(f + 5.0 * g) / square
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -133,6 +196,8 @@ mod tests {
             let unit = Complex64::from_polar(1.0, f64::from(i) * PI / 8.0);
             let (inside, outside) = (form(unit * (1.0 - 1e-13)), form(unit * (1.0 + 1e-13)));
             assert!((inside.0 - outside.0).norm() < 1e-12 && (inside.1 - outside.1).norm() < 1e-12);
+            let next = |part: f64, (f, g)| next_form(unit * part, f, g);
+            assert!((next(1.0 - 1e-13, inside) - next(1.0 + 1e-13, outside)).norm() < 1e-12);
         }
         let (f, g) = form(Complex64::ZERO);
         assert_eq!((f.re, g.re), (1.0, -0.2));

@@ -67,6 +67,9 @@ pub struct Waves {
 }
 
 impl Waves {
+    /// The usual number of components.
+    pub const USUAL: usize = 100;
+
     /// A sea of a spectrum, the same for the same seed.
     ///
     /// `heading` \[rad\] is where the waves go, from the way the vehicle faces: pi for a head sea, 0 for a following

@@ -100,7 +100,9 @@ fn outputs_hang_on_states_and_on_the_current_alone() {
         let on: Vec<_> = on.map(|&(index, _)| name(index)).collect();
         let current = ["current_horizontal", "current_vertical"];
         match name(unknown.index) {
-            "speed" => assert_eq!(on, [&current[..], &["pitch", "surge_over_ground"]].concat()),
+            "speed" => {
+                assert_eq!(on, [&current[..], &["pitch", "depth", "distance", "surge_over_ground"]].concat());
+            }
             "heave" | "path_speed" => assert_eq!(on[..2], current),
             constant if constant.starts_with("trim_") => assert!(on.is_empty()),
             state => assert_eq!(on, [state]),
@@ -113,7 +115,11 @@ fn outputs_hang_on_states_and_on_the_current_alone() {
         match name(unknown.index) {
             "depth" => assert_eq!(on, ["initial_depth"]),
             "distance" | "pitch_rate" => assert!(on.is_empty()),
-            "surge_over_ground" => assert!(on.contains(&"initial_speed") && on.contains(&"current_vertical")),
+            "surge_over_ground" => {
+                assert!(
+                    ["initial_speed", "current_vertical", "wave_seed"].iter().all(|one| on.contains(one))
+                );
+            }
             _ => assert!(on.contains(&"initial_speed") && on.contains(&"Z_uw") && !on.contains(&"lower")),
         }
     }

@@ -7,21 +7,36 @@ use fmi2::{Described, Experiment, Instance, Interface, Model, Resources, Silent,
 
 use crate::example::{resources, with_curves, with_given_speed, with_two_degrees, without_lag};
 
-/// Which files, and which equations of motion by their number.
+/// Which files, which equations of motion by their number, and whether under waves.
 #[derive(Clone, Copy)]
 pub struct Case {
     pub resources: fn() -> Resources,
     pub fidelity: i32,
+    pub waves: bool,
 }
 
-pub const SQUID: Case = Case { resources, fidelity: 1 };
-pub const LPV: Case = Case { resources, fidelity: 2 };
-pub const WITHOUT_LAG: Case = Case { resources: without_lag, fidelity: 1 };
-pub const TWO_DEGREES: Case = Case { resources: with_two_degrees, fidelity: 1 };
-pub const CURVED: Case = Case { resources: with_curves, fidelity: 1 };
-pub const GIVEN: Case = Case { resources: with_given_speed, fidelity: 1 };
-pub const GIVEN_LPV: Case = Case { resources: with_given_speed, fidelity: 2 };
-pub const CASES: [Case; 7] = [SQUID, LPV, WITHOUT_LAG, TWO_DEGREES, CURVED, GIVEN, GIVEN_LPV];
+pub const SQUID: Case = Case { resources, fidelity: 1, waves: false };
+pub const LPV: Case = Case { resources, fidelity: 2, waves: false };
+pub const WITHOUT_LAG: Case = Case { resources: without_lag, fidelity: 1, waves: false };
+pub const TWO_DEGREES: Case = Case { resources: with_two_degrees, fidelity: 1, waves: false };
+pub const CURVED: Case = Case { resources: with_curves, fidelity: 1, waves: false };
+pub const GIVEN: Case = Case { resources: with_given_speed, fidelity: 1, waves: false };
+pub const GIVEN_LPV: Case = Case { resources: with_given_speed, fidelity: 2, waves: false };
+pub const WAVES: Case = Case { waves: true, ..TWO_DEGREES };
+pub const LPV_WAVES: Case = Case { waves: true, ..LPV };
+pub const CASES: [Case; 9] =
+    [SQUID, LPV, WITHOUT_LAG, TWO_DEGREES, CURVED, GIVEN, GIVEN_LPV, WAVES, LPV_WAVES];
+
+/// Waves of 6 s from the side of the bow, over a vehicle that is 4 m deep; nothing for a model that has no sea.
+pub fn set_waves<M: Model>(instance: &mut Instance<M>) {
+    for (name, value) in
+        [("initial_depth", 4.0), ("wave_height", 1.0), ("wave_period", 6.0), ("wave_heading", 2.5)]
+    {
+        if let Some(parameter) = instance.table().reference(name) {
+            instance.set(&[parameter], |_| value).unwrap();
+        }
+    }
+}
 
 impl Case {
     pub fn describe<M: Model>(self) -> Described<M> {
@@ -34,6 +49,9 @@ impl Case {
         instance.set_up(Experiment::default()).unwrap();
         if let Some(fidelity) = instance.table().reference("fidelity") {
             instance.set(&[fidelity], |_| self.fidelity).unwrap();
+        }
+        if self.waves {
+            set_waves(&mut instance);
         }
         instance.enter_initialization().unwrap();
         instance

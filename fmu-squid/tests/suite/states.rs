@@ -1,5 +1,6 @@
 //! Run, save, run on, restore, run on: the same bits, whether the state stayed in memory or went through bytes.
 
+use crate::case::set_waves;
 use crate::example::{resources, with_given_speed, with_two_degrees};
 use fmi2::model_description::{Causality, Kind};
 use fmi2::{Experiment, Instance, Interface, Model, Resources, Silent, describe};
@@ -47,8 +48,13 @@ fn instance<M: Model>(resources: &Resources) -> Instance<M> {
 }
 
 fn started<M: Model>(resources: &Resources) -> Instance<M> {
+    begun(resources, |_| {})
+}
+
+fn begun<M: Model>(resources: &Resources, prepare: fn(&mut Instance<M>)) -> Instance<M> {
     let mut instance = instance::<M>(resources);
     instance.set_up(Experiment { start: 1.5, ..Experiment::default() }).unwrap();
+    prepare(&mut instance);
     instance.enter_initialization().unwrap();
     instance.exit_initialization(&mut Silent).unwrap();
     instance
@@ -67,8 +73,16 @@ fn run<M: Model>(instance: &mut Instance<M>, signals: &Signals, moves: &[Move]) 
 }
 
 fn goes_on_alike<M: Model>(resources: &Resources, before: &[Move], after: &[Move]) {
+    goes_on_alike_from(started::<M>(resources), resources, before, after);
+}
+
+fn goes_on_alike_from<M: Model>(
+    mut first: Instance<M>,
+    resources: &Resources,
+    before: &[Move],
+    after: &[Move],
+) {
     let signals = signals::<M>(resources);
-    let mut first = started::<M>(resources);
     run(&mut first, &signals, before);
     let snapshot = first.snapshot().unwrap();
     let bytes = first.serialise(&snapshot).unwrap();
@@ -92,6 +106,7 @@ proptest! {
     fn plants_go_on_alike(before in moves(6), after in moves(6)) {
         goes_on_alike::<PlantModel>(&resources(), &before, &after);
         goes_on_alike::<PlantModel>(&with_given_speed(), &before, &after);
+        goes_on_alike_from(begun::<PlantModel>(&resources(), set_waves), &resources(), &before, &after);
     }
 
     #[test]
@@ -105,6 +120,7 @@ proptest! {
         goes_on_alike::<ClosedLoop>(&resources(), &before, &after);
         goes_on_alike::<ClosedLoop>(&with_two_degrees(), &before, &after);
         goes_on_alike::<ClosedLoop>(&with_given_speed(), &before, &after);
+        goes_on_alike_from(begun::<ClosedLoop>(&resources(), set_waves), &resources(), &before, &after);
     }
 }
 

@@ -72,7 +72,7 @@ impl ODE<f64, Body> for Flow<'_> {
         };
         let motion = water.at(start + time, x + made, self.depth + sunk, theta);
         let (x_rate, depth_rate) = earth_velocity(body, current + motion.velocity);
-        let (met_u, met_w) = motion.along(x_rate, depth_rate).along_body(theta);
+        let (met_u, met_w) = motion.along([x_rate, depth_rate, dtheta]).along_body(theta);
         let [push_u, push_w, push_q] = self.dynamics.pushed(motion.load);
         let (du, dw) = (du + push_u - gained_u - met_u, dw + push_w - gained_w - met_w);
         *rate = [du, dw, dq + push_q, dtheta, x_rate, depth_rate];

@@ -172,8 +172,7 @@ impl Plant {
         Ok(())
     }
 
-    /// Puts the plant into water that moves beside the current, for [`Plant::advance`]: [`Plant::rates`] has none of
-    /// its load. The velocity over ground does not jump.
+    /// Puts the plant into water that moves beside the current. The velocity over ground does not jump.
     #[must_use]
     pub fn with_water(mut self, water: Arc<dyn Water>) -> Self {
         let (surge, heave) = self.velocity_over_ground();
@@ -181,6 +180,11 @@ impl Plant {
         let (u_c, w_c) = self.flow().along_body(self.body[3]);
         (self.body[0], self.body[1]) = (surge - u_c, heave - w_c);
         self
+    }
+
+    /// Puts other water about the plant, which is yet to be [restored](Plant::restore) in it.
+    pub fn set_water(&mut self, water: Option<Arc<impl Water + 'static>>) {
+        self.water = water.map(|water| water as Arc<dyn Water>);
     }
 
     /// The velocity of the water where the vehicle is: the current, and what moves beside it.

@@ -5,6 +5,7 @@
 
 use crate::motion::dynamics::Motion;
 use crate::scalar::Scalar;
+use crate::simulation::current::Current;
 use crate::simulation::lpv_model::LpvModel;
 use crate::simulation::plant::{Fidelity, Plant};
 use crate::vehicle::actuator::Actuator;
@@ -12,6 +13,8 @@ use crate::vehicle::actuator::Actuator;
 /// The motion at one instant, and what acts on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instant<D = f64> {
+    /// Time \[s\].
+    pub time: D,
     /// Velocity over ground along the body, forward \[m/s\].
     pub surge: D,
     /// Velocity over ground along the body, down \[m/s\].
@@ -20,11 +23,13 @@ pub struct Instant<D = f64> {
     pub pitch_rate: D,
     /// Pitch \[rad\].
     pub pitch: D,
+    /// Horizontal distance \[m\].
+    pub distance: D,
     /// Depth \[m\].
     pub depth: D,
-    /// Horizontal velocity of the current \[m/s\].
+    /// Horizontal velocity of the water where the vehicle is \[m/s\].
     pub current_horizontal: D,
-    /// Vertical velocity of the current \[m/s\], positive down.
+    /// Vertical velocity of the water there \[m/s\], positive down.
     pub current_vertical: D,
     /// Speed at which the LPV model is evaluated \[m/s\].
     pub operating_speed: D,
@@ -57,11 +62,22 @@ impl<D: Scalar> Instant<D> {
         (u * cos - w * sin, u * sin + w * cos)
     }
 
+    /// Where the water is that the vehicle meets, and when.
+    fn place(&self) -> [D; 4] {
+        [self.time, self.distance, self.depth, self.pitch]
+    }
+
     /// The motion through the water.
     pub fn motion(&self) -> Motion<D> {
         let (u_c, w_c) = self.current();
         Motion { u: self.surge - u_c, w: self.heave - w_c, q: self.pitch_rate, theta: self.pitch }
     }
+}
+
+/// A number with its derivatives by time, distance, depth and pitch, where these carry derivatives.
+fn along<D: Scalar>(instant: &Instant<D>, value: f64, slopes: [f64; 4]) -> D {
+    let moved = instant.place().map(|one| one - one.re());
+    moved.into_iter().zip(slopes).fold(D::from(value), |sum, (moved, slope)| sum + moved * slope)
 }
 
 impl Actuator {
@@ -86,13 +102,15 @@ impl Plant {
     /// The motion at this instant, with velocities over ground, and what acts on it.
     pub fn instant(&self) -> Instant {
         let (surge, heave) = self.velocity_over_ground();
-        let [_, _, pitch_rate, pitch, _, depth] = self.body;
+        let [_, _, pitch_rate, pitch, distance, depth] = self.body;
         let flow = self.flow();
         Instant {
+            time: self.time,
             surge,
             heave,
             pitch_rate,
             pitch,
+            distance,
             depth,
             current_horizontal: flow.horizontal,
             current_vertical: flow.vertical,
@@ -101,19 +119,57 @@ impl Plant {
         }
     }
 
-    /// Sets the motion by its velocities over ground, and the distance \[m\], in the water there.
-    pub fn set_motion_over_ground(&mut self, instant: &Instant, x: f64) {
-        let Instant { surge, heave, pitch_rate, pitch, depth, .. } = *instant;
-        self.body = [surge, heave, pitch_rate, pitch, x, depth];
+    /// Sets the motion by its velocities over ground, in the water there.
+    pub fn set_motion_over_ground(&mut self, instant: &Instant) {
+        let Instant { surge, heave, pitch_rate, pitch, distance, depth, .. } = *instant;
+        self.body = [surge, heave, pitch_rate, pitch, distance, depth];
         let (u_c, w_c) = self.flow().along_body(pitch);
         self.body[0] -= u_c;
         self.body[1] -= w_c;
     }
 
-    /// Returns the rates of the motion under steady currents, `output(i)` being that of actuator i \[N or rad\].
+    /// Goes to a time \[s\] as it moves over ground, for an integrator that moves it.
+    pub fn set_time(&mut self, time: f64) {
+        if self.water.is_none() {
+            self.time = time;
+            return;
+        }
+        let now = self.instant();
+        self.time = time;
+        self.set_motion_over_ground(&now);
+    }
+
+    /// Adds the motion of the water beside the current, where the vehicle is, to an instant whose water is the current.
+    /// Derivatives that the instant carries are carried on.
+    #[must_use]
+    pub fn in_water<D: Scalar>(&self, current: &Instant<D>) -> Instant<D> {
+        let Some(water) = &self.water else { return *current };
+        let [time, x, depth, pitch] = current.place().map(|one| one.re());
+        let motion = water.at(time, x, depth, pitch);
+        let slopes = [motion.by_time, motion.by_x, motion.by_depth, motion.by_pitch];
+        let of =
+            |part: fn(&Current) -> f64| along(current, part(&motion.velocity), slopes.map(|one| part(&one)));
+        Instant {
+            current_horizontal: current.current_horizontal + of(|v| v.horizontal),
+            current_vertical: current.current_vertical + of(|v| v.vertical),
+            ..*current
+        }
+    }
+
+    /// The accelerations by the load of the water.
+    fn pushed<D: Scalar>(&self, instant: &Instant<D>) -> Option<[D; 3]> {
+        let water = self.water.as_ref()?;
+        let [time, x, depth, pitch] = instant.place().map(|one| one.re());
+        let push = self.dynamics().pushed(water.at(time, x, depth, pitch).load);
+        let slopes = water.load_slopes(time, x, depth, pitch).map(|slope| self.dynamics().pushed(slope));
+        Some([0, 1, 2].map(|i| along(instant, push[i], slopes.map(|slope| slope[i]))))
+    }
+
+    /// Returns the rates of the motion, `output(i)` being that of actuator i \[N or rad\].
     ///
     /// With `u = u_g - u_c(theta)`, `w = w_g - w_c(theta)`: `u_g' = u' - theta' w_c`, `w_g' = w' + theta' u_c`, and
-    /// u', w', q', theta' by the equations of motion in use.
+    /// u', w', q', theta' by the equations of motion in use, under a steady current; water that moves otherwise
+    /// changes the velocities over ground by its load alone.
     pub fn rates<D: Scalar>(&self, instant: &Instant<D>, output: impl Fn(usize) -> D) -> Rates<D> {
         let motion = instant.motion();
         let actuators = self.actuators();
@@ -128,9 +184,13 @@ impl Plant {
         };
         let du = self.dynamics().surge_rate(motion.u, instant.given_speed).unwrap_or(du);
         let ((u_c, w_c), (sin, cos)) = (instant.current(), instant.pitch.sin_cos());
+        let (mut du, mut dw, mut dq) = (du - dtheta * w_c, dw + dtheta * u_c, dq);
+        if let Some(push) = self.pushed(instant) {
+            (du, dw, dq) = (du + push[0], dw + push[1], dq + push[2]);
+        }
         Rates {
-            surge: du - dtheta * w_c,
-            heave: dw + dtheta * u_c,
+            surge: du,
+            heave: dw,
             pitch_rate: dq,
             pitch: dtheta,
             distance: instant.surge * cos + instant.heave * sin,
@@ -189,7 +249,9 @@ impl LpvModel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Current, Speed, Vehicle, trim};
+    use crate::{Current, Speed, Surroundings, Vehicle, trim};
+    use squid_sea::{Spectrum, Waves};
+    use std::sync::Arc;
 
     fn vehicle() -> Vehicle {
         let file =
@@ -197,12 +259,21 @@ mod tests {
         Vehicle::read(&file).unwrap()
     }
 
-    /// A short flight moves as the rates say, to second order in its length.
+    /// A short flight moves as the rates say, to second order in its length, in still water and under waves.
     #[test]
     fn rates_are_those_of_the_flight() {
         let vehicle = vehicle();
-        let mut plant = Plant::new(&vehicle).unwrap();
-        plant.start(0.0, &trim(&vehicle, Speed::Path(1.5), 30.0).unwrap()).unwrap();
+        let still = Plant::new(&vehicle).unwrap();
+        let waves = Waves::new(&Spectrum::jonswap(1.0, 4.0, 3.3).unwrap(), 2.5, 20, 3).unwrap();
+        let (geometry, coefficients) = (vehicle.geometry.unwrap(), &vehicle.coefficients);
+        let water = Surroundings::still(coefficients).with_waves(waves, geometry, coefficients).unwrap();
+        for (plant, depth) in [(still.clone(), 30.0), (still.with_water(Arc::new(water)), 3.0)] {
+            moves_as_its_rates_say(plant, &vehicle, depth);
+        }
+    }
+
+    fn moves_as_its_rates_say(mut plant: Plant, vehicle: &Vehicle, depth: f64) {
+        plant.start(0.0, &trim(vehicle, Speed::Path(1.5), depth).unwrap()).unwrap();
         plant.set_current(Current { horizontal: 0.3, vertical: -0.1 }).unwrap();
         for index in 0..vehicle.actuators.len() {
             plant.set_command(index, 0.7 * vehicle.actuators[index].max).unwrap();

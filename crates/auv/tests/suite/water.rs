@@ -32,6 +32,16 @@ impl Water for Linear {
         }
         motion
     }
+
+    fn load_slopes(&self, _: f64, _: f64, _: f64, pitch: f64) -> [[f64; 3]; 4] {
+        let by_pitch = self.carried.as_ref().map_or([0.0; 3], |vehicle| {
+            let (sin, cos) = pitch.sin_cos();
+            let Current { horizontal, vertical } = self.motion.by_time;
+            let turned = [-horizontal * sin - vertical * cos, horizontal * cos - vertical * sin, 0.0];
+            (vehicle.coefficients.mass_matrix() * nalgebra::Vector3::from(turned)).into()
+        });
+        [[0.0; 3], [0.0; 3], [0.0; 3], by_pitch]
+    }
 }
 
 fn current(horizontal: f64, vertical: f64) -> Current {
@@ -131,7 +141,7 @@ fn water_does_not_move_a_vehicle_that_enters_it() {
     assert!((before.0 - after.0).abs() < 1e-14 && (before.1 - after.1).abs() < 1e-14);
     assert!(entered.flow().horizontal > 0.3);
     let mut again = entered.clone();
-    again.set_motion_over_ground(&entered.instant(), entered.state().x);
+    again.set_motion_over_ground(&entered.instant());
     close(again.state(), entered.state(), 1e-14);
 }
 

@@ -192,3 +192,27 @@ fn hulls_that_are_not_slender_are_refused() {
         assert!(matches!(error, SeaError::NotAllowed { key: found, .. } if found == key), "{error}");
     }
 }
+
+proptest! {
+    /// Derivatives of the load, by differences; short waves and long ones.
+    #[test]
+    fn slopes_are_differences(
+        heading in 0.0..PI, pitch in -1.0..1.0, x in -50.0..50.0, depth in 1.0..5.0, period in 0.6..8.0,
+    ) {
+        let spectrum = Spectrum::jonswap(0.01, period, 3.3).unwrap();
+        let waves = Waves::new(&spectrum, heading, 20, 5).unwrap();
+        let hull = with_added_mass(0.8, 0.1);
+        let at = |[time, x, depth, pitch]: [f64; 4]| hull.in_waves(&waves, Place { time, x, depth }, pitch).1;
+        let here = [3.0, x, depth, pitch];
+        let exact = hull.slopes_in_waves(&waves, Place { time: 3.0, x, depth }, pitch);
+        let size: [f64; 3] = std::array::from_fn(|i| 0.1 + exact.iter().map(|slope| slope[i].abs()).sum::<f64>());
+        for (j, slope) in exact.into_iter().enumerate() {
+            let h = 1e-5;
+            let moved = |by: f64| at(std::array::from_fn(|i| if i == j { here[i] + by } else { here[i] }));
+            let (above, below) = (moved(h), moved(-h));
+            for i in 0..3 {
+                close((above[i] - below[i]) / (2.0 * h), slope[i], 1e-6 * size[i]);
+            }
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! Waves as parameters of the plant.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use auv::{Surroundings, Vehicle};
+use fmi2::{StateError, StateReader, StateWriter};
+use squid_sea::{SeaError, Spectrum, Waves};
+
+use crate::{PlantError, PlantModel};
+
+type Variable = fmi2::Variable<PlantModel>;
+type Role<T> = fmi2::Role<PlantModel, T>;
+
+/// The names of the parameters of the waves.
+pub const WAVES: [&str; 5] = ["wave_height", "wave_period", "wave_gamma", "wave_heading", "wave_seed"];
+
+/// A sea of the JONSWAP spectrum; none where the height is 0.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Swell {
+    /// The significant height \[m\].
+    pub height: f64,
+    /// The period of the peak \[s\].
+    pub period: f64,
+    /// How much higher the peak is than that of a fully developed sea.
+    pub gamma: f64,
+    /// Where the waves go, from the way the vehicle faces \[rad\].
+    pub heading: f64,
+    /// What frequencies and phases are drawn from.
+    pub seed: i32,
+}
+
+impl Default for Swell {
+    /// None; of 8 s and the mean gamma of JONSWAP, against the vehicle, once there is a height.
+    fn default() -> Self {
+        Self { height: 0.0, period: 8.0, gamma: 3.3, heading: PI, seed: 1 }
+    }
+}
+
+impl Swell {
+    /// The water about a vehicle; `None` without waves.
+    ///
+    /// # Errors
+    /// [`PlantError::Waves`].
+    pub(crate) fn about(&self, vehicle: &Vehicle) -> Result<Option<Arc<Surroundings>>, PlantError> {
+        let Some(geometry) = vehicle.geometry.filter(|_| self.height != 0.0) else { return Ok(None) };
+        let of_seed = |_| {
+            let (found, allowed) = (f64::from(self.seed), "0 or more");
+            SeaError::NotAllowed { key: "seed", found, allowed }
+        };
+        let seed = u64::try_from(self.seed).map_err(of_seed)?;
+        let spectrum = Spectrum::jonswap(self.height, self.period, self.gamma)?;
+        let waves = Waves::new(&spectrum, self.heading, Waves::USUAL, seed)?;
+        let coefficients = &vehicle.coefficients;
+        Ok(Some(Arc::new(Surroundings::still(coefficients).with_waves(waves, geometry, coefficients)?)))
+    }
+
+    pub(crate) fn write(&self, to: &mut StateWriter) {
+        let Self { height, period, gamma, heading, seed } = *self;
+        to.reals(&[height, period, gamma, heading, f64::from(seed)]);
+    }
+
+    pub(crate) fn read(&mut self, from: &mut StateReader<'_>) -> Result<(), StateError> {
+        let mut numbers = [0.0; 5];
+        from.reals(&mut numbers)?;
+        let [height, period, gamma, heading, seed] = numbers;
+        *self = Self { height, period, gamma, heading, seed: seed as i32 };
+        Ok(())
+    }
+}
+
+/// The parameters of the waves; none of a vehicle of which no size is known.
+pub(crate) fn parameters(model: &PlantModel) -> Vec<Variable> {
+    if !model.can_meet_waves() {
+        return vec![];
+    }
+    let [height, period, gamma, heading, seed] = WAVES;
+    vec![
+        Variable::real(
+            height,
+            "significant height of the waves, a long-crested sea of the JONSWAP spectrum; 0 for none",
+            |m| m.settings.waves.height,
+            Role::parameter(|m, v| m.settings.waves.height = v),
+        )
+        .unit("m")
+        .at_least(0.0)
+        .nominal(1.0),
+        Variable::real(
+            period,
+            "peak period of the waves, 0.5 to 30 s, and long enough for the height: steeper waves break",
+            |m| m.settings.waves.period,
+            Role::parameter(|m, v| m.settings.waves.period = v),
+        )
+        .unit("s")
+        .range(0.5, 30.0)
+        .nominal(10.0),
+        Variable::real(
+            gamma,
+            "peak enhancement of the spectrum: 1 for a fully developed sea (Pierson and Moskowitz), 3.3 on average",
+            |m| m.settings.waves.gamma,
+            Role::parameter(|m, v| m.settings.waves.gamma = v),
+        )
+        .unit("1")
+        .range(1.0, 7.0)
+        .nominal(1.0),
+        Variable::real(
+            heading,
+            "where the waves go, from the way the vehicle faces: pi for a head sea, 0 for a following one",
+            |m| m.settings.waves.heading,
+            Role::parameter(|m, v| m.settings.waves.heading = v),
+        )
+        .unit("rad")
+        .nominal(1.0),
+        Variable::integer(
+            seed,
+            "seed of the frequencies and phases of the waves, 0 or more: the same seed, the same waves",
+            |m| m.settings.waves.seed,
+            Role::parameter(|m, v| m.settings.waves.seed = v),
+        ),
+    ]
+}
