@@ -37,7 +37,7 @@ pub use quantity::Quantity;
 pub use resources::{LPV_RESOURCE, VEHICLE_RESOURCE};
 pub use states::states;
 pub use variables::{GIVEN_SPEED, fidelities, inputs, outputs, parameters};
-pub use waves::{Swell, WAVES};
+pub use waves::{WAVES, WaveParameters};
 
 use fmi2::{DescribeError, Described, Resources};
 

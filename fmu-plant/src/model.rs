@@ -7,7 +7,7 @@ use auv::{
     Surroundings, Trim, TrimPoint, Vehicle, trim_with,
 };
 
-use crate::{PlantError, Swell};
+use crate::{PlantError, WaveParameters};
 
 /// Settings, fixed before a flight begins.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,7 +21,7 @@ pub struct Settings {
     /// Which equations of motion are integrated.
     pub fidelity: Fidelity,
     /// The waves, for a vehicle whose size is known.
-    pub waves: Swell,
+    pub waves: WaveParameters,
 }
 
 /// Inputs of the vehicle.
@@ -82,7 +82,7 @@ impl PlantModel {
                 initial_speed: row.speed,
                 initial_depth: lpv.depth,
                 fidelity: Fidelity::Nonlinear,
-                waves: Swell::default(),
+                waves: WaveParameters::default(),
             },
             inputs: Inputs {
                 commands: taken.collect(),

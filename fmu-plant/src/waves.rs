@@ -17,7 +17,7 @@ pub const WAVES: [&str; 5] = ["wave_height", "wave_period", "wave_gamma", "wave_
 
 /// A sea of the JONSWAP spectrum; none where the height is 0.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Swell {
+pub struct WaveParameters {
     /// The significant height \[m\].
     pub height: f64,
     /// The period of the peak \[s\].
@@ -30,14 +30,14 @@ pub struct Swell {
     pub seed: i32,
 }
 
-impl Default for Swell {
+impl Default for WaveParameters {
     /// None; of 8 s and the mean gamma of JONSWAP, against the vehicle, once there is a height.
     fn default() -> Self {
         Self { height: 0.0, period: 8.0, gamma: 3.3, heading: PI, seed: 1 }
     }
 }
 
-impl Swell {
+impl WaveParameters {
     /// The water about a vehicle; `None` without waves.
     ///
     /// # Errors

@@ -15,6 +15,8 @@ import numpy as np
 import pytest
 import tomllib
 from conftest import REMUS100, Run
+from fmpy import simulate_fmu
+from fmpy.fmi1 import FMICallException
 from fly.package import Packages
 from fly.stages import ROOT
 from jsonschema import Draft202012Validator
@@ -170,6 +172,51 @@ def test_what_is_said_is_what_was_flown(run_squid: Run, designed: Path, tmp_path
     done = run_squid("simulate", REMUS100, "--sea", high, "--out", designed)
     assert done.returncode == 0, done.stderr
     assert "In the sea the vehicle reaches the surface at " in done.stdout
+
+
+def test_the_fmu_meets_the_same_waves(run_squid: Run, remus100: Packages, tmp_path: Path) -> None:
+    """Co-simulation as the command flies, model exchange as near as its integrator; and not as in still water."""
+    folder = Path(shutil.copytree(remus100.folder, tmp_path / "out"))
+    sea = {"seed": 3, "depth": 4.0, "waves": shipped()["waves"] | {"height": 0.5, "heading": 150.0}}
+    file = tmp_path / "sea.toml"
+    file.write_text("".join(f"{key} = {toml(value)}\n" for key, value in sea.items()), encoding="utf-8")
+    done = run_squid("simulate", REMUS100, "--sea", file, "--out", folder)
+    assert done.returncode == 0, done.stderr
+    rows = list(csv.DictReader((folder / "sea.csv").read_text(encoding="utf-8").splitlines()))
+    flown = {key.split(" ")[0]: np.array([float(row[key]) for row in rows]) for key in rows[0]}
+    names = ["pitch", "speed", "heave", "pitch_rate", "depth"]
+    waves = {
+        "initial_depth": sea["depth"],
+        "wave_height": sea["waves"]["height"],
+        "wave_period": sea["waves"]["period"],
+        "wave_gamma": sea["waves"]["gamma"],
+        "wave_heading": math.radians(sea["waves"]["heading"]),
+        "wave_seed": sea["seed"],
+    }
+
+    def off(kind: str, **values: float) -> float:
+        """Return the largest difference to the flight of the command."""
+        interval = flown["time"][1]
+        result = simulate_fmu(
+            str(remus100.loop),
+            fmi_type=kind,
+            stop_time=flown["time"][-1],
+            step_size=interval,
+            output_interval=interval,
+            relative_tolerance=1e-9,
+            start_values=values,
+            output=names,
+        )
+        # A step of the integrator may end beside a point of output, and events are there twice.
+        at = {name: np.interp(flown["time"], result["time"], result[name]) for name in names}
+        return max(np.max(np.abs(at[name] - flown[name])) for name in names)
+
+    assert off("CoSimulation", **waves) < 1e-9
+    assert off("ModelExchange", **waves) < 1e-4
+    assert off("CoSimulation", initial_depth=4.0) > 1e-2
+    refused = {"wave_height": 1.0, "wave_period": 2.0}
+    with pytest.raises(FMICallException):
+        off("CoSimulation", **refused)
 
 
 def test_a_report_has_the_sea_that_is_asked_for(run_squid: Run, quick_vehicle: Path, tmp_path: Path) -> None:
