@@ -15,9 +15,6 @@ from fly.stages import BUILD, ROOT, StageError, run, stage
 REQUIREMENTS = ROOT / "tools" / "wheel.txt"
 MANIFEST = ROOT / "crates" / "python" / "Cargo.toml"
 WHEELS = BUILD / "wheels"
-PLATFORMS = tuple(name for name in platforms.TARGETS if name != "win64")
-"""By their names in FMI. Not Windows: the crate of Clarabel makes a C library, too, which does not link there without a
-BLAS."""
 
 
 def build(platform: str = "host") -> Path:
@@ -45,18 +42,41 @@ def build(platform: str = "host") -> Path:
         variables.pop("CARGO_ENCODED_RUSTFLAGS")
     else:
         platforms.add_targets([platform])
-        words += ["--target", platforms.TARGETS[platform], "--zig", "--compatibility", "manylinux2014"]
+        words += ["--target", platforms.TARGETS[platform]]
+        if platform == "win64":
+            variables |= windows_tools(tools.scripts / "maturin")
+        else:
+            words += ["--zig", "--compatibility", "manylinux2014"]
     run(words, variables=variables, log=f"wheel-{platform}")
     return found(platform)
 
 
+def windows_tools(maturin: Path) -> dict[str, str | Path]:
+    """Write the commands by which cargo links with Zig for Windows, and return the variables that name them.
+
+    With `--zig` for Windows, maturin 1.16 asks the linker for a function `PyInit_squid_lpv._core`, the name of the
+    module with its package, of every library.
+    """
+    if os.name == "nt":
+        raise StageError("on Windows the wheel for it is built with --platforms host")
+    folder = WHEELS / "zig-win64"
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    linker = folder / "zig-link"
+    linker.write_text(f'#!/bin/sh\nexec "{maturin}" zig cc -- -target x86_64-windows-gnu "$@"\n')
+    linker.chmod(0o755)
+    (folder / "x86_64-w64-mingw32-dlltool").symlink_to(maturin)
+    path = os.pathsep.join([str(folder), str(maturin.parent), os.environ["PATH"]])
+    return {"CARGO_TARGET_X86_64_PC_WINDOWS_GNU_LINKER": linker, "PATH": path}
+
+
 def build_all(words: str) -> int:
     """Build the wheels for `host`, `all`, or platforms by name; return the exit code."""
-    names = list(PLATFORMS) if words == "all" else words.split(",")
-    unknown = [name for name in names if name not in (*PLATFORMS, "host")]
+    names = list(platforms.TARGETS) if words == "all" else words.split(",")
+    unknown = [name for name in names if name not in (*platforms.TARGETS, "host")]
     if unknown:
         raise StageError(
-            f"--platforms is '{words}'; it must be host, all, or a list of {', '.join(PLATFORMS)}."
+            f"--platforms is '{words}'; it must be host, all, or a list of {', '.join(platforms.TARGETS)}."
         )
     for platform in names:
         with stage(f"Building the wheel for {platform}"):

@@ -33,6 +33,8 @@ mod lapack;
 #[cfg(feature = "openblas")]
 mod openblas;
 #[cfg(not(feature = "openblas"))]
+mod single;
+#[cfg(not(feature = "openblas"))]
 mod view;
 
 #[cfg(not(feature = "openblas"))]

@@ -1,0 +1,7 @@
+//! Stands in for the crate `blas-src`, which Clarabel names, so that whatever is linked with Clarabel has the symbols.
+//!
+//! Beside the Rust library, cargo makes a C library of Clarabel, which nobody uses; on Windows no library links with
+//! symbols that are not there.
+#![no_std]
+
+extern crate blas_symbols;
