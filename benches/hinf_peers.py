@@ -1,9 +1,8 @@
-"""Plain H-infinity synthesis by dkpy, and the norm of a closed loop computed from its matrices."""
+"""Plain H-infinity synthesis by squid-lpv and its peers, and the norm of a closed loop computed from its matrices."""
 
 from __future__ import annotations
 
 import json
-import sys
 import time
 import warnings
 from pathlib import Path
@@ -11,6 +10,8 @@ from pathlib import Path
 import control
 import dkpy
 import numpy as np
+import slycot  # noqa: F401 - loaded here, so that it is not timed
+import squid_lpv
 from scipy.optimize import minimize_scalar
 
 
@@ -51,24 +52,31 @@ def closed_norm(p: dict[str, np.ndarray], k: tuple[np.ndarray, ...]) -> float:
     return float(best)
 
 
+def synthesise(method: str, plant: control.StateSpace, nmeas: int, ncon: int) -> tuple[object, dict[str, float]]:
+    """Return the controller of a method, and what it says of it."""
+    if method == "squid":
+        found = squid_lpv.hinfsyn_proved(plant, nmeas, ncon)
+        return found.synthesis.K, {"gamma": found.synthesis.gam, "least": found.least_gamma}
+    if method == "hinfsyn":
+        k, _, gamma, _ = control.hinfsyn(plant, nmeas, ncon)
+    else:
+        k, _, gamma, _ = getattr(dkpy, method)().synthesize(plant, nmeas, ncon)
+    return k, {"gamma": float(np.squeeze(gamma))}
+
+
 def run(method: str, p: dict[str, np.ndarray]) -> dict[str, float | str]:
-    """Time one synthesis by dkpy; return its gamma and the norm of its loop, or the reason of the failure."""
+    """Time one synthesis; return its gamma and the norm of its loop, or the reason of the failure."""
     zero = np.zeros((len(p["C2"]), p["B2"].shape[1]))
     d = np.block([[p["D11"], p["D12"]], [p["D21"], zero]])
     plant = control.ss(p["A"], np.hstack([p["B1"], p["B2"]]), np.vstack([p["C1"], p["C2"]]), d)
-    synthesis = getattr(dkpy, method)()
     begin = time.perf_counter()
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            k, _, gamma, _ = synthesis.synthesize(plant, len(p["C2"]), p["B2"].shape[1])
-    except Exception as error:  # noqa: BLE001 - whatever it raises is the finding
-        return {"seconds": time.perf_counter() - begin, "failure": type(error).__name__}
+            k, said = synthesise(method, plant, len(p["C2"]), p["B2"].shape[1])
+    except Exception as error:  # Whatever it raises is the finding.
+        return {"seconds": time.perf_counter() - begin, "failure": f"{type(error).__name__}: {error}"}
     seconds = time.perf_counter() - begin
     if k is None:
         return {"seconds": seconds, "failure": "returns no controller"}
-    return {"seconds": seconds, "gamma": float(np.squeeze(gamma)), "norm": closed_norm(p, (k.A, k.B, k.C, k.D))}
-
-
-if __name__ == "__main__":
-    print(json.dumps(run(sys.argv[1], read(Path(sys.argv[2]))[0])))
+    return {"seconds": seconds, **said, "norm": closed_norm(p, (k.A, k.B, k.C, k.D))}
