@@ -124,9 +124,9 @@ impl PlantModel {
         self.out_of_range = out;
     }
 
-    /// Warns once each time the vehicle, or in waves its hull, emerges: the equations contain no surface. A step that failed there would end a
-    /// simulation at an instant that depends on the step, and a depth held at 0 would be a discontinuity that the
-    /// states of model exchange and their derivatives do not have.
+    /// Warns once each time the vehicle, or in waves its hull, emerges: the equations contain no surface. A step that
+    /// failed there would end a simulation at an instant that depends on the step, and a depth held at 0 would be a
+    /// discontinuity that the states of model exchange and their derivatives do not have.
     fn warn_of_surface(&mut self, log: &mut dyn Log) {
         let State { depth, motion, x } = self.plant.state();
         let clearance = match &self.surroundings {

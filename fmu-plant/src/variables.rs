@@ -7,7 +7,7 @@
 use auv::{Actuator, Allowed, CoefficientSpec, Fidelity, Surge};
 use fmi2::model_description::Enumeration;
 
-use crate::{PlantModel, Quantity, waves};
+use crate::{PlantModel, Quantity, WAVES};
 
 type Variable = fmi2::Variable<PlantModel>;
 type Role<T> = fmi2::Role<PlantModel, T>;
@@ -248,9 +248,60 @@ pub fn parameters(model: &PlantModel) -> Vec<Variable> {
             Role::parameter(|m, v| m.settings.fidelity = fidelity_of(v)),
         ),
     ];
-    table.extend(waves::parameters(model));
+    table.extend(waves(model));
     table.extend(model.vehicle().coefficients.acting().map(|spec| coefficient(spec, model)));
     table
+}
+
+/// The parameters of the waves; none of a vehicle of which no size is known.
+fn waves(model: &PlantModel) -> Vec<Variable> {
+    if !model.can_meet_waves() {
+        return vec![];
+    }
+    let [height, period, gamma, heading, seed] = WAVES;
+    vec![
+        Variable::real(
+            height,
+            "significant height of the waves, a long-crested sea of the JONSWAP spectrum; 0 for none",
+            |m| m.settings.waves.height,
+            Role::parameter(|m, v| m.settings.waves.height = v),
+        )
+        .unit("m")
+        .at_least(0.0)
+        .nominal(1.0),
+        Variable::real(
+            period,
+            "peak period of the waves, 0.5 to 30 s, and long enough for the height: steeper waves break",
+            |m| m.settings.waves.period,
+            Role::parameter(|m, v| m.settings.waves.period = v),
+        )
+        .unit("s")
+        .range(0.5, 30.0)
+        .nominal(10.0),
+        Variable::real(
+            gamma,
+            "peak enhancement of the spectrum: 1 for a fully developed sea (Pierson and Moskowitz), 3.3 on average",
+            |m| m.settings.waves.gamma,
+            Role::parameter(|m, v| m.settings.waves.gamma = v),
+        )
+        .unit("1")
+        .range(1.0, 7.0)
+        .nominal(1.0),
+        Variable::real(
+            heading,
+            "where the waves go, from the way the vehicle faces: pi for a head sea, 0 for a following one",
+            |m| m.settings.waves.heading,
+            Role::parameter(|m, v| m.settings.waves.heading = v),
+        )
+        .unit("rad")
+        .nominal(1.0),
+        Variable::integer(
+            seed,
+            "seed of the frequencies and phases of the waves, 0 or more: the same seed, the same waves",
+            |m| m.settings.waves.seed,
+            Role::parameter(|m, v| m.settings.waves.seed = v),
+        ),
+    ]
 }
 
 fn number_of(fidelity: Fidelity) -> i32 {

@@ -93,8 +93,8 @@ impl Spheroid {
     /// Returns the derivatives of the load by time \[N/s, N m/s\], x and depth \[N/m, N\], and pitch \[N/rad, N
     /// m/rad\].
     ///
-    /// E grows by `-i w` in time, by `i k cos(heading)` in x and by `-k` in depth; `dK1 = -K3` and `dK3 = K1` in pitch, so that `df = -c K1
-    /// K3 g` and `dg = -c K1 K3 h`, with `c = a^2 - b^2` and `h = g'(s)/s`.
+    /// E grows by `-i w` in time, by `i k cos(heading)` in x and by `-k` in depth. In pitch `dK1 = -K3` and `dK3 =
+    /// K1`, so that `df = -c K1 K3 g` and `dg = -c K1 K3 h`, with `c = a^2 - b^2` and `h = g'(s)/s`.
     pub fn slopes_in_waves(&self, waves: &Waves, centre: Place, pitch: f64) -> [[f64; 3]; 4] {
         let (along, across) = self.wave_vector(waves, pitch);
         let focal = self.focal();
