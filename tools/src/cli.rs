@@ -87,7 +87,7 @@ pub enum Verb {
         #[arg(long, value_name = "NAME")]
         to: Option<String>,
         /// How long to search
-        #[arg(long, value_name = "MINUTES", default_value_t = 4.0, allow_negative_numbers = true)]
+        #[arg(long, value_name = "MINUTES", default_value_t = 3.0, allow_negative_numbers = true)]
         minutes: f64,
         /// Search no longer than this many designs, however fast the machine
         #[arg(long, value_name = "COUNT", default_value_t = 1000)]
