@@ -4,9 +4,9 @@ use crate::error::InputError;
 use auv::{COEFFICIENTS, Vehicle};
 use std::collections::BTreeSet;
 
-/// Variables of the three FMUs that are there for every vehicle, besides its coefficients; and the column that every
+/// Variables of the three FMUs that may be there for any vehicle, besides its coefficients; and the column that every
 /// record begins with.
-const OWN: [&str; 35] = [
+const OWN: [&str; 40] = [
     "current_horizontal",
     "current_vertical",
     "depth",
@@ -42,6 +42,11 @@ const OWN: [&str; 35] = [
     "time",
     "tracking_error",
     "trim_pitch",
+    "wave_gamma",
+    "wave_heading",
+    "wave_height",
+    "wave_period",
+    "wave_seed",
 ];
 
 /// A variable of the plants of vehicles that are given their speed.
