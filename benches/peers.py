@@ -244,13 +244,7 @@ def main() -> int:
     in_venv()
     words = ["cargo", "build", "--release", "-p", "lpv", "--examples"]
     subprocess.run(words, cwd=ROOT, check=True)
-    wanted = [word for word in sys.argv[1:] if not word.startswith("-")] or [
-        "squid",
-        "rate",
-        "plain",
-        "growth",
-        "mu",
-    ]
+    wanted = [word for word in sys.argv[1:] if not word.startswith("-")] or ["squid", "rate", "plain", "growth", "mu"]
     if "plain" in wanted:  # First: it forks, which the threads of the others forbid.
         with_wheel()
         head = "| plant | published | squid-lpv | " + " | ".join(METHODS) + " |"
@@ -268,11 +262,7 @@ def main() -> int:
         squid = ROOT / "vehicles" / "squid"
         with tempfile.TemporaryDirectory() as folder:
             done = subprocess.run(
-                [*words, squid, squid / "frozen", folder],
-                cwd=ROOT,
-                capture_output=True,
-                text=True,
-                check=True,
+                [*words, squid, squid / "frozen", folder], cwd=ROOT, capture_output=True, text=True, check=True
             )
             problems = [Path(line) for line in done.stdout.splitlines()]
             put("mu sweeps", mu_peers.sweep_rows(EXAMPLES / "mu_timed", problems))

@@ -137,7 +137,7 @@ impl PlantModel {
         if above && !self.above_surface && self.surroundings.is_some() {
             log.warn(&format!(
                 "At {:.2} s the hull is {:.2} m out of the waves, at a depth of {depth:.4} m. Their linear theory \
-                    ends at the surface, and the flight goes on as if there were none.",
+                    ends at the surface: above it they grow without bound, and what follows is not to be trusted.",
                 self.time(),
                 -clearance
             ));

@@ -58,7 +58,8 @@ pub enum Verb {
         /// Also show gamma under each assumption about the speed: frozen, slow, arbitrarily fast
         #[arg(long)]
         ladder: bool,
-        /// Look for a controller that tolerates more of the declared uncertainty, and compare the two (a minute)
+        /// Look for a controller that tolerates more of the declared uncertainty, and compare the two (a minute; tens
+        /// of minutes where it misses a requirement and --no-advise is not given)
         #[arg(long)]
         robust: bool,
         /// Also prove a gain for every constant value of the declared uncertain coefficients (minutes)

@@ -9,7 +9,7 @@ use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::{DesignFile, Sense};
 use squid_design::progress::Progress;
 use squid_design::store::freeze::freeze;
-use squid_design::synthesise::robust::robust_controller;
+use squid_design::synthesise::robust::search;
 use squid_design::synthesise::{synthesise, synthesise_quickly};
 use squid_design::verdict::Verdict;
 use squid_design::verdict::found::Effort;
@@ -47,7 +47,9 @@ fn designed(
         _ => synthesise(&vehicle.actuators, design, &plant, &Progress::default())?,
     };
     let found = match wanted {
-        Wanted::Robust => robust_controller(inputs.declared(), design, model, &plant, &found)?,
+        Wanted::Robust => {
+            search(inputs.declared(), design, model, &plant, &found, &Progress::default())?.design
+        }
         _ => found,
     };
     let controller = freeze(vehicle, design, &inputs.hashes, model, &found, false)?.controller;

@@ -186,6 +186,31 @@ fn warns_above_the_surface() {
 }
 
 #[test]
+fn warns_where_the_hull_breaks_the_waves() {
+    let shallow = [("initial_depth", 1.5), ("wave_height", 2.0), ("wave_period", 8.0)];
+    let mut flight = Flight::start(&squid(), &shallow);
+    flight.set("current_vertical", -0.05);
+    let mut seconds = (1..=18).map(f64::from);
+    while flight.log.0.is_empty() {
+        flight.fly(seconds.next().unwrap(), 10);
+    }
+    let words = flight.log.0.first().unwrap();
+    assert!(words.contains(" m out of the waves, at a depth of "), "{words}");
+}
+
+#[test]
+fn refuses_waves_that_cannot_be() {
+    for (height, period, depth, expected) in [
+        (1.0, 2.0, 50.0, "height 1 m with period 2 s is a mean steepness of"),
+        (2.0, 8.0, 0.0, "at an initial_depth of 0 m its hull is "),
+    ] {
+        let waves = [("wave_height", height), ("wave_period", period), ("initial_depth", depth)];
+        let message = Flight::prepare(&squid(), &waves).exit().unwrap_err().to_string();
+        assert!(message.contains(expected) && message.starts_with("the vehicle cannot start"), "{message}");
+    }
+}
+
+#[test]
 fn refuses_starts_that_cannot_be_and_recovers_by_reset() {
     for (parameter, value, expected) in [
         ("initial_speed", 9.0, "the vehicle cannot start: level trim at 9 m/s and 50 m needs"),

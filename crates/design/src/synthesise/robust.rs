@@ -73,7 +73,7 @@ pub struct Robust {
 }
 
 /// The search alone: the model in which both controllers are judged, and the one that was found.
-struct Searched {
+pub struct Searched {
     whole: UncertainModel,
     truncated: Truncated,
     uncertain: UncertainPlant,
@@ -85,7 +85,7 @@ struct Searched {
     allowed: f64,
     outcome: RobustDesign,
     /// The controller with its bound at Delta = 0, for the plant of the nominal design.
-    design: Design,
+    pub design: Design,
 }
 
 /// Looks for a controller that tolerates more uncertainty than that of a nominal design.
@@ -102,7 +102,7 @@ pub fn robust(
     progress: &Progress,
 ) -> Result<Robust, Error> {
     let running = progress.begin("robust", "rounds of synthesis and analysis, some ten seconds each");
-    let found = searched(declared, file, model, plant, nominal, progress)?;
+    let found = search(declared, file, model, plant, nominal, progress)?;
     let Searched { truncated, uncertain, known, outcome, .. } = &found;
     let without = bound_in(&found.even, &outcome.controller, outcome.largest.bound.gamma, "robust")?;
     let certificate = proved(uncertain, outcome)?;
@@ -129,21 +129,11 @@ pub fn robust(
     Ok(Robust { design: found.design, figures, certificate })
 }
 
-/// The controller of [`robust`] without its figures and its proof.
+/// The search of [`robust`] alone, without figures and proof.
 ///
 /// # Errors
 /// As [`robust`], but for the proof.
-pub fn robust_controller(
-    declared: Declared<'_>,
-    file: &DesignFile,
-    model: &Model,
-    plant: &GeneralisedPlant,
-    nominal: &Design,
-) -> Result<Design, Error> {
-    Ok(searched(declared, file, model, plant, nominal, &Progress::default())?.design)
-}
-
-fn searched(
+pub fn search(
     declared: Declared<'_>,
     file: &DesignFile,
     model: &Model,
