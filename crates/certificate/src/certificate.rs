@@ -9,6 +9,9 @@ pub const FORMAT: &str = "lpv-certificate/1";
 /// Value of the key `format` of a certificate with the section `limits`.
 pub const FORMAT_WITH_LIMITS: &str = "lpv-certificate/2";
 
+/// Value of the key `format` of a certificate of a loop in discrete time.
+pub const FORMAT_DISCRETE: &str = "lpv-certificate/3";
+
 /// A matrix as a list of rows; one with rows but no columns is a list of empty rows.
 pub type Rows = Vec<Vec<f64>>;
 
@@ -18,6 +21,9 @@ pub type Rows = Vec<Vec<f64>>;
 /// controller, X is (n + nk) x (n + nk), S and T are (r + rk) x (r + rk); the plant's part is first.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Certificate {
+    /// Whether plant and controller are in discrete time: `x+`, the state at the next tick, in place of `x'`.
+    #[serde(skip)]
+    pub discrete: bool,
     /// Repetitions `[r_1, r_2, ...]` of the parameters in the plant's channels; 0 for a parameter that occurs in the
     /// controller alone.
     pub blocks: Vec<usize>,
@@ -262,7 +268,11 @@ impl Certificate {
     /// [`ReadError`] if sizes do not agree or a number is not finite.
     pub fn to_json(&self) -> Result<String, ReadError> {
         self.check()?;
-        let format = if self.limits.is_some() { FORMAT_WITH_LIMITS } else { FORMAT };
+        let format = match (self.discrete, &self.limits) {
+            (true, _) => FORMAT_DISCRETE,
+            (false, Some(_)) => FORMAT_WITH_LIMITS,
+            (false, None) => FORMAT,
+        };
         Ok(serde_json::to_string(&File { format, certificate: self })?)
     }
 }

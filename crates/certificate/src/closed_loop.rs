@@ -19,9 +19,12 @@ use crate::shape::Sizes;
 /// z         = output  (x, xk | wt, wk | w)
 /// ```
 ///
+/// with `(x, xk)+` in place of `(x, xk)'` in discrete time.
+///
 /// The matrices are multiplied by `scale`, which is `|det(I - Duy D22)|` times a power of two, so that no entry is a
 /// fraction.
 pub(crate) struct ClosedLoop {
+    pub(crate) discrete: bool,
     pub(crate) states: usize,
     pub(crate) channels: usize,
     pub(crate) inputs: usize,
@@ -92,6 +95,7 @@ impl ClosedLoop {
             (from_u(open, &r.fu), e)
         });
         Ok(Self {
+            discrete: certificate.discrete,
             states: s.x + s.xk,
             channels: s.t + s.tk,
             inputs: s.w,

@@ -224,6 +224,7 @@ impl ConstantCertificate {
             t: none,
             residual: (!self.errors.is_empty()).then_some(all),
             bounded_rate: None,
+            discrete: false,
             limits: None,
         }
     }

@@ -50,6 +50,9 @@ pub enum ReadError {
     /// A section about the model error, without the model error.
     #[error("{field}: needs the section residual, which has E, F and Fu")]
     NoModelError { field: &'static str },
+    /// A section that is of continuous time alone.
+    #[error("{field}: is of a loop in continuous time, but the format is of one in discrete time")]
+    Discrete { field: &'static str },
     /// Limits in a loop whose commands go straight to what is measured.
     #[error("limits: is of plants without a direct path from u to y, but plant.D22 is not 0")]
     DirectPath,

@@ -36,12 +36,23 @@ pub(crate) struct Proof {
 /// z        [ C1    D1t              D11                             -gamma/2   ]
 /// ```
 ///
-/// The blocks w_D and z_D occur only with a model error. The whole matrix is multiplied by the `scale` of
+/// The blocks w_D and z_D occur only with a model error. In discrete time the rows of X stand in a block x+, behind w,
+/// with `-X/2` on the diagonal there and in the block x. The whole matrix is multiplied by the `scale` of
 /// [`ClosedLoop`], which is positive.
 pub(crate) fn inequality(closed: &ClosedLoop, proof: &Proof) -> Blocked {
     let (n, r, w, z) = (closed.states, closed.channels, closed.inputs, closed.output.rows);
     let (d, f) = closed.delta.as_ref().map_or((0, 0), |(error, e)| (e.cols, error.rows));
-    let blocks = vec![("x", n), ("wt", r), ("w_Delta", d), ("w", w), ("zt", r), ("z_Delta", f), ("z", z)];
+    let next = if closed.discrete { n } else { 0 };
+    let blocks = vec![
+        ("x", n),
+        ("wt", r),
+        ("w_Delta", d),
+        ("w", w),
+        ("x+", next),
+        ("zt", r),
+        ("z_Delta", f),
+        ("z", z),
+    ];
     let starts: Vec<usize> =
         blocks.iter().scan(0, |at, &(_, size)| Some(std::mem::replace(at, *at + size))).collect();
     let all = blocks.iter().map(|(_, size)| size).sum();
@@ -50,13 +61,14 @@ pub(crate) fn inequality(closed: &ClosedLoop, proof: &Proof) -> Blocked {
         half.place(at, 0, &columns(m, 0, n + r));
         half.place(at, starts[3], &columns(m, n + r, n + r + w));
     };
-    row(starts[0], &proof.x.times(&closed.state));
+    let state = if closed.discrete { starts[4] } else { 0 };
+    row(state, &proof.x.times(&closed.state));
     row(starts[1], &proof.t.times(&closed.channel));
-    row(starts[4], &proof.s.times(&closed.channel));
-    row(starts[6], &closed.output);
+    row(starts[5], &proof.s.times(&closed.channel));
+    row(starts[7], &closed.output);
     if let Some((error, e)) = &closed.delta {
-        row(starts[5], &Matrix::scalar(f, &proof.lambda).times(error));
-        half.place(0, starts[2], &proof.x.times(e));
+        row(starts[6], &Matrix::scalar(f, &proof.lambda).times(error));
+        half.place(state, starts[2], &proof.x.times(e));
     }
     let mut diagonal = Matrix::zeros(all, all);
     let constant = |value: &Dyadic| -&(value * &closed.scale);
@@ -65,9 +77,14 @@ pub(crate) fn inequality(closed: &ClosedLoop, proof: &Proof) -> Blocked {
     diagonal.place(starts[1], starts[1], &s);
     diagonal.place(starts[2], starts[2], &Matrix::scalar(d, &lambda));
     diagonal.place(starts[3], starts[3], &Matrix::scalar(w, &gamma));
-    diagonal.place(starts[4], starts[4], &s);
-    diagonal.place(starts[5], starts[5], &Matrix::scalar(f, &lambda));
-    diagonal.place(starts[6], starts[6], &Matrix::scalar(z, &gamma));
+    diagonal.place(starts[5], starts[5], &s);
+    diagonal.place(starts[6], starts[6], &Matrix::scalar(f, &lambda));
+    diagonal.place(starts[7], starts[7], &Matrix::scalar(z, &gamma));
+    if closed.discrete {
+        let x = proof.x.scaled(&closed.scale).negated();
+        diagonal.place(0, 0, &x);
+        diagonal.place(state, state, &x);
+    }
     let matrix = half.plus(&half.transpose()).plus(&diagonal);
     Blocked { matrix, blocks, scale: closed.scale.clone() }
 }

@@ -115,10 +115,28 @@
 //!   as that, with `decay/2` added to A. For two values of u the phi differ by shares of the difference between 0 and
 //!   1, which are such parameters; so u, and what phi makes of it at a theta, are one to one, as wt and zt are.
 //!
+//! *In discrete time* (format 3) `x+`, the state at the next tick, stands in place of `x'`, and the sums of squares
+//! over the ticks in place of the energies. The inequality, without the other sections, is
+//!
+//! ```text
+//! [ -X    Ct'T'              0         A'X     Ct'S    C1'  ]
+//! [  *   -S+TDtt+Dtt'T'      T Dt1     Bt'X    Dtt'S   D1t' ]
+//! [  *      *               -gamma I   B1'X    Dt1'S   D11' ]  < 0        rows x, wt, w, x+, zt, z
+//! [  *      *                  *       -X      0       0    ]
+//! [  *      *                  *        *     -S       0    ]
+//! [  *      *                  *        *      *   -gamma I]
+//! ```
+//!
+//! Schur complements of the rows x+, zt and z turn it into `x+'X x+ - x'X x + (zt'S zt - wt'S wt) + 2 wt'T zt +
+//! z'z/gamma - gamma w'w <= -eps (x'x + w'w)`. From there everything is as above, summed in place of integrated: for
+//! every sequence of Theta in the box the loop is well posed and exponentially stable, and its l2 gain is below gamma.
+//! (P. Gahinet, P. Apkarian, Int. J. Robust Nonlinear Control 4, 1994, section 7.)
+//!
 //! # What it does not cover
 //!
 //! - Saturation of the actuators but for the steps of `limits`: for all else the loop is linear at every instant.
-//! - Sampling: the controller is the continuous one of the file, with Theta(t) measured without delay or error.
+//! - Sampling: in continuous time the controller is the continuous one of the file, with Theta(t) measured without
+//!   delay or error; in discrete time nothing is said of what lies between the ticks.
 //! - The nonlinear vehicle: the plant is the LPV model of the file. The residual covers errors of its `A`, `B1` and
 //!   `B2`, as large as the file states, and no other errors.
 //! - Whether plant and controller in the file are those in use: their user must compare them.
@@ -171,8 +189,8 @@ mod structure;
 mod theorem;
 
 pub use certificate::{
-    BoundedRate, Certificate, Controller, FORMAT, FORMAT_WITH_LIMITS, Limits, Plant, Residual, Rows, Slow,
-    SlowResidual,
+    BoundedRate, Certificate, Controller, FORMAT, FORMAT_DISCRETE, FORMAT_WITH_LIMITS, Limits, Plant,
+    Residual, Rows, Slow, SlowResidual,
 };
 pub use constant::{CONSTANT_FORMAT, ConstantCertificate, ConstantTheorem, ErrorBall, Filter};
 pub use error::{Claim, Failure, Proved, ReadError};

@@ -1,8 +1,8 @@
 //! From the JSON tree to the certificate, with the path of each error.
 
 use crate::certificate::{
-    BoundedRate, Certificate, Controller, FORMAT, FORMAT_WITH_LIMITS, Limits, Plant, Residual, Rows, Slow,
-    SlowResidual,
+    BoundedRate, Certificate, Controller, FORMAT, FORMAT_DISCRETE, FORMAT_WITH_LIMITS, Limits, Plant,
+    Residual, Rows, Slow, SlowResidual,
 };
 use crate::error::ReadError;
 use crate::json::Json;
@@ -22,7 +22,7 @@ pub(crate) struct Fields<'a> {
 }
 
 impl Certificate {
-    /// Reads a certificate of format [`FORMAT`] or [`FORMAT_WITH_LIMITS`].
+    /// Reads a certificate of format [`FORMAT`], [`FORMAT_WITH_LIMITS`] or [`FORMAT_DISCRETE`].
     ///
     /// # Errors
     /// [`ReadError`], the first problem of the text.
@@ -34,10 +34,12 @@ impl Certificate {
 }
 
 fn certificate(json: &Json) -> Result<Certificate, ReadError> {
-    let with_limits = check_format(json, &[FORMAT, FORMAT_WITH_LIMITS])? == FORMAT_WITH_LIMITS;
-    let required: Vec<&str> = TOP.into_iter().chain(with_limits.then_some("limits")).collect();
+    let format = check_format(json, &[FORMAT, FORMAT_WITH_LIMITS, FORMAT_DISCRETE])?;
+    let with_limits = (format == FORMAT_WITH_LIMITS).then_some("limits");
+    let required: Vec<&str> = TOP.into_iter().chain(with_limits).collect();
     let top = Fields::new("", json, &required, &["residual", "bounded_rate"])?;
     Ok(Certificate {
+        discrete: format == FORMAT_DISCRETE,
         blocks: top.sizes("blocks")?,
         controller_blocks: top.sizes("controller_blocks")?,
         plant: plant(top.get("plant")?)?,

@@ -32,10 +32,11 @@ pub(crate) struct Sizes {
 const MOST_ROWS: usize = 1000;
 
 impl Sizes {
-    /// Rows of the inequality: x, wt, w_Delta, w, zt, z_Delta and z.
-    fn rows(self, residual: Option<&Residual>) -> usize {
+    /// Rows of the inequality: x, wt, w_Delta, w, x+, zt, z_Delta and z.
+    fn rows(self, residual: Option<&Residual>, discrete: bool) -> usize {
         let error = residual.map_or(0, |r| columns(&r.e).saturating_add(r.f.len()));
-        [self.x, self.xk, self.t, self.t, self.tk, self.tk, self.w, self.z, error]
+        let next = if discrete { self.x.saturating_add(self.xk) } else { 0 };
+        [self.x, self.xk, next, self.t, self.t, self.tk, self.tk, self.w, self.z, error]
             .into_iter()
             .fold(0, usize::saturating_add)
     }
@@ -73,9 +74,17 @@ impl Certificate {
         if s.w == 0 {
             return Err(ReadError::Empty { field: "plant.D11", part: "columns", meaning: "inputs w" });
         }
-        let rows = s.rows(self.residual.as_ref());
+        let rows = s.rows(self.residual.as_ref(), self.discrete);
         if rows > MOST_ROWS {
             return Err(ReadError::Large { rows, most: MOST_ROWS });
+        }
+        let sections = [
+            ("residual", self.residual.is_some()),
+            ("bounded_rate", self.bounded_rate.is_some()),
+            ("limits", self.limits.is_some()),
+        ];
+        if let Some((field, _)) = sections.into_iter().find(|(_, given)| self.discrete && *given) {
+            return Err(ReadError::Discrete { field });
         }
         check_blocks("blocks", &self.blocks, "plant.Ct", s.t)?;
         check_blocks("controller_blocks", &self.controller_blocks, "controller.Ct", s.tk)?;

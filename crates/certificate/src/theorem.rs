@@ -10,6 +10,8 @@ use std::fmt;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Theorem {
+    /// Whether it is of a loop in discrete time.
+    pub discrete: bool,
     /// The L2 gain from w to z is below this.
     pub gamma: f64,
     /// Parameters in `[-1, 1]`, all of which occur in plant or controller.
@@ -63,6 +65,7 @@ impl Theorem {
     pub(crate) fn of(certificate: &Certificate) -> Self {
         let s = certificate.sizes();
         Self {
+            discrete: certificate.discrete,
             gamma: certificate.gamma,
             parameters: certificate.blocks.len().max(certificate.controller_blocks.len()),
             scheduled: certificate.controller_blocks.iter().filter(|repetitions| **repetitions > 0).count(),
@@ -90,9 +93,11 @@ impl Theorem {
 impl fmt::Display for Theorem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let loop_ = format!(
-            "the closed loop of {} state{} is exponentially stable and its L2 gain from w to z is below {}",
+            "the closed loop of {} state{}{} is exponentially stable and its {} gain from w to z is below {}",
             self.states,
             if self.states == 1 { "" } else { "s" },
+            if self.discrete { " in discrete time" } else { "" },
+            if self.discrete { "l2" } else { "L2" },
             self.gamma
         );
         // Parameters on which the controller does not depend need not be measured.
@@ -100,12 +105,11 @@ impl fmt::Display for Theorem {
             all if all == self.parameters => String::new(),
             some => format!(", {some} of which the controller depends on,"),
         };
+        let course = if self.discrete { "sequence" } else { "measurable trajectory" };
         match self.parameters {
             0 => write!(f, "T{}.", &loop_[1..])?,
-            1 => write!(f, "For every measurable trajectory of the 1 parameter in [-1, 1]{known} {loop_}.")?,
-            n => {
-                write!(f, "For every measurable trajectory of the {n} parameters in [-1, 1]{known} {loop_}.")?
-            }
+            1 => write!(f, "For every {course} of the 1 parameter in [-1, 1]{known} {loop_}.")?,
+            n => write!(f, "For every {course} of the {n} parameters in [-1, 1]{known} {loop_}.")?,
         }
         match self.gamma_with_model_error {
             Some(gamma) => write!(

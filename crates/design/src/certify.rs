@@ -80,6 +80,7 @@ fn why_not(vehicle: &Vehicle, file: &DesignFile, model: &Model, reason: Synthesi
 /// The certificate of a bound without model error, with plant, controller, gamma, X, S and T.
 pub fn nominal(plant: &GeneralisedPlant, k: &Controller, bound: &GainBound) -> Certificate {
     Certificate {
+        discrete: false,
         blocks: plant.blocks.clone(),
         controller_blocks: k.blocks.clone(),
         plant: plant_rows(plant),

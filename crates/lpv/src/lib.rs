@@ -81,6 +81,6 @@ pub use analysis::{ladder, rate};
 pub use robust::bound as robust_bound;
 pub use synthesis::{direct_path, reduce, regularise, regularity};
 pub use system::{
-    controller, lft, model_error, parameter_grid, partition, plant, polynomial, rational, state_space,
-    tracking, weights,
+    bilinear, controller, lft, model_error, parameter_grid, partition, plant, polynomial, rational,
+    state_space, tracking, weights,
 };

@@ -4,9 +4,11 @@
 //! - [`partition`], [`plant`], [`controller`]: generalised plant, controller and closed loop;
 //! - [`tracking`], [`weights`]: the augmented plant of a tracking problem;
 //! - [`model_error`]: a norm-bounded difference between the plant and what it stands for;
-//! - [`state_space`], [`modes`]: systems without parameters, their norm and their modes.
+//! - [`state_space`], [`modes`]: systems without parameters, their norm and their modes;
+//! - [`bilinear`]: between discrete and continuous time.
 
 mod assembly;
+pub mod bilinear;
 pub mod controller;
 pub mod lft;
 pub(crate) mod lyapunov;

@@ -13,13 +13,18 @@ use squid_design::error::ProofError;
 /// # Errors
 /// [`ProofError::Unproved`]; [`ProofError::WrongPlant`] with the first matrix of the plant that differs.
 pub fn check(problem: &Source, certificate: &Source) -> Result<Theorem, Error> {
-    let Problem { plant, d22, rate } = read_problem(problem)?;
+    let Problem { plant, d22, rate, discrete } = read_problem(problem)?;
+    let is_discrete = discrete.is_some();
+    let (plant, d22) = discrete.map_or((plant, d22), |given| (given.plant, given.d22));
     let certificate = parse(&certificate.text, &certificate.name)?;
     if let Some(name) = first_unlike(&plant_rows(&plant).named(), &certificate.plant.named()) {
         return Err(ProofError::WrongPlant { what: format!("matrix {name}") }.into());
     }
     if direct_path(&d22) != certificate.plant.direct_path().cloned().unwrap_or_default() {
         return Err(ProofError::WrongPlant { what: "matrix D22".into() }.into());
+    }
+    if is_discrete != certificate.discrete {
+        return Err(ProofError::WrongPlant { what: "dt".into() }.into());
     }
     if plant.blocks != certificate.blocks {
         return Err(ProofError::WrongPlant { what: "blocks".into() }.into());

@@ -4,6 +4,7 @@
 //! source        a text, with the name that messages give it
 //! matrices      its matrices; errors name the key
 //! problem_file  a generalised plant
+//! discrete      a plant in discrete time
 //! mu_file       a matrix or a system, and the blocks of its perturbation
 //! synth         least gamma, controller, proof: a `report`
 //! check         whether a certificate is of a plant
@@ -13,6 +14,7 @@
 //! ```
 
 pub mod check;
+pub mod discrete;
 pub mod error;
 pub mod gain;
 pub mod matrices;

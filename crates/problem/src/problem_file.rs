@@ -13,23 +13,25 @@
 //! twice. Other keys are ignored.
 //!
 //! `rate`, beside `blocks`, is the bound on `|theta'|` of a plant with one parameter, in units of theta per unit of
-//! time; without it the parameters move however fast.
+//! time; without it the parameters move however fast. `dt`, in either kind, is the sample time (s) of a plant in
+//! discrete time, `x+` in place of `x'`; of the plant of a certificate in discrete time it is 1, if it is not there.
 //!
 //! Weights are part of the plant, so a weight that is not proper cannot be written down: it has no state-space form
 //! with finite matrices. Attempts to write one are refused by name: `E` of a descriptor system `E x' = A x + ..`
 //! unless it is the identity, and numbers that are not finite. The direct path from u to y, `D22`, is optional and 0
 //! by default.
 
+use crate::discrete::{Discrete, POLES_AT_BOTH_ENDS};
 use crate::error::Error;
-use crate::matrices::{Matrices, Reader, Size, find};
+use crate::matrices::{Entries, Matrices, Reader, Size, find};
 use crate::source::Source;
-use certificate::Json;
+use certificate::{FORMAT_DISCRETE, Json};
 use lpv::matrix::Mat;
 use lpv::partition::Group::{W, X, Z};
 use lpv::partition::{NamedBlock, PLANT, Sizes, names};
 use lpv::plant::GeneralisedPlant;
 
-/// A generalised plant with a direct path from u to y, and how fast its parameter moves.
+/// A generalised plant in continuous time with a direct path from u to y, and how fast its parameter moves.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Problem {
     /// The plant without the direct path.
@@ -38,6 +40,8 @@ pub struct Problem {
     pub d22: Mat,
     /// The bound on `|theta'|` of the only parameter; `None` for parameters that move however fast.
     pub rate: Option<f64>,
+    /// What is in the file, where that is a plant in discrete time.
+    pub discrete: Option<Discrete>,
 }
 
 /// Reads a problem file.
@@ -90,8 +94,38 @@ fn read(source: &Source, with_control: bool) -> Result<Problem, Error> {
         .and_then(|_| find(data, "rate"))
         .map(|value| rate(&reader, value, &plant, &d22))
         .transpose()?;
-    Ok(Problem { plant, d22, rate })
+    let Some(sample_time) = sample_time(&reader, data)? else {
+        return Ok(Problem { plant, d22, rate, discrete: None });
+    };
+    if rate.is_some() {
+        let words = "is given beside 'rate', which is of continuous time; leave one of them out";
+        return Err(reader.wrong("dt", words.into()));
+    }
+    let (discrete, plant, d22) =
+        Discrete::new(plant, d22, sample_time).ok_or_else(|| reader.wrong("A", POLES_AT_BOTH_ENDS.into()))?;
+    Ok(Problem { plant, d22, rate, discrete: Some(discrete) })
 }
+
+/// The sample time of a plant in discrete time.
+fn sample_time(reader: &Reader, data: &Entries) -> Result<Option<f64>, Error> {
+    let (least, most) = SAMPLE_TIMES;
+    match find(data, "dt") {
+        Some(Json::Number(time)) if (least..=most).contains(time) => Ok(Some(*time)),
+        Some(other) => {
+            let found = other.describe();
+            let words = format!("is {found}; it must be a sample time from {least:e} to {most:e} s");
+            Err(reader.wrong("dt", words))
+        }
+        None => {
+            let format = find(data, "format");
+            let discrete = matches!(format, Some(Json::Text(text)) if text == FORMAT_DISCRETE);
+            Ok(discrete.then_some(1.0))
+        }
+    }
+}
+
+/// Sample times that may be meant, s: beyond, the rates of the transform to continuous time overflow.
+const SAMPLE_TIMES: (f64, f64) = (1e-9, 1e9);
 
 /// The bound on the rate of the parameter.
 fn rate(reader: &Reader, value: &Json, plant: &GeneralisedPlant, d22: &Mat) -> Result<f64, Error> {

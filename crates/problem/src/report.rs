@@ -35,7 +35,7 @@ pub struct Report {
     /// bounded rate: that of the inequalities at seven values of the parameter, and not a bound.
     pub gamma: Option<f64>,
     /// No controller of any order has a gain below this: proved in exact arithmetic for the plant as given. Absent
-    /// where that is not proved, and for every plant with parameters.
+    /// where that is not proved, and for every plant with parameters or in discrete time.
     pub gamma_lower: Option<f64>,
     /// The solver's estimate from below of the least gamma: not a bound, and never shown as one.
     #[serde(skip)]

@@ -5,7 +5,7 @@ use crate::problem_file;
 use crate::problem_file::Problem;
 use crate::report::{Report, Status};
 use crate::source::Source;
-use certificate::{Multipliers, lower_bound};
+use certificate::{Certificate, Multipliers, lower_bound};
 use lpv::bounded_rate::SlowOptions;
 use lpv::direct_path::{self, synthesise};
 use lpv::error::SynthesisError;
@@ -63,7 +63,7 @@ fn unlimited(source: &Source, options: Options, reduce: bool) -> Result<(), Erro
 fn at_any_rate(problem: &Problem, options: Options, reduce: bool, report: &mut Report) {
     match design(problem, options, reduce) {
         Ok(design) => feasible(problem, &design, report),
-        Err(error) => without_controller(&problem.plant, options, &error, report),
+        Err(error) => without_controller(problem, options, &error, report),
     }
     symmetric(&problem.plant, report);
     report.doubt_gamma();
@@ -149,7 +149,7 @@ const UNKNOWN_BELOW: f64 = 0.5;
 /// Proves a design.
 fn feasible(problem: &Problem, design: &Design, report: &mut Report) {
     report.gamma = Some(design.gamma_optimum);
-    report.gamma_lower = proved_lower(&problem.plant, &design.multipliers);
+    report.gamma_lower = proved_lower(problem, &design.multipliers);
     report.lower_estimate = design.lower_estimate;
     report.gamma_design = Some(design.gamma_design);
     report.controller_states = Some(design.controller.a().nrows());
@@ -157,14 +157,34 @@ fn feasible(problem: &Problem, design: &Design, report: &mut Report) {
         report.regularised = true;
         report.remarks.push(added.to_string());
     }
-    let mut certificate = nominal(&problem.plant, &design.controller, &design.certified);
-    certificate.plant.d22 = certify::direct_path(&problem.d22);
-    report.prove(certificate);
+    match certificate(problem, design) {
+        Some(certificate) => report.prove(certificate),
+        None => report.reason = Some(NOT_BACK.into()),
+    }
 }
 
+/// The certificate of a design, of the plant as it is given.
+fn certificate(problem: &Problem, design: &Design) -> Option<Certificate> {
+    let (mut certificate, d22) = match &problem.discrete {
+        None => (nominal(&problem.plant, &design.controller, &design.certified), &problem.d22),
+        Some(given) => {
+            let controller = given.controller(&design.controller)?;
+            (nominal(&given.plant, &controller, &design.certified), &given.d22)
+        }
+    };
+    certificate.discrete = problem.discrete.is_some();
+    certificate.plant.d22 = certify::direct_path(d22);
+    Some(certificate)
+}
+
+const NOT_BACK: &str = "a controller was computed, but it has a mode that the bilinear transform cannot bring back to \
+    discrete time; change --back-off";
+
 /// The lower bound proved by the first multipliers that prove one; better ones may violate an inequality by rounding.
-fn proved_lower(plant: &GeneralisedPlant, multipliers: &[DualMultipliers]) -> Option<f64> {
-    let rows = certify::plant_rows(plant);
+/// None in discrete time: what is proved of the plant in continuous time is not of the one that was given.
+fn proved_lower(problem: &Problem, multipliers: &[DualMultipliers]) -> Option<f64> {
+    let rows = certify::plant_rows(&problem.plant);
+    let multipliers = if problem.discrete.is_none() { multipliers } else { &[] };
     multipliers.iter().find_map(|m| {
         let guess = Multipliers {
             primal: to_rows(&m.primal),
@@ -175,12 +195,7 @@ fn proved_lower(plant: &GeneralisedPlant, multipliers: &[DualMultipliers]) -> Op
     })
 }
 
-fn without_controller(
-    plant: &GeneralisedPlant,
-    options: Options,
-    error: &SynthesisError,
-    report: &mut Report,
-) {
+fn without_controller(problem: &Problem, options: Options, error: &SynthesisError, report: &mut Report) {
     report.status = match error {
         SynthesisError::TooFast { .. } => Status::TooFast,
         other if other.is_infeasible() => Status::Infeasible,
@@ -190,9 +205,9 @@ fn without_controller(
         SynthesisError::AboveLimit { optimum, .. } => report.gamma = Some(*optimum),
         other if other.is_infeasible() => {}
         _ => {
-            if let Ok((_, least)) = least_gamma(plant, options.scalings) {
+            if let Ok((_, least)) = least_gamma(&problem.plant, options.scalings) {
                 report.gamma = Some(least.gamma);
-                report.gamma_lower = proved_lower(plant, &least.multipliers);
+                report.gamma_lower = proved_lower(problem, &least.multipliers);
                 report.lower_estimate = least.lower_estimate();
             }
         }

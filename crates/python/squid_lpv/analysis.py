@@ -12,27 +12,17 @@ import numpy as np
 from squid_lpv import _core, systems
 from squid_lpv.certificates import Certificate
 from squid_lpv.errors import InputError
-from squid_lpv.synthesis import Progress, as_lists
+from squid_lpv.synthesis import Progress, as_lists, without_none
 
 
 def hinfnorm(P: Any) -> tuple[float, float]:
     """Return the H-infinity norm of a system and the frequency of its peak, rad/s, to 1e-9.
 
-    Both are infinite and zero for a system that is not stable. A system in discrete time is taken by the bilinear
-    transform, and the frequency back.
+    Both are infinite and zero for a system that is not stable.
     """
     system = systems.of(P)
-    if not system.dt:
-        return _norm(system)
-    transform = systems.Bilinear.of(system)
-    norm, frequency = _norm(transform.continuous(system))
-    angle = 2.0 * float(np.arctan(frequency * transform.step / 2.0))
-    return norm, (angle if transform.sign > 0.0 else np.pi - angle) / transform.step
-
-
-def _norm(system: systems.StateSpace) -> tuple[float, float]:
     parts = (part.tolist() for part in (system.A, system.B, system.C, system.D))
-    return _core.hinfnorm(*parts, system.D.shape[1])
+    return _core.hinfnorm(*parts, system.D.shape[1], system.sample_time or None)
 
 
 @dataclass(frozen=True)
@@ -94,6 +84,7 @@ def lpvgain(
     blocks: Sequence[int],
     *,
     rate: float | None = None,
+    dt: float | None = None,
     progress: Progress | None = None,
 ) -> LpvGain:
     """Return bounds on the L2 gain of a finished loop with parameters within [-1, 1].
@@ -106,12 +97,12 @@ def lpvgain(
         P: the matrices A, Bt, B1, Ct, C1, Dtt, Dt1, D1t, D11 by name.
         blocks: the repetitions of the parameters.
         rate: a bound on |theta'| of the only one.
+        dt: the sample time, s, of a loop in discrete time.
         progress: called back.
 
     """
     data: dict[str, Any] = {"P": as_lists(P), "blocks": np.asarray(blocks).tolist()}
-    if rate is not None:
-        data["rate"] = rate
+    data |= without_none(rate=rate, dt=dt)
     text, certificate = _core.gain(json.dumps({"data": data}), "P", progress)
     report = json.loads(text)
     keys = ("proved", "constant_upper", "constant_lower", "constant_theta", "reasons")

@@ -71,8 +71,8 @@ def hinfsyn(P: Any, nmeas: int, ncon: int, **options: Any) -> HinfSynthesis:
 
     Returns:
         K, the controller `u = K y`; CL, the loop from w to z; `gam`: the gain of the loop of P and K is below it,
-        proved in exact arithmetic (in discrete time see `hinfsyn_proved`); `rcond`, the conditions of D12 and D21
-        (least singular value over the largest), and twice NaN: there are no Riccati equations here.
+        proved in exact arithmetic; `rcond`, the conditions of D12 and D21 (least singular value over the largest), and
+        twice NaN: there are no Riccati equations here.
 
     Raises:
         InfeasibleError: there is no controller.
@@ -97,8 +97,7 @@ def hinfsyn_proved(
     """Return what `hinfsyn` does, with the least gamma, remarks and the certificate.
 
     A plant in discrete time is taken to continuous time by the bilinear transform, which keeps gains, and its
-    controller back. The certificate is then of the plant in continuous time, and does not cover what the transforms
-    round.
+    controller back. The proof is of the loop in discrete time.
 
     Args:
         P: as in `hinfsyn`.
@@ -106,36 +105,34 @@ def hinfsyn_proved(
         ncon: as in `hinfsyn`.
         back_off: how far above the least gamma the controller is built, relative; from 0.001 to 1.
         gamma_limit: a least gamma above this counts as infeasible.
-        fastest_mode: no mode of the controller is to be faster, rad/s.
+        fastest_mode: no mode of the controller is to be faster, rad/s; of one in discrete time, as the bilinear
+            transform has it in continuous time.
         reduce: leave out controller states while the bound stays within 2 %.
         progress: called back.
 
     """
-    given = systems.of(P)
-    plant, transform = given, None
-    if given.dt:
-        transform = systems.Bilinear.of(given)
-        plant = transform.continuous(given)
+    plant = systems.of(P)
     outputs, inputs = plant.D.shape
     for name, count, most, of in (("nmeas", nmeas, outputs, "outputs"), ("ncon", ncon, inputs, "inputs")):
         if not (isinstance(count, int | np.integer) and 0 < count < most):
             raise InputError(
                 f"{name} is {count}; it must be a whole number from 1 to {most - 1}, since P has {most} {of}"
             )
-    problem = {"data": partition(plant, nmeas, ncon)}
+    data = partition(plant, nmeas, ncon)
+    if plant.dt:
+        data["dt"] = plant.sample_time
     options = {
         "back_off": back_off,
         "gamma_limit": gamma_limit,
         "fastest_mode": fastest_mode,
         "reduce": reduce,
     }
-    report, rows, certificate = solve(problem, "P", options, progress)
+    report, rows, certificate = solve({"data": data}, "P", options, progress)
     k = StateSpace(
-        *(systems.matrix(key, rows[key]).reshape(shape) for key, shape in _shapes(rows, ncon, nmeas))
+        *(systems.matrix(key, rows[key]).reshape(shape) for key, shape in _shapes(rows, ncon, nmeas)),
+        plant.dt,
     )
-    if transform is not None:
-        k = transform.discrete(k)
-    loop = systems.lower_lft(given, k)
+    loop = systems.lower_lft(plant, k)
     d12, d21 = plant.D[: outputs - nmeas, inputs - ncon :], plant.D[outputs - nmeas :, : inputs - ncon]
     rcond = [_condition(d12), _condition(d21), float("nan"), float("nan")]
     found = HinfSynthesis(systems.given_back(k), systems.given_back(loop), report["certified_gamma"], rcond)
@@ -147,7 +144,7 @@ def _shapes(rows: Mapping[str, Any], ncon: int, nmeas: int) -> list[tuple[str, t
     return [("A", (n, n)), ("By", (n, nmeas)), ("Cu", (ncon, n)), ("Duy", (ncon, nmeas))]
 
 
-def partition(plant: StateSpace, nmeas: int, ncon: int) -> dict[str, list[list[float]]]:
+def partition(plant: StateSpace, nmeas: int, ncon: int) -> dict[str, Any]:
     """Return A, B1, B2, C1, ... of a plant, as lists."""
     nz, nw = plant.D.shape[0] - nmeas, plant.D.shape[1] - ncon
     w, u, z, y = slice(nw), slice(nw, None), slice(nz), slice(nz, None)
@@ -205,6 +202,8 @@ class LpvController:
 
     blocks: list[int]
     matrices: dict[str, Matrix]
+    dt: float = 0.0
+    """The sample time, s; 0 in continuous time. In discrete time `xk+` stands for `xk'`."""
 
     def frozen(self, *theta: float) -> Any:
         """Return the controller at constant parameters, each within [-1, 1]."""
@@ -221,6 +220,7 @@ class LpvController:
                 m["By"] + m["Bt"] @ inner @ m["Dty"],
                 m["Cu"] + m["Dut"] @ inner @ m["Ct"],
                 m["Duy"] + m["Dut"] @ inner @ m["Dty"],
+                self.dt,
             )
         )
 
@@ -242,6 +242,7 @@ def lpvsyn(
     blocks: list[int],
     *,
     rate: float | None = None,
+    dt: float | None = None,
     back_off: float = 0.1,
     gamma_limit: float | None = None,
     fastest_mode: float | None = None,
@@ -254,6 +255,7 @@ def lpvsyn(
         P: the matrices A, Bt, B1, B2, Ct, ... of the plant by name (see `PLANT`): `wt = blkdiag(theta_i I_ri) zt`.
         blocks: the repetitions r_1, r_2, ... of the parameters, each within [-1, 1].
         rate: a bound on |theta'| of the only parameter.
+        dt: the sample time, s, of a plant in discrete time: its controller is in discrete time, and so is the proof.
         back_off: as in `hinfsyn_proved`.
         gamma_limit: as in `hinfsyn_proved`.
         fastest_mode: as in `hinfsyn_proved`.
@@ -267,8 +269,7 @@ def lpvsyn(
 
     """
     data: dict[str, Any] = {"P": as_lists(P), "blocks": np.asarray(blocks).tolist()}
-    if rate is not None:
-        data["rate"] = rate
+    data |= without_none(rate=rate, dt=dt)
     options = {
         "back_off": back_off,
         "gamma_limit": gamma_limit,
@@ -277,7 +278,7 @@ def lpvsyn(
     }
     report, rows, certificate = solve({"data": data}, "P", options, progress)
     return LpvSynthesis(
-        lpv_controller(rows),
+        lpv_controller(rows, dt or 0.0),
         report["certified_gamma"],
         report["gamma"],
         report.get("certified_gamma_at_rate"),
@@ -286,7 +287,12 @@ def lpvsyn(
     )
 
 
-def lpv_controller(rows: Mapping[str, Any]) -> LpvController:
+def without_none(**options: float | None) -> dict[str, float]:
+    """Return those that are not None."""
+    return {key: value for key, value in options.items() if value is not None}
+
+
+def lpv_controller(rows: Mapping[str, Any], dt: float = 0.0) -> LpvController:
     """Return a controller from the JSON of `controller.json`."""
     n, r = len(rows["A"]), sum(rows["blocks"])
     outputs = len(rows["Duy"])
@@ -296,6 +302,7 @@ def lpv_controller(rows: Mapping[str, Any]) -> LpvController:
     return LpvController(
         list(rows["blocks"]),
         {key: np.array(rows[key], dtype=float).reshape(shape) for key, shape in size.items()},
+        dt,
     )
 
 

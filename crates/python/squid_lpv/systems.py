@@ -31,6 +31,11 @@ class StateSpace:
         n = len(self.A)
         return self.C @ np.linalg.solve(s * np.eye(n) - self.A, self.B.astype(complex)) + self.D
 
+    @property
+    def sample_time(self) -> float:
+        """The sample time; 1 where it is not known, since gains do not depend on it."""
+        return 1.0 if self.dt is True else float(self.dt)
+
     def poles(self) -> Matrix:
         """Return the eigenvalues of A."""
         return np.linalg.eigvals(self.A)
@@ -125,80 +130,3 @@ def lower_lft(plant: StateSpace, controller: StateSpace) -> StateSpace:
     b = np.vstack([b1 + b2 @ uw, k.B @ yw])
     c = np.hstack([c1 + d12 @ ux, d12 @ uk])
     return StateSpace(a, b, c, d11 + d12 @ uw, plant.dt)
-
-
-@dataclass(frozen=True)
-class Bilinear:
-    """`s = 2/T (z - 1)/(z + 1)`, with z turned by `sign`: where z = -1 is a pole, z is replaced by -z.
-
-    It maps the unit disc to the left half plane, so that gains and stability stay what they are.
-    """
-
-    dt: float | bool
-    sign: float = 1.0
-
-    @classmethod
-    def of(cls, system: StateSpace) -> Bilinear:
-        """Return a transform that a system has.
-
-        Raises:
-            InputError: it has poles at 1 and at -1.
-
-        """
-        for sign in (1.0, -1.0):
-            if len(system.A) == 0 or _least(sign * system.A + np.eye(len(system.A))) > SINGULAR:
-                return cls(system.dt, sign)
-        raise InputError(
-            "the plant has poles at z = 1 and at z = -1; the bilinear transform needs one of them free"
-        )
-
-    @property
-    def step(self) -> float:
-        """The sample time; any will do where it is not known."""
-        return 1.0 if self.dt is True else float(self.dt)
-
-    def continuous(self, system: StateSpace) -> StateSpace:
-        """Return the system in s."""
-        n, half = len(system.A), 2.0 / self.step
-        a, b = self.sign * system.A, self.sign * system.B
-        inverse = np.linalg.inv(a + np.eye(n))
-        root = np.sqrt(2.0 * half)
-        return StateSpace(
-            half * (a - np.eye(n)) @ inverse,
-            root * inverse @ b,
-            root * system.C @ inverse,
-            system.D - system.C @ inverse @ b,
-        )
-
-    def discrete(self, system: StateSpace) -> StateSpace:
-        """Return the system in z.
-
-        Raises:
-            InputError: a pole of it is at s = 2/T.
-
-        """
-        n, half = len(system.A), 2.0 / self.step
-        ahead = half * np.eye(n) - system.A
-        if n and _least(ahead) <= SINGULAR * half:
-            raise InputError(
-                "the controller has a mode that the bilinear transform cannot bring back; change dt"
-            )
-        inverse = np.linalg.inv(ahead)
-        root = np.sqrt(2.0 * half)
-        a = (half * np.eye(n) + system.A) @ inverse
-        return StateSpace(
-            self.sign * a,
-            self.sign * root * inverse @ system.B,
-            root * system.C @ inverse,
-            system.D + system.C @ inverse @ system.B,
-            self.dt,
-        )
-
-
-SINGULAR = 1e-10
-"""A least singular value below this share of the largest counts as none."""
-
-
-def _least(m: Matrix) -> float:
-    values = np.linalg.svd(m, compute_uv=False)
-    return float(values[-1] / max(values[0], 1.0))

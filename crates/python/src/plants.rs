@@ -2,11 +2,13 @@
 
 use crate::failure::{InputError, of_problem};
 use crate::job;
+use lpv::bilinear::Bilinear;
 use lpv::matrix::{Mat, from_rows};
 use lpv::state_space::StateSpace;
 use lpv::synthesis::Options;
 use pyo3::{Py, PyAny, PyErr, PyResult, Python, pyfunction};
 use serde_json::json;
+use squid_problem::discrete::POLES_AT_BOTH_ENDS;
 use squid_problem::source::Source;
 
 /// Synthesis: the report, and the controller and the certificate where there is a proof.
@@ -59,8 +61,9 @@ pub fn mu(python: Python<'_>, problem: String, name: String) -> PyResult<String>
     text(&found.map_err(|error| of_problem(&error))?)
 }
 
-/// The H-infinity norm of a system in continuous time, and the frequency of its peak (rad/s).
+/// The H-infinity norm of a system, in discrete time with a sample time (s), and the frequency of its peak (rad/s).
 #[pyfunction]
+#[pyo3(signature = (a, b, c, d, inputs, sample_time=None))]
 pub fn hinfnorm(
     python: Python<'_>,
     a: Vec<Vec<f64>>,
@@ -68,6 +71,7 @@ pub fn hinfnorm(
     c: Vec<Vec<f64>>,
     d: Vec<Vec<f64>>,
     inputs: usize,
+    sample_time: Option<f64>,
 ) -> PyResult<(f64, f64)> {
     let n = a.len();
     let matrix = |rows: &[Vec<f64>], columns: usize| -> PyResult<Mat> {
@@ -75,8 +79,16 @@ pub fn hinfnorm(
     };
     let system =
         StateSpace { a: matrix(&a, n)?, b: matrix(&b, inputs)?, c: matrix(&c, n)?, d: matrix(&d, inputs)? };
+    let Some(sample_time) = sample_time else {
+        let norm = job::run(python, None, move |_| system.hinf_norm())?;
+        return Ok((norm.value, norm.frequency));
+    };
+    let transform = Bilinear::of(&system.a, sample_time);
+    let (transform, system) = transform
+        .and_then(|transform| Some((transform, transform.continuous(&system)?)))
+        .ok_or_else(|| InputError::new_err(format!("P.A {POLES_AT_BOTH_ENDS}")))?;
     let norm = job::run(python, None, move |_| system.hinf_norm())?;
-    Ok((norm.value, norm.frequency))
+    Ok((norm.value, transform.frequency(norm.frequency)))
 }
 
 /// Proves a certificate again: what it proves as a sentence, its gain, and that with model error.

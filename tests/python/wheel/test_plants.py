@@ -80,10 +80,15 @@ def test_a_direct_path_from_u_to_y(sq: ModuleType) -> None:
     "a", [[[0.98, 0.1], [-0.2, 0.93]], [[1.0, 0.1], [0.0, 0.9]], [[-1.0, 0.1], [0.0, 0.9]]]
 )
 def test_discrete_time(sq: ModuleType, a: list) -> None:
-    """The bound holds on the unit circle, computed there, also for poles at z = 1 and at z = -1."""
+    """The bound holds on the unit circle, also for poles at z = 1 and at z = -1, and the proof is of these matrices."""
     P, nmeas, ncon = spring(sq, A=a)
     P = sq.StateSpace(P.A, 0.1 * P.B, P.C, P.D, 0.1)
-    K, CL, gam, _ = sq.hinfsyn(P, nmeas, ncon)
+    found = sq.hinfsyn_proved(P, nmeas, ncon)
+    K, CL, gam, _ = found.synthesis
+    theorem, held = found.certificate.verify(), json.loads(found.certificate.text)
+    assert theorem.gamma == gam and "in discrete time" in theorem.claim
+    assert (held["plant"]["A"], held["controller"]["A"]) == (P.A.tolist(), K.A.tolist())
+    assert (held["plant"]["D12"], held["controller"]["Duy"]) == (P.D[:2, 2:].tolist(), K.D.tolist())
     assert K.dt == CL.dt == 0.1 and np.abs(CL.poles()).max() < 1.0
     gains = [np.linalg.norm(CL(np.exp(1j * angle)), 2) for angle in np.linspace(0.0, np.pi, 4001)]
     norm, frequency = sq.hinfnorm(CL)
@@ -147,6 +152,34 @@ def test_a_scheduled_controller(sq: ModuleType) -> None:
         found.K.frozen(1.5)
 
 
+def test_a_scheduled_controller_in_discrete_time(sq: ModuleType) -> None:
+    """A spring of which the parameter jumps at random: no flight has a gain above the one proved."""
+    P = {
+        "A": [[1, 0.1], [-0.2, 0.95]], "Bt": [[0], [-0.1]], "B1": [[0, 0], [0.1, 0]], "B2": [[0], [0.1]],
+        "Ct": [[1, 0]], "C1": [[1, 0], [0, 0]], "D11": np.zeros((2, 2)), "D12": [[0], [0.3]], "C2": [[1, 0]],
+        "D21": [[0, 0.1]], "Dtt": [[0]], "Dt1": [[0, 0]], "Dt2": [[0]], "D1t": [[0], [0]], "D2t": [[0]],
+    }  # fmt: skip
+    found = sq.lpvsyn(P, [1], dt=0.1)
+    theorem = found.certificate.verify()
+    assert theorem.gamma == found.gam and "every sequence of the 1 parameter" in theorem.claim
+    p = {key: np.array(value, dtype=float) for key, value in P.items()}
+    rng = np.random.default_rng(5)
+    for jumps in (1, 7, 200):
+        x, xk, energy = np.zeros(2), np.zeros(len(found.K.matrices["A"])), np.zeros(2)
+        thetas = np.repeat(rng.choice([-1.0, 1.0], 600 // jumps + 1), jumps)
+        for tick in range(600):
+            k = found.K.frozen(thetas[tick])
+            assert k.dt == 0.1
+            w = rng.standard_normal(2) * (tick < 300)
+            y = p["C2"] @ x + p["D21"] @ w
+            u = k.C @ xk + k.D @ y
+            z = p["C1"] @ x + p["D12"] @ u
+            energy += [z @ z, w @ w]
+            x = (p["A"] + thetas[tick] * p["Bt"] @ p["Ct"]) @ x + p["B1"] @ w + p["B2"] @ u
+            xk = k.A @ xk + k.B @ y
+        assert np.sqrt(energy[0] / energy[1]) < found.gam
+
+
 def test_the_gain_of_a_loop(sq: ModuleType) -> None:
     """IQClab's first demonstration at 0.3: published 2.683535 for any course, 2.00650064 for constant parameters."""
     P = {
@@ -157,6 +190,18 @@ def test_the_gain_of_a_loop(sq: ModuleType) -> None:
     assert 2.683534 <= found.proved <= 2.683535 * 1.002
     assert found.constant_lower <= 2.0065007 <= found.constant_upper
     assert found.certificate.verify().gamma == found.proved
+
+
+def test_the_gain_of_a_loop_in_discrete_time(sq: ModuleType) -> None:
+    """`x+ = (0.25 + 0.25 theta) x + w` from w to x: 2 at theta = 1, and no course of theta is worse."""
+    P = {
+        key: [[value]] for key, value in {"A": 0.25, "Bt": 0.25, "B1": 1, "Ct": 1, "C1": 1, "D11": 0}.items()
+    }
+    P |= {key: [[0]] for key in ("Dtt", "Dt1", "D1t")}
+    found = sq.lpvgain(P, [1], dt=0.1)
+    assert 2.0 <= found.proved <= 2.0 * 1.003
+    assert found.constant_lower <= 2.0 * (1 + TOLERANCE) and found.constant_upper * (1 + TOLERANCE) >= 2.0
+    assert "l2 gain" in found.certificate.verify().claim
 
 
 def test_mu(sq: ModuleType) -> None:

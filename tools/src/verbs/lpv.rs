@@ -24,7 +24,8 @@ pub enum LpvVerb {
     /// |theta_i| <= 1. Weights are part of the plant, so all are proper: E is refused, unless the identity. D22 may
     /// be left out where it is 0. "rate" beside "blocks" bounds |theta'| of a plant with one parameter: the
     /// controller is made for that, by Lyapunov matrices that depend on theta, and its gain is proved at that rate
-    /// and, larger, at any.
+    /// and, larger, at any. "dt", the sample time in s, makes it a plant in discrete time: so is the controller, and
+    /// what is proved.
     ///
     /// Exit codes, and the word `status` of --json: 0, feasible: a controller with a proved bound; 2, infeasible:
     /// there is provably none; 3, numerical_failure: nothing is known; 4, too_fast: there are controllers, but none
@@ -73,7 +74,8 @@ pub enum LpvVerb {
     ///
     /// Reads a plant as `synth` does, without controls and measurements: {"data": {"P": {"A": .., "Bt": .., "B1": ..,
     /// "Ct": .., "C1": .., "Dtt": .., "Dt1": .., "D1t": .., "D11": ..}, "blocks": [r_1, ..]}}; wt = blkdiag(theta_i
-    /// I_ri) zt, |theta_i| <= 1. "rate" beside "blocks" bounds |theta'| of the only parameter.
+    /// I_ri) zt, |theta_i| <= 1. "rate" beside "blocks" bounds |theta'| of the only parameter; "dt" is
+    /// the sample time of a loop in discrete time.
     ///
     /// The bound for every course of the parameters, by a constant Lyapunov matrix with symmetric and skew scalings, is
     /// proved in exact arithmetic; so is that at the rate. That for constant parameters is the worst-case gain over

@@ -5,6 +5,7 @@ mod bounded_rate;
 mod by_hand;
 mod common;
 mod constant;
+mod discrete;
 mod golden;
 mod independent;
 mod limits;

@@ -69,6 +69,9 @@ pub fn matches(design: &ControllerDesign, certificate: &Certificate) -> Result<(
 /// # Errors
 /// [`ProofError::Mismatch`] with the first part that differs.
 pub fn same_controller(lft: &LftMatrices, certificate: &Certificate) -> Result<(), ProofError> {
+    if certificate.discrete {
+        return Err(ProofError::Mismatch { what: "the time, discrete there and continuous here,".into() });
+    }
     if let Some(name) = first_unlike(&frozen_rows(lft).named(), &certificate.controller.named()) {
         return Err(ProofError::Mismatch { what: format!("the controller's matrix {name}") });
     }

@@ -1,0 +1,105 @@
+//! Loops in discrete time: at and beside limits by hand, against the norm on the unit circle, and what is refused.
+
+use crate::common::{integrator, prove, scheduled};
+use certificate::Certificate;
+use nalgebra::{Complex, dmatrix};
+use proptest::prelude::*;
+use serde_json::{Value, json};
+
+/// `x+ = k x + w`, `z = x`, which `u = k y` makes of `x+ = u + w`: the gain is `1/(1 - |k|)`.
+fn lagged(k: f64, x: f64, gamma: f64) -> Value {
+    let mut c = integrator(gamma);
+    c["format"] = json!("lpv-certificate/3");
+    c["controller"]["Duy"] = json!([[k]]);
+    c["X"] = json!([[x]]);
+    c
+}
+
+/// With `k = 1/2` and X = 1 the inequality, after its Schur complements, asks for `3/4 gamma + 1/gamma > 2`, that is
+/// `gamma > 2`, the gain itself. In continuous time `x' = x/2 + w` is not stable, and `x' = -2 x + w` has the gain 1/2,
+/// while `x+ = -2 x + w` is not stable.
+#[test]
+fn the_bound_is_strict_to_the_last_bit_and_time_matters() {
+    assert_eq!(
+        prove(&lagged(0.5, 1.0, 2.0_f64.next_up())).unwrap(),
+        "The closed loop of 1 state in discrete time is exponentially stable and its l2 gain from w to z is below \
+         2.0000000000000004. Nothing is proved of a plant that differs from the one in the certificate: it has no \
+         section `residual`."
+    );
+    let refusal = prove(&lagged(0.5, 1.0, 2.0)).unwrap_err();
+    assert!(refusal.contains("exactly 0"), "{refusal}");
+    assert!(prove(&lagged(0.5, 1.0, 2.0_f64.next_down())).is_err());
+    for k in [1.0, -1.0, -2.0] {
+        assert!(prove(&lagged(k, 1.0, 1e6)).is_err(), "{k}");
+    }
+    let continuous = |k: f64, gamma: f64| {
+        let mut c = lagged(k, 1.0, gamma);
+        c["format"] = json!("lpv-certificate/1");
+        prove(&c)
+    };
+    assert!(continuous(0.5, 2.1).is_err() && continuous(-2.0, 0.6).is_ok());
+}
+
+/// `x+ = (k + theta/4) x + w` with `k = 1/4`, theta measured and not: the gain is 2 at theta = 1 frozen.
+#[test]
+fn one_parameter() {
+    let with = |gamma: f64| {
+        let mut c = scheduled(gamma);
+        c["format"] = json!("lpv-certificate/3");
+        c["plant"]["A"] = json!([[1.25]]);
+        c["plant"]["Bt"] = json!([[0.25]]);
+        c["controller"]["Dut"] = json!([[0.0]]);
+        c["S"] = json!([[0.375, 0.0], [0.0, 1e-9]]);
+        prove(&c)
+    };
+    let claim = with(2.5).unwrap();
+    assert!(claim.starts_with(
+        "For every sequence of the 1 parameter in [-1, 1] the closed loop of 1 state in discrete"
+    ));
+    assert!(with(1.99).is_err());
+}
+
+#[test]
+fn other_sections_are_refused_and_the_format_is_kept() {
+    let plain = lagged(0.5, 1.0, 2.5);
+    let certificate = Certificate::from_json(&plain.to_string()).unwrap();
+    assert!(certificate.discrete);
+    assert_eq!(Certificate::from_json(&certificate.to_json().unwrap()).unwrap(), certificate);
+    let mut with = plain.clone();
+    with["residual"] = json!({"E": [[0.1]], "F": [[1.0]], "Fu": [[0.0]], "lambda": 1.0, "gamma": 3.0, "X": [[1.0]],
+        "S": [], "T": []});
+    let refusal = prove(&with).unwrap_err();
+    assert!(refusal.contains("residual: is of a loop in continuous time"), "{refusal}");
+    let mut with = plain;
+    with["discrete"] = json!(true);
+    assert!(prove(&with).unwrap_err().contains("discrete: unknown key"));
+}
+
+proptest! {
+    /// Whatever is proved of a loop of two states holds on the unit circle; X is that of the loop's own inequality at
+    /// half the gain, or any other.
+    #[test]
+    fn what_is_proved_holds_on_the_unit_circle(
+        f in prop::array::uniform4(-0.7..0.7_f64),
+        gamma in 1.0..30.0_f64,
+        x in (1.0..8.0_f64, -0.5..0.5_f64, 1.0..8.0_f64),
+    ) {
+        let mut c = lagged(0.0, 1.0, gamma);
+        c["plant"] = json!({
+            "A": [[f[0], f[1]], [f[2], f[3]]], "Bt": [[], []], "B1": [[1.0], [0.5]], "B2": [[0.0], [0.0]], "Ct": [],
+            "C1": [[1.0, -0.3]], "C2": [[1.0, 0.0]], "Dtt": [], "Dt1": [], "Dt2": [], "D1t": [[]], "D11": [[0.1]],
+            "D12": [[0.0]], "D2t": [[]], "D21": [[0.0]]
+        });
+        c["X"] = json!([[x.0, x.1], [x.1, x.2]]);
+        if prove(&c).is_ok() {
+            let a = dmatrix![f[0], f[1]; f[2], f[3]].map(|v| Complex::new(v, 0.0));
+            let b = dmatrix![1.0; 0.5].map(|v| Complex::new(v, 0.0));
+            for step in 0..=64 {
+                let z = Complex::from_polar(1.0, std::f64::consts::PI * f64::from(step) / 64.0);
+                let inner = (nalgebra::DMatrix::identity(2, 2) * z - &a).lu().solve(&b).unwrap();
+                let gain = (inner[0] - inner[1] * 0.3 + 0.1).norm();
+                prop_assert!(gain < gamma, "{gain} at {z}");
+            }
+        }
+    }
+}
