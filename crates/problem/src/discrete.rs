@@ -13,7 +13,8 @@ use lpv::plant::GeneralisedPlant;
 use lpv::state_space::StateSpace;
 
 /// Why a plant has no form in continuous time.
-pub const POLES_AT_BOTH_ENDS: &str = "has eigenvalues at z = 1 and at z = -1; the bilinear transform to continuous time needs one of them free";
+pub const POLES_AT_BOTH_ENDS: &str =
+    "has eigenvalues at z = 1 and at z = -1; the bilinear transform needs one of them free";
 
 /// A plant as it is given, and the way to continuous time.
 #[derive(Debug, Clone, PartialEq)]
