@@ -17,13 +17,17 @@ MANIFEST = ROOT / "crates" / "python" / "Cargo.toml"
 WHEELS = BUILD / "wheels"
 
 
-def build(platform: str = "host") -> Path:
+UNOPTIMISED = {"CARGO_PROFILE_RELEASE_OPT_LEVEL": "0", "CARGO_PROFILE_RELEASE_DEBUG_ASSERTIONS": "false"}
+"""A third of the processor time: for what is tried and not shipped."""
+
+
+def build(platform: str = "host", to: Path = WHEELS, *, optimised: bool = True) -> Path:
     """Build the wheel for a platform: `host`, for this machine alone, or one by its name in FMI, for any such machine.
 
     One wheel serves every Python from 3.10 on.
     """
     tools = environment.ready("wheel", REQUIREMENTS)
-    out = WHEELS / platform
+    out = to / platform
     shutil.rmtree(out, ignore_errors=True)
     words: list[str | Path] = [
         tools.scripts / "maturin",
@@ -37,6 +41,7 @@ def build(platform: str = "host") -> Path:
     path = os.pathsep.join([str(tools.scripts), os.environ["PATH"]])
     # Without an interpreter of that platform: what the stable ABI is, the compiler knows.
     variables = {**tools.variables, "PATH": path, "CARGO_ENCODED_RUSTFLAGS": binaries.without_paths()}
+    variables |= {} if optimised else UNOPTIMISED
     if platform == "host":
         words += ["--interpreter", sys.executable, "--compatibility", "linux"]
         variables.pop("CARGO_ENCODED_RUSTFLAGS")
@@ -48,7 +53,7 @@ def build(platform: str = "host") -> Path:
         else:
             words += ["--zig", "--compatibility", "manylinux2014"]
     run(words, variables=variables, log=f"wheel-{platform}")
-    return found(platform)
+    return next(out.glob("*.whl"))
 
 
 def windows_tools(maturin: Path) -> dict[str, str | Path]:
