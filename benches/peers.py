@@ -242,14 +242,14 @@ def put(name: str, rows: list[str]) -> None:
 def main() -> int:
     """Measure the parts named on the command line, or all."""
     in_venv()
-    words = ["cargo", "build", "--release", "-p", "lpv", "--examples"]
+    words = ["cargo", "build", "--release", "--workspace", "--examples"]
     subprocess.run(words, cwd=ROOT, check=True)
     wanted = [word for word in sys.argv[1:] if not word.startswith("-")] or ["squid", "rate", "plain", "growth", "mu"]
     if "plain" in wanted:  # First: it forks, which the threads of the others forbid.
         with_wheel()
         head = "| plant | published | squid-lpv | " + " | ".join(METHODS) + " |"
         put("plain", [head, "|---" * 6 + "|", *(plain_row(name) for name in PLAIN)])
-        subprocess.run(["cargo", "build", "--release", "-p", "squid", "--bin", "squid"], cwd=ROOT, check=True)
+        subprocess.run(["cargo", "build", "--release", "--workspace", "--bin", "squid"], cwd=ROOT, check=True)
         head = "| plant | call in Python, ms | command, ms | ratio |"
         put("wheel", [head, "|---" * 4 + "|", *(wheel_row(name) for name in PLAIN)])
     if "growth" in wanted:

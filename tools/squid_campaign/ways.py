@@ -70,8 +70,8 @@ class ByCommand:
         """Return what a worker calls: without a name, so that Dask sends its code."""
         campaign = self.asked["campaign"]
         words = ["--design", campaign["design"], "--out", "design", "--seed", str(campaign["seed"])]
+        words += ["--points", campaign["points"]]
         words += ["--sea", "sea.toml"] if campaign["sea"] else []
-        words += ["--corners"] if campaign["points"] == "corners" else []
         words += [] if campaign["bandwidth"] is None else ["--bandwidth", repr(campaign["bandwidth"])]
         command, version = [self.squid, "campaign", "vehicle", *words], self.version
         return lambda: fly_by_command(name, command, version, part)

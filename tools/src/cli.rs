@@ -284,9 +284,9 @@ pub struct Campaign {
     /// Of all that is drawn
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Vehicles at the corners of the declared uncertainty alone
-    #[arg(long)]
-    pub corners: bool,
+    /// Where in the declared uncertainty the vehicles are
+    #[arg(long, value_enum, default_value_t = Where::Uniform)]
+    pub points: Where,
     /// The directory of the results; by default `campaign` in that of the design
     #[arg(long, value_name = "DIR")]
     pub to: Option<PathBuf>,
@@ -317,6 +317,17 @@ fn neighbours(text: &str) -> Result<RangeInclusive<u64>, String> {
 
 /// More flights than anybody flies; their numbers fit into eight digits.
 pub const MOST_FLIGHTS: u64 = 100_000_000;
+
+/// Where in the declared uncertainty the vehicles of a campaign are.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Where {
+    /// All over it, at random
+    Uniform,
+    /// All over it, more evenly: on a scrambled Sobol sequence, from which speeds and pitch steps are drawn, too
+    Sobol,
+    /// At its corners alone
+    Corners,
+}
 
 /// A language in which a controller can be written.
 #[derive(Debug, Clone, Copy, ValueEnum)]

@@ -6,6 +6,7 @@ use rand::rngs::ChaCha8Rng;
 use rand::{Rng, SeedableRng};
 use scheduled::Manoeuvre;
 use serde::{Deserialize, Serialize};
+use sobol_burley::NUM_DIMENSIONS;
 use squid_design::inputs::Inputs;
 use squid_design::store::Stored;
 use squid_design::uncertain::model::{Block, Uncertain};
@@ -18,9 +19,14 @@ use squid_flight::sea::Sea;
 pub enum Points {
     /// Anywhere, all places alike.
     Uniform,
+    /// Anywhere, more evenly: on a Sobol sequence, scrambled by the seed, which has speeds and pitch steps, too.
+    Sobol,
     /// At its corners.
     Corners,
 }
+
+/// Points in a sequence of the library.
+const SOBOL_LENGTH: u64 = 1 << 16;
 
 /// What tells a campaign from every other: flights of two campaigns with the same identity are the same.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -149,17 +155,32 @@ impl<'a> Plan<'a> {
 
     /// What is drawn for a flight: by its number and the seed alone, whatever flies before, after or beside it.
     pub fn draw(&self, flight: u64) -> Drawn {
-        let mut numbers = ChaCha8Rng::seed_from_u64(self.identity.seed);
-        numbers.set_stream(flight);
-        let mut uniform = || {
-            /// 2^-53: the distance of the numbers.
-            const STEP: f64 = f64::EPSILON / 2.0;
-            (numbers.next_u64() >> 11) as f64 * STEP
+        let stream = |number| {
+            let mut numbers = ChaCha8Rng::seed_from_u64(self.identity.seed);
+            numbers.set_stream(number);
+            numbers
+        };
+        let mut numbers = stream(flight);
+        // Beyond its length another sequence begins, and beyond its dimensions a block of another.
+        let sequence = stream(flight / SOBOL_LENGTH).next_u32();
+        let mut dimension = 0;
+        let mut uniform = || match self.identity.points {
+            Points::Uniform | Points::Corners => {
+                /// 2^-53: the distance of the numbers.
+                const STEP: f64 = f64::EPSILON / 2.0;
+                (numbers.next_u64() >> 11) as f64 * STEP
+            }
+            Points::Sobol => {
+                let (block, place) = (dimension / NUM_DIMENSIONS, dimension % NUM_DIMENSIONS);
+                dimension += 1;
+                let point = (flight % SOBOL_LENGTH) as u32;
+                f64::from(sobol_burley::sample(point, place, sequence.wrapping_add(block)))
+            }
         };
         let mut delta = || {
             let drawn = 2.0 * uniform() - 1.0;
             match self.identity.points {
-                Points::Uniform => drawn,
+                Points::Uniform | Points::Sobol => drawn,
                 Points::Corners => 1f64.copysign(drawn),
             }
         };

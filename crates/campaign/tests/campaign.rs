@@ -83,6 +83,29 @@ fn what_is_drawn() {
     assert!((70..130).contains(&up), "{up}");
 }
 
+/// Of the first 64 flights of a Sobol sequence each 64th of every range has one, and the next sequence is another.
+#[test]
+fn a_sobol_sequence_is_even() {
+    let (inputs, stored) = squid();
+    let plan = Plan::new(&inputs, &stored, None, 1, Points::Sobol).unwrap();
+    let drawn: Vec<_> = (0..64).map(|flight| plan.draw(flight)).collect();
+    let (from, to) = (stored.manoeuvre.speed_from, stored.manoeuvre.speed_to);
+    let numbers = plan.uncertain.len();
+    let shares = drawn.iter().map(|d| {
+        let speeds = [d.manoeuvre.speed_from, d.manoeuvre.speed_to].map(|v| (v - from) / (to - from));
+        d.delta.iter().map(|delta| 0.5 * (delta + 1.0)).chain(speeds).collect::<Vec<f64>>()
+    });
+    let shares: Vec<Vec<f64>> = shares.collect();
+    for number in 0..numbers + 2 {
+        let mut cells: Vec<usize> = shares.iter().map(|share| (64.0 * share[number]) as usize).collect();
+        cells.sort_unstable();
+        assert_eq!(cells, (0..64).collect::<Vec<usize>>(), "number {number}");
+    }
+    let up = drawn.iter().filter(|d| d.manoeuvre.pitch_step > 0.0).count();
+    assert_eq!(up, 32);
+    assert!(plan.draw(1 << 16) != drawn[0] && plan.draw(1 << 16) == plan.draw(1 << 16));
+}
+
 /// Another seed, and a file that is none.
 #[test]
 fn results_of_something_else_are_refused() {

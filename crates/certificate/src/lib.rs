@@ -130,7 +130,7 @@
 //! Schur complements of the rows x+, zt and z turn it into `x+'X x+ - x'X x + (zt'S zt - wt'S wt) + 2 wt'T zt +
 //! z'z/gamma - gamma w'w <= -eps (x'x + w'w)`. From there everything is as above, summed in place of integrated: for
 //! every sequence of Theta in the box the loop is well posed and exponentially stable, and its l2 gain is below gamma.
-//! (P. Gahinet, P. Apkarian, Int. J. Robust Nonlinear Control 4, 1994, section 7.)
+//! (P. Gahinet, P. Apkarian, Int. J. Robust Nonlinear Control 4, 1994.)
 //!
 //! # What it does not cover
 //!

@@ -33,6 +33,7 @@ pub fn page(
     let inputs = plan.inputs;
     let where_ = match plan.identity.points {
         Points::Uniform => "all over",
+        Points::Sobol => "on a Sobol sequence all over",
         Points::Corners => "at corners of",
     };
     let at_sea = match &plan.identity.sea {

@@ -24,7 +24,7 @@ from fly.stages import ROOT
 SEA = ROOT / "vehicles" / "sea.toml"
 
 
-AT_SEA = ("--flights", "12", "--sea", str(SEA), "--corners")
+AT_SEA = ("--flights", "12", "--sea", str(SEA), "--points", "corners")
 
 
 @pytest.fixture(scope="module")
@@ -321,7 +321,7 @@ def test_what_a_cluster_cannot_fly(designed: Path, local: Path, options: list, w
     [
         (["--flights", "0"], 64, "--flights is 0; it must be at least 1"),
         (["--seed", "2"], 1, "is of another campaign: the seed differs"),
-        (["--corners"], 1, "is of another campaign: where in the uncertainty it flies differs"),
+        (["--points", "sobol"], 1, "is of another campaign: where in the uncertainty it flies differs"),
         (["--sea", SEA], 1, "is of another campaign: the sea differs"),
         (["--sea", "nothing.toml"], 1, "nothing.toml"),
         (["--only", "9-3"], 64, "two numbers of flights, as in 64-127"),

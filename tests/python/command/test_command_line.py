@@ -333,8 +333,7 @@ def test_lags_that_no_sample_time_can_mend(run_squid: Run, tmp_path: Path) -> No
     spoil(vehicle / "design.toml", "\nlags = false", "\nlags = true")
     spoil(vehicle / "design.toml", "\nfrequency = 1.65\n", "\nfrequency = 0.1\n")
     spoil(vehicle / "design.toml", "\n# anti_windup = true", "\nanti_windup = false")
-    done = run_squid("design", vehicle, "--no-advise", "--out", tmp_path / "out")
-    assert done.returncode == 0, done.stderr
+    assert (designed(run_squid, vehicle) / "controller.json").is_file()
 
 
 def test_package_before_design(run_squid: Run, tmp_path: Path) -> None:

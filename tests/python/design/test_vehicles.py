@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import reference_plant as reference
 from compare_plant import PITCH_TOLERANCE, differences
-from conftest import Run, kept, package
+from conftest import Run, kept
 from flights import TEN_DEGREES, figures_of, fly_alone, limits, pitch_step, sample_time
 from fly.package import Packages
 from fly.stages import ROOT
@@ -73,7 +73,7 @@ def test_a_vehicle_is_flown_astern(run_squid: Run, tmp_path: Path) -> None:
         assert f"\n{ahead}\n" in text
         text = text.replace(f"\n{ahead}\n", f"\n{ahead.split()[0]} = {speed}\n")
     (vehicle / "design.toml").write_text(text, encoding="utf-8")
-    packages = package(run_squid, vehicle, tmp_path / "out")
+    packages = kept(run_squid, vehicle)
     design = load(packages, "design.json")
     assert design["certified"] is True
     assert not [one["key"] for one in design["verdict"]["rows"] if one["outcome"] == "missed"]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import reference_plant as reference
 from compare_plant import PITCH_TOLERANCE, differences
-from conftest import Run, kept, package
+from conftest import Run, kept
 from flights import fly_alone, limits, sample_time, start_value
 from fly.flight import AGREEMENT
 from fly.master import Signals, Slave, couple
@@ -57,9 +57,9 @@ def curved_vehicle(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def curved(curved_vehicle: Path, run_squid: Run, tmp_path_factory: pytest.TempPathFactory) -> Packages:
+def curved(curved_vehicle: Path, run_squid: Run) -> Packages:
     """Return its FMUs."""
-    return package(run_squid, curved_vehicle, tmp_path_factory.mktemp("out"))
+    return kept(run_squid, curved_vehicle)
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import Run
+from conftest import Run, kept
 from decimals import DIGITS
 from flights import TEN_DEGREES, pitch_step
 from fly.package import Packages
@@ -24,20 +24,16 @@ def designed(
     run_squid: Run, squid_by_errors: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[Path, Packages]:
     """Return a vehicle that sees tracking errors alone and whose design has a rate, and its packages."""
-    folder = tmp_path_factory.mktemp("rate")
-    vehicle = folder / "vehicle"
+    vehicle = tmp_path_factory.mktemp("rate") / "vehicle"
     shutil.copytree(squid_by_errors, vehicle)
     design = vehicle / "design.toml"
     text = design.read_text(encoding="utf-8")
     assert text.count("[synthesis]\n") == 1
     design.write_text(text.replace("[synthesis]\n", f"[synthesis]\nrate = {RATE}\n"), encoding="utf-8")
-    out = folder / "out"
-    done = run_squid("design", vehicle, "--no-advise", "--out", out)
-    assert done.returncode == 0, done.stderr
-    assert f"where the speed changes by at most {RATE:.3f} m/s^2: gain below" in done.stdout
-    done = run_squid("package", vehicle, "--out", out)
-    assert done.returncode == 0, done.stderr
-    return vehicle, Packages.found_in(out)
+    packages = kept(run_squid, vehicle)
+    printed = (packages.folder / "design.txt").read_text(encoding="utf-8")
+    assert f"where the speed changes by at most {RATE:.3f} m/s^2: gain below" in printed
+    return vehicle, packages
 
 
 def test_the_product_claims_the_rate(designed: tuple[Path, Packages], run_squid: Run) -> None:

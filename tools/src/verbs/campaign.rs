@@ -1,6 +1,6 @@
 //! `squid campaign` and `squid replay`: many flights of a design, and one of them again.
 
-use crate::cli::{Campaign, MOST_FLIGHTS, Which, read_sea};
+use crate::cli::{Campaign, MOST_FLIGHTS, Where, Which, read_sea};
 use crate::error::Error;
 use crate::output::{answer, say};
 use crate::progress::{Counter, show};
@@ -72,7 +72,11 @@ pub fn run(which: &Which, asked: &Campaign) -> Result<(), Error> {
     check_directory(&to)?;
     let sea = asked.sea.as_ref().map(|path| read_sea(path, &inputs)).transpose()?;
     let stored = load_or_design(&inputs, &directory)?;
-    let points = if asked.corners { Points::Corners } else { Points::Uniform };
+    let points = match asked.points {
+        Where::Uniform => Points::Uniform,
+        Where::Sobol => Points::Sobol,
+        Where::Corners => Points::Corners,
+    };
     let plan = Plan::new(&inputs, &stored, sea, asked.seed, points)?;
     let plan = if asked.records.is_some() { plan.by_fmus()? } else { plan };
     let parts = missing(&plan, flights.clone(), &to)?;
@@ -221,6 +225,7 @@ fn trajectory(plan: &Plan<'_>, to: &Path, flight: u64) -> Result<(), Error> {
 fn words(plan: &Plan<'_>, flights: usize, shares: &[Share], spreads: &[Spread]) -> String {
     let what = match plan.identity.points {
         Points::Uniform => "all over the declared uncertainty",
+        Points::Sobol => "on a Sobol sequence all over the declared uncertainty",
         Points::Corners => "at corners of the declared uncertainty",
     };
     let at_sea = if plan.sea.is_some() { ", at sea" } else { "" };

@@ -236,7 +236,7 @@ fn tampering_is_refused_or_harmless() {
     leaves(&file["controller"], "/controller", &mut places);
     let change = prop_oneof![Just(-1.0), Just(0.0), Just(10.0), Just(0.1), Just(1.01), Just(1.0 + 1e-9)];
     let (accepted, refused) = (Cell::new(0), Cell::new(0));
-    let mut runner = TestRunner::new(Config { cases: 120, failure_persistence: None, ..Config::default() });
+    let mut runner = TestRunner::new(Config { cases: 60, failure_persistence: None, ..Config::default() });
     let outcome = runner.run(&(prop::sample::select(places), change), |(pointer, factor)| {
         let mut lie = file.clone();
         let old = lie.pointer(&pointer).unwrap().as_f64().unwrap();

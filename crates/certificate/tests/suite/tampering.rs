@@ -143,12 +143,12 @@ fn one_parameter() {
 
 #[test]
 fn two_parameters_and_a_model_error() {
-    survives("lpv03", 3000);
+    survives("lpv03", 1000);
 }
 
 #[test]
 fn a_vehicle_and_a_model_error() {
-    survives("squid_surrogate", 300);
+    survives("squid_surrogate", 150);
 }
 
 #[test]
