@@ -83,6 +83,51 @@ def test_planes_that_are_too_weak_do_not_wind_the_controller_up(remus100: Packag
     assert pinned(remus100, flown) < STEP_END - STEP_TIME + BACK
 
 
+def stuck(packages: Packages, share: float, height: float) -> tuple[Signals, float]:
+    """Jump through the range of speed and back with a pitch step on top, actuators stuck at a share of their limits.
+
+    Return the flight, and for which part of it some actuator is at what is left of its limits. The controller knows
+    the whole limits.
+    """
+    left = {name: (share * low, share * high) for name, (low, high) in limits(packages).items()}
+    design = json.loads((packages.folder / "controller.json").read_text(encoding="utf-8"))
+    slow, fast = (design["scheduling"][key] for key in ("minimum", "maximum"))
+    with Slave(packages.plant, "plant") as plant, Slave(packages.controller, "controller") as controller:
+        plant.begin({"initial_speed": slow})
+        controller.begin()
+        level = plant.get("trim_pitch")
+        ends = {plant.variables[name].valueReference: pair for name, pair in left.items()}
+        give = plant.fmu.setReal
+
+        def give_what_is_left(references: list[int], values: list[float]) -> None:
+            pairs = zip(references, values, strict=True)
+            give(references, [float(np.clip(v, *ends[r])) if r in ends else v for r, v in pairs])
+
+        plant.fmu.setReal = give_what_is_left
+
+        def references(_: int, time: float) -> tuple[float, float]:
+            step = height * DEGREE if STEP_TIME + 5.0 <= time < STEP_END else 0.0
+            return level + step, fast if STEP_TIME <= time < STEP_END else slow
+
+        flown = couple(plant, controller, references, END, sample_time(packages))
+    at = [(flown[name] <= low) | (flown[name] >= high) for name, (low, high) in left.items()]
+    return flown, float(np.mean(np.any(at, axis=0)))
+
+
+@pytest.mark.parametrize(("name", "height"), [("squid", 10.0), ("squid", -20.0), ("remus100", 5.0)])
+def test_actuators_that_stick_unknown_to_the_controller(
+    request: pytest.FixtureRequest, name: str, height: float
+) -> None:
+    """At 60 % of their limits: the vehicle does what it does with all of them, and is back as soon."""
+    packages: Packages = request.getfixturevalue(name)
+    (whole, _), (weak, at_limits) = (stuck(packages, share, height) for share in (1.0, 0.6))
+    assert at_limits > 0.02
+    off = np.abs(weak["pitch"] - whole["pitch"])
+    assert off.max() < 0.5 * abs(height) * DEGREE
+    assert off[weak["time"] > STEP_END + BACK].max() < NEAR
+    assert weak["path_speed"][-1] == pytest.approx(whole["path_speed"][-1], abs=0.01)
+
+
 @pytest.mark.parametrize(
     ("start", "current", "wanted", "end", "returns"),
     [(0.6, 0.8, 0.8, -1.0, True), (3.4, 0.0, 3.4, 1.0, False), (3.4, 0.0, 2.8, 1.0, True)],
