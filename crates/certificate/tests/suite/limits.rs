@@ -143,8 +143,11 @@ fn the_formats_are_kept_apart() {
     first["format"] = json!("lpv-certificate/2");
     assert!(prove(&first).unwrap_err().starts_with("limits: missing"));
     first["format"] = json!("lpv-certificate/3");
+    assert!(prove(&first).unwrap_err().starts_with("residual: is of a loop in continuous time"));
+    first["format"] = json!("lpv-certificate/4");
     let found = prove(&first).unwrap_err();
-    assert!(found.ends_with(r#"allowed is "lpv-certificate/1" or "lpv-certificate/2""#), "{found}");
+    let allowed = r#"allowed is "lpv-certificate/1" or "lpv-certificate/2" or "lpv-certificate/3""#;
+    assert!(found.ends_with(allowed), "{found}");
 }
 
 /// Filters of w and of z are no part of the loop.
