@@ -31,6 +31,7 @@ LONGEST = (
     "test_uncertainty",
     "test_importers",
     "test_platforms",
+    "test_other_systems",
     "test_verdict",
     "test_command_line",
 )
