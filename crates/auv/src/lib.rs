@@ -59,6 +59,7 @@ pub use simulation::integrator::IntegrationError;
 pub use simulation::lpv_model::{LPV_MODEL_FORMAT, LpvModel, LpvModelError, TrimPitch, TrimPoint};
 pub use simulation::plant::{Fidelity, Plant, State};
 pub use simulation::rates::{Instant, Rates};
+pub use simulation::regular_waves::RegularWaves;
 pub use simulation::slopes::Slopes;
 pub use simulation::snapshot::{Snapshot, SnapshotError};
 pub use simulation::surroundings::Surroundings;

@@ -8,6 +8,7 @@ pub(crate) mod integrator;
 pub(crate) mod lpv_model;
 pub(crate) mod plant;
 pub(crate) mod rates;
+pub(crate) mod regular_waves;
 pub(crate) mod slopes;
 pub(crate) mod snapshot;
 pub(crate) mod surroundings;

@@ -10,6 +10,9 @@ use lpv::plant::GeneralisedPlant;
 use lpv::tracking::{ModelPlace, MovingTrim, TrackingProblem, TwoDegrees};
 use signals::SPEED;
 
+/// States of the filter of the waves.
+const WAVE_STATES: usize = 2;
+
 /// A linear model of the vehicle, scheduled or constant, with what its trim does.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearModel {
@@ -17,15 +20,22 @@ pub struct LinearModel {
     pub ab: Lft,
     /// `[x0'; u0']`, (n + m) x 1; see [`Linearisation::trim_slope`].
     pub trim_slope: Lft,
+    /// `[G 0; A_w B_w]`, (n + 2) x 3, of the sea that the design is made for; see
+    /// [`WorkingSea::acting`](crate::inputs::design_file::WorkingSea::acting).
+    pub waves: Option<Lft>,
 }
 
 impl LinearModel {
     /// The model at one speed.
-    pub fn at(l: &Linearisation, actuators: &[Actuator]) -> Self {
-        Self { ab: Lft::constant(stacked(l)), trim_slope: Lft::constant(trim_slope(l, actuators)) }
+    pub fn at(l: &Linearisation, actuators: &[Actuator], design: &DesignFile) -> Self {
+        Self {
+            ab: Lft::constant(stacked(l)),
+            trim_slope: Lft::constant(trim_slope(l, actuators)),
+            waves: design.sea.as_ref().and_then(|sea| sea.acting(l)).map(Lft::constant),
+        }
     }
 
-    /// `[A B x0'; 0 0 u0']` at a value of rho, (n + m) x (n + m + 1).
+    /// `[A B G x0'; 0 0 0 u0']` at a value of rho, (n + m) x (n + m + 3), or without G where there are no waves.
     ///
     /// # Errors
     /// [`ModelError::Lft`], which would be a defect of this program.
@@ -33,7 +43,12 @@ impl LinearModel {
         let (ab, slope) = (self.ab.evaluate(&[rho])?, self.trim_slope.evaluate(&[rho])?);
         let (n, both) = ab.shape();
         let [states, inputs] = [(0, n), (n, both - n)].map(|(at, rows)| slope.rows(at, rows).into_owned());
-        Ok(block(&[&[&ab, &states], &[&Mat::zeros(both - n, both), &inputs]]))
+        let waves = self.waves.as_ref().map(|waves| waves.evaluate(&[rho])).transpose()?;
+        let by_waves =
+            waves.map_or(Mat::zeros(n, 0), |waves| waves.view((0, 0), (n, WAVE_STATES)).into_owned());
+        let none = |columns| Mat::zeros(both - n, columns);
+        let below = [none(both), none(by_waves.ncols())];
+        Ok(block(&[&[&ab, &by_waves, &states], &[&below[0], &below[1], &inputs]]))
     }
 }
 
@@ -61,7 +76,9 @@ pub fn augment(
 pub fn place(actuators: &[Actuator], design: &DesignFile) -> Result<ModelPlace, ModelError> {
     let (n, m) = (design.states.len(), actuators.len());
     let none = |rows, columns| Lft::constant(Mat::zeros(rows, columns));
-    Ok(problem(actuators, design, LinearModel { ab: none(n, n + m), trim_slope: none(n + m, 1) }).place()?)
+    let waves = design.sea.as_ref().map(|_| none(n + WAVE_STATES, WAVE_STATES + 1));
+    let model = LinearModel { ab: none(n, n + m), trim_slope: none(n + m, 1), waves };
+    Ok(problem(actuators, design, model).place()?)
 }
 
 fn problem(actuators: &[Actuator], design: &DesignFile, model: LinearModel) -> TrackingProblem {
@@ -75,6 +92,7 @@ fn problem(actuators: &[Actuator], design: &DesignFile, model: LinearModel) -> T
         tracking: design.tracked.iter().map(|t| t.weight).collect(),
         control: vec![design.control_weight; actuators.len()],
         disturbance: design.disturbance,
+        waves: model.waves,
         two_degrees: (!design.measured.is_empty()).then(|| two_degrees(design, model.trim_slope)),
         model: model.ab,
     }

@@ -127,7 +127,8 @@ pub fn check(
         }
         let frozen = frozen_controller(controller, rho)?;
         let linearisation = linearise_at(vehicle, design, speed)?;
-        let truth = augment(&vehicle.actuators, design, LinearModel::at(&linearisation, &vehicle.actuators))?;
+        let truth =
+            augment(&vehicle.actuators, design, LinearModel::at(&linearisation, &vehicle.actuators, design))?;
         let true_loop = truth.close(&frozen).frozen(&[])?;
         let true_real_part = spectral_abscissa(&true_loop.a);
         if true_real_part.is_nan() || true_real_part >= 0.0 {

@@ -8,12 +8,15 @@ pub mod trim_slope;
 use crate::augment::LinearModel;
 use crate::error::ModelError;
 use crate::fit::trim_slope::trim_slope;
-use crate::inputs::design_file::DesignFile;
+use crate::inputs::design_file::{DesignFile, WorkingSea};
 use crate::linearise::{linearise_at, split, stacked, trim_table};
 use auv::{Linearisation, Vehicle};
 use lpv::lft::Lft;
 use lpv::matrix::{Mat, largest_singular_value};
 use lpv::polynomial::{FitResidual, MatrixPolynomial};
+
+/// Singular values below this part of the largest are rounding.
+const ROUNDING: f64 = 1e-12;
 
 /// The linearisations and the polynomials fitted to them.
 #[derive(Debug, Clone)]
@@ -30,6 +33,8 @@ pub struct Model {
     pub lft_error: f64,
     /// The LFT of the slope of the trim, `[x0'; u0']` per m/s of forward speed, (n + m) x 1; see [`trim_slope()`].
     pub trim_slope: Lft,
+    /// The LFT of what the waves of the design's `[sea]` add, (n + 2) x 3; see [`WorkingSea::acting`].
+    pub waves: Option<Lft>,
 }
 
 /// The residual of a fit of one order.
@@ -70,12 +75,13 @@ impl Model {
         let lft = Lft::from_polynomial(&fit, design.drop);
         let lft_error = lft_error(&lft, &fit)?;
         let trim_slope = trim_slope(vehicle, design, &grid, &trims)?;
-        Ok(Self { grid, fit, residuals, lft, lft_error, trim_slope })
+        let waves = design.sea.as_ref().map(|sea| waves(sea, &grid)).transpose()?;
+        Ok(Self { grid, fit, residuals, lft, lft_error, trim_slope, waves })
     }
 
     /// The model that is designed on.
     pub fn linear(&self) -> LinearModel {
-        LinearModel { ab: self.lft.clone(), trim_slope: self.trim_slope.clone() }
+        LinearModel { ab: self.lft.clone(), trim_slope: self.trim_slope.clone(), waves: self.waves.clone() }
     }
 
     /// The coefficients `A_k` and `B_k` of the fit, separately.
@@ -94,6 +100,12 @@ impl Residual {
             if constant.relative_rms > 0.0 { a.relative_rms / constant.relative_rms } else { 0.0 };
         Ok(Self { order, a, whole, relative_to_variation })
     }
+}
+
+/// What waves add, as a polynomial of first order: the filter is affine in the speed, and G is but for the incidence.
+fn waves(sea: &WorkingSea, grid: &[(f64, Linearisation)]) -> Result<Lft, ModelError> {
+    let samples: Vec<(f64, Mat)> = grid.iter().filter_map(|(rho, l)| Some((*rho, sea.acting(l)?))).collect();
+    Ok(Lft::from_polynomial(&MatrixPolynomial::fit(&samples, 1)?, ROUNDING))
 }
 
 /// The largest error over 201 parameter values between -1 and 1.

@@ -113,6 +113,9 @@ impl Inputs {
         let (vehicle, mut design) = (vehicle.0, design.0);
         design.states = vehicle.coefficients.surge.states();
         check_states(&design, files[1])?;
+        if design.sea.is_some() && vehicle.geometry.is_none() {
+            return Err(InputError::NoGeometry { file: files[1].into() });
+        }
         design.pitch =
             Pitch::over(&vehicle, design.depth, &design.spread(TRIM_ROWS), design.pitch_asked.as_ref());
         let uncertain = design.uncertainty.as_ref().map(|section| section.resolve(&vehicle, files[1]));

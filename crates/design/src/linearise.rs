@@ -2,7 +2,7 @@
 
 use crate::error::ModelError;
 use crate::inputs::design_file::DesignFile;
-use auv::{Actuator, Linearisation, Speed, Trim, Vehicle, linearise, trim_with, trims};
+use auv::{Actuator, Dynamics, Linearisation, Speed, Trim, Vehicle, linearise, trim_with, trims};
 use lpv::matrix::{Mat, block, to_rows};
 use serde_json::{Map, Value, json};
 
@@ -11,14 +11,20 @@ pub const TRIM_ROWS: usize = 101;
 
 /// Linearises the vehicle about the level trim of a design at a speed V along the path \[m/s\]: `x' = A x + B u`,
 /// with the states of the vehicle, [`auv::Surge::states`], in SI units and one input per actuator, as deviations from
-/// the trim.
+/// the trim. With the waves of a design that has a `[sea]`.
 ///
 /// # Errors
-/// [`ModelError::Trim`] with the speed and the reason.
+/// [`ModelError::Trim`] with the speed and the reason; [`ModelError::Waves`].
 pub fn linearise_at(vehicle: &Vehicle, file: &DesignFile, speed: f64) -> Result<Linearisation, ModelError> {
     let (depth, pitch) = file.level();
     let level = trim_with(vehicle, Speed::Path(speed), depth, pitch).map_err(ModelError::Trim)?;
-    Ok(linearise(vehicle, &level)?)
+    let still = linearise(vehicle, &level)?;
+    match file.sea.as_ref().zip(vehicle.geometry) {
+        None => Ok(still),
+        Some((sea, geometry)) => {
+            Ok(still.in_waves(&Dynamics::new(&vehicle.coefficients)?, geometry, &sea.regular())?)
+        }
+    }
 }
 
 /// Trim, A, B and eigenvalues at one speed, for programs.

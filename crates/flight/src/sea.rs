@@ -45,6 +45,22 @@ pub(crate) struct Conditions {
 }
 
 impl Sea {
+    /// Waves alone, in still water and with sensors without errors, for a flight that begins at a depth \[m\].
+    ///
+    /// # Errors
+    /// [`Error::Sea`].
+    pub fn of_waves(waves: Swell, depth: f64, seed: u64) -> Result<Self, Error> {
+        Ok(Self {
+            seed,
+            depth: Some(depth),
+            waves: Some(waves),
+            layers: Layers::new(&[[0.0, 0.0]])?,
+            vertical: 0.0,
+            wandering: None,
+            sensors: PERFECT,
+        })
+    }
+
     /// Checks that a vehicle can be flown in it: waves need its `[geometry]`.
     ///
     /// # Errors

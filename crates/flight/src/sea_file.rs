@@ -36,7 +36,7 @@ fn sea(root: &Table<'_>) -> Option<Sea> {
     root.allow_only(&["seed", "depth", "waves", "current", "gauss_markov", "sensor"]);
     let seed = root.whole("seed", |_| true, "0 or above: another seed is another sea of the same kind");
     let depth = root.has("depth").then(|| root.number("depth", |depth| depth >= 0.0, DEPTH));
-    let waves = root.table("waves").map(|table| swell(&table));
+    let waves = root.table("waves").map(|table| Swell::of(&table, &["components"]));
     let current = current(root.table("current").as_ref());
     let wandering = root.table("gauss_markov").map(|table| wandering(&table));
     let sensors = sensors(&root.tables("sensor"));
@@ -87,33 +87,37 @@ fn blamed<T>(table: &Table<'_>, made: Result<T, SeaError>) -> Option<T> {
     None
 }
 
-fn swell(table: &Table<'_>) -> Option<Swell> {
-    table.allow_only(&["spectrum", "height", "period", "gamma", "heading", "components"]);
-    let peaked = table.one_of("spectrum", &SPECTRA).map(|place| place == 0);
-    let height = required(table, "height", "significant height Hs (m)");
-    let period = required(table, "period", "peak period Tp (s)");
-    let heading = required(table, "heading", "where the waves go (deg), 180 for a head sea");
-    let gamma = match peaked {
-        Some(true) => required(table, "gamma", "height of the peak, 3.3 on average"),
-        _ => Some(1.0),
-    };
-    if peaked == Some(false) && table.has("gamma") {
-        table.not_allowed(
-            "gamma",
-            "given",
-            "left out: the spectrum of Pierson and Moskowitz has no such peak",
-        );
+impl Swell {
+    /// Reads the keys of waves from a table, which may have `others` beside them; `None` after a mistake.
+    pub fn of(table: &Table<'_>, others: &[&str]) -> Option<Self> {
+        let own = ["spectrum", "height", "period", "gamma", "heading"];
+        table.allow_only(&[&own, others].concat());
+        let peaked = table.one_of("spectrum", &SPECTRA).map(|place| place == 0);
+        let height = required(table, "height", "significant height Hs (m)");
+        let period = required(table, "period", "peak period Tp (s)");
+        let heading = required(table, "heading", "where the waves go (deg), 180 for a head sea");
+        let gamma = match peaked {
+            Some(true) => required(table, "gamma", "height of the peak, 3.3 on average"),
+            _ => Some(1.0),
+        };
+        if peaked == Some(false) && table.has("gamma") {
+            table.not_allowed(
+                "gamma",
+                "given",
+                "left out: the spectrum of Pierson and Moskowitz has no such peak",
+            );
+        }
+        let components = match table.has("components") {
+            true => table.whole("components", |_| true, "how many waves make the sea"),
+            false => Some(Waves::USUAL),
+        };
+        let (height, period, gamma) = (height?, period?, gamma?);
+        let (heading, components) = (heading?, components?);
+        let spectrum = blamed(table, Spectrum::jonswap(height, period, gamma))?;
+        let heading = heading.to_radians();
+        blamed(table, Waves::new(&spectrum, heading, components, 0))?;
+        Some(Self { spectrum, heading, components })
     }
-    let components = match table.has("components") {
-        true => table.whole("components", |_| true, "how many waves make the sea"),
-        false => Some(Waves::USUAL),
-    };
-    let (height, period, gamma) = (height?, period?, gamma?);
-    let (heading, components) = (heading?, components?);
-    let spectrum = blamed(table, Spectrum::jonswap(height, period, gamma))?;
-    let heading = heading.to_radians();
-    blamed(table, Waves::new(&spectrum, heading, components, 0))?;
-    Some(Swell { spectrum, heading, components })
 }
 
 /// The current in layers, and the vertical one; none without the table.

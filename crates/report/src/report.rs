@@ -23,7 +23,7 @@ use std::time::Instant;
 type Maker = (&'static str, &'static str, fn(&Subject) -> Result<Vec<Part>, Error>);
 
 /// The sections, in the order in which they are read.
-const SECTIONS: [Maker; 16] = [
+const SECTIONS: [Maker; 17] = [
     ("verdict", "What is asked, and what is achieved", verdict::verdict),
     ("steps", "Steps of pitch and speed, and every actuator", steps::steps),
     ("flown", "Margins over speed", flown::flown),
@@ -32,6 +32,7 @@ const SECTIONS: [Maker; 16] = [
     ("loops", "The loop over frequency, open and closed", loops::loops),
     ("disturbances", "In a current, and under noise", disturbances::disturbances),
     ("sea", "At sea: waves, current, errors of the sensors", disturbances::sea::sea),
+    ("working-sea", "In the sea that the controller is made for", disturbances::working_sea::working_sea),
     ("sensitivity", "The weights against the achieved sensitivity", sensitivity::sensitivity),
     ("mu", "Robust stability: mu over frequency", mu::mu),
     ("robust", "The robust controller against the nominal one", robust::robust),

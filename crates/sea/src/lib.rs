@@ -9,6 +9,7 @@
 //! - [`Waves`]: a long-crested sea of that spectrum, the same for the same seed; elevation and orbital motion by linear
 //!   theory in deep water;
 //! - [`Spheroid`]: a prolate spheroid under waves: Froude-Krylov load, exact, and diffraction by its added mass;
+//! - [`ShapingFilter`]: that spectrum as a vehicle meets it, as noise through a filter of two states;
 //! - [`Layers`] of a current over depth, and [`GaussMarkov`], a part of it that wanders;
 //! - [`Sensor`]: noise, bias, quantisation, rate and delay of a measured signal.
 //!
@@ -31,6 +32,7 @@ mod current;
 mod error;
 mod random;
 mod sensor;
+mod shaping;
 mod spectrum;
 mod spheroid;
 mod waves;
@@ -38,6 +40,7 @@ mod waves;
 pub use current::{GaussMarkov, Layers, Wandering};
 pub use error::SeaError;
 pub use sensor::{Sensor, SensorErrors};
+pub use shaping::ShapingFilter;
 pub use spectrum::Spectrum;
 pub use spheroid::Spheroid;
 pub use waves::{Component, Place, WaterMotion, Waves, encounter_frequency};

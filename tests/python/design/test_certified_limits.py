@@ -19,13 +19,19 @@ GOLDEN = SQUID / "frozen" / "certificate.json"
 
 
 def moving(c: dict) -> list[int]:
-    """Return the states of the plant that controls, channels or Delta move, and that these or measurements see."""
+    """Return the states that controls or Delta move, also by channels, and that channels, Delta or measurements see."""
     p, ball = {k: np.array(m, float) for k, m in c["plant"].items()}, c["residual"]
-    a = (p["A"] != 0).astype(int)
-    paths = np.linalg.matrix_power(np.eye(len(a), dtype=int) + a, len(a)) > 0
-    into = np.hstack([p["B2"], p["Bt"], np.array(ball["E"])]).any(axis=1)
+    n, r = len(p["A"]), len(p["Ct"])
+
+    def paths(links: np.ndarray) -> np.ndarray:
+        linked = np.eye(len(links), dtype=int) + (links != 0)
+        return np.linalg.matrix_power(linked, len(links)) > 0
+
+    into = np.hstack([np.hstack([p["B2"], np.array(ball["E"])]).any(axis=1), p["Dt2"].reshape(r, -1).any(axis=1)])
+    moved = paths(np.block([[p["A"], p["Bt"].reshape(n, r)], [p["Ct"], p["Dtt"].reshape(r, r)]]))[:n, into]
     out = np.vstack([p["C2"], p["Ct"], np.array(ball["F"])]).any(axis=0)
-    return [i for i in range(len(a)) if paths[i, into].any() and paths[out, i].any()]
+    seen = paths(p["A"])[out]
+    return [i for i in range(n) if moved[i].any() and seen[:, i].any()]
 
 
 class Flow:

@@ -26,6 +26,9 @@ pub struct Linearisation {
     pub states: States,
     /// The trim.
     pub trim: Trim,
+    /// What waves add to x', n x 2, in s^-1 times the units of x per metre of elevation: for its part above the
+    /// vehicle, and for that of a quarter of a period ago. `None` in still water; see [`Linearisation::in_waves`].
+    pub by_waves: Option<DMatrix<f64>>,
     /// The slope of the trim where the actuators alone could balance it at any pitch, so that least effort chooses the
     /// pitch; see [`Linearisation::trim_slope`].
     chosen_slope: Option<DVector<f64>>,
@@ -148,5 +151,13 @@ pub fn linearise(vehicle: &Vehicle, trim: &Trim) -> Result<Linearisation, Coeffi
     let b = jacobian.view((first, 4), (n, inputs)).into_owned();
     let by_given = surge.is_given().then(|| jacobian.column(0).rows(first, n).into_owned());
     let chosen_slope = is_redundant(vehicle, trim, &b).then(|| difference(vehicle, trim)).flatten();
-    Ok(Linearisation { a, b, states: surge.states(), trim: trim.clone(), chosen_slope, by_given })
+    Ok(Linearisation {
+        a,
+        b,
+        states: surge.states(),
+        trim: trim.clone(),
+        by_waves: None,
+        chosen_slope,
+        by_given,
+    })
 }

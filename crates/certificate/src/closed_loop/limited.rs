@@ -12,24 +12,31 @@ use crate::exact::dyadic::Dyadic;
 use crate::exact::matrix::Matrix;
 
 impl Certificate {
-    /// The states of the plant that the loop consists of: those that controls, channels or Delta move, and that in turn
-    /// move measurements, channels or Delta. The others are filters of w, in whose place the steps act, or of z.
+    /// The states of the plant that the loop consists of: those that controls or Delta move, also through channels and
+    /// other states, and that in turn move measurements, channels or Delta. The others are filters of w, in whose place
+    /// the steps act, or of z.
     pub fn moving_states(&self) -> Vec<usize> {
         let (p, n) = (&self.plant, self.plant.a.len());
         let any = |row: &[f64]| row.iter().any(|entry| *entry != 0.0);
         let in_row = |m: &Rows, i: usize| m.get(i).is_some_and(|row| any(row));
         let in_column =
             |m: &Rows, j: usize| m.iter().any(|row| row.get(j).is_some_and(|entry| *entry != 0.0));
-        let (e, f) = self.residual.as_ref().map_or((&p.ct, &p.ct), |r| (&r.e, &r.f));
-        let mut moved: Vec<bool> =
-            (0..n).map(|i| in_row(&p.b2, i) || in_row(&p.bt, i) || in_row(e, i)).collect();
+        let none = Rows::new();
+        let (e, f) = self.residual.as_ref().map_or((&none, &none), |r| (&r.e, &r.f));
+        let mut moved: Vec<bool> = (0..n).map(|i| in_row(&p.b2, i) || in_row(e, i)).collect();
         let mut seen: Vec<bool> =
             (0..n).map(|j| in_column(&p.c2, j) || in_column(&p.ct, j) || in_column(f, j)).collect();
-        for _ in 0..n {
-            for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).filter(|&(i, j)| p.a[i][j] != 0.0)
-            {
-                moved[i] |= moved[j];
-                seen[j] |= seen[i];
+        let mut carries: Vec<bool> = (0..p.ct.len()).map(|k| in_row(&p.dt2, k)).collect();
+        let by = |row: &[f64], moved: &[bool]| row.iter().zip(moved).any(|(entry, m)| *entry != 0.0 && *m);
+        for _ in 0..n + carries.len() {
+            for k in 0..carries.len() {
+                carries[k] = carries[k] || by(&p.ct[k], &moved) || by(&p.dtt[k], &carries);
+            }
+            for i in 0..n {
+                moved[i] = moved[i] || by(&p.a[i], &moved) || by(&p.bt[i], &carries);
+                if seen[i] {
+                    p.a[i].iter().zip(&mut seen).for_each(|(entry, seen)| *seen |= *entry != 0.0);
+                }
             }
         }
         (0..n).filter(|&i| moved[i] && seen[i]).collect()

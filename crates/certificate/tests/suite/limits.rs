@@ -166,4 +166,11 @@ fn weights_are_left_out() {
     assert_eq!(c.moving_states(), [0]);
     c.plant.c2[0][2] = 1.0;
     assert_eq!(c.moving_states(), [0, 2]);
+    // A filter of w that depends on a parameter is one, too, unless its channel carries what the controls move.
+    c.plant.bt = vec![vec![0.0], vec![1.0], vec![0.0]];
+    c.plant.ct = vec![vec![0.0, 1.0, 0.0]];
+    (c.plant.dtt, c.plant.dt2) = (vec![vec![0.0]], vec![vec![0.0]]);
+    assert_eq!(c.moving_states(), [0, 2]);
+    c.plant.dt2 = vec![vec![1.0]];
+    assert_eq!(c.moving_states(), [0, 1, 2]);
 }

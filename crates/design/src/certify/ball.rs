@@ -1,8 +1,8 @@
 //! The ball of models around the fit that contains the true linearisations, with the slope of the trim, at every speed
 //! of the range.
 //!
-//! `[A B1 B2]` of the plant with the fit is off by `L R(V) G`: `R = [A B x0'; 0 0 u0'](V) - [A B x0'; 0 0 u0'](rho)` is
-//! what the fit misses, L and G are where the model is in the plant ([`lpv::tracking::ModelPlace`]). The ball is the
+//! `[A B1 B2]` of the plant with the fit is off by `L R(V) Q`: `R = [A B G x0'; 0 0 0 u0'](V) - [A B G x0'; 0 0 0
+//! u0'](rho)` is what the fit misses, of the waves G as far as there are any; L and Q are where the model is in the plant ([`lpv::tracking::ModelPlace`]). The ball is the
 //! set of all `E Delta [F Fw Fu]` with `|Delta| <= 1`.
 
 use crate::augment::{LinearModel, place};
@@ -73,17 +73,19 @@ pub fn smallest_ball(
     for (j, actuator) in vehicle.actuators.iter().enumerate() {
         w[(states + j, states + j)] = actuator.reach();
     }
-    if columns > states + m {
-        let scaled: Vec<Mat> = residuals.iter().map(|r| &t_inverse * r * &w).collect();
+    let scaled: Vec<Mat> = residuals.iter().map(|r| &t_inverse * r * &w).collect();
+    for column in states + m..columns {
         let most = |(row, height), (column, width)| {
             let part = |r: &Mat| largest_singular_value(&r.view((row, column), (height, width)).into_owned());
             largest(0.0, scaled.iter().map(part))
         };
-        let (of_states, of_inputs, slope) = ((0, states), (states, rows - states), (states + m, 1));
-        let missed = most(of_states, slope).max(f64::MIN_POSITIVE);
-        w[(states + m, states + m)] =
-            (SLOPE * most(of_states, (0, states + m)) / missed).clamp(UNITS.0, UNITS.1);
-        let unit = (most(of_inputs, slope) / missed).clamp(UNITS.0, UNITS.1);
+        let (of_states, of_inputs, beside) = ((0, states), (states, rows - states), (column, 1));
+        let missed = most(of_states, beside).max(f64::MIN_POSITIVE);
+        w[(column, column)] = (SLOPE * most(of_states, (0, states + m)) / missed).clamp(UNITS.0, UNITS.1);
+        if column + 1 < columns {
+            continue;
+        }
+        let unit = (most(of_inputs, beside) / missed).clamp(UNITS.0, UNITS.1);
         t.columns_mut(states, rows - states).scale_mut(unit);
         t_inverse.rows_mut(states, rows - states).scale_mut(1.0 / unit);
     }
@@ -154,7 +156,7 @@ impl Missed {
         let (centre, half_range) = file.scheduling();
         let fit = model.linear();
         let at = |v: f64| -> Result<Mat, Error> {
-            let truth = LinearModel::at(&linearise_at(vehicle, file, v)?, &vehicle.actuators);
+            let truth = LinearModel::at(&linearise_at(vehicle, file, v)?, &vehicle.actuators, file);
             let missed = truth.whole(0.0)? - fit.whole((v - centre) / half_range)?;
             Ok(missed.select_rows(&rows).columns(0, right.nrows()).into_owned())
         };

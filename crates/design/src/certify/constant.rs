@@ -112,7 +112,7 @@ pub fn constant(
 fn uncertain(inputs: &Inputs, model: &Model) -> Result<(Truncated, UncertainPlant), Error> {
     let whole = over_range(inputs.declared(), inputs.design.order, model)?;
     let fewer = truncated(&inputs.vehicle.actuators, &whole, 1.0, TRUNCATION_TOLERANCE)?;
-    let plant = uncertain_plant(&inputs.vehicle.actuators, &inputs.design, &fewer.model, &model.trim_slope)?;
+    let plant = uncertain_plant(&inputs.vehicle.actuators, &inputs.design, &fewer.model, model.linear())?;
     Ok((fewer, UncertainPlant { plant, scheduled: 1 }))
 }
 

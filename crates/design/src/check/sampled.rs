@@ -298,7 +298,7 @@ mod tests {
                 (U, Y, some(m, y, 3.0)),
             ];
             let k = Controller::new(vec![], &parts).unwrap();
-            let plant = augment(actuators, file, LinearModel::at(&l, actuators)).unwrap();
+            let plant = augment(actuators, file, LinearModel::at(&l, actuators, file)).unwrap();
             let designed = plant.close(&k).frozen(&[]).unwrap();
             let flown = Sampling::of(actuators, file).ideal(&l).closed(&k.frozen(&[]).unwrap());
             let slope = l.trim_slope(actuators);

@@ -45,7 +45,7 @@ impl Sampling<'_> {
     ) -> Result<(GeneralisedPlant, StateSpace), Error> {
         // The commands wait in the controller.
         let design = DesignFile { delay: 0.0, lags: true, ..self.design.clone() };
-        let plant = augment(self.actuators, &design, LinearModel::at(l, self.actuators))?;
+        let plant = augment(self.actuators, &design, LinearModel::at(l, self.actuators, &design))?;
         let k = trapezoidal(frozen, self.sample_time).ok_or_else(cannot)?;
         let ticks = self.late_ticks();
         let speed = design.tracked.iter().position(|t| t.place == SPEED);

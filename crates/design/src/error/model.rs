@@ -25,6 +25,9 @@ pub enum ModelError {
     /// A coefficient is not allowed.
     #[error(transparent)]
     Coefficient(#[from] auv::CoefficientError),
+    /// The waves of a design do not fit the hull.
+    #[error("[sea]: {0}")]
+    Waves(#[from] squid_sea::SeaError),
     /// The polynomial fit failed.
     #[error(transparent)]
     Fit(#[from] lpv::error::FitError),

@@ -9,6 +9,7 @@
 
 mod manoeuvre;
 mod require;
+mod sea;
 mod tables;
 mod tracked;
 mod uncertainty;
@@ -19,6 +20,7 @@ use lpv::matrix::Mat;
 use lpv::weights::{ReferenceModel, ReferenceWeight, RisingWeight};
 pub use require::{REQUIREMENTS, Require, Requirement, Sense};
 use scheduled::Manoeuvre;
+pub use sea::WorkingSea;
 use signals::{SIGNALS, SPEED, Signal, States};
 pub use uncertainty::{HalfRange, UncertainCoefficient, UncertainParameter, Uncertainty};
 
@@ -170,6 +172,8 @@ pub struct DesignFile {
     pub control_weight: RisingWeight,
     /// Disturbance at the input, in units of each actuator's limit.
     pub disturbance: f64,
+    /// The sea that the controller is made for.
+    pub sea: Option<WorkingSea>,
     /// Whether the lags of the actuators are part of the plant of the design.
     pub lags: bool,
     /// Relative back-off from the least gamma.

@@ -23,7 +23,7 @@ impl DesignFile {
             ));
         }
         let mut judged = self.with_even_references();
-        judged.judged = true;
+        (judged.judged, judged.sea) = (true, None);
         judged.tracked.iter_mut().zip(&other.tracked).for_each(|(own, given)| own.weight = given.weight);
         judged.measured.iter_mut().for_each(|m| m.noise = RisingWeight::constant(0.0));
         (judged.control_weight, judged.disturbance) = (other.control_weight, other.disturbance);

@@ -33,7 +33,6 @@ use certificate::Certificate;
 use lpv::analysis::GainBound;
 use lpv::analysis::bounded_gain::balanced_start;
 use lpv::controller::Controller;
-use lpv::lft::Lft;
 use lpv::matrix::Mat;
 use lpv::mu::sweep::bound_over_frequency;
 use lpv::mu::worst_case::{Perturbable, worst_case_gain};
@@ -142,7 +141,7 @@ pub fn search(
     progress: &Progress,
 ) -> Result<Searched, Error> {
     let whole = over_range(declared, file.order, model)?;
-    let (truncated, uncertain) = thinned(&declared.vehicle.actuators, file, &whole, &model.trim_slope)?;
+    let (truncated, uncertain) = thinned(&declared.vehicle.actuators, file, &whole, model)?;
     progress.done("uncertain", &model_line(&truncated));
     let even = augment(&declared.vehicle.actuators, &file.with_even_references(), model.linear())?;
     let known = bound_in(&even, &nominal.controller, nominal.certified.gamma, "nominal")?;
@@ -171,10 +170,10 @@ pub(crate) fn thinned(
     actuators: &[Actuator],
     file: &DesignFile,
     whole: &UncertainModel,
-    trim_slope: &Lft,
+    model: &Model,
 ) -> Result<(Truncated, UncertainPlant), Error> {
     let truncated = truncated(actuators, whole, TRUNCATION_BOX, TRUNCATION_TOLERANCE)?;
-    let plant = uncertain_plant(actuators, file, &truncated.model, trim_slope)?;
+    let plant = uncertain_plant(actuators, file, &truncated.model, model.linear())?;
     Ok((truncated, UncertainPlant { plant, scheduled: 1 }))
 }
 

@@ -18,7 +18,6 @@ use crate::uncertain::frozen::FrozenUncertain;
 use crate::uncertain::model::UncertainModel;
 use auv::Actuator;
 use lpv::controller::Controller;
-use lpv::lft::Lft;
 use lpv::matrix::{Mat, block, diagonal_blocks};
 use lpv::partition::Group::{T, W, Z};
 use lpv::plant::GeneralisedPlant;
@@ -68,9 +67,9 @@ pub fn uncertain_plant(
     actuators: &[Actuator],
     file: &DesignFile,
     model: &UncertainModel,
-    trim_slope: &Lft,
+    nominal: LinearModel,
 ) -> Result<GeneralisedPlant, Error> {
-    let linear = LinearModel { ab: model.lft(), trim_slope: trim_slope.clone() };
+    let linear = LinearModel { ab: model.lft(), ..nominal };
     let plant = augment(actuators, &file.with_even_references(), linear)?;
     // A parameter without a channel counts as well.
     let mut blocks = model.repetitions();
@@ -101,7 +100,7 @@ pub fn uncertain_loop(
         lft.inner = diagonal_blocks(&[&lft.inner, &Mat::zeros(size, size)]);
         lft.right = block(&[&[&lft.right], &[right]]);
     }
-    let linear = LinearModel { ab: lft, ..LinearModel::at(&frozen.nominal, actuators) };
+    let linear = LinearModel { ab: lft, ..LinearModel::at(&frozen.nominal, actuators, file) };
     let plant = augment(actuators, &file.with_even_references(), linear)?;
     let closed = plant.close(&frozen_controller(controller, rho)?);
     Ok(UncertainLoop {

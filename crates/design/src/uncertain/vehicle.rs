@@ -37,6 +37,7 @@ pub fn vehicle_at(vehicle: &Vehicle, frozen: &FrozenUncertain, delta: &[f64]) ->
         return None;
     }
     let mut linearisation = linearise(&changed, &trim).ok()?;
+    linearisation.by_waves.clone_from(&frozen.nominal.by_waves);
     for (b, d) in blocks.iter().zip(delta) {
         if let Uncertain::Gain(actuator) = b.uncertain {
             linearisation.b.column_mut(actuator).scale_mut(1.0 + b.half_range * d);
@@ -56,7 +57,7 @@ pub fn gain(
     controller: &Controller,
     rho: f64,
 ) -> Result<f64, Error> {
-    let plant = augment(actuators, &file.with_even_references(), LinearModel::at(l, actuators))?;
+    let plant = augment(actuators, &file.with_even_references(), LinearModel::at(l, actuators, file))?;
     Ok(plant.close(&frozen_controller(controller, rho)?).frozen(&[])?.hinf_norm().value)
 }
 

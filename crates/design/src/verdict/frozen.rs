@@ -39,7 +39,7 @@ impl AtSpeed {
         let (centre, half_range) = design.scheduling();
         let l = linearise_at(&inputs.vehicle, design, speed)?;
         let frozen = frozen_controller(k, (speed - centre) / half_range)?;
-        let plant = augment(actuators, design, LinearModel::at(&l, actuators))?;
+        let plant = augment(actuators, design, LinearModel::at(&l, actuators, design))?;
         let sampling = Sampling::of(actuators, design);
         let system = frozen.frozen(&[])?;
         let gain = |w: Exogenous| sampled.then(|| sampling.gain(&l, &system, w)).transpose();

@@ -38,8 +38,11 @@ fn the_ball_holds_the_plants_of_the_vehicle() {
         let mut farthest: f64 = 0.0;
         for speed in inputs.design.spread(38) {
             let actuators = &inputs.vehicle.actuators;
-            let truth =
-                LinearModel::at(&linearise_at(&inputs.vehicle, &inputs.design, speed).unwrap(), actuators);
+            let truth = LinearModel::at(
+                &linearise_at(&inputs.vehicle, &inputs.design, speed).unwrap(),
+                actuators,
+                &inputs.design,
+            );
             let truth = augment(actuators, &inputs.design, truth).unwrap();
             let rho = (speed - centre) / half_range;
             let missed = moved(&truth, rho) - moved(&finished.plant, rho);

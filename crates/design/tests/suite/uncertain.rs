@@ -206,7 +206,11 @@ fn the_uncertain_loop_closed_by_delta_is_the_perturbed_loop() {
                     &subject.inputs.design.with_even_references(),
                     LinearModel {
                         ab: Lft::constant(vehicle.clone()),
-                        ..LinearModel::at(&frozen.nominal, &subject.inputs.vehicle.actuators)
+                        ..LinearModel::at(
+                            &frozen.nominal,
+                            &subject.inputs.vehicle.actuators,
+                            &subject.inputs.design,
+                        )
                     },
                 )
                 .unwrap();

@@ -8,8 +8,8 @@
 //!   y = [R r; C x + N n] or e                |
 //!    |                                       |
 //!   [K]--> u --[delay]--[lag]--(+)--[model]--+
-//!          |                    ^
-//!        [W_u]                beta d                d: disturbance at the input
+//!          |                    ^         ^
+//!        [W_u]                beta d   [waves]      d: disturbance at the input
 //!          v
 //!         z_u
 //! ```
@@ -58,6 +58,9 @@ pub struct TwoDegrees {
     pub trim: Option<MovingTrim>,
 }
 
+/// States of the filter of the waves, and its inputs.
+const WAVES: (usize, usize) = (2, 1);
+
 /// A tracking problem for a model `x' = A(theta) x + B(theta) v`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrackingProblem {
@@ -82,6 +85,9 @@ pub struct TrackingProblem {
     pub control: Vec<RisingWeight>,
     /// Size of the disturbance at each input, behind its lag, in units of its scale.
     pub disturbance: f64,
+    /// Waves, as white noise through a filter of two states: the LFT of `[G 0; A_w B_w]`, (n + 2) x 3, with
+    /// `x_w' = A_w x_w + B_w w` and G x_w added to x'. `None` for none.
+    pub waves: Option<Lft>,
     /// `None` for a controller that measures the tracking errors, and nothing else.
     pub two_degrees: Option<TwoDegrees>,
 }
@@ -89,25 +95,25 @@ pub struct TrackingProblem {
 /// Where the model is in the generalised plant: `[A B1 B2]` of the plant is
 ///
 /// ```text
-/// left [A B x0'; 0 0 u0'] right + what does not depend on the model
+/// left [A B G x0'; 0 0 0 u0'] right + what does not depend on the model
 /// ```
 ///
-/// at every theta, with `[A B]` alone where no trim moves.
+/// at every theta, without G where there are no waves, and with `[A B G]` alone where no trim moves.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelPlace {
     /// Into x': the model's rates; and what moves the inputs' trim, into the states of lags and delays. states x
     /// (n + m), or states x n where no trim moves.
     pub left: Mat,
-    /// From `[x; w; u]`: the model's states, its inputs, and the rate of the trim with its sign, a last row only where
-    /// it moves. In units of the model.
+    /// From `[x; w; u]`: the model's states, its inputs, the states of the waves, and the rate of the trim with its
+    /// sign, a last row only where it moves. In units of the model.
     pub right: Mat,
 }
 
 impl TrackingProblem {
     /// The generalised plant.
     ///
-    /// States: the model's; the lags; one of each delay; one of each W_e; R, the trim, the reference models, the
-    /// noise and W_u, as far as they have any. `w = [r; d; n]`, `z = [W_e e; W_u u]`, y = e or `[R r; C x + N n]`,
+    /// States: the model's; the lags; one of each delay; one of each W_e; two of the waves; R, the trim, the reference
+    /// models, the noise and W_u, as far as they have any. `w = [r; d; n; w of the waves]`, `z = [W_e e; W_u u]`, y = e or `[R r; C x + N n]`,
     /// all in units of their scales. With a moving trim, x, u, R r and the measurements are deviations from it.
     ///
     /// # Errors
@@ -131,8 +137,11 @@ impl TrackingProblem {
         self.check_numbers()?;
         let two = self.two_degrees.as_ref();
         let noises = two.map_or(0, |two| two.noise.len());
-        let model = self.with_trim(n, m);
-        let sizes = Sizes { x: self.states(n), t: model.size(), w: p + m + noises, u: m, ..Sizes::default() };
+        let model = self.whole_model(n, m);
+        let (wave_states, wave_inputs) = self.waves.as_ref().map_or((0, 0), |_| WAVES);
+        let others = p + m + noises;
+        let sizes =
+            Sizes { x: self.states(n), t: model.size(), w: others + wave_inputs, u: m, ..Sizes::default() };
         let mut all = Assembly::new(sizes.x, sizes.t + sizes.w + sizes.u);
         let diagonal = |v: &[f64]| Mat::from_diagonal(&DVector::from_row_slice(v));
         let (_, x) = all.state(n);
@@ -140,9 +149,11 @@ impl TrackingProblem {
         let (first_lag, lags) = all.state(lagged.len());
         let (first_late, late) = all.state(self.late(m));
         let errors_from = all.state(p).0;
+        let (first_wave, waves) = all.state(wave_states);
         let wt = all.signal(sizes.x, sizes.t);
-        let [unit, d, noise, u] = [(0, p), (p, m), (p + m, noises), (sizes.w, m)]
-            .map(|(first, count)| all.signal(sizes.x + sizes.t + first, count));
+        let [unit, d, noise, excitation, u] =
+            [(0, p), (p, m), (p + m, noises), (others, wave_inputs), (sizes.w, m)]
+                .map(|(first, count)| all.signal(sizes.x + sizes.t + first, count));
         let row = |s: &Signal, i: usize| s.rows(i, 1).into_owned();
         let mut r = unit.clone();
         for (i, weight) in self.references.iter().enumerate() {
@@ -173,7 +184,13 @@ impl TrackingProblem {
             forces.rows_mut(*j, 1).copy_from(&lag);
         }
         let forces = forces + d * self.disturbance;
-        let inputs = block(&[&[&x], &[&(diagonal(&self.input_scale) * &forces)], &[&-rate]]);
+        let inputs = block(&[
+            &[&x],
+            &[&(diagonal(&self.input_scale) * &forces)],
+            &[&waves],
+            &[&excitation],
+            &[&-rate],
+        ]);
         let mut left = Mat::zeros(sizes.x, model.constant.nrows());
         left.view_mut((0, 0), (n, n)).fill_with_identity();
         if trim.is_some() {
@@ -182,6 +199,8 @@ impl TrackingProblem {
                 left[(state, n + j)] = 1.0 / self.input_scale[j];
             }
         }
+        let filters = left.ncols() - wave_states;
+        left.view_mut((first_wave, filters), (wave_states, wave_states)).fill_with_identity();
         let moved = &model.constant * &inputs + &model.left * &wt;
         let zt = &model.right * &inputs + &model.inner * &wt;
 
@@ -220,7 +239,8 @@ impl TrackingProblem {
         let mut blocks = vec![0; model.channels.iter().max().map_or(0, |last| last + 1)];
         model.channels.iter().for_each(|channel| blocks[*channel] += 1);
         let plant = GeneralisedPlant { parts: Partitioned::of(matrix, PLANT, sizes), blocks };
-        Ok((plant, ModelPlace { left, right: inputs.remove_columns(sizes.x, sizes.t) }))
+        let right = inputs.remove_rows(n + m + wave_states, wave_inputs).remove_columns(sizes.x, sizes.t);
+        Ok((plant, ModelPlace { left: left.columns(0, filters).into_owned(), right }))
     }
 
     /// The number of states of the delays of m inputs.
@@ -242,16 +262,39 @@ impl TrackingProblem {
             models + two.noise.iter().filter(|noise| noise.rises()).count()
         });
         let references = self.references.iter().filter(|weight| weight.follow > 1.0).count();
-        n + self.outputs.nrows() + references + lags + self.late(self.input_scale.len()) + two + weights
+        let waves = self.waves.as_ref().map_or(0, |_| WAVES.0);
+        n + self.outputs.nrows()
+            + references
+            + lags
+            + self.late(self.input_scale.len())
+            + waves
+            + two
+            + weights
     }
 
-    /// The model, and beside it the slope of the trim if that moves: `[A B x0'; 0 0 u0']`.
-    fn with_trim(&self, n: usize, m: usize) -> Lft {
-        match self.two_degrees.as_ref().and_then(|two| two.trim.as_ref()) {
-            None => self.model.clone(),
+    /// The model, beside it the waves, and the slope of the trim if that moves: `[A B G 0 x0'; 0 0 0 0 u0'; 0 0 A_w B_w
+    /// 0]`.
+    fn whole_model(&self, n: usize, m: usize) -> Lft {
+        let trim = self.two_degrees.as_ref().and_then(|two| two.trim.as_ref());
+        let moved = trim.map_or(0, |_| m);
+        let padded =
+            |lft: &Lft, rows: usize| lft.above(&Lft::constant(Mat::zeros(rows, lft.constant.ncols())));
+        let mut model = self.model.clone();
+        if let Some(waves) = &self.waves {
+            let (states, _) = WAVES;
+            let mut below = Mat::zeros(n + moved + states, n + states);
+            below.view_mut((0, 0), (n, n)).fill_with_identity();
+            below.view_mut((n + moved, n), (states, states)).fill_with_identity();
+            model = padded(&model, moved + states).beside(&Lft::constant(below).multiply(waves)).in_order();
+        } else if moved > 0 {
+            model = padded(&model, moved);
+        }
+        match trim {
             Some(trim) => {
-                self.model.above(&Lft::constant(Mat::zeros(m, n + m))).beside(&trim.slope).in_order()
+                let rows = model.constant.nrows() - trim.slope.constant.nrows();
+                model.beside(&padded(&trim.slope, rows)).in_order()
             }
+            None => model,
         }
     }
 
@@ -326,6 +369,9 @@ impl TrackingProblem {
             ("model [A B]", self.model.constant.shape(), (n, n + m)),
             ("outputs", self.outputs.shape(), (p, n)),
         ];
+        if let Some(waves) = &self.waves {
+            shapes.push(("waves [G 0; A_w B_w]", waves.constant.shape(), (n + WAVES.0, WAVES.0 + WAVES.1)));
+        }
         if let Some(TwoDegrees { measured, noise, models, trim }) = &self.two_degrees {
             shapes.push(("measured", measured.shape(), (noise.len(), n)));
             shapes.push(("reference models", (models.len(), 1), (p, 1)));
@@ -344,6 +390,7 @@ impl TrackingProblem {
 mod tests {
     use super::*;
     use crate::system::partition::Group::{U, W, Y, Z};
+    use crate::system::polynomial::MatrixPolynomial;
     use nalgebra::{Complex, dmatrix};
 
     /// A model with one state, one input and no parameter.
@@ -366,6 +413,7 @@ mod tests {
             delay: 0.0,
             control: vec![RisingWeight::constant(0.5)],
             disturbance: 0.1,
+            waves: None,
             two_degrees: None,
         }
     }
@@ -452,6 +500,50 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// Waves are noise through their filter, which moves with a parameter as the slope of the trim does.
+    #[test]
+    fn waves_have_their_transfer_functions() {
+        let at = |theta: f64| {
+            dmatrix![0.3 - 0.1 * theta, -0.2 + 0.4 * theta, 0.0;
+            -0.2 - 0.1 * theta, -1.1 - 0.3 * theta, 0.2 + 0.1 * theta;
+            1.1 + 0.3 * theta, 0.0, 0.0]
+        };
+        let affine = MatrixPolynomial { coefficients: vec![at(0.0), at(1.0) - at(0.0)] };
+        let slope = Lft::parameter(0, 1.0, 0.5).above(&Lft::constant(dmatrix![0.5]));
+        let with = |waves| TrackingProblem {
+            lags: vec![0.5],
+            waves: Some(waves),
+            two_degrees: Some(TwoDegrees {
+                measured: dmatrix![2.0],
+                noise: vec![RisingWeight::constant(0.1)],
+                models: vec![None],
+                trim: Some(MovingTrim { output: 0, frequency: 0.9, slope: slope.clone() }),
+            }),
+            ..problem()
+        };
+        let scheduled = with(Lft::from_polynomial(&affine, 1e-12));
+        let plant = scheduled.augment().unwrap();
+        let sizes = plant.sizes();
+        assert_eq!((sizes.x, sizes.w, sizes.t), (6, 4, 4));
+        assert_eq!(scheduled.place().unwrap().right.shape(), (1 + 1 + 2 + 1, sizes.x + sizes.w + 1));
+        for theta in [-1.0, 0.4] {
+            let system = plant.frozen(&[theta]).unwrap().parts.state_space(&[Z, Y], &[W, U]);
+            let m = at(theta);
+            for omega in [0.3, 1.1, 4.0] {
+                let s = Complex::new(0.0, omega);
+                let g = system.response(s).unwrap();
+                let (b, w) = (0.5 * m[(1, 2)], m[(2, 0)]);
+                let crest = s * (2.0 * b) / (s * s + s * (2.0 * b) + w * w);
+                let moved = (crest * m[(0, 0)] + crest * w / s * m[(0, 1)]) / (s + 1.0);
+                let weight = (s / 2.0 + 0.46) / (s + 0.0046);
+                assert!((g[(0, 3)] + weight * moved).norm() < 1e-12);
+                assert!((g[(3, 3)] - moved * 2.0).norm() < 1e-12);
+            }
+        }
+        let message = with(Lft::constant(Mat::zeros(2, 3))).augment().unwrap_err().to_string();
+        assert!(message.contains("waves"), "{message}");
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! What a current and the noise of the sensors do to the loop; [`sea`] is of a sea that a file says.
 
 pub(crate) mod sea;
+pub(crate) mod working_sea;
 
 use crate::error::Error;
 use crate::page::axis::Axis;

@@ -3,6 +3,7 @@
 
 mod current;
 mod sensor;
+mod shaping;
 mod spectrum;
 mod spheroid;
 mod waves;

@@ -3,7 +3,9 @@
 use crate::inputs::design_file::manoeuvre::Limits;
 use crate::inputs::design_file::tracked::{measured, tracked};
 use crate::inputs::design_file::values::{ROUNDING, angle, rising, within};
-use crate::inputs::design_file::{CONTROL_WEIGHT, DesignFile, RATE, Require, SAMPLE_TIME, uncertainty};
+use crate::inputs::design_file::{
+    CONTROL_WEIGHT, DesignFile, RATE, Require, SAMPLE_TIME, WorkingSea, uncertainty,
+};
 use auv::Pitch;
 use auv::toml_file::{Document, FileError, Table};
 use lpv::weights::RisingWeight;
@@ -20,13 +22,14 @@ const FREE: &str = "free";
 /// The largest pitch that can be held in level trim, deg: steeper flight is not level flight with an incidence.
 const STEEPEST: f64 = 60.0;
 
-const SECTIONS: [&str; 11] = [
+const SECTIONS: [&str; 12] = [
     "description",
     "model",
     "trim",
     "track",
     "measure",
     "control",
+    "sea",
     "synthesis",
     "autopilot",
     "manoeuvre",
@@ -56,6 +59,8 @@ fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
     let tracked = tracked(&root, measured.as_ref().is_none_or(|all| !all.is_empty()));
     let control = section(&root, "control", "the weight on each actuator, and a disturbance there");
     let control = control.as_ref().map(Control::of);
+    let speeds = model.as_ref().and_then(|m| m.speed_min.zip(m.speed_max));
+    let sea = root.table("sea").map_or(Some(None), |table| WorkingSea::of(&table, speeds).map(Some));
     let synthesis = section(&root, "synthesis", "back_off, how far from the least gamma");
     let back_off = synthesis.as_ref().and_then(|table| {
         table.allow_only(&["back_off", "rate"]);
@@ -68,7 +73,7 @@ fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
     let autopilot = autopilot.as_ref().map(Autopilot::of);
     let sample_time = autopilot.as_ref().and_then(|autopilot| autopilot.sample_time);
     let limits = Limits {
-        speeds: model.as_ref().and_then(|m| m.speed_min.zip(m.speed_max)),
+        speeds,
         pitch: tracked.iter().flatten().find(|t| t.place == PITCH).map(|t| t.scale),
         duration: sample_time.map(|time| MOST_TICKS * time),
     };
@@ -93,6 +98,7 @@ fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
         measured: measured?,
         control_weight: control.weight?,
         disturbance: control.disturbance?,
+        sea: sea?,
         lags: control.lags?,
         back_off: back_off?,
         judged: false,

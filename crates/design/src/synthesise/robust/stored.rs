@@ -91,7 +91,7 @@ impl StoredRobust {
             return Err(ProofError::Mismatch { what: format!("`proved` of {FIGURES}") }.into());
         }
         let whole = over_range(declared, file.order, model)?;
-        let (_, uncertain) = thinned(&declared.vehicle.actuators, file, &whole, &model.trim_slope)?;
+        let (_, uncertain) = thinned(&declared.vehicle.actuators, file, &whole, model)?;
         let sized = uncertain.sized(self.figures.robust_bears);
         same_plant::check_in_box(&self.certificate.plant, &self.certificate.blocks, &sized)?;
         Ok(self.certificate.prove().map(|_| ())?)
@@ -119,7 +119,7 @@ mod tests {
         let plant = augment(actuators, &file.with_even_references(), model.linear()).unwrap();
         let design = synthesise(actuators, file, &plant, &Progress::default()).unwrap();
         let whole = over_range(inputs.declared(), file.order, &model).unwrap();
-        let (_, uncertain) = thinned(actuators, file, &whole, &model.trim_slope).unwrap();
+        let (_, uncertain) = thinned(actuators, file, &whole, &model).unwrap();
         let found = RobustLoop::new(&uncertain, &design.controller).begun(&design.certified, 1.0).unwrap();
         let certificate = nominal(&uncertain.sized(found.size), &design.controller, &found.bound);
         let k = &design.controller;

@@ -8,22 +8,22 @@ use crate::page::section::{Part, Table};
 use crate::page::words::capital;
 use crate::subject::Subject;
 use crate::threads::side_by_side;
-use scheduled::Manoeuvre;
+use scheduled::{ControllerDesign, Manoeuvre};
 use signals::{PITCH, SPEED, place};
 use squid_design::numbers::decimals;
 use squid_flight::flight::{Flight, Row, fly_at_sea};
 use squid_flight::sea::Sea;
 
 /// Seas of the same kind that are flown at each speed and depth, and for how long (s).
-const SEAS: u64 = 3;
-const FLOWN: f64 = 60.0;
+pub(super) const SEAS: u64 = 3;
+pub(super) const FLOWN: f64 = 60.0;
 /// Depths, relative to that of the sea.
 const DEPTHS: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
 /// Decimals of a root mean square.
-const DIGITS: usize = 3;
+pub(super) const DIGITS: usize = 3;
 
 /// A mean square over the rows of a flight.
-type MeanSquare = Box<dyn Fn(&[Row]) -> f64 + Sync>;
+pub(super) type MeanSquare = Box<dyn Fn(&[Row]) -> f64 + Sync>;
 
 /// Mean squares of a flight, a number each; `None` of one that ends at the surface, or cannot begin so near to it.
 type Squares = Option<Vec<f64>>;
@@ -37,7 +37,8 @@ pub fn sea(subject: &Subject) -> Result<Vec<Part>, Error> {
     let depth = sea.depth.unwrap_or(subject.inputs.design.depth);
     let (names, squares): (Vec<String>, Vec<MeanSquare>) = quantities(subject).into_iter().unzip();
     let flown = |depth: f64, speed: f64, k: u64| -> Result<Squares, Error> {
-        let flight = fly(subject, &Sea { depth: Some(depth), ..sea.clone() }, speed, k)?;
+        let sea = Sea { depth: Some(depth), ..sea.clone() };
+        let flight = fly(subject, &subject.stored.controller, &sea, speed, k)?;
         Ok(flight.surfacing.is_none().then(|| squares.iter().map(|square| square(&flight.rows)).collect()))
     };
     // The first says why there is none, if there is none.
@@ -90,7 +91,13 @@ pub fn sea(subject: &Subject) -> Result<Vec<Part>, Error> {
 }
 
 /// Level at a constant speed (m/s), in the k-th sea of a kind.
-fn fly(subject: &Subject, sea: &Sea, speed: f64, k: u64) -> Result<Flight, Error> {
+pub(super) fn fly(
+    subject: &Subject,
+    controller: &ControllerDesign,
+    sea: &Sea,
+    speed: f64,
+    k: u64,
+) -> Result<Flight, Error> {
     let (inputs, stored) = (subject.inputs, subject.stored);
     let level = Manoeuvre {
         speed_from: speed,
@@ -100,11 +107,11 @@ fn fly(subject: &Subject, sea: &Sea, speed: f64, k: u64) -> Result<Flight, Error
         ..stored.manoeuvre.clone()
     };
     let sea = Sea { seed: sea.seed.wrapping_add(k), ..sea.clone() };
-    Ok(fly_at_sea(&inputs.vehicle, &stored.controller, inputs.design.level(), &level, &sea)?)
+    Ok(fly_at_sea(&inputs.vehicle, controller, inputs.design.level(), &level, &sea)?)
 }
 
 /// Of the errors of pitch and speed, and of heave and each command about their means, by the names of their roots.
-fn quantities(subject: &Subject) -> Vec<(String, MeanSquare)> {
+pub(super) fn quantities(subject: &Subject) -> Vec<(String, MeanSquare)> {
     fn mean(rows: &[Row], of: impl Fn(&Row) -> f64) -> f64 {
         rows.iter().map(of).sum::<f64>() / rows.len() as f64
     }

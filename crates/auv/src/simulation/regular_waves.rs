@@ -1,0 +1,110 @@
+//! What regular waves do to the linear motion about a trim.
+
+use nalgebra::DMatrix;
+use squid_sea::{Component, GRAVITY, SeaError, Waves};
+use std::f64::consts::FRAC_PI_2;
+
+use crate::motion::dynamics::Dynamics;
+use crate::motion::linearise::Linearisation;
+use crate::simulation::surroundings::Surroundings;
+use crate::simulation::water::Water;
+use crate::vehicle::geometry::Geometry;
+
+/// Regular waves above a vehicle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RegularWaves {
+    /// rad/s, as one who stands still meets them.
+    pub frequency: f64,
+    /// Where they go, from the way the vehicle faces \[rad\].
+    pub heading: f64,
+    /// Of the vehicle \[m\].
+    pub depth: f64,
+}
+
+impl Linearisation {
+    /// The same with [`Linearisation::by_waves`]: the vehicle in trim, along a level path through the waves.
+    ///
+    /// The velocities are those through the water, which moves: `v_r' = M^-1 load - R v_w'`.
+    ///
+    /// # Errors
+    /// [`SeaError`] of the hull.
+    pub fn in_waves(
+        mut self,
+        dynamics: &Dynamics,
+        geometry: Geometry,
+        waves: &RegularWaves,
+    ) -> Result<Self, SeaError> {
+        let (coefficients, trim) = (dynamics.coefficients(), &self.trim);
+        let RegularWaves { frequency, heading, depth } = *waves;
+        let mut columns = vec![];
+        // As a crest is above the vehicle, and a quarter of a period later.
+        for phase in [0.0, -FRAC_PI_2] {
+            let wave =
+                Component { amplitude: 1.0, frequency, number: frequency * frequency / GRAVITY, phase };
+            let water = Surroundings::still(coefficients).with_waves(
+                Waves::of(vec![wave], heading),
+                geometry,
+                coefficients,
+            )?;
+            let met = water.at(0.0, 0.0, depth, trim.pitch);
+            let [du, dw, dq] = dynamics.pushed(met.load);
+            let (along, across) = met.along([trim.speed, 0.0, 0.0]).along_body(trim.pitch);
+            columns.extend(&[du - along, dw - across, dq, 0.0][coefficients.surge.first()..]);
+        }
+        self.by_waves = Some(DMatrix::from_vec(self.a.nrows(), 2, columns));
+        Ok(self)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Plant, Speed, Vehicle, linearise, trim};
+    use std::sync::Arc;
+
+    /// The nonlinear vehicle, from trim under a crest and a quarter of a period later, against the linear rates.
+    #[test]
+    fn the_vehicle_moves_as_the_columns_say() {
+        for name in ["squid", "remus100", "lauv"] {
+            let folder = format!("{}/../../vehicles/{name}/vehicle.toml", env!("CARGO_MANIFEST_DIR"));
+            let vehicle = Vehicle::read(folder.as_ref()).unwrap();
+            let (geometry, coefficients) = (vehicle.geometry.unwrap(), &vehicle.coefficients);
+            let dynamics = Dynamics::new(coefficients).unwrap();
+            for (frequency, heading) in [(1.1, 2.8), (1.9, 0.4)] {
+                let level = trim(&vehicle, Speed::Path(1.8), 4.0).unwrap();
+                let waves = RegularWaves { frequency, heading, depth: 4.0 };
+                let linear =
+                    linearise(&vehicle, &level).unwrap().in_waves(&dynamics, geometry, &waves).unwrap();
+                for (column, phase) in [0.0, -FRAC_PI_2].into_iter().enumerate() {
+                    let (h, amplitude) = (1e-4, 1e-3);
+                    let after = |amplitude: f64| {
+                        let number = frequency * frequency / GRAVITY;
+                        let wave = Component { amplitude, frequency, number, phase };
+                        let water = Surroundings::still(coefficients)
+                            .with_waves(Waves::of(vec![wave], heading), geometry, coefficients)
+                            .unwrap();
+                        let mut plant = Plant::new(&vehicle).unwrap().with_water(Arc::new(water));
+                        plant.start(0.0, &level).unwrap();
+                        for (index, output) in level.actuators.iter().enumerate() {
+                            plant.set_command(index, *output).unwrap();
+                        }
+                        plant.advance(h).unwrap();
+                        let motion = plant.state().motion;
+                        [motion.u, motion.w, motion.q, motion.theta]
+                    };
+                    let (up, down) = (after(amplitude), after(-amplitude));
+                    let expected = linear.by_waves.as_ref().unwrap().column(column).into_owned();
+                    let size = expected.amax();
+                    for i in 0..4 {
+                        let found = (up[i] - down[i]) / (2.0 * amplitude * h);
+                        assert!(
+                            (found - expected[i]).abs() < 1e-3 * size,
+                            "{name}, state {i}: {found} {}",
+                            expected[i]
+                        );
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! What a controller that is made for a sea does in it, beside one of the same weights that is not.
+
+use crate::error::Error;
+use crate::page::axis::Axis;
+use crate::page::chart::{Chart, Curve};
+use crate::page::figure::Figure;
+use crate::page::key::Key;
+use crate::page::section::{Part, Table};
+use crate::page::words::capital;
+use crate::sections::disturbances::sea::{DIGITS, FLOWN, SEAS, fly, quantities};
+use crate::subject::Subject;
+use crate::threads::side_by_side;
+use lpv::matrix::to_rows;
+use scheduled::{ControllerDesign, Manoeuvre};
+use signals::PITCH;
+use squid_design::augment::augment;
+use squid_design::fit::Model;
+use squid_design::inputs::Inputs;
+use squid_design::inputs::design_file::{DesignFile, WorkingSea};
+use squid_design::numbers::decimals;
+use squid_design::progress::Progress;
+use squid_design::store::freeze::freeze;
+use squid_design::synthesise::anti_windup::anti_windup;
+use squid_design::synthesise::synthesise;
+use squid_flight::flight::{Row, fly_at_sea};
+use squid_flight::sea::Sea;
+
+/// Of the seas.
+const SEED: u64 = 1;
+/// Where the climb begins (m), unless the vehicle works deeper, and how long it may take at most (s).
+const DEEP: f64 = 50.0;
+const LONGEST: f64 = 1000.0;
+/// When it begins (s), and which part of it is drawn: that above this depth, in units of the working depth.
+const BEGINS: f64 = 5.0;
+const DRAWN: f64 = 12.0;
+
+/// The section on the sea of a design, if it has one.
+///
+/// # Errors
+/// Where there is no controller without the sea; those of flights.
+pub fn working_sea(subject: &Subject) -> Result<Vec<Part>, Error> {
+    let Some(sea) = &subject.inputs.design.sea else { return Ok(vec![]) };
+    let made_for_it = &subject.stored.controller;
+    let other = without(subject.inputs)?;
+    let both = [made_for_it, &other];
+    let (names, squares): (Vec<String>, Vec<_>) = quantities(subject).into_iter().unzip();
+    let waves = Sea::of_waves(sea.waves.clone(), sea.depth, SEED)?;
+    let jobs = subject.speeds.iter().flat_map(|speed| [0, 1].map(|which| (*speed, which)));
+    let mut found = side_by_side(jobs, |(speed, which)| {
+        let flown = |k| -> Option<Vec<f64>> {
+            let flight = fly(subject, both[which], &waves, speed, k).ok()?;
+            let rows = flight.surfacing.is_none().then_some(flight.rows)?;
+            Some(squares.iter().map(|square| square(&rows)).collect())
+        };
+        let each: Option<Vec<Vec<f64>>> = (0..SEAS).map(flown).collect();
+        (speed, which, each)
+    });
+    found.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let mut table = Table::new(["speed (m/s)", "made for this sea"]);
+    table.head.extend(names);
+    for (speed, which, each) in &found {
+        let root = |i: usize| match each {
+            Some(all) => decimals((all.iter().map(|one| one[i]).sum::<f64>() / SEAS as f64).sqrt(), DIGITS),
+            None => "-".into(),
+        };
+        let begin = [format!("{speed:.2}"), ["yes", "no"][*which].into()];
+        table.rows.push(begin.into_iter().chain((0..squares.len()).map(root)).collect());
+    }
+    Ok(vec![Part::Words(about(sea)), Part::Table(table), Part::Figure(climb(subject, sea, both)?)])
+}
+
+/// A controller of the same weights, for still water.
+fn without(inputs: &Inputs) -> Result<ControllerDesign, Error> {
+    let design = DesignFile { sea: None, ..inputs.design.clone() };
+    let actuators = &inputs.vehicle.actuators;
+    let model = Model::new(&inputs.vehicle, &design)?;
+    let plant = augment(actuators, &design, model.linear())?;
+    let found = synthesise(actuators, &design, &plant, &Progress::default())?;
+    let frozen = freeze(&inputs.vehicle, &design, &inputs.hashes, &model, &found, false)?;
+    let gain = match design.anti_windup {
+        true => Some(to_rows(&anti_windup(&inputs.vehicle, &design, &found.controller)?.gain)),
+        false => None,
+    };
+    Ok(ControllerDesign { anti_windup: gain, ..frozen.controller })
+}
+
+/// A climb from deep water to the working depth.
+fn climb(subject: &Subject, sea: &WorkingSea, both: [&ControllerDesign; 2]) -> Result<Figure, Error> {
+    let (inputs, stored) = (subject.inputs, subject.stored);
+    let from = DEEP.max(2.0 * sea.depth);
+    let (speed, _) = inputs.design.scheduling();
+    let pitch = stored.manoeuvre.pitch_step.abs();
+    let takes = 1.5 * (from - sea.depth) / (speed * pitch.sin());
+    let manoeuvre = Manoeuvre {
+        speed_from: speed,
+        speed_to: speed,
+        pitch_step: pitch,
+        step_time: BEGINS,
+        duration: (BEGINS + takes).min(LONGEST),
+        ..stored.manoeuvre.clone()
+    };
+    let deep = Sea::of_waves(sea.waves.clone(), from, SEED)?;
+    let mut curves = vec![];
+    for (key, controller) in both.into_iter().enumerate() {
+        let level = inputs.design.level();
+        let flight = fly_at_sea(&inputs.vehicle, controller, level, &manoeuvre, &deep)?;
+        let near = |row: &&Row| row.depth >= sea.depth && row.depth <= DRAWN * sea.depth;
+        let points = flight.rows.iter().filter(near).map(|row| (row.depth, row.error(PITCH).to_degrees()));
+        curves.push(Curve { key, points: points.collect() });
+    }
+    Ok(Figure {
+        name: "surfacing".into(),
+        caption: format!(
+            "{} climbs from {} m at {} m/s with {} deg: the error of the pitch on its way to the working depth.",
+            capital(&subject.name()),
+            auv::rounded(from),
+            auv::rounded(speed),
+            auv::rounded(pitch.to_degrees())
+        ),
+        keys: vec![Key::nth(0, "made for this sea"), Key::nth(1, "the same weights without [sea]")],
+        charts: vec![Chart {
+            title: String::new(),
+            x: Axis::linear("depth (m); it climbs from right to left"),
+            y: Axis::linear("error of the pitch (deg)"),
+            curves,
+        }],
+    })
+}
+
+/// What is flown.
+fn about(sea: &WorkingSea) -> String {
+    format!(
+        "The design has waves of Hs = {} m with their peak at {:.3} rad/s in its generalised plant, as they are met {} m \
+         deep, and counts them {} times. Beside its controller stands one that is made of the same file without [sea]. \
+         Level at a constant speed: root mean squares over {SEAS} such seas of {FLOWN} s; `-` where the hull breaks the \
+         surface. Flown, not proved.",
+        auv::rounded(sea.waves.spectrum.height()),
+        sea.waves.spectrum.peak(),
+        auv::rounded(sea.depth),
+        auv::rounded(sea.weight)
+    )
+}
