@@ -14,7 +14,7 @@ from pathlib import Path
 from types import TracebackType
 
 import numpy as np
-from fmpy import extract, read_model_description
+from fmpy import extract, fmi2, read_model_description
 from fmpy.fmi2 import FMU2Slave
 from numpy.typing import NDArray
 
@@ -24,9 +24,12 @@ References = Callable[[int, float], tuple[float, float]]
 
 
 class Slave:
-    """An instance of an FMU with access to variables by name; use it in a `with` statement."""
+    """An instance of an FMU with access to variables by name; use it in a `with` statement.
 
-    def __init__(self, fmu: Path, name: str) -> None:
+    What it has to say is printed, unless it is quiet.
+    """
+
+    def __init__(self, fmu: Path, name: str, quiet: bool = False) -> None:
         self.folder = Path(extract(fmu))
         self.description = read_model_description(self.folder)
         self.variables = {variable.name: variable for variable in self.description.modelVariables}
@@ -37,7 +40,7 @@ class Slave:
             modelIdentifier=identifier,
             instanceName=name,
         )
-        self.fmu.instantiate()
+        self.fmu.instantiate(callbacks=unheard() if quiet else None)
         self.time = 0.0
 
     def __enter__(self) -> Slave:
@@ -107,6 +110,13 @@ class Slave:
         """Step to a time (s)."""
         self.fmu.doStep(currentCommunicationPoint=self.time, communicationStepSize=time - self.time)
         self.time = time
+
+
+def unheard() -> fmi2.fmi2CallbackFunctions:
+    """Return callbacks that print nothing."""
+    callbacks = fmi2.fmi2CallbackFunctions.from_buffer_copy(fmi2.defaultCallbacks)
+    callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(lambda *_: None)
+    return callbacks
 
 
 class Recorder:

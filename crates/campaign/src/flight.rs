@@ -2,12 +2,13 @@
 
 use crate::error::Error;
 use crate::plan::{Drawn, Plan};
+use auv::{Speed, Surroundings, Vehicle, trim_with};
 use scheduled::Manoeuvre;
 use signals::{PITCH, SPEED};
 use squid_design::uncertain::gradients::perturbed;
 use squid_design::uncertain::model::{Block, Uncertain};
 use squid_flight::error::Error as FlightError;
-use squid_flight::flight::{Flight, fly_varied};
+use squid_flight::flight::{Flight, Row as Tick, Surfacing, fly_varied, out_of_water};
 use squid_flight::metrics::StepFigures;
 use squid_flight::sea::Sea;
 
@@ -105,18 +106,38 @@ impl Plan<'_> {
         Ok(self.fly(number)?.0)
     }
 
-    /// The row of a flight that something else flew with the numbers drawn for it: no rows where it found no trim to
-    /// begin in, and fewer than there are ticks where its numbers grew beyond all bounds.
-    pub fn judge(&self, number: u64, flight: &Flight) -> Row {
+    /// The row of a flight that something else flew with the numbers drawn for it, by its ticks and the distance \[m\]
+    /// at each: none where it could not begin, and fewer than asked for where its numbers grew beyond all bounds. What
+    /// it did after it broke the surface is left out.
+    ///
+    /// # Errors
+    /// Those of the sea.
+    pub fn judge(&self, number: u64, mut rows: Vec<Tick>, distance: &[f64]) -> Result<Row, Error> {
         let drawn = self.draw(number);
+        let vehicle = self.vehicle_of(&drawn);
+        let water = self.sea_of(&drawn).map(|sea| sea.about(&vehicle)).transpose()?;
+        let water = water.unwrap_or_else(|| Surroundings::still(&vehicle.coefficients));
+        let clearance = |row: &Tick, x: f64| water.clearance(row.time, x, row.depth, row.measured(PITCH));
+        let end = rows.iter().zip(distance).position(|(row, x)| out_of_water(clearance(row, *x)));
+        let surfacing = end.map(|k| Surfacing { time: rows[k].time, speed: rows[k].measured(SPEED) });
+        rows.truncate(end.unwrap_or(rows.len()));
         let ticks = (drawn.manoeuvre.duration / self.stored.controller.sample_time).round() as usize + 1;
-        let (outcome, figures) = match (flight.rows.len(), flight.surfacing) {
+        let (outcome, figures) = match (rows.len(), surfacing) {
+            (0, None) if self.begins_out_of_waves(&vehicle, &drawn) => (Outcome::Surfaced, UNKNOWN),
             (0, None) => (Outcome::NoTrim, UNKNOWN),
             (0, Some(_)) => (Outcome::Surfaced, UNKNOWN),
-            (rows, None) if rows < ticks => (Outcome::Lost, UNKNOWN),
-            _ => self.judged(flight, &drawn),
+            (found, None) if found < ticks => (Outcome::Lost, UNKNOWN),
+            _ => self.judged(&Flight { rows, surfacing, sea: Vec::new() }, &drawn),
         };
-        self.row_of(number, &drawn, outcome, figures)
+        Ok(self.row_of(number, &drawn, outcome, figures))
+    }
+
+    /// Of a flight that could not begin: whether that was for the waves, since the vehicle has a trim.
+    fn begins_out_of_waves(&self, vehicle: &Vehicle, drawn: &Drawn) -> bool {
+        let (depth, rule) = self.inputs.design.level();
+        let speed = Speed::Path(drawn.manoeuvre.speed_reference(0.0));
+        let sea = self.sea.as_ref().filter(|sea| sea.waves.is_some());
+        sea.is_some_and(|sea| trim_with(vehicle, speed, sea.depth.unwrap_or(depth), rule).is_ok())
     }
 
     /// Names and units of what is drawn for a row.
@@ -168,13 +189,19 @@ impl Plan<'_> {
         gains
     }
 
+    /// The sea of a flight.
+    pub fn sea_of(&self, drawn: &Drawn) -> Option<Sea> {
+        self.sea.as_ref().map(|sea| Sea { seed: drawn.sea_seed, ..sea.clone() })
+    }
+
+    fn vehicle_of(&self, drawn: &Drawn) -> Vehicle {
+        perturbed(&self.inputs.vehicle, &self.uncertain, &drawn.delta)
+    }
+
     fn flown(&self, drawn: &Drawn) -> Result<Flight, FlightError> {
-        let Drawn { delta, manoeuvre, sea_seed } = drawn;
-        let vehicle = perturbed(&self.inputs.vehicle, &self.uncertain, delta);
-        let gains = self.gains(drawn);
-        let sea = self.sea.as_ref().map(|sea| Sea { seed: *sea_seed, ..sea.clone() });
+        let (vehicle, gains, sea) = (self.vehicle_of(drawn), self.gains(drawn), self.sea_of(drawn));
         let level = self.inputs.design.level();
-        fly_varied(&vehicle, &self.stored.controller, level, manoeuvre, sea.as_ref(), &gains)
+        fly_varied(&vehicle, &self.stored.controller, level, &drawn.manoeuvre, sea.as_ref(), &gains)
     }
 
     fn judged(&self, flight: &Flight, drawn: &Drawn) -> (Outcome, [f64; FIGURES.len()]) {

@@ -85,7 +85,7 @@ pub struct Drawn {
     pub delta: Vec<f64>,
     /// The default manoeuvre between two speeds of its range, the pitch step up or down.
     pub manoeuvre: Manoeuvre,
-    /// Of the waves, the current and the errors of sensors.
+    /// Of the waves, the current and the errors of sensors; at most [`i32::MAX`], as FMUs have it.
     pub sea_seed: u64,
 }
 
@@ -128,7 +128,8 @@ impl<'a> Plan<'a> {
     /// The same campaign, flown by the FMUs of the design.
     ///
     /// # Errors
-    /// [`Error::NotOfFmus`]: FMUs have no waves, no parameters of actuators, and no thrust behind a curve to multiply.
+    /// [`Error::NotOfFmus`]: FMUs have usual waves and a steady current, no parameters of actuators, and no thrust
+    /// behind a curve to multiply.
     pub fn by_fmus(mut self) -> Result<Self, Error> {
         let effect =
             |block: &&Block| matches!(block.uncertain, Uncertain::Parameter(Parameter::Effect { .. }));
@@ -137,8 +138,9 @@ impl<'a> Plan<'a> {
             Uncertain::Parameter(_) => false,
         };
         let uncertain = || self.uncertain.iter();
-        let what = match (&self.sea, uncertain().find(effect), uncertain().find(curve)) {
-            (Some(_), ..) => "a sea: FMUs are flown in still water".to_owned(),
+        let beyond = self.sea.as_ref().and_then(Sea::beyond_steady);
+        let what = match (beyond, uncertain().find(effect), uncertain().find(curve)) {
+            (Some(beyond), ..) => beyond,
             (_, Some(block), _) => {
                 format!("an uncertain {}: it is no parameter of the vehicle's FMU", block.name)
             }
@@ -190,6 +192,6 @@ impl<'a> Plan<'a> {
         let (speed_from, speed_to) = (speed(), speed());
         let pitch_step = if uniform() < 0.5 { -default.pitch_step } else { default.pitch_step };
         let manoeuvre = Manoeuvre { speed_from, speed_to, pitch_step, ..default.clone() };
-        Drawn { delta, manoeuvre, sea_seed: numbers.next_u64() }
+        Drawn { delta, manoeuvre, sea_seed: numbers.next_u64() >> 33 }
     }
 }

@@ -72,18 +72,40 @@ impl Sea {
         }
     }
 
+    /// What it has beside waves of the usual number of components and a steady current, in words.
+    pub fn beyond_steady(&self) -> Option<String> {
+        let components = self.waves.as_ref().map_or(Waves::USUAL, |swell| swell.components);
+        let erring = SIGNALS.iter().zip(&self.sensors).find(|(_, errors)| **errors != SensorErrors::NONE);
+        match (self.layers.steady(), &self.wandering, erring) {
+            (None, ..) => Some("a current in layers".into()),
+            (_, Some(_), _) => Some("a Gauss-Markov current".into()),
+            (.., Some((signal, _))) => Some(format!("errors of the sensor of {}", signal.name)),
+            _ if components != Waves::USUAL => {
+                Some(format!("waves of {components} components, only of {}", Waves::USUAL))
+            }
+            _ => None,
+        }
+    }
+
+    /// The water about a vehicle, but for the current that wanders.
+    ///
+    /// # Errors
+    /// As [`Sea::check`]; [`Error::Sea`].
+    pub fn about(&self, vehicle: &Vehicle) -> Result<Surroundings, Error> {
+        self.check(vehicle)?;
+        let coefficients = &vehicle.coefficients;
+        let water = Surroundings::still(coefficients).with_current(self.layers.clone(), self.vertical);
+        let Some((swell, geometry)) = self.waves.as_ref().zip(vehicle.geometry) else { return Ok(water) };
+        let waves = Waves::new(&swell.spectrum, swell.heading, swell.components, self.seed)?;
+        Ok(water.with_waves(waves, geometry, coefficients)?)
+    }
+
     /// Draws what is random, for a vehicle and an autopilot of this sample time \[s\].
     ///
     /// # Errors
     /// As [`Sea::check`]; [`Error::Sea`].
     pub(crate) fn draw(&self, vehicle: &Vehicle, tick: f64) -> Result<Conditions, Error> {
-        self.check(vehicle)?;
-        let coefficients = &vehicle.coefficients;
-        let mut water = Surroundings::still(coefficients).with_current(self.layers.clone(), self.vertical);
-        if let Some((swell, geometry)) = self.waves.as_ref().zip(vehicle.geometry) {
-            let waves = Waves::new(&swell.spectrum, swell.heading, swell.components, self.seed)?;
-            water = water.with_waves(waves, geometry, coefficients)?;
-        }
+        let water = self.about(vehicle)?;
         let wandering = self.wandering.map(|numbers| GaussMarkov::new(numbers, self.seed));
         let sensor = |(number, errors): (u32, &SensorErrors)| Sensor::new(*errors, tick, self.seed, number);
         Ok(Conditions {

@@ -59,6 +59,22 @@ fn a_sea_without_anything_is_still_water() {
     assert!(flight.sea.iter().zip(&flight.rows).all(|(sea, row)| sea.read == row.signals.measured));
 }
 
+/// An FMU of a vehicle has usual waves and a steady current.
+#[test]
+fn what_is_beyond_a_steady_sea_is_named() {
+    let words = |text: &str| Sea::parse(text, "sea.toml").unwrap().beyond_steady();
+    let steady = format!("seed = 1\ndepth = 3.0\n{WAVES}[current]\nhorizontal = 0.2\nvertical = 0.1\n");
+    assert_eq!(words(&steady), None);
+    for (part, expected) in [
+        ("[current]\nlayers = [[0.0, 0.4], [15.0, 0.1]]\n", "a current in layers"),
+        ("[gauss_markov]\nmu = 0.1\nnoise = 0.02\nmin = -0.2\nmax = 0.2\n", "a Gauss-Markov current"),
+        ("[[sensor]]\nsignal = \"heave\"\nunit = \"m/s\"\ndelay = 0.1\n", "errors of the sensor of heave"),
+        (&format!("{WAVES}components = 50\n"), "waves of 50 components, only of 100"),
+    ] {
+        assert_eq!(words(&format!("seed = 1\n{part}")).as_deref(), Some(expected));
+    }
+}
+
 #[test]
 fn the_seed_decides() {
     let squid = Squid::new();

@@ -32,6 +32,14 @@ impl Layers {
         Ok(Self { layers: layers.into() })
     }
 
+    /// The velocity of a current that does not change with depth \[m/s\].
+    pub fn steady(&self) -> Option<f64> {
+        match *self.layers {
+            [[_, velocity]] => Some(velocity),
+            _ => None,
+        }
+    }
+
     /// Returns the velocity at a depth \[m/s\], and its derivative by depth \[1/s\].
     pub fn at(&self, depth: f64) -> (f64, f64) {
         let layers = &self.layers;

@@ -23,7 +23,7 @@ const INTERVALS: usize = 8;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spectrum {
     height: f64,
-    peak: f64,
+    period: f64,
     gamma: f64,
 }
 
@@ -42,7 +42,7 @@ impl Spectrum {
             let least_period = least_period(height);
             return Err(SeaError::TooSteep { height, period, steepness, limit, least_period });
         }
-        Ok(Self { height, peak: TAU / period, gamma })
+        Ok(Self { height, period, gamma })
     }
 
     /// A fully developed sea of significant height Hs \[m\] and peak period Tp \[s\].
@@ -58,19 +58,30 @@ impl Spectrum {
         self.height
     }
 
+    /// The peak period Tp \[s\].
+    pub fn period(&self) -> f64 {
+        self.period
+    }
+
+    /// The peak enhancement; 1 for a fully developed sea.
+    pub fn gamma(&self) -> f64 {
+        self.gamma
+    }
+
     /// The frequency of the peak \[rad/s\].
     pub fn peak(&self) -> f64 {
-        self.peak
+        TAU / self.period
     }
 
     /// Returns S(w) \[m2 s/rad\] at a frequency above zero \[rad/s\].
     pub fn density(&self, frequency: f64) -> f64 {
-        let relative = frequency / self.peak;
+        let peak = self.peak();
+        let relative = frequency / peak;
         let width = PEAK_WIDTHS[usize::from(relative > 1.0)];
         let off = (relative - 1.0) / width;
         let enhanced = self.gamma.powf((-0.5 * off * off).exp()) * (1.0 - 0.287 * self.gamma.ln());
         let shape = relative.powi(-5) * (-1.25 * relative.powi(-4)).exp();
-        5.0 / 16.0 * self.height * self.height / self.peak * shape * enhanced
+        5.0 / 16.0 * self.height * self.height / peak * shape * enhanced
     }
 
     /// Returns the integral of S between two frequencies \[m2\], by Simpson's rule: for intervals that are short beside

@@ -1,14 +1,15 @@
 //! `squid campaign` and `squid replay`: many flights of a design, and one of them again.
 
+mod fmus;
+
 use crate::cli::{Campaign, MOST_FLIGHTS, Where, Which, read_sea};
 use crate::error::Error;
 use crate::output::{answer, say};
 use crate::progress::{Counter, show};
 use crate::verbs::design::load_or_design;
-use crate::verbs::plot::{end_at_surface, read_record, rows as record_rows};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 use squid_campaign::bound::{Gains, gains};
 use squid_campaign::flight::Row;
 use squid_campaign::plan::{Plan, Points};
@@ -19,8 +20,6 @@ use squid_design::error::StoreError;
 use squid_design::numbers::{above, decimals};
 use squid_design::progress::Progress;
 use squid_design::store::files::{check_directory, json, read, write};
-use squid_design::uncertain::model::{Block, Uncertain};
-use squid_flight::flight::Flight;
 use squid_flight::record::Record;
 use squid_flight::sea::Sea;
 use squid_report::campaign::{STRONG, page};
@@ -94,8 +93,8 @@ pub fn run(which: &Which, asked: &Campaign) -> Result<(), Error> {
     };
     if asked.dry_run {
         say(&format!("{left} of {} flights are missing in {}", flights.end - flights.start, to.display()));
-        let drawn = asked.only.iter().flat_map(|_| parts.iter().cloned().flatten()).map(|n| drawn(&plan, n));
-        let drawn: Vec<Value> = drawn.collect();
+        let told = asked.only.iter().flat_map(|_| parts.iter().cloned().flatten());
+        let drawn: Vec<Value> = told.map(|flight| fmus::drawn(&plan, flight)).collect();
         let (about, to, design) = (json!(about), full(&to), full(&directory));
         let parts: Vec<[u64; 2]> = parts.iter().map(|part| [*part.start(), *part.end()]).collect();
         return Ok(answer(
@@ -112,7 +111,9 @@ pub fn run(which: &Which, asked: &Campaign) -> Result<(), Error> {
     let back = |done| counter.at(flown + done);
     match &asked.records {
         None => fly_missing(&plan, &parts, &to, &|flight| plan.row(flight), &back)?,
-        Some(records) => fly_missing(&plan, &parts, &to, &|flight| judged(&plan, records, flight), &back)?,
+        Some(records) => {
+            fly_missing(&plan, &parts, &to, &|flight| fmus::judged(&plan, records, flight), &back)?
+        }
     }
     drop(counter);
     if asked.only.is_some() {
@@ -174,33 +175,6 @@ fn gains_in_words(gains: &[Gains]) -> String {
         out += &format!("{:<14}{gain:<28}{flight:<12}{bound}\n", decimals(at.speed, 2));
     }
     out
-}
-
-/// What is drawn for a flight, for other programs: the manoeuvre, coefficients by their names, and what each actuator
-/// puts out in multiples of what it is commanded.
-fn drawn(plan: &Plan<'_>, flight: u64) -> Value {
-    let drawn = plan.draw(flight);
-    let parameter = |(block, _): &(&Block, f64)| matches!(block.uncertain, Uncertain::Parameter(_));
-    let named = |(block, value): (&Block, f64)| (block.name.clone(), value.into());
-    let coefficients: Map<String, Value> = plan.values(&drawn).filter(parameter).map(named).collect();
-    let actuators = plan.inputs.vehicle.actuators.iter().map(|actuator| actuator.name.clone());
-    let gains: Map<String, Value> = actuators.zip(plan.gains(&drawn).into_iter().map(Value::from)).collect();
-    json!({
-        "flight": flight,
-        "manoeuvre": drawn.manoeuvre,
-        "coefficients": coefficients,
-        "gains": gains,
-    })
-}
-
-/// The row of a flight of FMUs, by its record.
-fn judged(plan: &Plan<'_>, records: &Path, flight: u64) -> Result<Row, Error> {
-    let path = records.join(format!("flight-{flight}.csv"));
-    let mut record = read_record(&path)?;
-    let surfacing = end_at_surface(&mut record);
-    let wrong = |reason| Error::Record { path: path.display().to_string(), reason };
-    let rows = record_rows(&record, &plan.inputs.vehicle.actuators).map_err(wrong)?;
-    Ok(plan.judge(flight, &Flight { rows, surfacing, sea: Vec::new() }))
 }
 
 /// Writes what happened in a flight, if that is not there; it is flown again for it.

@@ -110,7 +110,7 @@ fn plot(path: &Path, record: &Record, to: &Path, actuators: &[Actuator]) -> Resu
 
 /// Removes the rows from the surface on, where the plant's equations are not valid. The speed is NaN where the record
 /// has none.
-pub(super) fn end_at_surface(record: &mut Record) -> Option<Surfacing> {
+fn end_at_surface(record: &mut Record) -> Option<Surfacing> {
     let row = record.get("depth")?.iter().position(|depth| out_of_water(*depth))?;
     let time = *record.get("time")?.get(row)?;
     let speed = record.get("speed").and_then(|speeds| speeds.get(row)).copied().unwrap_or(f64::NAN);

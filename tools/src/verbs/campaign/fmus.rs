@@ -1,0 +1,53 @@
+//! Campaigns by FMUs: what is drawn, for the program that flies them, and its records.
+
+use crate::error::Error;
+use crate::verbs::plot::{read_record, rows};
+use serde_json::{Map, Value, json};
+use squid_campaign::flight::Row;
+use squid_campaign::plan::{Drawn, Plan};
+use squid_design::uncertain::model::{Block, Uncertain};
+use std::path::Path;
+
+/// What is drawn for a flight: the manoeuvre; the start values of the vehicle's FMU by its names, coefficients and sea;
+/// what each actuator puts out in multiples of what it is commanded.
+pub(super) fn drawn(plan: &Plan<'_>, flight: u64) -> Value {
+    let drawn = plan.draw(flight);
+    let parameter = |(block, _): &(&Block, f64)| matches!(block.uncertain, Uncertain::Parameter(_));
+    let named = |(block, value): (&Block, f64)| (block.name.clone(), value.into());
+    let coefficients = plan.values(&drawn).filter(parameter).map(named);
+    let start: Map<String, Value> = coefficients.chain(sea(plan, &drawn)).collect();
+    let actuators = plan.inputs.vehicle.actuators.iter().map(|actuator| actuator.name.clone());
+    let gains: Map<String, Value> = actuators.zip(plan.gains(&drawn).into_iter().map(Value::from)).collect();
+    json!({ "flight": flight, "manoeuvre": drawn.manoeuvre, "start": start, "gains": gains })
+}
+
+/// Waves and steady current of a flight, which are all that FMUs have, and the depth where it begins.
+fn sea(plan: &Plan<'_>, drawn: &Drawn) -> Vec<(String, Value)> {
+    let Some(sea) = plan.sea_of(drawn) else { return Vec::new() };
+    let depth = sea.depth.map(|depth| ("initial_depth", depth.into()));
+    let current =
+        [("current_horizontal", sea.layers.at(0.0).0.into()), ("current_vertical", sea.vertical.into())];
+    let waves = sea.waves.iter().flat_map(|swell| {
+        [
+            ("wave_height", swell.spectrum.height().into()),
+            ("wave_period", swell.spectrum.period().into()),
+            ("wave_gamma", swell.spectrum.gamma().into()),
+            ("wave_heading", swell.heading.into()),
+            ("wave_seed", Value::from(sea.seed)),
+        ]
+    });
+    depth.into_iter().chain(current).chain(waves).map(|(name, value)| (name.to_owned(), value)).collect()
+}
+
+/// The row of a flight, by its record.
+///
+/// # Errors
+/// [`Error::Record`]; those of the sea.
+pub(super) fn judged(plan: &Plan<'_>, records: &Path, flight: u64) -> Result<Row, Error> {
+    let path = records.join(format!("flight-{flight}.csv"));
+    let record = read_record(&path)?;
+    let wrong = |reason| Error::Record { path: path.display().to_string(), reason };
+    let rows = rows(&record, &plan.inputs.vehicle.actuators).map_err(wrong)?;
+    let distance = record.get("distance").ok_or_else(|| wrong("there is no column 'distance'".into()))?;
+    Ok(plan.judge(flight, rows, distance)?)
+}
