@@ -71,6 +71,7 @@ class ByCommand:
         campaign = self.asked["campaign"]
         words = ["--design", campaign["design"], "--out", "design", "--seed", str(campaign["seed"])]
         words += ["--points", campaign["points"]]
+        words += ["--starts", campaign["starts"]] if "starts" in campaign else []
         words += ["--sea", "sea.toml"] if campaign["sea"] else []
         words += [] if campaign["bandwidth"] is None else ["--bandwidth", repr(campaign["bandwidth"])]
         command, version = [self.squid, "campaign", "vehicle", *words], self.version

@@ -6,6 +6,7 @@ use crate::verbs::new::Like;
 use auv::read_text;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
+use squid_campaign::starts::Starts;
 use squid_design::error::InputError;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::BANDWIDTH;
@@ -287,6 +288,10 @@ pub struct Campaign {
     /// Where in the declared uncertainty the vehicles are
     #[arg(long, value_enum, default_value_t = Where::Uniform)]
     pub points: Where,
+    /// Begin each flight off the trim of its vehicle, by up to so much, such as pitch=10deg,heave=0.1m/s; of pitch,
+    /// speed, pitch_rate and heave. Without it flights begin in trim
+    #[arg(long, value_name = "LIST")]
+    pub starts: Option<Starts>,
     /// The directory of the results; by default `campaign` in that of the design
     #[arg(long, value_name = "DIR")]
     pub to: Option<PathBuf>,

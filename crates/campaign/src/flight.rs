@@ -8,7 +8,7 @@ use signals::{PITCH, SPEED};
 use squid_design::uncertain::gradients::perturbed;
 use squid_design::uncertain::model::{Block, Uncertain};
 use squid_flight::error::Error as FlightError;
-use squid_flight::flight::{Flight, Row as Tick, Surfacing, fly_varied, out_of_water};
+use squid_flight::flight::{Flight, Row as Tick, Surfacing, Varied, fly_varied, out_of_water};
 use squid_flight::metrics::StepFigures;
 use squid_flight::sea::Sea;
 
@@ -61,7 +61,7 @@ pub const FIGURES: [(&str, &str); 10] = [
 /// The figures of a flight without any.
 const UNKNOWN: [f64; FIGURES.len()] = [f64::NAN; FIGURES.len()];
 
-/// What is drawn beside the uncertain numbers, with units.
+/// What is drawn beside the uncertain numbers and the starts off the trim, with units.
 pub const DRAWN: [(&str, &str); 3] = [("speed_from", "m/s"), ("speed_to", "m/s"), ("pitch_step", "rad")];
 
 /// A row of the results.
@@ -71,7 +71,8 @@ pub struct Row {
     pub flight: u64,
     /// How it ended.
     pub outcome: Outcome,
-    /// As [`DRAWN`], then each uncertain number in its unit.
+    /// As [`DRAWN`], then how far off its trim the flight began in each signal that was, then each uncertain number in
+    /// its unit.
     pub drawn: Vec<f64>,
     /// As [`FIGURES`].
     pub figures: [f64; FIGURES.len()],
@@ -143,7 +144,12 @@ impl Plan<'_> {
     /// Names and units of what is drawn for a row.
     pub fn drawn(&self) -> Vec<(String, &'static str)> {
         let beside = DRAWN.iter().map(|(name, unit)| ((*name).to_owned(), *unit));
-        beside.chain(self.uncertain.iter().map(|block| (block.name.clone(), block.unit))).collect()
+        let starts = self.identity.starts.off();
+        let starts = starts.map(|(_, signal)| (format!("{}_off_trim", signal.name), signal.unit));
+        beside
+            .chain(starts)
+            .chain(self.uncertain.iter().map(|block| (block.name.clone(), block.unit)))
+            .collect()
     }
 
     /// Flies a flight.
@@ -168,7 +174,8 @@ impl Plan<'_> {
     fn row_of(&self, flight: u64, drawn: &Drawn, outcome: Outcome, figures: [f64; FIGURES.len()]) -> Row {
         let Manoeuvre { speed_from, speed_to, pitch_step, .. } = drawn.manoeuvre;
         let values = self.values(drawn).map(|(_, value)| value);
-        let drawn = [speed_from, speed_to, pitch_step].into_iter().chain(values).collect();
+        let starts = self.identity.starts.off().map(|(place, _)| drawn.off_trim[place]);
+        let drawn = [speed_from, speed_to, pitch_step].into_iter().chain(starts).chain(values).collect();
         Row { flight, outcome, drawn, figures }
     }
 
@@ -201,7 +208,8 @@ impl Plan<'_> {
     fn flown(&self, drawn: &Drawn) -> Result<Flight, FlightError> {
         let (vehicle, gains, sea) = (self.vehicle_of(drawn), self.gains(drawn), self.sea_of(drawn));
         let level = self.inputs.design.level();
-        fly_varied(&vehicle, &self.stored.controller, level, &drawn.manoeuvre, sea.as_ref(), &gains)
+        let varied = Varied { sea: sea.as_ref(), gains: &gains, off_trim: drawn.off_trim };
+        fly_varied(&vehicle, &self.stored.controller, level, &drawn.manoeuvre, &varied)
     }
 
     fn judged(&self, flight: &Flight, drawn: &Drawn) -> (Outcome, [f64; FIGURES.len()]) {

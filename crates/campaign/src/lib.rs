@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! plan       what a campaign is made of; the numbers drawn for its flight n
+//! starts     how far off its trim a flight may begin
 //! flight     one flight, and the row of figures that it comes to
 //! table      rows as a Parquet file, and back
 //! run        the flights that are missing, on all cores; what is done is kept
@@ -14,5 +15,6 @@ pub mod error;
 pub mod flight;
 pub mod plan;
 pub mod run;
+pub mod starts;
 pub mod summary;
 pub mod table;

@@ -1,11 +1,13 @@
 //! What a campaign is made of, and what is drawn for each of its flights.
 
 use crate::error::Error;
+use crate::starts::Starts;
 use auv::{Parameter, Speed, trim_with};
 use rand::rngs::ChaCha8Rng;
 use rand::{Rng, SeedableRng};
 use scheduled::Manoeuvre;
 use serde::{Deserialize, Serialize};
+use signals::Each;
 use sobol_burley::NUM_DIMENSIONS;
 use squid_design::inputs::Inputs;
 use squid_design::store::Stored;
@@ -29,7 +31,7 @@ pub enum Points {
 const SOBOL_LENGTH: u64 = 1 << 16;
 
 /// What tells a campaign from every other: flights of two campaigns with the same identity are the same.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Identity {
     /// Of the vehicle file, SHA-256.
     pub vehicle: String,
@@ -41,6 +43,9 @@ pub struct Identity {
     pub seed: u64,
     /// Where the vehicles are.
     pub points: Points,
+    /// How far off their trim its flights may begin.
+    #[serde(default, skip_serializing_if = "Starts::in_trim")]
+    pub starts: Starts,
     /// Whether the FMUs of the design flew it.
     pub fmus: bool,
     /// The version of squid.
@@ -56,6 +61,7 @@ impl Identity {
             ("the sea", self.sea != other.sea),
             ("the seed", self.seed != other.seed),
             ("where in the uncertainty it flies", self.points != other.points),
+            ("how far off trim flights begin", self.starts != other.starts),
             ("what flies, squid or FMUs,", self.fmus != other.fmus),
             ("the version of squid", self.version != other.version),
         ];
@@ -85,6 +91,8 @@ pub struct Drawn {
     pub delta: Vec<f64>,
     /// The default manoeuvre between two speeds of its range, the pitch step up or down.
     pub manoeuvre: Manoeuvre,
+    /// How far off its trim the flight begins in each signal, SI.
+    pub off_trim: Each<f64>,
     /// Of the waves, the current and the errors of sensors; at most [`i32::MAX`], as FMUs have it.
     pub sea_seed: u64,
 }
@@ -119,17 +127,25 @@ impl<'a> Plan<'a> {
             sea: text,
             seed,
             points,
+            starts: Starts::default(),
             fmus: false,
             version: env!("CARGO_PKG_VERSION").to_owned(),
         };
         Ok(Self { inputs, stored, sea, identity, uncertain })
     }
 
+    /// The same campaign with flights that begin off their trim.
+    #[must_use]
+    pub fn starting(mut self, starts: Starts) -> Self {
+        self.identity.starts = starts;
+        self
+    }
+
     /// The same campaign, flown by the FMUs of the design.
     ///
     /// # Errors
-    /// [`Error::NotOfFmus`]: FMUs have usual waves and a steady current, no parameters of actuators, and no thrust
-    /// behind a curve to multiply.
+    /// [`Error::NotOfFmus`]: FMUs begin in trim, have usual waves and a steady current, no parameters of actuators, and
+    /// no thrust behind a curve to multiply.
     pub fn by_fmus(mut self) -> Result<Self, Error> {
         let effect =
             |block: &&Block| matches!(block.uncertain, Uncertain::Parameter(Parameter::Effect { .. }));
@@ -140,6 +156,7 @@ impl<'a> Plan<'a> {
         let uncertain = || self.uncertain.iter();
         let beyond = self.sea.as_ref().and_then(Sea::beyond_steady);
         let what = match (beyond, uncertain().find(effect), uncertain().find(curve)) {
+            _ if !self.identity.starts.in_trim() => "starts off the trim".to_owned(),
             (Some(beyond), ..) => beyond,
             (_, Some(block), _) => {
                 format!("an uncertain {}: it is no parameter of the vehicle's FMU", block.name)
@@ -166,7 +183,7 @@ impl<'a> Plan<'a> {
         // Beyond its length another sequence begins, and beyond its dimensions a block of another.
         let sequence = stream(flight / SOBOL_LENGTH).next_u32();
         let mut dimension = 0;
-        let mut uniform = || match self.identity.points {
+        let mut uniform = |numbers: &mut ChaCha8Rng| match self.identity.points {
             Points::Uniform | Points::Corners => {
                 /// 2^-53: the distance of the numbers.
                 const STEP: f64 = f64::EPSILON / 2.0;
@@ -180,7 +197,7 @@ impl<'a> Plan<'a> {
             }
         };
         let mut delta = || {
-            let drawn = 2.0 * uniform() - 1.0;
+            let drawn = 2.0 * uniform(&mut numbers) - 1.0;
             match self.identity.points {
                 Points::Uniform | Points::Sobol => drawn,
                 Points::Corners => 1f64.copysign(drawn),
@@ -188,10 +205,17 @@ impl<'a> Plan<'a> {
         };
         let delta: Vec<f64> = self.uncertain.iter().map(|_| delta()).collect();
         let default = &self.stored.manoeuvre;
-        let mut speed = || default.speed_from + uniform() * (default.speed_to - default.speed_from);
+        let mut speed =
+            || default.speed_from + uniform(&mut numbers) * (default.speed_to - default.speed_from);
         let (speed_from, speed_to) = (speed(), speed());
-        let pitch_step = if uniform() < 0.5 { -default.pitch_step } else { default.pitch_step };
+        let pitch_step = if uniform(&mut numbers) < 0.5 { -default.pitch_step } else { default.pitch_step };
         let manoeuvre = Manoeuvre { speed_from, speed_to, pitch_step, ..default.clone() };
-        Drawn { delta, manoeuvre, sea_seed: numbers.next_u64() >> 33 }
+        let sea_seed = numbers.next_u64() >> 33;
+        // Last, so that all else is drawn alike with starts and without.
+        let mut off_trim = self.identity.starts.0;
+        for (place, _) in self.identity.starts.off() {
+            off_trim[place] *= 2.0 * uniform(&mut numbers) - 1.0;
+        }
+        Drawn { delta, manoeuvre, off_trim, sea_seed }
     }
 }

@@ -4,10 +4,12 @@
 use rayon::ThreadPoolBuilder;
 use squid_campaign::bound::gains;
 use squid_campaign::flight::Outcome;
-use squid_campaign::plan::{Plan, Points};
+use squid_campaign::plan::{Drawn, Plan, Points};
 use squid_campaign::run::{BATCH, missing, results, run};
+use squid_campaign::starts::Starts;
 use squid_design::inputs::Inputs;
 use squid_design::store::{Stored, load};
+use squid_flight::flight::Flight;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -104,6 +106,43 @@ fn a_sobol_sequence_is_even() {
     let up = drawn.iter().filter(|d| d.manoeuvre.pitch_step > 0.0).count();
     assert_eq!(up, 32);
     assert!(plan.draw(1 << 16) != drawn[0] && plan.draw(1 << 16) == plan.draw(1 << 16));
+}
+
+/// Flights begin off the trim by what was drawn for them, and all else is drawn as without; in trim the first row is
+/// the trim's.
+#[test]
+fn starts_off_the_trim() {
+    let (inputs, stored) = squid();
+    let plan = |points, starts: &str| {
+        let plan = Plan::new(&inputs, &stored, None, 1, points).unwrap();
+        if starts.is_empty() { plan } else { plan.starting(starts.parse::<Starts>().unwrap()) }
+    };
+    let list = "pitch=10deg,heave=0.1m/s";
+    let most = [10f64.to_radians(), 0.0, 0.0, 0.1];
+    for points in [Points::Uniform, Points::Sobol, Points::Corners] {
+        let (off, in_trim) = (plan(points, list), plan(points, ""));
+        let mut cells = Vec::new();
+        for flight in 0..64 {
+            let (drawn, plain) = (off.draw(flight), in_trim.draw(flight));
+            assert!(drawn.off_trim.iter().zip(most).all(|(off, most)| off.abs() <= most));
+            assert_eq!(Drawn { off_trim: plain.off_trim, ..drawn.clone() }, plain);
+            assert_eq!(plain.off_trim, [0.0; 4]);
+            cells.push((32.0 * (drawn.off_trim[3] / most[3] + 1.0)) as usize);
+        }
+        cells.sort_unstable();
+        cells.dedup();
+        assert_eq!(cells.len() == 64, points == Points::Sobol, "{points:?}: {}", cells.len());
+    }
+    let (off, in_trim) = (plan(Points::Uniform, list), plan(Points::Uniform, ""));
+    let (row, flight) = off.fly(5).unwrap();
+    let names: Vec<String> = off.drawn().into_iter().map(|(name, _)| name).collect();
+    assert_eq!(names[3..5], ["pitch_off_trim", "heave_off_trim"]);
+    let began = |flight: &Option<Flight>| flight.as_ref().unwrap().rows[0].signals.measured;
+    let trim = began(&in_trim.fly(5).unwrap().1);
+    let [pitch, speed, pitch_rate, heave] = began(&flight);
+    assert!((pitch - trim[0] - row.drawn[3]).abs() < 1e-15 && row.drawn[3].abs() > 1e-3);
+    assert!((heave - trim[3] - row.drawn[4]).abs() < 1e-15 && row.drawn[4].abs() > 1e-3);
+    assert_eq!([speed, pitch_rate], [trim[1], trim[2]]);
 }
 
 /// Another seed, and a file that is none.

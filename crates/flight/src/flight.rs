@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::sea::{Conditions, Sea};
 use auv::{Current, Motion, Pitch, Plant, Speed, State, Vehicle, trim_with};
 use scheduled::{Autopilot, ControllerDesign, Inputs as Measured, Manoeuvre, Outputs, Trim};
-use signals::{Each, PITCH, SPEED, TRACKED, measured};
+use signals::{Each, PITCH, SIGNALS, SPEED, TRACKED, measured};
 
 /// One row of a flight's record.
 #[derive(Debug, Clone, PartialEq)]
@@ -108,7 +108,7 @@ pub fn fly(
     level: (f64, &Pitch),
     manoeuvre: &Manoeuvre,
 ) -> Result<Flight, Error> {
-    fly_varied(vehicle, design, level, manoeuvre, None, &[])
+    fly_varied(vehicle, design, level, manoeuvre, &Varied::default())
 }
 
 /// The same in a sea. The autopilot gets what the sensors read; the rows of the flight have what is there. It begins in
@@ -123,11 +123,22 @@ pub fn fly_at_sea(
     manoeuvre: &Manoeuvre,
     sea: &Sea,
 ) -> Result<Flight, Error> {
-    fly_varied(vehicle, design, level, manoeuvre, Some(sea), &[])
+    fly_varied(vehicle, design, level, manoeuvre, &Varied { sea: Some(sea), ..Varied::default() })
 }
 
-/// The same for a vehicle whose actuators put out these multiples of what they are commanded, up to their limits, in
-/// the order of the actuators; 1 where there is none. The rows of the flight have what they put out.
+/// In what a flight differs from one of the plain vehicle in still water.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Varied<'a> {
+    /// The sea, if it is not still.
+    pub sea: Option<&'a Sea>,
+    /// What actuators put out in multiples of what they are commanded, up to their limits, in the order of the
+    /// actuators; 1 where there is none. The rows of the flight have what they put out.
+    pub gains: &'a [f64],
+    /// How far off its trim the vehicle begins in each signal, SI.
+    pub off_trim: Each<f64>,
+}
+
+/// The same, varied.
 ///
 /// # Errors
 /// As [`fly_at_sea`].
@@ -136,8 +147,7 @@ pub fn fly_varied(
     design: &ControllerDesign,
     (depth, pitch): (f64, &Pitch),
     manoeuvre: &Manoeuvre,
-    sea: Option<&Sea>,
-    gains: &[f64],
+    &Varied { sea, gains, off_trim }: &Varied<'_>,
 ) -> Result<Flight, Error> {
     let conditions = sea.map(|sea| sea.draw(vehicle, design.sample_time)).transpose()?;
     let level = (sea.and_then(|sea| sea.depth).unwrap_or(depth), pitch);
@@ -145,7 +155,7 @@ pub fn fly_varied(
     let table = autopilot.trim().clone();
     let mut started = false;
     let course = (manoeuvre.duration, |time| Demand::of(manoeuvre, time));
-    fly_in(vehicle, level, course, (design.sample_time, &table), conditions, |measured| {
+    fly_in(vehicle, level, course, (design.sample_time, &table), (conditions, off_trim), |measured| {
         if !std::mem::replace(&mut started, true) {
             autopilot.initialise(0.0, measured)?;
         }
@@ -208,7 +218,7 @@ pub fn fly_course(
     ticks: (f64, &Trim),
     law: impl FnMut(&Measured) -> Result<Answer, Error>,
 ) -> Result<Flight, Error> {
-    fly_in(vehicle, level, course, ticks, None, law)
+    fly_in(vehicle, level, course, ticks, (None, Each::default()), law)
 }
 
 fn fly_in(
@@ -216,7 +226,7 @@ fn fly_in(
     level: (f64, &Pitch),
     (duration, course): (f64, impl Fn(f64) -> Demand),
     (sample_time, table): (f64, &Trim),
-    mut conditions: Option<Conditions>,
+    (mut conditions, off_trim): (Option<Conditions>, Each<f64>),
     mut law: impl FnMut(&Measured) -> Result<Answer, Error>,
 ) -> Result<Flight, Error> {
     let speed = course(0.0).speed;
@@ -227,6 +237,7 @@ fn fly_in(
         plant = plant.with_water(sea.water());
     }
     plant.start(0.0, &start)?;
+    plant.set_state(&displaced(plant.state(), off_trim));
     let steps = (duration / sample_time).round() as u64;
     let mut flight =
         Flight { rows: Vec::with_capacity(steps as usize + 1), surfacing: None, sea: Vec::new() };
@@ -264,6 +275,17 @@ fn fly_in(
         true => Err(Error::AtTheSurface { depth: level.0 }),
         false => Ok(flight),
     }
+}
+
+/// A state with another motion, by what is added to each signal; the same to the bit where that is 0.
+fn displaced(state: State, by: Each<f64>) -> State {
+    let Motion { u, w, q, theta } = state.motion;
+    let mut motion = [u, w, q, theta];
+    for (signal, by) in SIGNALS.iter().zip(by).filter(|(_, by)| *by != 0.0) {
+        motion[signal.state] += by;
+    }
+    let [u, w, q, theta] = motion;
+    State { motion: Motion { u, w, q, theta }, ..state }
 }
 
 /// The vehicle alone: from trim at a speed, one actuator (its index, and by how much) stepped. Time (s) and pitch

@@ -43,10 +43,11 @@ pub fn page(
     let introduction = vec![
         format!(
             "{} flights, seed {}: vehicles {where_} the declared uncertainty ({} numbers), the default manoeuvre \
-             between two speeds drawn from its range, the pitch step up or down, {at_sea}.",
+             between two speeds drawn from its range, the pitch step up or down, {at_sea}{}.",
             rows.len(),
             plan.identity.seed,
-            plan.uncertain.len()
+            plan.uncertain.len(),
+            plan.identity.starts.words()
         ),
         "Flights are samples: they prove nothing of the vehicles between them. `squid replay` flies one again and \
          plots it."

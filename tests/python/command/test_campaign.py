@@ -24,7 +24,7 @@ from fly.stages import ROOT
 SEA = ROOT / "vehicles" / "sea.toml"
 
 
-AT_SEA = ("--flights", "12", "--sea", str(SEA), "--points", "corners")
+AT_SEA = ("--flights", "12", "--sea", str(SEA), "--points", "corners", "--starts", "pitch=5deg,heave=0.1m/s")
 
 
 @pytest.fixture(scope="module")
@@ -71,6 +71,11 @@ def test_results_open_without_our_code(at_sea: tuple[Path, dict]) -> None:
     assert units["overshoot"] == "1" and units["speed_from"] == "m/s" and len(units) == len(table.columns) - 2
     page = ElementTree.parse(results / "campaign.html").getroot()
     assert len(list(page.iter("{http://www.w3.org/1999/xhtml}figure"))) == 2
+    # Flights begin off their trim by up to so much.
+    assert units["pitch_off_trim"] == "rad" and 0.03 < table["pitch_off_trim"].abs().max() <= math.radians(
+        5.0
+    )
+    assert units["heave_off_trim"] == "m/s" and 0.03 < table["heave_off_trim"].abs().max() <= 0.1
     # Rolls of the sea differ from flight to flight.
     assert table["speed_error_rms"].n_unique() == 12
 
@@ -240,7 +245,9 @@ def test_all_options_reach_the_workers(designed: Path, at_sea: tuple[Path, dict]
     # What happened in the worst is not flown again.
     shutil.copytree(at_sea[0] / "trajectories", tmp_path / "trajectories")
     done = on_cluster(SQUID, "--out", designed, "--to", tmp_path, *AT_SEA, "--no-bound", "--workers", "1")
-    assert done.returncode == 0 and "12 flights of vehicles at corners" in done.stdout, done.stderr
+    assert done.returncode == 0, done.stderr
+    assert "12 flights of vehicles at corners" in done.stdout
+    assert "uncertainty, at sea, begun off trim in pitch, heave: " in done.stdout
     assert files_in(tmp_path) == files_in(at_sea[0])
 
 
@@ -354,6 +361,9 @@ def test_what_a_cluster_cannot_fly(designed: Path, local: Path, options: list, w
         (["--sea", "nothing.toml"], 1, "nothing.toml"),
         (["--only", "9-3"], 64, "two numbers of flights, as in 64-127"),
         (["--sea", SEA, "--records", "."], 1, "FMUs cannot fly a Gauss-Markov current; fly"),
+        (["--starts", "pitch=5deg"], 1, "is of another campaign: how far off trim flights begin differs"),
+        (["--starts", "pitch=5deg", "--records", "."], 1, "FMUs cannot fly starts off the trim; fly"),
+        (["--starts", "pitch=5"], 64, "'pitch=5' is none of pitch=NUMBER in deg or rad, speed=NUMBER in m/s"),
         (["--records", "nowhere"], 1, "is of another campaign: what flies, squid or FMUs, differs"),
     ],
 )

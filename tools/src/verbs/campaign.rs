@@ -14,6 +14,7 @@ use squid_campaign::bound::{Gains, gains};
 use squid_campaign::flight::Row;
 use squid_campaign::plan::{Plan, Points};
 use squid_campaign::run::{missing, results, run as fly_missing};
+use squid_campaign::starts::Starts;
 use squid_campaign::summary::{Share, Spread, shares, spreads, worst};
 use squid_campaign::table::{Column, Values, file};
 use squid_design::error::StoreError;
@@ -50,6 +51,8 @@ struct About {
     sea: Option<String>,
     seed: u64,
     points: Points,
+    #[serde(default, skip_serializing_if = "Starts::in_trim")]
+    starts: Starts,
     fmus: bool,
 }
 
@@ -77,6 +80,7 @@ pub fn run(which: &Which, asked: &Campaign) -> Result<(), Error> {
         Where::Corners => Points::Corners,
     };
     let plan = Plan::new(&inputs, &stored, sea, asked.seed, points)?;
+    let plan = plan.starting(asked.starts.unwrap_or_default());
     let plan = if asked.records.is_some() { plan.by_fmus()? } else { plan };
     let parts = missing(&plan, flights.clone(), &to)?;
     let left: u64 = parts.iter().map(|part| part.end() + 1 - part.start()).sum();
@@ -89,6 +93,7 @@ pub fn run(which: &Which, asked: &Campaign) -> Result<(), Error> {
         sea: plan.identity.sea.clone(),
         seed: asked.seed,
         points,
+        starts: plan.identity.starts,
         fmus: plan.identity.fmus,
     };
     if asked.dry_run {
@@ -204,8 +209,9 @@ fn words(plan: &Plan<'_>, flights: usize, shares: &[Share], spreads: &[Spread]) 
     };
     let at_sea = if plan.sea.is_some() { ", at sea" } else { "" };
     let mut out = format!(
-        "{flights} flights of vehicles {what}{at_sea}: {} uncertain numbers\n\n\
+        "{flights} flights of vehicles {what}{at_sea}{}: {} uncertain numbers\n\n\
          outcome      flights     share   95 % interval\n",
+        plan.identity.starts.words(),
         plan.uncertain.len()
     );
     for Share { outcome, flights, share, interval: [low, high] } in shares {
@@ -237,11 +243,11 @@ pub fn replay(directory: &Path, flight: u64) -> Result<(), Error> {
     let path = directory.join(ABOUT);
     let unreadable = |reason| StoreError::Json { path: path.display().to_string(), reason };
     let about: About = serde_json::from_str(&read(&path)?).map_err(unreadable)?;
-    let About { vehicle, design, bandwidth, out, sea, seed, points, fmus } = about;
+    let About { vehicle, design, bandwidth, out, sea, seed, points, starts, fmus } = about;
     let (inputs, designed) = Which { vehicle, design, bandwidth, out }.read()?;
     let stored = squid_design::store::load(&designed, &inputs)?;
     let parsed = sea.map(|text| Ok::<_, Error>((Sea::parse(&text, ABOUT)?, text))).transpose()?;
-    let plan = Plan::new(&inputs, &stored, parsed, seed, points)?;
+    let plan = Plan::new(&inputs, &stored, parsed, seed, points)?.starting(starts);
     let plan = if fmus { plan.by_fmus()? } else { plan };
     let rows = results(&plan, directory)?;
     let no_flight = || squid_campaign::error::Error::NoFlight {

@@ -1,0 +1,116 @@
+//! How far off its trim a flight may begin.
+
+use serde::{Deserialize, Serialize};
+use signals::{Each, SIGNALS, Signal};
+use std::fmt::{Display, Formatter};
+use std::str::FromStr;
+
+/// How far off the trim of its vehicle a flight may begin, in each of [`SIGNALS`] \[SI\]; 0 where it begins in trim.
+///
+/// As text it is a list such as `pitch=10deg,heave=0.1m/s`.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct Starts(pub Each<f64>);
+
+impl Starts {
+    /// Whether all flights begin in trim.
+    pub fn in_trim(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// The signals in which flights begin off their trim, each with its place.
+    pub fn off(&self) -> impl Iterator<Item = (usize, &'static Signal)> {
+        SIGNALS.iter().enumerate().filter(|(place, _)| self.0[*place] > 0.0)
+    }
+
+    /// What is to be said of it after a campaign's name; nothing where all begin in trim.
+    pub fn words(&self) -> String {
+        let names: Vec<&str> = self.off().map(|(_, signal)| signal.name).collect();
+        if names.is_empty() { String::new() } else { format!(", begun off trim in {}", names.join(", ")) }
+    }
+}
+
+impl Display for Starts {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        let one =
+            |(place, signal): (usize, &Signal)| format!("{}={}{}", signal.name, self.0[place], signal.unit);
+        f.write_str(&self.off().map(one).collect::<Vec<_>>().join(","))
+    }
+}
+
+impl FromStr for Starts {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let mut starts = Self::default();
+        for part in text.split(',') {
+            let (place, size) = start(part).ok_or_else(|| format!("'{part}' is none of {}", allowed()))?;
+            if starts.0[place] > 0.0 {
+                return Err(format!("{} is there twice", SIGNALS[place].name));
+            }
+            starts.0[place] = size;
+        }
+        Ok(starts)
+    }
+}
+
+/// The place of a signal, and how far off it may be, SI.
+fn start(part: &str) -> Option<(usize, f64)> {
+    let (name, size) = part.split_once('=')?;
+    let place = SIGNALS.iter().position(|signal| signal.name == name)?;
+    let read = |unit: &signals::Unit| Some(size.strip_suffix(unit.name)?.parse::<f64>().ok()? * unit.factor);
+    let size = SIGNALS[place].units.iter().find_map(read)?;
+    (size > 0.0 && size.is_finite()).then_some((place, size))
+}
+
+/// What can be off, in its units.
+fn allowed() -> String {
+    let units = |signal: &Signal| signal.units.iter().map(|unit| unit.name).collect::<Vec<_>>().join(" or ");
+    let one = |signal: &Signal| format!("{}=NUMBER in {}", signal.name, units(signal));
+    let all: Vec<String> = SIGNALS.iter().map(one).collect();
+    format!("{}, a number above 0 with its unit, as in pitch=10deg,heave=0.1m/s", all.join(", "))
+}
+
+impl TryFrom<String> for Starts {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        text.parse()
+    }
+}
+
+impl From<Starts> for String {
+    fn from(starts: Starts) -> Self {
+        starts.to_string()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use signals::{PITCH, SPEED};
+
+    #[test]
+    fn a_list_reads_back_to_the_bit() {
+        let starts: Starts = "pitch=10deg,heave=0.1m/s,pitch_rate=1e-3rad/s".parse().unwrap();
+        assert_eq!((starts.0[PITCH], starts.0[SPEED]), (10f64.to_radians(), 0.0));
+        assert_eq!(starts.to_string().parse(), Ok(starts));
+        assert_eq!(starts.words(), ", begun off trim in pitch, pitch_rate, heave");
+        assert!(Starts::default().in_trim() && !starts.in_trim());
+    }
+
+    #[test]
+    fn what_is_no_start_is_refused() {
+        for text in
+            ["", "pitch", "pitch=10", "pitch=-1deg", "pitch=0deg", "pitch=infrad", "roll=1deg", "heave=1deg"]
+        {
+            let words = text.parse::<Starts>().unwrap_err();
+            assert!(
+                words.starts_with(&format!("'{text}' is none of pitch=NUMBER in deg or rad, speed")),
+                "{words}"
+            );
+        }
+        let twice = "pitch=1deg,pitch=2deg".parse::<Starts>();
+        assert_eq!(twice, Err("pitch is there twice".into()));
+    }
+}
