@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import logging
 import shutil
+import signal
 import sys
 import tempfile
 import uuid
@@ -16,6 +17,7 @@ from collections.abc import Iterator
 from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
 from itertools import islice
+from multiprocessing import resource_tracker
 from pathlib import Path
 
 import cloudpickle
@@ -57,7 +59,8 @@ def main() -> int:
         print(f"squid_campaign: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
-        print("squid_campaign: interrupted; the same command goes on from here.", file=sys.stderr)
+        words = "interrupted; what was flown is kept, and the same command goes on from here."
+        print(f"squid_campaign: {words}", file=sys.stderr)
         return 130
     return 0
 
@@ -87,12 +90,13 @@ def cluster(arguments: argparse.Namespace) -> Iterator[Client]:
         raise CampaignError(f"--workers is {arguments.workers}; it must be at least 1.")
     try:
         if arguments.scheduler is None:
-            own = LocalCluster(
-                n_workers=arguments.workers,
-                threads_per_worker=1,
-                dashboard_address=None,
-                silence_logs=logging.CRITICAL,
-            )
+            with uninterrupted():
+                own = LocalCluster(
+                    n_workers=arguments.workers,
+                    threads_per_worker=1,
+                    dashboard_address=None,
+                    silence_logs=logging.CRITICAL,
+                )
             with own, Client(own) as client:
                 yield client
         else:
@@ -103,6 +107,22 @@ def cluster(arguments: argparse.Namespace) -> Iterator[Client]:
         raise CampaignError(
             f"the scheduler {where} does not answer ({type(reason).__name__}); what was flown is kept."
         ) from None
+
+
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Hold Ctrl-C back; processes that are started meanwhile, and theirs, never hear of it: we end them."""
+    if not hasattr(signal, "pthread_sigmask"):
+        # Windows has none.
+        yield
+        return
+    # Otherwise it would be started with the first of them, and that lets Ctrl-C through again.
+    resource_tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def fly_all(client: Client, way: ByCommand | ByFmus, asked: dict) -> None:

@@ -164,6 +164,37 @@ def on_cluster(*words: str | Path) -> subprocess.CompletedProcess:
     return subprocess.run(command, env=variables, capture_output=True, text=True, timeout=300.0, check=False)
 
 
+def test_ctrl_c_on_a_cluster(designed: Path, tmp_path: Path) -> None:
+    """One sentence and no traceback, of the workers either, and what was flown is kept."""
+    words = [
+        SQUID,
+        "--out",
+        designed,
+        "--to",
+        tmp_path,
+        "--flights",
+        "100000",
+        "--no-bound",
+        "--workers",
+        "1",
+    ]
+    command = [sys.executable, "-m", "squid_campaign", *map(str, words)]
+    variables = {**os.environ, "PYTHONPATH": str(ROOT / "tools")}
+    with subprocess.Popen(
+        command, env=variables, stderr=subprocess.PIPE, text=True, start_new_session=True
+    ) as process:
+        while process.poll() is None and not files_in(tmp_path):
+            time.sleep(0.01)
+        # As a terminal does, to all processes.
+        os.killpg(process.pid, signal.SIGINT)
+        said = process.communicate(timeout=60.0)[1]
+    assert process.returncode == 130 and files_in(tmp_path)
+    assert (
+        said
+        == "squid_campaign: interrupted; what was flown is kept, and the same command goes on from here.\n"
+    )
+
+
 @contextmanager
 def cluster_in(folder: Path, workers: int) -> Iterator[str]:
     """Run a scheduler and workers that have none of our packages; yield the address."""
