@@ -1,6 +1,7 @@
 //! The design file: every mistake is told with its line, its key, what was found and what is allowed.
 
 use auv::Pitch;
+use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::DesignFile;
 use std::path::Path;
 
@@ -222,4 +223,38 @@ fn a_manoeuvre_stays_within_the_design() {
     );
     let design = DesignFile::parse(&whole, "design.toml", "design").unwrap();
     assert_eq!((design.manoeuvre.speed_to, design.manoeuvre.pitch_step), (3.0, -10f64.to_radians()));
+}
+
+/// Waves that break, that carry the vehicle along, or about a hull of no size.
+#[test]
+fn seas_that_cannot_be_are_refused() {
+    let sea = |keys: &str| {
+        let words = "[sea]\ndepth = 2.0\nspectrum = \"jonswap\"\ngamma = 3.3\n";
+        squid().replace("\n[synthesis]\n", &format!("\n{words}{keys}\n[synthesis]\n"))
+    };
+    let parsed = |text: &str| DesignFile::parse(text, "design.toml", "design");
+    for (keys, words) in [
+        ("height = 2.0\nperiod = 3.0\nheading = 180.0", "'sea.period' is 3 s; it must be at least 4.38 s"),
+        (
+            "height = 0.2\nperiod = 3.0\nheading = 0.0",
+            "'sea.heading' is 0; it must be such that the vehicle is not carried along by the waves",
+        ),
+        (
+            "height = 0.2\nperiod = 3.0\nheading = 0.0\nweight = 0.0",
+            "'sea.weight' is 0; it must be from 0.001",
+        ),
+    ] {
+        let found = parsed(&sea(keys)).unwrap_err().to_string();
+        assert!(found.starts_with("design.toml:") && found.contains(words), "{found}");
+        assert_eq!(found.lines().count(), 1, "{found}");
+    }
+    let sound = sea("height = 0.2\nperiod = 3.0\nheading = 180.0");
+    assert!(parsed(&sound).unwrap().sea.is_some());
+    let vehicle =
+        auv::read_text(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid/vehicle.toml"))
+            .unwrap();
+    let (before, after) = vehicle.split_once("\n[geometry]\n").unwrap();
+    let (_, after) = after.split_once("\n[").unwrap();
+    let found = Inputs::parse(&format!("{before}\n[{after}"), &sound).unwrap_err().to_string();
+    assert!(found.starts_with("design.toml: [sea] needs the size of the hull"), "{found}");
 }

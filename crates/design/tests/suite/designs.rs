@@ -1,9 +1,11 @@
 //! The default designs of the shipped vehicles, each made once.
 
 use squid_design::inputs::Inputs;
-use squid_design::inputs::design_file::DesignFile;
+use squid_design::inputs::design_file::{DesignFile, WorkingSea};
 use squid_design::progress::Progress;
 use squid_design::run::{Finished, run};
+use squid_flight::sea::Swell;
+use squid_sea::{Spectrum, Waves};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::{Mutex, OnceLock};
@@ -25,6 +27,16 @@ impl Made {
     pub fn plain(name: &str, delay: f64) -> Self {
         let mut inputs = inputs(name);
         inputs.design = DesignFile { delay, anti_windup: false, uncertainty: None, ..inputs.design };
+        Self::of(inputs)
+    }
+
+    /// The same without delay, made for waves of 1 m a metre above it, which count five times.
+    pub fn at_sea(name: &str) -> Self {
+        let spectrum = Spectrum::jonswap(1.0, 6.0, 3.3).unwrap();
+        let waves = Swell { spectrum, heading: std::f64::consts::PI, components: Waves::USUAL };
+        let mut inputs = inputs(name);
+        let sea = Some(WorkingSea { depth: 1.0, waves, weight: 5.0 });
+        inputs.design = DesignFile { sea, anti_windup: false, uncertainty: None, ..inputs.design };
         Self::of(inputs)
     }
 }
