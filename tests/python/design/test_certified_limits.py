@@ -24,10 +24,12 @@ def moving(c: dict) -> list[int]:
     n, r = len(p["A"]), len(p["Ct"])
 
     def paths(links: np.ndarray) -> np.ndarray:
-        linked = np.eye(len(links), dtype=int) + (links != 0)
+        linked = np.eye(len(links)) + (links != 0)
         return np.linalg.matrix_power(linked, len(links)) > 0
 
-    into = np.hstack([np.hstack([p["B2"], np.array(ball["E"])]).any(axis=1), p["Dt2"].reshape(r, -1).any(axis=1)])
+    into = np.hstack(
+        [np.hstack([p["B2"], np.array(ball["E"])]).any(axis=1), p["Dt2"].reshape(r, -1).any(axis=1)]
+    )
     moved = paths(np.block([[p["A"], p["Bt"].reshape(n, r)], [p["Ct"], p["Dtt"].reshape(r, r)]]))[:n, into]
     out = np.vstack([p["C2"], p["Ct"], np.array(ball["F"])]).any(axis=0)
     seen = paths(p["A"])[out]
