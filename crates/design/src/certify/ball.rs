@@ -30,8 +30,8 @@ const RANK_TOLERANCE: f64 = 1e-13;
 /// How far `E P` may be from L and `Q [F Fw Fu]` from G, relatively: rounding.
 const SAME_PLACE: f64 = 1e-9;
 
-/// The part of what [A B] misses that the slope of the trim takes in the ball, for the states and for the inputs: that
-/// raises its size by a tenth at most.
+/// The part of what [A B] misses that each column beside it takes in the ball: the slope of the trim, for the states and
+/// for the inputs, and the two of waves. That raises its size by a tenth at most, and with waves by a sixth.
 const SLOPE: f64 = 1.0 / 3.0;
 
 /// Between what the units of the slope are, where the fit misses nothing of it or of [A B].
@@ -46,9 +46,9 @@ const UNITS: (f64, f64) = (1e-3, 1e3);
 /// E = sqrt(e) L T P,   [F Fw Fu] = sqrt(e) W^-1 G,   e = max |P^-1 T^-1 R(V) W|
 /// ```
 ///
-/// W is `blkdiag(T_x, S_u, d)`, with the inputs' scales and a unit d of the rate of the trim, `P = blkdiag(I, p I)` has
-/// a unit p of how the inputs' trim moves. With d and p the error of the slope is, for the states and for the inputs,
-/// a third of the largest one of `[A B]`. The maximum is taken over [`SAMPLES`] speeds and raised by a bound on the
+/// W is `blkdiag(T_x, S_u, d)`, with the inputs' scales and units d of the states of waves and of the rate of the trim,
+/// `P = blkdiag(I, p I)` has a unit p of how the inputs' trim moves. With d and p the error of each such column is, for
+/// the states and for the inputs, a third of the largest one of `[A B]`. The maximum is taken over [`SAMPLES`] speeds and raised by a bound on the
 /// rise between two of them: see `between_samples`. The LFTs that were designed on are subtracted, so that what was
 /// dropped there is covered, too.
 ///
