@@ -90,11 +90,11 @@
 //! the Lyapunov matrix `Q^-1`, whose derivative is `-Q^-1 dQ/dtheta Q^-1`; lambda becomes 1/lambda.
 //!
 //! *With limits* (`limits`): the plant gets `u - phi`, xk' gets `E phi`, with `phi = u - sat(u)`, and sat cuts each
-//! command off at `limit_j` or farther, either way. Of the plant only the states count that controls or
-//! Delta move, also through channels, and that channels, Delta or y see ([`Certificate::moving_states`]): the others are filters of w, in whose place
-//! one of its components steps from 0 to any r with `|r| <= size` and, later, back, or weights that only z sees.
-//! While the step is held, x stands for the state less `r x_held`. With `V = x'Xx` and the model error, of whose
-//! Delta only the first `delta_rows` rows may differ from 0 if the file says so, the form
+//! command off at `limit_j` or farther, either way. Of the plant only the states count that controls or Delta move,
+//! also through channels, and that channels, Delta or y see ([`Certificate::moving_states`]): the others are filters of
+//! w, in whose place one of its components steps from 0 to any r with `|r| <= size` and, later, back, or weights that
+//! only z sees. While the step is held, x stands for the state less `r x_held`. With `V = x'Xx` and the model error, of
+//! whose Delta only the first `delta_rows` rows may differ from 0 if the file says so, the form
 //!
 //! ```text
 //! dV/dt + decay V - decay beta (r/size)^2 + zt'S zt - wt'S wt + 2 wt'T zt + lambda (z_D'z_D - w_D'w_D)

@@ -2,8 +2,8 @@
 //! of the range.
 //!
 //! `[A B1 B2]` of the plant with the fit is off by `L R(V) Q`: `R = [A B G x0'; 0 0 0 u0'](V) - [A B G x0'; 0 0 0
-//! u0'](rho)` is what the fit misses, of the waves G as far as there are any; L and Q are where the model is in the plant ([`lpv::tracking::ModelPlace`]). The ball is the
-//! set of all `E Delta [F Fw Fu]` with `|Delta| <= 1`.
+//! u0'](rho)` is what the fit misses, of the waves G as far as there are any; L and Q are where the model is in the
+//! plant ([`lpv::tracking::ModelPlace`]). The ball is the set of all `E Delta [F Fw Fu]` with `|Delta| <= 1`.
 
 use crate::augment::{LinearModel, place};
 use crate::error::{Error, ProofError};
@@ -30,8 +30,8 @@ const RANK_TOLERANCE: f64 = 1e-13;
 /// How far `E P` may be from L and `Q [F Fw Fu]` from G, relatively: rounding.
 const SAME_PLACE: f64 = 1e-9;
 
-/// The part of what [A B] misses that each column beside it takes in the ball: the slope of the trim, for the states and
-/// for the inputs, and the two of waves. That raises its size by a tenth at most, and with waves by a sixth.
+/// The part of what [A B] misses that each column beside it takes in the ball: the slope of the trim, for the states
+/// and for the inputs, and the two of waves. That raises its size by a tenth at most, and with waves by a sixth.
 const SLOPE: f64 = 1.0 / 3.0;
 
 /// Between what the units of the slope are, where the fit misses nothing of it or of [A B].
@@ -48,9 +48,9 @@ const UNITS: (f64, f64) = (1e-3, 1e3);
 ///
 /// W is `blkdiag(T_x, S_u, d)`, with the inputs' scales and units d of the states of waves and of the rate of the trim,
 /// `P = blkdiag(I, p I)` has a unit p of how the inputs' trim moves. With d and p the error of each such column is, for
-/// the states and for the inputs, a third of the largest one of `[A B]`. The maximum is taken over [`SAMPLES`] speeds and raised by a bound on the
-/// rise between two of them: see `between_samples`. The LFTs that were designed on are subtracted, so that what was
-/// dropped there is covered, too.
+/// the states and for the inputs, a third of the largest one of `[A B]`. The maximum is taken over [`SAMPLES`] speeds
+/// and raised by a bound on the rise between two of them: see `between_samples`. The LFTs that were designed on are
+/// subtracted, so that what was dropped there is covered, too.
 ///
 /// # Errors
 /// [`Error::Synthesis`] when the bound's Lyapunov matrix is not positive definite; those of the linearisation.

@@ -31,8 +31,8 @@ pub enum InputError {
     ActuatorName { file: String, actuator: String, name: String },
     /// Waves on a hull of no size.
     #[error(
-        "{file}: [sea] needs the size of the hull, for what waves do to it; the vehicle file has no [geometry]: give it \
-            length and diameter there, or leave [sea] out"
+        "{file}: [sea] needs the size of the hull, for what waves do to it; the vehicle file has no [geometry]: give \
+            it length and diameter there, or leave [sea] out"
     )]
     NoGeometry { file: String },
     /// Something is asked of the speed of a vehicle to which it is given.

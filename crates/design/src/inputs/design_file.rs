@@ -66,6 +66,9 @@ const RISE: Range = Range { least: 1.0, most: 1e6, words: "from 1, no less than 
 /// How much more slow references count.
 const FOLLOW: Range = Range { least: 1.0, most: 1e4, words: "from 1, as much as fast ones, to 1e4" };
 
+/// By how much waves count more than they are.
+const WAVE_WEIGHT: Range = Range { least: 1e-3, most: 1e3, words: "from 0.001 to 1000" };
+
 /// The bound on the rate of the speed.
 const RATE: Range = Range { least: 1e-6, most: 1e3, words: "from 1e-6 to 1e3 (m/s^2)" };
 

@@ -113,8 +113,9 @@ impl TrackingProblem {
     /// The generalised plant.
     ///
     /// States: the model's; the lags; one of each delay; one of each W_e; two of the waves; R, the trim, the reference
-    /// models, the noise and W_u, as far as they have any. `w = [r; d; n; w of the waves]`, `z = [W_e e; W_u u]`, y = e or `[R r; C x + N n]`,
-    /// all in units of their scales. With a moving trim, x, u, R r and the measurements are deviations from it.
+    /// models, the noise and W_u, as far as they have any. `w = [r; d; n; w of the waves]`, `z = [W_e e; W_u u]`, y = e
+    /// or `[R r; C x + N n]`, all in units of their scales. With a moving trim, x, u, R r and the measurements are
+    /// deviations from it.
     ///
     /// # Errors
     /// The first part whose size does not fit, or the first number that makes a weight improper, unstable or infinite.

@@ -1,16 +1,9 @@
-//! Reads the sea that a controller is made for: the table `[sea]`.
+//! The sea that a controller is made for: the table `[sea]`.
 
-use auv::toml_file::Table;
 use auv::{Linearisation, RegularWaves};
 use lpv::matrix::Mat;
 use squid_flight::sea::Swell;
 use squid_sea::ShapingFilter;
-
-use crate::inputs::design_file::Range;
-use crate::inputs::design_file::values::within;
-
-/// By how much waves count more than they are.
-const WEIGHT: Range = Range { least: 1e-3, most: 1e3, words: "from 0.001 to 1000" };
 
 /// The sea that a controller is made for.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,28 +17,9 @@ pub struct WorkingSea {
 }
 
 impl WorkingSea {
-    /// For a range of speed \[m/s\], where that could be read.
-    pub(super) fn of(table: &Table<'_>, speeds: Option<(f64, f64)>) -> Option<Self> {
-        let waves = Swell::of(table, &["depth", "weight"]);
-        let depth =
-            table.number("depth", |depth| depth > 0.0, "above 0 (m): where the vehicle works in waves");
-        let weight = match table.has("weight") {
-            true => within(table, "weight", WEIGHT),
-            false => Some(1.0),
-        };
-        let sea = Self { waves: waves?, depth: depth?, weight: weight? };
-        if let Some((low, high)) = speeds
-            && [low, high].iter().any(|speed| sea.filter(*speed).is_none())
-        {
-            let words = "such that the vehicle is not carried along by the waves, at any of its speeds: these must be \
-                         below half of the speed of the waves on its way";
-            table.not_allowed("heading", auv::number(sea.waves.heading.to_degrees()), words);
-            return None;
-        }
-        Some(sea)
-    }
-
-    fn filter(&self, speed: f64) -> Option<ShapingFilter> {
+    /// The waves as noise through a filter, as they are met at a speed \[m/s\]; `None` where they carry the vehicle
+    /// along.
+    pub fn filter(&self, speed: f64) -> Option<ShapingFilter> {
         ShapingFilter::met(&self.waves.spectrum, self.waves.heading, speed)
     }
 

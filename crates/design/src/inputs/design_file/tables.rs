@@ -4,13 +4,14 @@ use crate::inputs::design_file::manoeuvre::Limits;
 use crate::inputs::design_file::tracked::{measured, tracked};
 use crate::inputs::design_file::values::{ROUNDING, angle, rising, within};
 use crate::inputs::design_file::{
-    CONTROL_WEIGHT, DesignFile, RATE, Require, SAMPLE_TIME, WorkingSea, uncertainty,
+    CONTROL_WEIGHT, DesignFile, RATE, Require, SAMPLE_TIME, WAVE_WEIGHT, WorkingSea, uncertainty,
 };
 use auv::Pitch;
 use auv::toml_file::{Document, FileError, Table};
 use lpv::weights::RisingWeight;
 use scheduled::MOST_DELAY_TICKS;
 use signals::{PITCH, STATES};
+use squid_flight::sea::Swell;
 
 /// Ticks of a flight: its record is kept in memory, some 200 bytes each.
 const MOST_TICKS: f64 = 1e6;
@@ -60,7 +61,7 @@ fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
     let control = section(&root, "control", "the weight on each actuator, and a disturbance there");
     let control = control.as_ref().map(Control::of);
     let speeds = model.as_ref().and_then(|m| m.speed_min.zip(m.speed_max));
-    let sea = root.table("sea").map_or(Some(None), |table| WorkingSea::of(&table, speeds).map(Some));
+    let sea = root.table("sea").map_or(Some(None), |table| working_sea(&table, speeds).map(Some));
     let synthesis = section(&root, "synthesis", "back_off, how far from the least gamma");
     let back_off = synthesis.as_ref().and_then(|table| {
         table.allow_only(&["back_off", "rate"]);
@@ -129,6 +130,23 @@ fn pitch(table: &Table<'_>) -> Option<Pitch> {
     let allowed = |v: f64| factor.is_none_or(|factor| (v * factor).abs() <= STEEPEST.to_radians());
     let angle = held.number("angle", allowed, "at most 60 deg in size");
     Some(Pitch::Held(factor? * angle?))
+}
+
+/// The section `[sea]`, for a range of speed \[m/s\] where that could be read.
+fn working_sea(table: &Table<'_>, speeds: Option<(f64, f64)>) -> Option<WorkingSea> {
+    let waves = Swell::of(table, &["depth", "weight"]);
+    let depth = table.number("depth", |depth| depth > 0.0, "above 0 (m): where the vehicle works in waves");
+    let weight = if table.has("weight") { within(table, "weight", WAVE_WEIGHT) } else { Some(1.0) };
+    let sea = WorkingSea { waves: waves?, depth: depth?, weight: weight? };
+    if let Some((low, high)) = speeds
+        && [low, high].iter().any(|speed| sea.filter(*speed).is_none())
+    {
+        let words = "such that the vehicle is not carried along by the waves, at any of its speeds: these must be \
+                     below half of the speed of the waves on its way";
+        table.not_allowed("heading", auv::number(sea.waves.heading.to_degrees()), words);
+        return None;
+    }
+    Some(sea)
 }
 
 /// The section `[control]`.

@@ -138,9 +138,9 @@ fn climb(subject: &Subject, sea: &WorkingSea, both: [&ControllerDesign; 2]) -> R
 /// What is flown.
 fn about(sea: &WorkingSea) -> String {
     format!(
-        "The design has waves of Hs = {} m with their peak at {:.3} rad/s in its generalised plant, as they are met {} m \
-         deep, and counts them {} times. Beside its controller stands one that is made of the same file without [sea]. \
-         Level at a constant speed: root mean squares over {SEAS} such seas of {FLOWN} s; `-` where the hull breaks the \
+        "The design has waves of Hs = {} m with their peak at {:.3} rad/s in its generalised plant, as they are met {} \
+         m deep, and counts them {} times. Beside its controller stands one of the same file without [sea]. Level at \
+         a constant speed: root mean squares over {SEAS} such seas of {FLOWN} s; `-` where the hull breaks the \
          surface. Flown, not proved.",
         auv::rounded(sea.waves.spectrum.height()),
         sea.waves.spectrum.peak(),
@@ -158,7 +158,8 @@ mod tests {
     use squid_sea::{Spectrum, Waves};
     use std::path::Path;
 
-    /// REMUS 100 a metre below waves of 1 m: the pitch is error is smaller by a sixth or more at either end of the range of speed.
+    /// REMUS 100 a metre below waves of 1 m: the error of the pitch is smaller by a sixth or more at either end of the
+    /// range of speed.
     #[test]
     fn it_pays() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/remus100");
