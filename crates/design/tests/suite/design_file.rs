@@ -243,6 +243,10 @@ fn seas_that_cannot_be_are_refused() {
             "height = 0.2\nperiod = 3.0\nheading = 0.0\nweight = 0.0",
             "'sea.weight' is 0; it must be from 0.001",
         ),
+        (
+            "height = 5.0\nperiod = 9.0\nheading = 180.0",
+            "'sea.depth' is 2; it must be at least half the significant height (m)",
+        ),
     ] {
         let found = parsed(&sea(keys)).unwrap_err().to_string();
         assert!(found.starts_with("design.toml:") && found.contains(words), "{found}");

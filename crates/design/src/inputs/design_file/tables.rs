@@ -138,6 +138,11 @@ fn working_sea(table: &Table<'_>, speeds: Option<(f64, f64)>) -> Option<WorkingS
     let depth = table.number("depth", |depth| depth > 0.0, "above 0 (m): where the vehicle works in waves");
     let weight = if table.has("weight") { within(table, "weight", WAVE_WEIGHT) } else { Some(1.0) };
     let sea = WorkingSea { waves: waves?, depth: depth?, weight: weight? };
+    if sea.depth < 0.5 * sea.waves.spectrum.height() {
+        let words = "at least half the significant height (m): nearer, the troughs uncover the hull";
+        table.not_allowed("depth", auv::number(sea.depth), words);
+        return None;
+    }
     if let Some((low, high)) = speeds
         && [low, high].iter().any(|speed| sea.filter(*speed).is_none())
     {

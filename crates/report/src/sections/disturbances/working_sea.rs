@@ -89,7 +89,8 @@ fn climb(subject: &Subject, sea: &WorkingSea, both: [&ControllerDesign; 2]) -> R
     let (inputs, stored) = (subject.inputs, subject.stored);
     let from = DEEP.max(2.0 * sea.depth);
     let (speed, _) = inputs.design.scheduling();
-    let pitch = stored.manoeuvre.pitch_step.abs();
+    // Astern it climbs with the bow down.
+    let pitch = stored.manoeuvre.pitch_step.abs().copysign(speed);
     let takes = 1.5 * (from - sea.depth) / (speed * pitch.sin());
     let manoeuvre = Manoeuvre {
         speed_from: speed,
