@@ -54,7 +54,7 @@ impl Balance<'_> {
     fn acceleration<D: Scalar>(&self, incidence: D, outputs: impl Iterator<Item = D>) -> [D; 3] {
         let motion = self.speed.level_motion(incidence);
         let force = actuator_force(&self.vehicle.actuators, motion.u, outputs);
-        self.dynamics.acceleration(&motion, D::from(self.depth), force)
+        self.dynamics.lifted().acceleration(&motion, D::from(self.depth), force)
     }
 
     /// Returns the accelerations, their derivative with respect to the incidence, and those with respect to each output

@@ -8,7 +8,6 @@
 use crate::scalar::Scalar;
 use crate::vehicle::actuator::Actuator;
 use crate::vehicle::coefficients::{CoefficientError, Coefficients};
-use crate::vehicle::surge::Surge;
 use nalgebra::Matrix3;
 
 /// The least Reynolds number at which the ITTC-57 line is evaluated; below it the friction coefficient is constant.
@@ -29,8 +28,8 @@ pub struct Motion<D = f64> {
 
 /// The equations of motion of one vehicle, its mass matrix inverted once.
 #[derive(Clone, Debug)]
-pub struct Dynamics {
-    coefficients: Coefficients,
+pub struct Dynamics<D = f64> {
+    coefficients: Coefficients<D>,
     inverse_mass: Matrix3<f64>,
 }
 
@@ -46,6 +45,12 @@ impl Dynamics {
         Ok(Self { coefficients: coefficients.clone(), inverse_mass })
     }
 
+    /// The same over scalars that carry derivatives, with the coefficients as constants among them.
+    pub fn lifted<D: Scalar>(&self) -> Dynamics<D> {
+        let coefficients = self.coefficients.map(|_, value| D::from(value));
+        Dynamics { coefficients, inverse_mass: self.inverse_mass }
+    }
+
     /// The coefficients.
     pub fn coefficients(&self) -> &Coefficients {
         &self.coefficients
@@ -56,20 +61,22 @@ impl Dynamics {
         LEAST_REYNOLDS_NUMBER * self.coefficients.kinematic_viscosity / self.coefficients.length
     }
 
-    /// Returns \[u' w' q'\] under the force \[X Z M\] of the actuators: `M nu' = coriolis + restoring + lift +
-    /// damping + drag + actuators`.
-    pub fn acceleration<D: Scalar>(&self, motion: &Motion<D>, depth: D, actuators: [D; 3]) -> [D; 3] {
-        self.response(self.lifted().force(motion, depth, actuators))
-    }
-
     /// Returns the part of \[u' w' q'\] that a load \[X Z M\] beside the other forces makes; along the hull it makes
     /// none where the speed is given.
     pub(crate) fn pushed(&self, load: [f64; 3]) -> [f64; 3] {
         let [surge, heave, pitch] = load;
         self.response([if self.coefficients.surge.is_given() { 0.0 } else { surge }, heave, pitch])
     }
+}
 
-    fn response<D: Scalar>(&self, force: [D; 3]) -> [D; 3] {
+impl<D: Scalar> Dynamics<D> {
+    /// Returns \[u' w' q'\] under the force \[X Z M\] of the actuators: `M nu' = coriolis + restoring + lift +
+    /// damping + drag + actuators`.
+    pub fn acceleration(&self, motion: &Motion<D>, depth: D, actuators: [D; 3]) -> [D; 3] {
+        self.response(self.coefficients.force(motion, depth, actuators))
+    }
+
+    fn response(&self, force: [D; 3]) -> [D; 3] {
         let row = |i: usize| {
             force[0] * self.inverse_mass[(i, 0)]
                 + force[1] * self.inverse_mass[(i, 1)]
@@ -80,7 +87,7 @@ impl Dynamics {
 
     /// Returns \[u' w' q' theta'\] under the outputs of the actuators \[N or rad\], and a speed `given` \[m/s\] for a
     /// vehicle that takes one; see [`Dynamics::acceleration`].
-    pub fn rate<D: Scalar>(
+    pub fn rate(
         &self,
         actuators: &[Actuator],
         motion: &Motion<D>,
@@ -89,31 +96,18 @@ impl Dynamics {
         outputs: impl Iterator<Item = D>,
     ) -> [D; 4] {
         let mut force = actuator_force(actuators, motion.u, outputs);
-        if let Some(rate) = self.surge_rate(motion.u, given) {
+        if let Some(rate) = self.coefficients.surge.rate(motion.u, given) {
             force[0] = rate;
         }
         let [u, w, q] = self.acceleration(motion, depth, force);
         [u, w, q, motion.q]
     }
 
-    /// Returns `u' = (given - u)/lag` of a vehicle whose speed is given.
-    pub fn surge_rate<D: Scalar>(&self, u: D, given: D) -> Option<D> {
-        match self.coefficients.surge {
-            Surge::Free => None,
-            Surge::Given { lag } => Some((given - u) / lag),
-        }
-    }
-
     /// Returns the surge force of drag: `X_uu u|u| - rho/2 (C_f k S_w + C_d A) u|u|`.
     ///
     /// `C_f = 0.075 / (log10 Re - 2)^2`, `Re = |u| L / nu`, at least [`LEAST_REYNOLDS_NUMBER`]. Source: ITTC (1957).
-    pub fn axial_drag<D: Scalar>(&self, u: D) -> D {
-        self.lifted().axial_drag(u)
-    }
-
-    /// The coefficients as constants among scalars that carry derivatives.
-    fn lifted<D: Scalar>(&self) -> Coefficients<D> {
-        self.coefficients.map(|_, value| D::from(value))
+    pub fn axial_drag(&self, u: D) -> D {
+        self.coefficients.axial_drag(u)
     }
 }
 

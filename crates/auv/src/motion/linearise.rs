@@ -132,7 +132,7 @@ fn difference(vehicle: &Vehicle, trim: &Trim) -> Option<DVector<f64>> {
 /// # Errors
 /// [`CoefficientError`] if the vehicle's coefficients are not allowed.
 pub fn linearise(vehicle: &Vehicle, trim: &Trim) -> Result<Linearisation, CoefficientError> {
-    let dynamics = Dynamics::new(&vehicle.coefficients)?;
+    let dynamics = Dynamics::new(&vehicle.coefficients)?.lifted();
     let inputs = vehicle.actuators.len();
     let mut jacobian = DMatrix::zeros(4, 4 + inputs);
     for seed in 0..4 + inputs {

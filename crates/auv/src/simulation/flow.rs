@@ -60,7 +60,7 @@ impl ODE<f64, Body> for Flow<'_> {
                 self.dynamics.rate(self.actuators, &motion, self.depth + sunk, given, outputs)
             }
         };
-        let du = self.dynamics.surge_rate(u, given).unwrap_or(du);
+        let du = self.dynamics.coefficients().surge.rate(u, given).unwrap_or(du);
         let (current, (gained_u, gained_w)) = match self.slopes {
             None => (self.current, (0.0, 0.0)),
             Some(slopes) => (self.current.after(time, slopes.current), slopes.current.along_body(theta)),

@@ -172,7 +172,7 @@ impl Plant {
     /// changes the velocities over ground by its load alone.
     pub fn rates<D: Scalar>(&self, instant: &Instant<D>, output: impl Fn(usize) -> D) -> Rates<D> {
         let motion = instant.motion();
-        let actuators = self.actuators();
+        let (actuators, dynamics) = (self.actuators(), self.dynamics());
         let outputs = (0..actuators.len()).map(output);
         let [du, dw, dq, dtheta] = match (self.fidelity(), self.lpv()) {
             (Fidelity::Lpv, Some(model)) => model.derivative(
@@ -180,9 +180,9 @@ impl Plant {
                 [motion.u, motion.w, motion.q, motion.theta],
                 outputs,
             ),
-            _ => self.dynamics().rate(actuators, &motion, instant.depth, instant.given_speed, outputs),
+            _ => dynamics.lifted().rate(actuators, &motion, instant.depth, instant.given_speed, outputs),
         };
-        let du = self.dynamics().surge_rate(motion.u, instant.given_speed).unwrap_or(du);
+        let du = dynamics.coefficients().surge.rate(motion.u, instant.given_speed).unwrap_or(du);
         let ((u_c, w_c), (sin, cos)) = (instant.current(), instant.pitch.sin_cos());
         let (mut du, mut dw, mut dq) = (du - dtheta * w_c, dw + dtheta * u_c, dq);
         if let Some(push) = self.pushed(instant) {

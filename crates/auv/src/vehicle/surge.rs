@@ -1,5 +1,6 @@
 //! What moves the vehicle forward: thrust and drag, or a speed that is given from outside.
 
+use crate::scalar::Scalar;
 use signals::{STATES, States, WITHOUT_SURGE};
 
 /// Where the surge velocity comes from.
@@ -32,6 +33,14 @@ impl Surge {
     /// Returns whether the speed is given.
     pub fn is_given(self) -> bool {
         matches!(self, Self::Given { .. })
+    }
+
+    /// Returns `u' = (given - u)/lag` where the speed is given.
+    pub fn rate<D: Scalar>(self, u: D, given: D) -> Option<D> {
+        match self {
+            Self::Free => None,
+            Self::Given { lag } => Some((given - u) / lag),
+        }
     }
 
     /// Returns the states of the linear model.

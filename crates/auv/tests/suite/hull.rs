@@ -113,7 +113,7 @@ proptest! {
             let dual = auv::Dual64::new;
             let zero = auv::Dual64::from(0.0);
             let motion = Motion { u: dual(1.0, 0.0), w: dual(w, dw), q: dual(q, dq), theta: zero };
-            dynamics.acceleration(&motion, auv::Dual64::from(50.0), [zero; 3]).map(|d| d.eps)
+            dynamics.lifted().acceleration(&motion, auv::Dual64::from(50.0), [zero; 3]).map(|d| d.eps)
         };
         for (dw, dq) in [(1.0, 0.0), (0.0, 1.0)] {
             let (above, below, exact) = (at(h * dw, h * dq), at(-h * dw, -h * dq), seeded(dw, dq));

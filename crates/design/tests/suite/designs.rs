@@ -1,9 +1,13 @@
 //! The default designs of the shipped vehicles, each made once.
 
+use lpv::controller::Controller;
+use squid_design::augment::augment;
+use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::{DesignFile, WorkingSea};
 use squid_design::progress::Progress;
 use squid_design::run::{Finished, run};
+use squid_design::synthesise::synthesise;
 use squid_flight::sea::Swell;
 use squid_sea::{Spectrum, Waves};
 use std::collections::BTreeMap;
@@ -50,6 +54,14 @@ pub fn inputs(name: &str) -> Inputs {
 pub fn read(name: &str, design: &str) -> Inputs {
     let vehicles = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles"));
     Inputs::read(&vehicles.join(name), design).unwrap()
+}
+
+/// The controller of a design alone, without the checks and proofs that take most of the time.
+pub fn controller(inputs: &Inputs) -> Controller {
+    let (actuators, design) = (&inputs.vehicle.actuators, &inputs.design);
+    let model = Model::new(&inputs.vehicle, design).unwrap();
+    let plant = augment(actuators, design, model.linear()).unwrap();
+    synthesise(actuators, design, &plant, &Progress::default()).unwrap().controller
 }
 
 /// The default design of a vehicle, made when it is first asked for.
