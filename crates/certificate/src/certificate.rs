@@ -9,6 +9,9 @@ pub const FORMAT: &str = "lpv-certificate/1";
 /// Value of the key `format` of a certificate with the section `limits`.
 pub const FORMAT_WITH_LIMITS: &str = "lpv-certificate/2";
 
+/// Value of the key `format` of a certificate with the section `energy`.
+pub const FORMAT_WITH_ENERGY: &str = "lpv-certificate/4";
+
 /// Value of the key `format` of a certificate of a loop in discrete time.
 pub const FORMAT_DISCRETE: &str = "lpv-certificate/3";
 
@@ -53,6 +56,9 @@ pub struct Certificate {
     /// What holds with commands that are cut off at limits.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limits: Option<Limits>,
+    /// Bounds of the gain with commands that are cut off at limits, for w of bounded energy.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub energy: Option<Energy>,
 }
 
 /// The generalised plant.
@@ -247,6 +253,44 @@ pub struct Limits {
     pub h: Rows,
 }
 
+/// The claims for commands cut off at limits and w of bounded energy, with the plant without model error.
+///
+/// The plant gets `u - phi`, and the controller's states move by `E phi` faster, with `phi = u - sat(u)`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Energy {
+    /// How far each command can go at least, either way.
+    pub limits: Vec<f64>,
+    /// nk x u.
+    #[serde(rename = "E")]
+    pub e: Rows,
+    /// At least one.
+    pub claims: Vec<EnergyClaim>,
+}
+
+/// The gain from w to z is below gamma for every w whose energy is at most beta, from rest; with `H = 0` for every w.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EnergyClaim {
+    /// The bound.
+    pub gamma: f64,
+    /// The largest energy, the integral of w'w over time; without a meaning where H is 0.
+    pub beta: f64,
+    /// The Lyapunov matrix: x'Xx stays below gamma beta.
+    #[serde(rename = "X")]
+    pub x: Rows,
+    /// The symmetric scaling.
+    #[serde(rename = "S")]
+    pub s: Rows,
+    /// The skew scaling.
+    #[serde(rename = "T")]
+    pub t: Rows,
+    /// The multiplier of each limit.
+    #[serde(rename = "U")]
+    pub u: Vec<f64>,
+    /// Below which part of u a limit is out of reach, u x (n + nk).
+    #[serde(rename = "H")]
+    pub h: Rows,
+}
+
 impl Plant {
     /// D22; `None` if it is 0.
     pub fn direct_path(&self) -> Option<&Rows> {
@@ -268,10 +312,11 @@ impl Certificate {
     /// [`ReadError`] if sizes do not agree or a number is not finite.
     pub fn to_json(&self) -> Result<String, ReadError> {
         self.check()?;
-        let format = match (self.discrete, &self.limits) {
-            (true, _) => FORMAT_DISCRETE,
-            (false, Some(_)) => FORMAT_WITH_LIMITS,
-            (false, None) => FORMAT,
+        let format = match (self.discrete, &self.energy, &self.limits) {
+            (true, _, _) => FORMAT_DISCRETE,
+            (false, Some(_), _) => FORMAT_WITH_ENERGY,
+            (false, None, Some(_)) => FORMAT_WITH_LIMITS,
+            (false, None, None) => FORMAT,
         };
         Ok(serde_json::to_string(&File { format, certificate: self })?)
     }

@@ -226,6 +226,7 @@ impl ConstantCertificate {
             bounded_rate: None,
             discrete: false,
             limits: None,
+            energy: None,
         }
     }
 

@@ -54,8 +54,8 @@ pub enum ReadError {
     #[error("{field}: is of a loop in continuous time, but the format is of one in discrete time")]
     Discrete { field: &'static str },
     /// Limits in a loop whose commands go straight to what is measured.
-    #[error("limits: is of plants without a direct path from u to y, but plant.D22 is not 0")]
-    DirectPath,
+    #[error("{field}: is of plants without a direct path from u to y, but plant.D22 is not 0")]
+    DirectPath { field: &'static str },
     /// Steps of an input that there is not.
     #[error("limits.input: found {found}, must be below {inputs}, the number of inputs w")]
     NoInput { found: usize, inputs: usize },
@@ -100,8 +100,13 @@ pub enum Proved {
     Decay,
     /// The multiplier of a parameter, from 0.
     Multiplier(usize),
-    /// `[X h'; h u^2/(4 beta)]` of a command, from 0.
-    Limit(usize),
+    /// `[X h'; h limit^2/level]` of a command where x'Xx is at most that level.
+    Limit {
+        /// From 0.
+        command: usize,
+        /// Its name.
+        level: &'static str,
+    },
 }
 
 impl fmt::Display for Proved {
@@ -118,7 +123,7 @@ impl fmt::Display for Proved {
             }
             Self::Lyapunov => f.write_str("L"),
             Self::Decay => f.write_str("A'L + LA"),
-            Self::Limit(command) => write!(f, "[X h'; h limit^2/(4 beta)] of command {command}"),
+            Self::Limit { command, level } => write!(f, "[X h'; h limit^2/({level})] of command {command}"),
             Self::Multiplier(parameter) => write!(f, "the multiplier of parameter {parameter}"),
         }
     }
@@ -137,17 +142,20 @@ pub enum Claim {
     BoundedRateWithModelError,
     /// The loop whose commands are cut off at limits, with the model error of `residual`.
     WithLimits,
+    /// A bound for w of bounded energy, from 0, of the loop whose commands are cut off.
+    OfEnergy(usize),
 }
 
 impl fmt::Display for Claim {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Nominal => "the claim",
-            Self::WithModelError => "the claim with model error (residual)",
-            Self::BoundedRate => "the claim of a bounded rate",
-            Self::BoundedRateWithModelError => "the claim of a bounded rate with model error",
-            Self::WithLimits => "the claim with limits",
-        })
+        match self {
+            Self::Nominal => f.write_str("the claim"),
+            Self::WithModelError => f.write_str("the claim with model error (residual)"),
+            Self::BoundedRate => f.write_str("the claim of a bounded rate"),
+            Self::BoundedRateWithModelError => f.write_str("the claim of a bounded rate with model error"),
+            Self::WithLimits => f.write_str("the claim with limits"),
+            Self::OfEnergy(k) => write!(f, "claim {k} of bounded energy"),
+        }
     }
 }
 

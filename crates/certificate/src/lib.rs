@@ -115,6 +115,25 @@
 //!   as that, with `decay/2` added to A. For two values of u the phi differ by shares of the difference between 0 and
 //!   1, which are such parameters; so u, and what phi makes of it at a theta, are one to one, as wt and zt are.
 //!
+//! *With w of bounded energy* (`energy`, format 4): commands are cut off, and what is cut off is fed back, as with
+//! limits, but for the whole plant, with its weights and all of w and z, and without model error. Each claim has an X,
+//! S, T, a diagonal U > 0, H, gamma and beta, for which the form
+//!
+//! ```text
+//! dV/dt + z'z/gamma - gamma w'w + zt'S zt - wt'S wt + 2 wt'T zt + 4 phi'U (u - phi - H x)
+//! ```
+//!
+//! must be negative definite in (x, wt, phi, w); `X > 0`, `S > 0`; and for each command `[X h_j'; h_j limit_j^2/(gamma
+//! beta)] > 0`. *Claim:* from rest, for every w whose energy, the integral of w'w, is at most beta, `V <= gamma beta`
+//! at all times, the L2 gain from w to z is below gamma, and once w is 0 the state decays exponentially. With `H = 0`
+//! that holds for every w, and from every state.
+//!
+//! - *The region.* Where `V <= gamma beta`, `|h_j x| < limit_j` with room to spare, so that the term of U is not
+//!   negative, as above, in a neighbourhood. As long as x is there, V is at most gamma times the energy of w so far, by
+//!   integrating the form from rest, and so at most gamma beta: x never leaves the region, and the integral to the end
+//!   of time is the gain. With H = 0 the term of U is nowhere negative.
+//! - *Well-posedness* is as with limits: the form is the inequality of a loop with a further parameter for each command.
+//!
 //! *In discrete time* (format 3) `x+`, the state at the next tick, stands in place of `x'`, and the sums of squares
 //! over the ticks in place of the energies. The inequality, without the other sections, is
 //!
@@ -134,7 +153,8 @@
 //!
 //! # What it does not cover
 //!
-//! - Saturation of the actuators but for the steps of `limits`: for all else the loop is linear at every instant.
+//! - Saturation of the actuators but in the sections `limits` and `energy`: for all else the loop is linear at every
+//!   instant.
 //! - Sampling: in continuous time the controller is the continuous one of the file, with Theta(t) measured without
 //!   delay or error; in discrete time nothing is said of what lies between the ticks.
 //! - The nonlinear vehicle: the plant is the LPV model of the file. The residual covers errors of its `A`, `B1` and
@@ -189,11 +209,11 @@ mod structure;
 mod theorem;
 
 pub use certificate::{
-    BoundedRate, Certificate, Controller, FORMAT, FORMAT_DISCRETE, FORMAT_WITH_LIMITS, Limits, Plant,
-    Residual, Rows, Slow, SlowResidual,
+    BoundedRate, Certificate, Controller, Energy, EnergyClaim, FORMAT, FORMAT_DISCRETE, FORMAT_WITH_ENERGY,
+    FORMAT_WITH_LIMITS, Limits, Plant, Residual, Rows, Slow, SlowResidual,
 };
 pub use constant::{CONSTANT_FORMAT, ConstantCertificate, ConstantTheorem, ErrorBall, Filter};
 pub use error::{Claim, Failure, Proved, ReadError};
 pub use json::Json;
 pub use lower_bound::{Multipliers, lower_bound};
-pub use theorem::{LimitTheorem, SlowTheorem, Theorem};
+pub use theorem::{EnergyTheorem, LimitTheorem, SlowTheorem, Theorem};

@@ -1,7 +1,7 @@
 //! The proof, step by step.
 
 use crate::bounded_rate::SlowInequality;
-use crate::certificate::{BoundedRate, Certificate, Limits, Residual, Rows, Slow};
+use crate::certificate::{BoundedRate, Certificate, Energy, Limits, Residual, Rows, Slow};
 use crate::closed_loop::ClosedLoop;
 use crate::error::{Claim, Failure, Proved};
 use crate::exact::definite::positive_definite;
@@ -54,6 +54,7 @@ impl Certificate {
         if let Some((limits, error)) = self.limits.as_ref().zip(self.residual.as_ref()) {
             self.prove_limits(limits, error)?;
         }
+        self.energy.as_ref().map_or(Ok(()), |energy| self.prove_energy(energy))?;
         Ok(Theorem::of(self))
     }
 
@@ -100,24 +101,62 @@ impl Certificate {
         if !(&beta + &-level).is_positive() {
             return Err(too_large("takes x'Xx to beta, or above it".into()));
         }
-        for (j, ((limit, u), h)) in l.limits.iter().zip(&l.u_held).zip(&l.h).enumerate() {
-            let limit = Dyadic::from_f64(*limit);
+        for (j, (limit, u)) in l.limits.iter().zip(&l.u_held).enumerate() {
             let used = (&size * &Dyadic::from_f64(*u)).abs().shifted(1);
-            if (&used + &-&limit).is_positive() {
+            if (&used + &-&Dyadic::from_f64(*limit)).is_positive() {
                 return Err(too_large(format!("takes more than half of the limit of command {j}")));
             }
-            // [X h'; h limit^2/(4 beta)], its last row and column times 2 beta.
-            let row = Matrix::from_rows(&vec![h.clone()], closed.states).scaled(&beta.shifted(1));
-            let mut whole = Matrix::scalar(closed.states + 1, &(&beta * &(&limit * &limit)));
-            whole.place(0, 0, &x);
-            whole.place(closed.states, 0, &row);
-            whole.place(0, closed.states, &row.transpose());
-            let blocks = vec![("x", closed.states), ("limit", 1)];
-            let whole = Blocked { matrix: whole, blocks, scale: Dyadic::from_f64(1.0) };
-            definite(claim, Proved::Limit(j), "positive", &whole)?;
+        }
+        out_of_reach(claim, (&x, &l.h, &l.limits), (&beta.shifted(2), "4 beta"))
+    }
+
+    /// The claims of bounded energy: x leaves `x'Xx <= gamma beta` for no w of the energy beta, there H x leaves each
+    /// limit out of reach, and the inequality is that of the gain.
+    fn prove_energy(&self, energy: &Energy) -> Result<(), Failure> {
+        for (k, c) in energy.claims.iter().enumerate() {
+            let claim = Claim::OfEnergy(k);
+            positive(claim, "beta", c.beta)?;
+            energy.limits.iter().try_for_each(|limit| positive(claim, "a limit", *limit))?;
+            let closed = ClosedLoop::with_energy(self, &energy.e, &c.h)?;
+            let gamma = Dyadic::from_f64(c.gamma);
+            let level = &gamma * &Dyadic::from_f64(c.beta);
+            let with_limits = Claimed {
+                claim,
+                gamma,
+                lambda: None,
+                x: &c.x,
+                s: &beside(&c.s, &c.u),
+                t: &beside(&c.t, &vec![0.0; c.u.len()]),
+            };
+            with_limits.prove(&closed)?;
+            let x = Matrix::from_rows(&c.x, closed.states);
+            out_of_reach(claim, (&x, &c.h, &energy.limits), (&level, "gamma beta"))?;
         }
         Ok(())
     }
+}
+
+/// `[X h_j'; h_j limit_j^2/level]` is positive definite for each command: |h_j x| is below its limit where x'Xx is at
+/// most the level.
+fn out_of_reach(
+    claim: Claim,
+    (x, h, limits): (&Matrix, &Rows, &[f64]),
+    (level, name): (&Dyadic, &'static str),
+) -> Result<(), Failure> {
+    let n = x.rows;
+    for (command, (limit, h)) in limits.iter().zip(h).enumerate() {
+        // The last row and column times the level.
+        let limit = Dyadic::from_f64(*limit);
+        let row = Matrix::from_rows(&vec![h.clone()], n).scaled(level);
+        let mut whole = Matrix::scalar(n + 1, &(level * &(&limit * &limit)));
+        whole.place(0, 0, x);
+        whole.place(n, 0, &row);
+        whole.place(0, n, &row.transpose());
+        let blocks = vec![("x", n), ("limit", 1)];
+        let whole = Blocked { matrix: whole, blocks, scale: Dyadic::from_f64(1.0) };
+        definite(claim, Proved::Limit { command, level: name }, "positive", &whole)?;
+    }
+    Ok(())
 }
 
 /// `blkdiag(m, diag(more))`.

@@ -1,8 +1,8 @@
 //! From the JSON tree to the certificate, with the path of each error.
 
 use crate::certificate::{
-    BoundedRate, Certificate, Controller, FORMAT, FORMAT_DISCRETE, FORMAT_WITH_LIMITS, Limits, Plant,
-    Residual, Rows, Slow, SlowResidual,
+    BoundedRate, Certificate, Controller, Energy, EnergyClaim, FORMAT, FORMAT_DISCRETE, FORMAT_WITH_ENERGY,
+    FORMAT_WITH_LIMITS, Limits, Plant, Residual, Rows, Slow, SlowResidual,
 };
 use crate::error::ReadError;
 use crate::json::Json;
@@ -12,6 +12,8 @@ const TOP: [&str; 9] =
 const SLOW: [&str; 5] = ["gamma", "inverse", "X", "breakpoints", "N"];
 const LIMITS: [&str; 14] =
     ["input", "size", "limits", "E", "decay", "beta", "x_held", "u_held", "lambda", "X", "S", "T", "U", "H"];
+const ENERGY: [&str; 3] = ["limits", "E", "claims"];
+const ENERGY_CLAIM: [&str; 7] = ["gamma", "beta", "X", "S", "T", "U", "H"];
 const RESIDUAL: [&str; 8] = ["E", "F", "Fu", "lambda", "gamma", "X", "S", "T"];
 
 /// An object with every required key and no unknown key.
@@ -22,7 +24,7 @@ pub(crate) struct Fields<'a> {
 }
 
 impl Certificate {
-    /// Reads a certificate of format [`FORMAT`], [`FORMAT_WITH_LIMITS`] or [`FORMAT_DISCRETE`].
+    /// Reads a certificate of format [`FORMAT`], [`FORMAT_WITH_LIMITS`], [`FORMAT_DISCRETE`] or [`FORMAT_WITH_ENERGY`].
     ///
     /// # Errors
     /// [`ReadError`], the first problem of the text.
@@ -34,10 +36,15 @@ impl Certificate {
 }
 
 fn certificate(json: &Json) -> Result<Certificate, ReadError> {
-    let format = check_format(json, &[FORMAT, FORMAT_WITH_LIMITS, FORMAT_DISCRETE])?;
-    let with_limits = (format == FORMAT_WITH_LIMITS).then_some("limits");
-    let required: Vec<&str> = TOP.into_iter().chain(with_limits).collect();
-    let top = Fields::new("", json, &required, &["residual", "bounded_rate"])?;
+    let format = check_format(json, &[FORMAT, FORMAT_WITH_LIMITS, FORMAT_DISCRETE, FORMAT_WITH_ENERGY])?;
+    let (required, optional): (&[&str], &[&str]) = match format {
+        FORMAT_WITH_LIMITS => (&["limits"], &[]),
+        FORMAT_WITH_ENERGY => (&["energy"], &["limits"]),
+        _ => (&[], &[]),
+    };
+    let required: Vec<&str> = TOP.iter().chain(required).copied().collect();
+    let optional: Vec<&str> = ["residual", "bounded_rate"].iter().chain(optional).copied().collect();
+    let top = Fields::new("", json, &required, &optional)?;
     Ok(Certificate {
         discrete: format == FORMAT_DISCRETE,
         blocks: top.sizes("blocks")?,
@@ -54,6 +61,7 @@ fn certificate(json: &Json) -> Result<Certificate, ReadError> {
         },
         bounded_rate: top.find("bounded_rate").map(bounded_rate).transpose()?,
         limits: top.find("limits").map(limits).transpose()?,
+        energy: top.find("energy").map(energy).transpose()?,
     })
 }
 
@@ -136,6 +144,28 @@ fn limits(json: &Json) -> Result<Limits, ReadError> {
         t: f.matrix("T")?,
         u: f.numbers("U")?,
         h: f.matrix("H")?,
+    })
+}
+
+fn energy(json: &Json) -> Result<Energy, ReadError> {
+    let f = Fields::new("energy", json, &ENERGY, &[])?;
+    let claim = |(k, json): (usize, &Json)| -> Result<EnergyClaim, ReadError> {
+        let f = Fields::new(&format!("energy.claims[{k}]"), json, &ENERGY_CLAIM, &[])?;
+        Ok(EnergyClaim {
+            gamma: f.number("gamma")?,
+            beta: f.number("beta")?,
+            x: f.matrix("X")?,
+            s: f.matrix("S")?,
+            t: f.matrix("T")?,
+            u: f.numbers("U")?,
+            h: f.matrix("H")?,
+        })
+    };
+    let claims = list("energy.claims", f.get("claims")?, "a list of claims")?;
+    Ok(Energy {
+        limits: f.numbers("limits")?,
+        e: f.matrix("E")?,
+        claims: claims.iter().enumerate().map(claim).collect::<Result<_, _>>()?,
     })
 }
 

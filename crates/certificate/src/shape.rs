@@ -1,6 +1,6 @@
 //! Checks that the sizes of a certificate's matrices agree.
 
-use crate::certificate::{BoundedRate, Certificate, Limits, Residual, Rows, Slow};
+use crate::certificate::{BoundedRate, Certificate, Energy, Limits, Residual, Rows, Slow};
 use crate::error::ReadError;
 
 /// A number of rows or columns, and their signal.
@@ -82,6 +82,7 @@ impl Certificate {
             ("residual", self.residual.is_some()),
             ("bounded_rate", self.bounded_rate.is_some()),
             ("limits", self.limits.is_some()),
+            ("energy", self.energy.is_some()),
         ];
         if let Some((field, _)) = sections.into_iter().find(|(_, given)| self.discrete && *given) {
             return Err(ReadError::Discrete { field });
@@ -95,7 +96,29 @@ impl Certificate {
         check_proof("", s, [&self.x, &self.s, &self.t])?;
         self.residual.as_ref().map_or(Ok(()), |r| check_residual(r, s))?;
         self.bounded_rate.as_ref().map_or(Ok(()), |bounded| self.check_bounded_rate(bounded, s))?;
-        self.limits.as_ref().map_or(Ok(()), |limits| self.check_limits(limits, s))
+        self.limits.as_ref().map_or(Ok(()), |limits| self.check_limits(limits, s))?;
+        self.energy.as_ref().map_or(Ok(()), |energy| self.check_energy(energy, s))
+    }
+
+    /// Checks the sizes of the matrices of claims for w of bounded energy.
+    fn check_energy(&self, energy: &Energy, s: Sizes) -> Result<(), ReadError> {
+        if self.plant.direct_path().is_some() {
+            return Err(ReadError::DirectPath { field: "energy" });
+        }
+        if energy.claims.is_empty() {
+            return Err(ReadError::Empty { field: "energy.claims", part: "entries", meaning: "claims" });
+        }
+        let u = (s.u, "controls u");
+        check_list("energy.limits", &energy.limits, u)?;
+        check_matrix("energy.E", &energy.e, (s.xk, "controller's states"), u)?;
+        energy.claims.iter().enumerate().try_for_each(|(k, claim)| {
+            let field = |name: &str| format!("energy.claims[{k}].{name}");
+            check_number(&field("gamma"), claim.gamma)?;
+            check_number(&field("beta"), claim.beta)?;
+            check_proof(&field(""), s, [&claim.x, &claim.s, &claim.t])?;
+            check_list(&field("U"), &claim.u, u)?;
+            check_matrix(&field("H"), &claim.h, u, (s.x + s.xk, "states of plant and controller"))
+        })
     }
 
     /// Checks the sizes of the matrices of a loop with limits.
@@ -111,7 +134,7 @@ impl Certificate {
             });
         }
         if self.plant.direct_path().is_some() {
-            return Err(ReadError::DirectPath);
+            return Err(ReadError::DirectPath { field: "limits" });
         }
         if l.input >= s.w {
             return Err(ReadError::NoInput { found: l.input, inputs: s.w });
@@ -130,20 +153,9 @@ impl Certificate {
         }
         let numbers = [("size", l.size), ("decay", l.decay), ("beta", l.beta), ("lambda", l.lambda)];
         numbers.iter().try_for_each(|(name, x)| check_number(&format!("limits.{name}"), *x))?;
-        for (name, list, (expected, meaning)) in [
-            ("limits", &l.limits, u),
-            ("x_held", &l.x_held, states),
-            ("u_held", &l.u_held, u),
-            ("U", &l.u, u),
-        ] {
-            let field = format!("limits.{name}");
-            if list.len() != expected {
-                let expected = format!("{expected} ({meaning})");
-                return Err(ReadError::Length { field, found: list.len(), expected });
-            }
-            list.iter().enumerate().try_for_each(|(i, x)| check_number(&format!("{field}[{i}]"), *x))?;
-        }
-        Ok(())
+        [("limits", &l.limits, u), ("x_held", &l.x_held, states), ("u_held", &l.u_held, u), ("U", &l.u, u)]
+            .into_iter()
+            .try_for_each(|(name, list, size)| check_list(&format!("limits.{name}"), list, size))
     }
 
     /// Checks the sizes of a bounded rate's matrices: X as X of the certificate, N channels x all inputs of the loop.
@@ -290,6 +302,14 @@ pub(crate) fn check_number(field: &str, x: f64) -> Result<(), ReadError> {
         return Ok(());
     }
     Err(ReadError::Kind { field: field.into(), found: x.to_string(), allowed: "a finite number" })
+}
+
+fn check_list(field: &str, list: &[f64], (expected, meaning): Size) -> Result<(), ReadError> {
+    if list.len() != expected {
+        let expected = format!("{expected} ({meaning})");
+        return Err(ReadError::Length { field: field.into(), found: list.len(), expected });
+    }
+    list.iter().enumerate().try_for_each(|(i, x)| check_number(&format!("{field}[{i}]"), *x))
 }
 
 pub(crate) fn check_matrix(field: &str, m: &Rows, rows: Size, cols: Size) -> Result<(), ReadError> {

@@ -1,6 +1,6 @@
 //! What was proved, in words.
 
-use crate::certificate::Certificate;
+use crate::certificate::{Certificate, EnergyClaim, Rows};
 use std::fmt;
 
 /// A proved claim; it is displayed as a sentence.
@@ -32,6 +32,17 @@ pub struct Theorem {
     pub bounded_rate: Option<SlowTheorem>,
     /// What holds with commands cut off at limits, if the file claims it.
     pub limits: Option<LimitTheorem>,
+    /// What holds with commands cut off at limits for w of bounded energy, if the file claims it.
+    pub energy: Vec<EnergyTheorem>,
+}
+
+/// A proved bound of the gain of a loop whose commands are cut off at limits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EnergyTheorem {
+    /// The L2 gain from w to z is below this.
+    pub gamma: f64,
+    /// The largest energy of w; `None` where it may have any, and H is 0.
+    pub beta: Option<f64>,
 }
 
 /// A proved claim about a loop whose commands are cut off at limits.
@@ -84,8 +95,14 @@ impl Theorem {
                 size: l.size,
                 decay: l.decay,
                 delta_rows: l.delta_rows,
-                everywhere: l.h.iter().flatten().all(|entry| *entry == 0.0),
+                everywhere: is_zero(&l.h),
             }),
+            energy: certificate
+                .energy
+                .iter()
+                .flat_map(|energy| &energy.claims)
+                .map(EnergyTheorem::of)
+                .collect(),
         }
     }
 }
@@ -124,7 +141,34 @@ impl fmt::Display for Theorem {
             ),
         }?;
         self.bounded_rate.map_or(Ok(()), |slow| write!(f, " {slow}"))?;
-        self.limits.map_or(Ok(()), |limits| write!(f, " {limits}"))
+        self.limits.map_or(Ok(()), |limits| write!(f, " {limits}"))?;
+        let Some((first, others)) = self.energy.split_first() else { return Ok(()) };
+        write!(
+            f,
+            " With commands cut off at the limits in the file, and what is cut off fed back by E, the gain from rest \
+             is below {first}"
+        )?;
+        others.iter().try_for_each(|other| write!(f, ", below {other}"))?;
+        f.write_str(", and with w = 0 the state then returns to rest exponentially.")
+    }
+}
+
+fn is_zero(m: &Rows) -> bool {
+    m.iter().flatten().all(|entry| *entry == 0.0)
+}
+
+impl EnergyTheorem {
+    fn of(claim: &EnergyClaim) -> Self {
+        Self { gamma: claim.gamma, beta: Some(claim.beta).filter(|_| !is_zero(&claim.h)) }
+    }
+}
+
+impl fmt::Display for EnergyTheorem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.beta {
+            Some(beta) => write!(f, "{} for every w of an energy of at most {beta}", self.gamma),
+            None => write!(f, "{} for every w", self.gamma),
+        }
     }
 }
 

@@ -92,6 +92,7 @@ pub fn nominal(plant: &GeneralisedPlant, k: &Controller, bound: &GainBound) -> C
         residual: None,
         bounded_rate: None,
         limits: None,
+        energy: None,
     }
 }
 

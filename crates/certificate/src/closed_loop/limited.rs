@@ -2,7 +2,7 @@
 //!
 //! The plant gets `u - phi`, and xk' gets `E phi`. What is cut off is a share of `e = u - H x - step u_held`: `phi =
 //! (e + s)/2` with `s = delta e`, delta a diagonal matrix of further parameters within \[-1, 1\], a channel each.
-//! While a step is held, x is taken from `step x_held`. `decay/2` is added to A, so that the inequality of such a
+//! Where a step is held, x is taken from `step x_held`, and `decay/2` is added to A, so that the inequality of such a
 //! loop is that of a decay.
 
 use crate::certificate::{Certificate, Controller, Limits, Plant, Residual, Rows};
@@ -49,8 +49,7 @@ impl ClosedLoop {
     /// # Errors
     /// As [`ClosedLoop::new`].
     pub(crate) fn limited(c: &Certificate, limits: &Limits, error: &Residual) -> Result<Self, Failure> {
-        let kept = c.moving_states();
-        let m = limits.limits.len();
+        let (kept, m) = (c.moving_states(), limits.limits.len());
         let first = |row: Vec<f64>| row.into_iter().take(limits.delta_rows.unwrap_or(usize::MAX)).collect();
         let step = |row: &Vec<f64>| (0..=m).map(|j| if j == 0 { row[limits.input] } else { 0.0 }).collect();
         let error = Residual {
@@ -59,98 +58,129 @@ impl ClosedLoop {
             fw: error.fw.iter().map(step).collect(),
             ..error.clone()
         };
-        let mut whole = Self::new(&opened(c, limits, &kept), Some(&error))?;
-        let (n, r) = (whole.states, whole.channels);
-        let cut = Matrix::from_rows(&error.fu, m).negated();
+        let mut whole = Self::new(&opened(c, &limits.e, &kept, &[limits.input]), Some(&error))?;
+        let (n, at) = (whole.states, whole.states + whole.channels);
         if let Some((rows, _)) = &mut whole.delta {
-            rows.add(0, n + r + 1, &cut);
+            rows.add(0, at + 1, &Matrix::from_rows(&error.fu, m).negated());
         }
+        let size = Dyadic::from_f64(limits.size);
         let [held, out] = [&limits.x_held, &limits.u_held]
             .map(|column| Matrix::from_rows(&column.iter().map(|x| vec![*x]).collect(), 1));
-        let size = Dyadic::from_f64(limits.size);
-        // Columns x, t, step; and phi.
-        let parts = |rows: &Matrix| {
-            let t = rows.transpose();
-            let part = |from: usize, to: usize| t.row_range(from, to).transpose();
-            let x = part(0, n);
-            let step = part(n + r, n + r + 1).plus(&x.times(&held));
-            ([x, part(n, n + r), step], part(n + r + 1, n + r + 1 + m))
+        let from_held = |rows: &mut Matrix| {
+            let step = part(rows, at, at + 1).plus(&part(rows, 0, n).times(&held));
+            rows.place(0, at, &step);
         };
-        let ([kx, kt, kw], _) = parts(&whole.output);
-        let beyond = [kx.plus(&Matrix::from_rows(&limits.h, n).negated()), kt, kw.plus(&out.negated())];
-        let placed = |rows: usize, [x, t, step]: [Matrix; 3], s: &Matrix| {
-            let mut all = Matrix::zeros(rows, n + r + m + 1);
-            all.place(0, 0, &x);
-            all.place(0, n, &t);
-            all.place(0, n + r, s);
-            all.place(0, n + r + m, &step.scaled(&size));
+        [&mut whole.state, &mut whole.channel, &mut whole.output].into_iter().for_each(from_held);
+        whole.delta.iter_mut().for_each(|(rows, _)| from_held(rows));
+        let z = whole.output.rows - m;
+        whole.output.add(z, at, &out.negated());
+        let mut cut = whole.cut_off(&limits.h);
+        let in_size = |rows: &mut Matrix| {
+            let at = rows.cols - 1;
+            rows.place(0, at, &part(rows, at, at + 1).scaled(&size));
+        };
+        [&mut cut.state, &mut cut.channel].into_iter().for_each(in_size);
+        cut.delta.iter_mut().for_each(|(rows, _)| in_size(rows));
+        cut.output = Matrix::zeros(0, cut.state.cols);
+        cut.state.add(0, 0, &Matrix::scalar(n, &Dyadic::from_f64(limits.decay).shifted(-1)));
+        Ok(cut)
+    }
+
+    /// The loop of a checked certificate with all its states, w and z.
+    ///
+    /// # Errors
+    /// As [`ClosedLoop::new`].
+    pub(crate) fn with_energy(c: &Certificate, e: &Rows, h: &Rows) -> Result<Self, Failure> {
+        let all = |count: usize| (0..count).collect::<Vec<_>>();
+        let sizes = c.sizes();
+        Ok(Self::new(&opened(c, e, &all(sizes.x), &all(sizes.w)), None)?.cut_off(h))
+    }
+
+    /// The loop of [`opened`] with a channel for each command in place of phi.
+    fn cut_off(self, h: &Rows) -> Self {
+        let (n, r, m) = (self.states, self.channels, h.len());
+        let (w, z) = (self.inputs - m, self.output.rows - m);
+        let u = self.output.row_range(z, z + m);
+        // e in columns x, wt, s, w: at given wt no command depends on phi, for D22 is 0.
+        let mut beyond = Matrix::zeros(m, n + r + m + w);
+        beyond.place(0, 0, &part(&u, 0, n + r));
+        beyond.add(0, 0, &Matrix::from_rows(h, n).negated());
+        beyond.place(0, n + r + m, &part(&u, n + r, n + r + w));
+        let mixed = |rows: &Matrix| {
+            let half = part(rows, n + r + w, n + r + w + m).scaled(&Dyadic::from_f64(0.5));
+            let mut all = half.times(&beyond);
+            all.add(0, 0, &part(rows, 0, n + r));
+            all.add(0, n + r, &half);
+            all.add(0, n + r + m, &part(rows, n + r, n + r + w));
             all
         };
-        let mixed = |rows: &Matrix| {
-            let (direct, phi) = parts(rows);
-            let half = phi.scaled(&Dyadic::from_f64(0.5));
-            let [x, t, step] = [0, 1, 2].map(|k| direct[k].plus(&half.times(&beyond[k])));
-            placed(rows.rows, [x, t, step], &half)
-        };
-        let mut state = mixed(&whole.state);
-        state.add(0, 0, &Matrix::scalar(n, &Dyadic::from_f64(limits.decay).shifted(-1)));
-        let first = whole.parameters.iter().max().map_or(0, |last| last + 1);
-        let channel = above(&mixed(&whole.channel), &placed(m, beyond.clone(), &Matrix::zeros(m, m)));
-        Ok(Self {
+        let first = self.parameters.iter().max().map_or(0, |last| last + 1);
+        Self {
             channels: r + m,
-            inputs: 1,
-            state,
-            channel,
-            output: Matrix::zeros(0, n + r + m + 1),
-            delta: whole.delta.as_ref().map(|(rows, e)| (mixed(rows), e.clone())),
-            parameters: whole.parameters.iter().copied().chain(first..first + m).collect(),
-            ..whole
-        })
+            inputs: w,
+            state: mixed(&self.state),
+            channel: above(&mixed(&self.channel), &beyond),
+            output: mixed(&self.output.row_range(0, z)),
+            delta: self.delta.as_ref().map(|(rows, e)| (mixed(rows), e.clone())),
+            parameters: self.parameters.iter().copied().chain(first..first + m).collect(),
+            ..self
+        }
     }
 }
 
-/// The loop with the inputs step and phi, and u as its output.
-fn opened(c: &Certificate, limits: &Limits, kept: &[usize]) -> Certificate {
-    let (p, k, m) = (&c.plant, &c.controller, limits.limits.len());
+/// The loop with `kept` of the plant's states, the inputs `inputs` of w and phi, which E feeds back, and u below z.
+fn opened(c: &Certificate, e: &Rows, kept: &[usize], inputs: &[usize]) -> Certificate {
+    let (p, k, m) = (&c.plant, &c.controller, c.sizes().u);
     let n = kept.len();
     let zeros = |rows: usize, columns: usize| vec![vec![0.0; columns]; rows];
     let unit: Rows = (0..m).map(|i| (0..m).map(|j| f64::from(u8::from(i == j))).collect()).collect();
-    let inputs = |b1: &Rows, b2: &Rows| -> Rows {
-        let row = |(one, two): (&Vec<f64>, &Vec<f64>)| {
-            std::iter::once(one[limits.input]).chain(two.iter().map(|entry| -entry)).collect()
-        };
-        b1.iter().zip(b2).map(row).collect()
-    };
     let below = |top: Rows, bottom: Rows| -> Rows { top.into_iter().chain(bottom).collect() };
     let beside = |left: &Rows, right: &Rows| -> Rows {
         left.iter().zip(right).map(|(a, b)| a.iter().chain(b).copied().collect()).collect()
+    };
+    let cut = |b1: &Rows, b2: &Rows| {
+        let negated: Rows = b2.iter().map(|row| row.iter().map(|entry| -entry).collect()).collect();
+        beside(&columns_of(b1, inputs), &negated)
     };
     let (t, y) = (p.ct.len(), p.c2.len());
     let plant = Plant {
         a: columns_of(&rows_of(&p.a, kept), kept),
         bt: rows_of(&p.bt, kept),
-        b1: rows_of(&inputs(&p.b1, &p.b2), kept),
+        b1: rows_of(&cut(&p.b1, &p.b2), kept),
         b2: rows_of(&p.b2, kept),
         ct: columns_of(&p.ct, kept),
-        c1: zeros(m, n),
+        c1: below(columns_of(&p.c1, kept), zeros(m, n)),
         c2: below(columns_of(&p.c2, kept), zeros(m, n)),
         dtt: p.dtt.clone(),
-        dt1: inputs(&p.dt1, &p.dt2),
+        dt1: cut(&p.dt1, &p.dt2),
         dt2: p.dt2.clone(),
-        d1t: zeros(m, t),
-        d11: zeros(m, 1 + m),
-        d12: unit.clone(),
+        d1t: below(p.d1t.clone(), zeros(m, t)),
+        d11: below(cut(&p.d11, &p.d12), zeros(m, inputs.len() + m)),
+        d12: below(p.d12.clone(), unit.clone()),
         d2t: below(p.d2t.clone(), zeros(m, t)),
-        d21: below(inputs(&p.d21, &zeros(y, m)), beside(&zeros(m, 1), &unit)),
+        d21: below(cut(&p.d21, &zeros(y, m)), beside(&zeros(m, inputs.len()), &unit)),
         d22: vec![],
     };
     let controller = Controller {
-        by: beside(&k.by, &limits.e),
+        by: beside(&k.by, e),
         duy: beside(&k.duy, &zeros(k.duy.len(), m)),
         dty: beside(&k.dty, &zeros(k.dty.len(), m)),
         ..k.clone()
     };
-    Certificate { plant, controller, residual: None, bounded_rate: None, limits: None, ..c.clone() }
+    Certificate {
+        plant,
+        controller,
+        residual: None,
+        bounded_rate: None,
+        limits: None,
+        energy: None,
+        ..c.clone()
+    }
+}
+
+/// The columns `from..to`.
+fn part(m: &Matrix, from: usize, to: usize) -> Matrix {
+    m.transpose().row_range(from, to).transpose()
 }
 
 fn rows_of(m: &Rows, kept: &[usize]) -> Rows {

@@ -6,6 +6,7 @@ mod by_hand;
 mod common;
 mod constant;
 mod discrete;
+mod energy;
 mod golden;
 mod independent;
 mod limits;
