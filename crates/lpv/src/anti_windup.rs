@@ -26,6 +26,8 @@
 //! for systems containing saturating actuators", Automatica 36(9), 2000; static gains: M. C. Turner, I. Postlethwaite,
 //! "A new perspective on static and low order anti-windup synthesis", Int. J. Control 77(1), 2004.
 
+mod cut_off;
+pub mod energy;
 pub mod region;
 
 use crate::error::{ShapeError, SynthesisError};

@@ -13,7 +13,7 @@ use squid_design::error::ProofError;
 /// # Errors
 /// [`ProofError::Unproved`]; [`ProofError::WrongPlant`] with the first matrix of the plant that differs.
 pub fn check(problem: &Source, certificate: &Source) -> Result<Theorem, Error> {
-    let Problem { plant, d22, rate, discrete } = read_problem(problem)?;
+    let Problem { plant, d22, rate, discrete, limits } = read_problem(problem)?;
     let is_discrete = discrete.is_some();
     let (plant, d22) = discrete.map_or((plant, d22), |given| (given.plant, given.d22));
     let certificate = parse(&certificate.text, &certificate.name)?;
@@ -32,6 +32,13 @@ pub fn check(problem: &Source, certificate: &Source) -> Result<Theorem, Error> {
     let proved_at = certificate.bounded_rate.as_ref().map(|claim| claim.rate);
     if rate.is_some_and(|rate| proved_at.is_none_or(|at| at < rate)) {
         return Err(ProofError::WrongPlant { what: "rate".into() }.into());
+    }
+    let nearer = |limits: &Vec<f64>| {
+        let Some(energy) = &certificate.energy else { return true };
+        energy.limits.len() != limits.len() || energy.limits.iter().zip(limits).any(|(at, limit)| at > limit)
+    };
+    if limits.as_ref().is_some_and(nearer) {
+        return Err(ProofError::WrongPlant { what: "limits".into() }.into());
     }
     Ok(certificate.prove()?)
 }

@@ -7,6 +7,7 @@
 //! discrete      a plant in discrete time
 //! mu_file       a matrix or a system, and the blocks of its perturbation
 //! synth         least gamma, controller, proof: a `report`
+//! limits        anti-windup and the gain with limits
 //! check         whether a certificate is of a plant
 //! gain          the gain of a finished loop
 //! sampled       the gain of a sampled loop
@@ -17,6 +18,7 @@ pub mod check;
 pub mod discrete;
 pub mod error;
 pub mod gain;
+pub mod limits;
 pub mod matrices;
 pub mod mu;
 pub mod mu_file;

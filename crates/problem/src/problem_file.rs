@@ -3,7 +3,7 @@
 //! ```json
 //! {"kind": "lpvsyn-lft", "data": {"P": {"A": [[..]], "Bt": .., "B1": .., "B2": .., "Ct": .., "C1": .., "C2": ..,
 //!  "Dtt": .., "Dt1": .., "Dt2": .., "D1t": .., "D11": .., "D12": .., "D2t": .., "D21": .., "D22": ..},
-//!  "blocks": [r_1, ..], "rate": ..}}
+//!  "blocks": [r_1, ..], "rate": .., "limits": [..]}}
 //! {"kind": "hinfsyn", "data": {"A": .., "B1": .., "B2": .., "C1": .., "C2": .., "D11": .., "D12": .., "D21": ..}}
 //! ```
 //!
@@ -15,6 +15,9 @@
 //! `rate`, beside `blocks`, is the bound on `|theta'|` of a plant with one parameter, in units of theta per unit of
 //! time; without it the parameters move however fast. `dt`, in either kind, is the sample time (s) of a plant in
 //! discrete time, `x+` in place of `x'`; of the plant of a certificate in discrete time it is 1, if it is not there.
+//!
+//! `limits`, in either kind, has a number for each control: how far it can go either way. The controller then gets an
+//! anti-windup gain, and the gain of the loop with limits is proved, too.
 //!
 //! Weights are part of the plant, so a weight that is not proper cannot be written down: it has no state-space form
 //! with finite matrices. Attempts to write one are refused by name: `E` of a descriptor system `E x' = A x + ..`
@@ -42,6 +45,8 @@ pub struct Problem {
     pub rate: Option<f64>,
     /// What is in the file, where that is a plant in discrete time.
     pub discrete: Option<Discrete>,
+    /// How far each control can go either way; `None` without limits.
+    pub limits: Option<Vec<f64>>,
 }
 
 /// Reads a problem file.
@@ -94,17 +99,47 @@ fn read(source: &Source, with_control: bool) -> Result<Problem, Error> {
         .and_then(|_| find(data, "rate"))
         .map(|value| rate(&reader, value, &plant, &d22))
         .transpose()?;
+    let limits = find(data, "limits").map(|value| limits(&reader, value, &plant, &d22)).transpose()?;
     let Some(sample_time) = sample_time(&reader, data)? else {
-        return Ok(Problem { plant, d22, rate, discrete: None });
+        return Ok(Problem { plant, d22, rate, discrete: None, limits });
     };
+    if limits.is_some() {
+        let words = "is given beside 'limits', which are of continuous time; leave one of them out";
+        return Err(reader.wrong("dt", words.into()));
+    }
     if rate.is_some() {
         let words = "is given beside 'rate', which is of continuous time; leave one of them out";
         return Err(reader.wrong("dt", words.into()));
     }
     let (discrete, plant, d22) =
         Discrete::new(plant, d22, sample_time).ok_or_else(|| reader.wrong("A", POLES_AT_BOTH_ENDS.into()))?;
-    Ok(Problem { plant, d22, rate, discrete: Some(discrete) })
+    Ok(Problem { plant, d22, rate, discrete: Some(discrete), limits })
 }
+
+/// How far each control can go.
+fn limits(reader: &Reader, value: &Json, plant: &GeneralisedPlant, d22: &Mat) -> Result<Vec<f64>, Error> {
+    let (controls, (least, most)) = (plant.sizes().u, LIMITS);
+    let allowed =
+        format!("it must be a list of {controls} numbers from {least:e} to {most:e}, one for each control");
+    let wrong = |found: String| reader.wrong("limits", format!("{found}; {allowed}"));
+    let Json::List(list) = value else { return Err(wrong(format!("is {}", value.describe()))) };
+    if list.len() != controls || controls == 0 {
+        return Err(wrong(format!("has {} entries", list.len())));
+    }
+    if d22.iter().any(|entry| *entry != 0.0) {
+        let words =
+            "is given beside a direct path 'D22'; design for y - D22 u, without 'D22', or leave it out";
+        return Err(reader.wrong("limits", words.into()));
+    }
+    let limit = |(j, entry): (usize, &Json)| match entry {
+        Json::Number(limit) if (least..=most).contains(limit) => Ok(*limit),
+        other => Err(wrong(format!("has {} in place {}", other.describe(), j + 1))),
+    };
+    list.iter().enumerate().map(limit).collect()
+}
+
+/// Limits that may be meant: beyond, their squares leave the range in which inequalities are solved.
+const LIMITS: (f64, f64) = (1e-9, 1e9);
 
 /// The sample time of a plant in discrete time.
 fn sample_time(reader: &Reader, data: &Entries) -> Result<Option<f64>, Error> {

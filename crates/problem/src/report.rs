@@ -1,7 +1,7 @@
 //! What `squid lpv synth` found: its report, on the terminal and in files.
 
 use crate::error::Error;
-use certificate::{Certificate, Theorem};
+use certificate::{Certificate, EnergyTheorem, Rows, Theorem};
 use lpv::regularise::is_nothing;
 use scheduled::LftMatrices;
 use serde::Serialize;
@@ -24,6 +24,29 @@ pub enum Status {
     /// Nothing is known.
     #[default]
     NumericalFailure,
+}
+
+/// A bound of the gain while commands are cut off, from rest, proved in exact arithmetic.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct WithLimits {
+    /// The bound.
+    pub gamma: f64,
+    /// The largest energy of w for which it holds; `null` for any.
+    pub energy: Option<f64>,
+}
+
+/// A controller as in `controller.json`.
+#[derive(Debug, Clone, Serialize)]
+pub struct ControllerFile {
+    /// Its matrices.
+    #[serde(flatten)]
+    pub matrices: LftMatrices,
+    /// By it and what the limits cut off of u its states move faster, states x controls.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub anti_windup: Option<Rows>,
+    /// How far each control can go either way.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub limits: Option<Vec<f64>>,
 }
 
 /// The result, as `--json` prints it.
@@ -56,6 +79,9 @@ pub struct Report {
     /// The bound of the controller at that rate, proved in exact arithmetic.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certified_gamma_at_rate: Option<f64>,
+    /// What was proved of the loop with the limits of the problem.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub with_limits: Vec<WithLimits>,
     /// States of the controller.
     pub controller_states: Option<usize>,
     /// Why there is no controller.
@@ -94,6 +120,9 @@ impl Report {
                 self.status = Status::Feasible;
                 self.certified_gamma = Some(theorem.gamma);
                 self.certified_gamma_at_rate = theorem.bounded_rate.map(|slow| slow.gamma);
+                let with_limits =
+                    |claim: &EnergyTheorem| WithLimits { gamma: claim.gamma, energy: claim.beta };
+                self.with_limits = theorem.energy.iter().map(with_limits).collect();
                 self.theorem = Some(theorem);
             }
             Err(failure) => {
@@ -143,8 +172,12 @@ impl Report {
     }
 
     /// The controller that it is of.
-    pub fn controller(&self) -> Option<LftMatrices> {
-        self.proved().map(|proved| lft_matrices(proved.controller_blocks.clone(), proved.controller.clone()))
+    pub fn controller(&self) -> Option<ControllerFile> {
+        self.proved().map(|proved| ControllerFile {
+            matrices: lft_matrices(proved.controller_blocks.clone(), proved.controller.clone()),
+            anti_windup: proved.energy.as_ref().map(|energy| energy.e.clone()),
+            limits: proved.energy.as_ref().map(|energy| energy.limits.clone()),
+        })
     }
 
     /// Writes `report.json`, and `controller.json` and `certificate.json` if there is a controller.
@@ -199,7 +232,13 @@ impl Report {
             if self.certified_gamma_at_rate.is_some() {
                 out += &format!("  certified at rate   {}\n", number(self.certified_gamma_at_rate));
             }
-            out += &format!("  certified gamma     {}\n  PROVED: {theorem}\n", number(self.certified_gamma));
+            out += &format!("  certified gamma     {}\n", number(self.certified_gamma));
+            for WithLimits { gamma, energy } in &self.with_limits {
+                let w =
+                    energy.map_or_else(|| "any w".into(), |most| format!("w of an energy up to {most:.4e}"));
+                out += &format!("  with limits         {gamma:.6} for {w}\n");
+            }
+            out += &format!("  PROVED: {theorem}\n");
         }
         out + &format!("  {:.2} s\n", self.seconds)
     }

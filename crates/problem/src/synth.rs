@@ -1,12 +1,15 @@
 //! `squid lpv synth`: from a problem file to gamma, controller and certificate.
 
 use crate::error::Error;
+use crate::limits;
 use crate::problem_file;
 use crate::problem_file::Problem;
 use crate::report::{Report, Status};
 use crate::source::Source;
 use certificate::{Certificate, Multipliers, lower_bound};
+use lpv::analysis::GainBound;
 use lpv::bounded_rate::SlowOptions;
+use lpv::controller::Controller;
 use lpv::direct_path::{self, synthesise};
 use lpv::error::SynthesisError;
 use lpv::matrix::to_rows;
@@ -93,7 +96,7 @@ fn at_bounded_rate(problem: &Problem, options: SlowOptions, report: &mut Report)
     };
     let mut certificate = nominal(&problem.plant, &found.controller, &fast);
     certificate.bounded_rate = Some(certify::rate::of_plant_alone(&found.bound));
-    report.prove(certificate);
+    prove(problem, (&found.controller, &fast), certificate, report);
 }
 
 const NOT_FAST: &str = "a controller was computed for the rate, but no bound of its loop for a parameter that moves \
@@ -158,9 +161,29 @@ fn feasible(problem: &Problem, design: &Design, report: &mut Report) {
         report.remarks.push(added.to_string());
     }
     match certificate(problem, design) {
-        Some(certificate) => report.prove(certificate),
+        Some(certificate) => prove(problem, (&design.controller, &design.certified), certificate, report),
         None => report.reason = Some(NOT_BACK.into()),
     }
+}
+
+/// Proves a certificate, with what is found for the limits of the problem, or a remark why nothing is.
+fn prove(
+    problem: &Problem,
+    (controller, bound): (&Controller, &GainBound),
+    mut certificate: Certificate,
+    report: &mut Report,
+) {
+    let found = problem
+        .limits
+        .as_ref()
+        .map(|limits| limits::energy(&problem.plant, (controller, bound), &certificate, limits));
+    match found.transpose() {
+        Ok(energy) => certificate.energy = energy,
+        Err(reason) => report.remarks.push(format!(
+            "nothing is proved with commands at their limits, and there is no anti-windup: {reason}"
+        )),
+    }
+    report.prove(certificate);
 }
 
 /// The certificate of a design, of the plant as it is given.

@@ -25,12 +25,12 @@
 //! of one degree in V, the multipliers and d^2 alike, so that what holds of one step holds of every one, from every
 //! state. No loop is like that whose plant needs its commands to be stable.
 
+use crate::anti_windup::cut_off::{Transposed, Unknowns};
 use crate::error::SynthesisError;
-use crate::lmi::program::{Affine, Program, symmetric};
+use crate::lmi::program::{Affine, Program};
 use crate::lmi::solver;
 use crate::lmi::solver_options::SolverOptions;
-use crate::matrix::{Mat, block, diagonal_blocks, skew_part, solve, spectral_abscissa, symmetric_function};
-use crate::matrix::{symmetric_part, to_rows};
+use crate::matrix::{Mat, block, solve, spectral_abscissa, symmetric_function, to_rows};
 use crate::system::controller::Controller;
 use crate::system::lyapunov::{lyapunov, middle_of_gramians};
 use crate::system::model_error::ModelError;
@@ -280,136 +280,83 @@ impl<'a> Flow<'a> {
         Ok(gramian.diagonal().rows(gramian.nrows() - nk, nk).map(|v| 0.5 * largest * v.max(0.0).sqrt()))
     }
 
-    /// The loop in units: x as in [`Flow::coordinates`], channels by `of.units`, phi and u in halves of the limits.
-    fn scaled(&self) -> Result<Scaled, SynthesisError> {
-        let [n, r, m, _] = self.columns;
-        let nf = self.rows[3];
-        let half = Mat::from_fn(m, m, |i, j| if i == j { 0.5 * self.of.limits[i] } else { 0.0 });
-        let inverse = half.map(|v| if v == 0.0 { 0.0 } else { 1.0 / v });
-        let (state, state_inverse) = self.coordinates(self.of.units, &half)?;
-        let root = symmetric_function(self.of.units, f64::sqrt);
-        let unroot = symmetric_function(self.of.units, |v| 1.0 / v.sqrt());
-        let left = diagonal_blocks(&[&state_inverse, &root, &inverse, &Mat::identity(nf, nf)]);
-        let right = diagonal_blocks(&[&state, &unroot, &half, &Mat::identity(1, 1)]);
-        let transposed = (left * &self.m * right).transpose();
-        let back = [(0, n), (n, r), (n + r, m), (n + r + m, 1)]
-            .map(|(at, count)| transposed.rows(at, count).into_owned());
-        let own = [(0, n), (n, r), (n + r, m), (n + r + m, nf)].map(|(at, count)| {
-            Mat::from_fn(count, transposed.ncols(), |i, j| f64::from(u8::from(j == at + i)))
-        });
-        let e = (&state_inverse * &self.e).transpose() * &own[0];
-        let held = &state_inverse * &self.x_held * self.unit;
-        let reach = self.reach(&half)?;
-        Ok(Scaled { back, own, e, held, reach, state_inverse, root, half })
-    }
-
     /// The largest step at a decay.
     fn search(&self, decay: f64) -> Result<Region, SynthesisError> {
-        let loop_ = self.scaled()?;
+        let half: Vec<f64> = self.of.limits.iter().map(|limit| 0.5 * limit).collect();
+        let commands = Mat::from_diagonal(&DVector::from_column_slice(&half));
+        let coordinates = self.coordinates(self.of.units, &commands)?;
+        let held = &coordinates.1 * &self.x_held * self.unit;
+        let e = &coordinates.1 * &self.e;
+        let loop_ = Transposed::of(
+            (&self.m, self.rows, self.columns),
+            coordinates,
+            self.of.units,
+            (&half, 1.0, 1.0),
+            self.reach(&commands)?,
+        );
+        let mut program = Program::new();
         let parameters = [&self.of.plant.blocks, &self.of.controller.blocks];
         let channels: Vec<usize> = parameters.iter().flat_map(|blocks| channels(blocks)).collect();
-        let (program, unknowns) = loop_.program(decay, &channels, self.everywhere);
+        let unknowns = Unknowns::of(&mut program, &loop_, &channels, self.everywhere);
+        let [mu, size] = loop_.program(&mut program, &unknowns, (&e, &held), decay);
         let options =
             SolverOptions { floor: 1e-2, enough: ACCURACY, settles: true, ..SolverOptions::within(ACCURACY) };
         let solution = solver::solve(&program, STAGE, options)?;
-        let [q, s, skew, u, y, moved, mu, size] = unknowns.map(|e| e.value(&program, &solution.x));
-        if solution.margin <= 0.0 || size[(0, 0)] <= 0.0 {
+        let value = |e: &Affine| e.value(&program, &solution.x)[(0, 0)];
+        let (mu, size) = (value(&mu), value(&size));
+        if solution.margin <= 0.0 || size <= 0.0 {
             return Err(SynthesisError::numerical(STAGE, format!("missed by {:.1e}", -solution.margin)));
         }
-        let singular = || SynthesisError::numerical(STAGE, "a matrix of the solution is singular");
-        let invert = |m: &Mat| m.clone().try_inverse().ok_or_else(singular);
-        let Scaled { reach, state_inverse, root, half, .. } = loop_;
-        let (inner, r) = (invert(&q)?, s.nrows());
-        let pair = invert(&block(&[&[&s, &-&skew], &[&skew, &-&s]]))?;
-        let found = CLAIMED * self.unit * size[(0, 0)].sqrt();
+        let found = CLAIMED * self.unit * size.sqrt();
         let size = if self.everywhere { self.of.largest } else { found.min(self.of.largest) };
         let share = if self.everywhere { (found / size).powi(2) } else { 1.0 };
+        let shown = unknowns
+            .shown(&loop_, &program, &solution.x, share)
+            .ok_or_else(|| SynthesisError::numerical(STAGE, "a matrix of the solution is singular"))?;
         Ok(Region {
             size,
             decay,
-            h: &half * y * &inner * &state_inverse,
-            x: symmetric_part(&(state_inverse.transpose() * inner * &state_inverse)) * share,
-            s: symmetric_part(&(&root * pair.view((0, 0), (r, r)) * &root)) * share,
-            t: skew_part(&(&root * pair.view((r, 0), (r, r)) * &root)) * share,
-            u: (0..half.nrows()).map(|j| 0.5 * share / (u[(j, j)] * half[(j, j)] * half[(j, j)])).collect(),
-            lambda: share / mu[(0, 0)],
+            lambda: share / mu,
             gain: match self.of.gain {
                 Gain::Given(gain) => gain.clone(),
-                Gain::Sought(_) => Mat::from_fn(reach.len(), half.nrows(), |i, j| {
-                    reach[i] * moved[(j, i)] / u[(j, j)] / half[(j, j)]
-                }),
+                Gain::Sought(_) => shown.gain,
             },
+            x: shown.x,
+            s: shown.s,
+            t: shown.t,
+            u: shown.u,
+            h: shown.h,
             x_held: to_rows(&self.x_held).concat(),
             u_held: to_rows(&self.u_held).concat(),
         })
     }
 }
 
-/// A loop in units in which a search is well conditioned, transposed.
-struct Scaled {
-    /// The columns x, wt, phi and step of M, as rows.
-    back: [Mat; 4],
-    /// What selects x', zt, u and z_D.
-    own: [Mat; 4],
-    /// E, transposed.
-    e: Mat,
-    /// The state of the step of size 1.
-    held: Mat,
-    /// See [`Flow::reach`].
-    reach: DVector<f64>,
-    state_inverse: Mat,
-    root: Mat,
-    half: Mat,
-}
-
-impl Scaled {
-    /// The inequalities, and the unknowns Q, the inverse of \[S -T; T -S\] by its S and T, U^-1, Y, (G U^-1)' in units
-    /// of `reach`, 1/lambda and d^2.
-    fn program(&self, decay: f64, channels: &[usize], everywhere: bool) -> (Program, [Affine; 8]) {
-        let Self { back: [x, t, phi, step], own: [own_x, own_t, own_phi, own_error], e, held, .. } = self;
-        let (n, m, nf) = (own_x.nrows(), own_phi.nrows(), own_error.nrows());
-        let mut program = Program::new();
-        let q = program.symmetric(n);
-        let s = program.symmetric_commuting(channels);
-        let skew = program.skew_commuting(channels);
-        let u = program.symmetric_commuting(&(0..m).collect::<Vec<_>>());
-        let y = if everywhere { Affine::constant(Mat::zeros(m, n)) } else { program.full(m, n) };
-        let nk = self.reach.len();
-        let moved = program.full(m, nk);
-        let into = Mat::from_fn(nk, n, |i, j| if j == n - nk + i { self.reach[i] } else { 0.0 });
+impl Transposed {
+    /// The inequalities of a step, and the unknowns 1/lambda and d^2.
+    fn program(
+        &self,
+        program: &mut Program,
+        of: &Unknowns,
+        (e, held): (&Mat, &Mat),
+        decay: f64,
+    ) -> [Affine; 2] {
+        let ([_, _, _, step], [own_x, _, _, own_error]) = (&self.back, &self.own);
         let [mu, size] = [(); 2].map(|()| program.scalar());
-        let one = Affine::constant(Mat::identity(1, 1));
-        let half_of_it = q.between(&own_x.transpose(), &(x + own_x * (0.5 * decay)))
-            - y.t().between(&own_x.transpose(), own_phi)
-            + skew.between(&t.transpose(), own_t)
-            + u.between(&own_phi.transpose(), &(phi - own_phi))
-            + moved.between(&own_phi.transpose(), &(into * self.state_inverse.transpose() * own_x));
-        let inequality = half_of_it.clone() + half_of_it.t() + s.congruence(t) - s.congruence(own_t)
+        let e = e.transpose() * own_x;
+        let inequality = of.form(self)
+            + of.q.congruence(own_x).scaled(decay)
             + size.congruence(&(step / decay.sqrt()))
-            + mu.times_identity(e.nrows()).congruence(e)
-            - mu.times_identity(nf).congruence(own_error);
+            + mu.times_identity(e.nrows()).congruence(&e)
+            - mu.times_identity(own_error.nrows()).congruence(own_error);
         program.negative("decay", inequality);
-        program.positive("S", s.clone());
-        program.positive("step", q.clone() - size.between(held, &held.transpose()));
+        let one = Affine::constant(Mat::identity(1, 1));
+        program.positive("step", of.q.clone() - size.between(held, &held.transpose()));
         program.positive("largest step", one.clone() - size.clone());
-        for j in 0..if everywhere { 0 } else { m } {
-            let row = y.after(&unit(m, j).transpose());
-            program.positive("limit", symmetric(&[vec![q.clone(), row.t()], vec![one.clone()]]));
-        }
-        for (j, i) in (0..m).flat_map(|j| (0..nk).map(move |i| (j, i))) {
-            let (entry, most) =
-                (moved.between(&unit(m, j).transpose(), &unit(nk, i)), u.congruence(&unit(m, j)));
-            program.positive("gain", most.clone() - entry.clone());
-            program.positive("gain", most + entry);
-        }
+        of.out_of_reach(program, &one);
         program.minimise_trace(&size, -1.0);
-        (program, [q, s, skew, u, y, moved, mu, size])
+        [mu, size]
     }
-}
-
-/// A column of the identity.
-fn unit(n: usize, index: usize) -> Mat {
-    Mat::from_fn(n, 1, |i, _| f64::from(u8::from(i == index)))
 }
 
 #[cfg(test)]

@@ -1,0 +1,166 @@
+//! What the inequalities of loops with limits have in common: the loop in units, transposed, and its unknowns.
+//!
+//! ```text
+//! (x', zt, u, outputs) = M (x, wt, phi, inputs),   wt = Theta zt,   phi = u - sat(u)
+//! ```
+//!
+//! That `2 x'X x' + zt'S zt - wt'S wt + 2 wt'T zt + 2 phi'U (u - phi - H x)` and the terms of inputs and outputs are
+//! negative is asked of the inverse matrices on the transposed loop: linear in `Q = X^-1`, `Y = HQ`, `U^-1`, `(G U^-1)'`
+//! and the inverse of \[S -T; T -S\] (C. Scherer, S. Weiland, "Linear matrix inequalities in control", 2015, lemma 4.9).
+
+use crate::lmi::program::{Affine, Program, symmetric};
+use crate::matrix::{Mat, block, diagonal_blocks, skew_part, symmetric_function, symmetric_part};
+use nalgebra::DVector;
+
+/// A loop in units in which a search is well conditioned, transposed.
+pub(super) struct Transposed {
+    /// The columns x, wt, phi and inputs of M, as rows.
+    pub(super) back: [Mat; 4],
+    /// What selects x', zt, u and outputs.
+    pub(super) own: [Mat; 4],
+    /// The unit of an entry of G for each state of the controller; none for a given gain.
+    reach: DVector<f64>,
+    state_inverse: Mat,
+    /// The root of the units of the channels.
+    root: Mat,
+    /// The units of the commands.
+    commands: Vec<f64>,
+}
+
+impl Transposed {
+    /// The loop of M with its sizes: x in coordinates T, given with its inverse; channels by the square of their units;
+    /// phi and u, inputs and outputs in theirs.
+    pub(super) fn of(
+        (m, rows, columns): (&Mat, [usize; 4], [usize; 4]),
+        (state, state_inverse): (Mat, Mat),
+        channels: &Mat,
+        (commands, input, output): (&[f64], f64, f64),
+        reach: DVector<f64>,
+    ) -> Self {
+        let diagonal = |f: fn(f64) -> f64| {
+            Mat::from_diagonal(&DVector::from_iterator(commands.len(), commands.iter().map(|v| f(*v))))
+        };
+        let root = symmetric_function(channels, f64::sqrt);
+        let unroot = symmetric_function(channels, |v| 1.0 / v.sqrt());
+        let outputs = Mat::identity(rows[3], rows[3]) / output;
+        let inputs = Mat::identity(columns[3], columns[3]) * input;
+        let left = diagonal_blocks(&[&state_inverse, &root, &diagonal(|v| 1.0 / v), &outputs]);
+        let right = diagonal_blocks(&[&state, &unroot, &diagonal(|v| v), &inputs]);
+        let transposed = (left * m * right).transpose();
+        let placed = |[a, b, c, d]: [usize; 4]| [(0, a), (a, b), (a + b, c), (a + b + c, d)];
+        let back = placed(columns).map(|(at, size)| transposed.rows(at, size).into_owned());
+        let own = placed(rows).map(|(at, size)| {
+            Mat::from_fn(size, transposed.ncols(), |i, j| f64::from(u8::from(j == at + i)))
+        });
+        Self { back, own, reach, state_inverse, root, commands: commands.to_vec() }
+    }
+}
+
+/// The unknowns of a loop in its units.
+pub(super) struct Unknowns {
+    /// `X^-1`.
+    pub(super) q: Affine,
+    s: Affine,
+    skew: Affine,
+    u: Affine,
+    y: Affine,
+    /// `(G U^-1)'`.
+    moved: Affine,
+    everywhere: bool,
+}
+
+/// What a solution shows, in the loop's own units.
+#[allow(missing_docs, reason = "the names are those of the equations above")]
+pub(super) struct Shown {
+    pub(super) x: Mat,
+    pub(super) s: Mat,
+    pub(super) t: Mat,
+    /// Half of the diagonal of U.
+    pub(super) u: Vec<f64>,
+    pub(super) h: Mat,
+    /// G.
+    pub(super) gain: Mat,
+}
+
+impl Unknowns {
+    /// Adds the unknowns to a program, with `S > 0` and the bounds of G; `everywhere` with H = 0.
+    pub(super) fn of(
+        program: &mut Program,
+        loop_: &Transposed,
+        channels: &[usize],
+        everywhere: bool,
+    ) -> Self {
+        let (n, m, nk) = (loop_.own[0].nrows(), loop_.own[2].nrows(), loop_.reach.len());
+        let unknowns = Self {
+            q: program.symmetric(n),
+            s: program.symmetric_commuting(channels),
+            skew: program.skew_commuting(channels),
+            u: program.symmetric_commuting(&(0..m).collect::<Vec<_>>()),
+            y: if everywhere { Affine::zeros(m, n) } else { program.full(m, n) },
+            moved: program.full(m, nk),
+            everywhere,
+        };
+        program.positive("S", unknowns.s.clone());
+        for (j, i) in (0..m).flat_map(|j| (0..nk).map(move |i| (j, i))) {
+            let entry = unknowns.moved.between(&unit(m, j).transpose(), &unit(nk, i));
+            let most = unknowns.u.congruence(&unit(m, j));
+            program.positive("gain", most.clone() - entry.clone());
+            program.positive("gain", most + entry);
+        }
+        unknowns
+    }
+
+    /// The form without the terms of inputs and outputs.
+    pub(super) fn form(&self, loop_: &Transposed) -> Affine {
+        let ([x, t, phi, _], [own_x, own_t, own_phi, _]) = (&loop_.back, &loop_.own);
+        let (n, nk) = (own_x.nrows(), loop_.reach.len());
+        let into = Mat::from_fn(nk, n, |i, j| if j == n - nk + i { loop_.reach[i] } else { 0.0 });
+        let half = self.q.between(&own_x.transpose(), x) - self.y.t().between(&own_x.transpose(), own_phi)
+            + self.skew.between(&t.transpose(), own_t)
+            + self.u.between(&own_phi.transpose(), &(phi - own_phi))
+            + self.moved.between(&own_phi.transpose(), &(into * loop_.state_inverse.transpose() * own_x));
+        half.clone() + half.t() + self.s.congruence(t) - self.s.congruence(own_t)
+    }
+
+    /// `|H x|` is below the unit of each command where `x'Xx <= 1/level`.
+    pub(super) fn out_of_reach(&self, program: &mut Program, level: &Affine) {
+        let m = self.u.shape().0;
+        for j in 0..if self.everywhere { 0 } else { m } {
+            let row = self.y.after(&unit(m, j).transpose());
+            program.positive("limit", symmetric(&[vec![self.q.clone(), row.t()], vec![level.clone()]]));
+        }
+    }
+
+    /// The matrices at a point, X, S, T and U times `share`; `None` where one has no inverse.
+    pub(super) fn shown(
+        &self,
+        loop_: &Transposed,
+        program: &Program,
+        point: &[f64],
+        share: f64,
+    ) -> Option<Shown> {
+        let Transposed { reach, state_inverse, root, commands, .. } = loop_;
+        let value = |e: &Affine| e.value(program, point);
+        let [q, s, skew, u, y, moved] =
+            [&self.q, &self.s, &self.skew, &self.u, &self.y, &self.moved].map(value);
+        let inner = q.try_inverse()?;
+        let pair = block(&[&[&s, &-&skew], &[&skew, &-&s]]).try_inverse()?;
+        let r = s.nrows();
+        let unit = Mat::from_diagonal(&DVector::from_column_slice(commands));
+        Some(Shown {
+            h: unit * y * &inner * state_inverse,
+            x: symmetric_part(&(state_inverse.transpose() * inner * state_inverse)) * share,
+            s: symmetric_part(&(root * pair.view((0, 0), (r, r)) * root)) * share,
+            t: skew_part(&(root * pair.view((r, 0), (r, r)) * root)) * share,
+            u: (0..commands.len()).map(|j| 0.5 * share / (u[(j, j)] * commands[j] * commands[j])).collect(),
+            gain: Mat::from_fn(reach.len(), commands.len(), |i, j| {
+                reach[i] * moved[(j, i)] / u[(j, j)] / commands[j]
+            }),
+        })
+    }
+}
+
+/// A column of the identity.
+fn unit(n: usize, index: usize) -> Mat {
+    Mat::from_fn(n, 1, |i, _| f64::from(u8::from(i == index)))
+}

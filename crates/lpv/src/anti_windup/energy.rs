@@ -1,0 +1,355 @@
+//! The gain of a loop whose commands are cut off, for w of bounded energy, and the anti-windup gain that is best for it.
+//!
+//! The loop of plant and controller with `phi = u - sat(u)`, which is missing in the plant and moves the controller's
+//! states by `G phi`, is
+//!
+//! ```text
+//! (x', zt, u, z) = M (x, wt, phi, w),   wt = Theta zt
+//! ```
+//!
+//! It is asked that for all (x, wt, phi, w), with V = x'Xx,
+//!
+//! ```text
+//! dV/dt + z'z/gamma - gamma w'w + zt'S zt - wt'S wt + 2 wt'T zt + 2 phi'U (u - phi - H x) < 0
+//! |H x| < limit where V <= gamma beta
+//! ```
+//!
+//! Then from rest V stays within gamma times the energy of w, as long as that is at most beta, and the L2 gain from w
+//! to z is below gamma, for the term of U is not negative while `|H x|` is below the limit (J. M. Gomes da Silva Jr.,
+//! S. Tarbouriech, IEEE Trans. Automatic Control 50(1), 2005, lemma 1; the gain for bounded energy: T. Hu, A. R. Teel,
+//! L. Zaccarian, "Stability and performance for saturated systems via quadratic and nonquadratic Lyapunov functions",
+//! IEEE Trans. Automatic Control 51(11), 2006). Divided by gamma, the inequalities of the inverse matrices
+//! (`cut_off.rs`) are linear in gamma^2 and 1/beta: the energy is the largest at a gain, the gain the least with H = 0,
+//! where no limit is ever out of reach, and any energy is allowed. That cannot be where the plant is unstable.
+
+use crate::anti_windup::cut_off::{Shown, Transposed, Unknowns};
+use crate::error::SynthesisError;
+use crate::lmi::program::{Affine, Program};
+use crate::lmi::solver;
+use crate::lmi::solver_options::SolverOptions;
+use crate::matrix::{Mat, block, eigenvalues, solve, spectral_abscissa, symmetric_function};
+use crate::system::controller::Controller;
+use crate::system::lyapunov::{lyapunov, middle_of_gramians};
+use crate::system::partition::Group::{T, U, W, X, Y, Z};
+use crate::system::plant::{ClosedLoop, GeneralisedPlant};
+use crate::system::state_space::StateSpace;
+use nalgebra::DVector;
+
+const STAGE: &str = "gain of a loop with limits";
+
+/// The gains at which the largest energy is sought, in units of that without limits.
+const GAINS: [f64; 3] = [1.25, 2.0, 5.0];
+
+/// The one for which the anti-windup gain is made: at half of the performance limits show, and the loop still does
+/// what it was designed for.
+const OF_GAIN: f64 = 2.0;
+
+/// How near to the optimum a solution is, relative: the inequalities then hold clearly.
+const ACCURACY: f64 = 1e-2;
+
+/// The part of an energy, or of 1/gamma, that is claimed.
+const CLAIMED: f64 = 0.99;
+
+/// A loop whose commands are cut off.
+#[derive(Debug, Clone, Copy)]
+pub struct Limited<'a> {
+    /// The plant.
+    pub plant: &'a GeneralisedPlant,
+    /// Its controller.
+    pub controller: &'a Controller,
+    /// A bound of the gain without limits.
+    pub gamma: f64,
+    /// A symmetric matrix that commutes with Theta, channels of plant and controller square: the square of a
+    /// channel's unit.
+    pub units: &'a Mat,
+    /// How far each command can go either way, at least.
+    pub limits: &'a [f64],
+}
+
+/// A bound of the gain, n states: the plant's, then the controller's.
+#[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs, reason = "the names are those of the equations above")]
+pub struct EnergyBound {
+    pub gamma: f64,
+    /// The largest energy; infinite with H = 0.
+    pub beta: f64,
+    pub x: Mat,
+    pub s: Mat,
+    pub t: Mat,
+    /// Half of the diagonal of U.
+    pub u: Vec<f64>,
+    pub h: Mat,
+}
+
+/// An anti-windup gain, and the bounds that hold with it, ascending.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bounds {
+    /// G, nk x m.
+    pub gain: Mat,
+    /// At least one.
+    pub bounds: Vec<EnergyBound>,
+}
+
+/// Seeks the gain G of the largest energy at twice the gain without limits, and what holds with it at several gains.
+///
+/// The entries of G are below the rate of the loop's fastest mode, with states in units of their sizes in the loop and
+/// phi in those of the limits: larger ones could be had for hardly any energy, and carried out by no sampled controller.
+///
+/// # Errors
+/// [`SynthesisError::Infeasible`] where nothing is found; [`SynthesisError::Numerical`], also where a limit is not
+/// positive.
+pub fn with_anti_windup(of: Limited<'_>) -> Result<Bounds, SynthesisError> {
+    let flow = Flow::of(of, None)?;
+    let every = flow.least_gain();
+    let sought = match every {
+        Ok((ref bound, ref gain)) if bound.gamma <= OF_GAIN * of.gamma => Ok(gain.clone()),
+        ref every => {
+            let at = |factor: f64| flow.largest_energy(factor).map(|(_, gain)| gain);
+            at(OF_GAIN).or_else(|_| every.clone().map(|(_, gain)| gain)).or_else(|_| at(GAINS[2]))
+        }
+    };
+    of_gain(of, &sought?)
+}
+
+/// The bounds that hold with a gain G, nk x m.
+///
+/// # Errors
+/// As [`with_anti_windup`].
+pub fn of_gain(of: Limited<'_>, gain: &Mat) -> Result<Bounds, SynthesisError> {
+    let flow = Flow::of(of, Some(gain))?;
+    let every = flow.least_gain();
+    let most = every.as_ref().map_or(f64::INFINITY, |(bound, _)| bound.gamma);
+    let mut bounds = vec![];
+    let mut why = None;
+    for factor in GAINS.into_iter().filter(|factor| factor * of.gamma < most) {
+        match flow.largest_energy(factor) {
+            Ok((bound, _)) => bounds.push(bound),
+            Err(reason) => why = Some(reason),
+        }
+    }
+    bounds.extend(every.map(|(bound, _)| bound));
+    match why.filter(|_| bounds.is_empty()) {
+        Some(reason) => Err(reason),
+        None => Ok(Bounds { gain: gain.clone(), bounds }),
+    }
+}
+
+/// The loop with the inputs w and phi, and u below z.
+struct Flow<'a> {
+    of: Limited<'a>,
+    closed: ClosedLoop,
+    /// Components of w, z and phi.
+    sizes: [usize; 3],
+    /// The energy of w that takes a command to its limit, without limits; the unit of beta.
+    energy: f64,
+    /// How fast the fastest mode is, where G is sought.
+    fastest: Option<f64>,
+}
+
+impl<'a> Flow<'a> {
+    fn of(of: Limited<'a>, gain: Option<&Mat>) -> Result<Self, SynthesisError> {
+        if let Some(j) = of.limits.iter().position(|limit| limit.is_nan() || *limit <= 0.0) {
+            let found = of.limits[j];
+            let diagnosis = format!("the limit of command {j} is {found}, must be above 0");
+            return Err(SynthesisError::numerical(STAGE, diagnosis));
+        }
+        let (p, k, m) = (of.plant, of.controller, of.limits.len());
+        let (y, w, z, nk) = (p.c2().nrows(), p.b1().ncols(), p.c1().nrows(), k.a().nrows());
+        let zero = Mat::zeros;
+        let one = Mat::identity(m, m);
+        let cut = |b1: Mat, b2: Mat| block(&[&[&b1, &-b2]]);
+        let below = |top: Mat, bottom: Mat| block(&[&[&top], &[&bottom]]);
+        let (n, r) = (p.a().nrows(), p.dtt().nrows());
+        let parts = [
+            (X, X, p.a()),
+            (X, T, p.bt()),
+            (X, W, cut(p.b1(), p.b2())),
+            (X, U, p.b2()),
+            (T, X, p.ct()),
+            (T, T, p.dtt()),
+            (T, W, cut(p.dt1(), p.dt2())),
+            (T, U, p.dt2()),
+            (Z, X, below(p.c1(), zero(m, n))),
+            (Z, T, below(p.d1t(), zero(m, r))),
+            (Z, W, below(cut(p.d11(), p.d12()), zero(m, w + m))),
+            (Z, U, below(p.d12(), one.clone())),
+            (Y, X, below(p.c2(), zero(m, n))),
+            (Y, T, below(p.d2t(), zero(m, r))),
+            (Y, W, below(cut(p.d21(), zero(y, m)), block(&[&[&zero(m, w), &one]]))),
+        ];
+        let plant = GeneralisedPlant::new(p.blocks.clone(), &parts)?;
+        let beside = |left: Mat, right: Mat| block(&[&[&left, &right]]);
+        let fed_back = gain.cloned().unwrap_or_else(|| zero(nk, m));
+        let parts = [
+            (X, X, k.a()),
+            (X, Y, beside(k.by(), fed_back)),
+            (X, T, k.bt()),
+            (U, X, k.cu()),
+            (U, Y, beside(k.duy(), zero(m, m))),
+            (U, T, k.dut()),
+            (T, X, k.ct()),
+            (T, Y, beside(k.dty(), zero(k.dtt().nrows(), m))),
+            (T, T, k.dtt()),
+        ];
+        let closed = plant.close(&Controller::new(k.blocks.clone(), &parts)?);
+        let mut flow = Self { of, closed, sizes: [w, z, m], energy: 1.0, fastest: None };
+        let fastest = eigenvalues(&flow.closed.a()).iter().map(|mode| mode.norm()).fold(0.0, f64::max);
+        flow.fastest = gain.is_none().then_some(fastest);
+        flow.energy = flow.unit()?;
+        Ok(flow)
+    }
+
+    fn b1(&self) -> Mat {
+        self.closed.b1().columns(0, self.sizes[0]).into_owned()
+    }
+
+    fn commands(&self) -> Mat {
+        self.closed.c1().rows(self.sizes[1], self.sizes[2]).into_owned()
+    }
+
+    /// See [`Flow::energy`].
+    fn unit(&self) -> Result<f64, SynthesisError> {
+        let (b1, k) = (self.b1(), self.commands());
+        let reached = lyapunov(&self.closed.a().transpose(), &(&b1 * b1.transpose())).ok_or_else(unstable)?;
+        let sizes = (&k * reached * k.transpose()).diagonal();
+        let each = sizes.iter().zip(self.of.limits).map(|(size, limit)| limit * limit / size);
+        Ok(each.filter(|energy| energy.is_finite() && *energy > 0.0).fold(f64::INFINITY, f64::min))
+            .map(|least| if least.is_finite() { least } else { 1.0 })
+    }
+
+    /// T and its inverse with the middle of the gramians of the loop at Theta = 0 the identity, and the size of each
+    /// state.
+    fn coordinates(&self, output: f64) -> Result<(Mat, Mat, DVector<f64>), SynthesisError> {
+        let [w, z, m] = self.sizes;
+        let root = symmetric_function(self.of.units, f64::sqrt);
+        let unroot = symmetric_function(self.of.units, |v| 1.0 / v.sqrt());
+        let limits = Mat::from_diagonal(&DVector::from_column_slice(self.of.limits));
+        let pushed =
+            block(&[&[&(self.closed.b1().columns(w, m) * &limits), &(self.b1() * self.energy.sqrt())]]);
+        let b = block(&[&[&(self.closed.bt() * unroot), &pushed]]);
+        let seen = self
+            .commands()
+            .row_iter()
+            .zip(self.of.limits)
+            .map(|(row, limit)| row / *limit)
+            .collect::<Vec<_>>();
+        let seen =
+            if seen.is_empty() { Mat::zeros(0, self.closed.a().nrows()) } else { Mat::from_rows(&seen) };
+        let c = block(&[&[&(root * self.closed.ct())], &[&seen], &[&(self.closed.c1().rows(0, z) / output)]]);
+        let sizes = lyapunov(&self.closed.a().transpose(), &(&pushed * pushed.transpose()));
+        let sizes = sizes.ok_or_else(unstable)?.diagonal().map(|v| v.max(0.0).sqrt());
+        let d = Mat::zeros(c.nrows(), b.ncols());
+        let (x, _) =
+            middle_of_gramians(&[&StateSpace { a: self.closed.a(), b, c, d }]).ok_or_else(unstable)?;
+        Ok((symmetric_function(&x, |v| 1.0 / v.sqrt()), symmetric_function(&x, f64::sqrt), sizes))
+    }
+
+    /// The loop in units: w in the root of the energy, z in gamma times that, u and phi in the limits.
+    fn transposed(&self) -> Result<Transposed, SynthesisError> {
+        let [w, z, m] = self.sizes;
+        let (n, r) = (self.closed.a().nrows(), self.closed.dtt().nrows());
+        let input = self.energy.sqrt();
+        let output = self.of.gamma * input;
+        let (state, inverse, sizes) = self.coordinates(output)?;
+        // From columns x, wt, w, phi and rows x', zt, z, u.
+        let swapped = |first: usize, a: usize, b: usize| {
+            (0..first).chain(first + a..first + a + b).chain(first..first + a).collect::<Vec<_>>()
+        };
+        let whole = self.closed.parts.matrix();
+        let whole = whole.select_rows(&swapped(n + r, z, m)).select_columns(&swapped(n + r, w, m));
+        let nk = self.of.controller.a().nrows();
+        let reach =
+            self.fastest.map_or_else(|| DVector::zeros(0), |fastest| sizes.rows(n - nk, nk) * fastest);
+        let units = (self.of.limits, input, output);
+        Ok(Transposed::of(
+            (&whole, [n, r, m, z], [n, r, m, w]),
+            (state, inverse),
+            self.of.units,
+            units,
+            reach,
+        ))
+    }
+
+    /// The largest energy at `factor` times the gain without limits, and G.
+    fn largest_energy(&self, factor: f64) -> Result<(EnergyBound, Mat), SynthesisError> {
+        let search = Search::of(self, Some(factor))?;
+        let (least, shown) = search.solve(|_| factor * self.of.gamma * self.energy)?;
+        let beta = CLAIMED * self.energy / least;
+        Ok(bound(factor * self.of.gamma, beta, shown))
+    }
+
+    /// The least gain with H = 0, and G.
+    fn least_gain(&self) -> Result<(EnergyBound, Mat), SynthesisError> {
+        if self.without_commands().is_none_or(|a| spectral_abscissa(&a) >= 0.0) {
+            return Err(SynthesisError::Infeasible { stage: STAGE });
+        }
+        let search = Search::of(self, None)?;
+        let gamma = |square: f64| self.of.gamma * square.sqrt() / CLAIMED;
+        let (least, shown) = search.solve(|square| gamma(square) * self.energy)?;
+        Ok(bound(gamma(least), f64::INFINITY, shown))
+    }
+
+    /// A of the loop at Theta = 0 with all of each command cut off, phi = u.
+    fn without_commands(&self) -> Option<Mat> {
+        let [w, z, m] = self.sizes;
+        let direct = self.closed.d11().view((z, w), (m, m)).into_owned();
+        let all = solve(&(Mat::identity(m, m) - direct), &self.commands())?;
+        Some(self.closed.a() + self.closed.b1().columns(w, m) * all)
+    }
+}
+
+fn unstable() -> SynthesisError {
+    SynthesisError::numerical(STAGE, "the loop without limits is not stable at Theta = 0")
+}
+
+fn bound(gamma: f64, beta: f64, shown: Shown) -> (EnergyBound, Mat) {
+    let Shown { x, s, t, u, h, gain } = shown;
+    (EnergyBound { gamma, beta, x, s, t, u, h }, gain)
+}
+
+/// One program and its unknowns.
+struct Search {
+    loop_: Transposed,
+    program: Program,
+    unknowns: Unknowns,
+    /// 1/beta in units of the energy, or the square of gamma in units of that without limits.
+    least: Affine,
+}
+
+impl Search {
+    /// The least 1/beta at a gain, in units of that without limits; with H = 0 the least gain.
+    fn of(flow: &Flow<'_>, gain: Option<f64>) -> Result<Self, SynthesisError> {
+        let loop_ = flow.transposed()?;
+        let mut program = Program::new();
+        let unknowns = Unknowns::of(&mut program, &loop_, &flow.closed.channels, gain.is_none());
+        let least = program.scalar();
+        let square = match gain {
+            Some(gain) => Affine::constant(Mat::from_element(1, 1, gain * gain)),
+            None => least.clone(),
+        };
+        let ([_, _, _, w], [_, _, _, own_z]) = (&loop_.back, &loop_.own);
+        let inequality = unknowns.form(&loop_) + Affine::constant(w.transpose() * w)
+            - square.times_identity(own_z.nrows()).congruence(own_z);
+        program.negative("performance", inequality);
+        program.positive("X", unknowns.q.clone());
+        unknowns.out_of_reach(&mut program, &least);
+        program.minimise_trace(&least, 1.0);
+        Ok(Self { loop_, program, unknowns, least })
+    }
+
+    /// The least value, and what shows it, times `share` of that value.
+    fn solve(&self, share: impl Fn(f64) -> f64) -> Result<(f64, Shown), SynthesisError> {
+        let options =
+            SolverOptions { floor: 1e-6, enough: ACCURACY, settles: true, ..SolverOptions::within(ACCURACY) };
+        let solution = solver::solve(&self.program, STAGE, options)?;
+        let least = self.least.value(&self.program, &solution.x)[(0, 0)];
+        if solution.margin <= 0.0 || least <= 0.0 {
+            return Err(SynthesisError::numerical(STAGE, format!("missed by {:.1e}", -solution.margin)));
+        }
+        let shown = self.unknowns.shown(&self.loop_, &self.program, &solution.x, share(least));
+        Ok((
+            least,
+            shown.ok_or_else(|| SynthesisError::numerical(STAGE, "a matrix of the solution is singular"))?,
+        ))
+    }
+}
