@@ -53,10 +53,19 @@ class Loop(NamedTuple):
     balls: list[Ball]
 
 
+def _matrices(parts: dict, square: dict[str, str], *others: str) -> dict[str, np.ndarray]:
+    """Return matrices that may have no rows: `square` names those with as many columns as one of them has rows."""
+    columns = {key: len(parts[rows]) for rows, keys in square.items() for key in keys.split()}
+    for keys in others:
+        width = max(len(parts[key][0]) for key in keys.split() if parts.get(key))
+        columns |= dict.fromkeys(keys.split(), width)
+    return {key: exact(rows, columns[key]) for key, rows in parts.items()}
+
+
 def closed_loop(c: dict, errors: Sequence[dict]) -> Loop:
     """Close the loop of a certificate, with the model errors of the plant whose E, F, Fw and Fu are given."""
-    p = {key: exact(rows) for key, rows in c["plant"].items()}
-    k = {key: exact(rows) for key, rows in c["controller"].items()}
+    p = _matrices(c["plant"], {"A": "A Ct C1 C2", "Ct": "Bt Dtt D1t D2t"}, "B1 Dt1 D11 D21", "B2 Dt2 D12 D22")
+    k = _matrices(c["controller"], {"A": "A Cu Ct", "Ct": "Bt Dut Dtt"}, "By Duy Dty")
     n, nk = len(p["A"]), len(k["A"])
     rk = len(k["Ct"])
     y = np.hstack([p["C2"], zeros(len(p["C2"]), nk), p["D2t"], zeros(len(p["C2"]), rk), p["D21"]])

@@ -1,0 +1,280 @@
+"""`squid lpv synth` with limits: the claims of bounded energy, checked independently in decimals, and flown."""
+
+from __future__ import annotations
+
+import copy
+import json
+from collections.abc import Callable
+from decimal import Decimal, localcontext
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from conftest import Run
+from decimals import DIGITS, Loop, closed_loop, exact, is_positive, zeros
+
+Claim = dict
+
+# A mass on a spring whose stiffness is a parameter, docs/plants.md.
+SPRING = {
+    "P": {
+        "A": [[0, 1], [-2, -0.5]], "Bt": [[0], [-1]], "B1": [[0, 0], [1, 0]], "B2": [[0], [1]], "Ct": [[1, 0]],
+        "Dtt": [[0]], "Dt1": [[0, 0]], "Dt2": [[0]], "C1": [[1, 0], [0, 0]], "D1t": [[0], [0]],
+        "D11": [[0, 0], [0, 0]], "D12": [[0], [0.3]], "C2": [[1, 0]], "D2t": [[0]], "D21": [[0, 0.1]],
+    },
+    "blocks": [1], "limits": [1.0],
+}  # fmt: skip
+# The same on a spring that pushes away.
+UNSTABLE = copy.deepcopy(SPRING)
+UNSTABLE["P"]["A"] = [[0, 1], [2, -0.5]]
+# G = 10/(100 s + 1) [4 -5; -3 4] of demonstration 10 of IQClab, limits of 1, with all but integrated errors.
+TANKS = {
+    "A": [[-0.01, 0, 0, 0], [0, -0.01, 0, 0], [-1, 0, -0.001, 0], [0, -1, 0, -0.001]],
+    "B1": [[0, 0, 0, 0], [0, 0, 0, 0], [1, 0, 0, 0], [0, 1, 0, 0]],
+    "B2": [[0.4, -0.5], [-0.3, 0.4], [0, 0], [0, 0]],
+    "C1": [[0, 0, 0.1, 0], [0, 0, 0, 0.1], [0, 0, 0, 0], [0, 0, 0, 0]],
+    "D11": [[0, 0, 0, 0]] * 4,
+    "D12": [[0, 0], [0, 0], [0.3, 0], [0, 0.3]],
+    "C2": [[-1, 0, 0, 0], [0, -1, 0, 0]],
+    "D21": [[1, 0, 0.01, 0], [0, 1, 0, 0.01]],
+    "limits": [1.0, 1.0],
+}
+PROBLEMS = {"spring": SPRING, "unstable": UNSTABLE, "tanks": TANKS}
+
+
+class Found(NamedTuple):
+    """A problem, the report of the command on it, and its certificate."""
+
+    problem: Path
+    report: dict
+    certificate: dict
+
+
+@pytest.fixture(scope="module", params=PROBLEMS)
+def found(request: pytest.FixtureRequest, run_squid: Run, tmp_path_factory: pytest.TempPathFactory) -> Found:
+    """Return what the command finds for each problem."""
+    folder = tmp_path_factory.mktemp(request.param)
+    problem = folder / f"{request.param}.json"
+    problem.write_text(json.dumps({"data": PROBLEMS[request.param]}), encoding="utf-8")
+    done = run_squid("lpv", "synth", problem, "--json", "--out", folder)
+    assert done.returncode == 0, done.stdout
+    return Found(problem, json.loads(done.stdout), json.loads((folder / "certificate.json").read_text("utf-8")))
+
+
+class Flow:
+    """Rows x', zt, z and u of the loop, columns x, wt, phi, w."""
+
+    def __init__(self, c: dict) -> None:
+        p, k, claims = c["plant"], c["controller"], c["energy"]
+        loop: Loop = closed_loop(c, [])
+        self.n, self.r, self.w = loop.sizes
+        self.m = m = len(claims["limits"])
+        ny, n0, nk = len(p["C2"]), len(p["A"]), len(k["A"])
+        y = np.hstack([exact(p["C2"]), zeros(ny, nk), exact(p["D2t"], len(p["Ct"])), zeros(ny, len(k["Ct"]))])
+        u = np.hstack([zeros(m, n0), exact(k["Cu"]), zeros(m, len(p["Ct"])), exact(k["Dut"], len(k["Ct"]))])
+        u = np.hstack([u, zeros(m, self.w)]) + exact(k["Duy"]) @ np.hstack([y, exact(p["D21"])])
+        b2, dt2 = exact(p["B2"]), exact(p["Dt2"], m)
+        cut = [
+            np.vstack([-b2, exact(claims["E"], m)]),
+            np.vstack([-dt2, zeros(len(k["Ct"]), m)]),
+            -exact(p["D12"]),
+            zeros(m, m),
+        ]
+        at = self.n + self.r
+        self.rows = [
+            np.hstack([row[:, :at], phi, row[:, at:]])
+            for row, phi in zip([loop.x, loop.t, loop.z, u], cut, strict=True)
+        ]
+
+
+def why_not(c: dict, claim: Claim) -> str | None:
+    """Return the first condition of docs/certificate.md on a claim of bounded energy that does not hold, or None."""
+    flow, limits = Flow(c), [Decimal(limit) for limit in c["energy"]["limits"]]
+    x, h = exact(claim["X"]), exact(claim["H"])
+    s, t = (exact(claim[key], flow.r) for key in ("S", "T"))
+    gamma, beta = Decimal(claim["gamma"]), Decimal(claim["beta"])
+    if min(gamma, beta, *limits, *claim["U"]) <= 0:
+        return "a sign"
+    if not (
+        (x == x.T).all() and (s == s.T).all() and (t == -t.T).all() and is_positive(x) and is_positive(s)
+    ):
+        return "X, S or T"
+    moved, seen, z, u = flow.rows
+    sizes = [flow.n, flow.r, flow.m, flow.w]
+    unit = np.where(np.eye(sum(sizes)) == 1, Decimal(1), Decimal(0))
+    state, channel, phi, w = np.split(unit, np.cumsum(sizes)[:-1])
+    multiplier = np.where(np.eye(flow.m) == 1, np.array([Decimal(v) for v in claim["U"]]), Decimal(0))
+    half = state.T @ x @ moved + channel.T @ t @ seen + 2 * phi.T @ multiplier @ (u - phi - h @ state)
+    form = half + half.T + seen.T @ s @ seen - channel.T @ s @ channel + z.T @ z / gamma - gamma * w.T @ w
+    if not is_positive(-form):
+        return "the form"
+    for limit, row in zip(limits, h, strict=True):
+        bordered = np.block([[x, row[:, None]], [row[None, :], np.array([[limit**2 / (gamma * beta)]])]])
+        if not is_positive(bordered):
+            return "a limit"
+    return None
+
+
+def test_independent_check_agrees(run_squid: Run, found: Found) -> None:
+    """All conditions hold; the report has the claims, in order, and `check` and `verify` prove them."""
+    claims = found.certificate["energy"]["claims"]
+    with localcontext() as context:
+        context.prec = DIGITS
+        assert [why_not(found.certificate, claim) for claim in claims] == [None] * len(claims)
+    told = [(claim["gamma"], claim["beta"] if np.any(claim["H"]) else None) for claim in claims]
+    assert [(one["gamma"], one["energy"]) for one in found.report["with_limits"]] == told
+    bounded = [beta for _, beta in told if beta is not None]
+    assert len(bounded) > 1 and bounded == sorted(bounded) and told == sorted(told, key=lambda one: one[0])
+    assert told[0][0] > found.report["certified_gamma"]
+    # A plant that is stable for every course of its parameters allows a claim about every w, no other does.
+    assert (told[-1][1] is None) == (found.problem.stem == "tanks")
+    path = found.problem.with_name("certificate.json")
+    for words in (("lpv", "check", found.problem, path), ("verify", path)):
+        done = run_squid(*words)
+        assert done.returncode == 0 and "With commands cut off at the limits in the file" in done.stdout
+    controller = json.loads(found.problem.with_name("controller.json").read_text("utf-8"))
+    assert controller["anti_windup"] == found.certificate["energy"]["E"]
+    assert controller["limits"] == found.certificate["energy"]["limits"]
+
+
+def times(key: str, factor: float) -> Callable[[dict, Claim], None]:
+    """Return a change of all numbers of a key of a claim."""
+
+    def change(_: dict, claim: Claim) -> None:
+        claim[key] = (np.array(claim[key], float) * factor).tolist()
+
+    return change
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        times("U", 1e-3),
+        times("U", 1e3),
+        times("U", -1.0),
+        times("H", 0.0),
+        times("H", 10.0),
+        times("beta", 1.2),
+        times("beta", -1.0),
+        times("gamma", 0.7),
+        times("X", -1.0),
+        times("X", 0.9),
+        lambda _, claim: claim["X"][0].__setitem__(1, claim["X"][0][1] * 1.0001 + 1e-9),
+        lambda _, claim: claim["X"][0].__setitem__(0, claim["X"][0][0] * 0.5),
+        lambda c, _: c["energy"]["limits"].__setitem__(0, 0.8 * c["energy"]["limits"][0]),
+        lambda c, _: c["energy"].update(E=(-10.0 * np.array(c["energy"]["E"])).tolist()),
+    ],
+)
+def test_what_is_tampered_with_is_refused(
+    found: Found, run_squid: Run, tmp_path: Path, change: Callable[[dict, Claim], None]
+) -> None:
+    """The command and the independent check agree on each change of the claim of the largest bounded energy."""
+    changed = copy.deepcopy(found.certificate)
+    bounded = [claim for claim in changed["energy"]["claims"] if np.any(claim["H"])]
+    changed["energy"]["claims"] = bounded[-1:]
+    change(changed, bounded[-1])
+    with localcontext() as context:
+        context.prec = DIGITS
+        assert why_not(changed, bounded[-1]) is not None
+    path = tmp_path / "certificate.json"
+    path.write_text(json.dumps(changed), encoding="utf-8")
+    done = run_squid("verify", path)
+    assert done.returncode == 1 and "claim 0 of bounded energy is not proved" in done.stderr, done.stderr
+
+
+def test_the_loop_flies_as_claimed(found: Found) -> None:
+    """Pulses of the claimed energy, parameters that jump: V below gamma times the energy, z as small as claimed."""
+    c, flow = found.certificate, Flow(found.certificate)
+    n, r, m = flow.n, flow.r, flow.m
+    limits = np.array(c["energy"]["limits"])
+    moved, seen, z, u = (row.astype(float) for row in flow.rows)
+    tables = []
+    for theta in (-1.0, 1.0):
+        into = theta * np.linalg.solve(
+            np.eye(r) - theta * seen[:, n : n + r], np.delete(seen, range(n, n + r), 1)
+        )
+        tables.append([np.delete(row, range(n, n + r), 1) + row[:, n : n + r] @ into for row in (moved, z, u)])
+    assert all(np.abs(out[:, n : n + m]).max() == 0.0 for _, _, out in tables), (
+        "no command depends on phi at once"
+    )
+    slowest = -np.linalg.eigvals(np.hstack([tables[0][0][:, :n]])).real.max()
+    beyond = 0.0
+    for claim in c["energy"]["claims"]:
+        x, gamma = np.array(claim["X"]), claim["gamma"]
+        beta = claim["beta"] if np.any(claim["H"]) else 1e4 * c["energy"]["claims"][0]["beta"]
+        for direction in range(flow.w):
+            for seconds in (0.05, 1.0, 10.0):
+                tick = min(0.02, seconds / 20.0)
+                pulse = np.zeros(flow.w)
+                pulse[direction] = np.sqrt(0.999 * beta / seconds)
+                state, energy, spent = np.zeros(n), 0.0, 0.0
+                for k in range(int((seconds + min(5.0 / slowest, 20.0)) / tick)):
+                    w = pulse if k * tick < seconds - 0.5 * tick else np.zeros(flow.w)
+                    rates, outputs, out = tables[int(k * tick / 0.7) % 2]
+
+                    def at(point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+                        known = np.concatenate([point, np.zeros(m), w])  # noqa: B023
+                        asked = out @ known  # noqa: B023
+                        known[n : n + m] = asked - np.clip(asked, -limits, limits)
+                        return known, rates @ known  # noqa: B023
+
+                    first, slope = at(state)
+                    middle, slope = at(state + 0.5 * tick * slope)
+                    beyond = max(beyond, np.abs(first[n : n + m]).max())
+                    state = state + tick * slope
+                    energy += tick * float(np.sum((outputs @ middle) ** 2))
+                    spent += tick * float(w @ w)
+                    assert state @ x @ state < gamma * spent
+                assert spent < beta and energy < gamma**2 * spent
+    assert beyond > 0.1, "no command was at its limit"
+
+
+def test_check_compares_limits(found: Found, run_squid: Run, tmp_path: Path) -> None:
+    """A claim is about its limits and wider ones; without one a problem with limits is not answered."""
+    certificate = found.problem.with_name("certificate.json")
+    data = json.loads(found.problem.read_text("utf-8"))["data"]
+
+    def check(limits: list[float], path: Path) -> tuple[int, str]:
+        problem = tmp_path / "p.json"
+        problem.write_text(json.dumps({"data": data | {"limits": limits}}), encoding="utf-8")
+        done = run_squid("lpv", "check", problem, path)
+        return done.returncode, done.stderr
+
+    assert check([2.0 * limit for limit in data["limits"]], certificate)[0] == 0
+    code, words = check([0.9 * limit for limit in data["limits"]], certificate)
+    assert code == 1 and "limits" in words, words
+    without = {key: value for key, value in found.certificate.items() if key != "energy"}
+    path = tmp_path / "certificate.json"
+    path.write_text(json.dumps(without | {"format": "lpv-certificate/1"}), encoding="utf-8")
+    code, words = check(data["limits"], path)
+    assert code == 1 and "limits" in words, words
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"limits": [-1.0]}, "'limits' has the number -1 in place 1; it must be a list of 1 numbers from 1e-9"),
+        ({"limits": [0.0]}, "'limits' has the number 0 in place 1"),
+        ({"limits": [1.0, 1.0]}, "'limits' has 2 entries; it must be a list of 1 numbers"),
+        ({"limits": 1.0}, "'limits' is the number 1; it must be a list"),
+        ({"limits": ["wide"]}, "'limits' has the string \"wide\" in place 1"),
+        ({"dt": 0.1}, "'dt' is given beside 'limits', which are of continuous time; leave one of them out"),
+    ],
+)
+def test_bad_limits_are_told(run_squid: Run, tmp_path: Path, change: dict, words: str) -> None:
+    """One sentence with file and key."""
+    problem = tmp_path / "p.json"
+    problem.write_text(json.dumps({"data": SPRING | change}), encoding="utf-8")
+    done = run_squid("lpv", "synth", problem)
+    assert done.returncode == 1 and f"p.json: {words}" in done.stderr, done.stderr
+
+
+def test_limits_do_not_go_with_a_direct_path(run_squid: Run, tmp_path: Path) -> None:
+    """The sentence says what to do."""
+    problem = tmp_path / "p.json"
+    data = copy.deepcopy(SPRING)
+    data["P"]["D22"] = [[0.5]]
+    problem.write_text(json.dumps({"data": data}), encoding="utf-8")
+    done = run_squid("lpv", "synth", problem)
+    assert done.returncode == 1 and "'limits' is given beside a direct path 'D22'" in done.stderr, done.stderr
