@@ -280,7 +280,7 @@ impl<'a> Flow<'a> {
 
     /// The least gain with H = 0, and G.
     fn least_gain(&self) -> Result<(EnergyBound, Mat), SynthesisError> {
-        if self.without_commands().is_none_or(|a| spectral_abscissa(&a) >= 0.0) {
+        if !self.stands_alone() {
             return Err(SynthesisError::Infeasible { stage: STAGE });
         }
         let search = Search::of(self, None)?;
@@ -289,12 +289,16 @@ impl<'a> Flow<'a> {
         Ok(bound(gamma(least), f64::INFINITY, shown))
     }
 
-    /// A of the loop at Theta = 0 with all of each command cut off, phi = u.
-    fn without_commands(&self) -> Option<Mat> {
+    /// Whether the loop is stable at Theta = 0 with all of each command cut off, phi = u, or, where G is sought, may be.
+    fn stands_alone(&self) -> bool {
         let [w, z, m] = self.sizes;
         let direct = self.closed.d11().view((z, w), (m, m)).into_owned();
-        let all = solve(&(Mat::identity(m, m) - direct), &self.commands())?;
-        Some(self.closed.a() + self.closed.b1().columns(w, m) * all)
+        let a = match self.fastest {
+            Some(_) => Some(self.of.plant.a()),
+            None => solve(&(Mat::identity(m, m) - direct), &self.commands())
+                .map(|all| self.closed.a() + self.closed.b1().columns(w, m) * all),
+        };
+        a.is_some_and(|a| spectral_abscissa(&a) < 0.0)
     }
 }
 
