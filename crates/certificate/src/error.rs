@@ -100,13 +100,10 @@ pub enum Proved {
     Decay,
     /// The multiplier of a parameter, from 0.
     Multiplier(usize),
-    /// `[X h'; h limit^2/level]` of a command where x'Xx is at most that level.
-    Limit {
-        /// From 0.
-        command: usize,
-        /// Its name.
-        level: &'static str,
-    },
+    /// `[X h'; h limit^2/(4 beta)]` of a command, from 0.
+    Limit(usize),
+    /// `[X h'; h limit^2/(gamma beta)]` of a command, from 0.
+    LimitOfEnergy(usize),
 }
 
 impl fmt::Display for Proved {
@@ -123,7 +120,8 @@ impl fmt::Display for Proved {
             }
             Self::Lyapunov => f.write_str("L"),
             Self::Decay => f.write_str("A'L + LA"),
-            Self::Limit { command, level } => write!(f, "[X h'; h limit^2/({level})] of command {command}"),
+            Self::Limit(command) => write!(f, "[X h'; h limit^2/(4 beta)] of command {command}"),
+            Self::LimitOfEnergy(command) => write!(f, "[X h'; h limit^2/(gamma beta)] of command {command}"),
             Self::Multiplier(parameter) => write!(f, "the multiplier of parameter {parameter}"),
         }
     }
@@ -143,7 +141,7 @@ pub enum Claim {
     /// The loop whose commands are cut off at limits, with the model error of `residual`.
     WithLimits,
     /// A bound for w of bounded energy, from 0, of the loop whose commands are cut off.
-    OfEnergy(usize),
+    OfEnergy(u16),
 }
 
 impl fmt::Display for Claim {

@@ -107,14 +107,13 @@ impl Certificate {
                 return Err(too_large(format!("takes more than half of the limit of command {j}")));
             }
         }
-        out_of_reach(claim, (&x, &l.h, &l.limits), (&beta.shifted(2), "4 beta"))
+        out_of_reach(claim, (&x, &l.h, &l.limits), (&beta.shifted(2), Proved::Limit))
     }
 
     /// The claims of bounded energy: x leaves `x'Xx <= gamma beta` for no w of the energy beta, there H x leaves each
     /// limit out of reach, and the inequality is that of the gain.
     fn prove_energy(&self, energy: &Energy) -> Result<(), Failure> {
-        for (k, c) in energy.claims.iter().enumerate() {
-            let claim = Claim::OfEnergy(k);
+        for (claim, c) in (0..).map(Claim::OfEnergy).zip(&energy.claims) {
             positive(claim, "beta", c.beta)?;
             energy.limits.iter().try_for_each(|limit| positive(claim, "a limit", *limit))?;
             let closed = ClosedLoop::with_energy(self, &energy.e, &c.h)?;
@@ -130,7 +129,7 @@ impl Certificate {
             };
             with_limits.prove(&closed)?;
             let x = Matrix::from_rows(&c.x, closed.states);
-            out_of_reach(claim, (&x, &c.h, &energy.limits), (&level, "gamma beta"))?;
+            out_of_reach(claim, (&x, &c.h, &energy.limits), (&level, Proved::LimitOfEnergy))?;
         }
         Ok(())
     }
@@ -141,7 +140,7 @@ impl Certificate {
 fn out_of_reach(
     claim: Claim,
     (x, h, limits): (&Matrix, &Rows, &[f64]),
-    (level, name): (&Dyadic, &'static str),
+    (level, name): (&Dyadic, fn(usize) -> Proved),
 ) -> Result<(), Failure> {
     let n = x.rows;
     for (command, (limit, h)) in limits.iter().zip(h).enumerate() {
@@ -154,7 +153,7 @@ fn out_of_reach(
         whole.place(0, n, &row.transpose());
         let blocks = vec![("x", n), ("limit", 1)];
         let whole = Blocked { matrix: whole, blocks, scale: Dyadic::from_f64(1.0) };
-        definite(claim, Proved::Limit { command, level: name }, "positive", &whole)?;
+        definite(claim, name(command), "positive", &whole)?;
     }
     Ok(())
 }

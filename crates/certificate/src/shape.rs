@@ -31,6 +31,9 @@ pub(crate) struct Sizes {
 /// memory.
 const MOST_ROWS: usize = 1000;
 
+/// Claims of bounded energy, at most: each is proved.
+const MOST_CLAIMS: usize = 100;
+
 impl Sizes {
     /// Rows of the inequality: x, wt, w_Delta, w, x+, zt, z_Delta and z.
     fn rows(self, residual: Option<&Residual>, discrete: bool) -> usize {
@@ -107,6 +110,14 @@ impl Certificate {
         }
         if energy.claims.is_empty() {
             return Err(ReadError::Empty { field: "energy.claims", part: "entries", meaning: "claims" });
+        }
+        if energy.claims.len() > MOST_CLAIMS {
+            let expected = format!("at most {MOST_CLAIMS}");
+            return Err(ReadError::Length {
+                field: "energy.claims".into(),
+                found: energy.claims.len(),
+                expected,
+            });
         }
         let u = (s.u, "controls u");
         check_list("energy.limits", &energy.limits, u)?;

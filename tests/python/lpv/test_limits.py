@@ -59,7 +59,9 @@ def found(request: pytest.FixtureRequest, run_squid: Run, tmp_path_factory: pyte
     problem.write_text(json.dumps({"data": PROBLEMS[request.param]}), encoding="utf-8")
     done = run_squid("lpv", "synth", problem, "--json", "--out", folder)
     assert done.returncode == 0, done.stdout
-    return Found(problem, json.loads(done.stdout), json.loads((folder / "certificate.json").read_text("utf-8")))
+    return Found(
+        problem, json.loads(done.stdout), json.loads((folder / "certificate.json").read_text("utf-8"))
+    )
 
 
 class Flow:
@@ -194,7 +196,9 @@ def test_the_loop_flies_as_claimed(found: Found) -> None:
         into = theta * np.linalg.solve(
             np.eye(r) - theta * seen[:, n : n + r], np.delete(seen, range(n, n + r), 1)
         )
-        tables.append([np.delete(row, range(n, n + r), 1) + row[:, n : n + r] @ into for row in (moved, z, u)])
+        tables.append(
+            [np.delete(row, range(n, n + r), 1) + row[:, n : n + r] @ into for row in (moved, z, u)]
+        )
     assert all(np.abs(out[:, n : n + m]).max() == 0.0 for _, _, out in tables), (
         "no command depends on phi at once"
     )
@@ -205,11 +209,11 @@ def test_the_loop_flies_as_claimed(found: Found) -> None:
         beta = claim["beta"] if np.any(claim["H"]) else 1e4 * c["energy"]["claims"][0]["beta"]
         for direction in range(flow.w):
             for seconds in (0.05, 1.0, 10.0):
-                tick = min(0.02, seconds / 20.0)
+                tick = min(0.01, seconds / 20.0)
                 pulse = np.zeros(flow.w)
                 pulse[direction] = np.sqrt(0.999 * beta / seconds)
                 state, energy, spent = np.zeros(n), 0.0, 0.0
-                for k in range(int((seconds + min(5.0 / slowest, 20.0)) / tick)):
+                for k in range(int((seconds + min(5.0 / slowest, 10.0)) / tick)):
                     w = pulse if k * tick < seconds - 0.5 * tick else np.zeros(flow.w)
                     rates, outputs, out = tables[int(k * tick / 0.7) % 2]
 
@@ -228,6 +232,60 @@ def test_the_loop_flies_as_claimed(found: Found) -> None:
                     assert state @ x @ state < gamma * spent
                 assert spent < beta and energy < gamma**2 * spent
     assert beyond > 0.1, "no command was at its limit"
+
+
+def f8() -> dict:
+    """Return the F8 with weights and limits: F. Wu, M. Soto, Int. J. Robust Nonlinear Control 14(15), 2004."""
+    a = [[-0.8, -0.0006, -12, 0], [0, -0.014, -16.64, -32.2], [1, -0.0001, -1.5, 0], [1, 0, 0, 0]]
+    b = [[-19, -3], [-0.66, -0.5], [-0.16, -0.5], [0, 0]]
+    c = np.array([[0, 0, 0, 1], [0, 0, -1, 1]])
+    # The states are the plant's, those of y_r = 4/(s + 4) r, of (0.5 s + 2.5)/(s + 0.05) and of (s + 5)/(s + 200).
+    one, part = np.eye(2), {key: np.zeros(shape) for key, shape in SIZES.items()}
+    part["A"][:4, :4], part["A"][4:6, 4:6], part["A"][6:8, :4] = a, -4 * one, c
+    part["A"][6:8, 4:6], part["A"][6:8, 6:8], part["A"][8:, 8:] = -one, -0.05 * one, -200 * one
+    part["B1"][4:6], part["B2"][:4], part["B2"][8:] = 4 * one, b, one
+    part["C1"][:2, :4], part["C1"][:2, 4:6], part["C1"][:2, 6:8] = 0.5 * c, -0.5 * one, 2.475 * one
+    part["C1"][2:, 8:], part["C2"][:, :4], part["D12"][2:], part["D21"][:] = -195 * one, -c, one, one
+    return {key: value.tolist() for key, value in part.items()} | {"limits": [15.0, 15.0]}
+
+
+SIZES = {"A": (10, 10), "B1": (10, 2), "B2": (10, 2), "C1": (4, 10), "C2": (2, 10), "D11": (4, 2), "D12": (4, 2),
+         "D21": (2, 2)}  # fmt: skip
+
+
+def test_the_f8_recovers(run_squid: Run, tmp_path: Path) -> None:
+    """The step of AWtools' demonstration, 10 in both outputs: anti-windup regains a third of what limits cost."""
+    problem, data = tmp_path / "f8.json", f8()
+    problem.write_text(json.dumps({"data": data}), encoding="utf-8")
+    done = run_squid("lpv", "synth", problem, "--json", "--out", tmp_path)
+    assert done.returncode == 0 and len(json.loads(done.stdout)["with_limits"]) == 3, done.stdout
+    certificate = json.loads((tmp_path / "certificate.json").read_text("utf-8"))
+    with localcontext() as context:
+        context.prec = DIGITS
+        assert why_not(certificate, certificate["energy"]["claims"][0]) is None
+    a, b1, b2, c2, d21 = (np.array(data[key], float) for key in ("A", "B1", "B2", "C2", "D21"))
+    k = {key: np.array(value, float) for key, value in certificate["controller"].items()}
+    step = np.array([10.0, 10.0])
+
+    def error(limit: float, gain: np.ndarray) -> float:
+        """Return the integral of the squared error over 9 s."""
+        x, xk, tick, total = np.zeros(len(a)), np.zeros(len(k["A"])), 5e-4, 0.0
+
+        def at(x: np.ndarray, xk: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+            y = c2 @ x + d21 @ step
+            u = k["Cu"] @ xk + k["Duy"] @ y
+            sat = np.clip(u, -limit, limit)
+            return a @ x + b1 @ step + b2 @ sat, k["A"] @ xk + k["By"] @ y + gain @ (u - sat), y
+
+        for _ in range(int(9.0 / tick)):
+            first, second, _ = at(x, xk)
+            first, second, y = at(x + 0.5 * tick * first, xk + 0.5 * tick * second)
+            x, xk, total = x + tick * first, xk + tick * second, total + tick * float(y @ y)
+        return total
+
+    gain = np.array(certificate["energy"]["E"])
+    free, none, recovered = error(np.inf, gain), error(15.0, 0.0 * gain), error(15.0, gain)
+    assert free < recovered and none - recovered > (none - free) / 3.0, (free, recovered, none)
 
 
 def test_check_compares_limits(found: Found, run_squid: Run, tmp_path: Path) -> None:
@@ -254,7 +312,10 @@ def test_check_compares_limits(found: Found, run_squid: Run, tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"limits": [-1.0]}, "'limits' has the number -1 in place 1; it must be a list of 1 numbers from 1e-9"),
+        (
+            {"limits": [-1.0]},
+            "'limits' has the number -1 in place 1; it must be a list of 1 numbers from 1e-9",
+        ),
         ({"limits": [0.0]}, "'limits' has the number 0 in place 1"),
         ({"limits": [1.0, 1.0]}, "'limits' has 2 entries; it must be a list of 1 numbers"),
         ({"limits": 1.0}, "'limits' is the number 1; it must be a list"),

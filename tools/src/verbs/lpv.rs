@@ -25,7 +25,8 @@ pub enum LpvVerb {
     /// be left out where it is 0. "rate" beside "blocks" bounds |theta'| of a plant with one parameter: the
     /// controller is made for that, by Lyapunov matrices that depend on theta, and its gain is proved at that rate
     /// and, larger, at any. "dt", the sample time in s, makes it a plant in discrete time: so is the controller, and
-    /// what is proved.
+    /// what is proved. "limits", a positive number for each control, cuts commands off: the controller gets an
+    /// anti-windup gain, and its gain with limits is proved for w of bounded energy, or of any.
     ///
     /// Exit codes, and the word `status` of --json: 0, feasible: a controller with a proved bound; 2, infeasible:
     /// there is provably none; 3, numerical_failure: nothing is known; 4, too_fast: there are controllers, but none

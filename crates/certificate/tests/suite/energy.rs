@@ -121,6 +121,11 @@ fn bad_input_is_told_in_one_sentence() {
         ("limits", json!([1.0, 1.0]), "energy.limits: has 2 entries, must have 1 (controls u)"),
         ("E", json!([[1.0]]), "energy.E: found 1 rows, must have 0 (controller's states)"),
         ("claims", json!([]), "energy.claims: has no entries, must have at least one (claims)"),
+        (
+            "claims",
+            json!(vec![integrator()["energy"]["claims"][0].clone(); 101]),
+            "energy.claims: has 101 entries, must have at most 100",
+        ),
         ("claims", json!(1), "energy.claims: found the number 1, allowed is a list of claims"),
     ] {
         let mut wrong = integrator();
