@@ -8,9 +8,61 @@
 //! negative is asked of the inverse matrices on the transposed loop: linear in `Q = X^-1`, `Y = HQ`, `U^-1`, `(G U^-1)'`
 //! and the inverse of \[S -T; T -S\] (C. Scherer, S. Weiland, "Linear matrix inequalities in control", 2015, lemma 4.9).
 
+use crate::error::ShapeError;
 use crate::lmi::program::{Affine, Program, symmetric};
 use crate::matrix::{Mat, block, diagonal_blocks, skew_part, symmetric_function, symmetric_part};
+use crate::system::controller::Controller;
+use crate::system::partition::Group::{T, U, W, X, Y, Z};
+use crate::system::plant::{ClosedLoop, GeneralisedPlant};
 use nalgebra::DVector;
+
+/// The loop of a plant and a controller with phi below w, which the gain feeds back into the controller's states, and u
+/// below z.
+///
+/// Shapes: the gain is nk x m.
+///
+/// # Errors
+/// [`ShapeError`] where matrices do not fit.
+pub(super) fn with_phi(p: &GeneralisedPlant, k: &Controller, gain: &Mat) -> Result<ClosedLoop, ShapeError> {
+    let (y, w) = (p.c2().nrows(), p.b1().ncols());
+    let m = gain.ncols();
+    let zero = Mat::zeros;
+    let one = Mat::identity(m, m);
+    let cut = |b1: Mat, b2: Mat| block(&[&[&b1, &-b2]]);
+    let below = |top: Mat, bottom: Mat| block(&[&[&top], &[&bottom]]);
+    let (n, r) = (p.a().nrows(), p.dtt().nrows());
+    let parts = [
+        (X, X, p.a()),
+        (X, T, p.bt()),
+        (X, W, cut(p.b1(), p.b2())),
+        (X, U, p.b2()),
+        (T, X, p.ct()),
+        (T, T, p.dtt()),
+        (T, W, cut(p.dt1(), p.dt2())),
+        (T, U, p.dt2()),
+        (Z, X, below(p.c1(), zero(m, n))),
+        (Z, T, below(p.d1t(), zero(m, r))),
+        (Z, W, below(cut(p.d11(), p.d12()), zero(m, w + m))),
+        (Z, U, below(p.d12(), one.clone())),
+        (Y, X, below(p.c2(), zero(m, n))),
+        (Y, T, below(p.d2t(), zero(m, r))),
+        (Y, W, below(cut(p.d21(), zero(y, m)), block(&[&[&zero(m, w), &one]]))),
+    ];
+    let plant = GeneralisedPlant::new(p.blocks.clone(), &parts)?;
+    let beside = |left: Mat, right: Mat| block(&[&[&left, &right]]);
+    let parts = [
+        (X, X, k.a()),
+        (X, Y, beside(k.by(), gain.clone())),
+        (X, T, k.bt()),
+        (U, X, k.cu()),
+        (U, Y, beside(k.duy(), zero(m, m))),
+        (U, T, k.dut()),
+        (T, X, k.ct()),
+        (T, Y, beside(k.dty(), zero(k.dtt().nrows(), m))),
+        (T, T, k.dtt()),
+    ];
+    Ok(plant.close(&Controller::new(k.blocks.clone(), &parts)?))
+}
 
 /// A loop in units in which a search is well conditioned, transposed.
 pub(super) struct Transposed {

@@ -22,7 +22,7 @@
 //! (`cut_off.rs`) are linear in gamma^2 and 1/beta: the energy is the largest at a gain, the gain the least with H = 0,
 //! where no limit is ever out of reach, and any energy is allowed. That cannot be where the plant is unstable.
 
-use crate::anti_windup::cut_off::{Shown, Transposed, Unknowns};
+use crate::anti_windup::cut_off::{Shown, Transposed, Unknowns, with_phi};
 use crate::error::SynthesisError;
 use crate::lmi::program::{Affine, Program};
 use crate::lmi::solver;
@@ -30,7 +30,6 @@ use crate::lmi::solver_options::SolverOptions;
 use crate::matrix::{Mat, block, eigenvalues, solve, spectral_abscissa, symmetric_function};
 use crate::system::controller::Controller;
 use crate::system::lyapunov::{lyapunov, middle_of_gramians};
-use crate::system::partition::Group::{T, U, W, X, Y, Z};
 use crate::system::plant::{ClosedLoop, GeneralisedPlant};
 use crate::system::state_space::StateSpace;
 use nalgebra::DVector;
@@ -93,7 +92,7 @@ pub struct Bounds {
 /// Seeks the gain G of the largest energy at twice the gain without limits, and what holds with it at several gains.
 ///
 /// The entries of G are below the rate of the loop's fastest mode, with states in units of their sizes in the loop and
-/// phi in those of the limits: larger ones could be had for hardly any energy, and carried out by no sampled controller.
+/// phi in those of the limits: what no sampled controller carries out would allow hardly more energy.
 ///
 /// # Errors
 /// [`SynthesisError::Infeasible`] where nothing is found; [`SynthesisError::Numerical`], also where a limit is not
@@ -154,44 +153,9 @@ impl<'a> Flow<'a> {
             return Err(SynthesisError::numerical(STAGE, diagnosis));
         }
         let (p, k, m) = (of.plant, of.controller, of.limits.len());
-        let (y, w, z, nk) = (p.c2().nrows(), p.b1().ncols(), p.c1().nrows(), k.a().nrows());
-        let zero = Mat::zeros;
-        let one = Mat::identity(m, m);
-        let cut = |b1: Mat, b2: Mat| block(&[&[&b1, &-b2]]);
-        let below = |top: Mat, bottom: Mat| block(&[&[&top], &[&bottom]]);
-        let (n, r) = (p.a().nrows(), p.dtt().nrows());
-        let parts = [
-            (X, X, p.a()),
-            (X, T, p.bt()),
-            (X, W, cut(p.b1(), p.b2())),
-            (X, U, p.b2()),
-            (T, X, p.ct()),
-            (T, T, p.dtt()),
-            (T, W, cut(p.dt1(), p.dt2())),
-            (T, U, p.dt2()),
-            (Z, X, below(p.c1(), zero(m, n))),
-            (Z, T, below(p.d1t(), zero(m, r))),
-            (Z, W, below(cut(p.d11(), p.d12()), zero(m, w + m))),
-            (Z, U, below(p.d12(), one.clone())),
-            (Y, X, below(p.c2(), zero(m, n))),
-            (Y, T, below(p.d2t(), zero(m, r))),
-            (Y, W, below(cut(p.d21(), zero(y, m)), block(&[&[&zero(m, w), &one]]))),
-        ];
-        let plant = GeneralisedPlant::new(p.blocks.clone(), &parts)?;
-        let beside = |left: Mat, right: Mat| block(&[&[&left, &right]]);
-        let fed_back = gain.cloned().unwrap_or_else(|| zero(nk, m));
-        let parts = [
-            (X, X, k.a()),
-            (X, Y, beside(k.by(), fed_back)),
-            (X, T, k.bt()),
-            (U, X, k.cu()),
-            (U, Y, beside(k.duy(), zero(m, m))),
-            (U, T, k.dut()),
-            (T, X, k.ct()),
-            (T, Y, beside(k.dty(), zero(k.dtt().nrows(), m))),
-            (T, T, k.dtt()),
-        ];
-        let closed = plant.close(&Controller::new(k.blocks.clone(), &parts)?);
+        let none = Mat::zeros(k.a().nrows(), m);
+        let closed = with_phi(p, k, gain.unwrap_or(&none))?;
+        let (w, z) = (p.b1().ncols(), p.c1().nrows());
         let mut flow = Self { of, closed, sizes: [w, z, m], energy: 1.0, fastest: None };
         let fastest = eigenvalues(&flow.closed.a()).iter().map(|mode| mode.norm()).fold(0.0, f64::max);
         flow.fastest = gain.is_none().then_some(fastest);
