@@ -132,7 +132,7 @@
 //!   negative, as above, in a neighbourhood. As long as x is there, V is at most gamma times the energy of w so far, by
 //!   integrating the form from rest, and so at most gamma beta: x never leaves the region, and the integral to the end
 //!   of time is the gain. With H = 0 the term of U is nowhere negative.
-//! - *Well-posedness* is as with limits: the form is the inequality of a loop with a further parameter for each command.
+//! - *Well-posedness* is as with limits: the form is that of a loop with a further parameter for each command.
 //!
 //! *In discrete time* (format 3) `x+`, the state at the next tick, stands in place of `x'`, and the sums of squares
 //! over the ticks in place of the energies. The inequality, without the other sections, is

@@ -234,8 +234,9 @@ impl Report {
             }
             out += &format!("  certified gamma     {}\n", number(self.certified_gamma));
             for WithLimits { gamma, energy } in &self.with_limits {
-                let w =
-                    energy.map_or_else(|| "any w".into(), |most| format!("w of an energy up to {most:.4e}"));
+                // Rounded down.
+                let up_to = |most| format!("w of an energy up to {:.4e}", (1.0 - 5e-5) * most);
+                let w = energy.map_or_else(|| "any w".into(), up_to);
                 out += &format!("  with limits         {gamma:.6} for {w}\n");
             }
             out += &format!("  PROVED: {theorem}\n");

@@ -288,6 +288,18 @@ def test_the_f8_recovers(run_squid: Run, tmp_path: Path) -> None:
     assert free < recovered and none - recovered > (none - free) / 3.0, (free, recovered, none)
 
 
+@pytest.mark.parametrize("factor", [1e-6, 1e6])
+def test_energies_grow_with_the_square_of_limits(run_squid: Run, tmp_path: Path, factor: float) -> None:
+    """Limits, w and all else in other units are the same loop, also where it has parameters."""
+    energies = []
+    for limit in (1.0, factor):
+        problem = tmp_path / "p.json"
+        problem.write_text(json.dumps({"data": SPRING | {"limits": [limit]}}), encoding="utf-8")
+        report = json.loads(run_squid("lpv", "synth", problem, "--json").stdout)
+        energies.append([one["energy"] / limit**2 for one in report["with_limits"]])
+    assert energies[1] == pytest.approx(energies[0], rel=0.02) and len(energies[0]) == 3
+
+
 def test_check_compares_limits(found: Found, run_squid: Run, tmp_path: Path) -> None:
     """A claim is about its limits and wider ones; without one a problem with limits is not answered."""
     certificate = found.problem.with_name("certificate.json")

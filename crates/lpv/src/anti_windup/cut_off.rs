@@ -5,8 +5,9 @@
 //! ```
 //!
 //! That `2 x'X x' + zt'S zt - wt'S wt + 2 wt'T zt + 2 phi'U (u - phi - H x)` and the terms of inputs and outputs are
-//! negative is asked of the inverse matrices on the transposed loop: linear in `Q = X^-1`, `Y = HQ`, `U^-1`, `(G U^-1)'`
-//! and the inverse of \[S -T; T -S\] (C. Scherer, S. Weiland, "Linear matrix inequalities in control", 2015, lemma 4.9).
+//! negative is asked of the inverse matrices on the transposed loop: linear in `Q = X^-1`, `Y = HQ`, `U^-1`, `(G
+//! U^-1)'` and the inverse of \[S -T; T -S\] (C. Scherer, S. Weiland, "Linear matrix inequalities in control", 2015,
+//! lemma 4.9).
 
 use crate::error::ShapeError;
 use crate::lmi::program::{Affine, Program, symmetric};

@@ -1,4 +1,5 @@
-//! The gain of a loop whose commands are cut off, for w of bounded energy, and the anti-windup gain that is best for it.
+//! The gain of a loop whose commands are cut off, for w of bounded energy, and the anti-windup gain that is best for
+//! it.
 //!
 //! The loop of plant and controller with `phi = u - sat(u)`, which is missing in the plant and moves the controller's
 //! states by `G phi`, is
@@ -58,8 +59,7 @@ pub struct Limited<'a> {
     pub controller: &'a Controller,
     /// A bound of the gain without limits.
     pub gamma: f64,
-    /// A symmetric matrix that commutes with Theta, channels of plant and controller square: the square of a
-    /// channel's unit.
+    /// S of that bound, channels of plant and controller square: the units of the channels.
     pub units: &'a Mat,
     /// How far each command can go either way, at least.
     pub limits: &'a [f64],
@@ -171,6 +171,11 @@ impl<'a> Flow<'a> {
         self.closed.c1().rows(self.sizes[1], self.sizes[2]).into_owned()
     }
 
+    /// The squares of the channels' units at the energy.
+    fn channels(&self) -> Mat {
+        self.of.units / (self.of.gamma * self.energy)
+    }
+
     /// See [`Flow::energy`].
     fn unit(&self) -> Result<f64, SynthesisError> {
         let (b1, k) = (self.b1(), self.commands());
@@ -185,8 +190,8 @@ impl<'a> Flow<'a> {
     /// state.
     fn coordinates(&self, output: f64) -> Result<(Mat, Mat, DVector<f64>), SynthesisError> {
         let [w, z, m] = self.sizes;
-        let root = symmetric_function(self.of.units, f64::sqrt);
-        let unroot = symmetric_function(self.of.units, |v| 1.0 / v.sqrt());
+        let root = symmetric_function(&self.channels(), f64::sqrt);
+        let unroot = symmetric_function(&self.channels(), |v| 1.0 / v.sqrt());
         let limits = Mat::from_diagonal(&DVector::from_column_slice(self.of.limits));
         let pushed =
             block(&[&[&(self.closed.b1().columns(w, m) * &limits), &(self.b1() * self.energy.sqrt())]]);
@@ -228,7 +233,7 @@ impl<'a> Flow<'a> {
         Ok(Transposed::of(
             (&whole, [n, r, m, z], [n, r, m, w]),
             (state, inverse),
-            self.of.units,
+            &self.channels(),
             units,
             reach,
         ))
@@ -253,7 +258,7 @@ impl<'a> Flow<'a> {
         Ok(bound(gamma(least), f64::INFINITY, shown))
     }
 
-    /// Whether the loop is stable at Theta = 0 with all of each command cut off, phi = u, or, where G is sought, may be.
+    /// Whether the loop is stable at Theta = 0 with all of each command cut off, phi = u; where G is sought, the plant.
     fn stands_alone(&self) -> bool {
         let [w, z, m] = self.sizes;
         let direct = self.closed.d11().view((z, w), (m, m)).into_owned();

@@ -134,8 +134,8 @@ fn first_order(a: f64) -> Bounds {
 }
 
 /// With `H = -g` the form in (x, phi, w) is negative where `4 U D > (X + 2 U (1 - g))^2`, `D = 2 X - (1 + X^2)/gamma`.
-/// The best U leaves `g = (1 + X^2)/(2 gamma X)`, the best X of `beta = X/(gamma g^2)` is the root of 3: `beta = 3 3^1/2
-/// gamma/4`.
+/// The best U leaves `g = (1 + X^2)/(2 gamma X)`, the best X of `beta = X/(gamma g^2)` is the root of 3: there it is
+/// `3 3^1/2 gamma/4`.
 #[test]
 fn the_largest_energy_of_an_integrator_is_that_in_closed_form() {
     let found = first_order(0.0);
