@@ -2,7 +2,7 @@
 //!
 //! The states are velocities over ground along the body, pitch rate, pitch, distance, depth, and the output of each
 //! actuator that lags. The equations have no jumps, only corners, where a velocity or the Reynolds number
-//! of friction passes its threshold and where a command passes a limit, so that no event is needed.
+//! of friction passes its threshold and where a command or its rate passes a limit, so that no event is needed.
 
 use auv::{Instant, Rates, Slopes};
 use fmi2::{ContinuousModel, Log};
@@ -30,7 +30,7 @@ impl PlantModel {
     /// The present rate of an actuator's output.
     pub fn output_rate(&self, index: usize) -> f64 {
         let output = self.plant.outputs()[index];
-        self.plant.actuators()[index].rate(output, self.asked(index))
+        self.plant.actuators()[index].output_rate(output, self.asked(index))
     }
 
     /// The output that an input asks an actuator for.

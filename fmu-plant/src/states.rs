@@ -83,10 +83,11 @@ fn force_of(actuator: &Actuator) -> String {
 
 fn output_rate(index: usize, actuator: &Actuator) -> Variable {
     let (own, unit) = (format!("{}_output", actuator.name), format!("{}/s", actuator.unit()));
-    rate(&own, &unit, move |m| m.output_rate(index))
-        .depends_on(&[&actuator.name])
-        .depends_linearly_on(&own)
-        .quantity(Quantity::OutputRate(index).number())
+    let one = rate(&own, &unit, move |m| m.output_rate(index)).quantity(Quantity::OutputRate(index).number());
+    match actuator.rate {
+        None => one.depends_on(&[&actuator.name]).depends_linearly_on(&own),
+        Some(_) => one.depends_on(&[&actuator.name, &own]),
+    }
 }
 
 fn rate(state: &str, unit: &str, get: impl Fn(&PlantModel) -> f64 + Send + Sync + 'static) -> Variable {

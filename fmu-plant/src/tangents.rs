@@ -22,7 +22,7 @@ impl PlantModel {
         let actuators = self.plant.actuators();
         for (index, actuator) in actuators.iter().enumerate() {
             let output = self.seeded_output(index, tangents);
-            let rate = actuator.rate(output, self.seeded_command(index, tangents));
+            let rate = actuator.output_rate(output, self.seeded_command(index, tangents));
             tangents[Q::Output(index).number()] = output.eps;
             tangents[Q::OutputRate(index).number()] = rate.eps;
         }

@@ -188,10 +188,12 @@ fn position() -> [Variable; 2] {
 }
 
 fn actuator_output(model: &PlantModel, index: usize, actuator: &Actuator) -> Variable {
-    let Actuator { name, min, max, lag, .. } = actuator;
+    let Actuator { name, min, max, lag, rate, .. } = actuator;
     let own = format!("{name}_output");
-    let description = format!("output of {name}, after limits and lag");
-    let one = output(&own, &description, actuator.unit(), move |m| m.actuator_outputs()[index])
+    let unit = actuator.unit();
+    let no_faster = rate.map_or(String::new(), |rate| format!(", and no faster than {rate} {unit}/s"));
+    let description = format!("output of {name}, after limits and lag{no_faster}");
+    let one = output(&own, &description, unit, move |m| m.actuator_outputs()[index])
         .range(*min, *max)
         .nominal(actuator.reach())
         .quantity(Quantity::Output(index).number());

@@ -113,6 +113,17 @@ def kept(run_squid: Run, vehicle: Path, *options: str) -> Packages:
     )
 
 
+def with_rate(vehicle: Path) -> Path:
+    """Make REMUS 100 with a limit of 60 deg/s on the rate of its planes, which is an example, and return it."""
+    shutil.copytree(REMUS100, vehicle, ignore=shutil.ignore_patterns("frozen"))
+    path, head = vehicle / "vehicle.toml", 'name = "stern_planes"\n'
+    text = path.read_text(encoding="utf-8")
+    assert text.count(head) == 1
+    rate = 'rate = { value = 60.0, unit = "deg/s", source = "an example" }\n'
+    path.write_text(text.replace(head, head + rate), encoding="utf-8")
+    return vehicle
+
+
 def of_main_job(run_squid: Run, vehicle: Path) -> Packages:
     """Return what the main job made of a vehicle, made if it has not run, with the report; not to be changed."""
     folder = folder_of(vehicle, "design")
@@ -158,6 +169,12 @@ def squid(run_squid: Run) -> Packages:
 def remus100(run_squid: Run) -> Packages:
     """Return the FMUs of REMUS 100, which steers by stern planes."""
     return of_main_job(run_squid, REMUS100)
+
+
+@pytest.fixture(scope="session")
+def rate_limited(run_squid: Run, tmp_path_factory: pytest.TempPathFactory) -> Packages:
+    """Return the FMUs of REMUS 100 with a limit on the rate of its planes."""
+    return kept(run_squid, with_rate(tmp_path_factory.mktemp("rate") / "remus100"))
 
 
 @pytest.fixture(scope="session")

@@ -127,9 +127,9 @@ pub struct Quantity {
 }
 
 impl Quantity {
-    /// Returns the number in SI: degrees become radians, everything else is SI already.
+    /// Returns the number in SI: degrees become radians, those a second too, everything else is SI already.
     pub fn si(&self) -> f64 {
-        if self.unit == "deg" { self.value.to_radians() } else { self.value }
+        if matches!(self.unit.as_str(), "deg" | "deg/s") { self.value.to_radians() } else { self.value }
     }
 }
 

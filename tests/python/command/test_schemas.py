@@ -146,6 +146,29 @@ def test_curves_are_those_that_are_read(run_squid: Run, tmp_path: Path, keys: di
     assert Draft202012Validator(SCHEMAS["vehicle"]).is_valid(vehicle) == allowed
 
 
+def number(value: float, unit: str) -> dict:
+    """Return a number of a vehicle file."""
+    return {"value": value, "unit": unit, "source": "a test"}
+
+
+@pytest.mark.parametrize(
+    ("keys", "allowed"),
+    [
+        ({"rate": number(40.0, "N/s")}, True),
+        ({"rate": number(0.0, "N/s")}, False),
+        ({"rate": number(40.0, "N")}, False),
+        ({"rate": number(40.0, "deg/s")}, False),
+        ({"rate": number(40.0, "N/s"), "lag": number(0.0, "s")}, False),
+        ({"lag": number(0.0, "s")}, True),
+    ],
+)
+def test_a_rate_is_one_that_is_read(run_squid: Run, tmp_path: Path, keys: dict, allowed: bool) -> None:
+    vehicle = example("vehicle")
+    vehicle["thruster"][0] |= keys
+    assert bool(complaints(run_squid, tmp_path, "vehicle", vehicle)) != allowed
+    assert Draft202012Validator(SCHEMAS["vehicle"]).is_valid(vehicle) == allowed
+
+
 @pytest.mark.parametrize(
     ("delay", "allowed"), [(-0.5, False), (-1.0, False), (0.0, True), (10.0, True), (11.0, False)]
 )

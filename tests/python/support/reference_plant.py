@@ -6,7 +6,7 @@ SciPy's DOP853. Nothing is shared with the program under test but the vehicle fi
 - the equations stand in component form, force by force, after Feldman (1979, DTNSRDC report SPD-0393-09) for the rigid
   body and Lamb (1932, ch. VI) for the added mass;
 - a thruster with a curve takes what its file says in place of a thrust, by linear interpolation or a square law;
-- the lag of each actuator is one more state of the differential equation;
+- the lag of each actuator is one more state of the differential equation, whose rate may have a limit;
 - friction follows the ITTC (1957) line, C_f = 0.075 / (log10 Re - 2)^2, Re = |u| L / nu, at least 1e4.
 
 Units are SI, angles are radians. The state is y = [u, w, q, theta, x, depth, T_1 .. T_m], with velocities through
@@ -39,9 +39,9 @@ U, W, Q, THETA, X, DEPTH = range(6)
 
 @dataclass(frozen=True)
 class Actuator:
-    """Limits, lag, curve, and the numbers of its effect; `kind` is `thruster`, `thruster_group` or `control_surface`.
+    """Limits, lag, curve, the numbers of its effect; `kind` is `thruster`, `thruster_group` or `control_surface`.
 
-    A curve is an array of rows (command, thrust), or the factor of a square law, or None.
+    The rate is the limit on that of the output. A curve is an array of rows (command, thrust), or the factor of a square law, or None.
     """
 
     name: str
@@ -51,6 +51,7 @@ class Actuator:
     lag: float
     effect: dict
     curve: np.ndarray | float | None = None
+    rate: float = math.inf
 
     def asked(self, command):
         """Output that a command asks for."""
@@ -108,7 +109,7 @@ class Leg:
 
 
 def _si(quantity):
-    factor = math.pi / 180.0 if quantity["unit"] == "deg" else 1.0
+    factor = math.pi / 180.0 if quantity["unit"] in ("deg", "deg/s") else 1.0
     return quantity["value"] * factor
 
 
@@ -133,7 +134,8 @@ def _actuator(kind, table):
         ]
         effect = {"members": members}
     limits = numbers["min"], numbers["max"]
-    return Actuator(table["name"], kind, *limits, numbers.get("lag", 0.0), effect, curve)
+    lag, rate = numbers.get("lag", 0.0), numbers.get("rate", math.inf)
+    return Actuator(table["name"], kind, *limits, lag, effect, curve, rate)
 
 
 def read_vehicle(path):
@@ -227,7 +229,11 @@ def rate(vehicle, y, commands, current):
     ahead = u * math.cos(theta) + w * math.sin(theta) + current[0]
     down = -u * math.sin(theta) + w * math.cos(theta) + current[1]
     outputs = [
-        (min(max(actuator.asked(command), actuator.min), actuator.max) - output) / actuator.lag
+        np.clip(
+            (np.clip(actuator.asked(command), actuator.min, actuator.max) - output) / actuator.lag,
+            -actuator.rate,
+            actuator.rate,
+        )
         for actuator, command, output in zip(vehicle.actuators, commands, y[6:], strict=True)
     ]
     return np.array([*acceleration, q, ahead, down, *outputs])

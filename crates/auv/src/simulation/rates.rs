@@ -80,21 +80,31 @@ fn along<D: Scalar>(instant: &Instant<D>, value: f64, slopes: [f64; 4]) -> D {
     moved.into_iter().zip(slopes).fold(D::from(value), |sum, (moved, slope)| sum + moved * slope)
 }
 
+/// A number between two others.
+fn within<D: Scalar>(value: D, least: f64, most: f64) -> D {
+    if value.re() < least {
+        D::from(least)
+    } else if value.re() > most {
+        D::from(most)
+    } else {
+        value
+    }
+}
+
 impl Actuator {
     /// Returns the command within the limits.
     pub fn saturate<D: Scalar>(&self, command: D) -> D {
-        if command.re() < self.min {
-            D::from(self.min)
-        } else if command.re() > self.max {
-            D::from(self.max)
-        } else {
-            command
-        }
+        within(command, self.min, self.max)
     }
 
-    /// Returns the rate of the output, `(sat(command) - output) / lag`; zero without lag, where the output is no state.
-    pub fn rate<D: Scalar>(&self, output: D, command: D) -> D {
-        if self.lag > 0.0 { (self.saturate(command) - output) / self.lag } else { D::from(0.0) }
+    /// Returns the rate of the output, `(sat(command) - output) / lag` within the limit of the rate; zero without lag,
+    /// where the output is no state.
+    pub fn output_rate<D: Scalar>(&self, output: D, command: D) -> D {
+        if self.lag <= 0.0 {
+            return D::from(0.0);
+        }
+        let most = self.rate.unwrap_or(f64::INFINITY);
+        within((self.saturate(command) - output) / self.lag, -most, most)
     }
 }
 
@@ -298,7 +308,7 @@ mod tests {
             assert!(expected != 0.0, "{name}");
         }
         for (index, actuator) in vehicle.actuators.iter().enumerate().filter(|(_, one)| one.lag > 0.0) {
-            let rate = actuator.rate(outputs[index], plant.commands()[index]);
+            let rate = actuator.output_rate(outputs[index], plant.commands()[index]);
             let mean = (plant.outputs()[index] - outputs[index]) / h;
             assert!((mean - rate).abs() < 1e-3 * (1.0 + rate.abs()), "{}", actuator.name);
         }

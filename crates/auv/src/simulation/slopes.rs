@@ -49,11 +49,23 @@ impl Actuator {
         output
     }
 
+    /// The error `e = c + s t - T` moves one way, since e' depends on e alone: from the limit of the rate, if it begins
+    /// there, to `s tau`, or through it to the other limit.
     fn output_on_ramp(&self, elapsed: f64, start: f64, command: f64, slope: f64) -> f64 {
         if self.lag <= 0.0 {
             return (command + slope * elapsed).clamp(self.min, self.max);
         }
-        let lagging = slope * self.lag;
-        command + slope * elapsed - lagging + (start - command + lagging) * (-elapsed / self.lag).exp()
+        let (time, start) = self.at_full_rate(elapsed, start, command, slope);
+        let (elapsed, command, lagging) = (elapsed - time, command + slope * time, slope * self.lag);
+        let (lasting, rate) = match self.rate.map(|rate| rate.copysign(slope)) {
+            Some(rate) if slope.abs() > rate.abs() => {
+                let error = (command - start - lagging) / (rate * self.lag - lagging);
+                ((self.lag * error.max(1.0).ln()).min(elapsed), rate)
+            }
+            _ => (elapsed, 0.0),
+        };
+        command + slope * lasting - lagging
+            + (start - command + lagging) * (-lasting / self.lag).exp()
+            + rate * (elapsed - lasting)
     }
 }

@@ -51,7 +51,9 @@ pub enum Effect<D = f64> {
 /// An actuator: the curve of a thruster that has one, saturation and first-order lag, then its effect on the hull.
 ///
 /// What is commanded is an output: that of a thruster with a curve is the thrust [`Actuator::asked`] by what it takes.
-/// The lag acts on that thrust.
+/// The lag acts on that thrust, and a limit r on the rate cuts off its speed: `T' = clamp((sat(command) - T)/tau, -r,
+/// r)` (R. A. Hess, S. A. Snell, "Flight control system design with rate saturating actuators", J. Guidance, Control,
+/// and Dynamics 20(1), 1997).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Actuator {
     /// Its name, unique on the vehicle.
@@ -62,6 +64,8 @@ pub struct Actuator {
     pub max: f64,
     /// Time constant of the lag \[s\]; 0 follows the command at once.
     pub lag: f64,
+    /// Fastest change of the output either way \[N/s or rad/s\], above zero, with a lag; `None` without such a limit.
+    pub rate: Option<f64>,
     /// From what a thruster takes to the thrust that it gives; `None` where it takes the output itself.
     pub curve: Option<Curve>,
     /// What it does to the hull.
@@ -101,10 +105,26 @@ impl Actuator {
     /// Returns the output a time `elapsed` \[s\] after it was `start`, under a held command within or beyond the
     /// limits.
     ///
-    /// `tau T' = sat(command) - T` has the solution `T = sat + (start - sat) exp(-elapsed / tau)`.
+    /// `tau T' = sat(command) - T` has the solution `T = sat + (start - sat) exp(-elapsed / tau)`. With a limit r on
+    /// the rate T is a straight line before, until `|sat - T|` is `r tau`.
     pub fn output_after(&self, elapsed: f64, start: f64, command: f64) -> f64 {
         let target = command.clamp(self.min, self.max);
-        if self.lag > 0.0 { target + (start - target) * (-elapsed / self.lag).exp() } else { target }
+        if self.lag <= 0.0 {
+            return target;
+        }
+        let (time, start) = self.at_full_rate(elapsed, start, target, 0.0);
+        target + (start - target) * (-(elapsed - time) / self.lag).exp()
+    }
+
+    /// Returns how long \[s\], of a time `elapsed`, it runs at the limit of its rate after a command `command + slope
+    /// t` within the limits, from the start on, and its output then.
+    pub(crate) fn at_full_rate(&self, elapsed: f64, start: f64, command: f64, slope: f64) -> (f64, f64) {
+        let error = command - start;
+        let Some(rate) = self.rate.filter(|rate| error.abs() > rate * self.lag) else { return (0.0, start) };
+        let closing = rate - slope * error.signum();
+        let late = (error.abs() - rate * self.lag) / closing;
+        let time = if closing > 0.0 { late.min(elapsed) } else { elapsed };
+        (time, start + rate.copysign(error) * time)
     }
 
     /// Returns the largest size of its output \[N or rad\], by which outputs of different actuators are scaled for
@@ -160,10 +180,14 @@ impl Effect {
     }
 }
 
+/// What a lag must be where the rate is limited.
+pub(crate) const NEEDED_BY_RATE: &str = "above zero where a rate is given: the rate limit is that of the lag";
+
 /// The values that a number of an actuator may take.
 pub(crate) fn allowed(key: &str) -> Allowed {
     match key {
         "lag" => Allowed::NonNegative,
+        "rate" => Allowed::Positive,
         "X_uu_delta2" => Allowed::NonPositive,
         _ => Allowed::Any,
     }

@@ -10,7 +10,7 @@ use serde_with::rust::maps_duplicate_key_is_error;
 use signals::Curve;
 use thiserror::Error;
 
-use crate::vehicle::actuator::{Actuator, Effect, allowed, is_actuator_name};
+use crate::vehicle::actuator::{Actuator, Effect, NEEDED_BY_RATE, allowed, is_actuator_name};
 use crate::vehicle::allowed::Allowed;
 use crate::vehicle::coefficients::{COEFFICIENTS, CoefficientError, Coefficients};
 use crate::vehicle::geometry::Geometry;
@@ -22,6 +22,8 @@ use crate::vehicle::{Status, Vehicle, is_vehicle_name};
 pub const VEHICLE_FORMAT: &str = "auv-vehicle/1";
 
 const LIMITS: [&str; 3] = ["min", "max", "lag"];
+/// Left out if there is none.
+const RATE: &str = "rate";
 
 type Numbers = BTreeMap<String, f64>;
 
@@ -54,7 +56,7 @@ struct File {
 struct Row {
     name: String,
     kind: String,
-    /// [`LIMITS`], and the numbers of the [`Effect`] by their keys in a vehicle file.
+    /// [`LIMITS`], [`RATE`], and the numbers of the [`Effect`] by their keys in a vehicle file.
     #[serde(deserialize_with = "maps_duplicate_key_is_error::deserialize")]
     numbers: Numbers,
     /// Left out if there is none.
@@ -136,8 +138,9 @@ impl Vehicle {
 }
 
 fn row(actuator: &Actuator) -> Row {
-    let Actuator { name, min, max, lag, curve, effect } = actuator;
+    let Actuator { name, min, max, lag, rate, curve, effect } = actuator;
     let mut numbers: Numbers = LIMITS.iter().map(|&key| key.to_owned()).zip([*min, *max, *lag]).collect();
+    numbers.extend(rate.map(|rate| (RATE.to_owned(), rate)));
     numbers.extend(effect.numbers().map(|(key, value)| (key.to_owned(), value)));
     Row { name: name.clone(), kind: effect.kind().to_owned(), numbers, curve: curve.clone() }
 }
@@ -233,7 +236,7 @@ fn actuator(row: Row) -> Result<Actuator, JsonProblem> {
         ));
     };
     let keys: Vec<&str> = LIMITS.into_iter().chain(effect.numbers().map(|(key, _)| key)).collect();
-    only(&name, &numbers, &keys, &[])?;
+    only(&name, &numbers, &keys, &[RATE])?;
     for (key, value) in &numbers {
         let allowed = allowed(key);
         if !allowed.contains(*value) {
@@ -244,12 +247,16 @@ fn actuator(row: Row) -> Result<Actuator, JsonProblem> {
     if min >= max {
         return Err(not_allowed(&format!("{name}.min"), min.to_string(), "below max"));
     }
+    let rate = numbers.get(RATE).copied();
+    if rate.is_some() && lag <= 0.0 {
+        return Err(not_allowed(&format!("{name}.lag"), lag.to_string(), NEEDED_BY_RATE));
+    }
     if curve.as_ref().is_some_and(|curve| !within(curve, min, max, &effect)) {
         let found = format!("for other outputs than {min} to {max}");
         return Err(not_allowed(&format!("{name}.curve"), found, "that of a thruster, and reach its limits"));
     }
     let effect = effect.map(|key, _| numbers[key]);
-    Ok(Actuator { name, min, max, lag, curve, effect })
+    Ok(Actuator { name, min, max, lag, rate, curve, effect })
 }
 
 /// Whether a curve is that of a thruster with these limits.

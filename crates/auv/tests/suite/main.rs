@@ -11,6 +11,7 @@ mod lpv_model;
 mod non_dimensional;
 mod properties;
 mod published_figures;
+mod rate_limit;
 mod simulation;
 mod trim;
 mod vehicle_file;

@@ -79,7 +79,7 @@ fn unknown_keys() {
     let (two, line) = message(SQUID, key, "y = { value = 0.2, unit = \"m\"");
     let header = line_of(SQUID, "[[thruster]]");
     let missing = format!("vehicle.toml:{header}: missing key 'thruster.z': position below the origin");
-    let allowed = "allowed here: name, x, z, direction, curve, T_nn, min, max, lag";
+    let allowed = "allowed here: name, x, z, direction, curve, T_nn, min, max, lag, rate";
     assert_eq!(two, format!("{missing}\nvehicle.toml:{line}: unknown key 'thruster.y'; {allowed}"));
     refused(
         "status =",

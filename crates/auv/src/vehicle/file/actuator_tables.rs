@@ -8,16 +8,17 @@ use signals::Curve;
 
 use crate::motion::dynamics::add;
 use crate::toml_file::{FileProblem, Table, cited};
-use crate::vehicle::actuator::{Actuator, Effect, allowed, is_actuator_name};
+use crate::vehicle::actuator::{Actuator, Effect, NEEDED_BY_RATE, allowed, is_actuator_name};
 use crate::vehicle::file::curve_table::{self, CURVE, SQUARE};
 use crate::vehicle::file::units::Units;
 use crate::words::number;
 
 const ANGLES: [&str; 2] = ["rad", "deg"];
-const THRUSTER: [&str; 9] = ["name", "x", "z", "direction", CURVE, SQUARE, "min", "max", "lag"];
-const THRUSTER_GROUP: [&str; 7] = ["name", "thruster", CURVE, SQUARE, "min", "max", "lag"];
+const THRUSTER: [&str; 10] = ["name", "x", "z", "direction", CURVE, SQUARE, "min", "max", "lag", "rate"];
+const THRUSTER_GROUP: [&str; 8] = ["name", "thruster", CURVE, SQUARE, "min", "max", "lag", "rate"];
 const MEMBER: [&str; 4] = ["share", "x", "z", "direction"];
-const CONTROL_SURFACE: [&str; 7] = ["name", "Z_uu_delta", "M_uu_delta", "X_uu_delta2", "min", "max", "lag"];
+const CONTROL_SURFACE: [&str; 8] =
+    ["name", "Z_uu_delta", "M_uu_delta", "X_uu_delta2", "min", "max", "lag", "rate"];
 
 type Sources = BTreeMap<String, String>;
 
@@ -62,6 +63,14 @@ fn name(table: &Table<'_>, taken: &mut Vec<(String, usize)>) -> Option<String> {
     }
     taken.push((name.clone(), table.line()));
     Some(name)
+}
+
+/// Least and greatest output, lag, and the fastest change of the output.
+struct Limits {
+    min: f64,
+    max: f64,
+    lag: f64,
+    rate: Option<f64>,
 }
 
 struct Reader<'a> {
@@ -109,21 +118,22 @@ impl Reader<'_> {
         let heave = self.required("Z_uu_delta", &["kg/(m.rad)"], force, sources);
         let pitch = self.required("M_uu_delta", &["kg/rad"], moment, sources);
         let surge = self.optional("X_uu_delta2", &["kg/(m.rad2)"], sources);
-        let limits = self.limits(&ANGLES, None, sources);
+        let limits = self.limits([&ANGLES, &["rad/s", "deg/s"]], None, sources);
         let effect = Effect::ControlSurface { Z_uu_delta: heave?, M_uu_delta: pitch?, X_uu_delta2: surge? };
         self.finish((limits?, None), effect)
     }
 
     /// Limits, lag and curve of what thrusts; a table of points has limits of its own, which these must not exceed.
-    fn thrust(&self, sources: &mut Sources) -> Option<([f64; 3], Option<Curve>)> {
+    fn thrust(&self, sources: &mut Sources) -> Option<(Limits, Option<Curve>)> {
         let curve = curve_table::read(self.table, &self.name, sources);
         let ends =
             curve.iter().flatten().map(Curve::ends).find(|ends| ends.iter().all(|end| end.is_finite()));
-        let limits = self.limits(&["N"], ends, sources);
+        let limits = self.limits([&["N"], &["N/s"]], ends, sources);
         let (limits, curve) = (limits?, curve?);
         if let Some([least, most]) = ends {
+            let Limits { min, max, .. } = limits;
             for (key, value, within, end) in
-                [("min", limits[0], limits[0] >= least, least), ("max", limits[1], limits[1] <= most, most)]
+                [("min", min, min >= least, least), ("max", max, max <= most, most)]
             {
                 if !within {
                     let side = if key == "min" { "at least" } else { "at most" };
@@ -136,21 +146,33 @@ impl Reader<'_> {
         Some((limits, curve))
     }
 
-    /// Least and greatest output, and lag; where there are `ends`, they stand for limits that are left out.
-    fn limits(&self, units: &[&str], ends: Option<[f64; 2]>, sources: &mut Sources) -> Option<[f64; 3]> {
+    /// The limits, in units of the output and of its rate; where there are `ends`, they stand for limits that are left
+    /// out.
+    fn limits(
+        &self,
+        [output, of_rate]: [&[&str]; 2],
+        ends: Option<[f64; 2]>,
+        sources: &mut Sources,
+    ) -> Option<Limits> {
         let mut limit = |key: &str, place: usize, meaning: &str| match ends {
             Some(ends) if !self.table.has(key) => Some(ends[place]),
-            _ => self.required(key, units, meaning, sources),
+            _ => self.required(key, output, meaning, sources),
         };
         let min = limit("min", 0, "the least output");
         let max = limit("max", 1, "the greatest output");
         let lag = self.required("lag", &["s"], "time constant of the lag", sources);
-        Some([min?, max?, lag?])
+        let rate = self.optional("rate", of_rate, sources).map(|rate| (rate > 0.0).then_some(rate));
+        let (lag, rate) = (lag?, rate?);
+        if rate.is_some() && lag <= 0.0 {
+            self.table.not_allowed("lag", format!("{} s", number(lag)), NEEDED_BY_RATE);
+            return None;
+        }
+        Some(Limits { min: min?, max: max?, lag, rate })
     }
 
-    fn finish(self, (limits, curve): ([f64; 3], Option<Curve>), effect: Effect) -> Option<Actuator> {
-        let [min, max, lag] = limits;
-        let actuator = Actuator { name: self.name, min, max, lag, curve, effect };
+    fn finish(self, (limits, curve): (Limits, Option<Curve>), effect: Effect) -> Option<Actuator> {
+        let Limits { min, max, lag, rate } = limits;
+        let actuator = Actuator { name: self.name, min, max, lag, rate, curve, effect };
         if min < max {
             return Some(actuator);
         }
