@@ -2,6 +2,8 @@
 
 use crate::error::Error;
 use crate::inputs::Inputs;
+use crate::inputs::design_file::DesignFile;
+use auv::Actuator;
 use scheduled::{Autopilot, ControllerDesign, Manoeuvre};
 use serde::Serialize;
 use signals::{PITCH, SIGNALS, SPEED};
@@ -122,6 +124,21 @@ pub struct Use {
     pub most: f64,
     /// The largest that level flight at the speeds of the flight takes alone.
     pub trim: f64,
+    /// The largest rate that its lag asks for, relative to the limit of the rate, if it has one: above 1 it is cut off.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rate: Option<f64>,
+}
+
+/// The largest rate that the lag of an actuator asks for under commands that are held from tick to tick, the first of
+/// which it has reached \[N/s or rad/s\]; NaN without commands. It is largest when a command comes.
+fn fastest(actuator: &Actuator, commands: impl Iterator<Item = f64>, design: &DesignFile) -> f64 {
+    let mut output = None;
+    let asked = commands.map(|command| {
+        let from = output.unwrap_or(command);
+        output = Some(actuator.output_after(design.sample_time, from, command));
+        (actuator.saturate(command) - from).abs() / actuator.lag
+    });
+    asked.reduce(f64::max).unwrap_or(f64::NAN)
 }
 
 impl DefaultFlight {
@@ -129,6 +146,7 @@ impl DefaultFlight {
         let flown = flight(inputs, controller, &inputs.design.manoeuvre)?;
         let table = Autopilot::new(controller)?.trim().clone();
         let rows = flown.as_ref().map_or(&[][..], |f| &f.rows);
+        let design = &inputs.design;
         let uses = inputs.vehicle.actuators.iter().enumerate().map(|(j, a)| {
             let used = |command: f64| used_fraction(command, a.min, a.max);
             let most = rows.iter().map(|row| used(row.commands[j])).reduce(f64::max);
@@ -137,6 +155,7 @@ impl DefaultFlight {
                 actuator: a.name.clone(),
                 most: most.unwrap_or(f64::NAN),
                 trim: trims.reduce(f64::max).unwrap_or(f64::NAN),
+                rate: a.rate.map(|limit| fastest(a, rows.iter().map(|row| row.commands[j]), design) / limit),
             }
         });
         let uses = uses.collect();

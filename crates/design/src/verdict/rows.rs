@@ -4,11 +4,13 @@ use crate::check::flown::{Flown, GUST};
 use crate::check::margins::Margins;
 use crate::inputs::Inputs;
 use crate::inputs::design_file::{REQUIREMENTS, Require, Requirement, Sense};
+use crate::numbers::readable;
 use crate::verdict::flown::{StepAtSpeed, Use};
 use crate::verdict::found::Found;
 use crate::verdict::frozen::{AtSpeed, gain_margin};
 use crate::verdict::mu::MuAtSpeed;
 use crate::verdict::row::{Figure, Outcome, Row};
+use auv::rounded;
 use signals::{PITCH, SIGNALS};
 use std::f64::consts::TAU;
 
@@ -51,7 +53,7 @@ fn judged(key: &str, inputs: &Inputs, gamma: f64, found: &Found) -> Vec<(String,
         "speed_rise" => steps(inputs, Some("speed"), "rise, 10 to 90 %", found, |s| s.rise_time),
         "speed_settling" => steps(inputs, Some("speed"), "settled within 2 %", found, |s| s.settling_time),
         "steady_error" => steady_errors(inputs, found),
-        "actuator_use" => uses(found),
+        "actuator_use" => [uses(found), rates(inputs, found)].concat(),
         "gain_margin" => one("gain margin", margins(inputs, found, gain_margin)),
         "phase_margin" => one("phase margin", margins(inputs, found, |m| m.phase.to_degrees())),
         "disk_margin" => {
@@ -126,6 +128,25 @@ fn uses(found: &Found) -> Vec<(String, Vec<Figure>)> {
         (format!("{} in the default flight", used.actuator), vec![Figure::new(value).because(remark)])
     };
     found.flight.uses.iter().map(row).collect()
+}
+
+/// How much of the limits of their rates actuators are asked for: above 100 % they are cut off.
+fn rates(inputs: &Inputs, found: &Found) -> Vec<(String, Vec<Figure>)> {
+    let row = |(used, a): (&Use, &auv::Actuator)| {
+        let ((rate, limit), (factor, unit)) = (used.rate.zip(a.rate)?, readable(a.unit()));
+        let (value, remark) = match &found.flight.lost {
+            Some(reason) => (f64::NAN, reason.clone()),
+            None => {
+                let [asked, limit] = [rate * limit, limit].map(|rate| rounded(factor * rate));
+                (PER_CENT * rate, format!("{asked} {unit}/s, limit {limit} {unit}/s"))
+            }
+        };
+        Some((
+            format!("rate of {} in the default flight", used.actuator),
+            vec![Figure::new(value).because(remark)],
+        ))
+    };
+    found.flight.uses.iter().zip(&inputs.vehicle.actuators).filter_map(row).collect()
 }
 
 /// The names of the places at which the loop can be opened: what is measured, or its errors, and the commands.

@@ -54,6 +54,36 @@ fn all(limit: impl Fn(Sense) -> f64) -> String {
     REQUIREMENTS.iter().map(|r| format!("{} = {:?}\n", r.key, limit(r.sense))).collect()
 }
 
+/// What the lag asks of a rate, by a plant that flies the commands of the flight; rates are judged where they have limits.
+#[test]
+fn the_use_of_a_rate_is_that_of_the_plant() {
+    let (mut inputs, stored, _) = SQUID.clone();
+    inputs.vehicle.actuators[0].rate = Some(200.0);
+    let effort = Effort { frozen: 2, sampled: false, flown: 2, mu: 2 };
+    let verdict = Verdict::of(&inputs, &stored.controller, effort).unwrap();
+    let manoeuvre = &inputs.design.manoeuvre;
+    let level = inputs.design.level();
+    let flight = fly(&inputs.vehicle, &stored.controller, level, manoeuvre).unwrap();
+    let start = auv::Speed::Path(manoeuvre.speed_from);
+    let trim = auv::trim_with(&inputs.vehicle, start, level.0, level.1).unwrap();
+    let mut plant = auv::Plant::new(&inputs.vehicle).unwrap();
+    plant.start(0.0, &trim).unwrap();
+    let plain = auv::Actuator { rate: None, ..inputs.vehicle.actuators[0].clone() };
+    let mut most = 0.0_f64;
+    for row in &flight.rows {
+        plant.set_command(0, row.commands[0]).unwrap();
+        most = most.max(plain.output_rate(plant.outputs()[0], row.commands[0]).abs());
+        plant.advance(row.time + inputs.design.sample_time).unwrap();
+    }
+    let uses = &verdict.found.flight.uses;
+    near(uses[0].rate.unwrap(), most / 200.0);
+    assert!(most > 200.0 && uses[1].rate.is_none());
+    let judged = row(&verdict, "rate of lower in the default flight");
+    assert_eq!((judged.key, judged.outcome), ("actuator_use", Outcome::Missed));
+    assert!(judged.achieved.remark.as_ref().unwrap().ends_with(" N/s, limit 200 N/s"), "{judged:?}");
+    assert_eq!(verdict.rows.iter().filter(|row| row.what.starts_with("rate of")).count(), 1);
+}
+
 #[test]
 fn the_default_design_meets_the_default_limits() {
     let (_, _, verdict) = &*SQUID;
