@@ -209,17 +209,21 @@ pub struct SlowResidual {
 
 /// The claim for commands cut off at limits, with the plant and the model error of the section `residual`.
 ///
-/// The plant gets `u - phi`, and the controller's states move by `E phi` faster, with `phi = u - sat(u)`. n counts the
-/// states of that loop, those of the plant that the loop consists of and then the controller's: see the crate's
-/// documentation.
+/// The plant gets `u - phi`, and the controller's states move by `E phi` faster, with `phi = u - sat(u)`. Likewise the
+/// rates of some of the plant's states are cut off. n counts the states of that loop, those of the plant that the loop
+/// consists of and then the controller's: see the crate's documentation.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Limits {
     /// The input of the steps: a component of w, from 0.
     pub input: usize,
     /// The largest step.
     pub size: f64,
-    /// How far each command can go at least, either way.
+    /// How far each command can go at least, either way; then how fast each state of `rates`.
     pub limits: Vec<f64>,
+    /// The states of the plant whose rates are cut off; none if the file says nothing. Each has an entry of `limits`,
+    /// `u_held`, `U` and `H`, after those of the commands.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub rates: Vec<usize>,
     /// nk x u.
     #[serde(rename = "E")]
     pub e: Rows,

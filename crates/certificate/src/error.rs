@@ -120,7 +120,7 @@ impl fmt::Display for Proved {
             }
             Self::Lyapunov => f.write_str("L"),
             Self::Decay => f.write_str("A'L + LA"),
-            Self::Limit(command) => write!(f, "[X h'; h limit^2/(4 beta)] of command {command}"),
+            Self::Limit(place) => write!(f, "[X h'; h limit^2/(4 beta)] of limit {place}"),
             Self::LimitOfEnergy(command) => write!(f, "[X h'; h limit^2/(gamma beta)] of command {command}"),
             Self::Multiplier(parameter) => write!(f, "the multiplier of parameter {parameter}"),
         }

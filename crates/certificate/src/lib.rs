@@ -102,7 +102,9 @@
 //! ```
 //!
 //! must be negative definite in (x, wt, phi, w_D, r); `X > 0`; `size^2 x_held'X x_held < beta`; and for each command
-//! `size |u_held_j| <= limit_j/2` and `[X h_j'; h_j limit_j^2/(4 beta)] > 0`. *Claim:* from rest V stays below beta
+//! `size |u_held_j| <= limit_j/2` and `[X h_j'; h_j limit_j^2/(4 beta)] > 0`. The rates of the plant's states in
+//! `rates` are cut off at limits, too: such a state moves by `x_i' - phi_j`, x_i' as the plant has it and `phi_j = x_i' -
+//! sat(x_i')`, and x_i' stands among the u of the form. Delta does not move these states. *Claim:* from rest V stays below beta
 //! while the step is held, is below `4 beta` when it has been taken back, and decays from there at least as
 //! `exp(-decay t)`.
 //!
@@ -114,6 +116,9 @@
 //!   form is the inequality of a loop with further parameters, `s_j = delta_j e_j`, `|delta_j| <= 1`, and is proved
 //!   as that, with `decay/2` added to A. For two values of u the phi differ by shares of the difference between 0 and
 //!   1, which are such parameters; so u, and what phi makes of it at a theta, are one to one, as wt and zt are.
+//! - *Rates.* The phi of a rate has the sign of what is cut off of it, as that of a command: nothing above depends on
+//!   where the u of a phi comes from, or on what a phi moves. (The lag with a limited rate as a second saturation: F.
+//!   Tyan, D. S. Bernstein, Int. J. Control 67(4), 1997.)
 //!
 //! *With w of bounded energy* (`energy`, format 4): commands are cut off, and what is cut off is fed back, as with
 //! limits, but for the whole plant, with its weights and all of w and z, and without model error. Each claim has an X,

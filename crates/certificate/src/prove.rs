@@ -104,7 +104,7 @@ impl Certificate {
         for (j, (limit, u)) in l.limits.iter().zip(&l.u_held).enumerate() {
             let used = (&size * &Dyadic::from_f64(*u)).abs().shifted(1);
             if (&used + &-&Dyadic::from_f64(*limit)).is_positive() {
-                return Err(too_large(format!("takes more than half of the limit of command {j}")));
+                return Err(too_large(format!("takes more than half of limit {j}")));
             }
         }
         out_of_reach(claim, (&x, &l.h, &l.limits), (&beta.shifted(2), Proved::Limit))

@@ -127,11 +127,12 @@ fn bounded_rate(json: &Json) -> Result<BoundedRate, ReadError> {
 }
 
 fn limits(json: &Json) -> Result<Limits, ReadError> {
-    let f = Fields::new("limits", json, &LIMITS, &["delta_rows"])?;
+    let f = Fields::new("limits", json, &LIMITS, &["delta_rows", "rates"])?;
     Ok(Limits {
         input: size(&f.path("input"), f.get("input")?)?,
         size: f.number("size")?,
         limits: f.numbers("limits")?,
+        rates: f.find("rates").map_or(Ok(vec![]), |_| f.sizes("rates"))?,
         e: f.matrix("E")?,
         decay: f.number("decay")?,
         beta: f.number("beta")?,

@@ -153,20 +153,47 @@ impl Certificate {
         let states = (self.moving_states().len() + s.xk, "states of the loop with limits");
         let channels = (s.t + s.tk, "channels of plant and controller");
         let u = (s.u, "controls u");
+        let limited = (s.u + self.check_rates(l, error)?, "controls u and rates");
         for (field, m, rows, columns) in [
             ("limits.E", &l.e, (s.xk, "controller's states"), u),
             ("limits.X", &l.x, states, states),
             ("limits.S", &l.s, channels, channels),
             ("limits.T", &l.t, channels, channels),
-            ("limits.H", &l.h, u, states),
+            ("limits.H", &l.h, limited, states),
         ] {
             check_matrix(field, m, rows, columns)?;
         }
         let numbers = [("size", l.size), ("decay", l.decay), ("beta", l.beta), ("lambda", l.lambda)];
         numbers.iter().try_for_each(|(name, x)| check_number(&format!("limits.{name}"), *x))?;
-        [("limits", &l.limits, u), ("x_held", &l.x_held, states), ("u_held", &l.u_held, u), ("U", &l.u, u)]
-            .into_iter()
-            .try_for_each(|(name, list, size)| check_list(&format!("limits.{name}"), list, size))
+        [
+            ("limits", &l.limits, limited),
+            ("x_held", &l.x_held, states),
+            ("u_held", &l.u_held, limited),
+            ("U", &l.u, limited),
+        ]
+        .into_iter()
+        .try_for_each(|(name, list, size)| check_list(&format!("limits.{name}"), list, size))
+    }
+
+    /// The number of states whose rates are cut off: different ones that the loop consists of, and that Delta does not
+    /// move.
+    fn check_rates(&self, l: &Limits, error: &Residual) -> Result<usize, ReadError> {
+        let moving = self.moving_states();
+        let rows = l.delta_rows.unwrap_or(usize::MAX);
+        for (i, state) in l.rates.iter().enumerate() {
+            let by_delta = |row: &Vec<f64>| row.iter().take(rows).any(|entry| *entry != 0.0);
+            if !moving.contains(state)
+                || l.rates[..i].contains(state)
+                || error.e.get(*state).is_some_and(by_delta)
+            {
+                return Err(ReadError::Kind {
+                    field: format!("limits.rates[{i}]"),
+                    found: state.to_string(),
+                    allowed: "a state of the plant that the loop moves and Delta does not, each once",
+                });
+            }
+        }
+        Ok(l.rates.len())
     }
 
     /// Checks the sizes of a bounded rate's matrices: X as X of the certificate, N channels x all inputs of the loop.

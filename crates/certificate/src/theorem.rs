@@ -56,6 +56,8 @@ pub struct LimitTheorem {
     pub decay: f64,
     /// How many rows of Delta may differ from 0, if not all.
     pub delta_rows: Option<usize>,
+    /// Of how many states of the plant the rates are cut off, too.
+    pub rates: usize,
     /// Whether H is 0: a claim about every state.
     pub everywhere: bool,
 }
@@ -95,6 +97,7 @@ impl Theorem {
                 size: l.size,
                 decay: l.decay,
                 delta_rows: l.delta_rows,
+                rates: l.rates.len(),
                 everywhere: is_zero(&l.h),
             }),
             energy: certificate
@@ -174,14 +177,19 @@ impl fmt::Display for EnergyTheorem {
 
 impl fmt::Display for LimitTheorem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { input, size, decay, delta_rows, everywhere } = self;
+        let Self { input, size, decay, delta_rows, rates, everywhere } = self;
+        let moved = match rates {
+            0 => String::new(),
+            1 => ", and so the rate of 1 state of the plant".to_owned(),
+            n => format!(", and so the rates of {n} states of the plant"),
+        };
         let rows =
             delta_rows.map_or_else(String::new, |rows| format!(" with rows of 0 after the first {rows}"));
         let where_ = if *everywhere { "from every state" } else { "within its region" };
         write!(
             f,
-            "With commands cut off at the limits in the file, and what is cut off fed back by E, for that Delta{rows} \
-             too: a step of at most {size} from rest where input {input} enters, past the filters of the plant that \
+            "With commands cut off at the limits in the file, and what is cut off fed back by E{moved}, for that \
+             Delta{rows} too: a step of at most {size} from rest where input {input} enters, past the filters of the plant that \
              the loop does not move, held for any time and taken back, leaves the state in the region in the file, \
              and the loop then returns to rest exponentially, {where_}, x'Xx with the rate {decay}."
         )

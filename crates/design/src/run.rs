@@ -185,12 +185,12 @@ fn anti_windup_stage(
 fn limits_stage(
     inputs: &Inputs,
     proof: Proof,
-    (plant, controller): (&GeneralisedPlant, &Controller),
+    parts: (&GeneralisedPlant, &Controller),
     frozen: &Frozen,
     progress: &Progress,
 ) -> Proof {
     let running = progress.begin("limits", "how large a pitch step the loop survives at its limits");
-    let found = with_limits(&proof, plant, controller, &frozen.controller, &inputs.design);
+    let found = with_limits(&proof, parts, &frozen.controller, &inputs.vehicle.actuators, &inputs.design);
     let seconds = running.seconds();
     drop(running);
     let words = match &found {

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import SQUID, Run
+from conftest import SQUID, Run, with_rate
 from decimals import DIGITS, closed_loop, exact, is_positive, zeros
 from fly.package import Packages
 
@@ -37,14 +37,19 @@ def moving(c: dict) -> list[int]:
 
 
 class Flow:
-    """Rows x', zt, z_D and u of the loop, columns x, wt, phi, r; x and u from what they are while r is held; and E."""
+    """Rows x', zt, z_D and u of the loop, columns x, wt, phi, r; x and u from what they are while r is held; and E.
+
+    The rates that are cut off are among u, and what is cut off of them among phi.
+    """
 
     def __init__(self, c: dict) -> None:
         claim, p, k = c["limits"], c["plant"], c["controller"]
         loop = closed_loop(c, [c["residual"]])
         n0, nk, (all_, r, _) = len(p["A"]), len(k["A"]), loop.sizes
         kept = [*moving(c), *range(n0, n0 + nk)]
-        m, self.n, self.r = len(claim["limits"]), len(kept), r
+        limited = [kept.index(state) for state in claim.get("rates", [])]
+        every, self.n, self.r = len(claim["limits"]), len(kept), r
+        m = every - len(limited)
         step = all_ + r + claim["input"]
         columns = [*kept, *range(all_, all_ + r), step]
         y0 = np.hstack(
@@ -60,7 +65,16 @@ class Flow:
             -exact(c["residual"]["Fu"]),
             zeros(m, m),
         ]
-        rows = [loop.x[kept][:, columns], loop.t[:, columns], loop.balls[0].z[:, columns], u]
+        rates = loop.x[kept][:, columns][limited]
+        rows = [
+            loop.x[kept][:, columns],
+            loop.t[:, columns],
+            loop.balls[0].z[:, columns],
+            np.vstack([u, rates]),
+        ]
+        cut[3] = np.vstack([cut[3], below[limited]])
+        by_rate = np.where(np.arange(self.n)[:, None] == np.array(limited, int), Decimal(-1), Decimal(0))
+        cut = [np.hstack([one, by_rate if one is below else zeros(len(one), len(limited))]) for one in cut]
         held = exact([claim["x_held"]]).T
         for row in rows:
             row[:, -1:] = row[:, -1:] + row[:, : self.n] @ held
@@ -70,7 +84,7 @@ class Flow:
             for row, phi in zip(rows, cut, strict=True)
         ]
         e = loop.balls[0].e[kept][:, : claim.get("delta_rows")]
-        self.e, self.m, self.held = e, m, held * Decimal(claim["size"])
+        self.e, self.m, self.held = e, every, held * Decimal(claim["size"])
 
 
 def form(c: dict, flow: Flow) -> np.ndarray:
@@ -112,13 +126,14 @@ def why_not(c: dict) -> str | None:
     return None
 
 
-@pytest.fixture(scope="module", params=["everywhere", "region"])
-def certificate(request: pytest.FixtureRequest, remus100: Packages) -> dict:
-    """Return the committed certificate of Squid, about every state, and that of REMUS 100, about a region."""
-    region = request.param == "region"
-    path = remus100.controller.parent / "certificate.json" if region else GOLDEN
-    found = json.loads(path.read_text(encoding="utf-8"))
+@pytest.fixture(scope="module", params=["everywhere", "region", "rate"])
+def certificate(request: pytest.FixtureRequest, remus100: Packages, rate_limited: Packages) -> dict:
+    """Return the committed certificate of Squid, about every state, and those of REMUS 100, about a region."""
+    folders = {"everywhere": GOLDEN.parent, "region": remus100.folder, "rate": rate_limited.folder}
+    found = json.loads((folders[request.param] / "certificate.json").read_text(encoding="utf-8"))
+    region = request.param != "everywhere"
     assert np.any(found["limits"]["H"]) == np.any(found["limits"]["x_held"]) == region
+    assert len(found["limits"].get("rates", [])) == (request.param == "rate")
     return found
 
 
@@ -201,17 +216,20 @@ def test_the_linear_model_flies_as_claimed(certificate: dict) -> None:
         tables.append(
             [np.delete(rows, range(n, n + r), 1) + rows[:, n : n + r] @ into for rows in (moved, error, u)]
         )
-    assert all(np.abs(rows[:, n : n + m]).max() == 0 for _, _, rows in tables), (
+    commands_alone = m - len(claim.get("rates", []))
+    assert all(np.abs(rows[:commands_alone, n : n + m]).max() == 0 for _, _, rows in tables), (
         "no command depends on phi at once"
     )
+    assert all(np.abs(rows[:, n + commands_alone : n + m]).max(initial=0) == 0 for _, _, rows in tables)
 
     def worst(state: np.ndarray, step: float) -> tuple[float, np.ndarray, float]:
         """Return V' and x' for the worst speed and Delta, and how far a command is beyond its limit there."""
         gradient, found = 2.0 * x @ state, (-np.inf, state, 0.0)
         for rates, errors, out in tables:
             known = np.concatenate([state, np.zeros(m), [step]])
-            asked = out @ known + commands * step
-            known[n : n + m] = asked - np.clip(asked, -limits, limits)
+            for _ in range(2):  # the rates depend on what is cut off of the commands
+                asked = out @ known + commands * step
+                known[n : n + m] = asked - np.clip(asked, -limits, limits)
             push = e.T @ gradient
             size = np.linalg.norm(errors @ known) / max(np.linalg.norm(push), 1e-300)
             moves = rates @ known + e @ push * size
@@ -258,3 +276,24 @@ def test_an_autopilot_with_another_gain_is_refused(squid: Packages, run_squid: R
             path.write_text(json.dumps(value), encoding="utf-8")
         done = run_squid("package", SQUID, "--out", out)
         assert done.returncode == 1 and f"{part} of the claim with limits differs" in done.stderr, done.stderr
+
+
+def test_a_faster_rate_than_that_of_the_vehicle_is_refused(
+    rate_limited: Packages, run_squid: Run, tmp_path: Path
+) -> None:
+    """A claim is about the vehicle with the limits on its rates, and no wider ones."""
+    vehicle, out = with_rate(tmp_path / "remus100"), tmp_path / "out"
+    out.mkdir()
+    for path in rate_limited.folder.glob("*.json"):
+        shutil.copy(path, out)
+    certificate = json.loads((out / "certificate.json").read_text(encoding="utf-8"))
+    certificate["limits"]["limits"][-1] *= 1.1
+    (out / "certificate.json").write_text(json.dumps(certificate), encoding="utf-8")
+    done = run_squid("verify", out / "certificate.json")
+    assert done.returncode == 0 and "the rate of 1 state of the plant" in done.stdout, done.stderr
+    for words in (
+        ("package", vehicle, "--out", out),
+        ("verify", out / "certificate.json", "--vehicle", vehicle),
+    ):
+        done = run_squid(*words)
+        assert done.returncode == 1 and "a limit on a rate, of the claim with limits, differs" in done.stderr

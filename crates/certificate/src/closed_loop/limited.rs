@@ -3,7 +3,8 @@
 //! The plant gets `u - phi`, and xk' gets `E phi`. What is cut off is a share of `e = u - H x - step u_held`: `phi =
 //! (e + s)/2` with `s = delta e`, delta a diagonal matrix of further parameters within \[-1, 1\], a channel each.
 //! Where a step is held, x is taken from `step x_held`, and `decay/2` is added to A, so that the inequality of such a
-//! loop is that of a decay.
+//! loop is that of a decay. The rate of a state of the plant that has a limit is one more u, whose phi moves that state
+//! the other way, and nothing else.
 
 use crate::certificate::{Certificate, Controller, Limits, Plant, Residual, Rows};
 use crate::closed_loop::{ClosedLoop, above};
@@ -50,6 +51,7 @@ impl ClosedLoop {
     /// As [`ClosedLoop::new`].
     pub(crate) fn limited(c: &Certificate, limits: &Limits, error: &Residual) -> Result<Self, Failure> {
         let (kept, m) = (c.moving_states(), limits.limits.len());
+        let commands = m - limits.rates.len();
         let first = |row: Vec<f64>| row.into_iter().take(limits.delta_rows.unwrap_or(usize::MAX)).collect();
         let step = |row: &Vec<f64>| (0..=m).map(|j| if j == 0 { row[limits.input] } else { 0.0 }).collect();
         let error = Residual {
@@ -58,10 +60,11 @@ impl ClosedLoop {
             fw: error.fw.iter().map(step).collect(),
             ..error.clone()
         };
-        let mut whole = Self::new(&opened(c, &limits.e, &kept, &[limits.input]), Some(&error))?;
+        let mut whole =
+            Self::new(&opened(c, &limits.e, &kept, &[limits.input], &limits.rates), Some(&error))?;
         let (n, at) = (whole.states, whole.states + whole.channels);
         if let Some((rows, _)) = &mut whole.delta {
-            rows.add(0, at + 1, &Matrix::from_rows(&error.fu, m).negated());
+            rows.add(0, at + 1, &Matrix::from_rows(&error.fu, commands).negated());
         }
         let size = Dyadic::from_f64(limits.size);
         let [held, out] = [&limits.x_held, &limits.u_held]
@@ -93,33 +96,42 @@ impl ClosedLoop {
     pub(crate) fn with_energy(c: &Certificate, e: &Rows, h: &Rows) -> Result<Self, Failure> {
         let all = |count: usize| (0..count).collect::<Vec<_>>();
         let sizes = c.sizes();
-        Ok(Self::new(&opened(c, e, &all(sizes.x), &all(sizes.w)), None)?.cut_off(h))
+        Ok(Self::new(&opened(c, e, &all(sizes.x), &all(sizes.w), &[]), None)?.cut_off(h))
     }
 
-    /// The loop of [`opened`] with a channel for each command in place of phi.
+    /// The loop of [`opened`] with a channel for each u in place of phi.
+    ///
+    /// `u = k (x, wt, w) + through phi`: at given wt the rates alone have phi in them, that of commands, for D22 is 0, so
+    /// that through^2 = 0 and `phi = (e + s)/2` is `share (beyond + s)`, with `e = beyond + through phi`.
     fn cut_off(self, h: &Rows) -> Self {
         let (n, r, m) = (self.states, self.channels, h.len());
         let (w, z) = (self.inputs - m, self.output.rows - m);
         let u = self.output.row_range(z, z + m);
-        // e in columns x, wt, s, w: at given wt no command depends on phi, for D22 is 0.
+        let through = part(&u, n + r + w, n + r + w + m);
+        let half = Dyadic::from_f64(0.5);
+        let share = Matrix::scalar(m, &half).plus(&through.scaled(&half.shifted(-1)));
+        // In columns x, wt, s, w.
         let mut beyond = Matrix::zeros(m, n + r + m + w);
         beyond.place(0, 0, &part(&u, 0, n + r));
         beyond.add(0, 0, &Matrix::from_rows(h, n).negated());
         beyond.place(0, n + r + m, &part(&u, n + r, n + r + w));
         let mixed = |rows: &Matrix| {
-            let half = part(rows, n + r + w, n + r + w + m).scaled(&Dyadic::from_f64(0.5));
-            let mut all = half.times(&beyond);
+            let of_phi = part(rows, n + r + w, n + r + w + m).times(&share);
+            let mut all = of_phi.times(&beyond);
             all.add(0, 0, &part(rows, 0, n + r));
-            all.add(0, n + r, &half);
+            all.add(0, n + r, &of_phi);
             all.add(0, n + r + m, &part(rows, n + r, n + r + w));
             all
         };
+        let again = through.times(&share);
+        let mut e = beyond.plus(&again.times(&beyond));
+        e.add(0, n + r, &again);
         let first = self.parameters.iter().max().map_or(0, |last| last + 1);
         Self {
             channels: r + m,
             inputs: w,
             state: mixed(&self.state),
-            channel: above(&mixed(&self.channel), &beyond),
+            channel: above(&mixed(&self.channel), &e),
             output: mixed(&self.output.row_range(0, z)),
             delta: self.delta.as_ref().map(|(rows, e)| (mixed(rows), e.clone())),
             parameters: self.parameters.iter().copied().chain(first..first + m).collect(),
@@ -128,8 +140,9 @@ impl ClosedLoop {
     }
 }
 
-/// The loop with `kept` of the plant's states, the inputs `inputs` of w and phi, which E feeds back, and u below z.
-fn opened(c: &Certificate, e: &Rows, kept: &[usize], inputs: &[usize]) -> Certificate {
+/// The loop with `kept` of the plant's states, the inputs `inputs` of w and phi, of which E feeds back that of commands,
+/// and u below z: the commands, and the rates of the states `rates` that have limits.
+fn opened(c: &Certificate, e: &Rows, kept: &[usize], inputs: &[usize], rates: &[usize]) -> Certificate {
     let (p, k, m) = (&c.plant, &c.controller, c.sizes().u);
     let n = kept.len();
     let zeros = |rows: usize, columns: usize| vec![vec![0.0; columns]; rows];
@@ -139,26 +152,35 @@ fn opened(c: &Certificate, e: &Rows, kept: &[usize], inputs: &[usize]) -> Certif
         left.iter().zip(right).map(|(a, b)| a.iter().chain(b).copied().collect()).collect()
     };
     let cut = |b1: &Rows, b2: &Rows| {
-        let negated: Rows = b2.iter().map(|row| row.iter().map(|entry| -entry).collect()).collect();
-        beside(&columns_of(b1, inputs), &negated)
+        let negated = |row: &Vec<f64>| {
+            row.iter().map(|entry| -entry).chain(std::iter::repeat_n(0.0, rates.len())).collect()
+        };
+        beside(&columns_of(b1, inputs), &b2.iter().map(negated).collect())
     };
     let (t, y) = (p.ct.len(), p.c2.len());
+    let limited = |commands: Rows, all: &Rows| below(commands, rows_of(all, rates));
+    let direct = cut(&p.b1, &p.b2);
+    let mut b1 = direct.clone();
+    rates.iter().enumerate().for_each(|(j, &state)| b1[state][inputs.len() + m + j] = -1.0);
     let plant = Plant {
         a: columns_of(&rows_of(&p.a, kept), kept),
         bt: rows_of(&p.bt, kept),
-        b1: rows_of(&cut(&p.b1, &p.b2), kept),
+        b1: rows_of(&b1, kept),
         b2: rows_of(&p.b2, kept),
         ct: columns_of(&p.ct, kept),
-        c1: below(columns_of(&p.c1, kept), zeros(m, n)),
+        c1: limited(below(columns_of(&p.c1, kept), zeros(m, n)), &columns_of(&p.a, kept)),
         c2: below(columns_of(&p.c2, kept), zeros(m, n)),
         dtt: p.dtt.clone(),
         dt1: cut(&p.dt1, &p.dt2),
         dt2: p.dt2.clone(),
-        d1t: below(p.d1t.clone(), zeros(m, t)),
-        d11: below(cut(&p.d11, &p.d12), zeros(m, inputs.len() + m)),
-        d12: below(p.d12.clone(), unit.clone()),
+        d1t: limited(below(p.d1t.clone(), zeros(m, t)), &p.bt),
+        d11: limited(below(cut(&p.d11, &p.d12), zeros(m, inputs.len() + m + rates.len())), &direct),
+        d12: limited(below(p.d12.clone(), unit.clone()), &p.b2),
         d2t: below(p.d2t.clone(), zeros(m, t)),
-        d21: below(cut(&p.d21, &zeros(y, m)), beside(&zeros(m, inputs.len()), &unit)),
+        d21: below(
+            cut(&p.d21, &zeros(y, m)),
+            beside(&beside(&zeros(m, inputs.len()), &unit), &zeros(m, rates.len())),
+        ),
         d22: vec![],
     };
     let controller = Controller {

@@ -54,13 +54,13 @@ fn a_loop_by_hand() {
     // Up to their bounds, and no further.
     for (key, true_, false_, refusal) in [
         ("U", json!([1.26]), json!([1.25]), "the matrix of the inequality"),
-        ("beta", json!([1.24]), json!([1.26]), "[X h'; h limit^2/(4 beta)] of command 0"),
+        ("beta", json!([1.24]), json!([1.26]), "[X h'; h limit^2/(4 beta)] of limit 0"),
         ("beta", json!([0.81]), json!([0.79]), "a step of 4e-1 takes x'Xx to beta"),
-        ("H", json!([[-1.1]]), json!([[-1.12]]), "[X h'; h limit^2/(4 beta)] of command 0"),
+        ("H", json!([[-1.1]]), json!([[-1.12]]), "[X h'; h limit^2/(4 beta)] of limit 0"),
         ("X", json!([[6.2]]), json!([[6.3]]), "a step of 4e-1 takes x'Xx to beta"),
-        ("X", json!([[4.1]]), json!([[3.9]]), "[X h'; h limit^2/(4 beta)] of command 0"),
+        ("X", json!([[4.1]]), json!([[3.9]]), "[X h'; h limit^2/(4 beta)] of limit 0"),
         ("size", json!(0.44), json!(0.45), "a step of 4.5e-1 takes x'Xx to beta"),
-        ("limits", json!([0.9]), json!([0.89]), "[X h'; h limit^2/(4 beta)] of command 0"),
+        ("limits", json!([0.9]), json!([0.89]), "[X h'; h limit^2/(4 beta)] of limit 0"),
         ("decay", json!(1.3), json!(1.4), "the matrix of the inequality"),
     ] {
         let unpacked = |v: &Value| if key == "beta" { v[0].clone() } else { v.clone() };
@@ -94,21 +94,66 @@ fn a_claim_about_every_state() {
     );
     // What holds the step takes 0.9/2 of the limit; of a step of 1.1 it would be more than half.
     let found = prove(&with(with(everywhere(1.0), "size", json!(1.1)), "X", json!([[3.0]]))).unwrap_err();
-    assert!(found.contains("more than half of the limit of command 0"), "{found}");
+    assert!(found.contains("more than half of limit 0"), "{found}");
+}
+
+/// The integrator, whose rate has a limit as its command does. With H = -1 for both, `x' = -x - phi - psi` and the rate
+/// less H x is -phi: the form is, in x, phi and psi, `-[5 5 5; 5 4U_1 2U_2; 5 2U_2 4U_2]`, and for U_2 = 2 negative
+/// where U_1 > 4/3.
+#[test]
+fn a_rate_by_hand() {
+    let by_rate = |key: &str, value: Value| {
+        let limits = json!({
+            "input": 0, "size": 0.4, "limits": [1.0, 1.0], "rates": [0], "E": [], "decay": 1.0, "beta": 1.0,
+            "x_held": [1.0], "u_held": [0.0, 0.0], "lambda": 1.0, "X": [[5.0]], "S": [], "T": [], "U": [1.34, 2.0],
+            "H": [[-1.0], [-1.0]]
+        });
+        with(saturated(0.0, limits), key, value)
+    };
+    let theorem = prove(&by_rate("rates", json!([0]))).unwrap();
+    assert!(
+        theorem.contains("fed back by E, and so the rate of 1 state of the plant, for that Delta"),
+        "{theorem}"
+    );
+    for (key, value, refusal) in [
+        ("U", json!([1.33, 2.0]), "the matrix of the inequality is not negative definite"),
+        ("U", json!([1.34, 0.0]), "S is not positive definite"),
+        ("limits", json!([1.0, 0.89]), "[X h'; h limit^2/(4 beta)] of limit 1"),
+        ("limits", json!([1.0, -1.0]), "a limit is -1e0, must be above 0"),
+        ("u_held", json!([0.0, 2.0]), "takes more than half of limit 1"),
+        ("rates", json!([]), "limits.limits: has 2 entries, must have 1 (controls u and rates)"),
+        ("rates", json!([1]), "limits.rates[0]: found 1, must be a state of the plant that the loop moves"),
+        (
+            "rates",
+            json!([0, 0]),
+            "limits.rates[1]: found 0, must be a state of the plant that the loop moves",
+        ),
+        ("rates", json!([0.5]), "limits.rates[0]: found"),
+    ] {
+        let found = prove(&by_rate(key, value.clone())).unwrap_err();
+        assert!(found.contains(refusal), "{key} {value}: {found}");
+    }
+    let mut moved = by_rate("rates", json!([0]));
+    moved["residual"]["E"] = json!([[0.1]]);
+    let found = prove(&moved).unwrap_err();
+    assert!(
+        found.ends_with("a state of the plant that the loop moves and Delta does not, each once"),
+        "{found}"
+    );
 }
 
 #[test]
 fn bad_input_is_told_in_one_sentence() {
     for (key, value, message) in [
         ("limits", json!([-1.0]), "the claim with limits is not proved: a limit is -1e0, must be above 0"),
-        ("limits", json!([1.0, 1.0]), "limits.limits: has 2 entries, must have 1 (controls u)"),
+        ("limits", json!([1.0, 1.0]), "limits.limits: has 2 entries, must have 1 (controls u and rates)"),
         ("beta", json!(0.0), "the claim with limits is not proved: beta is 0e0, must be above 0"),
         ("size", json!(-0.4), "the claim with limits is not proved: size is -4e-1, must be above 0"),
         ("decay", json!(0.0), "the claim with limits is not proved: decay is 0e0, must be above 0"),
         ("lambda", json!(-1.0), "the claim with limits is not proved: lambda is -1e0, must be above 0"),
         ("X", json!([[-5.0]]), "the claim with limits is not proved: X is not positive definite"),
         ("U", json!([-2.0]), "the claim with limits is not proved: S is not positive definite"),
-        ("U", json!([]), "limits.U: has 0 entries, must have 1 (controls u)"),
+        ("U", json!([]), "limits.U: has 0 entries, must have 1 (controls u and rates)"),
         (
             "H",
             json!([[1.0, 2.0]]),

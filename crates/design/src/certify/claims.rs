@@ -40,9 +40,13 @@ pub fn limits(design: &ControllerDesign, theorem: &Theorem) -> Option<String> {
         Some(LimitTheorem { everywhere: true, .. }) => ("every state of the model", "leaves a loop that"),
         _ => ("trim", "keeps the loop in a region from which it"),
     };
+    let cut = match theorem.limits {
+        Some(LimitTheorem { rates: 0, .. }) => "commands cut off at their limits",
+        _ => "commands and rates of actuators cut off at their limits",
+    };
     Some(format!(
         "a pitch step of up to {degrees} deg from {from}, held for any time and taken back,\n\
-         {kept} returns to trim, commands cut off at their limits,\n\
+         {kept} returns to trim, {cut},\n\
          for any course of speed from {} to {} m/s with its reference held, and every model in the ball",
         design.scheduling.minimum, design.scheduling.maximum
     ))

@@ -1,9 +1,11 @@
 //! The section `limits` of the certificate: how large a step of the pitch reference may be for the loop, with its
-//! commands cut off at their limits and its anti-windup, to stay in a region from which it comes back.
+//! commands cut off at their limits and its anti-windup, to stay in a region from which it comes back. Limits on the
+//! rates of the actuators are such limits on the rates of states of the plant, which has the lags.
 
 use crate::certify::Proof;
 use crate::error::{Error, ProofError};
 use crate::inputs::design_file::DesignFile;
+use auv::Actuator;
 use certificate::{Certificate, Limits, Theorem};
 use lpv::anti_windup::region::{Gain, Limited, every_step, largest_step};
 use lpv::controller::Controller;
@@ -12,6 +14,7 @@ use lpv::model_error::ModelError;
 use lpv::plant::GeneralisedPlant;
 use scheduled::{ControllerDesign, Kind};
 use signals::{PITCH, place};
+use std::collections::BTreeMap;
 
 /// The largest step \[rad\] (90 deg) that is claimed: the linear models know no larger pitch, however strong the
 /// actuators.
@@ -26,15 +29,16 @@ const FASTEST: f64 = crate::synthesise::anti_windup::FASTEST;
 /// model's states. The gain of the frozen design is that of the quickest recovery; where the pitch step of the
 /// default flight is not proved with it, the gain of the largest step takes its place, if that is larger: the claim
 /// has the gain that is to fly. Where it can be made with that gain it is a claim about every state. `None` where
-/// there is nothing to claim: without anti-windup, or without a reference of pitch.
+/// there is nothing to claim: without anti-windup, or without a reference of pitch. The rates of the actuators are cut
+/// off at their limits, too.
 ///
 /// # Errors
-/// [`Error::Synthesis`] where no step is found; [`ProofError::Unproved`].
+/// [`Error::Synthesis`] where no step is found; [`ProofError::RateWithoutLag`]; [`ProofError::Unproved`].
 pub fn with_limits(
     proof: &Proof,
-    plant: &GeneralisedPlant,
-    controller: &Controller,
+    (plant, controller): (&GeneralisedPlant, &Controller),
     frozen: &ControllerDesign,
+    actuators: &[Actuator],
     design: &DesignFile,
 ) -> Result<Option<Proof>, Error> {
     let certificate = &proof.certificate;
@@ -43,8 +47,12 @@ pub fn with_limits(
     else {
         return Ok(None);
     };
-    let limits = sides(frozen);
+    let kept = certificate.moving_states();
+    let rates = rates(actuators, design, &kept)?;
+    let mut limits = sides(frozen);
     let (n, m) = (plant.a().nrows(), limits.len());
+    limits.extend(rates.values());
+    let rates: Vec<usize> = rates.into_keys().collect();
     let matrix = |rows: &certificate::Rows, columns: usize| {
         from_rows(rows, columns).ok_or(ProofError::Ball { reach: None })
     };
@@ -58,7 +66,6 @@ pub fn with_limits(
     };
     let quick: Mat = matrix(gain, m)?;
     let largest = MOST / scale(frozen, input).unwrap_or(1.0);
-    let kept = certificate.moving_states();
     let units = matrix(&ball.s, ball.s.len())?;
     let of = |gain| Limited {
         plant,
@@ -68,6 +75,7 @@ pub fn with_limits(
         units: &units,
         gain,
         limits: &limits,
+        rates: &rates,
         input,
         largest,
     };
@@ -86,6 +94,7 @@ pub fn with_limits(
         input,
         size: found.size,
         limits,
+        rates,
         e: to_rows(&found.gain),
         decay: found.decay,
         beta: 1.0,
@@ -115,7 +124,7 @@ pub fn of_autopilot(design: &ControllerDesign, certificate: &Certificate) -> Res
         return differs("the anti-windup");
     }
     let there = sides(design);
-    if there.len() != limits.limits.len()
+    if there.len() + limits.rates.len() != limits.limits.len()
         || limits.limits.iter().zip(&there).any(|(claimed, side)| claimed > side)
     {
         return differs("a limit");
@@ -124,6 +133,41 @@ pub fn of_autopilot(design: &ControllerDesign, certificate: &Certificate) -> Res
         return differs("the reference");
     }
     Ok(())
+}
+
+/// Checks that a claim with limits has those on the rates of a vehicle's actuators.
+///
+/// # Errors
+/// [`ProofError::RateWithoutLag`]; [`ProofError::WrongPlant`].
+pub fn of_vehicle(
+    certificate: &Certificate,
+    actuators: &[Actuator],
+    design: &DesignFile,
+) -> Result<(), ProofError> {
+    let Some(limits) = &certificate.limits else { return Ok(()) };
+    let there = rates(actuators, design, &certificate.moving_states())?;
+    let claimed = limits.limits.iter().skip(actuators.len());
+    let claimed: BTreeMap<usize, f64> = limits.rates.iter().copied().zip(claimed.copied()).collect();
+    let holds = |(state, rate): (&usize, &f64)| claimed.get(state).is_some_and(|claimed| claimed <= rate);
+    match there.iter().all(holds) {
+        true => Ok(()),
+        false => Err(ProofError::WrongPlant { what: "a limit on a rate, of the claim with limits,".into() }),
+    }
+}
+
+/// The states of the design's plant that are outputs of actuators with a limit on their rate, among those that the loop
+/// consists of, with that limit in units of the actuator's reach \[1/s\]. The lags follow the model's states.
+fn rates(
+    actuators: &[Actuator],
+    design: &DesignFile,
+    kept: &[usize],
+) -> Result<BTreeMap<usize, f64>, ProofError> {
+    if let Some(one) = actuators.iter().find(|one| one.rate.is_some()).filter(|_| !design.lags) {
+        return Err(ProofError::RateWithoutLag { actuator: one.name.clone() });
+    }
+    let lagged = actuators.iter().filter(|one| one.lag > 0.0).zip(design.states.len()..);
+    let limited = lagged.filter_map(|(one, state)| Some((state, one.rate? / one.reach())));
+    Ok(limited.filter(|(state, _)| kept.contains(state)).collect())
 }
 
 /// The place of the pitch reference among the references, with which w begins.

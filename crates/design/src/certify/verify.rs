@@ -1,7 +1,7 @@
 //! Whether a certificate is of a frozen controller, and of the plant that vehicle and design file make.
 
 use crate::augment::augment;
-use crate::certify::{ball, frozen_rows, same_plant};
+use crate::certify::{ball, frozen_rows, limits, same_plant};
 use crate::error::{Error, ProofError};
 use crate::fit::Model;
 use crate::inputs::design_file::DesignFile;
@@ -28,7 +28,7 @@ pub fn text(certificate: &Certificate, path: &Path) -> Result<String, ProofError
 }
 
 /// Checks that the plant of a certificate is the one of this vehicle and design file, trimmed, linearised, fitted and
-/// weighted again, and that its ball of models contains the true linearisations.
+/// weighted again, that its ball of models contains the true linearisations, and that its limits are no wider.
 ///
 /// # Errors
 /// [`ProofError::WrongPlant`], [`ProofError::Ball`], those of [`augment`].
@@ -43,6 +43,7 @@ pub fn of_inputs(
         &certificate.blocks,
         &augment(&vehicle.actuators, file, model.linear())?,
     )?;
+    limits::of_vehicle(certificate, &vehicle.actuators, file)?;
     let held = certificate.limits.as_ref().and_then(|limits| limits.delta_rows);
     certificate.residual.as_ref().map_or(Ok(()), |ball| ball::holds(ball, held, vehicle, file, model))
 }

@@ -31,6 +31,12 @@ pub enum ProofError {
     /// A certificate is of another plant.
     #[error("the certificate is not of this plant: {what} differs")]
     WrongPlant { what: String },
+    /// The rate of an actuator has a limit, and the plant of the design no state that it is the rate of.
+    #[error(
+        "the limit on the rate of {actuator} acts on its lag, which the plant of this design does not have: with \
+            'lags = true' in [control] it has"
+    )]
+    RateWithoutLag { actuator: String },
     /// The drag of a vehicle that flies ahead and astern makes the fit's residual too large for a bound.
     #[error(
         "no gain is shown for every model as far from the fit as the vehicle is: from {from} to {to} m/s the slope \

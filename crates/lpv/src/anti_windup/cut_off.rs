@@ -136,12 +136,13 @@ pub(super) struct Shown {
 }
 
 impl Unknowns {
-    /// Adds the unknowns to a program, with `S > 0` and the bounds of G; `everywhere` with H = 0.
+    /// Adds the unknowns to a program, with `S > 0` and the bounds of G, which feeds back the first `fed` of phi;
+    /// `everywhere` with H = 0.
     pub(super) fn of(
         program: &mut Program,
         loop_: &Transposed,
         channels: &[usize],
-        everywhere: bool,
+        (fed, everywhere): (usize, bool),
     ) -> Self {
         let (n, m, nk) = (loop_.own[0].nrows(), loop_.own[2].nrows(), loop_.reach.len());
         let unknowns = Self {
@@ -150,12 +151,12 @@ impl Unknowns {
             skew: program.skew_commuting(channels),
             u: program.symmetric_commuting(&(0..m).collect::<Vec<_>>()),
             y: if everywhere { Affine::zeros(m, n) } else { program.full(m, n) },
-            moved: program.full(m, nk),
+            moved: program.full(fed, nk),
             everywhere,
         };
         program.positive("S", unknowns.s.clone());
-        for (j, i) in (0..m).flat_map(|j| (0..nk).map(move |i| (j, i))) {
-            let entry = unknowns.moved.between(&unit(m, j).transpose(), &unit(nk, i));
+        for (j, i) in (0..fed).flat_map(|j| (0..nk).map(move |i| (j, i))) {
+            let entry = unknowns.moved.between(&unit(fed, j).transpose(), &unit(nk, i));
             let most = unknowns.u.congruence(&unit(m, j));
             program.positive("gain", most.clone() - entry.clone());
             program.positive("gain", most + entry);
@@ -167,11 +168,12 @@ impl Unknowns {
     pub(super) fn form(&self, loop_: &Transposed) -> Affine {
         let ([x, t, phi, _], [own_x, own_t, own_phi, _]) = (&loop_.back, &loop_.own);
         let (n, nk) = (own_x.nrows(), loop_.reach.len());
+        let own_fed = own_phi.rows(0, self.moved.shape().0).transpose();
         let into = Mat::from_fn(nk, n, |i, j| if j == n - nk + i { loop_.reach[i] } else { 0.0 });
         let half = self.q.between(&own_x.transpose(), x) - self.y.t().between(&own_x.transpose(), own_phi)
             + self.skew.between(&t.transpose(), own_t)
             + self.u.between(&own_phi.transpose(), &(phi - own_phi))
-            + self.moved.between(&own_phi.transpose(), &(into * loop_.state_inverse.transpose() * own_x));
+            + self.moved.between(&own_fed, &(into * loop_.state_inverse.transpose() * own_x));
         half.clone() + half.t() + self.s.congruence(t) - self.s.congruence(own_t)
     }
 
@@ -206,7 +208,7 @@ impl Unknowns {
             s: symmetric_part(&(root * pair.view((0, 0), (r, r)) * root)) * share,
             t: skew_part(&(root * pair.view((r, 0), (r, r)) * root)) * share,
             u: (0..commands.len()).map(|j| 0.5 * share / (u[(j, j)] * commands[j] * commands[j])).collect(),
-            gain: Mat::from_fn(reach.len(), commands.len(), |i, j| {
+            gain: Mat::from_fn(reach.len(), moved.nrows(), |i, j| {
                 reach[i] * moved[(j, i)] / u[(j, j)] / commands[j]
             }),
         })

@@ -294,7 +294,8 @@ impl Search {
     fn of(flow: &Flow<'_>, gain: Option<f64>) -> Result<Self, SynthesisError> {
         let loop_ = flow.transposed()?;
         let mut program = Program::new();
-        let unknowns = Unknowns::of(&mut program, &loop_, &flow.closed.channels, gain.is_none());
+        let fed = loop_.own[2].nrows();
+        let unknowns = Unknowns::of(&mut program, &loop_, &flow.closed.channels, (fed, gain.is_none()));
         let least = program.scalar();
         let square = match gain {
             Some(gain) => Affine::constant(Mat::from_element(1, 1, gain * gain)),

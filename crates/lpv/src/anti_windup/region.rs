@@ -24,6 +24,9 @@
 //! With H = 0 the term of U is never negative, and a step needs no equilibrium: `x_e = 0`, `u_e = 0`. What is left is
 //! of one degree in V, the multipliers and d^2 alike, so that what holds of one step holds of every one, from every
 //! state. No loop is like that whose plant needs its commands to be stable.
+//!
+//! A state of the plant whose rate is cut off, such as that of an actuator, adds that rate to u and what is cut off of it
+//! to phi, which moves this state and nothing else (F. Tyan, D. S. Bernstein, Int. J. Control 67(1), 1997).
 
 use crate::anti_windup::cut_off::{Transposed, Unknowns};
 use crate::error::SynthesisError;
@@ -75,8 +78,10 @@ pub struct Limited<'a> {
     pub units: &'a Mat,
     /// G.
     pub gain: Gain<'a>,
-    /// How far each command can go either way, at least.
+    /// How far each command can go either way, at least; then how fast each state of `rates`.
     pub limits: &'a [f64],
+    /// The states of the plant whose rates are cut off; all of them are kept.
+    pub rates: &'a [usize],
     /// The component of w that steps.
     pub input: usize,
     /// The largest step that is sought, in units of w.
@@ -112,8 +117,7 @@ pub struct Region {
 /// [`SynthesisError::Infeasible`] where no step however small is shown; [`SynthesisError::Numerical`].
 pub fn largest_step(of: Limited<'_>) -> Result<Region, SynthesisError> {
     if let Some(j) = of.limits.iter().position(|limit| limit.is_nan() || *limit <= 0.0) {
-        let diagnosis =
-            format!("command {j} cannot go both ways: its limit is {}, must be above 0", of.limits[j]);
+        let diagnosis = format!("limit {j} leaves no way to go: it is {}, must be above 0", of.limits[j]);
         return Err(SynthesisError::numerical(STAGE, diagnosis));
     }
     fastest(&Flow::of(of, false)?)
@@ -174,7 +178,8 @@ struct Flow<'a> {
 impl<'a> Flow<'a> {
     fn of(of: Limited<'a>, everywhere: bool) -> Result<Self, SynthesisError> {
         let (p, k, kept) = (of.plant, of.controller, of.kept);
-        let (nk, rk, m, r) = (k.a().nrows(), k.dtt().nrows(), of.limits.len(), p.dtt().nrows());
+        let (nk, rk, all, r) = (k.a().nrows(), k.dtt().nrows(), of.limits.len(), p.dtt().nrows());
+        let m = all - of.rates.len();
         let rows_of = |m: &Mat| m.select_rows(kept);
         let zero = Mat::zeros;
         let gain = match of.gain {
@@ -186,32 +191,46 @@ impl<'a> Flow<'a> {
         let (error, y, nf) = (of.error, c2.nrows(), f.nrows());
         let n = kept.len();
         // y and u in terms of x, xk, wt, wk, phi, r.
-        let y = block(&[&[&c2, &zero(y, nk), &p.d2t(), &zero(y, rk), &zero(y, m), &input(&p.d21())]]);
-        let u =
-            block(&[&[&zero(m, n), &k.cu(), &zero(m, r), &k.dut(), &zero(m, m), &zero(m, 1)]]) + k.duy() * &y;
+        let y = block(&[&[&c2, &zero(y, nk), &p.d2t(), &zero(y, rk), &zero(y, all), &input(&p.d21())]]);
+        let u = block(&[&[&zero(m, n), &k.cu(), &zero(m, r), &k.dut(), &zero(m, all), &zero(m, 1)]])
+            + k.duy() * &y;
         let mut acting = u.clone();
         let cut = acting.columns(n + nk + r + rk, m) - Mat::identity(m, m);
         acting.columns_mut(n + nk + r + rk, m).copy_from(&cut);
         let of_plant = |a: &Mat, bt: &Mat, b1: &Mat, b2: &Mat| {
             let q = a.nrows();
-            block(&[&[a, &zero(q, nk), bt, &zero(q, rk), &zero(q, m), b1]]) + b2 * &acting
+            block(&[&[a, &zero(q, nk), bt, &zero(q, rk), &zero(q, all), b1]]) + b2 * &acting
         };
         let of_controller = |a: &Mat, by: &Mat, bt: &Mat, e: &Mat| {
             let q = a.nrows();
             block(&[&[&zero(q, n), a, &zero(q, r), bt, e, &zero(q, 1)]]) + by * &y
         };
         let a = p.a().select_columns(kept);
+        let mut moved =
+            of_plant(&rows_of(&a), &rows_of(&p.bt()), &rows_of(&input(&p.b1())), &rows_of(&p.b2()));
+        let limited = of.rates.iter().filter_map(|state| kept.iter().position(|one| one == state));
+        let limited: Vec<usize> = limited.collect();
+        if limited.len() < of.rates.len() {
+            return Err(SynthesisError::numerical(
+                STAGE,
+                "a state whose rate is cut off is no part of the loop",
+            ));
+        }
+        let rates = moved.select_rows(&limited);
+        limited.iter().enumerate().for_each(|(j, &place)| moved[(place, n + nk + r + rk + m + j)] -= 1.0);
+        let gain = block(&[&[&gain, &zero(nk, all - m)]]);
         let whole = block(&[
-            &[&of_plant(&rows_of(&a), &rows_of(&p.bt()), &rows_of(&input(&p.b1())), &rows_of(&p.b2()))],
+            &[&moved],
             &[&of_controller(&k.a(), &k.by(), &k.bt(), &gain)],
             &[&of_plant(&p.ct().select_columns(kept), &p.dtt(), &input(&p.dt1()), &p.dt2())],
-            &[&of_controller(&k.ct(), &k.dty(), &k.dtt(), &zero(rk, m))],
+            &[&of_controller(&k.ct(), &k.dty(), &k.dtt(), &zero(rk, all))],
             &[&u],
+            &[&rates],
             &[&of_plant(&f, &zero(nf, r), &input(&error.fw), &error.fu)],
         ]);
         let e = block(&[&[&rows_of(&of.error.e)], &[&zero(nk, of.error.e.ncols())]]);
-        let (rows, columns) = ([n + nk, r + rk, m, nf], [n + nk, r + rk, m, 1]);
-        let (x_held, u_held) = (zero(n + nk, 1), zero(m, 1));
+        let (rows, columns) = ([n + nk, r + rk, all, nf], [n + nk, r + rk, all, 1]);
+        let (x_held, u_held) = (zero(n + nk, 1), zero(all, 1));
         let mut flow = Self { of, m: whole, e, rows, columns, x_held, u_held, unit: of.largest, everywhere };
         flow.hold()?;
         Ok(flow)
@@ -221,6 +240,11 @@ impl<'a> Flow<'a> {
         let at = |sizes: &[usize; 4], index: usize| (sizes[..index].iter().sum::<usize>(), sizes[index]);
         let ((i, rows), (j, columns)) = (at(&self.rows, row), at(&self.columns, column));
         self.m.view((i, j), (rows, columns)).into_owned()
+    }
+
+    /// How many of u and phi are commands, and not rates.
+    fn commands(&self) -> usize {
+        self.columns[2] - self.of.rates.len()
     }
 
     /// Takes x and u from the equilibrium at Theta = 0 of a step, but for H = 0.
@@ -274,7 +298,8 @@ impl<'a> Flow<'a> {
     fn reach(&self, half: &Mat) -> Result<DVector<f64>, SynthesisError> {
         let Gain::Sought(largest) = self.of.gain else { return Ok(DVector::zeros(0)) };
         let nk = self.of.controller.a().nrows();
-        let pushed = block(&[&[&(self.part(0, 2) * half * 2.0), &(&self.x_held * self.unit)]]);
+        let by_commands = (self.part(0, 2) * half * 2.0).remove_columns(self.commands(), self.of.rates.len());
+        let pushed = block(&[&[&by_commands, &(&self.x_held * self.unit)]]);
         let gramian = lyapunov(&self.part(0, 0).transpose(), &(&pushed * pushed.transpose()))
             .ok_or_else(|| SynthesisError::numerical(STAGE, "the loop without limits is not stable"))?;
         Ok(gramian.diagonal().rows(gramian.nrows() - nk, nk).map(|v| 0.5 * largest * v.max(0.0).sqrt()))
@@ -297,7 +322,7 @@ impl<'a> Flow<'a> {
         let mut program = Program::new();
         let parameters = [&self.of.plant.blocks, &self.of.controller.blocks];
         let channels: Vec<usize> = parameters.iter().flat_map(|blocks| channels(blocks)).collect();
-        let unknowns = Unknowns::of(&mut program, &loop_, &channels, self.everywhere);
+        let unknowns = Unknowns::of(&mut program, &loop_, &channels, (self.commands(), self.everywhere));
         let [mu, size] = loop_.program(&mut program, &unknowns, (&e, &held), decay);
         let options =
             SolverOptions { floor: 1e-2, enough: ACCURACY, settles: true, ..SolverOptions::within(ACCURACY) };
@@ -387,6 +412,7 @@ mod tests {
             units: &Mat::zeros(0, 0),
             gain,
             limits: &[limit],
+            rates: &[],
             input: 0,
             largest: 100.0,
         };
@@ -426,10 +452,43 @@ mod tests {
         assert!((little.size / none - 1.0).abs() < 0.03, "{} {none}", little.size);
     }
 
+    /// `x' = x + T`, `T' = 10 (u - T)`, `u = 2 (r - x)`, with the rate of T cut off at `rate`, if at all.
+    fn with_lag(rate: Option<f64>) -> Region {
+        let (x, b, c) = (dmatrix![1.0, 1.0; 0.0, -10.0], dmatrix![0.0; 10.0], dmatrix![1.0, 0.0]);
+        let parts = [(X, X, x), (X, U, b), (Z, X, c.clone()), (Y, X, -c), (Y, W, dmatrix![1.0])];
+        let plant = GeneralisedPlant::new(vec![], &parts).unwrap();
+        let controller = Controller::new(vec![], &[(U, Y, dmatrix![2.0])]).unwrap();
+        let (zero, limits) = (dmatrix![0.0], [Some(1.0), rate]);
+        let error = ModelError { e: Mat::zeros(2, 1), f: Mat::zeros(1, 2), fw: zero.clone(), fu: zero };
+        let limited = Limited {
+            plant: &plant,
+            kept: &[0, 1],
+            controller: &controller,
+            error: &error,
+            units: &Mat::zeros(0, 0),
+            gain: Gain::Given(&Mat::zeros(0, 1)),
+            limits: &limits.into_iter().flatten().collect::<Vec<_>>(),
+            rates: if rate.is_some() { &[1] } else { &[] },
+            input: 0,
+            largest: 100.0,
+        };
+        assert!(every_step(limited).is_err(), "an unstable plant");
+        largest_step(limited).unwrap()
+    }
+
+    /// A rate that is never reached changes nothing, and one that is leaves a smaller step.
+    #[test]
+    fn a_slower_rate_leaves_a_smaller_step() {
+        let [none, fast, slow, slower] =
+            [None, Some(1e3), Some(2.0), Some(1.0)].map(|rate| with_lag(rate).size);
+        assert!((fast / none - 1.0).abs() < 0.03, "{fast} {none}");
+        assert!(slower < 0.9 * slow && slow < 0.9 * none, "{slower} {slow} {none}");
+    }
+
     #[test]
     fn what_cannot_be_is_told() {
         let words = |a, k, limit| found(a, k, limit).unwrap_err().to_string();
         assert!(words(1.0, 0.5, 1.0).contains("the loop without limits is not stable"));
-        assert!(words(1.0, 2.0, -0.1).contains("its limit is -0.1, must be above 0"));
+        assert!(words(1.0, 2.0, -0.1).contains("it is -0.1, must be above 0"));
     }
 }
