@@ -63,7 +63,7 @@ class Flow:
             below,
             np.vstack([-exact(p["Dt2"]), zeros(len(k["Ct"]), m)]),
             -exact(c["residual"]["Fu"]),
-            zeros(m, m),
+            np.vstack([zeros(m, m), below[limited]]),
         ]
         rates = loop.x[kept][:, columns][limited]
         rows = [
@@ -72,7 +72,6 @@ class Flow:
             loop.balls[0].z[:, columns],
             np.vstack([u, rates]),
         ]
-        cut[3] = np.vstack([cut[3], below[limited]])
         by_rate = np.where(np.arange(self.n)[:, None] == np.array(limited, int), Decimal(-1), Decimal(0))
         cut = [np.hstack([one, by_rate if one is below else zeros(len(one), len(limited))]) for one in cut]
         held = exact([claim["x_held"]]).T

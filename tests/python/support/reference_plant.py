@@ -41,7 +41,8 @@ U, W, Q, THETA, X, DEPTH = range(6)
 class Actuator:
     """Limits, lag, curve, the numbers of its effect; `kind` is `thruster`, `thruster_group` or `control_surface`.
 
-    The rate is the limit on that of the output. A curve is an array of rows (command, thrust), or the factor of a square law, or None.
+    The rate is the limit on that of the output. A curve is an array of rows (command, thrust), or the factor of a
+    square law, or None.
     """
 
     name: str
