@@ -11,6 +11,7 @@ from compare_plant import PITCH_TOLERANCE, fly_fmu, outputs_of
 from conftest import with_rate
 from fly.master import Slave
 from fly.package import Packages
+from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
 RATE, LAG = np.deg2rad(60.0), 0.1
@@ -29,8 +30,8 @@ def test_the_fmus_are_valid_and_say_it(rate_limited: Packages, remus100: Package
     for fmu in rate_limited.fmus:
         assert not validate_fmu(str(fmu)), fmu
     for packages, says in ((rate_limited, True), (remus100, False)):
-        with Slave(packages.plant, "plant") as plant:
-            assert (", and no faster than" in plant.variables[OUTPUT].description) == says
+        described = {one.name: one for one in read_model_description(str(packages.plant)).modelVariables}
+        assert (", and no faster than 1.04719" in described[OUTPUT].description) == says
 
 
 def test_the_plant_moves_as_the_reference_does(rate_limited: Packages, tmp_path: Path) -> None:
