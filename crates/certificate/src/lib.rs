@@ -103,10 +103,10 @@
 //!
 //! must be negative definite in (x, wt, phi, w_D, r); `X > 0`; `size^2 x_held'X x_held < beta`; and for each command
 //! `size |u_held_j| <= limit_j/2` and `[X h_j'; h_j limit_j^2/(4 beta)] > 0`. The rates of the plant's states in
-//! `rates` are cut off at limits, too: such a state moves by `x_i' - phi_j`, x_i' as the plant has it and `phi_j = x_i' -
-//! sat(x_i')`, and x_i' stands among the u of the form. Delta does not move these states. *Claim:* from rest V stays below beta
-//! while the step is held, is below `4 beta` when it has been taken back, and decays from there at least as
-//! `exp(-decay t)`.
+//! `rates` are cut off at limits, too: such a state moves by `x_i' - phi_j`, x_i' as the plant has it and `phi_j =
+//! x_i' - sat(x_i')`, and x_i' stands among the u of the form. Delta does not move these states. *Claim:* from rest V
+//! stays below beta while the step is held, is below `4 beta` when it has been taken back, and decays from there at
+//! least as `exp(-decay t)`.
 //!
 //! - *The region.* Where V < beta, `|h_j x + r u_held_j| < limit_j`; with r = 0 also where `V < 4 beta`. Where phi_j
 //!   is positive, `u_j - phi_j` is a limit, at or above `limit_j`, so that the factor behind it is positive; likewise

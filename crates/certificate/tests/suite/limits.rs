@@ -121,7 +121,7 @@ fn a_rate_by_hand() {
         ("limits", json!([1.0, 0.89]), "[X h'; h limit^2/(4 beta)] of limit 1"),
         ("limits", json!([1.0, -1.0]), "a limit is -1e0, must be above 0"),
         ("u_held", json!([0.0, 2.0]), "the matrix of the inequality is not negative definite"),
-        ("rates", json!([]), "limits.limits: has 2 entries, must have 1 (controls u and rates)"),
+        ("rates", json!([]), "limits.H: found 2 rows, must have 1 (controls u and rates)"),
         ("rates", json!([1]), "limits.rates[0]: found 1, must be a state of the plant that the loop moves"),
         (
             "rates",

@@ -25,8 +25,8 @@
 //! of one degree in V, the multipliers and d^2 alike, so that what holds of one step holds of every one, from every
 //! state. No loop is like that whose plant needs its commands to be stable.
 //!
-//! A state of the plant whose rate is cut off, such as that of an actuator, adds that rate to u and what is cut off of it
-//! to phi, which moves this state and nothing else (F. Tyan, D. S. Bernstein, Int. J. Control 67(1), 1997).
+//! A state of the plant whose rate is cut off, such as that of an actuator, adds that rate to u and what is cut off of
+//! it to phi, which moves this state and nothing else (F. Tyan, D. S. Bernstein, Int. J. Control 67(1), 1997).
 
 use crate::anti_windup::cut_off::{Transposed, Unknowns};
 use crate::error::SynthesisError;
