@@ -190,8 +190,8 @@ impl fmt::Display for LimitTheorem {
             f,
             "With commands cut off at the limits in the file, and what is cut off fed back by E{moved}, for that \
              Delta{rows} too: a step of at most {size} from rest where input {input} enters, past the filters \
-             of the plant that the loop does not move, held for any time and taken back, leaves the state in the region in the file, \
-             and the loop then returns to rest exponentially, {where_}, x'Xx with the rate {decay}."
+             of the plant that the loop does not move, held for any time and taken back, leaves the state in the \
+             region in the file, and the loop then returns to rest exponentially, {where_}, x'Xx with the rate {decay}."
         )
     }
 }

@@ -122,11 +122,15 @@ fn a_rate_by_hand() {
         ("limits", json!([1.0, -1.0]), "a limit is -1e0, must be above 0"),
         ("u_held", json!([0.0, 2.0]), "the matrix of the inequality is not negative definite"),
         ("rates", json!([]), "limits.H: found 2 rows, must have 1 (controls u and rates)"),
-        ("rates", json!([1]), "limits.rates[0]: found 1, must be a state of the plant that the loop moves"),
+        (
+            "rates",
+            json!([1]),
+            "limits.rates[0]: found 1, allowed is a state of the plant that the loop moves",
+        ),
         (
             "rates",
             json!([0, 0]),
-            "limits.rates[1]: found 0, must be a state of the plant that the loop moves",
+            "limits.rates[1]: found 0, allowed is a state of the plant that the loop moves",
         ),
         ("rates", json!([0.5]), "limits.rates[0]: found"),
     ] {

@@ -54,7 +54,7 @@ fn all(limit: impl Fn(Sense) -> f64) -> String {
     REQUIREMENTS.iter().map(|r| format!("{} = {:?}\n", r.key, limit(r.sense))).collect()
 }
 
-/// What the lag asks of a rate, by a plant that flies the commands of the flight; a rate is judged where it has a limit.
+/// What the lag asks of a rate, by a plant that flies the commands of the flight; judged where there is a limit.
 #[test]
 fn the_use_of_a_rate_is_that_of_the_plant() {
     let (mut inputs, stored, _) = SQUID.clone();
