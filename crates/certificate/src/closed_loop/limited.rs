@@ -101,8 +101,8 @@ impl ClosedLoop {
 
     /// The loop of [`opened`] with a channel for each u in place of phi.
     ///
-    /// `u = k (x, wt, w) + through phi`: at given wt the rates alone have phi in them, that of commands, for D22 is 0, so
-    /// that through^2 = 0 and `phi = (e + s)/2` is `share (beyond + s)`, with `e = beyond + through phi`.
+    /// `u = k (x, wt, w) + through phi`: at given wt the rates alone have phi in them, that of commands, for D22 is 0,
+    /// so that through^2 = 0 and `phi = (e + s)/2` is `share (beyond + s)`, with `e = beyond + through phi`.
     fn cut_off(self, h: &Rows) -> Self {
         let (n, r, m) = (self.states, self.channels, h.len());
         let (w, z) = (self.inputs - m, self.output.rows - m);
@@ -140,8 +140,8 @@ impl ClosedLoop {
     }
 }
 
-/// The loop with `kept` of the plant's states, the inputs `inputs` of w and phi, of which E feeds back that of commands,
-/// and u below z: the commands, and the rates of the states `rates` that have limits.
+/// The loop with `kept` of the plant's states, the inputs `inputs` of w and phi, of which E feeds back that of
+/// commands, and u below z: the commands, and the rates of the states `rates` that have limits.
 fn opened(c: &Certificate, e: &Rows, kept: &[usize], inputs: &[usize], rates: &[usize]) -> Certificate {
     let (p, k, m) = (&c.plant, &c.controller, c.sizes().u);
     let n = kept.len();
